@@ -1,0 +1,9 @@
+/* SlipStep: nonsmooth dynamics with PETSc's TS. Umbrella header; one header per room. */
+#pragma once
+#include <slipsys.h>
+#include <slipmat.h>
+#include <slipsnes.h>
+#include <slipts.h>
+#include <slippolicy.h>
+#include <slipadapt.h>
+#include <slipfault.h>

@@ -1,0 +1,24 @@
+/* Everything that depends on PETSc's version. Built against 3.18; breaks up to 3.25 are met here. */
+#pragma once
+#include <petscconf.h>
+#include <petscversion.h>
+#include <petscsys.h>
+
+#if PETSC_VERSION_LT(3, 19, 0) && !defined(PETSC_SUCCESS)
+  #define PETSC_SUCCESS ((PetscErrorCode)0)
+#endif
+#if PETSC_VERSION_LT(3, 20, 0) && !defined(PetscAssertPointer)
+  #define PetscAssertPointer(p, arg) PetscValidPointer(p, arg)
+#endif
+/* Type of the options argument of a setfromoptions op: a pointer until 3.22, by value from 3.23. */
+#if PETSC_VERSION_LT(3, 23, 0)
+typedef PetscOptionItems *SlipOptionItems;
+#else
+typedef PetscOptionItems SlipOptionItems;
+#endif
+/* Function type that MatShellSetOperation takes. */
+#if PETSC_VERSION_LT(3, 24, 0)
+  #define SlipMatShellFn(f) ((void (*)(void))(f))
+#else
+  #define SlipMatShellFn(f) ((PetscErrorCodeFn *)(f))
+#endif

@@ -1,0 +1,13 @@
+/* Initialisation, registration and version of the SlipStep library. */
+#pragma once
+#include <petscsys.h>
+
+#define SLIPSTEP_VERSION_MAJOR 0
+#define SLIPSTEP_VERSION_MINOR 1
+#define SLIPSTEP_VERSION_PATCH 0
+#define SLIPSTEP_VERSION       "0.1.0"
+
+PETSC_EXTERN PetscErrorCode SlipStepInitializePackage(void);
+PETSC_EXTERN PetscErrorCode SlipStepFinalizePackage(void);
+/* Entry point that PETSc calls for -dll_prepend libslipstep.so */
+PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_slipstep(void);

@@ -1,0 +1,18 @@
+/* Tables of classes, types and log events: one row each. */
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipregister.h>
+
+PetscErrorCode SlipRegisterClasses(void)
+{
+  PetscFunctionBegin;
+  /* one row per class: PetscClassIdRegister */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipRegisterTypes(void)
+{
+  PetscFunctionBegin;
+  /* one row per type: TSRegister, TSAdaptRegister, SNESRegister, PCRegister */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
