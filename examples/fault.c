@@ -10,22 +10,23 @@ static const char help[] =
 static PetscErrorCode WarnOfUnusedOptions(void)
 {
   PetscInt n;
-  char   **names, **values;
+  char **names, **values;
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
   for (PetscInt i = 0; i < n; i++)
-    PetscCall(PetscFPrintf(PETSC_COMM_WORLD, PETSC_STDERR, "fault: warning: nothing has read the option -%s\n", names[i]));
+    PetscCall(
+      PetscFPrintf(PETSC_COMM_WORLD, PETSC_STDERR, "fault: warning: nothing has read the option -%s\n", names[i]));
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   PetscFunctionReturn(0);
 }
 
 static PetscErrorCode Run(void)
 {
-  SlipFault      fault;
-  TS             ts;
-  Vec            w;
-  PetscBool      only_help;
+  SlipFault fault;
+  TS ts;
+  Vec w;
+  PetscBool only_help;
   PetscLogDouble begin, ready, end;
 
   PetscFunctionBeginUser;

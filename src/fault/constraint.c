@@ -3,18 +3,14 @@
 #include <slipstep/private/slipcompat.h>
 
 /* Positions in a block of the state. */
-enum {
-  V,
-  U,
-  S
-};
+enum { V, U, S };
 
 /* x_i = w[3 i + which] */
 static PetscErrorCode SlipFaultExtract(Vec w, PetscInt which, Vec x)
 {
   const PetscReal *a;
-  PetscReal       *b;
-  PetscInt         n;
+  PetscReal *b;
+  PetscInt n;
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(x, &n));
@@ -29,9 +25,9 @@ static PetscErrorCode SlipFaultExtract(Vec w, PetscInt which, Vec x)
 /* u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (M/theta) base_v + ex_v. */
 static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage)
 {
-  const PetscReal  theta = stage->theta;
+  const PetscReal theta = stage->theta;
   const PetscReal *base, *ex = NULL, *vinf;
-  PetscReal       *c, *u0, *s0;
+  PetscReal *c, *u0, *s0;
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(stage->base, &base));
@@ -41,7 +37,7 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   PetscCall(VecGetArrayWrite(fault->u0, &u0));
   PetscCall(VecGetArrayWrite(fault->s0, &s0));
   for (PetscInt i = 0; i < fault->n; i++) {
-    c[i]  = fault->mass / theta * base[3 * i + V] + (ex ? ex[3 * i + V] : 0);
+    c[i] = fault->mass / theta * base[3 * i + V] + (ex ? ex[3 * i + V] : 0);
     u0[i] = base[3 * i + U] + theta * ((ex ? ex[3 * i + U] : 0) - vinf[i]);
     s0[i] = base[3 * i + S] + theta * (ex ? ex[3 * i + S] : 0);
   }
@@ -55,12 +51,9 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
 }
 
 /* c = (M/theta) base_v + ex_v + H v_inf - K u0 */
-static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ctx)
+PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
 {
-  SlipFault fault = (SlipFault)ctx;
-
   PetscFunctionBegin;
-  (void)con;
   fault->theta = stage->theta;
   PetscCall(MatSlipStageSetTheta(fault->B, stage->theta));
   PetscCall(SlipFaultEliminate(fault, stage));
@@ -73,14 +66,28 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
+static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ctx)
 {
-  SlipFault fault = (SlipFault)ctx;
-
   PetscFunctionBegin;
   (void)con;
+  PetscCall(SlipFaultConstraintStage((SlipFault)ctx, stage));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* g = B v - c */
+PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g)
+{
+  PetscFunctionBegin;
   PetscCall(MatMult(fault->B, x, g));
   PetscCall(VecAXPY(g, -1, fault->c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(SlipFaultConstraintResidual((SlipFault)ctx, x, g));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -96,9 +103,9 @@ static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
 /* q_i = mu(s0_i + theta |v_i|, |v_i|) sigma_i and dq_i/d|v_i| = sigma_i (theta dmu/ds + dmu/dv). */
 static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
-  SlipFault        fault = (SlipFault)ctx;
+  SlipFault fault = (SlipFault)ctx;
   const PetscReal *v, *s0;
-  PetscReal       *a, *b = NULL;
+  PetscReal *a, *b = NULL;
 
   PetscFunctionBegin;
   (void)con;
@@ -108,7 +115,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   if (dq) PetscCall(VecGetArrayWrite(dq, &b));
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscReal rate = PetscAbsReal(v[i]), sigma = fault->field[FIELD_NORMAL_STRESS][i];
-    PetscReal       mu, ds, dv;
+    PetscReal mu, ds, dv;
 
     SlipFaultFriction(fault, i, s0[i] + fault->theta * rate, rate, &mu, &ds, &dv);
     a[i] = sigma * mu;
@@ -130,14 +137,13 @@ static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
+/* w = (v, u0 + theta v, s0 + theta |v|) */
+PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
 {
-  SlipFault        fault = (SlipFault)ctx;
   const PetscReal *v, *u0, *s0;
-  PetscReal       *a;
+  PetscReal *a;
 
   PetscFunctionBegin;
-  (void)con;
   PetscCall(VecGetArrayRead(x, &v));
   PetscCall(VecGetArrayRead(fault->u0, &u0));
   PetscCall(VecGetArrayRead(fault->s0, &s0));
@@ -154,12 +160,20 @@ static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(SlipFaultConstraintLift((SlipFault)ctx, x, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* F = (-H (v - v_inf) - K u, v - v_inf, |v|), in Pa, m/s, m/s. */
 PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F)
 {
-  Vec              rel = fault->work[0], u = fault->work[1], force = fault->work[2];
+  Vec rel = fault->work[0], u = fault->work[1], force = fault->work[2];
   const PetscReal *a, *r, *f;
-  PetscReal       *b;
+  PetscReal *b;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultExtract(w, U, u));
@@ -196,7 +210,7 @@ static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec Fs, voi
 static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
 {
   const PetscReal *tau;
-  PetscReal       *f;
+  PetscReal *f;
 
   PetscFunctionBegin;
   (void)con;
@@ -210,7 +224,7 @@ static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F,
 
 static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
 {
-  SlipFault  fault = (SlipFault)ctx;
+  SlipFault fault = (SlipFault)ctx;
   PetscReal *a;
 
   PetscFunctionBegin;
@@ -226,7 +240,7 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
 PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q)
 {
   const PetscReal *a;
-  PetscReal       *b, mu, ds, dv;
+  PetscReal *b, mu, ds, dv;
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(w, &a));
@@ -251,16 +265,16 @@ static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, 
 
 PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
 {
-  const SlipConstraintOps ops = {.stage        = Stage,
-                                 .residual     = Residual,
-                                 .jacobian     = Jacobian,
-                                 .bound        = Bound,
-                                 .reduce       = Reduce,
-                                 .lift         = Lift,
-                                 .smooth       = Smooth,
+  const SlipConstraintOps ops = {.stage = Stage,
+                                 .residual = Residual,
+                                 .jacobian = Jacobian,
+                                 .bound = Bound,
+                                 .reduce = Reduce,
+                                 .lift = Lift,
+                                 .smooth = Smooth,
                                  .add_reaction = AddReaction,
-                                 .solve_mass   = SolveMass,
-                                 .bound_state  = BoundState};
+                                 .solve_mass = SolveMass,
+                                 .bound_state = BoundState};
 
   PetscFunctionBegin;
   if (!fault->con) PetscCall(SlipConstraintCreate(fault->comm, &ops, fault, fault->uc, &fault->con));

@@ -50,17 +50,18 @@ static PetscErrorCode SlipFaultFillFields(SlipFault fault)
 /* A field's values must lie in the bounds of its parameter; the normal stress must be positive everywhere. */
 static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char file[], PetscInt f, const PetscReal data[])
 {
-  const SlipFaultReal *p    = &SlipFaultReals[SlipFaultFields[f]];
-  const PetscBool      open = p->open || f == FIELD_NORMAL_STRESS ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt       nx   = (PetscInt)fault->value[FAULT_NX];
+  const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
+  const PetscBool open = p->open || f == FIELD_NORMAL_STRESS ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt nx = (PetscInt)fault->value[FAULT_NX];
 
   PetscFunctionBegin;
   for (PetscInt e = 0; e < fault->N; e++) {
-    const PetscBool low  = open ? (data[e] > p->lower) : (data[e] >= p->lower);
+    const PetscBool low = open ? (data[e] > p->lower) : (data[e] >= p->lower);
     const PetscBool good = low && data[e] < p->upper && isfinite(data[e]);
 
     PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-               "%s (-fault_parameters): /%s[%" PetscInt_FMT ", %" PetscInt_FMT "] is %g, expected a finite number%s%s%s",
+               "%s (-fault_parameters): /%s[%" PetscInt_FMT ", %" PetscInt_FMT
+               "] is %g, expected a finite number%s%s%s",
                file, p->name, e / nx, e % nx, (double)data[e],
                p->lower > PETSC_MIN_REAL ? (open ? " > 0" : " >= 0") : "", p->unit[0] ? " " : "", p->unit);
   }
@@ -70,10 +71,10 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char file[], Pe
 static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f, PetscReal data[], PetscBool *has)
 {
   const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
-  const char    *name = SlipFaultReals[SlipFaultFields[f]].name;
-  char           path[64];
-  PetscInt       dims[2];
-  PetscReal     *read;
+  const char *name = SlipFaultReals[SlipFaultFields[f]].name;
+  char path[64];
+  PetscInt dims[2];
+  PetscReal *read;
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", name));
@@ -93,10 +94,10 @@ static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f,
 /* On rank 0: data [field][N] and which fields the file holds. */
 static PetscErrorCode SlipFaultReadFields(SlipFault fault, PetscReal data[], PetscInt has[])
 {
-  SlipH5   h;
+  SlipH5 h;
   PetscInt found = 0;
-  char     names[256];
-  size_t   used = 0;
+  char names[256];
+  size_t used = 0;
 
   PetscFunctionBegin;
   PetscCall(SlipH5OpenRead(fault->text[FAULT_PARAMETERS], &h));
@@ -116,10 +117,10 @@ static PetscErrorCode SlipFaultReadFields(SlipFault fault, PetscReal data[], Pet
 
 static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 {
-  PetscReal     *data;
-  PetscInt       has[FAULT_NUM_FIELDS] = {0};
-  PetscErrorCode ierr                  = PETSC_SUCCESS;
-  PetscMPIInt    rank;
+  PetscReal *data;
+  PetscInt has[FAULT_NUM_FIELDS] = {0};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
@@ -141,7 +142,7 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 PetscErrorCode SlipFaultElementsSetUp(SlipFault fault)
 {
   PetscReal low = PETSC_MAX_REAL;
-  PetscInt  any = 0;
+  PetscInt any = 0;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultDistribute(fault));

@@ -28,7 +28,7 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
   PetscCall(SlipStepInitializePackage());
   PetscCall(PetscNew(&f));
   PetscCall(PetscCommDuplicate(comm, &f->comm, NULL));
-  f->refct   = 1;
+  f->refct = 1;
   f->scaling = 1;
   for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) f->value[i] = SlipFaultReals[i].value;
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
@@ -58,7 +58,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscFunctionBegin;
   if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
-  fault->mass  = fault->value[FAULT_DENSITY] * thickness;
+  fault->mass = fault->value[FAULT_DENSITY] * thickness;
   fault->tstar = thickness * PetscSqrtReal(fault->value[FAULT_DENSITY] / fault->value[FAULT_SHEAR_MODULUS]);
   PetscCall(SlipFrictionFind(fault->text[FAULT_FRICTION_LAW], &fault->law));
   PetscCall(SlipFaultElementsSetUp(fault));
@@ -87,8 +87,8 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPushTab(viewer));
   for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) {
     PetscCall(SlipFaultGetReal(fault, SlipFaultReals[i].name, &value));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %g %s\n", SlipFaultReals[i].name, (double)value,
-                                     SlipFaultReals[i].unit));
+    PetscCall(
+      PetscViewerASCIIPrintf(viewer, "%s: %g %s\n", SlipFaultReals[i].name, (double)value, SlipFaultReals[i].unit));
   }
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
     PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,
@@ -123,6 +123,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscCall(PetscViewerDestroy(&f->stiffness_viewer));
   for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->field[i]));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDestroy(&f->work[i]));
+  PetscCall(PetscFree(f->summed));
   PetscCall(VecDestroy(&f->uc));
   PetscCall(VecDestroy(&f->vinf));
   PetscCall(VecDestroy(&f->c));
@@ -169,9 +170,9 @@ PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
 @*/
 PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
 {
-  const PetscReal  factor = -(1 + fault->value[FAULT_INITIAL_PERTURBATION]);
-  PetscBool        critical;
-  PetscReal       *a;
+  const PetscReal factor = -(1 + fault->value[FAULT_INITIAL_PERTURBATION]);
+  PetscBool critical;
+  PetscReal *a;
   const PetscReal *uc;
 
   PetscFunctionBegin;

@@ -9,9 +9,9 @@
 #endif
 
 /* Reference tolerances (DESIGN.md section 2): 1e-6 in units of 0.1 mm for u and s, of 0.1 mm/T* for v. */
-#define SLIP_FAULT_RTOL     1e-3
-#define SLIP_FAULT_ATOL     1e-6
-#define SLIP_FAULT_UNIT     1e-4 /* [m] */
+#define SLIP_FAULT_RTOL 1e-3
+#define SLIP_FAULT_ATOL 1e-6
+#define SLIP_FAULT_UNIT 1e-4     /* [m] */
 #define SLIP_FAULT_MAX_TIME 30.0 /* [s] */
 /* First step over T*: the instability grows from a relative excess of 1e-5, so anything well below T* is safe. */
 #define SLIP_FAULT_FIRST_STEP 0.01
@@ -40,7 +40,7 @@ static PetscErrorCode SlipFaultRelease(void *ctx)
 static PetscErrorCode SlipObserve_Fault(TS ts, const char name[], PetscReal *value, PetscBool *known)
 {
   SlipFault fault;
-  Vec       w;
+  Vec w;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
@@ -63,7 +63,7 @@ static PetscErrorCode SlipTimeScale_Fault(TS ts, PetscReal *tstar)
 /* dw/dt = A^-1 F_s(w), the smooth part: what integrators without the constraint see. */
 static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 {
-  SlipFault  fault = (SlipFault)ctx;
+  SlipFault fault = (SlipFault)ctx;
   PetscReal *a;
 
   PetscFunctionBegin;
@@ -78,7 +78,7 @@ static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 
 static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
 {
-  Vec        atol;
+  Vec atol;
   PetscReal *a;
 
   PetscFunctionBegin;

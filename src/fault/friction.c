@@ -8,7 +8,7 @@ static void ExponentialSlipWeakening(const SlipFriction *p, PetscReal s, PetscRe
   const PetscReal weak = p->drop * PetscExpReal(-s / p->slip);
 
   (void)v;
-  *mu     = p->residual + weak;
+  *mu = p->residual + weak;
   *dmu_ds = -weak / p->slip;
   *dmu_dv = 0;
 }
@@ -20,7 +20,7 @@ static void LinearSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v,
   const PetscBool weakening = s < p->slip ? PETSC_TRUE : PETSC_FALSE;
 
   (void)v;
-  *mu     = p->residual + (weakening ? p->drop * (1 - s / p->slip) : 0);
+  *mu = p->residual + (weakening ? p->drop * (1 - s / p->slip) : 0);
   *dmu_ds = weakening ? -p->drop / p->slip : 0;
   *dmu_dv = 0;
 }
@@ -32,7 +32,7 @@ static void RateWeakening(const SlipFriction *p, PetscReal s, PetscReal v, Petsc
   const PetscReal fall = 1 / (1 + v / p->rate);
 
   (void)s;
-  *mu     = p->residual + p->drop * fall;
+  *mu = p->residual + p->drop * fall;
   *dmu_ds = 0;
   *dmu_dv = -p->drop * fall * fall / p->rate;
 }
@@ -42,7 +42,7 @@ static void Constant(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal 
 {
   (void)s;
   (void)v;
-  *mu     = p->residual;
+  *mu = p->residual;
   *dmu_ds = 0;
   *dmu_dv = 0;
 }

@@ -8,7 +8,7 @@
 static PetscErrorCode SlipFaultExtractDisplacement(SlipFault fault, Vec w, Vec u)
 {
   const PetscReal *a;
-  PetscReal       *b;
+  PetscReal *b;
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(w, &a));
@@ -29,7 +29,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
   PetscCall(VecGetArrayRead(ku, &f));
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscReal v = a[3 * i], u = a[3 * i + 1], s = a[3 * i + 2];
-    PetscReal       mu, ds, dv;
+    PetscReal mu, ds, dv;
 
     SlipFaultFriction(fault, i, s, PetscAbsReal(v), &mu, &ds, &dv);
     sum[SUM_V] += v;
@@ -49,18 +49,37 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Has w changed anywhere since it was summed? Keeps a copy of what is summed. */
+static PetscErrorCode SlipFaultIsNew(SlipFault fault, Vec w, PetscBool *is_new)
+{
+  const PetscReal *a;
+  PetscBool same = PETSC_FALSE;
+  PetscInt changed;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(w, &a));
+  if (fault->summed)
+    PetscCall(PetscArraycmp(a, fault->summed, 3 * fault->n, &same));
+  else
+    PetscCall(PetscMalloc1(3 * fault->n + 1, &fault->summed));
+  if (!same) PetscCall(PetscArraycpy(fault->summed, a, 3 * fault->n));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  changed = same ? 0 : 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPIU_INT, MPI_MAX, fault->comm));
+  *is_new = changed ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The sums of a state, computed (one product with K, two reductions) only when the state has changed. */
 PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums)
 {
-  SlipFaultSums   *c = &fault->sums;
-  PetscObjectId    id;
-  PetscObjectState state;
+  SlipFaultSums *c = &fault->sums;
+  PetscBool is_new = PETSC_TRUE;
 
   PetscFunctionBegin;
   *sums = c;
-  PetscCall(PetscObjectGetId((PetscObject)w, &id));
-  PetscCall(PetscObjectStateGet((PetscObject)w, &state));
-  if (c->id == id && c->state == state) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultIsNew(fault, w, &is_new));
+  if (!is_new) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultExtractDisplacement(fault, w, fault->work[0]));
   PetscCall(MatMult(fault->K, fault->work[0], fault->work[1]));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
@@ -68,8 +87,6 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **su
   PetscCall(SlipFaultAddUp(fault, w, fault->work[1], c->sum, &c->max_v));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->max_v, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  c->id    = id;
-  c->state = state;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -142,16 +159,16 @@ static const struct {
   const char *name;
   PetscReal (*value)(SlipFault, const SlipFaultSums *);
 } SlipFaultObservations[] = {
-  {"energy", Energy},                    /* u'Ku/(uc'K uc), uc at the instability */
-  {"velocity", Velocity},                /* mean v / velocity_scale */
-  {"log_velocity", LogVelocity},         /* log10(max|v| T*/d_c), |v| at least 1e-12 m/s, mean d_c */
-  {"log_mean_velocity", LogMeanVelocity}, /* log10(mean|v| T*/d_c), likewise */
-  {"sliding_fraction", SlidingFraction}, /* share of elements with v != 0 */
-  {"slip", Slip},                        /* mean s / mean d_c */
-  {"displacement", Displacement},        /* mean u / mean uc: -1 at the critical start */
-  {"strength", Strength},                /* mean q / mean q at v = s = 0 */
-  {"kinetic", Kinetic},                  /* v'Mv/(uc'K uc) */
-  {"log_energy_rate", LogEnergyRate},    /* log10 of the elastic energy released per T*, over the critical energy */
+  {"energy", Energy},                     /* u'Ku/(uc'K uc), uc at the instability */
+  {"velocity", Velocity},                 /* mean v / velocity_scale */
+  {"log_velocity", LogVelocity},          /* log10(max|v| / V), V = d_c over T*, |v| at least 1e-12 m/s */
+  {"log_mean_velocity", LogMeanVelocity}, /* log10(mean|v| / V), likewise */
+  {"sliding_fraction", SlidingFraction},  /* share of elements with v != 0 */
+  {"slip", Slip},                         /* mean s / mean d_c */
+  {"displacement", Displacement},         /* mean u / mean uc: -1 at the critical start */
+  {"strength", Strength},                 /* mean q / mean q at v = s = 0 */
+  {"kinetic", Kinetic},                   /* v'Mv/(uc'K uc) */
+  {"log_energy_rate", LogEnergyRate}, /* log10 of the elastic energy's change per time T*, over the critical energy */
 };
 
 /* value of the observation of this name in state w; known is false when the fault has none. */
@@ -173,9 +190,9 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, const char name[], Petsc
 /* power[0] = sum of (v - v_inf) H (v - v_inf), power[1] = sum of v_inf H (v - v_inf), power[2] = -sum of v r (or q |v|). */
 static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscReal power[3])
 {
-  Vec              rel = fault->work[0], hv = fault->work[1], q = fault->work[2];
+  Vec rel = fault->work[0], hv = fault->work[1], q = fault->work[2];
   const PetscReal *a, *f, *vinf = fault->field[FIELD_LOADING_RATE];
-  PetscReal       *b;
+  PetscReal *b;
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(w, &a));
@@ -220,22 +237,22 @@ static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscRea
 PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs)
 {
   const SlipFaultSums *s;
-  PetscReal            power[3] = {0, 0, 0};
-  const PetscReal      N        = (PetscReal)fault->N;
+  PetscReal power[3] = {0, 0, 0};
+  const PetscReal N = (PetscReal)fault->N;
 
   PetscFunctionBegin;
   PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
   PetscCall(SlipFaultGetSums(fault, w, &s));
   PetscCall(SlipFaultAddPowers(fault, w, r, power));
-  obs->mean_slip_rate    = s->sum[SUM_V] / N;
-  obs->max_slip_rate     = s->max_v;
-  obs->mean_slip         = s->sum[SUM_S] / N;
+  obs->mean_slip_rate = s->sum[SUM_V] / N;
+  obs->max_slip_rate = s->max_v;
+  obs->mean_slip = s->sum[SUM_S] / N;
   obs->mean_displacement = s->sum[SUM_U] / N;
-  obs->sliding_fraction  = s->sum[SUM_SLIDING] / N;
-  obs->kinetic           = fault->mass * s->sum[SUM_V2] / (2 * N);
-  obs->elastic           = s->sum[SUM_U_KU] / (2 * N);
-  obs->viscous_power     = power[0] / N;
-  obs->friction_power    = power[2] / N;
-  obs->loading_power     = -(s->sum[SUM_VINF_KU] + power[1]) / N;
+  obs->sliding_fraction = s->sum[SUM_SLIDING] / N;
+  obs->kinetic = fault->mass * s->sum[SUM_V2] / (2 * N);
+  obs->elastic = s->sum[SUM_U_KU] / (2 * N);
+  obs->viscous_power = power[0] / N;
+  obs->friction_power = power[2] / N;
+  obs->loading_power = -(s->sum[SUM_VINF_KU] + power[1]) / N;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

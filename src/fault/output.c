@@ -44,7 +44,7 @@ static PetscErrorCode SlipFaultOutputAttempt(SlipFaultOutput out, const SlipAtte
                            a->residual,
                            (PetscReal)a->reason,
                            a->wall};
-  PetscLogDouble  now;
+  PetscLogDouble now;
 
   PetscFunctionBegin;
   PetscCall(SlipTableAdd(&out->steps, &out->file, row));
@@ -55,8 +55,8 @@ static PetscErrorCode SlipFaultOutputAttempt(SlipFaultOutput out, const SlipAtte
 
 static PetscErrorCode SlipFaultAttemptMonitor(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
-  SlipFaultOutput out  = ((SlipFault)ctx)->output;
-  PetscErrorCode  ierr = PETSC_SUCCESS;
+  SlipFaultOutput out = ((SlipFault)ctx)->output;
+  PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   (void)ts;
@@ -82,22 +82,14 @@ static PetscErrorCode SlipFaultReaction(TS ts, Vec *r)
 static PetscErrorCode SlipFaultOutputSeries(SlipFaultOutput out, PetscReal time, Vec w, Vec r)
 {
   SlipFaultObservables o;
-  PetscErrorCode       ierr = PETSC_SUCCESS;
+  PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetObservables(out->fault, w, r, &o));
   if (!out->rank) {
-    const PetscReal row[] = {time,
-                             o.mean_slip_rate,
-                             o.max_slip_rate,
-                             o.mean_slip,
-                             o.mean_displacement,
-                             o.sliding_fraction,
-                             o.kinetic,
-                             o.elastic,
-                             o.viscous_power,
-                             o.friction_power,
-                             o.loading_power};
+    const PetscReal row[] = {
+      time,      o.mean_slip_rate, o.max_slip_rate, o.mean_slip,      o.mean_displacement, o.sliding_fraction,
+      o.kinetic, o.elastic,        o.viscous_power, o.friction_power, o.loading_power};
 
     ierr = SlipTableAdd(&out->series, &out->file, row);
   }
@@ -108,9 +100,9 @@ static PetscErrorCode SlipFaultOutputSeries(SlipFaultOutput out, PetscReal time,
 /* TSMonitor: a row of /series for each accepted step; /fields for the start and every n-th step. */
 static PetscErrorCode SlipFaultStepMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
-  SlipFault       fault = (SlipFault)ctx;
-  SlipFaultOutput out   = fault->output;
-  Vec             r;
+  SlipFault fault = (SlipFault)ctx;
+  SlipFaultOutput out = fault->output;
+  Vec r;
 
   PetscFunctionBegin;
   if (step < 0 || !out) PetscFunctionReturn(PETSC_SUCCESS);
@@ -141,8 +133,8 @@ static PetscErrorCode SlipFaultStepMonitor(TS ts, PetscInt step, PetscReal time,
 PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
 {
   SlipFaultOutput out;
-  Vec             w;
-  PetscBool       bathe;
+  Vec w;
+  PetscBool bathe;
 
   PetscFunctionBegin;
   PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
@@ -150,8 +142,8 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
   PetscCall(PetscNew(&out));
   fault->output = out;
-  out->fault    = fault;
-  out->file.id  = -1;
+  out->fault = fault;
+  out->file.id = -1;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &out->rank));
   PetscCall(SlipFaultOutputOpen(out));
   PetscCall(PetscTime(&out->last_flush));
@@ -168,16 +160,16 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
 
 /* What the end of a run reports. */
 typedef struct {
-  PetscInt  accepted, rejected, solves, newton, linear;
+  PetscInt accepted, rejected, solves, newton, linear;
   PetscReal mean_slip, wall_setup, wall_solve;
 } SlipFaultResult;
 
 static PetscErrorCode SlipFaultGetResult(SlipFault fault, TS ts, SlipFaultResult *res)
 {
   SlipFaultObservables obs;
-  Vec                  w;
-  PetscBool            bathe;
-  PetscInt             attempts;
+  Vec w;
+  PetscBool bathe;
+  PetscInt attempts;
 
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts, &w));
@@ -199,10 +191,10 @@ static PetscErrorCode SlipFaultGetResult(SlipFault fault, TS ts, SlipFaultResult
 
 static PetscErrorCode SlipFaultWriteRun(SlipFault fault, TS ts, SlipH5 *h, const SlipFaultResult *res)
 {
-  char       *options, version[256];
+  char *options, version[256];
   PetscMPIInt size;
-  TSAdapt     adapt;
-  TSType      type;
+  TSAdapt adapt;
+  TSType type;
   TSAdaptType adapt_type;
 
   PetscFunctionBegin;
@@ -252,9 +244,9 @@ static PetscErrorCode SlipFaultOutputComplete(SlipFaultOutput out, TS ts, const 
 
 static PetscErrorCode SlipFaultOutputLastFields(SlipFaultOutput out, TS ts)
 {
-  PetscInt  step;
+  PetscInt step;
   PetscReal time;
-  Vec       w, r;
+  Vec w, r;
 
   PetscFunctionBegin;
   PetscCall(TSGetStepNumber(ts, &step));
@@ -297,9 +289,9 @@ static PetscErrorCode SlipFaultPrintResult(MPI_Comm comm, const SlipFaultResult 
 @*/
 PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve)
 {
-  SlipFaultOutput out  = fault->output;
-  SlipFaultResult res  = {.wall_setup = wall_setup, .wall_solve = wall_solve};
-  PetscErrorCode  ierr = PETSC_SUCCESS;
+  SlipFaultOutput out = fault->output;
+  SlipFaultResult res = {.wall_setup = wall_setup, .wall_solve = wall_solve};
+  PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetResult(fault, ts, &res));

@@ -3,10 +3,17 @@
 #include <slipstep/private/slipcompat.h>
 
 static const SlipColumn StepColumns[] = {
-  {"time", "s", PETSC_FALSE},          {"dt", "s", PETSC_FALSE},           {"accepted", NULL, PETSC_TRUE},
-  {"error", "1", PETSC_FALSE},         {"converged", NULL, PETSC_TRUE},    {"newton_iterations", NULL, PETSC_TRUE},
-  {"linear_iterations", NULL, PETSC_TRUE}, {"solves", NULL, PETSC_TRUE},   {"residual", "1", PETSC_FALSE},
-  {"reason", NULL, PETSC_TRUE},        {"wall", "s", PETSC_FALSE},
+  {"time", "s", PETSC_FALSE},
+  {"dt", "s", PETSC_FALSE},
+  {"accepted", NULL, PETSC_TRUE},
+  {"error", "1", PETSC_FALSE},
+  {"converged", NULL, PETSC_TRUE},
+  {"newton_iterations", NULL, PETSC_TRUE},
+  {"linear_iterations", NULL, PETSC_TRUE},
+  {"solves", NULL, PETSC_TRUE},
+  {"residual", "1", PETSC_FALSE},
+  {"reason", NULL, PETSC_TRUE},
+  {"wall", "s", PETSC_FALSE},
 };
 
 static const SlipColumn SeriesColumns[] = {
@@ -25,19 +32,19 @@ static const SlipColumn SeriesColumns[] = {
 
 static const struct {
   const char *name, *unit;
-  PetscInt    component; /* of the state's block; -1: the reaction */
+  PetscInt component; /* of the state's block; -1: the reaction */
 } OutputFields[OUTPUT_NUM_FIELDS] = {
-  [OUTPUT_SLIP_RATE]    = {"slip_rate", "m/s", 0},
+  [OUTPUT_SLIP_RATE] = {"slip_rate", "m/s", 0},
   [OUTPUT_DISPLACEMENT] = {"displacement", "m", 1},
-  [OUTPUT_SLIP]         = {"slip", "m", 2},
-  [OUTPUT_TRACTION]     = {"traction", "Pa", -1},
+  [OUTPUT_SLIP] = {"slip", "m", 2},
+  [OUTPUT_TRACTION] = {"traction", "Pa", -1},
 };
 
 /* Which fields -fault_output_fields names. */
 static PetscErrorCode SlipFaultOutputChoose(SlipFaultOutput out)
 {
   char **names;
-  int    n;
+  int n;
 
   PetscFunctionBegin;
   PetscCall(PetscStrToArray(out->fault->text[FAULT_OUTPUT_FIELDS], ',', &n, &names));
@@ -57,10 +64,10 @@ static PetscErrorCode SlipFaultOutputChoose(SlipFaultOutput out)
 
 static PetscErrorCode SlipFaultOutputLayout(SlipFaultOutput out)
 {
-  SlipFault      fault   = out->fault;
+  SlipFault fault = out->fault;
   const PetscInt dims[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
-  SlipH5        *h       = &out->file;
-  char           path[64];
+  SlipH5 *h = &out->file;
+  char path[64];
 
   PetscFunctionBegin;
   PetscCall(SlipH5Create(fault->text[FAULT_OUTPUT], h));
@@ -89,9 +96,9 @@ PetscErrorCode SlipFaultOutputOpen(SlipFaultOutput out)
 
 static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
 {
-  SlipFault      fault = out->fault;
+  SlipFault fault = out->fault;
   const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
-  PetscReal     *x, *z, other;
+  PetscReal *x, *z, other;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc2(nx, &x, nz, &z));
@@ -108,11 +115,11 @@ static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
 /* A reduced vector's values, gathered, as the dataset /mesh/name. Collective. */
 static PetscErrorCode SlipFaultOutputElements(SlipFaultOutput out, const char name[], const char unit[], Vec x)
 {
-  SlipFault        fault   = out->fault;
-  const PetscInt   dims[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
+  SlipFault fault = out->fault;
+  const PetscInt dims[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
   const PetscReal *a;
-  char             path[64];
-  PetscErrorCode   ierr = PETSC_SUCCESS;
+  char path[64];
+  PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   PetscCall(VecScatterBegin(out->gather_r, x, out->r0, INSERT_VALUES, SCATTER_FORWARD));
@@ -127,9 +134,9 @@ static PetscErrorCode SlipFaultOutputElements(SlipFaultOutput out, const char na
 
 PetscErrorCode SlipFaultOutputMesh(SlipFaultOutput out)
 {
-  SlipFault      fault = out->fault;
-  Vec            x;
-  PetscReal     *a;
+  SlipFault fault = out->fault;
+  Vec x;
+  PetscReal *a;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
@@ -152,10 +159,10 @@ PetscErrorCode SlipFaultOutputMesh(SlipFaultOutput out)
 /* Rank 0: one entry of every field wanted, from the gathered state and reaction. */
 static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
 {
-  const PetscInt   N = out->fault->N;
+  const PetscInt N = out->fault->N;
   const PetscReal *w, *r;
-  PetscReal       *x;
-  char             path[64];
+  PetscReal *x;
+  char path[64];
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(N, &x));
@@ -187,7 +194,8 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w,
   if (r) {
     PetscCall(VecScatterBegin(out->gather_r, r, out->r0, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(out->gather_r, r, out->r0, INSERT_VALUES, SCATTER_FORWARD));
-  } else PetscCall(VecZeroEntries(out->r0));
+  } else
+    PetscCall(VecZeroEntries(out->r0));
   if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
   PetscCall(SlipErrorBcast(out->fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);

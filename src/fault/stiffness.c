@@ -27,8 +27,8 @@ static PetscErrorCode SlipFaultSplitPath(const char text[], char file[], char da
 /* On rank 0: the N*N entries of the file, checked for size and finite values. */
 static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entries)
 {
-  char     file[PETSC_MAX_PATH_LEN], dataset[PETSC_MAX_PATH_LEN];
-  SlipH5   h;
+  char file[PETSC_MAX_PATH_LEN], dataset[PETSC_MAX_PATH_LEN];
+  SlipH5 h;
   PetscInt dims[2];
 
   PetscFunctionBegin;
@@ -49,27 +49,27 @@ static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entrie
 
 static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
 {
-  PetscReal     *entries = NULL;
-  PetscErrorCode ierr    = PETSC_SUCCESS;
-  PetscMPIInt    rank;
+  PetscReal *entries = NULL;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (!rank) ierr = SlipFaultReadStiffness(fault, &entries);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
-  PetscCall(MatCreateSlipStiffnessFromEntries(fault->comm, fault->N, entries, fault->text[FAULT_STIFFNESS_FILE],
-                                              &fault->K));
+  PetscCall(
+    MatCreateSlipStiffnessFromEntries(fault->comm, fault->N, entries, fault->text[FAULT_STIFFNESS_FILE], &fault->K));
   PetscCall(PetscFree(entries));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
 {
-  SlipGrid grid = {.nx            = (PetscInt)fault->value[FAULT_NX],
-                   .nz            = (PetscInt)fault->value[FAULT_NZ],
-                   .length_x      = fault->value[FAULT_LENGTH_X],
-                   .length_z      = fault->value[FAULT_LENGTH_Z],
-                   .depth_top     = fault->value[FAULT_DEPTH_TOP],
+  SlipGrid grid = {.nx = (PetscInt)fault->value[FAULT_NX],
+                   .nz = (PetscInt)fault->value[FAULT_NZ],
+                   .length_x = fault->value[FAULT_LENGTH_X],
+                   .length_z = fault->value[FAULT_LENGTH_Z],
+                   .depth_top = fault->value[FAULT_DEPTH_TOP],
                    .shear_modulus = fault->value[FAULT_SHEAR_MODULUS],
                    .poisson_ratio = fault->value[FAULT_POISSON_RATIO]};
 
@@ -82,8 +82,8 @@ static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
 /* x = K^-1 b by conjugate gradients (K is symmetric positive definite), started from x. */
 PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
 {
-  KSP                ksp;
-  PC                 pc;
+  KSP ksp;
+  PC pc;
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
@@ -160,8 +160,10 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   const PetscReal zeta = fault->value[FAULT_DAMPING_RATIO];
 
   PetscFunctionBegin;
-  if (fault->text[FAULT_STIFFNESS_FILE][0]) PetscCall(SlipFaultLoadStiffness(fault));
-  else PetscCall(SlipFaultComputeStiffness(fault));
+  if (fault->text[FAULT_STIFFNESS_FILE][0])
+    PetscCall(SlipFaultLoadStiffness(fault));
+  else
+    PetscCall(SlipFaultComputeStiffness(fault));
   PetscCall(MatCreateVecs(fault->K, &fault->uc, &fault->c));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->uc, &fault->work[i]));
   PetscCall(VecDuplicate(fault->uc, &fault->vinf));
@@ -171,8 +173,8 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(SlipFaultFillVec(fault, FIELD_NORMAL_STRESS, fault->work[0]));
   PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->uc));
   PetscCall(SlipFaultViewStiffness(fault));
-  PetscCall(MatCreateSlipViscosity(fault->K, fault->mass, zeta, zeta > 0 ? fault->text[FAULT_VISCOSITY] : "none",
-                                   &fault->H));
+  PetscCall(
+    MatCreateSlipViscosity(fault->K, fault->mass, zeta, zeta > 0 ? fault->text[FAULT_VISCOSITY] : "none", &fault->H));
   PetscCall(MatCreateSlipStage(fault->K, fault->H, fault->mass, &fault->B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -180,9 +182,9 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 /* uc = K^-1 q(0); uc holds K^-1 sigma_n, which is proportional to it when friction is uniform: a good first guess. */
 PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
 {
-  PetscReal  mu, ds, dv, sum[3] = {0, 0, 0};
+  PetscReal mu, ds, dv, sum[3] = {0, 0, 0};
   PetscReal *q;
-  Vec        q0 = fault->work[0];
+  Vec q0 = fault->work[0];
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayWrite(q0, &q));

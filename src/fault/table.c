@@ -11,10 +11,10 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
   PetscFunctionBegin;
   PetscCheck(ncolumns <= SLIP_TABLE_COLUMNS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "%" PetscInt_FMT " columns in %s, expected at most %d", ncolumns, group, SLIP_TABLE_COLUMNS);
-  t->group    = group;
-  t->column   = column;
+  t->group = group;
+  t->column = column;
   t->ncolumns = ncolumns;
-  t->nrows    = 0;
+  t->nrows = 0;
   for (PetscInt c = 0; c < ncolumns; c++) {
     PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", group, column[c].name));
     PetscCall(SlipH5CreateSeries(h, path, 0, NULL, column[c].integer, column[c].unit));
@@ -24,7 +24,7 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
 
 PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h)
 {
-  char      path[128];
+  char path[128];
   PetscReal values[SLIP_TABLE_ROWS];
 
   PetscFunctionBegin;

@@ -34,7 +34,8 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
     fflush(stdout);
     fprintf(stderr, "%s: error: %s\n", SlipProgram, message && message[0] ? message : general ? general : "unknown");
     fflush(stderr);
-  } else PetscSleep(SLIP_ABORT_WAIT);
+  } else
+    PetscSleep(SLIP_ABORT_WAIT);
   MPI_Abort(MPI_COMM_WORLD, (int)code);
   return code;
 }
@@ -83,7 +84,7 @@ PetscErrorCode SlipErrorHandlerPush(const char program[])
 @*/
 PetscErrorCode SlipErrorBcast(MPI_Comm comm, PetscErrorCode code)
 {
-  int         value = (int)code;
+  int value = (int)code;
   PetscMPIInt rank;
 
   PetscFunctionBegin;

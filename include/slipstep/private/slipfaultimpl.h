@@ -16,12 +16,12 @@ typedef struct {
 typedef void (*SlipFrictionFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
                                PetscReal *dmu_dv);
 typedef struct {
-  const char    *name;
+  const char *name;
   SlipFrictionFn eval;
-  const char    *formula;
+  const char *formula;
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ends with a NULL name */
-PETSC_EXTERN PetscErrorCode        SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
+PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
 
 /* ---- parameters ---- */
 typedef enum {
@@ -49,13 +49,13 @@ typedef enum {
 } SlipFaultRealId;
 
 typedef struct {
-  const char *name;  /* option without "fault_" */
-  PetscReal   value; /* default; NaN: derived when not given */
-  const char *unit;  /* "" for numbers */
-  PetscReal   lower, upper;
-  PetscBool   open;      /* lower bound excluded (the upper one always is) */
-  PetscBool   integer;   /* whole numbers only */
-  PetscBool   per_field; /* a dataset of -fault_parameters may replace it element by element */
+  const char *name; /* option without "fault_" */
+  PetscReal value;  /* default; NaN: derived when not given */
+  const char *unit; /* "" for numbers */
+  PetscReal lower, upper;
+  PetscBool open;      /* lower bound excluded (the upper one always is) */
+  PetscBool integer;   /* whole numbers only */
+  PetscBool per_field; /* a dataset of -fault_parameters may replace it element by element */
   const char *help;
 } SlipFaultReal;
 PETSC_EXTERN const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS];
@@ -110,47 +110,46 @@ typedef enum {
 } SlipFaultSumId;
 
 typedef struct {
-  PetscObjectId    id; /* of the vector that was summed, and its state */
-  PetscObjectState state;
-  PetscReal        sum[FAULT_NUM_SUMS];
-  PetscReal        max_v; /* max |v| [m/s] */
+  PetscReal sum[FAULT_NUM_SUMS];
+  PetscReal max_v; /* max |v| [m/s] */
 } SlipFaultSums;
 
 typedef struct _n_SlipFaultOutput *SlipFaultOutput;
 
 struct _p_SlipFault {
-  MPI_Comm  comm;
-  PetscInt  refct;
+  MPI_Comm comm;
+  PetscInt refct;
   PetscReal value[FAULT_NUM_REALS];
-  char      text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
+  char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
   PetscBool setup;
 
-  PetscViewer       stiffness_viewer; /* -fault_stiffness_view */
+  PetscViewer stiffness_viewer; /* -fault_stiffness_view */
   PetscViewerFormat stiffness_format;
 
   /* from here on valid after SlipFaultSetUp() */
-  PetscInt               N, n, start; /* elements: all, of this rank, the first of this rank */
-  PetscReal              mass;        /* rho Ly [kg/m^2] */
-  PetscReal              tstar;       /* Ly sqrt(rho/G) [s] */
-  PetscReal              scaling;     /* factor that K was multiplied with */
+  PetscInt N, n, start; /* elements: all, of this rank, the first of this rank */
+  PetscReal mass;       /* rho Ly [kg/m^2] */
+  PetscReal tstar;      /* Ly sqrt(rho/G) [s] */
+  PetscReal scaling;    /* factor that K was multiplied with */
   const SlipFrictionLaw *law;
-  PetscReal             *field[FAULT_NUM_FIELDS]; /* [n] */
-  PetscBool              loaded;                  /* some v_inf is not zero */
-  PetscReal              mean_dc;                 /* mean d_c [m] */
-  PetscReal              mean_uc;                 /* mean uc [m] */
-  PetscReal              mean_q0;                 /* mean strength at the start [Pa] */
-  PetscReal              critical_energy;         /* uc' K uc [Pa m], the sum over all elements */
-  Mat                    K, H, B;
-  Vec                    uc;   /* K^-1 q(0): displacement at the instability, positive [m] */
-  Vec                    vinf; /* loading rate [m/s] */
-  Vec                    work[3];
+  PetscReal *field[FAULT_NUM_FIELDS]; /* [n] */
+  PetscBool loaded;                   /* some v_inf is not zero */
+  PetscReal mean_dc;                  /* mean d_c [m] */
+  PetscReal mean_uc;                  /* mean uc [m] */
+  PetscReal mean_q0;                  /* mean strength at the start [Pa] */
+  PetscReal critical_energy;          /* uc' K uc [Pa m], the sum over all elements */
+  Mat K, H, B;
+  Vec uc;   /* K^-1 q(0): displacement at the instability, positive [m] */
+  Vec vinf; /* loading rate [m/s] */
+  Vec work[3];
 
   /* the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
   SlipConstraint con;
-  PetscReal      theta;
-  Vec            c, u0, s0;
+  PetscReal theta;
+  Vec c, u0, s0;
 
-  SlipFaultSums   sums;
+  SlipFaultSums sums;
+  PetscReal *summed; /* the state that the sums belong to [3 n] */
   SlipFaultOutput output;
 };
 
@@ -160,6 +159,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);  /* uc and 
 PETSC_EXTERN PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x);
 PETSC_EXTERN PetscErrorCode SlipFaultElementCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F);
 PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums);
