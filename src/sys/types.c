@@ -8,6 +8,7 @@ PetscErrorCode SlipRegisterClasses(void)
   PetscFunctionBegin;
   /* one row per class: PetscClassIdRegister */
   PetscCall(PetscClassIdRegister("SlipFault", &SLIP_FAULT_CLASSID));
+  PetscCall(PetscClassIdRegister("Slip constraint", &SLIP_CONSTRAINT_CLASSID));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -15,5 +16,8 @@ PetscErrorCode SlipRegisterTypes(void)
 {
   PetscFunctionBegin;
   /* one row per type: TSRegister, TSAdaptRegister, SNESRegister, PCRegister */
+  PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
+  PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
+  PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
