@@ -7,6 +7,7 @@ PetscErrorCode SlipRegisterClasses(void)
 {
   PetscFunctionBegin;
   /* one row per class: PetscClassIdRegister */
+  PetscCall(PetscClassIdRegister("SlipFault", &SLIP_FAULT_CLASSID));
   PetscCall(PetscClassIdRegister("Slip constraint", &SLIP_CONSTRAINT_CLASSID));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
