@@ -2,11 +2,13 @@
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipregister.h>
+#include <slipstep/private/slipadaptimpl.h>
 
 PetscErrorCode SlipRegisterClasses(void)
 {
   PetscFunctionBegin;
   /* one row per class: PetscClassIdRegister */
+  PetscCall(PetscClassIdRegister("Step-size policy", &SLIP_POLICY_CLASSID));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -14,5 +16,8 @@ PetscErrorCode SlipRegisterTypes(void)
 {
   PetscFunctionBegin;
   /* one row per type: TSRegister, TSAdaptRegister, SNESRegister, PCRegister */
+  PetscCall(TSAdaptRegister(TSADAPTHEURISTIC, TSAdaptCreate_Heuristic));
+  PetscCall(TSAdaptRegister(TSADAPTPI, TSAdaptCreate_PI));
+  PetscCall(TSAdaptRegister(TSADAPTRL, TSAdaptCreate_RL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
