@@ -8,7 +8,7 @@
 PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscInt *p, PetscReal *E)
 {
   PetscReal unused[2];
-  Vec       y;
+  Vec y;
 
   PetscFunctionBegin;
   *p = PETSC_DECIDE;

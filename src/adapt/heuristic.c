@@ -10,22 +10,24 @@ static PetscErrorCode TSAdaptChoose_Heuristic(TSAdapt adapt, TS ts, PetscReal h,
                                               PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
   const TSAdapt_Heuristic *ctx = (const TSAdapt_Heuristic *)adapt->data;
-  PetscInt                 p;
-  PetscReal                E, q;
+  PetscInt p;
+  PetscReal E, q;
 
   PetscFunctionBegin;
   PetscCall(SlipAdaptEvaluateError(adapt, ts, &p, &E));
   *next_sc = 0;
-  *wlte    = E;
+  *wlte = E;
   *wltea = *wlter = -1;
-  *accept         = PETSC_TRUE;
-  *next_h         = h;
+  *accept = PETSC_TRUE;
+  *next_h = h;
   if (E < 0) PetscFunctionReturn(PETSC_SUCCESS); /* no estimate, nothing to go by */
-  q       = (PetscReal)1 / (PetscReal)(p + 1);
+  q = (PetscReal)1 / (PetscReal)(p + 1);
   *accept = E <= 1 || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
   *next_h = h * SlipHeuristicFactor(E, q, ctx->growth);
-  if (*accept) *next_h = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);
-  else PetscCall(SlipAdaptCheckMinimum(adapt, ts, *next_h, "the error estimate"));
+  if (*accept)
+    *next_h = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);
+  else
+    PetscCall(SlipAdaptCheckMinimum(adapt, ts, *next_h, "the error estimate"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -61,7 +63,7 @@ static PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionI
 static PetscErrorCode TSAdaptView_Heuristic(TSAdapt adapt, PetscViewer viewer)
 {
   const TSAdapt_Heuristic *ctx = (const TSAdapt_Heuristic *)adapt->data;
-  PetscBool                ascii;
+  PetscBool ascii;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
@@ -100,14 +102,14 @@ PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&ctx));
-  ctx->growth                = 2;
-  ctx->failure               = 0.6;
-  adapt->data                = ctx;
-  adapt->ops->choose         = TSAdaptChoose_Heuristic;
+  ctx->growth = 2;
+  ctx->failure = 0.6;
+  adapt->data = ctx;
+  adapt->ops->choose = TSAdaptChoose_Heuristic;
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_Heuristic;
-  adapt->ops->view           = TSAdaptView_Heuristic;
-  adapt->ops->destroy        = TSAdaptDestroy_Heuristic;
-  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C",
-                                       TSAdaptChooseAfterFailure_Heuristic));
+  adapt->ops->view = TSAdaptView_Heuristic;
+  adapt->ops->destroy = TSAdaptDestroy_Heuristic;
+  PetscCall(
+    PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", TSAdaptChooseAfterFailure_Heuristic));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

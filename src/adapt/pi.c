@@ -3,22 +3,22 @@
 
 /* Soederlind (2003), ACM TOMS 29, 1-26, table 1 and section 5; Arevalo et al. (2020) for H211b. */
 static const SlipFilter Filters[] = {
-  {"elementary", 1,                PETSC_INFINITY,     0   },
-  {"PI33",       (PetscReal)3 / 2, -3,                 0   },
-  {"PI34",       (PetscReal)10 / 7, -(PetscReal)10 / 4, 0  },
-  {"PI42",       (PetscReal)5 / 3, -5,                 0   },
-  {"H211PI",     6,                6,                  0   },
-  {"H211b2",     2,                2,                  0.5 },
-  {"H211b4",     4,                4,                  0.25},
+  {"elementary", 1, PETSC_INFINITY, 0},
+  {"PI33", (PetscReal)3 / 2, -3, 0},
+  {"PI34", (PetscReal)10 / 7, -(PetscReal)10 / 4, 0},
+  {"PI42", (PetscReal)5 / 3, -5, 0},
+  {"H211PI", 6, 6, 0},
+  {"H211b2", 2, 2, 0.5},
+  {"H211b4", 4, 4, 0.25},
 };
-#define NFILTERS       ((PetscInt)PETSC_STATIC_ARRAY_LENGTH(Filters))
+#define NFILTERS ((PetscInt)PETSC_STATIC_ARRAY_LENGTH(Filters))
 #define DEFAULT_FILTER (NFILTERS - 1)
 
 typedef struct {
   SlipFilter filter;
-  PetscReal  r_min;   /* smaller step ratios reject */
-  PetscReal  r_max;   /* larger ones are capped */
-  PetscReal  failure; /* factor on the step when a solve did not converge */
+  PetscReal r_min;   /* smaller step ratios reject */
+  PetscReal r_max;   /* larger ones are capped */
+  PetscReal failure; /* factor on the step when a solve did not converge */
   /* history, moved by accepted steps only */
   PetscReal error;  /* E_(n-1); 1 at the start */
   PetscReal h_last; /* last accepted step [s]; 0 at the start */
@@ -33,26 +33,26 @@ static PetscErrorCode TSAdaptChoose_PI(TSAdapt adapt, TS ts, PetscReal h, PetscI
                                        PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
   TSAdapt_PI *ctx = (TSAdapt_PI *)adapt->data;
-  PetscInt    p;
-  PetscReal   E, q, r, used;
+  PetscInt p;
+  PetscReal E, q, r, used;
 
   PetscFunctionBegin;
   PetscCall(SlipAdaptEvaluateError(adapt, ts, &p, &E));
   *next_sc = 0;
-  *wlte    = E;
+  *wlte = E;
   *wltea = *wlter = -1;
-  *accept         = PETSC_TRUE;
-  *next_h         = h;
+  *accept = PETSC_TRUE;
+  *next_h = h;
   if (ts->steprestart || !ts->steps) {
-    ctx->error  = 1;
+    ctx->error = 1;
     ctx->h_last = 0;
   }
   if (E < 0) PetscFunctionReturn(PETSC_SUCCESS); /* no estimate, nothing to go by */
-  q       = (PetscReal)1 / (PetscReal)(p + 1);
-  E       = PetscMax(E, PETSC_SMALL);
-  r       = SlipFilterRatio(&ctx->filter, q, E, ctx->error, ctx->h_last > 0 ? h / ctx->h_last : 1);
+  q = (PetscReal)1 / (PetscReal)(p + 1);
+  E = PetscMax(E, PETSC_SMALL);
+  r = SlipFilterRatio(&ctx->filter, q, E, ctx->error, ctx->h_last > 0 ? h / ctx->h_last : 1);
   *accept = r >= ctx->r_min || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
-  used    = PetscMin(r, ctx->r_max);
+  used = PetscMin(r, ctx->r_max);
   *next_h = h * used;
   if (!*accept) {
     PetscCall(SlipAdaptCheckMinimum(adapt, ts, *next_h, "the error estimate"));
@@ -60,9 +60,9 @@ static PetscErrorCode TSAdaptChoose_PI(TSAdapt adapt, TS ts, PetscReal h, PetscI
   }
   /* Where the cap acted, remember the error that would have asked for the cap: otherwise one step without error (a fault
      at rest) would vouch for the next one, however wrong that is. */
-  ctx->error  = r > used ? E * PetscPowReal(r / used, ctx->filter.g1 / q) : E;
+  ctx->error = r > used ? E * PetscPowReal(r / used, ctx->filter.g1 / q) : E;
   ctx->h_last = h;
-  *next_h     = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);
+  *next_h = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,8 +97,8 @@ static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems Pe
 {
   TSAdapt_PI *ctx = (TSAdapt_PI *)adapt->data;
   const char *names[PETSC_STATIC_ARRAY_LENGTH(Filters)];
-  PetscInt    index = DEFAULT_FILTER;
-  PetscBool   set;
+  PetscInt index = DEFAULT_FILTER;
+  PetscBool set;
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < NFILTERS; i++) names[i] = Filters[i].name;
@@ -116,8 +116,9 @@ static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems Pe
                              &ctx->r_min, NULL));
   PetscCall(PetscOptionsReal("-ts_adapt_pi_ratio_max", "Larger step ratios are capped, > 1", "", ctx->r_max,
                              &ctx->r_max, NULL));
-  PetscCall(PetscOptionsReal("-ts_adapt_pi_failure_factor", "Factor on the step when a solve did not converge, in (0, 1)",
-                             "", ctx->failure, &ctx->failure, NULL));
+  PetscCall(PetscOptionsReal("-ts_adapt_pi_failure_factor",
+                             "Factor on the step when a solve did not converge, in (0, 1)", "", ctx->failure,
+                             &ctx->failure, NULL));
   PetscOptionsHeadEnd();
   PetscCall(CheckParameters(adapt, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -126,7 +127,7 @@ static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems Pe
 static PetscErrorCode TSAdaptView_PI(TSAdapt adapt, PetscViewer viewer)
 {
   const TSAdapt_PI *ctx = (const TSAdapt_PI *)adapt->data;
-  PetscBool         ascii;
+  PetscBool ascii;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
@@ -169,16 +170,17 @@ PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&ctx));
-  ctx->filter                = Filters[DEFAULT_FILTER];
-  ctx->r_min                 = 0.8;
-  ctx->r_max                 = 1.2;
-  ctx->failure               = 0.6;
-  ctx->error                 = 1;
-  adapt->data                = ctx;
-  adapt->ops->choose         = TSAdaptChoose_PI;
+  ctx->filter = Filters[DEFAULT_FILTER];
+  ctx->r_min = 0.8;
+  ctx->r_max = 1.2;
+  ctx->failure = 0.6;
+  ctx->error = 1;
+  adapt->data = ctx;
+  adapt->ops->choose = TSAdaptChoose_PI;
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_PI;
-  adapt->ops->view           = TSAdaptView_PI;
-  adapt->ops->destroy        = TSAdaptDestroy_PI;
-  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", TSAdaptChooseAfterFailure_PI));
+  adapt->ops->view = TSAdaptView_PI;
+  adapt->ops->destroy = TSAdaptDestroy_PI;
+  PetscCall(
+    PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", TSAdaptChooseAfterFailure_PI));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

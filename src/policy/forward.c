@@ -4,10 +4,14 @@
 static PetscReal Activate(SlipActivation activation, PetscReal y)
 {
   switch (activation) {
-  case SLIP_ACTIVATION_RELU: return y > 0 ? y : 0;
-  case SLIP_ACTIVATION_TANH: return PetscTanhReal(y);
-  case SLIP_ACTIVATION_HARDTANH2: return y < -2 ? -2 : (y > 2 ? 2 : y);
-  default: return y;
+  case SLIP_ACTIVATION_RELU:
+    return y > 0 ? y : 0;
+  case SLIP_ACTIVATION_TANH:
+    return PetscTanhReal(y);
+  case SLIP_ACTIVATION_HARDTANH2:
+    return y < -2 ? -2 : (y > 2 ? 2 : y);
+  default:
+    return y;
   }
 }
 
@@ -60,7 +64,7 @@ PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal
   for (PetscInt i = 0; i < p->n; i++) x[i] = obs[i] * p->scale[i] + p->offset[i];
   for (PetscInt l = 0; l < p->nlayers; l++) {
     const SlipLayer *layer = &p->layers[l];
-    PetscReal       *swap  = x;
+    PetscReal *swap = x;
 
     SlipLayerForward(layer->in, layer->out, layer->weight, layer->bias, layer->activation, x, y);
     x = y;
@@ -104,7 +108,7 @@ PetscErrorCode SlipPolicyActionToStep(SlipPolicy p, PetscReal action, PetscReal 
   PetscCall(SlipPolicyGetStepBounds(p, tstar, tmax, &dt_min, &dt_max));
   PetscCheck(!PetscIsInfOrNanReal(action), PetscObjectComm((PetscObject)p), PETSC_ERR_FP,
              "Policy %s: its action is %g; expected a finite number", SlipPolicySource_Private(p), (double)action);
-  x  = PetscClipInterval((action - p->low) / (p->high - p->low), (PetscReal)0, (PetscReal)1);
+  x = PetscClipInterval((action - p->low) / (p->high - p->low), (PetscReal)0, (PetscReal)1);
   *h = p->log_spacing ? dt_min * PetscPowReal(dt_max / dt_min, x) : dt_min + x * (dt_max - dt_min);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

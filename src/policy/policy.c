@@ -2,9 +2,10 @@
 #include <slipstep/private/slippolicyimpl.h>
 #include <slipsys.h>
 
-PetscClassId      SLIP_POLICY_CLASSID;
-const char *const SlipActivations[] = {"linear", "relu", "tanh", "hardtanh2", "SlipActivation", "SLIP_ACTIVATION_", NULL};
-const char *const SlipStepUnits[]   = {"s", "T*", "t_max", NULL};
+PetscClassId SLIP_POLICY_CLASSID;
+const char *const SlipActivations[] = {"linear",           "relu", "tanh", "hardtanh2", "SlipActivation",
+                                       "SLIP_ACTIVATION_", NULL};
+const char *const SlipStepUnits[] = {"s", "T*", "t_max", NULL};
 
 /*@
   SlipPolicyCreate - an empty policy
@@ -46,8 +47,8 @@ PetscErrorCode SlipPolicyClear_Private(SlipPolicy p)
   PetscCall(PetscFree(p->file));
   PetscCall(PetscFree(p->work));
   p->n = p->nlayers = p->nattributes = p->width = 0;
-  p->has_action                                 = PETSC_FALSE;
-  p->hash[0]                                    = 0;
+  p->has_action = PETSC_FALSE;
+  p->hash[0] = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -145,15 +146,18 @@ PetscErrorCode SlipPolicySetObservations(SlipPolicy p, PetscInt n, const char *c
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
-  PetscCheck(n > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "Policy %s: /observation/names has %" PetscInt_FMT
-             " entries; expected at least 1", SlipPolicySource_Private(p), n);
+  PetscCheck(n > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Policy %s: /observation/names has %" PetscInt_FMT " entries; expected at least 1",
+             SlipPolicySource_Private(p), n);
   PetscCall(CheckFinite(p, "/observation/scale", n, scale));
   PetscCall(CheckFinite(p, "/observation/offset", n, offset));
   for (PetscInt i = 0; i < n; i++) {
-    PetscCheck(names[i] && names[i][0], comm, PETSC_ERR_ARG_WRONG, "Policy %s: /observation/names entry %" PetscInt_FMT
-               " is empty; expected a name", SlipPolicySource_Private(p), i);
-    PetscCheck(scale[i] != 0, comm, PETSC_ERR_ARG_WRONG, "Policy %s: /observation/scale is 0 at entry %" PetscInt_FMT
-               " (%s); expected a factor", SlipPolicySource_Private(p), i, names[i]);
+    PetscCheck(names[i] && names[i][0], comm, PETSC_ERR_ARG_WRONG,
+               "Policy %s: /observation/names entry %" PetscInt_FMT " is empty; expected a name",
+               SlipPolicySource_Private(p), i);
+    PetscCheck(scale[i] != 0, comm, PETSC_ERR_ARG_WRONG,
+               "Policy %s: /observation/scale is 0 at entry %" PetscInt_FMT " (%s); expected a factor",
+               SlipPolicySource_Private(p), i, names[i]);
   }
   for (PetscInt i = 0; i < p->n; i++) PetscCall(PetscFree(p->names[i]));
   PetscCall(PetscFree(p->names));
@@ -189,14 +193,15 @@ PetscErrorCode SlipPolicySetObservations(SlipPolicy p, PetscInt n, const char *c
 PetscErrorCode SlipPolicyAddLayer(SlipPolicy p, PetscInt in, PetscInt out, const PetscReal weight[],
                                   const PetscReal bias[], SlipActivation activation)
 {
-  MPI_Comm   comm = PetscObjectComm((PetscObject)p);
-  char       dataset[64];
+  MPI_Comm comm = PetscObjectComm((PetscObject)p);
+  char dataset[64];
   SlipLayer *layers, *layer;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
-  PetscCheck(in > 0 && out > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "Policy %s: /layers/%" PetscInt_FMT
-             "/weight has shape [%" PetscInt_FMT ", %" PetscInt_FMT "]; expected positive sizes",
+  PetscCheck(in > 0 && out > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Policy %s: /layers/%" PetscInt_FMT "/weight has shape [%" PetscInt_FMT ", %" PetscInt_FMT
+             "]; expected positive sizes",
              SlipPolicySource_Private(p), p->nlayers, out, in);
   PetscCheck((PetscInt)activation >= 0 && activation <= SLIP_ACTIVATION_HARDTANH2, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Policy %s: layer %" PetscInt_FMT " has activation %d; expected a SlipActivation",
@@ -209,10 +214,10 @@ PetscErrorCode SlipPolicyAddLayer(SlipPolicy p, PetscInt in, PetscInt out, const
   PetscCall(PetscMalloc1(p->nlayers + 1, &layers));
   PetscCall(PetscArraycpy(layers, p->layers, p->nlayers));
   PetscCall(PetscFree(p->layers));
-  p->layers         = layers;
-  layer             = &layers[p->nlayers];
-  layer->in         = in;
-  layer->out        = out;
+  p->layers = layers;
+  layer = &layers[p->nlayers];
+  layer->in = in;
+  layer->out = out;
   layer->activation = activation;
   PetscCall(PetscMalloc2(in * out, &layer->weight, out, &layer->bias));
   for (PetscInt o = 0; o < out; o++)
@@ -261,8 +266,8 @@ PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, PetscReal high, 
                                    const char dt_min_unit[], PetscReal dt_max, const char dt_max_unit[],
                                    PetscBool log_spacing)
 {
-  MPI_Comm  comm = PetscObjectComm((PetscObject)p);
-  PetscInt  unit[2];
+  MPI_Comm comm = PetscObjectComm((PetscObject)p);
+  PetscInt unit[2];
   PetscReal bounds[4] = {low, high, dt_min, dt_max};
 
   PetscFunctionBegin;
@@ -279,14 +284,14 @@ PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, PetscReal high, 
   PetscCheck(!log_spacing || dt_min > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Policy %s: attribute dt_min of /action is %g; expected > 0 with spacing \"log\"",
              SlipPolicySource_Private(p), (double)dt_min);
-  p->low         = low;
-  p->high        = high;
-  p->dt[0]       = dt_min;
-  p->dt[1]       = dt_max;
-  p->dt_unit[0]  = unit[0];
-  p->dt_unit[1]  = unit[1];
+  p->low = low;
+  p->high = high;
+  p->dt[0] = dt_min;
+  p->dt[1] = dt_max;
+  p->dt_unit[0] = unit[0];
+  p->dt_unit[1] = unit[1];
   p->log_spacing = log_spacing;
-  p->has_action  = PETSC_TRUE;
+  p->has_action = PETSC_TRUE;
   PetscCall(Changed(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -327,9 +332,9 @@ PetscErrorCode SlipPolicySetRange(SlipPolicy p, const PetscReal min[], const Pet
 /* Complete, and every layer fits the one before; makes the work arrays. */
 PetscErrorCode SlipPolicyCheck_Private(SlipPolicy p)
 {
-  MPI_Comm    comm   = PetscObjectComm((PetscObject)p);
+  MPI_Comm comm = PetscObjectComm((PetscObject)p);
   const char *source = SlipPolicySource_Private(p);
-  PetscInt    in     = p->n;
+  PetscInt in = p->n;
 
   PetscFunctionBegin;
   PetscCheck(p->n > 0, comm, PETSC_ERR_ARG_WRONGSTATE, "Policy %s has no observations (/observation/names)", source);
@@ -339,14 +344,17 @@ PetscErrorCode SlipPolicyCheck_Private(SlipPolicy p)
   for (PetscInt l = 0; l < p->nlayers; l++) {
     const SlipLayer *layer = &p->layers[l];
 
-    PetscCheck(layer->in == in, comm, PETSC_ERR_ARG_SIZ, "Policy %s: /layers/%" PetscInt_FMT "/weight has shape [%"
-               PetscInt_FMT ", %" PetscInt_FMT "]; expected %" PetscInt_FMT " columns, the number of %s", source, l,
-               layer->out, layer->in, in, l ? "outputs of the layer before" : "observations");
-    in       = layer->out;
+    PetscCheck(layer->in == in, comm, PETSC_ERR_ARG_SIZ,
+               "Policy %s: /layers/%" PetscInt_FMT "/weight has shape [%" PetscInt_FMT ", %" PetscInt_FMT
+               "]; expected %" PetscInt_FMT " columns, the number of %s",
+               source, l, layer->out, layer->in, in, l ? "outputs of the layer before" : "observations");
+    in = layer->out;
     p->width = PetscMax(p->width, in);
   }
-  PetscCheck(in == 1, comm, PETSC_ERR_ARG_SIZ, "Policy %s: /layers/%" PetscInt_FMT "/weight has %" PetscInt_FMT
-             " rows; expected 1, the last layer gives the action", source, p->nlayers - 1, in);
+  PetscCheck(in == 1, comm, PETSC_ERR_ARG_SIZ,
+             "Policy %s: /layers/%" PetscInt_FMT "/weight has %" PetscInt_FMT
+             " rows; expected 1, the last layer gives the action",
+             source, p->nlayers - 1, in);
   if (!p->work) PetscCall(PetscMalloc1(2 * p->width, &p->work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,12 +4,12 @@
 #include <slipsys.h>
 #include <time.h>
 
-#define POLICY_FORMAT  "slipstep-policy"
+#define POLICY_FORMAT "slipstep-policy"
 #define POLICY_VERSION 1
 
 static PetscErrorCode CheckFormat(SlipH5 *h5)
 {
-  char     format[64];
+  char format[64];
   PetscInt version;
 
   PetscFunctionBegin;
@@ -38,9 +38,9 @@ static PetscErrorCode ReadVector(SlipH5 *h5, const char path[], PetscInt n, cons
 
 static PetscErrorCode ReadObservations(SlipH5 *h5, SlipPolicy p)
 {
-  PetscInt       n;
-  char         **names;
-  PetscReal     *values[2] = {NULL, NULL};
+  PetscInt n;
+  char **names;
+  PetscReal *values[2] = {NULL, NULL};
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
@@ -57,8 +57,8 @@ static PetscErrorCode ReadObservations(SlipH5 *h5, SlipPolicy p)
 
 static PetscErrorCode ReadRange(SlipH5 *h5, SlipPolicy p)
 {
-  PetscReal     *values[2] = {NULL, NULL};
-  PetscBool      has;
+  PetscReal *values[2] = {NULL, NULL};
+  PetscBool has;
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
@@ -75,9 +75,9 @@ static PetscErrorCode ReadRange(SlipH5 *h5, SlipPolicy p)
 
 static PetscErrorCode ReadActivation(SlipH5 *h5, const char group[], SlipActivation *activation)
 {
-  char      name[64];
+  char name[64];
   PetscBool known = PETSC_FALSE;
-  PetscInt  kind  = 0;
+  PetscInt kind = 0;
 
   PetscFunctionBegin;
   PetscCall(SlipH5ReadAttrString(h5, group, "activation", name, sizeof(name)));
@@ -86,17 +86,18 @@ static PetscErrorCode ReadActivation(SlipH5 *h5, const char group[], SlipActivat
     if (known) break;
   }
   PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE,
-             "%s: attribute activation of %s is \"%s\"; expected relu, tanh, linear or hardtanh2", h5->name, group, name);
+             "%s: attribute activation of %s is \"%s\"; expected relu, tanh, linear or hardtanh2", h5->name, group,
+             name);
   *activation = (SlipActivation)kind;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode ReadLayer(SlipH5 *h5, SlipPolicy p, const char group[])
 {
-  char           path[128];
-  PetscInt       shape[2];
-  PetscReal     *weight = NULL, *bias = NULL;
-  SlipActivation activation;
+  char path[128];
+  PetscInt shape[2];
+  PetscReal *weight = NULL, *bias = NULL;
+  SlipActivation activation = SLIP_ACTIVATION_LINEAR;
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
@@ -115,22 +116,22 @@ static PetscErrorCode ReadLayer(SlipH5 *h5, SlipPolicy p, const char group[])
 /* /layers/0, /layers/1, ... without gaps; a gap would silently drop the layers behind it. */
 static PetscErrorCode ReadLayers(SlipH5 *h5, SlipPolicy p)
 {
-  char       group[64];
-  PetscBool  has;
+  char group[64];
+  PetscBool has;
   H5G_info_t info;
-  hid_t      id;
-  herr_t     failed;
+  hid_t id;
+  herr_t failed;
 
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h5, "/layers/0", &has));
-  PetscCheck(has, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has no group /layers/0; expected the first layer there",
-             h5->name);
+  PetscCheck(has, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s has no group /layers/0; expected the first layer there", h5->name);
   for (PetscInt k = 0; has; k++) {
     PetscCall(PetscSNPrintf(group, sizeof(group), "/layers/%" PetscInt_FMT, k));
     PetscCall(SlipH5Has(h5, group, &has));
     if (has) PetscCall(ReadLayer(h5, p, group));
   }
-  id     = H5Gopen2(h5->id, "/layers", H5P_DEFAULT);
+  id = H5Gopen2(h5->id, "/layers", H5P_DEFAULT);
   failed = H5Gget_info(id, &info);
   H5Gclose(id);
   PetscCheck(failed >= 0 && (PetscInt)info.nlinks == p->nlayers, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
@@ -142,7 +143,7 @@ static PetscErrorCode ReadLayers(SlipH5 *h5, SlipPolicy p)
 static PetscErrorCode ReadAction(SlipH5 *h5, SlipPolicy p)
 {
   PetscReal low, high, dt_min, dt_max;
-  char      unit[2][64], squash[64], spacing[64] = "linear";
+  char unit[2][64], squash[64], spacing[64] = "linear";
   PetscBool has;
 
   PetscFunctionBegin;
@@ -159,7 +160,8 @@ static PetscErrorCode ReadAction(SlipH5 *h5, SlipPolicy p)
   if (has) PetscCall(SlipH5ReadAttrString(h5, "/action", "spacing", spacing, sizeof(spacing)));
   PetscCheck(!strcmp(spacing, "linear") || !strcmp(spacing, "log"), PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE,
              "%s: attribute spacing of /action is \"%s\"; expected \"linear\" or \"log\"", h5->name, spacing);
-  PetscCall(SlipPolicySetAction(p, low, high, dt_min, unit[0], dt_max, unit[1], strcmp(spacing, "log") ? PETSC_FALSE : PETSC_TRUE));
+  PetscCall(SlipPolicySetAction(p, low, high, dt_min, unit[0], dt_max, unit[1],
+                                strcmp(spacing, "log") ? PETSC_FALSE : PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -175,15 +177,16 @@ static herr_t CountAttribute(hid_t location, const char *name, const H5A_info_t 
 /* What the file says of the training: every attribute of the root, numbers as text. */
 static PetscErrorCode ReadAttributes(SlipH5 *h5, SlipPolicy p)
 {
-  char      *names[64], **next = names, value[1024];
-  PetscReal  number;
+  char *names[64], **next = names, value[1024];
+  PetscReal number;
   H5O_info_t info;
-  herr_t     failed;
+  herr_t failed;
 
   PetscFunctionBegin;
   failed = H5Oget_info(h5->id, &info);
-  PetscCheck(failed >= 0 && info.num_attrs <= PETSC_STATIC_ARRAY_LENGTH(names), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s: / has more than %d attributes", h5->name, (int)PETSC_STATIC_ARRAY_LENGTH(names));
+  PetscCheck(failed >= 0 && info.num_attrs <= PETSC_STATIC_ARRAY_LENGTH(names), PETSC_COMM_SELF,
+             PETSC_ERR_FILE_UNEXPECTED, "%s: / has more than %d attributes", h5->name,
+             (int)PETSC_STATIC_ARRAY_LENGTH(names));
   failed = H5Aiterate2(h5->id, H5_INDEX_NAME, H5_ITER_INC, NULL, CountAttribute, &next);
   PetscCheck(failed >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "%s: cannot list the attributes of /", h5->name);
   for (char **name = names; name < next; name++) {
@@ -222,8 +225,8 @@ static PetscErrorCode ReadContent(SlipH5 *h5, SlipPolicy p)
 /* On rank 0: the packed content of a file. The file is closed in any case. */
 static PetscErrorCode ReadPacked(const char file[], size_t *n, char **bytes)
 {
-  SlipH5         h5;
-  SlipPolicy     p;
+  SlipH5 h5;
+  SlipPolicy p;
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
@@ -244,7 +247,7 @@ static PetscErrorCode ReadPacked(const char file[], size_t *n, char **bytes)
 static PetscErrorCode ShareError(MPI_Comm comm, PetscErrorCode ierr, const char *what, const char file[])
 {
   PetscMPIInt rank;
-  int         code = (int)ierr;
+  int code = (int)ierr;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
@@ -274,12 +277,12 @@ static PetscErrorCode ShareError(MPI_Comm comm, PetscErrorCode ierr, const char 
 @*/
 PetscErrorCode SlipPolicyLoad(SlipPolicy policy, const char file[])
 {
-  MPI_Comm       comm;
-  PetscMPIInt    rank;
-  PetscErrorCode ierr  = PETSC_SUCCESS;
-  size_t         n     = 0;
-  char          *bytes = NULL;
-  unsigned long  count;
+  MPI_Comm comm;
+  PetscMPIInt rank;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  size_t n = 0;
+  char *bytes = NULL;
+  unsigned long count;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(policy, SLIP_POLICY_CLASSID, 1);
@@ -302,8 +305,8 @@ PetscErrorCode SlipPolicyLoad(SlipPolicy policy, const char file[])
 static PetscErrorCode WriteLayer(SlipH5 *h5, PetscInt k, const SlipLayer *layer)
 {
   const PetscInt shape[2] = {layer->out, layer->in};
-  char           group[64], path[128];
-  PetscReal     *weight;
+  char group[64], path[128];
+  PetscReal *weight;
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(group, sizeof(group), "/layers/%" PetscInt_FMT, k));
@@ -330,10 +333,12 @@ static PetscErrorCode WriteRoot(SlipH5 *h5, SlipPolicy p)
     const char *name = p->attributes[2 * i], *value = p->attributes[2 * i + 1];
 
     PetscCall(SlipPolicyAttributeNumber_Private(name, value, &number));
-    if (PetscIsNanReal(number)) PetscCall(SlipH5WriteAttrString(h5, "/", name, value));
-    else if (number == PetscRoundReal(number) && PetscAbsReal(number) < 1e9)
+    if (PetscIsNanReal(number))
+      PetscCall(SlipH5WriteAttrString(h5, "/", name, value));
+    else if (number == PetscFloorReal(number) && PetscAbsReal(number) < 1e9)
       PetscCall(SlipH5WriteAttrInt(h5, "/", name, (PetscInt)number));
-    else PetscCall(SlipH5WriteAttrReal(h5, "/", name, number));
+    else
+      PetscCall(SlipH5WriteAttrReal(h5, "/", name, number));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -365,15 +370,17 @@ static PetscErrorCode WriteContent(SlipH5 *h5, SlipPolicy p)
 /* On rank 0: closing gives the file its name, so a half-written one is only closed by HDF5 and keeps the name FILE.part. */
 static PetscErrorCode WriteFile(SlipPolicy p, const char file[])
 {
-  SlipH5         h5;
+  SlipH5 h5;
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
   PetscCall(SlipH5Create(file, &h5));
   ierr = WriteContent(&h5, p);
   if (ierr) h5.target[0] = 0;
-  if (!ierr) ierr = SlipH5Close(&h5);
-  else PetscCall(SlipH5Close(&h5));
+  if (!ierr)
+    ierr = SlipH5Close(&h5);
+  else
+    PetscCall(SlipH5Close(&h5));
   PetscCall(ierr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -381,10 +388,10 @@ static PetscErrorCode WriteFile(SlipPolicy p, const char file[])
 /* Date and library are noted unless the caller has set them; rank 0's clock counts. */
 static PetscErrorCode NoteOrigin(SlipPolicy p)
 {
-  char      created[32]              = "";
+  char created[32] = "";
   PetscBool has_created = PETSC_FALSE, has_version = PETSC_FALSE;
-  time_t    now = time(NULL);
-  struct tm utc;
+  time_t now = time(NULL);
+  struct tm *utc = gmtime(&now);
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < p->nattributes; i++) {
@@ -393,7 +400,7 @@ static PetscErrorCode NoteOrigin(SlipPolicy p)
   }
   if (!has_version) PetscCall(SlipPolicySetAttribute(p, "library_version", SLIPSTEP_VERSION));
   if (has_created) PetscFunctionReturn(PETSC_SUCCESS);
-  if (gmtime_r(&now, &utc)) strftime(created, sizeof(created), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  if (utc) strftime(created, sizeof(created), "%Y-%m-%dT%H:%M:%SZ", utc);
   PetscCallMPI(MPI_Bcast(created, (PetscMPIInt)sizeof(created), MPI_CHAR, 0, PetscObjectComm((PetscObject)p)));
   PetscCall(SlipPolicySetAttribute(p, "created", created));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -414,8 +421,8 @@ static PetscErrorCode NoteOrigin(SlipPolicy p)
 @*/
 PetscErrorCode SlipPolicyStore(SlipPolicy policy, const char file[])
 {
-  MPI_Comm       comm;
-  PetscMPIInt    rank;
+  MPI_Comm comm;
+  PetscMPIInt rank;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;

@@ -8,7 +8,7 @@ static const char *const NumericAttributes[] = {"alpha", "seed", "training_steps
 /* The number that an attribute stands for, NaN when it is a text. */
 PetscErrorCode SlipPolicyAttributeNumber_Private(const char name[], const char value[], PetscReal *number)
 {
-  char     *end;
+  char *end;
   PetscBool numeric = PETSC_FALSE;
 
   PetscFunctionBegin;
@@ -46,10 +46,10 @@ PetscErrorCode SlipPolicyNumberText_Private(PetscReal number, size_t len, char t
 @*/
 PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name[], const char value[])
 {
-  char      text[64], **attributes;
+  char text[64], **attributes;
   PetscReal number;
-  PetscInt  at = 0;
-  int       order = 1;
+  PetscInt at = 0;
+  int order = 1;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
@@ -122,20 +122,22 @@ PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *
 
 .seealso: SlipPolicySetAction()
 @*/
-PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min, PetscReal *dt_max)
+PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min,
+                                       PetscReal *dt_max)
 {
   const PetscReal unit[3] = {1, tstar, tmax};
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
-  PetscCheck(p->has_action, PetscObjectComm((PetscObject)p), PETSC_ERR_ARG_WRONGSTATE, "Policy %s has no action (/action)",
-             SlipPolicySource_Private(p));
+  PetscCheck(p->has_action, PetscObjectComm((PetscObject)p), PETSC_ERR_ARG_WRONGSTATE,
+             "Policy %s has no action (/action)", SlipPolicySource_Private(p));
   *dt_min = p->dt[0] * unit[p->dt_unit[0]];
   *dt_max = p->dt[1] * unit[p->dt_unit[1]];
-  PetscCheck(*dt_min < *dt_max && !PetscIsInfOrNanReal(*dt_max), PetscObjectComm((PetscObject)p), PETSC_ERR_ARG_OUTOFRANGE,
-             "Policy %s: with T* = %g s and a maximum time of %g s its steps are in [%g, %g] s; expected dt_min < dt_max "
-             "(attributes of /action)", SlipPolicySource_Private(p), (double)tstar, (double)tmax, (double)*dt_min,
-             (double)*dt_max);
+  PetscCheck(
+    *dt_min < *dt_max && !PetscIsInfOrNanReal(*dt_max), PetscObjectComm((PetscObject)p), PETSC_ERR_ARG_OUTOFRANGE,
+    "Policy %s: with T* = %g s and a maximum time of %g s its steps are in [%g, %g] s; expected dt_min < dt_max "
+    "(attributes of /action)",
+    SlipPolicySource_Private(p), (double)tstar, (double)tmax, (double)*dt_min, (double)*dt_max);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,7 +168,7 @@ static uint64_t Fnv1a(size_t n, const char *bytes)
 PetscErrorCode SlipPolicyGetHash(SlipPolicy p, const char *hash[])
 {
   size_t n;
-  char  *bytes;
+  char *bytes;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
@@ -218,7 +220,7 @@ PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[])
 PetscErrorCode SlipPolicyView(SlipPolicy p, PetscViewer viewer)
 {
   const char *hash;
-  PetscBool   ascii;
+  PetscBool ascii;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
@@ -235,7 +237,8 @@ PetscErrorCode SlipPolicyView(SlipPolicy p, PetscViewer viewer)
                                      (double)p->offset[i]));
     PetscCall(PetscViewerASCIIUseTabs(viewer, PETSC_FALSE));
     if (p->range)
-      PetscCall(PetscViewerASCIIPrintf(viewer, ", in [%g, %g] in training", (double)p->range[i], (double)p->range[p->n + i]));
+      PetscCall(
+        PetscViewerASCIIPrintf(viewer, ", in [%g, %g] in training", (double)p->range[i], (double)p->range[p->n + i]));
     PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
     PetscCall(PetscViewerASCIIUseTabs(viewer, PETSC_TRUE));
   }

@@ -3,9 +3,9 @@
 
 /* A cursor that counts (bytes == NULL), writes, or reads. */
 typedef struct {
-  char       *bytes;
+  char *bytes;
   const char *source;
-  size_t      at;
+  size_t at;
 } Stream;
 
 static void Put(Stream *s, const void *data, size_t n)
@@ -74,7 +74,7 @@ PetscErrorCode SlipPolicyPack_Private(SlipPolicy p, size_t *n, char **bytes)
   *n = s.at;
   PetscCall(PetscMalloc1(*n, bytes));
   s.bytes = *bytes;
-  s.at    = 0;
+  s.at = 0;
   Write(p, &s);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -96,8 +96,8 @@ static void GetReals(Stream *s, PetscInt n, PetscReal *values)
 
 static const char *GetString(Stream *s)
 {
-  const size_t n    = (size_t)GetInt(s);
-  const char  *text = s->source + s->at;
+  const size_t n = (size_t)GetInt(s);
+  const char *text = s->source + s->at;
 
   s->at += n;
   return text;
@@ -106,8 +106,8 @@ static const char *GetString(Stream *s)
 static PetscErrorCode GetObservations(SlipPolicy p, Stream *s)
 {
   const PetscInt n = GetInt(s);
-  const char   **names;
-  PetscReal     *values;
+  const char **names;
+  PetscReal *values;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc2(n, &names, 2 * n, &values));
@@ -124,9 +124,9 @@ static PetscErrorCode GetObservations(SlipPolicy p, Stream *s)
 
 static PetscErrorCode GetLayer(SlipPolicy p, Stream *s)
 {
-  const PetscInt       in = GetInt(s), out = GetInt(s);
+  const PetscInt in = GetInt(s), out = GetInt(s);
   const SlipActivation activation = (SlipActivation)GetInt(s);
-  PetscReal           *weight, *bias;
+  PetscReal *weight, *bias;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc2(in * out, &weight, out, &bias));
@@ -140,9 +140,9 @@ static PetscErrorCode GetLayer(SlipPolicy p, Stream *s)
 /* Fill an empty policy from the bytes of a complete one. */
 PetscErrorCode SlipPolicyUnpack_Private(SlipPolicy p, size_t n, const char *bytes)
 {
-  Stream    s = {NULL, bytes, 0};
+  Stream s = {NULL, bytes, 0};
   PetscReal bounds[4];
-  PetscInt  unit[2], count;
+  PetscInt unit[2], count;
   PetscBool log_spacing;
 
   PetscFunctionBegin;
@@ -151,8 +151,8 @@ PetscErrorCode SlipPolicyUnpack_Private(SlipPolicy p, size_t n, const char *byte
   for (PetscInt l = 0; l < count; l++) PetscCall(GetLayer(p, &s));
   (void)GetInt(&s);
   GetReals(&s, 4, bounds);
-  unit[0]     = GetInt(&s);
-  unit[1]     = GetInt(&s);
+  unit[0] = GetInt(&s);
+  unit[1] = GetInt(&s);
   log_spacing = GetInt(&s) ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipPolicySetAction(p, bounds[0], bounds[1], bounds[2], SlipStepUnits[unit[0]], bounds[3],
                                 SlipStepUnits[unit[1]], log_spacing));
