@@ -138,6 +138,17 @@ class OutputTest(unittest.TestCase):
             self.assertIn(name, done.stderr)
             self.assertNotIn("Traceback", done.stderr)
 
+    def test_compact_keeps_results_and_the_last_row(self):
+        whole = Run(write_run(self.path("whole.h5"), 1003))
+        done = self.script("compact.py", self.path("whole.h5"), self.path("small.h5"), "--rows", "100")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        small = Run(self.path("small.h5"))
+        self.assertEqual(small.result, whole.result)
+        self.assertLessEqual(len(small.series["time"]), 101)
+        self.assertEqual(small.series["mean_slip"][-1], whole.series["mean_slip"][-1])
+        self.assertEqual(small.units["/series/mean_slip"], "m")
+        self.assertEqual(small.field_names, [])
+
     def test_plot_run_with_and_without_fields(self):
         for name, fields in (("with.h5", True), ("without.h5", False)):
             write_run(self.path(name), 40, fields=fields)
