@@ -35,7 +35,7 @@ slipstep_install() {
   local missing system root
   if [ "${SLIPSTEP_SKIP_PACKAGES:-0}" = 1 ]; then return; fi
   if command -v dpkg-query >/dev/null; then
-    mapfile -t missing < <(slipstep_missing "$@")
+    missing=($(slipstep_missing "$@"))
   else
     missing=("$@")
   fi
@@ -43,12 +43,14 @@ slipstep_install() {
 
   system=$(. /etc/os-release 2>/dev/null && echo "${ID:-unknown} ${VERSION_ID:-}")
   if [ "$system" != "debian 12" ]; then
-    slipstep_die "SlipStep: packages are missing, and they are installed automatically on Debian 12 only (this is ${system:-unknown})." \
-      $'\n'"Please install (Debian's names):" $'\n'"  ${missing[*]}" \
-      $'\n'"and run this again; with PETSc from elsewhere set PETSC_DIR, PETSC_ARCH and SLIPSTEP_SKIP_PACKAGES=1."
+    slipstep_die "SlipStep: packages are missing, and they are installed automatically on Debian 12 only (this is ${system:-unknown}).
+Please install (Debian's names)
+  ${missing[*]}
+and run this again. For PETSc from elsewhere set PETSC_DIR, PETSC_ARCH and SLIPSTEP_SKIP_PACKAGES=1."
   fi
-  root=$(slipstep_root) || slipstep_die "SlipStep: packages are missing, and installing them needs root. Please run" \
-    $'\n'"  sudo apt-get install --no-install-recommends ${missing[*]}" $'\n'"and then this again."
+  root=$(slipstep_root) || slipstep_die "SlipStep: packages are missing, and installing them needs root. Please run
+  sudo apt-get install --no-install-recommends ${missing[*]}
+and then this again."
   echo "Installing: ${missing[*]}"
   $root apt-get -q update || echo "apt-get update reported errors; going on with the package lists there are." >&2
   $root env DEBIAN_FRONTEND=noninteractive apt-get -q -y install --no-install-recommends "${missing[@]}" ||
@@ -65,8 +67,8 @@ slipstep_find_python() {
       return
     fi
   done
-  slipstep_die "SlipStep: no python3 that imports h5py, numpy and matplotlib (tried python3 on PATH and /usr/bin/python3)." \
-    $'\n'"Install python3-h5py python3-numpy python3-matplotlib, or set SLIPSTEP_PYTHON."
+  slipstep_die "SlipStep: no python3 that imports h5py, numpy and matplotlib (tried python3 on PATH and /usr/bin/python3).
+Install python3-h5py python3-numpy python3-matplotlib, or set SLIPSTEP_PYTHON."
 }
 
 # One BLAS thread a rank; Open MPI as root, with more ranks than cores, and without ptrace (containers forbid it).
