@@ -9,6 +9,7 @@ PetscErrorCode SlipRegisterClasses(void)
   PetscFunctionBegin;
   /* one row per class: PetscClassIdRegister */
   PetscCall(PetscClassIdRegister("Step-size policy", &SLIP_POLICY_CLASSID));
+  PetscCall(PetscClassIdRegister("SlipFault", &SLIP_FAULT_CLASSID));
   PetscCall(PetscClassIdRegister("Slip constraint", &SLIP_CONSTRAINT_CLASSID));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
