@@ -161,8 +161,10 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   PetscCall(PetscObjectTypeCompare((PetscObject)c->B, "slipstage", &stage));
   if (stage) PetscCall(SlipStageGetParts(c->B, &parts));
   PetscCall(Allocate(c, stage ? &parts : NULL));
-  if (c->strike) PetscCall(SetUpStrike(c, &parts));
-  else PetscCall(SetUpDiagonal(c));
+  if (c->strike)
+    PetscCall(SetUpStrike(c, &parts));
+  else
+    PetscCall(SetUpDiagonal(c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

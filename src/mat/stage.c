@@ -4,18 +4,18 @@
 #include <slipstep/private/slipmat.h>
 
 typedef struct {
-  Mat K, H;           /* stiffness and viscosity, referenced */
-  PetscReal mass;     /* [kg/m^2] */
-  PetscReal theta;    /* [s] */
-  PetscBool assemble; /* both operands are dense and small enough for B to be formed at each theta */
-  Mat assembled;      /* B as MATDENSE, or NULL */
+  Mat K, H;                  /* stiffness and viscosity, referenced */
+  PetscReal mass;            /* [kg/m^2] */
+  PetscReal theta;           /* [s] */
+  PetscBool assemble;        /* both operands are dense and small enough for B to be formed at each theta */
+  Mat assembled;             /* B as MATDENSE, or NULL */
   PetscReal assembled_theta; /* theta of assembled or of blocks */
   SlipStrike strike;         /* both operands are per wavenumber: one pair of FFTs serves both; NULL otherwise */
   PetscReal *blocks;         /* [nk][nz][nz] spectral part of B */
   PetscReal damping;         /* H = damping * sqrt(K) as far as known, else 0 */
   PetscReal scale;           /* of K against the kernel */
   SlipGather gather;
-  PetscReal *y;              /* [N] */
+  PetscReal *y; /* [N] */
   Vec work;
 } SlipStageContext;
 

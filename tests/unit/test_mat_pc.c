@@ -154,8 +154,8 @@ static void test_iterations(void **state)
       Problem *p = CreateProblem(B, rows[k].theta, rows[k].share, rows[k].weakening);
       const PetscInt its = Solve(p, PCSLIPSTAGE);
 
-      print_message("%d x %d theta %g share %g weakening %g: %d iterations, %d without\n", (int)n, (int)n, rows[k].theta,
-                    rows[k].share, rows[k].weakening, (int)its, (int)Solve(p, PCNONE));
+      print_message("%d x %d theta %g share %g weakening %g: %d iterations, %d without\n", (int)n, (int)n,
+                    rows[k].theta, rows[k].share, rows[k].weakening, (int)its, (int)Solve(p, PCNONE));
       assert_true(its <= rows[k].most);
       DestroyProblem(p);
     }
