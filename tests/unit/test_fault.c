@@ -199,7 +199,7 @@ static void stiffness_file(void **state)
 }
 
 /* A stage's elimination: the lifted state must satisfy A (w - base) = theta (F_s(w) + ex + omega r) row by row, r the
-   residual G(v)/omega of any v. Every term is at most about 1e9 Pa, so rounding is below 1e-6 Pa; 1e-4 Pa is allowed. */
+   residual G(v)/omega of any v. Every term is at most about 1e9 Pa, so rounding is below 1e-6 Pa; 1e-4 is allowed. */
 static void elimination(void **state)
 {
   SlipFault fault = Make(3, 2);
@@ -256,8 +256,8 @@ static void elimination(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-/* d(kinetic + elastic)/dt + viscous + friction = loading holds instant by instant: with dw/dt = A^-1 (F_s + r) the rate of
-   change is v.M dv/dt + u.K du/dt. Relative to the largest term; sums of a dozen doubles: 1e-12. */
+/* d(kinetic + elastic)/dt + viscous + friction = loading holds instant by instant: with dw/dt = A^-1 (F_s + r) the
+   rate of change is v.M dv/dt + u.K du/dt. Relative to the largest term; sums of a dozen doubles: 1e-12. */
 static void power_balance(void **state)
 {
   SlipFault fault = Make(4, 3);
