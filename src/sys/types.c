@@ -9,6 +9,8 @@ PetscErrorCode SlipRegisterClasses(void)
   PetscFunctionBegin;
   /* one row per class: PetscClassIdRegister */
   PetscCall(PetscClassIdRegister("Step-size policy", &SLIP_POLICY_CLASSID));
+  PetscCall(PetscClassIdRegister("SlipFault", &SLIP_FAULT_CLASSID));
+  PetscCall(PetscClassIdRegister("Slip constraint", &SLIP_CONSTRAINT_CLASSID));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -19,5 +21,8 @@ PetscErrorCode SlipRegisterTypes(void)
   PetscCall(TSAdaptRegister(TSADAPTHEURISTIC, TSAdaptCreate_Heuristic));
   PetscCall(TSAdaptRegister(TSADAPTPI, TSAdaptCreate_PI));
   PetscCall(TSAdaptRegister(TSADAPTRL, TSAdaptCreate_RL));
+  PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
+  PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
+  PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
