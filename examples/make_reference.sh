@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes the fine run that quickstart.sh compares with: small constant steps, second-order reaction, no error control.
-#   examples/make_reference.sh [ELEMENTS [OPTIONS_FILE [STEP]]]     default 50 examples/fault_3km.opts 0.03
+#   examples/make_reference.sh [ELEMENTS [OPTIONS_FILE [STEP]]]     default 50 examples/fault_3km.opts 0.0075
 # Writes examples/reference/NAME_ELEMENTSxELEMENTS_CASE.h5 without the fields. Repeating it with another STEP shows how far it
 # has converged (final mean slip is printed); needs a build in build/.
 set -euo pipefail
@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 
 elements=${1:-50}
 options=${2:-examples/fault_3km.opts}
-step=${3:-0.03}
+step=${3:-0.0075}
 case=$(basename "$options" .opts)
 target=examples/reference/fault_${elements}x${elements}_${case#fault_}.h5
 

@@ -3,8 +3,8 @@
 
     output/compact.py IN.h5 OUT.h5 [--rows 500]
 
-/series and /steps keep every k-th row and the last one; /result, /run and /mesh are kept whole. /run gets the attribute
-"rows_kept_every" with k, since the rows of /steps then no longer add up to /result.
+/series and /steps keep every k-th row and the last one; /result and /run are kept whole, of /mesh the element centres. /run gets
+the attribute "rows_kept_every" with k, since the rows of /steps then no longer add up to /result.
 """
 
 import argparse
@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from slipstep_output import OutputError, Run
+from slipstep_output import MESH, OutputError, Run
 
 
 def kept(count, stride):
@@ -23,17 +23,24 @@ def kept(count, stride):
     return np.unique(np.append(np.arange(stride - 1, count, stride), count - 1))
 
 
+def store(file, data, rows):
+    """A compressed copy of some rows of a dataset, under its own name and with its attributes."""
+    copy = file.create_dataset(data.name, data=data[()][rows], compression="gzip", shuffle=True)
+    copy.attrs.update(data.attrs)
+
+
 def compact(source, target, rows):
     count = len(Run(source).series["time"])
     stride = max(1, -(-count // rows))
     with h5py.File(source, "r") as old, h5py.File(target + ".part", "w") as new:
-        for group in ("mesh", "run", "result"):
-            old.copy(group, new)
+        for group in ("run", "result", "mesh"):
+            new.create_group(group).attrs.update(old[group].attrs)
         new["run"].attrs["rows_kept_every"] = stride
+        for name in MESH:
+            store(new, old[f"mesh/{name}"], slice(None))
         for group in ("steps", "series"):
-            for name, data in old[group].items():
-                copy = new.create_dataset(f"{group}/{name}", data=data[()][kept(len(data), stride)], compression="gzip", shuffle=True)
-                copy.attrs.update(data.attrs)
+            for data in old[group].values():
+                store(new, data, kept(len(data), stride))
     os.replace(target + ".part", target)
     return stride
 

@@ -28,7 +28,7 @@ def figure(run):
     use_style()
     stored = [name for name in ("slip_rate", "slip") if name in run.field_names]
     canvas, axes = plt.subplots(3 if stored else 2, 2, figsize=(11, 11 if stored else 7.4), layout="constrained", squeeze=False)
-    style, other = RUN_STYLES[0], {"color": "#9a9a9a", "marker": "."}
+    style, other = RUN_STYLES[0], {"color": "#9a9a9a", "marker": ".", "zorder": 1}
     (rate, slip), (steps, error) = axes[:2]
     draw_series(rate, run, "max_slip_rate", other, "largest")
     draw_series(rate, run, "mean_slip_rate", style, "mean")

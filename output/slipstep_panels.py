@@ -5,12 +5,13 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter
 
 RED = "#d62728"
 REFERENCE = "#9a9a9a"
-RUN_STYLES = [{"color": "#0062a5", "marker": "o"}, {"color": "#e08a00", "marker": "s"}, {"color": "#2c8a4b", "marker": "^"},
-              {"color": "#8a4fa3", "marker": "D"}]
+# The first run is drawn on top of the others.
+RUN_STYLES = [{"color": "#0062a5", "marker": "o", "zorder": 5}, {"color": "#e08a00", "marker": "s", "zorder": 4},
+              {"color": "#2c8a4b", "marker": "^", "zorder": 3}, {"color": "#8a4fa3", "marker": "D", "zorder": 2}]
 STYLE = {
     "font.size": 11, "axes.titlesize": 11, "axes.titleweight": "bold", "axes.titlelocation": "left", "axes.labelsize": 11,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e6e6e6", "grid.linewidth": 0.8,
@@ -24,11 +25,15 @@ def use_style():
 
 
 def log_scale(axes):
-    """A logarithmic y axis with plain numbers at 1, 2 and 5 when it spans few decades, at powers of ten otherwise."""
+    """A logarithmic y axis; with plain numbers at 1, 2 and 5 when it spans less than three decades."""
     axes.set_yscale("log")
     low, high = axes.get_ylim()
-    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 1e3 * low else (1,), numticks=12))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    if high < 1e3 * low:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    else:
+        axes.yaxis.set_major_locator(LogLocator(numticks=9))
+        axes.yaxis.set_major_formatter(LogFormatterMathtext())
     axes.yaxis.set_minor_formatter(NullFormatter())
 
 
@@ -41,7 +46,7 @@ def draw_series(axes, run, name, style, label):
     """One quantity against time, every accepted step marked."""
     small = len(run.series["time"]) > 60
     axes.plot(run.series["time"], run.series[name], color=style["color"], marker=style["marker"], markersize=2.5 if small else 5,
-              markeredgewidth=0, linewidth=1.0, label=label, zorder=2)
+              markeredgewidth=0, linewidth=1.0, label=label, zorder=style["zorder"])
 
 
 def draw_steps(axes, run, style, label):
@@ -49,10 +54,11 @@ def draw_steps(axes, run, style, label):
     time, dt, rejected = run.steps["time"], run.steps["dt"], run.rejected
     axes.step(np.append(time[~rejected], time[~rejected][-1:] + dt[~rejected][-1:]),
               np.append(dt[~rejected], dt[~rejected][-1:]), where="post", color=style["color"], linewidth=1.0, alpha=0.6, zorder=1)
-    axes.plot(time[~rejected], dt[~rejected], linestyle="", color=style["color"], marker=style["marker"], markersize=4.5,
-              markeredgewidth=0, label=f"{label}, accepted", zorder=2)
-    axes.plot(time[rejected], dt[rejected], linestyle="", marker=style["marker"], markersize=6.5, markerfacecolor="none",
-              markeredgecolor=RED, markeredgewidth=1.5, label=f"{label}, rejected ({rejected.sum()})", zorder=3)
+    axes.plot(time[~rejected], dt[~rejected], linestyle="", color=style["color"], marker=style["marker"], markersize=4.5 if len(dt) < 100 else 3,
+              markeredgewidth=0, label=f"{label}, accepted", zorder=style["zorder"])
+    few = rejected.sum() < 40
+    axes.plot(time[rejected], dt[rejected], linestyle="", marker=style["marker"], markersize=6.5 if few else 5, markerfacecolor="none",
+              markeredgecolor=RED, markeredgewidth=1.5 if few else 0.8, label=f"{label}, rejected ({rejected.sum()})", zorder=style["zorder"])
     log_scale(axes)
 
 
@@ -63,7 +69,7 @@ def draw_map(axes, run, name, time, label, cmap="magma"):
     half_x, half_z = (0.5 * (c[1] - c[0]) if len(c) > 1 else 0.5 * max(abs(c[0]), 1e-3) for c in (x, z))
     extent = (x[0] - half_x, x[-1] + half_x, z[-1] + half_z, z[0] - half_z)
     image = axes.imshow(values, extent=extent, cmap=cmap, aspect="equal", interpolation="nearest")
-    axes.figure.colorbar(image, ax=axes, label=label, fraction=0.046, pad=0.03)
+    axes.figure.colorbar(image, cax=axes.inset_axes([1.04, 0.0, 0.05, 1.0]), label=label)
     axes.set_anchor("W")
     axes.set_xlabel("along strike (km)")
     axes.set_ylabel("depth (km)")

@@ -22,3 +22,40 @@ typedef PetscOptionItems SlipOptionItems;
 #else
   #define SlipMatShellFn(f) ((PetscErrorCodeFn *)(f))
 #endif
+/* Defaults of a SNES type, which give way to what the user has set; needs petsc/private/snesimpl.h. */
+#if PETSC_VERSION_LT(3, 22, 0)
+  #define SlipSNESSetDefaults(snes, default_relative, default_iterations)                                              \
+    do {                                                                                                               \
+      if (!(snes)->tolerancesset) {                                                                                    \
+        (snes)->rtol = (default_relative);                                                                             \
+        (snes)->max_its = (default_iterations);                                                                        \
+      }                                                                                                                \
+    } while (0)
+#else
+  #define SlipSNESSetDefaults(snes, default_relative, default_iterations)                                              \
+    do {                                                                                                               \
+      PetscCall(SNESParametersInitialize(snes));                                                                       \
+      PetscObjectParameterSetDefault(snes, rtol, default_relative);                                                    \
+      PetscObjectParameterSetDefault(snes, max_its, default_iterations);                                               \
+    } while (0)
+#endif
+#if PETSC_VERSION_GE(3, 25, 0)
+  #define SNES_DIVERGED_FNORM_NAN SNES_DIVERGED_FUNCTION_NANORINF
+#endif
+/* The function that destroys what a PetscContainer holds gets the pointer until 3.22, the pointer's address from 3.23:
+     static PetscErrorCode XDestroy_Container(SlipContainerArg arg) { X *x = SlipContainerArgPointer(arg); ... } */
+#if PETSC_VERSION_LT(3, 23, 0)
+typedef void *SlipContainerArg;
+  #define SlipContainerArgPointer(arg) (arg)
+  #define SlipContainerSetDestroy(c, f) PetscContainerSetUserDestroy(c, f)
+  #define SlipContainerDestroyDefault PetscContainerUserDestroyDefault
+#else
+  #if PETSC_VERSION_LT(3, 25, 0)
+typedef void **SlipContainerArg;
+  #else
+typedef PetscCtxRt SlipContainerArg;
+  #endif
+  #define SlipContainerArgPointer(arg) (*(void **)(arg))
+  #define SlipContainerSetDestroy(c, f) PetscContainerSetCtxDestroy(c, f)
+  #define SlipContainerDestroyDefault PetscCtxDestroyDefault
+#endif

@@ -3,7 +3,8 @@ include(CMakePackageConfigHelpers)
 set(_data ${CMAKE_INSTALL_DATADIR}/slipstep)
 set(_package ${CMAKE_INSTALL_LIBDIR}/cmake/slipstep)
 
-install(TARGETS slipstep EXPORT slipstepTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(TARGETS slipstep EXPORT slipstepTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/slipstep)
 file(GLOB _headers CONFIGURE_DEPENDS include/*.h)
 file(GLOB _policies CONFIGURE_DEPENDS training/policies/*.h5)
 file(GLOB _python CONFIGURE_DEPENDS output/*.py training/*.py)
