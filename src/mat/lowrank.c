@@ -1,12 +1,16 @@
 /*
-  The part of sqrt(K) that the spectral approximation misses. It lives near the fault's two ends and has low numerical rank, so it
-  is kept as W diag(lambda) W' for each parity under the mirror x -> -x. Found by randomised subspace iteration (Halko,
-  Martinsson & Tropp 2011), deterministic in its seed.
+  The part of sqrt(K) that the spectral approximation misses. It lives near the fault's two ends and has low numerical
+  rank, so it is kept as W diag(lambda) W' for each parity under the mirror x -> -x. Found by randomised subspace
+  iteration (Halko, Martinsson & Tropp 2011), deterministic in its seed.
 */
 #include <slipmat.h>
 #include <petscblaslapack.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
+
+extern void sgemv_(const char *trans, const PetscBLASInt *m, const PetscBLASInt *n, const float *alpha, const float *a,
+                   const PetscBLASInt *lda, const float *x, const PetscBLASInt *incx, const float *beta, float *y,
+                   const PetscBLASInt *incy);
 
 /* A small linear congruential generator (Knuth's MMIX constants), uniform in (-1, 1). */
 static PetscReal NextRandom(uint64_t *state)
@@ -61,48 +65,127 @@ static PetscErrorCode SubspaceEigen(PetscInt n, const PetscReal D[], PetscInt r,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The eigenpairs of D with |lambda| > cutoff: *rank columns of *W (n x rank, PetscFree) and *lambda (PetscFree). The subspace
-   grows until it holds 16 pairs too many. */
-PetscErrorCode SlipLowRank(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess, PetscInt *rank,
-                           PetscReal **W, PetscReal **lambda)
+/* Orders eigenpairs by falling |lambda| and keeps those above cutoff: from Q (n x r) into W (n x rank). */
+static PetscErrorCode Select(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[], PetscReal cutoff,
+                             SlipLowRank *m)
 {
-  PetscReal *Q, *values;
-  PetscInt r = PetscMin(n, PetscMax(guess, 32)), kept;
+  PetscReal *size;
+  PetscInt *order;
 
   PetscFunctionBegin;
-  for (;; r = PetscMin(n, 2 * r)) {
-    PetscCall(PetscMalloc1((size_t)n * r, &Q));
-    PetscCall(PetscMalloc1(r, &values));
-    PetscCall(SubspaceEigen(n, D, r, Q, values));
-    kept = 0;
-    for (PetscInt k = 0; k < r; k++) kept += PetscAbsReal(values[k]) > cutoff;
-    if (r == n || kept + 16 <= r) break;
-    PetscCall(PetscFree(Q));
-    PetscCall(PetscFree(values));
-  }
-  kept = 0;
+  PetscCall(PetscMalloc2(r, &size, r, &order));
   for (PetscInt k = 0; k < r; k++) {
-    if (PetscAbsReal(values[k]) <= cutoff) continue;
-    if (kept != k) PetscCall(PetscArraycpy(Q + (size_t)kept * n, Q + (size_t)k * n, n));
-    values[kept++] = values[k];
+    size[k] = -PetscAbsReal(values[k]);
+    order[k] = k;
   }
-  *rank = kept;
-  *W = Q;
-  *lambda = values;
+  PetscCall(PetscSortRealWithPermutation(r, size, order));
+  for (m->rank = 0; m->rank < r && PetscAbsReal(values[order[m->rank]]) > cutoff;) m->rank++;
+  PetscCall(PetscMalloc1((size_t)n * m->rank, &m->W));
+  PetscCall(PetscMalloc1(m->rank, &m->lambda));
+  for (PetscInt k = 0; k < m->rank; k++) {
+    PetscCall(PetscArraycpy(m->W + (size_t)k * n, Q + (size_t)order[k] * n, n));
+    m->lambda[k] = values[order[k]];
+  }
+  PetscCall(PetscFree2(size, order));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y += W lambda W' x; t is scratch of rank entries. */
-PetscErrorCode SlipLowRankApply(PetscInt n, PetscInt rank, const PetscReal W[], const PetscReal lambda[],
-                                const PetscReal x[], PetscReal y[], PetscReal t[])
+/* The eigenpairs of the symmetric D (n x n) with |lambda| > cutoff. The subspace grows from guess until it holds 16
+ * pairs too many. */
+PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess, SlipLowRank *m)
 {
-  const PetscScalar one = 1, zero = 0;
-  const PetscBLASInt bn = (PetscBLASInt)n, br = (PetscBLASInt)rank, inc = 1;
+  PetscInt r = PetscMin(n, PetscMax(guess, 32)), above;
 
   PetscFunctionBegin;
-  if (n == 0 || rank == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCallBLAS("BLASgemv", BLASgemv_("T", &bn, &br, &one, W, &bn, x, &inc, &zero, t, &inc));
-  for (PetscInt k = 0; k < rank; k++) t[k] *= lambda[k];
-  PetscCallBLAS("BLASgemv", BLASgemv_("N", &bn, &br, &one, W, &bn, t, &inc, &one, y, &inc));
+  m->n = n;
+  for (;; r = PetscMin(n, 2 * r)) {
+    PetscReal *Q, *values;
+
+    PetscCall(PetscMalloc2((size_t)n * r, &Q, r, &values));
+    PetscCall(SubspaceEigen(n, D, r, Q, values));
+    above = 0;
+    for (PetscInt k = 0; k < r; k++) above += PetscAbsReal(values[k]) > cutoff;
+    if (r == n || above + 16 <= r) PetscCall(Select(n, r, Q, values, cutoff, m));
+    PetscCall(PetscFree2(Q, values));
+    if (m->W) break;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Terms with |lambda| <= limit go into single precision: products are bound by memory, and a rounding of 1e-7 of a term
+   that is 1e-5 of the whole does not show at 1e-11. */
+PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit)
+{
+  const size_t n = (size_t)m->n;
+  PetscReal *head;
+
+  PetscFunctionBegin;
+  for (m->head = 0; m->head < m->rank && PetscAbsReal(m->lambda[m->head]) > limit;) m->head++;
+  PetscCall(PetscMalloc1(n * m->head, &head));
+  PetscCall(PetscMalloc1(n * (m->rank - m->head), &m->tail));
+  PetscCall(PetscArraycpy(head, m->W, n * m->head));
+  for (size_t i = 0; i < n * (m->rank - m->head); i++) m->tail[i] = (float)m->W[n * m->head + i];
+  PetscCall(PetscFree(m->W));
+  m->W = head;
+  PetscCall(PetscMalloc1(m->rank, &m->t));
+  PetscCall(PetscMalloc2(m->rank, &m->t32, n, &m->x32));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipLowRankDestroy(SlipLowRank *m)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree(m->W));
+  PetscCall(PetscFree(m->tail));
+  PetscCall(PetscFree(m->lambda));
+  PetscCall(PetscFree(m->t));
+  PetscCall(PetscFree2(m->t32, m->x32));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y += tail part, x scaled to its largest entry so that single precision neither overflows nor underflows. */
+static void ApplyTail(SlipLowRank *m, const PetscReal x[], PetscReal y[])
+{
+  const float one = 1, zero = 0;
+  const PetscBLASInt n = (PetscBLASInt)m->n, r = (PetscBLASInt)(m->rank - m->head), inc = 1;
+  const PetscReal *lambda = m->lambda + m->head;
+  const PetscReal unit = PetscAbsReal(lambda[0]); /* the largest of the tail */
+  PetscReal size = 0;
+
+  for (PetscInt i = 0; i < m->n; i++) size = PetscMax(size, PetscAbsReal(x[i]));
+  if (!(size > 0)) return;
+  for (PetscInt i = 0; i < m->n; i++) m->x32[i] = (float)(x[i] / size);
+  sgemv_("T", &n, &r, &one, m->tail, &n, m->x32, &inc, &zero, m->t32, &inc);
+  for (PetscInt k = 0; k < r; k++) m->t32[k] *= (float)(lambda[k] / unit);
+  sgemv_("N", &n, &r, &one, m->tail, &n, m->t32, &inc, &zero, m->x32, &inc);
+  for (PetscInt i = 0; i < m->n; i++) y[i] += size * unit * (PetscReal)m->x32[i];
+}
+
+/* y += W lambda W' x */
+PetscErrorCode SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[])
+{
+  const PetscScalar one = 1, zero = 0;
+  const PetscBLASInt n = (PetscBLASInt)m->n, r = (PetscBLASInt)m->head, inc = 1;
+
+  PetscFunctionBegin;
+  if (m->head) {
+    PetscCallBLAS("BLASgemv", BLASgemv_("T", &n, &r, &one, m->W, &n, x, &inc, &zero, m->t, &inc));
+    for (PetscInt k = 0; k < m->head; k++) m->t[k] *= m->lambda[k];
+    PetscCallBLAS("BLASgemv", BLASgemv_("N", &n, &r, &one, m->W, &n, m->t, &inc, &one, y, &inc));
+  }
+  if (m->rank > m->head) ApplyTail(m, x, y);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Diagonal entry i. */
+PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i)
+{
+  PetscReal sum = 0;
+
+  for (PetscInt k = 0; k < m->rank; k++) {
+    const PetscReal w = k < m->head ? m->W[(size_t)k * m->n + i] : (PetscReal)m->tail[(size_t)(k - m->head) * m->n + i];
+
+    sum += m->lambda[k] * w * w;
+  }
+  return sum;
 }

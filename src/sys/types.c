@@ -16,5 +16,7 @@ PetscErrorCode SlipRegisterTypes(void)
   PetscFunctionBegin;
   /* one row per type: TSRegister, TSAdaptRegister, SNESRegister, PCRegister */
   PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
+  PetscCall(PetscLogEventRegister("SlipKSetUp", MAT_CLASSID, &SLIP_StiffnessSetUp));
+  PetscCall(PetscLogEventRegister("SlipHSetUp", MAT_CLASSID, &SLIP_ViscositySetUp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
