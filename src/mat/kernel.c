@@ -1,8 +1,7 @@
 /*
   Stress drop of a rectangular strike-slip dislocation on a vertical plane, in closed form.
 
-  The displacement Green's tensor of a half-space (Mindlin 1936) has, for horizontal forces and components a, b in {x,
-  y},
+  The displacement Green's tensor of a half-space (Mindlin 1936) has, for horizontal forces and a, b in {x, y},
 
      16 pi G (1 - nu) G_ab = delta_ab f + d_a d_b g,
      f = 4 (1 - nu) (1/R1 + 1/R2),
@@ -15,7 +14,7 @@
 
   On y = 0: (d_xx + d_yy)(1/R) = -d_zz(1/R), d_yy R = 1/R, d_yy(1/R) = -1/R^3, d_yy(R2 - w ln(R2 + w)) = 1/(R2 + w).
   What remains is integrated in x and c exactly; the integral is the double difference of the functions below over the
-  corners. It equals Okada's (1992) part A - image A + part B + z part C for a vertical strike-slip source.
+  corners. It is the field that Okada (1992) gives for any dip.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
@@ -84,8 +83,7 @@ void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscRea
 }
 
 /*@
-  SlipKernelFullSpace - stress drop at the centre of a receiver for unit strike slip on a rectangular cell in a full
-space
+  SlipKernelFullSpace - stress drop at a receiver's centre for unit strike slip on a rectangular cell in a full space
 
   Not collective, pure
 
@@ -115,8 +113,7 @@ PetscReal SlipKernelFullSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal
 }
 
 /*@
-  SlipKernelHalfSpace - stress drop at the centre of a receiver for unit strike slip on a rectangular cell below a free
-surface
+  SlipKernelHalfSpace - stress drop at a receiver's centre for unit strike slip on a cell below a free surface
 
   Not collective, pure
 
@@ -129,8 +126,7 @@ surface
 . a          - the cell's extent along strike [m]
 - b          - its extent in depth [m]
 
-  Output: entry of the stiffness [Pa/m]; not symmetric in the two depths, because only the source is averaged over its
-cell
+  Output: entry of the stiffness [Pa/m]; not symmetric in the two depths, as only the source is averaged over its cell
 
   Reference: Okada (1992); Chinnery (1963) for nu = 1/4; the derivation is in the source file
 

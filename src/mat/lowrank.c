@@ -143,38 +143,72 @@ PetscErrorCode SlipLowRankDestroy(SlipLowRank *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Tall products are cut into pieces of 8,192 entries: OpenBLAS starts threads from 9,216, which at these sizes cost
+   more than they save and a hundredfold more when another process holds a core. */
+#define ROWS_PER_PIECE 1024
+#define COLUMNS_PER_PIECE 8
+
+/* y += A x ("N") or y += A' x ("T"), A n x r with column stride n. */
+static void TallGemv(const char *trans, PetscInt n, PetscInt r, const PetscReal A[], const PetscReal x[], PetscReal y[])
+{
+  const PetscReal one = 1;
+  const PetscBLASInt stride = (PetscBLASInt)n, inc = 1;
+  const PetscBool transposed = (PetscBool)(*trans == 'T');
+
+  for (PetscInt i = 0; i < n; i += ROWS_PER_PIECE)
+    for (PetscInt k = 0; k < r; k += COLUMNS_PER_PIECE) {
+      const PetscBLASInt rows = (PetscBLASInt)PetscMin(ROWS_PER_PIECE, n - i);
+      const PetscBLASInt columns = (PetscBLASInt)PetscMin(COLUMNS_PER_PIECE, r - k);
+
+      BLASgemv_(trans, &rows, &columns, &one, A + (size_t)k * n + i, &stride, transposed ? x + i : x + k, &inc, &one,
+                transposed ? y + k : y + i, &inc);
+    }
+}
+
+/* The same in single precision. */
+static void TallGemvSingle(const char *trans, PetscInt n, PetscInt r, const float A[], const float x[], float y[])
+{
+  const float one = 1;
+  const PetscBLASInt stride = (PetscBLASInt)n, inc = 1;
+  const PetscBool transposed = (PetscBool)(*trans == 'T');
+
+  for (PetscInt i = 0; i < n; i += ROWS_PER_PIECE)
+    for (PetscInt k = 0; k < r; k += COLUMNS_PER_PIECE) {
+      const PetscBLASInt rows = (PetscBLASInt)PetscMin(ROWS_PER_PIECE, n - i);
+      const PetscBLASInt columns = (PetscBLASInt)PetscMin(COLUMNS_PER_PIECE, r - k);
+
+      sgemv_(trans, &rows, &columns, &one, A + (size_t)k * n + i, &stride, transposed ? x + i : x + k, &inc, &one,
+             transposed ? y + k : y + i, &inc);
+    }
+}
+
 /* y += tail part, x scaled to its largest entry so that single precision neither overflows nor underflows. */
 static void ApplyTail(SlipLowRank *m, const PetscReal x[], PetscReal y[])
 {
-  const float one = 1, zero = 0;
-  const PetscBLASInt n = (PetscBLASInt)m->n, r = (PetscBLASInt)(m->rank - m->head), inc = 1;
+  const PetscInt n = m->n, r = m->rank - m->head;
   const PetscReal *lambda = m->lambda + m->head;
   const PetscReal unit = PetscAbsReal(lambda[0]); /* the largest of the tail */
   PetscReal size = 0;
 
-  for (PetscInt i = 0; i < m->n; i++) size = PetscMax(size, PetscAbsReal(x[i]));
+  for (PetscInt i = 0; i < n; i++) size = PetscMax(size, PetscAbsReal(x[i]));
   if (!(size > 0)) return;
-  for (PetscInt i = 0; i < m->n; i++) m->x32[i] = (float)(x[i] / size);
-  sgemv_("T", &n, &r, &one, m->tail, &n, m->x32, &inc, &zero, m->t32, &inc);
+  for (PetscInt i = 0; i < n; i++) m->x32[i] = (float)(x[i] / size);
+  for (PetscInt k = 0; k < r; k++) m->t32[k] = 0;
+  TallGemvSingle("T", n, r, m->tail, m->x32, m->t32);
   for (PetscInt k = 0; k < r; k++) m->t32[k] *= (float)(lambda[k] / unit);
-  sgemv_("N", &n, &r, &one, m->tail, &n, m->t32, &inc, &zero, m->x32, &inc);
-  for (PetscInt i = 0; i < m->n; i++) y[i] += size * unit * (PetscReal)m->x32[i];
+  for (PetscInt i = 0; i < n; i++) m->x32[i] = 0;
+  TallGemvSingle("N", n, r, m->tail, m->t32, m->x32);
+  for (PetscInt i = 0; i < n; i++) y[i] += size * unit * (PetscReal)m->x32[i];
 }
 
 /* y += W lambda W' x */
-PetscErrorCode SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[])
+void SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[])
 {
-  const PetscScalar one = 1, zero = 0;
-  const PetscBLASInt n = (PetscBLASInt)m->n, r = (PetscBLASInt)m->head, inc = 1;
-
-  PetscFunctionBegin;
-  if (m->head) {
-    PetscCallBLAS("BLASgemv", BLASgemv_("T", &n, &r, &one, m->W, &n, x, &inc, &zero, m->t, &inc));
-    for (PetscInt k = 0; k < m->head; k++) m->t[k] *= m->lambda[k];
-    PetscCallBLAS("BLASgemv", BLASgemv_("N", &n, &r, &one, m->W, &n, m->t, &inc, &one, y, &inc));
-  }
+  for (PetscInt k = 0; k < m->head; k++) m->t[k] = 0;
+  TallGemv("T", m->n, m->head, m->W, x, m->t);
+  for (PetscInt k = 0; k < m->head; k++) m->t[k] *= m->lambda[k];
+  TallGemv("N", m->n, m->head, m->W, m->t, y);
   if (m->rank > m->head) ApplyTail(m, x, y);
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Diagonal entry i. */

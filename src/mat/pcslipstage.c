@@ -237,9 +237,9 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
 
   Notes:
   For a Jacobian of type MATSLIPJACOBIAN, whose parts it finds composed as "SlipStageOperator", "SlipMask" and
-"SlipSlope", or for a stage operator itself. Symmetric positive definite even where weakening makes the Jacobian
-indefinite, as CG and MINRES need. The slope enters by its mean over the fault. Without a uniform grid behind the
-stiffness it is the inverse diagonal.
+  "SlipSlope", or for a stage operator itself. Symmetric positive definite even where weakening makes the Jacobian
+  indefinite, as CG and MINRES need. The slope enters by its mean over the fault. Without a uniform grid behind the
+  stiffness it is the inverse diagonal.
 
   Level: intermediate
 

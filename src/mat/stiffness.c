@@ -63,7 +63,7 @@ static const struct {
   Notes:
   Entry (i, j) is the stress drop at the centre of cell i for unit slip on cell j. Collocation at centres is not exactly
   symmetric below a free surface; K is the symmetric part. MatScale(), MatGetDiagonal() and conversion to MATDENSE work
-on every type.
+  on every type.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for a bad grid, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown type
 
@@ -169,7 +169,7 @@ static PetscErrorCode CheckEntries(PetscInt N, const PetscReal *e, PetscReal **s
 . K - the symmetric part as MATDENSE, rows distributed by PETSC_DECIDE
 
   Errors: PETSC_ERR_ARG_WRONG when an entry is not finite, entries (i, j) and (j, i) differ by more than 1e-8 of the
-largest entry, or the matrix is not positive definite (Cholesky); the message names source and the entry
+  largest entry, or the matrix is not positive definite (Cholesky); the message names source and the entry
 
   Level: intermediate
 

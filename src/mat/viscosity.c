@@ -155,7 +155,7 @@ static const struct {
 . H - symmetric N x N matrix [Pa s/m] with K's distribution
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for mass or zeta, PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_WRONG when K has an
-eigenvalue that is not positive
+  eigenvalue that is not positive
 
   Level: beginner
 

@@ -86,7 +86,7 @@ PETSC_INTERN PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[],
                                                 SlipLowRank *m);
 PETSC_INTERN PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit);
 PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);
-PETSC_INTERN PetscErrorCode SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[]);
+PETSC_INTERN void SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[]);
 PETSC_INTERN PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i);
 
 /* ---- types of stiffness and viscosity that are not MATDENSE ---- */
