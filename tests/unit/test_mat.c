@@ -122,7 +122,8 @@ static PetscReal DiagonalError(Mat A)
   return error / norm;
 }
 
-/* 1e-12: rounding of transforms of at most 50 points. The root is truncated at 1e-10. */
+/* 1e-12: rounding of transforms of at most 50 points. The exact root may be off by 1e-10; its products round terms of
+   3e-5 of the norm in single precision, 2e-12. */
 static void test_fft_is_dense(void **state)
 {
   const SlipGrid *const grids[] = {&Even, &Odd, &Line, &Column};
@@ -139,8 +140,8 @@ static void test_fft_is_dense(void **state)
       Check(MatSlipStageSetTheta(B[t], 0.02));
       Check(MatSlipStageSetTheta(B[t], 0.4));
       assert_true(DiagonalError(K[t]) < 1e-12);
-      assert_true(DiagonalError(H[t]) < 1e-12);
-      assert_true(DiagonalError(B[t]) < 1e-12);
+      assert_true(DiagonalError(H[t]) < 1e-11);
+      assert_true(DiagonalError(B[t]) < 1e-11);
     }
     assert_true(Distance(K[1], K[0]) < 1e-12);
     assert_true(Distance(H[1], H[0]) < 1e-10);
