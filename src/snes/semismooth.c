@@ -52,6 +52,7 @@ static PetscErrorCode SemismoothKrylov(SNES snes, SlipConstraint con, Vec slope,
   KSPConvergedReason reason;
   PetscInt lits;
   PetscReal eta;
+  PetscScalar curvature;
 
   PetscFunctionBegin;
   if (!ss->J) PetscCall(MatCreateSlipJacobian(con->B, &ss->J));
@@ -65,7 +66,11 @@ static PetscErrorCode SemismoothKrylov(SNES snes, SlipConstraint con, Vec slope,
   PetscCall(KSPGetIterationNumber(snes->ksp, &lits));
   snes->linear_its += lits;
   ss->n_krylov++;
-  *pd = reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC ? PETSC_FALSE : PETSC_TRUE;
+  /* KSPCG notices a change of sign, not a curvature that is negative from the start */
+  PetscCall(VecDot(ss->rhs, ss->dx, &curvature));
+  *pd = reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC || PetscRealPart(curvature) < 0.0
+          ? PETSC_FALSE
+          : PETSC_TRUE;
   *ok = reason > 0 || reason == KSP_DIVERGED_ITS ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -316,10 +321,7 @@ PetscErrorCode SNESCreate_Semismooth(SNES snes)
   snes->usesksp = PETSC_TRUE;
   snes->usesnpc = PETSC_FALSE;
   snes->alwayscomputesfinalresidual = PETSC_TRUE;
-  if (!snes->tolerancesset) {
-    snes->rtol = 1e-10;
-    snes->max_its = 50;
-  }
+  SlipSNESDefaults(snes, 1e-10, 50);
   PetscCall(SNESGetKSP(snes, &ksp));
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPGetPC(ksp, &pc));

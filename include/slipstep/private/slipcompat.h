@@ -22,21 +22,27 @@ typedef PetscOptionItems SlipOptionItems;
 #else
   #define SlipMatShellFn(f) ((PetscErrorCodeFn *)(f))
 #endif
-/* Defaults of a SNES type, which give way to what the user has set; needs petsc/private/snesimpl.h. */
+/* No limit on failed solves and rejections. */
 #if PETSC_VERSION_LT(3, 22, 0)
-  #define SlipSNESSetDefaults(snes, default_relative, default_iterations)                                              \
-    do {                                                                                                               \
-      if (!(snes)->tolerancesset) {                                                                                    \
-        (snes)->rtol = (default_relative);                                                                             \
-        (snes)->max_its = (default_iterations);                                                                        \
-      }                                                                                                                \
+  #define SLIP_UNLIMITED (-1)
+#else
+  #define SLIP_UNLIMITED PETSC_UNLIMITED
+#endif
+/* Defaults of a SNES type that the user's own tolerances survive; needs petsc/private/snesimpl.h where it is used. */
+#if PETSC_VERSION_LT(3, 22, 0)
+  #define SlipSNESDefaults(snes, r, m) \
+    do { \
+      if (!(snes)->tolerancesset) { \
+        (snes)->rtol    = (r); \
+        (snes)->max_its = (m); \
+      } \
     } while (0)
 #else
-  #define SlipSNESSetDefaults(snes, default_relative, default_iterations)                                              \
-    do {                                                                                                               \
-      PetscCall(SNESParametersInitialize(snes));                                                                       \
-      PetscObjectParameterSetDefault(snes, rtol, default_relative);                                                    \
-      PetscObjectParameterSetDefault(snes, max_its, default_iterations);                                               \
+  #define SlipSNESDefaults(snes, r, m) \
+    do { \
+      PetscCall(SNESParametersInitialize(snes)); \
+      PetscObjectParameterSetDefault(snes, rtol, r); \
+      PetscObjectParameterSetDefault(snes, max_its, m); \
     } while (0)
 #endif
 #if PETSC_VERSION_GE(3, 25, 0)
