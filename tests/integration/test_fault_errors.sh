@@ -62,6 +62,7 @@ expect "cannot create no/such/directory/x.h5.part" -fault_output no/such/directo
 expect "is a directory" -fault_output .
 expect '-fault_output_fields has "weather"' -fault_output x.h5 -fault_output_fields slip,weather
 expect "weather" -ts_adapt_type weather
+expect "-ts_type rk knows no friction, expected bathe" -ts_type rk
 
 # An error before or during the run leaves an older output file alone.
 expect "none.h5" "${mesh[@]}" -fault_output old.h5 -fault_stiffness_file none.h5
