@@ -89,7 +89,7 @@ static void normal_stress(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-/* Sums of 9 numbers and conjugate gradients to 1e-14: 1e-11 leaves room for the condition number (about 5). */
+/* Sums of 9 numbers and refined conjugate gradients: 1e-11 leaves room for the condition number (about 5). */
 static void scaling_and_critical_state(void **state)
 {
   SlipFault fault = Make(3, 3);
@@ -196,6 +196,36 @@ static void stiffness_file(void **state)
   fails(SlipFaultSetUp(fault), "/stiffness[1, 0] is nan");
   ok(SlipFaultDestroy(&fault));
   unlink(file);
+}
+
+/* -fault_stiffness_view writes K after scaling, bit for bit, in PETSc's binary format. */
+static void stiffness_view(void **state)
+{
+  const char *file = "test_fault_view.bin";
+  SlipFault fault = Make(3, 2);
+  PetscViewer viewer;
+  Mat K, dense;
+  PetscBool same;
+
+  (void)state;
+  ok(PetscOptionsSetValue(NULL, "-fault_stiffness_view", "binary:test_fault_view.bin"));
+  ok(SlipFaultSetFromOptions(fault));
+  ok(PetscOptionsClearValue(NULL, "-fault_stiffness_view"));
+  ok(SlipFaultSetUp(fault));
+  assert_true(fault->scaling != 1);
+  ok(PetscViewerBinaryOpen(PETSC_COMM_SELF, file, FILE_MODE_READ, &viewer));
+  ok(MatCreate(PETSC_COMM_SELF, &K));
+  ok(MatSetType(K, MATDENSE));
+  ok(MatLoad(K, viewer));
+  ok(MatConvert(fault->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  ok(MatEqual(K, dense, &same));
+  assert_true(same);
+  ok(MatDestroy(&dense));
+  ok(MatDestroy(&K));
+  ok(PetscViewerDestroy(&viewer));
+  ok(SlipFaultDestroy(&fault));
+  unlink(file);
+  unlink("test_fault_view.bin.info");
 }
 
 /* A stage's elimination: the lifted state must satisfy A (w - base) = theta (F_s(w) + ex + omega r) row by row, r the
@@ -320,7 +350,7 @@ static void observations(void **state)
   ok(SlipFaultSetInitialState(fault, w));
   ok(SlipFaultObserve(fault, w, "energy", &x, &known));
   assert_true(known);
-  assert_true(fabs(x - 1.00001 * 1.00001) < 1e-11); /* conjugate gradients to 1e-14, condition number about 5 */
+  assert_true(fabs(x - 1.00001 * 1.00001) < 1e-11); /* refined conjugate gradients: rounding only */
   ok(SlipFaultObserve(fault, w, "displacement", &x, &known));
   assert_true(fabs(x + 1.00001) < 1e-11);
   ok(SlipFaultObserve(fault, w, "velocity", &x, &known));
@@ -343,9 +373,9 @@ static void observations(void **state)
 int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {
-    cmocka_unit_test(parameters),    cmocka_unit_test(normal_stress),  cmocka_unit_test(scaling_and_critical_state),
-    cmocka_unit_test(field_file),    cmocka_unit_test(stiffness_file), cmocka_unit_test(elimination),
-    cmocka_unit_test(power_balance), cmocka_unit_test(observations),
+    cmocka_unit_test(parameters),     cmocka_unit_test(normal_stress),  cmocka_unit_test(scaling_and_critical_state),
+    cmocka_unit_test(field_file),     cmocka_unit_test(stiffness_file), cmocka_unit_test(elimination),
+    cmocka_unit_test(stiffness_view), cmocka_unit_test(power_balance),  cmocka_unit_test(observations),
   };
   int failed;
 
