@@ -1,8 +1,10 @@
-/* SNES "projection": the self-adaptive fixed point x <- S(x - rho G(x), rho omega q), one rho per element.
+/* SNES "projection": the self-adaptive fixed point x <- S(x - rho G(x), rho omega q).
 
-   This is the published solver of the problem class and the plain reference for the semismooth one. The rule for rho is that
-   of self-adaptive projection methods (He and Liao 2002, JOTA 112, as used for frictional contact): with the ratio
-   rho |G(x') - G(x)| / |x' - x|, shorten rho by 2/3 and repeat the step above 0.9, lengthen it by 3/2 below 0.3. */
+   This is the published solver of the problem class and the plain reference for the semismooth one. rho is 1/diag(B) times one
+   factor for the block of rates, adapted as in self-adaptive projection methods (He and Liao 2002, JOTA 112): with the ratio
+   rho |G(x') - G(x)| / |x' - x| in the norms of diag(B), shorten by 2/3 and repeat the step above 0.9, lengthen by 3/2 below
+   0.3. A factor per element does not work: the change of an element's G is mostly its neighbours' doing, so elements that are
+   already at rest would shorten theirs to nothing. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipcone.h>
 
@@ -36,13 +38,12 @@ static PetscErrorCode SlipProject(SlipConstraint con, Vec x, Vec rho, Vec x1)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Change rho where the ratio asks for it; again tells whether a step was too long anywhere */
-static PetscErrorCode SlipAdaptRho(SlipConstraint con, Vec x, Vec x1, Vec g1, Vec rho, PetscBool last, PetscBool *again)
+/* Sum over the elements of a_i^2 rho_i and b_i^2 / rho_i, a = g1 - g, b = x1 - x, and from them the ratio */
+static PetscErrorCode SlipRatio(SlipConstraint con, Vec x, Vec x1, Vec g1, Vec rho, PetscReal *ratio)
 {
   PetscInt n;
-  const PetscScalar *xx, *g, *y, *h;
-  PetscScalar *p;
-  PetscBool mine = PETSC_FALSE;
+  const PetscScalar *xx, *g, *y, *h, *p;
+  PetscReal sum[2] = {0.0, 0.0};
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(x, &n));
@@ -50,39 +51,35 @@ static PetscErrorCode SlipAdaptRho(SlipConstraint con, Vec x, Vec x1, Vec g1, Ve
   PetscCall(VecGetArrayRead(con->g, &g));
   PetscCall(VecGetArrayRead(x1, &y));
   PetscCall(VecGetArrayRead(g1, &h));
-  PetscCall(VecGetArray(rho, &p));
+  PetscCall(VecGetArrayRead(rho, &p));
   for (PetscInt i = 0; i < n; i++) {
-    const PetscReal dx = PetscAbsScalar(y[i] - xx[i]), dg = p[i] * PetscAbsScalar(h[i] - g[i]);
-
-    if (dg > ratio_high * dx && dx > 0.0) {
-      p[i] *= shorten * PetscMin(1.0, PetscMax(0.1, dx / dg));
-      mine = PETSC_TRUE;
-    } else if (last && dg < ratio_low * dx)
-      p[i] *= lengthen;
+    sum[0] += PetscSqr(h[i] - g[i]) * p[i];
+    sum[1] += PetscSqr(y[i] - xx[i]) / p[i];
   }
-  PetscCall(VecRestoreArray(rho, &p));
+  PetscCall(VecRestoreArrayRead(rho, &p));
   PetscCall(VecRestoreArrayRead(g1, &h));
   PetscCall(VecRestoreArrayRead(x1, &y));
   PetscCall(VecRestoreArrayRead(con->g, &g));
   PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscCall(MPIU_Allreduce(&mine, again, 1, MPIU_BOOL, MPI_LOR, PetscObjectComm((PetscObject)con)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)con)));
+  *ratio = sum[1] > 0.0 ? PetscSqrtReal(sum[0] / sum[1]) : ratio_high;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* One step from a point that has been evaluated, ending at one that has been evaluated */
 PetscErrorCode SlipProjectionStep(SlipConstraint con, Vec x, Vec rho, Vec x1, Vec g1)
 {
-  PetscBool again = PETSC_TRUE;
+  PetscReal ratio;
 
   PetscFunctionBegin;
-  for (PetscInt trial = 0; again; trial++) {
-    PetscBool last = trial + 1 >= max_trials ? PETSC_TRUE : PETSC_FALSE;
-
+  for (PetscInt trial = 0;; trial++) {
     PetscCall(SlipProject(con, x, rho, x1));
     PetscCall((*con->ops->residual)(con, x1, g1, con->ctx));
-    PetscCall(SlipAdaptRho(con, x, x1, g1, rho, last, &again));
-    if (last) again = PETSC_FALSE;
+    PetscCall(SlipRatio(con, x, x1, g1, rho, &ratio));
+    if (ratio <= ratio_high || trial >= max_trials) break;
+    PetscCall(VecScale(rho, shorten * PetscMin(1.0, 1.0 / ratio)));
   }
+  if (ratio < ratio_low) PetscCall(VecScale(rho, lengthen));
   PetscCall(VecCopy(x1, x));
   PetscCall(SlipConstraintEvaluate(con, x));
   PetscFunctionReturn(PETSC_SUCCESS);

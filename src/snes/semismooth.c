@@ -6,13 +6,14 @@
 
    A bound that weakens with |x| can make that system indefinite when the step is long: the stage then has several solutions,
    and those at which the Jacobian is indefinite are unstable branches that no smaller step reaches. There the weakening slope
-   is left out of the step (a Picard step with the bound frozen): dG/dx is positive definite, the step follows the loading, and
-   unstable solutions repel it. What it converges to has a positive definite Jacobian, so no stage ends on the wrong branch. */
+   is left out of the step (a Picard step with the bound frozen): dG/dx is positive definite, the step goes down the stage's
+   energy, and unstable solutions repel it. What it converges to has a positive definite Jacobian, so no stage ends on the wrong branch. */
 #include <slipstep/private/slipsnes.h>
 
 enum {
-  memory = 5 /* merits that a new one is compared with */,
+  memory = 5, /* merits that a new one is compared with */
   halvings = 4,
+  doublings = 40,
   sweeps = 20 /* projection steps when stuck */
 };
 
@@ -51,6 +52,7 @@ static PetscErrorCode SemismoothKrylov(SNES snes, SlipConstraint con, Vec slope,
   KSPConvergedReason reason;
   PetscInt lits;
   PetscReal eta;
+  PetscScalar curvature;
 
   PetscFunctionBegin;
   if (!ss->J) PetscCall(MatCreateSlipJacobian(con->B, &ss->J));
@@ -64,7 +66,11 @@ static PetscErrorCode SemismoothKrylov(SNES snes, SlipConstraint con, Vec slope,
   PetscCall(KSPGetIterationNumber(snes->ksp, &lits));
   snes->linear_its += lits;
   ss->n_krylov++;
-  *pd = reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC ? PETSC_FALSE : PETSC_TRUE;
+  /* KSPCG notices a change of sign, not a curvature that is negative from the start */
+  PetscCall(VecDot(ss->rhs, ss->dx, &curvature));
+  *pd = reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC || PetscRealPart(curvature) < 0.0
+          ? PETSC_FALSE
+          : PETSC_TRUE;
   *ok = reason > 0 || reason == KSP_DIVERGED_ITS ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -97,10 +103,47 @@ static PetscErrorCode SemismoothDirection(SNES snes, SlipConstraint con, Vec x, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Full step if it is no worse than the worst of the recent ones, else halve; *stalled when nothing helped */
-static PetscErrorCode SemismoothSearch(SNES snes, SlipConstraint con, Vec x, PetscBool *stalled)
+/* Directional derivative of the stage's energy along dx at the point evaluated last: the balance of the sliding elements */
+static PetscErrorCode SemismoothPush(SNES_Semismooth *ss, SlipConstraint con, PetscReal *push)
 {
-  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  PetscScalar d;
+
+  PetscFunctionBegin;
+  PetscCall(VecPointwiseMult(ss->rhs, con->mask, con->F));
+  PetscCall(VecDot(ss->rhs, ss->dx, &d));
+  *push = PetscRealPart(d);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Picard step: go on doubling it while the loading still pushes the same way, else an instability that has hardly begun would
+   take hundreds of steps to grow. Of the last two points the better balanced one is kept. */
+static PetscErrorCode SemismoothExpand(SNES_Semismooth *ss, SlipConstraint con, Vec x)
+{
+  PetscReal push, last;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(x, ss->xs));
+  PetscCall(VecAXPY(x, 1.0, ss->dx));
+  PetscCall(SlipConstraintEvaluate(con, x));
+  PetscCall(SemismoothPush(ss, con, &push));
+  for (PetscInt k = 0; k < doublings && push < 0.0; k++) {
+    const PetscReal lambda = PetscPowRealInt(2.0, (int)k + 1);
+
+    last = push;
+    PetscCall(VecWAXPY(x, lambda, ss->dx, ss->xs));
+    PetscCall(SlipConstraintEvaluate(con, x));
+    PetscCall(SemismoothPush(ss, con, &push));
+    if (push > -last) {
+      PetscCall(VecWAXPY(x, 0.5 * lambda, ss->dx, ss->xs));
+      PetscCall(SlipConstraintEvaluate(con, x));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Full step if it is no worse than the worst of the recent ones, else halve; *stalled when nothing helped */
+static PetscErrorCode SemismoothSearch(SNES_Semismooth *ss, SlipConstraint con, Vec x, PetscBool *stalled)
+{
   PetscReal limit = 0.0, lambda = 1.0;
 
   PetscFunctionBegin;
@@ -111,7 +154,6 @@ static PetscErrorCode SemismoothSearch(SNES snes, SlipConstraint con, Vec x, Pet
     PetscCall(VecWAXPY(x, lambda, ss->dx, ss->xs));
     PetscCall(SlipConstraintEvaluate(con, x));
     if (con->merit < (1.0 - 1e-4 * lambda) * limit) *stalled = PETSC_FALSE;
-    if (ss->picard) *stalled = PETSC_FALSE; /* a Picard step leaves the neighbourhood where the merit means something */
   }
   if (*stalled) {
     PetscCall(VecWAXPY(x, 1.0, ss->dx, ss->xs));
@@ -159,7 +201,15 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
       snes->reason = reason = SNES_DIVERGED_LINEAR_SOLVE;
       break;
     }
-    PetscCall(SemismoothSearch(snes, con, x, &stalled));
+    /* a Picard step leaves the neighbourhood where the merit means something */
+    if (ss->picard)
+      PetscCall(SemismoothExpand(ss, con, x));
+    else
+      PetscCall(SemismoothSearch(ss, con, x, &stalled));
+    if (ss->picard) {
+      stalled = PETSC_FALSE;
+      for (PetscInt i = 0; i < memory; i++) ss->recent[i] = con->merit;
+    }
     ss->recent[it % memory] = con->merit;
     if (con->norm > snes->rtol) PetscCall(SemismoothUnstick(snes, con, x, stalled));
     PetscCall(SlipConstraintReport(snes, con, it, &reason));

@@ -163,9 +163,13 @@ static PetscErrorCode TSInterpolate_Bathe(TS ts, PetscReal t, Vec w)
 static PetscErrorCode TSEvaluateWLTE_Bathe(TS ts, NormType wnormtype, PetscInt *order, PetscReal *wlte)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscBool basic;
 
   PetscFunctionBegin;
   if (order) *order = ba->error == TSBATHE_ERROR_DOUBLING ? ba->order : 2;
+  /* TSADAPTBASIC takes E^(-1/order) where it should take E^(-1/(order + 1)), and would reject every other step */
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTBASIC, &basic));
+  if (order && basic) *order += 1;
   *wlte = ba->last.error;
   if (ba->last.error >= 0.0 && wnormtype != NORM_2) PetscCall(TSBatheErrorNorm(ts, wnormtype, wlte));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -215,11 +219,14 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   problem with a constant mass matrix; with one (TSBatheSetConstraint()) stages are solved by SNESSEMISMOOTH or SNESPROJECTION
   on the constraint's reduced unknowns.
 
+  The embedded estimate is zero in the rate rows of elements that stick at the end of the step: their rate is exact there, and
+  their jump in acceleration is no error of the method. Their displacement and slip rows keep it.
+
   The embedded estimate costs no solve. It needs w' at the start: a problem given by TSSetIFunction() only does not say it, so
   the first step after a start or TSRestartStep() is estimated by doubling.
 
   Doubling is left out, and the solution is then the single step h, when the controller says that it needs no error
-  ("TSAdaptNeedsError_C"), and with -ts_adapt_type none unless -ts_bathe_error doubling was asked for. Both change neither
+  ("TSAdaptNeedsError_C"), and with -ts_adapt_type none or history unless -ts_bathe_error doubling was asked for. Both change neither
   the order of the method nor any decision, as such a controller never looks at an error.
 
   References:

@@ -15,7 +15,7 @@ static PetscErrorCode TSBatheWantsDoubling(TS ts, PetscBool *flg)
   if (ba->error == TSBATHE_ERROR_EMBEDDED && ba->k0_known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptNeedsError_C", &f));
   if (f) PetscCall((*f)(ts->adapt, &needs));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &none));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &none, TSADAPTNONE, TSADAPTHISTORY, ""));
   if (none && !(ba->error_set && ba->error == TSBATHE_ERROR_DOUBLING)) needs = PETSC_FALSE;
   *flg = needs;
   PetscFunctionReturn(PETSC_SUCCESS);
