@@ -1,7 +1,8 @@
 static const char help[] =
   "Strike-slip fault: slip from a frictional instability, or under loading. All units are SI.\n"
   "  fault -fault_nx 25 -fault_nz 25 -ts_adapt_type heuristic -fault_output run.h5\n"
-  "Without options: the 3 km fault of 10 x 10 elements at its instability, for 30 s.\n\n";
+  "Without options: the 3 km fault of 10 x 10 elements at its instability, for 30 s, with -ts_adapt_type "
+  "heuristic.\n\n";
 
 #include <slipstep.h>
 #include <petsctime.h>
@@ -25,6 +26,7 @@ static PetscErrorCode Run(void)
 {
   SlipFault fault;
   TS ts;
+  TSAdapt adapt;
   Vec w;
   PetscBool only_help;
   PetscLogDouble begin, ready, end;
@@ -41,6 +43,8 @@ static PetscErrorCode Run(void)
   PetscCall(TSCreate(PETSC_COMM_WORLD, &ts));
   PetscCall(SlipFaultConfigureTS(fault, ts));
   PetscCall(TSSetSolution(ts, w));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {

@@ -68,26 +68,55 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char file[], Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f, PetscReal data[], PetscBool *has)
+static PetscErrorCode SlipFaultCheckShape(SlipFault fault, const char file[], const char path[], const PetscInt dims[2])
 {
   const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
-  const char *name = SlipFaultReals[SlipFaultFields[f]].name;
-  char path[64];
-  PetscInt dims[2];
-  PetscReal *read;
 
   PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", name));
-  PetscCall(SlipH5Has(h, path, has));
-  if (!*has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5ReadReal(h, path, 2, dims, &read));
   PetscCheck(dims[0] == nz && dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s (-fault_parameters): %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT
              "], expected [Nz, Nx] = [%" PetscInt_FMT ", %" PetscInt_FMT "]",
-             h->name, path, dims[0], dims[1], nz, nx);
-  PetscCall(SlipFaultCheckField(fault, h->name, f, read));
-  PetscCall(PetscArraycpy(data, read, fault->N));
+             file, path, dims[0], dims[1], nz, nx);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f, PetscReal data[], PetscBool *has)
+{
+  char path[64];
+  PetscInt dims[2];
+  PetscReal *read;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", SlipFaultReals[SlipFaultFields[f]].name));
+  PetscCall(SlipH5Has(h, path, has));
+  if (!*has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5ReadReal(h, path, 2, dims, &read));
+  ierr = SlipFaultCheckShape(fault, h->name, path, dims);
+  if (!ierr) ierr = SlipFaultCheckField(fault, h->name, f, read);
+  if (!ierr) ierr = PetscArraycpy(data, read, fault->N);
   PetscCall(PetscFree(read));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultReadOpenFields(SlipFault fault, SlipH5 *h, PetscReal data[], PetscInt has[])
+{
+  PetscInt found = 0;
+  char names[256];
+  size_t used = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscBool flg;
+
+    PetscCall(SlipFaultReadField(fault, h, f, data + (size_t)f * fault->N, &flg));
+    found += has[f] = flg ? 1 : 0;
+    PetscCall(PetscSNPrintf(names + used, sizeof(names) - used, " %s", SlipFaultReals[SlipFaultFields[f]].name));
+    PetscCall(PetscStrlen(names, &used));
+  }
+  PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s (-fault_parameters) holds none of the fields%s",
+             h->name, names);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -95,23 +124,13 @@ static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f,
 static PetscErrorCode SlipFaultReadFields(SlipFault fault, PetscReal data[], PetscInt has[])
 {
   SlipH5 h;
-  PetscInt found = 0;
-  char names[256];
-  size_t used = 0;
+  PetscErrorCode ierr;
 
   PetscFunctionBegin;
   PetscCall(SlipH5OpenRead(fault->text[FAULT_PARAMETERS], &h));
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    PetscBool flg;
-
-    PetscCall(SlipFaultReadField(fault, &h, f, data + (size_t)f * fault->N, &flg));
-    found += has[f] = flg ? 1 : 0;
-    PetscCall(PetscSNPrintf(names + used, sizeof(names) - used, " %s", SlipFaultReals[SlipFaultFields[f]].name));
-    PetscCall(PetscStrlen(names, &used));
-  }
+  ierr = SlipFaultReadOpenFields(fault, &h, data, has);
   PetscCall(SlipH5Close(&h));
-  PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s (-fault_parameters) holds none of the fields%s",
-             fault->text[FAULT_PARAMETERS], names);
+  PetscCall(ierr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -126,7 +145,9 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCall(PetscMalloc1((size_t)fault->N * FAULT_NUM_FIELDS, &data));
   if (!rank) ierr = SlipFaultReadFields(fault, data, has);
-  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  ierr = SlipErrorBcast(fault->comm, ierr);
+  if (ierr) PetscCall(PetscFree(data));
+  PetscCall(ierr);
   PetscCallMPI(MPI_Bcast(has, FAULT_NUM_FIELDS, MPIU_INT, 0, fault->comm));
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
     PetscReal *values = data + (size_t)f * fault->N;

@@ -122,8 +122,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
   Notes:
   Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
   tolerances (1e-10 m for u and s, 1e-10 m/T* for v) and rtol 1e-3, max time 30 s (-ts_max_time), exact final time
-  matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step 0.01 T* (-ts_dt), and the composed
-  functions SlipObserve_C and SlipTimeScale_C by which controllers observe the fault.
+  matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step 0.01 T* (-ts_dt), and the
+  composed functions SlipObserve_C and SlipTimeScale_C by which controllers observe the fault.
 
   Level: beginner
 

@@ -187,7 +187,7 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, const char name[], Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* power[0] = sum of (v - v_inf) H (v - v_inf), power[1] = sum of v_inf H (v - v_inf), power[2] = -sum of v r (or q |v|). */
+/* Sums over the elements: power[0] of (v - v_inf) H (v - v_inf), [1] of v_inf H (v - v_inf), [2] of -v r, or q |v|. */
 static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscReal power[3])
 {
   Vec rel = fault->work[0], hv = fault->work[1], q = fault->work[2];

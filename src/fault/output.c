@@ -1,6 +1,7 @@
 /* Output of a run: monitors that fill the file, and the summary at its end. */
 #include <slipstep/private/slipfaultoutput.h>
 #include <slipstep/private/slipcompat.h>
+#include <slipadapt.h>
 #include <petsctime.h>
 
 #define SLIP_OUTPUT_FLUSH 10.0 /* wall time after which rows collected are brought to disk [s] */
@@ -189,6 +190,24 @@ static PetscErrorCode SlipFaultGetResult(SlipFault fault, TS ts, SlipFaultResult
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Which policy chose the steps, when one did. */
+static PetscErrorCode SlipFaultWritePolicy(SlipH5 *h, TSAdapt adapt)
+{
+  PetscBool learned;
+  SlipPolicy policy = NULL;
+  const char *file = NULL, *hash = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
+  if (learned) PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
+  if (!policy) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipPolicyGetFile(policy, &file));
+  PetscCall(SlipPolicyGetHash(policy, &hash));
+  PetscCall(SlipH5WriteAttrString(h, "/run", "policy", file ? file : ""));
+  PetscCall(SlipH5WriteAttrString(h, "/run", "policy_hash", hash ? hash : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SlipFaultWriteRun(SlipFault fault, TS ts, SlipH5 *h, const SlipFaultResult *res)
 {
   char *options, version[256];
@@ -211,6 +230,7 @@ static PetscErrorCode SlipFaultWriteRun(SlipFault fault, TS ts, SlipH5 *h, const
   PetscCall(TSAdaptGetType(adapt, &adapt_type));
   PetscCall(SlipH5WriteAttrString(h, "/run", "ts_type", type));
   PetscCall(SlipH5WriteAttrString(h, "/run", "ts_adapt_type", adapt_type ? adapt_type : ""));
+  PetscCall(SlipFaultWritePolicy(h, adapt));
   PetscCall(SlipH5WriteAttrReal(h, "/run", "stiffness_scaling_factor", fault->scaling));
   PetscCall(SlipH5WriteAttrReal(h, "/run", "time_scale", fault->tstar));
   PetscCall(SlipH5WriteAttrReal(h, "/run", "wall_time", res->wall_setup + res->wall_solve));

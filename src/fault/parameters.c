@@ -10,42 +10,38 @@
 #define SHUT PETSC_FALSE
 #define WHOLE PETSC_TRUE
 #define REAL PETSC_FALSE
-#define FIELD PETSC_TRUE
-#define ONE PETSC_FALSE
 
 /* Defaults: the reference case "3 km" with one element. */
 const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
-  [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, ONE, "Elements along strike"},
-  [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, ONE, "Elements in depth"},
-  [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, NONE, OPEN, REAL, ONE, "Length of the fault along strike"},
-  [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, NONE, OPEN, REAL, ONE, "Width of the fault in depth"},
-  [FAULT_DEPTH_TOP] = {"depth_top", 0, "m", 0, NONE, SHUT, REAL, ONE,
-                       "Depth of the upper edge; 0 touches the free surface"},
-  [FAULT_THICKNESS] = {"thickness", (PetscReal)NAN, "m", 0, NONE, OPEN, REAL, ONE,
+  [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, "Elements along strike"},
+  [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, "Elements in depth"},
+  [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, NONE, OPEN, REAL, "Length of the fault along strike"},
+  [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, NONE, OPEN, REAL, "Width of the fault in depth"},
+  [FAULT_DEPTH_TOP] = {"depth_top", 0, "m", 0, NONE, SHUT, REAL, "Depth of the upper edge; 0 touches the free surface"},
+  [FAULT_THICKNESS] = {"thickness", (PetscReal)NAN, "m", 0, NONE, OPEN, REAL,
                        "Mobilised thickness Ly (default: length_x)"},
-  [FAULT_SHEAR_MODULUS] = {"shear_modulus", 30e9, "Pa", 0, NONE, OPEN, REAL, ONE, "Shear modulus G"},
-  [FAULT_POISSON_RATIO] = {"poisson_ratio", 0.25, "", -1, 0.5, OPEN, REAL, ONE, "Poisson's ratio"},
-  [FAULT_DENSITY] = {"density", 2500, "kg/m^3", 0, NONE, OPEN, REAL, ONE, "Density rho"},
-  [FAULT_DAMPING_RATIO] = {"damping_ratio", 0.8 / 3, "", 0, NONE, SHUT, REAL, ONE,
+  [FAULT_SHEAR_MODULUS] = {"shear_modulus", 30e9, "Pa", 0, NONE, OPEN, REAL, "Shear modulus G"},
+  [FAULT_POISSON_RATIO] = {"poisson_ratio", 0.25, "", -1, 0.5, OPEN, REAL, "Poisson's ratio"},
+  [FAULT_DENSITY] = {"density", 2500, "kg/m^3", 0, NONE, OPEN, REAL, "Density rho"},
+  [FAULT_DAMPING_RATIO] = {"damping_ratio", 0.8 / 3, "", 0, NONE, SHUT, REAL,
                            "Damping ratio zeta in H = 2 zeta M (M^-1 K)^(1/2)"},
-  [FAULT_LOADING_RATE] = {"loading_rate", 0, "m/s", ANY, NONE, SHUT, REAL, FIELD, "Far-field slip rate v_inf"},
-  [FAULT_NORMAL_STRESS] = {"normal_stress", 0, "Pa", 0, NONE, SHUT, REAL, FIELD,
-                           "Effective normal stress, the uniform part"},
+  [FAULT_LOADING_RATE] = {"loading_rate", 0, "m/s", ANY, NONE, SHUT, REAL, "Far-field slip rate v_inf"},
+  [FAULT_NORMAL_STRESS] = {"normal_stress", 0, "Pa", 0, NONE, SHUT, REAL, "Effective normal stress, the uniform part"},
   [FAULT_NORMAL_STRESS_GRADIENT] =
-    {"normal_stress_gradient", 15e3, "Pa/m", 0, NONE, SHUT, REAL, ONE,
+    {"normal_stress_gradient", 15e3, "Pa/m", 0, NONE, SHUT, REAL,
      "Effective normal stress per depth of the element's centre, added to the uniform part"},
-  [FAULT_FRICTION_RESIDUAL] = {"friction_residual", 0.5, "", 0, NONE, SHUT, REAL, FIELD, "Residual friction mu_d"},
-  [FAULT_FRICTION_DROP] = {"friction_drop", 0.1, "", 0, NONE, SHUT, REAL, FIELD,
+  [FAULT_FRICTION_RESIDUAL] = {"friction_residual", 0.5, "", 0, NONE, SHUT, REAL, "Residual friction mu_d"},
+  [FAULT_FRICTION_DROP] = {"friction_drop", 0.1, "", 0, NONE, SHUT, REAL,
                            "Friction above the residual at the start, dmu"},
-  [FAULT_FRICTION_SLIP] = {"friction_slip", 0.1, "m", 0, NONE, OPEN, REAL, FIELD,
+  [FAULT_FRICTION_SLIP] = {"friction_slip", 0.1, "m", 0, NONE, OPEN, REAL,
                            "Weakening slip d_c of the slip weakening laws"},
-  [FAULT_FRICTION_RATE] = {"friction_rate", 0.1, "m/s", 0, NONE, OPEN, REAL, FIELD,
+  [FAULT_FRICTION_RATE] = {"friction_rate", 0.1, "m/s", 0, NONE, OPEN, REAL,
                            "Weakening rate v_c of the rate weakening law"},
-  [FAULT_INITIAL_PERTURBATION] = {"initial_perturbation", 1e-5, "", ANY, NONE, SHUT, REAL, ONE,
+  [FAULT_INITIAL_PERTURBATION] = {"initial_perturbation", 1e-5, "", ANY, NONE, SHUT, REAL,
                                   "Relative excess of the critical start over the strength"},
-  [FAULT_VELOCITY_SCALE] = {"velocity_scale", 0.07, "m/s", 0, NONE, OPEN, REAL, ONE,
+  [FAULT_VELOCITY_SCALE] = {"velocity_scale", 0.07, "m/s", 0, NONE, OPEN, REAL,
                             "Slip rate that the observation \"velocity\" is measured in"},
-  [FAULT_OUTPUT_INTERVAL] = {"output_interval", 1, "steps", 1, NONE, SHUT, WHOLE, ONE,
+  [FAULT_OUTPUT_INTERVAL] = {"output_interval", 1, "steps", 1, NONE, SHUT, WHOLE,
                              "Accepted steps from one entry of /fields to the next"},
 };
 
@@ -221,6 +217,26 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
   SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no choice \"%s\"", name);
 }
 
+/* PETSc's own message for a value that is no number does not name the option. */
+static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipFaultReal *p, const char option[])
+{
+  char text[64], bounds[128];
+  PetscBool set;
+  PetscReal x;
+  PetscInt i;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetString(NULL, NULL, option, text, sizeof(text), &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  ierr = p->integer ? PetscOptionsStringToInt(text, &i) : PetscOptionsStringToReal(text, &x);
+  PetscCall(PetscPopErrorHandler());
+  SlipFaultDescribeBounds(p, bounds, sizeof(bounds));
+  PetscCheck(!ierr, fault->comm, PETSC_ERR_ARG_WRONG, "%s is \"%s\", expected %s", option, text, bounds);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, SlipOptionItems PetscOptionsObject)
 {
   const SlipFaultReal *p = &SlipFaultReals[id];
@@ -233,6 +249,7 @@ static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, Sli
   PetscCall(
     PetscSNPrintf(help, sizeof(help), "%s%s%s%s", p->help, p->unit[0] ? " [" : "", p->unit, p->unit[0] ? "]" : ""));
   PetscCall(SlipFaultGetReal(fault, p->name, &value));
+  PetscCall(SlipFaultCheckOption(fault, p, option));
   if (p->integer) {
     PetscInt whole = (PetscInt)value;
 

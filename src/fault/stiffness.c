@@ -24,26 +24,38 @@ static PetscErrorCode SlipFaultSplitPath(const char text[], char file[], char da
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SlipFaultCheckEntries(SlipFault fault, const char file[], const char dataset[],
+                                            const PetscInt dims[2], const PetscReal entries[])
+{
+  const size_t N = (size_t)fault->N;
+
+  PetscFunctionBegin;
+  PetscCheck(dims[0] == fault->N && dims[1] == fault->N, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-fault_stiffness_file): %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT
+             "], expected [N, N] with N = nx nz = %" PetscInt_FMT,
+             file, dataset, dims[0], dims[1], fault->N);
+  for (size_t k = 0; k < N * N; k++)
+    PetscCheck(isfinite(entries[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s (-fault_stiffness_file): %s[%zu, %zu] is %g, expected a finite number", file, dataset, k / N, k % N,
+               (double)entries[k]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* On rank 0: the N*N entries of the file, checked for size and finite values. */
 static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entries)
 {
   char file[PETSC_MAX_PATH_LEN], dataset[PETSC_MAX_PATH_LEN];
   SlipH5 h;
   PetscInt dims[2];
+  PetscErrorCode ierr;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultSplitPath(fault->text[FAULT_STIFFNESS_FILE], file, dataset, sizeof(file)));
   PetscCall(SlipH5OpenRead(file, &h));
-  PetscCall(SlipH5ReadReal(&h, dataset, 2, dims, entries));
+  ierr = SlipH5ReadReal(&h, dataset, 2, dims, entries);
   PetscCall(SlipH5Close(&h));
-  PetscCheck(dims[0] == fault->N && dims[1] == fault->N, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-fault_stiffness_file): %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT
-             "], expected [N, N] with N = nx nz = %" PetscInt_FMT,
-             file, dataset, dims[0], dims[1], fault->N);
-  for (size_t k = 0; k < (size_t)fault->N * fault->N; k++)
-    PetscCheck(isfinite((*entries)[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s (-fault_stiffness_file): %s[%zu, %zu] is %g, expected a finite number", file, dataset,
-               k / (size_t)fault->N, k % (size_t)fault->N, (double)(*entries)[k]);
+  PetscCall(ierr);
+  PetscCall(SlipFaultCheckEntries(fault, file, dataset, dims, *entries));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -56,10 +68,12 @@ static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (!rank) ierr = SlipFaultReadStiffness(fault, &entries);
-  PetscCall(SlipErrorBcast(fault->comm, ierr));
-  PetscCall(
-    MatCreateSlipStiffnessFromEntries(fault->comm, fault->N, entries, fault->text[FAULT_STIFFNESS_FILE], &fault->K));
+  ierr = SlipErrorBcast(fault->comm, ierr);
+  if (!ierr)
+    ierr =
+      MatCreateSlipStiffnessFromEntries(fault->comm, fault->N, entries, fault->text[FAULT_STIFFNESS_FILE], &fault->K);
   PetscCall(PetscFree(entries));
+  PetscCall(ierr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -45,7 +45,7 @@ static PetscErrorCode SqrtOfGrid(const SlipGrid *g, PetscReal scale, PetscReal r
 }
 
 /* Rank 0 computes the root, so that it does not depend on the number of ranks. */
-static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
+static PetscErrorCode ViscosityCreate_SqrtmDense(Mat K, PetscReal factor, Mat *H)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   const SlipGrid *grid;
@@ -81,12 +81,27 @@ static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The root takes after the stiffness: dense for a dense one, spectral plus low rank for an FFT. */
+static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
+{
+  PetscBool fft;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)K, "slipfft", &fft));
+  if (fft)
+    PetscCall(SlipViscosityCreate_SpectralExact(K, factor, H));
+  else
+    PetscCall(ViscosityCreate_SqrtmDense(K, factor, H));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* One row per type of viscosity; factor is 2 zeta sqrt(mass). */
 static const struct {
   const char *name;
   PetscErrorCode (*create)(Mat K, PetscReal factor, Mat *H);
 } SlipViscosityTypes[] = {
   {"sqrtm", ViscosityCreate_Sqrtm},
+  {"spectral", SlipViscosityCreate_Spectral},
   {"none", ViscosityCreate_None},
 };
 

@@ -2,6 +2,7 @@
 #include <slipsys.h>
 #include <slipstep/private/slipcompat.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #define SLIP_ABORT_WAIT 5.0 /* time that other ranks leave rank 0 to print and abort [s] */
 
@@ -23,12 +24,14 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
                                        PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
 {
   const char *general = NULL;
+  int size = 1;
 
   (void)line;
   (void)function;
   (void)file;
   (void)ctx;
   if (type == PETSC_ERROR_REPEAT) return code;
+  MPI_Comm_size(MPI_COMM_WORLD, &size);
   if (SlipErrorIsMine(comm)) {
     if (!message || !message[0]) PetscErrorMessage(code, &general, NULL);
     fflush(stdout);
@@ -36,6 +39,7 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
     fflush(stderr);
   } else
     PetscSleep(SLIP_ABORT_WAIT);
+  if (size == 1) exit(EXIT_FAILURE); /* nobody to wait for, and MPI_Abort() is talkative */
   MPI_Abort(MPI_COMM_WORLD, (int)code);
   return code;
 }

@@ -198,8 +198,38 @@ static void stiffness_file(void **state)
   unlink(file);
 }
 
+/* -fault_stiffness_view writes K after scaling, bit for bit, in PETSc's binary format. */
+static void stiffness_view(void **state)
+{
+  const char *file = "test_fault_view.bin";
+  SlipFault fault = Make(3, 2);
+  PetscViewer viewer;
+  Mat K, dense;
+  PetscBool same;
+
+  (void)state;
+  ok(PetscOptionsSetValue(NULL, "-fault_stiffness_view", "binary:test_fault_view.bin"));
+  ok(SlipFaultSetFromOptions(fault));
+  ok(PetscOptionsClearValue(NULL, "-fault_stiffness_view"));
+  ok(SlipFaultSetUp(fault));
+  assert_true(fault->scaling != 1);
+  ok(PetscViewerBinaryOpen(PETSC_COMM_SELF, file, FILE_MODE_READ, &viewer));
+  ok(MatCreate(PETSC_COMM_SELF, &K));
+  ok(MatSetType(K, MATDENSE));
+  ok(MatLoad(K, viewer));
+  ok(MatConvert(fault->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  ok(MatEqual(K, dense, &same));
+  assert_true(same);
+  ok(MatDestroy(&dense));
+  ok(MatDestroy(&K));
+  ok(PetscViewerDestroy(&viewer));
+  ok(SlipFaultDestroy(&fault));
+  unlink(file);
+  unlink("test_fault_view.bin.info");
+}
+
 /* A stage's elimination: the lifted state must satisfy A (w - base) = theta (F_s(w) + ex + omega r) row by row, r the
-   residual G(v)/omega of any v. Every term is at most about 1e9 Pa, so rounding is below 1e-6 Pa; 1e-4 Pa is allowed. */
+   residual G(v)/omega of any v. Every term is at most about 1e9 Pa, so rounding is below 1e-6 Pa; 1e-4 is allowed. */
 static void elimination(void **state)
 {
   SlipFault fault = Make(3, 2);
@@ -256,8 +286,8 @@ static void elimination(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-/* d(kinetic + elastic)/dt + viscous + friction = loading holds instant by instant: with dw/dt = A^-1 (F_s + r) the rate of
-   change is v.M dv/dt + u.K du/dt. Relative to the largest term; sums of a dozen doubles: 1e-12. */
+/* d(kinetic + elastic)/dt + viscous + friction = loading holds instant by instant: with dw/dt = A^-1 (F_s + r) the
+   rate of change is v.M dv/dt + u.K du/dt. Relative to the largest term; sums of a dozen doubles: 1e-12. */
 static void power_balance(void **state)
 {
   SlipFault fault = Make(4, 3);
@@ -343,9 +373,9 @@ static void observations(void **state)
 int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {
-    cmocka_unit_test(parameters),    cmocka_unit_test(normal_stress),  cmocka_unit_test(scaling_and_critical_state),
-    cmocka_unit_test(field_file),    cmocka_unit_test(stiffness_file), cmocka_unit_test(elimination),
-    cmocka_unit_test(power_balance), cmocka_unit_test(observations),
+    cmocka_unit_test(parameters),     cmocka_unit_test(normal_stress),  cmocka_unit_test(scaling_and_critical_state),
+    cmocka_unit_test(field_file),     cmocka_unit_test(stiffness_file), cmocka_unit_test(elimination),
+    cmocka_unit_test(stiffness_view), cmocka_unit_test(power_balance),  cmocka_unit_test(observations),
   };
   int failed;
 

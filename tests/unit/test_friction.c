@@ -29,8 +29,8 @@ static PetscReal Difference(const SlipFrictionLaw *law, PetscReal s, PetscReal v
   return (4 * half - D) / 3;
 }
 
-/* With h = 1e-3 of the law's scale L the truncation, (h/L)^4, and the round-off, eps (mu/drop)(L/h), are both about 1e-12 of
-   the slope drop/L: 1e-10 is a hundred times that, and a wrong factor or sign is off by the slope itself. */
+/* With h = 1e-3 of the law's scale L the truncation, (h/L)^4, and the round-off, eps (mu/drop)(L/h), are both about
+   1e-12 of the slope drop/L: 1e-10 is a hundred times that, and a wrong factor or sign is off by the slope itself. */
 static void derivatives(void **state)
 {
   const PetscReal s[] = {0.01, 0.05, 0.0799, 0.1, 0.4}, v[] = {0.001, 0.03, 0.2};

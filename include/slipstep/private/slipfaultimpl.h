@@ -12,7 +12,8 @@ typedef struct {
   PetscReal rate;     /* v_c [m/s] */
 } SlipFriction;
 
-/* mu(s, v) and its derivatives with respect to s [1/m] and v [s/m]; s >= 0 cumulative slip [m], v = |slip rate| [m/s]. */
+/* mu(s, v) and its derivatives with respect to s [1/m] and v [s/m]; s >= 0 cumulative slip [m], v = |slip rate|
+   [m/s]. */
 typedef void (*SlipFrictionFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
                                PetscReal *dmu_dv);
 typedef struct {
@@ -53,9 +54,8 @@ typedef struct {
   PetscReal value;  /* default; NaN: derived when not given */
   const char *unit; /* "" for numbers */
   PetscReal lower, upper;
-  PetscBool open;      /* lower bound excluded (the upper one always is) */
-  PetscBool integer;   /* whole numbers only */
-  PetscBool per_field; /* a dataset of -fault_parameters may replace it element by element */
+  PetscBool open;    /* lower bound excluded (the upper one always is) */
+  PetscBool integer; /* whole numbers only */
   const char *help;
 } SlipFaultReal;
 PETSC_EXTERN const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS];

@@ -37,3 +37,39 @@ PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
 
 /* ---- stage.c: borrowed operands of the stage operator ---- */
 PETSC_INTERN PetscErrorCode SlipStageGetOperators(Mat B, Mat *K, Mat *H, PetscReal *mass);
+
+/* ---- strike.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber) ---- */
+typedef struct _n_SlipStrike *SlipStrike;
+PETSC_INTERN PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike); /* borrowed from K; NULL without a grid */
+PETSC_INTERN void SlipStrikeGet(SlipStrike s, const SlipGrid **grid, PetscInt *period, PetscInt *nk,
+                                const PetscReal **symbol);
+PETSC_INTERN PetscErrorCode SlipStrikeGetEigen(SlipStrike s, const PetscReal **values, const PetscReal **vectors);
+PETSC_INTERN PetscErrorCode SlipStrikeFormBlocks(SlipStrike s, const PetscReal f[], PetscReal blocks[]);
+PETSC_INTERN PetscErrorCode SlipStrikeBlocksToKernel(SlipStrike s, PetscReal blocks[]);
+PETSC_INTERN PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal blocks[],
+                                            const PetscReal x[], PetscReal y[]);
+
+/* ---- gather.c: the whole of a distributed vector on every rank ---- */
+typedef struct {
+  VecScatter scatter; /* NULL on one rank */
+  Vec all;
+  PetscInt N, start, end;
+} SlipGather;
+PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipGather *g);
+PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
+PETSC_INTERN PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array);
+PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array);
+
+/* ---- lowrank.c: symmetric low-rank matrices ---- */
+PETSC_INTERN PetscErrorCode SlipLowRank(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess,
+                                        PetscInt *rank, PetscReal **W, PetscReal **lambda);
+PETSC_INTERN PetscErrorCode SlipLowRankApply(PetscInt n, PetscInt rank, const PetscReal W[], const PetscReal lambda[],
+                                             const PetscReal x[], PetscReal y[], PetscReal t[]);
+
+/* ---- types of stiffness and viscosity that are not MATDENSE ---- */
+PETSC_INTERN PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H);
+/* The two parts of a "slipspectral" viscosity, for the stage operator. */
+PETSC_INTERN PetscErrorCode SlipSpectralGetBlocks(Mat H, SlipStrike *strike, const PetscReal **blocks);
+PETSC_INTERN PetscErrorCode SlipSpectralAddCorrection(Mat H, const PetscReal x[], PetscReal y[]);
