@@ -4,19 +4,25 @@
 #include <slipstep/private/slipmat.h>
 
 typedef struct {
-  Mat K, H;           /* stiffness and viscosity, referenced */
-  PetscReal mass;     /* [kg/m^2] */
-  PetscReal theta;    /* [s] */
-  PetscBool assemble; /* both operands are dense and small enough for B to be formed at each theta */
-  Mat assembled;      /* B as MATDENSE, or NULL */
-  PetscReal assembled_theta;
+  Mat K, H;                  /* stiffness and viscosity, referenced */
+  PetscReal mass;            /* [kg/m^2] */
+  PetscReal theta;           /* [s] */
+  PetscBool assemble;        /* both operands are dense and small enough for B to be formed at each theta */
+  Mat assembled;             /* B as MATDENSE, or NULL */
+  PetscReal assembled_theta; /* theta of assembled or of blocks */
+  SlipStrike strike;         /* both operands are per wavenumber: one pair of FFTs serves both; NULL otherwise */
+  PetscReal *blocks;         /* [nk][nz][nz] spectral part of B */
+  PetscReal damping;         /* H = damping * sqrt(K) as far as known, else 0 */
+  PetscReal scale;           /* of K against the kernel */
+  SlipGather gather;
+  PetscReal *y; /* [N] */
   Vec work;
 } SlipStageContext;
 
 /* At or below this size forming B (two passes over N^2 numbers) is repaid by the first few products. */
 #define SLIP_STAGE_ASSEMBLE_MAX 1024
 
-static PetscErrorCode StageAssemble(Mat B, SlipStageContext *s)
+static PetscErrorCode StageAssemble(SlipStageContext *s)
 {
   PetscFunctionBegin;
   if (s->assembled && s->assembled_theta == s->theta) PetscFunctionReturn(PETSC_SUCCESS);
@@ -25,7 +31,41 @@ static PetscErrorCode StageAssemble(Mat B, SlipStageContext *s)
   PetscCall(MatAXPY(s->assembled, s->theta, s->K, SAME_NONZERO_PATTERN));
   PetscCall(MatShift(s->assembled, s->mass / s->theta));
   s->assembled_theta = s->theta;
-  (void)B;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageFormBlocks(SlipStageContext *s)
+{
+  const SlipGrid *g;
+  const PetscReal *symbol, *viscosity;
+  SlipStrike same;
+  PetscInt nk;
+
+  PetscFunctionBegin;
+  if (s->assembled_theta == s->theta) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipStrikeGet(s->strike, &g, NULL, &nk, &symbol);
+  PetscCall(SlipSpectralGetBlocks(s->H, &same, &viscosity));
+  for (size_t i = 0; i < (size_t)nk * g->nz * g->nz; i++) s->blocks[i] = viscosity[i] + s->theta * s->scale * symbol[i];
+  for (PetscInt k = 0; k < nk; k++)
+    for (PetscInt iz = 0; iz < g->nz; iz++) s->blocks[((size_t)k * g->nz + iz) * g->nz + iz] += s->mass / s->theta;
+  s->assembled_theta = s->theta;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
+{
+  const PetscReal *px;
+  PetscReal *py;
+
+  PetscFunctionBegin;
+  PetscCall(StageFormBlocks(s));
+  PetscCall(SlipGatherGet(&s->gather, x, &px));
+  PetscCall(SlipStrikeApply(s->strike, 1, s->blocks, px, s->y));
+  PetscCall(SlipSpectralAddCorrection(s->H, px, s->y));
+  PetscCall(SlipGatherRestore(&s->gather, x, &px));
+  PetscCall(VecGetArrayWrite(y, &py));
+  PetscCall(PetscArraycpy(py, s->y + s->gather.start, s->gather.end - s->gather.start));
+  PetscCall(VecRestoreArrayWrite(y, &py));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -37,8 +77,12 @@ static PetscErrorCode StageMult(Mat B, Vec x, Vec y)
   PetscCall(MatShellGetContext(B, &s));
   PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
   if (s->assemble) {
-    PetscCall(StageAssemble(B, s));
+    PetscCall(StageAssemble(s));
     PetscCall(MatMult(s->assembled, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (s->strike) {
+    PetscCall(StageMultFused(s, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatMult(s->K, x, y));
@@ -71,8 +115,40 @@ static PetscErrorCode StageDestroy(Mat B)
   PetscCall(MatDestroy(&s->H));
   PetscCall(MatDestroy(&s->assembled));
   PetscCall(VecDestroy(&s->work));
+  PetscCall(PetscFree2(s->blocks, s->y));
+  PetscCall(SlipGatherDestroy(&s->gather));
   PetscCall(PetscFree(s));
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatConvert_slipstage_dense_C", NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Chooses how products are formed: fused per wavenumber, assembled, or K and H apart. */
+static PetscErrorCode StageChoose(SlipStageContext *s)
+{
+  const SlipGrid *g;
+  const PetscReal *viscosity;
+  SlipStrike strike;
+  PetscBool denseK, denseH;
+  PetscInt N, nk;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(s->K, &N, NULL));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)s->K, &denseK, MATSEQDENSE, MATMPIDENSE, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)s->H, &denseH, MATSEQDENSE, MATMPIDENSE, ""));
+  s->assemble = (PetscBool)(denseK && denseH && N <= SLIP_STAGE_ASSEMBLE_MAX);
+  PetscCall(SlipViscosityGetFactor(s->H, &s->damping));
+  PetscCall(SlipGridOf(s->K, &g));
+  if (g) PetscCall(SlipGridScale(s->K, &s->scale));
+  PetscCall(SlipSpectralGetBlocks(s->H, &strike, &viscosity));
+  if (denseK || !strike) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStrikeOf(s->K, &s->strike));
+  if (s->strike != strike) { /* H was made from another stiffness */
+    s->strike = NULL;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  SlipStrikeGet(strike, &g, NULL, &nk, NULL);
+  PetscCall(PetscMalloc2((size_t)nk * g->nz * g->nz, &s->blocks, N, &s->y));
+  PetscCall(SlipGatherCreate(s->K, &s->gather));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -102,7 +178,6 @@ PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B)
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   SlipStageContext *s;
   PetscInt m, N, mH, NH;
-  PetscBool denseK, denseH;
 
   PetscFunctionBegin;
   PetscCheck(mass > 0 && PetscIsNormalReal(mass), comm, PETSC_ERR_ARG_OUTOFRANGE,
@@ -120,9 +195,7 @@ PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B)
   s->K = K;
   s->H = H;
   s->mass = mass;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)K, &denseK, MATSEQDENSE, MATMPIDENSE, ""));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)H, &denseH, MATSEQDENSE, MATMPIDENSE, ""));
-  s->assemble = (PetscBool)(denseK && denseH && N <= SLIP_STAGE_ASSEMBLE_MAX);
+  PetscCall(StageChoose(s));
   PetscCall(MatCreateVecs(K, NULL, &s->work));
   PetscCall(MatCreateShell(comm, m, m, N, N, s, B));
   PetscCall(MatShellSetManageScalingShifts(*B));
@@ -196,14 +269,13 @@ PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipStageGetOperators(Mat B, Mat *K, Mat *H, PetscReal *mass)
+PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts)
 {
   SlipStageContext *s;
 
   PetscFunctionBegin;
   PetscCall(StageContext(B, &s));
-  *K = s->K;
-  *H = s->H;
-  *mass = s->mass;
+  PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
+  *parts = (SlipStageParts){s->K, s->H, s->mass, s->theta, s->scale, s->damping};
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -226,3 +226,31 @@ PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal bl
   StrikeBackward(s, scale, y);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* y = (V f V' per wavenumber) x for f[nk][nz]; needs no set-up when f changes. x and y may be the same. */
+PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const PetscReal x[], PetscReal y[])
+{
+  const PetscInt nz = s->grid.nz, nk = s->period / 2 + 1;
+  const PetscScalar a = 1, zero = 0;
+  const PetscBLASInt n = (PetscBLASInt)nz, inc = 1;
+  const PetscReal *values, *vectors;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStrikeGetEigen(s, &values, &vectors));
+  StrikeForward(s, x);
+  for (PetscInt k = 0; k < nk; k++) {
+    const PetscReal *V = vectors + (size_t)k * nz * nz;
+    PetscReal *re = s->re + k * nz, *im = s->im + k * nz, *re2 = s->re2 + k * nz, *im2 = s->im2 + k * nz;
+
+    PetscCallBLAS("BLASgemv", BLASgemv_("T", &n, &n, &a, V, &n, re, &inc, &zero, re2, &inc));
+    PetscCallBLAS("BLASgemv", BLASgemv_("T", &n, &n, &a, V, &n, im, &inc, &zero, im2, &inc));
+    for (PetscInt i = 0; i < nz; i++) {
+      re[i] = f[k * nz + i] * re2[i];
+      im[i] = f[k * nz + i] * im2[i];
+    }
+    PetscCallBLAS("BLASgemv", BLASgemv_("N", &n, &n, &a, V, &n, re, &inc, &zero, re2, &inc));
+    PetscCallBLAS("BLASgemv", BLASgemv_("N", &n, &n, &a, V, &n, im, &inc, &zero, im2, &inc));
+  }
+  StrikeBackward(s, 1, y);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

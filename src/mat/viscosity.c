@@ -95,6 +95,38 @@ static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* H remembers its factor, from which a preconditioner knows the viscosity's symbol. */
+static PetscErrorCode ComposeFactor(Mat H, PetscReal factor)
+{
+  PetscContainer container;
+  PetscReal *copy;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&copy));
+  *copy = factor;
+  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)H), &container));
+  PetscCall(PetscContainerSetPointer(container, copy));
+  PetscCall(PetscContainerSetUserDestroy(container, PetscContainerUserDestroyDefault));
+  PetscCall(PetscObjectCompose((PetscObject)H, "SlipViscosityFactor", (PetscObject)container));
+  PetscCall(PetscContainerDestroy(&container));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* factor of H = factor * sqrt(K) [sqrt(kg) / m]; 0 when H was not made by MatCreateSlipViscosity() or is zero. */
+PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor)
+{
+  PetscContainer container;
+  void *pointer;
+
+  PetscFunctionBegin;
+  *factor = 0;
+  PetscCall(PetscObjectQuery((PetscObject)H, "SlipViscosityFactor", (PetscObject *)&container));
+  if (!container) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscContainerGetPointer(container, &pointer));
+  *factor = *(PetscReal *)pointer;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* One row per type of viscosity; factor is 2 zeta sqrt(mass). */
 static const struct {
   const char *name;
@@ -131,6 +163,7 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipViscosityTypes);
+  PetscReal factor;
   PetscInt k;
   PetscBool match = PETSC_FALSE;
 
@@ -145,6 +178,9 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
   }
   PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "Unknown type of viscosity \"%s\"; known: sqrtm, spectral, none",
              type);
-  PetscCall(SlipViscosityTypes[k].create(K, 2 * zeta * PetscSqrtReal(mass), H));
+  PetscCall(PetscStrcmp(type, "none", &match));
+  factor = match ? 0 : 2 * zeta * PetscSqrtReal(mass);
+  PetscCall(SlipViscosityTypes[k].create(K, factor, H));
+  PetscCall(ComposeFactor(*H, factor));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,6 +3,7 @@
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipregister.h>
 #include <slipstep/private/slipadaptimpl.h>
+#include <slipstep/private/slipmat.h>
 
 PetscErrorCode SlipRegisterClasses(void)
 {
@@ -24,5 +25,6 @@ PetscErrorCode SlipRegisterTypes(void)
   PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
   PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
   PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
+  PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

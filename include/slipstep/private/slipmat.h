@@ -35,8 +35,16 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 /* ---- shell.c ---- */
 PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
 
-/* ---- stage.c: borrowed operands of the stage operator ---- */
-PETSC_INTERN PetscErrorCode SlipStageGetOperators(Mat B, Mat *K, Mat *H, PetscReal *mass);
+/* ---- stage.c: what the stage operator is made of ---- */
+typedef struct {
+  Mat K, H;          /* borrowed */
+  PetscReal mass;    /* [kg/m^2] */
+  PetscReal theta;   /* [s] */
+  PetscReal scale;   /* of K against the kernel of its grid; 0 without a grid */
+  PetscReal damping; /* H = damping * sqrt(K); 0 when unknown */
+} SlipStageParts;
+PETSC_INTERN PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts);
+PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor); /* viscosity.c */
 
 /* ---- strike.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber) ---- */
 typedef struct _n_SlipStrike *SlipStrike;
@@ -48,6 +56,8 @@ PETSC_INTERN PetscErrorCode SlipStrikeFormBlocks(SlipStrike s, const PetscReal f
 PETSC_INTERN PetscErrorCode SlipStrikeBlocksToKernel(SlipStrike s, PetscReal blocks[]);
 PETSC_INTERN PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal blocks[],
                                             const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const PetscReal x[],
+                                                    PetscReal y[]);
 
 /* ---- gather.c: the whole of a distributed vector on every rank ---- */
 typedef struct {
@@ -73,3 +83,6 @@ PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal f
 /* The two parts of a "slipspectral" viscosity, for the stage operator. */
 PETSC_INTERN PetscErrorCode SlipSpectralGetBlocks(Mat H, SlipStrike *strike, const PetscReal **blocks);
 PETSC_INTERN PetscErrorCode SlipSpectralAddCorrection(Mat H, const PetscReal x[], PetscReal y[]);
+
+/* ---- pcslipstage.c ---- */
+PETSC_INTERN PetscErrorCode PCCreate_SlipStage(PC pc);
