@@ -7,13 +7,15 @@ PetscErrorCode AgentCreate(const AgentOptions *o, uint64_t seed, Agent *a)
   const size_t B = (size_t)o->tqc.batch, O = (size_t)o->tqc.obs, A = (size_t)o->tqc.act;
 
   PetscFunctionBegin;
-  PetscCheck(o->tqc.act == 1, PETSC_COMM_SELF, PETSC_ERR_SUP, "The agent chooses 1 action, not %" PetscInt_FMT, o->tqc.act);
+  PetscCheck(o->tqc.act == 1, PETSC_COMM_SELF, PETSC_ERR_SUP, "The agent chooses 1 action, not %" PetscInt_FMT,
+             o->tqc.act);
   PetscCall(PetscMemzero(a, sizeof(*a)));
   a->o = *o;
   RandomSeed(&a->random, seed);
   PetscCall(TQCCreate(&o->tqc, &a->random, &a->tqc));
   PetscCall(ReplayCreate(o->tqc.obs, o->tqc.act, o->buffer, &a->replay));
-  PetscCall(PetscCalloc5(O * B, &a->batch.obs, O * B, &a->batch.next_obs, A * B, &a->batch.action, B, &a->batch.reward, B, &a->batch.done));
+  PetscCall(PetscCalloc5(O * B, &a->batch.obs, O * B, &a->batch.next_obs, A * B, &a->batch.action, B, &a->batch.reward,
+                         B, &a->batch.done));
   PetscCall(PetscCalloc3((size_t)o->tqc.hidden * A, &a->eps, O, &a->obs, O, &a->next_obs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -43,8 +45,10 @@ PetscReal AgentAct(Agent *a, const PetscReal obs[], PetscBool explore)
     return (PetscReal)action;
   }
   DrawExploration(a); /* before every step, as Stable-Baselines3 does with sde_sample_freq -1 and train_freq 1 */
-  if (a->steps < a->o.learning_starts) action = (Scalar)(2 * RandomUniform(&a->random) - 1);
-  else TQCSample(&a->tqc, 1, a->next_obs, a->eps, &action);
+  if (a->steps < a->o.learning_starts)
+    action = (Scalar)(2 * RandomUniform(&a->random) - 1);
+  else
+    TQCSample(&a->tqc, 1, a->next_obs, a->eps, &action);
   for (PetscInt i = 0; i < a->o.tqc.obs; ++i) a->obs[i] = a->next_obs[i];
   a->action = action;
   a->pending = PETSC_TRUE;

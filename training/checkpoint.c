@@ -4,8 +4,8 @@
 #include <slipstep/private/slipcompat.h>
 
 #define CHECKPOINT_FORMAT "slipstep-training"
-#define RANDOM_WORDS      6
-#define CHUNKS            4 /* 16 bits each, so that any PetscInt holds one */
+#define RANDOM_WORDS 6
+#define CHUNKS 4 /* 16 bits each, so that any PetscInt holds one */
 
 /* The float arrays of a trainer and their lengths. */
 enum { ARRAY_COUNT = 10 };
@@ -20,10 +20,11 @@ static void ListArrays(Trainer *t, CheckpointArray a[ARRAY_COUNT])
   TQC *q = &t->agent.tqc;
   const PetscInt na = (PetscInt)q->nactor, nc = (PetscInt)q->ncritic;
   const CheckpointArray list[ARRAY_COUNT] = {
-    {"/actor/parameters", q->actor, na},     {"/actor/adam_m", q->actor_adam.m, na},      {"/actor/adam_v", q->actor_adam.v, na},
-    {"/critics/parameters", q->critics, nc}, {"/critics/target", q->target, nc},          {"/critics/adam_m", q->critic_adam.m, nc},
-    {"/critics/adam_v", q->critic_adam.v, nc}, {"/entropy/log_alpha", &q->log_alpha, 1}, {"/entropy/adam_m", q->alpha_adam.m, 1},
-    {"/entropy/adam_v", q->alpha_adam.v, 1}};
+    {"/actor/parameters", q->actor, na},       {"/actor/adam_m", q->actor_adam.m, na},
+    {"/actor/adam_v", q->actor_adam.v, na},    {"/critics/parameters", q->critics, nc},
+    {"/critics/target", q->target, nc},        {"/critics/adam_m", q->critic_adam.m, nc},
+    {"/critics/adam_v", q->critic_adam.v, nc}, {"/entropy/log_alpha", &q->log_alpha, 1},
+    {"/entropy/adam_m", q->alpha_adam.m, 1},   {"/entropy/adam_v", q->alpha_adam.v, 1}};
 
   for (PetscInt i = 0; i < ARRAY_COUNT; ++i) a[i] = list[i];
 }
@@ -33,21 +34,28 @@ enum { NUMBER_COUNT = 16 };
 static void ListNumbers(Trainer *t, PetscReal x[NUMBER_COUNT], PetscBool store)
 {
   Agent *a = &t->agent;
-  PetscInt64 *counter[] = {&a->steps, &a->updates, &a->tqc.actor_adam.t, &a->tqc.critic_adam.t, &a->tqc.alpha_adam.t, &a->replay.size,
-                           &a->replay.next, &t->episodes, &t->evaluated, &t->checkpointed, &t->best_steps};
+  PetscInt64 *counter[] = {
+    &a->steps,       &a->updates,  &a->tqc.actor_adam.t, &a->tqc.critic_adam.t, &a->tqc.alpha_adam.t, &a->replay.size,
+    &a->replay.next, &t->episodes, &t->evaluated,        &t->checkpointed,      &t->best_steps};
   PetscReal *real[] = {&t->env.cost_min, &t->env.cost_max};
   const PetscInt nc = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(counter), nr = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(real);
 
   for (PetscInt i = 0; i < nc; ++i) {
-    if (store) x[i] = (PetscReal)*counter[i];
-    else *counter[i] = (PetscInt64)x[i];
+    if (store)
+      x[i] = (PetscReal)*counter[i];
+    else
+      *counter[i] = (PetscInt64)x[i];
   }
   for (PetscInt i = 0; i < nr; ++i) {
-    if (store) x[nc + i] = *real[i];
-    else *real[i] = x[nc + i];
+    if (store)
+      x[nc + i] = *real[i];
+    else
+      *real[i] = x[nc + i];
   }
-  if (store) x[nc + nr] = (PetscReal)t->best;
-  else t->best = (double)x[nc + nr];
+  if (store)
+    x[nc + nr] = (PetscReal)t->best;
+  else
+    t->best = (double)x[nc + nr];
   for (PetscInt i = nc + nr + 1; store && i < NUMBER_COUNT; ++i) x[i] = 0;
 }
 
@@ -58,7 +66,8 @@ static PetscErrorCode WriteRandom(SlipH5 *h, const char path[], const Random *r)
 
   PetscFunctionBegin;
   memcpy(word, r, sizeof(word));
-  for (PetscInt i = 0; i < RANDOM_WORDS * CHUNKS; ++i) chunk[i] = (PetscInt)((word[i / CHUNKS] >> (16 * (i % CHUNKS))) & 0xffff);
+  for (PetscInt i = 0; i < RANDOM_WORDS * CHUNKS; ++i)
+    chunk[i] = (PetscInt)((word[i / CHUNKS] >> (16 * (i % CHUNKS))) & 0xffff);
   PetscCall(SlipH5WriteInt(h, path, 1, dims, chunk, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -134,7 +143,8 @@ static PetscErrorCode CheckFormat(Trainer *t, SlipH5 *h)
   if (has) PetscCall(SlipH5ReadAttrString(h, "/", "format", format, sizeof(format)));
   PetscCall(PetscStrcmp(format, CHECKPOINT_FORMAT, &same));
   PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "-train_resume %s is no checkpoint (attribute format is \"%s\"); expected a file of -train_checkpoint", h->name, format);
+             "-train_resume %s is no checkpoint (attribute format is \"%s\"); expected a file of -train_checkpoint",
+             h->name, format);
   PetscCall(SlipH5ReadStrings(h, "/observations", &n, &names));
   same = n == t->o.env.nobs ? PETSC_TRUE : PETSC_FALSE;
   for (PetscInt i = 0; same && i < n; ++i) PetscCall(PetscStrcmp(names[i], t->o.env.names[i], &same));
@@ -164,8 +174,8 @@ static PetscErrorCode ReadBuffer(SlipH5 *h, Replay *r)
   PetscCall(SlipH5ReadReal(h, "/buffer", 2, dims, &data));
   PetscCheck(dims[0] == (PetscInt)r->size && dims[1] == ReplayWidth(r) && r->size <= r->capacity, PETSC_COMM_SELF,
              PETSC_ERR_FILE_UNEXPECTED,
-             "-train_resume %s: /buffer is %" PetscInt_FMT " x %" PetscInt_FMT ", expected %" PetscInt64_FMT " x %" PetscInt_FMT
-             " and at most -train_buffer %" PetscInt64_FMT " rows",
+             "-train_resume %s: /buffer is %" PetscInt_FMT " x %" PetscInt_FMT ", expected %" PetscInt64_FMT
+             " x %" PetscInt_FMT " and at most -train_buffer %" PetscInt64_FMT " rows",
              h->name, dims[0], dims[1], r->size, ReplayWidth(r), r->capacity);
   for (PetscInt i = 0; i < dims[0] * dims[1]; ++i) r->data[i] = (Scalar)data[i];
   r->next = r->size % r->capacity == 0 ? r->next % r->capacity : r->size;

@@ -4,19 +4,25 @@
 
 /* Ranges of random faults: one element, uniform normal stress. The last row is the duration. Draws whose weakening rate
    sigma dmu/d_c is not 1.5 to 15 times the stiffness G/Ly are repeated: below, nothing slips within the duration. */
-enum { DRAW_LENGTH, DRAW_THICKNESS, DRAW_SLIP, DRAW_DROP, DRAW_RESIDUAL, DRAW_DAMPING, DRAW_STRESS, DRAW_DURATION, DRAW_COUNT };
+enum {
+  DRAW_LENGTH,
+  DRAW_THICKNESS,
+  DRAW_SLIP,
+  DRAW_DROP,
+  DRAW_RESIDUAL,
+  DRAW_DAMPING,
+  DRAW_STRESS,
+  DRAW_DURATION,
+  DRAW_COUNT
+};
 static const struct {
   const char *meaning;
   PetscReal low, high;
 } DrawTable[DRAW_COUNT] = {
-  [DRAW_LENGTH] = {"length_x = length_z [m]", 1e3, 10e3},
-  [DRAW_THICKNESS] = {"thickness over length", 0.7, 1.4},
-  [DRAW_SLIP] = {"friction_slip [m]", 0.03, 0.3},
-  [DRAW_DROP] = {"friction_drop", 0.05, 0.2},
-  [DRAW_RESIDUAL] = {"friction_residual", 0.3, 0.6},
-  [DRAW_DAMPING] = {"damping_ratio", 0.15, 0.5},
-  [DRAW_STRESS] = {"normal_stress [Pa]", 5e6, 60e6},
-  [DRAW_DURATION] = {"duration [T*]", 25, 50},
+  [DRAW_LENGTH] = {"length_x = length_z [m]", 1e3, 10e3}, [DRAW_THICKNESS] = {"thickness over length", 0.7, 1.4},
+  [DRAW_SLIP] = {"friction_slip [m]", 0.03, 0.3},         [DRAW_DROP] = {"friction_drop", 0.05, 0.2},
+  [DRAW_RESIDUAL] = {"friction_residual", 0.3, 0.6},      [DRAW_DAMPING] = {"damping_ratio", 0.15, 0.5},
+  [DRAW_STRESS] = {"normal_stress [Pa]", 5e6, 60e6},      [DRAW_DURATION] = {"duration [T*]", 25, 50},
 };
 #define WEAKENING_MIN 1.5
 #define WEAKENING_MAX 15
@@ -34,8 +40,8 @@ PetscErrorCode EnvDescribeDraw(char text[], size_t len)
   PetscFunctionBegin;
   text[0] = 0;
   for (PetscInt i = 0; i < DRAW_COUNT; ++i) {
-    PetscCall(PetscSNPrintf(row, sizeof(row), "%s%s %g..%g", i ? ", " : "", DrawTable[i].meaning, (double)DrawTable[i].low,
-                            (double)DrawTable[i].high));
+    PetscCall(PetscSNPrintf(row, sizeof(row), "%s%s %g..%g", i ? ", " : "", DrawTable[i].meaning,
+                            (double)DrawTable[i].low, (double)DrawTable[i].high));
     PetscCall(PetscStrlcat(text, row, len));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -46,10 +52,12 @@ PetscErrorCode EnvDrawFault(Random *random, PetscInt n, PetscReal value[])
   PetscReal ratio;
 
   PetscFunctionBegin;
-  PetscCheck(n == DRAW_COUNT, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%" PetscInt_FMT " drawn parameters, expected %d", n, DRAW_COUNT);
+  PetscCheck(n == DRAW_COUNT, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%" PetscInt_FMT " drawn parameters, expected %d", n,
+             DRAW_COUNT);
   do {
     for (PetscInt i = 0; i < n; ++i) value[i] = (PetscReal)RandomLog(random, DrawTable[i].low, DrawTable[i].high);
-    ratio = value[DRAW_STRESS] * value[DRAW_DROP] / value[DRAW_SLIP] * value[DRAW_LENGTH] * value[DRAW_THICKNESS] / SHEAR_MODULUS;
+    ratio = value[DRAW_STRESS] * value[DRAW_DROP] / value[DRAW_SLIP] * value[DRAW_LENGTH] * value[DRAW_THICKNESS] /
+            SHEAR_MODULUS;
   } while (ratio < WEAKENING_MIN || ratio > WEAKENING_MAX);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -87,7 +95,8 @@ static PetscErrorCode SetTolerances(const EnvOptions *o, TS ts)
     PetscCall(VecScale(scaled, o->atol / 1e-6));
     PetscCall(TSSetTolerances(ts, atol, scaled, rtol, NULL));
     PetscCall(VecDestroy(&scaled));
-  } else PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, rtol, NULL));
+  } else
+    PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, rtol, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -95,8 +104,10 @@ PetscErrorCode EnvRunCreate(const EnvOptions *o, const PetscReal drawn[], EnvRun
 {
   PetscFunctionBegin;
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &run->fault));
-  if (drawn) PetscCall(SetDrawn(run->fault, drawn));
-  else PetscCall(SlipFaultSetFromOptions(run->fault));
+  if (drawn)
+    PetscCall(SetDrawn(run->fault, drawn));
+  else
+    PetscCall(SlipFaultSetFromOptions(run->fault));
   PetscCall(SlipFaultSetUp(run->fault));
   PetscCall(SlipFaultGetTimeScale(run->fault, &run->tstar));
   PetscCall(SlipFaultCreateState(run->fault, &run->w));

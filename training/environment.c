@@ -72,14 +72,15 @@ static PetscErrorCode Judge(Environment *env, TS ts, const SlipAttempt *last, Pe
   }
   in.cost_min = env->cost_min;
   in.cost_max = env->cost_max;
-  if (env->o.reward->needs_continuation && last->accepted) PetscCall(ContinuationErrors(env, ts, last->time + last->dt, &in));
+  if (env->o.reward->needs_continuation && last->accepted)
+    PetscCall(ContinuationErrors(env, ts, last->time + last->dt, &in));
   *value = env->o.reward->value(&in);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* TSAdaptRLActorFn: inversion of control, TSSolve() calls the learner. */
-static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[], const SlipAttempt *last, PetscBool guarded,
-                            PetscReal *h, void *ctx)
+static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[], const SlipAttempt *last,
+                            PetscBool guarded, PetscReal *h, void *ctx)
 {
   Environment *env = (Environment *)ctx;
   EnvMoment moment = {.obs = env->obs, .first = last ? PETSC_FALSE : PETSC_TRUE, .overruled = guarded};
@@ -94,11 +95,13 @@ static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal ob
     env->result.attempts++;
     env->result.accepted += last->accepted ? 1 : 0;
     env->result.total += moment.reward;
-    moment.terminated = last->accepted && last->time + last->dt >= env->run.tmax * (1 - 1e-12) ? PETSC_TRUE : PETSC_FALSE;
+    moment.terminated =
+      last->accepted && last->time + last->dt >= env->run.tmax * (1 - 1e-12) ? PETSC_TRUE : PETSC_FALSE;
     moment.truncated = env->o.max_steps && env->result.attempts >= env->o.max_steps ? PETSC_TRUE : PETSC_FALSE;
   }
   if (!env->stopped) PetscCall(env->actor(&moment, &action, &env->stopped, env->ctx));
-  if (moment.terminated) env->result.finished = PETSC_TRUE;
+  if (moment.terminated)
+    env->result.finished = PETSC_TRUE;
   else if (moment.truncated || env->stopped) {
     env->stopped = PETSC_TRUE;
     PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
@@ -124,11 +127,13 @@ static PetscErrorCode EpisodeSetUp(Environment *env, Random *random)
     env->to_come[0] = env->slip_scale = env->fine_to_come[0];
     env->to_come[1] = env->rate_scale = env->fine_to_come[1];
     PetscCheck(env->slip_scale > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONGSTATE,
-               "This fault does not slip in %g s: -train_reward %s needs one that does", (double)env->run.tmax, env->o.reward->name);
+               "This fault does not slip in %g s: -train_reward %s needs one that does", (double)env->run.tmax,
+               env->o.reward->name);
   }
   PetscCall(TSGetAdapt(env->run.ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
-  PetscCall(TSAdaptRLSetActor(adapt, env->o.nobs, (const char *const *)env->o.names, env->dt_min, env->dt_max, Actor, env));
+  PetscCall(
+    TSAdaptRLSetActor(adapt, env->o.nobs, (const char *const *)env->o.names, env->dt_min, env->dt_max, Actor, env));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

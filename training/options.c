@@ -8,8 +8,14 @@ static const struct {
   const char *name;
   PetscReal scale, offset;
 } ScaleTable[] = {
-  {"log_velocity", 0.25, 0.5}, {"log_mean_velocity", 0.25, 0.5}, {"log_energy_rate", 0.25, 0.5}, {"log_error", 0.5, -0.5},
-  {"log_step", 1, 0},          {"slip", 0.1, 0},                 {"energy", 1, 0},               {"log_time_scale", 1, 0},
+  {"log_velocity", 0.25, 0.5},
+  {"log_mean_velocity", 0.25, 0.5},
+  {"log_energy_rate", 0.25, 0.5},
+  {"log_error", 0.5, -0.5},
+  {"log_step", 1, 0},
+  {"slip", 0.1, 0},
+  {"energy", 1, 0},
+  {"log_time_scale", 1, 0},
 };
 
 static const struct {
@@ -19,7 +25,13 @@ static const struct {
   PetscBool log_spacing;
 } PresetTable[] = {
   {"published", {"energy", "velocity", "residual", "converged", "accuracy", "step"}, 1e-6, 6, "T*", "s", PETSC_FALSE},
-  {"accuracy", {"energy", "log_velocity", "slip", "log_error", "log_step", "converged"}, 1e-2, 7, "T*", "T*", PETSC_TRUE},
+  {"accuracy",
+   {"energy", "log_velocity", "slip", "log_error", "log_step", "converged"},
+   1e-2,
+   7,
+   "T*",
+   "T*",
+   PETSC_TRUE},
 };
 
 static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, char **names)
@@ -61,7 +73,8 @@ static PetscErrorCode SetPreset(const char reward[], EnvOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckChoice(const char option[], const char value[], const char *const known[], const char later[])
+static PetscErrorCode CheckChoice(const char option[], const char value[], const char *const known[],
+                                  const char later[])
 {
   char list[128] = "";
   PetscBool same;
@@ -73,14 +86,15 @@ static PetscErrorCode CheckChoice(const char option[], const char value[], const
     PetscCall(PetscStrlcat(list, " ", sizeof(list)));
     PetscCall(PetscStrlcat(list, known[i], sizeof(list)));
   }
-  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not available; this version has:%s%s", option, value, list, later);
+  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not available; this version has:%s%s", option, value,
+          list, later);
 }
 
 static PetscErrorCode CheckPositive(const char option[], PetscReal value)
 {
   PetscFunctionBegin;
-  PetscCheck(value > 0 && !PetscIsInfOrNanReal(value), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "%s %g must be positive", option,
-             (double)value);
+  PetscCheck(value > 0 && !PetscIsInfOrNanReal(value), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "%s %g must be positive", option, (double)value);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,46 +107,55 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
 
   PetscFunctionBegin;
   PetscCall(PetscStrncpy(e->problem, "fault", sizeof(e->problem)));
-  PetscCall(PetscOptionsString("-train_problem", "What is simulated: fault (its parameters are the -fault_ options)", NULL, e->problem,
-                               e->problem, sizeof(e->problem), NULL));
+  PetscCall(PetscOptionsString("-train_problem", "What is simulated: fault (its parameters are the -fault_ options)",
+                               NULL, e->problem, e->problem, sizeof(e->problem), NULL));
   PetscCall(CheckChoice("-train_problem", e->problem, problems, " (sliding_mode and circuit are not part of it)"));
-  PetscCall(PetscOptionsString("-train_reward",
-                               "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure) or accuracy (price of an attempt plus "
-                               "effect of the step on final slip and peak rate)",
-                               NULL, reward, reward, sizeof(reward), NULL));
+  PetscCall(PetscOptionsString(
+    "-train_reward",
+    "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure) or accuracy (price of an attempt plus "
+    "effect of the step on final slip and peak rate)",
+    NULL, reward, reward, sizeof(reward), NULL));
   PetscCall(RewardFind(reward, &e->reward));
   PetscCall(SetPreset(reward, e));
-  PetscCall(PetscOptionsString("-train_cost", "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, "
-                               "not reproducible)", NULL, cost, cost, sizeof(cost), NULL));
+  PetscCall(PetscOptionsString("-train_cost",
+                               "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, "
+                               "not reproducible)",
+                               NULL, cost, cost, sizeof(cost), NULL));
   PetscCall(CheckChoice("-train_cost", cost, costs, ""));
   PetscCall(PetscStrcmp(cost, "wall", &e->wall_cost));
-  PetscCall(PetscOptionsStringArray("-train_observations", "Names of the observations, in order (default: depends on -train_reward)",
-                                    NULL, names, &n, &set));
+  PetscCall(PetscOptionsStringArray("-train_observations",
+                                    "Names of the observations, in order (default: depends on -train_reward)", NULL,
+                                    names, &n, &set));
   if (set) {
     for (PetscInt i = 0; i < e->nobs; ++i) PetscCall(PetscFree(e->names[i]));
     PetscCall(SetObservations(e, n, names));
     for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
   }
-  PetscCall(PetscOptionsReal("-train_dt_min", "Shortest step the policy can choose, in units of T* (default: depends on -train_reward)",
+  PetscCall(PetscOptionsReal("-train_dt_min",
+                             "Shortest step the policy can choose, in units of T* (default: depends on -train_reward)",
                              NULL, e->dt_min, &e->dt_min, NULL));
-  PetscCall(PetscOptionsReal("-train_dt_max", "Longest step the policy can choose [published: s, accuracy: T*]", NULL, e->dt_max,
-                             &e->dt_max, NULL));
+  PetscCall(PetscOptionsReal("-train_dt_max", "Longest step the policy can choose [published: s, accuracy: T*]", NULL,
+                             e->dt_max, &e->dt_max, NULL));
   PetscCall(CheckPositive("-train_dt_min", e->dt_min));
   PetscCall(CheckPositive("-train_dt_max", e->dt_max));
+  e->reward_scale = 1;
+  PetscCall(PetscOptionsReal("-train_reward_scale", "The learner sees the reward times this", NULL, e->reward_scale,
+                             &e->reward_scale, NULL));
+  PetscCall(CheckPositive("-train_reward_scale", e->reward_scale));
   PetscCall(PetscOptionsBool("-train_random", "Draw a fault for every episode", NULL, e->random, &e->random, NULL));
   e->rtol = 1e-3;
   e->atol = 1e-6;
   e->continuation = 1. / 12;
   PetscCall(PetscOptionsReal("-train_rtol", "Relative tolerance in the error estimate", NULL, e->rtol, &e->rtol, NULL));
-  PetscCall(PetscOptionsReal("-train_atol", "Absolute tolerance, in 0.1 mm for slip and 0.1 mm/T* for slip rate", NULL, e->atol,
-                             &e->atol, NULL));
+  PetscCall(PetscOptionsReal("-train_atol", "Absolute tolerance, in 0.1 mm for slip and 0.1 mm/T* for slip rate", NULL,
+                             e->atol, &e->atol, NULL));
   PetscCall(CheckPositive("-train_rtol", e->rtol));
   PetscCall(CheckPositive("-train_atol", e->atol));
   PetscCall(PetscOptionsReal("-train_continuation_step", "Step of the exact continuation of reward accuracy [T*]", NULL,
                              e->continuation, &e->continuation, NULL));
   PetscCall(CheckPositive("-train_continuation_step", e->continuation));
-  PetscCall(PetscOptionsInt("-train_max_attempts", "Attempts after which an episode is cut off, 0: never", NULL, e->max_steps,
-                            &e->max_steps, NULL));
+  PetscCall(PetscOptionsInt("-train_max_attempts", "Attempts after which an episode is cut off, 0: never", NULL,
+                            e->max_steps, &e->max_steps, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -144,20 +167,25 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
   PetscReal buffer = 1e6, starts = 100, lr = 3e-4, gamma = 0.99, tau = 0.005;
 
   PetscFunctionBegin;
-  PetscCall(PetscOptionsString("-train_algorithm", "Learner: tqc", NULL, algorithm, algorithm, sizeof(algorithm), NULL));
+  PetscCall(
+    PetscOptionsString("-train_algorithm", "Learner: tqc", NULL, algorithm, algorithm, sizeof(algorithm), NULL));
   PetscCall(CheckChoice("-train_algorithm", algorithm, algorithms, " (td3 is not part of it)"));
   a->tqc = (TQCOptions){o->env.nobs, 1, 64, 5, 25, 2, 256, lr, gamma, tau};
   PetscCall(PetscOptionsInt("-train_hidden", "Width of the hidden layers", NULL, a->tqc.hidden, &a->tqc.hidden, NULL));
-  PetscCall(PetscOptionsInt("-train_critics", "Critics; the published policies were trained with 2", NULL, a->tqc.critics,
-                            &a->tqc.critics, NULL));
-  PetscCall(PetscOptionsInt("-train_quantiles", "Quantiles of each critic", NULL, a->tqc.quantiles, &a->tqc.quantiles, NULL));
-  PetscCall(PetscOptionsInt("-train_drop", "Largest target quantiles dropped, per critic", NULL, a->tqc.drop, &a->tqc.drop, NULL));
+  PetscCall(PetscOptionsInt("-train_critics", "Critics; the published policies were trained with 2", NULL,
+                            a->tqc.critics, &a->tqc.critics, NULL));
+  PetscCall(
+    PetscOptionsInt("-train_quantiles", "Quantiles of each critic", NULL, a->tqc.quantiles, &a->tqc.quantiles, NULL));
+  PetscCall(PetscOptionsInt("-train_drop", "Largest target quantiles dropped, per critic", NULL, a->tqc.drop,
+                            &a->tqc.drop, NULL));
   PetscCall(PetscOptionsInt("-train_batch", "Transitions in a gradient step", NULL, a->tqc.batch, &a->tqc.batch, NULL));
   PetscCall(PetscOptionsReal("-train_learning_rate", "Learning rate of all optimisers", NULL, lr, &lr, NULL));
   PetscCall(PetscOptionsReal("-train_discount", "Discount gamma", NULL, gamma, &gamma, NULL));
   PetscCall(PetscOptionsReal("-train_polyak", "Polyak coefficient tau of the target critics", NULL, tau, &tau, NULL));
-  PetscCall(PetscOptionsReal("-train_buffer", "Capacity of the replay buffer in transitions", NULL, buffer, &buffer, NULL));
-  PetscCall(PetscOptionsReal("-train_learning_starts", "Steps with random actions before learning", NULL, starts, &starts, NULL));
+  PetscCall(
+    PetscOptionsReal("-train_buffer", "Capacity of the replay buffer in transitions", NULL, buffer, &buffer, NULL));
+  PetscCall(PetscOptionsReal("-train_learning_starts", "Steps with random actions before learning", NULL, starts,
+                             &starts, NULL));
   a->tqc.lr = (double)lr;
   a->tqc.gamma = (double)gamma;
   a->tqc.tau = (double)tau;
@@ -225,25 +253,28 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
   o->progress = 1000;
   o->evaluate_episodes = 32;
   PetscOptionsBegin(comm, NULL, "Training a step-size policy", "train");
-  PetscCall(PetscOptionsReal("-train_steps", "Environment steps (attempts), in total with those of -train_resume", NULL, steps, &steps,
-                             NULL));
-  PetscCheck(steps >= 1 && steps < 1e12, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_steps %g must be positive", (double)steps);
+  PetscCall(PetscOptionsReal("-train_steps", "Environment steps (attempts), in total with those of -train_resume", NULL,
+                             steps, &steps, NULL));
+  PetscCheck(steps >= 1 && steps < 1e12, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_steps %g must be positive",
+             (double)steps);
   o->steps = (PetscInt64)steps;
   PetscCall(PetscOptionsInt("-train_seed", "Seed; rank i uses seed + i", NULL, o->seed, &o->seed, NULL));
-  PetscCall(PetscOptionsRealArray("-train_alpha", "Weight of the error in the reward (default 1); rank i uses entry i of a list", NULL,
+  PetscCall(PetscOptionsRealArray("-train_alpha",
+                                  "Weight of the error in the reward (default 1); rank i uses entry i of a list", NULL,
                                   alpha, &nalpha, &set));
   if (!set || !nalpha) nalpha = 1;
-  PetscCall(PetscOptionsInt("-train_progress", "Steps from one progress line to the next, 0: quiet", NULL, o->progress, &o->progress,
-                            NULL));
-  PetscCall(PetscOptionsInt("-train_evaluate_interval",
-                            "Steps between evaluations of the policy without noise; the best one is written. 0: write the last",
-                            NULL, o->evaluate_interval, &o->evaluate_interval, NULL));
+  PetscCall(PetscOptionsInt("-train_progress", "Steps from one progress line to the next, 0: quiet", NULL, o->progress,
+                            &o->progress, NULL));
+  PetscCall(
+    PetscOptionsInt("-train_evaluate_interval",
+                    "Steps between evaluations of the policy without noise; the best one is written. 0: write the last",
+                    NULL, o->evaluate_interval, &o->evaluate_interval, NULL));
   PetscCall(PetscOptionsInt("-train_evaluate_episodes", "Episodes of an evaluation, the same faults each time", NULL,
                             o->evaluate_episodes, &o->evaluate_episodes, NULL));
-  PetscCheck(o->evaluate_episodes > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_evaluate_episodes %" PetscInt_FMT " must be positive",
-             o->evaluate_episodes);
-  PetscCall(PetscOptionsReal("-train_checkpoint_interval", "Steps between checkpoints, 0: only at the end", NULL, checkpoint,
-                             &checkpoint, NULL));
+  PetscCheck(o->evaluate_episodes > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-train_evaluate_episodes %" PetscInt_FMT " must be positive", o->evaluate_episodes);
+  PetscCall(PetscOptionsReal("-train_checkpoint_interval", "Steps between checkpoints, 0: only at the end", NULL,
+                             checkpoint, &checkpoint, NULL));
   o->checkpoint_interval = (PetscInt)checkpoint;
   PetscCall(ParseEnvironment(&o->env, PetscOptionsObject));
   PetscCall(ParseAgent(o, PetscOptionsObject));

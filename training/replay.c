@@ -24,7 +24,8 @@ PetscErrorCode ReplayDestroy(Replay *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void ReplayAdd(Replay *r, const Scalar obs[], const Scalar next_obs[], const Scalar action[], Scalar reward, Scalar done)
+void ReplayAdd(Replay *r, const Scalar obs[], const Scalar next_obs[], const Scalar action[], Scalar reward,
+               Scalar done)
 {
   Scalar *p = r->data + r->next * ReplayWidth(r);
 

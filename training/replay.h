@@ -12,5 +12,6 @@ PETSC_INTERN PetscErrorCode ReplayCreate(PetscInt obs, PetscInt act, PetscInt64 
 PETSC_INTERN PetscErrorCode ReplayDestroy(Replay *r);
 PETSC_INTERN PetscInt ReplayWidth(const Replay *r);
 /* done: 1 when the episode truly ended (no bootstrapping), 0 also when it was merely cut off */
-PETSC_INTERN void ReplayAdd(Replay *r, const Scalar obs[], const Scalar next_obs[], const Scalar action[], Scalar reward, Scalar done);
+PETSC_INTERN void ReplayAdd(Replay *r, const Scalar obs[], const Scalar next_obs[], const Scalar action[],
+                            Scalar reward, Scalar done);
 PETSC_INTERN void ReplaySample(const Replay *r, Random *random, PetscInt batch, TQCBatch *b);

@@ -5,11 +5,11 @@
 /* Everything a reward may use. Costs are those of -train_cost: Newton iterations or wall seconds. */
 typedef struct {
   const SlipAttempt *attempt;
-  PetscReal dt_min, dt_max;                 /* bounds of the action [s] */
-  PetscReal cost, cost_min, cost_max;       /* of the attempt; running extrema over successful ones, this one included */
-  PetscReal alpha;                          /* weight of the error, -train_alpha */
-  PetscReal slip_error;                     /* what the step changed in the final slip of an exact continuation, over that slip */
-  PetscReal rate_error;                     /* likewise in the peak slip rate still to come */
+  PetscReal dt_min, dt_max;           /* bounds of the action [s] */
+  PetscReal cost, cost_min, cost_max; /* of the attempt; running extrema over successful ones, this one included */
+  PetscReal alpha;                    /* weight of the error, -train_alpha */
+  PetscReal slip_error; /* what the step changed in the final slip of an exact continuation, over that slip */
+  PetscReal rate_error; /* likewise in the peak slip rate still to come */
 } RewardInput;
 
 typedef struct {

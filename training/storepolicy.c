@@ -2,7 +2,8 @@
 #include "trainer.h"
 #include <slipstep/private/slipcompat.h>
 
-static PetscErrorCode AddLayer(SlipPolicy p, PetscInt in, PetscInt out, const Scalar w[], const Scalar b[], SlipActivation activation)
+static PetscErrorCode AddLayer(SlipPolicy p, PetscInt in, PetscInt out, const Scalar w[], const Scalar b[],
+                               SlipActivation activation)
 {
   PetscReal *weight, *bias;
 

@@ -42,7 +42,7 @@ static PetscErrorCode TrainingActor(const EnvMoment *m, PetscReal *action, Petsc
   Trainer *t = (Trainer *)ctx;
 
   PetscFunctionBegin;
-  if (!m->first) AgentLearn(&t->agent, m->obs, m->reward, m->terminated);
+  if (!m->first) AgentLearn(&t->agent, m->obs, t->o.env.reward_scale * m->reward, m->terminated);
   *stop = t->agent.steps >= t->o.steps ? PETSC_TRUE : PETSC_FALSE;
   if (m->terminated || m->truncated || *stop) PetscFunctionReturn(PETSC_SUCCESS);
   *action = AgentAct(&t->agent, m->obs, PETSC_TRUE);
@@ -84,8 +84,9 @@ static PetscErrorCode Evaluate(Trainer *t)
   }
   PetscCall(TrainLogEvaluation(t->log, t, total / n, attempts / n, error / n));
   if (t->o.progress)
-    PetscCall(PetscPrintf(PETSC_COMM_SELF, "  evaluation  return %8.3f  attempts %6.1f  slip error %7.3f %%%s\n", total / n, attempts / n,
-                          100 * error / n, t->best_steps == t->agent.steps ? "  best so far" : ""));
+    PetscCall(PetscPrintf(PETSC_COMM_SELF, "  evaluation  return %8.3f  attempts %6.1f  slip error %7.3f %%%s\n",
+                          total / n, attempts / n, 100 * error / n,
+                          t->best_steps == t->agent.steps ? "  best so far" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -100,10 +101,11 @@ static PetscErrorCode Progress(const Trainer *t, const EnvResult *r)
   done = (double)(t->agent.steps - t->begin_steps);
   left = (now - t->begin) / done * (double)(t->o.steps - t->agent.steps);
   if (t->size > 1) PetscCall(PetscPrintf(PETSC_COMM_SELF, "[%" PetscInt_FMT "] ", t->rank));
-  PetscCall(PetscPrintf(PETSC_COMM_SELF,
-                        "step %7" PetscInt64_FMT "/%" PetscInt64_FMT "  episode %5" PetscInt64_FMT "  return %8.3f  length %4" PetscInt_FMT
-                        "  critic %9.3e  actor %9.3f  entropy coefficient %8.2e  left %5.0f s\n",
-                        t->agent.steps, t->o.steps, t->episodes, (double)r->total, r->attempts, l->critic, l->actor, l->alpha, left));
+  PetscCall(PetscPrintf(
+    PETSC_COMM_SELF,
+    "step %7" PetscInt64_FMT "/%" PetscInt64_FMT "  episode %5" PetscInt64_FMT "  return %8.3f  length %4" PetscInt_FMT
+    "  critic %9.3e  actor %9.3f  entropy coefficient %8.2e  left %5.0f s\n",
+    t->agent.steps, t->o.steps, t->episodes, (double)r->total, r->attempts, l->critic, l->actor, l->alpha, left));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -117,7 +119,8 @@ static PetscErrorCode AfterEpisode(Trainer *t, const EnvResult *r, PetscInt64 *s
     PetscCall(Progress(t, r));
     *shown = t->agent.steps;
   }
-  if (t->o.evaluate_interval && t->agent.steps - t->evaluated >= t->o.evaluate_interval && t->agent.updates) PetscCall(Evaluate(t));
+  if (t->o.evaluate_interval && t->agent.steps - t->evaluated >= t->o.evaluate_interval && t->agent.updates)
+    PetscCall(Evaluate(t));
   if (t->o.checkpoint[0] && t->o.checkpoint_interval && t->agent.steps - t->checkpointed >= t->o.checkpoint_interval) {
     t->checkpointed = t->agent.steps;
     PetscCall(CheckpointWrite(t, t->o.checkpoint));

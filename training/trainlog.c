@@ -11,11 +11,14 @@ struct _TrainLog {
 enum { EPISODE_COLUMNS = 11, EVALUATION_COLUMNS = 4 };
 static const struct {
   const char *path, *units;
-} EpisodeColumns[EPISODE_COLUMNS] = {{"/episodes/step", ""},         {"/episodes/return", ""},     {"/episodes/length", "attempts"},
-                                     {"/episodes/accepted", ""},     {"/episodes/slip_error", ""}, {"/episodes/critic_loss", ""},
-                                     {"/episodes/actor_loss", ""},   {"/episodes/entropy_loss", ""}, {"/episodes/entropy_coefficient", ""},
-                                     {"/episodes/mean_value", ""},   {"/episodes/wall_time", "s"}},
-  EvaluationColumns[EVALUATION_COLUMNS] = {{"/evaluations/step", ""}, {"/evaluations/return", ""}, {"/evaluations/length", "attempts"},
+} EpisodeColumns[EPISODE_COLUMNS] =
+  {{"/episodes/step", ""},       {"/episodes/return", ""},       {"/episodes/length", "attempts"},
+   {"/episodes/accepted", ""},   {"/episodes/slip_error", ""},   {"/episodes/critic_loss", ""},
+   {"/episodes/actor_loss", ""}, {"/episodes/entropy_loss", ""}, {"/episodes/entropy_coefficient", ""},
+   {"/episodes/mean_value", ""}, {"/episodes/wall_time", "s"}},
+  EvaluationColumns[EVALUATION_COLUMNS] = {{"/evaluations/step", ""},
+                                           {"/evaluations/return", ""},
+                                           {"/evaluations/length", "attempts"},
                                            {"/evaluations/slip_error", ""}};
 
 PetscErrorCode TrainLogOpen(const Trainer *t, const char file[], TrainLog *log)
@@ -59,13 +62,15 @@ PetscErrorCode TrainLogEpisode(TrainLog log, const Trainer *t, const EnvResult *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TrainLogEvaluation(TrainLog log, const Trainer *t, double mean_return, double attempts, double slip_error)
+PetscErrorCode TrainLogEvaluation(TrainLog log, const Trainer *t, double mean_return, double attempts,
+                                  double slip_error)
 {
   const PetscReal row[EVALUATION_COLUMNS] = {(PetscReal)t->agent.steps, mean_return, attempts, slip_error};
 
   PetscFunctionBegin;
   if (!log) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt i = 0; i < EVALUATION_COLUMNS; ++i) PetscCall(SlipH5Append(&log->h5, EvaluationColumns[i].path, 1, &row[i]));
+  for (PetscInt i = 0; i < EVALUATION_COLUMNS; ++i)
+    PetscCall(SlipH5Append(&log->h5, EvaluationColumns[i].path, 1, &row[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
