@@ -56,7 +56,8 @@ static const char *JsonFind(const char *s, const char *path) /* NULL: no such en
         s = end;
         if ((size_t)(end - 1 - key) == n && !strncmp(key, path, n)) break;
       }
-    } else return NULL;
+    } else
+      return NULL;
     path += n;
     if (*path == '/') path++;
   }

@@ -111,12 +111,14 @@ void DenseBackward(const DenseShape *s, const Scalar p[], PetscInt B, const Scal
   }
 }
 
-void DenseInputGradient(const DenseShape *s, const Scalar p[], PetscInt B, const DenseWork *w, PetscInt row, Scalar dx[])
+void DenseInputGradient(const DenseShape *s, const Scalar p[], PetscInt B, const DenseWork *w, PetscInt row,
+                        Scalar dx[])
 {
   const PetscInt ni = s->size[0], no = s->size[1];
 
   for (PetscInt k = 0; k < s->nets; ++k, p += s->count) {
-    ScalarGemv(CblasRowMajor, CblasTrans, no, B, 1, w->delta[0] + k * no * B, B, p + s->weight[0] + row, ni, k ? 1 : 0, dx, 1);
+    ScalarGemv(CblasRowMajor, CblasTrans, no, B, 1, w->delta[0] + k * no * B, B, p + s->weight[0] + row, ni, k ? 1 : 0,
+               dx, 1);
   }
 }
 
@@ -136,7 +138,8 @@ PetscErrorCode AdamDestroy(Adam *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-TRAIN_CLONES static void AdamLoop(size_t n, Scalar step, Scalar root, const Scalar g[], Scalar m[], Scalar v[], Scalar p[])
+TRAIN_CLONES static void AdamLoop(size_t n, Scalar step, Scalar root, const Scalar g[], Scalar m[], Scalar v[],
+                                  Scalar p[])
 {
   const Scalar b1 = (Scalar)(1 - 0.9), b2 = (Scalar)0.999, c2 = (Scalar)(1 - 0.999), eps = (Scalar)1e-8;
 
@@ -150,7 +153,8 @@ TRAIN_CLONES static void AdamLoop(size_t n, Scalar step, Scalar root, const Scal
 void AdamStep(Adam *a, double lr, const Scalar grad[], Scalar p[])
 {
   a->t++;
-  AdamLoop(a->n, (Scalar)(lr / (1 - pow(0.9, (double)a->t))), (Scalar)sqrt(1 - pow(0.999, (double)a->t)), grad, a->m, a->v, p);
+  AdamLoop(a->n, (Scalar)(lr / (1 - pow(0.9, (double)a->t))), (Scalar)sqrt(1 - pow(0.999, (double)a->t)), grad, a->m,
+           a->v, p);
 }
 
 TRAIN_CLONES void PolyakAverage(size_t n, double tau, const Scalar p[], Scalar target[])

@@ -18,10 +18,10 @@ typedef struct {
 } DenseShape;
 
 typedef struct {
-  PetscInt batch;                   /* capacity in samples */
-  Scalar *out[DENSE_MAX_LAYERS];    /* output of each layer [nets][size][B] */
-  Scalar *delta[DENSE_MAX_LAYERS];  /* gradient with respect to the layer's pre-activation, same shape */
-  Scalar *ones;                     /* [batch], for sums over the batch */
+  PetscInt batch;                  /* capacity in samples */
+  Scalar *out[DENSE_MAX_LAYERS];   /* output of each layer [nets][size][B] */
+  Scalar *delta[DENSE_MAX_LAYERS]; /* gradient with respect to the layer's pre-activation, same shape */
+  Scalar *ones;                    /* [batch], for sums over the batch */
 } DenseWork;
 
 /* Adam (Kingma & Ba 2015), beta = (0.9, 0.999), eps = 1e-8. */
@@ -31,7 +31,8 @@ typedef struct {
   PetscInt64 t; /* steps done */
 } Adam;
 
-PETSC_INTERN void DenseShapeInit(DenseShape *s, PetscInt nets, PetscInt layers, const PetscInt size[], PetscBool relu_last);
+PETSC_INTERN void DenseShapeInit(DenseShape *s, PetscInt nets, PetscInt layers, const PetscInt size[],
+                                 PetscBool relu_last);
 /* Every weight and bias ~ U(-1/sqrt(fan_in), 1/sqrt(fan_in)), as torch.nn.Linear. p [nets * count] */
 PETSC_INTERN void DenseInitialize(const DenseShape *s, Random *r, Scalar p[]);
 PETSC_INTERN PetscErrorCode DenseWorkCreate(const DenseShape *s, PetscInt batch, DenseWork *w);
@@ -40,9 +41,11 @@ PETSC_INTERN PetscErrorCode DenseWorkDestroy(DenseWork *w);
 PETSC_INTERN void DenseForward(const DenseShape *s, const Scalar p[], PetscInt B, const Scalar x[], DenseWork *w);
 /* Fill w->delta[layers-1] with the gradient of the loss with respect to the output first. grad [nets * count] is overwritten; NULL
    leaves out the parameters' gradient (only the deltas are needed for the gradient with respect to the input). */
-PETSC_INTERN void DenseBackward(const DenseShape *s, const Scalar p[], PetscInt B, const Scalar x[], DenseWork *w, Scalar grad[]);
+PETSC_INTERN void DenseBackward(const DenseShape *s, const Scalar p[], PetscInt B, const Scalar x[], DenseWork *w,
+                                Scalar grad[]);
 /* After DenseBackward: gradient with respect to one row of the input, summed over the networks. dx [B] */
-PETSC_INTERN void DenseInputGradient(const DenseShape *s, const Scalar p[], PetscInt B, const DenseWork *w, PetscInt row, Scalar dx[]);
+PETSC_INTERN void DenseInputGradient(const DenseShape *s, const Scalar p[], PetscInt B, const DenseWork *w,
+                                     PetscInt row, Scalar dx[]);
 
 PETSC_INTERN PetscErrorCode AdamCreate(size_t n, Adam *a);
 PETSC_INTERN PetscErrorCode AdamDestroy(Adam *a);

@@ -37,8 +37,8 @@ static void LoadColumns(PetscInt n, PetscInt B, PetscInt lanes, const Scalar z[]
   }
 }
 
-void QuantileTargets(PetscInt n, PetscInt keep, PetscInt B, const Scalar reward[], const Scalar done[], Scalar gamma, Scalar alpha,
-                     const Scalar logp[], Scalar z[])
+void QuantileTargets(PetscInt n, PetscInt keep, PetscInt B, const Scalar reward[], const Scalar done[], Scalar gamma,
+                     Scalar alpha, const Scalar logp[], Scalar z[])
 {
   Scalar block[n * LANES];
 
@@ -57,7 +57,8 @@ void QuantileTargets(PetscInt n, PetscInt keep, PetscInt B, const Scalar reward[
 
 /* Sums over the targets of w clip(delta) and w huber(delta) for LANES samples of one quantile.
    With c = clip(delta, -1, 1), huber(delta) = c (delta - c/2). */
-TRAIN_CLONES static void HuberSums(PetscInt N, Scalar tau, const Scalar theta[], const Scalar y[], Scalar slope[], Scalar loss[])
+TRAIN_CLONES static void HuberSums(PetscInt N, Scalar tau, const Scalar theta[], const Scalar y[], Scalar slope[],
+                                   Scalar loss[])
 {
   Scalar g[LANES] = {0}, l[LANES] = {0}, x[LANES];
 
@@ -76,7 +77,8 @@ TRAIN_CLONES static void HuberSums(PetscInt N, Scalar tau, const Scalar theta[],
   }
 }
 
-double QuantileHuber(PetscInt C, PetscInt Q, PetscInt N, PetscInt B, const Scalar theta[], const Scalar y[], Scalar grad[])
+double QuantileHuber(PetscInt C, PetscInt Q, PetscInt N, PetscInt B, const Scalar theta[], const Scalar y[],
+                     Scalar grad[])
 {
   const double mean = 1. / ((double)B * (double)C * (double)Q * (double)N);
   double sum = 0;

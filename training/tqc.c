@@ -29,7 +29,8 @@ static PetscErrorCode TQCCreateWork(TQC *t)
   PetscCall(GSDECreate(o->act, o->batch, &t->now));
   PetscCall(GSDECreate(o->act, o->batch, &t->next));
   PetscCall(PetscCalloc2(HA, &t->sigma, HA, &t->explore));
-  PetscCall(PetscCalloc2((size_t)((o->obs + o->act) * o->batch), &t->input, (size_t)(o->critics * o->quantiles * o->batch), &t->z));
+  PetscCall(PetscCalloc2((size_t)((o->obs + o->act) * o->batch), &t->input,
+                         (size_t)(o->critics * o->quantiles * o->batch), &t->z));
   PetscCall(PetscCalloc4(AB, &t->dqda, AB, &t->dS, AB, &t->dg, AB, &t->dm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -41,11 +42,14 @@ PetscErrorCode TQCCreate(const TQCOptions *o, Random *r, TQC *t)
   const double bound = 1 / sqrt((double)o->hidden);
 
   PetscFunctionBegin;
-  PetscCheck(o->critics > 0 && o->quantiles > 0 && o->hidden > 0 && o->batch > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "Critics %" PetscInt_FMT ", quantiles %" PetscInt_FMT ", hidden %" PetscInt_FMT ", batch %" PetscInt_FMT ": all must be positive",
+  PetscCheck(o->critics > 0 && o->quantiles > 0 && o->hidden > 0 && o->batch > 0, PETSC_COMM_SELF,
+             PETSC_ERR_ARG_OUTOFRANGE,
+             "Critics %" PetscInt_FMT ", quantiles %" PetscInt_FMT ", hidden %" PetscInt_FMT ", batch %" PetscInt_FMT
+             ": all must be positive",
              o->critics, o->quantiles, o->hidden, o->batch);
   PetscCheck(o->drop >= 0 && o->drop < o->quantiles, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "Dropped quantiles per critic %" PetscInt_FMT " must lie in [0, %" PetscInt_FMT ")", o->drop, o->quantiles);
+             "Dropped quantiles per critic %" PetscInt_FMT " must lie in [0, %" PetscInt_FMT ")", o->drop,
+             o->quantiles);
   t->o = *o;
   DenseShapeInit(&t->latent, 1, 2, actor_size, PETSC_TRUE);
   DenseShapeInit(&t->critic, o->critics, 4, critic_size, PETSC_FALSE);

@@ -4,13 +4,13 @@
 #include "dense.h"
 
 typedef struct {
-  PetscInt obs, act;       /* O, A */
-  PetscInt hidden;         /* width of the hidden layers of all networks */
-  PetscInt critics;        /* C */
-  PetscInt quantiles;      /* per critic */
-  PetscInt drop;           /* largest target quantiles left out, per critic */
-  PetscInt batch;          /* samples in a gradient step */
-  double lr, gamma, tau;   /* learning rate of all optimisers, discount, Polyak coefficient */
+  PetscInt obs, act;     /* O, A */
+  PetscInt hidden;       /* width of the hidden layers of all networks */
+  PetscInt critics;      /* C */
+  PetscInt quantiles;    /* per critic */
+  PetscInt drop;         /* largest target quantiles left out, per critic */
+  PetscInt batch;        /* samples in a gradient step */
+  double lr, gamma, tau; /* learning rate of all optimisers, discount, Polyak coefficient */
 } TQCOptions;
 
 /* gSDE quantities of one batch, all [A][B] */
@@ -34,9 +34,9 @@ typedef struct {
   /* work space */
   DenseWork actor_work, critic_work;
   GSDE now, next;
-  Scalar *sigma, *explore; /* [hidden][A] */
-  Scalar *input;           /* critic input [O+A][B] */
-  Scalar *z;               /* target quantiles [C*quantiles][B], then sorted */
+  Scalar *sigma, *explore;     /* [hidden][A] */
+  Scalar *input;               /* critic input [O+A][B] */
+  Scalar *z;                   /* target quantiles [C*quantiles][B], then sorted */
   Scalar *dqda, *dS, *dg, *dm; /* [A][B] */
 } TQC;
 
@@ -60,10 +60,11 @@ PETSC_INTERN void TQCUpdate(TQC *t, const TQCBatch *batch, const Scalar eps[], T
 
 /* ---- parts, used by the above ---- */
 /* gSDE at latent features h [H][B]: fills every field of s. head: W[A][H]; explore, sigma [H][A] (NULL: no noise). */
-PETSC_INTERN void GSDESample(PetscInt H, PetscInt A, PetscInt B, const Scalar h[], const Scalar head[], const Scalar bias[],
-                             const Scalar sigma[], const Scalar explore[], GSDE *s);
+PETSC_INTERN void GSDESample(PetscInt H, PetscInt A, PetscInt B, const Scalar h[], const Scalar head[],
+                             const Scalar bias[], const Scalar sigma[], const Scalar explore[], GSDE *s);
 /* z [n][B]: sort every sample's values ascending and turn the smallest keep of them into y = r + (1-d) gamma (z - alpha logp). */
-PETSC_INTERN void QuantileTargets(PetscInt n, PetscInt keep, PetscInt B, const Scalar reward[], const Scalar done[], Scalar gamma,
-                                  Scalar alpha, const Scalar logp[], Scalar z[]);
+PETSC_INTERN void QuantileTargets(PetscInt n, PetscInt keep, PetscInt B, const Scalar reward[], const Scalar done[],
+                                  Scalar gamma, Scalar alpha, const Scalar logp[], Scalar z[]);
 /* Quantile Huber loss, the plain mean over everything: theta [C*Q][B], y [N][B]; grad = dL/dtheta. */
-PETSC_INTERN double QuantileHuber(PetscInt C, PetscInt Q, PetscInt N, PetscInt B, const Scalar theta[], const Scalar y[], Scalar grad[]);
+PETSC_INTERN double QuantileHuber(PetscInt C, PetscInt Q, PetscInt N, PetscInt B, const Scalar theta[],
+                                  const Scalar y[], Scalar grad[]);

@@ -13,8 +13,8 @@ static void CriticInput(TQC *t, const Scalar obs[], const Scalar action[])
 static void ActorForward(TQC *t, const Scalar obs[], GSDE *s)
 {
   DenseForward(&t->latent, t->actor, t->o.batch, obs, &t->actor_work);
-  GSDESample(t->o.hidden, t->o.act, t->o.batch, t->actor_work.out[1], t->actor + t->head_weight, t->actor + t->head_bias, t->sigma,
-             t->explore, s);
+  GSDESample(t->o.hidden, t->o.act, t->o.batch, t->actor_work.out[1], t->actor + t->head_weight,
+             t->actor + t->head_bias, t->sigma, t->explore, s);
 }
 
 /* lambda with the policy's entropy against its target -A; returns the loss and updates lambda. */
@@ -99,7 +99,8 @@ static void ActorBackward(TQC *t, const Scalar obs[])
     gb[k] = 0;
     for (PetscInt b = 0; b < B; ++b) gb[k] += dm[b];
     for (PetscInt j = 0; j < H; ++j) {
-      const Scalar E = t->explore[j * A + k], var = t->sigma[j * A + k] * t->sigma[j * A + k], w = W[k * H + j], *hj = h + j * B;
+      const Scalar E = t->explore[j * A + k], var = t->sigma[j * A + k] * t->sigma[j * A + k], w = W[k * H + j],
+                   *hj = h + j * B;
       Scalar *dhj = dh + j * B, sum_std = 0, sum_w = 0;
 
       for (PetscInt b = 0; b < B; ++b) {
@@ -119,7 +120,8 @@ static void ActorBackward(TQC *t, const Scalar obs[])
 void TQCUpdate(TQC *t, const TQCBatch *batch, const Scalar eps[], TQCLosses *losses)
 {
   const PetscInt HA = t->o.hidden * t->o.act, B = t->o.batch;
-  const Scalar alpha = ScalarExp(t->log_alpha); /* before its own update: the same in the targets and the actor's loss */
+  const Scalar alpha =
+    ScalarExp(t->log_alpha); /* before its own update: the same in the targets and the actor's loss */
   double mean_logp = 0;
 
   for (PetscInt i = 0; i < HA; ++i) {

@@ -97,8 +97,8 @@ static TQCBatch GoldenBatch(void)
 static void Close(const char *what, double value, double expected, double scale)
 {
   if (!(fabs(value - expected) <= TOLERANCE * fmax(scale, fabs(expected)))) {
-    fail_msg("%s is %.16g, the reference %.16g (difference %.2e, allowed %.2e)", what, value, expected, fabs(value - expected),
-             TOLERANCE * fmax(scale, fabs(expected)));
+    fail_msg("%s is %.16g, the reference %.16g (difference %.2e, allowed %.2e)", what, value, expected,
+             fabs(value - expected), TOLERANCE * fmax(scale, fabs(expected)));
   }
 }
 
@@ -220,7 +220,10 @@ static void CheckLosses(const char *base, int step, const TQC *t, const TQCLosse
   const struct {
     const char *name;
     double value;
-  } row[] = {{"critic_loss", l->critic}, {"actor_loss", l->actor}, {"ent_coef_loss", l->entropy}, {"alpha", l->alpha},
+  } row[] = {{"critic_loss", l->critic},
+             {"actor_loss", l->actor},
+             {"ent_coef_loss", l->entropy},
+             {"alpha", l->alpha},
              {"log_alpha_after", (double)t->log_alpha}};
   char path[128];
 
@@ -236,11 +239,10 @@ typedef struct {
   double critic, actor, entropy, log_std0, log_std1, head_bias, out_bias, critic5, actor5;
 } Key;
 static const Key keys[] = {
-  {5, 0.5154640163224714, 1.248506384259508, 0.48186381905045206, -0.04286425609473532, -0.020033753313838738, 0.5318974286428055,
-   6.053670463300188e-4, 0.5279110346, 0.9170362870},
-  {2, 0.4748616297165596, 1.2568072367477967, 0.48186381905045206, -0.042815237900219245, -0.020016034359978674, 0.5246686122820725,
-   8.399938695357797e-4, 0.4876047305, 0.9337267043}
-};
+  {5, 0.5154640163224714, 1.248506384259508, 0.48186381905045206, -0.04286425609473532, -0.020033753313838738,
+   0.5318974286428055, 6.053670463300188e-4, 0.5279110346, 0.9170362870},
+  {2, 0.4748616297165596, 1.2568072367477967, 0.48186381905045206, -0.042815237900219245, -0.020016034359978674,
+   0.5246686122820725, 8.399938695357797e-4, 0.4876047305, 0.9337267043}};
 
 static void CheckKeys(const Key *key, int step, const TQC *t, const TQCLosses *l)
 {
@@ -351,8 +353,10 @@ int main(void)
     Path(sizeof(file), file, "%s/%s/tqc_golden.json", source ? source : ".", places[i]);
     golden = JsonLoad(file);
   }
-  if (golden) printf("comparing with every number of %s\n", file);
-  else printf("tqc_golden.json not found: only the committed numbers are compared, the full set is skipped\n");
+  if (golden)
+    printf("comparing with every number of %s\n", file);
+  else
+    printf("tqc_golden.json not found: only the committed numbers are compared, the full set is skipped\n");
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
   free(golden);
   if (PetscFinalize()) return 1;
