@@ -22,23 +22,6 @@ typedef PetscOptionItems SlipOptionItems;
 #else
   #define SlipMatShellFn(f) ((PetscErrorCodeFn *)(f))
 #endif
-/* Defaults of a SNES type, which give way to what the user has set; needs petsc/private/snesimpl.h. */
-#if PETSC_VERSION_LT(3, 22, 0)
-  #define SlipSNESSetDefaults(snes, default_relative, default_iterations)                                              \
-    do {                                                                                                               \
-      if (!(snes)->tolerancesset) {                                                                                    \
-        (snes)->rtol = (default_relative);                                                                             \
-        (snes)->max_its = (default_iterations);                                                                        \
-      }                                                                                                                \
-    } while (0)
-#else
-  #define SlipSNESSetDefaults(snes, default_relative, default_iterations)                                              \
-    do {                                                                                                               \
-      PetscCall(SNESParametersInitialize(snes));                                                                       \
-      PetscObjectParameterSetDefault(snes, rtol, default_relative);                                                    \
-      PetscObjectParameterSetDefault(snes, max_its, default_iterations);                                               \
-    } while (0)
-#endif
 #if PETSC_VERSION_GE(3, 25, 0)
   #define SNES_DIVERGED_FNORM_NAN SNES_DIVERGED_FUNCTION_NANORINF
 #endif
