@@ -2,6 +2,7 @@
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipregister.h>
+#include <slipstep/private/slipmat.h>
 
 PetscErrorCode SlipRegisterClasses(void)
 {
@@ -14,5 +15,8 @@ PetscErrorCode SlipRegisterTypes(void)
 {
   PetscFunctionBegin;
   /* one row per type: TSRegister, TSAdaptRegister, SNESRegister, PCRegister */
+  PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
+  PetscCall(PetscLogEventRegister("SlipKSetUp", MAT_CLASSID, &SLIP_StiffnessSetUp));
+  PetscCall(PetscLogEventRegister("SlipHSetUp", MAT_CLASSID, &SLIP_ViscositySetUp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

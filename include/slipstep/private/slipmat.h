@@ -1,0 +1,101 @@
+/* Private to src/mat: kernel parts, dense helpers, and what the preconditioner may ask of K, H and B. */
+#pragma once
+#include <slipmat.h>
+
+/* Set-up of K and of H in -log_view; registered in src/sys/types.c */
+PETSC_INTERN PetscLogEvent SLIP_StiffnessSetUp, SLIP_ViscositySetUp;
+
+/* ---- kernel.c ---- */
+PETSC_INTERN void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal depth_sum, PetscReal a,
+                                            PetscReal b, PetscReal part[3]);
+
+/* ---- grid.c: the uniform grid behind a stiffness, if it has one ---- */
+PETSC_INTERN PetscErrorCode SlipGridCheck(MPI_Comm comm, const SlipGrid *grid);
+PETSC_INTERN PetscErrorCode SlipGridCompose(Mat K, const SlipGrid *grid);
+PETSC_INTERN PetscErrorCode SlipGridOf(Mat K,
+                                       const SlipGrid **grid); /* borrowed; NULL when K is not on a uniform grid */
+/* Symmetrised kernel of the grid for all depths, d cells apart along strike: block[iz * nz + jz], unscaled [Pa/m]. */
+PETSC_INTERN void SlipGridKernel(const SlipGrid *grid, PetscInt d, PetscReal block[]);
+
+/* What MatScale() has made of a stiffness: K = scale * kernel. Collective. */
+PETSC_INTERN PetscErrorCode SlipGridScale(Mat K, PetscReal *scale);
+
+/* ---- mirror.c: even and odd blocks of a grid's operators ---- */
+PETSC_INTERN PetscInt SlipMirrorWidth(PetscInt nx, PetscInt parity);
+PETSC_INTERN void SlipMirrorSplit(PetscInt nx, PetscInt nz, const PetscReal kernel[], PetscReal scale, PetscInt parity,
+                                  PetscReal block[]);
+PETSC_INTERN void SlipMirrorMerge(PetscInt nx, PetscInt nz, const PetscReal even[], const PetscReal odd[],
+                                  PetscReal A[]);
+
+/* ---- dense.c: whole matrices on one rank; row-major N * N ---- */
+PETSC_INTERN PetscErrorCode SlipDenseGather(Mat A,
+                                            PetscReal **entries); /* rank 0 allocates (PetscFree), others get NULL */
+PETSC_INTERN PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt N, const PetscReal *entries, Mat *A);
+PETSC_INTERN PetscErrorCode SlipDenseEigen(PetscInt n, PetscReal A[], PetscReal eigenvalues[], PetscInt *info);
+/* A := sqrt(A) for a symmetric positive definite A; *smallest is its smallest eigenvalue. One process. */
+PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *smallest, PetscInt *info);
+
+/* ---- shell.c ---- */
+PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
+
+/* ---- stage.c: what the stage operator is made of ---- */
+typedef struct {
+  Mat K, H;          /* borrowed */
+  PetscReal mass;    /* [kg/m^2] */
+  PetscReal theta;   /* [s] */
+  PetscReal scale;   /* of K against the kernel of its grid; 0 without a grid */
+  PetscReal damping; /* H = damping * sqrt(K); 0 when unknown */
+} SlipStageParts;
+PETSC_INTERN PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts);
+PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor); /* viscosity.c */
+
+/* ---- strike.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber) ---- */
+typedef struct _n_SlipStrike *SlipStrike;
+PETSC_INTERN PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike); /* borrowed from K; NULL without a grid */
+PETSC_INTERN void SlipStrikeGet(SlipStrike s, const SlipGrid **grid, PetscInt *period, PetscInt *nk,
+                                const PetscReal **symbol);
+PETSC_INTERN PetscErrorCode SlipStrikeGetEigen(SlipStrike s, const PetscReal **values, const PetscReal **vectors);
+PETSC_INTERN PetscErrorCode SlipStrikeFormBlocks(SlipStrike s, const PetscReal f[], PetscReal blocks[]);
+PETSC_INTERN PetscErrorCode SlipStrikeBlocksToKernel(SlipStrike s, PetscReal blocks[]);
+PETSC_INTERN PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal blocks[],
+                                            const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const PetscReal x[],
+                                                    PetscReal y[]);
+
+/* ---- gather.c: the whole of a distributed vector on every rank ---- */
+typedef struct {
+  VecScatter scatter; /* NULL on one rank */
+  Vec all;
+  PetscInt N, start, end;
+} SlipGather;
+PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipGather *g);
+PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
+PETSC_INTERN PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array);
+PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array);
+
+/* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', ordered by falling |lambda|; zero-initialise ---- */
+typedef struct {
+  PetscInt n, rank, head; /* order, number of terms, number of them in double precision */
+  PetscReal *W;           /* [n * head], column-major; [n * rank] before SlipLowRankDemote() */
+  float *tail;            /* [n * (rank - head)] */
+  PetscReal *lambda;      /* [rank] */
+  PetscReal *t;           /* scratch [rank] */
+  float *t32, *x32;       /* scratch [rank], [n] */
+} SlipLowRank;
+PETSC_INTERN PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess,
+                                                SlipLowRank *m);
+PETSC_INTERN PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit);
+PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);
+PETSC_INTERN void SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i);
+
+/* ---- types of stiffness and viscosity that are not MATDENSE ---- */
+PETSC_INTERN PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H);
+/* The two parts of a "slipspectral" viscosity, for the stage operator. */
+PETSC_INTERN PetscErrorCode SlipSpectralGetBlocks(Mat H, SlipStrike *strike, const PetscReal **blocks);
+PETSC_INTERN PetscErrorCode SlipSpectralAddCorrection(Mat H, const PetscReal x[], PetscReal y[]);
+
+/* ---- pcslipstage.c ---- */
+PETSC_INTERN PetscErrorCode PCCreate_SlipStage(PC pc);

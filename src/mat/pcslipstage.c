@@ -1,0 +1,267 @@
+/*
+  PCSLIPSTAGE: an approximate inverse of the Jacobian on the sliding set,
+
+     y = m . P (m . r) + (1 - m) . r,
+
+  m the 0/1 mask of sliding cells. On a uniform grid P is the inverse of the stage operator made periodic along strike
+  (with padding, so only the two ends of the fault are wrong), per wavenumber by the eigenvectors of K's block;
+  elsewhere the inverse diagonal. P is positive definite whatever the slope, so the whole is.
+*/
+#include <slipmat.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmat.h>
+
+typedef struct {
+  Mat B;             /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
+  Vec mask, slope;   /* borrowed; NULL when every row is free */
+  SlipStrike strike; /* NULL: P is the inverse diagonal */
+  PetscReal *f;      /* [nk][nz] P per eigenvalue */
+  PetscReal *y;      /* [N] */
+  SlipGather gather;
+  Mat gathered;      /* matrix that gather, f and y were sized for; referenced */
+  Vec work, inverse; /* masked residual; inverse diagonal */
+} PCSlipStage;
+
+/* The largest share of the operator's symbol that weakening may take away: keeps P positive and bounded. */
+#define PC_SLOPE_LIMIT 0.9
+
+static PetscErrorCode ContextOf(PC pc, PCSlipStage **c)
+{
+  PetscContainer container;
+  void *pointer;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)pc, "PCSlipStage", (PetscObject *)&container));
+  PetscCall(PetscContainerGetPointer(container, &pointer));
+  *c = (PCSlipStage *)pointer;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ContextReset(PCSlipStage *c)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipGatherDestroy(&c->gather));
+  PetscCall(PetscFree2(c->f, c->y));
+  PetscCall(VecDestroy(&c->work));
+  PetscCall(VecDestroy(&c->inverse));
+  PetscCall(MatDestroy(&c->gathered));
+  c->strike = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ContextDestroy(void *pointer)
+{
+  PetscFunctionBegin;
+  PetscCall(ContextReset((PCSlipStage *)pointer));
+  PetscCall(PetscFree(pointer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sum over all rows of slope on the sliding set, divided by N: the mean slope weighted by how much of the fault slides,
+   which took the fewest iterations on whole and on scattered sets alike. */
+static PetscErrorCode MeanSlope(PCSlipStage *c, PetscReal *mean)
+{
+  PetscScalar sum;
+  PetscInt N;
+
+  PetscFunctionBegin;
+  *mean = 0;
+  if (!c->slope) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDot(c->slope, c->mask, &sum));
+  PetscCall(VecGetSize(c->slope, &N));
+  *mean = PetscRealPart(sum) / (PetscReal)N;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetUpStrike(PCSlipStage *c, const SlipStageParts *parts)
+{
+  const SlipGrid *g;
+  const PetscReal *values;
+  PetscReal slope;
+  PetscInt nk;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStrikeGetEigen(c->strike, &values, NULL));
+  SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
+  PetscCall(MeanSlope(c, &slope));
+  for (PetscInt i = 0; i < nk * g->nz; i++) {
+    const PetscReal k = parts->scale * values[i];
+    const PetscReal symbol = parts->mass / parts->theta + parts->damping * PetscSqrtReal(k) + parts->theta * k;
+
+    c->f[i] = 1 / PetscMax(symbol + slope, (1 - PC_SLOPE_LIMIT) * symbol);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetUpDiagonal(PCSlipStage *c)
+{
+  PetscReal *d;
+  const PetscReal *slope = NULL, *mask = NULL;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetDiagonal(c->B, c->inverse));
+  PetscCall(VecGetLocalSize(c->inverse, &n));
+  PetscCall(VecGetArray(c->inverse, &d));
+  if (c->slope) {
+    PetscCall(VecGetArrayRead(c->slope, &slope));
+    PetscCall(VecGetArrayRead(c->mask, &mask));
+  }
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal size = PetscAbsReal(d[i]), shifted = size + (slope ? slope[i] * mask[i] : 0);
+
+    d[i] = size > 0 ? 1 / PetscMax(shifted, (1 - PC_SLOPE_LIMIT) * size) : 1;
+  }
+  if (c->slope) {
+    PetscCall(VecRestoreArrayRead(c->slope, &slope));
+    PetscCall(VecRestoreArrayRead(c->mask, &mask));
+  }
+  PetscCall(VecRestoreArray(c->inverse, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sizes what depends on the stage operator only. */
+static PetscErrorCode Allocate(PCSlipStage *c, const SlipStageParts *parts)
+{
+  const SlipGrid *g;
+  PetscInt nk, N;
+
+  PetscFunctionBegin;
+  if (c->gathered == c->B) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ContextReset(c));
+  PetscCall(PetscObjectReference((PetscObject)c->B));
+  c->gathered = c->B;
+  PetscCall(MatCreateVecs(c->B, &c->work, &c->inverse));
+  if (!parts) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStrikeOf(parts->K, &c->strike));
+  if (!c->strike) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
+  PetscCall(MatGetSize(c->B, &N, NULL));
+  PetscCall(PetscMalloc2(nk * g->nz, &c->f, N, &c->y));
+  PetscCall(SlipGatherCreate(c->B, &c->gather));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PCSetUp_SlipStage(PC pc)
+{
+  PCSlipStage *c = NULL;
+  SlipStageParts parts;
+  PetscBool stage;
+  Mat J;
+
+  PetscFunctionBegin;
+  PetscCall(ContextOf(pc, &c));
+  PetscCall(PCGetOperators(pc, NULL, &J));
+  PetscCall(PetscObjectQuery((PetscObject)J, "SlipStageOperator", (PetscObject *)&c->B));
+  PetscCall(PetscObjectQuery((PetscObject)J, "SlipMask", (PetscObject *)&c->mask));
+  PetscCall(PetscObjectQuery((PetscObject)J, "SlipSlope", (PetscObject *)&c->slope));
+  if (!c->B) c->B = J;
+  PetscCheck(!c->slope || c->mask, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
+             "The Jacobian has a slope but no mask: set its parts first");
+  PetscCall(PetscObjectTypeCompare((PetscObject)c->B, "slipstage", &stage));
+  if (stage) PetscCall(SlipStageGetParts(c->B, &parts));
+  PetscCall(Allocate(c, stage ? &parts : NULL));
+  if (c->strike)
+    PetscCall(SetUpStrike(c, &parts));
+  else
+    PetscCall(SetUpDiagonal(c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* work = P work */
+static PetscErrorCode ApplyInverse(PCSlipStage *c)
+{
+  const PetscReal *x;
+  PetscReal *y;
+
+  PetscFunctionBegin;
+  if (!c->strike) {
+    PetscCall(VecPointwiseMult(c->work, c->work, c->inverse));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipGatherGet(&c->gather, c->work, &x));
+  PetscCall(SlipStrikeApplyFunction(c->strike, c->f, x, c->y));
+  PetscCall(SlipGatherRestore(&c->gather, c->work, &x));
+  PetscCall(VecGetArrayWrite(c->work, &y));
+  PetscCall(PetscArraycpy(y, c->y + c->gather.start, c->gather.end - c->gather.start));
+  PetscCall(VecRestoreArrayWrite(c->work, &y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
+{
+  PCSlipStage *c = NULL;
+  const PetscReal *mask, *pr, *pw;
+  PetscReal *pz;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(ContextOf(pc, &c));
+  if (!c->mask) {
+    PetscCall(VecCopy(r, c->work));
+    PetscCall(ApplyInverse(c));
+    PetscCall(VecCopy(c->work, z));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecPointwiseMult(c->work, c->mask, r));
+  PetscCall(ApplyInverse(c));
+  PetscCall(VecGetLocalSize(r, &n));
+  PetscCall(VecGetArrayRead(c->mask, &mask));
+  PetscCall(VecGetArrayRead(r, &pr));
+  PetscCall(VecGetArrayRead(c->work, &pw));
+  PetscCall(VecGetArrayWrite(z, &pz));
+  for (PetscInt i = 0; i < n; i++) pz[i] = mask[i] != 0 ? pw[i] : pr[i];
+  PetscCall(VecRestoreArrayWrite(z, &pz));
+  PetscCall(VecRestoreArrayRead(c->work, &pw));
+  PetscCall(VecRestoreArrayRead(r, &pr));
+  PetscCall(VecRestoreArrayRead(c->mask, &mask));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
+{
+  PCSlipStage *c = NULL;
+  PetscBool ascii;
+
+  PetscFunctionBegin;
+  PetscCall(ContextOf(pc, &c));
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  if (ascii)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  approximate inverse on the sliding set: %s\n",
+                                     c->strike ? "periodic along strike, per wavenumber" : "diagonal"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+  PCSLIPSTAGE - "slipstage": approximate inverse of the Jacobian of a stage on its sliding set
+
+  Notes:
+  For a Jacobian of type MATSLIPJACOBIAN, whose parts it finds composed as "SlipStageOperator", "SlipMask" and
+  "SlipSlope", or for a stage operator itself. Symmetric positive definite even where weakening makes the Jacobian
+  indefinite, as CG and MINRES need. The slope enters by its mean over the fault. Without a uniform grid behind the
+  stiffness it is the inverse diagonal.
+
+  Level: intermediate
+
+.seealso: MatCreateSlipStage(), MatCreateSlipJacobian(), PCType
+M*/
+PetscErrorCode PCCreate_SlipStage(PC pc)
+{
+  PetscContainer container;
+  PCSlipStage *c = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PCSetType(pc, PCSHELL));
+  PetscCall(PCShellSetSetUp(pc, PCSetUp_SlipStage));
+  PetscCall(PCShellSetApply(pc, PCApply_SlipStage));
+  PetscCall(PCShellSetApplyTranspose(pc, PCApply_SlipStage));
+  PetscCall(PCShellSetView(pc, PCView_SlipStage));
+  PetscCall(PetscObjectChangeTypeName((PetscObject)pc, PCSLIPSTAGE));
+  PetscCall(PetscNew(&c));
+  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)pc), &container));
+  PetscCall(PetscContainerSetPointer(container, c));
+  PetscCall(PetscContainerSetUserDestroy(container, ContextDestroy));
+  PetscCall(PetscObjectCompose((PetscObject)pc, "PCSlipStage", (PetscObject)container));
+  PetscCall(PetscContainerDestroy(&container));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

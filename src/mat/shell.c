@@ -1,0 +1,37 @@
+/* What all shell matrices of this room share: their type name and their conversion to MATDENSE. */
+#include <slipmat.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmat.h>
+
+/* N products; for checking and for small sizes. */
+static PetscErrorCode ShellToDense(Mat A, MatType type, MatReuse reuse, Mat *D)
+{
+  Mat dense;
+
+  PetscFunctionBegin;
+  (void)type;
+  PetscCall(MatComputeOperator(A, MATDENSE, &dense));
+  if (reuse == MAT_INPLACE_MATRIX)
+    PetscCall(MatHeaderReplace(A, &dense));
+  else if (reuse == MAT_REUSE_MATRIX) {
+    PetscCall(MatCopy(dense, *D, SAME_NONZERO_PATTERN));
+    PetscCall(MatDestroy(&dense));
+  } else
+    *D = dense;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Names the type, composes "MatConvert_<type>_dense_C", marks the matrix symmetric and readies it. */
+PetscErrorCode SlipShellFinish(Mat A, const char type[])
+{
+  char name[64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectChangeTypeName((PetscObject)A, type));
+  PetscCall(PetscSNPrintf(name, sizeof(name), "MatConvert_%s_dense_C", type));
+  PetscCall(PetscObjectComposeFunction((PetscObject)A, name, ShellToDense));
+  PetscCall(MatSetOption(A, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

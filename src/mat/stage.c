@@ -1,0 +1,282 @@
+/* The stage operator B(theta) = (mass / theta) I + H + theta K as a shell matrix. */
+#include <slipmat.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmat.h>
+
+typedef struct {
+  Mat K, H;                  /* stiffness and viscosity, referenced */
+  PetscReal mass;            /* [kg/m^2] */
+  PetscReal theta;           /* [s] */
+  PetscBool assemble;        /* both operands are dense and small enough for B to be formed at each theta */
+  Mat assembled;             /* B as MATDENSE, or NULL */
+  PetscReal assembled_theta; /* theta of assembled or of blocks */
+  SlipStrike strike;         /* both operands are per wavenumber: one pair of FFTs serves both; NULL otherwise */
+  PetscReal *blocks;         /* [nk][nz][nz] spectral part of B */
+  PetscReal damping;         /* H = damping * sqrt(K) as far as known, else 0 */
+  PetscReal scale;           /* of K against the kernel */
+  SlipGather gather;
+  PetscReal *y; /* [N] */
+  Vec work;
+} SlipStageContext;
+
+/* Dense operands are summed at each theta up to this size: it costs three products and saves one in each of the tens of
+   iterations at that theta, but it needs N^2 more numbers (200 MB here). */
+#define SLIP_STAGE_ASSEMBLE_MAX 5000
+
+static PetscErrorCode StageAssemble(SlipStageContext *s)
+{
+  PetscFunctionBegin;
+  if (s->assembled && s->assembled_theta == s->theta) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!s->assembled) PetscCall(MatDuplicate(s->K, MAT_DO_NOT_COPY_VALUES, &s->assembled));
+  PetscCall(MatCopy(s->H, s->assembled, SAME_NONZERO_PATTERN));
+  PetscCall(MatAXPY(s->assembled, s->theta, s->K, SAME_NONZERO_PATTERN));
+  PetscCall(MatShift(s->assembled, s->mass / s->theta));
+  s->assembled_theta = s->theta;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageFormBlocks(SlipStageContext *s)
+{
+  const SlipGrid *g;
+  const PetscReal *symbol, *viscosity;
+  SlipStrike same;
+  PetscInt nk;
+
+  PetscFunctionBegin;
+  if (s->assembled_theta == s->theta) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipStrikeGet(s->strike, &g, NULL, &nk, &symbol);
+  PetscCall(SlipSpectralGetBlocks(s->H, &same, &viscosity));
+  for (size_t i = 0; i < (size_t)nk * g->nz * g->nz; i++) s->blocks[i] = viscosity[i] + s->theta * s->scale * symbol[i];
+  for (PetscInt k = 0; k < nk; k++)
+    for (PetscInt iz = 0; iz < g->nz; iz++) s->blocks[((size_t)k * g->nz + iz) * g->nz + iz] += s->mass / s->theta;
+  s->assembled_theta = s->theta;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
+{
+  const PetscReal *px;
+  PetscReal *py;
+
+  PetscFunctionBegin;
+  PetscCall(StageFormBlocks(s));
+  PetscCall(SlipGatherGet(&s->gather, x, &px));
+  PetscCall(SlipStrikeApply(s->strike, 1, s->blocks, px, s->y));
+  PetscCall(SlipSpectralAddCorrection(s->H, px, s->y));
+  PetscCall(SlipGatherRestore(&s->gather, x, &px));
+  PetscCall(VecGetArrayWrite(y, &py));
+  PetscCall(PetscArraycpy(py, s->y + s->gather.start, s->gather.end - s->gather.start));
+  PetscCall(VecRestoreArrayWrite(y, &py));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageMult(Mat B, Vec x, Vec y)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(B, &s));
+  PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
+  if (s->assemble) {
+    PetscCall(StageAssemble(s));
+    PetscCall(MatMult(s->assembled, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (s->strike) {
+    PetscCall(StageMultFused(s, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatMult(s->K, x, y));
+  PetscCall(MatMult(s->H, x, s->work));
+  PetscCall(VecAXPBYPCZ(y, s->mass / s->theta, 1, s->theta, x, s->work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageGetDiagonal(Mat B, Vec d)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(B, &s));
+  PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
+  PetscCall(MatGetDiagonal(s->K, d));
+  PetscCall(MatGetDiagonal(s->H, s->work));
+  PetscCall(VecAXPBY(d, 1, s->theta, s->work));
+  PetscCall(VecShift(d, s->mass / s->theta));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageDestroy(Mat B)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(B, &s));
+  PetscCall(MatDestroy(&s->K));
+  PetscCall(MatDestroy(&s->H));
+  PetscCall(MatDestroy(&s->assembled));
+  PetscCall(VecDestroy(&s->work));
+  PetscCall(PetscFree2(s->blocks, s->y));
+  PetscCall(SlipGatherDestroy(&s->gather));
+  PetscCall(PetscFree(s));
+  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatConvert_slipstage_dense_C", NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Chooses how products are formed: fused per wavenumber, assembled, or K and H apart. */
+static PetscErrorCode StageChoose(SlipStageContext *s)
+{
+  const SlipGrid *g;
+  const PetscReal *viscosity;
+  SlipStrike strike;
+  PetscBool denseK, denseH;
+  PetscInt N, nk;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(s->K, &N, NULL));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)s->K, &denseK, MATSEQDENSE, MATMPIDENSE, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)s->H, &denseH, MATSEQDENSE, MATMPIDENSE, ""));
+  s->assemble = (PetscBool)(denseK && denseH && N <= SLIP_STAGE_ASSEMBLE_MAX);
+  PetscCall(SlipViscosityGetFactor(s->H, &s->damping));
+  PetscCall(SlipGridOf(s->K, &g));
+  if (g) PetscCall(SlipGridScale(s->K, &s->scale));
+  PetscCall(SlipSpectralGetBlocks(s->H, &strike, &viscosity));
+  if (denseK || !strike) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStrikeOf(s->K, &s->strike));
+  if (s->strike != strike) { /* H was made from another stiffness */
+    s->strike = NULL;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  SlipStrikeGet(strike, &g, NULL, &nk, NULL);
+  PetscCall(PetscMalloc2((size_t)nk * g->nz * g->nz, &s->blocks, N, &s->y));
+  PetscCall(SlipGatherCreate(s->K, &s->gather));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatCreateSlipStage - the operator of an implicit stage, B(theta) = (mass / theta) I + H + theta K
+
+  Collective
+
+  Input Parameters:
++ K    - stiffness [Pa/m]
+. H    - viscosity [Pa s/m] with the same distribution
+- mass - inertia per unit area [kg/m^2], positive
+
+  Output Parameter:
+. B - matrix of type "slipstage" [Pa s/m]; set theta before using it
+
+  Note: K and H are referenced and must not change while B lives.
+
+  Errors: PETSC_ERR_ARG_SIZ when the sizes of K and H differ, PETSC_ERR_ARG_OUTOFRANGE for the mass
+
+  Level: beginner
+
+.seealso: MatSlipStageSetTheta(), MatCreateSlipStiffness(), MatCreateSlipViscosity(), PCSLIPSTAGE
+@*/
+PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  SlipStageContext *s;
+  PetscInt m, N, mH, NH;
+
+  PetscFunctionBegin;
+  PetscCheck(mass > 0 && PetscIsNormalReal(mass), comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Inertia per unit area must be positive and finite, not %g kg/m^2", (double)mass);
+  PetscCall(MatGetSize(K, &N, NULL));
+  PetscCall(MatGetLocalSize(K, &m, NULL));
+  PetscCall(MatGetSize(H, &NH, NULL));
+  PetscCall(MatGetLocalSize(H, &mH, NULL));
+  PetscCheck(N == NH, comm, PETSC_ERR_ARG_SIZ, "K has %" PetscInt_FMT " rows, H has %" PetscInt_FMT, N, NH);
+  PetscCheck(m == mH, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "K has %" PetscInt_FMT " local rows, H has %" PetscInt_FMT, m,
+             mH);
+  PetscCall(PetscNew(&s));
+  PetscCall(PetscObjectReference((PetscObject)K));
+  PetscCall(PetscObjectReference((PetscObject)H));
+  s->K = K;
+  s->H = H;
+  s->mass = mass;
+  PetscCall(StageChoose(s));
+  PetscCall(MatCreateVecs(K, NULL, &s->work));
+  PetscCall(MatCreateShell(comm, m, m, N, N, s, B));
+  PetscCall(MatShellSetManageScalingShifts(*B));
+  PetscCall(MatShellSetOperation(*B, MATOP_MULT, SlipMatShellFn(StageMult)));
+  PetscCall(MatShellSetOperation(*B, MATOP_MULT_TRANSPOSE, SlipMatShellFn(StageMult)));
+  PetscCall(MatShellSetOperation(*B, MATOP_GET_DIAGONAL, SlipMatShellFn(StageGetDiagonal)));
+  PetscCall(MatShellSetOperation(*B, MATOP_DESTROY, SlipMatShellFn(StageDestroy)));
+  PetscCall(SlipShellFinish(*B, "slipstage"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageContext(Mat B, SlipStageContext **s)
+{
+  MatType type;
+  PetscBool match;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetType(B, &type));
+  PetscCall(PetscObjectTypeCompare((PetscObject)B, "slipstage", &match));
+  PetscCheck(match, PetscObjectComm((PetscObject)B), PETSC_ERR_ARG_WRONG,
+             "Matrix is a \"%s\", expected a \"slipstage\"", type);
+  PetscCall(MatShellGetContext(B, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipStageSetTheta - set the theta of the stage operator; the same value again costs nothing
+
+  Logically collective
+
+  Input Parameters:
++ B     - matrix of MatCreateSlipStage()
+- theta - [s], positive
+
+  Level: intermediate
+
+.seealso: MatCreateSlipStage(), MatSlipStageGetTheta()
+@*/
+PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  PetscCheck(theta > 0 && PetscIsNormalReal(theta), PetscObjectComm((PetscObject)B), PETSC_ERR_ARG_OUTOFRANGE,
+             "theta must be positive and finite, not %g s", (double)theta);
+  if (s->theta != theta) {
+    s->theta = theta;
+    PetscCall(MatAssemblyBegin(B, MAT_FINAL_ASSEMBLY)); /* tells solvers that B has changed */
+    PetscCall(MatAssemblyEnd(B, MAT_FINAL_ASSEMBLY));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipStageGetTheta - the theta [s] of the stage operator, 0 when it was never set
+
+  Not collective
+
+  Level: intermediate
+
+.seealso: MatSlipStageSetTheta()
+@*/
+PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  *theta = s->theta;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
+  *parts = (SlipStageParts){s->K, s->H, s->mass, s->theta, s->scale, s->damping};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

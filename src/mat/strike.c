@@ -1,0 +1,256 @@
+/*
+  A uniform grid's operators along strike. K depends on x - x' only, so it is the corner of a circulant of P >= 2 nx - 1
+  cells; one FFT along strike turns that into one real symmetric nz x nz block per wavenumber (the kernel is even in x).
+  Functions of the blocks are the "spectral" operators: exact for K itself, an approximation for sqrt(K) or an inverse.
+*/
+#include <slipmat.h>
+#include <petscblaslapack.h>
+#include <fftw3.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmat.h>
+
+struct _n_SlipStrike {
+  SlipGrid grid;
+  PetscInt period;      /* P, even, with small prime factors */
+  PetscReal *symbol;    /* [nk][nz][nz], K per wavenumber, unscaled [Pa/m] */
+  PetscReal *vectors;   /* [nk][nz][nz], eigenvector i of block k is row i; NULL until asked for */
+  PetscReal *values;    /* [nk][nz], eigenvalues, those below zero set to zero */
+  PetscReal *field;     /* [nz][P] */
+  PetscReal *re, *im;   /* [nk][nz], transform of field */
+  PetscReal *re2, *im2; /* [nk][nz] */
+  fftw_plan forward, backward;
+};
+
+/* Smallest even length of at least n whose prime factors are 2, 3 and 5. */
+static PetscInt GoodLength(PetscInt n)
+{
+  for (PetscInt length = PetscMax(2, n + n % 2);; length += 2) {
+    PetscInt rest = length;
+
+    for (PetscInt p = 2; p <= 5; p++)
+      while (rest % p == 0) rest /= p;
+    if (rest == 1) return length;
+  }
+}
+
+/* In-place cosine transform over the leading index of a[nk][nz * nz]: kernel to symbol, and P times back. Plans are
+   estimated, not measured, so that every rank and every run rounds alike. */
+static PetscErrorCode CosineTransform(PetscInt nk, PetscInt nz, PetscReal a[])
+{
+  const int length = (int)nk, many = (int)(nz * nz);
+  const fftw_r2r_kind kind = FFTW_REDFT00;
+  fftw_plan plan = fftw_plan_many_r2r(1, &length, many, a, NULL, many, 1, a, NULL, many, 1, &kind, FFTW_ESTIMATE);
+
+  PetscFunctionBegin;
+  PetscCheck(plan, PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan a cosine transform of length %d", length);
+  fftw_execute(plan);
+  fftw_destroy_plan(plan);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StrikePlan(SlipStrike s)
+{
+  const int nz = (int)s->grid.nz, P = (int)s->period;
+  const fftw_iodim along = {P, 1, nz}, rows = {nz, P, 1}, back = {P, nz, 1}, back_rows = {nz, 1, P};
+
+  PetscFunctionBegin;
+  s->forward = fftw_plan_guru_split_dft_r2c(1, &along, 1, &rows, s->field, s->re, s->im, FFTW_ESTIMATE);
+  s->backward = fftw_plan_guru_split_dft_c2r(1, &back, 1, &back_rows, s->re2, s->im2, s->field, FFTW_ESTIMATE);
+  PetscCheck(s->forward && s->backward, PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan transforms of length %d", P);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStrikeCreate(const SlipGrid *grid, SlipStrike *strike)
+{
+  SlipStrike s;
+  PetscInt nk, zz = grid->nz * grid->nz;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&s));
+  s->grid = *grid;
+  s->period = GoodLength(2 * grid->nx - 1);
+  nk = s->period / 2 + 1;
+  PetscCall(PetscMalloc1((size_t)nk * zz, &s->symbol));
+  PetscCall(PetscCalloc5(s->period * grid->nz, &s->field, nk * grid->nz, &s->re, nk * grid->nz, &s->im, nk * grid->nz,
+                         &s->re2, nk * grid->nz, &s->im2));
+  for (PetscInt d = 0; d < nk; d++) SlipGridKernel(grid, d, s->symbol + (size_t)d * zz);
+  PetscCall(CosineTransform(nk, grid->nz, s->symbol));
+  PetscCall(StrikePlan(s));
+  *strike = s;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StrikeDestroy(void *pointer)
+{
+  SlipStrike s = (SlipStrike)pointer;
+
+  PetscFunctionBegin;
+  fftw_destroy_plan(s->forward);
+  fftw_destroy_plan(s->backward);
+  PetscCall(PetscFree5(s->field, s->re, s->im, s->re2, s->im2));
+  PetscCall(PetscFree(s->symbol));
+  PetscCall(PetscFree2(s->vectors, s->values));
+  PetscCall(PetscFree(s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The engine of a stiffness, made at first use and kept with it: NULL when K is not on a uniform grid. */
+PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike)
+{
+  const SlipGrid *grid;
+  PetscContainer container;
+  void *pointer = NULL;
+
+  PetscFunctionBegin;
+  *strike = NULL;
+  PetscCall(SlipGridOf(K, &grid));
+  if (!grid) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectQuery((PetscObject)K, "SlipStrike", (PetscObject *)&container));
+  if (!container) {
+    PetscCall(SlipStrikeCreate(grid, strike));
+    PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
+    PetscCall(PetscContainerSetPointer(container, *strike));
+    PetscCall(PetscContainerSetUserDestroy(container, StrikeDestroy));
+    PetscCall(PetscObjectCompose((PetscObject)K, "SlipStrike", (PetscObject)container));
+    PetscCall(PetscContainerDestroy(&container));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscContainerGetPointer(container, &pointer));
+  *strike = (SlipStrike)pointer;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sizes and symbol; any argument may be NULL. */
+void SlipStrikeGet(SlipStrike s, const SlipGrid **grid, PetscInt *period, PetscInt *nk, const PetscReal **symbol)
+{
+  if (grid) *grid = &s->grid;
+  if (period) *period = s->period;
+  if (nk) *nk = s->period / 2 + 1;
+  if (symbol) *symbol = s->symbol;
+}
+
+PetscErrorCode SlipStrikeGetEigen(SlipStrike s, const PetscReal **values, const PetscReal **vectors)
+{
+  const PetscInt nz = s->grid.nz, nk = s->period / 2 + 1;
+  PetscInt info;
+
+  PetscFunctionBegin;
+  if (!s->vectors) {
+    PetscCall(PetscMalloc2((size_t)nk * nz * nz, &s->vectors, nk * nz, &s->values));
+    PetscCall(PetscArraycpy(s->vectors, s->symbol, (size_t)nk * nz * nz));
+    for (PetscInt k = 0; k < nk; k++) {
+      PetscCall(SlipDenseEigen(nz, s->vectors + (size_t)k * nz * nz, s->values + k * nz, &info));
+      PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB,
+                 "Eigenvalues of wavenumber %" PetscInt_FMT " did not converge (LAPACK info %" PetscInt_FMT ")", k,
+                 info);
+    }
+    for (PetscInt k = 0; k < nk * nz; k++) s->values[k] = PetscMax(s->values[k], 0);
+  }
+  *values = s->values;
+  if (vectors) *vectors = s->vectors;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* blocks[nk][nz][nz]: V f V' per wavenumber for f[nk][nz] at the eigenvalues. */
+PetscErrorCode SlipStrikeFormBlocks(SlipStrike s, const PetscReal f[], PetscReal blocks[])
+{
+  const PetscInt nz = s->grid.nz, nk = s->period / 2 + 1;
+  const PetscReal *values, *vectors;
+  const PetscScalar one = 1, zero = 0;
+  PetscReal *scaled;
+  PetscBLASInt n;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStrikeGetEigen(s, &values, &vectors));
+  PetscCall(PetscBLASIntCast(nz, &n));
+  PetscCall(PetscMalloc1(nz * nz, &scaled));
+  for (PetscInt k = 0; k < nk; k++) {
+    const PetscReal *V = vectors + (size_t)k * nz * nz;
+
+    for (PetscInt i = 0; i < nz * nz; i++) scaled[i] = f[k * nz + i / nz] * V[i];
+    PetscCallBLAS("BLASgemm",
+                  BLASgemm_("N", "T", &n, &n, &n, &one, scaled, &n, V, &n, &zero, blocks + (size_t)k * nz * nz, &n));
+  }
+  PetscCall(PetscFree(scaled));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* From blocks per wavenumber to the kernel of the operator, in place: kernel[d * nz * nz + iz * nz + jz]. */
+PetscErrorCode SlipStrikeBlocksToKernel(SlipStrike s, PetscReal blocks[])
+{
+  const PetscInt nz = s->grid.nz, nk = s->period / 2 + 1;
+
+  PetscFunctionBegin;
+  PetscCall(CosineTransform(nk, nz, blocks));
+  for (size_t i = 0; i < (size_t)nk * nz * nz; i++) blocks[i] /= (PetscReal)s->period;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Transform of the zero-padded field x[nz][nx]. */
+static void StrikeForward(SlipStrike s, const PetscReal x[])
+{
+  const PetscInt nx = s->grid.nx, nz = s->grid.nz, P = s->period;
+
+  for (PetscInt iz = 0; iz < nz; iz++) {
+    for (PetscInt ix = 0; ix < nx; ix++) s->field[iz * P + ix] = x[iz * nx + ix];
+    for (PetscInt ix = nx; ix < P; ix++) s->field[iz * P + ix] = 0;
+  }
+  fftw_execute(s->forward);
+}
+
+static void StrikeBackward(SlipStrike s, PetscReal scale, PetscReal y[])
+{
+  const PetscInt nx = s->grid.nx, nz = s->grid.nz, P = s->period;
+
+  fftw_execute(s->backward);
+  for (PetscInt iz = 0; iz < nz; iz++)
+    for (PetscInt ix = 0; ix < nx; ix++) y[iz * nx + ix] = scale / (PetscReal)P * s->field[iz * P + ix];
+}
+
+/* y = scale * (operator with these symmetric blocks) x; x and y are [nz][nx] and may be the same. */
+PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal blocks[], const PetscReal x[],
+                               PetscReal y[])
+{
+  const PetscInt nz = s->grid.nz, nk = s->period / 2 + 1;
+  const PetscScalar a = 1, zero = 0;
+  const PetscBLASInt n = (PetscBLASInt)nz, inc = 1;
+
+  PetscFunctionBegin;
+  StrikeForward(s, x);
+  for (PetscInt k = 0; k < nk; k++) {
+    const PetscReal *A = blocks + (size_t)k * nz * nz;
+
+    PetscCallBLAS("BLASgemv", BLASgemv_("T", &n, &n, &a, A, &n, s->re + k * nz, &inc, &zero, s->re2 + k * nz, &inc));
+    PetscCallBLAS("BLASgemv", BLASgemv_("T", &n, &n, &a, A, &n, s->im + k * nz, &inc, &zero, s->im2 + k * nz, &inc));
+  }
+  StrikeBackward(s, scale, y);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = (V f V' per wavenumber) x for f[nk][nz]; needs no set-up when f changes. x and y may be the same. */
+PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const PetscReal x[], PetscReal y[])
+{
+  const PetscInt nz = s->grid.nz, nk = s->period / 2 + 1;
+  const PetscScalar a = 1, zero = 0;
+  const PetscBLASInt n = (PetscBLASInt)nz, inc = 1;
+  const PetscReal *values, *vectors;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStrikeGetEigen(s, &values, &vectors));
+  StrikeForward(s, x);
+  for (PetscInt k = 0; k < nk; k++) {
+    const PetscReal *V = vectors + (size_t)k * nz * nz;
+    PetscReal *re = s->re + k * nz, *im = s->im + k * nz, *re2 = s->re2 + k * nz, *im2 = s->im2 + k * nz;
+
+    PetscCallBLAS("BLASgemv", BLASgemv_("T", &n, &n, &a, V, &n, re, &inc, &zero, re2, &inc));
+    PetscCallBLAS("BLASgemv", BLASgemv_("T", &n, &n, &a, V, &n, im, &inc, &zero, im2, &inc));
+    for (PetscInt i = 0; i < nz; i++) {
+      re[i] = f[k * nz + i] * re2[i];
+      im[i] = f[k * nz + i] * im2[i];
+    }
+    PetscCallBLAS("BLASgemv", BLASgemv_("N", &n, &n, &a, V, &n, re, &inc, &zero, re2, &inc));
+    PetscCallBLAS("BLASgemv", BLASgemv_("N", &n, &n, &a, V, &n, im, &inc, &zero, im2, &inc));
+  }
+  StrikeBackward(s, 1, y);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

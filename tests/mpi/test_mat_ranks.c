@@ -1,0 +1,225 @@
+/* K, H and B: types agree with each other, and products do not depend on the number of ranks. */
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <cmocka.h>
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+
+/* Odd and even numbers of cells, neither divisible by 4, so that ranks own different numbers of rows. */
+static const SlipGrid Grids[] = {
+  {9, 7, 2700.0, 2450.0, 0.0, 30e9, 0.25, PETSC_FALSE},
+  {6, 11, 3000.0, 2200.0, 500.0, 30e9, 0.31, PETSC_FALSE},
+  {7, 5, 1000.0, 1000.0, 0.0, 30e9, 0.25, PETSC_TRUE},
+};
+#define MASS (2500.0 * 3000.0)
+#define ZETA (0.8 / 3)
+
+#define Check(call) assert_int_equal((call), PETSC_SUCCESS)
+
+/* A field without symmetry, the same whatever the distribution. */
+static void FillField(Vec x)
+{
+  PetscInt start, end;
+
+  Check(VecGetOwnershipRange(x, &start, &end));
+  for (PetscInt i = start; i < end; i++)
+    Check(VecSetValue(x, i, PetscSinReal(1.0 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
+  Check(VecAssemblyBegin(x));
+  Check(VecAssemblyEnd(x));
+}
+
+/* Relative distance between A x and the same product of a one-rank copy made by every rank. */
+static PetscReal DistanceToSerial(Mat A, Mat serial)
+{
+  Vec x, y, xs, ys;
+  PetscInt start, end;
+  const PetscScalar *py, *ps;
+  PetscReal worst = 0, norm;
+
+  Check(MatCreateVecs(A, &x, &y));
+  Check(MatCreateVecs(serial, &xs, &ys));
+  FillField(x);
+  FillField(xs);
+  Check(MatMult(A, x, y));
+  Check(MatMult(serial, xs, ys));
+  Check(VecNorm(ys, NORM_INFINITY, &norm));
+  Check(VecGetOwnershipRange(y, &start, &end));
+  Check(VecGetArrayRead(y, &py));
+  Check(VecGetArrayRead(ys, &ps));
+  for (PetscInt i = start; i < end; i++) worst = PetscMax(worst, PetscAbsReal(py[i - start] - ps[i]));
+  Check(VecRestoreArrayRead(y, &py));
+  Check(VecRestoreArrayRead(ys, &ps));
+  Check(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPIU_REAL, MPI_MAX, PETSC_COMM_WORLD));
+  Check(VecDestroy(&x));
+  Check(VecDestroy(&y));
+  Check(VecDestroy(&xs));
+  Check(VecDestroy(&ys));
+  return worst / norm;
+}
+
+static void AssertDefaultLayout(Mat A)
+{
+  PetscInt m = PETSC_DECIDE, N, local;
+
+  Check(MatGetSize(A, &N, NULL));
+  Check(PetscSplitOwnership(PETSC_COMM_WORLD, &m, &N));
+  Check(MatGetLocalSize(A, &local, NULL));
+  assert_int_equal(m, local);
+}
+
+static PetscErrorCode PreconditionerMult(Mat P, Vec x, Vec y)
+{
+  PC pc;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(P, &pc));
+  PetscCall(PCApply(pc, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+typedef struct {
+  Mat K, H, B;
+} Operators;
+
+static Operators Create(MPI_Comm comm, const SlipGrid *grid, const char *type)
+{
+  Operators o;
+
+  Check(MatCreateSlipStiffness(comm, grid, type, &o.K));
+  Check(MatScale(o.K, 0.37));
+  Check(MatCreateSlipViscosity(o.K, MASS, ZETA, "sqrtm", &o.H));
+  Check(MatCreateSlipStage(o.K, o.H, MASS, &o.B));
+  Check(MatSlipStageSetTheta(o.B, 0.2));
+  return o;
+}
+
+static void Destroy(Operators *o)
+{
+  Check(MatDestroy(&o->K));
+  Check(MatDestroy(&o->H));
+  Check(MatDestroy(&o->B));
+}
+
+/* Products on this communicator against one rank's. 1e-12: sums of N < 100 terms in another order. The exact root of
+   type "fft" is truncated at 1e-10, so it is compared with one rank's own to 1e-12 and with the dense one to 1e-10. */
+static void test_products_do_not_depend_on_ranks(void **state)
+{
+  static const char *const types[] = {"dense", "fft", "auto"};
+
+  (void)state;
+  for (size_t g = 0; g < PETSC_STATIC_ARRAY_LENGTH(Grids); g++) {
+    Operators dense = Create(PETSC_COMM_SELF, &Grids[g], "dense");
+
+    for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
+      Operators o = Create(PETSC_COMM_WORLD, &Grids[g], types[t]),
+                serial = Create(PETSC_COMM_SELF, &Grids[g], types[t]);
+
+      AssertDefaultLayout(o.K);
+      AssertDefaultLayout(o.H);
+      AssertDefaultLayout(o.B);
+      assert_true(DistanceToSerial(o.K, dense.K) < 1e-12);
+      assert_true(DistanceToSerial(o.H, dense.H) < 1e-10);
+      assert_true(DistanceToSerial(o.B, dense.B) < 1e-10);
+      assert_true(DistanceToSerial(o.H, serial.H) < 1e-12);
+      assert_true(DistanceToSerial(o.B, serial.B) < 1e-12);
+      Destroy(&o);
+      Destroy(&serial);
+    }
+    Destroy(&dense);
+  }
+}
+
+/* The preconditioner as an operator: P x on this communicator against one rank's. */
+static Mat PreconditionerOf(MPI_Comm comm, Mat B, PC *pc)
+{
+  Mat P;
+  PetscInt m, N;
+
+  Check(PCCreate(comm, pc));
+  Check(PCSetOperators(*pc, B, B));
+  Check(PCSetType(*pc, PCSLIPSTAGE));
+  Check(PCSetUp(*pc));
+  Check(MatGetSize(B, &N, NULL));
+  Check(MatGetLocalSize(B, &m, NULL));
+  Check(MatCreateShell(comm, m, m, N, N, *pc, &P));
+  Check(MatShellSetOperation(P, MATOP_MULT, SlipMatShellFn(PreconditionerMult)));
+  return P;
+}
+
+static void test_preconditioner_does_not_depend_on_ranks(void **state)
+{
+  static const char *const types[] = {"dense", "fft"};
+
+  (void)state;
+  for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
+    Operators o = Create(PETSC_COMM_WORLD, &Grids[0], types[t]), serial = Create(PETSC_COMM_SELF, &Grids[0], types[t]);
+    PC pc, pc_serial;
+    Mat P = PreconditionerOf(PETSC_COMM_WORLD, o.B, &pc),
+        P_serial = PreconditionerOf(PETSC_COMM_SELF, serial.B, &pc_serial);
+
+    assert_true(DistanceToSerial(P, P_serial) < 1e-12);
+    Check(MatDestroy(&P));
+    Check(MatDestroy(&P_serial));
+    Check(PCDestroy(&pc));
+    Check(PCDestroy(&pc_serial));
+    Destroy(&o);
+    Destroy(&serial);
+  }
+}
+
+/* More ranks than cells: some own nothing. */
+static void test_fewer_cells_than_ranks(void **state)
+{
+  const SlipGrid single = {1, 1, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+  static const char *const types[] = {"dense", "fft"};
+
+  (void)state;
+  for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
+    Operators o = Create(PETSC_COMM_WORLD, &single, types[t]), serial = Create(PETSC_COMM_SELF, &single, "dense");
+
+    assert_true(DistanceToSerial(o.B, serial.B) < 1e-12);
+    Destroy(&o);
+    Destroy(&serial);
+  }
+}
+
+/* Only rank 0 has the entries; a fault in them is an error on every rank, not a hang. */
+static void test_entries_from_rank_0(void **state)
+{
+  const PetscReal good[9] = {4e6, 1e6, 0, 1e6, 3e6, 5e5, 0, 5e5, 2e6};
+  const PetscReal bad[9] = {4e6, 1e6, 0, 1e6, -3e6, 5e5, 0, 5e5, 2e6};
+  PetscMPIInt rank;
+  PetscErrorCode code;
+  PetscReal norm;
+  Mat K;
+
+  (void)state;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  Check(MatCreateSlipStiffnessFromEntries(PETSC_COMM_WORLD, 3, rank ? NULL : good, "test", &K));
+  AssertDefaultLayout(K);
+  Check(MatNorm(K, NORM_INFINITY, &norm));
+  assert_true(norm == 5e6);
+  Check(MatDestroy(&K));
+  Check(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  code = MatCreateSlipStiffnessFromEntries(PETSC_COMM_WORLD, 3, rank ? NULL : bad, "test", &K);
+  Check(PetscPopErrorHandler());
+  assert_int_not_equal(code, 0);
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_products_do_not_depend_on_ranks),
+    cmocka_unit_test(test_preconditioner_does_not_depend_on_ranks),
+    cmocka_unit_test(test_fewer_cells_than_ranks),
+    cmocka_unit_test(test_entries_from_rank_0),
+  };
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  if (SlipStepInitializePackage()) return 1;
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  if (PetscFinalize()) return 1;
+  return failed;
+}

@@ -1,0 +1,356 @@
+/* Stiffness, viscosity and stage operator on one process. */
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <cmocka.h>
+#include <math.h>
+#include <string.h>
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+
+#define Check(call) assert_int_equal((call), PETSC_SUCCESS)
+#define MASS (2500.0 * 3000.0)
+#define ZETA (0.8 / 3)
+
+static const SlipGrid Even = {10, 10, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+static const SlipGrid Odd = {9, 12, 2000.0, 3600.0, 700.0, 30e9, 0.1, PETSC_FALSE};
+static const SlipGrid Line = {13, 1, 2000.0, 100.0, 700.0, 30e9, 0.25, PETSC_FALSE};
+static const SlipGrid Column = {1, 8, 500.0, 3600.0, 0.0, 30e9, 0.25, PETSC_TRUE};
+
+static PetscReal EntryOf(Mat A, PetscInt i, PetscInt j)
+{
+  PetscScalar value;
+
+  Check(MatGetValues(A, 1, &i, 1, &j, &value));
+  return value;
+}
+
+/* Entries of the dense stiffness straight from the public kernel, the symmetric part. */
+static void test_dense_entries(void **state)
+{
+  const SlipGrid *g = &Odd;
+  const PetscReal a = g->length_x / g->nx, b = g->length_z / g->nz;
+  Mat K;
+
+  (void)state;
+  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, g, "dense", &K));
+  for (PetscInt i = 0; i < g->nx * g->nz; i += 5)
+    for (PetscInt j = 0; j < g->nx * g->nz; j++) {
+      const PetscReal dx = (i % g->nx - j % g->nx) * a;
+      const PetscReal zi = g->depth_top + (i / g->nx + 0.5) * b, zj = g->depth_top + (j / g->nx + 0.5) * b;
+      const PetscReal expected =
+        0.5 * (SlipKernelHalfSpace(30e9, 0.1, dx, zi, zj, a, b) + SlipKernelHalfSpace(30e9, 0.1, -dx, zj, zi, a, b));
+
+      /* rounding of the distances only */
+      assert_true(PetscAbsReal(EntryOf(K, i, j) - expected) < 1e-13 * EntryOf(K, i, i));
+    }
+  Check(MatDestroy(&K));
+}
+
+/* ||H H / mass - 4 zeta^2 K|| / ||4 zeta^2 K||, Frobenius. */
+static PetscReal SquareError(Mat K, Mat H)
+{
+  Mat square, denseK, denseH;
+  PetscReal error, norm;
+
+  Check(MatConvert(K, MATDENSE, MAT_INITIAL_MATRIX, &denseK));
+  Check(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &denseH));
+  Check(MatMatMult(denseH, denseH, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &square));
+  Check(MatScale(square, 1 / MASS));
+  Check(MatScale(denseK, 4 * ZETA * ZETA));
+  Check(MatNorm(denseK, NORM_FROBENIUS, &norm));
+  Check(MatAXPY(square, -1, denseK, SAME_NONZERO_PATTERN));
+  Check(MatNorm(square, NORM_FROBENIUS, &error));
+  Check(MatDestroy(&square));
+  Check(MatDestroy(&denseK));
+  Check(MatDestroy(&denseH));
+  return error / norm;
+}
+
+static void test_viscosity_squares_to_stiffness(void **state)
+{
+  static const char *const types[] = {"dense", "fft"};
+  const SlipGrid *const grids[] = {&Even, &Odd, &Line, &Column};
+
+  (void)state;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++)
+    for (int t = 0; t < 2; t++) {
+      Mat K, H;
+
+      Check(MatCreateSlipStiffness(PETSC_COMM_SELF, grids[k], types[t], &K));
+      Check(MatScale(K, 0.9)); /* the root must follow MatScale() */
+      Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+      assert_true(SquareError(K, H) < 1e-10); /* what the truncated root promises; rounding is 1e-14 */
+      Check(MatDestroy(&H));
+      Check(MatDestroy(&K));
+    }
+}
+
+/* ||A - B|| / ||B||, Frobenius, through conversion to dense. */
+static PetscReal Distance(Mat A, Mat B)
+{
+  Mat denseA, denseB;
+  PetscReal error, norm;
+
+  Check(MatConvert(A, MATDENSE, MAT_INITIAL_MATRIX, &denseA));
+  Check(MatConvert(B, MATDENSE, MAT_INITIAL_MATRIX, &denseB));
+  Check(MatNorm(denseB, NORM_FROBENIUS, &norm));
+  Check(MatAXPY(denseA, -1, denseB, SAME_NONZERO_PATTERN));
+  Check(MatNorm(denseA, NORM_FROBENIUS, &error));
+  Check(MatDestroy(&denseA));
+  Check(MatDestroy(&denseB));
+  return error / norm;
+}
+
+/* Largest difference between MatGetDiagonal() and the diagonal of the converted matrix, relative. */
+static PetscReal DiagonalError(Mat A)
+{
+  Mat dense;
+  Vec d, e;
+  PetscReal norm, error;
+
+  Check(MatConvert(A, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  Check(MatCreateVecs(A, &d, &e));
+  Check(MatGetDiagonal(A, d));
+  Check(MatGetDiagonal(dense, e));
+  Check(VecNorm(e, NORM_INFINITY, &norm));
+  Check(VecAXPY(d, -1, e));
+  Check(VecNorm(d, NORM_INFINITY, &error));
+  Check(MatDestroy(&dense));
+  Check(VecDestroy(&d));
+  Check(VecDestroy(&e));
+  return error / norm;
+}
+
+/* 1e-12: rounding of transforms of at most 50 points. The exact root may be off by 1e-10; its products round terms of
+   3e-5 of the norm in single precision, 2e-12. */
+static void test_fft_is_dense(void **state)
+{
+  const SlipGrid *const grids[] = {&Even, &Odd, &Line, &Column};
+
+  (void)state;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
+    Mat K[2], H[2], B[2];
+
+    for (int t = 0; t < 2; t++) {
+      Check(MatCreateSlipStiffness(PETSC_COMM_SELF, grids[k], t ? "fft" : "dense", &K[t]));
+      Check(MatScale(K[t], 1.7));
+      Check(MatCreateSlipViscosity(K[t], MASS, ZETA, "sqrtm", &H[t]));
+      Check(MatCreateSlipStage(K[t], H[t], MASS, &B[t]));
+      Check(MatSlipStageSetTheta(B[t], 0.02));
+      Check(MatSlipStageSetTheta(B[t], 0.4));
+      assert_true(DiagonalError(K[t]) < 1e-12);
+      assert_true(DiagonalError(H[t]) < 1e-11);
+      assert_true(DiagonalError(B[t]) < 1e-11);
+    }
+    assert_true(Distance(K[1], K[0]) < 1e-12);
+    assert_true(Distance(H[1], H[0]) < 1e-10);
+    assert_true(Distance(B[1], B[0]) < 1e-10);
+    for (int t = 0; t < 2; t++) {
+      Check(MatDestroy(&K[t]));
+      Check(MatDestroy(&H[t]));
+      Check(MatDestroy(&B[t]));
+    }
+  }
+}
+
+/* The root by another algorithm: Denman & Beavers (1976), Y -> (Y + Z^-1)/2, Z -> (Z + Y^-1)/2, on M^-1 K. */
+static void test_viscosity_by_denman_beavers(void **state)
+{
+  const SlipGrid grid = {5, 4, 1500.0, 1600.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+  Mat K, H, Y, Z, identity, inverseY, inverseZ;
+  const PetscInt N = 20;
+
+  (void)state;
+  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "dense", &K));
+  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+  Check(MatDuplicate(K, MAT_COPY_VALUES, &Y));
+  Check(MatScale(Y, 1 / MASS));
+  Check(MatCreateSeqDense(PETSC_COMM_SELF, N, N, NULL, &identity));
+  Check(MatShift(identity, 1));
+  Check(MatDuplicate(identity, MAT_COPY_VALUES, &Z));
+  for (int sweep = 0; sweep < 30; sweep++) {
+    Mat factorY, factorZ;
+
+    Check(MatDuplicate(Y, MAT_COPY_VALUES, &factorY));
+    Check(MatDuplicate(Z, MAT_COPY_VALUES, &factorZ));
+    Check(MatLUFactor(factorY, NULL, NULL, NULL));
+    Check(MatLUFactor(factorZ, NULL, NULL, NULL));
+    Check(MatDuplicate(identity, MAT_COPY_VALUES, &inverseY));
+    Check(MatDuplicate(identity, MAT_COPY_VALUES, &inverseZ));
+    Check(MatMatSolve(factorY, identity, inverseY));
+    Check(MatMatSolve(factorZ, identity, inverseZ));
+    Check(MatAXPY(Y, 1, inverseZ, SAME_NONZERO_PATTERN));
+    Check(MatAXPY(Z, 1, inverseY, SAME_NONZERO_PATTERN));
+    Check(MatScale(Y, 0.5));
+    Check(MatScale(Z, 0.5));
+    Check(MatDestroy(&factorY));
+    Check(MatDestroy(&factorZ));
+    Check(MatDestroy(&inverseY));
+    Check(MatDestroy(&inverseZ));
+  }
+  Check(MatScale(Y, 2 * ZETA * MASS));
+  assert_true(Distance(H, Y) < 1e-11); /* the iteration's rounding grows with the condition of K, about 10 here */
+  Check(MatDestroy(&identity));
+  Check(MatDestroy(&Y));
+  Check(MatDestroy(&Z));
+  Check(MatDestroy(&H));
+  Check(MatDestroy(&K));
+}
+
+/* The spectral root is near the exact one but not equal (issue 3: off by a few per cent in norm); "none" is zero. */
+static void test_other_viscosities(void **state)
+{
+  Mat K, exact, spectral, none;
+  PetscReal distance, norm;
+
+  (void)state;
+  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &Even, "dense", &K));
+  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &exact));
+  Check(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &spectral));
+  Check(MatCreateSlipViscosity(K, MASS, ZETA, "none", &none));
+  distance = Distance(spectral, exact);
+  assert_true(distance > 1e-4 && distance < 0.1);
+  assert_true(DiagonalError(spectral) < 1e-12);
+  Check(MatNorm(none, NORM_INFINITY, &norm));
+  assert_true(norm == 0);
+  Check(MatDestroy(&K));
+  Check(MatDestroy(&exact));
+  Check(MatDestroy(&spectral));
+  Check(MatDestroy(&none));
+}
+
+static void test_stage_is_the_sum(void **state)
+{
+  Mat K, H, B, dense;
+  PetscReal theta;
+
+  (void)state;
+  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &Even, "dense", &K));
+  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+  Check(MatCreateSlipStage(K, H, MASS, &B));
+  for (int k = 0; k < 2; k++) {
+    const PetscReal set = k ? 0.003 : 0.7;
+
+    Check(MatSlipStageSetTheta(B, set));
+    Check(MatSlipStageGetTheta(B, &theta));
+    assert_true(theta == set);
+    Check(MatConvert(B, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+    for (PetscInt i = 0; i < 100; i += 7)
+      for (PetscInt j = 0; j < 100; j++) {
+        const PetscReal expected = (i == j ? MASS / set : 0) + EntryOf(H, i, j) + set * EntryOf(K, i, j);
+
+        /* three terms, one rounding each */
+        assert_true(PetscAbsReal(EntryOf(dense, i, j) - expected) < 1e-13 * (MASS / set + set * EntryOf(K, i, i)));
+      }
+    Check(MatDestroy(&dense));
+  }
+  Check(MatDestroy(&B));
+  Check(MatDestroy(&H));
+  Check(MatDestroy(&K));
+}
+
+/* ---- errors ---- */
+
+/* PETSc's own handler would print a trace; keep the message for the test instead. */
+static char LastMessage[2048];
+
+static PetscErrorCode KeepMessage(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
+                                  PetscErrorType type, const char *message, void *ctx)
+{
+  (void)comm;
+  (void)line;
+  (void)function;
+  (void)file;
+  (void)ctx;
+  if (type == PETSC_ERROR_INITIAL && message) (void)PetscStrncpy(LastMessage, message, sizeof(LastMessage));
+  return code;
+}
+
+static void AssertEntriesRefused(PetscInt N, const PetscReal *entries, const char *words)
+{
+  Mat K = NULL;
+  PetscErrorCode code;
+
+  LastMessage[0] = 0;
+  Check(PetscPushErrorHandler(KeepMessage, NULL));
+  code = MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, N, entries, "k.h5:/stiffness", &K);
+  Check(PetscPopErrorHandler());
+  assert_int_not_equal(code, 0);
+  assert_non_null(strstr(LastMessage, "k.h5:/stiffness"));
+  assert_non_null(strstr(LastMessage, words));
+}
+
+static void test_entries(void **state)
+{
+  const PetscReal good[4] = {3e6, 1e6, 1e6 + 1e-3, 2e6};
+  const PetscReal not_finite[4] = {3e6, NAN, 1e6, 2e6};
+  const PetscReal not_symmetric[4] = {3e6, 1e6, 1.001e6, 2e6};
+  const PetscReal negative[4] = {-3e6, -1e6, -1e6, -2e6};
+  const PetscReal indefinite[4] = {1e6, 2e6, 2e6, 1e6};
+  Mat K;
+
+  (void)state;
+  Check(MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, 2, good, "k.h5:/stiffness", &K));
+  assert_true(EntryOf(K, 0, 0) == 3e6);
+  assert_true(EntryOf(K, 0, 1) == EntryOf(K, 1, 0)); /* the symmetric part */
+  Check(MatDestroy(&K));
+  AssertEntriesRefused(2, not_finite, "(0, 1)");
+  AssertEntriesRefused(2, not_symmetric, "not symmetric");
+  AssertEntriesRefused(2, negative, "not positive definite");
+  AssertEntriesRefused(2, indefinite, "order 2");
+  AssertEntriesRefused(2, NULL, "rank 0");
+  AssertEntriesRefused(0, good, "at least one row");
+}
+
+static void AssertGridRefused(SlipGrid grid, const char *type, const char *words)
+{
+  Mat K = NULL;
+  PetscErrorCode code;
+
+  LastMessage[0] = 0;
+  Check(PetscPushErrorHandler(KeepMessage, NULL));
+  code = MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, type, &K);
+  Check(PetscPopErrorHandler());
+  assert_int_not_equal(code, 0);
+  assert_non_null(strstr(LastMessage, words));
+}
+
+static void test_bad_grids(void **state)
+{
+  SlipGrid g = Even;
+
+  (void)state;
+  AssertGridRefused(g, "quick", "\"quick\"");
+  g.nx = 0;
+  AssertGridRefused(g, "dense", "0 x 10");
+  g = Even;
+  g.poisson_ratio = 0.5;
+  AssertGridRefused(g, "fft", "Poisson");
+  g = Even;
+  g.depth_top = -1;
+  AssertGridRefused(g, "auto", "Depth of the upper edge");
+  g = Even;
+  g.length_z = NAN;
+  AssertGridRefused(g, "dense", "Length in depth");
+  g = Even;
+  g.shear_modulus = 0;
+  AssertGridRefused(g, "dense", "Shear modulus");
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_dense_entries),     cmocka_unit_test(test_viscosity_squares_to_stiffness),
+    cmocka_unit_test(test_fft_is_dense),      cmocka_unit_test(test_viscosity_by_denman_beavers),
+    cmocka_unit_test(test_other_viscosities), cmocka_unit_test(test_stage_is_the_sum),
+    cmocka_unit_test(test_entries),           cmocka_unit_test(test_bad_grids),
+  };
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  if (SlipStepInitializePackage()) return 1;
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  if (PetscFinalize()) return 1;
+  return failed;
+}

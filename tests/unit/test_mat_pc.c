@@ -1,0 +1,256 @@
+/* PC "slipstage": symmetric positive definite on every sliding set, few iterations of CG, the right solution. */
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <cmocka.h>
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+
+#define Check(call) assert_int_equal((call), PETSC_SUCCESS)
+#define MASS (2500.0 * 3000.0)
+#define ZETA (0.8 / 3)
+
+/* The Jacobian on the sliding set as the cone solvers define it, written out here so that this room is tested alone. */
+typedef struct {
+  Mat B, J;
+  Vec mask, slope, work;
+  PetscInt n;
+} Problem;
+
+static PetscErrorCode JacobianMult(Mat J, Vec x, Vec y)
+{
+  Problem *p;
+  const PetscReal *m, *d, *px;
+  PetscReal *py;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(J, &p));
+  PetscCall(VecPointwiseMult(p->work, p->mask, x));
+  PetscCall(MatMult(p->B, p->work, y));
+  PetscCall(VecGetArrayRead(p->mask, &m));
+  PetscCall(VecGetArrayRead(p->slope, &d));
+  PetscCall(VecGetArrayRead(x, &px));
+  PetscCall(VecGetArray(y, &py));
+  for (PetscInt i = 0; i < p->n; i++) py[i] = m[i] * py[i] + d[i] * m[i] * px[i] + (1 - m[i]) * px[i];
+  PetscCall(VecRestoreArray(y, &py));
+  PetscCall(VecRestoreArrayRead(x, &px));
+  PetscCall(VecRestoreArrayRead(p->slope, &d));
+  PetscCall(VecRestoreArrayRead(p->mask, &m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static Mat StageOf(PetscInt n, const char *type)
+{
+  const SlipGrid grid = {n, n, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+  Mat K, H, B;
+
+  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, type, &K));
+  Check(MatScale(K, 0.46));
+  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+  Check(MatCreateSlipStage(K, H, MASS, &B));
+  Check(MatDestroy(&K));
+  Check(MatDestroy(&H));
+  return B;
+}
+
+/* share of cells sliding at random; slip weakening (mu_s - mu_d) / d_c of 15 kPa/m * depth, times weakening */
+static Problem *CreateProblem(Mat B, PetscReal theta, PetscReal share, PetscReal weakening)
+{
+  Problem *p;
+  PetscRandom random;
+  PetscReal *m, *d;
+
+  Check(PetscNew(&p));
+  p->B = B;
+  Check(MatSlipStageSetTheta(B, theta));
+  Check(MatGetSize(B, &p->n, NULL));
+  Check(MatCreateVecs(B, &p->mask, &p->slope));
+  Check(VecDuplicate(p->mask, &p->work));
+  Check(PetscRandomCreate(PETSC_COMM_SELF, &random));
+  Check(PetscRandomSetSeed(random, 7));
+  Check(PetscRandomSeed(random));
+  Check(VecSetRandom(p->mask, random));
+  Check(PetscRandomDestroy(&random));
+  Check(VecGetArray(p->mask, &m));
+  Check(VecGetArray(p->slope, &d));
+  for (PetscInt i = 0; i < p->n; i++) {
+    m[i] = m[i] < share ? 1 : 0;
+    d[i] = -theta * weakening * 15e3 * 3000.0 * (i + 0.5) / p->n;
+  }
+  Check(VecRestoreArray(p->mask, &m));
+  Check(VecRestoreArray(p->slope, &d));
+  Check(MatCreateShell(PETSC_COMM_SELF, p->n, p->n, p->n, p->n, p, &p->J));
+  Check(MatShellSetOperation(p->J, MATOP_MULT, SlipMatShellFn(JacobianMult)));
+  Check(PetscObjectCompose((PetscObject)p->J, "SlipStageOperator", (PetscObject)B));
+  Check(PetscObjectCompose((PetscObject)p->J, "SlipMask", (PetscObject)p->mask));
+  Check(PetscObjectCompose((PetscObject)p->J, "SlipSlope", (PetscObject)p->slope));
+  return p;
+}
+
+static void DestroyProblem(Problem *p)
+{
+  Check(MatDestroy(&p->J));
+  Check(VecDestroy(&p->mask));
+  Check(VecDestroy(&p->slope));
+  Check(VecDestroy(&p->work));
+  Check(PetscFree(p));
+}
+
+/* Iterations of CG for 1e-8; the true residual is checked as well. */
+static PetscInt Solve(Problem *p, const char *pctype)
+{
+  KSP ksp;
+  PC pc;
+  Vec x, b, r;
+  PetscReal rnorm, bnorm;
+  PetscInt its;
+  KSPConvergedReason reason;
+
+  Check(MatCreateVecs(p->B, &x, &b));
+  Check(VecDuplicate(b, &r));
+  for (PetscInt i = 0; i < p->n; i++) Check(VecSetValue(b, i, 1 + PetscSinReal(3.0 * i), INSERT_VALUES));
+  Check(VecPointwiseMult(b, b, p->mask));
+  Check(KSPCreate(PETSC_COMM_SELF, &ksp));
+  Check(KSPSetOperators(ksp, p->J, p->J));
+  Check(KSPSetType(ksp, KSPCG));
+  Check(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+  Check(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, 500));
+  Check(KSPGetPC(ksp, &pc));
+  Check(PCSetType(pc, pctype));
+  Check(KSPSetFromOptions(ksp));
+  Check(KSPSolve(ksp, b, x));
+  Check(KSPGetConvergedReason(ksp, &reason));
+  assert_true(reason > 0);
+  Check(KSPGetIterationNumber(ksp, &its));
+  Check(MatMult(p->J, x, r));
+  Check(VecAXPY(r, -1, b));
+  Check(VecNorm(r, NORM_2, &rnorm));
+  Check(VecNorm(b, NORM_2, &bnorm));
+  /* the natural norm fell by 1e-8; the 2-norm may differ by the root of the condition of J, at most about 10 here */
+  assert_true(rnorm < 1e-6 * bnorm);
+  Check(KSPDestroy(&ksp));
+  Check(VecDestroy(&x));
+  Check(VecDestroy(&b));
+  Check(VecDestroy(&r));
+  return its;
+}
+
+/* Bounds: what was measured plus two; without a preconditioner the last rows take 25 and more. */
+static void test_iterations(void **state)
+{
+  static const struct {
+    PetscReal theta, share, weakening;
+    PetscInt most;
+  } rows[] = {
+    {0.0025, 1.0, 0.3, 4}, {0.0025, 0.5, 0.3, 4}, {0.1, 1.0, 0.3, 8},  {0.1, 0.5, 0.3, 8},
+    {0.5, 1.0, 0.3, 10},   {0.5, 0.5, 0.3, 14},   {1.5, 1.0, 0.0, 11}, {1.5, 0.9, 0.3, 16},
+  };
+
+  (void)state;
+  for (PetscInt n = 25; n <= 50; n += 25) {
+    Mat B = StageOf(n, "fft");
+
+    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
+      Problem *p = CreateProblem(B, rows[k].theta, rows[k].share, rows[k].weakening);
+      const PetscInt its = Solve(p, PCSLIPSTAGE);
+
+      print_message("%d x %d theta %g share %g weakening %g: %d iterations, %d without\n", (int)n, (int)n,
+                    rows[k].theta, rows[k].share, rows[k].weakening, (int)its, (int)Solve(p, PCNONE));
+      assert_true(its <= rows[k].most);
+      DestroyProblem(p);
+    }
+    Check(MatDestroy(&B));
+  }
+}
+
+/* x'Py = y'Px and x'Px > 0, with the slope so strong that J itself is indefinite. */
+static void test_symmetric_positive_definite(void **state)
+{
+  static const char *const types[] = {"fft", "dense"};
+
+  (void)state;
+  for (int t = 0; t < 2; t++) {
+    Mat B = StageOf(12, types[t]);
+    Problem *p = CreateProblem(B, 2.0, 0.6, 30.0);
+    Vec x, y, Px, Py;
+    PC pc;
+    PetscScalar xPy, yPx, xPx;
+
+    Check(MatCreateVecs(B, &x, &y));
+    Check(VecDuplicate(x, &Px));
+    Check(VecDuplicate(x, &Py));
+    Check(PCCreate(PETSC_COMM_SELF, &pc));
+    Check(PCSetOperators(pc, p->J, p->J));
+    Check(PCSetType(pc, PCSLIPSTAGE));
+    Check(PCSetUp(pc));
+    for (int k = 0; k < 20; k++) {
+      for (PetscInt i = 0; i < p->n; i++) {
+        Check(VecSetValue(x, i, PetscSinReal(1.0 + 0.1 * (k + 1) * i), INSERT_VALUES));
+        Check(VecSetValue(y, i, PetscCosReal(2.0 + 0.3 * (k + 2) * i), INSERT_VALUES));
+      }
+      Check(PCApply(pc, x, Px));
+      Check(PCApply(pc, y, Py));
+      Check(VecDot(x, Py, &xPy));
+      Check(VecDot(y, Px, &yPx));
+      Check(VecDot(x, Px, &xPx));
+      assert_true(xPx > 0);
+      assert_true(PetscAbsReal(xPy - yPx) < 1e-12 * xPx); /* rounding */
+    }
+    Check(PCDestroy(&pc));
+    Check(VecDestroy(&x));
+    Check(VecDestroy(&y));
+    Check(VecDestroy(&Px));
+    Check(VecDestroy(&Py));
+    DestroyProblem(p);
+    Check(MatDestroy(&B));
+  }
+}
+
+/* A stage operator without a grid behind it (entries from elsewhere) gets the inverse diagonal. */
+static void test_diagonal_without_grid(void **state)
+{
+  const PetscReal entries[] = {4e6, 1e6, 0, 1e6, 3e6, 5e5, 0, 5e5, 2e6};
+  const PetscInt row = 1;
+  PetscScalar got, diagonal, one = 1;
+  Mat K, H, B;
+  Vec x, y;
+  PC pc;
+
+  (void)state;
+  Check(MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, 3, entries, "test", &K));
+  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+  Check(MatCreateSlipStage(K, H, MASS, &B));
+  Check(MatSlipStageSetTheta(B, 0.5));
+  Check(MatCreateVecs(B, &x, &y));
+  Check(VecSetValues(x, 1, &row, &one, INSERT_VALUES));
+  Check(PCCreate(PETSC_COMM_SELF, &pc));
+  Check(PCSetOperators(pc, B, B));
+  Check(PCSetType(pc, PCSLIPSTAGE));
+  Check(PCApply(pc, x, y));
+  Check(VecGetValues(y, 1, &row, &got));
+  Check(MatGetDiagonal(B, x));
+  Check(VecGetValues(x, 1, &row, &diagonal));
+  assert_true(PetscAbsReal(got * diagonal - 1) < 1e-14);
+  Check(PCDestroy(&pc));
+  Check(VecDestroy(&x));
+  Check(VecDestroy(&y));
+  Check(MatDestroy(&B));
+  Check(MatDestroy(&H));
+  Check(MatDestroy(&K));
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_iterations),
+    cmocka_unit_test(test_symmetric_positive_definite),
+    cmocka_unit_test(test_diagonal_without_grid),
+  };
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  if (SlipStepInitializePackage()) return 1;
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  if (PetscFinalize()) return 1;
+  return failed;
+}
