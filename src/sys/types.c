@@ -8,6 +8,7 @@ PetscErrorCode SlipRegisterClasses(void)
 {
   PetscFunctionBegin;
   /* one row per class: PetscClassIdRegister */
+  PetscCall(PetscClassIdRegister("Slip constraint", &SLIP_CONSTRAINT_CLASSID));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -18,5 +19,8 @@ PetscErrorCode SlipRegisterTypes(void)
   PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
   PetscCall(PetscLogEventRegister("SlipKSetUp", MAT_CLASSID, &SLIP_StiffnessSetUp));
   PetscCall(PetscLogEventRegister("SlipHSetUp", MAT_CLASSID, &SLIP_ViscositySetUp));
+  PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
+  PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
+  PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,3 +4,6 @@
 
 PETSC_INTERN PetscErrorCode SlipRegisterClasses(void);
 PETSC_INTERN PetscErrorCode SlipRegisterTypes(void);
+PETSC_INTERN PetscErrorCode SNESCreate_Semismooth(SNES);
+PETSC_INTERN PetscErrorCode SNESCreate_Projection(SNES);
+PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);

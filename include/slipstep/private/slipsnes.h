@@ -1,0 +1,45 @@
+/* The constraint object's inside, shared by the two cone solvers. */
+#pragma once
+#include <slipsnes.h>
+#include <petsc/private/snesimpl.h>
+#include <slipstep/private/slipcompat.h>
+
+struct _p_SlipConstraint {
+  PETSCHEADER(SlipConstraintOps);
+  void *ctx; /* the problem's */
+  Vec x;     /* layout of the reduced unknowns, also work */
+
+  /* one stage */
+  PetscReal omega;   /* weight of the reaction */
+  PetscReal scale;   /* characteristic traction by which residuals are divided */
+  Vec r;             /* reaction of the last solve */
+  PetscReal resnorm; /* relative residual of the last solve */
+  PetscInt worst;    /* global index of the element with the largest residual of the last solve */
+  Mat B;             /* dG/dx at the last point, borrowed from the problem */
+
+  /* at the last point evaluated */
+  Vec g, q, dq, F, mask, slope;
+  Vec rho;         /* step of the natural map, 1 / diag(B) */
+  PetscReal merit; /* 2-norm of F / scale */
+  PetscReal norm;  /* max-norm of F / scale */
+};
+
+PETSC_INTERN PetscErrorCode SlipConstraintGetOps(SlipConstraint, const SlipConstraintOps **);
+PETSC_INTERN PetscErrorCode SlipConstraintCreateReduced(SlipConstraint, Vec *);
+PETSC_INTERN PetscErrorCode SlipConstraintSetUpWork(SlipConstraint);
+PETSC_INTERN PetscErrorCode SlipConstraintBegin(SlipConstraint, Vec x);    /* rho and scale of a stage */
+PETSC_INTERN PetscErrorCode SlipConstraintEvaluate(SlipConstraint, Vec x); /* g, q, dq, F, mask, slope, merit, norm */
+PETSC_INTERN PetscErrorCode SlipConstraintFinish(SlipConstraint, Vec x);   /* reaction, worst element */
+PETSC_INTERN PetscErrorCode SlipConstraintQuery(SNES, SlipConstraint *);   /* error when the SNES has none */
+PETSC_INTERN PetscErrorCode SlipConstraintReport(SNES, SlipConstraint, PetscInt it, SNESConvergedReason *reason);
+
+/* A few self-adaptive projection steps from x; rho is kept between calls, x1 and g1 are work. */
+PETSC_INTERN PetscErrorCode SlipProjectionStep(SlipConstraint, Vec x, Vec rho, Vec x1, Vec g1);
+
+/* Dense Cholesky solve on the sliding set: J_ss dx_s = rhs_s. done is false when B's entries are not at hand, pd is false
+   when the matrix is not positive definite (dx then untouched). */
+PETSC_INTERN PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, PetscInt max, PetscBool *done,
+                                            PetscBool *pd);
+
+PETSC_INTERN PetscErrorCode SNESCreate_Semismooth(SNES);
+PETSC_INTERN PetscErrorCode SNESCreate_Projection(SNES);

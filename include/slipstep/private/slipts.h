@@ -1,0 +1,79 @@
+/* TSBATHE's inside, shared by the files of src/ts. */
+#pragma once
+#include <slipts.h>
+#include <petsc/private/tsimpl.h>
+#include <slipstep/private/slipcompat.h>
+
+enum { BATHE_MAX_MONITORS = 8 };
+
+typedef struct {
+  /* what the user chose */
+  PetscReal gamma;              /* split of the step, in (0, 1) */
+  TSBatheReaction reaction;     /* treatment of the reaction in stage 1 */
+  TSBatheError error;           /* error estimate */
+  PetscBool error_set;          /* chosen explicitly, so that adapt none does not switch doubling off */
+  PetscInt order;               /* p of doubling's (2^p - 1) */
+  PetscInt max_failures;        /* attempts in a row that may fail to converge */
+  SlipConstraint con;           /* NULL: unconstrained */
+  const SlipConstraintOps *ops; /* its operations */
+  void *ctx;                    /* and their context */
+
+  /* the accepted step */
+  Vec X0;         /* state at the step's start, for rollback */
+  Vec Y[2];       /* stages: the state at t0 + gamma h and at t0 + h */
+  Vec K0, K1, K2; /* A^-1 (F_s + r) at the start, after stage 1, at the end; K1 also serves as work */
+  Vec Wm;         /* interpolation: an inner state, at the share c of the step */
+  PetscReal c;
+  PetscBool k0_known, k2_known; /* K0, K2 are those of this step's start and end */
+  PetscObjectId sol_id;         /* vec_sol as the last step left it: K2 and r belong to it only while it is unchanged */
+  PetscObjectState sol_state;
+
+  /* doubling, on first use */
+  Vec Wfull, Wmid;
+
+  /* one Bathe step */
+  PetscReal stage_time, theta;
+  Vec base, affine, Xdot, E; /* E: the error estimate */
+
+  /* constraint */
+  Vec r, r0, r1, rmid; /* reaction: accepted, at the step's start, after stage 1, after the first half step */
+  Vec x;               /* reduced work */
+  Vec Fs;              /* explicit part of stage 1, full */
+  PetscBool r_given;   /* the user set the initial reaction */
+
+  /* bookkeeping */
+  TSStepStatus status;
+  SlipAttempt last;
+  PetscInt failures;                                   /* attempts in a row that failed to converge */
+  PetscInt attempts, accepted, solves, newton, linear; /* totals since TSSolve() began */
+  PetscInt nmonitors;
+  TSBatheAttemptFn monitor[BATHE_MAX_MONITORS];
+  void *monitorctx[BATHE_MAX_MONITORS];
+} TS_Bathe;
+
+/* a1, a0, b of stage 2; see DESIGN.md section 2 */
+static inline void TSBatheCoefficients(PetscReal gamma, PetscReal *a1, PetscReal *a0, PetscReal *b)
+{
+  *a1 = 1.0 / (gamma * (2.0 - gamma));
+  *a0 = (1.0 - gamma) * (1.0 - gamma) / (gamma * (2.0 - gamma));
+  *b = (1.0 - gamma) / (2.0 - gamma);
+}
+
+/* The problem's operations */
+PETSC_INTERN PetscErrorCode SlipConstraintGetOps(SlipConstraint, const SlipConstraintOps **);
+PETSC_INTERN PetscErrorCode SlipConstraintCreateReduced(SlipConstraint, Vec *);
+
+/* One step h from (t, w0, r0) to (w2, r2) through Y[0] = w1; ok is false when a stage failed. resnorm: larger of the stages' */
+PETSC_INTERN PetscErrorCode TSBatheSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
+                                           PetscReal *resnorm, PetscBool *ok);
+PETSC_INTERN PetscErrorCode TSBatheStartDerivative(TS, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known);
+PETSC_INTERN PetscErrorCode TSBatheEndDerivative(TS, PetscReal h, Vec w0, Vec w1, Vec w2, Vec k2);
+PETSC_INTERN PetscErrorCode TSBatheEmbeddedError(TS, PetscReal h, Vec e);
+PETSC_INTERN PetscErrorCode TSBatheDoublingError(TS, Vec e);
+PETSC_INTERN PetscErrorCode TSBatheErrorNorm(TS, NormType, PetscReal *norm);
+PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
+PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
+PETSC_INTERN PetscErrorCode TSBatheComposeSetters(TS, PetscBool compose);
+PETSC_INTERN PetscErrorCode SNESTSFormFunction_Bathe(SNES, Vec, Vec, TS);
+PETSC_INTERN PetscErrorCode SNESTSFormJacobian_Bathe(SNES, Vec, Mat, Mat, TS);
+PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);

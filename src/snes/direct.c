@@ -1,0 +1,146 @@
+/* Dense Cholesky solve on the sliding set, the fastest way while that set is small: the block is gathered on every rank and
+   factored redundantly, so that all ranks hold the same bits and no further communication is needed. */
+#include <slipstep/private/slipsnes.h>
+#include <petscblaslapack.h>
+
+/* A dense copy of B with local rows at hand: B itself, or what it composes as "MatSlipGetDense_C" (Mat, Mat *) */
+static PetscErrorCode SlipGetDense(Mat B, Mat *dense)
+{
+  PetscBool flg;
+  PetscErrorCode (*f)(Mat, Mat *);
+
+  PetscFunctionBegin;
+  *dense = NULL;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)B, &flg, MATSEQDENSE, MATMPIDENSE, ""));
+  if (flg)
+    *dense = B;
+  else {
+    PetscCall(PetscObjectQueryFunction((PetscObject)B, "MatSlipGetDense_C", &f));
+    if (f) PetscCall((*f)(B, dense));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Local and global indices of the sliding elements; counts and displacements per rank */
+static PetscErrorCode SlipSlidingSet(Vec mask, PetscInt *nloc, PetscInt **loc, PetscMPIInt **counts,
+                                     PetscMPIInt **displs, PetscInt **glob)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)mask);
+  PetscMPIInt size, mine;
+  PetscInt n, rstart, k = 0;
+  const PetscScalar *m;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(VecGetLocalSize(mask, &n));
+  PetscCall(VecGetOwnershipRange(mask, &rstart, NULL));
+  PetscCall(PetscMalloc3(n, loc, size, counts, size, displs));
+  PetscCall(VecGetArrayRead(mask, &m));
+  for (PetscInt i = 0; i < n; i++)
+    if (m[i] != 0.0) (*loc)[k++] = rstart + i;
+  PetscCall(VecRestoreArrayRead(mask, &m));
+  *nloc = k;
+  PetscCall(PetscMPIIntCast(k, &mine));
+  PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, *counts, 1, MPI_INT, comm));
+  (*displs)[0] = 0;
+  for (PetscMPIInt p = 1; p < size; p++) (*displs)[p] = (*displs)[p - 1] + (*counts)[p - 1];
+  PetscCall(PetscMalloc1((*displs)[size - 1] + (*counts)[size - 1], glob));
+  PetscCallMPI(MPI_Allgatherv(*loc, mine, MPIU_INT, *glob, *counts, *displs, MPIU_INT, comm));
+  for (PetscInt i = 0; i < k; i++) (*loc)[i] -= rstart;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The rows of J_ss owned here, n entries each, and their right-hand sides */
+static PetscErrorCode SlipPackRows(Mat dense, Vec slope, Vec rhs, PetscInt nloc, const PetscInt loc[], PetscInt n,
+                                   const PetscInt glob[], PetscInt first, PetscScalar rows[], PetscScalar b[])
+{
+  Mat local;
+  PetscInt lda;
+  const PetscScalar *a, *d, *f;
+
+  PetscFunctionBegin;
+  PetscCall(MatDenseGetLocalMatrix(dense, &local));
+  PetscCall(MatDenseGetLDA(local, &lda));
+  PetscCall(MatDenseGetArrayRead(local, &a));
+  PetscCall(VecGetArrayRead(slope, &d));
+  PetscCall(VecGetArrayRead(rhs, &f));
+  for (PetscInt j = 0; j < n; j++)
+    for (PetscInt i = 0; i < nloc; i++) rows[i * n + j] = a[loc[i] + lda * glob[j]];
+  for (PetscInt i = 0; i < nloc; i++) {
+    rows[i * n + first + i] += d[loc[i]];
+    b[i] = f[loc[i]];
+  }
+  PetscCall(VecRestoreArrayRead(rhs, &f));
+  PetscCall(VecRestoreArrayRead(slope, &d));
+  PetscCall(MatDenseRestoreArrayRead(local, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gather A and b everywhere, factor and solve there */
+static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscInt n, PetscInt nloc, const PetscScalar rows[],
+                                      const PetscScalar mine[], const PetscMPIInt counts[], const PetscMPIInt displs[],
+                                      PetscScalar A[], PetscScalar b[], PetscBool *pd)
+{
+  PetscMPIInt size, *cnt, *dsp;
+  PetscBLASInt nb, one = 1, info;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscMalloc2(size, &cnt, size, &dsp));
+  for (PetscMPIInt p = 0; p < size; p++) {
+    cnt[p] = counts[p] * (PetscMPIInt)n;
+    dsp[p] = displs[p] * (PetscMPIInt)n;
+  }
+  PetscCallMPI(MPI_Allgatherv(rows, (PetscMPIInt)(nloc * n), MPIU_SCALAR, A, cnt, dsp, MPIU_SCALAR, comm));
+  PetscCallMPI(MPI_Allgatherv(mine, (PetscMPIInt)nloc, MPIU_SCALAR, b, counts, displs, MPIU_SCALAR, comm));
+  PetscCall(PetscFree2(cnt, dsp));
+  PetscCall(PetscBLASIntCast(n, &nb));
+  LAPACKpotrf_("L", &nb, A, &nb, &info);
+  PetscCheck(info >= 0, comm, PETSC_ERR_LIB, "potrf: argument %d is wrong", (int)-info);
+  *pd = info == 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (*pd) LAPACKpotrs_("L", &nb, &one, A, &nb, b, &nb, &info);
+  PetscCall(PetscLogFlops((PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Solve (B + diag(slope)) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. Symmetric B. See slipsnes.h (private). */
+PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, PetscInt max, PetscBool *done,
+                               PetscBool *pd)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)mask);
+  Mat dense;
+  PetscReal sum;
+  PetscInt n, nloc, *loc, *glob;
+  PetscMPIInt *counts, *displs, rank;
+  PetscScalar *rows, *A, *b, *mine, *y;
+
+  PetscFunctionBegin;
+  *done = PETSC_FALSE;
+  *pd = PETSC_TRUE;
+  PetscCall(VecNorm(mask, NORM_1, &sum));
+  n = (PetscInt)(sum + 0.5);
+  if (n > max) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!n) {
+    PetscCall(VecZeroEntries(dx));
+    *done = PETSC_TRUE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipGetDense(B, &dense));
+  if (!dense) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(SlipSlidingSet(mask, &nloc, &loc, &counts, &displs, &glob));
+  PetscCall(PetscMalloc4(nloc * n, &rows, nloc, &mine, n * n, &A, n, &b));
+  PetscCall(SlipPackRows(dense, slope, rhs, nloc, loc, n, glob, displs[rank], rows, mine));
+  PetscCall(SlipGatherSolve(comm, n, nloc, rows, mine, counts, displs, A, b, pd));
+  if (*pd) {
+    PetscCall(VecZeroEntries(dx));
+    PetscCall(VecGetArray(dx, &y));
+    for (PetscInt i = 0; i < nloc; i++) y[loc[i]] = b[displs[rank] + i];
+    PetscCall(VecRestoreArray(dx, &y));
+  }
+  PetscCall(PetscFree4(rows, mine, A, b));
+  PetscCall(PetscFree(glob));
+  PetscCall(PetscFree3(loc, counts, displs));
+  *done = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

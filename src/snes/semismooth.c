@@ -1,0 +1,331 @@
+/* SNES "semismooth": Newton's method on the natural map of the cone.
+
+   A sliding element keeps its row of dG/dx plus the slope of its bound, a sticking one is an identity row, so each step is a
+   symmetric linear system on the sliding set (the primal-dual active set method when the bound is constant: Hintermueller,
+   Ito and Kunisch 2003, SIAM J. Optim. 13).
+
+   A bound that weakens with |x| can make that system indefinite when the step is long: the stage then has several solutions,
+   and those at which the Jacobian is indefinite are unstable branches that no smaller step reaches. There the weakening slope
+   is left out of the step (a Picard step with the bound frozen): dG/dx is positive definite, the step goes down the stage's
+   energy, and unstable solutions repel it. What it converges to has a positive definite Jacobian, so no stage ends on the wrong branch. */
+#include <slipstep/private/slipsnes.h>
+
+enum {
+  memory = 5, /* merits that a new one is compared with */
+  halvings = 4,
+  doublings = 40,
+  sweeps = 20 /* projection steps when stuck */
+};
+
+typedef struct {
+  Mat J;
+  Vec rhs, dx, xs, zero, rho; /* right side, step, start of the step, no slope, rho of the projection */
+  PetscInt direct_max;        /* largest sliding set that is solved directly */
+  PetscBool picard;           /* the last step left out the slope */
+  PetscReal recent[memory];   /* merits */
+  PetscInt stalls;            /* steps in a row without enough decrease */
+  PetscInt n_direct, n_krylov, n_picard, n_sweeps; /* since creation, for -snes_view */
+} SNES_Semismooth;
+
+/* rhs_s = -F_s + (B x)_s with x on the sticking set; dx = -x there */
+static PetscErrorCode SemismoothRightSide(SNES_Semismooth *ss, SlipConstraint con, Vec x)
+{
+  PetscReal moved;
+
+  PetscFunctionBegin;
+  PetscCall(VecPointwiseMult(ss->xs, con->mask, x));
+  PetscCall(VecAYPX(ss->xs, -1.0, x)); /* x on the sticking set */
+  PetscCall(VecNorm(ss->xs, NORM_INFINITY, &moved));
+  if (moved > 0.0)
+    PetscCall(MatMult(con->B, ss->xs, ss->rhs));
+  else
+    PetscCall(VecZeroEntries(ss->rhs));
+  PetscCall(VecAXPY(ss->rhs, -1.0, con->F));
+  PetscCall(VecPointwiseMult(ss->rhs, con->mask, ss->rhs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Krylov solve on the sliding set; pd is false when the matrix shows itself indefinite */
+static PetscErrorCode SemismoothKrylov(SNES snes, SlipConstraint con, Vec slope, PetscBool *ok, PetscBool *pd)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  KSPConvergedReason reason;
+  PetscInt lits;
+  PetscReal eta;
+  PetscScalar curvature;
+
+  PetscFunctionBegin;
+  if (!ss->J) PetscCall(MatCreateSlipJacobian(con->B, &ss->J));
+  PetscCall(MatSlipJacobianSetParts(ss->J, con->B, con->mask, slope));
+  PetscCall(KSPSetOperators(snes->ksp, ss->J, ss->J));
+  /* Near quadratic convergence the next residual is of the order of the square of this one: solve so far and no further. */
+  eta = PetscMin(1e-2, PetscMax(0.1 * con->norm, 0.05 * snes->rtol / con->norm));
+  PetscCall(KSPSetTolerances(snes->ksp, eta, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(KSPSolve(snes->ksp, ss->rhs, ss->dx));
+  PetscCall(KSPGetConvergedReason(snes->ksp, &reason));
+  PetscCall(KSPGetIterationNumber(snes->ksp, &lits));
+  snes->linear_its += lits;
+  ss->n_krylov++;
+  /* KSPCG notices a change of sign, not a curvature that is negative from the start */
+  PetscCall(VecDot(ss->rhs, ss->dx, &curvature));
+  *pd = reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC || PetscRealPart(curvature) < 0.0
+          ? PETSC_FALSE
+          : PETSC_TRUE;
+  *ok = reason > 0 || reason == KSP_DIVERGED_ITS ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* dx, by the first way that works: direct, Krylov, and both again without the slope */
+static PetscErrorCode SemismoothDirection(SNES snes, SlipConstraint con, Vec x, PetscBool *ok)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  PetscBool done, pd;
+
+  PetscFunctionBegin;
+  PetscCall((*con->ops->jacobian)(con, x, &con->B, con->ctx));
+  PetscCall(SemismoothRightSide(ss, con, x));
+  *ok = PETSC_FALSE;
+  for (ss->picard = PETSC_FALSE;; ss->picard = PETSC_TRUE) {
+    Vec slope = ss->picard ? ss->zero : con->slope;
+
+    PetscCall(SlipDirectSolve(con->B, con->mask, slope, ss->rhs, ss->dx, ss->direct_max, &done, &pd));
+    if (done) {
+      snes->linear_its++;
+      ss->n_direct++;
+      *ok = pd;
+    } else
+      PetscCall(SemismoothKrylov(snes, con, slope, ok, &pd));
+    if (pd || ss->picard) break;
+    PetscCall(PetscInfo(snes, "Indefinite Jacobian: step without the slope of the bound\n"));
+    ss->n_picard++;
+  }
+  PetscCall(VecAXPY(ss->dx, -1.0, ss->xs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Directional derivative of the stage's energy along dx at the point evaluated last: the balance of the sliding elements */
+static PetscErrorCode SemismoothPush(SNES_Semismooth *ss, SlipConstraint con, PetscReal *push)
+{
+  PetscScalar d;
+
+  PetscFunctionBegin;
+  PetscCall(VecPointwiseMult(ss->rhs, con->mask, con->F));
+  PetscCall(VecDot(ss->rhs, ss->dx, &d));
+  *push = PetscRealPart(d);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Picard step: go on doubling it while the loading still pushes the same way, else an instability that has hardly begun would
+   take hundreds of steps to grow. Of the last two points the better balanced one is kept. */
+static PetscErrorCode SemismoothExpand(SNES_Semismooth *ss, SlipConstraint con, Vec x)
+{
+  PetscReal push, last;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(x, ss->xs));
+  PetscCall(VecAXPY(x, 1.0, ss->dx));
+  PetscCall(SlipConstraintEvaluate(con, x));
+  PetscCall(SemismoothPush(ss, con, &push));
+  for (PetscInt k = 0; k < doublings && push < 0.0; k++) {
+    const PetscReal lambda = PetscPowRealInt(2.0, (int)k + 1);
+
+    last = push;
+    PetscCall(VecWAXPY(x, lambda, ss->dx, ss->xs));
+    PetscCall(SlipConstraintEvaluate(con, x));
+    PetscCall(SemismoothPush(ss, con, &push));
+    if (push > -last) {
+      PetscCall(VecWAXPY(x, 0.5 * lambda, ss->dx, ss->xs));
+      PetscCall(SlipConstraintEvaluate(con, x));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Full step if it is no worse than the worst of the recent ones, else halve; *stalled when nothing helped */
+static PetscErrorCode SemismoothSearch(SNES_Semismooth *ss, SlipConstraint con, Vec x, PetscBool *stalled)
+{
+  PetscReal limit = 0.0, lambda = 1.0;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < memory; i++) limit = PetscMax(limit, ss->recent[i]);
+  PetscCall(VecCopy(x, ss->xs));
+  *stalled = PETSC_TRUE;
+  for (PetscInt k = 0; k <= halvings && *stalled; k++, lambda *= 0.5) {
+    PetscCall(VecWAXPY(x, lambda, ss->dx, ss->xs));
+    PetscCall(SlipConstraintEvaluate(con, x));
+    if (con->merit < (1.0 - 1e-4 * lambda) * limit) *stalled = PETSC_FALSE;
+  }
+  if (*stalled) {
+    PetscCall(VecWAXPY(x, 1.0, ss->dx, ss->xs));
+    PetscCall(SlipConstraintEvaluate(con, x));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Against cycling active sets: after repeated stalls a few steps of the fixed point, which cannot cycle for small slopes */
+static PetscErrorCode SemismoothUnstick(SNES snes, SlipConstraint con, Vec x, PetscBool stalled)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+
+  PetscFunctionBegin;
+  ss->stalls = stalled ? ss->stalls + 1 : 0;
+  if (ss->stalls < 3 || PetscIsInfOrNanReal(con->merit)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(snes, "Three steps without decrease: %d projection steps\n", (int)sweeps));
+  PetscCall(VecCopy(con->rho, ss->rho));
+  for (PetscInt k = 0; k < sweeps; k++) PetscCall(SlipProjectionStep(con, x, ss->rho, ss->dx, ss->rhs));
+  ss->stalls = 0;
+  ss->n_sweeps++;
+  for (PetscInt i = 0; i < memory; i++) ss->recent[i] = con->merit;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SNESSolve_Semismooth(SNES snes)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  SlipConstraint con;
+  SNESConvergedReason reason;
+  Vec x = snes->vec_sol;
+  PetscBool ok, stalled = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(SlipConstraintQuery(snes, &con));
+  PetscCall(SlipConstraintBegin(con, x));
+  PetscCall(SlipConstraintEvaluate(con, x));
+  for (PetscInt i = 0; i < memory; i++) ss->recent[i] = con->merit;
+  ss->stalls = 0;
+  PetscCall(SlipConstraintReport(snes, con, 0, &reason));
+  for (PetscInt it = 1; reason == SNES_CONVERGED_ITERATING; it++) {
+    PetscTryTypeMethod(snes, update, snes->iter);
+    PetscCall(SemismoothDirection(snes, con, x, &ok));
+    if (!ok) {
+      snes->reason = reason = SNES_DIVERGED_LINEAR_SOLVE;
+      break;
+    }
+    /* a Picard step leaves the neighbourhood where the merit means something */
+    if (ss->picard)
+      PetscCall(SemismoothExpand(ss, con, x));
+    else
+      PetscCall(SemismoothSearch(ss, con, x, &stalled));
+    if (ss->picard) {
+      stalled = PETSC_FALSE;
+      for (PetscInt i = 0; i < memory; i++) ss->recent[i] = con->merit;
+    }
+    ss->recent[it % memory] = con->merit;
+    if (con->norm > snes->rtol) PetscCall(SemismoothUnstick(snes, con, x, stalled));
+    PetscCall(SlipConstraintReport(snes, con, it, &reason));
+  }
+  PetscCall(SlipConstraintFinish(con, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SNESSetUp_Semismooth(SNES snes)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  SlipConstraint con;
+
+  PetscFunctionBegin;
+  PetscCall(SlipConstraintQuery(snes, &con));
+  PetscCall(VecDuplicate(con->x, &ss->rhs));
+  PetscCall(VecDuplicate(con->x, &ss->dx));
+  PetscCall(VecDuplicate(con->x, &ss->xs));
+  PetscCall(VecDuplicate(con->x, &ss->rho));
+  PetscCall(VecDuplicate(con->x, &ss->zero));
+  PetscCall(VecZeroEntries(ss->zero));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SNESReset_Semismooth(SNES snes)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+
+  PetscFunctionBegin;
+  PetscCall(MatDestroy(&ss->J));
+  PetscCall(VecDestroy(&ss->rhs));
+  PetscCall(VecDestroy(&ss->dx));
+  PetscCall(VecDestroy(&ss->xs));
+  PetscCall(VecDestroy(&ss->rho));
+  PetscCall(VecDestroy(&ss->zero));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SNESDestroy_Semismooth(SNES snes)
+{
+  PetscFunctionBegin;
+  PetscCall(SNESReset_Semismooth(snes));
+  PetscCall(PetscFree(snes->data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SNESSetFromOptions_Semismooth(SNES snes, SlipOptionItems PetscOptionsObject)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+
+  PetscFunctionBegin;
+  PetscOptionsHeadBegin(PetscOptionsObject, "Semismooth Newton options");
+  PetscCall(PetscOptionsBoundedInt("-snes_slip_direct_max",
+                                   "Sliding elements up to which a dense Cholesky factorisation is used (350)", "",
+                                   ss->direct_max, &ss->direct_max, NULL, 0));
+  PetscOptionsHeadEnd();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  PetscBool ascii;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  if (ascii)
+    PetscCall(PetscViewerASCIIPrintf(viewer,
+                                     "  direct up to %" PetscInt_FMT " sliding elements; %" PetscInt_FMT
+                                     " direct and %" PetscInt_FMT " Krylov solves, %" PetscInt_FMT
+                                     " indefinite Jacobians, %" PetscInt_FMT " times unstuck by projection\n",
+                                     ss->direct_max, ss->n_direct, ss->n_krylov, ss->n_picard, ss->n_sweeps));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+  SNESSEMISMOOTH - "semismooth": semismooth Newton method on the natural map of the cone |r| <= q
+
+  Options Database Keys:
++ -snes_rtol <1e-10>          - largest natural residual over max(omega q) + max|G(0)|, dimensionless
+. -snes_max_it <50>           - iterations before the solve has failed
+- -snes_slip_direct_max <350> - sliding elements up to which a dense Cholesky factorisation is used, 0 for never
+
+  Level: intermediate
+
+  Notes:
+  Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
+  "slipstage") solves on the sliding set. The KSP's relative tolerance is chosen in each iteration.
+
+.seealso: SNESPROJECTION, SNESSetSlipConstraint(), MatCreateSlipJacobian()
+M*/
+PetscErrorCode SNESCreate_Semismooth(SNES snes)
+{
+  SNES_Semismooth *ss;
+  KSP ksp;
+  PC pc;
+  PetscErrorCode (*slipstage)(PC);
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&ss));
+  snes->data = ss;
+  ss->direct_max = 350;
+  snes->ops->solve = SNESSolve_Semismooth;
+  snes->ops->setup = SNESSetUp_Semismooth;
+  snes->ops->reset = SNESReset_Semismooth;
+  snes->ops->destroy = SNESDestroy_Semismooth;
+  snes->ops->setfromoptions = SNESSetFromOptions_Semismooth;
+  snes->ops->view = SNESView_Semismooth;
+  snes->usesksp = PETSC_TRUE;
+  snes->usesnpc = PETSC_FALSE;
+  snes->alwayscomputesfinalresidual = PETSC_TRUE;
+  SlipSNESDefaults(snes, 1e-10, 50);
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPSetType(ksp, KSPCG));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscFunctionListFind(PCList, "slipstage", &slipstage));
+  PetscCall(PCSetType(pc, slipstage ? "slipstage" : PCJACOBI));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

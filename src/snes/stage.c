@@ -1,0 +1,292 @@
+/* One stage as a SNES: natural residual, convergence, reaction. Shared by the semismooth and projection types. */
+#include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipcone.h>
+
+static const char key[] = "SlipConstraint";
+
+/* Work vectors, on first use */
+PetscErrorCode SlipConstraintSetUpWork(SlipConstraint con)
+{
+  Vec *work[] = {&con->r, &con->g, &con->q, &con->dq, &con->F, &con->mask, &con->slope, &con->rho};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(work); i++)
+    if (!*work[i]) PetscCall(VecDuplicate(con->x, work[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* rho = 1/diag(B) and the characteristic traction max(omega q) + max |G(0)| at the start of a solve */
+PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
+{
+  PetscReal qmax, cmax, dmin;
+
+  PetscFunctionBegin;
+  PetscCall(SlipConstraintSetUpWork(con));
+  PetscCall(VecZeroEntries(con->x));
+  PetscCall((*con->ops->residual)(con, con->x, con->g, con->ctx));
+  PetscCall(VecNorm(con->g, NORM_INFINITY, &cmax));
+  PetscCall((*con->ops->bound)(con, x, con->q, NULL, con->ctx));
+  PetscCall(VecNorm(con->q, NORM_INFINITY, &qmax));
+  con->scale = con->omega * qmax + cmax;
+  if (con->scale == 0.0) con->scale = 1.0;
+  PetscCall((*con->ops->jacobian)(con, x, &con->B, con->ctx));
+  PetscCall(MatGetDiagonal(con->B, con->rho));
+  PetscCall(VecMin(con->rho, NULL, &dmin));
+  PetscCheck(dmin > 0.0, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
+             "The stage operator has the diagonal entry %g; it must be positive definite", (double)dmin);
+  PetscCall(VecReciprocal(con->rho));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
+{
+  PetscInt n;
+  const PetscScalar *xx, *g, *q, *dq, *rho;
+  PetscScalar *F, *mask, *slope;
+  PetscReal inconsistent;
+
+  PetscFunctionBegin;
+  PetscCall((*con->ops->residual)(con, x, con->g, con->ctx));
+  PetscCall((*con->ops->bound)(con, x, con->q, con->dq, con->ctx));
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArrayRead(x, &xx));
+  PetscCall(VecGetArrayRead(con->g, &g));
+  PetscCall(VecGetArrayRead(con->q, &q));
+  PetscCall(VecGetArrayRead(con->dq, &dq));
+  PetscCall(VecGetArrayRead(con->rho, &rho));
+  PetscCall(VecGetArray(con->F, &F));
+  PetscCall(VecGetArray(con->mask, &mask));
+  PetscCall(VecGetArray(con->slope, &slope));
+  SlipConeNatural(n, con->omega, xx, g, q, rho, F, mask);
+  SlipConeSlope(n, con->omega, xx, g, q, dq, rho, slope);
+  inconsistent = SlipConeInconsistency(n, con->omega, xx, g, q, rho);
+  PetscCall(VecRestoreArray(con->slope, &slope));
+  PetscCall(VecRestoreArray(con->mask, &mask));
+  PetscCall(VecRestoreArray(con->F, &F));
+  PetscCall(VecRestoreArrayRead(con->rho, &rho));
+  PetscCall(VecRestoreArrayRead(con->dq, &dq));
+  PetscCall(VecRestoreArrayRead(con->q, &q));
+  PetscCall(VecRestoreArrayRead(con->g, &g));
+  PetscCall(VecRestoreArrayRead(x, &xx));
+  PetscCall(VecNorm(con->F, NORM_2, &con->merit));
+  PetscCall(VecNorm(con->F, NORM_INFINITY, &con->norm));
+  con->merit /= con->scale;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &inconsistent, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)con)));
+  con->norm = (PetscIsInfOrNanReal(con->norm) ? con->norm : PetscMax(con->norm, inconsistent)) / con->scale;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sticking elements to exactly zero, the reaction inside the cone, the element with the largest residual */
+PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
+{
+  PetscInt n, rstart;
+  const PetscScalar *g, *q, *F, *mask, *rho;
+  PetscScalar *xx, *r;
+  struct {
+    double value;
+    int index;
+  } mine = {-1.0, -1}, all;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetOwnershipRange(x, &rstart, NULL));
+  PetscCall(VecGetArray(x, &xx));
+  PetscCall(VecGetArray(con->r, &r));
+  PetscCall(VecGetArrayRead(con->g, &g));
+  PetscCall(VecGetArrayRead(con->q, &q));
+  PetscCall(VecGetArrayRead(con->F, &F));
+  PetscCall(VecGetArrayRead(con->mask, &mask));
+  PetscCall(VecGetArrayRead(con->rho, &rho));
+  for (PetscInt i = 0; i < n; i++) {
+    const SlipRegion region = SlipConeRegion(xx[i], g[i], rho[i], con->omega * q[i]);
+
+    /* sticking, or against its own direction by less than the tolerance */
+    if (mask[i] == 0.0 || (region == SLIP_REGION_POSITIVE && xx[i] < 0.0) ||
+        (region == SLIP_REGION_NEGATIVE && xx[i] > 0.0))
+      xx[i] = 0.0;
+    r[i] = SlipConeReaction(con->omega, xx[i], g[i], q[i]);
+    /* NaN counts as the largest */
+    if (!(PetscAbsReal(F[i]) <= mine.value)) {
+      mine.value = PetscIsInfOrNanReal(F[i]) ? PETSC_MAX_REAL : PetscAbsReal(F[i]);
+      mine.index = (int)(rstart + i);
+    }
+  }
+  PetscCall(VecRestoreArrayRead(con->rho, &rho));
+  PetscCall(VecRestoreArrayRead(con->mask, &mask));
+  PetscCall(VecRestoreArrayRead(con->F, &F));
+  PetscCall(VecRestoreArrayRead(con->q, &q));
+  PetscCall(VecRestoreArrayRead(con->g, &g));
+  PetscCall(VecRestoreArray(con->r, &r));
+  PetscCall(VecRestoreArray(x, &xx));
+  PetscCallMPI(MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE_INT, MPI_MAXLOC, PetscObjectComm((PetscObject)con)));
+  con->worst = all.index;
+  con->resnorm = con->norm;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipConstraintQuery(SNES snes, SlipConstraint *con)
+{
+  PetscFunctionBegin;
+  PetscCall(SNESGetSlipConstraint(snes, con));
+  PetscCheck(*con, PetscObjectComm((PetscObject)snes), PETSC_ERR_ARG_WRONGSTATE,
+             "SNES type %s solves problems with a set-valued reaction: call SNESSetSlipConstraint() first",
+             ((PetscObject)snes)->type_name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Bookkeeping of one iterate: monitors, history and the convergence test */
+PetscErrorCode SlipConstraintReport(SNES snes, SlipConstraint con, PetscInt it, SNESConvergedReason *reason)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectSAWsTakeAccess((PetscObject)snes));
+  snes->iter = it;
+  snes->norm = con->norm;
+  PetscCall(PetscObjectSAWsGrantAccess((PetscObject)snes));
+  PetscCall(SNESLogConvergenceHistory(snes, snes->norm, snes->linear_its));
+  PetscCall(SNESMonitor(snes, it, snes->norm));
+  *reason = SNES_CONVERGED_ITERATING;
+  if (PetscIsInfOrNanReal(snes->norm))
+    *reason = SNES_DIVERGED_FNORM_NAN;
+  else if (snes->norm <= snes->rtol)
+    *reason = SNES_CONVERGED_FNORM_RELATIVE;
+  else if (snes->norm <= snes->abstol)
+    *reason = SNES_CONVERGED_FNORM_ABS;
+  else if (it >= snes->max_its)
+    *reason = SNES_DIVERGED_MAX_IT;
+  snes->reason = *reason;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipNaturalResidual(SNES snes, Vec x, Vec f, void *ctx)
+{
+  SlipConstraint con = (SlipConstraint)ctx;
+
+  PetscFunctionBegin;
+  (void)snes;
+  PetscCall(SlipConstraintBegin(con, x));
+  PetscCall(SlipConstraintEvaluate(con, x));
+  PetscCall(VecCopy(con->F, f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SNESSetSlipConstraint - give a SNES of type "semismooth" or "projection" the set-valued reaction to solve with
+
+  Logically collective
+
+  Input Parameters:
++ snes - the solver; its function becomes the natural residual
+- con  - the constraint (a reference is kept)
+
+  Level: intermediate
+
+.seealso: SNESGetSlipConstraint(), SNESSlipSolveStage(), SlipConstraintCreate()
+@*/
+PetscErrorCode SNESSetSlipConstraint(SNES snes, SlipConstraint con)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(snes, SNES_CLASSID, 1);
+  PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 2);
+  PetscCall(PetscObjectCompose((PetscObject)snes, key, (PetscObject)con));
+  PetscCall(SNESSetFunction(snes, NULL, SlipNaturalResidual, con));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SNESGetSlipConstraint - the constraint of a SNES
+
+  Not collective
+
+  Input Parameter:
+. snes - the solver
+
+  Output Parameter:
+. con - borrowed; NULL when there is none
+
+  Level: intermediate
+
+.seealso: SNESSetSlipConstraint()
+@*/
+PetscErrorCode SNESGetSlipConstraint(SNES snes, SlipConstraint *con)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(snes, SNES_CLASSID, 1);
+  PetscAssertPointer(con, 2);
+  PetscCall(PetscObjectQuery((PetscObject)snes, key, (PetscObject *)con));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SNESSlipSolveStage - solve one implicit stage with its set-valued reaction, G(x) = omega r, r in -q(|x|) Sign(x)
+
+  Collective
+
+  Input Parameters:
++ snes  - of type "semismooth" or "projection", with a constraint
+. stage - the stage; passed to the problem's stage operation
+- x     - reduced: the initial guess
+
+  Output Parameters:
++ x       - the solution; sticking elements are exactly zero
+. r       - the reaction: -q sign(x) where x != 0, inside [-q, q] elsewhere
+- resnorm - largest natural residual divided by max(omega q) + max|G(0)| (NULL allowed)
+
+  Level: advanced
+
+  Note:
+  Look at SNESGetConvergedReason() before using the result.
+
+.seealso: SNESSetSlipConstraint(), SNESSlipGetWorstElement()
+@*/
+PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec r, PetscReal *resnorm)
+{
+  SlipConstraint con;
+  PetscBool ours;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(snes, SNES_CLASSID, 1);
+  PetscAssertPointer(stage, 2);
+  PetscCall(SNESGetSlipConstraint(snes, &con));
+  PetscCheck(con, PetscObjectComm((PetscObject)snes), PETSC_ERR_ARG_WRONGSTATE,
+             "Call SNESSetSlipConstraint() before SNESSlipSolveStage()");
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)snes, &ours, SNESSEMISMOOTH, SNESPROJECTION, ""));
+  PetscCheck(ours, PetscObjectComm((PetscObject)snes), PETSC_ERR_SUP,
+             "-%ssnes_type %s cannot solve a set-valued reaction: use semismooth or projection",
+             ((PetscObject)snes)->prefix ? ((PetscObject)snes)->prefix : "", ((PetscObject)snes)->type_name);
+  PetscCheck(stage->omega > 0.0 && stage->theta > 0.0, PetscObjectComm((PetscObject)snes), PETSC_ERR_ARG_OUTOFRANGE,
+             "A stage needs theta > 0 and omega > 0, not theta %g and omega %g", (double)stage->theta,
+             (double)stage->omega);
+  con->omega = stage->omega;
+  if (con->ops->stage) PetscCall((*con->ops->stage)(con, stage, con->ctx));
+  PetscCall(SNESSolve(snes, NULL, x));
+  PetscCall(VecCopy(con->r, r));
+  if (resnorm) *resnorm = con->resnorm;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SNESSlipGetWorstElement - the element with the largest natural residual of the last solve, for error messages
+
+  Not collective
+
+  Input Parameter:
+. snes - the solver
+
+  Output Parameters:
++ element  - its global index in x, -1 before any solve (NULL allowed)
+- residual - that residual, relative (NULL allowed)
+
+  Level: advanced
+
+.seealso: SNESSlipSolveStage()
+@*/
+PetscErrorCode SNESSlipGetWorstElement(SNES snes, PetscInt *element, PetscReal *residual)
+{
+  SlipConstraint con;
+
+  PetscFunctionBegin;
+  PetscCall(SlipConstraintQuery(snes, &con));
+  if (element) *element = con->worst;
+  if (residual) *residual = con->resnorm;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

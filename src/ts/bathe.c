@@ -1,0 +1,268 @@
+/* TSBATHE as a PETSc TS type: life, options, view, interpolation. The step is in bathestep.c, its stages in bathestage.c. */
+#include <slipstep/private/slipts.h>
+
+static PetscBool cited = PETSC_FALSE;
+static const char citation[] =
+  "@article{Bathe2005,\n"
+  "  title   = {On a composite implicit time integration procedure for nonlinear dynamics},\n"
+  "  author  = {Klaus-J\\\"urgen Bathe and Mirza M. Irfan Baig},\n"
+  "  journal = {Computers \\& Structures},\n"
+  "  volume  = {83},\n"
+  "  pages   = {2513--2524},\n"
+  "  year    = {2005}\n}\n";
+
+const char *const TSBatheReactions[] = {"trapezoidal", "implicit", "TSBatheReaction", "TSBATHE_REACTION_", NULL};
+const char *const TSBatheErrors[] = {"embedded", "doubling", "none", "TSBatheError", "TSBATHE_ERROR_", NULL};
+
+static PetscErrorCode TSReset_Bathe(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  Vec *vecs[] = {&ba->X0,   &ba->Y[0],   &ba->Y[1], &ba->K0, &ba->K1, &ba->K2, &ba->Wm, &ba->Wfull, &ba->Wmid,
+                 &ba->base, &ba->affine, &ba->Xdot, &ba->E,  &ba->r0, &ba->r1, &ba->x,  &ba->rmid,  &ba->Fs};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+  ba->k0_known = ba->k2_known = PETSC_FALSE;
+  ba->sol_id = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSDestroy_Bathe(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(TSReset_Bathe(ts));
+  PetscCall(VecDestroy(&ba->r));
+  PetscCall(SlipConstraintDestroy(&ba->con));
+  PetscCall(PetscFree(ts->data));
+  PetscCall(TSBatheComposeSetters(ts, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSSetUp_Bathe(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  Vec *full[] = {&ba->X0, &ba->Y[0], &ba->Y[1], &ba->K0, &ba->K1, &ba->K2, &ba->Wm, &ba->base, &ba->E};
+  PetscBool ours;
+  SNES snes;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCitationsRegister(citation, &cited));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(full); i++)
+    if (!*full[i]) PetscCall(VecDuplicate(ts->vec_sol, full[i]));
+  if (ba->con) {
+    if (!ba->Fs) PetscCall(VecDuplicate(ts->vec_sol, &ba->Fs));
+    if (!ba->r0) PetscCall(VecDuplicate(ba->r, &ba->r0));
+    if (!ba->r1) PetscCall(VecDuplicate(ba->r, &ba->r1));
+    if (!ba->x) PetscCall(VecDuplicate(ba->r, &ba->x));
+  } else {
+    if (!ba->affine) PetscCall(VecDuplicate(ts->vec_sol, &ba->affine));
+    if (!ba->Xdot) PetscCall(VecDuplicate(ts->vec_sol, &ba->Xdot));
+  }
+  PetscCall(TSGetAdapt(ts, &ts->adapt));
+  PetscCall(TSAdaptCandidatesClear(ts->adapt));
+  PetscCall(TSGetSNES(ts, &snes));
+  if (ba->con) {
+    PetscCall(PetscObjectTypeCompareAny((PetscObject)snes, &ours, SNESSEMISMOOTH, SNESPROJECTION, ""));
+    PetscCheck(ours, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
+               "-%ssnes_type %s cannot solve a set-valued reaction: use semismooth or projection",
+               ((PetscObject)snes)->prefix ? ((PetscObject)snes)->prefix : "", ((PetscObject)snes)->type_name);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptionsObject)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscBool flg;
+  PetscReal gamma = ba->gamma;
+  PetscInt order = ba->order;
+  TSBatheReaction reaction = ba->reaction;
+  TSBatheError error = ba->error;
+
+  PetscFunctionBegin;
+  PetscOptionsHeadBegin(PetscOptionsObject, "Bathe composite integrator options");
+  PetscCall(PetscOptionsReal("-ts_bathe_gamma", "Split of the step, dimensionless in (0, 1): 0.5 is Bathe's",
+                             "TSBatheSetGamma", gamma, &gamma, &flg));
+  if (flg) PetscCall(TSBatheSetGamma(ts, gamma));
+  PetscCall(
+    PetscOptionsEnum("-ts_bathe_reaction",
+                     "Reaction in stage 1: trapezoidal (second order, default) or implicit (first order, published)",
+                     "TSBatheSetReaction", TSBatheReactions, (PetscEnum)reaction, (PetscEnum *)&reaction, &flg));
+  if (flg) PetscCall(TSBatheSetReaction(ts, reaction));
+  PetscCall(PetscOptionsEnum("-ts_bathe_error", "Error estimate: embedded (default), doubling or none",
+                             "TSBatheSetError", TSBatheErrors, (PetscEnum)error, (PetscEnum *)&error, &flg));
+  if (flg) PetscCall(TSBatheSetError(ts, error));
+  PetscCall(PetscOptionsBoundedInt("-ts_bathe_order",
+                                   "Order p assumed by doubling's 1/(2^p - 1) (default 1, as published)",
+                                   "TSBatheSetOrder", order, &order, &flg, 1));
+  if (flg) PetscCall(TSBatheSetOrder(ts, order));
+  PetscCall(PetscOptionsBoundedInt("-ts_bathe_max_failures",
+                                   "Attempts in a row that may fail to converge before the run stops (default 50)", "",
+                                   ba->max_failures, &ba->max_failures, NULL, 1));
+  PetscOptionsHeadEnd();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSView_Bathe(TS ts, PetscViewer viewer)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscBool ascii;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  gamma=%g, error estimate %s, reaction %s\n", (double)ba->gamma,
+                                   TSBatheErrors[ba->error], ba->con ? TSBatheReactions[ba->reaction] : "absent"));
+  if (ba->error == TSBATHE_ERROR_DOUBLING)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  order assumed by doubling=%" PetscInt_FMT "\n", ba->order));
+  PetscCall(PetscViewerASCIIPrintf(viewer,
+                                   "  attempts=%" PetscInt_FMT ", accepted=%" PetscInt_FMT
+                                   ", Bathe solves=%" PetscInt_FMT ", failures in a row allowed=%" PetscInt_FMT "\n",
+                                   ba->attempts, ba->accepted, ba->solves, ba->max_failures));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The cubic through the step's start, an inner state and its end, with the end's derivative: fourth order locally, and it needs
+   no derivative at the start */
+static PetscErrorCode TSInterpolate_Bathe(TS ts, PetscReal t, Vec w)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal h = ts->ptime - ts->ptime_prev, s, e, c = ba->c;
+  PetscScalar weight[4];
+  Vec vecs[4];
+
+  PetscFunctionBegin;
+  switch (ba->status) {
+  case TS_STEP_INCOMPLETE:
+  case TS_STEP_PENDING:
+    h = ts->time_step;
+    s = (t - ts->ptime) / h;
+    break;
+  default:
+    s = (t - ts->ptime_prev) / h;
+    break;
+  }
+  /* p(s) = w2 + (s-1) h k2 + (s-1)^2 (A + B s), A and B from p(0) = w0 and p(c) = wm */
+  e = PetscSqr(s - 1.0);
+  vecs[0] = ba->X0;
+  weight[0] = e * (1.0 - s / c);
+  vecs[1] = ba->Wm;
+  weight[1] = e * s / (c * PetscSqr(1.0 - c));
+  vecs[2] = ba->Y[1];
+  weight[2] = 1.0 - weight[0] - weight[1];
+  vecs[3] = ba->K2;
+  weight[3] = h * (s - 1.0 + e * (1.0 + s / c * (1.0 / (1.0 - c) - 1.0)));
+  PetscCall(VecZeroEntries(w));
+  PetscCall(VecMAXPY(w, 4, weight, vecs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSEvaluateWLTE_Bathe(TS ts, NormType wnormtype, PetscInt *order, PetscReal *wlte)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscBool basic;
+
+  PetscFunctionBegin;
+  if (order) *order = ba->error == TSBATHE_ERROR_DOUBLING ? ba->order : 2;
+  /* TSADAPTBASIC takes E^(-1/order) where it should take E^(-1/(order + 1)), and would reject every other step */
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTBASIC, &basic));
+  if (order && basic) *order += 1;
+  *wlte = ba->last.error;
+  if (ba->last.error >= 0.0 && wnormtype != NORM_2) PetscCall(TSBatheErrorNorm(ts, wnormtype, wlte));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSGetStages_Bathe(TS ts, PetscInt *n, Vec **Y)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  if (n) *n = 2;
+  if (Y) *Y = ba->Y;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Stability function: trapezoidal to gamma, then the three-point backward formula */
+static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscReal xi, PetscReal *yr, PetscReal *yi)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal a1, a0, b, g = 0.5 * ba->gamma, nr, ni, dr, di, d2, wr, wi;
+
+  PetscFunctionBegin;
+  TSBatheCoefficients(ba->gamma, &a1, &a0, &b);
+  nr = 1.0 + g * xr, ni = g * xi, dr = 1.0 - g * xr, di = -g * xi, d2 = dr * dr + di * di;
+  wr = a1 * (nr * dr + ni * di) / d2 - a0, wi = a1 * (ni * dr - nr * di) / d2;
+  dr = 1.0 - b * xr, di = -b * xi, d2 = dr * dr + di * di;
+  *yr = (wr * dr + wi * di) / d2;
+  *yi = (wi * dr - wr * di) / d2;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+  TSBATHE - "bathe": implicit composite integrator, the trapezoidal rule to t + gamma h and the three-point backward formula
+  from there to t + h
+
+  Options Database Keys:
++ -ts_bathe_gamma <0.5>                      - split of the step, dimensionless
+. -ts_bathe_reaction <trapezoidal,implicit>  - treatment of a set-valued reaction in stage 1
+. -ts_bathe_error <embedded,doubling,none>   - error estimate
+. -ts_bathe_order <1>                        - order p assumed by doubling
+- -ts_bathe_max_failures <50>                - attempts in a row that may fail to converge
+
+  Level: beginner
+
+  Notes:
+  Second order and L-stable for gamma in (0, 1). Without a constraint it integrates any TSSetRHSFunction() or TSSetIFunction()
+  problem with a constant mass matrix; with one (TSBatheSetConstraint()) stages are solved by SNESSEMISMOOTH or SNESPROJECTION
+  on the constraint's reduced unknowns.
+
+  The embedded estimate is zero in the rate rows of elements that stick at the end of the step: their rate is exact there, and
+  their jump in acceleration is no error of the method. Their displacement and slip rows keep it.
+
+  The embedded estimate costs no solve. It needs w' at the start: a problem given by TSSetIFunction() only does not say it, so
+  the first step after a start or TSRestartStep() is estimated by doubling.
+
+  Doubling is left out, and the solution is then the single step h, when the controller says that it needs no error
+  ("TSAdaptNeedsError_C"), and with -ts_adapt_type none or history unless -ts_bathe_error doubling was asked for. Both change neither
+  the order of the method nor any decision, as such a controller never looks at an error.
+
+  References:
+. * - K. J. Bathe, M. M. I. Baig, On a composite implicit time integration procedure for nonlinear dynamics, Comput. Struct. 83,
+      2005.
+. * - R. E. Bank et al., Transient simulation of silicon devices and circuits, IEEE Trans. CAD 4, 1985.
+- * - M. E. Hosea, L. F. Shampine, Analysis and implementation of TR-BDF2, Appl. Numer. Math. 20, 1996.
+
+.seealso: TSBatheSetConstraint(), TSBatheSetError(), TSBatheSetReaction(), TSTHETA, TSALPHA2
+M*/
+PetscErrorCode TSCreate_Bathe(TS ts)
+{
+  TS_Bathe *ba;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&ba));
+  ts->data = ba;
+  ba->gamma = 0.5;
+  ba->order = 1;
+  ba->max_failures = 50;
+  ba->c = 0.5;
+  ba->status = TS_STEP_COMPLETE;
+  ts->ops->reset = TSReset_Bathe;
+  ts->ops->destroy = TSDestroy_Bathe;
+  ts->ops->view = TSView_Bathe;
+  ts->ops->setup = TSSetUp_Bathe;
+  ts->ops->setfromoptions = TSSetFromOptions_Bathe;
+  ts->ops->step = TSStep_Bathe;
+  ts->ops->evaluatewlte = TSEvaluateWLTE_Bathe;
+  ts->ops->rollback = TSRollBack_Bathe;
+  ts->ops->interpolate = TSInterpolate_Bathe;
+  ts->ops->getstages = TSGetStages_Bathe;
+  ts->ops->linearstability = TSComputeLinearStability_Bathe;
+  ts->ops->snesfunction = SNESTSFormFunction_Bathe;
+  ts->ops->snesjacobian = SNESTSFormJacobian_Bathe;
+  ts->default_adapt_type = TSADAPTNONE;
+  ts->usessnes = PETSC_TRUE;
+  PetscCall(TSBatheComposeSetters(ts, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

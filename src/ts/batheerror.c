@@ -1,0 +1,132 @@
+/* TSBATHE's error estimates and the stage derivatives they are made of.
+
+   Embedded: with k_i = A^-1 (F_s + r) at t, t + gamma h and t + h, the solution is w0 + h sum b_i k_i with
+     b = ( 1/(2(2-gamma)), 1/(2(2-gamma)), (1-gamma)/(2-gamma) ),
+   and the companion with the weights of the three-point quadrature at the same nodes,
+     b1^ = 1/(6 gamma (1-gamma)), b2^ = (2-3 gamma)/(6 (1-gamma)), b0^ = 1 - b1^ - b2^,
+   is of third order because both stages are of stage order two (Bank et al. 1985, IEEE Trans. CAD 4; Hosea and Shampine
+   1996, Appl. Numer. Math. 20, for gamma = 2 - sqrt 2). */
+#include <slipstep/private/slipts.h>
+
+/* k0 where no step has left it: RHSFunction, or A^-1 (F_s + r0). An implicit form F(t, w, w') = 0 does not give it away. */
+PetscErrorCode TSBatheStartDerivative(TS ts, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  DM dm;
+  TSIFunction ifunction;
+  TSRHSFunction rhs;
+
+  PetscFunctionBegin;
+  *known = PETSC_TRUE;
+  if (ba->con) {
+    PetscCall((*ba->ops->smooth)(ba->con, t, w0, k0, ba->ctx));
+    PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, r0, k0, ba->ctx));
+    PetscCall((*ba->ops->solve_mass)(ba->con, k0, k0, ba->ctx));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(TSGetDM(ts, &dm));
+  PetscCall(DMTSGetIFunction(dm, &ifunction, NULL));
+  PetscCall(DMTSGetRHSFunction(dm, &rhs, NULL));
+  if (!ifunction && rhs)
+    PetscCall(TSComputeRHSFunction(ts, t, w0, k0));
+  else
+    *known = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* k2 = (w2 - a1 w1 + a0 w0) / (b h), from stage 2 without a solve */
+PetscErrorCode TSBatheEndDerivative(TS ts, PetscReal h, Vec w0, Vec w1, Vec w2, Vec k2)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal a1, a0, b;
+
+  PetscFunctionBegin;
+  TSBatheCoefficients(ba->gamma, &a1, &a0, &b);
+  PetscCall(VecCopy(w2, k2));
+  PetscCall(VecAXPBYPCZ(k2, -a1 / (b * h), a0 / (b * h), 1.0 / (b * h), w1, w0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Zero e in the rows of elements that stick at the step's end. The constraint fixes their rate at exactly zero there, while
+   the derivatives of an element that has just stopped jump: the formula would give an error of the order of the rate itself
+   however short the step, and a controller would chase it at every arrest. What the arrest does to the accuracy still shows
+   in the rows that integrate the rate (displacement and slip). */
+static PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscInt n;
+  PetscScalar *x, *ee;
+  const PetscScalar *mark;
+
+  PetscFunctionBegin;
+  PetscCall((*ba->ops->reduce)(ba->con, w, ba->x, ba->ctx));
+  PetscCall(VecGetLocalSize(ba->x, &n));
+  PetscCall(VecGetArray(ba->x, &x));
+  for (PetscInt i = 0; i < n; i++) x[i] = x[i] == 0.0 ? 1.0 : 0.0;
+  PetscCall(VecRestoreArray(ba->x, &x));
+  PetscCall(VecZeroEntries(ba->K1));
+  PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->K1, ba->ctx)); /* the rows that r enters */
+  PetscCall(VecGetLocalSize(e, &n));
+  PetscCall(VecGetArrayRead(ba->K1, &mark));
+  PetscCall(VecGetArray(e, &ee));
+  for (PetscInt i = 0; i < n; i++)
+    if (mark[i] != 0.0) ee[i] = 0.0;
+  PetscCall(VecRestoreArray(e, &ee));
+  PetscCall(VecRestoreArrayRead(ba->K1, &mark));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* e = w2 - w0 - h sum b^_i k_i, of third order; needs K0, K2 and the stages of the step */
+PetscErrorCode TSBatheEmbeddedError(TS ts, PetscReal h, Vec e)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal gamma = ba->gamma, b[3], bh[3];
+
+  PetscFunctionBegin;
+  b[0] = b[1] = 0.5 / (2.0 - gamma);
+  b[2] = (1.0 - gamma) / (2.0 - gamma);
+  bh[1] = 1.0 / (6.0 * gamma * (1.0 - gamma));
+  bh[2] = (2.0 - 3.0 * gamma) / (6.0 * (1.0 - gamma));
+  bh[0] = 1.0 - bh[1] - bh[2];
+  /* stage 1: (w1 - w0) / (gamma h / 2) = k0 + k1 (+ A^-1 (r1 - r0) when the reaction is implicit) */
+  PetscCall(VecWAXPY(ba->K1, -1.0, ba->X0, ba->Y[0]));
+  PetscCall(VecScale(ba->K1, 2.0 / (gamma * h)));
+  PetscCall(VecAXPY(ba->K1, -1.0, ba->K0));
+  PetscCall(VecZeroEntries(e));
+  if (ba->con && ba->reaction == TSBATHE_REACTION_IMPLICIT) {
+    PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->r1, e, ba->ctx));
+    PetscCall((*ba->ops->add_reaction)(ba->con, -1.0, ba->r0, e, ba->ctx));
+    PetscCall((*ba->ops->solve_mass)(ba->con, e, e, ba->ctx));
+    PetscCall(VecAXPY(ba->K1, -1.0, e));
+    PetscCall(VecScale(e, h * b[1]));
+  }
+  PetscCall(VecAXPY(e, h * (b[0] - bh[0]), ba->K0));
+  PetscCall(VecAXPY(e, h * (b[1] - bh[1]), ba->K1));
+  PetscCall(VecAXPY(e, h * (b[2] - bh[2]), ba->K2));
+  if (ba->con) PetscCall(TSBatheDropSticking(ts, ba->Y[1], e));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* e = (w_half - w_full) / (2^p - 1); a smooth problem's own order is 2 when doubling stands in for the embedded estimate */
+PetscErrorCode TSBatheDoublingError(TS ts, Vec e)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscInt p = ba->error == TSBATHE_ERROR_DOUBLING ? ba->order : 2;
+
+  PetscFunctionBegin;
+  PetscCall(VecWAXPY(e, -1.0, ba->Wfull, ba->Y[1]));
+  PetscCall(VecScale(e, 1.0 / (PetscPowRealInt(2.0, (int)p) - 1.0)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Weighted norm of E with the tolerances of the TS, relative to the larger of the two solutions compared */
+PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal enorma, enormr;
+
+  PetscFunctionBegin;
+  PetscCall(VecWAXPY(ba->K1, -1.0, ba->E, ba->Y[1]));
+  PetscCall(TSErrorWeightedNorm(ts, ba->Y[1], ba->K1, type, norm, &enorma, &enormr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,305 @@
+/* TSBATHE's step: attempt, estimate, ask the controller, accept, reject or recover from a failed stage. */
+#include <slipstep/private/slipts.h>
+#include <petsctime.h>
+
+/* Does the attempt run step doubling? Not when the controller has no use for an error and nobody asked for it explicitly */
+static PetscErrorCode TSBatheWantsDoubling(TS ts, PetscBool *flg)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscBool none, needs = PETSC_TRUE;
+  PetscErrorCode (*f)(TSAdapt, PetscBool *);
+
+  PetscFunctionBegin;
+  *flg = PETSC_FALSE;
+  if (ba->error == TSBATHE_ERROR_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ba->error == TSBATHE_ERROR_EMBEDDED && ba->k0_known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptNeedsError_C", &f));
+  if (f) PetscCall((*f)(ts->adapt, &needs));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &none, TSADAPTNONE, TSADAPTHISTORY, ""));
+  if (none && !(ba->error_set && ba->error == TSBATHE_ERROR_DOUBLING)) needs = PETSC_FALSE;
+  *flg = needs;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Vectors that only doubling needs */
+static PetscErrorCode TSBatheSetUpDoubling(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  if (!ba->Wfull) PetscCall(VecDuplicate(ts->vec_sol, &ba->Wfull));
+  if (!ba->Wmid) PetscCall(VecDuplicate(ts->vec_sol, &ba->Wmid));
+  if (ba->con && !ba->rmid) PetscCall(VecDuplicate(ba->r, &ba->rmid));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One Bathe step of an attempt: adds its residual, or 2 when it fails */
+static PetscErrorCode TSBatheCounted(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
+                                     PetscReal *residual, PetscBool *ok)
+{
+  PetscReal res = 0.0;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheSubstep(ts, t, h, w0, r0, w1, w2, r2, &res, ok));
+  *residual += *ok ? res : 2.0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One step h, its two halves giving the solution and the whole only the error. The whole goes first, so that Y, K2 and r end
+   as those of the second half. */
+static PetscErrorCode TSBatheDoubling(TS ts, PetscReal h, PetscReal *residual, PetscBool *ok)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal t = ts->ptime;
+  PetscInt run = 1;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheSetUpDoubling(ts));
+  PetscCall(TSBatheCounted(ts, t, h, ba->X0, ba->r0, ba->Y[0], ba->Wfull, ba->r, residual, ok));
+  if (*ok) {
+    run++;
+    PetscCall(TSBatheCounted(ts, t, 0.5 * h, ba->X0, ba->r0, ba->Y[0], ba->Wmid, ba->rmid, residual, ok));
+  }
+  if (*ok) {
+    run++;
+    PetscCall(TSBatheCounted(ts, t + 0.5 * h, 0.5 * h, ba->Wmid, ba->rmid, ba->Y[0], ba->Y[1], ba->r, residual, ok));
+  }
+  *residual += 2.0 * (3 - run);
+  if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSBatheEndDerivative(ts, 0.5 * h, ba->Wmid, ba->Y[0], ba->Y[1], ba->K2));
+  PetscCall(VecCopy(ba->Wmid, ba->Wm));
+  ba->c = 0.5;
+  PetscCall(TSBatheDoublingError(ts, ba->E));
+  PetscCall(TSBatheErrorNorm(ts, NORM_2, &ba->last.error));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSBatheSingle(TS ts, PetscReal h, PetscReal *residual, PetscBool *ok)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheCounted(ts, ts->ptime, h, ba->X0, ba->r0, ba->Y[0], ba->Y[1], ba->r, residual, ok));
+  if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSBatheEndDerivative(ts, h, ba->X0, ba->Y[0], ba->Y[1], ba->K2));
+  PetscCall(VecCopy(ba->Y[0], ba->Wm));
+  ba->c = ba->gamma;
+  if (ba->error != TSBATHE_ERROR_EMBEDDED || !ba->k0_known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSBatheEmbeddedError(ts, h, ba->E));
+  PetscCall(TSBatheErrorNorm(ts, NORM_2, &ba->last.error));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Compute the attempt and fill its record, all but whether it is accepted */
+static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal h = ts->time_step;
+  PetscBool doubling;
+  PetscLogDouble begin, end;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&begin));
+  ba->last = (SlipAttempt){.step = ts->steps, .time = ts->ptime, .dt = h, .error = -1.0};
+  PetscCall(TSBatheWantsDoubling(ts, &doubling));
+  if (doubling)
+    PetscCall(TSBatheDoubling(ts, h, &ba->last.residual, ok));
+  else
+    PetscCall(TSBatheSingle(ts, h, &ba->last.residual, ok));
+  PetscCall(PetscTime(&end));
+  ba->last.converged = *ok;
+  ba->last.wall = end - begin;
+  ba->attempts++;
+  ba->solves += ba->last.solves;
+  ba->newton += ba->last.newton;
+  ba->linear += ba->last.linear;
+  ba->k2_known = *ok;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* State and reaction of the step's start */
+static PetscErrorCode TSBatheRestore(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(ba->X0, ts->vec_sol));
+  if (ba->con) PetscCall(VecCopy(ba->r0, ba->r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TSRollBack_Bathe(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheRestore(ts));
+  PetscCall(PetscObjectGetId((PetscObject)ts->vec_sol, &ba->sol_id));
+  PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &ba->sol_state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A new run: totals, and the first step if the controller has an opinion */
+static PetscErrorCode TSBatheBeginRun(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscErrorCode (*f)(TSAdapt, TS, PetscReal *);
+  PetscReal h = ts->time_step;
+
+  PetscFunctionBegin;
+  ba->attempts = ba->accepted = ba->solves = ba->newton = ba->linear = ba->failures = 0;
+  ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
+  PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseFirst_C", &f));
+  if (!f) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall((*f)(ts->adapt, ts, &h));
+  h = PetscClipInterval(h, ts->adapt->dt_min, ts->adapt->dt_max);
+  if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) h = PetscMin(h, ts->max_time - ts->ptime);
+  PetscCall(TSSetTimeStep(ts, h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a step starts from: X0, r0, K0. The last step's K2 and r are those unless the solution was changed in between. */
+static PetscErrorCode TSBatheBeginStep(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscObjectId id;
+  PetscObjectState state;
+  PetscBool begin = ts->steps == 0 && !ts->steprollback ? PETSC_TRUE : PETSC_FALSE, unchanged, fresh;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectGetId((PetscObject)ts->vec_sol, &id));
+  PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));
+  unchanged = id == ba->sol_id && state == ba->sol_state ? PETSC_TRUE : PETSC_FALSE;
+  fresh = begin || ts->steprestart ? PETSC_TRUE : PETSC_FALSE;
+  if (begin) PetscCall(TSBatheBeginRun(ts));
+  if (ts->steprollback && unchanged && !fresh) PetscFunctionReturn(PETSC_SUCCESS); /* X0, r0, K0 are still those */
+  PetscCall(VecCopy(ts->vec_sol, ba->X0));
+  if (ba->con) {
+    if (fresh && !ba->r_given) PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
+    ba->r_given = PETSC_FALSE;
+    PetscCall(VecCopy(ba->r, ba->r0));
+  }
+  if (ba->error != TSBATHE_ERROR_EMBEDDED) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fresh && unchanged && ba->k2_known) {
+    PetscCall(VecCopy(ba->K2, ba->K0));
+    ba->k0_known = PETSC_TRUE;
+  } else
+    PetscCall(TSBatheStartDerivative(ts, ts->ptime, ba->X0, ba->r0, ba->K0, &ba->k0_known));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSBatheRunMonitors(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < ba->nmonitors; i++)
+    PetscCall((*ba->monitor[i])(ts, &ba->last, ts->vec_sol, ba->monitorctx[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where the last solve was worst: element of the constraint, or entry of the SNES residual */
+static PetscErrorCode TSBatheWorst(TS ts, PetscInt *index, PetscReal *residual)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  Vec f, a;
+
+  PetscFunctionBegin;
+  if (ba->con) {
+    PetscCall(SNESSlipGetWorstElement(ts->snes, index, residual));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SNESGetFunction(ts->snes, &f, NULL, NULL));
+  PetscCall(VecDuplicate(f, &a));
+  PetscCall(VecCopy(f, a));
+  PetscCall(VecAbs(a));
+  PetscCall(VecMax(a, index, residual));
+  PetscCall(VecDestroy(&a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After a stage that did not converge: restore, record, choose the next step, and stop a run that leads nowhere */
+static PetscErrorCode TSBatheFailed(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscErrorCode (*f)(TSAdapt, TS, PetscReal, PetscReal *);
+  PetscReal residual, h = ba->last.dt;
+  PetscInt worst;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheRestore(ts));
+  if (++ba->failures >= ba->max_failures) {
+    PetscCall(TSBatheRunMonitors(ts));
+    PetscCall(TSBatheWorst(ts, &worst, &residual));
+    SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_NOT_CONVERGED,
+            "%" PetscInt_FMT
+            " attempts in a row did not converge (-ts_bathe_max_failures) at time %g, step %" PetscInt_FMT
+            "; the last tried dt = %g and ended as %s, largest residual %g in element %" PetscInt_FMT,
+            ba->failures, (double)ts->ptime, ts->steps, (double)h, SNESConvergedReasons[ba->last.reason],
+            (double)residual, worst);
+  }
+  if (!ts->reason) {
+    PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseAfterFailure_C", &f));
+    if (f) {
+      PetscCall((*f)(ts->adapt, ts, h, &h));
+      h = PetscClipInterval(h, ts->adapt->dt_min, ts->adapt->dt_max);
+      if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) h = PetscMin(h, ts->max_time - ts->ptime);
+      PetscCall(TSSetTimeStep(ts, h));
+    }
+  }
+  PetscCall(TSBatheRunMonitors(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The controller's verdict on a converged attempt */
+static PetscErrorCode TSBatheJudge(TS ts, PetscBool *accept)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal next = ts->time_step;
+
+  PetscFunctionBegin;
+  ba->failures = 0;
+  ba->status = TS_STEP_PENDING;
+  PetscCall(VecCopy(ba->Y[1], ts->vec_sol));
+  PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next, accept));
+  ba->status = *accept ? TS_STEP_COMPLETE : TS_STEP_INCOMPLETE;
+  ba->last.accepted = *accept;
+  if (*accept) {
+    ba->accepted++;
+    ts->ptime += ts->time_step;
+    PetscCall(PetscObjectGetId((PetscObject)ts->vec_sol, &ba->sol_id));
+    PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &ba->sol_state));
+  } else
+    PetscCall(TSBatheRestore(ts));
+  ts->time_step = next;
+  PetscCall(TSBatheRunMonitors(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TSStep_Bathe(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscInt rejections = 0;
+  PetscBool ok, accept;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheBeginStep(ts));
+  ba->status = TS_STEP_INCOMPLETE;
+  while (!ts->reason && ba->status != TS_STEP_COMPLETE) {
+    PetscCall(TSBatheAttempt(ts, &ok));
+    accept = PETSC_FALSE;
+    if (ok)
+      PetscCall(TSBatheJudge(ts, &accept));
+    else
+      PetscCall(TSBatheFailed(ts));
+    if (accept) break;
+    ts->reject++;
+    if (!ts->reason && ++rejections > ts->max_reject && ts->max_reject >= 0) {
+      ts->reason = TS_DIVERGED_STEP_REJECTED;
+      PetscCall(PetscInfo(ts,
+                          "Step=%" PetscInt_FMT ", step rejections %" PetscInt_FMT " greater than allowed, stopping\n",
+                          ts->steps, rejections));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,249 @@
+/* Stage solves of a chain of sliders with slip weakening: both SNES types, direct and Krylov, the same on every rank count. */
+#include "../sliders.h"
+
+enum { blocks = 20 };
+
+/* A chain: next neighbours and an anchor, plus a far field so that the matrix is dense */
+static PetscReal chain(PetscInt i, PetscInt j, PetscInt n)
+{
+  PetscReal d = (PetscReal)PetscAbsInt(i - j);
+
+  (void)n;
+  return i == j ? 3.0 : -1.0 / (1.0 + d * d * d);
+}
+
+/* Elements near the middle are loaded beyond their strength. strength_i in [0, 1.2]; one row has no bound at all. */
+static PetscErrorCode Chain(MPI_Comm comm, Sliders *p, Vec *w)
+{
+  PetscInt first, last;
+
+  PetscFunctionBegin;
+  PetscCall(SlidersCreate(comm, blocks, chain, 1.0, 0.1, p));
+  p->mud = 0.5;
+  p->dmu = 0.5;
+  p->dc = 1.0;
+  PetscCall(VecGetOwnershipRange(p->bound, &first, &last));
+  for (PetscInt i = first; i < last; i++) {
+    PetscCall(VecSetValue(p->bound, i, i == 3 ? 0.0 : 1.0 + 0.2 * PetscSinReal(2.0 * i), INSERT_VALUES));
+    PetscCall(VecSetValue(p->load, i, 2.5 * PetscExpReal(-0.05 * PetscSqr(i - 9.3)) * (i % 7 == 5 ? -1.0 : 1.0),
+                          INSERT_VALUES));
+  }
+  PetscCall(VecAssemblyBegin(p->bound));
+  PetscCall(VecAssemblyEnd(p->bound));
+  PetscCall(VecAssemblyBegin(p->load));
+  PetscCall(VecAssemblyEnd(p->load));
+  PetscCall(SlidersCreateState(p, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One stage from rest */
+static PetscErrorCode Solve(Sliders *p, Vec w, const char *type, const char *direct_max, PetscReal theta, Vec x, Vec r,
+                            SNESConvergedReason *reason, PetscInt *its)
+{
+  SNES snes;
+  SlipStage stage = {.t = theta, .theta = theta, .omega = 1.0, .base = w};
+  PetscReal norm;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct_max));
+  PetscCall(SNESCreate(PETSC_COMM_WORLD, &snes));
+  PetscCall(SNESSetType(snes, type));
+  PetscCall(SNESSetSlipConstraint(snes, p->con));
+  PetscCall(SNESSetFromOptions(snes));
+  PetscCall(VecZeroEntries(x));
+  PetscCall(SNESSlipSolveStage(snes, &stage, x, r, &norm));
+  PetscCall(SNESGetConvergedReason(snes, reason));
+  PetscCall(SNESGetIterationNumber(snes, its));
+  PetscCheck(*reason < 0 || norm <= 1e-10, PETSC_COMM_WORLD, PETSC_ERR_USER, "converged with residual %g",
+             (double)norm);
+  PetscCall(SNESDestroy(&snes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* |r| <= q, r = -q sign(x) where x != 0, and G(x) = omega r to the solver's tolerance of 1e-10 times the loads (about 3) */
+static PetscErrorCode CheckSolution(Sliders *p, Vec x, Vec r)
+{
+  Vec q, g;
+  const PetscScalar *xx, *rr, *qq, *gg;
+  PetscInt n, first;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(x, &q));
+  PetscCall(VecDuplicate(x, &g));
+  PetscCall(SlidersBound(p->con, x, q, NULL, p));
+  PetscCall(SlidersResidual(p->con, x, g, p));
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetOwnershipRange(x, &first, NULL));
+  PetscCall(VecGetArrayRead(x, &xx));
+  PetscCall(VecGetArrayRead(r, &rr));
+  PetscCall(VecGetArrayRead(q, &qq));
+  PetscCall(VecGetArrayRead(g, &gg));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscCheck(PetscAbsReal(rr[i]) <= qq[i] * (1.0 + 1e-12), PETSC_COMM_SELF, PETSC_ERR_USER,
+               "|r| > q in %" PetscInt_FMT, first + i);
+    PetscCheck(xx[i] == 0.0 || rr[i] == (xx[i] > 0 ? -qq[i] : qq[i]), PETSC_COMM_SELF, PETSC_ERR_USER,
+               "r != -q sign(x) in %" PetscInt_FMT, first + i);
+    PetscCheck(PetscAbsReal(gg[i] - rr[i]) <= 1e-9, PETSC_COMM_SELF, PETSC_ERR_USER, "G - r = %g in %" PetscInt_FMT,
+               (double)(gg[i] - rr[i]), first + i);
+    PetscCheck(first + i != 3 || xx[i] != 0.0, PETSC_COMM_SELF, PETSC_ERR_USER, "the unconstrained row sticks");
+  }
+  PetscCall(VecRestoreArrayRead(x, &xx));
+  PetscCall(VecRestoreArrayRead(r, &rr));
+  PetscCall(VecRestoreArrayRead(q, &qq));
+  PetscCall(VecRestoreArrayRead(g, &gg));
+  PetscCall(VecDestroy(&q));
+  PetscCall(VecDestroy(&g));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Distance(Vec a, Vec b, PetscReal *d)
+{
+  Vec e;
+  PetscReal norm;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(a, &e));
+  PetscCall(VecWAXPY(e, -1.0, a, b));
+  PetscCall(VecNorm(e, NORM_INFINITY, d));
+  PetscCall(VecNorm(a, NORM_INFINITY, &norm));
+  *d /= norm;
+  PetscCall(VecDestroy(&e));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same problem on this rank alone gives the reference for any rank count */
+static PetscErrorCode Fingerprint(Vec x, PetscReal *sum)
+{
+  const PetscScalar *xx;
+  PetscInt n, first;
+  PetscReal mine = 0.0;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetOwnershipRange(x, &first, NULL));
+  PetscCall(VecGetArrayRead(x, &xx));
+  for (PetscInt i = 0; i < n; i++) mine += xx[i] * (1.0 + PetscSinReal((PetscReal)(first + i)));
+  PetscCall(VecRestoreArrayRead(x, &xx));
+  PetscCall(MPIU_Allreduce(&mine, sum, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)x)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Direct, Krylov and projection agree to 1e-8: each is within its residual tolerance of 1e-10 times a condition number that the
+   anchored chain keeps below 10 */
+static PetscErrorCode TestTypesAgree(void)
+{
+  Sliders p;
+  Vec w, x, y, r;
+  PetscReal d, sum;
+  PetscInt its;
+  SNESConvergedReason reason;
+
+  PetscFunctionBegin;
+  PetscCall(Chain(PETSC_COMM_WORLD, &p, &w));
+  PetscCall(VecDuplicate(p.bound, &x));
+  PetscCall(VecDuplicate(p.bound, &y));
+  PetscCall(VecDuplicate(p.bound, &r));
+  for (PetscReal theta = 0.01; theta < 1.0; theta *= 4.0) {
+    PetscCall(Solve(&p, w, SNESSEMISMOOTH, "350", theta, x, r, &reason, &its));
+    PetscCheck(reason > 0 && its <= 8, PETSC_COMM_WORLD, PETSC_ERR_USER, "direct: %s after %" PetscInt_FMT,
+               SNESConvergedReasons[reason], its);
+    PetscCall(CheckSolution(&p, x, r));
+    PetscCall(Fingerprint(x, &sum));
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "theta %g: direct %" PetscInt_FMT " iterations, fingerprint %.12e\n",
+                          (double)theta, its, (double)sum));
+    PetscCall(Solve(&p, w, SNESSEMISMOOTH, "0", theta, y, r, &reason, &its));
+    PetscCheck(reason > 0 && its <= 8, PETSC_COMM_WORLD, PETSC_ERR_USER, "Krylov: %s after %" PetscInt_FMT,
+               SNESConvergedReasons[reason], its);
+    PetscCall(CheckSolution(&p, y, r));
+    PetscCall(Distance(x, y, &d));
+    PetscCheck(d < 1e-8, PETSC_COMM_WORLD, PETSC_ERR_USER, "Krylov differs from direct by %g", (double)d);
+    PetscCall(Solve(&p, w, SNESPROJECTION, "350", theta, y, r, &reason, &its));
+    PetscCall(
+      PetscPrintf(PETSC_COMM_WORLD, "  projection: %s after %" PetscInt_FMT "\n", SNESConvergedReasons[reason], its));
+    PetscCheck(reason > 0, PETSC_COMM_WORLD, PETSC_ERR_USER, "projection: %s", SNESConvergedReasons[reason]);
+    PetscCall(CheckSolution(&p, y, r));
+    PetscCall(Distance(x, y, &d));
+    PetscCheck(d < 1e-8, PETSC_COMM_WORLD, PETSC_ERR_USER, "projection differs from direct by %g", (double)d);
+  }
+  PetscCall(VecDestroy(&w));
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&y));
+  PetscCall(VecDestroy(&r));
+  PetscCall(SlidersDestroy(&p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A stiff chain without anchor: the projection gives up at its 200 iterations, semismooth Newton does not notice */
+static PetscReal stiff(PetscInt i, PetscInt j, PetscInt n)
+{
+  return i == j ? (i == 0 || i == n - 1 ? 1.01 : 2.01) : (PetscAbsInt(i - j) == 1 ? -1.0 : 0.0);
+}
+
+static PetscErrorCode TestProjectionGivesUp(void)
+{
+  Sliders p;
+  Vec w, x, r;
+  PetscInt its;
+  SNESConvergedReason reason;
+
+  PetscFunctionBegin;
+  PetscCall(SlidersCreate(PETSC_COMM_WORLD, blocks, stiff, 1.0, 0.0, &p));
+  PetscCall(VecSet(p.load, 1.05));
+  PetscCall(SlidersCreateState(&p, &w));
+  PetscCall(VecDuplicate(p.bound, &x));
+  PetscCall(VecDuplicate(p.bound, &r));
+  PetscCall(Solve(&p, w, SNESPROJECTION, "350", 30.0, x, r, &reason, &its));
+  PetscCheck(reason == SNES_DIVERGED_MAX_IT && its == 200, PETSC_COMM_WORLD, PETSC_ERR_USER,
+             "projection: %s after %" PetscInt_FMT, SNESConvergedReasons[reason], its);
+  for (int k = 0; k < 2; k++) {
+    PetscCall(Solve(&p, w, SNESSEMISMOOTH, k ? "0" : "350", 30.0, x, r, &reason, &its));
+    PetscCheck(reason > 0 && its <= 5, PETSC_COMM_WORLD, PETSC_ERR_USER, "semismooth: %s after %" PetscInt_FMT,
+               SNESConvergedReasons[reason], its);
+  }
+  PetscCall(VecDestroy(&w));
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&r));
+  PetscCall(SlidersDestroy(&p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A whole run of TSBATHE, on all ranks and on this one alone, directly and by Krylov; 1e-9 is what the library promises */
+static PetscErrorCode TestRanksAgree(void)
+{
+  const MPI_Comm comm[] = {PETSC_COMM_SELF, PETSC_COMM_WORLD, PETSC_COMM_WORLD};
+  Sliders p;
+  Vec w;
+  PetscReal sum[3];
+
+  PetscFunctionBegin;
+  for (int k = 0; k < 3; k++) {
+    PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", k == 2 ? "0" : "350"));
+    PetscCall(Chain(comm[k], &p, &w));
+    PetscCall(SlidersSolve(&p, TSBATHE_REACTION_TRAPEZOIDAL, 4.0, 40, w, NULL));
+    PetscCall(Fingerprint(w, &sum[k]));
+    PetscCall(VecDestroy(&w));
+    PetscCall(SlidersDestroy(&p));
+    PetscCheck(PetscAbsReal(sum[k] - sum[0]) < 1e-9 * PetscAbsReal(sum[0]), PETSC_COMM_WORLD, PETSC_ERR_USER,
+               "the run ends at %.15e instead of %.15e", (double)sum[k], (double)sum[0]);
+  }
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "relative differences %g (ranks), %g (Krylov)\n",
+                        (double)PetscAbsReal(sum[1] / sum[0] - 1.0), (double)PetscAbsReal(sum[2] / sum[0] - 1.0)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(void)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(TestTypesAgree());
+  PetscCall(TestProjectionGivesUp());
+  PetscCall(TestRanksAgree());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  if (Run()) MPI_Abort(MPI_COMM_WORLD, 1); /* not PETSc's own code, one of which means "skipped" to ctest */
+  return PetscFinalize() ? 1 : 0;
+}

@@ -1,0 +1,487 @@
+/* TSBATHE without a constraint: a good PETSc citizen. */
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <cmocka.h>
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+
+#define CALL(...) assert_int_equal((int)(__VA_ARGS__), 0)
+
+/* y0' = -2 t y0^2, y1' = cos t + (y1 - sin t) y0: nonlinear, non-autonomous, y = (1/(1+t^2), sin t) */
+static void Exact(PetscReal t, PetscReal y[2])
+{
+  y[0] = 1.0 / (1.0 + t * t);
+  y[1] = PetscSinReal(t);
+}
+
+static PetscErrorCode RHS(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
+{
+  const PetscScalar *a;
+  PetscScalar *b;
+
+  PetscFunctionBegin;
+  (void)ts;
+  (void)ctx;
+  PetscCall(VecGetArrayRead(y, &a));
+  PetscCall(VecGetArray(f, &b));
+  b[0] = -2.0 * t * a[0] * a[0];
+  b[1] = PetscCosReal(t) + (a[1] - PetscSinReal(t)) * a[0];
+  PetscCall(VecRestoreArray(f, &b));
+  PetscCall(VecRestoreArrayRead(y, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RHSJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
+{
+  const PetscScalar *a;
+  PetscScalar v[4];
+
+  PetscFunctionBegin;
+  (void)ts;
+  (void)J;
+  (void)ctx;
+  PetscCall(VecGetArrayRead(y, &a));
+  v[0] = -4.0 * t * a[0];
+  v[1] = 0.0;
+  v[2] = a[1] - PetscSinReal(t);
+  v[3] = a[0];
+  PetscCall(VecRestoreArrayRead(y, &a));
+  PetscCall(MatSetValues(P, 2, (PetscInt[]){0, 1}, 2, (PetscInt[]){0, 1}, v, INSERT_VALUES));
+  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same with a mass matrix: diag(2, 3) (y' - f) = 0 */
+static PetscErrorCode IFunction(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void *ctx)
+{
+  PetscFunctionBegin;
+  PetscCall(RHS(ts, t, y, F, ctx));
+  PetscCall(VecAYPX(F, -1.0, ydot));
+  PetscCall(VecSetValues(F, 0, NULL, NULL, INSERT_VALUES));
+  {
+    PetscScalar *f;
+
+    PetscCall(VecGetArray(F, &f));
+    f[0] *= 2.0;
+    f[1] *= 3.0;
+    PetscCall(VecRestoreArray(F, &f));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode IJacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal a, Mat J, Mat P, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)ydot;
+  PetscCall(RHSJacobian(ts, t, y, J, P, ctx));
+  PetscCall(MatScale(P, -1.0));
+  PetscCall(MatShift(P, a));
+  PetscCall(MatDiagonalScale(P, NULL, NULL));
+  {
+    PetscScalar v[4];
+
+    PetscCall(MatGetValues(P, 2, (PetscInt[]){0, 1}, 2, (PetscInt[]){0, 1}, v));
+    v[0] *= 2.0;
+    v[1] *= 2.0;
+    v[2] *= 3.0;
+    v[3] *= 3.0;
+    PetscCall(MatSetValues(P, 2, (PetscInt[]){0, 1}, 2, (PetscInt[]){0, 1}, v, INSERT_VALUES));
+    PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A TS for the problem above with constant steps, ready to solve */
+static TS Create(PetscBool implicit, PetscReal gamma, PetscReal h, PetscReal tmax, Vec *y)
+{
+  TS ts;
+  Mat J;
+  SNES snes;
+  PetscReal y0[2];
+
+  Exact(0.5, y0);
+  CALL(VecCreateSeq(PETSC_COMM_SELF, 2, y));
+  CALL(VecSetValues(*y, 2, (PetscInt[]){0, 1}, y0, INSERT_VALUES));
+  CALL(VecAssemblyBegin(*y));
+  CALL(VecAssemblyEnd(*y));
+  CALL(MatCreateSeqDense(PETSC_COMM_SELF, 2, 2, NULL, &J));
+  CALL(TSCreate(PETSC_COMM_SELF, &ts));
+  CALL(TSSetType(ts, TSBATHE));
+  CALL(TSBatheSetGamma(ts, gamma));
+  if (implicit) {
+    CALL(TSSetIFunction(ts, NULL, IFunction, NULL));
+    CALL(TSSetIJacobian(ts, J, J, IJacobian, NULL));
+  } else {
+    CALL(TSSetRHSFunction(ts, NULL, RHS, NULL));
+    CALL(TSSetRHSJacobian(ts, J, J, RHSJacobian, NULL));
+  }
+  CALL(MatDestroy(&J));
+  CALL(TSSetTime(ts, 0.5));
+  CALL(TSSetTimeStep(ts, h));
+  CALL(TSSetMaxTime(ts, tmax));
+  CALL(TSSetMaxSteps(ts, 100000));
+  CALL(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  CALL(TSGetSNES(ts, &snes));
+  CALL(SNESSetTolerances(snes, 1e-12, 1e-11, 1e-14, 50, 1000));
+  CALL(TSSetSolution(ts, *y));
+  CALL(TSSetFromOptions(ts));
+  return ts;
+}
+
+static PetscReal Distance(Vec y, PetscReal t)
+{
+  const PetscScalar *a;
+  PetscReal e[2], d;
+
+  Exact(t, e);
+  CALL(VecGetArrayRead(y, &a));
+  d = PetscMax(PetscAbsReal(a[0] - e[0]), PetscAbsReal(a[1] - e[1]));
+  CALL(VecRestoreArrayRead(y, &a));
+  return d;
+}
+
+/* Order between two step sizes is 2 + O(h): 0.05 is what halving leaves of the O(h) part here */
+static void test_order_two(void **state)
+{
+  (void)state;
+  for (int form = 0; form < 2; form++)
+    for (int g = 0; g < 2; g++) {
+      PetscReal error[2];
+
+      for (int k = 0; k < 2; k++) {
+        Vec y;
+        TS ts = Create(form ? PETSC_TRUE : PETSC_FALSE, g ? 2.0 - PetscSqrtReal(2.0) : 0.5, 0.02 / (1 + k), 2.5, &y);
+
+        CALL(TSSolve(ts, y));
+        error[k] = Distance(y, 2.5);
+        CALL(VecDestroy(&y));
+        CALL(TSDestroy(&ts));
+      }
+      print_message("form %d gamma %d: errors %g %g, order %.3f\n", form, g, error[0], error[1],
+                    log2(error[0] / error[1]));
+      assert_true(fabs(log2(error[0] / error[1]) - 2.0) < 0.05);
+    }
+}
+
+/* Estimates of one step against h, h/2: both O(h^3), and each within 20 % of the true local error at the small step */
+static void test_estimates_are_third_order(void **state)
+{
+  (void)state;
+  for (int kind = 0; kind < 4; kind++) {
+    PetscReal wlte[2], truth = 0.0;
+    PetscInt order;
+
+    for (int k = 0; k < 2; k++) {
+      PetscReal h = 0.04 / (1 + k);
+      Vec y;
+      PetscBool implicit = kind == 3 ? PETSC_TRUE : PETSC_FALSE;
+      TS ts = Create(implicit, kind == 1 ? 2.0 - PetscSqrtReal(2.0) : 0.5, h, 10.0, &y);
+      TSAdapt adapt;
+
+      if (kind == 2) {
+        CALL(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
+        CALL(TSBatheSetOrder(ts, 2));
+      }
+      CALL(TSGetAdapt(ts, &adapt));
+      if (kind ==
+          3) { /* an implicit form starts with doubling, which adapt none would leave out: basic with huge tolerances */
+        CALL(TSAdaptSetType(adapt, TSADAPTBASIC));
+      }
+      CALL(TSSetTolerances(ts, 1.0, NULL, 0.0, NULL));
+      CALL(TSStep(ts));
+      CALL(TSEvaluateWLTE(ts, NORM_INFINITY, &order, &wlte[k]));
+      assert_int_equal(order, kind == 3 ? 3 : 2); /* basic is told p + 1, see TSEvaluateWLTE_Bathe() */
+      truth = Distance(y, 0.5 + h);
+      CALL(VecDestroy(&y));
+      CALL(TSDestroy(&ts));
+    }
+    print_message("kind %d: estimates %g %g (order %.3f), true local error %g\n", kind, wlte[0], wlte[1],
+                  log2(wlte[0] / wlte[1]), truth);
+    assert_true(fabs(log2(wlte[0] / wlte[1]) - 3.0) < 0.1);
+    assert_true(fabs(wlte[1] / truth - 1.0) < 0.2);
+  }
+}
+
+/* In the interior of one step the interpolant is as good as the step: O(h^3), so halving h gains 8 up to its O(h) part */
+static void test_interpolation(void **state)
+{
+  (void)state;
+  for (int kind = 0; kind < 2; kind++)
+    for (PetscReal s = 0.2; s < 0.95; s += 0.3) {
+      PetscReal error[2];
+
+      for (int k = 0; k < 2; k++) {
+        PetscReal h = 0.04 / (1 + k);
+        Vec y, z;
+        TS ts = Create(PETSC_FALSE, 0.5, h, 10.0, &y);
+
+        if (kind) CALL(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
+        CALL(TSStep(ts));
+        CALL(VecDuplicate(y, &z));
+        CALL(TSInterpolate(ts, 0.5 + s * h, z));
+        error[k] = Distance(z, 0.5 + s * h);
+        CALL(VecDestroy(&z));
+        CALL(VecDestroy(&y));
+        CALL(TSDestroy(&ts));
+      }
+      assert_true(log2(error[0] / error[1]) > 2.8);
+    }
+}
+
+/* y' = lambda (y - cos t) - sin t, lambda = -1e6, started off the slow solution: L-stable, so the transient is gone after a few
+   steps and the error is that of the slow part, far below h^2 */
+static PetscErrorCode StiffRHS(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
+{
+  PetscScalar a;
+
+  PetscFunctionBegin;
+  (void)ts;
+  (void)ctx;
+  PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, &a));
+  PetscCall(VecSetValue(f, 0, -1e6 * (a - PetscCosReal(t)) - PetscSinReal(t), INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(f));
+  PetscCall(VecAssemblyEnd(f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StiffJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)ts;
+  (void)t;
+  (void)y;
+  (void)J;
+  (void)ctx;
+  PetscCall(MatSetValue(P, 0, 0, -1e6, INSERT_VALUES));
+  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void test_stiff(void **state)
+{
+  TS ts;
+  Vec y;
+  Mat J;
+  PetscScalar a;
+
+  (void)state;
+  CALL(VecCreateSeq(PETSC_COMM_SELF, 1, &y));
+  CALL(VecSet(y, 2.0));
+  CALL(MatCreateSeqDense(PETSC_COMM_SELF, 1, 1, NULL, &J));
+  CALL(TSCreate(PETSC_COMM_SELF, &ts));
+  CALL(TSSetType(ts, TSBATHE));
+  CALL(TSSetRHSFunction(ts, NULL, StiffRHS, NULL));
+  CALL(TSSetRHSJacobian(ts, J, J, StiffJacobian, NULL));
+  CALL(TSSetTimeStep(ts, 0.05));
+  CALL(TSSetMaxTime(ts, 1.0));
+  CALL(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  CALL(TSSolve(ts, y));
+  CALL(VecGetValues(y, 1, (PetscInt[]){0}, &a));
+  print_message("stiff: error %g\n", fabs(a - cos(1.0)));
+  assert_true(fabs(a - cos(1.0)) < 1e-7); /* h^2/|lambda| is 2.5e-9, the SNES tolerance 1e-8 of the residual */
+  CALL(VecDestroy(&y));
+  CALL(MatDestroy(&J));
+  CALL(TSDestroy(&ts));
+}
+
+/* Rolled back, the state is the start's bits, and the same step again gives the same bits */
+static void test_rollback_and_stages(void **state)
+{
+  Vec y, start, end, *stages;
+  TS ts = Create(PETSC_FALSE, 0.5, 0.1, 10.0, &y);
+  PetscBool same;
+  PetscInt n;
+  PetscReal t;
+
+  (void)state;
+  CALL(TSStep(ts));
+  CALL(VecDuplicate(y, &start));
+  CALL(VecDuplicate(y, &end));
+  CALL(VecCopy(y, start));
+  CALL(TSStep(ts));
+  CALL(VecCopy(y, end));
+  CALL(TSGetStages(ts, &n, &stages));
+  assert_int_equal(n, 2);
+  CALL(VecEqual(stages[1], y, &same));
+  assert_true(same);
+  assert_true(Distance(stages[0], 0.65) < 1e-3);
+  CALL(TSRollBack(ts));
+  CALL(TSGetTime(ts, &t));
+  assert_true(fabs(t - 0.6) < 1e-14);
+  CALL(VecEqual(start, y, &same));
+  assert_true(same);
+  CALL(TSStep(ts));
+  CALL(VecEqual(end, y, &same));
+  assert_true(same);
+  CALL(VecDestroy(&start));
+  CALL(VecDestroy(&end));
+  CALL(VecDestroy(&y));
+  CALL(TSDestroy(&ts));
+}
+
+/* An event where y0 = 1/2 (t = 1); it sets y0 to 1/4, so the step must restart */
+static PetscErrorCode Event(TS ts, PetscReal t, Vec y, PetscScalar f[], void *ctx)
+{
+  PetscFunctionBegin;
+  (void)ts;
+  (void)t;
+  (void)ctx;
+  PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, f));
+  f[0] -= 0.5;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PostEvent(TS ts, PetscInt n, PetscInt list[], PetscReal t, Vec y, PetscBool forward, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)n;
+  (void)list;
+  (void)forward;
+  *(PetscReal *)ctx = t;
+  PetscCall(VecSetValue(y, 0, 0.25, INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(y));
+  PetscCall(VecAssemblyEnd(y));
+  PetscCall(TSRestartStep(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After the event y0' = -2 t y0^2 with y0(1) = 1/4: y0 = 1/(t^2 + 3). The event is located to the handler's 1e-6 or better. */
+static void test_event_and_restart(void **state)
+{
+  Vec y;
+  TS ts = Create(PETSC_FALSE, 0.5, 0.01, 2.0, &y);
+  PetscReal when = 0.0;
+  PetscInt direction = -1;
+  PetscBool stop = PETSC_FALSE;
+  PetscScalar a;
+  SlipAttempt last;
+
+  (void)state;
+  CALL(TSSetEventHandler(ts, 1, &direction, &stop, Event, PostEvent, &when));
+  CALL(TSSetEventTolerances(ts, 1e-10, NULL));
+  CALL(TSSolve(ts, y));
+  print_message("event at %.8f\n", when);
+  assert_true(fabs(when - 1.0) < 1e-4); /* the integrator's own error, h^2 */
+  CALL(VecGetValues(y, 1, (PetscInt[]){0}, &a));
+  print_message("event at %.8f, end %.8f instead of %.8f\n", when, a, 1.0 / 7.0);
+  assert_true(fabs(a - 1.0 / 7.0) < 1e-4);
+  CALL(TSBatheGetLastAttempt(ts, &last));
+  assert_true(last.accepted && last.error >= 0.0);
+  CALL(VecDestroy(&y));
+  CALL(TSDestroy(&ts));
+}
+
+/* PETSc's controllers. Adaptive ones keep the global error near the tolerance (1e-5; 100 times is generous for 2 s) */
+static void test_petsc_controllers(void **state)
+{
+  const char *const types[] = {TSADAPTNONE, TSADAPTBASIC, TSADAPTDSP, TSADAPTHISTORY};
+  const PetscReal times[] = {0.5, 0.6, 0.8, 1.1, 1.3, 1.7, 2.0, 2.5};
+
+  (void)state;
+  for (int k = 0; k < 4; k++)
+    for (int form = 0; form < 2; form++) {
+      Vec y;
+      TS ts = Create(form ? PETSC_TRUE : PETSC_FALSE, 0.5, 0.05, 2.5, &y);
+      TSAdapt adapt;
+      PetscInt attempts, accepted, solves, steps, rejected;
+      PetscReal t;
+
+      CALL(TSGetAdapt(ts, &adapt));
+      CALL(TSAdaptSetType(adapt, types[k]));
+      if (k == 3) {
+        CALL(TSAdaptHistorySetHistory(adapt, 8, (PetscReal *)times, PETSC_FALSE));
+        CALL(TSSetTimeStep(ts, times[1] - times[0])); /* history chooses from the second step on */
+      }
+      CALL(TSSetTolerances(ts, 1e-5, NULL, 1e-5, NULL));
+      CALL(TSSolve(ts, y));
+      CALL(TSGetTime(ts, &t));
+      CALL(TSGetStepNumber(ts, &steps));
+      CALL(TSGetStepRejections(ts, &rejected));
+      CALL(TSBatheGetTotals(ts, &attempts, &accepted, &solves, NULL, NULL));
+      print_message("%s form %d: %d steps, %d rejected, error %g\n", types[k], form, (int)steps, (int)rejected,
+                    Distance(y, t));
+      assert_true(fabs(t - 2.5) < 1e-12);
+      assert_int_equal(attempts, steps + rejected);
+      assert_int_equal(accepted, steps);
+      /* one solve an attempt, but three where an implicit form starts, which happens until the first step is accepted */
+      if (form && (k == 1 || k == 2))
+        assert_true(solves >= attempts + 2 && (solves - attempts) % 2 == 0);
+      else
+        assert_int_equal(solves, attempts);
+      assert_true(Distance(y, t) < (k == 3 ? 2e-2 : 1e-3));
+      if (k == 3) assert_int_equal(steps, 7);
+      CALL(VecDestroy(&y));
+      CALL(TSDestroy(&ts));
+    }
+}
+
+/* Composed hooks of a controller: the first step, and whether it has a use for errors */
+static PetscErrorCode First(TSAdapt adapt, TS ts, PetscReal *h)
+{
+  PetscFunctionBegin;
+  (void)adapt;
+  (void)ts;
+  *h = 100.0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode NeedsNot(TSAdapt adapt, PetscBool *flg)
+{
+  PetscFunctionBegin;
+  (void)adapt;
+  *flg = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Record(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)ts;
+  (void)w;
+  *(SlipAttempt *)ctx = *attempt;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void test_controller_hooks(void **state)
+{
+  (void)state;
+  for (int needs = 0; needs < 2; needs++) {
+    Vec y;
+    TS ts = Create(PETSC_FALSE, 0.5, 0.1, 0.8, &y);
+    TSAdapt adapt;
+    SlipAttempt seen = {.solves = 0};
+
+    CALL(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
+    CALL(TSBatheAddAttemptMonitor(ts, Record, &seen));
+    CALL(TSGetAdapt(ts, &adapt));
+    CALL(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseFirst_C", First));
+    if (!needs) CALL(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptNeedsError_C", NeedsNot));
+    CALL(TSSolve(ts, y));
+    assert_true(fabs(seen.dt - 0.3) < 1e-14); /* 100 clipped to the end */
+    assert_int_equal(seen.solves, needs ? 3 : 1);
+    assert_true(needs ? seen.error > 0.0 : seen.error == -1.0);
+    assert_true(seen.accepted && seen.converged && seen.residual >= 0.0 && seen.residual < 1e-6);
+    CALL(VecDestroy(&y));
+    CALL(TSDestroy(&ts));
+  }
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_order_two),           cmocka_unit_test(test_estimates_are_third_order),
+    cmocka_unit_test(test_interpolation),       cmocka_unit_test(test_stiff),
+    cmocka_unit_test(test_rollback_and_stages), cmocka_unit_test(test_event_and_restart),
+    cmocka_unit_test(test_petsc_controllers),   cmocka_unit_test(test_controller_hooks),
+  };
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  if (SlipStepInitializePackage()) return 1;
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  return PetscFinalize() || failed;
+}
