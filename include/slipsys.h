@@ -11,3 +11,8 @@ PETSC_EXTERN PetscErrorCode SlipStepInitializePackage(void);
 PETSC_EXTERN PetscErrorCode SlipStepFinalizePackage(void);
 /* Entry point that PETSc calls for -dll_prepend libslipstep.so */
 PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_slipstep(void);
+
+/* Programs: errors end with one line on stderr ("program: error: message") unless -slip_traceback is given. */
+PETSC_EXTERN PetscErrorCode SlipErrorHandlerPush(const char program[]);
+/* What rank 0 did alone failed there: fail on every rank. */
+PETSC_EXTERN PetscErrorCode SlipErrorBcast(MPI_Comm comm, PetscErrorCode code);

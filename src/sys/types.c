@@ -2,12 +2,15 @@
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipregister.h>
+#include <slipstep/private/slipadaptimpl.h>
 #include <slipstep/private/slipmat.h>
 
 PetscErrorCode SlipRegisterClasses(void)
 {
   PetscFunctionBegin;
   /* one row per class: PetscClassIdRegister */
+  PetscCall(PetscClassIdRegister("Step-size policy", &SLIP_POLICY_CLASSID));
+  PetscCall(PetscClassIdRegister("SlipFault", &SLIP_FAULT_CLASSID));
   PetscCall(PetscClassIdRegister("Slip constraint", &SLIP_CONSTRAINT_CLASSID));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -22,5 +25,12 @@ PetscErrorCode SlipRegisterTypes(void)
   PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
   PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
   PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
+  PetscCall(TSAdaptRegister(TSADAPTHEURISTIC, TSAdaptCreate_Heuristic));
+  PetscCall(TSAdaptRegister(TSADAPTPI, TSAdaptCreate_PI));
+  PetscCall(TSAdaptRegister(TSADAPTRL, TSAdaptCreate_RL));
+  PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
+  PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
+  PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
+  PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,0 +1,87 @@
+static const char help[] =
+  "Strike-slip fault: slip from a frictional instability, or under loading. All units are SI.\n"
+  "  fault -fault_nx 25 -fault_nz 25 -ts_adapt_type heuristic -fault_output run.h5\n"
+  "Without options: the 3 km fault of 10 x 10 elements at its instability, for 30 s, with -ts_adapt_type "
+  "heuristic.\n\n";
+
+#include <slipstep.h>
+#include <petsctime.h>
+
+/* Name the options that nothing has read: most often they are mistyped. */
+static PetscErrorCode WarnOfUnusedOptions(void)
+{
+  PetscInt n;
+  char **names, **values;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt i = 0; i < n; i++)
+    PetscCall(
+      PetscFPrintf(PETSC_COMM_WORLD, PETSC_STDERR, "fault: warning: nothing has read the option -%s\n", names[i]));
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  PetscFunctionReturn(0);
+}
+
+/* Other integrators see the smooth part only: their fault slides without friction. */
+static PetscErrorCode CheckIntegrator(TS ts)
+{
+  PetscBool bathe;
+  TSType type;
+
+  PetscFunctionBeginUser;
+  PetscCall(TSGetType(ts, &type));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCheck(bathe, PETSC_COMM_WORLD, PETSC_ERR_SUP, "-ts_type %s knows no friction, expected " TSBATHE, type);
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Run(void)
+{
+  SlipFault fault;
+  TS ts;
+  TSAdapt adapt;
+  Vec w;
+  PetscBool only_help;
+  PetscLogDouble begin, ready, end;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscTime(&begin));
+  PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
+  PetscCall(SlipFaultSetReal(fault, "nx", 10));
+  PetscCall(SlipFaultSetReal(fault, "nz", 10));
+  PetscCall(SlipFaultSetFromOptions(fault));
+  PetscCall(SlipFaultSetUp(fault));
+  PetscCall(SlipFaultCreateState(fault, &w));
+  PetscCall(SlipFaultSetInitialState(fault, w));
+  PetscCall(TSCreate(PETSC_COMM_WORLD, &ts));
+  PetscCall(SlipFaultConfigureTS(fault, ts));
+  PetscCall(TSSetSolution(ts, w));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
+  PetscCall(TSSetFromOptions(ts));
+  PetscCall(CheckIntegrator(ts));
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  if (!only_help) {
+    PetscCall(SlipFaultOutputStart(fault, ts));
+    PetscCall(PetscTime(&ready));
+    PetscCall(TSSolve(ts, w));
+    PetscCall(PetscTime(&end));
+    PetscCall(SlipFaultOutputFinish(fault, ts, ready - begin, end - ready));
+    PetscCall(WarnOfUnusedOptions());
+  }
+  PetscCall(VecDestroy(&w));
+  PetscCall(TSDestroy(&ts));
+  PetscCall(SlipFaultDestroy(&fault));
+  PetscFunctionReturn(0);
+}
+
+int main(int argc, char **argv)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(SlipErrorHandlerPush("fault"));
+  PetscCall(Run());
+  PetscCall(PetscFinalize());
+  return 0;
+}

@@ -1,0 +1,73 @@
+/* What the step-size controllers share: creation routines, the error estimate, and the observation table. */
+#pragma once
+#include <petsc/private/tsimpl.h>
+#include <slipadapt.h>
+#include <slipstep/private/slipcompat.h>
+
+PETSC_EXTERN PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt);
+PETSC_EXTERN PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt);
+PETSC_EXTERN PetscErrorCode TSAdaptCreate_RL(TSAdapt adapt);
+
+/* Weighted local error E of the step just computed and its order p; E = -1 when the TS gives none. */
+PETSC_INTERN PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscInt *p, PetscReal *E);
+/* An error that names -ts_adapt_dt_min when h is below it. why: what made h so small. */
+PETSC_INTERN PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const char why[]);
+
+/* Pure: the heuristic's factor min(growth, E^-q), E >= 0. */
+static inline PetscReal SlipHeuristicFactor(PetscReal E, PetscReal q, PetscReal growth)
+{
+  return E > 0 ? PetscMin(growth, PetscPowReal(E, -q)) : growth;
+}
+
+/* A digital filter: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa). */
+typedef struct {
+  const char *name;
+  PetscReal g1, g2, kappa; /* PETSC_INFINITY leaves a factor out */
+} SlipFilter;
+
+/* Pure: the step ratio of a filter. ratio: last accepted step over the one before. */
+PETSC_INTERN PetscReal SlipFilterRatio(const SlipFilter *filter, PetscReal q, PetscReal E, PetscReal E_last,
+                                       PetscReal ratio);
+
+/* ---- observations ---- */
+
+/* What a row may look at. */
+typedef struct {
+  TS ts;
+  PetscBool started;  /* an attempt was made */
+  SlipAttempt last;   /* the last attempt, when started */
+  PetscReal time;     /* time of the state that is observed [s] */
+  PetscReal max_time; /* [s] */
+  PetscReal tstar;    /* T* [s] */
+  PetscReal dt_min;   /* bounds of the steps that can be chosen [s] */
+  PetscReal dt_max;
+  PetscInt failures; /* attempts in a row that did not converge */
+  Vec w0;            /* first state seen, for observations that the problem does not supply */
+  PetscReal w0_norm; /* its 2-norm */
+  PetscReal w0_max;  /* its largest magnitude */
+} SlipObserver;
+
+typedef struct {
+  const char *name;
+  const char *meaning;
+  PetscBool needs_error; /* reads last.error */
+  PetscBool
+    of_state; /* depends on the TS solution only: kept over a failed attempt; the problem's own row goes first */
+  PetscErrorCode (*compute)(const SlipObserver *, PetscInt component, PetscReal *value);
+} SlipObservation;
+
+/* One value that a policy asked for by name. */
+typedef struct {
+  char name[64];
+  const SlipObservation *row; /* NULL: only the problem knows it */
+  PetscInt component;         /* k of state_k */
+  PetscReal value;            /* last value */
+} SlipObserved;
+
+PETSC_INTERN const SlipObservation *SlipObservationFind(const char name[],
+                                                        PetscInt *component); /* NULL: not in the table */
+PETSC_INTERN PetscErrorCode SlipObserverReset(SlipObserver *o);               /* frees w0 */
+PETSC_INTERN PetscErrorCode SlipObserverStart(SlipObserver *o, TS ts);        /* remembers the state as w0 */
+/* Fill the values. state_changed: whether rows of the state are to be computed anew. source names the policy in errors. */
+PETSC_INTERN PetscErrorCode SlipObserve(const SlipObserver *o, PetscInt n, SlipObserved seen[], PetscBool state_changed,
+                                        const char source[]);

@@ -1,0 +1,182 @@
+/* Inside the fault: its tables (parameters, choices, friction laws, observables) and its data. */
+#pragma once
+#include <slipfault.h>
+#include <slipsys.h>
+#include <slipstep/private/sliph5.h>
+
+/* ---- friction (pure) ---- */
+typedef struct {
+  PetscReal residual; /* mu_d */
+  PetscReal drop;     /* dmu */
+  PetscReal slip;     /* d_c [m] */
+  PetscReal rate;     /* v_c [m/s] */
+} SlipFriction;
+
+/* mu(s, v) and its derivatives with respect to s [1/m] and v [s/m]; s >= 0 cumulative slip [m], v = |slip rate|
+   [m/s]. */
+typedef void (*SlipFrictionFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
+                               PetscReal *dmu_dv);
+typedef struct {
+  const char *name;
+  SlipFrictionFn eval;
+  const char *formula;
+} SlipFrictionLaw;
+PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ends with a NULL name */
+PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
+
+/* ---- parameters ---- */
+typedef enum {
+  FAULT_NX,
+  FAULT_NZ,
+  FAULT_LENGTH_X,
+  FAULT_LENGTH_Z,
+  FAULT_DEPTH_TOP,
+  FAULT_THICKNESS,
+  FAULT_SHEAR_MODULUS,
+  FAULT_POISSON_RATIO,
+  FAULT_DENSITY,
+  FAULT_DAMPING_RATIO,
+  FAULT_LOADING_RATE,
+  FAULT_NORMAL_STRESS,
+  FAULT_NORMAL_STRESS_GRADIENT,
+  FAULT_FRICTION_RESIDUAL,
+  FAULT_FRICTION_DROP,
+  FAULT_FRICTION_SLIP,
+  FAULT_FRICTION_RATE,
+  FAULT_INITIAL_PERTURBATION,
+  FAULT_VELOCITY_SCALE,
+  FAULT_OUTPUT_INTERVAL,
+  FAULT_NUM_REALS
+} SlipFaultRealId;
+
+typedef struct {
+  const char *name; /* option without "fault_" */
+  PetscReal value;  /* default; NaN: derived when not given */
+  const char *unit; /* "" for numbers */
+  PetscReal lower, upper;
+  PetscBool open;    /* lower bound excluded (the upper one always is) */
+  PetscBool integer; /* whole numbers only */
+  const char *help;
+} SlipFaultReal;
+PETSC_EXTERN const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS];
+
+typedef enum {
+  FAULT_FRICTION_LAW,
+  FAULT_KERNEL,
+  FAULT_INITIAL,
+  FAULT_OPERATOR,
+  FAULT_VISCOSITY,
+  FAULT_STIFFNESS_FILE,
+  FAULT_STIFFNESS_SCALING,
+  FAULT_PARAMETERS,
+  FAULT_OUTPUT,
+  FAULT_OUTPUT_FIELDS,
+  FAULT_NUM_STRINGS
+} SlipFaultStringId;
+
+typedef struct {
+  const char *name;
+  const char *value;   /* default */
+  const char *choices; /* "|a|b|", or NULL for a file name or list */
+  const char *help;
+} SlipFaultString;
+PETSC_EXTERN const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS];
+
+/* Per-element fields, in the order of the enumeration above. */
+typedef enum {
+  FIELD_NORMAL_STRESS,
+  FIELD_FRICTION_RESIDUAL,
+  FIELD_FRICTION_DROP,
+  FIELD_FRICTION_SLIP,
+  FIELD_FRICTION_RATE,
+  FIELD_LOADING_RATE,
+  FAULT_NUM_FIELDS
+} SlipFaultFieldId;
+PETSC_EXTERN const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS]; /* the parameter each field replaces */
+
+/* ---- sums over the elements that observables are made of ---- */
+typedef enum {
+  SUM_V,
+  SUM_ABS_V,
+  SUM_V2,
+  SUM_U,
+  SUM_S,
+  SUM_SLIDING,
+  SUM_U_KU,    /* sum u K u */
+  SUM_V_KU,    /* sum v K u */
+  SUM_VINF_KU, /* sum v_inf K u */
+  SUM_STRENGTH,
+  FAULT_NUM_SUMS
+} SlipFaultSumId;
+
+typedef struct {
+  PetscReal sum[FAULT_NUM_SUMS];
+  PetscReal max_v; /* max |v| [m/s] */
+} SlipFaultSums;
+
+typedef struct _n_SlipFaultOutput *SlipFaultOutput;
+
+struct _p_SlipFault {
+  MPI_Comm comm;
+  PetscInt refct;
+  PetscReal value[FAULT_NUM_REALS];
+  char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
+  PetscBool setup;
+
+  PetscViewer viewer; /* -fault_view */
+  PetscViewerFormat format;
+  PetscViewer stiffness_viewer; /* -fault_stiffness_view */
+  PetscViewerFormat stiffness_format;
+
+  /* from here on valid after SlipFaultSetUp() */
+  PetscInt N, n, start; /* elements: all, of this rank, the first of this rank */
+  PetscReal mass;       /* rho Ly [kg/m^2] */
+  PetscReal tstar;      /* Ly sqrt(rho/G) [s] */
+  PetscReal scaling;    /* factor that K was multiplied with */
+  const SlipFrictionLaw *law;
+  PetscReal *field[FAULT_NUM_FIELDS]; /* [n] */
+  PetscBool loaded;                   /* some v_inf is not zero */
+  PetscReal mean_dc;                  /* mean d_c [m] */
+  PetscReal mean_uc;                  /* mean uc [m] */
+  PetscReal mean_q0;                  /* mean strength at the start [Pa] */
+  PetscReal critical_energy;          /* uc' K uc [Pa m], the sum over all elements */
+  Mat K, H, B;
+  Vec uc;   /* K^-1 q(0): displacement at the instability, positive [m] */
+  Vec vinf; /* loading rate [m/s] */
+  Vec work[3];
+
+  /* the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
+  SlipConstraint con;
+  PetscReal theta;
+  Vec c, u0, s0;
+
+  SlipFaultSums sums;
+  PetscReal *summed; /* the state that the sums belong to [3 n] */
+  SlipFaultOutput output;
+};
+
+PETSC_EXTERN PetscErrorCode SlipFaultElementsSetUp(SlipFault fault);  /* fields and distribution */
+PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault); /* K, its scaling, H, B */
+PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);  /* uc and what observables are measured in */
+PETSC_EXTERN PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x);
+PETSC_EXTERN PetscErrorCode SlipFaultElementCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F);
+PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q);
+PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums);
+PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, const char name[], PetscReal *value,
+                                             PetscBool *known);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
+
+/* The friction of local element i. */
+static inline void SlipFaultFriction(SlipFault fault, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,
+                                     PetscReal *dmu_ds, PetscReal *dmu_dv)
+{
+  const SlipFriction p = {fault->field[FIELD_FRICTION_RESIDUAL][i], fault->field[FIELD_FRICTION_DROP][i],
+                          fault->field[FIELD_FRICTION_SLIP][i], fault->field[FIELD_FRICTION_RATE][i]};
+
+  fault->law->eval(&p, s, v, mu, dmu_ds, dmu_dv);
+}

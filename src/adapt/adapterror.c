@@ -1,0 +1,38 @@
+/* What all controllers ask of a TS: the error estimate of the step, and whether a step is still allowed. */
+#include <slipstep/private/slipadaptimpl.h>
+
+/*
+  Types with their own estimate (theta, bdf, alpha, bathe) give E and p; embedded Runge-Kutta pairs give a second solution
+  instead, as in PETSc's own controllers.
+*/
+PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscInt *p, PetscReal *E)
+{
+  PetscReal unused[2];
+  Vec y;
+
+  PetscFunctionBegin;
+  *p = PETSC_DECIDE;
+  *E = -1;
+  if (ts->ops->evaluatewlte) {
+    PetscCall(TSEvaluateWLTE(ts, adapt->wnormtype, p, E));
+  } else if (ts->ops->evaluatestep && adapt->candidates.inuse_set) {
+    *p = adapt->candidates.order[0] - 1;
+    PetscCall(VecDuplicate(ts->vec_sol, &y));
+    PetscCall(TSEvaluateStep(ts, *p, y, NULL));
+    PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, y, adapt->wnormtype, E, &unused[0], &unused[1]));
+    PetscCall(VecDestroy(&y));
+  }
+  PetscCheck(*E < 0 || *p >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+             "TS type %s estimates its error with order %" PetscInt_FMT "; expected at least 1",
+             ((PetscObject)ts)->type_name, *p);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const char why[])
+{
+  PetscFunctionBegin;
+  PetscCheck(h >= adapt->dt_min, PetscObjectComm((PetscObject)adapt), PETSC_ERR_CONV_FAILED,
+             "At time %g s %s asks for a step of %g s, below -ts_adapt_dt_min %g s (-ts_adapt_type %s)",
+             (double)ts->ptime, why, (double)h, (double)adapt->dt_min, ((PetscObject)adapt)->type_name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

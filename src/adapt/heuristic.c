@@ -1,0 +1,115 @@
+/* TSADAPTHEURISTIC: accept when the error estimate is at most 1, and size the next step from it. */
+#include <slipstep/private/slipadaptimpl.h>
+
+typedef struct {
+  PetscReal growth;  /* c_up, largest ratio of successive steps */
+  PetscReal failure; /* factor on the step when a solve did not converge */
+} TSAdapt_Heuristic;
+
+static PetscErrorCode TSAdaptChoose_Heuristic(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                              PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+{
+  const TSAdapt_Heuristic *ctx = (const TSAdapt_Heuristic *)adapt->data;
+  PetscInt p;
+  PetscReal E, q;
+
+  PetscFunctionBegin;
+  PetscCall(SlipAdaptEvaluateError(adapt, ts, &p, &E));
+  *next_sc = 0;
+  *wlte = E;
+  *wltea = *wlter = -1;
+  *accept = PETSC_TRUE;
+  *next_h = h;
+  if (E < 0) PetscFunctionReturn(PETSC_SUCCESS); /* no estimate, nothing to go by */
+  q = (PetscReal)1 / (PetscReal)(p + 1);
+  *accept = E <= 1 || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
+  *next_h = h * SlipHeuristicFactor(E, q, ctx->growth);
+  if (*accept)
+    *next_h = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);
+  else
+    PetscCall(SlipAdaptCheckMinimum(adapt, ts, *next_h, "the error estimate"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSAdaptChooseAfterFailure_Heuristic(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
+{
+  const TSAdapt_Heuristic *ctx = (const TSAdapt_Heuristic *)adapt->data;
+
+  PetscFunctionBegin;
+  *h_next = ctx->failure * h_failed;
+  PetscCall(SlipAdaptCheckMinimum(adapt, ts, *h_next, "a solve that did not converge"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
+{
+  TSAdapt_Heuristic *ctx = (TSAdapt_Heuristic *)adapt->data;
+
+  PetscFunctionBegin;
+  PetscOptionsHeadBegin(PetscOptionsObject, "Heuristic step-size controller options");
+  PetscCall(PetscOptionsReal("-ts_adapt_heuristic_growth", "Largest ratio of successive steps, > 1", "", ctx->growth,
+                             &ctx->growth, NULL));
+  PetscCall(PetscOptionsReal("-ts_adapt_heuristic_failure_factor",
+                             "Factor on the step when a solve did not converge, in (0, 1)", "", ctx->failure,
+                             &ctx->failure, NULL));
+  PetscOptionsHeadEnd();
+  PetscCheck(ctx->growth > 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_adapt_heuristic_growth is %g; expected > 1", (double)ctx->growth);
+  PetscCheck(ctx->failure > 0 && ctx->failure < 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_adapt_heuristic_failure_factor is %g; expected a number in (0, 1)", (double)ctx->failure);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSAdaptView_Heuristic(TSAdapt adapt, PetscViewer viewer)
+{
+  const TSAdapt_Heuristic *ctx = (const TSAdapt_Heuristic *)adapt->data;
+  PetscBool ascii;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  if (ascii)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  growth at most %g, factor after a failed solve %g\n",
+                                     (double)ctx->growth, (double)ctx->failure));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSAdaptDestroy_Heuristic(TSAdapt adapt)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", NULL));
+  PetscCall(PetscFree(adapt->data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+  TSADAPTHEURISTIC - the controller of textbooks, without a filter
+
+  With the weighted error estimate E of order p and q = 1/(p + 1): E > 1 rejects the step and repeats it with h E^-q;
+  otherwise the next step is min(h_max, h min(growth, E^-q)). A solve that does not converge repeats with the failure
+  factor times h. A step below -ts_adapt_dt_min ends the run with an error.
+
+  Options Database Keys:
++ -ts_adapt_heuristic_growth <2>           - largest ratio of successive steps
+- -ts_adapt_heuristic_failure_factor <0.6> - factor on the step when a solve did not converge
+
+  Level: beginner
+
+.seealso: TSADAPTPI, TSADAPTRL
+M*/
+PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt)
+{
+  TSAdapt_Heuristic *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&ctx));
+  ctx->growth = 2;
+  ctx->failure = 0.6;
+  adapt->data = ctx;
+  adapt->ops->choose = TSAdaptChoose_Heuristic;
+  adapt->ops->setfromoptions = TSAdaptSetFromOptions_Heuristic;
+  adapt->ops->view = TSAdaptView_Heuristic;
+  adapt->ops->destroy = TSAdaptDestroy_Heuristic;
+  PetscCall(
+    PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", TSAdaptChooseAfterFailure_Heuristic));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,322 @@
+/* The table of observations: one row each, all dimensionless. DESIGN.md section 5; TQC.md section 7 for the published ones. */
+#include <slipstep/private/slipadaptimpl.h>
+#include <stdlib.h>
+
+#define CRITICAL_RESIDUAL 4 /* E_c of the residual */
+#define FAILED_RESIDUAL 2   /* what a solve that failed or was not run counts as */
+#define LOG_FLOOR 1e-16     /* smallest argument of a logarithm */
+
+static PetscReal LogClipped(PetscReal x)
+{
+  return PetscLog10Real(PetscClipInterval(x, (PetscReal)LOG_FLOOR, (PetscReal)(1 / LOG_FLOOR)));
+}
+
+/* Before the first attempt its residual counts as that of one failed solve. */
+static PetscReal LastResidual(const SlipObserver *o)
+{
+  return o->started ? o->last.residual : FAILED_RESIDUAL;
+}
+
+/* After a failure the error counts as 2, before the first attempt as 1. */
+static PetscReal LastError(const SlipObserver *o)
+{
+  if (!o->started) return 1;
+  return o->last.converged ? o->last.error : 2;
+}
+
+static PetscErrorCode Residual(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscFunctionBegin;
+  (void)k;
+  *value = LastResidual(o) / CRITICAL_RESIDUAL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Converged(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscFunctionBegin;
+  (void)k;
+  *value = o->started && o->last.converged ? 1 : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Accuracy(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscFunctionBegin;
+  (void)k;
+  *value = o->started && o->last.converged ? 1 / (1 + o->last.error) : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Step(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscFunctionBegin;
+  (void)k;
+  if (!o->started) {
+    *value = -0.5;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  *value = PetscClipInterval((o->last.dt - o->dt_min) / (o->dt_max - o->dt_min), (PetscReal)0, (PetscReal)1);
+  if (!o->last.converged) *value = -*value;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LogErrorRow(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscFunctionBegin;
+  (void)k;
+  *value = PetscClipInterval(LogClipped(LastError(o)), (PetscReal)-6, (PetscReal)6);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LogResidual(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscFunctionBegin;
+  (void)k;
+  *value = LogClipped(LastResidual(o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LogStep(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscFunctionBegin;
+  (void)k;
+  *value = LogClipped((o->started ? o->last.dt : 0.5 * (o->dt_min + o->dt_max)) / o->tstar);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TimeFraction(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscFunctionBegin;
+  (void)k;
+  *value = o->max_time < PETSC_MAX_REAL ? o->time / o->max_time : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LogTimeScale(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscFunctionBegin;
+  (void)k;
+  *value = o->max_time < PETSC_MAX_REAL ? LogClipped(o->max_time / o->tstar) : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Failures(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscFunctionBegin;
+  (void)k;
+  *value = (PetscReal)o->failures;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Energy(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscReal norm;
+
+  PetscFunctionBegin;
+  (void)k;
+  PetscCall(VecNorm(o->ts->vec_sol, NORM_2, &norm));
+  *value = PetscSqr(norm / (o->w0_norm > 0 ? o->w0_norm : 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Velocity(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscScalar sum;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  (void)k;
+  PetscCall(VecSum(o->ts->vec_sol, &sum));
+  PetscCall(VecGetSize(o->ts->vec_sol, &n));
+  *value = PetscRealPart(sum) / (PetscReal)n / (o->w0_max > 0 ? o->w0_max : 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One entry of a vector, on every rank. */
+static PetscErrorCode GlobalEntry(Vec w, PetscInt k, PetscReal *value)
+{
+  PetscInt start, end, n;
+  const PetscScalar *a;
+  PetscReal mine = 0;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetSize(w, &n));
+  PetscCheck(k < n, PetscObjectComm((PetscObject)w), PETSC_ERR_ARG_OUTOFRANGE,
+             "Observation state_%" PetscInt_FMT " of a state with %" PetscInt_FMT " components", k, n);
+  PetscCall(VecGetOwnershipRange(w, &start, &end));
+  PetscCall(VecGetArrayRead(w, &a));
+  if (k >= start && k < end) mine = PetscRealPart(a[k - start]);
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(&mine, value, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)w)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StateComponent(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscReal w, w0;
+
+  PetscFunctionBegin;
+  PetscCall(GlobalEntry(o->ts->vec_sol, k, &w));
+  PetscCall(GlobalEntry(o->w0, k, &w0));
+  if (w0 == 0) w0 = o->w0_max > 0 ? o->w0_max : 1;
+  *value = w / w0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const SlipObservation Table[] = {
+  {"energy", "mean internal energy over the critical one; |w|^2/|w_0|^2 unless the problem supplies it", PETSC_FALSE,
+   PETSC_TRUE, Energy},
+  {"velocity", "mean rate over its estimated maximum; mean of w over max |w_0| unless the problem supplies it",
+   PETSC_FALSE, PETSC_TRUE, Velocity},
+  {"state_", "state_k: component k of the state over its start w_k/w_k(0), unless the problem supplies it", PETSC_FALSE,
+   PETSC_TRUE, StateComponent},
+  {"residual", "sum of the last attempt's final residuals / 4; 0.5 at the start", PETSC_FALSE, PETSC_FALSE, Residual},
+  {"converged", "1 when the last attempt converged, else 0; 0 at the start", PETSC_FALSE, PETSC_FALSE, Converged},
+  {"accuracy", "1/(1 + E) of the last attempt's error estimate E; 0 after a failure and at the start", PETSC_TRUE,
+   PETSC_FALSE, Accuracy},
+  {"step", "(h - h_min)/(h_max - h_min) of the last attempt, negative after a failure; -0.5 at the start", PETSC_FALSE,
+   PETSC_FALSE, Step},
+  {"log_error", "log10 of E in [-6, 6]; of 2 after a failure, of 1 at the start", PETSC_TRUE, PETSC_FALSE, LogErrorRow},
+  {"log_residual", "log10 of the sum of residuals, at least -16; of 2 at the start", PETSC_FALSE, PETSC_FALSE,
+   LogResidual},
+  {"log_step", "log10(h/T*) of the last attempt; of (h_min + h_max)/2 at the start", PETSC_FALSE, PETSC_FALSE, LogStep},
+  {"time_fraction", "time / maximum time; 0 without a maximum", PETSC_FALSE, PETSC_FALSE, TimeFraction},
+  {"log_time_scale", "log10(maximum time / T*); 0 without a maximum", PETSC_FALSE, PETSC_FALSE, LogTimeScale},
+  {"failures", "attempts in a row that did not converge", PETSC_FALSE, PETSC_FALSE, Failures},
+};
+
+/* state_k matches the row "state_". */
+const SlipObservation *SlipObservationFind(const char name[], PetscInt *component)
+{
+  *component = 0;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Table); i++) {
+    const size_t n = strlen(Table[i].name);
+    char *end;
+    long k;
+
+    if (Table[i].compute != StateComponent) {
+      if (!strcmp(name, Table[i].name)) return &Table[i];
+      continue;
+    }
+    if (strncmp(name, Table[i].name, n) || name[n] < '0' || name[n] > '9') continue;
+    k = strtol(name + n, &end, 10);
+    if (*end || k > PETSC_MAX_INT) continue;
+    *component = (PetscInt)k;
+    return &Table[i];
+  }
+  return NULL;
+}
+
+/*@C
+  SlipObservationKnown - whether an observation is in the library's table
+
+  Not collective
+
+  Input Parameter:
+. name - such as "energy" or "state_2"
+
+  Output Parameter:
+. known - whether any problem can be observed that way; a problem may know more names ("SlipObserve_C" of its TS)
+
+  Level: intermediate
+
+.seealso: SlipObservationView()
+@*/
+PetscErrorCode SlipObservationKnown(const char name[], PetscBool *known)
+{
+  PetscInt component;
+
+  PetscFunctionBegin;
+  *known = SlipObservationFind(name, &component) ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipObservationView - print the table of observations
+
+  Collective
+
+  Input Parameter:
+. viewer - an ASCII viewer, `NULL` for standard output
+
+  Level: intermediate
+
+.seealso: SlipObservationKnown()
+@*/
+PetscErrorCode SlipObservationView(PetscViewer viewer)
+{
+  PetscFunctionBegin;
+  if (!viewer) PetscCall(PetscViewerASCIIGetStdout(PETSC_COMM_WORLD, &viewer));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Table); i++)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%-14s %s\n", Table[i].name, Table[i].meaning));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipObserverReset(SlipObserver *o)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&o->w0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipObserverStart(SlipObserver *o, TS ts)
+{
+  PetscErrorCode (*scale)(TS, PetscReal *);
+
+  PetscFunctionBegin;
+  PetscCall(SlipObserverReset(o));
+  PetscCall(PetscMemzero(o, sizeof(*o)));
+  o->ts = ts;
+  o->time = ts->ptime;
+  o->tstar = 1;
+  PetscCall(TSGetMaxTime(ts, &o->max_time));
+  PetscCall(PetscObjectQueryFunction((PetscObject)ts, "SlipTimeScale_C", &scale));
+  if (scale) PetscCall((*scale)(ts, &o->tstar));
+  PetscCall(VecDuplicate(ts->vec_sol, &o->w0));
+  PetscCall(VecCopy(ts->vec_sol, o->w0));
+  PetscCall(VecNorm(o->w0, NORM_2, &o->w0_norm));
+  PetscCall(VecNorm(o->w0, NORM_INFINITY, &o->w0_max));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Unknown(const SlipObserver *o, PetscInt i, const char name[], const char source[])
+{
+  char names[512] = "";
+
+  PetscFunctionBegin;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Table); k++) {
+    PetscCall(PetscStrlcat(names, k ? ", " : "", sizeof(names)));
+    PetscCall(PetscStrlcat(names, Table[k].name, sizeof(names)));
+    if (Table[k].compute == StateComponent) PetscCall(PetscStrlcat(names, "<k>", sizeof(names)));
+  }
+  SETERRQ(PetscObjectComm((PetscObject)o->ts), PETSC_ERR_ARG_UNKNOWN_TYPE,
+          "Policy %s: entry %" PetscInt_FMT
+          " of /observation/names is \"%s\", which this problem does not know; expected "
+          "one of %s, or a name of the problem's own",
+          source, i, name, names);
+}
+
+PetscErrorCode SlipObserve(const SlipObserver *o, PetscInt n, SlipObserved seen[], PetscBool state_changed,
+                           const char source[])
+{
+  PetscErrorCode (*ask)(TS, const char[], PetscReal *, PetscBool *);
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQueryFunction((PetscObject)o->ts, "SlipObserve_C", &ask));
+  for (PetscInt i = 0; i < n; i++) {
+    const SlipObservation *row = seen[i].row;
+    PetscBool known = PETSC_FALSE;
+
+    if (!row || row->of_state) {
+      if (!state_changed) continue;
+      if (ask) PetscCall((*ask)(o->ts, seen[i].name, &seen[i].value, &known));
+      if (!row && !known) PetscCall(Unknown(o, i, seen[i].name, source));
+    }
+    if (!known) PetscCall((*row->compute)(o, seen[i].component, &seen[i].value));
+    PetscCheck(!PetscIsInfOrNanReal(seen[i].value), PetscObjectComm((PetscObject)o->ts), PETSC_ERR_FP,
+               "Observation %s is %g at time %g s; expected a finite number", seen[i].name, (double)seen[i].value,
+               (double)o->time);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,184 @@
+/* Elements: their distribution, centres and per-element parameters, uniform or from -fault_parameters. */
+#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipsys.h>
+#include <math.h>
+
+/* Centre of element e (global): x along strike from the left end, z depth [m]. */
+PetscErrorCode SlipFaultElementCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z)
+{
+  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+
+  PetscFunctionBegin;
+  *x = ((e % nx) + 0.5) * fault->value[FAULT_LENGTH_X] / nx;
+  *z = fault->value[FAULT_DEPTH_TOP] + ((e / nx) + 0.5) * fault->value[FAULT_LENGTH_Z] / nz;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultDistribute(SlipFault fault)
+{
+  const PetscReal nx = fault->value[FAULT_NX], nz = fault->value[FAULT_NZ];
+
+  PetscFunctionBegin;
+  PetscCheck(3 * nx * nz < (PetscReal)PETSC_MAX_INT, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-fault_nx %g times -fault_nz %g is more than this build's integers hold", (double)nx, (double)nz);
+  fault->N = (PetscInt)nx * (PetscInt)nz;
+  fault->n = PETSC_DECIDE;
+  PetscCall(PetscSplitOwnership(fault->comm, &fault->n, &fault->N));
+  fault->start = 0;
+  PetscCallMPI(MPI_Exscan(&fault->n, &fault->start, 1, MPIU_INT, MPI_SUM, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Values that the scalar parameters give. */
+static PetscErrorCode SlipFaultFillFields(SlipFault fault)
+{
+  PetscReal x, z;
+
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->field[f]));
+    for (PetscInt i = 0; i < fault->n; i++) fault->field[f][i] = fault->value[SlipFaultFields[f]];
+  }
+  for (PetscInt i = 0; i < fault->n; i++) {
+    PetscCall(SlipFaultElementCentre(fault, fault->start + i, &x, &z));
+    fault->field[FIELD_NORMAL_STRESS][i] += fault->value[FAULT_NORMAL_STRESS_GRADIENT] * z;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A field's values must lie in the bounds of its parameter; the normal stress must be positive everywhere. */
+static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char file[], PetscInt f, const PetscReal data[])
+{
+  const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
+  const PetscBool open = p->open || f == FIELD_NORMAL_STRESS ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt nx = (PetscInt)fault->value[FAULT_NX];
+
+  PetscFunctionBegin;
+  for (PetscInt e = 0; e < fault->N; e++) {
+    const PetscBool low = open ? (data[e] > p->lower) : (data[e] >= p->lower);
+    const PetscBool good = low && data[e] < p->upper && isfinite(data[e]);
+
+    PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "%s (-fault_parameters): /%s[%" PetscInt_FMT ", %" PetscInt_FMT
+               "] is %g, expected a finite number%s%s%s",
+               file, p->name, e / nx, e % nx, (double)data[e],
+               p->lower > PETSC_MIN_REAL ? (open ? " > 0" : " >= 0") : "", p->unit[0] ? " " : "", p->unit);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultCheckShape(SlipFault fault, const char file[], const char path[], const PetscInt dims[2])
+{
+  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+
+  PetscFunctionBegin;
+  PetscCheck(dims[0] == nz && dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-fault_parameters): %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT
+             "], expected [Nz, Nx] = [%" PetscInt_FMT ", %" PetscInt_FMT "]",
+             file, path, dims[0], dims[1], nz, nx);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f, PetscReal data[], PetscBool *has)
+{
+  char path[64];
+  PetscInt dims[2];
+  PetscReal *read;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", SlipFaultReals[SlipFaultFields[f]].name));
+  PetscCall(SlipH5Has(h, path, has));
+  if (!*has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5ReadReal(h, path, 2, dims, &read));
+  ierr = SlipFaultCheckShape(fault, h->name, path, dims);
+  if (!ierr) ierr = SlipFaultCheckField(fault, h->name, f, read);
+  if (!ierr) ierr = PetscArraycpy(data, read, fault->N);
+  PetscCall(PetscFree(read));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultReadOpenFields(SlipFault fault, SlipH5 *h, PetscReal data[], PetscInt has[])
+{
+  PetscInt found = 0;
+  char names[256];
+  size_t used = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscBool flg;
+
+    PetscCall(SlipFaultReadField(fault, h, f, data + (size_t)f * fault->N, &flg));
+    found += has[f] = flg ? 1 : 0;
+    PetscCall(PetscSNPrintf(names + used, sizeof(names) - used, " %s", SlipFaultReals[SlipFaultFields[f]].name));
+    PetscCall(PetscStrlen(names, &used));
+  }
+  PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s (-fault_parameters) holds none of the fields%s",
+             h->name, names);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On rank 0: data [field][N] and which fields the file holds. */
+static PetscErrorCode SlipFaultReadFields(SlipFault fault, PetscReal data[], PetscInt has[])
+{
+  SlipH5 h;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenRead(fault->text[FAULT_PARAMETERS], &h));
+  ierr = SlipFaultReadOpenFields(fault, &h, data, has);
+  PetscCall(SlipH5Close(&h));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
+{
+  PetscReal *data;
+  PetscInt has[FAULT_NUM_FIELDS] = {0};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCall(PetscMalloc1((size_t)fault->N * FAULT_NUM_FIELDS, &data));
+  if (!rank) ierr = SlipFaultReadFields(fault, data, has);
+  ierr = SlipErrorBcast(fault->comm, ierr);
+  if (ierr) PetscCall(PetscFree(data));
+  PetscCall(ierr);
+  PetscCallMPI(MPI_Bcast(has, FAULT_NUM_FIELDS, MPIU_INT, 0, fault->comm));
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscReal *values = data + (size_t)f * fault->N;
+
+    if (!has[f]) continue;
+    PetscCallMPI(MPI_Bcast(values, (PetscMPIInt)fault->N, MPIU_REAL, 0, fault->comm));
+    PetscCall(PetscArraycpy(fault->field[f], values + fault->start, fault->n));
+  }
+  PetscCall(PetscFree(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultElementsSetUp(SlipFault fault)
+{
+  PetscReal low = PETSC_MAX_REAL;
+  PetscInt any = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultDistribute(fault));
+  PetscCall(SlipFaultFillFields(fault));
+  if (fault->text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    low = PetscMin(low, fault->field[FIELD_NORMAL_STRESS][i]);
+    any = any || fault->field[FIELD_LOADING_RATE][i] != 0;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &low, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
+  PetscCheck(low > 0, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "the least effective normal stress is %g Pa, expected > 0: raise -fault_normal_stress or "
+             "-fault_normal_stress_gradient",
+             (double)low);
+  fault->loaded = any ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,227 @@
+/* A fault's life: create, set up, view, state, destroy. */
+#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcompat.h>
+#include <math.h>
+
+PetscClassId SLIP_FAULT_CLASSID;
+
+/*@
+  SlipFaultCreate - the reference case "3 km" with one element
+
+  Collective.
+
+  Input Parameter:
+. comm - its processes
+
+  Output Parameter:
+. fault - the fault; change it with SlipFaultSetReal(), SlipFaultSetString(), SlipFaultSetFromOptions()
+
+  Level: beginner
+
+.seealso: SlipFaultSetUp(), SlipFaultConfigureTS(), SlipFaultDestroy()
+@*/
+PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
+{
+  SlipFault f;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(PetscNew(&f));
+  PetscCall(PetscCommDuplicate(comm, &f->comm, NULL));
+  f->refct = 1;
+  f->scaling = 1;
+  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) f->value[i] = SlipFaultReals[i].value;
+  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
+    PetscCall(PetscStrncpy(f->text[i], SlipFaultStrings[i].value, sizeof(f->text[i])));
+  *fault = f;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultSetUp - compute or load stiffness K, viscosity H, per-element parameters and the critical state
+
+  Collective. Calling it again does nothing.
+
+  Input Parameter:
+. fault - the fault
+
+  Level: beginner
+
+  Errors: parameters out of range, files that cannot be read or hold other shapes, a K that is not positive definite.
+
+.seealso: SlipFaultCreate(), SlipFaultGetOperators()
+@*/
+PetscErrorCode SlipFaultSetUp(SlipFault fault)
+{
+  PetscReal thickness;
+
+  PetscFunctionBegin;
+  if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
+  fault->mass = fault->value[FAULT_DENSITY] * thickness;
+  fault->tstar = thickness * PetscSqrtReal(fault->value[FAULT_DENSITY] / fault->value[FAULT_SHEAR_MODULUS]);
+  PetscCall(SlipFrictionFind(fault->text[FAULT_FRICTION_LAW], &fault->law));
+  PetscCall(SlipFaultElementsSetUp(fault));
+  PetscCall(SlipFaultStiffnessSetUp(fault));
+  PetscCall(SlipFaultCriticalSetUp(fault));
+  fault->setup = PETSC_TRUE;
+  if (fault->viewer) PetscCall(SlipFaultView(fault, fault->viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultView - print the fault's parameters with their units
+
+  Collective.
+
+  Level: intermediate
+
+.seealso: SlipFaultSetFromOptions()
+@*/
+PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
+{
+  PetscReal value;
+
+  PetscFunctionBegin;
+  if (!viewer) PetscCall(PetscViewerASCIIGetStdout(fault->comm, &viewer));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "Strike-slip fault\n"));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) {
+    PetscCall(SlipFaultGetReal(fault, SlipFaultReals[i].name, &value));
+    PetscCall(
+      PetscViewerASCIIPrintf(viewer, "%s: %g %s\n", SlipFaultReals[i].name, (double)value, SlipFaultReals[i].unit));
+  }
+  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,
+                                     fault->text[i][0] ? fault->text[i] : "(none)"));
+  if (fault->setup) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "time scale T*: %g s\n", (double)fault->tstar));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %g\n", (double)fault->scaling));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "friction: %s\n", fault->law->formula));
+  }
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultDestroy - release the fault; a TS that it configured keeps it alive until that is destroyed as well
+
+  Collective.
+
+  Level: beginner
+
+.seealso: SlipFaultCreate()
+@*/
+PetscErrorCode SlipFaultDestroy(SlipFault *fault)
+{
+  SlipFault f = *fault;
+
+  PetscFunctionBegin;
+  *fault = NULL;
+  if (!f || --f->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultOutputDestroy(&f->output));
+  PetscCall(SlipConstraintDestroy(&f->con));
+  PetscCall(PetscViewerDestroy(&f->viewer));
+  PetscCall(PetscViewerDestroy(&f->stiffness_viewer));
+  for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->field[i]));
+  for (PetscInt i = 0; i < 3; i++) PetscCall(VecDestroy(&f->work[i]));
+  PetscCall(PetscFree(f->summed));
+  PetscCall(VecDestroy(&f->uc));
+  PetscCall(VecDestroy(&f->vinf));
+  PetscCall(VecDestroy(&f->c));
+  PetscCall(VecDestroy(&f->u0));
+  PetscCall(VecDestroy(&f->s0));
+  PetscCall(MatDestroy(&f->B));
+  PetscCall(MatDestroy(&f->H));
+  PetscCall(MatDestroy(&f->K));
+  PetscCall(PetscCommDestroy(&f->comm));
+  PetscCall(PetscFree(f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultCreateState - a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per element
+
+  Collective; after SlipFaultSetUp().
+
+  Level: beginner
+
+.seealso: SlipFaultSetInitialState()
+@*/
+PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
+{
+  PetscFunctionBegin;
+  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  PetscCall(VecCreate(fault->comm, w));
+  PetscCall(VecSetSizes(*w, 3 * fault->n, 3 * fault->N));
+  PetscCall(VecSetBlockSize(*w, 3));
+  PetscCall(VecSetType(*w, VECSTANDARD));
+  PetscCall(VecZeroEntries(*w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultSetInitialState - the start that -fault_initial names
+
+  Collective. "critical": v = 0, s = 0, u = -(1 + perturbation) K^-1 q(0), so that -K u slightly exceeds the strength
+  everywhere; "rest": all zero.
+
+  Level: beginner
+
+.seealso: SlipFaultCreateState()
+@*/
+PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
+{
+  const PetscReal factor = -(1 + fault->value[FAULT_INITIAL_PERTURBATION]);
+  PetscBool critical;
+  PetscReal *a;
+  const PetscReal *uc;
+
+  PetscFunctionBegin;
+  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
+  PetscCall(VecZeroEntries(w));
+  if (!critical) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArray(w, &a));
+  PetscCall(VecGetArrayRead(fault->uc, &uc));
+  for (PetscInt i = 0; i < fault->n; i++) a[3 * i + 1] = factor * uc[i];
+  PetscCall(VecRestoreArrayRead(fault->uc, &uc));
+  PetscCall(VecRestoreArray(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultGetOperators - stiffness K [Pa/m], viscosity H [Pa s/m] and mass rho Ly [kg/m^2]
+
+  Not collective; after SlipFaultSetUp(). The matrices are borrowed; pass NULL for what is not wanted.
+
+  Level: intermediate
+
+.seealso: SlipFaultSetUp()
+@*/
+PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal *mass)
+{
+  PetscFunctionBegin;
+  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  if (K) *K = fault->K;
+  if (H) *H = fault->H;
+  if (mass) *mass = fault->mass;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultGetTimeScale - T* = Ly sqrt(rho/G) [s], the time of a shear wave across the mobilised thickness
+
+  Not collective; after SlipFaultSetUp().
+
+  Level: intermediate
+
+.seealso: SlipFaultConfigureTS()
+@*/
+PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar)
+{
+  PetscFunctionBegin;
+  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  *tstar = fault->tstar;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

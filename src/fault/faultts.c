@@ -1,0 +1,150 @@
+/* The fault as a TS problem. */
+#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcompat.h>
+
+#if defined(PETSC_UNLIMITED)
+  #define SLIP_UNLIMITED PETSC_UNLIMITED
+#else
+  #define SLIP_UNLIMITED -1
+#endif
+
+/* Reference tolerances (DESIGN.md section 2): 1e-6 in units of 0.1 mm for u and s, of 0.1 mm/T* for v. */
+#define SLIP_FAULT_RTOL 1e-3
+#define SLIP_FAULT_ATOL 1e-6
+#define SLIP_FAULT_UNIT 1e-4     /* [m] */
+#define SLIP_FAULT_MAX_TIME 30.0 /* [s] */
+/* First step over T*: the instability grows from a relative excess of 1e-5, so anything well below T* is safe. */
+#define SLIP_FAULT_FIRST_STEP 0.01
+
+static PetscErrorCode SlipFaultOfTS(TS ts, SlipFault *fault)
+{
+  PetscContainer box;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&box));
+  PetscCheck(box, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE, "this TS was not configured by a fault");
+  PetscCall(PetscContainerGetPointer(box, (void **)fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultRelease(void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultDestroy(&fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* "SlipObserve_C" of slipts.h */
+static PetscErrorCode SlipObserve_Fault(TS ts, const char name[], PetscReal *value, PetscBool *known)
+{
+  SlipFault fault;
+  Vec w;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(SlipFaultObserve(fault, w, name, value, known));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* "SlipTimeScale_C" of slipts.h */
+static PetscErrorCode SlipTimeScale_Fault(TS ts, PetscReal *tstar)
+{
+  SlipFault fault;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  PetscCall(SlipFaultGetTimeScale(fault, tstar));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* dw/dt = A^-1 F_s(w), the smooth part: what integrators without the constraint see. */
+static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  (void)ts;
+  (void)t;
+  PetscCall(SlipFaultSmooth(fault, w, F));
+  PetscCall(VecGetArray(F, &a));
+  for (PetscInt i = 0; i < fault->n; i++) a[3 * i] /= fault->mass;
+  PetscCall(VecRestoreArray(F, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
+{
+  Vec atol;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultCreateState(fault, &atol));
+  PetscCall(VecGetArray(atol, &a));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    a[3 * i] = SLIP_FAULT_ATOL * SLIP_FAULT_UNIT / fault->tstar;
+    a[3 * i + 1] = a[3 * i + 2] = SLIP_FAULT_ATOL * SLIP_FAULT_UNIT;
+  }
+  PetscCall(VecRestoreArray(atol, &a));
+  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, SLIP_FAULT_RTOL, NULL));
+  PetscCall(VecDestroy(&atol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
+{
+  PetscContainer box;
+
+  PetscFunctionBegin;
+  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)ts), &box));
+  fault->refct++;
+  PetscCall(PetscContainerSetPointer(box, fault));
+  PetscCall(PetscContainerSetUserDestroy(box, SlipFaultRelease));
+  PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)box));
+  PetscCall(PetscContainerDestroy(&box));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", SlipObserve_Fault));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", SlipTimeScale_Fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultConfigureTS - make a TS integrate the fault
+
+  Collective; after SlipFaultSetUp(), before TSSetFromOptions().
+
+  Input Parameters:
++ fault - the fault; the TS keeps a reference
+- ts    - the TS
+
+  Notes:
+  Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
+  tolerances (1e-10 m for u and s, 1e-10 m/T* for v) and rtol 1e-3, max time 30 s (-ts_max_time), exact final time
+  matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step 0.01 T* (-ts_dt), and the
+  composed functions SlipObserve_C and SlipTimeScale_C by which controllers observe the fault.
+
+  Level: beginner
+
+.seealso: SlipFaultCreateState(), SlipFaultSetInitialState(), TSBATHE
+@*/
+PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
+{
+  PetscFunctionBegin;
+  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  PetscCall(SlipFaultConstraintCreate(fault));
+  PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
+  PetscCall(TSSetType(ts, TSBATHE));
+  PetscCall(TSSetRHSFunction(ts, NULL, SlipFaultRHS, fault));
+  PetscCall(TSBatheSetConstraint(ts, fault->con));
+  PetscCall(SlipFaultSetTolerances(fault, ts));
+  PetscCall(TSSetMaxTime(ts, SLIP_FAULT_MAX_TIME));
+  PetscCall(TSSetMaxSteps(ts, PETSC_MAX_INT));
+  PetscCall(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  PetscCall(TSSetMaxSNESFailures(ts, SLIP_UNLIMITED));
+  PetscCall(TSSetMaxStepRejections(ts, SLIP_UNLIMITED));
+  PetscCall(TSSetTimeStep(ts, SLIP_FAULT_FIRST_STEP * fault->tstar));
+  PetscCall(SlipFaultAttach(fault, ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

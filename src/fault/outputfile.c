@@ -1,0 +1,202 @@
+/* What the output file of a run holds: its layout, the mesh, and the fields. */
+#include <slipstep/private/slipfaultoutput.h>
+#include <slipstep/private/slipcompat.h>
+
+static const SlipColumn StepColumns[] = {
+  {"time", "s", PETSC_FALSE},
+  {"dt", "s", PETSC_FALSE},
+  {"accepted", NULL, PETSC_TRUE},
+  {"error", "1", PETSC_FALSE},
+  {"converged", NULL, PETSC_TRUE},
+  {"newton_iterations", NULL, PETSC_TRUE},
+  {"linear_iterations", NULL, PETSC_TRUE},
+  {"solves", NULL, PETSC_TRUE},
+  {"residual", "1", PETSC_FALSE},
+  {"reason", NULL, PETSC_TRUE},
+  {"wall", "s", PETSC_FALSE},
+};
+
+static const SlipColumn SeriesColumns[] = {
+  {"time", "s", PETSC_FALSE},
+  {"mean_slip_rate", "m/s", PETSC_FALSE},
+  {"max_slip_rate", "m/s", PETSC_FALSE},
+  {"mean_slip", "m", PETSC_FALSE},
+  {"mean_displacement", "m", PETSC_FALSE},
+  {"sliding_fraction", "1", PETSC_FALSE},
+  {"kinetic_energy", "J/m^2", PETSC_FALSE},
+  {"elastic_energy", "J/m^2", PETSC_FALSE},
+  {"viscous_power", "W/m^2", PETSC_FALSE},
+  {"friction_power", "W/m^2", PETSC_FALSE},
+  {"loading_power", "W/m^2", PETSC_FALSE},
+};
+
+static const struct {
+  const char *name, *unit;
+  PetscInt component; /* of the state's block; -1: the reaction */
+} OutputFields[OUTPUT_NUM_FIELDS] = {
+  [OUTPUT_SLIP_RATE] = {"slip_rate", "m/s", 0},
+  [OUTPUT_DISPLACEMENT] = {"displacement", "m", 1},
+  [OUTPUT_SLIP] = {"slip", "m", 2},
+  [OUTPUT_TRACTION] = {"traction", "Pa", -1},
+};
+
+/* Which fields -fault_output_fields names. */
+static PetscErrorCode SlipFaultOutputChoose(SlipFaultOutput out)
+{
+  char **names;
+  int n;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrToArray(out->fault->text[FAULT_OUTPUT_FIELDS], ',', &n, &names));
+  for (int i = 0; i < n; i++) {
+    PetscBool same = PETSC_FALSE;
+
+    for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS && !same; f++) {
+      PetscCall(PetscStrcmp(names[i], OutputFields[f].name, &same));
+      if (same) out->wanted[f] = PETSC_TRUE;
+    }
+    PetscCheck(same, out->fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+               "-fault_output_fields has \"%s\", expected slip_rate, slip, displacement or traction", names[i]);
+  }
+  PetscCall(PetscStrToArrayDestroy(n, names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultOutputLayout(SlipFaultOutput out)
+{
+  SlipFault fault = out->fault;
+  const PetscInt dims[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
+  SlipH5 *h = &out->file;
+  char path[64];
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Create(fault->text[FAULT_OUTPUT], h));
+  PetscCall(SlipTableCreate(&out->steps, h, "/steps", PETSC_STATIC_ARRAY_LENGTH(StepColumns), StepColumns));
+  PetscCall(SlipTableCreate(&out->series, h, "/series", PETSC_STATIC_ARRAY_LENGTH(SeriesColumns), SeriesColumns));
+  PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
+    if (!out->wanted[f]) continue;
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
+    PetscCall(SlipH5CreateSeries(h, path, 2, dims, PETSC_FALSE, OutputFields[f].unit));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: fails on every rank when rank 0 cannot create the file. */
+PetscErrorCode SlipFaultOutputOpen(SlipFaultOutput out)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOutputChoose(out));
+  if (!out->rank) ierr = SlipFaultOutputLayout(out);
+  PetscCall(SlipErrorBcast(out->fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
+{
+  SlipFault fault = out->fault;
+  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+  PetscReal *x, *z, other;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(nx, &x, nz, &z));
+  for (PetscInt i = 0; i < nx; i++) PetscCall(SlipFaultElementCentre(fault, i, &x[i], &other));
+  for (PetscInt i = 0; i < nz; i++) PetscCall(SlipFaultElementCentre(fault, i * nx, &other, &z[i]));
+  PetscCall(SlipH5WriteReal(&out->file, "/mesh/x", 1, &nx, x, "m"));
+  PetscCall(SlipH5WriteReal(&out->file, "/mesh/z", 1, &nz, z, "m"));
+  PetscCall(SlipH5WriteAttrInt(&out->file, "/mesh", "nx", nx));
+  PetscCall(SlipH5WriteAttrInt(&out->file, "/mesh", "nz", nz));
+  PetscCall(PetscFree2(x, z));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A reduced vector's values, gathered, as the dataset /mesh/name. Collective. */
+static PetscErrorCode SlipFaultOutputElements(SlipFaultOutput out, const char name[], const char unit[], Vec x)
+{
+  SlipFault fault = out->fault;
+  const PetscInt dims[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
+  const PetscReal *a;
+  char path[64];
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(VecScatterBegin(out->gather_r, x, out->r0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_r, x, out->r0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", name));
+  PetscCall(VecGetArrayRead(out->r0, &a));
+  if (!out->rank) ierr = SlipH5WriteReal(&out->file, path, 2, dims, a, unit[0] ? unit : "1");
+  PetscCall(VecRestoreArrayRead(out->r0, &a));
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultOutputMesh(SlipFaultOutput out)
+{
+  SlipFault fault = out->fault;
+  Vec x;
+  PetscReal *a;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  if (!out->rank) ierr = SlipFaultOutputAxes(out);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(VecDuplicate(fault->uc, &x));
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
+
+    PetscCall(VecGetArrayWrite(x, &a));
+    PetscCall(PetscArraycpy(a, fault->field[f], fault->n));
+    PetscCall(VecRestoreArrayWrite(x, &a));
+    PetscCall(SlipFaultOutputElements(out, p->name, p->unit, x));
+  }
+  PetscCall(VecDestroy(&x));
+  PetscCall(SlipFaultOutputElements(out, "critical_displacement", "m", fault->uc));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: one entry of every field wanted, from the gathered state and reaction. */
+static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
+{
+  const PetscInt N = out->fault->N;
+  const PetscReal *w, *r;
+  PetscReal *x;
+  char path[64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(N, &x));
+  PetscCall(VecGetArrayRead(out->w0, &w));
+  PetscCall(VecGetArrayRead(out->r0, &r));
+  PetscCall(SlipH5Append(&out->file, "/fields/time", 1, &time));
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
+    const PetscInt c = OutputFields[f].component;
+
+    if (!out->wanted[f]) continue;
+    for (PetscInt e = 0; e < N; e++) x[e] = c < 0 ? r[e] : w[3 * e + c];
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
+    PetscCall(SlipH5Append(&out->file, path, 1, x));
+  }
+  PetscCall(VecRestoreArrayRead(out->r0, &r));
+  PetscCall(VecRestoreArrayRead(out->w0, &w));
+  PetscCall(PetscFree(x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective; r may be NULL: the traction is then not known and written as zero. */
+PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w, Vec r)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(VecScatterBegin(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
+  if (r) {
+    PetscCall(VecScatterBegin(out->gather_r, r, out->r0, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(out->gather_r, r, out->r0, INSERT_VALUES, SCATTER_FORWARD));
+  } else
+    PetscCall(VecZeroEntries(out->r0));
+  if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
+  PetscCall(SlipErrorBcast(out->fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,308 @@
+/* The parameters of a fault: two tables used by options, setters, views and error messages. */
+#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcompat.h>
+#include <math.h>
+#include <stdio.h>
+
+#define NONE PETSC_MAX_REAL
+#define ANY PETSC_MIN_REAL
+#define OPEN PETSC_TRUE
+#define SHUT PETSC_FALSE
+#define WHOLE PETSC_TRUE
+#define REAL PETSC_FALSE
+
+/* Defaults: the reference case "3 km" with one element. */
+const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
+  [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, "Elements along strike"},
+  [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, "Elements in depth"},
+  [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, NONE, OPEN, REAL, "Length of the fault along strike"},
+  [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, NONE, OPEN, REAL, "Width of the fault in depth"},
+  [FAULT_DEPTH_TOP] = {"depth_top", 0, "m", 0, NONE, SHUT, REAL, "Depth of the upper edge; 0 touches the free surface"},
+  [FAULT_THICKNESS] = {"thickness", (PetscReal)NAN, "m", 0, NONE, OPEN, REAL,
+                       "Mobilised thickness Ly (default: length_x)"},
+  [FAULT_SHEAR_MODULUS] = {"shear_modulus", 30e9, "Pa", 0, NONE, OPEN, REAL, "Shear modulus G"},
+  [FAULT_POISSON_RATIO] = {"poisson_ratio", 0.25, "", -1, 0.5, OPEN, REAL, "Poisson's ratio"},
+  [FAULT_DENSITY] = {"density", 2500, "kg/m^3", 0, NONE, OPEN, REAL, "Density rho"},
+  [FAULT_DAMPING_RATIO] = {"damping_ratio", 0.8 / 3, "", 0, NONE, SHUT, REAL,
+                           "Damping ratio zeta in H = 2 zeta M (M^-1 K)^(1/2)"},
+  [FAULT_LOADING_RATE] = {"loading_rate", 0, "m/s", ANY, NONE, SHUT, REAL, "Far-field slip rate v_inf"},
+  [FAULT_NORMAL_STRESS] = {"normal_stress", 0, "Pa", 0, NONE, SHUT, REAL, "Effective normal stress, the uniform part"},
+  [FAULT_NORMAL_STRESS_GRADIENT] =
+    {"normal_stress_gradient", 15e3, "Pa/m", 0, NONE, SHUT, REAL,
+     "Effective normal stress per depth of the element's centre, added to the uniform part"},
+  [FAULT_FRICTION_RESIDUAL] = {"friction_residual", 0.5, "", 0, NONE, SHUT, REAL, "Residual friction mu_d"},
+  [FAULT_FRICTION_DROP] = {"friction_drop", 0.1, "", 0, NONE, SHUT, REAL,
+                           "Friction above the residual at the start, dmu"},
+  [FAULT_FRICTION_SLIP] = {"friction_slip", 0.1, "m", 0, NONE, OPEN, REAL,
+                           "Weakening slip d_c of the slip weakening laws"},
+  [FAULT_FRICTION_RATE] = {"friction_rate", 0.1, "m/s", 0, NONE, OPEN, REAL,
+                           "Weakening rate v_c of the rate weakening law"},
+  [FAULT_INITIAL_PERTURBATION] = {"initial_perturbation", 1e-5, "", ANY, NONE, SHUT, REAL,
+                                  "Relative excess of the critical start over the strength"},
+  [FAULT_VELOCITY_SCALE] = {"velocity_scale", 0.07, "m/s", 0, NONE, OPEN, REAL,
+                            "Slip rate that the observation \"velocity\" is measured in"},
+  [FAULT_OUTPUT_INTERVAL] = {"output_interval", 1, "steps", 1, NONE, SHUT, WHOLE,
+                             "Accepted steps from one entry of /fields to the next"},
+};
+
+const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
+  [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening",
+                          "|exponential_slip_weakening|linear_slip_weakening|rate_weakening|constant|", "Friction law"},
+  [FAULT_KERNEL] = {"kernel", "half_space", "|half_space|full_space|",
+                    "Elastic medium: with or without the free surface"},
+  [FAULT_INITIAL] = {"initial", "critical", "|critical|rest|", "Start: at the frictional instability, or unstressed"},
+  [FAULT_OPERATOR] = {"operator", "auto", "|dense|fft|hmat|auto|", "Storage of the stiffness"},
+  [FAULT_VISCOSITY] = {"viscosity", "sqrtm", "|sqrtm|spectral|none|",
+                       "Viscosity H: exact matrix square root, per wavenumber, or zero"},
+  [FAULT_STIFFNESS_FILE] =
+    {"stiffness_file", "", NULL,
+     "Stiffness from F.h5[:/dataset] (default /stiffness), [N,N] in Pa/m, instead of the kernel"},
+  [FAULT_STIFFNESS_SCALING] =
+    {"stiffness_scaling", "mean_slip", "|mean_slip|none|",
+     "Multiply K, computed or from a file, so that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G, or leave it alone"},
+  [FAULT_PARAMETERS] = {"parameters", "", NULL,
+                        "HDF5 file of per-element fields [Nz,Nx] named as their options, which they replace"},
+  [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
+  [FAULT_OUTPUT_FIELDS] = {"output_fields", "slip_rate,slip,displacement,traction", NULL,
+                           "Fields to write, separated by commas"},
+};
+
+const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS] = {
+  [FIELD_NORMAL_STRESS] = FAULT_NORMAL_STRESS, [FIELD_FRICTION_RESIDUAL] = FAULT_FRICTION_RESIDUAL,
+  [FIELD_FRICTION_DROP] = FAULT_FRICTION_DROP, [FIELD_FRICTION_SLIP] = FAULT_FRICTION_SLIP,
+  [FIELD_FRICTION_RATE] = FAULT_FRICTION_RATE, [FIELD_LOADING_RATE] = FAULT_LOADING_RATE,
+};
+
+static PetscErrorCode SlipFaultFindReal(SlipFault fault, const char name[], PetscInt *id)
+{
+  PetscBool same = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  *id = 0;
+  for (PetscInt i = 0; i < FAULT_NUM_REALS && !same; i++) {
+    PetscCall(PetscStrcmp(name, SlipFaultReals[i].name, &same));
+    if (same) *id = i;
+  }
+  PetscCheck(same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no number \"%s\"", name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a parameter's value must be, for example "a number > 0 m"; C's own %g, since PETSc's writes "0." for 0. */
+static void SlipFaultDescribeBounds(const SlipFaultReal *p, char text[], size_t len)
+{
+  char low[32] = " that is finite", high[32] = "";
+
+  if (p->lower > ANY) snprintf(low, sizeof(low), " %s %g", p->open ? ">" : ">=", (double)p->lower);
+  if (p->upper < NONE) snprintf(high, sizeof(high), " and < %g", (double)p->upper);
+  snprintf(text, len, "%s%s%s%s%s", p->integer ? "a whole number" : "a number", low, high, p->unit[0] ? " " : "",
+           p->unit);
+}
+
+static PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipFaultReal *p, PetscReal x)
+{
+  const PetscBool low = p->open ? (x > p->lower) : (x >= p->lower);
+  const PetscBool good = low && x < p->upper && isfinite(x) && (!p->integer || x == PetscFloorReal(x));
+  char bounds[128], value[32];
+
+  PetscFunctionBegin;
+  SlipFaultDescribeBounds(p, bounds, sizeof(bounds));
+  snprintf(value, sizeof(value), "%g", (double)x);
+  PetscCheck(good, fault->comm, PETSC_ERR_ARG_OUTOFRANGE, "-fault_%s is %s, expected %s", p->name, value, bounds);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultSetReal - set a scalar parameter of the fault
+
+  Logically collective; before SlipFaultSetUp() only (except velocity_scale and output_interval).
+
+  Input Parameters:
++ fault - the fault
+. name  - the option's name without "fault_", for example "length_x"
+- value - in the unit that -help names
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown name, PETSC_ERR_ARG_OUTOFRANGE outside the parameter's bounds.
+
+.seealso: SlipFaultGetReal(), SlipFaultSetString(), SlipFaultSetFromOptions()
+@*/
+PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal value)
+{
+  PetscInt id = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultFindReal(fault, name, &id));
+  PetscCheck(!fault->setup || id == FAULT_VELOCITY_SCALE || id == FAULT_OUTPUT_INTERVAL, fault->comm,
+             PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
+  PetscCall(SlipFaultCheckReal(fault, &SlipFaultReals[id], value));
+  fault->value[id] = value;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultGetReal - a scalar parameter of the fault; the thickness is length_x until it is set
+
+  Not collective.
+
+  Level: intermediate
+
+.seealso: SlipFaultSetReal()
+@*/
+PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *value)
+{
+  PetscInt id = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultFindReal(fault, name, &id));
+  *value = fault->value[id];
+  if (id == FAULT_THICKNESS && isnan(*value)) *value = fault->value[FAULT_LENGTH_X];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* "|a|b|" to "a, b". */
+static PetscErrorCode SlipFaultListChoices(const char choices[], char list[], size_t len)
+{
+  size_t k = 0;
+
+  PetscFunctionBegin;
+  for (const char *c = choices + 1; *c && c[1] && k + 3 < len; c++) {
+    if (*c == '|') list[k++] = ',';
+    list[k++] = *c == '|' ? ' ' : *c;
+  }
+  list[k] = '\0';
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultSetString - set a named choice or a file name of the fault
+
+  Logically collective; before SlipFaultSetUp() only (except output and output_fields).
+
+  Input Parameters:
++ fault - the fault
+. name  - the option's name without "fault_", for example "friction_law"
+- value - one of the choices that -help lists, or a file name
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown name or choice.
+
+.seealso: SlipFaultSetReal(), SlipFaultSetFromOptions()
+@*/
+PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char value[])
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++) {
+    const SlipFaultString *p = &SlipFaultStrings[i];
+    PetscBool same;
+
+    PetscCall(PetscStrcmp(name, p->name, &same));
+    if (!same) continue;
+    PetscCheck(!fault->setup || i == FAULT_OUTPUT || i == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
+               "%s must be set before SlipFaultSetUp()", name);
+    if (p->choices) {
+      char key[PETSC_MAX_PATH_LEN + 2], list[256];
+      char *found;
+
+      PetscCall(PetscSNPrintf(key, sizeof(key), "|%s|", value));
+      PetscCall(PetscStrstr(p->choices, key, &found));
+      PetscCall(SlipFaultListChoices(p->choices, list, sizeof(list)));
+      PetscCheck(found, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "-fault_%s is \"%s\", expected one of %s", name, value,
+                 list);
+    }
+    PetscCall(PetscStrncpy(fault->text[i], value, sizeof(fault->text[i])));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no choice \"%s\"", name);
+}
+
+/* PETSc's own message for a value that is no number does not name the option. */
+static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipFaultReal *p, const char option[])
+{
+  char text[64], bounds[128];
+  PetscBool set;
+  PetscReal x;
+  PetscInt i;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetString(NULL, NULL, option, text, sizeof(text), &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  ierr = p->integer ? PetscOptionsStringToInt(text, &i) : PetscOptionsStringToReal(text, &x);
+  PetscCall(PetscPopErrorHandler());
+  SlipFaultDescribeBounds(p, bounds, sizeof(bounds));
+  PetscCheck(!ierr, fault->comm, PETSC_ERR_ARG_WRONG, "%s is \"%s\", expected %s", option, text, bounds);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, SlipOptionItems PetscOptionsObject)
+{
+  const SlipFaultReal *p = &SlipFaultReals[id];
+  char option[64], help[256];
+  PetscReal value;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", p->name));
+  PetscCall(
+    PetscSNPrintf(help, sizeof(help), "%s%s%s%s", p->help, p->unit[0] ? " [" : "", p->unit, p->unit[0] ? "]" : ""));
+  PetscCall(SlipFaultGetReal(fault, p->name, &value));
+  PetscCall(SlipFaultCheckOption(fault, p, option));
+  if (p->integer) {
+    PetscInt whole = (PetscInt)value;
+
+    PetscCall(PetscOptionsInt(option, help, "SlipFaultSetReal", whole, &whole, &set));
+    value = (PetscReal)whole;
+  } else
+    PetscCall(PetscOptionsReal(option, help, "SlipFaultSetReal", value, &value, &set));
+  if (set) PetscCall(SlipFaultSetReal(fault, p->name, value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, SlipOptionItems PetscOptionsObject)
+{
+  const SlipFaultString *p = &SlipFaultStrings[id];
+  char option[64], help[384], list[256] = "", value[PETSC_MAX_PATH_LEN];
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", p->name));
+  if (p->choices) PetscCall(SlipFaultListChoices(p->choices, list, sizeof(list)));
+  PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s", p->help, p->choices ? "; one of " : "", list));
+  PetscCall(PetscOptionsString(option, help, "SlipFaultSetString", fault->text[id], value, sizeof(value), &set));
+  if (set) PetscCall(SlipFaultSetString(fault, p->name, value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultSetFromOptions - read every parameter from the options database, as -fault_<name>
+
+  Collective.
+
+  Options Database Keys:
++ -fault_<name> <value>           - -help lists them with unit and default
+. -fault_view                     - print all of them after set-up
+- -fault_stiffness_view <viewer>  - write K after scaling, for example to binary:K.bin
+
+  Level: beginner
+
+.seealso: SlipFaultSetReal(), SlipFaultSetString()
+@*/
+PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
+{
+  PetscFunctionBegin;
+  PetscOptionsBegin(fault->comm, NULL, "Strike-slip fault", "SlipFault");
+  for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) PetscCall(SlipFaultRealFromOptions(fault, id, PetscOptionsObject));
+  for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)
+    PetscCall(SlipFaultStringFromOptions(fault, id, PetscOptionsObject));
+  PetscCall(PetscViewerDestroy(&fault->viewer));
+  PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters after set-up", "SlipFaultView", &fault->viewer,
+                               &fault->format, NULL));
+  PetscCall(PetscViewerDestroy(&fault->stiffness_viewer));
+  PetscCall(PetscOptionsViewer("-fault_stiffness_view", "Write K [Pa/m] after scaling, for example to binary:K.bin",
+                               "SlipFaultSetUp", &fault->stiffness_viewer, &fault->stiffness_format, NULL));
+  PetscOptionsEnd();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

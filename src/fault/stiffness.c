@@ -1,0 +1,238 @@
+/* Stiffness from the kernel or a file, its scaling, the viscosity, and the critical state. */
+#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipsys.h>
+#include <petscksp.h>
+#include <math.h>
+#include <string.h>
+
+#define SLIP_FAULT_MAX_DENSE 10000 /* elements up to which K is written as a dense matrix */
+
+/* "F.h5:/dataset" to file and dataset. */
+static PetscErrorCode SlipFaultSplitPath(const char text[], char file[], char dataset[], size_t len)
+{
+  char *colon;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(file, text, len));
+  PetscCall(PetscStrncpy(dataset, "/stiffness", len));
+  PetscCall(PetscStrstr(file, ":/", &colon));
+  if (colon) {
+    PetscCall(PetscStrncpy(dataset, colon + 1, len));
+    *colon = '\0';
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultCheckEntries(SlipFault fault, const char file[], const char dataset[],
+                                            const PetscInt dims[2], const PetscReal entries[])
+{
+  const size_t N = (size_t)fault->N;
+
+  PetscFunctionBegin;
+  PetscCheck(dims[0] == fault->N && dims[1] == fault->N, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-fault_stiffness_file): %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT
+             "], expected [N, N] with N = nx nz = %" PetscInt_FMT,
+             file, dataset, dims[0], dims[1], fault->N);
+  for (size_t k = 0; k < N * N; k++)
+    PetscCheck(isfinite(entries[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s (-fault_stiffness_file): %s[%zu, %zu] is %g, expected a finite number", file, dataset, k / N, k % N,
+               (double)entries[k]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On rank 0: the N*N entries of the file, checked for size and finite values. */
+static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entries)
+{
+  char file[PETSC_MAX_PATH_LEN], dataset[PETSC_MAX_PATH_LEN];
+  SlipH5 h;
+  PetscInt dims[2];
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultSplitPath(fault->text[FAULT_STIFFNESS_FILE], file, dataset, sizeof(file)));
+  PetscCall(SlipH5OpenRead(file, &h));
+  ierr = SlipH5ReadReal(&h, dataset, 2, dims, entries);
+  PetscCall(SlipH5Close(&h));
+  PetscCall(ierr);
+  PetscCall(SlipFaultCheckEntries(fault, file, dataset, dims, *entries));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
+{
+  PetscReal *entries = NULL;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (!rank) ierr = SlipFaultReadStiffness(fault, &entries);
+  ierr = SlipErrorBcast(fault->comm, ierr);
+  if (!ierr)
+    ierr =
+      MatCreateSlipStiffnessFromEntries(fault->comm, fault->N, entries, fault->text[FAULT_STIFFNESS_FILE], &fault->K);
+  PetscCall(PetscFree(entries));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
+{
+  SlipGrid grid = {.nx = (PetscInt)fault->value[FAULT_NX],
+                   .nz = (PetscInt)fault->value[FAULT_NZ],
+                   .length_x = fault->value[FAULT_LENGTH_X],
+                   .length_z = fault->value[FAULT_LENGTH_Z],
+                   .depth_top = fault->value[FAULT_DEPTH_TOP],
+                   .shear_modulus = fault->value[FAULT_SHEAR_MODULUS],
+                   .poisson_ratio = fault->value[FAULT_POISSON_RATIO]};
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->text[FAULT_KERNEL], "full_space", &grid.full_space));
+  PetscCall(MatCreateSlipStiffness(fault->comm, &grid, fault->text[FAULT_OPERATOR], &fault->K));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* x += K^-1 (b - K x), once. */
+static PetscErrorCode SlipFaultRefine(SlipFault fault, KSP ksp, Vec b, Vec x)
+{
+  Vec r = fault->work[1], d = fault->work[2];
+  KSPConvergedReason reason;
+
+  PetscFunctionBegin;
+  PetscCall(MatMult(fault->K, x, r));
+  PetscCall(VecAYPX(r, -1, b));
+  PetscCall(KSPSolve(ksp, r, d));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCheck(reason > 0, fault->comm, PETSC_ERR_NOT_CONVERGED,
+             "K^-1 q of the critical state was not found (%s): is the stiffness positive definite?",
+             KSPConvergedReasons[reason]);
+  PetscCall(VecAXPY(x, 1, d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  x = K^-1 b, started from x, by conjugate gradients (K is symmetric positive definite) and iterative refinement.
+
+  The critical start exceeds the strength by a relative 1e-5 only, so that an error of K^-1 q counts 1e5 times: three
+  sweeps of 1e-7 leave nothing but the rounding of K x. b must not be work[1] or work[2].
+*/
+PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
+{
+  KSP ksp;
+  PC pc;
+
+  PetscFunctionBegin;
+  PetscCall(KSPCreate(fault->comm, &ksp));
+  PetscCall(KSPSetOptionsPrefix(ksp, "fault_start_"));
+  PetscCall(KSPSetOperators(ksp, fault->K, fault->K));
+  PetscCall(KSPSetType(ksp, KSPCG));
+  PetscCall(KSPSetTolerances(ksp, 1e-7, 0, 1e10, PetscMax(1000, 10 * fault->N)));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCJACOBI));
+  PetscCall(KSPSetFromOptions(ksp));
+  for (PetscInt sweep = 0; sweep < 3; sweep++) PetscCall(SlipFaultRefine(fault, ksp, b, x));
+  PetscCall(KSPDestroy(&ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* K <- K a such that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G; on return x is K^-1 sigma_n of the scaled K. */
+static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
+{
+  PetscReal mean_slip, mean_stress, thickness;
+  PetscBool scale;
+
+  PetscFunctionBegin;
+  PetscCall(VecZeroEntries(x));
+  PetscCall(SlipFaultSolveStiffness(fault, sigma, x));
+  PetscCall(PetscStrcmp(fault->text[FAULT_STIFFNESS_SCALING], "mean_slip", &scale));
+  if (!scale) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
+  PetscCall(VecSum(x, &mean_slip));
+  PetscCall(VecSum(sigma, &mean_stress));
+  fault->scaling = mean_slip * fault->value[FAULT_SHEAR_MODULUS] / (mean_stress * thickness);
+  PetscCall(MatScale(fault->K, fault->scaling));
+  PetscCall(VecScale(x, 1 / fault->scaling));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultViewStiffness(SlipFault fault)
+{
+  Mat dense;
+
+  PetscFunctionBegin;
+  if (!fault->stiffness_viewer) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(fault->N <= SLIP_FAULT_MAX_DENSE, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-fault_stiffness_view writes %" PetscInt_FMT " x %" PetscInt_FMT " numbers, expected at most %d elements",
+             fault->N, fault->N, SLIP_FAULT_MAX_DENSE);
+  PetscCall(MatConvert(fault->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  PetscCall(PetscViewerPushFormat(fault->stiffness_viewer, fault->stiffness_format));
+  PetscCall(MatView(dense, fault->stiffness_viewer));
+  PetscCall(PetscViewerPopFormat(fault->stiffness_viewer));
+  PetscCall(MatDestroy(&dense));
+  PetscCall(PetscViewerDestroy(&fault->stiffness_viewer)); /* closes the file */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultFillVec(SlipFault fault, PetscInt field, Vec x)
+{
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(x, &a));
+  PetscCall(PetscArraycpy(a, fault->field[field], fault->n));
+  PetscCall(VecRestoreArrayWrite(x, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
+{
+  const PetscReal zeta = fault->value[FAULT_DAMPING_RATIO];
+
+  PetscFunctionBegin;
+  if (fault->text[FAULT_STIFFNESS_FILE][0])
+    PetscCall(SlipFaultLoadStiffness(fault));
+  else
+    PetscCall(SlipFaultComputeStiffness(fault));
+  PetscCall(MatCreateVecs(fault->K, &fault->uc, &fault->c));
+  for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->uc, &fault->work[i]));
+  PetscCall(VecDuplicate(fault->uc, &fault->vinf));
+  PetscCall(VecDuplicate(fault->uc, &fault->u0));
+  PetscCall(VecDuplicate(fault->uc, &fault->s0));
+  PetscCall(SlipFaultFillVec(fault, FIELD_LOADING_RATE, fault->vinf));
+  PetscCall(SlipFaultFillVec(fault, FIELD_NORMAL_STRESS, fault->work[0]));
+  PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->uc));
+  PetscCall(SlipFaultViewStiffness(fault));
+  PetscCall(
+    MatCreateSlipViscosity(fault->K, fault->mass, zeta, zeta > 0 ? fault->text[FAULT_VISCOSITY] : "none", &fault->H));
+  PetscCall(MatCreateSlipStage(fault->K, fault->H, fault->mass, &fault->B));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* uc = K^-1 q(0); uc holds K^-1 sigma_n, which is proportional to it when friction is uniform: a good first guess. */
+PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
+{
+  PetscReal mu, ds, dv, sum[3] = {0, 0, 0};
+  PetscReal *q;
+  Vec q0 = fault->work[0];
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(q0, &q));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    SlipFaultFriction(fault, i, 0, 0, &mu, &ds, &dv);
+    q[i] = mu * fault->field[FIELD_NORMAL_STRESS][i];
+    sum[0] += q[i];
+    sum[1] += fault->field[FIELD_FRICTION_SLIP][i];
+    sum[2] += mu;
+  }
+  PetscCall(VecRestoreArrayWrite(q0, &q));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_REAL, MPIU_SUM, fault->comm));
+  fault->mean_q0 = sum[0] / fault->N;
+  fault->mean_dc = sum[1] / fault->N;
+  PetscCall(VecScale(fault->uc, sum[2] / fault->N));
+  PetscCall(SlipFaultSolveStiffness(fault, q0, fault->uc));
+  PetscCall(VecDot(fault->uc, q0, &fault->critical_energy));
+  PetscCall(VecSum(fault->uc, &fault->mean_uc));
+  fault->mean_uc /= fault->N;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

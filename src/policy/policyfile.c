@@ -1,0 +1,442 @@
+/* A policy as an HDF5 file (DESIGN section 5): rank 0 reads or writes, every rank gets the same numbers and the same error. */
+#include <slipstep/private/slippolicyimpl.h>
+#include <slipstep/private/sliph5.h>
+#include <slipsys.h>
+#include <time.h>
+
+#define POLICY_FORMAT "slipstep-policy"
+#define POLICY_VERSION 1
+
+static PetscErrorCode CheckFormat(SlipH5 *h5)
+{
+  char format[64];
+  PetscInt version;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadAttrString(h5, "/", "format", format, sizeof(format)));
+  PetscCheck(!strcmp(format, POLICY_FORMAT), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: attribute format of / is \"%s\"; expected \"" POLICY_FORMAT "\"", h5->name, format);
+  PetscCall(SlipH5ReadAttrInt(h5, "/", "version", &version));
+  PetscCheck(version == POLICY_VERSION, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: attribute version of / is %" PetscInt_FMT "; this library reads version %d", h5->name, version,
+             POLICY_VERSION);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A vector of numbers of known length; free with PetscFree(). */
+static PetscErrorCode ReadVector(SlipH5 *h5, const char path[], PetscInt n, const char *what, PetscReal **values)
+{
+  PetscInt m;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadReal(h5, path, 1, &m, values));
+  if (m != n) PetscCall(PetscFree(*values));
+  PetscCheck(m == n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: %s has %" PetscInt_FMT " entries; expected %" PetscInt_FMT ", %s", h5->name, path, m, n, what);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadObservations(SlipH5 *h5, SlipPolicy p)
+{
+  PetscInt n;
+  char **names;
+  PetscReal *values[2] = {NULL, NULL};
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadStrings(h5, "/observation/names", &n, &names));
+  ierr = ReadVector(h5, "/observation/scale", n, "one per observation", &values[0]);
+  if (!ierr) ierr = ReadVector(h5, "/observation/offset", n, "one per observation", &values[1]);
+  if (!ierr) ierr = SlipPolicySetObservations(p, n, (const char *const *)names, values[0], values[1]);
+  PetscCall(SlipH5FreeStrings(n, &names));
+  PetscCall(PetscFree(values[0]));
+  PetscCall(PetscFree(values[1]));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadRange(SlipH5 *h5, SlipPolicy p)
+{
+  PetscReal *values[2] = {NULL, NULL};
+  PetscBool has;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Has(h5, "/range", &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  ierr = ReadVector(h5, "/range/minimum", p->n, "one per observation", &values[0]);
+  if (!ierr) ierr = ReadVector(h5, "/range/maximum", p->n, "one per observation", &values[1]);
+  if (!ierr) ierr = SlipPolicySetRange(p, values[0], values[1]);
+  PetscCall(PetscFree(values[0]));
+  PetscCall(PetscFree(values[1]));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadActivation(SlipH5 *h5, const char group[], SlipActivation *activation)
+{
+  char name[64];
+  PetscBool known = PETSC_FALSE;
+  PetscInt kind = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadAttrString(h5, group, "activation", name, sizeof(name)));
+  for (; kind <= SLIP_ACTIVATION_HARDTANH2; kind++) {
+    PetscCall(PetscStrcmp(name, SlipActivations[kind], &known));
+    if (known) break;
+  }
+  PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "%s: attribute activation of %s is \"%s\"; expected relu, tanh, linear or hardtanh2", h5->name, group,
+             name);
+  *activation = (SlipActivation)kind;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadLayer(SlipH5 *h5, SlipPolicy p, const char group[])
+{
+  char path[128];
+  PetscInt shape[2];
+  PetscReal *weight = NULL, *bias = NULL;
+  SlipActivation activation = SLIP_ACTIVATION_LINEAR;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(ReadActivation(h5, group, &activation));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/weight", group));
+  PetscCall(SlipH5ReadReal(h5, path, 2, shape, &weight));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/bias", group));
+  ierr = ReadVector(h5, path, shape[0], "the rows of weight", &bias);
+  if (!ierr) ierr = SlipPolicyAddLayer(p, shape[1], shape[0], weight, bias, activation);
+  PetscCall(PetscFree(weight));
+  PetscCall(PetscFree(bias));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* /layers/0, /layers/1, ... without gaps; a gap would silently drop the layers behind it. */
+static PetscErrorCode ReadLayers(SlipH5 *h5, SlipPolicy p)
+{
+  char group[64];
+  PetscBool has;
+  H5G_info_t info;
+  hid_t id;
+  herr_t failed;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Has(h5, "/layers/0", &has));
+  PetscCheck(has, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s has no group /layers/0; expected the first layer there", h5->name);
+  for (PetscInt k = 0; has; k++) {
+    PetscCall(PetscSNPrintf(group, sizeof(group), "/layers/%" PetscInt_FMT, k));
+    PetscCall(SlipH5Has(h5, group, &has));
+    if (has) PetscCall(ReadLayer(h5, p, group));
+  }
+  id = H5Gopen2(h5->id, "/layers", H5P_DEFAULT);
+  failed = H5Gget_info(id, &info);
+  H5Gclose(id);
+  PetscCheck(failed >= 0 && (PetscInt)info.nlinks == p->nlayers, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: /layers has %" PetscInt_FMT " members, but only %" PetscInt_FMT " numbered from 0 on; there is no %s",
+             h5->name, (PetscInt)info.nlinks, p->nlayers, group);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadAction(SlipH5 *h5, SlipPolicy p)
+{
+  PetscReal low, high, dt_min, dt_max;
+  char unit[2][64], squash[64], spacing[64] = "linear";
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadAttrReal(h5, "/action", "low", &low));
+  PetscCall(SlipH5ReadAttrReal(h5, "/action", "high", &high));
+  PetscCall(SlipH5ReadAttrReal(h5, "/action", "dt_min", &dt_min));
+  PetscCall(SlipH5ReadAttrReal(h5, "/action", "dt_max", &dt_max));
+  PetscCall(SlipH5ReadAttrString(h5, "/action", "dt_min_unit", unit[0], sizeof(unit[0])));
+  PetscCall(SlipH5ReadAttrString(h5, "/action", "dt_max_unit", unit[1], sizeof(unit[1])));
+  PetscCall(SlipH5ReadAttrString(h5, "/action", "squash", squash, sizeof(squash)));
+  PetscCheck(!strcmp(squash, "tanh"), PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "%s: attribute squash of /action is \"%s\"; expected \"tanh\"", h5->name, squash);
+  PetscCall(SlipH5HasAttribute(h5, "/action", "spacing", &has));
+  if (has) PetscCall(SlipH5ReadAttrString(h5, "/action", "spacing", spacing, sizeof(spacing)));
+  PetscCheck(!strcmp(spacing, "linear") || !strcmp(spacing, "log"), PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "%s: attribute spacing of /action is \"%s\"; expected \"linear\" or \"log\"", h5->name, spacing);
+  PetscCall(SlipPolicySetAction(p, low, high, dt_min, unit[0], dt_max, unit[1],
+                                strcmp(spacing, "log") ? PETSC_FALSE : PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static herr_t CountAttribute(hid_t location, const char *name, const H5A_info_t *info, void *ctx)
+{
+  char ***next = (char ***)ctx;
+
+  (void)location;
+  (void)info;
+  return PetscStrallocpy(name, (*next)++) ? -1 : 0;
+}
+
+/* What the file says of the training: every attribute of the root, numbers as text. */
+static PetscErrorCode ReadAttributes(SlipH5 *h5, SlipPolicy p)
+{
+  char *names[64], **next = names, value[1024];
+  PetscReal number;
+  H5O_info_t info;
+  herr_t failed;
+
+  PetscFunctionBegin;
+  failed = H5Oget_info(h5->id, &info);
+  PetscCheck(failed >= 0 && info.num_attrs <= PETSC_STATIC_ARRAY_LENGTH(names), PETSC_COMM_SELF,
+             PETSC_ERR_FILE_UNEXPECTED, "%s: / has more than %d attributes", h5->name,
+             (int)PETSC_STATIC_ARRAY_LENGTH(names));
+  failed = H5Aiterate2(h5->id, H5_INDEX_NAME, H5_ITER_INC, NULL, CountAttribute, &next);
+  PetscCheck(failed >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "%s: cannot list the attributes of /", h5->name);
+  for (char **name = names; name < next; name++) {
+    if (strcmp(*name, "format") && strcmp(*name, "version")) {
+      const hid_t attribute = H5Aopen(h5->id, *name, H5P_DEFAULT), type = H5Aget_type(attribute);
+      const H5T_class_t kind = H5Tget_class(type);
+
+      H5Tclose(type);
+      H5Aclose(attribute);
+      if (kind == H5T_STRING) {
+        PetscCall(SlipH5ReadAttrString(h5, "/", *name, value, sizeof(value)));
+      } else {
+        PetscCall(SlipH5ReadAttrReal(h5, "/", *name, &number));
+        PetscCall(SlipPolicyNumberText_Private(number, sizeof(value), value));
+      }
+      PetscCall(SlipPolicySetAttribute(p, *name, value));
+    }
+    PetscCall(PetscFree(*name));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadContent(SlipH5 *h5, SlipPolicy p)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckFormat(h5));
+  PetscCall(ReadObservations(h5, p));
+  PetscCall(ReadRange(h5, p));
+  PetscCall(ReadLayers(h5, p));
+  PetscCall(ReadAction(h5, p));
+  PetscCall(ReadAttributes(h5, p));
+  PetscCall(SlipPolicyCheck_Private(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On rank 0: the packed content of a file. The file is closed in any case. */
+static PetscErrorCode ReadPacked(const char file[], size_t *n, char **bytes)
+{
+  SlipH5 h5;
+  SlipPolicy p;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+  PetscCall(PetscStrallocpy(file, &p->file));
+  ierr = SlipH5OpenRead(file, &h5);
+  if (!ierr) {
+    ierr = ReadContent(&h5, p);
+    PetscCall(SlipH5Close(&h5));
+  }
+  if (!ierr) ierr = SlipPolicyPack_Private(p, n, bytes);
+  PetscCall(SlipPolicyDestroy(&p));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0's error becomes everybody's. */
+static PetscErrorCode ShareError(MPI_Comm comm, PetscErrorCode ierr, const char *what, const char file[])
+{
+  PetscMPIInt rank;
+  int code = (int)ierr;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Bcast(&code, 1, MPI_INT, 0, comm));
+  if (!rank) PetscCall(ierr);
+  PetscCheck(!code, comm, (PetscErrorCode)code, "Rank 0 could not %s policy %s", what, file);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipPolicyLoad - read a policy from an HDF5 file
+
+  Collective; rank 0 reads, all ranks get identical numbers. What the policy held before is kept when an error is raised.
+
+  Input Parameters:
++ policy - the policy
+- file   - its name; DESIGN.md section 5 describes the format
+
+  Errors: PETSC_ERR_FILE_OPEN when the file is missing, truncated or not HDF5; PETSC_ERR_FILE_UNEXPECTED, PETSC_ERR_FP,
+  PETSC_ERR_ARG_SIZ, PETSC_ERR_ARG_UNKNOWN_TYPE or PETSC_ERR_ARG_OUTOFRANGE, with the dataset or attribute and what was
+  expected, for another format or version, missing parts, wrong shapes, numbers that are not finite, unknown activations
+  and units, or bounds in the wrong order.
+
+  Level: beginner
+
+.seealso: SlipPolicyStore(), SlipPolicyCreate()
+@*/
+PetscErrorCode SlipPolicyLoad(SlipPolicy policy, const char file[])
+{
+  MPI_Comm comm;
+  PetscMPIInt rank;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  size_t n = 0;
+  char *bytes = NULL;
+  unsigned long count;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(policy, SLIP_POLICY_CLASSID, 1);
+  PetscAssertPointer(file, 2);
+  PetscCall(PetscObjectGetComm((PetscObject)policy, &comm));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) ierr = ReadPacked(file, &n, &bytes);
+  PetscCall(ShareError(comm, ierr, "read", file));
+  count = (unsigned long)n;
+  PetscCallMPI(MPI_Bcast(&count, 1, MPI_UNSIGNED_LONG, 0, comm));
+  if (rank) PetscCall(PetscMalloc1(count, &bytes));
+  PetscCallMPI(MPI_Bcast(bytes, (PetscMPIInt)count, MPI_BYTE, 0, comm));
+  PetscCall(SlipPolicyClear_Private(policy));
+  PetscCall(SlipPolicyUnpack_Private(policy, (size_t)count, bytes));
+  PetscCall(PetscStrallocpy(file, &policy->file));
+  PetscCall(PetscFree(bytes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteLayer(SlipH5 *h5, PetscInt k, const SlipLayer *layer)
+{
+  const PetscInt shape[2] = {layer->out, layer->in};
+  char group[64], path[128];
+  PetscReal *weight;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(group, sizeof(group), "/layers/%" PetscInt_FMT, k));
+  PetscCall(PetscMalloc1(layer->in * layer->out, &weight));
+  for (PetscInt o = 0; o < layer->out; o++)
+    for (PetscInt i = 0; i < layer->in; i++) weight[o * layer->in + i] = layer->weight[i * layer->out + o];
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/weight", group));
+  PetscCall(SlipH5WriteReal(h5, path, 2, shape, weight, NULL));
+  PetscCall(PetscFree(weight));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/bias", group));
+  PetscCall(SlipH5WriteReal(h5, path, 1, shape, layer->bias, NULL));
+  PetscCall(SlipH5WriteAttrString(h5, group, "activation", SlipActivations[layer->activation]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteRoot(SlipH5 *h5, SlipPolicy p)
+{
+  PetscReal number;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5WriteAttrString(h5, "/", "format", POLICY_FORMAT));
+  PetscCall(SlipH5WriteAttrInt(h5, "/", "version", POLICY_VERSION));
+  for (PetscInt i = 0; i < p->nattributes; i++) {
+    const char *name = p->attributes[2 * i], *value = p->attributes[2 * i + 1];
+
+    PetscCall(SlipPolicyAttributeNumber_Private(name, value, &number));
+    if (PetscIsNanReal(number))
+      PetscCall(SlipH5WriteAttrString(h5, "/", name, value));
+    else if (number == PetscFloorReal(number) && PetscAbsReal(number) < 1e9)
+      PetscCall(SlipH5WriteAttrInt(h5, "/", name, (PetscInt)number));
+    else
+      PetscCall(SlipH5WriteAttrReal(h5, "/", name, number));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteContent(SlipH5 *h5, SlipPolicy p)
+{
+  PetscFunctionBegin;
+  PetscCall(WriteRoot(h5, p));
+  PetscCall(SlipH5WriteStrings(h5, "/observation/names", p->n, (const char *const *)p->names));
+  PetscCall(SlipH5WriteReal(h5, "/observation/scale", 1, &p->n, p->scale, NULL));
+  PetscCall(SlipH5WriteReal(h5, "/observation/offset", 1, &p->n, p->offset, NULL));
+  for (PetscInt l = 0; l < p->nlayers; l++) PetscCall(WriteLayer(h5, l, &p->layers[l]));
+  PetscCall(SlipH5Group(h5, "/action"));
+  PetscCall(SlipH5WriteAttrReal(h5, "/action", "low", p->low));
+  PetscCall(SlipH5WriteAttrReal(h5, "/action", "high", p->high));
+  PetscCall(SlipH5WriteAttrString(h5, "/action", "squash", "tanh"));
+  PetscCall(SlipH5WriteAttrReal(h5, "/action", "dt_min", p->dt[0]));
+  PetscCall(SlipH5WriteAttrReal(h5, "/action", "dt_max", p->dt[1]));
+  PetscCall(SlipH5WriteAttrString(h5, "/action", "dt_min_unit", SlipStepUnits[p->dt_unit[0]]));
+  PetscCall(SlipH5WriteAttrString(h5, "/action", "dt_max_unit", SlipStepUnits[p->dt_unit[1]]));
+  PetscCall(SlipH5WriteAttrString(h5, "/action", "spacing", p->log_spacing ? "log" : "linear"));
+  if (p->range) {
+    PetscCall(SlipH5WriteReal(h5, "/range/minimum", 1, &p->n, p->range, NULL));
+    PetscCall(SlipH5WriteReal(h5, "/range/maximum", 1, &p->n, p->range + p->n, NULL));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On rank 0: closing gives the file its name, so a half-written one is only closed by HDF5 and keeps the name FILE.part. */
+static PetscErrorCode WriteFile(SlipPolicy p, const char file[])
+{
+  SlipH5 h5;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Create(file, &h5));
+  ierr = WriteContent(&h5, p);
+  if (ierr) h5.target[0] = 0;
+  if (!ierr)
+    ierr = SlipH5Close(&h5);
+  else
+    PetscCall(SlipH5Close(&h5));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Date and library are noted unless the caller has set them; rank 0's clock counts. */
+static PetscErrorCode NoteOrigin(SlipPolicy p)
+{
+  char created[32] = "";
+  PetscBool has_created = PETSC_FALSE, has_version = PETSC_FALSE;
+  time_t now = time(NULL);
+  struct tm *utc = gmtime(&now);
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < p->nattributes; i++) {
+    if (!strcmp(p->attributes[2 * i], "created")) has_created = PETSC_TRUE;
+    if (!strcmp(p->attributes[2 * i], "library_version")) has_version = PETSC_TRUE;
+  }
+  if (!has_version) PetscCall(SlipPolicySetAttribute(p, "library_version", SLIPSTEP_VERSION));
+  if (has_created) PetscFunctionReturn(PETSC_SUCCESS);
+  if (utc) strftime(created, sizeof(created), "%Y-%m-%dT%H:%M:%SZ", utc);
+  PetscCallMPI(MPI_Bcast(created, (PetscMPIInt)sizeof(created), MPI_CHAR, 0, PetscObjectComm((PetscObject)p)));
+  PetscCall(SlipPolicySetAttribute(p, "created", created));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipPolicyStore - write a policy to an HDF5 file
+
+  Collective; rank 0 writes file.part and renames it, so an older file stays whole when an error is raised
+
+  Input Parameters:
++ policy - the policy; attributes created and library_version are added when they are missing
+- file   - the name
+
+  Level: beginner
+
+.seealso: SlipPolicyLoad()
+@*/
+PetscErrorCode SlipPolicyStore(SlipPolicy policy, const char file[])
+{
+  MPI_Comm comm;
+  PetscMPIInt rank;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(policy, SLIP_POLICY_CLASSID, 1);
+  PetscAssertPointer(file, 2);
+  PetscCall(SlipPolicyCheck_Private(policy));
+  PetscCall(NoteOrigin(policy));
+  PetscCall(PetscObjectGetComm((PetscObject)policy, &comm));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) ierr = WriteFile(policy, file);
+  PetscCall(ShareError(comm, ierr, "write", file));
+  if (file != policy->file) {
+    PetscCall(PetscFree(policy->file));
+    PetscCall(PetscStrallocpy(file, &policy->file));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,310 @@
+/* Reading datasets and attributes of HDF5 files, with errors that say what was expected. */
+#include <slipstep/private/sliph5.h>
+#include <slipstep/private/slipcompat.h>
+#include <string.h>
+
+#define SLIP_H5_MAX_DIM 4
+
+static PetscErrorCode SlipH5OpenDataset(SlipH5 *h, const char path[], hid_t *set)
+{
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Has(h, path, &has));
+  PetscCheck(has, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has no dataset %s", h->name, path);
+  *set = H5Dopen2(h->id, path, H5P_DEFAULT);
+  PetscCheck(*set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s is not a dataset", path, h->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipH5OpenAttribute(SlipH5 *h, const char path[], const char attr[], hid_t *id)
+{
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Has(h, path, &has));
+  PetscCheck(has, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has no group or dataset %s", h->name, path);
+  *id = H5Aopen_by_name(h->id, path, attr, H5P_DEFAULT, H5P_DEFAULT);
+  PetscCheck(*id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has no attribute %s on %s", h->name, attr, path);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static H5T_class_t SlipH5TypeClass(hid_t type)
+{
+  const H5T_class_t c = H5Tget_class(type);
+
+  H5Tclose(type);
+  return c;
+}
+
+static PetscBool SlipH5IsNumber(H5T_class_t c)
+{
+  return c == H5T_INTEGER || c == H5T_FLOAT || c == H5T_ENUM ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/*@C
+  SlipH5ReadReal - read a dataset of numbers
+
+  Not collective.
+
+  Input Parameters:
++ h    - file
+. path - dataset
+- ndim - number of dimensions it must have, 0 (scalar) to 4
+
+  Output Parameters:
++ dims - its shape [ndim]
+- data - its values, row-major; free with PetscFree()
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, is not numeric or has another number of dimensions;
+  PETSC_ERR_FILE_READ when its values cannot be read.
+
+.seealso: SlipH5ReadStrings()
+@*/
+PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, PetscInt dims[], PetscReal **data)
+{
+  hid_t set, space;
+  hsize_t shape[SLIP_H5_MAX_DIM] = {0};
+  size_t n = 1;
+  int rank;
+  herr_t err;
+  H5T_class_t type;
+
+  PetscFunctionBegin;
+  *data = NULL;
+  PetscCheck(ndim >= 0 && ndim <= SLIP_H5_MAX_DIM, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "%" PetscInt_FMT " dimensions, expected 0 to %d", ndim, SLIP_H5_MAX_DIM);
+  PetscCall(SlipH5OpenDataset(h, path, &set));
+  type = SlipH5TypeClass(H5Dget_type(set));
+  space = H5Dget_space(set);
+  rank = H5Sget_simple_extent_ndims(space);
+  if (rank == (int)ndim) H5Sget_simple_extent_dims(space, shape, NULL);
+  H5Sclose(space);
+  if (rank != (int)ndim || !SlipH5IsNumber(type)) H5Dclose(set);
+  PetscCheck(SlipH5IsNumber(type), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s does not hold numbers", path,
+             h->name);
+  PetscCheck(rank == (int)ndim, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s in %s has %d dimensions, expected %" PetscInt_FMT, path, h->name, rank, ndim);
+  for (PetscInt d = 0; d < ndim; d++) {
+    dims[d] = (PetscInt)shape[d];
+    n *= (size_t)shape[d];
+  }
+  PetscCall(PetscMalloc1(PetscMax(n, 1), data));
+  err = n ? H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, *data) : 0;
+  H5Dclose(set);
+  if (err < 0) PetscCall(PetscFree(*data));
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read %s in %s: damaged file?", path, h->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Memory type for strings stored as `type`: the same character set, variable or fixed length, null-terminated. */
+static hid_t SlipH5StringType(hid_t type, PetscBool *variable, size_t *len)
+{
+  const hid_t mem = H5Tcopy(H5T_C_S1);
+
+  *variable = H5Tis_variable_str(type) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  *len = H5Tget_size(type) + 1;
+  H5Tset_size(mem, *variable ? H5T_VARIABLE : *len);
+  H5Tset_cset(mem, H5Tget_cset(type));
+  return mem;
+}
+
+static PetscErrorCode SlipH5ReadStringsOf(hid_t set, hid_t space, PetscInt n, char **strings, herr_t *err)
+{
+  const hid_t type = H5Dget_type(set);
+  PetscBool variable;
+  size_t len;
+  hid_t mem = SlipH5StringType(type, &variable, &len);
+
+  PetscFunctionBegin;
+  H5Tclose(type);
+  if (variable) {
+    char **raw;
+
+    PetscCall(PetscCalloc1(PetscMax(n, 1), &raw));
+    *err = H5Dread(set, mem, H5S_ALL, H5S_ALL, H5P_DEFAULT, raw);
+    for (PetscInt i = 0; i < n && *err >= 0; i++) PetscCall(PetscStrallocpy(raw[i] ? raw[i] : "", &strings[i]));
+    if (*err >= 0) H5Dvlen_reclaim(mem, space, H5P_DEFAULT, raw);
+    PetscCall(PetscFree(raw));
+  } else {
+    char *raw;
+
+    PetscCall(PetscCalloc1(PetscMax((size_t)n * len, 1), &raw));
+    *err = H5Dread(set, mem, H5S_ALL, H5S_ALL, H5P_DEFAULT, raw);
+    for (PetscInt i = 0; i < n && *err >= 0; i++) PetscCall(PetscStrallocpy(raw + (size_t)i * len, &strings[i]));
+    PetscCall(PetscFree(raw));
+  }
+  H5Tclose(mem);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5ReadStrings - read a one-dimensional dataset of strings, of fixed or variable length
+
+  Not collective.
+
+  Output Parameters:
++ n       - number of strings
+- strings - the strings; free with SlipH5FreeStrings()
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, holds no strings or has more than one dimension.
+
+.seealso: SlipH5ReadReal(), SlipH5FreeStrings()
+@*/
+PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char ***strings)
+{
+  hid_t set, space;
+  hsize_t shape = 0;
+  int rank;
+  herr_t err = 0;
+  H5T_class_t type;
+
+  PetscFunctionBegin;
+  *n = 0;
+  *strings = NULL;
+  PetscCall(SlipH5OpenDataset(h, path, &set));
+  type = SlipH5TypeClass(H5Dget_type(set));
+  space = H5Dget_space(set);
+  rank = H5Sget_simple_extent_ndims(space);
+  if (type != H5T_STRING || rank != 1) {
+    H5Sclose(space);
+    H5Dclose(set);
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s is not a list of strings", path, h->name);
+  }
+  H5Sget_simple_extent_dims(space, &shape, NULL);
+  *n = (PetscInt)shape;
+  PetscCall(PetscCalloc1(PetscMax(*n, 1), strings));
+  PetscCall(SlipH5ReadStringsOf(set, space, *n, *strings, &err));
+  H5Sclose(space);
+  H5Dclose(set);
+  if (err < 0) PetscCall(SlipH5FreeStrings(*n, strings));
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read %s in %s: damaged file?", path, h->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5FreeStrings - free what SlipH5ReadStrings() returned
+
+  Not collective.
+
+  Level: developer
+
+.seealso: SlipH5ReadStrings()
+@*/
+PetscErrorCode SlipH5FreeStrings(PetscInt n, char ***strings)
+{
+  PetscFunctionBegin;
+  if (*strings) {
+    for (PetscInt i = 0; i < n; i++) PetscCall(PetscFree((*strings)[i]));
+  }
+  PetscCall(PetscFree(*strings));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5ReadAttrReal - read a scalar (or one-entry) attribute as a real number
+
+  Not collective.
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing or not one number.
+
+.seealso: SlipH5ReadAttrInt(), SlipH5ReadAttrString()
+@*/
+PetscErrorCode SlipH5ReadAttrReal(SlipH5 *h, const char path[], const char attr[], PetscReal *value)
+{
+  hid_t id, space;
+  hssize_t n;
+  herr_t err = -1;
+  H5T_class_t type;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenAttribute(h, path, attr, &id));
+  type = SlipH5TypeClass(H5Aget_type(id));
+  space = H5Aget_space(id);
+  n = H5Sget_simple_extent_npoints(space);
+  H5Sclose(space);
+  if (n == 1 && SlipH5IsNumber(type)) err = H5Aread(id, H5T_NATIVE_DOUBLE, value);
+  H5Aclose(id);
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is not one number", attr,
+             path, h->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5ReadAttrInt - read a scalar (or one-entry) attribute as an integer
+
+  Not collective.
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing or not one integer in the range of PetscInt.
+
+.seealso: SlipH5ReadAttrReal()
+@*/
+PetscErrorCode SlipH5ReadAttrInt(SlipH5 *h, const char path[], const char attr[], PetscInt *value)
+{
+  PetscReal real;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadAttrReal(h, path, attr, &real));
+  PetscCheck(real == PetscFloorReal(real) && PetscAbsReal(real) <= (PetscReal)PETSC_MAX_INT, PETSC_COMM_SELF,
+             PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is %g, expected an integer", attr, path, h->name,
+             (double)real);
+  *value = (PetscInt)real;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5ReadAttrString - read a string attribute, of fixed or variable length
+
+  Not collective.
+
+  Input Parameter:
+. len - room in value; a longer string is an error
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, not one string, or too long.
+
+.seealso: SlipH5ReadAttrReal()
+@*/
+PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char attr[], char value[], size_t len)
+{
+  hid_t id, type, space, mem;
+  PetscBool variable, good = PETSC_FALSE;
+  size_t size, length = 0;
+
+  PetscFunctionBegin;
+  value[0] = '\0';
+  PetscCall(SlipH5OpenAttribute(h, path, attr, &id));
+  type = H5Aget_type(id);
+  space = H5Aget_space(id);
+  if (H5Tget_class(type) == H5T_STRING && H5Sget_simple_extent_npoints(space) == 1) {
+    char *raw = NULL;
+
+    mem = SlipH5StringType(type, &variable, &size);
+    if (!variable) PetscCall(PetscCalloc1(size, &raw));
+    good = H5Aread(id, mem, variable ? (void *)&raw : (void *)raw) >= 0 ? PETSC_TRUE : PETSC_FALSE;
+    if (good) {
+      length = raw ? strlen(raw) : 0;
+      PetscCall(PetscStrncpy(value, raw ? raw : "", len));
+      if (variable) H5Dvlen_reclaim(mem, space, H5P_DEFAULT, &raw);
+    }
+    if (!variable) PetscCall(PetscFree(raw));
+    H5Tclose(mem);
+  }
+  H5Sclose(space);
+  H5Tclose(type);
+  H5Aclose(id);
+  PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is not a string", attr, path,
+             h->name);
+  PetscCheck(length < len, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "attribute %s of %s in %s has %zu characters, expected fewer than %zu", attr, path, h->name, length, len);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

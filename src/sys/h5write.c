@@ -1,0 +1,300 @@
+/* Writing datasets, attributes and growing series to HDF5 files. */
+#include <slipstep/private/sliph5.h>
+#include <slipstep/private/slipcompat.h>
+#include <string.h>
+
+#define SLIP_H5_MAX_DIM 4
+#define SLIP_H5_CHUNK 65536   /* size of a series' chunk aimed at [bytes] */
+#define SLIP_H5_MAX_CHUNK 256 /* rows a chunk has at most */
+
+/* Intermediate groups are made on the way. */
+static hid_t SlipH5Dataset(SlipH5 *h, const char path[], hid_t type, hid_t space, hid_t dcpl)
+{
+  const hid_t lcpl = H5Pcreate(H5P_LINK_CREATE);
+  hid_t set;
+
+  H5Pset_create_intermediate_group(lcpl, 1);
+  set = H5Dcreate2(h->id, path, type, space, lcpl, dcpl, H5P_DEFAULT);
+  H5Pclose(lcpl);
+  return set;
+}
+
+static PetscErrorCode SlipH5Write(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], hid_t file_type,
+                                  hid_t mem_type, const void *data, const char units[])
+{
+  hsize_t shape[SLIP_H5_MAX_DIM] = {0}, n = 1;
+  hid_t space, set;
+  herr_t err = -1;
+
+  PetscFunctionBegin;
+  PetscCheck(ndim >= 0 && ndim <= SLIP_H5_MAX_DIM, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "%" PetscInt_FMT " dimensions, expected 0 to %d", ndim, SLIP_H5_MAX_DIM);
+  for (PetscInt d = 0; d < ndim; d++) n *= shape[d] = (hsize_t)dims[d];
+  space = ndim ? H5Screate_simple((int)ndim, shape, NULL) : H5Screate(H5S_SCALAR);
+  set = SlipH5Dataset(h, path, file_type, space, H5P_DEFAULT);
+  if (set >= 0) {
+    err = n ? H5Dwrite(set, mem_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) : 0;
+    H5Dclose(set);
+  }
+  H5Sclose(space);
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write dataset %s to %s", path, h->name);
+  if (units) PetscCall(SlipH5WriteAttrString(h, path, "units", units));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5WriteReal - write an array of real numbers as a new dataset of doubles
+
+  Not collective.
+
+  Input Parameters:
++ h     - file
+. path  - dataset, whose parents are created
+. ndim  - number of dimensions, 0 to 4
+. dims  - shape [ndim]
+. data  - values, row-major
+- units - attribute "units", or NULL
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_WRITE when the path exists or the disk is full.
+
+.seealso: SlipH5WriteFloat(), SlipH5WriteInt(), SlipH5CreateSeries()
+@*/
+PetscErrorCode SlipH5WriteReal(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
+                               const PetscReal data[], const char units[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5Write(h, path, ndim, dims, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, data, units));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5WriteFloat - write an array in single precision; see SlipH5WriteReal()
+
+  Not collective.
+
+  Level: developer
+
+.seealso: SlipH5WriteReal()
+@*/
+PetscErrorCode SlipH5WriteFloat(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], const float data[],
+                                const char units[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5Write(h, path, ndim, dims, H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, data, units));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static hid_t SlipH5PetscInt(void)
+{
+  return sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32;
+}
+
+/*@C
+  SlipH5WriteInt - write an array of integers, stored in 64 bits; see SlipH5WriteReal()
+
+  Not collective.
+
+  Level: developer
+
+.seealso: SlipH5WriteReal()
+@*/
+PetscErrorCode SlipH5WriteInt(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], const PetscInt data[],
+                              const char units[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5Write(h, path, ndim, dims, H5T_STD_I64LE, SlipH5PetscInt(), data, units));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5WriteStrings - write a list of strings (variable length, UTF-8)
+
+  Not collective.
+
+  Level: developer
+
+.seealso: SlipH5ReadStrings()
+@*/
+PetscErrorCode SlipH5WriteStrings(SlipH5 *h, const char path[], PetscInt n, const char *const strings[])
+{
+  const hid_t type = H5Tcopy(H5T_C_S1);
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  H5Tset_size(type, H5T_VARIABLE);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  ierr = SlipH5Write(h, path, 1, &n, type, type, strings, NULL);
+  H5Tclose(type);
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An attribute that exists is replaced. */
+static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char attr[], hid_t file_type, hid_t mem_type,
+                                      const void *value)
+{
+  hid_t space, id;
+  herr_t err = -1;
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Has(h, path, &has));
+  if (!has) PetscCall(SlipH5Group(h, path));
+  if (H5Aexists_by_name(h->id, path, attr, H5P_DEFAULT) > 0) H5Adelete_by_name(h->id, path, attr, H5P_DEFAULT);
+  space = H5Screate(H5S_SCALAR);
+  id = H5Acreate_by_name(h->id, path, attr, file_type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  if (id >= 0) {
+    err = H5Awrite(id, mem_type, value);
+    H5Aclose(id);
+  }
+  H5Sclose(space);
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write attribute %s of %s to %s", attr, path,
+             h->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5WriteAttrReal - write a real attribute; the group is created when the path does not exist
+
+  Not collective.
+
+  Level: developer
+
+.seealso: SlipH5ReadAttrReal()
+@*/
+PetscErrorCode SlipH5WriteAttrReal(SlipH5 *h, const char path[], const char attr[], PetscReal value)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5WriteAttr(h, path, attr, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5WriteAttrInt - write an integer attribute (64 bits); the group is created when the path does not exist
+
+  Not collective.
+
+  Level: developer
+
+.seealso: SlipH5ReadAttrInt()
+@*/
+PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], const char attr[], PetscInt value)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5WriteAttr(h, path, attr, H5T_STD_I64LE, SlipH5PetscInt(), &value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5WriteAttrString - write a string attribute (fixed length, UTF-8); the group is created when it does not exist
+
+  Not collective.
+
+  Level: developer
+
+.seealso: SlipH5ReadAttrString()
+@*/
+PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char attr[], const char value[])
+{
+  const hid_t type = H5Tcopy(H5T_C_S1);
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  H5Tset_size(type, strlen(value) + 1);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  ierr = SlipH5WriteAttr(h, path, attr, type, type, value);
+  H5Tclose(type);
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5CreateSeries - create a dataset whose first dimension grows with SlipH5Append()
+
+  Not collective.
+
+  Input Parameters:
++ h       - file
+. path    - dataset, whose parents are created
+. ndim    - number of fixed dimensions, 0 (one number a row) to 3
+. dims    - the fixed dimensions [ndim]
+. integer - store 64-bit integers instead of doubles
+- units   - attribute "units", or NULL
+
+  Level: developer
+
+.seealso: SlipH5Append()
+@*/
+PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], PetscBool integer,
+                                  const char units[])
+{
+  hsize_t shape[SLIP_H5_MAX_DIM] = {0}, limit[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], row = 8;
+  hid_t space, dcpl, set;
+
+  PetscFunctionBegin;
+  PetscCheck(ndim >= 0 && ndim < SLIP_H5_MAX_DIM, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "%" PetscInt_FMT " fixed dimensions, expected 0 to %d", ndim, SLIP_H5_MAX_DIM - 1);
+  for (PetscInt d = 0; d < ndim; d++) row *= shape[d + 1] = limit[d + 1] = chunk[d + 1] = (hsize_t)dims[d];
+  PetscCheck(row > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "a fixed dimension of %s is zero", path);
+  limit[0] = H5S_UNLIMITED;
+  chunk[0] = PetscMax(1, PetscMin(SLIP_H5_MAX_CHUNK, SLIP_H5_CHUNK / row));
+  space = H5Screate_simple((int)ndim + 1, shape, limit);
+  dcpl = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_chunk(dcpl, (int)ndim + 1, chunk);
+  set = SlipH5Dataset(h, path, integer ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, dcpl);
+  H5Pclose(dcpl);
+  H5Sclose(space);
+  PetscCheck(set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot create dataset %s in %s", path, h->name);
+  H5Dclose(set);
+  if (units) PetscCall(SlipH5WriteAttrString(h, path, "units", units));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5Append - append rows to a series
+
+  Not collective.
+
+  Input Parameters:
++ h    - file
+. path - dataset made by SlipH5CreateSeries()
+. rows - number of rows
+- data - rows times the product of the fixed dimensions, row-major
+
+  Level: developer
+
+.seealso: SlipH5CreateSeries()
+@*/
+PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[])
+{
+  const hid_t set = H5Dopen2(h->id, path, H5P_DEFAULT);
+  hsize_t shape[SLIP_H5_MAX_DIM] = {0}, start[SLIP_H5_MAX_DIM] = {0}, count[SLIP_H5_MAX_DIM];
+  hid_t space, mem;
+  int rank;
+  herr_t err;
+
+  PetscFunctionBegin;
+  PetscCheck(set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "no dataset %s in %s to append to", path, h->name);
+  space = H5Dget_space(set);
+  rank = H5Sget_simple_extent_dims(space, shape, NULL);
+  H5Sclose(space);
+  for (int d = 0; d < rank; d++) count[d] = shape[d];
+  start[0] = shape[0];
+  count[0] = (hsize_t)rows;
+  shape[0] += (hsize_t)rows;
+  err = H5Dset_extent(set, shape);
+  if (err >= 0) {
+    space = H5Dget_space(set);
+    mem = H5Screate_simple(rank, count, NULL);
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL);
+    err = H5Dwrite(set, H5T_NATIVE_DOUBLE, mem, space, H5P_DEFAULT, data);
+    H5Sclose(mem);
+    H5Sclose(space);
+  }
+  H5Dclose(set);
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot append to %s in %s: is the disk full?", path,
+             h->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

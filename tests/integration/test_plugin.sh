@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# The library as a plugin: a PETSc program that knows nothing of SlipStep runs -ts_type bathe -ts_adapt_type rl.
+set -euo pipefail
+build=${SLIPSTEP_BUILD:?} source=${SLIPSTEP_SOURCE:?} python=${SLIPSTEP_PYTHON:-python3}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+
+# PETSc as CMake found it
+petsc=$(sed -n 's/^PETSC_LIBDIR:INTERNAL=//p' "$build/CMakeCache.txt" | head -n 1)
+export PKG_CONFIG_PATH="${PKG_CONFIG_PATH:+$PKG_CONFIG_PATH:}$petsc/pkgconfig"
+pc=PETSc # Debian; PETSc's own name is petsc
+pkg-config --exists "$pc" || pc=petsc
+pkg-config --exists "$pc" || { echo "pkg-config does not find PETSc in $petsc/pkgconfig"; exit 1; }
+if grep '#include' "$source/tests/plugin/ode.c" | grep -qi slip; then echo "ode.c must not include SlipStep"; exit 1; fi
+read -ra flags <<< "$(pkg-config --cflags --libs "$pc")"
+"${MPICC:-mpicc}" -o ode "$source/tests/plugin/ode.c" "${flags[@]}" -Wl,-rpath,"$petsc" -lm
+if ldd ode | grep -q slipstep; then echo "ode links SlipStep"; exit 1; fi
+
+# A policy that answers h = 0.02 (1 - time/5) + 0.01 approximately: it observes time_fraction and state_0 only.
+"$python" - <<'P'
+import h5py, numpy as np
+with h5py.File("policy.h5", "w") as f:
+    f.attrs.update({"format": "slipstep-policy", "version": 1, "algorithm": "by hand"})
+    f["observation/names"] = np.array(["time_fraction", "state_0", "energy"], dtype=h5py.string_dtype())
+    f["observation/scale"] = np.ones(3)
+    f["observation/offset"] = np.zeros(3)
+    f["layers/0/weight"] = np.array([[-1.0, 0.1, 0.01]])
+    f["layers/0/bias"] = np.array([0.2])
+    f["layers/0"].attrs["activation"] = "tanh"
+    f.create_group("action").attrs.update({"low": -1.0, "high": 1.0, "squash": "tanh", "dt_min": 0.005, "dt_max": 0.03,
+                                           "dt_min_unit": "s", "dt_max_unit": "s"})
+P
+plugin=(-dll_prepend "$build/lib/libslipstep.so")
+# Reference: PETSc's own Runge-Kutta at tolerances far below the 1e-4 that is asked of bathe.
+./ode -ts_type rk -ts_rk_type 5dp -ts_adapt_type basic -ts_rtol 1e-12 -ts_atol 1e-12 > reference
+./ode "${plugin[@]}" -ts_type bathe -ts_adapt_type rl -ts_adapt_rl_policy policy.h5 -ts_view > out
+./ode "${plugin[@]}" -ts_type theta -ts_theta_theta 0.5 -ts_adapt_type rl -ts_adapt_rl_policy policy.h5 > theta
+./ode "${plugin[@]}" -ts_type rk -ts_adapt_type heuristic -ts_rtol 1e-8 -ts_atol 1e-8 > rk
+./ode "${plugin[@]}" -ts_type bdf -ts_adapt_type pi -ts_rtol 1e-7 -ts_atol 1e-7 > bdf
+grep -q 'type: bathe' out && grep -q 'type: rl' out && grep -q 'policy: policy.h5, hash' out
+cat reference out theta rk bdf | grep '^time'
+
+# Order 2 with h <= 0.03 over 5 s of a solution with derivatives up to about 10: error below h^2 * 10 / 12 * e^1 = 2e-3.
+"$python" - <<'P'
+def end(name):
+    words = [line for line in open(name) if line.startswith("time ")][0].split()
+    return float(words[1]), int(words[3]), float(words[5]), float(words[7])
+t, n, x, y = end("reference")
+for name, tolerance in (("out", 2e-3), ("theta", 2e-3), ("rk", 1e-4), ("bdf", 1e-3)):
+    got = end(name)
+    assert abs(got[0] - 5) < 1e-6, (name, got)
+    assert max(abs(got[2] - x), abs(got[3] - y)) < tolerance, (name, got, (x, y))
+steps = end("out")[1]
+assert 5 / 0.03 <= steps <= 5 / 0.005, steps
+P
+
+if ./ode "${plugin[@]}" -ts_type bathe -ts_adapt_type rl > none 2>&1; then echo "rl without a policy must fail"; exit 1; fi
+grep -q 'ts_adapt_rl_policy' none

@@ -1,0 +1,387 @@
+/* The fault without an integrator: parameters and their errors, files, scaling, critical state, elimination, energy. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+#include <slipstep.h>
+#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcompat.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+static char message[4096];
+
+static PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
+                             PetscErrorType type, const char *mess, void *ctx)
+{
+  (void)comm, (void)line, (void)fun, (void)src, (void)ctx;
+  if (type == PETSC_ERROR_INITIAL) snprintf(message, sizeof(message), "%s", mess);
+  return n;
+}
+
+#define ok(call) assert_int_equal(0, (int)(call))
+
+static void fails(PetscErrorCode ierr, const char want[])
+{
+  assert_int_not_equal(0, (int)ierr);
+  if (!strstr(message, want)) print_error("\"%s\" does not contain \"%s\"\n", message, want);
+  assert_non_null(strstr(message, want));
+}
+
+static SlipFault Make(PetscInt nx, PetscInt nz)
+{
+  SlipFault fault;
+
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetReal(fault, "nx", nx));
+  ok(SlipFaultSetReal(fault, "nz", nz));
+  return fault;
+}
+
+static void parameters(void **state)
+{
+  SlipFault fault = Make(2, 2);
+  PetscReal x;
+
+  (void)state;
+  ok(SlipFaultGetReal(fault, "thickness", &x));
+  assert_true(x == 3000);
+  ok(SlipFaultSetReal(fault, "length_x", 5000));
+  ok(SlipFaultGetReal(fault, "thickness", &x));
+  assert_true(x == 5000);
+  ok(SlipFaultSetReal(fault, "thickness", 1000));
+  ok(SlipFaultGetReal(fault, "thickness", &x));
+  assert_true(x == 1000);
+  fails(SlipFaultSetReal(fault, "nx", 0), "-fault_nx is 0, expected a whole number >= 1");
+  fails(SlipFaultSetReal(fault, "nx", 2.5), "-fault_nx is 2.5");
+  fails(SlipFaultSetReal(fault, "length_z", -1), "-fault_length_z is -1, expected a number > 0 m");
+  fails(SlipFaultSetReal(fault, "thickness", 0), "-fault_thickness is 0");
+  fails(SlipFaultSetReal(fault, "density", NAN), "-fault_density is nan");
+  fails(SlipFaultSetReal(fault, "shear_modulus", INFINITY), "-fault_shear_modulus is inf");
+  fails(SlipFaultSetReal(fault, "poisson_ratio", 0.5), "expected a number > -1 and < 0.5");
+  fails(SlipFaultSetReal(fault, "color", 1), "no number \"color\"");
+  fails(SlipFaultSetString(fault, "friction_law", "velcro"), "-fault_friction_law is \"velcro\", expected one of "
+                                                             "exponential_slip_weakening, linear_slip_weakening, "
+                                                             "rate_weakening, constant");
+  fails(SlipFaultSetString(fault, "initial", "a|b"), "expected one of critical, rest");
+  fails(SlipFaultSetString(fault, "color", "red"), "no choice \"color\"");
+  ok(SlipFaultDestroy(&fault));
+}
+
+static void normal_stress(void **state)
+{
+  SlipFault fault = Make(2, 3);
+
+  (void)state;
+  ok(SlipFaultSetReal(fault, "normal_stress", 1e6));
+  ok(SlipFaultSetReal(fault, "depth_top", 200));
+  ok(SlipFaultSetUp(fault));
+  /* centre of the last row: 200 m + 2500 m; both terms are exact in doubles */
+  assert_true(fault->field[FIELD_NORMAL_STRESS][5] == 1e6 + 15e3 * 2700);
+  fails(SlipFaultSetReal(fault, "nx", 3), "before SlipFaultSetUp");
+  ok(SlipFaultDestroy(&fault));
+  fault = Make(1, 1);
+  ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
+  fails(SlipFaultSetUp(fault), "expected > 0: raise -fault_normal_stress");
+  ok(SlipFaultDestroy(&fault));
+}
+
+/* Sums of 9 numbers and refined conjugate gradients: 1e-11 leaves room for the condition number (about 5). */
+static void scaling_and_critical_state(void **state)
+{
+  SlipFault fault = Make(3, 3);
+  Vec sigma, x;
+  PetscReal mean, stress, norm, sum;
+
+  (void)state;
+  ok(SlipFaultSetUp(fault));
+  ok(VecDuplicate(fault->uc, &sigma));
+  ok(VecDuplicate(fault->uc, &x));
+  for (PetscInt e = 0; e < 9; e++) ok(VecSetValue(sigma, e, fault->field[FIELD_NORMAL_STRESS][e], INSERT_VALUES));
+  ok(VecAssemblyBegin(sigma));
+  ok(VecAssemblyEnd(sigma));
+  ok(SlipFaultSolveStiffness(fault, sigma, x));
+  ok(VecSum(x, &mean));
+  ok(VecSum(sigma, &stress));
+  assert_true(fabs(mean / (stress * 3000 / 30e9) - 1) < 1e-11);
+  ok(MatMult(fault->K, fault->uc, x)); /* K uc = 0.6 sigma */
+  ok(VecAXPY(x, -0.6, sigma));
+  ok(VecNorm(x, NORM_INFINITY, &norm));
+  ok(VecNorm(sigma, NORM_INFINITY, &sum));
+  assert_true(norm < 1e-11 * sum);
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&sigma));
+  ok(SlipFaultDestroy(&fault));
+}
+
+static void WriteField(const char file[], const char name[], PetscInt nz, PetscInt nx, const PetscReal data[])
+{
+  const PetscInt dims[2] = {nz, nx};
+  SlipH5 h;
+
+  ok(SlipH5Create(file, &h));
+  ok(SlipH5WriteReal(&h, name, 2, dims, data, NULL));
+  ok(SlipH5Close(&h));
+}
+
+static void field_file(void **state)
+{
+  const char *file = "test_fault_fields.h5";
+  PetscReal data[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
+  SlipFault fault = Make(3, 2);
+
+  (void)state;
+  WriteField(file, "/friction_slip", 2, 3, data);
+  ok(SlipFaultSetString(fault, "parameters", file));
+  ok(SlipFaultSetUp(fault));
+  assert_memory_equal(data, fault->field[FIELD_FRICTION_SLIP], sizeof(data));
+  assert_true(fault->field[FIELD_FRICTION_DROP][5] == 0.1);
+  assert_true(fabs(fault->mean_dc - 0.35) < 1e-15);
+  ok(SlipFaultDestroy(&fault));
+
+  fault = Make(2, 3);
+  ok(SlipFaultSetString(fault, "parameters", file));
+  fails(SlipFaultSetUp(fault), "/friction_slip has shape [2, 3], expected [Nz, Nx] = [3, 2]");
+  ok(SlipFaultDestroy(&fault));
+  data[4] = -0.5;
+  WriteField(file, "/normal_stress", 2, 3, data);
+  fault = Make(3, 2);
+  ok(SlipFaultSetString(fault, "parameters", file));
+  fails(SlipFaultSetUp(fault), "/normal_stress[1, 1] is -0.5, expected a finite number > 0 Pa");
+  ok(SlipFaultDestroy(&fault));
+  data[4] = NAN;
+  WriteField(file, "/friction_drop", 2, 3, data);
+  fault = Make(3, 2);
+  ok(SlipFaultSetString(fault, "parameters", file));
+  fails(SlipFaultSetUp(fault), "/friction_drop[1, 1] is nan");
+  ok(SlipFaultDestroy(&fault));
+  data[4] = 1;
+  WriteField(file, "/frictoin_drop", 2, 3, data);
+  fault = Make(3, 2);
+  ok(SlipFaultSetString(fault, "parameters", file));
+  fails(SlipFaultSetUp(fault), "holds none of the fields normal_stress");
+  ok(SlipFaultDestroy(&fault));
+  unlink(file);
+}
+
+static void stiffness_file(void **state)
+{
+  const char *file = "test_fault_stiffness.h5";
+  PetscReal good[4] = {3e7, -1e7, -1e7, 3e7}, x;
+  SlipFault fault = Make(2, 1);
+
+  (void)state;
+  WriteField(file, "/run/K", 2, 2, good);
+  ok(SlipFaultSetString(fault, "stiffness_file", "test_fault_stiffness.h5:/run/K"));
+  ok(SlipFaultSetString(fault, "stiffness_scaling", "none"));
+  ok(SlipFaultSetUp(fault));
+  ok(MatNorm(fault->K, NORM_FROBENIUS, &x));
+  assert_true(fabs(x - sqrt(20.) * 1e7) < 1e-8); /* one rounding of a number of 4.5e7 is 7e-9 */
+  ok(SlipFaultDestroy(&fault));
+  fault = Make(2, 1);
+  ok(SlipFaultSetString(fault, "stiffness_file", file));
+  fails(SlipFaultSetUp(fault), "has no dataset /stiffness");
+  ok(SlipFaultDestroy(&fault));
+  fault = Make(3, 1);
+  ok(SlipFaultSetString(fault, "stiffness_file", "test_fault_stiffness.h5:/run/K"));
+  fails(SlipFaultSetUp(fault), "/run/K has shape [2, 2], expected [N, N] with N = nx nz = 3");
+  ok(SlipFaultDestroy(&fault));
+  good[2] = NAN;
+  WriteField(file, "/stiffness", 2, 2, good);
+  fault = Make(2, 1);
+  ok(SlipFaultSetString(fault, "stiffness_file", file));
+  fails(SlipFaultSetUp(fault), "/stiffness[1, 0] is nan");
+  ok(SlipFaultDestroy(&fault));
+  unlink(file);
+}
+
+/* -fault_stiffness_view writes K after scaling, bit for bit, in PETSc's binary format. */
+static void stiffness_view(void **state)
+{
+  const char *file = "test_fault_view.bin";
+  SlipFault fault = Make(3, 2);
+  PetscViewer viewer;
+  Mat K, dense;
+  PetscBool same;
+
+  (void)state;
+  ok(PetscOptionsSetValue(NULL, "-fault_stiffness_view", "binary:test_fault_view.bin"));
+  ok(SlipFaultSetFromOptions(fault));
+  ok(PetscOptionsClearValue(NULL, "-fault_stiffness_view"));
+  ok(SlipFaultSetUp(fault));
+  assert_true(fault->scaling != 1);
+  ok(PetscViewerBinaryOpen(PETSC_COMM_SELF, file, FILE_MODE_READ, &viewer));
+  ok(MatCreate(PETSC_COMM_SELF, &K));
+  ok(MatSetType(K, MATDENSE));
+  ok(MatLoad(K, viewer));
+  ok(MatConvert(fault->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  ok(MatEqual(K, dense, &same));
+  assert_true(same);
+  ok(MatDestroy(&dense));
+  ok(MatDestroy(&K));
+  ok(PetscViewerDestroy(&viewer));
+  ok(SlipFaultDestroy(&fault));
+  unlink(file);
+  unlink("test_fault_view.bin.info");
+}
+
+/* A stage's elimination: the lifted state must satisfy A (w - base) = theta (F_s(w) + ex + omega r) row by row, r the
+   residual G(v)/omega of any v. Every term is at most about 1e9 Pa, so rounding is below 1e-6 Pa; 1e-4 is allowed. */
+static void elimination(void **state)
+{
+  SlipFault fault = Make(3, 2);
+  SlipStage stage = {.theta = 0.37, .omega = 2};
+  Vec base, ex, w, F, v, r;
+  PetscRandom random;
+  PetscReal *a, *b, *c, *f;
+  const PetscReal *g;
+
+  (void)state;
+  ok(SlipFaultSetReal(fault, "loading_rate", 0.02));
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultCreateState(fault, &base));
+  ok(VecDuplicate(base, &ex));
+  ok(VecDuplicate(base, &w));
+  ok(VecDuplicate(base, &F));
+  ok(VecDuplicate(fault->uc, &v));
+  ok(VecDuplicate(fault->uc, &r));
+  ok(PetscRandomCreate(PETSC_COMM_SELF, &random));
+  ok(PetscRandomSetInterval(random, -1, 1));
+  ok(VecSetRandom(base, random));
+  ok(VecSetRandom(ex, random));
+  ok(VecSetRandom(v, random));
+  stage.base = base;
+  stage.explicit_part = ex;
+  ok(SlipFaultConstraintStage(fault, &stage));
+  ok(SlipFaultConstraintResidual(fault, v, r)); /* G(v) = omega r */
+  ok(SlipFaultConstraintLift(fault, v, w));
+  ok(SlipFaultSmooth(fault, w, F));
+  ok(VecGetArray(w, &a));
+  ok(VecGetArray(base, &b));
+  ok(VecGetArray(ex, &c));
+  ok(VecGetArray(F, &f));
+  ok(VecGetArrayRead(r, &g));
+  for (PetscInt i = 0; i < 6; i++) {
+    const PetscReal *wi = a + 3 * i, *bi = b + 3 * i, *ci = c + 3 * i, *fi = f + 3 * i;
+
+    assert_true(fabs(fault->mass / 0.37 * (wi[0] - bi[0]) - (fi[0] + ci[0] + g[i])) < 1e-4);
+    assert_true(fabs((wi[1] - bi[1]) / 0.37 - (fi[1] + ci[1])) < 1e-12); /* numbers of size 1 */
+    assert_true(fabs((wi[2] - bi[2]) / 0.37 - (fi[2] + ci[2])) < 1e-12);
+  }
+  ok(VecRestoreArrayRead(r, &g));
+  ok(VecRestoreArray(w, &a));
+  ok(VecRestoreArray(base, &b));
+  ok(VecRestoreArray(ex, &c));
+  ok(VecRestoreArray(F, &f));
+  ok(PetscRandomDestroy(&random));
+  ok(VecDestroy(&base));
+  ok(VecDestroy(&ex));
+  ok(VecDestroy(&w));
+  ok(VecDestroy(&F));
+  ok(VecDestroy(&v));
+  ok(VecDestroy(&r));
+  ok(SlipFaultDestroy(&fault));
+}
+
+/* d(kinetic + elastic)/dt + viscous + friction = loading holds instant by instant: with dw/dt = A^-1 (F_s + r) the
+   rate of change is v.M dv/dt + u.K du/dt. Relative to the largest term; sums of a dozen doubles: 1e-12. */
+static void power_balance(void **state)
+{
+  SlipFault fault = Make(4, 3);
+  Vec w, F, r, ku, u;
+  PetscRandom random;
+  SlipFaultObservables o;
+  PetscReal rate = 0, *a, *f, *x;
+  const PetscReal *k, *q;
+
+  (void)state;
+  ok(SlipFaultSetReal(fault, "loading_rate", -0.03));
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultCreateState(fault, &w));
+  ok(VecDuplicate(w, &F));
+  ok(VecDuplicate(fault->uc, &r));
+  ok(VecDuplicate(fault->uc, &ku));
+  ok(VecDuplicate(fault->uc, &u));
+  ok(PetscRandomCreate(PETSC_COMM_SELF, &random));
+  ok(PetscRandomSetInterval(random, -0.1, 0.1));
+  ok(VecSetRandom(w, random));
+  ok(VecSetRandom(r, random));
+  ok(VecScale(r, 1e7));
+  ok(SlipFaultSmooth(fault, w, F));
+  ok(VecGetArray(w, &a));
+  ok(VecGetArrayWrite(u, &x));
+  for (PetscInt i = 0; i < 12; i++) x[i] = a[3 * i + 1];
+  ok(VecRestoreArrayWrite(u, &x));
+  ok(MatMult(fault->K, u, ku));
+  ok(VecGetArray(F, &f));
+  ok(VecGetArrayRead(ku, &k));
+  ok(VecGetArrayRead(r, &q));
+  for (PetscInt i = 0; i < 12; i++) rate += (a[3 * i] * (f[3 * i] + q[i]) + k[i] * f[3 * i + 1]) / 12;
+  ok(VecRestoreArrayRead(r, &q));
+  ok(VecRestoreArrayRead(ku, &k));
+  ok(VecRestoreArray(F, &f));
+  ok(VecRestoreArray(w, &a));
+  ok(SlipFaultGetObservables(fault, w, r, &o));
+  assert_true(o.viscous_power > 0);
+  assert_true(fabs(rate + o.viscous_power + o.friction_power - o.loading_power) <
+              1e-12 * (fabs(rate) + o.viscous_power + fabs(o.friction_power) + fabs(o.loading_power)));
+  ok(PetscRandomDestroy(&random));
+  ok(VecDestroy(&w));
+  ok(VecDestroy(&F));
+  ok(VecDestroy(&r));
+  ok(VecDestroy(&ku));
+  ok(VecDestroy(&u));
+  ok(SlipFaultDestroy(&fault));
+}
+
+static void observations(void **state)
+{
+  SlipFault fault = Make(3, 3);
+  Vec w;
+  PetscReal x;
+  PetscBool known;
+
+  (void)state;
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultCreateState(fault, &w));
+  ok(SlipFaultSetInitialState(fault, w));
+  ok(SlipFaultObserve(fault, w, "energy", &x, &known));
+  assert_true(known);
+  assert_true(fabs(x - 1.00001 * 1.00001) < 1e-11); /* refined conjugate gradients: rounding only */
+  ok(SlipFaultObserve(fault, w, "displacement", &x, &known));
+  assert_true(fabs(x + 1.00001) < 1e-11);
+  ok(SlipFaultObserve(fault, w, "velocity", &x, &known));
+  assert_true(known && x == 0);
+  ok(VecSetValue(w, 3 * 4, 0.63, INSERT_VALUES)); /* v of element 4 */
+  ok(VecAssemblyBegin(w));
+  ok(VecAssemblyEnd(w));
+  ok(SlipFaultObserve(fault, w, "velocity", &x, &known));
+  assert_true(fabs(x - 1) < 1e-14); /* 0.63/9/0.07 */
+  ok(SlipFaultObserve(fault, w, "sliding_fraction", &x, &known));
+  assert_true(fabs(x - 1. / 9) < 1e-15);
+  ok(SlipFaultObserve(fault, w, "log_velocity", &x, &known));
+  assert_true(fabs(x - log10(0.63 * sqrt(2500 / 30e9) * 3000 / 0.1)) < 1e-13);
+  ok(SlipFaultObserve(fault, w, "weather", &x, &known));
+  assert_false(known);
+  ok(VecDestroy(&w));
+  ok(SlipFaultDestroy(&fault));
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(parameters),     cmocka_unit_test(normal_stress),  cmocka_unit_test(scaling_and_critical_state),
+    cmocka_unit_test(field_file),     cmocka_unit_test(stiffness_file), cmocka_unit_test(elimination),
+    cmocka_unit_test(stiffness_view), cmocka_unit_test(power_balance),  cmocka_unit_test(observations),
+  };
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  PetscPushErrorHandler(Record, NULL);
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  PetscPopErrorHandler();
+  return PetscFinalize() || failed;
+}

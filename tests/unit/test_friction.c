@@ -1,0 +1,79 @@
+/* Friction laws: values at known points, derivatives against Richardson's extrapolated central differences. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+#include <slipstep.h>
+#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcompat.h>
+#include <math.h>
+
+static const SlipFriction p = {0.5, 0.1, 0.08, 0.05};
+
+static PetscReal Value(const SlipFrictionLaw *law, PetscReal s, PetscReal v)
+{
+  PetscReal mu, ds, dv;
+
+  law->eval(&p, s, v, &mu, &ds, &dv);
+  return mu;
+}
+
+/* (4 D(h/2) - D(h))/3, D the central difference: error O(h^4). */
+static PetscReal Difference(const SlipFrictionLaw *law, PetscReal s, PetscReal v, PetscReal hs, PetscReal hv)
+{
+  const PetscReal h = hs + hv;
+  const PetscReal D = (Value(law, s + hs, v + hv) - Value(law, s - hs, v - hv)) / (2 * h);
+  const PetscReal half = (Value(law, s + hs / 2, v + hv / 2) - Value(law, s - hs / 2, v - hv / 2)) / h;
+
+  return (4 * half - D) / 3;
+}
+
+/* With h = 1e-3 of the law's scale L the truncation, (h/L)^4, and the round-off, eps (mu/drop)(L/h), are both about
+   1e-12 of the slope drop/L: 1e-10 is a hundred times that, and a wrong factor or sign is off by the slope itself. */
+static void derivatives(void **state)
+{
+  const PetscReal s[] = {0.01, 0.05, 0.0799, 0.1, 0.4}, v[] = {0.001, 0.03, 0.2};
+
+  (void)state;
+  for (const SlipFrictionLaw *law = SlipFrictionLaws; law->name; law++) {
+    for (size_t i = 0; i < sizeof(s) / sizeof(s[0]); i++) {
+      for (size_t j = 0; j < sizeof(v) / sizeof(v[0]); j++) {
+        PetscReal mu, ds, dv;
+
+        law->eval(&p, s[i], v[j], &mu, &ds, &dv);
+        assert_true(fabs(ds - Difference(law, s[i], v[j], 1e-3 * p.slip, 0)) < 1e-10 * p.drop / p.slip);
+        assert_true(fabs(dv - Difference(law, s[i], v[j], 0, 1e-3 * p.rate)) < 1e-10 * p.drop / p.rate);
+      }
+    }
+  }
+}
+
+static void values(void **state)
+{
+  const SlipFrictionLaw *law;
+
+  (void)state;
+  assert_int_equal(0, SlipFrictionFind("exponential_slip_weakening", &law));
+  assert_true(fabs(Value(law, 0, 0) - 0.6) < 1e-15);
+  assert_true(fabs(Value(law, p.slip, 0) - (0.5 + 0.1 * 0.36787944117144233)) < 1e-15); /* 1/e */
+  assert_int_equal(0, SlipFrictionFind("linear_slip_weakening", &law));
+  assert_true(fabs(Value(law, p.slip / 2, 1) - 0.55) < 1e-15);
+  assert_true(Value(law, 2 * p.slip, 1) == 0.5);
+  assert_int_equal(0, SlipFrictionFind("rate_weakening", &law));
+  assert_true(fabs(Value(law, 7, p.rate) - 0.55) < 1e-15);
+  assert_int_equal(0, SlipFrictionFind("constant", &law));
+  assert_true(Value(law, 7, 3) == 0.5);
+  assert_int_equal(0, SlipFrictionFind("velcro", &law));
+  assert_null(law);
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {cmocka_unit_test(derivatives), cmocka_unit_test(values)};
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  return PetscFinalize() || failed;
+}

@@ -1,0 +1,183 @@
+/* HDF5 helpers: what is written is read back bit for bit; broken files are refused by name. */
+#define _DEFAULT_SOURCE /* truncate() */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+#include <slipstep.h>
+#include <slipstep/private/sliph5.h>
+#include <slipstep/private/slipcompat.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+static char file[256];
+
+static char message[4096];
+
+static PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
+                             PetscErrorType p, const char *mess, void *ctx)
+{
+  (void)comm, (void)line, (void)fun, (void)src, (void)ctx;
+  if (p == PETSC_ERROR_INITIAL) snprintf(message, sizeof(message), "%s", mess);
+  return n;
+}
+
+#define ok(call) assert_int_equal(0, (int)(call))
+
+static void fails(PetscErrorCode ierr, const char want[])
+{
+  assert_int_not_equal(0, (int)ierr);
+  assert_non_null(strstr(message, want));
+}
+
+static void round_trip(void **state)
+{
+  const PetscReal a[6] = {0.1, -2.5, 3e300, 4, 5e-300, 6};
+  const float f[2] = {0.25f, 1e-3f};
+  const PetscInt d[2] = {2, 3}, i[3] = {-7, 0, 123456}, two = 2, three = 3;
+  const char *const names[2] = {"velocity", "energy"};
+  SlipH5 h;
+  PetscInt dims[4], n;
+  PetscReal *x, y;
+  char **s, text[32];
+  PetscBool has;
+
+  (void)state;
+  ok(SlipH5Create(file, &h));
+  ok(SlipH5WriteReal(&h, "/mesh/a", 2, d, a, "Pa"));
+  ok(SlipH5WriteFloat(&h, "/f", 1, &two, f, NULL));
+  ok(SlipH5WriteInt(&h, "/deep/er/i", 1, &three, i, NULL));
+  ok(SlipH5WriteStrings(&h, "/names", 2, names));
+  ok(SlipH5WriteAttrReal(&h, "/run", "pi", 3.14159));
+  ok(SlipH5WriteAttrInt(&h, "/", "version", 1));
+  ok(SlipH5WriteAttrString(&h, "/", "format", "old"));
+  ok(SlipH5WriteAttrString(&h, "/", "format", "slipstep-policy")); /* replaces */
+  ok(SlipH5WriteReal(&h, "/scalar", 0, NULL, a, NULL));
+  assert_int_not_equal(0, access(file, F_OK)); /* only FILE.part exists until the close */
+  ok(SlipH5Flush(&h));
+  ok(SlipH5Close(&h));
+  ok(SlipH5Close(&h));
+
+  ok(SlipH5OpenRead(file, &h));
+  ok(SlipH5ReadReal(&h, "/mesh/a", 2, dims, &x));
+  assert_int_equal(2, dims[0]);
+  assert_int_equal(3, dims[1]);
+  assert_memory_equal(a, x, sizeof(a));
+  PetscFree(x);
+  ok(SlipH5ReadReal(&h, "/f", 1, dims, &x));
+  assert_true(x[0] == 0.25 && x[1] == (PetscReal)1e-3f);
+  PetscFree(x);
+  ok(SlipH5ReadReal(&h, "/deep/er/i", 1, dims, &x));
+  assert_true(x[0] == -7 && x[1] == 0 && x[2] == 123456);
+  PetscFree(x);
+  ok(SlipH5ReadReal(&h, "/scalar", 0, dims, &x));
+  assert_true(x[0] == a[0]);
+  PetscFree(x);
+  ok(SlipH5ReadStrings(&h, "/names", &n, &s));
+  assert_int_equal(2, n);
+  assert_string_equal("velocity", s[0]);
+  assert_string_equal("energy", s[1]);
+  ok(SlipH5FreeStrings(n, &s));
+  ok(SlipH5ReadAttrReal(&h, "/run", "pi", &y));
+  assert_true(y == 3.14159);
+  ok(SlipH5ReadAttrInt(&h, "/", "version", &n));
+  assert_int_equal(1, n);
+  ok(SlipH5ReadAttrString(&h, "/", "format", text, sizeof(text)));
+  assert_string_equal("slipstep-policy", text);
+  ok(SlipH5ReadAttrString(&h, "/mesh/a", "units", text, sizeof(text)));
+  assert_string_equal("Pa", text);
+  ok(SlipH5Has(&h, "/deep/er", &has));
+  assert_true(has);
+  ok(SlipH5Has(&h, "/shallow/er", &has));
+  assert_false(has);
+  ok(SlipH5Has(&h, "/", &has));
+  assert_true(has);
+  ok(SlipH5HasAttribute(&h, "/", "version", &has));
+  assert_true(has);
+  ok(SlipH5HasAttribute(&h, "/mesh", "version", &has));
+  assert_false(has);
+  fails(SlipH5ReadReal(&h, "/none", 1, dims, &x), "no dataset /none");
+  fails(SlipH5ReadReal(&h, "/mesh/a", 1, dims, &x), "has 2 dimensions, expected 1");
+  fails(SlipH5ReadReal(&h, "/names", 1, dims, &x), "does not hold numbers");
+  fails(SlipH5ReadStrings(&h, "/f", &n, &s), "not a list of strings");
+  fails(SlipH5ReadAttrReal(&h, "/", "format", &y), "not one number");
+  fails(SlipH5ReadAttrInt(&h, "/run", "pi", &n), "expected an integer");
+  fails(SlipH5ReadAttrString(&h, "/", "format", text, 4), "expected fewer than 4");
+  fails(SlipH5ReadAttrReal(&h, "/", "absent", &y), "no attribute absent");
+  ok(SlipH5Close(&h));
+}
+
+static void series(void **state)
+{
+  const PetscInt d[2] = {2, 2};
+  const PetscReal a[8] = {1, 2, 3, 4, 5, 6, 7, 8}, t[3] = {0.5, 1.5, 2.5}, k[2] = {3, -4};
+  SlipH5 h;
+  PetscInt dims[3];
+  PetscReal *x;
+
+  (void)state;
+  ok(SlipH5Create(file, &h));
+  ok(SlipH5CreateSeries(&h, "/fields/a", 2, d, PETSC_FALSE, "m"));
+  ok(SlipH5CreateSeries(&h, "/steps/t", 0, NULL, PETSC_FALSE, "s"));
+  ok(SlipH5CreateSeries(&h, "/steps/k", 0, NULL, PETSC_TRUE, NULL));
+  ok(SlipH5Append(&h, "/fields/a", 1, a));
+  ok(SlipH5Append(&h, "/fields/a", 1, a + 4));
+  ok(SlipH5Append(&h, "/steps/t", 2, t));
+  ok(SlipH5Append(&h, "/steps/t", 1, t + 2));
+  ok(SlipH5Append(&h, "/steps/k", 2, k));
+  fails(SlipH5Append(&h, "/steps/none", 1, t), "no dataset /steps/none");
+  ok(SlipH5Close(&h));
+  ok(SlipH5OpenRead(file, &h));
+  ok(SlipH5ReadReal(&h, "/fields/a", 3, dims, &x));
+  assert_true(dims[0] == 2 && dims[1] == 2 && dims[2] == 2);
+  assert_memory_equal(a, x, sizeof(a));
+  PetscFree(x);
+  ok(SlipH5ReadReal(&h, "/steps/t", 1, dims, &x));
+  assert_memory_equal(t, x, sizeof(t));
+  PetscFree(x);
+  ok(SlipH5ReadReal(&h, "/steps/k", 1, dims, &x));
+  assert_memory_equal(k, x, sizeof(k));
+  PetscFree(x);
+  ok(SlipH5Close(&h));
+}
+
+static void broken_files(void **state)
+{
+  SlipH5 h;
+  PetscReal x = 1;
+  PetscInt one = 1;
+  FILE *f;
+
+  (void)state;
+  unlink(file);
+  fails(SlipH5OpenRead(file, &h), file);
+  fails(SlipH5Create("no/such/directory/out.h5", &h), "no/such/directory/out.h5.part");
+  fails(SlipH5Create(".", &h), "is a directory");
+  f = fopen(file, "w");
+  fputs("not an HDF5 file", f);
+  fclose(f);
+  fails(SlipH5OpenRead(file, &h), "is not an HDF5 file");
+  ok(SlipH5Create(file, &h));
+  ok(SlipH5WriteReal(&h, "/a", 1, &one, &x, NULL));
+  ok(SlipH5Close(&h));
+  assert_int_equal(0, truncate(file, 1000));
+  fails(SlipH5OpenRead(file, &h), "truncated");
+  unlink(file);
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {cmocka_unit_test(round_trip), cmocka_unit_test(series),
+                                     cmocka_unit_test(broken_files)};
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  snprintf(file, sizeof(file), "test_h5_%d.h5", (int)getpid());
+  PetscPushErrorHandler(Record, NULL);
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  PetscPopErrorHandler();
+  unlink(file);
+  return PetscFinalize() || failed;
+}
