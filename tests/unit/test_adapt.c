@@ -212,6 +212,19 @@ static void heuristic(void **state)
   ok(TSDestroy(&ts));
 }
 
+static void heuristic_again(void **state)
+{
+  /* E = 8 halves; rejected again, 0.9 comes on top, until the step is accepted. */
+  const PetscReal error[] = {8, 8, 8, 1, 8, 1}, h[] = {0.1, 0.05, 0.0225, 0.010125, 0.010125, 0.0050625};
+  TS ts = start(TSADAPTHEURISTIC, "", 0.1);
+
+  (void)state;
+  ok(run(ts, 6, error));
+  tried(h);
+  accepted("rrrara");
+  ok(TSDestroy(&ts));
+}
+
 static void heuristic_options(void **state)
 {
   /* p = 1, q = 1/2. The step after the first is capped by dt_max; then a failure and a rejection by E = 4. */
@@ -480,11 +493,11 @@ static void rl_errors(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(heuristic),       cmocka_unit_test(heuristic_options),
-                                     cmocka_unit_test(pi_filter),       cmocka_unit_test(pi_cap),
-                                     cmocka_unit_test(rl_observations), cmocka_unit_test(rl_fallbacks),
-                                     cmocka_unit_test(rl_guard_rail),   cmocka_unit_test(rl_ceiling),
-                                     cmocka_unit_test(rl_actor),        cmocka_unit_test(rl_errors)};
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(heuristic),    cmocka_unit_test(heuristic_again), cmocka_unit_test(heuristic_options),
+    cmocka_unit_test(pi_filter),    cmocka_unit_test(pi_cap),          cmocka_unit_test(rl_observations),
+    cmocka_unit_test(rl_fallbacks), cmocka_unit_test(rl_guard_rail),   cmocka_unit_test(rl_ceiling),
+    cmocka_unit_test(rl_actor),     cmocka_unit_test(rl_errors)};
   int failed;
 
   if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
