@@ -1,0 +1,167 @@
+/* The trainer: rewards, the continuation behind the accuracy reward, reproducibility, checkpoints, the policy file. */
+#include "trainer.h"
+#include <slipstep/private/slipcompat.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#define OK(call) assert_int_equal((call), 0)
+
+/* Options of a short run, from the options database as a program would set them. */
+static TrainOptions Options(const char extra[])
+{
+  TrainOptions o;
+
+  OK(PetscOptionsClear(NULL));
+  OK(PetscOptionsInsertString(NULL,
+                              "-train_progress 0 -train_batch 32 -train_learning_starts 50 -train_max_attempts 200"));
+  OK(PetscOptionsInsertString(NULL, extra));
+  OK(TrainOptionsSet(PETSC_COMM_SELF, &o));
+  return o;
+}
+
+static PetscBool SameBits(const Trainer *a, const Trainer *b)
+{
+  const TQC *p = &a->agent.tqc, *q = &b->agent.tqc;
+
+  return !memcmp(p->actor, q->actor, p->nactor * sizeof(Scalar)) &&
+             !memcmp(p->target, q->target, p->ncritic * sizeof(Scalar)) &&
+             !memcmp(&a->agent.random, &b->agent.random, sizeof(Random)) && p->log_alpha == q->log_alpha &&
+             a->episodes == b->episodes
+           ? PETSC_TRUE
+           : PETSC_FALSE;
+}
+
+static void test_same_seed_same_bits(void **state)
+{
+  static const char *const runs[] = {"-train_steps 300 -train_seed 7", "-train_steps 300 -train_seed 7",
+                                     "-train_steps 300 -train_seed 8"};
+  Trainer t[3];
+
+  (void)state;
+  for (int i = 0; i < 3; ++i) {
+    const TrainOptions o = Options(runs[i]);
+
+    OK(TrainerCreate(PETSC_COMM_SELF, &o, &t[i]));
+    OK(TrainerRun(&t[i]));
+    assert_int_equal(t[i].agent.steps, 300);
+    assert_int_equal(t[i].agent.updates, 250); /* the first after step 51 */
+  }
+  assert_true(SameBits(&t[0], &t[1]));
+  assert_false(SameBits(&t[0], &t[2]));
+  for (int i = 0; i < 3; ++i) OK(TrainerDestroy(&t[i]));
+}
+
+/* Train to 200 steps, write, go on to 350; and read, go on to 350: the same bits. */
+static void test_resume_same_bits(void **state)
+{
+  const char *checkpoint = "test_train_checkpoint.h5";
+  TrainOptions o = Options("-train_steps 350 -train_seed 3 -train_random -train_reward accuracy");
+  Trainer a, b;
+
+  (void)state;
+  OK(TrainerCreate(PETSC_COMM_SELF, &o, &a));
+  a.o.steps = 200;
+  OK(PetscStrncpy(a.o.checkpoint, checkpoint, sizeof(a.o.checkpoint)));
+  OK(TrainerRun(&a));
+  a.o.checkpoint[0] = 0;
+  a.o.steps = 350;
+  OK(TrainerRun(&a));
+  o = Options("-train_steps 350 -train_seed 99 -train_random -train_reward accuracy");
+  OK(PetscStrncpy(o.resume, checkpoint, sizeof(o.resume)));
+  OK(TrainerCreate(PETSC_COMM_SELF, &o, &b));
+  assert_int_equal(b.agent.steps, 200);
+  assert_false(SameBits(&a, &b));
+  OK(TrainerRun(&b));
+  assert_true(SameBits(&a, &b));
+  OK(TrainerDestroy(&a));
+  OK(TrainerDestroy(&b));
+  assert_int_equal(remove(checkpoint), 0);
+}
+
+/* The stored policy answers what the trained actor answers. */
+static void test_policy_file(void **state)
+{
+  const char *file = "test_train_policy.h5";
+  TrainOptions o = Options("-train_steps 150 -train_seed 5");
+  Trainer t;
+  SlipPolicy p;
+  PetscReal obs[ENV_MAX_OBS] = {0.8, 0.1, 0.05, 1, 0.3, 0.02}, action;
+
+  (void)state;
+  OK(PetscStrncpy(o.output, file, sizeof(o.output)));
+  OK(TrainerCreate(PETSC_COMM_SELF, &o, &t));
+  OK(TrainerRun(&t));
+  OK(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+  OK(SlipPolicyLoad(p, file));
+  OK(SlipPolicyEvaluate(p, obs, &action, NULL));
+  assert_true(fabs(action - AgentAct(&t.agent, obs, PETSC_FALSE)) < 1e-5); /* the actor computes in single precision */
+  OK(SlipPolicyDestroy(&p));
+  OK(TrainerDestroy(&t));
+  assert_int_equal(remove(file), 0);
+}
+
+static void test_published_reward(void **state)
+{
+  SlipAttempt a = {.dt = 2, .converged = PETSC_TRUE, .error = 0.5};
+  RewardInput in = {.attempt = &a, .dt_min = 1, .dt_max = 5, .cost = 3, .cost_min = 2, .cost_max = 4, .alpha = 2};
+  const Reward *row;
+
+  (void)state;
+  OK(RewardFind("published", &row));
+  assert_true(fabs(row->value(&in) - 0.25 * 0.5 * exp(-1)) < 1e-15); /* S1 = 1/4, S2 = 1/2 */
+  a.converged = PETSC_FALSE;
+  assert_true(fabs(row->value(&in) + 0.25) < 1e-15);
+}
+
+/* An actor that always answers the same. */
+static PetscErrorCode Constant(const EnvMoment *m, PetscReal *action, PetscBool *stop, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)stop;
+  if (!m->first) assert_true(m->reward < 0);
+  *action = *(const PetscReal *)ctx;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Short steps cost attempts and no error, long ones the reverse; the reference is that of an independent run. */
+static void test_accuracy_reward(void **state)
+{
+  TrainOptions o = Options("-train_reward accuracy -train_max_attempts 0");
+  Environment env;
+  EnvResult fine, coarse;
+  Random r;
+  PetscReal action = 0; /* sqrt(0.01 * 7) T* = 0.26 T* */
+
+  (void)state;
+  RandomSeed(&r, 1);
+  OK(EnvCreate(&o.env, &env));
+  OK(EnvRunEpisode(&env, &r, Constant, &action, &fine));
+  action = 0.8; /* 3.6 T* */
+  OK(EnvRunEpisode(&env, &r, Constant, &action, &coarse));
+  assert_true(fine.finished && coarse.finished);
+  /* 0.2280 m is the final slip of the one-element reference case (1000 constant steps, other tests). The fine run is of second
+     order with some 130 steps: 0.1 %. The continuation's step is a third of that. */
+  assert_true(fabs(fine.reference - 0.2280) < 2e-3 * 0.2280);
+  assert_true(fabs(fine.final_slip - fine.reference) < 2e-3 * fine.reference);
+  assert_true(fabs(coarse.final_slip - coarse.reference) > 2e-2 * coarse.reference);
+  assert_int_equal(fine.attempts, fine.accepted);
+  /* 0.05 each, and an error that shows in the reward: at least alpha * 100 times that of the final slip, unless it was capped */
+  assert_true(fine.total < -0.05 * fine.attempts && fine.total > -0.05 * fine.attempts - 1.5);
+  assert_true(coarse.total < -0.05 * coarse.attempts - 2);
+  for (PetscInt i = 0; i < o.env.nobs; ++i) OK(PetscFree(o.env.names[i]));
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_seed_same_bits),
+                                     cmocka_unit_test(test_resume_same_bits), cmocka_unit_test(test_policy_file),
+                                     cmocka_unit_test(test_published_reward), cmocka_unit_test(test_accuracy_reward)};
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL) || SlipStepInitializePackage()) return 1;
+  const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+  if (PetscFinalize()) return 1;
+  return failed;
+}

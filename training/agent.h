@@ -1,0 +1,34 @@
+/* The learner that stands where a policy would: acts, stores what came of it, takes one gradient step per environment step. It knows
+   no environment: observations in, action in [-1, 1] out. */
+#pragma once
+#include "replay.h"
+
+typedef struct {
+  TQCOptions tqc;
+  PetscInt64 buffer;          /* capacity of the replay buffer in transitions */
+  PetscInt64 learning_starts; /* steps with uniformly random actions before learning */
+} AgentOptions;
+
+typedef struct {
+  AgentOptions o;
+  TQC tqc;
+  Replay replay;
+  Random random;
+  PetscInt64 steps;   /* environment steps stored */
+  PetscInt64 updates; /* gradient steps done */
+  TQCLosses losses;   /* of the last gradient step */
+  /* work space */
+  TQCBatch batch;
+  Scalar *eps, *obs, *next_obs; /* exploration normals; scaled observations of the transition under way */
+  Scalar action;
+  PetscBool pending; /* obs and action await their outcome */
+} Agent;
+
+PETSC_INTERN PetscErrorCode AgentCreate(const AgentOptions *o, uint64_t seed, Agent *a);
+PETSC_INTERN PetscErrorCode AgentDestroy(Agent *a);
+/* Action at obs [O]: exploring (random at first, then the policy with gSDE noise), or the deterministic policy's. */
+PETSC_INTERN PetscReal AgentAct(Agent *a, const PetscReal obs[], PetscBool explore);
+/* The outcome of the last exploring action: stores the transition and learns. Without a pending action nothing happens. */
+PETSC_INTERN void AgentLearn(Agent *a, const PetscReal next_obs[], PetscReal reward, PetscBool terminated);
+/* The last action will not be carried out. */
+PETSC_INTERN void AgentForget(Agent *a);

@@ -1,0 +1,157 @@
+/* Episodes: the actor between TSAdapt rl and the learner, see environment.h. */
+#include "environment.h"
+#include <slipstep/private/slipcompat.h>
+
+PetscErrorCode EnvCreate(const EnvOptions *o, Environment *env)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(env, sizeof(*env)));
+  env->o = *o;
+  env->cost_min = PETSC_MAX_REAL;
+  env->cost_max = PETSC_MIN_REAL;
+  for (PetscInt i = 0; i < ENV_MAX_OBS; ++i) {
+    env->obs_min[i] = PETSC_MAX_REAL;
+    env->obs_max[i] = PETSC_MIN_REAL;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscReal InSeconds(PetscReal value, const char unit[], const EnvRun *run)
+{
+  return value * (unit[0] == 'T' ? run->tstar : (unit[0] == 't' ? run->tmax : 1));
+}
+
+/* As SlipPolicyActionToStep(). */
+static PetscReal ActionToStep(const Environment *env, PetscReal action)
+{
+  const PetscReal x = 0.5 * (action + 1);
+
+  if (env->o.log_spacing) return env->dt_min * PetscPowReal(env->dt_max / env->dt_min, x);
+  return env->dt_min + x * (env->dt_max - env->dt_min);
+}
+
+static void Observe(Environment *env, const PetscReal obs[])
+{
+  for (PetscInt i = 0; i < env->o.nobs; ++i) {
+    env->obs_min[i] = PetscMin(env->obs_min[i], obs[i]);
+    env->obs_max[i] = PetscMax(env->obs_max[i], obs[i]);
+    env->obs[i] = obs[i] * env->o.scale[i] + env->o.offset[i];
+  }
+}
+
+/* How the accepted attempt changed what an exact continuation ends with. A peak that lies inside the step or behind it is not
+   judged. */
+static PetscErrorCode ContinuationErrors(Environment *env, TS ts, PetscReal t, RewardInput *in)
+{
+  PetscReal now[2], rate;
+  Vec w, r;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(TSBatheGetReaction(ts, &r));
+  PetscCall(EnvContinue(&env->o, &env->fine, w, r, t, env->fine_to_come));
+  now[0] = env->fine_to_come[0];
+  now[1] = env->fine_to_come[1];
+  PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
+  in->slip_error = PetscAbsReal(now[0] - env->to_come[0]) / env->slip_scale;
+  in->rate_error = rate < now[1] ? PetscAbsReal(now[1] - env->to_come[1]) / env->rate_scale : 0;
+  env->to_come[0] = now[0];
+  env->to_come[1] = now[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Judge(Environment *env, TS ts, const SlipAttempt *last, PetscReal *value)
+{
+  RewardInput in = {.attempt = last, .dt_min = env->dt_min, .dt_max = env->dt_max, .alpha = env->o.alpha};
+
+  PetscFunctionBegin;
+  in.cost = env->o.wall_cost ? last->wall : (PetscReal)last->newton;
+  if (last->converged) {
+    env->cost_min = PetscMin(env->cost_min, in.cost);
+    env->cost_max = PetscMax(env->cost_max, in.cost);
+  }
+  in.cost_min = env->cost_min;
+  in.cost_max = env->cost_max;
+  if (env->o.reward->needs_continuation && last->accepted)
+    PetscCall(ContinuationErrors(env, ts, last->time + last->dt, &in));
+  *value = env->o.reward->value(&in);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSAdaptRLActorFn: inversion of control, TSSolve() calls the learner. */
+static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[], const SlipAttempt *last,
+                            PetscBool guarded, PetscReal *h, void *ctx)
+{
+  Environment *env = (Environment *)ctx;
+  EnvMoment moment = {.obs = env->obs, .first = last ? PETSC_FALSE : PETSC_TRUE, .overruled = guarded};
+  PetscReal action = 0;
+
+  PetscFunctionBegin;
+  (void)adapt;
+  (void)n;
+  Observe(env, obs);
+  if (last) {
+    PetscCall(Judge(env, ts, last, &moment.reward));
+    env->result.attempts++;
+    env->result.accepted += last->accepted ? 1 : 0;
+    env->result.total += moment.reward;
+    moment.terminated =
+      last->accepted && last->time + last->dt >= env->run.tmax * (1 - 1e-12) ? PETSC_TRUE : PETSC_FALSE;
+    moment.truncated = env->o.max_steps && env->result.attempts >= env->o.max_steps ? PETSC_TRUE : PETSC_FALSE;
+  }
+  if (!env->stopped) PetscCall(env->actor(&moment, &action, &env->stopped, env->ctx));
+  if (moment.terminated)
+    env->result.finished = PETSC_TRUE;
+  else if (moment.truncated || env->stopped) {
+    env->stopped = PETSC_TRUE;
+    PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
+  }
+  *h = ActionToStep(env, action);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode EpisodeSetUp(Environment *env, Random *random)
+{
+  PetscReal drawn[16];
+  const PetscBool draw = env->o.random;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  if (draw) PetscCall(EnvDrawFault(random, EnvDrawCount(), drawn));
+  PetscCall(EnvRunCreate(&env->o, draw ? drawn : NULL, &env->run));
+  env->dt_min = InSeconds(env->o.dt_min, env->o.dt_min_unit, &env->run);
+  env->dt_max = InSeconds(env->o.dt_max, env->o.dt_max_unit, &env->run);
+  if (env->o.reward->needs_continuation) {
+    PetscCall(EnvContinuationCreate(&env->o, draw ? drawn : NULL, env->fine_to_come, &env->fine));
+    PetscCall(EnvContinue(&env->o, &env->fine, env->run.w, NULL, 0, env->fine_to_come));
+    env->to_come[0] = env->slip_scale = env->fine_to_come[0];
+    env->to_come[1] = env->rate_scale = env->fine_to_come[1];
+    PetscCheck(env->slip_scale > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONGSTATE,
+               "This fault does not slip in %g s: -train_reward %s needs one that does", (double)env->run.tmax,
+               env->o.reward->name);
+  }
+  PetscCall(TSGetAdapt(env->run.ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
+  PetscCall(
+    TSAdaptRLSetActor(adapt, env->o.nobs, (const char *const *)env->o.names, env->dt_min, env->dt_max, Actor, env));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnvRunEpisode(Environment *env, Random *random, EnvActorFn actor, void *ctx, EnvResult *result)
+{
+  SlipFaultObservables seen;
+
+  PetscFunctionBegin;
+  PetscCall(EpisodeSetUp(env, random));
+  env->actor = actor;
+  env->ctx = ctx;
+  env->stopped = PETSC_FALSE;
+  env->result = (EnvResult){.reference = env->o.reward->needs_continuation ? env->slip_scale : (PetscReal)NAN};
+  PetscCall(TSSolve(env->run.ts, env->run.w));
+  PetscCall(SlipFaultGetObservables(env->run.fault, env->run.w, NULL, &seen));
+  env->result.final_slip = seen.mean_slip;
+  *result = env->result;
+  PetscCall(EnvRunDestroy(&env->run));
+  if (env->o.reward->needs_continuation) PetscCall(EnvRunDestroy(&env->fine));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

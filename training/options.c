@@ -1,0 +1,285 @@
+/* -train_* options. */
+#include "trainer.h"
+#include <slipstep/private/slipcompat.h>
+
+/* Observations that can be trained on, with the scaling that brings them to order one: network input = value * scale + offset.
+   Any other name of the library's or the fault's table is taken as it is. */
+static const struct {
+  const char *name;
+  PetscReal scale, offset;
+} ScaleTable[] = {
+  {"log_velocity", 0.25, 0.5},
+  {"log_mean_velocity", 0.25, 0.5},
+  {"log_energy_rate", 0.25, 0.5},
+  {"log_error", 0.5, -0.5},
+  {"log_step", 1, 0},
+  {"slip", 0.1, 0},
+  {"energy", 1, 0},
+  {"log_time_scale", 1, 0},
+};
+
+static const struct {
+  const char *preset, *names[9]; /* observations of a preset, in order */
+  PetscReal dt_min, dt_max;
+  const char *dt_min_unit, *dt_max_unit;
+  PetscBool log_spacing;
+} PresetTable[] = {
+  {"published", {"energy", "velocity", "residual", "converged", "accuracy", "step"}, 1e-6, 6, "T*", "s", PETSC_FALSE},
+  {"accuracy",
+   {"energy", "log_velocity", "slip", "log_error", "log_step", "converged"},
+   1e-2,
+   7,
+   "T*",
+   "T*",
+   PETSC_TRUE},
+};
+
+static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, char **names)
+{
+  PetscBool same;
+
+  PetscFunctionBegin;
+  o->nobs = n;
+  for (PetscInt i = 0; i < n; ++i) {
+    PetscCall(PetscStrallocpy(names[i], &o->names[i]));
+    o->scale[i] = 1;
+    o->offset[i] = 0;
+    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ScaleTable); ++k) {
+      PetscCall(PetscStrcmp(names[i], ScaleTable[k].name, &same));
+      if (!same) continue;
+      o->scale[i] = ScaleTable[k].scale;
+      o->offset[i] = ScaleTable[k].offset;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetPreset(const char reward[], EnvOptions *o)
+{
+  PetscBool same;
+
+  PetscFunctionBegin;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(PresetTable); ++k) {
+    PetscCall(PetscStrcmp(reward, PresetTable[k].preset, &same));
+    if (!same) continue;
+    o->dt_min = PresetTable[k].dt_min;
+    o->dt_max = PresetTable[k].dt_max;
+    o->log_spacing = PresetTable[k].log_spacing;
+    PetscCall(PetscStrncpy(o->dt_min_unit, PresetTable[k].dt_min_unit, sizeof(o->dt_min_unit)));
+    PetscCall(PetscStrncpy(o->dt_max_unit, PresetTable[k].dt_max_unit, sizeof(o->dt_max_unit)));
+    for (o->nobs = 0; PresetTable[k].names[o->nobs];) o->nobs++;
+    PetscCall(SetObservations(o, o->nobs, (char **)PresetTable[k].names));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CheckChoice(const char option[], const char value[], const char *const known[],
+                                  const char later[])
+{
+  char list[128] = "";
+  PetscBool same;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; known[i]; ++i) {
+    PetscCall(PetscStrcmp(value, known[i], &same));
+    if (same) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(PetscStrlcat(list, " ", sizeof(list)));
+    PetscCall(PetscStrlcat(list, known[i], sizeof(list)));
+  }
+  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not available; this version has:%s%s", option, value,
+          list, later);
+}
+
+static PetscErrorCode CheckPositive(const char option[], PetscReal value)
+{
+  PetscFunctionBegin;
+  PetscCheck(value > 0 && !PetscIsInfOrNanReal(value), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "%s %g must be positive", option, (double)value);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptionsObject)
+{
+  const char *const costs[] = {"iterations", "wall", NULL}, *const problems[] = {"fault", NULL};
+  char reward[64] = "published", cost[32] = "iterations", *names[ENV_MAX_OBS];
+  PetscInt n = ENV_MAX_OBS;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(e->problem, "fault", sizeof(e->problem)));
+  PetscCall(PetscOptionsString("-train_problem", "What is simulated: fault (its parameters are the -fault_ options)",
+                               NULL, e->problem, e->problem, sizeof(e->problem), NULL));
+  PetscCall(CheckChoice("-train_problem", e->problem, problems, " (sliding_mode and circuit are not part of it)"));
+  PetscCall(PetscOptionsString(
+    "-train_reward",
+    "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure) or accuracy (price of an attempt plus "
+    "effect of the step on final slip and peak rate)",
+    NULL, reward, reward, sizeof(reward), NULL));
+  PetscCall(RewardFind(reward, &e->reward));
+  PetscCall(SetPreset(reward, e));
+  PetscCall(PetscOptionsString("-train_cost",
+                               "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, "
+                               "not reproducible)",
+                               NULL, cost, cost, sizeof(cost), NULL));
+  PetscCall(CheckChoice("-train_cost", cost, costs, ""));
+  PetscCall(PetscStrcmp(cost, "wall", &e->wall_cost));
+  PetscCall(PetscOptionsStringArray("-train_observations",
+                                    "Names of the observations, in order (default: depends on -train_reward)", NULL,
+                                    names, &n, &set));
+  if (set) {
+    for (PetscInt i = 0; i < e->nobs; ++i) PetscCall(PetscFree(e->names[i]));
+    PetscCall(SetObservations(e, n, names));
+    for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
+  }
+  PetscCall(PetscOptionsReal("-train_dt_min",
+                             "Shortest step the policy can choose, in units of T* (default: depends on -train_reward)",
+                             NULL, e->dt_min, &e->dt_min, NULL));
+  PetscCall(PetscOptionsReal("-train_dt_max", "Longest step the policy can choose [published: s, accuracy: T*]", NULL,
+                             e->dt_max, &e->dt_max, NULL));
+  PetscCall(CheckPositive("-train_dt_min", e->dt_min));
+  PetscCall(CheckPositive("-train_dt_max", e->dt_max));
+  e->reward_scale = 1;
+  PetscCall(PetscOptionsReal("-train_reward_scale", "The learner sees the reward times this", NULL, e->reward_scale,
+                             &e->reward_scale, NULL));
+  PetscCall(CheckPositive("-train_reward_scale", e->reward_scale));
+  PetscCall(PetscOptionsBool("-train_random", "Draw a fault for every episode", NULL, e->random, &e->random, NULL));
+  e->rtol = 1e-3;
+  e->atol = 1e-6;
+  e->continuation = 1. / 12;
+  PetscCall(PetscOptionsReal("-train_rtol", "Relative tolerance in the error estimate", NULL, e->rtol, &e->rtol, NULL));
+  PetscCall(PetscOptionsReal("-train_atol", "Absolute tolerance, in 0.1 mm for slip and 0.1 mm/T* for slip rate", NULL,
+                             e->atol, &e->atol, NULL));
+  PetscCall(CheckPositive("-train_rtol", e->rtol));
+  PetscCall(CheckPositive("-train_atol", e->atol));
+  PetscCall(PetscOptionsReal("-train_continuation_step", "Step of the exact continuation of reward accuracy [T*]", NULL,
+                             e->continuation, &e->continuation, NULL));
+  PetscCall(CheckPositive("-train_continuation_step", e->continuation));
+  PetscCall(PetscOptionsInt("-train_max_attempts", "Attempts after which an episode is cut off, 0: never", NULL,
+                            e->max_steps, &e->max_steps, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsObject)
+{
+  AgentOptions *a = &o->agent;
+  const char *const algorithms[] = {"tqc", NULL};
+  char algorithm[32] = "tqc";
+  PetscReal buffer = 1e6, starts = 100, lr = 3e-4, gamma = 0.99, tau = 0.005;
+
+  PetscFunctionBegin;
+  PetscCall(
+    PetscOptionsString("-train_algorithm", "Learner: tqc", NULL, algorithm, algorithm, sizeof(algorithm), NULL));
+  PetscCall(CheckChoice("-train_algorithm", algorithm, algorithms, " (td3 is not part of it)"));
+  a->tqc = (TQCOptions){o->env.nobs, 1, 64, 5, 25, 2, 256, lr, gamma, tau};
+  PetscCall(PetscOptionsInt("-train_hidden", "Width of the hidden layers", NULL, a->tqc.hidden, &a->tqc.hidden, NULL));
+  PetscCall(PetscOptionsInt("-train_critics", "Critics; the published policies were trained with 2", NULL,
+                            a->tqc.critics, &a->tqc.critics, NULL));
+  PetscCall(
+    PetscOptionsInt("-train_quantiles", "Quantiles of each critic", NULL, a->tqc.quantiles, &a->tqc.quantiles, NULL));
+  PetscCall(PetscOptionsInt("-train_drop", "Largest target quantiles dropped, per critic", NULL, a->tqc.drop,
+                            &a->tqc.drop, NULL));
+  PetscCall(PetscOptionsInt("-train_batch", "Transitions in a gradient step", NULL, a->tqc.batch, &a->tqc.batch, NULL));
+  PetscCall(PetscOptionsReal("-train_learning_rate", "Learning rate of all optimisers", NULL, lr, &lr, NULL));
+  PetscCall(PetscOptionsReal("-train_discount", "Discount gamma", NULL, gamma, &gamma, NULL));
+  PetscCall(PetscOptionsReal("-train_polyak", "Polyak coefficient tau of the target critics", NULL, tau, &tau, NULL));
+  PetscCall(
+    PetscOptionsReal("-train_buffer", "Capacity of the replay buffer in transitions", NULL, buffer, &buffer, NULL));
+  PetscCall(PetscOptionsReal("-train_learning_starts", "Steps with random actions before learning", NULL, starts,
+                             &starts, NULL));
+  a->tqc.lr = (double)lr;
+  a->tqc.gamma = (double)gamma;
+  a->tqc.tau = (double)tau;
+  a->buffer = (PetscInt64)PetscMin(buffer, (PetscReal)o->steps); /* never more than the run can fill */
+  a->learning_starts = (PetscInt64)starts;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ParseFiles(TrainOptions *o, SlipOptionItems PetscOptionsObject)
+{
+  const struct {
+    const char *name, *text;
+    char *value;
+  } row[] = {{"-train_output", "Policy file to write (HDF5)", o->output},
+             {"-train_log", "Learning curve to write (HDF5)", o->log},
+             {"-train_resume", "Checkpoint to continue; also on another mesh or fault: transfer learning", o->resume},
+             {"-train_checkpoint", "Checkpoint to write: networks, optimisers, buffer, random state", o->checkpoint}};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i)
+    PetscCall(PetscOptionsString(row[i].name, row[i].text, NULL, row[i].value, row[i].value, PETSC_MAX_PATH_LEN, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* F.h5 becomes F.rank3.h5 when several ranks train side by side. */
+static PetscErrorCode AddRank(char file[], PetscMPIInt rank)
+{
+  char stem[PETSC_MAX_PATH_LEN], *dot;
+
+  PetscFunctionBegin;
+  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrncpy(stem, file, sizeof(stem)));
+  dot = strrchr(stem, '.');
+  if (dot && strcmp(dot, ".h5")) dot = NULL;
+  if (dot) *dot = 0;
+  PetscCall(PetscSNPrintf(file, PETSC_MAX_PATH_LEN, "%s.rank%d%s", stem, rank, dot ? ".h5" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetRank(MPI_Comm comm, TrainOptions *o, PetscInt nalpha, const PetscReal alpha[])
+{
+  PetscMPIInt rank, size;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  o->env.alpha = alpha[rank % nalpha];
+  o->seed += rank;
+  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AddRank(o->output, rank));
+  PetscCall(AddRank(o->log, rank));
+  PetscCall(AddRank(o->resume, rank));
+  PetscCall(AddRank(o->checkpoint, rank));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
+{
+  PetscReal alpha[64] = {1}, steps = 20000, checkpoint = 5000;
+  PetscInt nalpha = 64;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(o, sizeof(*o)));
+  o->progress = 1000;
+  o->evaluate_episodes = 32;
+  PetscOptionsBegin(comm, NULL, "Training a step-size policy", "train");
+  PetscCall(PetscOptionsReal("-train_steps", "Environment steps (attempts), in total with those of -train_resume", NULL,
+                             steps, &steps, NULL));
+  PetscCheck(steps >= 1 && steps < 1e12, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_steps %g must be positive",
+             (double)steps);
+  o->steps = (PetscInt64)steps;
+  PetscCall(PetscOptionsInt("-train_seed", "Seed; rank i uses seed + i", NULL, o->seed, &o->seed, NULL));
+  PetscCall(PetscOptionsRealArray("-train_alpha",
+                                  "Weight of the error in the reward (default 1); rank i uses entry i of a list", NULL,
+                                  alpha, &nalpha, &set));
+  if (!set || !nalpha) nalpha = 1;
+  PetscCall(PetscOptionsInt("-train_progress", "Steps from one progress line to the next, 0: quiet", NULL, o->progress,
+                            &o->progress, NULL));
+  PetscCall(
+    PetscOptionsInt("-train_evaluate_interval",
+                    "Steps between evaluations of the policy without noise; the best one is written. 0: write the last",
+                    NULL, o->evaluate_interval, &o->evaluate_interval, NULL));
+  PetscCall(PetscOptionsInt("-train_evaluate_episodes", "Episodes of an evaluation, the same faults each time", NULL,
+                            o->evaluate_episodes, &o->evaluate_episodes, NULL));
+  PetscCheck(o->evaluate_episodes > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-train_evaluate_episodes %" PetscInt_FMT " must be positive", o->evaluate_episodes);
+  PetscCall(PetscOptionsReal("-train_checkpoint_interval", "Steps between checkpoints, 0: only at the end", NULL,
+                             checkpoint, &checkpoint, NULL));
+  o->checkpoint_interval = (PetscInt)checkpoint;
+  PetscCall(ParseEnvironment(&o->env, PetscOptionsObject));
+  PetscCall(ParseAgent(o, PetscOptionsObject));
+  PetscCall(ParseFiles(o, PetscOptionsObject));
+  PetscOptionsEnd();
+  PetscCall(SetRank(comm, o, nalpha, alpha));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

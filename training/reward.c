@@ -1,0 +1,54 @@
+/* The table of rewards. */
+#include "reward.h"
+#include <slipstep/private/slipcompat.h>
+
+#define SOLVE_COST 0.05   /* an attempt; 20 of them weigh as much as 1 % of slip error with alpha = 1 */
+#define FAILURE_COST 0.05 /* on top of that, an attempt that did not converge */
+#define SLIP_WEIGHT 100   /* per relative error of the final slip: 1 per 1 % */
+#define RATE_WEIGHT 10    /* per relative error of the peak slip rate: 1 per 10 % */
+#define WORST_STEP 3      /* largest penalty of one step's error, so that one disaster does not drown everything else */
+
+/* R = S1 S2 exp(-alpha E); -S1 when the step fails. S1: how long the step is, S2: how cheap it was. */
+static PetscReal Published(const RewardInput *in)
+{
+  const PetscReal length =
+    PetscClipInterval((in->attempt->dt - in->dt_min) / (in->dt_max - in->dt_min), (PetscReal)0, (PetscReal)1);
+  const PetscReal span = PetscMax((PetscReal)1e-8, in->cost_max - in->cost_min);
+
+  if (!in->attempt->converged) return -length;
+  return length * (1 - (in->cost - in->cost_min) / span) * PetscExpReal(-in->alpha * in->attempt->error);
+}
+
+/* A price for each attempt and one for the error that the step leaves in what matters at the end. */
+static PetscReal Accuracy(const RewardInput *in)
+{
+  const PetscReal error = in->alpha * (SLIP_WEIGHT * in->slip_error + RATE_WEIGHT * in->rate_error);
+
+  if (!in->attempt->converged) return -SOLVE_COST - FAILURE_COST;
+  return -SOLVE_COST - PetscMin(error, (PetscReal)WORST_STEP);
+}
+
+const Reward RewardTable[] = {
+  {"published", "length of the step, times cheapness, times exp(-alpha E_r); minus the length when it fails",
+   PETSC_FALSE, Published},
+  {"accuracy",
+   "-0.05 an attempt (-0.1 a failed one) and, with alpha 1, -1 per 1 % that the step changes the final slip or 10 % "
+   "the peak rate",
+   PETSC_TRUE, Accuracy},
+  {NULL, NULL, PETSC_FALSE, NULL}};
+
+PetscErrorCode RewardFind(const char name[], const Reward **row)
+{
+  char names[256] = "";
+  PetscBool same;
+
+  PetscFunctionBegin;
+  for (*row = RewardTable; (*row)->name; ++*row) {
+    PetscCall(PetscStrcmp(name, (*row)->name, &same));
+    if (same) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(PetscStrlcat(names, " ", sizeof(names)));
+    PetscCall(PetscStrlcat(names, (*row)->name, sizeof(names)));
+  }
+  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE, "-train_reward %s is not known; expected one of:%s", name,
+          names);
+}

@@ -1,0 +1,22 @@
+/* What an attempted step is worth: rows of a table, chosen by -train_reward. */
+#pragma once
+#include <slipstep.h>
+
+/* Everything a reward may use. Costs are those of -train_cost: Newton iterations or wall seconds. */
+typedef struct {
+  const SlipAttempt *attempt;
+  PetscReal dt_min, dt_max;           /* bounds of the action [s] */
+  PetscReal cost, cost_min, cost_max; /* of the attempt; running extrema over successful ones, this one included */
+  PetscReal alpha;                    /* weight of the error, -train_alpha */
+  PetscReal slip_error; /* what the step changed in the final slip of an exact continuation, over that slip */
+  PetscReal rate_error; /* likewise in the peak slip rate still to come */
+} RewardInput;
+
+typedef struct {
+  const char *name, *meaning;
+  PetscBool needs_continuation; /* slip_error and rate_error */
+  PetscReal (*value)(const RewardInput *in);
+} Reward;
+
+PETSC_INTERN const Reward RewardTable[];
+PETSC_INTERN PetscErrorCode RewardFind(const char name[], const Reward **row);

@@ -1,0 +1,61 @@
+/* The actor as a policy file of the library. */
+#include "trainer.h"
+#include <slipstep/private/slipcompat.h>
+
+static PetscErrorCode AddLayer(SlipPolicy p, PetscInt in, PetscInt out, const Scalar w[], const Scalar b[],
+                               SlipActivation activation)
+{
+  PetscReal *weight, *bias;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(in * out, &weight, out, &bias));
+  for (PetscInt i = 0; i < in * out; ++i) weight[i] = (PetscReal)w[i];
+  for (PetscInt i = 0; i < out; ++i) bias[i] = (PetscReal)b[i];
+  PetscCall(SlipPolicyAddLayer(p, in, out, weight, bias, activation));
+  PetscCall(PetscFree2(weight, bias));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetNumber(SlipPolicy p, const char name[], const char format[], double value)
+{
+  char text[64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(text, sizeof(text), format, value));
+  PetscCall(SlipPolicySetAttribute(p, name, text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetAttributes(Trainer *t, SlipPolicy p)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipPolicySetAttribute(p, "algorithm", "tqc"));
+  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.env.problem));
+  PetscCall(SlipPolicySetAttribute(p, "reward", t->o.env.reward->name));
+  PetscCall(SetNumber(p, "alpha", "%g", (double)t->o.env.alpha));
+  PetscCall(SetNumber(p, "training_steps", "%.0f", (double)t->best_steps));
+  PetscCall(SetNumber(p, "seed", "%.0f", (double)t->o.seed));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrainerStorePolicy(Trainer *t, const char file[])
+{
+  const EnvOptions *e = &t->o.env;
+  const TQC *q = &t->agent.tqc;
+  const DenseShape *s = &q->latent;
+  const Scalar *a = t->best_actor;
+  SlipPolicy p;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+  PetscCall(SlipPolicySetObservations(p, e->nobs, (const char *const *)e->names, e->scale, e->offset));
+  for (PetscInt l = 0; l < s->layers; ++l)
+    PetscCall(AddLayer(p, s->size[l], s->size[l + 1], a + s->weight[l], a + s->bias[l], SLIP_ACTIVATION_RELU));
+  PetscCall(AddLayer(p, q->o.hidden, q->o.act, a + q->head_weight, a + q->head_bias, SLIP_ACTIVATION_HARDTANH2));
+  PetscCall(SlipPolicySetAction(p, -1, 1, e->dt_min, e->dt_min_unit, e->dt_max, e->dt_max_unit, e->log_spacing));
+  PetscCall(SlipPolicySetRange(p, t->env.obs_min, t->env.obs_max));
+  PetscCall(SetAttributes(t, p));
+  PetscCall(SlipPolicyStore(p, file));
+  PetscCall(SlipPolicyDestroy(&p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

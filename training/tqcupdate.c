@@ -1,0 +1,143 @@
+/* One gradient step of TQC, in the order of sb3-contrib: entropy coefficient, critics, actor, target critics. */
+#include "tqc.h"
+
+/* Critic input: observations above actions, [O + A][B]. */
+static void CriticInput(TQC *t, const Scalar obs[], const Scalar action[])
+{
+  const size_t no = (size_t)(t->o.obs * t->o.batch), na = (size_t)(t->o.act * t->o.batch);
+
+  for (size_t i = 0; i < no; ++i) t->input[i] = obs[i];
+  for (size_t i = 0; i < na; ++i) t->input[no + i] = action[i];
+}
+
+static void ActorForward(TQC *t, const Scalar obs[], GSDE *s)
+{
+  DenseForward(&t->latent, t->actor, t->o.batch, obs, &t->actor_work);
+  GSDESample(t->o.hidden, t->o.act, t->o.batch, t->actor_work.out[1], t->actor + t->head_weight,
+             t->actor + t->head_bias, t->sigma, t->explore, s);
+}
+
+/* lambda with the policy's entropy against its target -A; returns the loss and updates lambda. */
+static double EntropyStep(TQC *t, const Scalar logp[])
+{
+  double sum = 0, loss;
+  Scalar grad;
+
+  for (PetscInt b = 0; b < t->o.batch; ++b) sum += logp[b] - (Scalar)t->o.act;
+  grad = (Scalar)(-sum / (double)t->o.batch);
+  loss = (double)t->log_alpha * (double)grad;
+  AdamStep(&t->alpha_adam, t->o.lr, &grad, &t->log_alpha);
+  return loss;
+}
+
+static double CriticStep(TQC *t, const TQCBatch *batch, Scalar alpha)
+{
+  const TQCOptions *o = &t->o;
+  const PetscInt B = o->batch, n = o->critics * o->quantiles, keep = n - o->critics * o->drop;
+  double loss;
+
+  CriticInput(t, batch->next_obs, t->next.action);
+  DenseForward(&t->critic, t->target, B, t->input, &t->critic_work);
+  for (PetscInt i = 0; i < n * B; ++i) t->z[i] = t->critic_work.out[3][i];
+  QuantileTargets(n, keep, B, batch->reward, batch->done, (Scalar)o->gamma, alpha, t->next.logp, t->z);
+  CriticInput(t, batch->obs, batch->action);
+  DenseForward(&t->critic, t->critics, B, t->input, &t->critic_work);
+  loss = QuantileHuber(o->critics, o->quantiles, keep, B, t->critic_work.out[3], t->z, t->critic_work.delta[3]);
+  DenseBackward(&t->critic, t->critics, B, t->input, &t->critic_work, t->critic_grad);
+  AdamStep(&t->critic_adam, o->lr, t->critic_grad, t->critics);
+  return loss;
+}
+
+/* Mean of all quantiles at (obs, a) and its gradient with respect to a, into dqda. Returns the mean over the batch. */
+static double CriticValue(TQC *t, const Scalar obs[], const Scalar action[])
+{
+  const PetscInt B = t->o.batch, n = t->o.critics * t->o.quantiles;
+  double sum = 0;
+
+  CriticInput(t, obs, action);
+  DenseForward(&t->critic, t->critics, B, t->input, &t->critic_work);
+  for (PetscInt i = 0; i < n * B; ++i) {
+    sum += t->critic_work.out[3][i];
+    t->critic_work.delta[3][i] = 1 / (Scalar)n;
+  }
+  DenseBackward(&t->critic, t->critics, B, t->input, &t->critic_work, NULL);
+  for (PetscInt k = 0; k < t->o.act; ++k) {
+    DenseInputGradient(&t->critic, t->critics, B, &t->critic_work, t->o.obs + k, t->dqda + k * B);
+  }
+  return sum / ((double)n * (double)B);
+}
+
+/* Gradient of mean(alpha logp - Q) through tanh, the noise and its density: with o = 1 - a^2 and S the noise's variance,
+     dg = -(q_a/B) o + (alpha/B) (-n/S + 2 a o/(o + 1e-6)),  dm = dg + (alpha/B) n/S inside the clamp,
+     dS = (alpha/B) (n^2/(2 S^2) - 1/(2 S)). */
+static void HeadGradients(TQC *t, Scalar alpha)
+{
+  const PetscInt n = t->o.act * t->o.batch;
+  const Scalar B = (Scalar)t->o.batch, kappa = alpha / B;
+  const GSDE *s = &t->now;
+
+  for (PetscInt i = 0; i < n; ++i) {
+    const Scalar a = s->action[i], one = 1 - a * a, noise = s->noise[i], S = s->var[i];
+
+    t->dg[i] = -(t->dqda[i] / B) * one + kappa * (-noise / S + 2 * a * one / (one + (Scalar)1e-6));
+    t->dm[i] = s->mean_raw[i] >= 2 || s->mean_raw[i] <= -2 ? 0 : t->dg[i] + kappa * noise / S;
+    t->dS[i] = kappa * (noise * noise / (2 * S * S) - 1 / (2 * S));
+  }
+}
+
+/* Backward through the mean head and the exploration (the features are not detached), then the hidden layers. */
+static void ActorBackward(TQC *t, const Scalar obs[])
+{
+  const PetscInt H = t->o.hidden, A = t->o.act, B = t->o.batch;
+  const Scalar *h = t->actor_work.out[1], *W = t->actor + t->head_weight;
+  Scalar *dh = t->actor_work.delta[1], *gW = t->actor_grad + t->head_weight, *gb = t->actor_grad + t->head_bias,
+         *gstd = t->actor_grad + t->log_std;
+
+  for (PetscInt k = 0; k < A; ++k) {
+    const Scalar *dg = t->dg + k * B, *dm = t->dm + k * B, *dS = t->dS + k * B;
+
+    gb[k] = 0;
+    for (PetscInt b = 0; b < B; ++b) gb[k] += dm[b];
+    for (PetscInt j = 0; j < H; ++j) {
+      const Scalar E = t->explore[j * A + k], var = t->sigma[j * A + k] * t->sigma[j * A + k], w = W[k * H + j],
+                   *hj = h + j * B;
+      Scalar *dhj = dh + j * B, sum_std = 0, sum_w = 0;
+
+      for (PetscInt b = 0; b < B; ++b) {
+        const Scalar d = dm[b] * w + dg[b] * E + 2 * dS[b] * hj[b] * var;
+
+        dhj[b] = k ? dhj[b] + d : d;
+        sum_std += dg[b] * hj[b] * E + 2 * dS[b] * hj[b] * hj[b] * var;
+        sum_w += dm[b] * hj[b];
+      }
+      gstd[j * A + k] = sum_std;
+      gW[k * H + j] = sum_w;
+    }
+  }
+  DenseBackward(&t->latent, t->actor, B, obs, &t->actor_work, t->actor_grad);
+}
+
+void TQCUpdate(TQC *t, const TQCBatch *batch, const Scalar eps[], TQCLosses *losses)
+{
+  const PetscInt HA = t->o.hidden * t->o.act, B = t->o.batch;
+  const Scalar alpha =
+    ScalarExp(t->log_alpha); /* before its own update: the same in the targets and the actor's loss */
+  double mean_logp = 0;
+
+  for (PetscInt i = 0; i < HA; ++i) {
+    t->sigma[i] = ScalarExp(t->actor[t->log_std + (size_t)i]);
+    t->explore[i] = t->sigma[i] * eps[i];
+  }
+  ActorForward(t, batch->next_obs, &t->next);
+  ActorForward(t, batch->obs, &t->now); /* last: its hidden layers are needed for the backward pass */
+  losses->alpha = (double)alpha;
+  losses->entropy = EntropyStep(t, t->now.logp);
+  losses->critic = CriticStep(t, batch, alpha);
+  losses->mean_q = CriticValue(t, batch->obs, t->now.action);
+  for (PetscInt b = 0; b < B; ++b) mean_logp += t->now.logp[b];
+  losses->actor = (double)alpha * mean_logp / (double)B - losses->mean_q;
+  HeadGradients(t, alpha);
+  ActorBackward(t, batch->obs);
+  AdamStep(&t->actor_adam, t->o.lr, t->actor_grad, t->actor);
+  PolyakAverage(t->ncritic, t->o.tau, t->critics, t->target);
+}

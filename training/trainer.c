@@ -1,0 +1,150 @@
+/* The training run: episodes until the steps are done, evaluation of the deterministic policy in between, the policy at the end. */
+#include "trainer.h"
+#include <slipstep/private/slipcompat.h>
+#include <petsctime.h>
+
+#define EVALUATION_SEED 20260 /* the faults of every evaluation are the same */
+
+PetscErrorCode TrainerCreate(MPI_Comm comm, const TrainOptions *o, Trainer *t)
+{
+  PetscMPIInt rank, size;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(t, sizeof(*t)));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  t->o = *o;
+  t->rank = rank;
+  t->size = size;
+  t->best = -PETSC_MAX_REAL;
+  PetscCall(EnvCreate(&o->env, &t->env));
+  PetscCall(AgentCreate(&o->agent, (uint64_t)o->seed, &t->agent));
+  RandomSeed(&t->faults, (uint64_t)o->seed + 0x5eed);
+  PetscCall(PetscCalloc1(t->agent.tqc.nactor, &t->best_actor));
+  if (o->resume[0]) PetscCall(CheckpointRead(t, o->resume));
+  t->begin_steps = t->agent.steps;
+  if (o->log[0]) PetscCall(TrainLogOpen(t, o->log, &t->log));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrainerDestroy(Trainer *t)
+{
+  PetscFunctionBegin;
+  PetscCall(TrainLogClose(&t->log));
+  PetscCall(AgentDestroy(&t->agent));
+  PetscCall(PetscFree(t->best_actor));
+  for (PetscInt i = 0; i < t->o.env.nobs; ++i) PetscCall(PetscFree(t->o.env.names[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TrainingActor(const EnvMoment *m, PetscReal *action, PetscBool *stop, void *ctx)
+{
+  Trainer *t = (Trainer *)ctx;
+
+  PetscFunctionBegin;
+  if (!m->first) AgentLearn(&t->agent, m->obs, t->o.env.reward_scale * m->reward, m->terminated);
+  *stop = t->agent.steps >= t->o.steps ? PETSC_TRUE : PETSC_FALSE;
+  if (m->terminated || m->truncated || *stop) PetscFunctionReturn(PETSC_SUCCESS);
+  *action = AgentAct(&t->agent, m->obs, PETSC_TRUE);
+  if (m->overruled) AgentForget(&t->agent);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode EvaluationActor(const EnvMoment *m, PetscReal *action, PetscBool *stop, void *ctx)
+{
+  Trainer *t = (Trainer *)ctx;
+
+  PetscFunctionBegin;
+  (void)stop;
+  *action = AgentAct(&t->agent, m->obs, PETSC_FALSE);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Evaluate(Trainer *t)
+{
+  Environment env = t->env; /* a copy: ranges and extrema of training are not touched */
+  EnvResult r;
+  Random faults;
+  double total = 0, attempts = 0, error = 0, n = (double)t->o.evaluate_episodes;
+
+  PetscFunctionBegin;
+  RandomSeed(&faults, EVALUATION_SEED);
+  if (!env.o.max_steps) env.o.max_steps = 10000; /* a policy that stalls must not stall its evaluation */
+  for (PetscInt i = 0; i < t->o.evaluate_episodes; ++i) {
+    PetscCall(EnvRunEpisode(&env, &faults, EvaluationActor, t, &r));
+    total += r.total;
+    attempts += (double)r.attempts;
+    error += PetscAbsReal(r.final_slip / r.reference - 1);
+  }
+  t->evaluated = t->agent.steps;
+  if (total / n > t->best) {
+    t->best = total / n;
+    t->best_steps = t->agent.steps;
+    PetscCall(PetscArraycpy(t->best_actor, t->agent.tqc.actor, t->agent.tqc.nactor));
+  }
+  PetscCall(TrainLogEvaluation(t->log, t, total / n, attempts / n, error / n));
+  if (t->o.progress)
+    PetscCall(PetscPrintf(PETSC_COMM_SELF, "  evaluation  return %8.3f  attempts %6.1f  slip error %7.3f %%%s\n",
+                          total / n, attempts / n, 100 * error / n,
+                          t->best_steps == t->agent.steps ? "  best so far" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Progress(const Trainer *t, const EnvResult *r)
+{
+  const TQCLosses *l = &t->agent.losses;
+  PetscLogDouble now;
+  double done, left;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&now));
+  done = (double)(t->agent.steps - t->begin_steps);
+  left = (now - t->begin) / done * (double)(t->o.steps - t->agent.steps);
+  if (t->size > 1) PetscCall(PetscPrintf(PETSC_COMM_SELF, "[%" PetscInt_FMT "] ", t->rank));
+  PetscCall(PetscPrintf(
+    PETSC_COMM_SELF,
+    "step %7" PetscInt64_FMT "/%" PetscInt64_FMT "  episode %5" PetscInt64_FMT "  return %8.3f  length %4" PetscInt_FMT
+    "  critic %9.3e  actor %9.3f  entropy coefficient %8.2e  left %5.0f s\n",
+    t->agent.steps, t->o.steps, t->episodes, (double)r->total, r->attempts, l->critic, l->actor, l->alpha, left));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What is due after an episode. */
+static PetscErrorCode AfterEpisode(Trainer *t, const EnvResult *r, PetscInt64 *shown)
+{
+  PetscFunctionBegin;
+  t->episodes++;
+  PetscCall(TrainLogEpisode(t->log, t, r));
+  if (t->o.progress && (t->agent.steps - *shown >= t->o.progress || t->agent.steps >= t->o.steps)) {
+    PetscCall(Progress(t, r));
+    *shown = t->agent.steps;
+  }
+  if (t->o.evaluate_interval && t->agent.steps - t->evaluated >= t->o.evaluate_interval && t->agent.updates)
+    PetscCall(Evaluate(t));
+  if (t->o.checkpoint[0] && t->o.checkpoint_interval && t->agent.steps - t->checkpointed >= t->o.checkpoint_interval) {
+    t->checkpointed = t->agent.steps;
+    PetscCall(CheckpointWrite(t, t->o.checkpoint));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrainerRun(Trainer *t)
+{
+  EnvResult r;
+  PetscInt64 shown = t->agent.steps;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&t->begin));
+  while (t->agent.steps < t->o.steps) {
+    PetscCall(EnvRunEpisode(&t->env, &t->faults, TrainingActor, t, &r));
+    PetscCall(AfterEpisode(t, &r, &shown));
+  }
+  if (t->o.evaluate_interval && t->evaluated < t->agent.steps) PetscCall(Evaluate(t));
+  if (!t->o.evaluate_interval) {
+    t->best_steps = t->agent.steps;
+    PetscCall(PetscArraycpy(t->best_actor, t->agent.tqc.actor, t->agent.tqc.nactor));
+  }
+  if (t->o.output[0]) PetscCall(TrainerStorePolicy(t, t->o.output));
+  if (t->o.checkpoint[0]) PetscCall(CheckpointWrite(t, t->o.checkpoint));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
