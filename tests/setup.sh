@@ -88,6 +88,6 @@ slipstep_build() {
   local build=$1
   shift
   [ -f "$build/CMakeCache.txt" ] || set -- -G Ninja "$@"
-  cmake -S . -B "$build" -DSLIPSTEP_PYTHON="$SLIPSTEP_PYTHON" "$@"
+  cmake -S . -B "$build" "$@"
   cmake --build "$build" -j 2
 }
