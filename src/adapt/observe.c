@@ -1,4 +1,4 @@
-/* The table of observations: one row each, all dimensionless. DESIGN.md section 5; TQC.md section 7 for the published ones. */
+/* The table of observations: one row each, all dimensionless (DESIGN.md section 5). */
 #include <slipstep/private/slipadaptimpl.h>
 #include <stdlib.h>
 

@@ -68,6 +68,6 @@ PETSC_INTERN const SlipObservation *SlipObservationFind(const char name[],
                                                         PetscInt *component); /* NULL: not in the table */
 PETSC_INTERN PetscErrorCode SlipObserverReset(SlipObserver *o);               /* frees w0 */
 PETSC_INTERN PetscErrorCode SlipObserverStart(SlipObserver *o, TS ts);        /* remembers the state as w0 */
-/* Fill the values. state_changed: whether rows of the state are to be computed anew. source names the policy in errors. */
+/* Fill the values; rows of the state only when state_changed. source names the policy in errors. */
 PETSC_INTERN PetscErrorCode SlipObserve(const SlipObserver *o, PetscInt n, SlipObserved seen[], PetscBool state_changed,
                                         const char source[]);
