@@ -2,12 +2,6 @@
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
 
-#if defined(PETSC_UNLIMITED)
-  #define SLIP_UNLIMITED PETSC_UNLIMITED
-#else
-  #define SLIP_UNLIMITED -1
-#endif
-
 /* Reference tolerances (DESIGN.md section 2): 1e-6 in units of 0.1 mm for u and s, of 0.1 mm/T* for v. */
 #define SLIP_FAULT_RTOL 1e-3
 #define SLIP_FAULT_ATOL 1e-6
