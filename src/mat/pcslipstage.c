@@ -3,9 +3,9 @@
 
      y = m . P (m . r) + (1 - m) . r,
 
-  m the 0/1 mask of sliding cells. On a uniform grid P is the inverse of the stage operator made periodic along strike (with padding, so
-  only the two ends of the fault are wrong), per wavenumber by the eigenvectors of K's block; elsewhere the inverse diagonal. P is
-  positive definite whatever the slope, so the whole is.
+  m the 0/1 mask of sliding cells. On a uniform grid P is the inverse of the stage operator made periodic along strike
+  (with padding, so only the two ends of the fault are wrong), per wavenumber by the eigenvectors of K's block;
+  elsewhere the inverse diagonal. P is positive definite whatever the slope, so the whole is.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
@@ -57,8 +57,8 @@ static PetscErrorCode ContextDestroy(void *pointer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sum over all rows of slope on the sliding set, divided by N: the mean slope weighted by how much of the fault slides, which took
-   the fewest iterations on whole and on scattered sets alike. */
+/* Sum over all rows of slope on the sliding set, divided by N: the mean slope weighted by how much of the fault slides,
+   which took the fewest iterations on whole and on scattered sets alike. */
 static PetscErrorCode MeanSlope(PCSlipStage *c, PetscReal *mean)
 {
   PetscScalar sum;
@@ -236,9 +236,10 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PCSLIPSTAGE - "slipstage": approximate inverse of the Jacobian of a stage on its sliding set
 
   Notes:
-  For a Jacobian of type MATSLIPJACOBIAN, whose parts it finds composed as "SlipStageOperator", "SlipMask" and "SlipSlope", or for a
-  stage operator itself. Symmetric positive definite even where weakening makes the Jacobian indefinite, as CG and MINRES need.
-  The slope enters by its mean over the fault. Without a uniform grid behind the stiffness it is the inverse diagonal.
+  For a Jacobian of type MATSLIPJACOBIAN, whose parts it finds composed as "SlipStageOperator", "SlipMask" and
+  "SlipSlope", or for a stage operator itself. Symmetric positive definite even where weakening makes the Jacobian
+  indefinite, as CG and MINRES need. The slope enters by its mean over the fault. Without a uniform grid behind the
+  stiffness it is the inverse diagonal.
 
   Level: intermediate
 

@@ -26,5 +26,7 @@ PetscErrorCode SlipRegisterTypes(void)
   PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
   PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
   PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
+  PetscCall(PetscLogEventRegister("SlipKSetUp", MAT_CLASSID, &SLIP_StiffnessSetUp));
+  PetscCall(PetscLogEventRegister("SlipHSetUp", MAT_CLASSID, &SLIP_ViscositySetUp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -101,8 +101,8 @@ static void Destroy(Operators *o)
   Check(MatDestroy(&o->B));
 }
 
-/* Products on this communicator against one rank's. 1e-12: sums of N < 100 terms in another order. The exact root of type "fft" is
-   truncated at 1e-10, so it is compared with one rank's own to 1e-12 and with the dense one to 1e-10. */
+/* Products on this communicator against one rank's. 1e-12: sums of N < 100 terms in another order. The exact root of
+   type "fft" is truncated at 1e-10, so it is compared with one rank's own to 1e-12 and with the dense one to 1e-10. */
 static void test_products_do_not_depend_on_ranks(void **state)
 {
   static const char *const types[] = {"dense", "fft", "auto"};
