@@ -321,10 +321,7 @@ PetscErrorCode SNESCreate_Semismooth(SNES snes)
   snes->usesksp = PETSC_TRUE;
   snes->usesnpc = PETSC_FALSE;
   snes->alwayscomputesfinalresidual = PETSC_TRUE;
-  if (!snes->tolerancesset) {
-    snes->rtol = 1e-10;
-    snes->max_its = 50;
-  }
+  SlipSNESDefaults(snes, 1e-10, 50);
   PetscCall(SNESGetKSP(snes, &ksp));
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPGetPC(ksp, &pc));

@@ -22,3 +22,26 @@ typedef PetscOptionItems SlipOptionItems;
 #else
   #define SlipMatShellFn(f) ((PetscErrorCodeFn *)(f))
 #endif
+/* No limit on failed solves and rejections. */
+#if PETSC_VERSION_LT(3, 22, 0)
+  #define SLIP_UNLIMITED (-1)
+#else
+  #define SLIP_UNLIMITED PETSC_UNLIMITED
+#endif
+/* Defaults of a SNES type that the user's own tolerances survive; needs petsc/private/snesimpl.h where it is used. */
+#if PETSC_VERSION_LT(3, 22, 0)
+  #define SlipSNESDefaults(snes, r, m) \
+    do { \
+      if (!(snes)->tolerancesset) { \
+        (snes)->rtol    = (r); \
+        (snes)->max_its = (m); \
+      } \
+    } while (0)
+#else
+  #define SlipSNESDefaults(snes, r, m) \
+    do { \
+      PetscCall(SNESParametersInitialize(snes)); \
+      PetscObjectParameterSetDefault(snes, rtol, r); \
+      PetscObjectParameterSetDefault(snes, max_its, m); \
+    } while (0)
+#endif
