@@ -51,7 +51,8 @@ expect '-fault_initial is "later", expected one of critical, rest' -fault_initia
 expect "none.h5" -fault_stiffness_file none.h5
 expect "not.h5 is not an HDF5 file" -fault_stiffness_file not.h5
 expect "truncated.h5" -fault_stiffness_file truncated.h5
-expect "/stiffness has shape [4, 4], expected [N, N] with N = nx nz = 9" -fault_nx 3 -fault_nz 3 -fault_stiffness_file k.h5
+expect "/stiffness has shape [4, 4], expected [N, N] with N = nx nz = 9" -fault_nx 3 -fault_nz 3 \
+  -fault_stiffness_file k.h5
 expect "k.h5 has no dataset /K" "${mesh[@]}" -fault_stiffness_file k.h5:/K
 expect "/text in k.h5 does not hold numbers" "${mesh[@]}" -fault_stiffness_file k.h5:/text
 expect "k.h5:/asymmetric: the stiffness is not symmetric" "${mesh[@]}" -fault_stiffness_file k.h5:/asymmetric
