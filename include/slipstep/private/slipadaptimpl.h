@@ -47,13 +47,17 @@ typedef struct {
   PetscReal w0_max;  /* its largest magnitude */
 } SlipObserver;
 
+typedef enum {
+  SLIP_OBSERVES_ATTEMPT, /* anything known without asking for more */
+  SLIP_OBSERVES_ERROR,   /* reads last.error */
+  SLIP_OBSERVES_STATE    /* the TS solution only: kept over a failed attempt; the problem's own row goes first */
+} SlipObservationKind;
+
 typedef struct {
   const char *name;
-  const char *meaning;
-  PetscBool needs_error; /* reads last.error */
-  PetscBool
-    of_state; /* depends on the TS solution only: kept over a failed attempt; the problem's own row goes first */
+  SlipObservationKind kind;
   PetscErrorCode (*compute)(const SlipObserver *, PetscInt component, PetscReal *value);
+  const char *meaning;
 } SlipObservation;
 
 /* One value that a policy asked for by name. */
