@@ -21,9 +21,9 @@ static PetscErrorCode SlipFaultOfTS(TS ts, SlipFault *fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultRelease(void *ctx)
+static PetscErrorCode SlipFaultRelease(SlipContainerArg arg)
 {
-  SlipFault fault = (SlipFault)ctx;
+  SlipFault fault = (SlipFault)SlipContainerArgPointer(arg);
 
   PetscFunctionBegin;
   PetscCall(SlipFaultDestroy(&fault));
@@ -96,7 +96,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
   PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)ts), &box));
   fault->refct++;
   PetscCall(PetscContainerSetPointer(box, fault));
-  PetscCall(PetscContainerSetUserDestroy(box, SlipFaultRelease));
+  PetscCall(SlipContainerSetDestroy(box, SlipFaultRelease));
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)box));
   PetscCall(PetscContainerDestroy(&box));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", SlipObserve_Fault));

@@ -49,11 +49,13 @@ static PetscErrorCode ContextReset(PCSlipStage *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ContextDestroy(void *pointer)
+static PetscErrorCode ContextDestroy(SlipContainerArg arg)
 {
+  PCSlipStage *stage = (PCSlipStage *)SlipContainerArgPointer(arg);
+
   PetscFunctionBegin;
-  PetscCall(ContextReset((PCSlipStage *)pointer));
-  PetscCall(PetscFree(pointer));
+  PetscCall(ContextReset(stage));
+  PetscCall(PetscFree(stage));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -261,7 +263,7 @@ PetscErrorCode PCCreate_SlipStage(PC pc)
   PetscCall(PetscNew(&c));
   PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)pc), &container));
   PetscCall(PetscContainerSetPointer(container, c));
-  PetscCall(PetscContainerSetUserDestroy(container, ContextDestroy));
+  PetscCall(SlipContainerSetDestroy(container, ContextDestroy));
   PetscCall(PetscObjectCompose((PetscObject)pc, "PCSlipStage", (PetscObject)container));
   PetscCall(PetscContainerDestroy(&container));
   PetscFunctionReturn(PETSC_SUCCESS);

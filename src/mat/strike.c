@@ -80,9 +80,9 @@ PetscErrorCode SlipStrikeCreate(const SlipGrid *grid, SlipStrike *strike)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode StrikeDestroy(void *pointer)
+static PetscErrorCode StrikeDestroy(SlipContainerArg arg)
 {
-  SlipStrike s = (SlipStrike)pointer;
+  SlipStrike s = (SlipStrike)SlipContainerArgPointer(arg);
 
   PetscFunctionBegin;
   fftw_destroy_plan(s->forward);
@@ -110,7 +110,7 @@ PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike)
     PetscCall(SlipStrikeCreate(grid, strike));
     PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
     PetscCall(PetscContainerSetPointer(container, *strike));
-    PetscCall(PetscContainerSetUserDestroy(container, StrikeDestroy));
+    PetscCall(SlipContainerSetDestroy(container, StrikeDestroy));
     PetscCall(PetscObjectCompose((PetscObject)K, "SlipStrike", (PetscObject)container));
     PetscCall(PetscContainerDestroy(&container));
     PetscFunctionReturn(PETSC_SUCCESS);

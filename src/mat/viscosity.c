@@ -108,7 +108,7 @@ static PetscErrorCode ComposeFactor(Mat H, PetscReal factor)
   *copy = factor;
   PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)H), &container));
   PetscCall(PetscContainerSetPointer(container, copy));
-  PetscCall(PetscContainerSetUserDestroy(container, PetscContainerUserDestroyDefault));
+  PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
   PetscCall(PetscObjectCompose((PetscObject)H, "SlipViscosityFactor", (PetscObject)container));
   PetscCall(PetscContainerDestroy(&container));
   PetscFunctionReturn(PETSC_SUCCESS);

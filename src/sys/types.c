@@ -28,9 +28,5 @@ PetscErrorCode SlipRegisterTypes(void)
   PetscCall(TSAdaptRegister(TSADAPTHEURISTIC, TSAdaptCreate_Heuristic));
   PetscCall(TSAdaptRegister(TSADAPTPI, TSAdaptCreate_PI));
   PetscCall(TSAdaptRegister(TSADAPTRL, TSAdaptCreate_RL));
-  PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
-  PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
-  PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
-  PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

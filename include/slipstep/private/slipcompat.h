@@ -30,19 +30,19 @@ typedef PetscOptionItems SlipOptionItems;
 #endif
 /* Defaults of a SNES type that the user's own tolerances survive; needs petsc/private/snesimpl.h where it is used. */
 #if PETSC_VERSION_LT(3, 22, 0)
-  #define SlipSNESDefaults(snes, r, m) \
-    do { \
-      if (!(snes)->tolerancesset) { \
-        (snes)->rtol    = (r); \
-        (snes)->max_its = (m); \
-      } \
+  #define SlipSNESDefaults(snes, r, m)                                                                                 \
+    do {                                                                                                               \
+      if (!(snes)->tolerancesset) {                                                                                    \
+        (snes)->rtol = (r);                                                                                            \
+        (snes)->max_its = (m);                                                                                         \
+      }                                                                                                                \
     } while (0)
 #else
-  #define SlipSNESDefaults(snes, r, m) \
-    do { \
-      PetscCall(SNESParametersInitialize(snes)); \
-      PetscObjectParameterSetDefault(snes, rtol, r); \
-      PetscObjectParameterSetDefault(snes, max_its, m); \
+  #define SlipSNESDefaults(snes, r, m)                                                                                 \
+    do {                                                                                                               \
+      PetscCall(SNESParametersInitialize(snes));                                                                       \
+      PetscObjectParameterSetDefault(snes, rtol, r);                                                                   \
+      PetscObjectParameterSetDefault(snes, max_its, m);                                                                \
     } while (0)
 #endif
 #if PETSC_VERSION_GE(3, 25, 0)
