@@ -95,19 +95,20 @@ static PetscErrorCode Select(PetscInt n, PetscInt r, const PetscReal Q[], const 
 PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess, SlipLowRank *m)
 {
   PetscInt r = PetscMin(n, PetscMax(guess, 32)), above;
+  PetscBool complete = PETSC_FALSE;
 
   PetscFunctionBegin;
   m->n = n;
-  for (;; r = PetscMin(n, 2 * r)) {
+  for (; !complete; r = PetscMin(n, 2 * r)) {
     PetscReal *Q, *values;
 
     PetscCall(PetscMalloc2((size_t)n * r, &Q, r, &values));
     PetscCall(SubspaceEigen(n, D, r, Q, values));
     above = 0;
     for (PetscInt k = 0; k < r; k++) above += PetscAbsReal(values[k]) > cutoff;
-    if (r == n || above + 16 <= r) PetscCall(Select(n, r, Q, values, cutoff, m));
+    complete = (PetscBool)(r == n || above + 16 <= r);
+    if (complete) PetscCall(Select(n, r, Q, values, cutoff, m));
     PetscCall(PetscFree2(Q, values));
-    if (m->W) break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

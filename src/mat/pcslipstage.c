@@ -229,7 +229,7 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PetscCall(ContextOf(pc, &c));
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (ascii)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  approximate inverse on the sliding set: %s\n",
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  inverse: %s\n",
                                      c->strike ? "periodic along strike, per wavenumber" : "diagonal"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -258,6 +258,7 @@ PetscErrorCode PCCreate_SlipStage(PC pc)
   PetscCall(PCShellSetApply(pc, PCApply_SlipStage));
   PetscCall(PCShellSetApplyTranspose(pc, PCApply_SlipStage));
   PetscCall(PCShellSetView(pc, PCView_SlipStage));
+  PetscCall(PCShellSetName(pc, "approximate inverse on the sliding set"));
   PetscCall(PetscObjectChangeTypeName((PetscObject)pc, PCSLIPSTAGE));
   PetscCall(PetscNew(&c));
   PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)pc), &container));

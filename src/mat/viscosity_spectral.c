@@ -196,7 +196,7 @@ PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: root block of one parity minus its spectral approximation, compressed. kernel: K's, unscaled; spectral: that
+/* One process: root block of one parity minus its spectral approximation, compressed. kernel: K's, unscaled; spectral: that
  * of H. */
 static PetscErrorCode ComputeCorrection(const SlipGrid *g, PetscReal factor, PetscReal scale, const PetscReal kernel[],
                                         const PetscReal spectral[], PetscReal norm, PetscInt parity,
@@ -219,21 +219,21 @@ static PetscErrorCode ComputeCorrection(const SlipGrid *g, PetscReal factor, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives every rank what rank 0 found. */
-static PetscErrorCode BroadcastCorrection(MPI_Comm comm, SlipLowRank *m)
+/* Gives every rank what the root found. */
+static PetscErrorCode BroadcastCorrection(MPI_Comm comm, PetscMPIInt root, SlipLowRank *m)
 {
   PetscMPIInt rank;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Bcast(&m->rank, 1, MPIU_INT, 0, comm));
-  if (rank) {
+  PetscCallMPI(MPI_Bcast(&m->rank, 1, MPIU_INT, root, comm));
+  if (rank != root) {
     PetscCall(PetscMalloc1((size_t)m->n * m->rank, &m->W));
     PetscCall(PetscMalloc1(m->rank, &m->lambda));
   }
   for (PetscInt k = 0; k < m->rank; k++)
-    PetscCallMPI(MPI_Bcast(m->W + (size_t)k * m->n, (int)m->n, MPIU_REAL, 0, comm));
-  PetscCallMPI(MPI_Bcast(m->lambda, (int)m->rank, MPIU_REAL, 0, comm));
+    PetscCallMPI(MPI_Bcast(m->W + (size_t)k * m->n, (int)m->n, MPIU_REAL, root, comm));
+  PetscCallMPI(MPI_Bcast(m->lambda, (int)m->rank, MPIU_REAL, root, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -245,7 +245,7 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
   const SlipGrid *g;
   const PetscReal *values;
   PetscReal *kernel = NULL, *spectral = NULL, norm = 0, scale, smallest[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL};
-  PetscMPIInt rank;
+  PetscMPIInt rank, size;
   PetscInt nk;
 
   PetscFunctionBegin;
@@ -256,23 +256,26 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
   PetscCall(SlipStrikeGetEigen(c->strike, &values, NULL));
   for (PetscInt i = 0; i < nk * g->nz; i++) norm = PetscMax(norm, factor * PetscSqrtReal(scale * values[i]));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) {
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (rank < 2) { /* one parity each, or both on a single rank */
     PetscCall(PetscMalloc2((size_t)nk * g->nz * g->nz, &kernel, (size_t)nk * g->nz * g->nz, &spectral));
     for (PetscInt d = 0; d < nk; d++) SlipGridKernel(g, d, kernel + (size_t)d * g->nz * g->nz);
     PetscCall(PetscArraycpy(spectral, c->blocks, (size_t)nk * g->nz * g->nz));
     PetscCall(SlipStrikeBlocksToKernel(c->strike, spectral));
   }
   for (PetscInt parity = 0; parity < 2; parity++) {
-    SlipLowRank *m = &c->correction[parity];
-
-    m->n = SlipMirrorWidth(g->nx, parity) * g->nz;
-    if (m->n == 0) continue;
-    if (rank == 0) PetscCall(ComputeCorrection(g, factor, scale, kernel, spectral, norm, parity, &smallest[parity], m));
-    PetscCall(BroadcastCorrection(comm, m));
-    PetscCall(SlipLowRankDemote(m, SLIP_SQRT_SINGLE * norm));
+    c->correction[parity].n = SlipMirrorWidth(g->nx, parity) * g->nz;
+    if (c->correction[parity].n && rank == parity % size)
+      PetscCall(
+        ComputeCorrection(g, factor, scale, kernel, spectral, norm, parity, &smallest[parity], &c->correction[parity]));
   }
   PetscCall(PetscFree2(kernel, spectral));
-  PetscCallMPI(MPI_Bcast(smallest, 2, MPIU_REAL, 0, comm));
+  for (PetscInt parity = 0; parity < 2; parity++) {
+    if (c->correction[parity].n == 0) continue;
+    PetscCall(BroadcastCorrection(comm, (PetscMPIInt)(parity % size), &c->correction[parity]));
+    PetscCall(SlipLowRankDemote(&c->correction[parity], SLIP_SQRT_SINGLE * norm));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, smallest, 2, MPIU_REAL, MPI_MIN, comm));
   PetscCheck(PetscMin(smallest[0], smallest[1]) > 0, comm, PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m",
              (double)PetscMin(smallest[0], smallest[1]));
