@@ -3,7 +3,7 @@
 #include <stddef.h>
 #include <setjmp.h>
 #include <cmocka.h>
-#include "sliders.h"
+#include "../sliders.h"
 
 #define CALL(...) assert_int_equal((int)(__VA_ARGS__), 0)
 

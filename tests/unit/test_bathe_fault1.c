@@ -3,7 +3,7 @@
 #include <stddef.h>
 #include <setjmp.h>
 #include <cmocka.h>
-#include "sliders.h"
+#include "../sliders.h"
 
 static const PetscReal G = 30e9, rho = 2500.0, L = 3000.0, sigma = 15e3 * 1500.0, tmax = 30.0;
 
