@@ -91,8 +91,8 @@ static PetscErrorCode TSAdaptDestroy_Heuristic(TSAdapt adapt)
 
   With the weighted error estimate E of order p and q = 1/(p + 1): E > 1 rejects the step and repeats it with h E^-q;
   otherwise the next step is min(h_max, h min(growth, E^-q)). A second rejection in a row multiplies by
-  -ts_adapt_reject_safety as well, and -ts_adapt_safety multiplies every E^-q. A solve that does not converge repeats with
-  the failure factor times h. A step below -ts_adapt_dt_min ends the run with an error.
+  -ts_adapt_reject_safety as well, and -ts_adapt_safety multiplies every E^-q. A solve that does not converge repeats
+  with the failure factor times h. A step below -ts_adapt_dt_min ends the run with an error.
 
   Options Database Keys:
 + -ts_adapt_heuristic_growth <2>           - largest ratio of successive steps

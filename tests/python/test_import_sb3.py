@@ -37,7 +37,8 @@ def numbers(values):
 
 def pickled_tensor(key, array):
     strides = [s // array.itemsize for s in array.strides]
-    storage = b"(" + text("storage") + b"ctorch\nFloatStorage\n" + text(str(key)) + text("cpu") + number(array.size) + b"tQ"
+    storage = (b"(" + text("storage") + b"ctorch\nFloatStorage\n" + text(str(key)) + text("cpu") + number(array.size)
+               + b"tQ")
     return (b"ctorch._utils\n_rebuild_tensor_v2\n(" + storage + number(0) + numbers(array.shape) + numbers(strides)
             + b"\x89ccollections\nOrderedDict\n)RtR")
 
@@ -85,7 +86,8 @@ def network(algorithm, sde, n=6, hidden=(5, 4)):
         if not sde:
             layer(state, "actor.log_std", hidden[-1], 1)
     layer(state, "critic.qf0.0", n + 1, 25 if algorithm == "tqc" else 1)
-    module = {"tqc": "sb3_contrib.tqc.policies", "td3": "stable_baselines3.td3.policies", "sac": "stable_baselines3.sac.policies"}
+    module = {"tqc": "sb3_contrib.tqc.policies", "td3": "stable_baselines3.td3.policies",
+              "sac": "stable_baselines3.sac.policies"}
     return {"policy_class": {"__module__": module[algorithm]}, "num_timesteps": 321, "seed": 5, "use_sde": sde,
             "policy_kwargs": {"activation_fn": "<class 'torch.nn.modules.activation.ReLU'>", "use_sde": sde}}, state
 
@@ -102,7 +104,8 @@ def forward(state, obs, sde, act=lambda x: np.maximum(x, 0)):
 
 def file_forward(path, obs):
     """What SlipPolicy computes, from the file (DESIGN.md section 5)."""
-    kinds = {"relu": lambda x: np.maximum(x, 0), "tanh": np.tanh, "linear": lambda x: x, "hardtanh2": lambda x: np.clip(x, -2, 2)}
+    kinds = {"relu": lambda x: np.maximum(x, 0), "tanh": np.tanh, "linear": lambda x: x,
+             "hardtanh2": lambda x: np.clip(x, -2, 2)}
     with h5py.File(path) as f:
         x = np.asarray(obs) * f["observation/scale"][:] + f["observation/offset"][:]
         for k in range(len(f["layers"])):
@@ -131,6 +134,10 @@ def imports(zip_path, state, sde, *options, names=FAULT, act=lambda x: np.maximu
     return attributes, action
 
 
+def bounds(action):
+    return tuple(action[name] for name in ("dt_min", "dt_min_unit", "dt_max", "dt_max_unit"))
+
+
 def test_algorithms():
     for algorithm in ("tqc", "td3", "sac"):
         for sde in (False, True):
@@ -139,8 +146,9 @@ def test_algorithms():
             data, state = network(algorithm, sde)
             write_zip("in.zip", data, policy_pth(state))
             attributes, action = imports("in.zip", state, sde)
-            assert attributes["algorithm"] == algorithm and attributes["training_steps"] == 321 and attributes["seed"] == 5
-            assert (action["dt_min"], action["dt_min_unit"], action["dt_max"], action["dt_max_unit"]) == (1e-6, "T*", 6, "s")
+            assert attributes["algorithm"] == algorithm
+            assert attributes["training_steps"] == 321 and attributes["seed"] == 5
+            assert bounds(action) == (1e-6, "T*", 6, "s")
             del data["policy_class"]  # told apart by the networks then
             write_zip("in.zip", data, policy_pth(state))
             assert imports("in.zip", state, sde)[0]["algorithm"] == algorithm
@@ -153,7 +161,7 @@ def test_options():
     names = ["energy", "state_2", "state_0", "state_1", "residual", "converged", "accuracy", "step"]
     _, action = imports("in.zip", state, True, "--preset", "circuit", "--dt-min", "1e-5T*", "--dt-max", "0.1t_max",
                         names=names, act=np.tanh)
-    assert (action["dt_min"], action["dt_min_unit"], action["dt_max"], action["dt_max_unit"]) == (1e-5, "T*", 0.1, "t_max")
+    assert bounds(action) == (1e-5, "T*", 0.1, "t_max")
 
 
 def test_broken():
@@ -178,8 +186,8 @@ def test_broken():
         "no actor": ((data, policy_pth({"q_net.weight": np.ones((1, 6), "f4")})), None, "no actor"),
         "NaN": ((data, policy_pth(changed(**{"actor.latent_pi.0.weight": nan}))), None, "not finite"),
         "chain": ((data, policy_pth(changed(**{"actor.latent_pi.2.weight": np.ones((4, 9), "f4")}))), None, "9 inputs"),
-        "two actions": ((data, policy_pth(changed(**{"actor.mu.0.weight": np.ones((2, 4), "f4"), "actor.mu.0.bias": np.ones(2, "f4")}))),
-                        None, "2 outputs"),
+        "two actions": ((data, policy_pth(changed(**{"actor.mu.0.weight": np.ones((2, 4), "f4"),
+                                                     "actor.mu.0.bias": np.ones(2, "f4")}))), None, "2 outputs"),
         "activation": (({**data, "policy_kwargs": {"activation_fn": "<class 'torch.nn.GELU'>"}}, good), None, "GELU"),
         "clip_mean": (({**data, "policy_kwargs": {"clip_mean": 3.0}}, good), None, "clip_mean"),
         "preset": ((data, good), ["--preset", "circuit"], "8 observations"),

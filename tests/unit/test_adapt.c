@@ -1,5 +1,5 @@
-/* The controllers on a TS without numerics (y' = 0): the test says what each attempt's error is and whether it converged,
-   and expects the exact sequence of steps. */
+/* The controllers on a TS without numerics (y' = 0): the test says what each attempt's error is and whether it
+   converged, and expects the exact sequence of steps. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -271,8 +271,8 @@ static void pi_filter(void **state)
 
 static void pi_cap(void **state)
 {
-  /* Elementary filter, then the default's memory: a step of error 0 grows by 1.2 and counts as the error that asks for just
-     that, E = 1.2^(-g1/q) = 1.2^-12. */
+  /* The default filter: a step of error 0 grows by 1.2 and counts as the error that asks for just that,
+     E = 1.2^(-g1/q) = 1.2^-12. */
   const PetscReal error[] = {0, 1, FAIL, 1};
   PetscReal h[4] = {0.1, 0.12};
   TS ts = start(TSADAPTPI, "", 0.1);
