@@ -11,8 +11,7 @@ typedef struct {
   const Reward *reward;
   PetscBool wall_cost; /* cost of an attempt: wall time instead of nonlinear iterations */
   PetscReal alpha;
-  PetscReal reward_scale; /* the learner sees reward * reward_scale */
-  PetscBool random;       /* draw a fault for every episode */
+  PetscBool random; /* draw a fault for every episode */
   PetscInt nobs;
   char *names[ENV_MAX_OBS];                          /* observations */
   PetscReal scale[ENV_MAX_OBS], offset[ENV_MAX_OBS]; /* the network sees obs * scale + offset */

@@ -28,7 +28,7 @@ static const struct {
   {"accuracy",
    {"energy", "log_velocity", "slip", "log_error", "log_step", "converged"},
    1e-2,
-   7,
+   14,
    "T*",
    "T*",
    PETSC_TRUE},
@@ -138,10 +138,6 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
                              e->dt_max, &e->dt_max, NULL));
   PetscCall(CheckPositive("-train_dt_min", e->dt_min));
   PetscCall(CheckPositive("-train_dt_max", e->dt_max));
-  e->reward_scale = 1;
-  PetscCall(PetscOptionsReal("-train_reward_scale", "The learner sees the reward times this", NULL, e->reward_scale,
-                             &e->reward_scale, NULL));
-  PetscCall(CheckPositive("-train_reward_scale", e->reward_scale));
   PetscCall(PetscOptionsBool("-train_random", "Draw a fault for every episode", NULL, e->random, &e->random, NULL));
   e->rtol = 1e-3;
   e->atol = 1e-6;

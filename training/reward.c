@@ -2,11 +2,11 @@
 #include "reward.h"
 #include <slipstep/private/slipcompat.h>
 
-#define SOLVE_COST 0.05   /* an attempt; 20 of them weigh as much as 1 % of slip error with alpha = 1 */
-#define FAILURE_COST 0.05 /* on top of that, an attempt that did not converge */
-#define SLIP_WEIGHT 100   /* per relative error of the final slip: 1 per 1 % */
-#define RATE_WEIGHT 10    /* per relative error of the peak slip rate: 1 per 10 % */
-#define WORST_STEP 3      /* largest penalty of one step's error, so that one disaster does not drown everything else */
+#define SOLVE_COST 0.25   /* an attempt */
+#define FAILURE_COST 0.25 /* on top of that, an attempt that did not converge */
+#define SLIP_WEIGHT 50    /* per relative error of the final slip: 1 % weighs as much as two attempts */
+#define RATE_WEIGHT 5     /* per relative error of the peak slip rate: 10 % weigh as much as two attempts */
+#define WORST_STEP 15     /* largest penalty of one step's error, so that one disaster does not drown everything else */
 
 /* R = S1 S2 exp(-alpha E); -S1 when the step fails. S1: how long the step is, S2: how cheap it was. */
 static PetscReal Published(const RewardInput *in)
@@ -32,8 +32,9 @@ const Reward RewardTable[] = {
   {"published", "length of the step, times cheapness, times exp(-alpha E_r); minus the length when it fails",
    PETSC_FALSE, Published},
   {"accuracy",
-   "-0.05 an attempt (-0.1 a failed one) and, with alpha 1, -1 per 1 % that the step changes the final slip or 10 % "
-   "the peak rate",
+   "-0.25 an attempt (-0.5 a failed one) and, with alpha 1, -0.5 for each 1 % by which the step changes the final slip "
+   "or 10 % by "
+   "which it changes the peak rate",
    PETSC_TRUE, Accuracy},
   {NULL, NULL, PETSC_FALSE, NULL}};
 

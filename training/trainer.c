@@ -42,7 +42,7 @@ static PetscErrorCode TrainingActor(const EnvMoment *m, PetscReal *action, Petsc
   Trainer *t = (Trainer *)ctx;
 
   PetscFunctionBegin;
-  if (!m->first) AgentLearn(&t->agent, m->obs, t->o.env.reward_scale * m->reward, m->terminated);
+  if (!m->first) AgentLearn(&t->agent, m->obs, m->reward, m->terminated);
   *stop = t->agent.steps >= t->o.steps ? PETSC_TRUE : PETSC_FALSE;
   if (m->terminated || m->truncated || *stop) PetscFunctionReturn(PETSC_SUCCESS);
   *action = AgentAct(&t->agent, m->obs, PETSC_TRUE);

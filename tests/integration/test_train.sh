@@ -1,0 +1,60 @@
+#!/usr/bin/env bash
+# The train program: messages of bad input, two policies side by side, the same bits for the same seed, the policy in a run.
+set -uo pipefail
+bin=$SLIPSTEP_BUILD/bin
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+failed=0
+
+fail() { echo "FAILED: $*"; failed=1; }
+# Expects a failing run whose message holds each of the given words, and no policy left behind.
+refuses() { # words -- options
+  local words=()
+  while [ "$1" != -- ]; do words+=("$1"); shift; done
+  shift
+  if timeout 60 "$bin/train" -train_steps 10 -train_output refused.h5 "$@" >out.txt 2>&1; then fail "accepted: $*"; fi
+  for word in "${words[@]}"; do grep -qF -e "$word" out.txt || fail "no \"$word\" in the message for $*: $(cat out.txt)"; done
+  [ "$(grep -c error: out.txt)" = 1 ] || fail "not one message for $*: $(cat out.txt)"
+  [ ! -e refused.h5 ] || fail "a policy was written for $*"
+}
+
+refuses -train_problem circuit fault -- -train_problem circuit
+refuses -train_algorithm td3 tqc -- -train_algorithm td3
+refuses -train_reward nonsense published accuracy -- -train_reward nonsense
+refuses -train_cost days iterations wall -- -train_cost days
+refuses -train_steps -- -train_steps 0
+refuses "quantiles" -- -train_drop 25
+refuses missing.h5 -- -train_resume missing.h5
+refuses nonsense energy -- -train_observations energy,nonsense
+echo "not HDF5" >text.h5
+refuses text.h5 -- -train_resume text.h5
+
+short="-train_steps 300 -train_batch 32 -train_progress 0"
+mpirun --oversubscribe -n 2 "$bin/train" $short -train_seed 4 -train_alpha 1,2 -train_output p.h5 -train_log l.h5 \
+  -train_checkpoint c.h5 || fail "two ranks"
+for file in p l c; do
+  for rank in 0 1; do [ -s $file.rank$rank.h5 ] || fail "no $file.rank$rank.h5"; done
+done
+# rank 1 trains what one rank with the next seed and the other alpha trains
+"$bin/train" $short -train_seed 5 -train_alpha 2 -train_output q.h5 -train_checkpoint d.h5 || fail "one rank"
+refuses -train_resume "other networks" -- -train_resume d.h5 -train_hidden 32
+refuses -train_resume checkpoint -- -train_resume q.h5
+"$SLIPSTEP_PYTHON" - <<'EOF' || fail "rank 1 and a single run differ, or the learning curve is wrong"
+import h5py, numpy as np
+a, b = h5py.File("c.rank1.h5"), h5py.File("d.h5")
+for name in ("actor/parameters", "critics/parameters", "critics/target", "buffer", "random/agent"):
+    assert np.array_equal(a[name][:], b[name][:]), name
+assert not np.array_equal(a["actor/parameters"][:], h5py.File("c.rank0.h5")["actor/parameters"][:])
+curve = h5py.File("l.rank1.h5")["episodes"]
+assert curve["step"][-1] == 300 and np.all(np.diff(curve["step"][:]) > 0)
+assert curve["length"][:].sum() == 300
+EOF
+"$bin/fault" -fault_nx 2 -fault_nz 2 -ts_adapt_type rl -ts_adapt_rl_policy q.h5 >run.txt 2>&1 || fail "a run with the policy: $(tail -3 run.txt)"
+grep -q "final mean slip" run.txt || fail "no summary of the run"
+"$bin/train" -help >help.txt 2>&1 || fail "-help"
+for option in -train_problem -train_algorithm -train_alpha -train_steps -train_seed -train_output -train_resume -train_checkpoint \
+  -train_reward -train_cost -train_rtol -train_atol -train_random -train_log -fault_length_x; do
+  grep -qe "$option" help.txt || fail "$option is not in -help"
+done
+exit $failed
