@@ -12,8 +12,9 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicy(TSAdapt adapt, SlipPolicy policy)
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[]);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy);
 
-/* A trainer sits where the policy would: called once before the first step (last == NULL) and once after every attempt, with the
-   observation vector named in names; returns the next step [s]. guarded is true when a guard rail will override its choice. */
+/* A trainer sits where the policy would: called once before the first step (last == NULL) and once after every attempt,
+   with the observation vector named in names; returns the next step [s]. guarded is true when a guard rail will
+   override its choice. */
 typedef PetscErrorCode (*TSAdaptRLActorFn)(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[],
                                            const SlipAttempt *last, PetscBool guarded, PetscReal *h, void *ctx);
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const names[], PetscReal dt_min,

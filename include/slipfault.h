@@ -20,11 +20,12 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipFaultDestroy(SlipFault *fault);
 
-/* State w: block size 3, (v, u, s) per element [m/s, m, m]; element e = iz * nx + ix; PETSc's default distribution of elements. */
+/* State w: block size 3, (v, u, s) per element [m/s, m, m]; element e = iz * nx + ix; PETSc's default distribution of
+ * elements. */
 PETSC_EXTERN PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w);
 PETSC_EXTERN PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w);
-/* TS of type bathe (changed by -ts_type afterwards), smooth right-hand side, constraint, reference tolerances, max time 30 s, unlimited rejections and
-   SNES failures, SlipObserve_C and SlipTimeScale_C. Call TSSetFromOptions after it. */
+/* TS of type bathe (changed by -ts_type afterwards), smooth right-hand side, constraint, reference tolerances, max time
+   30 s, unlimited rejections and SNES failures, SlipObserve_C and SlipTimeScale_C. Call TSSetFromOptions after it. */
 PETSC_EXTERN PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal *mass); /* borrowed */
 PETSC_EXTERN PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar); /* T* = Ly sqrt(rho/G) [s] */
@@ -40,6 +41,7 @@ typedef struct {
 PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r,
                                                     SlipFaultObservables *obs); /* r: reaction, may be NULL */
 
-/* -fault_output: attaches monitors that write the file of DESIGN.md section 7; finish writes /result and /run and renames into place. */
+/* -fault_output: attaches monitors that write the file of DESIGN.md section 7; finish writes /result and /run and
+ * renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);

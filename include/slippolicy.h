@@ -25,8 +25,9 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetObservations(SlipPolicy p, PetscInt n, 
                                                       const PetscReal scale[], const PetscReal offset[]);
 PETSC_EXTERN PetscErrorCode SlipPolicyAddLayer(SlipPolicy p, PetscInt in, PetscInt out, const PetscReal weight[],
                                                const PetscReal bias[], SlipActivation activation);
-/* h = dt_min + (a - low)/(high - low) (dt_max - dt_min), or with log_spacing dt_min (dt_max/dt_min)^((a - low)/(high - low));
-   a = tanh of the last layer. Units "s", "T*" or "t_max". File: /action attributes, spacing "linear" (default when absent) or "log". */
+/* h = dt_min + (a - low)/(high - low) (dt_max - dt_min), or with log_spacing dt_min (dt_max/dt_min)^((a - low)/(high -
+   low)); a = tanh of the last layer. Units "s", "T*" or "t_max". File: /action attributes, spacing "linear" (default
+   when absent) or "log". */
 PETSC_EXTERN PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, PetscReal high, PetscReal dt_min,
                                                 const char dt_min_unit[], PetscReal dt_max, const char dt_max_unit[],
                                                 PetscBool log_spacing);
@@ -40,8 +41,8 @@ PETSC_EXTERN PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tsta
 PETSC_EXTERN PetscErrorCode
 SlipPolicyGetHash(SlipPolicy p, const char *hash[]); /* hex digest of the file's content, for provenance */
 PETSC_EXTERN PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[]);
-/* Pure, no allocation, no communication. obs [n], raw (unscaled); the network sees obs * scale + offset. action in [low, high].
-   outside: number of observations outside the training range (NULL allowed). */
+/* Pure, no allocation, no communication. obs [n], raw (unscaled); the network sees obs * scale + offset. action in
+   [low, high]. outside: number of observations outside the training range (NULL allowed). */
 PETSC_EXTERN PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal *action,
                                                PetscInt *outside);
 PETSC_EXTERN PetscErrorCode SlipPolicyActionToStep(SlipPolicy p, PetscReal action, PetscReal tstar, PetscReal tmax,
