@@ -21,7 +21,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipFaultDestroy(SlipFault *fault);
 
 /* State w: block size 3, (v, u, s) per element [m/s, m, m]; element e = iz * nx + ix; PETSc's default distribution of
- * elements. */
+   elements. */
 PETSC_EXTERN PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w);
 PETSC_EXTERN PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w);
 /* TS of type bathe (changed by -ts_type afterwards), smooth right-hand side, constraint, reference tolerances, max time
@@ -42,6 +42,6 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec 
                                                     SlipFaultObservables *obs); /* r: reaction, may be NULL */
 
 /* -fault_output: attaches monitors that write the file of DESIGN.md section 7; finish writes /result and /run and
- * renames into place. */
+   renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);
