@@ -22,6 +22,19 @@ static PetscErrorCode WarnOfUnusedOptions(void)
   PetscFunctionReturn(0);
 }
 
+/* Other integrators see the smooth part only: their fault slides without friction. */
+static PetscErrorCode CheckIntegrator(TS ts)
+{
+  PetscBool bathe;
+  TSType type;
+
+  PetscFunctionBeginUser;
+  PetscCall(TSGetType(ts, &type));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCheck(bathe, PETSC_COMM_WORLD, PETSC_ERR_SUP, "-ts_type %s knows no friction, expected " TSBATHE, type);
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode Run(void)
 {
   SlipFault fault;
@@ -46,6 +59,7 @@ static PetscErrorCode Run(void)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(TSSetFromOptions(ts));
+  PetscCall(CheckIntegrator(ts));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
     PetscCall(SlipFaultOutputStart(fault, ts));

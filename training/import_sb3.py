@@ -28,7 +28,7 @@ except ImportError as missing:
 
 MAX_BYTES = 1 << 30  # of one member of the zip, unpacked
 
-# What the published environments observe, in their networks' order, and the steps they choose from (TQC study's programs).
+# What the study's environments observe, in their networks' order, and the steps they choose from.
 LAST_ATTEMPT = ["residual", "converged", "accuracy", "step"]
 PRESETS = {
     "fault": (["energy", "velocity"] + LAST_ATTEMPT, (1e-6, "T*"), (6.0, "s")),
@@ -45,7 +45,7 @@ class BadPolicy(Exception):
 class Storage:
     """Numbers of one tensor storage; stands in for torch's storage types while unpickling."""
 
-    DTYPES = {"FloatStorage": "<f4", "DoubleStorage": "<f8", "LongStorage": "<i8", "IntStorage": "<i4", "BoolStorage": "?"}
+    DTYPES = {"FloatStorage": "<f4", "DoubleStorage": "<f8", "LongStorage": "<i8", "IntStorage": "<i4"}
 
 
 def rebuild_tensor(storage, offset, size, stride, *_unused):
@@ -129,7 +129,8 @@ def dense(state, prefix):
     except KeyError as missing:
         raise BadPolicy(f"its policy has no {missing.args[0]}") from None
     if weight.ndim != 2 or bias.shape != weight.shape[:1]:
-        raise BadPolicy(f"{prefix} has weight {list(weight.shape)} and bias {list(bias.shape)}; expected [n, m] and [n]")
+        raise BadPolicy(f"{prefix} has weight {list(weight.shape)} and bias {list(bias.shape)}; "
+                        "expected [n, m] and [n]")
     if not (np.isfinite(weight).all() and np.isfinite(bias).all()):
         raise BadPolicy(f"{prefix} has weights that are not finite")
     return weight, bias
@@ -164,7 +165,7 @@ def hidden_activation(kwargs):
 
 
 def actor_layers(data, state):
-    """(algorithm, [(weight, bias, activation)]) of the deterministic policy; a tanh follows the last layer in all three."""
+    """(algorithm, [(weight, bias, activation)]) of the deterministic policy; a tanh follows in all three."""
     algorithm = algorithm_of(data, state)
     kwargs = data.get("policy_kwargs") or {}
     hidden = hidden_activation(kwargs)
@@ -190,7 +191,7 @@ def check_shapes(layers, names):
     width = len(names)
     for k, (weight, _bias, _activation) in enumerate(layers):
         if weight.shape[1] != width:
-            what = f"{width} observations of the preset ({', '.join(names)})" if k == 0 else f"{width} outputs before it"
+            what = f"{width} outputs before it" if k else f"{width} observations of the preset ({', '.join(names)})"
             raise BadPolicy(f"layer {k} of its actor has {weight.shape[1]} inputs; expected the {what}")
         width = weight.shape[0]
     if width != 1:
@@ -262,13 +263,15 @@ def main():
     dt_min, dt_max = args.dt_min or dt_min, args.dt_max or dt_max
     try:
         if dt_max[0] <= 0 or (dt_min[1] == dt_max[1] and dt_min[0] >= dt_max[0]):
-            raise BadPolicy(f"steps from {dt_min[0]:g} {dt_min[1]} to {dt_max[0]:g} {dt_max[1]}; expected --dt-min < --dt-max")
+            raise BadPolicy(f"steps from {dt_min[0]:g} {dt_min[1]} to {dt_max[0]:g} {dt_max[1]}; "
+                            "expected --dt-min < --dt-max")
         data, state = read_zip(args.zip)
         algorithm, layers = actor_layers(data, state)
         check_shapes(layers, names)
         attributes = {"algorithm": algorithm, "problem": args.preset, "library_version": "imported by import_sb3.py",
                       "created": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())}
-        for name, value in (("alpha", args.alpha), ("training_steps", data.get("num_timesteps")), ("seed", data.get("seed"))):
+        for name, value in {"alpha": args.alpha, "training_steps": data.get("num_timesteps"),
+                            "seed": data.get("seed")}.items():
             if isinstance(value, (int, float)):
                 attributes[name] = value
         write_policy(args.output, layers, names, dt_min, dt_max, attributes)

@@ -2,8 +2,8 @@
 #include <slipstep/private/slipadaptimpl.h>
 
 /*
-  Types with their own estimate (theta, bdf, alpha, bathe) give E and p; embedded Runge-Kutta pairs give a second solution
-  instead, as in PETSc's own controllers.
+  Types with their own estimate (theta, bdf, alpha, bathe) give E and p; embedded Runge-Kutta pairs give a second
+  solution instead, as in PETSc's own controllers.
 */
 PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscInt *p, PetscReal *E)
 {
@@ -22,6 +22,9 @@ PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscInt *p, PetscRe
     PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, y, adapt->wnormtype, E, &unused[0], &unused[1]));
     PetscCall(VecDestroy(&y));
   }
+  PetscCheck(!PetscIsNanReal(*E), PetscObjectComm((PetscObject)adapt), PETSC_ERR_FP,
+             "At time %g s the error estimate of a step of %g s is not a number (-ts_type %s)", (double)ts->ptime,
+             (double)ts->time_step, ((PetscObject)ts)->type_name);
   PetscCheck(*E < 0 || *p >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
              "TS type %s estimates its error with order %" PetscInt_FMT "; expected at least 1",
              ((PetscObject)ts)->type_name, *p);

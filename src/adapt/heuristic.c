@@ -4,12 +4,13 @@
 typedef struct {
   PetscReal growth;  /* c_up, largest ratio of successive steps */
   PetscReal failure; /* factor on the step when a solve did not converge */
+  PetscBool again;   /* the attempt before was rejected too */
 } TSAdapt_Heuristic;
 
 static PetscErrorCode TSAdaptChoose_Heuristic(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
                                               PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
-  const TSAdapt_Heuristic *ctx = (const TSAdapt_Heuristic *)adapt->data;
+  TSAdapt_Heuristic *ctx = (TSAdapt_Heuristic *)adapt->data;
   PetscInt p;
   PetscReal E, q;
 
@@ -23,7 +24,11 @@ static PetscErrorCode TSAdaptChoose_Heuristic(TSAdapt adapt, TS ts, PetscReal h,
   if (E < 0) PetscFunctionReturn(PETSC_SUCCESS); /* no estimate, nothing to go by */
   q = (PetscReal)1 / (PetscReal)(p + 1);
   *accept = E <= 1 || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
-  *next_h = h * SlipHeuristicFactor(E, q, ctx->growth);
+  /* Where E falls slower than h^(1/q), h E^-q creeps towards E = 1 from above without getting there: a step that was
+     rejected before is cut further. */
+  *next_h = h * PetscMin(ctx->growth, adapt->safety * SlipHeuristicFactor(E, q, PETSC_INFINITY));
+  if (!*accept && ctx->again) *next_h *= adapt->reject_safety;
+  ctx->again = *accept ? PETSC_FALSE : PETSC_TRUE;
   if (*accept)
     *next_h = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);
   else
@@ -85,12 +90,15 @@ static PetscErrorCode TSAdaptDestroy_Heuristic(TSAdapt adapt)
   TSADAPTHEURISTIC - the controller of textbooks, without a filter
 
   With the weighted error estimate E of order p and q = 1/(p + 1): E > 1 rejects the step and repeats it with h E^-q;
-  otherwise the next step is min(h_max, h min(growth, E^-q)). A solve that does not converge repeats with the failure
-  factor times h. A step below -ts_adapt_dt_min ends the run with an error.
+  otherwise the next step is min(h_max, h min(growth, E^-q)). A second rejection in a row multiplies by
+  -ts_adapt_reject_safety as well, and -ts_adapt_safety multiplies every E^-q. A solve that does not converge repeats
+  with the failure factor times h. A step below -ts_adapt_dt_min ends the run with an error.
 
   Options Database Keys:
 + -ts_adapt_heuristic_growth <2>           - largest ratio of successive steps
-- -ts_adapt_heuristic_failure_factor <0.6> - factor on the step when a solve did not converge
+. -ts_adapt_heuristic_failure_factor <0.6> - factor on the step when a solve did not converge
+. -ts_adapt_safety <1>                     - factor on E^-q
+- -ts_adapt_reject_safety <0.9>            - further factor when a step is rejected again
 
   Level: beginner
 
@@ -104,6 +112,8 @@ PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt)
   PetscCall(PetscNew(&ctx));
   ctx->growth = 2;
   ctx->failure = 0.6;
+  adapt->safety = 1;
+  adapt->reject_safety = 0.9;
   adapt->data = ctx;
   adapt->ops->choose = TSAdaptChoose_Heuristic;
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_Heuristic;

@@ -1,4 +1,4 @@
-/* The table of observations: one row each, all dimensionless. DESIGN.md section 5; TQC.md section 7 for the published ones. */
+/* The table of observations: one row each, all dimensionless (DESIGN.md section 5). */
 #include <slipstep/private/slipadaptimpl.h>
 #include <stdlib.h>
 
@@ -164,26 +164,22 @@ static PetscErrorCode StateComponent(const SlipObserver *o, PetscInt k, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* h, E and residuals are those of the last attempt. What follows "else" serves problems that do not supply the row. */
 static const SlipObservation Table[] = {
-  {"energy", "mean internal energy over the critical one; |w|^2/|w_0|^2 unless the problem supplies it", PETSC_FALSE,
-   PETSC_TRUE, Energy},
-  {"velocity", "mean rate over its estimated maximum; mean of w over max |w_0| unless the problem supplies it",
-   PETSC_FALSE, PETSC_TRUE, Velocity},
-  {"state_", "state_k: component k of the state over its start w_k/w_k(0), unless the problem supplies it", PETSC_FALSE,
-   PETSC_TRUE, StateComponent},
-  {"residual", "sum of the last attempt's final residuals / 4; 0.5 at the start", PETSC_FALSE, PETSC_FALSE, Residual},
-  {"converged", "1 when the last attempt converged, else 0; 0 at the start", PETSC_FALSE, PETSC_FALSE, Converged},
-  {"accuracy", "1/(1 + E) of the last attempt's error estimate E; 0 after a failure and at the start", PETSC_TRUE,
-   PETSC_FALSE, Accuracy},
-  {"step", "(h - h_min)/(h_max - h_min) of the last attempt, negative after a failure; -0.5 at the start", PETSC_FALSE,
-   PETSC_FALSE, Step},
-  {"log_error", "log10 of E in [-6, 6]; of 2 after a failure, of 1 at the start", PETSC_TRUE, PETSC_FALSE, LogErrorRow},
-  {"log_residual", "log10 of the sum of residuals, at least -16; of 2 at the start", PETSC_FALSE, PETSC_FALSE,
-   LogResidual},
-  {"log_step", "log10(h/T*) of the last attempt; of (h_min + h_max)/2 at the start", PETSC_FALSE, PETSC_FALSE, LogStep},
-  {"time_fraction", "time / maximum time; 0 without a maximum", PETSC_FALSE, PETSC_FALSE, TimeFraction},
-  {"log_time_scale", "log10(maximum time / T*); 0 without a maximum", PETSC_FALSE, PETSC_FALSE, LogTimeScale},
-  {"failures", "attempts in a row that did not converge", PETSC_FALSE, PETSC_FALSE, Failures},
+  {"energy", SLIP_OBSERVES_STATE, Energy, "mean internal energy / critical energy; else |w|^2/|w_0|^2"},
+  {"velocity", SLIP_OBSERVES_STATE, Velocity, "mean rate / its estimated maximum; else mean of w / max |w_0|"},
+  {"state_", SLIP_OBSERVES_STATE, StateComponent, "state_k: component k of the state / its start; else w_k/w_k(0)"},
+  {"residual", SLIP_OBSERVES_ATTEMPT, Residual, "sum of the attempt's final residuals / 4; 0.5 at the start"},
+  {"converged", SLIP_OBSERVES_ATTEMPT, Converged, "1 when the attempt converged, else 0; 0 at the start"},
+  {"accuracy", SLIP_OBSERVES_ERROR, Accuracy, "1/(1 + E), E its error estimate; 0 after a failure and at the start"},
+  {"step", SLIP_OBSERVES_ATTEMPT, Step, "(h - h_min)/(h_max - h_min), negative after a failure; -0.5 at the start"},
+  {"log_error", SLIP_OBSERVES_ERROR, LogErrorRow, "log10 of E in [-6, 6]; of 2 after a failure, of 1 at the start"},
+  {"log_residual", SLIP_OBSERVES_ATTEMPT, LogResidual,
+   "log10 of the sum of residuals, at least -16; of 2 at the start"},
+  {"log_step", SLIP_OBSERVES_ATTEMPT, LogStep, "log10(h/T*); of (h_min + h_max)/2 at the start"},
+  {"time_fraction", SLIP_OBSERVES_ATTEMPT, TimeFraction, "time / maximum time; 0 without a maximum"},
+  {"log_time_scale", SLIP_OBSERVES_ATTEMPT, LogTimeScale, "log10(maximum time / T*); 0 without a maximum"},
+  {"failures", SLIP_OBSERVES_ATTEMPT, Failures, "attempts in a row that did not converge"},
 };
 
 /* state_k matches the row "state_". */
@@ -308,7 +304,7 @@ PetscErrorCode SlipObserve(const SlipObserver *o, PetscInt n, SlipObserved seen[
     const SlipObservation *row = seen[i].row;
     PetscBool known = PETSC_FALSE;
 
-    if (!row || row->of_state) {
+    if (!row || row->kind == SLIP_OBSERVES_STATE) {
       if (!state_changed) continue;
       if (ask) PetscCall((*ask)(o->ts, seen[i].name, &seen[i].value, &known));
       if (!row && !known) PetscCall(Unknown(o, i, seen[i].name, source));

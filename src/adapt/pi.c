@@ -58,8 +58,8 @@ static PetscErrorCode TSAdaptChoose_PI(TSAdapt adapt, TS ts, PetscReal h, PetscI
     PetscCall(SlipAdaptCheckMinimum(adapt, ts, *next_h, "the error estimate"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  /* Where the cap acted, remember the error that would have asked for the cap: otherwise one step without error (a fault
-     at rest) would vouch for the next one, however wrong that is. */
+  /* Where the cap acted, remember the error that would have asked for the cap: otherwise one step without error (a
+     fault at rest) would vouch for the next one, however wrong that is. */
   ctx->error = r > used ? E * PetscPowReal(r / used, ctx->filter.g1 / q) : E;
   ctx->h_last = h;
   *next_h = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);

@@ -14,7 +14,7 @@ PetscErrorCode TSAdaptRLSetNames_Private(TSAdapt adapt, PetscInt n, const char *
   for (PetscInt i = 0; i < n; i++) {
     PetscCall(PetscStrncpy(rl->seen[i].name, names[i], sizeof(rl->seen[i].name)));
     rl->seen[i].row = SlipObservationFind(names[i], &rl->seen[i].component);
-    if (rl->seen[i].row && rl->seen[i].row->needs_error) rl->needs_error = PETSC_TRUE;
+    if (rl->seen[i].row && rl->seen[i].row->kind == SLIP_OBSERVES_ERROR) rl->needs_error = PETSC_TRUE;
   }
   rl->begun = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -252,11 +252,15 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   TSADAPTRL - step sizes from a learned policy
 
   The policy maps an observation of the last attempt to the next step, and every converged step is accepted. It never
-  needs what its file does not list: without accuracy or log_error the TS is told to skip its error estimate. Guard rails:
-  after max_failures failed attempts in a row the step is halved until one converges, because a policy may answer the same
-  observation with the same failing step forever; with an error ceiling a step with a larger estimate is repeated with the
-  heuristic's h (E/ceiling)^(-q), limited to [0.1, 0.9]; observations outside the training range are counted and reported
-  once.
+  needs what its file does not list: without accuracy or log_error the TS is told to skip its error estimate.
+
+  Guard rails: after max_failures failed attempts in a row the step is halved until one converges, because a policy may
+  answer the same observation with the same failing step forever; with an error ceiling a step with a larger estimate is
+  repeated with the heuristic's h (E/ceiling)^(-q), limited to [0.1, 0.9] h; observations outside the training range are
+  counted and reported once.
+
+  With a TS other than bathe, failed solves stay PETSc's business (-ts_adapt_scale_solve_failed), the residual counts as
+  0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.
 
   Options Database Keys:
 + -ts_adapt_rl_policy <file.h5>      - the policy, required unless one is set by TSAdaptRLSetPolicy() or an actor acts

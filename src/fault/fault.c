@@ -65,6 +65,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
   fault->setup = PETSC_TRUE;
+  if (fault->viewer) PetscCall(SlipFaultView(fault, fault->viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -120,6 +121,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   if (!f || --f->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultOutputDestroy(&f->output));
   PetscCall(SlipConstraintDestroy(&f->con));
+  PetscCall(PetscViewerDestroy(&f->viewer));
   PetscCall(PetscViewerDestroy(&f->stiffness_viewer));
   for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->field[i]));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDestroy(&f->work[i]));

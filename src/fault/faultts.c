@@ -2,12 +2,6 @@
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
 
-#if defined(PETSC_UNLIMITED)
-  #define SLIP_UNLIMITED PETSC_UNLIMITED
-#else
-  #define SLIP_UNLIMITED -1
-#endif
-
 /* Reference tolerances (DESIGN.md section 2): 1e-6 in units of 0.1 mm for u and s, of 0.1 mm/T* for v. */
 #define SLIP_FAULT_RTOL 1e-3
 #define SLIP_FAULT_ATOL 1e-6
@@ -27,9 +21,9 @@ static PetscErrorCode SlipFaultOfTS(TS ts, SlipFault *fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultRelease(void *ctx)
+static PetscErrorCode SlipFaultRelease(SlipContainerArg arg)
 {
-  SlipFault fault = (SlipFault)ctx;
+  SlipFault fault = (SlipFault)SlipContainerArgPointer(arg);
 
   PetscFunctionBegin;
   PetscCall(SlipFaultDestroy(&fault));
@@ -102,7 +96,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
   PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)ts), &box));
   fault->refct++;
   PetscCall(PetscContainerSetPointer(box, fault));
-  PetscCall(PetscContainerSetUserDestroy(box, SlipFaultRelease));
+  PetscCall(SlipContainerSetDestroy(box, SlipFaultRelease));
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)box));
   PetscCall(PetscContainerDestroy(&box));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", SlipObserve_Fault));

@@ -281,8 +281,10 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
 
   Collective.
 
-  Options Database Keys: -help lists them with unit and default; -fault_stiffness_view <viewer>, for example
-  binary:K.bin, writes K after scaling.
+  Options Database Keys:
++ -fault_<name> <value>           - -help lists them with unit and default
+. -fault_view                     - print all of them after set-up
+- -fault_stiffness_view <viewer>  - write K after scaling, for example to binary:K.bin
 
   Level: beginner
 
@@ -295,6 +297,9 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) PetscCall(SlipFaultRealFromOptions(fault, id, PetscOptionsObject));
   for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)
     PetscCall(SlipFaultStringFromOptions(fault, id, PetscOptionsObject));
+  PetscCall(PetscViewerDestroy(&fault->viewer));
+  PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters after set-up", "SlipFaultView", &fault->viewer,
+                               &fault->format, NULL));
   PetscCall(PetscViewerDestroy(&fault->stiffness_viewer));
   PetscCall(PetscOptionsViewer("-fault_stiffness_view", "Write K [Pa/m] after scaling, for example to binary:K.bin",
                                "SlipFaultSetUp", &fault->stiffness_viewer, &fault->stiffness_format, NULL));

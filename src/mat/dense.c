@@ -86,7 +86,8 @@ PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt N, const PetscReal *entr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A (symmetric, n * n) is replaced by its orthonormal eigenvectors, column k (contiguous) belonging to eigenvalue k, ascending. */
+/* A (symmetric, n * n) is replaced by its orthonormal eigenvectors, column k (contiguous) belonging to eigenvalue k,
+ * ascending. */
 PetscErrorCode SlipDenseEigen(PetscInt n, PetscReal A[], PetscReal eigenvalues[], PetscInt *info)
 {
   PetscBLASInt bn, lwork = -1, liwork = -1, isize, binfo;

@@ -33,7 +33,7 @@ PetscErrorCode SlipGridCompose(Mat K, const SlipGrid *grid)
   *copy = *grid;
   PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
   PetscCall(PetscContainerSetPointer(container, copy));
-  PetscCall(PetscContainerSetUserDestroy(container, PetscContainerUserDestroyDefault));
+  PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
   PetscCall(PetscObjectCompose((PetscObject)K, "SlipGrid", (PetscObject)container));
   PetscCall(PetscContainerDestroy(&container));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,7 +1,7 @@
 /*
   Stress drop of a rectangular strike-slip dislocation on a vertical plane, in closed form.
 
-  The displacement Green's tensor of a half-space (Mindlin 1936) has, for horizontal forces and components a, b in {x, y},
+  The displacement Green's tensor of a half-space (Mindlin 1936) has, for horizontal forces and a, b in {x, y},
 
      16 pi G (1 - nu) G_ab = delta_ab f + d_a d_b g,
      f = 4 (1 - nu) (1/R1 + 1/R2),
@@ -12,16 +12,16 @@
 
      K = G / (16 pi (1 - nu)) * integral over the source of (d_xx + d_yy) f + 4 d_xxyy g.
 
-  On y = 0: (d_xx + d_yy)(1/R) = -d_zz(1/R), d_yy R = 1/R, d_yy(1/R) = -1/R^3, d_yy(R2 - w ln(R2 + w)) = 1/(R2 + w). What
-  remains is integrated in x and c exactly; the integral is the double difference of the functions below over the corners.
-  It equals Okada's (1992) part A - image A + part B + z part C for a vertical strike-slip source.
+  On y = 0: (d_xx + d_yy)(1/R) = -d_zz(1/R), d_yy R = 1/R, d_yy(1/R) = -1/R^3, d_yy(R2 - w ln(R2 + w)) = 1/(R2 + w).
+  What remains is integrated in x and c exactly; the integral is the double difference of the functions below over the
+  corners. It is the field that Okada (1992) gives for any dip.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
-/* Difference over s in [s1, s2] of the antiderivative -s / (r R) of d_rr (1/R), R^2 = r^2 + s^2. For s of one sign the large
-   part -sign(s) / r cancels and is left out, so that r = 0 (receiver on the extension of an edge) is regular. */
+/* Difference over s in [s1, s2] of the antiderivative -s / (r R) of d_rr (1/R), R^2 = r^2 + s^2. For s of one sign the
+   large part -sign(s) / r cancels and is left out, so that r = 0 (receiver on the extension of an edge) is regular. */
 static PetscReal EdgeDifference(PetscReal r, PetscReal s1, PetscReal s2)
 {
   const PetscReal R1 = PetscSqrtReal(r * r + s1 * s1), R2 = PetscSqrtReal(r * r + s2 * s2);
@@ -67,8 +67,8 @@ static PetscReal CornerSum(PetscReal (*f)(PetscReal, PetscReal), PetscReal x1, P
 }
 
 /*
-  SlipKernelSurface_Private - the free surface's share of the stress drop, split by its dependence on the receiver's depth z:
-  constant + z * linear + z^2 * quadratic, each a function of dx and of the sum of the two depths only.
+  SlipKernelSurface_Private - the free surface's share of the stress drop, split by its dependence on the receiver's
+  depth z: constant + z * linear + z^2 * quadratic, each a function of dx and of the sum of the two depths only.
 */
 void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal depth_sum, PetscReal a, PetscReal b,
                                PetscReal part[3])
@@ -83,7 +83,7 @@ void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscRea
 }
 
 /*@
-  SlipKernelFullSpace - stress drop at the centre of a receiver for unit strike slip on a rectangular cell in a full space
+  SlipKernelFullSpace - stress drop at a receiver's centre for unit strike slip on a rectangular cell in a full space
 
   Not collective, pure
 
@@ -113,7 +113,7 @@ PetscReal SlipKernelFullSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal
 }
 
 /*@
-  SlipKernelHalfSpace - stress drop at the centre of a receiver for unit strike slip on a rectangular cell below a free surface
+  SlipKernelHalfSpace - stress drop at a receiver's centre for unit strike slip on a cell below a free surface
 
   Not collective, pure
 
@@ -126,7 +126,7 @@ PetscReal SlipKernelFullSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal
 . a          - the cell's extent along strike [m]
 - b          - its extent in depth [m]
 
-  Output: entry of the stiffness [Pa/m]; not symmetric in the two depths, because only the source is averaged over its cell
+  Output: entry of the stiffness [Pa/m]; not symmetric in the two depths, as only the source is averaged over its cell
 
   Reference: Okada (1992); Chinnery (1963) for nu = 1/4; the derivation is in the source file
 

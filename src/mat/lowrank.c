@@ -1,12 +1,16 @@
 /*
-  The part of sqrt(K) that the spectral approximation misses. It lives near the fault's two ends and has low numerical rank, so it
-  is kept as W diag(lambda) W' for each parity under the mirror x -> -x. Found by randomised subspace iteration (Halko,
-  Martinsson & Tropp 2011), deterministic in its seed.
+  The part of sqrt(K) that the spectral approximation misses. It lives near the fault's two ends and has low numerical
+  rank, so it is kept as W diag(lambda) W' for each parity under the mirror x -> -x. Found by randomised subspace
+  iteration (Halko, Martinsson & Tropp 2011), deterministic in its seed.
 */
 #include <slipmat.h>
 #include <petscblaslapack.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
+
+extern void sgemv_(const char *trans, const PetscBLASInt *m, const PetscBLASInt *n, const float *alpha, const float *a,
+                   const PetscBLASInt *lda, const float *x, const PetscBLASInt *incx, const float *beta, float *y,
+                   const PetscBLASInt *incy);
 
 /* A small linear congruential generator (Knuth's MMIX constants), uniform in (-1, 1). */
 static PetscReal NextRandom(uint64_t *state)
@@ -61,48 +65,162 @@ static PetscErrorCode SubspaceEigen(PetscInt n, const PetscReal D[], PetscInt r,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The eigenpairs of D with |lambda| > cutoff: *rank columns of *W (n x rank, PetscFree) and *lambda (PetscFree). The subspace
-   grows until it holds 16 pairs too many. */
-PetscErrorCode SlipLowRank(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess, PetscInt *rank,
-                           PetscReal **W, PetscReal **lambda)
+/* Orders eigenpairs by falling |lambda| and keeps those above cutoff: from Q (n x r) into W (n x rank). */
+static PetscErrorCode Select(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[], PetscReal cutoff,
+                             SlipLowRank *m)
 {
-  PetscReal *Q, *values;
-  PetscInt r = PetscMin(n, PetscMax(guess, 32)), kept;
+  PetscReal *size;
+  PetscInt *order;
 
   PetscFunctionBegin;
-  for (;; r = PetscMin(n, 2 * r)) {
-    PetscCall(PetscMalloc1((size_t)n * r, &Q));
-    PetscCall(PetscMalloc1(r, &values));
-    PetscCall(SubspaceEigen(n, D, r, Q, values));
-    kept = 0;
-    for (PetscInt k = 0; k < r; k++) kept += PetscAbsReal(values[k]) > cutoff;
-    if (r == n || kept + 16 <= r) break;
-    PetscCall(PetscFree(Q));
-    PetscCall(PetscFree(values));
-  }
-  kept = 0;
+  PetscCall(PetscMalloc2(r, &size, r, &order));
   for (PetscInt k = 0; k < r; k++) {
-    if (PetscAbsReal(values[k]) <= cutoff) continue;
-    if (kept != k) PetscCall(PetscArraycpy(Q + (size_t)kept * n, Q + (size_t)k * n, n));
-    values[kept++] = values[k];
+    size[k] = -PetscAbsReal(values[k]);
+    order[k] = k;
   }
-  *rank = kept;
-  *W = Q;
-  *lambda = values;
+  PetscCall(PetscSortRealWithPermutation(r, size, order));
+  for (m->rank = 0; m->rank < r && PetscAbsReal(values[order[m->rank]]) > cutoff;) m->rank++;
+  PetscCall(PetscMalloc1((size_t)n * m->rank, &m->W));
+  PetscCall(PetscMalloc1(m->rank, &m->lambda));
+  for (PetscInt k = 0; k < m->rank; k++) {
+    PetscCall(PetscArraycpy(m->W + (size_t)k * n, Q + (size_t)order[k] * n, n));
+    m->lambda[k] = values[order[k]];
+  }
+  PetscCall(PetscFree2(size, order));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y += W lambda W' x; t is scratch of rank entries. */
-PetscErrorCode SlipLowRankApply(PetscInt n, PetscInt rank, const PetscReal W[], const PetscReal lambda[],
-                                const PetscReal x[], PetscReal y[], PetscReal t[])
+/* The eigenpairs of the symmetric D (n x n) with |lambda| > cutoff. The subspace grows from guess until it holds 16
+ * pairs too many. */
+PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess, SlipLowRank *m)
 {
-  const PetscScalar one = 1, zero = 0;
-  const PetscBLASInt bn = (PetscBLASInt)n, br = (PetscBLASInt)rank, inc = 1;
+  PetscInt r = PetscMin(n, PetscMax(guess, 32)), above;
+  PetscBool complete = PETSC_FALSE;
 
   PetscFunctionBegin;
-  if (n == 0 || rank == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCallBLAS("BLASgemv", BLASgemv_("T", &bn, &br, &one, W, &bn, x, &inc, &zero, t, &inc));
-  for (PetscInt k = 0; k < rank; k++) t[k] *= lambda[k];
-  PetscCallBLAS("BLASgemv", BLASgemv_("N", &bn, &br, &one, W, &bn, t, &inc, &one, y, &inc));
+  m->n = n;
+  for (; !complete; r = PetscMin(n, 2 * r)) {
+    PetscReal *Q, *values;
+
+    PetscCall(PetscMalloc2((size_t)n * r, &Q, r, &values));
+    PetscCall(SubspaceEigen(n, D, r, Q, values));
+    above = 0;
+    for (PetscInt k = 0; k < r; k++) above += PetscAbsReal(values[k]) > cutoff;
+    complete = (PetscBool)(r == n || above + 16 <= r);
+    if (complete) PetscCall(Select(n, r, Q, values, cutoff, m));
+    PetscCall(PetscFree2(Q, values));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Terms with |lambda| <= limit go into single precision: products are bound by memory, and a rounding of 1e-7 of a term
+   that is 1e-5 of the whole does not show at 1e-11. */
+PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit)
+{
+  const size_t n = (size_t)m->n;
+  PetscReal *head;
+
+  PetscFunctionBegin;
+  for (m->head = 0; m->head < m->rank && PetscAbsReal(m->lambda[m->head]) > limit;) m->head++;
+  PetscCall(PetscMalloc1(n * m->head, &head));
+  PetscCall(PetscMalloc1(n * (m->rank - m->head), &m->tail));
+  PetscCall(PetscArraycpy(head, m->W, n * m->head));
+  for (size_t i = 0; i < n * (m->rank - m->head); i++) m->tail[i] = (float)m->W[n * m->head + i];
+  PetscCall(PetscFree(m->W));
+  m->W = head;
+  PetscCall(PetscMalloc1(m->rank, &m->t));
+  PetscCall(PetscMalloc2(m->rank, &m->t32, n, &m->x32));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipLowRankDestroy(SlipLowRank *m)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree(m->W));
+  PetscCall(PetscFree(m->tail));
+  PetscCall(PetscFree(m->lambda));
+  PetscCall(PetscFree(m->t));
+  PetscCall(PetscFree2(m->t32, m->x32));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Tall products are cut into pieces of 8,192 entries: OpenBLAS starts threads from 9,216, which at these sizes cost
+   more than they save and a hundredfold more when another process holds a core. */
+#define ROWS_PER_PIECE 1024
+#define COLUMNS_PER_PIECE 8
+
+/* y += A x ("N") or y += A' x ("T"), A n x r with column stride n. */
+static void TallGemv(const char *trans, PetscInt n, PetscInt r, const PetscReal A[], const PetscReal x[], PetscReal y[])
+{
+  const PetscReal one = 1;
+  const PetscBLASInt stride = (PetscBLASInt)n, inc = 1;
+  const PetscBool transposed = (PetscBool)(*trans == 'T');
+
+  for (PetscInt i = 0; i < n; i += ROWS_PER_PIECE)
+    for (PetscInt k = 0; k < r; k += COLUMNS_PER_PIECE) {
+      const PetscBLASInt rows = (PetscBLASInt)PetscMin(ROWS_PER_PIECE, n - i);
+      const PetscBLASInt columns = (PetscBLASInt)PetscMin(COLUMNS_PER_PIECE, r - k);
+
+      BLASgemv_(trans, &rows, &columns, &one, A + (size_t)k * n + i, &stride, transposed ? x + i : x + k, &inc, &one,
+                transposed ? y + k : y + i, &inc);
+    }
+}
+
+/* The same in single precision. */
+static void TallGemvSingle(const char *trans, PetscInt n, PetscInt r, const float A[], const float x[], float y[])
+{
+  const float one = 1;
+  const PetscBLASInt stride = (PetscBLASInt)n, inc = 1;
+  const PetscBool transposed = (PetscBool)(*trans == 'T');
+
+  for (PetscInt i = 0; i < n; i += ROWS_PER_PIECE)
+    for (PetscInt k = 0; k < r; k += COLUMNS_PER_PIECE) {
+      const PetscBLASInt rows = (PetscBLASInt)PetscMin(ROWS_PER_PIECE, n - i);
+      const PetscBLASInt columns = (PetscBLASInt)PetscMin(COLUMNS_PER_PIECE, r - k);
+
+      sgemv_(trans, &rows, &columns, &one, A + (size_t)k * n + i, &stride, transposed ? x + i : x + k, &inc, &one,
+             transposed ? y + k : y + i, &inc);
+    }
+}
+
+/* y += tail part, x scaled to its largest entry so that single precision neither overflows nor underflows. */
+static void ApplyTail(SlipLowRank *m, const PetscReal x[], PetscReal y[])
+{
+  const PetscInt n = m->n, r = m->rank - m->head;
+  const PetscReal *lambda = m->lambda + m->head;
+  const PetscReal unit = PetscAbsReal(lambda[0]); /* the largest of the tail */
+  PetscReal size = 0;
+
+  for (PetscInt i = 0; i < n; i++) size = PetscMax(size, PetscAbsReal(x[i]));
+  if (!(size > 0)) return;
+  for (PetscInt i = 0; i < n; i++) m->x32[i] = (float)(x[i] / size);
+  for (PetscInt k = 0; k < r; k++) m->t32[k] = 0;
+  TallGemvSingle("T", n, r, m->tail, m->x32, m->t32);
+  for (PetscInt k = 0; k < r; k++) m->t32[k] *= (float)(lambda[k] / unit);
+  for (PetscInt i = 0; i < n; i++) m->x32[i] = 0;
+  TallGemvSingle("N", n, r, m->tail, m->t32, m->x32);
+  for (PetscInt i = 0; i < n; i++) y[i] += size * unit * (PetscReal)m->x32[i];
+}
+
+/* y += W lambda W' x */
+void SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[])
+{
+  for (PetscInt k = 0; k < m->head; k++) m->t[k] = 0;
+  TallGemv("T", m->n, m->head, m->W, x, m->t);
+  for (PetscInt k = 0; k < m->head; k++) m->t[k] *= m->lambda[k];
+  TallGemv("N", m->n, m->head, m->W, m->t, y);
+  if (m->rank > m->head) ApplyTail(m, x, y);
+}
+
+/* Diagonal entry i. */
+PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i)
+{
+  PetscReal sum = 0;
+
+  for (PetscInt k = 0; k < m->rank; k++) {
+    const PetscReal w = k < m->head ? m->W[(size_t)k * m->n + i] : (PetscReal)m->tail[(size_t)(k - m->head) * m->n + i];
+
+    sum += m->lambda[k] * w * w;
+  }
+  return sum;
 }

@@ -1,7 +1,8 @@
 /*
-  Operators of a uniform grid commute with the mirror x -> -x, so they fall into two blocks of half the size, one on even and
-  one on odd fields. A row of nx cells has the orthonormal basis (e_i +- e_j) / sqrt 2, j = nx - 1 - i, i < nx / 2, and the middle
-  cell alone (even) when nx is odd. Blocks are row-major with index iz * hx + ix, hx half the cells of a row.
+  Operators of a uniform grid commute with the mirror x -> -x, so they fall into two blocks of half the size, one on
+  even and one on odd fields. A row of nx cells has the orthonormal basis (e_i +- e_j) / sqrt 2, j = nx - 1 - i, i < nx
+  / 2, and the middle cell alone (even) when nx is odd. Blocks are row-major with index iz * hx + ix, hx half the cells
+  of a row.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>

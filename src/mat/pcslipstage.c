@@ -3,9 +3,9 @@
 
      y = m . P (m . r) + (1 - m) . r,
 
-  m the 0/1 mask of sliding cells. On a uniform grid P is the inverse of the stage operator made periodic along strike (with padding, so
-  only the two ends of the fault are wrong), per wavenumber by the eigenvectors of K's block; elsewhere the inverse diagonal. P is
-  positive definite whatever the slope, so the whole is.
+  m the 0/1 mask of sliding cells. On a uniform grid P is the inverse of the stage operator made periodic along strike
+  (with padding, so only the two ends of the fault are wrong), per wavenumber by the eigenvectors of K's block;
+  elsewhere the inverse diagonal. P is positive definite whatever the slope, so the whole is.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
@@ -49,16 +49,18 @@ static PetscErrorCode ContextReset(PCSlipStage *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ContextDestroy(void *pointer)
+static PetscErrorCode ContextDestroy(SlipContainerArg arg)
 {
+  PCSlipStage *stage = (PCSlipStage *)SlipContainerArgPointer(arg);
+
   PetscFunctionBegin;
-  PetscCall(ContextReset((PCSlipStage *)pointer));
-  PetscCall(PetscFree(pointer));
+  PetscCall(ContextReset(stage));
+  PetscCall(PetscFree(stage));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sum over all rows of slope on the sliding set, divided by N: the mean slope weighted by how much of the fault slides, which took
-   the fewest iterations on whole and on scattered sets alike. */
+/* Sum over all rows of slope on the sliding set, divided by N: the mean slope weighted by how much of the fault slides,
+   which took the fewest iterations on whole and on scattered sets alike. */
 static PetscErrorCode MeanSlope(PCSlipStage *c, PetscReal *mean)
 {
   PetscScalar sum;
@@ -227,7 +229,7 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PetscCall(ContextOf(pc, &c));
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (ascii)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  approximate inverse on the sliding set: %s\n",
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  inverse: %s\n",
                                      c->strike ? "periodic along strike, per wavenumber" : "diagonal"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -236,9 +238,10 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PCSLIPSTAGE - "slipstage": approximate inverse of the Jacobian of a stage on its sliding set
 
   Notes:
-  For a Jacobian of type MATSLIPJACOBIAN, whose parts it finds composed as "SlipStageOperator", "SlipMask" and "SlipSlope", or for a
-  stage operator itself. Symmetric positive definite even where weakening makes the Jacobian indefinite, as CG and MINRES need.
-  The slope enters by its mean over the fault. Without a uniform grid behind the stiffness it is the inverse diagonal.
+  For a Jacobian of type MATSLIPJACOBIAN, whose parts it finds composed as "SlipStageOperator", "SlipMask" and
+  "SlipSlope", or for a stage operator itself. Symmetric positive definite even where weakening makes the Jacobian
+  indefinite, as CG and MINRES need. The slope enters by its mean over the fault. Without a uniform grid behind the
+  stiffness it is the inverse diagonal.
 
   Level: intermediate
 
@@ -255,11 +258,12 @@ PetscErrorCode PCCreate_SlipStage(PC pc)
   PetscCall(PCShellSetApply(pc, PCApply_SlipStage));
   PetscCall(PCShellSetApplyTranspose(pc, PCApply_SlipStage));
   PetscCall(PCShellSetView(pc, PCView_SlipStage));
+  PetscCall(PCShellSetName(pc, "approximate inverse on the sliding set"));
   PetscCall(PetscObjectChangeTypeName((PetscObject)pc, PCSLIPSTAGE));
   PetscCall(PetscNew(&c));
   PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)pc), &container));
   PetscCall(PetscContainerSetPointer(container, c));
-  PetscCall(PetscContainerSetUserDestroy(container, ContextDestroy));
+  PetscCall(SlipContainerSetDestroy(container, ContextDestroy));
   PetscCall(PetscObjectCompose((PetscObject)pc, "PCSlipStage", (PetscObject)container));
   PetscCall(PetscContainerDestroy(&container));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -19,8 +19,9 @@ typedef struct {
   Vec work;
 } SlipStageContext;
 
-/* At or below this size forming B (two passes over N^2 numbers) is repaid by the first few products. */
-#define SLIP_STAGE_ASSEMBLE_MAX 1024
+/* Dense operands are summed at each theta up to this size: it costs three products and saves one in each of the tens of
+   iterations at that theta, but it needs N^2 more numbers (200 MB here). */
+#define SLIP_STAGE_ASSEMBLE_MAX 5000
 
 static PetscErrorCode StageAssemble(SlipStageContext *s)
 {

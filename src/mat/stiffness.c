@@ -1,8 +1,11 @@
 /* MatCreateSlipStiffness() and its table of types; the stiffness from explicit entries. */
 #include <slipmat.h>
+#include <slipsys.h>
 #include <petscblaslapack.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
+
+PetscLogEvent SLIP_StiffnessSetUp;
 
 /* Up to this many cells a dense product is as fast as one by FFT (measured), and forming B is cheap. */
 #define SLIP_DENSE_MAX 256
@@ -59,8 +62,8 @@ static const struct {
 
   Notes:
   Entry (i, j) is the stress drop at the centre of cell i for unit slip on cell j. Collocation at centres is not exactly
-  symmetric below a free surface; K is the symmetric part. MatScale(), MatGetDiagonal() and conversion to MATDENSE work on
-  every type.
+  symmetric below a free surface; K is the symmetric part. MatScale(), MatGetDiagonal() and conversion to MATDENSE work
+  on every type.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for a bad grid, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown type
 
@@ -75,6 +78,7 @@ PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const
   PetscBool match = PETSC_FALSE;
 
   PetscFunctionBegin;
+  PetscCall(SlipStepInitializePackage());
   PetscCall(SlipGridCheck(comm, grid));
   PetscCall(PetscStrcmp(type, "auto", &match));
   if (match) type = grid->nx * grid->nz > SLIP_DENSE_MAX ? "fft" : "dense";
@@ -84,7 +88,9 @@ PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const
   }
   PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "Unknown type of stiffness \"%s\"; known: dense, fft, auto",
              type);
+  PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipStiffnessTypes[k].create(comm, grid, K));
+  PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipGridCompose(*K, grid));
   PetscCall(MatSetOption(*K, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatSetOption(*K, MAT_SPD, PETSC_TRUE));
@@ -162,8 +168,8 @@ static PetscErrorCode CheckEntries(PetscInt N, const PetscReal *e, PetscReal **s
   Output Parameter:
 . K - the symmetric part as MATDENSE, rows distributed by PETSC_DECIDE
 
-  Errors: PETSC_ERR_ARG_WRONG when an entry is not finite, entries (i, j) and (j, i) differ by more than 1e-8 of the largest
-  entry, or the matrix is not positive definite (Cholesky); the message names source and the entry
+  Errors: PETSC_ERR_ARG_WRONG when an entry is not finite, entries (i, j) and (j, i) differ by more than 1e-8 of the
+  largest entry, or the matrix is not positive definite (Cholesky); the message names source and the entry
 
   Level: intermediate
 

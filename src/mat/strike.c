@@ -1,7 +1,7 @@
 /*
-  A uniform grid's operators along strike. K depends on x - x' only, so it is the corner of a circulant of P >= 2 nx - 1 cells;
-  one FFT along strike turns that into one real symmetric nz x nz block per wavenumber (the kernel is even in x). Functions of
-  the blocks are the "spectral" operators: exact for K itself, an approximation for sqrt(K) or an inverse.
+  A uniform grid's operators along strike. K depends on x - x' only, so it is the corner of a circulant of P >= 2 nx - 1
+  cells; one FFT along strike turns that into one real symmetric nz x nz block per wavenumber (the kernel is even in x).
+  Functions of the blocks are the "spectral" operators: exact for K itself, an approximation for sqrt(K) or an inverse.
 */
 #include <slipmat.h>
 #include <petscblaslapack.h>
@@ -33,8 +33,8 @@ static PetscInt GoodLength(PetscInt n)
   }
 }
 
-/* In-place cosine transform over the leading index of a[nk][nz * nz]: kernel to symbol, and P times back. Plans are estimated,
-   not measured, so that every rank and every run rounds alike. */
+/* In-place cosine transform over the leading index of a[nk][nz * nz]: kernel to symbol, and P times back. Plans are
+   estimated, not measured, so that every rank and every run rounds alike. */
 static PetscErrorCode CosineTransform(PetscInt nk, PetscInt nz, PetscReal a[])
 {
   const int length = (int)nk, many = (int)(nz * nz);
@@ -80,9 +80,9 @@ PetscErrorCode SlipStrikeCreate(const SlipGrid *grid, SlipStrike *strike)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode StrikeDestroy(void *pointer)
+static PetscErrorCode StrikeDestroy(SlipContainerArg arg)
 {
-  SlipStrike s = (SlipStrike)pointer;
+  SlipStrike s = (SlipStrike)SlipContainerArgPointer(arg);
 
   PetscFunctionBegin;
   fftw_destroy_plan(s->forward);
@@ -110,7 +110,7 @@ PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike)
     PetscCall(SlipStrikeCreate(grid, strike));
     PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
     PetscCall(PetscContainerSetPointer(container, *strike));
-    PetscCall(PetscContainerSetUserDestroy(container, StrikeDestroy));
+    PetscCall(SlipContainerSetDestroy(container, StrikeDestroy));
     PetscCall(PetscObjectCompose((PetscObject)K, "SlipStrike", (PetscObject)container));
     PetscCall(PetscContainerDestroy(&container));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -3,6 +3,8 @@
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
+PetscLogEvent SLIP_ViscositySetUp;
+
 static PetscErrorCode ViscosityCreate_None(Mat K, PetscReal factor, Mat *H)
 {
   PetscInt m, N;
@@ -106,7 +108,7 @@ static PetscErrorCode ComposeFactor(Mat H, PetscReal factor)
   *copy = factor;
   PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)H), &container));
   PetscCall(PetscContainerSetPointer(container, copy));
-  PetscCall(PetscContainerSetUserDestroy(container, PetscContainerUserDestroyDefault));
+  PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
   PetscCall(PetscObjectCompose((PetscObject)H, "SlipViscosityFactor", (PetscObject)container));
   PetscCall(PetscContainerDestroy(&container));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -152,8 +154,8 @@ static const struct {
   Output Parameter:
 . H - symmetric N x N matrix [Pa s/m] with K's distribution
 
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for mass or zeta, PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_WRONG when K has an eigenvalue that
-  is not positive
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for mass or zeta, PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_WRONG when K has an
+  eigenvalue that is not positive
 
   Level: beginner
 
@@ -180,7 +182,9 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
              type);
   PetscCall(PetscStrcmp(type, "none", &match));
   factor = match ? 0 : 2 * zeta * PetscSqrtReal(mass);
+  PetscCall(PetscLogEventBegin(SLIP_ViscositySetUp, K, 0, 0, 0));
   PetscCall(SlipViscosityTypes[k].create(K, factor, H));
+  PetscCall(PetscLogEventEnd(SLIP_ViscositySetUp, K, 0, 0, 0));
   PetscCall(ComposeFactor(*H, factor));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,30 +1,26 @@
 /*
-  Viscosity of type "slipspectral": the square root per wavenumber of the problem made periodic along strike, and for the exact
-  root also what that misses as a low-rank part for each mirror parity.
+  Viscosity of type "slipspectral": the square root per wavenumber of the problem made periodic along strike, and for
+  the exact root also what that misses as a low-rank part for each mirror parity.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
 typedef struct {
-  PetscInt n, rank;  /* size of the parity's block, number of terms */
-  PetscReal *W;      /* [n * rank], column-major */
-  PetscReal *lambda; /* [rank] [Pa s/m] */
-} SlipCorrection;
-
-typedef struct {
   Mat K; /* referenced: owns the strike engine */
   SlipStrike strike;
   PetscReal *blocks; /* [nk][nz][nz] [Pa s/m] */
-  SlipCorrection correction[2];
-  PetscReal *half_x, *half_y, *t; /* scratch */
-  PetscReal *y;                   /* [N] */
+  SlipLowRank correction[2];
+  PetscReal *half_x, *half_y; /* scratch */
+  PetscReal *y;               /* [N] */
   SlipGather gather;
 } SpectralContext;
 
-/* Largest eigenvalue in which products of the truncated exact root may be wrong, relative to the largest of the root itself;
-   the sum of what is left out stays below 1e-10. */
+/* Largest eigenvalue in which products of the truncated exact root may be wrong, relative to the largest of the root
+   itself; the sum of what is left out stays below 1e-10. */
 #define SLIP_SQRT_CUTOFF 1e-11
+/* Terms below this share of the norm are kept in single precision. */
+#define SLIP_SQRT_SINGLE 3e-5
 
 static PetscReal FoldWeight(PetscInt ix, PetscInt nx)
 {
@@ -41,7 +37,7 @@ PetscErrorCode SlipSpectralAddCorrection(Mat H, const PetscReal x[], PetscReal y
   PetscCall(MatShellGetContext(H, &c));
   SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
   for (PetscInt parity = 0; parity < 2; parity++) {
-    const SlipCorrection *m = &c->correction[parity];
+    SlipLowRank *m = &c->correction[parity];
     const PetscInt hx = SlipMirrorWidth(g->nx, parity);
     const PetscReal sign = parity ? -1 : 1;
 
@@ -53,7 +49,7 @@ PetscErrorCode SlipSpectralAddCorrection(Mat H, const PetscReal x[], PetscReal y
         c->half_x[iz * hx + ix] = FoldWeight(ix, g->nx) * (row[ix] + sign * row[g->nx - 1 - ix]);
     }
     PetscCall(PetscArrayzero(c->half_y, m->n));
-    PetscCall(SlipLowRankApply(m->n, m->rank, m->W, m->lambda, c->half_x, c->half_y, c->t));
+    SlipLowRankApply(m, c->half_x, c->half_y);
     for (PetscInt iz = 0; iz < g->nz; iz++) {
       PetscReal *row = y + iz * g->nx;
 
@@ -104,19 +100,18 @@ static PetscErrorCode SpectralMult(Mat H, Vec x, Vec y)
 }
 
 /* Diagonal entry of the low-rank part at cell (ix, iz). */
-static PetscReal CorrectionDiagonal(const SpectralContext *c, PetscInt nx, PetscInt ix, PetscInt iz)
+static PetscReal CorrectionDiagonal(SpectralContext *c, PetscInt nx, PetscInt ix, PetscInt iz)
 {
   const PetscInt rx = PetscMin(ix, nx - 1 - ix);
   PetscReal sum = 0;
 
   for (PetscInt parity = 0; parity < 2; parity++) {
-    const SlipCorrection *m = &c->correction[parity];
+    SlipLowRank *m = &c->correction[parity];
     const PetscInt hx = SlipMirrorWidth(nx, parity);
     const PetscReal weight = 2 * rx + 1 == nx ? 1 : 0.5;
 
     if (rx >= hx) continue;
-    for (PetscInt k = 0; k < m->rank; k++)
-      sum += weight * m->lambda[k] * PetscSqr(m->W[(size_t)k * m->n + iz * hx + rx]);
+    sum += weight * SlipLowRankDiagonal(m, iz * hx + rx);
   }
   return sum;
 }
@@ -151,11 +146,10 @@ static PetscErrorCode SpectralDestroy(Mat H)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &c));
   for (PetscInt parity = 0; parity < 2; parity++) {
-    PetscCall(PetscFree(c->correction[parity].W));
-    PetscCall(PetscFree(c->correction[parity].lambda));
+    PetscCall(SlipLowRankDestroy(&c->correction[parity]));
   }
   PetscCall(PetscFree(c->blocks));
-  PetscCall(PetscFree4(c->half_x, c->half_y, c->t, c->y));
+  PetscCall(PetscFree3(c->half_x, c->half_y, c->y));
   PetscCall(SlipGatherDestroy(&c->gather));
   PetscCall(MatDestroy(&c->K));
   PetscCall(PetscFree(c));
@@ -189,7 +183,7 @@ PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
   PetscCall(PetscFree(f));
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
-  PetscCall(PetscMalloc4(N, &c->half_x, N, &c->half_y, N, &c->t, N, &c->y));
+  PetscCall(PetscMalloc3(N, &c->half_x, N, &c->half_y, N, &c->y));
   PetscCall(MatCreateShell(PetscObjectComm((PetscObject)K), m, m, N, N, c, H));
   PetscCall(MatSetUp(*H));
   PetscCall(MatShellSetManageScalingShifts(*H));
@@ -202,13 +196,14 @@ PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: root block of one parity minus its spectral approximation, compressed. kernel: K's, unscaled; spectral: that of H. */
+/* One process: root block of one parity minus its spectral approximation, compressed. kernel: K's, unscaled; spectral: that
+ * of H. */
 static PetscErrorCode ComputeCorrection(const SlipGrid *g, PetscReal factor, PetscReal scale, const PetscReal kernel[],
-                                        const PetscReal spectral[], PetscInt parity, PetscReal *smallest,
-                                        SlipCorrection *m)
+                                        const PetscReal spectral[], PetscReal norm, PetscInt parity,
+                                        PetscReal *smallest, SlipLowRank *m)
 {
   const PetscInt n = SlipMirrorWidth(g->nx, parity) * g->nz;
-  PetscReal *root, *approximate, norm = 0;
+  PetscReal *root, *approximate;
   PetscInt info;
 
   PetscFunctionBegin;
@@ -218,28 +213,27 @@ static PetscErrorCode ComputeCorrection(const SlipGrid *g, PetscReal factor, Pet
   PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB,
              "Eigenvalues of the stiffness did not converge (LAPACK info %" PetscInt_FMT ")", info);
   SlipMirrorSplit(g->nx, g->nz, spectral, 1, parity, approximate);
-  for (PetscInt i = 0; i < n; i++) norm = PetscMax(norm, factor * root[(size_t)i * n + i]);
   for (size_t i = 0; i < (size_t)n * n; i++) root[i] = factor * root[i] - approximate[i];
-  PetscCall(SlipLowRank(n, root, SLIP_SQRT_CUTOFF * norm, 5 * g->nz, &m->rank, &m->W, &m->lambda));
+  PetscCall(SlipLowRankCompress(n, root, SLIP_SQRT_CUTOFF * norm, 5 * g->nz, m));
   PetscCall(PetscFree2(root, approximate));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives every rank what rank 0 found. */
-static PetscErrorCode BroadcastCorrection(MPI_Comm comm, SlipCorrection *m)
+/* Gives every rank what the root found. */
+static PetscErrorCode BroadcastCorrection(MPI_Comm comm, PetscMPIInt root, SlipLowRank *m)
 {
   PetscMPIInt rank;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Bcast(&m->rank, 1, MPIU_INT, 0, comm));
-  if (rank) {
+  PetscCallMPI(MPI_Bcast(&m->rank, 1, MPIU_INT, root, comm));
+  if (rank != root) {
     PetscCall(PetscMalloc1((size_t)m->n * m->rank, &m->W));
     PetscCall(PetscMalloc1(m->rank, &m->lambda));
   }
   for (PetscInt k = 0; k < m->rank; k++)
-    PetscCallMPI(MPI_Bcast(m->W + (size_t)k * m->n, (int)m->n, MPIU_REAL, 0, comm));
-  PetscCallMPI(MPI_Bcast(m->lambda, (int)m->rank, MPIU_REAL, 0, comm));
+    PetscCallMPI(MPI_Bcast(m->W + (size_t)k * m->n, (int)m->n, MPIU_REAL, root, comm));
+  PetscCallMPI(MPI_Bcast(m->lambda, (int)m->rank, MPIU_REAL, root, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -249,8 +243,9 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   SpectralContext *c;
   const SlipGrid *g;
-  PetscReal *kernel = NULL, *spectral = NULL, scale, smallest[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL};
-  PetscMPIInt rank;
+  const PetscReal *values;
+  PetscReal *kernel = NULL, *spectral = NULL, norm = 0, scale, smallest[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL};
+  PetscMPIInt rank, size;
   PetscInt nk;
 
   PetscFunctionBegin;
@@ -258,23 +253,29 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
   PetscCall(MatShellGetContext(*H, &c));
   PetscCall(SlipGridScale(K, &scale));
   SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
+  PetscCall(SlipStrikeGetEigen(c->strike, &values, NULL));
+  for (PetscInt i = 0; i < nk * g->nz; i++) norm = PetscMax(norm, factor * PetscSqrtReal(scale * values[i]));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) {
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (rank < 2) { /* one parity each, or both on a single rank */
     PetscCall(PetscMalloc2((size_t)nk * g->nz * g->nz, &kernel, (size_t)nk * g->nz * g->nz, &spectral));
     for (PetscInt d = 0; d < nk; d++) SlipGridKernel(g, d, kernel + (size_t)d * g->nz * g->nz);
     PetscCall(PetscArraycpy(spectral, c->blocks, (size_t)nk * g->nz * g->nz));
     PetscCall(SlipStrikeBlocksToKernel(c->strike, spectral));
   }
   for (PetscInt parity = 0; parity < 2; parity++) {
-    SlipCorrection *m = &c->correction[parity];
-
-    m->n = SlipMirrorWidth(g->nx, parity) * g->nz;
-    if (m->n == 0) continue;
-    if (rank == 0) PetscCall(ComputeCorrection(g, factor, scale, kernel, spectral, parity, &smallest[parity], m));
-    PetscCall(BroadcastCorrection(comm, m));
+    c->correction[parity].n = SlipMirrorWidth(g->nx, parity) * g->nz;
+    if (c->correction[parity].n && rank == parity % size)
+      PetscCall(
+        ComputeCorrection(g, factor, scale, kernel, spectral, norm, parity, &smallest[parity], &c->correction[parity]));
   }
   PetscCall(PetscFree2(kernel, spectral));
-  PetscCallMPI(MPI_Bcast(smallest, 2, MPIU_REAL, 0, comm));
+  for (PetscInt parity = 0; parity < 2; parity++) {
+    if (c->correction[parity].n == 0) continue;
+    PetscCall(BroadcastCorrection(comm, (PetscMPIInt)(parity % size), &c->correction[parity]));
+    PetscCall(SlipLowRankDemote(&c->correction[parity], SLIP_SQRT_SINGLE * norm));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, smallest, 2, MPIU_REAL, MPI_MIN, comm));
   PetscCheck(PetscMin(smallest[0], smallest[1]) > 0, comm, PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m",
              (double)PetscMin(smallest[0], smallest[1]));

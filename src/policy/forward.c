@@ -94,7 +94,8 @@ PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal
 - tmax   - end of the simulated time [s]
 
   Output Parameter:
-. h - dt_min + x (dt_max - dt_min), or dt_min (dt_max/dt_min)^x with logarithmic spacing, x = (action - low)/(high - low) [s]
+. h - dt_min + x (dt_max - dt_min), or dt_min (dt_max/dt_min)^x with logarithmic spacing [s];
+      x = (action - low)/(high - low)
 
   Level: intermediate
 

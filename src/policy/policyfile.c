@@ -1,4 +1,4 @@
-/* A policy as an HDF5 file (DESIGN section 5): rank 0 reads or writes, every rank gets the same numbers and the same error. */
+/* A policy as an HDF5 file (DESIGN.md section 5): rank 0 reads or writes, all ranks get its numbers and its errors. */
 #include <slipstep/private/slippolicyimpl.h>
 #include <slipstep/private/sliph5.h>
 #include <slipsys.h>
@@ -260,7 +260,7 @@ static PetscErrorCode ShareError(MPI_Comm comm, PetscErrorCode ierr, const char 
 /*@C
   SlipPolicyLoad - read a policy from an HDF5 file
 
-  Collective; rank 0 reads, all ranks get identical numbers. What the policy held before is kept when an error is raised.
+  Collective; rank 0 reads, all ranks get identical numbers. When an error is raised the policy keeps what it held.
 
   Input Parameters:
 + policy - the policy
@@ -367,7 +367,7 @@ static PetscErrorCode WriteContent(SlipH5 *h5, SlipPolicy p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On rank 0: closing gives the file its name, so a half-written one is only closed by HDF5 and keeps the name FILE.part. */
+/* On rank 0: closing gives the file its name, so a half-written one is closed as FILE.part. */
 static PetscErrorCode WriteFile(SlipPolicy p, const char file[])
 {
   SlipH5 h5;

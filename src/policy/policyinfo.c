@@ -131,6 +131,10 @@ PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal 
   PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
   PetscCheck(p->has_action, PetscObjectComm((PetscObject)p), PETSC_ERR_ARG_WRONGSTATE,
              "Policy %s has no action (/action)", SlipPolicySource_Private(p));
+  PetscCheck((p->dt_unit[0] < 2 && p->dt_unit[1] < 2) || tmax < PETSC_MAX_REAL, PetscObjectComm((PetscObject)p),
+             PETSC_ERR_ARG_WRONGSTATE,
+             "Policy %s: its steps are parts of t_max, but there is none; expected -ts_max_time",
+             SlipPolicySource_Private(p));
   *dt_min = p->dt[0] * unit[p->dt_unit[0]];
   *dt_max = p->dt[1] * unit[p->dt_unit[1]];
   PetscCheck(

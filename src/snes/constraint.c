@@ -1,4 +1,5 @@
 /* SlipConstraint: a set-valued reaction that a problem describes by a table of operations. */
+#include <slipsys.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipcone.h>
 
@@ -34,6 +35,7 @@ PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops,
   PetscAssertPointer(con, 5);
   PetscCheck(ops->residual && ops->jacobian && ops->bound, comm, PETSC_ERR_ARG_WRONG,
              "SlipConstraintOps must supply residual, jacobian and bound");
+  PetscCall(SlipStepInitializePackage());
   PetscCall(PetscHeaderCreate(c, SLIP_CONSTRAINT_CLASSID, "SlipConstraint", "Set-valued reaction", "SNES", comm,
                               SlipConstraintDestroy, NULL));
   c->ops[0] = *ops;

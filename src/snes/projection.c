@@ -61,7 +61,7 @@ static PetscErrorCode SlipRatio(SlipConstraint con, Vec x, Vec x1, Vec g1, Vec r
   PetscCall(VecRestoreArrayRead(x1, &y));
   PetscCall(VecRestoreArrayRead(con->g, &g));
   PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)con)));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)con)));
   *ratio = sum[1] > 0.0 ? PetscSqrtReal(sum[0] / sum[1]) : ratio_high;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -163,9 +163,6 @@ PetscErrorCode SNESCreate_Projection(SNES snes)
   snes->usesksp = PETSC_FALSE;
   snes->usesnpc = PETSC_FALSE;
   snes->alwayscomputesfinalresidual = PETSC_TRUE;
-  if (!snes->tolerancesset) {
-    snes->rtol = 1e-10;
-    snes->max_its = 200;
-  }
+  SlipSNESDefaults(snes, 1e-10, 200);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

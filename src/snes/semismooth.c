@@ -10,6 +10,8 @@
    energy, and unstable solutions repel it. What it converges to has a positive definite Jacobian, so no stage ends on the wrong branch. */
 #include <slipstep/private/slipsnes.h>
 
+static const PetscReal rounding = 1e-15; /* relative residual that summation errors leave */
+
 enum {
   memory = 5, /* merits that a new one is compared with */
   halvings = 4,
@@ -58,8 +60,8 @@ static PetscErrorCode SemismoothKrylov(SNES snes, SlipConstraint con, Vec slope,
   if (!ss->J) PetscCall(MatCreateSlipJacobian(con->B, &ss->J));
   PetscCall(MatSlipJacobianSetParts(ss->J, con->B, con->mask, slope));
   PetscCall(KSPSetOperators(snes->ksp, ss->J, ss->J));
-  /* Near quadratic convergence the next residual is of the order of the square of this one: solve so far and no further. */
-  eta = PetscMin(1e-2, PetscMax(0.1 * con->norm, 0.05 * snes->rtol / con->norm));
+  /* Near quadratic convergence the next residual is of the order of the square of this one: solve so far, or to rounding. */
+  eta = PetscMin(1e-2, PetscMax(0.1 * con->norm, rounding / con->norm));
   PetscCall(KSPSetTolerances(snes->ksp, eta, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(KSPSolve(snes->ksp, ss->rhs, ss->dx));
   PetscCall(KSPGetConvergedReason(snes->ksp, &reason));
@@ -179,6 +181,38 @@ static PetscErrorCode SemismoothUnstick(SNES snes, SlipConstraint con, Vec x, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* From the tolerance down to rounding with plain Newton steps, usually one. The residual is relative to the strength, and slow
+   slip rates are many orders below those that it balances: only there are they exact enough for runs on different numbers of
+   ranks to agree. Stops when the residual no longer halves, and keeps the better point. */
+static PetscErrorCode SemismoothPolish(SNES snes, SlipConstraint con, Vec x)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  SNESConvergedReason reason;
+  PetscReal last, step, size;
+  PetscBool ok;
+
+  PetscFunctionBegin;
+  for (PetscInt it = snes->iter + 1; con->norm > rounding && it <= snes->max_its; it++) {
+    last = con->norm;
+    PetscCall(SemismoothDirection(snes, con, x, &ok));
+    if (!ok || ss->picard) break;
+    PetscCall(VecCopy(x, ss->xs));
+    PetscCall(VecAXPY(x, 1.0, ss->dx));
+    PetscCall(SlipConstraintEvaluate(con, x));
+    if (!(con->norm < last)) {
+      PetscCall(VecCopy(ss->xs, x));
+      PetscCall(SlipConstraintEvaluate(con, x));
+      break;
+    }
+    PetscCall(SlipConstraintReport(snes, con, it, &reason));
+    PetscCall(VecNorm(ss->dx, NORM_INFINITY, &step));
+    PetscCall(VecNorm(x, NORM_INFINITY, &size));
+    if (con->norm > 0.5 * last || step <= 1e-11 * size) break;
+  }
+  snes->reason = SNES_CONVERGED_FNORM_RELATIVE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SNESSolve_Semismooth(SNES snes)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
@@ -214,6 +248,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
     if (con->norm > snes->rtol) PetscCall(SemismoothUnstick(snes, con, x, stalled));
     PetscCall(SlipConstraintReport(snes, con, it, &reason));
   }
+  if (reason == SNES_CONVERGED_FNORM_RELATIVE) PetscCall(SemismoothPolish(snes, con, x));
   PetscCall(SlipConstraintFinish(con, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -321,10 +356,7 @@ PetscErrorCode SNESCreate_Semismooth(SNES snes)
   snes->usesksp = PETSC_TRUE;
   snes->usesnpc = PETSC_FALSE;
   snes->alwayscomputesfinalresidual = PETSC_TRUE;
-  if (!snes->tolerancesset) {
-    snes->rtol = 1e-10;
-    snes->max_its = 50;
-  }
+  SlipSNESDefaults(snes, 1e-10, 50);
   PetscCall(SNESGetKSP(snes, &ksp));
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPGetPC(ksp, &pc));

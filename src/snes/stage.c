@@ -71,7 +71,7 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
   PetscCall(VecNorm(con->F, NORM_2, &con->merit));
   PetscCall(VecNorm(con->F, NORM_INFINITY, &con->norm));
   con->merit /= con->scale;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &inconsistent, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)con)));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &inconsistent, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)con)));
   con->norm = (PetscIsInfOrNanReal(con->norm) ? con->norm : PetscMax(con->norm, inconsistent)) / con->scale;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -19,12 +19,14 @@ PetscErrorCode SlipRegisterTypes(void)
 {
   PetscFunctionBegin;
   /* one row per type: TSRegister, TSAdaptRegister, SNESRegister, PCRegister */
-  PetscCall(TSAdaptRegister(TSADAPTHEURISTIC, TSAdaptCreate_Heuristic));
-  PetscCall(TSAdaptRegister(TSADAPTPI, TSAdaptCreate_PI));
-  PetscCall(TSAdaptRegister(TSADAPTRL, TSAdaptCreate_RL));
+  PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
+  PetscCall(PetscLogEventRegister("SlipKSetUp", MAT_CLASSID, &SLIP_StiffnessSetUp));
+  PetscCall(PetscLogEventRegister("SlipHSetUp", MAT_CLASSID, &SLIP_ViscositySetUp));
   PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
   PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
   PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
-  PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
+  PetscCall(TSAdaptRegister(TSADAPTHEURISTIC, TSAdaptCreate_Heuristic));
+  PetscCall(TSAdaptRegister(TSADAPTPI, TSAdaptCreate_PI));
+  PetscCall(TSAdaptRegister(TSADAPTRL, TSAdaptCreate_RL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -113,11 +113,10 @@ static PetscErrorCode TSView_Bathe(TS ts, PetscViewer viewer)
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(
-    PetscViewerASCIIPrintf(viewer, "  gamma=%g, error estimate %s", (double)ba->gamma, TSBatheErrors[ba->error]));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  gamma=%g, error estimate %s, reaction %s\n", (double)ba->gamma,
+                                   TSBatheErrors[ba->error], ba->con ? TSBatheReactions[ba->reaction] : "absent"));
   if (ba->error == TSBATHE_ERROR_DOUBLING)
-    PetscCall(PetscViewerASCIIPrintf(viewer, " of order %" PetscInt_FMT, ba->order));
-  PetscCall(PetscViewerASCIIPrintf(viewer, ", reaction %s\n", ba->con ? TSBatheReactions[ba->reaction] : "absent"));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  order assumed by doubling=%" PetscInt_FMT "\n", ba->order));
   PetscCall(PetscViewerASCIIPrintf(viewer,
                                    "  attempts=%" PetscInt_FMT ", accepted=%" PetscInt_FMT
                                    ", Bathe solves=%" PetscInt_FMT ", failures in a row allowed=%" PetscInt_FMT "\n",

@@ -243,8 +243,8 @@ static PetscErrorCode TSBatheSetConstraint_Bathe(TS ts, SlipConstraint con)
   PetscCall(PetscObjectTypeCompareAny((PetscObject)snes, &ours, SNESSEMISMOOTH, SNESPROJECTION, ""));
   if (!ours) PetscCall(SNESSetType(snes, SNESSEMISMOOTH));
   PetscCall(SNESSetSlipConstraint(snes, con));
-  PetscCall(TSSetMaxSNESFailures(ts, -1));
-  PetscCall(TSSetMaxStepRejections(ts, -1));
+  PetscCall(TSSetMaxSNESFailures(ts, SLIP_UNLIMITED));
+  PetscCall(TSSetMaxStepRejections(ts, SLIP_UNLIMITED));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

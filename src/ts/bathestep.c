@@ -139,6 +139,16 @@ PetscErrorCode TSRollBack_Bathe(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Next step within the controller's bounds, and not beyond the end of a run that is to end exactly there */
+static PetscErrorCode TSBatheSetStep(TS ts, PetscReal h)
+{
+  PetscFunctionBegin;
+  h = PetscClipInterval(h, ts->adapt->dt_min, ts->adapt->dt_max);
+  if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) h = PetscMin(h, ts->max_time - ts->ptime);
+  PetscCall(TSSetTimeStep(ts, h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A new run: totals, and the first step if the controller has an opinion */
 static PetscErrorCode TSBatheBeginRun(TS ts)
 {
@@ -152,9 +162,7 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseFirst_C", &f));
   if (!f) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall((*f)(ts->adapt, ts, &h));
-  h = PetscClipInterval(h, ts->adapt->dt_min, ts->adapt->dt_max);
-  if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) h = PetscMin(h, ts->max_time - ts->ptime);
-  PetscCall(TSSetTimeStep(ts, h));
+  PetscCall(TSBatheSetStep(ts, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -240,12 +248,11 @@ static PetscErrorCode TSBatheFailed(TS ts)
   }
   if (!ts->reason) {
     PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseAfterFailure_C", &f));
-    if (f) {
+    if (f)
       PetscCall((*f)(ts->adapt, ts, h, &h));
-      h = PetscClipInterval(h, ts->adapt->dt_min, ts->adapt->dt_max);
-      if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) h = PetscMin(h, ts->max_time - ts->ptime);
-      PetscCall(TSSetTimeStep(ts, h));
-    }
+    else
+      h = ts->time_step; /* TSAdaptCheckStage() has scaled it by scale_solve_failed */
+    PetscCall(TSBatheSetStep(ts, h));
   }
   PetscCall(TSBatheRunMonitors(ts));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -51,7 +51,8 @@ expect '-fault_initial is "later", expected one of critical, rest' -fault_initia
 expect "none.h5" -fault_stiffness_file none.h5
 expect "not.h5 is not an HDF5 file" -fault_stiffness_file not.h5
 expect "truncated.h5" -fault_stiffness_file truncated.h5
-expect "/stiffness has shape [4, 4], expected [N, N] with N = nx nz = 9" -fault_nx 3 -fault_nz 3 -fault_stiffness_file k.h5
+expect "/stiffness has shape [4, 4], expected [N, N] with N = nx nz = 9" -fault_nx 3 -fault_nz 3 \
+  -fault_stiffness_file k.h5
 expect "k.h5 has no dataset /K" "${mesh[@]}" -fault_stiffness_file k.h5:/K
 expect "/text in k.h5 does not hold numbers" "${mesh[@]}" -fault_stiffness_file k.h5:/text
 expect "k.h5:/asymmetric: the stiffness is not symmetric" "${mesh[@]}" -fault_stiffness_file k.h5:/asymmetric
@@ -62,6 +63,7 @@ expect "cannot create no/such/directory/x.h5.part" -fault_output no/such/directo
 expect "is a directory" -fault_output .
 expect '-fault_output_fields has "weather"' -fault_output x.h5 -fault_output_fields slip,weather
 expect "weather" -ts_adapt_type weather
+expect "-ts_type rk knows no friction, expected bathe" -ts_type rk
 
 # An error before or during the run leaves an older output file alone.
 expect "none.h5" "${mesh[@]}" -fault_output old.h5 -fault_stiffness_file none.h5

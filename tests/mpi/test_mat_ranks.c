@@ -101,8 +101,8 @@ static void Destroy(Operators *o)
   Check(MatDestroy(&o->B));
 }
 
-/* Products on this communicator against one rank's. 1e-12: sums of N < 100 terms in another order. The exact root of type "fft" is
-   truncated at 1e-10, so it is compared with one rank's own to 1e-12 and with the dense one to 1e-10. */
+/* Products on this communicator against one rank's. 1e-12: sums of N < 100 terms in another order. The exact root of
+   type "fft" is truncated at 1e-10, so it is compared with one rank's own to 1e-12 and with the dense one to 1e-10. */
 static void test_products_do_not_depend_on_ranks(void **state)
 {
   static const char *const types[] = {"dense", "fft", "auto"};
@@ -110,6 +110,7 @@ static void test_products_do_not_depend_on_ranks(void **state)
   (void)state;
   for (size_t g = 0; g < PETSC_STATIC_ARRAY_LENGTH(Grids); g++) {
     Operators dense = Create(PETSC_COMM_SELF, &Grids[g], "dense");
+    Mat converted;
 
     for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
       Operators o = Create(PETSC_COMM_WORLD, &Grids[g], types[t]),
@@ -119,6 +120,9 @@ static void test_products_do_not_depend_on_ranks(void **state)
       AssertDefaultLayout(o.H);
       AssertDefaultLayout(o.B);
       assert_true(DistanceToSerial(o.K, dense.K) < 1e-12);
+      Check(MatConvert(o.K, MATDENSE, MAT_INITIAL_MATRIX, &converted));
+      assert_true(DistanceToSerial(converted, dense.K) < 1e-12);
+      Check(MatDestroy(&converted));
       assert_true(DistanceToSerial(o.H, dense.H) < 1e-10);
       assert_true(DistanceToSerial(o.B, dense.B) < 1e-10);
       assert_true(DistanceToSerial(o.H, serial.H) < 1e-12);

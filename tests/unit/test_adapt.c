@@ -1,5 +1,5 @@
-/* The controllers on a TS without numerics (y' = 0): the test says what each attempt's error is and whether it converged,
-   and expects the exact sequence of steps. */
+/* The controllers on a TS without numerics (y' = 0): the test says what each attempt's error is and whether it
+   converged, and expects the exact sequence of steps. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -212,6 +212,19 @@ static void heuristic(void **state)
   ok(TSDestroy(&ts));
 }
 
+static void heuristic_again(void **state)
+{
+  /* E = 8 halves; rejected again, 0.9 comes on top, until the step is accepted. */
+  const PetscReal error[] = {8, 8, 8, 1, 8, 1}, h[] = {0.1, 0.05, 0.0225, 0.010125, 0.010125, 0.0050625};
+  TS ts = start(TSADAPTHEURISTIC, "", 0.1);
+
+  (void)state;
+  ok(run(ts, 6, error));
+  tried(h);
+  accepted("rrrara");
+  ok(TSDestroy(&ts));
+}
+
 static void heuristic_options(void **state)
 {
   /* p = 1, q = 1/2. The step after the first is capped by dt_max; then a failure and a rejection by E = 4. */
@@ -258,8 +271,8 @@ static void pi_filter(void **state)
 
 static void pi_cap(void **state)
 {
-  /* Elementary filter, then the default's memory: a step of error 0 grows by 1.2 and counts as the error that asks for just
-     that, E = 1.2^(-g1/q) = 1.2^-12. */
+  /* The default filter: a step of error 0 grows by 1.2 and counts as the error that asks for just that,
+     E = 1.2^(-g1/q) = 1.2^-12. */
   const PetscReal error[] = {0, 1, FAIL, 1};
   PetscReal h[4] = {0.1, 0.12};
   TS ts = start(TSADAPTPI, "", 0.1);
@@ -480,11 +493,11 @@ static void rl_errors(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(heuristic),       cmocka_unit_test(heuristic_options),
-                                     cmocka_unit_test(pi_filter),       cmocka_unit_test(pi_cap),
-                                     cmocka_unit_test(rl_observations), cmocka_unit_test(rl_fallbacks),
-                                     cmocka_unit_test(rl_guard_rail),   cmocka_unit_test(rl_ceiling),
-                                     cmocka_unit_test(rl_actor),        cmocka_unit_test(rl_errors)};
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(heuristic),    cmocka_unit_test(heuristic_again), cmocka_unit_test(heuristic_options),
+    cmocka_unit_test(pi_filter),    cmocka_unit_test(pi_cap),          cmocka_unit_test(rl_observations),
+    cmocka_unit_test(rl_fallbacks), cmocka_unit_test(rl_guard_rail),   cmocka_unit_test(rl_ceiling),
+    cmocka_unit_test(rl_actor),     cmocka_unit_test(rl_errors)};
   int failed;
 
   if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;

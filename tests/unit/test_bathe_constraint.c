@@ -3,7 +3,7 @@
 #include <stddef.h>
 #include <setjmp.h>
 #include <cmocka.h>
-#include "sliders.h"
+#include "../sliders.h"
 
 #define CALL(...) assert_int_equal((int)(__VA_ARGS__), 0)
 
@@ -314,7 +314,7 @@ static void test_wrong_snes_is_refused(void **state)
 
 /* A long step under strong weakening has an indefinite Jacobian at rest. The stage must still end on the branch that the loading
    leads to: forwards, at a solution of the implicit equations with a positive definite Jacobian. */
-static void test_indefinite_start(void **state)
+static void indefinite_start(const char *direct_max)
 {
   Sliders p;
   Vec w, x, r, q, dq;
@@ -322,7 +322,6 @@ static void test_indefinite_start(void **state)
   SlipStage stage = {.t = 3.0, .theta = 3.0, .omega = 1.0};
   SNESConvergedReason reason;
 
-  (void)state;
   Setup(&p, &w);
   CALL(VecSet(p.load, 1.0 + 1e-5));
   p.mud = 0.2;
@@ -336,7 +335,10 @@ static void test_indefinite_start(void **state)
   CALL(VecZeroEntries(x));
   CALL(SNESCreate(PETSC_COMM_SELF, &snes));
   CALL(SNESSetType(snes, SNESSEMISMOOTH));
+  CALL(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct_max));
   CALL(SNESSetSlipConstraint(snes, p.con));
+  CALL(SNESSetFromOptions(snes));
+  CALL(PetscOptionsClearValue(NULL, "-snes_slip_direct_max"));
   CALL(SNESSlipSolveStage(snes, &stage, x, r, NULL));
   CALL(SNESGetConvergedReason(snes, &reason));
   assert_true(reason > 0);
@@ -353,6 +355,13 @@ static void test_indefinite_start(void **state)
   CALL(VecDestroy(&dq));
   CALL(VecDestroy(&w));
   CALL(SlidersDestroy(&p));
+}
+
+static void test_indefinite_start(void **state)
+{
+  (void)state;
+  indefinite_start("350");
+  indefinite_start("0"); /* Krylov */
 }
 
 int main(int argc, char **argv)

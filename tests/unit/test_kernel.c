@@ -1,4 +1,5 @@
-/* The closed-form kernel against published values and against numerical integration of Mindlin's point-force solution. */
+/* The closed-form kernel against published values and against numerical integration of Mindlin's point-force solution.
+ */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -10,8 +11,8 @@
 typedef long double Long;
 
 /* ---- independent evaluation ----
-   Mindlin (1936): displacement component i of a unit force along j in {x, y} (G = 1) at depth c, receiver at (x, y, z); as
-   printed, term by term. surface = 0 leaves Kelvin's full-space solution. */
+   Mindlin (1936): displacement component i of a unit force along j in {x, y} (G = 1) at depth c, receiver at (x, y, z);
+   as printed, term by term. surface = 0 leaves Kelvin's full-space solution. */
 typedef struct {
   Long nu, c, z;
   int surface;
@@ -35,8 +36,9 @@ static Long Mindlin(const Medium *m, int i, int j, Long x, Long y)
 static const Long First[4] = {0, 0.75L, -0.15L, 1.0L / 60};
 static const Long Second[4] = {-49.0L / 18, 1.5L, -0.15L, 1.0L / 90};
 
-/* d_yy G_xx + 2 d_xy G_xy + d_xx G_yy at (x, 0): the stress drop density of slip on y = 0. The step is 0.004 of the distance R, so
-   that truncation is about 1e-13 and rounding (epsilon 1e-19 over the step squared) 1e-14 of the value. */
+/* d_yy G_xx + 2 d_xy G_xy + d_xx G_yy at (x, 0): the stress drop density of slip on y = 0. The step is 0.004 of the
+   distance R, so that truncation is about 1e-13 and rounding (epsilon 1e-19 over the step squared) 1e-14 of the value.
+ */
 static Long PointStressDrop(const Medium *m, Long x)
 {
   const Long h = 0.004L * sqrtl(x * x + (m->z - m->c) * (m->z - m->c));
@@ -92,8 +94,9 @@ static Long IntegrateCell(Long nu, int surface, Long dx, Long z_receiver, Long z
   return sum * a * b / 4;
 }
 
-/* The cell's own centre: slip of the whole plane leaves no stress, so the cell gives minus the rest of the plane, and the density
-   falls like R^-3: minus the integral over the angle of density(R = 1) / (distance to the edge), side by side. */
+/* The cell's own centre: slip of the whole plane leaves no stress, so the cell gives minus the rest of the plane, and
+   the density falls like R^-3: minus the integral over the angle of density(R = 1) / (distance to the edge), side by
+   side. */
 static Long IntegrateSelf(Long nu, Long a, Long b)
 {
   Long node[POINTS], weight[POINTS], sum = 0;
@@ -158,8 +161,9 @@ static void test_half_space_against_integration(void **state)
   }
 }
 
-/* The image's share at the cell's own centre is regular: integrate Mindlin minus Kelvin, over the cell's four quarters so that no
-   point falls on the singular centre; both are differenced with the same step, so the truncation of the singular part cancels. */
+/* The image's share at the cell's own centre is regular: integrate Mindlin minus Kelvin, over the cell's four quarters
+   so that no point falls on the singular centre; both are differenced with the same step, so the truncation of the
+   singular part cancels. */
 static void test_half_space_self(void **state)
 {
   (void)state;

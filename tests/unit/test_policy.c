@@ -31,7 +31,7 @@ static PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const cha
     if (!strstr(message, want)) fail_msg("expected \"%s\" in \"%s\"", want, message);                                  \
   } while (0)
 
-/* Sums of at most 64 products of numbers below 10: rounding stays below 64 * 10 * 2.2e-16, and tanh has slope at most 1. */
+/* Sums of a few products of numbers below 100 round to within 1e-13, and tanh has slope at most 1. */
 #define TOLERANCE 1e-12
 
 static const char *const names[2] = {"energy", "step"};

@@ -47,13 +47,17 @@ typedef struct {
   PetscReal w0_max;  /* its largest magnitude */
 } SlipObserver;
 
+typedef enum {
+  SLIP_OBSERVES_ATTEMPT, /* anything known without asking for more */
+  SLIP_OBSERVES_ERROR,   /* reads last.error */
+  SLIP_OBSERVES_STATE    /* the TS solution only: kept over a failed attempt; the problem's own row goes first */
+} SlipObservationKind;
+
 typedef struct {
   const char *name;
-  const char *meaning;
-  PetscBool needs_error; /* reads last.error */
-  PetscBool
-    of_state; /* depends on the TS solution only: kept over a failed attempt; the problem's own row goes first */
+  SlipObservationKind kind;
   PetscErrorCode (*compute)(const SlipObserver *, PetscInt component, PetscReal *value);
+  const char *meaning;
 } SlipObservation;
 
 /* One value that a policy asked for by name. */
@@ -68,6 +72,6 @@ PETSC_INTERN const SlipObservation *SlipObservationFind(const char name[],
                                                         PetscInt *component); /* NULL: not in the table */
 PETSC_INTERN PetscErrorCode SlipObserverReset(SlipObserver *o);               /* frees w0 */
 PETSC_INTERN PetscErrorCode SlipObserverStart(SlipObserver *o, TS ts);        /* remembers the state as w0 */
-/* Fill the values. state_changed: whether rows of the state are to be computed anew. source names the policy in errors. */
+/* Fill the values; rows of the state only when state_changed. source names the policy in errors. */
 PETSC_INTERN PetscErrorCode SlipObserve(const SlipObserver *o, PetscInt n, SlipObserved seen[], PetscBool state_changed,
                                         const char source[]);

@@ -123,6 +123,8 @@ struct _p_SlipFault {
   char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
   PetscBool setup;
 
+  PetscViewer viewer; /* -fault_view */
+  PetscViewerFormat format;
   PetscViewer stiffness_viewer; /* -fault_stiffness_view */
   PetscViewerFormat stiffness_format;
 

@@ -2,6 +2,9 @@
 #pragma once
 #include <slipmat.h>
 
+/* Set-up of K and of H in -log_view; registered in src/sys/types.c */
+PETSC_INTERN PetscLogEvent SLIP_StiffnessSetUp, SLIP_ViscositySetUp;
+
 /* ---- kernel.c ---- */
 PETSC_INTERN void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal depth_sum, PetscReal a,
                                             PetscReal b, PetscReal part[3]);
@@ -70,11 +73,21 @@ PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array);
 PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array);
 
-/* ---- lowrank.c: symmetric low-rank matrices ---- */
-PETSC_INTERN PetscErrorCode SlipLowRank(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess,
-                                        PetscInt *rank, PetscReal **W, PetscReal **lambda);
-PETSC_INTERN PetscErrorCode SlipLowRankApply(PetscInt n, PetscInt rank, const PetscReal W[], const PetscReal lambda[],
-                                             const PetscReal x[], PetscReal y[], PetscReal t[]);
+/* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', ordered by falling |lambda|; zero-initialise ---- */
+typedef struct {
+  PetscInt n, rank, head; /* order, number of terms, number of them in double precision */
+  PetscReal *W;           /* [n * head], column-major; [n * rank] before SlipLowRankDemote() */
+  float *tail;            /* [n * (rank - head)] */
+  PetscReal *lambda;      /* [rank] */
+  PetscReal *t;           /* scratch [rank] */
+  float *t32, *x32;       /* scratch [rank], [n] */
+} SlipLowRank;
+PETSC_INTERN PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess,
+                                                SlipLowRank *m);
+PETSC_INTERN PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit);
+PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);
+PETSC_INTERN void SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i);
 
 /* ---- types of stiffness and viscosity that are not MATDENSE ---- */
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K);

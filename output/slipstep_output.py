@@ -1,0 +1,132 @@
+"""Read the HDF5 file that -fault_output writes: Run(path) and its steps, series, fields and results in SI units.
+
+    from slipstep_output import Run
+    run = Run("output/fault.h5")
+    run.series["time"], run.series["mean_slip"]      # one value per accepted step
+    run.accepted, run.steps["dt"][~run.accepted]     # one value per attempt
+    time, maps = run.field("slip_rate")              # [n], [n, Nz, Nx]
+"""
+
+import os
+
+import h5py
+import numpy as np
+
+STEPS = ("time", "dt", "accepted", "error", "converged", "newton_iterations", "linear_iterations", "reason", "wall")
+SERIES = ("time", "mean_slip_rate", "max_slip_rate", "mean_slip", "mean_displacement", "sliding_fraction")
+RESULT = ("mean_slip", "accepted", "rejected", "solves", "newton_iterations", "linear_iterations",
+          "wall_time_setup", "wall_time_solve")
+MESH = ("x", "z")
+FIELDS = ("slip_rate", "slip", "displacement", "traction")
+
+
+class OutputError(Exception):
+    """The file cannot be read as SlipStep output; the message names the file and what was expected in it."""
+
+
+def _plain(value):
+    """A Python or numpy value of an attribute; HDF5 strings arrive as bytes."""
+    if isinstance(value, bytes):
+        return value.decode()
+    if isinstance(value, np.ndarray) and value.size == 1:
+        return _plain(value.reshape(-1)[0])
+    return value.item() if isinstance(value, np.generic) else value
+
+
+class Run:
+    """One run. Everything but the fields is in memory after construction; the file is not kept open.
+
+    steps   dict of arrays, one value per attempt: time at its start [s], dt [s], error, ...
+    series  dict of arrays, one value per accepted step: time [s], mean_slip_rate [m/s], mean_slip [m], ...
+    mesh    dict: x, z element centres [m] and the per-element parameters
+    result  dict of numbers: mean_slip [m], accepted, rejected, solves, ...
+    run     dict of attributes: options, versions, ranks, policy, wall time
+    units   dict from "/group/dataset" to its unit
+    """
+
+    def __init__(self, path):
+        self.path = os.fspath(path)
+        self.units = {}
+        with self._open() as file:
+            self.steps = self._group(file, "steps", STEPS)
+            self.series = self._group(file, "series", SERIES)
+            self.mesh = self._group(file, "mesh", MESH)
+            self.result = self._attributes(file, "result", RESULT)
+            self.run = self._attributes(file, "run", ())
+            self.field_names = [name for name in file.get("fields", ()) if name != "time"]
+        self._check_rows("steps", self.steps)
+        self._check_rows("series", self.series)
+        self.accepted = self.steps["accepted"].astype(bool)
+
+    def _open(self):
+        if not os.path.exists(self.path):
+            raise OutputError(f"{self.path}: no such file; a run writes it with -fault_output {self.path}")
+        try:
+            return h5py.File(self.path, "r")
+        except OSError as error:
+            raise OutputError(f"{self.path}: not a complete HDF5 file ({error})") from error
+
+    def _group(self, file, name, required):
+        group = file.get(name)
+        if not isinstance(group, h5py.Group):
+            raise OutputError(f"{self.path}: group /{name} is missing; expected the output of a SlipStep run")
+        missing = [key for key in required if not isinstance(group.get(key), h5py.Dataset)]
+        if missing:
+            raise OutputError(f"{self.path}: dataset /{name}/{missing[0]} is missing; /{name} has {sorted(group)}")
+        data = {key: _plain(value) for key, value in group.attrs.items()}
+        for key, dataset in group.items():
+            if isinstance(dataset, h5py.Dataset):
+                data[key] = dataset[()]
+                self.units[f"/{name}/{key}"] = _plain(dataset.attrs.get("units", ""))
+        return data
+
+    def _attributes(self, file, name, required):
+        if name not in file:
+            raise OutputError(f"{self.path}: group /{name} is missing; did the run reach its end?")
+        attributes = {key: _plain(value) for key, value in file[name].attrs.items()}
+        missing = [key for key in required if key not in attributes]
+        if missing:
+            raise OutputError(f"{self.path}: attribute {missing[0]} of /{name} is missing; it has {sorted(attributes)}")
+        return attributes
+
+    def _check_rows(self, name, columns):
+        rows = {key: len(value) for key, value in columns.items() if isinstance(value, np.ndarray) and value.ndim}
+        if len(set(rows.values())) > 1:
+            raise OutputError(f"{self.path}: datasets of /{name} differ in length: {rows}")
+
+    @property
+    def shape(self):
+        """(Nz, Nx), from the element centres whether those are per axis or per element."""
+        return len(np.unique(self.mesh["z"])), len(np.unique(self.mesh["x"]))
+
+    @property
+    def axes(self):
+        """Element centres along strike and in depth [m]."""
+        return np.unique(self.mesh["x"]), np.unique(self.mesh["z"])
+
+    @property
+    def rejected(self):
+        """True for every attempt that was not accepted."""
+        return ~self.accepted
+
+    @property
+    def peak(self):
+        """Index into series of the largest mean slip rate."""
+        return int(np.argmax(self.series["mean_slip_rate"]))
+
+    def field(self, name):
+        """Times [n] and maps [n, Nz, Nx] of a field that the run stored."""
+        with self._open() as file:
+            group = file.get("fields")
+            if group is None or name not in group or "time" not in group:
+                raise OutputError(f"{self.path}: field {name} was not stored (there are: {', '.join(self.field_names) or 'none'}); "
+                                  f"run with -fault_output_fields {name}")
+            return group["time"][()], group[name][()]
+
+    def field_at(self, name, time):
+        """The stored map nearest to a time [s]: its own time and the map [Nz, Nx]."""
+        times, maps = self.field(name)
+        if not len(times):
+            raise OutputError(f"{self.path}: /fields/{name} has no rows")
+        row = int(np.argmin(np.abs(times - time)))
+        return times[row], maps[row]

@@ -1,0 +1,77 @@
+"""Panels that the figures are made of; each draws one thing about one run into given axes."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter
+
+RED = "#d62728"
+REFERENCE = "#9a9a9a"
+# The first run is drawn on top of the others.
+RUN_STYLES = [{"color": "#0062a5", "marker": "o", "zorder": 5}, {"color": "#e08a00", "marker": "s", "zorder": 4},
+              {"color": "#2c8a4b", "marker": "^", "zorder": 3}, {"color": "#8a4fa3", "marker": "D", "zorder": 2}]
+STYLE = {
+    "font.size": 11, "axes.titlesize": 11, "axes.titleweight": "bold", "axes.titlelocation": "left", "axes.labelsize": 11,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e6e6e6", "grid.linewidth": 0.8,
+    "axes.axisbelow": True, "legend.frameon": False, "legend.fontsize": 10, "lines.linewidth": 1.4, "figure.dpi": 100,
+    "savefig.dpi": 150, "savefig.facecolor": "white",
+}
+
+
+def use_style():
+    plt.rcParams.update(STYLE)
+
+
+def log_scale(axes):
+    """A logarithmic y axis; with plain numbers at 1, 2 and 5 when it spans less than three decades."""
+    axes.set_yscale("log")
+    low, high = axes.get_ylim()
+    if high < 1e3 * low:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    else:
+        axes.yaxis.set_major_locator(LogLocator(numticks=9))
+        axes.yaxis.set_major_formatter(LogFormatterMathtext())
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def draw_reference(axes, run, name, label):
+    """A fine run as a broad grey line, under the others."""
+    axes.plot(run.series["time"], run.series[name], color=REFERENCE, linewidth=3.5, alpha=0.7, label=label, zorder=1)
+
+
+def draw_series(axes, run, name, style, label):
+    """One quantity against time, every accepted step marked."""
+    small = len(run.series["time"]) > 60
+    axes.plot(run.series["time"], run.series[name], color=style["color"], marker=style["marker"], markersize=2.5 if small else 5,
+              markeredgewidth=0, linewidth=1.0, label=label, zorder=style["zorder"])
+
+
+def draw_steps(axes, run, style, label):
+    """Step size of each attempt at the time it started; rejected attempts in red, with the run's marker."""
+    time, dt, rejected = run.steps["time"], run.steps["dt"], run.rejected
+    axes.step(np.append(time[~rejected], time[~rejected][-1:] + dt[~rejected][-1:]),
+              np.append(dt[~rejected], dt[~rejected][-1:]), where="post", color=style["color"], linewidth=1.0, alpha=0.6, zorder=1)
+    axes.plot(time[~rejected], dt[~rejected], linestyle="", color=style["color"], marker=style["marker"], markersize=4.5 if len(dt) < 100 else 3,
+              markeredgewidth=0, label=f"{label}, accepted", zorder=style["zorder"])
+    few = rejected.sum() < 40
+    axes.plot(time[rejected], dt[rejected], linestyle="", marker=style["marker"], markersize=6.5 if few else 5, markerfacecolor="none",
+              markeredgecolor=RED, markeredgewidth=1.5 if few else 0.8, label=f"{label}, rejected ({rejected.sum()})", zorder=style["zorder"])
+    log_scale(axes)
+
+
+def draw_map(axes, run, name, time, label, cmap="magma"):
+    """A field over the fault plane, depth downwards, near a time [s]; returns the stored time."""
+    stored, values = run.field_at(name, time)
+    x, z = (centres / 1e3 for centres in run.axes)
+    half_x, half_z = (0.5 * (c[1] - c[0]) if len(c) > 1 else 0.5 * max(abs(c[0]), 1e-3) for c in (x, z))
+    extent = (x[0] - half_x, x[-1] + half_x, z[-1] + half_z, z[0] - half_z)
+    image = axes.imshow(values, extent=extent, cmap=cmap, aspect="equal", interpolation="nearest")
+    axes.figure.colorbar(image, cax=axes.inset_axes([1.04, 0.0, 0.05, 1.0]), label=label)
+    axes.set_anchor("W")
+    axes.set_xlabel("along strike (km)")
+    axes.set_ylabel("depth (km)")
+    axes.grid(False)
+    return stored

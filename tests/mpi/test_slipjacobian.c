@@ -1,0 +1,96 @@
+/* The matrix-free generalised Jacobian against its definition, and the names under which its parts are composed. */
+#include "../sliders.h"
+
+enum { blocks = 11 };
+
+static PetscReal entry(PetscInt i, PetscInt j, PetscInt n)
+{
+  (void)n;
+  return i == j ? 4.0 : 1.0 / (1.0 + PetscAbsInt(i - j));
+}
+
+/* J e_j, entry by entry: all sums have one term, so equality is to the rounding of one addition */
+static PetscErrorCode CheckColumn(Mat J, PetscInt j, const PetscReal mask[], const PetscReal slope[])
+{
+  Vec e, y, d;
+  PetscInt first, last;
+  const PetscScalar *a, *b;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(J, &e, &y));
+  PetscCall(VecDuplicate(y, &d));
+  PetscCall(VecSetValue(e, j, 1.0, INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(e));
+  PetscCall(VecAssemblyEnd(e));
+  PetscCall(MatMult(J, e, y));
+  PetscCall(MatGetDiagonal(J, d));
+  PetscCall(VecGetOwnershipRange(y, &first, &last));
+  PetscCall(VecGetArrayRead(y, &a));
+  PetscCall(VecGetArrayRead(d, &b));
+  for (PetscInt i = first; i < last; i++) {
+    PetscReal expected = mask[i] * entry(i, j, blocks) * mask[j];
+
+    if (i == j) expected += slope[i] * mask[i] + 1.0 - mask[i];
+    PetscCheck(PetscAbsReal(a[i - first] - expected) < 1e-14, PETSC_COMM_SELF, PETSC_ERR_USER,
+               "J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g instead of %g", i, j, (double)a[i - first],
+               (double)expected);
+    PetscCheck(i != j || PetscAbsReal(b[i - first] - expected) < 1e-14, PETSC_COMM_SELF, PETSC_ERR_USER,
+               "diagonal %" PetscInt_FMT " is %g", i, (double)b[i - first]);
+  }
+  PetscCall(VecRestoreArrayRead(d, &b));
+  PetscCall(VecRestoreArrayRead(y, &a));
+  PetscCall(VecDestroy(&e));
+  PetscCall(VecDestroy(&y));
+  PetscCall(VecDestroy(&d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(void)
+{
+  Sliders p;
+  Mat J, B;
+  Vec m, s, mask, slope;
+  PetscReal ms[blocks], ss[blocks];
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(SlidersCreate(PETSC_COMM_WORLD, blocks, entry, 1.0, 0.0, &p));
+  PetscCall(VecDuplicate(p.bound, &mask));
+  PetscCall(VecDuplicate(p.bound, &slope));
+  for (PetscInt i = 0; i < blocks; i++) {
+    PetscInt first, last;
+
+    ms[i] = i % 3 ? 1.0 : 0.0;
+    ss[i] = -0.1 * i;
+    PetscCall(VecGetOwnershipRange(mask, &first, &last));
+    if (i < first || i >= last) continue;
+    PetscCall(VecSetValue(mask, i, ms[i], INSERT_VALUES));
+    PetscCall(VecSetValue(slope, i, ss[i], INSERT_VALUES));
+  }
+  PetscCall(VecAssemblyBegin(mask));
+  PetscCall(VecAssemblyEnd(mask));
+  PetscCall(VecAssemblyBegin(slope));
+  PetscCall(VecAssemblyEnd(slope));
+  PetscCall(MatCreateSlipJacobian(p.K, &J));
+  PetscCall(MatSlipJacobianSetParts(J, p.K, mask, slope));
+  PetscCall(PetscObjectTypeCompare((PetscObject)J, MATSLIPJACOBIAN, &same));
+  PetscCheck(same, PETSC_COMM_WORLD, PETSC_ERR_USER, "the type is not %s", MATSLIPJACOBIAN);
+  PetscCall(PetscObjectQuery((PetscObject)J, "SlipStageOperator", (PetscObject *)&B));
+  PetscCall(PetscObjectQuery((PetscObject)J, "SlipMask", (PetscObject *)&m));
+  PetscCall(PetscObjectQuery((PetscObject)J, "SlipSlope", (PetscObject *)&s));
+  PetscCheck(B == p.K && m == mask && s == slope, PETSC_COMM_WORLD, PETSC_ERR_USER, "the parts are not composed");
+  for (PetscInt j = 0; j < blocks; j++) PetscCall(CheckColumn(J, j, ms, ss));
+  PetscCall(MatDestroy(&J));
+  PetscCall(VecDestroy(&mask));
+  PetscCall(VecDestroy(&slope));
+  PetscCall(SlidersDestroy(&p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  if (Run()) MPI_Abort(MPI_COMM_WORLD, 1); /* not PETSc's own code, one of which means "skipped" to ctest */
+  return PetscFinalize() ? 1 : 0;
+}

@@ -1,0 +1,249 @@
+#!/usr/bin/env python3
+"""training/import_sb3.py: made-up zips of all three algorithms, broken zips, and the published one when it is there."""
+import collections
+import io
+import json
+import os
+import pickle
+import struct
+import subprocess
+import sys
+import tempfile
+import zipfile
+
+import h5py
+import numpy as np
+
+SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+SCRIPT = os.path.join(SOURCE, "training", "import_sb3.py")
+PUBLISHED = os.path.join(os.environ.get("SLIPSTEP_PUBLISHED", os.path.join(SOURCE, "..", "shared", "published")),
+                         "tqc_alpha1_single_element.zip")
+FAULT = ["energy", "velocity", "residual", "converged", "accuracy", "step"]
+
+
+# ---- a torch state dict without torch: the pickle opcodes that torch.save() writes ----
+
+def text(s):
+    return b"X" + struct.pack("<I", len(s)) + s.encode()
+
+
+def number(n):
+    return b"J" + struct.pack("<i", n)
+
+
+def numbers(values):
+    return b"(" + b"".join(number(v) for v in values) + b"t"
+
+
+def pickled_tensor(key, array):
+    strides = [s // array.itemsize for s in array.strides]
+    storage = (b"(" + text("storage") + b"ctorch\nFloatStorage\n" + text(str(key)) + text("cpu") + number(array.size)
+               + b"tQ")
+    return (b"ctorch._utils\n_rebuild_tensor_v2\n(" + storage + number(0) + numbers(array.shape) + numbers(strides)
+            + b"\x89ccollections\nOrderedDict\n)RtR")
+
+
+def policy_pth(state, spoil_pickle=lambda p: p, drop=()):
+    items = b"".join(text(name) + pickled_tensor(k, a) for k, (name, a) in enumerate(state.items()))
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as z:
+        z.writestr("archive/data.pkl", spoil_pickle(b"\x80\x02ccollections\nOrderedDict\n)R(" + items + b"u."))
+        z.writestr("archive/byteorder", "little")
+        for k, array in enumerate(state.values()):
+            if k not in drop:
+                z.writestr(f"archive/data/{k}", array.astype("<f4").tobytes())
+    return buffer.getvalue()
+
+
+def write_zip(path, data, pth):
+    with zipfile.ZipFile(path, "w") as z:
+        if data is not None:
+            z.writestr("data", data if isinstance(data, str) else json.dumps(data))
+        if pth is not None:
+            z.writestr("policy.pth", pth)
+
+
+# ---- networks, and what they compute written out ----
+
+RNG = np.random.default_rng(7)
+
+
+def layer(state, prefix, n_in, n_out):
+    state[prefix + ".weight"] = RNG.normal(0, 0.7, (n_out, n_in)).astype("f4")
+    state[prefix + ".bias"] = RNG.normal(0, 0.7, n_out).astype("f4")
+
+
+def network(algorithm, sde, n=6, hidden=(5, 4)):
+    """(data, state) as the library stores them."""
+    state, widths = {"actor.log_std": np.zeros((hidden[-1], 1), "f4")} if sde else {}, (n, *hidden)
+    prefix = "actor.mu" if algorithm == "td3" else "actor.latent_pi"
+    for k in range(len(hidden)):
+        layer(state, f"{prefix}.{2 * k}", widths[k], widths[k + 1])
+    if algorithm == "td3":
+        layer(state, f"actor.mu.{2 * len(hidden)}", hidden[-1], 1)
+    else:
+        layer(state, "actor.mu.0" if sde else "actor.mu", hidden[-1], 1)
+        if not sde:
+            layer(state, "actor.log_std", hidden[-1], 1)
+    layer(state, "critic.qf0.0", n + 1, 25 if algorithm == "tqc" else 1)
+    module = {"tqc": "sb3_contrib.tqc.policies", "td3": "stable_baselines3.td3.policies",
+              "sac": "stable_baselines3.sac.policies"}
+    return {"policy_class": {"__module__": module[algorithm]}, "num_timesteps": 321, "seed": 5, "use_sde": sde,
+            "policy_kwargs": {"activation_fn": "<class 'torch.nn.modules.activation.ReLU'>", "use_sde": sde}}, state
+
+
+def forward(state, obs, sde, act=lambda x: np.maximum(x, 0)):
+    """tanh(clip(mu)) or tanh(mu), from the tensors in the order of the zip."""
+    names = [n[:-7] for n in state if n.endswith(".weight") and n.startswith("actor.") and "log_std" not in n]
+    x = np.asarray(obs, float)
+    for name in names[:-1]:
+        x = act(state[name + ".weight"].astype(float) @ x + state[name + ".bias"])
+    x = state[names[-1] + ".weight"].astype(float) @ x + state[names[-1] + ".bias"]
+    return np.tanh(np.clip(x, -2, 2) if sde else x)[0]
+
+
+def file_forward(path, obs):
+    """What SlipPolicy computes, from the file (DESIGN.md section 5)."""
+    kinds = {"relu": lambda x: np.maximum(x, 0), "tanh": np.tanh, "linear": lambda x: x,
+             "hardtanh2": lambda x: np.clip(x, -2, 2)}
+    with h5py.File(path) as f:
+        x = np.asarray(obs) * f["observation/scale"][:] + f["observation/offset"][:]
+        for k in range(len(f["layers"])):
+            g = f[f"layers/{k}"]
+            x = kinds[g.attrs["activation"]](g["weight"][:].astype(float) @ x + g["bias"][:])
+        a = f["action"].attrs
+        return a["low"] + (np.tanh(x[0]) + 1) / 2 * (a["high"] - a["low"])
+
+
+def run(*args):
+    return subprocess.run([sys.executable, SCRIPT, *args], capture_output=True, text=True, check=False)
+
+
+def imports(zip_path, state, sde, *options, names=FAULT, act=lambda x: np.maximum(x, 0)):
+    done = run(zip_path, "out.h5", *options)
+    assert done.returncode == 0, done.stderr
+    with h5py.File("out.h5") as f:
+        assert list(f["observation/names"].asstr()) == names
+        assert f.attrs["format"] == "slipstep-policy" and f.attrs["version"] == 1
+        attributes, action = dict(f.attrs), dict(f["action"].attrs)
+    for _ in range(20):
+        obs = RNG.normal(0, 2, len(names))
+        # the same double-precision sums in both: only their order could differ
+        assert abs(file_forward("out.h5", obs) - forward(state, obs, sde, act)) < 1e-12
+    assert not os.path.exists("out.h5.part")
+    return attributes, action
+
+
+def bounds(action):
+    return tuple(action[name] for name in ("dt_min", "dt_min_unit", "dt_max", "dt_max_unit"))
+
+
+def test_algorithms():
+    for algorithm in ("tqc", "td3", "sac"):
+        for sde in (False, True):
+            if algorithm == "td3" and sde:
+                continue
+            data, state = network(algorithm, sde)
+            write_zip("in.zip", data, policy_pth(state))
+            attributes, action = imports("in.zip", state, sde)
+            assert attributes["algorithm"] == algorithm
+            assert attributes["training_steps"] == 321 and attributes["seed"] == 5
+            assert bounds(action) == (1e-6, "T*", 6, "s")
+            del data["policy_class"]  # told apart by the networks then
+            write_zip("in.zip", data, policy_pth(state))
+            assert imports("in.zip", state, sde)[0]["algorithm"] == algorithm
+
+
+def test_options():
+    data, state = network("tqc", True, n=8, hidden=(3,))
+    data["policy_kwargs"]["activation_fn"] = "<class 'torch.nn.modules.activation.Tanh'>"
+    write_zip("in.zip", data, policy_pth(state))
+    names = ["energy", "state_2", "state_0", "state_1", "residual", "converged", "accuracy", "step"]
+    _, action = imports("in.zip", state, True, "--preset", "circuit", "--dt-min", "1e-5T*", "--dt-max", "0.1t_max",
+                        names=names, act=np.tanh)
+    assert bounds(action) == (1e-5, "T*", 0.1, "t_max")
+
+
+def test_broken():
+    data, state = network("tqc", True)
+
+    def changed(**tensors):
+        return {**state, **tensors}
+
+    nan = state["actor.latent_pi.0.weight"].copy()
+    nan[1, 2] = np.nan
+    evil = b"\x80\x02cos\nsystem\n(" + text("touch executed") + b"tR."
+    good = policy_pth(state)
+    cases = {
+        "no zip": (None, None, "not a zip"),
+        "no data": ((None, good), None, "no member data"),
+        "no policy": ((data, None), None, "no member policy.pth"),
+        "data no JSON": (("{", good), None, "damaged"),
+        "code in the pickle": ((data, policy_pth(state, lambda p: evil)), None, "refers to os.system"),
+        "truncated pickle": ((data, policy_pth(state, lambda p: p[: len(p) // 2])), None, "damaged"),
+        "missing storage": ((data, policy_pth(state, drop=(1,))), None, "no member archive/data/1"),
+        "not torch": ((data, b"pickle"), None, "not a torch archive"),
+        "no actor": ((data, policy_pth({"q_net.weight": np.ones((1, 6), "f4")})), None, "no actor"),
+        "NaN": ((data, policy_pth(changed(**{"actor.latent_pi.0.weight": nan}))), None, "not finite"),
+        "chain": ((data, policy_pth(changed(**{"actor.latent_pi.2.weight": np.ones((4, 9), "f4")}))), None, "9 inputs"),
+        "two actions": ((data, policy_pth(changed(**{"actor.mu.0.weight": np.ones((2, 4), "f4"),
+                                                     "actor.mu.0.bias": np.ones(2, "f4")}))), None, "2 outputs"),
+        "activation": (({**data, "policy_kwargs": {"activation_fn": "<class 'torch.nn.GELU'>"}}, good), None, "GELU"),
+        "clip_mean": (({**data, "policy_kwargs": {"clip_mean": 3.0}}, good), None, "clip_mean"),
+        "preset": ((data, good), ["--preset", "circuit"], "8 observations"),
+        "steps": ((data, good), ["--dt-min", "7s"], "--dt-min < --dt-max"),
+    }
+    with open("out.h5", "w", encoding="utf-8") as old:
+        old.write("an older policy")
+    for name, (content, options, want) in cases.items():
+        if content is None:
+            with open("in.zip", "w", encoding="utf-8") as f:
+                f.write("no zip")
+        else:
+            write_zip("in.zip", *content)
+        done = run("in.zip", "out.h5", *(options or []))
+        assert done.returncode == 2, (name, done)
+        assert want in done.stderr and done.stderr.count("\n") == 1, (name, done.stderr)
+        with open("out.h5", encoding="utf-8") as old:
+            assert old.read() == "an older policy", name
+        assert not os.path.exists("out.h5.part") and not os.path.exists("executed"), name
+    os.remove("out.h5")
+    write_zip("in.zip", data, good)
+    done = run("in.zip", "no/such/directory/out.h5")
+    assert done.returncode == 2 and "cannot write" in done.stderr and done.stderr.count("\n") == 1
+    assert run("absent.zip", "out.h5").returncode == 2
+
+
+def test_published():
+    """Weights read here with Python's own unpickler under a table of three names, then the same numbers."""
+    with zipfile.ZipFile(PUBLISHED) as outer, zipfile.ZipFile(io.BytesIO(outer.read("policy.pth"))) as z:
+        root = [n for n in z.namelist() if n.endswith("data.pkl")][0][: -len("data.pkl")]
+
+        class Tensors(pickle.Unpickler):
+            def persistent_load(self, pid):
+                return np.frombuffer(z.read(f"{root}data/{pid[2]}"), "<f4")
+
+            def find_class(self, module, name):
+                return {"OrderedDict": collections.OrderedDict, "FloatStorage": None, "_rebuild_tensor_v2":
+                        lambda s, offset, size, *_: s[offset: offset + int(np.prod(size))].reshape(size)}[name]
+
+        state = Tensors(z.open(root + "data.pkl")).load()
+    attributes, _ = imports(PUBLISHED, state, True)
+    assert attributes["algorithm"] == "tqc" and attributes["training_steps"] == 20000
+
+
+def main():
+    tests = [test_algorithms, test_options, test_broken]
+    if os.path.exists(PUBLISHED):
+        tests.append(test_published)
+    else:
+        print("the published zip is not here (../shared/published): only made-up ones are imported")
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        for test in tests:
+            test()
+            print(f"ok {test.__name__}")
+
+
+if __name__ == "__main__":
+    main()

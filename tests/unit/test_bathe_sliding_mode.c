@@ -1,0 +1,184 @@
+/* The first-order sliding mode controller dw/dt = D sin(omega t) + F_r, F_r in -k Sign(w), of DESIGN.md section 1: one scalar
+   unknown, an exact piecewise solution, and the smallest constraint that a user can write. */
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <cmocka.h>
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+
+#define CALL(...) assert_int_equal((int)(__VA_ARGS__), 0)
+
+static const PetscReal k = 2.0, D = 1.5, omega = 50.0, start = 0.1;
+
+typedef struct {
+  Mat B;
+  PetscReal c;
+} Mode;
+
+static PetscReal First(Vec x)
+{
+  const PetscScalar *a;
+  PetscReal v;
+
+  CALL(VecGetArrayRead(x, &a));
+  v = PetscRealPart(a[0]);
+  CALL(VecRestoreArrayRead(x, &a));
+  return v;
+}
+
+/* (w - base)/theta = D sin(omega t) + explicit + r */
+static PetscErrorCode Stage(SlipConstraint con, const SlipStage *st, void *ctx)
+{
+  Mode *m = (Mode *)ctx;
+
+  PetscFunctionBegin;
+  (void)con;
+  m->c = First(st->base) / st->theta + D * PetscSinReal(omega * st->t);
+  if (st->explicit_part) m->c += First(st->explicit_part);
+  PetscCall(MatZeroEntries(m->B));
+  PetscCall(MatShift(m->B, 1.0 / st->theta));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
+{
+  Mode *m = (Mode *)ctx;
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(MatMult(m->B, x, g));
+  PetscCall(VecShift(g, -m->c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  (void)x;
+  *B = ((Mode *)ctx)->B;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  (void)x;
+  (void)ctx;
+  PetscCall(VecSet(q, k));
+  if (dq) PetscCall(VecSet(dq, 0.0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Copy(SlipConstraint con, Vec a, Vec b, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  (void)ctx;
+  if (a != b) PetscCall(VecCopy(a, b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec F, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  (void)w;
+  (void)ctx;
+  PetscCall(VecSet(F, D * PetscSinReal(omega * t)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  (void)ctx;
+  PetscCall(VecAXPY(F, a, r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)t;
+  PetscCall(Bound(con, w, q, NULL, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* w while it slides: w falls as k > D, reaches zero once and stays */
+static PetscReal Exact(PetscReal t)
+{
+  return PetscMax(0.0, start + D / omega * (1.0 - PetscCosReal(omega * t)) - k * t);
+}
+
+/* w and r at tmax with constant steps */
+static PetscErrorCode Run(PetscReal tmax, PetscInt steps, PetscReal *w, PetscReal *r)
+{
+  const SlipConstraintOps ops = {Stage, Residual, Jacobian, Bound, Copy, Copy, Smooth, AddReaction, Copy, BoundState};
+  Mode m;
+  SlipConstraint con;
+  TS ts;
+  Vec x, reaction;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, 1, 1, NULL, &m.B));
+  PetscCall(MatCreateVecs(m.B, &x, NULL));
+  PetscCall(VecSet(x, start));
+  PetscCall(SlipConstraintCreate(PETSC_COMM_SELF, &ops, &m, x, &con));
+  PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
+  PetscCall(TSSetType(ts, TSBATHE));
+  PetscCall(TSBatheSetConstraint(ts, con));
+  PetscCall(TSSetTimeStep(ts, tmax / steps));
+  PetscCall(TSSetMaxTime(ts, tmax));
+  PetscCall(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  PetscCall(TSSetFromOptions(ts));
+  PetscCall(TSSolve(ts, x));
+  PetscCall(TSBatheGetReaction(ts, &reaction));
+  *w = First(x);
+  *r = First(reaction);
+  PetscCall(TSDestroy(&ts));
+  PetscCall(SlipConstraintDestroy(&con));
+  PetscCall(VecDestroy(&x));
+  PetscCall(MatDestroy(&m.B));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Order 2 before the arrest (at 0.06 s), up to the O(h) part at these steps of less than a tenth of a period */
+static void test_sliding_phase(void **state)
+{
+  PetscReal w[2], r;
+
+  (void)state;
+  for (int i = 0; i < 2; i++) {
+    CALL(Run(0.05, 20 << i, &w[i], &r));
+    assert_true(r == -k);
+    w[i] = fabs(w[i] - Exact(0.05));
+  }
+  print_message("errors %g %g, order %.3f\n", w[0], w[1], log2(w[0] / w[1]));
+  assert_true(fabs(log2(w[0] / w[1]) - 2.0) < 0.05);
+}
+
+/* After it w is zero to the bit and the reaction is minus the load, to the rounding of w/theta + load */
+static void test_sliding_mode(void **state)
+{
+  PetscReal w, r;
+
+  (void)state;
+  assert_true(Exact(0.5) == 0.0);
+  CALL(Run(0.5, 100, &w, &r));
+  assert_true(w == 0.0);
+  assert_true(fabs(r + D * sin(omega * 0.5)) < 1e-13);
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_sliding_phase), cmocka_unit_test(test_sliding_mode)};
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  return PetscFinalize() || failed;
+}
