@@ -22,26 +22,6 @@ typedef PetscOptionItems SlipOptionItems;
 #else
   #define SlipMatShellFn(f) ((PetscErrorCodeFn *)(f))
 #endif
-#if PETSC_VERSION_GE(3, 25, 0)
-  #define SNES_DIVERGED_FNORM_NAN SNES_DIVERGED_FUNCTION_NANORINF
-#endif
-/* The function that destroys what a PetscContainer holds gets the pointer until 3.22, the pointer's address from 3.23:
-     static PetscErrorCode XDestroy_Container(SlipContainerArg arg) { X *x = SlipContainerArgPointer(arg); ... } */
-#if PETSC_VERSION_LT(3, 23, 0)
-typedef void *SlipContainerArg;
-  #define SlipContainerArgPointer(arg) (arg)
-  #define SlipContainerSetDestroy(c, f) PetscContainerSetUserDestroy(c, f)
-  #define SlipContainerDestroyDefault PetscContainerUserDestroyDefault
-#else
-  #if PETSC_VERSION_LT(3, 25, 0)
-typedef void **SlipContainerArg;
-  #else
-typedef PetscCtxRt SlipContainerArg;
-  #endif
-  #define SlipContainerArgPointer(arg) (*(void **)(arg))
-  #define SlipContainerSetDestroy(c, f) PetscContainerSetCtxDestroy(c, f)
-  #define SlipContainerDestroyDefault PetscCtxDestroyDefault
-#endif
 /* No limit on failed solves and rejections. */
 #if PETSC_VERSION_LT(3, 22, 0)
   #define SLIP_UNLIMITED (-1)
@@ -64,4 +44,24 @@ typedef PetscCtxRt SlipContainerArg;
       PetscObjectParameterSetDefault(snes, rtol, r);                                                                   \
       PetscObjectParameterSetDefault(snes, max_its, m);                                                                \
     } while (0)
+#endif
+#if PETSC_VERSION_GE(3, 25, 0)
+  #define SNES_DIVERGED_FNORM_NAN SNES_DIVERGED_FUNCTION_NANORINF
+#endif
+/* The function that destroys what a PetscContainer holds gets the pointer until 3.22, the pointer's address from 3.23:
+     static PetscErrorCode XDestroy_Container(SlipContainerArg arg) { X *x = SlipContainerArgPointer(arg); ... } */
+#if PETSC_VERSION_LT(3, 23, 0)
+typedef void *SlipContainerArg;
+  #define SlipContainerArgPointer(arg) (arg)
+  #define SlipContainerSetDestroy(c, f) PetscContainerSetUserDestroy(c, f)
+  #define SlipContainerDestroyDefault PetscContainerUserDestroyDefault
+#else
+  #if PETSC_VERSION_LT(3, 25, 0)
+typedef void **SlipContainerArg;
+  #else
+typedef PetscCtxRt SlipContainerArg;
+  #endif
+  #define SlipContainerArgPointer(arg) (*(void **)(arg))
+  #define SlipContainerSetDestroy(c, f) PetscContainerSetCtxDestroy(c, f)
+  #define SlipContainerDestroyDefault PetscCtxDestroyDefault
 #endif
