@@ -4,19 +4,23 @@
 #include <slippolicy.h>
 #include <slipts.h>
 
-#define TSADAPTRL        "rl"
+#define TSADAPTRL "rl"
 #define TSADAPTHEURISTIC "heuristic"
-#define TSADAPTPI        "pi"
+#define TSADAPTPI "pi"
 
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicy(TSAdapt adapt, SlipPolicy policy);
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[]);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy);
 
-/* A trainer sits where the policy would: called once before the first step (last == NULL) and once after every attempt, with the
-   observation vector named in names; returns the next step [s]. guarded is true when a guard rail will override its choice. */
-typedef PetscErrorCode (*TSAdaptRLActorFn)(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[], const SlipAttempt *last, PetscBool guarded, PetscReal *h, void *ctx);
-PETSC_EXTERN PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const names[], PetscReal dt_min, PetscReal dt_max, TSAdaptRLActorFn fn, void *ctx);
+/* A trainer sits where the policy would: called once before the first step (last == NULL) and once after every attempt,
+   with the observation vector named in names; returns the next step [s]. guarded is true when a guard rail will
+   override its choice. */
+typedef PetscErrorCode (*TSAdaptRLActorFn)(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[],
+                                           const SlipAttempt *last, PetscBool guarded, PetscReal *h, void *ctx);
+PETSC_EXTERN PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const names[], PetscReal dt_min,
+                                              PetscReal dt_max, TSAdaptRLActorFn fn, void *ctx);
 
 /* The table of observations: one row each. A problem supplies its own through "SlipObserve_C" (slipts.h). */
-PETSC_EXTERN PetscErrorCode SlipObservationKnown(const char name[], PetscBool *known); /* includes state_k and problem rows */
-PETSC_EXTERN PetscErrorCode SlipObservationView(PetscViewer viewer);                   /* prints the table: name and meaning */
+PETSC_EXTERN PetscErrorCode SlipObservationKnown(const char name[],
+                                                 PetscBool *known);  /* includes state_k and problem rows */
+PETSC_EXTERN PetscErrorCode SlipObservationView(PetscViewer viewer); /* prints the table: name and meaning */

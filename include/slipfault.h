@@ -8,35 +8,40 @@
 typedef struct _p_SlipFault *SlipFault;
 PETSC_EXTERN PetscClassId SLIP_FAULT_CLASSID;
 
-PETSC_EXTERN PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault);      /* reference case "3 km" with one element */
-PETSC_EXTERN PetscErrorCode SlipFaultSetFromOptions(SlipFault fault);              /* -fault_* */
+PETSC_EXTERN PetscErrorCode SlipFaultCreate(MPI_Comm comm,
+                                            SlipFault *fault);        /* reference case "3 km" with one element */
+PETSC_EXTERN PetscErrorCode SlipFaultSetFromOptions(SlipFault fault); /* -fault_* */
 /* Any scalar parameter by its option's name without "fault_": "length_x", "thickness", "friction_slip", "nx", ... */
 PETSC_EXTERN PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal value);
 PETSC_EXTERN PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *value);
-PETSC_EXTERN PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char value[]); /* friction_law, operator, viscosity, initial, ... */
-PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault);                       /* K, H, parameters, critical state */
+PETSC_EXTERN PetscErrorCode SlipFaultSetString(
+  SlipFault fault, const char name[], const char value[]);   /* friction_law, operator, viscosity, initial, ... */
+PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters, critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipFaultDestroy(SlipFault *fault);
 
-/* State w: block size 3, (v, u, s) per element [m/s, m, m]; element e = iz * nx + ix; PETSc's default distribution of elements. */
+/* State w: block size 3, (v, u, s) per element [m/s, m, m]; element e = iz * nx + ix; PETSc's default distribution of
+   elements. */
 PETSC_EXTERN PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w);
 PETSC_EXTERN PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w);
-/* TS of type bathe (changed by -ts_type afterwards), smooth right-hand side, constraint, reference tolerances, max time 30 s, unlimited rejections and
-   SNES failures, SlipObserve_C and SlipTimeScale_C. Call TSSetFromOptions after it. */
+/* TS of type bathe (changed by -ts_type afterwards), smooth right-hand side, constraint, reference tolerances, max time
+   30 s, unlimited rejections and SNES failures, SlipObserve_C and SlipTimeScale_C. Call TSSetFromOptions after it. */
 PETSC_EXTERN PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal *mass); /* borrowed */
-PETSC_EXTERN PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar);                 /* T* = Ly sqrt(rho/G) [s] */
+PETSC_EXTERN PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar); /* T* = Ly sqrt(rho/G) [s] */
 
 typedef struct {
-  PetscReal mean_slip_rate, max_slip_rate;          /* [m/s], max of |v| */
-  PetscReal mean_slip;                              /* cumulative s [m] */
-  PetscReal mean_displacement;                      /* u [m] */
-  PetscReal sliding_fraction;                       /* share of elements with v != 0 */
-  PetscReal kinetic, elastic;                       /* mean energy per unit area [J/m^2] */
+  PetscReal mean_slip_rate, max_slip_rate;                /* [m/s], max of |v| */
+  PetscReal mean_slip;                                    /* cumulative s [m] */
+  PetscReal mean_displacement;                            /* u [m] */
+  PetscReal sliding_fraction;                             /* share of elements with v != 0 */
+  PetscReal kinetic, elastic;                             /* mean energy per unit area [J/m^2] */
   PetscReal viscous_power, friction_power, loading_power; /* mean [W/m^2], instantaneous */
 } SlipFaultObservables;
-PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs); /* r: reaction, may be NULL */
+PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r,
+                                                    SlipFaultObservables *obs); /* r: reaction, may be NULL */
 
-/* -fault_output: attaches monitors that write the file of DESIGN.md section 7; finish writes /result and /run and renames into place. */
+/* -fault_output: attaches monitors that write the file of DESIGN.md section 7; finish writes /result and /run and
+   renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);

@@ -5,7 +5,7 @@
 
 /* A uniform grid of nx * nz rectangular cells on a vertical strike-slip plane; cell e = iz * nx + ix (x fastest). */
 typedef struct {
-  PetscInt  nx, nz;        /* number of cells along strike and in depth */
+  PetscInt nx, nz;         /* number of cells along strike and in depth */
   PetscReal length_x;      /* extent along strike [m] */
   PetscReal length_z;      /* extent in depth [m] */
   PetscReal depth_top;     /* depth of the upper edge [m], >= 0; 0 touches the free surface */
@@ -17,8 +17,10 @@ typedef struct {
 /* ---- kernel (pure functions) ----
    Static shear-stress DROP at the centre of a receiver for unit uniform strike slip on a rectangular source cell of a
    vertical plane: entry K_ij > 0 on the diagonal [Pa/m]. Okada (1992); Chinnery (1963) for nu = 1/4. */
-PETSC_EXTERN PetscReal SlipKernelFullSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal dz, PetscReal a, PetscReal b);
-PETSC_EXTERN PetscReal SlipKernelHalfSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal z_receiver, PetscReal z_source, PetscReal a, PetscReal b);
+PETSC_EXTERN PetscReal SlipKernelFullSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal dz, PetscReal a,
+                                           PetscReal b);
+PETSC_EXTERN PetscReal SlipKernelHalfSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal z_receiver,
+                                           PetscReal z_source, PetscReal a, PetscReal b);
 
 /* ---- stiffness ----
    type: "dense", "fft", "auto" ("hmat" later). The symmetric part (K + K')/2 is used. scale multiplies every entry.
@@ -27,10 +29,12 @@ PETSC_EXTERN PetscReal SlipKernelHalfSpace(PetscReal G, PetscReal nu, PetscReal 
 PETSC_EXTERN PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const char *type, Mat *K);
 /* From explicit entries: row-major N*N on rank 0 (NULL elsewhere), checked for symmetry (1e-8 relative) and positive
    definiteness; source names the file and dataset in error messages. */
-PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, PetscInt N, const PetscReal *entries, const char *source, Mat *K);
+PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, PetscInt N, const PetscReal *entries,
+                                                              const char *source, Mat *K);
 
 /* ---- viscosity ---- H = 2 zeta M (M^-1 K)^(1/2), M = mass * I, mass [kg/m^2]; H [Pa s/m].
-   type: "sqrtm" (exact matrix square root), "spectral" (per-wavenumber square root, uniform grids only), "none" (zero). */
+   type: "sqrtm" (exact matrix square root), "spectral" (per-wavenumber square root, uniform grids only), "none"
+   (zero). */
 PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, const char *type, Mat *H);
 
 /* ---- stage operator ---- B(theta) = (mass/theta) I + H + theta K   [Pa s/m], theta [s].
@@ -39,5 +43,6 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat
 PETSC_EXTERN PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta);
 PETSC_EXTERN PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta);
 
-/* PC type for the Jacobian restricted to the sliding set, see slipsnes.h (MATSLIPJACOBIAN); registered with PCRegister. */
+/* PC type for the Jacobian restricted to the sliding set, see slipsnes.h (MATSLIPJACOBIAN); registered with
+   PCRegister. */
 #define PCSLIPSTAGE "slipstage"

@@ -5,7 +5,12 @@
 typedef struct _p_SlipPolicy *SlipPolicy;
 PETSC_EXTERN PetscClassId SLIP_POLICY_CLASSID;
 
-typedef enum { SLIP_ACTIVATION_LINEAR, SLIP_ACTIVATION_RELU, SLIP_ACTIVATION_TANH, SLIP_ACTIVATION_HARDTANH2 } SlipActivation;
+typedef enum {
+  SLIP_ACTIVATION_LINEAR,
+  SLIP_ACTIVATION_RELU,
+  SLIP_ACTIVATION_TANH,
+  SLIP_ACTIVATION_HARDTANH2
+} SlipActivation;
 PETSC_EXTERN const char *const SlipActivations[];
 
 PETSC_EXTERN PetscErrorCode SlipPolicyCreate(MPI_Comm comm, SlipPolicy *policy);
@@ -16,19 +21,29 @@ PETSC_EXTERN PetscErrorCode SlipPolicyDestroy(SlipPolicy *policy);
 PETSC_EXTERN PetscErrorCode SlipPolicyReference(SlipPolicy policy);
 
 /* Building one in memory (trainer). Arrays are copied. weight is row-major [out][in]. */
-PETSC_EXTERN PetscErrorCode SlipPolicySetObservations(SlipPolicy p, PetscInt n, const char *const names[], const PetscReal scale[], const PetscReal offset[]);
-PETSC_EXTERN PetscErrorCode SlipPolicyAddLayer(SlipPolicy p, PetscInt in, PetscInt out, const PetscReal weight[], const PetscReal bias[], SlipActivation activation);
-/* h = dt_min + (a - low)/(high - low) (dt_max - dt_min), or with log_spacing dt_min (dt_max/dt_min)^((a - low)/(high - low));
-   a = tanh of the last layer. Units "s", "T*" or "t_max". File: /action attributes, spacing "linear" (default when absent) or "log". */
-PETSC_EXTERN PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, PetscReal high, PetscReal dt_min, const char dt_min_unit[], PetscReal dt_max, const char dt_max_unit[], PetscBool log_spacing);
+PETSC_EXTERN PetscErrorCode SlipPolicySetObservations(SlipPolicy p, PetscInt n, const char *const names[],
+                                                      const PetscReal scale[], const PetscReal offset[]);
+PETSC_EXTERN PetscErrorCode SlipPolicyAddLayer(SlipPolicy p, PetscInt in, PetscInt out, const PetscReal weight[],
+                                               const PetscReal bias[], SlipActivation activation);
+/* h = dt_min + (a - low)/(high - low) (dt_max - dt_min), or with log_spacing dt_min (dt_max/dt_min)^((a - low)/(high -
+   low)); a = tanh of the last layer. Units "s", "T*" or "t_max". File: /action attributes, spacing "linear" (default
+   when absent) or "log". */
+PETSC_EXTERN PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, PetscReal high, PetscReal dt_min,
+                                                const char dt_min_unit[], PetscReal dt_max, const char dt_max_unit[],
+                                                PetscBool log_spacing);
 PETSC_EXTERN PetscErrorCode SlipPolicySetRange(SlipPolicy p, const PetscReal min[], const PetscReal max[]);
-PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name[], const char value[]); /* algorithm, problem, alpha, training_steps, seed, ... */
+PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(
+  SlipPolicy p, const char name[], const char value[]); /* algorithm, problem, alpha, training_steps, seed, ... */
 
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);
-PETSC_EXTERN PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min, PetscReal *dt_max); /* [s] */
-PETSC_EXTERN PetscErrorCode SlipPolicyGetHash(SlipPolicy p, const char *hash[]);   /* hex digest of the file's content, for provenance */
+PETSC_EXTERN PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min,
+                                                    PetscReal *dt_max); /* [s] */
+PETSC_EXTERN PetscErrorCode
+SlipPolicyGetHash(SlipPolicy p, const char *hash[]); /* hex digest of the file's content, for provenance */
 PETSC_EXTERN PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[]);
-/* Pure, no allocation, no communication. obs [n], raw (unscaled); the network sees obs * scale + offset. action in [low, high].
-   outside: number of observations outside the training range (NULL allowed). */
-PETSC_EXTERN PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal *action, PetscInt *outside);
-PETSC_EXTERN PetscErrorCode SlipPolicyActionToStep(SlipPolicy p, PetscReal action, PetscReal tstar, PetscReal tmax, PetscReal *h); /* [s] */
+/* Pure, no allocation, no communication. obs [n], raw (unscaled); the network sees obs * scale + offset. action in
+   [low, high]. outside: number of observations outside the training range (NULL allowed). */
+PETSC_EXTERN PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal *action,
+                                               PetscInt *outside);
+PETSC_EXTERN PetscErrorCode SlipPolicyActionToStep(SlipPolicy p, PetscReal action, PetscReal tstar, PetscReal tmax,
+                                                   PetscReal *h); /* [s] */

@@ -11,49 +11,53 @@
    "trapezoidal"), or explicit_part = F_s(w0) and omega = 2 ("implicit"). Stage 2 (BDF2): theta = b h,
    base = a1 w1 - a0 w0, explicit_part = NULL, omega = 1. */
 typedef struct {
-  PetscReal t;             /* time of the stage's end [s] */
-  PetscReal t0;            /* time of the step's start [s] */
-  PetscReal theta;         /* [s] */
-  PetscReal omega;         /* weight of the reaction, 1 or 2 */
-  Vec       base;          /* full space */
-  Vec       explicit_part; /* full space, or NULL */
+  PetscReal t;       /* time of the stage's end [s] */
+  PetscReal t0;      /* time of the step's start [s] */
+  PetscReal theta;   /* [s] */
+  PetscReal omega;   /* weight of the reaction, 1 or 2 */
+  Vec base;          /* full space */
+  Vec explicit_part; /* full space, or NULL */
 } SlipStage;
 
 typedef struct _p_SlipConstraint *SlipConstraint;
 PETSC_EXTERN PetscClassId SLIP_CONSTRAINT_CLASSID;
 
-/* What a problem supplies. "full" vectors have the layout of the TS solution w, "reduced" ones that of x. The reaction r
-   is reduced [Pa for the fault]. F_s and explicit_part are full, in units of A dw/dt (fault: row v in Pa, rows u and s in m/s).
-   All are collective. */
+/* What a problem supplies. "full" vectors have the layout of the TS solution w, "reduced" ones that of x. The reaction
+   r is reduced [Pa for the fault]. F_s and explicit_part are full, in units of A dw/dt (fault: row v in Pa, rows u and
+   s in m/s). All are collective. */
 typedef struct {
-  PetscErrorCode (*stage)(SlipConstraint, const SlipStage *, void *ctx);              /* prepare B and c for this stage */
-  PetscErrorCode (*residual)(SlipConstraint, Vec x, Vec g, void *ctx);                /* g = G(x), reduced */
-  PetscErrorCode (*jacobian)(SlipConstraint, Vec x, Mat *B, void *ctx);               /* borrowed: B = dG/dx, symmetric */
-  PetscErrorCode (*bound)(SlipConstraint, Vec x, Vec q, Vec dq, void *ctx);           /* q_i >= 0 and dq_i/d|x_i| at the stage (through s_i(|x_i|) and the rate);
-                                                                                         q_i = 0 marks an unconstrained row; dq may be NULL */
-  PetscErrorCode (*reduce)(SlipConstraint, Vec w, Vec x, void *ctx);                  /* x of a full state */
-  PetscErrorCode (*lift)(SlipConstraint, Vec x, Vec w, void *ctx);                    /* full state at the stage's end from its x */
-  PetscErrorCode (*smooth)(SlipConstraint, PetscReal t, Vec w, Vec Fs, void *ctx);    /* Fs = F_s(t, w), full */
-  PetscErrorCode (*add_reaction)(SlipConstraint, PetscReal a, Vec r, Vec F, void *ctx); /* F += a r, spread into the full space */
-  PetscErrorCode (*solve_mass)(SlipConstraint, Vec F, Vec k, void *ctx);              /* k = A^-1 F, full (F == k allowed) */
-  PetscErrorCode (*bound_state)(SlipConstraint, PetscReal t, Vec w, Vec q, void *ctx); /* q(w) at an accepted state, reduced */
+  PetscErrorCode (*stage)(SlipConstraint, const SlipStage *, void *ctx); /* prepare B and c for this stage */
+  PetscErrorCode (*residual)(SlipConstraint, Vec x, Vec g, void *ctx);   /* g = G(x), reduced */
+  PetscErrorCode (*jacobian)(SlipConstraint, Vec x, Mat *B, void *ctx);  /* borrowed: B = dG/dx, symmetric */
+  /* q_i >= 0 and dq_i/d|x_i| at the stage (through s_i(|x_i|) and the rate); q_i = 0 marks an unconstrained row; dq may
+     be NULL */
+  PetscErrorCode (*bound)(SlipConstraint, Vec x, Vec q, Vec dq, void *ctx);
+  PetscErrorCode (*reduce)(SlipConstraint, Vec w, Vec x, void *ctx); /* x of a full state */
+  PetscErrorCode (*lift)(SlipConstraint, Vec x, Vec w, void *ctx);   /* full state at the stage's end from its x */
+  PetscErrorCode (*smooth)(SlipConstraint, PetscReal t, Vec w, Vec Fs, void *ctx); /* Fs = F_s(t, w), full */
+  PetscErrorCode (*add_reaction)(SlipConstraint, PetscReal a, Vec r, Vec F,
+                                 void *ctx);                             /* F += a r, spread into the full space */
+  PetscErrorCode (*solve_mass)(SlipConstraint, Vec F, Vec k, void *ctx); /* k = A^-1 F, full (F == k allowed) */
+  PetscErrorCode (*bound_state)(SlipConstraint, PetscReal t, Vec w, Vec q,
+                                void *ctx); /* q(w) at an accepted state, reduced */
 } SlipConstraintOps;
 
-PETSC_EXTERN PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops, void *ctx, Vec reduced_template, SlipConstraint *con);
+PETSC_EXTERN PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops, void *ctx,
+                                                 Vec reduced_template, SlipConstraint *con);
 PETSC_EXTERN PetscErrorCode SlipConstraintDestroy(SlipConstraint *con);
 PETSC_EXTERN PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx);
-/* Reaction of the start: the projection of the static balance -F_s restricted to the reduced rows on the cone where x = 0,
-   -q sign(x) where x != 0. */
+/* Reaction of the start: the projection of the static balance -F_s restricted to the reduced rows on the cone where x =
+   0, -q sign(x) where x != 0. */
 PETSC_EXTERN PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Vec w, Vec r);
 
-/* SNES types that solve G(x) = omega r(x) through the natural map of the cone; both take the constraint below. On success
-   sticking elements have x = 0 exactly and the reaction satisfies |r| <= q and r = -q sign(x) where x != 0. */
+/* SNES types that solve G(x) = omega r(x) through the natural map of the cone; both take the constraint below. On
+   success sticking elements have x = 0 exactly and the reaction satisfies |r| <= q and r = -q sign(x) where x != 0. */
 #define SNESSEMISMOOTH "semismooth"
 #define SNESPROJECTION "projection"
 PETSC_EXTERN PetscErrorCode SNESSetSlipConstraint(SNES snes, SlipConstraint con);
 PETSC_EXTERN PetscErrorCode SNESGetSlipConstraint(SNES snes, SlipConstraint *con);
-/* Solve one stage: x is the initial guess in, the solution out; r the reaction. resnorm is the dimensionless relative residual
-   at the end. Sets the SNES converged reason as usual. */
+/* Solve one stage: x is the initial guess in, the solution out; r the reaction. resnorm is the dimensionless relative
+   residual at the end. Sets the SNES converged reason as usual. */
 PETSC_EXTERN PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec r, PetscReal *resnorm);
 /* Element (global index) with the largest residual of the last solve and that residual, for error messages. */
 PETSC_EXTERN PetscErrorCode SNESSlipGetWorstElement(SNES snes, PetscInt *element, PetscReal *residual);

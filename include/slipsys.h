@@ -5,7 +5,7 @@
 #define SLIPSTEP_VERSION_MAJOR 0
 #define SLIPSTEP_VERSION_MINOR 1
 #define SLIPSTEP_VERSION_PATCH 0
-#define SLIPSTEP_VERSION       "0.1.0"
+#define SLIPSTEP_VERSION "0.1.0"
 
 PETSC_EXTERN PetscErrorCode SlipStepInitializePackage(void);
 PETSC_EXTERN PetscErrorCode SlipStepFinalizePackage(void);

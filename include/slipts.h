@@ -12,21 +12,22 @@ PETSC_EXTERN const char *const TSBatheErrors[];
 
 /* One attempted step, accepted or not. Everything that outputs, controllers and trainers may know of it. */
 typedef struct {
-  PetscInt  step;       /* number of accepted steps before it */
-  PetscReal time;       /* time at its start [s] */
-  PetscReal dt;         /* step tried [s] */
-  PetscBool converged;  /* every stage solve of the attempt converged */
-  PetscBool accepted;   /* the controller took it */
-  PetscReal error;      /* weighted RMS error estimate; -1 when none was computed */
-  PetscReal residual;   /* sum over the attempt's Bathe steps of the final relative residual, 2 for each that was not run or failed */
-  PetscInt  solves;     /* Bathe steps computed (1, or up to 3 with doubling) */
-  PetscInt  newton;     /* nonlinear iterations */
-  PetscInt  linear;     /* linear iterations */
-  PetscInt  reason;     /* last SNESConvergedReason */
-  PetscReal wall;       /* wall time [s] */
+  PetscInt step;       /* number of accepted steps before it */
+  PetscReal time;      /* time at its start [s] */
+  PetscReal dt;        /* step tried [s] */
+  PetscBool converged; /* every stage solve of the attempt converged */
+  PetscBool accepted;  /* the controller took it */
+  PetscReal error;     /* weighted RMS error estimate; -1 when none was computed */
+  PetscReal residual;  /* sum of the Bathe steps' final relative residuals, 2 for each that was not run or failed */
+  PetscInt solves;     /* Bathe steps computed (1, or up to 3 with doubling) */
+  PetscInt newton;     /* nonlinear iterations */
+  PetscInt linear;     /* linear iterations */
+  PetscInt reason;     /* last SNESConvergedReason */
+  PetscReal wall;      /* wall time [s] */
 } SlipAttempt;
 
-/* Called after each attempt, once accepted or rejected is known; w is the state after it (the restored one when rejected). */
+/* Called after each attempt, once accepted or rejected is known; w is the state after it (the restored one when
+   rejected). */
 typedef PetscErrorCode (*TSBatheAttemptFn)(TS ts, const SlipAttempt *attempt, Vec w, void *ctx);
 
 PETSC_EXTERN PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma);
@@ -37,17 +38,23 @@ PETSC_EXTERN PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error);
 PETSC_EXTERN PetscErrorCode TSBatheSetOrder(TS ts, PetscInt p);
 PETSC_EXTERN PetscErrorCode TSBatheSetConstraint(TS ts, SlipConstraint con);
 PETSC_EXTERN PetscErrorCode TSBatheGetConstraint(TS ts, SlipConstraint *con);
-PETSC_EXTERN PetscErrorCode TSBatheGetReaction(TS ts, Vec *r);  /* borrowed: accepted reaction at the current time; restart state */
+PETSC_EXTERN PetscErrorCode
+TSBatheGetReaction(TS ts, Vec *r); /* borrowed: accepted reaction at the current time; restart state */
 PETSC_EXTERN PetscErrorCode TSBatheSetInitialReaction(TS ts, Vec r);
 PETSC_EXTERN PetscErrorCode TSBatheGetLastAttempt(TS ts, SlipAttempt *attempt);
-PETSC_EXTERN PetscErrorCode TSBatheAddAttemptMonitor(TS ts, TSBatheAttemptFn fn, void *ctx); /* several are called in order */
+PETSC_EXTERN PetscErrorCode TSBatheAddAttemptMonitor(TS ts, TSBatheAttemptFn fn,
+                                                     void *ctx); /* several are called in order */
 /* Totals since TSSolve began. */
-PETSC_EXTERN PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, PetscInt *solves, PetscInt *newton, PetscInt *linear);
+PETSC_EXTERN PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, PetscInt *solves,
+                                             PetscInt *newton, PetscInt *linear);
 
 /* Composed functions by which TSBATHE, controllers and problems meet without including each other:
-   on TSAdapt: "TSAdaptChooseFirst_C"        (TSAdapt, TS, PetscReal *h)                  the first step, before anything is known
-               "TSAdaptChooseAfterFailure_C" (TSAdapt, TS, PetscReal h_failed, PetscReal *h_next)
-               "TSAdaptNeedsError_C"         (TSAdapt, PetscBool *flg)                    no: TSBATHE skips step doubling (absent: yes)
-   on TS, by TSBATHE:    "TSBatheGetLastAttempt_C" (TS, SlipAttempt *)
-   on TS, by a problem:  "SlipObserve_C"    (TS, const char name[], PetscReal *value, PetscBool *known)   observation of the current TS solution
-                         "SlipTimeScale_C"  (TS, PetscReal *tstar)                        T* [s] */
+   on TSAdapt
+     "TSAdaptChooseFirst_C"        (TSAdapt, TS, PetscReal *h)   the first step, before anything is known
+     "TSAdaptChooseAfterFailure_C" (TSAdapt, TS, PetscReal h_failed, PetscReal *h_next)
+     "TSAdaptNeedsError_C"         (TSAdapt, PetscBool *flg)     no: TSBATHE skips step doubling (absent: yes)
+   on TS, by TSBATHE
+     "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *)
+   on TS, by a problem
+     "SlipObserve_C"               (TS, const char name[], PetscReal *value, PetscBool *known)   of the current solution
+     "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s] */

@@ -6,36 +6,44 @@
 /* A file open for reading or writing, with its name for messages. */
 typedef struct {
   hid_t id;
-  char  name[PETSC_MAX_PATH_LEN];
-  char  target[PETSC_MAX_PATH_LEN]; /* writing: final name, taken at SlipH5Close(); the file is written as target.part */
+  char name[PETSC_MAX_PATH_LEN];
+  char target[PETSC_MAX_PATH_LEN]; /* writing: final name, taken at SlipH5Close(); the file is written as target.part */
 } SlipH5;
 
-PETSC_EXTERN PetscErrorCode SlipH5OpenRead(const char file[], SlipH5 *h);   /* PETSC_ERR_FILE_OPEN: missing, truncated or not HDF5 */
-PETSC_EXTERN PetscErrorCode SlipH5Create(const char file[], SlipH5 *h);     /* opens file.part */
-PETSC_EXTERN PetscErrorCode SlipH5Close(SlipH5 *h);                         /* writing: renames into place */
+PETSC_EXTERN PetscErrorCode SlipH5OpenRead(const char file[],
+                                           SlipH5 *h); /* PETSC_ERR_FILE_OPEN: missing, truncated or not HDF5 */
+PETSC_EXTERN PetscErrorCode SlipH5Create(const char file[], SlipH5 *h); /* opens file.part */
+PETSC_EXTERN PetscErrorCode SlipH5Close(SlipH5 *h);                     /* writing: renames into place */
 PETSC_EXTERN PetscErrorCode SlipH5Flush(SlipH5 *h);
 
-PETSC_EXTERN PetscErrorCode SlipH5Has(SlipH5 *h, const char path[], PetscBool *has);                       /* group or dataset */
+PETSC_EXTERN PetscErrorCode SlipH5Has(SlipH5 *h, const char path[], PetscBool *has); /* group or dataset */
 PETSC_EXTERN PetscErrorCode SlipH5HasAttribute(SlipH5 *h, const char path[], const char attr[], PetscBool *has);
-PETSC_EXTERN PetscErrorCode SlipH5Group(SlipH5 *h, const char path[]);                                     /* create, with parents; may exist */
+PETSC_EXTERN PetscErrorCode SlipH5Group(SlipH5 *h, const char path[]); /* create, with parents; may exist */
 
 /* Reading: allocates *data (PetscFree). ndim must equal rank of the dataset (<= 4); dims returned. Any HDF5 number type. */
-PETSC_EXTERN PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, PetscInt dims[], PetscReal **data);
-PETSC_EXTERN PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char ***strings);  /* free with SlipH5FreeStrings */
+PETSC_EXTERN PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, PetscInt dims[],
+                                           PetscReal **data);
+PETSC_EXTERN PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n,
+                                              char ***strings); /* free with SlipH5FreeStrings */
 PETSC_EXTERN PetscErrorCode SlipH5FreeStrings(PetscInt n, char ***strings);
 PETSC_EXTERN PetscErrorCode SlipH5ReadAttrReal(SlipH5 *h, const char path[], const char attr[], PetscReal *value);
 PETSC_EXTERN PetscErrorCode SlipH5ReadAttrInt(SlipH5 *h, const char path[], const char attr[], PetscInt *value);
-PETSC_EXTERN PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char attr[], char value[], size_t len);
+PETSC_EXTERN PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char attr[], char value[],
+                                                 size_t len);
 
 /* Writing. path's parents are created; units may be NULL. */
-PETSC_EXTERN PetscErrorCode SlipH5WriteReal(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], const PetscReal data[], const char units[]);
-PETSC_EXTERN PetscErrorCode SlipH5WriteFloat(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], const float data[], const char units[]);
-PETSC_EXTERN PetscErrorCode SlipH5WriteInt(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], const PetscInt data[], const char units[]);
+PETSC_EXTERN PetscErrorCode SlipH5WriteReal(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
+                                            const PetscReal data[], const char units[]);
+PETSC_EXTERN PetscErrorCode SlipH5WriteFloat(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
+                                             const float data[], const char units[]);
+PETSC_EXTERN PetscErrorCode SlipH5WriteInt(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
+                                           const PetscInt data[], const char units[]);
 PETSC_EXTERN PetscErrorCode SlipH5WriteStrings(SlipH5 *h, const char path[], PetscInt n, const char *const strings[]);
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrReal(SlipH5 *h, const char path[], const char attr[], PetscReal value);
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], const char attr[], PetscInt value);
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char attr[], const char value[]);
 /* Extendable datasets: first dimension grows. integer chooses int64 storage, else double; row has prod(dims) entries of PetscReal.
    ndim counts the fixed dimensions (0: a scalar a row). */
-PETSC_EXTERN PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], PetscBool integer, const char units[]);
+PETSC_EXTERN PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
+                                               PetscBool integer, const char units[]);
 PETSC_EXTERN PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[]);
