@@ -86,14 +86,14 @@ static PetscErrorCode CheckChoice(const char option[], const char value[], const
     PetscCall(PetscStrlcat(list, " ", sizeof(list)));
     PetscCall(PetscStrlcat(list, known[i], sizeof(list)));
   }
-  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not available; this version has:%s%s", option, value,
+  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not available; this version has:%s%s", option, value,
           list, later);
 }
 
 static PetscErrorCode CheckPositive(const char option[], PetscReal value)
 {
   PetscFunctionBegin;
-  PetscCheck(value > 0 && !PetscIsInfOrNanReal(value), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(value > 0 && !PetscIsInfOrNanReal(value), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
              "%s %g must be positive", option, (double)value);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -50,6 +50,6 @@ PetscErrorCode RewardFind(const char name[], const Reward **row)
     PetscCall(PetscStrlcat(names, " ", sizeof(names)));
     PetscCall(PetscStrlcat(names, (*row)->name, sizeof(names)));
   }
-  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE, "-train_reward %s is not known; expected one of:%s", name,
+  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "-train_reward %s is not known; expected one of:%s", name,
           names);
 }
