@@ -39,8 +39,8 @@ static void Observe(Environment *env, const PetscReal obs[])
   }
 }
 
-/* How the accepted attempt changed what an exact continuation ends with. A peak that lies inside the step or behind it is not
-   judged. */
+/* How the accepted attempt changed what an exact continuation ends with. A peak that lies inside the step or behind
+   it is not judged. */
 static PetscErrorCode ContinuationErrors(Environment *env, TS ts, PetscReal t, RewardInput *in)
 {
   PetscReal now[2], rate;

@@ -1,5 +1,6 @@
-/* The environment: episodes of a fault that an actor steps through, with observations and rewards. Public headers of the library
-   only. The actor sits in TSAdapt rl's place, called back by TSSolve() before the first and after every attempt. */
+/* The environment: episodes of a fault that an actor steps through, with observations and rewards. Public headers of
+   the library only. The actor sits in TSAdapt rl's place, called back by TSSolve() before the first and after every
+   attempt. */
 #pragma once
 #include "random.h"
 #include "reward.h"
@@ -31,7 +32,8 @@ typedef struct {
   PetscReal tstar, tmax; /* [s] */
 } EnvRun;
 
-/* What the actor is told. Returns the action in [-1, 1] in *action; done: the episode is over and no action is needed. */
+/* What the actor is told. Returns the action in [-1, 1] in *action; done: the episode is over and no action is
+   needed. */
 typedef struct {
   const PetscReal *obs; /* [nobs], scaled */
   PetscReal reward;     /* of the last attempt */
@@ -82,7 +84,7 @@ PETSC_INTERN PetscErrorCode EnvRunCreate(const EnvOptions *o, const PetscReal dr
 PETSC_INTERN PetscErrorCode EnvRunDestroy(EnvRun *run);
 PETSC_INTERN PetscErrorCode EnvContinuationCreate(const EnvOptions *o, const PetscReal drawn[], PetscReal to_come[2],
                                                   EnvRun *fine);
-/* Run the fault on from state w at time t with small constant steps until it rests: final mean slip [m] and largest rate [m/s]
-   into the to_come of EnvContinuationCreate(). r: reaction, NULL at the start. */
+/* Run the fault on from state w at time t with small constant steps until it rests: final mean slip [m] and largest
+   rate [m/s] into the to_come of EnvContinuationCreate(). r: reaction, NULL at the start. */
 PETSC_INTERN PetscErrorCode EnvContinue(const EnvOptions *o, EnvRun *fine, Vec w, Vec r, PetscReal t,
                                         PetscReal to_come[2]);
