@@ -39,8 +39,8 @@ static void Observe(Environment *env, const PetscReal obs[])
   }
 }
 
-/* How the accepted attempt changed what an exact continuation meets. A peak or a passage that lies inside the step or behind
-   it is not judged. */
+/* How the accepted attempt changed what an exact continuation meets. A peak or a passage that lies inside the step or
+   behind it is not judged. */
 static PetscErrorCode ContinuationErrors(Environment *env, TS ts, PetscReal t, RewardInput *in)
 {
   const EnvFuture *before = &env->before, *now = &env->now, *start = &env->start;

@@ -1,5 +1,6 @@
-/* The environment: episodes of a fault that an actor steps through, with observations and rewards. Public headers of the library
-   only. The actor sits in TSAdapt rl's place, called back by TSSolve() before the first and after every attempt. */
+/* The environment: episodes of a fault that an actor steps through, with observations and rewards. Public headers of
+   the library only. The actor sits in TSAdapt rl's place, called back by TSSolve() before the first and after every
+   attempt. */
 #pragma once
 #include "random.h"
 #include "reward.h"
@@ -40,7 +41,8 @@ typedef struct {
   PetscReal *sample;    /* ... time and largest slip, [n][2] */
 } EnvFuture;
 
-/* What the actor is told. Returns the action in [-1, 1] in *action; done: the episode is over and no action is needed. */
+/* What the actor is told. Returns the action in [-1, 1] in *action; done: the episode is over and no action is
+   needed. */
 typedef struct {
   const PetscReal *obs; /* [nobs], scaled */
   PetscReal reward;     /* of the last attempt */
