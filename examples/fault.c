@@ -2,7 +2,10 @@ static const char help[] =
   "Strike-slip fault: slip from a frictional instability, or under loading. All units are SI.\n"
   "  fault -fault_nx 25 -fault_nz 25 -ts_adapt_type heuristic -fault_output run.h5\n"
   "Without options: the 3 km fault of 10 x 10 elements at its instability, for 30 s, with -ts_adapt_type "
-  "heuristic.\n\n";
+  "heuristic.\n"
+  "PETSc's -ts_max_time (30 s), -ts_dt (first step, 0.01 T* with T* = Ly sqrt(rho/G)), -ts_adapt_dt_min and\n"
+  "-ts_adapt_dt_max are in seconds. -ts_adapt_type rl -help and -ts_adapt_type pi -help list those controllers' "
+  "options.\n\n";
 
 #include <slipstep.h>
 #include <petsctime.h>
