@@ -2,25 +2,14 @@ static const char help[] =
   "Strike-slip fault: slip from a frictional instability, or under loading. All units are SI.\n"
   "  fault -fault_nx 25 -fault_nz 25 -ts_adapt_type heuristic -fault_output run.h5\n"
   "Without options: the 3 km fault of 10 x 10 elements at its instability, for 30 s, with -ts_adapt_type "
-  "heuristic.\n\n";
+  "heuristic.\n"
+  "PETSc's -ts_max_time (30 s), -ts_dt (first step, 0.01 T* with T* = Ly sqrt(rho/G)), -ts_adapt_dt_min and\n"
+  "-ts_adapt_dt_max are in seconds. -ts_adapt_type rl -help and -ts_adapt_type pi -help list those controllers' "
+  "options.\n\n";
 
 #include <slipstep.h>
 #include <petsctime.h>
-
-/* Name the options that nothing has read: most often they are mistyped. */
-static PetscErrorCode WarnOfUnusedOptions(void)
-{
-  PetscInt n;
-  char **names, **values;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
-  for (PetscInt i = 0; i < n; i++)
-    PetscCall(
-      PetscFPrintf(PETSC_COMM_WORLD, PETSC_STDERR, "fault: warning: nothing has read the option -%s\n", names[i]));
-  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
-  PetscFunctionReturn(0);
-}
+#include <math.h>
 
 /* Other integrators see the smooth part only: their fault slides without friction. */
 static PetscErrorCode CheckIntegrator(TS ts)
@@ -32,6 +21,27 @@ static PetscErrorCode CheckIntegrator(TS ts)
   PetscCall(TSGetType(ts, &type));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCheck(bathe, PETSC_COMM_WORLD, PETSC_ERR_SUP, "-ts_type %s knows no friction, expected " TSBATHE, type);
+  PetscFunctionReturn(0);
+}
+
+/* PETSc takes any number for these. */
+static PetscErrorCode CheckNumbers(TS ts)
+{
+  PetscReal time, dt, end, atol, rtol;
+
+  PetscFunctionBeginUser;
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetTimeStep(ts, &dt));
+  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCall(TSGetTolerances(ts, &atol, NULL, &rtol, NULL));
+  PetscCheck(dt > 0 && isfinite(dt), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_dt is %.6g, expected a number > 0 s", (double)dt);
+  PetscCheck(end > time && isfinite(end), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_max_time is %.6g, expected a number > %.6g s, the start", (double)end, (double)time);
+  PetscCheck(rtol >= 0 && isfinite(rtol), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_rtol is %.6g, expected a number >= 0", (double)rtol);
+  PetscCheck(atol >= 0 && isfinite(atol), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_atol is %.6g, expected a number >= 0", (double)atol);
   PetscFunctionReturn(0);
 }
 
@@ -60,6 +70,7 @@ static PetscErrorCode Run(void)
   PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(CheckIntegrator(ts));
+  PetscCall(CheckNumbers(ts));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
     PetscCall(SlipFaultOutputStart(fault, ts));
@@ -67,7 +78,7 @@ static PetscErrorCode Run(void)
     PetscCall(TSSolve(ts, w));
     PetscCall(PetscTime(&end));
     PetscCall(SlipFaultOutputFinish(fault, ts, ready - begin, end - ready));
-    PetscCall(WarnOfUnusedOptions());
+    PetscCall(SlipWarnOfUnusedOptions());
   }
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));

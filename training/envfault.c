@@ -40,7 +40,7 @@ PetscErrorCode EnvDescribeDraw(char text[], size_t len)
   PetscFunctionBegin;
   text[0] = 0;
   for (PetscInt i = 0; i < DRAW_COUNT; ++i) {
-    PetscCall(PetscSNPrintf(row, sizeof(row), "%s%s %g..%g", i ? ", " : "", DrawTable[i].meaning,
+    PetscCall(PetscSNPrintf(row, sizeof(row), "%s%s %.6g..%.6g", i ? ", " : "", DrawTable[i].meaning,
                             (double)DrawTable[i].low, (double)DrawTable[i].high));
     PetscCall(PetscStrlcat(text, row, len));
   }

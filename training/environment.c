@@ -128,6 +128,11 @@ static PetscErrorCode EpisodeSetUp(Environment *env, Random *random)
                "This fault does not slip in %g s: -train_reward %s needs one that does", (double)env->run.tmax,
                env->o.reward->name);
   }
+  PetscCheck(env->run.tmax > 0 && !PetscIsInfOrNanReal(env->run.tmax), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_max_time is %.6g, expected a number > 0 s", (double)env->run.tmax);
+  PetscCheck(env->dt_min < env->dt_max, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "-train_dt_min is %.6g s and -train_dt_max %.6g s, expected a longer -train_dt_max", (double)env->dt_min,
+             (double)env->dt_max);
   PetscCall(TSGetAdapt(env->run.ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
   PetscCall(

@@ -28,6 +28,7 @@ static PetscErrorCode Run(void)
   PetscCall(TrainerCreate(PETSC_COMM_WORLD, &o, &t));
   PetscCall(TrainerRun(&t));
   PetscCall(TrainerDestroy(&t));
+  PetscCall(SlipWarnOfUnusedOptions());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

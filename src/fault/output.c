@@ -1,5 +1,6 @@
 /* Output of a run: monitors that fill the file, and the summary at its end. */
 #include <slipstep/private/slipfaultoutput.h>
+#include <slipstep/private/sliperror.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipadapt.h>
 #include <petsctime.h>
@@ -63,6 +64,7 @@ static PetscErrorCode SlipFaultAttemptMonitor(TS ts, const SlipAttempt *attempt,
   (void)ts;
   (void)w;
   if (!out) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipErrorUnfinished(NULL)); /* the run has begun */
   if (!out->rank) ierr = SlipFaultOutputAttempt(out, attempt);
   PetscCall(SlipErrorBcast(out->fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -127,7 +129,7 @@ static PetscErrorCode SlipFaultStepMonitor(TS ts, PetscInt step, PetscReal time,
 
   Notes:
   The content goes to FILE.part, which takes FILE's name in SlipFaultOutputFinish(): a run that fails leaves an older
-  FILE as it was. The layout is that of DESIGN.md section 7.
+  FILE as it was. FILE.part stays when the run had begun. The layout is that of DESIGN.md section 7.
 
 .seealso: SlipFaultOutputFinish()
 @*/
@@ -146,7 +148,10 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   out->fault = fault;
   out->file.id = -1;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &out->rank));
+  PetscCall(SlipErrorSource("-fault_output"));
   PetscCall(SlipFaultOutputOpen(out));
+  if (!out->rank) PetscCall(SlipErrorUnfinished(out->file.name));
+  PetscCall(SlipErrorSource(NULL));
   PetscCall(PetscTime(&out->last_flush));
   PetscCall(SlipFaultCreateState(fault, &w));
   PetscCall(VecScatterCreateToZero(w, &out->gather_w, &out->w0));
