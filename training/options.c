@@ -2,8 +2,8 @@
 #include "trainer.h"
 #include <slipstep/private/slipcompat.h>
 
-/* Observations that can be trained on, with the scaling that brings them to order one: network input = value * scale + offset.
-   Any other name of the library's or the fault's table is taken as it is. */
+/* Observations that can be trained on, with the scaling that brings them to order one: network input = value * scale
+   + offset. Any other name of the library's or the fault's table is taken as it is. */
 static const struct {
   const char *name;
   PetscReal scale, offset;

@@ -1,4 +1,5 @@
-/* The training run: episodes until the steps are done, evaluation of the deterministic policy in between, the policy at the end. */
+/* The training run: episodes until the steps are done, evaluation of the deterministic policy in between, the policy
+   at the end. */
 #include "trainer.h"
 #include <slipstep/private/sliperror.h>
 #include <slipstep/private/sliph5.h>
