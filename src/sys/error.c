@@ -106,7 +106,9 @@ PetscErrorCode SlipErrorHandlerPush(const char program[])
   PetscCall(PetscOptionsBool("-slip_traceback", "Show where an error happened, for reports of bugs",
                              "SlipErrorHandlerPush", traceback, &traceback, NULL));
   PetscOptionsEnd();
-  if (!traceback) PetscCall(PetscPushErrorHandler(SlipErrorHandler, NULL));
+  if (traceback) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPushErrorHandler(SlipErrorHandler, NULL));
+  PetscCall(PetscRegisterFinalize(PetscPopErrorHandler)); /* PETSc does not free its stack of handlers */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
