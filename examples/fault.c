@@ -7,34 +7,6 @@ static const char help[] =
 #include <slipstep.h>
 #include <petsctime.h>
 
-/* Name the options that nothing has read: most often they are mistyped. */
-static PetscErrorCode WarnOfUnusedOptions(void)
-{
-  PetscInt n;
-  char **names, **values;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
-  for (PetscInt i = 0; i < n; i++)
-    PetscCall(
-      PetscFPrintf(PETSC_COMM_WORLD, PETSC_STDERR, "fault: warning: nothing has read the option -%s\n", names[i]));
-  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
-  PetscFunctionReturn(0);
-}
-
-/* Other integrators see the smooth part only: their fault slides without friction. */
-static PetscErrorCode CheckIntegrator(TS ts)
-{
-  PetscBool bathe;
-  TSType type;
-
-  PetscFunctionBeginUser;
-  PetscCall(TSGetType(ts, &type));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  PetscCheck(bathe, PETSC_COMM_WORLD, PETSC_ERR_SUP, "-ts_type %s knows no friction, expected " TSBATHE, type);
-  PetscFunctionReturn(0);
-}
-
 static PetscErrorCode Run(void)
 {
   SlipFault fault;
@@ -59,7 +31,7 @@ static PetscErrorCode Run(void)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(TSSetFromOptions(ts));
-  PetscCall(CheckIntegrator(ts));
+  PetscCall(TSBatheCheckType(ts));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
     PetscCall(SlipFaultOutputStart(fault, ts));
@@ -67,7 +39,7 @@ static PetscErrorCode Run(void)
     PetscCall(TSSolve(ts, w));
     PetscCall(PetscTime(&end));
     PetscCall(SlipFaultOutputFinish(fault, ts, ready - begin, end - ready));
-    PetscCall(WarnOfUnusedOptions());
+    PetscCall(SlipWarnOfUnusedOptions());
   }
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));

@@ -98,3 +98,26 @@ PetscErrorCode SlipErrorBcast(MPI_Comm comm, PetscErrorCode code)
   PetscCheck(!value, PETSC_COMM_SELF, (PetscErrorCode)value, "rank 0 failed");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/*@
+  SlipWarnOfUnusedOptions - name on stderr every option that nothing has read
+
+  Collective on PETSC_COMM_WORLD; at the end of a program.
+
+  Level: intermediate
+
+.seealso: SlipErrorHandlerPush()
+@*/
+PetscErrorCode SlipWarnOfUnusedOptions(void)
+{
+  PetscInt n;
+  char **names, **values;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt i = 0; i < n; i++)
+    PetscCall(PetscFPrintf(PETSC_COMM_WORLD, PETSC_STDERR, "%s: warning: nothing has read the option -%s\n",
+                           SlipProgram, names[i]));
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
