@@ -1,7 +1,7 @@
 static const char help[] =
   "Circuit with an ideal Zener diode, C1 dV1/dt = (V2 - V1)/R - m Sign(V1) and a C2, L loop.\n"
   "  circuit -circuit_case evaluation -ts_adapt_type pi -circuit_reference 1e-4 -circuit_output run.h5\n"
-  "Defaults: the evaluation setting, steps from 1e-5 s to t_max/10 (-ts_adapt_dt_min, -ts_adapt_dt_max), -ts_rtol "
+  "Defaults: the evaluation setting, steps from 1e-9 s to t_max/10 (-ts_adapt_dt_min, -ts_adapt_dt_max), -ts_rtol "
   "1e-6,\n"
   "-ts_atol 1e-8, -ts_adapt_type heuristic.\n\n";
 
@@ -43,7 +43,7 @@ static PetscErrorCode Store(TS ts, PetscInt step, PetscReal time, Vec w, void *c
 static PetscErrorCode ReferenceCompute(Run *run, PetscReal dt)
 {
   Reference *ref = &run->reference;
-  const PetscReal steps = PetscMax(1, PetscRoundReal(run->model.max_time / dt));
+  const PetscReal steps = PetscMax(1, PetscFloorReal(0.5 + run->model.max_time / dt));
   TS ts;
   TSAdapt adapt;
   Vec w;

@@ -153,7 +153,8 @@ static inline PetscErrorCode CircuitTimeScale(TS ts, PetscReal *tstar)
   PetscFunctionReturn(0);
 }
 
-/* All that precedes TSSetFromOptions(): h in [1e-5 s, t_max/10], first step 1e-3 s, the study's tolerances. */
+/* All that precedes TSSetFromOptions(): h in [1e-9 s, t_max/10], first step 1e-3 s, the study's tolerances. As in
+   sliding_mode.h, the study's least step of 1e-5 s is left to the policies' files. */
 static inline PetscErrorCode CircuitConfigureTS(Circuit *c, TS ts)
 {
   const PetscReal mass[] = {c->C1, c->C2, c->L};
@@ -175,7 +176,7 @@ static inline PetscErrorCode CircuitConfigureTS(Circuit *c, TS ts)
   PetscCall(TSSetTolerances(ts, 1e-8, NULL, 1e-6, NULL));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
-  PetscCall(TSAdaptSetStepLimits(adapt, 1e-5, c->max_time / 10));
+  PetscCall(TSAdaptSetStepLimits(adapt, 1e-9, c->max_time / 10));
   PetscCall(TSSetApplicationContext(ts, c));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", CircuitObserve));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", CircuitTimeScale));

@@ -95,7 +95,6 @@ static PetscReal Exact(const Oscillator *o, PetscReal t)
   for (; PetscAbsReal(x) > offset; x = 2 * centre - x, t -= half) {
     centre = x > 0 ? offset : -offset;
     if (t <= half) return centre + (x - centre) * PetscCosReal(PETSC_PI * t / half);
-    if (offset == 0) return x * PetscCosReal(PETSC_PI * t / half);
   }
   return x;
 }

@@ -1,7 +1,7 @@
 static const char help[] =
   "First-order sliding mode controller dw/dt = D sin(omega t) + F_r, F_r in -k Sign(w).\n"
   "  sliding_mode -ts_adapt_type pi -sliding_mode_output run.h5\n"
-  "Defaults: the evaluation setting, 0.5 s (-ts_max_time), steps from 1e-5 s to 2 pi/(10 omega) "
+  "Defaults: the evaluation setting, 0.5 s (-ts_max_time), steps from 1e-9 s to 2 pi/(10 omega) "
   "(-ts_adapt_dt_min, -ts_adapt_dt_max),\n-ts_rtol 1e-3, -ts_atol 1e-6, -ts_adapt_type heuristic.\n\n";
 
 #include "sliding_mode.h"
@@ -30,7 +30,7 @@ static PetscErrorCode First(Vec x, PetscReal *value)
 static PetscErrorCode MeasureError(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   Run *run = (Run *)ctx;
-  PetscReal value, reaction, square;
+  PetscReal value = 0, reaction, square;
 
   PetscFunctionBeginUser;
   (void)ts;
@@ -65,7 +65,7 @@ static PetscErrorCode Solve(TS ts, Vec w, Run *run, const char file[], PetscLogD
 {
   SlipOutput output;
   PetscLogDouble ready, end;
-  PetscReal final;
+  PetscReal final = 0;
 
   PetscFunctionBeginUser;
   PetscCall(SlipOutputCreate(ts, file, PETSC_STATIC_ARRAY_LENGTH(columns), columns, Row, run, &output));
