@@ -2,27 +2,11 @@ static const char help[] =
   "Strike-slip fault: slip from a frictional instability, or under loading. All units are SI.\n"
   "  fault -fault_nx 25 -fault_nz 25 -ts_adapt_type heuristic -fault_output run.h5\n"
   "Without options: the 3 km fault of 10 x 10 elements at its instability, for 30 s, with -ts_adapt_type "
-  "heuristic.\n"
-  "PETSc's -ts_max_time (30 s), -ts_dt (first step, 0.01 T* with T* = Ly sqrt(rho/G)), -ts_adapt_dt_min and\n"
-  "-ts_adapt_dt_max are in seconds. -ts_adapt_type rl -help and -ts_adapt_type pi -help list those controllers' "
-  "options.\n\n";
+  "heuristic.\n\n";
 
 #include <slipstep.h>
 #include <petsctime.h>
 #include <math.h>
-
-/* Other integrators see the smooth part only: their fault slides without friction. */
-static PetscErrorCode CheckIntegrator(TS ts)
-{
-  PetscBool bathe;
-  TSType type;
-
-  PetscFunctionBeginUser;
-  PetscCall(TSGetType(ts, &type));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  PetscCheck(bathe, PETSC_COMM_WORLD, PETSC_ERR_SUP, "-ts_type %s knows no friction, expected " TSBATHE, type);
-  PetscFunctionReturn(0);
-}
 
 /* PETSc takes any number for these. */
 static PetscErrorCode CheckNumbers(TS ts)
@@ -69,7 +53,7 @@ static PetscErrorCode Run(void)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(TSSetFromOptions(ts));
-  PetscCall(CheckIntegrator(ts));
+  PetscCall(TSBatheCheckType(ts));
   PetscCall(CheckNumbers(ts));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
