@@ -1,5 +1,6 @@
 /* Output of a fault: what it adds to that of any run, by a monitor of its fields. */
 #include <slipstep/private/slipfaultoutput.h>
+#include <slipstep/private/sliperror.h>
 #include <slipstep/private/slipcompat.h>
 
 PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
@@ -61,7 +62,9 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   fault->output = out;
   out->fault = fault;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &out->rank));
+  PetscCall(SlipErrorSource("-fault_output"));
   PetscCall(SlipFaultOutputOpen(out, ts));
+  PetscCall(SlipErrorSource(NULL));
   PetscCall(SlipFaultCreateState(fault, &w));
   PetscCall(VecScatterCreateToZero(w, &out->gather_w, &out->w0));
   PetscCall(VecScatterCreateToZero(fault->uc, &out->gather_r, &out->r0));

@@ -1,5 +1,6 @@
 /* Output of a run of any TS problem: the monitors that fill /steps and /series, and the summary at its end. */
 #include <slipstep/private/slipoutput.h>
+#include <slipstep/private/sliperror.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipsys.h>
 #include <slipts.h>
@@ -106,6 +107,7 @@ static PetscErrorCode SlipOutputAttemptMonitor(TS ts, const SlipAttempt *attempt
   (void)ctx;
   PetscCall(SlipOutputOf(ts, key, &out));
   if (!out || !out->open) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipErrorUnfinished(NULL)); /* the run has begun */
   if (!out->rank) ierr = SlipOutputAttempt(out, attempt);
   PetscCall(SlipErrorBcast(out->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -212,6 +214,7 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
   if (!out->open) PetscFunctionReturn(PETSC_SUCCESS);
   if (!out->rank) ierr = SlipOutputOpen(out, file, n, column);
   PetscCall(SlipErrorBcast(out->comm, ierr));
+  if (!out->rank) PetscCall(SlipErrorUnfinished(out->file.name));
   PetscCall(PetscTime(&out->last_flush));
   PetscCall(SlipOutputMonitors(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
