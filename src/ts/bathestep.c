@@ -183,13 +183,16 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   if (ts->steprollback && unchanged && !fresh) PetscFunctionReturn(PETSC_SUCCESS); /* X0, r0, K0 are still those */
   PetscCall(VecCopy(ts->vec_sol, ba->X0));
   if (ba->con) {
-    if (fresh && !ba->r_given) PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
+    /* Stage 2's reaction of an element that has just stopped holds the impulse that stopped it. Carried into the next
+       trapezoidal stage it would push the element off again: what rests is held by the static balance. */
+    if (!ba->r_given) PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
     ba->r_given = PETSC_FALSE;
     PetscCall(VecCopy(ba->r, ba->r0));
   }
   if (ba->error != TSBATHE_ERROR_EMBEDDED) PetscFunctionReturn(PETSC_SUCCESS);
   if (!fresh && unchanged && ba->k2_known) {
     PetscCall(VecCopy(ba->K2, ba->K0));
+    if (ba->con) PetscCall(TSBatheDropSticking(ts, ba->X0, ba->K0));
     ba->k0_known = PETSC_TRUE;
   } else
     PetscCall(TSBatheStartDerivative(ts, ts->ptime, ba->X0, ba->r0, ba->K0, &ba->k0_known));
