@@ -22,7 +22,7 @@ struct _n_SlipStrike {
 };
 
 /* Smallest even length of at least n whose prime factors are 2, 3 and 5. */
-static PetscInt GoodLength(PetscInt n)
+PetscInt SlipGoodLength(PetscInt n)
 {
   for (PetscInt length = PetscMax(2, n + n % 2);; length += 2) {
     PetscInt rest = length;
@@ -68,7 +68,7 @@ PetscErrorCode SlipStrikeCreate(const SlipGrid *grid, SlipStrike *strike)
   PetscFunctionBegin;
   PetscCall(PetscNew(&s));
   s->grid = *grid;
-  s->period = GoodLength(2 * grid->nx - 1);
+  s->period = SlipGoodLength(2 * grid->nx - 1);
   nk = s->period / 2 + 1;
   PetscCall(PetscMalloc1((size_t)nk * zz, &s->symbol));
   PetscCall(PetscCalloc5(s->period * grid->nz, &s->field, nk * grid->nz, &s->re, nk * grid->nz, &s->im, nk * grid->nz,

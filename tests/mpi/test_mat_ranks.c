@@ -134,6 +134,29 @@ static void test_products_do_not_depend_on_ranks(void **state)
   }
 }
 
+/* Distributed transforms, K alone and within H and B; rows and wavenumbers that do not divide by the ranks. One plan
+   serves every row, so that only the sums over vectors (VecNorm) could differ: 1e-12 is generous. */
+static void test_transforms_do_not_depend_on_ranks(void **state)
+{
+  (void)state;
+  Check(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
+  for (size_t g = 0; g < PETSC_STATIC_ARRAY_LENGTH(Grids); g++) {
+    Operators o = Create(PETSC_COMM_WORLD, &Grids[g], "fft"), serial = Create(PETSC_COMM_SELF, &Grids[g], "fft"),
+              dense = Create(PETSC_COMM_SELF, &Grids[g], "dense");
+
+    AssertDefaultLayout(o.K);
+    assert_true(DistanceToSerial(o.K, serial.K) < 1e-12);
+    assert_true(DistanceToSerial(o.K, dense.K) < 1e-12);
+    assert_true(DistanceToSerial(o.H, serial.H) < 1e-12);
+    assert_true(DistanceToSerial(o.B, serial.B) < 1e-12);
+    assert_true(DistanceToSerial(o.B, dense.B) < 1e-10);
+    Destroy(&o);
+    Destroy(&serial);
+    Destroy(&dense);
+  }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
+}
+
 /* The preconditioner as an operator: P x on this communicator against one rank's. */
 static Mat PreconditionerOf(MPI_Comm comm, Mat B, PC *pc)
 {
@@ -176,16 +199,18 @@ static void test_preconditioner_does_not_depend_on_ranks(void **state)
 static void test_fewer_cells_than_ranks(void **state)
 {
   const SlipGrid single = {1, 1, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE};
-  static const char *const types[] = {"dense", "fft"};
+  static const char *const types[] = {"dense", "fft", "fft"};
 
   (void)state;
   for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
+    if (t == 2) Check(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
     Operators o = Create(PETSC_COMM_WORLD, &single, types[t]), serial = Create(PETSC_COMM_SELF, &single, "dense");
 
     assert_true(DistanceToSerial(o.B, serial.B) < 1e-12);
     Destroy(&o);
     Destroy(&serial);
   }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
 }
 
 /* Only rank 0 has the entries; a fault in them is an error on every rank, not a hang. */
@@ -215,6 +240,7 @@ int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_products_do_not_depend_on_ranks),
+    cmocka_unit_test(test_transforms_do_not_depend_on_ranks),
     cmocka_unit_test(test_preconditioner_does_not_depend_on_ranks),
     cmocka_unit_test(test_fewer_cells_than_ranks),
     cmocka_unit_test(test_entries_from_rank_0),

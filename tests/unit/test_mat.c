@@ -154,6 +154,31 @@ static void test_fft_is_dense(void **state)
   }
 }
 
+/* Transforms in depth, forced at small sizes and by default at a deep one. 1e-12: rounding of transforms of a few hundred
+   points; A and z z' q cancel at most by a small factor, as both are below s^2 q. */
+static void test_transform_is_dense(void **state)
+{
+  const SlipGrid deep = {3, 67, 300.0, 6700.0, 50.0, 30e9, 0.3, PETSC_FALSE};
+  const SlipGrid buried = {5, 9, 1000.0, 1800.0, 20e3, 30e9, 0.25, PETSC_FALSE};
+  const SlipGrid full = {7, 6, 1000.0, 900.0, 0.0, 30e9, 0.2, PETSC_TRUE};
+  const SlipGrid *const grids[] = {&deep, &buried, &full, &Even, &Odd, &Line, &Column};
+
+  (void)state;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
+    Mat K[2];
+
+    if (k) Check(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
+    for (int t = 0; t < 2; t++) {
+      Check(MatCreateSlipStiffness(PETSC_COMM_SELF, grids[k], t ? "fft" : "dense", &K[t]));
+      Check(MatScale(K[t], 0.6));
+    }
+    assert_true(DiagonalError(K[1]) < 1e-12);
+    assert_true(Distance(K[1], K[0]) < 1e-12);
+    for (int t = 0; t < 2; t++) Check(MatDestroy(&K[t]));
+  }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
+}
+
 /* The root by another algorithm: Denman & Beavers (1976), Y -> (Y + Z^-1)/2, Z -> (Z + Y^-1)/2, on M^-1 K. */
 static void test_viscosity_by_denman_beavers(void **state)
 {
@@ -381,11 +406,17 @@ static void test_bad_grids(void **state)
 int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_dense_entries),     cmocka_unit_test(test_viscosity_squares_to_stiffness),
-    cmocka_unit_test(test_fft_is_dense),      cmocka_unit_test(test_viscosity_by_denman_beavers),
-    cmocka_unit_test(test_other_viscosities), cmocka_unit_test(test_auto),
-    cmocka_unit_test(test_zero_damping),      cmocka_unit_test(test_stage_is_the_sum),
-    cmocka_unit_test(test_entries),           cmocka_unit_test(test_bad_grids),
+    cmocka_unit_test(test_dense_entries),
+    cmocka_unit_test(test_viscosity_squares_to_stiffness),
+    cmocka_unit_test(test_fft_is_dense),
+    cmocka_unit_test(test_transform_is_dense),
+    cmocka_unit_test(test_viscosity_by_denman_beavers),
+    cmocka_unit_test(test_other_viscosities),
+    cmocka_unit_test(test_auto),
+    cmocka_unit_test(test_zero_damping),
+    cmocka_unit_test(test_stage_is_the_sum),
+    cmocka_unit_test(test_entries),
+    cmocka_unit_test(test_bad_grids),
   };
   int failed;
 

@@ -15,6 +15,7 @@ PETSC_INTERN PetscErrorCode SlipGridCompose(Mat K, const SlipGrid *grid);
 PETSC_INTERN PetscErrorCode SlipGridOf(Mat K,
                                        const SlipGrid **grid); /* borrowed; NULL when K is not on a uniform grid */
 /* Symmetrised kernel of the grid for all depths, d cells apart along strike: block[iz * nz + jz], unscaled [Pa/m]. */
+PETSC_INTERN PetscReal SlipGridEntry(const SlipGrid *grid, PetscInt d, PetscInt iz, PetscInt jz);
 PETSC_INTERN void SlipGridKernel(const SlipGrid *grid, PetscInt d, PetscReal block[]);
 
 /* What MatScale() has made of a stiffness: K = scale * kernel. Collective. */
@@ -51,6 +52,7 @@ PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor); /*
 
 /* ---- strike.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber) ---- */
 typedef struct _n_SlipStrike *SlipStrike;
+PETSC_INTERN PetscInt SlipGoodLength(PetscInt n);                    /* even, at least n, prime factors 2, 3 and 5 */
 PETSC_INTERN PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike); /* borrowed from K; NULL without a grid */
 PETSC_INTERN void SlipStrikeGet(SlipStrike s, const SlipGrid **grid, PetscInt *period, PetscInt *nk,
                                 const PetscReal **symbol);
@@ -61,6 +63,12 @@ PETSC_INTERN PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const
                                             const PetscReal x[], PetscReal y[]);
 PETSC_INTERN PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const PetscReal x[],
                                                     PetscReal y[]);
+
+/* ---- plane.c: the stiffness of a uniform grid by transforms along strike and in depth, distributed ---- */
+typedef struct _n_SlipPlane *SlipPlane;
+PETSC_INTERN PetscErrorCode SlipPlaneCreate(Mat K, const SlipGrid *grid, SlipPlane *plane);
+PETSC_INTERN PetscErrorCode SlipPlaneDestroy(SlipPlane *plane);
+PETSC_INTERN PetscErrorCode SlipPlaneApply(SlipPlane plane, PetscReal scale, Vec x, Vec y);
 
 /* ---- gather.c: the whole of a distributed vector on every rank ---- */
 typedef struct {
