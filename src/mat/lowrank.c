@@ -19,8 +19,13 @@ static PetscReal NextRandom(uint64_t *state)
   return (PetscReal)(*state >> 11) / 4503599627370496.0 - 1.0;
 }
 
+void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state)
+{
+  for (size_t i = 0; i < count; i++) a[i] = NextRandom(state);
+}
+
 /* Orthonormal basis of the columns of Y (n x r, column-major), in place. */
-static PetscErrorCode Orthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[])
+PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[])
 {
   PetscBLASInt info, lwork = 64 * r;
   PetscReal *tau, *work;
@@ -48,11 +53,11 @@ static PetscErrorCode SubspaceEigen(PetscInt n, const PetscReal D[], PetscInt r,
   PetscCall(PetscBLASIntCast(n, &bn));
   PetscCall(PetscBLASIntCast(r, &br));
   PetscCall(PetscMalloc2((size_t)n * r, &Y, (size_t)r * r, &T));
-  for (size_t i = 0; i < (size_t)n * r; i++) Q[i] = NextRandom(&seed);
+  SlipRandomFill((size_t)n * r, Q, &seed);
   for (int sweep = 0; sweep < 2; sweep++) {
     PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &bn, &br, &bn, &one, D, &bn, Q, &bn, &zero, Y, &bn));
     PetscCall(PetscArraycpy(Q, Y, (size_t)n * r));
-    PetscCall(Orthonormalise(bn, br, Q));
+    PetscCall(SlipOrthonormalise(bn, br, Q));
   }
   PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &bn, &br, &bn, &one, D, &bn, Q, &bn, &zero, Y, &bn));
   PetscCallBLAS("BLASgemm", BLASgemm_("T", "N", &br, &br, &bn, &one, Q, &bn, Y, &bn, &zero, T, &br));
@@ -66,8 +71,8 @@ static PetscErrorCode SubspaceEigen(PetscInt n, const PetscReal D[], PetscInt r,
 }
 
 /* Orders eigenpairs by falling |lambda| and keeps those above cutoff: from Q (n x r) into W (n x rank). */
-static PetscErrorCode Select(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[], PetscReal cutoff,
-                             SlipLowRank *m)
+PetscErrorCode SlipLowRankSelect(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[],
+                                 PetscReal cutoff, SlipLowRank *m)
 {
   PetscReal *size;
   PetscInt *order;
@@ -107,7 +112,7 @@ PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cu
     above = 0;
     for (PetscInt k = 0; k < r; k++) above += PetscAbsReal(values[k]) > cutoff;
     complete = (PetscBool)(r == n || above + 16 <= r);
-    if (complete) PetscCall(Select(n, r, Q, values, cutoff, m));
+    if (complete) PetscCall(SlipLowRankSelect(n, r, Q, values, cutoff, m));
     PetscCall(PetscFree2(Q, values));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

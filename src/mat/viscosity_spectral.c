@@ -16,16 +16,11 @@ typedef struct {
   SlipGather gather;
 } SpectralContext;
 
-/* Largest eigenvalue in which products of the truncated exact root may be wrong, relative to the largest of the root
-   itself; the sum of what is left out stays below 1e-10. */
-#define SLIP_SQRT_CUTOFF 1e-11
+/* Up to this many cells the low-rank part comes from dense eigenproblems of half the order (as fast, measured);
+   beyond, or to ask for it by option, from sketches. */
+#define SLIP_SQRT_DENSE_MAX 1024
 /* Terms below this share of the norm are kept in single precision. */
 #define SLIP_SQRT_SINGLE 3e-5
-
-static PetscReal FoldWeight(PetscInt ix, PetscInt nx)
-{
-  return 2 * ix + 1 == nx ? 0.5 : PETSC_SQRT2 / 2;
-}
 
 /* y += low-rank part of the viscosity times x, whole fields. */
 PetscErrorCode SlipSpectralAddCorrection(Mat H, const PetscReal x[], PetscReal y[])
@@ -38,28 +33,12 @@ PetscErrorCode SlipSpectralAddCorrection(Mat H, const PetscReal x[], PetscReal y
   SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
   for (PetscInt parity = 0; parity < 2; parity++) {
     SlipLowRank *m = &c->correction[parity];
-    const PetscInt hx = SlipMirrorWidth(g->nx, parity);
-    const PetscReal sign = parity ? -1 : 1;
 
     if (!m->rank) continue;
-    for (PetscInt iz = 0; iz < g->nz; iz++) {
-      const PetscReal *row = x + iz * g->nx;
-
-      for (PetscInt ix = 0; ix < hx; ix++)
-        c->half_x[iz * hx + ix] = FoldWeight(ix, g->nx) * (row[ix] + sign * row[g->nx - 1 - ix]);
-    }
+    SlipMirrorFold(g->nx, g->nz, parity, x, c->half_x);
     PetscCall(PetscArrayzero(c->half_y, m->n));
     SlipLowRankApply(m, c->half_x, c->half_y);
-    for (PetscInt iz = 0; iz < g->nz; iz++) {
-      PetscReal *row = y + iz * g->nx;
-
-      for (PetscInt ix = 0; ix < hx; ix++) {
-        const PetscReal value = FoldWeight(ix, g->nx) * c->half_y[iz * hx + ix];
-
-        row[ix] += value;
-        row[g->nx - 1 - ix] += sign * value;
-      }
-    }
+    SlipMirrorUnfold(g->nx, g->nz, parity, c->half_y, y);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -199,7 +178,7 @@ PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
 /* One process: root block of one parity minus its spectral approximation, compressed. kernel: K's, unscaled; spectral: that
  * of H. */
 static PetscErrorCode ComputeCorrection(const SlipGrid *g, PetscReal factor, PetscReal scale, const PetscReal kernel[],
-                                        const PetscReal spectral[], PetscReal norm, PetscInt parity,
+                                        const PetscReal spectral[], PetscReal cutoff, PetscInt parity,
                                         PetscReal *smallest, SlipLowRank *m)
 {
   const PetscInt n = SlipMirrorWidth(g->nx, parity) * g->nz;
@@ -214,7 +193,7 @@ static PetscErrorCode ComputeCorrection(const SlipGrid *g, PetscReal factor, Pet
              "Eigenvalues of the stiffness did not converge (LAPACK info %" PetscInt_FMT ")", info);
   SlipMirrorSplit(g->nx, g->nz, spectral, 1, parity, approximate);
   for (size_t i = 0; i < (size_t)n * n; i++) root[i] = factor * root[i] - approximate[i];
-  PetscCall(SlipLowRankCompress(n, root, SLIP_SQRT_CUTOFF * norm, 5 * g->nz, m));
+  PetscCall(SlipLowRankCompress(n, root, cutoff, 5 * g->nz, m));
   PetscCall(PetscFree2(root, approximate));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -237,47 +216,111 @@ static PetscErrorCode BroadcastCorrection(MPI_Comm comm, PetscMPIInt root, SlipL
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The exact root: spectral plus low rank. */
+/* How the exact root is set up: the options. */
+typedef struct {
+  PetscReal tolerance; /* of products, relative to the norm */
+  PetscBool dense;     /* from dense eigenproblems */
+} SqrtOptions;
+
+static PetscErrorCode GetOptions(MPI_Comm comm, const SlipGrid *g, SqrtOptions *o)
+{
+  const char *const choices[] = {"auto", "dense", "sketch"};
+  PetscInt choice = 0;
+
+  PetscFunctionBegin;
+  o->tolerance = 1e-10;
+  PetscOptionsBegin(comm, NULL, "Viscosity by the exact matrix square root", "Mat");
+  PetscCall(PetscOptionsReal("-mat_slipsqrtm_tolerance", "Error of a product relative to the norm of the viscosity",
+                             "MatCreateSlipViscosity", o->tolerance, &o->tolerance, NULL));
+  PetscCall(PetscOptionsEList("-mat_slipsqrtm_setup",
+                              "Low-rank part from dense eigenproblems, random sketches, or by size",
+                              "MatCreateSlipViscosity", choices, 3, choices[0], &choice, NULL));
+  PetscOptionsEnd();
+  PetscCheck(o->tolerance >= 1e-12 && o->tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-mat_slipsqrtm_tolerance must lie in [1e-12, 1), not %g", (double)o->tolerance);
+  o->dense = (PetscBool)(choice == 1 || (choice == 0 && g->nx * g->nz <= SLIP_SQRT_DENSE_MAX));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One process: the correction of one parity from dense matrices. */
+static PetscErrorCode DenseCorrection(SpectralContext *c, PetscReal factor, PetscReal scale, PetscReal cutoff,
+                                      PetscInt parity, PetscReal *smallest, SlipLowRank *m)
+{
+  const SlipGrid *g;
+  PetscReal *kernel, *spectral;
+  PetscInt nk;
+  size_t size;
+
+  PetscFunctionBegin;
+  SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
+  size = (size_t)nk * g->nz * g->nz;
+  PetscCall(PetscMalloc2(size, &kernel, size, &spectral));
+  for (PetscInt d = 0; d < nk; d++) SlipGridKernel(g, d, kernel + (size_t)d * g->nz * g->nz);
+  PetscCall(PetscArraycpy(spectral, c->blocks, size));
+  PetscCall(SlipStrikeBlocksToKernel(c->strike, spectral));
+  PetscCall(ComputeCorrection(g, factor, scale, kernel, spectral, cutoff, parity, smallest, m));
+  PetscCall(PetscFree2(kernel, spectral));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SpectralNorm(SpectralContext *c, PetscReal factor, PetscReal scale, PetscReal *norm)
+{
+  const SlipGrid *g;
+  const PetscReal *values;
+  PetscInt nk;
+
+  PetscFunctionBegin;
+  SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
+  PetscCall(SlipStrikeGetEigen(c->strike, &values, NULL));
+  *norm = 0;
+  for (PetscInt i = 0; i < nk * g->nz; i++) *norm = PetscMax(*norm, factor * PetscSqrtReal(scale * values[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The exact root: spectral plus low rank, one parity a rank, or both on a single rank. */
 PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   SpectralContext *c;
+  SqrtOptions o;
   const SlipGrid *g;
-  const PetscReal *values;
-  PetscReal *kernel = NULL, *spectral = NULL, norm = 0, scale, smallest[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL};
+  PetscReal norm = 0, scale, bad[2] = {-PETSC_MAX_REAL, 0}; /* minus the smallest eigenvalue; error */
   PetscMPIInt rank, size;
-  PetscInt nk;
 
   PetscFunctionBegin;
   PetscCall(SlipViscosityCreate_Spectral(K, factor, H));
+  if (factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatShellGetContext(*H, &c));
   PetscCall(SlipGridScale(K, &scale));
-  SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
-  PetscCall(SlipStrikeGetEigen(c->strike, &values, NULL));
-  for (PetscInt i = 0; i < nk * g->nz; i++) norm = PetscMax(norm, factor * PetscSqrtReal(scale * values[i]));
+  PetscCall(SpectralNorm(c, factor, scale, &norm));
+  SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
+  PetscCall(GetOptions(comm, g, &o));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  if (rank < 2) { /* one parity each, or both on a single rank */
-    PetscCall(PetscMalloc2((size_t)nk * g->nz * g->nz, &kernel, (size_t)nk * g->nz * g->nz, &spectral));
-    for (PetscInt d = 0; d < nk; d++) SlipGridKernel(g, d, kernel + (size_t)d * g->nz * g->nz);
-    PetscCall(PetscArraycpy(spectral, c->blocks, (size_t)nk * g->nz * g->nz));
-    PetscCall(SlipStrikeBlocksToKernel(c->strike, spectral));
-  }
   for (PetscInt parity = 0; parity < 2; parity++) {
-    c->correction[parity].n = SlipMirrorWidth(g->nx, parity) * g->nz;
-    if (c->correction[parity].n && rank == parity % size)
+    SlipLowRank *m = &c->correction[parity];
+    PetscReal smallest = PETSC_MAX_REAL, error = 0;
+
+    m->n = SlipMirrorWidth(g->nx, parity) * g->nz;
+    if (!m->n || rank != parity % size) continue;
+    if (o.dense)
+      PetscCall(DenseCorrection(c, factor, scale, 0.1 * o.tolerance * norm, parity, &smallest, m));
+    else
       PetscCall(
-        ComputeCorrection(g, factor, scale, kernel, spectral, norm, parity, &smallest[parity], &c->correction[parity]));
+        SlipSketchCorrection(c->strike, c->blocks, factor * factor * scale, o.tolerance, parity, &smallest, &error, m));
+    bad[0] = PetscMax(bad[0], -smallest);
+    bad[1] = PetscMax(bad[1], error);
   }
-  PetscCall(PetscFree2(kernel, spectral));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, bad, 2, MPIU_REAL, MPI_MAX, comm));
+  PetscCheck(bad[0] < 0, comm, PETSC_ERR_ARG_WRONG,
+             "The stiffness has no real square root: an eigenvalue is not positive");
+  PetscCheck(bad[1] <= o.tolerance, comm, PETSC_ERR_NOT_CONVERGED,
+             "The exact root was found to %g only: ask for less than -mat_slipsqrtm_tolerance %g", (double)bad[1],
+             (double)o.tolerance);
   for (PetscInt parity = 0; parity < 2; parity++) {
     if (c->correction[parity].n == 0) continue;
     PetscCall(BroadcastCorrection(comm, (PetscMPIInt)(parity % size), &c->correction[parity]));
     PetscCall(SlipLowRankDemote(&c->correction[parity], SLIP_SQRT_SINGLE * norm));
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, smallest, 2, MPIU_REAL, MPI_MIN, comm));
-  PetscCheck(PetscMin(smallest[0], smallest[1]) > 0, comm, PETSC_ERR_ARG_WRONG,
-             "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m",
-             (double)PetscMin(smallest[0], smallest[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -179,6 +179,62 @@ static void test_transform_is_dense(void **state)
   Check(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
 }
 
+/* The exact root from sketches against the dense one: what the default tolerance promises, in the Frobenius norm, which
+   counts at most 528 wrong directions of 1e-10 of the largest against 528 right ones of its size or a fifth. The wide
+   grid needs several rounds with a basis smaller than the whole space (5 nz of 12 nz). */
+static void test_sketched_root(void **state)
+{
+  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+  const SlipGrid *const grids[] = {&wide, &Even, &Odd, &Line, &Column};
+
+  (void)state;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
+    Mat K[2], H[2];
+
+    Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
+    for (int t = 0; t < 2; t++) {
+      Check(MatCreateSlipStiffness(PETSC_COMM_SELF, grids[k], t ? "fft" : "dense", &K[t]));
+      Check(MatScale(K[t], 1.3));
+      Check(MatCreateSlipViscosity(K[t], MASS, ZETA, "sqrtm", &H[t]));
+    }
+    assert_true(DiagonalError(H[1]) < 1e-11);
+    assert_true(Distance(H[1], H[0]) < 1e-10);
+    assert_true(SquareError(K[1], H[1]) < 1e-10);
+    for (int t = 0; t < 2; t++) {
+      Check(MatDestroy(&H[t]));
+      Check(MatDestroy(&K[t]));
+    }
+  }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+}
+
+/* A loose tolerance is kept too, and buys a smaller correction; one below rounding is refused with a message. */
+static void test_root_tolerance(void **state)
+{
+  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+  PetscReal distance;
+  Mat K[2], H[2];
+
+  (void)state;
+  Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
+  Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_tolerance", "1e-5"));
+  for (int t = 0; t < 2; t++) {
+    Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &wide, t ? "fft" : "dense", &K[t]));
+    Check(MatCreateSlipViscosity(K[t], MASS, ZETA, "sqrtm", &H[t]));
+  }
+  distance = Distance(H[1], H[0]);
+  assert_true(distance < 1e-5 && distance > 1e-9);
+  Check(MatDestroy(&H[1]));
+  Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_tolerance", "1e-20"));
+  Check(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  assert_int_not_equal(MatCreateSlipViscosity(K[1], MASS, ZETA, "sqrtm", &H[1]), 0);
+  Check(PetscPopErrorHandler());
+  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_tolerance"));
+  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+  Check(MatDestroy(&H[0]));
+  for (int t = 0; t < 2; t++) Check(MatDestroy(&K[t]));
+}
+
 /* The root by another algorithm: Denman & Beavers (1976), Y -> (Y + Z^-1)/2, Z -> (Z + Y^-1)/2, on M^-1 K. */
 static void test_viscosity_by_denman_beavers(void **state)
 {
@@ -410,6 +466,8 @@ int main(int argc, char **argv)
     cmocka_unit_test(test_viscosity_squares_to_stiffness),
     cmocka_unit_test(test_fft_is_dense),
     cmocka_unit_test(test_transform_is_dense),
+    cmocka_unit_test(test_sketched_root),
+    cmocka_unit_test(test_root_tolerance),
     cmocka_unit_test(test_viscosity_by_denman_beavers),
     cmocka_unit_test(test_other_viscosities),
     cmocka_unit_test(test_auto),

@@ -27,6 +27,9 @@ PETSC_INTERN void SlipMirrorSplit(PetscInt nx, PetscInt nz, const PetscReal kern
                                   PetscReal block[]);
 PETSC_INTERN void SlipMirrorMerge(PetscInt nx, PetscInt nz, const PetscReal even[], const PetscReal odd[],
                                   PetscReal A[]);
+/* Fields of one parity by their coefficients half[nz][hx]; Unfold adds to x. */
+PETSC_INTERN void SlipMirrorFold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal x[], PetscReal half[]);
+PETSC_INTERN void SlipMirrorUnfold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal half[], PetscReal x[]);
 
 /* ---- dense.c: whole matrices on one rank; row-major N * N ---- */
 PETSC_INTERN PetscErrorCode SlipDenseGather(Mat A,
@@ -61,6 +64,8 @@ PETSC_INTERN PetscErrorCode SlipStrikeFormBlocks(SlipStrike s, const PetscReal f
 PETSC_INTERN PetscErrorCode SlipStrikeBlocksToKernel(SlipStrike s, PetscReal blocks[]);
 PETSC_INTERN PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal blocks[],
                                             const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscErrorCode SlipStrikeApplyMany(SlipStrike s, PetscReal scale, const PetscReal blocks[], PetscInt count,
+                                                const PetscReal X[], PetscReal Y[]);
 PETSC_INTERN PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const PetscReal x[],
                                                     PetscReal y[]);
 
@@ -92,6 +97,14 @@ typedef struct {
 } SlipLowRank;
 PETSC_INTERN PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess,
                                                 SlipLowRank *m);
+PETSC_INTERN PetscErrorCode SlipLowRankSelect(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[],
+                                              PetscReal cutoff, SlipLowRank *m);
+PETSC_INTERN PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[]);
+PETSC_INTERN void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state); /* uniform in (-1, 1) */
+/* sketch.c: what the spectral root misses, without dense matrices */
+PETSC_INTERN PetscErrorCode SlipSketchCorrection(SlipStrike strike, const PetscReal blocks[], PetscReal square,
+                                                 PetscReal tolerance, PetscInt parity, PetscReal *smallest,
+                                                 PetscReal *error, SlipLowRank *m);
 PETSC_INTERN PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit);
 PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);
 PETSC_INTERN void SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[]);
