@@ -277,50 +277,86 @@ static PetscErrorCode SpectralNorm(SpectralContext *c, PetscReal factor, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The exact root: spectral plus low rank, one parity a rank, or both on a single rank. */
-PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H)
+/* The low-rank part by one of the two methods, one parity a rank, or both on a single rank, where it is left. */
+static PetscErrorCode BuildCorrection(MPI_Comm comm, SpectralContext *c, PetscReal factor, PetscReal scale,
+                                      const SqrtOptions *o)
 {
-  MPI_Comm comm = PetscObjectComm((PetscObject)K);
-  SpectralContext *c;
-  SqrtOptions o;
-  const SlipGrid *g;
-  PetscReal norm = 0, scale, bad[2] = {-PETSC_MAX_REAL, 0}; /* minus the smallest eigenvalue; error */
+  PetscReal norm = 0, bad[2] = {-PETSC_MAX_REAL, 0}; /* minus the smallest eigenvalue; error */
   PetscMPIInt rank, size;
 
   PetscFunctionBegin;
-  PetscCall(SlipViscosityCreate_Spectral(K, factor, H));
-  if (factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatShellGetContext(*H, &c));
-  PetscCall(SlipGridScale(K, &scale));
   PetscCall(SpectralNorm(c, factor, scale, &norm));
-  SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
-  PetscCall(GetOptions(comm, g, &o));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
   for (PetscInt parity = 0; parity < 2; parity++) {
     SlipLowRank *m = &c->correction[parity];
     PetscReal smallest = PETSC_MAX_REAL, error = 0;
 
-    m->n = SlipMirrorWidth(g->nx, parity) * g->nz;
     if (!m->n || rank != parity % size) continue;
-    if (o.dense)
-      PetscCall(DenseCorrection(c, factor, scale, 0.1 * o.tolerance * norm, parity, &smallest, m));
+    if (o->dense)
+      PetscCall(DenseCorrection(c, factor, scale, 0.1 * o->tolerance * norm, parity, &smallest, m));
     else
-      PetscCall(
-        SlipSketchCorrection(c->strike, c->blocks, factor * factor * scale, o.tolerance, parity, &smallest, &error, m));
+      PetscCall(SlipSketchCorrection(c->strike, c->blocks, factor * factor * scale, o->tolerance, parity, &smallest,
+                                     &error, m));
     bad[0] = PetscMax(bad[0], -smallest);
     bad[1] = PetscMax(bad[1], error);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, bad, 2, MPIU_REAL, MPI_MAX, comm));
   PetscCheck(bad[0] < 0, comm, PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: an eigenvalue is not positive");
-  PetscCheck(bad[1] <= o.tolerance, comm, PETSC_ERR_NOT_CONVERGED,
-             "The exact root was found to %g only: ask for less than -mat_slipsqrtm_tolerance %g", (double)bad[1],
-             (double)o.tolerance);
+  PetscCheck(bad[1] <= o->tolerance, comm, PETSC_ERR_NOT_CONVERGED,
+             "The exact root was found to %g only, not to -mat_slipsqrtm_tolerance %g", (double)bad[1],
+             (double)o->tolerance);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The low-rank part on every rank, from the cache or built and kept there. Eigenvalues go through units of a unit
+   factor, so that a run rounds alike whether it built them or read them. */
+static PetscErrorCode GetCorrection(Mat K, SpectralContext *c, PetscReal factor, PetscReal scale, const SqrtOptions *o)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  const PetscReal unit = factor * PetscSqrtReal(scale);
+  const SlipGrid *g;
+  PetscBool found;
+  PetscMPIInt size;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
+  PetscCall(SlipCacheLoad(K, g, o->tolerance, o->dense, c->correction, &found));
+  if (!found) PetscCall(BuildCorrection(comm, c, factor, scale, o));
   for (PetscInt parity = 0; parity < 2; parity++) {
-    if (c->correction[parity].n == 0) continue;
-    PetscCall(BroadcastCorrection(comm, (PetscMPIInt)(parity % size), &c->correction[parity]));
-    PetscCall(SlipLowRankDemote(&c->correction[parity], SLIP_SQRT_SINGLE * norm));
+    SlipLowRank *m = &c->correction[parity];
+
+    if (!m->n) continue;
+    PetscCall(BroadcastCorrection(comm, found ? 0 : (PetscMPIInt)(parity % size), m));
+    for (PetscInt k = 0; k < m->rank && !found; k++) m->lambda[k] /= unit;
   }
+  if (!found) PetscCall(SlipCacheSave(K, g, o->tolerance, o->dense, c->correction));
+  for (PetscInt parity = 0; parity < 2; parity++)
+    for (PetscInt k = 0; k < c->correction[parity].rank; k++) c->correction[parity].lambda[k] *= unit;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The exact root: spectral plus low rank. */
+PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H)
+{
+  SpectralContext *c;
+  SqrtOptions o;
+  const SlipGrid *g;
+  PetscReal norm = 0, scale;
+
+  PetscFunctionBegin;
+  PetscCall(SlipViscosityCreate_Spectral(K, factor, H));
+  if (factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatShellGetContext(*H, &c));
+  PetscCall(SlipGridScale(K, &scale));
+  SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
+  PetscCall(GetOptions(PetscObjectComm((PetscObject)K), g, &o));
+  for (PetscInt parity = 0; parity < 2; parity++) c->correction[parity].n = SlipMirrorWidth(g->nx, parity) * g->nz;
+  PetscCall(GetCorrection(K, c, factor, scale, &o));
+  PetscCall(SpectralNorm(c, factor, scale, &norm));
+  for (PetscInt parity = 0; parity < 2; parity++)
+    if (c->correction[parity].n) PetscCall(SlipLowRankDemote(&c->correction[parity], SLIP_SQRT_SINGLE * norm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,8 +1,11 @@
 /* K, H and B: types agree with each other, and products do not depend on the number of ranks. */
+#define _XOPEN_SOURCE 700 /* mkdtemp */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
 #include <cmocka.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 
@@ -157,6 +160,38 @@ static void test_transforms_do_not_depend_on_ranks(void **state)
   Check(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
 }
 
+/* Rank 0 keeps the low-rank part and reads it again for all; made by sketches on one rank a parity. */
+static void test_cache_on_ranks(void **state)
+{
+  char dir[32] = "slipranks.XXXXXX", command[64];
+  PetscMPIInt rank;
+
+  (void)state;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  if (!rank) assert_non_null(mkdtemp(dir));
+  MPI_Bcast(dir, (int)sizeof(dir), MPI_CHAR, 0, PETSC_COMM_WORLD);
+  Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
+  for (int pass = 0; pass < 2; pass++) { /* built, read */
+    Operators serial = Create(PETSC_COMM_SELF, &Grids[0], "fft");
+    Mat K, H;
+
+    Check(MatCreateSlipStiffness(PETSC_COMM_WORLD, &Grids[0], "fft", &K));
+    Check(MatScale(K, 0.37));
+    Check(MatSlipStiffnessSetCacheDir(K, dir));
+    Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+    assert_true(DistanceToSerial(H, serial.H) < 1e-12);
+    Check(MatDestroy(&H));
+    Check(MatDestroy(&K));
+    Destroy(&serial);
+  }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+  MPI_Barrier(PETSC_COMM_WORLD);
+  if (!rank) {
+    snprintf(command, sizeof(command), "rm -r %s", dir);
+    assert_int_equal(system(command), 0);
+  }
+}
+
 /* The preconditioner as an operator: P x on this communicator against one rank's. */
 static Mat PreconditionerOf(MPI_Comm comm, Mat B, PC *pc)
 {
@@ -241,6 +276,7 @@ int main(int argc, char **argv)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_products_do_not_depend_on_ranks),
     cmocka_unit_test(test_transforms_do_not_depend_on_ranks),
+    cmocka_unit_test(test_cache_on_ranks),
     cmocka_unit_test(test_preconditioner_does_not_depend_on_ranks),
     cmocka_unit_test(test_fewer_cells_than_ranks),
     cmocka_unit_test(test_entries_from_rank_0),

@@ -105,6 +105,11 @@ PETSC_INTERN void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state); 
 PETSC_INTERN PetscErrorCode SlipSketchCorrection(SlipStrike strike, const PetscReal blocks[], PetscReal square,
                                                  PetscReal tolerance, PetscInt parity, PetscReal *smallest,
                                                  PetscReal *error, SlipLowRank *m);
+/* cache.c: the low-rank part in files, for unit factors; m[parity].n must be set. Collective. */
+PETSC_INTERN PetscErrorCode SlipCacheLoad(Mat K, const SlipGrid *grid, PetscReal tolerance, PetscBool dense,
+                                          SlipLowRank m[2], PetscBool *found);
+PETSC_INTERN PetscErrorCode SlipCacheSave(Mat K, const SlipGrid *grid, PetscReal tolerance, PetscBool dense,
+                                          const SlipLowRank m[2]);
 PETSC_INTERN PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit);
 PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);
 PETSC_INTERN void SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[]);
