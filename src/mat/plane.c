@@ -16,51 +16,23 @@
   results do not depend on the number of ranks.
 */
 #include <slipmat.h>
-#include <fftw3-mpi.h>
+#include <fftw3.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
-
-/* A table of tuples of reals, [rows][columns], rows spread over the ranks; and its transpose. */
-typedef struct {
-  ptrdiff_t rows, row_start;       /* this rank's rows of the table */
-  ptrdiff_t columns, column_start; /* and of its transpose */
-  ptrdiff_t size;                  /* reals to allocate for either */
-} Layout;
 
 struct _n_SlipPlane {
   SlipGrid grid;
   PetscInt period, depth_period; /* padded lengths along strike and in depth, both even */
-  Layout layout;                 /* [nz][nk] complex */
-  PetscInt fields;               /* 2, or 1 in a full space */
-  PetscReal *toeplitz;           /* [local nk][depth_period / 2 + 1], real since T is even */
-  PetscReal *hankel, *product;   /* the same, complex: A^ and q^ */
-  PetscReal *z;                  /* [nz] depths [m] */
-  PetscReal *row;                /* [period], zero from nx on before a forward transform */
-  PetscReal *by_depth, *by_wave; /* [local nz][nk] and [local nk][nz] complex */
-  PetscReal *column;             /* [fields][depth_period] complex */
-  fftw_plan strike, strike_back, depth, depth_back, transpose, transpose_back;
+  SlipPencil pencil;
+  PetscInt fields;             /* 2, or 1 in a full space */
+  PetscReal *toeplitz;         /* [local nk][depth_period / 2 + 1], real since T is even */
+  PetscReal *hankel, *product; /* the same, complex: A^ and q^ */
+  PetscReal *z;                /* [nz] depths [m] */
+  PetscReal *column;           /* [fields][depth_period] complex */
+  fftw_plan depth, depth_back;
   VecScatter scatter; /* to this rank's rows of cells; NULL on one rank */
   Vec rows;
 };
-
-static Layout LayoutOf(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt tuple)
-{
-  const ptrdiff_t n[2] = {rows, columns};
-  Layout l;
-
-  l.size = fftw_mpi_local_size_many_transposed(2, n, tuple, FFTW_MPI_DEFAULT_BLOCK, FFTW_MPI_DEFAULT_BLOCK, comm,
-                                               &l.rows, &l.row_start, &l.columns, &l.column_start);
-  return l;
-}
-
-static PetscErrorCode Allocate(ptrdiff_t count, PetscReal **a)
-{
-  PetscFunctionBegin;
-  *a = fftw_alloc_real((size_t)PetscMax(count, 1));
-  PetscCheck(*a, PETSC_COMM_SELF, PETSC_ERR_MEM, "No memory for %zu numbers", (size_t)count);
-  for (ptrdiff_t i = 0; i < count; i++) (*a)[i] = 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* The three kernels at every distance along strike for depth index r (z - z' = r b, s = 2 top + (r + 1) b), [nk][3]. */
 static void KernelRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[])
@@ -83,28 +55,25 @@ static void KernelRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[
 static PetscErrorCode KernelsByWave(SlipPlane p, MPI_Comm comm, PetscReal **kernels)
 {
   const PetscInt nk = p->period / 2 + 1, depths = 2 * p->grid.nz - 1;
-  const Layout l = LayoutOf(comm, depths, nk, 3);
+  const SlipLayout l = SlipLayoutOf(comm, depths, nk, 3);
   const int length = (int)nk;
   const fftw_r2r_kind kind = FFTW_REDFT00;
   PetscReal *rows;
-  fftw_plan cosine, transpose;
+  fftw_plan cosine;
 
   PetscFunctionBegin;
-  PetscCall(Allocate(l.size, &rows));
-  PetscCall(Allocate(l.size, kernels));
+  PetscCall(SlipAllocate(l.size, &rows));
+  PetscCall(SlipAllocate(l.size, kernels));
   cosine = fftw_plan_many_r2r(1, &length, 3, rows, NULL, 3, 1, rows, NULL, 3, 1, &kind, FFTW_ESTIMATE | FFTW_UNALIGNED);
-  transpose = fftw_mpi_plan_many_transpose(depths, nk, 3, FFTW_MPI_DEFAULT_BLOCK, FFTW_MPI_DEFAULT_BLOCK, rows,
-                                           *kernels, comm, FFTW_ESTIMATE);
-  PetscCheck(cosine && transpose, comm, PETSC_ERR_LIB, "FFTW cannot plan a cosine transform of length %d", length);
-  for (PetscInt r = 0; r < (PetscInt)l.rows; r++) {
+  PetscCheck(cosine, comm, PETSC_ERR_LIB, "FFTW cannot plan a cosine transform of length %d", length);
+  for (PetscInt r = 0; r < l.rows; r++) {
     PetscReal *row = rows + (size_t)r * 3 * nk;
 
-    KernelRow(&p->grid, (PetscInt)l.row_start + r, nk, row);
+    KernelRow(&p->grid, l.row_start + r, nk, row);
     fftw_execute_r2r(cosine, row, row);
   }
-  fftw_execute(transpose);
+  PetscCall(SlipTranspose(comm, depths, nk, 3, rows, *kernels));
   fftw_destroy_plan(cosine);
-  fftw_destroy_plan(transpose);
   fftw_free(rows);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -134,19 +103,19 @@ static void SymbolOf(SlipPlane p, const PetscReal kernel[], fftw_plan plan, Pets
 
 static PetscErrorCode FormSymbols(SlipPlane p, MPI_Comm comm)
 {
-  const PetscInt P = p->depth_period, h = P / 2 + 1, local = (PetscInt)p->layout.columns;
+  const PetscInt P = p->depth_period, h = P / 2 + 1, local = p->pencil->layout.columns;
   PetscReal *kernels, *line, *out;
   fftw_plan plan;
 
   PetscFunctionBegin;
   PetscCall(KernelsByWave(p, comm, &kernels));
-  PetscCall(Allocate(P, &line));
-  PetscCall(Allocate((ptrdiff_t)2 * h, &out));
+  PetscCall(SlipAllocate(P, &line));
+  PetscCall(SlipAllocate((size_t)2 * h, &out));
   plan = fftw_plan_dft_r2c_1d((int)P, line, (fftw_complex *)out, FFTW_ESTIMATE);
   PetscCheck(plan, PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan a transform of length %" PetscInt_FMT, P);
-  PetscCall(Allocate((ptrdiff_t)local * h, &p->toeplitz));
-  PetscCall(Allocate((ptrdiff_t)local * (p->fields == 2 ? 2 * h : 0), &p->hankel));
-  PetscCall(Allocate((ptrdiff_t)local * (p->fields == 2 ? 2 * h : 0), &p->product));
+  PetscCall(SlipAllocate((size_t)local * h, &p->toeplitz));
+  PetscCall(SlipAllocate((size_t)local * (p->fields == 2 ? 2 * h : 0), &p->hankel));
+  PetscCall(SlipAllocate((size_t)local * (p->fields == 2 ? 2 * h : 0), &p->product));
   for (PetscInt k = 0; k < local; k++) SymbolOf(p, kernels + (size_t)k * 3 * (2 * p->grid.nz - 1), plan, line, out, k);
   fftw_destroy_plan(plan);
   fftw_free(line);
@@ -155,31 +124,23 @@ static PetscErrorCode FormSymbols(SlipPlane p, MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Plan(SlipPlane p, MPI_Comm comm)
+static PetscErrorCode Plan(SlipPlane p)
 {
-  const PetscInt nz = p->grid.nz, nk = p->period / 2 + 1;
-  const int P = (int)p->period, Q = (int)p->depth_period, fields = (int)p->fields;
-  const ptrdiff_t block = FFTW_MPI_DEFAULT_BLOCK;
-  fftw_complex *column = (fftw_complex *)p->column, *line = (fftw_complex *)p->by_depth;
+  const int Q = (int)p->depth_period, fields = (int)p->fields;
+  fftw_complex *column = (fftw_complex *)p->column;
 
   PetscFunctionBegin;
-  p->strike = fftw_plan_dft_r2c_1d(P, p->row, line, FFTW_ESTIMATE);
-  p->strike_back = fftw_plan_dft_c2r_1d(P, line, p->row, FFTW_ESTIMATE);
   p->depth = fftw_plan_many_dft(1, &Q, fields, column, NULL, 1, Q, column, NULL, 1, Q, FFTW_FORWARD, FFTW_ESTIMATE);
   p->depth_back =
     fftw_plan_many_dft(1, &Q, fields, column, NULL, 1, Q, column, NULL, 1, Q, FFTW_BACKWARD, FFTW_ESTIMATE);
-  p->transpose = fftw_mpi_plan_many_transpose(nz, nk, 2, block, block, p->by_depth, p->by_wave, comm, FFTW_ESTIMATE);
-  p->transpose_back =
-    fftw_mpi_plan_many_transpose(nk, nz, 2, block, block, p->by_wave, p->by_depth, comm, FFTW_ESTIMATE);
-  PetscCheck(p->strike && p->strike_back && p->depth && p->depth_back && p->transpose && p->transpose_back, comm,
-             PETSC_ERR_LIB, "FFTW cannot plan transforms of %d x %d points", P, Q);
+  PetscCheck(p->depth && p->depth_back, PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan transforms of length %d", Q);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Rows of cells that this rank transforms, from the distribution of K's vectors. */
 static PetscErrorCode CreateScatter(SlipPlane p, Mat K)
 {
-  const PetscInt nx = p->grid.nx, n = (PetscInt)p->layout.rows * nx;
+  const PetscInt nx = p->grid.nx, n = p->pencil->layout.rows * nx;
   PetscMPIInt size;
   IS from;
   Vec x;
@@ -189,7 +150,7 @@ static PetscErrorCode CreateScatter(SlipPlane p, Mat K)
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(K, &x, NULL));
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, &p->rows));
-  PetscCall(ISCreateStride(PETSC_COMM_SELF, n, (PetscInt)p->layout.row_start * nx, 1, &from));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, n, p->pencil->layout.row_start * nx, 1, &from));
   PetscCall(VecScatterCreate(x, from, p->rows, NULL, &p->scatter));
   PetscCall(ISDestroy(&from));
   PetscCall(VecDestroy(&x));
@@ -204,21 +165,17 @@ PetscErrorCode SlipPlaneCreate(Mat K, const SlipGrid *grid, SlipPlane *plane)
   SlipPlane p;
 
   PetscFunctionBegin;
-  fftw_mpi_init(); /* may be called again and again */
   PetscCall(PetscNew(&p));
   p->grid = *grid;
   p->fields = grid->full_space ? 1 : 2;
   p->period = SlipGoodLength(2 * grid->nx - 1);
   p->depth_period = SlipGoodLength(2 * grid->nz - 1);
-  p->layout = LayoutOf(comm, grid->nz, p->period / 2 + 1, 2);
+  PetscCall(SlipPencilCreate(comm, grid->nx, grid->nz, p->period, &p->pencil));
   PetscCall(FormSymbols(p, comm));
   PetscCall(PetscMalloc1(grid->nz, &p->z));
   for (PetscInt i = 0; i < grid->nz; i++) p->z[i] = grid->depth_top + ((PetscReal)i + 0.5) * b;
-  PetscCall(Allocate(p->period, &p->row));
-  PetscCall(Allocate(PetscMax(p->layout.size, p->period + 2), &p->by_depth)); /* plans want at least one row */
-  PetscCall(Allocate(p->layout.size, &p->by_wave));
-  PetscCall(Allocate((ptrdiff_t)p->fields * 2 * p->depth_period, &p->column));
-  PetscCall(Plan(p, comm));
+  PetscCall(SlipAllocate((size_t)p->fields * 2 * p->depth_period, &p->column));
+  PetscCall(Plan(p));
   PetscCall(CreateScatter(p, K));
   *plane = p;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -230,19 +187,13 @@ PetscErrorCode SlipPlaneDestroy(SlipPlane *plane)
 
   PetscFunctionBegin;
   if (!p) PetscFunctionReturn(PETSC_SUCCESS);
-  fftw_destroy_plan(p->strike);
-  fftw_destroy_plan(p->strike_back);
   fftw_destroy_plan(p->depth);
   fftw_destroy_plan(p->depth_back);
-  fftw_destroy_plan(p->transpose);
-  fftw_destroy_plan(p->transpose_back);
   fftw_free(p->toeplitz);
   fftw_free(p->hankel);
   fftw_free(p->product);
-  fftw_free(p->row);
-  fftw_free(p->by_depth);
-  fftw_free(p->by_wave);
   fftw_free(p->column);
+  PetscCall(SlipPencilDestroy(&p->pencil));
   PetscCall(VecScatterDestroy(&p->scatter));
   PetscCall(VecDestroy(&p->rows));
   PetscCall(PetscFree(p->z));
@@ -319,21 +270,11 @@ static void ApplyWave(SlipPlane p, PetscInt k, PetscReal f[])
 /* From this rank's rows x [local nz][nx] to those of scale * K x. Collective. */
 static void ApplyRows(SlipPlane p, PetscReal scale, const PetscReal x[], PetscReal y[])
 {
-  const PetscInt nx = p->grid.nx, P = p->period, nk = P / 2 + 1, rows = (PetscInt)p->layout.rows;
-  const PetscReal factor = scale / ((PetscReal)P * (PetscReal)p->depth_period);
+  SlipPencil pencil = p->pencil;
 
-  for (PetscInt ix = nx; ix < P; ix++) p->row[ix] = 0;
-  for (PetscInt iz = 0; iz < rows; iz++) {
-    for (PetscInt ix = 0; ix < nx; ix++) p->row[ix] = x[(size_t)iz * nx + ix];
-    fftw_execute_dft_r2c(p->strike, p->row, (fftw_complex *)(p->by_depth + (size_t)iz * 2 * nk));
-  }
-  fftw_execute(p->transpose);
-  for (PetscInt k = 0; k < (PetscInt)p->layout.columns; k++) ApplyWave(p, k, p->by_wave + (size_t)k * 2 * p->grid.nz);
-  fftw_execute(p->transpose_back);
-  for (PetscInt iz = 0; iz < rows; iz++) {
-    fftw_execute_dft_c2r(p->strike_back, (fftw_complex *)(p->by_depth + (size_t)iz * 2 * nk), p->row);
-    for (PetscInt ix = 0; ix < nx; ix++) y[(size_t)iz * nx + ix] = factor * p->row[ix];
-  }
+  SlipPencilForward(pencil, x);
+  for (PetscInt k = 0; k < pencil->layout.columns; k++) ApplyWave(p, k, pencil->by_wave + (size_t)k * 2 * p->grid.nz);
+  SlipPencilBackward(pencil, scale / (PetscReal)p->depth_period, y);
 }
 
 /* y = scale * K x */

@@ -34,7 +34,6 @@ static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
 {
   FFTContext *c;
   const PetscReal *px, *symbol;
-  PetscReal *py;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
@@ -42,14 +41,15 @@ static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
     PetscCall(FFTMultTransform(K, c, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (!c->strike) PetscCall(SlipStrikeOf(K, &c->strike));
+  if (!c->strike) {
+    PetscCall(SlipStrikeOf(K, &c->strike));
+    PetscCall(SlipGatherCreate(K, SlipStrikePencil(c->strike), &c->gather));
+  }
   SlipStrikeGet(c->strike, NULL, NULL, NULL, &symbol);
   PetscCall(SlipGatherGet(&c->gather, x, &px));
   PetscCall(SlipStrikeApply(c->strike, c->scale, symbol, px, c->y));
   PetscCall(SlipGatherRestore(&c->gather, x, &px));
-  PetscCall(VecGetArrayWrite(y, &py));
-  PetscCall(PetscArraycpy(py, c->y + c->gather.start, c->gather.end - c->gather.start));
-  PetscCall(VecRestoreArrayWrite(y, &py));
+  PetscCall(SlipGatherPut(&c->gather, c->y, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,7 +136,6 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
   PetscCall(SlipShellFinish(*K, "slipfft"));
   PetscCall(MatGetOwnershipRange(*K, &c->start, &c->end));
   if (c->transform) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipGatherCreate(*K, &c->gather));
   PetscCall(PetscMalloc1(N, &c->y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -123,7 +123,7 @@ static PetscReal DiagonalError(Mat A)
 }
 
 /* 1e-12: rounding of transforms of at most 50 points. The exact root may be off by 1e-10; its products round terms of
-   3e-5 of the norm in single precision, 2e-12. */
+   4e-6 of the norm in single precision, 3e-13. */
 static void test_fft_is_dense(void **state)
 {
   const SlipGrid *const grids[] = {&Even, &Odd, &Line, &Column};

@@ -53,9 +53,34 @@ typedef struct {
 PETSC_INTERN PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts);
 PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor); /* viscosity.c */
 
+/* ---- pencil.c: rows of cells over the ranks, transformed along strike, to wavenumbers over the ranks ---- */
+typedef struct {
+  PetscInt rows, row_start;       /* this rank's rows of a table */
+  PetscInt columns, column_start; /* and of its transpose */
+  size_t size;                    /* reals to allocate for either */
+} SlipLayout;
+typedef struct _n_SlipPencil {
+  PetscInt nx, nz, period;
+  SlipLayout layout;             /* [nz][nk] complex */
+  PetscReal *row;                /* [period] */
+  PetscReal *by_depth, *by_wave; /* [local nz][nk] and [local nk][nz] complex */
+  struct _n_SlipPencilPlans *plans;
+} * SlipPencil;
+PETSC_INTERN SlipLayout SlipLayoutOf(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt tuple);
+PETSC_INTERN PetscErrorCode SlipAllocate(size_t count, PetscReal **a);
+PETSC_INTERN PetscErrorCode SlipTranspose(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt tuple, PetscReal a[],
+                                          PetscReal b[]);
+PETSC_INTERN PetscErrorCode SlipPencilCreate(MPI_Comm comm, PetscInt nx, PetscInt nz, PetscInt period, SlipPencil *p);
+PETSC_INTERN PetscErrorCode SlipPencilDestroy(SlipPencil *p);
+PETSC_INTERN void SlipPencilForward(SlipPencil p, const PetscReal x[]);
+PETSC_INTERN void SlipPencilBackward(SlipPencil p, PetscReal factor, PetscReal y[]);
+
 /* ---- strike.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber) ---- */
 typedef struct _n_SlipStrike *SlipStrike;
-PETSC_INTERN PetscInt SlipGoodLength(PetscInt n);                    /* even, at least n, prime factors 2, 3 and 5 */
+PETSC_INTERN PetscInt SlipGoodLength(PetscInt n); /* even, at least n, prime factors 2, 3 and 5 */
+PETSC_INTERN PetscErrorCode SlipStrikeCreate(MPI_Comm comm, const SlipGrid *grid, SlipStrike *strike);
+PETSC_INTERN PetscErrorCode SlipStrikeDestroy(SlipStrike *strike);
+PETSC_INTERN SlipPencil SlipStrikePencil(SlipStrike s);
 PETSC_INTERN PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike); /* borrowed from K; NULL without a grid */
 PETSC_INTERN void SlipStrikeGet(SlipStrike s, const SlipGrid **grid, PetscInt *period, PetscInt *nk,
                                 const PetscReal **symbol);
@@ -75,13 +100,15 @@ PETSC_INTERN PetscErrorCode SlipPlaneCreate(Mat K, const SlipGrid *grid, SlipPla
 PETSC_INTERN PetscErrorCode SlipPlaneDestroy(SlipPlane *plane);
 PETSC_INTERN PetscErrorCode SlipPlaneApply(SlipPlane plane, PetscReal scale, Vec x, Vec y);
 
-/* ---- gather.c: the whole of a distributed vector on every rank ---- */
+/* ---- gather.c: the whole of a distributed vector on every rank, or a pencil's rows of it ---- */
 typedef struct {
   VecScatter scatter; /* NULL on one rank */
   Vec all;
+  PetscBool rows; /* of a pencil only */
   PetscInt N, start, end;
 } SlipGather;
-PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipGather *g);
+PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipPencil pencil, SlipGather *g);
+PETSC_INTERN PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y);
 PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array);
 PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array);
@@ -112,7 +139,7 @@ PETSC_INTERN PetscErrorCode SlipCacheSave(Mat K, const SlipGrid *grid, PetscReal
                                           const SlipLowRank m[2]);
 PETSC_INTERN PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit);
 PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);
-PETSC_INTERN void SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, const PetscReal x[], PetscReal y[]);
 PETSC_INTERN PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i);
 
 /* ---- types of stiffness and viscosity that are not MATDENSE ---- */
