@@ -19,7 +19,7 @@
 
 #define FILTERS 4
 #define PROBES 4
-#define BATCH 16 /* fields multiplied at once: enough for level-3 BLAS, few enough for the cache */
+#define BATCH 32 /* fields multiplied at once: enough for level-3 BLAS, few enough for the cache */
 
 typedef struct {
   SlipStrike strike;
@@ -65,7 +65,7 @@ static PetscErrorCode Multiply(Sketch *s, PetscReal scale, const PetscReal block
     PetscCall(PetscArrayzero(fields, (size_t)count * N));
     for (PetscInt k = 0; k < count; k++)
       SlipMirrorUnfold(nx, nz, s->parity, X + (size_t)(start + k) * s->n, fields + (size_t)k * N);
-    PetscCall(SlipStrikeApplyMany(s->strike, scale, blocks, count, fields, fields));
+    PetscCall(SlipStrikeApplyMany(s->strike, scale, blocks, s->parity, count, fields, fields));
     for (PetscInt k = 0; k < count; k++)
       SlipMirrorFold(nx, nz, s->parity, fields + (size_t)k * N, Y + (size_t)(start + k) * s->n);
   }
@@ -341,7 +341,7 @@ PetscErrorCode SlipSketchCorrection(SlipStrike strike, const PetscReal blocks[],
   SlipStrikeGet(strike, &s.grid, NULL, NULL, NULL);
   s.n = SlipMirrorWidth(s.grid->nx, parity) * s.grid->nz;
   PetscCall(CreateFilters(&s, &low, &high));
-  PetscCall(Grow(&s, PetscMax(32, 5 * s.grid->nz)));
+  PetscCall(Grow(&s, PetscMax(32, 6 * s.grid->nz)));
   for (;;) {
     if (s.smallest <= 0) break;
     PetscCall(Probe(&s, &residual));

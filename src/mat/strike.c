@@ -362,41 +362,50 @@ PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal bl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same for many fields at once, X and Y [count][nz][nx], by level-3 BLAS. Every call plans its transforms, which
-   costs microseconds. */
-PetscErrorCode SlipStrikeApplyMany(SlipStrike s, PetscReal scale, const PetscReal blocks[], PetscInt count,
-                                   const PetscReal X[], PetscReal Y[])
+/* Turns the transform of a field of one mirror parity about the middle of the row into real numbers (direction 1), and
+   those back into the transform (-1): the phase of the middle is all that is complex, but for a factor i when odd. */
+static void Unwind(SlipStrike s, PetscInt parity, PetscInt direction, PetscInt k, PetscReal re[], PetscReal im[],
+                   PetscReal real[])
 {
-  const PetscInt nx = s->grid.nx, nz = s->grid.nz, P = s->period, nk = P / 2 + 1, N = nx * nz, wide = 2 * count;
-  const fftw_iodim along = {(int)P, 1, (int)(wide * nz)}, rows = {(int)nz, (int)P, 1};
-  const fftw_iodim back = {(int)P, (int)(wide * nz), 1}, back_rows = {(int)nz, 1, (int)P};
+  const PetscReal phase = PETSC_PI * (PetscReal)k * (PetscReal)(s->grid.nx - 1) / (PetscReal)s->period;
+  const PetscReal a = parity ? PetscSinReal(phase) : PetscCosReal(phase);
+  const PetscReal b = parity ? PetscCosReal(phase) : -PetscSinReal(phase);
+
+  for (PetscInt i = 0; i < s->grid.nz; i++) {
+    if (direction > 0)
+      real[i] = a * re[i] + b * im[i];
+    else {
+      re[i] = a * real[i];
+      im[i] = b * real[i];
+    }
+  }
+}
+
+/* The same for many fields of one mirror parity at once, X and Y [count][nz][nx], by level-3 BLAS; one process has all
+   wavenumbers. */
+PetscErrorCode SlipStrikeApplyMany(SlipStrike s, PetscReal scale, const PetscReal blocks[], PetscInt parity,
+                                   PetscInt count, const PetscReal X[], PetscReal Y[])
+{
+  const PetscInt nx = s->grid.nx, nz = s->grid.nz, nk = s->nk, N = nx * nz, wide = count * nz;
   const PetscScalar one = 1, zero = 0;
-  const PetscBLASInt n = (PetscBLASInt)nz, m = (PetscBLASInt)wide;
-  PetscReal *f, *g; /* [nk][2 count][nz], real and imaginary parts in turn */
-  fftw_plan forward, backward;
+  const PetscBLASInt n = (PetscBLASInt)nz, m = (PetscBLASInt)count;
+  PetscReal *f, *g; /* [nk][count][nz] */
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc2((size_t)nk * wide * nz, &f, (size_t)nk * wide * nz, &g));
-  forward = fftw_plan_guru_split_dft_r2c(1, &along, 1, &rows, s->field, f, f + nz, FFTW_ESTIMATE | FFTW_UNALIGNED);
-  backward = fftw_plan_guru_split_dft_c2r(1, &back, 1, &back_rows, g, g + nz, s->field, FFTW_ESTIMATE | FFTW_UNALIGNED);
-  PetscCheck(forward && backward, PETSC_COMM_SELF, PETSC_ERR_LIB,
-             "FFTW cannot plan transforms of length %" PetscInt_FMT, P);
+  PetscCall(PetscMalloc2((size_t)nk * wide, &f, (size_t)nk * wide, &g));
   for (PetscInt b = 0; b < count; b++) {
-    StrikePad(s, X + (size_t)b * N);
-    fftw_execute_split_dft_r2c(forward, s->field, f + 2 * b * nz, f + (2 * b + 1) * nz);
+    StrikeForward(s, X + (size_t)b * N);
+    for (PetscInt k = 0; k < nk; k++)
+      Unwind(s, parity, 1, k, s->re + k * nz, s->im + k * nz, f + (size_t)k * wide + b * nz);
   }
-  for (PetscInt k = 0; k < nk; k++) {
-    const size_t at = (size_t)k * wide * nz;
-
-    PetscCallBLAS("BLASgemm", BLASgemm_("T", "N", &n, &m, &n, &one, blocks + (size_t)k * nz * nz, &n, f + at, &n, &zero,
-                                        g + at, &n));
-  }
+  for (PetscInt k = 0; k < nk; k++)
+    PetscCallBLAS("BLASgemm", BLASgemm_("T", "N", &n, &m, &n, &one, blocks + (size_t)k * nz * nz, &n,
+                                        f + (size_t)k * wide, &n, &zero, g + (size_t)k * wide, &n));
   for (PetscInt b = 0; b < count; b++) {
-    fftw_execute_split_dft_c2r(backward, g + 2 * b * nz, g + (2 * b + 1) * nz, s->field);
-    StrikeUnpad(s, scale, Y + (size_t)b * N);
+    for (PetscInt k = 0; k < nk; k++)
+      Unwind(s, parity, -1, k, s->re2 + k * nz, s->im2 + k * nz, g + (size_t)k * wide + b * nz);
+    StrikeBackward(s, scale, Y + (size_t)b * N);
   }
-  fftw_destroy_plan(forward);
-  fftw_destroy_plan(backward);
   PetscCall(PetscFree2(f, g));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -89,8 +89,8 @@ PETSC_INTERN PetscErrorCode SlipStrikeFormBlocks(SlipStrike s, const PetscReal f
 PETSC_INTERN PetscErrorCode SlipStrikeBlocksToKernel(SlipStrike s, PetscReal blocks[]);
 PETSC_INTERN PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal blocks[],
                                             const PetscReal x[], PetscReal y[]);
-PETSC_INTERN PetscErrorCode SlipStrikeApplyMany(SlipStrike s, PetscReal scale, const PetscReal blocks[], PetscInt count,
-                                                const PetscReal X[], PetscReal Y[]);
+PETSC_INTERN PetscErrorCode SlipStrikeApplyMany(SlipStrike s, PetscReal scale, const PetscReal blocks[],
+                                                PetscInt parity, PetscInt count, const PetscReal X[], PetscReal Y[]);
 PETSC_INTERN PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const PetscReal x[],
                                                     PetscReal y[]);
 
