@@ -31,6 +31,8 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid
    definiteness; source names the file and dataset in error messages. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, PetscInt N, const PetscReal *entries,
                                                               const char *source, Mat *K);
+/* Keep what is expensive to set up for K in files of this existing directory; "" for none. */
+PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[]);
 
 /* ---- viscosity ---- H = 2 zeta M (M^-1 K)^(1/2), M = mass * I, mass [kg/m^2]; H [Pa s/m].
    type: "sqrtm" (exact matrix square root), "spectral" (per-wavenumber square root, uniform grids only), "none"

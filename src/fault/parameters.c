@@ -60,6 +60,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_STIFFNESS_SCALING] =
     {"stiffness_scaling", "mean_slip", "|mean_slip|none|",
      "Multiply K, computed or from a file, so that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G, or leave it alone"},
+  [FAULT_CACHE_DIR] = {"cache_dir", "", NULL,
+                       "Existing directory to keep what is expensive to set up in: the exact viscosity of large grids"},
   [FAULT_PARAMETERS] = {"parameters", "", NULL,
                         "HDF5 file of per-element fields [Nz,Nx] named as their options, which they replace"},
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},

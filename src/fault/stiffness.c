@@ -91,6 +91,7 @@ static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->text[FAULT_KERNEL], "full_space", &grid.full_space));
   PetscCall(MatCreateSlipStiffness(fault->comm, &grid, fault->text[FAULT_OPERATOR], &fault->K));
+  PetscCall(MatSlipStiffnessSetCacheDir(fault->K, fault->text[FAULT_CACHE_DIR]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -51,7 +51,8 @@ PetscErrorCode SlipGridOf(Mat K, const SlipGrid **grid)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscReal KernelOf(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
+/* Symmetrised kernel between depths iz and jz, d cells apart along strike, unscaled [Pa/m]. */
+PetscReal SlipGridEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
 {
   const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz, G = g->shear_modulus;
   const PetscReal zi = g->depth_top + ((PetscReal)iz + 0.5) * b, zj = g->depth_top + ((PetscReal)jz + 0.5) * b;
@@ -65,7 +66,7 @@ static PetscReal KernelOf(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt j
 void SlipGridKernel(const SlipGrid *g, PetscInt d, PetscReal block[])
 {
   for (PetscInt iz = 0; iz < g->nz; iz++)
-    for (PetscInt jz = 0; jz <= iz; jz++) block[iz * g->nz + jz] = block[jz * g->nz + iz] = KernelOf(g, d, iz, jz);
+    for (PetscInt jz = 0; jz <= iz; jz++) block[iz * g->nz + jz] = block[jz * g->nz + iz] = SlipGridEntry(g, d, iz, jz);
 }
 
 PetscErrorCode SlipGridScale(Mat K, PetscReal *scale)
@@ -82,7 +83,7 @@ PetscErrorCode SlipGridScale(Mat K, PetscReal *scale)
   PetscCall(MatGetDiagonal(K, diagonal));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(VecGetArrayRead(diagonal, &d));
-  if (rank == 0) *scale = PetscRealPart(d[0]) / KernelOf(grid, 0, 0, 0);
+  if (rank == 0) *scale = PetscRealPart(d[0]) / SlipGridEntry(grid, 0, 0, 0);
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecDestroy(&diagonal));
   PetscCallMPI(MPI_Bcast(scale, 1, MPIU_REAL, 0, comm));

@@ -19,8 +19,13 @@ static PetscReal NextRandom(uint64_t *state)
   return (PetscReal)(*state >> 11) / 4503599627370496.0 - 1.0;
 }
 
+void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state)
+{
+  for (size_t i = 0; i < count; i++) a[i] = NextRandom(state);
+}
+
 /* Orthonormal basis of the columns of Y (n x r, column-major), in place. */
-static PetscErrorCode Orthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[])
+PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[])
 {
   PetscBLASInt info, lwork = 64 * r;
   PetscReal *tau, *work;
@@ -48,11 +53,11 @@ static PetscErrorCode SubspaceEigen(PetscInt n, const PetscReal D[], PetscInt r,
   PetscCall(PetscBLASIntCast(n, &bn));
   PetscCall(PetscBLASIntCast(r, &br));
   PetscCall(PetscMalloc2((size_t)n * r, &Y, (size_t)r * r, &T));
-  for (size_t i = 0; i < (size_t)n * r; i++) Q[i] = NextRandom(&seed);
+  SlipRandomFill((size_t)n * r, Q, &seed);
   for (int sweep = 0; sweep < 2; sweep++) {
     PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &bn, &br, &bn, &one, D, &bn, Q, &bn, &zero, Y, &bn));
     PetscCall(PetscArraycpy(Q, Y, (size_t)n * r));
-    PetscCall(Orthonormalise(bn, br, Q));
+    PetscCall(SlipOrthonormalise(bn, br, Q));
   }
   PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &bn, &br, &bn, &one, D, &bn, Q, &bn, &zero, Y, &bn));
   PetscCallBLAS("BLASgemm", BLASgemm_("T", "N", &br, &br, &bn, &one, Q, &bn, Y, &bn, &zero, T, &br));
@@ -66,8 +71,8 @@ static PetscErrorCode SubspaceEigen(PetscInt n, const PetscReal D[], PetscInt r,
 }
 
 /* Orders eigenpairs by falling |lambda| and keeps those above cutoff: from Q (n x r) into W (n x rank). */
-static PetscErrorCode Select(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[], PetscReal cutoff,
-                             SlipLowRank *m)
+PetscErrorCode SlipLowRankSelect(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[],
+                                 PetscReal cutoff, SlipLowRank *m)
 {
   PetscReal *size;
   PetscInt *order;
@@ -107,14 +112,14 @@ PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cu
     above = 0;
     for (PetscInt k = 0; k < r; k++) above += PetscAbsReal(values[k]) > cutoff;
     complete = (PetscBool)(r == n || above + 16 <= r);
-    if (complete) PetscCall(Select(n, r, Q, values, cutoff, m));
+    if (complete) PetscCall(SlipLowRankSelect(n, r, Q, values, cutoff, m));
     PetscCall(PetscFree2(Q, values));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Terms with |lambda| <= limit go into single precision: products are bound by memory, and a rounding of 1e-7 of a term
-   that is 1e-5 of the whole does not show at 1e-11. */
+   that is 4e-6 of the whole does not show at 1e-12. */
 PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit)
 {
   const size_t n = (size_t)m->n;
@@ -183,33 +188,49 @@ static void TallGemvSingle(const char *trans, PetscInt n, PetscInt r, const floa
     }
 }
 
-/* y += tail part, x scaled to its largest entry so that single precision neither overflows nor underflows. */
-static void ApplyTail(SlipLowRank *m, const PetscReal x[], PetscReal y[])
+/* t of the tail = W' x, x scaled to its largest entry so that single precision neither overflows nor underflows. */
+static void TailForward(SlipLowRank *m, const PetscReal x[])
 {
   const PetscInt n = m->n, r = m->rank - m->head;
-  const PetscReal *lambda = m->lambda + m->head;
-  const PetscReal unit = PetscAbsReal(lambda[0]); /* the largest of the tail */
   PetscReal size = 0;
 
   for (PetscInt i = 0; i < n; i++) size = PetscMax(size, PetscAbsReal(x[i]));
-  if (!(size > 0)) return;
-  for (PetscInt i = 0; i < n; i++) m->x32[i] = (float)(x[i] / size);
   for (PetscInt k = 0; k < r; k++) m->t32[k] = 0;
-  TallGemvSingle("T", n, r, m->tail, m->x32, m->t32);
-  for (PetscInt k = 0; k < r; k++) m->t32[k] *= (float)(lambda[k] / unit);
-  for (PetscInt i = 0; i < n; i++) m->x32[i] = 0;
-  TallGemvSingle("N", n, r, m->tail, m->t32, m->x32);
-  for (PetscInt i = 0; i < n; i++) y[i] += size * unit * (PetscReal)m->x32[i];
+  for (PetscInt i = 0; i < n && size > 0; i++) m->x32[i] = (float)(x[i] / size);
+  if (size > 0) TallGemvSingle("T", n, r, m->tail, m->x32, m->t32);
+  for (PetscInt k = 0; k < r; k++) m->t[m->head + k] = size * (PetscReal)m->t32[k];
 }
 
-/* y += W lambda W' x */
-void SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[])
+/* y += W t of the tail, t scaled in the same way. */
+static void TailBackward(SlipLowRank *m, PetscReal y[])
 {
+  const PetscInt n = m->n, r = m->rank - m->head;
+  const PetscReal *t = m->t + m->head;
+  PetscReal size = 0;
+
+  for (PetscInt k = 0; k < r; k++) size = PetscMax(size, PetscAbsReal(t[k]));
+  if (!(size > 0)) return;
+  for (PetscInt k = 0; k < r; k++) m->t32[k] = (float)(t[k] / size);
+  for (PetscInt i = 0; i < n; i++) m->x32[i] = 0;
+  TallGemvSingle("N", n, r, m->tail, m->t32, m->x32);
+  for (PetscInt i = 0; i < n; i++) y[i] += size * (PetscReal)m->x32[i];
+}
+
+/* y += W lambda W' x; the ranks of comm have the rows of W among them. Collective. */
+PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, const PetscReal x[], PetscReal y[])
+{
+  PetscMPIInt size;
+
+  PetscFunctionBegin;
   for (PetscInt k = 0; k < m->head; k++) m->t[k] = 0;
   TallGemv("T", m->n, m->head, m->W, x, m->t);
-  for (PetscInt k = 0; k < m->head; k++) m->t[k] *= m->lambda[k];
+  if (m->rank > m->head) TailForward(m, x);
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (size > 1) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, m->t, (int)m->rank, MPIU_REAL, MPI_SUM, comm));
+  for (PetscInt k = 0; k < m->rank; k++) m->t[k] *= m->lambda[k];
   TallGemv("N", m->n, m->head, m->W, m->t, y);
-  if (m->rank > m->head) ApplyTail(m, x, y);
+  if (m->rank > m->head) TailBackward(m, y);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Diagonal entry i. */

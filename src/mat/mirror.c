@@ -49,3 +49,34 @@ void SlipMirrorMerge(PetscInt nx, PetscInt nz, const PetscReal even[], const Pet
       A[(size_t)i * N + j] = 0.5 * (weight * e + ((i % nx == ri) == (j % nx == rj) ? o : -o));
     }
 }
+
+static PetscReal FoldWeight(PetscInt ix, PetscInt nx)
+{
+  return 2 * ix + 1 == nx ? 0.5 : PETSC_SQRT2 / 2;
+}
+
+/* half [nz][hx] = coefficients of the even or odd part of the field x [nz][nx]. */
+void SlipMirrorFold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal x[], PetscReal half[])
+{
+  const PetscInt hx = SlipMirrorWidth(nx, parity);
+  const PetscReal sign = parity ? -1 : 1;
+
+  for (PetscInt iz = 0; iz < nz; iz++)
+    for (PetscInt ix = 0; ix < hx; ix++)
+      half[iz * hx + ix] = FoldWeight(ix, nx) * (x[iz * nx + ix] + sign * x[iz * nx + nx - 1 - ix]);
+}
+
+/* x += the field with these coefficients. */
+void SlipMirrorUnfold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal half[], PetscReal x[])
+{
+  const PetscInt hx = SlipMirrorWidth(nx, parity);
+  const PetscReal sign = parity ? -1 : 1;
+
+  for (PetscInt iz = 0; iz < nz; iz++)
+    for (PetscInt ix = 0; ix < hx; ix++) {
+      const PetscReal value = FoldWeight(ix, nx) * half[iz * hx + ix];
+
+      x[iz * nx + ix] += value;
+      x[iz * nx + nx - 1 - ix] += sign * value;
+    }
+}

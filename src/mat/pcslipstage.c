@@ -140,7 +140,7 @@ static PetscErrorCode Allocate(PCSlipStage *c, const SlipStageParts *parts)
   SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
   PetscCall(MatGetSize(c->B, &N, NULL));
   PetscCall(PetscMalloc2(nk * g->nz, &c->f, N, &c->y));
-  PetscCall(SlipGatherCreate(c->B, &c->gather));
+  PetscCall(SlipGatherCreate(c->B, SlipStrikePencil(c->strike), &c->gather));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -174,7 +174,6 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
 static PetscErrorCode ApplyInverse(PCSlipStage *c)
 {
   const PetscReal *x;
-  PetscReal *y;
 
   PetscFunctionBegin;
   if (!c->strike) {
@@ -184,9 +183,7 @@ static PetscErrorCode ApplyInverse(PCSlipStage *c)
   PetscCall(SlipGatherGet(&c->gather, c->work, &x));
   PetscCall(SlipStrikeApplyFunction(c->strike, c->f, x, c->y));
   PetscCall(SlipGatherRestore(&c->gather, c->work, &x));
-  PetscCall(VecGetArrayWrite(c->work, &y));
-  PetscCall(PetscArraycpy(y, c->y + c->gather.start, c->gather.end - c->gather.start));
-  PetscCall(VecRestoreArrayWrite(c->work, &y));
+  PetscCall(SlipGatherPut(&c->gather, c->y, c->work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -56,7 +56,6 @@ static PetscErrorCode StageFormBlocks(SlipStageContext *s)
 static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
 {
   const PetscReal *px;
-  PetscReal *py;
 
   PetscFunctionBegin;
   PetscCall(StageFormBlocks(s));
@@ -64,9 +63,7 @@ static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
   PetscCall(SlipStrikeApply(s->strike, 1, s->blocks, px, s->y));
   PetscCall(SlipSpectralAddCorrection(s->H, px, s->y));
   PetscCall(SlipGatherRestore(&s->gather, x, &px));
-  PetscCall(VecGetArrayWrite(y, &py));
-  PetscCall(PetscArraycpy(py, s->y + s->gather.start, s->gather.end - s->gather.start));
-  PetscCall(VecRestoreArrayWrite(y, &py));
+  PetscCall(SlipGatherPut(&s->gather, s->y, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -149,7 +146,7 @@ static PetscErrorCode StageChoose(SlipStageContext *s)
   }
   SlipStrikeGet(strike, &g, NULL, &nk, NULL);
   PetscCall(PetscMalloc2((size_t)nk * g->nz * g->nz, &s->blocks, N, &s->y));
-  PetscCall(SlipGatherCreate(s->K, &s->gather));
+  PetscCall(SlipGatherCreate(s->K, SlipStrikePencil(strike), &s->gather));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,31 +1,55 @@
-/* Stiffness of type "slipfft": products by one FFT along strike and a block per wavenumber; exact. */
+/* Stiffness of type "slipfft", exact: products by transforms along strike, and in depth either by transforms too or by
+   a block per wavenumber, whichever is faster. */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
 typedef struct {
-  SlipStrike strike; /* borrowed from the matrix itself */
-  PetscReal scale;   /* what MatScale() asked for */
-  SlipGather gather;
-  PetscReal *y; /* [N] */
+  SlipPlane plane;     /* made at the first product; NULL with blocks */
+  SlipStrike strike;   /* borrowed from the matrix itself, with blocks */
+  PetscBool transform; /* in depth, instead of blocks */
+  PetscReal scale;     /* what MatScale() asked for */
+  PetscInt start, end; /* rows owned */
+  SlipGather gather;   /* with blocks */
+  PetscReal *y;        /* [N] with blocks */
 } FFTContext;
+
+/* Up to this many cells in depth blocks are faster (measured), and a preconditioner shares them. */
+#define SLIP_BLOCKS_MAX 60
+
+static PetscErrorCode FFTMultTransform(Mat K, FFTContext *c, Vec x, Vec y)
+{
+  const SlipGrid *grid;
+
+  PetscFunctionBegin;
+  if (!c->plane) {
+    PetscCall(SlipGridOf(K, &grid));
+    PetscCall(SlipPlaneCreate(K, grid, &c->plane));
+  }
+  PetscCall(SlipPlaneApply(c->plane, c->scale, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
 {
   FFTContext *c;
   const PetscReal *px, *symbol;
-  PetscReal *py;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
-  if (!c->strike) PetscCall(SlipStrikeOf(K, &c->strike));
+  if (c->transform) {
+    PetscCall(FFTMultTransform(K, c, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!c->strike) {
+    PetscCall(SlipStrikeOf(K, &c->strike));
+    PetscCall(SlipGatherCreate(K, SlipStrikePencil(c->strike), &c->gather));
+  }
   SlipStrikeGet(c->strike, NULL, NULL, NULL, &symbol);
   PetscCall(SlipGatherGet(&c->gather, x, &px));
   PetscCall(SlipStrikeApply(c->strike, c->scale, symbol, px, c->y));
   PetscCall(SlipGatherRestore(&c->gather, x, &px));
-  PetscCall(VecGetArrayWrite(y, &py));
-  PetscCall(PetscArraycpy(py, c->y + c->gather.start, c->gather.end - c->gather.start));
-  PetscCall(VecRestoreArrayWrite(y, &py));
+  PetscCall(SlipGatherPut(&c->gather, c->y, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -33,18 +57,22 @@ static PetscErrorCode FFTGetDiagonal(Mat K, Vec d)
 {
   FFTContext *c;
   const SlipGrid *grid;
-  PetscReal *pd, *block;
+  PetscReal *pd;
+  PetscInt depth = -1;
+  PetscReal entry = 0;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
   PetscCall(SlipGridOf(K, &grid));
-  PetscCall(PetscMalloc1(grid->nz * grid->nz, &block));
-  SlipGridKernel(grid, 0, block);
   PetscCall(VecGetArrayWrite(d, &pd));
-  for (PetscInt i = c->gather.start; i < c->gather.end; i++)
-    pd[i - c->gather.start] = c->scale * block[(i / grid->nx) * (grid->nz + 1)];
+  for (PetscInt i = c->start; i < c->end; i++) {
+    if (i / grid->nx != depth) {
+      depth = i / grid->nx;
+      entry = c->scale * SlipGridEntry(grid, 0, depth, depth);
+    }
+    pd[i - c->start] = entry;
+  }
   PetscCall(VecRestoreArrayWrite(d, &pd));
-  PetscCall(PetscFree(block));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -64,10 +92,27 @@ static PetscErrorCode FFTDestroy(Mat K)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
+  PetscCall(SlipPlaneDestroy(&c->plane));
   PetscCall(SlipGatherDestroy(&c->gather));
   PetscCall(PetscFree(c->y));
   PetscCall(PetscFree(c));
   PetscCall(PetscObjectComposeFunction((PetscObject)K, "MatConvert_slipfft_dense_C", NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How to treat depth: the option, or what is faster. */
+static PetscErrorCode ChooseDepth(MPI_Comm comm, const SlipGrid *grid, PetscBool *transform)
+{
+  const char *const choices[] = {"auto", "blocks", "transform"};
+  PetscInt choice = 0;
+
+  PetscFunctionBegin;
+  PetscOptionsBegin(comm, NULL, "Stiffness by fast Fourier transforms", "Mat");
+  PetscCall(PetscOptionsEList("-mat_slipfft_depth",
+                              "In depth: dense blocks per wavenumber, transforms as along strike, or the faster one",
+                              "MatCreateSlipStiffness", choices, 3, choices[0], &choice, NULL));
+  PetscOptionsEnd();
+  *transform = (PetscBool)(choice == 2 || (choice == 0 && grid->nz > SLIP_BLOCKS_MAX));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -79,6 +124,7 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
   PetscFunctionBegin;
   PetscCall(PetscNew(&c));
   c->scale = 1;
+  PetscCall(ChooseDepth(comm, grid, &c->transform));
   PetscCall(MatCreateShell(comm, PETSC_DECIDE, PETSC_DECIDE, N, N, c, K));
   PetscCall(MatSetUp(*K));
   PetscCall(MatShellSetManageScalingShifts(*K));
@@ -88,7 +134,8 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
   PetscCall(MatShellSetOperation(*K, MATOP_SCALE, SlipMatShellFn(FFTScale)));
   PetscCall(MatShellSetOperation(*K, MATOP_DESTROY, SlipMatShellFn(FFTDestroy)));
   PetscCall(SlipShellFinish(*K, "slipfft"));
-  PetscCall(SlipGatherCreate(*K, &c->gather));
+  PetscCall(MatGetOwnershipRange(*K, &c->start, &c->end));
+  if (c->transform) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(N, &c->y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

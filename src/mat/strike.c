@@ -11,6 +11,9 @@
 
 struct _n_SlipStrike {
   SlipGrid grid;
+  MPI_Comm comm;        /* whose ranks share the wavenumbers; PETSC_COMM_SELF when this process has them all */
+  SlipPencil pencil;    /* NULL when it has */
+  PetscInt nk;          /* wavenumbers of this process */
   PetscInt period;      /* P, even, with small prime factors */
   PetscReal *symbol;    /* [nk][nz][nz], K per wavenumber, unscaled [Pa/m] */
   PetscReal *vectors;   /* [nk][nz][nz], eigenvector i of block k is row i; NULL until asked for */
@@ -21,8 +24,11 @@ struct _n_SlipStrike {
   fftw_plan forward, backward;
 };
 
+/* Cells in depth beyond which ranks share the work. */
+#define SLIP_SHARE_MIN 60
+
 /* Smallest even length of at least n whose prime factors are 2, 3 and 5. */
-static PetscInt GoodLength(PetscInt n)
+PetscInt SlipGoodLength(PetscInt n)
 {
   for (PetscInt length = PetscMax(2, n + n % 2);; length += 2) {
     PetscInt rest = length;
@@ -60,23 +66,90 @@ static PetscErrorCode StrikePlan(SlipStrike s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipStrikeCreate(const SlipGrid *grid, SlipStrike *strike)
+/* Symbol of the wavenumbers of this rank: rows of the kernel are transformed where they are and then transposed. */
+static PetscErrorCode SymbolDistributed(SlipStrike s)
 {
-  SlipStrike s;
-  PetscInt nk, zz = grid->nz * grid->nz;
+  const PetscInt nz = s->grid.nz, all = s->period / 2 + 1;
+  const SlipLayout l = SlipLayoutOf(s->comm, nz, all, nz);
+  const int length = (int)all;
+  const fftw_r2r_kind kind = FFTW_REDFT00;
+  PetscReal *rows, *blocks;
+  fftw_plan cosine;
 
   PetscFunctionBegin;
+  PetscCall(SlipAllocate(l.size, &rows));
+  PetscCall(SlipAllocate(l.size, &blocks));
+  cosine = fftw_plan_many_r2r(1, &length, (int)nz, rows, NULL, (int)nz, 1, rows, NULL, (int)nz, 1, &kind,
+                              FFTW_ESTIMATE | FFTW_UNALIGNED);
+  PetscCheck(cosine, PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan a cosine transform of length %d", length);
+  for (PetscInt i = 0; i < l.rows; i++) {
+    PetscReal *row = rows + (size_t)i * all * nz;
+
+    for (PetscInt d = 0; d < all; d++)
+      for (PetscInt j = 0; j < nz; j++) row[d * nz + j] = SlipGridEntry(&s->grid, d, l.row_start + i, j);
+    fftw_execute_r2r(cosine, row, row);
+  }
+  PetscCall(SlipTranspose(s->comm, nz, all, nz, rows, blocks));
+  PetscCall(PetscMalloc1((size_t)s->nk * nz * nz, &s->symbol));
+  PetscCall(PetscArraycpy(s->symbol, blocks, (size_t)s->nk * nz * nz));
+  fftw_destroy_plan(cosine);
+  fftw_free(rows);
+  fftw_free(blocks);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* With more than one rank in comm, each has some wavenumbers and rows of cells. Collective. */
+PetscErrorCode SlipStrikeCreate(MPI_Comm comm, const SlipGrid *grid, SlipStrike *strike)
+{
+  const PetscInt nz = grid->nz, zz = nz * nz;
+  PetscMPIInt size;
+  SlipStrike s;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
   PetscCall(PetscNew(&s));
   s->grid = *grid;
-  s->period = GoodLength(2 * grid->nx - 1);
-  nk = s->period / 2 + 1;
-  PetscCall(PetscMalloc1((size_t)nk * zz, &s->symbol));
-  PetscCall(PetscCalloc5(s->period * grid->nz, &s->field, nk * grid->nz, &s->re, nk * grid->nz, &s->im, nk * grid->nz,
-                         &s->re2, nk * grid->nz, &s->im2));
-  for (PetscInt d = 0; d < nk; d++) SlipGridKernel(grid, d, s->symbol + (size_t)d * zz);
-  PetscCall(CosineTransform(nk, grid->nz, s->symbol));
-  PetscCall(StrikePlan(s));
+  s->comm = comm;
+  s->period = SlipGoodLength(2 * grid->nx - 1);
+  s->nk = s->period / 2 + 1;
+  if (size > 1) {
+    PetscCall(SlipPencilCreate(comm, grid->nx, nz, s->period, &s->pencil));
+    s->nk = s->pencil->layout.columns;
+    PetscCall(SymbolDistributed(s));
+    PetscCall(PetscCalloc1(2 * nz, &s->re));
+  } else {
+    PetscCall(PetscMalloc1((size_t)s->nk * zz, &s->symbol));
+    PetscCall(PetscCalloc1(s->period * nz, &s->field));
+    PetscCall(PetscCalloc1(s->nk * nz, &s->re));
+    PetscCall(PetscCalloc1(s->nk * nz, &s->im));
+    PetscCall(PetscCalloc1(s->nk * nz, &s->re2));
+    PetscCall(PetscCalloc1(s->nk * nz, &s->im2));
+    for (PetscInt d = 0; d < s->nk; d++) SlipGridKernel(grid, d, s->symbol + (size_t)d * zz);
+    PetscCall(CosineTransform(s->nk, nz, s->symbol));
+    PetscCall(StrikePlan(s));
+  }
   *strike = s;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStrikeDestroy(SlipStrike *strike)
+{
+  SlipStrike s = *strike;
+
+  PetscFunctionBegin;
+  if (!s) PetscFunctionReturn(PETSC_SUCCESS);
+  if (s->forward) fftw_destroy_plan(s->forward);
+  if (s->backward) fftw_destroy_plan(s->backward);
+  PetscCall(SlipPencilDestroy(&s->pencil));
+  PetscCall(PetscFree(s->field));
+  PetscCall(PetscFree(s->re));
+  PetscCall(PetscFree(s->im));
+  PetscCall(PetscFree(s->re2));
+  PetscCall(PetscFree(s->im2));
+  PetscCall(PetscFree(s->symbol));
+  PetscCall(PetscFree2(s->vectors, s->values));
+  PetscCall(PetscFree(s));
+  *strike = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -85,12 +158,19 @@ static PetscErrorCode StrikeDestroy(SlipContainerArg arg)
   SlipStrike s = (SlipStrike)SlipContainerArgPointer(arg);
 
   PetscFunctionBegin;
-  fftw_destroy_plan(s->forward);
-  fftw_destroy_plan(s->backward);
-  PetscCall(PetscFree5(s->field, s->re, s->im, s->re2, s->im2));
-  PetscCall(PetscFree(s->symbol));
-  PetscCall(PetscFree2(s->vectors, s->values));
-  PetscCall(PetscFree(s));
+  PetscCall(SlipStrikeDestroy(&s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Small grids are multiplied whole on every rank, which is faster than talking. */
+static PetscErrorCode ShareWavenumbers(Mat K, const SlipGrid *grid, PetscBool *share)
+{
+  PetscFunctionBegin;
+  *share = (PetscBool)(grid->nz > SLIP_SHARE_MIN);
+  PetscOptionsBegin(PetscObjectComm((PetscObject)K), NULL, "Operators per wavenumber along strike", "Mat");
+  PetscCall(PetscOptionsBool("-mat_slip_share", "Spread wavenumbers over the ranks (default: more than 60 cells deep)",
+                             "MatCreateSlipStiffness", *share, share, NULL));
+  PetscOptionsEnd();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -100,6 +180,7 @@ PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike)
   const SlipGrid *grid;
   PetscContainer container;
   void *pointer = NULL;
+  PetscBool share;
 
   PetscFunctionBegin;
   *strike = NULL;
@@ -107,7 +188,8 @@ PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike)
   if (!grid) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectQuery((PetscObject)K, "SlipStrike", (PetscObject *)&container));
   if (!container) {
-    PetscCall(SlipStrikeCreate(grid, strike));
+    PetscCall(ShareWavenumbers(K, grid, &share));
+    PetscCall(SlipStrikeCreate(share ? PetscObjectComm((PetscObject)K) : PETSC_COMM_SELF, grid, strike));
     PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
     PetscCall(PetscContainerSetPointer(container, *strike));
     PetscCall(SlipContainerSetDestroy(container, StrikeDestroy));
@@ -125,13 +207,19 @@ void SlipStrikeGet(SlipStrike s, const SlipGrid **grid, PetscInt *period, PetscI
 {
   if (grid) *grid = &s->grid;
   if (period) *period = s->period;
-  if (nk) *nk = s->period / 2 + 1;
+  if (nk) *nk = s->nk;
   if (symbol) *symbol = s->symbol;
+}
+
+/* The ranks' share of the work; NULL when every rank has all of it. */
+SlipPencil SlipStrikePencil(SlipStrike s)
+{
+  return s->pencil;
 }
 
 PetscErrorCode SlipStrikeGetEigen(SlipStrike s, const PetscReal **values, const PetscReal **vectors)
 {
-  const PetscInt nz = s->grid.nz, nk = s->period / 2 + 1;
+  const PetscInt nz = s->grid.nz, nk = s->nk;
   PetscInt info;
 
   PetscFunctionBegin;
@@ -154,7 +242,7 @@ PetscErrorCode SlipStrikeGetEigen(SlipStrike s, const PetscReal **values, const 
 /* blocks[nk][nz][nz]: V f V' per wavenumber for f[nk][nz] at the eigenvalues. */
 PetscErrorCode SlipStrikeFormBlocks(SlipStrike s, const PetscReal f[], PetscReal blocks[])
 {
-  const PetscInt nz = s->grid.nz, nk = s->period / 2 + 1;
+  const PetscInt nz = s->grid.nz, nk = s->nk;
   const PetscReal *values, *vectors;
   const PetscScalar one = 1, zero = 0;
   PetscReal *scaled;
@@ -178,7 +266,7 @@ PetscErrorCode SlipStrikeFormBlocks(SlipStrike s, const PetscReal f[], PetscReal
 /* From blocks per wavenumber to the kernel of the operator, in place: kernel[d * nz * nz + iz * nz + jz]. */
 PetscErrorCode SlipStrikeBlocksToKernel(SlipStrike s, PetscReal blocks[])
 {
-  const PetscInt nz = s->grid.nz, nk = s->period / 2 + 1;
+  const PetscInt nz = s->grid.nz, nk = s->nk;
 
   PetscFunctionBegin;
   PetscCall(CosineTransform(nk, nz, blocks));
@@ -186,8 +274,7 @@ PetscErrorCode SlipStrikeBlocksToKernel(SlipStrike s, PetscReal blocks[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Transform of the zero-padded field x[nz][nx]. */
-static void StrikeForward(SlipStrike s, const PetscReal x[])
+static void StrikePad(SlipStrike s, const PetscReal x[])
 {
   const PetscInt nx = s->grid.nx, nz = s->grid.nz, P = s->period;
 
@@ -195,27 +282,75 @@ static void StrikeForward(SlipStrike s, const PetscReal x[])
     for (PetscInt ix = 0; ix < nx; ix++) s->field[iz * P + ix] = x[iz * nx + ix];
     for (PetscInt ix = nx; ix < P; ix++) s->field[iz * P + ix] = 0;
   }
+}
+
+static void StrikeUnpad(SlipStrike s, PetscReal scale, PetscReal y[])
+{
+  const PetscInt nx = s->grid.nx, nz = s->grid.nz, P = s->period;
+
+  for (PetscInt iz = 0; iz < nz; iz++)
+    for (PetscInt ix = 0; ix < nx; ix++) y[iz * nx + ix] = scale / (PetscReal)P * s->field[iz * P + ix];
+}
+
+/* Transform of the zero-padded field x[nz][nx]. */
+static void StrikeForward(SlipStrike s, const PetscReal x[])
+{
+  StrikePad(s, x);
   fftw_execute(s->forward);
 }
 
 static void StrikeBackward(SlipStrike s, PetscReal scale, PetscReal y[])
 {
-  const PetscInt nx = s->grid.nx, nz = s->grid.nz, P = s->period;
-
   fftw_execute(s->backward);
-  for (PetscInt iz = 0; iz < nz; iz++)
-    for (PetscInt ix = 0; ix < nx; ix++) y[iz * nx + ix] = scale / (PetscReal)P * s->field[iz * P + ix];
+  StrikeUnpad(s, scale, y);
 }
 
-/* y = scale * (operator with these symmetric blocks) x; x and y are [nz][nx] and may be the same. */
+/* Wavenumber k of this rank, f [nz] complex: f = A f (V empty) or V' (g . (V f)). A row-major, symmetric. */
+static PetscErrorCode PencilBlock(SlipStrike s, const PetscReal A[], const PetscReal g[], PetscReal f[])
+{
+  const PetscScalar one = 1, zero = 0;
+  const PetscBLASInt n = (PetscBLASInt)s->grid.nz, two = 2;
+  PetscReal *work = s->re;
+
+  PetscFunctionBegin;
+  /* f is a column-major 2 x nz matrix; A' is A read by columns */
+  PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &two, &n, &n, &one, f, &two, A, &n, &zero, work, &two));
+  if (!g) {
+    PetscCall(PetscArraycpy(f, work, 2 * s->grid.nz));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (PetscInt i = 0; i < 2 * s->grid.nz; i++) work[i] *= g[i / 2];
+  PetscCallBLAS("BLASgemm", BLASgemm_("N", "T", &two, &n, &n, &one, work, &two, A, &n, &zero, f, &two));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PencilApply(SlipStrike s, PetscReal scale, const PetscReal blocks[], const PetscReal g[],
+                                  const PetscReal x[], PetscReal y[])
+{
+  const size_t nz = (size_t)s->grid.nz;
+
+  PetscFunctionBegin;
+  SlipPencilForward(s->pencil, x);
+  for (size_t k = 0; k < (size_t)s->nk; k++)
+    PetscCall(PencilBlock(s, blocks + k * nz * nz, g ? g + k * nz : NULL, s->pencil->by_wave + 2 * k * nz));
+  SlipPencilBackward(s->pencil, scale, y);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = scale * (operator with these symmetric blocks) x; x and y are [nz][nx], or this rank's rows of it where ranks
+   share the work, and may be the same. */
 PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal blocks[], const PetscReal x[],
                                PetscReal y[])
 {
-  const PetscInt nz = s->grid.nz, nk = s->period / 2 + 1;
+  const PetscInt nz = s->grid.nz, nk = s->nk;
   const PetscScalar a = 1, zero = 0;
   const PetscBLASInt n = (PetscBLASInt)nz, inc = 1;
 
   PetscFunctionBegin;
+  if (s->pencil) {
+    PetscCall(PencilApply(s, scale, blocks, NULL, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   StrikeForward(s, x);
   for (PetscInt k = 0; k < nk; k++) {
     const PetscReal *A = blocks + (size_t)k * nz * nz;
@@ -227,16 +362,68 @@ PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal bl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Turns the transform of a field of one mirror parity about the middle of the row into real numbers (direction 1), and
+   those back into the transform (-1): the phase of the middle is all that is complex, but for a factor i when odd. */
+static void Unwind(SlipStrike s, PetscInt parity, PetscInt direction, PetscInt k, PetscReal re[], PetscReal im[],
+                   PetscReal real[])
+{
+  const PetscReal phase = PETSC_PI * (PetscReal)k * (PetscReal)(s->grid.nx - 1) / (PetscReal)s->period;
+  const PetscReal a = parity ? PetscSinReal(phase) : PetscCosReal(phase);
+  const PetscReal b = parity ? PetscCosReal(phase) : -PetscSinReal(phase);
+
+  for (PetscInt i = 0; i < s->grid.nz; i++) {
+    if (direction > 0)
+      real[i] = a * re[i] + b * im[i];
+    else {
+      re[i] = a * real[i];
+      im[i] = b * real[i];
+    }
+  }
+}
+
+/* The same for many fields of one mirror parity at once, X and Y [count][nz][nx], by level-3 BLAS; one process has all
+   wavenumbers. */
+PetscErrorCode SlipStrikeApplyMany(SlipStrike s, PetscReal scale, const PetscReal blocks[], PetscInt parity,
+                                   PetscInt count, const PetscReal X[], PetscReal Y[])
+{
+  const PetscInt nx = s->grid.nx, nz = s->grid.nz, nk = s->nk, N = nx * nz, wide = count * nz;
+  const PetscScalar one = 1, zero = 0;
+  const PetscBLASInt n = (PetscBLASInt)nz, m = (PetscBLASInt)count;
+  PetscReal *f, *g; /* [nk][count][nz] */
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2((size_t)nk * wide, &f, (size_t)nk * wide, &g));
+  for (PetscInt b = 0; b < count; b++) {
+    StrikeForward(s, X + (size_t)b * N);
+    for (PetscInt k = 0; k < nk; k++)
+      Unwind(s, parity, 1, k, s->re + k * nz, s->im + k * nz, f + (size_t)k * wide + b * nz);
+  }
+  for (PetscInt k = 0; k < nk; k++)
+    PetscCallBLAS("BLASgemm", BLASgemm_("T", "N", &n, &m, &n, &one, blocks + (size_t)k * nz * nz, &n,
+                                        f + (size_t)k * wide, &n, &zero, g + (size_t)k * wide, &n));
+  for (PetscInt b = 0; b < count; b++) {
+    for (PetscInt k = 0; k < nk; k++)
+      Unwind(s, parity, -1, k, s->re2 + k * nz, s->im2 + k * nz, g + (size_t)k * wide + b * nz);
+    StrikeBackward(s, scale, Y + (size_t)b * N);
+  }
+  PetscCall(PetscFree2(f, g));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* y = (V f V' per wavenumber) x for f[nk][nz]; needs no set-up when f changes. x and y may be the same. */
 PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const PetscReal x[], PetscReal y[])
 {
-  const PetscInt nz = s->grid.nz, nk = s->period / 2 + 1;
+  const PetscInt nz = s->grid.nz, nk = s->nk;
   const PetscScalar a = 1, zero = 0;
   const PetscBLASInt n = (PetscBLASInt)nz, inc = 1;
   const PetscReal *values, *vectors;
 
   PetscFunctionBegin;
   PetscCall(SlipStrikeGetEigen(s, &values, &vectors));
+  if (s->pencil) {
+    PetscCall(PencilApply(s, 1, vectors, f, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   StrikeForward(s, x);
   for (PetscInt k = 0; k < nk; k++) {
     const PetscReal *V = vectors + (size_t)k * nz * nz;

@@ -16,50 +16,44 @@ typedef struct {
   SlipGather gather;
 } SpectralContext;
 
-/* Largest eigenvalue in which products of the truncated exact root may be wrong, relative to the largest of the root
-   itself; the sum of what is left out stays below 1e-10. */
-#define SLIP_SQRT_CUTOFF 1e-11
-/* Terms below this share of the norm are kept in single precision. */
-#define SLIP_SQRT_SINGLE 3e-5
+/* Up to this many cells the low-rank part comes from dense eigenproblems of half the order (as fast, measured);
+   beyond, or to ask for it by option, from sketches. */
+#define SLIP_SQRT_DENSE_MAX 1024
+/* Terms below this share of the norm are kept in single precision, whose rounding, 3e-13 of the norm, depends on how the
+   rows are spread over ranks. */
+#define SLIP_SQRT_SINGLE 4e-6
 
-static PetscReal FoldWeight(PetscInt ix, PetscInt nx)
+/* The rows of cells that this process works on: all of them, or its share. */
+static void RowsOf(SpectralContext *c, PetscInt *start, PetscInt *rows)
 {
-  return 2 * ix + 1 == nx ? 0.5 : PETSC_SQRT2 / 2;
+  SlipPencil pencil = SlipStrikePencil(c->strike);
+  const SlipGrid *g;
+
+  SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
+  *start = pencil ? pencil->layout.row_start : 0;
+  *rows = pencil ? pencil->layout.rows : g->nz;
 }
 
-/* y += low-rank part of the viscosity times x, whole fields. */
+/* y += low-rank part of the viscosity times x, whole fields or this rank's rows of them. Collective. */
 PetscErrorCode SlipSpectralAddCorrection(Mat H, const PetscReal x[], PetscReal y[])
 {
   SpectralContext *c;
   const SlipGrid *g;
+  PetscInt start, rows;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &c));
   SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
+  RowsOf(c, &start, &rows);
   for (PetscInt parity = 0; parity < 2; parity++) {
     SlipLowRank *m = &c->correction[parity];
-    const PetscInt hx = SlipMirrorWidth(g->nx, parity);
-    const PetscReal sign = parity ? -1 : 1;
 
     if (!m->rank) continue;
-    for (PetscInt iz = 0; iz < g->nz; iz++) {
-      const PetscReal *row = x + iz * g->nx;
-
-      for (PetscInt ix = 0; ix < hx; ix++)
-        c->half_x[iz * hx + ix] = FoldWeight(ix, g->nx) * (row[ix] + sign * row[g->nx - 1 - ix]);
-    }
+    SlipMirrorFold(g->nx, rows, parity, x, c->half_x);
     PetscCall(PetscArrayzero(c->half_y, m->n));
-    SlipLowRankApply(m, c->half_x, c->half_y);
-    for (PetscInt iz = 0; iz < g->nz; iz++) {
-      PetscReal *row = y + iz * g->nx;
-
-      for (PetscInt ix = 0; ix < hx; ix++) {
-        const PetscReal value = FoldWeight(ix, g->nx) * c->half_y[iz * hx + ix];
-
-        row[ix] += value;
-        row[g->nx - 1 - ix] += sign * value;
-      }
-    }
+    PetscCall(SlipLowRankApply(m, SlipStrikePencil(c->strike) ? PetscObjectComm((PetscObject)H) : PETSC_COMM_SELF,
+                               c->half_x, c->half_y));
+    SlipMirrorUnfold(g->nx, rows, parity, c->half_y, y);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -85,7 +79,6 @@ static PetscErrorCode SpectralMult(Mat H, Vec x, Vec y)
 {
   SpectralContext *c;
   const PetscReal *px;
-  PetscReal *py;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &c));
@@ -93,9 +86,7 @@ static PetscErrorCode SpectralMult(Mat H, Vec x, Vec y)
   PetscCall(SlipStrikeApply(c->strike, 1, c->blocks, px, c->y));
   PetscCall(SlipSpectralAddCorrection(H, px, c->y));
   PetscCall(SlipGatherRestore(&c->gather, x, &px));
-  PetscCall(VecGetArrayWrite(y, &py));
-  PetscCall(PetscArraycpy(py, c->y + c->gather.start, c->gather.end - c->gather.start));
-  PetscCall(VecRestoreArrayWrite(y, &py));
+  PetscCall(SlipGatherPut(&c->gather, c->y, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,26 +107,44 @@ static PetscReal CorrectionDiagonal(SpectralContext *c, PetscInt nx, PetscInt ix
   return sum;
 }
 
+/* Diagonal of the spectral part at every depth: the mean over all wavenumbers. Collective where they are shared. */
+static PetscErrorCode BlocksDiagonal(SpectralContext *c, MPI_Comm comm, PetscReal sum[])
+{
+  SlipPencil pencil = SlipStrikePencil(c->strike);
+  const PetscInt first = pencil ? pencil->layout.column_start : 0;
+  const SlipGrid *g;
+  PetscInt P, nk;
+
+  PetscFunctionBegin;
+  SlipStrikeGet(c->strike, &g, &P, &nk, NULL);
+  for (PetscInt iz = 0; iz < g->nz; iz++) {
+    sum[iz] = 0;
+    for (PetscInt k = 0; k < nk; k++)
+      sum[iz] += (first + k == 0 || 2 * (first + k) == P ? 1 : 2) * c->blocks[((size_t)k * g->nz + iz) * g->nz + iz];
+    sum[iz] /= (PetscReal)P;
+  }
+  if (pencil) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, (int)g->nz, MPIU_REAL, MPI_SUM, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SpectralGetDiagonal(Mat H, Vec d)
 {
   SpectralContext *c;
   const SlipGrid *g;
-  PetscInt P, nk;
-  PetscReal *pd;
+  PetscInt start, rows;
+  PetscReal *sum;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &c));
-  SlipStrikeGet(c->strike, &g, &P, &nk, NULL);
-  PetscCall(VecGetArrayWrite(d, &pd));
-  for (PetscInt i = c->gather.start; i < c->gather.end; i++) {
-    const PetscInt iz = i / g->nx;
-    PetscReal sum = 0;
-
-    for (PetscInt k = 0; k < nk; k++)
-      sum += (k == 0 || 2 * k == P ? 1 : 2) * c->blocks[((size_t)k * g->nz + iz) * g->nz + iz];
-    pd[i - c->gather.start] = sum / (PetscReal)P + CorrectionDiagonal(c, g->nx, i % g->nx, iz);
-  }
-  PetscCall(VecRestoreArrayWrite(d, &pd));
+  SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
+  RowsOf(c, &start, &rows);
+  PetscCall(PetscMalloc1(g->nz, &sum));
+  PetscCall(BlocksDiagonal(c, PetscObjectComm((PetscObject)H), sum));
+  for (PetscInt iz = 0; iz < rows; iz++)
+    for (PetscInt ix = 0; ix < g->nx; ix++)
+      c->y[iz * g->nx + ix] = sum[start + iz] + CorrectionDiagonal(c, g->nx, ix, iz);
+  PetscCall(PetscFree(sum));
+  PetscCall(SlipGatherPut(&c->gather, c->y, d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -157,30 +166,41 @@ static PetscErrorCode SpectralDestroy(Mat H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Blocks of factor * sqrt(scale * K). */
+static PetscErrorCode RootBlocks(SlipStrike strike, PetscReal factor, PetscReal scale, PetscReal **blocks)
+{
+  const SlipGrid *g;
+  const PetscReal *values;
+  PetscReal *f;
+  PetscInt nk;
+
+  PetscFunctionBegin;
+  SlipStrikeGet(strike, &g, NULL, &nk, NULL);
+  PetscCall(SlipStrikeGetEigen(strike, &values, NULL));
+  PetscCall(PetscMalloc1(nk * g->nz, &f));
+  for (PetscInt i = 0; i < nk * g->nz; i++) f[i] = factor * PetscSqrtReal(scale * values[i]);
+  PetscCall(PetscMalloc1((size_t)nk * g->nz * g->nz, blocks));
+  PetscCall(SlipStrikeFormBlocks(strike, f, *blocks));
+  PetscCall(PetscFree(f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* factor * sqrt(scale * K) per wavenumber; H of type "slipspectral" without a low-rank part. */
 PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
 {
   SpectralContext *c;
-  const SlipGrid *g;
-  const PetscReal *values;
-  PetscReal scale, *f;
-  PetscInt nk, m, N;
+  PetscReal scale;
+  PetscInt m, N;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&c));
   PetscCall(SlipStrikeOf(K, &c->strike));
   PetscCheck(c->strike, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_WRONG,
              "A spectral viscosity needs a stiffness on a uniform grid; for other stiffnesses use sqrtm");
-  SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
   PetscCall(PetscObjectReference((PetscObject)K));
   c->K = K;
   PetscCall(SlipGridScale(K, &scale));
-  PetscCall(SlipStrikeGetEigen(c->strike, &values, NULL));
-  PetscCall(PetscMalloc1(nk * g->nz, &f));
-  for (PetscInt i = 0; i < nk * g->nz; i++) f[i] = factor * PetscSqrtReal(scale * values[i]);
-  PetscCall(PetscMalloc1((size_t)nk * g->nz * g->nz, &c->blocks));
-  PetscCall(SlipStrikeFormBlocks(c->strike, f, c->blocks));
-  PetscCall(PetscFree(f));
+  PetscCall(RootBlocks(c->strike, factor, scale, &c->blocks));
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(PetscMalloc3(N, &c->half_x, N, &c->half_y, N, &c->y));
@@ -192,14 +212,14 @@ PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
   PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(SpectralGetDiagonal)));
   PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(SpectralDestroy)));
   PetscCall(SlipShellFinish(*H, "slipspectral"));
-  PetscCall(SlipGatherCreate(*H, &c->gather));
+  PetscCall(SlipGatherCreate(*H, SlipStrikePencil(c->strike), &c->gather));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* One process: root block of one parity minus its spectral approximation, compressed. kernel: K's, unscaled; spectral: that
  * of H. */
 static PetscErrorCode ComputeCorrection(const SlipGrid *g, PetscReal factor, PetscReal scale, const PetscReal kernel[],
-                                        const PetscReal spectral[], PetscReal norm, PetscInt parity,
+                                        const PetscReal spectral[], PetscReal cutoff, PetscInt parity,
                                         PetscReal *smallest, SlipLowRank *m)
 {
   const PetscInt n = SlipMirrorWidth(g->nx, parity) * g->nz;
@@ -214,7 +234,7 @@ static PetscErrorCode ComputeCorrection(const SlipGrid *g, PetscReal factor, Pet
              "Eigenvalues of the stiffness did not converge (LAPACK info %" PetscInt_FMT ")", info);
   SlipMirrorSplit(g->nx, g->nz, spectral, 1, parity, approximate);
   for (size_t i = 0; i < (size_t)n * n; i++) root[i] = factor * root[i] - approximate[i];
-  PetscCall(SlipLowRankCompress(n, root, SLIP_SQRT_CUTOFF * norm, 5 * g->nz, m));
+  PetscCall(SlipLowRankCompress(n, root, cutoff, 5 * g->nz, m));
   PetscCall(PetscFree2(root, approximate));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -237,47 +257,194 @@ static PetscErrorCode BroadcastCorrection(MPI_Comm comm, PetscMPIInt root, SlipL
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The exact root: spectral plus low rank. */
-PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H)
+/* How the exact root is set up: the options. */
+typedef struct {
+  PetscReal tolerance; /* of products, relative to the norm */
+  PetscBool dense;     /* from dense eigenproblems */
+} SqrtOptions;
+
+static PetscErrorCode GetOptions(MPI_Comm comm, const SlipGrid *g, SqrtOptions *o)
 {
-  MPI_Comm comm = PetscObjectComm((PetscObject)K);
-  SpectralContext *c;
+  const char *const choices[] = {"auto", "dense", "sketch"};
+  PetscInt choice = 0;
+
+  PetscFunctionBegin;
+  o->tolerance = 1e-10;
+  PetscOptionsBegin(comm, NULL, "Viscosity by the exact matrix square root", "Mat");
+  PetscCall(PetscOptionsReal("-mat_slipsqrtm_tolerance", "Error of a product relative to the norm of the viscosity",
+                             "MatCreateSlipViscosity", o->tolerance, &o->tolerance, NULL));
+  PetscCall(PetscOptionsEList("-mat_slipsqrtm_setup",
+                              "Low-rank part from dense eigenproblems, random sketches, or by size",
+                              "MatCreateSlipViscosity", choices, 3, choices[0], &choice, NULL));
+  PetscOptionsEnd();
+  PetscCheck(o->tolerance >= 1e-12 && o->tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-mat_slipsqrtm_tolerance must lie in [1e-12, 1), not %g", (double)o->tolerance);
+  o->dense = (PetscBool)(choice == 1 || (choice == 0 && g->nx * g->nz <= SLIP_SQRT_DENSE_MAX));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One process: the correction of one parity from dense matrices; blocks: those of the spectral part. */
+static PetscErrorCode DenseCorrection(SlipStrike strike, const PetscReal blocks[], PetscReal factor, PetscReal scale,
+                                      PetscReal cutoff, PetscInt parity, PetscReal *smallest, SlipLowRank *m)
+{
+  const SlipGrid *g;
+  PetscReal *kernel, *spectral;
+  PetscInt nk;
+  size_t size;
+
+  PetscFunctionBegin;
+  SlipStrikeGet(strike, &g, NULL, &nk, NULL);
+  size = (size_t)nk * g->nz * g->nz;
+  PetscCall(PetscMalloc2(size, &kernel, size, &spectral));
+  for (PetscInt d = 0; d < nk; d++) SlipGridKernel(g, d, kernel + (size_t)d * g->nz * g->nz);
+  PetscCall(PetscArraycpy(spectral, blocks, size));
+  PetscCall(SlipStrikeBlocksToKernel(strike, spectral));
+  PetscCall(ComputeCorrection(g, factor, scale, kernel, spectral, cutoff, parity, smallest, m));
+  PetscCall(PetscFree2(kernel, spectral));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest eigenvalue of the spectral part. Collective. */
+static PetscErrorCode SpectralNorm(MPI_Comm comm, SpectralContext *c, PetscReal factor, PetscReal scale,
+                                   PetscReal *norm)
+{
   const SlipGrid *g;
   const PetscReal *values;
-  PetscReal *kernel = NULL, *spectral = NULL, norm = 0, scale, smallest[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL};
-  PetscMPIInt rank, size;
   PetscInt nk;
 
   PetscFunctionBegin;
-  PetscCall(SlipViscosityCreate_Spectral(K, factor, H));
-  PetscCall(MatShellGetContext(*H, &c));
-  PetscCall(SlipGridScale(K, &scale));
   SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
   PetscCall(SlipStrikeGetEigen(c->strike, &values, NULL));
-  for (PetscInt i = 0; i < nk * g->nz; i++) norm = PetscMax(norm, factor * PetscSqrtReal(scale * values[i]));
+  *norm = 0;
+  for (PetscInt i = 0; i < nk * g->nz; i++) *norm = PetscMax(*norm, factor * PetscSqrtReal(scale * values[i]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, norm, 1, MPIU_REAL, MPI_MAX, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One process: the correction of one parity by one of the two methods, which need all wavenumbers. */
+static PetscErrorCode BuildParity(SpectralContext *c, PetscReal factor, PetscReal scale, PetscReal norm,
+                                  const SqrtOptions *o, PetscInt parity, PetscReal *smallest, PetscReal *error,
+                                  SlipLowRank *m)
+{
+  const PetscBool shared = (PetscBool)(SlipStrikePencil(c->strike) != NULL);
+  SlipStrike whole = c->strike;
+  PetscReal *blocks = c->blocks;
+  const SlipGrid *g;
+
+  PetscFunctionBegin;
+  if (shared) {
+    SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
+    PetscCall(SlipStrikeCreate(PETSC_COMM_SELF, g, &whole));
+    PetscCall(RootBlocks(whole, factor, scale, &blocks));
+  }
+  if (o->dense)
+    PetscCall(DenseCorrection(whole, blocks, factor, scale, 0.1 * o->tolerance * norm, parity, smallest, m));
+  else
+    PetscCall(SlipSketchCorrection(whole, blocks, factor * factor * scale, o->tolerance, parity, smallest, error, m));
+  if (shared) {
+    PetscCall(PetscFree(blocks));
+    PetscCall(SlipStrikeDestroy(&whole));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The low-rank part, one parity a rank, or both on a single rank, where it is left. */
+static PetscErrorCode BuildCorrection(MPI_Comm comm, SpectralContext *c, PetscReal factor, PetscReal scale,
+                                      const SqrtOptions *o)
+{
+  PetscReal norm = 0, bad[2] = {-PETSC_MAX_REAL, 0}; /* minus the smallest eigenvalue; error */
+  PetscMPIInt rank, size;
+
+  PetscFunctionBegin;
+  PetscCall(SpectralNorm(comm, c, factor, scale, &norm));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  if (rank < 2) { /* one parity each, or both on a single rank */
-    PetscCall(PetscMalloc2((size_t)nk * g->nz * g->nz, &kernel, (size_t)nk * g->nz * g->nz, &spectral));
-    for (PetscInt d = 0; d < nk; d++) SlipGridKernel(g, d, kernel + (size_t)d * g->nz * g->nz);
-    PetscCall(PetscArraycpy(spectral, c->blocks, (size_t)nk * g->nz * g->nz));
-    PetscCall(SlipStrikeBlocksToKernel(c->strike, spectral));
-  }
   for (PetscInt parity = 0; parity < 2; parity++) {
-    c->correction[parity].n = SlipMirrorWidth(g->nx, parity) * g->nz;
-    if (c->correction[parity].n && rank == parity % size)
-      PetscCall(
-        ComputeCorrection(g, factor, scale, kernel, spectral, norm, parity, &smallest[parity], &c->correction[parity]));
+    SlipLowRank *m = &c->correction[parity];
+    PetscReal smallest = PETSC_MAX_REAL, error = 0;
+
+    if (!m->n || rank != parity % size) continue;
+    PetscCall(BuildParity(c, factor, scale, norm, o, parity, &smallest, &error, m));
+    bad[0] = PetscMax(bad[0], -smallest);
+    bad[1] = PetscMax(bad[1], error);
   }
-  PetscCall(PetscFree2(kernel, spectral));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, bad, 2, MPIU_REAL, MPI_MAX, comm));
+  PetscCheck(bad[0] < 0, comm, PETSC_ERR_ARG_WRONG,
+             "The stiffness has no real square root: an eigenvalue is not positive");
+  PetscCheck(bad[1] <= o->tolerance, comm, PETSC_ERR_NOT_CONVERGED,
+             "The exact root was found to %g only, not to -mat_slipsqrtm_tolerance %g", (double)bad[1],
+             (double)o->tolerance);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The low-rank part on every rank, from the cache or built and kept there. Eigenvalues go through units of a unit
+   factor, so that a run rounds alike whether it built them or read them. */
+static PetscErrorCode GetCorrection(Mat K, SpectralContext *c, PetscReal factor, PetscReal scale, const SqrtOptions *o)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  const PetscReal unit = factor * PetscSqrtReal(scale);
+  const SlipGrid *g;
+  PetscBool found;
+  PetscMPIInt size;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
+  PetscCall(SlipCacheLoad(K, g, o->tolerance, o->dense, c->correction, &found));
+  if (!found) PetscCall(BuildCorrection(comm, c, factor, scale, o));
   for (PetscInt parity = 0; parity < 2; parity++) {
-    if (c->correction[parity].n == 0) continue;
-    PetscCall(BroadcastCorrection(comm, (PetscMPIInt)(parity % size), &c->correction[parity]));
+    SlipLowRank *m = &c->correction[parity];
+
+    if (!m->n) continue;
+    PetscCall(BroadcastCorrection(comm, found ? 0 : (PetscMPIInt)(parity % size), m));
+    for (PetscInt k = 0; k < m->rank && !found; k++) m->lambda[k] /= unit;
+  }
+  if (!found) PetscCall(SlipCacheSave(K, g, o->tolerance, o->dense, c->correction));
+  for (PetscInt parity = 0; parity < 2; parity++)
+    for (PetscInt k = 0; k < c->correction[parity].rank; k++) c->correction[parity].lambda[k] *= unit;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where ranks share the work, each keeps its rows of the low-rank part only; a row of cells has width coefficients. */
+static PetscErrorCode KeepRows(SpectralContext *c, PetscInt width, SlipLowRank *m)
+{
+  PetscInt start, rows;
+  PetscReal *W;
+
+  PetscFunctionBegin;
+  if (!SlipStrikePencil(c->strike)) PetscFunctionReturn(PETSC_SUCCESS);
+  RowsOf(c, &start, &rows);
+  PetscCall(PetscMalloc1((size_t)rows * width * m->rank, &W));
+  for (PetscInt k = 0; k < m->rank; k++)
+    PetscCall(PetscArraycpy(W + (size_t)k * rows * width, m->W + (size_t)k * m->n + start * width, rows * width));
+  PetscCall(PetscFree(m->W));
+  m->W = W;
+  m->n = rows * width;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The exact root: spectral plus low rank. */
+PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H)
+{
+  SpectralContext *c;
+  SqrtOptions o;
+  const SlipGrid *g;
+  PetscReal norm = 0, scale;
+
+  PetscFunctionBegin;
+  PetscCall(SlipViscosityCreate_Spectral(K, factor, H));
+  if (factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatShellGetContext(*H, &c));
+  PetscCall(SlipGridScale(K, &scale));
+  SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
+  PetscCall(GetOptions(PetscObjectComm((PetscObject)K), g, &o));
+  for (PetscInt parity = 0; parity < 2; parity++) c->correction[parity].n = SlipMirrorWidth(g->nx, parity) * g->nz;
+  PetscCall(GetCorrection(K, c, factor, scale, &o));
+  PetscCall(SpectralNorm(PetscObjectComm((PetscObject)K), c, factor, scale, &norm));
+  for (PetscInt parity = 0; parity < 2; parity++) {
+    if (!c->correction[parity].n) continue;
+    PetscCall(KeepRows(c, SlipMirrorWidth(g->nx, parity), &c->correction[parity]));
     PetscCall(SlipLowRankDemote(&c->correction[parity], SLIP_SQRT_SINGLE * norm));
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, smallest, 2, MPIU_REAL, MPI_MIN, comm));
-  PetscCheck(PetscMin(smallest[0], smallest[1]) > 0, comm, PETSC_ERR_ARG_WRONG,
-             "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m",
-             (double)PetscMin(smallest[0], smallest[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

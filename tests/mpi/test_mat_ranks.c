@@ -1,8 +1,11 @@
 /* K, H and B: types agree with each other, and products do not depend on the number of ranks. */
+#define _XOPEN_SOURCE 700 /* mkdtemp */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
 #include <cmocka.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 
@@ -134,6 +137,61 @@ static void test_products_do_not_depend_on_ranks(void **state)
   }
 }
 
+/* Distributed transforms, K alone and within H and B; rows and wavenumbers that do not divide by the ranks. One plan
+   serves every row, so that only the sums over vectors (VecNorm) could differ: 1e-12 is generous. */
+static void test_transforms_do_not_depend_on_ranks(void **state)
+{
+  (void)state;
+  Check(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
+  for (size_t g = 0; g < PETSC_STATIC_ARRAY_LENGTH(Grids); g++) {
+    Operators o = Create(PETSC_COMM_WORLD, &Grids[g], "fft"), serial = Create(PETSC_COMM_SELF, &Grids[g], "fft"),
+              dense = Create(PETSC_COMM_SELF, &Grids[g], "dense");
+
+    AssertDefaultLayout(o.K);
+    assert_true(DistanceToSerial(o.K, serial.K) < 1e-12);
+    assert_true(DistanceToSerial(o.K, dense.K) < 1e-12);
+    assert_true(DistanceToSerial(o.H, serial.H) < 1e-12);
+    assert_true(DistanceToSerial(o.B, serial.B) < 1e-12);
+    assert_true(DistanceToSerial(o.B, dense.B) < 1e-10);
+    Destroy(&o);
+    Destroy(&serial);
+    Destroy(&dense);
+  }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
+}
+
+/* Rank 0 keeps the low-rank part and reads it again for all; made by sketches on one rank a parity. */
+static void test_cache_on_ranks(void **state)
+{
+  char dir[32] = "slipranks.XXXXXX", command[64];
+  PetscMPIInt rank;
+
+  (void)state;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  if (!rank) assert_non_null(mkdtemp(dir));
+  MPI_Bcast(dir, (int)sizeof(dir), MPI_CHAR, 0, PETSC_COMM_WORLD);
+  Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
+  for (int pass = 0; pass < 2; pass++) { /* built, read */
+    Operators serial = Create(PETSC_COMM_SELF, &Grids[0], "fft");
+    Mat K, H;
+
+    Check(MatCreateSlipStiffness(PETSC_COMM_WORLD, &Grids[0], "fft", &K));
+    Check(MatScale(K, 0.37));
+    Check(MatSlipStiffnessSetCacheDir(K, dir));
+    Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+    assert_true(DistanceToSerial(H, serial.H) < 1e-12);
+    Check(MatDestroy(&H));
+    Check(MatDestroy(&K));
+    Destroy(&serial);
+  }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+  MPI_Barrier(PETSC_COMM_WORLD);
+  if (!rank) {
+    snprintf(command, sizeof(command), "rm -r %s", dir);
+    assert_int_equal(system(command), 0);
+  }
+}
+
 /* The preconditioner as an operator: P x on this communicator against one rank's. */
 static Mat PreconditionerOf(MPI_Comm comm, Mat B, PC *pc)
 {
@@ -176,16 +234,18 @@ static void test_preconditioner_does_not_depend_on_ranks(void **state)
 static void test_fewer_cells_than_ranks(void **state)
 {
   const SlipGrid single = {1, 1, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE};
-  static const char *const types[] = {"dense", "fft"};
+  static const char *const types[] = {"dense", "fft", "fft"};
 
   (void)state;
   for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
+    if (t == 2) Check(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
     Operators o = Create(PETSC_COMM_WORLD, &single, types[t]), serial = Create(PETSC_COMM_SELF, &single, "dense");
 
     assert_true(DistanceToSerial(o.B, serial.B) < 1e-12);
     Destroy(&o);
     Destroy(&serial);
   }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
 }
 
 /* Only rank 0 has the entries; a fault in them is an error on every rank, not a hang. */
@@ -215,6 +275,8 @@ int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_products_do_not_depend_on_ranks),
+    cmocka_unit_test(test_transforms_do_not_depend_on_ranks),
+    cmocka_unit_test(test_cache_on_ranks),
     cmocka_unit_test(test_preconditioner_does_not_depend_on_ranks),
     cmocka_unit_test(test_fewer_cells_than_ranks),
     cmocka_unit_test(test_entries_from_rank_0),
@@ -223,7 +285,9 @@ int main(int argc, char **argv)
 
   if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
   if (SlipStepInitializePackage()) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  failed = cmocka_run_group_tests_name("every rank multiplies small fields whole", tests, NULL, NULL);
+  if (PetscOptionsSetValue(NULL, "-mat_slip_share", "true")) return 1;
+  failed += cmocka_run_group_tests_name("ranks share rows and wavenumbers", tests, NULL, NULL);
   if (PetscFinalize()) return 1;
   return failed;
 }

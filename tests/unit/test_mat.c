@@ -123,7 +123,7 @@ static PetscReal DiagonalError(Mat A)
 }
 
 /* 1e-12: rounding of transforms of at most 50 points. The exact root may be off by 1e-10; its products round terms of
-   3e-5 of the norm in single precision, 2e-12. */
+   4e-6 of the norm in single precision, 3e-13. */
 static void test_fft_is_dense(void **state)
 {
   const SlipGrid *const grids[] = {&Even, &Odd, &Line, &Column};
@@ -152,6 +152,87 @@ static void test_fft_is_dense(void **state)
       Check(MatDestroy(&B[t]));
     }
   }
+}
+
+/* Transforms in depth, forced at small sizes and by default at a deep one. 1e-12: rounding of transforms of a few hundred
+   points; A and z z' q cancel at most by a small factor, as both are below s^2 q. */
+static void test_transform_is_dense(void **state)
+{
+  const SlipGrid deep = {3, 67, 300.0, 6700.0, 50.0, 30e9, 0.3, PETSC_FALSE};
+  const SlipGrid buried = {5, 9, 1000.0, 1800.0, 20e3, 30e9, 0.25, PETSC_FALSE};
+  const SlipGrid full = {7, 6, 1000.0, 900.0, 0.0, 30e9, 0.2, PETSC_TRUE};
+  const SlipGrid *const grids[] = {&deep, &buried, &full, &Even, &Odd, &Line, &Column};
+
+  (void)state;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
+    Mat K[2];
+
+    if (k) Check(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
+    for (int t = 0; t < 2; t++) {
+      Check(MatCreateSlipStiffness(PETSC_COMM_SELF, grids[k], t ? "fft" : "dense", &K[t]));
+      Check(MatScale(K[t], 0.6));
+    }
+    assert_true(DiagonalError(K[1]) < 1e-12);
+    assert_true(Distance(K[1], K[0]) < 1e-12);
+    for (int t = 0; t < 2; t++) Check(MatDestroy(&K[t]));
+  }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
+}
+
+/* The exact root from sketches against the dense one: what the default tolerance promises, in the Frobenius norm, which
+   counts at most 528 wrong directions of 1e-10 of the largest against 528 right ones of its size or a fifth. The wide
+   grid needs several rounds with a basis smaller than the whole space (6 nz of 12 nz at first). */
+static void test_sketched_root(void **state)
+{
+  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+  const SlipGrid *const grids[] = {&wide, &Even, &Odd, &Line, &Column};
+
+  (void)state;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
+    Mat K[2], H[2];
+
+    Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
+    for (int t = 0; t < 2; t++) {
+      Check(MatCreateSlipStiffness(PETSC_COMM_SELF, grids[k], t ? "fft" : "dense", &K[t]));
+      Check(MatScale(K[t], 1.3));
+      Check(MatCreateSlipViscosity(K[t], MASS, ZETA, "sqrtm", &H[t]));
+    }
+    assert_true(DiagonalError(H[1]) < 1e-11);
+    assert_true(Distance(H[1], H[0]) < 1e-10);
+    assert_true(SquareError(K[1], H[1]) < 1e-10);
+    for (int t = 0; t < 2; t++) {
+      Check(MatDestroy(&H[t]));
+      Check(MatDestroy(&K[t]));
+    }
+  }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+}
+
+/* A loose tolerance is kept too, and buys a smaller correction; one below rounding is refused with a message. */
+static void test_root_tolerance(void **state)
+{
+  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+  PetscReal distance;
+  Mat K[2], H[2];
+
+  (void)state;
+  Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
+  Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_tolerance", "1e-5"));
+  for (int t = 0; t < 2; t++) {
+    Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &wide, t ? "fft" : "dense", &K[t]));
+    Check(MatCreateSlipViscosity(K[t], MASS, ZETA, "sqrtm", &H[t]));
+  }
+  distance = Distance(H[1], H[0]);
+  assert_true(distance < 1e-5 && distance > 1e-9);
+  Check(MatDestroy(&H[1]));
+  Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_tolerance", "1e-20"));
+  Check(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  assert_int_not_equal(MatCreateSlipViscosity(K[1], MASS, ZETA, "sqrtm", &H[1]), 0);
+  Check(PetscPopErrorHandler());
+  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_tolerance"));
+  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+  Check(MatDestroy(&H[0]));
+  for (int t = 0; t < 2; t++) Check(MatDestroy(&K[t]));
 }
 
 /* The root by another algorithm: Denman & Beavers (1976), Y -> (Y + Z^-1)/2, Z -> (Z + Y^-1)/2, on M^-1 K. */
@@ -381,11 +462,19 @@ static void test_bad_grids(void **state)
 int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_dense_entries),     cmocka_unit_test(test_viscosity_squares_to_stiffness),
-    cmocka_unit_test(test_fft_is_dense),      cmocka_unit_test(test_viscosity_by_denman_beavers),
-    cmocka_unit_test(test_other_viscosities), cmocka_unit_test(test_auto),
-    cmocka_unit_test(test_zero_damping),      cmocka_unit_test(test_stage_is_the_sum),
-    cmocka_unit_test(test_entries),           cmocka_unit_test(test_bad_grids),
+    cmocka_unit_test(test_dense_entries),
+    cmocka_unit_test(test_viscosity_squares_to_stiffness),
+    cmocka_unit_test(test_fft_is_dense),
+    cmocka_unit_test(test_transform_is_dense),
+    cmocka_unit_test(test_sketched_root),
+    cmocka_unit_test(test_root_tolerance),
+    cmocka_unit_test(test_viscosity_by_denman_beavers),
+    cmocka_unit_test(test_other_viscosities),
+    cmocka_unit_test(test_auto),
+    cmocka_unit_test(test_zero_damping),
+    cmocka_unit_test(test_stage_is_the_sum),
+    cmocka_unit_test(test_entries),
+    cmocka_unit_test(test_bad_grids),
   };
   int failed;
 

@@ -15,6 +15,7 @@ PETSC_INTERN PetscErrorCode SlipGridCompose(Mat K, const SlipGrid *grid);
 PETSC_INTERN PetscErrorCode SlipGridOf(Mat K,
                                        const SlipGrid **grid); /* borrowed; NULL when K is not on a uniform grid */
 /* Symmetrised kernel of the grid for all depths, d cells apart along strike: block[iz * nz + jz], unscaled [Pa/m]. */
+PETSC_INTERN PetscReal SlipGridEntry(const SlipGrid *grid, PetscInt d, PetscInt iz, PetscInt jz);
 PETSC_INTERN void SlipGridKernel(const SlipGrid *grid, PetscInt d, PetscReal block[]);
 
 /* What MatScale() has made of a stiffness: K = scale * kernel. Collective. */
@@ -26,6 +27,9 @@ PETSC_INTERN void SlipMirrorSplit(PetscInt nx, PetscInt nz, const PetscReal kern
                                   PetscReal block[]);
 PETSC_INTERN void SlipMirrorMerge(PetscInt nx, PetscInt nz, const PetscReal even[], const PetscReal odd[],
                                   PetscReal A[]);
+/* Fields of one parity by their coefficients half[nz][hx]; Unfold adds to x. */
+PETSC_INTERN void SlipMirrorFold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal x[], PetscReal half[]);
+PETSC_INTERN void SlipMirrorUnfold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal half[], PetscReal x[]);
 
 /* ---- dense.c: whole matrices on one rank; row-major N * N ---- */
 PETSC_INTERN PetscErrorCode SlipDenseGather(Mat A,
@@ -49,8 +53,34 @@ typedef struct {
 PETSC_INTERN PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts);
 PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor); /* viscosity.c */
 
+/* ---- pencil.c: rows of cells over the ranks, transformed along strike, to wavenumbers over the ranks ---- */
+typedef struct {
+  PetscInt rows, row_start;       /* this rank's rows of a table */
+  PetscInt columns, column_start; /* and of its transpose */
+  size_t size;                    /* reals to allocate for either */
+} SlipLayout;
+typedef struct _n_SlipPencil {
+  PetscInt nx, nz, period;
+  SlipLayout layout;             /* [nz][nk] complex */
+  PetscReal *row;                /* [period] */
+  PetscReal *by_depth, *by_wave; /* [local nz][nk] and [local nk][nz] complex */
+  struct _n_SlipPencilPlans *plans;
+} * SlipPencil;
+PETSC_INTERN SlipLayout SlipLayoutOf(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt tuple);
+PETSC_INTERN PetscErrorCode SlipAllocate(size_t count, PetscReal **a);
+PETSC_INTERN PetscErrorCode SlipTranspose(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt tuple, PetscReal a[],
+                                          PetscReal b[]);
+PETSC_INTERN PetscErrorCode SlipPencilCreate(MPI_Comm comm, PetscInt nx, PetscInt nz, PetscInt period, SlipPencil *p);
+PETSC_INTERN PetscErrorCode SlipPencilDestroy(SlipPencil *p);
+PETSC_INTERN void SlipPencilForward(SlipPencil p, const PetscReal x[]);
+PETSC_INTERN void SlipPencilBackward(SlipPencil p, PetscReal factor, PetscReal y[]);
+
 /* ---- strike.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber) ---- */
 typedef struct _n_SlipStrike *SlipStrike;
+PETSC_INTERN PetscInt SlipGoodLength(PetscInt n); /* even, at least n, prime factors 2, 3 and 5 */
+PETSC_INTERN PetscErrorCode SlipStrikeCreate(MPI_Comm comm, const SlipGrid *grid, SlipStrike *strike);
+PETSC_INTERN PetscErrorCode SlipStrikeDestroy(SlipStrike *strike);
+PETSC_INTERN SlipPencil SlipStrikePencil(SlipStrike s);
 PETSC_INTERN PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike); /* borrowed from K; NULL without a grid */
 PETSC_INTERN void SlipStrikeGet(SlipStrike s, const SlipGrid **grid, PetscInt *period, PetscInt *nk,
                                 const PetscReal **symbol);
@@ -59,16 +89,26 @@ PETSC_INTERN PetscErrorCode SlipStrikeFormBlocks(SlipStrike s, const PetscReal f
 PETSC_INTERN PetscErrorCode SlipStrikeBlocksToKernel(SlipStrike s, PetscReal blocks[]);
 PETSC_INTERN PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal blocks[],
                                             const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscErrorCode SlipStrikeApplyMany(SlipStrike s, PetscReal scale, const PetscReal blocks[],
+                                                PetscInt parity, PetscInt count, const PetscReal X[], PetscReal Y[]);
 PETSC_INTERN PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const PetscReal x[],
                                                     PetscReal y[]);
 
-/* ---- gather.c: the whole of a distributed vector on every rank ---- */
+/* ---- plane.c: the stiffness of a uniform grid by transforms along strike and in depth, distributed ---- */
+typedef struct _n_SlipPlane *SlipPlane;
+PETSC_INTERN PetscErrorCode SlipPlaneCreate(Mat K, const SlipGrid *grid, SlipPlane *plane);
+PETSC_INTERN PetscErrorCode SlipPlaneDestroy(SlipPlane *plane);
+PETSC_INTERN PetscErrorCode SlipPlaneApply(SlipPlane plane, PetscReal scale, Vec x, Vec y);
+
+/* ---- gather.c: the whole of a distributed vector on every rank, or a pencil's rows of it ---- */
 typedef struct {
   VecScatter scatter; /* NULL on one rank */
   Vec all;
+  PetscBool rows; /* of a pencil only */
   PetscInt N, start, end;
 } SlipGather;
-PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipGather *g);
+PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipPencil pencil, SlipGather *g);
+PETSC_INTERN PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y);
 PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array);
 PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array);
@@ -84,9 +124,22 @@ typedef struct {
 } SlipLowRank;
 PETSC_INTERN PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess,
                                                 SlipLowRank *m);
+PETSC_INTERN PetscErrorCode SlipLowRankSelect(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[],
+                                              PetscReal cutoff, SlipLowRank *m);
+PETSC_INTERN PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[]);
+PETSC_INTERN void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state); /* uniform in (-1, 1) */
+/* sketch.c: what the spectral root misses, without dense matrices */
+PETSC_INTERN PetscErrorCode SlipSketchCorrection(SlipStrike strike, const PetscReal blocks[], PetscReal square,
+                                                 PetscReal tolerance, PetscInt parity, PetscReal *smallest,
+                                                 PetscReal *error, SlipLowRank *m);
+/* cache.c: the low-rank part in files, for unit factors; m[parity].n must be set. Collective. */
+PETSC_INTERN PetscErrorCode SlipCacheLoad(Mat K, const SlipGrid *grid, PetscReal tolerance, PetscBool dense,
+                                          SlipLowRank m[2], PetscBool *found);
+PETSC_INTERN PetscErrorCode SlipCacheSave(Mat K, const SlipGrid *grid, PetscReal tolerance, PetscBool dense,
+                                          const SlipLowRank m[2]);
 PETSC_INTERN PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit);
 PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);
-PETSC_INTERN void SlipLowRankApply(SlipLowRank *m, const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, const PetscReal x[], PetscReal y[]);
 PETSC_INTERN PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i);
 
 /* ---- types of stiffness and viscosity that are not MATDENSE ---- */

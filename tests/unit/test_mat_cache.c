@@ -1,0 +1,196 @@
+/* The cache of the exact viscosity: what is read is what was built, and files that cannot be right are replaced. */
+#define _XOPEN_SOURCE 700 /* mkdtemp, truncate */
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <cmocka.h>
+#include <dirent.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+
+#define Check(call) assert_int_equal((call), PETSC_SUCCESS)
+#define MASS (2500.0 * 3000.0)
+#define ZETA (0.8 / 3)
+
+static const SlipGrid Grid = {18, 14, 3000.0, 2600.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+
+/* Name of the only file in dir; the test fails when there are none or more. */
+static void OnlyFile(const char dir[], char name[PETSC_MAX_PATH_LEN])
+{
+  DIR *d = opendir(dir);
+  int count = 0;
+
+  assert_non_null(d);
+  for (struct dirent *e = readdir(d); e; e = readdir(d)) {
+    if (e->d_name[0] == '.') continue;
+    snprintf(name, PETSC_MAX_PATH_LEN, "%s/%.255s", dir, e->d_name);
+    count++;
+  }
+  closedir(d);
+  assert_int_equal(count, 1);
+}
+
+static ino_t InodeOf(const char name[])
+{
+  struct stat info;
+
+  assert_int_equal(stat(name, &info), 0);
+  return info.st_ino;
+}
+
+/* H as MATDENSE for a stiffness scaled by scale; dir may be "". */
+static Mat Viscosity(const SlipGrid *grid, const char dir[], PetscReal scale, PetscReal mass)
+{
+  Mat K, H, dense;
+
+  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, grid, "fft", &K));
+  Check(MatScale(K, scale));
+  Check(MatSlipStiffnessSetCacheDir(K, dir));
+  Check(MatCreateSlipViscosity(K, mass, ZETA, "sqrtm", &H));
+  Check(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  Check(MatDestroy(&H));
+  Check(MatDestroy(&K));
+  return dense;
+}
+
+/* Frobenius distance relative to B; destroys A. */
+static PetscReal Distance(Mat A, Mat B)
+{
+  PetscReal error, norm;
+
+  Check(MatNorm(B, NORM_FROBENIUS, &norm));
+  Check(MatAXPY(A, -1, B, SAME_NONZERO_PATTERN));
+  Check(MatNorm(A, NORM_FROBENIUS, &error));
+  Check(MatDestroy(&A));
+  return error / norm;
+}
+
+static void MakeDir(char dir[32])
+{
+  strcpy(dir, "slipcache.XXXXXX");
+  assert_non_null(mkdtemp(dir));
+}
+
+/* Built, kept and read give the same bits; another mass and scale share the file. Both methods of set-up. */
+static void test_read_is_built(void **state)
+{
+  static const char *const methods[] = {"dense", "sketch"};
+
+  (void)state;
+  for (int k = 0; k < 2; k++) {
+    char dir[32], name[PETSC_MAX_PATH_LEN];
+    Mat plain, other;
+    ino_t inode;
+
+    Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", methods[k]));
+    MakeDir(dir);
+    plain = Viscosity(&Grid, "", 1.3, MASS);
+    assert_true(Distance(Viscosity(&Grid, dir, 1.3, MASS), plain) == 0);
+    OnlyFile(dir, name);
+    inode = InodeOf(name);
+    assert_true(Distance(Viscosity(&Grid, dir, 1.3, MASS), plain) == 0);
+    other = Viscosity(&Grid, "", 0.4, 3 * MASS);
+    /* the truncation of the root at 1e-11 of its norm falls elsewhere for another scale */
+    assert_true(Distance(Viscosity(&Grid, dir, 0.4, 3 * MASS), other) < 1e-10);
+    OnlyFile(dir, name);
+    assert_true(InodeOf(name) == inode); /* read, not replaced */
+    Check(MatDestroy(&plain));
+    Check(MatDestroy(&other));
+    assert_int_equal(unlink(name), 0);
+    assert_int_equal(rmdir(dir), 0);
+  }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+}
+
+/* Flips the bits of one byte at this share of the file. */
+static void Damage(const char name[], double where)
+{
+  FILE *f = fopen(name, "r+b");
+  long at;
+  int byte;
+
+  assert_non_null(f);
+  fseek(f, 0, SEEK_END);
+  at = (long)(where * (double)ftell(f));
+  fseek(f, at, SEEK_SET);
+  byte = fgetc(f);
+  fseek(f, at, SEEK_SET);
+  fputc(byte ^ 0xff, f);
+  fclose(f);
+}
+
+/* A byte of the data, a short file, no HDF5 at all, the file of another grid: the result is right and the file new. */
+static void test_bad_files_are_replaced(void **state)
+{
+  SlipGrid deeper = Grid;
+  char dir[32], other_dir[32], name[PETSC_MAX_PATH_LEN], other[PETSC_MAX_PATH_LEN];
+  Mat plain = Viscosity(&Grid, "", 1, MASS), mat;
+
+  (void)state;
+  deeper.depth_top = 100;
+  MakeDir(dir);
+  MakeDir(other_dir);
+  mat = Viscosity(&deeper, other_dir, 1, MASS);
+  OnlyFile(other_dir, other);
+  Check(MatDestroy(&mat));
+  mat = Viscosity(&Grid, dir, 1, MASS);
+  Check(MatDestroy(&mat));
+  for (int k = 0; k < 4; k++) {
+    ino_t inode;
+    FILE *f;
+
+    OnlyFile(dir, name);
+    if (k == 0) Damage(name, 0.6);
+    if (k == 1) assert_int_equal(truncate(name, 4096), 0);
+    if (k == 2) {
+      f = fopen(name, "w");
+      assert_non_null(f);
+      fputs("not a cache", f);
+      fclose(f);
+    }
+    if (k == 3) assert_int_equal(rename(other, name), 0);
+    inode = InodeOf(name);
+    assert_true(Distance(Viscosity(&Grid, dir, 1, MASS), plain) == 0);
+    OnlyFile(dir, name);
+    assert_true(InodeOf(name) != inode);
+  }
+  Check(MatDestroy(&plain));
+  assert_int_equal(unlink(name), 0);
+  assert_int_equal(rmdir(dir), 0);
+  assert_int_equal(rmdir(other_dir), 0);
+}
+
+static void test_no_directory(void **state)
+{
+  PetscErrorCode code;
+  Mat K;
+
+  (void)state;
+  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
+  Check(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  code = MatSlipStiffnessSetCacheDir(K, "no/such/directory");
+  Check(PetscPopErrorHandler());
+  assert_int_equal(code, PETSC_ERR_FILE_OPEN);
+  Check(MatDestroy(&K));
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_read_is_built),
+    cmocka_unit_test(test_bad_files_are_replaced),
+    cmocka_unit_test(test_no_directory),
+  };
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  if (SlipStepInitializePackage()) return 1;
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  if (PetscFinalize()) return 1;
+  return failed;
+}
