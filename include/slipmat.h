@@ -21,6 +21,9 @@ PETSC_EXTERN PetscReal SlipKernelFullSpace(PetscReal G, PetscReal nu, PetscReal 
                                            PetscReal b);
 PETSC_EXTERN PetscReal SlipKernelHalfSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal z_receiver,
                                            PetscReal z_source, PetscReal a, PetscReal b);
+/* The same with the receiver on a parallel plane at the distance dy [m]. */
+PETSC_EXTERN PetscReal SlipKernelOffset(PetscReal G, PetscReal nu, PetscReal dx, PetscReal dy, PetscReal z_receiver,
+                                        PetscReal z_source, PetscReal a, PetscReal b, PetscBool full_space);
 
 /* ---- stiffness ----
    type: "dense", "fft", "auto" ("hmat" later). The symmetric part (K + K')/2 is used. scale multiplies every entry.
