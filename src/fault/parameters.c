@@ -43,6 +43,10 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                             "Slip rate that the observation \"velocity\" is measured in"},
   [FAULT_OUTPUT_INTERVAL] = {"output_interval", 1, "steps", 1, NONE, SHUT, WHOLE,
                              "Accepted steps from one entry of /fields to the next"},
+  [FAULT_HMAT_TOLERANCE] = {"hmat_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
+                            "Relative error of the low-rank blocks of -fault_operator hmat"},
+  [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-10, "", 0, 1, OPEN, REAL,
+                              "Relative error of products with a viscosity that Lanczos' method applies"},
 };
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
@@ -62,6 +66,9 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
      "Multiply K, computed or from a file, so that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G, or leave it alone"},
   [FAULT_PARAMETERS] = {"parameters", "", NULL,
                         "HDF5 file of per-element fields [Nz,Nx] named as their options, which they replace"},
+  [FAULT_MESH] = {"mesh", "", NULL,
+                  "HDF5 file of rectangular cells, /cells [n,5] with x, y, z of the centre, length and width [m], in "
+                  "place of the grid and its extents"},
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
   [FAULT_OUTPUT_FIELDS] = {"output_fields", "slip_rate,slip,displacement,traction", NULL,
                            "Fields to write, separated by commas"},

@@ -2,6 +2,7 @@
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
+#include <slipstep/private/slipcells.h>
 
 PetscLogEvent SLIP_ViscositySetUp;
 
@@ -86,11 +87,14 @@ static PetscErrorCode ViscosityCreate_SqrtmDense(Mat K, PetscReal factor, Mat *H
 /* The root takes after the stiffness: dense for a dense one, spectral plus low rank for an FFT. */
 static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
 {
-  PetscBool fft;
+  PetscBool fft, cells;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)K, "slipfft", &fft));
-  if (fft)
+  PetscCall(SlipViscosityIsOfCells(K, &cells));
+  if (cells)
+    PetscCall(SlipViscosityCreate_Cells(K, factor, H));
+  else if (fft)
     PetscCall(SlipViscosityCreate_SpectralExact(K, factor, H));
   else
     PetscCall(ViscosityCreate_SqrtmDense(K, factor, H));
