@@ -36,8 +36,8 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, Pet
                                                               const char *source, Mat *K);
 
 /* ---- viscosity ---- H = 2 zeta M (M^-1 K)^(1/2), M = mass * I, mass [kg/m^2]; H [Pa s/m].
-   type: "sqrtm" (exact matrix square root), "spectral" (per-wavenumber square root, uniform grids only), "none"
-   (zero). */
+   type: "sqrtm" (exact matrix square root), "spectral" (per-wavenumber square root, uniform grids only), "lanczos"
+   (exact, by Lanczos' method in each product), "none" (zero). */
 PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, const char *type, Mat *H);
 
 /* ---- stage operator ---- B(theta) = (mass/theta) I + H + theta K   [Pa s/m], theta [s].

@@ -56,8 +56,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                     "Elastic medium: with or without the free surface"},
   [FAULT_INITIAL] = {"initial", "critical", "|critical|rest|", "Start: at the frictional instability, or unstressed"},
   [FAULT_OPERATOR] = {"operator", "auto", "|dense|fft|hmat|auto|", "Storage of the stiffness"},
-  [FAULT_VISCOSITY] = {"viscosity", "sqrtm", "|sqrtm|spectral|none|",
-                       "Viscosity H: exact matrix square root, per wavenumber, or zero"},
+  [FAULT_VISCOSITY] = {"viscosity", "sqrtm", "|sqrtm|spectral|lanczos|none|",
+                       "Viscosity H: exact matrix square root, per wavenumber, exact by Lanczos' method, or zero"},
   [FAULT_STIFFNESS_FILE] =
     {"stiffness_file", "", NULL,
      "Stiffness from F.h5[:/dataset] (default /stiffness), [N,N] in Pa/m, instead of the kernel"},

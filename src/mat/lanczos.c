@@ -294,7 +294,7 @@ static PetscErrorCode RootWeights(Mat S, Vec *root, Vec *inverse)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
+PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
 {
   Lanczos *l;
   PetscInt m, N;
@@ -397,7 +397,7 @@ PetscErrorCode SlipViscosityCreate_Cells(Mat K, PetscReal factor, Mat *H)
   PetscFunctionBegin;
   PetscCall(MatGetSize(K, &N, NULL));
   if (N > SLIP_ROOT_DENSE_MAX)
-    PetscCall(ViscosityCreate_Lanczos(K, factor, H));
+    PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
   else
     PetscCall(ViscosityCreate_DenseRoot(K, factor, H));
   PetscCall(MatSetOption(*H, MAT_SYMMETRIC, PETSC_TRUE));

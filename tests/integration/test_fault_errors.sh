@@ -17,6 +17,24 @@ with h5py.File("k.h5", "w") as f:
     f["asymmetric"] = K + np.diag([1e6, 0, 0], 1)
     f["indefinite"] = np.diag([3e7, -1.0, 3e7, 3e7])
     f["text"] = "abc"
+good = np.array([[50, 0, 50, 100, 100], [150, 0, 50, 100, 100], [50, 200, 60, 100, 100.0]])
+
+
+def mesh(name, row, columns="x y z length width"):
+    with h5py.File(name, "w") as f:
+        f["cells"] = np.vstack([good, [row]])
+        f["cells"].attrs["columns"] = columns
+
+
+mesh("mesh.h5", [150, 200, 60, 100, 100])
+mesh("zero.h5", [150, 200, 60, 0, 100])
+mesh("negative.h5", [150, 200, 60, 100, -5])
+mesh("nan.h5", [150, 200, np.nan, 100, 100])
+mesh("above.h5", [150, 200, 40, 100, 100])
+mesh("overlap.h5", [149, 200, 60, 100, 100])
+mesh("columns.h5", [150, 200, 60, 100, 100], "x z y length width")
+with h5py.File("narrow.h5", "w") as f:
+    f["cells"] = good[:, :4]
 PY
 echo "no HDF5" >not.h5
 head -c 900 k.h5 >truncated.h5
@@ -64,6 +82,18 @@ expect "is a directory" -fault_output .
 expect '-fault_output_fields has "weather"' -fault_output x.h5 -fault_output_fields slip,weather
 expect "weather" -ts_adapt_type weather
 expect "-ts_type rk knows no friction, expected bathe" -ts_type rk
+expect "none.h5" -fault_mesh none.h5
+expect "k.h5 has no dataset /cells" -fault_mesh k.h5
+expect "/cells has shape [3, 4], expected [n, 5]" -fault_mesh narrow.h5
+expect 'the columns of /cells are "x z y length width"' -fault_mesh columns.h5
+expect "zero.h5 (-fault_mesh): row 3 has length = 0" -fault_mesh zero.h5
+expect "negative.h5 (-fault_mesh): row 3 has width = -5" -fault_mesh negative.h5
+expect "nan.h5 (-fault_mesh): row 3 has z = nan" -fault_mesh nan.h5
+expect "the cell of row 3 reaches above the surface" -fault_mesh above.h5
+expect "the cells of rows 2 and 3 overlap" -fault_mesh overlap.h5
+expect "-fault_operator fft needs a uniform grid, but -fault_mesh mesh.h5" -fault_mesh mesh.h5 -fault_operator fft
+expect "needs a stiffness on a uniform grid" -fault_mesh mesh.h5 -fault_viscosity spectral
+expect "-fault_stiffness_file k.h5 and -fault_mesh mesh.h5 exclude each other" -fault_mesh mesh.h5 -fault_stiffness_file k.h5
 
 # An error before or during the run leaves an older output file alone.
 expect "none.h5" "${mesh[@]}" -fault_output old.h5 -fault_stiffness_file none.h5
@@ -72,7 +102,7 @@ expect "-ts_adapt_dt_min" "${mesh[@]}" -fault_output old.h5 -ts_adapt_type heuri
 [ ! -e x.h5 ] && [ ! -e x.h5.part ] || { echo "FAILED: x.h5 was written"; failed=1; }
 
 # On two ranks as well: the message, an error code, and no hang.
-for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/such/directory/x.h5"; do
+for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/such/directory/x.h5" "-fault_mesh overlap.h5"; do
   read -r -a args <<<"$option"
   timeout 100 mpirun --oversubscribe -n 2 "$fault" "${args[@]}" >out.txt 2>err.txt
   code=$?
