@@ -1,7 +1,7 @@
 /*
   Viscosity of stiffnesses without a uniform grid: H = factor D (D^-1 S D^-1)^(1/2) D, D = diag(w)^(1/2), w the weights
   of the rows of S. That is w times the H = factor K^(1/2) of the unweighted K = diag(1/w) S, and symmetric. The root is
-  a dense one up to SLIP_ROOT_DENSE_MAX rows; above, each product is a Lanczos process of its own (Higham 2008,
+  a dense one for a dense S or up to SLIP_ROOT_DENSE_MAX rows; else each product is a Lanczos process of its own (Higham 2008,
   Functions of Matrices, section 13.2),
 
      A^(1/2) x  =  |x| V_m T_m^(1/2) e_1,   A V_m = V_m T_m + residual,
@@ -237,12 +237,11 @@ static PetscErrorCode LanczosView(Mat H, PetscViewer viewer)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &l));
-  PetscCall(
-    PetscViewerASCIIPrintf(viewer, "viscosity by Lanczos' method: relative tolerance %g", (double)l->tolerance));
-  if (l->products)
-    PetscCall(PetscViewerASCIIPrintf(viewer, ", %.1f products with the stiffness each",
-                                     (double)l->steps / (double)l->products));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  PetscCall(PetscViewerASCIIPrintf(viewer,
+                                   "viscosity by Lanczos' method: relative tolerance %g, %.1f products with the "
+                                   "stiffness in each of %" PetscInt_FMT " so far\n",
+                                   (double)l->tolerance, (double)l->steps / (double)PetscMax(l->products, 1),
+                                   l->products));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -390,13 +389,16 @@ PetscErrorCode SlipViscosityIsOfCells(Mat K, PetscBool *is)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The root takes after the stiffness: dense for a dense one, and for a hierarchical one where that is cheap. */
 PetscErrorCode SlipViscosityCreate_Cells(Mat K, PetscReal factor, Mat *H)
 {
+  PetscBool hmat;
   PetscInt N;
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(K, &N, NULL));
-  if (N > SLIP_ROOT_DENSE_MAX)
+  PetscCall(PetscObjectTypeCompare((PetscObject)K, "sliphmat", &hmat));
+  if (hmat && N > SLIP_ROOT_DENSE_MAX)
     PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
   else
     PetscCall(ViscosityCreate_DenseRoot(K, factor, H));
