@@ -54,7 +54,8 @@ def main():
     parser.add_argument("output", metavar="OUT.h5")
     parser.add_argument("kind", choices=["uniform", "graded", "parallel"])
     parser.add_argument("--cells", type=int, nargs=2, default=[20, 20], metavar=("NX", "NZ"), help="of each fault")
-    parser.add_argument("--size", type=float, nargs=2, default=[3000, 3000], metavar=("LX", "LZ"), help="of each fault [m]")
+    parser.add_argument("--size", type=float, nargs=2, default=[3000, 3000], metavar=("LX", "LZ"),
+                        help="of each fault [m]")
     parser.add_argument("--top", type=float, default=0, help="depth of the upper edge [m]")
     parser.add_argument("--ratio", type=float, default=None, help="largest over smallest side (graded: 4, parallel: 1)")
     parser.add_argument("--offset", type=float, default=1000, help="between parallel faults [m]")

@@ -22,7 +22,7 @@ static PetscErrorCode SlipFaultExtract(Vec w, PetscInt which, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (w M/theta) base_v + ex_v, w the weights of the rows. */
+/* u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (w M/theta) base_v + ex_v, w: the weights. */
 static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage)
 {
   const PetscReal theta = stage->theta;

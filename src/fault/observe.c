@@ -223,7 +223,8 @@ static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscRea
   Input Parameters:
 + fault - the fault
 . w     - state
-- r     - friction traction [Pa], one per element and weighted by area as TSBatheGetReaction() gives it, or NULL for -q(w) sign(v)
+- r     - friction traction [Pa], one per element and weighted by area as TSBatheGetReaction() gives it, or NULL for
+        -q(w) sign(v)
 
   Output Parameter:
 . obs - the means; d(kinetic + elastic)/dt + viscous_power + friction_power = loading_power, with

@@ -71,7 +71,7 @@ static PetscErrorCode Grow(Cross *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the cross through row i, whose residual is in V's next column, and column j; *size is the norm of what it adds. */
+/* Adds the cross through row i, whose residual is in V's next column, and column j; *size: the norm of what it adds. */
 static void AddCross(Cross *c, PetscInt i, PetscInt j, PetscReal *size)
 {
   PetscReal *u = c->U + (size_t)c->rank * c->m, *v = c->V + (size_t)c->rank * c->n;
@@ -101,7 +101,7 @@ static PetscInt NextRow(const Cross *c)
   return best;
 }
 
-/* The worst of some rows not used yet, -1 when their residual is within the tolerance (scaled up to the whole block). */
+/* The worst of some rows not used yet, -1 when their residual, scaled up to the block, is within the tolerance. */
 static PetscInt WorstRow(const Cross *c, PetscReal tolerance, PetscReal v[])
 {
   const PetscInt stride = PetscMax(1, c->m / CROSS_CHECKS);

@@ -254,9 +254,9 @@ static const struct {
   K_ij, the stress drop at the centre of cell i for unit slip on cell j, is not symmetric when areas differ. In the
   continuum A_i K_ij = A_j K_ji (Betti's reciprocity of the forces on two cells); collocation at centres keeps that up
   to its own error, so S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)) is used. The balance of cell i per unit area,
-  M dv/dt = -H v - K u + tau, becomes w_i M dv/dt = -(w H v)_i - (S u)_i + w_i tau_i with the weights w_i = A_i / mean(A) of
-  MatSlipGetWeights(): M, tau and the friction stay per unit area, all operators are symmetric, and u.S u / (2 N) is the
-  mean elastic energy per unit area. On cells of one size S = (K + K')/2.
+  M dv/dt = -H v - K u + tau, becomes w_i M dv/dt = -(w H v)_i - (S u)_i + w_i tau_i with the weights w_i =
+  A_i / mean(A) of MatSlipGetWeights(): M, tau and the friction stay per unit area, all operators are symmetric,
+  and u.S u / (2 N) is the mean elastic energy per unit area. On cells of one size S = (K + K')/2.
 
   Errors: those of SlipCellsCheck(), PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_OUTOFRANGE for the tolerance
 

@@ -2,8 +2,8 @@
   Stiffness of type "sliphmat": blocks of cells that are far from each other, against their size, are stored as low-rank
   products found by adaptive cross approximation, the others as they are (Hackbusch 2015, Hierarchical Matrices).
 
-  Only the blocks on and above the diagonal are kept: the others are their transposes. Processes share the blocks evenly by
-  storage; each applies its own to the whole vector, and the results are added up.
+  Only the blocks on and above the diagonal are kept: the others are their transposes. Processes share the blocks evenly
+  by storage; each applies its own to the whole vector, and the results are added up.
 */
 #include <petscmat.h>
 #include <petscblaslapack.h>

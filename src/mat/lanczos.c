@@ -1,8 +1,8 @@
 /*
   Viscosity of stiffnesses without a uniform grid: H = factor D (D^-1 S D^-1)^(1/2) D, D = diag(w)^(1/2), w the weights
   of the rows of S. That is w times the H = factor K^(1/2) of the unweighted K = diag(1/w) S, and symmetric. The root is
-  a dense one for a dense S or up to SLIP_ROOT_DENSE_MAX rows; else each product is a Lanczos process of its own (Higham 2008,
-  Functions of Matrices, section 13.2),
+  a dense one for a dense S or up to SLIP_ROOT_DENSE_MAX rows; else each product is a Lanczos process of its own (Higham
+  2008, Functions of Matrices, section 13.2),
 
      A^(1/2) x  =  |x| V_m T_m^(1/2) e_1,   A V_m = V_m T_m + residual,
 

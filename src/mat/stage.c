@@ -181,8 +181,8 @@ static PetscErrorCode StageChoose(SlipStageContext *s)
   Output Parameter:
 . B - matrix of type "slipstage" [Pa s/m]; set theta before using it
 
-  Note: K and H are referenced and must not change while B lives. Where the rows of K are weighted (MatSlipGetWeights()),
-  so is the inertia: B = (mass / theta) diag(w) + H + theta K.
+  Note: K and H are referenced and must not change while B lives. Where the rows of K are weighted
+  (MatSlipGetWeights()), so is the inertia: B = (mass / theta) diag(w) + H + theta K.
 
   Errors: PETSC_ERR_ARG_SIZ when the sizes of K and H differ, PETSC_ERR_ARG_OUTOFRANGE for the mass
 

@@ -105,8 +105,8 @@ static Vec TestVector(Mat A, const Mesh *m, PetscBool smooth)
   return x;
 }
 
-/* The error of the whole in the Frobenius norm is at most the tolerance, as it is for every low-rank block; products with
-   random and with smooth slip, whose stress is about a tenth of a random one's, are within ten tolerances. */
+/* The error of the whole in the Frobenius norm is at most the tolerance, as it is for every low-rank block; products
+   with random and with smooth slip, whose stress is about a tenth of a random one's, are within ten tolerances. */
 static void hierarchical_to_the_tolerance(void **state)
 {
   static Mesh mesh;
@@ -151,7 +151,7 @@ static void hierarchical_to_the_tolerance(void **state)
   ok(MatDestroy(&dense));
 }
 
-/* Cells of a uniform grid give the grid's stiffness; the two kernels' code is the same on one plane, so rounding only. */
+/* Cells of a uniform grid give the grid's stiffness; the kernel on one plane is the same, so rounding only. */
 static void uniform_cells_are_the_grid(void **state)
 {
   static Mesh mesh;
@@ -175,8 +175,9 @@ static void uniform_cells_are_the_grid(void **state)
   ok(MatDestroy(&K));
 }
 
-/* Betti: the force on a large cell from slip on a small one, A_i K_ij averaged over the large one, equals A_j K_ji up to
-   the size of the small cell, which one point samples. The midpoint rule's error falls with the pieces' size squared. */
+/* Betti: the force on a large cell from slip on a small one, A_i K_ij averaged over the large one, equals A_j K_ji up
+   to the size of the small cell, which one point samples. The midpoint rule's error falls with the pieces' size squared.
+ */
 static void reciprocity_weighs_by_area(void **state)
 {
   const PetscReal a = 400, b = 300, dx = 700, dy = 60, z = 200, zs = 450, small = 5;
