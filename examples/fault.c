@@ -6,32 +6,26 @@ static const char help[] =
 
 #include <slipstep.h>
 #include <petsctime.h>
+#include <math.h>
 
-/* Name the options that nothing has read: most often they are mistyped. */
-static PetscErrorCode WarnOfUnusedOptions(void)
+/* PETSc takes any number for these. */
+static PetscErrorCode CheckNumbers(TS ts)
 {
-  PetscInt n;
-  char **names, **values;
+  PetscReal time, dt, end, atol, rtol;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
-  for (PetscInt i = 0; i < n; i++)
-    PetscCall(
-      PetscFPrintf(PETSC_COMM_WORLD, PETSC_STDERR, "fault: warning: nothing has read the option -%s\n", names[i]));
-  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
-  PetscFunctionReturn(0);
-}
-
-/* Other integrators see the smooth part only: their fault slides without friction. */
-static PetscErrorCode CheckIntegrator(TS ts)
-{
-  PetscBool bathe;
-  TSType type;
-
-  PetscFunctionBeginUser;
-  PetscCall(TSGetType(ts, &type));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  PetscCheck(bathe, PETSC_COMM_WORLD, PETSC_ERR_SUP, "-ts_type %s knows no friction, expected " TSBATHE, type);
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetTimeStep(ts, &dt));
+  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCall(TSGetTolerances(ts, &atol, NULL, &rtol, NULL));
+  PetscCheck(dt > 0 && isfinite(dt), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_dt is %.6g, expected a number > 0 s", (double)dt);
+  PetscCheck(end > time && isfinite(end), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_max_time is %.6g, expected a number > %.6g s, the start", (double)end, (double)time);
+  PetscCheck(rtol >= 0 && isfinite(rtol), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_rtol is %.6g, expected a number >= 0", (double)rtol);
+  PetscCheck(atol >= 0 && isfinite(atol), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_atol is %.6g, expected a number >= 0", (double)atol);
   PetscFunctionReturn(0);
 }
 
@@ -59,7 +53,8 @@ static PetscErrorCode Run(void)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(TSSetFromOptions(ts));
-  PetscCall(CheckIntegrator(ts));
+  PetscCall(TSBatheCheckType(ts));
+  PetscCall(CheckNumbers(ts));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
     PetscCall(SlipFaultOutputStart(fault, ts));
@@ -67,7 +62,7 @@ static PetscErrorCode Run(void)
     PetscCall(TSSolve(ts, w));
     PetscCall(PetscTime(&end));
     PetscCall(SlipFaultOutputFinish(fault, ts, ready - begin, end - ready));
-    PetscCall(WarnOfUnusedOptions());
+    PetscCall(SlipWarnOfUnusedOptions());
   }
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));

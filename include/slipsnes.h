@@ -50,6 +50,22 @@ PETSC_EXTERN PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *c
    0, -q sign(x) where x != 0. */
 PETSC_EXTERN PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Vec w, Vec r);
 
+/* A small system A dw/dt = F_s(t, w) + F_r of n states, dense, on one process: F_r enters the rows listed, one reaction with
+   |F_r| <= q each, and all is written with arrays. Units are the user's; A dw/dt, F_s and q share those of their row. */
+typedef struct {
+  PetscInt n;            /* states */
+  const PetscReal *mass; /* diagonal of A, positive [n] */
+  PetscInt nrows;
+  const PetscInt *rows; /* where the reactions enter, ascending [nrows] */
+  PetscErrorCode (*force)(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx);    /* F_s [n] */
+  PetscErrorCode (*jacobian)(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx); /* J[i n + j] = dF_i/dw_j,
+                                                                                             zero on entry */
+  /* q >= 0 [nrows], and unless dq is NULL its derivative by |w_rows[k]| (zero on entry); q = 0: no reaction now */
+  PetscErrorCode (*bound)(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx);
+  void *ctx;
+} SlipSmall;
+PETSC_EXTERN PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstraint *con);
+
 /* SNES types that solve G(x) = omega r(x) through the natural map of the cone; both take the constraint below. On
    success sticking elements have x = 0 exactly and the reaction satisfies |r| <= q and r = -q sign(x) where x != 0. */
 #define SNESSEMISMOOTH "semismooth"

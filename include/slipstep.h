@@ -7,4 +7,5 @@
 #include <slipts.h>
 #include <slippolicy.h>
 #include <slipadapt.h>
+#include <slipoutput.h>
 #include <slipfault.h>

@@ -14,5 +14,7 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_slipstep(void);
 
 /* Programs: errors end with one line on stderr ("program: error: message") unless -slip_traceback is given. */
 PETSC_EXTERN PetscErrorCode SlipErrorHandlerPush(const char program[]);
+/* A warning for each option that nothing has read: most often they are mistyped. */
+PETSC_EXTERN PetscErrorCode SlipWarnOfUnusedOptions(void);
 /* What rank 0 did alone failed there: fail on every rank. */
 PETSC_EXTERN PetscErrorCode SlipErrorBcast(MPI_Comm comm, PetscErrorCode code);

@@ -11,6 +11,8 @@ import argparse
 import os
 import sys
 
+import numpy as np
+
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from slipstep_output import OutputError, Run
 from slipstep_panels import RUN_STYLES, draw_map, draw_reference, draw_series, draw_steps, plt, use_style
@@ -51,15 +53,29 @@ def slip_error(run, reference):
     return run.result["mean_slip"] / reference.result["mean_slip"] - 1.0
 
 
+def half_slip_time(run):
+    """When the mean slip passes half of its end [s]: between accepted steps by the cubic of slip and slip rate."""
+    time, slip, rate = (np.concatenate(([0.0], run.series[name])) for name in ("time", "mean_slip", "mean_slip_rate"))
+    level = 0.5 * slip[-1]
+    if level <= 0:
+        return float("nan")
+    i = np.argmax(slip >= level)
+    h = time[i] - time[i - 1]
+    x = np.linspace(0.0, 1.0, 10001)
+    cubic = (slip[i - 1] * (1 + 2 * x) * (1 - x) ** 2 + slip[i] * x**2 * (3 - 2 * x)
+             + h * x * (1 - x) * (rate[i - 1] * (1 - x) - rate[i] * x))
+    return time[i - 1] + h * x[np.argmax(cubic >= level)]
+
+
 def table(runs, reference):
     """The comparison as lines of text."""
-    heads = ["controller", "accepted", "rejected", "Bathe solves", "wall time (s)", "final mean slip (m)", "error (%)"]
+    heads = ["controller", "accepted", "rejected", "Bathe solves", "wall time (s)", "final mean slip (m)", "error (%)", "half of it at (s)"]
     rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]),
              f"{run.result['wall_time_solve']:.2f}", f"{run.result['mean_slip']:.5f}",
-             f"{100 * slip_error(run, reference):+.2f}" if reference else "-"] for label, run in runs]
+             f"{100 * slip_error(run, reference):+.2f}" if reference else "-", f"{half_slip_time(run):.2f}"] for label, run in runs]
     if reference:
         rows.append(["reference", str(reference.result["accepted"]), str(reference.result["rejected"]),
-                     str(reference.result["solves"]), "-", f"{reference.result['mean_slip']:.5f}", ""])
+                     str(reference.result["solves"]), "-", f"{reference.result['mean_slip']:.5f}", "", f"{half_slip_time(reference):.2f}"])
     widths = [max(len(row[i]) for row in [heads] + rows) for i in range(len(heads))]
     line = lambda row: "  ".join(c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths))).rstrip()
     return [line(heads), "  ".join("-" * w for w in widths)] + [line(row) for row in rows]

@@ -1,4 +1,5 @@
-/* Just enough JSON to look numbers up in a reference file: JsonFind(text, "a/b/0") walks objects by key and arrays by index. */
+/* Just enough JSON to look numbers up in a reference file: JsonFind(text, "a/b/0") walks objects by key and arrays by
+   index. */
 #pragma once
 #include <ctype.h>
 #include <stdio.h>

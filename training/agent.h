@@ -1,5 +1,5 @@
-/* The learner that stands where a policy would: acts, stores what came of it, takes one gradient step per environment step. It knows
-   no environment: observations in, action in [-1, 1] out. */
+/* The learner that stands where a policy would: acts, stores what came of it, takes one gradient step per environment
+   step. It knows no environment: observations in, action in [-1, 1] out. */
 #pragma once
 #include "replay.h"
 
@@ -28,7 +28,8 @@ PETSC_INTERN PetscErrorCode AgentCreate(const AgentOptions *o, uint64_t seed, Ag
 PETSC_INTERN PetscErrorCode AgentDestroy(Agent *a);
 /* Action at obs [O]: exploring (random at first, then the policy with gSDE noise), or the deterministic policy's. */
 PETSC_INTERN PetscReal AgentAct(Agent *a, const PetscReal obs[], PetscBool explore);
-/* The outcome of the last exploring action: stores the transition and learns. Without a pending action nothing happens. */
+/* The outcome of the last exploring action: stores the transition and learns. Without a pending action nothing
+   happens. */
 PETSC_INTERN void AgentLearn(Agent *a, const PetscReal next_obs[], PetscReal reward, PetscBool terminated);
 /* The last action will not be carried out. */
 PETSC_INTERN void AgentForget(Agent *a);

@@ -1,6 +1,6 @@
-/* Dense networks on BLAS: forward, backward, Adam, Polyak averaging.
-   Batches are feature-major, x[feature][sample] with leading dimension B, so that every loop over samples is contiguous. Several
-   networks of one shape lie one after the other in one parameter vector and share their input (the critics). */
+/* Dense networks on BLAS: forward, backward, Adam, Polyak averaging. Batches are feature-major, x[feature][sample]
+   with leading dimension B, so that every loop over samples is contiguous. Several networks of one shape lie one after
+   the other in one parameter vector and share their input (the critics). */
 #pragma once
 #include "scalar.h"
 #include "random.h"
@@ -39,8 +39,9 @@ PETSC_INTERN PetscErrorCode DenseWorkCreate(const DenseShape *s, PetscInt batch,
 PETSC_INTERN PetscErrorCode DenseWorkDestroy(DenseWork *w);
 /* x [size[0]][B]; the result is w->out[layers-1], [nets][size[layers]][B]. */
 PETSC_INTERN void DenseForward(const DenseShape *s, const Scalar p[], PetscInt B, const Scalar x[], DenseWork *w);
-/* Fill w->delta[layers-1] with the gradient of the loss with respect to the output first. grad [nets * count] is overwritten; NULL
-   leaves out the parameters' gradient (only the deltas are needed for the gradient with respect to the input). */
+/* Fill w->delta[layers-1] with the gradient of the loss with respect to the output first. grad [nets * count] is
+   overwritten; NULL leaves out the parameters' gradient (only the deltas are needed for the gradient with respect to
+   the input). */
 PETSC_INTERN void DenseBackward(const DenseShape *s, const Scalar p[], PetscInt B, const Scalar x[], DenseWork *w,
                                 Scalar grad[]);
 /* After DenseBackward: gradient with respect to one row of the input, summed over the networks. dx [B] */

@@ -40,7 +40,7 @@ PetscErrorCode EnvDescribeDraw(char text[], size_t len)
   PetscFunctionBegin;
   text[0] = 0;
   for (PetscInt i = 0; i < DRAW_COUNT; ++i) {
-    PetscCall(PetscSNPrintf(row, sizeof(row), "%s%s %g..%g", i ? ", " : "", DrawTable[i].meaning,
+    PetscCall(PetscSNPrintf(row, sizeof(row), "%s%s %.6g..%.6g", i ? ", " : "", DrawTable[i].meaning,
                             (double)DrawTable[i].low, (double)DrawTable[i].high));
     PetscCall(PetscStrlcat(text, row, len));
   }
@@ -132,22 +132,49 @@ PetscErrorCode EnvRunDestroy(EnvRun *run)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Remembers the largest rate and stops the continuation once the fault rests after having slipped. */
+static PetscErrorCode FutureAppend(EnvFuture *f, PetscReal t, PetscReal slip)
+{
+  PetscFunctionBegin;
+  if (f->n == f->capacity) {
+    f->capacity = f->capacity ? 2 * f->capacity : 256;
+    PetscCall(PetscRealloc(sizeof(PetscReal) * 2 * (size_t)f->capacity, &f->sample));
+  }
+  f->sample[2 * f->n] = t;
+  f->sample[2 * f->n++ + 1] = slip;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* When the slip passes nine tenths of its last value, between samples by a straight line. */
+static PetscReal FuturePassage(const EnvFuture *f)
+{
+  const PetscReal *s = f->sample, level = 0.9 * s[2 * f->n - 1];
+
+  for (PetscInt i = 1; i < f->n; ++i) {
+    const PetscReal *a = &s[2 * i - 2], *b = &s[2 * i];
+
+    if (a[1] < level && b[1] >= level) return a[0] + (level - a[1]) / (b[1] - a[1]) * (b[0] - a[0]);
+  }
+  return s[0];
+}
+
+/* Remembers rate and slip and stops the continuation once the fault rests after having slipped. */
 static PetscErrorCode WatchContinuation(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
-  PetscReal *seen = (PetscReal *)ctx, rate, slip;
+  EnvFuture *future = (EnvFuture *)ctx;
+  PetscReal rate, slip;
 
   PetscFunctionBegin;
   if (!attempt->accepted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
   PetscCall(VecStrideNorm(w, 2, NORM_INFINITY, &slip));
-  seen[1] = PetscMax(seen[1], rate);
+  future->rate = PetscMax(future->rate, rate);
+  PetscCall(FutureAppend(future, attempt->time + attempt->dt, slip));
   if (rate == 0 && slip > 0) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* A second copy of the fault that runs with small constant steps and no error estimate. */
-PetscErrorCode EnvContinuationCreate(const EnvOptions *o, const PetscReal drawn[], PetscReal to_come[2], EnvRun *fine)
+PetscErrorCode EnvContinuationCreate(const EnvOptions *o, const PetscReal drawn[], EnvFuture *future, EnvRun *fine)
 {
   TSAdapt adapt;
 
@@ -157,17 +184,21 @@ PetscErrorCode EnvContinuationCreate(const EnvOptions *o, const PetscReal drawn[
   PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
   PetscCall(TSBatheSetError(fine->ts, TSBATHE_ERROR_NONE));
   PetscCall(TSSetExactFinalTime(fine->ts, TS_EXACTFINALTIME_STEPOVER));
-  PetscCall(TSBatheAddAttemptMonitor(fine->ts, WatchContinuation, to_come));
+  PetscCall(TSBatheAddAttemptMonitor(fine->ts, WatchContinuation, future));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EnvContinue(const EnvOptions *o, EnvRun *fine, Vec w, Vec r, PetscReal t, PetscReal to_come[2])
+PetscErrorCode EnvContinue(const EnvOptions *o, EnvRun *fine, Vec w, Vec r, PetscReal t, EnvFuture *future)
 {
   SlipFaultObservables seen;
+  PetscReal slip;
 
   PetscFunctionBegin;
   PetscCall(VecCopy(w, fine->w));
-  PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &to_come[1]));
+  PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &future->rate));
+  PetscCall(VecStrideNorm(w, 2, NORM_INFINITY, &slip));
+  future->n = 0;
+  PetscCall(FutureAppend(future, t, slip));
   PetscCall(TSSetTime(fine->ts, t));
   PetscCall(TSSetStepNumber(fine->ts, 0));
   PetscCall(TSSetTimeStep(fine->ts, o->continuation * fine->tstar));
@@ -175,6 +206,7 @@ PetscErrorCode EnvContinue(const EnvOptions *o, EnvRun *fine, Vec w, Vec r, Pets
   if (r) PetscCall(TSBatheSetInitialReaction(fine->ts, r));
   if (t < fine->tmax) PetscCall(TSSolve(fine->ts, fine->w));
   PetscCall(SlipFaultGetObservables(fine->fault, fine->w, NULL, &seen));
-  to_come[0] = seen.mean_slip;
+  future->slip = seen.mean_slip;
+  future->time = FuturePassage(future);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -39,24 +39,23 @@ static void Observe(Environment *env, const PetscReal obs[])
   }
 }
 
-/* How the accepted attempt changed what an exact continuation ends with. A peak that lies inside the step or behind it is not
-   judged. */
+/* How the accepted attempt changed what an exact continuation meets. A peak or a passage that lies inside the step or
+   behind it is not judged. */
 static PetscErrorCode ContinuationErrors(Environment *env, TS ts, PetscReal t, RewardInput *in)
 {
-  PetscReal now[2], rate;
+  const EnvFuture *before = &env->before, *now = &env->now, *start = &env->start;
+  PetscReal rate;
   Vec w, r;
 
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(TSBatheGetReaction(ts, &r));
-  PetscCall(EnvContinue(&env->o, &env->fine, w, r, t, env->fine_to_come));
-  now[0] = env->fine_to_come[0];
-  now[1] = env->fine_to_come[1];
+  PetscCall(EnvContinue(&env->o, &env->fine, w, r, t, &env->now));
   PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
-  in->slip_error = PetscAbsReal(now[0] - env->to_come[0]) / env->slip_scale;
-  in->rate_error = rate < now[1] ? PetscAbsReal(now[1] - env->to_come[1]) / env->rate_scale : 0;
-  env->to_come[0] = now[0];
-  env->to_come[1] = now[1];
+  in->slip_error = PetscAbsReal(now->slip - before->slip) / start->slip;
+  in->rate_error = rate < now->rate ? PetscAbsReal(now->rate - before->rate) / start->rate : 0;
+  in->time_error = t < now->time ? PetscAbsReal(now->time - before->time) / start->time : 0;
+  env->before = env->now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,14 +121,18 @@ static PetscErrorCode EpisodeSetUp(Environment *env, Random *random)
   env->dt_min = InSeconds(env->o.dt_min, env->o.dt_min_unit, &env->run);
   env->dt_max = InSeconds(env->o.dt_max, env->o.dt_max_unit, &env->run);
   if (env->o.reward->needs_continuation) {
-    PetscCall(EnvContinuationCreate(&env->o, draw ? drawn : NULL, env->fine_to_come, &env->fine));
-    PetscCall(EnvContinue(&env->o, &env->fine, env->run.w, NULL, 0, env->fine_to_come));
-    env->to_come[0] = env->slip_scale = env->fine_to_come[0];
-    env->to_come[1] = env->rate_scale = env->fine_to_come[1];
-    PetscCheck(env->slip_scale > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONGSTATE,
+    PetscCall(EnvContinuationCreate(&env->o, draw ? drawn : NULL, &env->now, &env->fine));
+    PetscCall(EnvContinue(&env->o, &env->fine, env->run.w, NULL, 0, &env->now));
+    env->before = env->start = env->now;
+    PetscCheck(env->start.slip > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONGSTATE,
                "This fault does not slip in %g s: -train_reward %s needs one that does", (double)env->run.tmax,
                env->o.reward->name);
   }
+  PetscCheck(env->run.tmax > 0 && !PetscIsInfOrNanReal(env->run.tmax), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_max_time is %.6g, expected a number > 0 s", (double)env->run.tmax);
+  PetscCheck(env->dt_min < env->dt_max, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "-train_dt_min is %.6g s and -train_dt_max %.6g s, expected a longer -train_dt_max", (double)env->dt_min,
+             (double)env->dt_max);
   PetscCall(TSGetAdapt(env->run.ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
   PetscCall(
@@ -146,12 +149,16 @@ PetscErrorCode EnvRunEpisode(Environment *env, Random *random, EnvActorFn actor,
   env->actor = actor;
   env->ctx = ctx;
   env->stopped = PETSC_FALSE;
-  env->result = (EnvResult){.reference = env->o.reward->needs_continuation ? env->slip_scale : (PetscReal)NAN};
+  env->result = (EnvResult){.reference = env->o.reward->needs_continuation ? env->start.slip : (PetscReal)NAN};
   PetscCall(TSSolve(env->run.ts, env->run.w));
   PetscCall(SlipFaultGetObservables(env->run.fault, env->run.w, NULL, &seen));
   env->result.final_slip = seen.mean_slip;
   *result = env->result;
   PetscCall(EnvRunDestroy(&env->run));
-  if (env->o.reward->needs_continuation) PetscCall(EnvRunDestroy(&env->fine));
+  if (env->o.reward->needs_continuation) {
+    PetscCall(EnvRunDestroy(&env->fine));
+    PetscCall(PetscFree(env->now.sample));
+    env->now.capacity = 0;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

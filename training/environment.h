@@ -1,5 +1,6 @@
-/* The environment: episodes of a fault that an actor steps through, with observations and rewards. Public headers of the library
-   only. The actor sits in TSAdapt rl's place, called back by TSSolve() before the first and after every attempt. */
+/* The environment: episodes of a fault that an actor steps through, with observations and rewards. Public headers of
+   the library only. The actor sits in TSAdapt rl's place, called back by TSSolve() before the first and after every
+   attempt. */
 #pragma once
 #include "random.h"
 #include "reward.h"
@@ -31,7 +32,17 @@ typedef struct {
   PetscReal tstar, tmax; /* [s] */
 } EnvRun;
 
-/* What the actor is told. Returns the action in [-1, 1] in *action; done: the episode is over and no action is needed. */
+/* What an exact continuation from the current state meets; it watches itself while it runs. */
+typedef struct {
+  PetscReal slip; /* mean slip at the end [m] */
+  PetscReal rate; /* largest slip rate still to come [m/s] */
+  PetscReal time; /* when the slip passes nine tenths of its end; the start of the continuation if it already has [s] */
+  PetscInt n, capacity; /* its samples ... */
+  PetscReal *sample;    /* ... time and largest slip, [n][2] */
+} EnvFuture;
+
+/* What the actor is told. Returns the action in [-1, 1] in *action; done: the episode is over and no action is
+   needed. */
 typedef struct {
   const PetscReal *obs; /* [nobs], scaled */
   PetscReal reward;     /* of the last attempt */
@@ -57,9 +68,7 @@ typedef struct {
   EnvRun run, fine;
   PetscReal dt_min, dt_max; /* [s] */
   PetscReal obs[ENV_MAX_OBS];
-  PetscReal to_come[2];             /* final slip and peak rate of the exact continuation from the current state */
-  PetscReal slip_scale, rate_scale; /* those of the start */
-  PetscReal fine_to_come[2];        /* of the continuation under way, which watches its own rate */
+  EnvFuture start, before, now; /* futures of the start, of the state before the last attempt and of the one after it */
   EnvActorFn actor;
   void *ctx;
   EnvResult result;
@@ -80,9 +89,10 @@ PETSC_INTERN PetscErrorCode EnvDescribeDraw(char text[], size_t len);
 /* drawn: NULL for the fault of the options. */
 PETSC_INTERN PetscErrorCode EnvRunCreate(const EnvOptions *o, const PetscReal drawn[], EnvRun *run);
 PETSC_INTERN PetscErrorCode EnvRunDestroy(EnvRun *run);
-PETSC_INTERN PetscErrorCode EnvContinuationCreate(const EnvOptions *o, const PetscReal drawn[], PetscReal to_come[2],
+/* future: where the continuations of fine will leave what they meet; free its sample with PetscFree(). */
+PETSC_INTERN PetscErrorCode EnvContinuationCreate(const EnvOptions *o, const PetscReal drawn[], EnvFuture *future,
                                                   EnvRun *fine);
-/* Run the fault on from state w at time t with small constant steps until it rests: final mean slip [m] and largest rate [m/s]
-   into the to_come of EnvContinuationCreate(). r: reaction, NULL at the start. */
+/* Run the fault on from state w at time t with small constant steps until it rests, into the future of
+   EnvContinuationCreate(). r: reaction, NULL at the start. */
 PETSC_INTERN PetscErrorCode EnvContinue(const EnvOptions *o, EnvRun *fine, Vec w, Vec r, PetscReal t,
-                                        PetscReal to_come[2]);
+                                        EnvFuture *future);

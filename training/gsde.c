@@ -1,4 +1,5 @@
-/* Generalised state-dependent exploration: noise that is a linear function of the actor's last hidden layer, and its density. */
+/* Generalised state-dependent exploration: noise that is a linear function of the actor's last hidden layer, and its
+   density. */
 #include "tqc.h"
 
 void GSDESample(PetscInt H, PetscInt A, PetscInt B, const Scalar h[], const Scalar head[], const Scalar bias[],

@@ -2,8 +2,8 @@
 #include "trainer.h"
 #include <slipstep/private/slipcompat.h>
 
-/* Observations that can be trained on, with the scaling that brings them to order one: network input = value * scale + offset.
-   Any other name of the library's or the fault's table is taken as it is. */
+/* Observations that can be trained on, with the scaling that brings them to order one: network input = value * scale
+   + offset. Any other name of the library's or the fault's table is taken as it is. */
 static const struct {
   const char *name;
   PetscReal scale, offset;
@@ -86,15 +86,27 @@ static PetscErrorCode CheckChoice(const char option[], const char value[], const
     PetscCall(PetscStrlcat(list, " ", sizeof(list)));
     PetscCall(PetscStrlcat(list, known[i], sizeof(list)));
   }
-  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not available; this version has:%s%s", option, value,
+  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not available; this version has:%s%s", option, value,
           list, later);
 }
 
 static PetscErrorCode CheckPositive(const char option[], PetscReal value)
 {
   PetscFunctionBegin;
-  PetscCheck(value > 0 && !PetscIsInfOrNanReal(value), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "%s %g must be positive", option, (double)value);
+  PetscCheck(value > 0 && !PetscIsInfOrNanReal(value), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "%s is %.6g, expected a number > 0", option, (double)value);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A number in [low, high]; high PETSC_MAX_REAL: no limit. */
+static PetscErrorCode CheckRange(const char option[], PetscReal value, PetscReal low, PetscReal high)
+{
+  char limit[32] = "";
+
+  PetscFunctionBegin;
+  if (high < PETSC_MAX_REAL) snprintf(limit, sizeof(limit), " and <= %.6g", (double)high);
+  PetscCheck(value >= low && value <= high, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "%s is %.6g, expected a number >= %.6g%s", option, (double)value, (double)low, limit);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -127,6 +139,7 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
                                     "Names of the observations, in order (default: depends on -train_reward)", NULL,
                                     names, &n, &set));
   if (set) {
+    PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
     for (PetscInt i = 0; i < e->nobs; ++i) PetscCall(PetscFree(e->names[i]));
     PetscCall(SetObservations(e, n, names));
     for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
@@ -152,6 +165,18 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
   PetscCall(CheckPositive("-train_continuation_step", e->continuation));
   PetscCall(PetscOptionsInt("-train_max_attempts", "Attempts after which an episode is cut off, 0: never", NULL,
                             e->max_steps, &e->max_steps, NULL));
+  PetscCall(CheckRange("-train_max_attempts", (PetscReal)e->max_steps, 0, PETSC_MAX_REAL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CheckNetworks(const TQCOptions *q)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckPositive("-train_hidden", (PetscReal)q->hidden));
+  PetscCall(CheckPositive("-train_critics", (PetscReal)q->critics));
+  PetscCall(CheckPositive("-train_quantiles", (PetscReal)q->quantiles));
+  PetscCall(CheckPositive("-train_batch", (PetscReal)q->batch));
+  PetscCall(CheckRange("-train_drop", (PetscReal)q->drop, 0, (PetscReal)(q->quantiles - 1)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -182,6 +207,12 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
     PetscOptionsReal("-train_buffer", "Capacity of the replay buffer in transitions", NULL, buffer, &buffer, NULL));
   PetscCall(PetscOptionsReal("-train_learning_starts", "Steps with random actions before learning", NULL, starts,
                              &starts, NULL));
+  PetscCall(CheckNetworks(&a->tqc));
+  PetscCall(CheckPositive("-train_learning_rate", lr));
+  PetscCall(CheckRange("-train_discount", gamma, 0, 1));
+  PetscCall(CheckRange("-train_polyak", tau, 0, 1));
+  PetscCall(CheckRange("-train_buffer", buffer, 1, PETSC_MAX_REAL));
+  PetscCall(CheckRange("-train_learning_starts", starts, 0, PETSC_MAX_REAL));
   a->tqc.lr = (double)lr;
   a->tqc.gamma = (double)gamma;
   a->tqc.tau = (double)tau;
@@ -199,10 +230,14 @@ static PetscErrorCode ParseFiles(TrainOptions *o, SlipOptionItems PetscOptionsOb
              {"-train_log", "Learning curve to write (HDF5)", o->log},
              {"-train_resume", "Checkpoint to continue; also on another mesh or fault: transfer learning", o->resume},
              {"-train_checkpoint", "Checkpoint to write: networks, optimisers, buffer, random state", o->checkpoint}};
+  PetscBool set;
 
   PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i)
-    PetscCall(PetscOptionsString(row[i].name, row[i].text, NULL, row[i].value, row[i].value, PETSC_MAX_PATH_LEN, NULL));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i) {
+    PetscCall(PetscOptionsString(row[i].name, row[i].text, NULL, row[i].value, row[i].value, PETSC_MAX_PATH_LEN, &set));
+    PetscCheck(!set || row[i].value[0], PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+               "%s has no value, expected the name of a file", row[i].name);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -259,6 +294,7 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
                                   "Weight of the error in the reward (default 1); rank i uses entry i of a list", NULL,
                                   alpha, &nalpha, &set));
   if (!set || !nalpha) nalpha = 1;
+  for (PetscInt i = 0; i < nalpha; ++i) PetscCall(CheckRange("-train_alpha", alpha[i], 0, PETSC_MAX_REAL));
   PetscCall(PetscOptionsInt("-train_progress", "Steps from one progress line to the next, 0: quiet", NULL, o->progress,
                             &o->progress, NULL));
   PetscCall(
@@ -271,6 +307,9 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
              "-train_evaluate_episodes %" PetscInt_FMT " must be positive", o->evaluate_episodes);
   PetscCall(PetscOptionsReal("-train_checkpoint_interval", "Steps between checkpoints, 0: only at the end", NULL,
                              checkpoint, &checkpoint, NULL));
+  PetscCall(CheckRange("-train_checkpoint_interval", checkpoint, 0, (PetscReal)PETSC_MAX_INT));
+  PetscCall(CheckRange("-train_progress", (PetscReal)o->progress, 0, PETSC_MAX_REAL));
+  PetscCall(CheckRange("-train_evaluate_interval", (PetscReal)o->evaluate_interval, 0, PETSC_MAX_REAL));
   o->checkpoint_interval = (PetscInt)checkpoint;
   PetscCall(ParseEnvironment(&o->env, PetscOptionsObject));
   PetscCall(ParseAgent(o, PetscOptionsObject));

@@ -3,8 +3,8 @@
 
 #define LANES 16 /* samples handled together: one AVX-512 register of floats */
 
-/* Batcher's merge exchange (Knuth, The Art of Computer Programming 3, 5.2.2, Algorithm M): a sorting network, the same compare
-   and exchange for every sample, so that LANES samples are sorted at once. */
+/* Batcher's merge exchange (Knuth, The Art of Computer Programming 3, 5.2.2, Algorithm M): a sorting network, the
+   same compare and exchange for every sample, so that LANES samples are sorted at once. */
 TRAIN_CLONES static void SortColumns(PetscInt n, PetscInt B, Scalar z[])
 {
   PetscInt top = 1;

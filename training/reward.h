@@ -10,11 +10,12 @@ typedef struct {
   PetscReal alpha;                    /* weight of the error, -train_alpha */
   PetscReal slip_error; /* what the step changed in the final slip of an exact continuation, over that slip */
   PetscReal rate_error; /* likewise in the peak slip rate still to come */
+  PetscReal time_error; /* likewise in the time at which the slip passes nine tenths of its end */
 } RewardInput;
 
 typedef struct {
   const char *name, *meaning;
-  PetscBool needs_continuation; /* slip_error and rate_error */
+  PetscBool needs_continuation; /* slip_error, rate_error and time_error */
   PetscReal (*value)(const RewardInput *in);
 } Reward;
 

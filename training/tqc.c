@@ -47,7 +47,7 @@ PetscErrorCode TQCCreate(const TQCOptions *o, Random *r, TQC *t)
              "Critics %" PetscInt_FMT ", quantiles %" PetscInt_FMT ", hidden %" PetscInt_FMT ", batch %" PetscInt_FMT
              ": all must be positive",
              o->critics, o->quantiles, o->hidden, o->batch);
-  PetscCheck(o->drop >= 0 && o->drop < o->quantiles, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(o->drop >= 0 && o->drop < o->quantiles, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
              "Dropped quantiles per critic %" PetscInt_FMT " must lie in [0, %" PetscInt_FMT ")", o->drop,
              o->quantiles);
   t->o = *o;

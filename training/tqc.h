@@ -1,5 +1,5 @@
-/* Truncated quantile critics (Kuznetsov et al. 2020) with generalised state-dependent exploration (Raffin et al. 2022), as
-   Stable-Baselines3 2.7 and sb3-contrib 2.7 compute it. */
+/* Truncated quantile critics (Kuznetsov et al. 2020) with generalised state-dependent exploration (Raffin et al.
+   2022), as Stable-Baselines3 2.7 and sb3-contrib 2.7 compute it. */
 #pragma once
 #include "dense.h"
 
@@ -40,7 +40,8 @@ typedef struct {
   Scalar *dqda, *dS, *dg, *dm; /* [A][B] */
 } TQC;
 
-/* Feature-major arrays with leading dimension TQCOptions.batch. action in [-1, 1]; done is 1 where bootstrapping stops. */
+/* Feature-major arrays with leading dimension TQCOptions.batch. action in [-1, 1]; done is 1 where bootstrapping
+   stops. */
 typedef struct {
   Scalar *obs, *next_obs; /* [O][B] */
   Scalar *action;         /* [A][B] */
@@ -53,7 +54,8 @@ typedef struct {
 
 PETSC_INTERN PetscErrorCode TQCCreate(const TQCOptions *o, Random *r, TQC *t);
 PETSC_INTERN PetscErrorCode TQCDestroy(TQC *t);
-/* Actions [A][B] at obs [O][B], B <= o.batch. eps [hidden][A] standard normal, or NULL: the deterministic tanh(mean). */
+/* Actions [A][B] at obs [O][B], B <= o.batch. eps [hidden][A] standard normal, or NULL: the deterministic tanh(mean).
+   */
 PETSC_INTERN void TQCSample(TQC *t, PetscInt B, const Scalar obs[], const Scalar eps[], Scalar action[]);
 /* One gradient step. eps [hidden][A]: one standard normal exploration matrix for the whole batch. */
 PETSC_INTERN void TQCUpdate(TQC *t, const TQCBatch *batch, const Scalar eps[], TQCLosses *losses);
@@ -62,7 +64,8 @@ PETSC_INTERN void TQCUpdate(TQC *t, const TQCBatch *batch, const Scalar eps[], T
 /* gSDE at latent features h [H][B]: fills every field of s. head: W[A][H]; explore, sigma [H][A] (NULL: no noise). */
 PETSC_INTERN void GSDESample(PetscInt H, PetscInt A, PetscInt B, const Scalar h[], const Scalar head[],
                              const Scalar bias[], const Scalar sigma[], const Scalar explore[], GSDE *s);
-/* z [n][B]: sort every sample's values ascending and turn the smallest keep of them into y = r + (1-d) gamma (z - alpha logp). */
+/* z [n][B]: sort every sample's values ascending and turn the smallest keep of them into y = r + (1-d) gamma (z -
+   alpha logp). */
 PETSC_INTERN void QuantileTargets(PetscInt n, PetscInt keep, PetscInt B, const Scalar reward[], const Scalar done[],
                                   Scalar gamma, Scalar alpha, const Scalar logp[], Scalar z[]);
 /* Quantile Huber loss, the plain mean over everything: theta [C*Q][B], y [N][B]; grad = dL/dtheta. */

@@ -23,11 +23,13 @@ static PetscErrorCode Run(void)
   if (only_help) { /* the options of the fault and of TS */
     PetscCall(EnvRunCreate(&o.env, NULL, &run));
     PetscCall(EnvRunDestroy(&run));
+    for (PetscInt i = 0; i < o.env.nobs; ++i) PetscCall(PetscFree(o.env.names[i]));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(TrainerCreate(PETSC_COMM_WORLD, &o, &t));
   PetscCall(TrainerRun(&t));
   PetscCall(TrainerDestroy(&t));
+  PetscCall(SlipWarnOfUnusedOptions());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

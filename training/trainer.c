@@ -1,9 +1,26 @@
-/* The training run: episodes until the steps are done, evaluation of the deterministic policy in between, the policy at the end. */
+/* The training run: episodes until the steps are done, evaluation of the deterministic policy in between, the policy
+   at the end. */
 #include "trainer.h"
+#include <slipstep/private/sliperror.h>
+#include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
 #include <petsctime.h>
 
 #define EVALUATION_SEED 20260 /* the faults of every evaluation are the same */
+
+/* What is written at the end must be writable now. */
+static PetscErrorCode CheckFiles(const TrainOptions *o)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipErrorSource("-train_output"));
+  PetscCall(SlipH5CheckCreate(o->output));
+  PetscCall(SlipErrorSource("-train_checkpoint"));
+  PetscCall(SlipH5CheckCreate(o->checkpoint));
+  PetscCall(SlipErrorSource("-train_log"));
+  PetscCall(SlipH5CheckCreate(o->log));
+  PetscCall(SlipErrorSource(NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 PetscErrorCode TrainerCreate(MPI_Comm comm, const TrainOptions *o, Trainer *t)
 {
@@ -21,7 +38,10 @@ PetscErrorCode TrainerCreate(MPI_Comm comm, const TrainOptions *o, Trainer *t)
   PetscCall(AgentCreate(&o->agent, (uint64_t)o->seed, &t->agent));
   RandomSeed(&t->faults, (uint64_t)o->seed + 0x5eed);
   PetscCall(PetscCalloc1(t->agent.tqc.nactor, &t->best_actor));
+  PetscCall(CheckFiles(o));
+  PetscCall(SlipErrorSource("-train_resume"));
   if (o->resume[0]) PetscCall(CheckpointRead(t, o->resume));
+  PetscCall(SlipErrorSource(NULL));
   t->begin_steps = t->agent.steps;
   if (o->log[0]) PetscCall(TrainLogOpen(t, o->log, &t->log));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,5 +1,6 @@
 /* The learning curve in HDF5. */
 #include "trainer.h"
+#include <slipstep/private/sliperror.h>
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
 #include <petsctime.h>
@@ -28,6 +29,7 @@ PetscErrorCode TrainLogOpen(const Trainer *t, const char file[], TrainLog *log)
   PetscFunctionBegin;
   PetscCall(PetscNew(&l));
   PetscCall(SlipH5Create(file, &l->h5));
+  PetscCall(SlipErrorUnfinished(l->h5.name));
   for (PetscInt i = 0; i < EPISODE_COLUMNS; ++i)
     PetscCall(SlipH5CreateSeries(&l->h5, EpisodeColumns[i].path, 0, NULL, PETSC_FALSE, EpisodeColumns[i].units));
   for (PetscInt i = 0; i < EVALUATION_COLUMNS; ++i)
@@ -46,6 +48,7 @@ PetscErrorCode TrainLogEpisode(TrainLog log, const Trainer *t, const EnvResult *
 
   PetscFunctionBegin;
   if (!log) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipErrorUnfinished(NULL)); /* the first episode is worth keeping */
   PetscCall(PetscTime(&now));
   const PetscReal row[EPISODE_COLUMNS] = {(PetscReal)t->agent.steps,
                                           r->total,

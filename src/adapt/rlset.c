@@ -1,5 +1,6 @@
 /* TSADAPTRL as an object: creation, setters, options, view. */
 #include <slipstep/private/slipadaptrl.h>
+#include <slipstep/private/sliperror.h>
 
 static PetscErrorCode TSAdaptRLSetPolicy_RL(TSAdapt adapt, SlipPolicy policy)
 {
@@ -172,7 +173,9 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
              "-ts_adapt_rl_max_failures is %" PetscInt_FMT "; expected at least 1", rl->max_failures);
   PetscCheck(rl->error_ceiling >= 0, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_adapt_rl_error_ceiling is %g; expected a positive number, or 0 for none", (double)rl->error_ceiling);
+  PetscCall(SlipErrorSource("-ts_adapt_rl_policy"));
   if (set) PetscCall(TSAdaptRLSetPolicyFile(adapt, file));
+  PetscCall(SlipErrorSource(NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 /* Elements: their distribution, centres and per-element parameters, uniform or from -fault_parameters. */
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
+#include <slipstep/private/sliperror.h>
 #include <slipsys.h>
 #include <math.h>
 
@@ -66,7 +67,7 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char file[], Pe
 
     PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
                "%s (-fault_parameters): /%s[%" PetscInt_FMT ", %" PetscInt_FMT
-               "] is %g, expected a finite number%s%s%s",
+               "] is %.6g, expected a finite number%s%s%s",
                file, p->name, e / nx, e % nx, (double)data[e],
                p->lower > PETSC_MIN_REAL ? (open ? " > 0" : " >= 0") : "", p->unit[0] ? " " : "", p->unit);
   }
@@ -174,7 +175,9 @@ PetscErrorCode SlipFaultElementsSetUp(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(SlipFaultDistribute(fault));
   PetscCall(SlipFaultFillFields(fault));
+  PetscCall(SlipErrorSource("-fault_parameters"));
   if (fault->text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
+  PetscCall(SlipErrorSource(NULL));
   for (PetscInt i = 0; i < fault->n; i++) {
     low = PetscMin(low, fault->field[FIELD_NORMAL_STRESS][i]);
     any = any || fault->field[FIELD_LOADING_RATE][i] != 0;
@@ -182,7 +185,7 @@ PetscErrorCode SlipFaultElementsSetUp(SlipFault fault)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &low, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
   PetscCheck(low > 0, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "the least effective normal stress is %g Pa, expected > 0: raise -fault_normal_stress or "
+             "the least effective normal stress is %.6g Pa, expected > 0: raise -fault_normal_stress or "
              "-fault_normal_stress_gradient",
              (double)low);
   fault->loaded = any ? PETSC_TRUE : PETSC_FALSE;

@@ -3,32 +3,12 @@
 #include <slipstep/private/slipcells.h>
 #include <slipstep/private/slipcompat.h>
 
-static const SlipColumn StepColumns[] = {
-  {"time", "s", PETSC_FALSE},
-  {"dt", "s", PETSC_FALSE},
-  {"accepted", NULL, PETSC_TRUE},
-  {"error", "1", PETSC_FALSE},
-  {"converged", NULL, PETSC_TRUE},
-  {"newton_iterations", NULL, PETSC_TRUE},
-  {"linear_iterations", NULL, PETSC_TRUE},
-  {"solves", NULL, PETSC_TRUE},
-  {"residual", "1", PETSC_FALSE},
-  {"reason", NULL, PETSC_TRUE},
-  {"wall", "s", PETSC_FALSE},
-};
-
-static const SlipColumn SeriesColumns[] = {
-  {"time", "s", PETSC_FALSE},
-  {"mean_slip_rate", "m/s", PETSC_FALSE},
-  {"max_slip_rate", "m/s", PETSC_FALSE},
-  {"mean_slip", "m", PETSC_FALSE},
-  {"mean_displacement", "m", PETSC_FALSE},
-  {"sliding_fraction", "1", PETSC_FALSE},
-  {"kinetic_energy", "J/m^2", PETSC_FALSE},
-  {"elastic_energy", "J/m^2", PETSC_FALSE},
-  {"viscous_power", "W/m^2", PETSC_FALSE},
-  {"friction_power", "W/m^2", PETSC_FALSE},
-  {"loading_power", "W/m^2", PETSC_FALSE},
+static const SlipOutputColumn SeriesColumns[] = {
+  {"mean_slip_rate", "m/s", PETSC_FALSE},   {"max_slip_rate", "m/s", PETSC_FALSE},
+  {"mean_slip", "m", PETSC_FALSE},          {"mean_displacement", "m", PETSC_FALSE},
+  {"sliding_fraction", "1", PETSC_FALSE},   {"kinetic_energy", "J/m^2", PETSC_FALSE},
+  {"elastic_energy", "J/m^2", PETSC_FALSE}, {"viscous_power", "W/m^2", PETSC_FALSE},
+  {"friction_power", "W/m^2", PETSC_FALSE}, {"loading_power", "W/m^2", PETSC_FALSE},
 };
 
 static const struct {
@@ -63,34 +43,52 @@ static PetscErrorCode SlipFaultOutputChoose(SlipFaultOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx)
+{
+  SlipFaultObservables o;
+
+  PetscFunctionBegin;
+  (void)ts;
+  (void)t;
+  PetscCall(SlipFaultGetObservables((SlipFault)ctx, w, r, &o));
+  {
+    const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
+                                o.sliding_fraction, o.kinetic,       o.elastic,   o.viscous_power,
+                                o.friction_power,   o.loading_power};
+
+    PetscCall(PetscArraycpy(row, values, PETSC_STATIC_ARRAY_LENGTH(values)));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0 */
 static PetscErrorCode SlipFaultOutputLayout(SlipFaultOutput out)
 {
   SlipFault fault = out->fault;
   const PetscInt shape[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
   const PetscInt ndim = fault->mesh.n ? 1 : 2, *dims = shape + 2 - ndim; /* [n] for a mesh */
-  SlipH5 *h = &out->file;
   char path[64];
 
   PetscFunctionBegin;
-  PetscCall(SlipH5Create(fault->text[FAULT_OUTPUT], h));
-  PetscCall(SlipTableCreate(&out->steps, h, "/steps", PETSC_STATIC_ARRAY_LENGTH(StepColumns), StepColumns));
-  PetscCall(SlipTableCreate(&out->series, h, "/series", PETSC_STATIC_ARRAY_LENGTH(SeriesColumns), SeriesColumns));
-  PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
+  PetscCall(SlipH5CreateSeries(out->file, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5CreateSeries(h, path, ndim, dims, PETSC_FALSE, OutputFields[f].unit));
+    PetscCall(SlipH5CreateSeries(out->file, path, ndim, dims, PETSC_FALSE, OutputFields[f].unit));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: fails on every rank when rank 0 cannot create the file. */
-PetscErrorCode SlipFaultOutputOpen(SlipFaultOutput out)
+/* Fails on every rank when rank 0 cannot create the file. */
+PetscErrorCode SlipFaultOutputOpen(SlipFaultOutput out, TS ts)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultOutputChoose(out));
+  PetscCall(SlipOutputCreate(ts, out->fault->text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns),
+                             SeriesColumns, SlipFaultOutputSeries, out->fault, &out->run));
+  out->file = SlipOutputFile(out->run);
   if (!out->rank) ierr = SlipFaultOutputLayout(out);
   PetscCall(SlipErrorBcast(out->fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -104,16 +102,16 @@ static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
 
   PetscFunctionBegin;
   if (fault->mesh.n) {
-    PetscCall(SlipFaultMeshWrite(fault, &out->file));
+    PetscCall(SlipFaultMeshWrite(fault, out->file));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscMalloc2(nx, &x, nz, &z));
   for (PetscInt i = 0; i < nx; i++) PetscCall(SlipFaultElementCentre(fault, i, &x[i], &other));
   for (PetscInt i = 0; i < nz; i++) PetscCall(SlipFaultElementCentre(fault, i * nx, &other, &z[i]));
-  PetscCall(SlipH5WriteReal(&out->file, "/mesh/x", 1, &nx, x, "m"));
-  PetscCall(SlipH5WriteReal(&out->file, "/mesh/z", 1, &nz, z, "m"));
-  PetscCall(SlipH5WriteAttrInt(&out->file, "/mesh", "nx", nx));
-  PetscCall(SlipH5WriteAttrInt(&out->file, "/mesh", "nz", nz));
+  PetscCall(SlipH5WriteReal(out->file, "/mesh/x", 1, &nx, x, "m"));
+  PetscCall(SlipH5WriteReal(out->file, "/mesh/z", 1, &nz, z, "m"));
+  PetscCall(SlipH5WriteAttrInt(out->file, "/mesh", "nx", nx));
+  PetscCall(SlipH5WriteAttrInt(out->file, "/mesh", "nz", nz));
   PetscCall(PetscFree2(x, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -133,7 +131,7 @@ static PetscErrorCode SlipFaultOutputElements(SlipFaultOutput out, const char na
   PetscCall(VecScatterEnd(out->gather_r, x, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", name));
   PetscCall(VecGetArrayRead(out->r0, &a));
-  if (!out->rank) ierr = SlipH5WriteReal(&out->file, path, ndim, dims, a, unit[0] ? unit : "1");
+  if (!out->rank) ierr = SlipH5WriteReal(out->file, path, ndim, dims, a, unit[0] ? unit : "1");
   PetscCall(VecRestoreArrayRead(out->r0, &a));
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -177,7 +175,7 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
   PetscCall(PetscMalloc1(N, &x));
   PetscCall(VecGetArrayRead(out->w0, &w));
   PetscCall(VecGetArrayRead(out->r0, &r));
-  PetscCall(SlipH5Append(&out->file, "/fields/time", 1, &time));
+  PetscCall(SlipH5Append(out->file, "/fields/time", 1, &time));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     const PetscInt c = OutputFields[f].component;
 
@@ -185,7 +183,7 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
     for (PetscInt e = 0; e < N; e++) x[e] = c < 0 ? r[e] : w[3 * e + c];
     for (PetscInt e = 0; c < 0 && e < mesh->n; e++) x[e] /= unit * mesh->length[e] * mesh->width[e];
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5Append(&out->file, path, 1, x));
+    PetscCall(SlipH5Append(out->file, path, 1, x));
   }
   PetscCall(VecRestoreArrayRead(out->r0, &r));
   PetscCall(VecRestoreArrayRead(out->w0, &w));

@@ -279,6 +279,8 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
   if (p->choices) PetscCall(SlipFaultListChoices(p->choices, list, sizeof(list)));
   PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s", p->help, p->choices ? "; one of " : "", list));
   PetscCall(PetscOptionsString(option, help, "SlipFaultSetString", fault->text[id], value, sizeof(value), &set));
+  PetscCheck(!set || value[0] || id == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONG,
+             "%s has no value, expected %s", option, p->choices ? list : "the name of a file");
   if (set) PetscCall(SlipFaultSetString(fault, p->name, value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,7 @@
 /* Stiffness from the kernel or a file, its scaling, the viscosity, and the critical state. */
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
+#include <slipstep/private/sliperror.h>
 #include <slipsys.h>
 #include <petscksp.h>
 #include <math.h>
@@ -36,7 +37,7 @@ static PetscErrorCode SlipFaultCheckEntries(SlipFault fault, const char file[], 
              file, dataset, dims[0], dims[1], fault->N);
   for (size_t k = 0; k < N * N; k++)
     PetscCheck(isfinite(entries[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s (-fault_stiffness_file): %s[%zu, %zu] is %g, expected a finite number", file, dataset, k / N, k % N,
+               "%s (-fault_stiffness_file): %s[%zu, %zu] is %.6g, expected a finite number", file, dataset, k / N, k % N,
                (double)entries[k]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -206,10 +207,12 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   const PetscReal zeta = fault->value[FAULT_DAMPING_RATIO];
 
   PetscFunctionBegin;
+  PetscCall(SlipErrorSource(fault->text[FAULT_STIFFNESS_FILE][0] ? "-fault_stiffness_file" : "-fault_operator"));
   if (fault->text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));
   else
     PetscCall(SlipFaultComputeStiffness(fault));
+  PetscCall(SlipErrorSource(NULL));
   PetscCall(MatCreateVecs(fault->K, &fault->uc, &fault->c));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->uc, &fault->work[i]));
   PetscCall(VecDuplicate(fault->uc, &fault->vinf));

@@ -1,4 +1,4 @@
-/* Dense Cholesky solve on the sliding set, the fastest way while that set is small: the block is gathered on every rank and
+/* Dense direct solve on the sliding set (Cholesky unless the operator is known not to be symmetric), the fastest way while that set is small: the block is gathered on every rank and
    factored redundantly, so that all ranks hold the same bits and no further communication is needed. */
 #include <slipstep/private/slipsnes.h>
 #include <petscblaslapack.h>
@@ -76,13 +76,48 @@ static PetscErrorCode SlipPackRows(Mat dense, Vec slope, Vec rhs, PetscInt nloc,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Cholesky; what fails is not positive definite */
+static PetscErrorCode SlipSolveSymmetric(PetscInt n, PetscScalar A[], PetscScalar b[], PetscBool *pd)
+{
+  PetscBLASInt nb, one = 1, info;
+
+  PetscFunctionBegin;
+  PetscCall(PetscBLASIntCast(n, &nb));
+  LAPACKpotrf_("L", &nb, A, &nb, &info);
+  PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "potrf: argument %d is wrong", (int)-info);
+  *pd = info == 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (*pd) LAPACKpotrs_("L", &nb, &one, A, &nb, b, &nb, &info);
+  PetscCall(PetscLogFlops((PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* LU for a matrix that is known not to be symmetric; A holds it by rows. Its solution shows negative curvature, no more. */
+static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscScalar A[], PetscScalar b[], PetscBool *pd)
+{
+  PetscBLASInt nb, one = 1, info, *pivot;
+  PetscScalar *rhs;
+  PetscReal curvature = 0.0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscBLASIntCast(n, &nb));
+  PetscCall(PetscMalloc2(n, &pivot, n, &rhs));
+  PetscCall(PetscArraycpy(rhs, b, n));
+  LAPACKgetrf_(&nb, &nb, A, &nb, pivot, &info);
+  PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "getrf: argument %d is wrong", (int)-info);
+  if (!info) LAPACKgetrs_("T", &nb, &one, A, &nb, pivot, b, &nb, &info);
+  for (PetscInt i = 0; i < n; i++) curvature += PetscRealPart(rhs[i] * b[i]);
+  *pd = info == 0 && curvature >= 0.0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscFree2(pivot, rhs));
+  PetscCall(PetscLogFlops(2.0 * (PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Gather A and b everywhere, factor and solve there */
-static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscInt n, PetscInt nloc, const PetscScalar rows[],
-                                      const PetscScalar mine[], const PetscMPIInt counts[], const PetscMPIInt displs[],
-                                      PetscScalar A[], PetscScalar b[], PetscBool *pd)
+static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscBool symmetric, PetscInt n, PetscInt nloc,
+                                      const PetscScalar rows[], const PetscScalar mine[], const PetscMPIInt counts[],
+                                      const PetscMPIInt displs[], PetscScalar A[], PetscScalar b[], PetscBool *pd)
 {
   PetscMPIInt size, *cnt, *dsp;
-  PetscBLASInt nb, one = 1, info;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &size));
@@ -94,16 +129,15 @@ static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscInt n, PetscInt nloc, 
   PetscCallMPI(MPI_Allgatherv(rows, (PetscMPIInt)(nloc * n), MPIU_SCALAR, A, cnt, dsp, MPIU_SCALAR, comm));
   PetscCallMPI(MPI_Allgatherv(mine, (PetscMPIInt)nloc, MPIU_SCALAR, b, counts, displs, MPIU_SCALAR, comm));
   PetscCall(PetscFree2(cnt, dsp));
-  PetscCall(PetscBLASIntCast(n, &nb));
-  LAPACKpotrf_("L", &nb, A, &nb, &info);
-  PetscCheck(info >= 0, comm, PETSC_ERR_LIB, "potrf: argument %d is wrong", (int)-info);
-  *pd = info == 0 ? PETSC_TRUE : PETSC_FALSE;
-  if (*pd) LAPACKpotrs_("L", &nb, &one, A, &nb, b, &nb, &info);
-  PetscCall(PetscLogFlops((PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
+  if (symmetric)
+    PetscCall(SlipSolveSymmetric(n, A, b, pd));
+  else
+    PetscCall(SlipSolveGeneral(n, A, b, pd));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solve (B + diag(slope)) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. Symmetric B. See slipsnes.h (private). */
+/* Solve (B + diag(slope)) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. B is taken for symmetric unless it is known not to be (MAT_SYMMETRIC). See
+   slipsnes.h (private). */
 PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, PetscInt max, PetscBool *done,
                                PetscBool *pd)
 {
@@ -113,6 +147,7 @@ PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, Pets
   PetscInt n, nloc, *loc, *glob;
   PetscMPIInt *counts, *displs, rank;
   PetscScalar *rows, *A, *b, *mine, *y;
+  PetscBool told, symmetric;
 
   PetscFunctionBegin;
   *done = PETSC_FALSE;
@@ -131,7 +166,9 @@ PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, Pets
   PetscCall(SlipSlidingSet(mask, &nloc, &loc, &counts, &displs, &glob));
   PetscCall(PetscMalloc4(nloc * n, &rows, nloc, &mine, n * n, &A, n, &b));
   PetscCall(SlipPackRows(dense, slope, rhs, nloc, loc, n, glob, displs[rank], rows, mine));
-  PetscCall(SlipGatherSolve(comm, n, nloc, rows, mine, counts, displs, A, b, pd));
+  PetscCall(MatIsSymmetricKnown(dense, &told, &symmetric));
+  PetscCall(SlipGatherSolve(comm, !told || symmetric ? PETSC_TRUE : PETSC_FALSE, n, nloc, rows, mine, counts, displs, A,
+                            b, pd));
   if (*pd) {
     PetscCall(VecZeroEntries(dx));
     PetscCall(VecGetArray(dx, &y));

@@ -297,9 +297,11 @@ static PetscErrorCode SNESSetFromOptions_Semismooth(SNES snes, SlipOptionItems P
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Semismooth Newton options");
-  PetscCall(PetscOptionsBoundedInt("-snes_slip_direct_max",
-                                   "Sliding elements up to which a dense Cholesky factorisation is used (350)", "",
-                                   ss->direct_max, &ss->direct_max, NULL, 0));
+  PetscCall(PetscOptionsInt("-snes_slip_direct_max",
+                            "Sliding elements, >= 0, up to which a dense Cholesky factorisation is used (350)", "",
+                            ss->direct_max, &ss->direct_max, NULL));
+  PetscCheck(ss->direct_max >= 0, PetscObjectComm((PetscObject)snes), PETSC_ERR_ARG_OUTOFRANGE,
+             "-snes_slip_direct_max is %" PetscInt_FMT ", expected at least 0", ss->direct_max);
   PetscOptionsHeadEnd();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,12 +1,18 @@
 /* Errors of programs: one clear line for the user, and the same error on every process. */
 #include <slipsys.h>
+#include <slipstep/private/sliperror.h>
 #include <slipstep/private/slipcompat.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define SLIP_ABORT_WAIT 5.0 /* time that other ranks leave rank 0 to print and abort [s] */
 
+#define SLIP_SPEAK_WAIT 1.0 /* time that other ranks leave rank 0 to report an error that all ranks meet alone [s] */
+
 static char SlipProgram[64] = "slipstep";
+static char SlipSource[64];                     /* option whose value is at work, or empty */
+static char SlipUnfinished[PETSC_MAX_PATH_LEN]; /* file of a run that has not begun, or empty */
 
 /* On a communicator all of whose ranks fail alike, rank 0 speaks; on a rank's own it speaks itself. */
 static PetscBool SlipErrorIsMine(MPI_Comm comm)
@@ -20,11 +26,42 @@ static PetscBool SlipErrorIsMine(MPI_Comm comm)
   return size == 1 || !rank ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* PETSc's messages about values that are no numbers quote the value only: find its option. */
+static void SlipErrorFindOption(const char message[], char option[], size_t len)
+{
+  char *all = NULL, value[64], *word, *name = NULL;
+
+  option[0] = '\0';
+  if (sscanf(message, "Input string %63s has no", value) != 1 || PetscOptionsGetAll(NULL, &all)) return;
+  for (word = strtok(all, " "); word; word = strtok(NULL, " ")) {
+    if (name && !strcmp(word, value)) snprintf(option, len, "%s", name);
+    name = word[0] == '-' ? word : NULL;
+  }
+  (void)PetscFree(all);
+}
+
+/* The line for the user: the message, and the option at work unless the message names one. */
+static void SlipErrorSpeak(PetscErrorCode code, const char message[])
+{
+  const char *general = NULL;
+  char found[64] = "", *option = SlipSource;
+
+  if (!message || !message[0]) PetscErrorMessage(code, &general, NULL);
+  if (!message || !message[0]) message = general ? general : "unknown";
+  if (!option[0]) {
+    SlipErrorFindOption(message, found, sizeof(found));
+    option = found;
+  }
+  if (strstr(message, option)) option = (char *)"";
+  fflush(stdout);
+  fprintf(stderr, "%s: error: %s%s%s%s\n", SlipProgram, message, option[0] ? " (" : "", option, option[0] ? ")" : "");
+  fflush(stderr);
+}
+
 static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *function, const char *file,
                                        PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
 {
-  const char *general = NULL;
-  int size = 1;
+  int size = 1, rank = 0;
 
   (void)line;
   (void)function;
@@ -32,11 +69,11 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   (void)ctx;
   if (type == PETSC_ERROR_REPEAT) return code;
   MPI_Comm_size(MPI_COMM_WORLD, &size);
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  if (SlipUnfinished[0]) remove(SlipUnfinished);
   if (SlipErrorIsMine(comm)) {
-    if (!message || !message[0]) PetscErrorMessage(code, &general, NULL);
-    fflush(stdout);
-    fprintf(stderr, "%s: error: %s\n", SlipProgram, message && message[0] ? message : general ? general : "unknown");
-    fflush(stderr);
+    if (rank) PetscSleep(SLIP_SPEAK_WAIT * rank);
+    SlipErrorSpeak(code, message);
   } else
     PetscSleep(SLIP_ABORT_WAIT);
   if (size == 1) exit(EXIT_FAILURE); /* nobody to wait for, and MPI_Abort() is talkative */
@@ -69,7 +106,70 @@ PetscErrorCode SlipErrorHandlerPush(const char program[])
   PetscCall(PetscOptionsBool("-slip_traceback", "Show where an error happened, for reports of bugs",
                              "SlipErrorHandlerPush", traceback, &traceback, NULL));
   PetscOptionsEnd();
-  if (!traceback) PetscCall(PetscPushErrorHandler(SlipErrorHandler, NULL));
+  if (traceback) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPushErrorHandler(SlipErrorHandler, NULL));
+  PetscCall(PetscRegisterFinalize(PetscPopErrorHandler)); /* PETSc does not free its stack of handlers */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipErrorSource - name the option whose value is being used, so that an error from deep below still names it
+
+  Not collective.
+
+  Input Parameter:
+. option - with its dash, for example "-fault_parameters"; NULL when its value has been used
+
+  Level: developer
+
+.seealso: SlipErrorHandlerPush(), SlipErrorUnfinished()
+@*/
+PetscErrorCode SlipErrorSource(const char option[])
+{
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(SlipSource, option ? option : "", sizeof(SlipSource)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipErrorUnfinished - have an error remove the file of a run that has not begun
+
+  Not collective.
+
+  Input Parameter:
+. file - its name, or NULL: from now on the file is worth keeping, or complete
+
+  Level: developer
+
+.seealso: SlipErrorHandlerPush(), SlipErrorSource()
+@*/
+PetscErrorCode SlipErrorUnfinished(const char file[])
+{
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(SlipUnfinished, file ? file : "", sizeof(SlipUnfinished)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipWarnOfUnusedOptions - name the options that nothing has read: most often they are mistyped
+
+  Collective on PETSC_COMM_WORLD; at the end of a program that called SlipErrorHandlerPush().
+
+  Level: intermediate
+
+.seealso: SlipErrorHandlerPush()
+@*/
+PetscErrorCode SlipWarnOfUnusedOptions(void)
+{
+  PetscInt n;
+  char **names, **values;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt i = 0; i < n; i++)
+    PetscCall(PetscFPrintf(PETSC_COMM_WORLD, PETSC_STDERR, "%s: warning: nothing has read the option -%s\n",
+                           SlipProgram, names[i]));
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -84,6 +84,32 @@ PetscErrorCode SlipH5Create(const char file[], SlipH5 *h)
 }
 
 /*@C
+  SlipH5CheckCreate - would SlipH5Create() work? For files that are written at the end of a long run
+
+  Not collective.
+
+  Input Parameter:
+. file - final name; an empty one is no file and no error
+
+  Level: developer
+
+  Errors: those of SlipH5Create().
+
+.seealso: SlipH5Create()
+@*/
+PetscErrorCode SlipH5CheckCreate(const char file[])
+{
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5Create(file, &h));
+  H5Fclose(h.id);
+  PetscCheck(!remove(h.name), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot remove %s", h.name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
   SlipH5Close - close a file; one that was written is renamed into place
 
   Not collective. Closing twice does nothing.

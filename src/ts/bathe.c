@@ -94,13 +94,15 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
   PetscCall(PetscOptionsEnum("-ts_bathe_error", "Error estimate: embedded (default), doubling or none",
                              "TSBatheSetError", TSBatheErrors, (PetscEnum)error, (PetscEnum *)&error, &flg));
   if (flg) PetscCall(TSBatheSetError(ts, error));
-  PetscCall(PetscOptionsBoundedInt("-ts_bathe_order",
-                                   "Order p assumed by doubling's 1/(2^p - 1) (default 1, as published)",
-                                   "TSBatheSetOrder", order, &order, &flg, 1));
+  PetscCall(PetscOptionsInt("-ts_bathe_order",
+                            "Order p >= 1 assumed by doubling's 1/(2^p - 1) (default 1, as published)",
+                            "TSBatheSetOrder", order, &order, &flg));
   if (flg) PetscCall(TSBatheSetOrder(ts, order));
-  PetscCall(PetscOptionsBoundedInt("-ts_bathe_max_failures",
-                                   "Attempts in a row that may fail to converge before the run stops (default 50)", "",
-                                   ba->max_failures, &ba->max_failures, NULL, 1));
+  PetscCall(PetscOptionsInt("-ts_bathe_max_failures",
+                            "Attempts >= 1 in a row that may fail to converge before the run stops (default 50)", "",
+                            ba->max_failures, &ba->max_failures, NULL));
+  PetscCheck(ba->max_failures >= 1, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_bathe_max_failures is %" PetscInt_FMT ", expected at least 1", ba->max_failures);
   PetscOptionsHeadEnd();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

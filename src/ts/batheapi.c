@@ -23,7 +23,7 @@ PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
   PetscValidLogicalCollectiveReal(ts, gamma, 2);
   PetscCheck(gamma > 0.0 && gamma < 1.0, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
-             "-ts_bathe_gamma %g is not in (0, 1)", (double)gamma);
+             "-ts_bathe_gamma is %.6g, expected a number in (0, 1)", (double)gamma);
   PetscTryMethod(ts, "TSBatheSetGamma_C", (TS, PetscReal), (ts, gamma));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -186,7 +186,7 @@ PetscErrorCode TSBatheSetOrder(TS ts, PetscInt p)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
   PetscValidLogicalCollectiveInt(ts, p, 2);
   PetscCheck(p >= 1, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
-             "-ts_bathe_order %" PetscInt_FMT " is less than 1", p);
+             "-ts_bathe_order is %" PetscInt_FMT ", expected at least 1", p);
   PetscTryMethod(ts, "TSBatheSetOrder_C", (TS, PetscInt), (ts, p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,6 @@
 #!/bin/bash
 # Bad input of the fault program: one line "fault: error: ..." that names the option, file or dataset; a non-zero exit
-# code; an older output file left as it was.
+# code; an older output file left as it was, and no .part of a run that did not begin.
 set -u
 fault=$SLIPSTEP_BUILD/bin/fault
 work=$(mktemp -d)
@@ -9,6 +9,8 @@ cd "$work" || exit 1
 failed=0
 
 "$SLIPSTEP_PYTHON" - <<'PY' || exit 77
+import os
+import shutil
 import h5py
 import numpy as np
 K = np.eye(4) * 3e7
@@ -17,6 +19,9 @@ with h5py.File("k.h5", "w") as f:
     f["asymmetric"] = K + np.diag([1e6, 0, 0], 1)
     f["indefinite"] = np.diag([3e7, -1.0, 3e7, 3e7])
     f["text"] = "abc"
+    f["nan"] = K * np.nan
+    f["oblong"] = np.ones((4, 3))
+    f["list"] = np.ones(4)
 good = np.array([[50, 0, 50, 100, 100], [150, 0, 50, 100, 100], [50, 200, 60, 100, 100.0]])
 
 
@@ -35,10 +40,51 @@ mesh("overlap.h5", [149, 200, 60, 100, 100])
 mesh("columns.h5", [150, 200, 60, 100, 100], "x z y length width")
 with h5py.File("narrow.h5", "w") as f:
     f["cells"] = good[:, :4]
+for name, values in {"shape": np.full((3, 2), 1e7), "nan": np.full((2, 2), np.nan), "negative": np.full((2, 2), -1.0),
+                     "text": "abc"}.items():
+    with h5py.File(f"stress_{name}.h5", "w") as f:
+        f["normal_stress"] = values
+
+def policy(name, edit):
+    """The shipped policy with one thing wrong."""
+    shutil.copy(os.environ["SLIPSTEP_SOURCE"] + "/training/policies/fault.h5", name)
+    with h5py.File(name, "r+") as f:
+        edit(f)
+
+def replace(path, value):
+    def edit(f):
+        new = value(f[path][:])
+        del f[path]
+        f[path] = new
+    return edit
+
+def first(value):
+    def edit(data):
+        data.flat[0] = value
+        return data
+    return edit
+
+def no_weather(names):
+    return np.array(["weather"] + [n.decode() for n in names[1:]], dtype=h5py.string_dtype())
+
+policy("p_good.h5", lambda f: None)
+policy("p_nan.h5", replace("layers/0/weight", first(np.nan)))
+policy("p_inf.h5", replace("layers/1/bias", first(np.inf)))
+policy("p_shape.h5", replace("layers/0/weight", lambda w: w[:, :-1]))
+policy("p_scale.h5", replace("observation/scale", lambda x: x[:2]))
+policy("p_names.h5", replace("observation/names", no_weather))
+policy("p_activation.h5", lambda f: f["layers/0"].attrs.create("activation", "swish"))
+policy("p_version.h5", lambda f: f.attrs.modify("version", np.int64(2)))
+policy("p_format.h5", lambda f: f.attrs.create("format", "other"))
+policy("p_bias.h5", lambda f: f.__delitem__("layers/0/bias"))
+policy("p_action.h5", lambda f: f.__delitem__("action"))
+policy("p_layers.h5", lambda f: f.__delitem__("layers"))
 PY
 echo "no HDF5" >not.h5
 head -c 900 k.h5 >truncated.h5
+head -c 5000 p_good.h5 >p_truncated.h5
 echo "an older result" >old.h5
+cp old.h5 reference
 
 # expect TEXT ARGUMENTS...: fails, and its only line on stderr holds TEXT
 expect() {
@@ -46,6 +92,12 @@ expect() {
   shift
   if timeout 100 "$fault" "$@" >out.txt 2>err.txt; then
     echo "FAILED: fault $* succeeded"
+    failed=1
+  fi
+  if ! cmp -s old.h5 reference || ls ./*.part >/dev/null 2>&1; then
+    echo "FAILED: fault $*: old.h5 was touched, or left: $(ls ./*.part)"
+    cp reference old.h5
+    rm -f ./*.part
     failed=1
   fi
   lines=$(grep -c . err.txt)
@@ -93,20 +145,80 @@ expect "the cell of row 3 reaches above the surface" -fault_mesh above.h5
 expect "the cells of rows 2 and 3 overlap" -fault_mesh overlap.h5
 expect "-fault_operator fft needs a uniform grid, but -fault_mesh mesh.h5" -fault_mesh mesh.h5 -fault_operator fft
 expect "needs a stiffness on a uniform grid" -fault_mesh mesh.h5 -fault_viscosity spectral
-expect "-fault_stiffness_file k.h5 and -fault_mesh mesh.h5 exclude each other" -fault_mesh mesh.h5 -fault_stiffness_file k.h5
+expect "-fault_stiffness_file k.h5 and -fault_mesh mesh.h5 exclude each other" -fault_mesh mesh.h5 \
+  -fault_stiffness_file k.h5
+
+# What the option, its file or its dataset must be is named.
+mesh+=(-fault_output old.h5)
+expect "(-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file none.h5
+expect "(-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file not.h5
+expect "-fault_stiffness_file has no value" "${mesh[@]}" -fault_stiffness_file
+expect "/nan[0, 0] is nan, expected a finite number" "${mesh[@]}" -fault_stiffness_file k.h5:/nan
+expect "/oblong has shape [4, 3], expected [N, N] with N = nx nz = 4" "${mesh[@]}" -fault_stiffness_file k.h5:/oblong
+expect "/list in k.h5 has 1 dimensions, expected 2 (-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file k.h5:/list
+expect "/normal_stress has shape [3, 2], expected [Nz, Nx] = [2, 2]" "${mesh[@]}" -fault_parameters stress_shape.h5
+expect "/normal_stress[0, 0] is nan, expected a finite number > 0 Pa" "${mesh[@]}" -fault_parameters stress_nan.h5
+expect "/normal_stress[0, 0] is -1, expected a finite number > 0 Pa" "${mesh[@]}" -fault_parameters stress_negative.h5
+expect "/normal_stress in stress_text.h5 does not hold numbers (-fault_parameters)" "${mesh[@]}" \
+  -fault_parameters stress_text.h5
+expect "cannot read none.h5: no such file, or no permission (-fault_parameters)" "${mesh[@]}" -fault_parameters none.h5
+expect "(-fault_output)" -fault_output no/such/directory/x.h5
+expect "-fault_output has no value, expected the name of a file" -fault_output
+expect '-fault_nx is "abc", expected a whole number >= 1' "${mesh[@]}" -fault_nx abc
+expect "-fault_length_x is nan, expected a number > 0 m" "${mesh[@]}" -fault_length_x nan
+expect "-fault_normal_stress is nan, expected a number >= 0 Pa" "${mesh[@]}" -fault_normal_stress nan
+expect "-ts_dt is 0, expected a number > 0 s" "${mesh[@]}" -ts_dt 0
+expect "-ts_dt is nan, expected a number > 0 s" "${mesh[@]}" -ts_dt nan
+expect "(-ts_dt)" "${mesh[@]}" -ts_dt abc
+expect "-ts_max_time is -1, expected a number > 0 s" "${mesh[@]}" -ts_max_time -1
+expect "-ts_rtol is nan, expected a number >= 0" "${mesh[@]}" -ts_rtol nan
+expect "-ts_bathe_gamma is 0, expected a number in (0, 1)" "${mesh[@]}" -ts_bathe_gamma 0
+expect "-ts_bathe_gamma is 1.5, expected a number in (0, 1)" "${mesh[@]}" -ts_bathe_gamma 1.5
+expect "-ts_bathe_order is 0, expected at least 1" "${mesh[@]}" -ts_bathe_order 0
+expect "-ts_bathe_max_failures is 0, expected at least 1" "${mesh[@]}" -ts_bathe_max_failures 0
+expect "-ts_bathe_reaction. Available options: trapezoidal implicit" "${mesh[@]}" -ts_bathe_reaction velcro
+expect "-ts_bathe_error. Available options: embedded doubling none" "${mesh[@]}" -ts_bathe_error velcro
+expect "-snes_type newtonls cannot solve a set-valued reaction: use semismooth or projection" "${mesh[@]}" \
+  -snes_type newtonls
+
+# Policies.
+rl=("${mesh[@]}" -ts_adapt_type rl)
+expect "cannot read none.h5: no such file, or no permission (-ts_adapt_rl_policy)" "${rl[@]}" -ts_adapt_rl_policy none.h5
+expect "not.h5 is not an HDF5 file (-ts_adapt_rl_policy)" "${rl[@]}" -ts_adapt_rl_policy not.h5
+expect "p_truncated.h5 is an HDF5 file, but truncated or damaged" "${rl[@]}" -ts_adapt_rl_policy p_truncated.h5
+expect "Policy p_nan.h5: /layers/0/weight has the value nan" "${rl[@]}" -ts_adapt_rl_policy p_nan.h5
+expect "Policy p_inf.h5: /layers/1/bias has the value inf" "${rl[@]}" -ts_adapt_rl_policy p_inf.h5
+expect "/layers/0/weight has shape [64, 5]; expected 6 columns" "${rl[@]}" -ts_adapt_rl_policy p_shape.h5
+expect "/observation/scale has 2 entries; expected 6" "${rl[@]}" -ts_adapt_rl_policy p_scale.h5
+expect 'entry 0 of /observation/names is "weather", which this problem does not know; expected one of energy' \
+  "${rl[@]}" -ts_adapt_rl_policy p_names.h5
+expect 'attribute activation of /layers/0 is "swish"; expected relu, tanh, linear or hardtanh2' "${rl[@]}" \
+  -ts_adapt_rl_policy p_activation.h5
+expect "attribute version of / is 2; this library reads version 1" "${rl[@]}" -ts_adapt_rl_policy p_version.h5
+expect 'attribute format of / is "other"; expected "slipstep-policy"' "${rl[@]}" -ts_adapt_rl_policy p_format.h5
+expect "p_bias.h5 has no dataset /layers/0/bias" "${rl[@]}" -ts_adapt_rl_policy p_bias.h5
+expect "p_action.h5 has no group or dataset /action" "${rl[@]}" -ts_adapt_rl_policy p_action.h5
+expect "p_layers.h5 has no group /layers/0" "${rl[@]}" -ts_adapt_rl_policy p_layers.h5
 
 # An error before or during the run leaves an older output file alone.
 expect "none.h5" "${mesh[@]}" -fault_output old.h5 -fault_stiffness_file none.h5
-expect "-ts_adapt_dt_min" "${mesh[@]}" -fault_output old.h5 -ts_adapt_type heuristic -ts_adapt_dt_min 5 -ts_dt 20
-[ "$(cat old.h5)" = "an older result" ] || { echo "FAILED: old.h5 was touched"; failed=1; }
+"$fault" "${mesh[@]}" -ts_adapt_type heuristic -ts_adapt_dt_min 5 -ts_dt 20 >out.txt 2>err.txt && failed=1
+grep -q -e "-ts_adapt_dt_min" err.txt || { echo "FAILED: -ts_adapt_dt_min is not named"; failed=1; }
+cmp old.h5 reference || { echo "FAILED: old.h5 was touched"; failed=1; }
+rm -f old.h5.part # what that run had computed is kept
 [ ! -e x.h5 ] && [ ! -e x.h5.part ] || { echo "FAILED: x.h5 was written"; failed=1; }
 
-# On two ranks as well: the message, an error code, and no hang.
-for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/such/directory/x.h5" "-fault_mesh overlap.h5"; do
+# On two ranks as well: the message once, an error code, no hang, nothing written.
+for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/such/directory/x.h5" \
+  "${mesh[*]} -fault_stiffness_file k.h5:/asymmetric" "${mesh[*]} -fault_parameters stress_nan.h5" "${mesh[*]} -ts_dt 0" \
+  "${mesh[*]} -ts_bathe_reaction velcro" "${rl[*]} -ts_adapt_rl_policy p_truncated.h5" \
+  "${rl[*]} -ts_adapt_rl_policy p_nan.h5" "${rl[*]} -ts_adapt_rl_policy p_names.h5" \
+  "-fault_mesh none.h5" "-fault_mesh overlap.h5"; do
   read -r -a args <<<"$option"
   timeout 100 mpirun --oversubscribe -n 2 "$fault" "${args[@]}" >out.txt 2>err.txt
   code=$?
-  if [ $code = 0 ] || [ $code = 124 ] || ! grep -q "fault: error: " err.txt; then
+  if [ $code = 0 ] || [ $code = 124 ] || [ "$(grep -c "fault: error: " err.txt)" != 1 ] || ! cmp -s old.h5 reference ||
+    ls ./*.part >/dev/null 2>&1; then
     echo "FAILED: fault $option on two ranks: exit code $code"
     cat err.txt
     failed=1

@@ -24,7 +24,25 @@ refuses -train_algorithm td3 tqc -- -train_algorithm td3
 refuses -train_reward nonsense published accuracy -- -train_reward nonsense
 refuses -train_cost days iterations wall -- -train_cost days
 refuses -train_steps -- -train_steps 0
-refuses "quantiles" -- -train_drop 25
+refuses "-train_drop is 25, expected a number >= 0 and <= 24" -- -train_drop 25
+refuses "-train_hidden is 0, expected a number > 0" -- -train_hidden 0
+refuses "-train_batch is -1, expected a number > 0" -- -train_batch -1
+refuses "-train_alpha is nan, expected a number >= 0" -- -train_alpha nan
+refuses "-train_learning_rate is nan, expected a number > 0" -- -train_learning_rate nan
+refuses "-train_discount is 2, expected a number >= 0 and <= 1" -- -train_discount 2
+refuses "-train_buffer is nan, expected a number >= 1" -- -train_buffer nan
+refuses "(-train_steps)" -- -train_steps many
+refuses "-ts_max_time is 0, expected a number > 0 s" -- -ts_max_time 0
+refuses "-train_dt_min is 4.33013 s and -train_dt_max 1 s" -- -train_dt_min 5 -train_dt_max 1
+refuses "-fault_nx is 0, expected a whole number >= 1" -- -fault_nx 0
+# files that could not be written at the end of the training are refused at its start
+refuses "cannot create no/such/p.h5.part" "(-train_output)" -- -train_output no/such/p.h5
+refuses "it is a directory" "(-train_checkpoint)" -- -train_checkpoint .
+refuses "cannot create no/such/l.h5.part" "(-train_log)" -- -train_log no/such/l.h5
+refuses "nonsense" -- -train_log log.h5 -train_observations nonsense
+[ -z "$(ls ./*.part 2>/dev/null)" ] || fail "left behind: $(ls ./*.part)"
+"$bin/train" -train_steps 10 -train_progress 0 -train_stepz 5 >out.txt 2>&1 || fail "a mistyped option stops it"
+grep -q "train: warning: nothing has read the option -train_stepz" out.txt || fail "no warning of a mistyped option"
 refuses missing.h5 -- -train_resume missing.h5
 refuses nonsense energy -- -train_observations energy,nonsense
 echo "not HDF5" >text.h5

@@ -1,8 +1,8 @@
-/* TQC against numbers of sb3-contrib 2.7 (real classes, double and float). The network weights and the batch come from an integer
-   hash; the key numbers are committed here, and the full set is compared when tqc_golden.json is found. Compiled for float here and
-   for double in test_tqc_golden_double.c.
-   Tolerances: double 1e-9; both sides round at 1e-16 and sums have some 1e5 terms. Float 1e-5 relative to the l2 norm of a tensor
-   (SB3's atanh round trip alone costs 1e-6), see Close(). */
+/* TQC against numbers of sb3-contrib 2.7 (real classes, double and float). The network weights and the batch come
+   from an integer hash; the key numbers are committed here, and the full set is compared when tqc_golden.json is
+   found. Compiled for float here and for double in test_tqc_golden_double.c. Tolerances: double 1e-9; both sides
+   round at 1e-16 and sums have some 1e5 terms. Float 1e-5 relative to the l2 norm of a tensor (SB3's atanh round
+   trip alone costs 1e-6), see Close(). */
 #include "tqc.h"
 #include <stdarg.h>
 #include <stddef.h>

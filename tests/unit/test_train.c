@@ -142,14 +142,14 @@ static void test_accuracy_reward(void **state)
   action = 0.63; /* 3.7 T* */
   OK(EnvRunEpisode(&env, &r, Constant, &action, &coarse));
   assert_true(fine.finished && coarse.finished);
-  /* 0.2280 m is the final slip of the one-element reference case (1000 constant steps, other tests). The fine run is of second
-     order with some 130 steps: 0.1 %. The continuation's step is a third of that. */
+  /* 0.2280 m is the final slip of the one-element reference case (1000 constant steps, other tests). The fine run
+     is of second order with some 130 steps: 0.1 %. The continuation's step is a third of that. */
   assert_true(fabs(fine.reference - 0.2280) < 2e-3 * 0.2280);
   assert_true(fabs(fine.final_slip - fine.reference) < 2e-3 * fine.reference);
   assert_true(fabs(coarse.final_slip - coarse.reference) > 2e-2 * coarse.reference);
   assert_int_equal(fine.attempts, fine.accepted);
-  /* 0.25 each; the errors of the fine run's steps amount to some 0.1 % each of slip and peak, the coarse one's exceed its final
-     error of 2 %, which weighs 1 */
+  /* 0.25 each; the errors of the fine run's steps amount to some 0.1 % each of slip and peak, the coarse one's
+     exceed its final error of 2 %, which weighs 1 */
   assert_true(fine.total < -0.25 * fine.attempts && fine.total > -0.25 * fine.attempts - 5);
   assert_true(coarse.total < -0.25 * coarse.attempts - 1);
   for (PetscInt i = 0; i < o.env.nobs; ++i) OK(PetscFree(o.env.names[i]));

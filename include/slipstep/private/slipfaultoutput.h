@@ -1,27 +1,7 @@
-/* The output file of a run: tables of its columns, and growing tables in memory that are appended in blocks. */
+/* What the output of a fault adds to that of any run (slipoutput.h): its mesh and its fields. */
 #pragma once
 #include <slipstep/private/slipfaultimpl.h>
-
-/* A group of series with one row per event, kept until SLIP_TABLE_ROWS rows are there. */
-#define SLIP_TABLE_ROWS 64
-#define SLIP_TABLE_COLUMNS 16
-typedef struct {
-  const char *name;
-  const char *unit;
-  PetscBool integer;
-} SlipColumn;
-
-typedef struct {
-  const char *group;
-  const SlipColumn *column;
-  PetscInt ncolumns, nrows;
-  PetscReal row[SLIP_TABLE_ROWS][SLIP_TABLE_COLUMNS];
-} SlipTable;
-
-PETSC_EXTERN PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
-                                            const SlipColumn column[]);
-PETSC_EXTERN PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[]);
-PETSC_EXTERN PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h);
+#include <slipstep/private/slipoutput.h>
 
 /* Fields of /fields; the first three are components of the state, the last is the reaction. */
 typedef enum {
@@ -35,15 +15,14 @@ typedef enum {
 struct _n_SlipFaultOutput {
   SlipFault fault; /* borrowed */
   PetscMPIInt rank;
-  SlipH5 file; /* rank 0 */
-  SlipTable steps, series;
+  SlipOutput run; /* the file, /run, /steps, /series, /result and the summary */
+  SlipH5 *file;   /* rank 0: that of run; NULL without a file */
   PetscBool wanted[OUTPUT_NUM_FIELDS];
   PetscInt last_field_step; /* step of the newest entry of /fields */
-  PetscLogDouble last_flush;
-  Vec w0, r0; /* state and reaction gathered on rank 0 */
+  Vec w0, r0;               /* state and reaction gathered on rank 0 */
   VecScatter gather_w, gather_r;
 };
 
-PETSC_EXTERN PetscErrorCode SlipFaultOutputOpen(SlipFaultOutput out); /* rank 0: the file, /mesh, empty tables */
-PETSC_EXTERN PetscErrorCode SlipFaultOutputMesh(SlipFaultOutput out); /* collective: per-element parameters */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputOpen(SlipFaultOutput out, TS ts); /* collective: the file, empty tables */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputMesh(SlipFaultOutput out);        /* collective: per-element parameters */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w, Vec r);

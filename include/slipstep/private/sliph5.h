@@ -14,6 +14,7 @@ PETSC_EXTERN PetscErrorCode SlipH5OpenRead(const char file[],
                                            SlipH5 *h); /* PETSC_ERR_FILE_OPEN: missing, truncated or not HDF5 */
 PETSC_EXTERN PetscErrorCode SlipH5Create(const char file[], SlipH5 *h); /* opens file.part */
 PETSC_EXTERN PetscErrorCode SlipH5Close(SlipH5 *h);                     /* writing: renames into place */
+PETSC_EXTERN PetscErrorCode SlipH5CheckCreate(const char file[]);       /* errors of SlipH5Create(), nothing is left */
 PETSC_EXTERN PetscErrorCode SlipH5Flush(SlipH5 *h);
 
 PETSC_EXTERN PetscErrorCode SlipH5Has(SlipH5 *h, const char path[], PetscBool *has); /* group or dataset */

@@ -1,10 +1,10 @@
 /* Tables of an output file: rows collected in memory, appended to HDF5 in blocks. */
-#include <slipstep/private/slipfaultoutput.h>
+#include <slipstep/private/slipoutput.h>
 #include <slipstep/private/slipcompat.h>
 
 /* One series group/name per column. Rank 0 only, as the rest of this file. */
 PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
-                               const SlipColumn column[])
+                               const SlipOutputColumn column[])
 {
   char path[128];
 
@@ -12,10 +12,10 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
   PetscCheck(ncolumns <= SLIP_TABLE_COLUMNS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "%" PetscInt_FMT " columns in %s, expected at most %d", ncolumns, group, SLIP_TABLE_COLUMNS);
   t->group = group;
-  t->column = column;
   t->ncolumns = ncolumns;
   t->nrows = 0;
   for (PetscInt c = 0; c < ncolumns; c++) {
+    t->column[c] = column[c];
     PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", group, column[c].name));
     PetscCall(SlipH5CreateSeries(h, path, 0, NULL, column[c].integer, column[c].unit));
   }

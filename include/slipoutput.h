@@ -1,0 +1,26 @@
+/* What a run leaves behind, for any TS problem: the HDF5 file of DESIGN.md section 7 (/run, /steps, /series, /result) and the
+   summary that is printed at its end. */
+#pragma once
+#include <petscts.h>
+
+typedef struct _n_SlipOutput *SlipOutput;
+
+/* One dataset of /series; the strings are borrowed until SlipOutputFinish(). */
+typedef struct {
+  const char *name;
+  const char *unit;  /* SI; "1" for a pure number, NULL for a count */
+  PetscBool integer; /* stored as 64-bit integers */
+} SlipOutputColumn;
+
+/* Values of the columns after an accepted step that ended at time t with state w; r is the reaction, NULL when the integrator
+   has none. Collective; what rank 0 fills in is written. */
+typedef PetscErrorCode (*SlipOutputRowFn)(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx);
+
+PETSC_EXTERN PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const SlipOutputColumn column[],
+                                             SlipOutputRowFn row, void *ctx, SlipOutput *output);
+/* A number for the summary and for /result; label NULL keeps it out of the summary. */
+PETSC_EXTERN PetscErrorCode SlipOutputAddResult(SlipOutput output, const char name[], const char label[],
+                                                const char unit[], PetscReal value);
+PETSC_EXTERN PetscErrorCode SlipOutputAddRun(SlipOutput output, const char name[], PetscReal value); /* for /run */
+PETSC_EXTERN PetscErrorCode SlipOutputFinish(SlipOutput *output, PetscReal wall_setup, PetscReal wall_solve);
+PETSC_EXTERN PetscErrorCode SlipOutputDestroy(SlipOutput *output); /* gives up a run that did not finish */

@@ -1,0 +1,51 @@
+/* The output of a run: growing tables in memory that are appended in blocks, and the numbers of its end. */
+#pragma once
+#include <slipoutput.h>
+#include <slipstep/private/sliph5.h>
+
+/* A group of series with one row per event, kept until SLIP_TABLE_ROWS rows are there. */
+#define SLIP_TABLE_ROWS 64
+#define SLIP_TABLE_COLUMNS 32
+typedef struct {
+  const char *group;
+  SlipOutputColumn column[SLIP_TABLE_COLUMNS];
+  PetscInt ncolumns, nrows;
+  PetscReal row[SLIP_TABLE_ROWS][SLIP_TABLE_COLUMNS];
+} SlipTable;
+
+PETSC_INTERN PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
+                                            const SlipOutputColumn column[]);
+PETSC_INTERN PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[]);
+PETSC_INTERN PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h);
+
+#define SLIP_OUTPUT_NUMBERS 16
+#define SLIP_OUTPUT_NAME 64
+typedef struct {
+  char name[SLIP_OUTPUT_NAME], label[SLIP_OUTPUT_NAME], unit[SLIP_OUTPUT_NAME];
+  PetscReal value;
+} SlipOutputNumber;
+
+typedef struct {
+  PetscInt accepted, rejected, solves, newton, linear;
+  PetscReal wall_setup, wall_solve; /* [s] */
+} SlipOutputTotals;
+
+struct _n_SlipOutput {
+  TS ts;              /* borrowed */
+  PetscContainer box; /* by which ts knows this output */
+  MPI_Comm comm;
+  PetscMPIInt rank;
+  PetscBool open; /* there is a file */
+  SlipH5 file;    /* rank 0 */
+  SlipTable steps, series;
+  SlipOutputRowFn row;
+  void *ctx;
+  PetscLogDouble last_flush;
+  PetscInt nresults, nrun;
+  SlipOutputNumber result[SLIP_OUTPUT_NUMBERS], run[SLIP_OUTPUT_NUMBERS];
+};
+
+/* For problems that write more than series: the file, to be used on rank 0 alone; NULL when there is none or elsewhere. */
+PETSC_INTERN SlipH5 *SlipOutputFile(SlipOutput output);
+PETSC_INTERN PetscErrorCode SlipOutputReaction(TS ts, Vec *r); /* borrowed; NULL when the integrator has none */
+PETSC_INTERN PetscErrorCode SlipOutputFinishFile(SlipOutput output, const SlipOutputTotals *totals); /* rank 0 */

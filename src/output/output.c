@@ -1,0 +1,379 @@
+/* Output of a run of any TS problem: the monitors that fill /steps and /series, and the summary at its end. */
+#include <slipstep/private/slipoutput.h>
+#include <slipstep/private/sliperror.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipsys.h>
+#include <slipts.h>
+#include <petsctime.h>
+
+#define SLIP_OUTPUT_FLUSH 10.0 /* wall time after which rows collected are brought to disk [s] */
+
+/* The TS knows its output by this name, and its monitors find it there: they stay when the output is gone. */
+static const char key[] = "SlipOutput", key_monitored[] = "SlipOutputMonitored";
+
+static const SlipOutputColumn StepColumns[] = {
+  {"time", "s", PETSC_FALSE},
+  {"dt", "s", PETSC_FALSE},
+  {"accepted", NULL, PETSC_TRUE},
+  {"error", "1", PETSC_FALSE},
+  {"converged", NULL, PETSC_TRUE},
+  {"newton_iterations", NULL, PETSC_TRUE},
+  {"linear_iterations", NULL, PETSC_TRUE},
+  {"solves", NULL, PETSC_TRUE},
+  {"residual", "1", PETSC_FALSE},
+  {"reason", NULL, PETSC_TRUE},
+  {"wall", "s", PETSC_FALSE},
+};
+
+SlipH5 *SlipOutputFile(SlipOutput out)
+{
+  return out->open && !out->rank ? &out->file : NULL;
+}
+
+PetscErrorCode SlipOutputReaction(TS ts, Vec *r)
+{
+  PetscBool bathe;
+  SlipConstraint con = NULL;
+
+  PetscFunctionBegin;
+  *r = NULL;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  if (bathe) PetscCall(TSBatheGetConstraint(ts, &con));
+  if (con) PetscCall(TSBatheGetReaction(ts, r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Compose a pointer with the TS in a box */
+static PetscErrorCode SlipOutputMark(TS ts, const char name[], void *pointer, PetscContainer *box)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)ts), box));
+  PetscCall(PetscContainerSetPointer(*box, pointer));
+  PetscCall(PetscObjectCompose((PetscObject)ts, name, (PetscObject)*box));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipOutputOf(TS ts, const char name[], void *pointer)
+{
+  PetscContainer box;
+
+  PetscFunctionBegin;
+  *(void **)pointer = NULL;
+  PetscCall(PetscObjectQuery((PetscObject)ts, name, (PetscObject *)&box));
+  if (box) PetscCall(PetscContainerGetPointer(box, (void **)pointer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipOutputFlush(SlipOutput out)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipTableFlush(&out->steps, &out->file));
+  PetscCall(SlipTableFlush(&out->series, &out->file));
+  PetscCall(SlipH5Flush(&out->file));
+  PetscCall(PetscTime(&out->last_flush));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A row of /steps, and what was collected to disk from time to time. Rank 0. */
+static PetscErrorCode SlipOutputAttempt(SlipOutput out, const SlipAttempt *a)
+{
+  const PetscReal row[] = {a->time,
+                           a->dt,
+                           a->accepted,
+                           a->error,
+                           a->converged,
+                           (PetscReal)a->newton,
+                           (PetscReal)a->linear,
+                           (PetscReal)a->solves,
+                           a->residual,
+                           (PetscReal)a->reason,
+                           a->wall};
+  PetscLogDouble now;
+
+  PetscFunctionBegin;
+  PetscCall(SlipTableAdd(&out->steps, &out->file, row));
+  PetscCall(PetscTime(&now));
+  if (now - out->last_flush > SLIP_OUTPUT_FLUSH) PetscCall(SlipOutputFlush(out));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipOutputAttemptMonitor(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
+{
+  SlipOutput out;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  (void)w;
+  (void)ctx;
+  PetscCall(SlipOutputOf(ts, key, &out));
+  if (!out || !out->open) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipErrorUnfinished(NULL)); /* the run has begun */
+  if (!out->rank) ierr = SlipOutputAttempt(out, attempt);
+  PetscCall(SlipErrorBcast(out->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSMonitor: a row of /series for each accepted step. */
+static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  SlipOutput out;
+  Vec r;
+  PetscReal row[SLIP_TABLE_COLUMNS] = {time};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  (void)ctx;
+  PetscCall(SlipOutputOf(ts, key, &out));
+  if (step < 1 || !out || !out->open) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipOutputReaction(ts, &r));
+  PetscCall((*out->row)(ts, time, w, r, row + 1, out->ctx));
+  if (!out->rank) ierr = SlipTableAdd(&out->series, &out->file, row);
+  PetscCall(SlipErrorBcast(out->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Once for a TS, whatever runs it does. */
+static PetscErrorCode SlipOutputMonitors(TS ts)
+{
+  void *monitored;
+  PetscBool bathe;
+  PetscContainer box;
+
+  PetscFunctionBegin;
+  PetscCall(SlipOutputOf(ts, key_monitored, &monitored));
+  if (monitored) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSMonitorSet(ts, SlipOutputStepMonitor, NULL, NULL));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  if (bathe) PetscCall(TSBatheAddAttemptMonitor(ts, SlipOutputAttemptMonitor, NULL));
+  PetscCall(SlipOutputMark(ts, key_monitored, ts, &box));
+  PetscCall(PetscContainerDestroy(&box));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0 */
+static PetscErrorCode SlipOutputOpen(SlipOutput out, const char file[], PetscInt n, const SlipOutputColumn column[])
+{
+  SlipOutputColumn series[SLIP_TABLE_COLUMNS] = {{"time", "s", PETSC_FALSE}};
+
+  PetscFunctionBegin;
+  PetscCall(PetscArraycpy(series + 1, column, n));
+  PetscCall(SlipH5Create(file, &out->file));
+  PetscCall(SlipTableCreate(&out->steps, &out->file, "/steps", PETSC_STATIC_ARRAY_LENGTH(StepColumns), StepColumns));
+  PetscCall(SlipTableCreate(&out->series, &out->file, "/series", n + 1, series));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipOutputCreate - write what a TS does to an HDF5 file
+
+  Collective; after the type of ts is set, before TSSolve().
+
+  Input Parameters:
++ ts     - the TS
+. file   - name of the file; NULL or empty: none, SlipOutputFinish() then only prints
+. n      - columns of /series besides time, at most 31
+. column - their names and units [n]
+. row    - computes a row of them
+- ctx    - context of row
+
+  Output Parameter:
+. output - to be finished by SlipOutputFinish()
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_FILE_OPEN when the file cannot be created.
+
+  Notes:
+  /steps gets a row per attempt when ts is of type bathe, /series one per accepted step. The content goes to FILE.part, which
+  takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE as it was.
+
+.seealso: SlipOutputAddResult(), SlipOutputFinish()
+@*/
+PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const SlipOutputColumn column[],
+                                SlipOutputRowFn row, void *ctx, SlipOutput *output)
+{
+  SlipOutput out;
+  void *other;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCheck(n >= 0 && n < SLIP_TABLE_COLUMNS, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
+             "%" PetscInt_FMT " columns of /series, expected 0 to %d", n, SLIP_TABLE_COLUMNS - 1);
+  PetscCall(SlipOutputOf(ts, key, &other));
+  PetscCheck(!other, PetscObjectComm((PetscObject)ts), PETSC_ERR_ORDER, "the output of the last run was not finished");
+  PetscCall(PetscNew(&out));
+  *output = out;
+  out->ts = ts;
+  out->comm = PetscObjectComm((PetscObject)ts);
+  out->row = row;
+  out->ctx = ctx;
+  out->file.id = -1;
+  out->open = file && file[0] ? PETSC_TRUE : PETSC_FALSE;
+  PetscCallMPI(MPI_Comm_rank(out->comm, &out->rank));
+  PetscCall(SlipOutputMark(ts, key, out, &out->box));
+  if (!out->open) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!out->rank) ierr = SlipOutputOpen(out, file, n, column);
+  PetscCall(SlipErrorBcast(out->comm, ierr));
+  if (!out->rank) PetscCall(SlipErrorUnfinished(out->file.name));
+  PetscCall(PetscTime(&out->last_flush));
+  PetscCall(SlipOutputMonitors(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipOutputAdd(SlipOutput out, SlipOutputNumber list[], PetscInt *n, const char name[],
+                                    const char label[], const char unit[], PetscReal value)
+{
+  SlipOutputNumber *number = &list[*n];
+
+  PetscFunctionBegin;
+  PetscCheck(*n < SLIP_OUTPUT_NUMBERS, out->comm, PETSC_ERR_ARG_OUTOFRANGE, "at most %d numbers, %s is one more",
+             SLIP_OUTPUT_NUMBERS, name);
+  PetscCall(PetscStrncpy(number->name, name, sizeof(number->name)));
+  PetscCall(PetscStrncpy(number->label, label ? label : "", sizeof(number->label)));
+  PetscCall(PetscStrncpy(number->unit, unit ? unit : "", sizeof(number->unit)));
+  number->value = value;
+  (*n)++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipOutputAddResult - a number that the run found, for /result and the summary
+
+  Logically collective
+
+  Input Parameters:
++ output - the output
+. name   - of the attribute of /result
+. label  - what the summary calls it, NULL to leave it out there
+. unit   - printed after it, NULL for none
+- value  - the number
+
+  Level: intermediate
+
+.seealso: SlipOutputCreate(), SlipOutputFinish()
+@*/
+PetscErrorCode SlipOutputAddResult(SlipOutput output, const char name[], const char label[], const char unit[],
+                                   PetscReal value)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipOutputAdd(output, output->result, &output->nresults, name, label, unit, value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipOutputAddRun - a number that describes the run, an attribute of /run
+
+  Logically collective
+
+  Input Parameters:
++ output - the output
+. name   - of the attribute
+- value  - the number, in SI units
+
+  Level: intermediate
+
+.seealso: SlipOutputCreate(), SlipOutputFinish()
+@*/
+PetscErrorCode SlipOutputAddRun(SlipOutput output, const char name[], PetscReal value)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipOutputAdd(output, output->run, &output->nrun, name, NULL, NULL, value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipOutputGetTotals(TS ts, SlipOutputTotals *t)
+{
+  PetscBool bathe;
+  PetscInt attempts;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  if (bathe) {
+    PetscCall(TSBatheGetTotals(ts, &attempts, &t->accepted, &t->solves, &t->newton, &t->linear));
+    t->rejected = attempts - t->accepted;
+  } else {
+    PetscCall(TSGetStepNumber(ts, &t->accepted));
+    PetscCall(TSGetStepRejections(ts, &t->rejected));
+    PetscCall(TSGetSNESIterations(ts, &t->newton));
+    PetscCall(TSGetKSPIterations(ts, &t->linear));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipOutputPrint(SlipOutput out, const SlipOutputTotals *t)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "accepted steps:", t->accepted));
+  PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "rejected steps:", t->rejected));
+  PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "Bathe solves:", t->solves));
+  PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "Newton iterations:", t->newton));
+  PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "linear iterations:", t->linear));
+  for (PetscInt i = 0; i < out->nresults; i++) {
+    const SlipOutputNumber *r = &out->result[i];
+    char label[SLIP_OUTPUT_NAME + 1];
+
+    if (!r->label[0]) continue;
+    PetscCall(PetscSNPrintf(label, sizeof(label), "%s:", r->label));
+    PetscCall(PetscPrintf(out->comm, "%-24s %.12g%s%s\n", label, (double)r->value, r->unit[0] ? " " : "", r->unit));
+  }
+  PetscCall(PetscPrintf(out->comm, "%-24s %.4f s\n", "wall time of set-up:", (double)t->wall_setup));
+  PetscCall(PetscPrintf(out->comm, "%-24s %.4f s\n", "wall time of the solve:", (double)t->wall_solve));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipOutputFinish - complete the file of a run and print its summary
+
+  Collective; after TSSolve().
+
+  Input Parameters:
++ output     - set to NULL
+. wall_setup - wall time of set-up [s]
+- wall_solve - wall time of TSSolve() [s]
+
+  Level: intermediate
+
+.seealso: SlipOutputCreate(), SlipOutputAddResult()
+@*/
+PetscErrorCode SlipOutputFinish(SlipOutput *output, PetscReal wall_setup, PetscReal wall_solve)
+{
+  SlipOutput out = *output;
+  SlipOutputTotals totals = {.wall_setup = wall_setup, .wall_solve = wall_solve};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(SlipOutputGetTotals(out->ts, &totals));
+  if (SlipOutputFile(out)) {
+    ierr = SlipOutputFlush(out);
+    if (!ierr) ierr = SlipOutputFinishFile(out, &totals);
+  }
+  PetscCall(SlipErrorBcast(out->comm, ierr));
+  PetscCall(SlipOutputPrint(out, &totals));
+  PetscCall(SlipOutputDestroy(output));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipOutputDestroy - give up the output of a run that did not finish: FILE.part stays, FILE is untouched
+
+  Collective
+
+  Input Parameter:
+. output - set to NULL
+
+  Level: intermediate
+
+.seealso: SlipOutputFinish()
+@*/
+PetscErrorCode SlipOutputDestroy(SlipOutput *output)
+{
+  SlipOutput out = *output;
+
+  PetscFunctionBegin;
+  if (!out) PetscFunctionReturn(PETSC_SUCCESS);
+  if (out->file.id > 0) H5Fclose(out->file.id);
+  PetscCall(PetscContainerSetPointer(out->box, NULL)); /* the TS, if it is still there, keeps the box */
+  PetscCall(PetscContainerDestroy(&out->box));
+  PetscCall(PetscFree(*output));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

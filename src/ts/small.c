@@ -1,0 +1,71 @@
+/* A TS for a small system with a set-valued reaction. */
+#include <slipstep/private/slipts.h>
+
+/*@C
+  SlipSmallConfigureTS - make a TS integrate a small system A dw/dt = F_s(t, w) + F_r
+
+  Logically collective; before TSSetFromOptions().
+
+  Input Parameters:
++ problem - the system (its arrays are copied, its ctx is kept)
+- ts      - the TS, of one process
+
+  Notes:
+  Sets the type bathe with the constraint of SlipConstraintCreateSmall(), exact final time matchstep, unlimited steps, rejections
+  and failed solves. Tolerances, step and final time are those of TSSetTolerances(), TSSetTimeStep(), TSSetMaxTime() and
+  TSAdaptSetStepLimits(). Compose "SlipObserve_C" and "SlipTimeScale_C" (slipts.h) if policies are to observe more than the table
+  of observations knows of every problem.
+
+  Level: beginner
+
+  Errors: PETSC_ERR_WRONG_MPI_SIZE on more than one process, and those of SlipConstraintCreateSmall().
+
+.seealso: SlipConstraintCreateSmall(), TSBATHE
+@*/
+PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
+{
+  SlipConstraint con;
+  PetscMPIInt size;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)ts), &size));
+  PetscCheck(size == 1, PetscObjectComm((PetscObject)ts), PETSC_ERR_WRONG_MPI_SIZE,
+             "a system of %" PetscInt_FMT " states runs on one process, not on %d", problem->n, (int)size);
+  PetscCall(SlipConstraintCreateSmall(problem, &con));
+  PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
+  PetscCall(TSSetType(ts, TSBATHE));
+  PetscCall(TSBatheSetConstraint(ts, con));
+  PetscCall(SlipConstraintDestroy(&con));
+  PetscCall(TSSetMaxSteps(ts, PETSC_MAX_INT));
+  PetscCall(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheCheckType - fail unless a TS is of type bathe: other integrators see no constraint
+
+  Collective; after TSSetFromOptions().
+
+  Input Parameter:
+. ts - the TS
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_SUP, with the type that -ts_type gave it.
+
+.seealso: TSBATHE, SlipSmallConfigureTS()
+@*/
+PetscErrorCode TSBatheCheckType(TS ts)
+{
+  PetscBool bathe;
+  TSType type;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
+  PetscCall(TSGetType(ts, &type));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCheck(bathe, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP, "-ts_type %s knows no friction, expected " TSBATHE,
+             type);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,478 @@
+/* Small constraints: the elimination of free rows, operators that are not symmetric, bad input; and the example cases built on
+   them against exact solutions. */
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <stdint.h>
+#include <cmocka.h>
+#include <math.h>
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+#include "../../examples/circuit.h"
+#include "../../examples/sliding_mode.h"
+
+#define CALL(...) assert_int_equal((int)(__VA_ARGS__), 0)
+
+/* n constant steps over [0, tmax] of a TS that is configured; w holds the start and receives the end */
+static void Steps(TS ts, Vec w, PetscReal tmax, PetscInt n)
+{
+  TSAdapt adapt;
+
+  CALL(TSGetAdapt(ts, &adapt));
+  CALL(TSAdaptSetType(adapt, TSADAPTNONE));
+  CALL(TSSetTime(ts, 0));
+  CALL(TSSetStepNumber(ts, 0));
+  CALL(TSSetMaxTime(ts, tmax));
+  CALL(TSSetTimeStep(ts, tmax / n));
+  CALL(TSSolve(ts, w));
+}
+
+static void Get(Vec w, PetscInt n, PetscReal values[])
+{
+  const PetscScalar *a;
+
+  CALL(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < n; i++) values[i] = a[i];
+  CALL(VecRestoreArrayRead(w, &a));
+}
+
+static Vec State(PetscInt n, const PetscReal values[])
+{
+  Vec w;
+  PetscScalar *a;
+
+  CALL(VecCreateSeq(PETSC_COMM_SELF, n, &w));
+  CALL(VecGetArray(w, &a));
+  for (PetscInt i = 0; i < n; i++) a[i] = values[i];
+  CALL(VecRestoreArray(w, &a));
+  return w;
+}
+
+/* ---- a pendulum with dry friction: its free row is eliminated, its force is nonlinear there ---- */
+
+static const PetscReal friction = 0.2;
+
+/* states (angle, rate): the constrained row is the second */
+static PetscErrorCode PendulumForce(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t;
+  (void)ctx;
+  F[0] = w[1] + 0.3 * PetscSinReal(w[0]); /* the second term makes the free row nonlinear */
+  F[1] = -4 * PetscSinReal(w[0]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PendulumJacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t;
+  (void)ctx;
+  J[0] = 0.3 * PetscCosReal(w[0]);
+  J[1] = 1;
+  J[2] = -4 * PetscCosReal(w[0]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PendulumBound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t;
+  (void)dq;
+  (void)w;
+  (void)ctx;
+  q[0] = friction;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- two rates with a gyroscopic coupling: a constrained block that is not symmetric ---- */
+
+static const PetscReal gyro[2][2] = {{-1, 3}, {-3, -1}};
+
+static PetscErrorCode GyroForce(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t;
+  (void)ctx;
+  for (PetscInt i = 0; i < 2; i++) F[i] = gyro[i][0] * w[0] + gyro[i][1] * w[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode GyroJacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t;
+  (void)w;
+  (void)ctx;
+  for (PetscInt i = 0; i < 4; i++) J[i] = gyro[i / 2][i % 2];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode GyroBound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t;
+  (void)w;
+  (void)dq;
+  (void)ctx;
+  q[0] = q[1] = friction;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const PetscReal ones[] = {1, 1};
+static const PetscInt second[] = {1}, both[] = {0, 1};
+static const SlipSmall Pendulum = {2, ones, 1, second, PendulumForce, PendulumJacobian, PendulumBound, NULL};
+static const SlipSmall Gyro = {2, ones, 2, both, GyroForce, GyroJacobian, GyroBound, NULL};
+
+/* Classical Runge-Kutta with the friction of rates that keep the signs of the start */
+static void RungeKutta(const SlipSmall *p, const PetscReal sign[], PetscReal tmax, PetscInt n, PetscReal w[])
+{
+  const PetscReal h = tmax / n, at[] = {0, 0.5, 0.5, 1}, weight[] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+
+  for (PetscInt step = 0; step < n; step++) {
+    PetscReal k[2] = {0, 0}, y[2], sum[2] = {w[0], w[1]};
+
+    for (int s = 0; s < 4; s++) {
+      for (int i = 0; i < 2; i++) y[i] = w[i] + at[s] * h * k[i];
+      CALL(p->force(0, y, k, NULL));
+      for (PetscInt j = 0; j < p->nrows; j++) k[p->rows[j]] -= friction * sign[j];
+      for (int i = 0; i < 2; i++) sum[i] += h * weight[s] * k[i];
+    }
+    w[0] = sum[0];
+    w[1] = sum[1];
+  }
+}
+
+static PetscReal SmallError(const SlipSmall *p, const PetscReal start[], const PetscReal exact[], PetscReal tmax,
+                            PetscInt n, PetscInt *newton, PetscInt *solves)
+{
+  TS ts;
+  Vec w = State(2, start);
+  PetscReal end[2];
+
+  CALL(TSCreate(PETSC_COMM_SELF, &ts));
+  CALL(SlipSmallConfigureTS(p, ts));
+  Steps(ts, w, tmax, n);
+  CALL(TSBatheGetTotals(ts, NULL, NULL, solves, newton, NULL));
+  Get(w, 2, end);
+  CALL(TSDestroy(&ts));
+  CALL(VecDestroy(&w));
+  return PetscMax(fabs(end[0] - exact[0]), fabs(end[1] - exact[1]));
+}
+
+/* Order 2 within 0.1 at steps of 1/20 and less of the motion's own time; the Runge-Kutta solution's error is below 1e-10 */
+static void CheckOrder(const SlipSmall *p, const PetscReal start[], PetscReal tmax, PetscInt *newton, PetscInt *solves)
+{
+  PetscReal exact[2] = {start[0], start[1]}, sign[2], error[2];
+
+  for (PetscInt j = 0; j < p->nrows; j++) sign[j] = start[p->rows[j]] > 0 ? 1 : -1;
+  RungeKutta(p, sign, tmax, 2000, exact);
+  for (PetscInt j = 0; j < p->nrows; j++) assert_true(exact[p->rows[j]] * sign[j] > 0); /* nothing has stopped */
+  for (int i = 0; i < 2; i++) error[i] = SmallError(p, start, exact, tmax, 40 << i, newton, solves);
+  print_message("errors %g %g, order %.3f\n", error[0], error[1], log2(error[0] / error[1]));
+  assert_true(error[1] < 1e-4);
+  assert_true(fabs(log2(error[0] / error[1]) - 2) < 0.1);
+}
+
+static void test_eliminated_row(void **state)
+{
+  const PetscReal start[] = {-1.2, 0.5};
+  PetscInt newton, solves;
+
+  (void)state;
+  CheckOrder(&Pendulum, start, 0.8, &newton, &solves);
+}
+
+/* The problem is linear while both rates keep their sign: with the true inverse one Newton step solves each of the two stages of
+   a step, and at most one more polishes it to rounding. A symmetrised operator would take a dozen. */
+static void test_not_symmetric(void **state)
+{
+  const PetscReal start[] = {1, 2};
+  PetscInt newton, solves;
+
+  (void)state;
+  CheckOrder(&Gyro, start, 0.15, &newton, &solves);
+  assert_true(newton <= 4 * solves);
+}
+
+/* Both come to rest and stay: dissipation acts on both, and at rest nothing pushes */
+static void test_rest(void **state)
+{
+  const PetscReal start[] = {1, 2};
+  PetscReal end[2];
+  TS ts;
+  Vec w = State(2, start);
+
+  (void)state;
+  CALL(TSCreate(PETSC_COMM_SELF, &ts));
+  CALL(SlipSmallConfigureTS(&Gyro, ts));
+  Steps(ts, w, 6, 200);
+  Get(w, 2, end);
+  assert_true(end[0] == 0 && end[1] == 0);
+  CALL(TSDestroy(&ts));
+  CALL(VecDestroy(&w));
+}
+
+static void test_bad_input(void **state)
+{
+  const PetscReal massless[] = {1, 0};
+  const PetscInt descending[] = {1, 0}, outside[] = {2};
+  SlipSmall bad[5] = {Gyro, Gyro, Gyro, Gyro, Gyro};
+  SlipConstraint con;
+
+  (void)state;
+  bad[0].mass = massless;
+  bad[1].rows = descending;
+  bad[2].rows = outside;
+  bad[2].nrows = 1;
+  bad[3].nrows = 0;
+  bad[4].jacobian = NULL;
+  CALL(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  for (int i = 0; i < 5; i++)
+    assert_int_equal((int)SlipConstraintCreateSmall(&bad[i], &con),
+                     i < 4 ? PETSC_ERR_ARG_OUTOFRANGE : PETSC_ERR_ARG_NULL);
+  CALL(PetscPopErrorHandler());
+}
+
+/* ---- the sliding mode controller ---- */
+
+/* Closed form while it slides; then zero with the reaction that holds the disturbance. Gain above the disturbance. */
+static void test_exact_arrest(void **state)
+{
+  (void)state;
+  for (int i = 0; i < 2; i++) {
+    const SlidingMode *m = &SlidingModeCases[i];
+    PetscReal r, t = 0.04, w = m->start + m->D / m->omega * (1 - cos(m->omega * t)) - m->k * t;
+
+    assert_true(w > 0);
+    assert_true(fabs(SlidingModeExact(m, t, &r) - w) < 1e-15);
+    assert_true(r == -m->k);
+    assert_true(SlidingModeExact(m, 0.4, &r) == 0);
+    assert_true(fabs(r + m->D * sin(m->omega * 0.4)) < 1e-15);
+  }
+}
+
+typedef struct {
+  const SlidingMode *m;
+  PetscReal largest;
+  PetscInt stuck, up, down;
+} Against;
+
+static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  Against *a = (Against *)ctx;
+  PetscReal value, exact, r;
+
+  PetscFunctionBeginUser;
+  (void)ts;
+  if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  Get(w, 1, &value);
+  exact = SlidingModeExact(a->m, time, &r);
+  a->largest = PetscMax(a->largest, fabs(value - exact));
+  a->stuck += exact == 0 && value == 0;
+  a->up += exact > 0;
+  a->down += exact < 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gain below the disturbance: w sticks, departs to both sides and comes back to rest, which wipes every error out. So the error
+   is that of one excursion at most: its departure and its arrest fall within a step, where the rate is wrong by less than k + D.
+   2 (k + D) h = 9e-5 for h = 1e-5 s bounds both. */
+static void test_exact_departures(void **state)
+{
+  SlidingMode m = {.k = 2.0, .D = 2.5, .omega = 50, .start = -0.01};
+  Against a = {.m = &m};
+  TS ts;
+  Vec w = State(1, &m.start);
+
+  (void)state;
+  CALL(TSCreate(PETSC_COMM_SELF, &ts));
+  CALL(SlidingModeConfigureTS(&m, ts));
+  CALL(TSMonitorSet(ts, Compare, &a, NULL));
+  Steps(ts, w, 0.5, 50000);
+  print_message("largest error %g; stuck %d, up %d, down %d\n", a.largest, (int)a.stuck, (int)a.up, (int)a.down);
+  assert_true(a.stuck > 5000 && a.up > 5000 && a.down > 5000);
+  assert_true(a.largest < 9e-5);
+  CALL(TSDestroy(&ts));
+  CALL(VecDestroy(&w));
+}
+
+/* Constant steps of the study's evaluation: second order before the arrest, and an error at the arrest of at most one step's
+   travel, (k + D) h, that is gone when w has come to rest: the final w and reaction are exact. */
+static void test_sliding_mode_order(void **state)
+{
+  SlidingMode m = SlidingModeCases[1];
+  Against a = {.m = &m};
+  PetscReal r, end, before[2];
+
+  (void)state;
+  for (int i = 0; i < 3; i++) {
+    const PetscReal tmax = i < 2 ? 0.06 : 0.5, h = i < 2 ? 0.06 / (60 << i) : 1e-3;
+    TS ts;
+    Vec w = State(1, &m.start), reaction;
+
+    a.largest = 0;
+    CALL(TSCreate(PETSC_COMM_SELF, &ts));
+    CALL(SlidingModeConfigureTS(&m, ts));
+    CALL(TSMonitorSet(ts, Compare, &a, NULL));
+    Steps(ts, w, tmax, (PetscInt)(tmax / h + 0.5));
+    Get(w, 1, &end);
+    CALL(TSBatheGetReaction(ts, &reaction));
+    Get(reaction, 1, &r);
+    if (i < 2) before[i] = a.largest;
+    CALL(TSDestroy(&ts));
+    CALL(VecDestroy(&w));
+  }
+  print_message("order %.3f before the arrest, largest error %g with it\n", log2(before[0] / before[1]), a.largest);
+  assert_true(fabs(log2(before[0] / before[1]) - 2) < 0.05);
+  assert_true(a.largest < (m.k + m.D) * 1e-3);
+  assert_true(end == 0);
+  assert_true(fabs(r + m.D * sin(m.omega * 0.5)) < 1e-12);
+}
+
+/* The default observations of a policy, in the units of the start */
+static void test_sliding_mode_observe(void **state)
+{
+  SlidingMode m = SlidingModeCases[1];
+  const PetscReal w = -0.5 * m.start;
+  PetscReal value = 0;
+  PetscBool known = PETSC_FALSE;
+  TS ts;
+  Vec x = State(1, &w);
+
+  (void)state;
+  CALL(TSCreate(PETSC_COMM_SELF, &ts));
+  CALL(SlidingModeConfigureTS(&m, ts));
+  CALL(TSSetSolution(ts, x));
+  CALL(SlidingModeObserve(ts, "energy", &value, &known));
+  assert_true(known && fabs(value - 0.25) < 1e-15);
+  CALL(SlidingModeObserve(ts, "state_0", &value, &known));
+  assert_true(known && fabs(value + 0.5) < 1e-15);
+  CALL(SlidingModeObserve(ts, "state_1", &value, &known));
+  assert_false(known);
+  CALL(TSDestroy(&ts));
+  CALL(VecDestroy(&x));
+}
+
+/* ---- the circuit ---- */
+
+typedef struct {
+  Circuit *c;
+  PetscReal time, energy, power, dissipated, rise;
+} Balance;
+
+static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  Balance *b = (Balance *)ctx;
+  PetscReal a[CIRCUIT_N], energy, power;
+
+  PetscFunctionBeginUser;
+  (void)ts;
+  if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  Get(w, CIRCUIT_N, a);
+  energy = CircuitEnergy(b->c, a);
+  power = PetscSqr(a[0] - a[1]) / b->c->R + b->c->m * PetscAbsReal(a[0]);
+  if (step > 0) {
+    b->rise = PetscMax(b->rise, energy - b->energy);
+    b->dissipated += 0.5 * (time - b->time) * (b->power + power);
+  }
+  b->time = time;
+  b->energy = energy;
+  b->power = power;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* n constant steps: what is left of the energy, its largest rise and what the balance lacks, all over the start's energy */
+static void CircuitBalance(int which, PetscInt n, PetscReal *left, PetscReal *rise, PetscReal *lacks)
+{
+  Circuit c = CircuitCases[which];
+  Balance b = {.c = &c};
+  const PetscReal start = CircuitEnergy(&c, c.start);
+  TS ts;
+  Vec w;
+
+  CALL(CircuitSetUnits(&c, PETSC_FALSE));
+  CALL(CircuitCreateState(&c, &w));
+  CALL(TSCreate(PETSC_COMM_SELF, &ts));
+  CALL(CircuitConfigureTS(&c, ts));
+  CALL(TSMonitorSet(ts, Watch, &b, NULL));
+  Steps(ts, w, c.max_time, n);
+  *left = b.energy / start;
+  *rise = b.rise / start;
+  *lacks = fabs(start - b.energy - b.dissipated) / start;
+  CALL(TSDestroy(&ts));
+  CALL(VecDestroy(&w));
+}
+
+/* The energy never rises by more than rounding, and what is lost is what resistor and diode take. Integrator and quadrature are
+   of second order but for the kinks where V1 meets zero: a step four times shorter must gain a factor of 8 of the 16, and leave
+   (h/(R C1))^2 = 6e-5, here 1e-4. */
+static void test_circuit_energy(void **state)
+{
+  (void)state;
+  for (int i = 0; i < 2; i++) {
+    PetscReal left, rise[2], lacks[2];
+
+    CircuitBalance(i, 4000, &left, &rise[0], &lacks[0]);
+    CircuitBalance(i, 16000, &left, &rise[1], &lacks[1]);
+    print_message("energy left %g, balance lacks %g and %g\n", left, lacks[0], lacks[1]);
+    assert_true(rise[0] <= 1e-12 && rise[1] <= 1e-12);
+    assert_true(left < 0.1);
+    assert_true(lacks[1] < 1e-4);
+    assert_true(lacks[0] > 8 * lacks[1]);
+  }
+}
+
+/* Of the energy's units the squares of the states add up to U/U_0; in the start's every state begins at 1 */
+static void test_circuit_observe(void **state)
+{
+  const char *const names[] = {"state_0", "state_1", "state_2", "energy"};
+  Circuit c = CircuitCases[1];
+  TS ts;
+  Vec w;
+  PetscReal value = 0, sum = 0;
+  PetscBool known = PETSC_FALSE;
+
+  (void)state;
+  CALL(CircuitCreateState(&c, &w));
+  CALL(TSCreate(PETSC_COMM_SELF, &ts));
+  CALL(CircuitConfigureTS(&c, ts));
+  CALL(TSSetSolution(ts, w));
+  CALL(CircuitSetUnits(&c, PETSC_FALSE));
+  for (int i = 0; i < 3; i++) {
+    CALL(CircuitObserve(ts, names[i], &value, &known));
+    assert_true(known);
+    sum += PetscSqr(value);
+  }
+  assert_true(fabs(sum - 1) < 1e-14);
+  CALL(CircuitSetUnits(&c, PETSC_TRUE));
+  for (int i = 0; i < 4; i++) {
+    CALL(CircuitObserve(ts, names[i], &value, &known));
+    assert_true(known && fabs(value - 1) < 1e-15);
+  }
+  CALL(CircuitObserve(ts, "velocity", &value, &known));
+  assert_false(known);
+  CALL(TSDestroy(&ts));
+  CALL(VecDestroy(&w));
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_eliminated_row),
+    cmocka_unit_test(test_not_symmetric),
+    cmocka_unit_test(test_rest),
+    cmocka_unit_test(test_bad_input),
+    cmocka_unit_test(test_exact_arrest),
+    cmocka_unit_test(test_exact_departures),
+    cmocka_unit_test(test_sliding_mode_order),
+    cmocka_unit_test(test_sliding_mode_observe),
+    cmocka_unit_test(test_circuit_energy),
+    cmocka_unit_test(test_circuit_observe),
+  };
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  return PetscFinalize() || failed;
+}
