@@ -11,7 +11,7 @@ typedef struct {
   PetscReal mass, stiffness, friction, normal, start; /* [kg], [N/m], -, [N], x(0) [m] */
 } Oscillator;
 
-static PetscErrorCode SetFromOptions(Oscillator *o)
+static PetscErrorCode SetFromOptions(Oscillator *o, char file[])
 {
   PetscFunctionBeginUser;
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Oscillator with dry friction", NULL);
@@ -21,7 +21,14 @@ static PetscErrorCode SetFromOptions(Oscillator *o)
     PetscOptionsReal("-oscillator_friction", "Coefficient of friction mu", NULL, o->friction, &o->friction, NULL));
   PetscCall(PetscOptionsReal("-oscillator_normal", "Normal force N [N]", NULL, o->normal, &o->normal, NULL));
   PetscCall(PetscOptionsReal("-oscillator_start", "Position x at the start [m]", NULL, o->start, &o->start, NULL));
+  PetscCall(PetscOptionsString("-oscillator_output", "HDF5 file to write (default none)", NULL, file, file,
+                               PETSC_MAX_PATH_LEN, NULL));
   PetscOptionsEnd();
+  PetscCheck(o->mass > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-oscillator_mass is %g, expected a number > 0 kg", (double)o->mass);
+  PetscCheck(o->friction * o->normal >= 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-oscillator_friction %g times -oscillator_normal %g N is negative, expected a force >= 0 N",
+             (double)o->friction, (double)o->normal);
   PetscCheck(o->stiffness > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
              "-oscillator_stiffness is %g, expected a number > 0 N/m", (double)o->stiffness);
   PetscFunctionReturn(0);
@@ -154,8 +161,7 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("oscillator"));
-  PetscCall(SetFromOptions(&o));
-  PetscCall(PetscOptionsGetString(NULL, NULL, "-oscillator_output", file, sizeof(file), NULL));
+  PetscCall(SetFromOptions(&o, file));
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, 2, &w));
   PetscCall(VecSet(w, 0));
   PetscCall(VecSetValue(w, 1, o.start, INSERT_VALUES));

@@ -37,8 +37,8 @@ static PetscErrorCode SlipFaultCheckEntries(SlipFault fault, const char file[], 
              file, dataset, dims[0], dims[1], fault->N);
   for (size_t k = 0; k < N * N; k++)
     PetscCheck(isfinite(entries[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s (-fault_stiffness_file): %s[%zu, %zu] is %.6g, expected a finite number", file, dataset, k / N, k % N,
-               (double)entries[k]);
+               "%s (-fault_stiffness_file): %s[%zu, %zu] is %.6g, expected a finite number", file, dataset, k / N,
+               k % N, (double)entries[k]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -187,6 +187,8 @@ expect "-circuit_unit start needs a -circuit_start without zeros" circuit -circu
 expect "none.h5" circuit -ts_adapt_type rl -ts_adapt_rl_policy none.h5
 expect "state_1 of a state with 1 components" sliding_mode -ts_adapt_type rl -ts_adapt_rl_policy circuit.h5
 expect "-oscillator_stiffness is 0" oscillator -oscillator_stiffness 0
+expect "-oscillator_mass is -1" oscillator -oscillator_mass -1
+expect "expected a force >= 0 N" oscillator -oscillator_normal -1
 grep -q "an older result" old.h5 || { echo "FAILED: an older file was touched"; failed=1; }
 "$bin/circuit" -circuit_refrence 1e-3 2>&1 >out.txt | grep -qF "circuit: warning: nothing has read the option -circuit_refrence" ||
   { echo "FAILED: a mistyped option passed silently"; failed=1; }
