@@ -21,6 +21,9 @@ PETSC_EXTERN PetscReal SlipKernelFullSpace(PetscReal G, PetscReal nu, PetscReal 
                                            PetscReal b);
 PETSC_EXTERN PetscReal SlipKernelHalfSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal z_receiver,
                                            PetscReal z_source, PetscReal a, PetscReal b);
+/* The same with the receiver on a parallel plane at the distance dy [m]. */
+PETSC_EXTERN PetscReal SlipKernelOffset(PetscReal G, PetscReal nu, PetscReal dx, PetscReal dy, PetscReal z_receiver,
+                                        PetscReal z_source, PetscReal a, PetscReal b, PetscBool full_space);
 
 /* ---- stiffness ----
    type: "dense", "fft", "auto" ("hmat" later). The symmetric part (K + K')/2 is used. scale multiplies every entry.
@@ -35,8 +38,8 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, Pet
 PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[]);
 
 /* ---- viscosity ---- H = 2 zeta M (M^-1 K)^(1/2), M = mass * I, mass [kg/m^2]; H [Pa s/m].
-   type: "sqrtm" (exact matrix square root), "spectral" (per-wavenumber square root, uniform grids only), "none"
-   (zero). */
+   type: "sqrtm" (exact matrix square root), "spectral" (per-wavenumber square root, uniform grids only), "lanczos"
+   (exact, by Lanczos' method in each product), "none" (zero). */
 PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, const char *type, Mat *H);
 
 /* ---- stage operator ---- B(theta) = (mass/theta) I + H + theta K   [Pa s/m], theta [s].

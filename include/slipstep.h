@@ -2,6 +2,7 @@
 #pragma once
 #include <slipsys.h>
 #include <slipmat.h>
+#include <slipcells.h>
 #include <slipsnes.h>
 #include <slipts.h>
 #include <slippolicy.h>

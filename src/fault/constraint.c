@@ -22,7 +22,7 @@ static PetscErrorCode SlipFaultExtract(Vec w, PetscInt which, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (M/theta) base_v + ex_v. */
+/* u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (w M/theta) base_v + ex_v, w: the weights. */
 static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage)
 {
   const PetscReal theta = stage->theta;
@@ -37,7 +37,7 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   PetscCall(VecGetArrayWrite(fault->u0, &u0));
   PetscCall(VecGetArrayWrite(fault->s0, &s0));
   for (PetscInt i = 0; i < fault->n; i++) {
-    c[i] = fault->mass / theta * base[3 * i + V] + (ex ? ex[3 * i + V] : 0);
+    c[i] = fault->weight[i] * (fault->mass / theta) * base[3 * i + V] + (ex ? ex[3 * i + V] : 0);
     u0[i] = base[3 * i + U] + theta * ((ex ? ex[3 * i + U] : 0) - vinf[i]);
     s0[i] = base[3 * i + S] + theta * (ex ? ex[3 * i + S] : 0);
   }
@@ -114,7 +114,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   PetscCall(VecGetArrayWrite(q, &a));
   if (dq) PetscCall(VecGetArrayWrite(dq, &b));
   for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal rate = PetscAbsReal(v[i]), sigma = fault->field[FIELD_NORMAL_STRESS][i];
+    const PetscReal rate = PetscAbsReal(v[i]), sigma = fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i];
     PetscReal mu, ds, dv;
 
     SlipFaultFriction(fault, i, s0[i] + fault->theta * rate, rate, &mu, &ds, &dv);
@@ -231,12 +231,12 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
   (void)con;
   if (F != k) PetscCall(VecCopy(F, k));
   PetscCall(VecGetArray(k, &a));
-  for (PetscInt i = 0; i < fault->n; i++) a[3 * i + V] /= fault->mass;
+  for (PetscInt i = 0; i < fault->n; i++) a[3 * i + V] /= fault->mass * fault->weight[i];
   PetscCall(VecRestoreArray(k, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* q = mu(s, |v|) sigma_n [Pa], reduced, of a state. */
+/* q = mu(s, |v|) sigma_n w [Pa], reduced, of a state; the weights w are 1 on a grid. */
 PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q)
 {
   const PetscReal *a;
@@ -247,7 +247,7 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q)
   PetscCall(VecGetArrayWrite(q, &b));
   for (PetscInt i = 0; i < fault->n; i++) {
     SlipFaultFriction(fault, i, a[3 * i + S], PetscAbsReal(a[3 * i + V]), &mu, &ds, &dv);
-    b[i] = mu * fault->field[FIELD_NORMAL_STRESS][i];
+    b[i] = mu * (fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]);
   }
   PetscCall(VecRestoreArrayWrite(q, &b));
   PetscCall(VecRestoreArrayRead(w, &a));

@@ -11,6 +11,11 @@ PetscErrorCode SlipFaultElementCentre(SlipFault fault, PetscInt e, PetscReal *x,
   const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
 
   PetscFunctionBegin;
+  if (fault->mesh.n) {
+    *x = fault->mesh.x[e];
+    *z = fault->mesh.z[e];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   *x = ((e % nx) + 0.5) * fault->value[FAULT_LENGTH_X] / nx;
   *z = fault->value[FAULT_DEPTH_TOP] + ((e / nx) + 0.5) * fault->value[FAULT_LENGTH_Z] / nz;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -84,7 +89,8 @@ static PetscErrorCode SlipFaultCheckShape(SlipFault fault, const char file[], co
 static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f, PetscReal data[], PetscBool *has)
 {
   char path[64];
-  PetscInt dims[2];
+  PetscInt dims[2] = {1, 1};
+  const PetscInt ndim = fault->mesh.n ? 1 : 2; /* a mesh's fields are [n] */
   PetscReal *read;
   PetscErrorCode ierr;
 
@@ -92,7 +98,7 @@ static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f,
   PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", SlipFaultReals[SlipFaultFields[f]].name));
   PetscCall(SlipH5Has(h, path, has));
   if (!*has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5ReadReal(h, path, 2, dims, &read));
+  PetscCall(SlipH5ReadReal(h, path, ndim, dims + 2 - ndim, &read));
   ierr = SlipFaultCheckShape(fault, h->name, path, dims);
   if (!ierr) ierr = SlipFaultCheckField(fault, h->name, f, read);
   if (!ierr) ierr = PetscArraycpy(data, read, fault->N);

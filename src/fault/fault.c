@@ -1,5 +1,6 @@
 /* A fault's life: create, set up, view, state, destroy. */
 #include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcells.h>
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
 
@@ -57,11 +58,13 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
 
   PetscFunctionBegin;
   if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultMeshSetUp(fault));
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
   fault->mass = fault->value[FAULT_DENSITY] * thickness;
   fault->tstar = thickness * PetscSqrtReal(fault->value[FAULT_DENSITY] / fault->value[FAULT_SHEAR_MODULUS]);
   PetscCall(SlipFrictionFind(fault->text[FAULT_FRICTION_LAW], &fault->law));
   PetscCall(SlipFaultElementsSetUp(fault));
+  PetscCall(SlipFaultWeightsSetUp(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
   fault->setup = PETSC_TRUE;
@@ -81,6 +84,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
 PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
 {
   PetscReal value;
+  PetscBool hmat, lanczos;
 
   PetscFunctionBegin;
   if (!viewer) PetscCall(PetscViewerASCIIGetStdout(fault->comm, &viewer));
@@ -98,6 +102,10 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
     PetscCall(PetscViewerASCIIPrintf(viewer, "time scale T*: %g s\n", (double)fault->tstar));
     PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %g\n", (double)fault->scaling));
     PetscCall(PetscViewerASCIIPrintf(viewer, "friction: %s\n", fault->law->formula));
+    PetscCall(PetscObjectTypeCompare((PetscObject)fault->K, "sliphmat", &hmat));
+    if (hmat) PetscCall(MatView(fault->K, viewer));
+    PetscCall(PetscObjectTypeCompare((PetscObject)fault->H, "sliplanczos", &lanczos));
+    if (lanczos) PetscCall(MatView(fault->H, viewer));
   }
   PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -126,6 +134,8 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->field[i]));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDestroy(&f->work[i]));
   PetscCall(PetscFree(f->summed));
+  PetscCall(PetscFree(f->weight));
+  PetscCall(SlipCellsDestroy(&f->mesh));
   PetscCall(VecDestroy(&f->uc));
   PetscCall(VecDestroy(&f->vinf));
   PetscCall(VecDestroy(&f->c));

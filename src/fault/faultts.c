@@ -65,7 +65,7 @@ static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
   (void)t;
   PetscCall(SlipFaultSmooth(fault, w, F));
   PetscCall(VecGetArray(F, &a));
-  for (PetscInt i = 0; i < fault->n; i++) a[3 * i] /= fault->mass;
+  for (PetscInt i = 0; i < fault->n; i++) a[3 * i] /= fault->mass * fault->weight[i];
   PetscCall(VecRestoreArray(F, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -19,7 +19,7 @@ static PetscErrorCode SlipFaultExtractDisplacement(SlipFault fault, Vec w, Vec u
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* This rank's part of the sums; ku = K u. */
+/* This rank's part of the sums, weighted by area; ku = K u is weighted already. */
 static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal sum[], PetscReal *max_v)
 {
   const PetscReal *a, *f;
@@ -28,20 +28,20 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(ku, &f));
   for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal v = a[3 * i], u = a[3 * i + 1], s = a[3 * i + 2];
+    const PetscReal v = a[3 * i], u = a[3 * i + 1], s = a[3 * i + 2], weight = fault->weight[i];
     PetscReal mu, ds, dv;
 
     SlipFaultFriction(fault, i, s, PetscAbsReal(v), &mu, &ds, &dv);
-    sum[SUM_V] += v;
-    sum[SUM_ABS_V] += PetscAbsReal(v);
-    sum[SUM_V2] += v * v;
-    sum[SUM_U] += u;
-    sum[SUM_S] += s;
-    sum[SUM_SLIDING] += v != 0 ? 1 : 0;
+    sum[SUM_V] += weight * v;
+    sum[SUM_ABS_V] += weight * PetscAbsReal(v);
+    sum[SUM_V2] += weight * (v * v);
+    sum[SUM_U] += weight * u;
+    sum[SUM_S] += weight * s;
+    sum[SUM_SLIDING] += v != 0 ? weight : 0;
     sum[SUM_U_KU] += u * f[i];
     sum[SUM_V_KU] += v * f[i];
     sum[SUM_VINF_KU] += fault->field[FIELD_LOADING_RATE][i] * f[i];
-    sum[SUM_STRENGTH] += mu * fault->field[FIELD_NORMAL_STRESS][i];
+    sum[SUM_STRENGTH] += mu * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
     *max_v = PetscMax(*max_v, PetscAbsReal(v));
   }
   PetscCall(VecRestoreArrayRead(ku, &f));
@@ -223,7 +223,8 @@ static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscRea
   Input Parameters:
 + fault - the fault
 . w     - state
-- r     - friction traction [Pa], one per element, or NULL for -q(w) sign(v)
+- r     - friction traction [Pa], one per element and weighted by area as TSBatheGetReaction() gives it, or NULL for
+        -q(w) sign(v)
 
   Output Parameter:
 . obs - the means; d(kinetic + elastic)/dt + viscous_power + friction_power = loading_power, with

@@ -1,5 +1,6 @@
 /* What the output file of a run holds: its layout, the mesh, and the fields. */
 #include <slipstep/private/slipfaultoutput.h>
+#include <slipstep/private/slipcells.h>
 #include <slipstep/private/slipcompat.h>
 
 static const SlipOutputColumn SeriesColumns[] = {
@@ -64,7 +65,8 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
 static PetscErrorCode SlipFaultOutputLayout(SlipFaultOutput out)
 {
   SlipFault fault = out->fault;
-  const PetscInt dims[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
+  const PetscInt shape[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
+  const PetscInt ndim = fault->mesh.n ? 1 : 2, *dims = shape + 2 - ndim; /* [n] for a mesh */
   char path[64];
 
   PetscFunctionBegin;
@@ -72,7 +74,7 @@ static PetscErrorCode SlipFaultOutputLayout(SlipFaultOutput out)
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5CreateSeries(out->file, path, 2, dims, PETSC_FALSE, OutputFields[f].unit));
+    PetscCall(SlipH5CreateSeries(out->file, path, ndim, dims, PETSC_FALSE, OutputFields[f].unit));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -99,6 +101,10 @@ static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
   PetscReal *x, *z, other;
 
   PetscFunctionBegin;
+  if (fault->mesh.n) {
+    PetscCall(SlipFaultMeshWrite(fault, out->file));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscMalloc2(nx, &x, nz, &z));
   for (PetscInt i = 0; i < nx; i++) PetscCall(SlipFaultElementCentre(fault, i, &x[i], &other));
   for (PetscInt i = 0; i < nz; i++) PetscCall(SlipFaultElementCentre(fault, i * nx, &other, &z[i]));
@@ -114,7 +120,8 @@ static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
 static PetscErrorCode SlipFaultOutputElements(SlipFaultOutput out, const char name[], const char unit[], Vec x)
 {
   SlipFault fault = out->fault;
-  const PetscInt dims[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
+  const PetscInt shape[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
+  const PetscInt ndim = fault->mesh.n ? 1 : 2, *dims = shape + 2 - ndim; /* [n] for a mesh */
   const PetscReal *a;
   char path[64];
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -124,7 +131,7 @@ static PetscErrorCode SlipFaultOutputElements(SlipFaultOutput out, const char na
   PetscCall(VecScatterEnd(out->gather_r, x, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", name));
   PetscCall(VecGetArrayRead(out->r0, &a));
-  if (!out->rank) ierr = SlipH5WriteReal(out->file, path, 2, dims, a, unit[0] ? unit : "1");
+  if (!out->rank) ierr = SlipH5WriteReal(out->file, path, ndim, dims, a, unit[0] ? unit : "1");
   PetscCall(VecRestoreArrayRead(out->r0, &a));
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -154,10 +161,12 @@ PetscErrorCode SlipFaultOutputMesh(SlipFaultOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: one entry of every field wanted, from the gathered state and reaction. */
+/* Rank 0: one entry of every field wanted, from the gathered state and reaction; the reaction is weighted by area. */
 static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
 {
   const PetscInt N = out->fault->N;
+  const SlipCells *mesh = &out->fault->mesh;
+  const PetscReal unit = mesh->n ? 2 * SlipCellsUnit(mesh) : 1;
   const PetscReal *w, *r;
   PetscReal *x;
   char path[64];
@@ -172,6 +181,7 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
 
     if (!out->wanted[f]) continue;
     for (PetscInt e = 0; e < N; e++) x[e] = c < 0 ? r[e] : w[3 * e + c];
+    for (PetscInt e = 0; c < 0 && e < mesh->n; e++) x[e] /= unit * mesh->length[e] * mesh->width[e];
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
     PetscCall(SlipH5Append(out->file, path, 1, x));
   }

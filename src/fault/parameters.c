@@ -43,6 +43,10 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                             "Slip rate that the observation \"velocity\" is measured in"},
   [FAULT_OUTPUT_INTERVAL] = {"output_interval", 1, "steps", 1, NONE, SHUT, WHOLE,
                              "Accepted steps from one entry of /fields to the next"},
+  [FAULT_HMAT_TOLERANCE] = {"hmat_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
+                            "Relative error of the low-rank blocks of -fault_operator hmat"},
+  [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-10, "", 0, 1, OPEN, REAL,
+                              "Relative error of products with a viscosity that Lanczos' method applies"},
 };
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
@@ -52,8 +56,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                     "Elastic medium: with or without the free surface"},
   [FAULT_INITIAL] = {"initial", "critical", "|critical|rest|", "Start: at the frictional instability, or unstressed"},
   [FAULT_OPERATOR] = {"operator", "auto", "|dense|fft|hmat|auto|", "Storage of the stiffness"},
-  [FAULT_VISCOSITY] = {"viscosity", "sqrtm", "|sqrtm|spectral|none|",
-                       "Viscosity H: exact matrix square root, per wavenumber, or zero"},
+  [FAULT_VISCOSITY] = {"viscosity", "sqrtm", "|sqrtm|spectral|lanczos|none|",
+                       "Viscosity H: exact matrix square root, per wavenumber, exact by Lanczos' method, or zero"},
   [FAULT_STIFFNESS_FILE] =
     {"stiffness_file", "", NULL,
      "Stiffness from F.h5[:/dataset] (default /stiffness), [N,N] in Pa/m, instead of the kernel"},
@@ -64,6 +68,9 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                        "Existing directory to keep what is expensive to set up in: the exact viscosity of large grids"},
   [FAULT_PARAMETERS] = {"parameters", "", NULL,
                         "HDF5 file of per-element fields [Nz,Nx] named as their options, which they replace"},
+  [FAULT_MESH] = {"mesh", "", NULL,
+                  "HDF5 file of rectangular cells, /cells [n,5] with x, y, z of the centre, length and width [m], in "
+                  "place of the grid and its extents"},
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
   [FAULT_OUTPUT_FIELDS] = {"output_fields", "slip_rate,slip,displacement,traction", NULL,
                            "Fields to write, separated by commas"},

@@ -88,7 +88,11 @@ static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
                    .shear_modulus = fault->value[FAULT_SHEAR_MODULUS],
                    .poisson_ratio = fault->value[FAULT_POISSON_RATIO]};
 
+  PetscBool cells = PETSC_FALSE;
+
   PetscFunctionBegin;
+  PetscCall(SlipFaultMeshStiffness(fault, &cells));
+  if (cells) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscStrcmp(fault->text[FAULT_KERNEL], "full_space", &grid.full_space));
   PetscCall(MatCreateSlipStiffness(fault->comm, &grid, fault->text[FAULT_OPERATOR], &fault->K));
   PetscCall(MatSlipStiffnessSetCacheDir(fault->K, fault->text[FAULT_CACHE_DIR]));
@@ -150,7 +154,7 @@ static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
   PetscCall(PetscStrcmp(fault->text[FAULT_STIFFNESS_SCALING], "mean_slip", &scale));
   if (!scale) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
-  PetscCall(VecSum(x, &mean_slip));
+  PetscCall(SlipFaultWeightedSum(fault, x, &mean_slip));
   PetscCall(VecSum(sigma, &mean_stress));
   fault->scaling = mean_slip * fault->value[FAULT_SHEAR_MODULUS] / (mean_stress * thickness);
   PetscCall(MatScale(fault->K, fault->scaling));
@@ -187,6 +191,18 @@ static PetscErrorCode SlipFaultFillVec(SlipFault fault, PetscInt field, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* x_i *= w_i */
+static PetscErrorCode SlipFaultWeigh(SlipFault fault, Vec x)
+{
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArray(x, &a));
+  for (PetscInt i = 0; i < fault->n; i++) a[i] *= fault->weight[i];
+  PetscCall(VecRestoreArray(x, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
   const PetscReal zeta = fault->value[FAULT_DAMPING_RATIO];
@@ -205,10 +221,12 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->uc, &fault->s0));
   PetscCall(SlipFaultFillVec(fault, FIELD_LOADING_RATE, fault->vinf));
   PetscCall(SlipFaultFillVec(fault, FIELD_NORMAL_STRESS, fault->work[0]));
+  PetscCall(SlipFaultWeigh(fault, fault->work[0]));
   PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->uc));
   PetscCall(SlipFaultViewStiffness(fault));
   PetscCall(
     MatCreateSlipViscosity(fault->K, fault->mass, zeta, zeta > 0 ? fault->text[FAULT_VISCOSITY] : "none", &fault->H));
+  PetscCall(MatSlipViscositySetTolerance(fault->H, fault->value[FAULT_KRYLOV_TOLERANCE]));
   PetscCall(MatCreateSlipStage(fault->K, fault->H, fault->mass, &fault->B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -224,9 +242,9 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   PetscCall(VecGetArrayWrite(q0, &q));
   for (PetscInt i = 0; i < fault->n; i++) {
     SlipFaultFriction(fault, i, 0, 0, &mu, &ds, &dv);
-    q[i] = mu * fault->field[FIELD_NORMAL_STRESS][i];
+    q[i] = mu * (fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]);
     sum[0] += q[i];
-    sum[1] += fault->field[FIELD_FRICTION_SLIP][i];
+    sum[1] += fault->weight[i] * fault->field[FIELD_FRICTION_SLIP][i];
     sum[2] += mu;
   }
   PetscCall(VecRestoreArrayWrite(q0, &q));
@@ -236,7 +254,7 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   PetscCall(VecScale(fault->uc, sum[2] / fault->N));
   PetscCall(SlipFaultSolveStiffness(fault, q0, fault->uc));
   PetscCall(VecDot(fault->uc, q0, &fault->critical_energy));
-  PetscCall(VecSum(fault->uc, &fault->mean_uc));
+  PetscCall(SlipFaultWeightedSum(fault, fault->uc, &fault->mean_uc));
   fault->mean_uc /= fault->N;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,11 +1,13 @@
 /* The stage operator B(theta) = (mass / theta) I + H + theta K as a shell matrix. */
 #include <slipmat.h>
+#include <slipcells.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
 typedef struct {
   Mat K, H;                  /* stiffness and viscosity, referenced */
   PetscReal mass;            /* [kg/m^2] */
+  Vec weights;               /* of the rows of K and H, borrowed from K; NULL when all are 1 */
   PetscReal theta;           /* [s] */
   PetscBool assemble;        /* both operands are dense and small enough for B to be formed at each theta */
   Mat assembled;             /* B as MATDENSE, or NULL */
@@ -30,7 +32,12 @@ static PetscErrorCode StageAssemble(SlipStageContext *s)
   if (!s->assembled) PetscCall(MatDuplicate(s->K, MAT_DO_NOT_COPY_VALUES, &s->assembled));
   PetscCall(MatCopy(s->H, s->assembled, SAME_NONZERO_PATTERN));
   PetscCall(MatAXPY(s->assembled, s->theta, s->K, SAME_NONZERO_PATTERN));
-  PetscCall(MatShift(s->assembled, s->mass / s->theta));
+  if (s->weights) {
+    PetscCall(VecCopy(s->weights, s->work));
+    PetscCall(VecScale(s->work, s->mass / s->theta));
+    PetscCall(MatDiagonalSet(s->assembled, s->work, ADD_VALUES));
+  } else
+    PetscCall(MatShift(s->assembled, s->mass / s->theta));
   s->assembled_theta = s->theta;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -85,7 +92,12 @@ static PetscErrorCode StageMult(Mat B, Vec x, Vec y)
   }
   PetscCall(MatMult(s->K, x, y));
   PetscCall(MatMult(s->H, x, s->work));
-  PetscCall(VecAXPBYPCZ(y, s->mass / s->theta, 1, s->theta, x, s->work));
+  if (s->weights) {
+    PetscCall(VecAXPBY(y, 1, s->theta, s->work));
+    PetscCall(VecPointwiseMult(s->work, s->weights, x));
+    PetscCall(VecAXPY(y, s->mass / s->theta, s->work));
+  } else
+    PetscCall(VecAXPBYPCZ(y, s->mass / s->theta, 1, s->theta, x, s->work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -99,7 +111,10 @@ static PetscErrorCode StageGetDiagonal(Mat B, Vec d)
   PetscCall(MatGetDiagonal(s->K, d));
   PetscCall(MatGetDiagonal(s->H, s->work));
   PetscCall(VecAXPBY(d, 1, s->theta, s->work));
-  PetscCall(VecShift(d, s->mass / s->theta));
+  if (s->weights)
+    PetscCall(VecAXPY(d, s->mass / s->theta, s->weights));
+  else
+    PetscCall(VecShift(d, s->mass / s->theta));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -163,7 +178,8 @@ static PetscErrorCode StageChoose(SlipStageContext *s)
   Output Parameter:
 . B - matrix of type "slipstage" [Pa s/m]; set theta before using it
 
-  Note: K and H are referenced and must not change while B lives.
+  Note: K and H are referenced and must not change while B lives. Where the rows of K are weighted
+  (MatSlipGetWeights()), so is the inertia: B = (mass / theta) diag(w) + H + theta K.
 
   Errors: PETSC_ERR_ARG_SIZ when the sizes of K and H differ, PETSC_ERR_ARG_OUTOFRANGE for the mass
 
@@ -193,6 +209,7 @@ PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B)
   s->K = K;
   s->H = H;
   s->mass = mass;
+  PetscCall(MatSlipGetWeights(K, &s->weights));
   PetscCall(StageChoose(s));
   PetscCall(MatCreateVecs(K, NULL, &s->work));
   PetscCall(MatCreateShell(comm, m, m, N, N, s, B));

@@ -2,6 +2,7 @@
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
+#include <slipstep/private/slipcells.h>
 
 PetscLogEvent SLIP_ViscositySetUp;
 
@@ -86,11 +87,14 @@ static PetscErrorCode ViscosityCreate_SqrtmDense(Mat K, PetscReal factor, Mat *H
 /* The root takes after the stiffness: dense for a dense one, spectral plus low rank for an FFT. */
 static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
 {
-  PetscBool fft;
+  PetscBool fft, cells;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)K, "slipfft", &fft));
-  if (fft)
+  PetscCall(SlipViscosityIsOfCells(K, &cells));
+  if (cells)
+    PetscCall(SlipViscosityCreate_Cells(K, factor, H));
+  else if (fft)
     PetscCall(SlipViscosityCreate_SpectralExact(K, factor, H));
   else
     PetscCall(ViscosityCreate_SqrtmDense(K, factor, H));
@@ -136,6 +140,7 @@ static const struct {
 } SlipViscosityTypes[] = {
   {"sqrtm", ViscosityCreate_Sqrtm},
   {"spectral", SlipViscosityCreate_Spectral},
+  {"lanczos", SlipViscosityCreate_Lanczos},
   {"none", ViscosityCreate_None},
 };
 
@@ -149,7 +154,8 @@ static const struct {
 . mass - inertia per unit area, density times mobilised thickness [kg/m^2], positive
 . zeta - damping ratio, zero or positive
 - type - "sqrtm" (the exact matrix square root), "spectral" (square root per wavenumber along strike of the problem made
-         periodic; uniform grids only) or "none" (zero)
+         periodic; uniform grids only), "lanczos" (the root again, by Lanczos' method in each product; any
+         stiffness, no set-up) or "none" (zero)
 
   Output Parameter:
 . H - symmetric N x N matrix [Pa s/m] with K's distribution
@@ -178,8 +184,8 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
     PetscCall(PetscStrcmp(type, SlipViscosityTypes[k].name, &match));
     if (match) break;
   }
-  PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "Unknown type of viscosity \"%s\"; known: sqrtm, spectral, none",
-             type);
+  PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "Unknown type of viscosity \"%s\"; known: sqrtm, spectral, lanczos, none", type);
   PetscCall(PetscStrcmp(type, "none", &match));
   factor = match ? 0 : 2 * zeta * PetscSqrtReal(mass);
   PetscCall(PetscLogEventBegin(SLIP_ViscositySetUp, K, 0, 0, 0));

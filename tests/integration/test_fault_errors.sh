@@ -22,6 +22,24 @@ with h5py.File("k.h5", "w") as f:
     f["nan"] = K * np.nan
     f["oblong"] = np.ones((4, 3))
     f["list"] = np.ones(4)
+good = np.array([[50, 0, 50, 100, 100], [150, 0, 50, 100, 100], [50, 200, 60, 100, 100.0]])
+
+
+def mesh(name, row, columns="x y z length width"):
+    with h5py.File(name, "w") as f:
+        f["cells"] = np.vstack([good, [row]])
+        f["cells"].attrs["columns"] = columns
+
+
+mesh("mesh.h5", [150, 200, 60, 100, 100])
+mesh("zero.h5", [150, 200, 60, 0, 100])
+mesh("negative.h5", [150, 200, 60, 100, -5])
+mesh("nan.h5", [150, 200, np.nan, 100, 100])
+mesh("above.h5", [150, 200, 40, 100, 100])
+mesh("overlap.h5", [149, 200, 60, 100, 100])
+mesh("columns.h5", [150, 200, 60, 100, 100], "x z y length width")
+with h5py.File("narrow.h5", "w") as f:
+    f["cells"] = good[:, :4]
 for name, values in {"shape": np.full((3, 2), 1e7), "nan": np.full((2, 2), np.nan), "negative": np.full((2, 2), -1.0),
                      "text": "abc"}.items():
     with h5py.File(f"stress_{name}.h5", "w") as f:
@@ -117,6 +135,19 @@ expect "is a directory" -fault_output .
 expect '-fault_output_fields has "weather"' -fault_output x.h5 -fault_output_fields slip,weather
 expect "weather" -ts_adapt_type weather
 expect "-ts_type rk knows no friction, expected bathe" -ts_type rk
+expect "none.h5" -fault_mesh none.h5
+expect "k.h5 has no dataset /cells" -fault_mesh k.h5
+expect "/cells has shape [3, 4], expected [n, 5]" -fault_mesh narrow.h5
+expect 'the columns of /cells are "x z y length width"' -fault_mesh columns.h5
+expect "zero.h5 (-fault_mesh): row 3 has length = 0" -fault_mesh zero.h5
+expect "negative.h5 (-fault_mesh): row 3 has width = -5" -fault_mesh negative.h5
+expect "nan.h5 (-fault_mesh): row 3 has z = nan" -fault_mesh nan.h5
+expect "the cell of row 3 reaches above the surface" -fault_mesh above.h5
+expect "the cells of rows 2 and 3 overlap" -fault_mesh overlap.h5
+expect "-fault_operator fft needs a uniform grid, but -fault_mesh mesh.h5" -fault_mesh mesh.h5 -fault_operator fft
+expect "needs a stiffness on a uniform grid" -fault_mesh mesh.h5 -fault_viscosity spectral
+expect "-fault_stiffness_file k.h5 and -fault_mesh mesh.h5 exclude each other" -fault_mesh mesh.h5 \
+  -fault_stiffness_file k.h5
 
 # What the option, its file or its dataset must be is named.
 mesh+=(-fault_output old.h5)
@@ -182,7 +213,8 @@ rm -f old.h5.part # what that run had computed is kept
 for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/such/directory/x.h5" \
   "${mesh[*]} -fault_stiffness_file k.h5:/asymmetric" "${mesh[*]} -fault_parameters stress_nan.h5" "${mesh[*]} -ts_dt 0" \
   "${mesh[*]} -ts_bathe_reaction velcro" "${rl[*]} -ts_adapt_rl_policy p_truncated.h5" \
-  "${rl[*]} -ts_adapt_rl_policy p_nan.h5" "${rl[*]} -ts_adapt_rl_policy p_names.h5"; do
+  "${rl[*]} -ts_adapt_rl_policy p_nan.h5" "${rl[*]} -ts_adapt_rl_policy p_names.h5" \
+  "-fault_mesh none.h5" "-fault_mesh overlap.h5"; do
   read -r -a args <<<"$option"
   timeout 100 mpirun --oversubscribe -n 2 "$fault" "${args[@]}" >out.txt 2>err.txt
   code=$?

@@ -36,21 +36,21 @@ static Long Mindlin(const Medium *m, int i, int j, Long x, Long y)
 static const Long First[4] = {0, 0.75L, -0.15L, 1.0L / 60};
 static const Long Second[4] = {-49.0L / 18, 1.5L, -0.15L, 1.0L / 90};
 
-/* d_yy G_xx + 2 d_xy G_xy + d_xx G_yy at (x, 0): the stress drop density of slip on y = 0. The step is 0.004 of the
+/* d_yy G_xx + 2 d_xy G_xy + d_xx G_yy at (x, y): the stress drop density of slip on y = 0. The step is 0.004 of the
    distance R, so that truncation is about 1e-13 and rounding (epsilon 1e-19 over the step squared) 1e-14 of the value.
  */
-static Long PointStressDrop(const Medium *m, Long x)
+static Long PointStressDrop(const Medium *m, Long x, Long y)
 {
-  const Long h = 0.004L * sqrtl(x * x + (m->z - m->c) * (m->z - m->c));
-  Long yy = Second[0] * Mindlin(m, 0, 0, x, 0), xx = Second[0] * Mindlin(m, 1, 1, x, 0), xy = 0;
+  const Long h = 0.004L * sqrtl(x * x + y * y + (m->z - m->c) * (m->z - m->c));
+  Long yy = Second[0] * Mindlin(m, 0, 0, x, y), xx = Second[0] * Mindlin(m, 1, 1, x, y), xy = 0;
 
   for (int p = 1; p < 4; p++) {
-    yy += Second[p] * (Mindlin(m, 0, 0, x, p * h) + Mindlin(m, 0, 0, x, -p * h));
-    xx += Second[p] * (Mindlin(m, 1, 1, x + p * h, 0) + Mindlin(m, 1, 1, x - p * h, 0));
+    yy += Second[p] * (Mindlin(m, 0, 0, x, y + p * h) + Mindlin(m, 0, 0, x, y - p * h));
+    xx += Second[p] * (Mindlin(m, 1, 1, x + p * h, y) + Mindlin(m, 1, 1, x - p * h, y));
     for (int q = 1; q < 4; q++)
       xy += First[p] * First[q] *
-            (Mindlin(m, 0, 1, x + p * h, q * h) - Mindlin(m, 0, 1, x - p * h, q * h) -
-             Mindlin(m, 0, 1, x + p * h, -q * h) + Mindlin(m, 0, 1, x - p * h, -q * h));
+            (Mindlin(m, 0, 1, x + p * h, y + q * h) - Mindlin(m, 0, 1, x - p * h, y + q * h) -
+             Mindlin(m, 0, 1, x + p * h, y - q * h) + Mindlin(m, 0, 1, x - p * h, y - q * h));
   }
   return (yy + 2 * xy + xx) / (h * h);
 }
@@ -80,7 +80,7 @@ static void Gauss(Long node[POINTS], Long weight[POINTS])
 }
 
 /* Integral over the cell; for receivers outside it. 24 points converge like 3.7^-48 for a neighbour's centre. */
-static Long IntegrateCell(Long nu, int surface, Long dx, Long z_receiver, Long z_source, Long a, Long b)
+static Long IntegrateOffset(Long nu, int surface, Long dx, Long dy, Long z_receiver, Long z_source, Long a, Long b)
 {
   Long node[POINTS], weight[POINTS], sum = 0;
 
@@ -89,9 +89,14 @@ static Long IntegrateCell(Long nu, int surface, Long dx, Long z_receiver, Long z
     for (int k = 0; k < POINTS; k++) {
       const Medium m = {nu, z_source + 0.5L * b * node[k], z_receiver, surface};
 
-      sum += weight[i] * weight[k] * PointStressDrop(&m, dx + 0.5L * a * node[i]);
+      sum += weight[i] * weight[k] * PointStressDrop(&m, dx + 0.5L * a * node[i], dy);
     }
   return sum * a * b / 4;
+}
+
+static Long IntegrateCell(Long nu, int surface, Long dx, Long z_receiver, Long z_source, Long a, Long b)
+{
+  return IntegrateOffset(nu, surface, dx, 0, z_receiver, z_source, a, b);
 }
 
 /* The cell's own centre: slip of the whole plane leaves no stress, so the cell gives minus the rest of the plane, and
@@ -107,8 +112,8 @@ static Long IntegrateSelf(Long nu, Long a, Long b)
     const Long side = 0.5L * corner * (1 + node[i]), top = corner + 0.5L * (quarter - corner) * (1 + node[i]);
     const Medium m_side = {nu, 10, 10 + sinl(side), 0}, m_top = {nu, 10, 10 + sinl(top), 0};
 
-    sum += weight[i] * 0.5L * corner * PointStressDrop(&m_side, cosl(side)) * cosl(side) / (0.5L * a);
-    sum += weight[i] * 0.5L * (quarter - corner) * PointStressDrop(&m_top, cosl(top)) * sinl(top) / (0.5L * b);
+    sum += weight[i] * 0.5L * corner * PointStressDrop(&m_side, cosl(side), 0) * cosl(side) / (0.5L * a);
+    sum += weight[i] * 0.5L * (quarter - corner) * PointStressDrop(&m_top, cosl(top), 0) * sinl(top) / (0.5L * b);
   }
   return -4 * sum;
 }
@@ -180,6 +185,32 @@ static void test_half_space_self(void **state)
   }
 }
 
+/* Receivers on a parallel plane, also right beside the source. */
+static void test_offset_against_integration(void **state)
+{
+  static const struct {
+    PetscReal dx, dy, z_receiver, z_source, a, b;
+  } rows[] = {
+    {0, 1.2, 0.5, 0.5, 2, 1}, {2, -1, 0.5, 1.5, 2, 1},   {-4, 3, 0.5, 3.5, 2, 1},   {1, 2, 2.5, 2.5, 2, 1},
+    {6, 0.7, 4.5, 0.5, 2, 1}, {0, 2.5, 3.5, 1.5, 1, 3},  {30, -20, 7.5, 2.5, 1, 1}, {3, 5, 0.01, 0.5, 1, 1},
+    {0.3, 40, 9, 2, 2, 2},    {0, 0.01, 5.5, 2.5, 2, 1}, {2.7, 1e-3, 4, 2, 2, 1},
+  };
+
+  (void)state;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++) {
+    const Long nu = Ratios[k];
+
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++)
+      for (int surface = 0; surface < 2; surface++)
+        AssertClose(SlipKernelOffset(1, (PetscReal)nu, rows[i].dx, rows[i].dy, rows[i].z_receiver, rows[i].z_source,
+                                     rows[i].a, rows[i].b, surface ? PETSC_FALSE : PETSC_TRUE),
+                    IntegrateOffset(nu, surface, rows[i].dx, rows[i].dy, rows[i].z_receiver, rows[i].z_source,
+                                    rows[i].a, rows[i].b));
+  }
+  assert_true(SlipKernelOffset(2, 0.3, 3, 0, 2, 1, 1, 1, PETSC_FALSE) == SlipKernelHalfSpace(2, 0.3, 3, 2, 1, 1, 1));
+  assert_true(SlipKernelOffset(2, 0.3, 3, 0, 2, 1, 1, 1, PETSC_TRUE) == SlipKernelFullSpace(2, 0.3, 3, 1, 1, 1));
+}
+
 /* DESIGN.md section 1, to the digits printed there. */
 static void test_known_values(void **state)
 {
@@ -217,6 +248,7 @@ int main(void)
     cmocka_unit_test(test_full_space_against_integration),
     cmocka_unit_test(test_half_space_against_integration),
     cmocka_unit_test(test_half_space_self),
+    cmocka_unit_test(test_offset_against_integration),
     cmocka_unit_test(test_cells_add_up),
   };
 

@@ -1,6 +1,7 @@
 /* Inside the fault: its tables (parameters, choices, friction laws, observables) and its data. */
 #pragma once
 #include <slipfault.h>
+#include <slipcells.h>
 #include <slipsys.h>
 #include <slipstep/private/sliph5.h>
 
@@ -46,6 +47,8 @@ typedef enum {
   FAULT_INITIAL_PERTURBATION,
   FAULT_VELOCITY_SCALE,
   FAULT_OUTPUT_INTERVAL,
+  FAULT_HMAT_TOLERANCE,
+  FAULT_KRYLOV_TOLERANCE,
   FAULT_NUM_REALS
 } SlipFaultRealId;
 
@@ -70,6 +73,7 @@ typedef enum {
   FAULT_STIFFNESS_SCALING,
   FAULT_CACHE_DIR,
   FAULT_PARAMETERS,
+  FAULT_MESH,
   FAULT_OUTPUT,
   FAULT_OUTPUT_FIELDS,
   FAULT_NUM_STRINGS
@@ -135,6 +139,8 @@ struct _p_SlipFault {
   PetscReal tstar;      /* Ly sqrt(rho/G) [s] */
   PetscReal scaling;    /* factor that K was multiplied with */
   const SlipFrictionLaw *law;
+  SlipCells mesh;    /* of -fault_mesh, owned; n = 0 for a grid */
+  PetscReal *weight; /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
   PetscReal *field[FAULT_NUM_FIELDS]; /* [n] */
   PetscBool loaded;                   /* some v_inf is not zero */
   PetscReal mean_dc;                  /* mean d_c [m] */
@@ -159,6 +165,11 @@ struct _p_SlipFault {
 PETSC_EXTERN PetscErrorCode SlipFaultElementsSetUp(SlipFault fault);  /* fields and distribution */
 PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault); /* K, its scaling, H, B */
 PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);  /* uc and what observables are measured in */
+PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault);      /* cells of -fault_mesh */
+PETSC_EXTERN PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, PetscBool *done);
+PETSC_EXTERN PetscErrorCode SlipFaultMeshWrite(SlipFault fault, SlipH5 *h);
+PETSC_EXTERN PetscErrorCode SlipFaultWeightsSetUp(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum);
 PETSC_EXTERN PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x);
 PETSC_EXTERN PetscErrorCode SlipFaultElementCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);

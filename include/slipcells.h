@@ -1,0 +1,29 @@
+/* Irregular meshes: rectangular cells on parallel vertical strike-slip planes, and their stiffness. */
+#pragma once
+#include <petscmat.h>
+
+/* Cells in any order; every process holds all of them. */
+typedef struct {
+  PetscInt n;
+  const PetscReal *x, *y, *z; /* centres [n]: along strike, across, depth [m]; cells of one plane have the same y */
+  const PetscReal *length;    /* extent along strike [n], [m] */
+  const PetscReal *width;     /* extent in depth [n], [m] */
+  PetscReal shear_modulus;    /* G [Pa] */
+  PetscReal poisson_ratio;    /* nu, in (-1, 0.5) */
+  PetscBool full_space;       /* leave out the free surface */
+} SlipCells;
+
+/* Refuses cells that are not finite, have no extent, reach above the surface or overlap; source names where they come
+   from in messages, which count rows from 0. */
+PETSC_EXTERN PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *cells, const char source[]);
+
+/* Area-weighted stiffness, symmetric: S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)) [Pa/m], K_ij the stress drop at the
+   centre of cell i for unit slip on cell j. type: "dense", "hmat" (hierarchical, to the relative tolerance) or "auto".
+   Rows are distributed by PETSC_DECIDE. */
+PETSC_EXTERN PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
+                                                       PetscReal tolerance, Mat *S);
+/* The weights A_i / mean(A) of such a stiffness, or NULL when all are 1; borrowed. */
+PETSC_EXTERN PetscErrorCode MatSlipGetWeights(Mat S, Vec *weights);
+
+/* For a viscosity applied by Lanczos' method: relative tolerance of its products; others ignore it. */
+PETSC_EXTERN PetscErrorCode MatSlipViscositySetTolerance(Mat H, PetscReal tolerance);

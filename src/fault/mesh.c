@@ -1,0 +1,201 @@
+/* A fault of irregular cells, -fault_mesh: its file, its stiffness, and the weights of its rows. */
+#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcells.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipsys.h>
+
+#define MESH_DATASET "/cells"
+#define MESH_COLUMNS "x y z length width"
+enum { MESH_NUM_COLUMNS = 5 };
+
+static PetscErrorCode SlipFaultMeshReadOpen(SlipH5 *h, PetscInt *n, PetscReal **rows)
+{
+  PetscInt dims[2];
+  char columns[128];
+  PetscBool has, same = PETSC_TRUE;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadReal(h, MESH_DATASET, 2, dims, rows));
+  PetscCheck(dims[1] == MESH_NUM_COLUMNS && dims[0] > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-fault_mesh): " MESH_DATASET " has shape [%" PetscInt_FMT ", %" PetscInt_FMT
+             "], expected [n, 5] with the columns " MESH_COLUMNS,
+             h->name, dims[0], dims[1]);
+  PetscCall(SlipH5HasAttribute(h, MESH_DATASET, "columns", &has));
+  if (has) {
+    PetscCall(SlipH5ReadAttrString(h, MESH_DATASET, "columns", columns, sizeof(columns)));
+    PetscCall(PetscStrcmp(columns, MESH_COLUMNS, &same));
+  }
+  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-fault_mesh): the columns of " MESH_DATASET " are \"%s\", expected \"" MESH_COLUMNS "\"", h->name,
+             columns);
+  *n = dims[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: rows [n][5] of the file. */
+static PetscErrorCode SlipFaultMeshRead(const char file[], PetscInt *n, PetscReal **rows)
+{
+  SlipH5 h;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenRead(file, &h));
+  ierr = SlipFaultMeshReadOpen(&h, n, rows);
+  PetscCall(SlipH5Close(&h));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* cells->x owns the memory of all five columns. */
+static PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, SlipCells *cells, PetscReal *column[])
+{
+  PetscReal *data;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(MESH_NUM_COLUMNS * (size_t)n, &data));
+  for (PetscInt k = 0; k < MESH_NUM_COLUMNS; k++) column[k] = data + (size_t)k * n;
+  *cells = (SlipCells){.n = n,
+                       .x = column[0],
+                       .y = column[1],
+                       .z = column[2],
+                       .length = column[3],
+                       .width = column[4],
+                       .shear_modulus = fault->value[FAULT_SHEAR_MODULUS],
+                       .poisson_ratio = fault->value[FAULT_POISSON_RATIO]};
+  PetscCall(PetscStrcmp(fault->text[FAULT_KERNEL], "full_space", &cells->full_space));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The extents of all cells take the place of the grid's; a mesh counts as one row of n elements. */
+static void SlipFaultMeshExtents(SlipFault fault)
+{
+  const SlipCells *c = &fault->mesh;
+  PetscReal low[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, top[2] = {PETSC_MIN_REAL, PETSC_MIN_REAL};
+
+  for (PetscInt i = 0; i < c->n; i++) {
+    low[0] = PetscMin(low[0], c->x[i] - 0.5 * c->length[i]);
+    top[0] = PetscMax(top[0], c->x[i] + 0.5 * c->length[i]);
+    low[1] = PetscMin(low[1], c->z[i] - 0.5 * c->width[i]);
+    top[1] = PetscMax(top[1], c->z[i] + 0.5 * c->width[i]);
+  }
+  fault->value[FAULT_NX] = (PetscReal)c->n;
+  fault->value[FAULT_NZ] = 1;
+  fault->value[FAULT_LENGTH_X] = top[0] - low[0];
+  fault->value[FAULT_LENGTH_Z] = top[1] - low[1];
+  fault->value[FAULT_DEPTH_TOP] = PetscMax(low[1], 0);
+}
+
+/* Collective: the cells of -fault_mesh on every process, checked. */
+PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
+{
+  const char *file = fault->text[FAULT_MESH];
+  char source[PETSC_MAX_PATH_LEN + 32];
+  PetscReal *rows = NULL, *column[MESH_NUM_COLUMNS];
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+  PetscInt n = 0;
+
+  PetscFunctionBegin;
+  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!fault->text[FAULT_STIFFNESS_FILE][0], fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-fault_stiffness_file %s and -fault_mesh %s exclude each other", fault->text[FAULT_STIFFNESS_FILE], file);
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (!rank) ierr = SlipFaultMeshRead(file, &n, &rows);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCallMPI(MPI_Bcast(&n, 1, MPIU_INT, 0, fault->comm));
+  PetscCall(SlipFaultCellsCreate(fault, n, &fault->mesh, column));
+  for (PetscInt k = 0; k < MESH_NUM_COLUMNS; k++) {
+    for (PetscInt i = 0; !rank && i < n; i++) column[k][i] = rows[(size_t)i * MESH_NUM_COLUMNS + k];
+    PetscCallMPI(MPI_Bcast(column[k], (PetscMPIInt)n, MPIU_REAL, 0, fault->comm));
+  }
+  PetscCall(PetscFree(rows));
+  PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-fault_mesh)", file));
+  PetscCall(SlipCellsCheck(fault->comm, &fault->mesh, source));
+  SlipFaultMeshExtents(fault);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The grid's elements as cells, for hierarchical storage. */
+static PetscErrorCode SlipFaultCellsOfGrid(SlipFault fault, SlipCells *cells)
+{
+  const PetscReal a = fault->value[FAULT_LENGTH_X] / fault->value[FAULT_NX];
+  const PetscReal b = fault->value[FAULT_LENGTH_Z] / fault->value[FAULT_NZ];
+  PetscReal *column[MESH_NUM_COLUMNS];
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultCellsCreate(fault, fault->N, cells, column));
+  for (PetscInt e = 0; e < fault->N; e++) {
+    PetscCall(SlipFaultElementCentre(fault, e, &column[0][e], &column[2][e]));
+    column[1][e] = 0;
+    column[3][e] = a;
+    column[4][e] = b;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: K of the mesh, or of the grid in hierarchical storage; done is false when it is neither. */
+PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, PetscBool *done)
+{
+  const char *type = fault->text[FAULT_OPERATOR];
+  SlipCells cells = fault->mesh;
+  PetscBool fft, hmat;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(type, "fft", &fft));
+  PetscCall(PetscStrcmp(type, "hmat", &hmat));
+  *done = cells.n || hmat ? PETSC_TRUE : PETSC_FALSE;
+  if (!*done) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!cells.n || !fft, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-fault_operator fft needs a uniform grid, but -fault_mesh %s is an irregular one: expected dense, hmat "
+             "or auto",
+             fault->text[FAULT_MESH]);
+  if (!fault->mesh.n) PetscCall(SlipFaultCellsOfGrid(fault, &cells));
+  PetscCall(MatCreateSlipCellStiffness(fault->comm, &cells, type, fault->value[FAULT_HMAT_TOLERANCE], &fault->K));
+  if (!fault->mesh.n) PetscCall(SlipCellsDestroy(&cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Weights of the rows from the areas of the cells, 1 on a grid. */
+PetscErrorCode SlipFaultWeightsSetUp(SlipFault fault)
+{
+  const SlipCells *c = &fault->mesh;
+  const PetscReal unit = c->n ? 2 * SlipCellsUnit(c) : 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->weight));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscInt e = fault->start + i;
+
+    fault->weight[i] = c->n ? c->length[e] * c->width[e] * unit : 1;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sum of the weighted values of a reduced vector, collective. */
+PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum)
+{
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  *sum = 0;
+  PetscCall(VecGetArrayRead(x, &a));
+  for (PetscInt i = 0; i < fault->n; i++) *sum += fault->weight[i] * a[i];
+  PetscCall(VecRestoreArrayRead(x, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: the cells, in place of a grid's axes. */
+PetscErrorCode SlipFaultMeshWrite(SlipFault fault, SlipH5 *h)
+{
+  const SlipCells *c = &fault->mesh;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5WriteReal(h, "/mesh/x", 1, &c->n, c->x, "m"));
+  PetscCall(SlipH5WriteReal(h, "/mesh/y", 1, &c->n, c->y, "m"));
+  PetscCall(SlipH5WriteReal(h, "/mesh/z", 1, &c->n, c->z, "m"));
+  PetscCall(SlipH5WriteReal(h, "/mesh/length", 1, &c->n, c->length, "m"));
+  PetscCall(SlipH5WriteReal(h, "/mesh/width", 1, &c->n, c->width, "m"));
+  PetscCall(SlipH5WriteAttrInt(h, "/mesh", "cells", c->n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

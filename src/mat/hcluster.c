@@ -1,0 +1,105 @@
+/* A binary tree of cells, halved across the longest side of the box of their centres. */
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcells.h>
+#include <stdlib.h>
+
+/* A cell for sorting: by one coordinate, ties by number. */
+typedef struct {
+  PetscReal key;
+  PetscInt cell;
+} Key;
+
+static int CompareKeys(const void *a, const void *b)
+{
+  const Key *p = (const Key *)a, *q = (const Key *)b;
+
+  if (p->key != q->key) return p->key < q->key ? -1 : 1;
+  return p->cell < q->cell ? -1 : p->cell > q->cell;
+}
+
+/* The box of the cells themselves, and the coordinate in which their centres spread most. */
+static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node, const PetscReal **coordinate)
+{
+  const PetscReal *centre[3] = {c->x, c->y, c->z};
+  PetscReal widest = -1;
+
+  for (int k = 0; k < 3; k++) {
+    PetscReal low = PETSC_MAX_REAL, top = PETSC_MIN_REAL;
+
+    node->low[k] = PETSC_MAX_REAL;
+    node->top[k] = PETSC_MIN_REAL;
+    for (PetscInt i = node->start; i < node->end; i++) {
+      const PetscInt e = perm[i];
+      const PetscReal half = k == 0 ? 0.5 * c->length[e] : k == 2 ? 0.5 * c->width[e] : 0;
+
+      low = PetscMin(low, centre[k][e]);
+      top = PetscMax(top, centre[k][e]);
+      node->low[k] = PetscMin(node->low[k], centre[k][e] - half);
+      node->top[k] = PetscMax(node->top[k], centre[k][e] + half);
+    }
+    if (top - low > widest) {
+      widest = top - low;
+      *coordinate = centre[k];
+    }
+  }
+}
+
+PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, SlipClusterTree *tree)
+{
+  const PetscInt n = cells->n;
+  Key *key;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(n, &tree->perm));
+  PetscCall(PetscMalloc1(2 * n, &tree->node)); /* a binary tree with at most n leaves */
+  PetscCall(PetscMalloc1(n, &key));
+  for (PetscInt i = 0; i < n; i++) tree->perm[i] = i;
+  tree->node[0] = (SlipCluster){.start = 0, .end = n, .child = {-1, -1}};
+  tree->nnodes = 1;
+  for (PetscInt t = 0; t < tree->nnodes; t++) {
+    SlipCluster *node = &tree->node[t];
+    const PetscInt size = node->end - node->start, middle = node->start + size / 2;
+    const PetscReal *coordinate = NULL;
+
+    Bounds(cells, tree->perm, node, &coordinate);
+    if (size <= leaf) continue;
+    for (PetscInt i = 0; i < size; i++) {
+      const PetscInt e = tree->perm[node->start + i];
+
+      key[i] = (Key){coordinate[e], e};
+    }
+    qsort(key, (size_t)size, sizeof(Key), CompareKeys);
+    for (PetscInt i = 0; i < size; i++) tree->perm[node->start + i] = key[i].cell;
+    for (int k = 0; k < 2; k++) {
+      node->child[k] = tree->nnodes;
+      tree->node[tree->nnodes++] =
+        (SlipCluster){.start = k ? middle : node->start, .end = k ? node->end : middle, .child = {-1, -1}};
+    }
+  }
+  PetscCall(PetscFree(key));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipClusterTreeDestroy(SlipClusterTree *tree)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree(tree->perm));
+  PetscCall(PetscFree(tree->node));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscReal SlipClusterDiameter(const SlipCluster *c)
+{
+  PetscReal sum = 0;
+
+  for (int k = 0; k < 3; k++) sum += PetscSqr(c->top[k] - c->low[k]);
+  return PetscSqrtReal(sum);
+}
+
+PetscReal SlipClusterDistance(const SlipCluster *a, const SlipCluster *b)
+{
+  PetscReal sum = 0;
+
+  for (int k = 0; k < 3; k++) sum += PetscSqr(PetscMax(0, PetscMax(a->low[k] - b->top[k], b->low[k] - a->top[k])));
+  return PetscSqrtReal(sum);
+}

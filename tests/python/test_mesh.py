@@ -1,0 +1,62 @@
+"""The mesh generator, and the output file of a run on its meshes."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+import numpy as np
+
+BUILD, SOURCE = os.environ["SLIPSTEP_BUILD"], os.environ["SLIPSTEP_SOURCE"]
+
+
+class Mesh(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.mesh = os.path.join(self.folder.name, "mesh.h5")
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def make(self, *arguments):
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples/make_mesh.py"), self.mesh, *arguments], check=True,
+                       stdout=subprocess.DEVNULL)
+        with h5py.File(self.mesh) as file:
+            self.assertEqual(file["cells"].attrs["columns"], "x y z length width")
+            return file["cells"][()]
+
+    def test_cells_fill_the_planes(self):
+        for kind, planes, ratio in (("uniform", 1, 1), ("graded", 1, 5), ("parallel", 2, 3)):
+            rows = self.make(kind, "--cells", "8", "5", "--size", "2000", "1500", "--top", "100", "--ratio", str(ratio))
+            self.assertEqual(rows.shape, (40 * planes, 5))
+            self.assertAlmostEqual((rows[:, 3] * rows[:, 4]).sum(), 2000 * 1500 * planes, delta=1e-3)
+            self.assertAlmostEqual((rows[:, 2] - rows[:, 4] / 2).min(), 100)
+            self.assertAlmostEqual(rows[:, 4].max() / rows[:, 4].min(), ratio)
+
+    def test_output_holds_cells_and_area_means(self):
+        rows = self.make("parallel", "--cells", "6", "5", "--ratio", "3", "--offset", "800", "--shift", "200")
+        output = os.path.join(self.folder.name, "run.h5")
+        subprocess.run([os.path.join(BUILD, "bin/fault"), "-fault_mesh", self.mesh, "-fault_output", output, "-ts_max_time",
+                        "8"], check=True, stdout=subprocess.DEVNULL)
+        with h5py.File(output) as file:
+            for k, name in enumerate(("x", "y", "z", "length", "width")):
+                np.testing.assert_array_equal(file["mesh"][name][()], rows[:, k])
+            slip, traction = file["fields/slip"][()], file["fields/traction"][()]
+            self.assertEqual(slip.shape, (len(file["fields/time"]), 60))
+            area = rows[:, 3] * rows[:, 4]
+            mean = (slip[-1] * area).sum() / area.sum()
+            # the same sums in another order
+            self.assertAlmostEqual(mean / file["result"].attrs["mean_slip"], 1, delta=1e-12)
+            self.assertGreater(mean, 0.01)
+            # tractions are per unit area: they are bounded by the strength at the start, 0.6 sigma_n
+            sigma = file["mesh/normal_stress"][()]
+            np.testing.assert_allclose(sigma, 15e3 * rows[:, 2], rtol=1e-12)
+            ratio = np.abs(traction) / (0.6 * sigma)
+            self.assertLessEqual(ratio.max(), 1 + 1e-9)
+            self.assertGreater(ratio.max(axis=0).min(), 0.8)
+
+
+if __name__ == "__main__":
+    unittest.main()
