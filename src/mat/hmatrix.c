@@ -345,7 +345,7 @@ PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, P
   PetscCall(MatShellSetOperation(*S, MATOP_VIEW, SlipMatShellFn(HMatView)));
   PetscCall(MatShellSetOperation(*S, MATOP_DESTROY, SlipMatShellFn(HMatDestroy)));
   PetscCall(SlipShellFinish(*S, "sliphmat"));
-  PetscCall(SlipGatherCreate(*S, &h->gather));
+  PetscCall(SlipGatherCreate(*S, NULL, &h->gather));
   PetscCall(FillDiagonal(*S, h, cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
