@@ -189,6 +189,31 @@ static void CheckPerSample(const char *base, const char *name, const Scalar *p)
   }
 }
 
+/* Critic 0's quantiles of sample 0 at the stored action, before any update */
+static void CheckQuantiles(const char *base, TQC *t, const TQCBatch *batch)
+{
+  char path[128];
+
+  for (int i = 0; i < OBS * BATCH; ++i) t->input[i] = batch->obs[i];
+  for (int b = 0; b < BATCH; ++b) t->input[OBS * BATCH + b] = batch->action[b];
+  DenseForward(&t->critic, t->critics, BATCH, t->input, &t->critic_work);
+  for (int i = 0; i < t->o.quantiles; ++i) {
+    Path(sizeof(path), path, "%s/step1/theta_sample0_critic0/%d", base, i);
+    Close(path, (double)t->critic_work.out[3][i * BATCH], Number(path), 1);
+  }
+}
+
+/* Mean quantile of each sample at the policy's action under the updated critics: the last forward pass of an update */
+static void CheckMeanQ(const char *step, const TQC *t)
+{
+  const PetscInt n = t->o.critics * t->o.quantiles;
+  Scalar q[BATCH] = {0};
+
+  for (PetscInt i = 0; i < n; ++i)
+    for (int b = 0; b < BATCH; ++b) q[b] += t->critic_work.out[3][i * BATCH + b] / (Scalar)n;
+  CheckPerSample(step, "q_mean_after_critic_update", q);
+}
+
 static void CheckFirstStep(const char *base, const TQC *t)
 {
   char step[64], path[128];
@@ -203,6 +228,12 @@ static void CheckFirstStep(const char *base, const TQC *t)
     Path(sizeof(path), path, "%s/target_y_sample0/%d", step, (int)j);
     Close(path, (double)t->z[j * BATCH], Number(path), 1);
   }
+  /* sample 3 is terminal: its targets are the reward alone */
+  for (int j = 0; j < 3; ++j) {
+    Path(sizeof(path), path, "%s/target_y_sample3_done/%d", step, j);
+    Close(path, (double)t->z[j * BATCH + 3], Number(path), 1);
+  }
+  CheckMeanQ(step, t);
   CheckPerSample(step, "obs/mean_raw", t->now.mean_raw);
   CheckPerSample(step, "obs/mean", t->now.mean);
   CheckPerSample(step, "obs/noise", t->now.noise);
@@ -275,6 +306,7 @@ static void RunGolden(const Key *key)
   GoldenNetworks(&t);
   Fill(WIDTH, 504, 0, 2, eps);
   Path(sizeof(base), base, "tqc_n%d_" PRECISION, (int)key->critics);
+  if (golden) CheckQuantiles(base, &t, &batch);
   for (int step = 0; step < 5; ++step) {
     TQCUpdate(&t, &batch, eps, &losses);
     CheckKeys(key, step, &t, &losses);
