@@ -12,6 +12,13 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicy(TSAdapt adapt, SlipPolicy policy)
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[]);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy);
 
+/* The accuracy dial: the relative error of the run's result (final slip) that the user wants, in the bounds below. */
+#define TSADAPTRL_ACCURACY_MIN 1e-4
+#define TSADAPTRL_ACCURACY_MAX 1e-1
+#define TSADAPTRL_ACCURACY_DEFAULT 1e-2
+PETSC_EXTERN PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy);
+PETSC_EXTERN PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy);
+
 /* A trainer sits where the policy would: called once before the first step (last == NULL) and once after every attempt,
    with the observation vector named in names; returns the next step [s]. guarded is true when a guard rail will
    override its choice. */

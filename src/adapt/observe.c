@@ -101,6 +101,14 @@ static PetscErrorCode LogTimeScale(const SlipObserver *o, PetscInt k, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode LogAccuracy(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  PetscFunctionBegin;
+  (void)k;
+  *value = PetscLog10Real(o->accuracy);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Failures(const SlipObserver *o, PetscInt k, PetscReal *value)
 {
   PetscFunctionBegin;
@@ -179,6 +187,8 @@ static const SlipObservation Table[] = {
   {"log_step", SLIP_OBSERVES_ATTEMPT, LogStep, "log10(h/T*); of (h_min + h_max)/2 at the start"},
   {"time_fraction", SLIP_OBSERVES_ATTEMPT, TimeFraction, "time / maximum time; 0 without a maximum"},
   {"log_time_scale", SLIP_OBSERVES_ATTEMPT, LogTimeScale, "log10(maximum time / T*); 0 without a maximum"},
+  {SLIP_OBSERVES_ACCURACY, SLIP_OBSERVES_ATTEMPT, LogAccuracy,
+   "log10 of the wanted relative error of the run's result (-ts_adapt_rl_accuracy)"},
   {"failures", SLIP_OBSERVES_ATTEMPT, Failures, "attempts in a row that did not converge"},
 };
 

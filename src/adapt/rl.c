@@ -10,11 +10,15 @@ PetscErrorCode TSAdaptRLSetNames_Private(TSAdapt adapt, PetscInt n, const char *
   PetscCall(PetscFree2(rl->seen, rl->obs));
   PetscCall(PetscCalloc2(n, &rl->seen, n, &rl->obs));
   rl->n = n;
-  rl->needs_error = PETSC_FALSE;
+  rl->needs_error = rl->sees_accuracy = PETSC_FALSE;
   for (PetscInt i = 0; i < n; i++) {
+    PetscBool dial;
+
     PetscCall(PetscStrncpy(rl->seen[i].name, names[i], sizeof(rl->seen[i].name)));
     rl->seen[i].row = SlipObservationFind(names[i], &rl->seen[i].component);
     if (rl->seen[i].row && rl->seen[i].row->kind == SLIP_OBSERVES_ERROR) rl->needs_error = PETSC_TRUE;
+    PetscCall(PetscStrcmp(names[i], SLIP_OBSERVES_ACCURACY, &dial));
+    if (dial) rl->sees_accuracy = PETSC_TRUE;
   }
   rl->begun = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -31,6 +35,7 @@ static PetscErrorCode Begin(TSAdapt adapt, TS ts)
              "-ts_adapt_type rl has no policy; expected -ts_adapt_rl_policy <file.h5>, TSAdaptRLSetPolicy() or "
              "TSAdaptRLSetActor()");
   PetscCall(SlipObserverStart(o, ts));
+  o->accuracy = rl->accuracy;
   if (rl->actor) {
     o->dt_min = rl->actor_dt[0];
     o->dt_max = rl->actor_dt[1];

@@ -46,6 +46,22 @@ static PetscErrorCode TSAdaptRLSetActor_RL(TSAdapt adapt, PetscInt n, const char
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode TSAdaptRLSetAccuracy_RL(TSAdapt adapt, PetscReal accuracy)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+
+  PetscFunctionBegin;
+  rl->accuracy = rl->observer.accuracy = accuracy;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSAdaptRLGetAccuracy_RL(TSAdapt adapt, PetscReal *accuracy)
+{
+  PetscFunctionBegin;
+  *accuracy = ((TSAdapt_RL *)adapt->data)->accuracy;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
   TSAdaptRLSetPolicy - the policy that chooses the steps
 
@@ -152,11 +168,70 @@ PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const na
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  TSAdaptRLSetAccuracy - the accuracy dial: the relative error of the run's result that the user wants
+
+  Logically collective; without effect when the type of adapt is not `TSADAPTRL`
+
+  Input Parameters:
++ adapt    - the controller
+- accuracy - wanted relative error of the final slip (or of what another problem calls its result), dimensionless,
+             between `TSADAPTRL_ACCURACY_MIN` and `TSADAPTRL_ACCURACY_MAX`
+
+  Options Database Key:
+. -ts_adapt_rl_accuracy <0.01> - the same
+
+  Level: beginner
+
+  Note:
+  A policy that lists the observation log_accuracy follows the dial; any other one was trained for one trade of accuracy
+  against cost and ignores it, which `TSAdaptView()` says.
+
+.seealso: TSAdaptRLGetAccuracy(), TSAdaptRLSetPolicyFile()
+@*/
+PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
+  PetscValidLogicalCollectiveReal(adapt, accuracy, 2);
+  PetscCheck(accuracy >= TSADAPTRL_ACCURACY_MIN && accuracy <= TSADAPTRL_ACCURACY_MAX,
+             PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_adapt_rl_accuracy is %g; expected a relative error between %g and %g", (double)accuracy,
+             TSADAPTRL_ACCURACY_MIN, TSADAPTRL_ACCURACY_MAX);
+  PetscTryMethod(adapt, "TSAdaptRLSetAccuracy_C", (TSAdapt, PetscReal), (adapt, accuracy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSAdaptRLGetAccuracy - the accuracy dial
+
+  Not collective
+
+  Input Parameter:
+. adapt - the controller
+
+  Output Parameter:
+. accuracy - wanted relative error of the run's result; 0 when the type of adapt is not `TSADAPTRL`
+
+  Level: intermediate
+
+.seealso: TSAdaptRLSetAccuracy()
+@*/
+PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
+  *accuracy = 0;
+  PetscTryMethod(adapt, "TSAdaptRLGetAccuracy_C", (TSAdapt, PetscReal *), (adapt, accuracy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   char file[PETSC_MAX_PATH_LEN] = "";
-  PetscBool set;
+  PetscReal accuracy = rl->accuracy;
+  PetscBool set, dial;
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Learned step-size controller options");
@@ -168,7 +243,12 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
   PetscCall(PetscOptionsReal("-ts_adapt_rl_error_ceiling",
                              "Larger error estimates reject and shrink the step; 0: every converged step is accepted",
                              "", rl->error_ceiling, &rl->error_ceiling, NULL));
+  PetscCall(
+    PetscOptionsReal("-ts_adapt_rl_accuracy",
+                     "Wanted relative error of the run's final slip, 1e-4 to 1e-1, for policies that observe it",
+                     "TSAdaptRLSetAccuracy", accuracy, &accuracy, &dial));
   PetscOptionsHeadEnd();
+  if (dial) PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
   PetscCheck(rl->max_failures >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_adapt_rl_max_failures is %" PetscInt_FMT "; expected at least 1", rl->max_failures);
   PetscCheck(rl->error_ceiling >= 0, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
@@ -190,6 +270,9 @@ static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPushTab(viewer));
   if (rl->actor) PetscCall(PetscViewerASCIIPrintf(viewer, "steps are chosen by an actor\n"));
   if (rl->policy) PetscCall(SlipPolicyView(rl->policy, viewer));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "accuracy dial %g%s\n", (double)rl->accuracy,
+    rl->sees_accuracy || !rl->n ? "" : " (ignored: the policy does not observe " SLIP_OBSERVES_ACCURACY ")"));
   PetscCall(PetscViewerASCIIPrintf(viewer, "guard rails: steps are halved after %" PetscInt_FMT " failures in a row",
                                    rl->max_failures));
   PetscCall(PetscViewerASCIIUseTabs(viewer, PETSC_FALSE));
@@ -226,6 +309,8 @@ static PetscErrorCode Compose(TSAdapt adapt, PetscBool on)
   } methods[] = {
     {"TSAdaptRLSetPolicy_C", (void (*)(void))TSAdaptRLSetPolicy_RL},
     {"TSAdaptRLGetPolicy_C", (void (*)(void))TSAdaptRLGetPolicy_RL},
+    {"TSAdaptRLSetAccuracy_C", (void (*)(void))TSAdaptRLSetAccuracy_RL},
+    {"TSAdaptRLGetAccuracy_C", (void (*)(void))TSAdaptRLGetAccuracy_RL},
     {"TSAdaptRLSetActor_C", (void (*)(void))TSAdaptRLSetActor_RL},
     {"TSAdaptChooseFirst_C", (void (*)(void))TSAdaptChooseFirst_RL},
     {"TSAdaptChooseAfterFailure_C", (void (*)(void))TSAdaptChooseAfterFailure_RL},
@@ -267,6 +352,7 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
 
   Options Database Keys:
 + -ts_adapt_rl_policy <file.h5>      - the policy, required unless one is set by TSAdaptRLSetPolicy() or an actor acts
+. -ts_adapt_rl_accuracy <1e-2>       - wanted relative error of the final slip, for policies that observe log_accuracy
 . -ts_adapt_rl_max_failures <3>      - failed attempts in a row before steps are halved
 - -ts_adapt_rl_error_ceiling <0>     - largest accepted error estimate, 0 for none
 
@@ -281,6 +367,7 @@ PetscErrorCode TSAdaptCreate_RL(TSAdapt adapt)
   PetscFunctionBegin;
   PetscCall(PetscNew(&rl));
   rl->max_failures = 3;
+  rl->accuracy = TSADAPTRL_ACCURACY_DEFAULT;
   adapt->data = rl;
   adapt->ops->choose = TSAdaptChoose_RL;
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_RL;

@@ -39,6 +39,7 @@ typedef struct {
   PetscReal time;     /* time of the state that is observed [s] */
   PetscReal max_time; /* [s] */
   PetscReal tstar;    /* T* [s] */
+  PetscReal accuracy; /* wanted relative error of the run's result */
   PetscReal dt_min;   /* bounds of the steps that can be chosen [s] */
   PetscReal dt_max;
   PetscInt failures; /* attempts in a row that did not converge */
@@ -59,6 +60,8 @@ typedef struct {
   PetscErrorCode (*compute)(const SlipObserver *, PetscInt component, PetscReal *value);
   const char *meaning;
 } SlipObservation;
+
+#define SLIP_OBSERVES_ACCURACY "log_accuracy" /* the row that reads the dial */
 
 /* One value that a policy asked for by name. */
 typedef struct {

@@ -6,11 +6,13 @@ typedef struct {
   SlipPolicy policy;
   TSAdaptRLActorFn actor; /* asked instead of the policy when set */
   void *actor_ctx;
-  PetscReal actor_dt[2]; /* bounds that the observation "step" refers to [s] */
-  PetscInt n;            /* observations */
-  SlipObserved *seen;    /* [n] */
-  PetscReal *obs;        /* [n] their values */
-  PetscBool needs_error; /* an observation reads the error estimate */
+  PetscReal actor_dt[2];   /* bounds that the observation "step" refers to [s] */
+  PetscInt n;              /* observations */
+  SlipObserved *seen;      /* [n] */
+  PetscReal *obs;          /* [n] their values */
+  PetscBool needs_error;   /* an observation reads the error estimate */
+  PetscReal accuracy;      /* the dial: wanted relative error of the run's result */
+  PetscBool sees_accuracy; /* an observation reads it */
   SlipObserver observer;
   PetscBool begun; /* a solve is under way */
   PetscInt steps;  /* accepted steps at the last call, to notice another solve */

@@ -1,0 +1,184 @@
+/* The accuracy dial of TSADAPTRL: option, setter, getter, view, and what a policy that observes it is told. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static char message[4096];
+
+static PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
+                             PetscErrorType p, const char *mess, void *ctx)
+{
+  (void)comm, (void)line, (void)fun, (void)src, (void)ctx;
+  if (p == PETSC_ERROR_INITIAL) snprintf(message, sizeof(message), "%s", mess);
+  return n;
+}
+
+#define ok(call) assert_int_equal(0, (int)(call))
+
+/* The reference fault with one element for three seconds. */
+typedef struct {
+  SlipFault fault;
+  TS ts;
+  Vec w;
+} Run;
+
+static Run start(const char options[])
+{
+  Run r;
+
+  ok(PetscOptionsClear(NULL));
+  ok(PetscOptionsInsertString(NULL, options));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
+  ok(SlipFaultSetUp(r.fault));
+  ok(SlipFaultCreateState(r.fault, &r.w));
+  ok(SlipFaultSetInitialState(r.fault, r.w));
+  ok(TSCreate(PETSC_COMM_SELF, &r.ts));
+  ok(SlipFaultConfigureTS(r.fault, r.ts));
+  ok(TSSetMaxTime(r.ts, 3));
+  return r;
+}
+
+static void end(Run *r)
+{
+  ok(TSDestroy(&r->ts));
+  ok(VecDestroy(&r->w));
+  ok(SlipFaultDestroy(&r->fault));
+}
+
+/* y = tanh(log_accuracy), between steps of 1e-2 T* and 1 T* in geometric proportion; or of energy. */
+static SlipPolicy policy(const char name[])
+{
+  const PetscReal one = 1, zero = 0;
+  SlipPolicy p;
+
+  ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+  ok(SlipPolicySetObservations(p, 1, &name, &one, &zero));
+  ok(SlipPolicyAddLayer(p, 1, 1, &one, &zero, SLIP_ACTIVATION_LINEAR));
+  ok(SlipPolicySetAction(p, -1, 1, 1e-2, "T*", 1, "T*", PETSC_TRUE));
+  return p;
+}
+
+/* The first step of a run [T*]. */
+static PetscReal first_step(const char options[], const char observation[], PetscReal accuracy)
+{
+  Run r = start(options);
+  SlipPolicy p = policy(observation);
+  SlipAttempt last;
+  PetscReal tstar, seen;
+  TSAdapt adapt;
+
+  ok(TSGetAdapt(r.ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTRL));
+  ok(TSAdaptRLSetPolicy(adapt, p));
+  if (accuracy > 0) {
+    ok(TSAdaptRLSetAccuracy(adapt, accuracy));
+    ok(TSAdaptRLGetAccuracy(adapt, &seen));
+    assert_true(seen == accuracy);
+  }
+  ok(TSSetFromOptions(r.ts));
+  ok(TSSetMaxSteps(r.ts, 1));
+  ok(TSSolve(r.ts, r.w));
+  ok(TSBatheGetLastAttempt(r.ts, &last));
+  ok(SlipFaultGetTimeScale(r.fault, &tstar));
+  ok(SlipPolicyDestroy(&p));
+  end(&r);
+  return last.dt / tstar;
+}
+
+/* A few roundings of numbers of order one. */
+#define near(a, b) assert_true(fabs((a) - (b)) <= 1e-13)
+
+static void dial_is_observed(void **state)
+{
+  (void)state;
+  near(first_step("", "log_accuracy", 0), pow(10, tanh(-2) - 1)); /* the default, 1e-2 */
+  near(first_step("", "log_accuracy", 1e-3), pow(10, tanh(-3) - 1));
+  near(first_step("-ts_adapt_rl_accuracy 0.1", "log_accuracy", 1e-3), pow(10, tanh(-1) - 1));
+}
+
+static void dial_is_ignored(void **state)
+{
+  Run r = start("");
+  SlipPolicy p = policy("energy");
+  char text[4096] = "";
+  const char file[] = "test_dial_view.txt";
+  FILE *f;
+  PetscViewer viewer;
+  TSAdapt adapt;
+
+  (void)state;
+  near(first_step("-ts_adapt_rl_accuracy 0.1", "energy", 0), first_step("-ts_adapt_rl_accuracy 1e-4", "energy", 0));
+  ok(TSGetAdapt(r.ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTRL));
+  ok(TSAdaptRLSetPolicy(adapt, p));
+  ok(PetscViewerASCIIOpen(PETSC_COMM_SELF, file, &viewer));
+  ok(TSAdaptView(adapt, viewer));
+  ok(PetscViewerDestroy(&viewer));
+  f = fopen(file, "r");
+  assert_non_null(f);
+  assert_true(fread(text, 1, sizeof(text) - 1, f) > 0);
+  fclose(f);
+  remove(file);
+  assert_non_null(strstr(text, "accuracy dial 0.01 (ignored: the policy does not observe log_accuracy)"));
+  ok(SlipPolicyDestroy(&p));
+  end(&r);
+}
+
+static void bounds(void **state)
+{
+  const char *const options[] = {"-ts_adapt_rl_accuracy 0.2", "-ts_adapt_rl_accuracy 1e-5",
+                                 "-ts_adapt_rl_accuracy -0.01"};
+  const char *const want[] = {"-ts_adapt_rl_accuracy is 0.2", "-ts_adapt_rl_accuracy is 1e-05",
+                              "-ts_adapt_rl_accuracy is -0.01"};
+  TSAdapt adapt;
+
+  (void)state;
+  for (int i = 0; i < 3; i++) {
+    Run r = start(options[i]);
+
+    ok(TSGetAdapt(r.ts, &adapt));
+    ok(TSAdaptSetType(adapt, TSADAPTRL));
+    message[0] = 0;
+    assert_int_not_equal(0, (int)TSSetFromOptions(r.ts));
+    if (!strstr(message, want[i]) || !strstr(message, "between 0.0001 and 0.1"))
+      fail_msg("expected \"%s\" in \"%s\"", want[i], message);
+    end(&r);
+  }
+}
+
+/* A controller of another type has no dial. */
+static void other_types(void **state)
+{
+  PetscReal seen = 1;
+  TSAdapt adapt;
+  Run r = start("");
+
+  (void)state;
+  ok(TSGetAdapt(r.ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
+  ok(TSAdaptRLSetAccuracy(adapt, 0.05));
+  ok(TSAdaptRLGetAccuracy(adapt, &seen));
+  assert_true(seen == 0);
+  end(&r);
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {cmocka_unit_test(dial_is_observed), cmocka_unit_test(dial_is_ignored),
+                                     cmocka_unit_test(bounds), cmocka_unit_test(other_types)};
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  if (SlipStepInitializePackage()) return 1;
+  PetscPushErrorHandler(Record, NULL);
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  PetscPopErrorHandler();
+  return PetscFinalize() || failed;
+}
