@@ -7,17 +7,45 @@ static const char help[] =
   "The fault is that of the -fault_ options, one element unless -fault_nx and -fault_nz say otherwise.\n"
   "Random faults (-train_random): ";
 
+#include "cmatrain.h"
 #include "trainer.h"
 #include <slipstep/private/slipcompat.h>
+
+static PetscErrorCode RunCMA(void)
+{
+  CMAOptions o;
+  CMATrainer t;
+  PetscBool only_help;
+
+  PetscFunctionBeginUser;
+  PetscCall(CMAOptionsSet(PETSC_COMM_WORLD, &o));
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  if (only_help) {
+    for (PetscInt i = 0; i < o.nobs; ++i) PetscCall(PetscFree(o.names[i]));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(CMATrainerCreate(PETSC_COMM_WORLD, &o, &t));
+  PetscCall(CMATrainerRun(&t));
+  PetscCall(CMATrainerDestroy(&t));
+  PetscCall(SlipWarnOfUnusedOptions());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 static PetscErrorCode Run(void)
 {
   TrainOptions o;
   Trainer t;
   EnvRun run;
-  PetscBool only_help;
+  char algorithm[32] = "";
+  PetscBool only_help, evolution;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-train_algorithm", algorithm, sizeof(algorithm), NULL));
+  PetscCall(PetscStrcmp(algorithm, "cmaes", &evolution));
+  if (evolution) {
+    PetscCall(RunCMA());
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(TrainOptionsSet(PETSC_COMM_WORLD, &o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) { /* the options of the fault and of TS */

@@ -140,6 +140,8 @@ struct _p_SlipFault {
   PetscReal value[FAULT_NUM_REALS];
   char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
   PetscBool setup;
+  PetscReal *given[FAULT_NUM_FIELDS]; /* of SlipFaultSetField(): all elements, [nx nz]; NULL: the scalar parameter */
+  PetscInt ngiven[FAULT_NUM_FIELDS];
 
   PetscViewer viewer; /* -fault_view */
   PetscViewerFormat format;
