@@ -129,16 +129,20 @@ static PetscErrorCode ParseFiles(MPI_Comm comm, CMAOptions *o, SlipOptionItems P
              {"-train_log", "Learning curve to write (HDF5)", o->log},
              {"-train_checkpoint", "Checkpoint to write at every validation", o->checkpoint},
              {"-train_resume", "Checkpoint to continue", o->resume}};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
   PetscBool set;
 
   PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i) {
     PetscCall(PetscOptionsString(row[i].name, row[i].text, NULL, row[i].value, row[i].value, PETSC_MAX_PATH_LEN, &set));
     PetscCheck(!set || row[i].value[0], comm, PETSC_ERR_ARG_WRONG, "%s has no value, expected the name of a file",
                row[i].name);
     if (row[i].value == o->resume) continue;
     PetscCall(SlipErrorSource(row[i].name));
-    PetscCall(SlipH5CheckCreate(row[i].value));
+    if (!rank) ierr = SlipH5CheckCreate(row[i].value);
+    PetscCall(SlipErrorBcast(comm, ierr));
     PetscCall(SlipErrorSource(NULL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
