@@ -125,7 +125,7 @@ PetscErrorCode CheckpointWrite(Trainer *t, const char file[])
   dims[0] = 2 * ENV_MAX_OBS;
   PetscCall(SlipH5WriteReal(&h, "/range", 1, dims, range, NULL));
   PetscCall(WriteRandom(&h, "/random/agent", &t->agent.random));
-  PetscCall(WriteRandom(&h, "/random/faults", &t->faults));
+  PetscCall(WriteRandom(&h, "/random/instances", &t->instances));
   dims[0] = (PetscInt)t->agent.replay.size;
   PetscCall(SlipH5WriteFloat(&h, "/buffer", 2, dims, t->agent.replay.data, NULL));
   PetscCall(SlipH5Close(&h));
@@ -203,7 +203,7 @@ PetscErrorCode CheckpointRead(Trainer *t, const char file[])
   PetscCall(PetscArraycpy(t->env.obs_max, x + ENV_MAX_OBS, ENV_MAX_OBS));
   PetscCall(PetscFree(x));
   PetscCall(ReadRandom(&h, "/random/agent", &t->agent.random));
-  PetscCall(ReadRandom(&h, "/random/faults", &t->faults));
+  PetscCall(ReadRandom(&h, "/random/instances", &t->instances));
   PetscCall(ReadBuffer(&h, &t->agent.replay));
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -11,27 +11,12 @@ static const struct {
   {"log_velocity", 0.25, 0.5},
   {"log_mean_velocity", 0.25, 0.5},
   {"log_energy_rate", 0.25, 0.5},
+  {"log_energy", 0.25, 0.5},
   {"log_error", 0.5, -0.5},
   {"log_step", 1, 0},
   {"slip", 0.1, 0},
   {"energy", 1, 0},
   {"log_time_scale", 1, 0},
-};
-
-static const struct {
-  const char *preset, *names[9]; /* observations of a preset, in order */
-  PetscReal dt_min, dt_max;
-  const char *dt_min_unit, *dt_max_unit;
-  PetscBool log_spacing;
-} PresetTable[] = {
-  {"published", {"energy", "velocity", "residual", "converged", "accuracy", "step"}, 1e-6, 6, "T*", "s", PETSC_FALSE},
-  {"accuracy",
-   {"energy", "log_velocity", "slip", "log_error", "log_step", "converged"},
-   1e-2,
-   14,
-   "T*",
-   "T*",
-   PETSC_TRUE},
 };
 
 static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, char **names)
@@ -54,27 +39,25 @@ static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, char **names)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetPreset(const char reward[], EnvOptions *o)
+static PetscErrorCode SetPreset(EnvOptions *o)
 {
-  PetscBool same;
+  const Preset *row = ProblemPreset(o->problem, o->reward->name);
+  PetscInt n = 0;
 
   PetscFunctionBegin;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(PresetTable); ++k) {
-    PetscCall(PetscStrcmp(reward, PresetTable[k].preset, &same));
-    if (!same) continue;
-    o->dt_min = PresetTable[k].dt_min;
-    o->dt_max = PresetTable[k].dt_max;
-    o->log_spacing = PresetTable[k].log_spacing;
-    PetscCall(PetscStrncpy(o->dt_min_unit, PresetTable[k].dt_min_unit, sizeof(o->dt_min_unit)));
-    PetscCall(PetscStrncpy(o->dt_max_unit, PresetTable[k].dt_max_unit, sizeof(o->dt_max_unit)));
-    for (o->nobs = 0; PresetTable[k].names[o->nobs];) o->nobs++;
-    PetscCall(SetObservations(o, o->nobs, (char **)PresetTable[k].names));
-  }
+  o->dt_min = row->dt_min;
+  o->dt_max = row->dt_max;
+  o->log_spacing = row->log_spacing;
+  PetscCall(PetscStrncpy(o->dt_min_unit, row->dt_min_unit, sizeof(o->dt_min_unit)));
+  PetscCall(PetscStrncpy(o->dt_max_unit, row->dt_max_unit, sizeof(o->dt_max_unit)));
+  while (row->names[n]) ++n;
+  PetscCall(SetObservations(o, n, (char **)row->names));
+  o->rtol = o->problem->rtol;
+  o->atol = o->problem->atol;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckChoice(const char option[], const char value[], const char *const known[],
-                                  const char later[])
+static PetscErrorCode CheckChoice(const char option[], const char value[], const char *const known[])
 {
   char list[128] = "";
   PetscBool same;
@@ -86,8 +69,7 @@ static PetscErrorCode CheckChoice(const char option[], const char value[], const
     PetscCall(PetscStrlcat(list, " ", sizeof(list)));
     PetscCall(PetscStrlcat(list, known[i], sizeof(list)));
   }
-  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not available; this version has:%s%s", option, value,
-          list, later);
+  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not known; expected one of:%s", option, value, list);
 }
 
 static PetscErrorCode CheckPositive(const char option[], PetscReal value)
@@ -112,55 +94,56 @@ static PetscErrorCode CheckRange(const char option[], PetscReal value, PetscReal
 
 static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptionsObject)
 {
-  const char *const costs[] = {"iterations", "wall", NULL}, *const problems[] = {"fault", NULL};
-  char reward[64] = "published", cost[32] = "iterations", *names[ENV_MAX_OBS];
+  const char *const costs[] = {"iterations", "wall", NULL};
+  char problem[64] = "fault", reward[64] = "published", cost[32] = "iterations", *names[ENV_MAX_OBS], text[256];
   PetscInt n = ENV_MAX_OBS;
   PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrncpy(e->problem, "fault", sizeof(e->problem)));
-  PetscCall(PetscOptionsString("-train_problem", "What is simulated: fault (its parameters are the -fault_ options)",
-                               NULL, e->problem, e->problem, sizeof(e->problem), NULL));
-  PetscCall(CheckChoice("-train_problem", e->problem, problems, " (sliding_mode and circuit are not part of it)"));
+  PetscCall(
+    PetscOptionsString("-train_problem",
+                       "What is simulated: fault, sliding_mode or circuit (parameters: -fault_, -sliding_mode_, "
+                       "-circuit_ options)",
+                       NULL, problem, problem, sizeof(problem), NULL));
+  PetscCall(ProblemFind(problem, &e->problem));
   PetscCall(PetscOptionsString(
     "-train_reward",
-    "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure) or accuracy (price of an attempt plus "
-    "effect of the step on final slip and peak rate)",
+    "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure), accuracy (price of an attempt plus alpha times the "
+    "effect of the step on the errors of the whole run) or balanced (likewise, with half the cube root of alpha)",
     NULL, reward, reward, sizeof(reward), NULL));
   PetscCall(RewardFind(reward, &e->reward));
-  PetscCall(SetPreset(reward, e));
+  PetscCall(SetPreset(e));
   PetscCall(PetscOptionsString("-train_cost",
                                "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, "
                                "not reproducible)",
                                NULL, cost, cost, sizeof(cost), NULL));
-  PetscCall(CheckChoice("-train_cost", cost, costs, ""));
+  PetscCall(CheckChoice("-train_cost", cost, costs));
   PetscCall(PetscStrcmp(cost, "wall", &e->wall_cost));
   PetscCall(PetscOptionsStringArray("-train_observations",
-                                    "Names of the observations, in order (default: depends on -train_reward)", NULL,
-                                    names, &n, &set));
+                                    "Names of the observations, in order (default: depends on problem and reward)",
+                                    NULL, names, &n, &set));
   if (set) {
     PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
     for (PetscInt i = 0; i < e->nobs; ++i) PetscCall(PetscFree(e->names[i]));
     PetscCall(SetObservations(e, n, names));
     for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
   }
-  PetscCall(PetscOptionsReal("-train_dt_min",
-                             "Shortest step the policy can choose, in units of T* (default: depends on -train_reward)",
-                             NULL, e->dt_min, &e->dt_min, NULL));
-  PetscCall(PetscOptionsReal("-train_dt_max", "Longest step the policy can choose [published: s, accuracy: T*]", NULL,
-                             e->dt_max, &e->dt_max, NULL));
+  PetscCall(PetscSNPrintf(text, sizeof(text), "Shortest step the policy can choose [%s]", e->dt_min_unit));
+  PetscCall(PetscOptionsReal("-train_dt_min", text, NULL, e->dt_min, &e->dt_min, NULL));
+  PetscCall(PetscSNPrintf(text, sizeof(text), "Longest step the policy can choose [%s]", e->dt_max_unit));
+  PetscCall(PetscOptionsReal("-train_dt_max", text, NULL, e->dt_max, &e->dt_max, NULL));
   PetscCall(CheckPositive("-train_dt_min", e->dt_min));
   PetscCall(CheckPositive("-train_dt_max", e->dt_max));
-  PetscCall(PetscOptionsBool("-train_random", "Draw a fault for every episode", NULL, e->random, &e->random, NULL));
-  e->rtol = 1e-3;
-  e->atol = 1e-6;
+  PetscCall(PetscOptionsBool("-train_random", "Draw an instance of the problem for every episode", NULL, e->random,
+                             &e->random, NULL));
   e->continuation = 1. / 12;
   PetscCall(PetscOptionsReal("-train_rtol", "Relative tolerance in the error estimate", NULL, e->rtol, &e->rtol, NULL));
-  PetscCall(PetscOptionsReal("-train_atol", "Absolute tolerance, in 0.1 mm for slip and 0.1 mm/T* for slip rate", NULL,
-                             e->atol, &e->atol, NULL));
+  PetscCall(PetscSNPrintf(text, sizeof(text), "Absolute tolerance [%s]", e->problem->atol_unit));
+  PetscCall(PetscOptionsReal("-train_atol", text, NULL, e->atol, &e->atol, NULL));
   PetscCall(CheckPositive("-train_rtol", e->rtol));
   PetscCall(CheckPositive("-train_atol", e->atol));
-  PetscCall(PetscOptionsReal("-train_continuation_step", "Step of the exact continuation of reward accuracy [T*]", NULL,
+  PetscCall(PetscOptionsReal("-train_continuation_step",
+                             "Step of the exact continuation of rewards accuracy and balanced [T*]", NULL,
                              e->continuation, &e->continuation, NULL));
   PetscCall(CheckPositive("-train_continuation_step", e->continuation));
   PetscCall(PetscOptionsInt("-train_max_attempts", "Attempts after which an episode is cut off, 0: never", NULL,
@@ -183,14 +166,13 @@ static PetscErrorCode CheckNetworks(const TQCOptions *q)
 static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsObject)
 {
   AgentOptions *a = &o->agent;
-  const char *const algorithms[] = {"tqc", NULL};
   char algorithm[32] = "tqc";
   PetscReal buffer = 1e6, starts = 100, lr = 3e-4, gamma = 0.99, tau = 0.005;
 
   PetscFunctionBegin;
   PetscCall(
     PetscOptionsString("-train_algorithm", "Learner: tqc", NULL, algorithm, algorithm, sizeof(algorithm), NULL));
-  PetscCall(CheckChoice("-train_algorithm", algorithm, algorithms, " (td3 is not part of it)"));
+  PetscCall(AlgorithmFind(algorithm, &o->algorithm));
   a->tqc = (TQCOptions){o->env.nobs, 1, 64, 5, 25, 2, 256, lr, gamma, tau};
   PetscCall(PetscOptionsInt("-train_hidden", "Width of the hidden layers", NULL, a->tqc.hidden, &a->tqc.hidden, NULL));
   PetscCall(PetscOptionsInt("-train_critics", "Critics; the published policies were trained with 2", NULL,
@@ -265,6 +247,7 @@ static PetscErrorCode SetRank(MPI_Comm comm, TrainOptions *o, PetscInt nalpha, c
   PetscCallMPI(MPI_Comm_size(comm, &size));
   o->env.alpha = alpha[rank % nalpha];
   o->seed += rank;
+  if (size > 1) PetscCall(PetscSNPrintf(o->label, sizeof(o->label), "[%d] ", rank));
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AddRank(o->output, rank));
   PetscCall(AddRank(o->log, rank));
@@ -315,6 +298,14 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
   PetscCall(ParseAgent(o, PetscOptionsObject));
   PetscCall(ParseFiles(o, PetscOptionsObject));
   PetscOptionsEnd();
+  if (o->algorithm->options) PetscCall(o->algorithm->options(o));
   PetscCall(SetRank(comm, o, nalpha, alpha));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrainOptionsFree(TrainOptions *o)
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < o->env.nobs; ++i) PetscCall(PetscFree(o->env.names[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

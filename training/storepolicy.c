@@ -30,7 +30,7 @@ static PetscErrorCode SetAttributes(Trainer *t, SlipPolicy p)
 {
   PetscFunctionBegin;
   PetscCall(SlipPolicySetAttribute(p, "algorithm", "tqc"));
-  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.env.problem));
+  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.env.problem->name));
   PetscCall(SlipPolicySetAttribute(p, "reward", t->o.env.reward->name));
   PetscCall(SetNumber(p, "alpha", "%g", (double)t->o.env.alpha));
   PetscCall(SetNumber(p, "training_steps", "%.0f", (double)t->best_steps));

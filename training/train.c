@@ -1,11 +1,12 @@
 static const char help[] =
   "Trains a policy that chooses step sizes, by truncated quantile critics (TQC).\n"
+  "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
   "  train -train_steps 20000 -train_output policy.h5 -train_log curve.h5\n"
   "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-element faults)\n"
   "  mpirun -n 2 train -train_alpha 1,4 -train_output policy.h5              (two policies side by side)\n"
   "  fault -ts_adapt_type rl -ts_adapt_rl_policy policy.h5                   (uses it)\n"
   "The fault is that of the -fault_ options, one element unless -fault_nx and -fault_nz say otherwise.\n"
-  "Random faults (-train_random): ";
+  "Drawn by -train_random:\n";
 
 #include "cmatrain.h"
 #include "trainer.h"
@@ -34,8 +35,8 @@ static PetscErrorCode RunCMA(void)
 static PetscErrorCode Run(void)
 {
   TrainOptions o;
-  Trainer t;
   EnvRun run;
+  EnvInstance instance;
   char algorithm[32] = "";
   PetscBool only_help, evolution;
 
@@ -48,26 +49,26 @@ static PetscErrorCode Run(void)
   }
   PetscCall(TrainOptionsSet(PETSC_COMM_WORLD, &o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
-  if (only_help) { /* the options of the fault and of TS */
-    PetscCall(EnvRunCreate(&o.env, NULL, &run));
-    PetscCall(EnvRunDestroy(&run));
-    for (PetscInt i = 0; i < o.env.nobs; ++i) PetscCall(PetscFree(o.env.names[i]));
+  if (only_help) { /* the options of the problem and of TS */
+    PetscCall(EnvInstanceCreate(&o.env, NULL, PETSC_FALSE, &instance));
+    PetscCall(o.env.problem->create(&o.env, &instance, &run));
+    PetscCall(o.env.problem->destroy(&run));
+    PetscCall(TrainOptionsFree(&o));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(TrainerCreate(PETSC_COMM_WORLD, &o, &t));
-  PetscCall(TrainerRun(&t));
-  PetscCall(TrainerDestroy(&t));
+  PetscCall(o.algorithm->run(&o));
+  PetscCall(TrainOptionsFree(&o));
   PetscCall(SlipWarnOfUnusedOptions());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 int main(int argc, char **argv)
 {
-  static char manual[2048];
-  char ranges[1024];
+  static char manual[4096];
+  char ranges[2048];
 
   PetscFunctionBeginUser;
-  PetscCall(EnvDescribeDraw(ranges, sizeof(ranges)));
+  PetscCall(ProblemDescribeDraws(ranges, sizeof(ranges)));
   PetscCall(PetscSNPrintf(manual, sizeof(manual), "%s%s\n\n", help, ranges));
   PetscCall(PetscInitialize(&argc, &argv, NULL, manual));
   PetscCall(SlipStepInitializePackage());

@@ -19,8 +19,8 @@ refuses() { # words -- options
   [ ! -e refused.h5 ] || fail "a policy was written for $*"
 }
 
-refuses -train_problem circuit fault -- -train_problem circuit
-refuses -train_algorithm td3 tqc -- -train_algorithm td3
+refuses -train_problem pendulum fault sliding_mode circuit -- -train_problem pendulum
+refuses -train_algorithm dqn tqc -- -train_algorithm dqn
 refuses -train_reward nonsense published accuracy -- -train_reward nonsense
 refuses -train_cost days iterations wall -- -train_cost days
 refuses -train_steps -- -train_steps 0
