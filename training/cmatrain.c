@@ -50,17 +50,6 @@ static PetscErrorCode MakeEpisodes(const CMATrainer *t, PetscInt64 stream, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A network that ignores what it sees and takes half a T*. */
-static PetscErrorCode FirstMean(const CMAOptions *o, PetscInt n, double mean[])
-{
-  const PetscReal x = PetscLogReal(0.5 / o->dt_min) / PetscLogReal(o->dt_max / o->dt_min);
-
-  PetscFunctionBegin;
-  PetscCall(PetscArrayzero(mean, n));
-  mean[n - 1] = (double)PetscAtanhReal(2 * x - 1);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t)
 {
   const PetscInt n = CMACountWeights(o);
@@ -77,7 +66,7 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
   t->ntrain = o->nsingle + o->nmesh;
   t->nvalid = 2 * o->validation;
   PetscCall(PetscMalloc1(n, &mean));
-  PetscCall(FirstMean(o, n, mean));
+  CMAStart(o, mean);
   PetscCall(CMAESCreate(n, o->population, mean, o->sigma, &t->es));
   PetscCall(PetscFree(mean));
   PetscCall(PetscCalloc1(n, &t->best));

@@ -53,6 +53,7 @@ PETSC_INTERN PetscErrorCode CMATrainerRun(CMATrainer *t); /* to the end; writes 
 PETSC_INTERN PetscErrorCode CMATrainerDestroy(CMATrainer *t);
 
 PETSC_INTERN PetscInt CMACountWeights(const CMAOptions *o);
+PETSC_INTERN void CMAStart(const CMAOptions *o, double weights[]); /* the first mean (cmastart.c) */
 PETSC_INTERN PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], SlipPolicy *policy);
 
 /* ---- files (cmafiles.c), by the first rank ---- */

@@ -51,22 +51,14 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Has w changed anywhere since it was summed? Keeps a copy of what is summed. A vector untouched since then needs no look. */
+/* Has w changed anywhere since it was summed? Keeps a copy of what is summed. */
 static PetscErrorCode SlipFaultIsNew(SlipFault fault, Vec w, PetscBool *is_new)
 {
   const PetscReal *a;
   PetscBool same = PETSC_FALSE;
   PetscInt changed;
-  PetscObjectId id;
-  PetscObjectState state;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectGetId((PetscObject)w, &id));
-  PetscCall(PetscObjectStateGet((PetscObject)w, &state));
-  *is_new = PETSC_FALSE;
-  if (fault->summed && id == fault->summed_id && state == fault->summed_state) PetscFunctionReturn(PETSC_SUCCESS);
-  fault->summed_id = id;
-  fault->summed_state = state;
   PetscCall(VecGetArrayRead(w, &a));
   if (fault->summed)
     PetscCall(PetscArraycmp(a, fault->summed, 3 * fault->n, &same));

@@ -176,9 +176,7 @@ struct _p_SlipFault {
 
   SlipFaultSums sums;
   SlipFaultEstimates estimates;
-  PetscReal *summed;       /* the state that the sums belong to [3 n] */
-  PetscObjectId summed_id; /* the vector it was copied from, and in which state */
-  PetscObjectState summed_state;
+  PetscReal *summed; /* the state that the sums belong to [3 n] */
   SlipFaultOutput output;
 };
 
