@@ -61,4 +61,5 @@ PETSC_EXTERN PetscErrorCode TSBatheCheckType(TS ts);
      "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *)
    on TS, by a problem
      "SlipObserve_C"               (TS, const char name[], PetscReal *value, PetscBool *known)   of the current solution
-     "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s] */
+     "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s]
+     "SlipProblemName_C"           (TS, const char **name)       whose default policy -ts_adapt_type rl takes */
