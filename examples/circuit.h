@@ -158,6 +158,15 @@ static inline PetscErrorCode CircuitTimeScale(TS ts, PetscReal *tstar)
   PetscFunctionReturn(0);
 }
 
+/* "SlipProblemName_C" */
+static inline PetscErrorCode CircuitProblemName(TS ts, const char **name)
+{
+  PetscFunctionBeginUser;
+  (void)ts;
+  *name = "circuit";
+  PetscFunctionReturn(0);
+}
+
 /* All that precedes TSSetFromOptions(): h in [1e-9 s, t_max/10], first step 1e-3 s, the study's tolerances. As in
    sliding_mode.h, the study's least step of 1e-5 s is left to the policies' files. */
 static inline PetscErrorCode CircuitConfigureTS(Circuit *c, TS ts)
@@ -185,6 +194,7 @@ static inline PetscErrorCode CircuitConfigureTS(Circuit *c, TS ts)
   PetscCall(TSSetApplicationContext(ts, c));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", CircuitObserve));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", CircuitTimeScale));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipProblemName_C", CircuitProblemName));
   PetscFunctionReturn(0);
 }
 

@@ -106,6 +106,15 @@ static inline PetscErrorCode SlidingModeTimeScale(TS ts, PetscReal *tstar)
   PetscFunctionReturn(0);
 }
 
+/* "SlipProblemName_C" */
+static inline PetscErrorCode SlidingModeProblemName(TS ts, const char **name)
+{
+  PetscFunctionBeginUser;
+  (void)ts;
+  *name = "sliding_mode";
+  PetscFunctionReturn(0);
+}
+
 /* All that precedes TSSetFromOptions(): 0.5 s, h in [1e-9 s, 2 pi/(10 omega)], first step 1e-4 s, the study's tolerances. The
    study's least step of 1e-5 s is for its policies, whose files hold their own bounds: across the arrest an error estimate falls
    as slowly as h, and controllers that obey it need less than that for some starts. */
@@ -134,6 +143,7 @@ static inline PetscErrorCode SlidingModeConfigureTS(SlidingMode *m, TS ts)
   PetscCall(TSSetApplicationContext(ts, m));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", SlidingModeObserve));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", SlidingModeTimeScale));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipProblemName_C", SlidingModeProblemName));
   PetscFunctionReturn(0);
 }
 

@@ -15,6 +15,9 @@ PETSC_EXTERN const char *const SlipActivations[];
 
 PETSC_EXTERN PetscErrorCode SlipPolicyCreate(MPI_Comm comm, SlipPolicy *policy);
 PETSC_EXTERN PetscErrorCode SlipPolicyLoad(SlipPolicy policy, const char file[]);
+/* The policy that comes with the library for a problem ("fault", ...): SLIPSTEP_POLICY_DIR, the installation, the source. */
+PETSC_EXTERN PetscErrorCode SlipPolicyFindDefault(MPI_Comm comm, const char problem[], char file[], size_t len,
+                                                  PetscBool *found);
 PETSC_EXTERN PetscErrorCode SlipPolicyStore(SlipPolicy policy, const char file[]); /* via a temporary file and rename */
 PETSC_EXTERN PetscErrorCode SlipPolicyView(SlipPolicy policy, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipPolicyDestroy(SlipPolicy *policy);

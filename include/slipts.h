@@ -63,4 +63,5 @@ PETSC_EXTERN PetscErrorCode TSBatheCheckType(TS ts);
                                    its local error, and dw/dt at its end
    on TS, by a problem
      "SlipObserve_C"               (TS, const char name[], PetscReal *value, PetscBool *known)   of the current solution
-     "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s] */
+     "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s]
+     "SlipProblemName_C"           (TS, const char **name)       whose default policy -ts_adapt_type rl takes */

@@ -30,9 +30,7 @@ static PetscErrorCode Begin(TSAdapt adapt, TS ts)
   SlipObserver *o = &rl->observer;
 
   PetscFunctionBegin;
-  PetscCheck(rl->actor || rl->policy, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_WRONGSTATE,
-             "-ts_adapt_type rl has no policy; expected -ts_adapt_rl_policy <file.h5>, TSAdaptRLSetPolicy() or "
-             "TSAdaptRLSetActor()");
+  PetscCall(TSAdaptRLFindPolicy_Private(adapt, ts));
   PetscCall(SlipObserverStart(o, ts));
   o->accuracy = rl->accuracy;
   if (rl->actor) {

@@ -12,6 +12,7 @@ static PetscErrorCode TSAdaptRLSetPolicy_RL(TSAdapt adapt, SlipPolicy policy)
   PetscCall(SlipPolicyReference(policy));
   PetscCall(SlipPolicyDestroy(&rl->policy));
   rl->policy = policy;
+  rl->default_of[0] = 0;
   if (rl->actor) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipPolicyGetObservations(policy, &n, &names));
   PetscCall(TSAdaptRLSetNames_Private(adapt, n, names));
@@ -237,6 +238,9 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
   PetscOptionsHeadBegin(PetscOptionsObject, "Learned step-size controller options");
   PetscCall(PetscOptionsString("-ts_adapt_rl_policy", "HDF5 file with the policy", "TSAdaptRLSetPolicyFile", file, file,
                                sizeof(file), &set));
+  PetscCall(PetscOptionsString("-ts_adapt_rl_problem",
+                               "Problem whose default policy to take when none is named (fault, ...; default: its own)",
+                               "SlipPolicyFindDefault", rl->problem, rl->problem, sizeof(rl->problem), NULL));
   PetscCall(PetscOptionsInt("-ts_adapt_rl_max_failures",
                             "Failed attempts in a row before steps are halved until one converges, >= 1", "",
                             rl->max_failures, &rl->max_failures, NULL));
@@ -270,6 +274,8 @@ static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPushTab(viewer));
   if (rl->actor) PetscCall(PetscViewerASCIIPrintf(viewer, "steps are chosen by an actor\n"));
   if (rl->policy) PetscCall(SlipPolicyView(rl->policy, viewer));
+  if (rl->default_of[0])
+    PetscCall(PetscViewerASCIIPrintf(viewer, "it is the default policy of the problem %s\n", rl->default_of));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "accuracy dial %g%s\n", (double)rl->accuracy,
     rl->sees_accuracy || !rl->n ? "" : " (ignored: the policy does not observe " SLIP_OBSERVES_ACCURACY ")"));
@@ -296,6 +302,7 @@ static PetscErrorCode TSAdaptReset_RL(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(SlipObserverReset(&rl->observer));
+  PetscCall(TSAdaptRLForgetDefault_Private(adapt));
   rl->begun = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -351,7 +358,8 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.
 
   Options Database Keys:
-+ -ts_adapt_rl_policy <file.h5>      - the policy, required unless one is set by TSAdaptRLSetPolicy() or an actor acts
++ -ts_adapt_rl_policy <file.h5>      - the policy; without it, TSAdaptRLSetPolicy() or an actor, the problem's default one
+. -ts_adapt_rl_problem <name>        - the problem whose default policy that is, see SlipPolicyFindDefault()
 . -ts_adapt_rl_accuracy <1e-2>       - wanted relative error of the final slip, for policies that observe log_accuracy
 . -ts_adapt_rl_max_failures <3>      - failed attempts in a row before steps are halved
 - -ts_adapt_rl_error_ceiling <0>     - largest accepted error estimate, 0 for none

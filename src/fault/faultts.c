@@ -72,6 +72,15 @@ static PetscErrorCode SlipTimeScale_Fault(TS ts, PetscReal *tstar)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* "SlipProblemName_C" of slipts.h */
+static PetscErrorCode SlipProblemName_Fault(TS ts, const char **name)
+{
+  PetscFunctionBegin;
+  (void)ts;
+  *name = "fault";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* dw/dt = A^-1 F_s(w), the smooth part: what integrators without the constraint see. */
 static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 {
@@ -119,6 +128,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
   PetscCall(PetscContainerDestroy(&box));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", SlipObserve_Fault));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", SlipTimeScale_Fault));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipProblemName_C", SlipProblemName_Fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -4,6 +4,8 @@
 
 typedef struct {
   SlipPolicy policy;
+  char problem[64];       /* whose default policy to take; empty: ask the TS */
+  char default_of[64];    /* the problem whose default policy is; empty: it was given */
   TSAdaptRLActorFn actor; /* asked instead of the policy when set */
   void *actor_ctx;
   PetscReal actor_dt[2];   /* bounds that the observation "step" refers to [s] */
@@ -28,6 +30,8 @@ typedef struct {
 } TSAdapt_RL;
 
 PETSC_INTERN PetscErrorCode TSAdaptRLSetNames_Private(TSAdapt adapt, PetscInt n, const char *const names[]);
+PETSC_INTERN PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts); /* the default one when there is none */
+PETSC_INTERN PetscErrorCode TSAdaptRLForgetDefault_Private(TSAdapt adapt);
 PETSC_INTERN PetscErrorCode TSAdaptChooseFirst_RL(TSAdapt adapt, TS ts, PetscReal *h);
 PETSC_INTERN PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next);
 PETSC_INTERN PetscErrorCode TSAdaptNeedsError_RL(TSAdapt adapt, PetscBool *flg);

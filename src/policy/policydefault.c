@@ -1,0 +1,98 @@
+/* Where the policies that come with the library are: beside it, wherever it was installed or moved to. */
+#define _GNU_SOURCE /* dladdr() */
+#include <slippolicy.h>
+#include <slipsys.h>
+#include <slipstep/private/slipcompat.h>
+#include <dlfcn.h>
+#include <stdlib.h>
+
+#ifndef SLIPSTEP_LIB_TO_POLICIES
+  #define SLIPSTEP_LIB_TO_POLICIES "../share/slipstep/policies" /* as installed with the usual names of folders */
+#endif
+/* The build tree has a link beside the library, to training/policies. Its address also says which library this is. */
+static const char build_policies[] = "slipstep-policies";
+
+/* The folder of the shared library, without a / at its end */
+static PetscErrorCode LibraryFolder(char folder[], size_t len)
+{
+  Dl_info info;
+  char path[PETSC_MAX_PATH_LEN], *slash;
+
+  PetscFunctionBegin;
+  folder[0] = 0;
+  if (!dladdr(build_policies, &info) || !info.dli_fname) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscGetRealPath(info.dli_fname, path));
+  PetscCall(PetscStrrchr(path, '/', &slash)); /* what follows the last /, or path itself */
+  if (slash == path) PetscFunctionReturn(PETSC_SUCCESS);
+  slash[-1] = 0;
+  PetscCall(PetscStrncpy(folder, path, len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On one rank */
+static PetscErrorCode PolicyFolder(char folder[], size_t len)
+{
+  const char *given = getenv("SLIPSTEP_POLICY_DIR");
+  char library[PETSC_MAX_PATH_LEN];
+  PetscBool build;
+
+  PetscFunctionBegin;
+  if (given && given[0]) {
+    PetscCall(PetscStrncpy(folder, given, len));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(LibraryFolder(library, sizeof(library)));
+  PetscCall(PetscSNPrintf(folder, len, "%s/%s", library, build_policies));
+  PetscCall(PetscTestDirectory(folder, 'r', &build));
+  if (!build) PetscCall(PetscSNPrintf(folder, len, "%s/%s", library, SLIPSTEP_LIB_TO_POLICIES));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipPolicyFindDefault - the file of the policy that comes with the library for a problem
+
+  Collective
+
+  Input Parameters:
++ comm    - communicator; its first rank looks, all get its answer
+. problem - such as "fault": the policy is the file problem.h5
+- len     - length of file, including the terminating zero
+
+  Output Parameters:
++ file  - where the policy is, or would have to be
+- found - whether it is there and can be read
+
+  Level: intermediate
+
+  Note:
+  The folder is that of the environment variable `SLIPSTEP_POLICY_DIR` if it is set; else share/slipstep/policies of the
+  installation that the shared library belongs to, wherever that was moved; else, in the build tree, training/policies of the
+  source.
+
+.seealso: SlipPolicyLoad(), TSAdaptRLSetPolicyFile(), TSADAPTRL
+@*/
+PetscErrorCode SlipPolicyFindDefault(MPI_Comm comm, const char problem[], char file[], size_t len, PetscBool *found)
+{
+  char folder[PETSC_MAX_PATH_LEN], path[PETSC_MAX_PATH_LEN] = "", plain[PETSC_MAX_PATH_LEN];
+  PetscMPIInt rank, there = 0;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) {
+    PetscBool exists = PETSC_FALSE;
+
+    ierr = PolicyFolder(folder, sizeof(folder));
+    if (!ierr) ierr = PetscSNPrintf(path, sizeof(path), "%s/%s.h5", folder, problem);
+    if (!ierr) ierr = PetscTestFile(path, 'r', &exists);
+    if (!ierr && exists) ierr = PetscGetRealPath(path, plain); /* without links and .. */
+    if (!ierr && exists) ierr = PetscStrncpy(path, plain, sizeof(path));
+    there = exists ? 1 : 0;
+  }
+  PetscCall(SlipErrorBcast(comm, ierr));
+  PetscCallMPI(MPI_Bcast(path, (PetscMPIInt)sizeof(path), MPI_CHAR, 0, comm));
+  PetscCallMPI(MPI_Bcast(&there, 1, MPI_INT, 0, comm));
+  PetscCall(PetscStrncpy(file, path, len));
+  *found = there ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,241 @@
+"""Runs of the held-out benchmark: each is one process of `fault`, its numbers a line of a file, so that a benchmark resumes."""
+
+import concurrent.futures
+import dataclasses
+import hashlib
+import json
+import os
+import subprocess
+import tempfile
+import threading
+import time
+
+import h5py
+import numpy as np
+
+TIMEOUT = 600  # of one run [s]; one that takes longer is an error of the benchmark, not a result
+FINE = (1e-6, 1e-7, 1e-8, 1e-9)  # rtol of fine runs, one after the other until two agree; the last is the reference
+FINE_AGREE = 5e-6  # to this relative difference of final slip
+FINE_STEPS = 4000  # constant steps of an independent third run
+LEAN = ["-fault_output_interval", "1000000000", "-fault_output_fields", "slip"]
+
+
+class BenchmarkError(Exception):
+    """The benchmark cannot go on; the message says why."""
+
+
+def environment():
+    """Of one process without neighbours: Open MPI's singleton start without its daemon and its shared memory takes 0.07 s
+    instead of 0.4 s."""
+    env = dict(os.environ, OPENBLAS_NUM_THREADS="1", OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_pml="ob1", OMPI_MCA_btl="self")
+    if os.geteuid() == 0:
+        env.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+    return env
+
+
+def digest(*paths):
+    h = hashlib.sha1()
+    for path in paths:
+        with open(path, "rb") as file:
+            h.update(file.read())
+    return h.hexdigest()[:12]
+
+
+@dataclasses.dataclass
+class Job:
+    """One run: options of the controller, and how the results call it."""
+    case: object
+    kind: str  # "classical", "policy" or "fine"
+    family: str
+    setting: float  # rtol, or position of the dial; 0: none
+    options: list
+    policy: str = ""  # its file: the run's key has its content, not its name
+
+    @property
+    def key(self):
+        c = self.case
+        fields = digest(c.fields) if c.fields else ""
+        options = [o for o in c.options if o != c.fields]
+        policy = digest(self.policy) if self.policy else ""
+        return hashlib.sha1(json.dumps([options, c.duration, fields, self.options, policy]).encode()).hexdigest()[:20]
+
+
+class Store:
+    """Results by key in a file of lines; a line cut short by an interruption is ignored."""
+
+    def __init__(self, path):
+        self.path, self.rows, self.lock = path, {}, threading.Lock()
+        if os.path.exists(path):
+            with open(path) as file:
+                for line in file:
+                    try:
+                        row = json.loads(line)
+                    except ValueError:
+                        continue
+                    self.rows[row["key"]] = row
+
+    def add(self, row):
+        with self.lock:
+            self.rows[row["key"]] = row
+            with open(self.path, "a") as file:
+                file.write(json.dumps(row) + "\n")
+
+
+def execute(build, job, output):
+    """Run, and read the output file; (None, message) when the run ends with an error."""
+    c = job.case
+    command = [os.path.join(build, "bin", "fault"), *c.options, "-ts_max_time", f"{c.duration:.10g}", *job.options,
+               *(["-ts_adapt_rl_policy", job.policy] if job.policy else []), "-fault_output", output, *LEAN]
+    begin = time.time()
+    done = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=TIMEOUT)
+    if done.returncode:
+        lines = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
+        return None, (lines[-1] if lines else f"exit code {done.returncode}")[:300]
+    with h5py.File(output) as file:
+        result = {name: float(value) for name, value in file["result"].attrs.items()}
+        series = np.array([np.append(0, file[f"series/{name}"][()]) for name in ("time", "mean_slip", "mean_slip_rate")])
+    return {"result": result, "series": series, "wall": time.time() - begin}, ""
+
+
+def interpolate(series, times):
+    """Mean slip at times by cubic Hermite polynomials, with slopes of second order from the slips themselves."""
+    t, s = series[0], series[1]
+    slope = np.gradient(s, t)
+    i = np.clip(np.searchsorted(t, times) - 1, 0, len(t) - 2)
+    h = t[i + 1] - t[i]
+    x = (times - t[i]) / h
+    return ((1 + 2 * x) * (1 - x) ** 2 * s[i] + x ** 2 * (3 - 2 * x) * s[i + 1]
+            + h * x * (1 - x) * ((1 - x) * slope[i] - x * slope[i + 1]))
+
+
+def passage(series, level):
+    """When the slip passes a level, by a straight line between samples [s]."""
+    i = int(np.argmax(series[1] >= level))
+    if i == 0:
+        return series[0][-1]
+    (t0, t1), (s0, s1) = series[0][i - 1:i + 1], series[1][i - 1:i + 1]
+    return t0 + (level - s0) / (s1 - s0) * (t1 - t0)
+
+
+def errors(series, fine):
+    """Against a fine run: slip_error is signed; history_error is the largest error of the slip at the run's own times; both, and
+    the peak's, relative to the final slip or peak. half_time_error [s]: of the passage of half the final slip."""
+    final = fine[1][-1]
+    return {"slip_error": float(series[1][-1] / final - 1),
+            "history_error": float(np.abs(series[1] - interpolate(fine, series[0])).max() / final),
+            "peak_error": float(series[2].max() / fine[2].max() - 1),
+            "half_time_error": float(passage(series, final / 2) - passage(fine, final / 2))}
+
+
+class Bench:
+    """Where the runs are done and kept."""
+
+    def __init__(self, build, folder, processes):
+        self.build, self.folder, self.processes = build, folder, processes
+        os.makedirs(os.path.join(folder, "reference"), exist_ok=True)
+        self.store = Store(os.path.join(folder, "runs.jsonl"))
+        self.fine = {}
+        self.check_build()
+
+    def check_build(self):
+        """Results of another library are not mixed with ours without a word."""
+        mark = os.path.join(self.folder, "library")
+        library = digest(os.path.join(self.build, "lib", "libslipstep.so"))
+        if os.path.exists(mark):
+            with open(mark) as file:
+                before = file.read().strip()
+            if before != library:
+                print(f"Note: {self.folder} was begun with another build of the library ({before}, now {library}); what it has is"
+                      " reused. Remove the folder to start again.")
+        else:
+            with open(mark, "w") as file:
+                file.write(library + "\n")
+
+    def run(self, job):
+        """One run against its reference, stored."""
+        handle, output = tempfile.mkstemp(suffix=".h5", dir=self.folder)
+        os.close(handle)
+        try:
+            found, message = execute(self.build, job, output)
+        finally:
+            for path in (output, output + ".part"):
+                if os.path.exists(path):
+                    os.remove(path)
+        row = {"key": job.key, "case": job.case.name, "group": job.case.group, "kind": job.kind, "family": job.family,
+               "setting": job.setting, "failed": message}
+        if found:
+            row.update({name: found["result"][name] for name in ("solves", "accepted", "rejected", "mean_slip")}, wall=found["wall"])
+            row.update({name: value for name, value in found["result"].items() if "estimate" in name or "check" in name})
+            row.update(errors(found["series"], self.fine[job.case.name]))
+        self.store.add(row)
+
+    def all(self, jobs, title):
+        """Every run that is not there yet, with progress and the time left."""
+        keys = [job.key for job in jobs]
+        todo = [job for key, job in zip(keys, jobs) if key not in self.store.rows]
+        begin = last = time.time()
+        if jobs:
+            print(f"{title}: {len(jobs)} runs, {len(jobs) - len(todo)} there already", flush=True)
+        with concurrent.futures.ThreadPoolExecutor(self.processes) as pool:
+            for done, future in enumerate(concurrent.futures.as_completed([pool.submit(self.run, job) for job in todo]), 1):
+                future.result()
+                if time.time() - last > 10 or done == len(todo):
+                    last = time.time()
+                    left = (last - begin) / done * (len(todo) - done)
+                    print(f"  {done} of {len(todo)}, {last - begin:.0f} s, about {left:.0f} s left", flush=True)
+        return [self.store.rows[key] for key in keys]
+
+    def reference(self, case):
+        """The fine run of a case, computed once; the spread of independent ones is kept with it."""
+        path = os.path.join(self.folder, "reference", Job(case, "fine", "heuristic", 0, []).key + ".h5")
+        if not os.path.exists(path):
+            self.make_reference(case, path)
+        with h5py.File(path) as file:
+            self.fine[case.name] = file["series"][()]
+            return dict(file.attrs)
+
+    def make_reference(self, case, path):
+        coarse, spread = None, None
+        for rtol in FINE:
+            fine = self.fine_run(case, ["-ts_adapt_type", "heuristic", "-ts_rtol", f"{rtol:g}"])
+            if coarse is not None:
+                spread = errors(coarse, fine)
+                if abs(spread["slip_error"]) < FINE_AGREE:
+                    break
+            coarse = fine
+        else:
+            raise BenchmarkError(f"{case.name} has no reference: fine runs still differ by {abs(spread['slip_error']):.1e} in final slip"
+                                 f" at rtol {rtol:g}, expected < {FINE_AGREE:g}")
+        if abs(fine[2][-1]) > 1e-6 * fine[2].max():
+            raise BenchmarkError(f"{case.name}: the event is not over at {case.duration:g} s, expected rest")
+        steps = self.fine_run(case, ["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", f"{case.duration / FINE_STEPS:.10g}"])
+        with h5py.File(path + ".part", "w") as file:
+            file["series"] = fine
+            file.attrs.update({"case": case.name, "rtol": rtol, "slip_spread": abs(spread["slip_error"]),
+                               "history_spread": spread["history_error"], "constant_steps_spread": abs(errors(steps, fine)["slip_error"])})
+        os.replace(path + ".part", path)
+
+    def fine_run(self, case, options):
+        handle, output = tempfile.mkstemp(suffix=".h5", dir=self.folder)
+        os.close(handle)
+        try:
+            found, message = execute(self.build, Job(case, "fine", "", 0, options), output)
+        finally:
+            os.remove(output)
+        if not found:
+            raise BenchmarkError(f"the reference of {case.name} failed: {message}")
+        return found["series"]
+
+    def references(self, cases):
+        """All of them, and the largest differences between the fine runs."""
+        print(f"references: {len(cases)}", flush=True)
+        begin, found = time.time(), []
+        with concurrent.futures.ThreadPoolExecutor(self.processes) as pool:
+            for r in pool.map(self.reference, cases):
+                found.append(r)
+                if time.time() - begin > 10 and len(found) % 10 == 0:
+                    print(f"  {len(found)} of {len(cases)}, {time.time() - begin:.0f} s", flush=True)
+        worst = {name: max(r[name] for r in found) for name in ("slip_spread", "history_spread", "constant_steps_spread")}
+        print(f"  two refinements differ by at most {worst['slip_spread']:.1e} in final slip and {worst['history_spread']:.1e} in its history,"
+              f" {FINE_STEPS} constant steps by {worst['constant_steps_spread']:.1e}", flush=True)
+        return worst
