@@ -287,6 +287,7 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipCellTypes[k].create(comm, cells, tolerance, S));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipLogProducts(*S, SLIP_StiffnessMult));
   PetscCall(ComposeWeights(*S, cells));
   PetscCall(MatSetOption(*S, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatSetOption(*S, MAT_SPD, PETSC_TRUE));

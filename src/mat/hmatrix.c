@@ -31,6 +31,7 @@ typedef struct {
   Vec diagonal; /* before scale */
   PetscReal *x, *y, *t;
   PetscReal numbers;           /* stored on all processes */
+  PetscLogDouble flops;        /* of a product, on this process */
   PetscInt total, low, widest; /* blocks on all processes, low-rank ones, their largest rank */
 } HMat;
 
@@ -187,6 +188,7 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
   PetscCall(SlipGatherRestore(&h->gather, x, &px));
   PetscCall(PetscArrayzero(h->y, h->N));
   for (PetscInt b = 0; b < h->nblocks; b++) PetscCall(BlockApply(&h->block[b], h->x, h->y, h->t));
+  PetscCall(PetscLogFlops(h->flops));
   if (h->gather.scatter)
     PetscCallMPI(
       MPI_Allreduce(MPI_IN_PLACE, h->y, (PetscMPIInt)h->N, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)S)));
@@ -300,6 +302,7 @@ static PetscErrorCode CountStorage(MPI_Comm comm, HMat *h)
   PetscFunctionBegin;
   for (PetscInt b = 0; b < h->nblocks; b++) {
     h->numbers += (PetscReal)BlockNumbers(&h->block[b]);
+    h->flops += (h->block[b].row == h->block[b].column ? 2 : 4) * (PetscLogDouble)BlockNumbers(&h->block[b]);
     h->low += h->block[b].rank >= 0 ? 1 : 0;
     h->widest = PetscMax(h->widest, h->block[b].rank);
   }

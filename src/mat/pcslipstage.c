@@ -152,6 +152,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   Mat J;
 
   PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(SLIP_PCSetUp, pc, 0, 0, 0));
   PetscCall(ContextOf(pc, &c));
   PetscCall(PCGetOperators(pc, NULL, &J));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipStageOperator", (PetscObject *)&c->B));
@@ -167,6 +168,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
     PetscCall(SetUpStrike(c, &parts));
   else
     PetscCall(SetUpDiagonal(c));
+  PetscCall(PetscLogEventEnd(SLIP_PCSetUp, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -196,10 +198,12 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
 
   PetscFunctionBegin;
   PetscCall(ContextOf(pc, &c));
+  PetscCall(PetscLogEventBegin(SLIP_PCApply, pc, r, z, 0));
   if (!c->mask) {
     PetscCall(VecCopy(r, c->work));
     PetscCall(ApplyInverse(c));
     PetscCall(VecCopy(c->work, z));
+    PetscCall(PetscLogEventEnd(SLIP_PCApply, pc, r, z, 0));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecPointwiseMult(c->work, c->mask, r));
@@ -214,6 +218,7 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
   PetscCall(VecRestoreArrayRead(c->work, &pw));
   PetscCall(VecRestoreArrayRead(r, &pr));
   PetscCall(VecRestoreArrayRead(c->mask, &mask));
+  PetscCall(PetscLogEventEnd(SLIP_PCApply, pc, r, z, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

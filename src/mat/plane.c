@@ -277,6 +277,18 @@ static void ApplyRows(SlipPlane p, PetscReal scale, const PetscReal x[], PetscRe
   SlipPencilBackward(pencil, scale / (PetscReal)p->depth_period, y);
 }
 
+/* Of a product: real transforms along strike and complex ones in depth, forth and back, and the symbols. */
+static PetscErrorCode LogFlops(SlipPlane p)
+{
+  const PetscLogDouble P = (PetscLogDouble)p->period, Q = (PetscLogDouble)p->depth_period;
+  const PetscLogDouble rows = (PetscLogDouble)p->pencil->layout.rows, waves = (PetscLogDouble)p->pencil->layout.columns;
+
+  PetscFunctionBegin;
+  PetscCall(PetscLogFlops(5 * rows * P * PetscLog2Real(P) +
+                          waves * Q * (10 * p->fields * PetscLog2Real(Q) + (p->fields == 2 ? 16 : 2))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* y = scale * K x */
 PetscErrorCode SlipPlaneApply(SlipPlane p, PetscReal scale, Vec x, Vec y)
 {
@@ -284,6 +296,7 @@ PetscErrorCode SlipPlaneApply(SlipPlane p, PetscReal scale, Vec x, Vec y)
   PetscReal *py;
 
   PetscFunctionBegin;
+  PetscCall(LogFlops(p));
   if (p->scatter) {
     PetscCall(VecScatterBegin(p->scatter, x, p->rows, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(p->scatter, x, p->rows, INSERT_VALUES, SCATTER_FORWARD));

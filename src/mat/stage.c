@@ -219,6 +219,7 @@ PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B)
   PetscCall(MatShellSetOperation(*B, MATOP_GET_DIAGONAL, SlipMatShellFn(StageGetDiagonal)));
   PetscCall(MatShellSetOperation(*B, MATOP_DESTROY, SlipMatShellFn(StageDestroy)));
   PetscCall(SlipShellFinish(*B, "slipstage"));
+  PetscCall(SlipLogProducts(*B, SLIP_StageMult));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -5,8 +5,6 @@
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
-PetscLogEvent SLIP_StiffnessSetUp;
-
 /* Up to this many cells a dense product is as fast as one by FFT (measured), and forming B is cheap. */
 #define SLIP_DENSE_MAX 256
 
@@ -91,6 +89,7 @@ PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const
   PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipStiffnessTypes[k].create(comm, grid, K));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipLogProducts(*K, SLIP_StiffnessMult));
   PetscCall(SlipGridCompose(*K, grid));
   PetscCall(MatSetOption(*K, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatSetOption(*K, MAT_SPD, PETSC_TRUE));
@@ -204,6 +203,7 @@ PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, PetscInt N, cons
              source, f.i);
   PetscCall(SlipDenseScatter(comm, N, symmetric, K));
   PetscCall(PetscFree(symmetric));
+  PetscCall(SlipLogProducts(*K, SLIP_StiffnessMult));
   PetscCall(MatSetOption(*K, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,8 +4,6 @@
 #include <slipstep/private/slipmat.h>
 #include <slipstep/private/slipcells.h>
 
-PetscLogEvent SLIP_ViscositySetUp;
-
 static PetscErrorCode ViscosityCreate_None(Mat K, PetscReal factor, Mat *H)
 {
   PetscInt m, N;
@@ -191,6 +189,7 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
   PetscCall(PetscLogEventBegin(SLIP_ViscositySetUp, K, 0, 0, 0));
   PetscCall(SlipViscosityTypes[k].create(K, factor, H));
   PetscCall(PetscLogEventEnd(SLIP_ViscositySetUp, K, 0, 0, 0));
+  PetscCall(SlipLogProducts(*H, SLIP_ViscosityMult));
   PetscCall(ComposeFactor(*H, factor));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,9 +1,7 @@
 /* Private to src/mat: kernel parts, dense helpers, and what the preconditioner may ask of K, H and B. */
 #pragma once
 #include <slipmat.h>
-
-/* Set-up of K and of H in -log_view; registered in src/sys/types.c */
-PETSC_INTERN PetscLogEvent SLIP_StiffnessSetUp, SLIP_ViscositySetUp;
+#include <slipstep/private/sliplog.h>
 
 /* ---- kernel.c ---- */
 PETSC_INTERN void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal depth_sum, PetscReal a,
