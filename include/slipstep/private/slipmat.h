@@ -39,6 +39,9 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 
 /* ---- shell.c ---- */
 PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
+/* What -fault_view tells of a matrix, kept with it under a name: how its type was chosen, and what the cache did. */
+PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
+PETSC_INTERN PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text); /* borrowed; "" for none */
 
 /* ---- stage.c: what the stage operator is made of ---- */
 typedef struct {
@@ -130,7 +133,24 @@ PETSC_INTERN void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state); 
 PETSC_INTERN PetscErrorCode SlipSketchCorrection(SlipStrike strike, const PetscReal blocks[], PetscReal square,
                                                  PetscReal tolerance, PetscInt parity, PetscReal *smallest,
                                                  PetscReal *error, SlipLowRank *m);
-/* cache.c: the low-rank part in files, for unit factors; m[parity].n must be set. Collective. */
+/* ---- cache.c: files of a directory; collective ---- */
+typedef struct {
+  const char *path, *units;
+  PetscInt ndim, dims[2]; /* reading: -1 for any */
+  PetscReal *data;        /* rank 0 */
+} SlipCacheItem;
+#define SLIP_HASH_START 14695981039346656037ULL
+PETSC_INTERN uint64_t SlipHashReals(uint64_t hash, const PetscReal a[], size_t n);
+PETSC_INTERN PetscErrorCode SlipCacheDirOf(Mat K, const char **dir);
+PETSC_INTERN PetscErrorCode SlipCacheRead(Mat K, const char kind[], const char key[], PetscInt n, SlipCacheItem item[],
+                                          PetscBool *found);
+PETSC_INTERN PetscErrorCode SlipCacheWrite(Mat K, const char kind[], const char key[], PetscInt n,
+                                           const SlipCacheItem item[]);
+/* cacheroot.c: the root of a dense stiffness; root [N * N] is rank 0's */
+PETSC_INTERN PetscErrorCode SlipFingerprintCompose(Mat K);
+PETSC_INTERN PetscErrorCode SlipCacheLoadRoot(Mat K, PetscReal **root, PetscBool *found);
+PETSC_INTERN PetscErrorCode SlipCacheSaveRoot(Mat K, PetscReal root[]);
+/* The low-rank part in files, for unit factors; m[parity].n must be set. */
 PETSC_INTERN PetscErrorCode SlipCacheLoad(Mat K, const SlipGrid *grid, PetscReal tolerance, PetscBool dense,
                                           SlipLowRank m[2], PetscBool *found);
 PETSC_INTERN PetscErrorCode SlipCacheSave(Mat K, const SlipGrid *grid, PetscReal tolerance, PetscBool dense,
