@@ -245,6 +245,18 @@ static PetscErrorCode LanczosView(Mat H, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode LanczosGetInfo(Mat H, MatInfoType flag, MatInfo *info)
+{
+  Lanczos *l;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &l));
+  PetscCall(MatGetLocalSize(H, &n, NULL));
+  PetscCall(SlipInfoFill(H, (PetscReal)sizeof(PetscReal) * (PetscReal)(l->nbasis + 4) * (PetscReal)n, flag, info));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode LanczosSetTolerance(Mat H, PetscReal tolerance)
 {
   Lanczos *l;
@@ -314,6 +326,7 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   PetscCall(MatShellSetOperation(*H, MATOP_MULT_TRANSPOSE, SlipMatShellFn(LanczosMult)));
   PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(LanczosGetDiagonal)));
   PetscCall(MatShellSetOperation(*H, MATOP_VIEW, SlipMatShellFn(LanczosView)));
+  PetscCall(MatShellSetOperation(*H, MATOP_GETINFO, SlipMatShellFn(LanczosGetInfo)));
   PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(LanczosDestroy)));
   PetscCall(SlipShellFinish(*H, "sliplanczos"));
   PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscositySetTolerance_C", LanczosSetTolerance));

@@ -236,6 +236,26 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What it adds to the engine of the stiffness, on this process. */
+static PetscErrorCode PCSlipStageGetMemory(PC pc, PetscReal *bytes)
+{
+  PCSlipStage *c = NULL;
+  const SlipGrid *g;
+  PetscInt n = 0, N = 0, nk = 0;
+
+  PetscFunctionBegin;
+  PetscCall(ContextOf(pc, &c));
+  if (c->gathered) PetscCall(MatGetLocalSize(c->gathered, &n, NULL));
+  *bytes = 2 * (PetscReal)n;
+  if (c->strike) {
+    SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
+    PetscCall(MatGetSize(c->gathered, &N, NULL));
+    *bytes += (PetscReal)(nk * g->nz + N);
+  }
+  *bytes = *bytes * (PetscReal)sizeof(PetscReal) + SlipGatherBytes(&c->gather);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*MC
   PCSLIPSTAGE - "slipstage": approximate inverse of the Jacobian of a stage on its sliding set
 
@@ -267,6 +287,7 @@ PetscErrorCode PCCreate_SlipStage(PC pc)
   PetscCall(PetscContainerSetPointer(container, c));
   PetscCall(SlipContainerSetDestroy(container, ContextDestroy));
   PetscCall(PetscObjectCompose((PetscObject)pc, "PCSlipStage", (PetscObject)container));
+  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCSlipGetMemory_C", PCSlipStageGetMemory));
   PetscCall(PetscContainerDestroy(&container));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -202,6 +202,14 @@ PetscErrorCode SlipPlaneDestroy(SlipPlane *plane)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscReal SlipPlaneBytes(SlipPlane p)
+{
+  const PetscReal h = (PetscReal)(p->depth_period / 2 + 1), waves = (PetscReal)p->pencil->layout.columns;
+
+  return (PetscReal)sizeof(PetscReal) * (waves * h * (p->fields == 2 ? 5 : 1) + 2 * p->fields * p->depth_period) +
+         SlipPencilBytes(p->pencil);
+}
+
 /* In place on n pairs (k, -k) of u: u(k) = T u(k) + A(k) u(-k), A(-k) the conjugate of A(k). */
 static void MultiplyFirst(PetscInt P, const PetscReal T[], const PetscReal A[], PetscReal u[])
 {

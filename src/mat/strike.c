@@ -457,3 +457,20 @@ PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const 
   StrikeBackward(s, 1, y);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Of the engine of K on this process, 0 while it has none. */
+PetscReal SlipStrikeBytes(Mat K)
+{
+  PetscContainer container = NULL;
+  void *pointer = NULL;
+  PetscReal numbers;
+  SlipStrike s;
+
+  (void)PetscObjectQuery((PetscObject)K, "SlipStrike", (PetscObject *)&container);
+  if (container) (void)PetscContainerGetPointer(container, &pointer);
+  s = (SlipStrike)pointer;
+  if (!s) return 0;
+  numbers = (PetscReal)s->nk * (PetscReal)(s->grid.nz * s->grid.nz) * (s->vectors ? 2 : 1);
+  if (!s->pencil) numbers += (PetscReal)s->grid.nz * (PetscReal)(s->period + 4 * s->nk);
+  return (PetscReal)sizeof(PetscReal) * numbers + (s->pencil ? SlipPencilBytes(s->pencil) : 0);
+}

@@ -193,6 +193,7 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
   PetscCall(SlipViscosityTypes[k].create(K, factor, H));
   PetscCall(PetscLogEventEnd(SLIP_ViscositySetUp, K, 0, 0, 0));
   PetscCall(SlipLogProducts(*H, SLIP_ViscosityMult));
+  PetscCall(SlipViscosityNote(K, *H, type));
   PetscCall(ComposeFactor(*H, factor));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
