@@ -39,6 +39,7 @@ static PetscErrorCode Run(void)
   PetscLogDouble begin, ready, end;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscLogStagePush(SLIP_STAGE_SETUP));
   PetscCall(PetscTime(&begin));
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
   PetscCall(SlipFaultSetReal(fault, "nx", 10));
@@ -55,11 +56,14 @@ static PetscErrorCode Run(void)
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckType(ts));
   PetscCall(CheckNumbers(ts));
+  PetscCall(PetscLogStagePop());
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
     PetscCall(SlipFaultOutputStart(fault, ts));
     PetscCall(PetscTime(&ready));
+    PetscCall(PetscLogStagePush(SLIP_STAGE_RUN));
     PetscCall(TSSolve(ts, w));
+    PetscCall(PetscLogStagePop());
     PetscCall(PetscTime(&end));
     PetscCall(SlipFaultOutputFinish(fault, ts, ready - begin, end - ready));
     PetscCall(SlipWarnOfUnusedOptions());

@@ -37,6 +37,11 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, Pet
 /* Keep what is expensive to set up for K in files of this existing directory; "" for none. */
 PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[]);
 
+/* Memory that a matrix holds [bytes]: most on one process, and on all; -1 where a type does not know. */
+PETSC_EXTERN PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all);
+/* How its type was chosen, and what the cache did, in words; borrowed, "" when there is nothing to tell. */
+PETSC_EXTERN PetscErrorCode MatSlipGetNotes(Mat A, const char **why, const char **cache);
+
 /* ---- viscosity ---- H = 2 zeta M (M^-1 K)^(1/2), M = mass * I, mass [kg/m^2]; H [Pa s/m].
    type: "sqrtm" (exact matrix square root), "spectral" (per-wavenumber square root, uniform grids only), "lanczos"
    (exact, by Lanczos' method in each product), "none" (zero). */

@@ -1,5 +1,6 @@
 /* TSADAPTRL: a learned policy chooses the step; guard rails keep a run going where it would not. */
 #include <slipstep/private/slipadaptrl.h>
+#include <slipstep/private/sliplog.h>
 
 /* Names of what is observed, in the order of the policy or the actor. */
 PetscErrorCode TSAdaptRLSetNames_Private(TSAdapt adapt, PetscInt n, const char *const names[])
@@ -107,7 +108,9 @@ static PetscErrorCode Decide(TSAdapt adapt, TS ts, PetscBool state_changed, Pets
   PetscFunctionBegin;
   if (!rl->actor && guarded) PetscFunctionReturn(PETSC_SUCCESS);
   if (!rl->actor) PetscCall(SlipPolicyGetFile(rl->policy, &file));
+  PetscCall(PetscLogEventBegin(SLIP_Observe, adapt, ts, 0, 0));
   PetscCall(SlipObserve(o, rl->n, rl->seen, state_changed, file));
+  PetscCall(PetscLogEventEnd(SLIP_Observe, adapt, ts, 0, 0));
   for (PetscInt i = 0; i < rl->n; i++) rl->obs[i] = rl->seen[i].value;
   rl->decisions++;
   if (rl->actor) {
@@ -115,7 +118,9 @@ static PetscErrorCode Decide(TSAdapt adapt, TS ts, PetscBool state_changed, Pets
     PetscCheck(*h > 0 && !PetscIsInfOrNanReal(*h), PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
                "The actor of TSAdaptRLSetActor() chose a step of %g s; expected a positive number", (double)*h);
   } else {
+    PetscCall(PetscLogEventBegin(SLIP_Policy, adapt, 0, 0, 0));
     PetscCall(SlipPolicyEvaluate(rl->policy, rl->obs, &action, &outside));
+    PetscCall(PetscLogEventEnd(SLIP_Policy, adapt, 0, 0, 0));
     PetscCall(SlipPolicyActionToStep(rl->policy, action, o->tstar, o->max_time, h));
     PetscCall(WarnOutside(adapt, outside));
   }

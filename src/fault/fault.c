@@ -1,4 +1,4 @@
-/* A fault's life: create, set up, view, state, destroy. */
+/* A fault's life: create, set up, state, destroy. */
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcells.h>
 #include <slipstep/private/slipcompat.h>
@@ -69,45 +69,6 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscCall(SlipFaultCriticalSetUp(fault));
   fault->setup = PETSC_TRUE;
   if (fault->viewer) PetscCall(SlipFaultView(fault, fault->viewer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipFaultView - print the fault's parameters with their units
-
-  Collective.
-
-  Level: intermediate
-
-.seealso: SlipFaultSetFromOptions()
-@*/
-PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
-{
-  PetscReal value;
-  PetscBool hmat, lanczos;
-
-  PetscFunctionBegin;
-  if (!viewer) PetscCall(PetscViewerASCIIGetStdout(fault->comm, &viewer));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "Strike-slip fault\n"));
-  PetscCall(PetscViewerASCIIPushTab(viewer));
-  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) {
-    PetscCall(SlipFaultGetReal(fault, SlipFaultReals[i].name, &value));
-    PetscCall(
-      PetscViewerASCIIPrintf(viewer, "%s: %g %s\n", SlipFaultReals[i].name, (double)value, SlipFaultReals[i].unit));
-  }
-  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,
-                                     fault->text[i][0] ? fault->text[i] : "(none)"));
-  if (fault->setup) {
-    PetscCall(PetscViewerASCIIPrintf(viewer, "time scale T*: %g s\n", (double)fault->tstar));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %g\n", (double)fault->scaling));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "friction: %s\n", fault->law->formula));
-    PetscCall(PetscObjectTypeCompare((PetscObject)fault->K, "sliphmat", &hmat));
-    if (hmat) PetscCall(MatView(fault->K, viewer));
-    PetscCall(PetscObjectTypeCompare((PetscObject)fault->H, "sliplanczos", &lanczos));
-    if (lanczos) PetscCall(MatView(fault->H, viewer));
-  }
-  PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 /* Output of a fault: what it adds to that of any run, by a monitor of its fields. */
 #include <slipstep/private/slipfaultoutput.h>
 #include <slipstep/private/sliperror.h>
+#include <slipstep/private/sliplog.h>
 #include <slipstep/private/slipcompat.h>
 
 PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
@@ -58,6 +59,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
   if (!fault->text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
+  PetscCall(SlipLogOutputBegin());
   PetscCall(PetscNew(&out));
   fault->output = out;
   out->fault = fault;
@@ -71,6 +73,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(VecDestroy(&w));
   PetscCall(SlipFaultOutputMesh(out));
   PetscCall(TSMonitorSet(ts, SlipFaultFieldMonitor, fault, NULL));
+  PetscCall(SlipLogOutputEnd());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 /* What the output file of a run holds: its layout, the mesh, and the fields. */
 #include <slipstep/private/slipfaultoutput.h>
 #include <slipstep/private/slipcells.h>
+#include <slipstep/private/sliplog.h>
 #include <slipstep/private/slipcompat.h>
 
 static const SlipOutputColumn SeriesColumns[] = {
@@ -197,6 +198,7 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w,
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
+  PetscCall(SlipLogOutputBegin());
   PetscCall(VecScatterBegin(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   if (r) {
@@ -205,6 +207,7 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w,
   } else
     PetscCall(VecZeroEntries(out->r0));
   if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
+  PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -95,7 +95,6 @@ static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
   if (cells) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscStrcmp(fault->text[FAULT_KERNEL], "full_space", &grid.full_space));
   PetscCall(MatCreateSlipStiffness(fault->comm, &grid, fault->text[FAULT_OPERATOR], &fault->K));
-  PetscCall(MatSlipStiffnessSetCacheDir(fault->K, fault->text[FAULT_CACHE_DIR]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -214,6 +213,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   else
     PetscCall(SlipFaultComputeStiffness(fault));
   PetscCall(SlipErrorSource(NULL));
+  PetscCall(MatSlipStiffnessSetCacheDir(fault->K, fault->text[FAULT_CACHE_DIR]));
   PetscCall(MatCreateVecs(fault->K, &fault->uc, &fault->c));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->uc, &fault->work[i]));
   PetscCall(VecDuplicate(fault->uc, &fault->vinf));

@@ -31,6 +31,8 @@ typedef struct {
   Vec diagonal; /* before scale */
   PetscReal *x, *y, *t;
   PetscReal numbers;           /* stored on all processes */
+  PetscReal mean_rank;         /* of the low-rank ones */
+  PetscLogDouble flops;        /* of a product, on this process */
   PetscInt total, low, widest; /* blocks on all processes, low-rank ones, their largest rank */
 } HMat;
 
@@ -187,6 +189,7 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
   PetscCall(SlipGatherRestore(&h->gather, x, &px));
   PetscCall(PetscArrayzero(h->y, h->N));
   for (PetscInt b = 0; b < h->nblocks; b++) PetscCall(BlockApply(&h->block[b], h->x, h->y, h->t));
+  PetscCall(PetscLogFlops(h->flops));
   if (h->gather.scatter)
     PetscCallMPI(
       MPI_Allreduce(MPI_IN_PLACE, h->y, (PetscMPIInt)h->N, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)S)));
@@ -231,10 +234,23 @@ static PetscErrorCode HMatView(Mat S, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(viewer,
                                    "hierarchical stiffness: %" PetscInt_FMT
                                    " cells, relative tolerance %g, %" PetscInt_FMT " blocks of which %" PetscInt_FMT
-                                   " of low rank, at most %" PetscInt_FMT "\n",
-                                   h->N, (double)h->tolerance, h->total, h->low, h->widest));
+                                   " of low rank, %.1f on average and at most %" PetscInt_FMT "\n",
+                                   h->N, (double)h->tolerance, h->total, h->low, (double)h->mean_rank, h->widest));
   PetscCall(PetscViewerASCIIPrintf(viewer, "memory: %.1f MB, %.2f %% of a dense matrix\n", (double)(mega * h->numbers),
                                    (double)(100 * h->numbers / ((PetscReal)h->N * (PetscReal)h->N))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode HMatGetInfo(Mat S, MatInfoType flag, MatInfo *info)
+{
+  HMat *h;
+  PetscReal numbers;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(S, &h));
+  numbers = 2 * (PetscReal)h->N;
+  for (PetscInt b = 0; b < h->nblocks; b++) numbers += (PetscReal)BlockNumbers(&h->block[b]);
+  PetscCall(SlipInfoFill(S, (PetscReal)sizeof(PetscReal) * numbers + SlipGatherBytes(&h->gather), flag, info));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -300,11 +316,15 @@ static PetscErrorCode CountStorage(MPI_Comm comm, HMat *h)
   PetscFunctionBegin;
   for (PetscInt b = 0; b < h->nblocks; b++) {
     h->numbers += (PetscReal)BlockNumbers(&h->block[b]);
+    h->flops += (h->block[b].row == h->block[b].column ? 2 : 4) * (PetscLogDouble)BlockNumbers(&h->block[b]);
     h->low += h->block[b].rank >= 0 ? 1 : 0;
+    h->mean_rank += (PetscReal)PetscMax(h->block[b].rank, 0);
     h->widest = PetscMax(h->widest, h->block[b].rank);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->numbers, 1, MPIU_REAL, MPIU_SUM, comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->low, 1, MPIU_INT, MPI_SUM, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->mean_rank, 1, MPIU_REAL, MPIU_SUM, comm));
+  h->mean_rank /= (PetscReal)PetscMax(h->low, 1);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->widest, 1, MPIU_INT, MPI_MAX, comm));
   PetscCall(PetscMalloc3(h->N, &h->x, h->N, &h->y, PetscMax(h->widest, 1), &h->t));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -343,6 +363,7 @@ PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, P
   PetscCall(MatShellSetOperation(*S, MATOP_GET_DIAGONAL, SlipMatShellFn(HMatGetDiagonal)));
   PetscCall(MatShellSetOperation(*S, MATOP_SCALE, SlipMatShellFn(HMatScale)));
   PetscCall(MatShellSetOperation(*S, MATOP_VIEW, SlipMatShellFn(HMatView)));
+  PetscCall(MatShellSetOperation(*S, MATOP_GETINFO, SlipMatShellFn(HMatGetInfo)));
   PetscCall(MatShellSetOperation(*S, MATOP_DESTROY, SlipMatShellFn(HMatDestroy)));
   PetscCall(SlipShellFinish(*S, "sliphmat"));
   PetscCall(SlipGatherCreate(*S, NULL, &h->gather));

@@ -245,6 +245,18 @@ static PetscErrorCode LanczosView(Mat H, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode LanczosGetInfo(Mat H, MatInfoType flag, MatInfo *info)
+{
+  Lanczos *l;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &l));
+  PetscCall(MatGetLocalSize(H, &n, NULL));
+  PetscCall(SlipInfoFill(H, (PetscReal)sizeof(PetscReal) * (PetscReal)(l->nbasis + 4) * (PetscReal)n, flag, info));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode LanczosSetTolerance(Mat H, PetscReal tolerance)
 {
   Lanczos *l;
@@ -314,6 +326,7 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   PetscCall(MatShellSetOperation(*H, MATOP_MULT_TRANSPOSE, SlipMatShellFn(LanczosMult)));
   PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(LanczosGetDiagonal)));
   PetscCall(MatShellSetOperation(*H, MATOP_VIEW, SlipMatShellFn(LanczosView)));
+  PetscCall(MatShellSetOperation(*H, MATOP_GETINFO, SlipMatShellFn(LanczosGetInfo)));
   PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(LanczosDestroy)));
   PetscCall(SlipShellFinish(*H, "sliplanczos"));
   PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscositySetTolerance_C", LanczosSetTolerance));
@@ -351,25 +364,30 @@ static PetscErrorCode ViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
   PetscReal *entries = NULL, result[2] = {1, 0};
   PetscMPIInt rank;
   PetscInt N, info = 0;
+  PetscBool found;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(MatGetSize(S, &N, NULL));
   PetscCall(RootWeights(S, &root, &inverse));
-  PetscCall(MatConvert(S, MATDENSE, MAT_INITIAL_MATRIX, &scaled));
-  if (root) PetscCall(MatDiagonalScale(scaled, inverse, inverse));
-  PetscCall(SlipDenseGather(scaled, &entries));
-  PetscCall(MatDestroy(&scaled));
-  if (rank == 0) {
+  PetscCall(SlipCacheLoadRoot(S, &entries, &found));
+  if (!found) {
+    PetscCall(MatConvert(S, MATDENSE, MAT_INITIAL_MATRIX, &scaled));
+    if (root) PetscCall(MatDiagonalScale(scaled, inverse, inverse));
+    PetscCall(SlipDenseGather(scaled, &entries));
+    PetscCall(MatDestroy(&scaled));
+  }
+  if (rank == 0 && !found) {
     PetscCall(SlipDenseSqrt(N, entries, &result[0], &info));
     result[1] = (PetscReal)info;
-    for (size_t k = 0; k < (size_t)N * N; k++) entries[k] *= factor;
   }
   PetscCallMPI(MPI_Bcast(result, 2, MPIU_REAL, 0, comm));
   PetscCheck(result[1] == 0, comm, PETSC_ERR_LIB, "Eigenvalues of the stiffness did not converge (LAPACK info %g)",
              (double)result[1]);
   PetscCheck(result[0] > 0, comm, PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m", (double)result[0]);
+  if (!found) PetscCall(SlipCacheSaveRoot(S, entries));
+  for (size_t k = 0; !rank && k < (size_t)N * N; k++) entries[k] *= factor;
   PetscCall(SlipDenseScatter(comm, N, entries, H));
   PetscCall(PetscFree(entries));
   if (root) PetscCall(MatDiagonalScale(*H, root, root));

@@ -230,6 +230,7 @@ PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, const PetscReal x
   for (PetscInt k = 0; k < m->rank; k++) m->t[k] *= m->lambda[k];
   TallGemv("N", m->n, m->head, m->W, m->t, y);
   if (m->rank > m->head) TailBackward(m, y);
+  PetscCall(PetscLogFlops(4.0 * (PetscLogDouble)m->n * (PetscLogDouble)m->rank));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

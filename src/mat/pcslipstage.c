@@ -152,6 +152,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   Mat J;
 
   PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(SLIP_PCSetUp, pc, 0, 0, 0));
   PetscCall(ContextOf(pc, &c));
   PetscCall(PCGetOperators(pc, NULL, &J));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipStageOperator", (PetscObject *)&c->B));
@@ -167,6 +168,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
     PetscCall(SetUpStrike(c, &parts));
   else
     PetscCall(SetUpDiagonal(c));
+  PetscCall(PetscLogEventEnd(SLIP_PCSetUp, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -196,10 +198,12 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
 
   PetscFunctionBegin;
   PetscCall(ContextOf(pc, &c));
+  PetscCall(PetscLogEventBegin(SLIP_PCApply, pc, r, z, 0));
   if (!c->mask) {
     PetscCall(VecCopy(r, c->work));
     PetscCall(ApplyInverse(c));
     PetscCall(VecCopy(c->work, z));
+    PetscCall(PetscLogEventEnd(SLIP_PCApply, pc, r, z, 0));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecPointwiseMult(c->work, c->mask, r));
@@ -214,6 +218,7 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
   PetscCall(VecRestoreArrayRead(c->work, &pw));
   PetscCall(VecRestoreArrayRead(r, &pr));
   PetscCall(VecRestoreArrayRead(c->mask, &mask));
+  PetscCall(PetscLogEventEnd(SLIP_PCApply, pc, r, z, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -228,6 +233,26 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  inverse: %s\n",
                                      c->strike ? "periodic along strike, per wavenumber" : "diagonal"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What it adds to the engine of the stiffness, on this process. */
+static PetscErrorCode PCSlipStageGetMemory(PC pc, PetscReal *bytes)
+{
+  PCSlipStage *c = NULL;
+  const SlipGrid *g;
+  PetscInt n = 0, N = 0, nk = 0;
+
+  PetscFunctionBegin;
+  PetscCall(ContextOf(pc, &c));
+  if (c->gathered) PetscCall(MatGetLocalSize(c->gathered, &n, NULL));
+  *bytes = 2 * (PetscReal)n;
+  if (c->strike) {
+    SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
+    PetscCall(MatGetSize(c->gathered, &N, NULL));
+    *bytes += (PetscReal)(nk * g->nz + N);
+  }
+  *bytes = *bytes * (PetscReal)sizeof(PetscReal) + SlipGatherBytes(&c->gather);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -262,6 +287,7 @@ PetscErrorCode PCCreate_SlipStage(PC pc)
   PetscCall(PetscContainerSetPointer(container, c));
   PetscCall(SlipContainerSetDestroy(container, ContextDestroy));
   PetscCall(PetscObjectCompose((PetscObject)pc, "PCSlipStage", (PetscObject)container));
+  PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCSlipGetMemory_C", PCSlipStageGetMemory));
   PetscCall(PetscContainerDestroy(&container));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

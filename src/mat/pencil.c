@@ -122,3 +122,8 @@ void SlipPencilBackward(SlipPencil p, PetscReal factor, PetscReal y[])
     for (PetscInt ix = 0; ix < nx; ix++) y[(size_t)iz * nx + ix] = scale * p->row[ix];
   }
 }
+
+PetscReal SlipPencilBytes(SlipPencil p)
+{
+  return (PetscReal)sizeof(PetscReal) * (PetscReal)(2 * p->layout.size + (size_t)p->period);
+}

@@ -1,5 +1,7 @@
-/* What all shell matrices of this room share: their type name and their conversion to MATDENSE. */
+/* What all matrices of this room share: type name and conversion of shells to MATDENSE, and notes for views. */
 #include <slipmat.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
@@ -33,5 +35,36 @@ PetscErrorCode SlipShellFinish(Mat A, const char type[])
   PetscCall(MatSetOption(A, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...)
+{
+  PetscContainer container;
+  char text[1024], *copy;
+  va_list args;
+
+  PetscFunctionBegin;
+  va_start(args, format);
+  (void)vsnprintf(text, sizeof(text), format, args);
+  va_end(args);
+  PetscCall(PetscStrallocpy(text, &copy));
+  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)A), &container));
+  PetscCall(PetscContainerSetPointer(container, copy));
+  PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
+  PetscCall(PetscObjectCompose((PetscObject)A, name, (PetscObject)container));
+  PetscCall(PetscContainerDestroy(&container));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text)
+{
+  PetscContainer container;
+  void *pointer = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)A, name, (PetscObject *)&container));
+  if (container) PetscCall(PetscContainerGetPointer(container, &pointer));
+  *text = pointer ? (const char *)pointer : "";
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -118,6 +118,41 @@ static PetscErrorCode StageGetDiagonal(Mat B, Vec d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Beside K and H. */
+static PetscErrorCode StageGetInfo(Mat B, MatInfoType flag, MatInfo *info)
+{
+  SlipStageContext *s;
+  const SlipGrid *g;
+  PetscReal numbers;
+  PetscInt m, N, nk;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(B, &s));
+  PetscCall(MatGetSize(B, &N, NULL));
+  PetscCall(MatGetLocalSize(B, &m, NULL));
+  numbers = (PetscReal)m;
+  if (s->assemble) numbers += (PetscReal)m * (PetscReal)N;
+  if (s->strike) {
+    SlipStrikeGet(s->strike, &g, NULL, &nk, NULL);
+    numbers += (PetscReal)nk * (PetscReal)(g->nz * g->nz) + (PetscReal)N;
+  }
+  PetscCall(SlipInfoFill(B, (PetscReal)sizeof(PetscReal) * numbers + SlipGatherBytes(&s->gather), flag, info));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageView(Mat B, PetscViewer viewer)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(B, &s));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "products: %s\n",
+                                   s->assemble ? "K and H summed at each theta"
+                                   : s->strike ? "K and H per wavenumber, with one pair of transforms"
+                                               : "with K and H apart"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode StageDestroy(Mat B)
 {
   SlipStageContext *s;
@@ -217,8 +252,11 @@ PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B)
   PetscCall(MatShellSetOperation(*B, MATOP_MULT, SlipMatShellFn(StageMult)));
   PetscCall(MatShellSetOperation(*B, MATOP_MULT_TRANSPOSE, SlipMatShellFn(StageMult)));
   PetscCall(MatShellSetOperation(*B, MATOP_GET_DIAGONAL, SlipMatShellFn(StageGetDiagonal)));
+  PetscCall(MatShellSetOperation(*B, MATOP_GETINFO, SlipMatShellFn(StageGetInfo)));
+  PetscCall(MatShellSetOperation(*B, MATOP_VIEW, SlipMatShellFn(StageView)));
   PetscCall(MatShellSetOperation(*B, MATOP_DESTROY, SlipMatShellFn(StageDestroy)));
   PetscCall(SlipShellFinish(*B, "slipstage"));
+  PetscCall(SlipLogProducts(*B, SLIP_StageMult));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -5,8 +5,6 @@
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
-PetscLogEvent SLIP_StiffnessSetUp;
-
 /* Up to this many cells a dense product is as fast as one by FFT (measured), and forming B is cheap. */
 #define SLIP_DENSE_MAX 256
 
@@ -75,12 +73,13 @@ PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const
 {
   const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipStiffnessTypes);
   PetscInt k;
-  PetscBool match = PETSC_FALSE;
+  PetscBool match = PETSC_FALSE, automatic;
 
   PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipGridCheck(comm, grid));
   PetscCall(PetscStrcmp(type, "auto", &match));
+  automatic = match;
   if (match) type = grid->nx * grid->nz > SLIP_DENSE_MAX ? "fft" : "dense";
   for (k = 0; k < ntypes; k++) {
     PetscCall(PetscStrcmp(type, SlipStiffnessTypes[k].name, &match));
@@ -91,6 +90,12 @@ PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const
   PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipStiffnessTypes[k].create(comm, grid, K));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipLogProducts(*K, SLIP_StiffnessMult));
+  if (automatic)
+    PetscCall(SlipNote(*K, "SlipWhy", "auto: a uniform grid of %s %d elements",
+                       grid->nx * grid->nz > SLIP_DENSE_MAX ? "more than" : "at most", SLIP_DENSE_MAX));
+  else
+    PetscCall(SlipNote(*K, "SlipWhy", "%s as asked", type));
   PetscCall(SlipGridCompose(*K, grid));
   PetscCall(MatSetOption(*K, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatSetOption(*K, MAT_SPD, PETSC_TRUE));
@@ -204,6 +209,8 @@ PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, PetscInt N, cons
              source, f.i);
   PetscCall(SlipDenseScatter(comm, N, symmetric, K));
   PetscCall(PetscFree(symmetric));
+  PetscCall(SlipLogProducts(*K, SLIP_StiffnessMult));
+  PetscCall(SlipNote(*K, "SlipWhy", "the entries of %s", source));
   PetscCall(MatSetOption(*K, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

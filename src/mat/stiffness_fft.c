@@ -86,6 +86,21 @@ static PetscErrorCode FFTScale(Mat K, PetscScalar a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode FFTGetInfo(Mat K, MatInfoType flag, MatInfo *info)
+{
+  FFTContext *c;
+  PetscInt N;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(K, &c));
+  PetscCall(MatGetSize(K, &N, NULL));
+  PetscCall(SlipInfoFill(K,
+                         SlipStrikeBytes(K) + (c->plane ? SlipPlaneBytes(c->plane) : 0) + SlipGatherBytes(&c->gather) +
+                           (PetscReal)sizeof(PetscReal) * (PetscReal)(c->y ? N : 0),
+                         flag, info));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode FFTDestroy(Mat K)
 {
   FFTContext *c;
@@ -132,6 +147,7 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
   PetscCall(MatShellSetOperation(*K, MATOP_MULT_TRANSPOSE, SlipMatShellFn(FFTMult)));
   PetscCall(MatShellSetOperation(*K, MATOP_GET_DIAGONAL, SlipMatShellFn(FFTGetDiagonal)));
   PetscCall(MatShellSetOperation(*K, MATOP_SCALE, SlipMatShellFn(FFTScale)));
+  PetscCall(MatShellSetOperation(*K, MATOP_GETINFO, SlipMatShellFn(FFTGetInfo)));
   PetscCall(MatShellSetOperation(*K, MATOP_DESTROY, SlipMatShellFn(FFTDestroy)));
   PetscCall(SlipShellFinish(*K, "slipfft"));
   PetscCall(MatGetOwnershipRange(*K, &c->start, &c->end));

@@ -274,6 +274,19 @@ PetscErrorCode SlipStrikeBlocksToKernel(SlipStrike s, PetscReal blocks[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Flops of the transforms of a field along strike, forth and back, and of reads passes over all blocks with a
+   complex vector each: counted as for radix-2 transforms, 2.5 P log2 P each. */
+static PetscErrorCode LogFlops(SlipStrike s, PetscInt reads)
+{
+  const PetscLogDouble nz = (PetscLogDouble)s->grid.nz, P = (PetscLogDouble)s->period;
+  const PetscLogDouble rows = s->pencil ? (PetscLogDouble)s->pencil->layout.rows : nz;
+
+  PetscFunctionBegin;
+  PetscCall(
+    PetscLogFlops(5 * rows * P * PetscLog2Real(P) + 4 * (PetscLogDouble)reads * (PetscLogDouble)s->nk * nz * nz));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static void StrikePad(SlipStrike s, const PetscReal x[])
 {
   const PetscInt nx = s->grid.nx, nz = s->grid.nz, P = s->period;
@@ -347,6 +360,7 @@ PetscErrorCode SlipStrikeApply(SlipStrike s, PetscReal scale, const PetscReal bl
   const PetscBLASInt n = (PetscBLASInt)nz, inc = 1;
 
   PetscFunctionBegin;
+  PetscCall(LogFlops(s, 1));
   if (s->pencil) {
     PetscCall(PencilApply(s, scale, blocks, NULL, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -407,6 +421,7 @@ PetscErrorCode SlipStrikeApplyMany(SlipStrike s, PetscReal scale, const PetscRea
     StrikeBackward(s, scale, Y + (size_t)b * N);
   }
   PetscCall(PetscFree2(f, g));
+  for (PetscInt b = 0; b < count; b++) PetscCall(LogFlops(s, 1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -420,6 +435,7 @@ PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const 
 
   PetscFunctionBegin;
   PetscCall(SlipStrikeGetEigen(s, &values, &vectors));
+  PetscCall(LogFlops(s, 2));
   if (s->pencil) {
     PetscCall(PencilApply(s, 1, vectors, f, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -440,4 +456,21 @@ PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const 
   }
   StrikeBackward(s, 1, y);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of the engine of K on this process, 0 while it has none. */
+PetscReal SlipStrikeBytes(Mat K)
+{
+  PetscContainer container = NULL;
+  void *pointer = NULL;
+  PetscReal numbers;
+  SlipStrike s;
+
+  (void)PetscObjectQuery((PetscObject)K, "SlipStrike", (PetscObject *)&container);
+  if (container) (void)PetscContainerGetPointer(container, &pointer);
+  s = (SlipStrike)pointer;
+  if (!s) return 0;
+  numbers = (PetscReal)s->nk * (PetscReal)(s->grid.nz * s->grid.nz) * (s->vectors ? 2 : 1);
+  if (!s->pencil) numbers += (PetscReal)s->grid.nz * (PetscReal)(s->period + 4 * s->nk);
+  return (PetscReal)sizeof(PetscReal) * numbers + (s->pencil ? SlipPencilBytes(s->pencil) : 0);
 }

@@ -4,8 +4,6 @@
 #include <slipstep/private/slipmat.h>
 #include <slipstep/private/slipcells.h>
 
-PetscLogEvent SLIP_ViscositySetUp;
-
 static PetscErrorCode ViscosityCreate_None(Mat K, PetscReal factor, Mat *H)
 {
   PetscInt m, N;
@@ -55,29 +53,32 @@ static PetscErrorCode ViscosityCreate_SqrtmDense(Mat K, PetscReal factor, Mat *H
   PetscReal *root = NULL, scale = 1, result[2] = {1, 0};
   PetscMPIInt rank;
   PetscInt N, info = 0;
+  PetscBool found;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(SlipGridOf(K, &grid));
+  PetscCall(SlipCacheLoadRoot(K, &root, &found));
   if (grid)
     PetscCall(SlipGridScale(K, &scale));
-  else
+  else if (!found)
     PetscCall(SlipDenseGather(K, &root));
-  if (rank == 0) {
+  if (rank == 0 && !found) {
     if (grid) PetscCall(PetscMalloc1((size_t)N * N, &root));
     if (grid)
       PetscCall(SqrtOfGrid(grid, scale, root, &result[0], &info));
     else
       PetscCall(SlipDenseSqrt(N, root, &result[0], &info));
     result[1] = (PetscReal)info;
-    for (size_t k = 0; k < (size_t)N * N; k++) root[k] *= factor;
   }
   PetscCallMPI(MPI_Bcast(result, 2, MPIU_REAL, 0, comm));
   PetscCheck(result[1] == 0, comm, PETSC_ERR_LIB, "Eigenvalues of the stiffness did not converge (LAPACK info %g)",
              (double)result[1]);
   PetscCheck(result[0] > 0, comm, PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m", (double)result[0]);
+  if (!found) PetscCall(SlipCacheSaveRoot(K, root));
+  for (size_t k = 0; !rank && k < (size_t)N * N; k++) root[k] *= factor;
   PetscCall(SlipDenseScatter(comm, N, root, H));
   PetscCall(PetscFree(root));
   PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
@@ -191,6 +192,8 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
   PetscCall(PetscLogEventBegin(SLIP_ViscositySetUp, K, 0, 0, 0));
   PetscCall(SlipViscosityTypes[k].create(K, factor, H));
   PetscCall(PetscLogEventEnd(SLIP_ViscositySetUp, K, 0, 0, 0));
+  PetscCall(SlipLogProducts(*H, SLIP_ViscosityMult));
+  PetscCall(SlipViscosityNote(K, *H, type));
   PetscCall(ComposeFactor(*H, factor));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

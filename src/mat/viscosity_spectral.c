@@ -148,6 +148,42 @@ static PetscErrorCode SpectralGetDiagonal(Mat H, Vec d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SpectralGetInfo(Mat H, MatInfoType flag, MatInfo *info)
+{
+  SpectralContext *c;
+  const SlipGrid *g;
+  PetscReal bytes;
+  PetscInt nk, N;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &c));
+  PetscCall(MatGetSize(H, &N, NULL));
+  SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
+  bytes = (PetscReal)sizeof(PetscReal) * ((PetscReal)nk * (PetscReal)(g->nz * g->nz) + 3 * (PetscReal)N);
+  for (PetscInt parity = 0; parity < 2; parity++) {
+    const SlipLowRank *m = &c->correction[parity];
+
+    bytes += (PetscReal)m->n *
+             (PetscReal)(m->head * (PetscInt)sizeof(PetscReal) + (m->rank - m->head) * (PetscInt)sizeof(float));
+  }
+  PetscCall(SlipInfoFill(H, bytes + SlipGatherBytes(&c->gather), flag, info));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SpectralView(Mat H, PetscViewer viewer)
+{
+  SpectralContext *c;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &c));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer,
+    "viscosity per wavenumber along strike, plus %" PetscInt_FMT " even and %" PetscInt_FMT
+    " odd terms of low rank, %" PetscInt_FMT " of them in double precision\n",
+    c->correction[0].rank, c->correction[1].rank, c->correction[0].head + c->correction[1].head));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SpectralDestroy(Mat H)
 {
   SpectralContext *c;
@@ -210,6 +246,8 @@ PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
   PetscCall(MatShellSetOperation(*H, MATOP_MULT, SlipMatShellFn(SpectralMult)));
   PetscCall(MatShellSetOperation(*H, MATOP_MULT_TRANSPOSE, SlipMatShellFn(SpectralMult)));
   PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(SpectralGetDiagonal)));
+  PetscCall(MatShellSetOperation(*H, MATOP_GETINFO, SlipMatShellFn(SpectralGetInfo)));
+  PetscCall(MatShellSetOperation(*H, MATOP_VIEW, SlipMatShellFn(SpectralView)));
   PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(SpectralDestroy)));
   PetscCall(SlipShellFinish(*H, "slipspectral"));
   PetscCall(SlipGatherCreate(*H, SlipStrikePencil(c->strike), &c->gather));

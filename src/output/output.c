@@ -1,5 +1,6 @@
 /* Output of a run of any TS problem: the monitors that fill /steps and /series, and the summary at its end. */
 #include <slipstep/private/slipoutput.h>
+#include <slipstep/private/sliplog.h>
 #include <slipstep/private/sliperror.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipsys.h>
@@ -108,7 +109,9 @@ static PetscErrorCode SlipOutputAttemptMonitor(TS ts, const SlipAttempt *attempt
   PetscCall(SlipOutputOf(ts, key, &out));
   if (!out || !out->open) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipErrorUnfinished(NULL)); /* the run has begun */
+  PetscCall(SlipLogOutputBegin());
   if (!out->rank) ierr = SlipOutputAttempt(out, attempt);
+  PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -125,9 +128,11 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
   (void)ctx;
   PetscCall(SlipOutputOf(ts, key, &out));
   if (step < 1 || !out || !out->open) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputReaction(ts, &r));
   PetscCall((*out->row)(ts, time, w, r, row + 1, out->ctx));
   if (!out->rank) ierr = SlipTableAdd(&out->series, &out->file, row);
+  PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -343,10 +348,12 @@ PetscErrorCode SlipOutputFinish(SlipOutput *output, PetscReal wall_setup, PetscR
 
   PetscFunctionBegin;
   PetscCall(SlipOutputGetTotals(out->ts, &totals));
+  PetscCall(SlipLogOutputBegin());
   if (SlipOutputFile(out)) {
     ierr = SlipOutputFlush(out);
     if (!ierr) ierr = SlipOutputFinishFile(out, &totals);
   }
+  PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->comm, ierr));
   PetscCall(SlipOutputPrint(out, &totals));
   PetscCall(SlipOutputDestroy(output));

@@ -7,6 +7,7 @@
    already at rest would shorten theirs to nothing. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipcone.h>
+#include <slipstep/private/sliplog.h>
 
 static const PetscReal ratio_high = 0.9, ratio_low = 0.3, shorten = 2.0 / 3.0, lengthen = 1.5;
 enum { max_trials = 20 };
@@ -23,6 +24,7 @@ static PetscErrorCode SlipProject(SlipConstraint con, Vec x, Vec rho, Vec x1)
   PetscScalar *y;
 
   PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(SLIP_Cone, con, x, 0, 0));
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetArrayRead(x, &xx));
   PetscCall(VecGetArrayRead(con->g, &g));
@@ -35,6 +37,7 @@ static PetscErrorCode SlipProject(SlipConstraint con, Vec x, Vec rho, Vec x1)
   PetscCall(VecRestoreArrayRead(con->q, &q));
   PetscCall(VecRestoreArrayRead(con->g, &g));
   PetscCall(VecRestoreArrayRead(x, &xx));
+  PetscCall(PetscLogEventEnd(SLIP_Cone, con, x, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 /* One stage as a SNES: natural residual, convergence, reaction. Shared by the semismooth and projection types. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipcone.h>
+#include <slipstep/private/sliplog.h>
 
 static const char key[] = "SlipConstraint";
 
@@ -47,6 +48,7 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
 
   PetscFunctionBegin;
   PetscCall((*con->ops->residual)(con, x, con->g, con->ctx));
+  PetscCall(PetscLogEventBegin(SLIP_Cone, con, x, 0, 0));
   PetscCall((*con->ops->bound)(con, x, con->q, con->dq, con->ctx));
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetArrayRead(x, &xx));
@@ -73,6 +75,7 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
   con->merit /= con->scale;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &inconsistent, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)con)));
   con->norm = (PetscIsInfOrNanReal(con->norm) ? con->norm : PetscMax(con->norm, inconsistent)) / con->scale;
+  PetscCall(PetscLogEventEnd(SLIP_Cone, con, x, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,6 +2,7 @@
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipregister.h>
+#include <slipstep/private/sliplog.h>
 
 static PetscBool SlipStepPackageInitialized = PETSC_FALSE;
 
@@ -35,6 +36,7 @@ PetscErrorCode SlipStepInitializePackage(void)
   SlipStepPackageInitialized = PETSC_TRUE;
   PetscCall(SlipRegisterClasses());
   PetscCall(SlipRegisterTypes());
+  PetscCall(SlipLogRegister());
   PetscCall(PetscRegisterFinalize(SlipStepFinalizePackage));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,8 +1,9 @@
-/* Tables of classes, types and log events: one row each. */
+/* Tables of classes and types: one row each. Log events are in log.c. */
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipregister.h>
 #include <slipstep/private/slipadaptimpl.h>
+#include <slipstep/private/sliplog.h>
 #include <slipstep/private/slipmat.h>
 
 PetscErrorCode SlipRegisterClasses(void)
@@ -20,8 +21,6 @@ PetscErrorCode SlipRegisterTypes(void)
   PetscFunctionBegin;
   /* one row per type: TSRegister, TSAdaptRegister, SNESRegister, PCRegister */
   PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
-  PetscCall(PetscLogEventRegister("SlipKSetUp", MAT_CLASSID, &SLIP_StiffnessSetUp));
-  PetscCall(PetscLogEventRegister("SlipHSetUp", MAT_CLASSID, &SLIP_ViscositySetUp));
   PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
   PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
   PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));

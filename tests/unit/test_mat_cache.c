@@ -17,7 +17,9 @@
 #define MASS (2500.0 * 3000.0)
 #define ZETA (0.8 / 3)
 
+/* The low-rank part of the first is kept, the dense root of the second: those are kept from 1500 rows on. */
 static const SlipGrid Grid = {18, 14, 3000.0, 2600.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+static const SlipGrid Dense = {38, 40, 3000.0, 2600.0, 0.0, 30e9, 0.25, PETSC_FALSE};
 
 /* Name of the only file in dir; the test fails when there are none or more. */
 static void OnlyFile(const char dir[], char name[PETSC_MAX_PATH_LEN])
@@ -48,9 +50,9 @@ static Mat Viscosity(const SlipGrid *grid, const char dir[], PetscReal scale, Pe
 {
   Mat K, H, dense;
 
-  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, grid, "fft", &K));
-  Check(MatScale(K, scale));
+  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, grid, grid->nx == Dense.nx ? "dense" : "fft", &K));
   Check(MatSlipStiffnessSetCacheDir(K, dir));
+  Check(MatScale(K, scale));
   Check(MatCreateSlipViscosity(K, mass, ZETA, "sqrtm", &H));
   Check(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &dense));
   Check(MatDestroy(&H));
@@ -124,21 +126,97 @@ static void Damage(const char name[], double where)
   fclose(f);
 }
 
-/* A byte of the data, a short file, no HDF5 at all, the file of another grid: the result is right and the file new. */
-static void test_bad_files_are_replaced(void **state)
+/* A dense root in the same way: units cost it a rounding, and a root that is computed differs from another by a few. */
+static void test_dense_root(void **state)
 {
-  SlipGrid deeper = Grid;
-  char dir[32], other_dir[32], name[PETSC_MAX_PATH_LEN], other[PETSC_MAX_PATH_LEN];
-  Mat plain = Viscosity(&Grid, "", 1, MASS), mat;
+  char dir[32], name[PETSC_MAX_PATH_LEN];
+  Mat plain = Viscosity(&Dense, "", 1.3, MASS), built, other;
+  ino_t inode;
 
   (void)state;
+  MakeDir(dir);
+  built = Viscosity(&Dense, dir, 1.3, MASS);
+  OnlyFile(dir, name);
+  inode = InodeOf(name);
+  assert_true(Distance(Viscosity(&Dense, dir, 1.3, MASS), built) == 0);
+  assert_true(Distance(built, plain) < 1e-14);
+  other = Viscosity(&Dense, "", 0.4, 3 * MASS);
+  /* two roots by eigenvectors: each is exact to 1e-16 sqrt(N) of its norm or a little more */
+  assert_true(Distance(Viscosity(&Dense, dir, 0.4, 3 * MASS), other) < 1e-13);
+  OnlyFile(dir, name);
+  assert_true(InodeOf(name) == inode);
+  Check(MatDestroy(&plain));
+  Check(MatDestroy(&other));
+  assert_int_equal(unlink(name), 0);
+  assert_int_equal(rmdir(dir), 0);
+}
+
+/* H of a row of n cells of two widths, whose rows are weighted; its stiffness is scaled after the cache is set. */
+static Mat CellViscosity(PetscInt n, PetscReal width, const char dir[])
+{
+  SlipCells cells = {.n = n, .shear_modulus = 30e9, .poisson_ratio = 0.25, .full_space = PETSC_TRUE};
+  PetscReal *a;
+  Mat K, H;
+
+  Check(PetscMalloc1(5 * n, &a));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal column[5] = {100.0 * (PetscReal)i, 0, 1000, 100, i % 2 ? 100 : width};
+
+    for (PetscInt k = 0; k < 5; k++) a[k * n + i] = column[k];
+  }
+  cells.x = a;
+  cells.y = a + n;
+  cells.z = a + 2 * n;
+  cells.length = a + 3 * n;
+  cells.width = a + 4 * n;
+  Check(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 1e-8, &K));
+  Check(MatSlipStiffnessSetCacheDir(K, dir));
+  Check(MatScale(K, 1.7));
+  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+  Check(MatDestroy(&K));
+  Check(PetscFree(a));
+  return H;
+}
+
+static void test_dense_root_of_cells(void **state)
+{
+  char dir[32], name[PETSC_MAX_PATH_LEN], first[PETSC_MAX_PATH_LEN];
+  Mat built, other;
+  ino_t inode;
+
+  (void)state;
+  MakeDir(dir);
+  built = CellViscosity(1500, 60, dir);
+  OnlyFile(dir, first);
+  inode = InodeOf(first);
+  assert_true(Distance(CellViscosity(1500, 60, dir), built) == 0);
+  OnlyFile(dir, name);
+  assert_true(InodeOf(name) == inode);
+  other = CellViscosity(1500, 61, dir); /* one that differs only a little has a file of its own */
+  assert_true(Distance(built, other) > 1e-4);
+  Check(MatDestroy(&other));
+  assert_int_equal(unlink(first), 0);
+  OnlyFile(dir, name);
+  assert_int_equal(unlink(name), 0);
+  other = CellViscosity(1499, 60, dir); /* not worth keeping */
+  Check(MatDestroy(&other));
+  assert_int_equal(rmdir(dir), 0);
+}
+
+/* A byte of the data, a short file, no HDF5 at all, the file of another grid: the result is right and the file new. */
+static void CheckBadFiles(const SlipGrid *grid)
+{
+  SlipGrid deeper = *grid;
+  char dir[32], other_dir[32], name[PETSC_MAX_PATH_LEN], other[PETSC_MAX_PATH_LEN];
+  Mat plain = Viscosity(grid, "", 1, MASS), mat;
+
   deeper.depth_top = 100;
   MakeDir(dir);
   MakeDir(other_dir);
   mat = Viscosity(&deeper, other_dir, 1, MASS);
   OnlyFile(other_dir, other);
   Check(MatDestroy(&mat));
-  mat = Viscosity(&Grid, dir, 1, MASS);
+  mat = Viscosity(grid, dir, 1, MASS);
   Check(MatDestroy(&mat));
   for (int k = 0; k < 4; k++) {
     ino_t inode;
@@ -155,7 +233,7 @@ static void test_bad_files_are_replaced(void **state)
     }
     if (k == 3) assert_int_equal(rename(other, name), 0);
     inode = InodeOf(name);
-    assert_true(Distance(Viscosity(&Grid, dir, 1, MASS), plain) == 0);
+    assert_true(Distance(Viscosity(grid, dir, 1, MASS), plain) == 0);
     OnlyFile(dir, name);
     assert_true(InodeOf(name) != inode);
   }
@@ -163,6 +241,13 @@ static void test_bad_files_are_replaced(void **state)
   assert_int_equal(unlink(name), 0);
   assert_int_equal(rmdir(dir), 0);
   assert_int_equal(rmdir(other_dir), 0);
+}
+
+static void test_bad_files_are_replaced(void **state)
+{
+  (void)state;
+  CheckBadFiles(&Grid);
+  CheckBadFiles(&Dense);
 }
 
 static void test_no_directory(void **state)
@@ -182,8 +267,8 @@ static void test_no_directory(void **state)
 int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_read_is_built),
-    cmocka_unit_test(test_bad_files_are_replaced),
+    cmocka_unit_test(test_read_is_built),       cmocka_unit_test(test_dense_root),
+    cmocka_unit_test(test_dense_root_of_cells), cmocka_unit_test(test_bad_files_are_replaced),
     cmocka_unit_test(test_no_directory),
   };
   int failed;

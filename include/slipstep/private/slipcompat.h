@@ -16,10 +16,12 @@ typedef PetscOptionItems *SlipOptionItems;
 #else
 typedef PetscOptionItems SlipOptionItems;
 #endif
-/* Function type that MatShellSetOperation takes. */
+/* Function type that MatShellSetOperation and MatSetOperation take. */
 #if PETSC_VERSION_LT(3, 24, 0)
+typedef void(SlipMatFn)(void);
   #define SlipMatShellFn(f) ((void (*)(void))(f))
 #else
+typedef PetscErrorCodeFn SlipMatFn;
   #define SlipMatShellFn(f) ((PetscErrorCodeFn *)(f))
 #endif
 /* No limit on failed solves and rejections. */

@@ -1,9 +1,7 @@
 /* Private to src/mat: kernel parts, dense helpers, and what the preconditioner may ask of K, H and B. */
 #pragma once
 #include <slipmat.h>
-
-/* Set-up of K and of H in -log_view; registered in src/sys/types.c */
-PETSC_INTERN PetscLogEvent SLIP_StiffnessSetUp, SLIP_ViscositySetUp;
+#include <slipstep/private/sliplog.h>
 
 /* ---- kernel.c ---- */
 PETSC_INTERN void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal depth_sum, PetscReal a,
@@ -41,6 +39,12 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 
 /* ---- shell.c ---- */
 PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
+/* What -fault_view tells of a matrix, kept with it under a name: how its type was chosen, and what the cache did. */
+PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
+PETSC_INTERN PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text); /* borrowed; "" for none */
+/* report.c: MATOP_GETINFO of a shell matrix fills its answer by the first, so that views know its memory */
+PETSC_INTERN PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *info);
+PETSC_INTERN PetscErrorCode SlipViscosityNote(Mat K, Mat H, const char asked[]);
 
 /* ---- stage.c: what the stage operator is made of ---- */
 typedef struct {
@@ -73,6 +77,7 @@ PETSC_INTERN PetscErrorCode SlipTranspose(MPI_Comm comm, PetscInt rows, PetscInt
 PETSC_INTERN PetscErrorCode SlipPencilCreate(MPI_Comm comm, PetscInt nx, PetscInt nz, PetscInt period, SlipPencil *p);
 PETSC_INTERN PetscErrorCode SlipPencilDestroy(SlipPencil *p);
 PETSC_INTERN void SlipPencilForward(SlipPencil p, const PetscReal x[]);
+PETSC_INTERN PetscReal SlipPencilBytes(SlipPencil p);
 PETSC_INTERN void SlipPencilBackward(SlipPencil p, PetscReal factor, PetscReal y[]);
 
 /* ---- strike.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber) ---- */
@@ -84,6 +89,7 @@ PETSC_INTERN SlipPencil SlipStrikePencil(SlipStrike s);
 PETSC_INTERN PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike); /* borrowed from K; NULL without a grid */
 PETSC_INTERN void SlipStrikeGet(SlipStrike s, const SlipGrid **grid, PetscInt *period, PetscInt *nk,
                                 const PetscReal **symbol);
+PETSC_INTERN PetscReal SlipStrikeBytes(Mat K); /* of K's engine on this process, 0 while it has none */
 PETSC_INTERN PetscErrorCode SlipStrikeGetEigen(SlipStrike s, const PetscReal **values, const PetscReal **vectors);
 PETSC_INTERN PetscErrorCode SlipStrikeFormBlocks(SlipStrike s, const PetscReal f[], PetscReal blocks[]);
 PETSC_INTERN PetscErrorCode SlipStrikeBlocksToKernel(SlipStrike s, PetscReal blocks[]);
@@ -98,6 +104,7 @@ PETSC_INTERN PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscRea
 typedef struct _n_SlipPlane *SlipPlane;
 PETSC_INTERN PetscErrorCode SlipPlaneCreate(Mat K, const SlipGrid *grid, SlipPlane *plane);
 PETSC_INTERN PetscErrorCode SlipPlaneDestroy(SlipPlane *plane);
+PETSC_INTERN PetscReal SlipPlaneBytes(SlipPlane plane); /* on this process */
 PETSC_INTERN PetscErrorCode SlipPlaneApply(SlipPlane plane, PetscReal scale, Vec x, Vec y);
 
 /* ---- gather.c: the whole of a distributed vector on every rank, or a pencil's rows of it ---- */
@@ -107,6 +114,7 @@ typedef struct {
   PetscBool rows; /* of a pencil only */
   PetscInt N, start, end;
 } SlipGather;
+PETSC_INTERN PetscReal SlipGatherBytes(const SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipPencil pencil, SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y);
 PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
@@ -132,7 +140,24 @@ PETSC_INTERN void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state); 
 PETSC_INTERN PetscErrorCode SlipSketchCorrection(SlipStrike strike, const PetscReal blocks[], PetscReal square,
                                                  PetscReal tolerance, PetscInt parity, PetscReal *smallest,
                                                  PetscReal *error, SlipLowRank *m);
-/* cache.c: the low-rank part in files, for unit factors; m[parity].n must be set. Collective. */
+/* ---- cache.c: files of a directory; collective ---- */
+typedef struct {
+  const char *path, *units;
+  PetscInt ndim, dims[2]; /* reading: -1 for any */
+  PetscReal *data;        /* rank 0 */
+} SlipCacheItem;
+#define SLIP_HASH_START 14695981039346656037ULL
+PETSC_INTERN uint64_t SlipHashReals(uint64_t hash, const PetscReal a[], size_t n);
+PETSC_INTERN PetscErrorCode SlipCacheDirOf(Mat K, const char **dir);
+PETSC_INTERN PetscErrorCode SlipCacheRead(Mat K, const char kind[], const char key[], PetscInt n, SlipCacheItem item[],
+                                          PetscBool *found);
+PETSC_INTERN PetscErrorCode SlipCacheWrite(Mat K, const char kind[], const char key[], PetscInt n,
+                                           const SlipCacheItem item[]);
+/* cacheroot.c: the root of a dense stiffness; root [N * N] is rank 0's */
+PETSC_INTERN PetscErrorCode SlipFingerprintCompose(Mat K);
+PETSC_INTERN PetscErrorCode SlipCacheLoadRoot(Mat K, PetscReal **root, PetscBool *found);
+PETSC_INTERN PetscErrorCode SlipCacheSaveRoot(Mat K, PetscReal root[]);
+/* The low-rank part in files, for unit factors; m[parity].n must be set. */
 PETSC_INTERN PetscErrorCode SlipCacheLoad(Mat K, const SlipGrid *grid, PetscReal tolerance, PetscBool dense,
                                           SlipLowRank m[2], PetscBool *found);
 PETSC_INTERN PetscErrorCode SlipCacheSave(Mat K, const SlipGrid *grid, PetscReal tolerance, PetscBool dense,

@@ -1,0 +1,19 @@
+/* Events and stages of -log_view. */
+#pragma once
+#include <petscmat.h>
+
+/* Events are nested where the work is: a product with B may hold products with K and H, the output those of its rows. */
+PETSC_INTERN PetscLogEvent SLIP_StiffnessSetUp, SLIP_StiffnessMult; /* K */
+PETSC_INTERN PetscLogEvent SLIP_ViscositySetUp, SLIP_ViscosityMult; /* H */
+PETSC_INTERN PetscLogEvent SLIP_StageMult;                          /* B */
+PETSC_INTERN PetscLogEvent SLIP_PCSetUp, SLIP_PCApply;
+PETSC_INTERN PetscLogEvent SLIP_Cone;    /* bound, natural map, projection */
+PETSC_INTERN PetscLogEvent SLIP_Policy;  /* forward pass */
+PETSC_INTERN PetscLogEvent SLIP_Observe; /* what the policy sees */
+PETSC_INTERN PetscLogEvent SLIP_Output;  /* gathering and writing */
+
+PETSC_INTERN PetscErrorCode SlipLogRegister(void);
+PETSC_INTERN PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event);
+/* The stage and the event of output, around it. */
+PETSC_INTERN PetscErrorCode SlipLogOutputBegin(void);
+PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);

@@ -1,0 +1,171 @@
+/* -fault_view: the parameters of a fault, and what its operators are and take. */
+#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcompat.h>
+#include <stdio.h>
+
+/* "1.5 MB"; C's own printf, since PETSc's %g differs from it. */
+static void Size(PetscReal bytes, char text[32])
+{
+  static const char *const units[] = {"B", "kB", "MB", "GB", "TB"};
+  int u = 0;
+
+  for (; bytes >= 1000 && u < 4; u++) bytes /= 1000;
+  (void)snprintf(text, 32, u ? "%.1f %s" : "%.0f %s", (double)bytes, units[u]);
+}
+
+/* What a matrix or preconditioner holds: bytes most on one rank, in all, and of a dense matrix. */
+static PetscErrorCode ViewMemory(SlipFault fault, const char what[], PetscReal most, PetscReal all, PetscViewer viewer)
+{
+  const PetscReal N = (PetscReal)fault->N, dense = N * N * (PetscReal)sizeof(PetscScalar);
+  char one[32], sum[32];
+
+  PetscFunctionBegin;
+  if (most < 0) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "memory of %s: not known\n", what));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  Size(most, one);
+  Size(all, sum);
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "memory of %s: %.0f bytes (%s) at most on a rank, %s in all, %.2f %% of a dense matrix\n", what,
+    (double)most, one, sum, (double)(100 * all / dense)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ViewMatrix(SlipFault fault, const char what[], const char name[], Mat A, PetscViewer viewer)
+{
+  const char *why, *cache;
+  PetscReal most, all;
+  SlipMatFn *view = NULL;
+  PetscBool ours;
+  MatType type;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetType(A, &type));
+  PetscCall(MatSlipGetNotes(A, &why, &cache));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s%s%s%s\n", what, type, why[0] ? " (" : "", why, why[0] ? ")" : ""));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  /* MatView() would begin with two lines on the object */
+  PetscCall(
+    PetscObjectTypeCompareAny((PetscObject)A, &ours, "sliphmat", "slipspectral", "sliplanczos", "slipstage", ""));
+  if (ours) PetscCall(MatGetOperation(A, MATOP_VIEW, &view));
+  if (view) PetscCall((*(PetscErrorCode(*)(Mat, PetscViewer))view)(A, viewer));
+  PetscCall(MatSlipGetMemory(A, &most, &all));
+  PetscCall(ViewMemory(fault, name, most, all, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The preconditioner that the stages of a run will set up, set up here for all elements sliding and theta = T*: what is costly
+   in it stays with the stiffness and the viscosity, so the run does not do it again. */
+static PetscErrorCode CreatePreconditioner(SlipFault fault, PC *pc)
+{
+  PetscReal theta;
+
+  PetscFunctionBegin;
+  PetscCall(MatSlipStageGetTheta(fault->B, &theta));
+  PetscCall(MatSlipStageSetTheta(fault->B, fault->tstar));
+  PetscCall(PCCreate(fault->comm, pc));
+  PetscCall(PCSetType(*pc, PCSLIPSTAGE));
+  PetscCall(PCSetOperators(*pc, fault->B, fault->B));
+  PetscCall(PCSetUp(*pc));
+  if (theta > 0) PetscCall(MatSlipStageSetTheta(fault->B, theta));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ViewPreconditioner(SlipFault fault, PC pc, PetscViewer viewer)
+{
+  PetscErrorCode (*memory)(PC, PetscReal *);
+  PetscReal bytes = 0, most, all;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQueryFunction((PetscObject)pc, "PCSlipGetMemory_C", &memory));
+  if (memory) PetscCall((*memory)(pc, &bytes));
+  PetscCallMPI(MPI_Allreduce(&bytes, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCallMPI(MPI_Allreduce(&bytes, &all, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "preconditioner: " PCSLIPSTAGE " unless -pc_type names another\n"));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  PetscCall(ViewMemory(fault, "the preconditioner, beside what it shares with K", memory ? most : -1, all, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
+{
+  PetscInt least = fault->n, most = fault->n;
+  const char *why, *cache;
+  PetscReal resident;
+  PetscLogDouble mine;
+  PetscMPIInt size;
+  char text[32];
+  PC pc;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(fault->comm, &size));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_INT, MPI_MIN, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_INT, MPI_MAX, fault->comm));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "elements: %" PetscInt_FMT " on %d ranks, %" PetscInt_FMT " to %" PetscInt_FMT " on each\n", fault->N,
+    (int)size, least, most));
+  PetscCall(CreatePreconditioner(fault, &pc));
+  PetscCall(ViewMatrix(fault, "stiffness K", "K", fault->K, viewer));
+  PetscCall(ViewMatrix(fault, "viscosity H", "H", fault->H, viewer));
+  PetscCall(ViewMatrix(fault, "stage operator B", "B, beside K and H", fault->B, viewer));
+  PetscCall(ViewPreconditioner(fault, pc, viewer));
+  PetscCall(PCDestroy(&pc));
+  PetscCall(MatSlipGetNotes(fault->K, &why, &cache));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "cache: %s\n",
+                                   cache[0] ? cache
+                                   : fault->text[FAULT_CACHE_DIR][0]
+                                     ? "not used, this viscosity is set up quickly or not at all"
+                                     : "none (-fault_cache_dir)"));
+  PetscCall(PetscMemoryGetCurrentUsage(&mine));
+  resident = (PetscReal)mine;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &resident, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  Size(resident, text);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "memory of the process after set-up: %s at most on a rank\n", text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultView - print the fault's parameters with their units; after SlipFaultSetUp() its operators as well
+
+  Collective.
+
+  Input Parameters:
++ fault  - the fault
+- viewer - an ASCII viewer, NULL for standard output
+
+  Notes:
+  Of K, H, the stage operator B and its preconditioner: the type and why it was chosen, the memory on the rank that has
+  the most and in all, the compression against a dense matrix, ranks of low-rank blocks; what the cache did.
+
+  Level: intermediate
+
+.seealso: SlipFaultSetFromOptions(), MatSlipGetMemory()
+@*/
+PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
+{
+  PetscReal value;
+
+  PetscFunctionBegin;
+  if (!viewer) PetscCall(PetscViewerASCIIGetStdout(fault->comm, &viewer));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "Strike-slip fault\n"));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) {
+    PetscCall(SlipFaultGetReal(fault, SlipFaultReals[i].name, &value));
+    PetscCall(
+      PetscViewerASCIIPrintf(viewer, "%s: %g %s\n", SlipFaultReals[i].name, (double)value, SlipFaultReals[i].unit));
+  }
+  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,
+                                     fault->text[i][0] ? fault->text[i] : "(none)"));
+  if (fault->setup) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "time scale T*: %g s\n", (double)fault->tstar));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %g\n", (double)fault->scaling));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "friction: %s\n", fault->law->formula));
+    PetscCall(ViewOperators(fault, viewer));
+  }
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,107 @@
+/* Events and stages of -log_view, and products of any Mat as an event of their own. */
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/sliplog.h>
+
+PetscLogStage SLIP_STAGE_SETUP, SLIP_STAGE_RUN, SLIP_STAGE_OUTPUT;
+PetscLogEvent SLIP_StiffnessSetUp, SLIP_StiffnessMult, SLIP_ViscositySetUp, SLIP_ViscosityMult, SLIP_StageMult;
+PetscLogEvent SLIP_PCSetUp, SLIP_PCApply, SLIP_Cone, SLIP_Policy, SLIP_Observe, SLIP_Output;
+
+/* One row per event. */
+static const struct {
+  const char *name;
+  const PetscClassId *classid;
+  PetscLogEvent *event;
+} Events[] = {
+  {"SlipKSetUp", &MAT_CLASSID, &SLIP_StiffnessSetUp},  {"SlipKMult", &MAT_CLASSID, &SLIP_StiffnessMult},
+  {"SlipHSetUp", &MAT_CLASSID, &SLIP_ViscositySetUp},  {"SlipHMult", &MAT_CLASSID, &SLIP_ViscosityMult},
+  {"SlipBMult", &MAT_CLASSID, &SLIP_StageMult},        {"SlipPCSetUp", &PC_CLASSID, &SLIP_PCSetUp},
+  {"SlipPCApply", &PC_CLASSID, &SLIP_PCApply},         {"SlipCone", &SLIP_CONSTRAINT_CLASSID, &SLIP_Cone},
+  {"SlipPolicy", &SLIP_POLICY_CLASSID, &SLIP_Policy},  {"SlipObserve", &SLIP_POLICY_CLASSID, &SLIP_Observe},
+  {"SlipOutput", &PETSC_VIEWER_CLASSID, &SLIP_Output},
+};
+
+/* One row per stage. */
+static const struct {
+  const char *name;
+  PetscLogStage *stage;
+} Stages[] = {
+  {"Slip set-up", &SLIP_STAGE_SETUP},
+  {"Slip run", &SLIP_STAGE_RUN},
+  {"Slip output", &SLIP_STAGE_OUTPUT},
+};
+
+PetscErrorCode SlipLogRegister(void)
+{
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Events); i++)
+    PetscCall(PetscLogEventRegister(Events[i].name, *Events[i].classid, Events[i].event));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Stages); i++)
+    PetscCall(PetscLogStageRegister(Stages[i].name, Stages[i].stage));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the product of a matrix was before it was logged. */
+typedef struct {
+  PetscErrorCode (*mult)(Mat, Vec, Vec);
+  PetscLogEvent event;
+} Product;
+
+static PetscErrorCode LoggedMult(Mat A, Vec x, Vec y)
+{
+  PetscContainer container;
+  void *pointer = NULL;
+  const Product *product;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)A, "SlipProduct", (PetscObject *)&container));
+  PetscCall(PetscContainerGetPointer(container, &pointer));
+  product = (const Product *)pointer;
+  PetscCall(PetscLogEventBegin(product->event, A, x, y, 0));
+  PetscCall((*product->mult)(A, x, y));
+  PetscCall(PetscLogEventEnd(product->event, A, x, y, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  Logs every product with A as the event, beside PETSc's own MatMult, whatever its type: users then see K, H and B apart
+  even where two of them are of one type.
+*/
+PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event)
+{
+  PetscContainer container;
+  Product *product;
+  SlipMatFn *mult = NULL;
+  MatType type;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetType(A, &type));
+  PetscCall(MatGetOperation(A, MATOP_MULT, &mult));
+  PetscCheck(mult, PetscObjectComm((PetscObject)A), PETSC_ERR_SUP, "A matrix of type %s has no product", type);
+  PetscCall(PetscNew(&product));
+  product->mult = (PetscErrorCode(*)(Mat, Vec, Vec))mult;
+  product->event = event;
+  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)A), &container));
+  PetscCall(PetscContainerSetPointer(container, product));
+  PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
+  PetscCall(PetscObjectCompose((PetscObject)A, "SlipProduct", (PetscObject)container));
+  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(MatSetOperation(A, MATOP_MULT, SlipMatShellFn(LoggedMult)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipLogOutputBegin(void)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscLogStagePush(SLIP_STAGE_OUTPUT));
+  PetscCall(PetscLogEventBegin(SLIP_Output, 0, 0, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipLogOutputEnd(void)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventEnd(SLIP_Output, 0, 0, 0, 0));
+  PetscCall(PetscLogStagePop());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
