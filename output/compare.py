@@ -33,7 +33,9 @@ def arguments():
 def load(argument):
     """(label, Run) of LABEL=FILE; the label of a bare file is its name."""
     label, equals, path = argument.partition("=")
-    return (label, Run(path)) if equals else (os.path.splitext(os.path.basename(argument))[0], Run(argument))
+    run = Run(path if equals else argument)
+    run.require_fault("compare.py")
+    return (label if equals else os.path.splitext(os.path.basename(argument))[0]), run
 
 
 def check_same_case(run, reference):
@@ -112,7 +114,7 @@ def main():
     options = arguments()
     try:
         runs = [load(argument) for argument in options.runs]
-        reference = Run(options.reference) if options.reference else None
+        reference = load(options.reference)[1] if options.reference else None
         for _, run in runs if reference else ():
             check_same_case(run, reference)
         print("\n".join(table(runs, reference)))

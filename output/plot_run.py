@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Plot one run: slip rate, slip, step size and error estimate against time, and maps near the peak and at the end.
+"""Plot one run: of a fault slip rate and slip against time and maps near the peak and at the end, of other models their series;
+step size and error estimate against time.
 
     output/plot_run.py output/fault.h5 [--figure OUT.png]
 """
@@ -21,6 +22,30 @@ def draw_error(axes, run, style):
     axes.axhline(1.0, color="black", linewidth=0.8, linestyle="--")
     log_scale(axes)
     axes.set(title="Error estimate (1 is the tolerance)", xlabel="time (s)", ylabel="weighted RMS")
+
+
+def draw_columns(axes, run, units):
+    """Every column of the series that is in one of these units."""
+    styles = RUN_STYLES + [dict(style, marker=".") for style in RUN_STYLES]
+    for style, (name, unit) in zip(styles, (item for item in run.columns.items() if item[1] in units)):
+        draw_series(axes, run, name, style, f"{name} ({unit})")
+    axes.set_xlabel("time (s)")
+    axes.legend()
+
+
+def small_figure(run):
+    """Any other model: the first series' unit apart from the others."""
+    use_style()
+    canvas, ((first, second), (steps, error)) = plt.subplots(2, 2, figsize=(11, 7.4), layout="constrained")
+    units = list(dict.fromkeys(run.columns.values()))
+    draw_columns(first, run, units[:1])
+    draw_columns(second, run, units[1:] or units)
+    draw_steps(steps, run, RUN_STYLES[0], "attempt")
+    steps.set(title="Step size", xlabel="time (s)", ylabel="step (s)")
+    steps.legend()
+    draw_error(error, run, RUN_STYLES[0])
+    canvas.suptitle(f"{os.path.basename(run.path)}: {run.result['accepted']} accepted, {run.result['rejected']} rejected")
+    return canvas
 
 
 def figure(run):
@@ -60,7 +85,8 @@ def main():
     options = parser.parse_args()
     target = options.figure or os.path.splitext(options.run)[0] + ".png"
     try:
-        figure(Run(options.run)).savefig(target)
+        run = Run(options.run)
+        (figure if run.is_fault else small_figure)(run).savefig(target)
     except OutputError as error:
         sys.exit(f"plot_run.py: {error}")
     print(f"Figure: {target}")

@@ -1,4 +1,5 @@
-"""Read the HDF5 file that -fault_output writes: Run(path) and its steps, series, fields and results in SI units.
+"""Read the HDF5 file of one run, of the fault (-fault_output), the sliding mode controller, the circuit or a model of one's own:
+Run(path) and its steps, series, fields and results in SI units.
 
     from slipstep_output import Run
     run = Run("output/fault.h5")
@@ -13,9 +14,9 @@ import h5py
 import numpy as np
 
 STEPS = ("time", "dt", "accepted", "error", "converged", "newton_iterations", "linear_iterations", "reason", "wall")
-SERIES = ("time", "mean_slip_rate", "max_slip_rate", "mean_slip", "mean_displacement", "sliding_fraction")
-RESULT = ("mean_slip", "accepted", "rejected", "solves", "newton_iterations", "linear_iterations",
-          "wall_time_setup", "wall_time_solve")
+RESULT = ("accepted", "rejected", "solves", "newton_iterations", "linear_iterations", "wall_time_setup", "wall_time_solve")
+# Besides, of a fault:
+SERIES = ("mean_slip_rate", "max_slip_rate", "mean_slip", "mean_displacement", "sliding_fraction")
 MESH = ("x", "z")
 FIELDS = ("slip_rate", "slip", "displacement", "traction")
 
@@ -38,8 +39,8 @@ class Run:
 
     steps   dict of arrays, one value per attempt: time at its start [s], dt [s], error, ...
     series  dict of arrays, one value per accepted step: time [s], mean_slip_rate [m/s], mean_slip [m], ...
-    mesh    dict: x, z element centres [m] and the per-element parameters
-    result  dict of numbers: mean_slip [m], accepted, rejected, solves, ...
+    mesh    dict: x, z element centres [m] and the per-element parameters; empty for other models than the fault
+    result  dict of numbers: accepted, rejected, solves, mean_slip [m] of a fault, ...
     run     dict of attributes: options, versions, ranks, policy, wall time
     units   dict from "/group/dataset" to its unit
     """
@@ -48,10 +49,12 @@ class Run:
         self.path = os.fspath(path)
         self.units = {}
         with self._open() as file:
+            self.is_fault = "mesh" in file or "mean_slip" in file.get("series", ())
+            fault = self.is_fault
             self.steps = self._group(file, "steps", STEPS)
-            self.series = self._group(file, "series", SERIES)
-            self.mesh = self._group(file, "mesh", MESH)
-            self.result = self._attributes(file, "result", RESULT)
+            self.series = self._group(file, "series", ("time",) + (SERIES if fault else ()))
+            self.mesh = self._group(file, "mesh", MESH) if fault else {}
+            self.result = self._attributes(file, "result", RESULT + (("mean_slip",) if fault else ()))
             self.run = self._attributes(file, "run", ())
             self.field_names = [name for name in file.get("fields", ()) if name != "time"]
         self._check_rows("steps", self.steps)
@@ -60,7 +63,7 @@ class Run:
 
     def _open(self):
         if not os.path.exists(self.path):
-            raise OutputError(f"{self.path}: no such file; a run writes it with -fault_output {self.path}")
+            raise OutputError(f"{self.path}: no such file; a run writes it with -fault_output {self.path} (or -circuit_output, ...)")
         try:
             return h5py.File(self.path, "r")
         except OSError as error:
@@ -93,6 +96,17 @@ class Run:
         rows = {key: len(value) for key, value in columns.items() if isinstance(value, np.ndarray) and value.ndim}
         if len(set(rows.values())) > 1:
             raise OutputError(f"{self.path}: datasets of /{name} differ in length: {rows}")
+
+    @property
+    def columns(self):
+        """Names of the series besides time, with their units."""
+        return {name: self.units[f"/series/{name}"] for name in self.series
+                if name != "time" and f"/series/{name}" in self.units}
+
+    def require_fault(self, purpose):
+        """What only a fault has is asked for."""
+        if not self.is_fault:
+            raise OutputError(f"{self.path}: not the output of a fault (/series has {', '.join(self.columns)}); {purpose} needs one")
 
     @property
     def shape(self):

@@ -1,0 +1,175 @@
+"""Read the file of evaluate: Study(path), its cells (one run each) and references.
+
+    from slipstep_study import Study
+    study = Study("output/study.h5")
+    for cell in study.select(problem="fault", size_km=3, mesh=50, controller="rl"):
+        cell.name, cell["solves"], cell["final_error"], cell.series()["mean_slip"]
+"""
+
+import os
+import re
+import sys
+
+import h5py
+import numpy as np
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from slipstep_output import OutputError, _plain
+
+FORMAT = "slipstep-evaluation"
+CLASSICAL = ("heuristic", "pi", "dsp", "basic", "none")
+ATTEMPTS = ("time", "dt", "accepted", "error", "converged")
+
+
+def _columns(dataset):
+    """A dataset with the attribute columns "time s, mean_slip m, ..." as a dict of arrays."""
+    names = [part.strip().split(" ")[0] for part in _plain(dataset.attrs["columns"]).split(",")]
+    return dict(zip(names, dataset[()].T))
+
+
+class Cell:
+    """One run of the matrix: cell["solves"] and other attributes; series, attempts and profile are read when asked for."""
+
+    def __init__(self, study, path, attributes):
+        self.study, self.path, self.attributes = study, path, attributes
+
+    def __getitem__(self, key):
+        return self.attributes[key]
+
+    def get(self, key, default=None):
+        return self.attributes.get(key, default)
+
+    @property
+    def case(self):
+        """Group of its problem, size and mesh."""
+        return self.path.split("/")[-2]
+
+    @property
+    def name(self):
+        """What chose its steps: the policy's name, or the controller's."""
+        return self.get("policy") or self["controller"]
+
+    @property
+    def learned(self):
+        return self["controller"] == "rl"
+
+    @property
+    def converged(self):
+        return bool(self["converged"])
+
+    @property
+    def treatment(self):
+        """Estimate and reaction; of constant steps the estimate is "none"."""
+        return self["error"], self["reaction"]
+
+    def error(self, measure="final_error"):
+        """Size of one of its errors."""
+        return abs(self[measure])
+
+    def _read(self, name):
+        with self.study.open() as file:
+            group = file[self.path]
+            if name not in group:
+                raise OutputError(f"{self.study.path}: {self.path} has no {name}")
+            return _columns(group[name]) if name == "series" else group[name][()]
+
+    def series(self):
+        """dict of arrays, one value per accepted step, the start included."""
+        return self._read("series")
+
+    def attempts(self):
+        """dict of arrays, one value per attempt."""
+        return dict(zip(ATTEMPTS, self._read("attempts").T))
+
+    def profile(self):
+        """Times [n] and slip rate averaged along strike [n, mesh] by depth, of a converged run at the reference tolerance."""
+        data = self._read("profile")
+        return data[:, 0], data[:, 1:]
+
+
+class Study:
+    """All cells and references of a file."""
+
+    def __init__(self, path):
+        self.path = os.fspath(path)
+        with self.open() as file:
+            if _plain(file.attrs.get("format", "")) != FORMAT:
+                raise OutputError(f"{self.path}: not a file of evaluate (attribute format is "
+                                  f"\"{_plain(file.attrs.get('format', ''))}\", expected \"{FORMAT}\")")
+            self.attributes = {key: _plain(value) for key, value in file.attrs.items()}
+            self.cells = [Cell(self, cell.name, {key: _plain(value) for key, value in cell.attrs.items()})
+                          for case in file.get("cells", {}).values() for cell in case.values()]
+            self.references = {name: {key: _plain(value) for key, value in group.attrs.items()}
+                               for name, group in file.get("references", {}).items()}
+
+    def open(self):
+        if not os.path.exists(self.path):
+            raise OutputError(f"{self.path}: no such file; evaluate -evaluate_output {self.path} writes it")
+        try:
+            return h5py.File(self.path, "r")
+        except OSError as error:
+            raise OutputError(f"{self.path}: not a complete HDF5 file ({error})") from error
+
+    def select(self, **wanted):
+        """Cells whose attributes have these values (a tuple: one of them); failed ones too unless converged=1 is asked for."""
+        def fits(cell):
+            return all(cell.get(key) in value if isinstance(value, tuple) else cell.get(key) == value
+                       for key, value in wanted.items())
+        return [cell for cell in self.cells if fits(cell)]
+
+    def one(self, **wanted):
+        """The cell with these attributes, None when it is missing."""
+        found = self.select(**wanted)
+        return found[0] if found else None
+
+    def reference(self, case):
+        """Series of a reference, dict of arrays, the start included."""
+        if case not in self.references:
+            raise OutputError(f"{self.path}: no reference of {case}; it has {', '.join(self.references) or 'none'}")
+        with self.open() as file:
+            return _columns(file[f"references/{case}/series"])
+
+    def reference_profile(self, case):
+        with self.open() as file:
+            data = file[f"references/{case}/profile"][()]
+        return data[:, 0], data[:, 1:]
+
+    def axis(self, key, **wanted):
+        """Values that an attribute takes, ascending."""
+        return sorted({cell[key] for cell in self.select(**wanted) if key in cell.attributes})
+
+    def policies(self, problem):
+        """Names of the policies of a problem, by family and alpha."""
+        alphas = {cell["policy"]: cell["policy_alpha"] for cell in self.select(problem=problem, controller="rl")}
+        return sorted(alphas, key=lambda name: (family(name), alphas[name] if np.isfinite(alphas[name]) else 0.0, name))
+
+    def sweeps(self, problem="fault"):
+        """Families of policies that differ in alpha: {family: {alpha: name}}, the largest first."""
+        found = {}
+        for cell in self.select(problem=problem, controller="rl"):
+            if np.isfinite(cell["policy_alpha"]):
+                found.setdefault(family(cell["policy"]), {})[cell["policy_alpha"]] = cell["policy"]
+        return dict(sorted(((k, dict(sorted(v.items()))) for k, v in found.items() if len(v) > 1), key=lambda item: -len(item[1])))
+
+
+def family(name):
+    """A policy's name without its alpha: fault_tqc_alpha_8 and fault_tqc_a16 are of families fault_tqc."""
+    return re.sub(r"[_-]?(alpha|a)[_-]?[0-9][0-9.p]*", "", name)
+
+
+def envelope(cells, measure="final_error"):
+    """The cheapest way to each error: (solves, errors) of the runs that no other beats in both, solves ascending."""
+    points = sorted((cell["solves"], cell.error(measure)) for cell in cells if cell.converged)
+    best, solves, errors = np.inf, [], []
+    for n, error in points:
+        if error < best:
+            best = error
+            solves.append(n)
+            errors.append(error)
+    return np.array(solves), np.array(errors)
+
+
+def cheapest(cells, limit, measure="final_error"):
+    """The converged run of fewest solves whose error is at most a limit, None when there is none."""
+    good = [cell for cell in cells if cell.converged and cell.error(measure) <= limit]
+    return min(good, key=lambda cell: (cell["solves"], cell.error(measure))) if good else None

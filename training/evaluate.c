@@ -1,0 +1,63 @@
+static const char help[] =
+  "Runs step-size controllers on a matrix of problems, and keeps steps, times and errors in one file.\n"
+  "  evaluate -evaluate_quick -evaluate_output output/quick.h5                       (seconds)\n"
+  "  mpirun -n 2 evaluate -evaluate_policies 'training/policies/*.h5' -evaluate_output output/study.h5\n"
+  "Errors are against a reference of each mesh, computed once and kept in the file. A run that was stopped goes on by "
+  "the\n"
+  "same command; other options add to the same file. output/plot_study.py draws it, output/results_table.py tabulates "
+  "it.\n\n";
+
+#include "evaluate.h"
+#include <slipstep/private/slipcompat.h>
+
+/* The options of the problems and of TS: set each one up, small. */
+static PetscErrorCode ShowHelp(const EvaluateOptions *o)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < o->nproblems; i++) {
+    EvaluateCase c = {.problem = o->problems[i], .size = 3, .mesh = 1};
+    void *model;
+    TS ts;
+    Vec w;
+
+    PetscCall(c.problem->create(PETSC_COMM_SELF, &c, &model));
+    PetscCall(c.problem->start(PETSC_COMM_SELF, &c, model, &ts, &w));
+    PetscCall(TSSetFromOptions(ts));
+    PetscCall(VecDestroy(&w));
+    PetscCall(TSDestroy(&ts));
+    PetscCall(c.problem->destroy(&model));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(void)
+{
+  EvaluateOptions o;
+  EvaluateMatrix m;
+  PetscBool only_help;
+
+  PetscFunctionBeginUser;
+  PetscCall(EvaluateOptionsSet(&o));
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  if (only_help) {
+    PetscCall(ShowHelp(&o));
+  } else {
+    PetscCall(EvaluateMatrixCreate(&o, &m));
+    PetscCall(EvaluateWork(&o, &m));
+    PetscCall(EvaluateMatrixDestroy(&m));
+    if (!o.list) PetscCall(SlipWarnOfUnusedOptions());
+  }
+  PetscCall(EvaluateOptionsFree(&o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(SlipErrorHandlerPush("evaluate"));
+  PetscCall(Run());
+  PetscCall(PetscFinalize());
+  return 0;
+}
