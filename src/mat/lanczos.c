@@ -350,11 +350,12 @@ static PetscErrorCode ViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
   Mat scaled;
   PetscReal *entries = NULL, result[2] = {1, 0};
   PetscMPIInt rank;
-  PetscInt N, info = 0;
+  PetscInt N, m, info = 0;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(MatGetSize(S, &N, NULL));
+  PetscCall(MatGetLocalSize(S, &m, NULL));
   PetscCall(RootWeights(S, &root, &inverse));
   PetscCall(MatConvert(S, MATDENSE, MAT_INITIAL_MATRIX, &scaled));
   if (root) PetscCall(MatDiagonalScale(scaled, inverse, inverse));
@@ -370,7 +371,7 @@ static PetscErrorCode ViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
              (double)result[1]);
   PetscCheck(result[0] > 0, comm, PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m", (double)result[0]);
-  PetscCall(SlipDenseScatter(comm, N, entries, H));
+  PetscCall(SlipDenseScatter(comm, m, N, entries, H));
   PetscCall(PetscFree(entries));
   if (root) PetscCall(MatDiagonalScale(*H, root, root));
   PetscCall(VecDestroy(&root));

@@ -202,7 +202,7 @@ PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, PetscInt N, cons
              "%s: the stiffness is not positive definite: its leading minor of order %" PetscInt_FMT
              " is not positive (wrong sign or unit?)",
              source, f.i);
-  PetscCall(SlipDenseScatter(comm, N, symmetric, K));
+  PetscCall(SlipDenseScatter(comm, PETSC_DECIDE, N, symmetric, K));
   PetscCall(PetscFree(symmetric));
   PetscCall(MatSetOption(*K, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);

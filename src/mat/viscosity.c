@@ -78,7 +78,7 @@ static PetscErrorCode ViscosityCreate_SqrtmDense(Mat K, PetscReal factor, Mat *H
              (double)result[1]);
   PetscCheck(result[0] > 0, comm, PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m", (double)result[0]);
-  PetscCall(SlipDenseScatter(comm, N, root, H));
+  PetscCall(SlipDenseScatter(comm, PETSC_DECIDE, N, root, H));
   PetscCall(PetscFree(root));
   PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
