@@ -11,15 +11,22 @@ typedef struct {
   PetscReal shear_modulus;    /* G [Pa] */
   PetscReal poisson_ratio;    /* nu, in (-1, 0.5) */
   PetscBool full_space;       /* leave out the free surface */
+  const PetscInt *order;      /* cell of each row of the stiffness [n]; NULL: cell i is row i, shares by PETSC_DECIDE */
+  PetscInt nlocal;            /* rows of this process, where there is an order */
 } SlipCells;
 
 /* Refuses cells that are not finite, have no extent, reach above the surface or overlap; source names where they come
    from in messages, which count rows from 0. */
 PETSC_EXTERN PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *cells, const char source[]);
 
+/* Compact shares of a mesh for the processes, of equal cost, by METIS: what order [n] (PetscFree() it) and nlocal above
+   should be for a stiffness of this type. */
+PETSC_EXTERN PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *cells, const char *type,
+                                               PetscInt **order, PetscInt *nlocal);
+
 /* Area-weighted stiffness, symmetric: S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)) [Pa/m], K_ij the stress drop at the
    centre of cell i for unit slip on cell j. type: "dense", "hmat" (hierarchical, to the relative tolerance) or "auto".
-   Rows are distributed by PETSC_DECIDE. */
+   Rows are distributed as cells->order says. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
                                                        PetscReal tolerance, Mat *S);
 /* The weights A_i / mean(A) of such a stiffness, or NULL when all are 1; borrowed. */

@@ -4,7 +4,7 @@
 # SLIPSTEP_SKIP_PACKAGES=1 skips the package check, for PETSc installed in other ways.
 
 SLIPSTEP_PACKAGES=(build-essential cmake ninja-build pkg-config libpetsc-real-dev libopenmpi-dev openmpi-bin
-  libhdf5-openmpi-dev libopenblas0-pthread libopenblas-pthread-dev libfftw3-dev libfftw3-mpi-dev
+  libhdf5-openmpi-dev libopenblas0-pthread libopenblas-pthread-dev libfftw3-dev libfftw3-mpi-dev libmetis-dev
   python3 python3-h5py python3-numpy python3-matplotlib)
 
 slipstep_die() {

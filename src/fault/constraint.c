@@ -1,6 +1,6 @@
 /* The fault's constraint: elimination of u and s from a stage, and the strength as the bound of the reaction. */
 #include <slipstep/private/slipfaultimpl.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipsnes.h>
 
 /* Positions in a block of the state. */
 enum { V, U, S };
@@ -278,5 +278,6 @@ PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
 
   PetscFunctionBegin;
   if (!fault->con) PetscCall(SlipConstraintCreate(fault->comm, &ops, fault, fault->uc, &fault->con));
+  fault->con->number = fault->order;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

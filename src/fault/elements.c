@@ -1,19 +1,20 @@
 /* Elements: their distribution, centres and per-element parameters, uniform or from -fault_parameters. */
 #include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcells.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/sliperror.h>
 #include <slipsys.h>
 #include <math.h>
 
-/* Centre of element e (global): x along strike from the left end, z depth [m]. */
+/* Centre of element e (global; a mesh's are numbered by their processes): x along strike from the left end, z depth [m]. */
 PetscErrorCode SlipFaultElementCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z)
 {
   const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
 
   PetscFunctionBegin;
   if (fault->mesh.n) {
-    *x = fault->mesh.x[e];
-    *z = fault->mesh.z[e];
+    *x = fault->mesh.x[SlipCellsAt(&fault->mesh, e)];
+    *z = fault->mesh.z[SlipCellsAt(&fault->mesh, e)];
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   *x = ((e % nx) + 0.5) * fault->value[FAULT_LENGTH_X] / nx;
@@ -24,12 +25,19 @@ PetscErrorCode SlipFaultElementCentre(SlipFault fault, PetscInt e, PetscReal *x,
 static PetscErrorCode SlipFaultDistribute(SlipFault fault)
 {
   const PetscReal nx = fault->value[FAULT_NX], nz = fault->value[FAULT_NZ];
+  PetscMPIInt size;
 
   PetscFunctionBegin;
   PetscCheck(3 * nx * nz < (PetscReal)PETSC_MAX_INT, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-fault_nx %g times -fault_nz %g is more than this build's integers hold", (double)nx, (double)nz);
   fault->N = (PetscInt)nx * (PetscInt)nz;
-  fault->n = PETSC_DECIDE;
+  PetscCallMPI(MPI_Comm_size(fault->comm, &size));
+  PetscCheck(size <= fault->N, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "%d processes for %" PetscInt_FMT
+             " elements (-fault_nx times -fault_nz): expected at most one process per "
+             "element",
+             (int)size, fault->N);
+  fault->n = fault->mesh.n ? fault->mesh.nlocal : PETSC_DECIDE;
   PetscCall(PetscSplitOwnership(fault->comm, &fault->n, &fault->N));
   fault->start = 0;
   PetscCallMPI(MPI_Exscan(&fault->n, &fault->start, 1, MPIU_INT, MPI_SUM, fault->comm));
@@ -161,7 +169,11 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 
     if (!has[f]) continue;
     PetscCallMPI(MPI_Bcast(values, (PetscMPIInt)fault->N, MPIU_REAL, 0, fault->comm));
-    PetscCall(PetscArraycpy(fault->field[f], values + fault->start, fault->n));
+    for (PetscInt i = 0; i < fault->n; i++) {
+      const PetscInt e = fault->start + i;
+
+      fault->field[f][i] = values[fault->order ? fault->order[e] : e];
+    }
   }
   PetscCall(PetscFree(data));
   PetscFunctionReturn(PETSC_SUCCESS);

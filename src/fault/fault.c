@@ -98,6 +98,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscCall(PetscFree(f->summed));
   PetscCall(PetscFree(f->weight));
   PetscCall(SlipCellsDestroy(&f->mesh));
+  PetscCall(PetscFree(f->order));
   PetscCall(VecDestroy(&f->uc));
   PetscCall(VecDestroy(&f->vinf));
   PetscCall(VecDestroy(&f->c));

@@ -2,6 +2,7 @@
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcells.h>
 #include <slipstep/private/slipcompat.h>
+#include <slipstep/private/sliperror.h>
 #include <slipsys.h>
 
 #define MESH_DATASET "/cells"
@@ -112,6 +113,11 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
   PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-fault_mesh)", file));
   PetscCall(SlipCellsCheck(fault->comm, &fault->mesh, source));
   SlipFaultMeshExtents(fault);
+  PetscCall(SlipErrorSource("-fault_mesh"));
+  PetscCall(
+    SlipCellsPartition(fault->comm, &fault->mesh, fault->text[FAULT_OPERATOR], &fault->order, &fault->mesh.nlocal));
+  PetscCall(SlipErrorSource(NULL));
+  fault->mesh.order = fault->order;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -164,7 +170,7 @@ PetscErrorCode SlipFaultWeightsSetUp(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->weight));
   for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscInt e = fault->start + i;
+    const PetscInt e = c->n ? SlipCellsAt(c, fault->start + i) : 0;
 
     fault->weight[i] = c->n ? c->length[e] * c->width[e] * unit : 1;
   }
@@ -182,6 +188,27 @@ PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum)
   for (PetscInt i = 0; i < fault->n; i++) *sum += fault->weight[i] * a[i];
   PetscCall(VecRestoreArrayRead(x, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* For gathering vectors like x, one or more numbers for each element, on rank 0 in the order of the file or grid. */
+PetscErrorCode SlipFaultGatherCreate(SlipFault fault, Vec x, VecScatter *scatter, Vec *x0)
+{
+  PetscMPIInt rank;
+  PetscInt size, block, n, *element;
+  IS from;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCall(VecGetSize(x, &size));
+  block = size / fault->N;
+  n = rank ? 0 : fault->N;
+  PetscCall(PetscMalloc1(n, &element));
+  for (PetscInt e = 0; e < n; e++) element[fault->order ? fault->order[e] : e] = e;
+  PetscCall(ISCreateBlock(fault->comm, block, n, element, PETSC_OWN_POINTER, &from));
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, n * block, x0));
+  PetscCall(VecScatterCreate(x, from, *x0, NULL, scatter));
+  PetscCall(ISDestroy(&from));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

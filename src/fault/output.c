@@ -68,8 +68,8 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(SlipFaultOutputOpen(out, ts));
   PetscCall(SlipErrorSource(NULL));
   PetscCall(SlipFaultCreateState(fault, &w));
-  PetscCall(VecScatterCreateToZero(w, &out->gather_w, &out->w0));
-  PetscCall(VecScatterCreateToZero(fault->uc, &out->gather_r, &out->r0));
+  PetscCall(SlipFaultGatherCreate(fault, w, &out->gather_w, &out->w0));
+  PetscCall(SlipFaultGatherCreate(fault, fault->uc, &out->gather_r, &out->r0));
   PetscCall(VecDestroy(&w));
   PetscCall(SlipFaultOutputMesh(out));
   PetscCall(TSMonitorSet(ts, SlipFaultFieldMonitor, fault, NULL));

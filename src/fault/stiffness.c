@@ -2,6 +2,7 @@
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/sliperror.h>
+#include <slipstep/private/slipmat.h>
 #include <slipsys.h>
 #include <petscksp.h>
 #include <math.h>
@@ -161,6 +162,24 @@ static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rows and columns in the order of the mesh's file. */
+static PetscErrorCode SlipFaultReorder(SlipFault fault, Mat *dense)
+{
+  const size_t N = (size_t)fault->N;
+  PetscReal *a, *b = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(SlipDenseGather(*dense, &a));
+  PetscCall(MatDestroy(dense));
+  if (a) PetscCall(PetscMalloc1(N * N, &b));
+  for (size_t i = 0; i < N && a; i++)
+    for (size_t j = 0; j < N; j++) b[(size_t)fault->order[i] * N + (size_t)fault->order[j]] = a[i * N + j];
+  PetscCall(PetscFree(a));
+  PetscCall(SlipDenseScatter(fault->comm, PETSC_DECIDE, fault->N, b, dense));
+  PetscCall(PetscFree(b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SlipFaultViewStiffness(SlipFault fault)
 {
   Mat dense;
@@ -171,6 +190,7 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault)
              "-fault_stiffness_view writes %" PetscInt_FMT " x %" PetscInt_FMT " numbers, expected at most %d elements",
              fault->N, fault->N, SLIP_FAULT_MAX_DENSE);
   PetscCall(MatConvert(fault->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  if (fault->order) PetscCall(SlipFaultReorder(fault, &dense));
   PetscCall(PetscViewerPushFormat(fault->stiffness_viewer, fault->stiffness_format));
   PetscCall(MatView(dense, fault->stiffness_viewer));
   PetscCall(PetscViewerPopFormat(fault->stiffness_viewer));

@@ -157,21 +157,23 @@ PetscReal SlipCellsUnit(const SlipCells *c)
 static PetscErrorCode StiffnessCreate_Dense(MPI_Comm comm, const SlipCells *c, PetscReal tolerance, Mat *S)
 {
   const PetscReal unit = SlipCellsUnit(c);
+  const PetscInt nlocal = c->order ? c->nlocal : PETSC_DECIDE;
   PetscScalar *a;
   PetscInt rstart, rend, lda;
 
   PetscFunctionBegin;
   (void)tolerance;
-  PetscCall(MatCreateDense(comm, PETSC_DECIDE, PETSC_DECIDE, c->n, c->n, NULL, S));
+  PetscCall(MatCreateDense(comm, nlocal, nlocal, c->n, c->n, NULL, S));
   PetscCall(MatGetOwnershipRange(*S, &rstart, &rend));
   PetscCall(MatDenseGetLDA(*S, &lda));
   PetscCall(MatDenseGetArrayWrite(*S, &a));
   for (PetscInt j = 0; j < c->n; j++)
     for (PetscInt i = rstart; i < rend; i++) {
       const PetscBool mirrored = (PetscBool)(j >= rstart && j < i);
+      const PetscInt p = SlipCellsAt(c, i), q = SlipCellsAt(c, j);
 
       a[(size_t)j * lda + (i - rstart)] =
-        mirrored ? 0 : SlipCellsEntry(c, unit, PetscMin(i, j), PetscMax(i, j)); /* equal bits on both sides */
+        mirrored ? 0 : SlipCellsEntry(c, unit, PetscMin(p, q), PetscMax(p, q)); /* equal bits on both sides */
     }
   for (PetscInt j = rstart; j < rend; j++)
     for (PetscInt i = j + 1; i < rend; i++) a[(size_t)j * lda + (i - rstart)] = a[(size_t)i * lda + (j - rstart)];
@@ -198,7 +200,11 @@ static PetscErrorCode ComposeWeights(Mat S, const SlipCells *c)
   PetscCall(MatCreateVecs(S, NULL, &weights));
   PetscCall(VecGetOwnershipRange(weights, &start, &end));
   PetscCall(VecGetArrayWrite(weights, &w));
-  for (PetscInt i = start; i < end; i++) w[i - start] = 2 * unit * c->length[i] * c->width[i];
+  for (PetscInt i = start; i < end; i++) {
+    const PetscInt e = SlipCellsAt(c, i);
+
+    w[i - start] = 2 * unit * c->length[e] * c->width[e];
+  }
   PetscCall(VecRestoreArrayWrite(weights, &w));
   PetscCall(PetscObjectCompose((PetscObject)S, "SlipWeights", (PetscObject)weights));
   PetscCall(VecDestroy(&weights));
@@ -236,6 +242,32 @@ static const struct {
   {"hmat", SlipStiffnessCreate_HMat},
 };
 
+/* "dense" or "hmat" in place of "auto". */
+static PetscErrorCode ChooseType(const SlipCells *cells, const char **type)
+{
+  PetscBool match;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(*type, "auto", &match));
+  if (match) *type = cells->n > SLIP_CELLS_DENSE_MAX ? "hmat" : "dense";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* cost [n]: what the row of each cell takes, in any unit. */
+PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscReal cost[])
+{
+  PetscBool hmat;
+
+  PetscFunctionBegin;
+  PetscCall(ChooseType(cells, &type));
+  PetscCall(PetscStrcmp(type, "hmat", &hmat));
+  if (hmat)
+    PetscCall(SlipHMatCosts(cells, cost));
+  else
+    for (PetscInt i = 0; i < cells->n; i++) cost[i] = 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   MatCreateSlipCellStiffness - area-weighted stiffness of rectangular cells on parallel vertical strike-slip planes
 
@@ -248,7 +280,8 @@ static const struct {
 - tolerance - of "hmat": error of each low-rank block in the Frobenius norm, relative, in (0, 1)
 
   Output Parameter:
-. S - symmetric matrix [Pa/m], rows distributed by PETSC_DECIDE
+. S - symmetric matrix [Pa/m]; its rows are in cells->order, cells->nlocal on this process, or in the order of the
+      cells and distributed by PETSC_DECIDE when that is NULL
 
   Notes:
   K_ij, the stress drop at the centre of cell i for unit slip on cell j, is not symmetric when areas differ. In the
@@ -262,7 +295,7 @@ static const struct {
 
   Level: intermediate
 
-.seealso: SlipKernelOffset(), MatSlipGetWeights(), MatCreateSlipStiffness(), MatCreateSlipViscosity()
+.seealso: SlipCellsPartition(), SlipKernelOffset(), MatSlipGetWeights(), MatCreateSlipStiffness(), MatCreateSlipViscosity()
 @*/
 PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells, const char *type, PetscReal tolerance,
                                           Mat *S)
@@ -278,7 +311,7 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
              "Tolerance of hierarchical storage must lie in (0, 1), not %g", (double)tolerance);
   PetscCall(PetscStrcmp(type, "auto", &match));
   automatic = match;
-  if (match) type = cells->n > SLIP_CELLS_DENSE_MAX ? "hmat" : "dense";
+  PetscCall(ChooseType(cells, &type));
   for (k = 0; k < ntypes; k++) {
     PetscCall(PetscStrcmp(type, SlipCellTypes[k].name, &match));
     if (match) break;

@@ -56,7 +56,8 @@ PetscErrorCode SlipDenseGather(Mat A, PetscReal **entries)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt N, const PetscReal *entries, Mat *A)
+/* nlocal: rows of this rank, or PETSC_DECIDE. */
+PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt nlocal, PetscInt N, const PetscReal *entries, Mat *A)
 {
   PetscMPIInt rank, size;
   PetscInt m, lda;
@@ -67,7 +68,7 @@ PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt N, const PetscReal *entr
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(MatCreateDense(comm, PETSC_DECIDE, PETSC_DECIDE, N, N, NULL, A));
+  PetscCall(MatCreateDense(comm, nlocal, nlocal, N, N, NULL, A));
   PetscCall(MatGetLocalSize(*A, &m, NULL));
   PetscCall(MatGetOwnershipRanges(*A, &ranges));
   if (rank) PetscCall(PetscMalloc1((size_t)m * (size_t)N, &rows));

@@ -4,6 +4,17 @@
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
+static PetscErrorCode GatherCounts(Mat A, PetscMPIInt size, SlipGather *g)
+{
+  const PetscInt *ranges;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRanges(A, &ranges));
+  PetscCall(PetscMalloc1(size, &g->counts));
+  for (PetscMPIInt r = 0; r < size; r++) PetscCall(PetscMPIIntCast(ranges[r + 1] - ranges[r], &g->counts[r]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* pencil: NULL for the whole. Collective. */
 PetscErrorCode SlipGatherCreate(Mat A, SlipPencil pencil, SlipGather *g)
 {
@@ -14,8 +25,10 @@ PetscErrorCode SlipGatherCreate(Mat A, SlipPencil pencil, SlipGather *g)
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)A), &size));
   PetscCall(MatGetSize(A, &g->N, NULL));
   PetscCall(MatGetOwnershipRange(A, &g->start, &g->end));
+  g->comm = PetscObjectComm((PetscObject)A);
   if (size > 1) {
     PetscCall(MatCreateVecs(A, &x, NULL));
+    PetscCall(GatherCounts(A, size, g));
     if (pencil) {
       const PetscInt n = pencil->layout.rows * pencil->nx;
       IS from;
@@ -36,6 +49,7 @@ PetscErrorCode SlipGatherDestroy(SlipGather *g)
 {
   PetscFunctionBegin;
   PetscCall(VecScatterDestroy(&g->scatter));
+  PetscCall(PetscFree(g->counts));
   PetscCall(VecDestroy(&g->all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -86,4 +100,19 @@ PetscReal SlipGatherBytes(const SlipGather *g)
 
   if (g->all) (void)VecGetLocalSize(g->all, &n);
   return (PetscReal)sizeof(PetscReal) * (PetscReal)n;
+}
+
+/* y := the sum of all processes' arrays [N]. Collective. */
+PetscErrorCode SlipGatherSum(SlipGather *g, const PetscReal array[], Vec y)
+{
+  PetscReal *py;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(y, &py));
+  if (g->counts)
+    PetscCallMPI(MPI_Reduce_scatter(array, py, g->counts, MPIU_REAL, MPIU_SUM, g->comm));
+  else
+    PetscCall(PetscArraycpy(py, array, g->N));
+  PetscCall(VecRestoreArrayWrite(y, &py));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

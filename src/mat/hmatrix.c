@@ -2,8 +2,10 @@
   Stiffness of type "sliphmat": blocks of cells that are far from each other, against their size, are stored as low-rank
   products found by adaptive cross approximation, the others as they are (Hackbusch 2015, Hierarchical Matrices).
 
-  Only the blocks on and above the diagonal are kept: the others are their transposes. Processes share the blocks evenly
-  by storage; each applies its own to the whole vector, and the results are added up.
+  Only the blocks on and above the diagonal are kept: the others are their transposes. A block is made, kept and applied
+  by one process, which owns some of its rows or, by symmetry, of its columns: block rows, but for the half that symmetry
+  saves. Among these the one with the least storage so far takes it. What the blocks are does not depend on the number of
+  processes, so that results agree to rounding.
 */
 #include <petscmat.h>
 #include <petscblaslapack.h>
@@ -28,9 +30,11 @@ typedef struct {
   PetscInt N, nblocks; /* blocks of this process */
   Block *block;
   SlipGather gather;
-  Vec diagonal; /* before scale */
-  PetscReal *x, *y, *t;
-  PetscReal numbers;           /* stored on all processes */
+  PetscInt *row; /* [N] row of the matrix of each cell in the tree's order */
+  Vec diagonal;  /* before scale */
+  PetscReal *x, *y, *z, *t;
+  PetscBool *seen;             /* while blocks are assigned */
+  PetscReal numbers, most;     /* stored on all processes, and on the one with the most */
   PetscReal mean_rank;         /* of the low-rank ones */
   PetscLogDouble flops;        /* of a product, on this process */
   PetscInt total, low, widest; /* blocks on all processes, low-rank ones, their largest rank */
@@ -180,26 +184,17 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
 {
   HMat *h;
   const PetscReal *px;
-  PetscReal *py;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
   PetscCall(SlipGatherGet(&h->gather, x, &px));
-  for (PetscInt i = 0; i < h->N; i++) h->x[i] = px[h->tree.perm[i]];
+  for (PetscInt i = 0; i < h->N; i++) h->x[i] = px[h->row[i]];
   PetscCall(SlipGatherRestore(&h->gather, x, &px));
   PetscCall(PetscArrayzero(h->y, h->N));
   for (PetscInt b = 0; b < h->nblocks; b++) PetscCall(BlockApply(&h->block[b], h->x, h->y, h->t));
   PetscCall(PetscLogFlops(h->flops));
-  if (h->gather.scatter)
-    PetscCallMPI(
-      MPI_Allreduce(MPI_IN_PLACE, h->y, (PetscMPIInt)h->N, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)S)));
-  PetscCall(VecGetArrayWrite(y, &py));
-  for (PetscInt i = 0; i < h->N; i++) {
-    const PetscInt e = h->tree.perm[i];
-
-    if (e >= h->gather.start && e < h->gather.end) py[e - h->gather.start] = h->scale * h->y[i];
-  }
-  PetscCall(VecRestoreArrayWrite(y, &py));
+  for (PetscInt i = 0; i < h->N; i++) h->z[h->row[i]] = h->scale * h->y[i];
+  PetscCall(SlipGatherSum(&h->gather, h->z, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -236,8 +231,9 @@ static PetscErrorCode HMatView(Mat S, PetscViewer viewer)
                                    " cells, relative tolerance %g, %" PetscInt_FMT " blocks of which %" PetscInt_FMT
                                    " of low rank, %.1f on average and at most %" PetscInt_FMT "\n",
                                    h->N, (double)h->tolerance, h->total, h->low, (double)h->mean_rank, h->widest));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "memory: %.1f MB, %.2f %% of a dense matrix\n", (double)(mega * h->numbers),
-                                   (double)(100 * h->numbers / ((PetscReal)h->N * (PetscReal)h->N))));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "memory: %.1f MB, %.2f %% of a dense matrix, at most %.1f MB on one process\n", (double)(mega * h->numbers),
+    (double)(100 * h->numbers / ((PetscReal)h->N * (PetscReal)h->N)), (double)(mega * h->most)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -265,7 +261,8 @@ static PetscErrorCode HMatDestroy(Mat S)
     PetscCall(PetscFree(h->block[b].V));
   }
   PetscCall(PetscFree(h->block));
-  PetscCall(PetscFree3(h->x, h->y, h->t));
+  PetscCall(PetscFree4(h->x, h->y, h->z, h->row));
+  PetscCall(PetscFree(h->t));
   PetscCall(VecDestroy(&h->diagonal));
   PetscCall(SlipGatherDestroy(&h->gather));
   PetscCall(SlipClusterTreeDestroy(&h->tree));
@@ -275,38 +272,115 @@ static PetscErrorCode HMatDestroy(Mat S)
 }
 
 /* Storage that a pair is expected to take: ranks are about 15 at the tolerances in use. */
-static PetscReal ExpectedCost(const HMat *h, const Pair *pair)
+static PetscReal ExpectedCost(const SlipClusterTree *tree, const Pair *pair)
 {
-  const SlipCluster *p = &h->tree.node[pair->a], *q = &h->tree.node[pair->b];
+  const SlipCluster *p = &tree->node[pair->a], *q = &tree->node[pair->b];
   const PetscReal m = (PetscReal)(p->end - p->start), n = (PetscReal)(q->end - q->start);
 
   return pair->low ? PetscMin(15 * (m + n), m * n) : m * n;
 }
 
-/* The blocks of this process: each goes to the one with the least so far, alike on every process. */
-static PetscErrorCode CreateBlocks(MPI_Comm comm, HMat *h, const SlipCells *cells)
+/* cost [n]: each cell's share of the blocks that it is in. */
+PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[])
 {
-  EntryContext entry = {.cells = cells, .unit = SlipCellsUnit(cells)};
+  SlipClusterTree tree;
   PairList list = {0, 0, NULL};
-  PetscMPIInt rank, size;
+
+  PetscFunctionBegin;
+  PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &tree));
+  PetscCall(Partition(&tree, 0, 0, &list));
+  PetscCall(PetscArrayzero(cost, cells->n));
+  for (PetscInt i = 0; i < list.n; i++) {
+    const PetscReal half = 0.5 * ExpectedCost(&tree, &list.pair[i]);
+
+    for (int side = 0; side < 2; side++) {
+      const SlipCluster *p = &tree.node[side ? list.pair[i].b : list.pair[i].a];
+
+      for (PetscInt k = p->start; k < p->end; k++) cost[tree.perm[k]] += half / (PetscReal)(p->end - p->start);
+    }
+  }
+  PetscCall(PetscFree(list.pair));
+  PetscCall(SlipClusterTreeDestroy(&tree));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How many processes own rows of a pair's clusters, and the one with the least load among them. */
+static PetscMPIInt Candidates(const HMat *h, const PetscMPIInt owner[], const Pair *pair, PetscMPIInt size,
+                              const PetscReal load[], PetscMPIInt *least)
+{
+  PetscMPIInt found = 0, last = -1;
+  PetscBool *seen = h->seen;
+
+  *least = -1;
+  for (PetscMPIInt r = 0; r < size; r++) seen[r] = PETSC_FALSE;
+  for (int side = 0; side < 2; side++) {
+    const SlipCluster *p = &h->tree.node[side ? pair->b : pair->a];
+
+    for (PetscInt k = p->start; k < p->end && found < size; k++) {
+      const PetscMPIInt r = owner[k];
+
+      if (r == last || seen[r]) continue;
+      last = r;
+      seen[r] = PETSC_TRUE;
+      found++;
+    }
+  }
+  for (PetscMPIInt r = 0; r < size; r++)
+    if (seen[r] && (*least < 0 || load[r] < load[*least])) *least = r;
+  return found;
+}
+
+/* keeper [list->n], alike on every process: those with one candidate first, then the others even the loads out. */
+static PetscErrorCode Assign(Mat S, HMat *h, const PairList *list, PetscMPIInt keeper[])
+{
+  const PetscInt *ranges;
+  PetscMPIInt *owner, size, rank = 0;
   PetscReal *load;
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(Partition(&h->tree, 0, 0, &list));
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)S), &size));
+  PetscCall(MatGetOwnershipRanges(S, &ranges));
+  PetscCall(PetscMalloc1(h->N, &owner));
   PetscCall(PetscCalloc1(size, &load));
-  PetscCall(PetscCalloc1(list.n, &h->block));
-  for (PetscInt i = 0; i < list.n; i++) {
-    PetscMPIInt least = 0;
-
-    for (PetscMPIInt r = 1; r < size; r++)
-      if (load[r] < load[least]) least = r;
-    load[least] += ExpectedCost(h, &list.pair[i]);
-    if (least == rank) PetscCall(BlockCreate(h, &list.pair[i], &entry, &h->block[h->nblocks++]));
+  PetscCall(PetscMalloc1(size, &h->seen));
+  for (PetscInt i = 0; i < h->N; i++) {
+    while (h->row[i] < ranges[rank]) rank--;
+    while (h->row[i] >= ranges[rank + 1]) rank++;
+    owner[i] = rank;
   }
-  h->total = list.n;
+  for (int shared = 0; shared < 2; shared++)
+    for (PetscInt i = 0; i < list->n; i++) {
+      PetscMPIInt least;
+
+      if ((Candidates(h, owner, &list->pair[i], size, load, &least) > 1) != shared) continue;
+      keeper[i] = least;
+      load[least] += ExpectedCost(&h->tree, &list->pair[i]);
+    }
+  PetscCall(PetscFree(h->seen));
+  PetscCall(PetscFree(owner));
   PetscCall(PetscFree(load));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The blocks of this process. */
+static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
+{
+  EntryContext entry = {.cells = cells, .unit = SlipCellsUnit(cells)};
+  PairList list = {0, 0, NULL};
+  PetscMPIInt rank, *keeper;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)S), &rank));
+  PetscCall(Partition(&h->tree, 0, 0, &list));
+  PetscCall(PetscMalloc1(list.n, &keeper));
+  PetscCall(Assign(S, h, &list, keeper));
+  for (PetscInt i = 0; i < list.n; i++) h->nblocks += keeper[i] == rank ? 1 : 0;
+  PetscCall(PetscCalloc1(h->nblocks, &h->block));
+  h->nblocks = 0;
+  for (PetscInt i = 0; i < list.n; i++)
+    if (keeper[i] == rank) PetscCall(BlockCreate(h, &list.pair[i], &entry, &h->block[h->nblocks++]));
+  h->total = list.n;
+  PetscCall(PetscFree(keeper));
   PetscCall(PetscFree(list.pair));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -321,12 +395,13 @@ static PetscErrorCode CountStorage(MPI_Comm comm, HMat *h)
     h->mean_rank += (PetscReal)PetscMax(h->block[b].rank, 0);
     h->widest = PetscMax(h->widest, h->block[b].rank);
   }
+  PetscCallMPI(MPI_Allreduce(&h->numbers, &h->most, 1, MPIU_REAL, MPIU_MAX, comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->numbers, 1, MPIU_REAL, MPIU_SUM, comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->low, 1, MPIU_INT, MPI_SUM, comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->mean_rank, 1, MPIU_REAL, MPIU_SUM, comm));
   h->mean_rank /= (PetscReal)PetscMax(h->low, 1);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->widest, 1, MPIU_INT, MPI_MAX, comm));
-  PetscCall(PetscMalloc3(h->N, &h->x, h->N, &h->y, PetscMax(h->widest, 1), &h->t));
+  PetscCall(PetscMalloc1(PetscMax(h->widest, 1), &h->t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -338,13 +413,32 @@ static PetscErrorCode FillDiagonal(Mat S, HMat *h, const SlipCells *cells)
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(S, &h->diagonal, NULL));
   PetscCall(VecGetArrayWrite(h->diagonal, &d));
-  for (PetscInt i = h->gather.start; i < h->gather.end; i++) d[i - h->gather.start] = SlipCellsEntry(cells, unit, i, i);
+  for (PetscInt i = h->gather.start; i < h->gather.end; i++) {
+    const PetscInt e = SlipCellsAt(cells, i);
+
+    d[i - h->gather.start] = SlipCellsEntry(cells, unit, e, e);
+  }
   PetscCall(VecRestoreArrayWrite(h->diagonal, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The rows of the cells in the tree's order, and work arrays. */
+static PetscErrorCode Allocate(HMat *h, const SlipCells *cells)
+{
+  PetscInt *row;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc4(h->N, &h->x, h->N, &h->y, h->N, &h->z, h->N, &h->row));
+  PetscCall(PetscMalloc1(h->N, &row));
+  for (PetscInt i = 0; i < h->N; i++) row[SlipCellsAt(cells, i)] = i;
+  for (PetscInt i = 0; i < h->N; i++) h->row[i] = row[h->tree.perm[i]];
+  PetscCall(PetscFree(row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, Mat *S)
 {
+  const PetscInt nlocal = cells->order ? cells->nlocal : PETSC_DECIDE;
   HMat *h;
 
   PetscFunctionBegin;
@@ -352,11 +446,12 @@ PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, P
   h->scale = 1;
   h->tolerance = tolerance;
   h->N = cells->n;
-  PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &h->tree));
-  PetscCall(CreateBlocks(comm, h, cells));
-  PetscCall(CountStorage(comm, h));
-  PetscCall(MatCreateShell(comm, PETSC_DECIDE, PETSC_DECIDE, h->N, h->N, h, S));
+  PetscCall(MatCreateShell(comm, nlocal, nlocal, h->N, h->N, h, S));
   PetscCall(MatSetUp(*S));
+  PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &h->tree));
+  PetscCall(Allocate(h, cells));
+  PetscCall(CreateBlocks(*S, h, cells));
+  PetscCall(CountStorage(comm, h));
   PetscCall(MatShellSetManageScalingShifts(*S));
   PetscCall(MatShellSetOperation(*S, MATOP_MULT, SlipMatShellFn(HMatMult)));
   PetscCall(MatShellSetOperation(*S, MATOP_MULT_TRANSPOSE, SlipMatShellFn(HMatMult)));

@@ -363,12 +363,13 @@ static PetscErrorCode ViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
   Mat scaled;
   PetscReal *entries = NULL, result[2] = {1, 0};
   PetscMPIInt rank;
-  PetscInt N, info = 0;
+  PetscInt N, m, info = 0;
   PetscBool found;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(MatGetSize(S, &N, NULL));
+  PetscCall(MatGetLocalSize(S, &m, NULL));
   PetscCall(RootWeights(S, &root, &inverse));
   PetscCall(SlipCacheLoadRoot(S, &entries, &found));
   if (!found) {
@@ -388,7 +389,7 @@ static PetscErrorCode ViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
              "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m", (double)result[0]);
   if (!found) PetscCall(SlipCacheSaveRoot(S, entries));
   for (size_t k = 0; !rank && k < (size_t)N * N; k++) entries[k] *= factor;
-  PetscCall(SlipDenseScatter(comm, N, entries, H));
+  PetscCall(SlipDenseScatter(comm, m, N, entries, H));
   PetscCall(PetscFree(entries));
   if (root) PetscCall(MatDiagonalScale(*H, root, root));
   PetscCall(VecDestroy(&root));

@@ -207,7 +207,7 @@ PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, PetscInt N, cons
              "%s: the stiffness is not positive definite: its leading minor of order %" PetscInt_FMT
              " is not positive (wrong sign or unit?)",
              source, f.i);
-  PetscCall(SlipDenseScatter(comm, N, symmetric, K));
+  PetscCall(SlipDenseScatter(comm, PETSC_DECIDE, N, symmetric, K));
   PetscCall(PetscFree(symmetric));
   PetscCall(SlipLogProducts(*K, SLIP_StiffnessMult));
   PetscCall(SlipNote(*K, "SlipWhy", "the entries of %s", source));

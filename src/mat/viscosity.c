@@ -79,7 +79,7 @@ static PetscErrorCode ViscosityCreate_SqrtmDense(Mat K, PetscReal factor, Mat *H
              "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m", (double)result[0]);
   if (!found) PetscCall(SlipCacheSaveRoot(K, root));
   for (size_t k = 0; !rank && k < (size_t)N * N; k++) root[k] *= factor;
-  PetscCall(SlipDenseScatter(comm, N, root, H));
+  PetscCall(SlipDenseScatter(comm, PETSC_DECIDE, N, root, H));
   PetscCall(PetscFree(root));
   PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);

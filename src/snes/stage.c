@@ -276,7 +276,7 @@ PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec 
 . snes - the solver
 
   Output Parameters:
-+ element  - its global index in x, -1 before any solve (NULL allowed)
++ element  - its number: its global index in x, or its row in the mesh's file; -1 before any solve (NULL allowed)
 - residual - that residual, relative (NULL allowed)
 
   Level: advanced
@@ -289,7 +289,7 @@ PetscErrorCode SNESSlipGetWorstElement(SNES snes, PetscInt *element, PetscReal *
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintQuery(snes, &con));
-  if (element) *element = con->worst;
+  if (element) *element = con->number && con->worst >= 0 ? con->number[con->worst] : con->worst;
   if (residual) *residual = con->resnorm;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

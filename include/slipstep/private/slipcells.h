@@ -6,7 +6,14 @@
 /* S_ij of MatCreateSlipCellStiffness(); unit is 1 / (2 mean(A)). */
 PETSC_INTERN PetscReal SlipCellsEntry(const SlipCells *cells, PetscReal unit, PetscInt i, PetscInt j);
 PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);
+PETSC_INTERN PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscReal cost[]);
 PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells); /* whose x owns the memory of all columns */
+
+/* The cell of a row of the stiffness. */
+static inline PetscInt SlipCellsAt(const SlipCells *cells, PetscInt row)
+{
+  return cells->order ? cells->order[row] : row;
+}
 
 /* ---- hcluster.c: a binary tree of cells that are close to each other ---- */
 typedef struct {
@@ -38,6 +45,7 @@ PETSC_INTERN PetscErrorCode SlipLowRankRecompress(PetscInt m, PetscInt n, PetscR
 /* ---- hmatrix.c ---- */
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance,
                                                      Mat *S);
+PETSC_INTERN PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[]);
 
 /* ---- lanczos.c ---- */
 /* Whether K is an area-weighted stiffness of cells, or hierarchical: viscosities of it are made here. */

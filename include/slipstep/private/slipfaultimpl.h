@@ -154,7 +154,8 @@ struct _p_SlipFault {
   PetscReal tstar;      /* Ly sqrt(rho/G) [s] */
   PetscReal scaling;    /* factor that K was multiplied with */
   const SlipFrictionLaw *law;
-  SlipCells mesh;    /* of -fault_mesh, owned; n = 0 for a grid */
+  SlipCells mesh;    /* of -fault_mesh in the file's order, owned; n = 0 for a grid */
+  PetscInt *order;   /* [N] row of the file for each element of a mesh; NULL for a grid */
   PetscReal *weight; /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
   PetscReal *field[FAULT_NUM_FIELDS]; /* [n] */
   PetscBool loaded;                   /* some v_inf is not zero */
@@ -185,6 +186,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault); /* K, its 
 PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);  /* uc and what observables are measured in */
 PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault);      /* cells of -fault_mesh */
 PETSC_EXTERN PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, PetscBool *done);
+PETSC_EXTERN PetscErrorCode SlipFaultGatherCreate(SlipFault fault, Vec x, VecScatter *scatter, Vec *x0);
 PETSC_EXTERN PetscErrorCode SlipFaultMeshWrite(SlipFault fault, SlipH5 *h);
 PETSC_EXTERN PetscErrorCode SlipFaultWeightsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum);

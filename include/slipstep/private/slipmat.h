@@ -32,7 +32,8 @@ PETSC_INTERN void SlipMirrorUnfold(PetscInt nx, PetscInt nz, PetscInt parity, co
 /* ---- dense.c: whole matrices on one rank; row-major N * N ---- */
 PETSC_INTERN PetscErrorCode SlipDenseGather(Mat A,
                                             PetscReal **entries); /* rank 0 allocates (PetscFree), others get NULL */
-PETSC_INTERN PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt N, const PetscReal *entries, Mat *A);
+PETSC_INTERN PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt nlocal, PetscInt N, const PetscReal *entries,
+                                             Mat *A); /* nlocal: rows of this rank, or PETSC_DECIDE */
 PETSC_INTERN PetscErrorCode SlipDenseEigen(PetscInt n, PetscReal A[], PetscReal eigenvalues[], PetscInt *info);
 /* A := sqrt(A) for a symmetric positive definite A; *smallest is its smallest eigenvalue. One process. */
 PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *smallest, PetscInt *info);
@@ -113,10 +114,13 @@ typedef struct {
   Vec all;
   PetscBool rows; /* of a pencil only */
   PetscInt N, start, end;
+  MPI_Comm comm;
+  PetscMPIInt *counts; /* rows of each rank; NULL on one */
 } SlipGather;
 PETSC_INTERN PetscReal SlipGatherBytes(const SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipPencil pencil, SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y);
+PETSC_INTERN PetscErrorCode SlipGatherSum(SlipGather *g, const PetscReal array[], Vec y);
 PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array);
 PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array);
