@@ -113,6 +113,48 @@ static void reference(void **state)
   }
 }
 
+/* The plain fault takes the library's steps. Both solve each stage to rounding; a policy that feeds back on its error estimate and
+   on the growth rate of a nucleating instability amplifies that by some powers of ten, which the bound leaves room for. */
+static void plain(void **state)
+{
+  const char *const names[] = {"log_accuracy",   "log_rate",  "log_peak_rate",    "energy",
+                               "progress",       "weakening", "log_drop",         "log_step",
+                               "log_slip_error", "growth",    "sliding_fraction", "change_sliding_fraction",
+                               "log_time_left",  "converged"};
+  enum { NAMES = 14, HIDDEN = 6 };
+  double scale[NAMES], offset[NAMES] = {0}, w[NAMES * HIDDEN], b[HIDDEN], out[HIDDEN];
+  Random random;
+
+  (void)state;
+  RandomSeed(&random, 8);
+  for (uint64_t seed = 1; seed <= 12; seed++) {
+    EpisodeResult a, l;
+    SlipPolicy p;
+    Episode *e;
+    double bias = -0.1;
+
+    for (int i = 0; i < NAMES; i++) scale[i] = 0.5;
+    for (int i = 0; i < NAMES * HIDDEN; i++) w[i] = 0.3 * RandomNormal(&random);
+    for (int i = 0; i < HIDDEN; i++) b[i] = 0.3 * RandomNormal(&random), out[i] = 0.15 * RandomNormal(&random);
+    ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+    ok(SlipPolicySetObservations(p, NAMES, names, scale, offset));
+    ok(SlipPolicyAddLayer(p, NAMES, HIDDEN, w, b, SLIP_ACTIVATION_TANH));
+    ok(SlipPolicyAddLayer(p, HIDDEN, 1, out, &bias, SLIP_ACTIVATION_LINEAR));
+    ok(SlipPolicySetAction(p, -1, 1, 1e-2, "T*", 1e2, "T*", PETSC_TRUE));
+    ok(EpisodeCreate(seed, seed % 3 ? 1 + (PetscInt)(seed % 3) : 1, &e));
+    ok(EpisodeRun(e, p, 1e-2, &a));
+    ok(EpisodeRunLibrary(e, p, 1e-2, &l));
+    print_message("%d elements: %d and %d solves, error %.3e, difference %.1e\n", (int)e->plain.n, (int)a.solves,
+                  (int)l.solves, l.slip_error, fabs(a.slip_error - l.slip_error));
+    assert_int_equal(a.solves, l.solves);
+    assert_int_equal(a.failures, l.failures);
+    assert_true(fabs(a.slip_error - l.slip_error) < 1e-6 && fabs(a.history_error - l.history_error) < 1e-6);
+    assert_true(fabs(a.rate_error - l.rate_error) < 1e-6 && fabs(a.done - l.done) < 1e-6);
+    ok(EpisodeDestroy(&e));
+    ok(SlipPolicyDestroy(&p));
+  }
+}
+
 /* Every draw lies in bounds that the fault accepts, and elements of a mesh differ. */
 static void draws(void **state)
 {
@@ -138,8 +180,9 @@ static void draws(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(penalty), cmocka_unit_test(cost), cmocka_unit_test(reproducible),
-                                     cmocka_unit_test(reference), cmocka_unit_test(draws)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(penalty),      cmocka_unit_test(cost),
+                                     cmocka_unit_test(reproducible), cmocka_unit_test(reference),
+                                     cmocka_unit_test(plain),        cmocka_unit_test(draws)};
   int failed;
 
   if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
