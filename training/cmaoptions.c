@@ -94,7 +94,7 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
     const char *name, *text;
     PetscReal *value, initial, low;
   } row[] = {
-    {"-train_sigma", "First step length of CMA-ES, in weights", &o->sigma, 0.25, 1e-6},
+    {"-train_sigma", "First step length of CMA-ES, in weights", &o->sigma, 0.1, 1e-6},
     {"-train_minutes", "Wall time after which training ends [min], 0: no limit", &o->minutes, 0, 0},
     {"-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, 1e-2, 1e-12},
     {"-train_dt_max", "Longest step the policy can choose [T*]", &o->dt_max, 1e2, 1e-12},

@@ -1,5 +1,6 @@
 /* Episodes, see episodes.h. */
 #include "episodes.h"
+#include <math.h>
 #include <slipstep/private/slipcompat.h>
 
 #define REFERENCE_STEP (1. / 60) /* constant step of the reference [T*] */
@@ -70,40 +71,48 @@ static PetscReal CourseSlip(const Course *c, PetscReal t)
   return c->slip[low] + (c->slip[high] - c->slip[low]) * (t - c->t[low]) / (c->t[high] - c->t[low]);
 }
 
-/* The reference's monitor. */
-static PetscErrorCode Record(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
+/* The run has mean rate [m/s] and slip [m] at time t. */
+static void Follow(Episode *e, PetscReal t, PetscReal rate, PetscReal slip)
 {
-  Course *c = &((Episode *)ctx)->course;
-  const PetscReal t = attempt->time + attempt->dt;
-  PetscReal rate, slip, max_rate;
+  const PetscReal gap = PetscAbsReal(slip - CourseSlip(&e->course, t));
 
-  PetscFunctionBegin;
-  PetscCall(Means(w, &rate, &slip, &max_rate));
-  c->peak = PetscMax(c->peak, rate);
-  if (attempt->step % THINNING == 0 || max_rate == 0) PetscCall(CourseAppend(c, t, slip));
-  if (max_rate == 0 && slip > 0) {
-    c->rest = t;
-    PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  e->peak = PetscMax(e->peak, rate);
+  e->history += 0.5 * (gap + e->last_gap) * (t - e->last_t);
+  e->last_gap = gap;
+  e->last_t = t;
+  e->last_slip = slip;
 }
 
 static PetscErrorCode Measure(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   Episode *e = (Episode *)ctx;
-  const PetscReal t = attempt->time + attempt->dt;
-  PetscReal rate, slip, max_rate, gap;
+  PetscReal rate, slip, max_rate;
 
   PetscFunctionBegin;
   if (--e->attempts_left <= 0) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   if (!attempt->accepted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Means(w, &rate, &slip, &max_rate));
-  e->peak = PetscMax(e->peak, rate);
-  gap = PetscAbsReal(slip - CourseSlip(&e->course, t));
-  e->history += 0.5 * (gap + e->last_gap) * (t - e->last_t);
-  e->last_gap = gap;
-  e->last_t = t;
+  Follow(e, attempt->time + attempt->dt, rate, slip);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void PlainMeans(const PlainFault *p, PetscReal *rate, PetscReal *slip, PetscReal *max_rate)
+{
+  *rate = *slip = *max_rate = 0;
+  for (PetscInt i = 0; i < p->n; ++i) {
+    *rate += PetscAbsReal(p->v[i]) / (PetscReal)p->n;
+    *slip += p->s[i] / (PetscReal)p->n;
+    *max_rate = PetscMax(*max_rate, PetscAbsReal(p->v[i]));
+  }
+}
+
+/* PlainWatchFn */
+static void MeasurePlain(const PlainFault *p, double time, void *ctx)
+{
+  PetscReal rate, slip, max_rate;
+
+  PlainMeans(p, &rate, &slip, &max_rate);
+  Follow((Episode *)ctx, time, rate, slip);
 }
 
 static PetscErrorCode MakeTS(Episode *e, TSBatheAttemptFn monitor, TS *ts)
@@ -119,30 +128,48 @@ static PetscErrorCode MakeTS(Episode *e, TSBatheAttemptFn monitor, TS *ts)
 /* Small constant steps until the fault rests, or for limit T*. */
 static PetscErrorCode Reference(Episode *e, PetscReal limit)
 {
-  TSAdapt adapt;
-  TS ts;
+  Course *c = &e->course;
+  PetscReal rate, slip = 0, max_rate;
+  const PetscInt steps = (PetscInt)(limit / REFERENCE_STEP);
 
   PetscFunctionBegin;
-  e->course.n = 0;
-  e->course.rest = -1;
-  e->course.peak = 0;
-  PetscCall(CourseAppend(&e->course, 0, 0));
-  PetscCall(VecCopy(e->start, e->w));
-  PetscCall(MakeTS(e, Record, &ts));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
-  PetscCall(TSBatheSetError(ts, TSBATHE_ERROR_NONE));
-  PetscCall(TSSetTimeStep(ts, REFERENCE_STEP * e->tstar));
-  PetscCall(TSSetMaxTime(ts, limit * e->tstar));
-  PetscCall(TSSolve(ts, e->w));
-  PetscCall(TSDestroy(&ts));
-  e->slip = e->course.slip[e->course.n - 1];
+  c->n = 0;
+  c->rest = -1;
+  c->peak = 0;
+  PetscCall(CourseAppend(c, 0, 0));
+  PlainFaultSetState(&e->plain, e->plain_start);
+  for (PetscInt k = 1; k <= steps && c->rest < 0; ++k) {
+    const PetscReal t = (PetscReal)k * REFERENCE_STEP * e->tstar;
+
+    if (!PlainFaultAttempt(&e->plain, REFERENCE_STEP * e->tstar)) break;
+    PlainFaultAccept(&e->plain);
+    PlainMeans(&e->plain, &rate, &slip, &max_rate);
+    c->peak = PetscMax(c->peak, rate);
+    if (max_rate == 0 && slip > 0) c->rest = t;
+    if (k % THINNING == 0 || c->rest > 0) PetscCall(CourseAppend(c, t, slip));
+  }
+  e->slip = slip;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MakePlain(Episode *e, const FaultDraw *d)
+{
+  const PetscScalar *w;
+
+  PetscFunctionBegin;
+  PetscCall(PlainFaultCreate(e->fault, d->field[0], d->field[2], d->field[1], d->field[3], e->start, &e->plain));
+  PetscCall(PetscMalloc1(3 * d->n, &e->plain_start));
+  PetscCall(VecGetArrayRead(e->start, &w));
+  for (PetscInt i = 0; i < 3 * d->n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);
+  PetscCall(VecRestoreArrayRead(e->start, &w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Release(Episode *e)
 {
   PetscFunctionBegin;
+  PetscCall(PlainFaultDestroy(&e->plain));
+  PetscCall(PetscFree(e->plain_start));
   PetscCall(TSDestroy(&e->ts));
   PetscCall(VecDestroy(&e->w));
   PetscCall(VecDestroy(&e->start));
@@ -153,9 +180,6 @@ static PetscErrorCode Release(Episode *e)
 /* One draw: useful when the reference came to rest having slipped. */
 static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
 {
-  PetscReal log_drop, slip_scale;
-  PetscBool known;
-  PetscErrorCode (*observe)(TS, const char[], PetscReal *, PetscBool *);
   TSAdapt adapt;
 
   PetscFunctionBegin;
@@ -164,18 +188,19 @@ static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
   PetscCall(SlipFaultCreateState(e->fault, &e->w));
   PetscCall(VecDuplicate(e->w, &e->start));
   PetscCall(SlipFaultSetInitialState(e->fault, e->start));
+  PetscCall(MakePlain(e, d));
   PetscCall(Reference(e, d->limit));
-  PetscCall(MakeTS(e, Measure, &e->ts));
-  PetscCall(PetscObjectQueryFunction((PetscObject)e->ts, "SlipObserve_C", &observe));
-  PetscCall((*observe)(e->ts, "log_drop", &log_drop, &known));
-  PetscCall((*observe)(e->ts, "progress", &slip_scale, &known)); /* of the reference's end, which w still is */
-  *good = e->course.rest > 0 && slip_scale > MIN_SLIP ? PETSC_TRUE : PETSC_FALSE;
+  *good = e->course.rest > 0 && e->slip > MIN_SLIP * e->plain.drop_slip ? PETSC_TRUE : PETSC_FALSE;
+  if (!*good) {
+    PetscCall(Release(e));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   e->tmax = d->margin * e->course.rest;
+  PetscCall(MakeTS(e, Measure, &e->ts));
   PetscCall(TSSetMaxTime(e->ts, e->tmax));
   PetscCall(TSSetMaxSteps(e->ts, EPISODE_MAX_STEPS));
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
-  if (!*good) PetscCall(Release(e));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -212,7 +237,13 @@ PetscErrorCode EpisodeDestroy(Episode **episode)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Back to the start; nothing of an earlier run is left. */
+/* Nothing of an earlier run is left. */
+static void Forget(Episode *e)
+{
+  e->history = e->peak = e->last_t = e->last_gap = e->last_slip = 0;
+  e->attempts_left = 2 * EPISODE_MAX_STEPS;
+}
+
 static PetscErrorCode Rewind(Episode *e, PetscReal accuracy)
 {
   TSAdapt adapt;
@@ -226,30 +257,23 @@ static PetscErrorCode Rewind(Episode *e, PetscReal accuracy)
   PetscCall(TSRestartStep(e->ts));
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
-  e->history = e->peak = e->last_t = e->last_gap = 0;
-  e->attempts_left = 2 * EPISODE_MAX_STEPS;
+  Forget(e);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Result(Episode *e, EpisodeResult *r)
+static void Conclude(const Episode *e, PetscInt solves, PetscInt accepted, EpisodeResult *r)
 {
-  PetscInt attempts, accepted, newton, linear;
-  PetscReal t, rate, slip, max_rate;
-
-  PetscFunctionBegin;
-  PetscCall(TSBatheGetTotals(e->ts, &attempts, &accepted, &r->solves, &newton, &linear));
-  PetscCall(TSGetTime(e->ts, &t));
-  PetscCall(Means(e->w, &rate, &slip, &max_rate));
-  r->failures = attempts - accepted;
-  r->slip_error = PetscAbsReal(slip / e->slip - 1);
+  r->solves = solves;
+  r->failures = solves - accepted;
+  r->slip_error = PetscAbsReal(e->last_slip / e->slip - 1);
   r->history_error = e->history / (e->tmax * e->slip);
   r->rate_error = PetscAbsReal(e->peak / e->course.peak - 1);
-  r->done = t >= e->tmax * (1 - 1e-10) ? 1 : t / e->tmax;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  r->done = e->last_t >= e->tmax * (1 - 1e-10) ? 1 : e->last_t / e->tmax;
 }
 
-PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
+PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
 {
+  PetscInt attempts, accepted, solves, newton, linear;
   TSAdapt adapt;
 
   PetscFunctionBegin;
@@ -257,7 +281,26 @@ PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, Epi
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(TSAdaptRLSetPolicy(adapt, policy));
   PetscCall(TSSolve(e->ts, e->w));
-  PetscCall(Result(e, result));
+  PetscCall(TSBatheGetTotals(e->ts, &attempts, &accepted, &solves, &newton, &linear));
+  Conclude(e, solves, accepted, result);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
+{
+  PlainTotals totals;
+  PetscBool known;
+
+  PetscFunctionBegin;
+  PetscCall(PlainRunKnows(policy, &known));
+  if (!known) {
+    PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  Forget(e);
+  PlainFaultSetState(&e->plain, e->plain_start);
+  PetscCall(PlainRun(&e->plain, policy, accuracy, e->tmax, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
+  Conclude(e, totals.attempts, totals.accepted, result);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

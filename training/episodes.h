@@ -2,6 +2,7 @@
    its fine reference, kept ready so that a policy runs through one in a fraction of a millisecond. An episode depends on its seed
    only, not on others or on ranks. Public headers of the library only. */
 #pragma once
+#include "plainrun.h"
 #include "random.h"
 #include <slipstep.h>
 
@@ -36,10 +37,11 @@ typedef struct {
   PetscReal tstar, tmax; /* [s] */
   PetscReal slip;        /* mean slip at the end of the reference [m] */
   Course course;         /* of the reference */
-  PetscReal *area;       /* NULL: elements count alike */
+  PlainFault plain;      /* the same, without objects */
+  double *plain_start;   /* [3 n] */
   /* of the run under way */
-  PetscReal history, peak, last_t,
-    last_gap; /* integral of the slip's distance to the reference's [m s]; largest mean rate [m/s] */
+  PetscReal history, peak, last_t, last_gap,
+    last_slip; /* integral of the slip's distance to the reference's [m s]; largest mean rate [m/s] */
   PetscInt attempts_left;
 } Episode;
 
@@ -57,7 +59,9 @@ typedef struct {
 
 PETSC_INTERN PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode);
 PETSC_INTERN PetscErrorCode EpisodeDestroy(Episode **episode);
+/* By the plain fault when it knows what the policy observes, else by the library; the latter always with EpisodeRunLibrary(). */
 PETSC_INTERN PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
+PETSC_INTERN PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 /* The same, with an observer of every observation vector [n] of the policy. */
 typedef void (*EpisodeWatchFn)(PetscInt n, const PetscReal obs[], void *ctx);
 PETSC_INTERN PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn,
