@@ -19,5 +19,7 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_slipstep(void);
 PETSC_EXTERN PetscErrorCode SlipErrorHandlerPush(const char program[]);
 /* A warning for each option that nothing has read: most often they are mistyped. */
 PETSC_EXTERN PetscErrorCode SlipWarnOfUnusedOptions(void);
+/* One line on stderr, "program: warning: ...", from the process that calls it. */
+PETSC_EXTERN PetscErrorCode SlipWarning(const char format[], ...);
 /* What rank 0 did alone failed there: fail on every rank. */
 PETSC_EXTERN PetscErrorCode SlipErrorBcast(MPI_Comm comm, PetscErrorCode code);

@@ -64,8 +64,9 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_STIFFNESS_SCALING] =
     {"stiffness_scaling", "mean_slip", "|mean_slip|none|",
      "Multiply K, computed or from a file, so that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G, or leave it alone"},
-  [FAULT_CACHE_DIR] = {"cache_dir", "", NULL,
-                       "Existing directory to keep what is expensive to set up in: the exact viscosity of large grids"},
+  [FAULT_CACHE_DIR] =
+    {"cache_dir", "", NULL,
+     "Existing directory to keep what is expensive to set up in: the exact viscosity of large faults"},
   [FAULT_PARAMETERS] = {"parameters", "", NULL,
                         "HDF5 file of per-element fields [Nz,Nx] named as their options, which they replace"},
   [FAULT_MESH] = {"mesh", "", NULL,
@@ -282,8 +283,31 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
   PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s", p->help, p->choices ? "; one of " : "", list));
   PetscCall(PetscOptionsString(option, help, "SlipFaultSetString", fault->text[id], value, sizeof(value), &set));
   PetscCheck(!set || value[0] || id == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONG,
-             "%s has no value, expected %s", option, p->choices ? list : "the name of a file");
+             "%s has no value, expected %s", option,
+             p->choices              ? list
+             : id == FAULT_CACHE_DIR ? "the name of an existing directory"
+                                     : "the name of a file");
   if (set) PetscCall(SlipFaultSetString(fault, p->name, value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The options that a mesh makes idle: a newcomer who gives both should know which counts. */
+static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
+{
+  static const SlipFaultRealId grid[] = {FAULT_NX, FAULT_NZ, FAULT_LENGTH_X, FAULT_LENGTH_Z, FAULT_DEPTH_TOP};
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(grid) && fault->text[FAULT_MESH][0] && !rank; i++) {
+    char option[64];
+    PetscBool set;
+
+    PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", SlipFaultReals[grid[i]].name));
+    PetscCall(PetscOptionsHasName(NULL, NULL, option, &set));
+    if (set)
+      PetscCall(SlipWarning("%s does nothing: the cells of -fault_mesh %s count", option, fault->text[FAULT_MESH]));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -294,7 +318,7 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
 
   Options Database Keys:
 + -fault_<name> <value>           - -help lists them with unit and default
-. -fault_view                     - print all of them after set-up
+. -fault_view                     - print all of them after set-up, and the operators with their memory
 - -fault_stiffness_view <viewer>  - write K after scaling, for example to binary:K.bin
 
   Level: beginner
@@ -308,9 +332,10 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) PetscCall(SlipFaultRealFromOptions(fault, id, PetscOptionsObject));
   for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)
     PetscCall(SlipFaultStringFromOptions(fault, id, PetscOptionsObject));
+  PetscCall(SlipFaultWarnOfGrid(fault));
   PetscCall(PetscViewerDestroy(&fault->viewer));
-  PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters after set-up", "SlipFaultView", &fault->viewer,
-                               &fault->format, NULL));
+  PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",
+                               &fault->viewer, &fault->format, NULL));
   PetscCall(PetscViewerDestroy(&fault->stiffness_viewer));
   PetscCall(PetscOptionsViewer("-fault_stiffness_view", "Write K [Pa/m] after scaling, for example to binary:K.bin",
                                "SlipFaultSetUp", &fault->stiffness_viewer, &fault->stiffness_format, NULL));

@@ -222,11 +222,38 @@ static PetscErrorCode SlipFaultWeigh(SlipFault fault, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Choices that have no meaning without the uniform grid whose kernel they use, before anything is computed. */
+static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
+{
+  const char *type = fault->text[FAULT_OPERATOR], *file = fault->text[FAULT_STIFFNESS_FILE];
+  const char *mesh = fault->text[FAULT_MESH];
+  PetscBool fft, hmat, spectral;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(type, "fft", &fft));
+  PetscCall(PetscStrcmp(type, "hmat", &hmat));
+  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "spectral", &spectral));
+  PetscCheck(!file[0] || (!fft && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-fault_operator %s cannot store the entries of -fault_stiffness_file %s: expected dense or auto", type,
+             file);
+  PetscCheck(!spectral || (!file[0] && !mesh[0] && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-fault_viscosity spectral needs a uniform grid with -fault_operator dense or fft, but %s %s is given: "
+             "expected -fault_viscosity sqrtm, lanczos or none",
+             file[0]   ? "-fault_stiffness_file"
+             : mesh[0] ? "-fault_mesh"
+                       : "-fault_operator",
+             file[0]   ? file
+             : mesh[0] ? mesh
+                       : type);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
   const PetscReal zeta = fault->value[FAULT_DAMPING_RATIO];
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultCheckChoices(fault));
   PetscCall(SlipErrorSource(fault->text[FAULT_STIFFNESS_FILE][0] ? "-fault_stiffness_file" : "-fault_operator"));
   if (fault->text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));

@@ -8,6 +8,7 @@
   used, for whatever reason, is reported and replaced: the cache never decides whether a run succeeds.
 */
 #include <slipmat.h>
+#include <slipsys.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -244,8 +245,7 @@ static PetscErrorCode ReadOrWarn(const char name[], const char key[], PetscInt n
   if (!code) PetscFunctionReturn(PETSC_SUCCESS);
   *good = PETSC_FALSE;
   for (PetscInt i = 0; i < n; i++) PetscCall(PetscFree(item[i].data));
-  PetscCall(
-    PetscFPrintf(PETSC_COMM_SELF, stderr, "cache: warning: %s (-fault_cache_dir); it will be built anew\n", message));
+  PetscCall(SlipWarning("%s (-fault_cache_dir); it will be built anew", message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -291,9 +291,7 @@ PetscErrorCode SlipCacheWrite(Mat K, const char kind[], const char key[], PetscI
   PetscCall(PetscPushErrorHandler(KeepMessage, message));
   code = WriteFile(name, key, n, item);
   PetscCall(PetscPopErrorHandler());
-  if (code)
-    PetscCall(
-      PetscFPrintf(PETSC_COMM_SELF, stderr, "cache: warning: %s (-fault_cache_dir); nothing was kept\n", message));
+  if (code) PetscCall(SlipWarning("%s (-fault_cache_dir); nothing was kept", message));
   PetscCall(SlipNote(K, "SlipCache", code ? "%s could not be written" : "not found, written to %s", name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,6 +2,7 @@
 #include <slipsys.h>
 #include <slipstep/private/sliperror.h>
 #include <slipstep/private/slipcompat.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -147,6 +148,34 @@ PetscErrorCode SlipErrorUnfinished(const char file[])
 {
   PetscFunctionBegin;
   PetscCall(PetscStrncpy(SlipUnfinished, file ? file : "", sizeof(SlipUnfinished)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipWarning - one line on stderr, "program: warning: message"
+
+  Not collective: every process that calls it prints.
+
+  Input Parameters:
++ format - as of printf()
+- ...    - what it is filled with
+
+  Level: developer
+
+.seealso: SlipErrorHandlerPush()
+@*/
+PetscErrorCode SlipWarning(const char format[], ...)
+{
+  va_list args;
+
+  PetscFunctionBegin;
+  fflush(stdout);
+  fprintf(stderr, "%s: warning: ", SlipProgram);
+  va_start(args, format);
+  vfprintf(stderr, format, args);
+  va_end(args);
+  fprintf(stderr, "\n");
+  fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 /* Reading datasets and attributes of HDF5 files, with errors that say what was expected. */
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
+#include <stdio.h>
 #include <string.h>
 
 #define SLIP_H5_MAX_DIM 4
@@ -42,6 +43,16 @@ static PetscBool SlipH5IsNumber(H5T_class_t c)
   return c == H5T_INTEGER || c == H5T_FLOAT || c == H5T_ENUM ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* "3, 4" */
+static void SlipH5DescribeShape(int rank, const hsize_t shape[], char text[], size_t len)
+{
+  int written = 0;
+
+  text[0] = '\0';
+  for (int d = 0; d < rank && d < SLIP_H5_MAX_DIM && written >= 0 && (size_t)written < len; d++)
+    written += snprintf(text + written, len - (size_t)written, "%s%llu", d ? ", " : "", (unsigned long long)shape[d]);
+}
+
 /*@C
   SlipH5ReadReal - read a dataset of numbers
 
@@ -68,6 +79,7 @@ PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, Petsc
   hid_t set, space;
   hsize_t shape[SLIP_H5_MAX_DIM] = {0};
   size_t n = 1;
+  char text[128];
   int rank;
   herr_t err;
   H5T_class_t type;
@@ -80,13 +92,15 @@ PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, Petsc
   type = SlipH5TypeClass(H5Dget_type(set));
   space = H5Dget_space(set);
   rank = H5Sget_simple_extent_ndims(space);
-  if (rank == (int)ndim) H5Sget_simple_extent_dims(space, shape, NULL);
+  if (rank >= 0 && rank <= SLIP_H5_MAX_DIM) H5Sget_simple_extent_dims(space, shape, NULL);
   H5Sclose(space);
   if (rank != (int)ndim || !SlipH5IsNumber(type)) H5Dclose(set);
   PetscCheck(SlipH5IsNumber(type), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s does not hold numbers", path,
              h->name);
+  SlipH5DescribeShape(rank, shape, text, sizeof(text));
   PetscCheck(rank == (int)ndim, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s in %s has %d dimensions, expected %" PetscInt_FMT, path, h->name, rank, ndim);
+             "%s in %s has shape [%s], expected %" PetscInt_FMT " dimension%s", path, h->name, text, ndim,
+             ndim == 1 ? "" : "s");
   for (PetscInt d = 0; d < ndim; d++) {
     dims[d] = (PetscInt)shape[d];
     n *= (size_t)shape[d];

@@ -145,7 +145,19 @@ expect "nan.h5 (-fault_mesh): row 3 has z = nan" -fault_mesh nan.h5
 expect "the cell of row 3 reaches above the surface" -fault_mesh above.h5
 expect "the cells of rows 2 and 3 overlap" -fault_mesh overlap.h5
 expect "-fault_operator fft needs a uniform grid, but -fault_mesh mesh.h5" -fault_mesh mesh.h5 -fault_operator fft
-expect "needs a stiffness on a uniform grid" -fault_mesh mesh.h5 -fault_viscosity spectral
+expect "-fault_viscosity spectral needs a uniform grid with -fault_operator dense or fft, but -fault_mesh mesh.h5 is given" \
+  -fault_mesh mesh.h5 -fault_viscosity spectral
+expect "but -fault_operator hmat is given: expected -fault_viscosity sqrtm, lanczos or none" -fault_operator hmat \
+  -fault_viscosity spectral
+expect "but -fault_stiffness_file k.h5 is given: expected -fault_viscosity sqrtm" -fault_nx 2 -fault_nz 2 \
+  -fault_stiffness_file k.h5 -fault_viscosity spectral
+for type in fft hmat; do
+  expect "-fault_operator $type cannot store the entries of -fault_stiffness_file k.h5: expected dense or auto" -fault_nx 2 \
+    -fault_nz 2 -fault_stiffness_file k.h5 -fault_operator $type
+done
+expect "-fault_cache_dir has no value, expected the name of an existing directory" -fault_cache_dir
+expect "/normal_stress in stress_shape.h5 has shape [3, 2], expected 1 dimension (-fault_parameters)" -fault_mesh mesh.h5 \
+  -fault_parameters stress_shape.h5
 expect "-fault_stiffness_file k.h5 and -fault_mesh mesh.h5 exclude each other" -fault_mesh mesh.h5 \
   -fault_stiffness_file k.h5
 
@@ -156,7 +168,7 @@ expect "(-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file not.h5
 expect "-fault_stiffness_file has no value" "${mesh[@]}" -fault_stiffness_file
 expect "/nan[0, 0] is nan, expected a finite number" "${mesh[@]}" -fault_stiffness_file k.h5:/nan
 expect "/oblong has shape [4, 3], expected [N, N] with N = nx nz = 4" "${mesh[@]}" -fault_stiffness_file k.h5:/oblong
-expect "/list in k.h5 has 1 dimensions, expected 2 (-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file k.h5:/list
+expect "/list in k.h5 has shape [4], expected 2 dimensions (-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file k.h5:/list
 expect "/normal_stress has shape [3, 2], expected [Nz, Nx] = [2, 2]" "${mesh[@]}" -fault_parameters stress_shape.h5
 expect "/normal_stress[0, 0] is nan, expected a finite number > 0 Pa" "${mesh[@]}" -fault_parameters stress_nan.h5
 expect "/normal_stress[0, 0] is -1, expected a finite number > 0 Pa" "${mesh[@]}" -fault_parameters stress_negative.h5
@@ -225,6 +237,28 @@ for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/su
     failed=1
   fi
 done
+
+# More ranks than elements: either the run of one rank, or one clear error.
+"$fault" -fault_nx 2 -fault_nz 1 -ts_max_time 2 >one.txt 2>err.txt || failed=1
+for storage in "-fault_operator auto" "-fault_operator fft" "-fault_operator hmat -fault_viscosity lanczos"; do
+  read -r -a args <<<"$storage"
+  timeout 100 mpirun --oversubscribe -n 4 "$fault" -fault_nx 2 -fault_nz 1 -ts_max_time 2 "${args[@]}" >out.txt 2>err.txt
+  code=$?
+  if [ $code = 0 ]; then
+    paste <(grep "final mean slip" one.txt) <(grep "final mean slip" out.txt) |
+      awk '{d = $4 - $9; exit !($4 > 0 && (d < 0 ? -d : d) <= 1e-9 * $4)}' ||
+      { echo "FAILED: $storage on 4 ranks for 2 elements: another slip"; failed=1; }
+  elif [ $code = 124 ] || [ "$(grep -c "fault: error: 4 processes for 2 elements" err.txt)" != 1 ]; then
+    echo "FAILED: $storage on 4 ranks for 2 elements: exit code $code"
+    cat err.txt
+    failed=1
+  fi
+done
+
+# Options that a mesh makes idle are named.
+"$fault" -fault_mesh mesh.h5 -fault_nx 3 -ts_max_time 0.1 >out.txt 2>err.txt || failed=1
+grep -q "fault: warning: -fault_nx does nothing: the cells of -fault_mesh mesh.h5 count" err.txt ||
+  { echo "FAILED: -fault_nx beside -fault_mesh"; failed=1; }
 
 # A mistyped option is named.
 "$fault" -fault_nx 1 -fault_nz 1 -ts_max_time 0.1 -fault_lenght_x 5 >out.txt 2>err.txt || failed=1

@@ -1,0 +1,408 @@
+static const char help[] =
+  "One operator of the 3 km fault on n x n elements: time of set-up and of a product, memory, or iterations of CG.\n"
+  "  mpirun -n 2 operators -bench_kind k_fft -bench_n 100\n"
+  "Prints one \"name value\" a line, in SI units. tests/benchmarks/run.sh runs it for many sizes.\n\n";
+
+#include <slipstep.h>
+#include <petscksp.h>
+#include <petsctime.h>
+#include <math.h>
+#include <stdlib.h>
+#include <sys/resource.h>
+
+#define LENGTH 3000.0    /* [m], also the mobilised thickness */
+#define MODULUS 30e9     /* [Pa] */
+#define DENSITY 2500.0   /* [kg/m^3] */
+#define ZETA (0.8 / 3)   /* damping ratio */
+#define SAMPLES 400      /* products timed at most, */
+#define SAMPLES_MIN 3    /* at least */
+#define SAMPLES_TIME 0.5 /* and about so long [s] */
+#define TOLERANCE 1e-8   /* of CG */
+
+typedef struct {
+  MPI_Comm comm;
+  PetscInt n;
+  PetscReal mass, tstar, step; /* [kg/m^2], [s], length of a time step in T* */
+  char cache[PETSC_MAX_PATH_LEN];
+  Mat K, H, B, A; /* A: the operator that is timed, one of the others */
+  PC pc;          /* or this */
+  PetscLogDouble setup;
+} Bench;
+
+/* ---- what is timed: creation goes into bench->setup ---- */
+
+static PetscErrorCode CreateGridStiffness(Bench *b, const char type[])
+{
+  const SlipGrid grid = {b->n, b->n, LENGTH, LENGTH, 0, MODULUS, 0.25, PETSC_FALSE};
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateSlipStiffness(b->comm, &grid, type, &b->K));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode CreateCellStiffness(Bench *b)
+{
+  const PetscInt N = b->n * b->n;
+  const PetscReal side = LENGTH / (PetscReal)b->n;
+  SlipCells cells = {.n = N, .shear_modulus = MODULUS, .poisson_ratio = 0.25};
+  PetscReal *x, *y, *z, *a;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc4(N, &x, N, &y, N, &z, N, &a));
+  for (PetscInt e = 0; e < N; e++) {
+    x[e] = ((PetscReal)(e % b->n) + 0.5) * side;
+    y[e] = 0;
+    z[e] = ((PetscReal)(e / b->n) + 0.5) * side;
+    a[e] = side;
+  }
+  cells.x = x;
+  cells.y = y;
+  cells.z = z;
+  cells.length = cells.width = a;
+  PetscCall(MatCreateSlipCellStiffness(b->comm, &cells, "hmat", 1e-8, &b->K));
+  PetscCall(PetscFree4(x, y, z, a));
+  PetscFunctionReturn(0);
+}
+
+/* One product, so that what K prepares in its first is not counted as H's. */
+static PetscErrorCode CreateWarmStiffness(Bench *b)
+{
+  Vec x, y;
+
+  PetscFunctionBeginUser;
+  PetscCall(CreateGridStiffness(b, "fft"));
+  if (b->cache[0]) PetscCall(MatSlipStiffnessSetCacheDir(b->K, b->cache));
+  PetscCall(MatCreateVecs(b->K, &x, &y));
+  PetscCall(VecSet(x, 1));
+  PetscCall(MatMult(b->K, x, y));
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode CreateStage(Bench *b)
+{
+  PetscFunctionBeginUser;
+  PetscCall(CreateWarmStiffness(b));
+  PetscCall(MatCreateSlipViscosity(b->K, b->mass, ZETA, "sqrtm", &b->H));
+  PetscCall(MatCreateSlipStage(b->K, b->H, b->mass, &b->B));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Begin(Bench *b)
+{
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Barrier(b->comm));
+  PetscCall(PetscTime(&b->setup));
+  b->setup = -b->setup;
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode End(Bench *b)
+{
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Barrier(b->comm));
+  PetscCall(PetscTimeAdd(&b->setup));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Stiffness(Bench *b, const char type[])
+{
+  PetscFunctionBeginUser;
+  PetscCall(Begin(b));
+  PetscCall(CreateGridStiffness(b, type));
+  PetscCall(End(b));
+  b->A = b->K;
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Hierarchical(Bench *b, const char type[])
+{
+  PetscFunctionBeginUser;
+  (void)type;
+  PetscCall(Begin(b));
+  PetscCall(CreateCellStiffness(b));
+  PetscCall(End(b));
+  b->A = b->K;
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Viscosity(Bench *b, const char type[])
+{
+  const char *why, *cache;
+  PetscBool read = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(CreateWarmStiffness(b));
+  PetscCall(Begin(b));
+  PetscCall(MatCreateSlipViscosity(b->K, b->mass, ZETA, type, &b->H));
+  PetscCall(End(b));
+  b->A = b->H;
+  PetscCall(MatSlipGetNotes(b->K, &why, &cache));
+  PetscCall(PetscStrbeginswith(cache, "read", &read));
+  PetscCall(PetscPrintf(b->comm, "setup_from_cache %d\n", read ? 1 : 0));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Stage(Bench *b, const char type[])
+{
+  PetscFunctionBeginUser;
+  (void)type;
+  PetscCall(CreateStage(b));
+  PetscCall(Begin(b));
+  PetscCall(MatSlipStageSetTheta(b->B, b->tstar));
+  PetscCall(End(b));
+  b->A = b->B;
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Preconditioner(Bench *b, const char type[])
+{
+  PetscFunctionBeginUser;
+  PetscCall(CreateStage(b));
+  PetscCall(MatSlipStageSetTheta(b->B, b->tstar));
+  PetscCall(Begin(b));
+  PetscCall(PCCreate(b->comm, &b->pc));
+  PetscCall(PCSetType(b->pc, type));
+  PetscCall(PCSetOperators(b->pc, b->B, b->B));
+  PetscCall(PCSetUp(b->pc));
+  PetscCall(End(b));
+  PetscFunctionReturn(0);
+}
+
+/* One row per operator. */
+static const struct {
+  const char *name;
+  PetscErrorCode (*create)(Bench *, const char type[]);
+  const char *type;
+} Kinds[] = {
+  {"k_dense", Stiffness, "dense"},
+  {"k_fft", Stiffness, "fft"},
+  {"k_hmat", Hierarchical, ""},
+  {"h_sqrtm", Viscosity, "sqrtm"},
+  {"h_spectral", Viscosity, "spectral"},
+  {"h_lanczos", Viscosity, "lanczos"},
+  {"b", Stage, ""},
+  {"pc", Preconditioner, PCSLIPSTAGE},
+};
+
+/* ---- measuring ---- */
+
+/* Numbers in (-1, 1) that depend on the element only, not on the rank. */
+static PetscErrorCode Fill(Vec x)
+{
+  PetscInt start, end;
+  PetscReal *a;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetOwnershipRange(x, &start, &end));
+  PetscCall(VecGetArrayWrite(x, &a));
+  for (PetscInt i = start; i < end; i++) {
+    const PetscReal noise = 43758.5453 * sin(12.9898 * (double)(i + 1));
+
+    a[i - start] = 2 * (noise - floor(noise)) - 1;
+  }
+  PetscCall(VecRestoreArrayWrite(x, &a));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Apply(Bench *b, Vec x, Vec y, PetscLogDouble *seconds)
+{
+  PetscLogDouble begin, end;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Barrier(b->comm));
+  PetscCall(PetscTime(&begin));
+  if (b->pc)
+    PetscCall(PCApply(b->pc, x, y));
+  else
+    PetscCall(MatMult(b->A, x, y));
+  PetscCallMPI(MPI_Barrier(b->comm));
+  PetscCall(PetscTime(&end));
+  *seconds = end - begin;
+  PetscFunctionReturn(0);
+}
+
+static int Compare(const void *a, const void *b)
+{
+  const PetscLogDouble x = *(const PetscLogDouble *)a, y = *(const PetscLogDouble *)b;
+
+  return x < y ? -1 : x > y;
+}
+
+/* The first product, and the median of many. */
+static PetscErrorCode TimeProducts(Bench *b, PetscLogDouble *first, PetscLogDouble *median)
+{
+  PetscLogDouble sample[SAMPLES], sum = 0;
+  PetscInt count = 0;
+  PetscMPIInt more = 1;
+  Vec x, y;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateVecs(b->K, &x, &y));
+  PetscCall(Fill(x));
+  PetscCall(Apply(b, x, y, first));
+  while (more) {
+    PetscCall(Apply(b, x, y, &sample[count]));
+    sum += sample[count++];
+    more = count < SAMPLES && (count < SAMPLES_MIN || sum < SAMPLES_TIME);
+    PetscCallMPI(MPI_Bcast(&more, 1, MPI_INT, 0, b->comm)); /* clocks differ */
+  }
+  qsort(sample, (size_t)count, sizeof(sample[0]), Compare);
+  *median = sample[count / 2];
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(0);
+}
+
+/* Memory of the operator, and the largest ever of a process. */
+static PetscErrorCode PrintMemory(Bench *b)
+{
+  struct rusage usage;
+  PetscReal most = 0, all = 0, bytes, resident;
+  PetscErrorCode (*memory)(PC, PetscReal *) = NULL;
+
+  PetscFunctionBeginUser;
+  if (b->pc) {
+    PetscCall(PetscObjectQueryFunction((PetscObject)b->pc, "PCSlipGetMemory_C", &memory));
+    if (memory) {
+      PetscCall((*memory)(b->pc, &bytes));
+      PetscCallMPI(MPI_Allreduce(&bytes, &most, 1, MPIU_REAL, MPIU_MAX, b->comm));
+      PetscCallMPI(MPI_Allreduce(&bytes, &all, 1, MPIU_REAL, MPIU_SUM, b->comm));
+    } else
+      most = all = -1;
+  } else if (b->A)
+    PetscCall(MatSlipGetMemory(b->A, &most, &all));
+  if (b->A || b->pc) PetscCall(PetscPrintf(b->comm, "memory %.17g\nmemory_all %.17g\n", (double)most, (double)all));
+  getrusage(RUSAGE_SELF, &usage);
+  resident = 1024.0 * (PetscReal)usage.ru_maxrss;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &resident, 1, MPIU_REAL, MPIU_MAX, b->comm));
+  PetscCall(PetscPrintf(b->comm, "resident %.17g\n", (double)resident));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode RunOperator(Bench *b, const char kind[])
+{
+  PetscLogDouble first = 0, median = 0;
+  PetscBool same = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Kinds) && !same; k++) {
+    PetscCall(PetscStrcmp(kind, Kinds[k].name, &same));
+    if (same) PetscCall(Kinds[k].create(b, Kinds[k].type));
+  }
+  PetscCheck(same, b->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "-bench_kind is \"%s\", expected k_dense, k_fft, k_hmat, h_sqrtm, h_spectral, h_lanczos, b, pc or cg",
+             kind);
+  PetscCall(TimeProducts(b, &first, &median));
+  PetscCall(PetscPrintf(b->comm, "setup %.6g\nproduct %.6g\n", b->setup + PetscMax(first - median, 0), median));
+  PetscFunctionReturn(0);
+}
+
+/* 1 on the elements that slide: an ellipse in the middle, about 60 % of the fault. */
+static PetscErrorCode FillMask(Bench *b, Vec mask)
+{
+  PetscInt start, end;
+  PetscReal *a;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetOwnershipRange(mask, &start, &end));
+  PetscCall(VecGetArrayWrite(mask, &a));
+  for (PetscInt i = start; i < end; i++) {
+    const PetscReal x = ((PetscReal)(i % b->n) + 0.5) / (PetscReal)b->n - 0.5;
+    const PetscReal z = ((PetscReal)(i / b->n) + 0.5) / (PetscReal)b->n - 0.5;
+
+    a[i - start] = x * x + z * z < 0.19 ? 1 : 0;
+  }
+  PetscCall(VecRestoreArrayWrite(mask, &a));
+  PetscFunctionReturn(0);
+}
+
+/* Iterations of preconditioned CG for the Jacobian of a step's second stage (theta = h/3), without weakening. */
+static PetscErrorCode RunCG(Bench *b)
+{
+  Vec mask, slope, rhs, x;
+  Mat J;
+  KSP ksp;
+  PC pc;
+  PetscInt iterations;
+  KSPConvergedReason reason;
+  PetscLogDouble begin, end;
+
+  PetscFunctionBeginUser;
+  PetscCall(CreateStage(b));
+  PetscCall(MatSlipStageSetTheta(b->B, b->step * b->tstar / 3));
+  PetscCall(MatCreateVecs(b->K, &x, &rhs));
+  PetscCall(VecDuplicate(x, &mask));
+  PetscCall(VecDuplicate(x, &slope));
+  PetscCall(VecZeroEntries(slope));
+  PetscCall(FillMask(b, mask));
+  PetscCall(Fill(rhs));
+  PetscCall(VecPointwiseMult(rhs, rhs, mask));
+  PetscCall(MatCreateSlipJacobian(b->B, &J));
+  PetscCall(MatSlipJacobianSetParts(J, b->B, mask, slope));
+  PetscCall(KSPCreate(b->comm, &ksp));
+  PetscCall(KSPSetOperators(ksp, J, J));
+  PetscCall(KSPSetType(ksp, KSPCG));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCSLIPSTAGE));
+  PetscCall(KSPSetTolerances(ksp, TOLERANCE, 0, 1e10, 10000));
+  PetscCall(KSPSetFromOptions(ksp));
+  PetscCall(KSPSetUp(ksp));
+  PetscCall(PetscTime(&begin));
+  PetscCall(KSPSolve(ksp, rhs, x));
+  PetscCall(PetscTime(&end));
+  PetscCall(KSPGetIterationNumber(ksp, &iterations));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCheck(reason > 0, b->comm, PETSC_ERR_NOT_CONVERGED, "CG ended as %s after %" PetscInt_FMT " iterations",
+             KSPConvergedReasons[reason], iterations);
+  PetscCall(PetscPrintf(b->comm, "iterations %" PetscInt_FMT "\nsolve %.6g\n", iterations, end - begin));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&J));
+  PetscCall(VecDestroy(&mask));
+  PetscCall(VecDestroy(&slope));
+  PetscCall(VecDestroy(&rhs));
+  PetscCall(VecDestroy(&x));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Run(void)
+{
+  Bench b = {
+    .comm = PETSC_COMM_WORLD, .n = 50, .mass = DENSITY * LENGTH, .tstar = LENGTH * sqrt(DENSITY / MODULUS), .step = 1};
+  char kind[32] = "k_fft";
+  PetscBool cg;
+
+  PetscFunctionBeginUser;
+  PetscOptionsBegin(b.comm, NULL, "Benchmark of operators", "");
+  PetscCall(PetscOptionsString("-bench_kind", "k_dense, k_fft, k_hmat, h_sqrtm, h_spectral, h_lanczos, b, pc or cg", "",
+                               kind, kind, sizeof(kind), NULL));
+  PetscCall(PetscOptionsInt("-bench_n", "Elements along strike and in depth", "", b.n, &b.n, NULL));
+  PetscCall(PetscOptionsReal("-bench_step", "Length of a time step for cg [T*]", "", b.step, &b.step, NULL));
+  PetscCall(PetscOptionsString("-bench_cache", "Directory of the exact viscosity's cache, none if not given", "",
+                               b.cache, b.cache, sizeof(b.cache), NULL));
+  PetscOptionsEnd();
+  PetscCheck(b.n > 0 && b.step > 0, b.comm, PETSC_ERR_ARG_OUTOFRANGE, "-bench_n and -bench_step must be positive");
+  PetscCall(PetscStrcmp(kind, "cg", &cg));
+  if (cg)
+    PetscCall(RunCG(&b));
+  else
+    PetscCall(RunOperator(&b, kind));
+  PetscCall(PrintMemory(&b));
+  PetscCall(PCDestroy(&b.pc));
+  PetscCall(MatDestroy(&b.B));
+  PetscCall(MatDestroy(&b.H));
+  PetscCall(MatDestroy(&b.K));
+  PetscFunctionReturn(0);
+}
+
+int main(int argc, char **argv)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(SlipErrorHandlerPush("operators"));
+  PetscCall(Run());
+  PetscCall(PetscFinalize());
+  return 0;
+}

@@ -1,0 +1,107 @@
+#!/usr/bin/env bash
+# -log_view has the stages and events of a run with counts that agree with what the run did; -fault_view tells of the operators,
+# their memory and the cache.
+set -uo pipefail
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+fault=$SLIPSTEP_BUILD/bin/fault
+policy=(-ts_adapt_type rl -ts_adapt_rl_policy "$SLIPSTEP_SOURCE/training/policies/fault.h5")
+failed=0
+run() { "$@" >log 2>&1 || { cat log; exit 1; }; }
+
+run "$fault" -fault_nx 20 -fault_nz 20 "${policy[@]}" -fault_output fft.h5 -log_view :fft.log
+run mpirun --oversubscribe -n 2 "$fault" -fault_nx 20 -fault_nz 20 "${policy[@]}" -fault_output two.h5 -log_view :two.log
+run "$fault" -fault_nx 8 -fault_nz 8 "${policy[@]}" -fault_output dense.h5 -log_view :dense.log
+run "$fault" -fault_nx 8 -fault_nz 8 -fault_operator hmat -fault_viscosity lanczos -ts_max_time 4 -fault_output hmat.h5 \
+  -log_view :hmat.log
+run "$fault" -fault_nx 8 -fault_nz 8 -snes_type projection -ts_max_time 1 -fault_output projection.h5 -log_view :projection.log
+"$SLIPSTEP_PYTHON" - <<'P' || failed=1
+import re
+import sys
+import h5py
+
+failed = False
+
+def check(good, text):
+    global failed
+    if not good:
+        failed = True
+        print("FAILED: " + text)
+
+def counts(log):
+    """{stage: {event: (count, flops)}}; PETSc numbers the stages and says so again where it lists objects."""
+    stages, current = {}, None
+    with open(log) as f:
+        for line in f:
+            if line.startswith("Object Type"):
+                break
+            if match := re.match(r"--- Event Stage \d+: (.*)", line):
+                current = stages.setdefault(match[1].strip(), {})
+            elif current is not None and (match := re.match(r"(\S+) +(\d+) +\S+ +\S+ +\S+ +(\S+)", line)):
+                current[match[1]] = int(match[2]), float(match[3])
+    return stages
+
+for name in ("fft", "two", "dense", "hmat", "projection"):
+    stages = counts(name + ".log")
+    with h5py.File(name + ".h5") as f:
+        result = dict(f["result"].attrs)
+    check(all(stage in stages for stage in ("Slip set-up", "Slip run", "Slip output")), f"{name}: stages {list(stages)}")
+    if failed:
+        break
+    setup, run, output = (stages[s] for s in ("Slip set-up", "Slip run", "Slip output"))
+    count = lambda stage, event: stage.get(event, (0, 0))[0]
+    flops = lambda stage, event: stage.get(event, (0, 0))[1]
+    attempts, accepted = result["accepted"] + result["rejected"], result["accepted"]
+    check(count(setup, "SlipKSetUp") == 1 and count(setup, "SlipHSetUp") == 1, f"{name}: set-up of K and H once, in its stage")
+    check(count(setup, "SlipKMult") >= 3, f"{name}: the start solves with K")
+    # an evaluation has one product with B; right-hand sides and linear iterations have more
+    evaluations = count(run, "SlipCone")
+    check(evaluations >= result["newton_iterations"] + 2 * result["solves"], f"{name}: {evaluations} evaluations of the cone")
+    check(count(run, "SlipBMult") >= evaluations, f"{name}: {count(run, 'SlipBMult')} products with B")
+    check(count(run, "SlipKMult") >= 2 * result["solves"], f"{name}: a product with K for each stage")
+    check(count(run, "SlipHMult") >= result["solves"], f"{name}: a product with H for each step")
+    for event in ("SlipKMult", "SlipHMult", "SlipBMult"):
+        check(flops(run, event) > 0, f"{name}: {event} counts no flops")
+    # the policy chooses the first step, and one after each attempt
+    want = attempts + 1 if name in ("fft", "two", "dense") else 0
+    for event in ("SlipPolicy", "SlipObserve"):
+        check(count(run, event) == want, f"{name}: {event} {count(run, event)} times, {want} expected")
+    # opening, a row of each attempt, a row and the fields of each accepted step, the start's fields, the end
+    want = 1 + attempts + 2 * accepted + 1 + 1
+    found = count(output, "SlipOutput")
+    check(found == want, f"{name}: {found} pieces of output, {want} expected")
+    check(not any(e.startswith("SlipOutput") for e in run), f"{name}: output has a stage of its own")
+    if name in ("fft", "two"):
+        check(count(run, "SlipPCApply") >= result["linear_iterations"] - 2 * result["newton_iterations"] > 0 and
+              0 < count(run, "SlipPCSetUp") <= count(run, "PCSetUp"), f"{name}: {run.get('SlipPCApply')}, {run.get('SlipPCSetUp')}")
+# A dense product is 2 N^2 - N flops.
+dense = counts("dense.log")["Slip run"]["SlipKMult"]
+check(abs(dense[1] / (dense[0] * 64 * 127) - 1) < 1e-2, f"dense: {dense[1]} flops in {dense[0]} products with K of 64 rows")
+sys.exit(failed)
+P
+
+# The operators of a view, from rank counts 1 and 2; 1600 elements.
+grid=(-fault_nx 40 -fault_nz 40 -ts_max_time 0.1 -fault_view)
+run "$fault" "${grid[@]}" -fault_operator dense && mv log dense1
+run mpirun --oversubscribe -n 2 "$fault" "${grid[@]}" -fault_operator dense && mv log dense2
+mkdir cache
+run "$fault" "${grid[@]}" -fault_cache_dir cache && mv log fft1
+run mpirun --oversubscribe -n 2 "$fault" "${grid[@]}" -fault_cache_dir cache && mv log fft2
+run "$fault" -fault_nx 30 -fault_nz 30 -fault_operator hmat -ts_max_time 0.1 -fault_view && mv log hmat1
+expect() { grep -qE -- "$2" "$1" || { echo "FAILED: no line \"$2\" in $1:"; cat "$1"; failed=1; }; }
+expect dense1 "elements: 1600 on 1 ranks, 1600 to 1600 on each"
+expect dense2 "elements: 1600 on 2 ranks, 800 to 800 on each"
+expect dense1 "stiffness K: seqdense \(dense as asked\)"
+expect dense1 "memory of K: $((8 * 1600 * 1600)) bytes \(20.5 MB\) at most on a rank, 20.5 MB in all, 100.00 %"
+expect dense2 "memory of H: $((4 * 1600 * 1600)) bytes \(10.2 MB\) at most on a rank, 20.5 MB in all, 100.00 %"
+expect dense1 "cache: none \(-fault_cache_dir\)"
+expect fft1 "stiffness K: slipfft \(auto: a uniform grid of more than 256 elements\)"
+expect fft1 "viscosity H: [a-z]+ \(sqrtm"
+expect fft1 "memory of the preconditioner, .* bytes"
+expect fft1 "cache: not found, written to cache/"
+expect fft2 "cache: read from cache/"
+expect hmat1 "stiffness K: sliphmat \(hmat as asked\)"
+expect hmat1 "memory of K: [0-9]+ bytes .* [0-9.]+ % of a dense matrix"
+for file in dense1 fft1 fft2 hmat1; do expect $file "memory of the process after set-up: [0-9.]+ MB at most on a rank"; done
+exit $failed
