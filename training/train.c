@@ -1,5 +1,5 @@
 static const char help[] =
-  "Trains a policy that chooses step sizes, by truncated quantile critics (TQC).\n"
+  "Trains a policy that chooses step sizes, by truncated quantile critics (TQC) or TD3.\n"
   "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
   "  train -train_steps 20000 -train_output policy.h5 -train_log curve.h5\n"
   "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-element faults)\n"

@@ -31,7 +31,9 @@ typedef struct {
   PetscInt64 episodes;
   PetscInt64 evaluated, checkpointed; /* steps at the last evaluation and checkpoint */
   double best;                        /* mean return of the best evaluation, whose actor is kept: */
-  Scalar *best_actor;                 /* [nactor], of the last step when nothing was evaluated */
+  Scalar *actor;                      /* [nactor], the learner's, borrowed */
+  size_t nactor;
+  Scalar *best_actor; /* [nactor], of the last step when nothing was evaluated */
   PetscInt64 best_steps;
   TrainLog log;
   PetscLogDouble begin;   /* wall time at the start [s] */

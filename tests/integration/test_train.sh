@@ -20,11 +20,15 @@ refuses() { # words -- options
 }
 
 refuses -train_problem pendulum fault sliding_mode circuit -- -train_problem pendulum
-refuses -train_algorithm dqn tqc -- -train_algorithm dqn
+refuses -train_algorithm dqn tqc td3 -- -train_algorithm dqn
 refuses -train_reward nonsense published accuracy -- -train_reward nonsense
 refuses -train_cost days iterations wall -- -train_cost days
 refuses -train_steps -- -train_steps 0
-refuses "-train_drop is 25, expected a number >= 0 and <= 24" -- -train_drop 25
+refuses "-train_drop_quantiles is 25, expected a number >= 0 and <= 24" -- -train_drop_quantiles 25
+refuses "-train_network is 0, expected a number > 0" -- -train_network 64,0
+refuses -train_noise gsde gaussian -- -train_noise white
+refuses "-train_noise gsde needs -train_algorithm tqc" -- -train_algorithm td3 -train_noise gsde
+refuses "-train_policy_delay is 0" -- -train_policy_delay 0
 refuses "-train_hidden is 0, expected a number > 0" -- -train_hidden 0
 refuses "-train_batch is -1, expected a number > 0" -- -train_batch -1
 refuses "-train_alpha is nan, expected a number >= 0" -- -train_alpha nan
@@ -57,6 +61,7 @@ done
 # rank 1 trains what one rank with the next seed and the other alpha trains
 "$bin/train" $short -train_seed 5 -train_alpha 2 -train_output q.h5 -train_checkpoint d.h5 || fail "one rank"
 refuses -train_resume "other networks" -- -train_resume d.h5 -train_hidden 32
+refuses -train_resume "trained with -train_algorithm tqc, expected td3" -- -train_resume d.h5 -train_algorithm td3
 refuses -train_resume checkpoint -- -train_resume q.h5
 "$SLIPSTEP_PYTHON" - <<'EOF' || fail "rank 1 and a single run differ, or the learning curve is wrong"
 import h5py, numpy as np
