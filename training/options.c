@@ -316,44 +316,32 @@ static PetscErrorCode ParseFiles(TrainOptions *o, SlipOptionItems PetscOptionsOb
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* F.h5 becomes F.rank3.h5 when several ranks train side by side. */
-static PetscErrorCode AddRank(char file[], PetscMPIInt rank)
+/* The lists of a sweep: every alpha with every seed */
+static PetscErrorCode ParseSweep(TrainOptions *o, SlipOptionItems PetscOptionsObject)
 {
-  char stem[PETSC_MAX_PATH_LEN], *dot;
+  PetscBool set;
 
   PetscFunctionBegin;
-  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscStrncpy(stem, file, sizeof(stem)));
-  dot = strrchr(stem, '.');
-  if (dot && strcmp(dot, ".h5")) dot = NULL;
-  if (dot) *dot = 0;
-  PetscCall(PetscSNPrintf(file, PETSC_MAX_PATH_LEN, "%s.rank%d%s", stem, rank, dot ? ".h5" : ""));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SetRank(MPI_Comm comm, TrainOptions *o, PetscInt nalpha, const PetscReal alpha[])
-{
-  PetscMPIInt rank, size;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  o->env.alpha = alpha[rank % nalpha];
-  o->seed += rank;
-  if (size > 1) PetscCall(PetscSNPrintf(o->label, sizeof(o->label), "[%d] ", rank));
-  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AddRank(o->output, rank));
-  PetscCall(AddRank(o->log, rank));
-  PetscCall(AddRank(o->resume, rank));
-  PetscCall(AddRank(o->checkpoint, rank));
+  o->nalpha = o->nseed = TRAIN_MAX_LIST;
+  o->alphas[0] = 1;
+  o->seeds[0] = 0;
+  PetscCall(PetscOptionsIntArray("-train_seed",
+                                 "Seed, or a list of seeds (default 0): each is trained with each -train_alpha, spread "
+                                 "over the ranks; F.h5 becomes F_alpha2_seed1.h5",
+                                 NULL, o->seeds, &o->nseed, &set));
+  if (!set || !o->nseed) o->nseed = 1;
+  PetscCall(PetscOptionsRealArray("-train_alpha", "Weight of the error in the reward, or a list of them (default 1)",
+                                  NULL, o->alphas, &o->nalpha, &set));
+  if (!set || !o->nalpha) o->nalpha = 1;
+  for (PetscInt i = 0; i < o->nalpha; ++i) PetscCall(CheckRange("-train_alpha", o->alphas[i], 0, PETSC_MAX_REAL));
+  o->env.alpha = o->alphas[0];
+  o->seed = o->seeds[0];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
 {
-  PetscReal alpha[64] = {1}, steps = 20000, checkpoint = 5000;
-  PetscInt nalpha = 64;
-  PetscBool set;
+  PetscReal steps = 20000, checkpoint = 5000;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(o, sizeof(*o)));
@@ -365,12 +353,7 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
   PetscCheck(steps >= 1 && steps < 1e12, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_steps %g must be positive",
              (double)steps);
   o->steps = (PetscInt64)steps;
-  PetscCall(PetscOptionsInt("-train_seed", "Seed; rank i uses seed + i", NULL, o->seed, &o->seed, NULL));
-  PetscCall(PetscOptionsRealArray("-train_alpha",
-                                  "Weight of the error in the reward (default 1); rank i uses entry i of a list", NULL,
-                                  alpha, &nalpha, &set));
-  if (!set || !nalpha) nalpha = 1;
-  for (PetscInt i = 0; i < nalpha; ++i) PetscCall(CheckRange("-train_alpha", alpha[i], 0, PETSC_MAX_REAL));
+  PetscCall(ParseSweep(o, PetscOptionsObject));
   PetscCall(PetscOptionsInt("-train_progress", "Steps from one progress line to the next, 0: quiet", NULL, o->progress,
                             &o->progress, NULL));
   PetscCall(
@@ -392,7 +375,6 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
   PetscCall(ParseFiles(o, PetscOptionsObject));
   PetscOptionsEnd();
   if (o->algorithm->options) PetscCall(o->algorithm->options(o));
-  PetscCall(SetRank(comm, o, nalpha, alpha));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,6 @@
 /* The training run: episodes until the steps are done, evaluation of the deterministic policy in between, the policy
    at the end. */
-#include "trainer.h"
+#include "sweep.h"
 #include <slipstep/private/sliperror.h>
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
@@ -144,6 +144,7 @@ static PetscErrorCode AfterEpisode(Trainer *t, const EnvResult *r, PetscInt64 *s
 {
   PetscFunctionBegin;
   t->episodes++;
+  PetscCall(SweepYield());
   PetscCall(TrainLogEpisode(t->log, t, r));
   if (t->o.progress && (t->agent.steps - *shown >= t->o.progress || t->agent.steps >= t->o.steps)) {
     PetscCall(Progress(t, r));
