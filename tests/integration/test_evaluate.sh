@@ -51,9 +51,10 @@ grep -q "108 cells of this matrix, $before were there, 0 failed, 0 left" c.txt |
 mpirun --oversubscribe -n 2 "$bin/evaluate" "${tiny[@]}" -evaluate_spread 0 -evaluate_policies "$policy" -evaluate_output d.h5 >d.txt 2>&1 ||
   fail "on two ranks together: $(tail -3 d.txt)"
 "$bin/fault" -fault_nx 3 -fault_nz 3 -ts_adapt_type pi -ts_bathe_error doubling -fault_output run.h5 >/dev/null || fail "fault"
+"$bin/sliding_mode" -ts_adapt_type pi -sliding_mode_output small.h5 >/dev/null || fail "sliding_mode"
 "$SLIPSTEP_PYTHON" - <<'P' || fail "results differ"
 import h5py
-a, b, d, run = (h5py.File(name) for name in ("a.h5", "b.h5", "d.h5", "run.h5"))
+a, b, d, run, small = (h5py.File(name) for name in ("a.h5", "b.h5", "d.h5", "run.h5", "small.h5"))
 for case, cells in b["cells"].items():
     for name, cell in cells.items():
         other = a["cells"][case][name].attrs
@@ -67,6 +68,8 @@ for name, cell in d["cells/fault_3km_3x3"].items():
 pi = a["cells/fault_3km_3x3/pi_x1_doubling_trapezoidal"].attrs
 assert pi["solves"] == run["result"].attrs["solves"]
 assert abs(pi["final"] / run["result"].attrs["mean_slip"] - 1) < 1e-12
+w = a["cells/sliding_mode/pi_x1_embedded_trapezoidal"].attrs
+assert abs(w["l2_error"] / small["result"].attrs["l2_error"] - 1) < 1e-9 and w["solves"] == small["result"].attrs["solves"]
 assert a["references/fault_3km_3x3"].attrs["self_max"] < 0.01
 P
 
