@@ -113,12 +113,12 @@ for option in output problems sizes meshes controllers policies errors reactions
   grep -q -e "-evaluate_$option" help.txt || fail "-evaluate_$option is not in -help"
 done
 
-# ---- figures and tables ----
-"$SLIPSTEP_PYTHON" "$source/output/plot_study.py" a.h5 --figures figures >plot.txt 2>&1 || fail "figures: $(tail -2 plot.txt)"
-[ "$(find figures -name 'study_*.png' -size +4k | wc -l)" = 11 ] || fail "not 11 figures: $(ls -l figures)"
+# ---- the whole study by its command, on what is there already ----
 cp "$source/output/RESULTS.md" page.md
-"$SLIPSTEP_PYTHON" "$source/output/results_table.py" a.h5 --page page.md || fail "tables"
-grep -Eq '^\| `fault` \| 1 of 1 \| [0-9]+ to [0-9]+ \| [0-9.]+ % \| \*\*[0-9.]+\*\*' page.md || fail "no ratio at equal accuracy: $(head -25 page.md)"
+MESHES=3 POLICIES=$policy TOLERANCES=1,10,100,1000 STEPS=20,100 REFERENCE_STEPS=600 BUILD=$SLIPSTEP_BUILD PYTHON=$SLIPSTEP_PYTHON \
+  FIGURES=figures PAGE=page.md "$source/output/study.sh" a.h5 >study.txt 2>&1 || fail "study.sh: $(tail -3 study.txt)"
+[ "$(find figures -name 'study_*.png' -size +4k | wc -l)" = 11 ] || fail "not 11 figures: $(ls -l figures)"
+grep -Eq '^\| `fault` \| 2 of 2 \| [0-9]+ to [0-9]+ \| [0-9.]+ % \| \*\*[0-9.]+\*\*' page.md || fail "no ratio at equal accuracy: $(head -25 page.md)"
 "$SLIPSTEP_PYTHON" "$source/output/plot_study.py" twin/fault.h5 --figures figures >plot.txt 2>&1 && fail "draws a policy"
 grep -q "^plot_study.py: twin/fault.h5: not a file of evaluate" plot.txt || fail "no message of another file: $(cat plot.txt)"
 exit $failed
