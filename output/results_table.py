@@ -1,0 +1,326 @@
+#!/usr/bin/env python3
+"""Write the tables of RESULTS.md from the file of evaluate, so that none of their numbers is typed.
+
+    output/results_table.py output/study.h5 [--page output/RESULTS.md]
+
+The page keeps its text; what stands between <!-- table NAME --> and <!-- end NAME --> is replaced.
+"""
+
+import argparse
+import os
+import re
+import sys
+
+import numpy as np
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from slipstep_output import OutputError
+from slipstep_study import Study, cheapest, family
+
+DEFAULT, PUBLISHED = ("embedded", "trapezoidal"), ("doubling", "implicit")
+MEASURES = ("final_error", "max_error")
+NO = "–"
+
+
+def markdown(heads, rows):
+    """A table; without rows it says so."""
+    if not rows:
+        return "No such runs in the file."
+    lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
+    return "\n".join(lines + ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows])
+
+
+def number(value, digits=3):
+    """Significant digits without an exponent where that is readable."""
+    if value is None or not np.isfinite(value):
+        return NO
+    return f"{value:.{digits}g}" if value == 0 or 1e-3 <= abs(value) < 10**digits else f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.1e}"
+
+
+def percent(value):
+    return NO if value is None or not np.isfinite(value) else f"{number(100 * value, 2)} %"
+
+
+def mean(values):
+    """Geometric mean of ratios."""
+    values = [value for value in values if np.isfinite(value) and value > 0]
+    return float(np.exp(np.mean(np.log(values)))) if values else np.nan
+
+
+def describe(cell):
+    """How a classical run was made."""
+    if cell["controller"] == "none":
+        return f"{cell['steps']} constant steps, {cell['reaction']}"
+    return f"{cell['controller']}, {cell['error']}, {cell['reaction']}, tolerance x {cell['tolerance']:g}"
+
+
+# ---- equal accuracy ----
+
+def classical(study, case):
+    """Every classical run of a case, whatever its estimate, reaction and tolerance."""
+    return [cell for cell in study.cells if cell.case == case and not cell.learned]
+
+
+def swept(study, case):
+    """Was a sweep of tolerances made? Without one there is no saying what equal accuracy costs."""
+    return len({cell["tolerance"] for cell in classical(study, case) if not cell["steps"]}) >= 4
+
+
+def advantage(study, cell, measure):
+    """(solves of the cheapest classical run with at most the policy's error over its own, that run); None without one."""
+    best = cheapest(classical(study, cell.case), cell.error(measure), measure)
+    return (best["solves"] / cell["solves"], best) if best is not None else (np.nan, None)
+
+
+def policy_cells(study, name, treatment, problem="fault"):
+    return study.select(policy=name, problem=problem, error=treatment[0], reaction=treatment[1])
+
+
+def equal_accuracy(study):
+    """A row a policy, over all meshes and sizes with a sweep, for the default integrator."""
+    rows = []
+    for name in study.policies("fault"):
+        cells = [cell for cell in policy_cells(study, name, DEFAULT) if swept(study, cell.case)]
+        good = [cell for cell in cells if cell.converged]
+        row = [f"`{name}`", f"{len(good)} of {len(cells)}"]
+        if not good:
+            rows.append(row + [NO] * 6)
+            continue
+        row.append(f"{min(c['solves'] for c in good)} to {max(c['solves'] for c in good)}")
+        for measure in MEASURES:
+            ratios = [advantage(study, cell, measure)[0] for cell in good]
+            known = [ratio for ratio in ratios if np.isfinite(ratio)]
+            spread = f" ({number(min(known), 2)} to {number(max(known), 2)})" if known else ""
+            row += [percent(float(np.mean([cell.error(measure) for cell in good]))), f"**{number(mean(ratios), 2)}**{spread}"]
+        rows.append(row)
+    return markdown(["policy", "converged", "its solves", "error of final slip (mean)", "best classical / its solves at that error",
+                     "largest error over time (mean)", "best classical / its solves at that error"], [row[:7] for row in rows])
+
+
+def equal_accuracy_cells(study):
+    """Every policy, fault and mesh: what the best classical run was."""
+    rows = []
+    for name in study.policies("fault"):
+        for cell in sorted(policy_cells(study, name, DEFAULT), key=lambda c: (c["size_km"], c["mesh"])):
+            if not swept(study, cell.case):
+                continue
+            row = [f"`{name}`", f"{cell['size_km']:g} km, {cell['mesh']}²"]
+            if not cell.converged:
+                rows.append(row + ["failed"] + [NO] * 6)
+                continue
+            row.append(cell["solves"])
+            for measure in MEASURES:
+                ratio, best = advantage(study, cell, measure)
+                row += [percent(cell.error(measure)), number(ratio, 2), f"{best['solves']}: {describe(best)}" if best is not None else NO]
+            rows.append(row)
+    return markdown(["policy", "fault", "solves", "error of final slip", "ratio", "best classical run", "largest error over time", "ratio",
+                     "best classical run"], rows)
+
+
+def equal_accuracy_small(study):
+    """Sliding mode and circuit by their L2 error."""
+    rows = []
+    for problem in ("sliding_mode", "circuit"):
+        for name in study.policies(problem):
+            for cell in policy_cells(study, name, DEFAULT, problem):
+                if not cell.converged:
+                    rows.append([problem, f"`{name}`", "failed", NO, NO, NO])
+                    continue
+                ratio, best = advantage(study, cell, "l2_error")
+                rows.append([problem, f"`{name}`", cell["solves"], number(cell["l2_error"], 2), number(ratio, 2),
+                             f"{best['solves']}: {describe(best)}" if best is not None else NO])
+    return markdown(["problem", "policy", "solves", "L2 error", "best classical / its solves", "best classical run"], rows)
+
+
+# ---- beside the published figures ----
+
+# Riley et al. (2025), as quoted by issue 4: {size: (mean, range)} of heuristic/rl in run time, of pi/rl, mean slip error of rl.
+STUDY_RATIOS = {3.0: ("11.0", "4 to 19.45"), 5.0: ("18", "10 to 35")}
+STUDY_PI = "12.8 (5 to 30)"
+STUDY_ERRORS = {3.0: "9.85 %", 5.0: "7.42 %"}
+STUDY_STEPS = {"heuristic": {25: 163, 50: 230, 75: 330, 100: 401}, "rl": {25: 16, 50: 20, 75: 22, 100: 23}}
+STUDY_SMALL = {
+    "sliding_mode": {"pi": ("1.0", "1.9e-4"), "heuristic": ("0.90", "1.7e-4"), "tqc": ("0.44", "2.9e-4"), "td3": ("0.43", "2.7e-4")},
+    "circuit": {"pi": ("0.10", "0.38 %"), "heuristic": ("0.13", "0.44 %"), "tqc": ("0.01", "19.6 %"), "td3": ("1.0", "27.2 %")},
+}
+
+
+def main_sweep(study):
+    """Name and members of the sweep over alpha that trained with TQC and has most members."""
+    for name, members in study.sweeps().items():
+        if any(cell.get("policy_algorithm") == "tqc" for cell in study.select(policy=tuple(members.values()))):
+            return name, members
+    return None, {}
+
+
+def sweep_cells(study, size, treatment, alphas=(0.0, np.inf)):
+    """Cells of the main sweep with alpha in a range."""
+    _, members = main_sweep(study)
+    return [cell for alpha, name in members.items() if alphas[0] <= alpha <= alphas[1]
+            for cell in policy_cells(study, name, treatment) if cell["size_km"] == size]
+
+
+def ratios(study, cells, controller, quantity):
+    """Cost of a classical controller at the reference tolerance over each policy's, same treatment."""
+    out = []
+    for cell in cells:
+        other = study.one(problem="fault", size_km=cell["size_km"], mesh=cell["mesh"], controller=controller, tolerance=1.0,
+                          error=cell["error"], reaction=cell["reaction"])
+        if cell.converged and other is not None and other.converged:
+            out.append(other[quantity] / cell[quantity])
+    return out
+
+
+def spread(values):
+    return f"{number(float(np.mean(values)))} ({number(min(values))} to {number(max(values))})" if values else NO
+
+
+def published(study):
+    """Speed-ups at the reference tolerance, each with its error."""
+    rows = []
+    for size in study.axis("size_km", problem="fault"):
+        for treatment in (PUBLISHED, DEFAULT):
+            cells = sweep_cells(study, size, treatment)
+            done = [cell for cell in cells if cell.converged]
+            if not cells:
+                continue
+            same = treatment == PUBLISHED
+            rows.append([f"{size:g} km", ", ".join(treatment), f"{len(done)} of {len(cells)}",
+                         spread(ratios(study, cells, "heuristic", "solves")), spread(ratios(study, cells, "heuristic", "wall")),
+                         " ".join(f"({text})" if k else text for k, text in enumerate(STUDY_RATIOS.get(size, (NO,)))) if same else NO,
+                         spread(ratios(study, cells, "pi", "wall")), STUDY_PI if same and size == 3.0 else NO,
+                         percent(float(np.mean([cell.error() for cell in done]))) if done else NO,
+                         STUDY_ERRORS.get(size, NO) if same else NO])
+    return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, solves", "heuristic/rl, wall time", "study", "pi/rl, wall time",
+                     "study", "slip error of rl", "study"], rows)
+
+
+def requirements(study):
+    """Mean error of alphas 1 to 8 with the default integrator; failures and guard rails over the whole sweep."""
+    rows = []
+    for size in study.axis("size_km", problem="fault"):
+        for treatment in (DEFAULT, PUBLISHED):
+            cells = sweep_cells(study, size, treatment)
+            middle = [cell.error() for cell in sweep_cells(study, size, treatment, (1, 8)) if cell.converged]
+            if cells:
+                rows.append([f"{size:g} km", ", ".join(treatment), len(cells), sum(not cell.converged for cell in cells),
+                             sum(cell["guarded"] > 0 for cell in cells), percent(float(np.mean(middle))) if middle else NO,
+                             percent(max(middle)) if middle else NO])
+    return markdown(["fault", "estimate, reaction", "cells of the sweep", "failed", "guard rails stepped in", "slip error, alpha 1 to 8 (mean)",
+                     "(largest)"], rows)
+
+
+def accepted_steps(study):
+    """Accepted steps of the 3 km fault beside the published ones."""
+    rows = []
+    _, members = main_sweep(study)
+    for mesh in study.axis("mesh", problem="fault", size_km=3.0):
+        case = {"problem": "fault", "size_km": 3.0, "mesh": mesh}
+        row = [f"{mesh} x {mesh}"]
+        for controller, treatment in (("heuristic", PUBLISHED), ("heuristic", DEFAULT), ("rl", PUBLISHED), ("rl", DEFAULT)):
+            if controller == "rl":
+                cell = study.one(policy=members.get(2.0), error=treatment[0], reaction=treatment[1], **case) if 2.0 in members else None
+            else:
+                cell = study.one(controller=controller, tolerance=1.0, error=treatment[0], reaction=treatment[1], **case)
+            row.append(NO if cell is None else "failed" if not cell.converged else f"{cell['accepted']} ({percent(cell.error())})")
+            if treatment == PUBLISHED:
+                row.append(STUDY_STEPS[controller].get(mesh, NO))
+        rows.append(row)
+    return markdown(["3 km fault", "heuristic, doubling, implicit", "study", "heuristic, default", "rl alpha 2, doubling, implicit", "study",
+                     "rl alpha 2, default"], rows)
+
+
+def small(study):
+    """Sliding mode and circuit at the reference tolerance beside the published figures."""
+    rows = []
+    for problem, theirs in STUDY_SMALL.items():
+        for treatment in (DEFAULT, PUBLISHED):
+            cells = [c for c in study.select(problem=problem, error=treatment[0], reaction=treatment[1])
+                     if c.learned or (c["tolerance"] == 1 and c["controller"] in ("pi", "heuristic", "dsp"))]
+            slowest = max((c["wall"] for c in cells if c.converged), default=np.nan)
+            for cell in cells:
+                key = cell.get("policy_algorithm") if cell.learned else cell["controller"]
+                runtime, error = theirs.get(key, (NO, NO)) if treatment == PUBLISHED else (NO, NO)
+                if not cell.converged:
+                    rows.append([problem, ", ".join(treatment), f"`{cell.name}`", "failed", NO, runtime, NO, error])
+                    continue
+                scale = "" if problem == "sliding_mode" else " %"
+                value = cell["l2_error"] * (100 if scale else 1)
+                rows.append([problem, ", ".join(treatment), f"`{cell.name}`" if cell.learned else cell.name, cell["solves"],
+                             number(cell["wall"] / slowest, 2), runtime, number(value, 2) + scale, error])
+    return markdown(["problem", "estimate, reaction", "controller", "solves", "run time / slowest", "study", "L2 error", "study"], rows)
+
+
+def references(study):
+    """The references and how far the run of half as many steps is from them."""
+    rows = []
+    for case, attributes in sorted(study.references.items(), key=lambda item: (item[1]["problem"], item[1]["size_km"], item[1]["mesh"])):
+        final = f"{attributes['final']:.5f}" if attributes["problem"] == "fault" else NO
+        known = attributes["steps"] > 0
+        rows.append([case.replace("_", " "), attributes["kind"], attributes["steps"] if known else NO, final,
+                     f"{abs(attributes['self_final']):.1e}" if known else NO, f"{attributes['self_max']:.1e}" if known else NO])
+    return markdown(["case", "kind", "steps", "final mean slip (m)", "half as many steps: at the end", "at most"], rows)
+
+
+def contents(study):
+    """What was run, and what it took."""
+    rows = []
+    for case in sorted({cell.case for cell in study.cells}, key=lambda name: (len(name), name)):
+        cells = [cell for cell in study.cells if cell.case == case]
+        failed = [cell for cell in cells if not cell.converged]
+        wall = sum(cell["repetitions"] * cell["wall"] for cell in cells) + study.references.get(case, {}).get("wall", 0)
+        rows.append([case.replace("_", " "), len(cells), len(failed), sum(cell["guarded"] > 0 for cell in cells), f"{wall:.0f}"])
+    return markdown(["case", "cells", "failed", "guard rails stepped in", "wall time of all runs, reference included (s)"], rows)
+
+
+def failures(study):
+    """Every cell that did not converge, and why."""
+    rows = [[cell.case.replace("_", " "), f"`{cell.name}`", ", ".join(cell.treatment), f"{cell['tolerance']:g}", cell["reason"].replace("|", "\\|")]
+            for cell in study.cells if not cell.converged]
+    return markdown(["case", "controller", "estimate, reaction", "tolerance x", "reason"], rows) if rows else "No cell failed."
+
+
+TABLES = {"equal_accuracy": equal_accuracy, "equal_accuracy_small": equal_accuracy_small, "published": published,
+          "requirements": requirements, "accepted_steps": accepted_steps, "small": small, "equal_accuracy_cells": equal_accuracy_cells,
+          "references": references, "contents": contents, "failures": failures}
+
+
+def fill(text, study, page):
+    """The page with its tables replaced."""
+    names = re.findall(r"<!-- table (\w+) -->", text)
+    unknown = [name for name in names if name not in TABLES]
+    if unknown or not names:
+        raise OutputError(f"{page}: " + (f"unknown table {unknown[0]}" if unknown else "no <!-- table NAME --> in it")
+                          + f", expected some of {', '.join(TABLES)}")
+    for name in names:
+        pattern = re.compile(rf"(<!-- table {name} -->\n).*?(<!-- end {name} -->)", re.S)
+        if not pattern.search(text):
+            raise OutputError(f"{page}: <!-- end {name} --> is missing")
+        table = TABLES[name](study)
+        text = pattern.sub(lambda match: match.group(1) + table + "\n" + match.group(2), text)
+    return text
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("study", metavar="FILE", help="file of evaluate")
+    parser.add_argument("--page", metavar="MD", default=os.path.join(os.path.dirname(os.path.abspath(__file__)), "RESULTS.md"),
+                        help="page to fill, default RESULTS.md beside this script")
+    options = parser.parse_args()
+    try:
+        study = Study(options.study)
+        with open(options.page, encoding="utf-8") as file:
+            text = file.read()
+        text = fill(text, study, options.page)
+        with open(options.page + ".part", "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(options.page + ".part", options.page)
+    except OSError as error:
+        sys.exit(f"results_table.py: {error}")
+    except OutputError as error:
+        sys.exit(f"results_table.py: {error}")
+    print(f"Tables: {options.page}")
+
+
+if __name__ == "__main__":
+    main()

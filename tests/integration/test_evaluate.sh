@@ -1,0 +1,124 @@
+#!/usr/bin/env bash
+# The evaluate program: a tiny matrix end to end, going on after kill -9, ranks, failing cells, wrong use, figures and tables.
+set -uo pipefail
+bin=$SLIPSTEP_BUILD/bin
+source=$SLIPSTEP_SOURCE
+policy=$source/training/policies/fault.h5
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+failed=0
+
+fail() { echo "FAILED: $*"; failed=1; }
+# Expects a failing run with one message that holds each of the given words.
+refuses() { # words -- command
+  local words=()
+  while [ "$1" != -- ]; do words+=("$1"); shift; done
+  shift
+  if timeout 60 "$@" >out.txt 2>&1; then fail "accepted: $*"; fi
+  for word in "${words[@]}"; do grep -qF -e "$word" out.txt || fail "no \"$word\" in the message for $*: $(cat out.txt)"; done
+  [ "$(grep -c 'error: ' out.txt)" = 1 ] || fail "not one message for $*: $(cat out.txt)"
+}
+tiny=(-evaluate_sizes 3 -evaluate_meshes 3 -evaluate_reference_steps 600 -evaluate_repetitions 1)
+
+# ---- a matrix, twice: the second time there is nothing to do ----
+matrix=("${tiny[@]}" -evaluate_problems fault,sliding_mode,circuit -evaluate_policies "$policy" -evaluate_tolerances 1,10,100,1000
+  -evaluate_steps 20,100)
+"$bin/evaluate" "${matrix[@]}" -evaluate_output a.h5 >a.txt 2>&1 || fail "a matrix: $(tail -3 a.txt)"
+grep -q "160 cells of this matrix, 0 were there, 0 failed, 0 left" a.txt || fail "summary: $(tail -1 a.txt)"
+grep -Eq "^\[[0-9]+/160\] fault_3km_3x3/heuristic_x1_embedded_trapezoidal: .* left$" a.txt || fail "no progress with the time left"
+"$bin/evaluate" "${matrix[@]}" -evaluate_output a.h5 >again.txt 2>&1 || fail "the same matrix again"
+grep -q "160 cells of this matrix, 160 were there" again.txt || fail "runs again what is there: $(cat again.txt)"
+"$bin/evaluate" "${matrix[@]}" -evaluate_output a.h5 -evaluate_list >list.txt 2>&1 || fail "-evaluate_list"
+[ "$(grep -c '^done ' list.txt)" = 160 ] || fail "-evaluate_list does not list 160 done cells"
+
+# ---- killed while it runs, the file is whole, and the same command completes it ----
+: >b.txt
+mpirun --oversubscribe -n 2 "$bin/evaluate" "${matrix[@]}" -evaluate_problems fault,sliding_mode -evaluate_output b.h5 >b.txt 2>&1 &
+launcher=$!
+for _ in $(seq 300); do [ "$(grep -c '^\[' b.txt)" -ge 12 ] && break; sleep 0.05; done
+pids=$(pgrep -P $launcher -f "$bin/evaluate" || true)
+kill -9 $pids $launcher 2>/dev/null
+wait $launcher 2>/dev/null
+for pid in $pids; do while kill -0 "$pid" 2>/dev/null; do sleep 0.05; done; done
+before=$("$SLIPSTEP_PYTHON" -c "import h5py; print(sum(len(c) for c in h5py.File('b.h5')['cells'].values()))") || fail "not whole after kill -9"
+reported=$(grep -c '^\[[0-9]*/108\]' b.txt)
+[ "$before" -ge "$reported" ] || fail "$reported cells reported but $before in the file"
+"$bin/evaluate" "${matrix[@]}" -evaluate_problems fault,sliding_mode -evaluate_output b.h5 >c.txt 2>&1 || fail "going on: $(tail -3 c.txt)"
+grep -q "108 cells of this matrix, $before were there, 0 failed, 0 left" c.txt || fail "after kill -9 with $before cells: $(tail -1 c.txt)"
+
+# ---- cells on two ranks together, and one repeated by the program fault ----
+mpirun --oversubscribe -n 2 "$bin/evaluate" "${tiny[@]}" -evaluate_spread 0 -evaluate_policies "$policy" -evaluate_output d.h5 >d.txt 2>&1 ||
+  fail "on two ranks together: $(tail -3 d.txt)"
+"$bin/fault" -fault_nx 3 -fault_nz 3 -ts_adapt_type pi -ts_bathe_error doubling -fault_output run.h5 >/dev/null || fail "fault"
+"$bin/sliding_mode" -ts_adapt_type pi -sliding_mode_output small.h5 >/dev/null || fail "sliding_mode"
+"$SLIPSTEP_PYTHON" - <<'P' || fail "results differ"
+import h5py
+a, b, d, run, small = (h5py.File(name) for name in ("a.h5", "b.h5", "d.h5", "run.h5", "small.h5"))
+for case, cells in b["cells"].items():
+    for name, cell in cells.items():
+        other = a["cells"][case][name].attrs
+        # the same bits, killed or not, on one rank or spread over two
+        for key in ("solves", "accepted", "final_error", "max_error", "l2_error"):
+            assert cell.attrs[key] == other[key], (case, name, key)
+for name, cell in d["cells/fault_3km_3x3"].items():
+    mine = a["cells/fault_3km_3x3"][name].attrs
+    assert cell.attrs["solves"] == mine["solves"] and cell.attrs["ranks"] == 2, name
+    assert abs(cell.attrs["final"] / mine["final"] - 1) < 1e-6, name  # sums in another order; solves end at 1e-8
+pi = a["cells/fault_3km_3x3/pi_x1_doubling_trapezoidal"].attrs
+assert pi["solves"] == run["result"].attrs["solves"]
+assert abs(pi["final"] / run["result"].attrs["mean_slip"] - 1) < 1e-12
+w = a["cells/sliding_mode/pi_x1_embedded_trapezoidal"].attrs
+assert abs(w["l2_error"] / small["result"].attrs["l2_error"] - 1) < 1e-9 and w["solves"] == small["result"].attrs["solves"]
+assert a["references/fault_3km_3x3"].attrs["self_max"] < 0.01
+P
+
+# ---- a run that fails is a result, with its reason ----
+"$bin/evaluate" "${tiny[@]}" -evaluate_controllers heuristic,none -ts_adapt_dt_min 0.5 -evaluate_output f.h5 >f.txt 2>&1 ||
+  fail "a failing cell ends the program: $(tail -2 f.txt)"
+grep -q "FAILED, At time .* below -ts_adapt_dt_min" f.txt || fail "no reason of the failure: $(cat f.txt)"
+grep -q "6 cells of this matrix, 0 were there, 4 failed, 0 left" f.txt || fail "failures are not counted: $(tail -1 f.txt)"
+"$bin/evaluate" "${tiny[@]}" -evaluate_controllers heuristic -evaluate_max_attempts 5 -evaluate_output g.h5 >g.txt 2>&1 || fail "a limit"
+grep -q "FAILED, 5 attempts (-evaluate_max_attempts)" g.txt || fail "no limit of attempts: $(cat g.txt)"
+"$bin/evaluate" "${tiny[@]}" -evaluate_controllers heuristic -evaluate_repeat_failed -evaluate_output g.h5 >g.txt 2>&1 || fail "repeating"
+grep -q "4 cells of this matrix, 0 were there, 0 failed, 0 left" g.txt || fail "failed cells are not repeated: $(tail -1 g.txt)"
+"$bin/evaluate" "${tiny[@]}" -evaluate_controllers pi -evaluate_time_limit 1e-9 -evaluate_output g.h5 >g.txt 2>&1 || fail "a time limit"
+grep -q "4 left: the same command goes on" g.txt || fail "no time limit: $(tail -1 g.txt)"
+
+# ---- wrong use: one message, and the file stays as it is ----
+sum=$(sha256sum <a.h5)
+same=("$bin/evaluate" "${tiny[@]}" -evaluate_output a.h5)
+refuses "-evaluate_controllers has nonsense" heuristic pi dsp none rl -- "${same[@]}" -evaluate_controllers pi,nonsense
+refuses "-evaluate_problems has pendulum" sliding_mode -- "${same[@]}" -evaluate_problems pendulum
+refuses "-evaluate_errors has tripling" embedded doubling -- "${same[@]}" -evaluate_errors tripling
+refuses "-evaluate_policies" -- "${same[@]}" -evaluate_controllers rl
+refuses "for the problem fault" fault.h5 -- "${same[@]}" -evaluate_problems circuit -evaluate_policies "$policy"
+refuses "no/such.h5" -evaluate_policies -- "${same[@]}" -evaluate_policies no/such.h5
+mkdir twin && cp "$policy" twin/
+refuses "cells are kept by the name fault" -- "${same[@]}" -evaluate_policies "$policy,twin/fault.h5"
+refuses "a.h5 has no reference of fault_3km_4x4" -evaluate_reference_steps -- "${same[@]}" -evaluate_meshes 4 -evaluate_reference_steps 0
+refuses "is no file of evaluate" "slipstep-policy" -- "$bin/evaluate" "${tiny[@]}" -evaluate_output twin/fault.h5
+refuses "holds cells with the options" "-fault_friction_slip 0.2" -- "${same[@]}" -fault_friction_slip 0.2
+refuses "-ts_rtol has no place here" -evaluate_tolerances -- "${same[@]}" -ts_rtol 1e-4
+refuses "-evaluate_meshes has -3" -- "${same[@]}" -evaluate_meshes -3
+refuses "-evaluate_repetitions is 0" -- "${same[@]}" -evaluate_repetitions 0
+refuses "(-evaluate_output)" "directory must exist" -- "$bin/evaluate" "${tiny[@]}" -evaluate_output no/such/dir.h5
+head -c 3000 a.h5 >cut.h5
+refuses "cut.h5" "truncated or damaged" -- "$bin/evaluate" "${tiny[@]}" -evaluate_output cut.h5
+[ "$sum" = "$(sha256sum <a.h5)" ] || fail "wrong use changed the file"
+[ -z "$(ls ./*.part 2>/dev/null)" ] || fail "left behind: $(ls ./*.part)"
+"$bin/evaluate" -help >help.txt 2>&1 || fail "-help"
+for option in output problems sizes meshes controllers policies errors reactions tolerances steps repetitions reference_steps spread \
+  max_attempts time_limit list repeat_failed quick; do
+  grep -q -e "-evaluate_$option" help.txt || fail "-evaluate_$option is not in -help"
+done
+
+# ---- the whole study by its command, on what is there already ----
+cp "$source/output/RESULTS.md" page.md
+MESHES=3 POLICIES=$policy TOLERANCES=1,10,100,1000 STEPS=20,100 REFERENCE_STEPS=600 BUILD=$SLIPSTEP_BUILD PYTHON=$SLIPSTEP_PYTHON \
+  FIGURES=figures PAGE=page.md "$source/output/study.sh" a.h5 >study.txt 2>&1 || fail "study.sh: $(tail -3 study.txt)"
+[ "$(find figures -name 'study_*.png' -size +4k | wc -l)" = 11 ] || fail "not 11 figures: $(ls -l figures)"
+grep -Eq '^\| `fault` \| 2 of 2 \| [0-9]+ to [0-9]+ \| [0-9.]+ % \| \*\*[0-9.]+\*\*' page.md || fail "no ratio at equal accuracy: $(head -25 page.md)"
+"$SLIPSTEP_PYTHON" "$source/output/plot_study.py" twin/fault.h5 --figures figures >plot.txt 2>&1 && fail "draws a policy"
+grep -q "^plot_study.py: twin/fault.h5: not a file of evaluate" plot.txt || fail "no message of another file: $(cat plot.txt)"
+exit $failed
