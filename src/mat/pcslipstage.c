@@ -3,8 +3,14 @@
 
      y = m . P (m . r) + (1 - m) . r,
 
-  m the 0/1 mask of sliding cells. On a uniform grid P is the inverse of the stage operator made periodic along strike
-  (with padding, so only the two ends of the fault are wrong), per wavenumber by the eigenvectors of K's block;
+  m the 0/1 mask of sliding cells. On a uniform grid P is one of
+
+    blocks  the inverse of the stage operator made periodic along strike (with padding, so only the two ends of the
+            fault are wrong), per wavenumber by the eigenvectors of K's block: the fewest iterations, but nz^2 numbers
+            for each wavenumber;
+    symbol  the part on the fault of the inverse of the stage operator on an endless plane (planeroot.c), wrong along
+            all edges: one number for each pair of wavenumbers and O(N log N) work;
+
   elsewhere the inverse diagonal. P is positive definite whatever the slope, so the whole is.
 */
 #include <slipmat.h>
@@ -14,8 +20,9 @@
 typedef struct {
   Mat B;             /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
   Vec mask, slope;   /* borrowed; NULL when every row is free */
-  SlipStrike strike; /* NULL: P is the inverse diagonal */
-  PetscReal *f;      /* [nk][nz] P per eigenvalue */
+  SlipStrike strike; /* of blocks, or NULL */
+  SlipPlane plane;   /* of the symbol, or NULL; without either P is the inverse diagonal */
+  PetscReal *f;      /* P per eigenvalue [nk][nz], or per pair of wavenumbers */
   PetscReal *y;      /* [N] */
   SlipGather gather;
   Mat gathered;      /* matrix that gather, f and y were sized for; referenced */
@@ -46,6 +53,7 @@ static PetscErrorCode ContextReset(PCSlipStage *c)
   PetscCall(VecDestroy(&c->inverse));
   PetscCall(MatDestroy(&c->gathered));
   c->strike = NULL;
+  c->plane = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -75,23 +83,34 @@ static PetscErrorCode MeanSlope(PCSlipStage *c, PetscReal *mean)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetUpStrike(PCSlipStage *c, const SlipStageParts *parts)
+/* f of n eigenvalues of the unscaled kernel. */
+static void InverseOf(const SlipStageParts *parts, PetscReal slope, PetscInt n, const PetscReal values[], PetscReal f[])
 {
-  const SlipGrid *g;
-  const PetscReal *values;
-  PetscReal slope;
-  PetscInt nk;
-
-  PetscFunctionBegin;
-  PetscCall(SlipStrikeGetEigen(c->strike, &values, NULL));
-  SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
-  PetscCall(MeanSlope(c, &slope));
-  for (PetscInt i = 0; i < nk * g->nz; i++) {
+  for (PetscInt i = 0; i < n; i++) {
     const PetscReal k = parts->scale * values[i];
     const PetscReal symbol = parts->mass / parts->theta + parts->damping * PetscSqrtReal(k) + parts->theta * k;
 
-    c->f[i] = 1 / PetscMax(symbol + slope, (1 - PC_SLOPE_LIMIT) * symbol);
+    f[i] = 1 / PetscMax(symbol + slope, (1 - PC_SLOPE_LIMIT) * symbol);
   }
+}
+
+static PetscErrorCode SetUpInverse(PCSlipStage *c, const SlipStageParts *parts)
+{
+  const PetscReal *values;
+  const SlipGrid *g;
+  PetscReal slope;
+  PetscInt nk, count;
+
+  PetscFunctionBegin;
+  PetscCall(MeanSlope(c, &slope));
+  if (c->plane) {
+    PetscCall(SlipPlaneGetWaves(c->plane, &nk, &count, &values));
+    InverseOf(parts, slope, nk * count, values, c->f);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipStrikeGetEigen(c->strike, &values, NULL));
+  SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
+  InverseOf(parts, slope, nk * g->nz, values, c->f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,11 +141,32 @@ static PetscErrorCode SetUpDiagonal(PCSlipStage *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* How to invert on a grid: the option, or what is cheaper. */
+static PetscErrorCode ChooseInverse(PC pc, const SlipGrid *g, PetscBool *blocks)
+{
+  const char *const choices[] = {"auto", "blocks", "symbol"};
+  const char *prefix;
+  PetscInt choice = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PCGetOptionsPrefix(pc, &prefix));
+  PetscOptionsBegin(PetscObjectComm((PetscObject)pc), prefix, "Approximate inverse on the sliding set", "PC");
+  PetscCall(PetscOptionsEList("-pc_slipstage_type",
+                              "On a uniform grid: a block per wavenumber along strike, a symbol of wavenumbers in both "
+                              "directions, or by size",
+                              "PCSLIPSTAGE", choices, 3, choices[0], &choice, NULL));
+  PetscOptionsEnd();
+  *blocks = (PetscBool)(choice == 1 || (choice == 0 && g->nz <= SLIP_BLOCKS_MAX));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sizes what depends on the stage operator only. */
-static PetscErrorCode Allocate(PCSlipStage *c, const SlipStageParts *parts)
+static PetscErrorCode Allocate(PC pc, PCSlipStage *c, const SlipStageParts *parts)
 {
   const SlipGrid *g;
-  PetscInt nk, N;
+  const PetscReal *symbol;
+  PetscInt nk, count, N;
+  PetscBool blocks = PETSC_TRUE;
 
   PetscFunctionBegin;
   if (c->gathered == c->B) PetscFunctionReturn(PETSC_SUCCESS);
@@ -135,8 +175,16 @@ static PetscErrorCode Allocate(PCSlipStage *c, const SlipStageParts *parts)
   c->gathered = c->B;
   PetscCall(MatCreateVecs(c->B, &c->work, &c->inverse));
   if (!parts) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipGridOf(parts->K, &g));
+  if (!g) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ChooseInverse(pc, g, &blocks));
+  if (!blocks) {
+    PetscCall(SlipPlaneOf(parts->K, &c->plane));
+    PetscCall(SlipPlaneGetWaves(c->plane, &nk, &count, &symbol));
+    PetscCall(PetscMalloc2(nk * count, &c->f, 0, &c->y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipStrikeOf(parts->K, &c->strike));
-  if (!c->strike) PetscFunctionReturn(PETSC_SUCCESS);
   SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
   PetscCall(MatGetSize(c->B, &N, NULL));
   PetscCall(PetscMalloc2(nk * g->nz, &c->f, N, &c->y));
@@ -163,9 +211,9 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
              "The Jacobian has a slope but no mask: set its parts first");
   PetscCall(PetscObjectTypeCompare((PetscObject)c->B, "slipstage", &stage));
   if (stage) PetscCall(SlipStageGetParts(c->B, &parts));
-  PetscCall(Allocate(c, stage ? &parts : NULL));
-  if (c->strike)
-    PetscCall(SetUpStrike(c, &parts));
+  PetscCall(Allocate(pc, c, stage ? &parts : NULL));
+  if (c->strike || c->plane)
+    PetscCall(SetUpInverse(c, &parts));
   else
     PetscCall(SetUpDiagonal(c));
   PetscCall(PetscLogEventEnd(SLIP_PCSetUp, pc, 0, 0, 0));
@@ -178,6 +226,10 @@ static PetscErrorCode ApplyInverse(PCSlipStage *c)
   const PetscReal *x;
 
   PetscFunctionBegin;
+  if (c->plane) {
+    PetscCall(SlipPlaneApplyWaves(c->plane, c->f, c->work, c->work));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (!c->strike) {
     PetscCall(VecPointwiseMult(c->work, c->work, c->inverse));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -232,7 +284,9 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  inverse: %s\n",
-                                     c->strike ? "periodic along strike, per wavenumber" : "diagonal"));
+                                     c->plane    ? "symbol of an endless plane"
+                                     : c->strike ? "periodic along strike, per wavenumber"
+                                                 : "diagonal"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -264,6 +318,9 @@ static PetscErrorCode PCSlipStageGetMemory(PC pc, PetscReal *bytes)
   "SlipSlope", or for a stage operator itself. Symmetric positive definite even where weakening makes the Jacobian
   indefinite, as CG and MINRES need. The slope enters by its mean over the fault. Without a uniform grid behind the
   stiffness it is the inverse diagonal.
+
+  Options Database Key:
+. -pc_slipstage_type <auto> - on a uniform grid: blocks, symbol, or by size (blocks up to 60 cells in depth)
 
   Level: intermediate
 
