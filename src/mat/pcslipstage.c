@@ -5,18 +5,19 @@
 
   m the 0/1 mask of sliding cells. On a uniform grid P is the inverse of the stage operator made periodic along strike
   (with padding, so only the two ends of the fault are wrong), per wavenumber by the eigenvectors of K's block;
-  elsewhere the inverse diagonal. P is positive definite whatever the slope, so the whole is.
+  on irregular cells the inverse in overlapping parts, elsewhere the inverse diagonal. P is positive definite whatever the slope, so the whole is.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
 typedef struct {
-  Mat B;             /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
-  Vec mask, slope;   /* borrowed; NULL when every row is free */
-  SlipStrike strike; /* NULL: P is the inverse diagonal */
-  PetscReal *f;      /* [nk][nz] P per eigenvalue */
-  PetscReal *y;      /* [N] */
+  Mat B;               /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
+  Vec mask, slope;     /* borrowed; NULL when every row is free */
+  SlipStrike strike;   /* of a uniform grid */
+  SlipSchwarz schwarz; /* of irregular cells; both NULL: P is the inverse diagonal */
+  PetscReal *f;        /* [nk][nz] P per eigenvalue */
+  PetscReal *y;        /* [N] */
   SlipGather gather;
   Mat gathered;      /* matrix that gather, f and y were sized for; referenced */
   Vec work, inverse; /* masked residual; inverse diagonal */
@@ -46,6 +47,7 @@ static PetscErrorCode ContextReset(PCSlipStage *c)
   PetscCall(VecDestroy(&c->inverse));
   PetscCall(MatDestroy(&c->gathered));
   c->strike = NULL;
+  c->schwarz = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,6 +138,7 @@ static PetscErrorCode Allocate(PCSlipStage *c, const SlipStageParts *parts)
   PetscCall(MatCreateVecs(c->B, &c->work, &c->inverse));
   if (!parts) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStrikeOf(parts->K, &c->strike));
+  if (!c->strike) PetscCall(SlipSchwarzOf(parts->K, &c->schwarz));
   if (!c->strike) PetscFunctionReturn(PETSC_SUCCESS);
   SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
   PetscCall(MatGetSize(c->B, &N, NULL));
@@ -148,6 +151,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
 {
   PCSlipStage *c = NULL;
   SlipStageParts parts;
+  PetscReal slope;
   PetscBool stage;
   Mat J;
 
@@ -165,7 +169,10 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   PetscCall(Allocate(c, stage ? &parts : NULL));
   if (c->strike)
     PetscCall(SetUpStrike(c, &parts));
-  else
+  else if (c->schwarz) {
+    PetscCall(MeanSlope(c, &slope));
+    SlipSchwarzSetUp(c->schwarz, &parts, slope, PC_SLOPE_LIMIT);
+  } else
     PetscCall(SetUpDiagonal(c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -176,6 +183,10 @@ static PetscErrorCode ApplyInverse(PCSlipStage *c)
   const PetscReal *x;
 
   PetscFunctionBegin;
+  if (c->schwarz) {
+    PetscCall(SlipSchwarzApply(c->schwarz, c->work));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (!c->strike) {
     PetscCall(VecPointwiseMult(c->work, c->work, c->inverse));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -227,7 +238,9 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  inverse: %s\n",
-                                     c->strike ? "periodic along strike, per wavenumber" : "diagonal"));
+                                     c->strike    ? "periodic along strike, per wavenumber"
+                                     : c->schwarz ? "overlapping parts of irregular cells"
+                                                  : "diagonal"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -237,8 +250,9 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   Notes:
   For a Jacobian of type MATSLIPJACOBIAN, whose parts it finds composed as "SlipStageOperator", "SlipMask" and
   "SlipSlope", or for a stage operator itself. Symmetric positive definite even where weakening makes the Jacobian
-  indefinite, as CG and MINRES need. The slope enters by its mean over the fault. Without a uniform grid behind the
-  stiffness it is the inverse diagonal.
+  indefinite, as CG and MINRES need. The slope enters by its mean over the fault. On a uniform grid it is the inverse
+  made periodic along strike, on irregular cells that of overlapping clusters of cells and of means over larger ones,
+  and without either the inverse diagonal.
 
   Level: intermediate
 

@@ -9,6 +9,8 @@ PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);
 PETSC_INTERN PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscReal cost[]);
 PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells); /* whose x owns the memory of all columns */
 
+/* The cells that a stiffness was made from, borrowed from it; NULL for other matrices. */
+PETSC_INTERN PetscErrorCode SlipCellsOf(Mat S, const SlipCells **cells);
 /* The cell of a row of the stiffness. */
 static inline PetscInt SlipCellsAt(const SlipCells *cells, PetscInt row)
 {
