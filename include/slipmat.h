@@ -39,7 +39,8 @@ PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[])
 
 /* ---- viscosity ---- H = 2 zeta M (M^-1 K)^(1/2), M = mass * I, mass [kg/m^2]; H [Pa s/m].
    type: "sqrtm" (exact matrix square root), "spectral" (per-wavenumber square root, uniform grids only), "lanczos"
-   (exact, by Lanczos' method in each product), "none" (zero). */
+   (exact, by Lanczos' method in each product), "toeplitz" (cheap and a few per cent off along the edges of a uniform
+   grid, for Jacobians), "none" (zero). */
 PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, const char *type, Mat *H);
 
 /* ---- stage operator ---- B(theta) = (mass/theta) I + H + theta K   [Pa s/m], theta [s].
@@ -47,6 +48,9 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscR
 PETSC_EXTERN PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B);
 PETSC_EXTERN PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta);
 PETSC_EXTERN PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta);
+/* A borrowed stage operator at B's theta with a cheap viscosity, for the matrix of an inexact Newton method; B itself where
+   that is cheap already. */
+PETSC_EXTERN PetscErrorCode MatSlipStageGetApproximation(Mat B, Mat *A);
 
 /* PC type for the Jacobian restricted to the sliding set, see slipsnes.h (MATSLIPJACOBIAN); registered with
    PCRegister. */

@@ -3,9 +3,16 @@
 
      y = m . P (m . r) + (1 - m) . r,
 
-  m the 0/1 mask of sliding cells. On a uniform grid P is the inverse of the stage operator made periodic along strike
-  (with padding, so only the two ends of the fault are wrong), per wavenumber by the eigenvectors of K's block;
-  on irregular cells the inverse in overlapping parts, elsewhere the inverse diagonal. P is positive definite whatever the slope, so the whole is.
+  m the 0/1 mask of sliding cells. On a uniform grid P is one of
+
+    blocks  the inverse of the stage operator made periodic along strike (with padding, so only the two ends of the
+            fault are wrong), per wavenumber by the eigenvectors of K's block: the fewest iterations, but nz^2 numbers
+            for each wavenumber;
+    symbol  the part on the fault of the inverse of the stage operator on an endless plane (planeroot.c), wrong along
+            all edges: one number for each pair of wavenumbers and O(N log N) work;
+
+  on irregular cells the inverse in overlapping parts (schwarz.c), elsewhere the inverse diagonal. P is positive definite
+  whatever the slope, so the whole is.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
@@ -14,9 +21,10 @@
 typedef struct {
   Mat B;               /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
   Vec mask, slope;     /* borrowed; NULL when every row is free */
-  SlipStrike strike;   /* of a uniform grid */
-  SlipSchwarz schwarz; /* of irregular cells; both NULL: P is the inverse diagonal */
-  PetscReal *f;        /* [nk][nz] P per eigenvalue */
+  SlipStrike strike;   /* of blocks, or NULL */
+  SlipPlane plane;     /* of the symbol, or NULL */
+  SlipSchwarz schwarz; /* of irregular cells, or NULL; without any P is the inverse diagonal */
+  PetscReal *f;        /* P per eigenvalue [nk][nz], or per pair of wavenumbers */
   PetscReal *y;        /* [N] */
   SlipGather gather;
   Mat gathered;      /* matrix that gather, f and y were sized for; referenced */
@@ -48,6 +56,7 @@ static PetscErrorCode ContextReset(PCSlipStage *c)
   PetscCall(MatDestroy(&c->gathered));
   c->strike = NULL;
   c->schwarz = NULL;
+  c->plane = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -77,23 +86,34 @@ static PetscErrorCode MeanSlope(PCSlipStage *c, PetscReal *mean)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetUpStrike(PCSlipStage *c, const SlipStageParts *parts)
+/* f of n eigenvalues of the unscaled kernel. */
+static void InverseOf(const SlipStageParts *parts, PetscReal slope, PetscInt n, const PetscReal values[], PetscReal f[])
 {
-  const SlipGrid *g;
-  const PetscReal *values;
-  PetscReal slope;
-  PetscInt nk;
-
-  PetscFunctionBegin;
-  PetscCall(SlipStrikeGetEigen(c->strike, &values, NULL));
-  SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
-  PetscCall(MeanSlope(c, &slope));
-  for (PetscInt i = 0; i < nk * g->nz; i++) {
+  for (PetscInt i = 0; i < n; i++) {
     const PetscReal k = parts->scale * values[i];
     const PetscReal symbol = parts->mass / parts->theta + parts->damping * PetscSqrtReal(k) + parts->theta * k;
 
-    c->f[i] = 1 / PetscMax(symbol + slope, (1 - PC_SLOPE_LIMIT) * symbol);
+    f[i] = 1 / PetscMax(symbol + slope, (1 - PC_SLOPE_LIMIT) * symbol);
   }
+}
+
+static PetscErrorCode SetUpInverse(PCSlipStage *c, const SlipStageParts *parts)
+{
+  const PetscReal *values;
+  const SlipGrid *g;
+  PetscReal slope;
+  PetscInt nk, count;
+
+  PetscFunctionBegin;
+  PetscCall(MeanSlope(c, &slope));
+  if (c->plane) {
+    PetscCall(SlipPlaneGetWaves(c->plane, &nk, &count, &values));
+    InverseOf(parts, slope, nk * count, values, c->f);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipStrikeGetEigen(c->strike, &values, NULL));
+  SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
+  InverseOf(parts, slope, nk * g->nz, values, c->f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -124,11 +144,32 @@ static PetscErrorCode SetUpDiagonal(PCSlipStage *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* How to invert on a grid: the option, or what is cheaper. */
+static PetscErrorCode ChooseInverse(PC pc, const SlipGrid *g, PetscBool *blocks)
+{
+  const char *const choices[] = {"auto", "blocks", "symbol"};
+  const char *prefix;
+  PetscInt choice = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PCGetOptionsPrefix(pc, &prefix));
+  PetscOptionsBegin(PetscObjectComm((PetscObject)pc), prefix, "Approximate inverse on the sliding set", "PC");
+  PetscCall(PetscOptionsEList("-pc_slipstage_type",
+                              "On a uniform grid: a block per wavenumber along strike, a symbol of wavenumbers in both "
+                              "directions, or by size",
+                              "PCSLIPSTAGE", choices, 3, choices[0], &choice, NULL));
+  PetscOptionsEnd();
+  *blocks = (PetscBool)(choice == 1 || (choice == 0 && g->nz <= SLIP_BLOCKS_MAX));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sizes what depends on the stage operator only. */
-static PetscErrorCode Allocate(PCSlipStage *c, const SlipStageParts *parts)
+static PetscErrorCode Allocate(PC pc, PCSlipStage *c, const SlipStageParts *parts)
 {
   const SlipGrid *g;
-  PetscInt nk, N;
+  const PetscReal *symbol;
+  PetscInt nk, count, N;
+  PetscBool blocks = PETSC_TRUE;
 
   PetscFunctionBegin;
   if (c->gathered == c->B) PetscFunctionReturn(PETSC_SUCCESS);
@@ -137,9 +178,19 @@ static PetscErrorCode Allocate(PCSlipStage *c, const SlipStageParts *parts)
   c->gathered = c->B;
   PetscCall(MatCreateVecs(c->B, &c->work, &c->inverse));
   if (!parts) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipGridOf(parts->K, &g));
+  if (!g) {
+    PetscCall(SlipSchwarzOf(parts->K, &c->schwarz));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(ChooseInverse(pc, g, &blocks));
+  if (!blocks) {
+    PetscCall(SlipPlaneOf(parts->K, &c->plane));
+    PetscCall(SlipPlaneGetWaves(c->plane, &nk, &count, &symbol));
+    PetscCall(PetscMalloc2(nk * count, &c->f, 0, &c->y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipStrikeOf(parts->K, &c->strike));
-  if (!c->strike) PetscCall(SlipSchwarzOf(parts->K, &c->schwarz));
-  if (!c->strike) PetscFunctionReturn(PETSC_SUCCESS);
   SlipStrikeGet(c->strike, &g, NULL, &nk, NULL);
   PetscCall(MatGetSize(c->B, &N, NULL));
   PetscCall(PetscMalloc2(nk * g->nz, &c->f, N, &c->y));
@@ -166,9 +217,9 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
              "The Jacobian has a slope but no mask: set its parts first");
   PetscCall(PetscObjectTypeCompare((PetscObject)c->B, "slipstage", &stage));
   if (stage) PetscCall(SlipStageGetParts(c->B, &parts));
-  PetscCall(Allocate(c, stage ? &parts : NULL));
-  if (c->strike)
-    PetscCall(SetUpStrike(c, &parts));
+  PetscCall(Allocate(pc, c, stage ? &parts : NULL));
+  if (c->strike || c->plane)
+    PetscCall(SetUpInverse(c, &parts));
   else if (c->schwarz) {
     PetscCall(MeanSlope(c, &slope));
     SlipSchwarzSetUp(c->schwarz, &parts, slope, PC_SLOPE_LIMIT);
@@ -185,6 +236,10 @@ static PetscErrorCode ApplyInverse(PCSlipStage *c)
   PetscFunctionBegin;
   if (c->schwarz) {
     PetscCall(SlipSchwarzApply(c->schwarz, c->work));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (c->plane) {
+    PetscCall(SlipPlaneApplyWaves(c->plane, c->f, c->work, c->work));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!c->strike) {
@@ -238,7 +293,8 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  inverse: %s\n",
-                                     c->strike    ? "periodic along strike, per wavenumber"
+                                     c->plane     ? "symbol of an endless plane"
+                                     : c->strike  ? "periodic along strike, per wavenumber"
                                      : c->schwarz ? "overlapping parts of irregular cells"
                                                   : "diagonal"));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -253,6 +309,9 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   indefinite, as CG and MINRES need. The slope enters by its mean over the fault. On a uniform grid it is the inverse
   made periodic along strike, on irregular cells that of overlapping clusters of cells and of means over larger ones,
   and without either the inverse diagonal.
+
+  Options Database Key:
+. -pc_slipstage_type <auto> - on a uniform grid: blocks, symbol, or by size (blocks up to 60 cells in depth)
 
   Level: intermediate
 

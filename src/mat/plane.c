@@ -16,23 +16,8 @@
   results do not depend on the number of ranks.
 */
 #include <slipmat.h>
-#include <fftw3.h>
 #include <slipstep/private/slipcompat.h>
-#include <slipstep/private/slipmat.h>
-
-struct _n_SlipPlane {
-  SlipGrid grid;
-  PetscInt period, depth_period; /* padded lengths along strike and in depth, both even */
-  SlipPencil pencil;
-  PetscInt fields;             /* 2, or 1 in a full space */
-  PetscReal *toeplitz;         /* [local nk][depth_period / 2 + 1], real since T is even */
-  PetscReal *hankel, *product; /* the same, complex: A^ and q^ */
-  PetscReal *z;                /* [nz] depths [m] */
-  PetscReal *column;           /* [fields][depth_period] complex */
-  fftw_plan depth, depth_back;
-  VecScatter scatter; /* to this rank's rows of cells; NULL on one rank */
-  Vec rows;
-};
+#include <slipstep/private/slipplane.h>
 
 /* The three kernels at every distance along strike for depth index r (z - z' = r b, s = 2 top + (r + 1) b), [nk][3]. */
 static void KernelRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[])
@@ -78,62 +63,84 @@ static PetscErrorCode KernelsByWave(SlipPlane p, MPI_Comm comm, PetscReal **kern
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Transforms in depth of one wavenumber's kernels [2 nz - 1][3] into symbol k. */
-static void SymbolOf(SlipPlane p, const PetscReal kernel[], fftw_plan plan, PetscReal line[], PetscReal out[],
-                     PetscInt k)
+/* Memory for the first 1 to 3 parts of a symbol: toeplitz, hankel, product. */
+PetscErrorCode SlipPlaneAllocate(SlipPlane p, PetscInt parts, SlipPlaneSymbol *s)
 {
-  const PetscInt nz = p->grid.nz, P = p->depth_period, h = P / 2 + 1;
-  PetscReal *const target[3] = {p->toeplitz + (size_t)k * h, p->hankel + (size_t)k * 2 * h,
-                                p->product + (size_t)k * 2 * h};
+  const size_t size = (size_t)p->pencil->layout.columns * (p->depth_period / 2 + 1);
 
-  for (PetscInt part = 0; part < (p->fields == 2 ? 3 : 1); part++) {
-    for (PetscInt i = 0; i < P; i++) line[i] = 0;
-    for (PetscInt i = 0; i < (part ? 2 * nz - 1 : nz); i++) line[i] = kernel[3 * i + part];
-    for (PetscInt i = 1; i < nz && !part; i++) line[P - i] = kernel[3 * i];
-    fftw_execute(plan);
-    for (PetscInt i = 0; i < h; i++) {
-      if (part) {
-        target[part][2 * i] = out[2 * i];
-        target[part][2 * i + 1] = out[2 * i + 1];
-      } else
-        target[0][i] = out[2 * i];
-    }
-  }
+  PetscFunctionBegin;
+  PetscCall(SlipAllocate(size, &s->toeplitz));
+  if (parts > 1) PetscCall(SlipAllocate(2 * size, &s->hankel));
+  if (parts > 2) PetscCall(SlipAllocate(2 * size, &s->product));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode FormSymbols(SlipPlane p, MPI_Comm comm)
+PetscErrorCode SlipPlaneSymbolDestroy(SlipPlaneSymbol *s)
 {
-  const PetscInt P = p->depth_period, h = P / 2 + 1, local = p->pencil->layout.columns;
-  PetscReal *kernels, *line, *out;
+  PetscFunctionBegin;
+  fftw_free(s->toeplitz);
+  fftw_free(s->hankel);
+  fftw_free(s->product);
+  *s = (SlipPlaneSymbol){NULL, NULL, NULL};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Transforms in depth of the kernels [local nk][2 nz - 1][stride], the first of which is even, into a symbol. */
+PetscErrorCode SlipPlaneSetSymbol(SlipPlane p, PetscInt stride, PetscInt parts, const PetscReal kernels[],
+                                  SlipPlaneSymbol *s)
+{
+  const PetscInt nz = p->grid.nz, P = p->depth_period, h = P / 2 + 1, local = p->pencil->layout.columns;
+  PetscReal *line, *out;
   fftw_plan plan;
 
   PetscFunctionBegin;
-  PetscCall(KernelsByWave(p, comm, &kernels));
+  PetscCall(SlipPlaneAllocate(p, parts, s));
   PetscCall(SlipAllocate(P, &line));
   PetscCall(SlipAllocate((size_t)2 * h, &out));
   plan = fftw_plan_dft_r2c_1d((int)P, line, (fftw_complex *)out, FFTW_ESTIMATE);
   PetscCheck(plan, PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan a transform of length %" PetscInt_FMT, P);
-  PetscCall(SlipAllocate((size_t)local * h, &p->toeplitz));
-  PetscCall(SlipAllocate((size_t)local * (p->fields == 2 ? 2 * h : 0), &p->hankel));
-  PetscCall(SlipAllocate((size_t)local * (p->fields == 2 ? 2 * h : 0), &p->product));
-  for (PetscInt k = 0; k < local; k++) SymbolOf(p, kernels + (size_t)k * 3 * (2 * p->grid.nz - 1), plan, line, out, k);
+  for (PetscInt k = 0; k < local; k++)
+    for (PetscInt part = 0; part < parts; part++) {
+      const PetscReal *kernel = kernels + (size_t)k * stride * (2 * nz - 1) + part;
+      PetscReal *complex_symbol = part == 1 ? s->hankel : s->product;
+
+      for (PetscInt i = 0; i < P; i++) line[i] = 0;
+      for (PetscInt i = 0; i < (part ? 2 * nz - 1 : nz); i++) line[i] = kernel[stride * i];
+      for (PetscInt i = 1; i < nz && !part; i++) line[P - i] = kernel[stride * i];
+      fftw_execute(plan);
+      if (part) PetscCall(PetscArraycpy(complex_symbol + (size_t)k * 2 * h, out, 2 * h));
+      for (PetscInt i = 0; i < h && !part; i++) s->toeplitz[(size_t)k * h + i] = out[2 * i];
+    }
   fftw_destroy_plan(plan);
   fftw_free(line);
   fftw_free(out);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode FormStiffness(SlipPlane p, MPI_Comm comm)
+{
+  PetscReal *kernels;
+
+  PetscFunctionBegin;
+  PetscCall(KernelsByWave(p, comm, &kernels));
+  PetscCall(SlipPlaneSetSymbol(p, 3, p->grid.full_space ? 1 : 3, kernels, &p->stiffness));
   fftw_free(kernels);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Plan(SlipPlane p)
 {
-  const int Q = (int)p->depth_period, fields = (int)p->fields;
+  const int Q = (int)p->depth_period;
   fftw_complex *column = (fftw_complex *)p->column;
 
   PetscFunctionBegin;
-  p->depth = fftw_plan_many_dft(1, &Q, fields, column, NULL, 1, Q, column, NULL, 1, Q, FFTW_FORWARD, FFTW_ESTIMATE);
-  p->depth_back =
-    fftw_plan_many_dft(1, &Q, fields, column, NULL, 1, Q, column, NULL, 1, Q, FFTW_BACKWARD, FFTW_ESTIMATE);
-  PetscCheck(p->depth && p->depth_back, PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan transforms of length %d", Q);
+  for (int i = 0; i < 2; i++) {
+    p->depth[i] = fftw_plan_many_dft(1, &Q, i + 1, column, NULL, 1, Q, column, NULL, 1, Q, FFTW_FORWARD, FFTW_ESTIMATE);
+    p->depth_back[i] =
+      fftw_plan_many_dft(1, &Q, i + 1, column, NULL, 1, Q, column, NULL, 1, Q, FFTW_BACKWARD, FFTW_ESTIMATE);
+    PetscCheck(p->depth[i] && p->depth_back[i], PETSC_COMM_SELF, PETSC_ERR_LIB,
+               "FFTW cannot plan transforms of length %d", Q);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -158,7 +165,7 @@ static PetscErrorCode CreateScatter(SlipPlane p, Mat K)
 }
 
 /* Collective on K, whose vectors' distribution is taken. */
-PetscErrorCode SlipPlaneCreate(Mat K, const SlipGrid *grid, SlipPlane *plane)
+static PetscErrorCode PlaneCreate(Mat K, const SlipGrid *grid, SlipPlane *plane)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   const PetscReal b = grid->length_z / (PetscReal)grid->nz;
@@ -167,39 +174,70 @@ PetscErrorCode SlipPlaneCreate(Mat K, const SlipGrid *grid, SlipPlane *plane)
   PetscFunctionBegin;
   PetscCall(PetscNew(&p));
   p->grid = *grid;
-  p->fields = grid->full_space ? 1 : 2;
+  p->comm = comm;
   p->period = SlipGoodLength(2 * grid->nx - 1);
   p->depth_period = SlipGoodLength(2 * grid->nz - 1);
   PetscCall(SlipPencilCreate(comm, grid->nx, grid->nz, p->period, &p->pencil));
-  PetscCall(FormSymbols(p, comm));
+  PetscCall(FormStiffness(p, comm));
   PetscCall(PetscMalloc1(grid->nz, &p->z));
   for (PetscInt i = 0; i < grid->nz; i++) p->z[i] = grid->depth_top + ((PetscReal)i + 0.5) * b;
-  PetscCall(SlipAllocate((size_t)p->fields * 2 * p->depth_period, &p->column));
+  PetscCall(SlipAllocate((size_t)4 * p->depth_period, &p->column));
   PetscCall(Plan(p));
   PetscCall(CreateScatter(p, K));
   *plane = p;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipPlaneDestroy(SlipPlane *plane)
+static PetscErrorCode PlaneDestroy(SlipContainerArg arg)
 {
-  SlipPlane p = *plane;
+  SlipPlane p = (SlipPlane)SlipContainerArgPointer(arg);
 
   PetscFunctionBegin;
-  if (!p) PetscFunctionReturn(PETSC_SUCCESS);
-  fftw_destroy_plan(p->depth);
-  fftw_destroy_plan(p->depth_back);
-  fftw_free(p->toeplitz);
-  fftw_free(p->hankel);
-  fftw_free(p->product);
+  for (int i = 0; i < 2; i++) {
+    fftw_destroy_plan(p->depth[i]);
+    fftw_destroy_plan(p->depth_back[i]);
+  }
   fftw_free(p->column);
+  PetscCall(SlipPlaneSymbolDestroy(&p->stiffness));
+  PetscCall(SlipPlaneRootDestroy(p));
   PetscCall(SlipPencilDestroy(&p->pencil));
   PetscCall(VecScatterDestroy(&p->scatter));
   PetscCall(VecDestroy(&p->rows));
   PetscCall(PetscFree(p->z));
   PetscCall(PetscFree(p));
-  *plane = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The engine of a stiffness, made at first use and kept with it: NULL when K is not on a uniform grid. Collective. */
+PetscErrorCode SlipPlaneOf(Mat K, SlipPlane *plane)
+{
+  const SlipGrid *grid;
+  PetscContainer container;
+  void *pointer;
+
+  PetscFunctionBegin;
+  *plane = NULL;
+  PetscCall(SlipGridOf(K, &grid));
+  if (!grid) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectQuery((PetscObject)K, "SlipPlane", (PetscObject *)&container));
+  if (container) {
+    PetscCall(PetscContainerGetPointer(container, &pointer));
+    *plane = (SlipPlane)pointer;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PlaneCreate(K, grid, plane));
+  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
+  PetscCall(PetscContainerSetPointer(container, *plane));
+  PetscCall(SlipContainerSetDestroy(container, PlaneDestroy));
+  PetscCall(PetscObjectCompose((PetscObject)K, "SlipPlane", (PetscObject)container));
+  PetscCall(PetscContainerDestroy(&container));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of the unscaled kernel [Pa/m]. */
+const SlipPlaneSymbol *SlipPlaneStiffness(SlipPlane p)
+{
+  return &p->stiffness;
 }
 
 /* In place on n pairs (k, -k) of u: u(k) = T u(k) + A(k) u(-k), A(-k) the conjugate of A(k). */
@@ -241,63 +279,74 @@ static void MultiplyFullSpace(PetscInt P, const PetscReal T[], PetscReal u[])
 }
 
 /* Product at local wavenumber k: f [nz] complex, in place. */
-static void ApplyWave(SlipPlane p, PetscInt k, PetscReal f[])
+static void ApplyWave(SlipPlane p, const SlipPlaneSymbol *s, PetscInt k, PetscReal f[])
 {
-  const PetscInt nz = p->grid.nz, P = p->depth_period, h = P / 2 + 1;
+  const PetscInt nz = p->grid.nz, P = p->depth_period, h = P / 2 + 1, last = s->product ? 1 : 0;
   PetscReal *u = p->column, *v = p->column + 2 * P;
 
   for (PetscInt i = 0; i < 2 * nz; i++) u[i] = f[i];
   for (PetscInt i = 2 * nz; i < 2 * P; i++) u[i] = 0;
-  if (p->fields == 2) {
+  if (s->product) {
     for (PetscInt i = 0; i < nz; i++) {
       v[2 * i] = p->z[i] * f[2 * i];
       v[2 * i + 1] = p->z[i] * f[2 * i + 1];
     }
     for (PetscInt i = 2 * nz; i < 2 * P; i++) v[i] = 0;
   }
-  fftw_execute(p->depth);
-  if (p->fields == 2) {
-    MultiplyFirst(P, p->toeplitz + (size_t)k * h, p->hankel + (size_t)k * 2 * h, u);
-    MultiplySecond(P, p->product + (size_t)k * 2 * h, v);
-  } else
-    MultiplyFullSpace(P, p->toeplitz + (size_t)k * h, u);
-  fftw_execute(p->depth_back);
+  fftw_execute(p->depth[last]);
+  if (s->hankel)
+    MultiplyFirst(P, s->toeplitz + (size_t)k * h, s->hankel + (size_t)k * 2 * h, u);
+  else
+    MultiplyFullSpace(P, s->toeplitz + (size_t)k * h, u);
+  if (s->product) MultiplySecond(P, s->product + (size_t)k * 2 * h, v);
+  fftw_execute(p->depth_back[last]);
   for (PetscInt i = 0; i < 2 * nz; i++) f[i] = u[i];
-  if (p->fields == 2)
+  if (s->product)
     for (PetscInt i = 0; i < 2 * nz; i++) f[i] -= p->z[i / 2] * v[i];
 }
 
-/* From this rank's rows x [local nz][nx] to those of scale * K x. Collective. */
-static void ApplyRows(SlipPlane p, PetscReal scale, const PetscReal x[], PetscReal y[])
-{
-  SlipPencil pencil = p->pencil;
-
-  SlipPencilForward(pencil, x);
-  for (PetscInt k = 0; k < pencil->layout.columns; k++) ApplyWave(p, k, pencil->by_wave + (size_t)k * 2 * p->grid.nz);
-  SlipPencilBackward(pencil, scale / (PetscReal)p->depth_period, y);
-}
-
-/* y = scale * K x */
-PetscErrorCode SlipPlaneApply(SlipPlane p, PetscReal scale, Vec x, Vec y)
+/* This rank's rows of cells, to its wavenumbers in the pencil. Collective. */
+PetscErrorCode SlipPlaneForward(SlipPlane p, Vec x)
 {
   const PetscReal *px;
-  PetscReal *py;
 
   PetscFunctionBegin;
   if (p->scatter) {
     PetscCall(VecScatterBegin(p->scatter, x, p->rows, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(p->scatter, x, p->rows, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecGetArray(p->rows, &py));
-    ApplyRows(p, scale, py, py);
-    PetscCall(VecRestoreArray(p->rows, &py));
-    PetscCall(VecScatterBegin(p->scatter, p->rows, y, INSERT_VALUES, SCATTER_REVERSE));
-    PetscCall(VecScatterEnd(p->scatter, p->rows, y, INSERT_VALUES, SCATTER_REVERSE));
-    PetscFunctionReturn(PETSC_SUCCESS);
+    x = p->rows;
   }
   PetscCall(VecGetArrayRead(x, &px));
-  PetscCall(VecGetArrayWrite(y, &py));
-  ApplyRows(p, scale, px, py);
-  PetscCall(VecRestoreArrayWrite(y, &py));
+  SlipPencilForward(p->pencil, px);
   PetscCall(VecRestoreArrayRead(x, &px));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* And back, times factor. Collective. */
+PetscErrorCode SlipPlaneBackward(SlipPlane p, PetscReal factor, Vec y)
+{
+  PetscReal *py;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(p->scatter ? p->rows : y, &py));
+  SlipPencilBackward(p->pencil, factor, py);
+  PetscCall(VecRestoreArrayWrite(p->scatter ? p->rows : y, &py));
+  if (p->scatter) {
+    PetscCall(VecScatterBegin(p->scatter, p->rows, y, INSERT_VALUES, SCATTER_REVERSE));
+    PetscCall(VecScatterEnd(p->scatter, p->rows, y, INSERT_VALUES, SCATTER_REVERSE));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = scale * (operator of this symbol) x. Collective. */
+PetscErrorCode SlipPlaneApply(SlipPlane p, PetscReal scale, const SlipPlaneSymbol *symbol, Vec x, Vec y)
+{
+  SlipPencil pencil = p->pencil;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPlaneForward(p, x));
+  for (PetscInt k = 0; k < pencil->layout.columns; k++)
+    ApplyWave(p, symbol, k, pencil->by_wave + (size_t)k * 2 * p->grid.nz);
+  PetscCall(SlipPlaneBackward(p, scale / (PetscReal)p->depth_period, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

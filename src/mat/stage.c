@@ -19,7 +19,16 @@ typedef struct {
   SlipGather gather;
   PetscReal *y; /* [N] */
   Vec work;
+  SlipPlane plane;     /* borrowed from K: one pair of transforms serves K and a viscosity of type "sliptoeplitz"; NULL
+                          otherwise */
+  SlipPlaneSymbol sum; /* of B at assembled_theta */
+  PetscReal mean;      /* B = mean ((mass / theta) I + theta K), H is NULL; 0 when H is used */
+  Mat approximation;   /* NULL when Jacobians are to be exact */
 } SlipStageContext;
+
+/* How MatSlipStageGetApproximation() chooses. */
+enum { JACOBIAN_AUTO, JACOBIAN_EXACT, JACOBIAN_APPROXIMATE };
+static const char *const Jacobians[] = {"auto", "exact", "approximate"};
 
 /* Dense operands are summed at each theta up to this size: it costs three products and saves one in each of the tens of
    iterations at that theta, but it needs N^2 more numbers (200 MB here). */
@@ -74,6 +83,29 @@ static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  if (s->assembled_theta != s->theta)
+    PetscCall(SlipPlaneCombine(s->plane, s->mass / s->theta, s->theta * s->scale, s->damping * PetscSqrtReal(s->scale),
+                               &s->sum));
+  s->assembled_theta = s->theta;
+  PetscCall(SlipPlaneApply(s->plane, 1, &s->sum, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = (mass / theta) W x + theta y */
+static PetscErrorCode StageAddInertia(SlipStageContext *s, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  if (s->weights) {
+    PetscCall(VecPointwiseMult(s->work, s->weights, x));
+    PetscCall(VecAXPBY(y, s->mass / s->theta, s->theta, s->work));
+  } else
+    PetscCall(VecAXPBY(y, s->mass / s->theta, s->theta, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode StageMult(Mat B, Vec x, Vec y)
 {
   SlipStageContext *s;
@@ -90,14 +122,18 @@ static PetscErrorCode StageMult(Mat B, Vec x, Vec y)
     PetscCall(StageMultFused(s, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  if (s->plane) {
+    PetscCall(StageMultPlane(s, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MatMult(s->K, x, y));
-  PetscCall(MatMult(s->H, x, s->work));
-  if (s->weights) {
-    PetscCall(VecAXPBY(y, 1, s->theta, s->work));
-    PetscCall(VecPointwiseMult(s->work, s->weights, x));
-    PetscCall(VecAXPY(y, s->mass / s->theta, s->work));
-  } else
-    PetscCall(VecAXPBYPCZ(y, s->mass / s->theta, 1, s->theta, x, s->work));
+  PetscCall(StageAddInertia(s, x, y));
+  if (s->mean > 0)
+    PetscCall(VecScale(y, s->mean));
+  else {
+    PetscCall(MatMult(s->H, x, s->work));
+    PetscCall(VecAXPY(y, 1, s->work));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -109,12 +145,17 @@ static PetscErrorCode StageGetDiagonal(Mat B, Vec d)
   PetscCall(MatShellGetContext(B, &s));
   PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
   PetscCall(MatGetDiagonal(s->K, d));
-  PetscCall(MatGetDiagonal(s->H, s->work));
-  PetscCall(VecAXPBY(d, 1, s->theta, s->work));
+  PetscCall(VecScale(d, s->theta));
   if (s->weights)
     PetscCall(VecAXPY(d, s->mass / s->theta, s->weights));
   else
     PetscCall(VecShift(d, s->mass / s->theta));
+  if (s->mean > 0)
+    PetscCall(VecScale(d, s->mean));
+  else {
+    PetscCall(MatGetDiagonal(s->H, s->work));
+    PetscCall(VecAXPY(d, 1, s->work));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -129,20 +170,66 @@ static PetscErrorCode StageDestroy(Mat B)
   PetscCall(MatDestroy(&s->assembled));
   PetscCall(VecDestroy(&s->work));
   PetscCall(PetscFree2(s->blocks, s->y));
+  PetscCall(SlipPlaneSymbolDestroy(&s->sum));
+  PetscCall(MatDestroy(&s->approximation));
   PetscCall(SlipGatherDestroy(&s->gather));
   PetscCall(PetscFree(s));
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatConvert_slipstage_dense_C", NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetApproximation_C", NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Chooses how products are formed: fused per wavenumber, assembled, or K and H apart. */
-static PetscErrorCode StageChoose(SlipStageContext *s)
+/* One pair of transforms per wavenumber serves K and a spectral viscosity of it. */
+static PetscErrorCode StageFuse(SlipStageContext *s, SlipStrike strike)
+{
+  const SlipGrid *g;
+  SlipStrike own;
+  PetscInt N, nk;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStrikeOf(s->K, &own));
+  if (own != strike) PetscFunctionReturn(PETSC_SUCCESS); /* H was made from another stiffness */
+  s->strike = strike;
+  PetscCall(MatGetSize(s->K, &N, NULL));
+  SlipStrikeGet(strike, &g, NULL, &nk, NULL);
+  PetscCall(PetscMalloc2((size_t)nk * g->nz * g->nz, &s->blocks, N, &s->y));
+  PetscCall(SlipGatherCreate(s->K, SlipStrikePencil(strike), &s->gather));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether Jacobians are to be formed from something cheaper than B: the option, or where products with H are much more
+   expensive than those with K. */
+static PetscErrorCode ChooseJacobian(SlipStageContext *s, const SlipGrid *grid, PetscBool *approximate)
+{
+  PetscBool lanczos, spectral, cheap;
+  PetscInt choice = JACOBIAN_AUTO;
+
+  PetscFunctionBegin;
+  PetscOptionsBegin(PetscObjectComm((PetscObject)s->K), NULL, "Stage operator", "Mat");
+  PetscCall(PetscOptionsEList("-mat_slipstage_jacobian",
+                              "Newton matrices from the stage operator itself, from a cheap approximation of its "
+                              "viscosity, or by cost",
+                              "MatSlipStageGetApproximation", Jacobians, 3, Jacobians[choice], &choice, NULL));
+  PetscOptionsEnd();
+  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliplanczos", &lanczos));
+  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "slipspectral", &spectral));
+  if (choice == JACOBIAN_AUTO)
+    *approximate = (PetscBool)(lanczos || (spectral && grid && grid->nz > SLIP_BLOCKS_MAX));
+  else
+    *approximate = (PetscBool)(choice == JACOBIAN_APPROXIMATE);
+  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliptoeplitz", &cheap));
+  if (cheap || !(s->damping > 0)) *approximate = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Chooses how products are formed: fused by transforms or per wavenumber, assembled, or K and H apart. */
+static PetscErrorCode StageChoose(SlipStageContext *s, PetscBool *approximate)
 {
   const SlipGrid *g;
   const PetscReal *viscosity;
   SlipStrike strike;
-  PetscBool denseK, denseH;
-  PetscInt N, nk;
+  PetscBool denseK, denseH, plane;
+  PetscInt N;
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(s->K, &N, NULL));
@@ -152,16 +239,67 @@ static PetscErrorCode StageChoose(SlipStageContext *s)
   PetscCall(SlipViscosityGetFactor(s->H, &s->damping));
   PetscCall(SlipGridOf(s->K, &g));
   if (g) PetscCall(SlipGridScale(s->K, &s->scale));
+  PetscCall(ChooseJacobian(s, g, approximate));
+  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliptoeplitz", &plane));
+  if (plane && g) PetscCall(SlipPlaneOf(s->K, &s->plane));
   PetscCall(SlipSpectralGetBlocks(s->H, &strike, &viscosity));
-  if (denseK || !strike) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipStrikeOf(s->K, &s->strike));
-  if (s->strike != strike) { /* H was made from another stiffness */
-    s->strike = NULL;
+  if (!denseK && strike && !*approximate) PetscCall(StageFuse(s, strike));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageCreateApproximation(SlipStageContext *s);
+
+/* A stage operator; mean: see the context. */
+static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, Mat *B)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  SlipStageContext *s;
+  PetscBool approximate = PETSC_FALSE;
+  PetscInt m, N;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(K, &N, NULL));
+  PetscCall(MatGetLocalSize(K, &m, NULL));
+  PetscCall(PetscNew(&s));
+  PetscCall(PetscObjectReference((PetscObject)K));
+  if (H) PetscCall(PetscObjectReference((PetscObject)H));
+  s->K = K;
+  s->H = H;
+  s->mass = mass;
+  s->mean = mean;
+  PetscCall(MatSlipGetWeights(K, &s->weights));
+  if (H) PetscCall(StageChoose(s, &approximate));
+  PetscCall(MatCreateVecs(K, NULL, &s->work));
+  PetscCall(MatCreateShell(comm, m, m, N, N, s, B));
+  PetscCall(MatShellSetManageScalingShifts(*B));
+  PetscCall(MatShellSetOperation(*B, MATOP_MULT, SlipMatShellFn(StageMult)));
+  PetscCall(MatShellSetOperation(*B, MATOP_MULT_TRANSPOSE, SlipMatShellFn(StageMult)));
+  PetscCall(MatShellSetOperation(*B, MATOP_GET_DIAGONAL, SlipMatShellFn(StageGetDiagonal)));
+  PetscCall(MatShellSetOperation(*B, MATOP_DESTROY, SlipMatShellFn(StageDestroy)));
+  PetscCall(SlipShellFinish(*B, "slipstage"));
+  if (approximate) PetscCall(StageCreateApproximation(s));
+  if (approximate)
+    PetscCall(PetscObjectComposeFunction((PetscObject)*B, "MatSlipGetApproximation_C", MatSlipStageGetApproximation));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* H = 2 zeta (M K)^(1/2) is at most zeta ((M / theta) W + theta K) and at least nothing; without a grid to know better,
+   half the bound is off by half of it at most. */
+static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
+{
+  const PetscReal zeta = s->damping / (2 * PetscSqrtReal(s->mass));
+  const SlipGrid *grid;
+  Mat H;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGridOf(s->K, &grid));
+  if (!grid) {
+    PetscCall(StageCreate(s->K, NULL, s->mass, 1 + 0.5 * zeta, &s->approximation));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  SlipStrikeGet(strike, &g, NULL, &nk, NULL);
-  PetscCall(PetscMalloc2((size_t)nk * g->nz * g->nz, &s->blocks, N, &s->y));
-  PetscCall(SlipGatherCreate(s->K, SlipStrikePencil(strike), &s->gather));
+  PetscCall(MatCreateSlipViscosity(s->K, s->mass, zeta, "toeplitz", &H));
+  PetscCall(StageCreate(s->K, H, s->mass, 0, &s->approximation));
+  PetscCall(MatDestroy(&H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -181,6 +319,9 @@ static PetscErrorCode StageChoose(SlipStageContext *s)
   Note: K and H are referenced and must not change while B lives. Where the rows of K are weighted
   (MatSlipGetWeights()), so is the inertia: B = (mass / theta) diag(w) + H + theta K.
 
+  Options Database Key:
+. -mat_slipstage_jacobian <auto> - what MatSlipStageGetApproximation() gives: exact, approximate, or by cost
+
   Errors: PETSC_ERR_ARG_SIZ when the sizes of K and H differ, PETSC_ERR_ARG_OUTOFRANGE for the mass
 
   Level: beginner
@@ -190,7 +331,6 @@ static PetscErrorCode StageChoose(SlipStageContext *s)
 PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
-  SlipStageContext *s;
   PetscInt m, N, mH, NH;
 
   PetscFunctionBegin;
@@ -203,22 +343,7 @@ PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B)
   PetscCheck(N == NH, comm, PETSC_ERR_ARG_SIZ, "K has %" PetscInt_FMT " rows, H has %" PetscInt_FMT, N, NH);
   PetscCheck(m == mH, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "K has %" PetscInt_FMT " local rows, H has %" PetscInt_FMT, m,
              mH);
-  PetscCall(PetscNew(&s));
-  PetscCall(PetscObjectReference((PetscObject)K));
-  PetscCall(PetscObjectReference((PetscObject)H));
-  s->K = K;
-  s->H = H;
-  s->mass = mass;
-  PetscCall(MatSlipGetWeights(K, &s->weights));
-  PetscCall(StageChoose(s));
-  PetscCall(MatCreateVecs(K, NULL, &s->work));
-  PetscCall(MatCreateShell(comm, m, m, N, N, s, B));
-  PetscCall(MatShellSetManageScalingShifts(*B));
-  PetscCall(MatShellSetOperation(*B, MATOP_MULT, SlipMatShellFn(StageMult)));
-  PetscCall(MatShellSetOperation(*B, MATOP_MULT_TRANSPOSE, SlipMatShellFn(StageMult)));
-  PetscCall(MatShellSetOperation(*B, MATOP_GET_DIAGONAL, SlipMatShellFn(StageGetDiagonal)));
-  PetscCall(MatShellSetOperation(*B, MATOP_DESTROY, SlipMatShellFn(StageDestroy)));
-  PetscCall(SlipShellFinish(*B, "slipstage"));
+  PetscCall(StageCreate(K, H, mass, 0, B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -281,6 +406,42 @@ PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta)
   PetscFunctionBegin;
   PetscCall(StageContext(B, &s));
   *theta = s->theta;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipStageGetApproximation - a stage operator with a cheap viscosity, for the matrix of an inexact Newton method
+
+  Logically collective
+
+  Input Parameter:
+. B - matrix of MatCreateSlipStage() whose theta is set
+
+  Output Parameter:
+. A - borrowed; B itself where its own products are cheap, else a matrix of type "slipstage" with the same theta
+
+  Notes:
+  H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for each mode of K. With A for B, a
+  Newton iteration on B v = c leaves at most the share |A^-1 (H - H_A)| of the error. On a uniform grid H_A is the
+  viscosity of type "toeplitz": a share of 0.02 and products as cheap as those with K. Elsewhere
+  H_A = (zeta / 2) ((mass / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3. Near instability,
+  where weakening takes most of B away, the share is larger in proportion.
+
+  Options Database Key:
+. -mat_slipstage_jacobian <auto> - exact (A = B), approximate, or by cost
+
+  Level: advanced
+
+.seealso: MatCreateSlipStage(), MatSlipStageSetTheta(), SNESSEMISMOOTH
+@*/
+PetscErrorCode MatSlipStageGetApproximation(Mat B, Mat *A)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  *A = s->approximation ? s->approximation : B;
+  if (s->approximation && s->theta > 0) PetscCall(MatSlipStageSetTheta(*A, s->theta));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -5,7 +5,7 @@
 #include <slipstep/private/slipmat.h>
 
 typedef struct {
-  SlipPlane plane;     /* made at the first product; NULL with blocks */
+  SlipPlane plane;     /* borrowed from the matrix itself at the first product; NULL with blocks */
   SlipStrike strike;   /* borrowed from the matrix itself, with blocks */
   PetscBool transform; /* in depth, instead of blocks */
   PetscReal scale;     /* what MatScale() asked for */
@@ -14,19 +14,11 @@ typedef struct {
   PetscReal *y;        /* [N] with blocks */
 } FFTContext;
 
-/* Up to this many cells in depth blocks are faster (measured), and a preconditioner shares them. */
-#define SLIP_BLOCKS_MAX 60
-
 static PetscErrorCode FFTMultTransform(Mat K, FFTContext *c, Vec x, Vec y)
 {
-  const SlipGrid *grid;
-
   PetscFunctionBegin;
-  if (!c->plane) {
-    PetscCall(SlipGridOf(K, &grid));
-    PetscCall(SlipPlaneCreate(K, grid, &c->plane));
-  }
-  PetscCall(SlipPlaneApply(c->plane, c->scale, x, y));
+  if (!c->plane) PetscCall(SlipPlaneOf(K, &c->plane));
+  PetscCall(SlipPlaneApply(c->plane, c->scale, SlipPlaneStiffness(c->plane), x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -92,7 +84,6 @@ static PetscErrorCode FFTDestroy(Mat K)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
-  PetscCall(SlipPlaneDestroy(&c->plane));
   PetscCall(SlipGatherDestroy(&c->gather));
   PetscCall(PetscFree(c->y));
   PetscCall(PetscFree(c));

@@ -138,9 +138,8 @@ static const struct {
   const char *name;
   PetscErrorCode (*create)(Mat K, PetscReal factor, Mat *H);
 } SlipViscosityTypes[] = {
-  {"sqrtm", ViscosityCreate_Sqrtm},
-  {"spectral", SlipViscosityCreate_Spectral},
-  {"lanczos", SlipViscosityCreate_Lanczos},
+  {"sqrtm", ViscosityCreate_Sqrtm},         {"spectral", SlipViscosityCreate_Spectral},
+  {"lanczos", SlipViscosityCreate_Lanczos}, {"toeplitz", SlipViscosityCreate_Plane},
   {"none", ViscosityCreate_None},
 };
 
@@ -155,7 +154,8 @@ static const struct {
 . zeta - damping ratio, zero or positive
 - type - "sqrtm" (the exact matrix square root), "spectral" (square root per wavenumber along strike of the problem made
          periodic; uniform grids only), "lanczos" (the root again, by Lanczos' method in each product; any
-         stiffness, no set-up) or "none" (zero)
+         stiffness, no set-up), "toeplitz" (the root on an endless plane, a few per cent off along the fault's edges;
+         uniform grids only) or "none" (zero)
 
   Output Parameter:
 . H - symmetric N x N matrix [Pa s/m] with K's distribution
@@ -185,7 +185,7 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
     if (match) break;
   }
   PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-             "Unknown type of viscosity \"%s\"; known: sqrtm, spectral, lanczos, none", type);
+             "Unknown type of viscosity \"%s\"; known: sqrtm, spectral, lanczos, toeplitz, none", type);
   PetscCall(PetscStrcmp(type, "none", &match));
   factor = match ? 0 : 2 * zeta * PetscSqrtReal(mass);
   PetscCall(PetscLogEventBegin(SLIP_ViscositySetUp, K, 0, 0, 0));

@@ -11,23 +11,60 @@
 #include <slipstep/private/slipsnes.h>
 
 static const PetscReal rounding = 1e-15; /* relative residual that summation errors leave */
+static const PetscReal inexact =
+  5e-3; /* of a linear solve with an approximate operator, whose error is of that order */
 
 enum {
   memory = 5, /* merits that a new one is compared with */
   halvings = 4,
   doublings = 40,
-  sweeps = 20 /* projection steps when stuck */
+  sweeps = 20, /* projection steps when stuck */
+  patience = 4 /* iterations in a row that an approximate operator may fail to halve the residual */
 };
 
 typedef struct {
   Mat J;
+  Mat A;                      /* what stands for dG/dx in it: con->B, or its approximation; borrowed */
+  PetscBool exact;            /* approximations have failed in this solve */
+  PetscInt slow;              /* iterations in a row with an approximation that hardly converged */
   Vec rhs, dx, xs, zero, rho; /* right side, step, start of the step, no slope, rho of the projection */
   PetscInt direct_max;        /* largest sliding set that is solved directly */
   PetscBool picard;           /* the last step left out the slope */
   PetscReal recent[memory];   /* merits */
   PetscInt stalls;            /* steps in a row without enough decrease */
-  PetscInt n_direct, n_krylov, n_picard, n_sweeps; /* since creation, for -snes_view */
+  PetscInt n_direct, n_krylov, n_picard, n_sweeps, n_exact; /* since creation, for -snes_view */
 } SNES_Semismooth;
+
+/* The operator of the linear solves: con->B, or what it composes as "MatSlipGetApproximation_C" (Mat, Mat *). With an
+   approximation the method is an inexact Newton method: residuals remain those of con->B, and so do its solutions. Where
+   the approximate Jacobian is positive definite but the true one is not, iterations are repelled, so that the wrong
+   branch is as unreachable as with the true one. */
+static PetscErrorCode SemismoothOperator(SNES_Semismooth *ss, SlipConstraint con)
+{
+  PetscErrorCode (*f)(Mat, Mat *);
+
+  PetscFunctionBegin;
+  ss->A = con->B;
+  if (ss->exact) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectQueryFunction((PetscObject)con->B, "MatSlipGetApproximation_C", &f));
+  if (f) PetscCall((*f)(con->B, &ss->A));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gives up the approximation when it hardly converges, as near instability, where little is left of dG/dx. */
+static PetscErrorCode SemismoothJudge(SNES snes, SlipConstraint con, PetscReal last)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+
+  PetscFunctionBegin;
+  ss->slow = ss->A != con->B && con->norm > 0.5 * last ? ss->slow + 1 : 0;
+  if (ss->slow < patience) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(snes, "Approximate Jacobian does not converge: exact one for the rest of this solve\n"));
+  ss->exact = PETSC_TRUE;
+  ss->slow = 0;
+  ss->n_exact++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* rhs_s = -F_s + (B x)_s with x on the sticking set; dx = -x there */
 static PetscErrorCode SemismoothRightSide(SNES_Semismooth *ss, SlipConstraint con, Vec x)
@@ -39,7 +76,7 @@ static PetscErrorCode SemismoothRightSide(SNES_Semismooth *ss, SlipConstraint co
   PetscCall(VecAYPX(ss->xs, -1.0, x)); /* x on the sticking set */
   PetscCall(VecNorm(ss->xs, NORM_INFINITY, &moved));
   if (moved > 0.0)
-    PetscCall(MatMult(con->B, ss->xs, ss->rhs));
+    PetscCall(MatMult(ss->A, ss->xs, ss->rhs));
   else
     PetscCall(VecZeroEntries(ss->rhs));
   PetscCall(VecAXPY(ss->rhs, -1.0, con->F));
@@ -58,10 +95,10 @@ static PetscErrorCode SemismoothKrylov(SNES snes, SlipConstraint con, Vec slope,
 
   PetscFunctionBegin;
   if (!ss->J) PetscCall(MatCreateSlipJacobian(con->B, &ss->J));
-  PetscCall(MatSlipJacobianSetParts(ss->J, con->B, con->mask, slope));
+  PetscCall(MatSlipJacobianSetParts(ss->J, ss->A, con->mask, slope));
   PetscCall(KSPSetOperators(snes->ksp, ss->J, ss->J));
   /* Near quadratic convergence the next residual is of the order of the square of this one: solve so far, or to rounding. */
-  eta = PetscMin(1e-2, PetscMax(0.1 * con->norm, rounding / con->norm));
+  eta = ss->A == con->B ? PetscMin(1e-2, PetscMax(0.1 * con->norm, rounding / con->norm)) : inexact;
   PetscCall(KSPSetTolerances(snes->ksp, eta, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(KSPSolve(snes->ksp, ss->rhs, ss->dx));
   PetscCall(KSPGetConvergedReason(snes->ksp, &reason));
@@ -85,12 +122,13 @@ static PetscErrorCode SemismoothDirection(SNES snes, SlipConstraint con, Vec x, 
 
   PetscFunctionBegin;
   PetscCall((*con->ops->jacobian)(con, x, &con->B, con->ctx));
+  PetscCall(SemismoothOperator(ss, con));
   PetscCall(SemismoothRightSide(ss, con, x));
   *ok = PETSC_FALSE;
   for (ss->picard = PETSC_FALSE;; ss->picard = PETSC_TRUE) {
     Vec slope = ss->picard ? ss->zero : con->slope;
 
-    PetscCall(SlipDirectSolve(con->B, con->mask, slope, ss->rhs, ss->dx, ss->direct_max, &done, &pd));
+    PetscCall(SlipDirectSolve(ss->A, con->mask, slope, ss->rhs, ss->dx, ss->direct_max, &done, &pd));
     if (done) {
       snes->linear_its++;
       ss->n_direct++;
@@ -207,6 +245,7 @@ static PetscErrorCode SemismoothPolish(SNES snes, SlipConstraint con, Vec x)
     PetscCall(SlipConstraintReport(snes, con, it, &reason));
     PetscCall(VecNorm(ss->dx, NORM_INFINITY, &step));
     PetscCall(VecNorm(x, NORM_INFINITY, &size));
+    if (ss->A != con->B) step *= con->norm / last; /* the error that is left, where convergence is linear */
     if (con->norm > 0.5 * last || step <= 1e-11 * size) break;
   }
   snes->reason = SNES_CONVERGED_FNORM_RELATIVE;
@@ -219,10 +258,13 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   SlipConstraint con;
   SNESConvergedReason reason;
   Vec x = snes->vec_sol;
+  PetscReal last;
   PetscBool ok, stalled = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintQuery(snes, &con));
+  ss->exact = PETSC_FALSE;
+  ss->slow = 0;
   PetscCall(SlipConstraintBegin(con, x));
   PetscCall(SlipConstraintEvaluate(con, x));
   for (PetscInt i = 0; i < memory; i++) ss->recent[i] = con->merit;
@@ -230,6 +272,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   PetscCall(SlipConstraintReport(snes, con, 0, &reason));
   for (PetscInt it = 1; reason == SNES_CONVERGED_ITERATING; it++) {
     PetscTryTypeMethod(snes, update, snes->iter);
+    last = con->norm;
     PetscCall(SemismoothDirection(snes, con, x, &ok));
     if (!ok) {
       snes->reason = reason = SNES_DIVERGED_LINEAR_SOLVE;
@@ -246,6 +289,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
     }
     ss->recent[it % memory] = con->merit;
     if (con->norm > snes->rtol) PetscCall(SemismoothUnstick(snes, con, x, stalled));
+    PetscCall(SemismoothJudge(snes, con, last));
     PetscCall(SlipConstraintReport(snes, con, it, &reason));
   }
   if (reason == SNES_CONVERGED_FNORM_RELATIVE) PetscCall(SemismoothPolish(snes, con, x));
@@ -314,11 +358,12 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (ascii)
-    PetscCall(PetscViewerASCIIPrintf(viewer,
-                                     "  direct up to %" PetscInt_FMT " sliding elements; %" PetscInt_FMT
-                                     " direct and %" PetscInt_FMT " Krylov solves, %" PetscInt_FMT
-                                     " indefinite Jacobians, %" PetscInt_FMT " times unstuck by projection\n",
-                                     ss->direct_max, ss->n_direct, ss->n_krylov, ss->n_picard, ss->n_sweeps));
+    PetscCall(PetscViewerASCIIPrintf(
+      viewer,
+      "  direct up to %" PetscInt_FMT " sliding elements; %" PetscInt_FMT " direct and %" PetscInt_FMT
+      " Krylov solves, %" PetscInt_FMT " indefinite Jacobians, %" PetscInt_FMT
+      " times unstuck by projection, %" PetscInt_FMT " times left an approximation\n",
+      ss->direct_max, ss->n_direct, ss->n_krylov, ss->n_picard, ss->n_sweeps, ss->n_exact));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -334,7 +379,8 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
 
   Notes:
   Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
-  "slipstage") solves on the sliding set. The KSP's relative tolerance is chosen in each iteration.
+  "slipstage") solves on the sliding set. The KSP's relative tolerance is chosen in each iteration. Where the operator has
+  an approximation (MatSlipStageGetApproximation()), linear solves use that, and each iteration needs the operator once.
 
 .seealso: SNESPROJECTION, SNESSetSlipConstraint(), MatCreateSlipJacobian()
 M*/

@@ -95,11 +95,24 @@ PETSC_INTERN PetscErrorCode SlipStrikeApplyMany(SlipStrike s, PetscReal scale, c
 PETSC_INTERN PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const PetscReal x[],
                                                     PetscReal y[]);
 
-/* ---- plane.c: the stiffness of a uniform grid by transforms along strike and in depth, distributed ---- */
+/* ---- plane.c: operators of a uniform grid by transforms along strike and in depth, distributed ---- */
 typedef struct _n_SlipPlane *SlipPlane;
-PETSC_INTERN PetscErrorCode SlipPlaneCreate(Mat K, const SlipGrid *grid, SlipPlane *plane);
-PETSC_INTERN PetscErrorCode SlipPlaneDestroy(SlipPlane *plane);
-PETSC_INTERN PetscErrorCode SlipPlaneApply(SlipPlane plane, PetscReal scale, Vec x, Vec y);
+/* What an operator is per wavenumber pair; see plane.c. hankel and product may be NULL. */
+typedef struct {
+  PetscReal *toeplitz;         /* [local nk][depth_period / 2 + 1], real since it is even */
+  PetscReal *hankel, *product; /* the same, complex */
+} SlipPlaneSymbol;
+PETSC_INTERN PetscErrorCode SlipPlaneOf(Mat K, SlipPlane *plane); /* borrowed from K; NULL without a grid */
+PETSC_INTERN const SlipPlaneSymbol *SlipPlaneStiffness(SlipPlane plane);
+PETSC_INTERN PetscErrorCode SlipPlaneApply(SlipPlane plane, PetscReal scale, const SlipPlaneSymbol *symbol, Vec x,
+                                           Vec y);
+/* planeroot.c: functions of the full space's kernel, reflected at the free surface */
+PETSC_INTERN PetscErrorCode SlipPlaneGetRoot(SlipPlane plane, const SlipPlaneSymbol **root, const PetscReal **diagonal);
+PETSC_INTERN PetscErrorCode SlipPlaneCombine(SlipPlane plane, PetscReal identity, PetscReal stiffness, PetscReal root,
+                                             SlipPlaneSymbol *sum);
+PETSC_INTERN PetscErrorCode SlipPlaneSymbolDestroy(SlipPlaneSymbol *symbol);
+PETSC_INTERN PetscErrorCode SlipPlaneGetWaves(SlipPlane plane, PetscInt *nk, PetscInt *count, const PetscReal **symbol);
+PETSC_INTERN PetscErrorCode SlipPlaneApplyWaves(SlipPlane plane, const PetscReal f[], Vec x, Vec y);
 
 /* ---- gather.c: the whole of a distributed vector on every rank, or a pencil's rows of it ---- */
 typedef struct {
@@ -152,8 +165,12 @@ PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);
 PETSC_INTERN PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, const PetscReal x[], PetscReal y[]);
 PETSC_INTERN PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i);
 
+/* Up to this many cells in depth a block per wavenumber is faster than transforms (measured). */
+#define SLIP_BLOCKS_MAX 60
+
 /* ---- types of stiffness and viscosity that are not MATDENSE ---- */
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H);
 /* The two parts of a "slipspectral" viscosity, for the stage operator. */
