@@ -211,6 +211,65 @@ static PetscErrorCode ComposeWeights(Mat S, const SlipCells *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* ---- the cells behind a stiffness ---- */
+
+static PetscErrorCode CellsDestroy(SlipContainerArg arg)
+{
+  SlipCells *c = (SlipCells *)SlipContainerArgPointer(arg);
+  PetscInt *order = (PetscInt *)c->order;
+
+  PetscFunctionBegin;
+  PetscCall(PetscFree(order));
+  PetscCall(SlipCellsDestroy(c));
+  PetscCall(PetscFree(c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A copy of the cells, composed with S. */
+static PetscErrorCode ComposeCells(Mat S, const SlipCells *cells)
+{
+  const PetscReal *const from[5] = {cells->x, cells->y, cells->z, cells->length, cells->width};
+  const size_t n = (size_t)cells->n;
+  PetscContainer container;
+  PetscReal *data;
+  PetscInt *order = NULL;
+  SlipCells *c;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&c));
+  *c = *cells;
+  PetscCall(PetscMalloc1(5 * n, &data));
+  for (size_t k = 0; k < 5; k++) PetscCall(PetscArraycpy(data + k * n, from[k], n));
+  c->x = data;
+  c->y = data + n;
+  c->z = data + 2 * n;
+  c->length = data + 3 * n;
+  c->width = data + 4 * n;
+  if (cells->order) {
+    PetscCall(PetscMalloc1(n, &order));
+    PetscCall(PetscArraycpy(order, cells->order, n));
+  }
+  c->order = order;
+  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)S), &container));
+  PetscCall(PetscContainerSetPointer(container, c));
+  PetscCall(SlipContainerSetDestroy(container, CellsDestroy));
+  PetscCall(PetscObjectCompose((PetscObject)S, "SlipCells", (PetscObject)container));
+  PetscCall(PetscContainerDestroy(&container));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipCellsOf(Mat S, const SlipCells **cells)
+{
+  PetscContainer container;
+  void *pointer = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)S, "SlipCells", (PetscObject *)&container));
+  if (container) PetscCall(PetscContainerGetPointer(container, &pointer));
+  *cells = (const SlipCells *)pointer;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
   MatSlipGetWeights - areas of the cells over their mean, by which the rows of a stiffness are weighted
 
@@ -328,6 +387,7 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   else
     PetscCall(SlipNote(*S, "SlipWhy", "%s as asked", type));
   PetscCall(ComposeWeights(*S, cells));
+  PetscCall(ComposeCells(*S, cells));
   PetscCall(MatSetOption(*S, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatSetOption(*S, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);

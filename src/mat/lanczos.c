@@ -6,7 +6,8 @@
 
      A^(1/2) x  =  |x| V_m T_m^(1/2) e_1,   A V_m = V_m T_m + residual,
 
-  with full reorthogonalisation, ended when the coefficients T_m^(1/2) e_1 no longer change.
+  with full reorthogonalisation, ended when the coefficients T_m^(1/2) e_1 no longer change. Parts of x along the last
+  ones are recalled instead.
 */
 #include <petsc/private/petscimpl.h>
 #include <slipmat.h>
@@ -24,6 +25,9 @@ extern void dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e
 #define LANCZOS_EVERY 5    /* steps between looks at the convergence */
 #define LANCZOS_SAMPLES 16 /* rows from which the diagonal is estimated */
 #define LANCZOS_TOL 1e-10  /* default relative tolerance */
+#define LANCZOS_NEW 0.25   /* share of the tolerance for what is computed */
+#define LANCZOS_OLD 0.75   /* and for what earlier products tell */
+#define LANCZOS_ROUNDING 1e-15
 
 typedef struct {
   Mat S;       /* referenced */
@@ -37,7 +41,10 @@ typedef struct {
   PetscReal alpha[LANCZOS_MAX], beta[LANCZOS_MAX]; /* of T */
   PetscReal c[LANCZOS_MAX], last[LANCZOS_MAX];     /* T^(1/2) e_1, now and at the last look */
   PetscReal h[LANCZOS_MAX];                        /* reorthogonalisation */
+  PetscReal change;                                /* of c at the last look */
   PetscInt products, steps;                        /* so far */
+  SlipRecall recall;                               /* of A^(1/2) */
+  PetscObjectState state;                          /* of S, which recall holds for */
 } Lanczos;
 
 /* ---- the function of the tridiagonal matrix (pure) ---- */
@@ -80,7 +87,7 @@ static PetscErrorCode EnsureBasis(Lanczos *l, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* v_{m+1} and the next entries of T from v_0 .. v_m, by classical Gram-Schmidt done twice. */
+/* v_{m+1} and the next entries of T from v_0 .. v_m, by the three-term recurrence and a sweep of Gram-Schmidt. */
 static PetscErrorCode Step(Lanczos *l, PetscInt m)
 {
   Vec next;
@@ -94,21 +101,22 @@ static PetscErrorCode Step(Lanczos *l, PetscInt m)
     PetscCall(VecPointwiseMult(next, next, l->inverse));
   } else
     PetscCall(MatMult(l->S, l->basis[m], next));
-  l->alpha[m] = 0;
-  for (PetscInt sweep = 0; sweep < 2; sweep++) {
-    PetscCall(VecMDot(next, m + 1, l->basis, l->h));
-    l->alpha[m] += l->h[m];
-    for (PetscInt i = 0; i <= m; i++) l->h[i] = -l->h[i];
-    PetscCall(VecMAXPY(next, m + 1, l->h, l->basis));
-  }
+  if (m > 0) PetscCall(VecAXPY(next, -l->beta[m - 1], l->basis[m - 1]));
+  PetscCall(VecDot(next, l->basis[m], &l->alpha[m]));
+  PetscCall(VecAXPY(next, -l->alpha[m], l->basis[m]));
+  PetscCall(VecMDot(next, m + 1, l->basis, l->h));
+  l->alpha[m] += l->h[m];
+  for (PetscInt i = 0; i <= m; i++) l->h[i] = -l->h[i];
+  PetscCall(VecMAXPY(next, m + 1, l->h, l->basis));
   PetscCall(VecNorm(next, NORM_2, &l->beta[m]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Compares the coefficients of m steps with those of the last look. */
-static PetscErrorCode Look(Lanczos *l, PetscInt m, PetscInt before, PetscBool *converged)
+/* Compares the coefficients of m steps with those of the last look: *converged when they have changed by at most the
+   tolerance times the larger of their norm and size. */
+static PetscErrorCode Look(Lanczos *l, PetscInt m, PetscInt before, PetscReal size, PetscBool *converged)
 {
-  PetscReal lowest, change = 0, size = 0;
+  PetscReal lowest, change2 = 0, norm2 = 0;
 
   PetscFunctionBegin;
   PetscCall(RootOfTridiagonal(m, l->alpha, l->beta, l->c, &lowest));
@@ -117,16 +125,19 @@ static PetscErrorCode Look(Lanczos *l, PetscInt m, PetscInt before, PetscBool *c
   for (PetscInt i = 0; i < m; i++) {
     const PetscReal d = l->c[i] - (i < before ? l->last[i] : 0);
 
-    change += d * d;
-    size += l->c[i] * l->c[i];
+    change2 += d * d;
+    norm2 += l->c[i] * l->c[i];
     l->last[i] = l->c[i];
   }
-  *converged = before > 0 && change <= PetscSqr(l->tolerance) * size ? PETSC_TRUE : PETSC_FALSE;
+  l->change = PetscSqrtReal(change2);
+  *converged = before > 0 && l->change <= LANCZOS_NEW * l->tolerance * PetscMax(PetscSqrtReal(norm2), size)
+                 ? PETSC_TRUE
+                 : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The basis and its coefficients c for the vector in basis[0], of norm 1; *m is their number. */
-static PetscErrorCode Process(Lanczos *l, PetscInt N, PetscInt *m)
+/* The basis and its coefficients c for the vector in basis[0], of norm 1; *m is their number. size: see Look(). */
+static PetscErrorCode Process(Lanczos *l, PetscInt N, PetscReal size, PetscInt *m)
 {
   PetscBool converged = PETSC_FALSE;
   PetscInt before = 0;
@@ -138,11 +149,12 @@ static PetscErrorCode Process(Lanczos *l, PetscInt N, PetscInt *m)
                (double)l->tolerance, LANCZOS_MAX);
     PetscCall(Step(l, *m - 1));
     if (*m == N || l->beta[*m - 1] <= 1e-14 * l->alpha[0]) { /* the whole space, or an invariant one */
-      PetscCall(Look(l, *m, before, &converged));
+      PetscCall(Look(l, *m, before, size, &converged));
+      l->change = 0;
       break;
     }
     if (*m % LANCZOS_EVERY == 0) {
-      PetscCall(Look(l, *m, before, &converged));
+      PetscCall(Look(l, *m, before, size, &converged));
       before = *m;
       if (converged) break;
     }
@@ -151,29 +163,45 @@ static PetscErrorCode Process(Lanczos *l, PetscInt N, PetscInt *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode LanczosMult(Mat H, Vec x, Vec y)
+/* y += |x| A^(1/2) v for v = x / |x| in basis[0], which is remembered. */
+static PetscErrorCode AddRoot(Lanczos *l, PetscReal norm, PetscReal size, Vec y)
 {
-  Lanczos *l;
-  PetscReal norm;
   PetscInt m, N;
 
   PetscFunctionBegin;
+  PetscCall(VecGetSize(y, &N));
+  PetscCall(Process(l, N, size / norm, &m));
+  PetscCall(VecZeroEntries(l->work));
+  PetscCall(VecMAXPY(l->work, m, l->c, l->basis));
+  PetscCall(SlipRecallAdd(&l->recall, l->basis[0], l->work, l->change));
+  PetscCall(VecAXPY(y, norm, l->work));
+  l->steps += m;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LanczosMult(Mat H, Vec x, Vec y)
+{
+  Lanczos *l;
+  PetscReal whole, norm, size;
+  PetscObjectState state;
+
+  PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &l));
+  PetscCall(PetscObjectStateGet((PetscObject)l->S, &state));
+  if (state != l->state) PetscCall(SlipRecallReset(&l->recall));
+  l->state = state;
   PetscCall(EnsureBasis(l, 0));
   if (l->root)
     PetscCall(VecPointwiseMult(l->basis[0], l->root, x));
   else
     PetscCall(VecCopy(x, l->basis[0]));
+  PetscCall(VecNorm(l->basis[0], NORM_2, &whole));
+  PetscCall(SlipRecallSplit(&l->recall, LANCZOS_OLD * l->tolerance, l->basis[0], y, &size));
   PetscCall(VecNormalize(l->basis[0], &norm));
-  PetscCall(VecZeroEntries(y));
-  if (norm == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatGetSize(H, &N, NULL));
-  PetscCall(Process(l, N, &m));
-  PetscCall(VecMAXPY(y, m, l->c, l->basis));
-  PetscCall(VecScale(y, norm * l->factor));
+  if (norm > LANCZOS_ROUNDING * whole) PetscCall(AddRoot(l, norm, size, y));
+  PetscCall(VecScale(y, l->factor));
   if (l->root) PetscCall(VecPointwiseMult(y, y, l->root));
   l->products++;
-  l->steps += m;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -266,6 +294,7 @@ static PetscErrorCode LanczosSetTolerance(Mat H, PetscReal tolerance)
   PetscCheck(tolerance > 0 && tolerance < 1, PetscObjectComm((PetscObject)H), PETSC_ERR_ARG_OUTOFRANGE,
              "Tolerance of a viscosity's products must lie in (0, 1), not %g", (double)tolerance);
   l->tolerance = tolerance;
+  PetscCall(SlipRecallReset(&l->recall));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -276,6 +305,7 @@ static PetscErrorCode LanczosDestroy(Mat H)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &l));
   for (PetscInt i = 0; i < l->nbasis; i++) PetscCall(VecDestroy(&l->basis[i]));
+  PetscCall(SlipRecallDestroy(&l->recall));
   PetscCall(VecDestroy(&l->work));
   PetscCall(VecDestroy(&l->diagonal));
   PetscCall(VecDestroy(&l->root));
@@ -340,7 +370,8 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
 
   Input Parameters:
 + H         - viscosity of MatCreateSlipViscosity(); nothing happens to those that are not applied by Lanczos' method
-- tolerance - change of the result from five more steps, relative in the 2-norm, in (0, 1); 1e-10 unless set
+- tolerance - of products, relative in the 2-norm, in (0, 1); 1e-10 unless set. A new direction takes a quarter of it by
+              the change that the last five steps made, parts along earlier ones the rest
 
   Level: intermediate
 

@@ -11,19 +11,21 @@
     symbol  the part on the fault of the inverse of the stage operator on an endless plane (planeroot.c), wrong along
             all edges: one number for each pair of wavenumbers and O(N log N) work;
 
-  elsewhere the inverse diagonal. P is positive definite whatever the slope, so the whole is.
+  on irregular cells the inverse in overlapping parts (schwarz.c), elsewhere the inverse diagonal. P is positive definite
+  whatever the slope, so the whole is.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
 typedef struct {
-  Mat B;             /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
-  Vec mask, slope;   /* borrowed; NULL when every row is free */
-  SlipStrike strike; /* of blocks, or NULL */
-  SlipPlane plane;   /* of the symbol, or NULL; without either P is the inverse diagonal */
-  PetscReal *f;      /* P per eigenvalue [nk][nz], or per pair of wavenumbers */
-  PetscReal *y;      /* [N] */
+  Mat B;               /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
+  Vec mask, slope;     /* borrowed; NULL when every row is free */
+  SlipStrike strike;   /* of blocks, or NULL */
+  SlipPlane plane;     /* of the symbol, or NULL */
+  SlipSchwarz schwarz; /* of irregular cells, or NULL; without any P is the inverse diagonal */
+  PetscReal *f;        /* P per eigenvalue [nk][nz], or per pair of wavenumbers */
+  PetscReal *y;        /* [N] */
   SlipGather gather;
   Mat gathered;      /* matrix that gather, f and y were sized for; referenced */
   Vec work, inverse; /* masked residual; inverse diagonal */
@@ -53,6 +55,7 @@ static PetscErrorCode ContextReset(PCSlipStage *c)
   PetscCall(VecDestroy(&c->inverse));
   PetscCall(MatDestroy(&c->gathered));
   c->strike = NULL;
+  c->schwarz = NULL;
   c->plane = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -176,7 +179,10 @@ static PetscErrorCode Allocate(PC pc, PCSlipStage *c, const SlipStageParts *part
   PetscCall(MatCreateVecs(c->B, &c->work, &c->inverse));
   if (!parts) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipGridOf(parts->K, &g));
-  if (!g) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!g) {
+    PetscCall(SlipSchwarzOf(parts->K, &c->schwarz));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(ChooseInverse(pc, g, &blocks));
   if (!blocks) {
     PetscCall(SlipPlaneOf(parts->K, &c->plane));
@@ -196,6 +202,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
 {
   PCSlipStage *c = NULL;
   SlipStageParts parts;
+  PetscReal slope;
   PetscBool stage;
   Mat J;
 
@@ -214,7 +221,10 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   PetscCall(Allocate(pc, c, stage ? &parts : NULL));
   if (c->strike || c->plane)
     PetscCall(SetUpInverse(c, &parts));
-  else
+  else if (c->schwarz) {
+    PetscCall(MeanSlope(c, &slope));
+    SlipSchwarzSetUp(c->schwarz, &parts, slope, PC_SLOPE_LIMIT);
+  } else
     PetscCall(SetUpDiagonal(c));
   PetscCall(PetscLogEventEnd(SLIP_PCSetUp, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -226,6 +236,10 @@ static PetscErrorCode ApplyInverse(PCSlipStage *c)
   const PetscReal *x;
 
   PetscFunctionBegin;
+  if (c->schwarz) {
+    PetscCall(SlipSchwarzApply(c->schwarz, c->work));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (c->plane) {
     PetscCall(SlipPlaneApplyWaves(c->plane, c->f, c->work, c->work));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -284,9 +298,10 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  inverse: %s\n",
-                                     c->plane    ? "symbol of an endless plane"
-                                     : c->strike ? "periodic along strike, per wavenumber"
-                                                 : "diagonal"));
+                                     c->plane     ? "symbol of an endless plane"
+                                     : c->strike  ? "periodic along strike, per wavenumber"
+                                     : c->schwarz ? "overlapping parts of irregular cells"
+                                                  : "diagonal"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -316,8 +331,9 @@ static PetscErrorCode PCSlipStageGetMemory(PC pc, PetscReal *bytes)
   Notes:
   For a Jacobian of type MATSLIPJACOBIAN, whose parts it finds composed as "SlipStageOperator", "SlipMask" and
   "SlipSlope", or for a stage operator itself. Symmetric positive definite even where weakening makes the Jacobian
-  indefinite, as CG and MINRES need. The slope enters by its mean over the fault. Without a uniform grid behind the
-  stiffness it is the inverse diagonal.
+  indefinite, as CG and MINRES need. The slope enters by its mean over the fault. On a uniform grid it is the inverse
+  made periodic along strike, on irregular cells that of overlapping clusters of cells and of means over larger ones,
+  and without either the inverse diagonal.
 
   Options Database Key:
 . -pc_slipstage_type <auto> - on a uniform grid: blocks, symbol, or by size (blocks up to 60 cells in depth)

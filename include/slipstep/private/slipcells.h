@@ -9,6 +9,8 @@ PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);
 PETSC_INTERN PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscReal cost[]);
 PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells); /* whose x owns the memory of all columns */
 
+/* The cells that a stiffness was made from, borrowed from it; NULL for other matrices. */
+PETSC_INTERN PetscErrorCode SlipCellsOf(Mat S, const SlipCells **cells);
 /* The cell of a row of the stiffness. */
 static inline PetscInt SlipCellsAt(const SlipCells *cells, PetscInt row)
 {
@@ -46,6 +48,18 @@ PETSC_INTERN PetscErrorCode SlipLowRankRecompress(PetscInt m, PetscInt n, PetscR
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance,
                                                      Mat *S);
 PETSC_INTERN PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[]);
+
+/* ---- recall.c: products that are known already; zero-initialise ---- */
+#define SLIP_RECALL_MAX 16
+typedef struct {
+  PetscInt n;
+  Vec q[SLIP_RECALL_MAX], image[SLIP_RECALL_MAX]; /* the first n: orthonormal directions and their images */
+  PetscReal error[SLIP_RECALL_MAX];               /* of the images, absolute, in the 2-norm */
+} SlipRecall;
+PETSC_INTERN PetscErrorCode SlipRecallSplit(SlipRecall *r, PetscReal tolerance, Vec x, Vec y, PetscReal *size);
+PETSC_INTERN PetscErrorCode SlipRecallAdd(SlipRecall *r, Vec q, Vec image, PetscReal error);
+PETSC_INTERN PetscErrorCode SlipRecallReset(SlipRecall *r);
+PETSC_INTERN PetscErrorCode SlipRecallDestroy(SlipRecall *r);
 
 /* ---- lanczos.c ---- */
 /* Whether K is an area-weighted stiffness of cells, or hierarchical: viscosities of it are made here. */

@@ -138,6 +138,12 @@ PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array);
 PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array);
 
+/* ---- schwarz.c: the stage operator of irregular cells inverted in overlapping parts ---- */
+typedef struct _n_SlipSchwarz *SlipSchwarz;
+PETSC_INTERN PetscErrorCode SlipSchwarzOf(Mat K, SlipSchwarz *schwarz); /* borrowed from K; NULL without cells */
+PETSC_INTERN void SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope, PetscReal limit);
+PETSC_INTERN PetscErrorCode SlipSchwarzApply(SlipSchwarz s, Vec x); /* in place */
+
 /* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', ordered by falling |lambda|; zero-initialise ---- */
 typedef struct {
   PetscInt n, rank, head; /* order, number of terms, number of them in double precision */
