@@ -8,7 +8,8 @@ typedef struct _TrainOptions TrainOptions;
 typedef struct {
   const char *name, *meaning;
   PetscErrorCode (*options)(TrainOptions *o); /* read and check the algorithm's own options; NULL: it has none */
-  /* Train the policy that o describes, on one process, and write o->output; also o->log and o->checkpoint if named. */
+  /* Train the policy that o describes, on one process, and write o->output; also o->log and o->checkpoint if named. Of
+     several at once on different ranks, each calls SweepYield() (sweep.h) once a second or so. */
   PetscErrorCode (*run)(const TrainOptions *o);
 } Algorithm;
 

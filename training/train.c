@@ -1,15 +1,15 @@
 static const char help[] =
-  "Trains a policy that chooses step sizes, by truncated quantile critics (TQC).\n"
+  "Trains a policy that chooses step sizes, by truncated quantile critics (TQC) or TD3.\n"
   "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
   "  train -train_steps 20000 -train_output policy.h5 -train_log curve.h5\n"
   "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-element faults)\n"
-  "  mpirun -n 2 train -train_alpha 1,4 -train_output policy.h5              (two policies side by side)\n"
+  "  mpirun -n 2 train -train_alpha 1,2,4 -train_seed 1,2 -train_output policy.h5    (six trainings, two at a time)\n"
   "  fault -ts_adapt_type rl -ts_adapt_rl_policy policy.h5                   (uses it)\n"
   "The fault is that of the -fault_ options, one element unless -fault_nx and -fault_nz say otherwise.\n"
   "Drawn by -train_random:\n";
 
 #include "cmatrain.h"
-#include "trainer.h"
+#include "sweep.h"
 #include <slipstep/private/slipcompat.h>
 
 static PetscErrorCode RunCMA(void)
@@ -32,7 +32,19 @@ static PetscErrorCode RunCMA(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Run(void)
+/* Of several ranks the first trains and the others wait. */
+static PetscErrorCode RunOne(const TrainOptions *o)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  if (!rank) PetscCall(o->algorithm->run(o));
+  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(PetscInt *failed)
 {
   TrainOptions o;
   EnvRun run;
@@ -56,7 +68,10 @@ static PetscErrorCode Run(void)
     PetscCall(TrainOptionsFree(&o));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(o.algorithm->run(&o));
+  if (SweepCount(&o) > 1)
+    PetscCall(SweepRun(PETSC_COMM_WORLD, &o, failed));
+  else
+    PetscCall(RunOne(&o));
   PetscCall(TrainOptionsFree(&o));
   PetscCall(SlipWarnOfUnusedOptions());
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -66,6 +81,7 @@ int main(int argc, char **argv)
 {
   static char manual[4096];
   char ranges[2048];
+  PetscInt failed = 0;
 
   PetscFunctionBeginUser;
   PetscCall(ProblemDescribeDraws(ranges, sizeof(ranges)));
@@ -73,7 +89,7 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, manual));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("train"));
-  PetscCall(Run());
+  PetscCall(Run(&failed));
   PetscCall(PetscFinalize());
-  return 0;
+  return failed ? 1 : 0;
 }

@@ -1,6 +1,6 @@
 /* The training run: episodes until the steps are done, evaluation of the deterministic policy in between, the policy
    at the end. */
-#include "trainer.h"
+#include "sweep.h"
 #include <slipstep/private/sliperror.h>
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
@@ -47,7 +47,8 @@ PetscErrorCode TrainerCreate(const TrainOptions *o, Trainer *t)
   PetscCall(CreateEvaluation(t));
   PetscCall(AgentCreate(&o->agent, (uint64_t)o->seed, &t->agent));
   RandomSeed(&t->instances, (uint64_t)o->seed + 0x5eed);
-  PetscCall(PetscCalloc1(t->agent.tqc.nactor, &t->best_actor));
+  o->agent.learner->actor(t->agent.learner, &t->actor, &t->nactor);
+  PetscCall(PetscCalloc1(t->nactor, &t->best_actor));
   PetscCall(CheckFiles(o));
   PetscCall(SlipErrorSource("-train_resume"));
   if (o->resume[0]) PetscCall(CheckpointRead(t, o->resume));
@@ -110,7 +111,7 @@ static PetscErrorCode Evaluate(Trainer *t)
   if (total / n > t->best) {
     t->best = total / n;
     t->best_steps = t->agent.steps;
-    PetscCall(PetscArraycpy(t->best_actor, t->agent.tqc.actor, t->agent.tqc.nactor));
+    PetscCall(PetscArraycpy(t->best_actor, t->actor, t->nactor));
   }
   PetscCall(TrainLogEvaluation(t->log, t, total / n, attempts / n, error / n));
   if (t->o.progress)
@@ -122,7 +123,7 @@ static PetscErrorCode Evaluate(Trainer *t)
 
 static PetscErrorCode Progress(const Trainer *t, const EnvResult *r)
 {
-  const TQCLosses *l = &t->agent.losses;
+  const Losses *l = &t->agent.losses;
   PetscLogDouble now;
   double done, left;
 
@@ -132,10 +133,9 @@ static PetscErrorCode Progress(const Trainer *t, const EnvResult *r)
   left = (now - t->begin) / done * (double)(t->o.steps - t->agent.steps);
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
                         "%sstep %7" PetscInt64_FMT "/%" PetscInt64_FMT "  episode %5" PetscInt64_FMT
-                        "  return %8.3f  length %4" PetscInt_FMT
-                        "  critic %9.3e  actor %9.3f  entropy coefficient %8.2e  left %5.0f s\n",
+                        "  return %8.3f  length %4" PetscInt_FMT "  critic %9.3e  actor %9.3f  left %5.0f s\n",
                         t->o.label, t->agent.steps, t->o.steps, t->episodes, (double)r->total, r->attempts, l->critic,
-                        l->actor, l->alpha, left));
+                        l->actor, left));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -144,6 +144,7 @@ static PetscErrorCode AfterEpisode(Trainer *t, const EnvResult *r, PetscInt64 *s
 {
   PetscFunctionBegin;
   t->episodes++;
+  PetscCall(SweepYield());
   PetscCall(TrainLogEpisode(t->log, t, r));
   if (t->o.progress && (t->agent.steps - *shown >= t->o.progress || t->agent.steps >= t->o.steps)) {
     PetscCall(Progress(t, r));
@@ -165,6 +166,7 @@ PetscErrorCode TrainerRun(Trainer *t)
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&t->begin));
+  if (t->o.transfer && t->o.evaluate_interval) PetscCall(Evaluate(t)); /* what it is to be better than */
   while (t->agent.steps < t->o.steps) {
     PetscCall(EnvRunEpisode(&t->env, &t->instances, TrainingActor, t, &r));
     PetscCall(AfterEpisode(t, &r, &shown));
@@ -172,7 +174,7 @@ PetscErrorCode TrainerRun(Trainer *t)
   if (t->o.evaluate_interval && t->evaluated < t->agent.steps) PetscCall(Evaluate(t));
   if (!t->o.evaluate_interval) {
     t->best_steps = t->agent.steps;
-    PetscCall(PetscArraycpy(t->best_actor, t->agent.tqc.actor, t->agent.tqc.nactor));
+    PetscCall(PetscArraycpy(t->best_actor, t->actor, t->nactor));
   }
   if (t->o.output[0]) PetscCall(TrainerStorePolicy(t, t->o.output));
   if (t->o.checkpoint[0]) PetscCall(CheckpointWrite(t, t->o.checkpoint));

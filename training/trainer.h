@@ -3,15 +3,20 @@
 #include "agent.h"
 #include "algorithm.h"
 
+#define TRAIN_MAX_LIST 64
+
 struct _TrainOptions {
   const Algorithm *algorithm;
   PetscInt64 steps; /* environment steps, in total with those of a resumed checkpoint */
   PetscInt seed;
+  PetscInt nalpha, nseed, seeds[TRAIN_MAX_LIST]; /* of a sweep; env.alpha and seed are those of one training */
+  PetscReal alphas[TRAIN_MAX_LIST];
   char label[64];             /* before each progress line: which of several trainings it is */
   PetscInt progress;          /* steps between progress lines, 0: none */
   PetscInt evaluate_interval; /* steps between evaluations of the deterministic policy, 0: none */
   PetscInt evaluate_episodes;
   PetscInt checkpoint_interval;        /* steps between checkpoints */
+  PetscBool transfer;                  /* the checkpoint is of another instance of the problem */
   char output[PETSC_MAX_PATH_LEN];     /* policy */
   char log[PETSC_MAX_PATH_LEN];        /* learning curve */
   char resume[PETSC_MAX_PATH_LEN];     /* checkpoint to continue */
@@ -31,15 +36,17 @@ typedef struct {
   PetscInt64 episodes;
   PetscInt64 evaluated, checkpointed; /* steps at the last evaluation and checkpoint */
   double best;                        /* mean return of the best evaluation, whose actor is kept: */
-  Scalar *best_actor;                 /* [nactor], of the last step when nothing was evaluated */
+  Scalar *actor;                      /* [nactor], the learner's, borrowed */
+  size_t nactor;
+  Scalar *best_actor; /* [nactor], of the last step when nothing was evaluated */
   PetscInt64 best_steps;
   TrainLog log;
   PetscLogDouble begin;   /* wall time at the start [s] */
   PetscInt64 begin_steps; /* steps that the resumed checkpoint had */
 } Trainer;
 
-PETSC_INTERN PetscErrorCode TrainOptionsSet(MPI_Comm comm,
-                                            TrainOptions *o); /* -train_*, with the rank's seed, alpha and file names */
+/* -train_*; alpha and seed are the first of their lists */
+PETSC_INTERN PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o);
 PETSC_INTERN PetscErrorCode TrainOptionsFree(TrainOptions *o);
 PETSC_INTERN PetscErrorCode TrainerTrain(const TrainOptions *o); /* create, run, destroy: Algorithm.run */
 PETSC_INTERN PetscErrorCode TrainerCreate(const TrainOptions *o, Trainer *t);

@@ -35,6 +35,7 @@ PetscErrorCode TrainLogOpen(const Trainer *t, const char file[], TrainLog *log)
   for (PetscInt i = 0; i < EVALUATION_COLUMNS; ++i)
     PetscCall(SlipH5CreateSeries(&l->h5, EvaluationColumns[i].path, 0, NULL, PETSC_FALSE, EvaluationColumns[i].units));
   PetscCall(SlipH5WriteAttrString(&l->h5, "/", "problem", t->o.env.problem->name));
+  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "algorithm", t->o.algorithm->name));
   PetscCall(SlipH5WriteAttrString(&l->h5, "/", "error", t->o.env.problem->errors[0]));
   PetscCall(SlipH5WriteAttrInt(&l->h5, "/", "seed", t->o.seed));
   PetscCall(SlipH5WriteAttrReal(&l->h5, "/", "alpha", t->o.env.alpha));
@@ -45,7 +46,7 @@ PetscErrorCode TrainLogOpen(const Trainer *t, const char file[], TrainLog *log)
 
 PetscErrorCode TrainLogEpisode(TrainLog log, const Trainer *t, const EnvResult *r)
 {
-  const TQCLosses *l = &t->agent.losses;
+  const Losses *l = &t->agent.losses;
   PetscLogDouble now;
 
   PetscFunctionBegin;

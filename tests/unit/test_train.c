@@ -31,16 +31,18 @@ static void Destroy(Trainer *t)
   OK(TrainOptionsFree(&o));
 }
 
-static PetscBool SameBits(const Trainer *a, const Trainer *b)
+static PetscBool SameBits(Trainer *a, Trainer *b)
 {
-  const TQC *p = &a->agent.tqc, *q = &b->agent.tqc;
+  LearnerArray p[LEARNER_MAX_ARRAYS], q[LEARNER_MAX_ARRAYS];
+  const PetscInt n = a->agent.o.learner->arrays(a->agent.learner, p);
 
-  return !memcmp(p->actor, q->actor, p->nactor * sizeof(Scalar)) &&
-             !memcmp(p->target, q->target, p->ncritic * sizeof(Scalar)) &&
-             !memcmp(&a->agent.random, &b->agent.random, sizeof(Random)) && p->log_alpha == q->log_alpha &&
-             a->episodes == b->episodes
-           ? PETSC_TRUE
-           : PETSC_FALSE;
+  assert_int_equal(b->agent.o.learner->arrays(b->agent.learner, q), n);
+  for (PetscInt i = 0; i < n; ++i) {
+    assert_int_equal(p[i].n, q[i].n);
+    if (memcmp(p[i].data, q[i].data, p[i].n * sizeof(Scalar))) return PETSC_FALSE;
+  }
+  return !memcmp(&a->agent.random, &b->agent.random, sizeof(Random)) && a->episodes == b->episodes ? PETSC_TRUE
+                                                                                                   : PETSC_FALSE;
 }
 
 static void test_same_seed_same_bits(void **state)
@@ -63,53 +65,100 @@ static void test_same_seed_same_bits(void **state)
   for (int i = 0; i < 3; ++i) Destroy(&t[i]);
 }
 
-/* Train to 200 steps, write, go on to 350; and read, go on to 350: the same bits. */
+/* Train to 200 steps, write, go on to 350; and read, go on to 350: the same bits. Three problems, both learners. */
 static void test_resume_same_bits(void **state)
 {
+  static const char *const runs[] = {"-train_random -train_reward accuracy",
+                                     "-train_algorithm td3 -train_problem circuit -train_random -train_reward balanced",
+                                     "-train_problem sliding_mode -train_noise gaussian -train_network 16,8"};
   const char *checkpoint = "test_train_checkpoint.h5";
-  TrainOptions o = Options("-train_steps 350 -train_seed 3 -train_random -train_reward accuracy");
+
+  (void)state;
+  for (int i = 0; i < 3; ++i) {
+    char text[256];
+    TrainOptions o;
+    Trainer a, b;
+
+    OK(PetscSNPrintf(text, sizeof(text), "-train_steps 350 -train_seed 3 %s", runs[i]));
+    o = Options(text);
+    OK(TrainerCreate(&o, &a));
+    a.o.steps = 200;
+    OK(PetscStrncpy(a.o.checkpoint, checkpoint, sizeof(a.o.checkpoint)));
+    OK(TrainerRun(&a));
+    a.o.checkpoint[0] = 0;
+    a.o.steps = 350;
+    OK(TrainerRun(&a));
+    OK(PetscSNPrintf(text, sizeof(text), "-train_steps 350 -train_seed 99 %s", runs[i]));
+    o = Options(text);
+    OK(PetscStrncpy(o.resume, checkpoint, sizeof(o.resume)));
+    OK(TrainerCreate(&o, &b));
+    assert_int_equal(b.agent.steps, 200);
+    assert_false(SameBits(&a, &b));
+    OK(TrainerRun(&b));
+    assert_true(SameBits(&a, &b));
+    Destroy(&a);
+    Destroy(&b);
+    assert_int_equal(remove(checkpoint), 0);
+  }
+}
+
+/* On another mesh: the networks go on, the transitions and the evaluations begin anew. */
+static void test_transfer(void **state)
+{
+  const char *checkpoint = "test_train_transfer.h5";
+  const char *common = "-train_reward balanced -train_evaluate_interval 40 -train_resume test_train_transfer.h5";
+  TrainOptions o = Options("-train_steps 120 -train_random -train_reward balanced -train_evaluate_interval 100");
+  char text[256];
   Trainer a, b;
 
   (void)state;
+  OK(PetscStrncpy(o.checkpoint, checkpoint, sizeof(o.checkpoint)));
   OK(TrainerCreate(&o, &a));
-  a.o.steps = 200;
-  OK(PetscStrncpy(a.o.checkpoint, checkpoint, sizeof(a.o.checkpoint)));
   OK(TrainerRun(&a));
-  a.o.checkpoint[0] = 0;
-  a.o.steps = 350;
-  OK(TrainerRun(&a));
-  o = Options("-train_steps 350 -train_seed 99 -train_random -train_reward accuracy");
-  OK(PetscStrncpy(o.resume, checkpoint, sizeof(o.resume)));
+  OK(PetscSNPrintf(text, sizeof(text), "-train_steps 200 -train_transfer -fault_nx 2 -fault_nz 2 %s", common));
+  o = Options(text);
   OK(TrainerCreate(&o, &b));
-  assert_int_equal(b.agent.steps, 200);
-  assert_false(SameBits(&a, &b));
+  assert_int_equal(b.agent.steps, 120);
+  assert_int_equal(b.agent.replay.size, 0);
+  assert_true(b.best < a.best);
+  assert_memory_equal(a.actor, b.actor, a.nactor * sizeof(Scalar));
   OK(TrainerRun(&b));
-  assert_true(SameBits(&a, &b));
+  assert_int_equal(b.agent.replay.size, 80);
+  assert_int_equal(b.agent.updates - a.agent.updates, 30); /* after 50 steps, -train_learning_starts */
+  assert_true(b.best > -PETSC_MAX_REAL);
   Destroy(&a);
   Destroy(&b);
   assert_int_equal(remove(checkpoint), 0);
 }
 
-/* The stored policy answers what the trained actor answers. */
+/* The stored policy answers what the trained actor answers: with its clamped head, with the plain one, and TD3's. */
 static void test_policy_file(void **state)
 {
+  static const char *const runs[] = {"-train_network 32", "-train_noise gaussian", "-train_algorithm td3"};
   const char *file = "test_train_policy.h5";
-  TrainOptions o = Options("-train_steps 150 -train_seed 5");
-  Trainer t;
-  SlipPolicy p;
-  PetscReal obs[ENV_MAX_OBS] = {0.8, 0.1, 0.05, 1, 0.3, 0.02}, action;
 
   (void)state;
-  OK(PetscStrncpy(o.output, file, sizeof(o.output)));
-  OK(TrainerCreate(&o, &t));
-  OK(TrainerRun(&t));
-  OK(SlipPolicyCreate(PETSC_COMM_SELF, &p));
-  OK(SlipPolicyLoad(p, file));
-  OK(SlipPolicyEvaluate(p, obs, &action, NULL));
-  assert_true(fabs(action - AgentAct(&t.agent, obs, PETSC_FALSE)) < 1e-5); /* the actor computes in single precision */
-  OK(SlipPolicyDestroy(&p));
-  Destroy(&t);
-  assert_int_equal(remove(file), 0);
+  for (int i = 0; i < 3; ++i) {
+    PetscReal obs[ENV_MAX_OBS] = {0.8, 0.1, 0.05, 1, 0.3, 0.02}, action;
+    char text[128];
+    TrainOptions o;
+    Trainer t;
+    SlipPolicy p;
+
+    OK(PetscSNPrintf(text, sizeof(text), "-train_steps 150 -train_seed 5 %s", runs[i]));
+    o = Options(text);
+    OK(PetscStrncpy(o.output, file, sizeof(o.output)));
+    OK(TrainerCreate(&o, &t));
+    OK(TrainerRun(&t));
+    OK(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+    OK(SlipPolicyLoad(p, file));
+    OK(SlipPolicyEvaluate(p, obs, &action, NULL));
+    assert_true(fabs(action - AgentAct(&t.agent, obs, PETSC_FALSE)) <
+                1e-5); /* the actor computes in single precision */
+    OK(SlipPolicyDestroy(&p));
+    Destroy(&t);
+    assert_int_equal(remove(file), 0);
+  }
 }
 
 static void test_published_reward(void **state)
@@ -170,8 +219,11 @@ static void test_accuracy_reward(void **state)
 int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_seed_same_bits),
-                                     cmocka_unit_test(test_resume_same_bits), cmocka_unit_test(test_policy_file),
-                                     cmocka_unit_test(test_published_reward), cmocka_unit_test(test_accuracy_reward)};
+                                     cmocka_unit_test(test_resume_same_bits),
+                                     cmocka_unit_test(test_transfer),
+                                     cmocka_unit_test(test_policy_file),
+                                     cmocka_unit_test(test_published_reward),
+                                     cmocka_unit_test(test_accuracy_reward)};
 
   if (PetscInitialize(&argc, &argv, NULL, NULL) || SlipStepInitializePackage()) return 1;
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
