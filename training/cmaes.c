@@ -8,7 +8,7 @@
 /* Weights of equations 49 to 53, positive ones first. */
 static void SetWeights(CMAES *es)
 {
-  const double n = (double)es->n;
+  const double n = (double)es->n, speed = es->diagonal ? (n + 2) / 3 : 1;
   double sum = 0, sum2 = 0, minus = 0, minus2 = 0, mueff_minus, limit;
 
   for (PetscInt i = 0; i < es->lambda; ++i) {
@@ -22,8 +22,8 @@ static void SetWeights(CMAES *es)
   }
   es->mueff = sum * sum / sum2;
   mueff_minus = minus2 > 0 ? minus * minus / minus2 : 0;
-  es->c1 = 2 / ((n + 1.3) * (n + 1.3) + es->mueff);
-  es->cmu = PetscMin(1 - es->c1, 2 * (0.25 + es->mueff + 1 / es->mueff - 2) / ((n + 2) * (n + 2) + es->mueff));
+  es->c1 = speed * 2 / ((n + 1.3) * (n + 1.3) + es->mueff);
+  es->cmu = PetscMin(1 - es->c1, speed * 2 * (0.25 + es->mueff + 1 / es->mueff - 2) / ((n + 2) * (n + 2) + es->mueff));
   limit = PetscMin(1 + es->c1 / es->cmu, 1 + 2 * mueff_minus / (es->mueff + 2));
   limit = PetscMin(limit, (1 - es->c1 - es->cmu) / (n * es->cmu)); /* keeps C positive definite */
   for (PetscInt i = 0; i < es->lambda; ++i)
@@ -65,6 +65,13 @@ PetscErrorCode CMAESCreate(PetscInt n, PetscInt lambda, const double mean[], dou
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+void CMAESSetDiagonal(CMAES *es, PetscBool diagonal)
+{
+  es->diagonal = diagonal;
+  SetWeights(es);
+  SetRates(es);
+}
+
 PetscErrorCode CMAESDestroy(CMAES *es)
 {
   PetscFunctionBegin;
@@ -80,6 +87,14 @@ PetscErrorCode CMAESDecompose(CMAES *es)
   PetscReal *work;
 
   PetscFunctionBegin;
+  if (es->diagonal) { /* B is the identity, whatever it was */
+    PetscCall(PetscArrayzero(es->B, n * n));
+    for (PetscInt i = 0; i < n; ++i) {
+      es->B[i * n + i] = 1;
+      es->D[i] = sqrt(es->C[i * n + i]);
+    }
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscBLASIntCast(n, &nn));
   lwork = 8 * nn;
   PetscCall(PetscMalloc1(lwork, &work));
@@ -150,7 +165,10 @@ static void UpdateCovariance(CMAES *es, PetscBool stalled, double y[], double wo
     cblas_dsyr(CblasRowMajor, CblasUpper, n, es->cmu * w, yk, 1, es->C, n);
   }
   for (int i = 0; i < n; ++i)
-    for (int j = 0; j < i; ++j) es->C[i * n + j] = es->C[j * n + i];
+    for (int j = 0; j < i; ++j) {
+      if (es->diagonal) es->C[j * n + i] = 0;
+      es->C[i * n + j] = es->C[j * n + i];
+    }
 }
 
 PetscErrorCode CMAESTell(CMAES *es, const double x[], const double f[])

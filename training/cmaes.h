@@ -9,13 +9,14 @@ typedef struct {
   PetscInt lambda; /* population */
   PetscInt mu;     /* parents */
   PetscInt64 generation;
-  double sigma; /* step length */
-  double *mean; /* [n] */
-  double *ps;   /* [n] evolution path of sigma */
-  double *pc;   /* [n] evolution path of C */
-  double *C;    /* [n n] covariance */
-  double *B;    /* [n n] row i: eigenvector i of C */
-  double *D;    /* [n] roots of the eigenvalues */
+  double sigma;       /* step length */
+  double *mean;       /* [n] */
+  double *ps;         /* [n] evolution path of sigma */
+  double *pc;         /* [n] evolution path of C */
+  double *C;          /* [n n] covariance */
+  double *B;          /* [n n] row i: eigenvector i of C */
+  double *D;          /* [n] roots of the eigenvalues */
+  PetscBool diagonal; /* C stays diagonal and is learnt (n + 2)/3 times as fast: Ros and Hansen (2008), PPSN X */
   /* what follows from n and lambda */
   double *weight; /* [lambda] positive for parents, negative for the rest */
   double mueff, cc, cs, c1, cmu, damps, chi;
@@ -25,6 +26,8 @@ typedef struct {
 
 /* lambda 0: 4 + floor(3 ln n). mean [n] is copied. */
 PETSC_INTERN PetscErrorCode CMAESCreate(PetscInt n, PetscInt lambda, const double mean[], double sigma, CMAES *es);
+/* Switch between a diagonal and a full C; what was learnt stays. */
+PETSC_INTERN void CMAESSetDiagonal(CMAES *es, PetscBool diagonal);
 PETSC_INTERN PetscErrorCode CMAESDestroy(CMAES *es);
 /* Draw a population x [lambda][n]. The same random state gives the same population. */
 PETSC_INTERN PetscErrorCode CMAESAsk(CMAES *es, Random *random, double x[]);

@@ -71,6 +71,7 @@ static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems 
     {"-train_batch_meshes", "Episodes on meshes in a generation", &o->batch_mesh, 12, 0, 100000},
     {"-train_validation", "Episodes of each kind in a validation", &o->validation, 35, 1, 100000},
     {"-train_population", "Members of a generation, 0: 4 + 3 ln(weights)", &o->population, 24, 0, 10000},
+    {"-train_diagonal", "Generations before the covariance may leave its diagonal", &o->diagonal, 0, 0, 100000000},
     {"-train_generations", "Generations, in total with those of -train_resume", &o->generations, 2000, 1, 100000000},
     {"-train_validation_interval", "Generations between validations; the best mean is written", &o->interval, 25, 1,
      1000000},

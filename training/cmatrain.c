@@ -162,6 +162,7 @@ static PetscErrorCode Generation(CMATrainer *t, PetscReal *best, PetscReal *medi
   RandomSeed(&random, StreamSeed(t->o.seed, GENERATION_STREAM, t->generation));
   PetscCall(DrawBatch(t, &random, &batch));
   PetscCall(PetscMalloc2(es->n * es->lambda, &x, es->lambda, &f));
+  CMAESSetDiagonal(es, t->generation < t->o.diagonal ? PETSC_TRUE : PETSC_FALSE);
   PetscCall(CMAESAsk(es, &random, x));
   for (PetscInt k = 0; k < es->lambda; ++k) {
     f[k] = 0;

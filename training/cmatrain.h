@@ -15,6 +15,7 @@ typedef struct {
   PetscInt batch_single, batch_mesh;                 /* of a generation */
   PetscInt validation;                               /* episodes of each kind */
   PetscInt population;                               /* 0: CMA-ES's default */
+  PetscInt diagonal;                                 /* generations with a diagonal covariance */
   PetscReal sigma;
   PetscInt generations;
   PetscReal minutes; /* wall time after which training ends */

@@ -70,7 +70,24 @@ static void Evaluate(Stage *st)
   st->norm = isfinite(sum) ? PetscMax(worst, against) / st->scale : (double)NAN;
 }
 
-/* Cholesky solve on the sliding set; false when indefinite. dx: right side in, step out. */
+/* Cholesky factor of A [m m] in its lower triangle, column by column so that the inner loop vectorises; false when indefinite. */
+static PetscBool Factor(PetscInt m, double A[], double column[])
+{
+  for (PetscInt k = 0; k < m; ++k) {
+    if (!(A[k * m + k] > 0)) return PETSC_FALSE;
+    A[k * m + k] = sqrt(A[k * m + k]);
+    for (PetscInt i = k + 1; i < m; ++i) column[i] = A[i * m + k] /= A[k * m + k];
+    for (PetscInt i = k + 1; i < m; ++i) {
+      double *restrict row = A + i * m;
+      const double *restrict other = column, c = column[i];
+
+      for (PetscInt j = k + 1; j <= i; ++j) row[j] -= c * other[j];
+    }
+  }
+  return PETSC_TRUE;
+}
+
+/* Solve on the sliding set; false when indefinite. dx: right side in, step out. */
 static PetscBool Solve(Stage *st, PetscBool with_slope, PetscInt index[], double b[])
 {
   PetscInt m = 0;
@@ -78,25 +95,19 @@ static PetscBool Solve(Stage *st, PetscBool with_slope, PetscInt index[], double
 
   for (PetscInt i = 0; i < st->n; ++i)
     if (st->mask[i]) index[m++] = i;
-  for (PetscInt i = 0; i < m; ++i)
-    for (PetscInt j = 0; j <= i; ++j) {
-      double a = st->B[index[i] * st->n + index[j]] + (i == j && with_slope ? st->slope[index[i]] : 0);
-
-      for (PetscInt k = 0; k < j; ++k) a -= L[i * m + k] * L[j * m + k];
-      if (i == j) {
-        if (!(a > 0)) return PETSC_FALSE;
-        L[i * m + i] = sqrt(a);
-      } else
-        L[i * m + j] = a / L[j * m + j];
-    }
+  for (PetscInt i = 0; i < m; ++i) {
+    for (PetscInt j = 0; j <= i; ++j) L[i * m + j] = st->B[index[i] * st->n + index[j]];
+    if (with_slope) L[i * m + i] += st->slope[index[i]];
+  }
+  if (!Factor(m, L, b)) return PETSC_FALSE;
   for (PetscInt i = 0; i < m; ++i) {
     b[i] = st->dx[index[i]];
     for (PetscInt k = 0; k < i; ++k) b[i] -= L[i * m + k] * b[k];
     b[i] /= L[i * m + i];
   }
   for (PetscInt i = m - 1; i >= 0; --i) {
-    for (PetscInt k = i + 1; k < m; ++k) b[i] -= L[k * m + i] * b[k];
     b[i] /= L[i * m + i];
+    for (PetscInt k = 0; k < i; ++k) b[k] -= L[i * m + k] * b[i];
   }
   for (PetscInt i = 0; i < m; ++i) st->dx[index[i]] = b[i];
   return PETSC_TRUE;
