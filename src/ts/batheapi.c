@@ -469,5 +469,8 @@ PetscErrorCode TSBatheComposeSetters(TS ts, PetscBool compose)
   COMPOSE(TSBatheGetLastAttempt);
   COMPOSE(TSBatheAddAttemptMonitor);
   COMPOSE(TSBatheGetTotals);
+  COMPOSE(TSBatheGetErrorVector);
+  COMPOSE(TSBatheGetOrder);
+  COMPOSE(TSBatheSetHalved);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
