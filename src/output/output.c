@@ -304,6 +304,7 @@ PetscErrorCode SlipOutputClose(SlipOutput out)
 {
   PetscFunctionBegin;
   PetscCall(SlipOutputGetTotals(out->ts, &out->totals));
+  PetscCall(SlipOutputAddGuards(out));
   out->closed = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -51,5 +51,6 @@ struct _n_SlipOutput {
 PETSC_INTERN PetscErrorCode SlipOutputClose(SlipOutput output);
 /* For problems that write more than series: the file, to be used on rank 0 alone; NULL when there is none or elsewhere. */
 PETSC_INTERN SlipH5 *SlipOutputFile(SlipOutput output);
-PETSC_INTERN PetscErrorCode SlipOutputReaction(TS ts, Vec *r); /* borrowed; NULL when the integrator has none */
+PETSC_INTERN PetscErrorCode SlipOutputReaction(TS ts, Vec *r);      /* borrowed; NULL when the integrator has none */
+PETSC_INTERN PetscErrorCode SlipOutputAddGuards(SlipOutput output); /* what guard rails of a policy did */
 PETSC_INTERN PetscErrorCode SlipOutputFinishFile(SlipOutput output, const SlipOutputTotals *totals); /* rank 0 */
