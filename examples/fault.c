@@ -4,6 +4,7 @@ static const char help[] =
   "Without options: the 3 km fault of 10 x 10 elements at its instability, for 30 s, with -ts_adapt_type "
   "heuristic.\n\n";
 
+#include "sweep.h"
 #include <slipstep.h>
 #include <petsctime.h>
 #include <math.h>
@@ -76,11 +77,20 @@ static PetscErrorCode Run(void)
 
 int main(int argc, char **argv)
 {
+  char sweep[PETSC_MAX_PATH_LEN] = "";
+
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("fault"));
-  PetscCall(Run());
+  PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Several runs", NULL);
+  PetscCall(PetscOptionsString("-fault_sweep", "File with a line of options for each of several runs (default none)",
+                               NULL, sweep, sweep, sizeof(sweep), NULL));
+  PetscOptionsEnd();
+  if (sweep[0])
+    PetscCall(Sweep(sweep, Run));
+  else
+    PetscCall(Run());
   PetscCall(PetscFinalize());
   return 0;
 }

@@ -19,6 +19,10 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy);
 
+/* How often the policy chose, how often outside of its training range, failed attempts, steps halved. */
+PETSC_EXTERN PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decisions, PetscInt *outside,
+                                               PetscInt *failures, PetscInt *halvings);
+
 /* A trainer sits where the policy would: called once before the first step (last == NULL) and once after every attempt,
    with the observation vector named in names; returns the next step [s]. guarded is true when a guard rail will
    override its choice. */

@@ -39,6 +39,8 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(
   SlipPolicy p, const char name[], const char value[]); /* algorithm, problem, alpha, training_steps, seed, ... */
 
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);
+PETSC_EXTERN PetscErrorCode SlipPolicyGetRange(SlipPolicy p, const PetscReal *min[],
+                                               const PetscReal *max[]); /* of training; NULL: not known */
 PETSC_EXTERN PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min,
                                                     PetscReal *dt_max); /* [s] */
 PETSC_EXTERN PetscErrorCode

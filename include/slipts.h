@@ -44,6 +44,10 @@ PETSC_EXTERN PetscErrorCode TSBatheSetInitialReaction(TS ts, Vec r);
 PETSC_EXTERN PetscErrorCode TSBatheGetLastAttempt(TS ts, SlipAttempt *attempt);
 PETSC_EXTERN PetscErrorCode TSBatheAddAttemptMonitor(TS ts, TSBatheAttemptFn fn,
                                                      void *ctx); /* several are called in order */
+/* The error estimate of the last attempt as a vector, borrowed; NULL: none. scale makes it solution minus exact. */
+PETSC_EXTERN PetscErrorCode TSBatheGetErrorVector(TS ts, Vec *e, PetscReal *scale);
+PETSC_EXTERN PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order);
+PETSC_EXTERN PetscErrorCode TSBatheSetHalved(TS ts, PetscBool halved); /* same estimates, finer solution */
 /* Totals since TSSolve began. */
 PETSC_EXTERN PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, PetscInt *solves,
                                              PetscInt *newton, PetscInt *linear);

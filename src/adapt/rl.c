@@ -79,23 +79,6 @@ static PetscErrorCode RecordAttempt(TSAdapt adapt, TS ts, PetscReal h, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode WarnOutside(TSAdapt adapt, PetscInt outside)
-{
-  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
-  const char *file;
-
-  PetscFunctionBegin;
-  if (!outside) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!rl->outside++) {
-    PetscCall(SlipPolicyGetFile(rl->policy, &file));
-    PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
-                          "Warning: at time %g s %" PetscInt_FMT " of %" PetscInt_FMT " observations are outside the "
-                          "training range of policy %s (said once; -ts_view counts)\n",
-                          (double)rl->observer.time, outside, rl->n, file));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Observe, and ask the actor or the policy for the next step. */
 static PetscErrorCode Decide(TSAdapt adapt, TS ts, PetscBool state_changed, PetscBool guarded, PetscReal *h)
 {
@@ -122,7 +105,7 @@ static PetscErrorCode Decide(TSAdapt adapt, TS ts, PetscBool state_changed, Pets
     PetscCall(SlipPolicyEvaluate(rl->policy, rl->obs, &action, &outside));
     PetscCall(PetscLogEventEnd(SLIP_Policy, adapt, 0, 0, 0));
     PetscCall(SlipPolicyActionToStep(rl->policy, action, o->tstar, o->max_time, h));
-    PetscCall(WarnOutside(adapt, outside));
+    PetscCall(TSAdaptRLWarnOutside_Private(adapt, outside));
   }
   *h = PetscClipInterval(*h, adapt->dt_min, adapt->dt_max);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -20,7 +20,7 @@ static void SlipFaultAddEstimates(SlipFault fault, const PetscReal *w, const Pet
   Collective. w: state after the attempt; error, derivative: the attempt's local error and dw/dt at its end, NULL when
   not known. An element that has just stopped has no derivative.
 */
-PetscErrorCode SlipFaultEstimate(SlipFault fault, Vec w, Vec error, Vec derivative)
+PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative)
 {
   SlipFaultEstimates *c = &fault->estimates;
   const PetscReal *a, *e = NULL, *d = NULL;

@@ -43,7 +43,7 @@ static PetscErrorCode SlipFaultTakeEstimates(SlipFault fault, TS ts, Vec w, cons
   if (!reads_error && !reads_growth) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectQueryFunction((PetscObject)ts, "TSBatheGetEstimates_C", &get));
   if (get) PetscCall((*get)(ts, &error, &derivative));
-  PetscCall(SlipFaultEstimate(fault, w, error, derivative));
+  PetscCall(SlipFaultKeepEstimates(fault, w, error, derivative));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

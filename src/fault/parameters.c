@@ -332,6 +332,11 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) PetscCall(SlipFaultRealFromOptions(fault, id, PetscOptionsObject));
   for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)
     PetscCall(SlipFaultStringFromOptions(fault, id, PetscOptionsObject));
+  PetscCall(PetscOptionsBool(
+    "-fault_check_error",
+    "Repeat the run with every step computed in halves, for the error of its final slip: costs three times its "
+    "Bathe solves more (default: no; the estimate that is always printed is free)",
+    "SlipFaultOutputFinish", fault->check_error, &fault->check_error, NULL));
   PetscCall(SlipFaultWarnOfGrid(fault));
   PetscCall(PetscViewerDestroy(&fault->viewer));
   PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",

@@ -107,7 +107,7 @@ static PetscErrorCode SlipOutputAttemptMonitor(TS ts, const SlipAttempt *attempt
   (void)w;
   (void)ctx;
   PetscCall(SlipOutputOf(ts, key, &out));
-  if (!out || !out->open) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!out || !out->open || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipErrorUnfinished(NULL)); /* the run has begun */
   PetscCall(SlipLogOutputBegin());
   if (!out->rank) ierr = SlipOutputAttempt(out, attempt);
@@ -127,7 +127,7 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
   PetscFunctionBegin;
   (void)ctx;
   PetscCall(SlipOutputOf(ts, key, &out));
-  if (step < 1 || !out || !out->open) PetscFunctionReturn(PETSC_SUCCESS);
+  if (step < 1 || !out || !out->open || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputReaction(ts, &r));
   PetscCall((*out->row)(ts, time, w, r, row + 1, out->ctx));
@@ -305,6 +305,15 @@ static PetscErrorCode SlipOutputGetTotals(TS ts, SlipOutputTotals *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipOutputClose(SlipOutput out)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipOutputGetTotals(out->ts, &out->totals));
+  PetscCall(SlipOutputAddGuards(out));
+  out->closed = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SlipOutputPrint(SlipOutput out, const SlipOutputTotals *t)
 {
   PetscFunctionBegin;
@@ -343,11 +352,14 @@ static PetscErrorCode SlipOutputPrint(SlipOutput out, const SlipOutputTotals *t)
 PetscErrorCode SlipOutputFinish(SlipOutput *output, PetscReal wall_setup, PetscReal wall_solve)
 {
   SlipOutput out = *output;
-  SlipOutputTotals totals = {.wall_setup = wall_setup, .wall_solve = wall_solve};
+  SlipOutputTotals totals;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
-  PetscCall(SlipOutputGetTotals(out->ts, &totals));
+  if (!out->closed) PetscCall(SlipOutputClose(out));
+  totals = out->totals;
+  totals.wall_setup = wall_setup;
+  totals.wall_solve = wall_solve;
   PetscCall(SlipLogOutputBegin());
   if (SlipOutputFile(out)) {
     ierr = SlipOutputFlush(out);

@@ -4,6 +4,25 @@
 #include <slipadapt.h>
 #include <slipsys.h>
 
+/* In /result what the guard rails of a policy did, in the summary what should worry. */
+PetscErrorCode SlipOutputAddGuards(SlipOutput out)
+{
+  PetscInt decisions, outside, halvings;
+  PetscBool learned;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(out->ts, &adapt));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
+  if (!learned) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSAdaptRLGetCounts(adapt, &decisions, &outside, NULL, &halvings));
+  PetscCall(SlipOutputAddResult(out, "policy_decisions", NULL, NULL, decisions));
+  PetscCall(
+    SlipOutputAddResult(out, "policy_outside_range", outside ? "beyond training range" : NULL, "decisions", outside));
+  PetscCall(SlipOutputAddResult(out, "policy_halvings", halvings ? "halved after failures" : NULL, "steps", halvings));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Which policy chose the steps, when one did. */
 static PetscErrorCode SlipOutputWritePolicy(SlipH5 *h, TSAdapt adapt)
 {

@@ -209,6 +209,31 @@ PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[])
 }
 
 /*@C
+  SlipPolicyGetRange - smallest and largest values of the observations in training
+
+  Not collective
+
+  Input Parameter:
+. p - the policy
+
+  Output Parameters:
++ min - one per observation, borrowed; `NULL` when the policy does not know
+- max - likewise
+
+  Level: intermediate
+
+.seealso: SlipPolicySetRange(), SlipPolicyEvaluate()
+@*/
+PetscErrorCode SlipPolicyGetRange(SlipPolicy p, const PetscReal *min[], const PetscReal *max[])
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
+  *min = p->range;
+  *max = p->range ? p->range + p->n : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
   SlipPolicyView - print a policy
 
   Collective

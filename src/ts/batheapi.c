@@ -482,5 +482,8 @@ PetscErrorCode TSBatheComposeSetters(TS ts, PetscBool compose)
   COMPOSE(TSBatheGetEstimates);
   COMPOSE(TSBatheAddAttemptMonitor);
   COMPOSE(TSBatheGetTotals);
+  COMPOSE(TSBatheGetErrorVector);
+  COMPOSE(TSBatheGetOrder);
+  COMPOSE(TSBatheSetHalved);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,4 @@
-"""Runs of the held-out benchmark: each is one process of `fault`, its numbers a line of a file, so that a benchmark resumes."""
+"""Runs of the held-out benchmark, done by the program `fault`; the numbers of each are a line of a file, so that a benchmark resumes."""
 
 import concurrent.futures
 import dataclasses
@@ -13,7 +13,8 @@ import time
 import h5py
 import numpy as np
 
-TIMEOUT = 600  # of one run [s]; one that takes longer is an error of the benchmark, not a result
+PART = 40  # runs in one process
+TIMEOUT = 1200  # of a process [s]; one that takes longer is an error of the benchmark, not a result
 FINE = (1e-6, 1e-7, 1e-8, 1e-9)  # rtol of fine runs, one after the other until two agree; the last is the reference
 FINE_AGREE = 5e-6  # to this relative difference of final slip
 FINE_STEPS = 4000  # constant steps of an independent third run
@@ -81,20 +82,43 @@ class Store:
                 file.write(json.dumps(row) + "\n")
 
 
-def execute(build, job, output):
-    """Run, and read the output file; (None, message) when the run ends with an error."""
+def command_line(job, output):
     c = job.case
-    command = [os.path.join(build, "bin", "fault"), *c.options, "-ts_max_time", f"{c.duration:.10g}", *job.options,
-               *(["-ts_adapt_rl_policy", job.policy] if job.policy else []), "-fault_output", output, *LEAN]
-    begin = time.time()
-    done = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=TIMEOUT)
-    if done.returncode:
-        lines = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
-        return None, (lines[-1] if lines else f"exit code {done.returncode}")[:300]
+    return [*c.options, "-ts_max_time", f"{c.duration:.10g}", *job.options, *(["-ts_adapt_rl_policy", job.policy] if job.policy else []),
+            "-fault_output", output, *LEAN]
+
+
+def read(output):
+    """Attributes of /result and [time, mean slip, mean slip rate], the start included."""
     with h5py.File(output) as file:
         result = {name: float(value) for name, value in file["result"].attrs.items()}
-        series = np.array([np.append(0, file[f"series/{name}"][()]) for name in ("time", "mean_slip", "mean_slip_rate")])
-    return {"result": result, "series": series, "wall": time.time() - begin}, ""
+        return result, np.array([np.append(0, file[f"series/{name}"][()]) for name in ("time", "mean_slip", "mean_slip_rate")])
+
+
+def execute(build, jobs, folder):
+    """Do runs in one process (-fault_sweep); yield of each (result, series), or None and the message it ended with. A run that
+    fails ends the process: the others go to another one."""
+    program = os.path.join(build, "bin", "fault")
+    while jobs:
+        with tempfile.TemporaryDirectory(dir=folder) as room:
+            sweep = os.path.join(room, "sweep")
+            outputs = [os.path.join(room, f"{k}.h5") for k in range(len(jobs))]
+            with open(sweep, "w") as file:
+                file.writelines(" ".join(command_line(job, output)) + "\n" for job, output in zip(jobs, outputs))
+            done = subprocess.run([program, "-fault_sweep", sweep], env=environment(), capture_output=True, text=True, timeout=TIMEOUT)
+            count = 0
+            for job, output in zip(jobs, outputs):
+                if not os.path.exists(output):
+                    break
+                yield job, read(output), ""
+                count += 1
+        if count < len(jobs):
+            if not done.returncode:
+                raise BenchmarkError(f"{program} wrote no output for {' '.join(command_line(jobs[count], 'F'))}")
+            lines = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
+            yield jobs[count], None, lines[-1][:300]
+            count += 1
+        jobs = jobs[count:]
 
 
 def interpolate(series, times):
@@ -151,38 +175,36 @@ class Bench:
             with open(mark, "w") as file:
                 file.write(library + "\n")
 
-    def run(self, job):
-        """One run against its reference, stored."""
-        handle, output = tempfile.mkstemp(suffix=".h5", dir=self.folder)
-        os.close(handle)
-        try:
-            found, message = execute(self.build, job, output)
-        finally:
-            for path in (output, output + ".part"):
-                if os.path.exists(path):
-                    os.remove(path)
-        row = {"key": job.key, "case": job.case.name, "group": job.case.group, "kind": job.kind, "family": job.family,
-               "setting": job.setting, "failed": message}
-        if found:
-            row.update({name: found["result"][name] for name in ("solves", "accepted", "rejected", "mean_slip")}, wall=found["wall"])
-            row.update({name: value for name, value in found["result"].items() if "estimate" in name or "check" in name})
-            row.update(errors(found["series"], self.fine[job.case.name]))
-        self.store.add(row)
+    def run(self, jobs):
+        """Runs against their reference, stored."""
+        for job, found, message in execute(self.build, jobs, self.folder):
+            row = {"key": job.key, "case": job.case.name, "group": job.case.group, "kind": job.kind, "family": job.family,
+                   "setting": job.setting, "failed": message}
+            if found:
+                result, series = found
+                row.update({name: result[name] for name in ("solves", "accepted", "rejected", "mean_slip", "wall_time_solve")})
+                row.update({name: value for name, value in result.items() if name.startswith("slip_error")})
+                row.update(errors(series, self.fine[job.case.name]))
+            self.store.add(row)
+        return len(jobs)
 
     def all(self, jobs, title):
         """Every run that is not there yet, with progress and the time left."""
         keys = [job.key for job in jobs]
         todo = [job for key, job in zip(keys, jobs) if key not in self.store.rows]
-        begin = last = time.time()
         if jobs:
             print(f"{title}: {len(jobs)} runs, {len(jobs) - len(todo)} there already", flush=True)
+        # cheap ones first would make the time left a lie: parts of many cases each
+        parts = [todo[k::-(-len(todo) // PART)] for k in range(-(-len(todo) // PART))] if todo else []
+        begin = last = time.time()
+        done = 0
         with concurrent.futures.ThreadPoolExecutor(self.processes) as pool:
-            for done, future in enumerate(concurrent.futures.as_completed([pool.submit(self.run, job) for job in todo]), 1):
-                future.result()
+            for future in concurrent.futures.as_completed([pool.submit(self.run, part) for part in parts]):
+                done += future.result()
                 if time.time() - last > 10 or done == len(todo):
                     last = time.time()
-                    left = (last - begin) / done * (len(todo) - done)
-                    print(f"  {done} of {len(todo)}, {last - begin:.0f} s, about {left:.0f} s left", flush=True)
+                    print(f"  {done} of {len(todo)}, {last - begin:.0f} s, about {(last - begin) / done * (len(todo) - done):.0f} s left",
+                          flush=True)
         return [self.store.rows[key] for key in keys]
 
     def reference(self, case):
@@ -216,15 +238,10 @@ class Bench:
         os.replace(path + ".part", path)
 
     def fine_run(self, case, options):
-        handle, output = tempfile.mkstemp(suffix=".h5", dir=self.folder)
-        os.close(handle)
-        try:
-            found, message = execute(self.build, Job(case, "fine", "", 0, options), output)
-        finally:
-            os.remove(output)
+        (_, found, message), = execute(self.build, [Job(case, "fine", "", 0, options)], self.folder)
         if not found:
             raise BenchmarkError(f"the reference of {case.name} failed: {message}")
-        return found["series"]
+        return found[1]
 
     def references(self, cases):
         """All of them, and the largest differences between the fine runs."""

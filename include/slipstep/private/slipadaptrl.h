@@ -32,6 +32,7 @@ typedef struct {
 PETSC_INTERN PetscErrorCode TSAdaptRLSetNames_Private(TSAdapt adapt, PetscInt n, const char *const names[]);
 PETSC_INTERN PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts); /* the default one when there is none */
 PETSC_INTERN PetscErrorCode TSAdaptRLForgetDefault_Private(TSAdapt adapt);
+PETSC_INTERN PetscErrorCode TSAdaptRLWarnOutside_Private(TSAdapt adapt, PetscInt outside);
 PETSC_INTERN PetscErrorCode TSAdaptChooseFirst_RL(TSAdapt adapt, TS ts, PetscReal *h);
 PETSC_INTERN PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next);
 PETSC_INTERN PetscErrorCode TSAdaptNeedsError_RL(TSAdapt adapt, PetscBool *flg);

@@ -41,11 +41,16 @@ struct _n_SlipOutput {
   SlipOutputRowFn row;
   void *ctx;
   PetscLogDouble last_flush;
+  PetscBool closed; /* the run is over: rows are taken no more, and totals are its counts */
+  SlipOutputTotals totals;
   PetscInt nresults, nrun;
   SlipOutputNumber result[SLIP_OUTPUT_NUMBERS], run[SLIP_OUTPUT_NUMBERS];
 };
 
+/* The run is over, whatever the TS does before SlipOutputFinish(): no further rows, and its counts as they are now. */
+PETSC_INTERN PetscErrorCode SlipOutputClose(SlipOutput output);
 /* For problems that write more than series: the file, to be used on rank 0 alone; NULL when there is none or elsewhere. */
 PETSC_INTERN SlipH5 *SlipOutputFile(SlipOutput output);
-PETSC_INTERN PetscErrorCode SlipOutputReaction(TS ts, Vec *r); /* borrowed; NULL when the integrator has none */
+PETSC_INTERN PetscErrorCode SlipOutputReaction(TS ts, Vec *r);      /* borrowed; NULL when the integrator has none */
+PETSC_INTERN PetscErrorCode SlipOutputAddGuards(SlipOutput output); /* what guard rails of a policy did */
 PETSC_INTERN PetscErrorCode SlipOutputFinishFile(SlipOutput output, const SlipOutputTotals *totals); /* rank 0 */

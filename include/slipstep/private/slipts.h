@@ -14,6 +14,7 @@ typedef struct {
   PetscBool error_set;          /* chosen explicitly, so that adapt none does not switch doubling off */
   PetscInt order;               /* p of doubling's (2^p - 1) */
   PetscInt max_failures;        /* attempts in a row that may fail to converge */
+  PetscBool halved;             /* the solution is computed in halves of the steps */
   SlipConstraint con;           /* NULL: unconstrained */
   const SlipConstraintOps *ops; /* its operations */
   void *ctx;                    /* and their context */
@@ -72,6 +73,9 @@ PETSC_INTERN PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e); /* zero th
 PETSC_INTERN PetscErrorCode TSBatheEmbeddedError(TS, PetscReal h, Vec e);
 PETSC_INTERN PetscErrorCode TSBatheDoublingError(TS, Vec e);
 PETSC_INTERN PetscErrorCode TSBatheErrorNorm(TS, NormType, PetscReal *norm);
+PETSC_INTERN PetscErrorCode TSBatheGetOrder_Bathe(TS, PetscReal *order);
+PETSC_INTERN PetscErrorCode TSBatheSetHalved_Bathe(TS, PetscBool halved);
+PETSC_INTERN PetscErrorCode TSBatheGetErrorVector_Bathe(TS, Vec *e, PetscReal *scale);
 PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSBatheComposeSetters(TS, PetscBool compose);

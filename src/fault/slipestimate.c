@@ -1,0 +1,235 @@
+/* The error of a run's final slip, estimated along the way from the integrator's local error estimates.
+
+   What one step does wrong changes the final slip through everything that follows. For the fault that is short to say, because the
+   final slip does not depend on when things happen: with P = v.M v/2 + u.K u/2 + (integral of q over s), the energy that can still
+   do work, dP/dt = -v.H v. A local error e = (e_v, e_u, e_s) of the state is a step along the trajectory, which changes the timing
+   alone, and a change of P,
+       dP = M v.e_v + K u.e_u + q.e_s.
+   Along the slip, dP/ds = -H v with v = sqrt(2 (P - P_potential)/M), so a change of P decays as exp(-H/M t), here with
+   H/M = 2 zeta w, w^2 = uc.K uc / (uc.M uc) the frequency of the critical displacement. When everything rests, what is left of the
+   changes is balanced by a longer or shorter slip: with slips in proportion to those that there are, s_i/mean(s),
+       (error of mean slip) = dP / sum_i (K u + q)_i s_i / mean(s).
+   For one element under slip weakening this is the exact first variation. For many it leaves out that elements stop at different
+   times. Elements that stick keep their energy: dP of a resting element is what its slip costs. */
+#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipadapt.h>
+
+/* Calibration of what is reported, max(|signed sum|, FLOOR * sum of magnitudes) * FACTOR; see SlipFaultEstimateReport() */
+#define ESTIMATE_FLOOR 0.3
+#define ESTIMATE_FACTOR 2.5
+
+/* Sums over the elements */
+enum {
+  STEP_WORK, /* dP of the step's error [J/m^2] */
+  STEP_RESTRAINT /* sum (K u + q) s [J/m^2]: mean(s) of it restrains further slip */,
+  STEP_SLIP, /* sum of s [m] */
+  STEP_RATE, /* sum of |v| [m/s] */
+  STEP_SUMS
+};
+
+/* H/M of the critical displacement [1/s] */
+static PetscErrorCode DecayRate(SlipFault fault, PetscReal *rate)
+{
+  const PetscReal *uc;
+  PetscReal inertia = 0;
+  PetscBool none;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(fault->uc, &uc));
+  for (PetscInt i = 0; i < fault->n; i++) inertia += fault->mass * fault->weight[i] * PetscSqr(uc[i]);
+  PetscCall(VecRestoreArrayRead(fault->uc, &uc));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &inertia, 1, MPIU_REAL, MPI_SUM, fault->comm));
+  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "none", &none));
+  *rate =
+    none || inertia <= 0 ? 0 : 2 * fault->value[FAULT_DAMPING_RATIO] * PetscSqrtReal(fault->critical_energy / inertia);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of the state w after a step and the error e of it; one product with K */
+static PetscErrorCode StepSums(SlipFault fault, Vec w, Vec e, PetscReal sum[STEP_SUMS])
+{
+  Vec u = fault->work[0], ku = fault->work[1];
+  const PetscReal *a, *b, *f;
+  PetscReal *x;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(sum, STEP_SUMS));
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(VecGetArrayWrite(u, &x));
+  for (PetscInt i = 0; i < fault->n; i++) x[i] = a[3 * i + 1];
+  PetscCall(VecRestoreArrayWrite(u, &x));
+  PetscCall(MatMult(fault->K, u, ku));
+  PetscCall(VecGetArrayRead(e, &b));
+  PetscCall(VecGetArrayRead(ku, &f));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal v = a[3 * i], s = a[3 * i + 2], weight = fault->weight[i];
+    PetscReal mu, ds, dv, q;
+
+    SlipFaultFriction(fault, i, s, PetscAbsReal(v), &mu, &ds, &dv);
+    q = mu * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
+    sum[STEP_WORK] += fault->mass * weight * v * b[3 * i] + f[i] * b[3 * i + 1] + q * b[3 * i + 2];
+    sum[STEP_RESTRAINT] += (f[i] + q) * s;
+    sum[STEP_SLIP] += weight * s;
+    sum[STEP_RATE] += PetscAbsReal(v);
+  }
+  PetscCall(VecRestoreArrayRead(ku, &f));
+  PetscCall(VecRestoreArrayRead(e, &b));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, STEP_SUMS, MPIU_REAL, MPI_SUM, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* All rest: what the changes of P amount to becomes an error of the slip */
+static PetscErrorCode Settle(SlipFault fault, const PetscReal sum[])
+{
+  SlipFaultEstimate *est = &fault->estimate;
+  const PetscReal mean = sum[STEP_SLIP] / fault->N;
+
+  PetscFunctionBegin;
+  if (mean <= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (sum[STEP_RESTRAINT] <= 0) est->known = PETSC_FALSE;
+  for (PetscInt k = 0; k < 2 && est->known; k++) {
+    est->slip[k] += est->work[k] * mean / sum[STEP_RESTRAINT];
+    est->work[k] = 0;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Reset(SlipFaultEstimate *est)
+{
+  PetscFunctionBegin;
+  est->known = PETSC_TRUE;
+  PetscCall(PetscArrayzero(est->work, 2));
+  PetscCall(PetscArrayzero(est->slip, 2));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSBatheAttemptFn: the error of a step that was accepted */
+static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  SlipFaultEstimate *est = &fault->estimate;
+  PetscReal sum[STEP_SUMS], scale, decay;
+  Vec e;
+
+  PetscFunctionBegin;
+  if (!attempt->accepted || est->off) PetscFunctionReturn(PETSC_SUCCESS);
+  if (attempt->step == 0) PetscCall(Reset(est));
+  PetscCall(TSBatheGetErrorVector(ts, &e, &scale));
+  if (!e) est->known = PETSC_FALSE;
+  if (!est->known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(StepSums(fault, w, e, sum));
+  decay = PetscExpReal(-est->decay * attempt->dt);
+  est->work[0] = est->work[0] * decay + scale * sum[STEP_WORK];
+  est->work[1] = est->work[1] * decay + PetscAbsReal(scale * sum[STEP_WORK]);
+  est->moving = sum[STEP_RATE] > 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (!est->moving) PetscCall(Settle(fault, sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Before TSSolve() */
+PetscErrorCode SlipFaultEstimateStart(SlipFault fault, TS ts)
+{
+  SlipFaultEstimate *est = &fault->estimate;
+  PetscBool bathe;
+  PetscObjectId id;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCall(Reset(est));
+  est->known = PETSC_FALSE; /* until a step is accepted */
+  if (!bathe) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DecayRate(fault, &est->decay));
+  if (fault->check_error) PetscCall(SlipFaultCheckStart(fault, ts));
+  PetscCall(PetscObjectGetId((PetscObject)ts, &id));
+  if (est->id != id)
+    PetscCall(TSBatheAddAttemptMonitor(ts, EstimateStep, fault)); /* once for a TS, whatever runs it does */
+  est->id = id;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the learned controller was asked for; 0 when its policy does not look at the dial */
+static PetscErrorCode WantedAccuracy(TS ts, PetscReal *wanted)
+{
+  TSAdapt adapt;
+  SlipPolicy policy;
+  PetscInt n = 0;
+  const char *const *names = NULL;
+  PetscBool sees = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  *wanted = 0;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
+  if (policy) PetscCall(SlipPolicyGetObservations(policy, &n, &names));
+  for (PetscInt i = 0; i < n && !sees; i++) PetscCall(PetscStrcmp(names[i], "log_accuracy", &sees));
+  if (sees) PetscCall(TSAdaptRLGetAccuracy(adapt, wanted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An estimate means two digits */
+static PetscReal TwoDigits(PetscReal x)
+{
+  const PetscReal unit = x > 0 ? PetscPowReal(10, PetscFloorReal(PetscLog10Real(x)) - 1) : 1;
+
+  return PetscFloorReal(x / unit + (PetscReal)0.5) * unit;
+}
+
+/* A line of the summary with the verdict, and attributes of /result. name: slip_error_estimate or slip_error_check */
+static PetscErrorCode Report(SlipOutput run, const char name[], const char label[], const char not_met[],
+                             PetscReal error, PetscReal wanted)
+{
+  char verdict[64] = "", met[64];
+
+  PetscFunctionBegin;
+  error = TwoDigits(PetscAbsReal(error));
+  if (wanted > 0) {
+    PetscCall(
+      PetscSNPrintf(verdict, sizeof(verdict), "(wanted %g: %s)", (double)wanted, error <= wanted ? "met" : not_met));
+    PetscCall(PetscSNPrintf(met, sizeof(met), "%s_met", name));
+    PetscCall(SlipOutputAddResult(run, met, NULL, NULL, error <= wanted ? 1 : 0));
+  }
+  PetscCall(SlipOutputAddResult(run, name, label, verdict, error));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  The estimates in the summary and in /result, all relative to the final mean slip:
+    slip_error_signed    the first variation above, computed minus exact: the best guess
+    slip_error_estimate  what is printed, on the safe side of it
+    slip_error_check     of -fault_check_error
+    accuracy_requested   of a policy that observes log_accuracy, and slip_error_estimate_met, slip_error_check_met
+  There is no estimate without local errors (-ts_bathe_error none) and while the fault still slides: the error of the slip is then one
+  of timing as well.
+*/
+PetscErrorCode SlipFaultEstimateReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip)
+{
+  const SlipFaultEstimate *est = &fault->estimate;
+  const PetscBool known = est->known && !est->moving ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal wanted, error = 0;
+  PetscInt solves = 0;
+
+  PetscFunctionBegin;
+  if (mean_slip <= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(WantedAccuracy(ts, &wanted));
+  if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
+  if (known) {
+    error = ESTIMATE_FACTOR * PetscMax(PetscAbsReal(est->slip[0]), ESTIMATE_FLOOR * est->slip[1]) / mean_slip;
+    PetscCall(SlipOutputAddResult(run, "slip_error_signed", NULL, NULL, est->slip[0] / mean_slip));
+    PetscCall(Report(run, "slip_error_estimate", "estimated slip error", "not assured", error, wanted));
+  }
+  if (!fault->check_error) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultCheckError(fault, ts, run, mean_slip, &error, &solves));
+  PetscCall(SlipOutputAddResult(run, "slip_error_check_signed", NULL, NULL, error));
+  PetscCall(Report(run, "slip_error_check", "checked slip error", "not met", error, wanted));
+  PetscCall(SlipOutputAddResult(run, "check_solves", "Bathe solves of check", NULL, solves));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultEstimateDestroy(SlipFault fault)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&fault->estimate.start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
