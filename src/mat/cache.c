@@ -259,7 +259,7 @@ PetscErrorCode SlipCacheRead(Mat K, const char kind[], const char key[], PetscIn
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   char name[PETSC_MAX_PATH_LEN] = "";
   const char *dir;
-  PetscMPIInt rank;
+  PetscMPIInt rank, state = 0;
 
   PetscFunctionBegin;
   *found = PETSC_FALSE;
@@ -269,8 +269,10 @@ PetscErrorCode SlipCacheRead(Mat K, const char kind[], const char key[], PetscIn
   if (!rank) {
     PetscCall(NameOf(dir, kind, key, name, sizeof(name)));
     PetscCall(ReadOrWarn(name, key, n, item, found));
+    state = *found ? 1 : 0;
   }
-  PetscCallMPI(MPI_Bcast(found, 1, MPIU_BOOL, 0, comm));
+  PetscCallMPI(MPI_Bcast(&state, 1, MPI_INT, 0, comm));
+  *found = state ? PETSC_TRUE : PETSC_FALSE;
   if (*found) PetscCall(SlipNote(K, "SlipCache", "read from %s", name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
