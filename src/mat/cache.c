@@ -17,7 +17,6 @@
 #include <slipstep/private/slipmat.h>
 
 #define FORMAT "slipstep-viscosity-cache"
-#define VERSION 2 /* of the file and of the method */
 
 /* Fowler, Noll & Vo's 64-bit hash, continued from hash. */
 static uint64_t Hash(uint64_t hash, const void *data, size_t bytes)
@@ -147,7 +146,10 @@ static PetscErrorCode WriteFile(const char name[], const char key[], PetscInt n,
     (void)SlipH5Close(&h);
   if (code) (void)remove(h.name);
   PetscCall(code);
-  PetscCheck(!rename(own, name), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot rename %s to %s", own, name);
+  if (rename(own, name)) {
+    (void)remove(own);
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot replace %s", name);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -259,7 +261,7 @@ PetscErrorCode SlipCacheRead(Mat K, const char kind[], const char key[], PetscIn
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   char name[PETSC_MAX_PATH_LEN] = "";
   const char *dir;
-  PetscMPIInt rank;
+  PetscMPIInt rank, state = 0;
 
   PetscFunctionBegin;
   *found = PETSC_FALSE;
@@ -269,8 +271,10 @@ PetscErrorCode SlipCacheRead(Mat K, const char kind[], const char key[], PetscIn
   if (!rank) {
     PetscCall(NameOf(dir, kind, key, name, sizeof(name)));
     PetscCall(ReadOrWarn(name, key, n, item, found));
+    state = *found ? 1 : 0;
   }
-  PetscCallMPI(MPI_Bcast(found, 1, MPIU_BOOL, 0, comm));
+  PetscCallMPI(MPI_Bcast(&state, 1, MPI_INT, 0, comm));
+  *found = state ? PETSC_TRUE : PETSC_FALSE;
   if (*found) PetscCall(SlipNote(K, "SlipCache", "read from %s", name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -304,14 +308,15 @@ static PetscErrorCode KeyOf(const SlipGrid *g, PetscReal tolerance, PetscBool de
   int written;
 
   PetscFunctionBegin;
-  written = snprintf(
-    key, len,
-    "version %d, nx %lld, nz %lld, length_x %.17g m, length_z %.17g m, depth_top %.17g m, shear_modulus %.17g "
-    "Pa, poisson_ratio %.17g, %s, tolerance %.17g, %s, kernel %.17g %.17g %.17g",
-    VERSION, (long long)g->nx, (long long)g->nz, (double)g->length_x, (double)g->length_z, (double)g->depth_top,
-    (double)g->shear_modulus, (double)g->poisson_ratio, g->full_space ? "full space" : "half space", (double)tolerance,
-    dense ? "dense" : "sketch", (double)SlipGridEntry(g, 0, 0, 0), (double)SlipGridEntry(g, g->nx - 1, 0, g->nz - 1),
-    (double)SlipGridEntry(g, g->nx / 2, g->nz - 1, g->nz / 2));
+  written =
+    snprintf(key, len,
+             "version %d, nx %lld, nz %lld, length_x %.17g m, length_z %.17g m, depth_top %.17g m, shear_modulus %.17g "
+             "Pa, poisson_ratio %.17g, %s, tolerance %.17g, %s, kernel %.17g %.17g %.17g",
+             SLIP_CACHE_VERSION, (long long)g->nx, (long long)g->nz, (double)g->length_x, (double)g->length_z,
+             (double)g->depth_top, (double)g->shear_modulus, (double)g->poisson_ratio,
+             g->full_space ? "full space" : "half space", (double)tolerance, dense ? "dense" : "sketch",
+             (double)SlipGridEntry(g, 0, 0, 0), (double)SlipGridEntry(g, g->nx - 1, 0, g->nz - 1),
+             (double)SlipGridEntry(g, g->nx / 2, g->nz - 1, g->nz / 2));
   PetscCheck(written > 0 && (size_t)written < len, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Key of the cache is too long");
   PetscFunctionReturn(PETSC_SUCCESS);
 }

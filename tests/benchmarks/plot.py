@@ -72,6 +72,8 @@ def draw_scaling(ax, columns, runs):
 def draw_iterations(ax, columns):
     for i, step in enumerate(np.unique(columns["step"]) if columns else ()):
         curve(ax, columns, columns["step"] == step, "iterations", f"h = {step:g} T*", f"C{i}")
+    ax.set_yscale("linear")
+    ax.set_ylim(bottom=0)
     ax.set_title("CG iterations to 1e-8, 60 % of the fault sliding")
 
 
@@ -93,12 +95,16 @@ def draw(source, target):
         draw_scaling(axes[1, 0], operators, runs)
     draw_iterations(axes[1, 1], iterations)
     draw_runs(axes[1, 2], runs)
+    sizes = sorted({int(n) for columns in (operators, iterations, runs) for n in columns.get("n", ())})
     for ax in axes.flat:
-        ax.set_xlabel("elements N")
+        ax.set_xlabel("elements")
+        ax.set_xticks([n * n for n in sizes], [f"${n}^2$" for n in sizes])
+        ax.minorticks_off()
         ax.grid(alpha=0.3)
-        if ax.get_legend_handles_labels()[0]:
+        if ax.get_legend_handles_labels()[0] and ax not in (axes[0, 1], axes[0, 2]):
             ax.legend(fontsize=8)
-    figure.suptitle(f"3 km fault, {about['processor']}, commit {str(about['commit'])[:10]}, {about['date']}", fontsize=10)
+    figure.suptitle(f"3 km fault; {about['processor']}, {about['cores']} cores, load {about['load_average']:.1f} at the start; "
+                    f"commit {str(about['commit'])[:10]}, {about['date']}", fontsize=10)
     part = os.path.splitext(target)[0] + ".part.png"
     figure.savefig(part, dpi=110)
     plt.close(figure)

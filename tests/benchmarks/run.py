@@ -12,7 +12,6 @@ import math
 import os
 import platform
 import re
-import resource
 import shutil
 import subprocess
 import sys
@@ -33,7 +32,8 @@ RUN_SIZES = (25, 50, 100, 200)
 SUMMARY = {"accepted": r"accepted steps: *(\d+)", "rejected": r"rejected steps: *(\d+)", "solves": r"Bathe solves: *(\d+)",
            "newton": r"Newton iterations: *(\d+)", "linear": r"linear iterations: *(\d+)",
            "mean_slip": r"final mean slip: *([-+.\de]+)", "setup": r"wall time of set-up: *([.\d]+)",
-           "solve": r"wall time of the solve: *([.\d]+)"}
+           "solve": r"wall time of the solve: *([.\d]+)",
+           "resident": r"Maximum \(over computational time\) process memory: +total +\S+ +max +(\S+)"}
 UNITS = {"setup": "s", "product": "s", "solve": "s", "wall": "s", "mean_slip": "m", "memory": "B", "memory_all": "B",
          "resident": "B", "step": "T*"}
 
@@ -90,8 +90,8 @@ def run_cells(sizes, cache, extra):
             for ranks in (1, 2):
                 cost = (5 if controller == "rl" else 50) * (n / 100) ** 3
                 grid = ["-fault_nx", str(n), "-fault_nz", str(n), "-fault_cache_dir", cache(n)]
-                yield Cell("runs", f"{controller}-{n}-{ranks}", n, ranks, 1 + cost, "fault", grid + options + extra,
-                           controller=controller)
+                yield Cell("runs", f"{controller}-{n}-{ranks}", n, ranks, 1 + cost, "fault",
+                           [*grid, *options, "-memory_view", *extra], controller=controller)
 
 
 def all_cells(args):
@@ -131,10 +131,18 @@ def prepare_cache(cell):
         os.makedirs(directory, exist_ok=True)
 
 
-def measure(cell, args):
+def hopeless(cell, cells):
+    """Did the same on a smaller mesh take too long already?"""
+    return any(c["status"] == "timeout" and c["n"] < cell.n and c["table"] == cell.table and c["ranks"] == cell.ranks and
+               all(c.get(key) == value for key, value in cell.keys.items()) for c in cells.values())
+
+
+def measure(cell, cells, args):
     """Attributes of the cell: its numbers, or why there are none."""
     begin = time.monotonic()
     result = dict(cell.keys, table=cell.table, n=cell.n, ranks=cell.ranks, status="failed", message="")
+    if hopeless(cell, cells):
+        return dict(result, status="skipped", message="a smaller size took too long", wall=0.0)
     try:
         prepare_cache(cell)
         done = subprocess.run(command(cell, args.build), capture_output=True, text=True, timeout=args.timeout)
@@ -150,8 +158,6 @@ def measure(cell, args):
     except OSError as error:
         result["message"] = str(error)
     result["wall"] = time.monotonic() - begin
-    if cell.table == "runs" and cell.ranks == 1:
-        result["resident_children"] = 1024.0 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     return result
 
 
@@ -252,7 +258,7 @@ def show(cells):
     """The tables, as text."""
     titles = {"operators": ("kind", "n", "ranks", "setup", "product", "memory", "resident", "status"),
               "iterations": ("step", "n", "iterations", "solve", "status"),
-              "runs": ("controller", "n", "ranks", "solves", "linear", "mean_slip", "setup", "solve", "status")}
+              "runs": ("controller", "n", "ranks", "solves", "linear", "mean_slip", "setup", "solve", "resident", "status")}
     for table, keys in titles.items():
         rows = sorted((c for c in cells.values() if c["table"] == table), key=lambda c: (str(c[keys[0]]), c["n"], c["ranks"]))
         print(f"\n{table}\n" + " ".join(f"{k:>10}" for k in keys))
@@ -284,7 +290,7 @@ def run_all(args, cells):
     for i, cell in enumerate(todo):
         left = (total - spent) * ((time.monotonic() - begin) / spent if spent else 1)
         print(f"[{i + 1}/{len(todo)}] {cell.name:22} about {duration(left)} left", end="  ", flush=True)
-        cells[cell.name] = measure(cell, args)
+        cells[cell.name] = measure(cell, cells, args)
         spent += cell.cost
         print(f"{cells[cell.name]['status']}, {cells[cell.name]['wall']:.1f} s {cells[cell.name]['message']}", flush=True)
         store(args.output, cells, about)

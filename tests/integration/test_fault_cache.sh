@@ -53,6 +53,13 @@ for case in "truncated text foreign damaged:-fault_operator fft -fault_nx 44 -fa
   done
 done
 
+# Something that cannot be replaced: the run goes on without.
+rm "$name" && mkdir "$name"
+same "$first" "$(slip "${run[@]}")" 0 "a directory in the file's place"
+grep -q "^fault: warning: cannot replace $name (-fault_cache_dir); nothing was kept$" messages || fail "a directory: $(cat messages)"
+[ "$(files)" = 0 ] || fail "a file that could not be renamed was left: $(find cache)"
+rmdir "$name" && cp good "$name"
+
 # A stiffness that changed does not find the old root.
 "$SLIPSTEP_PYTHON" -c 'import h5py; f = h5py.File("k.h5", "r+"); f["stiffness"][7, 7] *= 1.001'
 same "$(slip "${run[@]}")" "$("${run[@]}" -ts_max_time 1 | awk '/final mean slip/{print $4}')" 1e-9 "a changed stiffness"

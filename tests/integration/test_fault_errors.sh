@@ -44,6 +44,8 @@ for name, values in {"shape": np.full((3, 2), 1e7), "nan": np.full((2, 2), np.na
                      "text": "abc"}.items():
     with h5py.File(f"stress_{name}.h5", "w") as f:
         f["normal_stress"] = values
+with h5py.File("stress_list.h5", "w") as f:
+    f["normal_stress"] = np.full(3, 1e7)
 
 def policy(name, edit):
     """A policy with six observations, and one thing wrong."""
@@ -158,6 +160,8 @@ done
 expect "-fault_cache_dir has no value, expected the name of an existing directory" -fault_cache_dir
 expect "/normal_stress in stress_shape.h5 has shape [3, 2], expected 1 dimension (-fault_parameters)" -fault_mesh mesh.h5 \
   -fault_parameters stress_shape.h5
+expect "/normal_stress has 3 entries, expected one for each of the 4 cells of -fault_mesh mesh.h5" -fault_mesh mesh.h5 \
+  -fault_parameters stress_list.h5
 expect "-fault_stiffness_file k.h5 and -fault_mesh mesh.h5 exclude each other" -fault_mesh mesh.h5 \
   -fault_stiffness_file k.h5
 
@@ -226,7 +230,8 @@ for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/su
   "${mesh[*]} -fault_stiffness_file k.h5:/asymmetric" "${mesh[*]} -fault_parameters stress_nan.h5" "${mesh[*]} -ts_dt 0" \
   "${mesh[*]} -ts_bathe_reaction velcro" "${rl[*]} -ts_adapt_rl_policy p_truncated.h5" \
   "${rl[*]} -ts_adapt_rl_policy p_nan.h5" "${rl[*]} -ts_adapt_rl_policy p_names.h5" \
-  "-fault_mesh none.h5" "-fault_mesh overlap.h5"; do
+  "-fault_mesh none.h5" "-fault_mesh overlap.h5" "-fault_mesh mesh.h5 -fault_parameters stress_list.h5" \
+  "-fault_cache_dir none" "-fault_mesh mesh.h5 -fault_viscosity spectral" "-fault_mesh mesh.h5 -fault_operator fft"; do
   read -r -a args <<<"$option"
   timeout 100 mpirun --oversubscribe -n 2 "$fault" "${args[@]}" >out.txt 2>err.txt
   code=$?

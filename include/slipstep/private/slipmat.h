@@ -164,6 +164,7 @@ PETSC_INTERN PetscErrorCode SlipSketchCorrection(SlipStrike strike, const PetscR
                                                  PetscReal tolerance, PetscInt parity, PetscReal *smallest,
                                                  PetscReal *error, SlipLowRank *m);
 /* ---- cache.c: files of a directory; collective ---- */
+#define SLIP_CACHE_VERSION 2 /* of the files and of the methods; part of every key */
 typedef struct {
   const char *path, *units;
   PetscInt ndim, dims[2]; /* reading: -1 for any */
