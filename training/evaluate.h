@@ -96,7 +96,6 @@ typedef struct {
   PetscReal tolerance;               /* factor */
   PetscInt steps;                    /* of "none", else 0 */
   char path[2 * EVALUATE_NAME + 16]; /* group in the file */
-  PetscBool done;
   PetscReal weight; /* guess of its cost, for the time left */
 } EvaluateCell;
 
