@@ -251,6 +251,20 @@ def small(study):
     return markdown(["problem", "estimate, reaction", "controller", "solves", "run time / slowest", "study", "L2 error", "study"], rows)
 
 
+def cost(study):
+    """What a solve costs with each controller at the reference tolerance, default integrator."""
+    rows = []
+    for case in sorted({cell.case for cell in study.select(problem="fault", tolerance=1.0)}):
+        for cell in study.select(problem="fault", tolerance=1.0, error=DEFAULT[0], reaction=DEFAULT[1], converged=1):
+            if cell.case == case:
+                rows.append([case.replace("_", " "), f"`{cell.name}`" if cell.learned else cell.name, cell["solves"],
+                             number(cell["newton_iterations"] / cell["solves"], 2), number(cell["linear_iterations"] / cell["solves"], 2),
+                             number(1e3 * cell["wall"] / cell["solves"], 2), number(cell["wall"], 2),
+                             number(cell["wall_min"], 2) + " to " + number(cell["wall_max"], 2)])
+    return markdown(["case", "controller", "solves", "Newton iterations a solve", "linear iterations a solve", "wall time a solve (ms)",
+                     "wall time (s, median)", "range"], rows)
+
+
 def references(study):
     """The references and how far the run of half as many steps is from them."""
     rows = []
@@ -282,7 +296,7 @@ def failures(study):
 
 TABLES = {"equal_accuracy": equal_accuracy, "equal_accuracy_small": equal_accuracy_small, "published": published,
           "requirements": requirements, "accepted_steps": accepted_steps, "small": small, "equal_accuracy_cells": equal_accuracy_cells,
-          "references": references, "contents": contents, "failures": failures}
+          "references": references, "cost": cost, "contents": contents, "failures": failures}
 
 
 def fill(text, study, page):
