@@ -313,16 +313,9 @@ def figure_precision_small(study):
 # ---- transfer ----
 
 def transfers(study):
-    """(transferred policy, the one of its alpha that it began from) pairs, by name."""
-    names = {cell["policy"]: cell["policy_alpha"] for cell in study.select(problem="fault", controller="rl")}
-    sweeps = study.sweeps()
-    found = []
-    for name, alpha in names.items():
-        if "transfer" not in name.lower():
-            continue
-        bases = [members[alpha] for members in sweeps.values() if alpha in members and "transfer" not in members[alpha].lower()]
-        found.append((name, bases[0] if bases else None))
-    return found
+    """(transferred policy, the one it began from): the name of the first is that of the second and what it was transferred to."""
+    names = study.policies("fault")
+    return [(name, base) for name in names for base in names if name.startswith(base + "_")]
 
 
 def figure_transfer(study):
@@ -334,7 +327,7 @@ def figure_transfer(study):
         if not pairs or not meshes:
             empty(axes, "no transferred policy")
             continue
-        named = [name for pair in pairs for name in pair[::-1] if name]
+        named = [name for pair in pairs for name in pair[::-1]]
         for k, name in enumerate(named):
             for i, mesh in enumerate(meshes):
                 case = {"problem": "fault", "size_km": size, "mesh": mesh, "error": PUBLISHED[0], "reaction": PUBLISHED[1]}
