@@ -51,7 +51,8 @@ void AgentLearn(Agent *a, const PetscReal next_obs[], PetscReal reward, PetscBoo
   a->pending = PETSC_FALSE;
   for (PetscInt i = 0; i < a->o.networks.obs; ++i) a->next_obs[i] = (Scalar)next_obs[i];
   ReplayAdd(&a->replay, a->obs, a->next_obs, &a->action, (Scalar)reward, terminated ? 1 : 0);
-  if (++a->steps <= a->o.learning_starts) return;
+  a->steps++;
+  if (a->replay.size <= PetscMin(a->o.learning_starts, a->replay.capacity - 1)) return; /* also after a transfer */
   ReplaySample(&a->replay, &a->random, a->o.networks.batch, &a->batch);
   a->o.learner->update(a->learner, &a->batch, &a->random, &a->losses);
   a->updates++;

@@ -169,6 +169,13 @@ static PetscErrorCode ReadBuffer(SlipH5 *h, Replay *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of another instance of the problem: its transitions and evaluations say nothing of this one. */
+static void ForgetProblem(Trainer *t)
+{
+  t->agent.replay.size = t->agent.replay.next = 0;
+  t->best = -PETSC_MAX_REAL;
+}
+
 PetscErrorCode CheckpointRead(Trainer *t, const char file[])
 {
   SlipH5 h;
@@ -191,7 +198,10 @@ PetscErrorCode CheckpointRead(Trainer *t, const char file[])
   PetscCall(PetscFree(x));
   PetscCall(ReadRandom(&h, "/random/agent", &t->agent.random));
   PetscCall(ReadRandom(&h, "/random/instances", &t->instances));
-  PetscCall(ReadBuffer(&h, &t->agent.replay));
+  if (t->o.transfer)
+    ForgetProblem(t);
+  else
+    PetscCall(ReadBuffer(&h, &t->agent.replay));
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -303,16 +303,22 @@ static PetscErrorCode ParseFiles(TrainOptions *o, SlipOptionItems PetscOptionsOb
     char *value;
   } row[] = {{"-train_output", "Policy file to write (HDF5)", o->output},
              {"-train_log", "Learning curve to write (HDF5)", o->log},
-             {"-train_resume", "Checkpoint to continue; also on another mesh or fault: transfer learning", o->resume},
+             {"-train_resume", "Checkpoint to continue", o->resume},
              {"-train_checkpoint", "Checkpoint to write: networks, optimisers, buffer, random state", o->checkpoint}};
   PetscBool set;
 
   PetscFunctionBegin;
+  PetscCall(PetscOptionsBool("-train_transfer",
+                             "-train_resume is of another mesh or fault: keep its networks and optimisers, forget its "
+                             "transitions and evaluations",
+                             NULL, o->transfer, &o->transfer, NULL));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i) {
     PetscCall(PetscOptionsString(row[i].name, row[i].text, NULL, row[i].value, row[i].value, PETSC_MAX_PATH_LEN, &set));
     PetscCheck(!set || row[i].value[0], PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
                "%s has no value, expected the name of a file", row[i].name);
   }
+  PetscCheck(!o->transfer || o->resume[0], PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "-train_transfer needs -train_resume, the checkpoint to start from");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -166,6 +166,7 @@ PetscErrorCode TrainerRun(Trainer *t)
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&t->begin));
+  if (t->o.transfer && t->o.evaluate_interval) PetscCall(Evaluate(t)); /* what it is to be better than */
   while (t->agent.steps < t->o.steps) {
     PetscCall(EnvRunEpisode(&t->env, &t->instances, TrainingActor, t, &r));
     PetscCall(AfterEpisode(t, &r, &shown));

@@ -16,6 +16,7 @@ struct _TrainOptions {
   PetscInt evaluate_interval; /* steps between evaluations of the deterministic policy, 0: none */
   PetscInt evaluate_episodes;
   PetscInt checkpoint_interval;        /* steps between checkpoints */
+  PetscBool transfer;                  /* the checkpoint is of another instance of the problem */
   char output[PETSC_MAX_PATH_LEN];     /* policy */
   char log[PETSC_MAX_PATH_LEN];        /* learning curve */
   char resume[PETSC_MAX_PATH_LEN];     /* checkpoint to continue */

@@ -48,6 +48,7 @@ refuses "nonsense" -- -train_log log.h5 -train_observations nonsense
 "$bin/train" -train_steps 10 -train_progress 0 -train_stepz 5 >out.txt 2>&1 || fail "a mistyped option stops it"
 grep -q "train: warning: nothing has read the option -train_stepz" out.txt || fail "no warning of a mistyped option"
 refuses missing.h5 -- -train_resume missing.h5
+refuses "-train_transfer needs -train_resume" -- -train_transfer
 refuses nonsense energy -- -train_observations energy,nonsense
 echo "not HDF5" >text.h5
 refuses text.h5 -- -train_resume text.h5

@@ -102,6 +102,35 @@ static void test_resume_same_bits(void **state)
   }
 }
 
+/* On another mesh: the networks go on, the transitions and the evaluations begin anew. */
+static void test_transfer(void **state)
+{
+  const char *checkpoint = "test_train_transfer.h5";
+  const char *common = "-train_reward balanced -train_evaluate_interval 40 -train_resume test_train_transfer.h5";
+  TrainOptions o = Options("-train_steps 120 -train_random -train_reward balanced -train_evaluate_interval 100");
+  char text[256];
+  Trainer a, b;
+
+  (void)state;
+  OK(PetscStrncpy(o.checkpoint, checkpoint, sizeof(o.checkpoint)));
+  OK(TrainerCreate(&o, &a));
+  OK(TrainerRun(&a));
+  OK(PetscSNPrintf(text, sizeof(text), "-train_steps 200 -train_transfer -fault_nx 2 -fault_nz 2 %s", common));
+  o = Options(text);
+  OK(TrainerCreate(&o, &b));
+  assert_int_equal(b.agent.steps, 120);
+  assert_int_equal(b.agent.replay.size, 0);
+  assert_true(b.best < a.best);
+  assert_memory_equal(a.actor, b.actor, a.nactor * sizeof(Scalar));
+  OK(TrainerRun(&b));
+  assert_int_equal(b.agent.replay.size, 80);
+  assert_int_equal(b.agent.updates - a.agent.updates, 30); /* after 50 steps, -train_learning_starts */
+  assert_true(b.best > -PETSC_MAX_REAL);
+  Destroy(&a);
+  Destroy(&b);
+  assert_int_equal(remove(checkpoint), 0);
+}
+
 /* The stored policy answers what the trained actor answers: with its clamped head, with the plain one, and TD3's. */
 static void test_policy_file(void **state)
 {
@@ -190,8 +219,11 @@ static void test_accuracy_reward(void **state)
 int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_seed_same_bits),
-                                     cmocka_unit_test(test_resume_same_bits), cmocka_unit_test(test_policy_file),
-                                     cmocka_unit_test(test_published_reward), cmocka_unit_test(test_accuracy_reward)};
+                                     cmocka_unit_test(test_resume_same_bits),
+                                     cmocka_unit_test(test_transfer),
+                                     cmocka_unit_test(test_policy_file),
+                                     cmocka_unit_test(test_published_reward),
+                                     cmocka_unit_test(test_accuracy_reward)};
 
   if (PetscInitialize(&argc, &argv, NULL, NULL) || SlipStepInitializePackage()) return 1;
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
