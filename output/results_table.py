@@ -186,12 +186,13 @@ def published(study):
                 continue
             same = treatment == PUBLISHED
             rows.append([f"{size:g} km", ", ".join(treatment), f"{len(done)} of {len(cells)}",
-                         spread(ratios(study, cells, "heuristic", "solves")), spread(ratios(study, cells, "heuristic", "wall")),
+                         spread(ratios(study, cells, "heuristic", "attempts")), spread(ratios(study, cells, "heuristic", "solves")),
+                         spread(ratios(study, cells, "heuristic", "wall")),
                          " ".join(f"({text})" if k else text for k, text in enumerate(STUDY_RATIOS.get(size, (NO,)))) if same else NO,
                          spread(ratios(study, cells, "pi", "wall")), STUDY_PI if same and size == 3.0 else NO,
                          percent(float(np.mean([cell.error() for cell in done]))) if done else NO,
                          STUDY_ERRORS.get(size, NO) if same else NO])
-    return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, solves", "heuristic/rl, wall time", "study", "pi/rl, wall time",
+    return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, attempts", "heuristic/rl, solves", "heuristic/rl, wall time", "study", "pi/rl, wall time",
                      "study", "slip error of rl", "study"], rows)
 
 

@@ -28,10 +28,12 @@ def _columns(dataset):
 
 
 class Cell:
-    """One run of the matrix: cell["solves"] and other attributes; series, attempts and profile are read when asked for."""
+    """One run of the matrix: cell["solves"], cell["attempts"] and other attributes; series, attempts and profile are read when asked for."""
 
     def __init__(self, study, path, attributes):
         self.study, self.path, self.attributes = study, path, attributes
+        if "accepted" in attributes:
+            attributes["attempts"] = attributes["accepted"] + attributes["rejected"]
 
     def __getitem__(self, key):
         return self.attributes[key]
