@@ -32,6 +32,8 @@ class Cell:
 
     def __init__(self, study, path, attributes):
         self.study, self.path, self.attributes = study, path, attributes
+        if attributes.get("accuracy", 0) > 0:  # a policy with a dial counts as one policy for each of its settings
+            attributes["policy"] += f"@{attributes['accuracy']:g}"
         if "accepted" in attributes:
             attributes["attempts"] = attributes["accepted"] + attributes["rejected"]
 

@@ -207,6 +207,7 @@ static PetscErrorCode WriteHow(SlipH5 *h, const EvaluateCell *cell)
   PetscCall(SlipH5WriteAttrReal(h, cell->path, "tolerance", cell->tolerance));
   PetscCall(SlipH5WriteAttrInt(h, cell->path, "steps", cell->steps));
   if (!cell->policy) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5WriteAttrReal(h, cell->path, "accuracy", cell->accuracy));
   PetscCall(SlipH5WriteAttrString(h, cell->path, "policy", cell->policy->name));
   PetscCall(SlipH5WriteAttrString(h, cell->path, "policy_file", cell->policy->file));
   PetscCall(SlipH5WriteAttrString(h, cell->path, "policy_hash", cell->policy->hash));
