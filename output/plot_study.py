@@ -27,13 +27,21 @@ TREATMENTS = {DEFAULT: "-", ("doubling", "trapezoidal"): "--", ("embedded", "imp
 MARKERS = {DEFAULT: "o", ("doubling", "trapezoidal"): "s", ("embedded", "implicit"): "^", PUBLISHED: "D"}
 
 
+SIZE_LIMIT = 140_000  # bytes of a PNG, above which it gets a palette: the figures are under version control
+
+
 def save(canvas, target):
-    """A PNG with a palette: a third of the size."""
+    """As PNG; a large one with 256 colours, which takes a third of the size."""
     buffer = io.BytesIO()
     canvas.savefig(buffer, dpi=100)
     plt.close(canvas)
-    buffer.seek(0)
-    Image.open(buffer).convert("RGB").quantize(128, dither=Image.Dither.NONE).save(target, optimize=True)
+    data = buffer.getvalue()
+    if len(data) > SIZE_LIMIT:
+        small = io.BytesIO()
+        Image.open(buffer).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(small, "PNG", optimize=True)
+        data = small.getvalue()
+    with open(target, "wb") as file:
+        file.write(data)
 
 
 def empty(axes, text):
