@@ -187,9 +187,9 @@ def published(study):
             same = treatment == PUBLISHED
             rows.append([f"{size:g} km", ", ".join(treatment), f"{len(done)} of {len(cells)}",
                          spread(ratios(study, cells, "heuristic", "attempts")), spread(ratios(study, cells, "heuristic", "solves")),
-                         spread(ratios(study, cells, "heuristic", "wall")),
+                         spread(ratios(study, cells, "heuristic", "wall_min")),
                          " ".join(f"({text})" if k else text for k, text in enumerate(STUDY_RATIOS.get(size, (NO,)))) if same else NO,
-                         spread(ratios(study, cells, "pi", "wall")), STUDY_PI if same and size == 3.0 else NO,
+                         spread(ratios(study, cells, "pi", "wall_min")), STUDY_PI if same and size == 3.0 else NO,
                          percent(float(np.mean([cell.error() for cell in done]))) if done else NO,
                          STUDY_ERRORS.get(size, NO) if same else NO])
     return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, attempts", "heuristic/rl, solves", "heuristic/rl, wall time", "study", "pi/rl, wall time",
@@ -238,7 +238,7 @@ def small(study):
         for treatment in (DEFAULT, PUBLISHED):
             cells = [c for c in study.select(problem=problem, error=treatment[0], reaction=treatment[1])
                      if c.learned or (c["tolerance"] == 1 and c["controller"] in ("pi", "heuristic", "dsp"))]
-            slowest = max((c["wall"] for c in cells if c.converged), default=np.nan)
+            slowest = max((c["wall_min"] for c in cells if c.converged), default=np.nan)
             for cell in cells:
                 key = cell.get("policy_algorithm") if cell.learned else cell["controller"]
                 runtime, error = theirs.get(key, (NO, NO)) if treatment == PUBLISHED else (NO, NO)
@@ -248,7 +248,7 @@ def small(study):
                 scale = "" if problem == "sliding_mode" else " %"
                 value = cell["l2_error"] * (100 if scale else 1)
                 rows.append([problem, ", ".join(treatment), f"`{cell.name}`" if cell.learned else cell.name, cell["solves"],
-                             number(cell["wall"] / slowest, 2), runtime, number(value, 2) + scale, error])
+                             number(cell["wall_min"] / slowest, 2), runtime, number(value, 2) + scale, error])
     return markdown(["problem", "estimate, reaction", "controller", "solves", "run time / slowest", "study", "L2 error", "study"], rows)
 
 
