@@ -7,10 +7,12 @@ What the file does not hold is shown as missing.
 """
 
 import argparse
+import io
 import os
 import sys
 
 import numpy as np
+from PIL import Image
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from slipstep_heat import Table, colours, draw_heat, error_of, error_ratio, ratio_to
@@ -23,6 +25,23 @@ COLOURS = {"heuristic": "#e08a00", "pi": "#2c8a4b", "dsp": "#8a4fa3", "basic": "
 BLUES = ("#0062a5", "#4aa3df", "#00a0a0", "#b0307a", "#1b2a6b", "#7a9a01", "#c0504d", "#555555")
 TREATMENTS = {DEFAULT: "-", ("doubling", "trapezoidal"): "--", ("embedded", "implicit"): ":", PUBLISHED: "-."}
 MARKERS = {DEFAULT: "o", ("doubling", "trapezoidal"): "s", ("embedded", "implicit"): "^", PUBLISHED: "D"}
+
+
+SIZE_LIMIT = 140_000  # bytes of a PNG, above which it gets a palette: the figures are under version control
+
+
+def save(canvas, target):
+    """As PNG; a large one with 256 colours, which takes a third of the size."""
+    buffer = io.BytesIO()
+    canvas.savefig(buffer, dpi=100)
+    plt.close(canvas)
+    data = buffer.getvalue()
+    if len(data) > SIZE_LIMIT:
+        small = io.BytesIO()
+        Image.open(buffer).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(small, "PNG", optimize=True)
+        data = small.getvalue()
+    with open(target, "wb") as file:
+        file.write(data)
 
 
 def empty(axes, text):
@@ -116,9 +135,9 @@ def heat_figure(study, treatment, columns, title):
 
 
 def figure_ratios(study, treatment):
-    columns = [("heuristic/rl, wall time", ratio_to("heuristic", "wall"), "RdBu", 0),
+    columns = [("heuristic/rl, wall time", ratio_to("heuristic", "wall_min"), "RdBu", 0),
                ("heuristic/rl, solves", ratio_to("heuristic", "solves"), "RdBu", 0),
-               ("pi/rl, wall time", ratio_to("pi", "wall"), "RdBu", 0), ("pi/rl, solves", ratio_to("pi", "solves"), "RdBu", 0)]
+               ("pi/rl, wall time", ratio_to("pi", "wall_min"), "RdBu", 0), ("pi/rl, solves", ratio_to("pi", "solves"), "RdBu", 0)]
     return heat_figure(study, treatment, columns, f"Cost ratios at the reference tolerance, {treatment[0]} estimate, {treatment[1]} "
                        "reaction; their errors are in the figure of errors")
 
@@ -221,7 +240,7 @@ def figure_history(study, size=3.0):
 
 # ---- work and precision ----
 
-def draw_precision(axes, study, wanted, problem, measure, scale):
+def draw_precision(axes, study, wanted, problem, measure, scale, width=1.0):
     """Error against solves: a line for each classical controller and treatment, a mark for each policy and treatment."""
     cells = study.select(converged=1, **wanted)
     classical = [cell for cell in cells if not cell.learned]
@@ -233,7 +252,7 @@ def draw_precision(axes, study, wanted, problem, measure, scale):
             own = sorted((c["solves"], scale * c.error(measure)) for c in classical
                          if c["controller"] == controller and c.treatment == (error, reaction))
             if own:
-                axes.plot(*zip(*own), color=COLOURS[controller], linestyle=style, linewidth=1, marker=".", markersize=3, alpha=0.8)
+                axes.plot(*zip(*own), color=COLOURS[controller], linestyle=style, linewidth=width, marker=".", markersize=3, alpha=0.8)
     solves, errors = envelope(classical, measure)
     if len(solves):
         axes.step(solves, scale * errors, where="post", color="#bbbbbb", linewidth=5, alpha=0.5, zorder=0)
@@ -292,7 +311,7 @@ def figure_precision_small(study):
     """Sliding mode and circuit: L2 error of the history."""
     canvas, panels = plt.subplots(1, 2, figsize=(11.5, 5), layout="constrained")
     for axes, problem, label in zip(panels, ("sliding_mode", "circuit"), ("L2 error", "relative L2 error")):
-        draw_precision(axes, study, {"problem": problem}, problem, "l2_error", 1)
+        draw_precision(axes, study, {"problem": problem}, problem, "l2_error", 1, 0.4)
         axes.set(title=problem, xlabel="Bathe solves", ylabel=label)
     problem = max(("sliding_mode", "circuit"), key=lambda name: len(study.policies(name)))
     precision_legend(panels[-1], study, problem)
@@ -302,16 +321,9 @@ def figure_precision_small(study):
 # ---- transfer ----
 
 def transfers(study):
-    """(transferred policy, the one of its alpha that it began from) pairs, by name."""
-    names = {cell["policy"]: cell["policy_alpha"] for cell in study.select(problem="fault", controller="rl")}
-    sweeps = study.sweeps()
-    found = []
-    for name, alpha in names.items():
-        if "transfer" not in name.lower():
-            continue
-        bases = [members[alpha] for members in sweeps.values() if alpha in members and "transfer" not in members[alpha].lower()]
-        found.append((name, bases[0] if bases else None))
-    return found
+    """(transferred policy, the one it began from): the name of the first is that of the second and what it was transferred to."""
+    names = study.policies("fault")
+    return [(name, base) for name in names for base in names if name.startswith(base + "_")]
 
 
 def figure_transfer(study):
@@ -323,7 +335,7 @@ def figure_transfer(study):
         if not pairs or not meshes:
             empty(axes, "no transferred policy")
             continue
-        named = [name for pair in pairs for name in pair[::-1] if name]
+        named = [name for pair in pairs for name in pair[::-1]]
         for k, name in enumerate(named):
             for i, mesh in enumerate(meshes):
                 case = {"problem": "fault", "size_km": size, "mesh": mesh, "error": PUBLISHED[0], "reaction": PUBLISHED[1]}
@@ -373,10 +385,8 @@ def main():
         os.makedirs(options.figures, exist_ok=True)
         use_style()
         for name in names:
-            canvas = FIGURES[name](study)
             target = os.path.join(options.figures, f"study_{name}.png")
-            canvas.savefig(target, dpi=100, pil_kwargs={"optimize": True})
-            plt.close(canvas)
+            save(FIGURES[name](study), target)
             print(f"Figure: {target}")
     except OutputError as error:
         sys.exit(f"plot_study.py: {error}")

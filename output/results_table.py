@@ -186,12 +186,13 @@ def published(study):
                 continue
             same = treatment == PUBLISHED
             rows.append([f"{size:g} km", ", ".join(treatment), f"{len(done)} of {len(cells)}",
-                         spread(ratios(study, cells, "heuristic", "solves")), spread(ratios(study, cells, "heuristic", "wall")),
+                         spread(ratios(study, cells, "heuristic", "attempts")), spread(ratios(study, cells, "heuristic", "solves")),
+                         spread(ratios(study, cells, "heuristic", "wall_min")),
                          " ".join(f"({text})" if k else text for k, text in enumerate(STUDY_RATIOS.get(size, (NO,)))) if same else NO,
-                         spread(ratios(study, cells, "pi", "wall")), STUDY_PI if same and size == 3.0 else NO,
+                         spread(ratios(study, cells, "pi", "wall_min")), STUDY_PI if same and size == 3.0 else NO,
                          percent(float(np.mean([cell.error() for cell in done]))) if done else NO,
                          STUDY_ERRORS.get(size, NO) if same else NO])
-    return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, solves", "heuristic/rl, wall time", "study", "pi/rl, wall time",
+    return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, attempts", "heuristic/rl, solves", "heuristic/rl, wall time", "study", "pi/rl, wall time",
                      "study", "slip error of rl", "study"], rows)
 
 
@@ -237,7 +238,7 @@ def small(study):
         for treatment in (DEFAULT, PUBLISHED):
             cells = [c for c in study.select(problem=problem, error=treatment[0], reaction=treatment[1])
                      if c.learned or (c["tolerance"] == 1 and c["controller"] in ("pi", "heuristic", "dsp"))]
-            slowest = max((c["wall"] for c in cells if c.converged), default=np.nan)
+            slowest = max((c["wall_min"] for c in cells if c.converged), default=np.nan)
             for cell in cells:
                 key = cell.get("policy_algorithm") if cell.learned else cell["controller"]
                 runtime, error = theirs.get(key, (NO, NO)) if treatment == PUBLISHED else (NO, NO)
@@ -247,8 +248,22 @@ def small(study):
                 scale = "" if problem == "sliding_mode" else " %"
                 value = cell["l2_error"] * (100 if scale else 1)
                 rows.append([problem, ", ".join(treatment), f"`{cell.name}`" if cell.learned else cell.name, cell["solves"],
-                             number(cell["wall"] / slowest, 2), runtime, number(value, 2) + scale, error])
+                             number(cell["wall_min"] / slowest, 2), runtime, number(value, 2) + scale, error])
     return markdown(["problem", "estimate, reaction", "controller", "solves", "run time / slowest", "study", "L2 error", "study"], rows)
+
+
+def cost(study):
+    """What a solve costs with each controller at the reference tolerance, default integrator."""
+    rows = []
+    for case in sorted({cell.case for cell in study.select(problem="fault", tolerance=1.0)}):
+        for cell in study.select(problem="fault", tolerance=1.0, error=DEFAULT[0], reaction=DEFAULT[1], converged=1):
+            if cell.case == case:
+                rows.append([case.replace("_", " "), f"`{cell.name}`" if cell.learned else cell.name, cell["solves"],
+                             number(cell["newton_iterations"] / cell["solves"], 2), number(cell["linear_iterations"] / cell["solves"], 2),
+                             number(1e3 * cell["wall"] / cell["solves"], 2), number(cell["wall"], 2),
+                             number(cell["wall_min"], 2) + " to " + number(cell["wall_max"], 2)])
+    return markdown(["case", "controller", "solves", "Newton iterations a solve", "linear iterations a solve", "wall time a solve (ms)",
+                     "wall time (s, median)", "range"], rows)
 
 
 def references(study):
@@ -282,7 +297,7 @@ def failures(study):
 
 TABLES = {"equal_accuracy": equal_accuracy, "equal_accuracy_small": equal_accuracy_small, "published": published,
           "requirements": requirements, "accepted_steps": accepted_steps, "small": small, "equal_accuracy_cells": equal_accuracy_cells,
-          "references": references, "contents": contents, "failures": failures}
+          "references": references, "cost": cost, "contents": contents, "failures": failures}
 
 
 def fill(text, study, page):

@@ -28,10 +28,14 @@ def _columns(dataset):
 
 
 class Cell:
-    """One run of the matrix: cell["solves"] and other attributes; series, attempts and profile are read when asked for."""
+    """One run of the matrix: cell["solves"], cell["attempts"] and other attributes; series, attempts and profile are read when asked for."""
 
     def __init__(self, study, path, attributes):
         self.study, self.path, self.attributes = study, path, attributes
+        if attributes.get("accuracy", 0) > 0:  # a policy with a dial counts as one policy for each of its settings
+            attributes["policy"] += f"@{attributes['accuracy']:g}"
+        if "accepted" in attributes:
+            attributes["attempts"] = attributes["accepted"] + attributes["rejected"]
 
     def __getitem__(self, key):
         return self.attributes[key]

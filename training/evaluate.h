@@ -61,11 +61,12 @@ typedef struct {
   char algorithm[32]; /* empty: not said */
   char hash[72];
   PetscReal alpha; /* NaN: not said */
+  PetscBool dial;  /* observes the accuracy that is wanted */
 } EvaluatePolicy;
 
 typedef struct {
   char output[PETSC_MAX_PATH_LEN];
-  PetscInt nproblems, nsizes, nmeshes, ncontrollers, nerrors, nreactions, ntolerances, nsteps, npolicies;
+  PetscInt nproblems, nsizes, nmeshes, ncontrollers, nerrors, nreactions, ntolerances, nsteps, naccuracies, npolicies;
   const EvaluateProblem *problems[EVALUATE_MAX];
   PetscReal sizes[EVALUATE_MAX];
   PetscInt meshes[EVALUATE_MAX];
@@ -74,6 +75,7 @@ typedef struct {
   TSBatheReaction reactions[EVALUATE_MAX];
   PetscReal tolerances[EVALUATE_MAX]; /* factors of the problem's own */
   PetscInt steps[EVALUATE_MAX];       /* constant steps of "none" */
+  PetscReal accuracies[EVALUATE_MAX]; /* wanted of policies that observe it, besides the controller's default */
   EvaluatePolicy *policies;
   PetscInt repetitions, max_attempts, spread, reference_steps;
   PetscInt coarser; /* references have this many times fewer steps than the problems ask for */
@@ -94,10 +96,10 @@ typedef struct {
   TSBatheError error;
   TSBatheReaction reaction;
   PetscReal tolerance;               /* factor */
+  PetscReal accuracy;                /* wanted of a policy, 0: the controller's default */
   PetscInt steps;                    /* of "none", else 0 */
   char path[2 * EVALUATE_NAME + 16]; /* group in the file */
-  PetscBool done;
-  PetscReal weight; /* guess of its cost, for the time left */
+  PetscReal weight;                  /* guess of its cost, for the time left */
 } EvaluateCell;
 
 typedef struct {

@@ -43,7 +43,9 @@ static PetscErrorCode AddCell(const EvaluateOptions *o, EvaluateMatrix *m, Petsc
 
   PetscFunctionBegin;
   cell.instance = instance;
-  if (cell.policy)
+  if (cell.accuracy > 0)
+    snprintf(how, sizeof(how), "rl_%.64s@%g", cell.policy->name, (double)cell.accuracy);
+  else if (cell.policy)
     PetscCall(PetscSNPrintf(how, sizeof(how), "rl_%s", cell.policy->name));
   else if (cell.steps)
     PetscCall(PetscSNPrintf(how, sizeof(how), "none_%" PetscInt_FMT, cell.steps));
@@ -76,7 +78,11 @@ static PetscErrorCode AddController(const EvaluateOptions *o, EvaluateMatrix *m,
     for (PetscInt i = 0; learned && i < o->npolicies; i++) {
       cell.policy = &o->policies[i];
       PetscCall(PetscStrcmp(cell.policy->problem, m->cases[instance].problem->name, &fits));
-      if (fits || !cell.policy->problem[0]) PetscCall(AddCell(o, m, instance, cell));
+      if (!fits && cell.policy->problem[0]) continue;
+      for (PetscInt k = 0; k <= (cell.policy->dial ? o->naccuracies : 0); k++) {
+        cell.accuracy = k ? o->accuracies[k - 1] : 0;
+        PetscCall(AddCell(o, m, instance, cell));
+      }
     }
     if (cell.error == TSBATHE_ERROR_NONE) continue;
     for (PetscInt i = 0; !learned && i < o->ntolerances; i++) {

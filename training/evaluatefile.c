@@ -10,6 +10,7 @@
 #define EVALUATE_FORMAT "slipstep-evaluation"
 #define EVALUATE_VERSION 1
 #define REFERENCE_ROWS 20000 /* kept of a reference at most */
+#define CELL_ROWS 2000       /* kept of a cell at most, for plots; its numbers come from all of them */
 
 /* ---- lock and copy ---- */
 
@@ -206,6 +207,7 @@ static PetscErrorCode WriteHow(SlipH5 *h, const EvaluateCell *cell)
   PetscCall(SlipH5WriteAttrReal(h, cell->path, "tolerance", cell->tolerance));
   PetscCall(SlipH5WriteAttrInt(h, cell->path, "steps", cell->steps));
   if (!cell->policy) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5WriteAttrReal(h, cell->path, "accuracy", cell->accuracy));
   PetscCall(SlipH5WriteAttrString(h, cell->path, "policy", cell->policy->name));
   PetscCall(SlipH5WriteAttrString(h, cell->path, "policy_file", cell->policy->file));
   PetscCall(SlipH5WriteAttrString(h, cell->path, "policy_hash", cell->policy->hash));
@@ -253,9 +255,9 @@ PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, const EvaluateCas
   PetscCall(WriteHow(&h, cell));
   PetscCall(WriteResult(&h, cell->path, r));
   PetscCall(SlipH5WriteAttrInt(&h, cell->path, "ranks", c->mesh > o->spread ? size : 1));
-  PetscCall(WriteTable(&h, cell->path, "series", &r->series, PETSC_MAX_INT, PETSC_FALSE));
+  PetscCall(WriteTable(&h, cell->path, "series", &r->series, CELL_ROWS, PETSC_FALSE));
   if (r->series.n) PetscCall(DescribeSeries(&h, cell->path, c->problem));
-  PetscCall(WriteTable(&h, cell->path, "attempts", &r->steps, PETSC_MAX_INT, PETSC_FALSE));
+  PetscCall(WriteTable(&h, cell->path, "attempts", &r->steps, CELL_ROWS, PETSC_FALSE));
   if (r->converged) PetscCall(WriteTable(&h, cell->path, "profile", &r->profile, EVALUATE_PROFILES, PETSC_FALSE));
   PetscCall(End(&h, lock));
   PetscFunctionReturn(PETSC_SUCCESS);

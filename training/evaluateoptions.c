@@ -85,6 +85,7 @@ static PetscErrorCode Axes(EvaluateOptions *o, SlipOptionItems PetscOptionsObjec
   const char *problems[EVALUATE_MAX] = {NULL};
   PetscInt index[EVALUATE_MAX];
   PetscInt n;
+  PetscBool set;
 
   PetscFunctionBegin;
   for (n = 0; EvaluateProblems[n]; n++) problems[n] = EvaluateProblems[n]->name;
@@ -119,6 +120,14 @@ static PetscErrorCode Axes(EvaluateOptions *o, SlipOptionItems PetscOptionsObjec
   PetscCall(Reals(PetscOptionsObject, "-evaluate_tolerances",
                   "Factors of both tolerances of the problem (default 1); policies always run with 1", &o->ntolerances,
                   o->tolerances));
+  n = EVALUATE_MAX;
+  PetscCall(PetscOptionsRealArray("-evaluate_accuracies",
+                                  "Relative errors wanted of policies that observe log_accuracy, besides the default",
+                                  NULL, o->accuracies, &n, &set));
+  o->naccuracies = set ? n : 0;
+  for (PetscInt i = 0; i < o->naccuracies; i++)
+    PetscCheck(o->accuracies[i] > 0 && o->accuracies[i] < 1, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+               "-evaluate_accuracies has %g, expected numbers in (0, 1)", (double)o->accuracies[i]);
   PetscCall(Integers(PetscOptionsObject, "-evaluate_steps", "Constant steps of the controller none (default 100)",
                      &o->nsteps, o->steps));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -32,7 +32,8 @@ static PetscErrorCode ReadHeader(EvaluatePolicy *p)
 {
   SlipH5 h;
   SlipPolicy policy;
-  const char *hash;
+  const char *hash, *const *names;
+  PetscInt n;
   PetscBool has;
 
   PetscFunctionBegin;
@@ -40,6 +41,9 @@ static PetscErrorCode ReadHeader(EvaluatePolicy *p)
   PetscCall(SlipPolicyLoad(policy, p->file)); /* complains about whatever is no policy */
   PetscCall(SlipPolicyGetHash(policy, &hash));
   PetscCall(PetscStrncpy(p->hash, hash, sizeof(p->hash)));
+  PetscCall(SlipPolicyGetObservations(policy, &n, &names));
+  p->dial = PETSC_FALSE;
+  for (PetscInt i = 0; i < n && !p->dial; i++) PetscCall(PetscStrcmp(names[i], "log_accuracy", &p->dial));
   PetscCall(SlipPolicyDestroy(&policy));
   PetscCall(SlipH5OpenRead(p->file, &h));
   PetscCall(ReadText(&h, "problem", p->problem, sizeof(p->problem)));

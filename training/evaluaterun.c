@@ -91,6 +91,19 @@ static PetscErrorCode ScaleTolerances(TS ts, PetscReal factor)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The accuracy dial, where the controller has one. */
+static PetscErrorCode SetAccuracy(TSAdapt adapt, PetscReal accuracy)
+{
+  PetscErrorCode (*set)(TSAdapt, PetscReal);
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQueryFunction((PetscObject)adapt, "TSAdaptRLSetAccuracy_C", &set));
+  PetscCheck(set, PetscObjectComm((PetscObject)adapt), PETSC_ERR_SUP,
+             "this controller knows no accuracy (-evaluate_accuracies)");
+  PetscCall((*set)(adapt, accuracy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
 {
   TSAdapt adapt;
@@ -102,6 +115,7 @@ static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
   if (cell->policy) PetscCall(TSAdaptRLSetPolicyFile(adapt, cell->policy->file));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckType(ts));
+  if (cell->accuracy > 0) PetscCall(SetAccuracy(adapt, cell->accuracy));
   PetscCall(TSBatheSetReaction(ts, cell->reaction));
   PetscCall(TSBatheSetError(ts, cell->error));
   PetscCall(ScaleTolerances(ts, cell->tolerance));

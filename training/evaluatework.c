@@ -103,7 +103,7 @@ static PetscErrorCode TimeLeft(const Work *w, char text[], size_t len)
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&now));
-  left = (PetscReal)(now - w->begin) * (w->total - w->done) / PetscMax(w->done, 1);
+  left = (PetscReal)(now - w->begin) * PetscMax(w->total - w->done, 0) / PetscMax(w->done, 1);
   if (w->done < 0.01 * w->total)
     PetscCall(PetscStrncpy(text, "an unknown time", len));
   else if (left < 100)

@@ -117,7 +117,7 @@ done
 cp "$source/output/RESULTS.md" page.md
 MESHES=3 POLICIES=$policy TOLERANCES=1,10,100,1000 STEPS=20,100 REFERENCE_STEPS=600 BUILD=$SLIPSTEP_BUILD PYTHON=$SLIPSTEP_PYTHON \
   FIGURES=figures PAGE=page.md "$source/output/study.sh" a.h5 >study.txt 2>&1 || fail "study.sh: $(tail -3 study.txt)"
-[ "$(find figures -name 'study_*.png' -size +4k | wc -l)" = 11 ] || fail "not 11 figures: $(ls -l figures)"
+[ "$(find figures -name 'study_*.png' -size +2k | wc -l)" = 11 ] || fail "not 11 figures: $(ls -l figures)"
 grep -Eq '^\| `fault` \| 2 of 2 \| [0-9]+ to [0-9]+ \| [0-9.]+ % \| \*\*[0-9.]+\*\*' page.md || fail "no ratio at equal accuracy: $(head -25 page.md)"
 "$SLIPSTEP_PYTHON" "$source/output/plot_study.py" twin/fault.h5 --figures figures >plot.txt 2>&1 && fail "draws a policy"
 grep -q "^plot_study.py: twin/fault.h5: not a file of evaluate" plot.txt || fail "no message of another file: $(cat plot.txt)"
