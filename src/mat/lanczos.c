@@ -25,9 +25,10 @@ extern void dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e
 #define LANCZOS_EVERY 5    /* steps between looks at the convergence */
 #define LANCZOS_SAMPLES 16 /* rows from which the diagonal is estimated */
 #define LANCZOS_TOL 1e-10  /* default relative tolerance */
-#define LANCZOS_NEW 0.25   /* share of the tolerance for what is computed */
-#define LANCZOS_OLD 0.75   /* and for what earlier products tell */
-#define LANCZOS_ROUNDING 1e-15
+/* Shares of the tolerance for what is computed and for what earlier products tell: a new direction must fit in beside as
+   many as are remembered. */
+#define LANCZOS_NEW 0.02
+#define LANCZOS_OLD 0.95
 
 typedef struct {
   Mat S;       /* referenced */
@@ -42,6 +43,7 @@ typedef struct {
   PetscReal c[LANCZOS_MAX], last[LANCZOS_MAX];     /* T^(1/2) e_1, now and at the last look */
   PetscReal h[LANCZOS_MAX];                        /* reorthogonalisation */
   PetscReal change;                                /* of c at the last look */
+  PetscReal largest;                               /* Ritz value so far */
   PetscInt products, steps;                        /* so far */
   SlipRecall recall;                               /* of A^(1/2) */
   PetscObjectState state;                          /* of S, which recall holds for */
@@ -49,9 +51,9 @@ typedef struct {
 
 /* ---- the function of the tridiagonal matrix (pure) ---- */
 
-/* c = T^(1/2) e_1; work [m * m + 4 m]; *lowest is the least Ritz value. */
+/* c = T^(1/2) e_1; *lowest and *highest are the extreme Ritz values. */
 static PetscErrorCode RootOfTridiagonal(PetscInt m, const PetscReal alpha[], const PetscReal beta[], PetscReal c[],
-                                        PetscReal *lowest)
+                                        PetscReal *lowest, PetscReal *highest)
 {
   PetscBLASInt n, info;
   PetscReal *d, *e, *Z, *work;
@@ -64,6 +66,7 @@ static PetscErrorCode RootOfTridiagonal(PetscInt m, const PetscReal alpha[], con
   dstev_("V", &n, d, e, Z, &n, work, &info);
   PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK stev: info %d", (int)info);
   *lowest = d[0];
+  *highest = d[m - 1];
   PetscCall(PetscArrayzero(c, m));
   for (PetscInt k = 0; k < m; k++) {
     const PetscReal f = PetscSqrtReal(PetscMax(d[k], 0)) * Z[(size_t)k * m];
@@ -116,10 +119,11 @@ static PetscErrorCode Step(Lanczos *l, PetscInt m)
    tolerance times the larger of their norm and size. */
 static PetscErrorCode Look(Lanczos *l, PetscInt m, PetscInt before, PetscReal size, PetscBool *converged)
 {
-  PetscReal lowest, change2 = 0, norm2 = 0;
+  PetscReal lowest = 0, highest = 0, change2 = 0, norm2 = 0;
 
   PetscFunctionBegin;
-  PetscCall(RootOfTridiagonal(m, l->alpha, l->beta, l->c, &lowest));
+  PetscCall(RootOfTridiagonal(m, l->alpha, l->beta, l->c, &lowest, &highest));
+  l->largest = PetscMax(l->largest, highest);
   PetscCheck(lowest > 0, PetscObjectComm((PetscObject)l->S), PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: it has an eigenvalue of at most %g Pa/m", (double)lowest);
   for (PetscInt i = 0; i < m; i++) {
@@ -176,13 +180,16 @@ static PetscErrorCode AddRoot(Lanczos *l, PetscReal norm, PetscReal size, Vec y)
   PetscCall(SlipRecallAdd(&l->recall, l->basis[0], l->work, l->change));
   PetscCall(VecAXPY(y, norm, l->work));
   l->steps += m;
+  PetscCall(
+    PetscInfo(l->S, "%" PetscInt_FMT " Lanczos steps for a part of norm %.2e with %" PetscInt_FMT " directions known\n",
+              m, (double)norm, l->recall.n - 1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode LanczosMult(Mat H, Vec x, Vec y)
 {
   Lanczos *l;
-  PetscReal whole, norm, size;
+  PetscReal norm, size;
   PetscObjectState state;
 
   PetscFunctionBegin;
@@ -195,10 +202,11 @@ static PetscErrorCode LanczosMult(Mat H, Vec x, Vec y)
     PetscCall(VecPointwiseMult(l->basis[0], l->root, x));
   else
     PetscCall(VecCopy(x, l->basis[0]));
-  PetscCall(VecNorm(l->basis[0], NORM_2, &whole));
   PetscCall(SlipRecallSplit(&l->recall, LANCZOS_OLD * l->tolerance, l->basis[0], y, &size));
   PetscCall(VecNormalize(l->basis[0], &norm));
-  if (norm > LANCZOS_ROUNDING * whole) PetscCall(AddRoot(l, norm, size, y));
+  /* a rest this small changes the result by less than a new direction may be wrong */
+  if (norm > 0 && (size == 0 || PetscSqrtReal(l->largest) * norm > LANCZOS_NEW * l->tolerance * size))
+    PetscCall(AddRoot(l, norm, size, y));
   PetscCall(VecScale(y, l->factor));
   if (l->root) PetscCall(VecPointwiseMult(y, y, l->root));
   l->products++;
@@ -370,8 +378,8 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
 
   Input Parameters:
 + H         - viscosity of MatCreateSlipViscosity(); nothing happens to those that are not applied by Lanczos' method
-- tolerance - of products, relative in the 2-norm, in (0, 1); 1e-10 unless set. A new direction takes a quarter of it by
-              the change that the last five steps made, parts along earlier ones the rest
+- tolerance - of products, relative in the 2-norm, in (0, 1); 1e-10 unless set. A new direction takes a fiftieth of it
+              by the change that the last five steps made, parts along earlier ones the rest
 
   Level: intermediate
 

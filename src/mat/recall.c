@@ -39,7 +39,7 @@ static void Forget(SlipRecall *r, PetscInt k)
   r->image[r->n] = image;
 }
 
-/* Least accurate contributions first: those that would exceed the error allowed together are forgotten. */
+/* Forgets the least accurate contributions until the others keep to the error allowed together. */
 static void KeepAccurate(SlipRecall *r, PetscReal c[], PetscReal allowed)
 {
   for (;;) {
@@ -54,6 +54,29 @@ static void KeepAccurate(SlipRecall *r, PetscReal c[], PetscReal allowed)
     Forget(r, worst);
     for (PetscInt j = worst; j < r->n; j++) c[j] = c[j + 1];
   }
+}
+
+/* Makes room: one direction, x's part along all of them, takes their place; y is its image. */
+static PetscErrorCode Collapse(SlipRecall *r, const PetscReal c[], Vec y)
+{
+  PetscReal norm2 = 0, error = 0;
+  const PetscInt n = r->n;
+  Vec q = r->q[0];
+
+  PetscFunctionBegin;
+  for (PetscInt j = 0; j < n; j++) {
+    norm2 += c[j] * c[j];
+    error += PetscAbsReal(c[j]) * r->error[j];
+  }
+  r->n = norm2 > 0 ? 1 : 0;
+  if (!r->n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecScale(q, c[0]));
+  PetscCall(VecMAXPY(q, n - 1, c + 1, r->q + 1));
+  PetscCall(VecScale(q, 1 / PetscSqrtReal(norm2)));
+  PetscCall(VecCopy(y, r->image[0]));
+  PetscCall(VecScale(r->image[0], 1 / PetscSqrtReal(norm2)));
+  r->error[0] = error / PetscSqrtReal(norm2);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* y = f of the part of x that is covered to the relative error tolerance; x := the rest; *size is the norm of f(x) as far
@@ -72,6 +95,7 @@ PetscErrorCode SlipRecallSplit(SlipRecall *r, PetscReal tolerance, Vec x, Vec y,
   KeepAccurate(r, c, tolerance * *size);
   PetscCall(VecZeroEntries(y));
   if (!r->n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecMDot(x, r->n, r->q, c));
   for (PetscInt j = 0; j < r->n; j++) c[j] = -c[j];
   PetscCall(VecMAXPY(x, r->n, c, r->q));
   PetscCall(VecMDot(x, r->n, r->q, again)); /* orthogonal to rounding, however small the rest is */
@@ -79,14 +103,14 @@ PetscErrorCode SlipRecallSplit(SlipRecall *r, PetscReal tolerance, Vec x, Vec y,
   PetscCall(VecMAXPY(x, r->n, again, r->q));
   for (PetscInt j = 0; j < r->n; j++) c[j] = -(c[j] + again[j]);
   PetscCall(VecMAXPY(y, r->n, c, r->image));
+  if (r->n == SLIP_RECALL_MAX) PetscCall(Collapse(r, c, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A direction of norm 1, orthogonal to those kept, and its image to an absolute error; the oldest one makes room. */
+/* A direction of norm 1, orthogonal to those kept, and its image to an absolute error; SlipRecallSplit() has made room. */
 PetscErrorCode SlipRecallAdd(SlipRecall *r, Vec q, Vec image, PetscReal error)
 {
   PetscFunctionBegin;
-  if (r->n == SLIP_RECALL_MAX) Forget(r, 0);
   if (!r->q[r->n]) {
     PetscCall(VecDuplicate(q, &r->q[r->n]));
     PetscCall(VecDuplicate(q, &r->image[r->n]));

@@ -50,7 +50,7 @@ PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCe
 PETSC_INTERN PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[]);
 
 /* ---- recall.c: products that are known already; zero-initialise ---- */
-#define SLIP_RECALL_MAX 16
+#define SLIP_RECALL_MAX 32
 typedef struct {
   PetscInt n;
   Vec q[SLIP_RECALL_MAX], image[SLIP_RECALL_MAX]; /* the first n: orthonormal directions and their images */
