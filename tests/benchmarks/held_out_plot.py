@@ -16,6 +16,7 @@ STYLE = {"heuristic": ("tab:blue", "-"), "heuristic, safety 0.9": ("tab:cyan", "
          "basic, doubling": ("tab:green", ":"), "dsp, doubling": ("tab:purple", ":"), "pi, doubling": ("tab:brown", ":")}
 MARKERS = "osD^vP"
 LABEL = {"same_error": "afterwards, same final-slip error", "dial": "afterwards, error within the dial",
+         "steady": "afterwards, same error, without luck",
          "history": "same error of the slip history", "setting": "one setting that keeps the dial"}
 
 
@@ -71,6 +72,7 @@ def strip(ax, table, groups, settings, value, text):
         ticks.append(g * (len(settings) + 1) + (len(settings) - 1) / 2)
         labels.append(group)
     ax.set_xticks(ticks, labels, fontsize=8)
+    ax.set_xlim(-1, len(groups) * (len(settings) + 1) - 1)
     ax.set_yscale("log")
     ax.grid(axis="y", alpha=0.3, lw=0.4)
     ax.set_title(text, fontsize=9)
@@ -79,17 +81,21 @@ def strip(ax, table, groups, settings, value, text):
 def summary(path, table):
     groups = list(dict.fromkeys(r["group"] for r in table))
     settings = sorted({(r["family"], r["setting"]) for r in table}, key=lambda s: (s[0] == "study", s[0], -s[1]))
-    figure, axes = plt.subplots(3, 2, figsize=(12, 11))
+    figure, axes = plt.subplots(4, 2, figsize=(13, 14))
     for ax, view in zip(axes.flat, held_out_score.VIEWS):
         strip(ax, table, groups, settings, lambda r, view=view: r.get(f"ratio_{view}"), "solves, best classical over ours: " + LABEL[view])
         ax.axhline(1, color="black", lw=0.8)
         ax.axhline(2, color="black", lw=0.8, ls=":")
+        ax.set_ylim(0.2, 30)
+        ax.set_yticks([0.2, 0.5, 1, 2, 5, 10, 20], ["0.2", "0.5", "1", "2", "5", "10", "20"])
         ax.set_ylabel("ratio of solves", fontsize=8)
-    strip(axes[2, 0], table, groups, settings, lambda r: None if r["failed"] else max(abs(r["slip_error"]), 1e-7), "relative error of the final slip")
+    error, solves, unused = axes.flat[len(held_out_score.VIEWS):]
+    unused.axis("off")
+    strip(error, table, groups, settings, lambda r: None if r["failed"] else max(abs(r["slip_error"]), 1e-7), "relative error of the final slip")
     for dial in {s[1] for s in settings if s[1]}:
-        axes[2, 0].axhline(dial, color="black", lw=0.6, ls=":")
-    strip(axes[2, 1], table, groups, settings, lambda r: None if r["failed"] else r["solves"], "Bathe solves")
-    handles, labels = axes[2, 1].get_legend_handles_labels()
+        error.axhline(dial, color="black", lw=0.6, ls=":")
+    strip(solves, table, groups, settings, lambda r: None if r["failed"] else r["solves"], "Bathe solves")
+    handles, labels = solves.get_legend_handles_labels()
     figure.legend(handles, labels, loc="upper center", ncol=len(labels), fontsize=8, frameon=False)
     figure.tight_layout(rect=(0, 0, 1, 0.97))
     figure.savefig(path, dpi=110)

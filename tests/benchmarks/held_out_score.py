@@ -7,6 +7,8 @@ failed attempts included, doubling counted as three a step):
                  dial. The choice is made afterwards, with the error known, among some 160 runs: a run whose error happens to cross
                  zero wins. No user could have chosen it.
     dial         likewise with e = the dial.
+    steady       the cheapest run with an error <= e (of same_error) that all tighter tolerances of its family keep as well: without the
+                 crossings of zero, and still chosen afterwards, for each case by itself.
     history      families are curves, solves against the error of the slip's history, of which no run's crosses zero: the cheapest family
                  interpolated at our error, along its lower envelope.
     setting      one family and tolerance for all cases, as a user has to choose: the cheapest (geometric mean of solves) of those
@@ -19,13 +21,26 @@ import numpy as np
 PROMISE = {1e-1: 0.95, 1e-2: 0.95, 1e-3: 0.90, 1e-4: 0.90}  # share of runs that keep the dial
 FLOOR = 0.1  # of the dial: an error below it is luck
 BARE_FLOOR = 1e-4  # that of a policy without a dial
-VIEWS = ("same_error", "dial", "history", "setting")
+VIEWS = ("same_error", "dial", "steady", "history", "setting")
 
 
 def cheapest(rows, error):
     """The run with the fewest solves among those within an error of final slip; None when there is none."""
     within = [r for r in rows if not r["failed"] and abs(r["slip_error"]) <= error]
     return min(within, key=lambda r: (r["solves"], abs(r["slip_error"])), default=None)
+
+
+def steady(rows, error):
+    """The cheapest run that keeps an error of final slip together with every run of a tighter tolerance of its family."""
+    found = []
+    for runs in by(rows, "family").values():
+        kept = []
+        for run in sorted(runs, key=lambda r: r["setting"]):
+            if run["failed"] or abs(run["slip_error"]) > error:
+                break
+            kept.append(run)
+        found += kept
+    return cheapest(found, error)
 
 
 def envelope(solves, errors):
@@ -84,7 +99,7 @@ def compare(ours, classical, setting_runs, dial):
     error = max(own, FLOOR * dial if dial else BARE_FLOOR)
     cell = {"error_compared": error}  # best_VIEW: solves
     for view, run in (("same_error", cheapest(classical, error)), ("dial", cheapest(classical, dial or error)),
-                      ("setting", setting_runs.get(ours["case"]))):
+                      ("steady", steady(classical, error)), ("setting", setting_runs.get(ours["case"]))):
         usable = run is not None and not run["failed"]
         cell["best_" + view] = run["solves"] if usable else np.nan
         cell[f"best_{view}_by"] = f"{run['family']}, rtol {run['setting']:g}" if usable else ""

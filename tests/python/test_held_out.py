@@ -33,6 +33,8 @@ class Score(unittest.TestCase):
         self.assertEqual(score.cheapest(a, 0.01)["solves"], 20)  # the lucky one; the one that stopped does not count
         self.assertEqual(score.cheapest(a, 0.3)["solves"], 10)
         self.assertIsNone(score.cheapest(a, 1e-4))
+        self.assertEqual(score.steady(a, 0.05)["solves"], 20)  # that of x and the tighter one keep it; y's tightest stopped
+        self.assertIsNone(score.steady(a, 0.01))  # x loses it again
 
     def test_interpolation(self):
         solves, errors = [10, 20, 15, 40], [1e-1, 1e-2, 2e-1, 1e-3]
@@ -55,7 +57,7 @@ class Score(unittest.TestCase):
         self.assertEqual(chosen[1e-2], ("y", 0.1))
         self.assertEqual(table[0]["error_compared"], 1e-3)  # a tenth of the dial: better than that is luck
         self.assertEqual([table[0][f"ratio_{v}"] for v in ("same_error", "dial", "setting")], [2, 2, 3])
-        self.assertEqual([table[1][f"ratio_{v}"] for v in ("same_error", "dial", "setting")], [3, 3, 3])
+        self.assertEqual([table[1][f"ratio_{v}"] for v in ("same_error", "dial", "setting", "steady")], [3, 3, 3, 3])
         statistics = score.statistics(table)
         self.assertEqual(statistics["ours", 1e-2]["kept"], 0.5)
         self.assertEqual(statistics["ours", 1e-2]["same_error"]["mean"], 2.5)
