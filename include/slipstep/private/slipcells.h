@@ -43,4 +43,6 @@ PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCe
 /* Whether K is an area-weighted stiffness of cells, or hierarchical: viscosities of it are made here. */
 PETSC_INTERN PetscErrorCode SlipViscosityIsOfCells(Mat K, PetscBool *is);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Cells(Mat K, PetscReal factor, Mat *H);
+/* Square roots of the weights of S's rows, and their inverses; both NULL without weights. viscosity_cells.c */
+PETSC_INTERN PetscErrorCode SlipRootWeights(Mat S, Vec *root, Vec *inverse);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Lanczos(Mat K, PetscReal factor, Mat *H);
