@@ -2,10 +2,7 @@
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
 
-/* Reference tolerances (DESIGN.md section 2): 1e-6 in units of 0.1 mm for u and s, of 0.1 mm/T* for v. */
-#define SLIP_FAULT_RTOL 1e-3
-#define SLIP_FAULT_ATOL 1e-6
-#define SLIP_FAULT_UNIT 1e-4     /* [m] */
+#define SLIP_FAULT_RTOL 1e-3     /* reference tolerance (DESIGN.md section 2), as SLIP_FAULT_ATOL */
 #define SLIP_FAULT_MAX_TIME 30.0 /* [s] */
 /* First step over T*: the instability grows from a relative excess of 1e-5, so anything well below T* is safe. */
 #define SLIP_FAULT_FIRST_STEP 0.01
@@ -100,14 +97,15 @@ static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
 {
   Vec atol;
-  PetscReal *a;
+  PetscReal *a, rate;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetReal(fault, "rate_tolerance", &rate));
   PetscCall(SlipFaultCreateState(fault, &atol));
   PetscCall(VecGetArray(atol, &a));
   for (PetscInt i = 0; i < fault->n; i++) {
-    a[3 * i] = SLIP_FAULT_ATOL * SLIP_FAULT_UNIT / fault->tstar;
-    a[3 * i + 1] = a[3 * i + 2] = SLIP_FAULT_ATOL * SLIP_FAULT_UNIT;
+    a[3 * i] = rate;
+    a[3 * i + 1] = a[3 * i + 2] = SLIP_FAULT_ATOL;
   }
   PetscCall(VecRestoreArray(atol, &a));
   PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, SLIP_FAULT_RTOL, NULL));
@@ -143,7 +141,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
 
   Notes:
   Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
-  tolerances (1e-10 m for u and s, 1e-10 m/T* for v) and rtol 1e-3, max time 30 s (-ts_max_time), exact final time
+  tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise) and rtol 1e-3, max time 30 s (-ts_max_time), exact final time
   matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step 0.01 T* (-ts_dt), and the
   composed functions SlipObserve_C and SlipTimeScale_C by which controllers observe the fault.
 

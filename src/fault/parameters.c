@@ -47,6 +47,8 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                             "Relative error of the low-rank blocks of -fault_operator hmat"},
   [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-10, "", 0, 1, OPEN, REAL,
                               "Relative error of products with a viscosity that Lanczos' method applies"},
+  [FAULT_RATE_TOLERANCE] = {"rate_tolerance", (PetscReal)NAN, "m/s", 0, NONE, OPEN, REAL,
+                            "Absolute tolerance of slip rates in the local error (default 1e-10 m over T*)"},
 };
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
@@ -151,7 +153,8 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
 }
 
 /*@C
-  SlipFaultGetReal - a scalar parameter of the fault; the thickness is length_x until it is set
+  SlipFaultGetReal - a scalar parameter of the fault; until they are set, thickness is length_x and rate_tolerance is
+                     1e-10 m over T*
 
   Not collective.
 
@@ -161,12 +164,18 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
 @*/
 PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *value)
 {
+  PetscReal thickness;
   PetscInt id = 0;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultFindReal(fault, name, &id));
   *value = fault->value[id];
   if (id == FAULT_THICKNESS && isnan(*value)) *value = fault->value[FAULT_LENGTH_X];
+  if (id == FAULT_RATE_TOLERANCE && isnan(*value)) {
+    PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
+    *value =
+      SLIP_FAULT_ATOL / thickness * PetscSqrtReal(fault->value[FAULT_SHEAR_MODULUS] / fault->value[FAULT_DENSITY]);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

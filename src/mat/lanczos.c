@@ -1,13 +1,14 @@
 /*
-  Viscosity of stiffnesses without a uniform grid: H = factor D (D^-1 S D^-1)^(1/2) D, D = diag(w)^(1/2), w the weights
-  of the rows of S. That is w times the H = factor K^(1/2) of the unweighted K = diag(1/w) S, and symmetric. The root is
-  a dense one for a dense S or up to SLIP_ROOT_DENSE_MAX rows; else each product is a Lanczos process of its own (Higham
-  2008, Functions of Matrices, section 13.2),
+  Viscosity of any stiffness, without set-up: H = factor D (D^-1 S D^-1)^(1/2) D, D = diag(w)^(1/2), w the weights
+  of the rows of S, each product a Lanczos process of its own (Higham 2008, Functions of Matrices, section 13.2),
 
      A^(1/2) x  =  |x| V_m T_m^(1/2) e_1,   A V_m = V_m T_m + residual,
 
-  with full reorthogonalisation, ended when the coefficients T_m^(1/2) e_1 no longer change. Parts of x along the last
-  ones are recalled instead.
+  ended when the coefficients T_m^(1/2) e_1 no longer change. The three-term recurrence is enough: where it loses
+  orthogonality it repeats eigenvalues that it has found already, which the root does not mind (Druskin and Knizhnerman
+  1991, USSR Comput. Math. Math. Phys. 31). Small matrices are reorthogonalised, so that the process ends within N steps.
+
+  Products with a solver's iterates are summed from increments (increment.c).
 */
 #include <petsc/private/petscimpl.h>
 #include <slipmat.h>
@@ -19,16 +20,13 @@
 extern void dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e, double *z, const PetscBLASInt *ldz,
                    double *work, PetscBLASInt *info);
 
-#define SLIP_ROOT_DENSE_MAX 3000
-#define LANCZOS_MAX 600    /* steps of one product */
-#define LANCZOS_BLOCK 20   /* basis vectors are allocated in blocks */
-#define LANCZOS_EVERY 5    /* steps between looks at the convergence */
-#define LANCZOS_SAMPLES 16 /* rows from which the diagonal is estimated */
-#define LANCZOS_TOL 1e-10  /* default relative tolerance */
-/* Shares of the tolerance for what is computed and for what earlier products tell: a new direction must fit in beside as
-   many as are remembered. */
-#define LANCZOS_NEW 0.02
-#define LANCZOS_OLD 0.95
+#define LANCZOS_MAX 600             /* steps of one product */
+#define LANCZOS_BLOCK 20            /* basis vectors are allocated in blocks */
+#define LANCZOS_EVERY 5             /* least number of steps between looks at the convergence */
+#define LANCZOS_SHARE 0.1           /* and its share of the steps so far: a look costs their number cubed */
+#define LANCZOS_SAMPLES 16          /* rows from which the diagonal is estimated */
+#define LANCZOS_TOL 1e-10           /* default relative tolerance */
+#define LANCZOS_ORTHOGONAL_MAX 2000 /* rows up to which the basis is reorthogonalised */
 
 typedef struct {
   Mat S;       /* referenced */
@@ -42,18 +40,16 @@ typedef struct {
   PetscReal alpha[LANCZOS_MAX], beta[LANCZOS_MAX]; /* of T */
   PetscReal c[LANCZOS_MAX], last[LANCZOS_MAX];     /* T^(1/2) e_1, now and at the last look */
   PetscReal h[LANCZOS_MAX];                        /* reorthogonalisation */
-  PetscReal change;                                /* of c at the last look */
-  PetscReal largest;                               /* Ritz value so far */
   PetscInt products, steps;                        /* so far */
-  SlipRecall recall;                               /* of A^(1/2) */
-  PetscObjectState state;                          /* of S, which recall holds for */
+  PetscBool orthogonal;                            /* reorthogonalise */
+  SlipIncrement increment;
 } Lanczos;
 
 /* ---- the function of the tridiagonal matrix (pure) ---- */
 
-/* c = T^(1/2) e_1; *lowest and *highest are the extreme Ritz values. */
-static PetscErrorCode RootOfTridiagonal(PetscInt m, const PetscReal alpha[], const PetscReal beta[], PetscReal c[],
-                                        PetscReal *lowest, PetscReal *highest)
+/* c = T^(1/2) e_1, T with alpha[m] on and beta[m - 1] beside its diagonal; *lowest is the least Ritz value. */
+PetscErrorCode SlipRootOfTridiagonal(PetscInt m, const PetscReal alpha[], const PetscReal beta[], PetscReal c[],
+                                     PetscReal *lowest)
 {
   PetscBLASInt n, info;
   PetscReal *d, *e, *Z, *work;
@@ -66,7 +62,6 @@ static PetscErrorCode RootOfTridiagonal(PetscInt m, const PetscReal alpha[], con
   dstev_("V", &n, d, e, Z, &n, work, &info);
   PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK stev: info %d", (int)info);
   *lowest = d[0];
-  *highest = d[m - 1];
   PetscCall(PetscArrayzero(c, m));
   for (PetscInt k = 0; k < m; k++) {
     const PetscReal f = PetscSqrtReal(PetscMax(d[k], 0)) * Z[(size_t)k * m];
@@ -90,7 +85,21 @@ static PetscErrorCode EnsureBasis(Lanczos *l, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* v_{m+1} and the next entries of T from v_0 .. v_m, by the three-term recurrence and a sweep of Gram-Schmidt. */
+/* next = D^-1 S D^-1 basis[m] */
+static PetscErrorCode Multiply(Lanczos *l, PetscInt m, Vec next)
+{
+  PetscFunctionBegin;
+  if (!l->root) {
+    PetscCall(MatMult(l->S, l->basis[m], next));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecPointwiseMult(l->work, l->inverse, l->basis[m]));
+  PetscCall(MatMult(l->S, l->work, next));
+  PetscCall(VecPointwiseMult(next, next, l->inverse));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* v_{m+1} and the next entries of T from v_0 .. v_m, by classical Gram-Schmidt done twice, or by the recurrence. */
 static PetscErrorCode Step(Lanczos *l, PetscInt m)
 {
   Vec next;
@@ -98,50 +107,47 @@ static PetscErrorCode Step(Lanczos *l, PetscInt m)
   PetscFunctionBegin;
   PetscCall(EnsureBasis(l, m + 1));
   next = l->basis[m + 1];
-  if (l->root) {
-    PetscCall(VecPointwiseMult(l->work, l->inverse, l->basis[m]));
-    PetscCall(MatMult(l->S, l->work, next));
-    PetscCall(VecPointwiseMult(next, next, l->inverse));
-  } else
-    PetscCall(MatMult(l->S, l->basis[m], next));
-  if (m > 0) PetscCall(VecAXPY(next, -l->beta[m - 1], l->basis[m - 1]));
-  PetscCall(VecDot(next, l->basis[m], &l->alpha[m]));
-  PetscCall(VecAXPY(next, -l->alpha[m], l->basis[m]));
-  PetscCall(VecMDot(next, m + 1, l->basis, l->h));
-  l->alpha[m] += l->h[m];
-  for (PetscInt i = 0; i <= m; i++) l->h[i] = -l->h[i];
-  PetscCall(VecMAXPY(next, m + 1, l->h, l->basis));
+  PetscCall(Multiply(l, m, next));
+  l->alpha[m] = 0;
+  for (PetscInt sweep = 0; sweep < 2 && l->orthogonal; sweep++) {
+    PetscCall(VecMDot(next, m + 1, l->basis, l->h));
+    l->alpha[m] += l->h[m];
+    for (PetscInt i = 0; i <= m; i++) l->h[i] = -l->h[i];
+    PetscCall(VecMAXPY(next, m + 1, l->h, l->basis));
+  }
+  if (!l->orthogonal) {
+    if (m > 0) PetscCall(VecAXPY(next, -l->beta[m - 1], l->basis[m - 1]));
+    PetscCall(VecDot(next, l->basis[m], &l->alpha[m]));
+    PetscCall(VecAXPY(next, -l->alpha[m], l->basis[m]));
+  }
   PetscCall(VecNorm(next, NORM_2, &l->beta[m]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Compares the coefficients of m steps with those of the last look: *converged when they have changed by at most the
-   tolerance times the larger of their norm and size. */
-static PetscErrorCode Look(Lanczos *l, PetscInt m, PetscInt before, PetscReal size, PetscBool *converged)
+/* Compares the coefficients of m steps with those of the last look; allowed: largest change, 0 for what the tolerance
+   allows. */
+static PetscErrorCode Look(Lanczos *l, PetscInt m, PetscInt before, PetscReal allowed, PetscBool *converged)
 {
-  PetscReal lowest = 0, highest = 0, change2 = 0, norm2 = 0;
+  PetscReal lowest, change = 0, size = 0;
 
   PetscFunctionBegin;
-  PetscCall(RootOfTridiagonal(m, l->alpha, l->beta, l->c, &lowest, &highest));
-  l->largest = PetscMax(l->largest, highest);
+  PetscCall(SlipRootOfTridiagonal(m, l->alpha, l->beta, l->c, &lowest));
   PetscCheck(lowest > 0, PetscObjectComm((PetscObject)l->S), PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: it has an eigenvalue of at most %g Pa/m", (double)lowest);
   for (PetscInt i = 0; i < m; i++) {
     const PetscReal d = l->c[i] - (i < before ? l->last[i] : 0);
 
-    change2 += d * d;
-    norm2 += l->c[i] * l->c[i];
+    change += d * d;
+    size += l->c[i] * l->c[i];
     l->last[i] = l->c[i];
   }
-  l->change = PetscSqrtReal(change2);
-  *converged = before > 0 && l->change <= LANCZOS_NEW * l->tolerance * PetscMax(PetscSqrtReal(norm2), size)
-                 ? PETSC_TRUE
-                 : PETSC_FALSE;
+  if (allowed == 0) allowed = l->tolerance * PetscSqrtReal(size);
+  *converged = before > 0 && PetscSqrtReal(change) <= allowed ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The basis and its coefficients c for the vector in basis[0], of norm 1; *m is their number. size: see Look(). */
-static PetscErrorCode Process(Lanczos *l, PetscInt N, PetscReal size, PetscInt *m)
+/* The basis and its coefficients c for the vector in basis[0], of norm 1; *m is their number. */
+static PetscErrorCode Process(Lanczos *l, PetscInt N, PetscReal allowed, PetscInt *m)
 {
   PetscBool converged = PETSC_FALSE;
   PetscInt before = 0;
@@ -152,13 +158,13 @@ static PetscErrorCode Process(Lanczos *l, PetscInt N, PetscReal size, PetscInt *
                "A product with the viscosity did not reach %g in %d Lanczos steps: raise -fault_krylov_tolerance",
                (double)l->tolerance, LANCZOS_MAX);
     PetscCall(Step(l, *m - 1));
-    if (*m == N || l->beta[*m - 1] <= 1e-14 * l->alpha[0]) { /* the whole space, or an invariant one */
-      PetscCall(Look(l, *m, before, size, &converged));
-      l->change = 0;
+    if ((l->orthogonal && *m == N) ||
+        l->beta[*m - 1] <= 1e-14 * l->alpha[0]) { /* the whole space, or an invariant one */
+      PetscCall(Look(l, *m, before, allowed, &converged));
       break;
     }
-    if (*m % LANCZOS_EVERY == 0) {
-      PetscCall(Look(l, *m, before, size, &converged));
+    if (*m >= before + PetscMax(LANCZOS_EVERY, (PetscInt)(LANCZOS_SHARE * (PetscReal)before))) {
+      PetscCall(Look(l, *m, before, allowed, &converged));
       before = *m;
       if (converged) break;
     }
@@ -167,57 +173,72 @@ static PetscErrorCode Process(Lanczos *l, PetscInt N, PetscReal size, PetscInt *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y += |x| A^(1/2) v for v = x / |x| in basis[0], which is remembered. */
-static PetscErrorCode AddRoot(Lanczos *l, PetscReal norm, PetscReal size, Vec y)
+/* y = H x with an error of at most allowed [Pa], or 0 for what the tolerance allows */
+static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
 {
+  Lanczos *l = (Lanczos *)ctx;
+  PetscReal norm;
   PetscInt m, N;
 
   PetscFunctionBegin;
-  PetscCall(VecGetSize(y, &N));
-  PetscCall(Process(l, N, size / norm, &m));
-  PetscCall(VecZeroEntries(l->work));
-  PetscCall(VecMAXPY(l->work, m, l->c, l->basis));
-  PetscCall(SlipRecallAdd(&l->recall, l->basis[0], l->work, l->change));
-  PetscCall(VecAXPY(y, norm, l->work));
+  PetscCall(EnsureBasis(l, 0));
+  if (l->root)
+    PetscCall(VecPointwiseMult(l->basis[0], l->root, x));
+  else
+    PetscCall(VecCopy(x, l->basis[0]));
+  PetscCall(VecNormalize(l->basis[0], &norm));
+  PetscCall(VecZeroEntries(y));
+  if (norm == 0 || l->factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetSize(x, &N));
+  PetscCall(Process(l, N, allowed / (norm * l->factor), &m));
+  PetscCall(VecMAXPY(y, m, l->c, l->basis));
+  PetscCall(VecScale(y, norm * l->factor));
+  if (l->root) PetscCall(VecPointwiseMult(y, y, l->root));
+  l->products++;
   l->steps += m;
-  PetscCall(
-    PetscInfo(l->S, "%" PetscInt_FMT " Lanczos steps for a part of norm %.2e with %" PetscInt_FMT " directions known\n",
-              m, (double)norm, l->recall.n - 1));
+  PetscCall(PetscInfo(l->S, "%" PetscInt_FMT " Lanczos steps for a vector of norm %.2e\n", m, (double)norm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode LanczosMult(Mat H, Vec x, Vec y)
 {
   Lanczos *l;
-  PetscReal norm, size;
-  PetscObjectState state;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &l));
-  PetscCall(PetscObjectStateGet((PetscObject)l->S, &state));
-  if (state != l->state) PetscCall(SlipRecallReset(&l->recall));
-  l->state = state;
-  PetscCall(EnsureBasis(l, 0));
-  if (l->root)
-    PetscCall(VecPointwiseMult(l->basis[0], l->root, x));
-  else
-    PetscCall(VecCopy(x, l->basis[0]));
-  PetscCall(SlipRecallSplit(&l->recall, LANCZOS_OLD * l->tolerance, l->basis[0], y, &size));
-  PetscCall(VecNormalize(l->basis[0], &norm));
-  /* a rest this small changes the result by less than a new direction may be wrong */
-  if (norm > 0 && (size == 0 || PetscSqrtReal(l->largest) * norm > LANCZOS_NEW * l->tolerance * size))
-    PetscCall(AddRoot(l, norm, size, y));
-  PetscCall(VecScale(y, l->factor));
-  if (l->root) PetscCall(VecPointwiseMult(y, y, l->root));
-  l->products++;
+  PetscCall(SlipIncrementMult(&l->increment, l->tolerance, Product, l, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- the matrix ---- */
 
+/* On a uniform grid: that of the approximate root. */
+static PetscErrorCode GridDiagonal(Lanczos *l, PetscBool *found)
+{
+  const SlipPlaneSymbol *root;
+  const PetscReal *diagonal;
+  const SlipGrid *grid;
+  SlipPlane plane;
+  PetscReal scale, *d;
+  PetscInt start, end;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGridOf(l->S, &grid));
+  *found = (PetscBool)(grid && !l->root);
+  if (!*found) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipPlaneOf(l->S, &plane));
+  PetscCall(SlipPlaneGetRoot(plane, &root, &diagonal));
+  PetscCall(SlipGridScale(l->S, &scale));
+  PetscCall(VecGetOwnershipRange(l->diagonal, &start, &end));
+  PetscCall(VecGetArrayWrite(l->diagonal, &d));
+  for (PetscInt i = start; i < end; i++) d[i - start] = l->factor * PetscSqrtReal(scale) * diagonal[i / grid->nx];
+  PetscCall(VecRestoreArrayWrite(l->diagonal, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* H_ii over factor sqrt(w_i S_ii), averaged over rows spread over the matrix: exact at these, close at the others, as
    preconditioners need. */
-static PetscErrorCode EstimateDiagonal(Mat H, Lanczos *l)
+static PetscErrorCode EstimateDiagonal(Lanczos *l)
 {
   PetscInt N, start, end, samples;
   PetscReal ratio = 0;
@@ -242,7 +263,7 @@ static PetscErrorCode EstimateDiagonal(Mat H, Lanczos *l)
     if (start <= row && row < end) PetscCall(VecSetValue(e, row, 1, INSERT_VALUES));
     PetscCall(VecAssemblyBegin(e));
     PetscCall(VecAssemblyEnd(e));
-    PetscCall(LanczosMult(H, e, y));
+    PetscCall(Product(l, e, 0, y));
     PetscCall(VecDot(e, y, &yi));
     PetscCall(VecDot(e, l->diagonal, &di));
     ratio += yi / di / (PetscReal)samples;
@@ -256,12 +277,14 @@ static PetscErrorCode EstimateDiagonal(Mat H, Lanczos *l)
 static PetscErrorCode LanczosGetDiagonal(Mat H, Vec d)
 {
   Lanczos *l;
+  PetscBool found = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &l));
   if (!l->diagonal) {
     PetscCall(VecDuplicate(l->work, &l->diagonal));
-    PetscCall(EstimateDiagonal(H, l));
+    PetscCall(GridDiagonal(l, &found));
+    if (!found) PetscCall(EstimateDiagonal(l));
   }
   PetscCall(VecCopy(l->diagonal, d));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -302,7 +325,7 @@ static PetscErrorCode LanczosSetTolerance(Mat H, PetscReal tolerance)
   PetscCheck(tolerance > 0 && tolerance < 1, PetscObjectComm((PetscObject)H), PETSC_ERR_ARG_OUTOFRANGE,
              "Tolerance of a viscosity's products must lie in (0, 1), not %g", (double)tolerance);
   l->tolerance = tolerance;
-  PetscCall(SlipRecallReset(&l->recall));
+  PetscCall(SlipIncrementReset(&l->increment));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -313,8 +336,8 @@ static PetscErrorCode LanczosDestroy(Mat H)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &l));
   for (PetscInt i = 0; i < l->nbasis; i++) PetscCall(VecDestroy(&l->basis[i]));
-  PetscCall(SlipRecallDestroy(&l->recall));
   PetscCall(VecDestroy(&l->work));
+  PetscCall(SlipIncrementReset(&l->increment));
   PetscCall(VecDestroy(&l->diagonal));
   PetscCall(VecDestroy(&l->root));
   PetscCall(VecDestroy(&l->inverse));
@@ -322,24 +345,6 @@ static PetscErrorCode LanczosDestroy(Mat H)
   PetscCall(PetscFree(l));
   PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_sliplanczos_dense_C", NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatSlipViscositySetTolerance_C", NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* D and D^-1 of S's weights; both NULL without any. */
-static PetscErrorCode RootWeights(Mat S, Vec *root, Vec *inverse)
-{
-  Vec weights;
-
-  PetscFunctionBegin;
-  *root = *inverse = NULL;
-  PetscCall(MatSlipGetWeights(S, &weights));
-  if (!weights) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(weights, root));
-  PetscCall(VecCopy(weights, *root));
-  PetscCall(VecSqrtAbs(*root));
-  PetscCall(VecDuplicate(weights, inverse));
-  PetscCall(VecCopy(*root, *inverse));
-  PetscCall(VecReciprocal(*inverse));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -357,7 +362,7 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   PetscCall(MatGetSize(S, &N, NULL));
   PetscCall(MatGetLocalSize(S, &m, NULL));
   PetscCall(MatCreateVecs(S, &l->work, NULL));
-  PetscCall(RootWeights(S, &l->root, &l->inverse));
+  PetscCall(SlipRootWeights(S, &l->root, &l->inverse));
   PetscCall(MatCreateShell(PetscObjectComm((PetscObject)S), m, m, N, N, l, H));
   PetscCall(MatShellSetManageScalingShifts(*H));
   PetscCall(MatShellSetOperation(*H, MATOP_MULT, SlipMatShellFn(LanczosMult)));
@@ -378,8 +383,7 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
 
   Input Parameters:
 + H         - viscosity of MatCreateSlipViscosity(); nothing happens to those that are not applied by Lanczos' method
-- tolerance - of products, relative in the 2-norm, in (0, 1); 1e-10 unless set. A new direction takes a fiftieth of it
-              by the change that the last five steps made, parts along earlier ones the rest
+- tolerance - change of the result from five more steps, relative in the 2-norm, in (0, 1); 1e-10 unless set
 
   Level: intermediate
 
@@ -389,78 +393,5 @@ PetscErrorCode MatSlipViscositySetTolerance(Mat H, PetscReal tolerance)
 {
   PetscFunctionBegin;
   PetscTryMethod(H, "MatSlipViscositySetTolerance_C", (Mat, PetscReal), (H, tolerance));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ---- the dense root ---- */
-
-/* Rank 0 computes the root, so that it does not depend on the number of ranks. */
-static PetscErrorCode ViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
-{
-  MPI_Comm comm = PetscObjectComm((PetscObject)S);
-  Vec root, inverse;
-  Mat scaled;
-  PetscReal *entries = NULL, result[2] = {1, 0};
-  PetscMPIInt rank;
-  PetscInt N, m, info = 0;
-  PetscBool found;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(MatGetSize(S, &N, NULL));
-  PetscCall(MatGetLocalSize(S, &m, NULL));
-  PetscCall(RootWeights(S, &root, &inverse));
-  PetscCall(SlipCacheLoadRoot(S, &entries, &found));
-  if (!found) {
-    PetscCall(MatConvert(S, MATDENSE, MAT_INITIAL_MATRIX, &scaled));
-    if (root) PetscCall(MatDiagonalScale(scaled, inverse, inverse));
-    PetscCall(SlipDenseGather(scaled, &entries));
-    PetscCall(MatDestroy(&scaled));
-  }
-  if (rank == 0 && !found) {
-    PetscCall(SlipDenseSqrt(N, entries, &result[0], &info));
-    result[1] = (PetscReal)info;
-  }
-  PetscCallMPI(MPI_Bcast(result, 2, MPIU_REAL, 0, comm));
-  PetscCheck(result[1] == 0, comm, PETSC_ERR_LIB, "Eigenvalues of the stiffness did not converge (LAPACK info %g)",
-             (double)result[1]);
-  PetscCheck(result[0] > 0, comm, PETSC_ERR_ARG_WRONG,
-             "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m", (double)result[0]);
-  if (!found) PetscCall(SlipCacheSaveRoot(S, entries));
-  for (size_t k = 0; !rank && k < (size_t)N * N; k++) entries[k] *= factor;
-  PetscCall(SlipDenseScatter(comm, m, N, entries, H));
-  PetscCall(PetscFree(entries));
-  if (root) PetscCall(MatDiagonalScale(*H, root, root));
-  PetscCall(VecDestroy(&root));
-  PetscCall(VecDestroy(&inverse));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipViscosityIsOfCells(Mat K, PetscBool *is)
-{
-  Vec weights;
-
-  PetscFunctionBegin;
-  PetscCall(MatSlipGetWeights(K, &weights));
-  PetscCall(PetscObjectTypeCompare((PetscObject)K, "sliphmat", is));
-  if (weights) *is = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The root takes after the stiffness: dense for a dense one, and for a hierarchical one where that is cheap. */
-PetscErrorCode SlipViscosityCreate_Cells(Mat K, PetscReal factor, Mat *H)
-{
-  PetscBool hmat;
-  PetscInt N;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(PetscObjectTypeCompare((PetscObject)K, "sliphmat", &hmat));
-  if (hmat && N > SLIP_ROOT_DENSE_MAX)
-    PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
-  else
-    PetscCall(ViscosityCreate_DenseRoot(K, factor, H));
-  PetscCall(MatSetOption(*H, MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -293,8 +293,8 @@ static void MultiplyFullSpace(PetscInt P, const PetscReal T[], PetscReal u[])
   }
 }
 
-/* Product at local wavenumber k: f [nz] complex, in place. */
-static void ApplyWave(SlipPlane p, const SlipPlaneSymbol *s, PetscInt k, PetscReal f[])
+/* depth_period times the product at local wavenumber k: f [nz] complex, in place. */
+void SlipPlaneApplyWave(SlipPlane p, const SlipPlaneSymbol *s, PetscInt k, PetscReal f[])
 {
   const PetscInt nz = p->grid.nz, P = p->depth_period, h = P / 2 + 1, last = s->product ? 1 : 0;
   PetscReal *u = p->column, *v = p->column + 2 * P;
@@ -374,7 +374,7 @@ PetscErrorCode SlipPlaneApply(SlipPlane p, PetscReal scale, const SlipPlaneSymbo
   PetscFunctionBegin;
   PetscCall(SlipPlaneForward(p, x));
   for (PetscInt k = 0; k < pencil->layout.columns; k++)
-    ApplyWave(p, symbol, k, pencil->by_wave + (size_t)k * 2 * p->grid.nz);
+    SlipPlaneApplyWave(p, symbol, k, pencil->by_wave + (size_t)k * 2 * p->grid.nz);
   PetscCall(SlipPlaneBackward(p, scale / (PetscReal)p->depth_period, y));
   PetscCall(LogFlops(p, symbol));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -236,7 +236,7 @@ static PetscErrorCode StageFuse(SlipStageContext *s, SlipStrike strike)
    expensive than those with K. */
 static PetscErrorCode ChooseJacobian(SlipStageContext *s, const SlipGrid *grid, PetscBool *approximate)
 {
-  PetscBool lanczos, spectral, cheap;
+  PetscBool slow, spectral, cheap;
   PetscInt choice = JACOBIAN_AUTO;
 
   PetscFunctionBegin;
@@ -246,10 +246,10 @@ static PetscErrorCode ChooseJacobian(SlipStageContext *s, const SlipGrid *grid, 
                               "viscosity, or by cost",
                               "MatSlipStageGetApproximation", Jacobians, 3, Jacobians[choice], &choice, NULL));
   PetscOptionsEnd();
-  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliplanczos", &lanczos));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)s->H, &slow, "sliplanczos", "slipwaves", ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "slipspectral", &spectral));
   if (choice == JACOBIAN_AUTO)
-    *approximate = (PetscBool)(lanczos || (spectral && grid && grid->nz > SLIP_BLOCKS_MAX));
+    *approximate = (PetscBool)(slow || (spectral && grid && grid->nz > SLIP_BLOCKS_MAX));
   else
     *approximate = (PetscBool)(choice == JACOBIAN_APPROXIMATE);
   PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliptoeplitz", &cheap));

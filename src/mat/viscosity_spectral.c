@@ -4,7 +4,9 @@
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
+#include <slipcells.h>
 #include <slipstep/private/slipmat.h>
+#include <slipstep/private/slipcells.h>
 
 typedef struct {
   Mat K; /* referenced: owns the strike engine */
@@ -19,6 +21,12 @@ typedef struct {
 /* Up to this many cells the low-rank part comes from dense eigenproblems of half the order (as fast, measured);
    beyond, or to ask for it by option, from sketches. */
 #define SLIP_SQRT_DENSE_MAX 1024
+/* Bytes that set-up takes for each cell and each cell of the longer side: blocks of three operators and the low-rank part
+   (measured at 200 x 200), and how many may be taken before Lanczos' method is used, which needs none. */
+#define SLIP_SQRT_BYTES 180.0
+#define SLIP_SQRT_MEMORY 2e9
+/* The same for three operators of nz x nz blocks at each of nx wavenumbers. */
+#define SLIP_SPECTRAL_BYTES 24.0
 /* Terms below this share of the norm are kept in single precision, whose rounding, 3e-13 of the norm, depends on how the
    rows are spread over ranks. */
 #define SLIP_SQRT_SINGLE 4e-6
@@ -222,7 +230,7 @@ static PetscErrorCode RootBlocks(SlipStrike strike, PetscReal factor, PetscReal 
 }
 
 /* factor * sqrt(scale * K) per wavenumber; H of type "slipspectral" without a low-rank part. */
-PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
+static PetscErrorCode CreateBlocks(Mat K, PetscReal factor, Mat *H)
 {
   SpectralContext *c;
   PetscReal scale;
@@ -231,8 +239,6 @@ PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
   PetscFunctionBegin;
   PetscCall(PetscNew(&c));
   PetscCall(SlipStrikeOf(K, &c->strike));
-  PetscCheck(c->strike, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_WRONG,
-             "A spectral viscosity needs a stiffness on a uniform grid; for other stiffnesses use sqrtm");
   PetscCall(PetscObjectReference((PetscObject)K));
   c->K = K;
   PetscCall(SlipGridScale(K, &scale));
@@ -251,6 +257,30 @@ PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
   PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(SpectralDestroy)));
   PetscCall(SlipShellFinish(*H, "slipspectral"));
   PetscCall(SlipGatherCreate(*H, SlipStrikePencil(c->strike), &c->gather));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The spectral viscosity, by blocks or without: the option, or blocks while they take little memory. */
+PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
+{
+  const char *const choices[] = {"auto", "blocks", "lanczos"};
+  const SlipGrid *g;
+  PetscInt choice = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGridOf(K, &g));
+  PetscCheck(g, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_WRONG,
+             "A spectral viscosity needs a stiffness on a uniform grid; for other stiffnesses use sqrtm");
+  PetscOptionsBegin(PetscObjectComm((PetscObject)K), NULL, "Viscosity by the square root per wavenumber", "Mat");
+  PetscCall(PetscOptionsEList("-mat_slipspectral_type",
+                              "A dense block per wavenumber, Lanczos' method in each product, or by size",
+                              "MatCreateSlipViscosity", choices, 3, choices[0], &choice, NULL));
+  PetscOptionsEnd();
+  if (choice == 2 ||
+      (choice == 0 && SLIP_SPECTRAL_BYTES * (PetscReal)g->nx * PetscSqr((PetscReal)g->nz) > SLIP_SQRT_MEMORY))
+    PetscCall(SlipViscosityCreate_Waves(K, factor, H));
+  else
+    PetscCall(CreateBlocks(K, factor, H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -299,11 +329,14 @@ static PetscErrorCode BroadcastCorrection(MPI_Comm comm, PetscMPIInt root, SlipL
 typedef struct {
   PetscReal tolerance; /* of products, relative to the norm */
   PetscBool dense;     /* from dense eigenproblems */
+  PetscBool lanczos;   /* no set-up at all */
 } SqrtOptions;
 
 static PetscErrorCode GetOptions(MPI_Comm comm, const SlipGrid *g, SqrtOptions *o)
 {
-  const char *const choices[] = {"auto", "dense", "sketch"};
+  const char *const choices[] = {"auto", "dense", "sketch", "lanczos"};
+  const PetscReal N = (PetscReal)g->nx * (PetscReal)g->nz,
+                  memory = SLIP_SQRT_BYTES * N * (PetscReal)PetscMax(g->nx, g->nz);
   PetscInt choice = 0;
 
   PetscFunctionBegin;
@@ -312,11 +345,13 @@ static PetscErrorCode GetOptions(MPI_Comm comm, const SlipGrid *g, SqrtOptions *
   PetscCall(PetscOptionsReal("-mat_slipsqrtm_tolerance", "Error of a product relative to the norm of the viscosity",
                              "MatCreateSlipViscosity", o->tolerance, &o->tolerance, NULL));
   PetscCall(PetscOptionsEList("-mat_slipsqrtm_setup",
-                              "Low-rank part from dense eigenproblems, random sketches, or by size",
-                              "MatCreateSlipViscosity", choices, 3, choices[0], &choice, NULL));
+                              "Low-rank part from dense eigenproblems, random sketches, none (Lanczos' method in each "
+                              "product), or by size",
+                              "MatCreateSlipViscosity", choices, 4, choices[0], &choice, NULL));
   PetscOptionsEnd();
   PetscCheck(o->tolerance >= 1e-12 && o->tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-mat_slipsqrtm_tolerance must lie in [1e-12, 1), not %g", (double)o->tolerance);
+  o->lanczos = (PetscBool)(choice == 3 || (choice == 0 && memory > SLIP_SQRT_MEMORY));
   o->dense = (PetscBool)(choice == 1 || (choice == 0 && g->nx * g->nz <= SLIP_SQRT_DENSE_MAX));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -470,12 +505,17 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
   PetscReal norm = 0, scale;
 
   PetscFunctionBegin;
-  PetscCall(SlipViscosityCreate_Spectral(K, factor, H));
+  PetscCall(SlipGridOf(K, &g));
+  PetscCall(GetOptions(PetscObjectComm((PetscObject)K), g, &o));
+  if (o.lanczos) {
+    PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
+    PetscCall(MatSlipViscositySetTolerance(*H, o.tolerance));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(CreateBlocks(K, factor, H));
   if (factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatShellGetContext(*H, &c));
   PetscCall(SlipGridScale(K, &scale));
-  SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
-  PetscCall(GetOptions(PetscObjectComm((PetscObject)K), g, &o));
   for (PetscInt parity = 0; parity < 2; parity++) c->correction[parity].n = SlipMirrorWidth(g->nx, parity) * g->nz;
   PetscCall(GetCorrection(K, c, factor, scale, &o));
   PetscCall(SpectralNorm(PetscObjectComm((PetscObject)K), c, factor, scale, &norm));

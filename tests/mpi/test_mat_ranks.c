@@ -211,10 +211,11 @@ static Mat PreconditionerOf(MPI_Comm comm, Mat B, PC *pc)
 
 static void test_preconditioner_does_not_depend_on_ranks(void **state)
 {
-  static const char *const types[] = {"dense", "fft"};
+  static const char *const types[] = {"dense", "fft", "fft"};
 
   (void)state;
   for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
+    Check(PetscOptionsSetValue(NULL, "-pc_slipstage_type", t == 2 ? "symbol" : "blocks"));
     Operators o = Create(PETSC_COMM_WORLD, &Grids[0], types[t]), serial = Create(PETSC_COMM_SELF, &Grids[0], types[t]);
     PC pc, pc_serial;
     Mat P = PreconditionerOf(PETSC_COMM_WORLD, o.B, &pc),
@@ -228,6 +229,36 @@ static void test_preconditioner_does_not_depend_on_ranks(void **state)
     Destroy(&o);
     Destroy(&serial);
   }
+  Check(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
+}
+
+/* Viscosities without set-up; rows and wavenumbers that do not divide by the ranks. Lanczos' processes end at a tolerance:
+   where rounding moves a step of theirs, products differ by 1e-10, and 1e-12 for the spectral one. */
+static void test_lean_viscosities_do_not_depend_on_ranks(void **state)
+{
+  static const struct {
+    const char *type;
+    PetscReal tolerance;
+  } rows[] = {{"toeplitz", 1e-12}, {"lanczos", 2e-10}, {"spectral", 2e-12}};
+
+  (void)state;
+  Check(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "lanczos"));
+  for (size_t g = 0; g < PETSC_STATIC_ARRAY_LENGTH(Grids); g++)
+    for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(rows); t++) {
+      Mat K, H, K_serial, H_serial;
+
+      Check(MatCreateSlipStiffness(PETSC_COMM_WORLD, &Grids[g], "fft", &K));
+      Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grids[g], "fft", &K_serial));
+      Check(MatCreateSlipViscosity(K, MASS, ZETA, rows[t].type, &H));
+      Check(MatCreateSlipViscosity(K_serial, MASS, ZETA, rows[t].type, &H_serial));
+      AssertDefaultLayout(H);
+      assert_true(DistanceToSerial(H, H_serial) < rows[t].tolerance);
+      Check(MatDestroy(&H));
+      Check(MatDestroy(&H_serial));
+      Check(MatDestroy(&K));
+      Check(MatDestroy(&K_serial));
+    }
+  Check(PetscOptionsClearValue(NULL, "-mat_slipspectral_type"));
 }
 
 /* More ranks than cells: some own nothing. */
@@ -278,6 +309,7 @@ int main(int argc, char **argv)
     cmocka_unit_test(test_transforms_do_not_depend_on_ranks),
     cmocka_unit_test(test_cache_on_ranks),
     cmocka_unit_test(test_preconditioner_does_not_depend_on_ranks),
+    cmocka_unit_test(test_lean_viscosities_do_not_depend_on_ranks),
     cmocka_unit_test(test_fewer_cells_than_ranks),
     cmocka_unit_test(test_entries_from_rank_0),
   };

@@ -163,13 +163,39 @@ static void test_iterations(void **state)
   }
 }
 
+/* The symbol instead of blocks: about as many iterations. Bounds: what was
+   measured plus two. */
+static void test_iterations_of_symbol(void **state)
+{
+  static const struct {
+    PetscReal theta, share, weakening;
+    PetscInt most;
+  } rows[] = {{0.0025, 1.0, 0.3, 4}, {0.1, 0.5, 0.3, 7}, {0.5, 1.0, 0.3, 10}, {1.5, 1.0, 0.0, 11}, {1.5, 0.9, 0.3, 17}};
+  Mat B = StageOf(50, "fft");
+
+  (void)state;
+  Check(PetscOptionsSetValue(NULL, "-pc_slipstage_type", "symbol"));
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
+    Problem *p = CreateProblem(B, rows[k].theta, rows[k].share, rows[k].weakening);
+    const PetscInt its = Solve(p, PCSLIPSTAGE);
+
+    print_message("symbol, theta %g share %g weakening %g: %d iterations\n", rows[k].theta, rows[k].share,
+                  rows[k].weakening, (int)its);
+    assert_true(its <= rows[k].most);
+    DestroyProblem(p);
+  }
+  Check(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
+  Check(MatDestroy(&B));
+}
+
 /* x'Py = y'Px and x'Px > 0, with the slope so strong that J itself is indefinite. */
 static void test_symmetric_positive_definite(void **state)
 {
-  static const char *const types[] = {"fft", "dense"};
+  static const char *const types[] = {"fft", "dense", "fft"};
 
   (void)state;
-  for (int t = 0; t < 2; t++) {
+  for (int t = 0; t < 3; t++) {
+    Check(PetscOptionsSetValue(NULL, "-pc_slipstage_type", t < 2 ? "blocks" : "symbol"));
     Mat B = StageOf(12, types[t]);
     Problem *p = CreateProblem(B, 2.0, 0.6, 30.0);
     Vec x, y, Px, Py;
@@ -204,6 +230,7 @@ static void test_symmetric_positive_definite(void **state)
     DestroyProblem(p);
     Check(MatDestroy(&B));
   }
+  Check(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
 }
 
 /* A stage operator without a grid behind it (entries from elsewhere) gets the inverse diagonal. */
@@ -243,6 +270,7 @@ int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_iterations),
+    cmocka_unit_test(test_iterations_of_symbol),
     cmocka_unit_test(test_symmetric_positive_definite),
     cmocka_unit_test(test_diagonal_without_grid),
   };

@@ -49,20 +49,10 @@ PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCe
                                                      Mat *S);
 PETSC_INTERN PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[]);
 
-/* ---- recall.c: products that are known already; zero-initialise ---- */
-#define SLIP_RECALL_MAX 32
-typedef struct {
-  PetscInt n;
-  Vec q[SLIP_RECALL_MAX], image[SLIP_RECALL_MAX]; /* the first n: orthonormal directions and their images */
-  PetscReal error[SLIP_RECALL_MAX];               /* of the images, absolute, in the 2-norm */
-} SlipRecall;
-PETSC_INTERN PetscErrorCode SlipRecallSplit(SlipRecall *r, PetscReal tolerance, Vec x, Vec y, PetscReal *size);
-PETSC_INTERN PetscErrorCode SlipRecallAdd(SlipRecall *r, Vec q, Vec image, PetscReal error);
-PETSC_INTERN PetscErrorCode SlipRecallReset(SlipRecall *r);
-PETSC_INTERN PetscErrorCode SlipRecallDestroy(SlipRecall *r);
-
 /* ---- lanczos.c ---- */
 /* Whether K is an area-weighted stiffness of cells, or hierarchical: viscosities of it are made here. */
 PETSC_INTERN PetscErrorCode SlipViscosityIsOfCells(Mat K, PetscBool *is);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Cells(Mat K, PetscReal factor, Mat *H);
+/* Square roots of the weights of S's rows, and their inverses; both NULL without weights. viscosity_cells.c */
+PETSC_INTERN PetscErrorCode SlipRootWeights(Mat S, Vec *root, Vec *inverse);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Lanczos(Mat K, PetscReal factor, Mat *H);

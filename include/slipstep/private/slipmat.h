@@ -113,6 +113,9 @@ PETSC_INTERN PetscReal SlipPlaneBytes(SlipPlane plane); /* on this process */
 PETSC_INTERN const SlipPlaneSymbol *SlipPlaneStiffness(SlipPlane plane);
 PETSC_INTERN PetscErrorCode SlipPlaneApply(SlipPlane plane, PetscReal scale, const SlipPlaneSymbol *symbol, Vec x,
                                            Vec y);
+/* f [nz] complex times depth_period * (operator of this symbol at local wavenumber k), in place; for use between
+   SlipPlaneForward() and SlipPlaneBackward() */
+PETSC_INTERN void SlipPlaneApplyWave(SlipPlane plane, const SlipPlaneSymbol *symbol, PetscInt k, PetscReal f[]);
 /* planeroot.c: functions of the full space's kernel, reflected at the free surface */
 PETSC_INTERN PetscErrorCode SlipPlaneGetRoot(SlipPlane plane, const SlipPlaneSymbol **root, const PetscReal **diagonal);
 PETSC_INTERN PetscErrorCode SlipPlaneCombine(SlipPlane plane, PetscReal identity, PetscReal stiffness, PetscReal root,
@@ -191,12 +194,30 @@ PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);
 PETSC_INTERN PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, const PetscReal x[], PetscReal y[]);
 PETSC_INTERN PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i);
 
+/* ---- increment.c: products of a solver's iterates from those of the ones before; zero-initialise ---- */
+/* y = H x with an error of at most allowed in the 2-norm, or at 0 of what the tolerance allows */
+typedef PetscErrorCode (*SlipProductFn)(void *ctx, Vec x, PetscReal allowed, Vec y);
+#define SLIP_INCREMENT_MAX 20
+typedef struct {
+  PetscInt n;
+  Vec q[SLIP_INCREMENT_MAX], image[SLIP_INCREMENT_MAX]; /* the first n: orthonormal directions and H of them */
+  PetscReal error[SLIP_INCREMENT_MAX];                  /* of the images, in the 2-norm */
+  Vec rest;
+} SlipIncrement;
+PETSC_INTERN PetscErrorCode SlipIncrementMult(SlipIncrement *c, PetscReal tolerance, SlipProductFn product, void *ctx,
+                                              Vec x, Vec y);
+PETSC_INTERN PetscErrorCode SlipIncrementReset(SlipIncrement *c);
+/* lanczos.c: c = T^(1/2) e_1 of a tridiagonal matrix (pure) */
+PETSC_INTERN PetscErrorCode SlipRootOfTridiagonal(PetscInt m, const PetscReal alpha[], const PetscReal beta[],
+                                                  PetscReal c[], PetscReal *lowest);
+
 /* Up to this many cells in depth a block per wavenumber is faster than transforms (measured). */
 #define SLIP_BLOCKS_MAX 60
 
 /* ---- types of stiffness and viscosity that are not MATDENSE ---- */
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H);
 /* The two parts of a "slipspectral" viscosity, for the stage operator. */

@@ -1,0 +1,89 @@
+/* Whole runs with exact and with approximate Jacobians end alike, on all ranks as on one, whatever solves the linear
+   systems. */
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+#include <math.h>
+
+/* The final mean slip [m] of 20 constant steps through the rupture; options are set for this run alone. */
+static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *const options[], PetscInt *steps,
+                          PetscReal *slip)
+{
+  SlipFault fault;
+  SlipFaultObservables obs;
+  TSAdapt adapt;
+  TS ts;
+  Vec w;
+
+  PetscFunctionBegin;
+  for (int i = 0; options[i]; i += 2) PetscCall(PetscOptionsSetValue(NULL, options[i], options[i + 1]));
+  PetscCall(SlipFaultCreate(comm, &fault));
+  PetscCall(SlipFaultSetReal(fault, "nx", 11));
+  PetscCall(SlipFaultSetReal(fault, "nz", 9));
+  PetscCall(SlipFaultSetString(fault, "operator", operator));
+  PetscCall(SlipFaultSetUp(fault));
+  PetscCall(SlipFaultCreateState(fault, &w));
+  PetscCall(SlipFaultSetInitialState(fault, w));
+  PetscCall(TSCreate(comm, &ts));
+  PetscCall(SlipFaultConfigureTS(fault, ts));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
+  PetscCall(TSSetTimeStep(ts, 0.75));
+  PetscCall(TSSetMaxTime(ts, 15));
+  PetscCall(TSSetFromOptions(ts));
+  PetscCall(TSSolve(ts, w));
+  PetscCall(TSGetStepNumber(ts, steps));
+  PetscCall(SlipFaultGetObservables(fault, w, NULL, &obs));
+  *slip = obs.mean_slip;
+  for (int i = 0; options[i]; i += 2) PetscCall(PetscOptionsClearValue(NULL, options[i]));
+  PetscCall(SlipFaultDestroy(&fault));
+  PetscCall(VecDestroy(&w));
+  PetscCall(TSDestroy(&ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How a run is compared with the one of dense matrices on one rank, and to what. */
+static const struct {
+  const char *operator, * const options[9];
+  PetscReal tolerance;
+} Rows[] = {
+  /* solves end at residuals of rounding: 1e-9, the figure for rank counts */
+  {"dense", {NULL}, 1e-9},
+  {"dense", {"-mat_slipstage_jacobian", "approximate", NULL}, 1e-9},
+  {"dense", {"-mat_slipstage_jacobian", "approximate", "-pc_slipstage_type", "symbol", NULL}, 1e-9},
+  /* the exact root of transforms is good to 1e-10 of its norm */
+  {"fft", {"-mat_slipstage_jacobian", "exact", NULL}, 1e-8},
+  {"fft", {"-mat_slipstage_jacobian", "approximate", "-mat_slipfft_depth", "transform", NULL}, 1e-8},
+  {"fft", {"-mat_slipsqrtm_setup", "lanczos", "-pc_slipstage_type", "symbol", NULL}, 1e-8},
+  {"fft", {"-mat_slipsqrtm_setup", "lanczos", "-pc_type", "jacobi", NULL}, 1e-8},
+  {"fft", {"-mat_slipsqrtm_setup", "lanczos", "-pc_slipstage_type", "symbol", "-ksp_type", "minres", NULL}, 1e-8},
+  {"fft", {"-mat_slipstage_jacobian", "exact", "-pc_type", "none", NULL}, 1e-8},
+};
+
+static PetscErrorCode Test(void)
+{
+  static const char *const none[] = {NULL};
+  PetscReal reference, slip;
+  PetscInt reference_steps, steps;
+
+  PetscFunctionBegin;
+  PetscCall(Run(PETSC_COMM_SELF, "dense", none, &reference_steps, &reference));
+  PetscCheck(reference > 0.1, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault hardly slipped");
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Rows); k++) {
+    PetscCall(Run(PETSC_COMM_WORLD, Rows[k].operator, Rows[k].options, &steps, &slip));
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s %s %s: %g\n", Rows[k].operator,
+                          Rows[k].options[0] ? Rows[k].options[0] : "", Rows[k].options[0] ? Rows[k].options[1] : "",
+                          fabs(slip / reference - 1)));
+    PetscCheck(steps == reference_steps, PETSC_COMM_SELF, PETSC_ERR_PLIB, "row %d: %d steps, not %d", (int)k,
+               (int)steps, (int)reference_steps);
+    PetscCheck(fabs(slip - reference) <= Rows[k].tolerance * reference, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "row %d: final slip %.15g, not %.15g", (int)k, (double)slip, (double)reference);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  PetscCallAbort(PETSC_COMM_WORLD, Test());
+  return PetscFinalize();
+}
