@@ -18,17 +18,14 @@ PetscErrorCode SlipIncrementReset(SlipIncrement *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether the last product helps; *change is |x - x0|, dx = x - x0. */
-static PetscErrorCode NearLast(SlipIncrement *c, Vec x, PetscBool *near, PetscReal *change)
+/* Whether the last product helps for an x of this size; *change is |x - x0|, dx = x - x0. */
+static PetscErrorCode NearLast(SlipIncrement *c, Vec x, PetscReal size, PetscBool *near, PetscReal *change)
 {
-  PetscReal size;
-
   PetscFunctionBegin;
   *near = PETSC_FALSE;
   if (!c->x) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecWAXPY(c->dx, -1, c->x, x));
   PetscCall(VecNorm(c->dx, NORM_2, change));
-  PetscCall(VecNorm(x, NORM_2, &size));
   *near = (PetscBool)(*change == 0 || (*change < 0.5 * size && c->count < SLIP_INCREMENTS));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -36,11 +33,16 @@ static PetscErrorCode NearLast(SlipIncrement *c, Vec x, PetscBool *near, PetscRe
 /* y = H x with an error of tolerance |H x|. Collective. */
 PetscErrorCode SlipIncrementMult(SlipIncrement *c, PetscReal tolerance, SlipProductFn product, void *ctx, Vec x, Vec y)
 {
-  PetscReal change = 0;
+  PetscReal change = 0, size;
   PetscBool near;
 
   PetscFunctionBegin;
-  PetscCall(NearLast(c, x, &near, &change));
+  PetscCall(VecNorm(x, NORM_2, &size));
+  if (size == 0) { /* as solvers ask for at their start: forgets nothing */
+    PetscCall(VecZeroEntries(y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(NearLast(c, x, size, &near, &change));
   if (near && change > 0) {
     PetscCall((*product)(ctx, c->dx, tolerance * c->size / SLIP_INCREMENTS, y));
     PetscCall(VecAXPY(c->y, 1, y));

@@ -18,6 +18,7 @@ typedef struct {
   SlipGather gather;
   PetscReal tolerance;     /* of the exact root; 0 without a low-rank part */
   SlipIncrement increment; /* with one */
+  Vec diagonal;            /* NULL until asked for: it reads the whole low-rank part against its grain */
 } SpectralContext;
 
 /* Up to this many cells the low-rank part comes from dense eigenproblems of half the order (as fast, measured);
@@ -163,6 +164,10 @@ static PetscErrorCode SpectralGetDiagonal(Mat H, Vec d)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &c));
+  if (c->diagonal) {
+    PetscCall(VecCopy(c->diagonal, d));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
   RowsOf(c, &start, &rows);
   PetscCall(PetscMalloc1(g->nz, &sum));
@@ -172,6 +177,8 @@ static PetscErrorCode SpectralGetDiagonal(Mat H, Vec d)
       c->y[iz * g->nx + ix] = sum[start + iz] + CorrectionDiagonal(c, g->nx, ix, iz);
   PetscCall(PetscFree(sum));
   PetscCall(SlipGatherPut(&c->gather, c->y, d));
+  PetscCall(VecDuplicate(d, &c->diagonal));
+  PetscCall(VecCopy(d, c->diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -188,6 +195,7 @@ static PetscErrorCode SpectralDestroy(Mat H)
   PetscCall(PetscFree3(c->half_x, c->half_y, c->y));
   PetscCall(SlipGatherDestroy(&c->gather));
   PetscCall(SlipIncrementReset(&c->increment));
+  PetscCall(VecDestroy(&c->diagonal));
   PetscCall(MatDestroy(&c->K));
   PetscCall(PetscFree(c));
   PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_slipspectral_dense_C", NULL));
