@@ -137,9 +137,13 @@ PetscErrorCode SlipIncrementMult(SlipIncrement *c, PetscReal tolerance, SlipProd
   PetscReal whole, norm, size;
 
   PetscFunctionBegin;
+  PetscCall(VecNorm(x, NORM_2, &whole));
+  if (whole == 0) { /* as solvers ask for at their start: forgets nothing */
+    PetscCall(VecZeroEntries(y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (!c->rest) PetscCall(VecDuplicate(x, &c->rest));
   PetscCall(Split(c, tolerance, x, y, &size));
-  PetscCall(VecNorm(x, NORM_2, &whole));
   PetscCall(VecNorm(c->rest, NORM_2, &norm));
   if (norm <= SLIP_INCREMENT_REST * tolerance * whole) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Compute(c, tolerance, SLIP_INCREMENT_NEW * tolerance * size, norm, product, ctx));
