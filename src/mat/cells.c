@@ -270,6 +270,7 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes);
   PetscInt k;
   PetscBool match = PETSC_FALSE, automatic;
+  const char *asked = type;
 
   PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
@@ -277,7 +278,6 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   PetscCheck(tolerance > 0 && tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Tolerance of hierarchical storage must lie in (0, 1), not %g", (double)tolerance);
   PetscCall(PetscStrcmp(type, "auto", &match));
-  automatic = match;
   if (match) type = cells->n > SLIP_CELLS_DENSE_MAX ? "hmat" : "dense";
   for (k = 0; k < ntypes; k++) {
     PetscCall(PetscStrcmp(type, SlipCellTypes[k].name, &match));
@@ -289,6 +289,7 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   PetscCall(SlipCellTypes[k].create(comm, cells, tolerance, S));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipLogProducts(*S, SLIP_StiffnessMult));
+  PetscCall(PetscStrcmp(asked, "auto", &automatic));
   if (automatic)
     PetscCall(SlipNote(*S, "SlipWhy", "auto: %s %d cells", cells->n > SLIP_CELLS_DENSE_MAX ? "more than" : "at most",
                        SLIP_CELLS_DENSE_MAX));

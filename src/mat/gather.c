@@ -79,11 +79,3 @@ PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y)
   PetscCall(VecRestoreArrayWrite(y, &py));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-PetscReal SlipGatherBytes(const SlipGather *g)
-{
-  PetscInt n = 0;
-
-  if (g->all) (void)VecGetLocalSize(g->all, &n);
-  return (PetscReal)sizeof(PetscReal) * (PetscReal)n;
-}

@@ -34,6 +34,18 @@ struct _n_SlipPlane {
   Vec rows;
 };
 
+/* Of a product: real transforms along strike and complex ones in depth, forth and back, and the symbols. */
+static PetscErrorCode LogFlops(SlipPlane p)
+{
+  const PetscLogDouble P = (PetscLogDouble)p->period, Q = (PetscLogDouble)p->depth_period;
+  const PetscLogDouble rows = (PetscLogDouble)p->pencil->layout.rows, waves = (PetscLogDouble)p->pencil->layout.columns;
+
+  PetscFunctionBegin;
+  PetscCall(PetscLogFlops(5 * rows * P * PetscLog2Real(P) +
+                          waves * Q * (10 * p->fields * PetscLog2Real(Q) + (p->fields == 2 ? 16 : 2))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The three kernels at every distance along strike for depth index r (z - z' = r b, s = 2 top + (r + 1) b), [nk][3]. */
 static void KernelRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[])
 {
@@ -202,14 +214,6 @@ PetscErrorCode SlipPlaneDestroy(SlipPlane *plane)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscReal SlipPlaneBytes(SlipPlane p)
-{
-  const PetscReal h = (PetscReal)(p->depth_period / 2 + 1), waves = (PetscReal)p->pencil->layout.columns;
-
-  return (PetscReal)sizeof(PetscReal) * (waves * h * (p->fields == 2 ? 5 : 1) + 2 * p->fields * p->depth_period) +
-         SlipPencilBytes(p->pencil);
-}
-
 /* In place on n pairs (k, -k) of u: u(k) = T u(k) + A(k) u(-k), A(-k) the conjugate of A(k). */
 static void MultiplyFirst(PetscInt P, const PetscReal T[], const PetscReal A[], PetscReal u[])
 {
@@ -285,18 +289,6 @@ static void ApplyRows(SlipPlane p, PetscReal scale, const PetscReal x[], PetscRe
   SlipPencilBackward(pencil, scale / (PetscReal)p->depth_period, y);
 }
 
-/* Of a product: real transforms along strike and complex ones in depth, forth and back, and the symbols. */
-static PetscErrorCode LogFlops(SlipPlane p)
-{
-  const PetscLogDouble P = (PetscLogDouble)p->period, Q = (PetscLogDouble)p->depth_period;
-  const PetscLogDouble rows = (PetscLogDouble)p->pencil->layout.rows, waves = (PetscLogDouble)p->pencil->layout.columns;
-
-  PetscFunctionBegin;
-  PetscCall(PetscLogFlops(5 * rows * P * PetscLog2Real(P) +
-                          waves * Q * (10 * p->fields * PetscLog2Real(Q) + (p->fields == 2 ? 16 : 2))));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* y = scale * K x */
 PetscErrorCode SlipPlaneApply(SlipPlane p, PetscReal scale, Vec x, Vec y)
 {
@@ -321,4 +313,13 @@ PetscErrorCode SlipPlaneApply(SlipPlane p, PetscReal scale, Vec x, Vec y)
   PetscCall(VecRestoreArrayWrite(y, &py));
   PetscCall(VecRestoreArrayRead(x, &px));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On this process. */
+PetscReal SlipPlaneBytes(SlipPlane p)
+{
+  const PetscReal h = (PetscReal)(p->depth_period / 2 + 1), waves = (PetscReal)p->pencil->layout.columns;
+
+  return (PetscReal)sizeof(PetscReal) * (waves * h * (p->fields == 2 ? 5 : 1) + 2 * p->fields * p->depth_period) +
+         SlipPencilBytes(p->pencil);
 }

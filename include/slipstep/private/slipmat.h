@@ -104,7 +104,6 @@ PETSC_INTERN PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscRea
 typedef struct _n_SlipPlane *SlipPlane;
 PETSC_INTERN PetscErrorCode SlipPlaneCreate(Mat K, const SlipGrid *grid, SlipPlane *plane);
 PETSC_INTERN PetscErrorCode SlipPlaneDestroy(SlipPlane *plane);
-PETSC_INTERN PetscReal SlipPlaneBytes(SlipPlane plane); /* on this process */
 PETSC_INTERN PetscErrorCode SlipPlaneApply(SlipPlane plane, PetscReal scale, Vec x, Vec y);
 
 /* ---- gather.c: the whole of a distributed vector on every rank, or a pencil's rows of it ---- */
@@ -114,12 +113,15 @@ typedef struct {
   PetscBool rows; /* of a pencil only */
   PetscInt N, start, end;
 } SlipGather;
-PETSC_INTERN PetscReal SlipGatherBytes(const SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipPencil pencil, SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y);
 PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array);
 PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array);
+
+/* ---- what views ask of them, on this process [bytes] ---- */
+PETSC_INTERN PetscReal SlipPlaneBytes(SlipPlane plane);
+PETSC_INTERN PetscReal SlipGatherBytes(const SlipGather *g);
 
 /* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', ordered by falling |lambda|; zero-initialise ---- */
 typedef struct {
