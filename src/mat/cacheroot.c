@@ -107,9 +107,10 @@ static PetscErrorCode KeyOf(Mat K, char key[], size_t len, PetscReal *unit)
   PetscCall(FirstEntry(K, &now));
   *unit = PetscSqrtReal(now / ((Fingerprint *)pointer)->first);
   PetscCall(MatGetSize(K, &N, NULL));
-  (void)snprintf(
-    key, len, "version 2, dense root, rows %lld, fingerprint of the entries %016llx, first entry %.17g Pa/m",
-    (long long)N, (unsigned long long)((Fingerprint *)pointer)->hash, (double)((Fingerprint *)pointer)->first);
+  (void)snprintf(key, len,
+                 "version %d, dense root, rows %lld, fingerprint of the entries %016llx, first entry %.17g Pa/m",
+                 SLIP_CACHE_VERSION, (long long)N, (unsigned long long)((Fingerprint *)pointer)->hash,
+                 (double)((Fingerprint *)pointer)->first);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -362,14 +362,13 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes);
   PetscInt k;
   PetscBool match = PETSC_FALSE, automatic;
+  const char *asked = type;
 
   PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipCellsCheck(comm, cells, "cells"));
   PetscCheck(tolerance > 0 && tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Tolerance of hierarchical storage must lie in (0, 1), not %g", (double)tolerance);
-  PetscCall(PetscStrcmp(type, "auto", &match));
-  automatic = match;
   PetscCall(ChooseType(cells, &type));
   for (k = 0; k < ntypes; k++) {
     PetscCall(PetscStrcmp(type, SlipCellTypes[k].name, &match));
@@ -381,6 +380,7 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   PetscCall(SlipCellTypes[k].create(comm, cells, tolerance, S));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipLogProducts(*S, SLIP_StiffnessMult));
+  PetscCall(PetscStrcmp(asked, "auto", &automatic));
   if (automatic)
     PetscCall(SlipNote(*S, "SlipWhy", "auto: %s %d cells", cells->n > SLIP_CELLS_DENSE_MAX ? "more than" : "at most",
                        SLIP_CELLS_DENSE_MAX));

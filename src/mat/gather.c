@@ -94,14 +94,6 @@ PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscReal SlipGatherBytes(const SlipGather *g)
-{
-  PetscInt n = 0;
-
-  if (g->all) (void)VecGetLocalSize(g->all, &n);
-  return (PetscReal)sizeof(PetscReal) * (PetscReal)n;
-}
-
 /* y := the sum of all processes' arrays [N]. Collective. */
 PetscErrorCode SlipGatherSum(SlipGather *g, const PetscReal array[], Vec y)
 {

@@ -19,6 +19,15 @@ PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *i
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of a gather on this process. */
+PetscReal SlipGatherBytes(const SlipGather *g)
+{
+  PetscInt n = 0;
+
+  if (g->all) (void)VecGetLocalSize(g->all, &n);
+  return (PetscReal)sizeof(PetscReal) * (PetscReal)n;
+}
+
 /*@
   MatSlipGetMemory - the memory that a matrix holds, most on one process and on all together
 

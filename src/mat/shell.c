@@ -49,7 +49,7 @@ PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...)
   (void)vsnprintf(text, sizeof(text), format, args);
   va_end(args);
   PetscCall(PetscStrallocpy(text, &copy));
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)A), &container));
+  PetscCall(PetscContainerCreate(PETSC_COMM_SELF, &container)); /* one rank may have more to tell than others */
   PetscCall(PetscContainerSetPointer(container, copy));
   PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
   PetscCall(PetscObjectCompose((PetscObject)A, name, (PetscObject)container));

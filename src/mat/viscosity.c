@@ -73,6 +73,8 @@ static PetscErrorCode ViscosityCreate_SqrtmDense(Mat K, PetscReal factor, Mat *H
     result[1] = (PetscReal)info;
   }
   PetscCallMPI(MPI_Bcast(result, 2, MPIU_REAL, 0, comm));
+  if (!found && result[1] == 0 && result[0] > 0) PetscCall(SlipCacheSaveRoot(K, root));
+  for (size_t k = 0; !rank && k < (size_t)N * N; k++) root[k] *= factor;
   PetscCheck(result[1] == 0, comm, PETSC_ERR_LIB, "Eigenvalues of the stiffness did not converge (LAPACK info %g)",
              (double)result[1]);
   PetscCheck(result[0] > 0, comm, PETSC_ERR_ARG_WRONG,

@@ -65,6 +65,16 @@ rmdir "$name" && cp good "$name"
 same "$(slip "${run[@]}")" "$("${run[@]}" -ts_max_time 1 | awk '/final mean slip/{print $4}')" 1e-9 "a changed stiffness"
 [ "$(files)" = 2 ] || fail "a changed stiffness: $(files) files, expected 2"
 
+# Two ranks write.
+for kind in fft dense; do
+  rm -rf cache && mkdir cache
+  run=("$fault" -fault_operator $kind -fault_nx 44 -fault_nz 38)
+  first=$(slip mpirun --oversubscribe -n 2 "${run[@]}" -fault_view)
+  [ "$(files)" = 1 ] && [ ! -s messages ] || fail "$kind on two ranks: $(files) files, messages: $(cat messages)"
+  same "$first" "$(slip mpirun --oversubscribe -n 2 "${run[@]}")" 0 "$kind, written and read on two ranks"
+  same "$first" "$(slip "${run[@]}")" 1e-9 "$kind, written on two ranks, read on one"
+done
+
 # Four at once.
 rm -rf cache && mkdir cache
 run=("$fault" -fault_operator dense -fault_nx 44 -fault_nz 38 -ts_max_time 1 -fault_cache_dir cache)

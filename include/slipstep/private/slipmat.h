@@ -109,7 +109,7 @@ typedef struct {
   PetscReal *hankel, *product; /* the same, complex */
 } SlipPlaneSymbol;
 PETSC_INTERN PetscErrorCode SlipPlaneOf(Mat K, SlipPlane *plane); /* borrowed from K; NULL without a grid */
-PETSC_INTERN PetscReal SlipPlaneBytes(SlipPlane plane); /* on this process */
+PETSC_INTERN PetscReal SlipPlaneBytes(SlipPlane plane);           /* on this process */
 PETSC_INTERN const SlipPlaneSymbol *SlipPlaneStiffness(SlipPlane plane);
 PETSC_INTERN PetscErrorCode SlipPlaneApply(SlipPlane plane, PetscReal scale, const SlipPlaneSymbol *symbol, Vec x,
                                            Vec y);
@@ -133,7 +133,6 @@ typedef struct {
   MPI_Comm comm;
   PetscMPIInt *counts; /* rows of each rank; NULL on one */
 } SlipGather;
-PETSC_INTERN PetscReal SlipGatherBytes(const SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipPencil pencil, SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y);
 PETSC_INTERN PetscErrorCode SlipGatherSum(SlipGather *g, const PetscReal array[], Vec y);
@@ -146,6 +145,9 @@ typedef struct _n_SlipSchwarz *SlipSchwarz;
 PETSC_INTERN PetscErrorCode SlipSchwarzOf(Mat K, SlipSchwarz *schwarz); /* borrowed from K; NULL without cells */
 PETSC_INTERN void SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope, PetscReal limit);
 PETSC_INTERN PetscErrorCode SlipSchwarzApply(SlipSchwarz s, Vec x); /* in place */
+
+/* ---- what views ask of them, on this process [bytes] ---- */
+PETSC_INTERN PetscReal SlipGatherBytes(const SlipGather *g);
 
 /* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', ordered by falling |lambda|; zero-initialise ---- */
 typedef struct {

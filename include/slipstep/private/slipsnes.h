@@ -10,13 +10,13 @@ struct _p_SlipConstraint {
   Vec x;     /* layout of the reduced unknowns, also work */
 
   /* one stage */
-  PetscReal omega;   /* weight of the reaction */
-  PetscReal scale;   /* characteristic traction by which residuals are divided */
-  Vec r;             /* reaction of the last solve */
-  PetscReal resnorm; /* relative residual of the last solve */
-  PetscInt worst;    /* global index of the element with the largest residual of the last solve */
+  PetscReal omega;        /* weight of the reaction */
+  PetscReal scale;        /* characteristic traction by which residuals are divided */
+  Vec r;                  /* reaction of the last solve */
+  PetscReal resnorm;      /* relative residual of the last solve */
+  PetscInt worst;         /* global index of the element with the largest residual of the last solve */
   const PetscInt *number; /* what users call the element of each global index, borrowed from the problem; NULL: that */
-  Mat B;             /* dG/dx at the last point, borrowed from the problem */
+  Mat B;                  /* dG/dx at the last point, borrowed from the problem */
 
   /* at the last point evaluated */
   Vec g, q, dq, F, mask, slope;
