@@ -135,9 +135,9 @@ def heat_figure(study, treatment, columns, title):
 
 
 def figure_ratios(study, treatment):
-    columns = [("heuristic/rl, wall time", ratio_to("heuristic", "wall_min"), "RdBu", 0),
+    columns = [("heuristic/rl, processor time", ratio_to("heuristic", "cpu"), "RdBu", 0),
                ("heuristic/rl, solves", ratio_to("heuristic", "solves"), "RdBu", 0),
-               ("pi/rl, wall time", ratio_to("pi", "wall_min"), "RdBu", 0), ("pi/rl, solves", ratio_to("pi", "solves"), "RdBu", 0)]
+               ("pi/rl, processor time", ratio_to("pi", "cpu"), "RdBu", 0), ("pi/rl, solves", ratio_to("pi", "solves"), "RdBu", 0)]
     return heat_figure(study, treatment, columns, f"Cost ratios at the reference tolerance, {treatment[0]} estimate, {treatment[1]} "
                        "reaction; their errors are in the figure of errors")
 
@@ -152,10 +152,10 @@ def figure_errors(study, treatment):
 # ---- one fault in detail ----
 
 def detail_runs(study, size, mesh, treatment=DEFAULT):
-    """(label, colour, cell) of a few policies, heuristic and pi."""
+    """(label, colour, cell) of a few policies and of the classical controllers."""
     case = {"problem": "fault", "size_km": size, "mesh": mesh, "error": treatment[0], "reaction": treatment[1]}
     runs = [(name, colour, study.one(policy=name, **case)) for colour, name in zip(BLUES, shown_policies(study, "fault")[:4])]
-    runs += [(name, COLOURS[name], study.one(controller=name, tolerance=1.0, **case)) for name in ("heuristic", "pi")]
+    runs += [(name, COLOURS[name], study.one(controller=name, tolerance=1.0, **case)) for name in ("heuristic", "pi", "dsp")]
     return [run for run in runs if run[2] is not None]
 
 
@@ -178,11 +178,13 @@ def figure_steps(study):
     rows = max((len(runs) + 1) // 2, 1)
     canvas, panels = plt.subplots(rows, 2, figsize=(10, 2.2 * rows + 0.4), layout="constrained", sharex=True, sharey=True, squeeze=False)
     for axes in panels.flat[len(runs):]:
-        empty(axes, "" if runs else "no runs")
+        axes.set_axis_off()
+    if not runs:
+        panels[0, 0].text(0.5, 0.5, "no runs", ha="center", transform=panels[0, 0].transAxes)
     for axes, (label, colour, cell) in zip(panels.flat, runs):
         draw_attempts(axes, cell, colour)
-        axes.set_title(f"{label}: {cell['accepted']} accepted, {cell['rejected']} rejected, of these {cell['failures']} not converged",
-                       fontsize=9)
+        axes.set_title(f"{label}: {cell['accepted']} accepted, {cell['rejected']} rejected, {cell['failures']} not converged",
+                       fontsize=8)
     for axes in panels[:, 0]:
         axes.set_ylabel("step (s)")
     for axes in panels[-1]:
@@ -321,9 +323,9 @@ def figure_precision_small(study):
 # ---- transfer ----
 
 def transfers(study):
-    """(transferred policy, the one it began from): the name of the first is that of the second and what it was transferred to."""
-    names = study.policies("fault")
-    return [(name, base) for name in names for base in names if name.startswith(base + "_")]
+    """(transferred policy, the one of a sweep that it began from): its name is that one's and what it was transferred to."""
+    swept = [name for members in study.sweeps().values() for name in members.values()]
+    return [(name, base) for name in study.policies("fault") for base in swept if name.startswith(base + "_")]
 
 
 def figure_transfer(study):

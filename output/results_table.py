@@ -61,9 +61,16 @@ def classical(study, case):
     return [cell for cell in study.cells if cell.case == case and not cell.learned]
 
 
+def tolerances(cells, controller):
+    """How many tolerances a controller ran with."""
+    return len({cell["tolerance"] for cell in cells if cell["controller"] == controller})
+
+
 def swept(study, case):
-    """Was a sweep of tolerances made? Without one there is no saying what equal accuracy costs."""
-    return len({cell["tolerance"] for cell in classical(study, case) if not cell["steps"]}) >= 4
+    """Was each controller that has a sweep anywhere swept here? Without that there is no saying what equal accuracy costs."""
+    cases = {cell.case for cell in study.cells}
+    wanted = [name for name in ("heuristic", "pi", "dsp", "basic") if any(tolerances(classical(study, other), name) >= 4 for other in cases)]
+    return bool(wanted) and all(tolerances(classical(study, case), name) >= 4 for name in wanted)
 
 
 def advantage(study, cell, measure):
@@ -168,7 +175,7 @@ def ratios(study, cells, controller, quantity):
                           error=cell["error"], reaction=cell["reaction"])
         if cell.converged and other is not None and other.converged:
             out.append(other[quantity] / cell[quantity])
-    return out
+    return [ratio for ratio in out if np.isfinite(ratio)]
 
 
 def spread(values):
@@ -187,12 +194,12 @@ def published(study):
             same = treatment == PUBLISHED
             rows.append([f"{size:g} km", ", ".join(treatment), f"{len(done)} of {len(cells)}",
                          spread(ratios(study, cells, "heuristic", "attempts")), spread(ratios(study, cells, "heuristic", "solves")),
-                         spread(ratios(study, cells, "heuristic", "wall_min")),
+                         spread(ratios(study, cells, "heuristic", "cpu")),
                          " ".join(f"({text})" if k else text for k, text in enumerate(STUDY_RATIOS.get(size, (NO,)))) if same else NO,
-                         spread(ratios(study, cells, "pi", "wall_min")), STUDY_PI if same and size == 3.0 else NO,
+                         spread(ratios(study, cells, "pi", "cpu")), STUDY_PI if same and size == 3.0 else NO,
                          percent(float(np.mean([cell.error() for cell in done]))) if done else NO,
                          STUDY_ERRORS.get(size, NO) if same else NO])
-    return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, attempts", "heuristic/rl, solves", "heuristic/rl, wall time", "study", "pi/rl, wall time",
+    return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, attempts", "heuristic/rl, solves", "heuristic/rl, processor time", "study", "pi/rl, processor time",
                      "study", "slip error of rl", "study"], rows)
 
 
@@ -238,7 +245,7 @@ def small(study):
         for treatment in (DEFAULT, PUBLISHED):
             cells = [c for c in study.select(problem=problem, error=treatment[0], reaction=treatment[1])
                      if c.learned or (c["tolerance"] == 1 and c["controller"] in ("pi", "heuristic", "dsp"))]
-            slowest = max((c["wall_min"] for c in cells if c.converged), default=np.nan)
+            slowest = max((c["cpu"] for c in cells if c.converged), default=np.nan)
             for cell in cells:
                 key = cell.get("policy_algorithm") if cell.learned else cell["controller"]
                 runtime, error = theirs.get(key, (NO, NO)) if treatment == PUBLISHED else (NO, NO)
@@ -248,8 +255,8 @@ def small(study):
                 scale = "" if problem == "sliding_mode" else " %"
                 value = cell["l2_error"] * (100 if scale else 1)
                 rows.append([problem, ", ".join(treatment), f"`{cell.name}`" if cell.learned else cell.name, cell["solves"],
-                             number(cell["wall_min"] / slowest, 2), runtime, number(value, 2) + scale, error])
-    return markdown(["problem", "estimate, reaction", "controller", "solves", "run time / slowest", "study", "L2 error", "study"], rows)
+                             number(cell["cpu"] / slowest, 2), runtime, number(value, 2) + scale, error])
+    return markdown(["problem", "estimate, reaction", "controller", "solves", "processor time / slowest", "study", "L2 error", "study"], rows)
 
 
 def cost(study):
@@ -260,9 +267,9 @@ def cost(study):
             if cell.case == case:
                 rows.append([case.replace("_", " "), f"`{cell.name}`" if cell.learned else cell.name, cell["solves"],
                              number(cell["newton_iterations"] / cell["solves"], 2), number(cell["linear_iterations"] / cell["solves"], 2),
-                             number(1e3 * cell["wall"] / cell["solves"], 2), number(cell["wall"], 2),
+                             number(1e3 * cell["cpu"] / cell["solves"], 2), number(cell["wall"], 2),
                              number(cell["wall_min"], 2) + " to " + number(cell["wall_max"], 2)])
-    return markdown(["case", "controller", "solves", "Newton iterations a solve", "linear iterations a solve", "wall time a solve (ms)",
+    return markdown(["case", "controller", "solves", "Newton iterations a solve", "linear iterations a solve", "processor time a solve (ms)",
                      "wall time (s, median)", "range"], rows)
 
 

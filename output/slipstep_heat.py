@@ -37,7 +37,7 @@ def ratio_to(controller, quantity):
     """How many times more of a quantity a classical controller takes; nan when it did not converge or is missing."""
     def value(cell, find):
         other = find(controller)
-        return other[quantity] / cell[quantity] if other is not None and other.converged and cell[quantity] else np.nan
+        return other[quantity] / cell[quantity] if other is not None and other.converged and cell[quantity] > 0 else np.nan
     return value
 
 

@@ -34,6 +34,7 @@ class Cell:
         self.study, self.path, self.attributes = study, path, attributes
         if attributes.get("accuracy", 0) > 0:  # a policy with a dial counts as one policy for each of its settings
             attributes["policy"] += f"@{attributes['accuracy']:g}"
+        attributes.setdefault("cpu", np.nan)
         if "accepted" in attributes:
             attributes["attempts"] = attributes["accepted"] + attributes["rejected"]
 

@@ -127,6 +127,7 @@ typedef struct {
   PetscReal final, final_error, max_error, l2_error, rate_error; /* NaN where unknown */
   PetscInt runs;
   PetscReal wall, wall_min, wall_max, wall_setup; /* median over the runs, and their range [s] */
+  PetscReal cpu;                                  /* least processor time of a run, all its processes together [s] */
   EvaluateTable series, steps, profile;
 } EvaluateResult;
 PETSC_INTERN PetscErrorCode EvaluateRunCell(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c, void *model,

@@ -227,9 +227,11 @@ static PetscErrorCode WriteResult(SlipH5 *h, const char path[], const EvaluateRe
   const struct {
     const char *name;
     PetscReal value;
-  } numbers[] = {{"final", r->final},       {"final_error", r->final_error}, {"max_error", r->max_error},
-                 {"l2_error", r->l2_error}, {"rate_error", r->rate_error},   {"wall", r->wall},
-                 {"wall_min", r->wall_min}, {"wall_max", r->wall_max},       {"wall_setup", r->wall_setup}};
+  } numbers[] = {{"final", r->final},           {"final_error", r->final_error},
+                 {"max_error", r->max_error},   {"l2_error", r->l2_error},
+                 {"rate_error", r->rate_error}, {"wall", r->wall},
+                 {"wall_min", r->wall_min},     {"wall_max", r->wall_max},
+                 {"wall_setup", r->wall_setup}, {"cpu", r->cpu}};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(counts); i++)

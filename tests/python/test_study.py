@@ -31,7 +31,7 @@ def write_cell(file, name, controller, solves, error, treatment=("embedded", "tr
         "tolerance": tolerance, "steps": 0, "converged": converged, "accepted": solves, "rejected": 0, "solves": solves,
         "newton_iterations": 3 * solves, "linear_iterations": 9 * solves, "failures": 0, "guarded": guarded, "repetitions": 1,
         "final": 0.24 * (1 + error), "final_error": error, "max_error": max_error, "l2_error": max_error, "rate_error": max_error,
-        "wall": 0.01 * solves, "wall_min": 0.01 * solves, "wall_max": 0.01 * solves, "wall_setup": 0.1,
+        "wall": 0.01 * solves, "wall_min": 0.01 * solves, "wall_max": 0.01 * solves, "wall_setup": 0.1, "cpu": 0.01 * solves,
         "reason": "" if converged else "did not converge"})
     if policy:
         group.attrs.update({"policy": policy, "policy_hash": "0", "policy_algorithm": "tqc", "policy_alpha": alpha, "policy_file": policy})
