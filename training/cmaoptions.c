@@ -97,6 +97,9 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
   } row[] = {
     {"-train_sigma", "First step length of CMA-ES, in weights", &o->sigma, 0.1, 1e-6},
     {"-train_minutes", "Wall time after which training ends [min], 0: no limit", &o->minutes, 0, 0},
+    {"-train_within",
+     "Share of validation runs, of each kind, that shall keep the dial: it is moved for that, 0: as trained",
+     &o->within, 0.96, 0},
     {"-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, 1e-2, 1e-12},
     {"-train_dt_max", "Longest step the policy can choose [T*]", &o->dt_max, 1e2, 1e-12},
     {"-train_dial_low", "Lowest position of the accuracy dial", &o->low, TSADAPTRL_ACCURACY_MIN,
