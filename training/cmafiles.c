@@ -25,7 +25,7 @@ static PetscErrorCode Store(CMATrainer *t)
   PetscCall(CMAPolicy(&t->o, t->best, t->shift, &p));
   PetscCall(SlipPolicySetRange(p, t->obs_min, t->obs_max));
   PetscCall(SlipPolicySetAttribute(p, "algorithm", "cmaes"));
-  PetscCall(SlipPolicySetAttribute(p, "problem", "fault"));
+  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.problem ? t->o.problem->name : "fault"));
   PetscCall(SetNumber(p, "generations", "%.0f", (double)t->best_generation));
   PetscCall(SetNumber(p, "training_runs", "%.0f", (double)t->evaluations));
   PetscCall(SetNumber(p, "validation_cost", "%.5f", (double)t->score.cost));

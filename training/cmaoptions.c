@@ -37,6 +37,40 @@ static PetscErrorCode SetObservations(CMAOptions *o, PetscInt n, const char *con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of another problem than the fault: those of its trainings without a particular reward, and what follows the dial. */
+static const char *const SmallObservations[] = {"log_accuracy", "log_error", "log_time_left", "change_state_0"};
+
+static PetscErrorCode SetSmallDefaults(CMAOptions *o)
+{
+  const char *names[CMA_MAX_OBS];
+  const Preset *preset = ProblemPreset(o->problem, "none");
+  PetscInt n = 0;
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SmallObservations); ++i) names[n++] = SmallObservations[i];
+  for (PetscInt i = 0; preset->names[i]; ++i) names[n++] = preset->names[i];
+  PetscCall(SetObservations(o, n, names));
+  o->dt_min = preset->dt_min;
+  o->dt_max = preset->dt_max;
+  PetscCall(PetscStrncpy(o->dt_max_unit, preset->dt_max_unit, sizeof(o->dt_max_unit)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ParseProblem(CMAOptions *o, SlipOptionItems PetscOptionsObject)
+{
+  char problem[64] = "fault";
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsString("-train_problem", "What is simulated: fault, sliding_mode or circuit, drawn at random",
+                               NULL, problem, problem, sizeof(problem), NULL));
+  PetscCall(ProblemFind(problem, &o->problem));
+  if (o->problem == &ProblemFault) o->problem = NULL;
+  o->dt_min = 1e-2;
+  o->dt_max = 1e2;
+  PetscCall(PetscStrncpy(o->dt_max_unit, "T*", sizeof(o->dt_max_unit)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
   const char *defaults[PETSC_STATIC_ARRAY_LENGTH(ObservationTable)];
@@ -47,6 +81,7 @@ static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOpti
   PetscFunctionBegin;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ObservationTable); ++k) defaults[k] = ObservationTable[k].name;
   PetscCall(SetObservations(o, (PetscInt)PETSC_STATIC_ARRAY_LENGTH(ObservationTable), defaults));
+  if (o->problem) PetscCall(SetSmallDefaults(o));
   PetscCall(
     PetscOptionsStringArray("-train_observations", "Names of the observations, in order", NULL, names, &n, &set));
   if (!set) PetscFunctionReturn(PETSC_SUCCESS);
@@ -86,6 +121,7 @@ static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems 
                "%s is %" PetscInt_FMT ", expected %" PetscInt_FMT " to %" PetscInt_FMT, row[i].name, *row[i].value,
                row[i].low, row[i].high);
   }
+  if (o->problem) o->nmesh = o->batch_mesh = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -100,8 +136,8 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
     {"-train_within",
      "Share of validation runs, of each kind, that shall keep the dial: it is moved for that, 0: as trained",
      &o->within, 0.96, 0},
-    {"-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, 1e-2, 1e-12},
-    {"-train_dt_max", "Longest step the policy can choose [T*]", &o->dt_max, 1e2, 1e-12},
+    {"-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, o->dt_min, 1e-12},
+    {"-train_dt_max", "Longest step the policy can choose [T*; the circuit: t_max]", &o->dt_max, o->dt_max, 1e-12},
     {"-train_dial_low", "Lowest position of the accuracy dial", &o->low, TSADAPTRL_ACCURACY_MIN,
      TSADAPTRL_ACCURACY_MIN},
     {"-train_dial_high", "Highest position of the accuracy dial", &o->high, TSADAPTRL_ACCURACY_MAX,
@@ -115,7 +151,7 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
     PetscCheck(*row[i].value >= row[i].low && !PetscIsInfOrNanReal(*row[i].value), comm, PETSC_ERR_ARG_OUTOFRANGE,
                "%s is %.6g, expected at least %.6g", row[i].name, (double)*row[i].value, (double)row[i].low);
   }
-  PetscCheck(o->dt_min < o->dt_max, comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(o->dt_min < o->dt_max || o->problem, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_dt_min is %.6g T* and -train_dt_max %.6g T*, expected a longer -train_dt_max", (double)o->dt_min,
              (double)o->dt_max);
   PetscCheck(o->low <= o->high && o->high <= TSADAPTRL_ACCURACY_MAX, comm, PETSC_ERR_ARG_OUTOFRANGE,
@@ -157,6 +193,7 @@ PetscErrorCode CMAOptionsSet(MPI_Comm comm, CMAOptions *o)
   PetscFunctionBegin;
   PetscCall(PetscMemzero(o, sizeof(*o)));
   PetscOptionsBegin(comm, NULL, "Training a step-size policy with an accuracy dial by CMA-ES", "train");
+  PetscCall(ParseProblem(o, PetscOptionsObject));
   PetscCall(ParseObservations(o, PetscOptionsObject));
   PetscCall(ParseCounts(comm, o, PetscOptionsObject));
   PetscCall(ParseNumbers(comm, o, PetscOptionsObject));

@@ -41,7 +41,26 @@ PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], PetscReal 
     in = o->hidden;
   }
   PetscCall(SlipPolicyAddLayer(*policy, in, 1, w, w + in, SLIP_ACTIVATION_LINEAR));
-  PetscCall(SlipPolicySetAction(*policy, -1, 1, o->dt_min, "T*", o->dt_max, "T*", PETSC_TRUE));
+  PetscCall(SlipPolicySetAction(*policy, -1, 1, o->dt_min, "T*", o->dt_max, o->dt_max_unit, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The environment's view of another problem than the fault: unscaled observations. */
+static PetscErrorCode SmallOptions(const CMAOptions *o, EnvOptions *e)
+{
+  PetscFunctionBegin;
+  e->nobs = o->nobs;
+  for (PetscInt i = 0; i < o->nobs; ++i) {
+    e->names[i] = o->names[i];
+    e->scale[i] = 1;
+    e->offset[i] = 0;
+  }
+  e->rtol = o->problem->rtol;
+  e->atol = o->problem->atol;
+  e->dt_min = o->dt_min;
+  e->dt_max = o->dt_max;
+  PetscCall(PetscStrncpy(e->dt_min_unit, "T*", sizeof(e->dt_min_unit)));
+  PetscCall(PetscStrncpy(e->dt_max_unit, o->dt_max_unit, sizeof(e->dt_max_unit)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -49,9 +68,15 @@ PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], PetscReal 
 static PetscErrorCode MakeEpisodes(const CMATrainer *t, PetscInt64 stream, PetscInt nsingle, PetscInt nmesh,
                                    Episode ***list)
 {
+  EnvOptions small = {.problem = t->o.problem, .log_spacing = PETSC_TRUE, .continuation = 1. / 12};
+
   PetscFunctionBegin;
   PetscCall(PetscCalloc1(nsingle + nmesh, list));
-  for (PetscInt i = 0; i < nsingle + nmesh; ++i)
+  for (PetscInt i = 0; t->o.problem && i < nsingle + nmesh; ++i) {
+    PetscCall(SmallOptions(&t->o, &small));
+    PetscCall(EpisodeCreateSmall(&small, StreamSeed(t->o.seed, stream, i), &(*list)[i]));
+  }
+  for (PetscInt i = 0; !t->o.problem && i < nsingle + nmesh; ++i)
     PetscCall(EpisodeCreate(StreamSeed(t->o.seed, stream, i), i < nsingle ? 1 : t->o.side, &(*list)[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -10,7 +10,9 @@ typedef struct {
   char *names[CMA_MAX_OBS];
   PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS]; /* the network sees obs * scale + offset */
   PetscInt hidden, layers;                           /* width and number of the hidden layers, tanh */
-  PetscReal dt_min, dt_max;                          /* bounds of the action [T*], logarithmic spacing */
+  const Problem *problem;                            /* NULL: the fault, which has episodes of its own */
+  PetscReal dt_min, dt_max;                          /* bounds of the action, logarithmic spacing */
+  char dt_max_unit[8];                               /* "T*" or "t_max"; dt_min is in T* */
   PetscInt nsingle, nmesh, side;                     /* episodes of one element, of meshes; elements along a side */
   PetscInt batch_single, batch_mesh;                 /* of a generation */
   PetscInt validation;                               /* episodes of each kind */
