@@ -173,7 +173,7 @@ static PetscErrorCode Main(void)
   Vec w;
 
   PetscFunctionBeginUser;
-  PetscCall(CircuitSetFromOptions(&run.model));
+  PetscCall(CircuitSetFromOptions(&run.model, 1));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Output", NULL);
   PetscCall(
     PetscOptionsString("-circuit_output", "HDF5 file to write (default none)", NULL, file, file, sizeof(file), NULL));

@@ -48,9 +48,10 @@ static inline PetscErrorCode CircuitSetUnits(Circuit *c, PetscBool from_start)
   PetscFunctionReturn(0);
 }
 
-static inline PetscErrorCode CircuitSetFromOptions(Circuit *c)
+/* setting: the case when -circuit_case is not given, 0 training or 1 evaluation */
+static inline PetscErrorCode CircuitSetFromOptions(Circuit *c, PetscInt setting)
 {
-  PetscEnum chosen = (PetscEnum)1, unit = (PetscEnum)0;
+  PetscEnum chosen = (PetscEnum)setting, unit = (PetscEnum)0;
   PetscInt n = CIRCUIT_N;
   PetscBool set;
 
@@ -120,7 +121,7 @@ static inline PetscErrorCode CircuitBound(PetscReal t, const PetscReal w[], Pets
   PetscFunctionReturn(0);
 }
 
-/* "SlipObserve_C": energy U/U_0; state_0, state_1, state_2: V1, V2, i over what they are measured in. */
+/* "SlipObserve_C": energy U/U_0 and its log10, at least -16; state_0, state_1, state_2: V1, V2, i over what they are measured in. */
 static inline PetscErrorCode CircuitObserve(TS ts, const char name[], PetscReal *value, PetscBool *known)
 {
   const char *const states[CIRCUIT_N] = {"state_0", "state_1", "state_2"};
@@ -134,6 +135,10 @@ static inline PetscErrorCode CircuitObserve(TS ts, const char name[], PetscReal 
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(PetscStrcmp(name, "energy", known));
   if (*known) *value = CircuitEnergy(c, a) / CircuitEnergy(c, c->start);
+  if (!*known) {
+    PetscCall(PetscStrcmp(name, "log_energy", known));
+    if (*known) *value = PetscLog10Real(PetscMax(CircuitEnergy(c, a) / CircuitEnergy(c, c->start), (PetscReal)1e-16));
+  }
   for (PetscInt k = 0; k < CIRCUIT_N && !*known; k++) {
     PetscCall(PetscStrcmp(name, states[k], known));
     if (*known) *value = a[k] / c->amplitude[k];

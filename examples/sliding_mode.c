@@ -92,7 +92,7 @@ static PetscErrorCode Main(void)
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&begin));
-  PetscCall(SlidingModeSetFromOptions(&run.model));
+  PetscCall(SlidingModeSetFromOptions(&run.model, 1));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Output", NULL);
   PetscCall(PetscOptionsString("-sliding_mode_output", "HDF5 file to write (default none)", NULL, file, file,
                                sizeof(file), NULL));

@@ -13,9 +13,10 @@ typedef struct {
 static const SlidingMode SlidingModeCases[] = {{2.0, 1.5, 50.0, 0.1}, {2.0, 1.75, 50.0, 0.15}};
 static const char *const SlidingModeCaseNames[] = {"training", "evaluation", "SlidingModeCase", "", NULL};
 
-static inline PetscErrorCode SlidingModeSetFromOptions(SlidingMode *m)
+/* setting: the case when -sliding_mode_case is not given, 0 training or 1 evaluation */
+static inline PetscErrorCode SlidingModeSetFromOptions(SlidingMode *m, PetscInt setting)
 {
-  PetscEnum chosen = (PetscEnum)1;
+  PetscEnum chosen = (PetscEnum)setting;
 
   PetscFunctionBeginUser;
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "First-order sliding mode controller", NULL);

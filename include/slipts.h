@@ -63,6 +63,8 @@ PETSC_EXTERN PetscErrorCode TSBatheCheckType(TS ts);
      "TSAdaptNeedsError_C"         (TSAdapt, PetscBool *flg)     no: TSBATHE skips step doubling (absent: yes)
    on TS, by TSBATHE
      "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *)
+     "TSBatheGetEstimates_C"       (TS, Vec *error, Vec *derivative)   borrowed, of the last attempt; NULL when not known:
+                                   its local error, and dw/dt at its end
    on TS, by a problem
      "SlipObserve_C"               (TS, const char name[], PetscReal *value, PetscBool *known)   of the current solution
      "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s]

@@ -1,32 +1,34 @@
-/* The learner that stands where a policy would: acts, stores what came of it, takes one gradient step per environment
-   step. It knows no environment: observations in, action in [-1, 1] out. */
+/* The learner where a policy would stand: acts, stores what came of it, takes one gradient step per environment step. It
+   knows no environment: observations in, action in [-1, 1] out. */
 #pragma once
 #include "replay.h"
 
 typedef struct {
-  TQCOptions tqc;
+  const Learner *learner;
+  LearnerOptions networks;
   PetscInt64 buffer;          /* capacity of the replay buffer in transitions */
   PetscInt64 learning_starts; /* steps with uniformly random actions before learning */
 } AgentOptions;
 
 typedef struct {
   AgentOptions o;
-  TQC tqc;
+  void *learner;
   Replay replay;
   Random random;
   PetscInt64 steps;   /* environment steps stored */
   PetscInt64 updates; /* gradient steps done */
-  TQCLosses losses;   /* of the last gradient step */
+  Losses losses;      /* of the last gradient step */
   /* work space */
-  TQCBatch batch;
-  Scalar *eps, *obs, *next_obs; /* exploration normals; scaled observations of the transition under way */
+  Batch batch;
+  Scalar *obs, *next_obs; /* scaled observations of the transition under way */
   Scalar action;
   PetscBool pending; /* obs and action await their outcome */
 } Agent;
 
 PETSC_INTERN PetscErrorCode AgentCreate(const AgentOptions *o, uint64_t seed, Agent *a);
 PETSC_INTERN PetscErrorCode AgentDestroy(Agent *a);
-/* Action at obs [O]: exploring (random at first, then the policy with gSDE noise), or the deterministic policy's. */
+/* Action at obs [O]: exploring (random at first, then the policy with the learner's noise), or the deterministic
+   policy's. */
 PETSC_INTERN PetscReal AgentAct(Agent *a, const PetscReal obs[], PetscBool explore);
 /* The outcome of the last exploring action: stores the transition and learns. Without a pending action nothing
    happens. */

@@ -7,39 +7,18 @@
 #define RANDOM_WORDS 6
 #define CHUNKS 4 /* 16 bits each, so that any PetscInt holds one */
 
-/* The float arrays of a trainer and their lengths. */
-enum { ARRAY_COUNT = 10 };
-typedef struct {
-  const char *path;
-  Scalar *data;
-  PetscInt n;
-} CheckpointArray;
-
-static void ListArrays(Trainer *t, CheckpointArray a[ARRAY_COUNT])
-{
-  TQC *q = &t->agent.tqc;
-  const PetscInt na = (PetscInt)q->nactor, nc = (PetscInt)q->ncritic;
-  const CheckpointArray list[ARRAY_COUNT] = {
-    {"/actor/parameters", q->actor, na},       {"/actor/adam_m", q->actor_adam.m, na},
-    {"/actor/adam_v", q->actor_adam.v, na},    {"/critics/parameters", q->critics, nc},
-    {"/critics/target", q->target, nc},        {"/critics/adam_m", q->critic_adam.m, nc},
-    {"/critics/adam_v", q->critic_adam.v, nc}, {"/entropy/log_alpha", &q->log_alpha, 1},
-    {"/entropy/adam_m", q->alpha_adam.m, 1},   {"/entropy/adam_v", q->alpha_adam.v, 1}};
-
-  for (PetscInt i = 0; i < ARRAY_COUNT; ++i) a[i] = list[i];
-}
-
 /* The counters and scalars, in one order for both directions. */
-enum { NUMBER_COUNT = 16 };
+enum { NUMBER_COUNT = 16, LEARNER_COUNTERS = 3 };
 static void ListNumbers(Trainer *t, PetscReal x[NUMBER_COUNT], PetscBool store)
 {
   Agent *a = &t->agent;
-  PetscInt64 *counter[] = {
-    &a->steps,       &a->updates,  &a->tqc.actor_adam.t, &a->tqc.critic_adam.t, &a->tqc.alpha_adam.t, &a->replay.size,
-    &a->replay.next, &t->episodes, &t->evaluated,        &t->checkpointed,      &t->best_steps};
+  PetscInt64 *counter[] = {&a->steps,       &a->updates,     NULL,         NULL,          NULL,
+                           &a->replay.size, &a->replay.next, &t->episodes, &t->evaluated, &t->checkpointed,
+                           &t->best_steps};
   PetscReal *real[] = {&t->env.cost_min, &t->env.cost_max};
   const PetscInt nc = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(counter), nr = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(real);
 
+  a->o.learner->counters(a->learner, counter + 2); /* LEARNER_COUNTERS of them */
   for (PetscInt i = 0; i < nc; ++i) {
     if (store)
       x[i] = (PetscReal)*counter[i];
@@ -101,21 +80,22 @@ static PetscErrorCode ReadRandom(SlipH5 *h, const char path[], Random *r)
 PetscErrorCode CheckpointWrite(Trainer *t, const char file[])
 {
   SlipH5 h;
-  CheckpointArray a[ARRAY_COUNT];
+  LearnerArray a[LEARNER_MAX_ARRAYS];
   PetscReal x[NUMBER_COUNT], range[2 * ENV_MAX_OBS];
-  PetscInt dims[2] = {0, ReplayWidth(&t->agent.replay)};
+  PetscInt n, dims[2] = {0, ReplayWidth(&t->agent.replay)};
 
   PetscFunctionBegin;
   PetscCall(SlipH5Create(file, &h));
   PetscCall(SlipH5WriteAttrString(&h, "/", "format", CHECKPOINT_FORMAT));
   PetscCall(SlipH5WriteAttrInt(&h, "/", "version", 1));
+  PetscCall(SlipH5WriteAttrString(&h, "/", "algorithm", t->agent.o.learner->name));
   PetscCall(SlipH5WriteStrings(&h, "/observations", t->o.env.nobs, (const char *const *)t->o.env.names));
-  ListArrays(t, a);
-  for (PetscInt i = 0; i < ARRAY_COUNT; ++i) {
-    dims[0] = a[i].n;
+  n = t->agent.o.learner->arrays(t->agent.learner, a);
+  for (PetscInt i = 0; i < n; ++i) {
+    dims[0] = (PetscInt)a[i].n;
     PetscCall(SlipH5WriteFloat(&h, a[i].path, 1, dims, a[i].data, NULL));
   }
-  dims[0] = (PetscInt)t->agent.tqc.nactor;
+  dims[0] = (PetscInt)t->nactor;
   PetscCall(SlipH5WriteFloat(&h, "/best/parameters", 1, dims, t->best_actor, NULL));
   ListNumbers(t, x, PETSC_TRUE);
   dims[0] = NUMBER_COUNT;
@@ -125,7 +105,7 @@ PetscErrorCode CheckpointWrite(Trainer *t, const char file[])
   dims[0] = 2 * ENV_MAX_OBS;
   PetscCall(SlipH5WriteReal(&h, "/range", 1, dims, range, NULL));
   PetscCall(WriteRandom(&h, "/random/agent", &t->agent.random));
-  PetscCall(WriteRandom(&h, "/random/faults", &t->faults));
+  PetscCall(WriteRandom(&h, "/random/instances", &t->instances));
   dims[0] = (PetscInt)t->agent.replay.size;
   PetscCall(SlipH5WriteFloat(&h, "/buffer", 2, dims, t->agent.replay.data, NULL));
   PetscCall(SlipH5Close(&h));
@@ -134,7 +114,7 @@ PetscErrorCode CheckpointWrite(Trainer *t, const char file[])
 
 static PetscErrorCode CheckFormat(Trainer *t, SlipH5 *h)
 {
-  char format[64] = "", **names;
+  char format[64] = "", algorithm[64] = "tqc", **names; /* the first checkpoints had no algorithm */
   PetscBool has, same = PETSC_TRUE;
   PetscInt n;
 
@@ -145,6 +125,12 @@ static PetscErrorCode CheckFormat(Trainer *t, SlipH5 *h)
   PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "-train_resume %s is no checkpoint (attribute format is \"%s\"); expected a file of -train_checkpoint",
              h->name, format);
+  PetscCall(SlipH5HasAttribute(h, "/", "algorithm", &has));
+  if (has) PetscCall(SlipH5ReadAttrString(h, "/", "algorithm", algorithm, sizeof(algorithm)));
+  PetscCall(PetscStrcmp(algorithm, t->agent.o.learner->name, &same));
+  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "-train_resume %s was trained with -train_algorithm %s, expected %s", h->name, algorithm,
+             t->agent.o.learner->name);
   PetscCall(SlipH5ReadStrings(h, "/observations", &n, &names));
   same = n == t->o.env.nobs ? PETSC_TRUE : PETSC_FALSE;
   for (PetscInt i = 0; same && i < n; ++i) PetscCall(PetscStrcmp(names[i], t->o.env.names[i], &same));
@@ -183,18 +169,26 @@ static PetscErrorCode ReadBuffer(SlipH5 *h, Replay *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of another instance of the problem: its transitions and evaluations say nothing of this one. */
+static void ForgetProblem(Trainer *t)
+{
+  t->agent.replay.size = t->agent.replay.next = 0;
+  t->best = -PETSC_MAX_REAL;
+}
+
 PetscErrorCode CheckpointRead(Trainer *t, const char file[])
 {
   SlipH5 h;
-  CheckpointArray a[ARRAY_COUNT];
+  LearnerArray a[LEARNER_MAX_ARRAYS];
   PetscReal *x;
+  PetscInt n;
 
   PetscFunctionBegin;
   PetscCall(SlipH5OpenRead(file, &h));
   PetscCall(CheckFormat(t, &h));
-  ListArrays(t, a);
-  for (PetscInt i = 0; i < ARRAY_COUNT; ++i) PetscCall(ReadFloats(&h, a[i].path, a[i].n, a[i].data));
-  PetscCall(ReadFloats(&h, "/best/parameters", (PetscInt)t->agent.tqc.nactor, t->best_actor));
+  n = t->agent.o.learner->arrays(t->agent.learner, a);
+  for (PetscInt i = 0; i < n; ++i) PetscCall(ReadFloats(&h, a[i].path, (PetscInt)a[i].n, a[i].data));
+  PetscCall(ReadFloats(&h, "/best/parameters", (PetscInt)t->nactor, t->best_actor));
   PetscCall(ReadFixed(&h, "/counters", NUMBER_COUNT, &x));
   ListNumbers(t, x, PETSC_FALSE);
   PetscCall(PetscFree(x));
@@ -203,8 +197,11 @@ PetscErrorCode CheckpointRead(Trainer *t, const char file[])
   PetscCall(PetscArraycpy(t->env.obs_max, x + ENV_MAX_OBS, ENV_MAX_OBS));
   PetscCall(PetscFree(x));
   PetscCall(ReadRandom(&h, "/random/agent", &t->agent.random));
-  PetscCall(ReadRandom(&h, "/random/faults", &t->faults));
-  PetscCall(ReadBuffer(&h, &t->agent.replay));
+  PetscCall(ReadRandom(&h, "/random/instances", &t->instances));
+  if (t->o.transfer)
+    ForgetProblem(t);
+  else
+    PetscCall(ReadBuffer(&h, &t->agent.replay));
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,7 +1,9 @@
-/* The networks and TQC once more in double precision, under the names of scalar.h, for the golden test. */
+/* The networks and the learners once more in double precision, under the names of scalar.h, for the golden test. */
 #define TRAIN_DOUBLE
 #include "dense.c"
+#include "gauss.c"
 #include "gsde.c"
+#include "learner.c"
 #include "quantile.c"
 #include "tqc.c"
 #include "tqcupdate.c"

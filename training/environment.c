@@ -39,27 +39,7 @@ static void Observe(Environment *env, const PetscReal obs[])
   }
 }
 
-/* How the accepted attempt changed what an exact continuation meets. A peak or a passage that lies inside the step or
-   behind it is not judged. */
-static PetscErrorCode ContinuationErrors(Environment *env, TS ts, PetscReal t, RewardInput *in)
-{
-  const EnvFuture *before = &env->before, *now = &env->now, *start = &env->start;
-  PetscReal rate;
-  Vec w, r;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetSolution(ts, &w));
-  PetscCall(TSBatheGetReaction(ts, &r));
-  PetscCall(EnvContinue(&env->o, &env->fine, w, r, t, &env->now));
-  PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
-  in->slip_error = PetscAbsReal(now->slip - before->slip) / start->slip;
-  in->rate_error = rate < now->rate ? PetscAbsReal(now->rate - before->rate) / start->rate : 0;
-  in->time_error = t < now->time ? PetscAbsReal(now->time - before->time) / start->time : 0;
-  env->before = env->now;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Judge(Environment *env, TS ts, const SlipAttempt *last, PetscReal *value)
+static PetscErrorCode Judge(Environment *env, const SlipAttempt *last, PetscReal *value)
 {
   RewardInput in = {.attempt = last, .dt_min = env->dt_min, .dt_max = env->dt_max, .alpha = env->o.alpha};
 
@@ -72,7 +52,7 @@ static PetscErrorCode Judge(Environment *env, TS ts, const SlipAttempt *last, Pe
   in.cost_min = env->cost_min;
   in.cost_max = env->cost_max;
   if (env->o.reward->needs_continuation && last->accepted)
-    PetscCall(ContinuationErrors(env, ts, last->time + last->dt, &in));
+    PetscCall(env->o.problem->judge_step(env->judge, &env->run, last->time + last->dt, &in.effect));
   *value = env->o.reward->value(&in);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -90,8 +70,9 @@ static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal ob
   (void)n;
   Observe(env, obs);
   if (last) {
-    PetscCall(Judge(env, ts, last, &moment.reward));
+    if (env->o.reward) PetscCall(Judge(env, last, &moment.reward));
     env->result.attempts++;
+    env->result.solves += last->solves;
     env->result.accepted += last->accepted ? 1 : 0;
     env->result.total += moment.reward;
     moment.terminated =
@@ -109,30 +90,40 @@ static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal ob
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode EpisodeSetUp(Environment *env, Random *random)
+PetscErrorCode EnvInstanceCreate(const EnvOptions *o, Random *random, PetscBool reference, EnvInstance *instance)
 {
-  PetscReal drawn[16];
-  const PetscBool draw = env->o.random;
+  PetscFunctionBegin;
+  *instance = (EnvInstance){.drawn = random ? PETSC_TRUE : PETSC_FALSE};
+  if (random) PetscCall(ProblemDraw(o->problem, random, instance->value));
+  if (reference) PetscCall(o->problem->reference_create(o, instance, &instance->reference));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnvInstanceDestroy(const EnvOptions *o, EnvInstance *instance)
+{
+  PetscFunctionBegin;
+  if (instance->reference) PetscCall(o->problem->reference_destroy(&instance->reference));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode EpisodeSetUp(Environment *env, const EnvInstance *instance)
+{
+  const PetscBool effects = env->o.reward && env->o.reward->needs_continuation ? PETSC_TRUE : PETSC_FALSE;
   TSAdapt adapt;
 
   PetscFunctionBegin;
-  if (draw) PetscCall(EnvDrawFault(random, EnvDrawCount(), drawn));
-  PetscCall(EnvRunCreate(&env->o, draw ? drawn : NULL, &env->run));
+  PetscCall(env->o.problem->create(&env->o, instance, &env->run));
+  env->run.problem = env->o.problem;
   env->dt_min = InSeconds(env->o.dt_min, env->o.dt_min_unit, &env->run);
   env->dt_max = InSeconds(env->o.dt_max, env->o.dt_max_unit, &env->run);
-  if (env->o.reward->needs_continuation) {
-    PetscCall(EnvContinuationCreate(&env->o, draw ? drawn : NULL, &env->now, &env->fine));
-    PetscCall(EnvContinue(&env->o, &env->fine, env->run.w, NULL, 0, &env->now));
-    env->before = env->start = env->now;
-    PetscCheck(env->start.slip > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONGSTATE,
-               "This fault does not slip in %g s: -train_reward %s needs one that does", (double)env->run.tmax,
-               env->o.reward->name);
-  }
   PetscCheck(env->run.tmax > 0 && !PetscIsInfOrNanReal(env->run.tmax), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_max_time is %.6g, expected a number > 0 s", (double)env->run.tmax);
   PetscCheck(env->dt_min < env->dt_max, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_dt_min is %.6g s and -train_dt_max %.6g s, expected a longer -train_dt_max", (double)env->dt_min,
              (double)env->dt_max);
+  PetscCheck(instance->reference || !effects, PETSC_COMM_SELF, PETSC_ERR_ORDER,
+             "Reward %s needs an instance with a reference", env->o.reward->name);
+  if (instance->reference) PetscCall(env->o.problem->judge_create(&env->o, instance, &env->run, effects, &env->judge));
   PetscCall(TSGetAdapt(env->run.ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
   PetscCall(
@@ -140,25 +131,34 @@ static PetscErrorCode EpisodeSetUp(Environment *env, Random *random)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EnvRunEpisode(Environment *env, Random *random, EnvActorFn actor, void *ctx, EnvResult *result)
+PetscErrorCode EnvRunInstance(Environment *env, const EnvInstance *instance, EnvActorFn actor, void *ctx,
+                              EnvResult *result)
 {
-  SlipFaultObservables seen;
-
   PetscFunctionBegin;
-  PetscCall(EpisodeSetUp(env, random));
+  PetscCall(EpisodeSetUp(env, instance));
   env->actor = actor;
   env->ctx = ctx;
   env->stopped = PETSC_FALSE;
-  env->result = (EnvResult){.reference = env->o.reward->needs_continuation ? env->start.slip : (PetscReal)NAN};
+  env->result = (EnvResult){.attempts = 0};
+  for (PetscInt i = 0; i < ENV_MAX_ERRORS; ++i) env->result.error[i] = (PetscReal)NAN;
   PetscCall(TSSolve(env->run.ts, env->run.w));
-  PetscCall(SlipFaultGetObservables(env->run.fault, env->run.w, NULL, &seen));
-  env->result.final_slip = seen.mean_slip;
-  *result = env->result;
-  PetscCall(EnvRunDestroy(&env->run));
-  if (env->o.reward->needs_continuation) {
-    PetscCall(EnvRunDestroy(&env->fine));
-    PetscCall(PetscFree(env->now.sample));
-    env->now.capacity = 0;
+  if (env->judge) {
+    PetscCall(env->o.problem->judge_errors(env->judge, &env->run, env->result.error));
+    PetscCall(env->o.problem->judge_destroy(&env->judge));
   }
+  *result = env->result;
+  PetscCall(env->o.problem->destroy(&env->run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnvRunEpisode(Environment *env, Random *random, EnvActorFn actor, void *ctx, EnvResult *result)
+{
+  const PetscBool reference = env->o.reward && env->o.reward->needs_continuation ? PETSC_TRUE : PETSC_FALSE;
+  EnvInstance instance;
+
+  PetscFunctionBegin;
+  PetscCall(EnvInstanceCreate(&env->o, env->o.random ? random : NULL, reference, &instance));
+  PetscCall(EnvRunInstance(env, &instance, actor, ctx, result));
+  PetscCall(EnvInstanceDestroy(&env->o, &instance));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,7 +3,7 @@
 #include "tqc.h"
 
 void GSDESample(PetscInt H, PetscInt A, PetscInt B, const Scalar h[], const Scalar head[], const Scalar bias[],
-                const Scalar sigma[], const Scalar explore[], GSDE *s)
+                const Scalar sigma[], const Scalar explore[], Sample *s)
 {
   const Scalar half_log_2pi = (Scalar)0.9189385332046727;
 

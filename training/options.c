@@ -11,27 +11,12 @@ static const struct {
   {"log_velocity", 0.25, 0.5},
   {"log_mean_velocity", 0.25, 0.5},
   {"log_energy_rate", 0.25, 0.5},
+  {"log_energy", 0.25, 0.5},
   {"log_error", 0.5, -0.5},
   {"log_step", 1, 0},
   {"slip", 0.1, 0},
   {"energy", 1, 0},
   {"log_time_scale", 1, 0},
-};
-
-static const struct {
-  const char *preset, *names[9]; /* observations of a preset, in order */
-  PetscReal dt_min, dt_max;
-  const char *dt_min_unit, *dt_max_unit;
-  PetscBool log_spacing;
-} PresetTable[] = {
-  {"published", {"energy", "velocity", "residual", "converged", "accuracy", "step"}, 1e-6, 6, "T*", "s", PETSC_FALSE},
-  {"accuracy",
-   {"energy", "log_velocity", "slip", "log_error", "log_step", "converged"},
-   1e-2,
-   14,
-   "T*",
-   "T*",
-   PETSC_TRUE},
 };
 
 static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, char **names)
@@ -54,27 +39,25 @@ static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, char **names)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetPreset(const char reward[], EnvOptions *o)
+static PetscErrorCode SetPreset(EnvOptions *o)
 {
-  PetscBool same;
+  const Preset *row = ProblemPreset(o->problem, o->reward->name);
+  PetscInt n = 0;
 
   PetscFunctionBegin;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(PresetTable); ++k) {
-    PetscCall(PetscStrcmp(reward, PresetTable[k].preset, &same));
-    if (!same) continue;
-    o->dt_min = PresetTable[k].dt_min;
-    o->dt_max = PresetTable[k].dt_max;
-    o->log_spacing = PresetTable[k].log_spacing;
-    PetscCall(PetscStrncpy(o->dt_min_unit, PresetTable[k].dt_min_unit, sizeof(o->dt_min_unit)));
-    PetscCall(PetscStrncpy(o->dt_max_unit, PresetTable[k].dt_max_unit, sizeof(o->dt_max_unit)));
-    for (o->nobs = 0; PresetTable[k].names[o->nobs];) o->nobs++;
-    PetscCall(SetObservations(o, o->nobs, (char **)PresetTable[k].names));
-  }
+  o->dt_min = row->dt_min;
+  o->dt_max = row->dt_max;
+  o->log_spacing = row->log_spacing;
+  PetscCall(PetscStrncpy(o->dt_min_unit, row->dt_min_unit, sizeof(o->dt_min_unit)));
+  PetscCall(PetscStrncpy(o->dt_max_unit, row->dt_max_unit, sizeof(o->dt_max_unit)));
+  while (row->names[n]) ++n;
+  PetscCall(SetObservations(o, n, (char **)row->names));
+  o->rtol = o->problem->rtol;
+  o->atol = o->problem->atol;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckChoice(const char option[], const char value[], const char *const known[],
-                                  const char later[])
+static PetscErrorCode CheckChoice(const char option[], const char value[], const char *const known[])
 {
   char list[128] = "";
   PetscBool same;
@@ -86,8 +69,7 @@ static PetscErrorCode CheckChoice(const char option[], const char value[], const
     PetscCall(PetscStrlcat(list, " ", sizeof(list)));
     PetscCall(PetscStrlcat(list, known[i], sizeof(list)));
   }
-  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not available; this version has:%s%s", option, value,
-          list, later);
+  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not known; expected one of:%s", option, value, list);
 }
 
 static PetscErrorCode CheckPositive(const char option[], PetscReal value)
@@ -112,55 +94,56 @@ static PetscErrorCode CheckRange(const char option[], PetscReal value, PetscReal
 
 static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptionsObject)
 {
-  const char *const costs[] = {"iterations", "wall", NULL}, *const problems[] = {"fault", NULL};
-  char reward[64] = "published", cost[32] = "iterations", *names[ENV_MAX_OBS];
+  const char *const costs[] = {"iterations", "wall", NULL};
+  char problem[64] = "fault", reward[64] = "published", cost[32] = "iterations", *names[ENV_MAX_OBS], text[256];
   PetscInt n = ENV_MAX_OBS;
   PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrncpy(e->problem, "fault", sizeof(e->problem)));
-  PetscCall(PetscOptionsString("-train_problem", "What is simulated: fault (its parameters are the -fault_ options)",
-                               NULL, e->problem, e->problem, sizeof(e->problem), NULL));
-  PetscCall(CheckChoice("-train_problem", e->problem, problems, " (sliding_mode and circuit are not part of it)"));
+  PetscCall(
+    PetscOptionsString("-train_problem",
+                       "What is simulated: fault, sliding_mode or circuit (parameters: -fault_, -sliding_mode_, "
+                       "-circuit_ options)",
+                       NULL, problem, problem, sizeof(problem), NULL));
+  PetscCall(ProblemFind(problem, &e->problem));
   PetscCall(PetscOptionsString(
     "-train_reward",
-    "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure) or accuracy (price of an attempt plus "
-    "effect of the step on final slip and peak rate)",
+    "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure), accuracy (price of an attempt plus alpha times the "
+    "effect of the step on the errors of the whole run) or balanced (likewise, with half the cube root of alpha)",
     NULL, reward, reward, sizeof(reward), NULL));
   PetscCall(RewardFind(reward, &e->reward));
-  PetscCall(SetPreset(reward, e));
+  PetscCall(SetPreset(e));
   PetscCall(PetscOptionsString("-train_cost",
                                "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, "
                                "not reproducible)",
                                NULL, cost, cost, sizeof(cost), NULL));
-  PetscCall(CheckChoice("-train_cost", cost, costs, ""));
+  PetscCall(CheckChoice("-train_cost", cost, costs));
   PetscCall(PetscStrcmp(cost, "wall", &e->wall_cost));
   PetscCall(PetscOptionsStringArray("-train_observations",
-                                    "Names of the observations, in order (default: depends on -train_reward)", NULL,
-                                    names, &n, &set));
+                                    "Names of the observations, in order (default: depends on problem and reward)",
+                                    NULL, names, &n, &set));
   if (set) {
     PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
     for (PetscInt i = 0; i < e->nobs; ++i) PetscCall(PetscFree(e->names[i]));
     PetscCall(SetObservations(e, n, names));
     for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
   }
-  PetscCall(PetscOptionsReal("-train_dt_min",
-                             "Shortest step the policy can choose, in units of T* (default: depends on -train_reward)",
-                             NULL, e->dt_min, &e->dt_min, NULL));
-  PetscCall(PetscOptionsReal("-train_dt_max", "Longest step the policy can choose [published: s, accuracy: T*]", NULL,
-                             e->dt_max, &e->dt_max, NULL));
+  PetscCall(PetscSNPrintf(text, sizeof(text), "Shortest step the policy can choose [%s]", e->dt_min_unit));
+  PetscCall(PetscOptionsReal("-train_dt_min", text, NULL, e->dt_min, &e->dt_min, NULL));
+  PetscCall(PetscSNPrintf(text, sizeof(text), "Longest step the policy can choose [%s]", e->dt_max_unit));
+  PetscCall(PetscOptionsReal("-train_dt_max", text, NULL, e->dt_max, &e->dt_max, NULL));
   PetscCall(CheckPositive("-train_dt_min", e->dt_min));
   PetscCall(CheckPositive("-train_dt_max", e->dt_max));
-  PetscCall(PetscOptionsBool("-train_random", "Draw a fault for every episode", NULL, e->random, &e->random, NULL));
-  e->rtol = 1e-3;
-  e->atol = 1e-6;
+  PetscCall(PetscOptionsBool("-train_random", "Draw an instance of the problem for every episode", NULL, e->random,
+                             &e->random, NULL));
   e->continuation = 1. / 12;
   PetscCall(PetscOptionsReal("-train_rtol", "Relative tolerance in the error estimate", NULL, e->rtol, &e->rtol, NULL));
-  PetscCall(PetscOptionsReal("-train_atol", "Absolute tolerance, in 0.1 mm for slip and 0.1 mm/T* for slip rate", NULL,
-                             e->atol, &e->atol, NULL));
+  PetscCall(PetscSNPrintf(text, sizeof(text), "Absolute tolerance [%s]", e->problem->atol_unit));
+  PetscCall(PetscOptionsReal("-train_atol", text, NULL, e->atol, &e->atol, NULL));
   PetscCall(CheckPositive("-train_rtol", e->rtol));
   PetscCall(CheckPositive("-train_atol", e->atol));
-  PetscCall(PetscOptionsReal("-train_continuation_step", "Step of the exact continuation of reward accuracy [T*]", NULL,
+  PetscCall(PetscOptionsReal("-train_continuation_step",
+                             "Step of the exact continuation of rewards accuracy and balanced [T*]", NULL,
                              e->continuation, &e->continuation, NULL));
   PetscCall(CheckPositive("-train_continuation_step", e->continuation));
   PetscCall(PetscOptionsInt("-train_max_attempts", "Attempts after which an episode is cut off, 0: never", NULL,
@@ -169,54 +152,146 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckNetworks(const TQCOptions *q)
+static PetscErrorCode CheckLearner(const LearnerOptions *n)
 {
   PetscFunctionBegin;
-  PetscCall(CheckPositive("-train_hidden", (PetscReal)q->hidden));
-  PetscCall(CheckPositive("-train_critics", (PetscReal)q->critics));
-  PetscCall(CheckPositive("-train_quantiles", (PetscReal)q->quantiles));
-  PetscCall(CheckPositive("-train_batch", (PetscReal)q->batch));
-  PetscCall(CheckRange("-train_drop", (PetscReal)q->drop, 0, (PetscReal)(q->quantiles - 1)));
+  for (PetscInt l = 0; l < n->actor_layers; ++l) PetscCall(CheckPositive("-train_network", (PetscReal)n->actor[l]));
+  for (PetscInt l = 0; l < n->critic_layers; ++l)
+    PetscCall(CheckPositive("-train_critic_network", (PetscReal)n->critic[l]));
+  PetscCall(CheckPositive("-train_critics", (PetscReal)n->critics));
+  PetscCall(CheckPositive("-train_quantiles", (PetscReal)n->quantiles));
+  PetscCall(CheckPositive("-train_batch", (PetscReal)n->batch));
+  PetscCall(CheckRange("-train_drop_quantiles", (PetscReal)n->drop, 0, (PetscReal)(n->quantiles - 1)));
+  PetscCall(CheckPositive("-train_policy_delay", (PetscReal)n->delay));
+  PetscCall(CheckPositive("-train_learning_rate", (PetscReal)n->lr));
+  PetscCall(CheckRange("-train_discount", (PetscReal)n->gamma, 0, 1));
+  PetscCall(CheckRange("-train_polyak", (PetscReal)n->tau, 0, 1));
+  PetscCall(CheckRange("-train_noise_sigma", (PetscReal)n->noise, 0, PETSC_MAX_REAL));
+  PetscCall(CheckRange("-train_smoothing", (PetscReal)n->smoothing, 0, PETSC_MAX_REAL));
+  PetscCall(CheckRange("-train_smoothing_clip", (PetscReal)n->smoothing_clip, 0, PETSC_MAX_REAL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ParseReal(SlipOptionItems PetscOptionsObject, const char name[], const char text[], double *value)
+{
+  PetscReal x = (PetscReal)*value;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsReal(name, text, NULL, x, &x, NULL));
+  *value = (double)x;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Widths of hidden layers: all of -train_hidden unless listed */
+static PetscErrorCode ParseWidths(SlipOptionItems PetscOptionsObject, const char name[], const char text[],
+                                  PetscInt hidden, PetscInt *layers, PetscInt width[])
+{
+  PetscInt n = LEARNER_MAX_HIDDEN;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  for (PetscInt l = 0; l < *layers; ++l) width[l] = hidden;
+  PetscCall(PetscOptionsIntArray(name, text, NULL, width, &n, &set));
+  PetscCheck(!set || n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "%s has no value, expected widths such as 64,64",
+             name);
+  if (set) *layers = n;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ParseNetworks(LearnerOptions *n, SlipOptionItems PetscOptionsObject)
+{
+  PetscInt hidden = 64;
+
+  PetscFunctionBegin;
+  n->actor_layers = 2;
+  n->critic_layers = 3;
+  PetscCall(PetscOptionsInt("-train_hidden", "Width of the hidden layers", NULL, hidden, &hidden, NULL));
+  PetscCall(CheckPositive("-train_hidden", (PetscReal)hidden));
+  PetscCall(ParseWidths(PetscOptionsObject, "-train_network",
+                        "Widths of the actor's hidden layers (default 2 of -train_hidden)", hidden, &n->actor_layers,
+                        n->actor));
+  PetscCall(ParseWidths(PetscOptionsObject, "-train_critic_network",
+                        "Widths of the critics' hidden layers (default 3 of -train_hidden)", hidden, &n->critic_layers,
+                        n->critic));
+  PetscCall(PetscOptionsInt("-train_critics", "Critics (default: tqc 5, td3 2; the published tqc policies had 2)", NULL,
+                            n->critics, &n->critics, NULL));
+  PetscCall(
+    PetscOptionsInt("-train_quantiles", "Quantiles of each critic (tqc)", NULL, n->quantiles, &n->quantiles, NULL));
+  PetscCall(PetscOptionsDeprecated("-train_drop", "-train_drop_quantiles", "0.2.0", NULL));
+  PetscCall(PetscOptionsInt("-train_drop_quantiles", "Largest target quantiles dropped, per critic (tqc)", NULL,
+                            n->drop, &n->drop, NULL));
+  PetscCall(PetscOptionsInt("-train_batch", "Transitions in a gradient step", NULL, n->batch, &n->batch, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TD3 has Gaussian noise only; TQC either gSDE, or a Gaussian of which the actor learns the deviation. */
+static PetscErrorCode ParseNoise(const AgentOptions *a, LearnerOptions *n, SlipOptionItems PetscOptionsObject)
+{
+  const char *const noises[] = {"gsde", "gaussian", NULL};
+  const PetscBool td3 = a->learner == &LearnerTD3 ? PETSC_TRUE : PETSC_FALSE;
+  char noise[32];
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(noise, td3 ? "gaussian" : "gsde", sizeof(noise)));
+  PetscCall(PetscOptionsString("-train_noise",
+                               "Exploration: gsde (state-dependent; tqc, its default) or gaussian (tqc: of a learnt "
+                               "deviation; td3: of -train_noise_sigma)",
+                               NULL, noise, noise, sizeof(noise), NULL));
+  PetscCall(CheckChoice("-train_noise", noise, noises));
+  PetscCall(PetscStrcmp(noise, "gaussian", &n->gaussian));
+  PetscCheck(n->gaussian || !td3, PETSC_COMM_SELF, PETSC_ERR_SUP,
+             "-train_noise gsde needs -train_algorithm tqc; td3 has gaussian");
+  PetscCall(ParseReal(PetscOptionsObject, "-train_noise_sigma",
+                      "Standard deviation of td3's exploration, actions being in [-1, 1]", &n->noise));
+  PetscCall(ParseReal(PetscOptionsObject, "-train_smoothing", "Standard deviation of the target action's noise (td3)",
+                      &n->smoothing));
+  PetscCall(ParseReal(PetscOptionsObject, "-train_smoothing_clip", "Bound of the target action's noise (td3)",
+                      &n->smoothing_clip));
+  PetscCall(PetscOptionsInt("-train_policy_delay", "Gradient steps of the critics to one of the actor (td3)", NULL,
+                            n->delay, &n->delay, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsObject)
 {
   AgentOptions *a = &o->agent;
-  const char *const algorithms[] = {"tqc", NULL};
+  LearnerOptions *n = &a->networks;
   char algorithm[32] = "tqc";
-  PetscReal buffer = 1e6, starts = 100, lr = 3e-4, gamma = 0.99, tau = 0.005;
+  PetscBool td3;
+  double buffer = 1e6, starts = 100;
 
   PetscFunctionBegin;
   PetscCall(
-    PetscOptionsString("-train_algorithm", "Learner: tqc", NULL, algorithm, algorithm, sizeof(algorithm), NULL));
-  PetscCall(CheckChoice("-train_algorithm", algorithm, algorithms, " (td3 is not part of it)"));
-  a->tqc = (TQCOptions){o->env.nobs, 1, 64, 5, 25, 2, 256, lr, gamma, tau};
-  PetscCall(PetscOptionsInt("-train_hidden", "Width of the hidden layers", NULL, a->tqc.hidden, &a->tqc.hidden, NULL));
-  PetscCall(PetscOptionsInt("-train_critics", "Critics; the published policies were trained with 2", NULL,
-                            a->tqc.critics, &a->tqc.critics, NULL));
+    PetscOptionsString("-train_algorithm", "Learner: tqc or td3", NULL, algorithm, algorithm, sizeof(algorithm), NULL));
+  PetscCall(AlgorithmFind(algorithm, &o->algorithm));
+  PetscCall(PetscStrcmp(algorithm, "td3", &td3));
+  a->learner = td3 ? &LearnerTD3 : &LearnerTQC;
+  *n = (LearnerOptions){.obs = o->env.nobs,
+                        .act = 1,
+                        .critics = td3 ? 2 : 5,
+                        .quantiles = 25,
+                        .drop = 2,
+                        .batch = 256,
+                        .lr = td3 ? 1e-3 : 3e-4,
+                        .gamma = 0.99,
+                        .tau = 0.005,
+                        .noise = 0.1,
+                        .smoothing = 0.2,
+                        .smoothing_clip = 0.5,
+                        .delay = 2};
+  PetscCall(ParseNetworks(n, PetscOptionsObject));
+  PetscCall(ParseNoise(a, n, PetscOptionsObject));
+  PetscCall(ParseReal(PetscOptionsObject, "-train_learning_rate",
+                      "Learning rate of all optimisers (default: tqc 3e-4, td3 1e-3)", &n->lr));
+  PetscCall(ParseReal(PetscOptionsObject, "-train_discount", "Discount gamma", &n->gamma));
+  PetscCall(ParseReal(PetscOptionsObject, "-train_polyak", "Polyak coefficient tau of the target networks", &n->tau));
+  PetscCall(ParseReal(PetscOptionsObject, "-train_buffer", "Capacity of the replay buffer in transitions", &buffer));
   PetscCall(
-    PetscOptionsInt("-train_quantiles", "Quantiles of each critic", NULL, a->tqc.quantiles, &a->tqc.quantiles, NULL));
-  PetscCall(PetscOptionsInt("-train_drop", "Largest target quantiles dropped, per critic", NULL, a->tqc.drop,
-                            &a->tqc.drop, NULL));
-  PetscCall(PetscOptionsInt("-train_batch", "Transitions in a gradient step", NULL, a->tqc.batch, &a->tqc.batch, NULL));
-  PetscCall(PetscOptionsReal("-train_learning_rate", "Learning rate of all optimisers", NULL, lr, &lr, NULL));
-  PetscCall(PetscOptionsReal("-train_discount", "Discount gamma", NULL, gamma, &gamma, NULL));
-  PetscCall(PetscOptionsReal("-train_polyak", "Polyak coefficient tau of the target critics", NULL, tau, &tau, NULL));
-  PetscCall(
-    PetscOptionsReal("-train_buffer", "Capacity of the replay buffer in transitions", NULL, buffer, &buffer, NULL));
-  PetscCall(PetscOptionsReal("-train_learning_starts", "Steps with random actions before learning", NULL, starts,
-                             &starts, NULL));
-  PetscCall(CheckNetworks(&a->tqc));
-  PetscCall(CheckPositive("-train_learning_rate", lr));
-  PetscCall(CheckRange("-train_discount", gamma, 0, 1));
-  PetscCall(CheckRange("-train_polyak", tau, 0, 1));
-  PetscCall(CheckRange("-train_buffer", buffer, 1, PETSC_MAX_REAL));
-  PetscCall(CheckRange("-train_learning_starts", starts, 0, PETSC_MAX_REAL));
-  a->tqc.lr = (double)lr;
-  a->tqc.gamma = (double)gamma;
-  a->tqc.tau = (double)tau;
-  a->buffer = (PetscInt64)PetscMin(buffer, (PetscReal)o->steps); /* never more than the run can fill */
+    ParseReal(PetscOptionsObject, "-train_learning_starts", "Steps with random actions before learning", &starts));
+  PetscCall(CheckLearner(n));
+  PetscCall(CheckRange("-train_buffer", (PetscReal)buffer, 1, PETSC_MAX_REAL));
+  PetscCall(CheckRange("-train_learning_starts", (PetscReal)starts, 0, PETSC_MAX_REAL));
+  a->buffer = (PetscInt64)PetscMin(buffer, (double)o->steps); /* never more than the run can fill */
   a->learning_starts = (PetscInt64)starts;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -228,56 +303,51 @@ static PetscErrorCode ParseFiles(TrainOptions *o, SlipOptionItems PetscOptionsOb
     char *value;
   } row[] = {{"-train_output", "Policy file to write (HDF5)", o->output},
              {"-train_log", "Learning curve to write (HDF5)", o->log},
-             {"-train_resume", "Checkpoint to continue; also on another mesh or fault: transfer learning", o->resume},
+             {"-train_resume", "Checkpoint to continue", o->resume},
              {"-train_checkpoint", "Checkpoint to write: networks, optimisers, buffer, random state", o->checkpoint}};
   PetscBool set;
 
   PetscFunctionBegin;
+  PetscCall(PetscOptionsBool("-train_transfer",
+                             "-train_resume is of another mesh or fault: keep its networks and optimisers, forget its "
+                             "transitions and evaluations",
+                             NULL, o->transfer, &o->transfer, NULL));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i) {
     PetscCall(PetscOptionsString(row[i].name, row[i].text, NULL, row[i].value, row[i].value, PETSC_MAX_PATH_LEN, &set));
     PetscCheck(!set || row[i].value[0], PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
                "%s has no value, expected the name of a file", row[i].name);
   }
+  PetscCheck(!o->transfer || o->resume[0], PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "-train_transfer needs -train_resume, the checkpoint to start from");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* F.h5 becomes F.rank3.h5 when several ranks train side by side. */
-static PetscErrorCode AddRank(char file[], PetscMPIInt rank)
+/* The lists of a sweep: every alpha with every seed */
+static PetscErrorCode ParseSweep(TrainOptions *o, SlipOptionItems PetscOptionsObject)
 {
-  char stem[PETSC_MAX_PATH_LEN], *dot;
+  PetscBool set;
 
   PetscFunctionBegin;
-  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscStrncpy(stem, file, sizeof(stem)));
-  dot = strrchr(stem, '.');
-  if (dot && strcmp(dot, ".h5")) dot = NULL;
-  if (dot) *dot = 0;
-  PetscCall(PetscSNPrintf(file, PETSC_MAX_PATH_LEN, "%s.rank%d%s", stem, rank, dot ? ".h5" : ""));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SetRank(MPI_Comm comm, TrainOptions *o, PetscInt nalpha, const PetscReal alpha[])
-{
-  PetscMPIInt rank, size;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  o->env.alpha = alpha[rank % nalpha];
-  o->seed += rank;
-  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AddRank(o->output, rank));
-  PetscCall(AddRank(o->log, rank));
-  PetscCall(AddRank(o->resume, rank));
-  PetscCall(AddRank(o->checkpoint, rank));
+  o->nalpha = o->nseed = TRAIN_MAX_LIST;
+  o->alphas[0] = 1;
+  o->seeds[0] = 0;
+  PetscCall(PetscOptionsIntArray("-train_seed",
+                                 "Seed, or a list of seeds (default 0): each is trained with each -train_alpha, spread "
+                                 "over the ranks; F.h5 becomes F_alpha2_seed1.h5",
+                                 NULL, o->seeds, &o->nseed, &set));
+  if (!set || !o->nseed) o->nseed = 1;
+  PetscCall(PetscOptionsRealArray("-train_alpha", "Weight of the error in the reward, or a list of them (default 1)",
+                                  NULL, o->alphas, &o->nalpha, &set));
+  if (!set || !o->nalpha) o->nalpha = 1;
+  for (PetscInt i = 0; i < o->nalpha; ++i) PetscCall(CheckRange("-train_alpha", o->alphas[i], 0, PETSC_MAX_REAL));
+  o->env.alpha = o->alphas[0];
+  o->seed = o->seeds[0];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
 {
-  PetscReal alpha[64] = {1}, steps = 20000, checkpoint = 5000;
-  PetscInt nalpha = 64;
-  PetscBool set;
+  PetscReal steps = 20000, checkpoint = 5000;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(o, sizeof(*o)));
@@ -289,12 +359,7 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
   PetscCheck(steps >= 1 && steps < 1e12, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_steps %g must be positive",
              (double)steps);
   o->steps = (PetscInt64)steps;
-  PetscCall(PetscOptionsInt("-train_seed", "Seed; rank i uses seed + i", NULL, o->seed, &o->seed, NULL));
-  PetscCall(PetscOptionsRealArray("-train_alpha",
-                                  "Weight of the error in the reward (default 1); rank i uses entry i of a list", NULL,
-                                  alpha, &nalpha, &set));
-  if (!set || !nalpha) nalpha = 1;
-  for (PetscInt i = 0; i < nalpha; ++i) PetscCall(CheckRange("-train_alpha", alpha[i], 0, PETSC_MAX_REAL));
+  PetscCall(ParseSweep(o, PetscOptionsObject));
   PetscCall(PetscOptionsInt("-train_progress", "Steps from one progress line to the next, 0: quiet", NULL, o->progress,
                             &o->progress, NULL));
   PetscCall(
@@ -315,6 +380,13 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
   PetscCall(ParseAgent(o, PetscOptionsObject));
   PetscCall(ParseFiles(o, PetscOptionsObject));
   PetscOptionsEnd();
-  PetscCall(SetRank(comm, o, nalpha, alpha));
+  if (o->algorithm->options) PetscCall(o->algorithm->options(o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrainOptionsFree(TrainOptions *o)
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < o->env.nobs; ++i) PetscCall(PetscFree(o->env.names[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -38,7 +38,7 @@ void ReplayAdd(Replay *r, const Scalar obs[], const Scalar next_obs[], const Sca
   r->size = PetscMin(r->size + 1, r->capacity);
 }
 
-void ReplaySample(const Replay *r, Random *random, PetscInt batch, TQCBatch *b)
+void ReplaySample(const Replay *r, Random *random, PetscInt batch, Batch *b)
 {
   for (PetscInt k = 0; k < batch; ++k) {
     const Scalar *p = r->data + (PetscInt64)RandomIndex(random, (uint64_t)r->size) * ReplayWidth(r);

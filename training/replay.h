@@ -1,6 +1,6 @@
 /* Replay buffer: a ring of transitions, sampled uniformly with replacement. */
 #pragma once
-#include "tqc.h"
+#include "learner.h"
 
 typedef struct {
   PetscInt obs, act;
@@ -14,4 +14,4 @@ PETSC_INTERN PetscInt ReplayWidth(const Replay *r);
 /* done: 1 when the episode truly ended (no bootstrapping), 0 also when it was merely cut off */
 PETSC_INTERN void ReplayAdd(Replay *r, const Scalar obs[], const Scalar next_obs[], const Scalar action[],
                             Scalar reward, Scalar done);
-PETSC_INTERN void ReplaySample(const Replay *r, Random *random, PetscInt batch, TQCBatch *b);
+PETSC_INTERN void ReplaySample(const Replay *r, Random *random, PetscInt batch, Batch *b);

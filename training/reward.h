@@ -8,14 +8,12 @@ typedef struct {
   PetscReal dt_min, dt_max;           /* bounds of the action [s] */
   PetscReal cost, cost_min, cost_max; /* of the attempt; running extrema over successful ones, this one included */
   PetscReal alpha;                    /* weight of the error, -train_alpha */
-  PetscReal slip_error; /* what the step changed in the final slip of an exact continuation, over that slip */
-  PetscReal rate_error; /* likewise in the peak slip rate still to come */
-  PetscReal time_error; /* likewise in the time at which the slip passes nine tenths of its end */
+  PetscReal effect; /* weighted errors that the step leaves in the exact continuation, see Problem.judge_step */
 } RewardInput;
 
 typedef struct {
   const char *name, *meaning;
-  PetscBool needs_continuation; /* slip_error, rate_error and time_error */
+  PetscBool needs_continuation; /* effect */
   PetscReal (*value)(const RewardInput *in);
 } Reward;
 

@@ -29,6 +29,16 @@ typedef double Scalar;
   #define GSDESample GSDESample_Double
   #define QuantileTargets QuantileTargets_Double
   #define QuantileHuber QuantileHuber_Double
+  #define GaussSample GaussSample_Double
+  #define GaussGradients GaussGradients_Double
+  #define HeadBackward HeadBackward_Double
+  #define LearnerShape LearnerShape_Double
+  #define LearnerCheckOptions LearnerCheckOptions_Double
+  #define TQCNoiseCount TQCNoiseCount_Double
+  #define TD3Create TD3Create_Double
+  #define TD3Destroy TD3Destroy_Double
+  #define TD3Sample TD3Sample_Double
+  #define TD3Update TD3Update_Double
   #define TQCCreate TQCCreate_Double
   #define TQCDestroy TQCDestroy_Double
   #define TQCSample TQCSample_Double

@@ -29,8 +29,8 @@ static PetscErrorCode SetNumber(SlipPolicy p, const char name[], const char form
 static PetscErrorCode SetAttributes(Trainer *t, SlipPolicy p)
 {
   PetscFunctionBegin;
-  PetscCall(SlipPolicySetAttribute(p, "algorithm", "tqc"));
-  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.env.problem));
+  PetscCall(SlipPolicySetAttribute(p, "algorithm", t->o.algorithm->name));
+  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.env.problem->name));
   PetscCall(SlipPolicySetAttribute(p, "reward", t->o.env.reward->name));
   PetscCall(SetNumber(p, "alpha", "%g", (double)t->o.env.alpha));
   PetscCall(SetNumber(p, "training_steps", "%.0f", (double)t->best_steps));
@@ -41,17 +41,21 @@ static PetscErrorCode SetAttributes(Trainer *t, SlipPolicy p)
 PetscErrorCode TrainerStorePolicy(Trainer *t, const char file[])
 {
   const EnvOptions *e = &t->o.env;
-  const TQC *q = &t->agent.tqc;
-  const DenseShape *s = &q->latent;
   const Scalar *a = t->best_actor;
+  DenseShape s;
+  PetscBool clamp;
   SlipPolicy p;
 
   PetscFunctionBegin;
   PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &p));
   PetscCall(SlipPolicySetObservations(p, e->nobs, (const char *const *)e->names, e->scale, e->offset));
-  for (PetscInt l = 0; l < s->layers; ++l)
-    PetscCall(AddLayer(p, s->size[l], s->size[l + 1], a + s->weight[l], a + s->bias[l], SLIP_ACTIVATION_RELU));
-  PetscCall(AddLayer(p, q->o.hidden, q->o.act, a + q->head_weight, a + q->head_bias, SLIP_ACTIVATION_HARDTANH2));
+  t->agent.o.learner->policy(t->agent.learner, &s, &clamp);
+  for (PetscInt l = 0; l < s.layers; ++l) {
+    const SlipActivation last = clamp ? SLIP_ACTIVATION_HARDTANH2 : SLIP_ACTIVATION_LINEAR;
+
+    PetscCall(AddLayer(p, s.size[l], s.size[l + 1], a + s.weight[l], a + s.bias[l],
+                       l + 1 < s.layers ? SLIP_ACTIVATION_RELU : last));
+  }
   PetscCall(SlipPolicySetAction(p, -1, 1, e->dt_min, e->dt_min_unit, e->dt_max, e->dt_max_unit, e->log_spacing));
   PetscCall(SlipPolicySetRange(p, t->env.obs_min, t->env.obs_max));
   PetscCall(SetAttributes(t, p));

@@ -1,31 +1,24 @@
 /* Truncated quantile critics (Kuznetsov et al. 2020) with generalised state-dependent exploration (Raffin et al.
    2022), as Stable-Baselines3 2.7 and sb3-contrib 2.7 compute it. */
 #pragma once
-#include "dense.h"
+#include "learner.h"
 
+/* The stochastic policy on one batch, all [A][B] */
 typedef struct {
-  PetscInt obs, act;     /* O, A */
-  PetscInt hidden;       /* width of the hidden layers of all networks */
-  PetscInt critics;      /* C */
-  PetscInt quantiles;    /* per critic */
-  PetscInt drop;         /* largest target quantiles left out, per critic */
-  PetscInt batch;        /* samples in a gradient step */
-  double lr, gamma, tau; /* learning rate of all optimisers, discount, Polyak coefficient */
-} TQCOptions;
-
-/* gSDE quantities of one batch, all [A][B] */
-typedef struct {
-  Scalar *mean_raw, *mean; /* head before and after the clamp to [-2, 2] */
-  Scalar *noise;           /* n_k = sum_j h_j E_jk */
-  Scalar *var;             /* S_k = sum_j h_j^2 sigma_jk^2 + 1e-6 */
+  Scalar *mean_raw, *mean; /* head before and after the clamp to [-2, 2]; the same without gSDE */
+  Scalar *noise;           /* n_k = sum_j h_j E_jk; sigma_k eps_k without gSDE */
+  Scalar *var;             /* S_k = sum_j h_j^2 sigma_jk^2 + 1e-6; sigma_k^2 without gSDE */
+  Scalar *std_raw;         /* log sigma_k before its clamp to [-20, 2], without gSDE */
   Scalar *action;          /* a = tanh(m + n) */
   Scalar *logp;            /* [B], summed over k */
-} GSDE;
+} Sample;
 
 typedef struct {
-  TQCOptions o;
+  LearnerOptions o;
   DenseShape latent, critic;
-  size_t head_weight, head_bias, log_std; /* offsets in actor: mean head W[A][hidden], b[A], log_std [hidden][A] */
+  PetscInt hidden;                        /* H, width of the actor's last hidden layer */
+  size_t head_weight, head_bias, log_std; /* offsets in actor: mean head W[A][H], b[A]; log_std [H][A], or without gSDE
+                                             the head of log sigma, W[A][H], b[A] */
   size_t nactor, ncritic;                 /* parameters: actor with log_std; all critics */
   Scalar *actor, *critics, *target;       /* parameters */
   Scalar *actor_grad, *critic_grad;       /* gradients of the last step */
@@ -33,37 +26,38 @@ typedef struct {
   Adam actor_adam, critic_adam, alpha_adam;
   /* work space */
   DenseWork actor_work, critic_work;
-  GSDE now, next;
-  Scalar *sigma, *explore;     /* [hidden][A] */
+  Sample now, next;
+  Scalar *sigma, *explore;     /* [H][A] */
+  Scalar *normals;             /* [TQCNoiseCount()] */
   Scalar *input;               /* critic input [O+A][B] */
   Scalar *z;                   /* target quantiles [C*quantiles][B], then sorted */
   Scalar *dqda, *dS, *dg, *dm; /* [A][B] */
 } TQC;
 
-/* Feature-major arrays with leading dimension TQCOptions.batch. action in [-1, 1]; done is 1 where bootstrapping
-   stops. */
-typedef struct {
-  Scalar *obs, *next_obs; /* [O][B] */
-  Scalar *action;         /* [A][B] */
-  Scalar *reward, *done;  /* [B] */
-} TQCBatch;
-
-typedef struct {
-  double critic, actor, entropy, alpha, mean_q;
-} TQCLosses;
-
-PETSC_INTERN PetscErrorCode TQCCreate(const TQCOptions *o, Random *r, TQC *t);
+PETSC_INTERN PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, TQC *t);
 PETSC_INTERN PetscErrorCode TQCDestroy(TQC *t);
-/* Actions [A][B] at obs [O][B], B <= o.batch. eps [hidden][A] standard normal, or NULL: the deterministic tanh(mean).
-   */
+/* Standard normals that one gradient step needs: [H][A], one exploration matrix for the whole batch; without gSDE
+   [2][A][B], for obs and next_obs. */
+PETSC_INTERN PetscInt TQCNoiseCount(const TQC *t);
+/* Actions [A][B] at obs [O][B], B <= o.batch. eps: standard normals [H][A], without gSDE [A][B]; NULL: the deterministic
+   tanh(mean). */
 PETSC_INTERN void TQCSample(TQC *t, PetscInt B, const Scalar obs[], const Scalar eps[], Scalar action[]);
-/* One gradient step. eps [hidden][A]: one standard normal exploration matrix for the whole batch. */
-PETSC_INTERN void TQCUpdate(TQC *t, const TQCBatch *batch, const Scalar eps[], TQCLosses *losses);
+PETSC_INTERN void TQCUpdate(TQC *t, const Batch *batch, const Scalar eps[], Losses *losses);
 
 /* ---- parts, used by the above ---- */
 /* gSDE at latent features h [H][B]: fills every field of s. head: W[A][H]; explore, sigma [H][A] (NULL: no noise). */
 PETSC_INTERN void GSDESample(PetscInt H, PetscInt A, PetscInt B, const Scalar h[], const Scalar head[],
-                             const Scalar bias[], const Scalar sigma[], const Scalar explore[], GSDE *s);
+                             const Scalar bias[], const Scalar sigma[], const Scalar explore[], Sample *s);
+/* A Gaussian at latent features: log sigma has a head of its own, as the mean has. eps [A][B], NULL: no noise. */
+PETSC_INTERN void GaussSample(PetscInt H, PetscInt A, PetscInt B, const Scalar h[], const Scalar head[],
+                              const Scalar bias[], const Scalar std_head[], const Scalar std_bias[], const Scalar eps[],
+                              Sample *s);
+/* Gradients of mean(alpha logp - Q) with respect to mean and log sigma, [A][B], for such a sample. */
+PETSC_INTERN void GaussGradients(PetscInt A, PetscInt B, Scalar alpha, const Scalar dqda[], const Sample *s,
+                                 Scalar dm[], Scalar dlog[]);
+/* Backward through a linear head W[A][H] at h [H][B]: its own gradients, and dh, to which it adds unless first. */
+PETSC_INTERN void HeadBackward(PetscInt H, PetscInt A, PetscInt B, const Scalar h[], const Scalar W[],
+                               const Scalar delta[], PetscBool first, Scalar gW[], Scalar gb[], Scalar dh[]);
 /* z [n][B]: sort every sample's values ascending and turn the smallest keep of them into y = r + (1-d) gamma (z -
    alpha logp). */
 PETSC_INTERN void QuantileTargets(PetscInt n, PetscInt keep, PetscInt B, const Scalar reward[], const Scalar done[],

@@ -10,11 +10,18 @@ static void CriticInput(TQC *t, const Scalar obs[], const Scalar action[])
   for (size_t i = 0; i < na; ++i) t->input[no + i] = action[i];
 }
 
-static void ActorForward(TQC *t, const Scalar obs[], GSDE *s)
+/* eps: of the Gaussian [A][B]; gSDE's is in t->explore already */
+static void ActorForward(TQC *t, const Scalar obs[], const Scalar eps[], Sample *s)
 {
-  DenseForward(&t->latent, t->actor, t->o.batch, obs, &t->actor_work);
-  GSDESample(t->o.hidden, t->o.act, t->o.batch, t->actor_work.out[1], t->actor + t->head_weight,
-             t->actor + t->head_bias, t->sigma, t->explore, s);
+  const PetscInt H = t->hidden, A = t->o.act, B = t->o.batch;
+  const Scalar *h = t->actor_work.out[t->latent.layers - 1], *head = t->actor + t->head_weight,
+               *bias = t->actor + t->head_bias, *std = t->actor + t->log_std;
+
+  DenseForward(&t->latent, t->actor, B, obs, &t->actor_work);
+  if (t->o.gaussian)
+    GaussSample(H, A, B, h, head, bias, std, std + H * A, eps, s);
+  else
+    GSDESample(H, A, B, h, head, bias, t->sigma, t->explore, s);
 }
 
 /* lambda with the policy's entropy against its target -A; returns the loss and updates lambda. */
@@ -30,19 +37,20 @@ static double EntropyStep(TQC *t, const Scalar logp[])
   return loss;
 }
 
-static double CriticStep(TQC *t, const TQCBatch *batch, Scalar alpha)
+static double CriticStep(TQC *t, const Batch *batch, Scalar alpha)
 {
-  const TQCOptions *o = &t->o;
+  const LearnerOptions *o = &t->o;
   const PetscInt B = o->batch, n = o->critics * o->quantiles, keep = n - o->critics * o->drop;
   double loss;
 
   CriticInput(t, batch->next_obs, t->next.action);
   DenseForward(&t->critic, t->target, B, t->input, &t->critic_work);
-  for (PetscInt i = 0; i < n * B; ++i) t->z[i] = t->critic_work.out[3][i];
+  for (PetscInt i = 0; i < n * B; ++i) t->z[i] = t->critic_work.out[t->critic.layers - 1][i];
   QuantileTargets(n, keep, B, batch->reward, batch->done, (Scalar)o->gamma, alpha, t->next.logp, t->z);
   CriticInput(t, batch->obs, batch->action);
   DenseForward(&t->critic, t->critics, B, t->input, &t->critic_work);
-  loss = QuantileHuber(o->critics, o->quantiles, keep, B, t->critic_work.out[3], t->z, t->critic_work.delta[3]);
+  loss = QuantileHuber(o->critics, o->quantiles, keep, B, t->critic_work.out[t->critic.layers - 1], t->z,
+                       t->critic_work.delta[t->critic.layers - 1]);
   DenseBackward(&t->critic, t->critics, B, t->input, &t->critic_work, t->critic_grad);
   AdamStep(&t->critic_adam, o->lr, t->critic_grad, t->critics);
   return loss;
@@ -57,8 +65,8 @@ static double CriticValue(TQC *t, const Scalar obs[], const Scalar action[])
   CriticInput(t, obs, action);
   DenseForward(&t->critic, t->critics, B, t->input, &t->critic_work);
   for (PetscInt i = 0; i < n * B; ++i) {
-    sum += t->critic_work.out[3][i];
-    t->critic_work.delta[3][i] = 1 / (Scalar)n;
+    sum += (double)t->critic_work.out[t->critic.layers - 1][i];
+    t->critic_work.delta[t->critic.layers - 1][i] = 1 / (Scalar)n;
   }
   DenseBackward(&t->critic, t->critics, B, t->input, &t->critic_work, NULL);
   for (PetscInt k = 0; k < t->o.act; ++k) {
@@ -75,7 +83,7 @@ static void HeadGradients(TQC *t, Scalar alpha)
 {
   const PetscInt n = t->o.act * t->o.batch;
   const Scalar B = (Scalar)t->o.batch, kappa = alpha / B;
-  const GSDE *s = &t->now;
+  const Sample *s = &t->now;
 
   for (PetscInt i = 0; i < n; ++i) {
     const Scalar a = s->action[i], one = 1 - a * a, noise = s->noise[i], S = s->var[i];
@@ -86,13 +94,13 @@ static void HeadGradients(TQC *t, Scalar alpha)
   }
 }
 
-/* Backward through the mean head and the exploration (the features are not detached), then the hidden layers. */
-static void ActorBackward(TQC *t, const Scalar obs[])
+/* Backward through the mean head and the exploration (the features are not detached). */
+static void GSDEBackward(TQC *t)
 {
-  const PetscInt H = t->o.hidden, A = t->o.act, B = t->o.batch;
-  const Scalar *h = t->actor_work.out[1], *W = t->actor + t->head_weight;
-  Scalar *dh = t->actor_work.delta[1], *gW = t->actor_grad + t->head_weight, *gb = t->actor_grad + t->head_bias,
-         *gstd = t->actor_grad + t->log_std;
+  const PetscInt H = t->hidden, A = t->o.act, B = t->o.batch;
+  const Scalar *h = t->actor_work.out[t->latent.layers - 1], *W = t->actor + t->head_weight;
+  Scalar *dh = t->actor_work.delta[t->latent.layers - 1], *gW = t->actor_grad + t->head_weight,
+         *gb = t->actor_grad + t->head_bias, *gstd = t->actor_grad + t->log_std;
 
   for (PetscInt k = 0; k < A; ++k) {
     const Scalar *dg = t->dg + k * B, *dm = t->dm + k * B, *dS = t->dS + k * B;
@@ -115,30 +123,50 @@ static void ActorBackward(TQC *t, const Scalar obs[])
       gW[k * H + j] = sum_w;
     }
   }
-  DenseBackward(&t->latent, t->actor, B, obs, &t->actor_work, t->actor_grad);
 }
 
-void TQCUpdate(TQC *t, const TQCBatch *batch, const Scalar eps[], TQCLosses *losses)
+static void GaussBackward(TQC *t)
 {
-  const PetscInt HA = t->o.hidden * t->o.act, B = t->o.batch;
+  const PetscInt H = t->hidden, A = t->o.act, B = t->o.batch, last = t->latent.layers - 1;
+  const Scalar *h = t->actor_work.out[last];
+  Scalar *dh = t->actor_work.delta[last], *g = t->actor_grad, *p = t->actor;
+
+  HeadBackward(H, A, B, h, p + t->head_weight, t->dm, PETSC_TRUE, g + t->head_weight, g + t->head_bias, dh);
+  HeadBackward(H, A, B, h, p + t->log_std, t->dS, PETSC_FALSE, g + t->log_std, g + t->log_std + (size_t)(H * A), dh);
+}
+
+static void ActorStep(TQC *t, const Scalar obs[], Scalar alpha)
+{
+  if (t->o.gaussian) {
+    GaussGradients(t->o.act, t->o.batch, alpha, t->dqda, &t->now, t->dm, t->dS);
+    GaussBackward(t);
+  } else {
+    HeadGradients(t, alpha);
+    GSDEBackward(t);
+  }
+  DenseBackward(&t->latent, t->actor, t->o.batch, obs, &t->actor_work, t->actor_grad);
+  AdamStep(&t->actor_adam, t->o.lr, t->actor_grad, t->actor);
+}
+
+void TQCUpdate(TQC *t, const Batch *batch, const Scalar eps[], Losses *losses)
+{
+  const PetscInt HA = t->hidden * t->o.act, B = t->o.batch;
   const Scalar alpha =
     ScalarExp(t->log_alpha); /* before its own update: the same in the targets and the actor's loss */
   double mean_logp = 0;
 
-  for (PetscInt i = 0; i < HA; ++i) {
+  for (PetscInt i = 0; i < HA && !t->o.gaussian; ++i) {
     t->sigma[i] = ScalarExp(t->actor[t->log_std + (size_t)i]);
     t->explore[i] = t->sigma[i] * eps[i];
   }
-  ActorForward(t, batch->next_obs, &t->next);
-  ActorForward(t, batch->obs, &t->now); /* last: its hidden layers are needed for the backward pass */
+  ActorForward(t, batch->next_obs, eps + t->o.act * B * (t->o.gaussian ? 1 : 0), &t->next);
+  ActorForward(t, batch->obs, eps, &t->now); /* last: its hidden layers are needed for the backward pass */
   losses->alpha = (double)alpha;
   losses->entropy = EntropyStep(t, t->now.logp);
   losses->critic = CriticStep(t, batch, alpha);
   losses->mean_q = CriticValue(t, batch->obs, t->now.action);
-  for (PetscInt b = 0; b < B; ++b) mean_logp += t->now.logp[b];
+  for (PetscInt b = 0; b < B; ++b) mean_logp += (double)t->now.logp[b];
   losses->actor = (double)alpha * mean_logp / (double)B - losses->mean_q;
-  HeadGradients(t, alpha);
-  ActorBackward(t, batch->obs);
-  AdamStep(&t->actor_adam, t->o.lr, t->actor_grad, t->actor);
+  ActorStep(t, batch->obs, alpha);
   PolyakAverage(t->ncritic, t->o.tau, t->critics, t->target);
 }

@@ -1,50 +1,95 @@
 static const char help[] =
-  "Trains a policy that chooses step sizes, by truncated quantile critics (TQC).\n"
+  "Trains a policy that chooses step sizes, by truncated quantile critics (TQC) or TD3.\n"
+  "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
   "  train -train_steps 20000 -train_output policy.h5 -train_log curve.h5\n"
   "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-element faults)\n"
-  "  mpirun -n 2 train -train_alpha 1,4 -train_output policy.h5              (two policies side by side)\n"
+  "  mpirun -n 2 train -train_alpha 1,2,4 -train_seed 1,2 -train_output policy.h5    (six trainings, two at a time)\n"
   "  fault -ts_adapt_type rl -ts_adapt_rl_policy policy.h5                   (uses it)\n"
   "The fault is that of the -fault_ options, one element unless -fault_nx and -fault_nz say otherwise.\n"
-  "Random faults (-train_random): ";
+  "Drawn by -train_random:\n";
 
-#include "trainer.h"
+#include "cmatrain.h"
+#include "sweep.h"
 #include <slipstep/private/slipcompat.h>
 
-static PetscErrorCode Run(void)
+static PetscErrorCode RunCMA(void)
 {
-  TrainOptions o;
-  Trainer t;
-  EnvRun run;
+  CMAOptions o;
+  CMATrainer t;
   PetscBool only_help;
 
   PetscFunctionBeginUser;
-  PetscCall(TrainOptionsSet(PETSC_COMM_WORLD, &o));
+  PetscCall(CMAOptionsSet(PETSC_COMM_WORLD, &o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
-  if (only_help) { /* the options of the fault and of TS */
-    PetscCall(EnvRunCreate(&o.env, NULL, &run));
-    PetscCall(EnvRunDestroy(&run));
-    for (PetscInt i = 0; i < o.env.nobs; ++i) PetscCall(PetscFree(o.env.names[i]));
+  if (only_help) {
+    for (PetscInt i = 0; i < o.nobs; ++i) PetscCall(PetscFree(o.names[i]));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(TrainerCreate(PETSC_COMM_WORLD, &o, &t));
-  PetscCall(TrainerRun(&t));
-  PetscCall(TrainerDestroy(&t));
+  PetscCall(CMATrainerCreate(PETSC_COMM_WORLD, &o, &t));
+  PetscCall(CMATrainerRun(&t));
+  PetscCall(CMATrainerDestroy(&t));
+  PetscCall(SlipWarnOfUnusedOptions());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of several ranks the first trains and the others wait. */
+static PetscErrorCode RunOne(const TrainOptions *o)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  if (!rank) PetscCall(o->algorithm->run(o));
+  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(PetscInt *failed)
+{
+  TrainOptions o;
+  EnvRun run;
+  EnvInstance instance;
+  char algorithm[32] = "";
+  PetscBool only_help, evolution;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-train_algorithm", algorithm, sizeof(algorithm), NULL));
+  PetscCall(PetscStrcmp(algorithm, "cmaes", &evolution));
+  if (evolution) {
+    PetscCall(RunCMA());
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(TrainOptionsSet(PETSC_COMM_WORLD, &o));
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  if (only_help) { /* the options of the problem and of TS */
+    PetscCall(EnvInstanceCreate(&o.env, NULL, PETSC_FALSE, &instance));
+    PetscCall(o.env.problem->create(&o.env, &instance, &run));
+    PetscCall(o.env.problem->destroy(&run));
+    PetscCall(TrainOptionsFree(&o));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (SweepCount(&o) > 1)
+    PetscCall(SweepRun(PETSC_COMM_WORLD, &o, failed));
+  else
+    PetscCall(RunOne(&o));
+  PetscCall(TrainOptionsFree(&o));
   PetscCall(SlipWarnOfUnusedOptions());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 int main(int argc, char **argv)
 {
-  static char manual[2048];
-  char ranges[1024];
+  static char manual[4096];
+  char ranges[2048];
+  PetscInt failed = 0;
 
   PetscFunctionBeginUser;
-  PetscCall(EnvDescribeDraw(ranges, sizeof(ranges)));
+  PetscCall(ProblemDescribeDraws(ranges, sizeof(ranges)));
   PetscCall(PetscSNPrintf(manual, sizeof(manual), "%s%s\n\n", help, ranges));
   PetscCall(PetscInitialize(&argc, &argv, NULL, manual));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("train"));
-  PetscCall(Run());
+  PetscCall(Run(&failed));
   PetscCall(PetscFinalize());
-  return 0;
+  return failed ? 1 : 0;
 }

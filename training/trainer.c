@@ -1,12 +1,12 @@
 /* The training run: episodes until the steps are done, evaluation of the deterministic policy in between, the policy
    at the end. */
-#include "trainer.h"
+#include "sweep.h"
 #include <slipstep/private/sliperror.h>
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
 #include <petsctime.h>
 
-#define EVALUATION_SEED 20260 /* the faults of every evaluation are the same */
+#define EVALUATION_SEED 20260 /* the instances of every evaluation are the same */
 
 /* What is written at the end must be writable now. */
 static PetscErrorCode CheckFiles(const TrainOptions *o)
@@ -22,22 +22,33 @@ static PetscErrorCode CheckFiles(const TrainOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TrainerCreate(MPI_Comm comm, const TrainOptions *o, Trainer *t)
+/* Drawn once, so that evaluations differ by the policy alone; their exact solutions are known. */
+static PetscErrorCode CreateEvaluation(Trainer *t)
 {
-  PetscMPIInt rank, size;
+  Random random;
 
   PetscFunctionBegin;
+  if (!t->o.evaluate_interval) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!t->o.env.random) t->o.evaluate_episodes = 1;
+  RandomSeed(&random, EVALUATION_SEED);
+  PetscCall(PetscCalloc1((size_t)t->o.evaluate_episodes, &t->evaluation));
+  for (PetscInt i = 0; i < t->o.evaluate_episodes; ++i)
+    PetscCall(EnvInstanceCreate(&t->o.env, t->o.env.random ? &random : NULL, PETSC_TRUE, &t->evaluation[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrainerCreate(const TrainOptions *o, Trainer *t)
+{
+  PetscFunctionBegin;
   PetscCall(PetscMemzero(t, sizeof(*t)));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
   t->o = *o;
-  t->rank = rank;
-  t->size = size;
   t->best = -PETSC_MAX_REAL;
   PetscCall(EnvCreate(&o->env, &t->env));
+  PetscCall(CreateEvaluation(t));
   PetscCall(AgentCreate(&o->agent, (uint64_t)o->seed, &t->agent));
-  RandomSeed(&t->faults, (uint64_t)o->seed + 0x5eed);
-  PetscCall(PetscCalloc1(t->agent.tqc.nactor, &t->best_actor));
+  RandomSeed(&t->instances, (uint64_t)o->seed + 0x5eed);
+  o->agent.learner->actor(t->agent.learner, &t->actor, &t->nactor);
+  PetscCall(PetscCalloc1(t->nactor, &t->best_actor));
   PetscCall(CheckFiles(o));
   PetscCall(SlipErrorSource("-train_resume"));
   if (o->resume[0]) PetscCall(CheckpointRead(t, o->resume));
@@ -53,7 +64,9 @@ PetscErrorCode TrainerDestroy(Trainer *t)
   PetscCall(TrainLogClose(&t->log));
   PetscCall(AgentDestroy(&t->agent));
   PetscCall(PetscFree(t->best_actor));
-  for (PetscInt i = 0; i < t->o.env.nobs; ++i) PetscCall(PetscFree(t->o.env.names[i]));
+  for (PetscInt i = 0; t->evaluation && i < t->o.evaluate_episodes; ++i)
+    PetscCall(EnvInstanceDestroy(&t->o.env, &t->evaluation[i]));
+  PetscCall(PetscFree(t->evaluation));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -84,35 +97,33 @@ static PetscErrorCode Evaluate(Trainer *t)
 {
   Environment env = t->env; /* a copy: ranges and extrema of training are not touched */
   EnvResult r;
-  Random faults;
   double total = 0, attempts = 0, error = 0, n = (double)t->o.evaluate_episodes;
 
   PetscFunctionBegin;
-  RandomSeed(&faults, EVALUATION_SEED);
   if (!env.o.max_steps) env.o.max_steps = 10000; /* a policy that stalls must not stall its evaluation */
   for (PetscInt i = 0; i < t->o.evaluate_episodes; ++i) {
-    PetscCall(EnvRunEpisode(&env, &faults, EvaluationActor, t, &r));
+    PetscCall(EnvRunInstance(&env, &t->evaluation[i], EvaluationActor, t, &r));
     total += r.total;
     attempts += (double)r.attempts;
-    error += PetscAbsReal(r.final_slip / r.reference - 1);
+    error += PetscAbsReal(r.error[0]);
   }
   t->evaluated = t->agent.steps;
   if (total / n > t->best) {
     t->best = total / n;
     t->best_steps = t->agent.steps;
-    PetscCall(PetscArraycpy(t->best_actor, t->agent.tqc.actor, t->agent.tqc.nactor));
+    PetscCall(PetscArraycpy(t->best_actor, t->actor, t->nactor));
   }
   PetscCall(TrainLogEvaluation(t->log, t, total / n, attempts / n, error / n));
   if (t->o.progress)
-    PetscCall(PetscPrintf(PETSC_COMM_SELF, "  evaluation  return %8.3f  attempts %6.1f  slip error %7.3f %%%s\n",
-                          total / n, attempts / n, 100 * error / n,
+    PetscCall(PetscPrintf(PETSC_COMM_SELF, "%s  evaluation  return %8.3f  attempts %6.1f  error %7.3f %%%s\n",
+                          t->o.label, total / n, attempts / n, 100 * error / n,
                           t->best_steps == t->agent.steps ? "  best so far" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Progress(const Trainer *t, const EnvResult *r)
 {
-  const TQCLosses *l = &t->agent.losses;
+  const Losses *l = &t->agent.losses;
   PetscLogDouble now;
   double done, left;
 
@@ -120,12 +131,11 @@ static PetscErrorCode Progress(const Trainer *t, const EnvResult *r)
   PetscCall(PetscTime(&now));
   done = (double)(t->agent.steps - t->begin_steps);
   left = (now - t->begin) / done * (double)(t->o.steps - t->agent.steps);
-  if (t->size > 1) PetscCall(PetscPrintf(PETSC_COMM_SELF, "[%" PetscInt_FMT "] ", t->rank));
-  PetscCall(PetscPrintf(
-    PETSC_COMM_SELF,
-    "step %7" PetscInt64_FMT "/%" PetscInt64_FMT "  episode %5" PetscInt64_FMT "  return %8.3f  length %4" PetscInt_FMT
-    "  critic %9.3e  actor %9.3f  entropy coefficient %8.2e  left %5.0f s\n",
-    t->agent.steps, t->o.steps, t->episodes, (double)r->total, r->attempts, l->critic, l->actor, l->alpha, left));
+  PetscCall(PetscPrintf(PETSC_COMM_SELF,
+                        "%sstep %7" PetscInt64_FMT "/%" PetscInt64_FMT "  episode %5" PetscInt64_FMT
+                        "  return %8.3f  length %4" PetscInt_FMT "  critic %9.3e  actor %9.3f  left %5.0f s\n",
+                        t->o.label, t->agent.steps, t->o.steps, t->episodes, (double)r->total, r->attempts, l->critic,
+                        l->actor, left));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -134,6 +144,7 @@ static PetscErrorCode AfterEpisode(Trainer *t, const EnvResult *r, PetscInt64 *s
 {
   PetscFunctionBegin;
   t->episodes++;
+  PetscCall(SweepYield());
   PetscCall(TrainLogEpisode(t->log, t, r));
   if (t->o.progress && (t->agent.steps - *shown >= t->o.progress || t->agent.steps >= t->o.steps)) {
     PetscCall(Progress(t, r));
@@ -155,16 +166,28 @@ PetscErrorCode TrainerRun(Trainer *t)
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&t->begin));
+  if (t->o.transfer && t->o.evaluate_interval) PetscCall(Evaluate(t)); /* what it is to be better than */
   while (t->agent.steps < t->o.steps) {
-    PetscCall(EnvRunEpisode(&t->env, &t->faults, TrainingActor, t, &r));
+    PetscCall(EnvRunEpisode(&t->env, &t->instances, TrainingActor, t, &r));
     PetscCall(AfterEpisode(t, &r, &shown));
   }
   if (t->o.evaluate_interval && t->evaluated < t->agent.steps) PetscCall(Evaluate(t));
   if (!t->o.evaluate_interval) {
     t->best_steps = t->agent.steps;
-    PetscCall(PetscArraycpy(t->best_actor, t->agent.tqc.actor, t->agent.tqc.nactor));
+    PetscCall(PetscArraycpy(t->best_actor, t->actor, t->nactor));
   }
   if (t->o.output[0]) PetscCall(TrainerStorePolicy(t, t->o.output));
   if (t->o.checkpoint[0]) PetscCall(CheckpointWrite(t, t->o.checkpoint));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrainerTrain(const TrainOptions *o)
+{
+  Trainer t;
+
+  PetscFunctionBegin;
+  PetscCall(TrainerCreate(o, &t));
+  PetscCall(TrainerRun(&t));
+  PetscCall(TrainerDestroy(&t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,13 +14,13 @@ static const struct {
   const char *path, *units;
 } EpisodeColumns[EPISODE_COLUMNS] =
   {{"/episodes/step", ""},       {"/episodes/return", ""},       {"/episodes/length", "attempts"},
-   {"/episodes/accepted", ""},   {"/episodes/slip_error", ""},   {"/episodes/critic_loss", ""},
+   {"/episodes/accepted", ""},   {"/episodes/error", ""},        {"/episodes/critic_loss", ""},
    {"/episodes/actor_loss", ""}, {"/episodes/entropy_loss", ""}, {"/episodes/entropy_coefficient", ""},
    {"/episodes/mean_value", ""}, {"/episodes/wall_time", "s"}},
   EvaluationColumns[EVALUATION_COLUMNS] = {{"/evaluations/step", ""},
                                            {"/evaluations/return", ""},
                                            {"/evaluations/length", "attempts"},
-                                           {"/evaluations/slip_error", ""}};
+                                           {"/evaluations/error", ""}};
 
 PetscErrorCode TrainLogOpen(const Trainer *t, const char file[], TrainLog *log)
 {
@@ -34,6 +34,9 @@ PetscErrorCode TrainLogOpen(const Trainer *t, const char file[], TrainLog *log)
     PetscCall(SlipH5CreateSeries(&l->h5, EpisodeColumns[i].path, 0, NULL, PETSC_FALSE, EpisodeColumns[i].units));
   for (PetscInt i = 0; i < EVALUATION_COLUMNS; ++i)
     PetscCall(SlipH5CreateSeries(&l->h5, EvaluationColumns[i].path, 0, NULL, PETSC_FALSE, EvaluationColumns[i].units));
+  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "problem", t->o.env.problem->name));
+  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "algorithm", t->o.algorithm->name));
+  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "error", t->o.env.problem->errors[0]));
   PetscCall(SlipH5WriteAttrInt(&l->h5, "/", "seed", t->o.seed));
   PetscCall(SlipH5WriteAttrReal(&l->h5, "/", "alpha", t->o.env.alpha));
   PetscCall(SlipH5WriteAttrString(&l->h5, "/", "reward", t->o.env.reward->name));
@@ -43,7 +46,7 @@ PetscErrorCode TrainLogOpen(const Trainer *t, const char file[], TrainLog *log)
 
 PetscErrorCode TrainLogEpisode(TrainLog log, const Trainer *t, const EnvResult *r)
 {
-  const TQCLosses *l = &t->agent.losses;
+  const Losses *l = &t->agent.losses;
   PetscLogDouble now;
 
   PetscFunctionBegin;
@@ -54,7 +57,7 @@ PetscErrorCode TrainLogEpisode(TrainLog log, const Trainer *t, const EnvResult *
                                           r->total,
                                           (PetscReal)r->attempts,
                                           (PetscReal)r->accepted,
-                                          r->final_slip / r->reference - 1,
+                                          r->error[0],
                                           l->critic,
                                           l->actor,
                                           l->entropy,
@@ -65,10 +68,9 @@ PetscErrorCode TrainLogEpisode(TrainLog log, const Trainer *t, const EnvResult *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TrainLogEvaluation(TrainLog log, const Trainer *t, double mean_return, double attempts,
-                                  double slip_error)
+PetscErrorCode TrainLogEvaluation(TrainLog log, const Trainer *t, double mean_return, double attempts, double error)
 {
-  const PetscReal row[EVALUATION_COLUMNS] = {(PetscReal)t->agent.steps, mean_return, attempts, slip_error};
+  const PetscReal row[EVALUATION_COLUMNS] = {(PetscReal)t->agent.steps, mean_return, attempts, error};
 
   PetscFunctionBegin;
   if (!log) PetscFunctionReturn(PETSC_SUCCESS);

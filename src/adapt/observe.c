@@ -4,7 +4,10 @@
 
 #define CRITICAL_RESIDUAL 4 /* E_c of the residual */
 #define FAILED_RESIDUAL 2   /* what a solve that failed or was not run counts as */
-#define LOG_FLOOR 1e-16     /* smallest argument of a logarithm */
+#define TIME_LEFT_MIN 1e-3  /* bounds of the remaining time whose logarithm is taken [T*] */
+#define TIME_LEFT_MAX 1e3
+#define CHANGE "change_"
+#define LOG_FLOOR 1e-16 /* smallest argument of a logarithm */
 
 static PetscReal LogClipped(PetscReal x)
 {
@@ -101,6 +104,16 @@ static PetscErrorCode LogTimeScale(const SlipObserver *o, PetscInt k, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode LogTimeLeft(const SlipObserver *o, PetscInt k, PetscReal *value)
+{
+  const PetscReal left = o->max_time < PETSC_MAX_REAL ? (o->max_time - o->time) / o->tstar : PETSC_MAX_REAL;
+
+  PetscFunctionBegin;
+  (void)k;
+  *value = PetscLog10Real(PetscClipInterval(left, (PetscReal)TIME_LEFT_MIN, (PetscReal)TIME_LEFT_MAX));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode LogAccuracy(const SlipObserver *o, PetscInt k, PetscReal *value)
 {
   PetscFunctionBegin;
@@ -187,6 +200,8 @@ static const SlipObservation Table[] = {
   {"log_step", SLIP_OBSERVES_ATTEMPT, LogStep, "log10(h/T*); of (h_min + h_max)/2 at the start"},
   {"time_fraction", SLIP_OBSERVES_ATTEMPT, TimeFraction, "time / maximum time; 0 without a maximum"},
   {"log_time_scale", SLIP_OBSERVES_ATTEMPT, LogTimeScale, "log10(maximum time / T*); 0 without a maximum"},
+  {"log_time_left", SLIP_OBSERVES_ATTEMPT, LogTimeLeft,
+   "log10(remaining time / T*) in [-3, 3]; 3 without a maximum time"},
   {SLIP_OBSERVES_ACCURACY, SLIP_OBSERVES_ATTEMPT, LogAccuracy,
    "log10 of the wanted relative error of the run's result (-ts_adapt_rl_accuracy)"},
   {"failures", SLIP_OBSERVES_ATTEMPT, Failures, "attempts in a row that did not converge"},
@@ -214,6 +229,20 @@ const SlipObservation *SlipObservationFind(const char name[], PetscInt *componen
   return NULL;
 }
 
+/* What a name means. "change_" before a name is a row of every row: the value less that at the accepted step before. */
+PetscErrorCode SlipObservedSet(SlipObserved *seen, const char name[])
+{
+  PetscBool change;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(seen->name, name, sizeof(seen->name)));
+  PetscCall(PetscStrncmp(name, CHANGE, sizeof(CHANGE) - 1, &change));
+  seen->change = change ? sizeof(CHANGE) - 1 : 0;
+  seen->row = SlipObservationFind(name + seen->change, &seen->component);
+  seen->has_base = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipObservationKnown - whether an observation is in the library's table
 
@@ -231,10 +260,11 @@ const SlipObservation *SlipObservationFind(const char name[], PetscInt *componen
 @*/
 PetscErrorCode SlipObservationKnown(const char name[], PetscBool *known)
 {
-  PetscInt component;
+  SlipObserved seen;
 
   PetscFunctionBegin;
-  *known = SlipObservationFind(name, &component) ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipObservedSet(&seen, name));
+  *known = seen.row ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -256,6 +286,8 @@ PetscErrorCode SlipObservationView(PetscViewer viewer)
   if (!viewer) PetscCall(PetscViewerASCIIGetStdout(PETSC_COMM_WORLD, &viewer));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Table); i++)
     PetscCall(PetscViewerASCIIPrintf(viewer, "%-14s %s\n", Table[i].name, Table[i].meaning));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "%-14s %s\n", CHANGE,
+                                   "before a name: the value less that at the accepted step before; 0 at the start"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -303,6 +335,15 @@ static PetscErrorCode Unknown(const SlipObserver *o, PetscInt i, const char name
           source, i, name, names);
 }
 
+static void TakeChange(SlipObserved *seen)
+{
+  const PetscReal now = seen->value;
+
+  seen->value = seen->has_base ? now - seen->base : 0;
+  seen->base = now;
+  seen->has_base = PETSC_TRUE;
+}
+
 PetscErrorCode SlipObserve(const SlipObserver *o, PetscInt n, SlipObserved seen[], PetscBool state_changed,
                            const char source[])
 {
@@ -314,12 +355,13 @@ PetscErrorCode SlipObserve(const SlipObserver *o, PetscInt n, SlipObserved seen[
     const SlipObservation *row = seen[i].row;
     PetscBool known = PETSC_FALSE;
 
-    if (!row || row->kind == SLIP_OBSERVES_STATE) {
+    if (!row || row->kind == SLIP_OBSERVES_STATE || seen[i].change) {
       if (!state_changed) continue;
-      if (ask) PetscCall((*ask)(o->ts, seen[i].name, &seen[i].value, &known));
+      if (ask) PetscCall((*ask)(o->ts, seen[i].name + seen[i].change, &seen[i].value, &known));
       if (!row && !known) PetscCall(Unknown(o, i, seen[i].name, source));
     }
     if (!known) PetscCall((*row->compute)(o, seen[i].component, &seen[i].value));
+    if (seen[i].change) TakeChange(&seen[i]);
     PetscCheck(!PetscIsInfOrNanReal(seen[i].value), PetscObjectComm((PetscObject)o->ts), PETSC_ERR_FP,
                "Observation %s is %g at time %g s; expected a finite number", seen[i].name, (double)seen[i].value,
                (double)o->time);

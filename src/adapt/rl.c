@@ -14,8 +14,7 @@ PetscErrorCode TSAdaptRLSetNames_Private(TSAdapt adapt, PetscInt n, const char *
   for (PetscInt i = 0; i < n; i++) {
     PetscBool dial;
 
-    PetscCall(PetscStrncpy(rl->seen[i].name, names[i], sizeof(rl->seen[i].name)));
-    rl->seen[i].row = SlipObservationFind(names[i], &rl->seen[i].component);
+    PetscCall(SlipObservedSet(&rl->seen[i], names[i]));
     if (rl->seen[i].row && rl->seen[i].row->kind == SLIP_OBSERVES_ERROR) rl->needs_error = PETSC_TRUE;
     PetscCall(PetscStrcmp(names[i], SLIP_OBSERVES_ACCURACY, &dial));
     if (dial) rl->sees_accuracy = PETSC_TRUE;
@@ -40,6 +39,7 @@ static PetscErrorCode Begin(TSAdapt adapt, TS ts)
   } else {
     PetscCall(SlipPolicyGetStepBounds(rl->policy, o->tstar, o->max_time, &o->dt_min, &o->dt_max));
   }
+  for (PetscInt i = 0; i < rl->n; i++) rl->seen[i].has_base = PETSC_FALSE;
   rl->begun = PETSC_TRUE;
   rl->steps = ts->steps;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -167,6 +167,64 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@C
+  SlipFaultSetField - a parameter element by element
+
+  Logically collective; before SlipFaultSetUp().
+
+  Input Parameters:
++ fault  - the fault
+. name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate" or "loading_rate"
+. n      - number of elements, nx nz (of all ranks)
+- values - [n] in the unit of the parameter, element iz nx + ix, the same on every rank; copied
+
+  Level: intermediate
+
+  Notes:
+  A dataset of -fault_parameters goes before it, and it goes before the scalar parameters. Normal stress given this way is
+  not added to the gradient's. Errors: a name without a field, and, at SlipFaultSetUp(), another number of elements or values
+  out of bounds.
+
+.seealso: SlipFaultSetReal()
+@*/
+PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[])
+{
+  PetscFunctionBegin;
+  PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetField() before SlipFaultSetUp()");
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscBool same;
+
+    PetscCall(PetscStrcmp(name, SlipFaultReals[SlipFaultFields[f]].name, &same));
+    if (!same) continue;
+    PetscCall(PetscFree(fault->given[f]));
+    PetscCall(PetscMalloc1(PetscMax(n, 1), &fault->given[f]));
+    PetscCall(PetscArraycpy(fault->given[f], values, n));
+    fault->ngiven[f] = n;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+          "a fault has no field \"%s\"; expected normal_stress, friction_residual, friction_drop, friction_slip, "
+          "friction_rate or loading_rate",
+          name);
+}
+
+/* Fields of SlipFaultSetField() replace what the scalar parameters gave. */
+static PetscErrorCode SlipFaultTakeGiven(SlipFault fault)
+{
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    const char *name = SlipFaultReals[SlipFaultFields[f]].name;
+
+    if (!fault->given[f]) continue;
+    PetscCheck(fault->ngiven[f] == fault->N, fault->comm, PETSC_ERR_ARG_SIZ,
+               "field %s was given for %" PetscInt_FMT " elements; the fault has %" PetscInt_FMT, name,
+               fault->ngiven[f], fault->N);
+    PetscCall(SlipFaultCheckField(fault, "SlipFaultSetField()", f, fault->given[f]));
+    PetscCall(PetscArraycpy(fault->field[f], fault->given[f] + fault->start, fault->n));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultElementsSetUp(SlipFault fault)
 {
   PetscReal low = PETSC_MAX_REAL;
@@ -175,6 +233,7 @@ PetscErrorCode SlipFaultElementsSetUp(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(SlipFaultDistribute(fault));
   PetscCall(SlipFaultFillFields(fault));
+  PetscCall(SlipFaultTakeGiven(fault));
   PetscCall(SlipErrorSource("-fault_parameters"));
   if (fault->text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
   PetscCall(SlipErrorSource(NULL));

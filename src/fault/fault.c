@@ -128,11 +128,12 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   *fault = NULL;
   if (!f || --f->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultOutputDestroy(&f->output));
-  PetscCall(SlipFaultEstimateDestroy(f));
+  PetscCall(SlipFaultRunErrorDestroy(f));
   PetscCall(SlipConstraintDestroy(&f->con));
   PetscCall(PetscViewerDestroy(&f->viewer));
   PetscCall(PetscViewerDestroy(&f->stiffness_viewer));
   for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->field[i]));
+  for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->given[i]));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDestroy(&f->work[i]));
   PetscCall(PetscFree(f->summed));
   PetscCall(PetscFree(f->weight));

@@ -30,6 +30,23 @@ static PetscErrorCode SlipFaultRelease(SlipContainerArg arg)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The rows that read the integrator's estimates have them summed up first. */
+static PetscErrorCode SlipFaultTakeEstimates(SlipFault fault, TS ts, Vec w, const char name[])
+{
+  PetscErrorCode (*get)(TS, Vec *, Vec *);
+  Vec error = NULL, derivative = NULL;
+  PetscBool reads_error, reads_growth;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(name, "log_slip_error", &reads_error));
+  PetscCall(PetscStrcmp(name, "growth", &reads_growth));
+  if (!reads_error && !reads_growth) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectQueryFunction((PetscObject)ts, "TSBatheGetEstimates_C", &get));
+  if (get) PetscCall((*get)(ts, &error, &derivative));
+  PetscCall(SlipFaultEstimate(fault, w, error, derivative));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* "SlipObserve_C" of slipts.h */
 static PetscErrorCode SlipObserve_Fault(TS ts, const char name[], PetscReal *value, PetscBool *known)
 {
@@ -39,6 +56,7 @@ static PetscErrorCode SlipObserve_Fault(TS ts, const char name[], PetscReal *val
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
   PetscCall(TSGetSolution(ts, &w));
+  PetscCall(SlipFaultTakeEstimates(fault, ts, w, name));
   PetscCall(SlipFaultObserve(fault, w, name, value, known));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

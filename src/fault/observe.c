@@ -29,9 +29,10 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
   PetscCall(VecGetArrayRead(ku, &f));
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscReal v = a[3 * i], u = a[3 * i + 1], s = a[3 * i + 2], weight = fault->weight[i];
-    PetscReal mu, ds, dv;
+    PetscReal mu, weak, ds, dv;
 
     SlipFaultFriction(fault, i, s, PetscAbsReal(v), &mu, &ds, &dv);
+    SlipFaultFriction(fault, i, SLIP_FAULT_WEAK_SLIP, SLIP_FAULT_WEAK_RATE, &weak, &ds, &dv);
     sum[SUM_V] += weight * v;
     sum[SUM_ABS_V] += weight * PetscAbsReal(v);
     sum[SUM_V2] += weight * (v * v);
@@ -41,6 +42,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
     sum[SUM_U_KU] += u * f[i];
     sum[SUM_V_KU] += v * f[i];
     sum[SUM_VINF_KU] += fault->field[FIELD_LOADING_RATE][i] * f[i];
+    sum[SUM_WEAKENING] += (mu - weak) * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
     sum[SUM_STRENGTH] += mu * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
     *max_v = PetscMax(*max_v, PetscAbsReal(v));
   }
@@ -155,6 +157,60 @@ static PetscReal LogEnergyRate(SlipFault f, const SlipFaultSums *s)
   return PetscLog10Real(PetscMax(rate, SLIP_FAULT_RATE_FLOOR));
 }
 
+/* The slip that the strength drop implies, D [m]; d_c for friction that does not weaken. */
+static PetscReal DropSlip(SlipFault f)
+{
+  return f->drop_slip > 0 ? f->drop_slip : f->mean_dc;
+}
+
+static PetscReal LogOfRate(SlipFault f, PetscReal rate)
+{
+  return PetscLog10Real(PetscClipInterval(rate * f->tstar / DropSlip(f), (PetscReal)1e-6, (PetscReal)1e6));
+}
+
+static PetscReal LogRate(SlipFault f, const SlipFaultSums *s)
+{
+  return LogOfRate(f, s->sum[SUM_ABS_V] / f->N);
+}
+
+static PetscReal LogPeakRate(SlipFault f, const SlipFaultSums *s)
+{
+  return LogOfRate(f, s->max_v);
+}
+
+static PetscReal Progress(SlipFault f, const SlipFaultSums *s)
+{
+  return s->sum[SUM_S] / f->N / DropSlip(f);
+}
+
+static PetscReal Weakening(SlipFault f, const SlipFaultSums *s)
+{
+  return s->sum[SUM_WEAKENING] / f->N / PositiveOr1(f->mean_drop);
+}
+
+static PetscReal LogDrop(SlipFault f, const SlipFaultSums *s)
+{
+  (void)s;
+  return PetscLog10Real(DropSlip(f) / f->mean_dc);
+}
+
+/* Before the first attempt and where the integrator gives no estimate: as if a thousandth of D. */
+static PetscReal LogSlipError(SlipFault f, const SlipFaultSums *s)
+{
+  const PetscReal error = f->estimates.sum[ESTIMATE_SLIP_ERROR] / f->N / DropSlip(f);
+
+  (void)s;
+  return f->estimates.known ? PetscLog10Real(PetscClipInterval(error, (PetscReal)1e-9, (PetscReal)1e3)) : -3;
+}
+
+static PetscReal Growth(SlipFault f, const SlipFaultSums *s)
+{
+  const PetscReal rate = s->sum[SUM_ABS_V];
+
+  if (!f->estimates.known || rate == 0) return 0;
+  return PetscAsinhReal(f->tstar * f->estimates.sum[ESTIMATE_GROWTH] / rate);
+}
+
 static const struct {
   const char *name;
   PetscReal (*value)(SlipFault, const SlipFaultSums *);
@@ -167,7 +223,15 @@ static const struct {
   {"slip", Slip},                         /* mean s / mean d_c */
   {"displacement", Displacement},         /* mean u / mean uc: -1 at the critical start */
   {"strength", Strength},                 /* mean q / mean q at v = s = 0 */
-  {"kinetic", Kinetic},                   /* v'Mv/(uc'K uc) */
+  /* D: slip that the strength drop implies, mean uc times mean drop of the strength over its mean at the start */
+  {"log_rate", LogRate},              /* log10(mean|v| / V), V = D over T*, in [-6, 6] */
+  {"log_peak_rate", LogPeakRate},     /* log10(max|v| / V), likewise, in [-6, 6] */
+  {"progress", Progress},             /* mean s / D */
+  {"weakening", Weakening},           /* mean of what the strength can still lose / that at the start */
+  {"log_drop", LogDrop},              /* log10(D / mean d_c), the same throughout a run */
+  {"log_slip_error", LogSlipError},   /* log10(mean |estimated error of s in the last attempt| / D) in [-9, 3] */
+  {"growth", Growth},                 /* asinh(T* d(mean|v|)/dt / mean|v|) at the end of the last attempt */
+  {"kinetic", Kinetic},               /* v'Mv/(uc'K uc) */
   {"log_energy_rate", LogEnergyRate}, /* log10 of the elastic energy's change per time T*, over the critical energy */
 };
 

@@ -56,7 +56,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
-  PetscCall(SlipFaultEstimateStart(fault, ts));
+  PetscCall(SlipFaultRunErrorStart(fault, ts));
   if (!fault->text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
   PetscCall(PetscNew(&out));
@@ -123,7 +123,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   } else
     PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run));
   PetscCall(SlipOutputAddResult(run, "mean_slip", "final mean slip", "m", obs.mean_slip));
-  PetscCall(SlipFaultEstimateReport(fault, ts, run, obs.mean_slip));
+  PetscCall(SlipFaultRunErrorReport(fault, ts, run, obs.mean_slip));
   PetscCall(SlipOutputAddRun(run, "stiffness_scaling_factor", fault->scaling));
   PetscCall(SlipOutputAddRun(run, "time_scale", fault->tstar));
   PetscCall(SlipOutputFinish(&run, wall_setup, wall_solve));

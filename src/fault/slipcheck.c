@@ -11,7 +11,7 @@
 /* Before the run: remember where it begins */
 PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts)
 {
-  SlipFaultEstimate *est = &fault->estimate;
+  SlipFaultRunError *est = &fault->run_error;
   Vec w;
 
   PetscFunctionBegin;
@@ -28,7 +28,7 @@ PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts)
 /* The run from its start in halves of steps; w is its end */
 static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
 {
-  SlipFaultEstimate *est = &fault->estimate;
+  SlipFaultRunError *est = &fault->run_error;
   TSAdapt adapt;
 
   PetscFunctionBegin;

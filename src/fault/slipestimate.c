@@ -15,7 +15,7 @@
 #include <slipstep/private/slipcompat.h>
 #include <slipadapt.h>
 
-/* Calibration of what is reported, max(|signed sum|, FLOOR * sum of magnitudes) * FACTOR; see SlipFaultEstimateReport() */
+/* Calibration of what is reported, max(|signed sum|, FLOOR * sum of magnitudes) * FACTOR; see SlipFaultRunErrorReport() */
 #define ESTIMATE_FLOOR 0.3
 #define ESTIMATE_FACTOR 2.5
 
@@ -83,7 +83,7 @@ static PetscErrorCode StepSums(SlipFault fault, Vec w, Vec e, PetscReal sum[STEP
 /* All rest: what the changes of P amount to becomes an error of the slip */
 static PetscErrorCode Settle(SlipFault fault, const PetscReal sum[])
 {
-  SlipFaultEstimate *est = &fault->estimate;
+  SlipFaultRunError *est = &fault->run_error;
   const PetscReal mean = sum[STEP_SLIP] / fault->N;
 
   PetscFunctionBegin;
@@ -96,7 +96,7 @@ static PetscErrorCode Settle(SlipFault fault, const PetscReal sum[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Reset(SlipFaultEstimate *est)
+static PetscErrorCode Reset(SlipFaultRunError *est)
 {
   PetscFunctionBegin;
   est->known = PETSC_TRUE;
@@ -109,7 +109,7 @@ static PetscErrorCode Reset(SlipFaultEstimate *est)
 static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  SlipFaultEstimate *est = &fault->estimate;
+  SlipFaultRunError *est = &fault->run_error;
   PetscReal sum[STEP_SUMS], scale, decay;
   Vec e;
 
@@ -129,9 +129,9 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
 }
 
 /* Before TSSolve() */
-PetscErrorCode SlipFaultEstimateStart(SlipFault fault, TS ts)
+PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts)
 {
-  SlipFaultEstimate *est = &fault->estimate;
+  SlipFaultRunError *est = &fault->run_error;
   PetscBool bathe;
   PetscObjectId id;
 
@@ -203,9 +203,9 @@ static PetscErrorCode Report(SlipOutput run, const char name[], const char label
   There is no estimate without local errors (-ts_bathe_error none) and while the fault still slides: the error of the slip is then one
   of timing as well.
 */
-PetscErrorCode SlipFaultEstimateReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip)
+PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip)
 {
-  const SlipFaultEstimate *est = &fault->estimate;
+  const SlipFaultRunError *est = &fault->run_error;
   const PetscBool known = est->known && !est->moving ? PETSC_TRUE : PETSC_FALSE;
   PetscReal wanted, error = 0;
   PetscInt solves = 0;
@@ -227,9 +227,9 @@ PetscErrorCode SlipFaultEstimateReport(SlipFault fault, TS ts, SlipOutput run, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultEstimateDestroy(SlipFault fault)
+PetscErrorCode SlipFaultRunErrorDestroy(SlipFault fault)
 {
   PetscFunctionBegin;
-  PetscCall(VecDestroy(&fault->estimate.start));
+  PetscCall(VecDestroy(&fault->run_error.start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

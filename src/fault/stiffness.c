@@ -234,7 +234,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 /* uc = K^-1 q(0); uc holds K^-1 sigma_n, which is proportional to it when friction is uniform: a good first guess. */
 PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
 {
-  PetscReal mu, ds, dv, sum[3] = {0, 0, 0};
+  PetscReal mu, weak, ds, dv, sum[4] = {0, 0, 0, 0};
   PetscReal *q;
   Vec q0 = fault->work[0];
 
@@ -246,9 +246,11 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
     sum[0] += q[i];
     sum[1] += fault->weight[i] * fault->field[FIELD_FRICTION_SLIP][i];
     sum[2] += mu;
+    SlipFaultFriction(fault, i, SLIP_FAULT_WEAK_SLIP, SLIP_FAULT_WEAK_RATE, &weak, &ds, &dv);
+    sum[3] += (mu - weak) * (fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]);
   }
   PetscCall(VecRestoreArrayWrite(q0, &q));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_REAL, MPIU_SUM, fault->comm));
   fault->mean_q0 = sum[0] / fault->N;
   fault->mean_dc = sum[1] / fault->N;
   PetscCall(VecScale(fault->uc, sum[2] / fault->N));
@@ -256,5 +258,7 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   PetscCall(VecDot(fault->uc, q0, &fault->critical_energy));
   PetscCall(SlipFaultWeightedSum(fault, fault->uc, &fault->mean_uc));
   fault->mean_uc /= fault->N;
+  fault->mean_drop = sum[3] / fault->N;
+  fault->drop_slip = fault->mean_drop / fault->mean_q0 * fault->mean_uc;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -372,6 +372,18 @@ static PetscErrorCode TSBatheGetLastAttempt_Bathe(TS ts, SlipAttempt *attempt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* "TSBatheGetEstimates_C" of slipts.h */
+static PetscErrorCode TSBatheGetEstimates_Bathe(TS ts, Vec *error, Vec *derivative)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const PetscBool known = ba->attempts && ba->last.converged ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBegin;
+  *error = known && ba->last.error >= 0 ? ba->E : NULL;
+  *derivative = known && ba->k2_known ? ba->K2 : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   TSBatheAddAttemptMonitor - have a function called after every attempted step, accepted or not
 
@@ -467,6 +479,7 @@ PetscErrorCode TSBatheComposeSetters(TS ts, PetscBool compose)
   COMPOSE(TSBatheGetReaction);
   COMPOSE(TSBatheSetInitialReaction);
   COMPOSE(TSBatheGetLastAttempt);
+  COMPOSE(TSBatheGetEstimates);
   COMPOSE(TSBatheAddAttemptMonitor);
   COMPOSE(TSBatheGetTotals);
   COMPOSE(TSBatheGetErrorVector);

@@ -46,8 +46,8 @@ for name, values in {"shape": np.full((3, 2), 1e7), "nan": np.full((2, 2), np.na
         f["normal_stress"] = values
 
 def policy(name, edit):
-    """The shipped policy with one thing wrong."""
-    shutil.copy(os.environ["SLIPSTEP_SOURCE"] + "/training/policies/fault.h5", name)
+    """A policy with six observations, and one thing wrong."""
+    shutil.copy(os.environ["SLIPSTEP_SOURCE"] + "/training/policies/fault_tqc.h5", name)
     with h5py.File(name, "r+") as f:
         edit(f)
 

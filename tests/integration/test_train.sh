@@ -19,12 +19,16 @@ refuses() { # words -- options
   [ ! -e refused.h5 ] || fail "a policy was written for $*"
 }
 
-refuses -train_problem circuit fault -- -train_problem circuit
-refuses -train_algorithm td3 tqc -- -train_algorithm td3
+refuses -train_problem pendulum fault sliding_mode circuit -- -train_problem pendulum
+refuses -train_algorithm dqn tqc td3 -- -train_algorithm dqn
 refuses -train_reward nonsense published accuracy -- -train_reward nonsense
 refuses -train_cost days iterations wall -- -train_cost days
 refuses -train_steps -- -train_steps 0
-refuses "-train_drop is 25, expected a number >= 0 and <= 24" -- -train_drop 25
+refuses "-train_drop_quantiles is 25, expected a number >= 0 and <= 24" -- -train_drop_quantiles 25
+refuses "-train_network is 0, expected a number > 0" -- -train_network 64,0
+refuses -train_noise gsde gaussian -- -train_noise white
+refuses "-train_noise gsde needs -train_algorithm tqc" -- -train_algorithm td3 -train_noise gsde
+refuses "-train_policy_delay is 0" -- -train_policy_delay 0
 refuses "-train_hidden is 0, expected a number > 0" -- -train_hidden 0
 refuses "-train_batch is -1, expected a number > 0" -- -train_batch -1
 refuses "-train_alpha is nan, expected a number >= 0" -- -train_alpha nan
@@ -44,27 +48,39 @@ refuses "nonsense" -- -train_log log.h5 -train_observations nonsense
 "$bin/train" -train_steps 10 -train_progress 0 -train_stepz 5 >out.txt 2>&1 || fail "a mistyped option stops it"
 grep -q "train: warning: nothing has read the option -train_stepz" out.txt || fail "no warning of a mistyped option"
 refuses missing.h5 -- -train_resume missing.h5
+refuses "-train_transfer needs -train_resume" -- -train_transfer
 refuses nonsense energy -- -train_observations energy,nonsense
 echo "not HDF5" >text.h5
 refuses text.h5 -- -train_resume text.h5
 
 short="-train_steps 300 -train_batch 32 -train_progress 0"
-mpirun --oversubscribe -n 2 "$bin/train" $short -train_seed 4 -train_alpha 1,2 -train_output p.h5 -train_log l.h5 \
-  -train_checkpoint c.h5 || fail "two ranks"
+# four trainings on two ranks; one of them, under another name, is what one process trains
+mpirun --oversubscribe -n 2 "$bin/train" ${short/-train_progress 0/-train_progress 100} -train_seed 4,5 -train_alpha 1,2 \
+  -train_output p.h5 -train_log l.h5 -train_checkpoint c.h5 >sweep.txt || fail "a sweep on two ranks"
 for file in p l c; do
-  for rank in 0 1; do [ -s $file.rank$rank.h5 ] || fail "no $file.rank$rank.h5"; done
+  for name in alpha1_seed4 alpha2_seed4 alpha1_seed5 alpha2_seed5; do [ -s ${file}_$name.h5 ] || fail "no ${file}_$name.h5"; done
 done
-# rank 1 trains what one rank with the next seed and the other alpha trains
+grep -q "alpha 2 seed 5: step" sweep.txt || fail "no progress of a training: $(cat sweep.txt)"
+grep -q "4 of 4 trainings done, 0 failed" sweep.txt || fail "no progress of the sweep: $(cat sweep.txt)"
 "$bin/train" $short -train_seed 5 -train_alpha 2 -train_output q.h5 -train_checkpoint d.h5 || fail "one rank"
+# one training fails, for its checkpoint is missing; the others go on
+rm c_alpha1_seed4.h5
+if mpirun --oversubscribe -n 2 "$bin/train" ${short/300/320} -train_seed 4,5 -train_alpha 1,2 -train_resume c.h5 -train_log m.h5 \
+  -train_output r.h5 2>error.txt >sweep.txt; then fail "a sweep with a failed training exits with 0"; fi
+grep -q "train: error: alpha 1 seed 4: .*c_alpha1_seed4.h5" error.txt || fail "no message of the failed one: $(cat error.txt)"
+for name in alpha2_seed4 alpha1_seed5 alpha2_seed5; do [ -s r_$name.h5 ] || fail "no r_$name.h5"; done
+[ ! -e r_alpha1_seed4.h5 ] || fail "a policy of the failed training"
+[ -z "$(ls ./*.part 2>/dev/null)" ] || fail "left behind: $(ls ./*.part)"
 refuses -train_resume "other networks" -- -train_resume d.h5 -train_hidden 32
+refuses -train_resume "trained with -train_algorithm tqc, expected td3" -- -train_resume d.h5 -train_algorithm td3
 refuses -train_resume checkpoint -- -train_resume q.h5
-"$SLIPSTEP_PYTHON" - <<'EOF' || fail "rank 1 and a single run differ, or the learning curve is wrong"
+"$SLIPSTEP_PYTHON" - <<'EOF' || fail "the sweep and a single run differ, or the learning curve is wrong"
 import h5py, numpy as np
-a, b = h5py.File("c.rank1.h5"), h5py.File("d.h5")
+a, b = h5py.File("c_alpha2_seed5.h5"), h5py.File("d.h5")
 for name in ("actor/parameters", "critics/parameters", "critics/target", "buffer", "random/agent"):
     assert np.array_equal(a[name][:], b[name][:]), name
-assert not np.array_equal(a["actor/parameters"][:], h5py.File("c.rank0.h5")["actor/parameters"][:])
-curve = h5py.File("l.rank1.h5")["episodes"]
+assert not np.array_equal(a["actor/parameters"][:], h5py.File("c_alpha1_seed5.h5")["actor/parameters"][:])
+curve = h5py.File("l_alpha2_seed5.h5")["episodes"]
 assert curve["step"][-1] == 300 and np.all(np.diff(curve["step"][:]) > 0)
 assert curve["length"][:].sum() == 300
 EOF

@@ -69,8 +69,13 @@ typedef struct {
   const SlipObservation *row; /* NULL: only the problem knows it */
   PetscInt component;         /* k of state_k */
   PetscReal value;            /* last value */
+  size_t change;              /* length of "change_" when the name begins with it: the row is that of the rest */
+  PetscBool has_base;         /* a change is taken from */
+  PetscReal base;             /* the value at the accepted step before */
 } SlipObserved;
 
+/* Name and row of what is to be observed; no value yet. */
+PETSC_INTERN PetscErrorCode SlipObservedSet(SlipObserved *seen, const char name[]);
 PETSC_INTERN const SlipObservation *SlipObservationFind(const char name[],
                                                         PetscInt *component); /* NULL: not in the table */
 PETSC_INTERN PetscErrorCode SlipObserverReset(SlipObserver *o);               /* frees w0 */

@@ -112,6 +112,7 @@ typedef enum {
   SUM_V_KU,    /* sum v K u */
   SUM_VINF_KU, /* sum v_inf K u */
   SUM_STRENGTH,
+  SUM_WEAKENING, /* what the strength still exceeds its residual by */
   FAULT_NUM_SUMS
 } SlipFaultSumId;
 
@@ -119,6 +120,18 @@ typedef struct {
   PetscReal sum[FAULT_NUM_SUMS];
   PetscReal max_v; /* max |v| [m/s] */
 } SlipFaultSums;
+
+/* What the integrator's last attempt says: its local error and the derivative of the rate at its end. */
+typedef enum {
+  ESTIMATE_SLIP_ERROR, /* sum |e_s| */
+  ESTIMATE_GROWTH,     /* sum of d|v|/dt over sliding elements */
+  FAULT_NUM_ESTIMATES
+} SlipFaultEstimateId;
+
+typedef struct {
+  PetscBool known;
+  PetscReal sum[FAULT_NUM_ESTIMATES]; /* weighted by area */
+} SlipFaultEstimates;
 
 typedef struct _n_SlipFaultOutput *SlipFaultOutput;
 
@@ -135,7 +148,7 @@ typedef struct {
   PetscReal start_time; /* [s] */
   PetscReal start_step; /* [s] */
   PetscBool off;        /* the repetition is no run to estimate */
-} SlipFaultEstimate;
+} SlipFaultRunError;
 
 struct _p_SlipFault {
   MPI_Comm comm;
@@ -143,6 +156,8 @@ struct _p_SlipFault {
   PetscReal value[FAULT_NUM_REALS];
   char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
   PetscBool setup;
+  PetscReal *given[FAULT_NUM_FIELDS]; /* of SlipFaultSetField(): all elements, [nx nz]; NULL: the scalar parameter */
+  PetscInt ngiven[FAULT_NUM_FIELDS];
 
   PetscViewer viewer; /* -fault_view */
   PetscViewerFormat format;
@@ -162,7 +177,9 @@ struct _p_SlipFault {
   PetscReal mean_dc;                  /* mean d_c [m] */
   PetscReal mean_uc;                  /* mean uc [m] */
   PetscReal mean_q0;                  /* mean strength at the start [Pa] */
-  PetscReal critical_energy;          /* uc' K uc [Pa m], the sum over all elements */
+  PetscReal drop_slip;       /* mean uc times mean strength drop over mean q0: slip that the drop implies [m] */
+  PetscReal mean_drop;       /* mean of q(0) - q after all weakening [Pa] */
+  PetscReal critical_energy; /* uc' K uc [Pa m], the sum over all elements */
   Mat K, H, B;
   Vec uc;   /* K^-1 q(0): displacement at the instability, positive [m] */
   Vec vinf; /* loading rate [m/s] */
@@ -174,9 +191,10 @@ struct _p_SlipFault {
   Vec c, u0, s0;
 
   SlipFaultSums sums;
+  SlipFaultEstimates estimates;
   PetscReal *summed; /* the state that the sums belong to [3 n] */
   SlipFaultOutput output;
-  SlipFaultEstimate estimate;
+  SlipFaultRunError run_error;
   PetscBool check_error; /* -fault_check_error */
 };
 
@@ -199,13 +217,18 @@ PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, const char name[], PetscReal *value,
                                              PetscBool *known);
-PETSC_EXTERN PetscErrorCode SlipFaultEstimateStart(SlipFault fault, TS ts);
-PETSC_EXTERN PetscErrorCode SlipFaultEstimateReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip);
-PETSC_EXTERN PetscErrorCode SlipFaultEstimateDestroy(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip);
+PETSC_EXTERN PetscErrorCode SlipFaultRunErrorDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip,
                                                 PetscReal *error, PetscInt *solves);
+PETSC_EXTERN PetscErrorCode SlipFaultEstimate(SlipFault fault, Vec w, Vec error, Vec derivative);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
+
+/* Slip and slip rate beyond which no law weakens any more; finite, so that laws can divide by them. */
+#define SLIP_FAULT_WEAK_SLIP 1e30
+#define SLIP_FAULT_WEAK_RATE 1e30
 
 /* The friction of local element i. */
 static inline void SlipFaultFriction(SlipFault fault, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,

@@ -1,0 +1,81 @@
+/* Training by CMA-ES: the same weights on one rank and on all of them, and after a resumed checkpoint. */
+#include <slipstep.h>
+#include "cmatrain.h"
+#include <slipstep/private/slipcompat.h>
+#include <string.h>
+
+static PetscErrorCode Options(const char extra[], CMAOptions *o)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsClear(NULL));
+  PetscCall(PetscOptionsInsertString(NULL, "-train_singles 6 -train_meshes 2 -train_mesh_side 2 -train_batch_singles 4 "
+                                           "-train_batch_meshes 1 -train_validation 2 -train_validation_interval 2 "
+                                           "-train_population 6 -train_hidden 3 -train_sigma 0.05 -train_seed 4"));
+  PetscCall(PetscOptionsInsertString(NULL, extra));
+  PetscCall(CMAOptionsSet(PETSC_COMM_WORLD, o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* mean and best [2 n], to be freed */
+static PetscErrorCode Train(MPI_Comm comm, const char extra[], PetscInt *n, double **result)
+{
+  CMAOptions o;
+  CMATrainer t;
+
+  PetscFunctionBegin;
+  PetscCall(Options(extra, &o));
+  PetscCall(CMATrainerCreate(comm, &o, &t));
+  PetscCall(CMATrainerRun(&t));
+  *n = t.es.n;
+  PetscCall(PetscMalloc1(2 * t.es.n, result));
+  PetscCall(PetscArraycpy(*result, t.es.mean, t.es.n));
+  PetscCall(PetscArraycpy(*result + t.es.n, t.best, t.es.n));
+  PetscCall(CMATrainerDestroy(&t));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Compare(PetscInt n, const double a[], const double b[], const char what[])
+{
+  PetscFunctionBegin;
+  PetscCheck(!memcmp(a, b, 2 * (size_t)n * sizeof(*a)), PETSC_COMM_SELF, PETSC_ERR_PLIB, "other weights %s", what);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(void)
+{
+  double *all, *alone, *resumed;
+  PetscMPIInt size;
+  PetscInt n;
+  char file[64], extra[256];
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  PetscCall(PetscSNPrintf(file, sizeof(file), "test_cmatrain.%d.h5", size));
+  PetscCall(Train(PETSC_COMM_WORLD, "-train_generations 4", &n, &all));
+  PetscCheck(all[0] != 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "nothing was learnt");
+  PetscCall(Train(PETSC_COMM_SELF, "-train_generations 4", &n, &alone));
+  PetscCall(Compare(n, all, alone, "on one rank"));
+  PetscCall(PetscSNPrintf(extra, sizeof(extra), "-train_generations 2 -train_checkpoint %s", file));
+  PetscCall(Train(PETSC_COMM_WORLD, extra, &n, &resumed));
+  PetscCall(PetscFree(resumed));
+  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
+  PetscCall(PetscSNPrintf(extra, sizeof(extra), "-train_generations 4 -train_resume %s", file));
+  PetscCall(Train(PETSC_COMM_WORLD, extra, &n, &resumed));
+  PetscCall(Compare(n, all, resumed, "after -train_resume"));
+  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
+  if (!PetscGlobalRank) (void)remove(file);
+  PetscCall(PetscFree(all));
+  PetscCall(PetscFree(alone));
+  PetscCall(PetscFree(resumed));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(Run());
+  PetscCall(PetscFinalize());
+  return 0;
+}

@@ -1,0 +1,192 @@
+/* Episodes of the trainer: cost, references, and runs that depend on nothing but the episode, the policy and the dial. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+#include "cmatrain.h"
+#include <math.h>
+#include <string.h>
+
+#define ok(call) assert_int_equal(0, (int)(call))
+
+/* Constant steps h [T*] that the dial scales: y = atanh(log10 h/2) + slope (log_accuracy + 2). */
+static SlipPolicy policy(double h, double slope)
+{
+  const char *const name = "log_accuracy";
+  const PetscReal one = 1, zero = 0, weight = slope, bias = atanh(log10(h) / 2) + 2 * slope;
+  SlipPolicy p;
+
+  ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+  ok(SlipPolicySetObservations(p, 1, &name, &one, &zero));
+  ok(SlipPolicyAddLayer(p, 1, 1, &weight, &bias, SLIP_ACTIVATION_LINEAR));
+  ok(SlipPolicySetAction(p, -1, 1, 1e-2, "T*", 1e2, "T*", PETSC_TRUE));
+  return p;
+}
+
+static void penalty(void **state)
+{
+  (void)state;
+  assert_true(EpisodePenalty(0) == 0 && EpisodePenalty(0.5) == 0);
+  assert_true(EpisodePenalty(0.75) == 0.25 && EpisodePenalty(1) == 1);
+  assert_true(fabs(EpisodePenalty(exp(1)) - 4) < 1e-14);
+  assert_true(EpisodePenalty(1e9) == EpisodePenalty(NAN)); /* the worst */
+  for (double x = 0; x < 30; x += 0.1) assert_true(EpisodePenalty(x + 0.1) >= EpisodePenalty(x));
+}
+
+static void cost(void **state)
+{
+  const EpisodeResult good = {.solves = 20, .slip_error = 1e-3, .done = 1},
+                      more = {.solves = 40, .slip_error = 1e-3, .done = 1};
+  const EpisodeResult off = {.solves = 20, .slip_error = 0.05, .done = 1},
+                      cut = {.solves = 20, .slip_error = 1e-3, .done = 0.9};
+
+  (void)state;
+  assert_true(fabs(EpisodeCost(&good, 1e-2) - log(21)) < 1e-14); /* nothing but solves well within the dial */
+  assert_true(EpisodeCost(&more, 1e-2) > EpisodeCost(&good, 1e-2));
+  assert_true(EpisodeCost(&off, 1e-2) >
+              EpisodeCost(&more, 1e-2)); /* five times the dial costs more than twice the solves */
+  assert_true(EpisodeCost(&off, 1e-1) == EpisodeCost(&good, 1e-1)); /* half of the dial is free */
+  assert_true(EpisodeCost(&cut, 1e-2) > EpisodeCost(&more, 1e-2) + 1);
+}
+
+/* An episode is its seed; its runs do not see earlier ones. */
+static void reproducible(void **state)
+{
+  SlipPolicy coarse = policy(0.7, 0), fine = policy(0.1, 0.1);
+  EpisodeResult r[4];
+  Episode *a, *b;
+
+  (void)state;
+  for (PetscInt side = 1; side <= 3; side += 2) {
+    ok(EpisodeCreate(77, side, &a));
+    ok(EpisodeCreate(77, side, &b));
+    assert_true(a->slip == b->slip && a->tmax == b->tmax && a->course.n == b->course.n && a->course.n > 10);
+    memset(r, 0, sizeof(r)); /* with padding, for comparison */
+    ok(EpisodeRun(a, coarse, 1e-2, &r[0]));
+    ok(EpisodeRun(a, fine, 1e-3, &r[1]));
+    ok(EpisodeRun(b, fine, 1e-3, &r[2]));
+    ok(EpisodeRun(b, coarse, 1e-2, &r[3]));
+    assert_memory_equal(&r[0], &r[3], sizeof(r[0]));
+    assert_memory_equal(&r[1], &r[2], sizeof(r[0]));
+    assert_true(r[0].solves > 0 && r[0].done == 1 && r[1].slip_error < 0.1);
+    ok(EpisodeDestroy(&a));
+    ok(EpisodeDestroy(&b));
+  }
+  ok(SlipPolicyDestroy(&coarse));
+  ok(SlipPolicyDestroy(&fine));
+}
+
+/* The reference's final slip against a run by another controller with a tight tolerance. At rtol 1e-6 the local errors of a few
+   thousand steps add up to below 1e-4 of the slip even if all point the same way; the reference is held to that. */
+static void reference(void **state)
+{
+  (void)state;
+  for (uint64_t seed = 1; seed <= 4; seed++) {
+    Episode *e;
+    TSAdapt adapt;
+    TS ts;
+    Vec w;
+    const PetscScalar *a;
+    PetscReal slip = 0;
+    PetscInt n;
+
+    ok(EpisodeCreate(seed, seed > 2 ? 3 : 1, &e));
+    ok(VecDuplicate(e->start, &w));
+    ok(VecCopy(e->start, w));
+    ok(TSCreate(PETSC_COMM_SELF, &ts));
+    ok(SlipFaultConfigureTS(e->fault, ts));
+    ok(TSGetAdapt(ts, &adapt));
+    ok(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
+    ok(TSSetTolerances(ts, PETSC_DEFAULT, NULL, 1e-6, NULL));
+    ok(TSSetMaxTime(ts, e->tmax));
+    ok(TSSolve(ts, w));
+    ok(VecGetLocalSize(w, &n));
+    ok(VecGetArrayRead(w, &a));
+    for (PetscInt i = 2; i < n; i += 3) slip += 3 * PetscRealPart(a[i]) / n;
+    ok(VecRestoreArrayRead(w, &a));
+    print_message("seed %d: reference off by %.1e\n", (int)seed, fabs(e->slip / slip - 1));
+    assert_true(fabs(e->slip / slip - 1) < 1e-4);
+    ok(VecDestroy(&w));
+    ok(TSDestroy(&ts));
+    ok(EpisodeDestroy(&e));
+  }
+}
+
+/* The plain fault takes the library's steps. Both solve each stage to rounding; a policy that feeds back on its error estimate and
+   on the growth rate of a nucleating instability amplifies that by some powers of ten, which the bound leaves room for. */
+static void plain(void **state)
+{
+  const char *const names[] = {"log_accuracy",   "log_rate",  "log_peak_rate",    "energy",
+                               "progress",       "weakening", "log_drop",         "log_step",
+                               "log_slip_error", "growth",    "sliding_fraction", "change_sliding_fraction",
+                               "log_time_left",  "converged"};
+  enum { NAMES = 14, HIDDEN = 6 };
+  double scale[NAMES], offset[NAMES] = {0}, w[NAMES * HIDDEN], b[HIDDEN], out[HIDDEN];
+  Random random;
+
+  (void)state;
+  RandomSeed(&random, 8);
+  for (uint64_t seed = 1; seed <= 12; seed++) {
+    EpisodeResult a, l;
+    SlipPolicy p;
+    Episode *e;
+    double bias = -0.1;
+
+    for (int i = 0; i < NAMES; i++) scale[i] = 0.5;
+    for (int i = 0; i < NAMES * HIDDEN; i++) w[i] = 0.3 * RandomNormal(&random);
+    for (int i = 0; i < HIDDEN; i++) b[i] = 0.3 * RandomNormal(&random), out[i] = 0.15 * RandomNormal(&random);
+    ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+    ok(SlipPolicySetObservations(p, NAMES, names, scale, offset));
+    ok(SlipPolicyAddLayer(p, NAMES, HIDDEN, w, b, SLIP_ACTIVATION_TANH));
+    ok(SlipPolicyAddLayer(p, HIDDEN, 1, out, &bias, SLIP_ACTIVATION_LINEAR));
+    ok(SlipPolicySetAction(p, -1, 1, 1e-2, "T*", 1e2, "T*", PETSC_TRUE));
+    ok(EpisodeCreate(seed, seed % 3 ? 1 + (PetscInt)(seed % 3) : 1, &e));
+    ok(EpisodeRun(e, p, 1e-2, &a));
+    ok(EpisodeRunLibrary(e, p, 1e-2, &l));
+    print_message("%d elements: %d and %d solves, error %.3e, difference %.1e\n", (int)e->plain.n, (int)a.solves,
+                  (int)l.solves, l.slip_error, fabs(a.slip_error - l.slip_error));
+    assert_int_equal(a.solves, l.solves);
+    assert_int_equal(a.failures, l.failures);
+    assert_true(fabs(a.slip_error - l.slip_error) < 1e-6 && fabs(a.history_error - l.history_error) < 1e-6);
+    assert_true(fabs(a.rate_error - l.rate_error) < 1e-6 && fabs(a.done - l.done) < 1e-6);
+    ok(EpisodeDestroy(&e));
+    ok(SlipPolicyDestroy(&p));
+  }
+}
+
+/* Every draw lies in bounds that the fault accepts, and elements of a mesh differ. */
+static void draws(void **state)
+{
+  FaultDraw d;
+  Random random;
+  PetscReal low = PETSC_MAX_REAL, high = 0;
+
+  (void)state;
+  RandomSeed(&random, 3);
+  for (int k = 0; k < 200; k++) {
+    FaultDrawAtRandom(&random, k % 2 ? 8 : 1, &d);
+    assert_int_equal(d.n, d.nx * d.nz);
+    assert_true(k % 2 ? d.nx >= 2 && d.nx <= 8 && d.nz >= 2 && d.nz <= 8 : d.n == 1);
+    for (PetscInt f = 0; f < DRAW_FIELDS; f++)
+      for (PetscInt i = 0; i < d.n; i++) assert_true(d.field[f][i] > 0 && isfinite(d.field[f][i]));
+    for (PetscInt i = 0; i < d.n; i++) {
+      low = PetscMin(low, d.field[0][i]);
+      high = PetscMax(high, d.field[0][i]);
+    }
+  }
+  assert_true(high > 10 * low);
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {cmocka_unit_test(penalty),      cmocka_unit_test(cost),
+                                     cmocka_unit_test(reproducible), cmocka_unit_test(reference),
+                                     cmocka_unit_test(plain),        cmocka_unit_test(draws)};
+  int failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  if (SlipStepInitializePackage()) return 1;
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  return PetscFinalize() || failed;
+}

@@ -1,0 +1,188 @@
+/* The table of problems that policies are trained on: episodes of each, their observations, errors and effects. */
+#include "trainer.h"
+#include "../../examples/sliding_mode.h"
+#include <slipstep/private/slipcompat.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <cmocka.h>
+
+#define OK(call) assert_int_equal((call), 0)
+
+static TrainOptions Options(const char text[])
+{
+  TrainOptions o;
+
+  OK(PetscOptionsClear(NULL));
+  OK(PetscOptionsInsertString(NULL, text));
+  OK(TrainOptionsSet(PETSC_COMM_SELF, &o));
+  return o;
+}
+
+/* An actor that always answers the same and remembers what it was told. */
+typedef struct {
+  PetscReal action, first[ENV_MAX_OBS], reward, largest;
+  PetscInt nobs, calls;
+} Constant;
+
+static PetscErrorCode Act(const EnvMoment *m, PetscReal *action, PetscBool *stop, void *ctx)
+{
+  Constant *c = (Constant *)ctx;
+
+  PetscFunctionBegin;
+  (void)stop;
+  if (m->first) PetscCall(PetscArraycpy(c->first, m->obs, c->nobs));
+  c->reward += m->reward;
+  c->calls++;
+  *action = c->action;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One run with a constant action of the problem of the options */
+static EnvResult Run(const TrainOptions *o, PetscBool reference, PetscReal action, Constant *c)
+{
+  Environment env;
+  EnvInstance instance;
+  EnvResult r;
+
+  *c = (Constant){.action = action, .nobs = o->env.nobs};
+  OK(EnvCreate(&o->env, &env));
+  OK(EnvInstanceCreate(&o->env, NULL, reference, &instance));
+  OK(EnvRunInstance(&env, &instance, Act, c, &r));
+  OK(EnvInstanceDestroy(&o->env, &instance));
+  assert_true(r.finished);
+  assert_int_equal(c->calls, r.attempts + 1);
+  assert_int_equal(r.solves, r.attempts); /* no doubling */
+  return r;
+}
+
+/* What policies see before the first step, unscaled (TQC.md section 7, with the library's start of the last attempt's
+   row): the study's observations. */
+static void test_first_observations(void **state)
+{
+  const struct {
+    const char *options;
+    PetscInt n;
+    PetscReal value[8];
+  } rows[] = {{"-train_problem sliding_mode", 6, {1, 1, 0.5, 0, 0, -0.5}},
+              {"-train_problem circuit -circuit_unit start", 8, {1, 1, 1, 1, 0.5, 0, 0, -0.5}},
+              {"-train_problem fault", 6, {1, 0, 0.5, 0, 0, -0.5}}};
+  Constant c;
+
+  (void)state;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); ++k) {
+    TrainOptions o = Options(rows[k].options);
+
+    assert_int_equal(o.env.nobs, rows[k].n);
+    (void)Run(&o, PETSC_FALSE, -0.9, &c);
+    /* the fault starts with 1e-5 more than the critical displacement */
+    for (PetscInt i = 0; i < rows[k].n; ++i) assert_true(fabs(c.first[i] - rows[k].value[i]) < 3e-5);
+    OK(TrainOptionsFree(&o));
+  }
+}
+
+/* Without a reward and a reference, as an algorithm that needs neither runs episodes. */
+static void test_bare_runs(void **state)
+{
+  (void)state;
+  for (PetscInt k = 0; ProblemTable[k]; ++k) {
+    char text[64];
+    TrainOptions o;
+    Constant c;
+    EnvResult r;
+
+    OK(PetscSNPrintf(text, sizeof(text), "-train_problem %s -train_reward balanced", ProblemTable[k]->name));
+    o = Options(text);
+    o.env.reward = NULL;
+    r = Run(&o, PETSC_FALSE, 0.2, &c);
+    assert_true(c.reward == 0 && r.total == 0);
+    for (PetscInt i = 0; i < ENV_MAX_ERRORS; ++i) assert_true(isnan(r.error[i]));
+    OK(TrainOptionsFree(&o));
+  }
+}
+
+/* Errors fall with the square of the step: the circuit away from its corners, whose share is of the same order. */
+static void test_errors_are_of_second_order(void **state)
+{
+  /* log spacing: h = 0.01 T* (1 s/0.01 T*)^((a + 1)/2); twice the difference of actions is a factor of two */
+  TrainOptions o = Options("-train_problem circuit -train_reward accuracy -circuit_case evaluation -circuit_m 0");
+  const PetscReal span = log(2.0 / (0.01 * sqrt(1. / 7))), halving = 2 * log(2) / span,
+                  action = 2 * log(0.1 / (0.01 * sqrt(1. / 7))) / span - 1;
+  PetscReal coarse, fine;
+  Constant c;
+
+  (void)state;
+  coarse = Run(&o, PETSC_TRUE, action, &c).error[0];
+  fine = Run(&o, PETSC_TRUE, action - halving, &c).error[0];
+  /* 4 within a tenth: the next order is h^3, and h is 0.1 s of an oscillation of 2.4 s */
+  assert_true(coarse / fine > 3.6 && coarse / fine < 4.4);
+  OK(TrainOptionsFree(&o));
+}
+
+/* The errors that the steps leave bound that of the run, and it is not known better than by a few times. The L2 error is
+   that of the program's measure: relative to the exact solution here. */
+static void test_effects_bound_the_error(void **state)
+{
+  TrainOptions o = Options("-train_problem sliding_mode -train_reward accuracy -train_alpha 1");
+  const SlidingMode m = SlidingModeCases[0];
+  PetscReal left, square = 0, reaction, bound;
+  const PetscInt n = 1000;
+  EnvResult r;
+  Constant c;
+
+  (void)state;
+  r = Run(&o, PETSC_TRUE, 0.5, &c);
+  left = (-r.total - 0.25 * r.attempts) / 50; /* sum of errors left, over the start: 50 is their weight */
+  for (PetscInt i = 0; i < n; ++i) square += PetscSqr(SlidingModeExact(&m, 0.5 * (i + 0.5) / n, &reaction)) / n;
+  bound = left * m.start / sqrt(square);
+  assert_true(r.error[0] > 0 && r.error[0] < bound);
+  assert_true(r.error[0] > bound / 50);
+  OK(TrainOptionsFree(&o));
+}
+
+/* Random instances: within their ranges, the same for the same seed, and they run. */
+static void test_draws(void **state)
+{
+  (void)state;
+  for (PetscInt k = 0; ProblemTable[k]; ++k) {
+    const Problem *p = ProblemTable[k];
+    PetscReal a[ENV_MAX_DRAW], b[ENV_MAX_DRAW];
+    char text[96];
+    TrainOptions o;
+    Environment env;
+    EnvResult r;
+    Random r1, r2;
+    Constant c = {.action = 0};
+
+    RandomSeed(&r1, 4);
+    RandomSeed(&r2, 4);
+    for (int i = 0; i < 100; ++i) {
+      OK(ProblemDraw(p, &r1, a));
+      OK(ProblemDraw(p, &r2, b));
+      for (PetscInt j = 0; j < p->ndraw; ++j)
+        assert_true(a[j] == b[j] && a[j] >= p->draw[j].low && a[j] <= p->draw[j].high);
+    }
+    OK(PetscSNPrintf(text, sizeof(text), "-train_problem %s -train_reward balanced -train_random", p->name));
+    o = Options(text);
+    c.nobs = o.env.nobs;
+    OK(EnvCreate(&o.env, &env));
+    for (int i = 0; i < 3; ++i) {
+      OK(EnvRunEpisode(&env, &r1, Act, &c, &r));
+      assert_true(r.finished && r.accepted == r.attempts);
+      assert_true(r.total <= -0.25 * r.attempts && fabs(r.error[0]) < 0.2);
+    }
+    OK(TrainOptionsFree(&o));
+  }
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_first_observations), cmocka_unit_test(test_bare_runs),
+                                     cmocka_unit_test(test_errors_are_of_second_order),
+                                     cmocka_unit_test(test_effects_bound_the_error), cmocka_unit_test(test_draws)};
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL) || SlipStepInitializePackage()) return 1;
+  const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+  if (PetscFinalize()) return 1;
+  return failed;
+}

@@ -1,0 +1,52 @@
+/* Where CMA-ES begins: a network that a person could have written. Steps of a constant length that follows the dial, and one to the
+   end when all elements rest. */
+#include "cmatrain.h"
+#include <slipstep/private/slipcompat.h>
+#include <math.h>
+
+#define START_STEP 0.8    /* at the coarsest dial [T*] */
+#define START_POWER 0.25  /* step over dial's power */
+#define NEAR_LINEAR 0.4   /* slope of a tanh unit that is to stay close to linear */
+#define SLIDING_SHARE 0.1 /* a smaller share of sliding elements than this counts as rest */
+
+/* Position of an observation; -1: not observed. */
+static PetscInt Find(const CMAOptions *o, const char name[])
+{
+  for (PetscInt i = 0; i < o->nobs; ++i)
+    if (!strcmp(o->names[i], name)) return i;
+  return -1;
+}
+
+/* Add factor times observation i, unscaled, to a unit of the first layer. */
+static void AddTerm(const CMAOptions *o, PetscInt i, double factor, double row[], double *bias)
+{
+  if (i < 0) return;
+  row[i] += factor / o->scale[i];
+  *bias -= factor * o->offset[i] / o->scale[i];
+}
+
+/* weights [CMACountWeights()] */
+void CMAStart(const CMAOptions *o, double weights[])
+{
+  const double low = log10(o->dt_min), high = log10(o->dt_max), middle = 0.5 * (low + high), half = 0.5 * (high - low);
+  const PetscInt hidden = o->hidden, sliding = Find(o, "sliding_fraction"), converged = Find(o, "converged");
+  double *w = weights, *bias = w + o->nobs * hidden;
+
+  for (PetscInt i = 0; i < CMACountWeights(o); ++i) weights[i] = 0;
+  /* unit 0: log10 h less its middle, times the slope */
+  bias[0] = NEAR_LINEAR * (log10(START_STEP) - START_POWER * log10(o->high) - middle);
+  AddTerm(o, Find(o, "log_accuracy"), NEAR_LINEAR * START_POWER, w, &bias[0]);
+  /* unit 1: positive when everything rests after a first step */
+  if (hidden > 1 && sliding >= 0 && converged >= 0) {
+    bias[1] = 2 - 4;
+    AddTerm(o, sliding, -2 / SLIDING_SHARE, w + o->nobs, &bias[1]);
+    AddTerm(o, converged, 4, w + o->nobs, &bias[1]);
+  }
+  w = bias + hidden;
+  for (PetscInt l = 1; l < o->layers; ++l, w += (hidden + 1) * hidden) {
+    w[0] = 1;
+    if (hidden > 1) w[hidden + 1] = 2;
+  }
+  w[0] = 1 / (NEAR_LINEAR * half);
+  if (hidden > 1 && sliding >= 0 && converged >= 0) w[1] = w[hidden] = 1;
+}

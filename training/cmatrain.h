@@ -1,0 +1,66 @@
+/* -train_algorithm cmaes: the weights of a small network with an accuracy dial, by CMA-ES over runs of drawn episodes. */
+#pragma once
+#include "cmaes.h"
+#include "episodes.h"
+
+enum { CMA_MAX_OBS = 24, CMA_MAX_LAYERS = 4 };
+
+typedef struct {
+  PetscInt nobs;
+  char *names[CMA_MAX_OBS];
+  PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS]; /* the network sees obs * scale + offset */
+  PetscInt hidden, layers;                           /* width and number of the hidden layers, tanh */
+  PetscReal dt_min, dt_max;                          /* bounds of the action [T*], logarithmic spacing */
+  PetscInt nsingle, nmesh, side;                     /* episodes of one element, of meshes; elements along a side */
+  PetscInt batch_single, batch_mesh;                 /* of a generation */
+  PetscInt validation;                               /* episodes of each kind */
+  PetscInt population;                               /* 0: CMA-ES's default */
+  PetscInt diagonal;                                 /* generations with a diagonal covariance */
+  PetscReal sigma;
+  PetscInt generations;
+  PetscReal minutes; /* wall time after which training ends */
+  PetscInt interval; /* generations between validations */
+  PetscInt seed;
+  PetscReal low, high; /* range of the dial */
+  char output[PETSC_MAX_PATH_LEN], log[PETSC_MAX_PATH_LEN], checkpoint[PETSC_MAX_PATH_LEN], resume[PETSC_MAX_PATH_LEN];
+} CMAOptions;
+
+/* Means over a validation. */
+typedef struct {
+  PetscReal cost, solves, within; /* share of the runs within the dial */
+  PetscReal error;                /* geometric mean of error over dial */
+} CMAScore;
+
+typedef struct {
+  CMAOptions o;
+  MPI_Comm comm;
+  PetscMPIInt rank, size;
+  CMAES es;
+  Episode **train, **valid; /* [ntrain], [nvalid] single elements first */
+  PetscInt ntrain, nvalid;
+  PetscInt64 generation, evaluations;
+  double *best;   /* [n] mean with the best validation */
+  CMAScore score; /* of it */
+  PetscInt64 best_generation;
+  PetscReal obs_min[CMA_MAX_OBS], obs_max[CMA_MAX_OBS];
+  PetscLogDouble begin;
+  PetscReal before; /* wall time spent before -train_resume [s] */
+  struct _CMALog *log;
+} CMATrainer;
+
+PETSC_INTERN PetscErrorCode CMAOptionsSet(MPI_Comm comm, CMAOptions *o);
+PETSC_INTERN PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t);
+PETSC_INTERN PetscErrorCode CMATrainerRun(CMATrainer *t); /* to the end; writes policy, log and checkpoint */
+PETSC_INTERN PetscErrorCode CMATrainerDestroy(CMATrainer *t);
+
+PETSC_INTERN PetscInt CMACountWeights(const CMAOptions *o);
+PETSC_INTERN void CMAStart(const CMAOptions *o, double weights[]); /* the first mean (cmastart.c) */
+PETSC_INTERN PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], SlipPolicy *policy);
+
+/* ---- files (cmafiles.c), by the first rank ---- */
+PETSC_INTERN PetscErrorCode CMAStorePolicy(CMATrainer *t);
+PETSC_INTERN PetscErrorCode CMACheckpointWrite(CMATrainer *t);
+PETSC_INTERN PetscErrorCode CMACheckpointRead(CMATrainer *t); /* on every rank */
+PETSC_INTERN PetscErrorCode CMALogOpen(CMATrainer *t);
+PETSC_INTERN PetscErrorCode CMALogRow(CMATrainer *t, PetscReal best, PetscReal median, const CMAScore *score);
+PETSC_INTERN PetscErrorCode CMALogClose(CMATrainer *t);

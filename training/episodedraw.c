@@ -1,0 +1,118 @@
+/* Random faults for episodes: ranges as rows of a table, fields that vary in space. */
+#include "episodes.h"
+#include <math.h>
+
+#define SHEAR_MODULUS 30e9 /* the fault's default [Pa] */
+#define DENSITY 2500.      /* likewise [kg/m^3] */
+
+enum { LENGTH, THICKNESS, DAMPING, STRESS, RESIDUAL, DROP, WEAKENING, PERTURBATION, MARGIN, RANGES };
+
+/* All log-uniform. Weakening: stress sigma drop / friction_slip over stiffness G / thickness; it sets friction_slip. Below 1.5
+   nothing slips within a reasonable time. */
+static const struct {
+  const char *meaning;
+  double low, high;
+} RangeTable[RANGES] = {
+  [LENGTH] = {"length_x [m]", 500, 20e3},
+  [THICKNESS] = {"thickness over length_x", 0.5, 2},
+  [DAMPING] = {"damping_ratio", 0.1, 0.6},
+  [STRESS] = {"normal_stress [Pa]", 5e6, 150e6},
+  [RESIDUAL] = {"friction_residual", 0.2, 0.7},
+  [DROP] = {"friction_drop", 0.03, 0.3},
+  [WEAKENING] = {"weakening over stiffness", 1.5, 15},
+  [PERTURBATION] = {"initial_perturbation", 1e-6, 1e-3},
+  [MARGIN] = {"duration over time to rest", 1.2, 3.5},
+};
+#define DEPTH_GRADIENT 15e3 /* of the normal stress of half the meshes [Pa/m] */
+#define SPREAD_MAX 0.4      /* standard deviation of the logarithm of a field */
+#define LIMIT 120           /* [T*] */
+
+const char *const EpisodeFieldNames[DRAW_FIELDS] = {"normal_stress", "friction_drop", "friction_residual",
+                                                    "friction_slip"};
+
+static double Draw(Random *random, int range)
+{
+  return RandomLog(random, RangeTable[range].low, RangeTable[range].high);
+}
+
+/* Zero mean and unit variance over the mesh: waves of up to two periods, and some white noise. */
+static void RandomField(Random *random, PetscInt nx, PetscInt nz, double g[])
+{
+  enum { WAVES = 5 };
+  double wave[WAVES][3], mean = 0, variance = 0;
+  const double noise = 0.5 * RandomUniform(random);
+  const PetscInt n = nx * nz;
+
+  for (int k = 0; k < WAVES; ++k)
+    for (int i = 0; i < 3; ++i) wave[k][i] = RandomUniform(random);
+  for (PetscInt i = 0; i < n; ++i) {
+    const double x = (double)(i % nx) / (double)nx, z = (double)(i / nx) / (double)nz;
+
+    g[i] = noise * sqrt(WAVES / 2.) * RandomNormal(random);
+    for (int k = 0; k < WAVES; ++k)
+      g[i] += cos(2 * PETSC_PI * (2 * wave[k][0] * x + (4 * wave[k][1] - 2) * z + wave[k][2]));
+    mean += g[i] / (double)n;
+  }
+  for (PetscInt i = 0; i < n; ++i) variance += (g[i] - mean) * (g[i] - mean) / (double)n;
+  for (PetscInt i = 0; i < n; ++i) g[i] = variance > 0 ? (g[i] - mean) / sqrt(variance) : 0;
+}
+
+static void Set(FaultDraw *d, const char name[], double value)
+{
+  d->name[d->nreal] = name;
+  d->value[d->nreal++] = value;
+}
+
+/* Fields of a mesh; returns the mean of stress times drop. */
+static void DrawFields(Random *random, FaultDraw *d, double depth_top, double cell, double stress, double drop,
+                       double residual)
+{
+  double g[EPISODE_MAX_ELEMENTS];
+  const PetscBool deep = RandomUniform(random) < 0.6 ? PETSC_TRUE : PETSC_FALSE;
+
+  for (PetscInt i = 0; i < d->n; ++i) {
+    d->field[0][i] = deep ? DEPTH_GRADIENT * (depth_top + ((double)(i / d->nx) + 0.5) * cell) : stress;
+    d->field[1][i] = drop;
+    d->field[2][i] = residual;
+    d->field[3][i] = 1;
+  }
+  for (int f = 0; f < DRAW_FIELDS; ++f) {
+    double spread = SPREAD_MAX * RandomUniform(random) * (f == 2 ? 0.3 : 1);
+
+    if (RandomUniform(random) < 0.25) spread = 0;
+    RandomField(random, d->nx, d->nz, g);
+    for (PetscInt i = 0; i < d->n; ++i) d->field[f][i] *= exp(spread * g[i]);
+  }
+}
+
+void FaultDrawAtRandom(Random *random, PetscInt side, FaultDraw *d)
+{
+  const double length = Draw(random, LENGTH), thickness = length * Draw(random, THICKNESS),
+               damping = Draw(random, DAMPING);
+  const double stress = Draw(random, STRESS), residual = Draw(random, RESIDUAL), drop = Draw(random, DROP);
+  const double weakening = Draw(random, WEAKENING), perturbation = Draw(random, PERTURBATION);
+  double slip, mean = 0, depth;
+
+  d->nreal = 0;
+  d->margin = Draw(random, MARGIN);
+  d->limit = LIMIT;
+  d->nx = side > 1 ? 2 + (PetscInt)RandomIndex(random, (uint64_t)side - 1) : 1;
+  d->nz = side > 1 ? 2 + (PetscInt)RandomIndex(random, (uint64_t)side - 1) : 1;
+  d->n = d->nx * d->nz;
+  depth = side > 1 && RandomUniform(random) < 0.6 ? RandomLog(random, 100, 5e3) : 0;
+  DrawFields(random, d, depth, length / (double)d->nx, stress, drop, residual);
+  if (side == 1) d->field[0][0] = stress, d->field[1][0] = drop, d->field[2][0] = residual, d->field[3][0] = 1;
+  for (PetscInt i = 0; i < d->n; ++i) mean += d->field[0][i] * d->field[1][i] / (double)d->n;
+  slip = mean * thickness / SHEAR_MODULUS / weakening;
+  for (PetscInt i = 0; i < d->n; ++i) d->field[3][i] *= slip;
+  Set(d, "nx", (double)d->nx);
+  Set(d, "nz", (double)d->nz);
+  Set(d, "length_x", length);
+  Set(d, "length_z", length * (double)d->nz / (double)d->nx);
+  Set(d, "depth_top", depth);
+  Set(d, "thickness", thickness);
+  Set(d, "shear_modulus", SHEAR_MODULUS);
+  Set(d, "density", DENSITY);
+  Set(d, "damping_ratio", damping);
+  Set(d, "initial_perturbation", perturbation);
+}

@@ -1,0 +1,429 @@
+/* Small systems as problems to train on: the sliding mode controller and the circuit, with the models of the programs
+   in examples/. Both are dissipative: two solutions of the same system approach each other in the norm of the energy.
+   So the error that a step leaves at its end bounds what it changes in the exact continuation, and the sum of these
+   errors bounds that of the run. */
+#include "problem.h"
+#include "../examples/circuit.h"
+#include "../examples/sliding_mode.h"
+#include <slipstep/private/slipcompat.h>
+
+#define MAX_STATES 3
+#define LEAVE_WEIGHT                                                                                                   \
+  50                /* per error that a step leaves, over the size of the start: 1 % weighs as much as two attempts */
+#define SUBSTEPS 16 /* of the exact solution across one step, at least */
+#define REFERENCE_FINER                                                                                                \
+  8 /* the reference's constant step over that of continuations: second order, so 64 times as exact */
+
+/* What distinguishes the two. */
+typedef struct {
+  PetscInt n; /* states */
+  /* Norm of a difference of states over the norm of the start */
+  PetscReal (*distance)(const void *model, const PetscReal difference[]);
+  /* NULL: a fine run serves as exact solution */
+  PetscErrorCode (*exact)(const void *model, PetscReal t, PetscReal w[]);
+} System;
+
+/* A run with constant steps, unless an exact solution is known. */
+struct _EnvReference {
+  PetscReal dt;
+  PetscInt n;
+  PetscReal *state; /* [n][states] */
+};
+
+struct _EnvJudge {
+  const EnvOptions *o;
+  const System *system;
+  EnvReference reference;
+  EnvRun *run;
+  PetscBool effects;
+  EnvRun fine;          /* crosses one step after the other */
+  Vec before, reaction; /* where the next step begins */
+  PetscReal time;
+  PetscReal seen, error2, size2; /* time, squared error and squared size at the last accepted step */
+  PetscReal errors, sizes;       /* their integrals, trapezoidal rule */
+};
+
+static const System SlidingModeSystem, CircuitSystem;
+
+static const System *SystemOf(const Problem *p)
+{
+  return p == &ProblemCircuit ? &CircuitSystem : &SlidingModeSystem;
+}
+
+/* ---- creation ---- */
+
+/* From a model with its start in w, configured as far as TSSetFromOptions(). */
+static PetscErrorCode FinishRun(const EnvOptions *o, PetscReal duration, EnvRun *run)
+{
+  PetscErrorCode (*scale)(TS, PetscReal *);
+  PetscReal rtol, atol;
+
+  PetscFunctionBegin;
+  PetscCall(TSSetSolution(run->ts, run->w));
+  PetscCall(TSSetFromOptions(run->ts));
+  PetscCall(TSBatheCheckType(run->ts));
+  if (duration > 0) PetscCall(TSSetMaxTime(run->ts, duration));
+  PetscCall(TSGetTolerances(run->ts, &atol, NULL, &rtol, NULL));
+  PetscCall(TSSetTolerances(run->ts, o->atol > 0 ? o->atol : atol, NULL, o->rtol > 0 ? o->rtol : rtol, NULL));
+  PetscCall(TSGetMaxTime(run->ts, &run->tmax));
+  PetscCall(PetscObjectQueryFunction((PetscObject)run->ts, "SlipTimeScale_C", &scale));
+  PetscCall((*scale)(run->ts, &run->tstar));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Destroy(EnvRun *run)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&run->w));
+  PetscCall(TSDestroy(&run->ts));
+  PetscCall(PetscFree(run->model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the exact solution ---- */
+
+/* A copy of the instance for constant steps: no step limits, no error estimates. */
+static PetscErrorCode FineCreate(const EnvOptions *o, const EnvInstance *instance, EnvRun *fine)
+{
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(o->problem->create(o, instance, fine));
+  PetscCall(TSGetAdapt(fine->ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
+  PetscCall(TSBatheSetError(fine->ts, TSBATHE_ERROR_NONE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSMonitor */
+static PetscErrorCode StoreState(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  EnvReference ref = (EnvReference)ctx;
+  const PetscScalar *a;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  (void)ts;
+  (void)time;
+  if (step < 0 || step >= ref->n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetSize(w, &n));
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(PetscArraycpy(&ref->state[n * step], a, n));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *instance, EnvReference *reference)
+{
+  const System *system = SystemOf(o->problem);
+  EnvReference ref;
+  EnvRun fine;
+  PetscReal steps;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&ref));
+  *reference = ref;
+  if (system->exact) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FineCreate(o, instance, &fine));
+  steps = PetscCeilReal(fine.tmax / (o->continuation * fine.tstar) * REFERENCE_FINER);
+  ref->dt = fine.tmax / steps;
+  ref->n = (PetscInt)steps + 1;
+  PetscCall(PetscCalloc1((size_t)(ref->n * system->n), &ref->state));
+  PetscCall(TSSetTimeStep(fine.ts, ref->dt));
+  PetscCall(TSMonitorSet(fine.ts, StoreState, ref, NULL));
+  PetscCall(TSSolve(fine.ts, fine.w));
+  PetscCall(o->problem->destroy(&fine));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReferenceDestroy(EnvReference *reference)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree((*reference)->state));
+  PetscCall(PetscFree(*reference));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ExactState(EnvJudge j, PetscReal t, PetscReal w[])
+{
+  const EnvReference ref = j->reference;
+  const PetscInt n = j->system->n;
+
+  PetscFunctionBegin;
+  if (j->system->exact) {
+    PetscCall(j->system->exact(j->run->model, t, w));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  const PetscInt k = PetscMin((PetscInt)(t / ref->dt), ref->n - 2);
+  const PetscReal s = t / ref->dt - (PetscReal)k;
+
+  for (PetscInt i = 0; i < n; ++i) w[i] = (1 - s) * ref->state[n * k + i] + s * ref->state[n * (k + 1) + i];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- effects and errors ---- */
+
+/* TSBatheAttemptFn: the L2 error of the accepted steps */
+static PetscErrorCode WatchRun(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
+{
+  EnvJudge j = (EnvJudge)ctx;
+  const PetscReal t = attempt->time + attempt->dt;
+  const PetscScalar *a;
+  PetscReal exact[MAX_STATES], error2 = 0, size2 = 0;
+
+  PetscFunctionBegin;
+  (void)ts;
+  if (!attempt->accepted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ExactState(j, t, exact));
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < j->system->n; ++i) {
+    error2 += PetscSqr(a[i] - exact[i]);
+    size2 += PetscSqr(exact[i]);
+  }
+  PetscCall(VecRestoreArrayRead(w, &a));
+  j->errors += 0.5 * (t - j->seen) * (j->error2 + error2);
+  j->sizes += 0.5 * (t - j->seen) * (j->size2 + size2);
+  j->seen = t;
+  j->error2 = error2;
+  j->size2 = size2;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode JudgeCreate(const EnvOptions *o, const EnvInstance *instance, EnvRun *run, PetscBool effects,
+                                  EnvJudge *judge)
+{
+  EnvJudge j;
+  Vec r;
+  PetscReal size;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&j));
+  j->o = o;
+  j->system = SystemOf(o->problem);
+  j->reference = instance->reference;
+  j->run = run;
+  j->effects = effects;
+  PetscCall(VecNorm(run->w, NORM_2, &size));
+  j->size2 = PetscSqr(size);
+  PetscCall(TSBatheAddAttemptMonitor(run->ts, WatchRun, j));
+  if (effects) {
+    PetscCall(FineCreate(o, instance, &j->fine));
+    PetscCall(VecDuplicate(run->w, &j->before));
+    PetscCall(VecCopy(run->w, j->before));
+    PetscCall(TSBatheGetReaction(run->ts, &r));
+    PetscCall(VecDuplicate(r, &j->reaction));
+  }
+  *judge = j;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The exact solution from before the step to its end, against what the step made of it */
+static PetscErrorCode JudgeStep(EnvJudge j, EnvRun *run, PetscReal t, PetscReal *effect)
+{
+  const PetscReal h = t - j->time,
+                  n = PetscMax((PetscReal)SUBSTEPS, PetscCeilReal(h / (j->o->continuation * run->tstar)));
+  PetscReal difference[MAX_STATES];
+  const PetscScalar *a, *b;
+  TS ts = j->fine.ts;
+  Vec r;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(j->before, j->fine.w));
+  PetscCall(TSSetTime(ts, j->time));
+  PetscCall(TSSetStepNumber(ts, 0));
+  PetscCall(TSSetMaxTime(ts, t));
+  PetscCall(TSSetTimeStep(ts, h / n));
+  PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_ITERATING));
+  if (j->time > 0) PetscCall(TSBatheSetInitialReaction(ts, j->reaction));
+  PetscCall(TSSolve(ts, j->fine.w));
+  PetscCall(VecGetArrayRead(run->w, &a));
+  PetscCall(VecGetArrayRead(j->fine.w, &b));
+  for (PetscInt i = 0; i < j->system->n; ++i) difference[i] = a[i] - b[i];
+  PetscCall(VecRestoreArrayRead(j->fine.w, &b));
+  PetscCall(VecRestoreArrayRead(run->w, &a));
+  *effect = LEAVE_WEIGHT * j->system->distance(run->model, difference);
+  PetscCall(VecCopy(run->w, j->before));
+  PetscCall(TSBatheGetReaction(run->ts, &r));
+  PetscCall(VecCopy(r, j->reaction));
+  j->time = t;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode JudgeErrors(EnvJudge j, EnvRun *run, PetscReal error[])
+{
+  PetscFunctionBegin;
+  (void)run;
+  error[0] = PetscSqrtReal(j->errors / j->sizes);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode JudgeDestroy(EnvJudge *judge)
+{
+  EnvJudge j = *judge;
+
+  PetscFunctionBegin;
+  if (!j) PetscFunctionReturn(PETSC_SUCCESS);
+  if (j->effects) PetscCall(j->o->problem->destroy(&j->fine));
+  PetscCall(VecDestroy(&j->before));
+  PetscCall(VecDestroy(&j->reaction));
+  PetscCall(PetscFree(*judge));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the sliding mode controller ---- */
+
+enum { SLIDING_AMPLITUDE, SLIDING_START, SLIDING_DURATION, SLIDING_COUNT };
+static const DrawRow SlidingModeDraws[SLIDING_COUNT] = {
+  [SLIDING_AMPLITUDE] = {"amplitude over gain, D/k", 0.5, 1.2, PETSC_TRUE},
+  [SLIDING_START] = {"start w(0) omega/k", 1, 6, PETSC_FALSE},
+  [SLIDING_DURATION] = {"duration [1/omega]", 10, 30, PETSC_FALSE},
+};
+
+static PetscErrorCode SlidingModeCreate(const EnvOptions *o, const EnvInstance *instance, EnvRun *run)
+{
+  const PetscReal *drawn = instance->value;
+  SlidingMode *m;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&m));
+  run->model = m;
+  PetscCall(SlidingModeSetFromOptions(m, 0));
+  if (instance->drawn) {
+    m->D = drawn[SLIDING_AMPLITUDE] * m->k;
+    m->start = drawn[SLIDING_START] * m->k / m->omega;
+  }
+  PetscCall(TSCreate(PETSC_COMM_SELF, &run->ts));
+  PetscCall(SlidingModeConfigureTS(m, run->ts));
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, 1, &run->w));
+  PetscCall(VecSet(run->w, m->start));
+  PetscCall(FinishRun(o, instance->drawn ? drawn[SLIDING_DURATION] / m->omega : 0, run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscReal SlidingModeDistance(const void *model, const PetscReal difference[])
+{
+  return PetscAbsReal(difference[0] / ((const SlidingMode *)model)->start);
+}
+
+static PetscErrorCode SlidingModeState(const void *model, PetscReal t, PetscReal w[])
+{
+  PetscReal reaction;
+
+  PetscFunctionBegin;
+  w[0] = SlidingModeExact((const SlidingMode *)model, t, &reaction);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const System SlidingModeSystem = {1, SlidingModeDistance, SlidingModeState};
+
+#define LONGEST_SLIDING_STEP 0.6283185307179586 /* 2 pi/10 of 1/omega */
+static const Preset SlidingModePresets[] = {
+  {"published",
+   {"energy", "state_0", "residual", "converged", "accuracy", "step"},
+   1e-5,
+   LONGEST_SLIDING_STEP,
+   "s",
+   "T*",
+   PETSC_FALSE},
+  {NULL, {"state_0", "log_step", "converged"}, 1e-2, LONGEST_SLIDING_STEP, "T*", "T*", PETSC_TRUE},
+};
+
+const Problem ProblemSlidingMode = {.name = "sliding_mode",
+                                    .meaning = "the first-order sliding mode controller of the -sliding_mode_ options",
+                                    .draw = SlidingModeDraws,
+                                    .ndraw = SLIDING_COUNT,
+                                    .presets = SlidingModePresets,
+                                    .rtol = 1e-3,
+                                    .atol = 1e-6,
+                                    .atol_unit = "1",
+                                    .nerrors = 1,
+                                    .errors = {"relative L2 norm"},
+                                    .create = SlidingModeCreate,
+                                    .destroy = Destroy,
+                                    .reference_create = ReferenceCreate,
+                                    .reference_destroy = ReferenceDestroy,
+                                    .judge_create = JudgeCreate,
+                                    .judge_step = JudgeStep,
+                                    .judge_errors = JudgeErrors,
+                                    .judge_destroy = JudgeDestroy};
+
+/* ---- the circuit ---- */
+
+enum { CIRCUIT_AMPLITUDE, CIRCUIT_POLAR, CIRCUIT_AZIMUTH, CIRCUIT_DURATION, CIRCUIT_COUNT };
+static const DrawRow CircuitDraws[CIRCUIT_COUNT] = {
+  [CIRCUIT_AMPLITUDE] = {"root of twice the energy of the start [sqrt(J)]", 0.1, 10, PETSC_FALSE},
+  [CIRCUIT_POLAR] = {"its direction: cosine of the angle to i", -1, 1, PETSC_TRUE},
+  [CIRCUIT_AZIMUTH] = {"and angle from V1 to V2 [rad]", 0, 6.283185307179586, PETSC_TRUE},
+  [CIRCUIT_DURATION] = {"duration [s]", 10, 20, PETSC_FALSE},
+};
+
+static PetscErrorCode CircuitCreate(const EnvOptions *o, const EnvInstance *instance, EnvRun *run)
+{
+  const PetscReal *drawn = instance->value;
+  Circuit *c;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&c));
+  run->model = c;
+  PetscCall(CircuitSetFromOptions(c, 0));
+  if (instance->drawn) {
+    const PetscReal level = drawn[CIRCUIT_AMPLITUDE], cosine = drawn[CIRCUIT_POLAR],
+                    rest = level * PetscSqrtReal(1 - PetscSqr(cosine));
+
+    c->start[0] = rest * PetscCosReal(drawn[CIRCUIT_AZIMUTH]) / PetscSqrtReal(c->C1);
+    c->start[1] = rest * PetscSinReal(drawn[CIRCUIT_AZIMUTH]) / PetscSqrtReal(c->C2);
+    c->start[2] = level * cosine / PetscSqrtReal(c->L);
+    c->max_time = drawn[CIRCUIT_DURATION];
+    PetscCall(CircuitSetUnits(c, PETSC_FALSE));
+  }
+  PetscCall(TSCreate(PETSC_COMM_SELF, &run->ts));
+  PetscCall(CircuitConfigureTS(c, run->ts));
+  PetscCall(CircuitCreateState(c, &run->w));
+  PetscCall(FinishRun(o, instance->drawn ? c->max_time : 0, run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscReal CircuitDistance(const void *model, const PetscReal difference[])
+{
+  const Circuit *c = (const Circuit *)model;
+
+  return PetscSqrtReal(CircuitEnergy(c, difference) / CircuitEnergy(c, c->start));
+}
+
+static const System CircuitSystem = {CIRCUIT_N, CircuitDistance, NULL};
+
+static const Preset CircuitPresets[] = {
+  {"published",
+   {"energy", "state_2", "state_0", "state_1", "residual", "converged", "accuracy", "step"},
+   1e-5,
+   0.1,
+   "s",
+   "t_max",
+   PETSC_FALSE},
+  {NULL,
+   {"log_energy", "state_0", "state_1", "state_2", "log_step", "converged"},
+   1e-2,
+   0.1,
+   "T*",
+   "t_max",
+   PETSC_TRUE},
+};
+
+const Problem ProblemCircuit = {.name = "circuit",
+                                .meaning = "the circuit with an ideal Zener diode of the -circuit_ options",
+                                .draw = CircuitDraws,
+                                .ndraw = CIRCUIT_COUNT,
+                                .presets = CircuitPresets,
+                                .rtol = 1e-6,
+                                .atol = 1e-8,
+                                .atol_unit = "V and A",
+                                .nerrors = 1,
+                                .errors = {"relative L2 norm"},
+                                .create = CircuitCreate,
+                                .destroy = Destroy,
+                                .reference_create = ReferenceCreate,
+                                .reference_destroy = ReferenceDestroy,
+                                .judge_create = JudgeCreate,
+                                .judge_step = JudgeStep,
+                                .judge_errors = JudgeErrors,
+                                .judge_destroy = JudgeDestroy};

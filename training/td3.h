@@ -1,0 +1,27 @@
+/* Twin delayed deep deterministic policy gradient (Fujimoto et al. 2018), as Stable-Baselines3 2.7 computes it. */
+#pragma once
+#include "learner.h"
+
+typedef struct {
+  LearnerOptions o;
+  DenseShape actor_shape, critic_shape, first_critic; /* first_critic: the shape of one */
+  size_t nactor, ncritic;                             /* parameters: actor; all critics */
+  Scalar *actor, *actor_target, *critics, *critic_target;
+  Scalar *actor_grad, *critic_grad; /* gradients of the last steps */
+  Adam actor_adam, critic_adam;
+  PetscInt64 updates;
+  /* work space */
+  DenseWork actor_work, critic_work;
+  Scalar *input;         /* critic input [O+A][B] */
+  Scalar *y;             /* targets [B] */
+  Scalar *action, *dqda; /* [A][B] */
+  Scalar *normals;       /* [A][B] */
+} TD3;
+
+PETSC_INTERN PetscErrorCode TD3Create(const LearnerOptions *o, Random *r, TD3 *t);
+PETSC_INTERN PetscErrorCode TD3Destroy(TD3 *t);
+/* Deterministic actions [A][B] at obs [O][B], B <= o.batch. */
+PETSC_INTERN void TD3Sample(TD3 *t, PetscInt B, const Scalar obs[], Scalar action[]);
+/* One gradient step. noise [A][B]: of the target's action, not yet clipped. losses->actor and mean_q keep their values
+   in the steps that leave the actor alone. */
+PETSC_INTERN void TD3Update(TD3 *t, const Batch *batch, const Scalar noise[], Losses *losses);
