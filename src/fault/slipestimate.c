@@ -9,8 +9,8 @@
    H/M = 2 zeta w, w^2 = uc.K uc / (uc.M uc) the frequency of the critical displacement. When everything rests, what is left of the
    changes is balanced by a longer or shorter slip: with slips in proportion to those that there are, s_i/mean(s),
        (error of mean slip) = dP / sum_i (K u + q)_i s_i / mean(s).
-   For one element under slip weakening this is the exact first variation. For many it leaves out that elements stop at different
-   times. Elements that stick keep their energy: dP of a resting element is what its slip costs. */
+   Elements stop one after another, and the share of dP that their slip has taken by then decays no more: the decay goes with the
+   share of the slip on elements that still slide. For one element under slip weakening all this is the exact first variation. */
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipadapt.h>
@@ -23,8 +23,8 @@
 enum {
   STEP_WORK, /* dP of the step's error [J/m^2] */
   STEP_RESTRAINT /* sum (K u + q) s [J/m^2]: mean(s) of it restrains further slip */,
-  STEP_SLIP, /* sum of s [m] */
-  STEP_RATE, /* sum of |v| [m/s] */
+  STEP_SLIP,   /* sum of s [m] */
+  STEP_MOVING, /* sum of s where v is not 0 [m] */
   STEP_SUMS
 };
 
@@ -71,7 +71,7 @@ static PetscErrorCode StepSums(SlipFault fault, Vec w, Vec e, PetscReal sum[STEP
     sum[STEP_WORK] += fault->mass * weight * v * b[3 * i] + f[i] * b[3 * i + 1] + q * b[3 * i + 2];
     sum[STEP_RESTRAINT] += (f[i] + q) * s;
     sum[STEP_SLIP] += weight * s;
-    sum[STEP_RATE] += PetscAbsReal(v);
+    sum[STEP_MOVING] += v != 0 ? weight * s : 0;
   }
   PetscCall(VecRestoreArrayRead(ku, &f));
   PetscCall(VecRestoreArrayRead(e, &b));
@@ -100,6 +100,7 @@ static PetscErrorCode Reset(SlipFaultRunError *est)
 {
   PetscFunctionBegin;
   est->known = PETSC_TRUE;
+  est->moving = 1;
   PetscCall(PetscArrayzero(est->work, 2));
   PetscCall(PetscArrayzero(est->slip, 2));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -110,7 +111,7 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
 {
   SlipFault fault = (SlipFault)ctx;
   SlipFaultRunError *est = &fault->run_error;
-  PetscReal sum[STEP_SUMS], scale, decay;
+  PetscReal sum[STEP_SUMS], scale, decay, moving;
   Vec e;
 
   PetscFunctionBegin;
@@ -120,11 +121,12 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   if (!e) est->known = PETSC_FALSE;
   if (!est->known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(StepSums(fault, w, e, sum));
-  decay = PetscExpReal(-est->decay * attempt->dt);
+  moving = sum[STEP_SLIP] > 0 ? sum[STEP_MOVING] / sum[STEP_SLIP] : 1;
+  decay = PetscExpReal(-est->decay * attempt->dt * (est->moving + moving) / 2);
   est->work[0] = est->work[0] * decay + scale * sum[STEP_WORK];
   est->work[1] = est->work[1] * decay + PetscAbsReal(scale * sum[STEP_WORK]);
-  est->moving = sum[STEP_RATE] > 0 ? PETSC_TRUE : PETSC_FALSE;
-  if (!est->moving) PetscCall(Settle(fault, sum));
+  est->moving = moving;
+  if (moving == 0) PetscCall(Settle(fault, sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -206,7 +208,7 @@ static PetscErrorCode Report(SlipOutput run, const char name[], const char label
 PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip)
 {
   const SlipFaultRunError *est = &fault->run_error;
-  const PetscBool known = est->known && !est->moving ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool known = est->known && est->moving == 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscReal wanted, error = 0;
   PetscInt solves = 0;
 

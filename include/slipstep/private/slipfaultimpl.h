@@ -139,7 +139,7 @@ typedef struct _n_SlipFaultOutput *SlipFaultOutput;
 typedef struct {
   PetscObjectId id;  /* of the TS that has the monitor */
   PetscBool known;   /* every accepted step so far had an error estimate */
-  PetscBool moving;  /* something slid at the end of the last step */
+  PetscReal moving;  /* share of the slip that is on elements which still slide, at the end of the last step */
   PetscReal decay;   /* of changes of the energy [1/s] */
   PetscReal work[2]; /* changes of the energy by local errors, carried to now, and by their magnitudes [J/m^2] */
   PetscReal slip[2]; /* errors of the mean slip that have become final, likewise [m] */
