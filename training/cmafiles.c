@@ -22,10 +22,10 @@ static PetscErrorCode Store(CMATrainer *t)
   SlipPolicy p;
 
   PetscFunctionBegin;
-  PetscCall(CMAPolicy(&t->o, t->best, &p));
+  PetscCall(CMAPolicy(&t->o, t->best, t->shift, &p));
   PetscCall(SlipPolicySetRange(p, t->obs_min, t->obs_max));
   PetscCall(SlipPolicySetAttribute(p, "algorithm", "cmaes"));
-  PetscCall(SlipPolicySetAttribute(p, "problem", "fault"));
+  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.problem ? t->o.problem->name : "fault"));
   PetscCall(SetNumber(p, "generations", "%.0f", (double)t->best_generation));
   PetscCall(SetNumber(p, "training_runs", "%.0f", (double)t->evaluations));
   PetscCall(SetNumber(p, "validation_cost", "%.5f", (double)t->score.cost));
@@ -85,7 +85,7 @@ static void GiveNumbers(CMATrainer *t, const PetscReal x[NUMBERS])
   t->generation = (PetscInt64)x[2];
   t->evaluations = (PetscInt64)x[3];
   t->best_generation = (PetscInt64)x[4];
-  t->score = (CMAScore){x[5], x[6], x[7], x[8]};
+  t->score = (CMAScore){x[5], x[6], x[7], x[8], 0}; /* the last one is found again */
   t->before = x[9];
 }
 

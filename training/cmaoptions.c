@@ -37,6 +37,40 @@ static PetscErrorCode SetObservations(CMAOptions *o, PetscInt n, const char *con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of another problem than the fault: those of its trainings without a particular reward, and what follows the dial. */
+static const char *const SmallObservations[] = {"log_accuracy", "log_error", "log_time_left", "change_state_0"};
+
+static PetscErrorCode SetSmallDefaults(CMAOptions *o)
+{
+  const char *names[CMA_MAX_OBS];
+  const Preset *preset = ProblemPreset(o->problem, "none");
+  PetscInt n = 0;
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SmallObservations); ++i) names[n++] = SmallObservations[i];
+  for (PetscInt i = 0; preset->names[i]; ++i) names[n++] = preset->names[i];
+  PetscCall(SetObservations(o, n, names));
+  o->dt_min = preset->dt_min;
+  o->dt_max = preset->dt_max;
+  PetscCall(PetscStrncpy(o->dt_max_unit, preset->dt_max_unit, sizeof(o->dt_max_unit)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ParseProblem(CMAOptions *o, SlipOptionItems PetscOptionsObject)
+{
+  char problem[64] = "fault";
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsString("-train_problem", "What is simulated: fault, sliding_mode or circuit, drawn at random",
+                               NULL, problem, problem, sizeof(problem), NULL));
+  PetscCall(ProblemFind(problem, &o->problem));
+  if (o->problem == &ProblemFault) o->problem = NULL;
+  o->dt_min = 1e-2;
+  o->dt_max = 1e2;
+  PetscCall(PetscStrncpy(o->dt_max_unit, "T*", sizeof(o->dt_max_unit)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
   const char *defaults[PETSC_STATIC_ARRAY_LENGTH(ObservationTable)];
@@ -47,6 +81,7 @@ static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOpti
   PetscFunctionBegin;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ObservationTable); ++k) defaults[k] = ObservationTable[k].name;
   PetscCall(SetObservations(o, (PetscInt)PETSC_STATIC_ARRAY_LENGTH(ObservationTable), defaults));
+  if (o->problem) PetscCall(SetSmallDefaults(o));
   PetscCall(
     PetscOptionsStringArray("-train_observations", "Names of the observations, in order", NULL, names, &n, &set));
   if (!set) PetscFunctionReturn(PETSC_SUCCESS);
@@ -65,15 +100,15 @@ static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems 
     {"-train_hidden", "Width of the hidden layers", &o->hidden, 8, 1, 256},
     {"-train_layers", "Number of hidden layers", &o->layers, 2, 1, CMA_MAX_LAYERS},
     {"-train_singles", "Episodes of one element", &o->nsingle, 256, 1, 100000},
-    {"-train_meshes", "Episodes on small heterogeneous meshes", &o->nmesh, 96, 0, 100000},
-    {"-train_mesh_side", "Largest number of elements along a side of these meshes", &o->side, 6, 2, 12},
-    {"-train_batch_singles", "Episodes of one element in a generation", &o->batch_single, 32, 1, 100000},
-    {"-train_batch_meshes", "Episodes on meshes in a generation", &o->batch_mesh, 12, 0, 100000},
-    {"-train_validation", "Episodes of each kind in a validation", &o->validation, 35, 1, 100000},
+    {"-train_meshes", "Episodes on small heterogeneous meshes", &o->nmesh, 144, 0, 100000},
+    {"-train_mesh_side", "Largest number of elements along a side of these meshes", &o->side, 7, 2, 12},
+    {"-train_batch_singles", "Episodes of one element in a generation", &o->batch_single, 28, 1, 100000},
+    {"-train_batch_meshes", "Episodes on meshes in a generation", &o->batch_mesh, 20, 0, 100000},
+    {"-train_validation", "Episodes of each kind in a validation", &o->validation, 50, 1, 100000},
     {"-train_population", "Members of a generation, 0: 4 + 3 ln(weights)", &o->population, 24, 0, 10000},
-    {"-train_diagonal", "Generations before the covariance may leave its diagonal", &o->diagonal, 0, 0, 100000000},
-    {"-train_generations", "Generations, in total with those of -train_resume", &o->generations, 2000, 1, 100000000},
-    {"-train_validation_interval", "Generations between validations; the best mean is written", &o->interval, 25, 1,
+    {"-train_diagonal", "Generations before the covariance may leave its diagonal", &o->diagonal, 200, 0, 100000000},
+    {"-train_generations", "Generations, in total with those of -train_resume", &o->generations, 2500, 1, 100000000},
+    {"-train_validation_interval", "Generations between validations; the best mean is written", &o->interval, 50, 1,
      1000000},
     {"-train_seed", "Seed of everything random", &o->seed, 0, 0, PETSC_MAX_INT},
   };
@@ -86,6 +121,7 @@ static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems 
                "%s is %" PetscInt_FMT ", expected %" PetscInt_FMT " to %" PetscInt_FMT, row[i].name, *row[i].value,
                row[i].low, row[i].high);
   }
+  if (o->problem) o->nmesh = o->batch_mesh = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,8 +133,11 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
   } row[] = {
     {"-train_sigma", "First step length of CMA-ES, in weights", &o->sigma, 0.1, 1e-6},
     {"-train_minutes", "Wall time after which training ends [min], 0: no limit", &o->minutes, 0, 0},
-    {"-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, 1e-2, 1e-12},
-    {"-train_dt_max", "Longest step the policy can choose [T*]", &o->dt_max, 1e2, 1e-12},
+    {"-train_within",
+     "Share of validation runs, of each kind, that shall keep the dial: it is moved for that, 0: as trained",
+     &o->within, 0.96, 0},
+    {"-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, o->dt_min, 1e-12},
+    {"-train_dt_max", "Longest step the policy can choose [T*; the circuit: t_max]", &o->dt_max, o->dt_max, 1e-12},
     {"-train_dial_low", "Lowest position of the accuracy dial", &o->low, TSADAPTRL_ACCURACY_MIN,
      TSADAPTRL_ACCURACY_MIN},
     {"-train_dial_high", "Highest position of the accuracy dial", &o->high, TSADAPTRL_ACCURACY_MAX,
@@ -112,7 +151,7 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
     PetscCheck(*row[i].value >= row[i].low && !PetscIsInfOrNanReal(*row[i].value), comm, PETSC_ERR_ARG_OUTOFRANGE,
                "%s is %.6g, expected at least %.6g", row[i].name, (double)*row[i].value, (double)row[i].low);
   }
-  PetscCheck(o->dt_min < o->dt_max, comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(o->dt_min < o->dt_max || o->problem, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_dt_min is %.6g T* and -train_dt_max %.6g T*, expected a longer -train_dt_max", (double)o->dt_min,
              (double)o->dt_max);
   PetscCheck(o->low <= o->high && o->high <= TSADAPTRL_ACCURACY_MAX, comm, PETSC_ERR_ARG_OUTOFRANGE,
@@ -154,6 +193,7 @@ PetscErrorCode CMAOptionsSet(MPI_Comm comm, CMAOptions *o)
   PetscFunctionBegin;
   PetscCall(PetscMemzero(o, sizeof(*o)));
   PetscOptionsBegin(comm, NULL, "Training a step-size policy with an accuracy dial by CMA-ES", "train");
+  PetscCall(ParseProblem(o, PetscOptionsObject));
   PetscCall(ParseObservations(o, PetscOptionsObject));
   PetscCall(ParseCounts(comm, o, PetscOptionsObject));
   PetscCall(ParseNumbers(comm, o, PetscOptionsObject));

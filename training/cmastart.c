@@ -1,10 +1,12 @@
 /* Where CMA-ES begins: a network that a person could have written. Steps of a constant length that follows the dial, and one to the
-   end when all elements rest. */
+   end when all elements rest; for other problems than the fault, a quarter of the way up the bounds at the coarsest dial. */
 #include "cmatrain.h"
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
 
-#define START_STEP 0.8    /* at the coarsest dial [T*] */
+#define START_STEP 0.8 /* at the coarsest dial [T*] */
+#define SMALL_START                                                                                                    \
+  (-0.5) /* of other problems, from -1 at the logarithm of the lower bound to 1 at that of the upper one */
 #define START_POWER 0.25  /* step over dial's power */
 #define NEAR_LINEAR 0.4   /* slope of a tanh unit that is to stay close to linear */
 #define SLIDING_SHARE 0.1 /* a smaller share of sliding elements than this counts as rest */
@@ -34,7 +36,8 @@ void CMAStart(const CMAOptions *o, double weights[])
 
   for (PetscInt i = 0; i < CMACountWeights(o); ++i) weights[i] = 0;
   /* unit 0: log10 h less its middle, times the slope */
-  bias[0] = NEAR_LINEAR * (log10(START_STEP) - START_POWER * log10(o->high) - middle);
+  bias[0] =
+    NEAR_LINEAR * ((o->problem ? SMALL_START * half : log10(START_STEP) - middle) - START_POWER * log10(o->high));
   AddTerm(o, Find(o, "log_accuracy"), NEAR_LINEAR * START_POWER, w, &bias[0]);
   /* unit 1: positive when everything rests after a first step */
   if (hidden > 1 && sliding >= 0 && converged >= 0) {

@@ -9,6 +9,9 @@
 #define TRAIN_STREAM 1000000 /* seeds of episodes and generations do not meet */
 #define VALID_STREAM 2000000
 #define GENERATION_STREAM 3000000
+#define SHIFT_MAX 0.2 /* of the dial as the policy sees it [decades] */
+#define SHIFT_MIN (-1.0)
+#define SHIFT_STEP 0.05
 #define VALID_DIALS 3 /* each validation episode runs at so many positions of the dial */
 
 static uint64_t StreamSeed(PetscInt seed, PetscInt64 stream, PetscInt64 k)
@@ -21,21 +24,43 @@ PetscInt CMACountWeights(const CMAOptions *o)
   return o->nobs * o->hidden + o->hidden + (o->layers - 1) * (o->hidden + 1) * o->hidden + o->hidden + 1;
 }
 
-PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], SlipPolicy *policy)
+PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], PetscReal shift, SlipPolicy *policy)
 {
   PetscInt in = o->nobs;
+  PetscReal offset[CMA_MAX_OBS];
   const double *w = weights;
 
   PetscFunctionBegin;
   PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, policy));
-  PetscCall(SlipPolicySetObservations(*policy, o->nobs, (const char *const *)o->names, o->scale, o->offset));
+  for (PetscInt i = 0; i < o->nobs; ++i)
+    offset[i] = o->offset[i] + (strcmp(o->names[i], "log_accuracy") ? 0 : shift * o->scale[i]);
+  PetscCall(SlipPolicySetObservations(*policy, o->nobs, (const char *const *)o->names, o->scale, offset));
   for (PetscInt l = 0; l < o->layers; ++l) {
     PetscCall(SlipPolicyAddLayer(*policy, in, o->hidden, w, w + in * o->hidden, SLIP_ACTIVATION_TANH));
     w += (in + 1) * o->hidden;
     in = o->hidden;
   }
   PetscCall(SlipPolicyAddLayer(*policy, in, 1, w, w + in, SLIP_ACTIVATION_LINEAR));
-  PetscCall(SlipPolicySetAction(*policy, -1, 1, o->dt_min, "T*", o->dt_max, "T*", PETSC_TRUE));
+  PetscCall(SlipPolicySetAction(*policy, -1, 1, o->dt_min, "T*", o->dt_max, o->dt_max_unit, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The environment's view of another problem than the fault: unscaled observations. */
+static PetscErrorCode SmallOptions(const CMAOptions *o, EnvOptions *e)
+{
+  PetscFunctionBegin;
+  e->nobs = o->nobs;
+  for (PetscInt i = 0; i < o->nobs; ++i) {
+    e->names[i] = o->names[i];
+    e->scale[i] = 1;
+    e->offset[i] = 0;
+  }
+  e->rtol = o->problem->rtol;
+  e->atol = o->problem->atol;
+  e->dt_min = o->dt_min;
+  e->dt_max = o->dt_max;
+  PetscCall(PetscStrncpy(e->dt_min_unit, "T*", sizeof(e->dt_min_unit)));
+  PetscCall(PetscStrncpy(e->dt_max_unit, o->dt_max_unit, sizeof(e->dt_max_unit)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -43,12 +68,20 @@ PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], SlipPolicy
 static PetscErrorCode MakeEpisodes(const CMATrainer *t, PetscInt64 stream, PetscInt nsingle, PetscInt nmesh,
                                    Episode ***list)
 {
+  EnvOptions small = {.problem = t->o.problem, .log_spacing = PETSC_TRUE, .continuation = 1. / 12};
+
   PetscFunctionBegin;
   PetscCall(PetscCalloc1(nsingle + nmesh, list));
-  for (PetscInt i = 0; i < nsingle + nmesh; ++i)
+  for (PetscInt i = 0; t->o.problem && i < nsingle + nmesh; ++i) {
+    PetscCall(SmallOptions(&t->o, &small));
+    PetscCall(EpisodeCreateSmall(&small, StreamSeed(t->o.seed, stream, i), &(*list)[i]));
+  }
+  for (PetscInt i = 0; !t->o.problem && i < nsingle + nmesh; ++i)
     PetscCall(EpisodeCreate(StreamSeed(t->o.seed, stream, i), i < nsingle ? 1 : t->o.side, &(*list)[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+static PetscErrorCode Validate(CMATrainer *t, const double weights[], PetscReal shift, CMAScore *score);
 
 PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t)
 {
@@ -74,6 +107,7 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
   if (o->resume[0]) PetscCall(CMACheckpointRead(t));
   PetscCall(MakeEpisodes(t, TRAIN_STREAM, o->nsingle, o->nmesh, &t->train));
   PetscCall(MakeEpisodes(t, VALID_STREAM, o->validation, o->validation, &t->valid));
+  if (o->resume[0]) PetscCall(Validate(t, t->best, 0, &t->score)); /* the same unless the episodes are others now */
   PetscCall(CMALogOpen(t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -142,7 +176,7 @@ static PetscErrorCode Cost(const CMATrainer *t, const double weights[], const Ba
 
   PetscFunctionBegin;
   *cost = 0;
-  PetscCall(CMAPolicy(&t->o, weights, &policy));
+  PetscCall(CMAPolicy(&t->o, weights, 0, &policy));
   for (PetscInt i = 0; i < b->n; ++i) {
     PetscCall(EpisodeRun(t->train[b->episode[i]], policy, b->dial[i], &r));
     *cost += (double)(EpisodeCost(&r, b->dial[i]) / (PetscReal)b->n);
@@ -182,33 +216,63 @@ static PetscErrorCode Generation(CMATrainer *t, PetscReal *best, PetscReal *medi
 
 /* ---- validation ---- */
 
-/* Every validation episode at fixed positions of the dial, other ones for each. sum: cost, ln solves, within, ln(error/dial). */
-static PetscErrorCode Validate(CMATrainer *t, const double weights[], CMAScore *score)
+/* One run of a validation; row: cost, ln solves, within, ln(error/dial). */
+static PetscErrorCode ValidationRun(const CMATrainer *t, SlipPolicy policy, PetscInt k, PetscReal row[4])
+{
+  const PetscReal x = ((PetscReal)(k % VALID_DIALS) + ((PetscReal)(k / VALID_DIALS % 7) + 0.5) / 7) / VALID_DIALS;
+  const PetscReal dial = t->o.low * PetscPowReal(t->o.high / t->o.low, x);
+  EpisodeResult r;
+
+  PetscFunctionBegin;
+  PetscCall(EpisodeRun(t->valid[k / VALID_DIALS], policy, dial, &r));
+  row[0] = EpisodeCost(&r, dial);
+  row[1] = PetscLogReal((PetscReal)r.solves);
+  row[2] = r.slip_error <= dial && r.done == 1 ? 1 : 0;
+  row[3] = PetscLogReal(PetscMax(r.slip_error / dial, (PetscReal)1e-6));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Every validation episode at fixed positions of the dial, other ones for each; the policy sees the dial moved by shift decades. */
+static PetscErrorCode Validate(CMATrainer *t, const double weights[], PetscReal shift, CMAScore *score)
 {
   const PetscInt runs = t->nvalid * VALID_DIALS;
-  PetscReal *row, sum[4] = {0, 0, 0, 0};
+  PetscReal *row, sum[4] = {0, 0, 0, 0}, kind[2] = {0, 0};
   SlipPolicy policy;
 
   PetscFunctionBegin;
   PetscCall(PetscCalloc1(4 * runs, &row));
-  PetscCall(CMAPolicy(&t->o, weights, &policy));
-  for (PetscInt k = t->rank; k < runs; k += t->size) {
-    const PetscReal x = ((PetscReal)(k % VALID_DIALS) + ((PetscReal)(k / VALID_DIALS % 7) + 0.5) / 7) / VALID_DIALS;
-    const PetscReal dial = t->o.low * PetscPowReal(t->o.high / t->o.low, x);
-    EpisodeResult r;
-
-    PetscCall(EpisodeRun(t->valid[k / VALID_DIALS], policy, dial, &r));
-    row[4 * k] = EpisodeCost(&r, dial);
-    row[4 * k + 1] = PetscLogReal((PetscReal)r.solves);
-    row[4 * k + 2] = r.slip_error <= dial && r.done == 1 ? 1 : 0;
-    row[4 * k + 3] = PetscLogReal(PetscMax(r.slip_error / dial, (PetscReal)1e-6));
-  }
+  PetscCall(CMAPolicy(&t->o, weights, shift, &policy));
+  for (PetscInt k = t->rank; k < runs; k += t->size) PetscCall(ValidationRun(t, policy, k, &row[4 * k]));
   PetscCall(SlipPolicyDestroy(&policy));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, row, (PetscMPIInt)(4 * runs), MPIU_REAL, MPIU_SUM, t->comm));
-  for (PetscInt k = 0; k < runs; ++k)
+  for (PetscInt k = 0; k < runs; ++k) {
     for (PetscInt i = 0; i < 4; ++i) sum[i] += row[4 * k + i] / (PetscReal)runs;
+    kind[2 * k / runs] += row[4 * k + 2] / (0.5 * (PetscReal)runs);
+  }
   PetscCall(PetscFree(row));
-  *score = (CMAScore){sum[0], PetscExpReal(sum[1]), sum[2], PetscExpReal(sum[3])};
+  *score = (CMAScore){sum[0], PetscExpReal(sum[1]), sum[2], PetscExpReal(sum[3]), PetscMin(kind[0], kind[1])};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Training weighs solves against errors; how many runs keep the dial follows from that. Here the dial is moved, as the policy sees
+   it, until the wanted share does, of single elements and of meshes. */
+static PetscErrorCode Calibrate(CMATrainer *t)
+{
+  CMAScore score;
+
+  PetscFunctionBegin;
+  if (t->o.within <= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  for (t->shift = SHIFT_MAX; t->shift > SHIFT_MIN; t->shift -= SHIFT_STEP) {
+    PetscCall(Validate(t, t->best, t->shift, &score));
+    if (score.least >= t->o.within) break;
+  }
+  t->score = score;
+  PetscCall(
+    PetscPrintf(t->comm,
+                "dial moved by %.2f decades: cost %7.4f  solves %5.1f  within dial %5.1f %%, at least %5.1f %%  "
+                "error/dial %6.3f\n",
+                (double)t->shift, (double)score.cost, (double)score.solves, 100 * (double)score.within,
+                100 * (double)score.least, (double)score.error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -232,7 +296,7 @@ static PetscErrorCode FindRange(CMATrainer *t)
     t->obs_min[i] = PETSC_MAX_REAL;
     t->obs_max[i] = PETSC_MIN_REAL;
   }
-  PetscCall(CMAPolicy(&t->o, t->best, &policy));
+  PetscCall(CMAPolicy(&t->o, t->best, t->shift, &policy));
   for (PetscInt i = 0; i < t->ntrain; ++i)
     for (PetscInt k = 0; k < VALID_DIALS; ++k)
       PetscCall(EpisodeWatch(t->train[i], policy,
@@ -260,7 +324,7 @@ static PetscErrorCode Progress(CMATrainer *t, PetscReal best, PetscReal median)
   PetscBool better;
 
   PetscFunctionBegin;
-  PetscCall(Validate(t, t->es.mean, &score));
+  PetscCall(Validate(t, t->es.mean, 0, &score));
   better = score.cost < t->score.cost ? PETSC_TRUE : PETSC_FALSE;
   if (better) {
     t->score = score;
@@ -296,6 +360,7 @@ PetscErrorCode CMATrainerRun(CMATrainer *t)
     PetscCall(Elapsed(t, &seconds));
   }
   if (t->generation % t->o.interval) PetscCall(Progress(t, best, median));
+  PetscCall(Calibrate(t));
   PetscCall(FindRange(t));
   if (t->o.output[0]) PetscCall(CMAStorePolicy(t));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -10,7 +10,9 @@ typedef struct {
   char *names[CMA_MAX_OBS];
   PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS]; /* the network sees obs * scale + offset */
   PetscInt hidden, layers;                           /* width and number of the hidden layers, tanh */
-  PetscReal dt_min, dt_max;                          /* bounds of the action [T*], logarithmic spacing */
+  const Problem *problem;                            /* NULL: the fault, which has episodes of its own */
+  PetscReal dt_min, dt_max;                          /* bounds of the action, logarithmic spacing */
+  char dt_max_unit[8];                               /* "T*" or "t_max"; dt_min is in T* */
   PetscInt nsingle, nmesh, side;                     /* episodes of one element, of meshes; elements along a side */
   PetscInt batch_single, batch_mesh;                 /* of a generation */
   PetscInt validation;                               /* episodes of each kind */
@@ -22,6 +24,7 @@ typedef struct {
   PetscInt interval; /* generations between validations */
   PetscInt seed;
   PetscReal low, high; /* range of the dial */
+  PetscReal within;    /* share of validation runs that shall keep the dial, 0: as trained */
   char output[PETSC_MAX_PATH_LEN], log[PETSC_MAX_PATH_LEN], checkpoint[PETSC_MAX_PATH_LEN], resume[PETSC_MAX_PATH_LEN];
 } CMAOptions;
 
@@ -29,6 +32,7 @@ typedef struct {
 typedef struct {
   PetscReal cost, solves, within; /* share of the runs within the dial */
   PetscReal error;                /* geometric mean of error over dial */
+  PetscReal least;                /* within, of single elements or of meshes, whichever is less */
 } CMAScore;
 
 typedef struct {
@@ -42,6 +46,7 @@ typedef struct {
   double *best;   /* [n] mean with the best validation */
   CMAScore score; /* of it */
   PetscInt64 best_generation;
+  PetscReal shift; /* decades by which the policy sees the dial moved */
   PetscReal obs_min[CMA_MAX_OBS], obs_max[CMA_MAX_OBS];
   PetscLogDouble begin;
   PetscReal before; /* wall time spent before -train_resume [s] */
@@ -55,7 +60,8 @@ PETSC_INTERN PetscErrorCode CMATrainerDestroy(CMATrainer *t);
 
 PETSC_INTERN PetscInt CMACountWeights(const CMAOptions *o);
 PETSC_INTERN void CMAStart(const CMAOptions *o, double weights[]); /* the first mean (cmastart.c) */
-PETSC_INTERN PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], SlipPolicy *policy);
+/* shift: decades by which the dial is moved before the network sees it */
+PETSC_INTERN PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], PetscReal shift, SlipPolicy *policy);
 
 /* ---- files (cmafiles.c), by the first rank ---- */
 PETSC_INTERN PetscErrorCode CMAStorePolicy(CMATrainer *t);

@@ -126,6 +126,7 @@ static PetscErrorCode EpisodeSetUp(Environment *env, const EnvInstance *instance
   if (instance->reference) PetscCall(env->o.problem->judge_create(&env->o, instance, &env->run, effects, &env->judge));
   PetscCall(TSGetAdapt(env->run.ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
+  if (env->o.accuracy > 0) PetscCall(TSAdaptRLSetAccuracy(adapt, env->o.accuracy));
   PetscCall(
     TSAdaptRLSetActor(adapt, env->o.nobs, (const char *const *)env->o.names, env->dt_min, env->dt_max, Actor, env));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -25,6 +25,7 @@ static const struct {
 };
 #define DEPTH_GRADIENT 15e3 /* of the normal stress of half the meshes [Pa/m] */
 #define SPREAD_MAX 0.4      /* standard deviation of the logarithm of a field */
+#define SMOOTH_SHARE 0.25   /* of the meshes: nothing varies but the normal stress with depth */
 #define LIMIT 120           /* [T*] */
 
 const char *const EpisodeFieldNames[DRAW_FIELDS] = {"normal_stress", "friction_drop", "friction_residual",
@@ -70,6 +71,8 @@ static void DrawFields(Random *random, FaultDraw *d, double depth_top, double ce
   double g[EPISODE_MAX_ELEMENTS];
   const PetscBool deep = RandomUniform(random) < 0.6 ? PETSC_TRUE : PETSC_FALSE;
 
+  const PetscBool smooth = RandomUniform(random) < SMOOTH_SHARE ? PETSC_TRUE : PETSC_FALSE;
+
   for (PetscInt i = 0; i < d->n; ++i) {
     d->field[0][i] = deep ? DEPTH_GRADIENT * (depth_top + ((double)(i / d->nx) + 0.5) * cell) : stress;
     d->field[1][i] = drop;
@@ -79,7 +82,7 @@ static void DrawFields(Random *random, FaultDraw *d, double depth_top, double ce
   for (int f = 0; f < DRAW_FIELDS; ++f) {
     double spread = SPREAD_MAX * RandomUniform(random) * (f == 2 ? 0.3 : 1);
 
-    if (RandomUniform(random) < 0.25) spread = 0;
+    if (RandomUniform(random) < 0.25 || smooth) spread = 0;
     RandomField(random, d->nx, d->nz, g);
     for (PetscInt i = 0; i < d->n; ++i) d->field[f][i] *= exp(spread * g[i]);
   }

@@ -86,7 +86,7 @@ static void Follow(Episode *e, PetscReal t, PetscReal rate, PetscReal slip)
 static PetscErrorCode Measure(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   Episode *e = (Episode *)ctx;
-  PetscReal rate, slip, max_rate;
+  PetscReal rate = 0, slip = 0, max_rate = 0;
 
   PetscFunctionBegin;
   if (--e->attempts_left <= 0) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
@@ -109,7 +109,7 @@ static void PlainMeans(const PlainFault *p, PetscReal *rate, PetscReal *slip, Pe
 /* PlainWatchFn */
 static void MeasurePlain(const PlainFault *p, double time, void *ctx)
 {
-  PetscReal rate, slip, max_rate;
+  PetscReal rate = 0, slip = 0, max_rate = 0;
 
   PlainMeans(p, &rate, &slip, &max_rate);
   Follow((Episode *)ctx, time, rate, slip);
@@ -230,7 +230,10 @@ PetscErrorCode EpisodeDestroy(Episode **episode)
 {
   PetscFunctionBegin;
   if (!*episode) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Release(*episode));
+  if ((*episode)->small)
+    PetscCall(EpisodeSmallDestroy(&(*episode)->small));
+  else
+    PetscCall(Release(*episode));
   PetscCall(PetscFree((*episode)->course.t));
   PetscCall(PetscFree((*episode)->course.slip));
   PetscCall(PetscFree(*episode));
@@ -292,6 +295,10 @@ PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, Epi
   PetscBool known;
 
   PetscFunctionBegin;
+  if (e->small) {
+    PetscCall(EpisodeSmallRun(e->small, policy, accuracy, NULL, NULL, result));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PlainRunKnows(policy, &known));
   if (!known) {
     PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
@@ -330,12 +337,17 @@ static PetscErrorCode WatchingActor(TSAdapt adapt, TS ts, PetscInt n, const Pets
 PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn, void *ctx)
 {
   Watch watch = {e, policy, fn, ctx};
+  EpisodeResult result;
   const char *const *names;
   PetscReal dt[2];
   PetscInt n;
   TSAdapt adapt;
 
   PetscFunctionBegin;
+  if (e->small) {
+    PetscCall(EpisodeSmallRun(e->small, policy, accuracy, fn, ctx, &result));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(Rewind(e, accuracy));
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(SlipPolicyGetObservations(policy, &n, &names));
@@ -354,7 +366,7 @@ PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, E
 #define RATE_WEIGHT 0.2
 #define RATE_FLOOR 0.1
 #define RATE_DIALS 3
-#define WORST_PENALTY 10
+#define WORST_PENALTY 20
 #define UNFINISHED 4
 
 PetscReal EpisodePenalty(PetscReal x)

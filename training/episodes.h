@@ -2,6 +2,7 @@
    its fine reference, kept ready so that a policy runs through one in a fraction of a millisecond. An episode depends on its seed
    only, not on others or on ranks. Public headers of the library only. */
 #pragma once
+#include "environment.h"
 #include "plainrun.h"
 #include "random.h"
 #include <slipstep.h>
@@ -30,7 +31,10 @@ typedef struct {
   PetscReal rest;      /* when it came to rest [s]; negative: not yet */
 } Course;
 
+typedef struct _EpisodeSmall *EpisodeSmall;
+
 typedef struct {
+  EpisodeSmall small; /* another problem than the fault (episodesmall.c); nothing of what follows is used then */
   SlipFault fault;
   TS ts;
   Vec w, start;
@@ -58,12 +62,18 @@ typedef struct {
 #define EPISODE_MAX_STEPS 150
 
 PETSC_INTERN PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode);
+/* Another problem of the table, an instance drawn at random; slip_error of its runs is the problem's first error. o: problem,
+   observations and bounds of the step. */
+PETSC_INTERN PetscErrorCode EpisodeCreateSmall(const EnvOptions *o, uint64_t seed, Episode **episode);
+PETSC_INTERN PetscErrorCode EpisodeSmallDestroy(EpisodeSmall *small);
 PETSC_INTERN PetscErrorCode EpisodeDestroy(Episode **episode);
 /* By the plain fault when it knows what the policy observes, else by the library; the latter always with EpisodeRunLibrary(). */
 PETSC_INTERN PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 /* The same, with an observer of every observation vector [n] of the policy. */
 typedef void (*EpisodeWatchFn)(PetscInt n, const PetscReal obs[], void *ctx);
+PETSC_INTERN PetscErrorCode EpisodeSmallRun(EpisodeSmall small, SlipPolicy policy, PetscReal accuracy,
+                                            EpisodeWatchFn fn, void *ctx, EpisodeResult *result); /* fn: NULL allowed */
 PETSC_INTERN PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn,
                                          void *ctx);
 

@@ -25,6 +25,7 @@ typedef struct {
   PetscBool log_spacing;
   PetscReal rtol, atol;   /* relative; absolute in the problem's units; 0: the problem's own */
   PetscReal continuation; /* step of exact continuations [T*] */
+  PetscReal accuracy;     /* position of the accuracy dial, 0: the controller's default */
   PetscInt max_steps;     /* attempts after which an episode is cut off, 0: never */
 } EnvOptions;
 
