@@ -1,4 +1,5 @@
-/* Several runs in one process: one line of options each. A small fault takes milliseconds, starting a process a tenth of a second. */
+/* Several runs in one process: one line of options each. A small fault takes milliseconds, starting a process a tenth
+   of a second. */
 #pragma once
 #include <petscsys.h>
 #include <stdio.h>
@@ -24,7 +25,8 @@ static inline PetscErrorCode SweepLine(const char line[], PetscErrorCode (*run)(
   PetscFunctionReturn(0);
 }
 
-/* run() once for every line of a file that is neither empty nor begins with #. The first that fails ends the program. */
+/* run() once for every line of a file that is neither empty nor begins with #. The first that fails ends the
+   program. */
 static inline PetscErrorCode Sweep(const char file[], PetscErrorCode (*run)(void))
 {
   char line[8192];

@@ -89,7 +89,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   *fault = NULL;
   if (!f || --f->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultOutputDestroy(&f->output));
-  PetscCall(SlipFaultEstimateDestroy(f));
+  PetscCall(SlipFaultRunErrorDestroy(f));
   PetscCall(SlipConstraintDestroy(&f->con));
   PetscCall(PetscViewerDestroy(&f->viewer));
   PetscCall(PetscViewerDestroy(&f->stiffness_viewer));

@@ -36,7 +36,8 @@ static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time
 }
 
 /*@
-  SlipFaultOutputStart - open -fault_output and attach the monitors that write it; without that option do nothing
+  SlipFaultOutputStart - open -fault_output and attach the monitors that write it, and the one that estimates the
+  slip's error
 
   Collective; after TSSetFromOptions(), before TSSolve().
 
@@ -57,7 +58,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
-  PetscCall(SlipFaultEstimateStart(fault, ts));
+  PetscCall(SlipFaultRunErrorStart(fault, ts));
   if (!fault->text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
   PetscCall(SlipLogOutputBegin());
@@ -105,7 +106,19 @@ static PetscErrorCode SlipFaultOutputLastFields(SlipFaultOutput out, TS ts)
 . wall_setup - wall time of set-up [s]
 - wall_solve - wall time of TSSolve() [s]
 
+  Options Database Key:
+. -fault_check_error - repeat the run with every step computed in halves, for a Richardson estimate of the error of
+                       its final slip; three times the Bathe solves of the run more
+
   Level: intermediate
+
+  Notes:
+  When the integrator estimated local errors and the fault rests at the end, the summary has an estimate of the
+  relative error of the final mean slip, for which `SlipFaultOutputStart()` must have been called: a number that was
+  below the error in 7 % of 1007 runs (median 2.9 times it), and a likely one (median 1.1). A policy that observes
+  log_accuracy has its dial judged by it.
+  Attributes of /result: slip_error_estimate, slip_error_signed (computed minus exact), accuracy_requested, slip_error_estimate_met,
+  and with the check slip_error_check, slip_error_check_signed, slip_error_check_met, check_solves.
 
 .seealso: SlipFaultOutputStart()
 @*/
@@ -126,7 +139,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   } else
     PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run));
   PetscCall(SlipOutputAddResult(run, "mean_slip", "final mean slip", "m", obs.mean_slip));
-  PetscCall(SlipFaultEstimateReport(fault, ts, run, obs.mean_slip));
+  PetscCall(SlipFaultRunErrorReport(fault, ts, run, obs.mean_slip));
   PetscCall(SlipOutputAddRun(run, "stiffness_scaling_factor", fault->scaling));
   PetscCall(SlipOutputAddRun(run, "time_scale", fault->tstar));
   PetscCall(SlipOutputFinish(&run, wall_setup, wall_solve));

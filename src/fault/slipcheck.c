@@ -1,9 +1,10 @@
-/* -fault_check_error: the run once more under the same controller, each step computed in two halves, and Richardson's estimate from
-   the two final slips.
+/* -fault_check_error: the run once more under the same controller, each step computed in two halves, and Richardson's
+   estimate from the two final slips.
 
-   The method is of order p = 2, or 1 with -ts_bathe_reaction implicit, so that the error of the run is (s_h - s_(h/2)) 2^p/(2^p - 1) to
-   leading order. The controller sees the states of the finer run and so puts its steps where that run needs them. Repeating the old
-   steps at their old times was tried and misleads: the finer run's event comes later, often after the short steps meant for it. */
+   The method is of order p = 2, or 1 with -ts_bathe_reaction implicit, so that the error of the run is (s_h -
+   s_(h/2)) 2^p/(2^p - 1) to leading order. The controller sees the states of the finer run and so puts its steps
+   where that run needs them. Repeating the old steps at their old times was tried and misleads: the finer run's event
+   comes later, often after the short steps meant for it. */
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipoutput.h>
@@ -11,7 +12,7 @@
 /* Before the run: remember where it begins */
 PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts)
 {
-  SlipFaultEstimate *est = &fault->estimate;
+  SlipFaultRunError *est = &fault->run_error;
   Vec w;
 
   PetscFunctionBegin;
@@ -28,7 +29,7 @@ PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts)
 /* The run from its start in halves of steps; w is its end */
 static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
 {
-  SlipFaultEstimate *est = &fault->estimate;
+  SlipFaultRunError *est = &fault->run_error;
   TSAdapt adapt;
 
   PetscFunctionBegin;
@@ -47,8 +48,8 @@ static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Relative error of the final mean slip of the run that ts did, signed, and the Bathe solves that finding it took. ts ends with the
-   state and time of its run. Collective. */
+/* Relative error of the final mean slip of the run that ts did, signed, and the Bathe solves that finding it took. ts
+   ends with the state and time of its run. Collective. */
 PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip, PetscReal *error,
                                    PetscInt *solves)
 {

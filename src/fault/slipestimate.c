@@ -1,21 +1,24 @@
 /* The error of a run's final slip, estimated along the way from the integrator's local error estimates.
 
-   What one step does wrong changes the final slip through everything that follows. For the fault that is short to say, because the
-   final slip does not depend on when things happen: with P = v.M v/2 + u.K u/2 + (integral of q over s), the energy that can still
-   do work, dP/dt = -v.H v. A local error e = (e_v, e_u, e_s) of the state is a step along the trajectory, which changes the timing
-   alone, and a change of P,
+   What one step does wrong changes the final slip through everything that follows. For the fault that is short to
+   say, because the final slip does not depend on when things happen: with P = v.M v/2 + u.K u/2 + (integral of q over
+   s), the energy that can still do work, dP/dt = -v.H v. A local error e = (e_v, e_u, e_s) of the state is a step
+   along the trajectory, which changes the timing alone, and a change of P,
        dP = M v.e_v + K u.e_u + q.e_s.
    Along the slip, dP/ds = -H v with v = sqrt(2 (P - P_potential)/M), so a change of P decays as exp(-H/M t), here with
-   H/M = 2 zeta w, w^2 = uc.K uc / (uc.M uc) the frequency of the critical displacement. When everything rests, what is left of the
-   changes is balanced by a longer or shorter slip: with slips in proportion to those that there are, s_i/mean(s),
+   H/M = 2 zeta w, w^2 = uc.K uc / (uc.M uc) the frequency of the critical displacement. When everything rests, what
+   is left of the changes is balanced by a longer or shorter slip: with slips in proportion to those that there are,
+   s_i/mean(s),
        (error of mean slip) = dP / sum_i (K u + q)_i s_i / mean(s).
-   For one element under slip weakening this is the exact first variation. For many it leaves out that elements stop at different
-   times. Elements that stick keep their energy: dP of a resting element is what its slip costs. */
+   Elements stop one after another, and the share of dP that their slip has taken by then decays no more: the decay
+   goes with the share of the slip on elements that still slide. For one element under slip weakening all this is the
+   exact first variation. */
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipadapt.h>
 
-/* Calibration of what is reported, max(|signed sum|, FLOOR * sum of magnitudes) * FACTOR; see SlipFaultEstimateReport() */
+/* Calibration of what is reported, max(|signed sum|, FLOOR * sum of magnitudes) * FACTOR; see
+   SlipFaultRunErrorReport() */
 #define ESTIMATE_FLOOR 0.3
 #define ESTIMATE_FACTOR 2.5
 
@@ -23,8 +26,8 @@
 enum {
   STEP_WORK, /* dP of the step's error [J/m^2] */
   STEP_RESTRAINT /* sum (K u + q) s [J/m^2]: mean(s) of it restrains further slip */,
-  STEP_SLIP, /* sum of s [m] */
-  STEP_RATE, /* sum of |v| [m/s] */
+  STEP_SLIP,   /* sum of s [m] */
+  STEP_MOVING, /* sum of s where v is not 0 [m] */
   STEP_SUMS
 };
 
@@ -71,7 +74,7 @@ static PetscErrorCode StepSums(SlipFault fault, Vec w, Vec e, PetscReal sum[STEP
     sum[STEP_WORK] += fault->mass * weight * v * b[3 * i] + f[i] * b[3 * i + 1] + q * b[3 * i + 2];
     sum[STEP_RESTRAINT] += (f[i] + q) * s;
     sum[STEP_SLIP] += weight * s;
-    sum[STEP_RATE] += PetscAbsReal(v);
+    sum[STEP_MOVING] += v != 0 ? weight * s : 0;
   }
   PetscCall(VecRestoreArrayRead(ku, &f));
   PetscCall(VecRestoreArrayRead(e, &b));
@@ -83,7 +86,7 @@ static PetscErrorCode StepSums(SlipFault fault, Vec w, Vec e, PetscReal sum[STEP
 /* All rest: what the changes of P amount to becomes an error of the slip */
 static PetscErrorCode Settle(SlipFault fault, const PetscReal sum[])
 {
-  SlipFaultEstimate *est = &fault->estimate;
+  SlipFaultRunError *est = &fault->run_error;
   const PetscReal mean = sum[STEP_SLIP] / fault->N;
 
   PetscFunctionBegin;
@@ -96,10 +99,11 @@ static PetscErrorCode Settle(SlipFault fault, const PetscReal sum[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Reset(SlipFaultEstimate *est)
+static PetscErrorCode Reset(SlipFaultRunError *est)
 {
   PetscFunctionBegin;
   est->known = PETSC_TRUE;
+  est->moving = 1;
   PetscCall(PetscArrayzero(est->work, 2));
   PetscCall(PetscArrayzero(est->slip, 2));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -109,8 +113,8 @@ static PetscErrorCode Reset(SlipFaultEstimate *est)
 static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  SlipFaultEstimate *est = &fault->estimate;
-  PetscReal sum[STEP_SUMS], scale, decay;
+  SlipFaultRunError *est = &fault->run_error;
+  PetscReal sum[STEP_SUMS], scale, decay, moving;
   Vec e;
 
   PetscFunctionBegin;
@@ -120,18 +124,19 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   if (!e) est->known = PETSC_FALSE;
   if (!est->known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(StepSums(fault, w, e, sum));
-  decay = PetscExpReal(-est->decay * attempt->dt);
+  moving = sum[STEP_SLIP] > 0 ? sum[STEP_MOVING] / sum[STEP_SLIP] : 1;
+  decay = PetscExpReal(-est->decay * attempt->dt * (est->moving + moving) / 2);
   est->work[0] = est->work[0] * decay + scale * sum[STEP_WORK];
   est->work[1] = est->work[1] * decay + PetscAbsReal(scale * sum[STEP_WORK]);
-  est->moving = sum[STEP_RATE] > 0 ? PETSC_TRUE : PETSC_FALSE;
-  if (!est->moving) PetscCall(Settle(fault, sum));
+  est->moving = moving;
+  if (moving == 0) PetscCall(Settle(fault, sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Before TSSolve() */
-PetscErrorCode SlipFaultEstimateStart(SlipFault fault, TS ts)
+PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts)
 {
-  SlipFaultEstimate *est = &fault->estimate;
+  SlipFaultRunError *est = &fault->run_error;
   PetscBool bathe;
   PetscObjectId id;
 
@@ -176,21 +181,28 @@ static PetscReal TwoDigits(PetscReal x)
   return PetscFloorReal(x / unit + (PetscReal)0.5) * unit;
 }
 
-/* A line of the summary with the verdict, and attributes of /result. name: slip_error_estimate or slip_error_check */
-static PetscErrorCode Report(SlipOutput run, const char name[], const char label[], const char not_met[],
-                             PetscReal error, PetscReal wanted)
+/* A line of the summary with the verdict on the wanted accuracy, and attributes of /result. error: on the safe side;
+   guess: likely */
+static PetscErrorCode Report(SlipOutput run, const char name[], const char label[], PetscReal error, PetscReal guess,
+                             PetscReal wanted)
 {
-  char verdict[64] = "", met[64];
+  char text[64] = "", met[64];
+  const char *verdict = error <= wanted ? "met" : guess <= wanted ? "likely met" : "not met";
 
   PetscFunctionBegin;
-  error = TwoDigits(PetscAbsReal(error));
+  error = TwoDigits(error);
+  guess = TwoDigits(guess);
   if (wanted > 0) {
-    PetscCall(
-      PetscSNPrintf(verdict, sizeof(verdict), "(wanted %g: %s)", (double)wanted, error <= wanted ? "met" : not_met));
     PetscCall(PetscSNPrintf(met, sizeof(met), "%s_met", name));
     PetscCall(SlipOutputAddResult(run, met, NULL, NULL, error <= wanted ? 1 : 0));
   }
-  PetscCall(SlipOutputAddResult(run, name, label, verdict, error));
+  if (guess < error && wanted > 0)
+    PetscCall(PetscSNPrintf(text, sizeof(text), "(likely %g; wanted %g: %s)", (double)guess, (double)wanted, verdict));
+  else if (guess < error)
+    PetscCall(PetscSNPrintf(text, sizeof(text), "(likely %g)", (double)guess));
+  else if (wanted > 0)
+    PetscCall(PetscSNPrintf(text, sizeof(text), "(wanted %g: %s)", (double)wanted, verdict));
+  PetscCall(SlipOutputAddResult(run, name, label, text, error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -198,38 +210,49 @@ static PetscErrorCode Report(SlipOutput run, const char name[], const char label
   The estimates in the summary and in /result, all relative to the final mean slip:
     slip_error_signed    the first variation above, computed minus exact: the best guess
     slip_error_estimate  what is printed, on the safe side of it
-    slip_error_check     of -fault_check_error
-    accuracy_requested   of a policy that observes log_accuracy, and slip_error_estimate_met, slip_error_check_met
-  There is no estimate without local errors (-ts_bathe_error none) and while the fault still slides: the error of the slip is then one
-  of timing as well.
+    slip_error_check     of -fault_check_error, and slip_error_check_signed
+    accuracy_requested   of a policy that observes log_accuracy; slip_error_estimate_met and slip_error_check_met
+    judge it
+  There is no estimate without local errors (-ts_bathe_error none) and while the fault still slides: the error of the
+  slip is then one of timing as well.
+
+  Measured on the faults of tests/benchmarks/held_out_cases.py, 40 single elements, 10 heterogeneous meshes, and 3, 4,
+  5 km at 25 x 25, with heuristic, basic, pi (rtol 1e-3 to 1), heuristic with doubling and a policy at three
+  accuracies, as quantiles of estimate over true error (errors below 1e-6 counted as that):
+                            runs     5 %    25 %    50 %    75 %    95 %
+    |slip_error_signed|     1007    0.17    0.67    1.10    1.64    4.35   its sign is right in 87 %
+    slip_error_estimate     1007    0.81    1.92    2.92    4.44   14.1    below the error in 7 %
+    slip_error_check         253    0.51    0.88    0.96    1.04    1.73   costs 2.9 times the run's solves
+  The factor was chosen on 208 other runs, for 10 % below. Of errors of 1 to 10 %, 12 % are larger than the
+  estimate. The large ratios are errors that happen to cancel.
 */
-PetscErrorCode SlipFaultEstimateReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip)
+PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip)
 {
-  const SlipFaultEstimate *est = &fault->estimate;
-  const PetscBool known = est->known && !est->moving ? PETSC_TRUE : PETSC_FALSE;
-  PetscReal wanted, error = 0;
-  PetscInt solves = 0;
+  const SlipFaultRunError *est = &fault->run_error;
+  PetscReal wanted, guess, safe, error;
+  PetscInt solves;
 
   PetscFunctionBegin;
   if (mean_slip <= 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(WantedAccuracy(ts, &wanted));
   if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
-  if (known) {
-    error = ESTIMATE_FACTOR * PetscMax(PetscAbsReal(est->slip[0]), ESTIMATE_FLOOR * est->slip[1]) / mean_slip;
+  if (est->known && est->moving == 0) {
+    guess = PetscAbsReal(est->slip[0]) / mean_slip;
+    safe = ESTIMATE_FACTOR * PetscMax(guess, ESTIMATE_FLOOR * est->slip[1] / mean_slip);
     PetscCall(SlipOutputAddResult(run, "slip_error_signed", NULL, NULL, est->slip[0] / mean_slip));
-    PetscCall(Report(run, "slip_error_estimate", "estimated slip error", "not assured", error, wanted));
+    PetscCall(Report(run, "slip_error_estimate", "estimated slip error", safe, guess, wanted));
   }
   if (!fault->check_error) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultCheckError(fault, ts, run, mean_slip, &error, &solves));
   PetscCall(SlipOutputAddResult(run, "slip_error_check_signed", NULL, NULL, error));
-  PetscCall(Report(run, "slip_error_check", "checked slip error", "not met", error, wanted));
+  PetscCall(Report(run, "slip_error_check", "checked slip error", PetscAbsReal(error), PetscAbsReal(error), wanted));
   PetscCall(SlipOutputAddResult(run, "check_solves", "Bathe solves of check", NULL, solves));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultEstimateDestroy(SlipFault fault)
+PetscErrorCode SlipFaultRunErrorDestroy(SlipFault fault)
 {
   PetscFunctionBegin;
-  PetscCall(VecDestroy(&fault->estimate.start));
+  PetscCall(VecDestroy(&fault->run_error.start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

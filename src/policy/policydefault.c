@@ -66,8 +66,8 @@ static PetscErrorCode PolicyFolder(char folder[], size_t len)
 
   Note:
   The folder is that of the environment variable `SLIPSTEP_POLICY_DIR` if it is set; else share/slipstep/policies of the
-  installation that the shared library belongs to, wherever that was moved; else, in the build tree, training/policies of the
-  source.
+  installation that the shared library belongs to, wherever that was moved; else, in the build tree, training/policies
+  of the source.
 
 .seealso: SlipPolicyLoad(), TSAdaptRLSetPolicyFile(), TSADAPTRL
 @*/

@@ -42,16 +42,16 @@ PetscErrorCode TSBatheGetOrder_Bathe(TS ts, PetscReal *order)
 . ts - of type TSBATHE
 
   Output Parameters:
-+ e     - the estimate, in the layout of the solution, borrowed and valid until the next attempt; `NULL` when the last attempt
-          had none
++ e     - the estimate, in the layout of the solution, borrowed and valid until the next attempt; `NULL` when the last
+          attempt had none
 - scale - factor that makes of e the solution minus a more accurate one, to the method's own order
 
   Level: advanced
 
   Note:
-  The embedded estimate is that difference, scale is 1. Doubling gives the two halves minus the whole, over 2^p - 1 with an assumed
-  order p (-ts_bathe_order), 1 as published; the error of the halves is minus the difference over 2^q - 1 with the order q of
-  `TSBatheGetOrder()`.
+  The embedded estimate is that difference, scale is 1. Doubling gives the two halves minus the whole, over 2^p - 1
+  with an assumed order p (-ts_bathe_order), 1 as published; the error of the halves is minus the difference over 2^q
+  - 1 with the order q of `TSBatheGetOrder()`.
 
 .seealso: TSBatheGetLastAttempt(), TSBatheSetError(), TSBatheSetOrder()
 @*/
@@ -91,10 +91,11 @@ PetscErrorCode TSBatheGetErrorVector_Bathe(TS ts, Vec *e, PetscReal *scale)
   Level: advanced
 
   Note:
-  A run with the same controller then chooses steps of the same length at the same states, with a solution of half of them: the
-  difference of two such runs is a Richardson estimate of the error of the coarser one. Steps put where they were in time would not do,
-  as an event that comes a little later meets the long steps meant for the rest after it. With doubling, whose solution is one of halves
-  already, it is computed in quarters. Costs two (four) further Bathe solves a step.
+  A run with the same controller then chooses steps of the same length at the same states, with a solution of half of
+  them: the difference of two such runs is a Richardson estimate of the error of the coarser one. Steps put where they
+  were in time would not do, as an event that comes a little later meets the long steps meant for the rest after it.
+  With doubling, whose solution is one of halves already, it is computed in quarters. Costs two (four) further Bathe
+  solves a step.
 
 .seealso: TSBatheGetOrder(), TSBatheSetError()
 @*/

@@ -2,7 +2,8 @@
 #include <slipstep/private/slipts.h>
 #include <petsctime.h>
 
-/* Does the attempt run step doubling? Not when the controller has no use for an error and nobody asked for it explicitly */
+/* Does the attempt run step doubling? Not when the controller has no use for an error and nobody asked for it
+   explicitly */
 static PetscErrorCode TSBatheWantsDoubling(TS ts, PetscBool *flg)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -45,8 +46,8 @@ static PetscErrorCode TSBatheCounted(TS ts, PetscReal t, PetscReal h, Vec w0, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One step h, its two halves giving the solution and the whole only the error. The whole goes first, so that Y, K2 and r end
-   as those of the second half. */
+/* One step h, its two halves giving the solution and the whole only the error. The whole goes first, so that Y, K2
+   and r end as those of the second half. */
 static PetscErrorCode TSBatheDoubling(TS ts, PetscReal h, PetscReal *residual, PetscBool *ok)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -190,7 +191,8 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a step starts from: X0, r0, K0. The last step's K2 and r are those unless the solution was changed in between. */
+/* What a step starts from: X0, r0, K0. The last step's K2 and r are those unless the solution was changed in between.
+   */
 static PetscErrorCode TSBatheBeginStep(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;

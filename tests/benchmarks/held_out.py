@@ -36,6 +36,7 @@ def arguments():
     parser.add_argument("--dials", type=float, nargs="+", default=[1e-1, 1e-2, 1e-3], help="of a policy that observes log_accuracy")
     parser.add_argument("--study", metavar="ZIP", help="the study's policy (Stable-Baselines3), run as published")
     parser.add_argument("--cases", nargs="+", default=[""], help="only cases whose name begins like one of these: one, 3, 4, 5, mixed")
+    parser.add_argument("--sparse", action="store_true", help="half of the tolerances: half of the time")
     parser.add_argument("--limit", type=int, help="only so many of the cases")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--no-plot", action="store_true")
@@ -102,6 +103,8 @@ def main():
     folder = os.path.abspath(o.folder)
     os.makedirs(folder, exist_ok=True)
     cases = [c for c in held_out_cases.all_cases(folder) if c.name.startswith(tuple(o.cases))][:o.limit]
+    for case in cases if o.sparse else ():
+        case.tolerances = [t for t in case.tolerances if t in held_out_cases.SPARSE]
     bench = Bench(os.path.abspath(o.build), folder, o.processes)
     worst = bench.references(cases)
     policy = os.path.abspath(o.policy)

@@ -142,7 +142,7 @@ typedef struct _n_SlipFaultOutput *SlipFaultOutput;
 typedef struct {
   PetscObjectId id;  /* of the TS that has the monitor */
   PetscBool known;   /* every accepted step so far had an error estimate */
-  PetscBool moving;  /* something slid at the end of the last step */
+  PetscReal moving;  /* share of the slip that is on elements which still slide, at the end of the last step */
   PetscReal decay;   /* of changes of the energy [1/s] */
   PetscReal work[2]; /* changes of the energy by local errors, carried to now, and by their magnitudes [J/m^2] */
   PetscReal slip[2]; /* errors of the mean slip that have become final, likewise [m] */
@@ -151,7 +151,7 @@ typedef struct {
   PetscReal start_time; /* [s] */
   PetscReal start_step; /* [s] */
   PetscBool off;        /* the repetition is no run to estimate */
-} SlipFaultEstimate;
+} SlipFaultRunError;
 
 struct _p_SlipFault {
   MPI_Comm comm;
@@ -198,7 +198,7 @@ struct _p_SlipFault {
   SlipFaultEstimates estimates;
   PetscReal *summed; /* the state that the sums belong to [3 n] */
   SlipFaultOutput output;
-  SlipFaultEstimate estimate;
+  SlipFaultRunError run_error;
   PetscBool check_error; /* -fault_check_error */
 };
 
@@ -222,13 +222,13 @@ PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, const char name[], PetscReal *value,
                                              PetscBool *known);
-PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);
-PETSC_EXTERN PetscErrorCode SlipFaultEstimateStart(SlipFault fault, TS ts);
-PETSC_EXTERN PetscErrorCode SlipFaultEstimateReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip);
-PETSC_EXTERN PetscErrorCode SlipFaultEstimateDestroy(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip);
+PETSC_EXTERN PetscErrorCode SlipFaultRunErrorDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip,
                                                 PetscReal *error, PetscInt *solves);
+PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
 
 /* Slip and slip rate beyond which no law weakens any more; finite, so that laws can divide by them. */

@@ -18,7 +18,7 @@ PETSC_INTERN PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char 
 PETSC_INTERN PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[]);
 PETSC_INTERN PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h);
 
-#define SLIP_OUTPUT_NUMBERS 16
+#define SLIP_OUTPUT_NUMBERS 24
 #define SLIP_OUTPUT_NAME 64
 typedef struct {
   char name[SLIP_OUTPUT_NAME], label[SLIP_OUTPUT_NAME], unit[SLIP_OUTPUT_NAME];
@@ -49,7 +49,8 @@ struct _n_SlipOutput {
 
 /* The run is over, whatever the TS does before SlipOutputFinish(): no further rows, and its counts as they are now. */
 PETSC_INTERN PetscErrorCode SlipOutputClose(SlipOutput output);
-/* For problems that write more than series: the file, to be used on rank 0 alone; NULL when there is none or elsewhere. */
+/* For problems that write more than series: the file, to be used on rank 0 alone; NULL when there is none or
+   elsewhere. */
 PETSC_INTERN SlipH5 *SlipOutputFile(SlipOutput output);
 PETSC_INTERN PetscErrorCode SlipOutputReaction(TS ts, Vec *r);      /* borrowed; NULL when the integrator has none */
 PETSC_INTERN PetscErrorCode SlipOutputAddGuards(SlipOutput output); /* what guard rails of a policy did */
