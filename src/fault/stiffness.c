@@ -136,7 +136,7 @@ PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPSetTolerances(ksp, 1e-7, 0, 1e10, PetscMax(1000, 10 * fault->N)));
   PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, PCJACOBI));
+  PetscCall(PCSetType(pc, PCSLIPSTAGE));
   PetscCall(KSPSetFromOptions(ksp));
   for (PetscInt sweep = 0; sweep < 3; sweep++) PetscCall(SlipFaultRefine(fault, ksp, b, x));
   PetscCall(KSPDestroy(&ksp));

@@ -138,8 +138,12 @@ PetscErrorCode SlipIncrementMult(SlipIncrement *c, PetscReal tolerance, SlipProd
 
   PetscFunctionBegin;
   if (!c->rest) PetscCall(VecDuplicate(x, &c->rest));
-  PetscCall(Split(c, tolerance, x, y, &size));
   PetscCall(VecNorm(x, NORM_2, &whole));
+  if (whole == 0) { /* what is remembered stays */
+    PetscCall(VecZeroEntries(y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Split(c, tolerance, x, y, &size));
   PetscCall(VecNorm(c->rest, NORM_2, &norm));
   if (norm <= SLIP_INCREMENT_REST * tolerance * whole) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Compute(c, tolerance, SLIP_INCREMENT_NEW * tolerance * size, norm, product, ctx));

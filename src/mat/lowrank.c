@@ -188,10 +188,10 @@ static void TallGemvSingle(const char *trans, PetscInt n, PetscInt r, const floa
     }
 }
 
-/* t of the tail = W' x, x scaled to its largest entry so that single precision neither overflows nor underflows. */
-static void TailForward(SlipLowRank *m, const PetscReal x[])
+/* t of the first r terms of the tail = W' x, x scaled to its largest entry so that single precision neither overflows nor underflows. */
+static void TailForward(SlipLowRank *m, PetscInt r, const PetscReal x[])
 {
-  const PetscInt n = m->n, r = m->rank - m->head;
+  const PetscInt n = m->n;
   PetscReal size = 0;
 
   for (PetscInt i = 0; i < n; i++) size = PetscMax(size, PetscAbsReal(x[i]));
@@ -201,10 +201,10 @@ static void TailForward(SlipLowRank *m, const PetscReal x[])
   for (PetscInt k = 0; k < r; k++) m->t[m->head + k] = size * (PetscReal)m->t32[k];
 }
 
-/* y += W t of the tail, t scaled in the same way. */
-static void TailBackward(SlipLowRank *m, PetscReal y[])
+/* y += W t of the same terms, t scaled in the same way. */
+static void TailBackward(SlipLowRank *m, PetscInt r, PetscReal y[])
 {
-  const PetscInt n = m->n, r = m->rank - m->head;
+  const PetscInt n = m->n;
   const PetscReal *t = m->t + m->head;
   PetscReal size = 0;
 
@@ -216,20 +216,23 @@ static void TailBackward(SlipLowRank *m, PetscReal y[])
   for (PetscInt i = 0; i < n; i++) y[i] += size * (PetscReal)m->x32[i];
 }
 
-/* y += W lambda W' x; the ranks of comm have the rows of W among them. Collective. */
-PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, const PetscReal x[], PetscReal y[])
+/* y += W lambda W' x without the terms |lambda| <= cutoff; the ranks of comm have the rows of W among them. Collective. */
+PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, PetscReal cutoff, const PetscReal x[], PetscReal y[])
 {
   PetscMPIInt size;
+  PetscInt rank = m->rank, head;
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < m->head; k++) m->t[k] = 0;
-  TallGemv("T", m->n, m->head, m->W, x, m->t);
-  if (m->rank > m->head) TailForward(m, x);
+  while (rank > 0 && PetscAbsReal(m->lambda[rank - 1]) <= cutoff) rank--;
+  head = PetscMin(rank, m->head);
+  for (PetscInt k = 0; k < head; k++) m->t[k] = 0;
+  TallGemv("T", m->n, head, m->W, x, m->t);
+  if (rank > head) TailForward(m, rank - head, x);
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  if (size > 1) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, m->t, (int)m->rank, MPIU_REAL, MPI_SUM, comm));
-  for (PetscInt k = 0; k < m->rank; k++) m->t[k] *= m->lambda[k];
-  TallGemv("N", m->n, m->head, m->W, m->t, y);
-  if (m->rank > m->head) TailBackward(m, y);
+  if (size > 1) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, m->t, (int)rank, MPIU_REAL, MPI_SUM, comm));
+  for (PetscInt k = 0; k < rank; k++) m->t[k] *= m->lambda[k];
+  TallGemv("N", m->n, head, m->W, m->t, y);
+  if (rank > head) TailBackward(m, rank - head, y);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -17,6 +17,7 @@
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
+#include <slipstep/private/slipcells.h>
 
 typedef struct {
   Mat B;               /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
@@ -33,6 +34,8 @@ typedef struct {
 
 /* The largest share of the operator's symbol that weakening may take away: keeps P positive and bounded. */
 #define PC_SLOPE_LIMIT 0.9
+/* Eigenvalues of a stiffness of n cells a side reach down to about 1 / n of the largest. */
+#define PC_SMALLEST 1e-6
 
 static PetscErrorCode ContextOf(PC pc, PCSlipStage **c)
 {
@@ -86,14 +89,17 @@ static PetscErrorCode MeanSlope(PCSlipStage *c, PetscReal *mean)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* f of n eigenvalues of the unscaled kernel. */
+/* f of n eigenvalues of the unscaled kernel; bounded where a stiffness alone has none above zero. */
 static void InverseOf(const SlipStageParts *parts, PetscReal slope, PetscInt n, const PetscReal values[], PetscReal f[])
 {
+  PetscReal smallest = 0;
+
+  for (PetscInt i = 0; i < n; i++) smallest = PetscMax(smallest, PC_SMALLEST * parts->theta * parts->scale * values[i]);
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal k = parts->scale * values[i];
     const PetscReal symbol = parts->mass / parts->theta + parts->damping * PetscSqrtReal(k) + parts->theta * k;
 
-    f[i] = 1 / PetscMax(symbol + slope, (1 - PC_SLOPE_LIMIT) * symbol);
+    f[i] = 1 / PetscMax(PetscMax(symbol + slope, (1 - PC_SLOPE_LIMIT) * symbol), smallest);
   }
 }
 
@@ -145,7 +151,7 @@ static PetscErrorCode SetUpDiagonal(PCSlipStage *c)
 }
 
 /* How to invert on a grid: the option, or what is cheaper. */
-static PetscErrorCode ChooseInverse(PC pc, const SlipGrid *g, PetscBool *blocks)
+static PetscErrorCode ChooseInverse(PC pc, PetscBool stage, const SlipGrid *g, PetscBool *blocks)
 {
   const char *const choices[] = {"auto", "blocks", "symbol"};
   const char *prefix;
@@ -159,7 +165,7 @@ static PetscErrorCode ChooseInverse(PC pc, const SlipGrid *g, PetscBool *blocks)
                               "directions, or by size",
                               "PCSLIPSTAGE", choices, 3, choices[0], &choice, NULL));
   PetscOptionsEnd();
-  *blocks = (PetscBool)(choice == 1 || (choice == 0 && g->nz <= SLIP_BLOCKS_MAX));
+  *blocks = (PetscBool)(choice == 1 || (choice == 0 && stage && g->nz <= SLIP_BLOCKS_MAX));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -183,7 +189,7 @@ static PetscErrorCode Allocate(PC pc, PCSlipStage *c, const SlipStageParts *part
     PetscCall(SlipSchwarzOf(parts->K, &c->schwarz));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(ChooseInverse(pc, g, &blocks));
+  PetscCall(ChooseInverse(pc, (PetscBool)(c->B != parts->K), g, &blocks));
   if (!blocks) {
     PetscCall(SlipPlaneOf(parts->K, &c->plane));
     PetscCall(SlipPlaneGetWaves(c->plane, &nk, &count, &symbol));
@@ -198,12 +204,33 @@ static PetscErrorCode Allocate(PC pc, PCSlipStage *c, const SlipStageParts *part
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What P inverts: a stage operator, or a stiffness alone; *found is false when nothing is known but entries. */
+static PetscErrorCode PartsOf(Mat B, SlipStageParts *parts, PetscBool *found)
+{
+  const SlipCells *cells;
+  const SlipGrid *g;
+  PetscReal scale = 1;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)B, "slipstage", found));
+  if (*found) {
+    PetscCall(SlipStageGetParts(B, parts));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipGridOf(B, &g));
+  PetscCall(SlipCellsOf(B, &cells));
+  *found = (PetscBool)(g || cells);
+  if (g) PetscCall(SlipGridScale(B, &scale));
+  *parts = (SlipStageParts){.K = B, .theta = 1, .scale = scale};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode PCSetUp_SlipStage(PC pc)
 {
   PCSlipStage *c = NULL;
   SlipStageParts parts;
   PetscReal slope;
-  PetscBool stage;
+  PetscBool found = PETSC_FALSE;
   Mat J;
 
   PetscFunctionBegin;
@@ -215,14 +242,13 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   if (!c->B) c->B = J;
   PetscCheck(!c->slope || c->mask, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_WRONGSTATE,
              "The Jacobian has a slope but no mask: set its parts first");
-  PetscCall(PetscObjectTypeCompare((PetscObject)c->B, "slipstage", &stage));
-  if (stage) PetscCall(SlipStageGetParts(c->B, &parts));
-  PetscCall(Allocate(pc, c, stage ? &parts : NULL));
+  PetscCall(PartsOf(c->B, &parts, &found));
+  PetscCall(Allocate(pc, c, found ? &parts : NULL));
   if (c->strike || c->plane)
     PetscCall(SetUpInverse(c, &parts));
   else if (c->schwarz) {
     PetscCall(MeanSlope(c, &slope));
-    SlipSchwarzSetUp(c->schwarz, &parts, slope, PC_SLOPE_LIMIT);
+    PetscCall(SlipSchwarzSetUp(c->schwarz, &parts, slope, PC_SLOPE_LIMIT));
   } else
     PetscCall(SetUpDiagonal(c));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -305,7 +331,7 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
 
   Notes:
   For a Jacobian of type MATSLIPJACOBIAN, whose parts it finds composed as "SlipStageOperator", "SlipMask" and
-  "SlipSlope", or for a stage operator itself. Symmetric positive definite even where weakening makes the Jacobian
+  "SlipSlope", or for a stage operator or a stiffness alone. Symmetric positive definite even where weakening makes the Jacobian
   indefinite, as CG and MINRES need. The slope enters by its mean over the fault. On a uniform grid it is the inverse
   made periodic along strike, on irregular cells that of overlapping clusters of cells and of means over larger ones,
   and without either the inverse diagonal.

@@ -77,7 +77,7 @@ static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
   PetscCall(StageFormBlocks(s));
   PetscCall(SlipGatherGet(&s->gather, x, &px));
   PetscCall(SlipStrikeApply(s->strike, 1, s->blocks, px, s->y));
-  PetscCall(SlipSpectralAddCorrection(s->H, px, s->y));
+  PetscCall(SlipSpectralAddCorrection(s->H, 0, px, s->y));
   PetscCall(SlipGatherRestore(&s->gather, x, &px));
   PetscCall(SlipGatherPut(&s->gather, s->y, y));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -16,6 +16,9 @@ typedef struct {
   PetscReal *half_x, *half_y; /* scratch */
   PetscReal *y;               /* [N] */
   SlipGather gather;
+  PetscReal tolerance;     /* of the exact root; 0 without a low-rank part */
+  SlipIncrement increment; /* with one */
+  Vec diagonal;            /* NULL until asked for: it reads the whole low-rank part against its grain */
 } SpectralContext;
 
 /* Up to this many cells the low-rank part comes from dense eigenproblems of half the order (as fast, measured);
@@ -42,8 +45,8 @@ static void RowsOf(SpectralContext *c, PetscInt *start, PetscInt *rows)
   *rows = pencil ? pencil->layout.rows : g->nz;
 }
 
-/* y += low-rank part of the viscosity times x, whole fields or this rank's rows of them. Collective. */
-PetscErrorCode SlipSpectralAddCorrection(Mat H, const PetscReal x[], PetscReal y[])
+/* y += low-rank part of the viscosity, its terms above cutoff, times x, whole fields or this rank's rows of them. Collective. */
+PetscErrorCode SlipSpectralAddCorrection(Mat H, PetscReal cutoff, const PetscReal x[], PetscReal y[])
 {
   SpectralContext *c;
   const SlipGrid *g;
@@ -60,7 +63,7 @@ PetscErrorCode SlipSpectralAddCorrection(Mat H, const PetscReal x[], PetscReal y
     SlipMirrorFold(g->nx, rows, parity, x, c->half_x);
     PetscCall(PetscArrayzero(c->half_y, m->n));
     PetscCall(SlipLowRankApply(m, SlipStrikePencil(c->strike) ? PetscObjectComm((PetscObject)H) : PETSC_COMM_SELF,
-                               c->half_x, c->half_y));
+                               cutoff, c->half_x, c->half_y));
     SlipMirrorUnfold(g->nx, rows, parity, c->half_y, y);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -83,18 +86,35 @@ PetscErrorCode SlipSpectralGetBlocks(Mat H, SlipStrike *strike, const PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SpectralMult(Mat H, Vec x, Vec y)
+/* y = H x; of an increment, whose product need not be so exact, with fewer terms of the low-rank part. */
+static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
 {
+  Mat H = (Mat)ctx;
   SpectralContext *c;
   const PetscReal *px;
+  PetscReal norm = 0;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &c));
+  if (allowed > 0) PetscCall(VecNorm(x, NORM_2, &norm));
   PetscCall(SlipGatherGet(&c->gather, x, &px));
   PetscCall(SlipStrikeApply(c->strike, 1, c->blocks, px, c->y));
-  PetscCall(SlipSpectralAddCorrection(H, px, c->y));
+  PetscCall(SlipSpectralAddCorrection(H, norm > 0 ? allowed / norm : 0, px, c->y));
   PetscCall(SlipGatherRestore(&c->gather, x, &px));
   PetscCall(SlipGatherPut(&c->gather, c->y, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SpectralMult(Mat H, Vec x, Vec y)
+{
+  SpectralContext *c;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &c));
+  if (c->tolerance > 0)
+    PetscCall(SlipIncrementMult(&c->increment, c->tolerance, Product, H, x, y));
+  else
+    PetscCall(Product(H, x, 0, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -144,6 +164,10 @@ static PetscErrorCode SpectralGetDiagonal(Mat H, Vec d)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &c));
+  if (c->diagonal) {
+    PetscCall(VecCopy(c->diagonal, d));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   SlipStrikeGet(c->strike, &g, NULL, NULL, NULL);
   RowsOf(c, &start, &rows);
   PetscCall(PetscMalloc1(g->nz, &sum));
@@ -153,6 +177,8 @@ static PetscErrorCode SpectralGetDiagonal(Mat H, Vec d)
       c->y[iz * g->nx + ix] = sum[start + iz] + CorrectionDiagonal(c, g->nx, ix, iz);
   PetscCall(PetscFree(sum));
   PetscCall(SlipGatherPut(&c->gather, c->y, d));
+  PetscCall(VecDuplicate(d, &c->diagonal));
+  PetscCall(VecCopy(d, c->diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -168,6 +194,8 @@ static PetscErrorCode SpectralDestroy(Mat H)
   PetscCall(PetscFree(c->blocks));
   PetscCall(PetscFree3(c->half_x, c->half_y, c->y));
   PetscCall(SlipGatherDestroy(&c->gather));
+  PetscCall(SlipIncrementReset(&c->increment));
+  PetscCall(VecDestroy(&c->diagonal));
   PetscCall(MatDestroy(&c->K));
   PetscCall(PetscFree(c));
   PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_slipspectral_dense_C", NULL));
@@ -480,6 +508,7 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
   PetscCall(SlipGridScale(K, &scale));
   for (PetscInt parity = 0; parity < 2; parity++) c->correction[parity].n = SlipMirrorWidth(g->nx, parity) * g->nz;
   PetscCall(GetCorrection(K, c, factor, scale, &o));
+  c->tolerance = o.tolerance;
   PetscCall(SpectralNorm(PetscObjectComm((PetscObject)K), c, factor, scale, &norm));
   for (PetscInt parity = 0; parity < 2; parity++) {
     if (!c->correction[parity].n) continue;

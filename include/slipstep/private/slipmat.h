@@ -136,7 +136,8 @@ PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscR
 /* ---- schwarz.c: the stage operator of irregular cells inverted in overlapping parts ---- */
 typedef struct _n_SlipSchwarz *SlipSchwarz;
 PETSC_INTERN PetscErrorCode SlipSchwarzOf(Mat K, SlipSchwarz *schwarz); /* borrowed from K; NULL without cells */
-PETSC_INTERN void SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope, PetscReal limit);
+PETSC_INTERN PetscErrorCode SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope,
+                                             PetscReal limit);
 PETSC_INTERN PetscErrorCode SlipSchwarzApply(SlipSchwarz s, Vec x); /* in place */
 
 /* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', ordered by falling |lambda|; zero-initialise ---- */
@@ -165,7 +166,8 @@ PETSC_INTERN PetscErrorCode SlipCacheSave(Mat K, const SlipGrid *grid, PetscReal
                                           const SlipLowRank m[2]);
 PETSC_INTERN PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit);
 PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);
-PETSC_INTERN PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, PetscReal cutoff, const PetscReal x[],
+                                             PetscReal y[]);
 PETSC_INTERN PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i);
 
 /* ---- increment.c: products of a solver's iterates from those of the ones before; zero-initialise ---- */
@@ -196,7 +198,7 @@ PETSC_INTERN PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H);
 /* The two parts of a "slipspectral" viscosity, for the stage operator. */
 PETSC_INTERN PetscErrorCode SlipSpectralGetBlocks(Mat H, SlipStrike *strike, const PetscReal **blocks);
-PETSC_INTERN PetscErrorCode SlipSpectralAddCorrection(Mat H, const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscErrorCode SlipSpectralAddCorrection(Mat H, PetscReal cutoff, const PetscReal x[], PetscReal y[]);
 
 /* ---- pcslipstage.c ---- */
 PETSC_INTERN PetscErrorCode PCCreate_SlipStage(PC pc);
