@@ -87,6 +87,10 @@ static PetscErrorCode SlipFaultCheckShape(SlipFault fault, const char file[], co
   const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
 
   PetscFunctionBegin;
+  PetscCheck(!fault->mesh.n || dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-fault_parameters): %s has shape [%" PetscInt_FMT "], expected [%" PetscInt_FMT
+             "], one value for each cell of %s (-fault_mesh)",
+             file, path, dims[1], nx, fault->text[FAULT_MESH]);
   PetscCheck(dims[0] == nz && dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s (-fault_parameters): %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT
              "], expected [Nz, Nx] = [%" PetscInt_FMT ", %" PetscInt_FMT "]",

@@ -38,6 +38,9 @@ mesh("nan.h5", [150, 200, np.nan, 100, 100])
 mesh("above.h5", [150, 200, 40, 100, 100])
 mesh("overlap.h5", [149, 200, 60, 100, 100])
 mesh("columns.h5", [150, 200, 60, 100, 100], "x z y length width")
+for name, values in {"many": np.full(5, 1e7), "grid": np.full((2, 2), 1e7)}.items():
+    with h5py.File(f"cells_{name}.h5", "w") as f:
+        f["normal_stress"] = values
 with h5py.File("narrow.h5", "w") as f:
     f["cells"] = good[:, :4]
 for name, values in {"shape": np.full((3, 2), 1e7), "nan": np.full((2, 2), np.nan), "negative": np.full((2, 2), -1.0),
@@ -145,6 +148,11 @@ expect "nan.h5 (-fault_mesh): row 3 has z = nan" -fault_mesh nan.h5
 expect "the cell of row 3 reaches above the surface" -fault_mesh above.h5
 expect "the cells of rows 2 and 3 overlap" -fault_mesh overlap.h5
 expect "-fault_operator fft needs a uniform grid, but -fault_mesh mesh.h5" -fault_mesh mesh.h5 -fault_operator fft
+expect "/normal_stress has shape [5], expected [4], one value for each cell of mesh.h5 (-fault_mesh)" -fault_mesh mesh.h5 \
+  -fault_parameters cells_many.h5
+expect "/normal_stress in cells_grid.h5 has 2 dimensions, expected 1 (-fault_parameters)" -fault_mesh mesh.h5 \
+  -fault_parameters cells_grid.h5
+expect "-fault_rate_tolerance is 0, expected a number > 0 m/s" -fault_rate_tolerance 0
 expect "needs a stiffness on a uniform grid" -fault_mesh mesh.h5 -fault_viscosity spectral
 expect "-fault_stiffness_file k.h5 and -fault_mesh mesh.h5 exclude each other" -fault_mesh mesh.h5 \
   -fault_stiffness_file k.h5
@@ -221,6 +229,18 @@ for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/su
   if [ $code = 0 ] || [ $code = 124 ] || [ "$(grep -c "fault: error: " err.txt)" != 1 ] || ! cmp -s old.h5 reference ||
     ls ./*.part >/dev/null 2>&1; then
     echo "FAILED: fault $option on two ranks: exit code $code"
+    cat err.txt
+    failed=1
+  fi
+done
+
+# More ranks than elements or cells.
+for option in "-fault_nx 2 -fault_nz 1" "-fault_mesh mesh.h5"; do
+  read -r -a args <<<"$option"
+  timeout 100 mpirun --oversubscribe -n 5 "$fault" "${args[@]}" >out.txt 2>err.txt
+  code=$?
+  if [ $code = 0 ] || [ $code = 124 ] || [ "$(grep -c "fault: error: 5 processes for [24] \(elements\|cells\)" err.txt)" != 1 ]; then
+    echo "FAILED: fault $option on five ranks: exit code $code"
     cat err.txt
     failed=1
   fi
