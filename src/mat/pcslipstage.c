@@ -17,6 +17,7 @@
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
+#include <slipstep/private/slipcells.h>
 
 typedef struct {
   Mat B;               /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
@@ -206,8 +207,9 @@ static PetscErrorCode Allocate(PC pc, PCSlipStage *c, const SlipStageParts *part
 /* What P inverts: a stage operator, or a stiffness alone; *found is false when nothing is known but entries. */
 static PetscErrorCode PartsOf(Mat B, SlipStageParts *parts, PetscBool *found)
 {
+  const SlipCells *cells;
   const SlipGrid *g;
-  PetscReal scale;
+  PetscReal scale = 1;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)B, "slipstage", found));
@@ -216,9 +218,9 @@ static PetscErrorCode PartsOf(Mat B, SlipStageParts *parts, PetscBool *found)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipGridOf(B, &g));
-  *found = (PetscBool)(g != NULL);
-  if (!g) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipGridScale(B, &scale));
+  PetscCall(SlipCellsOf(B, &cells));
+  *found = (PetscBool)(g || cells);
+  if (g) PetscCall(SlipGridScale(B, &scale));
   *parts = (SlipStageParts){.K = B, .theta = 1, .scale = scale};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -247,7 +249,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
     PetscCall(SetUpInverse(c, &parts));
   else if (c->schwarz) {
     PetscCall(MeanSlope(c, &slope));
-    SlipSchwarzSetUp(c->schwarz, &parts, slope, PC_SLOPE_LIMIT);
+    PetscCall(SlipSchwarzSetUp(c->schwarz, &parts, slope, PC_SLOPE_LIMIT));
   } else
     PetscCall(SetUpDiagonal(c));
   PetscCall(PetscLogEventEnd(SLIP_PCSetUp, pc, 0, 0, 0));

@@ -33,7 +33,6 @@ struct _n_SlipSchwarz {
   Part *part, coarse; /* coarse.row is [N]: the mean that each row is in */
   PetscReal *d;       /* [N] D */
   PetscReal *length;  /* [coarse.n] square root of the weights of a mean's cells */
-  PetscReal scale;    /* of K against the cells' kernel */
   SlipGather gather;
   PetscReal *z, *s, *t; /* [N], [widest part] */
 };
@@ -171,6 +170,33 @@ static PetscErrorCode CreateParts(Mat K, const SlipCells *c, const PetscInt row[
 
 /* ---- means ---- */
 
+/* K over the kernel of its cells: what MatScale() has made of it. */
+static PetscErrorCode ScaleOf(Mat K, PetscReal *scale)
+{
+  const SlipCells *c;
+  PetscReal sum = 0;
+  PetscMPIInt rank;
+  Vec d;
+
+  PetscFunctionBegin;
+  PetscCall(SlipCellsOf(K, &c));
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)K), &rank));
+  PetscCall(MatCreateVecs(K, &d, NULL));
+  PetscCall(MatGetDiagonal(K, d));
+  if (!rank) {
+    const PetscInt e = SlipCellsAt(c, 0);
+    const PetscReal *a;
+
+    PetscCall(VecGetArrayRead(d, &a));
+    sum = a[0] / SlipCellsEntry(c, SlipCellsUnit(c), e, e);
+    PetscCall(VecRestoreArrayRead(d, &a));
+  }
+  PetscCallMPI(MPI_Bcast(&sum, 1, MPIU_REAL, 0, PetscObjectComm((PetscObject)K)));
+  PetscCall(VecDestroy(&d));
+  *scale = sum;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* coarse.row and length from the leaves of a tree with few of them. */
 static PetscErrorCode CreateMeans(const SlipCells *c, const PetscInt row[], SlipSchwarz s)
 {
@@ -199,7 +225,7 @@ static PetscErrorCode CreateMeans(const SlipCells *c, const PetscInt row[], Slip
 }
 
 /* Column k of K between means, by a product. */
-static PetscErrorCode CoarseColumn(Mat K, SlipSchwarz s, PetscInt k, Vec x, Vec y, PetscReal column[])
+static PetscErrorCode CoarseColumn(Mat K, PetscReal scale, SlipSchwarz s, PetscInt k, Vec x, Vec y, PetscReal column[])
 {
   PetscReal *a;
   const PetscReal *b;
@@ -214,7 +240,7 @@ static PetscErrorCode CoarseColumn(Mat K, SlipSchwarz s, PetscInt k, Vec x, Vec 
   for (PetscInt i = s->gather.start; i < s->gather.end; i++) {
     const PetscInt j = s->coarse.row[i];
 
-    column[j] += b[i - s->gather.start] / (s->scale * s->length[j] * s->length[k]);
+    column[j] += b[i - s->gather.start] / (scale * s->length[j] * s->length[k]);
   }
   PetscCall(VecRestoreArrayRead(y, &b));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -224,13 +250,15 @@ static PetscErrorCode CreateCoarse(Mat K, const SlipCells *c, const PetscInt row
 {
   Part *p = &s->coarse;
   PetscMPIInt count;
+  PetscReal scale;
   Vec x, y;
 
   PetscFunctionBegin;
+  PetscCall(ScaleOf(K, &scale));
   PetscCall(CreateMeans(c, row, s));
   PetscCall(PetscMalloc3(p->n, &p->values, p->n * p->n, &p->vectors, p->n, &p->f));
   PetscCall(MatCreateVecs(K, &x, &y));
-  for (PetscInt k = 0; k < p->n; k++) PetscCall(CoarseColumn(K, s, k, x, y, p->vectors + k * p->n));
+  for (PetscInt k = 0; k < p->n; k++) PetscCall(CoarseColumn(K, scale, s, k, x, y, p->vectors + k * p->n));
   PetscCall(PetscMPIIntCast(p->n * p->n, &count));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, p->vectors, count, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)K)));
   PetscCall(PartEigen(p));
@@ -256,31 +284,6 @@ static PetscErrorCode SchwarzDestroy(SlipContainerArg arg)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* K over the kernel of its cells: what MatScale() has made of it. */
-static PetscErrorCode ScaleOf(Mat K, const SlipCells *c, PetscReal *scale)
-{
-  const PetscInt e = SlipCellsAt(c, 0);
-  PetscReal sum = 0;
-  PetscMPIInt rank;
-  Vec d;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)K), &rank));
-  PetscCall(MatCreateVecs(K, &d, NULL));
-  PetscCall(MatGetDiagonal(K, d));
-  if (!rank) {
-    const PetscReal *a;
-
-    PetscCall(VecGetArrayRead(d, &a));
-    sum = a[0] / SlipCellsEntry(c, SlipCellsUnit(c), e, e);
-    PetscCall(VecRestoreArrayRead(d, &a));
-  }
-  PetscCallMPI(MPI_Bcast(&sum, 1, MPIU_REAL, 0, PetscObjectComm((PetscObject)K)));
-  PetscCall(VecDestroy(&d));
-  *scale = sum;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode SchwarzCreate(Mat K, const SlipCells *c, SlipSchwarz *schwarz)
 {
   const PetscReal unit = SlipCellsUnit(c);
@@ -291,7 +294,6 @@ static PetscErrorCode SchwarzCreate(Mat K, const SlipCells *c, SlipSchwarz *schw
   PetscCall(PetscNew(&s));
   s->N = c->n;
   PetscCall(SlipGatherCreate(K, NULL, &s->gather));
-  PetscCall(ScaleOf(K, c, &s->scale));
   PetscCall(PetscMalloc1(c->n, &row));
   PetscCall(PetscCalloc1(c->n, &overlap));
   for (PetscInt i = 0; i < c->n; i++) row[SlipCellsAt(c, i)] = i;
@@ -334,11 +336,16 @@ PetscErrorCode SlipSchwarzOf(Mat K, SlipSchwarz *schwarz)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For a stage and a mean slope of the bound, of which at most the share limit of the operator is taken away. */
-void SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope, PetscReal limit)
+/* For a stage and a mean slope of the bound, of which at most the share limit of the operator is taken away. Collective. */
+PetscErrorCode SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope, PetscReal limit)
 {
-  for (PetscInt k = 0; k < s->nparts; k++) PartFunction(&s->part[k], s->scale, stage, slope, limit);
-  PartFunction(&s->coarse, s->scale, stage, slope, limit);
+  PetscReal scale;
+
+  PetscFunctionBegin;
+  PetscCall(ScaleOf(stage->K, &scale));
+  for (PetscInt k = 0; k < s->nparts; k++) PartFunction(&s->part[k], scale, stage, slope, limit);
+  PartFunction(&s->coarse, scale, stage, slope, limit);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* z += the part that is smooth, of the whole x; on one process only */

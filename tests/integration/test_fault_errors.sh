@@ -38,6 +38,9 @@ mesh("nan.h5", [150, 200, np.nan, 100, 100])
 mesh("above.h5", [150, 200, 40, 100, 100])
 mesh("overlap.h5", [149, 200, 60, 100, 100])
 mesh("columns.h5", [150, 200, 60, 100, 100], "x z y length width")
+for name, values in {"many": np.full(5, 1e7), "grid": np.full((2, 2), 1e7)}.items():
+    with h5py.File(f"cells_{name}.h5", "w") as f:
+        f["normal_stress"] = values
 with h5py.File("narrow.h5", "w") as f:
     f["cells"] = good[:, :4]
 for name, values in {"shape": np.full((3, 2), 1e7), "nan": np.full((2, 2), np.nan), "negative": np.full((2, 2), -1.0),
@@ -162,6 +165,7 @@ expect "/normal_stress in stress_shape.h5 has shape [3, 2], expected 1 dimension
   -fault_parameters stress_shape.h5
 expect "/normal_stress has 3 entries, expected one for each of the 4 cells of -fault_mesh mesh.h5" -fault_mesh mesh.h5 \
   -fault_parameters stress_list.h5
+expect "-fault_rate_tolerance is 0, expected a number > 0 m/s" -fault_rate_tolerance 0
 expect "-fault_stiffness_file k.h5 and -fault_mesh mesh.h5 exclude each other" -fault_mesh mesh.h5 \
   -fault_stiffness_file k.h5
 
@@ -264,6 +268,15 @@ done
 "$fault" -fault_mesh mesh.h5 -fault_nx 3 -ts_max_time 0.1 >out.txt 2>err.txt || failed=1
 grep -q "fault: warning: -fault_nx does nothing: the cells of -fault_mesh mesh.h5 count" err.txt ||
   { echo "FAILED: -fault_nx beside -fault_mesh"; failed=1; }
+
+# More ranks than cells.
+timeout 100 mpirun --oversubscribe -n 5 "$fault" -fault_mesh mesh.h5 >out.txt 2>err.txt
+code=$?
+if [ $code = 0 ] || [ $code = 124 ] || [ "$(grep -c "fault: error: 5 processes for 4 cells" err.txt)" != 1 ]; then
+  echo "FAILED: fault with 4 cells on five ranks: exit code $code"
+  cat err.txt
+  failed=1
+fi
 
 # A mistyped option is named.
 "$fault" -fault_nx 1 -fault_nz 1 -ts_max_time 0.1 -fault_lenght_x 5 >out.txt 2>err.txt || failed=1

@@ -57,6 +57,38 @@ class Mesh(unittest.TestCase):
             self.assertLessEqual(ratio.max(), 1 + 1e-9)
             self.assertGreater(ratio.max(axis=0).min(), 0.8)
 
+    def run_on(self, ranks, *arguments):
+        output = os.path.join(self.folder.name, f"run{ranks}.h5")
+        view = os.path.join(self.folder.name, f"k{ranks}.bin")
+        subprocess.run(["mpirun", "--oversubscribe", "-n", str(ranks), os.path.join(BUILD, "bin/fault"), "-fault_mesh",
+                        self.mesh, "-fault_output", output, "-fault_stiffness_view", f"binary:{view}", "-ts_max_time",
+                        "6", "-ts_adapt_type", "heuristic", *arguments], check=True, stdout=subprocess.DEVNULL)
+        with h5py.File(output) as file:
+            fields = {name: file["fields"][name][()] for name in ("slip", "slip_rate", "traction")}
+            fields["normal_stress"] = file["mesh/normal_stress"][()]
+            fields["x"] = file["mesh/x"][()]
+            fields["steps"] = file["steps/dt"][()]
+        n = len(fields["x"])
+        fields["stiffness"] = np.fromfile(view, ">f8", offset=16 + 4 * n + 4 * n * n).reshape(n, n)
+        return fields
+
+    def test_ranks_keep_the_order_of_the_file(self):
+        """Shares of the cells go to ranks; fields, parameters and the stiffness stay in the order of the file's rows."""
+        rows = self.make("parallel", "--cells", "9", "8", "--ratio", "3", "--offset", "600", "--shift", "300")
+        rows = rows[np.random.default_rng(3).permutation(len(rows))]
+        with h5py.File(self.mesh, "r+") as file:
+            file["cells"][...] = rows
+        stress = os.path.join(self.folder.name, "stress.h5")
+        with h5py.File(stress, "w") as file:
+            file["normal_stress"] = 1e6 + 15e3 * rows[:, 2] + 1e3 * np.arange(len(rows))
+        for operator in ("dense", "hmat"):
+            one, two = (self.run_on(ranks, "-fault_parameters", stress, "-fault_operator", operator) for ranks in (1, 2))
+            np.testing.assert_array_equal(two["x"], rows[:, 0])
+            for name in one:
+                # 1e-9, relative to the largest: rounding alone differs, and steps depend on errors continuously
+                np.testing.assert_allclose(two[name], one[name], rtol=0, atol=1e-9 * np.abs(one[name]).max(), err_msg=name)
+            self.assertGreater(one["slip"][-1].min(), 1e-3)
+
 
 if __name__ == "__main__":
     unittest.main()

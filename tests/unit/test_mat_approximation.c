@@ -227,13 +227,15 @@ static void test_fused_product(void **state)
 static PetscReal DistanceOfIterates(Mat exact, Mat H)
 {
   PetscReal worst = 0, distance, size;
+  PetscInt n;
   Vec x, y, z;
 
   Check(MatCreateVecs(H, &x, &y));
   Check(VecDuplicate(y, &z));
+  Check(VecGetSize(x, &n));
   Fill(x);
-  for (PetscInt k = 0; k < 12; k++) { /* more than are summed from increments */
-    Check(VecSetValue(x, 17 * k, PetscPowRealInt(0.1, (int)k), ADD_VALUES));
+  for (PetscInt k = 0; k < 30; k++) { /* more than are remembered */
+    Check(VecSetValue(x, 17 * k % n, PetscPowRealInt(0.4, (int)k), ADD_VALUES));
     Check(VecAssemblyBegin(x));
     Check(VecAssemblyEnd(x));
     Check(MatMult(exact, x, y));

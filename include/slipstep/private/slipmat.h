@@ -143,7 +143,8 @@ PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscR
 /* ---- schwarz.c: the stage operator of irregular cells inverted in overlapping parts ---- */
 typedef struct _n_SlipSchwarz *SlipSchwarz;
 PETSC_INTERN PetscErrorCode SlipSchwarzOf(Mat K, SlipSchwarz *schwarz); /* borrowed from K; NULL without cells */
-PETSC_INTERN void SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope, PetscReal limit);
+PETSC_INTERN PetscErrorCode SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope,
+                                             PetscReal limit);
 PETSC_INTERN PetscErrorCode SlipSchwarzApply(SlipSchwarz s, Vec x); /* in place */
 
 /* ---- what views ask of them, on this process [bytes] ---- */

@@ -1,0 +1,180 @@
+/* Cells over ranks: compact shares of equal cost, and operators that do not depend on them. Exit code 0: good. */
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+
+enum { NX = 40, NZ = 24, N = 2 * NX * NZ };
+#define MASS 7e6
+
+static PetscReal Data[5][N];
+
+/* Two graded faults, the rows of the file in an order that has nothing to do with where cells are. */
+static SlipCells MakeCells(void)
+{
+  for (PetscInt k = 0; k < N; k++) {
+    const PetscInt e = k * 997 % N; /* 997 is prime */
+    const PetscInt i = e % NX, j = (e / NX) % NZ, plane = e / (NX * NZ);
+
+    Data[3][k] = 50;
+    Data[4][k] = 40 + 4 * j;
+    Data[0][k] = 50 * (i + 0.5);
+    Data[1][k] = 300 * plane;
+    Data[2][k] = 40 * j + 2 * j * (j - 1) + 0.5 * Data[4][k];
+  }
+  return (SlipCells){.n = N,
+                     .x = Data[0],
+                     .y = Data[1],
+                     .z = Data[2],
+                     .length = Data[3],
+                     .width = Data[4],
+                     .shear_modulus = 30e9,
+                     .poisson_ratio = 0.25};
+}
+
+/* Sides that cells share with one of another rank. */
+static PetscInt SharedSides(const SlipCells *c, const PetscMPIInt owner[])
+{
+  PetscInt cut = 0;
+
+  for (PetscInt a = 0; a < N; a++)
+    for (PetscInt b = 0; b < a; b++) {
+      const PetscReal dx = PetscAbsReal(c->x[a] - c->x[b]), dz = PetscAbsReal(c->z[a] - c->z[b]);
+      const PetscBool beside = (PetscBool)(dx < 51 && dz < 1), above = (PetscBool)(dx < 1 && dz < c->width[a] + 1);
+
+      if (c->y[a] == c->y[b] && (beside || above) && owner[a] != owner[b]) cut++;
+    }
+  return cut;
+}
+
+/* A square of n cells has 4 sqrt(n) sides and each shared one counts for two ranks; half as many again for shapes. The cost of
+   a cell varies by half. */
+static PetscErrorCode CheckShares(const SlipCells *c)
+{
+  PetscMPIInt *owner, size;
+  PetscInt *counts, k = 0;
+  PetscReal limit;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  PetscCall(PetscMalloc1(size, &counts));
+  PetscCall(PetscMalloc1(N, &owner));
+  PetscCallMPI(MPI_Allgather(&c->nlocal, 1, MPIU_INT, counts, 1, MPIU_INT, PETSC_COMM_WORLD));
+  for (PetscInt i = 0; i < N; i++) owner[i] = -1;
+  for (PetscMPIInt r = 0; r < size; r++) {
+    PetscCheck(counts[r] > 0.6 * N / size && counts[r] < 1.5 * N / size, PETSC_COMM_WORLD, PETSC_ERR_PLIB,
+               "rank %d has %d of %d cells", (int)r, (int)counts[r], (int)N);
+    for (PetscInt i = 0; i < counts[r]; i++, k++) {
+      PetscCheck(k < N && owner[c->order[k]] == -1, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "a cell is in two shares");
+      PetscCheck(i == 0 || c->order[k] > c->order[k - 1], PETSC_COMM_WORLD, PETSC_ERR_PLIB, "a share is not in order");
+      owner[c->order[k]] = r;
+    }
+  }
+  PetscCheck(k == N, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%d of %d cells are in a share", (int)k, (int)N);
+  limit = 1.5 * size * 4 * PetscSqrtReal((PetscReal)N / size) / 2;
+  k = SharedSides(c, owner);
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d shared sides, at most %g\n", (int)k, (double)limit));
+  PetscCheck(k <= limit, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "the shares are not compact");
+  PetscCall(PetscFree(counts));
+  PetscCall(PetscFree(owner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscReal Value(PetscInt cell)
+{
+  return PetscSinReal((PetscReal)(cell * cell % 1000));
+}
+
+/* y = A x with x by cell; all [N] by cell, from A's rows order (NULL: by cell) */
+static PetscErrorCode Product(Mat A, PC pc, const PetscInt order[], PetscReal all[])
+{
+  PetscInt start, end;
+  PetscReal *a;
+  Vec x, y;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateVecs(A, &x, &y));
+  PetscCall(VecGetOwnershipRange(x, &start, &end));
+  PetscCall(VecGetArrayWrite(x, &a));
+  for (PetscInt i = start; i < end; i++) a[i - start] = Value(order ? order[i] : i);
+  PetscCall(VecRestoreArrayWrite(x, &a));
+  if (pc)
+    PetscCall(PCApply(pc, x, y));
+  else
+    PetscCall(MatMult(A, x, y));
+  PetscCall(PetscArrayzero(all, N));
+  PetscCall(VecGetArray(y, &a));
+  for (PetscInt i = start; i < end; i++) all[order ? order[i] : i] = a[i - start];
+  PetscCall(VecRestoreArray(y, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, N, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+enum { STIFFNESS, VISCOSITY, STAGE, INVERSE, NUM };
+
+static PetscErrorCode Products(MPI_Comm comm, const SlipCells *c, PetscReal result[NUM][N])
+{
+  Mat K, H, B;
+  PC pc;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateSlipCellStiffness(comm, c, "hmat", 1e-6, &K));
+  PetscCall(MatScale(K, 0.5));
+  PetscCall(MatCreateSlipViscosity(K, MASS, 0.25, "lanczos", &H));
+  PetscCall(MatSlipViscositySetTolerance(H, 1e-12));
+  PetscCall(MatCreateSlipStage(K, H, MASS, &B));
+  PetscCall(MatSlipStageSetTheta(B, 1));
+  PetscCall(PCCreate(comm, &pc));
+  PetscCall(PCSetOperators(pc, B, B));
+  PetscCall(PCSetType(pc, PCSLIPSTAGE));
+  PetscCall(PCSetUp(pc));
+  PetscCall(Product(K, NULL, c->order, result[STIFFNESS]));
+  PetscCall(Product(H, NULL, c->order, result[VISCOSITY]));
+  PetscCall(Product(B, NULL, c->order, result[STAGE]));
+  PetscCall(Product(B, pc, c->order, result[INVERSE]));
+  PetscCall(PCDestroy(&pc));
+  PetscCall(MatDestroy(&B));
+  PetscCall(MatDestroy(&H));
+  PetscCall(MatDestroy(&K));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Blocks, parts and means do not depend on the shares, only the order of sums does: 1e-12. Lanczos' method looks at its
+   convergence, so that its products agree to a few of its tolerance, and those with B, of which H is a part. */
+static PetscErrorCode Run(void)
+{
+  static PetscReal mine[NUM][N], alone[NUM][N];
+  const PetscReal tolerance[NUM] = {1e-12, 1e-11, 1e-11, 1e-12};
+  SlipCells c = MakeCells();
+  PetscInt *order;
+
+  PetscFunctionBeginUser;
+  PetscCall(Products(PETSC_COMM_SELF, &c, alone));
+  PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, &c, "hmat", &order, &c.nlocal));
+  c.order = order;
+  PetscCall(CheckShares(&c));
+  PetscCall(Products(PETSC_COMM_WORLD, &c, mine));
+  for (int k = 0; k < NUM; k++) {
+    PetscReal error = 0, norm = 0;
+
+    for (PetscInt e = 0; e < N; e++) {
+      error += PetscSqr(mine[k][e] - alone[k][e]);
+      norm += PetscSqr(alone[k][e]);
+    }
+    PetscCheck(error <= PetscSqr(tolerance[k]) * norm, PETSC_COMM_WORLD, PETSC_ERR_PLIB,
+               "product %d differs by %g, expected at most %g", k, (double)PetscSqrtReal(error / norm),
+               (double)tolerance[k]);
+  }
+  PetscCall(PetscFree(order));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(Run());
+  PetscCall(PetscFinalize());
+  return 0;
+}
