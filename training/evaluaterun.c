@@ -1,4 +1,5 @@
 /* One cell of the matrix: its runs, timed, with their errors; a run that fails is a result too. */
+#define _POSIX_C_SOURCE 200809L /* clock_gettime() */
 #include "evaluate.h"
 #include <slipstep/private/slipcompat.h>
 #include <petsctime.h>
