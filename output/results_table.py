@@ -173,7 +173,7 @@ def ratios(study, cells, controller, quantity):
     for cell in cells:
         other = study.one(problem="fault", size_km=cell["size_km"], mesh=cell["mesh"], controller=controller, tolerance=1.0,
                           error=cell["error"], reaction=cell["reaction"])
-        if cell.converged and other is not None and other.converged:
+        if cell.converged and other is not None and other.converged and cell[quantity] > 0:
             out.append(other[quantity] / cell[quantity])
     return [ratio for ratio in out if np.isfinite(ratio)]
 
@@ -245,7 +245,7 @@ def small(study):
         for treatment in (DEFAULT, PUBLISHED):
             cells = [c for c in study.select(problem=problem, error=treatment[0], reaction=treatment[1])
                      if c.learned or (c["tolerance"] == 1 and c["controller"] in ("pi", "heuristic", "dsp"))]
-            slowest = max((c["cpu"] for c in cells if c.converged), default=np.nan)
+            slowest = max((c["wall_min"] for c in cells if c.converged), default=np.nan)
             for cell in cells:
                 key = cell.get("policy_algorithm") if cell.learned else cell["controller"]
                 runtime, error = theirs.get(key, (NO, NO)) if treatment == PUBLISHED else (NO, NO)
@@ -255,8 +255,8 @@ def small(study):
                 scale = "" if problem == "sliding_mode" else " %"
                 value = cell["l2_error"] * (100 if scale else 1)
                 rows.append([problem, ", ".join(treatment), f"`{cell.name}`" if cell.learned else cell.name, cell["solves"],
-                             number(cell["cpu"] / slowest, 2), runtime, number(value, 2) + scale, error])
-    return markdown(["problem", "estimate, reaction", "controller", "solves", "processor time / slowest", "study", "L2 error", "study"], rows)
+                             number(cell["wall_min"] / slowest, 2), runtime, number(value, 2) + scale, error])
+    return markdown(["problem", "estimate, reaction", "controller", "solves", "run time / slowest", "study", "L2 error", "study"], rows)
 
 
 def cost(study):
