@@ -41,7 +41,7 @@ def curves(path, classical, ours, names, columns):
                             mec="white", mew=0.5, label=f"{policy}, {dial_name(dial)}", zorder=3)
         ax.set_title(name, fontsize=8)
         ax.set_xscale("log"), ax.set_yscale("log")
-        ax.set_xlim(5, 2000), ax.set_ylim(1e-6, 1)
+        ax.set_xlim(4, 2000), ax.set_ylim(1e-6, 1)
         ax.grid(alpha=0.3, lw=0.4)
         ax.tick_params(labelsize=7)
     for ax in axes.flat[len(names):]:
@@ -50,7 +50,7 @@ def curves(path, classical, ours, names, columns):
     figure.supylabel("relative error of the final slip", fontsize=9)
     handles = dict(zip(*(reversed(axes.flat[0].get_legend_handles_labels()))))
     figure.legend(handles.values(), handles.keys(), loc="upper center", ncol=min(7, len(handles)), fontsize=7, frameon=False)
-    figure.tight_layout(rect=(0, 0, 1, 1 - 0.75 / (2.3 * rows + 0.9)))
+    figure.tight_layout(rect=(0.012, 0, 1, 1 - 0.75 / (2.3 * rows + 0.9)))
     figure.savefig(path, dpi=110)
     plt.close(figure)
 
