@@ -74,7 +74,7 @@ Install python3-h5py python3-numpy python3-matplotlib, or set SLIPSTEP_PYTHON."
 # One BLAS thread a rank; Open MPI as root, with more ranks than cores, and without ptrace (containers forbid it).
 slipstep_environment() {
   export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
-  export OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_btl_vader_single_copy_mechanism=none
+  export OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 OMPI_MCA_btl_vader_single_copy_mechanism=none
   if [ "$(id -u)" = 0 ]; then export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1; fi
 }
 
