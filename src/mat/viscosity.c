@@ -79,8 +79,6 @@ static PetscErrorCode ViscosityCreate_SqrtmDense(Mat K, PetscReal factor, Mat *H
              (double)result[1]);
   PetscCheck(result[0] > 0, comm, PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m", (double)result[0]);
-  if (!found) PetscCall(SlipCacheSaveRoot(K, root));
-  for (size_t k = 0; !rank && k < (size_t)N * N; k++) root[k] *= factor;
   PetscCall(SlipDenseScatter(comm, PETSC_DECIDE, N, root, H));
   PetscCall(PetscFree(root));
   PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
