@@ -130,7 +130,8 @@ def figure(logs):
         values = np.concatenate([line.get_ydata() for line in axes.lines]) if axes.lines else np.zeros(0)
         if len(values) and np.quantile(values, 0.25) - values.min() > np.ptp(np.quantile(values, [0.25, 1])):
             axes.set_ylim(bottom=np.quantile(values, 0.25) - np.ptp(np.quantile(values, [0.25, 1])))
-    training.legend(ncols=2 if len(by_label) > 5 else 1, loc="lower right", fontsize=9)
+    # in the panel whose upper right stays empty: policies come to take fewer steps
+    length.legend(*training.get_legend_handles_labels(), loc="upper right", ncols=2 if len(by_label) > 3 else 1, fontsize=9)
     problem, reward = logs[0].task
     canvas.suptitle(f"Learning curves: {problem}, reward {reward}")
     return canvas
