@@ -11,8 +11,8 @@
 #include <slipstep/private/slipsnes.h>
 
 static const PetscReal rounding = 1e-15; /* relative residual that summation errors leave */
-static const PetscReal inexact =
-  5e-3; /* of a linear solve with an approximate operator, whose error is of that order */
+/* Relative tolerance of a linear solve with an approximate operator, which is off by more than that. */
+static const PetscReal inexact = 5e-3;
 
 enum {
   memory = 5, /* merits that a new one is compared with */
