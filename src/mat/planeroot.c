@@ -50,8 +50,8 @@ static PetscErrorCode PlanWaves(SlipPlane p)
   PetscCall(SlipAllocate((size_t)4 * p->length, &p->line));
   line = (fftw_complex *)p->line;
   if (p->image) {
-    p->wave[0] = fftw_plan_many_r2r(1, &n, 2, p->line, NULL, 2, 1, p->line, NULL, 2, 1, &there, FFTW_ESTIMATE);
-    p->wave[1] = fftw_plan_many_r2r(1, &n, 2, p->line, NULL, 2, 1, p->line, NULL, 2, 1, &back, FFTW_ESTIMATE);
+    p->wave[0] = fftw_plan_many_r2r(1, &n, 2, p->line, NULL, 1, n, p->line, NULL, 1, n, &there, FFTW_ESTIMATE);
+    p->wave[1] = fftw_plan_many_r2r(1, &n, 2, p->line, NULL, 1, n, p->line, NULL, 1, n, &back, FFTW_ESTIMATE);
   } else {
     p->wave[0] = fftw_plan_dft_1d(period, line, line, FFTW_FORWARD, FFTW_ESTIMATE);
     p->wave[1] = fftw_plan_dft_1d(period, line, line, FFTW_BACKWARD, FFTW_ESTIMATE);
@@ -201,30 +201,65 @@ PetscErrorCode SlipPlaneCombine(SlipPlane p, PetscReal identity, PetscReal stiff
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* line = field [nz] complex, padded: real and imaginary parts one after the other for cosines. */
+static void LoadWave(SlipPlane p, const PetscReal field[])
+{
+  const PetscInt nz = p->grid.nz, n = p->length;
+  PetscReal *re = p->line, *im = p->line + n;
+
+  if (!p->image) {
+    for (PetscInt i = 0; i < 2 * nz; i++) re[i] = field[i];
+    for (PetscInt i = 2 * nz; i < 4 * n; i++) re[i] = 0;
+    return;
+  }
+  for (PetscInt i = 0; i < nz; i++) {
+    re[i] = field[2 * i];
+    im[i] = field[2 * i + 1];
+  }
+  for (PetscInt i = nz; i < n; i++) re[i] = im[i] = 0;
+}
+
+static void StoreWave(SlipPlane p, PetscReal field[])
+{
+  const PetscReal *re = p->line, *im = p->line + p->length;
+
+  for (PetscInt i = 0; i < p->grid.nz; i++) {
+    field[2 * i] = p->image ? re[i] : re[2 * i];
+    field[2 * i + 1] = p->image ? im[i] : re[2 * i + 1];
+  }
+}
+
+/* line *= f [length + 1] in the space of waves. */
+static void MultiplyWave(SlipPlane p, const PetscReal f[])
+{
+  const PetscInt n = p->length;
+
+  for (PetscInt i = 0; i < n && p->image; i++) {
+    p->line[i] *= f[i];
+    p->line[n + i] *= f[i];
+  }
+  for (PetscInt i = 0; i < 2 * n && !p->image; i++) {
+    const PetscReal factor = f[PetscMin(i, 2 * n - i)];
+
+    p->line[2 * i] *= factor;
+    p->line[2 * i + 1] *= factor;
+  }
+}
+
 /* y = part of the plane's operator with the symbol f, [local nk][count] as SlipPlaneGetWaves() gives S. Collective. */
 PetscErrorCode SlipPlaneApplyWaves(SlipPlane p, const PetscReal f[], Vec x, Vec y)
 {
-  const PetscInt nz = p->grid.nz, n = p->length, count = p->image ? n : 2 * n;
-  PetscReal *line = p->line;
-
   PetscFunctionBegin;
   PetscCall(SlipPlaneForward(p, x));
   for (PetscInt k = 0; k < p->pencil->layout.columns; k++) {
-    const PetscReal *fk = f + (size_t)k * (n + 1);
-    PetscReal *field = p->pencil->by_wave + (size_t)k * 2 * nz;
+    PetscReal *field = p->pencil->by_wave + (size_t)k * 2 * p->grid.nz;
 
-    for (PetscInt i = 0; i < 2 * nz; i++) line[i] = field[i];
-    for (PetscInt i = 2 * nz; i < 2 * count; i++) line[i] = 0;
+    LoadWave(p, field);
     fftw_execute(p->wave[0]);
-    for (PetscInt i = 0; i < count; i++) {
-      const PetscReal factor = fk[PetscMin(i, 2 * n - i)];
-
-      line[2 * i] *= factor;
-      line[2 * i + 1] *= factor;
-    }
+    MultiplyWave(p, f + (size_t)k * (p->length + 1));
     fftw_execute(p->wave[1]);
-    for (PetscInt i = 0; i < 2 * nz; i++) field[i] = line[i];
+    StoreWave(p, field);
   }
-  PetscCall(SlipPlaneBackward(p, 1.0 / (PetscReal)(2 * n), y));
+  PetscCall(SlipPlaneBackward(p, 1.0 / (PetscReal)(2 * p->length), y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -25,11 +25,8 @@ typedef struct {
    beyond, or to ask for it by option, from sketches. */
 #define SLIP_SQRT_DENSE_MAX 1024
 /* Bytes that set-up takes for each cell and each cell of the longer side: blocks of three operators and the low-rank part
-   (measured at 200 x 200), and how many may be taken before Lanczos' method is used, which needs none. */
+   (measured at 200 x 200). */
 #define SLIP_SQRT_BYTES 180.0
-#define SLIP_SQRT_MEMORY 2e9
-/* The same for three operators of nz x nz blocks at each of nx wavenumbers. */
-#define SLIP_SPECTRAL_BYTES 24.0
 /* Terms below this share of the norm are kept in single precision, whose rounding, 3e-13 of the norm, depends on how the
    rows are spread over ranks. */
 #define SLIP_SQRT_SINGLE 4e-6
@@ -222,7 +219,7 @@ static PetscErrorCode RootBlocks(SlipStrike strike, PetscReal factor, PetscReal 
 }
 
 /* factor * sqrt(scale * K) per wavenumber; H of type "slipspectral" without a low-rank part. */
-static PetscErrorCode CreateBlocks(Mat K, PetscReal factor, Mat *H)
+PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *H)
 {
   SpectralContext *c;
   PetscReal scale;
@@ -247,30 +244,6 @@ static PetscErrorCode CreateBlocks(Mat K, PetscReal factor, Mat *H)
   PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(SpectralDestroy)));
   PetscCall(SlipShellFinish(*H, "slipspectral"));
   PetscCall(SlipGatherCreate(*H, SlipStrikePencil(c->strike), &c->gather));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The spectral viscosity, by blocks or without: the option, or blocks while they take little memory. */
-PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
-{
-  const char *const choices[] = {"auto", "blocks", "lanczos"};
-  const SlipGrid *g;
-  PetscInt choice = 0;
-
-  PetscFunctionBegin;
-  PetscCall(SlipGridOf(K, &g));
-  PetscCheck(g, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_WRONG,
-             "A spectral viscosity needs a stiffness on a uniform grid; for other stiffnesses use sqrtm");
-  PetscOptionsBegin(PetscObjectComm((PetscObject)K), NULL, "Viscosity by the square root per wavenumber", "Mat");
-  PetscCall(PetscOptionsEList("-mat_slipspectral_type",
-                              "A dense block per wavenumber, Lanczos' method in each product, or by size",
-                              "MatCreateSlipViscosity", choices, 3, choices[0], &choice, NULL));
-  PetscOptionsEnd();
-  if (choice == 2 ||
-      (choice == 0 && SLIP_SPECTRAL_BYTES * (PetscReal)g->nx * PetscSqr((PetscReal)g->nz) > SLIP_SQRT_MEMORY))
-    PetscCall(SlipViscosityCreate_Waves(K, factor, H));
-  else
-    PetscCall(CreateBlocks(K, factor, H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -341,7 +314,7 @@ static PetscErrorCode GetOptions(MPI_Comm comm, const SlipGrid *g, SqrtOptions *
   PetscOptionsEnd();
   PetscCheck(o->tolerance >= 1e-12 && o->tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-mat_slipsqrtm_tolerance must lie in [1e-12, 1), not %g", (double)o->tolerance);
-  o->lanczos = (PetscBool)(choice == 3 || (choice == 0 && memory > SLIP_SQRT_MEMORY));
+  o->lanczos = (PetscBool)(choice == 3 || (choice == 0 && memory > SLIP_MEMORY_MAX));
   o->dense = (PetscBool)(choice == 1 || (choice == 0 && g->nx * g->nz <= SLIP_SQRT_DENSE_MAX));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -502,7 +475,7 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
     PetscCall(MatSlipViscositySetTolerance(*H, o.tolerance));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(CreateBlocks(K, factor, H));
+  PetscCall(SlipViscosityCreate_SpectralBlocks(K, factor, H));
   if (factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatShellGetContext(*H, &c));
   PetscCall(SlipGridScale(K, &scale));

@@ -11,6 +11,7 @@
 #define WAVES_MAX 600            /* steps of one process */
 #define WAVES_ORTHOGONAL_MAX 128 /* cells in depth up to which the basis is reorthogonalised: it then ends by itself */
 #define WAVES_EVERY 4            /* least number of steps between looks at the convergence */
+#define WAVES_BYTES 24.0         /* that blocks would take for each pair of cells in depth at each of nx wavenumbers */
 #define WAVES_TOL 1e-12          /* relative tolerance of a product */
 
 typedef struct {
@@ -179,7 +180,7 @@ static PetscErrorCode WavesDestroy(Mat H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
+static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
 {
   WavesContext *w;
   const SlipGrid *grid;
@@ -209,5 +210,28 @@ PetscErrorCode SlipViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
   PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(WavesGetDiagonal)));
   PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(WavesDestroy)));
   PetscCall(SlipShellFinish(*H, "slipwaves"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The spectral viscosity, by blocks or without: the option, or blocks while they take little memory. */
+PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
+{
+  const char *const choices[] = {"auto", "blocks", "lanczos"};
+  const SlipGrid *g;
+  PetscInt choice = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGridOf(K, &g));
+  PetscCheck(g, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_WRONG,
+             "A spectral viscosity needs a stiffness on a uniform grid; for other stiffnesses use sqrtm");
+  PetscOptionsBegin(PetscObjectComm((PetscObject)K), NULL, "Viscosity by the square root per wavenumber", "Mat");
+  PetscCall(PetscOptionsEList("-mat_slipspectral_type",
+                              "A dense block per wavenumber, Lanczos' method in each product, or by size",
+                              "MatCreateSlipViscosity", choices, 3, choices[0], &choice, NULL));
+  PetscOptionsEnd();
+  if (choice == 2 || (choice == 0 && WAVES_BYTES * (PetscReal)g->nx * PetscSqr((PetscReal)g->nz) > SLIP_MEMORY_MAX))
+    PetscCall(ViscosityCreate_Waves(K, factor, H));
+  else
+    PetscCall(SlipViscosityCreate_SpectralBlocks(K, factor, H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

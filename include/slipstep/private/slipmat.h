@@ -190,10 +190,13 @@ PETSC_INTERN PetscErrorCode SlipRootOfTridiagonal(PetscInt m, const PetscReal al
 /* Up to this many cells in depth a block per wavenumber is faster than transforms (measured). */
 #define SLIP_BLOCKS_MAX 60
 
+/* Bytes up to which viscosities may be kept as blocks and low-rank parts; beyond, Lanczos' method needs none. */
+#define SLIP_MEMORY_MAX 2e9
+
 /* ---- types of stiffness and viscosity that are not MATDENSE ---- */
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H);
-PETSC_INTERN PetscErrorCode SlipViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *H);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H);
 /* The two parts of a "slipspectral" viscosity, for the stage operator. */
