@@ -15,7 +15,7 @@ struct _p_SlipConstraint {
   Vec r;             /* reaction of the last solve */
   PetscReal resnorm; /* relative residual of the last solve */
   PetscInt worst;    /* global index of the element with the largest residual of the last solve */
-  const PetscInt *number; /* what users call the element of each global index, borrowed from the problem; NULL: that */
+  const PetscInt *number; /* what users call the element of each global index, borrowed; NULL: that index */
   Mat B;             /* dG/dx at the last point, borrowed from the problem */
 
   /* at the last point evaluated */
