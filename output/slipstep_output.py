@@ -39,7 +39,8 @@ class Run:
 
     steps   dict of arrays, one value per attempt: time at its start [s], dt [s], error, ...
     series  dict of arrays, one value per accepted step: time [s], mean_slip_rate [m/s], mean_slip [m], ...
-    mesh    dict: x, z element centres [m] and the per-element parameters; empty for other models than the fault
+    mesh    dict: x, z element centres [m] and the per-element parameters; of irregular cells also y, length, width [m];
+            empty for other models than the fault
     result  dict of numbers: accepted, rejected, solves, mean_slip [m] of a fault, ...
     run     dict of attributes: options, versions, ranks, policy, wall time
     units   dict from "/group/dataset" to its unit
@@ -119,6 +120,14 @@ class Run:
         return np.unique(self.mesh["x"]), np.unique(self.mesh["z"])
 
     @property
+    def planes(self):
+        """Of a mesh of irregular cells: offset y across strike [m] of each of its planes and the numbers of their cells, front
+        to back; None on a grid."""
+        if "length" not in self.mesh:
+            return None
+        return [(y, np.flatnonzero(self.mesh["y"] == y)) for y in np.unique(self.mesh["y"])]
+
+    @property
     def rejected(self):
         """True for every attempt that was not accepted."""
         return ~self.accepted
@@ -129,7 +138,7 @@ class Run:
         return int(np.argmax(self.series["mean_slip_rate"]))
 
     def field(self, name):
-        """Times [n] and maps [n, Nz, Nx] of a field that the run stored."""
+        """Times [n] and maps [n, Nz, Nx], or [n, N] of irregular cells, of a field that the run stored."""
         with self._open() as file:
             group = file.get("fields")
             if group is None or name not in group or "time" not in group:
@@ -138,7 +147,7 @@ class Run:
             return group["time"][()], group[name][()]
 
     def field_at(self, name, time):
-        """The stored map nearest to a time [s]: its own time and the map [Nz, Nx]."""
+        """The stored map nearest to a time [s]: its own time and the map [Nz, Nx], or [N] of irregular cells."""
         times, maps = self.field(name)
         if not len(times):
             raise OutputError(f"{self.path}: /fields/{name} has no rows")

@@ -5,6 +5,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.collections import PolyCollection
 from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter
 
 RED = "#d62728"
@@ -62,9 +63,36 @@ def draw_steps(axes, run, style, label):
     log_scale(axes)
 
 
+def draw_planes(axes, run, values, label, cmap):
+    """values [N] on the cells of each plane, in axes of its own with a common scale and common positions along strike."""
+    x, z, half_x, half_z = (f * run.mesh[k] / 1e3 for k, f in (("x", 1), ("z", 1), ("length", 0.5), ("width", 0.5)))
+    planes = run.planes
+    share = 1 / len(planes)
+    axes.set_axis_off()
+    for k, (y, cells) in enumerate(planes):
+        plane = axes.inset_axes([0.08, 1 - (k + 1) * share + 0.2 * share * (len(planes) > 1), 0.84,
+                                 share * (0.7 if len(planes) > 1 else 1)])
+        corners = [[(x[e] + i * half_x[e], z[e] + j * half_z[e]) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+                   for e in cells]
+        image = PolyCollection(corners, array=values[cells], cmap=cmap, edgecolor="face", linewidth=0.2)
+        image.set_clim(values.min(), values.max())
+        plane.add_collection(image)
+        plane.set(xlim=((x - half_x).min(), (x + half_x).max()), ylim=((z + half_z).max(), (z - half_z).min()),
+                  aspect="equal", ylabel="depth (km)")
+        plane.grid(False)
+        if len(planes) > 1:
+            plane.set_title(f"plane at y = {y:g} m", fontsize="small")
+    plane.set_xlabel("along strike (km)")
+    axes.figure.colorbar(image, cax=axes.inset_axes([0.97, 0.1, 0.03, 0.8]), label=label)
+
+
 def draw_map(axes, run, name, time, label, cmap="magma"):
-    """A field over the fault plane, depth downwards, near a time [s]; returns the stored time."""
+    """A field over the fault plane, depth downwards, near a time [s]; returns the stored time. Parallel planes of irregular
+    cells lie one below the other."""
     stored, values = run.field_at(name, time)
+    if run.planes:
+        draw_planes(axes, run, values, label, cmap)
+        return stored
     x, z = (centres / 1e3 for centres in run.axes)
     half_x, half_z = (0.5 * (c[1] - c[0]) if len(c) > 1 else 0.5 * max(abs(c[0]), 1e-3) for c in (x, z))
     extent = (x[0] - half_x, x[-1] + half_x, z[-1] + half_z, z[0] - half_z)

@@ -57,6 +57,21 @@ class Mesh(unittest.TestCase):
             self.assertLessEqual(ratio.max(), 1 + 1e-9)
             self.assertGreater(ratio.max(axis=0).min(), 0.8)
 
+    def test_planes_are_plotted(self):
+        rows = self.make("parallel", "--cells", "5", "4", "--offset", "800", "--shift", "200")
+        output = os.path.join(self.folder.name, "run.h5")
+        figure = os.path.join(self.folder.name, "run.png")
+        subprocess.run([os.path.join(BUILD, "bin/fault"), "-fault_mesh", self.mesh, "-fault_output", output, "-ts_max_time",
+                        "8"], check=True, stdout=subprocess.DEVNULL)
+        sys.path.insert(0, os.path.join(SOURCE, "output"))
+        from slipstep_output import Run
+        planes = Run(output).planes
+        self.assertEqual([y for y, _ in planes], [0, 800])
+        np.testing.assert_array_equal(np.concatenate([cells for _, cells in planes]), np.arange(len(rows)))
+        subprocess.run([sys.executable, os.path.join(SOURCE, "output/plot_run.py"), output, "--figure", figure], check=True,
+                       stdout=subprocess.DEVNULL)
+        self.assertGreater(os.path.getsize(figure), 10000)
+
     def run_on(self, ranks, *arguments):
         output = os.path.join(self.folder.name, f"run{ranks}.h5")
         view = os.path.join(self.folder.name, f"k{ranks}.bin")
