@@ -63,4 +63,6 @@ PETSC_EXTERN PetscErrorCode TSBatheCheckType(TS ts);
                                    its local error, and dw/dt at its end
    on TS, by a problem
      "SlipObserve_C"               (TS, const char name[], PetscReal *value, PetscBool *known)   of the current solution
-     "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s] */
+     "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s]
+     "SlipRestTime_C"              (TS, PetscReal *rest)         for how long the current state stays exactly at rest [s];
+                                   0 when something moves or is about to, PETSC_MAX_REAL for ever */

@@ -42,6 +42,12 @@ PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], PetscReal 
   }
   PetscCall(SlipPolicyAddLayer(*policy, in, 1, w, w + in, SLIP_ACTIVATION_LINEAR));
   PetscCall(SlipPolicySetAction(*policy, -1, 1, o->dt_min, "T*", o->dt_max, o->dt_max_unit, PETSC_TRUE));
+  if (o->moving > 0) {
+    char text[32];
+
+    PetscCall(PetscSNPrintf(text, sizeof(text), "%g", (double)o->moving));
+    PetscCall(SlipPolicySetAttribute(*policy, SLIP_POLICY_MOVING_DT_MAX, text));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -255,7 +261,7 @@ static PetscErrorCode Validate(CMATrainer *t, const double weights[], PetscReal 
 }
 
 /* Training weighs solves against errors; how many runs keep the dial follows from that. Here the dial is moved, as the policy sees
-   it, until the wanted share does, of single elements and of meshes. */
+   it, until the wanted share does. */
 static PetscErrorCode Calibrate(CMATrainer *t)
 {
   CMAScore score;
@@ -264,7 +270,7 @@ static PetscErrorCode Calibrate(CMATrainer *t)
   if (t->o.within <= 0) PetscFunctionReturn(PETSC_SUCCESS);
   for (t->shift = SHIFT_MAX; t->shift > SHIFT_MIN; t->shift -= SHIFT_STEP) {
     PetscCall(Validate(t, t->best, t->shift, &score));
-    if (score.least >= t->o.within) break;
+    if (score.within >= t->o.within) break;
   }
   t->score = score;
   PetscCall(

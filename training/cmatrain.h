@@ -12,6 +12,7 @@ typedef struct {
   PetscInt hidden, layers;                           /* width and number of the hidden layers, tanh */
   const Problem *problem;                            /* NULL: the fault, which has episodes of its own */
   PetscReal dt_min, dt_max;                          /* bounds of the action, logarithmic spacing */
+  PetscReal moving;                                  /* longest step while anything moves [T*], 0: no limit */
   char dt_max_unit[8];                               /* "T*" or "t_max"; dt_min is in T* */
   PetscInt nsingle, nmesh, side;                     /* episodes of one element, of meshes; elements along a side */
   PetscInt batch_single, batch_mesh;                 /* of a generation */

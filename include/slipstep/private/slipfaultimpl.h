@@ -199,6 +199,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, const char name[], PetscReal *value,
                                              PetscBool *known);
+PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest);
 PETSC_EXTERN PetscErrorCode SlipFaultEstimate(SlipFault fault, Vec w, Vec error, Vec derivative);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
 
