@@ -229,6 +229,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip,
                                                 PetscReal *error, PetscInt *solves);
 PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);
+PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
 
 /* Slip and slip rate beyond which no law weakens any more; finite, so that laws can divide by them. */
