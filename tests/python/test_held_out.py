@@ -85,6 +85,19 @@ class Benchmark(unittest.TestCase):
                 self.assertTrue(low * (1 - 1e-5) <= value <= high * (1 + 1e-5), f"{case.name}: {name} {value}")
             self.assertTrue(0.5e6 <= p["normal_stress"] * p["friction_drop"] <= 20e6)
 
+    def test_failed_run(self):
+        """A run that ends with an error ends its process; its message is kept and the others are done."""
+        build, case = os.environ["SLIPSTEP_BUILD"], held_out_cases.single_cases(1)[0]
+        jobs = [held_out_run.Job(case, "classical", "x", 0, options) for options in (["-ts_rtol", "1e-1"], ["-ts_rtol", "-3"], ["-ts_rtol", "1"])]
+        with tempfile.TemporaryDirectory() as folder:
+            found = list(held_out_run.execute(build, jobs, folder))
+        self.assertEqual([job for job, _, _ in found], jobs)
+        self.assertEqual([read is None for _, read, _ in found], [False, True, False])
+        self.assertIn("-ts_rtol is -3", found[1][2])
+        self.assertGreater(found[0][1][0]["solves"], found[2][1][0]["solves"])
+        done = subprocess.run([os.path.join(build, "bin", "fault"), "-fault_sweep", "none"], capture_output=True, text=True)
+        self.assertIn("cannot read none (-fault_sweep)", done.stderr)
+
     def test_one_case(self):
         """Three families' worth of runs of one fault; the second time nothing is run again."""
         with tempfile.TemporaryDirectory() as folder:
