@@ -325,7 +325,7 @@ static const Preset SlidingModePresets[] = {
    "s",
    "T*",
    PETSC_FALSE},
-  {NULL, {"state_0", "log_step", "converged"}, 1e-2, LONGEST_SLIDING_STEP, "T*", "T*", PETSC_TRUE},
+  {NULL, {"state_0", "log_step", "converged"}, 0.1, LONGEST_SLIDING_STEP, "T*", "T*", PETSC_TRUE},
 };
 
 const Problem ProblemSlidingMode = {.name = "sliding_mode",
@@ -400,13 +400,7 @@ static const Preset CircuitPresets[] = {
    "s",
    "t_max",
    PETSC_FALSE},
-  {NULL,
-   {"log_energy", "state_0", "state_1", "state_2", "log_step", "converged"},
-   1e-2,
-   0.1,
-   "T*",
-   "t_max",
-   PETSC_TRUE},
+  {NULL, {"log_energy", "state_0", "state_1", "state_2", "log_step", "converged"}, 0.1, 0.1, "T*", "t_max", PETSC_TRUE},
 };
 
 const Problem ProblemCircuit = {.name = "circuit",

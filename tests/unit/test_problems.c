@@ -104,10 +104,10 @@ static void test_bare_runs(void **state)
 /* Errors fall with the square of the step: the circuit away from its corners, whose share is of the same order. */
 static void test_errors_are_of_second_order(void **state)
 {
-  /* log spacing: h = 0.01 T* (1 s/0.01 T*)^((a + 1)/2); twice the difference of actions is a factor of two */
+  /* log spacing: h = 0.1 T* (2 s/0.1 T*)^((a + 1)/2); twice the difference of actions is a factor of two */
   TrainOptions o = Options("-train_problem circuit -train_reward accuracy -circuit_case evaluation -circuit_m 0");
-  const PetscReal span = log(2.0 / (0.01 * sqrt(1. / 7))), halving = 2 * log(2) / span,
-                  action = 2 * log(0.1 / (0.01 * sqrt(1. / 7))) / span - 1;
+  const PetscReal span = log(2.0 / (0.1 * sqrt(1. / 7))), halving = 2 * log(2) / span,
+                  action = 2 * log(0.1 / (0.1 * sqrt(1. / 7))) / span - 1;
   PetscReal coarse, fine;
   Constant c;
 
