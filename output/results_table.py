@@ -18,6 +18,7 @@ from slipstep_output import OutputError
 from slipstep_study import Study, cheapest, family
 
 DEFAULT, PUBLISHED = ("embedded", "trapezoidal"), ("doubling", "implicit")
+TREATMENTS = (DEFAULT, ("doubling", "trapezoidal"), ("embedded", "implicit"), PUBLISHED)
 MEASURES = ("final_error", "max_error")
 NO = "–"
 
@@ -291,8 +292,12 @@ def contents(study):
         cells = [cell for cell in study.cells if cell.case == case]
         failed = [cell for cell in cells if not cell.converged]
         wall = sum(cell["repetitions"] * cell["wall"] for cell in cells) + study.references.get(case, {}).get("wall", 0)
-        rows.append([case.replace("_", " "), len(cells), len(failed), sum(cell["guarded"] > 0 for cell in cells), f"{wall:.0f}"])
-    return markdown(["case", "cells", "failed", "guard rails stepped in", "wall time of all runs, reference included (s)"], rows)
+        swept_by = [f"{', '.join(key)}: {count}" for key in TREATMENTS
+                    if (count := sum(not c.learned and not c["steps"] and c.treatment == key for c in cells))]
+        rows.append([case.replace("_", " "), sum(cell.learned for cell in cells), "; ".join(swept_by),
+                     sum(cell["steps"] > 0 for cell in cells), len(failed), sum(cell["guarded"] > 0 for cell in cells), f"{wall:.0f}"])
+    return markdown(["case", "cells of policies", "cells of tolerance-driven controllers", "of constant steps", "failed", "guard rails stepped in",
+                     "wall time of all runs, reference included (s)"], rows)
 
 
 def failures(study):
