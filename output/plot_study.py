@@ -143,9 +143,9 @@ def figure_ratios(study, treatment):
 
 
 def figure_errors(study, treatment):
-    columns = [("final slip, error (%)", error_of("final_error"), "viridis", 0), ("history, largest (%)", error_of("max_error"), "viridis", 0),
+    columns = [("final slip, error (%)", error_of("final_error"), "viridis", 0), ("history, largest (%)", error_of("history_error"), "viridis", 0),
                ("final slip, rl/heuristic", error_ratio("heuristic", "final_error"), "RdBu_r", 1),
-               ("history, rl/heuristic", error_ratio("heuristic", "max_error"), "RdBu_r", 1)]
+               ("history, rl/heuristic", error_ratio("heuristic", "history_error"), "RdBu_r", 1)]
     return heat_figure(study, treatment, columns, f"Errors of mean slip, {treatment[0]} estimate, {treatment[1]} reaction")
 
 
@@ -300,7 +300,7 @@ def figure_precision(study):
     for k, size in enumerate(sizes):
         mesh = finest(study, size)
         for axes, measure, label in ((panels[0, k], "final_error", "error of final mean slip (%)"),
-                                     (panels[1, k], "max_error", "largest error of mean slip over time (%)")):
+                                     (panels[1, k], "history_error", "largest error of mean slip over time (%)")):
             draw_precision(axes, study, {"problem": "fault", "size_km": size, "mesh": mesh}, "fault", measure, 100)
             axes.set_title(f"{size:g} km, {mesh} x {mesh}" if mesh else "no runs")
             axes.set_ylabel(label)
@@ -310,10 +310,10 @@ def figure_precision(study):
 
 
 def figure_precision_small(study):
-    """Sliding mode and circuit: L2 error of the history."""
+    """Sliding mode and circuit: L2 error of the history, linear between steps."""
     canvas, panels = plt.subplots(1, 2, figsize=(11.5, 5), layout="constrained")
     for axes, problem, label in zip(panels, ("sliding_mode", "circuit"), ("L2 error", "relative L2 error")):
-        draw_precision(axes, study, {"problem": problem}, problem, "l2_error", 1, 0.4)
+        draw_precision(axes, study, {"problem": problem}, problem, "history_error", 1, 0.4)
         axes.set(title=problem, xlabel="Bathe solves", ylabel=label)
     problem = max(("sliding_mode", "circuit"), key=lambda name: len(study.policies(name)))
     precision_legend(panels[-1], study, problem)
