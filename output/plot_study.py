@@ -73,6 +73,12 @@ def finest(study, size, wanted=50):
     return wanted if wanted in meshes else meshes[-1] if meshes else None
 
 
+def richest(study, size):
+    """The mesh of a size with most runs, that of the complete sweep."""
+    meshes = [cell["mesh"] for cell in study.select(problem="fault", size_km=size)]
+    return max(sorted(set(meshes)), key=meshes.count) if meshes else None
+
+
 # ---- sliding mode and circuit: states and reaction against time ----
 
 def small_runs(study, problem):
@@ -298,7 +304,7 @@ def figure_precision(study):
     sizes = study.axis("size_km", problem="fault") or [3.0]
     canvas, panels = plt.subplots(2, len(sizes), figsize=(4.6 * len(sizes) + 2.4, 8), layout="constrained", squeeze=False, sharex=True)
     for k, size in enumerate(sizes):
-        mesh = finest(study, size)
+        mesh = richest(study, size)
         for axes, measure, label in ((panels[0, k], "final_error", "error of final mean slip (%)"),
                                      (panels[1, k], "history_error", "largest error of mean slip over time (%)")):
             draw_precision(axes, study, {"problem": "fault", "size_km": size, "mesh": mesh}, "fault", measure, 100)
