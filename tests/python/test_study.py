@@ -16,7 +16,7 @@ sys.path.insert(0, OUTPUT)
 from plot_study import transfers
 from results_table import advantage, equal_accuracy, fill, number, published
 from slipstep_output import OutputError, Run
-from slipstep_study import Study, cheapest, envelope, family
+from slipstep_study import Study, cheapest, envelope, family, hermite
 
 COLUMNS = "time s, mean_slip m, mean_slip_rate m/s, max_slip_rate m/s"
 CASE = "fault_3km_25x25"
@@ -36,8 +36,10 @@ def write_cell(file, name, controller, solves, error, treatment=("embedded", "tr
     if policy:
         group.attrs.update({"policy": policy, "policy_hash": "0", "policy_algorithm": "tqc", "policy_alpha": alpha, "policy_file": policy})
     time = np.linspace(0, 30, 11)
-    rows = np.stack([time, 0.008 * time, 0.008 + 0 * time, 0.01 + 0 * time], axis=1)
-    group.create_dataset("series", data=rows.astype("f4")).attrs["columns"] = COLUMNS
+    # mean slip between the steps: the reference and a bump that is max_error of the final slip high at 15 s, with flat rates there
+    bump = 0.24 * max_error * np.where(time == 15, 1, 0)
+    rows = np.stack([time, 0.008 * time + bump, 0.008 + 0 * time, 0.01 + 0 * time], axis=1)
+    group.create_dataset("series", data=rows).attrs["columns"] = COLUMNS
     group["attempts"] = np.stack([time[:-1], np.diff(time), 1 + 0 * time[1:], 0.5 + 0 * time[1:], 1 + 0 * time[1:]], axis=1).astype("f4")
     group["profile"] = np.concatenate([time[:, None], np.ones((11, mesh)) * 0.008], axis=1).astype("f4")
 
@@ -105,19 +107,27 @@ class StudyTest(unittest.TestCase):
         solves, errors = envelope(classical)
         np.testing.assert_array_equal(solves, [20, 40, 60, 100])
         np.testing.assert_allclose(errors, [0.1, 1e-2, 3e-3, 1e-3])
-        self.assertEqual(cheapest(classical, 0.05)["solves"], 40)
-        self.assertEqual(cheapest(classical, 0.1)["solves"], 20)
-        self.assertIsNone(cheapest(classical, 1e-5))
+        self.assertEqual(cheapest(classical, {"final_error": 0.05})["solves"], 40)
+        self.assertEqual(cheapest(classical, {"final_error": 0.1})["solves"], 20)
+        self.assertIsNone(cheapest(classical, {"final_error": 1e-5}))
 
     def test_equal_accuracy_counts_solves_for_the_same_error(self):
         study = Study(write_study(self.path("s.h5")))
         # 0.5 % takes a classical run 60 solves, 5 % takes 40; the policies take 10. Their histories, twice the error, 40 and 20.
         one, two = (study.one(policy=f"p_alpha_{alpha}", error="embedded") for alpha in (1, 2))
-        self.assertEqual([advantage(study, cell, "final_error")[0] for cell in (one, two)], [6.0, 4.0])
-        self.assertEqual([advantage(study, cell, "max_error")[0] for cell in (one, two)], [6.0, 4.0])
+        self.assertEqual([advantage(study, cell, ("final_error",))[0] for cell in (one, two)], [6.0, 4.0])
+        self.assertEqual([advantage(study, cell, ("history_error",))[0] for cell in (one, two)], [6.0, 4.0])
         text = equal_accuracy(study)
-        self.assertIn("| `p_alpha_1` | 1 of 1 | 10 to 10 | 0.5 % | **6** (6 to 6) | 1 % | **6** (6 to 6) |", text)
+        self.assertIn("| `p_alpha_1` | 1 of 1 | 10 to 10 | 0.5 % | **6** (6 to 6) | 1 % | **6** (6 to 6) | **6** (6 to 6) |", text)
         self.assertIn("| `p_alpha_8` | 0 of 1 | – |", text)
+
+    def test_error_between_steps(self):
+        study = Study(write_study(self.path("s.h5")))
+        # the bump is at a step's end, and the cubics rise to it monotonically
+        self.assertAlmostEqual(study.one(policy="p_alpha_1", error="embedded")["history_error"], 0.01, places=9)
+        # y = t^3 is its own cubic, also across a single step
+        time, at = np.array([0.0, 2.0]), np.linspace(0, 2, 7)
+        np.testing.assert_allclose(hermite(time, time**3, 3 * time**2, at), at**3, atol=1e-14)
 
     def test_published_ratios_carry_errors_and_failures(self):
         text = published(Study(write_study(self.path("s.h5"))))
