@@ -20,7 +20,8 @@ static PetscErrorCode AddCase(const EvaluateProblem *p, PetscReal size, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of one Bathe solve on one process, in units of about half a microsecond: it grows as N^1.3 with the number of elements. */
+/* Of one Bathe solve on one process, in units of about half a microsecond: it grows as N^1.3 with the number of
+   elements. */
 PetscReal EvaluateSolveWeight(const EvaluateCase *c)
 {
   return c->mesh ? PetscPowReal((PetscReal)(c->mesh * c->mesh), (PetscReal)1.3) : (PetscReal)40;

@@ -46,10 +46,10 @@ static PetscReal Norm2(PetscInt n, const PetscReal a[], const PetscReal b[])
 
 /*
   Errors at the ends of the accepted steps, e = |y - y_ref| over the state columns:
-    final   e at the last step (signed for a single state), max  the largest e, both over |y_ref| at the end (relative problems;
-            the largest |y_ref| where the state decays, that is for several states)
-    l2      (int e^2 dt)^1/2 over (int |y_ref|^2 dt)^1/2, or over the root of the duration where errors are absolute; trapezoidal
-            rule over the accepted steps
+    final   e at the last step (signed for a single state), max  the largest e, both over |y_ref| at the end (relative
+            problems; the largest |y_ref| where the state decays, that is for several states)
+    l2      (int e^2 dt)^1/2 over (int |y_ref|^2 dt)^1/2, or over the root of the duration where errors are absolute;
+            trapezoidal rule over the accepted steps
     rate    largest error of the rate column over its largest reference value
 */
 PetscErrorCode EvaluateErrors(const EvaluateProblem *p, void *model, const EvaluateTable *ref,

@@ -1,4 +1,5 @@
-/* The fault as a problem to evaluate: square faults of any size and mesh. The other -fault_ options apply to all of them. */
+/* The fault as a problem to evaluate: square faults of any size and mesh. The other -fault_ options apply to all of
+   them. */
 #include "evaluate.h"
 #include <slipstep/private/slipcompat.h>
 

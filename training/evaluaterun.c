@@ -57,8 +57,8 @@ static PetscErrorCode Watch(TS ts, const SlipAttempt *a, Vec w, void *ctx)
 
   PetscFunctionBegin;
   PetscCall(EvaluateTableAdd(&r->steps, row));
-  /* A learned controller steps by itself but for two guard rails: halved steps after max_failures failures in a row, and
-     converged attempts that a ceiling of the error rejected. */
+  /* A learned controller steps by itself but for two guard rails: halved steps after max_failures failures in a
+     row, and converged attempts that a ceiling of the error rejected. */
   if (rec->learned && (rec->failed >= rec->max_failures || (a->converged && !a->accepted))) r->guarded++;
   rec->failed = a->converged ? 0 : rec->failed + 1;
   r->failures += a->converged ? 0 : 1;
@@ -198,7 +198,8 @@ static int Ascending(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-/* The recorded run. What a failing one has allocated is not freed: PETSc's objects are in no state to be destroyed then. */
+/* The recorded run. What a failing one has allocated is not freed: PETSc's objects are in no state to be destroyed
+   then. */
 static PetscErrorCode RunRecorded(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c, void *model,
                                   const EvaluateCell *cell, EvaluateResult *r, Times *times)
 {
@@ -302,9 +303,10 @@ PetscInt EvaluateReferenceSteps(const EvaluateOptions *o, const EvaluateCase *c)
 }
 
 /*
-  The reference of a case: constant steps, the trapezoidal reaction. Such a run meets no tolerance and no controller, and its
-  error falls with the square of the step while the sliding set does not change, at least in proportion to it where it does; so
-  the difference to a run with half as many steps, recorded with it, is at least as large as the error that is left.
+  The reference of a case: constant steps, the trapezoidal reaction. Such a run meets no tolerance and no controller,
+  and its error falls with the square of the step while the sliding set does not change, at least in proportion to it
+  where it does; so the difference to a run with half as many steps, recorded with it, is at least as large as the
+  error that is left.
 */
 PetscErrorCode EvaluateRunReference(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c, void *model,
                                     EvaluateReference *ref)

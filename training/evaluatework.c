@@ -1,5 +1,5 @@
-/* The work: references first, then cells. Those of coarse meshes and small systems are spread over the processes, each taking
-   the next one when it is free; those of fine meshes run on all processes together. */
+/* The work: references first, then cells. Those of coarse meshes and small systems are spread over the processes,
+   each taking the next one when it is free; those of fine meshes run on all processes together. */
 #include "evaluate.h"
 #include <slipstep/private/slipcompat.h>
 #include <petsctime.h>

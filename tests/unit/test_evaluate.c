@@ -23,7 +23,8 @@ static PetscErrorCode Fill(EvaluateTable *t, PetscInt n, PetscReal shift, PetscR
   PetscFunctionReturn(0);
 }
 
-/* An error that grows as 0.1 t: 0.2 at the end of 4, the largest there too; int (0.1 t)^2 = 0.01 * 8/3, int t^4 = 32/5. */
+/* An error that grows as 0.1 t: 0.2 at the end of 4, the largest there too; int (0.1 t)^2 = 0.01 * 8/3, int t^4 =
+   32/5. */
 static void test_known_errors(void **state)
 {
   EvaluateProblem p = {.nstates = 1, .ncolumns = 2, .rate = 1, .relative = PETSC_TRUE};
@@ -44,7 +45,8 @@ static void test_known_errors(void **state)
   CHECK(EvaluateTableClear(&run));
 }
 
-/* The reference is taken linear between its rows: at t = 0.5, halfway between 0 and 1 of a reference with step 1, y is 0.5. */
+/* The reference is taken linear between its rows: at t = 0.5, halfway between 0 and 1 of a reference with step 1, y
+   is 0.5. */
 static void test_between_rows(void **state)
 {
   EvaluateProblem p = {.nstates = 1, .ncolumns = 2, .rate = -1, .relative = PETSC_FALSE};
