@@ -38,6 +38,10 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetRange(SlipPolicy p, const PetscReal min
 PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(
   SlipPolicy p, const char name[], const char value[]); /* algorithm, problem, alpha, training_steps, seed, ... */
 
+/* Attribute: the longest step [T*] while anything moves. A policy that has it is not asked while the problem rests ("SlipRestTime_C"
+   of slipts.h): the step goes to the end of the rest. */
+#define SLIP_POLICY_MOVING_DT_MAX "moving_dt_max"
+PETSC_EXTERN PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetRange(SlipPolicy p, const PetscReal *min[],
                                                const PetscReal *max[]); /* of training; NULL: not known */

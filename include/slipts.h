@@ -68,4 +68,6 @@ PETSC_EXTERN PetscErrorCode TSBatheCheckType(TS ts);
    on TS, by a problem
      "SlipObserve_C"               (TS, const char name[], PetscReal *value, PetscBool *known)   of the current solution
      "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s]
-     "SlipProblemName_C"           (TS, const char **name)       whose default policy -ts_adapt_type rl takes */
+     "SlipProblemName_C"           (TS, const char **name)       whose default policy -ts_adapt_type rl takes
+     "SlipRestTime_C"              (TS, PetscReal *rest)         for how long the current state stays exactly at rest [s];
+                                   0 when something moves or is about to, PETSC_MAX_REAL for ever */

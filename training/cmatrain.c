@@ -9,10 +9,11 @@
 #define TRAIN_STREAM 1000000 /* seeds of episodes and generations do not meet */
 #define VALID_STREAM 2000000
 #define GENERATION_STREAM 3000000
-#define SHIFT_MAX 0.2 /* of the dial as the policy sees it [decades] */
+#define SHIFT_MAX 0.4 /* of the dial as the policy sees it [decades] */
 #define SHIFT_MIN (-1.0)
 #define SHIFT_STEP 0.05
-#define VALID_DIALS 3 /* each validation episode runs at so many positions of the dial */
+
+static const PetscReal unmoved[2] = {0, 0};
 
 static uint64_t StreamSeed(PetscInt seed, PetscInt64 stream, PetscInt64 k)
 {
@@ -24,17 +25,23 @@ PetscInt CMACountWeights(const CMAOptions *o)
   return o->nobs * o->hidden + o->hidden + (o->layers - 1) * (o->hidden + 1) * o->hidden + o->hidden + 1;
 }
 
-PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], PetscReal shift, SlipPolicy *policy)
+PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2], SlipPolicy *policy)
 {
   PetscInt in = o->nobs;
-  PetscReal offset[CMA_MAX_OBS];
+  PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS];
   const double *w = weights;
 
   PetscFunctionBegin;
   PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, policy));
-  for (PetscInt i = 0; i < o->nobs; ++i)
-    offset[i] = o->offset[i] + (strcmp(o->names[i], "log_accuracy") ? 0 : shift * o->scale[i]);
-  PetscCall(SlipPolicySetObservations(*policy, o->nobs, (const char *const *)o->names, o->scale, offset));
+  for (PetscInt i = 0; i < o->nobs; ++i) {
+    scale[i] = o->scale[i];
+    offset[i] = o->offset[i];
+    if (strcmp(o->names[i], "log_accuracy")) continue;
+    /* x + shift[0] + shift[1] (x - middle) in place of x */
+    scale[i] *= 1 + shift[1];
+    offset[i] += o->scale[i] * (shift[0] - shift[1] * 0.5 * PetscLog10Real(o->low * o->high));
+  }
+  PetscCall(SlipPolicySetObservations(*policy, o->nobs, (const char *const *)o->names, scale, offset));
   for (PetscInt l = 0; l < o->layers; ++l) {
     PetscCall(SlipPolicyAddLayer(*policy, in, o->hidden, w, w + in * o->hidden, SLIP_ACTIVATION_TANH));
     w += (in + 1) * o->hidden;
@@ -42,6 +49,12 @@ PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], PetscReal 
   }
   PetscCall(SlipPolicyAddLayer(*policy, in, 1, w, w + in, SLIP_ACTIVATION_LINEAR));
   PetscCall(SlipPolicySetAction(*policy, -1, 1, o->dt_min, "T*", o->dt_max, o->dt_max_unit, PETSC_TRUE));
+  if (o->moving > 0) {
+    char text[32];
+
+    PetscCall(PetscSNPrintf(text, sizeof(text), "%g", (double)o->moving));
+    PetscCall(SlipPolicySetAttribute(*policy, SLIP_POLICY_MOVING_DT_MAX, text));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,7 +94,7 @@ static PetscErrorCode MakeEpisodes(const CMATrainer *t, PetscInt64 stream, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Validate(CMATrainer *t, const double weights[], PetscReal shift, CMAScore *score);
+static PetscErrorCode Validate(CMATrainer *t, const double weights[], const PetscReal shift[2], CMAScore *score);
 
 PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t)
 {
@@ -107,7 +120,8 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
   if (o->resume[0]) PetscCall(CMACheckpointRead(t));
   PetscCall(MakeEpisodes(t, TRAIN_STREAM, o->nsingle, o->nmesh, &t->train));
   PetscCall(MakeEpisodes(t, VALID_STREAM, o->validation, o->validation, &t->valid));
-  if (o->resume[0]) PetscCall(Validate(t, t->best, 0, &t->score)); /* the same unless the episodes are others now */
+  if (o->resume[0])
+    PetscCall(Validate(t, t->best, unmoved, &t->score)); /* the same unless the episodes are others now */
   PetscCall(CMALogOpen(t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -176,7 +190,7 @@ static PetscErrorCode Cost(const CMATrainer *t, const double weights[], const Ba
 
   PetscFunctionBegin;
   *cost = 0;
-  PetscCall(CMAPolicy(&t->o, weights, 0, &policy));
+  PetscCall(CMAPolicy(&t->o, weights, unmoved, &policy));
   for (PetscInt i = 0; i < b->n; ++i) {
     PetscCall(EpisodeRun(t->train[b->episode[i]], policy, b->dial[i], &r));
     *cost += (double)(EpisodeCost(&r, b->dial[i]) / (PetscReal)b->n);
@@ -232,11 +246,12 @@ static PetscErrorCode ValidationRun(const CMATrainer *t, SlipPolicy policy, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Every validation episode at fixed positions of the dial, other ones for each; the policy sees the dial moved by shift decades. */
-static PetscErrorCode Validate(CMATrainer *t, const double weights[], PetscReal shift, CMAScore *score)
+/* Every validation episode at fixed positions of the dial, other ones for each; the policy sees the dial moved by shift[0] decades in
+   the middle of its range and by shift[1] more for each decade from there. */
+static PetscErrorCode Validate(CMATrainer *t, const double weights[], const PetscReal shift[2], CMAScore *score)
 {
   const PetscInt runs = t->nvalid * VALID_DIALS;
-  PetscReal *row, sum[4] = {0, 0, 0, 0}, kind[2] = {0, 0};
+  PetscReal *row, sum[4] = {0, 0, 0, 0}, third[VALID_DIALS] = {0};
   SlipPolicy policy;
 
   PetscFunctionBegin;
@@ -247,32 +262,59 @@ static PetscErrorCode Validate(CMATrainer *t, const double weights[], PetscReal 
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, row, (PetscMPIInt)(4 * runs), MPIU_REAL, MPIU_SUM, t->comm));
   for (PetscInt k = 0; k < runs; ++k) {
     for (PetscInt i = 0; i < 4; ++i) sum[i] += row[4 * k + i] / (PetscReal)runs;
-    kind[2 * k / runs] += row[4 * k + 2] / (0.5 * (PetscReal)runs);
+    third[k % VALID_DIALS] += row[4 * k + 2] / (PetscReal)t->nvalid;
   }
   PetscCall(PetscFree(row));
-  *score = (CMAScore){sum[0], PetscExpReal(sum[1]), sum[2], PetscExpReal(sum[3]), PetscMin(kind[0], kind[1])};
+  *score = (CMAScore){sum[0], PetscExpReal(sum[1]), sum[2], PetscExpReal(sum[3]), {third[0], third[1], third[2]}};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where the wanted share of a third's runs keeps the dial, from the largest move down. */
+static PetscErrorCode FindShifts(CMATrainer *t, PetscReal shift[VALID_DIALS])
+{
+  PetscBool found[VALID_DIALS] = {PETSC_FALSE};
+  CMAScore score;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < VALID_DIALS; ++k) shift[k] = SHIFT_MIN;
+  for (PetscReal s = SHIFT_MAX; s > SHIFT_MIN; s -= SHIFT_STEP) {
+    const PetscReal move[2] = {s, 0};
+    PetscInt left = VALID_DIALS;
+
+    PetscCall(Validate(t, t->best, move, &score));
+    for (PetscInt k = 0; k < VALID_DIALS; ++k) {
+      if (!found[k] && score.third[k] >= t->o.within) {
+        shift[k] = s;
+        found[k] = PETSC_TRUE;
+      }
+      left -= found[k] ? 1 : 0;
+    }
+    if (!left) break;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Training weighs solves against errors; how many runs keep the dial follows from that. Here the dial is moved, as the policy sees
-   it, until the wanted share does, of single elements and of meshes. */
+   it, until the wanted share does: by what each third of its range needs, smoothed to a straight line over the decades. */
 static PetscErrorCode Calibrate(CMATrainer *t)
 {
+  const PetscReal third = PetscLog10Real(t->o.high / t->o.low) / VALID_DIALS;
+  PetscReal shift[VALID_DIALS];
   CMAScore score;
 
   PetscFunctionBegin;
   if (t->o.within <= 0) PetscFunctionReturn(PETSC_SUCCESS);
-  for (t->shift = SHIFT_MAX; t->shift > SHIFT_MIN; t->shift -= SHIFT_STEP) {
-    PetscCall(Validate(t, t->best, t->shift, &score));
-    if (score.least >= t->o.within) break;
-  }
+  PetscCall(FindShifts(t, shift));
+  t->shift[0] = (shift[0] + shift[1] + shift[2]) / 3;
+  t->shift[1] = third > 0 ? (shift[2] - shift[0]) / (2 * third) : 0;
+  PetscCall(Validate(t, t->best, t->shift, &score));
   t->score = score;
-  PetscCall(
-    PetscPrintf(t->comm,
-                "dial moved by %.2f decades: cost %7.4f  solves %5.1f  within dial %5.1f %%, at least %5.1f %%  "
-                "error/dial %6.3f\n",
-                (double)t->shift, (double)score.cost, (double)score.solves, 100 * (double)score.within,
-                100 * (double)score.least, (double)score.error));
+  PetscCall(PetscPrintf(
+    t->comm,
+    "dial moved by %.2f decades in the middle of its range and %.2f a decade: cost %7.4f  solves %5.1f  within "
+    "dial %5.1f %% (%.1f, %.1f, %.1f of its thirds)  error/dial %6.3f\n",
+    (double)t->shift[0], (double)t->shift[1], (double)score.cost, (double)score.solves, 100 * (double)score.within,
+    100 * (double)score.third[0], 100 * (double)score.third[1], 100 * (double)score.third[2], (double)score.error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -324,7 +366,7 @@ static PetscErrorCode Progress(CMATrainer *t, PetscReal best, PetscReal median)
   PetscBool better;
 
   PetscFunctionBegin;
-  PetscCall(Validate(t, t->es.mean, 0, &score));
+  PetscCall(Validate(t, t->es.mean, unmoved, &score));
   better = score.cost < t->score.cost ? PETSC_TRUE : PETSC_FALSE;
   if (better) {
     t->score = score;

@@ -3,7 +3,11 @@
 #include "cmaes.h"
 #include "episodes.h"
 
-enum { CMA_MAX_OBS = 24, CMA_MAX_LAYERS = 4 };
+enum {
+  CMA_MAX_OBS = 24,
+  CMA_MAX_LAYERS = 4,
+  VALID_DIALS = 3 /* each validation episode runs at so many positions of the dial */
+};
 
 typedef struct {
   PetscInt nobs;
@@ -12,6 +16,7 @@ typedef struct {
   PetscInt hidden, layers;                           /* width and number of the hidden layers, tanh */
   const Problem *problem;                            /* NULL: the fault, which has episodes of its own */
   PetscReal dt_min, dt_max;                          /* bounds of the action, logarithmic spacing */
+  PetscReal moving;                                  /* longest step while anything moves [T*], 0: no limit */
   char dt_max_unit[8];                               /* "T*" or "t_max"; dt_min is in T* */
   PetscInt nsingle, nmesh, side;                     /* episodes of one element, of meshes; elements along a side */
   PetscInt batch_single, batch_mesh;                 /* of a generation */
@@ -32,7 +37,7 @@ typedef struct {
 typedef struct {
   PetscReal cost, solves, within; /* share of the runs within the dial */
   PetscReal error;                /* geometric mean of error over dial */
-  PetscReal least;                /* within, of single elements or of meshes, whichever is less */
+  PetscReal third[VALID_DIALS];   /* within, of the runs in each third of the dial's range, the finest first */
 } CMAScore;
 
 typedef struct {
@@ -46,7 +51,7 @@ typedef struct {
   double *best;   /* [n] mean with the best validation */
   CMAScore score; /* of it */
   PetscInt64 best_generation;
-  PetscReal shift; /* decades by which the policy sees the dial moved */
+  PetscReal shift[2]; /* decades by which the policy sees the dial moved, in the middle of its range, and per decade */
   PetscReal obs_min[CMA_MAX_OBS], obs_max[CMA_MAX_OBS];
   PetscLogDouble begin;
   PetscReal before; /* wall time spent before -train_resume [s] */
@@ -60,8 +65,9 @@ PETSC_INTERN PetscErrorCode CMATrainerDestroy(CMATrainer *t);
 
 PETSC_INTERN PetscInt CMACountWeights(const CMAOptions *o);
 PETSC_INTERN void CMAStart(const CMAOptions *o, double weights[]); /* the first mean (cmastart.c) */
-/* shift: decades by which the dial is moved before the network sees it */
-PETSC_INTERN PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], PetscReal shift, SlipPolicy *policy);
+/* shift: decades by which the dial is moved before the network sees it, in the middle of its range, and per decade */
+PETSC_INTERN PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2],
+                                      SlipPolicy *policy);
 
 /* ---- files (cmafiles.c), by the first rank ---- */
 PETSC_INTERN PetscErrorCode CMAStorePolicy(CMATrainer *t);

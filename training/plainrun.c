@@ -170,7 +170,22 @@ typedef struct {
   PetscInt n, row[MAX_SEEN];
   PetscBool is_change[MAX_SEEN], has_base[MAX_SEEN];
   PetscReal obs[MAX_SEEN], base[MAX_SEEN];
+  PetscReal moving; /* longest step while anything moves [T*]; 0: no limit, and the policy is asked at rest too */
 } Chooser;
+
+/* Nothing moves, and no force exceeds its strength. */
+static PetscBool Rests(const PlainFault *p)
+{
+  for (PetscInt i = 0; i < p->n; ++i)
+    if (p->v[i] != 0) return PETSC_FALSE;
+  for (PetscInt i = 0; i < p->n; ++i) {
+    double ku = 0;
+
+    for (PetscInt j = 0; j < p->n; ++j) ku += p->K[i * p->n + j] * p->u[j];
+    if (fabs(ku) > (p->residual[i] + p->drop[i] * exp(-p->s[i] / p->slip[i])) * p->sigma[i]) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
 
 static PetscErrorCode Choose(Chooser *c, Seen *o, PetscBool state_changed, PetscReal *h)
 {
@@ -192,6 +207,8 @@ static PetscErrorCode Choose(Chooser *c, Seen *o, PetscBool state_changed, Petsc
   }
   PetscCall(SlipPolicyEvaluate(c->policy, c->obs, &action, NULL));
   PetscCall(SlipPolicyActionToStep(c->policy, action, o->p->tstar, o->tmax, h));
+  if (c->moving > 0)
+    *h = Rests(o->p) ? PetscMax(o->tmax - o->time, c->moving * o->p->tstar) : PetscMin(*h, c->moving * o->p->tstar);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -209,12 +226,13 @@ PetscErrorCode PlainRun(PlainFault *p, SlipPolicy policy, PetscReal accuracy, Pe
   Seen o = {.p = p, .accuracy = (double)accuracy, .tmax = (double)tmax};
   Chooser c = {.policy = policy};
   PetscReal dt_min, dt_max, h;
-  PetscBool known;
+  PetscBool known, has;
 
   PetscFunctionBegin;
   *totals = (PlainTotals){0, 0, 0};
   PetscCall(FindRows(policy, &c.n, c.row, c.is_change, &known));
   PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_SUP, "A plain fault does not know all observations of the policy");
+  PetscCall(SlipPolicyGetNumber(policy, SLIP_POLICY_MOVING_DT_MAX, &c.moving, &has));
   PetscCall(SlipPolicyGetStepBounds(policy, p->tstar, tmax, &dt_min, &dt_max));
   o.dt_middle = 0.5 * (double)(dt_min + dt_max);
   PetscCall(Choose(&c, &o, PETSC_TRUE, &h));

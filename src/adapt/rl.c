@@ -100,6 +100,7 @@ static PetscErrorCode Decide(TSAdapt adapt, TS ts, PetscBool state_changed, Pets
   } else {
     PetscCall(SlipPolicyEvaluate(rl->policy, rl->obs, &action, &outside));
     PetscCall(SlipPolicyActionToStep(rl->policy, action, o->tstar, o->max_time, h));
+    PetscCall(TSAdaptRLMind_Private(adapt, ts, h));
     PetscCall(TSAdaptRLWarnOutside_Private(adapt, outside));
   }
   *h = PetscClipInterval(*h, adapt->dt_min, adapt->dt_max);

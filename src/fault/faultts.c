@@ -81,6 +81,19 @@ static PetscErrorCode SlipProblemName_Fault(TS ts, const char **name)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* "SlipRestTime_C" of slipts.h */
+static PetscErrorCode SlipRestTime_Fault(TS ts, PetscReal *rest)
+{
+  SlipFault fault;
+  Vec w;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(SlipFaultRestTime(fault, w, rest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* dw/dt = A^-1 F_s(w), the smooth part: what integrators without the constraint see. */
 static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 {
@@ -129,6 +142,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", SlipObserve_Fault));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", SlipTimeScale_Fault));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipProblemName_C", SlipProblemName_Fault));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipRestTime_C", SlipRestTime_Fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 /* Attributes that a file holds as numbers, when their text is one; all others are strings. */
-static const char *const NumericAttributes[] = {"alpha", "seed", "training_steps"};
+static const char *const NumericAttributes[] = {"alpha", "seed", "training_steps", SLIP_POLICY_MOVING_DT_MAX};
 
 /* The number that an attribute stands for, NaN when it is a text. */
 PetscErrorCode SlipPolicyAttributeNumber_Private(const char name[], const char value[], PetscReal *number)
@@ -18,6 +18,44 @@ PetscErrorCode SlipPolicyAttributeNumber_Private(const char name[], const char v
   if (!numeric || !value[0]) PetscFunctionReturn(PETSC_SUCCESS);
   *number = (PetscReal)strtod(value, &end);
   if (*end || PetscIsInfOrNanReal(*number)) *number = NAN;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipPolicyGetNumber - an attribute that is a number
+
+  Not collective
+
+  Input Parameters:
++ p    - the policy
+- name - of the attribute, such as `SLIP_POLICY_MOVING_DT_MAX`
+
+  Output Parameters:
++ value - the number, 0 when there is none
+- has   - whether there is one
+
+  Level: intermediate
+
+.seealso: SlipPolicySetAttribute()
+@*/
+PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
+  *value = 0;
+  *has = PETSC_FALSE;
+  for (PetscInt i = 0; i < p->nattributes && !*has; i++) {
+    char *end;
+
+    PetscCall(PetscStrcmp(p->attributes[2 * i], name, has));
+    if (!*has) continue;
+    *value = (PetscReal)strtod(p->attributes[2 * i + 1], &end);
+    if (*end || end == p->attributes[2 * i + 1] || PetscIsInfOrNanReal(*value)) {
+      *has = PETSC_FALSE;
+      *value = 0;
+      break;
+    }
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -141,6 +141,7 @@ static void plain(void **state)
     ok(SlipPolicyAddLayer(p, NAMES, HIDDEN, w, b, SLIP_ACTIVATION_TANH));
     ok(SlipPolicyAddLayer(p, HIDDEN, 1, out, &bias, SLIP_ACTIVATION_LINEAR));
     ok(SlipPolicySetAction(p, -1, 1, 1e-2, "T*", 1e2, "T*", PETSC_TRUE));
+    if (seed > 6) ok(SlipPolicySetAttribute(p, SLIP_POLICY_MOVING_DT_MAX, "2.5"));
     ok(EpisodeCreate(seed, seed % 3 ? 1 + (PetscInt)(seed % 3) : 1, &e));
     ok(EpisodeRun(e, p, 1e-2, &a));
     ok(EpisodeRunLibrary(e, p, 1e-2, &l));

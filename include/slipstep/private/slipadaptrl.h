@@ -29,6 +29,8 @@ typedef struct {
   PetscInt outside;   /* decisions with an observation outside the training range */
 } TSAdapt_RL;
 
+/* rlrest.c: limit the step that the policy chose by its attribute moving_dt_max, or extend it to the end of a rest. */
+PETSC_INTERN PetscErrorCode TSAdaptRLMind_Private(TSAdapt adapt, TS ts, PetscReal *h);
 PETSC_INTERN PetscErrorCode TSAdaptRLSetNames_Private(TSAdapt adapt, PetscInt n, const char *const names[]);
 PETSC_INTERN PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts); /* the default one when there is none */
 PETSC_INTERN PetscErrorCode TSAdaptRLForgetDefault_Private(TSAdapt adapt);

@@ -223,6 +223,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultRunErrorDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip,
                                                 PetscReal *error, PetscInt *solves);
+PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest);
 PETSC_EXTERN PetscErrorCode SlipFaultEstimate(SlipFault fault, Vec w, Vec error, Vec derivative);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
 
