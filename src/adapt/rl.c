@@ -13,10 +13,12 @@ PetscErrorCode TSAdaptRLSetNames_Private(TSAdapt adapt, PetscInt n, const char *
   rl->n = n;
   rl->needs_error = rl->sees_accuracy = PETSC_FALSE;
   for (PetscInt i = 0; i < n; i++) {
-    PetscBool dial;
+    PetscBool dial, error;
 
     PetscCall(SlipObservedSet(&rl->seen[i], names[i]));
-    if (rl->seen[i].row && rl->seen[i].row->kind == SLIP_OBSERVES_ERROR) rl->needs_error = PETSC_TRUE;
+    /* a problem's own observation of the error estimate is called so: log_slip_error */
+    PetscCall(PetscStrendswith(names[i], "_error", &error));
+    if (error || (rl->seen[i].row && rl->seen[i].row->kind == SLIP_OBSERVES_ERROR)) rl->needs_error = PETSC_TRUE;
     PetscCall(PetscStrcmp(names[i], SLIP_OBSERVES_ACCURACY, &dial));
     if (dial) rl->sees_accuracy = PETSC_TRUE;
   }
@@ -71,7 +73,7 @@ static PetscErrorCode RecordAttempt(TSAdapt adapt, TS ts, PetscReal h, PetscBool
   if (converged && need_error && last->error < 0) PetscCall(SlipAdaptEvaluateError(adapt, ts, &p, &last->error));
   PetscCheck(
     !converged || !need_error || last->error >= 0, PetscObjectComm((PetscObject)adapt), PETSC_ERR_SUP,
-    "-ts_adapt_type rl needs an error estimate (its policy observes accuracy or log_error, or "
+    "-ts_adapt_type rl needs an error estimate (its policy observes accuracy, log_error or log_slip_error, or "
     "-ts_adapt_rl_error_ceiling is set), but -ts_type %s gives none; with bathe use -ts_bathe_error doubling or "
     "embedded",
     ((PetscObject)ts)->type_name);

@@ -131,6 +131,67 @@ static void dial_is_ignored(void **state)
   end(&r);
 }
 
+/* A policy that observes the error of slip needs the estimate. */
+static void needs_estimate(void **state)
+{
+  Run r = start("-ts_bathe_error none");
+  SlipPolicy p = policy("log_slip_error");
+  TSAdapt adapt;
+
+  (void)state;
+  ok(TSGetAdapt(r.ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTRL));
+  ok(TSAdaptRLSetPolicy(adapt, p));
+  ok(TSSetFromOptions(r.ts));
+  message[0] = 0;
+  assert_int_not_equal(0, (int)TSSolve(r.ts, r.w));
+  if (!strstr(message, "needs an error estimate")) fail_msg("unexpected message \"%s\"", message);
+  ok(SlipPolicyDestroy(&p));
+  end(&r);
+}
+
+static PetscReal rest_time(Run *r)
+{
+  PetscErrorCode (*ask)(TS, PetscReal *);
+  PetscReal rest;
+
+  ok(PetscObjectQueryFunction((PetscObject)r->ts, "SlipRestTime_C", &ask));
+  assert_non_null(ask);
+  ok(TSSetSolution(r->ts, r->w));
+  ok((*ask)(r->ts, &rest));
+  return rest;
+}
+
+/* At rest without load: for ever. At the instability: not at all. Under load: until the traction H v_inf + K v_inf t reaches the
+   strength mu sigma; one element's K is G/Ly and its H is 2 zeta sqrt(M K). */
+static void rest(void **state)
+{
+  const PetscReal rate = 1e-3, stiffness = 30e9 / 3000, mass = 2500 * 3000., strength = 0.6 * 15e3 * 1500;
+  const PetscReal wait = (strength - 2 * (0.8 / 3) * sqrt(mass * stiffness) * rate) / (stiffness * rate);
+  Run r = start("");
+
+  (void)state;
+  assert_true(rest_time(&r) == 0);
+  ok(VecZeroEntries(r.w));
+  assert_true(rest_time(&r) == PETSC_MAX_REAL);
+  ok(VecSetValue(r.w, 0, 1e-9, INSERT_VALUES));
+  ok(VecAssemblyBegin(r.w));
+  ok(VecAssemblyEnd(r.w));
+  assert_true(rest_time(&r) == 0); /* it moves */
+  end(&r);
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
+  ok(SlipFaultSetReal(r.fault, "nx", 1));
+  ok(SlipFaultSetReal(r.fault, "nz", 1));
+  ok(SlipFaultSetReal(r.fault, "loading_rate", rate));
+  ok(SlipFaultSetUp(r.fault));
+  ok(SlipFaultCreateState(r.fault, &r.w));
+  ok(TSCreate(PETSC_COMM_SELF, &r.ts));
+  ok(SlipFaultConfigureTS(r.fault, r.ts));
+  /* the stiffness is scaled to G/Ly by a solve to 1e-12 */
+  if (fabs(rest_time(&r) / wait - 1) > 1e-9) fail_msg("rest time %.12g s, expected %.12g s", rest_time(&r), wait);
+  end(&r);
+}
+
 static void bounds(void **state)
 {
   const char *const options[] = {"-ts_adapt_rl_accuracy 0.2", "-ts_adapt_rl_accuracy 1e-5",
@@ -172,7 +233,8 @@ static void other_types(void **state)
 int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {cmocka_unit_test(dial_is_observed), cmocka_unit_test(dial_is_ignored),
-                                     cmocka_unit_test(bounds), cmocka_unit_test(other_types)};
+                                     cmocka_unit_test(needs_estimate),   cmocka_unit_test(rest),
+                                     cmocka_unit_test(bounds),           cmocka_unit_test(other_types)};
   int failed;
 
   if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
