@@ -1,12 +1,11 @@
 #!/usr/bin/env bash
 # From clone to picture: installs what is missing (Debian 12), builds into build/, simulates the 3 km fault on 50 x 50 elements
-# under the trained policy and under the classical controller, and compares both with a stored fine run.
+# under the trained policy at two positions of its accuracy dial and under the classical controller, and compares with a stored fine run.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh
 
 reference=examples/reference/fault_50x50_3km.h5
-policy=training/policies/fault.h5
 figure=output/quickstart.png
 
 # simulate NAME OPTION...: one run on two ranks, its output in output/quickstart_NAME.h5
@@ -21,9 +20,10 @@ simulate() {
 
 slipstep_setup
 slipstep_build build -DBUILD_TESTING=OFF
-simulate rl -ts_adapt_type rl -ts_adapt_rl_policy "$policy"
+simulate rl -ts_adapt_type rl
+simulate rl_fine -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3
 simulate heuristic -ts_adapt_type heuristic
 
 printf '\n\n== 3 km fault, 50 x 50 elements ==\n\n'
 "$SLIPSTEP_PYTHON" output/compare.py --reference "$reference" --figure "$figure" \
-  rl=output/quickstart_rl.h5 heuristic=output/quickstart_heuristic.h5
+  "rl, 1e-2=output/quickstart_rl.h5" "rl, 1e-3=output/quickstart_rl_fine.h5" heuristic=output/quickstart_heuristic.h5
