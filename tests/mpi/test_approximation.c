@@ -4,7 +4,7 @@
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
 
-/* The final mean slip [m] of 20 constant steps through the rupture; options are set for this run alone. */
+/* The final mean slip [m] of 10 constant steps through the rupture; options are set for this run alone. */
 static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *const options[], PetscInt *steps,
                           PetscReal *slip)
 {
@@ -27,7 +27,7 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
   PetscCall(SlipFaultConfigureTS(fault, ts));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
-  PetscCall(TSSetTimeStep(ts, 0.75));
+  PetscCall(TSSetTimeStep(ts, 1.5));
   PetscCall(TSSetMaxTime(ts, 15));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSSolve(ts, w));
