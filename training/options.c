@@ -261,8 +261,9 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
   double buffer = 1e6, starts = 100;
 
   PetscFunctionBegin;
-  PetscCall(
-    PetscOptionsString("-train_algorithm", "Learner: tqc or td3", NULL, algorithm, algorithm, sizeof(algorithm), NULL));
+  PetscCall(PetscOptionsString("-train_algorithm",
+                               "Learner: tqc, td3, or cmaes (with options of its own: -train_algorithm cmaes -help)",
+                               NULL, algorithm, algorithm, sizeof(algorithm), NULL));
   PetscCall(AlgorithmFind(algorithm, &o->algorithm));
   PetscCall(PetscStrcmp(algorithm, "td3", &td3));
   a->learner = td3 ? &LearnerTD3 : &LearnerTQC;
