@@ -20,6 +20,6 @@ PetscErrorCode AlgorithmFind(const char name[], const Algorithm **row)
     PetscCall(PetscStrlcat(names, " ", sizeof(names)));
     PetscCall(PetscStrlcat(names, (*row)->name, sizeof(names)));
   }
-  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "-train_algorithm %s is not known; expected one of:%s cmaes", name,
-          names);
+  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "-train_algorithm %s is not known; expected one of:%s cmaes",
+          name, names);
 }
