@@ -7,6 +7,8 @@
 #define START_STEP 0.8 /* at the coarsest dial [T*] */
 #define SMALL_START                                                                                                    \
   (-0.5) /* of other problems, from -1 at the logarithm of the lower bound to 1 at that of the upper one */
+#define HALF_RANGE                                                                                                     \
+  1 /* decades from the middle of the bounds to either, where their units differ and T* is not known yet */
 #define START_POWER 0.25  /* step over dial's power */
 #define NEAR_LINEAR 0.4   /* slope of a tanh unit that is to stay close to linear */
 #define SLIDING_SHARE 0.1 /* a smaller share of sliding elements than this counts as rest */
@@ -30,7 +32,8 @@ static void AddTerm(const CMAOptions *o, PetscInt i, double factor, double row[]
 /* weights [CMACountWeights()] */
 void CMAStart(const CMAOptions *o, double weights[])
 {
-  const double low = log10(o->dt_min), high = log10(o->dt_max), middle = 0.5 * (low + high), half = 0.5 * (high - low);
+  const double low = log10(o->dt_min), high = log10(o->dt_max), middle = 0.5 * (low + high);
+  const double half = strcmp(o->dt_max_unit, "T*") ? HALF_RANGE : 0.5 * (high - low);
   const PetscInt hidden = o->hidden, sliding = Find(o, "sliding_fraction"), converged = Find(o, "converged");
   double *w = weights, *bias = w + o->nobs * hidden;
 
