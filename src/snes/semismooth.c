@@ -27,7 +27,6 @@ typedef struct {
   Mat A;                      /* what stands for dG/dx in it: con->B, or its approximation; borrowed */
   PetscBool exact;            /* approximations have failed in this solve */
   PetscInt slow;              /* iterations in a row with an approximation that hardly converged */
-  Vec set;                    /* sliding set of the last iteration */
   Vec rhs, dx, xs, zero, rho; /* right side, step, start of the step, no slope, rho of the projection */
   PetscInt direct_max;        /* largest sliding set that is solved directly */
   PetscBool picard;           /* the last step left out the slope */
@@ -52,19 +51,13 @@ static PetscErrorCode SemismoothOperator(SNES_Semismooth *ss, SlipConstraint con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives up the approximation when it hardly converges, as near instability, where little is left of dG/dx. While the
-   sliding set still changes, as where slip stops element by element, the exact Jacobian would converge no faster. */
+/* Gives up the approximation when it hardly converges, as near instability, where little is left of dG/dx. */
 static PetscErrorCode SemismoothJudge(SNES snes, SlipConstraint con, PetscReal last)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
-  PetscReal changed;
 
   PetscFunctionBegin;
-  if (ss->A == con->B) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecAXPY(ss->set, -1.0, con->mask));
-  PetscCall(VecNorm(ss->set, NORM_INFINITY, &changed));
-  PetscCall(VecCopy(con->mask, ss->set));
-  ss->slow = changed == 0.0 && con->norm > 0.5 * last ? ss->slow + 1 : 0;
+  ss->slow = ss->A != con->B && con->norm > 0.5 * last ? ss->slow + 1 : 0;
   if (ss->slow < patience) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(snes, "Approximate Jacobian does not converge: exact one for the rest of this solve\n"));
   ss->exact = PETSC_TRUE;
@@ -274,7 +267,6 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   ss->slow = 0;
   PetscCall(SlipConstraintBegin(con, x));
   PetscCall(SlipConstraintEvaluate(con, x));
-  PetscCall(VecCopy(con->mask, ss->set));
   for (PetscInt i = 0; i < memory; i++) ss->recent[i] = con->merit;
   ss->stalls = 0;
   PetscCall(SlipConstraintReport(snes, con, 0, &reason));
@@ -316,7 +308,6 @@ static PetscErrorCode SNESSetUp_Semismooth(SNES snes)
   PetscCall(VecDuplicate(con->x, &ss->dx));
   PetscCall(VecDuplicate(con->x, &ss->xs));
   PetscCall(VecDuplicate(con->x, &ss->rho));
-  PetscCall(VecDuplicate(con->x, &ss->set));
   PetscCall(VecDuplicate(con->x, &ss->zero));
   PetscCall(VecZeroEntries(ss->zero));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -332,7 +323,6 @@ static PetscErrorCode SNESReset_Semismooth(SNES snes)
   PetscCall(VecDestroy(&ss->dx));
   PetscCall(VecDestroy(&ss->xs));
   PetscCall(VecDestroy(&ss->rho));
-  PetscCall(VecDestroy(&ss->set));
   PetscCall(VecDestroy(&ss->zero));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
