@@ -184,7 +184,7 @@ class Study:
         """Families of policies that differ in alpha: {family: {alpha: name}}, the largest first."""
         found = {}
         for cell in self.select(problem=problem, controller="rl"):
-            if np.isfinite(cell["policy_alpha"]):
+            if np.isfinite(cell["policy_alpha"]) and family(cell["policy"]) != cell["policy"]:  # its name says the alpha
                 found.setdefault(family(cell["policy"]), {})[cell["policy_alpha"]] = cell["policy"]
         return dict(sorted(((k, dict(sorted(v.items()))) for k, v in found.items() if len(v) > 1), key=lambda item: -len(item[1])))
 
