@@ -13,13 +13,16 @@
 static const PetscReal rounding = 1e-15; /* relative residual that summation errors leave */
 /* Relative tolerance of a linear solve with an approximate operator, which is off by more than that. */
 static const PetscReal inexact = 5e-3;
+/* Share of the residual to which the model of an approximate operator is solved: it leaves about as much for its own error. */
+static const PetscReal model_share = 1e-2;
 
 enum {
   memory = 5, /* merits that a new one is compared with */
   halvings = 4,
   doublings = 40,
-  sweeps = 20, /* projection steps when stuck */
-  patience = 4 /* iterations in a row that an approximate operator may fail to halve the residual */
+  sweeps = 20,      /* projection steps when stuck */
+  patience = 4,     /* iterations in a row that an approximate operator may fail to halve the residual */
+  model_steps = 200 /* Newton steps on a model, where sliding sets shrink element by element */
 };
 
 typedef struct {
@@ -28,11 +31,12 @@ typedef struct {
   PetscBool exact;            /* approximations have failed in this solve */
   PetscInt slow;              /* iterations in a row with an approximation that hardly converged */
   Vec rhs, dx, xs, zero, rho; /* right side, step, start of the step, no slope, rho of the projection */
+  Vec offset;                 /* of the model's residual */
   PetscInt direct_max;        /* largest sliding set that is solved directly */
   PetscBool picard;           /* the last step left out the slope */
   PetscReal recent[memory];   /* merits */
   PetscInt stalls;            /* steps in a row without enough decrease */
-  PetscInt n_direct, n_krylov, n_picard, n_sweeps, n_exact; /* since creation, for -snes_view */
+  PetscInt n_direct, n_krylov, n_picard, n_sweeps, n_exact, n_model; /* since creation, for -snes_view */
 } SNES_Semismooth;
 
 /* The operator of the linear solves: con->B, or what it composes as "MatSlipGetApproximation_C" (Mat, Mat *). With an
@@ -45,7 +49,8 @@ static PetscErrorCode SemismoothOperator(SNES_Semismooth *ss, SlipConstraint con
 
   PetscFunctionBegin;
   ss->A = con->B;
-  if (ss->exact) PetscFunctionReturn(PETSC_SUCCESS);
+  if (con->model) ss->A = con->model;
+  if (ss->exact || con->model) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectQueryFunction((PetscObject)con->B, "MatSlipGetApproximation_C", &f));
   if (f) PetscCall((*f)(con->B, &ss->A));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -252,6 +257,55 @@ static PetscErrorCode SemismoothPolish(SNES snes, SlipConstraint con, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A step from the point evaluated last; ok is false when no direction was found */
+static PetscErrorCode SemismoothStep(SNES snes, SlipConstraint con, PetscInt it, PetscReal tolerance, Vec x,
+                                     PetscBool *ok)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  PetscBool stalled = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(SemismoothDirection(snes, con, x, ok));
+  if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ss->picard) { /* leaves the neighbourhood where the merit means something */
+    PetscCall(SemismoothExpand(ss, con, x));
+    for (PetscInt i = 0; i < memory; i++) ss->recent[i] = con->merit;
+  } else
+    PetscCall(SemismoothSearch(ss, con, x, &stalled));
+  ss->recent[it % memory] = con->merit;
+  if (con->norm > tolerance) PetscCall(SemismoothUnstick(snes, con, x, stalled));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The step of an approximate operator A: to the solution of the stage with G(y) + A (x - y) for G(x), y the point evaluated
+   last. Each needs G once, and A as often as the sliding set takes to settle. What it leaves of the error,
+   |A^-1 (B - A)|, does not depend on that set, where single Newton steps with A would have to wait for it
+   (Josephy 1979, MRC Technical Report 1965: Newton's method for generalised equations). */
+static PetscErrorCode SemismoothModel(SNES snes, SlipConstraint con, Vec x, PetscBool *ok)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  PetscReal target;
+
+  PetscFunctionBegin;
+  target = PetscMax(model_share * con->norm, rounding);
+  if (!ss->offset) PetscCall(VecDuplicate(x, &ss->offset));
+  PetscCall(MatMult(ss->A, x, ss->offset));
+  PetscCall(VecAYPX(ss->offset, -1.0, con->g));
+  con->model = ss->A;
+  con->offset = ss->offset;
+  *ok = PETSC_TRUE;
+  for (PetscInt k = 1; *ok && k <= model_steps && con->norm > target; k++) {
+    PetscCall(SemismoothStep(snes, con, k, target, x, ok));
+    PetscCall(
+      PetscInfo(snes, "Model step %" PetscInt_FMT ": residual %g of %g\n", k, (double)con->norm, (double)target));
+    ss->n_model++;
+  }
+  con->model = NULL;
+  PetscCall(SlipConstraintEvaluate(con, x));
+  for (PetscInt i = 0; i < memory; i++) ss->recent[i] = con->merit;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SNESSolve_Semismooth(SNES snes)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
@@ -259,7 +313,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   SNESConvergedReason reason;
   Vec x = snes->vec_sol;
   PetscReal last;
-  PetscBool ok, stalled = PETSC_FALSE;
+  PetscBool ok;
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintQuery(snes, &con));
@@ -273,22 +327,16 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   for (PetscInt it = 1; reason == SNES_CONVERGED_ITERATING; it++) {
     PetscTryTypeMethod(snes, update, snes->iter);
     last = con->norm;
-    PetscCall(SemismoothDirection(snes, con, x, &ok));
+    PetscCall((*con->ops->jacobian)(con, x, &con->B, con->ctx));
+    PetscCall(SemismoothOperator(ss, con));
+    if (ss->A != con->B)
+      PetscCall(SemismoothModel(snes, con, x, &ok));
+    else
+      PetscCall(SemismoothStep(snes, con, it, snes->rtol, x, &ok));
     if (!ok) {
       snes->reason = reason = SNES_DIVERGED_LINEAR_SOLVE;
       break;
     }
-    /* a Picard step leaves the neighbourhood where the merit means something */
-    if (ss->picard)
-      PetscCall(SemismoothExpand(ss, con, x));
-    else
-      PetscCall(SemismoothSearch(ss, con, x, &stalled));
-    if (ss->picard) {
-      stalled = PETSC_FALSE;
-      for (PetscInt i = 0; i < memory; i++) ss->recent[i] = con->merit;
-    }
-    ss->recent[it % memory] = con->merit;
-    if (con->norm > snes->rtol) PetscCall(SemismoothUnstick(snes, con, x, stalled));
     PetscCall(SemismoothJudge(snes, con, last));
     PetscCall(SlipConstraintReport(snes, con, it, &reason));
   }
@@ -324,6 +372,7 @@ static PetscErrorCode SNESReset_Semismooth(SNES snes)
   PetscCall(VecDestroy(&ss->xs));
   PetscCall(VecDestroy(&ss->rho));
   PetscCall(VecDestroy(&ss->zero));
+  PetscCall(VecDestroy(&ss->offset));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -362,8 +411,9 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
       viewer,
       "  direct up to %" PetscInt_FMT " sliding elements; %" PetscInt_FMT " direct and %" PetscInt_FMT
       " Krylov solves, %" PetscInt_FMT " indefinite Jacobians, %" PetscInt_FMT
-      " times unstuck by projection, %" PetscInt_FMT " times left an approximation\n",
-      ss->direct_max, ss->n_direct, ss->n_krylov, ss->n_picard, ss->n_sweeps, ss->n_exact));
+      " times unstuck by projection, %" PetscInt_FMT " steps on models, %" PetscInt_FMT
+      " times left an approximation\n",
+      ss->direct_max, ss->n_direct, ss->n_krylov, ss->n_picard, ss->n_sweeps, ss->n_model, ss->n_exact));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -380,7 +430,9 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
   Notes:
   Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
   "slipstage") solves on the sliding set. The KSP's relative tolerance is chosen in each iteration. Where the operator has
-  an approximation (MatSlipStageGetApproximation()), linear solves use that, and each iteration needs the operator once.
+  an approximation A (MatSlipStageGetApproximation()), each iteration solves the stage with G(y) + A (x - y) for G(x), y the
+  last iterate, to a hundredth of its residual, by Newton steps that are not counted as iterations, and needs the operator
+  itself once. How many iterations that takes depends on the quality of A alone; -info shows the steps, -snes_view counts them.
 
 .seealso: SNESPROJECTION, SNESSetSlipConstraint(), MatCreateSlipJacobian()
 M*/

@@ -47,7 +47,10 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
   PetscReal inconsistent;
 
   PetscFunctionBegin;
-  PetscCall((*con->ops->residual)(con, x, con->g, con->ctx));
+  if (con->model)
+    PetscCall(MatMultAdd(con->model, x, con->offset, con->g));
+  else
+    PetscCall((*con->ops->residual)(con, x, con->g, con->ctx));
   PetscCall(PetscLogEventBegin(SLIP_Cone, con, x, 0, 0));
   PetscCall((*con->ops->bound)(con, x, con->q, con->dq, con->ctx));
   PetscCall(VecGetLocalSize(x, &n));

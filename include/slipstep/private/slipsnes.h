@@ -17,6 +17,8 @@ struct _p_SlipConstraint {
   PetscInt worst;         /* global index of the element with the largest residual of the last solve */
   const PetscInt *number; /* what users call the element of each global index, borrowed from the problem; NULL: that */
   Mat B;                  /* dG/dx at the last point, borrowed from the problem */
+  Mat model;              /* when set, points are evaluated with G(x) = model x + offset; both borrowed */
+  Vec offset;
 
   /* at the last point evaluated */
   Vec g, q, dq, F, mask, slope;
