@@ -13,6 +13,9 @@
 #define WAVES_EVERY 4            /* least number of steps between looks at the convergence */
 #define WAVES_BYTES 24.0         /* that blocks would take for each pair of cells in depth at each of nx wavenumbers */
 #define WAVES_TOL 1e-12          /* relative tolerance of a product */
+/* Changes of coefficients that rounding makes, against the root of the largest entry of T: eigenvalues are good to 1e-16 of the
+   largest, their roots to (condition number)^(1/2), a few tens, times that. */
+#define WAVES_ROUNDING 1e-14
 
 typedef struct {
   Mat K; /* referenced: owns the plane */
@@ -80,7 +83,7 @@ static PetscErrorCode RootOfWave(WavesContext *w, PetscInt k, PetscReal allowed,
   const PetscInt n = 2 * w->nz;
   const PetscReal norm = PetscSqrtReal(Dot(n, f, f));
   PetscInt m, before = 0;
-  PetscReal change = PETSC_MAX_REAL;
+  PetscReal change = PETSC_MAX_REAL, largest = 0;
   PetscBool last = PETSC_FALSE;
 
   PetscFunctionBegin;
@@ -90,10 +93,11 @@ static PetscErrorCode RootOfWave(WavesContext *w, PetscInt k, PetscReal allowed,
     PetscCheck(m <= w->max, PETSC_COMM_SELF, PETSC_ERR_NOT_CONVERGED,
                "The spectral viscosity did not converge in %" PetscInt_FMT " Lanczos steps at a wavenumber", w->max);
     Step(w, k, m - 1);
+    largest = PetscMax(largest, w->alpha[m - 1]);
     last = (PetscBool)(w->beta[m - 1] <= 1e-14 * w->alpha[0] || (w->nz <= WAVES_ORTHOGONAL_MAX && m == w->nz));
     if (last || m >= before + PetscMax(WAVES_EVERY, before / 6)) {
       PetscCall(Look(w, m, before, &change));
-      if (last || change * norm <= allowed) break;
+      if (last || change * norm <= allowed || change <= WAVES_ROUNDING * PetscSqrtReal(largest)) break;
       before = m;
     }
     for (PetscInt i = 0; i < n; i++) w->basis[(size_t)m * n + i] /= w->beta[m - 1];
