@@ -13,6 +13,9 @@
 #define SLIP_INCREMENT_NEW 0.02  /* of a new direction beside others */
 #define SLIP_INCREMENT_OLD 2.0   /* of all remembered ones together */
 #define SLIP_INCREMENT_REST 1e-4 /* a rest this small against x counts as nothing */
+/* A rest this large against x is computed together with the other part: |H x| is not known from that part alone, and an error
+   small against its product could be one that rounding does not allow. */
+#define SLIP_INCREMENT_WHOLE 0.7
 
 PetscErrorCode SlipIncrementReset(SlipIncrement *c)
 {
@@ -145,6 +148,13 @@ PetscErrorCode SlipIncrementMult(SlipIncrement *c, PetscReal tolerance, SlipProd
   if (!c->rest) PetscCall(VecDuplicate(x, &c->rest));
   PetscCall(Split(c, tolerance, x, y, &size));
   PetscCall(VecNorm(c->rest, NORM_2, &norm));
+  if (norm > SLIP_INCREMENT_WHOLE * whole) {
+    PetscCall(VecCopy(x, c->rest));
+    PetscCall(VecZeroEntries(y));
+    norm = whole;
+    size = 0;
+    c->n = 0;
+  }
   if (norm <= SLIP_INCREMENT_REST * tolerance * whole) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Compute(c, tolerance, SLIP_INCREMENT_NEW * tolerance * size, norm, product, ctx));
   PetscCall(VecAXPY(y, norm, c->image[c->n - 1]));
