@@ -77,7 +77,7 @@ PetscErrorCode SlipProjectionStep(SlipConstraint con, Vec x, Vec rho, Vec x1, Ve
   PetscFunctionBegin;
   for (PetscInt trial = 0;; trial++) {
     PetscCall(SlipProject(con, x, rho, x1));
-    PetscCall((*con->ops->residual)(con, x1, g1, con->ctx));
+    PetscCall(SlipConstraintResidual(con, x1, g1));
     PetscCall(SlipRatio(con, x, x1, g1, rho, &ratio));
     if (ratio <= ratio_high || trial >= max_trials) break;
     PetscCall(VecScale(rho, shorten * PetscMin(1.0, 1.0 / ratio)));

@@ -39,6 +39,17 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* g = G(x), or its model */
+PetscErrorCode SlipConstraintResidual(SlipConstraint con, Vec x, Vec g)
+{
+  PetscFunctionBegin;
+  if (con->model)
+    PetscCall(MatMultAdd(con->model, x, con->offset, g));
+  else
+    PetscCall((*con->ops->residual)(con, x, g, con->ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
 {
   PetscInt n;
@@ -47,10 +58,7 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
   PetscReal inconsistent;
 
   PetscFunctionBegin;
-  if (con->model)
-    PetscCall(MatMultAdd(con->model, x, con->offset, con->g));
-  else
-    PetscCall((*con->ops->residual)(con, x, con->g, con->ctx));
+  PetscCall(SlipConstraintResidual(con, x, con->g));
   PetscCall(PetscLogEventBegin(SLIP_Cone, con, x, 0, 0));
   PetscCall((*con->ops->bound)(con, x, con->q, con->dq, con->ctx));
   PetscCall(VecGetLocalSize(x, &n));

@@ -31,6 +31,7 @@ PETSC_INTERN PetscErrorCode SlipConstraintGetOps(SlipConstraint, const SlipConst
 PETSC_INTERN PetscErrorCode SlipConstraintCreateReduced(SlipConstraint, Vec *);
 PETSC_INTERN PetscErrorCode SlipConstraintSetUpWork(SlipConstraint);
 PETSC_INTERN PetscErrorCode SlipConstraintBegin(SlipConstraint, Vec x);    /* rho and scale of a stage */
+PETSC_INTERN PetscErrorCode SlipConstraintResidual(SlipConstraint, Vec x, Vec g);
 PETSC_INTERN PetscErrorCode SlipConstraintEvaluate(SlipConstraint, Vec x); /* g, q, dq, F, mask, slope, merit, norm */
 PETSC_INTERN PetscErrorCode SlipConstraintFinish(SlipConstraint, Vec x);   /* reaction, worst element */
 PETSC_INTERN PetscErrorCode SlipConstraintQuery(SNES, SlipConstraint *);   /* error when the SNES has none */
