@@ -12,7 +12,6 @@
    base = a1 w1 - a0 w0, explicit_part = NULL, omega = 1. */
 typedef struct {
   PetscReal t;       /* time of the stage's end [s] */
-  PetscReal t0;      /* time of the step's start [s] */
   PetscReal theta;   /* [s] */
   PetscReal omega;   /* weight of the reaction, 1 or 2 */
   Vec base;          /* full space */

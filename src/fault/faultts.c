@@ -30,16 +30,14 @@ static PetscErrorCode SlipFaultRelease(SlipContainerArg arg)
 /* The rows that read the integrator's estimates have them summed up first. */
 static PetscErrorCode SlipFaultTakeEstimates(SlipFault fault, TS ts, Vec w, const char name[])
 {
-  PetscErrorCode (*get)(TS, Vec *, Vec *);
-  Vec error = NULL, derivative = NULL;
+  Vec error, derivative;
   PetscBool reads_error, reads_growth;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(name, "log_slip_error", &reads_error));
   PetscCall(PetscStrcmp(name, "growth", &reads_growth));
   if (!reads_error && !reads_growth) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectQueryFunction((PetscObject)ts, "TSBatheGetEstimates_C", &get));
-  if (get) PetscCall((*get)(ts, &error, &derivative));
+  PetscCall(TSBatheGetEstimates(ts, &error, NULL, &derivative));
   PetscCall(SlipFaultKeepEstimates(fault, w, error, derivative));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -120,7 +120,7 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   PetscFunctionBegin;
   if (!attempt->accepted || est->off) PetscFunctionReturn(PETSC_SUCCESS);
   if (attempt->step == 0) PetscCall(Reset(est));
-  PetscCall(TSBatheGetErrorVector(ts, &e, &scale));
+  PetscCall(TSBatheGetEstimates(ts, &e, &scale, NULL));
   if (!e) est->known = PETSC_FALSE;
   if (!est->known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(StepSums(fault, w, e, sum));

@@ -372,18 +372,6 @@ static PetscErrorCode TSBatheGetLastAttempt_Bathe(TS ts, SlipAttempt *attempt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "TSBatheGetEstimates_C" of slipts.h */
-static PetscErrorCode TSBatheGetEstimates_Bathe(TS ts, Vec *error, Vec *derivative)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const PetscBool known = ba->attempts && ba->last.converged ? PETSC_TRUE : PETSC_FALSE;
-
-  PetscFunctionBegin;
-  *error = known && ba->last.error >= 0 ? ba->E : NULL;
-  *derivative = known && ba->k2_known ? ba->K2 : NULL;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@C
   TSBatheAddAttemptMonitor - have a function called after every attempted step, accepted or not
 
@@ -482,7 +470,6 @@ PetscErrorCode TSBatheComposeSetters(TS ts, PetscBool compose)
   COMPOSE(TSBatheGetEstimates);
   COMPOSE(TSBatheAddAttemptMonitor);
   COMPOSE(TSBatheGetTotals);
-  COMPOSE(TSBatheGetErrorVector);
   COMPOSE(TSBatheGetOrder);
   COMPOSE(TSBatheSetHalved);
   PetscFunctionReturn(PETSC_SUCCESS);

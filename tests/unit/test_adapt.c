@@ -41,7 +41,7 @@ static struct {
   int n, at;
   PetscInt order;
   PetscReal tried[64]; /* step of each attempt [s] */
-  PetscBool accepted[64], needs_error, has_time_scale;
+  PetscBool accepted[64], needs_error;
   SlipAttempt last;
   PetscReal energy; /* what the problem supplies; NaN: nothing */
   int asked;        /* how often */

@@ -75,7 +75,7 @@ PETSC_INTERN PetscErrorCode TSBatheDoublingError(TS, Vec e);
 PETSC_INTERN PetscErrorCode TSBatheErrorNorm(TS, NormType, PetscReal *norm);
 PETSC_INTERN PetscErrorCode TSBatheGetOrder_Bathe(TS, PetscReal *order);
 PETSC_INTERN PetscErrorCode TSBatheSetHalved_Bathe(TS, PetscBool halved);
-PETSC_INTERN PetscErrorCode TSBatheGetErrorVector_Bathe(TS, Vec *e, PetscReal *scale);
+PETSC_INTERN PetscErrorCode TSBatheGetEstimates_Bathe(TS, Vec *error, PetscReal *scale, Vec *derivative);
 PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSBatheComposeSetters(TS, PetscBool compose);
