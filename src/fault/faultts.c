@@ -1,6 +1,6 @@
 /* The fault as a TS problem. */
 #include <slipstep/private/slipfaultimpl.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 
 #define SLIP_FAULT_RTOL 1e-3     /* reference tolerance (DESIGN.md section 2), as SLIP_FAULT_ATOL */
 #define SLIP_FAULT_MAX_TIME 30.0 /* [s] */
@@ -9,12 +9,10 @@
 
 static PetscErrorCode SlipFaultOfTS(TS ts, SlipFault *fault)
 {
-  PetscContainer box;
-
   PetscFunctionBegin;
-  PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&box));
-  PetscCheck(box, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE, "this TS was not configured by a fault");
-  PetscCall(PetscContainerGetPointer(box, (void **)fault));
+  PetscCall(SlipObjectQueryData((PetscObject)ts, "SlipFault", fault));
+  PetscCheck(*fault, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
+             "this TS was not configured by a fault");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -126,15 +124,9 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
 
 static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
 {
-  PetscContainer box;
-
   PetscFunctionBegin;
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)ts), &box));
   fault->refct++;
-  PetscCall(PetscContainerSetPointer(box, fault));
-  PetscCall(SlipContainerSetDestroy(box, SlipFaultRelease));
-  PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)box));
-  PetscCall(PetscContainerDestroy(&box));
+  PetscCall(SlipObjectComposeData((PetscObject)ts, "SlipFault", fault, SlipFaultRelease));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", SlipObserve_Fault));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", SlipTimeScale_Fault));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipProblemName_C", SlipProblemName_Fault));

@@ -10,7 +10,7 @@
   on the number of processes.
 */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/slipmat.h>
 #include <slipstep/private/slipcells.h>
 #include <petscblaslapack.h>
@@ -313,26 +313,16 @@ static PetscErrorCode SchwarzCreate(Mat K, const SlipCells *c, SlipSchwarz *schw
 /* Borrowed from K, made when first asked for; NULL when K is not of irregular cells. Collective. */
 PetscErrorCode SlipSchwarzOf(Mat K, SlipSchwarz *schwarz)
 {
-  PetscContainer container;
   const SlipCells *cells;
-  void *pointer = NULL;
 
   PetscFunctionBegin;
   *schwarz = NULL;
   PetscCall(SlipCellsOf(K, &cells));
   if (!cells) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectQuery((PetscObject)K, "SlipSchwarz", (PetscObject *)&container));
-  if (container) {
-    PetscCall(PetscContainerGetPointer(container, &pointer));
-    *schwarz = (SlipSchwarz)pointer;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipSchwarz", schwarz));
+  if (*schwarz) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SchwarzCreate(K, cells, schwarz));
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
-  PetscCall(PetscContainerSetPointer(container, *schwarz));
-  PetscCall(SlipContainerSetDestroy(container, SchwarzDestroy));
-  PetscCall(PetscObjectCompose((PetscObject)K, "SlipSchwarz", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipSchwarz", *schwarz, SchwarzDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -6,7 +6,7 @@
 #include <slipmat.h>
 #include <petscblaslapack.h>
 #include <fftw3.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/slipmat.h>
 
 struct _n_SlipStrike {
@@ -179,27 +179,17 @@ static PetscErrorCode ShareWavenumbers(Mat K, const SlipGrid *grid, PetscBool *s
 PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike)
 {
   const SlipGrid *grid;
-  PetscContainer container;
-  void *pointer = NULL;
   PetscBool share;
 
   PetscFunctionBegin;
   *strike = NULL;
   PetscCall(SlipGridOf(K, &grid));
   if (!grid) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectQuery((PetscObject)K, "SlipStrike", (PetscObject *)&container));
-  if (!container) {
-    PetscCall(ShareWavenumbers(K, grid, &share));
-    PetscCall(SlipStrikeCreate(share ? PetscObjectComm((PetscObject)K) : PETSC_COMM_SELF, grid, strike));
-    PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
-    PetscCall(PetscContainerSetPointer(container, *strike));
-    PetscCall(SlipContainerSetDestroy(container, StrikeDestroy));
-    PetscCall(PetscObjectCompose((PetscObject)K, "SlipStrike", (PetscObject)container));
-    PetscCall(PetscContainerDestroy(&container));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(PetscContainerGetPointer(container, &pointer));
-  *strike = (SlipStrike)pointer;
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipStrike", strike));
+  if (*strike) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ShareWavenumbers(K, grid, &share));
+  PetscCall(SlipStrikeCreate(share ? PetscObjectComm((PetscObject)K) : PETSC_COMM_SELF, grid, strike));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipStrike", *strike, StrikeDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -478,14 +468,10 @@ PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const 
 /* Of the engine of K on this process, 0 while it has none. */
 PetscReal SlipStrikeBytes(Mat K)
 {
-  PetscContainer container = NULL;
-  void *pointer = NULL;
   PetscReal numbers;
-  SlipStrike s;
+  SlipStrike s = NULL;
 
-  (void)PetscObjectQuery((PetscObject)K, "SlipStrike", (PetscObject *)&container);
-  if (container) (void)PetscContainerGetPointer(container, &pointer);
-  s = (SlipStrike)pointer;
+  (void)SlipObjectQueryData((PetscObject)K, "SlipStrike", &s);
   if (!s) return 0;
   numbers = (PetscReal)s->nk * (PetscReal)(s->grid.nz * s->grid.nz) * (s->vectors ? 2 : 1);
   if (!s->pencil) numbers += (PetscReal)s->grid.nz * (PetscReal)(s->period + 4 * s->nk);

@@ -5,6 +5,7 @@
    for the free states w_f, and what is left is G(x) = A_c (x - base_c) / theta - F_c(t, w) - explicit_c with the Schur complement
    of A / theta - dF/dw as its Jacobian. That is symmetric for mechanical systems and reciprocal circuits. */
 #include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipcompose.h>
 #include <petscblaslapack.h>
 
 enum { max_newton = 30 };
@@ -411,7 +412,6 @@ PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstrain
                                  .bound_state = BoundState};
   Small *s = NULL;
   Vec x;
-  PetscContainer box;
 
   PetscFunctionBegin;
   PetscAssertPointer(problem, 1);
@@ -421,10 +421,6 @@ PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstrain
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, problem->nrows, &x));
   PetscCall(SlipConstraintCreate(PETSC_COMM_SELF, &ops, s, x, con));
   PetscCall(VecDestroy(&x));
-  PetscCall(PetscContainerCreate(PETSC_COMM_SELF, &box));
-  PetscCall(PetscContainerSetPointer(box, s));
-  PetscCall(SlipContainerSetDestroy(box, SmallDestroy));
-  PetscCall(PetscObjectCompose((PetscObject)*con, "SlipSmall", (PetscObject)box));
-  PetscCall(PetscContainerDestroy(&box));
+  PetscCall(SlipObjectComposeData((PetscObject)*con, "SlipSmall", s, SmallDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
