@@ -16,7 +16,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[],
 PETSC_EXTERN PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *value);
 PETSC_EXTERN PetscErrorCode SlipFaultSetString(
   SlipFault fault, const char name[], const char value[]); /* friction_law, operator, viscosity, initial, ... */
-/* A parameter element by element, as a dataset of -fault_parameters would: values [n = nx nz], all on every rank. */
+/* A parameter element by element, as a dataset of -fault_parameters would: values [n = nx nz, or the cells of a mesh in the
+   order of its file], all on every rank. */
 PETSC_EXTERN PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[]);
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters, critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
