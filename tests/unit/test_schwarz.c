@@ -3,7 +3,7 @@
 #include <stddef.h>
 #include <setjmp.h>
 #include <cmocka.h>
-#include <slipstep.h>
+#include "cells.h"
 #include <slipstep/private/slipcompat.h>
 
 #define Check(call) assert_int_equal((call), PETSC_SUCCESS)
@@ -40,14 +40,7 @@ static SlipCells MakeCells(void)
       z += width[k];
     }
   }
-  return (SlipCells){.n = N,
-                     .x = Data[0],
-                     .y = Data[1],
-                     .z = Data[2],
-                     .length = Data[3],
-                     .width = Data[4],
-                     .shear_modulus = 30e9,
-                     .poisson_ratio = 0.25};
+  return CellsOfColumns(N, &Data[0][0]);
 }
 
 /* J of MatCreateSlipJacobian() for B at theta: the upper part of both faults slides, weakening as in the reference case. */
