@@ -1,4 +1,4 @@
-/* The table of observations: one row each, all dimensionless (DESIGN.md section 5). */
+/* The table of observations: one row each, all dimensionless. */
 #include <slipstep/private/slipadaptimpl.h>
 #include <stdlib.h>
 

@@ -2,7 +2,7 @@
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompose.h>
 
-#define SLIP_FAULT_RTOL 1e-3     /* reference tolerance (DESIGN.md section 2), as SLIP_FAULT_ATOL */
+#define SLIP_FAULT_RTOL 1e-3     /* reference tolerance, as SLIP_FAULT_ATOL */
 #define SLIP_FAULT_MAX_TIME 30.0 /* [s] */
 /* First step over T*: the instability grows from a relative excess of 1e-5, so anything well below T* is safe. */
 #define SLIP_FAULT_FIRST_STEP 0.01
@@ -145,9 +145,11 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
 
   Notes:
   Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
-  tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise) and rtol 1e-3, max time 30 s (-ts_max_time), exact final time
-  matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step 0.01 T* (-ts_dt), and the
-  composed functions SlipObserve_C and SlipTimeScale_C by which controllers observe the fault.
+  tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise) and rtol 1e-3, max time
+  30 s (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first
+  step 0.01 T* (-ts_dt), and the composed functions by which controllers observe the fault (slipts.h).
+
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 
   Level: beginner
 

@@ -41,13 +41,17 @@ static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time
 
   Collective; after TSSetFromOptions(), before TSSolve().
 
+  Input Parameters:
++ fault - the fault
+- ts    - the TS that it configured
+
   Level: intermediate
 
   Errors: PETSC_ERR_FILE_OPEN when the file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field.
 
   Notes:
   The content goes to FILE.part, which takes FILE's name in SlipFaultOutputFinish(): a run that fails leaves an older
-  FILE as it was. The layout is that of DESIGN.md section 7.
+  FILE as it was. slipfault.h describes the layout.
 
 .seealso: SlipFaultOutputFinish()
 @*/

@@ -1,4 +1,4 @@
-/* The 3 km fault with one element, constant steps: errors of the final slip of DESIGN.md section 2. */
+/* The 3 km fault with one element, constant steps: errors of the final slip of a prototype. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -82,7 +82,7 @@ static void check(TSBatheReaction reaction, PetscInt steps, double percent, doub
   assert_true(PetscAbsReal(100.0 * PetscAbsReal(slip / ref - 1.0) - percent) < slack);
 }
 
-/* DESIGN.md prints three or two digits: half a unit of the last one, plus the reference's own (far smaller) error */
+/* The prototype's figures have three or two digits: half a unit of the last one, plus the reference's own (far smaller) error */
 static void test_errors_of_final_slip(void **state)
 {
   (void)state;

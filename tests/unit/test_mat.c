@@ -279,7 +279,7 @@ static void test_viscosity_by_denman_beavers(void **state)
   Check(MatDestroy(&K));
 }
 
-/* The spectral root is near the exact one but not equal (issue 3: off by a few per cent in norm); "none" is zero. */
+/* The spectral root is near the exact one but not equal (off by a few per cent in norm); "none" is zero. */
 static void test_other_viscosities(void **state)
 {
   Mat K, exact, spectral, none;

@@ -56,8 +56,8 @@ static EnvResult Run(const TrainOptions *o, PetscBool reference, PetscReal actio
   return r;
 }
 
-/* What policies see before the first step, unscaled (TQC.md section 7, with the library's start of the last attempt's
-   row): the study's observations. */
+/* What policies see before the first step, unscaled: the study's observations, with the library's start of the last
+   attempt's row. */
 static void test_first_observations(void **state)
 {
   const struct {
