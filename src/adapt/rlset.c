@@ -236,8 +236,8 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Learned step-size controller options");
-  PetscCall(PetscOptionsString("-ts_adapt_rl_policy", "HDF5 file with the policy", "TSAdaptRLSetPolicyFile", file, file,
-                               sizeof(file), &set));
+  PetscCall(PetscOptionsString("-ts_adapt_rl_policy", "HDF5 file with the policy (default: the one of the problem)",
+                               "TSAdaptRLSetPolicyFile", file, file, sizeof(file), &set));
   PetscCall(PetscOptionsString("-ts_adapt_rl_problem",
                                "Problem whose default policy to take when none is named (fault, ...; default: its own)",
                                "SlipPolicyFindDefault", rl->problem, rl->problem, sizeof(rl->problem), NULL));

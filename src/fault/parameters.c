@@ -298,7 +298,8 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", p->name));
   if (p->choices) PetscCall(SlipFaultListChoices(p->choices, list, sizeof(list)));
-  PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s", p->help, p->choices ? "; one of " : "", list));
+  PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s%s", p->help, p->choices ? "; one of " : "", list,
+                          p->value[0] ? "" : " (default none)"));
   PetscCall(PetscOptionsString(option, help, "SlipFaultSetString", fault->text[id], value, sizeof(value), &set));
   PetscCheck(!set || value[0] || id == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONG,
              "%s has no value, expected %s", option,
