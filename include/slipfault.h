@@ -15,8 +15,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[],
 PETSC_EXTERN PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *value);
 /* A choice or a file name likewise: "friction_law", "operator", "viscosity", "initial", "mesh", ... */
 PETSC_EXTERN PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char value[]);
-/* A parameter element by element, as a dataset of -fault_parameters would: values [n = nx nz, or the cells of a mesh in the
-   order of its file], all on every rank. */
+/* A parameter element by element, as a dataset of -fault_parameters would: values [n = nx nz, or the cells of a mesh in
+   the order of its file], all on every rank. */
 PETSC_EXTERN PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[]);
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters, critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
@@ -43,8 +43,8 @@ typedef struct {
 /* r: reaction, may be NULL */
 PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs);
 
-/* -fault_output: attaches monitors that write the file of slipoutput.h, with /mesh (x, z of the centres [m], per-element
-   parameters) and /fields (time, and slip_rate, slip, displacement, traction as [n, Nz, Nx], or [n, N] of a mesh); finish
-   writes /result and /run and renames into place. */
+/* -fault_output: attaches monitors that write the file of slipoutput.h, with /mesh (x, z of the centres [m],
+   per-element parameters) and /fields (time, and slip_rate, slip, displacement, traction as [n, Nz, Nx], or [n, N] of a
+   mesh); finish writes /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);

@@ -53,8 +53,8 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscR
 PETSC_EXTERN PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B);
 PETSC_EXTERN PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta);
 PETSC_EXTERN PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta);
-/* A borrowed stage operator at B's theta with a cheap viscosity, for the matrix of an inexact Newton method; B itself where
-   that is cheap already. */
+/* A borrowed stage operator at B's theta with a cheap viscosity, for the matrix of an inexact Newton method; B itself
+   where that is cheap already. */
 PETSC_EXTERN PetscErrorCode MatSlipStageGetApproximation(Mat B, Mat *A);
 
 /* PC type for the Jacobian restricted to the sliding set, see slipsnes.h (MATSLIPJACOBIAN); registered with

@@ -1,9 +1,11 @@
 /* SlipPolicy: a small network that maps an observation to a step size. Its HDF5 file:
-     /              attributes: format "slipstep-policy", version 1, and what its trainer notes, text or numbers: algorithm,
-                    problem, alpha, training_steps, seed, library_version, created, moving_dt_max (below), ...
+     /              attributes: format "slipstep-policy", version 1, and what its trainer notes, text or numbers:
+                    algorithm, problem, alpha, training_steps, seed, library_version, created, moving_dt_max (below),
+                    ...
      /observation   names [n] (strings, in the network's order), scale [n], offset [n]
-     /layers/0, 1.. weight [out, in], bias [out]; attribute activation: linear, relu, tanh, or hardtanh2 (clip to [-2, 2])
-     /action        attributes low, high, squash ("tanh"), dt_min, dt_max, dt_min_unit, dt_max_unit ("s", "T*" or "t_max"),
+     /layers/0, 1.. weight [out, in], bias [out]; attribute activation: linear, relu, tanh or hardtanh2 (to [-2, 2])
+     /action        attributes low, high, squash ("tanh"), dt_min, dt_max, dt_min_unit, dt_max_unit ("s", "T*",
+     "t_max"),
                     spacing ("linear", also when absent, or "log")
      /range         minimum [n], maximum [n] of each observation in training; may be absent */
 #pragma once
@@ -46,8 +48,8 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetRange(SlipPolicy p, const PetscReal min
 /* algorithm, problem, alpha, training_steps, seed, ... */
 PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name[], const char value[]);
 
-/* Attribute: the longest step [T*] while anything moves. Where a policy has it and the problem rests ("SlipRestTime_C" of
-   slipts.h), the step goes to the end of the rest whatever the policy says. */
+/* Attribute: the longest step [T*] while anything moves. Where a policy has it and the problem rests ("SlipRestTime_C"
+   of slipts.h), the step goes to the end of the rest whatever the policy says. */
 #define SLIP_POLICY_MOVING_DT_MAX "moving_dt_max"
 PETSC_EXTERN PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);

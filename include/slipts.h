@@ -44,7 +44,8 @@ PETSC_EXTERN PetscErrorCode TSBatheSetInitialReaction(TS ts, Vec r);
 PETSC_EXTERN PetscErrorCode TSBatheGetLastAttempt(TS ts, SlipAttempt *attempt);
 /* several are called in order */
 PETSC_EXTERN PetscErrorCode TSBatheAddAttemptMonitor(TS ts, TSBatheAttemptFn fn, void *ctx);
-/* Of the last attempt, borrowed; NULL: not known. scale makes error solution minus exact; derivative is dw/dt at its end. */
+/* Of the last attempt, borrowed; NULL: not known. scale makes error solution minus exact; derivative is dw/dt at its
+   end. */
 PETSC_EXTERN PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *derivative);
 PETSC_EXTERN PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order);
 PETSC_EXTERN PetscErrorCode TSBatheSetHalved(TS ts, PetscBool halved); /* same estimates, finer solution */
@@ -67,5 +68,5 @@ PETSC_EXTERN PetscErrorCode TSBatheCheckType(TS ts);
      "SlipObserve_C"               (TS, const char name[], PetscReal *value, PetscBool *known)   of the current solution
      "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s]
      "SlipProblemName_C"           (TS, const char **name)       whose default policy -ts_adapt_type rl takes
-     "SlipRestTime_C"              (TS, PetscReal *rest)         for how long the current state stays exactly at rest [s];
-                                   0 when something moves or is about to, PETSC_MAX_REAL for ever */
+     "SlipRestTime_C"              (TS, PetscReal *rest)         for how long the current state stays exactly at rest,
+                                   in s; 0 when something moves or is about to, PETSC_MAX_REAL for ever */

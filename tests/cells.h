@@ -16,8 +16,8 @@ static inline SlipCells CellsOfColumns(PetscInt n, const PetscReal data[])
                      .poisson_ratio = 0.25};
 }
 
-/* Two parallel faults 300 m apart, nx * nz cells each that grow with depth; n = 2 nx nz cells in data [5][n]. Row k is cell
-   k * stride % n of them, one after the other in depth and along strike: a stride prime to n shuffles the rows. */
+/* Two parallel faults 300 m apart, nx * nz cells each that grow with depth; n = 2 nx nz cells in data [5][n]. Row k is
+   cell k * stride % n of them, one after the other in depth and along strike: a stride prime to n shuffles the rows. */
 static inline SlipCells TwoGradedFaults(PetscInt nx, PetscInt nz, PetscInt stride, PetscReal data[])
 {
   const PetscInt n = 2 * nx * nz;

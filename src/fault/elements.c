@@ -7,7 +7,8 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Centre of element e (global; a mesh's are numbered by their processes): x along strike from the left end, z depth [m]. */
+/* Centre of element e (global; a mesh's are numbered by their processes): x along strike from the left end, z depth
+   [m]. */
 PetscErrorCode SlipFaultElementCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z)
 {
   const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
@@ -72,8 +73,8 @@ static void SlipFaultTakeField(SlipFault fault, PetscInt f, const PetscReal valu
   }
 }
 
-/* A field's values must lie in the bounds of its parameter; the normal stress must be positive everywhere. source: where
-   they come from */
+/* A field's values must lie in the bounds of its parameter; the normal stress must be positive everywhere. source:
+   where they come from */
 static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], PetscInt f, const PetscReal data[])
 {
   const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
@@ -200,16 +201,17 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 + fault  - the fault
 . name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate" or "loading_rate"
 . n      - number of elements, nx nz (of all ranks), or cells of a mesh
-- values - [n] in the unit of the parameter, element iz nx + ix, or row of the mesh's file, the same on every rank; copied
+- values - [n] in the unit of the parameter, by elements iz nx + ix, or by rows of the mesh's file; the same on every
+           rank; copied
 
   Level: intermediate
 
   Notes:
-  A dataset of -fault_parameters goes before it, and it goes before the scalar parameters. Normal stress given this way is
-  not added to the gradient's.
+  A dataset of -fault_parameters goes before it, and it goes before the scalar parameters. Normal stress given this way
+  is not added to the gradient's.
 
-  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for a name without a field; at SlipFaultSetUp() PETSC_ERR_ARG_SIZ for another number
-  of elements, PETSC_ERR_ARG_OUTOFRANGE for values out of bounds
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for a name without a field; at SlipFaultSetUp() PETSC_ERR_ARG_SIZ for another
+  number of elements, PETSC_ERR_ARG_OUTOFRANGE for values out of bounds
 
 .seealso: SlipFaultSetReal()
 @*/

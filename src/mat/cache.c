@@ -27,7 +27,8 @@ static uint64_t Hash(uint64_t hash, const void *data, size_t bytes)
   return hash;
 }
 
-/* The same step for whole numbers, eight times as fast, with their high halves folded in: a product moves bits up only. */
+/* The same step for whole numbers, eight times as fast, with their high halves folded in: a product moves bits up
+   only. */
 uint64_t SlipHashReals(uint64_t hash, const PetscReal a[], size_t n)
 {
   for (size_t i = 0; i < n; i++) {

@@ -107,8 +107,8 @@ static PetscErrorCode KeyOf(Mat K, char key[], size_t len, PetscReal *unit)
 }
 
 /*
-  root [N * N], on rank 0 only, = sqrt(K) (weighted: of D^-1 K D^-1) when the cache of K has it; every rank learns whether.
-  Collective.
+  root [N * N], on rank 0 only, = sqrt(K) (weighted: of D^-1 K D^-1) when the cache of K has it; every rank learns
+  whether. Collective.
 */
 PetscErrorCode SlipCacheLoadRoot(Mat K, PetscReal **root, PetscBool *found)
 {

@@ -344,7 +344,7 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
 
   Level: intermediate
 
-.seealso: SlipCellsPartition(), SlipKernelOffset(), MatSlipGetWeights(), MatCreateSlipStiffness(), MatCreateSlipViscosity()
+.seealso: SlipCellsPartition(), MatSlipGetWeights(), MatCreateSlipStiffness(), MatCreateSlipViscosity()
 @*/
 PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells, const char *type, PetscReal tolerance,
                                           Mat *S)

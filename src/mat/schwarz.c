@@ -1,9 +1,10 @@
 /*
-  The stage operator of irregular cells inverted in parts, for preconditioning (additive Schwarz, Smith, Bjorstad & Gropp
-  1996, chapter 1): clusters of cells with those around them, and means over larger clusters for what is smooth. With the
-  eigenvectors of K within a part, W^(-1/2) K_i W^(-1/2) = V L V',
+  The stage operator of irregular cells inverted in parts, for preconditioning (additive Schwarz, Smith, Bjorstad &
+  Gropp 1996, chapter 1): clusters of cells with those around them, and means over larger clusters for what is smooth.
+  With the eigenvectors of K within a part, W^(-1/2) K_i W^(-1/2) = V L V',
 
-     P = sum_i D_i V_i f(L_i) V_i' D_i + R' V_0 f(L_0) V_0' R,   f(k) = 1 / (M / theta + 2 zeta (M k)^(1/2) + theta k + slope),
+     P = sum_i D_i V_i f(L_i) V_i' D_i + R' V_0 f(L_0) V_0' R,
+     f(k) = 1 / (M / theta + 2 zeta (M k)^(1/2) + theta k + slope),
 
   D_i = (W n)^(-1/2), n the number of clusters that a cell is in, R means over large clusters: positive definite, and
   ready for any theta. Parts come from bisection of all cells and each belongs to one process, so that P does not depend
@@ -15,8 +16,9 @@
 #include <slipstep/private/slipcells.h>
 #include <petscblaslapack.h>
 
-/* On graded meshes of 1536 cells CG needs 37 iterations for 1e-6 with the diagonal at theta = 6 T*, 19 with clusters of 64,
-   12 with cells around them as well, 11 with means; twice as much overlap saves one more for four times the storage. */
+/* On graded meshes of 1536 cells CG needs 37 iterations for 1e-6 with the diagonal at theta = 6 T*, 19 with clusters of
+   64, 12 with cells around them as well, 11 with means; twice as much overlap saves one more for four times the
+   storage. */
 #define SCHWARZ_LEAF 64         /* cells of a cluster */
 #define SCHWARZ_OVERLAP 0.25    /* cells as far as this share of its diameter are in the part as well */
 #define SCHWARZ_COARSE_LEAF 256 /* cells that a mean is taken over, at least */
@@ -326,7 +328,8 @@ PetscErrorCode SlipSchwarzOf(Mat K, SlipSchwarz *schwarz)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For a stage and a mean slope of the bound, of which at most the share limit of the operator is taken away. Collective. */
+/* For a stage and a mean slope of the bound, of which at most the share limit of the operator is taken away.
+   Collective. */
 PetscErrorCode SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope, PetscReal limit)
 {
   PetscReal scale;

@@ -24,8 +24,8 @@ struct _n_SlipStrike {
   fftw_plan forward, backward;
 };
 
-/* Cells in depth beyond which ranks share the work: measured on 2 ranks, at 50 x 50 shared products take 0.6 times those of one
-   rank, whole ones 1.07 times. */
+/* Cells in depth beyond which ranks share the work: measured on 2 ranks, at 50 x 50 shared products take 0.6 times
+   those of one rank, whole ones 1.07 times. */
 #define SLIP_SHARE_MIN 40
 
 /* Smallest even length of at least n whose prime factors are 2, 3 and 5. */
@@ -341,8 +341,8 @@ static PetscErrorCode PencilApply(SlipStrike s, PetscReal scale, const PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Entries of a piece of a block: OpenBLAS starts threads from 9,216, which at these sizes cost more than they save, and a
-   hundredfold more when another process holds a core. Both vectors use a piece while it is in cache. */
+/* Entries of a piece of a block: OpenBLAS starts threads from 9,216, which at these sizes cost more than they save, and
+   a hundredfold more when another process holds a core. Both vectors use a piece while it is in cache. */
 #define SLIP_PIECE 8192
 
 /* y = A x for two vectors, A symmetric. */

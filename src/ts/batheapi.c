@@ -1,4 +1,5 @@
-/* TSBATHE's setters and getters: the public function validates and dispatches, the static one after it does the work. */
+/* TSBATHE's setters and getters: the public function validates and dispatches, the static one after it does the
+   work. */
 #include <slipstep/private/slipts.h>
 
 /*@
@@ -210,9 +211,9 @@ static PetscErrorCode TSBatheSetOrder_Bathe(TS ts, PetscInt p)
   Level: intermediate
 
   Notes:
-  The TS's SNES becomes "semismooth" unless it already is of a type that takes a constraint (-snes_type overrides), and the
-  limits of PETSc on failed solves and rejections are lifted (-ts_max_snes_failures, -ts_max_reject): the run ends after
-  -ts_bathe_max_failures failures in a row instead.
+  The TS's SNES becomes "semismooth" unless it already is of a type that takes a constraint (-snes_type overrides), and
+  the limits of PETSc on failed solves and rejections are lifted (-ts_max_snes_failures, -ts_max_reject): the run ends
+  after -ts_bathe_max_failures failures in a row instead.
 
 .seealso: TSBATHE, TSBatheGetConstraint(), SlipConstraintCreate(), TSBatheSetInitialReaction()
 @*/

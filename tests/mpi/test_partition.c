@@ -29,8 +29,8 @@ static PetscInt SharedSides(const SlipCells *c, const PetscMPIInt owner[])
   return cut;
 }
 
-/* A square of n cells has 4 sqrt(n) sides and each shared one counts for two ranks; half as many again for shapes. The cost of
-   a cell varies by half. */
+/* A square of n cells has 4 sqrt(n) sides and each shared one counts for two ranks; half as many again for shapes. The
+   cost of a cell varies by half. */
 static PetscErrorCode CheckShares(const SlipCells *c)
 {
   PetscMPIInt *owner, size;

@@ -80,8 +80,8 @@ static void errors_of_one_element(void **state)
 }
 
 /* The prototype gave 2.9 and 0.13 % for the trapezoidal treatment, 12.4 and 1.5 % for the implicit one. It is not known
-   in which norm or whether K was symmetrised, so the figures are met to a tenth or so of themselves: measured here, in the
-   mean slip, are 2.48, 0.146, 12.1 and 1.47. */
+   in which norm or whether K was symmetrised, so the figures are met to a tenth or so of themselves: measured here, in
+   the mean slip, are 2.48, 0.146, 12.1 and 1.47. */
 static void errors_of_a_mesh(void **state)
 {
   const PetscReal fine = FinalSlip(15, 2000, TSBATHE_REACTION_TRAPEZOIDAL);

@@ -64,7 +64,7 @@ static inline void TSBatheCoefficients(PetscReal gamma, PetscReal *a1, PetscReal
 PETSC_INTERN PetscErrorCode SlipConstraintGetOps(SlipConstraint, const SlipConstraintOps **);
 PETSC_INTERN PetscErrorCode SlipConstraintCreateReduced(SlipConstraint, Vec *);
 
-/* One step h from (t, w0, r0) to (w2, r2) through w1; ok is false when a stage failed. resnorm: larger of the stages' */
+/* One step h from (t, w0, r0) to (w2, r2) through w1; ok: no stage failed. resnorm: larger of the stages' */
 PETSC_INTERN PetscErrorCode TSBatheSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
                                            PetscReal *resnorm, PetscBool *ok);
 PETSC_INTERN PetscErrorCode TSBatheStartDerivative(TS, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known);
