@@ -1,26 +1,8 @@
 /* The accuracy dial of TSADAPTRL: option, setter, getter, view, and what a policy that observes it is told. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "messages.h"
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
-
-static char message[4096];
-
-static PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
-                             PetscErrorType p, const char *mess, void *ctx)
-{
-  (void)comm, (void)line, (void)fun, (void)src, (void)ctx;
-  if (p == PETSC_ERROR_INITIAL) snprintf(message, sizeof(message), "%s", mess);
-  return n;
-}
-
-#define ok(call) assert_int_equal(0, (int)(call))
 
 /* The reference fault with one element for three seconds. */
 typedef struct {
