@@ -2,7 +2,6 @@
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcells.h>
 #include <slipstep/private/slipcompat.h>
-#include <math.h>
 
 PetscClassId SLIP_FAULT_CLASSID;
 

@@ -8,7 +8,6 @@
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
-#include <stdio.h>
 
 #define ok(call) assert_int_equal(0, (int)(call))
 

@@ -4,7 +4,6 @@
 #include <stddef.h>
 #include <setjmp.h>
 #include <cmocka.h>
-#include <math.h>
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 
