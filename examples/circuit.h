@@ -1,7 +1,7 @@
 /* Circuit with an ideal Zener diode, states (V1, V2, i), a small system on one process:
      C1 dV1/dt = (V2 - V1)/R + r,  C2 dV2/dt = (V1 - V2)/R + i,  L di/dt = -V2,  r in -m Sign(V1).
-   Its energy U = (C1 V1^2 + C2 V2^2 + L i^2)/2 falls at the rate (V1 - V2)^2/R + m |V1|. Public headers only; the program
-   circuit and tests share it. */
+   Its energy U = (C1 V1^2 + C2 V2^2 + L i^2)/2 falls at the rate (V1 - V2)^2/R + m |V1|. Public headers only; the
+   program circuit and tests share it. */
 #pragma once
 #include <slipstep.h>
 
@@ -27,7 +27,8 @@ static inline PetscReal CircuitEnergy(const Circuit *c, const PetscReal w[])
   return 0.5 * (c->C1 * PetscSqr(w[0]) + c->C2 * PetscSqr(w[1]) + c->L * PetscSqr(w[2]));
 }
 
-/* The amplitude each state would have if all the energy of the start were in it, or its own start as in the study's program */
+/* The amplitude each state would have if all the energy of the start were in it, or its own start as in the study's
+   program */
 static inline PetscErrorCode CircuitSetUnits(Circuit *c, PetscBool from_start)
 {
   const PetscReal inertia[] = {c->C1, c->C2, c->L}, twice = 2 * CircuitEnergy(c, c->start);
@@ -121,7 +122,8 @@ static inline PetscErrorCode CircuitBound(PetscReal t, const PetscReal w[], Pets
   PetscFunctionReturn(0);
 }
 
-/* "SlipObserve_C": energy U/U_0 and its log10, at least -16; state_0, state_1, state_2: V1, V2, i over what they are measured in. */
+/* "SlipObserve_C": energy U/U_0 and its log10, at least -16; state_0, state_1, state_2: V1, V2, i over what they are
+   measured in. */
 static inline PetscErrorCode CircuitObserve(TS ts, const char name[], PetscReal *value, PetscBool *known)
 {
   const char *const states[CIRCUIT_N] = {"state_0", "state_1", "state_2"};

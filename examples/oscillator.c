@@ -56,7 +56,8 @@ static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], 
   PetscFunctionReturn(0);
 }
 
-/* 3. The bound q of the reaction |F_r| <= q. A q that depends on |v| also sets its derivative dq[0], unless dq is NULL. */
+/* 3. The bound q of the reaction |F_r| <= q. A q that depends on |v| also sets its derivative dq[0], unless dq is
+   NULL. */
 static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
 {
   const Oscillator *o = (const Oscillator *)ctx;
@@ -92,7 +93,8 @@ static PetscErrorCode Row(TS ts, PetscReal time, Vec w, Vec r, PetscReal row[], 
   PetscFunctionReturn(0);
 }
 
-/* 5. The exact solution, for its error: half cycles about x = +-mu N/k, until the spring is too weak to move the mass. */
+/* 5. The exact solution, for its error: half cycles about x = +-mu N/k, until the spring is too weak to move the
+   mass. */
 static PetscReal Exact(const Oscillator *o, PetscReal t)
 {
   const PetscReal offset = o->friction * o->normal / o->stiffness,

@@ -1,5 +1,5 @@
-/* First-order sliding mode controller, dw/dt = D sin(omega t) + F_r, F_r in -k Sign(w): the system, its exact solution, what
-   policies observe. Public headers only; the program sliding_mode and tests share it. */
+/* First-order sliding mode controller, dw/dt = D sin(omega t) + F_r, F_r in -k Sign(w): the system, its exact solution,
+   what policies observe. Public headers only; the program sliding_mode and tests share it. */
 #pragma once
 #include <slipstep.h>
 
@@ -115,9 +115,9 @@ static inline PetscErrorCode SlidingModeProblemName(TS ts, const char **name)
   PetscFunctionReturn(0);
 }
 
-/* All that precedes TSSetFromOptions(): 0.5 s, h in [1e-9 s, 2 pi/(10 omega)], first step 1e-4 s, the study's tolerances. The
-   study's least step of 1e-5 s is for its policies, whose files hold their own bounds: across the arrest an error estimate falls
-   as slowly as h, and controllers that obey it need less than that for some starts. */
+/* All that precedes TSSetFromOptions(): 0.5 s, h in [1e-9 s, 2 pi/(10 omega)], first step 1e-4 s, the study's
+   tolerances. The study's least step of 1e-5 s is for its policies, whose files hold their own bounds: across the
+   arrest an error estimate falls as slowly as h, and controllers that obey it need less than that for some starts. */
 static inline PetscErrorCode SlidingModeConfigureTS(SlidingMode *m, TS ts)
 {
   const PetscReal mass[] = {1};

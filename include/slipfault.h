@@ -1,4 +1,4 @@
-/* The strike-slip fault as a TS problem: parameters, friction laws, observables, output. DESIGN.md sections 1 and 7. */
+/* The strike-slip fault as a TS problem: parameters, friction laws, observables, output. */
 #pragma once
 #include <petscts.h>
 #include <slipmat.h>
@@ -8,15 +8,15 @@
 typedef struct _p_SlipFault *SlipFault;
 PETSC_EXTERN PetscClassId SLIP_FAULT_CLASSID;
 
-PETSC_EXTERN PetscErrorCode SlipFaultCreate(MPI_Comm comm,
-                                            SlipFault *fault);        /* reference case "3 km" with one element */
-PETSC_EXTERN PetscErrorCode SlipFaultSetFromOptions(SlipFault fault); /* -fault_* */
+PETSC_EXTERN PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault); /* reference case "3 km", one element */
+PETSC_EXTERN PetscErrorCode SlipFaultSetFromOptions(SlipFault fault);         /* -fault_* */
 /* Any scalar parameter by its option's name without "fault_": "length_x", "thickness", "friction_slip", "nx", ... */
 PETSC_EXTERN PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal value);
 PETSC_EXTERN PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *value);
-PETSC_EXTERN PetscErrorCode SlipFaultSetString(
-  SlipFault fault, const char name[], const char value[]); /* friction_law, operator, viscosity, initial, ... */
-/* A parameter element by element, as a dataset of -fault_parameters would: values [n = nx nz], all on every rank. */
+/* A choice or a file name likewise: "friction_law", "operator", "viscosity", "initial", "mesh", ... */
+PETSC_EXTERN PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char value[]);
+/* A parameter element by element, as a dataset of -fault_parameters would: values [n = nx nz, or the cells of a mesh in
+   the order of its file], all on every rank. */
 PETSC_EXTERN PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[]);
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters, critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
@@ -40,10 +40,11 @@ typedef struct {
   PetscReal kinetic, elastic;                             /* mean energy per unit area [J/m^2] */
   PetscReal viscous_power, friction_power, loading_power; /* mean [W/m^2], instantaneous */
 } SlipFaultObservables;
-PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r,
-                                                    SlipFaultObservables *obs); /* r: reaction, may be NULL */
+/* r: reaction, may be NULL */
+PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs);
 
-/* -fault_output: attaches monitors that write the file of DESIGN.md section 7; finish writes /result and /run and
-   renames into place. */
+/* -fault_output: attaches monitors that write the file of slipoutput.h, with /mesh (x, z of the centres [m],
+   per-element parameters) and /fields (time, and slip_rate, slip, displacement, traction as [n, Nz, Nx], or [n, N] of a
+   mesh); finish writes /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);

@@ -1,4 +1,4 @@
-/* Stiffness K, viscosity H and stage operator B of a frictional fault as PETSc Mats. This room knows no fault. */
+/* Stiffness K, viscosity H and stage operator B of a frictional fault as PETSc Mats. Nothing here knows the fault. */
 #pragma once
 #include <petscmat.h>
 #include <petscpc.h>
@@ -26,7 +26,7 @@ PETSC_EXTERN PetscReal SlipKernelOffset(PetscReal G, PetscReal nu, PetscReal dx,
                                         PetscReal z_source, PetscReal a, PetscReal b, PetscBool full_space);
 
 /* ---- stiffness ----
-   type: "dense", "fft", "auto" ("hmat" later). The symmetric part (K + K')/2 is used. scale multiplies every entry.
+   type: "dense", "fft" or "auto". The symmetric part (K + K')/2 is used.
    The matrix has N = nx * nz rows; the row distribution is PETSc's default one (PETSC_DECIDE) at every rank count.
    Its diagonal is available through MatGetDiagonal and it converts to MATDENSE for checking. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const char *type, Mat *K);
@@ -53,8 +53,8 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscR
 PETSC_EXTERN PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B);
 PETSC_EXTERN PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta);
 PETSC_EXTERN PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta);
-/* A borrowed stage operator at B's theta with a cheap viscosity, for the matrix of an inexact Newton method; B itself where
-   that is cheap already. */
+/* A borrowed stage operator at B's theta with a cheap viscosity, for the matrix of an inexact Newton method; B itself
+   where that is cheap already. */
 PETSC_EXTERN PetscErrorCode MatSlipStageGetApproximation(Mat B, Mat *A);
 
 /* PC type for the Jacobian restricted to the sliding set, see slipsnes.h (MATSLIPJACOBIAN); registered with

@@ -1,5 +1,8 @@
-/* What a run leaves behind, for any TS problem: the HDF5 file of DESIGN.md section 7 (/run, /steps, /series, /result) and the
-   summary that is printed at its end. */
+/* What a run leaves behind, for any TS problem: an HDF5 file and the summary that is printed at its end. The file:
+     /run      attributes: options, versions, ranks, policy and its hash, wall time
+     /steps    a row per attempt: time (start), dt, accepted, error, converged, iterations, reason, wall
+     /series   a row per accepted step: time and the problem's columns
+     /result   attributes: the problem's results, accepted, rejected, solves, iterations, wall times */
 #pragma once
 #include <petscts.h>
 
@@ -12,8 +15,8 @@ typedef struct {
   PetscBool integer; /* stored as 64-bit integers */
 } SlipOutputColumn;
 
-/* Values of the columns after an accepted step that ended at time t with state w; r is the reaction, NULL when the integrator
-   has none. Collective; what rank 0 fills in is written. */
+/* Values of the columns after an accepted step that ended at time t with state w; r is the reaction, NULL when the
+   integrator has none. Collective; what rank 0 fills in is written. */
 typedef PetscErrorCode (*SlipOutputRowFn)(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx);
 
 PETSC_EXTERN PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const SlipOutputColumn column[],

@@ -1,4 +1,13 @@
-/* SlipPolicy: a small network that maps an observation to a step size. DESIGN.md section 5 fixes the file format. */
+/* SlipPolicy: a small network that maps an observation to a step size. Its HDF5 file:
+     /              attributes: format "slipstep-policy", version 1, and what its trainer notes, text or numbers:
+                    algorithm, problem, alpha, training_steps, seed, library_version, created, moving_dt_max (below),
+                    ...
+     /observation   names [n] (strings, in the network's order), scale [n], offset [n]
+     /layers/0, 1.. weight [out, in], bias [out]; attribute activation: linear, relu, tanh or hardtanh2 (to [-2, 2])
+     /action        attributes low, high, squash ("tanh"), dt_min, dt_max, dt_min_unit, dt_max_unit ("s", "T*",
+     "t_max"),
+                    spacing ("linear", also when absent, or "log")
+     /range         minimum [n], maximum [n] of each observation in training; may be absent */
 #pragma once
 #include <petscsys.h>
 
@@ -15,11 +24,12 @@ PETSC_EXTERN const char *const SlipActivations[];
 
 PETSC_EXTERN PetscErrorCode SlipPolicyCreate(MPI_Comm comm, SlipPolicy *policy);
 PETSC_EXTERN PetscErrorCode SlipPolicyLoad(SlipPolicy policy, const char file[]);
-/* The policy that comes with the library for a problem ("fault", ...): SLIPSTEP_POLICY_DIR, the installation, the source. */
+/* The policy that comes with the library for a problem ("fault", ...): in SLIPSTEP_POLICY_DIR, the installation or the
+   source. */
 PETSC_EXTERN PetscErrorCode SlipPolicyFindDefault(MPI_Comm comm, const char problem[], char file[], size_t len,
                                                   PetscBool *found);
 PETSC_EXTERN PetscErrorCode SlipPolicyStore(SlipPolicy policy, const char file[]); /* via a temporary file and rename */
-PETSC_EXTERN PetscErrorCode SlipPolicyView(SlipPolicy policy, PetscViewer viewer);
+PETSC_EXTERN PetscErrorCode SlipPolicyView(SlipPolicy p, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipPolicyDestroy(SlipPolicy *policy);
 PETSC_EXTERN PetscErrorCode SlipPolicyReference(SlipPolicy policy);
 
@@ -35,20 +45,20 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, Pet
                                                 const char dt_min_unit[], PetscReal dt_max, const char dt_max_unit[],
                                                 PetscBool log_spacing);
 PETSC_EXTERN PetscErrorCode SlipPolicySetRange(SlipPolicy p, const PetscReal min[], const PetscReal max[]);
-PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(
-  SlipPolicy p, const char name[], const char value[]); /* algorithm, problem, alpha, training_steps, seed, ... */
+/* algorithm, problem, alpha, training_steps, seed, ... */
+PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name[], const char value[]);
 
-/* Attribute: the longest step [T*] while anything moves. A policy that has it is not asked while the problem rests ("SlipRestTime_C"
-   of slipts.h): the step goes to the end of the rest. */
+/* Attribute: the longest step [T*] while anything moves. Where a policy has it and the problem rests ("SlipRestTime_C"
+   of slipts.h), the step goes to the end of the rest whatever the policy says. */
 #define SLIP_POLICY_MOVING_DT_MAX "moving_dt_max"
 PETSC_EXTERN PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);
-PETSC_EXTERN PetscErrorCode SlipPolicyGetRange(SlipPolicy p, const PetscReal *min[],
-                                               const PetscReal *max[]); /* of training; NULL: not known */
+/* of training; NULL: not known */
+PETSC_EXTERN PetscErrorCode SlipPolicyGetRange(SlipPolicy p, const PetscReal *min[], const PetscReal *max[]);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min,
                                                     PetscReal *dt_max); /* [s] */
-PETSC_EXTERN PetscErrorCode
-SlipPolicyGetHash(SlipPolicy p, const char *hash[]); /* hex digest of the file's content, for provenance */
+/* hex digest of the file's content, for provenance */
+PETSC_EXTERN PetscErrorCode SlipPolicyGetHash(SlipPolicy p, const char *hash[]);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[]);
 /* Pure, no allocation, no communication. obs [n], raw (unscaled); the network sees obs * scale + offset. action in
    [low, high]. outside: number of observations outside the training range (NULL allowed). */

@@ -12,7 +12,6 @@
    base = a1 w1 - a0 w0, explicit_part = NULL, omega = 1. */
 typedef struct {
   PetscReal t;       /* time of the stage's end [s] */
-  PetscReal t0;      /* time of the step's start [s] */
   PetscReal theta;   /* [s] */
   PetscReal omega;   /* weight of the reaction, 1 or 2 */
   Vec base;          /* full space */
@@ -50,8 +49,9 @@ PETSC_EXTERN PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *c
    0, -q sign(x) where x != 0. */
 PETSC_EXTERN PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Vec w, Vec r);
 
-/* A small system A dw/dt = F_s(t, w) + F_r of n states, dense, on one process: F_r enters the rows listed, one reaction with
-   |F_r| <= q each, and all is written with arrays. Units are the user's; A dw/dt, F_s and q share those of their row. */
+/* A small system A dw/dt = F_s(t, w) + F_r of n states, dense, on one process: F_r enters the rows listed, one reaction
+   with |F_r| <= q each, and all is written with arrays. Units are the user's; A dw/dt, F_s and q share those of their
+   row. */
 typedef struct {
   PetscInt n;            /* states */
   const PetscReal *mass; /* diagonal of A, positive [n] */

@@ -1,4 +1,4 @@
-/* SlipStep: nonsmooth dynamics with PETSc's TS. Umbrella header; one header per room. */
+/* SlipStep: nonsmooth dynamics with PETSc's TS. Umbrella header; one header for each folder of src. */
 #pragma once
 #include <slipsys.h>
 #include <slipmat.h>

@@ -38,21 +38,22 @@ PETSC_EXTERN PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error);
 PETSC_EXTERN PetscErrorCode TSBatheSetOrder(TS ts, PetscInt p);
 PETSC_EXTERN PetscErrorCode TSBatheSetConstraint(TS ts, SlipConstraint con);
 PETSC_EXTERN PetscErrorCode TSBatheGetConstraint(TS ts, SlipConstraint *con);
-PETSC_EXTERN PetscErrorCode
-TSBatheGetReaction(TS ts, Vec *r); /* borrowed: accepted reaction at the current time; restart state */
+/* borrowed: accepted reaction at the current time; restart state */
+PETSC_EXTERN PetscErrorCode TSBatheGetReaction(TS ts, Vec *r);
 PETSC_EXTERN PetscErrorCode TSBatheSetInitialReaction(TS ts, Vec r);
 PETSC_EXTERN PetscErrorCode TSBatheGetLastAttempt(TS ts, SlipAttempt *attempt);
-PETSC_EXTERN PetscErrorCode TSBatheAddAttemptMonitor(TS ts, TSBatheAttemptFn fn,
-                                                     void *ctx); /* several are called in order */
-/* The error estimate of the last attempt as a vector, borrowed; NULL: none. scale makes it solution minus exact. */
-PETSC_EXTERN PetscErrorCode TSBatheGetErrorVector(TS ts, Vec *e, PetscReal *scale);
+/* several are called in order */
+PETSC_EXTERN PetscErrorCode TSBatheAddAttemptMonitor(TS ts, TSBatheAttemptFn fn, void *ctx);
+/* Of the last attempt, borrowed; NULL: not known. scale makes error solution minus exact; derivative is dw/dt at its
+   end. */
+PETSC_EXTERN PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *derivative);
 PETSC_EXTERN PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order);
 PETSC_EXTERN PetscErrorCode TSBatheSetHalved(TS ts, PetscBool halved); /* same estimates, finer solution */
 /* Totals since TSSolve began. */
 PETSC_EXTERN PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, PetscInt *solves,
                                              PetscInt *newton, PetscInt *linear);
-/* Make a TS of type bathe integrate a small system (slipsnes.h); and fail when -ts_type has made it another type since, which
-   would ignore the constraint. */
+/* Make a TS of type bathe integrate a small system (slipsnes.h); and fail when -ts_type has made it another type since,
+   which would ignore the constraint. */
 PETSC_EXTERN PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts);
 PETSC_EXTERN PetscErrorCode TSBatheCheckType(TS ts);
 
@@ -63,11 +64,9 @@ PETSC_EXTERN PetscErrorCode TSBatheCheckType(TS ts);
      "TSAdaptNeedsError_C"         (TSAdapt, PetscBool *flg)     no: TSBATHE skips step doubling (absent: yes)
    on TS, by TSBATHE
      "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *)
-     "TSBatheGetEstimates_C"       (TS, Vec *error, Vec *derivative)   borrowed, of the last attempt; NULL when not known:
-                                   its local error, and dw/dt at its end
    on TS, by a problem
      "SlipObserve_C"               (TS, const char name[], PetscReal *value, PetscBool *known)   of the current solution
      "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s]
      "SlipProblemName_C"           (TS, const char **name)       whose default policy -ts_adapt_type rl takes
-     "SlipRestTime_C"              (TS, PetscReal *rest)         for how long the current state stays exactly at rest [s];
-                                   0 when something moves or is about to, PETSC_MAX_REAL for ever */
+     "SlipRestTime_C"              (TS, PetscReal *rest)         for how long the current state stays exactly at rest,
+                                   in s; 0 when something moves or is about to, PETSC_MAX_REAL for ever */

@@ -1,4 +1,4 @@
-/* The table of observations: one row each, all dimensionless (DESIGN.md section 5). */
+/* The table of observations: one row each, all dimensionless. */
 #include <slipstep/private/slipadaptimpl.h>
 #include <stdlib.h>
 
@@ -27,108 +27,75 @@ static PetscReal LastError(const SlipObserver *o)
   return o->last.converged ? o->last.error : 2;
 }
 
-static PetscErrorCode Residual(const SlipObserver *o, PetscInt k, PetscReal *value)
+/* ---- rows that the observer knows ---- */
+
+static PetscReal Residual(const SlipObserver *o)
 {
-  PetscFunctionBegin;
-  (void)k;
-  *value = LastResidual(o) / CRITICAL_RESIDUAL;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return LastResidual(o) / CRITICAL_RESIDUAL;
 }
 
-static PetscErrorCode Converged(const SlipObserver *o, PetscInt k, PetscReal *value)
+static PetscReal Converged(const SlipObserver *o)
 {
-  PetscFunctionBegin;
-  (void)k;
-  *value = o->started && o->last.converged ? 1 : 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return o->started && o->last.converged ? 1 : 0;
 }
 
-static PetscErrorCode Accuracy(const SlipObserver *o, PetscInt k, PetscReal *value)
+static PetscReal Accuracy(const SlipObserver *o)
 {
-  PetscFunctionBegin;
-  (void)k;
-  *value = o->started && o->last.converged ? 1 / (1 + o->last.error) : 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return o->started && o->last.converged ? 1 / (1 + o->last.error) : 0;
 }
 
-static PetscErrorCode Step(const SlipObserver *o, PetscInt k, PetscReal *value)
+static PetscReal Step(const SlipObserver *o)
 {
-  PetscFunctionBegin;
-  (void)k;
-  if (!o->started) {
-    *value = -0.5;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  *value = PetscClipInterval((o->last.dt - o->dt_min) / (o->dt_max - o->dt_min), (PetscReal)0, (PetscReal)1);
-  if (!o->last.converged) *value = -*value;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscReal step;
+
+  if (!o->started) return -0.5;
+  step = PetscClipInterval((o->last.dt - o->dt_min) / (o->dt_max - o->dt_min), (PetscReal)0, (PetscReal)1);
+  return o->last.converged ? step : -step;
 }
 
-static PetscErrorCode LogErrorRow(const SlipObserver *o, PetscInt k, PetscReal *value)
+static PetscReal LogError(const SlipObserver *o)
 {
-  PetscFunctionBegin;
-  (void)k;
-  *value = PetscClipInterval(LogClipped(LastError(o)), (PetscReal)-6, (PetscReal)6);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscClipInterval(LogClipped(LastError(o)), (PetscReal)-6, (PetscReal)6);
 }
 
-static PetscErrorCode LogResidual(const SlipObserver *o, PetscInt k, PetscReal *value)
+static PetscReal LogResidual(const SlipObserver *o)
 {
-  PetscFunctionBegin;
-  (void)k;
-  *value = LogClipped(LastResidual(o));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return LogClipped(LastResidual(o));
 }
 
-static PetscErrorCode LogStep(const SlipObserver *o, PetscInt k, PetscReal *value)
+static PetscReal LogStep(const SlipObserver *o)
 {
-  PetscFunctionBegin;
-  (void)k;
-  *value = LogClipped((o->started ? o->last.dt : 0.5 * (o->dt_min + o->dt_max)) / o->tstar);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return LogClipped((o->started ? o->last.dt : 0.5 * (o->dt_min + o->dt_max)) / o->tstar);
 }
 
-static PetscErrorCode TimeFraction(const SlipObserver *o, PetscInt k, PetscReal *value)
+static PetscReal TimeFraction(const SlipObserver *o)
 {
-  PetscFunctionBegin;
-  (void)k;
-  *value = o->max_time < PETSC_MAX_REAL ? o->time / o->max_time : 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return o->max_time < PETSC_MAX_REAL ? o->time / o->max_time : 0;
 }
 
-static PetscErrorCode LogTimeScale(const SlipObserver *o, PetscInt k, PetscReal *value)
+static PetscReal LogTimeScale(const SlipObserver *o)
 {
-  PetscFunctionBegin;
-  (void)k;
-  *value = o->max_time < PETSC_MAX_REAL ? LogClipped(o->max_time / o->tstar) : 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return o->max_time < PETSC_MAX_REAL ? LogClipped(o->max_time / o->tstar) : 0;
 }
 
-static PetscErrorCode LogTimeLeft(const SlipObserver *o, PetscInt k, PetscReal *value)
+static PetscReal LogTimeLeft(const SlipObserver *o)
 {
   const PetscReal left = o->max_time < PETSC_MAX_REAL ? (o->max_time - o->time) / o->tstar : PETSC_MAX_REAL;
 
-  PetscFunctionBegin;
-  (void)k;
-  *value = PetscLog10Real(PetscClipInterval(left, (PetscReal)TIME_LEFT_MIN, (PetscReal)TIME_LEFT_MAX));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscLog10Real(PetscClipInterval(left, (PetscReal)TIME_LEFT_MIN, (PetscReal)TIME_LEFT_MAX));
 }
 
-static PetscErrorCode LogAccuracy(const SlipObserver *o, PetscInt k, PetscReal *value)
+static PetscReal LogAccuracy(const SlipObserver *o)
 {
-  PetscFunctionBegin;
-  (void)k;
-  *value = PetscLog10Real(o->accuracy);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscLog10Real(o->accuracy);
 }
 
-static PetscErrorCode Failures(const SlipObserver *o, PetscInt k, PetscReal *value)
+static PetscReal Failures(const SlipObserver *o)
 {
-  PetscFunctionBegin;
-  (void)k;
-  *value = (PetscReal)o->failures;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return (PetscReal)o->failures;
 }
+
+/* ---- rows that measure the state ---- */
 
 static PetscErrorCode Energy(const SlipObserver *o, PetscInt k, PetscReal *value)
 {
@@ -187,28 +154,31 @@ static PetscErrorCode StateComponent(const SlipObserver *o, PetscInt k, PetscRea
 
 /* h, E and residuals are those of the last attempt. What follows "else" serves problems that do not supply the row. */
 static const SlipObservation Table[] = {
-  {"energy", SLIP_OBSERVES_STATE, Energy, "mean internal energy / critical energy; else |w|^2/|w_0|^2"},
-  {"velocity", SLIP_OBSERVES_STATE, Velocity, "mean rate / its estimated maximum; else mean of w / max |w_0|"},
-  {"state_", SLIP_OBSERVES_STATE, StateComponent, "state_k: component k of the state / its start; else w_k/w_k(0)"},
-  {"residual", SLIP_OBSERVES_ATTEMPT, Residual, "sum of the attempt's final residuals / 4; 0.5 at the start"},
-  {"converged", SLIP_OBSERVES_ATTEMPT, Converged, "1 when the attempt converged, else 0; 0 at the start"},
-  {"accuracy", SLIP_OBSERVES_ERROR, Accuracy, "1/(1 + E), E its error estimate; 0 after a failure and at the start"},
-  {"step", SLIP_OBSERVES_ATTEMPT, Step, "(h - h_min)/(h_max - h_min), negative after a failure; -0.5 at the start"},
-  {"log_error", SLIP_OBSERVES_ERROR, LogErrorRow, "log10 of E in [-6, 6]; of 2 after a failure, of 1 at the start"},
-  {"log_residual", SLIP_OBSERVES_ATTEMPT, LogResidual,
+  {"energy", SLIP_OBSERVES_STATE, NULL, Energy, "mean internal energy / critical energy; else |w|^2/|w_0|^2"},
+  {"velocity", SLIP_OBSERVES_STATE, NULL, Velocity, "mean rate / its estimated maximum; else mean of w / max |w_0|"},
+  {"state_", SLIP_OBSERVES_STATE, NULL, StateComponent,
+   "state_k: component k of the state / its start; else w_k/w_k(0)"},
+  {"residual", SLIP_OBSERVES_ATTEMPT, Residual, NULL, "sum of the attempt's final residuals / 4; 0.5 at the start"},
+  {"converged", SLIP_OBSERVES_ATTEMPT, Converged, NULL, "1 when the attempt converged, else 0; 0 at the start"},
+  {"accuracy", SLIP_OBSERVES_ERROR, Accuracy, NULL,
+   "1/(1 + E), E its error estimate; 0 after a failure and at the start"},
+  {"step", SLIP_OBSERVES_ATTEMPT, Step, NULL,
+   "(h - h_min)/(h_max - h_min), negative after a failure; -0.5 at the start"},
+  {"log_error", SLIP_OBSERVES_ERROR, LogError, NULL, "log10 of E in [-6, 6]; of 2 after a failure, of 1 at the start"},
+  {"log_residual", SLIP_OBSERVES_ATTEMPT, LogResidual, NULL,
    "log10 of the sum of residuals, at least -16; of 2 at the start"},
-  {"log_step", SLIP_OBSERVES_ATTEMPT, LogStep, "log10(h/T*); of (h_min + h_max)/2 at the start"},
-  {"time_fraction", SLIP_OBSERVES_ATTEMPT, TimeFraction, "time / maximum time; 0 without a maximum"},
-  {"log_time_scale", SLIP_OBSERVES_ATTEMPT, LogTimeScale, "log10(maximum time / T*); 0 without a maximum"},
-  {"log_time_left", SLIP_OBSERVES_ATTEMPT, LogTimeLeft,
+  {"log_step", SLIP_OBSERVES_ATTEMPT, LogStep, NULL, "log10(h/T*); of (h_min + h_max)/2 at the start"},
+  {"time_fraction", SLIP_OBSERVES_ATTEMPT, TimeFraction, NULL, "time / maximum time; 0 without a maximum"},
+  {"log_time_scale", SLIP_OBSERVES_ATTEMPT, LogTimeScale, NULL, "log10(maximum time / T*); 0 without a maximum"},
+  {"log_time_left", SLIP_OBSERVES_ATTEMPT, LogTimeLeft, NULL,
    "log10(remaining time / T*) in [-3, 3]; 3 without a maximum time"},
-  {SLIP_OBSERVES_ACCURACY, SLIP_OBSERVES_ATTEMPT, LogAccuracy,
+  {SLIP_OBSERVES_ACCURACY, SLIP_OBSERVES_ATTEMPT, LogAccuracy, NULL,
    "log10 of the wanted relative error of the run's result (-ts_adapt_rl_accuracy)"},
-  {"failures", SLIP_OBSERVES_ATTEMPT, Failures, "attempts in a row that did not converge"},
+  {"failures", SLIP_OBSERVES_ATTEMPT, Failures, NULL, "attempts in a row that did not converge"},
 };
 
-/* state_k matches the row "state_". */
-const SlipObservation *SlipObservationFind(const char name[], PetscInt *component)
+/* NULL: not in the table. state_k matches the row "state_". */
+static const SlipObservation *FindRow(const char name[], PetscInt *component)
 {
   *component = 0;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Table); i++) {
@@ -216,7 +186,7 @@ const SlipObservation *SlipObservationFind(const char name[], PetscInt *componen
     char *end;
     long k;
 
-    if (Table[i].compute != StateComponent) {
+    if (Table[i].measure != StateComponent) {
       if (!strcmp(name, Table[i].name)) return &Table[i];
       continue;
     }
@@ -238,7 +208,7 @@ PetscErrorCode SlipObservedSet(SlipObserved *seen, const char name[])
   PetscCall(PetscStrncpy(seen->name, name, sizeof(seen->name)));
   PetscCall(PetscStrncmp(name, CHANGE, sizeof(CHANGE) - 1, &change));
   seen->change = change ? sizeof(CHANGE) - 1 : 0;
-  seen->row = SlipObservationFind(name + seen->change, &seen->component);
+  seen->row = FindRow(name + seen->change, &seen->component);
   seen->has_base = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -326,7 +296,7 @@ static PetscErrorCode Unknown(const SlipObserver *o, PetscInt i, const char name
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Table); k++) {
     PetscCall(PetscStrlcat(names, k ? ", " : "", sizeof(names)));
     PetscCall(PetscStrlcat(names, Table[k].name, sizeof(names)));
-    if (Table[k].compute == StateComponent) PetscCall(PetscStrlcat(names, "<k>", sizeof(names)));
+    if (Table[k].measure == StateComponent) PetscCall(PetscStrlcat(names, "<k>", sizeof(names)));
   }
   SETERRQ(PetscObjectComm((PetscObject)o->ts), PETSC_ERR_ARG_UNKNOWN_TYPE,
           "Policy %s: entry %" PetscInt_FMT
@@ -360,7 +330,8 @@ PetscErrorCode SlipObserve(const SlipObserver *o, PetscInt n, SlipObserved seen[
       if (ask) PetscCall((*ask)(o->ts, seen[i].name + seen[i].change, &seen[i].value, &known));
       if (!row && !known) PetscCall(Unknown(o, i, seen[i].name, source));
     }
-    if (!known) PetscCall((*row->compute)(o, seen[i].component, &seen[i].value));
+    if (!known && row->number) seen[i].value = (*row->number)(o);
+    if (!known && row->measure) PetscCall((*row->measure)(o, seen[i].component, &seen[i].value));
     if (seen[i].change) TakeChange(&seen[i]);
     PetscCheck(!PetscIsInfOrNanReal(seen[i].value), PetscObjectComm((PetscObject)o->ts), PETSC_ERR_FP,
                "Observation %s is %g at time %g s; expected a finite number", seen[i].name, (double)seen[i].value,

@@ -236,8 +236,8 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Learned step-size controller options");
-  PetscCall(PetscOptionsString("-ts_adapt_rl_policy", "HDF5 file with the policy", "TSAdaptRLSetPolicyFile", file, file,
-                               sizeof(file), &set));
+  PetscCall(PetscOptionsString("-ts_adapt_rl_policy", "HDF5 file with the policy (default: the one of the problem)",
+                               "TSAdaptRLSetPolicyFile", file, file, sizeof(file), &set));
   PetscCall(PetscOptionsString("-ts_adapt_rl_problem",
                                "Problem whose default policy to take when none is named (fault, ...; default: its own)",
                                "SlipPolicyFindDefault", rl->problem, rl->problem, sizeof(rl->problem), NULL));
@@ -358,7 +358,7 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.
 
   Options Database Keys:
-+ -ts_adapt_rl_policy <file.h5>      - the policy; without it, TSAdaptRLSetPolicy() or an actor, the problem's default one
++ -ts_adapt_rl_policy <file.h5>      - the policy; without it, TSAdaptRLSetPolicy() or an actor, the problem's default
 . -ts_adapt_rl_problem <name>        - the problem whose default policy that is, see SlipPolicyFindDefault()
 . -ts_adapt_rl_accuracy <1e-2>       - wanted relative error of the final slip, for policies that observe log_accuracy
 . -ts_adapt_rl_max_failures <3>      - failed attempts in a row before steps are halved

@@ -5,8 +5,10 @@
 #include <slipstep/private/sliperror.h>
 #include <slipsys.h>
 #include <math.h>
+#include <stdio.h>
 
-/* Centre of element e (global; a mesh's are numbered by their processes): x along strike from the left end, z depth [m]. */
+/* Centre of element e (global; a mesh's are numbered by their processes): x along strike from the left end, z depth
+   [m]. */
 PetscErrorCode SlipFaultElementCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z)
 {
   const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
@@ -61,8 +63,19 @@ static PetscErrorCode SlipFaultFillFields(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A field's values must lie in the bounds of its parameter; the normal stress must be positive everywhere. */
-static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char file[], PetscInt f, const PetscReal data[])
+/* Values [N] of all elements, those of a mesh in the order of its file: each process takes those of its own. */
+static void SlipFaultTakeField(SlipFault fault, PetscInt f, const PetscReal values[])
+{
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscInt e = fault->start + i;
+
+    fault->field[f][i] = values[fault->order ? fault->order[e] : e];
+  }
+}
+
+/* A field's values must lie in the bounds of its parameter; the normal stress must be positive everywhere. source:
+   where they come from */
+static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], PetscInt f, const PetscReal data[])
 {
   const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
   const PetscBool open = p->open || f == FIELD_NORMAL_STRESS ? PETSC_TRUE : PETSC_FALSE;
@@ -74,10 +87,9 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char file[], Pe
     const PetscBool good = low && data[e] < p->upper && isfinite(data[e]);
 
     PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-               "%s (-fault_parameters): /%s[%" PetscInt_FMT ", %" PetscInt_FMT
-               "] is %.6g, expected a finite number%s%s%s",
-               file, p->name, e / nx, e % nx, (double)data[e],
-               p->lower > PETSC_MIN_REAL ? (open ? " > 0" : " >= 0") : "", p->unit[0] ? " " : "", p->unit);
+               "%s: /%s[%" PetscInt_FMT ", %" PetscInt_FMT "] is %.6g, expected a finite number%s%s%s", source, p->name,
+               e / nx, e % nx, (double)data[e], p->lower > PETSC_MIN_REAL ? (open ? " > 0" : " >= 0") : "",
+               p->unit[0] ? " " : "", p->unit);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -100,7 +112,7 @@ static PetscErrorCode SlipFaultCheckShape(SlipFault fault, const char file[], co
 
 static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f, PetscReal data[], PetscBool *has)
 {
-  char path[64];
+  char path[64], source[PETSC_MAX_PATH_LEN + 32];
   PetscInt dims[2] = {1, 1};
   const PetscInt ndim = fault->mesh.n ? 1 : 2; /* a mesh's fields are [n] */
   PetscReal *read;
@@ -111,8 +123,9 @@ static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f,
   PetscCall(SlipH5Has(h, path, has));
   if (!*has) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipH5ReadReal(h, path, ndim, dims + 2 - ndim, &read));
+  (void)snprintf(source, sizeof(source), "%s (-fault_parameters)", h->name);
   ierr = SlipFaultCheckShape(fault, h->name, path, dims);
-  if (!ierr) ierr = SlipFaultCheckField(fault, h->name, f, read);
+  if (!ierr) ierr = SlipFaultCheckField(fault, source, f, read);
   if (!ierr) ierr = PetscArraycpy(data, read, fault->N);
   PetscCall(PetscFree(read));
   PetscCall(ierr);
@@ -173,11 +186,7 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 
     if (!has[f]) continue;
     PetscCallMPI(MPI_Bcast(values, (PetscMPIInt)fault->N, MPIU_REAL, 0, fault->comm));
-    for (PetscInt i = 0; i < fault->n; i++) {
-      const PetscInt e = fault->start + i;
-
-      fault->field[f][i] = values[fault->order ? fault->order[e] : e];
-    }
+    SlipFaultTakeField(fault, f, values);
   }
   PetscCall(PetscFree(data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -191,15 +200,18 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   Input Parameters:
 + fault  - the fault
 . name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate" or "loading_rate"
-. n      - number of elements, nx nz (of all ranks)
-- values - [n] in the unit of the parameter, element iz nx + ix, the same on every rank; copied
+. n      - number of elements, nx nz (of all ranks), or cells of a mesh
+- values - [n] in the unit of the parameter, by elements iz nx + ix, or by rows of the mesh's file; the same on every
+           rank; copied
 
   Level: intermediate
 
   Notes:
-  A dataset of -fault_parameters goes before it, and it goes before the scalar parameters. Normal stress given this way is
-  not added to the gradient's. Errors: a name without a field, and, at SlipFaultSetUp(), another number of elements or values
-  out of bounds.
+  A dataset of -fault_parameters goes before it, and it goes before the scalar parameters. Normal stress given this way
+  is not added to the gradient's.
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for a name without a field; at SlipFaultSetUp() PETSC_ERR_ARG_SIZ for another
+  number of elements, PETSC_ERR_ARG_OUTOFRANGE for values out of bounds
 
 .seealso: SlipFaultSetReal()
 @*/
@@ -233,10 +245,10 @@ static PetscErrorCode SlipFaultTakeGiven(SlipFault fault)
 
     if (!fault->given[f]) continue;
     PetscCheck(fault->ngiven[f] == fault->N, fault->comm, PETSC_ERR_ARG_SIZ,
-               "field %s was given for %" PetscInt_FMT " elements; the fault has %" PetscInt_FMT, name,
+               "SlipFaultSetField(): %s was given for %" PetscInt_FMT " elements, expected %" PetscInt_FMT, name,
                fault->ngiven[f], fault->N);
     PetscCall(SlipFaultCheckField(fault, "SlipFaultSetField()", f, fault->given[f]));
-    PetscCall(PetscArraycpy(fault->field[f], fault->given[f] + fault->start, fault->n));
+    SlipFaultTakeField(fault, f, fault->given[f]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,5 @@
-/* What the integrator's last attempt tells a controller: sums over the elements of its error and of its acceleration. */
+/* What the integrator's last attempt tells a controller: sums over the elements of its error and of its
+   acceleration. */
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
 

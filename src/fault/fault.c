@@ -2,7 +2,6 @@
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcells.h>
 #include <slipstep/private/slipcompat.h>
-#include <math.h>
 
 PetscClassId SLIP_FAULT_CLASSID;
 
@@ -77,6 +76,9 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
 
   Collective.
 
+  Input Parameter:
+. fault - set to NULL
+
   Level: beginner
 
 .seealso: SlipFaultCreate()
@@ -118,7 +120,18 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
 
   Collective; after SlipFaultSetUp().
 
+  Input Parameter:
+. fault - the fault
+
+  Output Parameter:
+. w - zero, of global size 3 N; destroy it
+
   Level: beginner
+
+  Notes:
+  Element e = iz * nx + ix is entry e. The cells of a mesh are numbered process by process instead.
+
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 
 .seealso: SlipFaultSetInitialState()
 @*/
@@ -140,7 +153,17 @@ PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
   Collective. "critical": v = 0, s = 0, u = -(1 + perturbation) K^-1 q(0), so that -K u slightly exceeds the strength
   everywhere; "rest": all zero.
 
+  Input Parameters:
++ fault - the fault
+- w     - of SlipFaultCreateState(); overwritten
+
+  Options Database Keys:
++ -fault_initial <critical,rest>       - which start
+- -fault_initial_perturbation <1e-5>   - relative excess of the critical start, dimensionless
+
   Level: beginner
+
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 
 .seealso: SlipFaultCreateState()
 @*/
@@ -165,11 +188,21 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
 }
 
 /*@
-  SlipFaultGetOperators - stiffness K [Pa/m], viscosity H [Pa s/m] and mass rho Ly [kg/m^2]
+  SlipFaultGetOperators - stiffness, viscosity and mass of the fault
 
-  Not collective; after SlipFaultSetUp(). The matrices are borrowed; pass NULL for what is not wanted.
+  Not collective; after SlipFaultSetUp()
+
+  Input Parameter:
+. fault - the fault
+
+  Output Parameters (each may be NULL):
++ K    - stiffness after scaling, N x N [Pa/m], borrowed
+. H    - viscosity, N x N [Pa s/m], borrowed
+- mass - rho Ly [kg/m^2]
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 
 .seealso: SlipFaultSetUp()
 @*/
@@ -186,9 +219,17 @@ PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal 
 /*@
   SlipFaultGetTimeScale - T* = Ly sqrt(rho/G) [s], the time of a shear wave across the mobilised thickness
 
-  Not collective; after SlipFaultSetUp().
+  Not collective; after SlipFaultSetUp()
+
+  Input Parameter:
+. fault - the fault
+
+  Output Parameter:
+. tstar - T* [s]
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 
 .seealso: SlipFaultConfigureTS()
 @*/

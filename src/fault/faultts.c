@@ -1,20 +1,18 @@
 /* The fault as a TS problem. */
 #include <slipstep/private/slipfaultimpl.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 
-#define SLIP_FAULT_RTOL 1e-3     /* reference tolerance (DESIGN.md section 2), as SLIP_FAULT_ATOL */
+#define SLIP_FAULT_RTOL 1e-3     /* reference tolerance, as SLIP_FAULT_ATOL */
 #define SLIP_FAULT_MAX_TIME 30.0 /* [s] */
 /* First step over T*: the instability grows from a relative excess of 1e-5, so anything well below T* is safe. */
 #define SLIP_FAULT_FIRST_STEP 0.01
 
 static PetscErrorCode SlipFaultOfTS(TS ts, SlipFault *fault)
 {
-  PetscContainer box;
-
   PetscFunctionBegin;
-  PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&box));
-  PetscCheck(box, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE, "this TS was not configured by a fault");
-  PetscCall(PetscContainerGetPointer(box, (void **)fault));
+  PetscCall(SlipObjectQueryData((PetscObject)ts, "SlipFault", fault));
+  PetscCheck(*fault, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
+             "this TS was not configured by a fault");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -30,16 +28,14 @@ static PetscErrorCode SlipFaultRelease(SlipContainerArg arg)
 /* The rows that read the integrator's estimates have them summed up first. */
 static PetscErrorCode SlipFaultTakeEstimates(SlipFault fault, TS ts, Vec w, const char name[])
 {
-  PetscErrorCode (*get)(TS, Vec *, Vec *);
-  Vec error = NULL, derivative = NULL;
+  Vec error, derivative;
   PetscBool reads_error, reads_growth;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(name, "log_slip_error", &reads_error));
   PetscCall(PetscStrcmp(name, "growth", &reads_growth));
   if (!reads_error && !reads_growth) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectQueryFunction((PetscObject)ts, "TSBatheGetEstimates_C", &get));
-  if (get) PetscCall((*get)(ts, &error, &derivative));
+  PetscCall(TSBatheGetEstimates(ts, &error, NULL, &derivative));
   PetscCall(SlipFaultKeepEstimates(fault, w, error, derivative));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -128,15 +124,9 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
 
 static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
 {
-  PetscContainer box;
-
   PetscFunctionBegin;
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)ts), &box));
   fault->refct++;
-  PetscCall(PetscContainerSetPointer(box, fault));
-  PetscCall(SlipContainerSetDestroy(box, SlipFaultRelease));
-  PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)box));
-  PetscCall(PetscContainerDestroy(&box));
+  PetscCall(SlipObjectComposeData((PetscObject)ts, "SlipFault", fault, SlipFaultRelease));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", SlipObserve_Fault));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", SlipTimeScale_Fault));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipProblemName_C", SlipProblemName_Fault));
@@ -155,9 +145,11 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
 
   Notes:
   Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
-  tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise) and rtol 1e-3, max time 30 s (-ts_max_time), exact final time
-  matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step 0.01 T* (-ts_dt), and the
-  composed functions SlipObserve_C and SlipTimeScale_C by which controllers observe the fault.
+  tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise) and rtol 1e-3, max time
+  30 s (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first
+  step 0.01 T* (-ts_dt), and the composed functions by which controllers observe the fault (slipts.h).
+
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 
   Level: beginner
 

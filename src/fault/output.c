@@ -41,13 +41,17 @@ static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time
 
   Collective; after TSSetFromOptions(), before TSSolve().
 
+  Input Parameters:
++ fault - the fault
+- ts    - the TS that it configured
+
   Level: intermediate
 
   Errors: PETSC_ERR_FILE_OPEN when the file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field.
 
   Notes:
   The content goes to FILE.part, which takes FILE's name in SlipFaultOutputFinish(): a run that fails leaves an older
-  FILE as it was. The layout is that of DESIGN.md section 7.
+  FILE as it was. slipfault.h describes the layout.
 
 .seealso: SlipFaultOutputFinish()
 @*/
@@ -117,8 +121,9 @@ static PetscErrorCode SlipFaultOutputLastFields(SlipFaultOutput out, TS ts)
   relative error of the final mean slip, for which `SlipFaultOutputStart()` must have been called: a number that was
   below the error in 7 % of 1007 runs (median 2.9 times it), and a likely one (median 1.1). A policy that observes
   log_accuracy has its dial judged by it.
-  Attributes of /result: slip_error_estimate, slip_error_signed (computed minus exact), accuracy_requested, slip_error_estimate_met,
-  and with the check slip_error_check, slip_error_check_signed, slip_error_check_met, check_solves.
+  Attributes of /result: slip_error_estimate, slip_error_signed (computed minus exact), accuracy_requested,
+  slip_error_estimate_met, and with the check slip_error_check, slip_error_check_signed, slip_error_check_met,
+  check_solves.
 
 .seealso: SlipFaultOutputStart()
 @*/

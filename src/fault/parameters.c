@@ -158,7 +158,16 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
 
   Not collective.
 
+  Input Parameters:
++ fault - the fault
+- name  - the option's name without "fault_", for example "length_x"
+
+  Output Parameter:
+. value - in the unit that -help names
+
   Level: intermediate
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown name
 
 .seealso: SlipFaultSetReal()
 @*/
@@ -289,7 +298,8 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", p->name));
   if (p->choices) PetscCall(SlipFaultListChoices(p->choices, list, sizeof(list)));
-  PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s", p->help, p->choices ? "; one of " : "", list));
+  PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s%s", p->help, p->choices ? "; one of " : "", list,
+                          p->value[0] ? "" : " (default none)"));
   PetscCall(PetscOptionsString(option, help, "SlipFaultSetString", fault->text[id], value, sizeof(value), &set));
   PetscCheck(!set || value[0] || id == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONG,
              "%s has no value, expected %s", option,
@@ -325,12 +335,18 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 
   Collective.
 
+  Input Parameter:
+. fault - the fault
+
   Options Database Keys:
 + -fault_<name> <value>           - -help lists them with unit and default
 . -fault_view                     - print all of them after set-up, and the operators with their memory
 - -fault_stiffness_view <viewer>  - write K after scaling, for example to binary:K.bin
 
   Level: beginner
+
+  Errors: PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_UNKNOWN_TYPE, naming the option and what was
+  expected, for a value that is no number, out of bounds, missing or not one of the choices
 
 .seealso: SlipFaultSetReal(), SlipFaultSetString()
 @*/

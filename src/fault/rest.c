@@ -13,8 +13,9 @@ static PetscReal SlipFaultTimeToSlip(PetscReal f, PetscReal d, PetscReal q)
 /*
   SlipFaultRestTime - for how long the state w stays exactly at rest [s]
 
-  Collective. 0 when an element moves or its force exceeds the strength; PETSC_MAX_REAL without loading. At v = 0 the force is
-  f = -K u + H v_inf and, because du/dt = -v_inf, grows by K v_inf in time, while the strength stays what it is.
+  Collective. 0 when an element moves or its force exceeds the strength; PETSC_MAX_REAL without loading. At v = 0 the
+  force is f = -K u + H v_inf and, because du/dt = -v_inf, grows by K v_inf in time, while the strength stays what it
+  is.
 */
 PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest)
 {

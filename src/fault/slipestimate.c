@@ -120,7 +120,7 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   PetscFunctionBegin;
   if (!attempt->accepted || est->off) PetscFunctionReturn(PETSC_SUCCESS);
   if (attempt->step == 0) PetscCall(Reset(est));
-  PetscCall(TSBatheGetErrorVector(ts, &e, &scale));
+  PetscCall(TSBatheGetEstimates(ts, &e, &scale, NULL));
   if (!e) est->known = PETSC_FALSE;
   if (!est->known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(StepSums(fault, w, e, sum));
@@ -223,8 +223,8 @@ static PetscErrorCode Report(SlipOutput run, const char name[], const char label
     |slip_error_signed|     1007    0.17    0.67    1.10    1.64    4.35   its sign is right in 87 %
     slip_error_estimate     1007    0.81    1.92    2.92    4.44   14.1    below the error in 7 %
     slip_error_check         253    0.51    0.88    0.96    1.04    1.73   costs 2.9 times the run's solves
-  The factor was chosen on 208 runs of eight of these cases, with an earlier form of the sums, for 10 % below. Of errors of 1 to 10 %, 12 % are larger than the
-  estimate. The large ratios are errors that happen to cancel.
+  The factor was chosen on 208 runs of eight of these cases, with an earlier form of the sums, for 10 % below. Of errors
+  of 1 to 10 %, 12 % are larger than the estimate. The large ratios are errors that happen to cancel.
 */
 PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip)
 {

@@ -6,7 +6,6 @@
 #include <slipsys.h>
 #include <petscksp.h>
 #include <math.h>
-#include <string.h>
 
 #define SLIP_FAULT_MAX_DENSE 10000 /* elements up to which K is written as a dense matrix */
 

@@ -56,8 +56,8 @@ static PetscErrorCode ViewMatrix(SlipFault fault, const char what[], const char 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The preconditioner that the stages of a run will set up, set up here for all elements sliding and theta = T*: what is costly
-   in it stays with the stiffness and the viscosity, so the run does not do it again. */
+/* The preconditioner that the stages of a run will set up, set up here for all elements sliding and theta = T*: what is
+   costly in it stays with the stiffness and the viscosity, so the run does not do it again. */
 static PetscErrorCode CreatePreconditioner(SlipFault fault, PC *pc)
 {
   PetscReal theta;

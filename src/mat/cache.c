@@ -12,7 +12,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipmat.h>
 
@@ -27,7 +27,8 @@ static uint64_t Hash(uint64_t hash, const void *data, size_t bytes)
   return hash;
 }
 
-/* The same step for whole numbers, eight times as fast, with their high halves folded in: a product moves bits up only. */
+/* The same step for whole numbers, eight times as fast, with their high halves folded in: a product moves bits up
+   only. */
 uint64_t SlipHashReals(uint64_t hash, const PetscReal a[], size_t n)
 {
   for (size_t i = 0; i < n; i++) {
@@ -190,7 +191,6 @@ static PetscErrorCode KeepMessage(MPI_Comm comm, int line, const char *function,
 PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[])
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
-  PetscContainer container;
   PetscMPIInt rank, good = 1;
   char *copy;
 
@@ -210,25 +210,8 @@ PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[])
   PetscCheck(good, comm, PETSC_ERR_FILE_OPEN,
              "cache directory %s (-fault_cache_dir): no such directory, or it cannot be written to", dir);
   PetscCall(PetscStrallocpy(dir, &copy));
-  PetscCall(PetscContainerCreate(comm, &container));
-  PetscCall(PetscContainerSetPointer(container, copy));
-  PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
-  PetscCall(PetscObjectCompose((PetscObject)K, "SlipCacheDir", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipCacheDir", copy, SlipContainerDestroyDefault));
   PetscCall(SlipFingerprintCompose(K));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The directory of K's cache, NULL for none. */
-PetscErrorCode SlipCacheDirOf(Mat K, const char **dir)
-{
-  PetscContainer container;
-  void *pointer = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectQuery((PetscObject)K, "SlipCacheDir", (PetscObject *)&container));
-  if (container) PetscCall(PetscContainerGetPointer(container, &pointer));
-  *dir = (const char *)pointer;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -265,7 +248,7 @@ PetscErrorCode SlipCacheRead(Mat K, const char kind[], const char key[], PetscIn
 
   PetscFunctionBegin;
   *found = PETSC_FALSE;
-  PetscCall(SlipCacheDirOf(K, &dir));
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipCacheDir", &dir));
   if (!dir) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (!rank) {
@@ -288,7 +271,7 @@ PetscErrorCode SlipCacheWrite(Mat K, const char kind[], const char key[], PetscI
   PetscMPIInt rank;
 
   PetscFunctionBegin;
-  PetscCall(SlipCacheDirOf(K, &dir));
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipCacheDir", &dir));
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)K), &rank));
   if (!dir || rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(NameOf(dir, kind, key, name, sizeof(name)));

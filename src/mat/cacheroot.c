@@ -6,7 +6,7 @@
 #include <slipmat.h>
 #include <slipcells.h>
 #include <stdio.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/slipmat.h>
 
 /* From this many rows on a root takes a second and more, and reading it a tenth of that. */
@@ -70,7 +70,6 @@ static PetscErrorCode HashOf(Mat K, uint64_t *hash)
 /* Fingerprint of a dense K whose root is worth keeping; of others, none. Collective. */
 PetscErrorCode SlipFingerprintCompose(Mat K)
 {
-  PetscContainer container;
   Fingerprint *f;
   PetscBool dense;
   PetscInt N;
@@ -82,41 +81,34 @@ PetscErrorCode SlipFingerprintCompose(Mat K)
   PetscCall(PetscNew(&f));
   PetscCall(HashOf(K, &f->hash));
   PetscCall(FirstEntry(K, &f->first));
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
-  PetscCall(PetscContainerSetPointer(container, f));
-  PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
-  PetscCall(PetscObjectCompose((PetscObject)K, "SlipFingerprint", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipFingerprint", f, SlipContainerDestroyDefault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The key of K's root; empty when it has no cache or is not worth it. *unit: root of K over the root that is kept. */
 static PetscErrorCode KeyOf(Mat K, char key[], size_t len, PetscReal *unit)
 {
-  PetscContainer container;
-  void *pointer = NULL;
+  const Fingerprint *f;
   PetscReal now;
   PetscInt N;
 
   PetscFunctionBegin;
   key[0] = '\0';
   *unit = 1;
-  PetscCall(PetscObjectQuery((PetscObject)K, "SlipFingerprint", (PetscObject *)&container));
-  if (!container) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscContainerGetPointer(container, &pointer));
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipFingerprint", &f));
+  if (!f) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FirstEntry(K, &now));
-  *unit = PetscSqrtReal(now / ((Fingerprint *)pointer)->first);
+  *unit = PetscSqrtReal(now / f->first);
   PetscCall(MatGetSize(K, &N, NULL));
   (void)snprintf(key, len,
                  "version %d, dense root, rows %lld, fingerprint of the entries %016llx, first entry %.17g Pa/m",
-                 SLIP_CACHE_VERSION, (long long)N, (unsigned long long)((Fingerprint *)pointer)->hash,
-                 (double)((Fingerprint *)pointer)->first);
+                 SLIP_CACHE_VERSION, (long long)N, (unsigned long long)f->hash, (double)f->first);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-  root [N * N], on rank 0 only, = sqrt(K) (weighted: of D^-1 K D^-1) when the cache of K has it; every rank learns whether.
-  Collective.
+  root [N * N], on rank 0 only, = sqrt(K) (weighted: of D^-1 K D^-1) when the cache of K has it; every rank learns
+  whether. Collective.
 */
 PetscErrorCode SlipCacheLoadRoot(Mat K, PetscReal **root, PetscBool *found)
 {

@@ -1,7 +1,7 @@
 /* Cells of an irregular mesh: checks, the entries of their stiffness, and MatCreateSlipCellStiffness(). */
 #include <slipmat.h>
 #include <slipsys.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/slipmat.h>
 #include <slipstep/private/slipcells.h>
 #include <math.h>
@@ -230,7 +230,6 @@ static PetscErrorCode ComposeCells(Mat S, const SlipCells *cells)
 {
   const PetscReal *const from[5] = {cells->x, cells->y, cells->z, cells->length, cells->width};
   const size_t n = (size_t)cells->n;
-  PetscContainer container;
   PetscReal *data;
   PetscInt *order = NULL;
   SlipCells *c;
@@ -250,23 +249,14 @@ static PetscErrorCode ComposeCells(Mat S, const SlipCells *cells)
     PetscCall(PetscArraycpy(order, cells->order, n));
   }
   c->order = order;
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)S), &container));
-  PetscCall(PetscContainerSetPointer(container, c));
-  PetscCall(SlipContainerSetDestroy(container, CellsDestroy));
-  PetscCall(PetscObjectCompose((PetscObject)S, "SlipCells", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(SlipObjectComposeData((PetscObject)S, "SlipCells", c, CellsDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipCellsOf(Mat S, const SlipCells **cells)
 {
-  PetscContainer container;
-  void *pointer = NULL;
-
   PetscFunctionBegin;
-  PetscCall(PetscObjectQuery((PetscObject)S, "SlipCells", (PetscObject *)&container));
-  if (container) PetscCall(PetscContainerGetPointer(container, &pointer));
-  *cells = (const SlipCells *)pointer;
+  PetscCall(SlipObjectQueryData((PetscObject)S, "SlipCells", cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -354,7 +344,7 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
 
   Level: intermediate
 
-.seealso: SlipCellsPartition(), SlipKernelOffset(), MatSlipGetWeights(), MatCreateSlipStiffness(), MatCreateSlipViscosity()
+.seealso: SlipCellsPartition(), MatSlipGetWeights(), MatCreateSlipStiffness(), MatCreateSlipViscosity()
 @*/
 PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells, const char *type, PetscReal tolerance,
                                           Mat *S)

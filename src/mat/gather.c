@@ -1,5 +1,5 @@
-/* The whole of a distributed vector on every rank, for small fields; or the rows of cells that a rank transforms. Either
-   way operators give the same numbers at every rank count. */
+/* The whole of a distributed vector on every rank, for small fields; or the rows of cells that a rank transforms.
+   Either way operators give the same numbers at every rank count. */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>

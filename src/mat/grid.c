@@ -1,6 +1,6 @@
 /* The uniform grid behind a stiffness: checks, its kernel values, and how a Mat remembers it. */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/slipmat.h>
 
 PetscErrorCode SlipGridCheck(MPI_Comm comm, const SlipGrid *g)
@@ -25,29 +25,19 @@ PetscErrorCode SlipGridCheck(MPI_Comm comm, const SlipGrid *g)
 
 PetscErrorCode SlipGridCompose(Mat K, const SlipGrid *grid)
 {
-  PetscContainer container;
   SlipGrid *copy;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&copy));
   *copy = *grid;
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
-  PetscCall(PetscContainerSetPointer(container, copy));
-  PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
-  PetscCall(PetscObjectCompose((PetscObject)K, "SlipGrid", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipGrid", copy, SlipContainerDestroyDefault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipGridOf(Mat K, const SlipGrid **grid)
 {
-  PetscContainer container;
-  void *pointer = NULL;
-
   PetscFunctionBegin;
-  PetscCall(PetscObjectQuery((PetscObject)K, "SlipGrid", (PetscObject *)&container));
-  if (container) PetscCall(PetscContainerGetPointer(container, &pointer));
-  *grid = (const SlipGrid *)pointer;
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipGrid", grid));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,9 +3,9 @@
   products found by adaptive cross approximation, the others as they are (Hackbusch 2015, Hierarchical Matrices).
 
   Only the blocks on and above the diagonal are kept: the others are their transposes. A block is made, kept and applied
-  by one process, which owns some of its rows or, by symmetry, of its columns: block rows, but for the half that symmetry
-  saves. Among these the one with the least storage so far takes it. What the blocks are does not depend on the number of
-  processes, so that results agree to rounding.
+  by one process, which owns some of its rows or, by symmetry, of its columns: block rows, but for the half that
+  symmetry saves. Among these the one with the least storage so far takes it. What the blocks are does not depend on the
+  number of processes, so that results agree to rounding.
 */
 #include <petscmat.h>
 #include <petscblaslapack.h>

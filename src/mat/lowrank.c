@@ -188,7 +188,8 @@ static void TallGemvSingle(const char *trans, PetscInt n, PetscInt r, const floa
     }
 }
 
-/* t of the first r terms of the tail = W' x, x scaled to its largest entry so that single precision neither overflows nor underflows. */
+/* t of the first r terms of the tail = W' x, x scaled to its largest entry so that single precision neither overflows
+   nor underflows. */
 static void TailForward(SlipLowRank *m, PetscInt r, const PetscReal x[])
 {
   const PetscInt n = m->n;
@@ -216,7 +217,8 @@ static void TailBackward(SlipLowRank *m, PetscInt r, PetscReal y[])
   for (PetscInt i = 0; i < n; i++) y[i] += size * (PetscReal)m->x32[i];
 }
 
-/* y += W lambda W' x without the terms |lambda| <= cutoff; the ranks of comm have the rows of W among them. Collective. */
+/* y += W lambda W' x without the terms |lambda| <= cutoff; the ranks of comm have the rows of W among them.
+   Collective. */
 PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, PetscReal cutoff, const PetscReal x[], PetscReal y[])
 {
   PetscMPIInt size;

@@ -11,7 +11,6 @@
 #include <slipstep/private/slipcells.h>
 #include <metis.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum {
   near_cells = 8,      /* neighbours that a cell is joined to, as many as touch it on a grid */

@@ -1,6 +1,6 @@
 /*
-  Transforms along strike of a grid whose rows of cells are spread over the ranks, and the transpose that gives each rank
-  some wavenumbers at all depths. One plan serves every row, so that results do not depend on the number of ranks.
+  Transforms along strike of a grid whose rows of cells are spread over the ranks, and the transpose that gives each
+  rank some wavenumbers at all depths. One plan serves every row, so that results do not depend on the number of ranks.
 */
 #include <slipmat.h>
 #include <fftw3-mpi.h>

@@ -1,22 +1,24 @@
 /*
-  The stage operator of irregular cells inverted in parts, for preconditioning (additive Schwarz, Smith, Bjorstad & Gropp
-  1996, chapter 1): clusters of cells with those around them, and means over larger clusters for what is smooth. With the
-  eigenvectors of K within a part, W^(-1/2) K_i W^(-1/2) = V L V',
+  The stage operator of irregular cells inverted in parts, for preconditioning (additive Schwarz, Smith, Bjorstad &
+  Gropp 1996, chapter 1): clusters of cells with those around them, and means over larger clusters for what is smooth.
+  With the eigenvectors of K within a part, W^(-1/2) K_i W^(-1/2) = V L V',
 
-     P = sum_i D_i V_i f(L_i) V_i' D_i + R' V_0 f(L_0) V_0' R,   f(k) = 1 / (M / theta + 2 zeta (M k)^(1/2) + theta k + slope),
+     P = sum_i D_i V_i f(L_i) V_i' D_i + R' V_0 f(L_0) V_0' R,
+     f(k) = 1 / (M / theta + 2 zeta (M k)^(1/2) + theta k + slope),
 
   D_i = (W n)^(-1/2), n the number of clusters that a cell is in, R means over large clusters: positive definite, and
   ready for any theta. Parts come from bisection of all cells and each belongs to one process, so that P does not depend
   on the number of processes.
 */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/slipmat.h>
 #include <slipstep/private/slipcells.h>
 #include <petscblaslapack.h>
 
-/* On graded meshes of 1536 cells CG needs 37 iterations for 1e-6 with the diagonal at theta = 6 T*, 19 with clusters of 64,
-   12 with cells around them as well, 11 with means; twice as much overlap saves one more for four times the storage. */
+/* On graded meshes of 1536 cells CG needs 37 iterations for 1e-6 with the diagonal at theta = 6 T*, 19 with clusters of
+   64, 12 with cells around them as well, 11 with means; twice as much overlap saves one more for four times the
+   storage. */
 #define SCHWARZ_LEAF 64         /* cells of a cluster */
 #define SCHWARZ_OVERLAP 0.25    /* cells as far as this share of its diameter are in the part as well */
 #define SCHWARZ_COARSE_LEAF 256 /* cells that a mean is taken over, at least */
@@ -313,30 +315,21 @@ static PetscErrorCode SchwarzCreate(Mat K, const SlipCells *c, SlipSchwarz *schw
 /* Borrowed from K, made when first asked for; NULL when K is not of irregular cells. Collective. */
 PetscErrorCode SlipSchwarzOf(Mat K, SlipSchwarz *schwarz)
 {
-  PetscContainer container;
   const SlipCells *cells;
-  void *pointer = NULL;
 
   PetscFunctionBegin;
   *schwarz = NULL;
   PetscCall(SlipCellsOf(K, &cells));
   if (!cells) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectQuery((PetscObject)K, "SlipSchwarz", (PetscObject *)&container));
-  if (container) {
-    PetscCall(PetscContainerGetPointer(container, &pointer));
-    *schwarz = (SlipSchwarz)pointer;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipSchwarz", schwarz));
+  if (*schwarz) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SchwarzCreate(K, cells, schwarz));
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
-  PetscCall(PetscContainerSetPointer(container, *schwarz));
-  PetscCall(SlipContainerSetDestroy(container, SchwarzDestroy));
-  PetscCall(PetscObjectCompose((PetscObject)K, "SlipSchwarz", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipSchwarz", *schwarz, SchwarzDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For a stage and a mean slope of the bound, of which at most the share limit of the operator is taken away. Collective. */
+/* For a stage and a mean slope of the bound, of which at most the share limit of the operator is taken away.
+   Collective. */
 PetscErrorCode SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope, PetscReal limit)
 {
   PetscReal scale;

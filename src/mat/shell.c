@@ -1,8 +1,8 @@
-/* What all matrices of this room share: type name and conversion of shells to MATDENSE, and notes for views. */
+/* What all our matrices share: type name and conversion of shells to MATDENSE, and notes for views. */
 #include <slipmat.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/slipmat.h>
 
 /* N products; for checking and for small sizes. */
@@ -40,7 +40,6 @@ PetscErrorCode SlipShellFinish(Mat A, const char type[])
 
 PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...)
 {
-  PetscContainer container;
   char text[1024], *copy;
   va_list args;
 
@@ -49,22 +48,14 @@ PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...)
   (void)vsnprintf(text, sizeof(text), format, args);
   va_end(args);
   PetscCall(PetscStrallocpy(text, &copy));
-  PetscCall(PetscContainerCreate(PETSC_COMM_SELF, &container)); /* one rank may have more to tell than others */
-  PetscCall(PetscContainerSetPointer(container, copy));
-  PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
-  PetscCall(PetscObjectCompose((PetscObject)A, name, (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(SlipObjectComposeData((PetscObject)A, name, copy, SlipContainerDestroyDefault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text)
 {
-  PetscContainer container;
-  void *pointer = NULL;
-
   PetscFunctionBegin;
-  PetscCall(PetscObjectQuery((PetscObject)A, name, (PetscObject *)&container));
-  if (container) PetscCall(PetscContainerGetPointer(container, &pointer));
-  *text = pointer ? (const char *)pointer : "";
+  PetscCall(SlipObjectQueryData((PetscObject)A, name, text));
+  if (!*text) *text = "";
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -9,8 +9,8 @@
 
   The basis grows by random sketches of the residual R = A - (S + D)^2: to first order the error of D is the integral of
   exp(-St) R exp(-St), whose range (S + a)^-1 R (S + a)^-1 covers for a few shifts a between the ends of S's spectrum
-  (generalised Davidson; sketches as in Halko, Martinsson & Tropp 2011). The filters (S + a)^-1 are taken per wavenumber.
-  It stops when R, seen by random probes, allows no larger error of D than the tolerance.
+  (generalised Davidson; sketches as in Halko, Martinsson & Tropp 2011). The filters (S + a)^-1 are taken per
+  wavenumber. It stops when R, seen by random probes, allows no larger error of D than the tolerance.
 */
 #include <slipmat.h>
 #include <petscblaslapack.h>
@@ -50,7 +50,8 @@ static PetscErrorCode Gemm(const char *transA, PetscInt rows, PetscInt columns, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Y = scale * (operator with these blocks) X for columns that are fields of one parity, [columns][n]; may be in place. */
+/* Y = scale * (operator with these blocks) X for columns that are fields of one parity, [columns][n]; may be in
+   place. */
 static PetscErrorCode Multiply(Sketch *s, PetscReal scale, const PetscReal blocks[], PetscInt columns,
                                const PetscReal X[], PetscReal Y[])
 {

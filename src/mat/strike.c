@@ -6,7 +6,7 @@
 #include <slipmat.h>
 #include <petscblaslapack.h>
 #include <fftw3.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/slipmat.h>
 
 struct _n_SlipStrike {
@@ -24,8 +24,8 @@ struct _n_SlipStrike {
   fftw_plan forward, backward;
 };
 
-/* Cells in depth beyond which ranks share the work: measured on 2 ranks, at 50 x 50 shared products take 0.6 times those of one
-   rank, whole ones 1.07 times. */
+/* Cells in depth beyond which ranks share the work: measured on 2 ranks, at 50 x 50 shared products take 0.6 times
+   those of one rank, whole ones 1.07 times. */
 #define SLIP_SHARE_MIN 40
 
 /* Smallest even length of at least n whose prime factors are 2, 3 and 5. */
@@ -179,27 +179,17 @@ static PetscErrorCode ShareWavenumbers(Mat K, const SlipGrid *grid, PetscBool *s
 PetscErrorCode SlipStrikeOf(Mat K, SlipStrike *strike)
 {
   const SlipGrid *grid;
-  PetscContainer container;
-  void *pointer = NULL;
   PetscBool share;
 
   PetscFunctionBegin;
   *strike = NULL;
   PetscCall(SlipGridOf(K, &grid));
   if (!grid) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectQuery((PetscObject)K, "SlipStrike", (PetscObject *)&container));
-  if (!container) {
-    PetscCall(ShareWavenumbers(K, grid, &share));
-    PetscCall(SlipStrikeCreate(share ? PetscObjectComm((PetscObject)K) : PETSC_COMM_SELF, grid, strike));
-    PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
-    PetscCall(PetscContainerSetPointer(container, *strike));
-    PetscCall(SlipContainerSetDestroy(container, StrikeDestroy));
-    PetscCall(PetscObjectCompose((PetscObject)K, "SlipStrike", (PetscObject)container));
-    PetscCall(PetscContainerDestroy(&container));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(PetscContainerGetPointer(container, &pointer));
-  *strike = (SlipStrike)pointer;
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipStrike", strike));
+  if (*strike) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ShareWavenumbers(K, grid, &share));
+  PetscCall(SlipStrikeCreate(share ? PetscObjectComm((PetscObject)K) : PETSC_COMM_SELF, grid, strike));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipStrike", *strike, StrikeDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -351,8 +341,8 @@ static PetscErrorCode PencilApply(SlipStrike s, PetscReal scale, const PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Entries of a piece of a block: OpenBLAS starts threads from 9,216, which at these sizes cost more than they save, and a
-   hundredfold more when another process holds a core. Both vectors use a piece while it is in cache. */
+/* Entries of a piece of a block: OpenBLAS starts threads from 9,216, which at these sizes cost more than they save, and
+   a hundredfold more when another process holds a core. Both vectors use a piece while it is in cache. */
 #define SLIP_PIECE 8192
 
 /* y = A x for two vectors, A symmetric. */
@@ -478,14 +468,10 @@ PetscErrorCode SlipStrikeApplyFunction(SlipStrike s, const PetscReal f[], const 
 /* Of the engine of K on this process, 0 while it has none. */
 PetscReal SlipStrikeBytes(Mat K)
 {
-  PetscContainer container = NULL;
-  void *pointer = NULL;
   PetscReal numbers;
-  SlipStrike s;
+  SlipStrike s = NULL;
 
-  (void)PetscObjectQuery((PetscObject)K, "SlipStrike", (PetscObject *)&container);
-  if (container) (void)PetscContainerGetPointer(container, &pointer);
-  s = (SlipStrike)pointer;
+  (void)SlipObjectQueryData((PetscObject)K, "SlipStrike", &s);
   if (!s) return 0;
   numbers = (PetscReal)s->nk * (PetscReal)(s->grid.nz * s->grid.nz) * (s->vectors ? 2 : 1);
   if (!s->pencil) numbers += (PetscReal)s->grid.nz * (PetscReal)(s->period + 4 * s->nk);

@@ -189,8 +189,8 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out, const char file[], PetscInt
   Errors: PETSC_ERR_FILE_OPEN when the file cannot be created.
 
   Notes:
-  /steps gets a row per attempt when ts is of type bathe, /series one per accepted step. The content goes to FILE.part, which
-  takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE as it was.
+  /steps gets a row per attempt when ts is of type bathe, /series one per accepted step. The content goes to FILE.part,
+  which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE as it was.
 
 .seealso: SlipOutputAddResult(), SlipOutputFinish()
 @*/

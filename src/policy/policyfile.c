@@ -1,4 +1,4 @@
-/* A policy as an HDF5 file (DESIGN.md section 5): rank 0 reads or writes, all ranks get its numbers and its errors. */
+/* A policy as an HDF5 file (slippolicy.h): rank 0 reads or writes, all ranks get its numbers and its errors. */
 #include <slipstep/private/slippolicyimpl.h>
 #include <slipstep/private/sliph5.h>
 #include <slipsys.h>
@@ -243,20 +243,6 @@ static PetscErrorCode ReadPacked(const char file[], size_t *n, char **bytes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0's error becomes everybody's. */
-static PetscErrorCode ShareError(MPI_Comm comm, PetscErrorCode ierr, const char *what, const char file[])
-{
-  PetscMPIInt rank;
-  int code = (int)ierr;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Bcast(&code, 1, MPI_INT, 0, comm));
-  if (!rank) PetscCall(ierr);
-  PetscCheck(!code, comm, (PetscErrorCode)code, "Rank 0 could not %s policy %s", what, file);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@C
   SlipPolicyLoad - read a policy from an HDF5 file
 
@@ -264,7 +250,7 @@ static PetscErrorCode ShareError(MPI_Comm comm, PetscErrorCode ierr, const char 
 
   Input Parameters:
 + policy - the policy
-- file   - its name; DESIGN.md section 5 describes the format
+- file   - its name; slippolicy.h describes the format
 
   Errors: PETSC_ERR_FILE_OPEN when the file is missing, truncated or not HDF5; PETSC_ERR_FILE_UNEXPECTED, PETSC_ERR_FP,
   PETSC_ERR_ARG_SIZ, PETSC_ERR_ARG_UNKNOWN_TYPE or PETSC_ERR_ARG_OUTOFRANGE, with the dataset or attribute and what was
@@ -290,7 +276,7 @@ PetscErrorCode SlipPolicyLoad(SlipPolicy policy, const char file[])
   PetscCall(PetscObjectGetComm((PetscObject)policy, &comm));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (!rank) ierr = ReadPacked(file, &n, &bytes);
-  PetscCall(ShareError(comm, ierr, "read", file));
+  PetscCall(SlipErrorBcast(comm, ierr));
   count = (unsigned long)n;
   PetscCallMPI(MPI_Bcast(&count, 1, MPI_UNSIGNED_LONG, 0, comm));
   if (rank) PetscCall(PetscMalloc1(count, &bytes));
@@ -433,7 +419,7 @@ PetscErrorCode SlipPolicyStore(SlipPolicy policy, const char file[])
   PetscCall(PetscObjectGetComm((PetscObject)policy, &comm));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (!rank) ierr = WriteFile(policy, file);
-  PetscCall(ShareError(comm, ierr, "write", file));
+  PetscCall(SlipErrorBcast(comm, ierr));
   if (file != policy->file) {
     PetscCall(PetscFree(policy->file));
     PetscCall(PetscStrallocpy(file, &policy->file));

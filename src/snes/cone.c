@@ -1,8 +1,8 @@
 /* The cone {|r| <= q}, element by element: projection, natural map and generalised Jacobian.
 
    The stage problem is G(x) = omega r, r in -q Sign(x). For any rho > 0 it is equivalent to the natural map
-   x = S(x - rho G(x), rho omega q), S the soft shrinkage (the projection on the cone in its dual form). See Facchinei and
-   Pang (2003), Finite-Dimensional Variational Inequalities, chapter 9; Alart and Curnier (1991), CMAME 92. */
+   x = S(x - rho G(x), rho omega q), S the soft shrinkage (the projection on the cone in its dual form). See Facchinei
+   and Pang (2003), Finite-Dimensional Variational Inequalities, chapter 9; Alart and Curnier (1991), CMAME 92. */
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipcone.h>
 
@@ -57,7 +57,8 @@ void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const Pet
   }
 }
 
-/* Diagonal that the bound adds to a sliding row of dG/dx: omega dq/d|x| sign(p) sign(x), with sign(p) for sign(0); 0 elsewhere */
+/* Diagonal that the bound adds to a sliding row of dG/dx: omega dq/d|x| sign(p) sign(x), with sign(p) for sign(0); 0
+   elsewhere */
 void SlipConeSlope(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
                    const PetscReal dq[], const PetscReal rho[], PetscReal slope[])
 {
@@ -70,7 +71,8 @@ void SlipConeSlope(PetscInt n, PetscReal omega, const PetscReal x[], const Petsc
   }
 }
 
-/* Largest |x| / rho of the rows that slide against the sign of x: such a point is no solution however small its residual */
+/* Largest |x| / rho of the rows that slide against the sign of x: such a point is no solution however small its
+   residual */
 PetscReal SlipConeInconsistency(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
                                 const PetscReal q[], const PetscReal rho[])
 {

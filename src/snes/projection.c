@@ -1,10 +1,10 @@
 /* SNES "projection": the self-adaptive fixed point x <- S(x - rho G(x), rho omega q).
 
-   This is the published solver of the problem class and the plain reference for the semismooth one. rho is 1/diag(B) times one
-   factor for the block of rates, adapted as in self-adaptive projection methods (He and Liao 2002, JOTA 112): with the ratio
-   rho |G(x') - G(x)| / |x' - x| in the norms of diag(B), shorten by 2/3 and repeat the step above 0.9, lengthen by 3/2 below
-   0.3. A factor per element does not work: the change of an element's G is mostly its neighbours' doing, so elements that are
-   already at rest would shorten theirs to nothing. */
+   This is the published solver of the problem class and the plain reference for the semismooth one. rho is 1/diag(B)
+   times one factor for the block of rates, adapted as in self-adaptive projection methods (He and Liao 2002, JOTA 112):
+   with the ratio rho |G(x') - G(x)| / |x' - x| in the norms of diag(B), shorten by 2/3 and repeat the step above 0.9,
+   lengthen by 3/2 below 0.3. A factor per element does not work: the change of an element's G is mostly its neighbours'
+   doing, so elements that are already at rest would shorten theirs to nothing. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipcone.h>
 #include <slipstep/private/sliplog.h>

@@ -1,10 +1,12 @@
-/* A constraint for small systems: the user gives forces, their dense Jacobian and the bounds of the reaction, on arrays.
+/* A constraint for small systems: the user gives forces, their dense Jacobian and the bounds of the reaction, on
+   arrays.
 
    The rows that no reaction enters are eliminated: for given constrained states x, Newton's method solves
      A_f (w_f - base_f) / theta = F_f(t, w) + explicit_f
-   for the free states w_f, and what is left is G(x) = A_c (x - base_c) / theta - F_c(t, w) - explicit_c with the Schur complement
-   of A / theta - dF/dw as its Jacobian. That is symmetric for mechanical systems and reciprocal circuits. */
+   for the free states w_f, and what is left is G(x) = A_c (x - base_c) / theta - F_c(t, w) - explicit_c with the Schur
+   complement of A / theta - dF/dw as its Jacobian. That is symmetric for mechanical systems and reciprocal circuits. */
 #include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipcompose.h>
 #include <petscblaslapack.h>
 
 enum { max_newton = 30 };
@@ -387,13 +389,13 @@ static PetscErrorCode SmallCreate(const SlipSmall *p, Small **small)
   Level: beginner
 
   Notes:
-  The reduced unknowns are the constrained states in the order of rows; the others are eliminated inside, by Newton's method when
-  F_s is nonlinear. A stage whose elimination fails counts as not converged, and its step is tried again.
+  The reduced unknowns are the constrained states in the order of rows; the others are eliminated inside, by Newton's
+  method when F_s is nonlinear. A stage whose elimination fails counts as not converged, and its step is tried again.
 
   Systems of up to a few hundred states are meant: every evaluation factors a dense matrix.
 
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for a mass that is not positive or rows that do not ascend; PETSC_ERR_USER later, when a bound
-  is negative.
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for a mass that is not positive or rows that do not ascend; PETSC_ERR_USER later,
+  when a bound is negative.
 
 .seealso: SlipSmallConfigureTS(), SlipConstraintCreate(), TSBatheSetConstraint()
 @*/
@@ -411,7 +413,6 @@ PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstrain
                                  .bound_state = BoundState};
   Small *s = NULL;
   Vec x;
-  PetscContainer box;
 
   PetscFunctionBegin;
   PetscAssertPointer(problem, 1);
@@ -421,10 +422,6 @@ PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstrain
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, problem->nrows, &x));
   PetscCall(SlipConstraintCreate(PETSC_COMM_SELF, &ops, s, x, con));
   PetscCall(VecDestroy(&x));
-  PetscCall(PetscContainerCreate(PETSC_COMM_SELF, &box));
-  PetscCall(PetscContainerSetPointer(box, s));
-  PetscCall(SlipContainerSetDestroy(box, SmallDestroy));
-  PetscCall(PetscObjectCompose((PetscObject)*con, "SlipSmall", (PetscObject)box));
-  PetscCall(PetscContainerDestroy(&box));
+  PetscCall(SlipObjectComposeData((PetscObject)*con, "SlipSmall", s, SmallDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,6 @@
 /* Events and stages of -log_view, and products of any Mat as an event of their own. */
 #include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/sliplog.h>
 
 PetscLogStage SLIP_STAGE_SETUP, SLIP_STAGE_RUN, SLIP_STAGE_OUTPUT;
@@ -49,14 +49,10 @@ typedef struct {
 
 static PetscErrorCode LoggedMult(Mat A, Vec x, Vec y)
 {
-  PetscContainer container;
-  void *pointer = NULL;
   const Product *product;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectQuery((PetscObject)A, "SlipProduct", (PetscObject *)&container));
-  PetscCall(PetscContainerGetPointer(container, &pointer));
-  product = (const Product *)pointer;
+  PetscCall(SlipObjectQueryData((PetscObject)A, "SlipProduct", &product));
   PetscCall(PetscLogEventBegin(product->event, A, x, y, 0));
   PetscCall((*product->mult)(A, x, y));
   PetscCall(PetscLogEventEnd(product->event, A, x, y, 0));
@@ -69,7 +65,6 @@ static PetscErrorCode LoggedMult(Mat A, Vec x, Vec y)
 */
 PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event)
 {
-  PetscContainer container;
   Product *product;
   SlipMatFn *mult = NULL;
   MatType type;
@@ -81,11 +76,7 @@ PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event)
   PetscCall(PetscNew(&product));
   product->mult = (PetscErrorCode(*)(Mat, Vec, Vec))mult;
   product->event = event;
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)A), &container));
-  PetscCall(PetscContainerSetPointer(container, product));
-  PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
-  PetscCall(PetscObjectCompose((PetscObject)A, "SlipProduct", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(SlipObjectComposeData((PetscObject)A, "SlipProduct", product, SlipContainerDestroyDefault));
   PetscCall(MatSetOperation(A, MATOP_MULT, SlipMatShellFn(LoggedMult)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -9,6 +9,8 @@ static PetscBool SlipStepPackageInitialized = PETSC_FALSE;
 /*@C
   SlipStepFinalizePackage - forget the registrations; called by PetscFinalize()
 
+  Collective
+
   Level: developer
 
 .seealso: SlipStepInitializePackage()
@@ -43,6 +45,8 @@ PetscErrorCode SlipStepInitializePackage(void)
 
 /*@C
   PetscDLLibraryRegister_slipstep - entry point of the plugin, called by PETSc for `-dll_prepend libslipstep.so`
+
+  Collective
 
   Level: developer
 

@@ -1,4 +1,5 @@
-/* TSBATHE as a PETSc TS type: life, options, view, interpolation. The step is in bathestep.c, its stages in bathestage.c. */
+/* TSBATHE as a PETSc TS type: life, options, view, interpolation. The step is in bathestep.c, its stages in
+   bathestage.c. */
 #include <slipstep/private/slipts.h>
 
 static PetscBool cited = PETSC_FALSE;
@@ -126,8 +127,8 @@ static PetscErrorCode TSView_Bathe(TS ts, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The cubic through the step's start, an inner state and its end, with the end's derivative: fourth order locally, and it needs
-   no derivative at the start */
+/* The cubic through the step's start, an inner state and its end, with the end's derivative: fourth order locally, and
+   it needs no derivative at the start */
 static PetscErrorCode TSInterpolate_Bathe(TS ts, PetscReal t, Vec w)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -203,8 +204,8 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
 }
 
 /*MC
-  TSBATHE - "bathe": implicit composite integrator, the trapezoidal rule to t + gamma h and the three-point backward formula
-  from there to t + h
+  TSBATHE - "bathe": implicit composite integrator, the trapezoidal rule to t + gamma h and the three-point backward
+  formula from there to t + h
 
   Options Database Keys:
 + -ts_bathe_gamma <0.5>                      - split of the step, dimensionless
@@ -216,19 +217,19 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   Level: beginner
 
   Notes:
-  Second order and L-stable for gamma in (0, 1). Without a constraint it integrates any TSSetRHSFunction() or TSSetIFunction()
-  problem with a constant mass matrix; with one (TSBatheSetConstraint()) stages are solved by SNESSEMISMOOTH or SNESPROJECTION
-  on the constraint's reduced unknowns.
+  Second order and L-stable for gamma in (0, 1). Without a constraint it integrates any TSSetRHSFunction() or
+  TSSetIFunction() problem with a constant mass matrix; with one (TSBatheSetConstraint()) stages are solved by
+  SNESSEMISMOOTH or SNESPROJECTION on the constraint's reduced unknowns.
 
-  The embedded estimate is zero in the rate rows of elements that stick at the end of the step: their rate is exact there, and
-  their jump in acceleration is no error of the method. Their displacement and slip rows keep it.
+  The embedded estimate is zero in the rate rows of elements that stick at the end of the step: their rate is exact
+  there, and their jump in acceleration is no error of the method. Their displacement and slip rows keep it.
 
-  The embedded estimate costs no solve. It needs w' at the start: a problem given by TSSetIFunction() only does not say it, so
-  the first step after a start or TSRestartStep() is estimated by doubling.
+  The embedded estimate costs no solve. It needs w' at the start: a problem given by TSSetIFunction() only does not say
+  it, so the first step after a start or TSRestartStep() is estimated by doubling.
 
   Doubling is left out, and the solution is then the single step h, when the controller says that it needs no error
-  ("TSAdaptNeedsError_C"), and with -ts_adapt_type none or history unless -ts_bathe_error doubling was asked for. Both change neither
-  the order of the method nor any decision, as such a controller never looks at an error.
+  ("TSAdaptNeedsError_C"), and with -ts_adapt_type none or history unless -ts_bathe_error doubling was asked for. Both
+  change neither the order of the method nor any decision, as such a controller never looks at an error.
 
   References:
 . * - K. J. Bathe, M. M. I. Baig, On a composite implicit time integration procedure for nonlinear dynamics, Comput. Struct. 83,

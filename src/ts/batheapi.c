@@ -1,4 +1,5 @@
-/* TSBATHE's setters and getters: the public function validates and dispatches, the static one after it does the work. */
+/* TSBATHE's setters and getters: the public function validates and dispatches, the static one after it does the
+   work. */
 #include <slipstep/private/slipts.h>
 
 /*@
@@ -210,9 +211,9 @@ static PetscErrorCode TSBatheSetOrder_Bathe(TS ts, PetscInt p)
   Level: intermediate
 
   Notes:
-  The TS's SNES becomes "semismooth" unless it already is of a type that takes a constraint (-snes_type overrides), and the
-  limits of PETSc on failed solves and rejections are lifted (-ts_max_snes_failures, -ts_max_reject): the run ends after
-  -ts_bathe_max_failures failures in a row instead.
+  The TS's SNES becomes "semismooth" unless it already is of a type that takes a constraint (-snes_type overrides), and
+  the limits of PETSc on failed solves and rejections are lifted (-ts_max_snes_failures, -ts_max_reject): the run ends
+  after -ts_bathe_max_failures failures in a row instead.
 
 .seealso: TSBATHE, TSBatheGetConstraint(), SlipConstraintCreate(), TSBatheSetInitialReaction()
 @*/
@@ -372,18 +373,6 @@ static PetscErrorCode TSBatheGetLastAttempt_Bathe(TS ts, SlipAttempt *attempt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "TSBatheGetEstimates_C" of slipts.h */
-static PetscErrorCode TSBatheGetEstimates_Bathe(TS ts, Vec *error, Vec *derivative)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const PetscBool known = ba->attempts && ba->last.converged ? PETSC_TRUE : PETSC_FALSE;
-
-  PetscFunctionBegin;
-  *error = known && ba->last.error >= 0 ? ba->E : NULL;
-  *derivative = known && ba->k2_known ? ba->K2 : NULL;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@C
   TSBatheAddAttemptMonitor - have a function called after every attempted step, accepted or not
 
@@ -482,7 +471,6 @@ PetscErrorCode TSBatheComposeSetters(TS ts, PetscBool compose)
   COMPOSE(TSBatheGetEstimates);
   COMPOSE(TSBatheAddAttemptMonitor);
   COMPOSE(TSBatheGetTotals);
-  COMPOSE(TSBatheGetErrorVector);
   COMPOSE(TSBatheGetOrder);
   COMPOSE(TSBatheSetHalved);
   PetscFunctionReturn(PETSC_SUCCESS);

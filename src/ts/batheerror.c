@@ -9,7 +9,8 @@
 #include <slipstep/private/slipts.h>
 #include <math.h>
 
-/* k0 where no step has left it: RHSFunction, or A^-1 (F_s + r0). An implicit form F(t, w, w') = 0 does not give it away. */
+/* k0 where no step has left it: RHSFunction, or A^-1 (F_s + r0). An implicit form F(t, w, w') = 0 does not give it
+   away. */
 PetscErrorCode TSBatheStartDerivative(TS ts, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -48,11 +49,11 @@ PetscErrorCode TSBatheEndDerivative(TS ts, PetscReal h, Vec w0, Vec w1, Vec w2, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Zero e in the rows of elements that stick at the step's end. The constraint fixes their rate at exactly zero there, while
-   the derivatives of an element that has just stopped jump: the formula would give an error of the order of the rate itself
-   however short the step, and a controller would chase it at every arrest. What the arrest does to the accuracy still shows
-   in the rows that integrate the rate (displacement and slip). The derivative of the rate of a resting element is zero
-   likewise. */
+/* Zero e in the rows of elements that stick at the step's end. The constraint fixes their rate at exactly zero there,
+   while the derivatives of an element that has just stopped jump: the formula would give an error of the order of the
+   rate itself however short the step, and a controller would chase it at every arrest. What the arrest does to the
+   accuracy still shows in the rows that integrate the rate (displacement and slip). The derivative of the rate of a
+   resting element is zero likewise. */
 PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -109,7 +110,8 @@ PetscErrorCode TSBatheEmbeddedError(TS ts, PetscReal h, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* e = (w_half - w_full) / (2^p - 1); a smooth problem's own order is 2 when doubling stands in for the embedded estimate */
+/* e = (w_half - w_full) / (2^p - 1); a smooth problem's own order is 2 when doubling stands in for the embedded
+   estimate */
 PetscErrorCode TSBatheDoublingError(TS ts, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -121,8 +123,9 @@ PetscErrorCode TSBatheDoublingError(TS ts, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Keep 12 binary digits. An error estimate means one or two decimal ones; the rest is rounding and solver noise that differs with
-   the number of ranks, and a controller that divides by it would turn 1e-13 into another sequence of steps. */
+/* Keep 12 binary digits. An error estimate means one or two decimal ones; the rest is rounding and solver noise that
+   differs with the number of ranks, and a controller that divides by it would turn 1e-13 into another sequence of
+   steps. */
 static PetscReal TSBatheRoundEstimate(PetscReal error)
 {
   int exponent;

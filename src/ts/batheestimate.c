@@ -1,4 +1,4 @@
-/* TSBATHE's error estimate as a vector, for those who make more of it than its norm. */
+/* TSBATHE for those who estimate errors of whole runs: the estimates as vectors, their order, steps in halves. */
 #include <slipstep/private/slipts.h>
 
 /*@
@@ -34,17 +34,18 @@ PetscErrorCode TSBatheGetOrder_Bathe(TS ts, PetscReal *order)
 }
 
 /*@
-  TSBatheGetErrorVector - the estimated error of the last step's solution, component by component
+  TSBatheGetEstimates - what the last attempt knows beside its solution: its error, component by component, and dw/dt
 
   Not collective
 
   Input Parameter:
-. ts - of type TSBATHE
+. ts - the integrator
 
-  Output Parameters:
-+ e     - the estimate, in the layout of the solution, borrowed and valid until the next attempt; `NULL` when the last
-          attempt had none
-- scale - factor that makes of e the solution minus a more accurate one, to the method's own order
+  Output Parameters (each may be `NULL`):
++ error      - the estimated error in the layout and units of the solution, borrowed and valid until the next attempt;
+               `NULL` when the last attempt did not converge or had no estimate, and when ts is not of type TSBATHE
+. scale      - factor that makes of the error the solution minus a more accurate one, to the method's own order
+- derivative - dw/dt at the attempt's end [units of the solution per s], borrowed likewise; `NULL` when not known
 
   Level: advanced
 
@@ -55,22 +56,26 @@ PetscErrorCode TSBatheGetOrder_Bathe(TS ts, PetscReal *order)
 
 .seealso: TSBatheGetLastAttempt(), TSBatheSetError(), TSBatheSetOrder()
 @*/
-PetscErrorCode TSBatheGetErrorVector(TS ts, Vec *e, PetscReal *scale)
+PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *derivative)
 {
   PetscFunctionBegin;
   PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscUseMethod(ts, "TSBatheGetErrorVector_C", (TS, Vec *, PetscReal *), (ts, e, scale));
+  if (error) *error = NULL;
+  if (scale) *scale = 1.0;
+  if (derivative) *derivative = NULL;
+  PetscTryMethod(ts, "TSBatheGetEstimates_C", (TS, Vec *, PetscReal *, Vec *), (ts, error, scale, derivative));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSBatheGetErrorVector_Bathe(TS ts, Vec *e, PetscReal *scale)
+PetscErrorCode TSBatheGetEstimates_Bathe(TS ts, Vec *error, PetscReal *scale, Vec *derivative)
 {
   const TS_Bathe *ba = (const TS_Bathe *)ts->data;
+  const PetscBool known = ba->attempts && ba->last.converged ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBegin;
-  *e = ba->last.error >= 0.0 ? ba->E : NULL;
-  *scale = 1.0;
-  if (ba->error == TSBATHE_ERROR_DOUBLING) {
+  if (error && known && ba->last.error >= 0.0) *error = ba->E;
+  if (derivative && known && ba->k2_known) *derivative = ba->K2;
+  if (scale && ba->error == TSBATHE_ERROR_DOUBLING) {
     PetscReal order;
 
     PetscCall(TSBatheGetOrder_Bathe(ts, &order));

@@ -72,16 +72,12 @@ static PetscErrorCode TSBatheSolveSmooth(TS ts, Vec rhs, Vec w, PetscReal *resno
 }
 
 /* One stage of a problem with a constraint, from the guess in w */
-static PetscErrorCode TSBatheSolveConstrained(TS ts, PetscReal t0, PetscReal omega, Vec explicit_part, Vec w, Vec r,
+static PetscErrorCode TSBatheSolveConstrained(TS ts, PetscReal omega, Vec explicit_part, Vec w, Vec r,
                                               PetscReal *resnorm)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  SlipStage stage = {.t = ba->stage_time,
-                     .t0 = t0,
-                     .theta = ba->theta,
-                     .omega = omega,
-                     .base = ba->base,
-                     .explicit_part = explicit_part};
+  SlipStage stage = {
+    .t = ba->stage_time, .theta = ba->theta, .omega = omega, .base = ba->base, .explicit_part = explicit_part};
 
   PetscFunctionBegin;
   PetscCall((*ba->ops->reduce)(ba->con, w, ba->x, ba->ctx));
@@ -103,7 +99,7 @@ static PetscErrorCode TSBatheStageOne(TS ts, PetscReal t, Vec w0, Vec r0, Vec w1
 
     PetscCall((*ba->ops->smooth)(ba->con, t, w0, ba->Fs, ba->ctx));
     if (trapezoidal) PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, r0, ba->Fs, ba->ctx));
-    PetscCall(TSBatheSolveConstrained(ts, t, trapezoidal ? 1.0 : 2.0, ba->Fs, w1, ba->r1, resnorm));
+    PetscCall(TSBatheSolveConstrained(ts, trapezoidal ? 1.0 : 2.0, ba->Fs, w1, ba->r1, resnorm));
   } else {
     PetscCall(VecZeroEntries(ba->Xdot));
     PetscCall(TSComputeIFunction(ts, t, w0, ba->Xdot, ba->affine, PETSC_FALSE));
@@ -137,7 +133,7 @@ PetscErrorCode TSBatheSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, V
   PetscCall(VecCopy(w1, w2));
   PetscCall(TSPreStage(ts, ba->stage_time));
   if (ba->con)
-    PetscCall(TSBatheSolveConstrained(ts, t, 1.0, NULL, w2, r2, &res));
+    PetscCall(TSBatheSolveConstrained(ts, 1.0, NULL, w2, r2, &res));
   else
     PetscCall(TSBatheSolveSmooth(ts, NULL, w2, &res));
   PetscCall(TSBatheAfterSolve(ts, 1, w2, res, resnorm, ok));

@@ -46,7 +46,7 @@ static const struct {
   const char *operator, * const options[9];
   PetscReal tolerance;
 } Rows[] = {
-  /* solves end at residuals of rounding: 1e-9, the figure for rank counts */
+  /* solves end at residuals of rounding, which the steps amplify: 1e-9, as between rank counts */
   {"dense", {NULL}, 1e-9},
   {"dense", {"-mat_slipstage_jacobian", "approximate", NULL}, 1e-9},
   {"dense", {"-mat_slipstage_jacobian", "approximate", "-pc_slipstage_type", "symbol", NULL}, 1e-9},

@@ -1,32 +1,10 @@
 /* Hierarchical stiffness and Lanczos' viscosity on several ranks against dense ones. Exit code 0: good. */
-#include <slipstep.h>
+#include "cells.h"
 #include <slipstep/private/slipcompat.h>
 
 enum { NX = 36, NZ = 20, N = 2 * NX * NZ };
 
-static PetscReal Data[5][N];
-
-/* Two graded faults side by side. */
-static SlipCells MakeCells(void)
-{
-  for (PetscInt e = 0; e < N; e++) {
-    const PetscInt i = e % NX, k = (e / NX) % NZ, plane = e / (NX * NZ);
-
-    Data[3][e] = 50;
-    Data[4][e] = 40 + 4 * k;
-    Data[0][e] = 50 * (i + 0.5);
-    Data[1][e] = 300 * plane;
-    Data[2][e] = 40 * k + 2 * k * (k - 1) + 0.5 * Data[4][e];
-  }
-  return (SlipCells){.n = N,
-                     .x = Data[0],
-                     .y = Data[1],
-                     .z = Data[2],
-                     .length = Data[3],
-                     .width = Data[4],
-                     .shear_modulus = 30e9,
-                     .poisson_ratio = 0.25};
-}
+static PetscReal data[5 * N];
 
 static PetscErrorCode Compare(const char what[], Mat A, Mat B, PetscReal tolerance)
 {
@@ -57,7 +35,7 @@ static PetscErrorCode Compare(const char what[], Mat A, Mat B, PetscReal toleran
 /* Storage to 1e-6 of each low-rank block, so products to that, and the root likewise, as its condition is about 50. */
 static PetscErrorCode Run(void)
 {
-  const SlipCells cells = MakeCells();
+  const SlipCells cells = TwoGradedFaults(NX, NZ, 1, data);
   Mat dense, hmat, root, lanczos;
 
   PetscFunctionBeginUser;

@@ -53,7 +53,7 @@ static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *ou
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* 1e-9: the figure. */
+/* Sums in another order differ by rounding, which the steps of a run amplify: 1e-9. */
 static PetscErrorCode Same(const char what[], PetscReal a, PetscReal b)
 {
   PetscFunctionBegin;

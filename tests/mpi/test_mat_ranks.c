@@ -232,8 +232,8 @@ static void test_preconditioner_does_not_depend_on_ranks(void **state)
   Check(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
 }
 
-/* Viscosities without set-up; rows and wavenumbers that do not divide by the ranks. Lanczos' processes end at a tolerance:
-   where rounding moves a step of theirs, products differ by 1e-10, and 1e-12 for the spectral one. */
+/* Viscosities without set-up; rows and wavenumbers that do not divide by the ranks. Lanczos' processes end at a
+   tolerance: where rounding moves a step of theirs, products differ by 1e-10, and 1e-12 for the spectral one. */
 static void test_lean_viscosities_do_not_depend_on_ranks(void **state)
 {
   static const struct {

@@ -1,33 +1,17 @@
 /* Cells over ranks: compact shares of equal cost, and operators that do not depend on them. Exit code 0: good. */
-#include <slipstep.h>
+#include "cells.h"
 #include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipfaultimpl.h>
 
 enum { NX = 40, NZ = 24, N = 2 * NX * NZ };
 #define MASS 7e6
 
-static PetscReal Data[5][N];
+static PetscReal data[5 * N];
 
-/* Two graded faults, the rows of the file in an order that has nothing to do with where cells are. */
+/* The rows of the file are in an order that has nothing to do with where cells are: 997 is prime. */
 static SlipCells MakeCells(void)
 {
-  for (PetscInt k = 0; k < N; k++) {
-    const PetscInt e = k * 997 % N; /* 997 is prime */
-    const PetscInt i = e % NX, j = (e / NX) % NZ, plane = e / (NX * NZ);
-
-    Data[3][k] = 50;
-    Data[4][k] = 40 + 4 * j;
-    Data[0][k] = 50 * (i + 0.5);
-    Data[1][k] = 300 * plane;
-    Data[2][k] = 40 * j + 2 * j * (j - 1) + 0.5 * Data[4][k];
-  }
-  return (SlipCells){.n = N,
-                     .x = Data[0],
-                     .y = Data[1],
-                     .z = Data[2],
-                     .length = Data[3],
-                     .width = Data[4],
-                     .shear_modulus = 30e9,
-                     .poisson_ratio = 0.25};
+  return TwoGradedFaults(NX, NZ, 997, data);
 }
 
 /* Sides that cells share with one of another rank. */
@@ -45,8 +29,8 @@ static PetscInt SharedSides(const SlipCells *c, const PetscMPIInt owner[])
   return cut;
 }
 
-/* A square of n cells has 4 sqrt(n) sides and each shared one counts for two ranks; half as many again for shapes. The cost of
-   a cell varies by half. */
+/* A square of n cells has 4 sqrt(n) sides and each shared one counts for two ranks; half as many again for shapes. The
+   cost of a cell varies by half. */
 static PetscErrorCode CheckShares(const SlipCells *c)
 {
   PetscMPIInt *owner, size;
@@ -169,12 +153,48 @@ static PetscErrorCode Run(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A field is given by the rows of the mesh's file, and every process takes those of its own cells. */
+static PetscErrorCode GiveField(void)
+{
+  const SlipCells c = MakeCells();
+  PetscReal stress[N];
+  char file[64];
+  PetscMPIInt rank, size;
+  SlipFault fault;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  PetscCall(PetscSNPrintf(file, sizeof(file), "test_partition_%d.h5", (int)size));
+  if (!rank) PetscCall(WriteCells(file, &c));
+  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
+  for (PetscInt k = 0; k < N; k++) stress[k] = 1e7 + k;
+  PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
+  PetscCall(SlipFaultSetString(fault, "mesh", file));
+  PetscCall(SlipFaultSetString(fault, "operator", "hmat"));
+  PetscCall(SlipFaultSetString(fault, "viscosity", "none"));
+  PetscCall(SlipFaultSetReal(fault, "thickness", 2000));
+  PetscCall(SlipFaultSetField(fault, "normal_stress", N, stress));
+  PetscCall(SlipFaultSetUp(fault));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscInt e = fault->start + i, row = fault->order ? fault->order[e] : e;
+    const PetscReal got = fault->field[FIELD_NORMAL_STRESS][i];
+
+    PetscCheck(got == stress[row], PETSC_COMM_SELF, PETSC_ERR_PLIB, "the cell of row %d has %.1f Pa, given were %.1f",
+               (int)row, (double)got, (double)stress[row]);
+  }
+  PetscCall(SlipFaultDestroy(&fault));
+  if (!rank) (void)remove(file);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCall(SlipStepInitializePackage());
   PetscCall(Run());
+  PetscCall(GiveField());
   PetscCall(PetscFinalize());
   return 0;
 }

@@ -1,7 +1,6 @@
 /* A policy on several ranks: rank 0 reads, all evaluate the same numbers, and a bad file is an error on every rank. */
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
-#include <stdio.h>
 #include <unistd.h>
 
 static PetscErrorCode Make(const char file[])

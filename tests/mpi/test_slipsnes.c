@@ -1,4 +1,5 @@
-/* Stage solves of a chain of sliders with slip weakening: both SNES types, direct and Krylov, the same on every rank count. */
+/* Stage solves of a chain of sliders with slip weakening: both SNES types, direct and Krylov, the same on every rank
+   count. */
 #include "../sliders.h"
 
 enum { blocks = 20 };
@@ -60,7 +61,8 @@ static PetscErrorCode Solve(Sliders *p, Vec w, const char *type, const char *dir
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |r| <= q, r = -q sign(x) where x != 0, and G(x) = omega r to the solver's tolerance of 1e-10 times the loads (about 3) */
+/* |r| <= q, r = -q sign(x) where x != 0, and G(x) = omega r to the solver's tolerance of 1e-10 times the loads (about
+   3) */
 static PetscErrorCode CheckSolution(Sliders *p, Vec x, Vec r)
 {
   Vec q, g;
@@ -128,8 +130,8 @@ static PetscErrorCode Fingerprint(Vec x, PetscReal *sum)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Direct, Krylov and projection agree to 1e-8: each is within its residual tolerance of 1e-10 times a condition number that the
-   anchored chain keeps below 10 */
+/* Direct, Krylov and projection agree to 1e-8: each is within its residual tolerance of 1e-10 times a condition number
+   that the anchored chain keeps below 10 */
 static PetscErrorCode TestTypesAgree(void)
 {
   Sliders p;
@@ -207,7 +209,8 @@ static PetscErrorCode TestProjectionGivesUp(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A whole run of TSBATHE, on all ranks and on this one alone, directly and by Krylov; 1e-9 is what the library promises */
+/* A whole run of TSBATHE, on all ranks and on this one alone, directly and by Krylov; 1e-9 is what the library
+   promises */
 static PetscErrorCode TestRanksAgree(void)
 {
   const MPI_Comm comm[] = {PETSC_COMM_SELF, PETSC_COMM_WORLD, PETSC_COMM_WORLD};

@@ -103,7 +103,7 @@ def forward(state, obs, sde, act=lambda x: np.maximum(x, 0)):
 
 
 def file_forward(path, obs):
-    """What SlipPolicy computes, from the file (DESIGN.md section 5)."""
+    """What SlipPolicy computes, from the file (slippolicy.h)."""
     kinds = {"relu": lambda x: np.maximum(x, 0), "tanh": np.tanh, "linear": lambda x: x,
              "hardtanh2": lambda x: np.clip(x, -2, 2)}
     with h5py.File(path) as f:

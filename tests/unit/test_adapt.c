@@ -1,34 +1,11 @@
 /* The controllers on a TS without numerics (y' = 0): the test says what each attempt's error is and whether it
    converged, and expects the exact sequence of steps. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "messages.h"
 #include <petsc/private/tsimpl.h>
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
-static char message[4096];
-
-static PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
-                             PetscErrorType p, const char *mess, void *ctx)
-{
-  (void)comm, (void)line, (void)fun, (void)src, (void)ctx;
-  if (p == PETSC_ERROR_INITIAL) snprintf(message, sizeof(message), "%s", mess);
-  return n;
-}
-
-#define ok(call) assert_int_equal(0, (int)(call))
-#define fails(call, want)                                                                                              \
-  do {                                                                                                                 \
-    message[0] = 0;                                                                                                    \
-    assert_int_not_equal(0, (int)(call));                                                                              \
-    if (!strstr(message, want)) fail_msg("expected \"%s\" in \"%s\"", want, message);                                  \
-  } while (0)
 /* A handful of pow() and products of numbers near 1: a few hundred roundings of 1.1e-16 at most. */
 #define near(a, b) assert_true(fabs((a) - (b)) <= 1e-13 * (1 + fabs(b)))
 
@@ -41,7 +18,7 @@ static struct {
   int n, at;
   PetscInt order;
   PetscReal tried[64]; /* step of each attempt [s] */
-  PetscBool accepted[64], needs_error, has_time_scale;
+  PetscBool accepted[64], needs_error;
   SlipAttempt last;
   PetscReal energy; /* what the problem supplies; NaN: nothing */
   int asked;        /* how often */

@@ -8,8 +8,8 @@
 #define CALL(...) assert_int_equal((int)(__VA_ARGS__), 0)
 
 /* m dv/dt = -eta v - k u + load + r, |r| <= q constant, from v = 0, u = 0 with load > q: while it slides forwards,
-   u = A (1 - exp(-a t)(cos w t + (a/w) sin w t)), A = (load - q)/k, a = eta/2m, w^2 = k/m - a^2. v returns to zero at t = pi/w,
-   where |k u - load| < q holds it: it sticks for good. */
+   u = A (1 - exp(-a t)(cos w t + (a/w) sin w t)), A = (load - q)/k, a = eta/2m, w^2 = k/m - a^2. v returns to zero at t
+   = pi/w, where |k u - load| < q holds it: it sticks for good. */
 static const PetscReal mass = 2.0, eta = 0.6, stiffness = 5.0, load = 3.0, strength = 1.0;
 
 static PetscReal entry(PetscInt i, PetscInt j, PetscInt n)
@@ -44,8 +44,8 @@ static PetscReal Value(Vec w, PetscInt i)
   return PetscRealPart(a);
 }
 
-/* While sliding: order 2 with the trapezoidal reaction, 1 with the implicit one, up to the next term of the error. That is large
-   and of the other sign for the implicit one here, so it shows its order at small steps only. */
+/* While sliding: order 2 with the trapezoidal reaction, 1 with the implicit one, up to the next term of the error. That
+   is large and of the other sign for the implicit one here, so it shows its order at small steps only. */
 static void test_order_while_sliding(void **state)
 {
   (void)state;
@@ -85,7 +85,8 @@ static void test_order_while_sliding(void **state)
   }
 }
 
-/* Constant friction against the closed form, before and after the arrest; sticking is exact: v == 0 and r == k u - load */
+/* Constant friction against the closed form, before and after the arrest; sticking is exact: v == 0 and r == k u -
+   load */
 static void test_closed_form(void **state)
 {
   PetscReal error[2];
@@ -107,7 +108,8 @@ static void test_closed_form(void **state)
     /* equal up to the rounding of K u and of the stage's sums, terms of about 40 m v/theta */
     assert_true(fabs(Value(r, 0) - (stiffness * Value(w, 1) - load)) < 1e-12);
     assert_true(fabs(Value(r, 0)) < strength);
-    /* In the step of the arrest the three-point formula extrapolates the velocity past zero: it may slip back by O(h^2). */
+    /* In the step of the arrest the three-point formula extrapolates the velocity past zero: it may slip back by
+       O(h^2). */
     assert_true(fabs(Value(w, 1) - Value(w, 2)) < 0.05 * 0.05);
     assert_true(fabs(Value(w, 1) - Displacement(4.0)) < 0.05 * 0.05);
     CALL(TSDestroy(&ts));
@@ -118,8 +120,8 @@ static void test_closed_form(void **state)
   assert_true(fabs(log2(error[0] / error[1]) - 2.0) < 0.1);
 }
 
-/* Adaptive runs through the arrest. The estimate must not chase the jump of the acceleration there: the steps stay far above
-   what resolving a jump to the tolerance (h < 1e-8 here) would take, and the result is as good as asked for. */
+/* Adaptive runs through the arrest. The estimate must not chase the jump of the acceleration there: the steps stay far
+   above what resolving a jump to the tolerance (h < 1e-8 here) would take, and the result is as good as asked for. */
 static void test_adaptive_arrest(void **state)
 {
   const TSBatheError kinds[] = {TSBATHE_ERROR_EMBEDDED, TSBATHE_ERROR_DOUBLING};
@@ -200,8 +202,8 @@ static void test_rollback_restores_reaction(void **state)
   CALL(SlidersDestroy(&p));
 }
 
-/* A stage that cannot converge: no iteration is allowed. Every attempt is recorded with residual 2 a solve, the state stays that
-   of the start, and after the allowed number the error names time, step and element. */
+/* A stage that cannot converge: no iteration is allowed. Every attempt is recorded with residual 2 a solve, the state
+   stays that of the start, and after the allowed number the error names time, step and element. */
 typedef struct {
   PetscInt calls;
   PetscReal residual, next, v;
@@ -312,8 +314,8 @@ static void test_wrong_snes_is_refused(void **state)
   CALL(SlidersDestroy(&p));
 }
 
-/* A long step under strong weakening has an indefinite Jacobian at rest. The stage must still end on the branch that the loading
-   leads to: forwards, at a solution of the implicit equations with a positive definite Jacobian. */
+/* A long step under strong weakening has an indefinite Jacobian at rest. The stage must still end on the branch that
+   the loading leads to: forwards, at a solution of the implicit equations with a positive definite Jacobian. */
 static void indefinite_start(const char *direct_max)
 {
   Sliders p;

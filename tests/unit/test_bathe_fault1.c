@@ -1,4 +1,4 @@
-/* The 3 km fault with one element, constant steps: errors of the final slip of DESIGN.md section 2. */
+/* The 3 km fault with one element, constant steps: errors of the final slip of a prototype. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -48,8 +48,8 @@ static PetscErrorCode FinalSlip(TSBatheReaction reaction, PetscInt steps, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reference: classical RK4 of the sliding phase, from rest until the velocity returns to zero, 2e5 steps. The start is an
-   instability (initial acceleration 1e-5 of the strength), after which the element sticks for good. */
+/* Reference: classical RK4 of the sliding phase, from rest until the velocity returns to zero, 2e5 steps. The start is
+   an instability (initial acceleration 1e-5 of the strength), after which the element sticks for good. */
 static PetscReal Reference(void)
 {
   const PetscReal K = G / L, M = rho * L, H = 2.0 * 0.8 / 3.0 * PetscSqrtReal(M * K);
@@ -82,7 +82,8 @@ static void check(TSBatheReaction reaction, PetscInt steps, double percent, doub
   assert_true(PetscAbsReal(100.0 * PetscAbsReal(slip / ref - 1.0) - percent) < slack);
 }
 
-/* DESIGN.md prints three or two digits: half a unit of the last one, plus the reference's own (far smaller) error */
+/* The prototype's figures have three or two digits: half a unit of the last one, plus the reference's own (far smaller)
+   error */
 static void test_errors_of_final_slip(void **state)
 {
   (void)state;
@@ -92,9 +93,10 @@ static void test_errors_of_final_slip(void **state)
   check(TSBATHE_REACTION_TRAPEZOIDAL, 100, 0.09, 0.0051);
 }
 
-/* The published rollout on one element (TQC policy, alpha = 1), its steps replayed: implicit reaction, step doubling, the state
-   advancing with the two halves. Accepted times [s], mean slip rate [m/s] and displacement [mm] as its authors recorded them; the
-   last step of 5.9 s jumps over the whole peak, so the cone solver must take the branch that theirs took. */
+/* The published rollout on one element (TQC policy, alpha = 1), its steps replayed: implicit reaction, step doubling,
+   the state advancing with the two halves. Accepted times [s], mean slip rate [m/s] and displacement [mm] as its
+   authors recorded them; the last step of 5.9 s jumps over the whole peak, so the cone solver must take the branch that
+   theirs took. */
 static const PetscReal times[] = {0.0,
                                   1.0745350237334976,
                                   2.2039056642177783,

@@ -1,4 +1,4 @@
-/* The first-order sliding mode controller dw/dt = D sin(omega t) + F_r, F_r in -k Sign(w), of DESIGN.md section 1: one scalar
+/* The first-order sliding mode controller dw/dt = D sin(omega t) + F_r, F_r in -k Sign(w): one scalar
    unknown, an exact piecewise solution, and the smallest constraint that a user can write. */
 #include <stdarg.h>
 #include <stddef.h>

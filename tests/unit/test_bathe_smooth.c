@@ -205,7 +205,8 @@ static void test_estimates_are_third_order(void **state)
   }
 }
 
-/* In the interior of one step the interpolant is as good as the step: O(h^3), so halving h gains 8 up to its O(h) part */
+/* In the interior of one step the interpolant is as good as the step: O(h^3), so halving h gains 8 up to its O(h)
+   part */
 static void test_interpolation(void **state)
 {
   (void)state;
@@ -231,8 +232,8 @@ static void test_interpolation(void **state)
     }
 }
 
-/* y' = lambda (y - cos t) - sin t, lambda = -1e6, started off the slow solution: L-stable, so the transient is gone after a few
-   steps and the error is that of the slow part, far below h^2 */
+/* y' = lambda (y - cos t) - sin t, lambda = -1e6, started off the slow solution: L-stable, so the transient is gone
+   after a few steps and the error is that of the slow part, far below h^2 */
 static PetscErrorCode StiffRHS(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
   PetscScalar a;
@@ -349,7 +350,8 @@ static PetscErrorCode PostEvent(TS ts, PetscInt n, PetscInt list[], PetscReal t,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After the event y0' = -2 t y0^2 with y0(1) = 1/4: y0 = 1/(t^2 + 3). The event is located to the handler's 1e-6 or better. */
+/* After the event y0' = -2 t y0^2 with y0(1) = 1/4: y0 = 1/(t^2 + 3). The event is located to the handler's 1e-6 or
+   better. */
 static void test_event_and_restart(void **state)
 {
   Vec y;
@@ -407,7 +409,8 @@ static void test_petsc_controllers(void **state)
       assert_true(fabs(t - 2.5) < 1e-12);
       assert_int_equal(attempts, steps + rejected);
       assert_int_equal(accepted, steps);
-      /* one solve an attempt, but three where an implicit form starts, which happens until the first step is accepted */
+      /* one solve an attempt, but three where an implicit form starts, which happens until the first step is
+         accepted */
       if (form && (k == 1 || k == 2))
         assert_true(solves >= attempts + 2 && (solves - attempts) % 2 == 0);
       else

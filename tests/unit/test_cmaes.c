@@ -144,8 +144,8 @@ static void rotation_invariance(void **state)
   assert_true(fabs(turned / along - 1) < 0.3);
 }
 
-/* A diagonal covariance suits functions whose axes are independent: Ros and Hansen (2008) give about half the evaluations for the
-   10-dimensional ellipsoid. It may not leave the diagonal, and goes on as a full one. */
+/* A diagonal covariance suits functions whose axes are independent: Ros and Hansen (2008) give about half the
+   evaluations for the 10-dimensional ellipsoid. It may not leave the diagonal, and goes on as a full one. */
 static void diagonal(void **state)
 {
   double mean[N], x[64 * N], value[64];

@@ -54,8 +54,8 @@ static void test_natural_map_is_zero_at_solutions(void **state)
   assert_true(SlipConeReaction(omega, x[4], g[4], q[4]) == 0.0);
 }
 
-/* Slope against a central difference of F with q(|x|) = 1 - 0.3 |x|; the error of the difference of a linear function is
-   rounding only, 1e-16 / 1e-6 */
+/* Slope against a central difference of F with q(|x|) = 1 - 0.3 |x|; the error of the difference of a linear function
+   is rounding only, 1e-16 / 1e-6 */
 static void test_slope_is_the_derivative(void **state)
 {
   const PetscReal points[] = {0.7, -0.7}, forces[] = {-3.0, 3.0}, eps = 1e-6, omega = 1.5, rho = 1.0;

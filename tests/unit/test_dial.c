@@ -1,26 +1,8 @@
 /* The accuracy dial of TSADAPTRL: option, setter, getter, view, and what a policy that observes it is told. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "messages.h"
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
-
-static char message[4096];
-
-static PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
-                             PetscErrorType p, const char *mess, void *ctx)
-{
-  (void)comm, (void)line, (void)fun, (void)src, (void)ctx;
-  if (p == PETSC_ERROR_INITIAL) snprintf(message, sizeof(message), "%s", mess);
-  return n;
-}
-
-#define ok(call) assert_int_equal(0, (int)(call))
 
 /* The reference fault with one element for three seconds. */
 typedef struct {
@@ -162,8 +144,8 @@ static PetscReal rest_time(Run *r)
   return rest;
 }
 
-/* At rest without load: for ever. At the instability: not at all. Under load: until the traction H v_inf + K v_inf t reaches the
-   strength mu sigma; one element's K is G/Ly and its H is 2 zeta sqrt(M K). */
+/* At rest without load: for ever. At the instability: not at all. Under load: until the traction H v_inf + K v_inf t
+   reaches the strength mu sigma; one element's K is G/Ly and its H is 2 zeta sqrt(M K). */
 static void rest(void **state)
 {
   const PetscReal rate = 1e-3, stiffness = 30e9 / 3000, mass = 2500 * 3000., strength = 0.6 * 15e3 * 1500;

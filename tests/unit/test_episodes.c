@@ -1,4 +1,5 @@
-/* Episodes of the trainer: cost, references, and runs that depend on nothing but the episode, the policy and the dial. */
+/* Episodes of the trainer: cost, references, and runs that depend on nothing but the episode, the policy and the
+   dial. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -77,8 +78,9 @@ static void reproducible(void **state)
   ok(SlipPolicyDestroy(&fine));
 }
 
-/* The reference's final slip against a run by another controller with a tight tolerance. At rtol 1e-6 the local errors of a few
-   thousand steps add up to below 1e-4 of the slip even if all point the same way; the reference is held to that. */
+/* The reference's final slip against a run by another controller with a tight tolerance. At rtol 1e-6 the local errors
+   of a few thousand steps add up to below 1e-4 of the slip even if all point the same way; the reference is held to
+   that. */
 static void reference(void **state)
 {
   (void)state;
@@ -113,8 +115,9 @@ static void reference(void **state)
   }
 }
 
-/* The plain fault takes the library's steps. Both solve each stage to rounding; a policy that feeds back on its error estimate and
-   on the growth rate of a nucleating instability amplifies that by some powers of ten, which the bound leaves room for. */
+/* The plain fault takes the library's steps. Both solve each stage to rounding; a policy that feeds back on its error
+   estimate and on the growth rate of a nucleating instability amplifies that by some powers of ten, which the bound
+   leaves room for. */
 static void plain(void **state)
 {
   const char *const names[] = {"log_accuracy",   "log_rate",  "log_peak_rate",    "energy",

@@ -1,35 +1,10 @@
 /* The fault without an integrator: parameters and their errors, files, scaling, critical state, elimination, energy. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "messages.h"
 #include <slipstep.h>
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 #include <unistd.h>
-
-static char message[4096];
-
-static PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
-                             PetscErrorType type, const char *mess, void *ctx)
-{
-  (void)comm, (void)line, (void)fun, (void)src, (void)ctx;
-  if (type == PETSC_ERROR_INITIAL) snprintf(message, sizeof(message), "%s", mess);
-  return n;
-}
-
-#define ok(call) assert_int_equal(0, (int)(call))
-
-static void fails(PetscErrorCode ierr, const char want[])
-{
-  assert_int_not_equal(0, (int)ierr);
-  if (!strstr(message, want)) print_error("\"%s\" does not contain \"%s\"\n", message, want);
-  assert_non_null(strstr(message, want));
-}
 
 static SlipFault Make(PetscInt nx, PetscInt nz)
 {

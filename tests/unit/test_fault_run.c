@@ -1,4 +1,4 @@
-/* The fault under TSBATHE with constant steps: errors of DESIGN.md section 2, the cone, the balance of energy. */
+/* The fault under TSBATHE with constant steps: errors of a prototype, the cone, the balance of energy. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -8,7 +8,6 @@
 #include <slipstep/private/slipfaultimpl.h>
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
-#include <stdio.h>
 
 #define ok(call) assert_int_equal(0, (int)(call))
 
@@ -72,16 +71,16 @@ static void errors_of_one_element(void **state)
   const PetscReal fine = FinalSlip(1, 20000, TSBATHE_REACTION_TRAPEZOIDAL);
 
   (void)state;
-  /* figures of DESIGN.md: to their last printed digit */
+  /* the prototype's figures, to their last printed digit */
   assert_true(fabs(Percent(1, 20, TSBATHE_REACTION_IMPLICIT, fine) - 11.3) < 0.1);
   assert_true(fabs(Percent(1, 20, TSBATHE_REACTION_TRAPEZOIDAL, fine) - 1.44) < 0.01);
   assert_true(fabs(Percent(1, 100, TSBATHE_REACTION_IMPLICIT, fine) - 1.54) < 0.01);
   assert_true(fabs(Percent(1, 100, TSBATHE_REACTION_TRAPEZOIDAL, fine) - 0.09) < 0.01);
 }
 
-/* DESIGN.md gives 2.9 and 0.13 % for the trapezoidal treatment, 12.4 and 1.5 % for the implicit one. It does not say
-   which norm or whether K is symmetrised, so the figures are met to a tenth or so of themselves: measured here, in the
-   mean slip, are 2.48, 0.146, 12.1 and 1.47. */
+/* The prototype gave 2.9 and 0.13 % for the trapezoidal treatment, 12.4 and 1.5 % for the implicit one. It is not known
+   in which norm or whether K was symmetrised, so the figures are met to a tenth or so of themselves: measured here, in
+   the mean slip, are 2.48, 0.146, 12.1 and 1.47. */
 static void errors_of_a_mesh(void **state)
 {
   const PetscReal fine = FinalSlip(15, 2000, TSBATHE_REACTION_TRAPEZOIDAL);
@@ -150,7 +149,7 @@ static void cone_holds(void **state)
     Open(&c, 6, 5, 20, 200);
     ok(TSBatheAddAttemptMonitor(c.ts, CheckCone, &cone));
     ok(TSSolve(c.ts, c.w));
-    assert_true(cone.worst < 1e-12); /* the figure */
+    assert_true(cone.worst < 1e-12); /* rounding: tau is set from q on every element */
     assert_int_equal(200 * 30, cone.sticking + cone.moves);
     print_message("%s: violation %g, %d sticking, %d sliding\n", laws[l], (double)cone.worst, (int)cone.sticking,
                   (int)cone.moves);

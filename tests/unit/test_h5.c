@@ -1,36 +1,12 @@
 /* HDF5 helpers: what is written is read back bit for bit; broken files are refused by name. */
 #define _DEFAULT_SOURCE /* truncate() */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "messages.h"
 #include <slipstep.h>
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
-#include <stdio.h>
-#include <string.h>
 #include <unistd.h>
 
 static char file[256];
-
-static char message[4096];
-
-static PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
-                             PetscErrorType p, const char *mess, void *ctx)
-{
-  (void)comm, (void)line, (void)fun, (void)src, (void)ctx;
-  if (p == PETSC_ERROR_INITIAL) snprintf(message, sizeof(message), "%s", mess);
-  return n;
-}
-
-#define ok(call) assert_int_equal(0, (int)(call))
-
-static void fails(PetscErrorCode ierr, const char want[])
-{
-  assert_int_not_equal(0, (int)ierr);
-  assert_non_null(strstr(message, want));
-}
 
 static void round_trip(void **state)
 {

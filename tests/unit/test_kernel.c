@@ -4,7 +4,6 @@
 #include <stddef.h>
 #include <setjmp.h>
 #include <cmocka.h>
-#include <math.h>
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 
@@ -211,7 +210,7 @@ static void test_offset_against_integration(void **state)
   assert_true(SlipKernelOffset(2, 0.3, 3, 0, 2, 1, 1, 1, PETSC_TRUE) == SlipKernelFullSpace(2, 0.3, 3, 1, 1, 1));
 }
 
-/* DESIGN.md section 1, to the digits printed there. */
+/* Self stiffness of a square in closed form; half space, nu = 1/4: known values to their printed digits. */
 static void test_known_values(void **state)
 {
   const PetscReal a = 0.3, last_digit = 1e-5;

@@ -154,8 +154,8 @@ static void test_fft_is_dense(void **state)
   }
 }
 
-/* Transforms in depth, forced at small sizes and by default at a deep one. 1e-12: rounding of transforms of a few hundred
-   points; A and z z' q cancel at most by a small factor, as both are below s^2 q. */
+/* Transforms in depth, forced at small sizes and by default at a deep one. 1e-12: rounding of transforms of a few
+   hundred points; A and z z' q cancel at most by a small factor, as both are below s^2 q. */
 static void test_transform_is_dense(void **state)
 {
   const SlipGrid deep = {3, 67, 300.0, 6700.0, 50.0, 30e9, 0.3, PETSC_FALSE};
@@ -279,7 +279,7 @@ static void test_viscosity_by_denman_beavers(void **state)
   Check(MatDestroy(&K));
 }
 
-/* The spectral root is near the exact one but not equal (issue 3: off by a few per cent in norm); "none" is zero. */
+/* The spectral root is near the exact one but not equal (off by a few per cent in norm); "none" is zero. */
 static void test_other_viscosities(void **state)
 {
   Mat K, exact, spectral, none;

@@ -1,4 +1,5 @@
-/* The cheap stage operator of inexact Newton methods: how far it is from the exact one, and the Mats that it is made of. */
+/* The cheap stage operator of inexact Newton methods: how far it is from the exact one, and the Mats that it is made
+   of. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -44,8 +45,8 @@ static PetscReal Energy(Mat A, Vec e, Vec work)
   return PetscRealPart(energy);
 }
 
-/* Largest share of the error that an iteration v += A^-1 (b - B v) leaves, in the norm of A, by the power method: a lower
-   bound that 60 iterations bring close to the largest eigenvalue. A must have a Cholesky factor. */
+/* Largest share of the error that an iteration v += A^-1 (b - B v) leaves, in the norm of A, by the power method: a
+   lower bound that 60 iterations bring close to the largest eigenvalue. A must have a Cholesky factor. */
 static PetscReal Contraction(Mat B, Mat A)
 {
   Mat factor;
@@ -100,9 +101,9 @@ static PetscReal WorstContraction(Mat K)
   return worst;
 }
 
-/* What the approximation of planeroot.c is for: a few per cent where an image stands for the free surface. Nothing bounds
-   it in theory; the prototype found at most 0.020 at 30 x 30, and 0.08 when the image was left out, as it is for a fault
-   that is buried by half its depth. */
+/* What the approximation of planeroot.c is for: a few per cent where an image stands for the free surface. Nothing
+   bounds it in theory; the prototype found at most 0.020 at 30 x 30, and 0.08 when the image was left out, as it is for
+   a fault that is buried by half its depth. */
 static void test_contraction_on_grids(void **state)
 {
   static const struct {
@@ -143,8 +144,9 @@ static void test_contraction_without_grid(void **state)
   Check(MatDestroy(&bare));
 }
 
-/* In a full space the root of an endless plane is a Toeplitz matrix; a part of a fault three times as large, whose root is
-   computed densely, has nearly its entries in the middle. Off by what that fault's edges do there, one length away. */
+/* In a full space the root of an endless plane is a Toeplitz matrix; a part of a fault three times as large, whose root
+   is computed densely, has nearly its entries in the middle. Off by what that fault's edges do there, one length
+   away. */
 static void test_root_of_endless_plane(void **state)
 {
   const SlipGrid small = {6, 6, 600.0, 600.0, 0, 30e9, 0.25, PETSC_TRUE},
@@ -251,8 +253,8 @@ static PetscReal DistanceOfIterates(Mat exact, Mat H)
   return worst;
 }
 
-/* The viscosities of large grids against those of small ones: 2e-10, twice the tolerance, for the exact root, and 1e-11 for
-   the spectral one, whose own tolerance is 1e-12. */
+/* The viscosities of large grids against those of small ones: 2e-10, twice the tolerance, for the exact root, and 1e-11
+   for the spectral one, whose own tolerance is 1e-12. */
 static void test_viscosities_of_large_grids(void **state)
 {
   Mat K = Stiffness(0, PETSC_FALSE, "fft"), dense = Stiffness(0, PETSC_FALSE, "dense"), exact, H;

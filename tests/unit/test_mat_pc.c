@@ -233,8 +233,9 @@ static void test_symmetric_positive_definite(void **state)
   Check(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
 }
 
-/* A stiffness alone: the inverse of the plane's symbol, so that the number of iterations hardly grows with the grid (for
-   1e-7 at 200 x 200 it takes 10 where the inverse diagonal takes 75). Bound: the 10 measured here and a half more. */
+/* A stiffness alone: the inverse of the plane's symbol, so that the number of iterations hardly grows with the grid
+   (for 1e-7 at 200 x 200 it takes 10 where the inverse diagonal takes 75). Bound: the 10 measured here and a half
+   more. */
 static void test_stiffness_alone(void **state)
 {
   (void)state;

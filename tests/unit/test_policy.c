@@ -1,35 +1,13 @@
 /* SlipPolicy: forward pass against formulas written out here, files back and forth, and every kind of broken file. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "messages.h"
 #include <slipstep.h>
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
 #include <petsctime.h>
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 #include <unistd.h>
 
-static char file[256], part[300], message[4096];
-
-static PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
-                             PetscErrorType p, const char *mess, void *ctx)
-{
-  (void)comm, (void)line, (void)fun, (void)src, (void)ctx;
-  if (p == PETSC_ERROR_INITIAL) snprintf(message, sizeof(message), "%s", mess);
-  return n;
-}
-
-#define ok(call) assert_int_equal(0, (int)(call))
-#define fails(call, want)                                                                                              \
-  do {                                                                                                                 \
-    message[0] = 0;                                                                                                    \
-    assert_int_not_equal(0, (int)(call));                                                                              \
-    if (!strstr(message, want)) fail_msg("expected \"%s\" in \"%s\"", want, message);                                  \
-  } while (0)
+static char file[256], part[300];
 
 /* Sums of a few products of numbers below 100 round to within 1e-13, and tanh has slope at most 1. */
 #define TOLERANCE 1e-12

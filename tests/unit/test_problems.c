@@ -56,8 +56,8 @@ static EnvResult Run(const TrainOptions *o, PetscBool reference, PetscReal actio
   return r;
 }
 
-/* What policies see before the first step, unscaled (TQC.md section 7, with the library's start of the last attempt's
-   row): the study's observations. */
+/* What policies see before the first step, unscaled: the study's observations, with the library's start of the last
+   attempt's row. */
 static void test_first_observations(void **state)
 {
   const struct {
@@ -119,8 +119,8 @@ static void test_errors_are_of_second_order(void **state)
   OK(TrainOptionsFree(&o));
 }
 
-/* The errors that the steps leave bound that of the run, and it is not known better than by a few times. The L2 error is
-   that of the program's measure: relative to the exact solution here. */
+/* The errors that the steps leave bound that of the run, and it is not known better than by a few times. The L2 error
+   is that of the program's measure: relative to the exact solution here. */
 static void test_effects_bound_the_error(void **state)
 {
   TrainOptions o = Options("-train_problem sliding_mode -train_reward accuracy -train_alpha 1");

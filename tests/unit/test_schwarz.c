@@ -1,9 +1,10 @@
-/* PC "slipstage" on irregular cells: symmetric positive definite, few iterations whatever theta, whole or part sliding. */
+/* PC "slipstage" on irregular cells: symmetric positive definite, few iterations whatever theta, whole or part
+   sliding. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
 #include <cmocka.h>
-#include <slipstep.h>
+#include "cells.h"
 #include <slipstep/private/slipcompat.h>
 
 #define Check(call) assert_int_equal((call), PETSC_SUCCESS)
@@ -40,17 +41,11 @@ static SlipCells MakeCells(void)
       z += width[k];
     }
   }
-  return (SlipCells){.n = N,
-                     .x = Data[0],
-                     .y = Data[1],
-                     .z = Data[2],
-                     .length = Data[3],
-                     .width = Data[4],
-                     .shear_modulus = 30e9,
-                     .poisson_ratio = 0.25};
+  return CellsOfColumns(N, &Data[0][0]);
 }
 
-/* J of MatCreateSlipJacobian() for B at theta: the upper part of both faults slides, weakening as in the reference case. */
+/* J of MatCreateSlipJacobian() for B at theta: the upper part of both faults slides, weakening as in the reference
+   case. */
 typedef struct {
   Mat K, H, B, J;
   Vec mask, slope, b, x;
@@ -141,8 +136,8 @@ static PetscInt Iterations(Problem *p, Mat A, const char pctype[])
   return its;
 }
 
-/* Whole and part sliding, theta from a tenth of T* to seven: at most 20 iterations, as every mode is covered, and from 3 T*
-   on at most half of the diagonal's, which grow with theta. */
+/* Whole and part sliding, theta from a tenth of T* to seven: at most 20 iterations, as every mode is covered, and from
+   3 T* on at most half of the diagonal's, which grow with theta. */
 static void few_iterations(void **state)
 {
   const PetscReal thetas[] = {0.1, 1, 3, 7}, depths[] = {4000, 1000};

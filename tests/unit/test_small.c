@@ -1,5 +1,5 @@
-/* Small constraints: the elimination of free rows, operators that are not symmetric, bad input; and the example cases built on
-   them against exact solutions. */
+/* Small constraints: the elimination of free rows, operators that are not symmetric, bad input; and the example cases
+   built on them against exact solutions. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -160,7 +160,8 @@ static PetscReal SmallError(const SlipSmall *p, const PetscReal start[], const P
   return PetscMax(fabs(end[0] - exact[0]), fabs(end[1] - exact[1]));
 }
 
-/* Order 2 within 0.1 at steps of 1/20 and less of the motion's own time; the Runge-Kutta solution's error is below 1e-10 */
+/* Order 2 within 0.1 at steps of 1/20 and less of the motion's own time; the Runge-Kutta solution's error is below
+   1e-10 */
 static void CheckOrder(const SlipSmall *p, const PetscReal start[], PetscReal tmax, PetscInt *newton, PetscInt *solves)
 {
   PetscReal exact[2] = {start[0], start[1]}, sign[2], error[2];
@@ -183,8 +184,8 @@ static void test_eliminated_row(void **state)
   CheckOrder(&Pendulum, start, 0.8, &newton, &solves);
 }
 
-/* The problem is linear while both rates keep their sign: with the true inverse one Newton step solves each of the two stages of
-   a step, and at most one more polishes it to rounding. A symmetrised operator would take a dozen. */
+/* The problem is linear while both rates keep their sign: with the true inverse one Newton step solves each of the two
+   stages of a step, and at most one more polishes it to rounding. A symmetrised operator would take a dozen. */
 static void test_not_symmetric(void **state)
 {
   const PetscReal start[] = {1, 2};
@@ -275,9 +276,9 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal time, Vec w, void 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gain below the disturbance: w sticks, departs to both sides and comes back to rest, which wipes every error out. So the error
-   is that of one excursion at most: its departure and its arrest fall within a step, where the rate is wrong by less than k + D.
-   2 (k + D) h = 9e-5 for h = 1e-5 s bounds both. */
+/* Gain below the disturbance: w sticks, departs to both sides and comes back to rest, which wipes every error out. So
+   the error is that of one excursion at most: its departure and its arrest fall within a step, where the rate is wrong
+   by less than k + D. 2 (k + D) h = 9e-5 for h = 1e-5 s bounds both. */
 static void test_exact_departures(void **state)
 {
   SlidingMode m = {.k = 2.0, .D = 2.5, .omega = 50, .start = -0.01};
@@ -297,8 +298,8 @@ static void test_exact_departures(void **state)
   CALL(VecDestroy(&w));
 }
 
-/* Constant steps of the study's evaluation: second order before the arrest, and an error at the arrest of at most one step's
-   travel, (k + D) h, that is gone when w has come to rest: the final w and reaction are exact. */
+/* Constant steps of the study's evaluation: second order before the arrest, and an error at the arrest of at most one
+   step's travel, (k + D) h, that is gone when w has come to rest: the final w and reaction are exact. */
 static void test_sliding_mode_order(void **state)
 {
   SlidingMode m = SlidingModeCases[1];
@@ -382,7 +383,8 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal time, Vec w, void *c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* n constant steps: what is left of the energy, its largest rise and what the balance lacks, all over the start's energy */
+/* n constant steps: what is left of the energy, its largest rise and what the balance lacks, all over the start's
+   energy */
 static void CircuitBalance(int which, PetscInt n, PetscReal *left, PetscReal *rise, PetscReal *lacks)
 {
   Circuit c = CircuitCases[which];
@@ -404,9 +406,9 @@ static void CircuitBalance(int which, PetscInt n, PetscReal *left, PetscReal *ri
   CALL(VecDestroy(&w));
 }
 
-/* The energy never rises by more than rounding, and what is lost is what resistor and diode take. Integrator and quadrature are
-   of second order but for the kinks where V1 meets zero: a step four times shorter must gain a factor of 8 of the 16, and leave
-   (h/(R C1))^2 = 6e-5, here 1e-4. */
+/* The energy never rises by more than rounding, and what is lost is what resistor and diode take. Integrator and
+   quadrature are of second order but for the kinks where V1 meets zero: a step four times shorter must gain a factor of
+   8 of the 16, and leave (h/(R C1))^2 = 6e-5, here 1e-4. */
 static void test_circuit_energy(void **state)
 {
   (void)state;

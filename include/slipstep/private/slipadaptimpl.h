@@ -57,7 +57,9 @@ typedef enum {
 typedef struct {
   const char *name;
   SlipObservationKind kind;
-  PetscErrorCode (*compute)(const SlipObserver *, PetscInt component, PetscReal *value);
+  /* one of these: pure, of what the observer knows; or collective, of the state */
+  PetscReal (*number)(const SlipObserver *);
+  PetscErrorCode (*measure)(const SlipObserver *, PetscInt component, PetscReal *value);
   const char *meaning;
 } SlipObservation;
 
@@ -76,10 +78,8 @@ typedef struct {
 
 /* Name and row of what is to be observed; no value yet. */
 PETSC_INTERN PetscErrorCode SlipObservedSet(SlipObserved *seen, const char name[]);
-PETSC_INTERN const SlipObservation *SlipObservationFind(const char name[],
-                                                        PetscInt *component); /* NULL: not in the table */
-PETSC_INTERN PetscErrorCode SlipObserverReset(SlipObserver *o);               /* frees w0 */
-PETSC_INTERN PetscErrorCode SlipObserverStart(SlipObserver *o, TS ts);        /* remembers the state as w0 */
+PETSC_INTERN PetscErrorCode SlipObserverReset(SlipObserver *o);        /* frees w0 */
+PETSC_INTERN PetscErrorCode SlipObserverStart(SlipObserver *o, TS ts); /* remembers the state as w0 */
 /* Fill the values; rows of the state only when state_changed. source names the policy in errors. */
 PETSC_INTERN PetscErrorCode SlipObserve(const SlipObserver *o, PetscInt n, SlipObserved seen[], PetscBool state_changed,
                                         const char source[]);

@@ -2,8 +2,8 @@
 #pragma once
 #include <petscsys.h>
 
-/* Where x - rho g lies: inside the shrinkage interval (sticking), beyond it (sliding one way or the other), or on a row that
-   has no bound and therefore always "slides". */
+/* Where x - rho g lies: inside the shrinkage interval (sticking), beyond it (sliding one way or the other), or on a row
+   that has no bound and therefore always "slides". */
 typedef enum {
   SLIP_REGION_NEGATIVE = -1,
   SLIP_REGION_STICK = 0,

@@ -1,4 +1,5 @@
-/* What the error handler of programs adds to a message, and what it clears away. Without that handler these do nothing. */
+/* What the error handler of programs adds to a message, and what it clears away. Without that handler these do
+   nothing. */
 #pragma once
 #include <petscsys.h>
 

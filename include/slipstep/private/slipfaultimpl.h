@@ -27,7 +27,7 @@ PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ends with a NULL name 
 PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
 
 /* ---- parameters ---- */
-/* Reference absolute tolerance (DESIGN.md section 2) of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
+/* Reference absolute tolerance of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
 #define SLIP_FAULT_ATOL 1e-10
 typedef enum {
   FAULT_NX,

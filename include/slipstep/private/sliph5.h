@@ -21,7 +21,8 @@ PETSC_EXTERN PetscErrorCode SlipH5Has(SlipH5 *h, const char path[], PetscBool *h
 PETSC_EXTERN PetscErrorCode SlipH5HasAttribute(SlipH5 *h, const char path[], const char attr[], PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipH5Group(SlipH5 *h, const char path[]); /* create, with parents; may exist */
 
-/* Reading: allocates *data (PetscFree). ndim must equal rank of the dataset (<= 4); dims returned. Any HDF5 number type. */
+/* Reading: allocates *data (PetscFree). ndim must equal rank of the dataset (<= 4); dims returned. Any HDF5 number
+   type. */
 PETSC_EXTERN PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, PetscInt dims[],
                                            PetscReal **data);
 PETSC_EXTERN PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n,
@@ -43,8 +44,8 @@ PETSC_EXTERN PetscErrorCode SlipH5WriteStrings(SlipH5 *h, const char path[], Pet
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrReal(SlipH5 *h, const char path[], const char attr[], PetscReal value);
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], const char attr[], PetscInt value);
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char attr[], const char value[]);
-/* Extendable datasets: first dimension grows. integer chooses int64 storage, else double; row has prod(dims) entries of PetscReal.
-   ndim counts the fixed dimensions (0: a scalar a row). */
+/* Extendable datasets: first dimension grows. integer chooses int64 storage, else double; row has prod(dims) entries of
+   PetscReal. ndim counts the fixed dimensions (0: a scalar a row). */
 PETSC_EXTERN PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
                                                PetscBool integer, const char units[]);
 PETSC_EXTERN PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[]);

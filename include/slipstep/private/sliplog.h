@@ -2,7 +2,8 @@
 #pragma once
 #include <petscmat.h>
 
-/* Events are nested where the work is: a product with B may hold products with K and H, the output those of its rows. */
+/* Events are nested where the work is: a product with B may hold products with K and H, the output those of its
+   rows. */
 PETSC_INTERN PetscLogEvent SLIP_StiffnessSetUp, SLIP_StiffnessMult; /* K */
 PETSC_INTERN PetscLogEvent SLIP_ViscositySetUp, SLIP_ViscosityMult; /* H */
 PETSC_INTERN PetscLogEvent SLIP_StageMult;                          /* B */

@@ -5,7 +5,8 @@
 #include <slippolicy.h>
 #include <slipstep/private/slipcompat.h>
 
-/* One dense layer y = f(W x + b). The weight is kept transposed so that the forward pass runs along contiguous memory. */
+/* One dense layer y = f(W x + b). The weight is kept transposed so that the forward pass runs along contiguous
+   memory. */
 typedef struct {
   PetscInt in, out;
   PetscReal *weight; /* [in][out], the transpose of what the file holds */

@@ -40,8 +40,8 @@ PETSC_INTERN PetscErrorCode SlipConstraintReport(SNES, SlipConstraint, PetscInt 
 /* A few self-adaptive projection steps from x; rho is kept between calls, x1 and g1 are work. */
 PETSC_INTERN PetscErrorCode SlipProjectionStep(SlipConstraint, Vec x, Vec rho, Vec x1, Vec g1);
 
-/* Dense Cholesky solve on the sliding set: J_ss dx_s = rhs_s. done is false when B's entries are not at hand, pd is false
-   when the matrix is not positive definite (dx then untouched). */
+/* Dense Cholesky solve on the sliding set: J_ss dx_s = rhs_s. done is false when B's entries are not at hand, pd is
+   false when the matrix is not positive definite (dx then untouched). */
 PETSC_INTERN PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, PetscInt max, PetscBool *done,
                                             PetscBool *pd);
 

@@ -52,7 +52,7 @@ typedef struct {
   void *monitorctx[BATHE_MAX_MONITORS];
 } TS_Bathe;
 
-/* a1, a0, b of stage 2; see DESIGN.md section 2 */
+/* Of stage 2, the three-point backward formula A w2 = a1 A w1 - a0 A w0 + b h [F_s(w2) + r2] */
 static inline void TSBatheCoefficients(PetscReal gamma, PetscReal *a1, PetscReal *a0, PetscReal *b)
 {
   *a1 = 1.0 / (gamma * (2.0 - gamma));
@@ -64,7 +64,7 @@ static inline void TSBatheCoefficients(PetscReal gamma, PetscReal *a1, PetscReal
 PETSC_INTERN PetscErrorCode SlipConstraintGetOps(SlipConstraint, const SlipConstraintOps **);
 PETSC_INTERN PetscErrorCode SlipConstraintCreateReduced(SlipConstraint, Vec *);
 
-/* One step h from (t, w0, r0) to (w2, r2) through Y[0] = w1; ok is false when a stage failed. resnorm: larger of the stages' */
+/* One step h from (t, w0, r0) to (w2, r2) through w1; ok: no stage failed. resnorm: larger of the stages' */
 PETSC_INTERN PetscErrorCode TSBatheSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
                                            PetscReal *resnorm, PetscBool *ok);
 PETSC_INTERN PetscErrorCode TSBatheStartDerivative(TS, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known);
@@ -75,7 +75,7 @@ PETSC_INTERN PetscErrorCode TSBatheDoublingError(TS, Vec e);
 PETSC_INTERN PetscErrorCode TSBatheErrorNorm(TS, NormType, PetscReal *norm);
 PETSC_INTERN PetscErrorCode TSBatheGetOrder_Bathe(TS, PetscReal *order);
 PETSC_INTERN PetscErrorCode TSBatheSetHalved_Bathe(TS, PetscBool halved);
-PETSC_INTERN PetscErrorCode TSBatheGetErrorVector_Bathe(TS, Vec *e, PetscReal *scale);
+PETSC_INTERN PetscErrorCode TSBatheGetEstimates_Bathe(TS, Vec *error, PetscReal *scale, Vec *derivative);
 PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSBatheComposeSetters(TS, PetscBool compose);

@@ -1,0 +1,29 @@
+/* Data carried by objects of PETSc's (PetscObjectContainerCompose() of later PETSc releases). */
+#include <slipstep/private/slipcompose.h>
+
+/* The container is each process's own, since one process may have data where another has none. */
+PetscErrorCode SlipObjectComposeData(PetscObject obj, const char name[], void *data,
+                                     PetscErrorCode (*destroy)(SlipContainerArg))
+{
+  PetscContainer container;
+
+  PetscFunctionBegin;
+  PetscCall(PetscContainerCreate(PETSC_COMM_SELF, &container));
+  PetscCall(PetscContainerSetPointer(container, data));
+  PetscCall(SlipContainerSetDestroy(container, destroy));
+  PetscCall(PetscObjectCompose(obj, name, (PetscObject)container));
+  PetscCall(PetscContainerDestroy(&container));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipObjectQueryData(PetscObject obj, const char name[], void *data)
+{
+  PetscContainer container;
+  void *pointer = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery(obj, name, (PetscObject *)&container));
+  if (container) PetscCall(PetscContainerGetPointer(container, &pointer));
+  *(void **)data = pointer;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
