@@ -105,6 +105,7 @@ static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems 
     {"-train_batch_singles", "Episodes of one element in a generation", &o->batch_single, 28, 1, 100000},
     {"-train_batch_meshes", "Episodes on meshes in a generation", &o->batch_mesh, 20, 0, 100000},
     {"-train_validation", "Episodes of each kind in a validation", &o->validation, 50, 1, 100000},
+    {"-train_calibration", "Episodes of each kind by which the dial is calibrated", &o->calibration, 150, 1, 100000},
     {"-train_population", "Members of a generation, 0: 4 + 3 ln(weights)", &o->population, 24, 0, 10000},
     {"-train_diagonal", "Generations before the covariance may leave its diagonal", &o->diagonal, 200, 0, 100000000},
     {"-train_generations", "Generations, in total with those of -train_resume", &o->generations, 2500, 1, 100000000},
@@ -136,7 +137,10 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
     {"-train_moving_dt_max",
      "Longest step while anything moves [T*]; what rests is stepped over to the end of its rest. 0: no such rule",
      &o->moving, o->problem ? 0 : 3, 0},
-    {"-train_within", "Share of validation runs that shall keep the dial: it is moved for that, 0: as trained",
+    {"-train_within",
+     "Share of the calibration's runs, of single elements and of meshes, that shall keep the dial in every third of "
+     "its "
+     "range: it is moved for that. 0: as trained",
      &o->within, 0.95, 0},
     {"-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, o->dt_min, 1e-12},
     {"-train_dt_max", "Longest step the policy can choose [T*; the circuit: t_max]", &o->dt_max, o->dt_max, 1e-12},
