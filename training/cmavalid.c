@@ -4,7 +4,7 @@
 
 #define SHIFT_MAX 0.4 /* of the dial as the policy sees it [decades] */
 #define SHIFT_MIN (-1.0)
-#define SHIFT_STEP 0.05
+#define SHIFT_STEP 0.02
 
 enum { ROW = 4 }; /* of a run: cost, ln solves, within, ln(error/dial) */
 
