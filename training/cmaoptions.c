@@ -16,6 +16,17 @@ static const struct {
   {"log_time_left", 1, -1},    {"converged", 1, 0},
 };
 
+void CMAObservationScale(const char name[], PetscReal *scale, PetscReal *offset)
+{
+  *scale = 1;
+  *offset = 0;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ObservationTable); ++k)
+    if (!strcmp(name, ObservationTable[k].name)) {
+      *scale = ObservationTable[k].scale;
+      *offset = ObservationTable[k].offset;
+    }
+}
+
 static PetscErrorCode SetObservations(CMAOptions *o, PetscInt n, const char *const names[])
 {
   PetscFunctionBegin;
@@ -23,16 +34,7 @@ static PetscErrorCode SetObservations(CMAOptions *o, PetscInt n, const char *con
   o->nobs = n;
   for (PetscInt i = 0; i < n; ++i) {
     PetscCall(PetscStrallocpy(names[i], &o->names[i]));
-    o->scale[i] = 1;
-    o->offset[i] = 0;
-    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ObservationTable); ++k) {
-      PetscBool same;
-
-      PetscCall(PetscStrcmp(names[i], ObservationTable[k].name, &same));
-      if (!same) continue;
-      o->scale[i] = ObservationTable[k].scale;
-      o->offset[i] = ObservationTable[k].offset;
-    }
+    CMAObservationScale(names[i], &o->scale[i], &o->offset[i]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -60,7 +62,7 @@ static PetscErrorCode ParseProblem(CMAOptions *o, SlipOptionItems PetscOptionsOb
   PetscCall(PetscOptionsString("-train_problem", "What is simulated: fault, sliding_mode or circuit, drawn at random",
                                NULL, problem, problem, sizeof(problem), NULL));
   PetscCall(ProblemFind(problem, &o->problem));
-  if (o->problem == &ProblemFault) o->problem = NULL;
+  if (o->problem == &ProblemFault || o->problem == &ProblemDial) o->problem = NULL;
   o->dt_min = 1e-2;
   o->dt_max = 1e2;
   PetscCall(PetscStrncpy(o->dt_max_unit, "T*", sizeof(o->dt_max_unit)));

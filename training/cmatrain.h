@@ -65,6 +65,8 @@ typedef struct {
   struct _CMALog *log;
 } CMATrainer;
 
+/* What brings an observation to order one: the network sees value * scale + offset. */
+PETSC_INTERN void CMAObservationScale(const char name[], PetscReal *scale, PetscReal *offset);
 PETSC_INTERN PetscErrorCode CMAOptionsSet(MPI_Comm comm, CMAOptions *o);
 PETSC_INTERN PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMATrainerRun(CMATrainer *t); /* to the end; writes policy, log and checkpoint */

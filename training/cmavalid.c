@@ -64,54 +64,57 @@ static PetscReal KeptInThird(const CMAScore *score, PetscInt third)
   return least;
 }
 
-static PetscReal KeptAnywhere(const CMAScore *score)
+/* For each third of the dial's range the largest move with which the wanted share keeps the dial. Where no move gets so far, as at
+   accuracies beyond the reach of the steps' bounds, the share that one does get to takes its place. */
+static PetscErrorCode FindShifts(CMATrainer *t, const CMASet *set, PetscReal shift[VALID_DIALS],
+                                 PetscReal target[VALID_DIALS])
 {
-  PetscReal least = 1;
-
-  for (PetscInt i = 0; i < VALID_DIALS; ++i) least = PetscMin(least, KeptInThird(score, i));
-  return least;
-}
-
-/* Where the wanted share of a third's runs keeps the dial, from the largest move down. */
-static PetscErrorCode FindShifts(CMATrainer *t, const CMASet *set, PetscReal shift[VALID_DIALS])
-{
-  PetscBool found[VALID_DIALS] = {PETSC_FALSE};
   CMAScore score;
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < VALID_DIALS; ++k) shift[k] = SHIFT_MIN;
+  for (PetscInt k = 0; k < VALID_DIALS; ++k) target[k] = -1;
   for (PetscReal s = SHIFT_MAX; s > SHIFT_MIN; s -= SHIFT_STEP) {
     const PetscReal move[2] = {s, 0};
-    PetscInt left = VALID_DIALS;
+    PetscInt left = 0;
 
     PetscCall(CMAValidate(t, set, t->best, move, &score));
     for (PetscInt k = 0; k < VALID_DIALS; ++k) {
-      if (!found[k] && KeptInThird(&score, k) >= t->o.within) {
+      const PetscReal kept = PetscMin(KeptInThird(&score, k), t->o.within);
+
+      if (kept > target[k]) {
         shift[k] = s;
-        found[k] = PETSC_TRUE;
+        target[k] = kept;
       }
-      left -= found[k] ? 1 : 0;
+      left += target[k] < t->o.within ? 1 : 0;
     }
     if (!left) break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscBool KeepsEverywhere(const CMAScore *score, const PetscReal target[VALID_DIALS])
+{
+  for (PetscInt k = 0; k < VALID_DIALS; ++k)
+    if (KeptInThird(score, k) < target[k]) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
 /* Training weighs solves against errors; how many runs keep the dial follows from that. Here the dial is moved, as the policy sees
    it, until the wanted share does, of either kind: a straight line over the decades through what the thirds of its range need, and
-   then as far down as the third needs that the line does worst by. */
+   then as far down as the third needs that the line does worst by, but not below what any of them needed. */
 PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set)
 {
   const PetscReal third = PetscLog10Real(t->o.high / t->o.low) / VALID_DIALS;
-  PetscReal shift[VALID_DIALS];
+  PetscReal shift[VALID_DIALS], target[VALID_DIALS], lowest;
   const CMAScore *score = &t->score;
 
   PetscFunctionBegin;
-  PetscCall(FindShifts(t, set, shift));
+  PetscCall(FindShifts(t, set, shift, target));
   t->shift[0] = (shift[0] + shift[1] + shift[2]) / 3;
   t->shift[1] = third > 0 ? (shift[2] - shift[0]) / (2 * third) : 0;
+  lowest = PetscMin(shift[0], PetscMin(shift[1], shift[2]));
   PetscCall(CMAValidate(t, set, t->best, t->shift, &t->score));
-  while (KeptAnywhere(&t->score) < t->o.within && t->shift[0] > SHIFT_MIN) {
+  while (!KeepsEverywhere(score, target) && t->shift[0] > lowest) {
     t->shift[0] -= SHIFT_STEP;
     PetscCall(CMAValidate(t, set, t->best, t->shift, &t->score));
   }
