@@ -15,7 +15,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import h5py
 import numpy as np
 from slipstep_output import OutputError
-from slipstep_panels import log_scale, plt, use_style
+from slipstep_panels import log_scale, plt, save, use_style
 
 WINDOW = 50  # episodes in a running mean
 COLUMNS = {"episodes": ("step", "return", "length"), "evaluations": ("step", "return", "length", "error")}
@@ -144,7 +144,7 @@ def main():
     options = parser.parse_args()
     target = options.figure or os.path.splitext(options.logs[0])[0] + ".png"
     try:
-        figure(read_logs(options.logs)).savefig(target)
+        save(figure(read_logs(options.logs)), target)
     except OutputError as error:
         sys.exit(f"plot_training.py: {error}")
     print(f"Figure: {target}")

@@ -2,7 +2,7 @@
 # The whole study: run the matrix, draw its figures, write the tables of RESULTS.md. Stopped at any time, it goes on.
 #   output/study.sh [FILE.h5]     default output/study.h5
 # Environment: BUILD (build), RANKS (2), MESHES (25,50,75,100), SWEEP_MESHES (those up to 50: with a sweep of tolerances),
-# POLICIES (patterns), TOLERANCES (factors) and STEPS of the sweep,
+# POLICIES (patterns), ACCURACIES (settings of a policy with a dial, besides its default of 1e-2), TOLERANCES (factors) and STEPS of the sweep,
 # REFERENCE_STEPS (4000 up to 50 x 50), FINE_STEPS (1000, of finer meshes), TIME_LIMIT (seconds for each part of the matrix, 0: none),
 # FIGURES (folder), PAGE (RESULTS.md)
 set -euo pipefail
@@ -29,7 +29,7 @@ part() { # list test
 coarse=$(part "$meshes" -le)
 fine=$(part "$meshes" -gt)
 sweep=$(part "${SWEEP_MESHES:-$coarse}" -le)
-all="-evaluate_problems sliding_mode,circuit,fault -evaluate_policies $policies"
+all="-evaluate_problems sliding_mode,circuit,fault -evaluate_policies $policies -evaluate_accuracies ${ACCURACIES:-1e-3,1e-1}"
 many="-evaluate_controllers heuristic,pi,dsp,none -evaluate_steps $steps -evaluate_repetitions 1 -evaluate_tolerances $tolerances"
 set -f # patterns are for evaluate
 # every controller at the reference tolerance, three runs each for the times; then the sweeps; then fine meshes, one run each
