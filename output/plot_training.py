@@ -129,7 +129,8 @@ def figure(logs):
     for axes in (training, returns):  # the first episodes are far below all others
         values = np.concatenate([line.get_ydata() for line in axes.lines]) if axes.lines else np.zeros(0)
         if len(values) and np.quantile(values, 0.25) - values.min() > np.ptp(np.quantile(values, [0.25, 1])):
-            axes.set_ylim(bottom=np.quantile(values, 0.25) - np.ptp(np.quantile(values, [0.25, 1])))
+            bottom = np.quantile(values, 0.25) - np.ptp(np.quantile(values, [0.25, 1]))
+            axes.set_ylim(bottom, values.max() + 0.05 * (values.max() - bottom))
     # in the panel whose upper right stays empty: policies come to take fewer steps
     length.legend(*training.get_legend_handles_labels(), loc="upper right", ncols=2 if len(by_label) > 3 else 1, fontsize=9)
     problem, reward = logs[0].task
