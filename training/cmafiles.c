@@ -85,7 +85,7 @@ static void GiveNumbers(CMATrainer *t, const PetscReal x[NUMBERS])
   t->generation = (PetscInt64)x[2];
   t->evaluations = (PetscInt64)x[3];
   t->best_generation = (PetscInt64)x[4];
-  t->score = (CMAScore){x[5], x[6], x[7], x[8], {0}}; /* the last ones are found again */
+  t->score = (CMAScore){x[5], x[6], x[7], x[8], {{0}}}; /* the last ones are found again */
   t->before = x[9];
 }
 

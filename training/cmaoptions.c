@@ -16,6 +16,17 @@ static const struct {
   {"log_time_left", 1, -1},    {"converged", 1, 0},
 };
 
+void CMAObservationScale(const char name[], PetscReal *scale, PetscReal *offset)
+{
+  *scale = 1;
+  *offset = 0;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ObservationTable); ++k)
+    if (!strcmp(name, ObservationTable[k].name)) {
+      *scale = ObservationTable[k].scale;
+      *offset = ObservationTable[k].offset;
+    }
+}
+
 static PetscErrorCode SetObservations(CMAOptions *o, PetscInt n, const char *const names[])
 {
   PetscFunctionBegin;
@@ -23,33 +34,20 @@ static PetscErrorCode SetObservations(CMAOptions *o, PetscInt n, const char *con
   o->nobs = n;
   for (PetscInt i = 0; i < n; ++i) {
     PetscCall(PetscStrallocpy(names[i], &o->names[i]));
-    o->scale[i] = 1;
-    o->offset[i] = 0;
-    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ObservationTable); ++k) {
-      PetscBool same;
-
-      PetscCall(PetscStrcmp(names[i], ObservationTable[k].name, &same));
-      if (!same) continue;
-      o->scale[i] = ObservationTable[k].scale;
-      o->offset[i] = ObservationTable[k].offset;
-    }
+    CMAObservationScale(names[i], &o->scale[i], &o->offset[i]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of another problem than the fault: those of its trainings without a particular reward, and what follows the dial. */
-static const char *const SmallObservations[] = {"log_accuracy", "log_error", "log_time_left", "change_state_0"};
-
+/* Another problem than the fault. */
 static PetscErrorCode SetSmallDefaults(CMAOptions *o)
 {
-  const char *names[CMA_MAX_OBS];
-  const Preset *preset = ProblemPreset(o->problem, "none");
+  const Preset *preset = ProblemPreset(o->problem, "dial");
   PetscInt n = 0;
 
   PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SmallObservations); ++i) names[n++] = SmallObservations[i];
-  for (PetscInt i = 0; preset->names[i]; ++i) names[n++] = preset->names[i];
-  PetscCall(SetObservations(o, n, names));
+  while (preset->names[n]) ++n;
+  PetscCall(SetObservations(o, n, preset->names));
   o->dt_min = preset->dt_min;
   o->dt_max = preset->dt_max;
   PetscCall(PetscStrncpy(o->dt_max_unit, preset->dt_max_unit, sizeof(o->dt_max_unit)));
@@ -64,7 +62,7 @@ static PetscErrorCode ParseProblem(CMAOptions *o, SlipOptionItems PetscOptionsOb
   PetscCall(PetscOptionsString("-train_problem", "What is simulated: fault, sliding_mode or circuit, drawn at random",
                                NULL, problem, problem, sizeof(problem), NULL));
   PetscCall(ProblemFind(problem, &o->problem));
-  if (o->problem == &ProblemFault) o->problem = NULL;
+  if (o->problem == &ProblemFault || o->problem == &ProblemDial) o->problem = NULL;
   o->dt_min = 1e-2;
   o->dt_max = 1e2;
   PetscCall(PetscStrncpy(o->dt_max_unit, "T*", sizeof(o->dt_max_unit)));
@@ -91,25 +89,30 @@ static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOpti
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Runs of other problems than the fault go through the library, a hundred times slower: fewer of them, and fewer weights. */
 static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
+  const PetscBool small = o->problem ? PETSC_TRUE : PETSC_FALSE;
   const struct {
     const char *name, *text;
     PetscInt *value, initial, low, high;
   } row[] = {
     {"-train_hidden", "Width of the hidden layers", &o->hidden, 8, 1, 256},
-    {"-train_layers", "Number of hidden layers", &o->layers, 2, 1, CMA_MAX_LAYERS},
-    {"-train_singles", "Episodes of one element", &o->nsingle, 256, 1, 100000},
+    {"-train_layers", "Number of hidden layers", &o->layers, small ? 1 : 2, 1, CMA_MAX_LAYERS},
+    {"-train_singles", "Episodes of one element", &o->nsingle, small ? 128 : 256, 1, 100000},
     {"-train_meshes", "Episodes on small heterogeneous meshes", &o->nmesh, 144, 0, 100000},
     {"-train_mesh_side", "Largest number of elements along a side of these meshes", &o->side, 7, 2, 12},
-    {"-train_batch_singles", "Episodes of one element in a generation", &o->batch_single, 28, 1, 100000},
+    {"-train_batch_singles", "Episodes of one element in a generation", &o->batch_single, small ? 16 : 28, 1, 100000},
     {"-train_batch_meshes", "Episodes on meshes in a generation", &o->batch_mesh, 20, 0, 100000},
-    {"-train_validation", "Episodes of each kind in a validation", &o->validation, 50, 1, 100000},
-    {"-train_population", "Members of a generation, 0: 4 + 3 ln(weights)", &o->population, 24, 0, 10000},
+    {"-train_validation", "Episodes of each kind in a validation", &o->validation, small ? 20 : 50, 1, 100000},
+    {"-train_calibration", "Episodes of each kind by which the dial is calibrated", &o->calibration, small ? 30 : 150,
+     1, 100000},
+    {"-train_population", "Members of a generation, 0: 4 + 3 ln(weights)", &o->population, small ? 16 : 24, 0, 10000},
     {"-train_diagonal", "Generations before the covariance may leave its diagonal", &o->diagonal, 200, 0, 100000000},
-    {"-train_generations", "Generations, in total with those of -train_resume", &o->generations, 2500, 1, 100000000},
-    {"-train_validation_interval", "Generations between validations; the best mean is written", &o->interval, 50, 1,
-     1000000},
+    {"-train_generations", "Generations, in total with those of -train_resume", &o->generations, small ? 300 : 1500, 1,
+     100000000},
+    {"-train_validation_interval", "Generations between validations; the best mean is written", &o->interval,
+     small ? 20 : 50, 1, 1000000},
     {"-train_seed", "Seed of everything random", &o->seed, 0, 0, PETSC_MAX_INT},
   };
 
@@ -136,8 +139,11 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
     {"-train_moving_dt_max",
      "Longest step while anything moves [T*]; what rests is stepped over to the end of its rest. 0: no such rule",
      &o->moving, o->problem ? 0 : 3, 0},
-    {"-train_within", "Share of validation runs that shall keep the dial: it is moved for that, 0: as trained",
-     &o->within, 0.95, 0},
+    {"-train_within",
+     "Share of the calibration's runs, of single elements and of meshes, that shall keep the dial in every third of "
+     "its "
+     "range: it is moved for that. 0: as trained",
+     &o->within, 0.97, 0},
     {"-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, o->dt_min, 1e-12},
     {"-train_dt_max", "Longest step the policy can choose [T*; the circuit: t_max]", &o->dt_max, o->dt_max, 1e-12},
     {"-train_dial_low", "Lowest position of the accuracy dial", &o->low, TSADAPTRL_ACCURACY_MIN,

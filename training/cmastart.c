@@ -1,12 +1,11 @@
 /* Where CMA-ES begins: a network that a person could have written. Steps of a constant length that follows the dial, and one to the
-   end when all elements rest; for other problems than the fault, a quarter of the way up the bounds at the coarsest dial. */
+   end when all elements rest; for other problems than the fault, half of the way up the bounds at the coarsest dial. */
 #include "cmatrain.h"
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
 
 #define START_STEP 0.8 /* at the coarsest dial [T*] */
-#define SMALL_START                                                                                                    \
-  (-0.5) /* of other problems, from -1 at the logarithm of the lower bound to 1 at that of the upper one */
+#define SMALL_START 0 /* of other problems, from -1 at the logarithm of the lower bound to 1 at that of the upper one */
 #define HALF_RANGE                                                                                                     \
   1 /* decades from the middle of the bounds to either, where their units differ and T* is not known yet */
 #define START_POWER 0.25  /* step over dial's power */

@@ -9,9 +9,7 @@
 #define TRAIN_STREAM 1000000 /* seeds of episodes and generations do not meet */
 #define VALID_STREAM 2000000
 #define GENERATION_STREAM 3000000
-#define SHIFT_MAX 0.4 /* of the dial as the policy sees it [decades] */
-#define SHIFT_MIN (-1.0)
-#define SHIFT_STEP 0.05
+#define CALIBRATION_STREAM 4000000
 
 static const PetscReal unmoved[2] = {0, 0};
 
@@ -77,24 +75,33 @@ static PetscErrorCode SmallOptions(const CMAOptions *o, EnvOptions *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Episodes [nsingle + nmesh]; every rank draws all. */
-static PetscErrorCode MakeEpisodes(const CMATrainer *t, PetscInt64 stream, PetscInt nsingle, PetscInt nmesh,
-                                   Episode ***list)
+/* Every rank draws all. */
+static PetscErrorCode SetCreate(const CMATrainer *t, PetscInt64 stream, PetscInt nsingle, PetscInt nmesh, CMASet *set)
 {
   EnvOptions small = {.problem = t->o.problem, .log_spacing = PETSC_TRUE, .continuation = 1. / 12};
 
   PetscFunctionBegin;
-  PetscCall(PetscCalloc1(nsingle + nmesh, list));
-  for (PetscInt i = 0; t->o.problem && i < nsingle + nmesh; ++i) {
-    PetscCall(SmallOptions(&t->o, &small));
-    PetscCall(EpisodeCreateSmall(&small, StreamSeed(t->o.seed, stream, i), &(*list)[i]));
+  *set = (CMASet){.n = nsingle + nmesh, .nsingle = t->o.problem ? nsingle + nmesh : nsingle};
+  PetscCall(PetscCalloc1(set->n, &set->episode));
+  if (t->o.problem) PetscCall(SmallOptions(&t->o, &small));
+  for (PetscInt i = 0; i < set->n; ++i) {
+    const uint64_t seed = StreamSeed(t->o.seed, stream, i);
+
+    if (t->o.problem)
+      PetscCall(EpisodeCreateSmall(&small, seed, &set->episode[i]));
+    else
+      PetscCall(EpisodeCreate(seed, i < nsingle ? 1 : t->o.side, &set->episode[i]));
   }
-  for (PetscInt i = 0; !t->o.problem && i < nsingle + nmesh; ++i)
-    PetscCall(EpisodeCreate(StreamSeed(t->o.seed, stream, i), i < nsingle ? 1 : t->o.side, &(*list)[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Validate(CMATrainer *t, const double weights[], const PetscReal shift[2], CMAScore *score);
+static PetscErrorCode SetDestroy(CMASet *set)
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < set->n; ++i) PetscCall(EpisodeDestroy(&set->episode[i]));
+  PetscCall(PetscFree(set->episode));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t)
 {
@@ -109,8 +116,6 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
   PetscCallMPI(MPI_Comm_rank(comm, &t->rank));
   PetscCallMPI(MPI_Comm_size(comm, &t->size));
   t->score.cost = PETSC_MAX_REAL;
-  t->ntrain = o->nsingle + o->nmesh;
-  t->nvalid = 2 * o->validation;
   PetscCall(PetscMalloc1(n, &mean));
   CMAStart(o, mean);
   PetscCall(CMAESCreate(n, o->population, mean, o->sigma, &t->es));
@@ -118,10 +123,10 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
   PetscCall(PetscCalloc1(n, &t->best));
   PetscCall(PetscArraycpy(t->best, t->es.mean, n));
   if (o->resume[0]) PetscCall(CMACheckpointRead(t));
-  PetscCall(MakeEpisodes(t, TRAIN_STREAM, o->nsingle, o->nmesh, &t->train));
-  PetscCall(MakeEpisodes(t, VALID_STREAM, o->validation, o->validation, &t->valid));
-  if (o->resume[0])
-    PetscCall(Validate(t, t->best, unmoved, &t->score)); /* the same unless the episodes are others now */
+  PetscCall(SetCreate(t, TRAIN_STREAM, o->nsingle, o->nmesh, &t->train));
+  PetscCall(SetCreate(t, VALID_STREAM, o->validation, o->validation, &t->valid));
+  if (o->resume[0]) /* the same unless the episodes are others now */
+    PetscCall(CMAValidate(t, &t->valid, t->best, unmoved, &t->score));
   PetscCall(CMALogOpen(t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -130,10 +135,8 @@ PetscErrorCode CMATrainerDestroy(CMATrainer *t)
 {
   PetscFunctionBegin;
   PetscCall(CMALogClose(t));
-  for (PetscInt i = 0; i < t->ntrain; ++i) PetscCall(EpisodeDestroy(&t->train[i]));
-  for (PetscInt i = 0; i < t->nvalid; ++i) PetscCall(EpisodeDestroy(&t->valid[i]));
-  PetscCall(PetscFree(t->train));
-  PetscCall(PetscFree(t->valid));
+  PetscCall(SetDestroy(&t->train));
+  PetscCall(SetDestroy(&t->valid));
   PetscCall(PetscFree(t->best));
   PetscCall(CMAESDestroy(&t->es));
   for (PetscInt i = 0; i < t->o.nobs; ++i) PetscCall(PetscFree(t->o.names[i]));
@@ -143,7 +146,7 @@ PetscErrorCode CMATrainerDestroy(CMATrainer *t)
 /* ---- a generation ---- */
 
 typedef struct {
-  PetscInt n, *episode;
+  PetscInt n, singles, *episode; /* single elements first */
   PetscReal *dial;
 } Batch;
 
@@ -170,21 +173,24 @@ static PetscErrorCode DrawBatch(const CMATrainer *t, Random *random, Batch *b)
   PetscFunctionBegin;
   b->n = 0;
   PetscCall(PetscMalloc2(most, &b->episode, most, &b->dial));
-  PetscCall(PetscMalloc1(t->ntrain, &deck));
+  PetscCall(PetscMalloc1(t->train.n, &deck));
   Choose(random, 0, t->o.nsingle, t->o.batch_single, deck, b);
-  const PetscInt singles = b->n;
+  b->singles = b->n;
   Choose(random, t->o.nsingle, t->o.nmesh, t->o.batch_mesh, deck, b);
   PetscCall(PetscFree(deck));
   for (PetscInt i = 0; i < b->n; ++i) {
-    const PetscInt k = i < singles ? i : i - singles, n = i < singles ? singles : b->n - singles;
+    const PetscInt k = i < b->singles ? i : i - b->singles, n = i < b->singles ? b->singles : b->n - b->singles;
 
     b->dial[i] = t->o.low * PetscPowReal(t->o.high / t->o.low, ((PetscReal)k + RandomUniform(random)) / (PetscReal)n);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Either kind counts by its mean: the numbers of its runs say how well that is known, not how much it matters. */
 static PetscErrorCode Cost(const CMATrainer *t, const double weights[], const Batch *b, double *cost)
 {
+  const PetscInt meshes = b->n - b->singles;
+  const PetscReal kinds = (b->singles ? 1 : 0) + (meshes ? 1 : 0);
   SlipPolicy policy;
   EpisodeResult r;
 
@@ -192,8 +198,8 @@ static PetscErrorCode Cost(const CMATrainer *t, const double weights[], const Ba
   *cost = 0;
   PetscCall(CMAPolicy(&t->o, weights, unmoved, &policy));
   for (PetscInt i = 0; i < b->n; ++i) {
-    PetscCall(EpisodeRun(t->train[b->episode[i]], policy, b->dial[i], &r));
-    *cost += (double)(EpisodeCost(&r, b->dial[i]) / (PetscReal)b->n);
+    PetscCall(EpisodeRun(t->train.episode[b->episode[i]], policy, b->dial[i], &r));
+    *cost += (double)(EpisodeCost(&r, b->dial[i]) / (kinds * (PetscReal)(i < b->singles ? b->singles : meshes)));
   }
   PetscCall(SlipPolicyDestroy(&policy));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -228,95 +234,7 @@ static PetscErrorCode Generation(CMATrainer *t, PetscReal *best, PetscReal *medi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- validation ---- */
-
-/* One run of a validation; row: cost, ln solves, within, ln(error/dial). */
-static PetscErrorCode ValidationRun(const CMATrainer *t, SlipPolicy policy, PetscInt k, PetscReal row[4])
-{
-  const PetscReal x = ((PetscReal)(k % VALID_DIALS) + ((PetscReal)(k / VALID_DIALS % 7) + 0.5) / 7) / VALID_DIALS;
-  const PetscReal dial = t->o.low * PetscPowReal(t->o.high / t->o.low, x);
-  EpisodeResult r;
-
-  PetscFunctionBegin;
-  PetscCall(EpisodeRun(t->valid[k / VALID_DIALS], policy, dial, &r));
-  row[0] = EpisodeCost(&r, dial);
-  row[1] = PetscLogReal((PetscReal)r.solves);
-  row[2] = r.slip_error <= dial && r.done == 1 ? 1 : 0;
-  row[3] = PetscLogReal(PetscMax(r.slip_error / dial, (PetscReal)1e-6));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Every validation episode at fixed positions of the dial, other ones for each; the policy sees the dial moved by shift[0] decades in
-   the middle of its range and by shift[1] more for each decade from there. */
-static PetscErrorCode Validate(CMATrainer *t, const double weights[], const PetscReal shift[2], CMAScore *score)
-{
-  const PetscInt runs = t->nvalid * VALID_DIALS;
-  PetscReal *row, sum[4] = {0, 0, 0, 0}, third[VALID_DIALS] = {0};
-  SlipPolicy policy;
-
-  PetscFunctionBegin;
-  PetscCall(PetscCalloc1(4 * runs, &row));
-  PetscCall(CMAPolicy(&t->o, weights, shift, &policy));
-  for (PetscInt k = t->rank; k < runs; k += t->size) PetscCall(ValidationRun(t, policy, k, &row[4 * k]));
-  PetscCall(SlipPolicyDestroy(&policy));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, row, (PetscMPIInt)(4 * runs), MPIU_REAL, MPIU_SUM, t->comm));
-  for (PetscInt k = 0; k < runs; ++k) {
-    for (PetscInt i = 0; i < 4; ++i) sum[i] += row[4 * k + i] / (PetscReal)runs;
-    third[k % VALID_DIALS] += row[4 * k + 2] / (PetscReal)t->nvalid;
-  }
-  PetscCall(PetscFree(row));
-  *score = (CMAScore){sum[0], PetscExpReal(sum[1]), sum[2], PetscExpReal(sum[3]), {third[0], third[1], third[2]}};
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Where the wanted share of a third's runs keeps the dial, from the largest move down. */
-static PetscErrorCode FindShifts(CMATrainer *t, PetscReal shift[VALID_DIALS])
-{
-  PetscBool found[VALID_DIALS] = {PETSC_FALSE};
-  CMAScore score;
-
-  PetscFunctionBegin;
-  for (PetscInt k = 0; k < VALID_DIALS; ++k) shift[k] = SHIFT_MIN;
-  for (PetscReal s = SHIFT_MAX; s > SHIFT_MIN; s -= SHIFT_STEP) {
-    const PetscReal move[2] = {s, 0};
-    PetscInt left = VALID_DIALS;
-
-    PetscCall(Validate(t, t->best, move, &score));
-    for (PetscInt k = 0; k < VALID_DIALS; ++k) {
-      if (!found[k] && score.third[k] >= t->o.within) {
-        shift[k] = s;
-        found[k] = PETSC_TRUE;
-      }
-      left -= found[k] ? 1 : 0;
-    }
-    if (!left) break;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Training weighs solves against errors; how many runs keep the dial follows from that. Here the dial is moved, as the policy sees
-   it, until the wanted share does: by what each third of its range needs, smoothed to a straight line over the decades. */
-static PetscErrorCode Calibrate(CMATrainer *t)
-{
-  const PetscReal third = PetscLog10Real(t->o.high / t->o.low) / VALID_DIALS;
-  PetscReal shift[VALID_DIALS];
-  CMAScore score;
-
-  PetscFunctionBegin;
-  if (t->o.within <= 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(FindShifts(t, shift));
-  t->shift[0] = (shift[0] + shift[1] + shift[2]) / 3;
-  t->shift[1] = third > 0 ? (shift[2] - shift[0]) / (2 * third) : 0;
-  PetscCall(Validate(t, t->best, t->shift, &score));
-  t->score = score;
-  PetscCall(PetscPrintf(
-    t->comm,
-    "dial moved by %.2f decades in the middle of its range and %.2f a decade: cost %7.4f  solves %5.1f  within "
-    "dial %5.1f %% (%.1f, %.1f, %.1f of its thirds)  error/dial %6.3f\n",
-    (double)t->shift[0], (double)t->shift[1], (double)score.cost, (double)score.solves, 100 * (double)score.within,
-    100 * (double)score.third[0], 100 * (double)score.third[1], 100 * (double)score.third[2], (double)score.error));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+/* ---- the whole ---- */
 
 static void Widen(PetscInt n, const PetscReal obs[], void *ctx)
 {
@@ -339,9 +257,9 @@ static PetscErrorCode FindRange(CMATrainer *t)
     t->obs_max[i] = PETSC_MIN_REAL;
   }
   PetscCall(CMAPolicy(&t->o, t->best, t->shift, &policy));
-  for (PetscInt i = 0; i < t->ntrain; ++i)
+  for (PetscInt i = 0; i < t->train.n; ++i)
     for (PetscInt k = 0; k < VALID_DIALS; ++k)
-      PetscCall(EpisodeWatch(t->train[i], policy,
+      PetscCall(EpisodeWatch(t->train.episode[i], policy,
                              t->o.low * PetscPowReal(t->o.high / t->o.low, (PetscReal)k / (VALID_DIALS - 1)), Widen,
                              t));
   PetscCall(SlipPolicyDestroy(&policy));
@@ -366,7 +284,7 @@ static PetscErrorCode Progress(CMATrainer *t, PetscReal best, PetscReal median)
   PetscBool better;
 
   PetscFunctionBegin;
-  PetscCall(Validate(t, t->es.mean, unmoved, &score));
+  PetscCall(CMAValidate(t, &t->valid, t->es.mean, unmoved, &score));
   better = score.cost < t->score.cost ? PETSC_TRUE : PETSC_FALSE;
   if (better) {
     t->score = score;
@@ -395,14 +313,20 @@ PetscErrorCode CMATrainerRun(CMATrainer *t)
   PetscCall(Elapsed(t, &seconds));
   PetscCall(PetscPrintf(
     t->comm, "%" PetscInt_FMT " weights, population %" PetscInt_FMT ", %" PetscInt_FMT " episodes after %.0f s\n",
-    t->es.n, t->es.lambda, t->ntrain + t->nvalid, (double)seconds));
+    t->es.n, t->es.lambda, t->train.n + t->valid.n, (double)seconds));
   while (t->generation < t->o.generations && (t->o.minutes <= 0 || seconds < 60 * t->o.minutes)) {
     PetscCall(Generation(t, &best, &median));
     if (t->generation % t->o.interval == 0) PetscCall(Progress(t, best, median));
     PetscCall(Elapsed(t, &seconds));
   }
   if (t->generation % t->o.interval) PetscCall(Progress(t, best, median));
-  PetscCall(Calibrate(t));
+  if (t->o.within > 0) {
+    CMASet set;
+
+    PetscCall(SetCreate(t, CALIBRATION_STREAM, t->o.calibration, t->o.calibration, &set));
+    PetscCall(CMACalibrate(t, &set));
+    PetscCall(SetDestroy(&set));
+  }
   PetscCall(FindRange(t));
   if (t->o.output[0]) PetscCall(CMAStorePolicy(t));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -6,7 +6,8 @@
 enum {
   CMA_MAX_OBS = 24,
   CMA_MAX_LAYERS = 4,
-  VALID_DIALS = 3 /* each validation episode runs at so many positions of the dial */
+  VALID_DIALS = 3, /* each validation episode runs at so many positions of the dial */
+  CMA_KINDS = 2    /* single elements and meshes; other problems have the first only */
 };
 
 typedef struct {
@@ -20,7 +21,7 @@ typedef struct {
   char dt_max_unit[8];                               /* "T*" or "t_max"; dt_min is in T* */
   PetscInt nsingle, nmesh, side;                     /* episodes of one element, of meshes; elements along a side */
   PetscInt batch_single, batch_mesh;                 /* of a generation */
-  PetscInt validation;                               /* episodes of each kind */
+  PetscInt validation, calibration;                  /* episodes of each kind */
   PetscInt population;                               /* 0: CMA-ES's default */
   PetscInt diagonal;                                 /* generations with a diagonal covariance */
   PetscReal sigma;
@@ -29,7 +30,7 @@ typedef struct {
   PetscInt interval; /* generations between validations */
   PetscInt seed;
   PetscReal low, high; /* range of the dial */
-  PetscReal within;    /* share of validation runs that shall keep the dial, 0: as trained */
+  PetscReal within;    /* share of either kind's runs that shall keep the dial everywhere in its range, 0: as trained */
   char output[PETSC_MAX_PATH_LEN], log[PETSC_MAX_PATH_LEN], checkpoint[PETSC_MAX_PATH_LEN], resume[PETSC_MAX_PATH_LEN];
 } CMAOptions;
 
@@ -37,16 +38,22 @@ typedef struct {
 typedef struct {
   PetscReal cost, solves, within; /* share of the runs within the dial */
   PetscReal error;                /* geometric mean of error over dial */
-  PetscReal third[VALID_DIALS];   /* within, of the runs in each third of the dial's range, the finest first */
+  PetscReal kept[CMA_KINDS]
+                [VALID_DIALS]; /* within, of either kind in each third of the dial's range, the finest first */
 } CMAScore;
+
+/* Single elements first. */
+typedef struct {
+  PetscInt n, nsingle;
+  Episode **episode; /* [n] */
+} CMASet;
 
 typedef struct {
   CMAOptions o;
   MPI_Comm comm;
   PetscMPIInt rank, size;
   CMAES es;
-  Episode **train, **valid; /* [ntrain], [nvalid] single elements first */
-  PetscInt ntrain, nvalid;
+  CMASet train, valid;
   PetscInt64 generation, evaluations;
   double *best;   /* [n] mean with the best validation */
   CMAScore score; /* of it */
@@ -58,6 +65,8 @@ typedef struct {
   struct _CMALog *log;
 } CMATrainer;
 
+/* What brings an observation to order one: the network sees value * scale + offset. */
+PETSC_INTERN void CMAObservationScale(const char name[], PetscReal *scale, PetscReal *offset);
 PETSC_INTERN PetscErrorCode CMAOptionsSet(MPI_Comm comm, CMAOptions *o);
 PETSC_INTERN PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMATrainerRun(CMATrainer *t); /* to the end; writes policy, log and checkpoint */
@@ -68,6 +77,14 @@ PETSC_INTERN void CMAStart(const CMAOptions *o, double weights[]); /* the first 
 /* shift: decades by which the dial is moved before the network sees it, in the middle of its range, and per decade */
 PETSC_INTERN PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2],
                                       SlipPolicy *policy);
+
+/* ---- how good a policy is (cmavalid.c), on every rank ---- */
+
+/* Runs of a set's episodes; the policy sees the dial moved by shift, as CMAPolicy() says. */
+PETSC_INTERN PetscErrorCode CMAValidate(CMATrainer *t, const CMASet *set, const double weights[],
+                                        const PetscReal shift[2], CMAScore *score);
+/* Finds t->shift for t->best; t->score becomes that of the set. */
+PETSC_INTERN PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set);
 
 /* ---- files (cmafiles.c), by the first rank ---- */
 PETSC_INTERN PetscErrorCode CMAStorePolicy(CMATrainer *t);

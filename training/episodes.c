@@ -83,16 +83,24 @@ static void Follow(Episode *e, PetscReal t, PetscReal rate, PetscReal slip)
   e->last_slip = slip;
 }
 
+PetscErrorCode EpisodeFollow(Episode *e, PetscReal t, Vec w)
+{
+  PetscReal rate = 0, slip = 0, max_rate = 0;
+
+  PetscFunctionBegin;
+  PetscCall(Means(w, &rate, &slip, &max_rate));
+  Follow(e, t, rate, slip);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Measure(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   Episode *e = (Episode *)ctx;
-  PetscReal rate = 0, slip = 0, max_rate = 0;
 
   PetscFunctionBegin;
   if (--e->attempts_left <= 0) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   if (!attempt->accepted) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Means(w, &rate, &slip, &max_rate));
-  Follow(e, attempt->time + attempt->dt, rate, slip);
+  PetscCall(EpisodeFollow(e, attempt->time + attempt->dt, w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -247,7 +255,7 @@ static void Forget(Episode *e)
   e->attempts_left = 2 * EPISODE_MAX_STEPS;
 }
 
-static PetscErrorCode Rewind(Episode *e, PetscReal accuracy)
+PetscErrorCode EpisodeRewind(Episode *e, PetscReal accuracy)
 {
   TSAdapt adapt;
 
@@ -264,7 +272,7 @@ static PetscErrorCode Rewind(Episode *e, PetscReal accuracy)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void Conclude(const Episode *e, PetscInt solves, PetscInt accepted, EpisodeResult *r)
+void EpisodeConclude(const Episode *e, PetscInt solves, PetscInt accepted, EpisodeResult *r)
 {
   r->solves = solves;
   r->failures = solves - accepted;
@@ -280,12 +288,12 @@ PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accura
   TSAdapt adapt;
 
   PetscFunctionBegin;
-  PetscCall(Rewind(e, accuracy));
+  PetscCall(EpisodeRewind(e, accuracy));
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(TSAdaptRLSetPolicy(adapt, policy));
   PetscCall(TSSolve(e->ts, e->w));
   PetscCall(TSBatheGetTotals(e->ts, &attempts, &accepted, &solves, &newton, &linear));
-  Conclude(e, solves, accepted, result);
+  EpisodeConclude(e, solves, accepted, result);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -307,7 +315,7 @@ PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, Epi
   Forget(e);
   PlainFaultSetState(&e->plain, e->plain_start);
   PetscCall(PlainRun(&e->plain, policy, accuracy, e->tmax, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
-  Conclude(e, totals.attempts, totals.accepted, result);
+  EpisodeConclude(e, totals.attempts, totals.accepted, result);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -348,7 +356,7 @@ PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, E
     PetscCall(EpisodeSmallRun(e->small, policy, accuracy, fn, ctx, &result));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(Rewind(e, accuracy));
+  PetscCall(EpisodeRewind(e, accuracy));
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(SlipPolicyGetObservations(policy, &n, &names));
   PetscCall(SlipPolicyGetStepBounds(policy, e->tstar, e->tmax, &dt[0], &dt[1]));

@@ -77,6 +77,12 @@ PETSC_INTERN PetscErrorCode EpisodeSmallRun(EpisodeSmall small, SlipPolicy polic
 PETSC_INTERN PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn,
                                          void *ctx);
 
+/* The pieces of a run that is done elsewhere, by the episode's TS: back to the start, at a position of the dial; a state after
+   a step to time t; the result. A step may be followed more than once. */
+PETSC_INTERN PetscErrorCode EpisodeRewind(Episode *e, PetscReal accuracy);
+PETSC_INTERN PetscErrorCode EpisodeFollow(Episode *e, PetscReal t, Vec w);
+PETSC_INTERN void EpisodeConclude(const Episode *e, PetscInt solves, PetscInt accepted, EpisodeResult *result);
+
 /* What a run costs: ln(solves) and penalties for errors beyond the dial. */
 PETSC_INTERN PetscReal EpisodeCost(const EpisodeResult *r, PetscReal accuracy);
 /* 0 below half the dial, 1 at the dial, and growing like its logarithm beyond: x = error over what is allowed. */

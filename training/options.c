@@ -1,4 +1,5 @@
 /* -train_* options. */
+#include "cmatrain.h"
 #include "trainer.h"
 #include <slipstep/private/slipcompat.h>
 
@@ -27,8 +28,7 @@ static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, char **names)
   o->nobs = n;
   for (PetscInt i = 0; i < n; ++i) {
     PetscCall(PetscStrallocpy(names[i], &o->names[i]));
-    o->scale[i] = 1;
-    o->offset[i] = 0;
+    CMAObservationScale(names[i], &o->scale[i], &o->offset[i]); /* unless the table above says otherwise */
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ScaleTable); ++k) {
       PetscCall(PetscStrcmp(names[i], ScaleTable[k].name, &same));
       if (!same) continue;
@@ -100,18 +100,21 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
   PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(
-    PetscOptionsString("-train_problem",
-                       "What is simulated: fault, sliding_mode or circuit (parameters: -fault_, -sliding_mode_, "
-                       "-circuit_ options)",
-                       NULL, problem, problem, sizeof(problem), NULL));
+  PetscCall(PetscOptionsString(
+    "-train_problem",
+    "What is simulated: fault, fault_dial, sliding_mode or circuit (parameters: -fault_, -sliding_mode_, "
+    "-circuit_ options)",
+    NULL, problem, problem, sizeof(problem), NULL));
   PetscCall(ProblemFind(problem, &e->problem));
   PetscCall(PetscOptionsString(
     "-train_reward",
     "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure), accuracy (price of an attempt plus alpha times the "
-    "effect of the step on the errors of the whole run) or balanced (likewise, with half the cube root of alpha)",
+    "effect of the step on the errors of the whole run), balanced (likewise, with half the cube root of alpha) or "
+    "dial (that of -train_algorithm cmaes, step by step; -train_problem fault_dial)",
     NULL, reward, reward, sizeof(reward), NULL));
   PetscCall(RewardFind(reward, &e->reward));
+  PetscCheck(!e->reward->needs_dial || e->problem->has_dial, PETSC_COMM_WORLD, PETSC_ERR_SUP,
+             "-train_reward %s needs a problem with an accuracy dial: -train_problem fault_dial", reward);
   PetscCall(SetPreset(e));
   PetscCall(PetscOptionsString("-train_cost",
                                "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, "

@@ -27,13 +27,14 @@ static double *Take(double **work, PetscInt n)
   return a;
 }
 
-static void Multiply(PetscInt n, const double A[], const double x[], double y[])
+/* y = A x, column by column so that the inner loop vectorises; A is symmetric, so its rows are its columns. */
+static void Multiply(PetscInt n, const double A[], const double x[], double *restrict y)
 {
-  for (PetscInt i = 0; i < n; ++i) {
-    double sum = 0;
+  for (PetscInt i = 0; i < n; ++i) y[i] = 0;
+  for (PetscInt j = 0; j < n; ++j) {
+    const double *restrict column = A + j * n, factor = x[j];
 
-    for (PetscInt j = 0; j < n; ++j) sum += A[i * n + j] * x[j];
-    y[i] = sum;
+    for (PetscInt i = 0; i < n; ++i) y[i] += column[i] * factor;
   }
 }
 

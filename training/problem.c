@@ -2,7 +2,7 @@
 #include "problem.h"
 #include <slipstep/private/slipcompat.h>
 
-const Problem *const ProblemTable[] = {&ProblemFault, &ProblemSlidingMode, &ProblemCircuit, NULL};
+const Problem *const ProblemTable[] = {&ProblemFault, &ProblemDial, &ProblemSlidingMode, &ProblemCircuit, NULL};
 
 PetscErrorCode ProblemFind(const char name[], const Problem **row)
 {

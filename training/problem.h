@@ -36,6 +36,7 @@ typedef struct {
   TS ts;
   Vec w;
   PetscReal tstar, tmax; /* [s] */
+  PetscReal dial;        /* accuracy that is wanted of it, 0: the problem has none */
 } EnvRun;
 
 /* What is known of an instance's exact solution; computed once, used by any number of runs. And what follows one run.
@@ -68,6 +69,8 @@ typedef struct {
 
 struct _Problem {
   const char *name, *meaning;
+  const char *policy_problem; /* what its policies are for; NULL: name */
+  PetscBool has_dial;         /* its draws have a position of the accuracy dial */
   const DrawRow *draw;
   PetscInt ndraw;
   PetscBool (*drawable)(const PetscReal drawn[]); /* NULL: all draws are good */
@@ -92,7 +95,7 @@ struct _Problem {
 };
 
 PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
-PETSC_INTERN const Problem ProblemFault, ProblemSlidingMode, ProblemCircuit;
+PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemSlidingMode, ProblemCircuit;
 PETSC_INTERN PetscErrorCode ProblemFind(const char name[], const Problem **row);
 PETSC_INTERN PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[]); /* [ndraw] */
 PETSC_INTERN PetscErrorCode ProblemDescribeDraws(char text[], size_t len); /* all rows of the table */

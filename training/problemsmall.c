@@ -270,6 +270,25 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* ---- rows of the two tables ---- */
+
+/* Bounds of the step with their units, spacing, observations */
+#define PRESET(reward_, low, low_unit, high, high_unit, logarithmic, ...)                                              \
+  {                                                                                                                    \
+    .reward = (reward_), .names = {__VA_ARGS__}, .dt_min = (low), .dt_max = (high), .dt_min_unit = (low_unit),         \
+    .dt_max_unit = (high_unit), .log_spacing = (logarithmic)                                                           \
+  }
+
+/* Model: what its draws, presets and creation are called after */
+#define SMALL_PROBLEM(name_, meaning_, Model, draws, rtol_, atol_, unit)                                               \
+  {                                                                                                                    \
+    .name = (name_), .meaning = (meaning_), .draw = Model##Draws, .ndraw = (draws), .presets = Model##Presets,         \
+    .rtol = (rtol_), .atol = (atol_), .atol_unit = (unit), .nerrors = 1, .errors = {"relative L2 norm"},               \
+    .create = Model##Create, .destroy = Destroy, .reference_create = ReferenceCreate,                                  \
+    .reference_destroy = ReferenceDestroy, .judge_create = JudgeCreate, .judge_step = JudgeStep,                       \
+    .judge_errors = JudgeErrors, .judge_destroy = JudgeDestroy                                                         \
+  }
+
 /* ---- the sliding mode controller ---- */
 
 enum { SLIDING_AMPLITUDE, SLIDING_START, SLIDING_DURATION, SLIDING_COUNT };
@@ -318,34 +337,16 @@ static const System SlidingModeSystem = {1, SlidingModeDistance, SlidingModeStat
 
 #define LONGEST_SLIDING_STEP 0.6283185307179586 /* 2 pi/10 of 1/omega */
 static const Preset SlidingModePresets[] = {
-  {"published",
-   {"energy", "state_0", "residual", "converged", "accuracy", "step"},
-   1e-5,
-   LONGEST_SLIDING_STEP,
-   "s",
-   "T*",
-   PETSC_FALSE},
-  {NULL, {"state_0", "log_step", "converged"}, 0.1, LONGEST_SLIDING_STEP, "T*", "T*", PETSC_TRUE},
+  PRESET("published", 1e-5, "s", LONGEST_SLIDING_STEP, "T*", PETSC_FALSE, "energy", "state_0", "residual", "converged",
+         "accuracy", "step"),
+  PRESET("dial", 3e-3, "T*", LONGEST_SLIDING_STEP, "T*", PETSC_TRUE, "log_accuracy", "log_error", "log_time_left",
+         "change_state_0", "state_0", "log_step", "converged"),
+  PRESET(NULL, 0.1, "T*", LONGEST_SLIDING_STEP, "T*", PETSC_TRUE, "state_0", "log_step", "converged"),
 };
 
-const Problem ProblemSlidingMode = {.name = "sliding_mode",
-                                    .meaning = "the first-order sliding mode controller of the -sliding_mode_ options",
-                                    .draw = SlidingModeDraws,
-                                    .ndraw = SLIDING_COUNT,
-                                    .presets = SlidingModePresets,
-                                    .rtol = 1e-3,
-                                    .atol = 1e-6,
-                                    .atol_unit = "1",
-                                    .nerrors = 1,
-                                    .errors = {"relative L2 norm"},
-                                    .create = SlidingModeCreate,
-                                    .destroy = Destroy,
-                                    .reference_create = ReferenceCreate,
-                                    .reference_destroy = ReferenceDestroy,
-                                    .judge_create = JudgeCreate,
-                                    .judge_step = JudgeStep,
-                                    .judge_errors = JudgeErrors,
-                                    .judge_destroy = JudgeDestroy};
+const Problem ProblemSlidingMode =
+  SMALL_PROBLEM("sliding_mode", "the first-order sliding mode controller of the -sliding_mode_ options", SlidingMode,
+                SLIDING_COUNT, 1e-3, 1e-6, "1");
 
 /* ---- the circuit ---- */
 
@@ -393,31 +394,14 @@ static PetscReal CircuitDistance(const void *model, const PetscReal difference[]
 static const System CircuitSystem = {CIRCUIT_N, CircuitDistance, NULL};
 
 static const Preset CircuitPresets[] = {
-  {"published",
-   {"energy", "state_2", "state_0", "state_1", "residual", "converged", "accuracy", "step"},
-   1e-5,
-   0.1,
-   "s",
-   "t_max",
-   PETSC_FALSE},
-  {NULL, {"log_energy", "state_0", "state_1", "state_2", "log_step", "converged"}, 0.1, 0.1, "T*", "t_max", PETSC_TRUE},
+  PRESET("published", 1e-5, "s", 0.1, "t_max", PETSC_FALSE, "energy", "state_2", "state_0", "state_1", "residual",
+         "converged", "accuracy", "step"),
+  PRESET("dial", 1e-2, "T*", 0.1, "t_max", PETSC_TRUE, "log_accuracy", "log_error", "log_time_left", "change_state_0",
+         "log_energy", "state_0", "state_1", "state_2", "log_step", "converged"),
+  PRESET(NULL, 0.1, "T*", 0.1, "t_max", PETSC_TRUE, "log_energy", "state_0", "state_1", "state_2", "log_step",
+         "converged"),
 };
 
-const Problem ProblemCircuit = {.name = "circuit",
-                                .meaning = "the circuit with an ideal Zener diode of the -circuit_ options",
-                                .draw = CircuitDraws,
-                                .ndraw = CIRCUIT_COUNT,
-                                .presets = CircuitPresets,
-                                .rtol = 1e-6,
-                                .atol = 1e-8,
-                                .atol_unit = "V and A",
-                                .nerrors = 1,
-                                .errors = {"relative L2 norm"},
-                                .create = CircuitCreate,
-                                .destroy = Destroy,
-                                .reference_create = ReferenceCreate,
-                                .reference_destroy = ReferenceDestroy,
-                                .judge_create = JudgeCreate,
-                                .judge_step = JudgeStep,
-                                .judge_errors = JudgeErrors,
-                                .judge_destroy = JudgeDestroy};
+const Problem ProblemCircuit =
+  SMALL_PROBLEM("circuit", "the circuit with an ideal Zener diode of the -circuit_ options", Circuit, CIRCUIT_COUNT,
+                1e-6, 1e-8, "V and A");

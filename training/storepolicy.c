@@ -28,9 +28,11 @@ static PetscErrorCode SetNumber(SlipPolicy p, const char name[], const char form
 
 static PetscErrorCode SetAttributes(Trainer *t, SlipPolicy p)
 {
+  const Problem *problem = t->o.env.problem;
+
   PetscFunctionBegin;
   PetscCall(SlipPolicySetAttribute(p, "algorithm", t->o.algorithm->name));
-  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.env.problem->name));
+  PetscCall(SlipPolicySetAttribute(p, "problem", problem->policy_problem ? problem->policy_problem : problem->name));
   PetscCall(SlipPolicySetAttribute(p, "reward", t->o.env.reward->name));
   PetscCall(SetNumber(p, "alpha", "%g", (double)t->o.env.alpha));
   PetscCall(SetNumber(p, "training_steps", "%.0f", (double)t->best_steps));

@@ -36,6 +36,7 @@ def arguments():
     parser.add_argument("--name", default="ours", help="what tables and figures call the policy")
     parser.add_argument("--dials", type=float, nargs="+", default=[1e-1, 1e-2, 1e-3], help="of a policy that observes log_accuracy")
     parser.add_argument("--study", metavar="ZIP", help="the study's policy (Stable-Baselines3), run as published")
+    parser.add_argument("--seed", type=int, default=held_out_cases.SEED, help="of the drawn faults; another one gives fresh cases")
     parser.add_argument("--cases", nargs="+", default=[""], help="only cases whose name begins like one of these: one, 3, 4, 5, mixed")
     parser.add_argument("--sparse", action="store_true", help="half of the tolerances: half of the time")
     parser.add_argument("--limit", type=int, help="only so many of the cases")
@@ -103,7 +104,7 @@ def main():
     o = arguments()
     folder = os.path.abspath(o.folder)
     os.makedirs(folder, exist_ok=True)
-    cases = [c for c in held_out_cases.all_cases(folder) if c.name.startswith(tuple(o.cases))][:o.limit]
+    cases = [c for c in held_out_cases.all_cases(folder, o.seed) if c.name.startswith(tuple(o.cases))][:o.limit]
     for case in cases if o.sparse else ():
         case.tolerances = [t for t in case.tolerances if t in held_out_cases.SPARSE]
     bench = Bench(os.path.abspath(o.build), folder, o.processes)

@@ -97,8 +97,8 @@ def fault_options(p):
     return [word for name, value in p.items() for word in (f"-fault_{name}", f"{value:.6g}")]
 
 
-def single_cases(count=SINGLE_COUNT):
-    random = np.random.default_rng(SEED)
+def single_cases(count=SINGLE_COUNT, seed=SEED):
+    random = np.random.default_rng(seed)
     cases = []
     for k in range(count):
         p, tstar, weakening = draw_single(random)
@@ -146,8 +146,8 @@ def draw_mixed(random, path):
     return p, length * np.sqrt(2500 / modulus), weakening
 
 
-def mixed_cases(folder, count=MIXED_COUNT):
-    random = np.random.default_rng(SEED + 1)
+def mixed_cases(folder, count=MIXED_COUNT, seed=SEED):
+    random = np.random.default_rng(seed + 1)
     cases = []
     for k in range(count):
         path = os.path.join(folder, f"mixed_{k + 1:02d}.h5")
@@ -159,8 +159,8 @@ def mixed_cases(folder, count=MIXED_COUNT):
     return cases
 
 
-def all_cases(folder):
-    return single_cases() + mesh_cases() + mixed_cases(folder)
+def all_cases(folder, seed=SEED):
+    return single_cases(seed=seed) + mesh_cases() + mixed_cases(folder, seed=seed)
 
 
 def classical(case):

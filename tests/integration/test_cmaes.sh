@@ -7,7 +7,7 @@ trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 1
 failed=0
 tiny="-train_algorithm cmaes -train_singles 4 -train_meshes 1 -train_mesh_side 2 -train_batch_singles 3 -train_batch_meshes 1
-  -train_validation 2 -train_validation_interval 2 -train_population 6 -train_hidden 3 -train_generations 2"
+  -train_validation 2 -train_calibration 2 -train_validation_interval 2 -train_population 6 -train_hidden 3 -train_generations 2"
 
 fail() { echo "FAILED: $*"; failed=1; }
 refuses() { # text -- options

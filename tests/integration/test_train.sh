@@ -22,6 +22,8 @@ refuses() { # words -- options
 refuses -train_problem pendulum fault sliding_mode circuit -- -train_problem pendulum
 refuses -train_algorithm dqn tqc td3 -- -train_algorithm dqn
 refuses -train_reward nonsense published accuracy -- -train_reward nonsense
+refuses "needs a problem with an accuracy dial" -- -train_reward dial
+refuses "add -train_random" -- -train_problem fault_dial -train_reward dial
 refuses -train_cost days iterations wall -- -train_cost days
 refuses -train_steps -- -train_steps 0
 refuses "-train_drop_quantiles is 25, expected a number >= 0 and <= 24" -- -train_drop_quantiles 25
