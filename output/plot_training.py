@@ -105,8 +105,11 @@ def colors(names):
 
 def figure(logs):
     use_style()
-    canvas, ((training, returns), (length, error)) = plt.subplots(2, 2, figsize=(11, 7.6), layout="constrained")
     by_label = groups(logs)
+    many = len(by_label) > 4  # then the legend gets a row of its own
+    canvas = plt.figure(figsize=(11, 8.4 if many else 7.6), layout="constrained")
+    grid = canvas.add_gridspec(2 + many, 2, height_ratios=[1, 1] + [0.2] * many)
+    training, returns, length, error = (canvas.add_subplot(grid[i, k]) for i in range(2) for k in range(2))
     shades = colors(list(by_label))
     for label, members in by_label.items():
         color = shades[label]
@@ -131,8 +134,13 @@ def figure(logs):
         if len(values) and np.quantile(values, 0.25) - values.min() > np.ptp(np.quantile(values, [0.25, 1])):
             bottom = np.quantile(values, 0.25) - np.ptp(np.quantile(values, [0.25, 1]))
             axes.set_ylim(bottom, values.max() + 0.05 * (values.max() - bottom))
-    # in the panel whose upper right stays empty: policies come to take fewer steps
-    length.legend(*training.get_legend_handles_labels(), loc="upper right", ncols=2 if len(by_label) > 3 else 1, fontsize=9)
+    handles = training.get_legend_handles_labels()
+    if many:
+        below = canvas.add_subplot(grid[2, :])
+        below.set_axis_off()
+        below.legend(*handles, loc="center", ncols=4, fontsize=9)
+    else:  # in the panel whose upper right stays empty: policies come to take fewer steps
+        length.legend(*handles, loc="upper right", fontsize=9)
     problem, reward = logs[0].task
     canvas.suptitle(f"Learning curves: {problem}, reward {reward}")
     return canvas
