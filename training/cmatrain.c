@@ -4,6 +4,7 @@
 #include <slipstep/private/sliperror.h>
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
+#include <cblas.h>
 #include <petsctime.h>
 
 #define TRAIN_STREAM 1000000 /* seeds of episodes and generations do not meet */
@@ -112,6 +113,7 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
   PetscCall(PetscMemzero(t, sizeof(*t)));
   t->o = *o;
   t->comm = comm;
+  openblas_set_num_threads(1); /* threads change the order of sums, and so bits; and the ranks have the cores already */
   PetscCall(PetscTime(&t->begin));
   PetscCallMPI(MPI_Comm_rank(comm, &t->rank));
   PetscCallMPI(MPI_Comm_size(comm, &t->size));

@@ -72,7 +72,10 @@ static PetscErrorCode FindShifts(CMATrainer *t, const CMASet *set, PetscReal shi
   CMAScore score;
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < VALID_DIALS; ++k) target[k] = -1;
+  for (PetscInt k = 0; k < VALID_DIALS; ++k) {
+    shift[k] = SHIFT_MIN;
+    target[k] = -1;
+  }
   for (PetscReal s = SHIFT_MAX; s > SHIFT_MIN; s -= SHIFT_STEP) {
     const PetscReal move[2] = {s, 0};
     PetscInt left = 0;

@@ -94,6 +94,21 @@ struct _Problem {
   PetscErrorCode (*judge_destroy)(EnvJudge *judge);
 };
 
+/* Rows of a problem's presets: bounds of the step with their units, spacing, observations. */
+#define PRESET(reward_, low, low_unit, high, high_unit, logarithmic, ...)                                              \
+  {                                                                                                                    \
+    .reward = (reward_), .names = {__VA_ARGS__}, .dt_min = (low), .dt_max = (high), .dt_min_unit = (low_unit),         \
+    .dt_max_unit = (high_unit), .log_spacing = (logarithmic)                                                           \
+  }
+
+/* The functions of a problem's row, which all but the first go by the same names in every file. */
+#define PROBLEM_FUNCTIONS(create_)                                                                                     \
+  .create = create_, .destroy = Destroy, .reference_create = ReferenceCreate, .reference_destroy = ReferenceDestroy,   \
+  .judge_create = JudgeCreate, .judge_step = JudgeStep, .judge_errors = JudgeErrors, .judge_destroy = JudgeDestroy
+
+/* The tolerances of the fault's problems. */
+#define PROBLEM_FAULT_TOLERANCES .rtol = 1e-3, .atol = 1e-6, .atol_unit = "0.1 mm for slip and 0.1 mm/T* for slip rate"
+
 PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
 PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemSlidingMode, ProblemCircuit;
 PETSC_INTERN PetscErrorCode ProblemFind(const char name[], const Problem **row);

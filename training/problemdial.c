@@ -176,14 +176,9 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
 }
 
 static const Preset DialPresets[] = {
-  {.reward = NULL,
-   .names = {"log_accuracy", "log_rate", "log_peak_rate", "energy", "progress", "weakening", "log_drop", "log_step",
-             "log_slip_error", "growth", "sliding_fraction", "change_sliding_fraction", "log_time_left", "converged"},
-   .dt_min = 1e-2,
-   .dt_max = 1e2,
-   .dt_min_unit = "T*",
-   .dt_max_unit = "T*",
-   .log_spacing = PETSC_TRUE},
+  PRESET(NULL, 1e-2, "T*", 1e2, "T*", PETSC_TRUE, "log_accuracy", "log_rate", "log_peak_rate", "energy", "progress",
+         "weakening", "log_drop", "log_step", "log_slip_error", "growth", "sliding_fraction", "change_sliding_fraction",
+         "log_time_left", "converged"),
 };
 
 const Problem ProblemDial = {.name = "fault_dial",
@@ -194,16 +189,7 @@ const Problem ProblemDial = {.name = "fault_dial",
                              .draw = DialDraws,
                              .ndraw = DRAWS,
                              .presets = DialPresets,
-                             .rtol = 1e-3,
-                             .atol = 1e-6,
-                             .atol_unit = "0.1 mm for slip and 0.1 mm/T* for slip rate",
+                             PROBLEM_FAULT_TOLERANCES,
                              .nerrors = 1,
                              .errors = {"final mean slip over the dial"},
-                             .create = Create,
-                             .destroy = Destroy,
-                             .reference_create = ReferenceCreate,
-                             .reference_destroy = ReferenceDestroy,
-                             .judge_create = JudgeCreate,
-                             .judge_step = JudgeStep,
-                             .judge_errors = JudgeErrors,
-                             .judge_destroy = JudgeDestroy};
+                             PROBLEM_FUNCTIONS(Create)};

@@ -329,10 +329,12 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
 }
 
 static const Preset Presets[] = {
-  {"published", {"energy", "velocity", "residual", "converged", "accuracy", "step"}, 1e-6, 6, "T*", "s", PETSC_FALSE},
+  PRESET("published", 1e-6, "T*", 6, "s", PETSC_FALSE, "energy", "velocity", "residual", "converged", "accuracy",
+         "step"),
   /* no error: the same steps whatever the tolerances and estimates, and no step doubling to pay for */
-  {"balanced", {"energy", "log_velocity", "slip", "log_step", "converged"}, 1e-2, 14, "T*", "T*", PETSC_TRUE},
-  {NULL, {"energy", "log_velocity", "slip", "log_error", "log_step", "converged"}, 1e-2, 14, "T*", "T*", PETSC_TRUE},
+  PRESET("balanced", 1e-2, "T*", 14, "T*", PETSC_TRUE, "energy", "log_velocity", "slip", "log_step", "converged"),
+  PRESET(NULL, 1e-2, "T*", 14, "T*", PETSC_TRUE, "energy", "log_velocity", "slip", "log_error", "log_step",
+         "converged"),
 };
 
 const Problem ProblemFault = {.name = "fault",
@@ -341,16 +343,7 @@ const Problem ProblemFault = {.name = "fault",
                               .ndraw = DRAW_COUNT,
                               .drawable = Drawable,
                               .presets = Presets,
-                              .rtol = 1e-3,
-                              .atol = 1e-6,
-                              .atol_unit = "0.1 mm for slip and 0.1 mm/T* for slip rate",
+                              PROBLEM_FAULT_TOLERANCES,
                               .nerrors = 3,
                               .errors = {"final mean slip", "peak slip rate", "time of nine tenths of the slip"},
-                              .create = Create,
-                              .destroy = Destroy,
-                              .reference_create = ReferenceCreate,
-                              .reference_destroy = ReferenceDestroy,
-                              .judge_create = JudgeCreate,
-                              .judge_step = JudgeStep,
-                              .judge_errors = JudgeErrors,
-                              .judge_destroy = JudgeDestroy};
+                              PROBLEM_FUNCTIONS(Create)};

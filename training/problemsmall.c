@@ -270,23 +270,14 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- rows of the two tables ---- */
-
-/* Bounds of the step with their units, spacing, observations */
-#define PRESET(reward_, low, low_unit, high, high_unit, logarithmic, ...)                                              \
-  {                                                                                                                    \
-    .reward = (reward_), .names = {__VA_ARGS__}, .dt_min = (low), .dt_max = (high), .dt_min_unit = (low_unit),         \
-    .dt_max_unit = (high_unit), .log_spacing = (logarithmic)                                                           \
-  }
+/* ---- rows of the table ---- */
 
 /* Model: what its draws, presets and creation are called after */
 #define SMALL_PROBLEM(name_, meaning_, Model, draws, rtol_, atol_, unit)                                               \
   {                                                                                                                    \
     .name = (name_), .meaning = (meaning_), .draw = Model##Draws, .ndraw = (draws), .presets = Model##Presets,         \
     .rtol = (rtol_), .atol = (atol_), .atol_unit = (unit), .nerrors = 1, .errors = {"relative L2 norm"},               \
-    .create = Model##Create, .destroy = Destroy, .reference_create = ReferenceCreate,                                  \
-    .reference_destroy = ReferenceDestroy, .judge_create = JudgeCreate, .judge_step = JudgeStep,                       \
-    .judge_errors = JudgeErrors, .judge_destroy = JudgeDestroy                                                         \
+    PROBLEM_FUNCTIONS(Model##Create)                                                                                   \
   }
 
 /* ---- the sliding mode controller ---- */
