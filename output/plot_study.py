@@ -283,6 +283,12 @@ def precision_panels(rows, columns, width, height, sharex=False):
     return canvas, panels, beside
 
 
+def within(name, problem):
+    """What tells a small problem's policies apart, for a legend that two problems share: tqc; dial@0.1 of one with a dial."""
+    rest = name.removeprefix(problem).lstrip("_")
+    return rest if rest and not rest.startswith("@") else "dial" + rest
+
+
 def precision_legend(axes, study, problem):
     """Colours for controllers and policies, lines and marks for treatments."""
     line = plt.Line2D
@@ -291,7 +297,7 @@ def precision_legend(axes, study, problem):
     handles += [line([], [], color="black", linestyle=style, marker=MARKERS[key], markersize=4, label=f"{key[0]}, {key[1]}")
                 for key, style in TREATMENTS.items()]
     handles += [line([], [], color="#bbbbbb", linewidth=5, alpha=0.5, label="best classical run")]
-    handles += [line([], [], color=colour, marker="o", linestyle="", label=name if problem == "fault" else name.removeprefix(problem + "_"))
+    handles += [line([], [], color=colour, marker="o", linestyle="", label=name if problem == "fault" else within(name, problem))
                 for colour, name in zip(policy_colours(study, problem), study.policies(problem))]
     axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0, fontsize=8)
 
