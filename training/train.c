@@ -1,6 +1,6 @@
 static const char help[] =
   "Trains a policy that chooses step sizes, by truncated quantile critics (TQC), TD3 or CMA-ES.\n"
-  "  mpirun -n 2 train -train_algorithm cmaes -train_minutes 14 -train_output policy.h5   (with an accuracy dial)\n"
+  "  mpirun -n 2 train -train_algorithm cmaes -train_output policy.h5   (with an accuracy dial: the default policy)\n"
   "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
   "  train -train_steps 20000 -train_output policy.h5 -train_log curve.h5\n"
   "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-element faults)\n"

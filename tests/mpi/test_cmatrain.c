@@ -8,9 +8,10 @@ static PetscErrorCode Options(const char extra[], CMAOptions *o)
 {
   PetscFunctionBegin;
   PetscCall(PetscOptionsClear(NULL));
-  PetscCall(PetscOptionsInsertString(NULL, "-train_singles 6 -train_meshes 2 -train_mesh_side 2 -train_batch_singles 4 "
-                                           "-train_batch_meshes 1 -train_validation 2 -train_calibration 2 -train_validation_interval 2 "
-                                           "-train_population 6 -train_hidden 3 -train_sigma 0.05 -train_seed 4"));
+  PetscCall(PetscOptionsInsertString(
+    NULL, "-train_singles 6 -train_meshes 2 -train_mesh_side 2 -train_batch_singles 4 "
+          "-train_batch_meshes 1 -train_validation 2 -train_calibration 2 -train_validation_interval 2 "
+          "-train_population 6 -train_hidden 3 -train_sigma 0.05 -train_seed 4"));
   PetscCall(PetscOptionsInsertString(NULL, extra));
   PetscCall(CMAOptionsSet(PETSC_COMM_WORLD, o));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -14,6 +14,7 @@ BENCHMARKS = os.path.join(os.environ["SLIPSTEP_SOURCE"], "tests", "benchmarks")
 sys.path.insert(0, BENCHMARKS)
 import held_out_cases
 import held_out_run
+import held_out_seeds
 import held_out_score as score
 
 
@@ -50,6 +51,13 @@ class Score(unittest.TestCase):
         setting, runs = score.best_setting(self.classical, 0.01, 0.95)
         self.assertEqual((setting, runs["b"]["solves"]), (("y", 0.1), 33))  # x at 0.1 fails in b, at 0.01 in a, y at 0.01 stopped
         self.assertIsNone(score.best_setting(self.classical, 1e-4, 0.95)[0])
+
+    def test_seeds(self):
+        """Geometric mean of the solves and a quantile of the unsigned errors, one point a position of the dial."""
+        rows = [run("a", "s", 1e-1, 4, 0.03), run("b", "s", 1e-1, 9, -0.05), run("a", "s", 1e-2, 20, -0.002), run("b", "s", 1e-2, 20, 0.004)]
+        solves, errors = held_out_seeds.curve(rows, held_out_seeds.MEASURES["median"])
+        self.assertTrue(np.allclose(solves, [6, 20]) and np.allclose(errors, [0.04, 0.003]))
+        self.assertAlmostEqual(held_out_seeds.curve(rows, held_out_seeds.MEASURES["95 % within"])[1][0], 0.049)
 
     def test_cells(self):
         ours = [run("a", "ours", 1e-2, 10, 1e-7, 0.1), run("b", "ours", 1e-2, 11, -0.02), run("a", "ours", 1e-1, 7, 0.0, 0.0, "stopped")]
