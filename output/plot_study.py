@@ -7,41 +7,23 @@ What the file does not hold is shown as missing.
 """
 
 import argparse
-import io
 import os
 import sys
 
 import numpy as np
-from PIL import Image
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from slipstep_heat import Table, colours, draw_heat, error_of, error_ratio, ratio_to
 from slipstep_output import OutputError
-from slipstep_panels import RED, REFERENCE, log_scale, plt, use_style
+from slipstep_panels import RED, REFERENCE, log_scale, plt, save, use_style
 from slipstep_study import CLASSICAL, Study, envelope, family
 
 DEFAULT, PUBLISHED = ("embedded", "trapezoidal"), ("doubling", "implicit")
 COLOURS = {"heuristic": "#e08a00", "pi": "#2c8a4b", "dsp": "#8a4fa3", "basic": "#8c6d46", "none": "#707070"}
 BLUES = ("#0062a5", "#4aa3df", "#00a0a0", "#b0307a", "#1b2a6b", "#7a9a01", "#c0504d", "#555555")
+SINGLE = ("#b0307a", "#00a0a0", "#c0504d", "#d0b000", "#7a9a01", "#8c564b", "#1b2a6b", "#555555")  # of policies outside sweeps
 TREATMENTS = {DEFAULT: "-", ("doubling", "trapezoidal"): "--", ("embedded", "implicit"): ":", PUBLISHED: "-."}
 MARKERS = {DEFAULT: "o", ("doubling", "trapezoidal"): "s", ("embedded", "implicit"): "^", PUBLISHED: "D"}
-
-
-SIZE_LIMIT = 140_000  # bytes of a PNG, above which it gets a palette: the figures are under version control
-
-
-def save(canvas, target):
-    """As PNG; a large one with 256 colours, which takes a third of the size."""
-    buffer = io.BytesIO()
-    canvas.savefig(buffer, dpi=100)
-    plt.close(canvas)
-    data = buffer.getvalue()
-    if len(data) > SIZE_LIMIT:
-        small = io.BytesIO()
-        Image.open(buffer).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(small, "PNG", optimize=True)
-        data = small.getvalue()
-    with open(target, "wb") as file:
-        file.write(data)
 
 
 def empty(axes, text):
@@ -60,11 +42,14 @@ def short_names(names):
 
 
 def shown_policies(study, problem):
-    """Few policies for crowded panels: those outside sweeps, and of each sweep the member nearest to alpha = 2."""
+    """Few policies for crowded panels: of each sweep the member nearest to alpha = 2, and those outside sweeps, with their dial where
+    it stands by itself and without what they were transferred to."""
     sweeps = study.sweeps(problem)
     chosen = [min(members, key=lambda alpha: abs(np.log(alpha / 2))) for members in sweeps.values()]
     middle = [members[alpha] for members, alpha in zip(sweeps.values(), chosen)]
-    return [name for name in study.policies(problem) if family(name) not in sweeps or name in middle]
+    moved = [name for name, _ in transfers(study)]
+    return [name for name in study.policies(problem)
+            if name in middle or (family(name) not in sweeps and "@" not in name and name not in moved)]
 
 
 def finest(study, size, wanted=50):
@@ -74,9 +59,9 @@ def finest(study, size, wanted=50):
 
 
 def richest(study, size):
-    """The mesh of a size with most runs, that of the complete sweep."""
+    """The mesh of a size with most runs, that of the complete sweep; the finest of several."""
     meshes = [cell["mesh"] for cell in study.select(problem="fault", size_km=size)]
-    return max(sorted(set(meshes)), key=meshes.count) if meshes else None
+    return max(sorted(set(meshes), reverse=True), key=meshes.count) if meshes else None
 
 
 # ---- sliding mode and circuit: states and reaction against time ----
@@ -276,7 +261,7 @@ def draw_precision(axes, study, wanted, problem, measure, scale, width=1.0):
 
 def policy_colours(study, problem):
     """A shade by alpha within a family, a colour for each other policy."""
-    names, sweeps, single, out = study.policies(problem), study.sweeps(problem), iter(BLUES * 8), []
+    names, sweeps, single, out = study.policies(problem), study.sweeps(problem), iter(SINGLE * 8), []
     for name in names:
         members = sorted(sweeps.get(family(name), {}).items())
         place = [policy for _, policy in members].index(name) if members and name in dict(members).values() else None
@@ -284,6 +269,24 @@ def policy_colours(study, problem):
         which = list(sweeps).index(family(name)) % 4 if place is not None else 0
         out.append(next(single) if place is None else maps[which](0.4 + 0.6 * place / max(len(members) - 1, 1)))
     return out
+
+
+def precision_panels(rows, columns, width, height, sharex=False):
+    """Panels and, in one cell beside all of them, axes for the legend."""
+    canvas = plt.figure(figsize=(width * columns + 2.4, height), layout="constrained")
+    grid = canvas.add_gridspec(rows, columns + 1, width_ratios=[1] * columns + [2.0 / width])
+    panels = np.empty((rows, columns), dtype=object)
+    for i, k in np.ndindex(rows, columns):
+        panels[i, k] = canvas.add_subplot(grid[i, k], sharex=panels[0, 0] if sharex else None)
+    beside = canvas.add_subplot(grid[:, -1])
+    beside.set_axis_off()
+    return canvas, panels, beside
+
+
+def within(name, problem):
+    """What tells a small problem's policies apart, for a legend that two problems share: tqc; dial@0.1 of one with a dial."""
+    rest = name.removeprefix(problem).lstrip("_")
+    return rest if rest and not rest.startswith("@") else "dial" + rest
 
 
 def precision_legend(axes, study, problem):
@@ -294,15 +297,15 @@ def precision_legend(axes, study, problem):
     handles += [line([], [], color="black", linestyle=style, marker=MARKERS[key], markersize=4, label=f"{key[0]}, {key[1]}")
                 for key, style in TREATMENTS.items()]
     handles += [line([], [], color="#bbbbbb", linewidth=5, alpha=0.5, label="best classical run")]
-    handles += [line([], [], color=colour, marker="o", linestyle="", label=name)
+    handles += [line([], [], color=colour, marker="o", linestyle="", label=name if problem == "fault" else within(name, problem))
                 for colour, name in zip(policy_colours(study, problem), study.policies(problem))]
-    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0), fontsize=8)
+    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0, fontsize=8)
 
 
 def figure_precision(study):
     """The fault: error of the final slip above, the largest of the history below."""
     sizes = study.axis("size_km", problem="fault") or [3.0]
-    canvas, panels = plt.subplots(2, len(sizes), figsize=(4.6 * len(sizes) + 2.4, 8), layout="constrained", squeeze=False, sharex=True)
+    canvas, panels, beside = precision_panels(2, len(sizes), 4.6, 8, sharex=True)
     for k, size in enumerate(sizes):
         mesh = richest(study, size)
         for axes, measure, label in ((panels[0, k], "final_error", "error of final mean slip (%)"),
@@ -311,18 +314,18 @@ def figure_precision(study):
             axes.set_title(f"{size:g} km, {mesh} x {mesh}" if mesh else "no runs")
             axes.set_ylabel(label)
         panels[1, k].set_xlabel("Bathe solves")
-    precision_legend(panels[0, -1], study, "fault")
+    precision_legend(beside, study, "fault")
     return canvas
 
 
 def figure_precision_small(study):
     """Sliding mode and circuit: L2 error of the history, linear between steps."""
-    canvas, panels = plt.subplots(1, 2, figsize=(11.5, 5), layout="constrained")
-    for axes, problem, label in zip(panels, ("sliding_mode", "circuit"), ("L2 error", "relative L2 error")):
+    canvas, panels, beside = precision_panels(1, 2, 4.6, 5)
+    for axes, problem, label in zip(panels[0], ("sliding_mode", "circuit"), ("L2 error", "relative L2 error")):
         draw_precision(axes, study, {"problem": problem}, problem, "history_error", 1, 0.4)
         axes.set(title=problem, xlabel="Bathe solves", ylabel=label)
     problem = max(("sliding_mode", "circuit"), key=lambda name: len(study.policies(name)))
-    precision_legend(panels[-1], study, problem)
+    precision_legend(beside, study, problem)
     return canvas
 
 
@@ -334,31 +337,44 @@ def transfers(study):
     return [(name, base) for name in study.policies("fault") for base in swept if name.startswith(base + "_")]
 
 
+def draw_transfer(axes, study, size, meshes, named):
+    """Bars of one size: solves of heuristic over those of each policy, its error on top."""
+    width = 0.8 / len(named)
+    for k, name in enumerate(named):
+        for i, mesh in enumerate(meshes):
+            case = {"problem": "fault", "size_km": size, "mesh": mesh, "error": PUBLISHED[0], "reaction": PUBLISHED[1]}
+            cell, other = study.one(policy=name, **case), study.one(controller="heuristic", tolerance=1.0, **case)
+            x = i + (k - (len(named) - 1) / 2) * width
+            if cell is None or other is None or not cell.converged or not other.converged:
+                axes.text(x, 0, "failed" if cell is not None and not cell.converged else "–", ha="center", va="bottom", fontsize=8)
+                continue
+            height = other["solves"] / cell["solves"]
+            axes.bar(x, height, 0.95 * width, color=BLUES[k % len(BLUES)])
+            axes.text(x, height, f"{height:.0f}\n{100 * cell.error():.2g} %", ha="center", va="bottom", fontsize=7)
+    axes.set_xticks(range(len(meshes)), [f"{mesh}²" for mesh in meshes])
+    axes.set_xlim(-0.5, len(meshes) - 0.5)
+    axes.margins(y=0.3)  # room for the legend
+    axes.grid(False, axis="x")
+    axes.tick_params(bottom=False)
+    axes.set_title(f"{size:g} km")
+
+
 def figure_transfer(study):
     """Solves of heuristic over those of a policy before and after its transfer, with the errors of the final slip on the bars."""
     sizes, pairs = study.axis("size_km", problem="fault") or [3.0], transfers(study)
-    canvas, panels = plt.subplots(1, len(sizes), figsize=(5.4 * len(sizes), 3.8), layout="constrained", squeeze=False, sharey=True)
+    meshes, named = study.axis("mesh", problem="fault"), [name for pair in pairs for name in pair[::-1]]
+    canvas, panels = plt.subplots(1, len(sizes), figsize=(5.4 * len(sizes), 4.2), layout="constrained", squeeze=False, sharey=True)
     for axes, size in zip(panels[0], sizes):
-        meshes = study.axis("mesh", problem="fault", size_km=size)
-        if not pairs or not meshes:
+        if not named or not meshes:
             empty(axes, "no transferred policy")
             continue
-        named = [name for pair in pairs for name in pair[::-1]]
-        for k, name in enumerate(named):
-            for i, mesh in enumerate(meshes):
-                case = {"problem": "fault", "size_km": size, "mesh": mesh, "error": PUBLISHED[0], "reaction": PUBLISHED[1]}
-                cell, other = study.one(policy=name, **case), study.one(controller="heuristic", tolerance=1.0, **case)
-                x = i + (k - (len(named) - 1) / 2) * 0.8 / len(named)
-                if cell is None or other is None or not cell.converged or not other.converged:
-                    axes.text(x, 0, "failed" if cell is not None and not cell.converged else "–", ha="center", va="bottom", rotation=90,
-                              fontsize=7)
-                    continue
-                height = other["solves"] / cell["solves"]
-                axes.bar(x, height, 0.8 / len(named), color=BLUES[k % len(BLUES)], label=name if i == 0 else None)
-                axes.text(x, height, f"{100 * cell.error():.2g} %", ha="center", va="bottom", fontsize=7)
-        axes.set_xticks(range(len(meshes)), [f"{mesh}²" for mesh in meshes])
-        axes.set_title(f"{size:g} km: solves of heuristic over rl")
-        axes.legend(fontsize=8)
+        draw_transfer(axes, study, size, meshes, named)
+    panels[0, 0].set_ylabel("solves of heuristic over rl")
+    if named:
+        handles = [plt.Rectangle((0, 0), 1, 1, color=BLUES[k % len(BLUES)], label=name) for k, name in enumerate(named)]
+        panels[0, 0].legend(handles=handles, loc="upper left", fontsize=9)
+        canvas.suptitle(f"Transfer to a finer mesh: {PUBLISHED[0]} estimate, {PUBLISHED[1]} reaction; the ratio and the error of the "
+                        "final slip on each bar", fontsize=10)
     return canvas
 
 

@@ -15,7 +15,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import h5py
 import numpy as np
 from slipstep_output import OutputError
-from slipstep_panels import log_scale, plt, use_style
+from slipstep_panels import log_scale, plt, save, use_style
 
 WINDOW = 50  # episodes in a running mean
 COLUMNS = {"episodes": ("step", "return", "length"), "evaluations": ("step", "return", "length", "error")}
@@ -105,8 +105,11 @@ def colors(names):
 
 def figure(logs):
     use_style()
-    canvas, ((training, returns), (length, error)) = plt.subplots(2, 2, figsize=(11, 7.6), layout="constrained")
     by_label = groups(logs)
+    many = len(by_label) > 4  # then the legend gets a row of its own
+    canvas = plt.figure(figsize=(11, 8.4 if many else 7.6), layout="constrained")
+    grid = canvas.add_gridspec(2 + many, 2, height_ratios=[1, 1] + [0.2] * many)
+    training, returns, length, error = (canvas.add_subplot(grid[i, k]) for i in range(2) for k in range(2))
     shades = colors(list(by_label))
     for label, members in by_label.items():
         color = shades[label]
@@ -129,9 +132,15 @@ def figure(logs):
     for axes in (training, returns):  # the first episodes are far below all others
         values = np.concatenate([line.get_ydata() for line in axes.lines]) if axes.lines else np.zeros(0)
         if len(values) and np.quantile(values, 0.25) - values.min() > np.ptp(np.quantile(values, [0.25, 1])):
-            axes.set_ylim(bottom=np.quantile(values, 0.25) - np.ptp(np.quantile(values, [0.25, 1])))
-    # in the panel whose upper right stays empty: policies come to take fewer steps
-    length.legend(*training.get_legend_handles_labels(), loc="upper right", ncols=2 if len(by_label) > 3 else 1, fontsize=9)
+            bottom = np.quantile(values, 0.25) - np.ptp(np.quantile(values, [0.25, 1]))
+            axes.set_ylim(bottom, values.max() + 0.05 * (values.max() - bottom))
+    handles = training.get_legend_handles_labels()
+    if many:
+        below = canvas.add_subplot(grid[2, :])
+        below.set_axis_off()
+        below.legend(*handles, loc="center", ncols=4, fontsize=9)
+    else:  # in the panel whose upper right stays empty: policies come to take fewer steps
+        length.legend(*handles, loc="upper right", fontsize=9)
     problem, reward = logs[0].task
     canvas.suptitle(f"Learning curves: {problem}, reward {reward}")
     return canvas
@@ -144,7 +153,7 @@ def main():
     options = parser.parse_args()
     target = options.figure or os.path.splitext(options.logs[0])[0] + ".png"
     try:
-        figure(read_logs(options.logs)).savefig(target)
+        save(figure(read_logs(options.logs)), target)
     except OutputError as error:
         sys.exit(f"plot_training.py: {error}")
     print(f"Figure: {target}")

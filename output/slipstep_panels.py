@@ -1,5 +1,7 @@
 """Panels that the figures are made of; each draws one thing about one run into given axes."""
 
+import io
+
 import matplotlib
 
 matplotlib.use("Agg")
@@ -7,6 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter
+from PIL import Image
 
 RED = "#d62728"
 REFERENCE = "#9a9a9a"
@@ -23,6 +26,23 @@ STYLE = {
 
 def use_style():
     plt.rcParams.update(STYLE)
+
+
+SIZE_LIMIT = 140_000  # bytes of a PNG, above which it gets a palette: the figures are under version control
+
+
+def save(canvas, target):
+    """As PNG; a large one with 256 colours, which takes a third of the size."""
+    buffer = io.BytesIO()
+    canvas.savefig(buffer, format="png", dpi=100)
+    plt.close(canvas)
+    data = buffer.getvalue()
+    if len(data) > SIZE_LIMIT:
+        small = io.BytesIO()
+        Image.open(buffer).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(small, "PNG", optimize=True)
+        data = small.getvalue()
+    with open(target, "wb") as file:
+        file.write(data)
 
 
 def log_scale(axes):

@@ -178,7 +178,7 @@ class Study:
     def policies(self, problem):
         """Names of the policies of a problem, by family and alpha."""
         alphas = {cell["policy"]: cell["policy_alpha"] for cell in self.select(problem=problem, controller="rl")}
-        return sorted(alphas, key=lambda name: (family(name), alphas[name] if np.isfinite(alphas[name]) else 0.0, name))
+        return sorted(alphas, key=lambda name: (family(name), family(name) != name, alphas[name] if np.isfinite(alphas[name]) else 0.0, name))
 
     def sweeps(self, problem="fault"):
         """Families of policies that differ in alpha: {family: {alpha: name}}, the largest first."""

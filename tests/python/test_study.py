@@ -13,8 +13,8 @@ import numpy as np
 SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 OUTPUT = os.path.join(SOURCE, "output")
 sys.path.insert(0, OUTPUT)
-from plot_study import transfers
-from results_table import advantage, equal_accuracy, fill, number, published
+from plot_study import shown_policies, transfers
+from results_table import advantage, contents, equal_accuracy, fill, number, processor_time, published
 from slipstep_output import OutputError, Run
 from slipstep_study import Study, cheapest, envelope, family, hermite
 
@@ -100,6 +100,29 @@ class StudyTest(unittest.TestCase):
         study = Study(path)
         self.assertEqual(transfers(study), [("p_alpha_8_mesh30", "p_alpha_8")])
         self.assertNotIn("p_alpha_8_mesh30", study.sweeps()["p"].values())
+
+    def test_crowded_panels_show_one_of_a_kind(self):
+        path = write_study(self.path("s.h5"))
+        with h5py.File(path, "a") as file:
+            for policy, name, alpha in (("p", "rl_p", 0.5), ("dial", "rl_dial", np.nan), ("p_alpha_8_mesh30", "rl_p_alpha_8_mesh30", 8.0)):
+                write_cell(file, name, "rl", 9, 0.01, policy=policy, alpha=alpha)
+            write_cell(file, "rl_dial@0.1", "rl", 9, 0.01, policy="dial")
+            file[f"cells/{CASE}/rl_dial@0.1_embedded_trapezoidal"].attrs["accuracy"] = 0.1
+        study = Study(path)
+        self.assertEqual(study.policies("fault"), ["dial", "dial@0.1", "p", "p_alpha_1", "p_alpha_2", "p_alpha_8", "p_alpha_8_mesh30"])
+        self.assertEqual(shown_policies(study, "fault"), ["dial", "p_alpha_2"])
+
+    def test_processor_time_counts_runs_and_the_reference(self):
+        path = write_study(self.path("s.h5"))
+        study = Study(path)
+        # 0.01 s a solve: 220 and 540 of the classical runs, 120 of the policies'; a reference of 1 s
+        self.assertAlmostEqual(processor_time(study, CASE, study.cells), 9.8)
+        with h5py.File(path, "a") as file:
+            cell = file[f"cells/{CASE}/pi_x1_doubling_implicit"]
+            cell.attrs.update({"cpu": 0.0, "repetitions": 3})  # too short for the clock: three times its 2.4 s by the wall
+        study = Study(path)
+        self.assertAlmostEqual(processor_time(study, CASE, study.cells), 14.6)
+        self.assertIn("| **all up to 50 x 50** |  |  |  |  |  | **15** (0.243 min) |", contents(study))
 
     def test_envelope_and_cheapest(self):
         study = Study(write_study(self.path("s.h5")))
