@@ -28,7 +28,7 @@ SIZES = (25, 50, 100, 200, 512, 1000)
 LARGEST = {"k_dense": 100, "k_fft": 1000, "k_hmat": 200, "h_sqrtm": 512, "h_spectral": 1000, "h_lanczos": 512, "b": 512, "pc": 512}
 TWO_RANKS = ("k_fft", "h_sqrtm", "b", "pc")
 STEPS = (0.05, 0.5, 2.0, 7.0)  # of the linear solver [T*]
-RUN_SIZES = (25, 50, 100, 200)
+RUN_LARGEST = {"rl": 512, "heuristic": 200}
 SUMMARY = {"accepted": r"accepted steps: *(\d+)", "rejected": r"rejected steps: *(\d+)", "solves": r"Bathe solves: *(\d+)",
            "newton": r"Newton iterations: *(\d+)", "linear": r"linear iterations: *(\d+)",
            "mean_slip": r"final mean slip: *([-+.\de]+)", "setup": r"wall time of set-up: *([.\d]+)",
@@ -87,8 +87,8 @@ def run_cells(sizes, cache, extra):
     controllers = {"rl": ["-ts_adapt_type", "rl", "-ts_adapt_rl_policy", policy], "heuristic": ["-ts_adapt_type", "heuristic"]}
     for n in sizes:
         for controller, options in controllers.items():
-            for ranks in (1, 2):
-                cost = (5 if controller == "rl" else 50) * (n / 100) ** 3
+            for ranks in (1, 2) if n <= RUN_LARGEST[controller] else ():
+                cost = (1 if controller == "rl" else 20) * (n / 100) ** 3
                 grid = ["-fault_nx", str(n), "-fault_nz", str(n), "-fault_cache_dir", cache(n)]
                 yield Cell("runs", f"{controller}-{n}-{ranks}", n, ranks, 1 + cost, "fault",
                            [*grid, *options, "-memory_view", *extra], controller=controller)
@@ -100,7 +100,7 @@ def all_cells(args):
         return f"{args.output}.cache/{n}"
 
     sizes = (10, 15, 25) if args.quick else [n for n in SIZES if n <= args.max_n]
-    run_sizes = (10, 15) if args.quick else [n for n in RUN_SIZES if n <= args.max_n]
+    run_sizes = (10, 15) if args.quick else sizes
     iteration_sizes = (15, 25) if args.quick else [n for n in sizes if n >= 50]
     extra = ["-ts_max_time", "5"] if args.quick else []
     cells = [*operator_cells(sizes, cache), *iteration_cells(iteration_sizes, cache), *run_cells(run_sizes, cache, extra)]
