@@ -152,7 +152,7 @@ def equal_accuracy_small(study):
 
 # ---- beside the published figures ----
 
-# Riley et al. (2025), as quoted by issue 4: {size: (mean, range)} of heuristic/rl in run time, of pi/rl, mean slip error of rl.
+# Riley et al. (2025): {size: (mean, range)} of heuristic/rl in run time, of pi/rl, mean slip error of rl.
 STUDY_RATIOS = {3.0: ("11.0", "4 to 19.45"), 5.0: ("18", "10 to 35")}
 STUDY_PI = "12.8 (5 to 30)"
 STUDY_ERRORS = {3.0: "9.85 %", 5.0: "7.42 %"}

@@ -222,7 +222,7 @@ def read_zip(path):
 
 
 def write_policy(path, layers, names, dt_min, dt_max, attributes):
-    """The HDF5 file of DESIGN.md section 5, by way of path.part."""
+    """The policy file that slippolicy.h describes, by way of path.part."""
     part = path + ".part"
     try:
         with h5py.File(part, "w") as file:

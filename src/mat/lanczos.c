@@ -360,6 +360,7 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   l->factor = factor;
   l->tolerance = LANCZOS_TOL;
   PetscCall(MatGetSize(S, &N, NULL));
+  l->orthogonal = (PetscBool)(N <= LANCZOS_ORTHOGONAL_MAX);
   PetscCall(MatGetLocalSize(S, &m, NULL));
   PetscCall(MatCreateVecs(S, &l->work, NULL));
   PetscCall(SlipRootWeights(S, &l->root, &l->inverse));

@@ -429,9 +429,15 @@ PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta)
 }
 
 /*@
-  MatSlipStageGetTheta - the theta [s] of the stage operator, 0 when it was never set
+  MatSlipStageGetTheta - the theta of a stage operator
 
   Not collective
+
+  Input Parameter:
+. B - matrix of MatCreateSlipStage()
+
+  Output Parameter:
+. theta - [s], 0 when it was never set
 
   Level: intermediate
 
