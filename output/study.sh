@@ -14,7 +14,8 @@ tolerances=${TOLERANCES:-0.3,1,3,5,7,10,15,20,30,50,70,100,150,200,300,500,700,1
 steps=${STEPS:-3,4,5,6,7,8,9,10,12,15,17,20,25,30,35,40,50,60,70,85,100,150,200,300,500,1000}
 python=${SLIPSTEP_PYTHON:-python3}
 "$python" -c 'import h5py, matplotlib' 2>/dev/null || python=/usr/bin/python3
-export OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1}
+. "$here/tests/setup.sh"
+slipstep_environment
 
 evaluate() {
   mpirun -n "${RANKS:-2}" "${BUILD:-$here/build}/bin/evaluate" -evaluate_output "$file" -evaluate_time_limit "${TIME_LIMIT:-0}" "$@"

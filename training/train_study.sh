@@ -18,7 +18,8 @@ read -ra more <<<"${MORE_SEEDS-3}"
 steps=${STEPS:-20000}
 python=${SLIPSTEP_PYTHON:-python3}
 "$python" -c 'import h5py, matplotlib' 2>/dev/null || python=/usr/bin/python3
-export OPENBLAS_NUM_THREADS=1
+. "$root/tests/setup.sh"
+slipstep_environment
 [ -x "$train" ] || { echo "train_study: no program $train; build first" >&2; exit 1; }
 mkdir -p "$out/policies"
 cd "$out"
