@@ -30,7 +30,7 @@ struct _p_SlipConstraint {
 PETSC_INTERN PetscErrorCode SlipConstraintGetOps(SlipConstraint, const SlipConstraintOps **);
 PETSC_INTERN PetscErrorCode SlipConstraintCreateReduced(SlipConstraint, Vec *);
 PETSC_INTERN PetscErrorCode SlipConstraintSetUpWork(SlipConstraint);
-PETSC_INTERN PetscErrorCode SlipConstraintBegin(SlipConstraint, Vec x);    /* rho and scale of a stage */
+PETSC_INTERN PetscErrorCode SlipConstraintBegin(SlipConstraint, Vec x); /* rho and scale of a stage */
 PETSC_INTERN PetscErrorCode SlipConstraintResidual(SlipConstraint, Vec x, Vec g);
 PETSC_INTERN PetscErrorCode SlipConstraintEvaluate(SlipConstraint, Vec x); /* g, q, dq, F, mask, slope, merit, norm */
 PETSC_INTERN PetscErrorCode SlipConstraintFinish(SlipConstraint, Vec x);   /* reaction, worst element */
