@@ -1,5 +1,5 @@
 /* K, H and B: types agree with each other, and products do not depend on the number of ranks. */
-#define _XOPEN_SOURCE 700 /* mkdtemp */
+#define _XOPEN_SOURCE 700 /* mkdir, getpid */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
+#include "tempdir.h"
 
 /* Odd and even numbers of cells, neither divisible by 4, so that ranks own different numbers of rows. */
 static const SlipGrid Grids[] = {
@@ -163,12 +164,12 @@ static void test_transforms_do_not_depend_on_ranks(void **state)
 /* Rank 0 keeps the low-rank part and reads it again for all; made by sketches on one rank a parity. */
 static void test_cache_on_ranks(void **state)
 {
-  char dir[32] = "slipranks.XXXXXX", command[64];
+  char dir[TEMPDIR_LENGTH];
   PetscMPIInt rank;
 
   (void)state;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  if (!rank) assert_non_null(mkdtemp(dir));
+  if (!rank) assert_int_equal(TempDirMake("slipranks", dir), 0);
   MPI_Bcast(dir, (int)sizeof(dir), MPI_CHAR, 0, PETSC_COMM_WORLD);
   Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
   for (int pass = 0; pass < 2; pass++) { /* built, read */
@@ -186,10 +187,7 @@ static void test_cache_on_ranks(void **state)
   }
   Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
   MPI_Barrier(PETSC_COMM_WORLD);
-  if (!rank) {
-    snprintf(command, sizeof(command), "rm -r %s", dir);
-    assert_int_equal(system(command), 0);
-  }
+  if (!rank) assert_int_equal(TempDirRemove(dir), 0);
 }
 
 /* The preconditioner as an operator: P x on this communicator against one rank's. */

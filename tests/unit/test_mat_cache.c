@@ -1,5 +1,5 @@
 /* The cache of the exact viscosity: what is read is what was built, and files that cannot be right are replaced. */
-#define _XOPEN_SOURCE 700 /* mkdtemp, truncate */
+#define _XOPEN_SOURCE 700 /* truncate */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -12,6 +12,7 @@
 #include <unistd.h>
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
+#include "tempdir.h"
 
 #define Check(call) assert_int_equal((call), PETSC_SUCCESS)
 #define MASS (2500.0 * 3000.0)
@@ -72,12 +73,6 @@ static PetscReal Distance(Mat A, Mat B)
   return error / norm;
 }
 
-static void MakeDir(char dir[32])
-{
-  strcpy(dir, "slipcache.XXXXXX");
-  assert_non_null(mkdtemp(dir));
-}
-
 /* Built, kept and read give the same bits; another mass and scale share the file. Both methods of set-up. */
 static void test_read_is_built(void **state)
 {
@@ -85,12 +80,12 @@ static void test_read_is_built(void **state)
 
   (void)state;
   for (int k = 0; k < 2; k++) {
-    char dir[32], name[PETSC_MAX_PATH_LEN];
+    char dir[TEMPDIR_LENGTH], name[PETSC_MAX_PATH_LEN];
     Mat plain, other;
     ino_t inode;
 
     Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", methods[k]));
-    MakeDir(dir);
+    assert_int_equal(TempDirMake("slipcache", dir), 0);
     plain = Viscosity(&Grid, "", 1.3, MASS);
     assert_true(Distance(Viscosity(&Grid, dir, 1.3, MASS), plain) == 0);
     OnlyFile(dir, name);
@@ -129,12 +124,12 @@ static void Damage(const char name[], double where)
 /* A dense root in the same way: units cost it a rounding, and a root that is computed differs from another by a few. */
 static void test_dense_root(void **state)
 {
-  char dir[32], name[PETSC_MAX_PATH_LEN];
+  char dir[TEMPDIR_LENGTH], name[PETSC_MAX_PATH_LEN];
   Mat plain = Viscosity(&Dense, "", 1.3, MASS), built, other;
   ino_t inode;
 
   (void)state;
-  MakeDir(dir);
+  assert_int_equal(TempDirMake("slipcache", dir), 0);
   built = Viscosity(&Dense, dir, 1.3, MASS);
   OnlyFile(dir, name);
   inode = InodeOf(name);
@@ -180,12 +175,12 @@ static Mat CellViscosity(PetscInt n, PetscReal width, const char dir[])
 
 static void test_dense_root_of_cells(void **state)
 {
-  char dir[32], name[PETSC_MAX_PATH_LEN], first[PETSC_MAX_PATH_LEN];
+  char dir[TEMPDIR_LENGTH], name[PETSC_MAX_PATH_LEN], first[PETSC_MAX_PATH_LEN];
   Mat built, other;
   ino_t inode;
 
   (void)state;
-  MakeDir(dir);
+  assert_int_equal(TempDirMake("slipcache", dir), 0);
   built = CellViscosity(1500, 60, dir);
   OnlyFile(dir, first);
   inode = InodeOf(first);
@@ -207,12 +202,12 @@ static void test_dense_root_of_cells(void **state)
 static void CheckBadFiles(const SlipGrid *grid)
 {
   SlipGrid deeper = *grid;
-  char dir[32], other_dir[32], name[PETSC_MAX_PATH_LEN], other[PETSC_MAX_PATH_LEN];
+  char dir[TEMPDIR_LENGTH], other_dir[TEMPDIR_LENGTH], name[PETSC_MAX_PATH_LEN], other[PETSC_MAX_PATH_LEN];
   Mat plain = Viscosity(grid, "", 1, MASS), mat;
 
   deeper.depth_top = 100;
-  MakeDir(dir);
-  MakeDir(other_dir);
+  assert_int_equal(TempDirMake("slipcache", dir), 0);
+  assert_int_equal(TempDirMake("slipcache", other_dir), 0);
   mat = Viscosity(&deeper, other_dir, 1, MASS);
   OnlyFile(other_dir, other);
   Check(MatDestroy(&mat));
