@@ -22,6 +22,6 @@ build=${SLIPSTEP_BUILD_DIR:-build}
 slipstep_build "$build" -DBUILD_TESTING=ON -DSLIPSTEP_PYTHON="$SLIPSTEP_PYTHON"
 
 status=0
-check_format || status=1
 ctest --test-dir "$build" --output-on-failure -j 2 "$@" || status=1
+check_format || status=1 # last, where it is seen
 exit $status
