@@ -3,11 +3,7 @@
    relative to the l2 norm of a tensor (SB3's atanh round trip alone costs 1e-6), see Close(). */
 #pragma once
 #include "learner.h"
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "unit.h"
 #include "golden_json.h"
 
 #if defined(TRAIN_DOUBLE)
@@ -132,13 +128,14 @@ static void CheckLayers(const char *base, const char *prefix, const DenseShape *
   }
 }
 
-/* Reads the full set if it is there; says so. */
-static void GoldenLoad(void)
+/* The group's setup: reads the full set if it is there; says so. */
+static int GoldenLoad(void **state)
 {
   const char *source = getenv("SLIPSTEP_SOURCE");
   const char *const places[] = {"../shared/references", "../../shared/references"};
   char file[4096];
 
+  (void)state;
   for (size_t i = 0; i < 2 && !golden; ++i) {
     Path(sizeof(file), file, "%s/%s/tqc_golden.json", source ? source : ".", places[i]);
     golden = JsonLoad(file);
@@ -147,4 +144,12 @@ static void GoldenLoad(void)
     printf("comparing with every number of %s\n", file);
   else
     printf("tqc_golden.json not found: only the committed numbers are compared, the full set is skipped\n");
+  return 0;
+}
+
+static int GoldenFree(void **state)
+{
+  (void)state;
+  free(golden);
+  return 0;
 }

@@ -4,14 +4,14 @@
 
    State: (v, u, s) per block. Used by the tests of the SNES types and of TSBATHE only. */
 #pragma once
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include "linear.h"
 
 typedef struct {
+  LinearSystem l; /* of the current stage; its B is dense */
   PetscReal mass, mud, dmu, dc;
-  Mat K, H, B;     /* dense; B is that of the current stage */
+  Mat K, H;        /* dense */
   Vec bound, load; /* reduced */
-  Vec c, ubase, sbase, work;
+  Vec ubase, sbase, work;
   PetscReal theta;
   SlipConstraint con;
   PetscInt n, stages;
@@ -33,10 +33,10 @@ static PetscErrorCode SlidersStage(SlipConstraint con, const SlipStage *st, void
   p->stages++;
   if (st->theta != p->theta) {
     p->theta = st->theta;
-    PetscCall(MatCopy(p->K, p->B, SAME_NONZERO_PATTERN));
-    PetscCall(MatScale(p->B, st->theta));
-    PetscCall(MatAXPY(p->B, 1.0, p->H, SAME_NONZERO_PATTERN));
-    PetscCall(MatShift(p->B, p->mass / st->theta));
+    PetscCall(MatCopy(p->K, p->l.B, SAME_NONZERO_PATTERN));
+    PetscCall(MatScale(p->l.B, st->theta));
+    PetscCall(MatAXPY(p->l.B, 1.0, p->H, SAME_NONZERO_PATTERN));
+    PetscCall(MatShift(p->l.B, p->mass / st->theta));
   }
   PetscCall(SlidersGet(st->base, 1, p->ubase));
   PetscCall(SlidersGet(st->base, 2, p->sbase));
@@ -46,34 +46,14 @@ static PetscErrorCode SlidersStage(SlipConstraint con, const SlipStage *st, void
     PetscCall(SlidersGet(st->explicit_part, 2, p->work));
     PetscCall(VecAXPY(p->sbase, st->theta, p->work));
   }
-  PetscCall(MatMult(p->K, p->ubase, p->c));
-  PetscCall(VecAYPX(p->c, -1.0, p->load));
+  PetscCall(MatMult(p->K, p->ubase, p->l.load));
+  PetscCall(VecAYPX(p->l.load, -1.0, p->load));
   PetscCall(SlidersGet(st->base, 0, p->work));
-  PetscCall(VecAXPY(p->c, p->mass / st->theta, p->work));
+  PetscCall(VecAXPY(p->l.load, p->mass / st->theta, p->work));
   if (st->explicit_part) {
     PetscCall(SlidersGet(st->explicit_part, 0, p->work));
-    PetscCall(VecAXPY(p->c, 1.0, p->work));
+    PetscCall(VecAXPY(p->l.load, 1.0, p->work));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlidersResidual(SlipConstraint con, Vec x, Vec g, void *ctx)
-{
-  Sliders *p = (Sliders *)ctx;
-
-  PetscFunctionBegin;
-  (void)con;
-  PetscCall(MatMult(p->B, x, g));
-  PetscCall(VecAXPY(g, -1.0, p->c));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlidersJacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
-{
-  PetscFunctionBegin;
-  (void)con;
-  (void)x;
-  *B = ((Sliders *)ctx)->B;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -201,9 +181,8 @@ static PetscErrorCode SlidersSolveMass(SlipConstraint con, Vec F, Vec k, void *c
 static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal (*entry)(PetscInt, PetscInt, PetscInt),
                                            PetscReal mass, PetscReal eta, Sliders *p)
 {
-  const SlipConstraintOps ops = {SlidersStage,     SlidersResidual,  SlidersJacobian, SlidersBound,
-                                 SlidersReduce,    SlidersLift,      SlidersSmooth,   SlidersAddReaction,
-                                 SlidersSolveMass, SlidersBoundState};
+  const SlipConstraintOps ops = {SlidersStage, LinearResidual, LinearJacobian,     SlidersBound,     SlidersReduce,
+                                 SlidersLift,  SlidersSmooth,  SlidersAddReaction, SlidersSolveMass, SlidersBoundState};
   PetscInt first, last;
 
   PetscFunctionBegin;
@@ -214,14 +193,14 @@ static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal 
     for (PetscInt j = 0; j < n; j++) PetscCall(MatSetValue(p->K, i, j, entry(i, j, n), INSERT_VALUES));
   PetscCall(MatAssemblyBegin(p->K, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(p->K, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatDuplicate(p->K, MAT_COPY_VALUES, &p->B));
+  PetscCall(MatDuplicate(p->K, MAT_COPY_VALUES, &p->l.B));
   PetscCall(MatDuplicate(p->K, MAT_DO_NOT_COPY_VALUES, &p->H));
   PetscCall(MatZeroEntries(p->H));
   PetscCall(MatShift(p->H, eta));
   PetscCall(MatCreateVecs(p->K, &p->bound, &p->load));
   PetscCall(VecSet(p->bound, 1.0));
   PetscCall(VecSet(p->load, 0.0));
-  PetscCall(VecDuplicate(p->bound, &p->c));
+  PetscCall(VecDuplicate(p->bound, &p->l.load));
   PetscCall(VecDuplicate(p->bound, &p->ubase));
   PetscCall(VecDuplicate(p->bound, &p->sbase));
   PetscCall(VecDuplicate(p->bound, &p->work));
@@ -248,10 +227,10 @@ static inline PetscErrorCode SlidersDestroy(Sliders *p)
   PetscFunctionBegin;
   PetscCall(MatDestroy(&p->K));
   PetscCall(MatDestroy(&p->H));
-  PetscCall(MatDestroy(&p->B));
+  PetscCall(MatDestroy(&p->l.B));
   PetscCall(VecDestroy(&p->bound));
   PetscCall(VecDestroy(&p->load));
-  PetscCall(VecDestroy(&p->c));
+  PetscCall(VecDestroy(&p->l.load));
   PetscCall(VecDestroy(&p->ubase));
   PetscCall(VecDestroy(&p->sbase));
   PetscCall(VecDestroy(&p->work));

@@ -1,7 +1,7 @@
 /* Whole runs with exact and with approximate Jacobians end alike, on all ranks as on one, whatever solves the linear
    systems. */
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include "ranks.h"
+#include "faultstart.h"
 #include <math.h>
 
 /* The final mean slip [m] of 10 constant steps through the rupture; options are set for this run alone. */
@@ -10,7 +10,6 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
 {
   SlipFault fault;
   SlipFaultObservables obs;
-  TSAdapt adapt;
   TS ts;
   Vec w;
 
@@ -20,15 +19,7 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
   PetscCall(SlipFaultSetReal(fault, "nx", 11));
   PetscCall(SlipFaultSetReal(fault, "nz", 9));
   PetscCall(SlipFaultSetString(fault, "operator", operator));
-  PetscCall(SlipFaultSetUp(fault));
-  PetscCall(SlipFaultCreateState(fault, &w));
-  PetscCall(SlipFaultSetInitialState(fault, w));
-  PetscCall(TSCreate(comm, &ts));
-  PetscCall(SlipFaultConfigureTS(fault, ts));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
-  PetscCall(TSSetTimeStep(ts, 1.5));
-  PetscCall(TSSetMaxTime(ts, 15));
+  PetscCall(FaultStart(fault, TSADAPTNONE, 1.5, 15, &w, &ts));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSSolve(ts, w));
   PetscCall(TSGetStepNumber(ts, steps));
@@ -83,7 +74,5 @@ static PetscErrorCode Test(void)
 
 int main(int argc, char **argv)
 {
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  PetscCallAbort(PETSC_COMM_WORLD, Test());
-  return PetscFinalize();
+  return RunOnRanks(argc, argv, Test);
 }

@@ -1,6 +1,6 @@
 /* Hierarchical stiffness and Lanczos' viscosity on several ranks against dense ones. Exit code 0: good. */
+#include "ranks.h"
 #include "cells.h"
-#include <slipstep/private/slipcompat.h>
 
 enum { NX = 36, NZ = 20, N = 2 * NX * NZ };
 
@@ -56,10 +56,5 @@ static PetscErrorCode Run(void)
 
 int main(int argc, char **argv)
 {
-  PetscFunctionBeginUser;
-  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
-  PetscCall(SlipStepInitializePackage());
-  PetscCall(Run());
-  PetscCall(PetscFinalize());
-  return 0;
+  return RunOnRanks(argc, argv, Run);
 }

@@ -1,7 +1,6 @@
 /* Training by CMA-ES: the same weights on one rank and on all of them, and after a resumed checkpoint. */
-#include <slipstep.h>
+#include "ranks.h"
 #include "cmatrain.h"
-#include <slipstep/private/slipcompat.h>
 #include <string.h>
 
 static PetscErrorCode Options(const char extra[], CMAOptions *o)
@@ -73,10 +72,5 @@ static PetscErrorCode Run(void)
 
 int main(int argc, char **argv)
 {
-  PetscFunctionBeginUser;
-  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
-  PetscCall(SlipStepInitializePackage());
-  PetscCall(Run());
-  PetscCall(PetscFinalize());
-  return 0;
+  return RunOnRanks(argc, argv, Run);
 }

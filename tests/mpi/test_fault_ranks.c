@@ -1,7 +1,7 @@
 /* A fault on all ranks against the same fault on each rank alone: state, observables and output file agree. */
-#include <slipstep.h>
+#include "ranks.h"
+#include "faultstart.h"
 #include <slipstep/private/sliph5.h>
-#include <slipstep/private/slipcompat.h>
 #include <math.h>
 #include <unistd.h>
 
@@ -18,7 +18,6 @@ static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *ou
 {
   SlipFault fault;
   TS ts;
-  TSAdapt adapt;
   Vec w;
   PetscBool known;
   PetscErrorCode (*observe)(TS, const char[], PetscReal *, PetscBool *);
@@ -30,15 +29,7 @@ static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *ou
   PetscCall(SlipFaultSetReal(fault, "loading_rate", 2e-3));
   PetscCall(SlipFaultSetReal(fault, "output_interval", 40));
   PetscCall(SlipFaultSetString(fault, "output", output));
-  PetscCall(SlipFaultSetUp(fault));
-  PetscCall(SlipFaultCreateState(fault, &w));
-  PetscCall(SlipFaultSetInitialState(fault, w));
-  PetscCall(TSCreate(comm, &ts));
-  PetscCall(SlipFaultConfigureTS(fault, ts));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
-  PetscCall(TSSetTimeStep(ts, 0.1));
-  PetscCall(TSSetMaxTime(ts, 15));
+  PetscCall(FaultStart(fault, TSADAPTNONE, 0.1, 15, &w, &ts));
   PetscCall(SlipFaultOutputStart(fault, ts));
   PetscCall(TSSolve(ts, w));
   PetscCall(SlipFaultOutputFinish(fault, ts, 0, 0));
@@ -129,7 +120,5 @@ static PetscErrorCode Test(void)
 
 int main(int argc, char **argv)
 {
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  PetscCallAbort(PETSC_COMM_WORLD, Test());
-  return PetscFinalize();
+  return RunOnRanks(argc, argv, Test);
 }

@@ -1,13 +1,7 @@
 /* K, H and B: types agree with each other, and products do not depend on the number of ranks. */
 #define _XOPEN_SOURCE 700 /* mkdir, getpid */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-#include <stdio.h>
+#include "unit.h"
 #include <stdlib.h>
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
 #include "tempdir.h"
 
 /* Odd and even numbers of cells, neither divisible by 4, so that ranks own different numbers of rows. */
@@ -19,18 +13,16 @@ static const SlipGrid Grids[] = {
 #define MASS (2500.0 * 3000.0)
 #define ZETA (0.8 / 3)
 
-#define Check(call) assert_int_equal((call), PETSC_SUCCESS)
-
 /* A field without symmetry, the same whatever the distribution. */
 static void FillField(Vec x)
 {
   PetscInt start, end;
 
-  Check(VecGetOwnershipRange(x, &start, &end));
+  ok(VecGetOwnershipRange(x, &start, &end));
   for (PetscInt i = start; i < end; i++)
-    Check(VecSetValue(x, i, PetscSinReal(1.0 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
-  Check(VecAssemblyBegin(x));
-  Check(VecAssemblyEnd(x));
+    ok(VecSetValue(x, i, PetscSinReal(1.0 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
+  ok(VecAssemblyBegin(x));
+  ok(VecAssemblyEnd(x));
 }
 
 /* Relative distance between A x and the same product of a one-rank copy made by every rank. */
@@ -41,24 +33,24 @@ static PetscReal DistanceToSerial(Mat A, Mat serial)
   const PetscScalar *py, *ps;
   PetscReal worst = 0, norm;
 
-  Check(MatCreateVecs(A, &x, &y));
-  Check(MatCreateVecs(serial, &xs, &ys));
+  ok(MatCreateVecs(A, &x, &y));
+  ok(MatCreateVecs(serial, &xs, &ys));
   FillField(x);
   FillField(xs);
-  Check(MatMult(A, x, y));
-  Check(MatMult(serial, xs, ys));
-  Check(VecNorm(ys, NORM_INFINITY, &norm));
-  Check(VecGetOwnershipRange(y, &start, &end));
-  Check(VecGetArrayRead(y, &py));
-  Check(VecGetArrayRead(ys, &ps));
+  ok(MatMult(A, x, y));
+  ok(MatMult(serial, xs, ys));
+  ok(VecNorm(ys, NORM_INFINITY, &norm));
+  ok(VecGetOwnershipRange(y, &start, &end));
+  ok(VecGetArrayRead(y, &py));
+  ok(VecGetArrayRead(ys, &ps));
   for (PetscInt i = start; i < end; i++) worst = PetscMax(worst, PetscAbsReal(py[i - start] - ps[i]));
-  Check(VecRestoreArrayRead(y, &py));
-  Check(VecRestoreArrayRead(ys, &ps));
-  Check(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPIU_REAL, MPI_MAX, PETSC_COMM_WORLD));
-  Check(VecDestroy(&x));
-  Check(VecDestroy(&y));
-  Check(VecDestroy(&xs));
-  Check(VecDestroy(&ys));
+  ok(VecRestoreArrayRead(y, &py));
+  ok(VecRestoreArrayRead(ys, &ps));
+  ok(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPIU_REAL, MPI_MAX, PETSC_COMM_WORLD));
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&y));
+  ok(VecDestroy(&xs));
+  ok(VecDestroy(&ys));
   return worst / norm;
 }
 
@@ -66,9 +58,9 @@ static void AssertDefaultLayout(Mat A)
 {
   PetscInt m = PETSC_DECIDE, N, local;
 
-  Check(MatGetSize(A, &N, NULL));
-  Check(PetscSplitOwnership(PETSC_COMM_WORLD, &m, &N));
-  Check(MatGetLocalSize(A, &local, NULL));
+  ok(MatGetSize(A, &N, NULL));
+  ok(PetscSplitOwnership(PETSC_COMM_WORLD, &m, &N));
+  ok(MatGetLocalSize(A, &local, NULL));
   assert_int_equal(m, local);
 }
 
@@ -90,19 +82,19 @@ static Operators Create(MPI_Comm comm, const SlipGrid *grid, const char *type)
 {
   Operators o;
 
-  Check(MatCreateSlipStiffness(comm, grid, type, &o.K));
-  Check(MatScale(o.K, 0.37));
-  Check(MatCreateSlipViscosity(o.K, MASS, ZETA, "sqrtm", &o.H));
-  Check(MatCreateSlipStage(o.K, o.H, MASS, &o.B));
-  Check(MatSlipStageSetTheta(o.B, 0.2));
+  ok(MatCreateSlipStiffness(comm, grid, type, &o.K));
+  ok(MatScale(o.K, 0.37));
+  ok(MatCreateSlipViscosity(o.K, MASS, ZETA, "sqrtm", &o.H));
+  ok(MatCreateSlipStage(o.K, o.H, MASS, &o.B));
+  ok(MatSlipStageSetTheta(o.B, 0.2));
   return o;
 }
 
 static void Destroy(Operators *o)
 {
-  Check(MatDestroy(&o->K));
-  Check(MatDestroy(&o->H));
-  Check(MatDestroy(&o->B));
+  ok(MatDestroy(&o->K));
+  ok(MatDestroy(&o->H));
+  ok(MatDestroy(&o->B));
 }
 
 /* Products on this communicator against one rank's. 1e-12: sums of N < 100 terms in another order. The exact root of
@@ -124,9 +116,9 @@ static void test_products_do_not_depend_on_ranks(void **state)
       AssertDefaultLayout(o.H);
       AssertDefaultLayout(o.B);
       assert_true(DistanceToSerial(o.K, dense.K) < 1e-12);
-      Check(MatConvert(o.K, MATDENSE, MAT_INITIAL_MATRIX, &converted));
+      ok(MatConvert(o.K, MATDENSE, MAT_INITIAL_MATRIX, &converted));
       assert_true(DistanceToSerial(converted, dense.K) < 1e-12);
-      Check(MatDestroy(&converted));
+      ok(MatDestroy(&converted));
       assert_true(DistanceToSerial(o.H, dense.H) < 1e-10);
       assert_true(DistanceToSerial(o.B, dense.B) < 1e-10);
       assert_true(DistanceToSerial(o.H, serial.H) < 1e-12);
@@ -143,7 +135,7 @@ static void test_products_do_not_depend_on_ranks(void **state)
 static void test_transforms_do_not_depend_on_ranks(void **state)
 {
   (void)state;
-  Check(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
+  ok(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
   for (size_t g = 0; g < PETSC_STATIC_ARRAY_LENGTH(Grids); g++) {
     Operators o = Create(PETSC_COMM_WORLD, &Grids[g], "fft"), serial = Create(PETSC_COMM_SELF, &Grids[g], "fft"),
               dense = Create(PETSC_COMM_SELF, &Grids[g], "dense");
@@ -158,7 +150,7 @@ static void test_transforms_do_not_depend_on_ranks(void **state)
     Destroy(&serial);
     Destroy(&dense);
   }
-  Check(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
+  ok(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
 }
 
 /* Rank 0 keeps the low-rank part and reads it again for all; made by sketches on one rank a parity. */
@@ -171,21 +163,21 @@ static void test_cache_on_ranks(void **state)
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   if (!rank) assert_int_equal(TempDirMake("slipranks", dir), 0);
   MPI_Bcast(dir, (int)sizeof(dir), MPI_CHAR, 0, PETSC_COMM_WORLD);
-  Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
+  ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
   for (int pass = 0; pass < 2; pass++) { /* built, read */
     Operators serial = Create(PETSC_COMM_SELF, &Grids[0], "fft");
     Mat K, H;
 
-    Check(MatCreateSlipStiffness(PETSC_COMM_WORLD, &Grids[0], "fft", &K));
-    Check(MatScale(K, 0.37));
-    Check(MatSlipStiffnessSetCacheDir(K, dir));
-    Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+    ok(MatCreateSlipStiffness(PETSC_COMM_WORLD, &Grids[0], "fft", &K));
+    ok(MatScale(K, 0.37));
+    ok(MatSlipStiffnessSetCacheDir(K, dir));
+    ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
     assert_true(DistanceToSerial(H, serial.H) < 1e-12);
-    Check(MatDestroy(&H));
-    Check(MatDestroy(&K));
+    ok(MatDestroy(&H));
+    ok(MatDestroy(&K));
     Destroy(&serial);
   }
-  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+  ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
   MPI_Barrier(PETSC_COMM_WORLD);
   if (!rank) assert_int_equal(TempDirRemove(dir), 0);
 }
@@ -196,14 +188,14 @@ static Mat PreconditionerOf(MPI_Comm comm, Mat B, PC *pc)
   Mat P;
   PetscInt m, N;
 
-  Check(PCCreate(comm, pc));
-  Check(PCSetOperators(*pc, B, B));
-  Check(PCSetType(*pc, PCSLIPSTAGE));
-  Check(PCSetUp(*pc));
-  Check(MatGetSize(B, &N, NULL));
-  Check(MatGetLocalSize(B, &m, NULL));
-  Check(MatCreateShell(comm, m, m, N, N, *pc, &P));
-  Check(MatShellSetOperation(P, MATOP_MULT, SlipMatShellFn(PreconditionerMult)));
+  ok(PCCreate(comm, pc));
+  ok(PCSetOperators(*pc, B, B));
+  ok(PCSetType(*pc, PCSLIPSTAGE));
+  ok(PCSetUp(*pc));
+  ok(MatGetSize(B, &N, NULL));
+  ok(MatGetLocalSize(B, &m, NULL));
+  ok(MatCreateShell(comm, m, m, N, N, *pc, &P));
+  ok(MatShellSetOperation(P, MATOP_MULT, SlipMatShellFn(PreconditionerMult)));
   return P;
 }
 
@@ -213,21 +205,21 @@ static void test_preconditioner_does_not_depend_on_ranks(void **state)
 
   (void)state;
   for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
-    Check(PetscOptionsSetValue(NULL, "-pc_slipstage_type", t == 2 ? "symbol" : "blocks"));
+    ok(PetscOptionsSetValue(NULL, "-pc_slipstage_type", t == 2 ? "symbol" : "blocks"));
     Operators o = Create(PETSC_COMM_WORLD, &Grids[0], types[t]), serial = Create(PETSC_COMM_SELF, &Grids[0], types[t]);
     PC pc, pc_serial;
     Mat P = PreconditionerOf(PETSC_COMM_WORLD, o.B, &pc),
         P_serial = PreconditionerOf(PETSC_COMM_SELF, serial.B, &pc_serial);
 
     assert_true(DistanceToSerial(P, P_serial) < 1e-12);
-    Check(MatDestroy(&P));
-    Check(MatDestroy(&P_serial));
-    Check(PCDestroy(&pc));
-    Check(PCDestroy(&pc_serial));
+    ok(MatDestroy(&P));
+    ok(MatDestroy(&P_serial));
+    ok(PCDestroy(&pc));
+    ok(PCDestroy(&pc_serial));
     Destroy(&o);
     Destroy(&serial);
   }
-  Check(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
+  ok(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
 }
 
 /* Viscosities without set-up; rows and wavenumbers that do not divide by the ranks. Lanczos' processes end at a
@@ -240,23 +232,23 @@ static void test_lean_viscosities_do_not_depend_on_ranks(void **state)
   } rows[] = {{"toeplitz", 1e-12}, {"lanczos", 2e-10}, {"spectral", 2e-12}};
 
   (void)state;
-  Check(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "lanczos"));
+  ok(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "lanczos"));
   for (size_t g = 0; g < PETSC_STATIC_ARRAY_LENGTH(Grids); g++)
     for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(rows); t++) {
       Mat K, H, K_serial, H_serial;
 
-      Check(MatCreateSlipStiffness(PETSC_COMM_WORLD, &Grids[g], "fft", &K));
-      Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grids[g], "fft", &K_serial));
-      Check(MatCreateSlipViscosity(K, MASS, ZETA, rows[t].type, &H));
-      Check(MatCreateSlipViscosity(K_serial, MASS, ZETA, rows[t].type, &H_serial));
+      ok(MatCreateSlipStiffness(PETSC_COMM_WORLD, &Grids[g], "fft", &K));
+      ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grids[g], "fft", &K_serial));
+      ok(MatCreateSlipViscosity(K, MASS, ZETA, rows[t].type, &H));
+      ok(MatCreateSlipViscosity(K_serial, MASS, ZETA, rows[t].type, &H_serial));
       AssertDefaultLayout(H);
       assert_true(DistanceToSerial(H, H_serial) < rows[t].tolerance);
-      Check(MatDestroy(&H));
-      Check(MatDestroy(&H_serial));
-      Check(MatDestroy(&K));
-      Check(MatDestroy(&K_serial));
+      ok(MatDestroy(&H));
+      ok(MatDestroy(&H_serial));
+      ok(MatDestroy(&K));
+      ok(MatDestroy(&K_serial));
     }
-  Check(PetscOptionsClearValue(NULL, "-mat_slipspectral_type"));
+  ok(PetscOptionsClearValue(NULL, "-mat_slipspectral_type"));
 }
 
 /* More ranks than cells: some own nothing. */
@@ -267,14 +259,14 @@ static void test_fewer_cells_than_ranks(void **state)
 
   (void)state;
   for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
-    if (t == 2) Check(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
+    if (t == 2) ok(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
     Operators o = Create(PETSC_COMM_WORLD, &single, types[t]), serial = Create(PETSC_COMM_SELF, &single, "dense");
 
     assert_true(DistanceToSerial(o.B, serial.B) < 1e-12);
     Destroy(&o);
     Destroy(&serial);
   }
-  Check(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
+  ok(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
 }
 
 /* Only rank 0 has the entries; a fault in them is an error on every rank, not a hang. */
@@ -289,14 +281,14 @@ static void test_entries_from_rank_0(void **state)
 
   (void)state;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  Check(MatCreateSlipStiffnessFromEntries(PETSC_COMM_WORLD, 3, rank ? NULL : good, "test", &K));
+  ok(MatCreateSlipStiffnessFromEntries(PETSC_COMM_WORLD, 3, rank ? NULL : good, "test", &K));
   AssertDefaultLayout(K);
-  Check(MatNorm(K, NORM_INFINITY, &norm));
+  ok(MatNorm(K, NORM_INFINITY, &norm));
   assert_true(norm == 5e6);
-  Check(MatDestroy(&K));
-  Check(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  ok(MatDestroy(&K));
+  ok(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
   code = MatCreateSlipStiffnessFromEntries(PETSC_COMM_WORLD, 3, rank ? NULL : bad, "test", &K);
-  Check(PetscPopErrorHandler());
+  ok(PetscPopErrorHandler());
   assert_int_not_equal(code, 0);
 }
 

@@ -1,6 +1,6 @@
 /* Cells over ranks: compact shares of equal cost, and operators that do not depend on them. Exit code 0: good. */
+#include "ranks.h"
 #include "cells.h"
-#include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipfaultimpl.h>
 
 enum { NX = 40, NZ = 24, N = 2 * NX * NZ };
@@ -188,13 +188,15 @@ static PetscErrorCode GiveField(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-int main(int argc, char **argv)
+static PetscErrorCode Test(void)
 {
-  PetscFunctionBeginUser;
-  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
-  PetscCall(SlipStepInitializePackage());
+  PetscFunctionBegin;
   PetscCall(Run());
   PetscCall(GiveField());
-  PetscCall(PetscFinalize());
-  return 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  return RunOnRanks(argc, argv, Test);
 }

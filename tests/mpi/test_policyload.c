@@ -1,6 +1,5 @@
 /* A policy on several ranks: rank 0 reads, all evaluate the same numbers, and a bad file is an error on every rank. */
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include "ranks.h"
 #include <unistd.h>
 
 static PetscErrorCode Make(const char file[])
@@ -64,12 +63,12 @@ static PetscErrorCode CheckError(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-int main(int argc, char **argv)
+static PetscErrorCode Run(void)
 {
   char file[64];
   PetscMPIInt rank, size;
 
-  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscSNPrintf(file, sizeof(file), "test_policyload_%d.h5", size));
@@ -77,6 +76,10 @@ int main(int argc, char **argv)
   PetscCall(CheckSame(file));
   PetscCall(CheckError());
   if (!rank) unlink(file);
-  PetscCall(PetscFinalize());
-  return 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  return RunOnRanks(argc, argv, Run);
 }

@@ -1,4 +1,5 @@
 /* The matrix-free generalised Jacobian against its definition, and the names under which its parts are composed. */
+#include "ranks.h"
 #include "../sliders.h"
 
 enum { blocks = 11 };
@@ -90,7 +91,5 @@ static PetscErrorCode Run(void)
 
 int main(int argc, char **argv)
 {
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  if (Run()) MPI_Abort(MPI_COMM_WORLD, 1); /* not PETSc's own code, one of which means "skipped" to ctest */
-  return PetscFinalize() ? 1 : 0;
+  return RunOnRanks(argc, argv, Run);
 }

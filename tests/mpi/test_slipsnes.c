@@ -1,5 +1,6 @@
 /* Stage solves of a chain of sliders with slip weakening: both SNES types, direct and Krylov, the same on every rank
    count. */
+#include "ranks.h"
 #include "../sliders.h"
 
 enum { blocks = 20 };
@@ -73,7 +74,7 @@ static PetscErrorCode CheckSolution(Sliders *p, Vec x, Vec r)
   PetscCall(VecDuplicate(x, &q));
   PetscCall(VecDuplicate(x, &g));
   PetscCall(SlidersBound(p->con, x, q, NULL, p));
-  PetscCall(SlidersResidual(p->con, x, g, p));
+  PetscCall(LinearResidual(p->con, x, g, p));
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetOwnershipRange(x, &first, NULL));
   PetscCall(VecGetArrayRead(x, &xx));
@@ -246,7 +247,5 @@ static PetscErrorCode Run(void)
 
 int main(int argc, char **argv)
 {
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  if (Run()) MPI_Abort(MPI_COMM_WORLD, 1); /* not PETSc's own code, one of which means "skipped" to ctest */
-  return PetscFinalize() ? 1 : 0;
+  return RunOnRanks(argc, argv, Run);
 }

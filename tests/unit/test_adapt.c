@@ -1,9 +1,7 @@
 /* The controllers on a TS without numerics (y' = 0): the test says what each attempt's error is and whether it
    converged, and expects the exact sequence of steps. */
-#include "messages.h"
+#include "unit.h"
 #include <petsc/private/tsimpl.h>
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
 #include <math.h>
 
 /* A handful of pow() and products of numbers near 1: a few hundred roundings of 1.1e-16 at most. */
@@ -468,19 +466,19 @@ static void rl_errors(void **state)
   assert_false(known);
 }
 
+static int Register(void **state)
+{
+  (void)state;
+  return (int)TSRegister("scripted", Create_Scripted);
+}
+
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(heuristic),    cmocka_unit_test(heuristic_again), cmocka_unit_test(heuristic_options),
     cmocka_unit_test(pi_filter),    cmocka_unit_test(pi_cap),          cmocka_unit_test(rl_observations),
     cmocka_unit_test(rl_fallbacks), cmocka_unit_test(rl_guard_rail),   cmocka_unit_test(rl_ceiling),
     cmocka_unit_test(rl_actor),     cmocka_unit_test(rl_errors)};
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  if (SlipStepInitializePackage() || TSRegister("scripted", Create_Scripted)) return 1;
-  PetscPushErrorHandler(Record, NULL);
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  PetscPopErrorHandler();
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, Register, NULL);
 }

@@ -1,11 +1,6 @@
 /* TSBATHE with a constraint: one mass with closed-form motion, arrest, reaction, adaptivity and failure. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-#include "../sliders.h"
-
-#define CALL(...) assert_int_equal((int)(__VA_ARGS__), 0)
+#include "unit.h"
+#include "sliders.h"
 
 /* m dv/dt = -eta v - k u + load + r, |r| <= q constant, from v = 0, u = 0 with load > q: while it slides forwards,
    u = A (1 - exp(-a t)(cos w t + (a/w) sin w t)), A = (load - q)/k, a = eta/2m, w^2 = k/m - a^2. v returns to zero at t
@@ -30,17 +25,17 @@ static PetscReal Displacement(PetscReal t)
 
 static void Setup(Sliders *p, Vec *w)
 {
-  CALL(SlidersCreate(PETSC_COMM_SELF, 1, entry, mass, eta, p));
-  CALL(VecSet(p->bound, strength));
-  CALL(VecSet(p->load, load));
-  CALL(SlidersCreateState(p, w));
+  ok(SlidersCreate(PETSC_COMM_SELF, 1, entry, mass, eta, p));
+  ok(VecSet(p->bound, strength));
+  ok(VecSet(p->load, load));
+  ok(SlidersCreateState(p, w));
 }
 
 static PetscReal Value(Vec w, PetscInt i)
 {
   PetscScalar a;
 
-  CALL(VecGetValues(w, 1, &i, &a));
+  ok(VecGetValues(w, 1, &i, &a));
   return PetscRealPart(a);
 }
 
@@ -59,11 +54,11 @@ static void test_order_while_sliding(void **state)
       Setup(&p, &w);
       p.mud = 0.4; /* weakening from 1 to 0.4 over the slip of 1: no closed form, so a fine run is the truth */
       p.dmu = 0.6;
-      CALL(SlidersSolve(&p, k ? TSBATHE_REACTION_IMPLICIT : TSBATHE_REACTION_TRAPEZOIDAL, 1.0, (k ? 1280 : 40) << i, w,
-                        NULL));
+      ok(SlidersSolve(&p, k ? TSBATHE_REACTION_IMPLICIT : TSBATHE_REACTION_TRAPEZOIDAL, 1.0, (k ? 1280 : 40) << i, w,
+                      NULL));
       error[i] = Value(w, 1);
-      CALL(VecDestroy(&w));
-      CALL(SlidersDestroy(&p));
+      ok(VecDestroy(&w));
+      ok(SlidersDestroy(&p));
     }
     {
       Sliders p;
@@ -73,12 +68,12 @@ static void test_order_while_sliding(void **state)
       Setup(&p, &w);
       p.mud = 0.4;
       p.dmu = 0.6;
-      CALL(SlidersSolve(&p, TSBATHE_REACTION_TRAPEZOIDAL, 1.0, 20000, w, NULL)); /* exact to 1e-10 */
+      ok(SlidersSolve(&p, TSBATHE_REACTION_TRAPEZOIDAL, 1.0, 20000, w, NULL)); /* exact to 1e-10 */
       truth = Value(w, 1);
       error[0] = fabs(error[0] - truth);
       error[1] = fabs(error[1] - truth);
-      CALL(VecDestroy(&w));
-      CALL(SlidersDestroy(&p));
+      ok(VecDestroy(&w));
+      ok(SlidersDestroy(&p));
     }
     print_message("%s: errors %g %g, order %.3f\n", TSBatheReactions[k], error[0], error[1], log2(error[0] / error[1]));
     assert_true(fabs(log2(error[0] / error[1]) - (k ? 1.0 : 2.0)) < 0.1);
@@ -98,12 +93,12 @@ static void test_closed_form(void **state)
     TS ts;
 
     Setup(&p, &w);
-    CALL(SlidersSolve(&p, TSBATHE_REACTION_TRAPEZOIDAL, 1.5, 30 << i, w, NULL));
+    ok(SlidersSolve(&p, TSBATHE_REACTION_TRAPEZOIDAL, 1.5, 30 << i, w, NULL));
     error[i] = fabs(Value(w, 1) - Displacement(1.5));
-    CALL(VecDestroy(&w));
-    CALL(SlidersCreateState(&p, &w));
-    CALL(SlidersSolve(&p, TSBATHE_REACTION_TRAPEZOIDAL, 4.0, 80, w, &ts));
-    CALL(TSBatheGetReaction(ts, &r));
+    ok(VecDestroy(&w));
+    ok(SlidersCreateState(&p, &w));
+    ok(SlidersSolve(&p, TSBATHE_REACTION_TRAPEZOIDAL, 4.0, 80, w, &ts));
+    ok(TSBatheGetReaction(ts, &r));
     assert_true(Value(w, 0) == 0.0);
     /* equal up to the rounding of K u and of the stage's sums, terms of about 40 m v/theta */
     assert_true(fabs(Value(r, 0) - (stiffness * Value(w, 1) - load)) < 1e-12);
@@ -112,9 +107,9 @@ static void test_closed_form(void **state)
        O(h^2). */
     assert_true(fabs(Value(w, 1) - Value(w, 2)) < 0.05 * 0.05);
     assert_true(fabs(Value(w, 1) - Displacement(4.0)) < 0.05 * 0.05);
-    CALL(TSDestroy(&ts));
-    CALL(VecDestroy(&w));
-    CALL(SlidersDestroy(&p));
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&w));
+    ok(SlidersDestroy(&p));
   }
   print_message("closed form: errors %g %g, order %.3f\n", error[0], error[1], log2(error[0] / error[1]));
   assert_true(fabs(log2(error[0] / error[1]) - 2.0) < 0.1);
@@ -135,30 +130,30 @@ static void test_adaptive_arrest(void **state)
     PetscInt steps, rejected;
 
     Setup(&p, &w);
-    CALL(TSCreate(PETSC_COMM_SELF, &ts));
-    CALL(TSSetType(ts, TSBATHE));
-    CALL(TSBatheSetConstraint(ts, p.con));
-    CALL(TSBatheSetError(ts, kinds[k]));
-    CALL(TSSetSolution(ts, w));
-    CALL(TSSetMaxTime(ts, 4.0));
-    CALL(TSSetTimeStep(ts, 0.01));
-    CALL(TSSetMaxSteps(ts, 10000));
-    CALL(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
-    CALL(TSSetTolerances(ts, 1e-8, NULL, 1e-4, NULL));
-    CALL(TSGetAdapt(ts, &adapt));
-    CALL(TSAdaptSetType(adapt, TSADAPTBASIC));
-    CALL(TSSetFromOptions(ts));
-    CALL(TSSolve(ts, w));
-    CALL(TSGetStepNumber(ts, &steps));
-    CALL(TSGetStepRejections(ts, &rejected));
+    ok(TSCreate(PETSC_COMM_SELF, &ts));
+    ok(TSSetType(ts, TSBATHE));
+    ok(TSBatheSetConstraint(ts, p.con));
+    ok(TSBatheSetError(ts, kinds[k]));
+    ok(TSSetSolution(ts, w));
+    ok(TSSetMaxTime(ts, 4.0));
+    ok(TSSetTimeStep(ts, 0.01));
+    ok(TSSetMaxSteps(ts, 10000));
+    ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+    ok(TSSetTolerances(ts, 1e-8, NULL, 1e-4, NULL));
+    ok(TSGetAdapt(ts, &adapt));
+    ok(TSAdaptSetType(adapt, TSADAPTBASIC));
+    ok(TSSetFromOptions(ts));
+    ok(TSSolve(ts, w));
+    ok(TSGetStepNumber(ts, &steps));
+    ok(TSGetStepRejections(ts, &rejected));
     print_message("%s: %d steps, %d rejected, displacement off by %g\n", TSBatheErrors[kinds[k]], (int)steps,
                   (int)rejected, Value(w, 1) - Displacement(4.0));
     assert_true(Value(w, 0) == 0.0);
     assert_true(fabs(Value(w, 1) - Displacement(4.0)) < 1e-3); /* about ten times rtol times the largest displacement */
     assert_true(steps < 300 && rejected < 60);
-    CALL(TSDestroy(&ts));
-    CALL(VecDestroy(&w));
-    CALL(SlidersDestroy(&p));
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&w));
+    ok(SlidersDestroy(&p));
   }
 }
 
@@ -174,32 +169,32 @@ static void test_rollback_restores_reaction(void **state)
   Setup(&p, &w);
   p.mud = 0.4;
   p.dmu = 0.6;
-  CALL(SlidersSolve(&p, TSBATHE_REACTION_TRAPEZOIDAL, 0.5, 5, w, &ts));
-  CALL(TSSetMaxTime(ts, 10.0));
-  CALL(TSBatheGetReaction(ts, &r));
-  CALL(VecDuplicate(r, &r0));
-  CALL(VecDuplicate(w, &w0));
-  CALL(VecDuplicate(w, &w1));
-  CALL(VecCopy(r, r0));
-  CALL(VecCopy(w, w0));
-  CALL(TSStep(ts));
-  CALL(VecCopy(w, w1));
-  CALL(VecEqual(r, r0, &same));
+  ok(SlidersSolve(&p, TSBATHE_REACTION_TRAPEZOIDAL, 0.5, 5, w, &ts));
+  ok(TSSetMaxTime(ts, 10.0));
+  ok(TSBatheGetReaction(ts, &r));
+  ok(VecDuplicate(r, &r0));
+  ok(VecDuplicate(w, &w0));
+  ok(VecDuplicate(w, &w1));
+  ok(VecCopy(r, r0));
+  ok(VecCopy(w, w0));
+  ok(TSStep(ts));
+  ok(VecCopy(w, w1));
+  ok(VecEqual(r, r0, &same));
   assert_false(same);
-  CALL(TSRollBack(ts));
-  CALL(VecEqual(r, r0, &same));
+  ok(TSRollBack(ts));
+  ok(VecEqual(r, r0, &same));
   assert_true(same);
-  CALL(VecEqual(w, w0, &same));
+  ok(VecEqual(w, w0, &same));
   assert_true(same);
-  CALL(TSStep(ts));
-  CALL(VecEqual(w, w1, &same));
+  ok(TSStep(ts));
+  ok(VecEqual(w, w1, &same));
   assert_true(same);
-  CALL(VecDestroy(&r0));
-  CALL(VecDestroy(&w0));
-  CALL(VecDestroy(&w1));
-  CALL(VecDestroy(&w));
-  CALL(TSDestroy(&ts));
-  CALL(SlidersDestroy(&p));
+  ok(VecDestroy(&r0));
+  ok(VecDestroy(&w0));
+  ok(VecDestroy(&w1));
+  ok(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+  ok(SlidersDestroy(&p));
 }
 
 /* A stage that cannot converge: no iteration is allowed. Every attempt is recorded with residual 2 a solve, the state
@@ -231,23 +226,6 @@ static PetscErrorCode Third(TSAdapt adapt, TS ts, PetscReal h, PetscReal *next)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static char message[1024];
-
-static PetscErrorCode Keep(MPI_Comm comm, int line, const char *fun, const char *file, PetscErrorCode n,
-                           PetscErrorType type, const char *mess, void *ctx)
-{
-  (void)comm;
-  (void)line;
-  (void)fun;
-  (void)file;
-  (void)ctx;
-  if (type == PETSC_ERROR_INITIAL && mess) {
-    strncpy(message, mess, sizeof(message) - 1);
-    message[sizeof(message) - 1] = 0;
-  }
-  return n;
-}
-
 static void test_failure(void **state)
 {
   Sliders p;
@@ -260,25 +238,23 @@ static void test_failure(void **state)
 
   (void)state;
   Setup(&p, &w);
-  CALL(TSCreate(PETSC_COMM_SELF, &ts));
-  CALL(TSSetType(ts, TSBATHE));
-  CALL(TSBatheSetConstraint(ts, p.con));
-  CALL(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
-  CALL(TSBatheAddAttemptMonitor(ts, Watch, &log));
-  CALL(TSSetSolution(ts, w));
-  CALL(TSSetMaxTime(ts, 4.0));
-  CALL(TSSetTimeStep(ts, 0.9));
-  CALL(TSGetAdapt(ts, &adapt));
-  CALL(TSAdaptSetType(adapt, TSADAPTBASIC));
-  CALL(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", Third));
-  CALL(PetscOptionsSetValue(NULL, "-ts_bathe_max_failures", "4"));
-  CALL(TSSetFromOptions(ts));
-  CALL(PetscOptionsClearValue(NULL, "-ts_bathe_max_failures"));
-  CALL(TSGetSNES(ts, &snes));
-  CALL(SNESSetTolerances(snes, 1e-30, 1e-10, 0.0, 0, 1000));
-  CALL(PetscPushErrorHandler(Keep, NULL));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(TSSetType(ts, TSBATHE));
+  ok(TSBatheSetConstraint(ts, p.con));
+  ok(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
+  ok(TSBatheAddAttemptMonitor(ts, Watch, &log));
+  ok(TSSetSolution(ts, w));
+  ok(TSSetMaxTime(ts, 4.0));
+  ok(TSSetTimeStep(ts, 0.9));
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTBASIC));
+  ok(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", Third));
+  ok(PetscOptionsSetValue(NULL, "-ts_bathe_max_failures", "4"));
+  ok(TSSetFromOptions(ts));
+  ok(PetscOptionsClearValue(NULL, "-ts_bathe_max_failures"));
+  ok(TSGetSNES(ts, &snes));
+  ok(SNESSetTolerances(snes, 1e-30, 1e-10, 0.0, 0, 1000));
   ierr = TSSolve(ts, w);
-  CALL(PetscPopErrorHandler());
   print_message("error %d: %s\n", (int)ierr, message);
   assert_int_equal((int)ierr, PETSC_ERR_NOT_CONVERGED);
   assert_non_null(strstr(message, "-ts_bathe_max_failures"));
@@ -289,9 +265,9 @@ static void test_failure(void **state)
   assert_true(fabs(log.next - 0.9 / 27.0) < 1e-15);
   assert_true(log.residual == 6.0); /* one failed, two not run */
   assert_true(log.v == 0.0);
-  CALL(TSDestroy(&ts));
-  CALL(VecDestroy(&w));
-  CALL(SlidersDestroy(&p));
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
+  ok(SlidersDestroy(&p));
 }
 
 /* A type of SNES that knows no constraint is refused by name */
@@ -303,15 +279,13 @@ static void test_wrong_snes_is_refused(void **state)
 
   (void)state;
   Setup(&p, &w);
-  CALL(PetscOptionsSetValue(NULL, "-snes_type", "newtonls"));
-  CALL(PetscPushErrorHandler(Keep, NULL));
+  ok(PetscOptionsSetValue(NULL, "-snes_type", "newtonls"));
   ierr = SlidersSolve(&p, TSBATHE_REACTION_TRAPEZOIDAL, 1.0, 4, w, NULL);
-  CALL(PetscPopErrorHandler());
-  CALL(PetscOptionsClearValue(NULL, "-snes_type"));
+  ok(PetscOptionsClearValue(NULL, "-snes_type"));
   assert_int_equal((int)ierr, PETSC_ERR_SUP);
   assert_non_null(strstr(message, "newtonls"));
-  CALL(VecDestroy(&w));
-  CALL(SlidersDestroy(&p));
+  ok(VecDestroy(&w));
+  ok(SlidersDestroy(&p));
 }
 
 /* A long step under strong weakening has an indefinite Jacobian at rest. The stage must still end on the branch that
@@ -325,38 +299,38 @@ static void indefinite_start(const char *direct_max)
   SNESConvergedReason reason;
 
   Setup(&p, &w);
-  CALL(VecSet(p.load, 1.0 + 1e-5));
+  ok(VecSet(p.load, 1.0 + 1e-5));
   p.mud = 0.2;
   p.dmu = 0.8;
   p.dc = 0.02;
   stage.base = w;
-  CALL(VecDuplicate(p.bound, &x));
-  CALL(VecDuplicate(p.bound, &r));
-  CALL(VecDuplicate(p.bound, &q));
-  CALL(VecDuplicate(p.bound, &dq));
-  CALL(VecZeroEntries(x));
-  CALL(SNESCreate(PETSC_COMM_SELF, &snes));
-  CALL(SNESSetType(snes, SNESSEMISMOOTH));
-  CALL(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct_max));
-  CALL(SNESSetSlipConstraint(snes, p.con));
-  CALL(SNESSetFromOptions(snes));
-  CALL(PetscOptionsClearValue(NULL, "-snes_slip_direct_max"));
-  CALL(SNESSlipSolveStage(snes, &stage, x, r, NULL));
-  CALL(SNESGetConvergedReason(snes, &reason));
+  ok(VecDuplicate(p.bound, &x));
+  ok(VecDuplicate(p.bound, &r));
+  ok(VecDuplicate(p.bound, &q));
+  ok(VecDuplicate(p.bound, &dq));
+  ok(VecZeroEntries(x));
+  ok(SNESCreate(PETSC_COMM_SELF, &snes));
+  ok(SNESSetType(snes, SNESSEMISMOOTH));
+  ok(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct_max));
+  ok(SNESSetSlipConstraint(snes, p.con));
+  ok(SNESSetFromOptions(snes));
+  ok(PetscOptionsClearValue(NULL, "-snes_slip_direct_max"));
+  ok(SNESSlipSolveStage(snes, &stage, x, r, NULL));
+  ok(SNESGetConvergedReason(snes, &reason));
   assert_true(reason > 0);
-  CALL(SlidersBound(p.con, x, q, dq, &p));
+  ok(SlidersBound(p.con, x, q, dq, &p));
   print_message("indefinite start: x %g, slope %g against %g\n", Value(x, 0), Value(dq, 0),
                 mass / 3.0 + eta + 3.0 * stiffness);
   assert_true(Value(x, 0) > 1e-3);
   assert_true(mass / 3.0 + eta + 3.0 * stiffness + Value(dq, 0) > 0.0);
   assert_true(Value(r, 0) == -Value(q, 0));
-  CALL(SNESDestroy(&snes));
-  CALL(VecDestroy(&x));
-  CALL(VecDestroy(&r));
-  CALL(VecDestroy(&q));
-  CALL(VecDestroy(&dq));
-  CALL(VecDestroy(&w));
-  CALL(SlidersDestroy(&p));
+  ok(SNESDestroy(&snes));
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&r));
+  ok(VecDestroy(&q));
+  ok(VecDestroy(&dq));
+  ok(VecDestroy(&w));
+  ok(SlidersDestroy(&p));
 }
 
 static void test_indefinite_start(void **state)
@@ -368,7 +342,7 @@ static void test_indefinite_start(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_order_while_sliding),
     cmocka_unit_test(test_closed_form),
     cmocka_unit_test(test_adaptive_arrest),
@@ -377,10 +351,6 @@ int main(int argc, char **argv)
     cmocka_unit_test(test_wrong_snes_is_refused),
     cmocka_unit_test(test_indefinite_start),
   };
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  if (SlipStepInitializePackage()) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

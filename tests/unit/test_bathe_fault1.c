@@ -1,9 +1,6 @@
 /* The 3 km fault with one element, constant steps: errors of the final slip of a prototype. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-#include "../sliders.h"
+#include "unit.h"
+#include "sliders.h"
 
 static const PetscReal G = 30e9, rho = 2500.0, L = 3000.0, sigma = 15e3 * 1500.0, tmax = 30.0;
 
@@ -188,12 +185,8 @@ static void test_published_rollout(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_errors_of_final_slip),
-                                     cmocka_unit_test(test_published_rollout)};
-  int failed;
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_errors_of_final_slip),
+                                            cmocka_unit_test(test_published_rollout)};
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  if (SlipStepInitializePackage()) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

@@ -1,74 +1,34 @@
 /* The first-order sliding mode controller dw/dt = D sin(omega t) + F_r, F_r in -k Sign(w): one scalar
    unknown, an exact piecewise solution, and the smallest constraint that a user can write. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
-
-#define CALL(...) assert_int_equal((int)(__VA_ARGS__), 0)
+#include "unit.h"
+#include "linear.h"
 
 static const PetscReal k = 2.0, D = 1.5, omega = 50.0, start = 0.1;
-
-typedef struct {
-  Mat B;
-  PetscReal c;
-} Mode;
 
 static PetscReal First(Vec x)
 {
   const PetscScalar *a;
   PetscReal v;
 
-  CALL(VecGetArrayRead(x, &a));
+  ok(VecGetArrayRead(x, &a));
   v = PetscRealPart(a[0]);
-  CALL(VecRestoreArrayRead(x, &a));
+  ok(VecRestoreArrayRead(x, &a));
   return v;
 }
 
 /* (w - base)/theta = D sin(omega t) + explicit + r */
 static PetscErrorCode Stage(SlipConstraint con, const SlipStage *st, void *ctx)
 {
-  Mode *m = (Mode *)ctx;
+  LinearSystem *m = (LinearSystem *)ctx;
+  PetscReal c;
 
   PetscFunctionBegin;
   (void)con;
-  m->c = First(st->base) / st->theta + D * PetscSinReal(omega * st->t);
-  if (st->explicit_part) m->c += First(st->explicit_part);
+  c = First(st->base) / st->theta + D * PetscSinReal(omega * st->t);
+  if (st->explicit_part) c += First(st->explicit_part);
+  PetscCall(VecSet(m->load, c));
   PetscCall(MatZeroEntries(m->B));
   PetscCall(MatShift(m->B, 1.0 / st->theta));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
-{
-  Mode *m = (Mode *)ctx;
-
-  PetscFunctionBegin;
-  (void)con;
-  PetscCall(MatMult(m->B, x, g));
-  PetscCall(VecShift(g, -m->c));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
-{
-  PetscFunctionBegin;
-  (void)con;
-  (void)x;
-  *B = ((Mode *)ctx)->B;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
-{
-  PetscFunctionBegin;
-  (void)con;
-  (void)x;
-  (void)ctx;
-  PetscCall(VecSet(q, k));
-  if (dq) PetscCall(VecSet(dq, 0.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -104,7 +64,7 @@ static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, 
 {
   PetscFunctionBegin;
   (void)t;
-  PetscCall(Bound(con, w, q, NULL, ctx));
+  PetscCall(LinearBound(con, w, q, NULL, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -117,15 +77,16 @@ static PetscReal Exact(PetscReal t)
 /* w and r at tmax with constant steps */
 static PetscErrorCode Run(PetscReal tmax, PetscInt steps, PetscReal *w, PetscReal *r)
 {
-  const SlipConstraintOps ops = {Stage, Residual, Jacobian, Bound, Copy, Copy, Smooth, AddReaction, Copy, BoundState};
-  Mode m;
+  const SlipConstraintOps ops = {Stage, LinearResidual, LinearJacobian, LinearBound, Copy,
+                                 Copy,  Smooth,         AddReaction,    Copy,        BoundState};
+  LinearSystem m = {.q = k};
   SlipConstraint con;
   TS ts;
   Vec x, reaction;
 
   PetscFunctionBegin;
   PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, 1, 1, NULL, &m.B));
-  PetscCall(MatCreateVecs(m.B, &x, NULL));
+  PetscCall(MatCreateVecs(m.B, &x, &m.load));
   PetscCall(VecSet(x, start));
   PetscCall(SlipConstraintCreate(PETSC_COMM_SELF, &ops, &m, x, &con));
   PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
@@ -142,6 +103,7 @@ static PetscErrorCode Run(PetscReal tmax, PetscInt steps, PetscReal *w, PetscRea
   PetscCall(TSDestroy(&ts));
   PetscCall(SlipConstraintDestroy(&con));
   PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&m.load));
   PetscCall(MatDestroy(&m.B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -153,7 +115,7 @@ static void test_sliding_phase(void **state)
 
   (void)state;
   for (int i = 0; i < 2; i++) {
-    CALL(Run(0.05, 20 << i, &w[i], &r));
+    ok(Run(0.05, 20 << i, &w[i], &r));
     assert_true(r == -k);
     w[i] = fabs(w[i] - Exact(0.05));
   }
@@ -168,17 +130,14 @@ static void test_sliding_mode(void **state)
 
   (void)state;
   assert_true(Exact(0.5) == 0.0);
-  CALL(Run(0.5, 100, &w, &r));
+  ok(Run(0.5, 100, &w, &r));
   assert_true(w == 0.0);
   assert_true(fabs(r + D * sin(omega * 0.5)) < 1e-13);
 }
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_sliding_phase), cmocka_unit_test(test_sliding_mode)};
-  int failed;
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_sliding_phase), cmocka_unit_test(test_sliding_mode)};
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

@@ -1,12 +1,5 @@
 /* TSBATHE without a constraint: a good PETSc citizen. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
-
-#define CALL(...) assert_int_equal((int)(__VA_ARGS__), 0)
+#include "unit.h"
 
 /* y0' = -2 t y0^2, y1' = cos t + (y1 - sin t) y0: nonlinear, non-autonomous, y = (1/(1+t^2), sin t) */
 static void Exact(PetscReal t, PetscReal y[2])
@@ -103,31 +96,31 @@ static TS Create(PetscBool implicit, PetscReal gamma, PetscReal h, PetscReal tma
   PetscReal y0[2];
 
   Exact(0.5, y0);
-  CALL(VecCreateSeq(PETSC_COMM_SELF, 2, y));
-  CALL(VecSetValues(*y, 2, (PetscInt[]){0, 1}, y0, INSERT_VALUES));
-  CALL(VecAssemblyBegin(*y));
-  CALL(VecAssemblyEnd(*y));
-  CALL(MatCreateSeqDense(PETSC_COMM_SELF, 2, 2, NULL, &J));
-  CALL(TSCreate(PETSC_COMM_SELF, &ts));
-  CALL(TSSetType(ts, TSBATHE));
-  CALL(TSBatheSetGamma(ts, gamma));
+  ok(VecCreateSeq(PETSC_COMM_SELF, 2, y));
+  ok(VecSetValues(*y, 2, (PetscInt[]){0, 1}, y0, INSERT_VALUES));
+  ok(VecAssemblyBegin(*y));
+  ok(VecAssemblyEnd(*y));
+  ok(MatCreateSeqDense(PETSC_COMM_SELF, 2, 2, NULL, &J));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(TSSetType(ts, TSBATHE));
+  ok(TSBatheSetGamma(ts, gamma));
   if (implicit) {
-    CALL(TSSetIFunction(ts, NULL, IFunction, NULL));
-    CALL(TSSetIJacobian(ts, J, J, IJacobian, NULL));
+    ok(TSSetIFunction(ts, NULL, IFunction, NULL));
+    ok(TSSetIJacobian(ts, J, J, IJacobian, NULL));
   } else {
-    CALL(TSSetRHSFunction(ts, NULL, RHS, NULL));
-    CALL(TSSetRHSJacobian(ts, J, J, RHSJacobian, NULL));
+    ok(TSSetRHSFunction(ts, NULL, RHS, NULL));
+    ok(TSSetRHSJacobian(ts, J, J, RHSJacobian, NULL));
   }
-  CALL(MatDestroy(&J));
-  CALL(TSSetTime(ts, 0.5));
-  CALL(TSSetTimeStep(ts, h));
-  CALL(TSSetMaxTime(ts, tmax));
-  CALL(TSSetMaxSteps(ts, 100000));
-  CALL(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
-  CALL(TSGetSNES(ts, &snes));
-  CALL(SNESSetTolerances(snes, 1e-12, 1e-11, 1e-14, 50, 1000));
-  CALL(TSSetSolution(ts, *y));
-  CALL(TSSetFromOptions(ts));
+  ok(MatDestroy(&J));
+  ok(TSSetTime(ts, 0.5));
+  ok(TSSetTimeStep(ts, h));
+  ok(TSSetMaxTime(ts, tmax));
+  ok(TSSetMaxSteps(ts, 100000));
+  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  ok(TSGetSNES(ts, &snes));
+  ok(SNESSetTolerances(snes, 1e-12, 1e-11, 1e-14, 50, 1000));
+  ok(TSSetSolution(ts, *y));
+  ok(TSSetFromOptions(ts));
   return ts;
 }
 
@@ -137,9 +130,9 @@ static PetscReal Distance(Vec y, PetscReal t)
   PetscReal e[2], d;
 
   Exact(t, e);
-  CALL(VecGetArrayRead(y, &a));
+  ok(VecGetArrayRead(y, &a));
   d = PetscMax(PetscAbsReal(a[0] - e[0]), PetscAbsReal(a[1] - e[1]));
-  CALL(VecRestoreArrayRead(y, &a));
+  ok(VecRestoreArrayRead(y, &a));
   return d;
 }
 
@@ -155,10 +148,10 @@ static void test_order_two(void **state)
         Vec y;
         TS ts = Create(form ? PETSC_TRUE : PETSC_FALSE, g ? 2.0 - PetscSqrtReal(2.0) : 0.5, 0.02 / (1 + k), 2.5, &y);
 
-        CALL(TSSolve(ts, y));
+        ok(TSSolve(ts, y));
         error[k] = Distance(y, 2.5);
-        CALL(VecDestroy(&y));
-        CALL(TSDestroy(&ts));
+        ok(VecDestroy(&y));
+        ok(TSDestroy(&ts));
       }
       print_message("form %d gamma %d: errors %g %g, order %.3f\n", form, g, error[0], error[1],
                     log2(error[0] / error[1]));
@@ -182,21 +175,21 @@ static void test_estimates_are_third_order(void **state)
       TSAdapt adapt;
 
       if (kind == 2) {
-        CALL(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
-        CALL(TSBatheSetOrder(ts, 2));
+        ok(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
+        ok(TSBatheSetOrder(ts, 2));
       }
-      CALL(TSGetAdapt(ts, &adapt));
+      ok(TSGetAdapt(ts, &adapt));
       if (kind ==
           3) { /* an implicit form starts with doubling, which adapt none would leave out: basic with huge tolerances */
-        CALL(TSAdaptSetType(adapt, TSADAPTBASIC));
+        ok(TSAdaptSetType(adapt, TSADAPTBASIC));
       }
-      CALL(TSSetTolerances(ts, 1.0, NULL, 0.0, NULL));
-      CALL(TSStep(ts));
-      CALL(TSEvaluateWLTE(ts, NORM_INFINITY, &order, &wlte[k]));
+      ok(TSSetTolerances(ts, 1.0, NULL, 0.0, NULL));
+      ok(TSStep(ts));
+      ok(TSEvaluateWLTE(ts, NORM_INFINITY, &order, &wlte[k]));
       assert_int_equal(order, kind == 3 ? 3 : 2); /* basic is told p + 1, see TSEvaluateWLTE_Bathe() */
       truth = Distance(y, 0.5 + h);
-      CALL(VecDestroy(&y));
-      CALL(TSDestroy(&ts));
+      ok(VecDestroy(&y));
+      ok(TSDestroy(&ts));
     }
     print_message("kind %d: estimates %g %g (order %.3f), true local error %g\n", kind, wlte[0], wlte[1],
                   log2(wlte[0] / wlte[1]), truth);
@@ -219,14 +212,14 @@ static void test_interpolation(void **state)
         Vec y, z;
         TS ts = Create(PETSC_FALSE, 0.5, h, 10.0, &y);
 
-        if (kind) CALL(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
-        CALL(TSStep(ts));
-        CALL(VecDuplicate(y, &z));
-        CALL(TSInterpolate(ts, 0.5 + s * h, z));
+        if (kind) ok(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
+        ok(TSStep(ts));
+        ok(VecDuplicate(y, &z));
+        ok(TSInterpolate(ts, 0.5 + s * h, z));
         error[k] = Distance(z, 0.5 + s * h);
-        CALL(VecDestroy(&z));
-        CALL(VecDestroy(&y));
-        CALL(TSDestroy(&ts));
+        ok(VecDestroy(&z));
+        ok(VecDestroy(&y));
+        ok(TSDestroy(&ts));
       }
       assert_true(log2(error[0] / error[1]) > 2.8);
     }
@@ -270,23 +263,23 @@ static void test_stiff(void **state)
   PetscScalar a;
 
   (void)state;
-  CALL(VecCreateSeq(PETSC_COMM_SELF, 1, &y));
-  CALL(VecSet(y, 2.0));
-  CALL(MatCreateSeqDense(PETSC_COMM_SELF, 1, 1, NULL, &J));
-  CALL(TSCreate(PETSC_COMM_SELF, &ts));
-  CALL(TSSetType(ts, TSBATHE));
-  CALL(TSSetRHSFunction(ts, NULL, StiffRHS, NULL));
-  CALL(TSSetRHSJacobian(ts, J, J, StiffJacobian, NULL));
-  CALL(TSSetTimeStep(ts, 0.05));
-  CALL(TSSetMaxTime(ts, 1.0));
-  CALL(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
-  CALL(TSSolve(ts, y));
-  CALL(VecGetValues(y, 1, (PetscInt[]){0}, &a));
+  ok(VecCreateSeq(PETSC_COMM_SELF, 1, &y));
+  ok(VecSet(y, 2.0));
+  ok(MatCreateSeqDense(PETSC_COMM_SELF, 1, 1, NULL, &J));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(TSSetType(ts, TSBATHE));
+  ok(TSSetRHSFunction(ts, NULL, StiffRHS, NULL));
+  ok(TSSetRHSJacobian(ts, J, J, StiffJacobian, NULL));
+  ok(TSSetTimeStep(ts, 0.05));
+  ok(TSSetMaxTime(ts, 1.0));
+  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  ok(TSSolve(ts, y));
+  ok(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   print_message("stiff: error %g\n", fabs(a - cos(1.0)));
   assert_true(fabs(a - cos(1.0)) < 1e-7); /* h^2/|lambda| is 2.5e-9, the SNES tolerance 1e-8 of the residual */
-  CALL(VecDestroy(&y));
-  CALL(MatDestroy(&J));
-  CALL(TSDestroy(&ts));
+  ok(VecDestroy(&y));
+  ok(MatDestroy(&J));
+  ok(TSDestroy(&ts));
 }
 
 /* Rolled back, the state is the start's bits, and the same step again gives the same bits */
@@ -299,29 +292,29 @@ static void test_rollback_and_stages(void **state)
   PetscReal t;
 
   (void)state;
-  CALL(TSStep(ts));
-  CALL(VecDuplicate(y, &start));
-  CALL(VecDuplicate(y, &end));
-  CALL(VecCopy(y, start));
-  CALL(TSStep(ts));
-  CALL(VecCopy(y, end));
-  CALL(TSGetStages(ts, &n, &stages));
+  ok(TSStep(ts));
+  ok(VecDuplicate(y, &start));
+  ok(VecDuplicate(y, &end));
+  ok(VecCopy(y, start));
+  ok(TSStep(ts));
+  ok(VecCopy(y, end));
+  ok(TSGetStages(ts, &n, &stages));
   assert_int_equal(n, 2);
-  CALL(VecEqual(stages[1], y, &same));
+  ok(VecEqual(stages[1], y, &same));
   assert_true(same);
   assert_true(Distance(stages[0], 0.65) < 1e-3);
-  CALL(TSRollBack(ts));
-  CALL(TSGetTime(ts, &t));
+  ok(TSRollBack(ts));
+  ok(TSGetTime(ts, &t));
   assert_true(fabs(t - 0.6) < 1e-14);
-  CALL(VecEqual(start, y, &same));
+  ok(VecEqual(start, y, &same));
   assert_true(same);
-  CALL(TSStep(ts));
-  CALL(VecEqual(end, y, &same));
+  ok(TSStep(ts));
+  ok(VecEqual(end, y, &same));
   assert_true(same);
-  CALL(VecDestroy(&start));
-  CALL(VecDestroy(&end));
-  CALL(VecDestroy(&y));
-  CALL(TSDestroy(&ts));
+  ok(VecDestroy(&start));
+  ok(VecDestroy(&end));
+  ok(VecDestroy(&y));
+  ok(TSDestroy(&ts));
 }
 
 /* An event where y0 = 1/2 (t = 1); it sets y0 to 1/4, so the step must restart */
@@ -363,18 +356,18 @@ static void test_event_and_restart(void **state)
   SlipAttempt last;
 
   (void)state;
-  CALL(TSSetEventHandler(ts, 1, &direction, &stop, Event, PostEvent, &when));
-  CALL(TSSetEventTolerances(ts, 1e-10, NULL));
-  CALL(TSSolve(ts, y));
+  ok(TSSetEventHandler(ts, 1, &direction, &stop, Event, PostEvent, &when));
+  ok(TSSetEventTolerances(ts, 1e-10, NULL));
+  ok(TSSolve(ts, y));
   print_message("event at %.8f\n", when);
   assert_true(fabs(when - 1.0) < 1e-4); /* the integrator's own error, h^2 */
-  CALL(VecGetValues(y, 1, (PetscInt[]){0}, &a));
+  ok(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   print_message("event at %.8f, end %.8f instead of %.8f\n", when, a, 1.0 / 7.0);
   assert_true(fabs(a - 1.0 / 7.0) < 1e-4);
-  CALL(TSBatheGetLastAttempt(ts, &last));
+  ok(TSBatheGetLastAttempt(ts, &last));
   assert_true(last.accepted && last.error >= 0.0);
-  CALL(VecDestroy(&y));
-  CALL(TSDestroy(&ts));
+  ok(VecDestroy(&y));
+  ok(TSDestroy(&ts));
 }
 
 /* PETSc's controllers. Adaptive ones keep the global error near the tolerance (1e-5; 100 times is generous for 2 s) */
@@ -392,18 +385,18 @@ static void test_petsc_controllers(void **state)
       PetscInt attempts, accepted, solves, steps, rejected;
       PetscReal t;
 
-      CALL(TSGetAdapt(ts, &adapt));
-      CALL(TSAdaptSetType(adapt, types[k]));
+      ok(TSGetAdapt(ts, &adapt));
+      ok(TSAdaptSetType(adapt, types[k]));
       if (k == 3) {
-        CALL(TSAdaptHistorySetHistory(adapt, 8, (PetscReal *)times, PETSC_FALSE));
-        CALL(TSSetTimeStep(ts, times[1] - times[0])); /* history chooses from the second step on */
+        ok(TSAdaptHistorySetHistory(adapt, 8, (PetscReal *)times, PETSC_FALSE));
+        ok(TSSetTimeStep(ts, times[1] - times[0])); /* history chooses from the second step on */
       }
-      CALL(TSSetTolerances(ts, 1e-5, NULL, 1e-5, NULL));
-      CALL(TSSolve(ts, y));
-      CALL(TSGetTime(ts, &t));
-      CALL(TSGetStepNumber(ts, &steps));
-      CALL(TSGetStepRejections(ts, &rejected));
-      CALL(TSBatheGetTotals(ts, &attempts, &accepted, &solves, NULL, NULL));
+      ok(TSSetTolerances(ts, 1e-5, NULL, 1e-5, NULL));
+      ok(TSSolve(ts, y));
+      ok(TSGetTime(ts, &t));
+      ok(TSGetStepNumber(ts, &steps));
+      ok(TSGetStepRejections(ts, &rejected));
+      ok(TSBatheGetTotals(ts, &attempts, &accepted, &solves, NULL, NULL));
       print_message("%s form %d: %d steps, %d rejected, error %g\n", types[k], form, (int)steps, (int)rejected,
                     Distance(y, t));
       assert_true(fabs(t - 2.5) < 1e-12);
@@ -417,8 +410,8 @@ static void test_petsc_controllers(void **state)
         assert_int_equal(solves, attempts);
       assert_true(Distance(y, t) < (k == 3 ? 2e-2 : 1e-3));
       if (k == 3) assert_int_equal(steps, 7);
-      CALL(VecDestroy(&y));
-      CALL(TSDestroy(&ts));
+      ok(VecDestroy(&y));
+      ok(TSDestroy(&ts));
     }
 }
 
@@ -440,7 +433,7 @@ static PetscErrorCode NeedsNot(TSAdapt adapt, PetscBool *flg)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Record(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
+static PetscErrorCode RecordAttempt(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   PetscFunctionBegin;
   (void)ts;
@@ -458,33 +451,29 @@ static void test_controller_hooks(void **state)
     TSAdapt adapt;
     SlipAttempt seen = {.solves = 0};
 
-    CALL(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
-    CALL(TSBatheAddAttemptMonitor(ts, Record, &seen));
-    CALL(TSGetAdapt(ts, &adapt));
-    CALL(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseFirst_C", First));
-    if (!needs) CALL(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptNeedsError_C", NeedsNot));
-    CALL(TSSolve(ts, y));
+    ok(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
+    ok(TSBatheAddAttemptMonitor(ts, RecordAttempt, &seen));
+    ok(TSGetAdapt(ts, &adapt));
+    ok(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseFirst_C", First));
+    if (!needs) ok(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptNeedsError_C", NeedsNot));
+    ok(TSSolve(ts, y));
     assert_true(fabs(seen.dt - 0.3) < 1e-14); /* 100 clipped to the end */
     assert_int_equal(seen.solves, needs ? 3 : 1);
     assert_true(needs ? seen.error > 0.0 : seen.error == -1.0);
     assert_true(seen.accepted && seen.converged && seen.residual >= 0.0 && seen.residual < 1e-6);
-    CALL(VecDestroy(&y));
-    CALL(TSDestroy(&ts));
+    ok(VecDestroy(&y));
+    ok(TSDestroy(&ts));
   }
 }
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_order_two),           cmocka_unit_test(test_estimates_are_third_order),
     cmocka_unit_test(test_interpolation),       cmocka_unit_test(test_stiff),
     cmocka_unit_test(test_rollback_and_stages), cmocka_unit_test(test_event_and_restart),
     cmocka_unit_test(test_petsc_controllers),   cmocka_unit_test(test_controller_hooks),
   };
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  if (SlipStepInitializePackage()) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

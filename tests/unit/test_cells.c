@@ -1,14 +1,9 @@
 /* Irregular meshes: checks, hierarchical against dense storage, weights, Lanczos' viscosity, and whole runs. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
+#include "unit.h"
 #include <math.h>
-#include <stdio.h>
 #include "cells.h"
-#include <slipstep/private/slipcompat.h>
+#include "faultstart.h"
 
-#define ok(call) assert_int_equal(0, (int)(call))
 enum { MAX = 4000 };
 #define MASS 7.5e6
 #define ZETA (0.8 / 3)
@@ -340,7 +335,6 @@ static void RunFault(const char file[], const char type[], const char scaling[],
   SlipFault fault;
   SlipFaultObservables o;
   TS ts;
-  TSAdapt adapt;
   Vec w;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
@@ -356,14 +350,7 @@ static void RunFault(const char file[], const char type[], const char scaling[],
   ok(SlipFaultSetReal(fault, "friction_slip", 0.02));
   ok(SlipFaultSetString(fault, "operator", type));
   ok(SlipFaultSetString(fault, "stiffness_scaling", scaling));
-  ok(SlipFaultSetUp(fault));
-  ok(SlipFaultCreateState(fault, &w));
-  ok(SlipFaultSetInitialState(fault, w));
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(SlipFaultConfigureTS(fault, ts));
-  ok(TSGetAdapt(ts, &adapt));
-  ok(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
-  ok(TSSetMaxTime(ts, 10));
+  ok(FaultStart(fault, TSADAPTHEURISTIC, 0, 10, &w, &ts));
   ok(TSSolve(ts, w));
   ok(SlipFaultGetObservables(fault, w, NULL, &o));
   *slip = o.mean_slip;
@@ -433,15 +420,12 @@ static void distant_faults_decouple(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(hierarchical_to_the_tolerance),     cmocka_unit_test(uniform_cells_are_the_grid),
     cmocka_unit_test(reciprocity_weighs_by_area),        cmocka_unit_test(viscosity_is_the_root),
     cmocka_unit_test(stage_weighs_the_inertia),          cmocka_unit_test(bad_cells_are_refused),
     cmocka_unit_test(run_on_uniform_cells_is_the_grids), cmocka_unit_test(distant_faults_decouple),
   };
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

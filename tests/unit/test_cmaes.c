@@ -1,16 +1,10 @@
 /* CMA-ES on functions whose numbers of evaluations are known: Hansen's tutorial and papers give about 1,500 to 2,000
    for the 10-dimensional sphere to 1e-9 with default parameters, 4,000 to 7,000 for the ellipsoid of condition 1e6 and
    Rosenbrock's function (without its rare local minimum); bounds are twice the upper ones. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
-#include <petscsys.h>
+#include "unit.h"
 #include "cmaes.h"
 #include <math.h>
 
-#define ok(call) assert_int_equal(0, (int)(call))
 enum { N = 10 };
 
 typedef double (*Function)(const double x[]);
@@ -224,12 +218,9 @@ static void defaults(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(known_counts), cmocka_unit_test(rotation_invariance),
-                                     cmocka_unit_test(ranks_only), cmocka_unit_test(diagonal),
-                                     cmocka_unit_test(defaults)};
-  int failed;
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(known_counts), cmocka_unit_test(rotation_invariance),
+                                            cmocka_unit_test(ranks_only), cmocka_unit_test(diagonal),
+                                            cmocka_unit_test(defaults)};
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

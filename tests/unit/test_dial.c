@@ -1,7 +1,5 @@
 /* The accuracy dial of TSADAPTRL: option, setter, getter, view, and what a policy that observes it is told. */
-#include "messages.h"
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include "unit.h"
 #include <math.h>
 
 /* The reference fault with one element for three seconds. */
@@ -214,15 +212,9 @@ static void other_types(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(dial_is_observed), cmocka_unit_test(dial_is_ignored),
-                                     cmocka_unit_test(needs_estimate),   cmocka_unit_test(rest),
-                                     cmocka_unit_test(bounds),           cmocka_unit_test(other_types)};
-  int failed;
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(dial_is_observed), cmocka_unit_test(dial_is_ignored),
+                                            cmocka_unit_test(needs_estimate),   cmocka_unit_test(rest),
+                                            cmocka_unit_test(bounds),           cmocka_unit_test(other_types)};
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  if (SlipStepInitializePackage()) return 1;
-  PetscPushErrorHandler(Record, NULL);
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  PetscPopErrorHandler();
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

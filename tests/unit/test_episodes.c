@@ -1,15 +1,8 @@
 /* Episodes of the trainer: cost, references, and runs that depend on nothing but the episode, the policy and the
    dial. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "unit.h"
 #include "cmatrain.h"
 #include <math.h>
-#include <string.h>
-
-#define ok(call) assert_int_equal(0, (int)(call))
 
 /* Constant steps h [T*] that the dial scales: y = atanh(log10 h/2) + slope (log_accuracy + 2). */
 static SlipPolicy policy(double h, double slope)
@@ -238,13 +231,9 @@ static void draws(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(penalty), cmocka_unit_test(cost),  cmocka_unit_test(reproducible), cmocka_unit_test(reference),
     cmocka_unit_test(plain),   cmocka_unit_test(draws), cmocka_unit_test(rewards)};
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  if (SlipStepInitializePackage()) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

@@ -1,12 +1,8 @@
 /* Errors of a run against a reference, on series whose errors are known in closed form. */
+#include "unit.h"
 #include "evaluate.h"
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <cmocka.h>
 
-#define CHECK(call) assert_int_equal((call), 0)
 #define ROUNDING 1e-12 /* sums of a few hundred numbers of order 1 */
 
 /* y = t^2 and its rate 2 t on [0, 2], or that shifted up */
@@ -32,17 +28,17 @@ static void test_known_errors(void **state)
   EvaluateResult r = {0};
 
   (void)state;
-  CHECK(Fill(&ref, 400, 0, 0));
-  CHECK(Fill(&run, 200, 0.1, 0.5));
-  CHECK(EvaluateErrors(&p, NULL, &ref, &run, &r));
+  ok(Fill(&ref, 400, 0, 0));
+  ok(Fill(&run, 200, 0.1, 0.5));
+  ok(EvaluateErrors(&p, NULL, &ref, &run, &r));
   assert_true(fabs(r.final - 4.2) < ROUNDING);
   assert_true(fabs(r.final_error - 0.05) < ROUNDING);
   assert_true(fabs(r.max_error - 0.05) < ROUNDING);
   assert_true(fabs(r.rate_error - 0.125) < ROUNDING); /* 0.5 of 4 */
   /* the trapezoidal rule with h = 0.01 errs by h^2/12 times the change of the integrand's slope, about 1e-4 relative */
   assert_true(fabs(r.l2_error / sqrt(0.01 * 8 / 3 / 6.4) - 1) < 2e-4);
-  CHECK(EvaluateTableClear(&ref));
-  CHECK(EvaluateTableClear(&run));
+  ok(EvaluateTableClear(&ref));
+  ok(EvaluateTableClear(&run));
 }
 
 /* The reference is taken linear between its rows: at t = 0.5, halfway between 0 and 1 of a reference with step 1, y
@@ -55,16 +51,16 @@ static void test_between_rows(void **state)
   EvaluateResult r = {0};
 
   (void)state;
-  CHECK(Fill(&ref, 2, 0, 0));
-  for (int i = 0; i < 3; i++) CHECK(EvaluateTableAdd(&run, rows[i]));
-  CHECK(EvaluateErrors(&p, NULL, &ref, &run, &r));
+  ok(Fill(&ref, 2, 0, 0));
+  for (int i = 0; i < 3; i++) ok(EvaluateTableAdd(&run, rows[i]));
+  ok(EvaluateErrors(&p, NULL, &ref, &run, &r));
   assert_true(fabs(r.max_error - 0.25) < ROUNDING);
   assert_true(fabs(r.final_error) < ROUNDING);
   assert_true(isnan(r.rate_error));
   /* errors 0, 0.25, 0 at 0, 0.5, 2: int e^2 = 0.0625 (0.5 + 1.5)/2, over the duration 2 */
   assert_true(fabs(r.l2_error - sqrt(0.0625 / 2)) < ROUNDING);
-  CHECK(EvaluateTableClear(&ref));
-  CHECK(EvaluateTableClear(&run));
+  ok(EvaluateTableClear(&ref));
+  ok(EvaluateTableClear(&run));
 }
 
 static PetscErrorCode Exact(void *model, PetscReal t, PetscReal row[])
@@ -88,24 +84,21 @@ static void test_exact_solution_of_two_states(void **state)
   for (int i = 0; i < 3; i++) {
     const PetscReal row[] = {rows[i][0], rows[i][1], 0};
 
-    CHECK(EvaluateTableAdd(&ref, row));
-    CHECK(EvaluateTableAdd(&run, rows[i]));
+    ok(EvaluateTableAdd(&ref, row));
+    ok(EvaluateTableAdd(&run, rows[i]));
   }
-  CHECK(EvaluateErrors(&p, &slope, &ref, &run, &r));
+  ok(EvaluateErrors(&p, &slope, &ref, &run, &r));
   assert_true(fabs(r.final_error - 1.0 / 6) < ROUNDING);
   assert_true(fabs(r.max_error - 1.0 / 6) < ROUNDING);
   assert_true(fabs(r.l2_error - sqrt(1.5 / (4.5 + 22.5))) < ROUNDING);
-  CHECK(EvaluateTableClear(&ref));
-  CHECK(EvaluateTableClear(&run));
+  ok(EvaluateTableClear(&ref));
+  ok(EvaluateTableClear(&run));
 }
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_known_errors), cmocka_unit_test(test_between_rows),
-                                     cmocka_unit_test(test_exact_solution_of_two_states)};
-  int failed;
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_known_errors), cmocka_unit_test(test_between_rows),
+                                            cmocka_unit_test(test_exact_solution_of_two_states)};
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

@@ -1,8 +1,6 @@
 /* The fault without an integrator: parameters and their errors, files, scaling, critical state, elimination, energy. */
-#include "messages.h"
-#include <slipstep.h>
+#include "unit.h"
 #include <slipstep/private/slipfaultimpl.h>
-#include <slipstep/private/slipcompat.h>
 #include <math.h>
 #include <unistd.h>
 
@@ -347,16 +345,11 @@ static void observations(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(parameters),     cmocka_unit_test(normal_stress),  cmocka_unit_test(scaling_and_critical_state),
     cmocka_unit_test(field_file),     cmocka_unit_test(stiffness_file), cmocka_unit_test(elimination),
     cmocka_unit_test(stiffness_view), cmocka_unit_test(power_balance),  cmocka_unit_test(observations),
   };
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  PetscPushErrorHandler(Record, NULL);
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  PetscPopErrorHandler();
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

@@ -1,15 +1,8 @@
 /* The fault under TSBATHE with constant steps: errors of a prototype, the cone, the balance of energy. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
-#include <slipstep.h>
+#include "unit.h"
+#include "faultstart.h"
 #include <slipstep/private/slipfaultimpl.h>
-#include <slipstep/private/slipcompat.h>
 #include <math.h>
-
-#define ok(call) assert_int_equal(0, (int)(call))
 
 /* A run of `steps` equal steps. */
 typedef struct {
@@ -22,21 +15,11 @@ typedef struct {
 
 static void Open(Case *c, PetscInt nx, PetscInt nz, PetscReal time, PetscInt steps)
 {
-  TSAdapt adapt;
-
   ok(SlipFaultSetReal(c->fault, "nx", nx));
   ok(SlipFaultSetReal(c->fault, "nz", nz));
-  ok(SlipFaultSetUp(c->fault));
-  ok(SlipFaultCreateState(c->fault, &c->w));
-  ok(SlipFaultSetInitialState(c->fault, c->w));
-  ok(TSCreate(PETSC_COMM_SELF, &c->ts));
-  ok(SlipFaultConfigureTS(c->fault, c->ts));
-  ok(TSBatheSetReaction(c->ts, c->reaction));
-  ok(TSGetAdapt(c->ts, &adapt));
-  ok(TSAdaptSetType(adapt, TSADAPTNONE));
   c->step = time / steps;
-  ok(TSSetTimeStep(c->ts, c->step));
-  ok(TSSetMaxTime(c->ts, time));
+  ok(FaultStart(c->fault, TSADAPTNONE, c->step, time, &c->w, &c->ts));
+  ok(TSBatheSetReaction(c->ts, c->reaction));
 }
 
 static void Close(Case *c)
@@ -227,15 +210,12 @@ static void energy_balance(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(errors_of_one_element),
     cmocka_unit_test(errors_of_a_mesh),
     cmocka_unit_test(cone_holds),
     cmocka_unit_test(energy_balance),
   };
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

@@ -1,12 +1,6 @@
 /* Friction laws: values at known points, derivatives against Richardson's extrapolated central differences. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
-#include <slipstep.h>
+#include "unit.h"
 #include <slipstep/private/slipfaultimpl.h>
-#include <slipstep/private/slipcompat.h>
 #include <math.h>
 
 static const SlipFriction p = {0.5, 0.1, 0.08, 0.05};
@@ -70,10 +64,7 @@ static void values(void **state)
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(derivatives), cmocka_unit_test(values)};
-  int failed;
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(derivatives), cmocka_unit_test(values)};
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

@@ -1,11 +1,8 @@
 /* TQC with a Gaussian instead of gSDE, in double precision: the gradient of the actor's loss against differences of the
    loss, and the density against its definition. */
 #define TRAIN_DOUBLE
+#include "unit.h"
 #include "tqc.h"
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
 
 enum { OBS = 4, BATCH = 16, H = 8 };
 
@@ -106,12 +103,9 @@ static void test_density(void **state)
   assert_true(fabs(sum - 1) < 1e-4);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_gradient), cmocka_unit_test(test_density)};
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_gradient), cmocka_unit_test(test_density)};
 
-  if (PetscInitializeNoArguments()) return 1;
-  const int failed = cmocka_run_group_tests(tests, NULL, NULL);
-  if (PetscFinalize()) return 1;
-  return failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

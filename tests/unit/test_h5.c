@@ -1,9 +1,7 @@
 /* HDF5 helpers: what is written is read back bit for bit; broken files are refused by name. */
 #define _DEFAULT_SOURCE /* truncate() */
-#include "messages.h"
-#include <slipstep.h>
+#include "unit.h"
 #include <slipstep/private/sliph5.h>
-#include <slipstep/private/slipcompat.h>
 #include <unistd.h>
 
 static char file[256];
@@ -143,17 +141,24 @@ static void broken_files(void **state)
   unlink(file);
 }
 
+static int NameFile(void **state)
+{
+  (void)state;
+  snprintf(file, sizeof(file), "test_h5_%d.h5", (int)getpid());
+  return 0;
+}
+
+static int RemoveFile(void **state)
+{
+  (void)state;
+  unlink(file);
+  return 0;
+}
+
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(round_trip), cmocka_unit_test(series),
-                                     cmocka_unit_test(broken_files)};
-  int failed;
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(round_trip), cmocka_unit_test(series),
+                                            cmocka_unit_test(broken_files)};
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  snprintf(file, sizeof(file), "test_h5_%d.h5", (int)getpid());
-  PetscPushErrorHandler(Record, NULL);
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  PetscPopErrorHandler();
-  unlink(file);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NameFile, RemoveFile);
 }

@@ -1,13 +1,7 @@
 /* The cheap stage operator of inexact Newton methods: how far it is from the exact one, and the Mats that it is made
    of. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include "unit.h"
 
-#define Check(call) assert_int_equal((call), PETSC_SUCCESS)
 #define MASS (2500.0 * 3000.0)
 #define ZETA (0.8 / 3)
 #define SIDE 16
@@ -19,10 +13,10 @@ static void Fill(Vec x)
 {
   PetscInt n;
 
-  Check(VecGetSize(x, &n));
-  for (PetscInt i = 0; i < n; i++) Check(VecSetValue(x, i, PetscSinReal(1.0 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
-  Check(VecAssemblyBegin(x));
-  Check(VecAssemblyEnd(x));
+  ok(VecGetSize(x, &n));
+  for (PetscInt i = 0; i < n; i++) ok(VecSetValue(x, i, PetscSinReal(1.0 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
+  ok(VecAssemblyBegin(x));
+  ok(VecAssemblyEnd(x));
 }
 
 static Mat Stiffness(PetscReal depth_top, PetscBool full_space, const char *type)
@@ -30,8 +24,8 @@ static Mat Stiffness(PetscReal depth_top, PetscBool full_space, const char *type
   const SlipGrid grid = {SIDE, SIDE, 3000.0, 3000.0, depth_top, 30e9, 0.25, full_space};
   Mat K;
 
-  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, type, &K));
-  Check(MatScale(K, 0.46));
+  ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, type, &K));
+  ok(MatScale(K, 0.46));
   return K;
 }
 
@@ -40,8 +34,8 @@ static PetscReal Energy(Mat A, Vec e, Vec work)
 {
   PetscScalar energy;
 
-  Check(MatMult(A, e, work));
-  Check(VecDot(e, work, &energy));
+  ok(MatMult(A, e, work));
+  ok(VecDot(e, work, &energy));
   return PetscRealPart(energy);
 }
 
@@ -54,25 +48,25 @@ static PetscReal Contraction(Mat B, Mat A)
   PetscReal before, after = 0;
   IS order;
 
-  Check(MatConvert(A, MATSEQDENSE, MAT_INITIAL_MATRIX, &factor));
-  Check(ISCreateStride(PETSC_COMM_SELF, N, 0, 1, &order));
-  Check(MatCholeskyFactor(factor, order, NULL));
-  Check(MatCreateVecs(B, &e, &r));
-  Check(VecDuplicate(e, &work));
+  ok(MatConvert(A, MATSEQDENSE, MAT_INITIAL_MATRIX, &factor));
+  ok(ISCreateStride(PETSC_COMM_SELF, N, 0, 1, &order));
+  ok(MatCholeskyFactor(factor, order, NULL));
+  ok(MatCreateVecs(B, &e, &r));
+  ok(VecDuplicate(e, &work));
   Fill(e);
   for (int k = 0; k < 60; k++) {
     before = Energy(A, e, work);
-    Check(VecScale(e, 1 / PetscSqrtReal(before)));
-    Check(MatMult(B, e, work));
-    Check(MatSolve(factor, work, r));
-    Check(VecAXPY(e, -1, r));
+    ok(VecScale(e, 1 / PetscSqrtReal(before)));
+    ok(MatMult(B, e, work));
+    ok(MatSolve(factor, work, r));
+    ok(VecAXPY(e, -1, r));
     after = Energy(A, e, work);
   }
-  Check(MatDestroy(&factor));
-  Check(ISDestroy(&order));
-  Check(VecDestroy(&e));
-  Check(VecDestroy(&r));
-  Check(VecDestroy(&work));
+  ok(MatDestroy(&factor));
+  ok(ISDestroy(&order));
+  ok(VecDestroy(&e));
+  ok(VecDestroy(&r));
+  ok(VecDestroy(&work));
   return PetscSqrtReal(after);
 }
 
@@ -82,22 +76,22 @@ static PetscReal WorstContraction(Mat K)
   PetscReal worst = 0;
   Mat H, B, A;
 
-  Check(PetscOptionsSetValue(NULL, "-mat_slipstage_jacobian", "approximate"));
-  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
-  Check(MatCreateSlipStage(K, H, MASS, &B));
+  ok(PetscOptionsSetValue(NULL, "-mat_slipstage_jacobian", "approximate"));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+  ok(MatCreateSlipStage(K, H, MASS, &B));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Thetas); k++) {
     PetscReal theta;
 
-    Check(MatSlipStageSetTheta(B, Thetas[k]));
-    Check(MatSlipStageGetApproximation(B, &A));
+    ok(MatSlipStageSetTheta(B, Thetas[k]));
+    ok(MatSlipStageGetApproximation(B, &A));
     assert_ptr_not_equal(A, B);
-    Check(MatSlipStageGetTheta(A, &theta));
+    ok(MatSlipStageGetTheta(A, &theta));
     assert_true(theta == Thetas[k]);
     worst = PetscMax(worst, Contraction(B, A));
   }
-  Check(PetscOptionsClearValue(NULL, "-mat_slipstage_jacobian"));
-  Check(MatDestroy(&B));
-  Check(MatDestroy(&H));
+  ok(PetscOptionsClearValue(NULL, "-mat_slipstage_jacobian"));
+  ok(MatDestroy(&B));
+  ok(MatDestroy(&H));
   return worst;
 }
 
@@ -119,7 +113,7 @@ static void test_contraction_on_grids(void **state)
 
     print_message("top %g m, full space %d: %g\n", (double)rows[k].depth_top, (int)rows[k].full_space, (double)worst);
     assert_true(worst > 0 && worst < rows[k].most);
-    Check(MatDestroy(&K));
+    ok(MatDestroy(&K));
   }
 }
 
@@ -131,17 +125,17 @@ static void test_contraction_without_grid(void **state)
   const PetscScalar *a;
 
   (void)state;
-  Check(PetscMalloc1(N * N, &entries));
-  Check(MatDenseGetArrayRead(K, &a));
-  Check(PetscArraycpy(entries, a, N * N));
-  Check(MatDenseRestoreArrayRead(K, &a));
-  Check(MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, N, entries, "test", &bare));
+  ok(PetscMalloc1(N * N, &entries));
+  ok(MatDenseGetArrayRead(K, &a));
+  ok(PetscArraycpy(entries, a, N * N));
+  ok(MatDenseRestoreArrayRead(K, &a));
+  ok(MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, N, entries, "test", &bare));
   worst = WorstContraction(bare);
   print_message("without a grid: %g, bound %g\n", (double)worst, ZETA / (2 + ZETA));
   assert_true(worst > 0.02 && worst < ZETA / (2 + ZETA) + 1e-10);
-  Check(PetscFree(entries));
-  Check(MatDestroy(&K));
-  Check(MatDestroy(&bare));
+  ok(PetscFree(entries));
+  ok(MatDestroy(&K));
+  ok(MatDestroy(&bare));
 }
 
 /* In a full space the root of an endless plane is a Toeplitz matrix; a part of a fault three times as large, whose root
@@ -155,28 +149,28 @@ static void test_root_of_endless_plane(void **state)
   PetscReal difference = 0, size = 0;
 
   (void)state;
-  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &small, "fft", &K));
-  Check(MatCreateSlipViscosity(K, MASS, ZETA, "toeplitz", &H));
-  Check(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &part));
-  Check(MatDestroy(&H));
-  Check(MatDestroy(&K));
-  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &large, "dense", &K));
-  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &whole));
+  ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &small, "fft", &K));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "toeplitz", &H));
+  ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &part));
+  ok(MatDestroy(&H));
+  ok(MatDestroy(&K));
+  ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &large, "dense", &K));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &whole));
   for (PetscInt i = 0; i < 36; i++)
     for (PetscInt j = 0; j < 36; j++) {
       const PetscInt k = (6 + i / 6) * 18 + 6 + i % 6, l = (6 + j / 6) * 18 + 6 + j % 6;
       PetscScalar a, b;
 
-      Check(MatGetValues(part, 1, &i, 1, &j, &a));
-      Check(MatGetValues(whole, 1, &k, 1, &l, &b));
+      ok(MatGetValues(part, 1, &i, 1, &j, &a));
+      ok(MatGetValues(whole, 1, &k, 1, &l, &b));
       difference = PetscMax(difference, PetscAbsReal(a - b));
       size = PetscMax(size, PetscAbsReal(b));
     }
   print_message("difference %g of the largest entry\n", (double)(difference / size));
   assert_true(difference < 1e-3 * size);
-  Check(MatDestroy(&part));
-  Check(MatDestroy(&whole));
-  Check(MatDestroy(&K));
+  ok(MatDestroy(&part));
+  ok(MatDestroy(&whole));
+  ok(MatDestroy(&K));
 }
 
 /* One product for all of B against three, and diagonals against the entries: rounding. */
@@ -188,40 +182,40 @@ static void test_fused_product(void **state)
     Vec x, y, z, d;
     PetscReal distance, size;
 
-    Check(MatCreateSlipViscosity(K, MASS, ZETA, "toeplitz", &H));
-    Check(MatCreateSlipStage(K, H, MASS, &B));
-    Check(MatCreateVecs(K, &x, &y));
-    Check(VecDuplicate(x, &z));
-    Check(VecDuplicate(x, &d));
+    ok(MatCreateSlipViscosity(K, MASS, ZETA, "toeplitz", &H));
+    ok(MatCreateSlipStage(K, H, MASS, &B));
+    ok(MatCreateVecs(K, &x, &y));
+    ok(VecDuplicate(x, &z));
+    ok(VecDuplicate(x, &d));
     Fill(x);
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Thetas); k++) {
-      Check(MatSlipStageSetTheta(B, Thetas[k]));
-      Check(MatMult(K, x, y));
-      Check(VecScale(y, Thetas[k]));
-      Check(VecAXPY(y, MASS / Thetas[k], x));
-      Check(MatMult(H, x, z));
-      Check(VecAXPY(y, 1, z));
-      Check(VecNorm(y, NORM_2, &size));
-      Check(MatMult(B, x, z));
-      Check(VecAXPY(z, -1, y));
-      Check(VecNorm(z, NORM_2, &distance));
+      ok(MatSlipStageSetTheta(B, Thetas[k]));
+      ok(MatMult(K, x, y));
+      ok(VecScale(y, Thetas[k]));
+      ok(VecAXPY(y, MASS / Thetas[k], x));
+      ok(MatMult(H, x, z));
+      ok(VecAXPY(y, 1, z));
+      ok(VecNorm(y, NORM_2, &size));
+      ok(MatMult(B, x, z));
+      ok(VecAXPY(z, -1, y));
+      ok(VecNorm(z, NORM_2, &distance));
       assert_true(distance < 1e-13 * size);
     }
-    Check(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &dense));
-    Check(MatGetDiagonal(H, d));
-    Check(MatGetDiagonal(dense, z));
-    Check(VecNorm(z, NORM_2, &size));
-    Check(VecAXPY(z, -1, d));
-    Check(VecNorm(z, NORM_2, &distance));
+    ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+    ok(MatGetDiagonal(H, d));
+    ok(MatGetDiagonal(dense, z));
+    ok(VecNorm(z, NORM_2, &size));
+    ok(VecAXPY(z, -1, d));
+    ok(VecNorm(z, NORM_2, &distance));
     assert_true(distance < 1e-13 * size);
-    Check(MatDestroy(&dense));
-    Check(VecDestroy(&x));
-    Check(VecDestroy(&y));
-    Check(VecDestroy(&z));
-    Check(VecDestroy(&d));
-    Check(MatDestroy(&B));
-    Check(MatDestroy(&H));
-    Check(MatDestroy(&K));
+    ok(MatDestroy(&dense));
+    ok(VecDestroy(&x));
+    ok(VecDestroy(&y));
+    ok(VecDestroy(&z));
+    ok(VecDestroy(&d));
+    ok(MatDestroy(&B));
+    ok(MatDestroy(&H));
+    ok(MatDestroy(&K));
   }
 }
 
@@ -232,24 +226,24 @@ static PetscReal DistanceOfIterates(Mat exact, Mat H)
   PetscInt n;
   Vec x, y, z;
 
-  Check(MatCreateVecs(H, &x, &y));
-  Check(VecDuplicate(y, &z));
-  Check(VecGetSize(x, &n));
+  ok(MatCreateVecs(H, &x, &y));
+  ok(VecDuplicate(y, &z));
+  ok(VecGetSize(x, &n));
   Fill(x);
   for (PetscInt k = 0; k < 30; k++) { /* more than are remembered */
-    Check(VecSetValue(x, 17 * k % n, PetscPowRealInt(0.4, (int)k), ADD_VALUES));
-    Check(VecAssemblyBegin(x));
-    Check(VecAssemblyEnd(x));
-    Check(MatMult(exact, x, y));
-    Check(MatMult(H, x, z));
-    Check(VecNorm(y, NORM_2, &size));
-    Check(VecAXPY(z, -1, y));
-    Check(VecNorm(z, NORM_2, &distance));
+    ok(VecSetValue(x, 17 * k % n, PetscPowRealInt(0.4, (int)k), ADD_VALUES));
+    ok(VecAssemblyBegin(x));
+    ok(VecAssemblyEnd(x));
+    ok(MatMult(exact, x, y));
+    ok(MatMult(H, x, z));
+    ok(VecNorm(y, NORM_2, &size));
+    ok(VecAXPY(z, -1, y));
+    ok(VecNorm(z, NORM_2, &distance));
     worst = PetscMax(worst, distance / size);
   }
-  Check(VecDestroy(&x));
-  Check(VecDestroy(&y));
-  Check(VecDestroy(&z));
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&y));
+  ok(VecDestroy(&z));
   return worst;
 }
 
@@ -261,26 +255,26 @@ static void test_viscosities_of_large_grids(void **state)
   PetscReal distance;
 
   (void)state;
-  Check(MatCreateSlipViscosity(dense, MASS, ZETA, "sqrtm", &exact));
-  Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "lanczos"));
-  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
-  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+  ok(MatCreateSlipViscosity(dense, MASS, ZETA, "sqrtm", &exact));
+  ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "lanczos"));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+  ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
   distance = DistanceOfIterates(exact, H);
   print_message("sqrtm: %g\n", (double)distance);
   assert_true(distance < 2e-10);
-  Check(MatDestroy(&exact));
-  Check(MatDestroy(&H));
-  Check(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
-  Check(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "lanczos"));
-  Check(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &H));
-  Check(PetscOptionsClearValue(NULL, "-mat_slipspectral_type"));
+  ok(MatDestroy(&exact));
+  ok(MatDestroy(&H));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
+  ok(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "lanczos"));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &H));
+  ok(PetscOptionsClearValue(NULL, "-mat_slipspectral_type"));
   distance = DistanceOfIterates(exact, H);
   print_message("spectral: %g\n", (double)distance);
   assert_true(distance < 1e-11);
-  Check(MatDestroy(&exact));
-  Check(MatDestroy(&H));
-  Check(MatDestroy(&dense));
-  Check(MatDestroy(&K));
+  ok(MatDestroy(&exact));
+  ok(MatDestroy(&H));
+  ok(MatDestroy(&dense));
+  ok(MatDestroy(&K));
 }
 
 /* Deep grids take hundreds of Lanczos steps without reorthogonalisation, where a small tolerance meets rounding. A field that is
@@ -293,52 +287,47 @@ static void test_waves_of_deep_grid(void **state)
   Vec x, y, z;
 
   (void)state;
-  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "fft", &K));
-  Check(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "blocks"));
-  Check(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
-  Check(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "lanczos"));
-  Check(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &H));
-  Check(PetscOptionsClearValue(NULL, "-mat_slipspectral_type"));
-  Check(MatCreateVecs(K, &x, &y));
-  Check(VecDuplicate(y, &z));
-  Check(VecSet(x, 1));
+  ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "fft", &K));
+  ok(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "blocks"));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
+  ok(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "lanczos"));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &H));
+  ok(PetscOptionsClearValue(NULL, "-mat_slipspectral_type"));
+  ok(MatCreateVecs(K, &x, &y));
+  ok(VecDuplicate(y, &z));
+  ok(VecSet(x, 1));
   for (int k = 0; k < 8; k++) {
     if (k) { /* k = 1: of another direction but for 1e-8; then ever less is new */
       Fill(z);
-      if (k == 1) Check(VecScale(x, 1e-8));
-      if (k > 1) Check(VecSetValue(z, 7 * k, 3, INSERT_VALUES));
-      Check(VecAssemblyBegin(z));
-      Check(VecAssemblyEnd(z));
-      Check(VecAXPY(x, PetscPowRealInt(0.1, k - 1), z));
+      if (k == 1) ok(VecScale(x, 1e-8));
+      if (k > 1) ok(VecSetValue(z, 7 * k, 3, INSERT_VALUES));
+      ok(VecAssemblyBegin(z));
+      ok(VecAssemblyEnd(z));
+      ok(VecAXPY(x, PetscPowRealInt(0.1, k - 1), z));
     }
-    Check(MatMult(exact, x, y));
-    Check(MatMult(H, x, z));
-    Check(VecNorm(y, NORM_2, &size));
-    Check(VecAXPY(z, -1, y));
-    Check(VecNorm(z, NORM_2, &distance));
+    ok(MatMult(exact, x, y));
+    ok(MatMult(H, x, z));
+    ok(VecNorm(y, NORM_2, &size));
+    ok(VecAXPY(z, -1, y));
+    ok(VecNorm(z, NORM_2, &distance));
     print_message("deep: %g\n", (double)(distance / size));
     assert_true(distance <= 1e-11 * size); /* ten times the tolerance, for the sum of increments */
   }
-  Check(VecDestroy(&x));
-  Check(VecDestroy(&y));
-  Check(VecDestroy(&z));
-  Check(MatDestroy(&H));
-  Check(MatDestroy(&exact));
-  Check(MatDestroy(&K));
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&y));
+  ok(VecDestroy(&z));
+  ok(MatDestroy(&H));
+  ok(MatDestroy(&exact));
+  ok(MatDestroy(&K));
 }
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_contraction_on_grids),       cmocka_unit_test(test_contraction_without_grid),
     cmocka_unit_test(test_root_of_endless_plane),      cmocka_unit_test(test_fused_product),
     cmocka_unit_test(test_viscosities_of_large_grids), cmocka_unit_test(test_waves_of_deep_grid),
   };
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  if (SlipStepInitializePackage()) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  if (PetscFinalize()) return 1;
-  return failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

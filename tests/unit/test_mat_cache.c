@@ -1,20 +1,12 @@
 /* The cache of the exact viscosity: what is read is what was built, and files that cannot be right are replaced. */
 #define _XOPEN_SOURCE 700 /* truncate */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
+#include "unit.h"
 #include <dirent.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
 #include "tempdir.h"
 
-#define Check(call) assert_int_equal((call), PETSC_SUCCESS)
 #define MASS (2500.0 * 3000.0)
 #define ZETA (0.8 / 3)
 
@@ -51,13 +43,13 @@ static Mat Viscosity(const SlipGrid *grid, const char dir[], PetscReal scale, Pe
 {
   Mat K, H, dense;
 
-  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, grid, grid->nx == Dense.nx ? "dense" : "fft", &K));
-  Check(MatSlipStiffnessSetCacheDir(K, dir));
-  Check(MatScale(K, scale));
-  Check(MatCreateSlipViscosity(K, mass, ZETA, "sqrtm", &H));
-  Check(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &dense));
-  Check(MatDestroy(&H));
-  Check(MatDestroy(&K));
+  ok(MatCreateSlipStiffness(PETSC_COMM_SELF, grid, grid->nx == Dense.nx ? "dense" : "fft", &K));
+  ok(MatSlipStiffnessSetCacheDir(K, dir));
+  ok(MatScale(K, scale));
+  ok(MatCreateSlipViscosity(K, mass, ZETA, "sqrtm", &H));
+  ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  ok(MatDestroy(&H));
+  ok(MatDestroy(&K));
   return dense;
 }
 
@@ -66,10 +58,10 @@ static PetscReal Distance(Mat A, Mat B)
 {
   PetscReal error, norm;
 
-  Check(MatNorm(B, NORM_FROBENIUS, &norm));
-  Check(MatAXPY(A, -1, B, SAME_NONZERO_PATTERN));
-  Check(MatNorm(A, NORM_FROBENIUS, &error));
-  Check(MatDestroy(&A));
+  ok(MatNorm(B, NORM_FROBENIUS, &norm));
+  ok(MatAXPY(A, -1, B, SAME_NONZERO_PATTERN));
+  ok(MatNorm(A, NORM_FROBENIUS, &error));
+  ok(MatDestroy(&A));
   return error / norm;
 }
 
@@ -84,7 +76,7 @@ static void test_read_is_built(void **state)
     Mat plain, other;
     ino_t inode;
 
-    Check(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", methods[k]));
+    ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", methods[k]));
     assert_int_equal(TempDirMake("slipcache", dir), 0);
     plain = Viscosity(&Grid, "", 1.3, MASS);
     assert_true(Distance(Viscosity(&Grid, dir, 1.3, MASS), plain) == 0);
@@ -96,12 +88,12 @@ static void test_read_is_built(void **state)
     assert_true(Distance(Viscosity(&Grid, dir, 0.4, 3 * MASS), other) < 1e-10);
     OnlyFile(dir, name);
     assert_true(InodeOf(name) == inode); /* read, not replaced */
-    Check(MatDestroy(&plain));
-    Check(MatDestroy(&other));
+    ok(MatDestroy(&plain));
+    ok(MatDestroy(&other));
     assert_int_equal(unlink(name), 0);
     assert_int_equal(rmdir(dir), 0);
   }
-  Check(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+  ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
 }
 
 /* Flips the bits of one byte at this share of the file. */
@@ -140,8 +132,8 @@ static void test_dense_root(void **state)
   assert_true(Distance(Viscosity(&Dense, dir, 0.4, 3 * MASS), other) < 1e-13);
   OnlyFile(dir, name);
   assert_true(InodeOf(name) == inode);
-  Check(MatDestroy(&plain));
-  Check(MatDestroy(&other));
+  ok(MatDestroy(&plain));
+  ok(MatDestroy(&other));
   assert_int_equal(unlink(name), 0);
   assert_int_equal(rmdir(dir), 0);
 }
@@ -153,7 +145,7 @@ static Mat CellViscosity(PetscInt n, PetscReal width, const char dir[])
   PetscReal *a;
   Mat K, H;
 
-  Check(PetscMalloc1(5 * n, &a));
+  ok(PetscMalloc1(5 * n, &a));
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal column[5] = {100.0 * (PetscReal)i, 0, 1000, 100, i % 2 ? 100 : width};
 
@@ -164,12 +156,12 @@ static Mat CellViscosity(PetscInt n, PetscReal width, const char dir[])
   cells.z = a + 2 * n;
   cells.length = a + 3 * n;
   cells.width = a + 4 * n;
-  Check(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 1e-8, &K));
-  Check(MatSlipStiffnessSetCacheDir(K, dir));
-  Check(MatScale(K, 1.7));
-  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
-  Check(MatDestroy(&K));
-  Check(PetscFree(a));
+  ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 1e-8, &K));
+  ok(MatSlipStiffnessSetCacheDir(K, dir));
+  ok(MatScale(K, 1.7));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+  ok(MatDestroy(&K));
+  ok(PetscFree(a));
   return H;
 }
 
@@ -189,12 +181,12 @@ static void test_dense_root_of_cells(void **state)
   assert_true(InodeOf(name) == inode);
   other = CellViscosity(1500, 61, dir); /* one that differs only a little has a file of its own */
   assert_true(Distance(built, other) > 1e-4);
-  Check(MatDestroy(&other));
+  ok(MatDestroy(&other));
   assert_int_equal(unlink(first), 0);
   OnlyFile(dir, name);
   assert_int_equal(unlink(name), 0);
   other = CellViscosity(1499, 60, dir); /* not worth keeping */
-  Check(MatDestroy(&other));
+  ok(MatDestroy(&other));
   assert_int_equal(rmdir(dir), 0);
 }
 
@@ -210,9 +202,9 @@ static void CheckBadFiles(const SlipGrid *grid)
   assert_int_equal(TempDirMake("slipcache", other_dir), 0);
   mat = Viscosity(&deeper, other_dir, 1, MASS);
   OnlyFile(other_dir, other);
-  Check(MatDestroy(&mat));
+  ok(MatDestroy(&mat));
   mat = Viscosity(grid, dir, 1, MASS);
-  Check(MatDestroy(&mat));
+  ok(MatDestroy(&mat));
   for (int k = 0; k < 4; k++) {
     ino_t inode;
     FILE *f;
@@ -232,7 +224,7 @@ static void CheckBadFiles(const SlipGrid *grid)
     OnlyFile(dir, name);
     assert_true(InodeOf(name) != inode);
   }
-  Check(MatDestroy(&plain));
+  ok(MatDestroy(&plain));
   assert_int_equal(unlink(name), 0);
   assert_int_equal(rmdir(dir), 0);
   assert_int_equal(rmdir(other_dir), 0);
@@ -251,26 +243,21 @@ static void test_no_directory(void **state)
   Mat K;
 
   (void)state;
-  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
-  Check(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
+  ok(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
   code = MatSlipStiffnessSetCacheDir(K, "no/such/directory");
-  Check(PetscPopErrorHandler());
+  ok(PetscPopErrorHandler());
   assert_int_equal(code, PETSC_ERR_FILE_OPEN);
-  Check(MatDestroy(&K));
+  ok(MatDestroy(&K));
 }
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_read_is_built),       cmocka_unit_test(test_dense_root),
     cmocka_unit_test(test_dense_root_of_cells), cmocka_unit_test(test_bad_files_are_replaced),
     cmocka_unit_test(test_no_directory),
   };
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  if (SlipStepInitializePackage()) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  if (PetscFinalize()) return 1;
-  return failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

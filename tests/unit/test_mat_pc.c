@@ -1,12 +1,6 @@
 /* PC "slipstage": symmetric positive definite on every sliding set, few iterations of CG, the right solution. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include "unit.h"
 
-#define Check(call) assert_int_equal((call), PETSC_SUCCESS)
 #define MASS (2500.0 * 3000.0)
 #define ZETA (0.8 / 3)
 
@@ -44,12 +38,12 @@ static Mat StageOf(PetscInt n, const char *type)
   const SlipGrid grid = {n, n, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE};
   Mat K, H, B;
 
-  Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, type, &K));
-  Check(MatScale(K, 0.46));
-  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
-  Check(MatCreateSlipStage(K, H, MASS, &B));
-  Check(MatDestroy(&K));
-  Check(MatDestroy(&H));
+  ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, type, &K));
+  ok(MatScale(K, 0.46));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+  ok(MatCreateSlipStage(K, H, MASS, &B));
+  ok(MatDestroy(&K));
+  ok(MatDestroy(&H));
   return B;
 }
 
@@ -60,40 +54,40 @@ static Problem *CreateProblem(Mat B, PetscReal theta, PetscReal share, PetscReal
   PetscRandom random;
   PetscReal *m, *d;
 
-  Check(PetscNew(&p));
+  ok(PetscNew(&p));
   p->B = B;
-  Check(MatSlipStageSetTheta(B, theta));
-  Check(MatGetSize(B, &p->n, NULL));
-  Check(MatCreateVecs(B, &p->mask, &p->slope));
-  Check(VecDuplicate(p->mask, &p->work));
-  Check(PetscRandomCreate(PETSC_COMM_SELF, &random));
-  Check(PetscRandomSetSeed(random, 7));
-  Check(PetscRandomSeed(random));
-  Check(VecSetRandom(p->mask, random));
-  Check(PetscRandomDestroy(&random));
-  Check(VecGetArray(p->mask, &m));
-  Check(VecGetArray(p->slope, &d));
+  ok(MatSlipStageSetTheta(B, theta));
+  ok(MatGetSize(B, &p->n, NULL));
+  ok(MatCreateVecs(B, &p->mask, &p->slope));
+  ok(VecDuplicate(p->mask, &p->work));
+  ok(PetscRandomCreate(PETSC_COMM_SELF, &random));
+  ok(PetscRandomSetSeed(random, 7));
+  ok(PetscRandomSeed(random));
+  ok(VecSetRandom(p->mask, random));
+  ok(PetscRandomDestroy(&random));
+  ok(VecGetArray(p->mask, &m));
+  ok(VecGetArray(p->slope, &d));
   for (PetscInt i = 0; i < p->n; i++) {
     m[i] = m[i] < share ? 1 : 0;
     d[i] = -theta * weakening * 15e3 * 3000.0 * (i + 0.5) / p->n;
   }
-  Check(VecRestoreArray(p->mask, &m));
-  Check(VecRestoreArray(p->slope, &d));
-  Check(MatCreateShell(PETSC_COMM_SELF, p->n, p->n, p->n, p->n, p, &p->J));
-  Check(MatShellSetOperation(p->J, MATOP_MULT, SlipMatShellFn(JacobianMult)));
-  Check(PetscObjectCompose((PetscObject)p->J, "SlipStageOperator", (PetscObject)B));
-  Check(PetscObjectCompose((PetscObject)p->J, "SlipMask", (PetscObject)p->mask));
-  Check(PetscObjectCompose((PetscObject)p->J, "SlipSlope", (PetscObject)p->slope));
+  ok(VecRestoreArray(p->mask, &m));
+  ok(VecRestoreArray(p->slope, &d));
+  ok(MatCreateShell(PETSC_COMM_SELF, p->n, p->n, p->n, p->n, p, &p->J));
+  ok(MatShellSetOperation(p->J, MATOP_MULT, SlipMatShellFn(JacobianMult)));
+  ok(PetscObjectCompose((PetscObject)p->J, "SlipStageOperator", (PetscObject)B));
+  ok(PetscObjectCompose((PetscObject)p->J, "SlipMask", (PetscObject)p->mask));
+  ok(PetscObjectCompose((PetscObject)p->J, "SlipSlope", (PetscObject)p->slope));
   return p;
 }
 
 static void DestroyProblem(Problem *p)
 {
-  Check(MatDestroy(&p->J));
-  Check(VecDestroy(&p->mask));
-  Check(VecDestroy(&p->slope));
-  Check(VecDestroy(&p->work));
-  Check(PetscFree(p));
+  ok(MatDestroy(&p->J));
+  ok(VecDestroy(&p->mask));
+  ok(VecDestroy(&p->slope));
+  ok(VecDestroy(&p->work));
+  ok(PetscFree(p));
 }
 
 /* Iterations of CG for 1e-8; the true residual is checked as well. */
@@ -106,32 +100,32 @@ static PetscInt Solve(Problem *p, const char *pctype)
   PetscInt its;
   KSPConvergedReason reason;
 
-  Check(MatCreateVecs(p->B, &x, &b));
-  Check(VecDuplicate(b, &r));
-  for (PetscInt i = 0; i < p->n; i++) Check(VecSetValue(b, i, 1 + PetscSinReal(3.0 * i), INSERT_VALUES));
-  Check(VecPointwiseMult(b, b, p->mask));
-  Check(KSPCreate(PETSC_COMM_SELF, &ksp));
-  Check(KSPSetOperators(ksp, p->J, p->J));
-  Check(KSPSetType(ksp, KSPCG));
-  Check(KSPSetNormType(ksp, KSP_NORM_NATURAL));
-  Check(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, 500));
-  Check(KSPGetPC(ksp, &pc));
-  Check(PCSetType(pc, pctype));
-  Check(KSPSetFromOptions(ksp));
-  Check(KSPSolve(ksp, b, x));
-  Check(KSPGetConvergedReason(ksp, &reason));
+  ok(MatCreateVecs(p->B, &x, &b));
+  ok(VecDuplicate(b, &r));
+  for (PetscInt i = 0; i < p->n; i++) ok(VecSetValue(b, i, 1 + PetscSinReal(3.0 * i), INSERT_VALUES));
+  ok(VecPointwiseMult(b, b, p->mask));
+  ok(KSPCreate(PETSC_COMM_SELF, &ksp));
+  ok(KSPSetOperators(ksp, p->J, p->J));
+  ok(KSPSetType(ksp, KSPCG));
+  ok(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+  ok(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, 500));
+  ok(KSPGetPC(ksp, &pc));
+  ok(PCSetType(pc, pctype));
+  ok(KSPSetFromOptions(ksp));
+  ok(KSPSolve(ksp, b, x));
+  ok(KSPGetConvergedReason(ksp, &reason));
   assert_true(reason > 0);
-  Check(KSPGetIterationNumber(ksp, &its));
-  Check(MatMult(p->J, x, r));
-  Check(VecAXPY(r, -1, b));
-  Check(VecNorm(r, NORM_2, &rnorm));
-  Check(VecNorm(b, NORM_2, &bnorm));
+  ok(KSPGetIterationNumber(ksp, &its));
+  ok(MatMult(p->J, x, r));
+  ok(VecAXPY(r, -1, b));
+  ok(VecNorm(r, NORM_2, &rnorm));
+  ok(VecNorm(b, NORM_2, &bnorm));
   /* the natural norm fell by 1e-8; the 2-norm may differ by the root of the condition of J, at most about 10 here */
   assert_true(rnorm < 1e-6 * bnorm);
-  Check(KSPDestroy(&ksp));
-  Check(VecDestroy(&x));
-  Check(VecDestroy(&b));
-  Check(VecDestroy(&r));
+  ok(KSPDestroy(&ksp));
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&b));
+  ok(VecDestroy(&r));
   return its;
 }
 
@@ -159,7 +153,7 @@ static void test_iterations(void **state)
       assert_true(its <= rows[k].most);
       DestroyProblem(p);
     }
-    Check(MatDestroy(&B));
+    ok(MatDestroy(&B));
   }
 }
 
@@ -174,7 +168,7 @@ static void test_iterations_of_symbol(void **state)
   Mat B = StageOf(50, "fft");
 
   (void)state;
-  Check(PetscOptionsSetValue(NULL, "-pc_slipstage_type", "symbol"));
+  ok(PetscOptionsSetValue(NULL, "-pc_slipstage_type", "symbol"));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
     Problem *p = CreateProblem(B, rows[k].theta, rows[k].share, rows[k].weakening);
     const PetscInt its = Solve(p, PCSLIPSTAGE);
@@ -184,8 +178,8 @@ static void test_iterations_of_symbol(void **state)
     assert_true(its <= rows[k].most);
     DestroyProblem(p);
   }
-  Check(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
-  Check(MatDestroy(&B));
+  ok(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
+  ok(MatDestroy(&B));
 }
 
 /* x'Py = y'Px and x'Px > 0, with the slope so strong that J itself is indefinite. */
@@ -195,42 +189,42 @@ static void test_symmetric_positive_definite(void **state)
 
   (void)state;
   for (int t = 0; t < 3; t++) {
-    Check(PetscOptionsSetValue(NULL, "-pc_slipstage_type", t < 2 ? "blocks" : "symbol"));
+    ok(PetscOptionsSetValue(NULL, "-pc_slipstage_type", t < 2 ? "blocks" : "symbol"));
     Mat B = StageOf(12, types[t]);
     Problem *p = CreateProblem(B, 2.0, 0.6, 30.0);
     Vec x, y, Px, Py;
     PC pc;
     PetscScalar xPy, yPx, xPx;
 
-    Check(MatCreateVecs(B, &x, &y));
-    Check(VecDuplicate(x, &Px));
-    Check(VecDuplicate(x, &Py));
-    Check(PCCreate(PETSC_COMM_SELF, &pc));
-    Check(PCSetOperators(pc, p->J, p->J));
-    Check(PCSetType(pc, PCSLIPSTAGE));
-    Check(PCSetUp(pc));
+    ok(MatCreateVecs(B, &x, &y));
+    ok(VecDuplicate(x, &Px));
+    ok(VecDuplicate(x, &Py));
+    ok(PCCreate(PETSC_COMM_SELF, &pc));
+    ok(PCSetOperators(pc, p->J, p->J));
+    ok(PCSetType(pc, PCSLIPSTAGE));
+    ok(PCSetUp(pc));
     for (int k = 0; k < 20; k++) {
       for (PetscInt i = 0; i < p->n; i++) {
-        Check(VecSetValue(x, i, PetscSinReal(1.0 + 0.1 * (k + 1) * i), INSERT_VALUES));
-        Check(VecSetValue(y, i, PetscCosReal(2.0 + 0.3 * (k + 2) * i), INSERT_VALUES));
+        ok(VecSetValue(x, i, PetscSinReal(1.0 + 0.1 * (k + 1) * i), INSERT_VALUES));
+        ok(VecSetValue(y, i, PetscCosReal(2.0 + 0.3 * (k + 2) * i), INSERT_VALUES));
       }
-      Check(PCApply(pc, x, Px));
-      Check(PCApply(pc, y, Py));
-      Check(VecDot(x, Py, &xPy));
-      Check(VecDot(y, Px, &yPx));
-      Check(VecDot(x, Px, &xPx));
+      ok(PCApply(pc, x, Px));
+      ok(PCApply(pc, y, Py));
+      ok(VecDot(x, Py, &xPy));
+      ok(VecDot(y, Px, &yPx));
+      ok(VecDot(x, Px, &xPx));
       assert_true(xPx > 0);
       assert_true(PetscAbsReal(xPy - yPx) < 1e-12 * xPx); /* rounding */
     }
-    Check(PCDestroy(&pc));
-    Check(VecDestroy(&x));
-    Check(VecDestroy(&y));
-    Check(VecDestroy(&Px));
-    Check(VecDestroy(&Py));
+    ok(PCDestroy(&pc));
+    ok(VecDestroy(&x));
+    ok(VecDestroy(&y));
+    ok(VecDestroy(&Px));
+    ok(VecDestroy(&Py));
     DestroyProblem(p);
-    Check(MatDestroy(&B));
+    ok(MatDestroy(&B));
   }
-  Check(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
+  ok(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
 }
 
 /* A stiffness alone: the inverse of the plane's symbol, so that the number of iterations hardly grows with the grid
@@ -248,24 +242,24 @@ static void test_stiffness_alone(void **state)
     KSPConvergedReason reason;
     PetscInt its;
 
-    Check(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "fft", &K));
-    Check(MatCreateVecs(K, &x, &b));
-    for (PetscInt i = 0; i < n * n; i++) Check(VecSetValue(b, i, 1 + PetscSinReal(3.0 * i), INSERT_VALUES));
-    Check(KSPCreate(PETSC_COMM_SELF, &ksp));
-    Check(KSPSetOperators(ksp, K, K));
-    Check(KSPSetType(ksp, KSPCG));
-    Check(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, 500));
-    Check(KSPGetPC(ksp, &pc));
-    Check(PCSetType(pc, PCSLIPSTAGE));
-    Check(KSPSolve(ksp, b, x));
-    Check(KSPGetConvergedReason(ksp, &reason));
-    Check(KSPGetIterationNumber(ksp, &its));
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "fft", &K));
+    ok(MatCreateVecs(K, &x, &b));
+    for (PetscInt i = 0; i < n * n; i++) ok(VecSetValue(b, i, 1 + PetscSinReal(3.0 * i), INSERT_VALUES));
+    ok(KSPCreate(PETSC_COMM_SELF, &ksp));
+    ok(KSPSetOperators(ksp, K, K));
+    ok(KSPSetType(ksp, KSPCG));
+    ok(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, 500));
+    ok(KSPGetPC(ksp, &pc));
+    ok(PCSetType(pc, PCSLIPSTAGE));
+    ok(KSPSolve(ksp, b, x));
+    ok(KSPGetConvergedReason(ksp, &reason));
+    ok(KSPGetIterationNumber(ksp, &its));
     print_message("stiffness alone, %d x %d: %d iterations\n", (int)n, (int)n, (int)its);
     assert_true(reason > 0 && its <= 15);
-    Check(KSPDestroy(&ksp));
-    Check(VecDestroy(&x));
-    Check(VecDestroy(&b));
-    Check(MatDestroy(&K));
+    ok(KSPDestroy(&ksp));
+    ok(VecDestroy(&x));
+    ok(VecDestroy(&b));
+    ok(MatDestroy(&K));
   }
 }
 
@@ -280,42 +274,37 @@ static void test_diagonal_without_grid(void **state)
   PC pc;
 
   (void)state;
-  Check(MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, 3, entries, "test", &K));
-  Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
-  Check(MatCreateSlipStage(K, H, MASS, &B));
-  Check(MatSlipStageSetTheta(B, 0.5));
-  Check(MatCreateVecs(B, &x, &y));
-  Check(VecSetValues(x, 1, &row, &one, INSERT_VALUES));
-  Check(PCCreate(PETSC_COMM_SELF, &pc));
-  Check(PCSetOperators(pc, B, B));
-  Check(PCSetType(pc, PCSLIPSTAGE));
-  Check(PCApply(pc, x, y));
-  Check(VecGetValues(y, 1, &row, &got));
-  Check(MatGetDiagonal(B, x));
-  Check(VecGetValues(x, 1, &row, &diagonal));
+  ok(MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, 3, entries, "test", &K));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+  ok(MatCreateSlipStage(K, H, MASS, &B));
+  ok(MatSlipStageSetTheta(B, 0.5));
+  ok(MatCreateVecs(B, &x, &y));
+  ok(VecSetValues(x, 1, &row, &one, INSERT_VALUES));
+  ok(PCCreate(PETSC_COMM_SELF, &pc));
+  ok(PCSetOperators(pc, B, B));
+  ok(PCSetType(pc, PCSLIPSTAGE));
+  ok(PCApply(pc, x, y));
+  ok(VecGetValues(y, 1, &row, &got));
+  ok(MatGetDiagonal(B, x));
+  ok(VecGetValues(x, 1, &row, &diagonal));
   assert_true(PetscAbsReal(got * diagonal - 1) < 1e-14);
-  Check(PCDestroy(&pc));
-  Check(VecDestroy(&x));
-  Check(VecDestroy(&y));
-  Check(MatDestroy(&B));
-  Check(MatDestroy(&H));
-  Check(MatDestroy(&K));
+  ok(PCDestroy(&pc));
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&y));
+  ok(MatDestroy(&B));
+  ok(MatDestroy(&H));
+  ok(MatDestroy(&K));
 }
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_iterations),
     cmocka_unit_test(test_iterations_of_symbol),
     cmocka_unit_test(test_symmetric_positive_definite),
     cmocka_unit_test(test_stiffness_alone),
     cmocka_unit_test(test_diagonal_without_grid),
   };
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  if (SlipStepInitializePackage()) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  if (PetscFinalize()) return 1;
-  return failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

@@ -1,8 +1,6 @@
 /* SlipPolicy: forward pass against formulas written out here, files back and forth, and every kind of broken file. */
-#include "messages.h"
-#include <slipstep.h>
+#include "unit.h"
 #include <slipstep/private/sliph5.h>
-#include <slipstep/private/slipcompat.h>
 #include <petsctime.h>
 #include <math.h>
 #include <unistd.h>
@@ -416,19 +414,26 @@ static void benchmark(void **state)
   }
 }
 
-int main(int argc, char **argv)
+static int NameFile(void **state)
 {
-  const struct CMUnitTest tests[] = {
-    cmocka_unit_test(forward),      cmocka_unit_test(steps),   cmocka_unit_test(range),    cmocka_unit_test(round_trip),
-    cmocka_unit_test(broken_files), cmocka_unit_test(no_file), cmocka_unit_test(benchmark)};
-  int failed;
-
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  (void)state;
   snprintf(file, sizeof(file), "test_policy_%d.h5", (int)getpid());
   snprintf(part, sizeof(part), "%s.part", file);
-  PetscPushErrorHandler(Record, NULL);
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  PetscPopErrorHandler();
+  return 0;
+}
+
+static int RemoveFile(void **state)
+{
+  (void)state;
   unlink(file);
-  return PetscFinalize() || failed;
+  return 0;
+}
+
+int main(int argc, char **argv)
+{
+  static const struct CMUnitTest tests[] = {
+    cmocka_unit_test(forward),      cmocka_unit_test(steps),   cmocka_unit_test(range),    cmocka_unit_test(round_trip),
+    cmocka_unit_test(broken_files), cmocka_unit_test(no_file), cmocka_unit_test(benchmark)};
+
+  return RunTests(argc, argv, tests, NameFile, RemoveFile);
 }

@@ -1,21 +1,15 @@
 /* The table of problems that policies are trained on: episodes of each, their observations, errors and effects. */
+#include "unit.h"
 #include "trainer.h"
 #include "../../examples/sliding_mode.h"
-#include <slipstep/private/slipcompat.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-
-#define OK(call) assert_int_equal((call), 0)
 
 static TrainOptions Options(const char text[])
 {
   TrainOptions o;
 
-  OK(PetscOptionsClear(NULL));
-  OK(PetscOptionsInsertString(NULL, text));
-  OK(TrainOptionsSet(PETSC_COMM_SELF, &o));
+  ok(PetscOptionsClear(NULL));
+  ok(PetscOptionsInsertString(NULL, text));
+  ok(TrainOptionsSet(PETSC_COMM_SELF, &o));
   return o;
 }
 
@@ -46,10 +40,10 @@ static EnvResult Run(const TrainOptions *o, PetscBool reference, PetscReal actio
   EnvResult r;
 
   *c = (Constant){.action = action, .nobs = o->env.nobs};
-  OK(EnvCreate(&o->env, &env));
-  OK(EnvInstanceCreate(&o->env, NULL, reference, &instance));
-  OK(EnvRunInstance(&env, &instance, Act, c, &r));
-  OK(EnvInstanceDestroy(&o->env, &instance));
+  ok(EnvCreate(&o->env, &env));
+  ok(EnvInstanceCreate(&o->env, NULL, reference, &instance));
+  ok(EnvRunInstance(&env, &instance, Act, c, &r));
+  ok(EnvInstanceDestroy(&o->env, &instance));
   assert_true(r.finished);
   assert_int_equal(c->calls, r.attempts + 1);
   assert_int_equal(r.solves, r.attempts); /* no doubling */
@@ -77,7 +71,7 @@ static void test_first_observations(void **state)
     (void)Run(&o, PETSC_FALSE, -0.9, &c);
     /* the fault starts with 1e-5 more than the critical displacement */
     for (PetscInt i = 0; i < rows[k].n; ++i) assert_true(fabs(c.first[i] - rows[k].value[i]) < 3e-5);
-    OK(TrainOptionsFree(&o));
+    ok(TrainOptionsFree(&o));
   }
 }
 
@@ -91,13 +85,13 @@ static void test_bare_runs(void **state)
     Constant c;
     EnvResult r;
 
-    OK(PetscSNPrintf(text, sizeof(text), "-train_problem %s -train_reward balanced", ProblemTable[k]->name));
+    ok(PetscSNPrintf(text, sizeof(text), "-train_problem %s -train_reward balanced", ProblemTable[k]->name));
     o = Options(text);
     o.env.reward = NULL;
     r = Run(&o, PETSC_FALSE, 0.2, &c);
     assert_true(c.reward == 0 && r.total == 0);
     for (PetscInt i = 0; i < ENV_MAX_ERRORS; ++i) assert_true(isnan(r.error[i]));
-    OK(TrainOptionsFree(&o));
+    ok(TrainOptionsFree(&o));
   }
 }
 
@@ -116,7 +110,7 @@ static void test_errors_are_of_second_order(void **state)
   fine = Run(&o, PETSC_TRUE, action - halving, &c).error[0];
   /* 4 within a tenth: the next order is h^3, and h is 0.1 s of an oscillation of 2.4 s */
   assert_true(coarse / fine > 3.6 && coarse / fine < 4.4);
-  OK(TrainOptionsFree(&o));
+  ok(TrainOptionsFree(&o));
 }
 
 /* The errors that the steps leave bound that of the run, and it is not known better than by a few times. The L2 error
@@ -137,7 +131,7 @@ static void test_effects_bound_the_error(void **state)
   bound = left * m.start / sqrt(square);
   assert_true(r.error[0] > 0 && r.error[0] < bound);
   assert_true(r.error[0] > bound / 50);
-  OK(TrainOptionsFree(&o));
+  ok(TrainOptionsFree(&o));
 }
 
 /* Random instances: within their ranges, the same for the same seed, and they run. */
@@ -157,36 +151,34 @@ static void test_draws(void **state)
     RandomSeed(&r1, 4);
     RandomSeed(&r2, 4);
     for (int i = 0; i < 100; ++i) {
-      OK(ProblemDraw(p, &r1, a));
-      OK(ProblemDraw(p, &r2, b));
+      ok(ProblemDraw(p, &r1, a));
+      ok(ProblemDraw(p, &r2, b));
       for (PetscInt j = 0; j < p->ndraw; ++j)
         assert_true(a[j] == b[j] && a[j] >= p->draw[j].low && a[j] <= p->draw[j].high);
     }
-    OK(PetscSNPrintf(text, sizeof(text), "-train_problem %s -train_reward %s -train_random", p->name,
+    ok(PetscSNPrintf(text, sizeof(text), "-train_problem %s -train_reward %s -train_random", p->name,
                      p->has_dial ? "dial" : "balanced"));
     o = Options(text);
     c.nobs = o.env.nobs;
-    OK(EnvCreate(&o.env, &env));
+    ok(EnvCreate(&o.env, &env));
     for (int i = 0; i < 3; ++i) {
-      OK(EnvRunEpisode(&env, &r1, Act, &c, &r));
+      ok(EnvRunEpisode(&env, &r1, Act, &c, &r));
       assert_true(r.finished && r.accepted == r.attempts);
       if (p->has_dial) /* the finest dial's price of an attempt, the least of all; the error is over the dial */
         assert_true(r.total <= -r.attempts / (2.5 * pow(TSADAPTRL_ACCURACY_MIN, -0.36)) && r.error[0] >= 0);
       else
         assert_true(r.total <= -0.25 * r.attempts && fabs(r.error[0]) < 0.2);
     }
-    OK(TrainOptionsFree(&o));
+    ok(TrainOptionsFree(&o));
   }
 }
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_first_observations), cmocka_unit_test(test_bare_runs),
-                                     cmocka_unit_test(test_errors_are_of_second_order),
-                                     cmocka_unit_test(test_effects_bound_the_error), cmocka_unit_test(test_draws)};
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_first_observations), cmocka_unit_test(test_bare_runs),
+                                            cmocka_unit_test(test_errors_are_of_second_order),
+                                            cmocka_unit_test(test_effects_bound_the_error),
+                                            cmocka_unit_test(test_draws)};
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL) || SlipStepInitializePackage()) return 1;
-  const int failed = cmocka_run_group_tests(tests, NULL, NULL);
-  if (PetscFinalize()) return 1;
-  return failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

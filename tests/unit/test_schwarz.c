@@ -1,13 +1,8 @@
 /* PC "slipstage" on irregular cells: symmetric positive definite, few iterations whatever theta, whole or part
    sliding. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
+#include "unit.h"
 #include "cells.h"
-#include <slipstep/private/slipcompat.h>
 
-#define Check(call) assert_int_equal((call), PETSC_SUCCESS)
 #define MASS (2500.0 * 3000.0)
 #define ZETA (0.8 / 3)
 #define TSTAR 0.866 /* of the 3 km fault [s] */
@@ -55,14 +50,14 @@ static void Create(const char type[], Problem *p)
 {
   const SlipCells cells = MakeCells();
 
-  Check(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, type, 1e-8, &p->K));
-  Check(MatCreateVecs(p->K, &p->mask, &p->slope));
-  Check(VecDuplicate(p->mask, &p->b));
-  Check(VecDuplicate(p->mask, &p->x));
-  Check(MatScale(p->K, 0.46)); /* the preconditioner must notice */
-  Check(MatCreateSlipViscosity(p->K, MASS, ZETA, "sqrtm", &p->H));
-  Check(MatCreateSlipStage(p->K, p->H, MASS, &p->B));
-  Check(MatCreateSlipJacobian(p->B, &p->J));
+  ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, type, 1e-8, &p->K));
+  ok(MatCreateVecs(p->K, &p->mask, &p->slope));
+  ok(VecDuplicate(p->mask, &p->b));
+  ok(VecDuplicate(p->mask, &p->x));
+  ok(MatScale(p->K, 0.46)); /* the preconditioner must notice */
+  ok(MatCreateSlipViscosity(p->K, MASS, ZETA, "sqrtm", &p->H));
+  ok(MatCreateSlipStage(p->K, p->H, MASS, &p->B));
+  ok(MatCreateSlipJacobian(p->B, &p->J));
 }
 
 static void Set(Problem *p, PetscReal theta, PetscReal depth)
@@ -70,10 +65,10 @@ static void Set(Problem *p, PetscReal theta, PetscReal depth)
   const SlipCells cells = MakeCells();
   PetscReal *m, *d, *b;
 
-  Check(MatSlipStageSetTheta(p->B, theta));
-  Check(VecGetArray(p->mask, &m));
-  Check(VecGetArray(p->slope, &d));
-  Check(VecGetArray(p->b, &b));
+  ok(MatSlipStageSetTheta(p->B, theta));
+  ok(VecGetArray(p->mask, &m));
+  ok(VecGetArray(p->slope, &d));
+  ok(VecGetArray(p->b, &b));
   for (PetscInt i = 0; i < N; i++) {
     const PetscReal strength = 15e3 * cells.z[i] * cells.length[i] * cells.width[i] * N / (2 * 9e6);
 
@@ -81,22 +76,22 @@ static void Set(Problem *p, PetscReal theta, PetscReal depth)
     d[i] = -0.01 * theta * strength;
     b[i] = m[i] * strength;
   }
-  Check(VecRestoreArray(p->b, &b));
-  Check(VecRestoreArray(p->slope, &d));
-  Check(VecRestoreArray(p->mask, &m));
-  Check(MatSlipJacobianSetParts(p->J, p->B, p->mask, p->slope));
+  ok(VecRestoreArray(p->b, &b));
+  ok(VecRestoreArray(p->slope, &d));
+  ok(VecRestoreArray(p->mask, &m));
+  ok(MatSlipJacobianSetParts(p->J, p->B, p->mask, p->slope));
 }
 
 static void Destroy(Problem *p)
 {
-  Check(MatDestroy(&p->J));
-  Check(MatDestroy(&p->B));
-  Check(MatDestroy(&p->H));
-  Check(MatDestroy(&p->K));
-  Check(VecDestroy(&p->mask));
-  Check(VecDestroy(&p->slope));
-  Check(VecDestroy(&p->b));
-  Check(VecDestroy(&p->x));
+  ok(MatDestroy(&p->J));
+  ok(MatDestroy(&p->B));
+  ok(MatDestroy(&p->H));
+  ok(MatDestroy(&p->K));
+  ok(VecDestroy(&p->mask));
+  ok(VecDestroy(&p->slope));
+  ok(VecDestroy(&p->b));
+  ok(VecDestroy(&p->x));
 }
 
 static KSP Solver(const char pctype[])
@@ -104,11 +99,11 @@ static KSP Solver(const char pctype[])
   KSP ksp;
   PC pc;
 
-  Check(KSPCreate(PETSC_COMM_SELF, &ksp));
-  Check(KSPSetType(ksp, KSPCG));
-  Check(KSPSetTolerances(ksp, 1e-8, 0, PETSC_DEFAULT, 1000));
-  Check(KSPGetPC(ksp, &pc));
-  Check(PCSetType(pc, pctype));
+  ok(KSPCreate(PETSC_COMM_SELF, &ksp));
+  ok(KSPSetType(ksp, KSPCG));
+  ok(KSPSetTolerances(ksp, 1e-8, 0, PETSC_DEFAULT, 1000));
+  ok(KSPGetPC(ksp, &pc));
+  ok(PCSetType(pc, pctype));
   return ksp;
 }
 
@@ -120,19 +115,19 @@ static PetscInt Iterations(Problem *p, Mat A, const char pctype[])
   PetscInt its;
   Vec r;
 
-  Check(KSPSetOperators(ksp, A, A));
-  Check(KSPSolve(ksp, p->b, p->x));
-  Check(KSPGetConvergedReason(ksp, &reason));
-  Check(KSPGetIterationNumber(ksp, &its));
+  ok(KSPSetOperators(ksp, A, A));
+  ok(KSPSolve(ksp, p->b, p->x));
+  ok(KSPGetConvergedReason(ksp, &reason));
+  ok(KSPGetIterationNumber(ksp, &its));
   assert_true(reason > 0);
-  Check(VecDuplicate(p->b, &r));
-  Check(MatMult(A, p->x, r));
-  Check(VecAXPY(r, -1, p->b));
-  Check(VecNorm(r, NORM_2, &error));
-  Check(VecNorm(p->b, NORM_2, &norm));
+  ok(VecDuplicate(p->b, &r));
+  ok(MatMult(A, p->x, r));
+  ok(VecAXPY(r, -1, p->b));
+  ok(VecNorm(r, NORM_2, &error));
+  ok(VecNorm(p->b, NORM_2, &norm));
   assert_true(error < 1e-6 * norm); /* the test is of the preconditioned residual, whose condition is below 100 */
-  Check(VecDestroy(&r));
-  Check(KSPDestroy(&ksp));
+  ok(VecDestroy(&r));
+  ok(KSPDestroy(&ksp));
   return its;
 }
 
@@ -177,46 +172,43 @@ static void symmetric_positive_definite(void **state)
   (void)state;
   Create("dense", &p);
   Set(&p, 5 * TSTAR, 1500);
-  Check(VecScale(p.slope, 1e3));
-  Check(MatSlipJacobianSetParts(p.J, p.B, p.mask, p.slope));
-  Check(KSPSetOperators(ksp, p.J, p.J));
-  Check(KSPSetUp(ksp));
-  Check(KSPGetPC(ksp, &pc));
+  ok(VecScale(p.slope, 1e3));
+  ok(MatSlipJacobianSetParts(p.J, p.B, p.mask, p.slope));
+  ok(KSPSetOperators(ksp, p.J, p.J));
+  ok(KSPSetUp(ksp));
+  ok(KSPGetPC(ksp, &pc));
   for (int k = 0; k < 4; k++) {
-    Check(VecDuplicate(p.b, &v[k]));
-    Check(VecDuplicate(p.b, &w[k]));
-    Check(VecGetArray(v[k], &a));
+    ok(VecDuplicate(p.b, &v[k]));
+    ok(VecDuplicate(p.b, &w[k]));
+    ok(VecGetArray(v[k], &a));
     for (PetscInt i = 0; i < N; i++) a[i] = PetscCosReal(0.1 + (PetscReal)i * PetscPowRealInt(0.05, k));
-    Check(VecRestoreArray(v[k], &a));
-    Check(PCApply(pc, v[k], w[k]));
+    ok(VecRestoreArray(v[k], &a));
+    ok(PCApply(pc, v[k], w[k]));
   }
   for (int k = 0; k < 4; k++)
     for (int j = 0; j <= k; j++) {
       PetscReal one, other, size;
 
-      Check(VecDot(v[j], w[k], &one));
-      Check(VecDot(v[k], w[j], &other));
-      Check(VecDot(v[k], w[k], &size));
+      ok(VecDot(v[j], w[k], &one));
+      ok(VecDot(v[k], w[j], &other));
+      ok(VecDot(v[k], w[k], &size));
       assert_true(size > 0);
       assert_true(PetscAbsReal(one - other) < 1e-12 * PetscMax(size, PetscAbsReal(one)));
     }
   for (int k = 0; k < 4; k++) {
-    Check(VecDestroy(&v[k]));
-    Check(VecDestroy(&w[k]));
+    ok(VecDestroy(&v[k]));
+    ok(VecDestroy(&w[k]));
   }
-  Check(KSPDestroy(&ksp));
+  ok(KSPDestroy(&ksp));
   Destroy(&p);
 }
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(few_iterations),
     cmocka_unit_test(symmetric_positive_definite),
   };
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL) || SlipStepInitializePackage()) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

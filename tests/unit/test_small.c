@@ -1,39 +1,31 @@
 /* Small constraints: the elimination of free rows, operators that are not symmetric, bad input; and the example cases
    built on them against exact solutions. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "unit.h"
 #include <math.h>
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
 #include "../../examples/circuit.h"
 #include "../../examples/sliding_mode.h"
-
-#define CALL(...) assert_int_equal((int)(__VA_ARGS__), 0)
 
 /* n constant steps over [0, tmax] of a TS that is configured; w holds the start and receives the end */
 static void Steps(TS ts, Vec w, PetscReal tmax, PetscInt n)
 {
   TSAdapt adapt;
 
-  CALL(TSGetAdapt(ts, &adapt));
-  CALL(TSAdaptSetType(adapt, TSADAPTNONE));
-  CALL(TSSetTime(ts, 0));
-  CALL(TSSetStepNumber(ts, 0));
-  CALL(TSSetMaxTime(ts, tmax));
-  CALL(TSSetTimeStep(ts, tmax / n));
-  CALL(TSSolve(ts, w));
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTNONE));
+  ok(TSSetTime(ts, 0));
+  ok(TSSetStepNumber(ts, 0));
+  ok(TSSetMaxTime(ts, tmax));
+  ok(TSSetTimeStep(ts, tmax / n));
+  ok(TSSolve(ts, w));
 }
 
 static void Get(Vec w, PetscInt n, PetscReal values[])
 {
   const PetscScalar *a;
 
-  CALL(VecGetArrayRead(w, &a));
+  ok(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < n; i++) values[i] = a[i];
-  CALL(VecRestoreArrayRead(w, &a));
+  ok(VecRestoreArrayRead(w, &a));
 }
 
 static Vec State(PetscInt n, const PetscReal values[])
@@ -41,10 +33,10 @@ static Vec State(PetscInt n, const PetscReal values[])
   Vec w;
   PetscScalar *a;
 
-  CALL(VecCreateSeq(PETSC_COMM_SELF, n, &w));
-  CALL(VecGetArray(w, &a));
+  ok(VecCreateSeq(PETSC_COMM_SELF, n, &w));
+  ok(VecGetArray(w, &a));
   for (PetscInt i = 0; i < n; i++) a[i] = values[i];
-  CALL(VecRestoreArray(w, &a));
+  ok(VecRestoreArray(w, &a));
   return w;
 }
 
@@ -134,7 +126,7 @@ static void RungeKutta(const SlipSmall *p, const PetscReal sign[], PetscReal tma
 
     for (int s = 0; s < 4; s++) {
       for (int i = 0; i < 2; i++) y[i] = w[i] + at[s] * h * k[i];
-      CALL(p->force(0, y, k, NULL));
+      ok(p->force(0, y, k, NULL));
       for (PetscInt j = 0; j < p->nrows; j++) k[p->rows[j]] -= friction * sign[j];
       for (int i = 0; i < 2; i++) sum[i] += h * weight[s] * k[i];
     }
@@ -150,13 +142,13 @@ static PetscReal SmallError(const SlipSmall *p, const PetscReal start[], const P
   Vec w = State(2, start);
   PetscReal end[2];
 
-  CALL(TSCreate(PETSC_COMM_SELF, &ts));
-  CALL(SlipSmallConfigureTS(p, ts));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipSmallConfigureTS(p, ts));
   Steps(ts, w, tmax, n);
-  CALL(TSBatheGetTotals(ts, NULL, NULL, solves, newton, NULL));
+  ok(TSBatheGetTotals(ts, NULL, NULL, solves, newton, NULL));
   Get(w, 2, end);
-  CALL(TSDestroy(&ts));
-  CALL(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
   return PetscMax(fabs(end[0] - exact[0]), fabs(end[1] - exact[1]));
 }
 
@@ -205,13 +197,13 @@ static void test_rest(void **state)
   Vec w = State(2, start);
 
   (void)state;
-  CALL(TSCreate(PETSC_COMM_SELF, &ts));
-  CALL(SlipSmallConfigureTS(&Gyro, ts));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipSmallConfigureTS(&Gyro, ts));
   Steps(ts, w, 6, 200);
   Get(w, 2, end);
   assert_true(end[0] == 0 && end[1] == 0);
-  CALL(TSDestroy(&ts));
-  CALL(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
 }
 
 static void test_bad_input(void **state)
@@ -228,11 +220,11 @@ static void test_bad_input(void **state)
   bad[2].nrows = 1;
   bad[3].nrows = 0;
   bad[4].jacobian = NULL;
-  CALL(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  ok(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
   for (int i = 0; i < 5; i++)
     assert_int_equal((int)SlipConstraintCreateSmall(&bad[i], &con),
                      i < 4 ? PETSC_ERR_ARG_OUTOFRANGE : PETSC_ERR_ARG_NULL);
-  CALL(PetscPopErrorHandler());
+  ok(PetscPopErrorHandler());
 }
 
 /* ---- the sliding mode controller ---- */
@@ -287,15 +279,15 @@ static void test_exact_departures(void **state)
   Vec w = State(1, &m.start);
 
   (void)state;
-  CALL(TSCreate(PETSC_COMM_SELF, &ts));
-  CALL(SlidingModeConfigureTS(&m, ts));
-  CALL(TSMonitorSet(ts, Compare, &a, NULL));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlidingModeConfigureTS(&m, ts));
+  ok(TSMonitorSet(ts, Compare, &a, NULL));
   Steps(ts, w, 0.5, 50000);
   print_message("largest error %g; stuck %d, up %d, down %d\n", a.largest, (int)a.stuck, (int)a.up, (int)a.down);
   assert_true(a.stuck > 5000 && a.up > 5000 && a.down > 5000);
   assert_true(a.largest < 9e-5);
-  CALL(TSDestroy(&ts));
-  CALL(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
 }
 
 /* Constant steps of the study's evaluation: second order before the arrest, and an error at the arrest of at most one
@@ -313,16 +305,16 @@ static void test_sliding_mode_order(void **state)
     Vec w = State(1, &m.start), reaction;
 
     a.largest = 0;
-    CALL(TSCreate(PETSC_COMM_SELF, &ts));
-    CALL(SlidingModeConfigureTS(&m, ts));
-    CALL(TSMonitorSet(ts, Compare, &a, NULL));
+    ok(TSCreate(PETSC_COMM_SELF, &ts));
+    ok(SlidingModeConfigureTS(&m, ts));
+    ok(TSMonitorSet(ts, Compare, &a, NULL));
     Steps(ts, w, tmax, (PetscInt)(tmax / h + 0.5));
     Get(w, 1, &end);
-    CALL(TSBatheGetReaction(ts, &reaction));
+    ok(TSBatheGetReaction(ts, &reaction));
     Get(reaction, 1, &r);
     if (i < 2) before[i] = a.largest;
-    CALL(TSDestroy(&ts));
-    CALL(VecDestroy(&w));
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&w));
   }
   print_message("order %.3f before the arrest, largest error %g with it\n", log2(before[0] / before[1]), a.largest);
   assert_true(fabs(log2(before[0] / before[1]) - 2) < 0.05);
@@ -342,17 +334,17 @@ static void test_sliding_mode_observe(void **state)
   Vec x = State(1, &w);
 
   (void)state;
-  CALL(TSCreate(PETSC_COMM_SELF, &ts));
-  CALL(SlidingModeConfigureTS(&m, ts));
-  CALL(TSSetSolution(ts, x));
-  CALL(SlidingModeObserve(ts, "energy", &value, &known));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlidingModeConfigureTS(&m, ts));
+  ok(TSSetSolution(ts, x));
+  ok(SlidingModeObserve(ts, "energy", &value, &known));
   assert_true(known && fabs(value - 0.25) < 1e-15);
-  CALL(SlidingModeObserve(ts, "state_0", &value, &known));
+  ok(SlidingModeObserve(ts, "state_0", &value, &known));
   assert_true(known && fabs(value + 0.5) < 1e-15);
-  CALL(SlidingModeObserve(ts, "state_1", &value, &known));
+  ok(SlidingModeObserve(ts, "state_1", &value, &known));
   assert_false(known);
-  CALL(TSDestroy(&ts));
-  CALL(VecDestroy(&x));
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&x));
 }
 
 /* ---- the circuit ---- */
@@ -393,17 +385,17 @@ static void CircuitBalance(int which, PetscInt n, PetscReal *left, PetscReal *ri
   TS ts;
   Vec w;
 
-  CALL(CircuitSetUnits(&c, PETSC_FALSE));
-  CALL(CircuitCreateState(&c, &w));
-  CALL(TSCreate(PETSC_COMM_SELF, &ts));
-  CALL(CircuitConfigureTS(&c, ts));
-  CALL(TSMonitorSet(ts, Watch, &b, NULL));
+  ok(CircuitSetUnits(&c, PETSC_FALSE));
+  ok(CircuitCreateState(&c, &w));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(CircuitConfigureTS(&c, ts));
+  ok(TSMonitorSet(ts, Watch, &b, NULL));
   Steps(ts, w, c.max_time, n);
   *left = b.energy / start;
   *rise = b.rise / start;
   *lacks = fabs(start - b.energy - b.dissipated) / start;
-  CALL(TSDestroy(&ts));
-  CALL(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
 }
 
 /* The energy never rises by more than rounding, and what is lost is what resistor and diode take. Integrator and
@@ -436,31 +428,31 @@ static void test_circuit_observe(void **state)
   PetscBool known = PETSC_FALSE;
 
   (void)state;
-  CALL(CircuitCreateState(&c, &w));
-  CALL(TSCreate(PETSC_COMM_SELF, &ts));
-  CALL(CircuitConfigureTS(&c, ts));
-  CALL(TSSetSolution(ts, w));
-  CALL(CircuitSetUnits(&c, PETSC_FALSE));
+  ok(CircuitCreateState(&c, &w));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(CircuitConfigureTS(&c, ts));
+  ok(TSSetSolution(ts, w));
+  ok(CircuitSetUnits(&c, PETSC_FALSE));
   for (int i = 0; i < 3; i++) {
-    CALL(CircuitObserve(ts, names[i], &value, &known));
+    ok(CircuitObserve(ts, names[i], &value, &known));
     assert_true(known);
     sum += PetscSqr(value);
   }
   assert_true(fabs(sum - 1) < 1e-14);
-  CALL(CircuitSetUnits(&c, PETSC_TRUE));
+  ok(CircuitSetUnits(&c, PETSC_TRUE));
   for (int i = 0; i < 4; i++) {
-    CALL(CircuitObserve(ts, names[i], &value, &known));
+    ok(CircuitObserve(ts, names[i], &value, &known));
     assert_true(known && fabs(value - 1) < 1e-15);
   }
-  CALL(CircuitObserve(ts, "velocity", &value, &known));
+  ok(CircuitObserve(ts, "velocity", &value, &known));
   assert_false(known);
-  CALL(TSDestroy(&ts));
-  CALL(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
 }
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {
+  static const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_eliminated_row),
     cmocka_unit_test(test_not_symmetric),
     cmocka_unit_test(test_rest),
@@ -472,9 +464,6 @@ int main(int argc, char **argv)
     cmocka_unit_test(test_circuit_energy),
     cmocka_unit_test(test_circuit_observe),
   };
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

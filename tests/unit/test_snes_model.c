@@ -1,50 +1,13 @@
 /* An approximate operator in the semismooth method: it may be wrong by a given share, which then says how often the true one
    is needed, however long the sliding set takes to settle. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-#include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include "unit.h"
+#include "linear.h"
 
 /* -x'' = 50 exp(-((s - 1/2) / 0.2)^2) - 10 Sign(x) on n nodes inside (0, 1): slides in the middle */
 typedef struct {
-  Mat B, A; /* the operator, and what stands for it */
-  Vec load;
-  PetscInt products; /* with B, of residuals */
+  LinearSystem l;
+  Mat A; /* stands for B */
 } String;
-
-static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
-{
-  String *s = (String *)ctx;
-
-  PetscFunctionBegin;
-  (void)con;
-  s->products++;
-  PetscCall(MatMult(s->B, x, g));
-  PetscCall(VecAXPY(g, -1, s->load));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
-{
-  PetscFunctionBegin;
-  (void)con;
-  (void)x;
-  *B = ((String *)ctx)->B;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
-{
-  PetscFunctionBegin;
-  (void)con;
-  (void)x;
-  (void)ctx;
-  PetscCall(VecSet(q, 10));
-  if (dq) PetscCall(VecZeroEntries(dq));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 static PetscErrorCode Approximation(Mat B, Mat *A)
 {
@@ -65,34 +28,34 @@ static PetscErrorCode Create(PetscInt n, PetscReal share, String *s)
   PetscContainer box;
 
   PetscFunctionBegin;
-  s->products = 0;
-  PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, 3, NULL, &s->B));
-  PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, &s->load));
+  s->l = (LinearSystem){.q = 10};
+  PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, 3, NULL, &s->l.B));
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, &s->l.load));
   for (PetscInt i = 0; i < n; i++) {
-    PetscCall(MatSetValue(s->B, i, i, 2 / (h * h), INSERT_VALUES));
-    if (i > 0) PetscCall(MatSetValue(s->B, i, i - 1, -1 / (h * h), INSERT_VALUES));
-    if (i < n - 1) PetscCall(MatSetValue(s->B, i, i + 1, -1 / (h * h), INSERT_VALUES));
+    PetscCall(MatSetValue(s->l.B, i, i, 2 / (h * h), INSERT_VALUES));
+    if (i > 0) PetscCall(MatSetValue(s->l.B, i, i - 1, -1 / (h * h), INSERT_VALUES));
+    if (i < n - 1) PetscCall(MatSetValue(s->l.B, i, i + 1, -1 / (h * h), INSERT_VALUES));
     PetscCall(
-      VecSetValue(s->load, i, 50 * PetscExpReal(-PetscSqr(((PetscReal)(i + 1) * h - 0.5) / 0.2)), INSERT_VALUES));
+      VecSetValue(s->l.load, i, 50 * PetscExpReal(-PetscSqr(((PetscReal)(i + 1) * h - 0.5) / 0.2)), INSERT_VALUES));
   }
-  PetscCall(MatAssemblyBegin(s->B, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(s->B, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyBegin(s->l.B, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(s->l.B, MAT_FINAL_ASSEMBLY));
   s->A = NULL;
   if (share == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatDuplicate(s->B, MAT_COPY_VALUES, &s->A));
+  PetscCall(MatDuplicate(s->l.B, MAT_COPY_VALUES, &s->A));
   PetscCall(MatScale(s->A, 1 / (1 - share)));
   PetscCall(PetscContainerCreate(PETSC_COMM_SELF, &box));
   PetscCall(PetscContainerSetPointer(box, s));
-  PetscCall(PetscObjectCompose((PetscObject)s->B, "String", (PetscObject)box));
+  PetscCall(PetscObjectCompose((PetscObject)s->l.B, "String", (PetscObject)box));
   PetscCall(PetscContainerDestroy(&box));
-  PetscCall(PetscObjectComposeFunction((PetscObject)s->B, "MatSlipGetApproximation_C", Approximation));
+  PetscCall(PetscObjectComposeFunction((PetscObject)s->l.B, "MatSlipGetApproximation_C", Approximation));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The solution from rest, Newton iterations and products with B. */
 static PetscErrorCode Solve(PetscInt n, PetscReal share, Vec *x, PetscInt *its, PetscInt *products)
 {
-  static const SlipConstraintOps ops = {.residual = Residual, .jacobian = Jacobian, .bound = Bound};
+  static const SlipConstraintOps ops = {.residual = LinearResidual, .jacobian = LinearJacobian, .bound = LinearBound};
   SNESConvergedReason reason;
   SlipConstraint con;
   String s;
@@ -100,7 +63,7 @@ static PetscErrorCode Solve(PetscInt n, PetscReal share, Vec *x, PetscInt *its, 
 
   PetscFunctionBegin;
   PetscCall(Create(n, share, &s));
-  PetscCall(VecDuplicate(s.load, x));
+  PetscCall(VecDuplicate(s.l.load, x));
   PetscCall(VecZeroEntries(*x));
   PetscCall(SlipConstraintCreate(PETSC_COMM_SELF, &ops, &s, *x, &con));
   PetscCall(SNESCreate(PETSC_COMM_SELF, &snes));
@@ -112,12 +75,12 @@ static PetscErrorCode Solve(PetscInt n, PetscReal share, Vec *x, PetscInt *its, 
   PetscCall(SNESGetConvergedReason(snes, &reason));
   PetscCall(SNESGetIterationNumber(snes, its));
   PetscCheck(reason > 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "not converged: %d", (int)reason);
-  *products = s.products;
+  *products = s.l.products;
   PetscCall(SNESDestroy(&snes));
   PetscCall(SlipConstraintDestroy(&con));
-  PetscCall(MatDestroy(&s.B));
+  PetscCall(MatDestroy(&s.l.B));
   PetscCall(MatDestroy(&s.A));
-  PetscCall(VecDestroy(&s.load));
+  PetscCall(VecDestroy(&s.l.load));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -151,9 +114,6 @@ static void test_products(void **state)
 int main(int argc, char **argv)
 {
   static const struct CMUnitTest tests[] = {cmocka_unit_test(test_products)};
-  int failed;
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() || failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

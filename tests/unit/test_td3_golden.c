@@ -83,14 +83,9 @@ static void test_golden(void **state)
   assert_int_equal(TD3Destroy(&t), 0);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_golden)};
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_golden)};
 
-  if (PetscInitializeNoArguments()) return 1;
-  GoldenLoad();
-  const int failed = cmocka_run_group_tests(tests, NULL, NULL);
-  free(golden);
-  if (PetscFinalize()) return 1;
-  return failed;
+  return RunTests(argc, argv, tests, GoldenLoad, GoldenFree);
 }

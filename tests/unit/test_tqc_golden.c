@@ -256,15 +256,10 @@ static void test_quantiles_plain(void **state)
   Close("quantile Huber loss", value, loss / (B * C * Q * KEEP), 1);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_five_critics), cmocka_unit_test(test_two_critics),
-                                     cmocka_unit_test(test_quantiles_plain)};
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_five_critics), cmocka_unit_test(test_two_critics),
+                                            cmocka_unit_test(test_quantiles_plain)};
 
-  if (PetscInitializeNoArguments()) return 1;
-  GoldenLoad();
-  const int failed = cmocka_run_group_tests(tests, NULL, NULL);
-  free(golden);
-  if (PetscFinalize()) return 1;
-  return failed;
+  return RunTests(argc, argv, tests, GoldenLoad, GoldenFree);
 }

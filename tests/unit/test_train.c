@@ -1,24 +1,17 @@
 /* The trainer: rewards, the continuation behind the accuracy reward, reproducibility, checkpoints, the policy file. */
+#include "unit.h"
 #include "trainer.h"
-#include <slipstep/private/slipcompat.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <stdint.h>
-#include <cmocka.h>
-
-#define OK(call) assert_int_equal((call), 0)
 
 /* Options of a short run, from the options database as a program would set them. */
 static TrainOptions Options(const char extra[])
 {
   TrainOptions o;
 
-  OK(PetscOptionsClear(NULL));
-  OK(PetscOptionsInsertString(NULL,
+  ok(PetscOptionsClear(NULL));
+  ok(PetscOptionsInsertString(NULL,
                               "-train_progress 0 -train_batch 32 -train_learning_starts 50 -train_max_attempts 200"));
-  OK(PetscOptionsInsertString(NULL, extra));
-  OK(TrainOptionsSet(PETSC_COMM_SELF, &o));
+  ok(PetscOptionsInsertString(NULL, extra));
+  ok(TrainOptionsSet(PETSC_COMM_SELF, &o));
   return o;
 }
 
@@ -27,8 +20,8 @@ static void Destroy(Trainer *t)
 {
   TrainOptions o = t->o;
 
-  OK(TrainerDestroy(t));
-  OK(TrainOptionsFree(&o));
+  ok(TrainerDestroy(t));
+  ok(TrainOptionsFree(&o));
 }
 
 static PetscBool SameBits(Trainer *a, Trainer *b)
@@ -55,8 +48,8 @@ static void test_same_seed_same_bits(void **state)
   for (int i = 0; i < 3; ++i) {
     const TrainOptions o = Options(runs[i]);
 
-    OK(TrainerCreate(&o, &t[i]));
-    OK(TrainerRun(&t[i]));
+    ok(TrainerCreate(&o, &t[i]));
+    ok(TrainerRun(&t[i]));
     assert_int_equal(t[i].agent.steps, 300);
     assert_int_equal(t[i].agent.updates, 250); /* the first after step 51 */
   }
@@ -79,22 +72,22 @@ static void test_resume_same_bits(void **state)
     TrainOptions o;
     Trainer a, b;
 
-    OK(PetscSNPrintf(text, sizeof(text), "-train_steps 350 -train_seed 3 %s", runs[i]));
+    ok(PetscSNPrintf(text, sizeof(text), "-train_steps 350 -train_seed 3 %s", runs[i]));
     o = Options(text);
-    OK(TrainerCreate(&o, &a));
+    ok(TrainerCreate(&o, &a));
     a.o.steps = 200;
-    OK(PetscStrncpy(a.o.checkpoint, checkpoint, sizeof(a.o.checkpoint)));
-    OK(TrainerRun(&a));
+    ok(PetscStrncpy(a.o.checkpoint, checkpoint, sizeof(a.o.checkpoint)));
+    ok(TrainerRun(&a));
     a.o.checkpoint[0] = 0;
     a.o.steps = 350;
-    OK(TrainerRun(&a));
-    OK(PetscSNPrintf(text, sizeof(text), "-train_steps 350 -train_seed 99 %s", runs[i]));
+    ok(TrainerRun(&a));
+    ok(PetscSNPrintf(text, sizeof(text), "-train_steps 350 -train_seed 99 %s", runs[i]));
     o = Options(text);
-    OK(PetscStrncpy(o.resume, checkpoint, sizeof(o.resume)));
-    OK(TrainerCreate(&o, &b));
+    ok(PetscStrncpy(o.resume, checkpoint, sizeof(o.resume)));
+    ok(TrainerCreate(&o, &b));
     assert_int_equal(b.agent.steps, 200);
     assert_false(SameBits(&a, &b));
-    OK(TrainerRun(&b));
+    ok(TrainerRun(&b));
     assert_true(SameBits(&a, &b));
     Destroy(&a);
     Destroy(&b);
@@ -112,17 +105,17 @@ static void test_transfer(void **state)
   Trainer a, b;
 
   (void)state;
-  OK(PetscStrncpy(o.checkpoint, checkpoint, sizeof(o.checkpoint)));
-  OK(TrainerCreate(&o, &a));
-  OK(TrainerRun(&a));
-  OK(PetscSNPrintf(text, sizeof(text), "-train_steps 200 -train_transfer -fault_nx 2 -fault_nz 2 %s", common));
+  ok(PetscStrncpy(o.checkpoint, checkpoint, sizeof(o.checkpoint)));
+  ok(TrainerCreate(&o, &a));
+  ok(TrainerRun(&a));
+  ok(PetscSNPrintf(text, sizeof(text), "-train_steps 200 -train_transfer -fault_nx 2 -fault_nz 2 %s", common));
   o = Options(text);
-  OK(TrainerCreate(&o, &b));
+  ok(TrainerCreate(&o, &b));
   assert_int_equal(b.agent.steps, 120);
   assert_int_equal(b.agent.replay.size, 0);
   assert_true(b.best < a.best);
   assert_memory_equal(a.actor, b.actor, a.nactor * sizeof(Scalar));
-  OK(TrainerRun(&b));
+  ok(TrainerRun(&b));
   assert_int_equal(b.agent.replay.size, 80);
   assert_int_equal(b.agent.updates - a.agent.updates, 30); /* after 50 steps, -train_learning_starts */
   assert_true(b.best > -PETSC_MAX_REAL);
@@ -145,17 +138,17 @@ static void test_policy_file(void **state)
     Trainer t;
     SlipPolicy p;
 
-    OK(PetscSNPrintf(text, sizeof(text), "-train_steps 150 -train_seed 5 %s", runs[i]));
+    ok(PetscSNPrintf(text, sizeof(text), "-train_steps 150 -train_seed 5 %s", runs[i]));
     o = Options(text);
-    OK(PetscStrncpy(o.output, file, sizeof(o.output)));
-    OK(TrainerCreate(&o, &t));
-    OK(TrainerRun(&t));
-    OK(SlipPolicyCreate(PETSC_COMM_SELF, &p));
-    OK(SlipPolicyLoad(p, file));
-    OK(SlipPolicyEvaluate(p, obs, &action, NULL));
+    ok(PetscStrncpy(o.output, file, sizeof(o.output)));
+    ok(TrainerCreate(&o, &t));
+    ok(TrainerRun(&t));
+    ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+    ok(SlipPolicyLoad(p, file));
+    ok(SlipPolicyEvaluate(p, obs, &action, NULL));
     assert_true(fabs(action - AgentAct(&t.agent, obs, PETSC_FALSE)) <
                 1e-5); /* the actor computes in single precision */
-    OK(SlipPolicyDestroy(&p));
+    ok(SlipPolicyDestroy(&p));
     Destroy(&t);
     assert_int_equal(remove(file), 0);
   }
@@ -168,7 +161,7 @@ static void test_published_reward(void **state)
   const Reward *row;
 
   (void)state;
-  OK(RewardFind("published", &row));
+  ok(RewardFind("published", &row));
   assert_true(fabs(row->value(&in) - 0.25 * 0.5 * exp(-1)) < 1e-15); /* S1 = 1/4, S2 = 1/2 */
   a.converged = PETSC_FALSE;
   assert_true(fabs(row->value(&in) + 0.25) < 1e-15);
@@ -195,10 +188,10 @@ static void test_accuracy_reward(void **state)
 
   (void)state;
   RandomSeed(&r, 1);
-  OK(EnvCreate(&o.env, &env));
-  OK(EnvRunEpisode(&env, &r, Constant, &action, &fine));
+  ok(EnvCreate(&o.env, &env));
+  ok(EnvRunEpisode(&env, &r, Constant, &action, &fine));
   action = 0.63; /* 3.7 T* */
-  OK(EnvRunEpisode(&env, &r, Constant, &action, &coarse));
+  ok(EnvRunEpisode(&env, &r, Constant, &action, &coarse));
   assert_true(fine.finished && coarse.finished);
   /* The fine run is of second order with some 130 steps: 0.1 %. The continuation's step is a third of that. */
   assert_true(fabs(fine.error[0]) < 2e-3);
@@ -206,27 +199,24 @@ static void test_accuracy_reward(void **state)
   /* 0.02 T*: four times as short as the continuation's steps, whose error is a few 1e-4 (second order: a ninth of the
      fine run's 0.1 %) */
   action = -0.8;
-  OK(EnvRunEpisode(&env, &r, Constant, &action, &finest));
+  ok(EnvRunEpisode(&env, &r, Constant, &action, &finest));
   assert_true(fabs(finest.error[0]) < 5e-4);
   assert_int_equal(fine.attempts, fine.accepted);
   /* 0.25 each; the errors of the fine run's steps amount to some 0.1 % each of slip and peak, the coarse one's
      exceed its final error of 2 %, which weighs 1 */
   assert_true(fine.total < -0.25 * fine.attempts && fine.total > -0.25 * fine.attempts - 5);
   assert_true(coarse.total < -0.25 * coarse.attempts - 1);
-  OK(TrainOptionsFree(&o));
+  ok(TrainOptionsFree(&o));
 }
 
 int main(int argc, char **argv)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_seed_same_bits),
-                                     cmocka_unit_test(test_resume_same_bits),
-                                     cmocka_unit_test(test_transfer),
-                                     cmocka_unit_test(test_policy_file),
-                                     cmocka_unit_test(test_published_reward),
-                                     cmocka_unit_test(test_accuracy_reward)};
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_seed_same_bits),
+                                            cmocka_unit_test(test_resume_same_bits),
+                                            cmocka_unit_test(test_transfer),
+                                            cmocka_unit_test(test_policy_file),
+                                            cmocka_unit_test(test_published_reward),
+                                            cmocka_unit_test(test_accuracy_reward)};
 
-  if (PetscInitialize(&argc, &argv, NULL, NULL) || SlipStepInitializePackage()) return 1;
-  const int failed = cmocka_run_group_tests(tests, NULL, NULL);
-  if (PetscFinalize()) return 1;
-  return failed;
+  return RunTests(argc, argv, tests, NULL, NULL);
 }

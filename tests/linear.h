@@ -1,0 +1,43 @@
+/* The constraint of a linear system B x - load in r, |r| <= q, for problems of tests; a context that starts with a
+   LinearSystem passes these operations on. */
+#pragma once
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+
+typedef struct {
+  Mat B;
+  Vec load;
+  PetscReal q;       /* LinearBound()'s, the same in all rows */
+  PetscInt products; /* with B, of residuals */
+} LinearSystem;
+
+static inline PetscErrorCode LinearResidual(SlipConstraint con, Vec x, Vec g, void *ctx)
+{
+  LinearSystem *s = (LinearSystem *)ctx;
+
+  PetscFunctionBegin;
+  (void)con;
+  s->products++;
+  PetscCall(MatMult(s->B, x, g));
+  PetscCall(VecAXPY(g, -1, s->load));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static inline PetscErrorCode LinearJacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  (void)x;
+  *B = ((LinearSystem *)ctx)->B;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static inline PetscErrorCode LinearBound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  (void)x;
+  PetscCall(VecSet(q, ((LinearSystem *)ctx)->q));
+  if (dq) PetscCall(VecZeroEntries(dq));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,12 @@
+/* main() of the tests that are no cmocka programs: run() on all ranks between PETSc's start and end. */
+#pragma once
+#include <slipstep.h>
+#include <slipstep/private/slipcompat.h>
+
+/* Returns main()'s exit code; an error on one rank ends all of them. */
+static inline int RunOnRanks(int argc, char **argv, PetscErrorCode (*run)(void))
+{
+  if (PetscInitialize(&argc, &argv, NULL, NULL) || SlipStepInitializePackage()) return 1;
+  PetscCallAbort(PETSC_COMM_WORLD, run());
+  return PetscFinalize() ? 1 : 0;
+}
