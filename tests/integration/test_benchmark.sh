@@ -2,11 +2,7 @@
 # tests/benchmarks/run.sh --quick: stopped, it goes on where it was; a cell that fails is marked, does not stop the rest and can be
 # tried again; the HDF5 file has every number and the plot is there.
 set -uo pipefail
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-failed=0
-fail() { echo "FAILED: $*"; failed=1; }
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 
 # A build whose H-matrix is broken.
 mkdir -p build/bin build/tests

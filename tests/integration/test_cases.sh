@@ -2,11 +2,7 @@
 # The programs sliding_mode, circuit and oscillator: every controller, the layout of their files, errors recomputed from the
 # files with independent exact solutions, and messages for wrong use.
 set -u
-bin=$SLIPSTEP_BUILD/bin
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-failed=0
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 "$SLIPSTEP_PYTHON" -c "import h5py, numpy" || exit 77
 
 # run NAME PROGRAM ARGUMENTS...: writes NAME.h5, must succeed without warnings
@@ -14,24 +10,7 @@ run() {
   local name=$1 program=$2
   shift 2
   if ! timeout 100 "$bin/$program" "-${program}_output" "$name.h5" "$@" >"$name.txt" 2>"$name.err" || [ -s "$name.err" ]; then
-    echo "FAILED: $program $*"
-    cat "$name.err"
-    failed=1
-  fi
-}
-
-# expect TEXT PROGRAM ARGUMENTS...: fails with one line on stderr that holds TEXT
-expect() {
-  local text=$1 program=$2
-  shift 2
-  if timeout 100 "$bin/$program" "$@" >out.txt 2>err.txt; then
-    echo "FAILED: $program $* succeeded"
-    failed=1
-  fi
-  if [ "$(grep -c . err.txt)" != 1 ] || ! grep -qF -- "$program: error: " err.txt || ! grep -qF -- "$text" err.txt; then
-    echo "FAILED: $program $*: expected one line with \"$text\", got:"
-    cat err.txt
-    failed=1
+    fail "$program $*: $(cat "$name.err")"
   fi
 }
 
@@ -181,26 +160,26 @@ oscillator(controllers + ["fine"])
 sys.exit(bad)
 PY
 
-grep -q "^L2 error: " sliding_mode-pi.txt && grep -q "^relative L2 error: " circuit-pi.txt || { echo "FAILED: no error in the summary"; failed=1; }
+grep -q "^L2 error: " sliding_mode-pi.txt && grep -q "^relative L2 error: " circuit-pi.txt || fail "no error in the summary"
 echo "an older result" >old.h5
-expect "Unknown option later for -sliding_mode_case" sliding_mode -sliding_mode_case later
-expect "-sliding_mode_start is 0" sliding_mode -sliding_mode_start 0
-expect "-sliding_mode_frequency is -1" sliding_mode -sliding_mode_frequency -1
-expect "-ts_type theta knows no friction, expected bathe" sliding_mode -ts_type theta -sliding_mode_output old.h5
-expect "-circuit_c1 is 0" circuit -circuit_c1 0
-expect "-circuit_start has 2 numbers, expected 3" circuit -circuit_start 1,2
-expect "-circuit_reference is -1" circuit -circuit_reference -1
-expect "-circuit_unit start needs a -circuit_start without zeros" circuit -circuit_start 1,0,1 -circuit_unit start
-expect "none.h5" circuit -ts_adapt_type rl -ts_adapt_rl_policy none.h5
-expect "state_1 of a state with 1 components" sliding_mode -ts_adapt_type rl -ts_adapt_rl_policy circuit.h5
-expect "-oscillator_stiffness is 0" oscillator -oscillator_stiffness 0
-expect "-oscillator_mass is -1" oscillator -oscillator_mass -1
-expect "expected a force >= 0 N" oscillator -oscillator_normal -1
-grep -q "an older result" old.h5 || { echo "FAILED: an older file was touched"; failed=1; }
+refuses "Unknown option later for -sliding_mode_case" -- "$bin/sliding_mode" -sliding_mode_case later
+refuses "-sliding_mode_start is 0" -- "$bin/sliding_mode" -sliding_mode_start 0
+refuses "-sliding_mode_frequency is -1" -- "$bin/sliding_mode" -sliding_mode_frequency -1
+refuses "-ts_type theta knows no friction, expected bathe" -- "$bin/sliding_mode" -ts_type theta -sliding_mode_output old.h5
+refuses "-circuit_c1 is 0" -- "$bin/circuit" -circuit_c1 0
+refuses "-circuit_start has 2 numbers, expected 3" -- "$bin/circuit" -circuit_start 1,2
+refuses "-circuit_reference is -1" -- "$bin/circuit" -circuit_reference -1
+refuses "-circuit_unit start needs a -circuit_start without zeros" -- "$bin/circuit" -circuit_start 1,0,1 -circuit_unit start
+refuses "none.h5" -- "$bin/circuit" -ts_adapt_type rl -ts_adapt_rl_policy none.h5
+refuses "state_1 of a state with 1 components" -- "$bin/sliding_mode" -ts_adapt_type rl -ts_adapt_rl_policy circuit.h5
+refuses "-oscillator_stiffness is 0" -- "$bin/oscillator" -oscillator_stiffness 0
+refuses "-oscillator_mass is -1" -- "$bin/oscillator" -oscillator_mass -1
+refuses "expected a force >= 0 N" -- "$bin/oscillator" -oscillator_normal -1
+grep -q "an older result" old.h5 || fail "an older file was touched"
 "$bin/circuit" -circuit_refrence 1e-3 2>&1 >out.txt | grep -qF "circuit: warning: nothing has read the option -circuit_refrence" ||
-  { echo "FAILED: a mistyped option passed silently"; failed=1; }
-mpirun --oversubscribe -n 2 "$bin/oscillator" >out.txt 2>&1 && { echo "FAILED: oscillator on 2 processes"; failed=1; }
-grep -qF "a system of 2 states runs on one process, not on 2" out.txt || { echo "FAILED: message on 2 processes"; failed=1; }
+  fail "a mistyped option passed silently"
+mpirun --oversubscribe -n 2 "$bin/oscillator" >out.txt 2>&1 && fail "oscillator on 2 processes"
+grep -qF "a system of 2 states runs on one process, not on 2" out.txt || fail "message on 2 processes"
 
 [ $failed = 0 ] && echo "the example cases pass"
 exit $failed

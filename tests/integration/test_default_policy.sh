@@ -3,9 +3,7 @@
 # SLIPSTEP_POLICY_DIR, and as a plugin of a program that knows nothing of SlipStep. -ts_view names it; without one the error says how to.
 set -euo pipefail
 build=${SLIPSTEP_BUILD:?} source=${SLIPSTEP_SOURCE:?} python=${SLIPSTEP_PYTHON:-python3}
-work=$(cd "$(mktemp -d)" && pwd -P)
-trap 'rm -rf "$work"' EXIT
-cd "$work"
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 
 fail() {
   echo "test_default_policy: $*" >&2

@@ -1,24 +1,10 @@
 #!/usr/bin/env bash
 # The evaluate program: a tiny matrix end to end, going on after kill -9, ranks, failing cells, wrong use, figures and tables.
 set -uo pipefail
-bin=$SLIPSTEP_BUILD/bin
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 source=$SLIPSTEP_SOURCE
 policy=$source/training/policies/fault.h5
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-failed=0
 
-fail() { echo "FAILED: $*"; failed=1; }
-# Expects a failing run with one message that holds each of the given words.
-refuses() { # words -- command
-  local words=()
-  while [ "$1" != -- ]; do words+=("$1"); shift; done
-  shift
-  if timeout 60 "$@" >out.txt 2>&1; then fail "accepted: $*"; fi
-  for word in "${words[@]}"; do grep -qF -e "$word" out.txt || fail "no \"$word\" in the message for $*: $(cat out.txt)"; done
-  [ "$(grep -c 'error: ' out.txt)" = 1 ] || fail "not one message for $*: $(cat out.txt)"
-}
 tiny=(-evaluate_sizes 3 -evaluate_meshes 3 -evaluate_reference_steps 600 -evaluate_repetitions 1)
 
 # ---- a matrix, twice: the second time there is nothing to do ----

@@ -2,12 +2,8 @@
 # -fault_cache_dir: the second run reads what the first wrote, on any number of ranks, and slips alike; files that cannot be
 # right are reported and replaced; runs at the same time do not disturb each other; a directory that is none is an error.
 set -uo pipefail
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 fault=$SLIPSTEP_BUILD/bin/fault
-failed=0
-fail() { echo "FAILED: $*"; failed=1; }
 # slip OPTIONS...: final mean slip of a run; its messages go to messages
 slip() { "$@" -ts_max_time 0.3 -fault_cache_dir cache 2>messages | awk '/final mean slip/{print $4}'; }
 same() { awk -v a="$1" -v b="$2" -v tol="$3" 'BEGIN{d = a - b; exit !(a > 0 && (d < 0 ? -d : d) <= tol * a)}' || fail "$4: slip $1 and $2"; }

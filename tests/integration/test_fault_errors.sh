@@ -3,10 +3,7 @@
 # code; an older output file left as it was, and no .part of a run that did not begin.
 set -u
 fault=$SLIPSTEP_BUILD/bin/fault
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-failed=0
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 
 "$SLIPSTEP_PYTHON" - <<'PY' || exit 77
 import os
@@ -91,26 +88,10 @@ head -c 5000 p_good.h5 >p_truncated.h5
 echo "an older result" >old.h5
 cp old.h5 reference
 
-# expect TEXT ARGUMENTS...: fails, and its only line on stderr holds TEXT
+# expect TEXT ARGUMENTS...: the fault refuses, and an older output file stays as it was
 expect() {
-  local text=$1 lines
-  shift
-  if timeout 100 "$fault" "$@" >out.txt 2>err.txt; then
-    echo "FAILED: fault $* succeeded"
-    failed=1
-  fi
-  if ! cmp -s old.h5 reference || ls ./*.part >/dev/null 2>&1; then
-    echo "FAILED: fault $*: old.h5 was touched, or left: $(ls ./*.part)"
-    cp reference old.h5
-    rm -f ./*.part
-    failed=1
-  fi
-  lines=$(grep -c . err.txt)
-  if [ "$lines" != 1 ] || ! grep -qF -- "fault: error: " err.txt || ! grep -qF -- "$text" err.txt; then
-    echo "FAILED: fault $*: expected one line with \"$text\", got:"
-    cat err.txt
-    failed=1
-  fi
+  refuses "$1" -- "$fault" "${@:2}"
+  cmp -s old.h5 reference || { fail "$*: old.h5 was touched"; cp reference old.h5; }
 }
 
 mesh=(-fault_nx 2 -fault_nz 2)
@@ -224,10 +205,10 @@ expect "p_layers.h5 has no group /layers/0" "${rl[@]}" -ts_adapt_rl_policy p_lay
 # An error before or during the run leaves an older output file alone.
 expect "none.h5" "${mesh[@]}" -fault_output old.h5 -fault_stiffness_file none.h5
 "$fault" "${mesh[@]}" -ts_adapt_type heuristic -ts_adapt_dt_min 5 -ts_dt 20 >out.txt 2>err.txt && failed=1
-grep -q -e "-ts_adapt_dt_min" err.txt || { echo "FAILED: -ts_adapt_dt_min is not named"; failed=1; }
-cmp old.h5 reference || { echo "FAILED: old.h5 was touched"; failed=1; }
+grep -q -e "-ts_adapt_dt_min" err.txt || fail "-ts_adapt_dt_min is not named"
+cmp old.h5 reference || fail "old.h5 was touched"
 rm -f old.h5.part # what that run had computed is kept
-[ ! -e x.h5 ] && [ ! -e x.h5.part ] || { echo "FAILED: x.h5 was written"; failed=1; }
+[ ! -e x.h5 ] && [ ! -e x.h5.part ] || fail "x.h5 was written"
 
 # On two ranks as well: the message once, an error code, no hang, nothing written.
 for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/such/directory/x.h5" \
@@ -237,14 +218,8 @@ for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/su
   "-fault_mesh none.h5" "-fault_mesh overlap.h5" "-fault_mesh mesh.h5 -fault_parameters stress_list.h5" \
   "-fault_cache_dir none" "-fault_mesh mesh.h5 -fault_viscosity spectral" "-fault_mesh mesh.h5 -fault_operator fft"; do
   read -r -a args <<<"$option"
-  timeout 100 mpirun --oversubscribe -n 2 "$fault" "${args[@]}" >out.txt 2>err.txt
-  code=$?
-  if [ $code = 0 ] || [ $code = 124 ] || [ "$(grep -c "fault: error: " err.txt)" != 1 ] || ! cmp -s old.h5 reference ||
-    ls ./*.part >/dev/null 2>&1; then
-    echo "FAILED: fault $option on two ranks: exit code $code"
-    cat err.txt
-    failed=1
-  fi
+  refuses "fault: error: " -- mpirun --oversubscribe -n 2 "$fault" "${args[@]}"
+  cmp -s old.h5 reference || fail "$option on two ranks: old.h5 was touched"
 done
 
 # More ranks than elements: either the run of one rank, or one clear error.
@@ -256,29 +231,21 @@ for storage in "-fault_operator auto" "-fault_operator fft" "-fault_operator hma
   if [ $code = 0 ]; then
     paste <(grep "final mean slip" one.txt) <(grep "final mean slip" out.txt) |
       awk '{d = $4 - $9; exit !($4 > 0 && (d < 0 ? -d : d) <= 1e-9 * $4)}' ||
-      { echo "FAILED: $storage on 4 ranks for 2 elements: another slip"; failed=1; }
+      fail "$storage on 4 ranks for 2 elements: another slip"
   elif [ $code = 124 ] || [ "$(grep -c "fault: error: 4 processes for 2 elements" err.txt)" != 1 ]; then
-    echo "FAILED: $storage on 4 ranks for 2 elements: exit code $code"
-    cat err.txt
-    failed=1
+    fail "$storage on 4 ranks for 2 elements: exit code $code, $(cat err.txt)"
   fi
 done
 
 # Options that a mesh makes idle are named.
 "$fault" -fault_mesh mesh.h5 -fault_nx 3 -ts_max_time 0.1 >out.txt 2>err.txt || failed=1
 grep -q "fault: warning: -fault_nx does nothing: the cells of -fault_mesh mesh.h5 count" err.txt ||
-  { echo "FAILED: -fault_nx beside -fault_mesh"; failed=1; }
+  fail "-fault_nx beside -fault_mesh"
 
 # More ranks than cells.
-timeout 100 mpirun --oversubscribe -n 5 "$fault" -fault_mesh mesh.h5 >out.txt 2>err.txt
-code=$?
-if [ $code = 0 ] || [ $code = 124 ] || [ "$(grep -c "fault: error: 5 processes for 4 cells" err.txt)" != 1 ]; then
-  echo "FAILED: fault with 4 cells on five ranks: exit code $code"
-  cat err.txt
-  failed=1
-fi
+refuses "fault: error: 5 processes for 4 cells" -- mpirun --oversubscribe -n 5 "$fault" -fault_mesh mesh.h5
 
 # A mistyped option is named.
 "$fault" -fault_nx 1 -fault_nz 1 -ts_max_time 0.1 -fault_lenght_x 5 >out.txt 2>err.txt || failed=1
-grep -q "nothing has read the option -fault_lenght_x" err.txt || { echo "FAILED: mistyped option"; failed=1; }
+grep -q "nothing has read the option -fault_lenght_x" err.txt || fail "mistyped option"
 exit $failed

@@ -2,9 +2,7 @@
 # The linear solver of the stages belongs to the user: other Krylov methods and preconditioners from the options database find
 # the same run. Constant steps, one of them (6 s, 7 T*) long enough for indefinite Jacobians, and no direct solves.
 set -uo pipefail
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 fault=("$SLIPSTEP_BUILD/bin/fault" -fault_nx 20 -fault_nz 20 -ts_adapt_type none -ts_bathe_error none -snes_slip_direct_max 0)
 solvers=("-ksp_type cg" "-ksp_type minres" "-pc_type jacobi" "-pc_type none" "-ksp_type minres -pc_type jacobi"
   "-ksp_type minres -pc_type none" "-ksp_type gmres")

@@ -2,12 +2,9 @@
 # -log_view has the stages and events of a run with counts that agree with what the run did; -fault_view tells of the operators,
 # their memory and the cache.
 set -uo pipefail
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 fault=$SLIPSTEP_BUILD/bin/fault
 policy=(-ts_adapt_type rl -ts_adapt_rl_policy "$SLIPSTEP_SOURCE/training/policies/fault.h5")
-failed=0
 run() { "$@" >log 2>&1 || { cat log; exit 1; }; }
 
 run "$fault" -fault_nx 20 -fault_nz 20 "${policy[@]}" -fault_output fft.h5 -log_view :fft.log

@@ -2,9 +2,7 @@
 # The 3 km fault of 25 x 25 elements: error of the heuristic run, cost and success of its stages, and the same results on 1, 2 and
 # 4 ranks under the heuristic and under the shipped policy.
 set -uo pipefail
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 fault=(mpirun --oversubscribe -n)
 mesh=("$SLIPSTEP_BUILD/bin/fault" -fault_nx 25 -fault_nz 25)
 policy=(-ts_adapt_type rl -ts_adapt_rl_policy "$SLIPSTEP_SOURCE/training/policies/fault.h5")

@@ -2,9 +2,7 @@
 # The library as a plugin: a PETSc program that knows nothing of SlipStep runs -ts_type bathe -ts_adapt_type rl.
 set -euo pipefail
 build=${SLIPSTEP_BUILD:?} source=${SLIPSTEP_SOURCE:?} python=${SLIPSTEP_PYTHON:-python3}
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work"
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 
 # PETSc as CMake found it
 petsc=$(sed -n 's/^PETSC_LIBDIR:INTERNAL=//p' "$build/CMakeCache.txt" | head -n 1)

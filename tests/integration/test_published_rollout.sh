@@ -9,8 +9,7 @@ if [ ! -f "$published/rollout_single_element_alpha1.json" ]; then
   echo "skipped: the published rollout is not here (../shared/published, or SLIPSTEP_PUBLISHED)"
   exit 77
 fi
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 
 "$python" "$source/training/import_sb3.py" "$published/tqc_alpha1_single_element.zip" "$work/imported.h5"
 run=("$build/bin/fault" -fault_nx 1 -fault_nz 1 -fault_stiffness_scaling mean_slip -ts_bathe_reaction implicit

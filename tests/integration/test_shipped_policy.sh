@@ -7,7 +7,7 @@
 set -uo pipefail
 fault=$SLIPSTEP_BUILD/bin/fault
 policy=$SLIPSTEP_SOURCE/training/policies/fault.h5
-failed=0
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 
 number() { sed -n "s/^$1: *\([-+0-9.e]*\).*/\1/p" <<<"$2"; }
 
@@ -22,9 +22,9 @@ for case in "3000 30 25" "5000 50 25" "3000 30 50"; do
     rejected=$(number "rejected steps" "$run") solves=$(number "Bathe solves" "$run")
     error=$(awk "BEGIN{print $(number "final mean slip" "$run") / $(number "final mean slip" "$fine") - 1}")
     echo "$length m, $n x $n, dial $accuracy: $solves solves, $rejected rejected, final mean slip off by $error"
-    [ "$solves" -le "$most" ] && [ "$rejected" -le 2 ] || { echo "FAILED: too many steps"; failed=1; }
-    [ "$solves" -gt "$last" ] || { echo "FAILED: the dial does not buy accuracy for solves"; failed=1; }
-    awk "BEGIN{exit !($error < $accuracy && $error > -$accuracy)}" || { echo "FAILED: not within the dial"; failed=1; }
+    [ "$solves" -le "$most" ] && [ "$rejected" -le 2 ] || fail "too many steps"
+    [ "$solves" -gt "$last" ] || fail "the dial does not buy accuracy for solves"
+    awk "BEGIN{exit !($error < $accuracy && $error > -$accuracy)}" || fail "not within the dial"
     last=$solves
   done
 done

@@ -4,13 +4,11 @@
 # mode and circuit: errors below the study's published ones, 2.9e-4 and 19.6 %, with no more solves than 0.44 and 0.1 of those of pi,
 # the study's ratios of runtimes; pi needs an error estimate and gets it from step doubling, as in the study, these policies need none.
 set -uo pipefail
-bin=$SLIPSTEP_BUILD/bin
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 policies=$SLIPSTEP_SOURCE/training/policies/study
-failed=0
 
 number() { sed -n "s/^$1: *\([-+0-9.e]*\).*/\1/p" <<<"$2"; }
 holds() { awk "BEGIN{exit !($1)}"; }
-fail() { echo "FAILED: $*"; failed=1; }
 
 mesh=(-fault_nx 25 -fault_nz 25)
 fine=$("$bin/fault" "${mesh[@]}" -ts_adapt_type none -ts_bathe_error none -ts_dt 0.05) || exit 1

@@ -1,59 +1,44 @@
 #!/usr/bin/env bash
 # The train program: messages of bad input, two policies side by side, the same bits for the same seed, the policy in a run.
 set -uo pipefail
-bin=$SLIPSTEP_BUILD/bin
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-failed=0
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 
-fail() { echo "FAILED: $*"; failed=1; }
-# Expects a failing run whose message holds each of the given words, and no policy left behind.
-refuses() { # words -- options
-  local words=()
-  while [ "$1" != -- ]; do words+=("$1"); shift; done
-  shift
-  if timeout 60 "$bin/train" -train_steps 10 -train_output refused.h5 "$@" >out.txt 2>&1; then fail "accepted: $*"; fi
-  for word in "${words[@]}"; do grep -qF -e "$word" out.txt || fail "no \"$word\" in the message for $*: $(cat out.txt)"; done
-  [ "$(grep -c error: out.txt)" = 1 ] || fail "not one message for $*: $(cat out.txt)"
-  [ ! -e refused.h5 ] || fail "a policy was written for $*"
-}
-
-refuses -train_problem pendulum fault sliding_mode circuit -- -train_problem pendulum
-refuses -train_algorithm dqn tqc td3 -- -train_algorithm dqn
-refuses -train_reward nonsense published accuracy -- -train_reward nonsense
-refuses "needs a problem with an accuracy dial" -- -train_reward dial
-refuses "add -train_random" -- -train_problem fault_dial -train_reward dial
-refuses -train_cost days iterations wall -- -train_cost days
-refuses -train_steps -- -train_steps 0
-refuses "-train_drop_quantiles is 25, expected a number >= 0 and <= 24" -- -train_drop_quantiles 25
-refuses "-train_network is 0, expected a number > 0" -- -train_network 64,0
-refuses -train_noise gsde gaussian -- -train_noise white
-refuses "-train_noise gsde needs -train_algorithm tqc" -- -train_algorithm td3 -train_noise gsde
-refuses "-train_policy_delay is 0" -- -train_policy_delay 0
-refuses "-train_hidden is 0, expected a number > 0" -- -train_hidden 0
-refuses "-train_batch is -1, expected a number > 0" -- -train_batch -1
-refuses "-train_alpha is nan, expected a number >= 0" -- -train_alpha nan
-refuses "-train_learning_rate is nan, expected a number > 0" -- -train_learning_rate nan
-refuses "-train_discount is 2, expected a number >= 0 and <= 1" -- -train_discount 2
-refuses "-train_buffer is nan, expected a number >= 1" -- -train_buffer nan
-refuses "(-train_steps)" -- -train_steps many
-refuses "-ts_max_time is 0, expected a number > 0 s" -- -ts_max_time 0
-refuses "-train_dt_min is 4.33013 s and -train_dt_max 1 s" -- -train_dt_min 5 -train_dt_max 1
-refuses "-fault_nx is 0, expected a whole number >= 1" -- -fault_nx 0
+train=("$bin/train" -train_steps 10 -train_output refused.h5)
+refuses -train_problem pendulum fault sliding_mode circuit -- "${train[@]}" -train_problem pendulum
+refuses -train_algorithm dqn tqc td3 -- "${train[@]}" -train_algorithm dqn
+refuses -train_reward nonsense published accuracy -- "${train[@]}" -train_reward nonsense
+refuses "needs a problem with an accuracy dial" -- "${train[@]}" -train_reward dial
+refuses "add -train_random" -- "${train[@]}" -train_problem fault_dial -train_reward dial
+refuses -train_cost days iterations wall -- "${train[@]}" -train_cost days
+refuses -train_steps -- "${train[@]}" -train_steps 0
+refuses "-train_drop_quantiles is 25, expected a number >= 0 and <= 24" -- "${train[@]}" -train_drop_quantiles 25
+refuses "-train_network is 0, expected a number > 0" -- "${train[@]}" -train_network 64,0
+refuses -train_noise gsde gaussian -- "${train[@]}" -train_noise white
+refuses "-train_noise gsde needs -train_algorithm tqc" -- "${train[@]}" -train_algorithm td3 -train_noise gsde
+refuses "-train_policy_delay is 0" -- "${train[@]}" -train_policy_delay 0
+refuses "-train_hidden is 0, expected a number > 0" -- "${train[@]}" -train_hidden 0
+refuses "-train_batch is -1, expected a number > 0" -- "${train[@]}" -train_batch -1
+refuses "-train_alpha is nan, expected a number >= 0" -- "${train[@]}" -train_alpha nan
+refuses "-train_learning_rate is nan, expected a number > 0" -- "${train[@]}" -train_learning_rate nan
+refuses "-train_discount is 2, expected a number >= 0 and <= 1" -- "${train[@]}" -train_discount 2
+refuses "-train_buffer is nan, expected a number >= 1" -- "${train[@]}" -train_buffer nan
+refuses "(-train_steps)" -- "${train[@]}" -train_steps many
+refuses "-ts_max_time is 0, expected a number > 0 s" -- "${train[@]}" -ts_max_time 0
+refuses "-train_dt_min is 4.33013 s and -train_dt_max 1 s" -- "${train[@]}" -train_dt_min 5 -train_dt_max 1
+refuses "-fault_nx is 0, expected a whole number >= 1" -- "${train[@]}" -fault_nx 0
 # files that could not be written at the end of the training are refused at its start
-refuses "cannot create no/such/p.h5.part" "(-train_output)" -- -train_output no/such/p.h5
-refuses "it is a directory" "(-train_checkpoint)" -- -train_checkpoint .
-refuses "cannot create no/such/l.h5.part" "(-train_log)" -- -train_log no/such/l.h5
-refuses "nonsense" -- -train_log log.h5 -train_observations nonsense
+refuses "cannot create no/such/p.h5.part" "(-train_output)" -- "${train[@]}" -train_output no/such/p.h5
+refuses "it is a directory" "(-train_checkpoint)" -- "${train[@]}" -train_checkpoint .
+refuses "cannot create no/such/l.h5.part" "(-train_log)" -- "${train[@]}" -train_log no/such/l.h5
+refuses "nonsense" -- "${train[@]}" -train_log log.h5 -train_observations nonsense
 [ -z "$(ls ./*.part 2>/dev/null)" ] || fail "left behind: $(ls ./*.part)"
 "$bin/train" -train_steps 10 -train_progress 0 -train_stepz 5 >out.txt 2>&1 || fail "a mistyped option stops it"
 grep -q "train: warning: nothing has read the option -train_stepz" out.txt || fail "no warning of a mistyped option"
-refuses missing.h5 -- -train_resume missing.h5
-refuses "-train_transfer needs -train_resume" -- -train_transfer
-refuses nonsense energy -- -train_observations energy,nonsense
+refuses missing.h5 -- "${train[@]}" -train_resume missing.h5
+refuses "-train_transfer needs -train_resume" -- "${train[@]}" -train_transfer
+refuses nonsense energy -- "${train[@]}" -train_observations energy,nonsense
 echo "not HDF5" >text.h5
-refuses text.h5 -- -train_resume text.h5
+refuses text.h5 -- "${train[@]}" -train_resume text.h5
 
 short="-train_steps 300 -train_batch 32 -train_progress 0"
 # four trainings on two ranks; one of them, under another name, is what one process trains
@@ -73,9 +58,9 @@ grep -q "train: error: alpha 1 seed 4: .*c_alpha1_seed4.h5" error.txt || fail "n
 for name in alpha2_seed4 alpha1_seed5 alpha2_seed5; do [ -s r_$name.h5 ] || fail "no r_$name.h5"; done
 [ ! -e r_alpha1_seed4.h5 ] || fail "a policy of the failed training"
 [ -z "$(ls ./*.part 2>/dev/null)" ] || fail "left behind: $(ls ./*.part)"
-refuses -train_resume "other networks" -- -train_resume d.h5 -train_hidden 32
-refuses -train_resume "trained with -train_algorithm tqc, expected td3" -- -train_resume d.h5 -train_algorithm td3
-refuses -train_resume checkpoint -- -train_resume q.h5
+refuses -train_resume "other networks" -- "${train[@]}" -train_resume d.h5 -train_hidden 32
+refuses -train_resume "trained with -train_algorithm tqc, expected td3" -- "${train[@]}" -train_resume d.h5 -train_algorithm td3
+refuses -train_resume checkpoint -- "${train[@]}" -train_resume q.h5
 "$SLIPSTEP_PYTHON" - <<'EOF' || fail "the sweep and a single run differ, or the learning curve is wrong"
 import h5py, numpy as np
 a, b = h5py.File("c_alpha2_seed5.h5"), h5py.File("d.h5")
@@ -93,4 +78,5 @@ for option in -train_problem -train_algorithm -train_alpha -train_steps -train_s
   -train_reward -train_cost -train_rtol -train_atol -train_random -train_log -fault_length_x; do
   grep -qe "$option" help.txt || fail "$option is not in -help"
 done
+[ ! -e refused.h5 ] || fail "a policy of a training that was refused"
 exit $failed

@@ -4,17 +4,12 @@ The synthetic run is a slip pulse with a known integral, on 6 x 4 elements, with
 """
 
 import os
-import subprocess
-import sys
-import tempfile
 import unittest
 
 import h5py
 import numpy as np
 
-SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-OUTPUT = os.path.join(SOURCE, "output")
-sys.path.insert(0, OUTPUT)
+from scripts import ScriptTest
 from compare import slip_error, table
 from slipstep_output import OutputError, Run
 
@@ -62,17 +57,7 @@ def write_run(path, steps, slip_scale=1.0, rejected=(3, 7), nx=NX, end=END, skip
     return path
 
 
-class OutputTest(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.folder.name, name)
-
-    def script(self, name, *arguments):
-        return subprocess.run([sys.executable, os.path.join(OUTPUT, name), *arguments], capture_output=True, text=True)
-
+class OutputTest(ScriptTest):
     def test_reads_what_was_written(self):
         run = Run(write_run(self.path("a.h5"), 40))
         self.assertEqual(len(run.series["time"]), 40)

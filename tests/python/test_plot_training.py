@@ -1,17 +1,11 @@
 """The learning-curve figure of output/, on synthetic logs with the layout of train -train_log."""
 
-import os
-import subprocess
-import sys
-import tempfile
 import unittest
 
 import h5py
 import numpy as np
 
-SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-OUTPUT = os.path.join(SOURCE, "output")
-sys.path.insert(0, OUTPUT)
+from scripts import ScriptTest
 from plot_training import Log, groups, read_logs, running_mean
 from slipstep_output import OutputError
 
@@ -30,17 +24,7 @@ def write_log(path, alpha=2.0, seed=1, algorithm="tqc", problem="fault", evaluat
     return path
 
 
-class PlotTraining(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.folder.name, name)
-
-    def script(self, *arguments):
-        return subprocess.run([sys.executable, os.path.join(OUTPUT, "plot_training.py"), *arguments], capture_output=True, text=True)
-
+class PlotTraining(ScriptTest):
     def test_seeds_share_a_group(self):
         paths = [write_log(self.path(f"{a}{s}{g}.h5"), alpha=a, seed=s, algorithm=g)
                  for a, s, g in ((8.0, 1, "tqc"), (2.0, 1, "td3"), (2.0, 2, "tqc"), (2.0, 1, "tqc"))]
@@ -53,7 +37,7 @@ class PlotTraining(unittest.TestCase):
 
     def test_figure(self):
         logs = [write_log(self.path("a.h5")), write_log(self.path("b.h5"), seed=2), write_log(self.path("c.h5"), evaluations=0)]
-        done = self.script(*logs, "--figure", self.path("curves.png"))
+        done = self.script("plot_training.py", *logs, "--figure", self.path("curves.png"))
         self.assertEqual(done.returncode, 0, done.stderr)
         with open(self.path("curves.png"), "rb") as file:
             self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
@@ -65,7 +49,7 @@ class PlotTraining(unittest.TestCase):
         pair = [write_log(self.path("fault.h5")), write_log(self.path("circuit.h5"), problem="circuit")]
         with self.assertRaisesRegex(OutputError, "circuit.h5 is of problem circuit"):
             read_logs(pair)
-        done = self.script(self.path("none.h5"))
+        done = self.script("plot_training.py", self.path("none.h5"))
         self.assertEqual(done.returncode, 1)
         self.assertIn("plot_training.py", done.stderr)
         self.assertIn("none.h5", done.stderr)

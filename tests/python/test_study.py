@@ -10,9 +10,7 @@ import unittest
 import h5py
 import numpy as np
 
-SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-OUTPUT = os.path.join(SOURCE, "output")
-sys.path.insert(0, OUTPUT)
+from scripts import OUTPUT, ScriptTest
 from plot_study import shown_policies, transfers
 from results_table import advantage, contents, equal_accuracy, fill, number, processor_time, published
 from slipstep_output import OutputError, Run
@@ -66,17 +64,7 @@ def write_study(path):
     return path
 
 
-class StudyTest(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.folder.name, name)
-
-    def script(self, name, *arguments):
-        return subprocess.run([sys.executable, os.path.join(OUTPUT, name), *arguments], capture_output=True, text=True)
-
+class StudyTest(ScriptTest):
     def test_reads_cells_and_references(self):
         study = Study(write_study(self.path("s.h5")))
         cell = study.one(policy="p_alpha_2", error="embedded")
@@ -200,7 +188,7 @@ class StudyTest(unittest.TestCase):
         self.assertIn("unknown figure nonsense", done.stderr)
 
 
-class SmallRunTest(unittest.TestCase):
+class SmallRunTest(ScriptTest):
     """Run reads the files of the small models too."""
 
     def test_columns_of_another_model(self):

@@ -1,0 +1,25 @@
+# Sourced first by the tests of this folder: a working folder that goes with the test, and words for what must not happen.
+bin=$SLIPSTEP_BUILD/bin
+work=$(cd "$(mktemp -d)" && pwd -P)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+failed=0 # the test's exit code
+
+fail() {
+  echo "FAILED: $*"
+  failed=1
+}
+
+# Expects a command that fails by itself with one line on stderr (beside mpirun's own), an error that holds each of the words, and
+# leaves no .part.
+refuses() { # word... -- command
+  local words=() code=0 lines=.
+  while [ "$1" != -- ]; do words+=("$1"); shift; done
+  shift
+  timeout 100 "$@" >out.txt 2>err.txt || code=$?
+  [ $code != 0 ] && [ $code != 124 ] || fail "exit code $code of $*"
+  for word in "error: " "${words[@]}"; do grep -qF -e "$word" err.txt || fail "no \"$word\" in the message of $*: $(cat err.txt)"; done
+  [ "$1" != mpirun ] || lines="error: "
+  [ "$(grep -c "$lines" err.txt)" = 1 ] || fail "not one line from $*: $(cat err.txt)"
+  [ -z "$(ls ./*.part 2>/dev/null)" ] || { fail "left by $*: $(ls ./*.part)"; rm -f ./*.part; }
+}
