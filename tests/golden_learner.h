@@ -58,6 +58,21 @@ static void FillLayers(const DenseShape *s, PetscInt net, uint32_t tensor, doubl
   }
 }
 
+/* What both learners' options have in common. */
+static LearnerOptions GoldenOptions(PetscInt critics)
+{
+  return (LearnerOptions){.obs = OBS,
+                          .act = 1,
+                          .actor_layers = 2,
+                          .actor = {WIDTH, WIDTH},
+                          .critic_layers = 3,
+                          .critic = {WIDTH, WIDTH, WIDTH},
+                          .critics = critics,
+                          .batch = BATCH,
+                          .gamma = 0.99,
+                          .tau = 0.005};
+}
+
 static Batch GoldenBatch(void)
 {
   static Scalar obs[OBS * BATCH], next[OBS * BATCH], act[BATCH], rew[BATCH], done[BATCH];

@@ -1,6 +1,6 @@
 /* Checkpoints: networks, optimisers, buffer, random numbers and counters, so that training goes on bit by bit. */
 #include "trainer.h"
-#include <slipstep/private/sliph5.h>
+#include "files.h"
 #include <slipstep/private/slipcompat.h>
 
 #define CHECKPOINT_FORMAT "slipstep-training"
@@ -51,26 +51,13 @@ static PetscErrorCode WriteRandom(SlipH5 *h, const char path[], const Random *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadFixed(SlipH5 *h, const char path[], PetscInt n, PetscReal **data)
-{
-  PetscInt dims[1];
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5ReadReal(h, path, 1, dims, data));
-  PetscCheck(dims[0] == n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "-train_resume %s: %s has %" PetscInt_FMT " entries, expected %" PetscInt_FMT
-             ": it belongs to other networks or observations",
-             h->name, path, dims[0], n);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ReadRandom(SlipH5 *h, const char path[], Random *r)
 {
   PetscReal *chunk;
   uint64_t word[RANDOM_WORDS] = {0};
 
   PetscFunctionBegin;
-  PetscCall(ReadFixed(h, path, RANDOM_WORDS * CHUNKS, &chunk));
+  PetscCall(CheckpointReadFixed(h, path, RANDOM_WORDS * CHUNKS, &chunk));
   for (PetscInt i = 0; i < RANDOM_WORDS * CHUNKS; ++i) word[i / CHUNKS] |= (uint64_t)chunk[i] << (16 * (i % CHUNKS));
   memcpy(r, word, sizeof(word));
   PetscCall(PetscFree(chunk));
@@ -114,29 +101,18 @@ PetscErrorCode CheckpointWrite(Trainer *t, const char file[])
 
 static PetscErrorCode CheckFormat(Trainer *t, SlipH5 *h)
 {
-  char format[64] = "", algorithm[64] = "tqc", **names; /* the first checkpoints had no algorithm */
-  PetscBool has, same = PETSC_TRUE;
-  PetscInt n;
+  char algorithm[64] = "tqc"; /* the first checkpoints had no algorithm */
+  PetscBool has, same;
 
   PetscFunctionBegin;
-  PetscCall(SlipH5HasAttribute(h, "/", "format", &has));
-  if (has) PetscCall(SlipH5ReadAttrString(h, "/", "format", format, sizeof(format)));
-  PetscCall(PetscStrcmp(format, CHECKPOINT_FORMAT, &same));
-  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "-train_resume %s is no checkpoint (attribute format is \"%s\"); expected a file of -train_checkpoint",
-             h->name, format);
+  PetscCall(CheckpointCheckFormat(h, CHECKPOINT_FORMAT, ""));
   PetscCall(SlipH5HasAttribute(h, "/", "algorithm", &has));
   if (has) PetscCall(SlipH5ReadAttrString(h, "/", "algorithm", algorithm, sizeof(algorithm)));
   PetscCall(PetscStrcmp(algorithm, t->agent.o.learner->name, &same));
   PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "-train_resume %s was trained with -train_algorithm %s, expected %s", h->name, algorithm,
              t->agent.o.learner->name);
-  PetscCall(SlipH5ReadStrings(h, "/observations", &n, &names));
-  same = n == t->o.env.nobs ? PETSC_TRUE : PETSC_FALSE;
-  for (PetscInt i = 0; same && i < n; ++i) PetscCall(PetscStrcmp(names[i], t->o.env.names[i], &same));
-  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "-train_resume %s was trained on other observations than -train_observations names", h->name);
-  PetscCall(SlipH5FreeStrings(n, &names));
+  PetscCall(CheckpointCheckObservations(h, t->o.env.nobs, t->o.env.names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -145,7 +121,7 @@ static PetscErrorCode ReadFloats(SlipH5 *h, const char path[], PetscInt n, Scala
   PetscReal *data;
 
   PetscFunctionBegin;
-  PetscCall(ReadFixed(h, path, n, &data));
+  PetscCall(CheckpointReadFixed(h, path, n, &data));
   for (PetscInt i = 0; i < n; ++i) out[i] = (Scalar)data[i];
   PetscCall(PetscFree(data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -189,10 +165,10 @@ PetscErrorCode CheckpointRead(Trainer *t, const char file[])
   n = t->agent.o.learner->arrays(t->agent.learner, a);
   for (PetscInt i = 0; i < n; ++i) PetscCall(ReadFloats(&h, a[i].path, (PetscInt)a[i].n, a[i].data));
   PetscCall(ReadFloats(&h, "/best/parameters", (PetscInt)t->nactor, t->best_actor));
-  PetscCall(ReadFixed(&h, "/counters", NUMBER_COUNT, &x));
+  PetscCall(CheckpointReadFixed(&h, "/counters", NUMBER_COUNT, &x));
   ListNumbers(t, x, PETSC_FALSE);
   PetscCall(PetscFree(x));
-  PetscCall(ReadFixed(&h, "/range", 2 * ENV_MAX_OBS, &x));
+  PetscCall(CheckpointReadFixed(&h, "/range", 2 * ENV_MAX_OBS, &x));
   PetscCall(PetscArraycpy(t->env.obs_min, x, ENV_MAX_OBS));
   PetscCall(PetscArraycpy(t->env.obs_max, x + ENV_MAX_OBS, ENV_MAX_OBS));
   PetscCall(PetscFree(x));

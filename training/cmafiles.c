@@ -1,21 +1,11 @@
 /* Files of training by CMA-ES: policy, checkpoint, learning curve. The first rank writes. */
 #include "cmatrain.h"
+#include "files.h"
 #include <slipstep/private/sliperror.h>
-#include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
 #include <petsctime.h>
 
 #define CHECKPOINT_FORMAT "slipstep-cmaes"
-
-static PetscErrorCode SetNumber(SlipPolicy p, const char name[], const char format[], double value)
-{
-  char text[64];
-
-  PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(text, sizeof(text), format, value));
-  PetscCall(SlipPolicySetAttribute(p, name, text));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 static PetscErrorCode Store(CMATrainer *t)
 {
@@ -26,10 +16,10 @@ static PetscErrorCode Store(CMATrainer *t)
   PetscCall(SlipPolicySetRange(p, t->obs_min, t->obs_max));
   PetscCall(SlipPolicySetAttribute(p, "algorithm", "cmaes"));
   PetscCall(SlipPolicySetAttribute(p, "problem", t->o.problem ? t->o.problem->name : "fault"));
-  PetscCall(SetNumber(p, "generations", "%.0f", (double)t->best_generation));
-  PetscCall(SetNumber(p, "training_runs", "%.0f", (double)t->evaluations));
-  PetscCall(SetNumber(p, "validation_cost", "%.5f", (double)t->score.cost));
-  PetscCall(SetNumber(p, "seed", "%.0f", (double)t->o.seed));
+  PetscCall(PolicySetNumber(p, "generations", "%.0f", (double)t->best_generation));
+  PetscCall(PolicySetNumber(p, "training_runs", "%.0f", (double)t->evaluations));
+  PetscCall(PolicySetNumber(p, "validation_cost", "%.5f", (double)t->score.cost));
+  PetscCall(PolicySetNumber(p, "seed", "%.0f", (double)t->o.seed));
   PetscCall(SlipPolicyStore(p, t->o.output));
   PetscCall(SlipPolicyDestroy(&p));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -117,41 +107,14 @@ PetscErrorCode CMACheckpointWrite(CMATrainer *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadFixed(SlipH5 *h, const char path[], PetscInt n, double out[])
+static PetscErrorCode ReadArray(SlipH5 *h, const char path[], PetscInt n, double out[])
 {
   PetscReal *data;
-  PetscInt dims[1];
 
   PetscFunctionBegin;
-  PetscCall(SlipH5ReadReal(h, path, 1, dims, &data));
-  PetscCheck(dims[0] == n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "-train_resume %s: %s has %" PetscInt_FMT " entries, expected %" PetscInt_FMT
-             ": it belongs to another network or other observations",
-             h->name, path, dims[0], n);
+  PetscCall(CheckpointReadFixed(h, path, n, &data));
   for (PetscInt i = 0; i < n; ++i) out[i] = (double)data[i];
   PetscCall(PetscFree(data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CheckFormat(CMATrainer *t, SlipH5 *h)
-{
-  char format[64] = "", **names;
-  PetscBool has, same;
-  PetscInt n;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5HasAttribute(h, "/", "format", &has));
-  if (has) PetscCall(SlipH5ReadAttrString(h, "/", "format", format, sizeof(format)));
-  PetscCall(PetscStrcmp(format, CHECKPOINT_FORMAT, &same));
-  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "-train_resume %s is no checkpoint of -train_algorithm cmaes (attribute format is \"%s\")", h->name,
-             format);
-  PetscCall(SlipH5ReadStrings(h, "/observations", &n, &names));
-  same = n == t->o.nobs ? PETSC_TRUE : PETSC_FALSE;
-  for (PetscInt i = 0; same && i < n; ++i) PetscCall(PetscStrcmp(names[i], t->o.names[i], &same));
-  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "-train_resume %s was trained on other observations than -train_observations names", h->name);
-  PetscCall(SlipH5FreeStrings(n, &names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -164,10 +127,11 @@ PetscErrorCode CMACheckpointRead(CMATrainer *t)
   PetscFunctionBegin;
   PetscCall(SlipErrorSource("-train_resume"));
   PetscCall(SlipH5OpenRead(t->o.resume, &h));
-  PetscCall(CheckFormat(t, &h));
+  PetscCall(CheckpointCheckFormat(&h, CHECKPOINT_FORMAT, " of -train_algorithm cmaes"));
+  PetscCall(CheckpointCheckObservations(&h, t->o.nobs, t->o.names));
   ListArrays(t, a);
-  for (PetscInt i = 0; i < ARRAYS; ++i) PetscCall(ReadFixed(&h, a[i].path, a[i].n, a[i].data));
-  PetscCall(ReadFixed(&h, "/counters", NUMBERS, x));
+  for (PetscInt i = 0; i < ARRAYS; ++i) PetscCall(ReadArray(&h, a[i].path, a[i].n, a[i].data));
+  PetscCall(ReadArray(&h, "/counters", NUMBERS, x));
   GiveNumbers(t, x);
   PetscCall(SlipH5Close(&h));
   PetscCall(SlipErrorSource(NULL));

@@ -1,5 +1,6 @@
 /* The actor as a policy file of the library. */
 #include "trainer.h"
+#include "files.h"
 #include <slipstep/private/slipcompat.h>
 
 static PetscErrorCode AddLayer(SlipPolicy p, PetscInt in, PetscInt out, const Scalar w[], const Scalar b[],
@@ -16,16 +17,6 @@ static PetscErrorCode AddLayer(SlipPolicy p, PetscInt in, PetscInt out, const Sc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetNumber(SlipPolicy p, const char name[], const char format[], double value)
-{
-  char text[64];
-
-  PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(text, sizeof(text), format, value));
-  PetscCall(SlipPolicySetAttribute(p, name, text));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode SetAttributes(Trainer *t, SlipPolicy p)
 {
   const Problem *problem = t->o.env.problem;
@@ -34,9 +25,9 @@ static PetscErrorCode SetAttributes(Trainer *t, SlipPolicy p)
   PetscCall(SlipPolicySetAttribute(p, "algorithm", t->o.algorithm->name));
   PetscCall(SlipPolicySetAttribute(p, "problem", problem->policy_problem ? problem->policy_problem : problem->name));
   PetscCall(SlipPolicySetAttribute(p, "reward", t->o.env.reward->name));
-  PetscCall(SetNumber(p, "alpha", "%g", (double)t->o.env.alpha));
-  PetscCall(SetNumber(p, "training_steps", "%.0f", (double)t->best_steps));
-  PetscCall(SetNumber(p, "seed", "%.0f", (double)t->o.seed));
+  PetscCall(PolicySetNumber(p, "alpha", "%g", (double)t->o.env.alpha));
+  PetscCall(PolicySetNumber(p, "training_steps", "%.0f", (double)t->best_steps));
+  PetscCall(PolicySetNumber(p, "seed", "%.0f", (double)t->o.seed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,4 +1,4 @@
-/* What all controllers ask of a TS: the error estimate of the step, and whether a step is still allowed. */
+/* What controllers share: the error estimate of the step, whether a step is still allowed, and the step after a failure. */
 #include <slipstep/private/slipadaptimpl.h>
 
 /*
@@ -37,5 +37,33 @@ PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const ch
   PetscCheck(h >= adapt->dt_min, PetscObjectComm((PetscObject)adapt), PETSC_ERR_CONV_FAILED,
              "At time %g s %s asks for a step of %g s, below -ts_adapt_dt_min %g s (-ts_adapt_type %s)",
              (double)ts->ptime, why, (double)h, (double)adapt->dt_min, ((PetscObject)adapt)->type_name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipAdaptFailureOption(TSAdapt adapt, SlipOptionItems PetscOptionsObject, const char option[])
+{
+  PetscReal *factor = (PetscReal *)adapt->data;
+
+  PetscFunctionBegin;
+  PetscCall(
+    PetscOptionsReal(option, "Factor on the step when a solve did not converge, in (0, 1)", "", *factor, factor, NULL));
+  PetscCheck(*factor > 0 && *factor < 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+             "%s is %g; expected a number in (0, 1)", option, (double)*factor);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipAdaptAfterFailure(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
+{
+  PetscFunctionBegin;
+  *h_next = *(const PetscReal *)adapt->data * h_failed;
+  PetscCall(SlipAdaptCheckMinimum(adapt, ts, *h_next, "a solve that did not converge"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipAdaptDestroyData(TSAdapt adapt)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", NULL));
+  PetscCall(PetscFree(adapt->data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,8 +2,8 @@
 #include <slipstep/private/slipadaptimpl.h>
 
 typedef struct {
+  PetscReal failure; /* factor on the step when a solve did not converge; first, for SlipAdaptAfterFailure() */
   PetscReal growth;  /* c_up, largest ratio of successive steps */
-  PetscReal failure; /* factor on the step when a solve did not converge */
   PetscBool again;   /* the attempt before was rejected too */
 } TSAdapt_Heuristic;
 
@@ -36,16 +36,6 @@ static PetscErrorCode TSAdaptChoose_Heuristic(TSAdapt adapt, TS ts, PetscReal h,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSAdaptChooseAfterFailure_Heuristic(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
-{
-  const TSAdapt_Heuristic *ctx = (const TSAdapt_Heuristic *)adapt->data;
-
-  PetscFunctionBegin;
-  *h_next = ctx->failure * h_failed;
-  PetscCall(SlipAdaptCheckMinimum(adapt, ts, *h_next, "a solve that did not converge"));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
 {
   TSAdapt_Heuristic *ctx = (TSAdapt_Heuristic *)adapt->data;
@@ -54,14 +44,10 @@ static PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionI
   PetscOptionsHeadBegin(PetscOptionsObject, "Heuristic step-size controller options");
   PetscCall(PetscOptionsReal("-ts_adapt_heuristic_growth", "Largest ratio of successive steps, > 1", "", ctx->growth,
                              &ctx->growth, NULL));
-  PetscCall(PetscOptionsReal("-ts_adapt_heuristic_failure_factor",
-                             "Factor on the step when a solve did not converge, in (0, 1)", "", ctx->failure,
-                             &ctx->failure, NULL));
+  PetscCall(SlipAdaptFailureOption(adapt, PetscOptionsObject, "-ts_adapt_heuristic_failure_factor"));
   PetscOptionsHeadEnd();
   PetscCheck(ctx->growth > 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_adapt_heuristic_growth is %g; expected > 1", (double)ctx->growth);
-  PetscCheck(ctx->failure > 0 && ctx->failure < 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
-             "-ts_adapt_heuristic_failure_factor is %g; expected a number in (0, 1)", (double)ctx->failure);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -75,14 +61,6 @@ static PetscErrorCode TSAdaptView_Heuristic(TSAdapt adapt, PetscViewer viewer)
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  growth at most %g, factor after a failed solve %g\n",
                                      (double)ctx->growth, (double)ctx->failure));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSAdaptDestroy_Heuristic(TSAdapt adapt)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", NULL));
-  PetscCall(PetscFree(adapt->data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -118,8 +96,7 @@ PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt)
   adapt->ops->choose = TSAdaptChoose_Heuristic;
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_Heuristic;
   adapt->ops->view = TSAdaptView_Heuristic;
-  adapt->ops->destroy = TSAdaptDestroy_Heuristic;
-  PetscCall(
-    PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", TSAdaptChooseAfterFailure_Heuristic));
+  adapt->ops->destroy = SlipAdaptDestroyData;
+  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", SlipAdaptAfterFailure));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -15,10 +15,10 @@ static const SlipFilter Filters[] = {
 #define DEFAULT_FILTER (NFILTERS - 1)
 
 typedef struct {
+  PetscReal failure; /* factor on the step when a solve did not converge; first, for SlipAdaptAfterFailure() */
   SlipFilter filter;
-  PetscReal r_min;   /* smaller step ratios reject */
-  PetscReal r_max;   /* larger ones are capped */
-  PetscReal failure; /* factor on the step when a solve did not converge */
+  PetscReal r_min; /* smaller step ratios reject */
+  PetscReal r_max; /* larger ones are capped */
   /* history, moved by accepted steps only */
   PetscReal error;  /* E_(n-1); 1 at the start */
   PetscReal h_last; /* last accepted step [s]; 0 at the start */
@@ -66,16 +66,6 @@ static PetscErrorCode TSAdaptChoose_PI(TSAdapt adapt, TS ts, PetscReal h, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSAdaptChooseAfterFailure_PI(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
-{
-  const TSAdapt_PI *ctx = (const TSAdapt_PI *)adapt->data;
-
-  PetscFunctionBegin;
-  *h_next = ctx->failure * h_failed;
-  PetscCall(SlipAdaptCheckMinimum(adapt, ts, *h_next, "a solve that did not converge"));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode CheckParameters(TSAdapt adapt, const TSAdapt_PI *ctx)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)adapt);
@@ -88,8 +78,6 @@ static PetscErrorCode CheckParameters(TSAdapt adapt, const TSAdapt_PI *ctx)
              "-ts_adapt_pi_ratio_min is %g; expected a number in (0, 1)", (double)ctx->r_min);
   PetscCheck(ctx->r_max > 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "-ts_adapt_pi_ratio_max is %g; expected > 1",
              (double)ctx->r_max);
-  PetscCheck(ctx->failure > 0 && ctx->failure < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-ts_adapt_pi_failure_factor is %g; expected a number in (0, 1)", (double)ctx->failure);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,9 +104,7 @@ static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems Pe
                              &ctx->r_min, NULL));
   PetscCall(PetscOptionsReal("-ts_adapt_pi_ratio_max", "Larger step ratios are capped, > 1", "", ctx->r_max,
                              &ctx->r_max, NULL));
-  PetscCall(PetscOptionsReal("-ts_adapt_pi_failure_factor",
-                             "Factor on the step when a solve did not converge, in (0, 1)", "", ctx->failure,
-                             &ctx->failure, NULL));
+  PetscCall(SlipAdaptFailureOption(adapt, PetscOptionsObject, "-ts_adapt_pi_failure_factor"));
   PetscOptionsHeadEnd();
   PetscCall(CheckParameters(adapt, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -136,14 +122,6 @@ static PetscErrorCode TSAdaptView_PI(TSAdapt adapt, PetscViewer viewer)
                                    (double)ctx->filter.g1, (double)ctx->filter.g2, (double)ctx->filter.kappa));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  step ratio: rejects below %g, capped at %g; %g after a failed solve\n",
                                    (double)ctx->r_min, (double)ctx->r_max, (double)ctx->failure));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSAdaptDestroy_PI(TSAdapt adapt)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", NULL));
-  PetscCall(PetscFree(adapt->data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -179,8 +157,7 @@ PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt)
   adapt->ops->choose = TSAdaptChoose_PI;
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_PI;
   adapt->ops->view = TSAdaptView_PI;
-  adapt->ops->destroy = TSAdaptDestroy_PI;
-  PetscCall(
-    PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", TSAdaptChooseAfterFailure_PI));
+  adapt->ops->destroy = SlipAdaptDestroyData;
+  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", SlipAdaptAfterFailure));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

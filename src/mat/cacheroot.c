@@ -17,26 +17,6 @@ typedef struct {
   PetscReal first; /* entry (0, 0) at that time, which shows later scaling */
 } Fingerprint;
 
-/* Entry (0, 0) on every rank. Collective. */
-static PetscErrorCode FirstEntry(Mat K, PetscReal *first)
-{
-  MPI_Comm comm = PetscObjectComm((PetscObject)K);
-  const PetscScalar *d;
-  PetscMPIInt rank;
-  Vec diagonal;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(MatCreateVecs(K, NULL, &diagonal));
-  PetscCall(MatGetDiagonal(K, diagonal));
-  PetscCall(VecGetArrayRead(diagonal, &d));
-  *first = rank ? 0 : PetscRealPart(d[0]);
-  PetscCall(VecRestoreArrayRead(diagonal, &d));
-  PetscCall(VecDestroy(&diagonal));
-  PetscCallMPI(MPI_Bcast(first, 1, MPIU_REAL, 0, comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Sum over the rows of a hash of each with its number and weight, so that it does not matter which rank has which. */
 static PetscErrorCode HashOf(Mat K, uint64_t *hash)
 {
@@ -80,13 +60,14 @@ PetscErrorCode SlipFingerprintCompose(Mat K)
   if (!dense || N < SLIP_CACHE_ROOT_MIN) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&f));
   PetscCall(HashOf(K, &f->hash));
-  PetscCall(FirstEntry(K, &f->first));
+  PetscCall(SlipFirstEntry(K, &f->first));
   PetscCall(SlipObjectComposeData((PetscObject)K, "SlipFingerprint", f, SlipContainerDestroyDefault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The key of K's root; empty when it has no cache or is not worth it. *unit: root of K over the root that is kept. */
-static PetscErrorCode KeyOf(Mat K, char key[], size_t len, PetscReal *unit)
+/* The key of K's root; empty when it has no cache or is not worth it. *unit: root of K over the root that is kept; item:
+   where it is kept. */
+static PetscErrorCode KeyOf(Mat K, char key[], size_t len, PetscReal *unit, SlipCacheItem *item)
 {
   const Fingerprint *f;
   PetscReal now;
@@ -95,15 +76,23 @@ static PetscErrorCode KeyOf(Mat K, char key[], size_t len, PetscReal *unit)
   PetscFunctionBegin;
   key[0] = '\0';
   *unit = 1;
+  PetscCall(MatGetSize(K, &N, NULL));
+  *item = (SlipCacheItem){"/root", "sqrt(Pa/m)", 2, {N, N}, NULL};
   PetscCall(SlipObjectQueryData((PetscObject)K, "SlipFingerprint", &f));
   if (!f) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(FirstEntry(K, &now));
+  PetscCall(SlipFirstEntry(K, &now));
   *unit = PetscSqrtReal(now / f->first);
-  PetscCall(MatGetSize(K, &N, NULL));
   (void)snprintf(key, len,
                  "version %d, dense root, rows %lld, fingerprint of the entries %016llx, first entry %.17g Pa/m",
                  SLIP_CACHE_VERSION, (long long)N, (unsigned long long)f->hash, (double)f->first);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void ScaleRoot(const SlipCacheItem *item, PetscReal factor, PetscReal root[])
+{
+  const size_t n = (size_t)item->dims[0] * (size_t)item->dims[1];
+
+  for (size_t k = 0; root && k < n; k++) root[k] *= factor;
 }
 
 /*
@@ -112,22 +101,18 @@ static PetscErrorCode KeyOf(Mat K, char key[], size_t len, PetscReal *unit)
 */
 PetscErrorCode SlipCacheLoadRoot(Mat K, PetscReal **root, PetscBool *found)
 {
-  SlipCacheItem item = {"/root", "sqrt(Pa/m)", 2, {0, 0}, NULL};
+  SlipCacheItem item;
   char key[256];
   PetscReal unit;
-  PetscInt N;
 
   PetscFunctionBegin;
   *root = NULL;
   *found = PETSC_FALSE;
-  PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(KeyOf(K, key, sizeof(key), &unit));
+  PetscCall(KeyOf(K, key, sizeof(key), &unit, &item));
   if (!key[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  item.dims[0] = item.dims[1] = N;
   PetscCall(SlipCacheRead(K, "root", key, 1, &item, found));
   *root = item.data; /* rank 0's */
-  if (*root)
-    for (size_t k = 0; k < (size_t)N * N; k++) (*root)[k] *= unit;
+  ScaleRoot(&item, unit, *root);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -135,20 +120,16 @@ PetscErrorCode SlipCacheLoadRoot(Mat K, PetscReal **root, PetscBool *found)
    whether it computed or read it. Collective. */
 PetscErrorCode SlipCacheSaveRoot(Mat K, PetscReal root[])
 {
-  SlipCacheItem item = {"/root", "sqrt(Pa/m)", 2, {0, 0}, root};
+  SlipCacheItem item;
   char key[256];
   PetscReal unit;
-  PetscInt N;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(KeyOf(K, key, sizeof(key), &unit));
+  PetscCall(KeyOf(K, key, sizeof(key), &unit, &item));
   if (!key[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  item.dims[0] = item.dims[1] = N;
-  if (root)
-    for (size_t k = 0; k < (size_t)N * N; k++) root[k] /= unit;
+  item.data = root;
+  ScaleRoot(&item, 1 / unit, root);
   PetscCall(SlipCacheWrite(K, "root", key, 1, &item));
-  if (root)
-    for (size_t k = 0; k < (size_t)N * N; k++) root[k] *= unit;
+  ScaleRoot(&item, unit, root);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -34,18 +34,12 @@ static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A cell for sorting: by its left edge. */
-typedef struct {
-  PetscReal left;
-  PetscInt row;
-} Edge;
-
-static int CompareEdges(const void *a, const void *b)
+int SlipCellKeyCompare(const void *a, const void *b)
 {
-  const Edge *p = (const Edge *)a, *q = (const Edge *)b;
+  const SlipCellKey *p = (const SlipCellKey *)a, *q = (const SlipCellKey *)b;
 
-  if (p->left != q->left) return p->left < q->left ? -1 : 1;
-  return p->row < q->row ? -1 : p->row > q->row;
+  if (p->key != q->key) return p->key < q->key ? -1 : 1;
+  return p->cell < q->cell ? -1 : p->cell > q->cell;
 }
 
 /* Do two cells of (nearly) one plane share more than an edge? */
@@ -64,20 +58,20 @@ static PetscBool Overlap(const SlipCells *c, PetscInt i, PetscInt j)
 /* The first two rows that overlap, -1 when none do: each cell meets those that begin before it ends. */
 static PetscErrorCode FindOverlap(const SlipCells *c, PetscInt rows[2])
 {
-  Edge *edge;
+  SlipCellKey *edge; /* left ones */
 
   PetscFunctionBegin;
   rows[0] = rows[1] = -1;
   PetscCall(PetscMalloc1(c->n, &edge));
-  for (PetscInt i = 0; i < c->n; i++) edge[i] = (Edge){c->x[i] - 0.5 * c->length[i], i};
-  qsort(edge, (size_t)c->n, sizeof(Edge), CompareEdges);
+  for (PetscInt i = 0; i < c->n; i++) edge[i] = (SlipCellKey){c->x[i] - 0.5 * c->length[i], i};
+  qsort(edge, (size_t)c->n, sizeof(*edge), SlipCellKeyCompare);
   for (PetscInt i = 0; i < c->n && rows[0] < 0; i++) {
-    const PetscReal right = edge[i].left + c->length[edge[i].row];
+    const PetscReal right = edge[i].key + c->length[edge[i].cell];
 
-    for (PetscInt j = i + 1; j < c->n && edge[j].left < right; j++) {
-      if (!Overlap(c, edge[i].row, edge[j].row)) continue;
-      rows[0] = PetscMin(edge[i].row, edge[j].row);
-      rows[1] = PetscMax(edge[i].row, edge[j].row);
+    for (PetscInt j = i + 1; j < c->n && edge[j].key < right; j++) {
+      if (!Overlap(c, edge[i].cell, edge[j].cell)) continue;
+      rows[0] = PetscMin(edge[i].cell, edge[j].cell);
+      rows[1] = PetscMax(edge[i].cell, edge[j].cell);
       break;
     }
   }

@@ -59,23 +59,33 @@ void SlipGridKernel(const SlipGrid *g, PetscInt d, PetscReal block[])
     for (PetscInt jz = 0; jz <= iz; jz++) block[iz * g->nz + jz] = block[jz * g->nz + iz] = SlipGridEntry(g, d, iz, jz);
 }
 
-PetscErrorCode SlipGridScale(Mat K, PetscReal *scale)
+PetscErrorCode SlipFirstEntry(Mat K, PetscReal *first)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
-  const SlipGrid *grid;
   const PetscScalar *d;
   PetscMPIInt rank;
   Vec diagonal;
 
   PetscFunctionBegin;
-  PetscCall(SlipGridOf(K, &grid));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(MatCreateVecs(K, NULL, &diagonal));
   PetscCall(MatGetDiagonal(K, diagonal));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(VecGetArrayRead(diagonal, &d));
-  if (rank == 0) *scale = PetscRealPart(d[0]) / SlipGridEntry(grid, 0, 0, 0);
+  *first = rank ? 0 : PetscRealPart(d[0]);
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecDestroy(&diagonal));
-  PetscCallMPI(MPI_Bcast(scale, 1, MPIU_REAL, 0, comm));
+  PetscCallMPI(MPI_Bcast(first, 1, MPIU_REAL, 0, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipGridScale(Mat K, PetscReal *scale)
+{
+  const SlipGrid *grid;
+  PetscReal first;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGridOf(K, &grid));
+  PetscCall(SlipFirstEntry(K, &first));
+  *scale = first / SlipGridEntry(grid, 0, 0, 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

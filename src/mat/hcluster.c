@@ -3,20 +3,6 @@
 #include <slipstep/private/slipcells.h>
 #include <stdlib.h>
 
-/* A cell for sorting: by one coordinate, ties by number. */
-typedef struct {
-  PetscReal key;
-  PetscInt cell;
-} Key;
-
-static int CompareKeys(const void *a, const void *b)
-{
-  const Key *p = (const Key *)a, *q = (const Key *)b;
-
-  if (p->key != q->key) return p->key < q->key ? -1 : 1;
-  return p->cell < q->cell ? -1 : p->cell > q->cell;
-}
-
 /* The box of the cells themselves, and the coordinate in which their centres spread most. */
 static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node, const PetscReal **coordinate)
 {
@@ -47,7 +33,7 @@ static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node,
 PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, SlipClusterTree *tree)
 {
   const PetscInt n = cells->n;
-  Key *key;
+  SlipCellKey *key;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(n, &tree->perm));
@@ -66,9 +52,9 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
     for (PetscInt i = 0; i < size; i++) {
       const PetscInt e = tree->perm[node->start + i];
 
-      key[i] = (Key){coordinate[e], e};
+      key[i] = (SlipCellKey){coordinate[e], e};
     }
-    qsort(key, (size_t)size, sizeof(Key), CompareKeys);
+    qsort(key, (size_t)size, sizeof(*key), SlipCellKeyCompare);
     for (PetscInt i = 0; i < size; i++) tree->perm[node->start + i] = key[i].cell;
     for (int k = 0; k < 2; k++) {
       node->child[k] = tree->nnodes;

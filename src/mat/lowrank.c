@@ -154,39 +154,26 @@ PetscErrorCode SlipLowRankDestroy(SlipLowRank *m)
 #define ROWS_PER_PIECE 1024
 #define COLUMNS_PER_PIECE 8
 
-/* y += A x ("N") or y += A' x ("T"), A n x r with column stride n. */
-static void TallGemv(const char *trans, PetscInt n, PetscInt r, const PetscReal A[], const PetscReal x[], PetscReal y[])
-{
-  const PetscReal one = 1;
-  const PetscBLASInt stride = (PetscBLASInt)n, inc = 1;
-  const PetscBool transposed = (PetscBool)(*trans == 'T');
+/* y += A x ("N") or y += A' x ("T"), A n x r with column stride n, in either precision. */
+#define DEFINE_TALL_GEMV(Name, Number, gemv)                                                                           \
+  static void Name(const char *trans, PetscInt n, PetscInt r, const Number A[], const Number x[], Number y[])          \
+  {                                                                                                                    \
+    const Number one = 1;                                                                                              \
+    const PetscBLASInt stride = (PetscBLASInt)n, inc = 1;                                                              \
+    const PetscBool transposed = (PetscBool)(*trans == 'T');                                                           \
+                                                                                                                       \
+    for (PetscInt i = 0; i < n; i += ROWS_PER_PIECE)                                                                   \
+      for (PetscInt k = 0; k < r; k += COLUMNS_PER_PIECE) {                                                            \
+        const PetscBLASInt rows = (PetscBLASInt)PetscMin(ROWS_PER_PIECE, n - i);                                       \
+        const PetscBLASInt columns = (PetscBLASInt)PetscMin(COLUMNS_PER_PIECE, r - k);                                 \
+                                                                                                                       \
+        gemv(trans, &rows, &columns, &one, A + (size_t)k * n + i, &stride, transposed ? x + i : x + k, &inc, &one,     \
+             transposed ? y + k : y + i, &inc);                                                                        \
+      }                                                                                                                \
+  }
 
-  for (PetscInt i = 0; i < n; i += ROWS_PER_PIECE)
-    for (PetscInt k = 0; k < r; k += COLUMNS_PER_PIECE) {
-      const PetscBLASInt rows = (PetscBLASInt)PetscMin(ROWS_PER_PIECE, n - i);
-      const PetscBLASInt columns = (PetscBLASInt)PetscMin(COLUMNS_PER_PIECE, r - k);
-
-      BLASgemv_(trans, &rows, &columns, &one, A + (size_t)k * n + i, &stride, transposed ? x + i : x + k, &inc, &one,
-                transposed ? y + k : y + i, &inc);
-    }
-}
-
-/* The same in single precision. */
-static void TallGemvSingle(const char *trans, PetscInt n, PetscInt r, const float A[], const float x[], float y[])
-{
-  const float one = 1;
-  const PetscBLASInt stride = (PetscBLASInt)n, inc = 1;
-  const PetscBool transposed = (PetscBool)(*trans == 'T');
-
-  for (PetscInt i = 0; i < n; i += ROWS_PER_PIECE)
-    for (PetscInt k = 0; k < r; k += COLUMNS_PER_PIECE) {
-      const PetscBLASInt rows = (PetscBLASInt)PetscMin(ROWS_PER_PIECE, n - i);
-      const PetscBLASInt columns = (PetscBLASInt)PetscMin(COLUMNS_PER_PIECE, r - k);
-
-      sgemv_(trans, &rows, &columns, &one, A + (size_t)k * n + i, &stride, transposed ? x + i : x + k, &inc, &one,
-             transposed ? y + k : y + i, &inc);
-    }
-}
+DEFINE_TALL_GEMV(TallGemv, PetscReal, BLASgemv_)
+DEFINE_TALL_GEMV(TallGemvSingle, float, sgemv_)
 
 /* t of the first r terms of the tail = W' x, x scaled to its largest entry so that single precision neither overflows
    nor underflows. */

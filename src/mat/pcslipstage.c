@@ -16,6 +16,7 @@
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/slipmat.h>
 #include <slipstep/private/slipcells.h>
 
@@ -36,18 +37,6 @@ typedef struct {
 #define PC_SLOPE_LIMIT 0.9
 /* Eigenvalues of a stiffness of n cells a side reach down to about 1 / n of the largest. */
 #define PC_SMALLEST 1e-6
-
-static PetscErrorCode ContextOf(PC pc, PCSlipStage **c)
-{
-  PetscContainer container;
-  void *pointer;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectQuery((PetscObject)pc, "PCSlipStage", (PetscObject *)&container));
-  PetscCall(PetscContainerGetPointer(container, &pointer));
-  *c = (PCSlipStage *)pointer;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 static PetscErrorCode ContextReset(PCSlipStage *c)
 {
@@ -235,7 +224,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(SLIP_PCSetUp, pc, 0, 0, 0));
-  PetscCall(ContextOf(pc, &c));
+  PetscCall(SlipObjectQueryData((PetscObject)pc, "PCSlipStage", &c));
   PetscCall(PCGetOperators(pc, NULL, &J));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipStageOperator", (PetscObject *)&c->B));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipMask", (PetscObject *)&c->mask));
@@ -289,7 +278,7 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
   PetscInt n;
 
   PetscFunctionBegin;
-  PetscCall(ContextOf(pc, &c));
+  PetscCall(SlipObjectQueryData((PetscObject)pc, "PCSlipStage", &c));
   PetscCall(PetscLogEventBegin(SLIP_PCApply, pc, r, z, 0));
   if (!c->mask) {
     PetscCall(VecCopy(r, c->work));
@@ -320,7 +309,7 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PetscBool ascii;
 
   PetscFunctionBegin;
-  PetscCall(ContextOf(pc, &c));
+  PetscCall(SlipObjectQueryData((PetscObject)pc, "PCSlipStage", &c));
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  inverse: %s\n",
@@ -339,7 +328,7 @@ static PetscErrorCode PCSlipStageGetMemory(PC pc, PetscReal *bytes)
   PetscInt n = 0, N = 0, nk = 0;
 
   PetscFunctionBegin;
-  PetscCall(ContextOf(pc, &c));
+  PetscCall(SlipObjectQueryData((PetscObject)pc, "PCSlipStage", &c));
   if (c->gathered) PetscCall(MatGetLocalSize(c->gathered, &n, NULL));
   *bytes = 2 * (PetscReal)n;
   if (c->strike) {
@@ -370,7 +359,6 @@ static PetscErrorCode PCSlipStageGetMemory(PC pc, PetscReal *bytes)
 M*/
 PetscErrorCode PCCreate_SlipStage(PC pc)
 {
-  PetscContainer container;
   PCSlipStage *c = NULL;
 
   PetscFunctionBegin;
@@ -382,11 +370,7 @@ PetscErrorCode PCCreate_SlipStage(PC pc)
   PetscCall(PCShellSetName(pc, "approximate inverse on the sliding set"));
   PetscCall(PetscObjectChangeTypeName((PetscObject)pc, PCSLIPSTAGE));
   PetscCall(PetscNew(&c));
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)pc), &container));
-  PetscCall(PetscContainerSetPointer(container, c));
-  PetscCall(SlipContainerSetDestroy(container, ContextDestroy));
-  PetscCall(PetscObjectCompose((PetscObject)pc, "PCSlipStage", (PetscObject)container));
+  PetscCall(SlipObjectComposeData((PetscObject)pc, "PCSlipStage", c, ContextDestroy));
   PetscCall(PetscObjectComposeFunction((PetscObject)pc, "PCSlipGetMemory_C", PCSlipStageGetMemory));
-  PetscCall(PetscContainerDestroy(&container));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

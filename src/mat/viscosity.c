@@ -1,6 +1,7 @@
 /* MatCreateSlipViscosity(): H = 2 zeta sqrt(mass) K^(1/2), the matrix square root. */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/slipmat.h>
 #include <slipstep/private/slipcells.h>
 
@@ -105,32 +106,23 @@ static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
 /* H remembers its factor, from which a preconditioner knows the viscosity's symbol. */
 static PetscErrorCode ComposeFactor(Mat H, PetscReal factor)
 {
-  PetscContainer container;
   PetscReal *copy;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&copy));
   *copy = factor;
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)H), &container));
-  PetscCall(PetscContainerSetPointer(container, copy));
-  PetscCall(SlipContainerSetDestroy(container, SlipContainerDestroyDefault));
-  PetscCall(PetscObjectCompose((PetscObject)H, "SlipViscosityFactor", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(SlipObjectComposeData((PetscObject)H, "SlipViscosityFactor", copy, SlipContainerDestroyDefault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* factor of H = factor * sqrt(K) [sqrt(kg) / m]; 0 when H was not made by MatCreateSlipViscosity() or is zero. */
 PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor)
 {
-  PetscContainer container;
-  void *pointer;
+  const PetscReal *composed;
 
   PetscFunctionBegin;
-  *factor = 0;
-  PetscCall(PetscObjectQuery((PetscObject)H, "SlipViscosityFactor", (PetscObject *)&container));
-  if (!container) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscContainerGetPointer(container, &pointer));
-  *factor = *(PetscReal *)pointer;
+  PetscCall(SlipObjectQueryData((PetscObject)H, "SlipViscosityFactor", &composed));
+  *factor = composed ? *composed : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -20,7 +20,7 @@ refuses "nonsense" -- "${refused[@]}" -train_observations log_accuracy,nonsense
 grep -q "generation     2 .* validation: .* left " out.txt || fail "no progress: $(cat out.txt)"
 grep -q "dial moved by" out.txt || fail "no calibration: $(cat out.txt)"
 refuses "no checkpoint of -train_algorithm cmaes" -- "${refused[@]}" -train_resume p.h5
-refuses "it belongs to another network" -- "${refused[@]}" -train_resume c.h5 -train_hidden 4
+refuses "it belongs to other networks" -- "${refused[@]}" -train_resume c.h5 -train_hidden 4
 "$SLIPSTEP_PYTHON" - <<'EOF' || fail "the files of the training"
 import h5py
 import numpy as np

@@ -100,6 +100,16 @@ static void WriteField(const char file[], const char name[], PetscInt nz, PetscI
   ok(SlipH5Close(&h));
 }
 
+/* The set-up of nx x nz elements with this option fails, and says want. */
+static void Refuses(PetscInt nx, PetscInt nz, const char option[], const char value[], const char want[])
+{
+  SlipFault fault = Make(nx, nz);
+
+  ok(SlipFaultSetString(fault, option, value));
+  fails(SlipFaultSetUp(fault), want);
+  ok(SlipFaultDestroy(&fault));
+}
+
 static void field_file(void **state)
 {
   const char *file = "test_fault_fields.h5";
@@ -114,29 +124,16 @@ static void field_file(void **state)
   assert_true(fault->field[FIELD_FRICTION_DROP][5] == 0.1);
   assert_true(fabs(fault->mean_dc - 0.35) < 1e-15);
   ok(SlipFaultDestroy(&fault));
-
-  fault = Make(2, 3);
-  ok(SlipFaultSetString(fault, "parameters", file));
-  fails(SlipFaultSetUp(fault), "/friction_slip has shape [2, 3], expected [Nz, Nx] = [3, 2]");
-  ok(SlipFaultDestroy(&fault));
+  Refuses(2, 3, "parameters", file, "/friction_slip has shape [2, 3], expected [Nz, Nx] = [3, 2]");
   data[4] = -0.5;
   WriteField(file, "/normal_stress", 2, 3, data);
-  fault = Make(3, 2);
-  ok(SlipFaultSetString(fault, "parameters", file));
-  fails(SlipFaultSetUp(fault), "/normal_stress[1, 1] is -0.5, expected a finite number > 0 Pa");
-  ok(SlipFaultDestroy(&fault));
+  Refuses(3, 2, "parameters", file, "/normal_stress[1, 1] is -0.5, expected a finite number > 0 Pa");
   data[4] = NAN;
   WriteField(file, "/friction_drop", 2, 3, data);
-  fault = Make(3, 2);
-  ok(SlipFaultSetString(fault, "parameters", file));
-  fails(SlipFaultSetUp(fault), "/friction_drop[1, 1] is nan");
-  ok(SlipFaultDestroy(&fault));
+  Refuses(3, 2, "parameters", file, "/friction_drop[1, 1] is nan");
   data[4] = 1;
   WriteField(file, "/frictoin_drop", 2, 3, data);
-  fault = Make(3, 2);
-  ok(SlipFaultSetString(fault, "parameters", file));
-  fails(SlipFaultSetUp(fault), "holds none of the fields normal_stress");
-  ok(SlipFaultDestroy(&fault));
+  Refuses(3, 2, "parameters", file, "holds none of the fields normal_stress");
   unlink(file);
 }
 
@@ -154,20 +151,12 @@ static void stiffness_file(void **state)
   ok(MatNorm(fault->K, NORM_FROBENIUS, &x));
   assert_true(fabs(x - sqrt(20.) * 1e7) < 1e-8); /* one rounding of a number of 4.5e7 is 7e-9 */
   ok(SlipFaultDestroy(&fault));
-  fault = Make(2, 1);
-  ok(SlipFaultSetString(fault, "stiffness_file", file));
-  fails(SlipFaultSetUp(fault), "has no dataset /stiffness");
-  ok(SlipFaultDestroy(&fault));
-  fault = Make(3, 1);
-  ok(SlipFaultSetString(fault, "stiffness_file", "test_fault_stiffness.h5:/run/K"));
-  fails(SlipFaultSetUp(fault), "/run/K has shape [2, 2], expected [N, N] with N = nx nz = 3");
-  ok(SlipFaultDestroy(&fault));
+  Refuses(2, 1, "stiffness_file", file, "has no dataset /stiffness");
+  Refuses(3, 1, "stiffness_file", "test_fault_stiffness.h5:/run/K",
+          "/run/K has shape [2, 2], expected [N, N] with N = nx nz = 3");
   good[2] = NAN;
   WriteField(file, "/stiffness", 2, 2, good);
-  fault = Make(2, 1);
-  ok(SlipFaultSetString(fault, "stiffness_file", file));
-  fails(SlipFaultSetUp(fault), "/stiffness[1, 0] is nan");
-  ok(SlipFaultDestroy(&fault));
+  Refuses(2, 1, "stiffness_file", file, "/stiffness[1, 0] is nan");
   unlink(file);
 }
 

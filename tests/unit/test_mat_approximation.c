@@ -247,32 +247,33 @@ static PetscReal DistanceOfIterates(Mat exact, Mat H)
   return worst;
 }
 
+/* The distance of K's viscosity set up by Lanczos' method, as that of large grids is, from the one given, which is destroyed. */
+static PetscReal DistanceOfLanczos(Mat K, const char type[], const char option[], Mat exact)
+{
+  PetscReal distance;
+  Mat H;
+
+  ok(PetscOptionsSetValue(NULL, option, "lanczos"));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, type, &H));
+  ok(PetscOptionsClearValue(NULL, option));
+  distance = DistanceOfIterates(exact, H);
+  print_message("%s: %g\n", type, (double)distance);
+  ok(MatDestroy(&exact));
+  ok(MatDestroy(&H));
+  return distance;
+}
+
 /* The viscosities of large grids against those of small ones: 2e-10, twice the tolerance, for the exact root, and 1e-11
    for the spectral one, whose own tolerance is 1e-12. */
 static void test_viscosities_of_large_grids(void **state)
 {
-  Mat K = Stiffness(0, PETSC_FALSE, "fft"), dense = Stiffness(0, PETSC_FALSE, "dense"), exact, H;
-  PetscReal distance;
+  Mat K = Stiffness(0, PETSC_FALSE, "fft"), dense = Stiffness(0, PETSC_FALSE, "dense"), exact;
 
   (void)state;
   ok(MatCreateSlipViscosity(dense, MASS, ZETA, "sqrtm", &exact));
-  ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "lanczos"));
-  ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
-  ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
-  distance = DistanceOfIterates(exact, H);
-  print_message("sqrtm: %g\n", (double)distance);
-  assert_true(distance < 2e-10);
-  ok(MatDestroy(&exact));
-  ok(MatDestroy(&H));
+  assert_true(DistanceOfLanczos(K, "sqrtm", "-mat_slipsqrtm_setup", exact) < 2e-10);
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
-  ok(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "lanczos"));
-  ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &H));
-  ok(PetscOptionsClearValue(NULL, "-mat_slipspectral_type"));
-  distance = DistanceOfIterates(exact, H);
-  print_message("spectral: %g\n", (double)distance);
-  assert_true(distance < 1e-11);
-  ok(MatDestroy(&exact));
-  ok(MatDestroy(&H));
+  assert_true(DistanceOfLanczos(K, "spectral", "-mat_slipspectral_type", exact) < 1e-11);
   ok(MatDestroy(&dense));
   ok(MatDestroy(&K));
 }

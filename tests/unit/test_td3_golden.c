@@ -45,19 +45,7 @@ static void CheckStep(int step, const TD3 *t)
 
 static void test_golden(void **state)
 {
-  const LearnerOptions o = {.obs = OBS,
-                            .act = 1,
-                            .actor_layers = 2,
-                            .actor = {WIDTH, WIDTH},
-                            .critic_layers = 3,
-                            .critic = {WIDTH, WIDTH, WIDTH},
-                            .critics = 2,
-                            .batch = BATCH,
-                            .lr = 1e-3,
-                            .gamma = 0.99,
-                            .tau = 0.005,
-                            .smoothing_clip = 0.5,
-                            .delay = 2};
+  LearnerOptions o = GoldenOptions(2);
   const Batch batch = GoldenBatch();
   Scalar noise[BATCH];
   Random r;
@@ -66,6 +54,9 @@ static void test_golden(void **state)
   char path[64];
 
   (void)state;
+  o.lr = 1e-3;
+  o.smoothing_clip = 0.5;
+  o.delay = 2;
   RandomSeed(&r, 1);
   assert_int_equal(TD3Create(&o, &r, &t), 0);
   GoldenNetworks(&t);

@@ -165,19 +165,7 @@ static void CheckKeys(const Key *key, int step, const TQC *t, const Losses *l)
 
 static void RunGolden(const Key *key)
 {
-  const LearnerOptions o = {.obs = OBS,
-                            .act = 1,
-                            .actor_layers = 2,
-                            .actor = {WIDTH, WIDTH},
-                            .critic_layers = 3,
-                            .critic = {WIDTH, WIDTH, WIDTH},
-                            .critics = key->critics,
-                            .quantiles = 25,
-                            .drop = 2,
-                            .batch = BATCH,
-                            .lr = 3e-4,
-                            .gamma = 0.99,
-                            .tau = 0.005};
+  LearnerOptions o = GoldenOptions(key->critics);
   Random r;
   TQC t;
   Losses losses;
@@ -185,6 +173,9 @@ static void RunGolden(const Key *key)
   Scalar eps[WIDTH];
   char base[64];
 
+  o.quantiles = 25;
+  o.drop = 2;
+  o.lr = 3e-4;
   RandomSeed(&r, 1);
   assert_int_equal(TQCCreate(&o, &r, &t), 0);
   GoldenNetworks(&t);

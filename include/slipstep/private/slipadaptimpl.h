@@ -13,6 +13,13 @@ PETSC_INTERN PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscIn
 /* An error that names -ts_adapt_dt_min when h is below it. why: what made h so small. */
 PETSC_INTERN PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const char why[]);
 
+/* The controllers whose data begins with the factor on the step after a solve that did not converge: their option, in
+   (0, 1), "TSAdaptChooseAfterFailure_C" and destruction. */
+PETSC_INTERN PetscErrorCode SlipAdaptFailureOption(TSAdapt adapt, SlipOptionItems PetscOptionsObject,
+                                                   const char option[]);
+PETSC_INTERN PetscErrorCode SlipAdaptAfterFailure(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next);
+PETSC_INTERN PetscErrorCode SlipAdaptDestroyData(TSAdapt adapt);
+
 /* Pure: the heuristic's factor min(growth, E^-q), E >= 0. */
 static inline PetscReal SlipHeuristicFactor(PetscReal E, PetscReal q, PetscReal growth)
 {

@@ -17,6 +17,13 @@ static inline PetscInt SlipCellsAt(const SlipCells *cells, PetscInt row)
   return cells->order ? cells->order[row] : row;
 }
 
+/* A cell for sorting: by one coordinate [m], ties by number. */
+typedef struct {
+  PetscReal key;
+  PetscInt cell;
+} SlipCellKey;
+PETSC_INTERN int SlipCellKeyCompare(const void *a, const void *b); /* for qsort() */
+
 /* ---- hcluster.c: a binary tree of cells that are close to each other ---- */
 typedef struct {
   PetscInt start, end;      /* its cells are perm[start, end) */

@@ -16,6 +16,8 @@ PETSC_INTERN PetscErrorCode SlipGridOf(Mat K,
 PETSC_INTERN PetscReal SlipGridEntry(const SlipGrid *grid, PetscInt d, PetscInt iz, PetscInt jz);
 PETSC_INTERN void SlipGridKernel(const SlipGrid *grid, PetscInt d, PetscReal block[]);
 
+/* Entry (0, 0) on every rank. Collective. */
+PETSC_INTERN PetscErrorCode SlipFirstEntry(Mat K, PetscReal *first);
 /* What MatScale() has made of a stiffness: K = scale * kernel. Collective. */
 PETSC_INTERN PetscErrorCode SlipGridScale(Mat K, PetscReal *scale);
 

@@ -1,0 +1,11 @@
+/* What the files of all trainings share: numbers in a policy, and checks of a checkpoint that is resumed. */
+#pragma once
+#include <slipstep.h>
+#include <slipstep/private/sliph5.h>
+
+PETSC_INTERN PetscErrorCode PolicySetNumber(SlipPolicy p, const char name[], const char format[], double value);
+
+/* One process. kind: of checkpoint, for the message, "" or " of ..." */
+PETSC_INTERN PetscErrorCode CheckpointCheckFormat(SlipH5 *h, const char format[], const char kind[]);
+PETSC_INTERN PetscErrorCode CheckpointCheckObservations(SlipH5 *h, PetscInt n, char *const names[]);
+PETSC_INTERN PetscErrorCode CheckpointReadFixed(SlipH5 *h, const char path[], PetscInt n, PetscReal **data);
