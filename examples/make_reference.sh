@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Makes the fine run that quickstart.sh compares with: small constant steps, second-order reaction, no error control.
 #   examples/make_reference.sh [ELEMENTS [OPTIONS_FILE [STEP]]]     default 50 examples/fault_3km.opts 0.0075
-# Writes examples/reference/NAME_ELEMENTSxELEMENTS_CASE.h5 without the fields. Repeating it with another STEP shows how far it
-# has converged (final mean slip is printed); needs a build in build/.
+# Writes examples/reference/NAME_ELEMENTSxELEMENTS_CASE.h5 without the fields. Repeating it with another STEP shows how
+# far it has converged (final mean slip is printed); needs a build in build/.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Compiles every C source against the PETSc headers of later Debian releases, without installing them:
 #   tests/check_newer_petsc.sh [--keep DIR] [release...]      default: trixie sid
-# Headers come from the packages libpetsc-real*-dev, libpetsc*-dev-common and libopenmpi-dev (PETSc's headers insist on the
-# MPI they were configured with), unpacked into a temporary folder (or DIR, where a later run finds them). It is a check by hand that needs the network; it says which versions it compiled against.
+# Headers come from the packages libpetsc-real*-dev, libpetsc*-dev-common and libopenmpi-dev (PETSc's headers insist on
+# the MPI they were configured with), unpacked into a temporary folder (or DIR, where a later run finds them). It is a
+# check by hand that needs the network; it says which versions it compiled against.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Address and undefined-behaviour sanitizers on every C test and on short runs of the programs; a check by hand of about five minutes:
+# Address and undefined-behaviour sanitizers on every C test and on short runs of the programs; a check by hand of about
+# five minutes:
 #   tests/sanitize.sh            (SLIPSTEP_BUILD_DIR chooses the build folder, default build-sanitize)
-# The first finding ends its program with an error. Leaks are looked for by PETSc's -malloc_dump in the runs of the programs: all our
-# memory is PETSc's, and the sanitizer's own list is full of what MPI keeps until the process ends.
+# The first finding ends its program with an error. Leaks are looked for by PETSc's -malloc_dump in the runs of the
+# programs: all our memory is PETSc's, and the sanitizer's own list is full of what MPI keeps until the process ends.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh

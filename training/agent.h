@@ -1,5 +1,5 @@
-/* The learner where a policy would stand: acts, stores what came of it, takes one gradient step per environment step. It
-   knows no environment: observations in, action in [-1, 1] out. */
+/* The learner where a policy would stand: acts, stores what came of it, takes one gradient step per environment step.
+   It knows no environment: observations in, action in [-1, 1] out. */
 #pragma once
 #include "replay.h"
 

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Of trainings that differ by their seed alone, copy the policy of the best one: the highest mean return of an evaluation.
+"""Of trainings that differ by their seed alone, copy the policy of the best one: the highest mean return of an
+evaluation.
 
     choose_seed.py OUT.h5 LOG.h5=POLICY.h5 [LOG.h5=POLICY.h5 ...]
 
-The evaluations are those of the training itself, on random instances that no seed was trained on and that are no evaluation
-mesh. Prints one line per seed and the spread, and says which was taken.
+The evaluations are those of the training itself, on random instances that no seed was trained on and that are no
+evaluation mesh. Prints one line per seed and the spread, and says which was taken.
 """
 import os
 import shutil

@@ -89,7 +89,8 @@ static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOpti
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs of other problems than the fault go through the library, a hundred times slower: fewer of them, and fewer weights. */
+/* Runs of other problems than the fault go through the library, a hundred times slower: fewer of them, and fewer
+   weights. */
 static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
   const PetscBool small = o->problem ? PETSC_TRUE : PETSC_FALSE;

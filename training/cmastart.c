@@ -1,5 +1,6 @@
-/* Where CMA-ES begins: a network that a person could have written. Steps of a constant length that follows the dial, and one to the
-   end when all elements rest; for other problems than the fault, half of the way up the bounds at the coarsest dial. */
+/* Where CMA-ES begins: a network that a person could have written. Steps of a constant length that follows the dial,
+   and one to the end when all elements rest; for other problems than the fault, half of the way up the bounds at the
+   coarsest dial. */
 #include "cmatrain.h"
 #include <slipstep/private/slipcompat.h>
 #include <math.h>

@@ -1,5 +1,5 @@
-/* Training by CMA-ES, see cmatrain.h. Every rank holds the same episodes and the same strategy; a population is spread over the
-   ranks, one member's episodes staying on one rank, so that results do not depend on their number. */
+/* Training by CMA-ES, see cmatrain.h. Every rank holds the same episodes and the same strategy; a population is spread
+   over the ranks, one member's episodes staying on one rank, so that results do not depend on their number. */
 #include "cmatrain.h"
 #include <slipstep/private/sliperror.h>
 #include <slipstep/private/sliph5.h>
@@ -165,8 +165,8 @@ static void Choose(Random *random, PetscInt first, PetscInt n, PetscInt k, Petsc
   }
 }
 
-/* The same episodes and dials for every member: only differences between members count. The dials are spread evenly over the
-   logarithmic range, their order against the episodes being random because the episodes' is. */
+/* The same episodes and dials for every member: only differences between members count. The dials are spread evenly
+   over the logarithmic range, their order against the episodes being random because the episodes' is. */
 static PetscErrorCode DrawBatch(const CMATrainer *t, Random *random, Batch *b)
 {
   PetscInt *deck;

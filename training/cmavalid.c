@@ -64,8 +64,8 @@ static PetscReal KeptInThird(const CMAScore *score, PetscInt third)
   return least;
 }
 
-/* For each third of the dial's range the largest move with which the wanted share keeps the dial. Where no move gets so far, as at
-   accuracies beyond the reach of the steps' bounds, the share that one does get to takes its place. */
+/* For each third of the dial's range the largest move with which the wanted share keeps the dial. Where no move gets so
+   far, as at accuracies beyond the reach of the steps' bounds, the share that one does get to takes its place. */
 static PetscErrorCode FindShifts(CMATrainer *t, const CMASet *set, PetscReal shift[VALID_DIALS],
                                  PetscReal target[VALID_DIALS])
 {
@@ -102,9 +102,10 @@ static PetscBool KeepsEverywhere(const CMAScore *score, const PetscReal target[V
   return PETSC_TRUE;
 }
 
-/* Training weighs solves against errors; how many runs keep the dial follows from that. Here the dial is moved, as the policy sees
-   it, until the wanted share does, of either kind: a straight line over the decades through what the thirds of its range need, and
-   then as far down as the third needs that the line does worst by, but not below what any of them needed. */
+/* Training weighs solves against errors; how many runs keep the dial follows from that. Here the dial is moved, as the
+   policy sees it, until the wanted share does, of either kind: a straight line over the decades through what the thirds
+   of its range need, and then as far down as the third needs that the line does worst by, but not below what any of
+   them needed. */
 PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set)
 {
   const PetscReal third = PetscLog10Real(t->o.high / t->o.low) / VALID_DIALS;

@@ -1,6 +1,6 @@
 /* The environment: episodes of a problem that an actor steps through, with observations and rewards. The actor sits in
-   TSAdapt rl's place, called back by TSSolve() before the first and after every attempt. It knows no problem: problem.h.
-   Public headers of the library only. */
+   TSAdapt rl's place, called back by TSSolve() before the first and after every attempt. It knows no problem:
+   problem.h. Public headers of the library only. */
 #pragma once
 #include "problem.h"
 

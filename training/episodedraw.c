@@ -7,8 +7,8 @@
 
 enum { LENGTH, THICKNESS, DAMPING, STRESS, RESIDUAL, DROP, WEAKENING, PERTURBATION, MARGIN, RANGES };
 
-/* All log-uniform. Weakening: stress sigma drop / friction_slip over stiffness G / thickness; it sets friction_slip. Below 1.5
-   nothing slips within a reasonable time. */
+/* All log-uniform. Weakening: stress sigma drop / friction_slip over stiffness G / thickness; it sets friction_slip.
+   Below 1.5 nothing slips within a reasonable time. */
 static const struct {
   const char *meaning;
   double low, high;

@@ -1,6 +1,6 @@
-/* Episodes for policies with an accuracy dial: faults drawn at random, single elements and small heterogeneous meshes, each with
-   its fine reference, kept ready so that a policy runs through one in a fraction of a millisecond. An episode depends on its seed
-   only, not on others or on ranks. Public headers of the library only. */
+/* Episodes for policies with an accuracy dial: faults drawn at random, single elements and small heterogeneous meshes,
+   each with its fine reference, kept ready so that a policy runs through one in a fraction of a millisecond. An episode
+   depends on its seed only, not on others or on ranks. Public headers of the library only. */
 #pragma once
 #include "environment.h"
 #include "plainrun.h"
@@ -9,7 +9,8 @@
 
 #define EPISODE_MAX_ELEMENTS 144 /* of a drawn mesh, 12 x 12 */
 
-/* A drawn fault: scalar parameters by name, fields by name, both as SlipFaultSetReal() and SlipFaultSetField() take them. */
+/* A drawn fault: scalar parameters by name, fields by name, both as SlipFaultSetReal() and SlipFaultSetField() take
+   them. */
 enum { DRAW_MAX_REALS = 16, DRAW_FIELDS = 4 };
 typedef struct {
   PetscInt nx, nz, n, nreal;
@@ -62,12 +63,13 @@ typedef struct {
 #define EPISODE_MAX_STEPS 150
 
 PETSC_INTERN PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode);
-/* Another problem of the table, an instance drawn at random; slip_error of its runs is the problem's first error. o: problem,
-   observations and bounds of the step. */
+/* Another problem of the table, an instance drawn at random; slip_error of its runs is the problem's first error. o:
+   problem, observations and bounds of the step. */
 PETSC_INTERN PetscErrorCode EpisodeCreateSmall(const EnvOptions *o, uint64_t seed, Episode **episode);
 PETSC_INTERN PetscErrorCode EpisodeSmallDestroy(EpisodeSmall *small);
 PETSC_INTERN PetscErrorCode EpisodeDestroy(Episode **episode);
-/* By the plain fault when it knows what the policy observes, else by the library; the latter always with EpisodeRunLibrary(). */
+/* By the plain fault when it knows what the policy observes, else by the library; the latter always with
+   EpisodeRunLibrary(). */
 PETSC_INTERN PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 /* The same, with an observer of every observation vector [n] of the policy. */
@@ -77,8 +79,8 @@ PETSC_INTERN PetscErrorCode EpisodeSmallRun(EpisodeSmall small, SlipPolicy polic
 PETSC_INTERN PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn,
                                          void *ctx);
 
-/* The pieces of a run that is done elsewhere, by the episode's TS: back to the start, at a position of the dial; a state after
-   a step to time t; the result. A step may be followed more than once. */
+/* The pieces of a run that is done elsewhere, by the episode's TS: back to the start, at a position of the dial; a
+   state after a step to time t; the result. A step may be followed more than once. */
 PETSC_INTERN PetscErrorCode EpisodeRewind(Episode *e, PetscReal accuracy);
 PETSC_INTERN PetscErrorCode EpisodeFollow(Episode *e, PetscReal t, Vec w);
 PETSC_INTERN void EpisodeConclude(const Episode *e, PetscInt solves, PetscInt accepted, EpisodeResult *result);

@@ -4,10 +4,10 @@
     import_sb3.py IN.zip OUT.h5 [--preset fault|sliding_mode|circuit] [--dt-min STEP] [--dt-max STEP]
 
 STEP is a number with a unit: seconds (6 or 6s), the problem's time scale (1e-6T*) or the simulated time (0.2t_max).
-The circuit's policies observe states over their start: run them with -circuit_unit start. Before the first step policies of
-sliding_mode and circuit are shown a last attempt other than the study's, the same as for every problem of SlipStep.
-The zip's weights are read by an unpickler that builds tensors and nothing else: no code of the file is ever run.
-Exit code 2 and one line on standard error when the zip does not hold such a policy; OUT.h5 is then left as it was.
+The circuit's policies observe states over their start: run them with -circuit_unit start. Before the first step
+policies of sliding_mode and circuit are shown a last attempt other than the study's, the same as for every problem of
+SlipStep. The zip's weights are read by an unpickler that builds tensors and nothing else: no code of the file is ever
+run. Exit code 2 and one line on standard error when the zip does not hold such a policy; OUT.h5 is then left as it was.
 """
 import argparse
 import collections
@@ -30,10 +30,10 @@ except ImportError as missing:
 
 MAX_BYTES = 1 << 30  # of one member of the zip, unpacked
 
-# What the study's environments observe, in their networks' order, and the steps they choose from. The circuit's states are
-# over their own start there: run it with -circuit_unit start. Before the first step SlipStep shows every policy the same last
-# attempt (residual 0.5, converged 0, accuracy 0, step -0.5, as the study's fault does), where the study's sliding mode begins with
-# 1.005, 1, 1, 1 and its circuit with 1.005, 0, 0, 0.05: only the first step can differ.
+# What the study's environments observe, in their networks' order, and the steps they choose from. The circuit's states
+# are over their own start there: run it with -circuit_unit start. Before the first step SlipStep shows every policy the
+# same last attempt (residual 0.5, converged 0, accuracy 0, step -0.5, as the study's fault does), where the study's
+# sliding mode begins with 1.005, 1, 1, 1 and its circuit with 1.005, 0, 0, 0.05: only the first step can differ.
 LAST_ATTEMPT = ["residual", "converged", "accuracy", "step"]
 PRESETS = {
     "fault": (["energy", "velocity"] + LAST_ATTEMPT, (1e-6, "T*"), (6.0, "s")),

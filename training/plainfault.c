@@ -1,5 +1,5 @@
-/* See plainfault.h. The stage solver follows src/snes/semismooth.c: Newton's method on the natural residual, without the weakening
-   slope where that makes the Jacobian indefinite. */
+/* See plainfault.h. The stage solver follows src/snes/semismooth.c: Newton's method on the natural residual, without
+   the weakening slope where that makes the Jacobian indefinite. */
 #include "plainfault.h"
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
@@ -71,7 +71,8 @@ static void Evaluate(Stage *st)
   st->norm = isfinite(sum) ? PetscMax(worst, against) / st->scale : (double)NAN;
 }
 
-/* Cholesky factor of A [m m] in its lower triangle, column by column so that the inner loop vectorises; false when indefinite. */
+/* Cholesky factor of A [m m] in its lower triangle, column by column so that the inner loop vectorises; false when
+   indefinite. */
 static PetscBool Factor(PetscInt m, double A[], double column[])
 {
   for (PetscInt k = 0; k < m; ++k) {

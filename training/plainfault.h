@@ -1,6 +1,7 @@
-/* A small fault and its Bathe step on plain arrays: what the library computes with exponential slip weakening, the default
-   integrator (trapezoidal reaction, gamma 1/2, embedded error) and the semismooth solver, an order of magnitude faster for a few
-   elements because no object is involved. Trainers run millions of episodes; a test holds it to the library step by step. */
+/* A small fault and its Bathe step on plain arrays: what the library computes with exponential slip weakening, the
+   default integrator (trapezoidal reaction, gamma 1/2, embedded error) and the semismooth solver, an order of magnitude
+   faster for a few elements because no object is involved. Trainers run millions of episodes; a test holds it to the
+   library step by step. */
 #pragma once
 #include <slipstep.h>
 

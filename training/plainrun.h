@@ -1,4 +1,5 @@
-/* A run of a plain fault under a policy: what TSSolve() with TSADAPTRL does, and what the library's observations would say. */
+/* A run of a plain fault under a policy: what TSSolve() with TSADAPTRL does, and what the library's observations would
+   say. */
 #pragma once
 #include "plainfault.h"
 

@@ -1,5 +1,5 @@
-/* TD3: its networks and its gradient step, in the order of Stable-Baselines3: critics, then every o.delay steps actor and
-   targets. */
+/* TD3: its networks and its gradient step, in the order of Stable-Baselines3: critics, then every o.delay steps actor
+   and targets. */
 #include "td3.h"
 #include <slipstep/private/slipcompat.h>
 

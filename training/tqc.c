@@ -135,8 +135,8 @@ static PetscErrorCode Destroy(void **learner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Exploration is drawn before every step, as Stable-Baselines3 does with sde_sample_freq -1 and train_freq 1, also when it
-   goes unused. */
+/* Exploration is drawn before every step, as Stable-Baselines3 does with sde_sample_freq -1 and train_freq 1, also when
+   it goes unused. */
 static Scalar ActLearner(void *learner, const Scalar obs[], PetscBool explore, PetscBool warm_up, Random *r)
 {
   TQC *t = (TQC *)learner;

@@ -75,7 +75,7 @@ static double CriticValue(TQC *t, const Scalar obs[], const Scalar action[])
   return sum / ((double)n * (double)B);
 }
 
-/* Gradient of mean(alpha logp - Q) through tanh, the noise and its density, with o = 1 - a^2 and S the noise's variance:
+/* Gradient of mean(alpha logp - Q) through tanh, the noise and its density, o = 1 - a^2 and S the noise's variance:
      dg = -(q_a/B) o + (alpha/B) (-n/S + 2 a o/(o + 1e-6)),
      dm = dg + (alpha/B) n/S inside the clamp,
      dS = (alpha/B) (n^2/(2 S^2) - 1/(2 S)). */

@@ -2,9 +2,9 @@
 # Trains every policy of the study again: the fault at eight alphas, sliding_mode and circuit, with TQC and TD3, and a
 # transfer of the fault's alpha 8 to a 30 x 30 mesh.
 #   training/train_study.sh [OUT]
-# OUT (default output/study_training) gets all seeds, learning curves and figures, and in OUT/policies the policy of the best
-# seed of each: highest mean return on held-out random instances (choose_seed.py). What is there already is not trained again, so
-# an interrupted run goes on. Copy OUT/policies/*.h5 to training/policies/study to ship them.
+# OUT (default output/study_training) gets all seeds, learning curves and figures, and in OUT/policies the policy of the
+# best seed of each: highest mean return on held-out random instances (choose_seed.py). What is there already is not
+# trained again, so an interrupted run goes on. Copy OUT/policies/*.h5 to training/policies/study to ship them.
 #   RANKS (default: processors)  trainings side by side
 #   SEEDS (default "1 2")        seeds of every training; those of alpha 2 and 8 also get MORE_SEEDS (default "3")
 #   STEPS (default 20000)        environment steps of a training; TRANSFER_STEPS (default 1000) more for the transfer
@@ -76,7 +76,8 @@ done
 for alpha in $alphas; do choose fault_tqc "$alpha" "fault_tqc_alpha$alpha"; done
 for alpha in 1 2; do choose fault_td3 $alpha fault_td3_alpha$alpha; done
 
-# The transfer goes on from the chosen seed of alpha 8, on the 3 km fault itself. Continuations of a mesh are dear: longer steps.
+# The transfer goes on from the chosen seed of alpha 8, on the 3 km fault itself. Continuations of a mesh are dear:
+# longer steps.
 if [ ! -s policies/fault_tqc_alpha8_mesh30.h5 ]; then
   seed=$(sed -n 's/^fault_tqc_alpha8.h5 *seed \([0-9]*\):.*taken$/\1/p' choice.txt)
   total=$((steps + ${TRANSFER_STEPS:-1000}))

@@ -1,4 +1,5 @@
-/* What controllers share: the error estimate of the step, whether a step is still allowed, and the step after a failure. */
+/* What controllers share: the error estimate of the step, whether a step is still allowed, and the step after a
+   failure. */
 #include <slipstep/private/slipadaptimpl.h>
 
 /*

@@ -65,8 +65,8 @@ PetscErrorCode SlipFingerprintCompose(Mat K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The key of K's root; empty when it has no cache or is not worth it. *unit: root of K over the root that is kept; item:
-   where it is kept. */
+/* The key of K's root; empty when it has no cache or is not worth it. *unit: root of K over the root that is kept;
+   item: where it is kept. */
 static PetscErrorCode KeyOf(Mat K, char key[], size_t len, PetscReal *unit, SlipCacheItem *item)
 {
   const Fingerprint *f;

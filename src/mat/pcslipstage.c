@@ -11,8 +11,8 @@
     symbol  the part on the fault of the inverse of the stage operator on an endless plane (planeroot.c), wrong along
             all edges: one number for each pair of wavenumbers and O(N log N) work;
 
-  on irregular cells the inverse in overlapping parts (schwarz.c), elsewhere the inverse diagonal. P is positive definite
-  whatever the slope, so the whole is.
+  on irregular cells the inverse in overlapping parts (schwarz.c), elsewhere the inverse diagonal. P is positive
+  definite whatever the slope, so the whole is.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
@@ -345,10 +345,10 @@ static PetscErrorCode PCSlipStageGetMemory(PC pc, PetscReal *bytes)
 
   Notes:
   For a Jacobian of type MATSLIPJACOBIAN, whose parts it finds composed as "SlipStageOperator", "SlipMask" and
-  "SlipSlope", or for a stage operator or a stiffness alone. Symmetric positive definite even where weakening makes the Jacobian
-  indefinite, as CG and MINRES need. The slope enters by its mean over the fault. On a uniform grid it is the inverse
-  made periodic along strike, on irregular cells that of overlapping clusters of cells and of means over larger ones,
-  and without either the inverse diagonal.
+  "SlipSlope", or for a stage operator or a stiffness alone. Symmetric positive definite even where weakening makes the
+  Jacobian indefinite, as CG and MINRES need. The slope enters by its mean over the fault. On a uniform grid it is the
+  inverse made periodic along strike, on irregular cells that of overlapping clusters of cells and of means over larger
+  ones, and without either the inverse diagonal.
 
   Options Database Key:
 . -pc_slipstage_type <auto> - on a uniform grid: blocks, symbol, or by size (blocks up to 60 cells in depth)

@@ -19,8 +19,7 @@ typedef struct {
   SlipGather gather;
   PetscReal *y; /* [N] */
   Vec work;
-  SlipPlane plane;     /* borrowed from K: one pair of transforms serves K and a viscosity of type "sliptoeplitz"; NULL
-                          otherwise */
+  SlipPlane plane;     /* borrowed from K, NULL unless one pair of transforms serves K and H of type "sliptoeplitz" */
   SlipPlaneSymbol sum; /* of B at assembled_theta */
   PetscReal mean;      /* B = mean ((mass / theta) I + theta K), H is NULL; 0 when H is used */
   Mat approximation;   /* NULL when Jacobians are to be exact */

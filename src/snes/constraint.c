@@ -12,8 +12,8 @@ PetscClassId SLIP_CONSTRAINT_CLASSID = 0;
 
   Input Parameters:
 + comm             - the communicator
-. ops              - the problem's operations (copied); stage, residual, jacobian and bound are required by the SNES types,
-                     all of them by TSBATHE
+. ops              - the problem's operations (copied); stage, residual, jacobian and bound are required by the SNES
+                     types, all of them by TSBATHE
 . ctx              - passed to every operation
 - reduced_template - a vector with the layout of the reduced unknowns x (its values are not used)
 

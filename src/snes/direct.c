@@ -1,5 +1,6 @@
-/* Dense direct solve on the sliding set (Cholesky unless the operator is known not to be symmetric), the fastest way while that set is small: the block is gathered on every rank and
-   factored redundantly, so that all ranks hold the same bits and no further communication is needed. */
+/* Dense direct solve on the sliding set (Cholesky unless the operator is known not to be symmetric), the fastest way
+   while that set is small: the block is gathered on every rank and factored redundantly, so that all ranks hold the
+   same bits and no further communication is needed. */
 #include <slipstep/private/slipsnes.h>
 #include <petscblaslapack.h>
 
@@ -91,7 +92,8 @@ static PetscErrorCode SlipSolveSymmetric(PetscInt n, PetscScalar A[], PetscScala
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* LU for a matrix that is known not to be symmetric; A holds it by rows. Its solution shows negative curvature, no more. */
+/* LU for a matrix that is known not to be symmetric; A holds it by rows. Its solution shows negative curvature, no
+   more. */
 static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscScalar A[], PetscScalar b[], PetscBool *pd)
 {
   PetscBLASInt nb, one = 1, info, *pivot;
@@ -136,8 +138,8 @@ static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscBool symmetric, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solve (B + diag(slope)) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. B is taken for symmetric unless it is known not to be (MAT_SYMMETRIC). See
-   slipsnes.h (private). */
+/* Solve (B + diag(slope)) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. B is taken for symmetric unless it
+   is known not to be (MAT_SYMMETRIC). See slipsnes.h (private). */
 PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, PetscInt max, PetscBool *done,
                                PetscBool *pd)
 {

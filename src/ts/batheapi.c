@@ -73,8 +73,8 @@ static PetscErrorCode TSBatheGetGamma_Bathe(TS ts, PetscReal *gamma)
 
   Input Parameters:
 + ts       - of type TSBATHE, ignored otherwise
-- reaction - TSBATHE_REACTION_TRAPEZOIDAL, mean of the reactions at both ends (second order while the sliding set does not
-             change), or TSBATHE_REACTION_IMPLICIT, the one at the stage's end (published, first order)
+- reaction - TSBATHE_REACTION_TRAPEZOIDAL, mean of the reactions at both ends (second order while the sliding set does
+             not change), or TSBATHE_REACTION_IMPLICIT, the one at the stage's end (published, first order)
 
   Options Database Key:
 . -ts_bathe_reaction <trapezoidal,implicit> - the same

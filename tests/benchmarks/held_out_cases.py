@@ -1,11 +1,12 @@
 """The faults of the held-out benchmark, none of them seen in training, and the controllers that run them.
 
-One element: 40 faults drawn from SINGLE, log-uniform, by a fixed seed; draws that violate PLAUSIBLE are repeated. The excess over the
-strength at the start grows like exp(rate t); the duration is the time that takes and half a period of the oscillation after it, in
-which the event happens, times a factor of 1.3 to 2.5.
+One element: 40 faults drawn from SINGLE, log-uniform, by a fixed seed; draws that violate PLAUSIBLE are repeated. The
+excess over the strength at the start grows like exp(rate t); the duration is the time that takes and half a period of
+the oscillation after it, in which the event happens, times a factor of 1.3 to 2.5.
 Meshes: the faults of 3, 4 and 5 km at 25 x 25 and 50 x 50 elements, all else at its default.
-Heterogeneous: 10 faults of 4 x 4 to 12 x 12 square elements; normal stress, friction drop, residual friction and weakening slip vary
-from element to element, by a random field of a few waves and white noise, so that elements slip and stick at different times.
+Heterogeneous: 10 faults of 4 x 4 to 12 x 12 square elements; normal stress, friction drop, residual friction and
+weakening slip vary from element to element, by a random field of a few waves and white noise, so that elements slip and
+stick at different times.
 """
 
 import dataclasses
@@ -31,7 +32,8 @@ MIXED = {
     "length_x": (1e3, 10e3, "m"), "depth_top": (100, 5e3, "m"), "damping_ratio": (0.15, 0.5, "1"),
     "friction_drop": (0.06, 0.2, "1"), "weakening": (2.5, 10, "stiffness"),
 }
-SPREAD = {"normal_stress": 0.25, "friction_drop": 0.25, "friction_residual": 0.08, "friction_slip": 0.25}  # of the logarithm
+# standard deviation of the logarithm
+SPREAD = {"normal_stress": 0.25, "friction_drop": 0.25, "friction_residual": 0.08, "friction_slip": 0.25}
 
 # 1e-5 to 4.2; the sparse ones for 50 x 50, and for everything with --sparse
 TOLERANCES = [float(f"{10 ** e:.6g}") for e in np.arange(16) * 0.375 - 5]
@@ -119,7 +121,8 @@ def mesh_cases(sizes=(25, 50)):
 
 
 def random_field(random, nz, nx):
-    """Zero mean, unit variance: six plane waves of up to two periods along the fault, and a third of white noise [nz, nx]."""
+    """Zero mean, unit variance: six plane waves of up to two periods along the fault, and a third of white noise [nz,
+    nx]."""
     z, x = np.meshgrid((np.arange(nz) + 0.5) / nz, (np.arange(nx) + 0.5) / nx, indexing="ij")
     waves = np.zeros((nz, nx))
     for _ in range(6):

@@ -1,4 +1,5 @@
-"""Runs of the held-out benchmark, done by the program `fault`; the numbers of each are a line of a file, so that a benchmark resumes."""
+"""Runs of the held-out benchmark, done by the program `fault`; the numbers of each are a line of a file, so that a
+benchmark resumes."""
 
 import concurrent.futures
 import dataclasses
@@ -26,8 +27,8 @@ class BenchmarkError(Exception):
 
 
 def environment():
-    """Of one process without neighbours: Open MPI's singleton start without its daemon and its shared memory takes 0.07 s
-    instead of 0.4 s."""
+    """Of one process without neighbours: Open MPI's singleton start without its daemon and its shared memory takes 0.07
+    s instead of 0.4 s."""
     env = dict(os.environ, OPENBLAS_NUM_THREADS="1", OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_pml="ob1", OMPI_MCA_btl="self")
     if os.geteuid() == 0:
         env.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
@@ -96,8 +97,8 @@ def read(output):
 
 
 def execute(build, jobs, folder):
-    """Do runs in one process (-fault_sweep); yield of each (result, series), or None and the message it ended with. A run that
-    fails ends the process: the others go to another one."""
+    """Do runs in one process (-fault_sweep); yield of each (result, series), or None and the message it ended with. A
+    run that fails ends the process: the others go to another one."""
     program = os.path.join(build, "bin", "fault")
     while jobs:
         with tempfile.TemporaryDirectory(dir=folder) as room:
@@ -142,8 +143,9 @@ def passage(series, level):
 
 
 def errors(series, fine):
-    """Against a fine run: slip_error is signed; history_error is the largest error of the slip at the run's own times; both, and
-    the peak's, relative to the final slip or peak. half_time_error [s]: of the passage of half the final slip."""
+    """Against a fine run: slip_error is signed; history_error is the largest error of the slip at the run's own times;
+    both, and the peak's, relative to the final slip or peak. half_time_error [s]: of the passage of half the final
+    slip."""
     final = fine[1][-1]
     return {"slip_error": float(series[1][-1] / final - 1),
             "history_error": float(np.abs(series[1] - interpolate(fine, series[0])).max() / final),

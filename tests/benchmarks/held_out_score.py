@@ -1,22 +1,22 @@
 """What the held-out benchmark concludes from its runs: pure functions on rows, one row a run.
 
-A cell is one case at one position of the dial. Views of "the best classical controller" in a cell, as its Bathe solves (rejected and
-failed attempts included, doubling counted as three a step):
+A cell is one case at one position of the dial. Views of "the best classical controller" in a cell, as its Bathe solves
+(rejected and failed attempts included, doubling counted as three a step):
 
-    same_error   the cheapest of all classical runs of the case with |error of final slip| <= e, e being ours but at least a tenth of the
-                 dial. The choice is made afterwards, with the error known, among some 160 runs: a run whose error happens to cross
-                 zero wins. No user could have chosen it.
+    same_error   the cheapest of all classical runs of the case with |error of final slip| <= e, e being ours but at
+                 least a tenth of the dial. The choice is made afterwards, with the error known, among some 160 runs: a
+                 run whose error happens to cross zero wins. No user could have chosen it.
     dial         likewise with e = the dial.
-    steady       the cheapest run with an error <= e (of same_error) that all tighter tolerances of its family keep as well: without the
-                 crossings of zero, and still chosen afterwards, for each case by itself.
-    history      families are curves, solves against the error of the slip's history, of which no run's crosses zero: the cheapest family
-                 interpolated at our error, along its lower envelope.
-    setting      one family and tolerance for all cases, as a user has to choose: the cheapest (geometric mean of solves) of those
-                 that keep the dial in the share of cases that the dial promises. Chosen on the held-out cases themselves, which
-                 favours the classical side.
+    steady       the cheapest run with an error <= e (of same_error) that all tighter tolerances of its family keep as
+                 well: without the crossings of zero, and still chosen afterwards, for each case by itself.
+    history      families are curves, solves against the error of the slip's history, of which no run's crosses zero:
+                 the cheapest family interpolated at our error, along its lower envelope.
+    setting      one family and tolerance for all cases, as a user has to choose: the cheapest (geometric mean of
+                 solves) of those that keep the dial in the share of cases that the dial promises. Chosen on the
+                 held-out cases themselves, which favours the classical side.
 
-The headline is "steady": at the same error, case by case, and no run of ours or of theirs wins by a crossing of zero. "setting" is what
-a user gets. "history" tells what a policy trained on the final slip leaves to others.
+The headline is "steady": at the same error, case by case, and no run of ours or of theirs wins by a crossing of zero.
+"setting" is what a user gets. "history" tells what a policy trained on the final slip leaves to others.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ def cheapest(rows, error):
 
 
 def steady(rows, error):
-    """The cheapest run that keeps an error of final slip together with every run of a tighter tolerance of its family."""
+    """The cheapest run that keeps an error of final slip with every run of a tighter tolerance of its family."""
     found = []
     for runs in by(rows, "family").values():
         kept = []
@@ -57,8 +57,8 @@ def envelope(solves, errors):
 
 
 def solves_at(solves, errors, error):
-    """Solves that a family needs for an error: its envelope, interpolated between logarithms. An error above all of the envelope's
-    costs its cheapest run, one below all cannot be had: infinity."""
+    """Solves that a family needs for an error: its envelope, interpolated between logarithms. An error above all of the
+    envelope's costs its cheapest run, one below all cannot be had: infinity."""
     n, e = envelope(solves, errors)
     if error >= e[0]:
         return float(n[0])
@@ -83,7 +83,8 @@ def history_best(rows, error):
 
 
 def best_setting(rows, error, promise):
-    """((family, rtol), {case: run}) of the cheapest setting that all cases were run with and that keeps the error in a share of them."""
+    """((family, rtol), {case: run}) of the cheapest setting that all cases were run with and that keeps the error in a
+    share of them."""
     cases = {r["case"] for r in rows}
     best = (np.inf, None, {})
     for setting, runs in by(rows, "family", "setting").items():
@@ -111,7 +112,7 @@ def compare(ours, classical, setting_runs, dial):
 
 
 def cells(ours, classical):
-    """Every run of ours beside the classical runs of its case: a list of rows. A run of ours that failed has no ratios."""
+    """Every run of ours beside the classical runs of its case, as rows. A run of ours that failed has no ratios."""
     table, per_case, settings = [], by(classical, "case"), {}
     for run in ours:
         dial = run["setting"]

@@ -3,10 +3,10 @@
 
     tests/benchmarks/held_out_seeds.py training/policies/fault.h5 seed1.h5 --folder output/held_out
 
-Either policy runs all cases at many positions of its dial. For a group of cases that gives a curve: geometric mean of the solves against
-the error that 95 % of the cases keep (and against the median error), one point a position. Solves at an error lie between points by a
-straight line between logarithms; the comparison is the ratio of both policies' solves there. Runs and references are those of
-held_out.py: a folder of it is reused and added to.
+Either policy runs all cases at many positions of its dial. For a group of cases that gives a curve: geometric mean of
+the solves against the error that 95 % of the cases keep (and against the median error), one point a position. Solves at
+an error lie between points by a straight line between logarithms; the comparison is the ratio of both policies' solves
+there. Runs and references are those of held_out.py: a folder of it is reused and added to.
 """
 
 import argparse

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Run the benchmark cell by cell; tests/benchmarks/run.sh sets the environment and calls this.
 
-A cell is one process: an operator at one size (tests/operators), the linear solver at one size and step, or a full run (fault).
-All numbers of a cell are attributes of /cells/<name> of the output, which is written anew after each cell, so a benchmark that
-was stopped goes on where it was. Cells that fail are marked and do not stop the rest; --retry tries them again. At the end the
-same numbers are in tables (/operators, /iterations, /runs, one dataset a column, and /slopes), printed and plotted.
+A cell is one process: an operator at one size (tests/operators), the linear solver at one size and step, or a full run
+(fault). All numbers of a cell are attributes of /cells/<name> of the output, which is written anew after each cell, so
+a benchmark that was stopped goes on where it was. Cells that fail are marked and do not stop the rest; --retry tries
+them again. At the end the same numbers are in tables (/operators, /iterations, /runs, one dataset a column, and
+/slopes), printed and plotted.
 """
 
 import argparse
@@ -236,7 +237,8 @@ def fit(rows, quantity, smallest):
 
 
 def fit_all(cells):
-    """(quantity, exponent, sizes) of everything that grows; sizes below 50 are overhead, and left out if there are larger ones."""
+    """(quantity, exponent, sizes) of everything that grows; sizes below 50 are overhead, and left out if there are
+    larger ones."""
     smallest = 50 if max((c["n"] for c in cells.values()), default=0) > 50 else 0
     slopes = []
     for kind in LARGEST:

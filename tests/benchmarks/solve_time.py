@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """Wall time of the solve of the 3 km fault under `heuristic` and under the shipped policy, beside a plain reference.
 
-    tests/benchmarks/solve_time.py [--build build] [--ranks 1 2] [--repeat 5] [--sizes 25 50] [--output output/solve_time.h5]
+    tests/benchmarks/solve_time.py [--build build] [--ranks 1 2] [--repeat 5] [--sizes 25 50]
+                                   [--output output/solve_time.h5]
 
-The plain reference is the same program, steps and tolerances with dense matrices and no preconditioner, on one rank. Times
-are medians over the repetitions with their spread (largest over smallest); on a shared machine only the ratio means much.
+The plain reference is the same program, steps and tolerances with dense matrices and no preconditioner, on one rank.
+Times are medians over the repetitions with their spread (largest over smallest); on a shared machine only the ratio
+means much.
 """
 
 import argparse

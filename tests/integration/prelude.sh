@@ -1,4 +1,5 @@
-# Sourced first by the tests of this folder: a working folder that goes with the test, and words for what must not happen.
+# Sourced first by the tests of this folder: a working folder that goes with the test, and words for what must not
+# happen.
 bin=$SLIPSTEP_BUILD/bin
 work=$(cd "$(mktemp -d)" && pwd -P)
 trap 'rm -rf "$work"' EXIT
@@ -10,8 +11,8 @@ fail() {
   failed=1
 }
 
-# Expects a command that fails by itself with one line on stderr (beside mpirun's own), an error that holds each of the words, and
-# leaves no .part.
+# Expects a command that fails by itself with one line on stderr (beside mpirun's own), an error that holds each of the
+# words, and leaves no .part.
 refuses() { # word... -- command
   local words=() code=0 lines=.
   while [ "$1" != -- ]; do words+=("$1"); shift; done

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# tests/benchmarks/run.sh --quick: stopped, it goes on where it was; a cell that fails is marked, does not stop the rest and can be
-# tried again; the HDF5 file has every number and the plot is there.
+# tests/benchmarks/run.sh --quick: stopped, it goes on where it was; a cell that fails is marked, does not stop the rest
+# and can be tried again; the HDF5 file has every number and the plot is there.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 

@@ -1,6 +1,6 @@
 #!/bin/bash
-# The programs sliding_mode, circuit and oscillator: every controller, the layout of their files, errors recomputed from the
-# files with independent exact solutions, and messages for wrong use.
+# The programs sliding_mode, circuit and oscillator: every controller, the layout of their files, errors recomputed from
+# the files with independent exact solutions, and messages for wrong use.
 set -u
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 "$SLIPSTEP_PYTHON" -c "import h5py, numpy" || exit 77
@@ -124,7 +124,8 @@ def circuit(names):
         check(name, energy[-1] < 1e-2 * energy[0], f"energy is left: {energy[-1]} of {energy[0]}")
         V1, r = s["V1"], s["reaction"]
         check(name, (np.abs(r) <= m).all() and (r[V1 != 0] == -m * np.sign(V1[V1 != 0])).all(), "reaction outside its law")
-        # tolerances of 1e-6 with thousands of steps, or a policy with 2e-2 s in a circuit of R C1 = 0.16 s: (0.02/0.16)^2 = 1.6 %
+        # tolerances of 1e-6 with thousands of steps, or a policy with 2e-2 s in a circuit of R C1 = 0.16 s:
+        # (0.02/0.16)^2 = 1.6 %
         check(name, result["l2_error"] < (2e-2 if name == "rl" else 1e-3), f"relative L2 error {result['l2_error']}")
 
 def oscillator(names):

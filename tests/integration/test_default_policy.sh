@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# -ts_adapt_type rl without a policy finds the one of its problem: in the build tree, after an installation that was moved, through
-# SLIPSTEP_POLICY_DIR, and as a plugin of a program that knows nothing of SlipStep. -ts_view names it; without one the error says how to.
+# -ts_adapt_type rl without a policy finds the one of its problem: in the build tree, after an installation that was
+# moved, through SLIPSTEP_POLICY_DIR, and as a plugin of a program that knows nothing of SlipStep. -ts_view names it;
+# without one the error says how to.
 set -euo pipefail
 build=${SLIPSTEP_BUILD:?} source=${SLIPSTEP_SOURCE:?} python=${SLIPSTEP_PYTHON:-python3}
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The evaluate program: a tiny matrix end to end, going on after kill -9, ranks, failing cells, wrong use, figures and tables.
+# The evaluate program: a tiny matrix end to end, going on after kill -9, ranks, failing cells, wrong use, figures and
+# tables.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 source=$SLIPSTEP_SOURCE

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# -fault_cache_dir: the second run reads what the first wrote, on any number of ranks, and slips alike; files that cannot be
-# right are reported and replaced; runs at the same time do not disturb each other; a directory that is none is an error.
+# -fault_cache_dir: the second run reads what the first wrote, on any number of ranks, and slips alike; files that
+# cannot be right are reported and replaced; runs at the same time do not disturb each other; a directory that is none
+# is an error.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 fault=$SLIPSTEP_BUILD/bin/fault

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# The linear solver of the stages belongs to the user: other Krylov methods and preconditioners from the options database find
-# the same run. Constant steps, one of them (6 s, 7 T*) long enough for indefinite Jacobians, and no direct solves.
+# The linear solver of the stages belongs to the user: other Krylov methods and preconditioners from the options
+# database find the same run. Constant steps, one of them (6 s, 7 T*) long enough for indefinite Jacobians, and no
+# direct solves.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 fault=("$SLIPSTEP_BUILD/bin/fault" -fault_nx 20 -fault_nz 20 -ts_adapt_type none -ts_bathe_error none -snes_slip_direct_max 0)

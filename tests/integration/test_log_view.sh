@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# -log_view has the stages and events of a run with counts that agree with what the run did; -fault_view tells of the operators,
-# their memory and the cache.
+# -log_view has the stages and events of a run with counts that agree with what the run did; -fault_view tells of the
+# operators, their memory and the cache.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 fault=$SLIPSTEP_BUILD/bin/fault

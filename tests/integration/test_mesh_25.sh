@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The 3 km fault of 25 x 25 elements: error of the heuristic run, cost and success of its stages, and the same results on 1, 2 and
-# 4 ranks under the heuristic and under the shipped policy.
+# The 3 km fault of 25 x 25 elements: error of the heuristic run, cost and success of its stages, and the same results
+# on 1, 2 and 4 ranks under the heuristic and under the shipped policy.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 fault=(mpirun --oversubscribe -n)
@@ -13,8 +13,8 @@ for ranks in 1 2 4; do
   run $ranks heuristic$ranks.h5 -ts_adapt_type heuristic
   run $ranks rl$ranks.h5 "${policy[@]}"
 done
-# Errors of constant steps fall with their square: 2.9 % at 20 and 0.15 % at 100 steps of a 15 x 15 mesh. 600 steps leave less than
-# 0.01 %, nothing beside 0.5 %.
+# Errors of constant steps fall with their square: 2.9 % at 20 and 0.15 % at 100 steps of a 15 x 15 mesh. 600 steps
+# leave less than 0.01 %, nothing beside 0.5 %.
 run 1 fine.h5 "${constant[@]}" -ts_dt 0.05
 for dt in 0.25 0.5 1 2 6; do run 1 "constant$dt.h5" "${constant[@]}" -ts_dt $dt; done
 run 1 projection2.h5 "${constant[@]}" -ts_dt 2 -snes_type projection
@@ -47,8 +47,8 @@ for name in ("heuristic1", "constant0.25", "constant0.5", "constant1", "constant
         lost = int(np.sum(short & (f["steps/converged"][:] == 0)))
     check(short.any() and lost == 0, f"{name}: {lost} of {short.sum()} attempts of at most 2 s failed to converge")
 
-# The published solver gives up at 200 iterations where semismooth Newton converges, at 2 s and at the 6 s that the published
-# policies may choose.
+# The published solver gives up at 200 iterations where semismooth Newton converges, at 2 s and at the 6 s that the
+# published policies may choose.
 def failures(name):
     with h5py.File(name + ".h5") as f:
         return int(np.sum(f["steps/converged"][:] == 0))

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The train program: messages of bad input, two policies side by side, the same bits for the same seed, the policy in a run.
+# The train program: messages of bad input, two policies side by side, the same bits for the same seed, the policy in a
+# run.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 

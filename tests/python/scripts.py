@@ -1,4 +1,5 @@
-"""What the tests of the scripts in output/ share: the folder on Python's path, and a test case with a folder for its files."""
+"""What the tests of the scripts in output/ share: the folder on Python's path, and a test case with a folder for its
+files."""
 
 import os
 import subprocess

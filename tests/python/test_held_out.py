@@ -34,7 +34,8 @@ class Score(unittest.TestCase):
         self.assertEqual(score.cheapest(a, 0.01)["solves"], 20)  # the lucky one; the one that stopped does not count
         self.assertEqual(score.cheapest(a, 0.3)["solves"], 10)
         self.assertIsNone(score.cheapest(a, 1e-4))
-        self.assertEqual(score.steady(a, 0.05)["solves"], 20)  # that of x and the tighter one keep it; y's tightest stopped
+        # that of x and the tighter one keep it; y's tightest stopped
+        self.assertEqual(score.steady(a, 0.05)["solves"], 20)
         self.assertIsNone(score.steady(a, 0.01))  # x loses it again
 
     def test_interpolation(self):
@@ -49,7 +50,8 @@ class Score(unittest.TestCase):
 
     def test_setting(self):
         setting, runs = score.best_setting(self.classical, 0.01, 0.95)
-        self.assertEqual((setting, runs["b"]["solves"]), (("y", 0.1), 33))  # x at 0.1 fails in b, at 0.01 in a, y at 0.01 stopped
+        # x at 0.1 fails in b, at 0.01 in a, y at 0.01 stopped
+        self.assertEqual((setting, runs["b"]["solves"]), (("y", 0.1), 33))
         self.assertIsNone(score.best_setting(self.classical, 1e-4, 0.95)[0])
 
     def test_seeds(self):

@@ -88,7 +88,7 @@ class Mesh(unittest.TestCase):
         return fields
 
     def test_ranks_keep_the_order_of_the_file(self):
-        """Shares of the cells go to ranks; fields, parameters and the stiffness stay in the order of the file's rows."""
+        """Shares of the cells go to ranks; fields, parameters and the stiffness stay in the order of the file."""
         rows = self.make("parallel", "--cells", "9", "8", "--ratio", "3", "--offset", "600", "--shift", "300")
         rows = rows[np.random.default_rng(3).permutation(len(rows))]
         with h5py.File(self.mesh, "r+") as file:

@@ -44,15 +44,17 @@ class SlipError(unittest.TestCase):
         return run["mean_slip"] / self.fine - 1
 
     def test_constant_steps(self):
-        """With constant steps the first variation is the error, to first order in the step: right in sign, and within a factor of two
-        where the arrest, whose own error the smooth formula does not know, falls somewhere within a step."""
+        """With constant steps the first variation is the error, to first order in the step: right in sign, and within a
+        factor of two where the arrest, whose own error the smooth formula does not know, falls somewhere within a
+        step."""
         for steps in (50, 100, 200, 400):
             run = self.run_fault(*ONE, "-ts_adapt_type", "none", "-ts_dt", str(30 / steps))
             ratio = run["slip_error_signed"] / self.error(run)
             self.assertTrue(0.5 < ratio < 2, f"{steps} steps: estimated over true error {ratio}")
 
     def test_safe_side(self):
-        """What is printed is rarely too small and seldom useless: between the error and 30 times it for usual controllers."""
+        """What is printed is rarely too small and seldom useless: between the error and 30 times it for usual
+        controllers."""
         for options in (["-ts_rtol", "1e-2"], ["-ts_rtol", "1e-1"], ["-ts_adapt_type", "basic", "-ts_rtol", "1e-2"],
                         ["-ts_adapt_type", "pi", "-ts_rtol", "1e-2"], ["-ts_bathe_error", "doubling", "-ts_rtol", "1e-2"],
                         ["-ts_bathe_reaction", "implicit", "-ts_rtol", "1e-1"]):
@@ -62,8 +64,8 @@ class SlipError(unittest.TestCase):
             self.assertIn("estimated slip error:", run["text"])
 
     def test_check(self):
-        """Richardson's estimate of a method of order 2 (1 when implicit): the leading term, so within a factor of two here. The
-        repetition leaves no rows and no counts in the output of the run."""
+        """Richardson's estimate of a method of order 2 (1 when implicit): the leading term, so within a factor of two
+        here. The repetition leaves no rows and no counts in the output of the run."""
         for options in (["-ts_rtol", "1e-2"], ["-ts_adapt_type", "none", "-ts_dt", "0.3"], ["-ts_bathe_error", "doubling", "-ts_rtol", "1e-2"],
                         ["-ts_adapt_type", "dsp", "-ts_rtol", "1e-2"], ["-ts_bathe_reaction", "implicit", "-ts_rtol", "1e-1"]):
             plain = self.run_fault(*ONE, *options)
@@ -75,7 +77,8 @@ class SlipError(unittest.TestCase):
             self.assertGreaterEqual(run["check_solves"], 2 * run["accepted"] * 0.8)
 
     def test_ranks(self):
-        """The sums do not depend on the distribution, but for rounding that a controller divides by (compare test_fault_ranks)."""
+        """The sums do not depend on the distribution, but for rounding that a controller divides by (compare
+        test_fault_ranks)."""
         mesh = ["-fault_nx", "6", "-fault_nz", "5", "-ts_rtol", "1e-2", "-fault_check_error"]
         one, two = self.run_fault(*mesh), self.run_fault(*mesh, ranks=2)
         for name in ("slip_error_signed", "slip_error_check_signed"):

@@ -34,7 +34,8 @@ def write_cell(file, name, controller, solves, error, treatment=("embedded", "tr
     if policy:
         group.attrs.update({"policy": policy, "policy_hash": "0", "policy_algorithm": "tqc", "policy_alpha": alpha, "policy_file": policy})
     time = np.linspace(0, 30, 11)
-    # mean slip between the steps: the reference and a bump that is max_error of the final slip high at 15 s, with flat rates there
+    # mean slip between the steps: the reference and a bump that is max_error of the final slip high at 15 s, with flat
+    # rates there
     bump = 0.24 * max_error * np.where(time == 15, 1, 0)
     rows = np.stack([time, 0.008 * time + bump, 0.008 + 0 * time, 0.01 + 0 * time], axis=1)
     group.create_dataset("series", data=rows).attrs["columns"] = COLUMNS
@@ -107,7 +108,8 @@ class StudyTest(ScriptTest):
         self.assertAlmostEqual(processor_time(study, CASE, study.cells), 9.8)
         with h5py.File(path, "a") as file:
             cell = file[f"cells/{CASE}/pi_x1_doubling_implicit"]
-            cell.attrs.update({"cpu": 0.0, "repetitions": 3})  # too short for the clock: three times its 2.4 s by the wall
+            # too short for the clock: three times its 2.4 s by the wall
+            cell.attrs.update({"cpu": 0.0, "repetitions": 3})
         study = Study(path)
         self.assertAlmostEqual(processor_time(study, CASE, study.cells), 14.6)
         self.assertIn("| **all up to 50 x 50** |  |  |  |  |  | **15** (0.243 min) |", contents(study))
@@ -124,7 +126,8 @@ class StudyTest(ScriptTest):
 
     def test_equal_accuracy_counts_solves_for_the_same_error(self):
         study = Study(write_study(self.path("s.h5")))
-        # 0.5 % takes a classical run 60 solves, 5 % takes 40; the policies take 10. Their histories, twice the error, 40 and 20.
+        # 0.5 % takes a classical run 60 solves, 5 % takes 40; the policies take 10. Their histories, twice the error,
+        # 40 and 20.
         one, two = (study.one(policy=f"p_alpha_{alpha}", error="embedded") for alpha in (1, 2))
         self.assertEqual([advantage(study, cell, ("final_error",))[0] for cell in (one, two)], [6.0, 4.0])
         self.assertEqual([advantage(study, cell, ("history_error",))[0] for cell in (one, two)], [6.0, 4.0])

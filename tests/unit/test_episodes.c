@@ -27,8 +27,8 @@ static PetscErrorCode same(const EnvMoment *m, PetscReal *action, PetscBool *sto
   return 0;
 }
 
-/* The rewards of "dial" add up to the price of the attempts and the penalties of the episode's cost, that of an independent run by
-   the library. Both do the same steps: nothing but the order of sums differs. */
+/* The rewards of "dial" add up to the price of the attempts and the penalties of the episode's cost, that of an
+   independent run by the library. Both do the same steps: nothing but the order of sums differs. */
 static void rewards(void **state)
 {
   SlipPolicy steps = policy(2, 0); /* long ones, so that there are penalties */

@@ -247,7 +247,8 @@ static PetscReal DistanceOfIterates(Mat exact, Mat H)
   return worst;
 }
 
-/* The distance of K's viscosity set up by Lanczos' method, as that of large grids is, from the one given, which is destroyed. */
+/* The distance of K's viscosity set up by Lanczos' method, as that of large grids is, from the one given, which is
+   destroyed. */
 static PetscReal DistanceOfLanczos(Mat K, const char type[], const char option[], Mat exact)
 {
   PetscReal distance;
@@ -278,8 +279,8 @@ static void test_viscosities_of_large_grids(void **state)
   ok(MatDestroy(&K));
 }
 
-/* Deep grids take hundreds of Lanczos steps without reorthogonalisation, where a small tolerance meets rounding. A field that is
-   almost all new must not be asked for the digits of the little of it that is known. */
+/* Deep grids take hundreds of Lanczos steps without reorthogonalisation, where a small tolerance meets rounding. A
+   field that is almost all new must not be asked for the digits of the little of it that is known. */
 static void test_waves_of_deep_grid(void **state)
 {
   const SlipGrid grid = {4, 400, 3000.0, 3000.0, 0, 30e9, 0.25, PETSC_FALSE};

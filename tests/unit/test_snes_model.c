@@ -1,5 +1,5 @@
-/* An approximate operator in the semismooth method: it may be wrong by a given share, which then says how often the true one
-   is needed, however long the sliding set takes to settle. */
+/* An approximate operator in the semismooth method: it may be wrong by a given share, which then says how often the
+   true one is needed, however long the sliding set takes to settle. */
 #include "unit.h"
 #include "linear.h"
 
@@ -102,8 +102,8 @@ static void test_products(void **state)
     assert_true(size > 0.01);
     /* both to residuals of rounding, which the condition number, n^2, amplifies */
     assert_true(e <= 1e-10 * size);
-    /* each solution of the model leaves a share of 0.05 + 0.01 of the residual: 12.3 of them from 1 to 1e-15; two more evaluate the
-       start (its traction, its residual) and one finds that the last did not better it */
+    /* each solution of the model leaves a share of 0.05 + 0.01 of the residual: 12.3 of them from 1 to 1e-15; two more
+       evaluate the start (its traction, its residual) and one finds that the last did not better it */
     assert_true(products <= 16);
     assert_int_equal(VecDestroy(&x), 0);
     assert_int_equal(VecDestroy(&y), 0);

@@ -11,7 +11,8 @@ file(GLOB _python CONFIGURE_DEPENDS output/*.py training/*.py)
 file(GLOB _options CONFIGURE_DEPENDS examples/*.opts)
 install(FILES ${_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/slipstep)
 install(FILES ${_policies} DESTINATION ${_data}/policies)
-# The library finds them relative to itself, so that an installed tree may be moved; in the build tree by a link beside it.
+# The library finds them relative to itself, so that an installed tree may be moved; in the build tree by a link beside
+# it.
 file(RELATIVE_PATH _lib_to_policies ${CMAKE_INSTALL_FULL_LIBDIR} ${CMAKE_INSTALL_FULL_DATADIR}/slipstep/policies)
 target_compile_definitions(slipstep PRIVATE SLIPSTEP_LIB_TO_POLICIES="${_lib_to_policies}")
 file(MAKE_DIRECTORY ${CMAKE_LIBRARY_OUTPUT_DIRECTORY})
@@ -19,7 +20,8 @@ file(CREATE_LINK ${PROJECT_SOURCE_DIR}/training/policies ${CMAKE_LIBRARY_OUTPUT_
 install(PROGRAMS ${_python} DESTINATION ${_data}/python)
 install(FILES ${_options} DESTINATION ${_data}/examples)
 
-# find_package(slipstep) gives slipstep::slipstep. PETSc is looked up again: where pkg-config finds it, else where it was here.
+# find_package(slipstep) gives slipstep::slipstep. PETSc is looked up again: where pkg-config finds it, else where it
+# was here.
 pkg_get_variable(SLIPSTEP_PETSC_PCDIR PETSc pcfiledir)
 install(EXPORT slipstepTargets NAMESPACE slipstep:: DESTINATION ${_package})
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/slipstepConfig.cmake.in ${PROJECT_BINARY_DIR}/slipstepConfig.cmake
