@@ -15,7 +15,7 @@ import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from slipstep_output import OutputError
-from slipstep_study import Study, cheapest, family
+from slipstep_study import Study, cheapest
 
 DEFAULT, PUBLISHED = ("embedded", "trapezoidal"), ("doubling", "implicit")
 TREATMENTS = (DEFAULT, ("doubling", "trapezoidal"), ("embedded", "implicit"), PUBLISHED)

@@ -18,7 +18,6 @@ RESULT = ("accepted", "rejected", "solves", "newton_iterations", "linear_iterati
 # Besides, of a fault:
 SERIES = ("mean_slip_rate", "max_slip_rate", "mean_slip", "mean_displacement", "sliding_fraction")
 MESH = ("x", "z")
-FIELDS = ("slip_rate", "slip", "displacement", "traction")
 
 
 class OutputError(Exception):

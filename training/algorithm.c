@@ -2,7 +2,7 @@
 #include "trainer.h"
 #include <slipstep/private/slipcompat.h>
 
-const Algorithm AlgorithmTable[] = {
+static const Algorithm AlgorithmTable[] = {
   {"tqc", "truncated quantile critics with state-dependent exploration (Kuznetsov et al. 2020, Raffin et al. 2022)",
    NULL, TrainerTrain},
   {"td3", "twin delayed deep deterministic policy gradient (Fujimoto et al. 2018)", NULL, TrainerTrain},

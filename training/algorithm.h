@@ -13,5 +13,4 @@ typedef struct {
   PetscErrorCode (*run)(const TrainOptions *o);
 } Algorithm;
 
-PETSC_INTERN const Algorithm AlgorithmTable[]; /* ends with a name NULL */
 PETSC_INTERN PetscErrorCode AlgorithmFind(const char name[], const Algorithm **row);

@@ -80,7 +80,8 @@ PetscErrorCode CMAESDestroy(CMAES *es)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CMAESDecompose(CMAES *es)
+/* B and D from C */
+static PetscErrorCode Decompose(CMAES *es)
 {
   const PetscInt n = es->n;
   PetscBLASInt nn, lwork, info;
@@ -113,7 +114,7 @@ PetscErrorCode CMAESAsk(CMAES *es, Random *random, double x[])
   double *z = es->work;
 
   PetscFunctionBegin;
-  if (es->generation && es->generation % es->interval == 0) PetscCall(CMAESDecompose(es));
+  if (es->generation && es->generation % es->interval == 0) PetscCall(Decompose(es));
   for (PetscInt k = 0; k < es->lambda; ++k)
     for (PetscInt i = 0; i < n; ++i) z[k * n + i] = es->D[i] * RandomNormal(random);
   for (PetscInt k = 0; k < es->lambda; ++k) PetscCall(PetscArraycpy(x + k * n, es->mean, n));

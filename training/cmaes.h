@@ -33,5 +33,3 @@ PETSC_INTERN PetscErrorCode CMAESDestroy(CMAES *es);
 PETSC_INTERN PetscErrorCode CMAESAsk(CMAES *es, Random *random, double x[]);
 /* Learn from the values f [lambda] of a population; NaN counts as the worst. Equal values keep their order. */
 PETSC_INTERN PetscErrorCode CMAESTell(CMAES *es, const double x[], const double f[]);
-/* Recompute B and D from C, after C was read from a file. */
-PETSC_INTERN PetscErrorCode CMAESDecompose(CMAES *es);

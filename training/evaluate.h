@@ -49,7 +49,7 @@ struct _EvaluateProblem {
   PetscErrorCode (*exact)(void *model, PetscReal t, PetscReal row[]);                         /* [ncolumns] */
 };
 PETSC_INTERN const EvaluateProblem *const EvaluateProblems[]; /* ends with NULL */
-PETSC_INTERN const EvaluateProblem EvaluateFault, EvaluateSlidingMode, EvaluateCircuit;
+PETSC_INTERN const EvaluateProblem EvaluateFault;
 
 /* ---- options and cells (evaluateoptions.c, evaluatecells.c) ---- */
 

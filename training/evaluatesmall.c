@@ -7,8 +7,6 @@
 
 #define EVALUATION 1 /* of the two settings of each model */
 
-const EvaluateProblem *const EvaluateProblems[] = {&EvaluateFault, &EvaluateSlidingMode, &EvaluateCircuit, NULL};
-
 static PetscErrorCode Destroy(void **model)
 {
   PetscFunctionBegin;
@@ -74,18 +72,19 @@ static PetscErrorCode SlidingExact(void *model, PetscReal t, PetscReal row[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const EvaluateProblem EvaluateSlidingMode = {.name = "sliding_mode",
-                                             .meaning = "the sliding mode controller of the -sliding_mode_ options",
-                                             .nstates = 1,
-                                             .ncolumns = 2,
-                                             .columns = sliding_columns,
-                                             .units = sliding_units,
-                                             .rate = -1,
-                                             .create = SlidingCreate,
-                                             .destroy = Destroy,
-                                             .start = SlidingStart,
-                                             .observe = Observe,
-                                             .exact = SlidingExact};
+static const EvaluateProblem EvaluateSlidingMode = {.name = "sliding_mode",
+                                                    .meaning =
+                                                      "the sliding mode controller of the -sliding_mode_ options",
+                                                    .nstates = 1,
+                                                    .ncolumns = 2,
+                                                    .columns = sliding_columns,
+                                                    .units = sliding_units,
+                                                    .rate = -1,
+                                                    .create = SlidingCreate,
+                                                    .destroy = Destroy,
+                                                    .start = SlidingStart,
+                                                    .observe = Observe,
+                                                    .exact = SlidingExact};
 
 /* ---- the circuit ---- */
 
@@ -119,16 +118,18 @@ static PetscErrorCode CircuitStart(MPI_Comm comm, const EvaluateCase *c, void *m
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const EvaluateProblem EvaluateCircuit = {.name = "circuit",
-                                         .meaning = "the circuit of the -circuit_ options",
-                                         .nstates = CIRCUIT_N,
-                                         .ncolumns = CIRCUIT_N + 1,
-                                         .columns = circuit_columns,
-                                         .units = circuit_units,
-                                         .rate = -1,
-                                         .relative = PETSC_TRUE,
-                                         .reference = 200000,
-                                         .create = CircuitCreate,
-                                         .destroy = Destroy,
-                                         .start = CircuitStart,
-                                         .observe = Observe};
+static const EvaluateProblem EvaluateCircuit = {.name = "circuit",
+                                                .meaning = "the circuit of the -circuit_ options",
+                                                .nstates = CIRCUIT_N,
+                                                .ncolumns = CIRCUIT_N + 1,
+                                                .columns = circuit_columns,
+                                                .units = circuit_units,
+                                                .rate = -1,
+                                                .relative = PETSC_TRUE,
+                                                .reference = 200000,
+                                                .create = CircuitCreate,
+                                                .destroy = Destroy,
+                                                .start = CircuitStart,
+                                                .observe = Observe};
+
+const EvaluateProblem *const EvaluateProblems[] = {&EvaluateFault, &EvaluateSlidingMode, &EvaluateCircuit, NULL};

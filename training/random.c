@@ -23,7 +23,8 @@ static inline uint64_t Rotate(uint64_t x, int k)
   return (x << k) | (x >> (64 - k));
 }
 
-uint64_t RandomBits(Random *r)
+/* 64 random bits */
+static uint64_t Bits(Random *r)
 {
   uint64_t *s = r->s;
   const uint64_t result = Rotate(s[0] + s[3], 23) + s[0], t = s[1] << 17;
@@ -39,7 +40,7 @@ uint64_t RandomBits(Random *r)
 
 double RandomUniform(Random *r)
 {
-  return (double)(RandomBits(r) >> 11) * 0x1.0p-53;
+  return (double)(Bits(r) >> 11) * 0x1.0p-53;
 }
 
 double RandomNormal(Random *r)

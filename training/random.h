@@ -11,7 +11,6 @@ typedef struct {
 } Random;
 
 PETSC_INTERN void RandomSeed(Random *r, uint64_t seed);
-PETSC_INTERN uint64_t RandomBits(Random *r);                       /* 64 random bits */
 PETSC_INTERN double RandomUniform(Random *r);                      /* [0, 1) */
 PETSC_INTERN double RandomNormal(Random *r);                       /* N(0, 1) */
 PETSC_INTERN uint64_t RandomIndex(Random *r, uint64_t n);          /* 0 .. n-1 */

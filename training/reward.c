@@ -51,7 +51,7 @@ static PetscReal Dial(const RewardInput *in)
   return -1 / (USUAL_SOLVES * PetscPowReal(in->dial, USUAL_POWER)) - in->effect;
 }
 
-const Reward RewardTable[] = {
+static const Reward RewardTable[] = {
   {"published", "length of the step, times cheapness, times exp(-alpha E_r); minus the length when it fails",
    PETSC_FALSE, PETSC_FALSE, Published},
   {"accuracy",

@@ -19,5 +19,4 @@ typedef struct {
   PetscReal (*value)(const RewardInput *in);
 } Reward;
 
-PETSC_INTERN const Reward RewardTable[];
 PETSC_INTERN PetscErrorCode RewardFind(const char name[], const Reward **row);

@@ -37,11 +37,9 @@ typedef double Scalar;
   #define TQCNoiseCount TQCNoiseCount_Double
   #define TD3Create TD3Create_Double
   #define TD3Destroy TD3Destroy_Double
-  #define TD3Sample TD3Sample_Double
   #define TD3Update TD3Update_Double
   #define TQCCreate TQCCreate_Double
   #define TQCDestroy TQCDestroy_Double
-  #define TQCSample TQCSample_Double
   #define TQCUpdate TQCUpdate_Double
 #else
 typedef float Scalar;

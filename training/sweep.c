@@ -31,7 +31,8 @@ static PetscErrorCode AddName(char file[], const char name[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SweepOptions(const TrainOptions *o, PetscInt job, TrainOptions *one)
+/* The options of one training: its alpha and seed, and F.h5 becomes F_alpha2_seed1.h5 when there are several. */
+static PetscErrorCode SweepOptions(const TrainOptions *o, PetscInt job, TrainOptions *one)
 {
   char name[64];
 

@@ -3,8 +3,6 @@
 #include "trainer.h"
 
 PETSC_INTERN PetscInt SweepCount(const TrainOptions *o);
-/* The options of one training: its alpha and seed, and F.h5 becomes F_alpha2_seed1.h5 when there are several. */
-PETSC_INTERN PetscErrorCode SweepOptions(const TrainOptions *o, PetscInt job, TrainOptions *one);
 /* Collective. A training that fails says why and does not stop the others; failed: how many did, on all ranks. */
 PETSC_INTERN PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *failed);
 /* For long work between trainings' MPI calls: lets other ranks reach the queue. */

@@ -53,11 +53,6 @@ static void Act(TD3 *t, const Scalar p[], PetscInt B, const Scalar obs[], Scalar
   for (PetscInt i = 0; i < t->o.act * B; ++i) action[i] = ScalarTanh(out[i]);
 }
 
-void TD3Sample(TD3 *t, PetscInt B, const Scalar obs[], Scalar action[])
-{
-  Act(t, t->actor, B, obs, action);
-}
-
 static Scalar Clip(Scalar x, Scalar limit)
 {
   return x > limit ? limit : (x < -limit ? -limit : x);
@@ -180,7 +175,7 @@ static Scalar ActLearner(void *learner, const Scalar obs[], PetscBool explore, P
   if (explore && warm_up)
     action = (Scalar)(2 * RandomUniform(r) - 1);
   else
-    TD3Sample(t, 1, obs, &action);
+    Act(t, t->actor, 1, obs, &action);
   return explore ? Clip(action + (Scalar)(t->o.noise * RandomNormal(r)), 1) : action;
 }
 

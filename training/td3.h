@@ -20,8 +20,6 @@ typedef struct {
 
 PETSC_INTERN PetscErrorCode TD3Create(const LearnerOptions *o, Random *r, TD3 *t);
 PETSC_INTERN PetscErrorCode TD3Destroy(TD3 *t);
-/* Deterministic actions [A][B] at obs [O][B], B <= o.batch. */
-PETSC_INTERN void TD3Sample(TD3 *t, PetscInt B, const Scalar obs[], Scalar action[]);
 /* One gradient step. noise [A][B]: of the target's action, not yet clipped. losses->actor and mean_q keep their values
    in the steps that leave the actor alone. */
 PETSC_INTERN void TD3Update(TD3 *t, const Batch *batch, const Scalar noise[], Losses *losses);

@@ -94,7 +94,12 @@ PetscErrorCode TQCDestroy(TQC *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void TQCSample(TQC *t, PetscInt B, const Scalar obs[], const Scalar eps[], Scalar action[])
+#if !defined(TRAIN_DOUBLE)
+/* ---- as a learner ---- */
+
+/* Actions [A][B] at obs [O][B], B <= o.batch. eps: standard normals [H][A], without gSDE [A][B]; NULL: the
+   deterministic tanh(mean). */
+static void ChooseActions(TQC *t, PetscInt B, const Scalar obs[], const Scalar eps[], Scalar action[])
 {
   const PetscInt H = t->hidden, A = t->o.act;
   const Scalar *h = t->actor_work.out[t->latent.layers - 1], *head = t->actor + t->head_weight,
@@ -112,9 +117,6 @@ void TQCSample(TQC *t, PetscInt B, const Scalar obs[], const Scalar eps[], Scala
   }
   for (PetscInt i = 0; i < A * B; ++i) action[i] = t->now.action[i];
 }
-
-#if !defined(TRAIN_DOUBLE)
-/* ---- as a learner ---- */
 
 static PetscErrorCode Create(const LearnerOptions *o, Random *r, void **learner)
 {
@@ -145,7 +147,7 @@ static Scalar ActLearner(void *learner, const Scalar obs[], PetscBool explore, P
 
   for (PetscInt i = 0; explore && i < n; ++i) t->normals[i] = (Scalar)RandomNormal(r);
   if (explore && warm_up) return (Scalar)(2 * RandomUniform(r) - 1);
-  TQCSample(t, 1, obs, explore ? t->normals : NULL, &action);
+  ChooseActions(t, 1, obs, explore ? t->normals : NULL, &action);
   return action;
 }
 

@@ -39,9 +39,6 @@ PETSC_INTERN PetscErrorCode TQCDestroy(TQC *t);
 /* Standard normals that one gradient step needs: [H][A], one exploration matrix for the whole batch; without gSDE
    [2][A][B], for obs and next_obs. */
 PETSC_INTERN PetscInt TQCNoiseCount(const TQC *t);
-/* Actions [A][B] at obs [O][B], B <= o.batch. eps: standard normals [H][A], without gSDE [A][B]; NULL: the
-   deterministic tanh(mean). */
-PETSC_INTERN void TQCSample(TQC *t, PetscInt B, const Scalar obs[], const Scalar eps[], Scalar action[]);
 PETSC_INTERN void TQCUpdate(TQC *t, const Batch *batch, const Scalar eps[], Losses *losses);
 
 /* ---- parts, used by the above ---- */

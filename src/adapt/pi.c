@@ -1,8 +1,14 @@
 /* TSADAPTPI: digital filters with two errors of memory. */
 #include <slipstep/private/slipadaptimpl.h>
 
+/* A digital filter: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa). */
+typedef struct {
+  const char *name;
+  PetscReal g1, g2, kappa; /* PETSC_INFINITY leaves a factor out */
+} Filter;
+
 /* Soederlind (2003), ACM TOMS 29, 1-26, table 1 and section 5; Arevalo et al. (2020) for H211b. */
-static const SlipFilter Filters[] = {
+static const Filter Filters[] = {
   {"elementary", 1, PETSC_INFINITY, 0},
   {"PI33", (PetscReal)3 / 2, -3, 0},
   {"PI34", (PetscReal)10 / 7, -(PetscReal)10 / 4, 0},
@@ -16,7 +22,7 @@ static const SlipFilter Filters[] = {
 
 typedef struct {
   PetscReal failure; /* factor on the step when a solve did not converge; first, for SlipAdaptAfterFailure() */
-  SlipFilter filter;
+  Filter filter;
   PetscReal r_min; /* smaller step ratios reject */
   PetscReal r_max; /* larger ones are capped */
   /* history, moved by accepted steps only */
@@ -24,7 +30,8 @@ typedef struct {
   PetscReal h_last; /* last accepted step [s]; 0 at the start */
 } TSAdapt_PI;
 
-PetscReal SlipFilterRatio(const SlipFilter *filter, PetscReal q, PetscReal E, PetscReal E_last, PetscReal ratio)
+/* Pure: the step ratio of a filter. ratio: last accepted step over the one before. */
+static PetscReal FilterRatio(const Filter *filter, PetscReal q, PetscReal E, PetscReal E_last, PetscReal ratio)
 {
   return PetscPowReal(E, -q / filter->g1) * PetscPowReal(E_last, -q / filter->g2) * PetscPowReal(ratio, -filter->kappa);
 }
@@ -50,7 +57,7 @@ static PetscErrorCode TSAdaptChoose_PI(TSAdapt adapt, TS ts, PetscReal h, PetscI
   if (E < 0) PetscFunctionReturn(PETSC_SUCCESS); /* no estimate, nothing to go by */
   q = (PetscReal)1 / (PetscReal)(p + 1);
   E = PetscMax(E, PETSC_SMALL);
-  r = SlipFilterRatio(&ctx->filter, q, E, ctx->error, ctx->h_last > 0 ? h / ctx->h_last : 1);
+  r = FilterRatio(&ctx->filter, q, E, ctx->error, ctx->h_last > 0 ? h / ctx->h_last : 1);
   *accept = r >= ctx->r_min || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
   used = PetscMin(r, ctx->r_max);
   *next_h = h * used;

@@ -149,28 +149,6 @@ static PetscErrorCode Run(Cross *c, PetscReal tolerance, PetscInt max, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipCrossApproximate(SlipEntryFn entry, void *ctx, PetscInt m, PetscInt n, PetscReal tolerance,
-                                    PetscInt max, PetscInt *rank, PetscReal **U, PetscReal **V, PetscBool *found)
-{
-  Cross c = {.entry = entry, .ctx = ctx, .m = m, .n = n, .capacity = 16};
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1((size_t)c.capacity * m, &c.U));
-  PetscCall(PetscMalloc1((size_t)c.capacity * n, &c.V));
-  PetscCall(PetscCalloc1(m, &c.used));
-  PetscCall(Run(&c, 0.3 * tolerance, max, found));
-  PetscCall(PetscFree(c.used));
-  if (!*found) {
-    PetscCall(PetscFree(c.U));
-    PetscCall(PetscFree(c.V));
-  } else
-    PetscCall(SlipLowRankRecompress(m, n, 0.5 * tolerance, &c.rank, c.U, c.V));
-  *rank = c.rank;
-  *U = c.U;
-  *V = c.V;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A [m * k] := Q of its QR factorisation, R [k * k] := its triangle; k <= m. */
 static PetscErrorCode Orthogonalise(PetscInt m, PetscInt k, PetscReal A[], PetscReal R[])
 {
@@ -193,8 +171,8 @@ static PetscErrorCode Orthogonalise(PetscInt m, PetscInt k, PetscReal A[], Petsc
 }
 
 /* U V' := the truncation whose error is at most tolerance times its norm, in place. */
-PetscErrorCode SlipLowRankRecompress(PetscInt m, PetscInt n, PetscReal tolerance, PetscInt *rank, PetscReal U[],
-                                     PetscReal V[])
+static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, PetscInt *rank, PetscReal U[],
+                                 PetscReal V[])
 {
   const PetscInt k = *rank;
   const PetscScalar one = 1, zero = 0;
@@ -232,5 +210,27 @@ PetscErrorCode SlipLowRankRecompress(PetscInt m, PetscInt n, PetscReal tolerance
   PetscCall(PetscFree2(X, Y));
   PetscCall(PetscFree7(R, Q, C, s, left, right, work));
   *rank = r;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipCrossApproximate(SlipEntryFn entry, void *ctx, PetscInt m, PetscInt n, PetscReal tolerance,
+                                    PetscInt max, PetscInt *rank, PetscReal **U, PetscReal **V, PetscBool *found)
+{
+  Cross c = {.entry = entry, .ctx = ctx, .m = m, .n = n, .capacity = 16};
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1((size_t)c.capacity * m, &c.U));
+  PetscCall(PetscMalloc1((size_t)c.capacity * n, &c.V));
+  PetscCall(PetscCalloc1(m, &c.used));
+  PetscCall(Run(&c, 0.3 * tolerance, max, found));
+  PetscCall(PetscFree(c.used));
+  if (!*found) {
+    PetscCall(PetscFree(c.U));
+    PetscCall(PetscFree(c.V));
+  } else
+    PetscCall(Recompress(m, n, 0.5 * tolerance, &c.rank, c.U, c.V));
+  *rank = c.rank;
+  *U = c.U;
+  *V = c.V;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

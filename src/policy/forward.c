@@ -16,13 +16,13 @@ static PetscReal Activate(SlipActivation activation, PetscReal y)
 }
 
 /*
-  SlipLayerForward - y = f(W x + b)
+  y [out] = f(W x + b), x [in], weight [in][out]; no PETSc object.
 
   With the transposed weight the inner loop runs over outputs: it vectorises without reordering any sum, so results do
   not depend on the compiler's flags. Inputs that are zero, half of them after a relu, cost nothing.
 */
-void SlipLayerForward(PetscInt in, PetscInt out, const PetscReal *weight, const PetscReal *bias,
-                      SlipActivation activation, const PetscReal *restrict x, PetscReal *restrict y)
+static void LayerForward(PetscInt in, PetscInt out, const PetscReal *weight, const PetscReal *bias,
+                         SlipActivation activation, const PetscReal *restrict x, PetscReal *restrict y)
 {
   for (PetscInt o = 0; o < out; o++) y[o] = bias[o];
   for (PetscInt i = 0; i < in; i++) {
@@ -66,7 +66,7 @@ PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal
     const SlipLayer *layer = &p->layers[l];
     PetscReal *swap = x;
 
-    SlipLayerForward(layer->in, layer->out, layer->weight, layer->bias, layer->activation, x, y);
+    LayerForward(layer->in, layer->out, layer->weight, layer->bias, layer->activation, x, y);
     x = y;
     y = swap;
   }

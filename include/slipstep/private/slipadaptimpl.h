@@ -26,16 +26,6 @@ static inline PetscReal SlipHeuristicFactor(PetscReal E, PetscReal q, PetscReal 
   return E > 0 ? PetscMin(growth, PetscPowReal(E, -q)) : growth;
 }
 
-/* A digital filter: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa). */
-typedef struct {
-  const char *name;
-  PetscReal g1, g2, kappa; /* PETSC_INFINITY leaves a factor out */
-} SlipFilter;
-
-/* Pure: the step ratio of a filter. ratio: last accepted step over the one before. */
-PETSC_INTERN PetscReal SlipFilterRatio(const SlipFilter *filter, PetscReal q, PetscReal E, PetscReal E_last,
-                                       PetscReal ratio);
-
 /* ---- observations ---- */
 
 /* What a row may look at. */

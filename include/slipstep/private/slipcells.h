@@ -48,8 +48,6 @@ typedef PetscReal (*SlipEntryFn)(void *ctx, PetscInt i, PetscInt j); /* entry in
 PETSC_INTERN PetscErrorCode SlipCrossApproximate(SlipEntryFn entry, void *ctx, PetscInt m, PetscInt n,
                                                  PetscReal tolerance, PetscInt max, PetscInt *rank, PetscReal **U,
                                                  PetscReal **V, PetscBool *found);
-PETSC_INTERN PetscErrorCode SlipLowRankRecompress(PetscInt m, PetscInt n, PetscReal tolerance, PetscInt *rank,
-                                                  PetscReal U[], PetscReal V[]);
 
 /* ---- hmatrix.c ---- */
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance,

@@ -38,10 +38,6 @@ struct _p_SlipPolicy {
 
 PETSC_EXTERN const char *const SlipStepUnits[]; /* "s", "T*", "t_max", NULL */
 
-/* Forward pass of one layer: y [out] from x [in], weight [in][out]. No PETSc object. */
-PETSC_INTERN void SlipLayerForward(PetscInt in, PetscInt out, const PetscReal *weight, const PetscReal *bias,
-                                   SlipActivation activation, const PetscReal *x, PetscReal *y);
-
 PETSC_INTERN PetscErrorCode SlipPolicyClear_Private(SlipPolicy p); /* forget the content */
 PETSC_INTERN PetscErrorCode SlipPolicyCheck_Private(SlipPolicy p); /* complete and consistent, or an error */
 PETSC_INTERN const char *SlipPolicySource_Private(SlipPolicy p);   /* its file, or "(in memory)" */
