@@ -13,7 +13,13 @@ strike; both may be graded.
 """
 
 import argparse
+import os
+import sys
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "output"))
+from slipstep_modules import need
+
+need("h5py", "numpy")
 import h5py
 import numpy as np
 

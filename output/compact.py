@@ -11,10 +11,12 @@ import argparse
 import os
 import sys
 
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from slipstep_modules import need
+
+need("h5py", "numpy")
 import h5py
 import numpy as np
-
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from slipstep_output import MESH, OutputError, Run
 
 

@@ -11,9 +11,11 @@ import argparse
 import os
 import sys
 
-import numpy as np
-
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from slipstep_modules import need
+
+need("h5py", "numpy", "matplotlib")
+import numpy as np
 from slipstep_output import OutputError, Run
 from slipstep_panels import RUN_STYLES, draw_map, draw_reference, draw_series, draw_steps, plt, use_style
 

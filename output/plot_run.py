@@ -10,6 +10,9 @@ import os
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from slipstep_modules import need
+
+need("h5py", "numpy", "matplotlib")
 from slipstep_output import OutputError, Run
 from slipstep_panels import RED, RUN_STYLES, draw_map, draw_series, draw_steps, log_scale, plt, use_style
 

@@ -10,9 +10,11 @@ import argparse
 import os
 import sys
 
-import numpy as np
-
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from slipstep_modules import need
+
+need("h5py", "numpy", "matplotlib")
+import numpy as np
 from slipstep_heat import Table, colours, draw_heat, error_of, error_ratio, ratio_to
 from slipstep_output import OutputError
 from slipstep_panels import RED, REFERENCE, log_scale, plt, save, use_style

@@ -12,6 +12,9 @@ import os
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from slipstep_modules import need
+
+need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
 from slipstep_output import OutputError

@@ -11,9 +11,11 @@ import os
 import re
 import sys
 
-import numpy as np
-
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from slipstep_modules import need
+
+need("h5py", "numpy")
+import numpy as np
 from slipstep_output import OutputError
 from slipstep_study import Study, cheapest
 

@@ -11,14 +11,13 @@ import os
 import shutil
 import sys
 
-SYSTEM_PYTHON = "/usr/bin/python3"
-try:
-    import h5py
-    import numpy as np
-except ImportError as missing:
-    if os.path.realpath(sys.executable) == os.path.realpath(SYSTEM_PYTHON) or not os.path.exists(SYSTEM_PYTHON):
-        sys.exit(f"choose_seed: {missing}; install the packages python3-h5py and python3-numpy")
-    os.execv(SYSTEM_PYTHON, [SYSTEM_PYTHON] + sys.argv)
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "output")]  # of an installed tree, and of the source
+from slipstep_modules import need
+
+need("h5py", "numpy")
+import h5py
+import numpy as np
 
 
 class NoLog(Exception):

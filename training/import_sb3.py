@@ -19,14 +19,13 @@ import sys
 import time
 import zipfile
 
-SYSTEM_PYTHON = "/usr/bin/python3"
-try:
-    import h5py
-    import numpy as np
-except ImportError as missing:
-    if os.path.realpath(sys.executable) == os.path.realpath(SYSTEM_PYTHON) or not os.path.exists(SYSTEM_PYTHON):
-        sys.exit(f"import_sb3: {missing}; install the packages python3-h5py and python3-numpy")
-    os.execv(SYSTEM_PYTHON, [SYSTEM_PYTHON] + sys.argv)
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "output")]  # of an installed tree, and of the source
+from slipstep_modules import need
+
+need("h5py", "numpy")
+import h5py
+import numpy as np
 
 MAX_BYTES = 1 << 30  # of one member of the zip, unpacked
 

@@ -13,6 +13,10 @@ import argparse
 import os
 import sys
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "output"))
+from slipstep_modules import need
+
+need("h5py", "numpy", "matplotlib")
 import numpy as np
 
 sys.dont_write_bytecode = True

@@ -10,6 +10,9 @@ import unittest
 SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 OUTPUT = os.path.join(SOURCE, "output")
 sys.path.insert(0, OUTPUT)
+from slipstep_modules import need
+
+need("h5py", "numpy", "matplotlib")
 
 
 class ScriptTest(unittest.TestCase):

@@ -6,6 +6,8 @@ import sys
 import tempfile
 import unittest
 
+import scripts  # noqa: F401: before modules that may be missing
+
 import h5py
 import numpy as np
 

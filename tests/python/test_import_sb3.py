@@ -11,6 +11,8 @@ import sys
 import tempfile
 import zipfile
 
+import scripts  # noqa: F401: before modules that may be missing
+
 import h5py
 import numpy as np
 

@@ -6,10 +6,11 @@ The synthetic run is a slip pulse with a known integral, on 6 x 4 elements, with
 import os
 import unittest
 
+from scripts import ScriptTest
+
 import h5py
 import numpy as np
 
-from scripts import ScriptTest
 from compare import slip_error, table
 from slipstep_output import OutputError, Run
 

@@ -2,10 +2,11 @@
 
 import unittest
 
+from scripts import ScriptTest
+
 import h5py
 import numpy as np
 
-from scripts import ScriptTest
 from plot_training import Log, groups, read_logs, running_mean
 from slipstep_output import OutputError
 

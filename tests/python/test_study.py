@@ -7,10 +7,11 @@ import sys
 import tempfile
 import unittest
 
+from scripts import OUTPUT, ScriptTest
+
 import h5py
 import numpy as np
 
-from scripts import OUTPUT, ScriptTest
 from plot_study import shown_policies, transfers
 from results_table import advantage, contents, equal_accuracy, fill, number, processor_time, published
 from slipstep_output import OutputError, Run

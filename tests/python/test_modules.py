@@ -1,0 +1,46 @@
+"""Every script under a Python without h5py, numpy and matplotlib: one line that names Debian's packages, no traceback."""
+
+import glob
+import os
+import subprocess
+import sys
+import unittest
+
+from scripts import OUTPUT, SOURCE
+
+# -S leaves site-packages out; no other Python takes over
+BARE = "import runpy, sys, slipstep_modules; slipstep_modules.DEBIAN = ''; sys.argv = sys.argv[1:]; " \
+       "runpy.run_path(sys.argv[0], run_name='__main__')"
+
+
+def bare(script):
+    path = os.pathsep.join([OUTPUT, os.path.dirname(script)])
+    return subprocess.run([sys.executable, "-S", "-c", BARE, script], capture_output=True, text=True,
+                          env=dict(os.environ, PYTHONPATH=path, PYTHONDONTWRITEBYTECODE="1"))
+
+
+def scripts():
+    found = []
+    for folder in ("output", "training", "examples", "tests/benchmarks", "tests/python"):
+        for path in sorted(glob.glob(os.path.join(SOURCE, folder, "*.py"))):
+            with open(path, encoding="utf-8") as file:
+                if "\nif __name__ ==" in file.read():
+                    found.append(path)
+    return found
+
+
+class Modules(unittest.TestCase):
+    def test_one_line_names_the_packages(self):
+        self.assertGreater(len(scripts()), 15)
+        for script in scripts():
+            if os.path.samefile(script, __file__):
+                continue
+            with self.subTest(script=os.path.relpath(script, SOURCE)):
+                done = bare(script)
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertRegex(done.stderr, r"\A[\w.]+: \S+ has no h5py, numpy\S*.*; Debian's packages are python3-h5py "
+                                 r"python3-numpy.*\n\Z")
+
+
+if __name__ == "__main__":
+    unittest.main()
