@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Compiles every C source against the PETSc headers of later Debian releases, without installing them:
+# Compiles every C source, warnings being errors, against the PETSc headers of later Debian releases, uninstalled:
 #   tests/check_newer_petsc.sh [--keep DIR] [release...]      default: trixie sid
 # Headers come from the packages libpetsc-real*-dev, libpetsc*-dev-common and libopenmpi-dev (PETSc's headers insist on
 # the MPI they were configured with), unpacked into a temporary folder (or DIR, where a later run finds them). It is a
@@ -15,6 +15,7 @@ if [ "${1:-}" = --keep ]; then
 fi
 if [ $# = 0 ]; then set -- trixie sid; fi
 room=${keep:-$(mktemp -d)}
+sources=(src/*/*.c examples/*.c training/*.c tests/*/*.c)
 [ -n "$keep" ] || trap 'rm -rf "$room"' EXIT
 
 # Everything apt needs in a folder of its own, so that the machine's packages stay as they are.
@@ -47,16 +48,14 @@ compile() {
   local release
   release=$(awk '/define PETSC_VERSION_(MAJOR|MINOR|SUBMINOR)/{printf "%s%s", dot, $3; dot="."}' "$version")
   local flags
-  flags="-I$(dirname "$config") -I$(dirname "$version") -I$(dirname "$mpi") $(pkg-config --cflags hdf5-openmpi openblas)"
-  for file in src/*/*.c examples/*.c training/*.c; do
-    [ -e "$file" ] || continue
-    gcc -std=c17 -fsyntax-only -Wall -Wextra -Wpedantic -Werror=incompatible-pointer-types -Werror=int-conversion \
-      -Werror=implicit-function-declaration -Iinclude -Itraining $flags "$file" || {
+  flags="-I$(dirname "$config") -I$(dirname "$version") -I$(dirname "$mpi") $(pkg-config --cflags hdf5-openmpi openblas cmocka)"
+  for file in "${sources[@]}"; do
+    gcc -std=c17 -fsyntax-only -Wall -Wextra -Wpedantic -Werror -Iinclude -Itraining -Itests $flags "$file" || {
       echo "FAILED with PETSc $release: $file"
       failed=$((failed + 1))
     }
   done
-  echo "PETSc $release: $(ls src/*/*.c examples/*.c training/*.c 2>/dev/null | wc -l) files, $failed failed."
+  echo "PETSc $release: ${#sources[@]} files, $failed failed."
   return $((failed > 0))
 }
 

@@ -162,7 +162,7 @@ static void test_cache_on_ranks(void **state)
   (void)state;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   if (!rank) assert_int_equal(TempDirMake("slipranks", dir), 0);
-  MPI_Bcast(dir, (int)sizeof(dir), MPI_CHAR, 0, PETSC_COMM_WORLD);
+  ok(MPI_Bcast(dir, (int)sizeof(dir), MPI_CHAR, 0, PETSC_COMM_WORLD));
   ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
   for (int pass = 0; pass < 2; pass++) { /* built, read */
     Operators serial = Create(PETSC_COMM_SELF, &Grids[0], "fft");

@@ -9,6 +9,7 @@ static PetscErrorCode Rhs(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
   PetscScalar *b;
 
   PetscFunctionBeginUser;
+  (void)ts, (void)t;
   PetscCall(VecGetArrayRead(y, &a));
   PetscCall(VecGetArrayWrite(f, &b));
   b[0] = a[1];
@@ -26,6 +27,7 @@ static PetscErrorCode Jacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ct
   PetscScalar v[4] = {0, 1, 0, 0};
 
   PetscFunctionBeginUser;
+  (void)ts, (void)t, (void)J;
   PetscCall(VecGetArrayRead(y, &a));
   v[2] = -2 * mu * a[0] * a[1] - 1;
   v[3] = mu * (1 - a[0] * a[0]);

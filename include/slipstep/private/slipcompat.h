@@ -47,6 +47,11 @@ typedef PetscErrorCodeFn SlipMatFn;
       PetscObjectParameterSetDefault(snes, max_its, m);                                                                \
     } while (0)
 #endif
+/* The MPI type of PetscBool, an enumeration until 3.23, which then has no name of PETSc's own. */
+#if PETSC_VERSION_GE(3, 24, 0)
+  #undef MPIU_BOOL
+  #define MPIU_BOOL MPI_C_BOOL
+#endif
 #if PETSC_VERSION_GE(3, 25, 0)
   #define SNES_DIVERGED_FNORM_NAN SNES_DIVERGED_FUNCTION_NANORINF
 #endif
