@@ -186,7 +186,7 @@ static PetscErrorCode Main(void)
   PetscCall(CircuitCreateState(&run.model, &w));
   PetscCall(TSSetSolution(ts, w));
   PetscCall(TSSetFromOptions(ts));
-  PetscCall(TSBatheCheckType(ts));
+  PetscCall(TSBatheCheckOptions(ts));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
     PetscCall(Solve(ts, w, &run, file, dt));

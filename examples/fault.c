@@ -7,28 +7,6 @@ static const char help[] =
 #include "sweep.h"
 #include <slipstep.h>
 #include <petsctime.h>
-#include <math.h>
-
-/* PETSc takes any number for these. */
-static PetscErrorCode CheckNumbers(TS ts)
-{
-  PetscReal time, dt, end, atol, rtol;
-
-  PetscFunctionBeginUser;
-  PetscCall(TSGetTime(ts, &time));
-  PetscCall(TSGetTimeStep(ts, &dt));
-  PetscCall(TSGetMaxTime(ts, &end));
-  PetscCall(TSGetTolerances(ts, &atol, NULL, &rtol, NULL));
-  PetscCheck(dt > 0 && isfinite(dt), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-ts_dt is %.6g, expected a number > 0 s", (double)dt);
-  PetscCheck(end > time && isfinite(end), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-ts_max_time is %.6g, expected a number > %.6g s, the start", (double)end, (double)time);
-  PetscCheck(rtol >= 0 && isfinite(rtol), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-ts_rtol is %.6g, expected a number >= 0", (double)rtol);
-  PetscCheck(atol >= 0 && isfinite(atol), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-ts_atol is %.6g, expected a number >= 0", (double)atol);
-  PetscFunctionReturn(0);
-}
 
 static PetscErrorCode Run(void)
 {
@@ -55,8 +33,7 @@ static PetscErrorCode Run(void)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(TSSetFromOptions(ts));
-  PetscCall(TSBatheCheckType(ts));
-  PetscCall(CheckNumbers(ts));
+  PetscCall(TSBatheCheckOptions(ts));
   PetscCall(PetscLogStagePop());
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {

@@ -125,7 +125,7 @@ static PetscErrorCode ConfigureTS(Oscillator *o, TS ts)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(TSSetFromOptions(ts));
-  PetscCall(TSBatheCheckType(ts));
+  PetscCall(TSBatheCheckOptions(ts));
   PetscFunctionReturn(0);
 }
 

@@ -103,7 +103,7 @@ static PetscErrorCode Main(void)
   PetscCall(VecSet(w, run.model.start));
   PetscCall(TSSetSolution(ts, w));
   PetscCall(TSSetFromOptions(ts));
-  PetscCall(TSBatheCheckType(ts));
+  PetscCall(TSBatheCheckOptions(ts));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
     PetscCall(Solve(ts, w, &run, file, begin));

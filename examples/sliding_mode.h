@@ -34,8 +34,11 @@ static inline PetscErrorCode SlidingModeSetFromOptions(SlidingMode *m, PetscInt 
              (double)m->k);
   PetscCheck(m->omega > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
              "-sliding_mode_frequency is %g, expected a number > 0", (double)m->omega);
-  PetscCheck(m->start != 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-sliding_mode_start is 0, expected another number: states are measured in it");
+  PetscCheck(!PetscIsInfOrNanReal(m->D), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-sliding_mode_amplitude is %g, expected a finite number", (double)m->D);
+  PetscCheck(m->start != 0 && !PetscIsInfOrNanReal(m->start), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-sliding_mode_start is %g, expected a finite number other than 0: states are measured in it",
+             (double)m->start);
   PetscFunctionReturn(0);
 }
 

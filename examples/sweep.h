@@ -45,5 +45,6 @@ static inline PetscErrorCode Sweep(const char file[], PetscErrorCode (*run)(void
     PetscCall(SweepLine(line, run));
   }
   fclose(f);
+  PetscCheck(n, PETSC_COMM_WORLD, PETSC_ERR_FILE_UNEXPECTED, "%s (-fault_sweep) has no line of options", file);
   PetscFunctionReturn(0);
 }

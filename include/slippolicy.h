@@ -46,6 +46,7 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, Pet
                                                 PetscBool log_spacing);
 PETSC_EXTERN PetscErrorCode SlipPolicySetRange(SlipPolicy p, const PetscReal min[], const PetscReal max[]);
 /* algorithm, problem, alpha, training_steps, seed, ... */
+PETSC_EXTERN PetscErrorCode SlipPolicyGetAttribute(SlipPolicy p, const char name[], const char **value); /* borrowed */
 PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name[], const char value[]);
 
 /* Attribute: the longest step [T*] while anything moves. Where a policy has it and the problem rests ("SlipRestTime_C"

@@ -55,7 +55,7 @@ PETSC_EXTERN PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt
 /* Make a TS of type bathe integrate a small system (slipsnes.h); and fail when -ts_type has made it another type since,
    which would ignore the constraint. */
 PETSC_EXTERN PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts);
-PETSC_EXTERN PetscErrorCode TSBatheCheckType(TS ts);
+PETSC_EXTERN PetscErrorCode TSBatheCheckOptions(TS ts);
 
 /* Composed functions by which TSBATHE, controllers and problems meet without including each other:
    on TSAdapt

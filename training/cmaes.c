@@ -50,7 +50,7 @@ PetscErrorCode CMAESCreate(PetscInt n, PetscInt lambda, const double mean[], dou
   PetscCheck(sigma > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "CMA-ES with sigma %g, expected a number > 0",
              sigma);
   PetscCheck(lambda == 0 || lambda >= 4, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "CMA-ES with a population of %" PetscInt_FMT ", expected 4 or more", lambda);
+             "CMA-ES with a population of %" PetscInt_FMT ", expected 4 or more (-train_population)", lambda);
   PetscCall(PetscMemzero(es, sizeof(*es)));
   es->n = n;
   es->lambda = lambda ? lambda : 4 + (PetscInt)(3 * log((double)n));

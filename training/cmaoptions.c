@@ -1,7 +1,7 @@
 /* -train_* options of -train_algorithm cmaes. */
 #include "cmatrain.h"
+#include "files.h"
 #include <slipstep/private/sliperror.h>
-#include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
 
 /* Default observations and the scaling that brings them to order one; any other name is taken as it is. */
@@ -143,7 +143,7 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
     {"-train_within",
      "Share of the calibration's runs, of single elements and of meshes, that shall keep the dial in every third of "
      "its "
-     "range: it is moved for that. 0: as trained",
+     "range, at most 1: it is moved for that. 0: as trained",
      &o->within, 0.97, 0},
     {"-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, o->dt_min, 1e-12},
     {"-train_dt_max", "Longest step the policy can choose [T*; the circuit: t_max]", &o->dt_max, o->dt_max, 1e-12},
@@ -160,6 +160,8 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
     PetscCheck(*row[i].value >= row[i].low && !PetscIsInfOrNanReal(*row[i].value), comm, PETSC_ERR_ARG_OUTOFRANGE,
                "%s is %.6g, expected at least %.6g", row[i].name, (double)*row[i].value, (double)row[i].low);
   }
+  PetscCheck(o->within <= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_within is %.6g, expected at most 1",
+             (double)o->within);
   PetscCheck(o->dt_min < o->dt_max || o->problem, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_dt_min is %.6g T* and -train_dt_max %.6g T*, expected a longer -train_dt_max", (double)o->dt_min,
              (double)o->dt_max);
@@ -194,6 +196,7 @@ static PetscErrorCode ParseFiles(MPI_Comm comm, CMAOptions *o, SlipOptionItems P
     PetscCall(SlipErrorBcast(comm, ierr));
     PetscCall(SlipErrorSource(NULL));
   }
+  PetscCall(TrainCheckFiles(comm, o->output, o->log, o->checkpoint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

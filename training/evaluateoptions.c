@@ -154,6 +154,8 @@ static PetscErrorCode Limits(EvaluateOptions *o, SlipOptionItems PetscOptionsObj
                             "Meshes up to this are spread over the processes, a cell each; a cell of a finer one runs "
                             "on all of them",
                             NULL, o->spread, &o->spread, NULL));
+  PetscCheck(o->spread >= 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-evaluate_spread is %" PetscInt_FMT ", expected a number >= 0", o->spread);
   PetscCall(PetscOptionsReal("-evaluate_time_limit",
                              "Begin no further cell after this many seconds; the same command goes on later. 0: none",
                              NULL, o->time_limit, &o->time_limit, NULL));

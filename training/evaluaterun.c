@@ -116,7 +116,7 @@ static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
   PetscCall(TSAdaptSetType(adapt, cell->controller));
   if (cell->policy) PetscCall(TSAdaptRLSetPolicyFile(adapt, cell->policy->file));
   PetscCall(TSSetFromOptions(ts));
-  PetscCall(TSBatheCheckType(ts));
+  PetscCall(TSBatheCheckOptions(ts));
   if (cell->accuracy > 0) PetscCall(SetAccuracy(adapt, cell->accuracy));
   PetscCall(TSBatheSetReaction(ts, cell->reaction));
   PetscCall(TSBatheSetError(ts, cell->error));

@@ -56,3 +56,19 @@ PetscErrorCode CheckpointReadFixed(SlipH5 *h, const char path[], PetscInt n, Pet
              h->name, path, dims[0], n);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode TrainCheckFiles(MPI_Comm comm, const char output[], const char log[], const char checkpoint[])
+{
+  const char *const file[] = {output, log, checkpoint};
+  const char *const option[] = {"-train_output", "-train_log", "-train_checkpoint"};
+  PetscBool same;
+
+  PetscFunctionBegin;
+  for (int i = 1; i < 3; i++)
+    for (int j = 0; j < i; j++) {
+      PetscCall(PetscStrcmp(file[i], file[j], &same));
+      PetscCheck(!same || !file[i][0], comm, PETSC_ERR_ARG_INCOMP, "%s and %s are both %s, expected different files",
+                 option[j], option[i], file[i]);
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -3,6 +3,10 @@
 #include <slipstep.h>
 #include <slipstep/private/sliph5.h>
 
+/* Of -train_output, -train_log and -train_checkpoint, which may be empty: three files, not fewer. */
+PETSC_INTERN PetscErrorCode TrainCheckFiles(MPI_Comm comm, const char output[], const char log[],
+                                            const char checkpoint[]);
+
 PETSC_INTERN PetscErrorCode PolicySetNumber(SlipPolicy p, const char name[], const char format[], double value);
 
 /* One process. kind: of checkpoint, for the message, "" or " of ..." */

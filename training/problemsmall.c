@@ -61,7 +61,7 @@ static PetscErrorCode FinishRun(const EnvOptions *o, PetscReal duration, EnvRun 
   PetscFunctionBegin;
   PetscCall(TSSetSolution(run->ts, run->w));
   PetscCall(TSSetFromOptions(run->ts));
-  PetscCall(TSBatheCheckType(run->ts));
+  PetscCall(TSBatheCheckOptions(run->ts));
   if (duration > 0) PetscCall(TSSetMaxTime(run->ts, duration));
   PetscCall(TSGetTolerances(run->ts, &atol, NULL, &rtol, NULL));
   PetscCall(TSSetTolerances(run->ts, o->atol > 0 ? o->atol : atol, NULL, o->rtol > 0 ? o->rtol : rtol, NULL));

@@ -1,8 +1,8 @@
 /* The training run: episodes until the steps are done, evaluation of the deterministic policy in between, the policy
    at the end. */
 #include "sweep.h"
+#include "files.h"
 #include <slipstep/private/sliperror.h>
-#include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
 #include <petsctime.h>
 
@@ -12,6 +12,7 @@
 static PetscErrorCode CheckFiles(const TrainOptions *o)
 {
   PetscFunctionBegin;
+  PetscCall(TrainCheckFiles(PETSC_COMM_SELF, o->output, o->log, o->checkpoint));
   PetscCall(SlipErrorSource("-train_output"));
   PetscCall(SlipH5CheckCreate(o->output));
   PetscCall(SlipErrorSource("-train_checkpoint"));

@@ -14,6 +14,25 @@ static PetscErrorCode ProblemName(TSAdapt adapt, TS ts, const char **name)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A policy that names its problem is for that one, unless -ts_adapt_rl_problem names it too. */
+static PetscErrorCode CheckProblem(TSAdapt adapt, TS ts, SlipPolicy policy)
+{
+  const char *trained, *name, *file;
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyGetAttribute(policy, "problem", &trained));
+  PetscCall(ProblemName(adapt, ts, &name));
+  if (!trained || !name[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrcmp(trained, name, &same));
+  PetscCall(SlipPolicyGetFile(policy, &file));
+  PetscCheck(same, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_WRONG,
+             "Policy %s was trained for the problem %s, not for %s (-ts_adapt_rl_policy; -ts_adapt_rl_problem %s takes "
+             "it nevertheless)",
+             file ? file : "(in memory)", trained, name, trained);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -23,6 +42,7 @@ PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
   PetscBool found;
 
   PetscFunctionBegin;
+  if (!rl->actor && rl->policy) PetscCall(CheckProblem(adapt, ts, rl->policy));
   if (rl->actor || rl->policy) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ProblemName(adapt, ts, &name));
   PetscCheck(name[0], comm, PETSC_ERR_ARG_WRONGSTATE,

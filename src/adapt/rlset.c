@@ -238,9 +238,11 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
   PetscOptionsHeadBegin(PetscOptionsObject, "Learned step-size controller options");
   PetscCall(PetscOptionsString("-ts_adapt_rl_policy", "HDF5 file with the policy (default: the one of the problem)",
                                "TSAdaptRLSetPolicyFile", file, file, sizeof(file), &set));
-  PetscCall(PetscOptionsString("-ts_adapt_rl_problem",
-                               "Problem whose default policy to take when none is named (fault, ...; default: its own)",
-                               "SlipPolicyFindDefault", rl->problem, rl->problem, sizeof(rl->problem), NULL));
+  PetscCall(PetscOptionsString(
+    "-ts_adapt_rl_problem",
+    "Problem whose default policy to take when none is named, or for which the named one was trained (fault, ...; "
+    "default: its own)",
+    "SlipPolicyFindDefault", rl->problem, rl->problem, sizeof(rl->problem), NULL));
   PetscCall(PetscOptionsInt("-ts_adapt_rl_max_failures",
                             "Failed attempts in a row before steps are halved until one converges, >= 1", "",
                             rl->max_failures, &rl->max_failures, NULL));
@@ -257,6 +259,8 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
              "-ts_adapt_rl_max_failures is %" PetscInt_FMT "; expected at least 1", rl->max_failures);
   PetscCheck(rl->error_ceiling >= 0, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_adapt_rl_error_ceiling is %g; expected a positive number, or 0 for none", (double)rl->error_ceiling);
+  PetscCheck(!set || file[0], PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_WRONG,
+             "-ts_adapt_rl_policy has no value, expected the name of a file");
   PetscCall(SlipErrorSource("-ts_adapt_rl_policy"));
   if (set) PetscCall(TSAdaptRLSetPolicyFile(adapt, file));
   PetscCall(SlipErrorSource(NULL));

@@ -101,6 +101,7 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
   PetscCheck(!fault->text[FAULT_STIFFNESS_FILE][0], fault->comm, PETSC_ERR_ARG_INCOMP,
              "-fault_stiffness_file %s and -fault_mesh %s exclude each other", fault->text[FAULT_STIFFNESS_FILE], file);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCall(SlipErrorSource("-fault_mesh"));
   if (!rank) ierr = SlipFaultMeshRead(file, &n, &rows);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCallMPI(MPI_Bcast(&n, 1, MPIU_INT, 0, fault->comm));
@@ -113,7 +114,6 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
   PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-fault_mesh)", file));
   PetscCall(SlipCellsCheck(fault->comm, &fault->mesh, source));
   SlipFaultMeshExtents(fault);
-  PetscCall(SlipErrorSource("-fault_mesh"));
   PetscCall(
     SlipCellsPartition(fault->comm, &fault->mesh, fault->text[FAULT_OPERATOR], &fault->order, &fault->mesh.nlocal));
   PetscCall(SlipErrorSource(NULL));

@@ -69,6 +69,36 @@ PetscErrorCode SlipPolicyNumberText_Private(PetscReal number, size_t len, char t
 }
 
 /*@C
+  SlipPolicyGetAttribute - what was noted about the training
+
+  Not collective
+
+  Input Parameters:
++ p    - the policy
+- name - of the attribute, such as "problem"
+
+  Output Parameter:
+. value - its text, borrowed; `NULL` when there is none
+
+  Level: intermediate
+
+.seealso: SlipPolicySetAttribute(), SlipPolicyGetNumber()
+@*/
+PetscErrorCode SlipPolicyGetAttribute(SlipPolicy p, const char name[], const char **value)
+{
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
+  *value = NULL;
+  for (PetscInt i = 0; i < p->nattributes && !*value; i++) {
+    PetscCall(PetscStrcmp(p->attributes[2 * i], name, &same));
+    if (same) *value = p->attributes[2 * i + 1];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
   SlipPolicySetAttribute - note something about the training, kept as an attribute of the file's root
 
   Logically collective

@@ -1,8 +1,13 @@
 /* Opening and closing HDF5 files: writing goes to FILE.part, which takes FILE's place when it is complete. */
+#define _DEFAULT_SOURCE /* flock() */
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
+#include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 static PetscErrorCode SlipH5Quiet(void)
 {
@@ -47,6 +52,19 @@ PetscErrorCode SlipH5OpenRead(const char file[], SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Is another process writing the file? It then holds the lock that HDF5 takes on what it writes; HDF5 itself finds out only
+   after it has emptied the file. */
+static PetscBool SlipH5IsWritten(const char file[])
+{
+  const int fd = open(file, O_RDWR);
+  PetscBool locked = PETSC_FALSE;
+
+  if (fd < 0) return PETSC_FALSE;
+  if (flock(fd, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) locked = PETSC_TRUE; /* not where locks are unknown */
+  close(fd);
+  return locked;
+}
+
 /*@C
   SlipH5Create - start writing an HDF5 file
 
@@ -60,7 +78,7 @@ PetscErrorCode SlipH5OpenRead(const char file[], SlipH5 *h)
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_OPEN when file is a directory or file.part cannot be created.
+  Errors: PETSC_ERR_FILE_OPEN when file is a directory, file.part cannot be created, or another program is writing it.
 
 .seealso: SlipH5OpenRead(), SlipH5Close()
 @*/
@@ -77,6 +95,8 @@ PetscErrorCode SlipH5Create(const char file[], SlipH5 *h)
              "cannot write %s: it is a directory, expected the name of a file", file);
   PetscCall(PetscStrncpy(h->target, file, sizeof(h->target)));
   PetscCall(PetscSNPrintf(h->name, sizeof(h->name), "%s.part", file));
+  PetscCheck(!SlipH5IsWritten(h->name), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
+             "cannot write %s: another program is writing %s", file, h->name);
   h->id = H5Fcreate(h->name, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   PetscCheck(h->id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
              "cannot create %s: the directory must exist and be writable", h->name);

@@ -1,5 +1,6 @@
-/* A TS for a small system with a set-valued reaction. */
+/* A TS for a small system with a set-valued reaction, and checks of what the options made of a TS. */
 #include <slipstep/private/slipts.h>
+#include <math.h>
 
 /*@C
   SlipSmallConfigureTS - make a TS integrate a small system A dw/dt = F_s(t, w) + F_r
@@ -42,8 +43,35 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PETSc takes any number for these. */
+static PetscErrorCode CheckNumbers(TS ts)
+{
+  const MPI_Comm comm = PetscObjectComm((PetscObject)ts);
+  PetscReal time, dt, end, atol, rtol;
+  PetscInt steps;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetTimeStep(ts, &dt));
+  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCall(TSGetMaxSteps(ts, &steps));
+  PetscCall(TSGetTolerances(ts, &atol, NULL, &rtol, NULL));
+  PetscCheck(dt > 0 && isfinite(dt), comm, PETSC_ERR_ARG_OUTOFRANGE, "-ts_dt is %.6g, expected a number > 0 s",
+             (double)dt);
+  PetscCheck(end > time && isfinite(end), comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_max_time is %.6g, expected a number > %.6g s, the start", (double)end, (double)time);
+  PetscCheck(steps >= 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_max_steps is %" PetscInt_FMT ", expected a whole number >= 0", steps);
+  PetscCheck(rtol >= 0 && isfinite(rtol), comm, PETSC_ERR_ARG_OUTOFRANGE, "-ts_rtol is %.6g, expected a number >= 0",
+             (double)rtol);
+  PetscCheck(atol >= 0 && isfinite(atol), comm, PETSC_ERR_ARG_OUTOFRANGE, "-ts_atol is %.6g, expected a number >= 0",
+             (double)atol);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
-  TSBatheCheckType - fail unless a TS is of type bathe: other integrators see no constraint
+  TSBatheCheckOptions - refuse what a run with friction cannot use, but PETSc takes: a type other than bathe, which sees no
+  constraint, and steps, times and tolerances without sense
 
   Collective; after TSSetFromOptions().
 
@@ -52,11 +80,11 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
 
   Level: intermediate
 
-  Errors: PETSC_ERR_SUP, with the type that -ts_type gave it.
+  Errors: PETSC_ERR_SUP, with the type that -ts_type gave it; PETSC_ERR_ARG_OUTOFRANGE, with the option of the number.
 
 .seealso: TSBATHE, SlipSmallConfigureTS()
 @*/
-PetscErrorCode TSBatheCheckType(TS ts)
+PetscErrorCode TSBatheCheckOptions(TS ts)
 {
   PetscBool bathe;
   TSType type;
@@ -67,5 +95,6 @@ PetscErrorCode TSBatheCheckType(TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCheck(bathe, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP, "-ts_type %s knows no friction, expected " TSBATHE,
              type);
+  PetscCall(CheckNumbers(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

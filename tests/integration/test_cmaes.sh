@@ -12,6 +12,9 @@ refuses "-train_mesh_side is 20, expected 2 to 12" -- "${refused[@]}" -train_mes
 refuses "-train_sigma is 0, expected at least" -- "${refused[@]}" -train_sigma 0
 refuses "expected them in order and at most 0.1" -- "${refused[@]}" -train_dial_low 1e-2 -train_dial_high 1e-3
 refuses "expected a longer -train_dt_max" -- "${refused[@]}" -train_dt_min 5 -train_dt_max 1
+refuses "-train_within is 2, expected at most 1" -- "${refused[@]}" -train_within 2
+refuses "(-train_population)" -- "${refused[@]}" -train_population 1
+refuses "-train_output and -train_checkpoint are both refused.h5" -- "${refused[@]}" -train_checkpoint refused.h5
 refuses "cannot create no/such/p.h5.part" -- "${refused[@]}" -train_output no/such/p.h5
 refuses "missing.h5" -- "${refused[@]}" -train_resume missing.h5
 refuses "nonsense" -- "${refused[@]}" -train_observations log_accuracy,nonsense

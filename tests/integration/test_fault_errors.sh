@@ -122,7 +122,10 @@ expect '-fault_output_fields has "weather"' -fault_output x.h5 -fault_output_fie
 expect "weather" -ts_adapt_type weather
 expect "-ts_type rk knows no friction, expected bathe" -ts_type rk
 expect "none.h5" -fault_mesh none.h5
+expect "not.h5 is not an HDF5 file (-fault_mesh)" -fault_mesh not.h5
 expect "k.h5 has no dataset /cells" -fault_mesh k.h5
+: >empty.txt
+expect "empty.txt (-fault_sweep) has no line of options" -fault_sweep empty.txt
 expect "/cells has shape [3, 4], expected [n, 5]" -fault_mesh narrow.h5
 expect 'the columns of /cells are "x z y length width"' -fault_mesh columns.h5
 expect "zero.h5 (-fault_mesh): row 3 has length = 0" -fault_mesh zero.h5
@@ -173,6 +176,7 @@ expect "-ts_dt is 0, expected a number > 0 s" "${mesh[@]}" -ts_dt 0
 expect "-ts_dt is nan, expected a number > 0 s" "${mesh[@]}" -ts_dt nan
 expect "(-ts_dt)" "${mesh[@]}" -ts_dt abc
 expect "-ts_max_time is -1, expected a number > 0 s" "${mesh[@]}" -ts_max_time -1
+expect "-ts_max_steps is -4, expected a whole number >= 0" "${mesh[@]}" -ts_max_steps -4
 expect "-ts_rtol is nan, expected a number >= 0" "${mesh[@]}" -ts_rtol nan
 expect "-ts_bathe_gamma is 0, expected a number in (0, 1)" "${mesh[@]}" -ts_bathe_gamma 0
 expect "-ts_bathe_gamma is 1.5, expected a number in (0, 1)" "${mesh[@]}" -ts_bathe_gamma 1.5
@@ -201,6 +205,12 @@ expect 'attribute format of / is "other"; expected "slipstep-policy"' "${rl[@]}"
 expect "p_bias.h5 has no dataset /layers/0/bias" "${rl[@]}" -ts_adapt_rl_policy p_bias.h5
 expect "p_action.h5 has no group or dataset /action" "${rl[@]}" -ts_adapt_rl_policy p_action.h5
 expect "p_layers.h5 has no group /layers/0" "${rl[@]}" -ts_adapt_rl_policy p_layers.h5
+expect "-ts_adapt_rl_policy has no value, expected the name of a file" "${rl[@]}" -ts_adapt_rl_policy
+other=$SLIPSTEP_SOURCE/training/policies/sliding_mode.h5
+expect "sliding_mode.h5 was trained for the problem sliding_mode, not for fault (-ts_adapt_rl_policy" "${rl[@]}" \
+  -ts_adapt_rl_policy "$other"
+"$fault" -fault_nx 2 -fault_nz 2 -ts_max_time 1 -ts_adapt_type rl -ts_adapt_rl_policy "$other" -ts_adapt_rl_problem \
+  sliding_mode >out.txt 2>err.txt || fail "a policy of another problem that was asked for: $(cat err.txt)"
 
 # An error before or during the run leaves an older output file alone.
 expect "none.h5" "${mesh[@]}" -fault_output old.h5 -fault_stiffness_file none.h5
@@ -215,12 +225,31 @@ for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/su
   "${mesh[*]} -fault_stiffness_file k.h5:/asymmetric" "${mesh[*]} -fault_parameters stress_nan.h5" "${mesh[*]} -ts_dt 0" \
   "${mesh[*]} -ts_bathe_reaction velcro" "${rl[*]} -ts_adapt_rl_policy p_truncated.h5" \
   "${rl[*]} -ts_adapt_rl_policy p_nan.h5" "${rl[*]} -ts_adapt_rl_policy p_names.h5" \
-  "-fault_mesh none.h5" "-fault_mesh overlap.h5" "-fault_mesh mesh.h5 -fault_parameters stress_list.h5" \
+  "${rl[*]} -ts_adapt_rl_policy $other" "-fault_sweep empty.txt" "-fault_mesh none.h5" "-fault_mesh overlap.h5" "-fault_mesh mesh.h5 -fault_parameters stress_list.h5" \
   "-fault_cache_dir none" "-fault_mesh mesh.h5 -fault_viscosity spectral" "-fault_mesh mesh.h5 -fault_operator fft"; do
   read -r -a args <<<"$option"
   refuses "fault: error: " -- mpirun --oversubscribe -n 2 "$fault" "${args[@]}"
   cmp -s old.h5 reference || fail "$option on two ranks: old.h5 was touched"
 done
+
+# A second run with the output of one that is writing is refused, and does the first no harm. 6000 steps take seconds.
+rm -f old.h5
+"$fault" -fault_nx 10 -fault_nz 10 -ts_adapt_type none -ts_bathe_error none -ts_dt 5e-3 -fault_output_fields slip -fault_output old.h5 \
+  >first.txt 2>&1 &
+first=$!
+for _ in $(seq 200); do [ -e old.h5.part ] && break; sleep 0.05; done
+if timeout 100 "$fault" -fault_nx 2 -fault_nz 2 -fault_output old.h5 >out.txt 2>err.txt; then fail "two runs with one output"; fi
+grep -qF "fault: error: cannot write old.h5: another program is writing old.h5.part (-fault_output)" err.txt ||
+  fail "two runs with one output: $(cat err.txt)"
+wait $first || fail "the first of two runs with one output: $(cat first.txt)"
+"$SLIPSTEP_PYTHON" - <<'PY' || fail "the first of two runs with one output has lost data"
+import h5py
+import numpy as np
+with h5py.File("old.h5") as f:
+    time = f["series/time"][:]
+    assert len(time) == 6000 and np.allclose(np.diff(time, prepend=0), 5e-3), time
+    assert np.all(f["series/mean_slip"][1:] > 0) and np.all(f["fields/slip"][1:] > 0)
+PY
 
 # More ranks than elements: either the run of one rank, or one clear error.
 "$fault" -fault_nx 2 -fault_nz 1 -ts_max_time 2 >one.txt 2>err.txt || failed=1

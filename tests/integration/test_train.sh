@@ -31,6 +31,8 @@ refuses "-fault_nx is 0, expected a whole number >= 1" -- "${train[@]}" -fault_n
 refuses "cannot create no/such/p.h5.part" "(-train_output)" -- "${train[@]}" -train_output no/such/p.h5
 refuses "it is a directory" "(-train_checkpoint)" -- "${train[@]}" -train_checkpoint .
 refuses "cannot create no/such/l.h5.part" "(-train_log)" -- "${train[@]}" -train_log no/such/l.h5
+refuses "-train_output and -train_log are both refused.h5, expected different files" -- "${train[@]}" -train_log refused.h5
+refuses "-train_log and -train_checkpoint are both c.h5" -- "${train[@]}" -train_log c.h5 -train_checkpoint c.h5
 refuses "nonsense" -- "${train[@]}" -train_log log.h5 -train_observations nonsense
 [ -z "$(ls ./*.part 2>/dev/null)" ] || fail "left behind: $(ls ./*.part)"
 "$bin/train" -train_steps 10 -train_progress 0 -train_stepz 5 >out.txt 2>&1 || fail "a mistyped option stops it"

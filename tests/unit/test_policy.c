@@ -111,7 +111,7 @@ static void range(void **state)
 static void round_trip(void **state)
 {
   const PetscReal min[2] = {0, -1}, max[2] = {1, 1}, obs[2] = {0.3, 0.9};
-  const char *hash, *loaded;
+  const char *hash, *loaded, *text;
   const char *const *seen;
   char before[32];
   SlipPolicy p, q;
@@ -142,6 +142,10 @@ static void round_trip(void **state)
   ok(SlipPolicyActionToStep(p, a, 2, 30, &h));
   ok(SlipPolicyActionToStep(q, b, 2, 30, &g));
   assert_true(h == g);
+  ok(SlipPolicyGetAttribute(q, "algorithm", &text));
+  assert_string_equal(text, "by hand");
+  ok(SlipPolicyGetAttribute(q, "no such", &text));
+  assert_null(text);
   ok(SlipPolicySetAttribute(q, "alpha", "0.2"));
   ok(SlipPolicyGetHash(q, &hash));
   assert_string_not_equal(before, hash);
