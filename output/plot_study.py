@@ -406,6 +406,7 @@ def main():
         parser.error(f"unknown figure {unknown[0]}, expected some of {', '.join(FIGURES)}")
     try:
         study = Study(options.study)
+        study.warn("plot_study.py")
         os.makedirs(options.figures, exist_ok=True)
         use_style()
         for name in names:

@@ -355,6 +355,7 @@ def main():
     options = parser.parse_args()
     try:
         study = Study(options.study)
+        study.warn("results_table.py")
         with open(options.page, encoding="utf-8") as file:
             text = file.read()
         text = fill(text, study, options.page)

@@ -21,6 +21,7 @@ python=${SLIPSTEP_PYTHON:-python3}
 . "$root/tests/setup.sh"
 slipstep_environment
 [ -x "$train" ] || { echo "train_study: no program $train; build first" >&2; exit 1; }
+train=$(realpath "$train")
 mkdir -p "$out/policies"
 cd "$out"
 
@@ -77,16 +78,20 @@ for alpha in $alphas; do choose fault_tqc "$alpha" "fault_tqc_alpha$alpha"; done
 for alpha in 1 2; do choose fault_td3 $alpha fault_td3_alpha$alpha; done
 
 # The transfer goes on from the chosen seed of alpha 8, on the 3 km fault itself. Continuations of a mesh are dear: longer steps.
-if [ ! -s policies/fault_tqc_alpha8_mesh30.h5 ]; then
-  seed=$(sed -n 's/^fault_tqc_alpha8.h5 *seed \([0-9]*\):.*taken$/\1/p' choice.txt)
+seed=$(sed -n 's/^fault_tqc_alpha8.h5 *seed \([0-9]*\):.*taken$/\1/p' choice.txt)
+transfer=fault_tqc_alpha8_mesh30_seed$seed.h5
+if [ ! -s "$transfer" ]; then
   total=$((steps + ${TRANSFER_STEPS:-1000}))
   "$train" -train_reward balanced -train_alpha 8 -train_seed "$seed" -fault_nx 30 -fault_nz 30 -train_transfer \
     -train_resume "checkpoint_fault_tqc_alpha8_seed$seed.h5" -train_steps $total -train_max_attempts 100 \
     -train_continuation_step 0.25 -train_evaluate_interval 200 -train_progress 100 \
-    -train_output policies/fault_tqc_alpha8_mesh30.h5 -train_log log_fault_tqc_alpha8_mesh30.h5
+    -train_output "$transfer" -train_log "log_$transfer"
 fi
+cp "$transfer" policies/fault_tqc_alpha8_mesh30.h5
 
-"$python" "$root/output/plot_training.py" log_fault_tqc_alpha*.h5 log_fault_td3_alpha*.h5 --figure fault_curves.png
+curves=() # without the transfer's, which begins where another ends
+for alpha in $alphas; do curves+=("log_fault_tqc_alpha${alpha}_seed"*.h5); done
+"$python" "$root/output/plot_training.py" "${curves[@]}" log_fault_td3_alpha*.h5 --figure fault_curves.png
 for problem in sliding_mode circuit; do
   "$python" "$root/output/plot_training.py" log_${problem}_t*_alpha*.h5 --figure ${problem}_curves.png
 done

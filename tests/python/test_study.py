@@ -101,6 +101,23 @@ class StudyTest(unittest.TestCase):
         self.assertEqual(transfers(study), [("p_alpha_8_mesh30", "p_alpha_8")])
         self.assertNotIn("p_alpha_8_mesh30", study.sweeps()["p"].values())
 
+    def test_cells_of_a_replaced_policy_are_left_out(self):
+        path = write_study(self.path("s.h5"))
+        with h5py.File(path, "a") as file:
+            # p_alpha_2 and one setting of its dial with a newer file; the cell of another treatment is still of the old one
+            write_cell(file, "rl_p_alpha_2@0.1", "rl", 7, 0.01, policy="p_alpha_2", alpha=2.0)
+            for name, accuracy in (("rl_p_alpha_2", 0.0), ("rl_p_alpha_2@0.1", 0.1)):
+                file[f"cells/{CASE}/{name}_embedded_trapezoidal"].attrs.update(
+                    {"policy_hash": "1", "accuracy": accuracy, "created": "2026-11-21T17:00:00Z"})
+        study = Study(path)
+        self.assertEqual(study.outdated, {"p_alpha_2": 1})
+        self.assertEqual([cell.treatment for cell in study.select(policy="p_alpha_2")], [("embedded", "trapezoidal")])
+        self.assertEqual(len(study.select(policy="p_alpha_2@0.1")), 1)
+        self.assertEqual(len(study.select(policy="p_alpha_1")), 2)
+        done = self.script("plot_study.py", path, "--figures", self.path("figures"), "--only", "steps")
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stderr, "^plot_study.py: warning: .*s.h5 has 1 cells of another file of the policy p_alpha_2")
+
     def test_crowded_panels_show_one_of_a_kind(self):
         path = write_study(self.path("s.h5"))
         with h5py.File(path, "a") as file:
