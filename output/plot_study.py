@@ -413,7 +413,7 @@ def main():
             target = os.path.join(options.figures, f"study_{name}.png")
             save(FIGURES[name](study), target)
             print(f"Figure: {target}")
-    except OutputError as error:
+    except (OutputError, OSError) as error:
         sys.exit(f"plot_study.py: {error}")
 
 

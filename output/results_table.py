@@ -35,7 +35,10 @@ def number(value, digits=3):
     """Significant digits without an exponent where that is readable."""
     if value is None or not np.isfinite(value):
         return NO
-    return f"{value:.{digits}g}" if value == 0 or 1e-3 <= abs(value) < 10**digits else f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.1e}"
+    size = abs(value)
+    if size == 0 or 1e-3 <= size < 10**digits - 0.5:
+        return f"{value:.{digits}g}"
+    return f"{value:.0f}" if 1 <= size < 1e6 else f"{value:.1e}"
 
 
 def percent(value):
@@ -362,9 +365,7 @@ def main():
         with open(options.page + ".part", "w", encoding="utf-8") as file:
             file.write(text)
         os.replace(options.page + ".part", options.page)
-    except OSError as error:
-        sys.exit(f"results_table.py: {error}")
-    except OutputError as error:
+    except (OutputError, OSError) as error:
         sys.exit(f"results_table.py: {error}")
     print(f"Tables: {options.page}")
 

@@ -186,8 +186,10 @@ class StudyTest(unittest.TestCase):
                 fill(broken, study, "page")
 
     def test_numbers(self):
-        for value, text in ((0.00215, "0.00215"), (12345.6, "12346"), (2.5e-5, "2.5e-05"), (3.0, "3"), (float("nan"), "–")):
+        for value, text in ((0.00215, "0.00215"), (12345.6, "12346"), (2.5e-5, "2.5e-05"), (3.0, "3"), (float("nan"), "–"), (999.7, "1000")):
             self.assertEqual(number(value), text)
+        for value, text in ((123.4, "123"), (99.7, "100"), (99.4, "99"), (0.0004, "4.0e-04")):
+            self.assertEqual(number(value, 2), text)
 
     def test_all_figures_of_a_study_with_gaps(self):
         done = self.script("plot_study.py", write_study(self.path("s.h5")), "--figures", self.path("figures"))
@@ -212,7 +214,9 @@ class StudyTest(unittest.TestCase):
             self.assertEqual(done.returncode, 1)
             self.assertRegex(done.stderr, f"^{script}: .*{name}: (not a file of evaluate|no such file)")
             self.assertNotIn("Traceback", done.stderr)
-        done = self.script("plot_study.py", write_study(self.path("s.h5")), "--only", "nonsense")
+        done = self.script("plot_study.py", write_study(self.path("s.h5")), "--figures", self.path("s.h5"))
+        self.assertRegex(done.stderr, "^plot_study.py: .*s.h5'\n$")  # a file, not a folder
+        done = self.script("plot_study.py", self.path("s.h5"), "--only", "nonsense")
         self.assertEqual(done.returncode, 2)
         self.assertIn("unknown figure nonsense", done.stderr)
 
