@@ -27,13 +27,16 @@ cd "$out"
 
 join() { local IFS=,; echo "$*"; }
 
+# complete POLICY.h5: is it there, with its learning curve, which a training writes last?
+complete() { [ -s "$1" ] && [ -s "log_$1" ]; }
+
 # sweep NAME "ALPHAS" "SEEDS" -- options: files NAME_alphaA_seedS.h5, and with log_ and checkpoint_ before it
 sweep() {
   local name=$1 alphas=$2 list=$3 alpha seed
   shift 4
   for seed in $list; do
     for alpha in $alphas; do
-      [ -s "${name}_alpha${alpha}_seed$seed.h5" ] || missing+=("$alpha $seed")
+      complete "${name}_alpha${alpha}_seed$seed.h5" && [ -e "checkpoint_${name}_alpha${alpha}_seed$seed.h5" ] || missing+=("$alpha $seed")
     done
   done
   [ ${#missing[@]} -gt 0 ] || return 0
@@ -80,7 +83,7 @@ for alpha in 1 2; do choose fault_td3 $alpha fault_td3_alpha$alpha; done
 # The transfer goes on from the chosen seed of alpha 8, on the 3 km fault itself. Continuations of a mesh are dear: longer steps.
 seed=$(sed -n 's/^fault_tqc_alpha8.h5 *seed \([0-9]*\):.*taken$/\1/p' choice.txt)
 transfer=fault_tqc_alpha8_mesh30_seed$seed.h5
-if [ ! -s "$transfer" ]; then
+if ! complete "$transfer"; then
   total=$((steps + ${TRANSFER_STEPS:-1000}))
   "$train" -train_reward balanced -train_alpha 8 -train_seed "$seed" -fault_nx 30 -fault_nz 30 -train_transfer \
     -train_resume "checkpoint_fault_tqc_alpha8_seed$seed.h5" -train_steps $total -train_max_attempts 100 \
