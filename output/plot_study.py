@@ -220,7 +220,7 @@ def figure_history(study, size=3.0):
     handles, labels = panels[0, 1].get_legend_handles_labels()
     empty(panels[0, 2], "")
     panels[0, 2].set_axis_off()
-    panels[0, 2].legend(handles, labels, loc="center left", title="solves, error of the final slip")
+    panels[0, 2].legend(handles, labels, loc="center left", title="solves, error of the final slip").set_in_layout(False)
     times, exact = study.reference_profile(case)
     label, _, cell = runs[0]
     mine, top = resample(cell, times), exact.max()
