@@ -102,6 +102,10 @@ cp "$source/output/RESULTS.md" page.md
 grep -q "h.h5 has 2 cells of another file of the policy p, which are left out" h.txt || fail "no warning of mixed cells: $(cat h.txt)"
 grep -q "^| fault 3km 3x3 | 2 |" page.md || fail "mixes cells of two policies: $(grep "3km 3x3" page.md)"
 
+# ---- entries that a list has twice are run once ----
+"$bin/evaluate" "${tiny[@]}" -evaluate_meshes 3,3 -evaluate_controllers pi,none,pi -evaluate_steps 20,20 -evaluate_output h.h5 >h.txt 2>&1 || fail "twice"
+grep -q "6 cells of this matrix, 0 were there, 0 failed, 0 left" h.txt || fail "runs entries of a list twice: $(tail -1 h.txt)"
+
 # ---- wrong use: one message, and the file stays as it is ----
 sum=$(sha256sum <a.h5)
 same=("$bin/evaluate" "${tiny[@]}" -evaluate_output a.h5)
@@ -110,6 +114,10 @@ refuses "-evaluate_problems has pendulum" sliding_mode -- "${same[@]}" -evaluate
 refuses "-evaluate_errors has tripling" embedded doubling -- "${same[@]}" -evaluate_errors tripling
 refuses "-evaluate_policies" -- "${same[@]}" -evaluate_controllers rl
 refuses "for the problem fault" fault.h5 -- "${same[@]}" -evaluate_problems circuit -evaluate_policies "$policy"
+refuses "fault_tqc_alpha2.h5 follows no option" "patterns quotes" -- "${same[@]}" -evaluate_policies "$trained"/fault_tqc_alpha[12].h5
+refuses "-evaluate_steps has more than 64 entries" -- "${same[@]}" -evaluate_steps "$(seq -s, 3 67)"
+refuses "-evaluate_controllers has more than 64 entries" -- "${same[@]}" -evaluate_controllers "$(yes pi | head -65 | paste -sd,)"
+refuses "-evaluate_accuracies has 2" "expected numbers in (0, 1)" -- "${same[@]}" -evaluate_accuracies 0.1,2
 refuses "no/such.h5" -evaluate_policies -- "${same[@]}" -evaluate_policies no/such.h5
 mkdir twin && cp "$policy" twin/
 refuses "cells are kept by the name fault" -- "${same[@]}" -evaluate_policies "$policy,twin/fault.h5"
