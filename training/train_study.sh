@@ -4,7 +4,8 @@
 #   training/train_study.sh [OUT]
 # OUT (default output/study_training) gets all seeds, learning curves and figures, and in OUT/policies the policy of the best
 # seed of each: highest mean return on held-out random instances (choose_seed.py). What is there already is not trained again, so
-# an interrupted run goes on. Copy OUT/policies/*.h5 to training/policies/study to ship them.
+# an interrupted run goes on. Copy OUT/policies/*.h5 to training/policies/study to ship them (its page says which of those there
+# are others), OUT/NAME_curves.png to output/figures/training_NAME.png.
 #   RANKS (default: processors)  trainings side by side
 #   SEEDS (default "1 2")        seeds of every training; those of alpha 2 and 8 also get MORE_SEEDS (default "3")
 #   STEPS (default 20000)        environment steps of a training; TRANSFER_STEPS (default 1000) more for the transfer
