@@ -52,8 +52,8 @@ PetscErrorCode SlipH5OpenRead(const char file[], SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is another process writing the file? It then holds the lock that HDF5 takes on what it writes; HDF5 itself finds out only
-   after it has emptied the file. */
+/* Is another process writing the file? It then holds the lock that HDF5 takes on what it writes; HDF5 itself finds out
+   only after it has emptied the file. */
 static PetscBool SlipH5IsWritten(const char file[])
 {
   const int fd = open(file, O_RDWR);

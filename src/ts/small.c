@@ -70,8 +70,8 @@ static PetscErrorCode CheckNumbers(TS ts)
 }
 
 /*@
-  TSBatheCheckOptions - refuse what a run with friction cannot use, but PETSc takes: a type other than bathe, which sees no
-  constraint, and steps, times and tolerances without sense
+  TSBatheCheckOptions - refuse what PETSc takes and a run with friction cannot use: a type other than bathe, which sees
+  no constraint, and steps, times and tolerances without sense
 
   Collective; after TSSetFromOptions().
 

@@ -1,4 +1,4 @@
-"""The error of a run's final slip: estimated for nothing, and by -fault_check_error, against runs whose error is known."""
+"""The error of a run's final slip, estimated for nothing and by -fault_check_error, against runs of known error."""
 
 import os
 import subprocess
