@@ -1,5 +1,5 @@
-/* -train_algorithm cmaes: the weights of a small network with an accuracy dial, by CMA-ES over runs of drawn episodes.
-   */
+/* -train_algorithm cmaes: the weights of a small network with an accuracy dial, by CMA-ES over runs of drawn
+   episodes. */
 #pragma once
 #include "cmaes.h"
 #include "episodes.h"

@@ -1,6 +1,6 @@
 /* The scalar type of the trainer: float, or double when TRAIN_DOUBLE is defined before inclusion. The same sources
-   are compiled for both (double.c), the double versions under other names, so that the golden test can compare to 1e-9.
-   */
+   are compiled for both (double.c), the double versions under other names, so that the golden test can compare to
+   1e-9. */
 #pragma once
 #include <petscsys.h>
 #include <cblas.h>

@@ -27,12 +27,27 @@ static PetscBool SlipErrorIsMine(MPI_Comm comm)
   return size == 1 || !rank ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* PETSc's messages about values that are no numbers quote the value only: find its option. */
+/* PETSc's messages that name no option, by how they begin, and the option that is meant. */
+static const struct {
+  const char *begins, *option;
+} SlipErrorMeant[] = {
+  {"Minimum time step", "-ts_adapt_dt_min"},
+  {"Maximum time step", "-ts_adapt_dt_max"},
+  {"Unknown TS type", "-ts_type"},
+  {"Unable to find requested SNES type", "-snes_type"},
+  {"Unable to find requested KSP type", "-ksp_type"},
+  {"Unable to find requested PC type", "-pc_type"},
+};
+
+/* Messages about values that are no numbers quote the value only: find its option. */
 static void SlipErrorFindOption(const char message[], char option[], size_t len)
 {
   char *all = NULL, value[64], *word, *name = NULL;
 
   option[0] = '\0';
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipErrorMeant); i++)
+    if (!strncmp(message, SlipErrorMeant[i].begins, strlen(SlipErrorMeant[i].begins)))
+      snprintf(option, len, "%s", SlipErrorMeant[i].option);
   if (sscanf(message, "Input string %63s has no", value) != 1 || PetscOptionsGetAll(NULL, &all)) return;
   for (word = strtok(all, " "); word; word = strtok(NULL, " ")) {
     if (name && !strcmp(word, value)) snprintf(option, len, "%s", name);

@@ -191,8 +191,8 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a step starts from: X0, r0, K0. The last step's K2 and r are those unless the solution was changed in between.
-   */
+/* What a step starts from: X0, r0, K0. The last step's K2 and r are those unless the solution was changed in
+   between. */
 static PetscErrorCode TSBatheBeginStep(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;

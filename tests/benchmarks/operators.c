@@ -230,8 +230,8 @@ static int Compare(const void *a, const void *b)
   return x < y ? -1 : x > y;
 }
 
-/* The first product, and the median of many, each with another vector: some viscosities remember those they have met.
-   */
+/* The first product, and the median of many, each with another vector: some viscosities remember those they have
+   met. */
 static PetscErrorCode TimeProducts(Bench *b, PetscLogDouble *first, PetscLogDouble *median)
 {
   PetscLogDouble sample[SAMPLES], sum = 0;

@@ -177,6 +177,9 @@ expect "-ts_dt is nan, expected a number > 0 s" "${mesh[@]}" -ts_dt nan
 expect "(-ts_dt)" "${mesh[@]}" -ts_dt abc
 expect "-ts_max_time is -1, expected a number > 0 s" "${mesh[@]}" -ts_max_time -1
 expect "-ts_max_steps is -4, expected a whole number >= 0" "${mesh[@]}" -ts_max_steps -4
+expect "(-ts_adapt_dt_min)" "${mesh[@]}" -ts_adapt_dt_min -1
+expect "(-ts_adapt_dt_max)" "${mesh[@]}" -ts_adapt_dt_min 2 -ts_adapt_dt_max 1
+expect "(-snes_type)" "${mesh[@]}" -snes_type velcro
 expect "-ts_rtol is nan, expected a number >= 0" "${mesh[@]}" -ts_rtol nan
 expect "-ts_bathe_gamma is 0, expected a number in (0, 1)" "${mesh[@]}" -ts_bathe_gamma 0
 expect "-ts_bathe_gamma is 1.5, expected a number in (0, 1)" "${mesh[@]}" -ts_bathe_gamma 1.5

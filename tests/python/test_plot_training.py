@@ -55,7 +55,7 @@ class PlotTraining(ScriptTest):
         self.assertIn("plot_training.py", done.stderr)
         self.assertIn("none.h5", done.stderr)
         self.assertEqual(len(done.stderr.splitlines()), 1)
-        done = self.script(pair[0], "--figure", self.path("no/such.png"))
+        done = self.script("plot_training.py", pair[0], "--figure", self.path("no/such.png"))
         self.assertRegex(done.stderr, "^plot_training.py: .*no/such.png'\n$")
 
 

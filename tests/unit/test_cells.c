@@ -171,8 +171,7 @@ static void uniform_cells_are_the_grid(void **state)
 
 /* Betti: the force on a large cell from slip on a small one, A_i K_ij averaged over the large one, equals A_j K_ji up
    to the size of the small cell, which one point samples. The midpoint rule's error falls with the pieces' size
-   squared.
- */
+   squared. */
 static void reciprocity_weighs_by_area(void **state)
 {
   const PetscReal a = 400, b = 300, dx = 700, dy = 60, z = 200, zs = 450, small = 5;

@@ -1,5 +1,5 @@
-/* The closed-form kernel against published values and against numerical integration of Mindlin's point-force solution.
- */
+/* The closed-form kernel against published values and against numerical integration of Mindlin's point-force
+   solution. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -36,8 +36,8 @@ static const Long First[4] = {0, 0.75L, -0.15L, 1.0L / 60};
 static const Long Second[4] = {-49.0L / 18, 1.5L, -0.15L, 1.0L / 90};
 
 /* d_yy G_xx + 2 d_xy G_xy + d_xx G_yy at (x, y): the stress drop density of slip on y = 0. The step is 0.004 of the
-   distance R, so that truncation is about 1e-13 and rounding (epsilon 1e-19 over the step squared) 1e-14 of the value.
- */
+   distance R, so that truncation is about 1e-13 and rounding (epsilon 1e-19 over the step squared) 1e-14 of the
+   value. */
 static Long PointStressDrop(const Medium *m, Long x, Long y)
 {
   const Long h = 0.004L * sqrtl(x * x + y * y + (m->z - m->c) * (m->z - m->c));
