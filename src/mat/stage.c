@@ -493,9 +493,9 @@ PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta)
   H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for each mode of K. With A for B, a
   Newton iteration on B v = c leaves at most the share |A^-1 (H - H_A)| of the error. On a uniform grid H_A is the
   viscosity of type "toeplitz": a share of 0.02 and products as cheap as those with K. Elsewhere
-  H_A = (zeta / 2) ((mass / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3, and less as products
-  with H are made, since H_A is corrected by those that H remembers: A is another operator at each call. Near instability,
-  where weakening takes most of B away, the share is larger in proportion.
+  H_A = (zeta / 2) ((mass / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3, and less as
+  products with H are made, since H_A is corrected by those that H remembers: A is another operator at each call. Near
+  instability, where weakening takes most of B away, the share is larger in proportion.
 
   Options Database Key:
 . -mat_slipstage_jacobian <auto> - exact (A = B), approximate, or by cost
