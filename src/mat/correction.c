@@ -7,9 +7,10 @@
 
   is symmetric, exact on all of them, and what is left of D is no larger in A's norm than D, say delta < 1/2: it is
   positive definite, and iterations with it leave at most delta / (1 - 2 delta) of the error. (In the 2-norm it would
-  be the symmetric secant update of Powell: Dennis and Schnabel 1983, Numerical Methods, section 9.1.) Iterations leave the error where D is largest, so that their iterates are the directions to know: on two faults of
-  5,041 cells stages take 7 to 11 products with H instead of 11 to 18. Directions outlast stages and steps, since only
-  sums of the same three products depend on theta.
+  be the symmetric secant update of Powell: Dennis and Schnabel 1983, Numerical Methods, section 9.1.) Iterations leave
+  the error where D is largest, so that their iterates are the directions to know: on two faults of 5,041 cells stages
+  take 7 to 11 products with H instead of 11 to 18. Directions outlast stages and steps, since only sums of the same
+  three products depend on theta.
 */
 #include <petsc/private/petscimpl.h>
 #include <slipmat.h>
