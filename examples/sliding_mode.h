@@ -72,26 +72,55 @@ static inline PetscErrorCode SlidingModeBound(PetscReal t, const PetscReal w[], 
   PetscFunctionReturn(0);
 }
 
-/* "SlipObserve_C": energy U/U_c = (w/w_max)^2, velocity and state_0 w/w_max, with w_max = |w(0)|. */
+/* Time to the next change of regime, as it looks at time t: while w moves, until it is zero at its present rate; at rest,
+   until the disturbance exceeds the gain. PETSC_MAX_REAL: none in sight. */
+static inline PetscReal SlidingModeEvent(const SlidingMode *m, PetscReal t, PetscReal w)
+{
+  const PetscReal load = m->D * PetscSinReal(m->omega * t), rate = load - (w > 0 ? m->k : -m->k);
+  PetscReal phase, departs;
+
+  if (w != 0) return rate * w < 0 ? -w / rate : PETSC_MAX_REAL;
+  if (m->k >= m->D) return PETSC_MAX_REAL;
+  if (PetscAbsReal(load) > m->k) return 0;
+  departs = PetscAsinReal(m->k / m->D); /* as a phase of half a period */
+  phase = m->omega * t - PETSC_PI * PetscFloorReal(m->omega * t / PETSC_PI);
+  return (phase < departs ? departs - phase : PETSC_PI + departs - phase) / m->omega;
+}
+
+/* "SlipObserve_C": energy U/U_c = (w/w_max)^2, velocity and state_0 w/w_max, with w_max = |w(0)|; log_event log10 of
+   omega times SlidingModeEvent(), in [-3, 1]; log_state log10(|w| omega/k + 1e-4) in [-4, 1]; load |D sin(omega t)|/k;
+   bend cos(omega t) in the direction of w; rest 1 where w = 0. */
 static inline PetscErrorCode SlidingModeObserve(TS ts, const char name[], PetscReal *value, PetscBool *known)
 {
+  const char *const names[] = {"energy", "velocity", "state_0", "log_event", "log_state", "load", "bend", "rest"};
+  PetscReal values[PETSC_STATIC_ARRAY_LENGTH(names)], ratio, t, sign;
+  SlipAttempt last;
   SlidingMode *m;
-  Vec w;
+  Vec x;
   const PetscScalar *a;
-  PetscReal ratio;
-  PetscBool energy, velocity, state;
 
   PetscFunctionBeginUser;
   PetscCall(TSGetApplicationContext(ts, &m));
-  PetscCall(TSGetSolution(ts, &w));
-  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(TSGetSolution(ts, &x));
+  PetscCall(VecGetArrayRead(x, &a));
+  PetscCall(TSBatheGetLastAttempt(ts, &last));
+  t = last.time + last.dt; /* of the state: TSGetTime() is the step's start until after the controller has chosen */
   ratio = a[0] / PetscAbsReal(m->start);
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCall(PetscStrcmp(name, "energy", &energy));
-  PetscCall(PetscStrcmp(name, "velocity", &velocity));
-  PetscCall(PetscStrcmp(name, "state_0", &state));
-  *value = energy ? PetscSqr(ratio) : ratio;
-  *known = energy || velocity || state ? PETSC_TRUE : PETSC_FALSE;
+  sign = a[0] > 0 ? 1 : (a[0] < 0 ? -1 : 0);
+  values[0] = PetscSqr(ratio);
+  values[1] = values[2] = ratio;
+  values[3] =
+    PetscLog10Real(PetscClipInterval(SlidingModeEvent(m, t, a[0]), 1e-3 / m->omega, 10 / m->omega) * m->omega);
+  values[4] = m->k > 0 ? PetscLog10Real(PetscMin(PetscAbsReal(a[0]) * m->omega / m->k + 1e-4, 10)) : 1;
+  values[5] = m->k > 0 ? PetscMin(PetscAbsReal(m->D * PetscSinReal(m->omega * t)) / m->k, 1e3) : 1e3;
+  values[6] = sign * PetscCosReal(m->omega * t);
+  values[7] = sign == 0 ? 1 : 0;
+  PetscCall(VecRestoreArrayRead(x, &a));
+  *known = PETSC_FALSE;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(names) && !*known; k++) {
+    PetscCall(PetscStrcmp(name, names[k], known));
+    if (*known) *value = values[k];
+  }
   PetscFunctionReturn(0);
 }
 

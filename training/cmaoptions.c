@@ -109,7 +109,7 @@ static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems 
      1, 100000},
     {"-train_population", "Members of a generation, 0: 4 + 3 ln(weights)", &o->population, small ? 16 : 24, 0, 10000},
     {"-train_diagonal", "Generations before the covariance may leave its diagonal", &o->diagonal, 200, 0, 100000000},
-    {"-train_generations", "Generations, in total with those of -train_resume", &o->generations, small ? 300 : 1500, 1,
+    {"-train_generations", "Generations, in total with those of -train_resume", &o->generations, small ? 700 : 1500, 1,
      100000000},
     {"-train_validation_interval", "Generations between validations; the best mean is written", &o->interval,
      small ? 20 : 50, 1, 1000000},

@@ -61,7 +61,10 @@ PetscErrorCode EpisodeSmallRun(EpisodeSmall small, SlipPolicy policy, PetscReal 
   PetscFunctionBegin;
   small->env.o.accuracy = accuracy;
   PetscCall(EnvRunInstance(&small->env, &small->instance, Act, &acting, &r));
-  *result = (EpisodeResult){
-    .solves = r.solves, .failures = r.attempts - r.accepted, .slip_error = r.error[0], .done = r.finished ? 1 : 0};
+  /* the larger of the errors at the ends of steps and between them, too */
+  *result = (EpisodeResult){.solves = r.solves,
+                            .failures = r.attempts - r.accepted,
+                            .slip_error = PetscMax(r.error[0], r.error[1]),
+                            .done = r.finished ? 1 : 0};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
