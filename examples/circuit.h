@@ -4,6 +4,7 @@
    program circuit and tests share it. */
 #pragma once
 #include <slipstep.h>
+#include <string.h>
 
 #define CIRCUIT_N 3
 
@@ -140,11 +141,31 @@ static inline PetscReal CircuitLogLevel(const Circuit *c, const PetscReal w[])
   return PetscLog10Real(PetscClipInterval(level, 1e-3 * held, 1e3 * held) / held);
 }
 
-/* "SlipObserve_C": energy U/U_0 and its log10, at least -16; state_0, state_1, state_2: V1, V2, i over what they are
-   measured in; log_event and log_level as above, log_level 3 without a diode. */
+/* What policies observe: energy U/U_0 and its log10, at least -16; state_0, state_1, state_2: V1, V2, i over what they are
+   measured in; log_event and log_level as above, log_level 3 without a diode. False: not an observation of the circuit. */
+static inline PetscBool CircuitObservation(const Circuit *c, const PetscReal w[], const char name[], PetscReal *value)
+{
+  const PetscReal energy = CircuitEnergy(c, w) / CircuitEnergy(c, c->start);
+
+  if (!strcmp(name, "energy")) {
+    *value = energy;
+  } else if (!strcmp(name, "log_energy")) {
+    *value = PetscLog10Real(PetscMax(energy, (PetscReal)1e-16));
+  } else if (!strcmp(name, "log_event")) {
+    *value = CircuitLogEvent(c, w);
+  } else if (!strcmp(name, "log_level")) {
+    *value = c->m > 0 ? CircuitLogLevel(c, w) : 3;
+  } else if (!strncmp(name, "state_", 6) && name[6] >= '0' && name[6] < '0' + CIRCUIT_N && !name[7]) {
+    *value = w[name[6] - '0'] / c->amplitude[name[6] - '0'];
+  } else {
+    return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+/* "SlipObserve_C" */
 static inline PetscErrorCode CircuitObserve(TS ts, const char name[], PetscReal *value, PetscBool *known)
 {
-  const char *const states[CIRCUIT_N] = {"state_0", "state_1", "state_2"};
   Circuit *c;
   Vec w;
   const PetscScalar *a;
@@ -153,24 +174,7 @@ static inline PetscErrorCode CircuitObserve(TS ts, const char name[], PetscReal 
   PetscCall(TSGetApplicationContext(ts, &c));
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(PetscStrcmp(name, "energy", known));
-  if (*known) *value = CircuitEnergy(c, a) / CircuitEnergy(c, c->start);
-  if (!*known) {
-    PetscCall(PetscStrcmp(name, "log_energy", known));
-    if (*known) *value = PetscLog10Real(PetscMax(CircuitEnergy(c, a) / CircuitEnergy(c, c->start), (PetscReal)1e-16));
-  }
-  if (!*known) {
-    PetscCall(PetscStrcmp(name, "log_event", known));
-    if (*known) *value = CircuitLogEvent(c, a);
-  }
-  if (!*known) {
-    PetscCall(PetscStrcmp(name, "log_level", known));
-    if (*known) *value = c->m > 0 ? CircuitLogLevel(c, a) : 3;
-  }
-  for (PetscInt k = 0; k < CIRCUIT_N && !*known; k++) {
-    PetscCall(PetscStrcmp(name, states[k], known));
-    if (*known) *value = a[k] / c->amplitude[k];
-  }
+  *known = CircuitObservation(c, a, name, value);
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscFunctionReturn(0);
 }

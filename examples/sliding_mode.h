@@ -2,6 +2,7 @@
    what policies observe. Public headers only; the program sliding_mode and tests share it. */
 #pragma once
 #include <slipstep.h>
+#include <string.h>
 
 typedef struct {
   PetscReal k, D;  /* gain and disturbance [1/s] */
@@ -87,13 +88,38 @@ static inline PetscReal SlidingModeEvent(const SlidingMode *m, PetscReal t, Pets
   return (phase < departs ? departs - phase : PETSC_PI + departs - phase) / m->omega;
 }
 
-/* "SlipObserve_C": energy U/U_c = (w/w_max)^2, velocity and state_0 w/w_max, with w_max = |w(0)|; log_event log10 of
-   omega times SlidingModeEvent(), in [-3, 1]; log_state log10(|w| omega/k + 1e-4) in [-4, 1]; load |D sin(omega t)|/k;
-   bend cos(omega t) in the direction of w; rest 1 where w = 0. */
+/* What policies observe at time t: energy U/U_c = (w/w_max)^2, velocity and state_0 w/w_max, with w_max = |w(0)|; log_event
+   log10 of omega times SlidingModeEvent(), in [-3, 1]; log_state log10(|w| omega/k + 1e-4) in [-4, 1]; load
+   |D sin(omega t)|/k, at most 1e3; bend cos(omega t) in the direction of w; rest 1 where w = 0. False: not an observation of
+   the sliding mode controller. */
+static inline PetscBool SlidingModeObservation(const SlidingMode *m, PetscReal t, PetscReal w, const char name[],
+                                               PetscReal *value)
+{
+  const PetscReal ratio = w / PetscAbsReal(m->start), sign = w > 0 ? 1 : (w < 0 ? -1 : 0);
+
+  if (!strcmp(name, "energy")) {
+    *value = PetscSqr(ratio);
+  } else if (!strcmp(name, "velocity") || !strcmp(name, "state_0")) {
+    *value = ratio;
+  } else if (!strcmp(name, "log_event")) {
+    *value = PetscLog10Real(PetscClipInterval(SlidingModeEvent(m, t, w), 1e-3 / m->omega, 10 / m->omega) * m->omega);
+  } else if (!strcmp(name, "log_state")) {
+    *value = m->k > 0 ? PetscLog10Real(PetscMin(PetscAbsReal(w) * m->omega / m->k + 1e-4, 10)) : 1;
+  } else if (!strcmp(name, "load")) {
+    *value = PetscMin(PetscAbsReal(m->D * PetscSinReal(m->omega * t)), 1e3 * m->k) / (m->k > 0 ? m->k : 1);
+  } else if (!strcmp(name, "bend")) {
+    *value = sign * PetscCosReal(m->omega * t);
+  } else if (!strcmp(name, "rest")) {
+    *value = sign == 0 ? 1 : 0;
+  } else {
+    return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+/* "SlipObserve_C" */
 static inline PetscErrorCode SlidingModeObserve(TS ts, const char name[], PetscReal *value, PetscBool *known)
 {
-  const char *const names[] = {"energy", "velocity", "state_0", "log_event", "log_state", "load", "bend", "rest"};
-  PetscReal values[PETSC_STATIC_ARRAY_LENGTH(names)], ratio, t, sign;
   SlipAttempt last;
   SlidingMode *m;
   Vec x;
@@ -102,25 +128,10 @@ static inline PetscErrorCode SlidingModeObserve(TS ts, const char name[], PetscR
   PetscFunctionBeginUser;
   PetscCall(TSGetApplicationContext(ts, &m));
   PetscCall(TSGetSolution(ts, &x));
+  PetscCall(TSBatheGetLastAttempt(ts, &last)); /* TSGetTime() is the step's start until the controller has chosen */
   PetscCall(VecGetArrayRead(x, &a));
-  PetscCall(TSBatheGetLastAttempt(ts, &last));
-  t = last.time + last.dt; /* of the state: TSGetTime() is the step's start until after the controller has chosen */
-  ratio = a[0] / PetscAbsReal(m->start);
-  sign = a[0] > 0 ? 1 : (a[0] < 0 ? -1 : 0);
-  values[0] = PetscSqr(ratio);
-  values[1] = values[2] = ratio;
-  values[3] =
-    PetscLog10Real(PetscClipInterval(SlidingModeEvent(m, t, a[0]), 1e-3 / m->omega, 10 / m->omega) * m->omega);
-  values[4] = m->k > 0 ? PetscLog10Real(PetscMin(PetscAbsReal(a[0]) * m->omega / m->k + 1e-4, 10)) : 1;
-  values[5] = m->k > 0 ? PetscMin(PetscAbsReal(m->D * PetscSinReal(m->omega * t)) / m->k, 1e3) : 1e3;
-  values[6] = sign * PetscCosReal(m->omega * t);
-  values[7] = sign == 0 ? 1 : 0;
+  *known = SlidingModeObservation(m, last.time + last.dt, a[0], name, value);
   PetscCall(VecRestoreArrayRead(x, &a));
-  *known = PETSC_FALSE;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(names) && !*known; k++) {
-    PetscCall(PetscStrcmp(name, names[k], known));
-    if (*known) *value = values[k];
-  }
   PetscFunctionReturn(0);
 }
 

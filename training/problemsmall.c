@@ -2,12 +2,11 @@
    in examples/. Both are dissipative: two solutions of the same system approach each other in the norm of the energy.
    So the error that a step leaves at its end bounds what it changes in the exact continuation, and the sum of these
    errors bounds that of the run. */
-#include "problem.h"
+#include "plainsmall.h"
 #include "../examples/circuit.h"
 #include "../examples/sliding_mode.h"
 #include <slipstep/private/slipcompat.h>
 
-#define MAX_STATES 3
 #define LEAVE_WEIGHT                                                                                                   \
   50                /* per error that a step leaves, over the size of the start: 1 % weighs as much as two attempts */
 #define SUBSTEPS 16 /* of the exact solution across one step, at least */
@@ -20,29 +19,18 @@ typedef struct {
   PetscReal (*distance)(const void *model, const PetscReal difference[]);
   /* The exact solution at times 0, dt, ..., (n - 1) dt: state [n][states] */
   void (*table)(const void *model, PetscReal dt, PetscInt n, PetscReal state[]);
+  void (*plain)(const void *model, PlainSmall *p); /* A, G, q, force and observe */
 } System;
-
-/* The exact solution, linear between its times. */
-struct _EnvReference {
-  PetscReal dt;
-  PetscInt n;
-  PetscReal *state; /* [n][states] */
-};
 
 struct _EnvJudge {
   const EnvOptions *o;
   const System *system;
-  EnvReference reference;
   EnvRun *run;
   PetscBool effects;
   EnvRun fine;          /* crosses one step after the other */
   Vec before, reaction; /* where the next step begins */
   PetscReal time;
-  PetscReal seen, error2, size2;   /* time, squared error and squared size at the last accepted step */
-  PetscReal last[MAX_STATES];      /* state there */
-  PetscReal errors, sizes;         /* their integrals, trapezoidal rule */
-  PetscInt next;                   /* first time of the table that is not seen yet */
-  PetscReal between, between_size; /* sums over the times of the table, the run taken linear between its steps */
+  SmallErrors errors;
 };
 
 static const System SlidingModeSystem, CircuitSystem;
@@ -111,6 +99,7 @@ static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *in
   steps = PetscCeilReal(run.tmax / (o->continuation * run.tstar) * REFERENCE_FINER);
   ref->dt = run.tmax / steps;
   ref->n = (PetscInt)steps + 1;
+  ref->states = system->n;
   PetscCall(PetscCalloc1((size_t)(ref->n * system->n), &ref->state));
   (*system->table)(run.model, ref->dt, ref->n, ref->state);
   PetscCall(o->problem->destroy(&run));
@@ -125,58 +114,20 @@ static PetscErrorCode ReferenceDestroy(EnvReference *reference)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void ExactState(EnvJudge j, PetscReal t, PetscReal w[])
-{
-  const EnvReference ref = j->reference;
-  const PetscInt n = j->system->n, k = PetscMin((PetscInt)(t / ref->dt), ref->n - 2);
-  const PetscReal s = t / ref->dt - (PetscReal)k;
-
-  for (PetscInt i = 0; i < n; ++i) w[i] = (1 - s) * ref->state[n * k + i] + s * ref->state[n * (k + 1) + i];
-}
-
 /* ---- effects and errors ---- */
-
-/* The step from the last state to one at time t, at the times of the table in it: what a long step jumps over */
-static void WatchBetween(EnvJudge j, PetscReal t, const PetscReal to[])
-{
-  const EnvReference ref = j->reference;
-  const PetscInt n = j->system->n;
-
-  for (; j->next < ref->n && (PetscReal)j->next * ref->dt <= t; ++j->next) {
-    const PetscReal s = ((PetscReal)j->next * ref->dt - j->seen) / (t - j->seen), *exact = &ref->state[n * j->next];
-
-    for (PetscInt i = 0; i < n; ++i) {
-      j->between += PetscSqr((1 - s) * j->last[i] + s * to[i] - exact[i]);
-      j->between_size += PetscSqr(exact[i]);
-    }
-  }
-}
 
 /* TSBatheAttemptFn: the L2 error of the accepted steps */
 static PetscErrorCode WatchRun(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   EnvJudge j = (EnvJudge)ctx;
-  const PetscReal t = attempt->time + attempt->dt;
   const PetscScalar *a;
-  PetscReal exact[MAX_STATES], error2 = 0, size2 = 0;
 
   PetscFunctionBegin;
   (void)ts;
   if (!attempt->accepted) PetscFunctionReturn(PETSC_SUCCESS);
-  ExactState(j, t, exact);
   PetscCall(VecGetArrayRead(w, &a));
-  WatchBetween(j, t, a);
-  PetscCall(PetscArraycpy(j->last, a, j->system->n));
-  for (PetscInt i = 0; i < j->system->n; ++i) {
-    error2 += PetscSqr(a[i] - exact[i]);
-    size2 += PetscSqr(exact[i]);
-  }
+  SmallErrorsStep(&j->errors, attempt->time + attempt->dt, a);
   PetscCall(VecRestoreArrayRead(w, &a));
-  j->errors += 0.5 * (t - j->seen) * (j->error2 + error2);
-  j->sizes += 0.5 * (t - j->seen) * (j->size2 + size2);
-  j->seen = t;
-  j->error2 = error2;
-  j->size2 = size2;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -185,20 +136,16 @@ static PetscErrorCode JudgeCreate(const EnvOptions *o, const EnvInstance *instan
 {
   EnvJudge j;
   Vec r;
-  PetscReal size;
   const PetscScalar *a;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&j));
   j->o = o;
   j->system = SystemOf(o->problem);
-  j->reference = instance->reference;
   j->run = run;
   j->effects = effects;
-  PetscCall(VecNorm(run->w, NORM_2, &size));
-  j->size2 = PetscSqr(size);
   PetscCall(VecGetArrayRead(run->w, &a));
-  PetscCall(PetscArraycpy(j->last, a, j->system->n));
+  SmallErrorsStart(instance->reference, a, &j->errors);
   PetscCall(VecRestoreArrayRead(run->w, &a));
   PetscCall(TSBatheAddAttemptMonitor(run->ts, WatchRun, j));
   if (effects) {
@@ -217,7 +164,7 @@ static PetscErrorCode JudgeStep(EnvJudge j, EnvRun *run, PetscReal t, PetscReal 
 {
   const PetscReal h = t - j->time,
                   n = PetscMax((PetscReal)SUBSTEPS, PetscCeilReal(h / (j->o->continuation * run->tstar)));
-  PetscReal difference[MAX_STATES];
+  PetscReal difference[SMALL_MAX_STATES];
   const PetscScalar *a, *b;
   TS ts = j->fine.ts;
   Vec r;
@@ -248,8 +195,7 @@ static PetscErrorCode JudgeErrors(EnvJudge j, EnvRun *run, PetscReal error[])
 {
   PetscFunctionBegin;
   (void)run;
-  error[0] = PetscSqrtReal(j->errors / j->sizes);
-  error[1] = PetscSqrtReal(j->between / j->between_size);
+  SmallErrorsEnd(&j->errors, error);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -320,7 +266,28 @@ static void SlidingModeTable(const void *model, PetscReal dt, PetscInt n, PetscR
     state[k] = SlidingModeExact((const SlidingMode *)model, (PetscReal)k * dt, &reaction);
 }
 
-static const System SlidingModeSystem = {1, SlidingModeDistance, SlidingModeTable};
+static PetscReal SlidingModeLoad(const void *model, PetscReal t)
+{
+  const SlidingMode *m = (const SlidingMode *)model;
+
+  return m->D * PetscSinReal(m->omega * t);
+}
+
+static PetscBool SlidingModeSays(const void *model, PetscReal t, const PetscReal w[], const char name[],
+                                 PetscReal *value)
+{
+  return SlidingModeObservation((const SlidingMode *)model, t, w[0], name, value);
+}
+
+static void SlidingModePlain(const void *model, PlainSmall *p)
+{
+  p->A[0] = 1;
+  p->q = ((const SlidingMode *)model)->k;
+  p->force = SlidingModeLoad;
+  p->observe = SlidingModeSays;
+}
+
+static const System SlidingModeSystem = {1, SlidingModeDistance, SlidingModeTable, SlidingModePlain};
 
 #define LONGEST_SLIDING_STEP 0.6283185307179586 /* 2 pi/10 of 1/omega */
 static const Preset SlidingModePresets[] = {
@@ -393,7 +360,27 @@ static void CircuitTable(const void *model, PetscReal dt, PetscInt n, PetscReal 
   }
 }
 
-static const System CircuitSystem = {CIRCUIT_N, CircuitDistance, CircuitTable};
+static PetscBool CircuitSays(const void *model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value)
+{
+  (void)t;
+  return CircuitObservation((const Circuit *)model, w, name, value);
+}
+
+static void CircuitPlain(const void *model, PlainSmall *p)
+{
+  const Circuit *c = (const Circuit *)model;
+  const PetscReal A[] = {c->C1, c->C2, c->L}, g = 1 / c->R,
+                  G[CIRCUIT_N][CIRCUIT_N] = {{-g, g, 0}, {g, -g, 1}, {0, -1, 0}};
+
+  for (PetscInt i = 0; i < CIRCUIT_N; ++i) {
+    p->A[i] = A[i];
+    for (PetscInt j = 0; j < CIRCUIT_N; ++j) p->G[i][j] = G[i][j];
+  }
+  p->q = c->m;
+  p->observe = CircuitSays;
+}
+
+static const System CircuitSystem = {CIRCUIT_N, CircuitDistance, CircuitTable, CircuitPlain};
 
 static const Preset CircuitPresets[] = {
   PRESET("published", 1e-5, "s", 0.1, "t_max", PETSC_FALSE, "energy", "state_2", "state_0", "state_1", "residual",
@@ -407,3 +394,20 @@ static const Preset CircuitPresets[] = {
 const Problem ProblemCircuit =
   SMALL_PROBLEM("circuit", "the circuit with an ideal Zener diode of the -circuit_ options", Circuit, CIRCUIT_COUNT,
                 1e-6, 1e-8, "V and A");
+
+PetscErrorCode ProblemSmallPlain(const EnvRun *run, PlainSmall *p)
+{
+  const System *system = SystemOf(run->problem);
+  const PetscScalar *a;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  *p = (PlainSmall){.n = system->n, .tstar = run->tstar, .tmax = run->tmax, .model = run->model};
+  (*system->plain)(run->model, p);
+  PetscCall(VecGetArrayRead(run->w, &a));
+  PetscCall(PetscArraycpy(p->start, a, p->n));
+  PetscCall(VecRestoreArrayRead(run->w, &a));
+  PetscCall(TSGetAdapt(run->ts, &adapt));
+  PetscCall(TSAdaptGetStepLimits(adapt, &p->dt_low, &p->dt_high));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
