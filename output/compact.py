@@ -30,6 +30,8 @@ def store(file, data, rows):
 
 
 def compact(source, target, rows):
+    if os.path.exists(target) and os.path.samefile(source, target):
+        raise OutputError(f"{target} is the file itself, expected another name: what is left out would be lost")
     count = len(Run(source).series["time"])
     stride = max(1, -(-count // rows))
     with h5py.File(source, "r") as old, h5py.File(target + ".part", "w") as new:
@@ -51,9 +53,11 @@ def main():
     parser.add_argument("target", metavar="OUT", help="file to write")
     parser.add_argument("--rows", type=int, default=500, help="rows to keep at most, default 500")
     options = parser.parse_args()
+    if options.rows < 1:
+        parser.error(f"--rows is {options.rows}, expected a number >= 1")
     try:
         stride = compact(options.source, options.target, options.rows)
-    except OutputError as error:
+    except (OutputError, OSError) as error:
         sys.exit(f"compact.py: {error}")
     run = Run(options.target)
     print(f"{options.target}: final mean slip {run.result['mean_slip']:.8f} m after {run.result['accepted']} steps; "

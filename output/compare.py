@@ -121,7 +121,7 @@ def main():
         if options.figure:
             figure(runs, reference, options.title).savefig(options.figure)
             print(f"\nFigure: {options.figure}")
-    except OutputError as error:
+    except (OutputError, OSError) as error:
         sys.exit(f"compare.py: {error}")
 
 

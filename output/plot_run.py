@@ -87,7 +87,7 @@ def main():
     try:
         run = Run(options.run)
         (figure if run.is_fault else small_figure)(run).savefig(target)
-    except OutputError as error:
+    except (OutputError, OSError) as error:
         sys.exit(f"plot_run.py: {error}")
     print(f"Figure: {target}")
 

@@ -220,7 +220,7 @@ def figure_history(study, size=3.0):
     handles, labels = panels[0, 1].get_legend_handles_labels()
     empty(panels[0, 2], "")
     panels[0, 2].set_axis_off()
-    panels[0, 2].legend(handles, labels, loc="center left", title="solves, error of the final slip")
+    panels[0, 2].legend(handles, labels, loc="center left", title="solves, error of the final slip").set_in_layout(False)
     times, exact = study.reference_profile(case)
     label, _, cell = runs[0]
     mine, top = resample(cell, times), exact.max()
@@ -406,13 +406,14 @@ def main():
         parser.error(f"unknown figure {unknown[0]}, expected some of {', '.join(FIGURES)}")
     try:
         study = Study(options.study)
+        study.warn("plot_study.py")
         os.makedirs(options.figures, exist_ok=True)
         use_style()
         for name in names:
             target = os.path.join(options.figures, f"study_{name}.png")
             save(FIGURES[name](study), target)
             print(f"Figure: {target}")
-    except OutputError as error:
+    except (OutputError, OSError) as error:
         sys.exit(f"plot_study.py: {error}")
 
 

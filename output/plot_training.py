@@ -154,7 +154,7 @@ def main():
     target = options.figure or os.path.splitext(options.logs[0])[0] + ".png"
     try:
         save(figure(read_logs(options.logs)), target)
-    except OutputError as error:
+    except (OutputError, OSError) as error:
         sys.exit(f"plot_training.py: {error}")
     print(f"Figure: {target}")
 

@@ -35,11 +35,19 @@ def number(value, digits=3):
     """Significant digits without an exponent where that is readable."""
     if value is None or not np.isfinite(value):
         return NO
-    return f"{value:.{digits}g}" if value == 0 or 1e-3 <= abs(value) < 10**digits else f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.1e}"
+    size = abs(value)
+    if size == 0 or 1e-3 <= size < 10**digits - 0.5:
+        return f"{value:.{digits}g}"
+    return f"{value:.0f}" if 1 <= size < 1e6 else f"{value:.1e}"
 
 
 def percent(value):
     return NO if value is None or not np.isfinite(value) else f"{number(100 * value, 2)} %"
+
+
+def mean_percent(errors):
+    """Arithmetic mean of errors."""
+    return percent(float(np.mean(errors))) if len(errors) else NO
 
 
 def mean(values):
@@ -189,6 +197,13 @@ def ratios(study, cells, controller, quantity):
     return [ratio for ratio in out if np.isfinite(ratio)]
 
 
+def errors_of(study, cells, controller):
+    """Errors of a classical controller at the reference tolerance on the faults and meshes of policies' cells."""
+    found = {cell.case: study.one(problem="fault", size_km=cell["size_km"], mesh=cell["mesh"], controller=controller, tolerance=1.0,
+                                  error=cell["error"], reaction=cell["reaction"]) for cell in cells}
+    return [other.error() for other in found.values() if other is not None and other.converged]
+
+
 def spread(values):
     return f"{number(float(np.mean(values)))} ({number(min(values))} to {number(max(values))})" if values else NO
 
@@ -208,10 +223,11 @@ def published(study):
                          spread(ratios(study, cells, "heuristic", "cpu")),
                          " ".join(f"({text})" if k else text for k, text in enumerate(STUDY_RATIOS.get(size, (NO,)))) if same else NO,
                          spread(ratios(study, cells, "pi", "cpu")), STUDY_PI if same and size == 3.0 else NO,
-                         percent(float(np.mean([cell.error() for cell in done]))) if done else NO,
-                         STUDY_ERRORS.get(size, NO) if same else NO])
+                         mean_percent([cell.error() for cell in done]),
+                         STUDY_ERRORS.get(size, NO) if same else NO, mean_percent(errors_of(study, cells, "heuristic")),
+                         mean_percent(errors_of(study, cells, "pi"))])
     return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, attempts", "heuristic/rl, solves", "heuristic/rl, processor time", "study", "pi/rl, processor time",
-                     "study", "slip error of rl", "study"], rows)
+                     "study", "slip error of rl", "study", "of heuristic", "of pi"], rows)
 
 
 def requirements(study):
@@ -223,7 +239,7 @@ def requirements(study):
             middle = [cell.error() for cell in sweep_cells(study, size, treatment, (1, 8)) if cell.converged]
             if cells:
                 rows.append([f"{size:g} km", ", ".join(treatment), len(cells), sum(not cell.converged for cell in cells),
-                             sum(cell["guarded"] > 0 for cell in cells), percent(float(np.mean(middle))) if middle else NO,
+                             sum(cell["guarded"] > 0 for cell in cells), mean_percent(middle),
                              percent(max(middle)) if middle else NO])
     return markdown(["fault", "estimate, reaction", "cells of the sweep", "failed", "guard rails stepped in", "slip error, alpha 1 to 8 (mean)",
                      "(largest)"], rows)
@@ -355,15 +371,14 @@ def main():
     options = parser.parse_args()
     try:
         study = Study(options.study)
+        study.warn("results_table.py")
         with open(options.page, encoding="utf-8") as file:
             text = file.read()
         text = fill(text, study, options.page)
         with open(options.page + ".part", "w", encoding="utf-8") as file:
             file.write(text)
         os.replace(options.page + ".part", options.page)
-    except OSError as error:
-        sys.exit(f"results_table.py: {error}")
-    except OutputError as error:
+    except (OutputError, OSError) as error:
         sys.exit(f"results_table.py: {error}")
     print(f"Tables: {options.page}")
 

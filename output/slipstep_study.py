@@ -46,6 +46,8 @@ class Cell:
 
     def __init__(self, study, path, attributes):
         self.study, self.path, self.attributes = study, path, attributes
+        if "policy" in attributes:
+            attributes["policy_name"] = attributes["policy"]
         if attributes.get("accuracy", 0) > 0:  # a policy with a dial counts as one policy for each of its settings
             attributes["policy"] += f"@{attributes['accuracy']:g}"
         attributes.setdefault("cpu", np.nan)
@@ -125,7 +127,7 @@ class Cell:
 
 
 class Study:
-    """All cells and references of a file."""
+    """All cells and references of a file, but for cells of replaced policies: how many those are, outdated says for each name."""
 
     def __init__(self, path):
         self.path = os.fspath(path)
@@ -136,8 +138,15 @@ class Study:
             self.attributes = {key: _plain(value) for key, value in file.attrs.items()}
             self.cells = [Cell(self, cell.name, {key: _plain(value) for key, value in cell.attrs.items()})
                           for case in file.get("cells", {}).values() for cell in case.values()]
+            self.cells, self.outdated = newest(self.cells)
             self.references = {name: {key: _plain(value) for key, value in group.attrs.items()}
                                for name, group in file.get("references", {}).items()}
+
+    def warn(self, program):
+        """Say on the error output which cells are left out."""
+        for name, count in self.outdated.items():
+            print(f"{program}: warning: {self.path} has {count} cells of another file of the policy {name}, which are left out; "
+                  "evaluate makes them anew", file=sys.stderr)
 
     def open(self):
         if not os.path.exists(self.path):
@@ -187,6 +196,21 @@ class Study:
             if np.isfinite(cell["policy_alpha"]) and family(cell["policy"]) != cell["policy"]:  # its name says the alpha
                 found.setdefault(family(cell["policy"]), {})[cell["policy_alpha"]] = cell["policy"]
         return dict(sorted(((k, dict(sorted(v.items()))) for k, v in found.items() if len(v) > 1), key=lambda item: -len(item[1])))
+
+
+def newest(cells):
+    """Cells without those of a policy that has been replaced by another file of its name, and how many these are for each name.
+
+    The file that the newest cell of the name was made with counts; cells without a date are the oldest.
+    """
+    latest = {}
+    for cell in cells:
+        if cell.learned:
+            latest.setdefault(cell["policy_name"], {}).setdefault(cell["policy_hash"], []).append(cell.get("created", ""))
+    current = {name: max(files, key=lambda file: max(files[file])) for name, files in latest.items()}
+    old = [cell for cell in cells if cell.learned and cell["policy_hash"] != current[cell["policy_name"]]]
+    counts = {name: sum(cell["policy_name"] == name for cell in old) for name in sorted({cell["policy_name"] for cell in old})}
+    return [cell for cell in cells if cell not in old], counts
 
 
 def family(name):

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# The whole study: run the matrix, draw its figures, write the tables of RESULTS.md. Stopped at any time, it goes on.
+# The whole study: run the matrix, draw its figures, write the tables of RESULTS.md. Stopped at any time, it goes on; cells of a
+# policy whose file has changed since are made anew.
 #   output/study.sh [FILE.h5]     default output/study.h5
-# Environment: BUILD (build), RANKS (2), MESHES (25,50,75,100), SWEEP_MESHES (those up to 50: with a sweep of tolerances),
+# Environment: BUILD (build), RANKS (2), MESHES (25,50,75,100), SWEEP_MESHES (those up to 50: with a sweep of tolerances; empty: none),
 # POLICIES (patterns), ACCURACIES (settings of a policy with a dial, besides its default of 1e-2), TOLERANCES (factors) and STEPS of the sweep,
 # REFERENCE_STEPS (4000 up to 50 x 50), FINE_STEPS (1000, of finer meshes), TIME_LIMIT (seconds for each part of the matrix, 0: none),
 # FIGURES (folder), PAGE (RESULTS.md), SLIPSTEP_PYTHON (python3 with h5py and matplotlib)
@@ -30,18 +31,17 @@ part() { # list test
 }
 coarse=$(part "$meshes" -le)
 fine=$(part "$meshes" -gt)
-sweep=$(part "${SWEEP_MESHES:-$coarse}" -le)
-all="-evaluate_problems sliding_mode,circuit,fault -evaluate_policies $policies -evaluate_accuracies ${ACCURACIES:-1e-3,1e-1}"
-many="-evaluate_controllers heuristic,pi,dsp,none -evaluate_steps $steps -evaluate_repetitions 1 -evaluate_tolerances $tolerances"
-set -f # patterns are for evaluate
+sweep=$(part "${SWEEP_MESHES-$coarse}" -le)
+all=(-evaluate_problems sliding_mode,circuit,fault -evaluate_policies "$policies" -evaluate_accuracies "${ACCURACIES:-1e-3,1e-1}")
+many=(-evaluate_controllers heuristic,pi,dsp,none -evaluate_steps "$steps" -evaluate_repetitions 1 -evaluate_tolerances "$tolerances")
 # every controller at the reference tolerance, three runs each for the times; then the sweeps; then fine meshes, one run each
-if [ -n "$coarse" ]; then evaluate $all -evaluate_meshes "$coarse" -evaluate_reference_steps "${REFERENCE_STEPS:--1}"; fi
-evaluate -evaluate_problems sliding_mode,circuit $many
+if [ -n "$coarse" ]; then evaluate "${all[@]}" -evaluate_meshes "$coarse" -evaluate_reference_steps "${REFERENCE_STEPS:--1}"; fi
+evaluate -evaluate_problems sliding_mode,circuit "${many[@]}"
 if [ -n "$sweep" ]; then
-  evaluate -evaluate_problems fault -evaluate_meshes "$sweep" $many -evaluate_reference_steps "${REFERENCE_STEPS:--1}"
+  evaluate -evaluate_problems fault -evaluate_meshes "$sweep" "${many[@]}" -evaluate_reference_steps "${REFERENCE_STEPS:--1}"
 fi
 if [ -n "$fine" ]; then
-  evaluate $all -evaluate_meshes "$fine" -evaluate_repetitions 1 -evaluate_reference_steps "${FINE_STEPS:-1000}"
+  evaluate "${all[@]}" -evaluate_meshes "$fine" -evaluate_repetitions 1 -evaluate_reference_steps "${FINE_STEPS:-1000}"
 fi
 "$python" "$here/output/plot_study.py" "$file" --figures "${FIGURES:-$here/output/figures}"
 "$python" "$here/output/results_table.py" "$file" --page "${PAGE:-$here/output/RESULTS.md}"

@@ -32,9 +32,9 @@ def best_evaluation(path):
             seed = int(file.attrs["seed"])
     except (OSError, KeyError) as error:
         raise NoLog(f"{path}: {error}; expected a file of train -train_log") from None
-    if not len(columns["return"]):
+    if not np.isfinite(columns["return"]).any():
         raise NoLog(f"{path} has no evaluation; train with -train_evaluate_interval")
-    at = int(np.argmax(columns["return"]))
+    at = int(np.nanargmax(columns["return"]))
     return {"seed": seed, **{name: float(values[at]) for name, values in columns.items()}}
 
 
@@ -54,7 +54,11 @@ def main(arguments):
     returns = [row["return"] for row in found]
     if len(found) > 1:
         print(f"{name}  spread over {len(found)} seeds: {min(returns):.3f} to {max(returns):.3f}")
-    shutil.copyfile(pairs[chosen][1], output)
+    try:
+        shutil.copyfile(pairs[chosen][1], output + ".part")
+        os.replace(output + ".part", output)
+    except OSError as error:
+        sys.exit(f"choose_seed: {error}")
 
 
 if __name__ == "__main__":

@@ -144,9 +144,10 @@ PETSC_INTERN PetscErrorCode EvaluateErrors(const EvaluateProblem *p, void *model
 /* ---- the file (evaluatefile.c): every write replaces it by a copy with one group more ---- */
 
 PETSC_INTERN PetscErrorCode EvaluateFileCheck(const EvaluateOptions *o); /* rank 0: its format and settings */
-/* Rank 0: is the reference, or the cell, there? Failed cells count unless they are to be repeated. */
+/* Rank 0: is the reference, or the cell, there, did it fail, or was it made with another file of its policy's name and
+   counts for nothing? */
 PETSC_INTERN PetscErrorCode EvaluateFileKnown(const EvaluateOptions *o, const EvaluateMatrix *m, PetscBool reference[],
-                                              PetscBool cell[], PetscBool failed[]);
+                                              PetscBool cell[], PetscBool failed[], PetscBool outdated[]);
 PETSC_INTERN PetscErrorCode EvaluateFileReadReference(const EvaluateOptions *o, const EvaluateCase *c,
                                                       EvaluateReference *ref);
 PETSC_INTERN PetscErrorCode EvaluateFileWriteReference(const EvaluateOptions *o, const EvaluateCase *c,

@@ -3,9 +3,11 @@
 #include <slipstep/private/slipcompat.h>
 #include <stdio.h>
 
+/* Of entries that a list has twice, the first counts. */
 static PetscErrorCode AddCase(const EvaluateProblem *p, PetscReal size, PetscInt mesh, EvaluateMatrix *m)
 {
   EvaluateCase *c;
+  PetscBool same;
 
   PetscFunctionBegin;
   PetscCall(PetscRealloc(sizeof(*c) * (size_t)(m->ncases + 1), &m->cases));
@@ -17,6 +19,10 @@ static PetscErrorCode AddCase(const EvaluateProblem *p, PetscReal size, PetscInt
     snprintf(c->name, sizeof(c->name), "%s_%gkm_%dx%d", p->name, (double)size, (int)mesh, (int)mesh);
   else
     PetscCall(PetscStrncpy(c->name, p->name, sizeof(c->name)));
+  for (PetscInt i = 0; i < m->ncases - 1; i++) {
+    PetscCall(PetscStrcmp(m->cases[i].name, c->name, &same));
+    if (same) m->ncases--;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -41,6 +47,7 @@ static PetscErrorCode AddCell(const EvaluateOptions *o, EvaluateMatrix *m, Petsc
 {
   const EvaluateCase *c = &m->cases[instance];
   char how[EVALUATE_NAME];
+  PetscBool same;
 
   PetscFunctionBegin;
   cell.instance = instance;
@@ -54,6 +61,10 @@ static PetscErrorCode AddCell(const EvaluateOptions *o, EvaluateMatrix *m, Petsc
     snprintf(how, sizeof(how), "%s_x%g", cell.controller, (double)cell.tolerance); /* PETSc's would write 1 as "1." */
   PetscCall(PetscSNPrintf(cell.path, sizeof(cell.path), "/cells/%s/%s_%s_%s", c->name, how, TSBatheErrors[cell.error],
                           TSBatheReactions[cell.reaction]));
+  for (PetscInt i = 0; i < m->ncells; i++) {
+    PetscCall(PetscStrcmp(m->cells[i].path, cell.path, &same));
+    if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  }
   cell.weight = GuessSolves(c, &cell) * EvaluateSolveWeight(c) * (PetscReal)o->repetitions;
   PetscCall(PetscRealloc(sizeof(cell) * (size_t)(m->ncells + 1), &m->cells));
   m->cells[m->ncells++] = cell;

@@ -5,6 +5,7 @@
 #include <slipstep/private/sliperror.h>
 #include <fcntl.h>
 #include <stdio.h>
+#include <time.h>
 #include <unistd.h>
 
 #define EVALUATE_FORMAT "slipstep-evaluation"
@@ -242,6 +243,23 @@ static PetscErrorCode WriteResult(SlipH5 *h, const char path[], const EvaluateRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* When a cell was made, in an order that sorts: of cells of one policy's name but of different files, readers take the
+   newest file's. */
+static PetscErrorCode WriteDate(SlipH5 *h, const char path[])
+{
+  struct timespec now = {0, 0};
+  const struct tm *utc;
+  char day[32] = "", text[48];
+
+  PetscFunctionBegin;
+  (void)timespec_get(&now, TIME_UTC);
+  utc = gmtime(&now.tv_sec);
+  if (utc) strftime(day, sizeof(day), "%Y-%m-%dT%H:%M:%S", utc);
+  snprintf(text, sizeof(text), "%s.%06ldZ", day, now.tv_nsec / 1000);
+  PetscCall(SlipH5WriteAttrString(h, path, "created", text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, const EvaluateCase *c, const EvaluateCell *cell,
                                      EvaluateResult *r)
 {
@@ -256,6 +274,7 @@ PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, const EvaluateCas
   PetscCall(WriteCase(&h, cell->path, c));
   PetscCall(WriteHow(&h, cell));
   PetscCall(WriteResult(&h, cell->path, r));
+  PetscCall(WriteDate(&h, cell->path));
   PetscCall(SlipH5WriteAttrInt(&h, cell->path, "ranks", c->mesh > o->spread ? size : 1));
   PetscCall(WriteTable(&h, cell->path, "series", &r->series, CELL_ROWS, PETSC_FALSE));
   if (r->series.n) PetscCall(DescribeSeries(&h, cell->path, c->problem));
@@ -306,25 +325,29 @@ PetscErrorCode EvaluateFileCheck(const EvaluateOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CellKnown(SlipH5 *h, const EvaluateCell *cell, PetscBool *known, PetscBool *failed)
+static PetscErrorCode CellKnown(SlipH5 *h, const EvaluateCell *cell, PetscBool *known, PetscBool *failed,
+                                PetscBool *outdated)
 {
   char hash[72];
   PetscInt converged = 1;
 
   PetscFunctionBegin;
-  *failed = PETSC_FALSE;
+  *failed = *outdated = PETSC_FALSE;
   PetscCall(SlipH5HasAttribute(h, cell->path, "converged", known));
   if (!*known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipH5ReadAttrInt(h, cell->path, "converged", &converged));
   *failed = converged ? PETSC_FALSE : PETSC_TRUE;
   if (!cell->policy) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipH5ReadAttrString(h, cell->path, "policy_hash", hash, sizeof(hash)));
-  PetscCall(PetscStrcmp(hash, cell->policy->hash, known)); /* another policy of this name has been here */
+  PetscCall(PetscStrcmp(hash, cell->policy->hash, known)); /* or another policy of this name has been here */
+  if (*known) PetscFunctionReturn(PETSC_SUCCESS);
+  *failed = PETSC_FALSE;
+  *outdated = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode EvaluateFileKnown(const EvaluateOptions *o, const EvaluateMatrix *m, PetscBool reference[],
-                                 PetscBool cell[], PetscBool failed[])
+                                 PetscBool cell[], PetscBool failed[], PetscBool outdated[])
 {
   char path[2 * EVALUATE_NAME];
   SlipH5 h;
@@ -333,13 +356,14 @@ PetscErrorCode EvaluateFileKnown(const EvaluateOptions *o, const EvaluateMatrix 
   PetscCall(PetscArrayzero(reference, m->ncases));
   PetscCall(PetscArrayzero(cell, m->ncells));
   PetscCall(PetscArrayzero(failed, m->ncells));
+  PetscCall(PetscArrayzero(outdated, m->ncells));
   if (access(o->output, F_OK)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipH5OpenRead(o->output, &h));
   for (PetscInt i = 0; i < m->ncases; i++) {
     PetscCall(PetscSNPrintf(path, sizeof(path), "/references/%s/series", m->cases[i].name));
     PetscCall(SlipH5Has(&h, path, &reference[i]));
   }
-  for (PetscInt i = 0; i < m->ncells; i++) PetscCall(CellKnown(&h, &m->cells[i], &cell[i], &failed[i]));
+  for (PetscInt i = 0; i < m->ncells; i++) PetscCall(CellKnown(&h, &m->cells[i], &cell[i], &failed[i], &outdated[i]));
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -21,18 +21,29 @@ static PetscErrorCode Find(const char option[], const char word[], const char *c
   SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s has %s, expected some of:%s", option, word, names);
 }
 
+/* Lists are read with room for one entry too many, which PETSc would drop without a word. */
+#define ROOM (EVALUATE_MAX + 1)
+static PetscErrorCode CheckCount(const char option[], PetscInt n)
+{
+  PetscFunctionBegin;
+  PetscCheck(n > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "%s is empty", option);
+  PetscCheck(n <= EVALUATE_MAX, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE, "%s has more than %d entries", option,
+             EVALUATE_MAX);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A list of words as indices into a table; what is there already stays when the option is not given. */
 static PetscErrorCode Words(SlipOptionItems PetscOptionsObject, const char option[], const char help[],
                             const char *const list[], PetscInt *n, PetscInt index[])
 {
-  char *words[EVALUATE_MAX];
-  PetscInt found = EVALUATE_MAX;
+  char *words[ROOM];
+  PetscInt found = ROOM;
   PetscBool set;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsStringArray(option, help, NULL, words, &found, &set));
   if (!set) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(found > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "%s is empty", option);
+  PetscCall(CheckCount(option, found));
   *n = found;
   for (PetscInt i = 0; i < found; i++) PetscCall(Find(option, words[i], list, &index[i]));
   for (PetscInt i = 0; i < found; i++) PetscCall(PetscFree(words[i]));
@@ -42,13 +53,15 @@ static PetscErrorCode Words(SlipOptionItems PetscOptionsObject, const char optio
 static PetscErrorCode Integers(SlipOptionItems PetscOptionsObject, const char option[], const char help[], PetscInt *n,
                                PetscInt value[])
 {
-  PetscInt found = EVALUATE_MAX;
+  PetscInt given[ROOM] = {0}, found = ROOM;
   PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(PetscOptionsIntArray(option, help, NULL, value, &found, &set));
-  if (set) *n = found;
-  PetscCheck(*n > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "%s is empty", option);
+  PetscCall(PetscOptionsIntArray(option, help, NULL, given, &found, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CheckCount(option, found));
+  *n = found;
+  PetscCall(PetscArraycpy(value, given, found));
   for (PetscInt i = 0; i < *n; i++)
     PetscCheck(value[i] > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
                "%s has %" PetscInt_FMT ", expected numbers > 0", option, value[i]);
@@ -58,13 +71,16 @@ static PetscErrorCode Integers(SlipOptionItems PetscOptionsObject, const char op
 static PetscErrorCode Reals(SlipOptionItems PetscOptionsObject, const char option[], const char help[], PetscInt *n,
                             PetscReal value[])
 {
-  PetscInt found = EVALUATE_MAX;
+  PetscReal given[ROOM] = {0};
+  PetscInt found = ROOM;
   PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(PetscOptionsRealArray(option, help, NULL, value, &found, &set));
-  if (set) *n = found;
-  PetscCheck(*n > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "%s is empty", option);
+  PetscCall(PetscOptionsRealArray(option, help, NULL, given, &found, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CheckCount(option, found));
+  *n = found;
+  PetscCall(PetscArraycpy(value, given, found));
   for (PetscInt i = 0; i < *n; i++)
     PetscCheck(value[i] > 0 && !PetscIsInfReal(value[i]), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
                "%s has %g, expected numbers > 0", option, (double)value[i]);
@@ -85,7 +101,6 @@ static PetscErrorCode Axes(EvaluateOptions *o, SlipOptionItems PetscOptionsObjec
   const char *problems[EVALUATE_MAX] = {NULL};
   PetscInt index[EVALUATE_MAX];
   PetscInt n;
-  PetscBool set;
 
   PetscFunctionBegin;
   for (n = 0; EvaluateProblems[n]; n++) problems[n] = EvaluateProblems[n]->name;
@@ -120,13 +135,11 @@ static PetscErrorCode Axes(EvaluateOptions *o, SlipOptionItems PetscOptionsObjec
   PetscCall(Reals(PetscOptionsObject, "-evaluate_tolerances",
                   "Factors of both tolerances of the problem (default 1); policies always run with 1", &o->ntolerances,
                   o->tolerances));
-  n = EVALUATE_MAX;
-  PetscCall(PetscOptionsRealArray("-evaluate_accuracies",
-                                  "Relative errors wanted of policies that observe log_accuracy, besides the default",
-                                  NULL, o->accuracies, &n, &set));
-  o->naccuracies = set ? n : 0;
+  PetscCall(Reals(PetscOptionsObject, "-evaluate_accuracies",
+                  "Relative errors wanted of policies that observe log_accuracy, besides the default", &o->naccuracies,
+                  o->accuracies));
   for (PetscInt i = 0; i < o->naccuracies; i++)
-    PetscCheck(o->accuracies[i] > 0 && o->accuracies[i] < 1, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+    PetscCheck(o->accuracies[i] < 1, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
                "-evaluate_accuracies has %g, expected numbers in (0, 1)", (double)o->accuracies[i]);
   PetscCall(Integers(PetscOptionsObject, "-evaluate_steps", "Constant steps of the controller none (default 100)",
                      &o->nsteps, o->steps));
@@ -168,13 +181,14 @@ static PetscErrorCode Limits(EvaluateOptions *o, SlipOptionItems PetscOptionsObj
 
 static PetscErrorCode Policies(EvaluateOptions *o, SlipOptionItems PetscOptionsObject)
 {
-  char *patterns[EVALUATE_MAX];
-  PetscInt n = EVALUATE_MAX;
+  char *patterns[ROOM];
+  PetscInt n = ROOM;
   PetscBool set, same = PETSC_FALSE, wanted;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsStringArray("-evaluate_policies", "HDF5 files of policies, or patterns such as 'dir/*.h5'",
                                     NULL, patterns, &n, &set));
+  if (set) PetscCall(CheckCount("-evaluate_policies", n));
   if (!set) n = 0;
   PetscCall(EvaluatePoliciesFind(n, patterns, &o->npolicies, &o->policies));
   for (PetscInt i = 0; i < n; i++) PetscCall(PetscFree(patterns[i]));
@@ -190,6 +204,20 @@ static PetscErrorCode Policies(EvaluateOptions *o, SlipOptionItems PetscOptionsO
                "-evaluate_policies has %s, which is for the problem %s; expected one of -evaluate_problems",
                o->policies[i].file, o->policies[i].problem);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PETSc passes over words that follow no option, such as the files of a pattern which the shell has replaced. */
+static PetscErrorCode CheckWords(void)
+{
+  char **words;
+  int n;
+
+  PetscFunctionBegin;
+  PetscCall(PetscGetArgs(&n, &words));
+  for (int i = 1; i < n; i++)
+    PetscCheck(words[i][0] == '-' || (i > 1 && words[i - 1][0] == '-'), PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+               "%s follows no option, expected one word after each: lists have commas, patterns quotes", words[i]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -271,6 +299,7 @@ PetscErrorCode EvaluateOptionsSet(EvaluateOptions *o)
   PetscBool quick = PETSC_FALSE;
 
   PetscFunctionBegin;
+  PetscCall(CheckWords());
   *o = defaults;
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Evaluation of step-size controllers", "evaluate");
   PetscCall(PetscOptionsString("-evaluate_output", "HDF5 file, which later runs add to", NULL, o->output, o->output,

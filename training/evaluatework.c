@@ -241,16 +241,18 @@ static PetscErrorCode WorkThrough(Work *w)
 }
 
 /* What the file holds, as rank 0 sees it. */
-static PetscErrorCode Look(const Work *w, PetscBool reference[], PetscBool cell[], PetscBool failed[])
+static PetscErrorCode Look(const Work *w, PetscBool reference[], PetscBool cell[], PetscBool failed[],
+                           PetscBool outdated[])
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
-  if (!w->rank) ierr = EvaluateFileKnown(w->o, w->m, reference, cell, failed);
+  if (!w->rank) ierr = EvaluateFileKnown(w->o, w->m, reference, cell, failed, outdated);
   PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
   PetscCallMPI(MPI_Bcast(reference, (PetscMPIInt)w->m->ncases, MPIU_BOOL, 0, PETSC_COMM_WORLD));
   PetscCallMPI(MPI_Bcast(cell, (PetscMPIInt)w->m->ncells, MPIU_BOOL, 0, PETSC_COMM_WORLD));
   PetscCallMPI(MPI_Bcast(failed, (PetscMPIInt)w->m->ncells, MPIU_BOOL, 0, PETSC_COMM_WORLD));
+  PetscCallMPI(MPI_Bcast(outdated, (PetscMPIInt)w->m->ncells, MPIU_BOOL, 0, PETSC_COMM_WORLD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -290,19 +292,35 @@ static PetscErrorCode Summary(const Work *w, PetscInt before, const PetscBool ce
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode List(const Work *w, const PetscBool cell[], const PetscBool failed[])
+static PetscErrorCode List(const Work *w, const PetscBool cell[], const PetscBool failed[], const PetscBool outdated[])
 {
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < w->m->ncells; i++)
-    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%-8s %s\n", !cell[i] ? "missing" : (failed[i] ? "failed" : "done"),
-                          w->m->cells[i].path + 7));
+  for (PetscInt i = 0; i < w->m->ncells; i++) {
+    const char *state = outdated[i] ? "outdated" : (failed[i] ? "failed" : (cell[i] ? "done" : "missing"));
+
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%-8s %s\n", state, w->m->cells[i].path + 7));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReportOutdated(const Work *w, const PetscBool outdated[])
+{
+  PetscInt n = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < w->m->ncells; i++) n += outdated[i];
+  if (n)
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                          "%s: %" PetscInt_FMT " cells were made with other files of their policies' names and are "
+                          "made anew\n",
+                          w->o->output, n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
 {
   Work w = {.o = o, .m = m, .instance = -1};
-  PetscBool *reference, *cell, *now, *failed, *needed;
+  PetscBool *reference, *cell, *now, *failed, *outdated, *needed;
   PetscInt before = 0;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
@@ -310,11 +328,11 @@ PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &w.rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &w.size));
   PetscCall(PetscTime(&w.begin));
-  PetscCall(PetscCalloc6(m->ncases, &reference, m->ncells, &cell, m->ncells, &now, m->ncells, &failed, m->ncases,
-                         &needed, m->ncases + m->ncells, &w.jobs));
+  PetscCall(PetscCalloc7(m->ncases, &reference, m->ncells, &cell, m->ncells, &now, m->ncells, &failed, m->ncells,
+                         &outdated, m->ncases, &needed, m->ncases + m->ncells, &w.jobs));
   if (!w.rank) ierr = EvaluateFileCheck(o);
   PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
-  PetscCall(Look(&w, reference, cell, failed));
+  PetscCall(Look(&w, reference, cell, failed, outdated));
   for (PetscInt i = 0; i < m->ncells; i++) {
     if (o->repeat_failed && failed[i]) cell[i] = PETSC_FALSE;
     before += cell[i];
@@ -322,21 +340,22 @@ PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
     if (!cell[i]) w.total += m->cells[i].weight;
   }
   if (o->list) {
-    PetscCall(List(&w, cell, failed));
+    PetscCall(List(&w, cell, failed, outdated));
   } else {
+    PetscCall(ReportOutdated(&w, outdated));
     PetscCall(AddReferences(&w, reference, needed));
     for (PetscInt i = 0; i < w.njobs; i++) w.total += w.jobs[i].weight;
     if (w.njobs) PetscCall(WorkThrough(&w)); /* cells need them */
     for (PetscInt i = 0; i < w.njobs; i++) w.before += w.jobs[i].weight;
-    PetscCall(Look(&w, reference, now, failed));
+    PetscCall(Look(&w, reference, now, failed, outdated));
     w.njobs = 0;
     for (PetscInt i = 0; i < m->ncells; i++)
       if (!cell[i] && reference[m->cells[i].instance])
         w.jobs[w.njobs++] = (Job){m->cells[i].instance, i, m->cells[i].weight};
     if (w.njobs) PetscCall(WorkThrough(&w));
-    PetscCall(Look(&w, reference, cell, failed));
+    PetscCall(Look(&w, reference, cell, failed, outdated));
     PetscCall(Summary(&w, before, cell, failed));
   }
-  PetscCall(PetscFree6(reference, cell, now, failed, needed, w.jobs));
+  PetscCall(PetscFree7(reference, cell, now, failed, outdated, needed, w.jobs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

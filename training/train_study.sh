@@ -4,7 +4,8 @@
 #   training/train_study.sh [OUT]
 # OUT (default output/study_training) gets all seeds, learning curves and figures, and in OUT/policies the policy of the best
 # seed of each: highest mean return on held-out random instances (choose_seed.py). What is there already is not trained again, so
-# an interrupted run goes on. Copy OUT/policies/*.h5 to training/policies/study to ship them.
+# an interrupted run goes on. Copy OUT/policies/*.h5 to training/policies/study to ship them (its page says which of those there
+# are others), OUT/NAME_curves.png to output/figures/training_NAME.png.
 #   RANKS (default: processors)  trainings side by side
 #   SEEDS (default "1 2")        seeds of every training; those of alpha 2 and 8 also get MORE_SEEDS (default "3")
 #   STEPS (default 20000)        environment steps of a training; TRANSFER_STEPS (default 1000) more for the transfer
@@ -21,10 +22,14 @@ python=${SLIPSTEP_PYTHON:-python3}
 . "$root/tests/setup.sh"
 slipstep_environment
 [ -x "$train" ] || { echo "train_study: no program $train; build first" >&2; exit 1; }
+train=$(realpath "$train")
 mkdir -p "$out/policies"
 cd "$out"
 
 join() { local IFS=,; echo "$*"; }
+
+# complete POLICY.h5: is it there, with its learning curve, which a training writes last?
+complete() { [ -s "$1" ] && [ -s "log_$1" ]; }
 
 # sweep NAME "ALPHAS" "SEEDS" -- options: files NAME_alphaA_seedS.h5, and with log_ and checkpoint_ before it
 sweep() {
@@ -32,7 +37,7 @@ sweep() {
   shift 4
   for seed in $list; do
     for alpha in $alphas; do
-      [ -s "${name}_alpha${alpha}_seed$seed.h5" ] || missing+=("$alpha $seed")
+      complete "${name}_alpha${alpha}_seed$seed.h5" && [ -e "checkpoint_${name}_alpha${alpha}_seed$seed.h5" ] || missing+=("$alpha $seed")
     done
   done
   [ ${#missing[@]} -gt 0 ] || return 0
@@ -77,16 +82,20 @@ for alpha in $alphas; do choose fault_tqc "$alpha" "fault_tqc_alpha$alpha"; done
 for alpha in 1 2; do choose fault_td3 $alpha fault_td3_alpha$alpha; done
 
 # The transfer goes on from the chosen seed of alpha 8, on the 3 km fault itself. Continuations of a mesh are dear: longer steps.
-if [ ! -s policies/fault_tqc_alpha8_mesh30.h5 ]; then
-  seed=$(sed -n 's/^fault_tqc_alpha8.h5 *seed \([0-9]*\):.*taken$/\1/p' choice.txt)
+seed=$(sed -n 's/^fault_tqc_alpha8.h5 *seed \([0-9]*\):.*taken$/\1/p' choice.txt)
+transfer=fault_tqc_alpha8_mesh30_seed$seed.h5
+if ! complete "$transfer"; then
   total=$((steps + ${TRANSFER_STEPS:-1000}))
   "$train" -train_reward balanced -train_alpha 8 -train_seed "$seed" -fault_nx 30 -fault_nz 30 -train_transfer \
     -train_resume "checkpoint_fault_tqc_alpha8_seed$seed.h5" -train_steps $total -train_max_attempts 100 \
     -train_continuation_step 0.25 -train_evaluate_interval 200 -train_progress 100 \
-    -train_output policies/fault_tqc_alpha8_mesh30.h5 -train_log log_fault_tqc_alpha8_mesh30.h5
+    -train_output "$transfer" -train_log "log_$transfer"
 fi
+cp "$transfer" policies/fault_tqc_alpha8_mesh30.h5
 
-"$python" "$root/output/plot_training.py" log_fault_tqc_alpha*.h5 log_fault_td3_alpha*.h5 --figure fault_curves.png
+curves=() # without the transfer's, which begins where another ends
+for alpha in $alphas; do curves+=("log_fault_tqc_alpha${alpha}_seed"*.h5); done
+"$python" "$root/output/plot_training.py" "${curves[@]}" log_fault_td3_alpha*.h5 --figure fault_curves.png
 for problem in sliding_mode circuit; do
   "$python" "$root/output/plot_training.py" log_${problem}_t*_alpha*.h5 --figure ${problem}_curves.png
 done

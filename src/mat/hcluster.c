@@ -1,4 +1,4 @@
-/* A binary tree of cells, halved across the longest side of the box of their centres. */
+/* A binary tree of cells, cut in two across the longest side of the box of their centres. */
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipcells.h>
 #include <stdlib.h>
@@ -44,6 +44,29 @@ static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node,
   }
 }
 
+/* Where to cut size cells sorted by key: at the widest gap when that is a quarter of their extent, as between two faults,
+   and leaves an eighth of the cells on either side; else next to the middle, between two rows of cells if one ends in the
+   middle half. Clusters that are halved whatever their gaps hold cells of both faults down to the leaves. */
+static PetscInt Cut(PetscInt size, const Key key[])
+{
+  PetscInt widest = size / 2;
+  PetscReal gap = 0;
+
+  for (PetscInt i = PetscMax(1, size / 8); i <= size - PetscMax(1, size / 8); i++)
+    if (key[i].key - key[i - 1].key > gap) {
+      gap = key[i].key - key[i - 1].key;
+      widest = i;
+    }
+  if (gap >= 0.25 * (key[size - 1].key - key[0].key)) return widest;
+  for (PetscInt d = 0; d < size / 4; d++) {
+    const PetscInt low = size / 2 - d, top = size / 2 + d;
+
+    if (low > 0 && key[low].key > key[low - 1].key) return low;
+    if (top < size && key[top].key > key[top - 1].key) return top;
+  }
+  return size / 2;
+}
+
 PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, SlipClusterTree *tree)
 {
   const PetscInt n = cells->n;
@@ -58,22 +81,24 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
   tree->nnodes = 1;
   for (PetscInt t = 0; t < tree->nnodes; t++) {
     SlipCluster *node = &tree->node[t];
-    const PetscInt size = node->end - node->start, middle = node->start + size / 2;
+    const PetscInt size = node->end - node->start, start = node->start, end = node->end;
+    PetscInt middle;
     const PetscReal *coordinate = NULL;
 
     Bounds(cells, tree->perm, node, &coordinate);
     if (size <= leaf) continue;
     for (PetscInt i = 0; i < size; i++) {
-      const PetscInt e = tree->perm[node->start + i];
+      const PetscInt e = tree->perm[start + i];
 
       key[i] = (Key){coordinate[e], e};
     }
     qsort(key, (size_t)size, sizeof(Key), CompareKeys);
-    for (PetscInt i = 0; i < size; i++) tree->perm[node->start + i] = key[i].cell;
+    for (PetscInt i = 0; i < size; i++) tree->perm[start + i] = key[i].cell;
+    middle = start + Cut(size, key);
     for (int k = 0; k < 2; k++) {
       node->child[k] = tree->nnodes;
       tree->node[tree->nnodes++] =
-        (SlipCluster){.start = k ? middle : node->start, .end = k ? node->end : middle, .child = {-1, -1}};
+        (SlipCluster){.start = k ? middle : start, .end = k ? end : middle, .child = {-1, -1}};
     }
   }
   PetscCall(PetscFree(key));

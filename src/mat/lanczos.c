@@ -20,12 +20,13 @@
 extern void dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e, double *z, const PetscBLASInt *ldz,
                    double *work, PetscBLASInt *info);
 
-#define LANCZOS_MAX 600             /* steps of one product */
-#define LANCZOS_BLOCK 20            /* basis vectors are allocated in blocks */
-#define LANCZOS_EVERY 5             /* least number of steps between looks at the convergence */
-#define LANCZOS_SHARE 0.1           /* and its share of the steps so far: a look costs their number cubed */
-#define LANCZOS_SAMPLES 16          /* rows from which the diagonal is estimated */
-#define LANCZOS_TOL 1e-10           /* default relative tolerance */
+#define LANCZOS_MAX 600           /* steps of one product */
+#define LANCZOS_BLOCK 20          /* basis vectors are allocated in blocks */
+#define LANCZOS_EVERY 5           /* least number of steps between looks at the convergence */
+#define LANCZOS_SHARE 0.1         /* and its share of the steps so far: a look costs their number cubed */
+#define LANCZOS_SAMPLES 16        /* rows from which the diagonal is estimated */
+#define LANCZOS_SAMPLE_ERROR 1e-3 /* relative, of their diagonal: it only chooses preconditioners and Newton's models */
+#define LANCZOS_TOL 1e-10         /* default relative tolerance */
 #define LANCZOS_ORTHOGONAL_MAX 2000 /* rows up to which the basis is reorthogonalised */
 
 typedef struct {
@@ -236,8 +237,7 @@ static PetscErrorCode GridDiagonal(Lanczos *l, PetscBool *found)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* H_ii over factor sqrt(w_i S_ii), averaged over rows spread over the matrix: exact at these, close at the others, as
-   preconditioners need. */
+/* H_ii over factor sqrt(w_i S_ii), averaged over rows spread over the matrix: close, as preconditioners need. */
 static PetscErrorCode EstimateDiagonal(Lanczos *l)
 {
   PetscInt N, start, end, samples;
@@ -263,9 +263,9 @@ static PetscErrorCode EstimateDiagonal(Lanczos *l)
     if (start <= row && row < end) PetscCall(VecSetValue(e, row, 1, INSERT_VALUES));
     PetscCall(VecAssemblyBegin(e));
     PetscCall(VecAssemblyEnd(e));
-    PetscCall(Product(l, e, 0, y));
-    PetscCall(VecDot(e, y, &yi));
     PetscCall(VecDot(e, l->diagonal, &di));
+    PetscCall(Product(l, e, LANCZOS_SAMPLE_ERROR * di, y));
+    PetscCall(VecDot(e, y, &yi));
     ratio += yi / di / (PetscReal)samples;
   }
   PetscCall(VecScale(l->diagonal, ratio));

@@ -308,6 +308,8 @@ static PetscErrorCode SchwarzCreate(Mat K, const SlipCells *c, SlipSchwarz *schw
     s->d[row[e]] = 1 / PetscSqrtReal(2 * unit * c->length[e] * c->width[e] * (PetscReal)overlap[e]);
   PetscCall(PetscFree(row));
   PetscCall(PetscFree(overlap));
+  PetscCall(PetscInfo(K, "%" PetscInt_FMT " parts of at most %" PetscInt_FMT " cells here, %" PetscInt_FMT " means\n",
+                      s->nparts, widest, s->coarse.n));
   *schwarz = s;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

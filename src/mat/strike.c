@@ -334,10 +334,10 @@ static PetscErrorCode PencilApply(SlipStrike s, PetscReal scale, const PetscReal
   const size_t nz = (size_t)s->grid.nz;
 
   PetscFunctionBegin;
-  SlipPencilForward(s->pencil, x);
+  PetscCall(SlipPencilForward(s->pencil, x));
   for (size_t k = 0; k < (size_t)s->nk; k++)
     PetscCall(PencilBlock(s, blocks + k * nz * nz, g ? g + k * nz : NULL, s->pencil->by_wave + 2 * k * nz));
-  SlipPencilBackward(s->pencil, scale, y);
+  PetscCall(SlipPencilBackward(s->pencil, scale, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -86,6 +86,26 @@ grep -q "4 cells of this matrix, 0 were there, 0 failed, 0 left" g.txt || fail "
 "$bin/evaluate" "${tiny[@]}" -evaluate_controllers pi -evaluate_time_limit 1e-9 -evaluate_output g.h5 >g.txt 2>&1 || fail "a time limit"
 grep -q "4 left: the same command goes on" g.txt || fail "no time limit: $(tail -1 g.txt)"
 
+# ---- another file of a policy's name: its cells count for nothing, and are made anew ----
+trained=$source/training/policies/study
+mkdir named && cp "$trained/fault_tqc_alpha1.h5" named/p.h5
+renamed=("$bin/evaluate" "${tiny[@]}" -evaluate_controllers rl -evaluate_policies named/p.h5 -evaluate_output h.h5)
+"${renamed[@]}" >h.txt 2>&1 || fail "a policy: $(tail -2 h.txt)"
+cp "$trained/fault_tqc_alpha128.h5" named/p.h5
+"${renamed[@]}" -evaluate_list >h.txt 2>&1 || fail "the list of a replaced policy"
+[ "$(grep -c '^outdated fault_3km_3x3/rl_p_' h.txt)" = 4 ] || fail "cells of a replaced policy are not outdated: $(cat h.txt)"
+"${renamed[@]}" -evaluate_errors embedded >h.txt 2>&1 || fail "a replaced policy: $(tail -2 h.txt)"
+grep -q "h.h5: 2 cells were made with other files of their policies' names and are made anew" h.txt || fail "no word of a replaced policy"
+grep -q "2 cells of this matrix, 0 were there, 0 failed, 0 left" h.txt || fail "a replaced policy: $(tail -1 h.txt)"
+cp "$source/output/RESULTS.md" page.md
+"$SLIPSTEP_PYTHON" "$source/output/results_table.py" h.h5 --page page.md >h.txt 2>&1 || fail "tables of a replaced policy: $(cat h.txt)"
+grep -q "h.h5 has 2 cells of another file of the policy p, which are left out" h.txt || fail "no warning of mixed cells: $(cat h.txt)"
+grep -q "^| fault 3km 3x3 | 2 |" page.md || fail "mixes cells of two policies: $(grep "3km 3x3" page.md)"
+
+# ---- entries that a list has twice are run once ----
+"$bin/evaluate" "${tiny[@]}" -evaluate_meshes 3,3 -evaluate_controllers pi,none,pi -evaluate_steps 20,20 -evaluate_output h.h5 >h.txt 2>&1 || fail "twice"
+grep -q "6 cells of this matrix, 0 were there, 0 failed, 0 left" h.txt || fail "runs entries of a list twice: $(tail -1 h.txt)"
+
 # ---- wrong use: one message, and the file stays as it is ----
 sum=$(sha256sum <a.h5)
 same=("$bin/evaluate" "${tiny[@]}" -evaluate_output a.h5)
@@ -94,6 +114,10 @@ refuses "-evaluate_problems has pendulum" sliding_mode -- "${same[@]}" -evaluate
 refuses "-evaluate_errors has tripling" embedded doubling -- "${same[@]}" -evaluate_errors tripling
 refuses "-evaluate_policies" -- "${same[@]}" -evaluate_controllers rl
 refuses "for the problem fault" fault.h5 -- "${same[@]}" -evaluate_problems circuit -evaluate_policies "$policy"
+refuses "fault_tqc_alpha2.h5 follows no option" "patterns quotes" -- "${same[@]}" -evaluate_policies "$trained"/fault_tqc_alpha[12].h5
+refuses "-evaluate_steps has more than 64 entries" -- "${same[@]}" -evaluate_steps "$(seq -s, 3 67)"
+refuses "-evaluate_controllers has more than 64 entries" -- "${same[@]}" -evaluate_controllers "$(yes pi | head -65 | paste -sd,)"
+refuses "-evaluate_accuracies has 2" "expected numbers in (0, 1)" -- "${same[@]}" -evaluate_accuracies 0.1,2
 refuses "no/such.h5" -evaluate_policies -- "${same[@]}" -evaluate_policies no/such.h5
 mkdir twin && cp "$policy" twin/
 refuses "cells are kept by the name fault" -- "${same[@]}" -evaluate_policies "$policy,twin/fault.h5"
@@ -109,14 +133,14 @@ refuses "cut.h5" "truncated or damaged" -- "$bin/evaluate" "${tiny[@]}" -evaluat
 [ "$sum" = "$(sha256sum <a.h5)" ] || fail "wrong use changed the file"
 [ -z "$(ls ./*.part 2>/dev/null)" ] || fail "left behind: $(ls ./*.part)"
 "$bin/evaluate" -help >help.txt 2>&1 || fail "-help"
-for option in output problems sizes meshes controllers policies errors reactions tolerances steps repetitions reference_steps spread \
+for option in output problems sizes meshes controllers policies accuracies errors reactions tolerances steps repetitions reference_steps spread \
   max_attempts time_limit list repeat_failed quick; do
   grep -q -e "-evaluate_$option" help.txt || fail "-evaluate_$option is not in -help"
 done
 
 # ---- the whole study by its command, on what is there already ----
 cp "$source/output/RESULTS.md" page.md
-MESHES=3 POLICIES=$policy TOLERANCES=1,10,100,1000 STEPS=20,100 REFERENCE_STEPS=600 BUILD=$SLIPSTEP_BUILD PYTHON=$SLIPSTEP_PYTHON \
+MESHES=3 POLICIES=$policy TOLERANCES=1,10,100,1000 STEPS=20,100 REFERENCE_STEPS=600 BUILD=$SLIPSTEP_BUILD \
   FIGURES=figures PAGE=page.md "$source/output/study.sh" a.h5 >study.txt 2>&1 || fail "study.sh: $(tail -3 study.txt)"
 [ "$(find figures -name 'study_*.png' -size +2k | wc -l)" = 11 ] || fail "not 11 figures: $(ls -l figures)"
 grep -Eq '^\| `fault` \| 2 of 2 \| [0-9]+ to [0-9]+ \| [0-9.]+ % \| \*\*[0-9.]+\*\*' page.md || fail "no ratio at equal accuracy: $(head -25 page.md)"

@@ -149,6 +149,20 @@ class OutputTest(unittest.TestCase):
         self.assertEqual(small.units["/series/mean_slip"], "m")
         self.assertEqual(small.field_names, [])
 
+    def test_what_cannot_be_written_is_refused_by_name(self):
+        run = write_run(self.path("a.h5"), 40)
+        before = os.path.getsize(run)
+        for script, arguments, message in (("compact.py", (run, run), "a.h5 is the file itself"),
+                                           ("compact.py", (run, self.path("no/b.h5")), "no/b.h5"),
+                                           ("compare.py", (run, "--figure", self.path("no/c.png")), "no/c.png"),
+                                           ("plot_run.py", (run, "--figure", self.path("no/d.png")), "no/d.png")):
+            done = self.script(script, *arguments)
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, f"^{script}: .*{message}")
+            self.assertNotIn("Traceback", done.stderr)
+        self.assertEqual(os.path.getsize(run), before)
+        self.assertEqual(self.script("compact.py", run, self.path("b.h5"), "--rows", "0").returncode, 2)
+
     def test_plot_run_with_and_without_fields(self):
         for name, fields in (("with.h5", True), ("without.h5", False)):
             write_run(self.path(name), 40, fields=fields)

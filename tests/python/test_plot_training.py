@@ -70,6 +70,8 @@ class PlotTraining(unittest.TestCase):
         self.assertIn("plot_training.py", done.stderr)
         self.assertIn("none.h5", done.stderr)
         self.assertEqual(len(done.stderr.splitlines()), 1)
+        done = self.script(pair[0], "--figure", self.path("no/such.png"))
+        self.assertRegex(done.stderr, "^plot_training.py: .*no/such.png'\n$")
 
 
 if __name__ == "__main__":

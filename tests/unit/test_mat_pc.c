@@ -188,6 +188,106 @@ static void test_iterations_of_symbol(void **state)
   Check(MatDestroy(&B));
 }
 
+/* Smallest even length of at least n with no prime factor above 5, which is what the transforms are padded to. */
+static PetscInt Padded(PetscInt n)
+{
+  for (n += n % 2;; n += 2) {
+    PetscInt rest = n;
+
+    while (rest % 2 == 0) rest /= 2;
+    while (rest % 3 == 0) rest /= 3;
+    while (rest % 5 == 0) rest /= 5;
+    if (rest == 1) return n;
+  }
+}
+
+/* sum over dx, dz of even a[P + 1][Q + 1] on a torus of 2 P x 2 Q cells at wavenumbers k, l. */
+static PetscReal Cosines(PetscInt P, PetscInt Q, const PetscReal a[], PetscInt k, PetscInt l)
+{
+  PetscReal sum = 0;
+
+  for (PetscInt i = 0; i < 2 * P; i++)
+    for (PetscInt j = 0; j < 2 * Q; j++)
+      sum += a[PetscMin(i, 2 * P - i) * (Q + 1) + PetscMin(j, 2 * Q - j)] * PetscCosReal(PETSC_PI * k * i / P) *
+             PetscCosReal(PETSC_PI * l * j / Q);
+  return sum;
+}
+
+/* P of a stage by the symbol against k(x - x', z - z') + k(x - x', z + z') of planeroot.c, k by plain sums over the
+   torus of an endless plane that is repeated: at the surface, with 2 cells between the fault and its image, and in a full
+   space, where there is none. Odd and even numbers of cells. Rounding of sums of some 10^3 terms. */
+static void test_symbol_by_plain_sums(void **state)
+{
+  static const struct {
+    SlipGrid grid;
+    PetscInt gap; /* -1: no image */
+  } rows[] = {{{5, 7, 3000.0, 3500.0, 0.0, 30e9, 0.25, PETSC_FALSE}, 0},
+              {{6, 8, 3000.0, 4000.0, 500.0, 30e9, 0.25, PETSC_FALSE}, 2},
+              {{7, 5, 3000.0, 2500.0, 0.0, 30e9, 0.25, PETSC_TRUE}, -1}};
+  const PetscReal theta = 0.4;
+
+  (void)state;
+  Check(PetscOptionsSetValue(NULL, "-pc_slipstage_type", "symbol"));
+  for (size_t r = 0; r < PETSC_STATIC_ARRAY_LENGTH(rows); r++) {
+    const SlipGrid *g = &rows[r].grid;
+    const PetscInt nx = g->nx, nz = g->nz, gap = rows[r].gap, N = nx * nz;
+    const PetscInt P = Padded(2 * nx - 1) / 2, Q = Padded(gap < 0 ? nz : 2 * nz + gap);
+    PetscReal *kernel, *f, worst = 0, size = 0;
+    const PetscScalar *got;
+    Mat K, H, B;
+    Vec e, y;
+    PC pc;
+
+    assert_int_equal(PetscMalloc2((P + 1) * (Q + 1), &kernel, (P + 1) * (Q + 1), &f), PETSC_SUCCESS);
+    for (PetscInt i = 0; i <= P; i++)
+      for (PetscInt j = 0; j <= Q; j++)
+        kernel[i * (Q + 1) + j] = SlipKernelFullSpace(30e9, 0.25, i * g->length_x / nx, j * g->length_z / nz,
+                                                      g->length_x / nx, g->length_z / nz);
+    for (PetscInt k = 0; k <= P; k++)
+      for (PetscInt l = 0; l <= Q; l++) {
+        const PetscReal S = PetscMax(0, Cosines(P, Q, kernel, k, l));
+
+        f[k * (Q + 1) + l] = 1 / (MASS / theta + 2 * ZETA * PetscSqrtReal(MASS * S) + theta * S);
+      }
+    for (PetscInt i = 0; i <= P; i++)
+      for (PetscInt j = 0; j <= Q; j++) kernel[i * (Q + 1) + j] = Cosines(P, Q, f, i, j) / (4 * P * Q);
+
+    Check(MatCreateSlipStiffness(PETSC_COMM_SELF, g, "fft", &K));
+    Check(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+    Check(MatCreateSlipStage(K, H, MASS, &B));
+    Check(MatSlipStageSetTheta(B, theta));
+    Check(PCCreate(PETSC_COMM_SELF, &pc));
+    Check(PCSetOperators(pc, B, B));
+    Check(PCSetType(pc, PCSLIPSTAGE));
+    Check(MatCreateVecs(B, &e, &y));
+    for (PetscInt j = 0; j < N; j++) {
+      Check(VecSet(e, 0));
+      Check(VecSetValue(e, j, 1, INSERT_VALUES));
+      Check(PCApply(pc, e, y));
+      Check(VecGetArrayRead(y, &got));
+      for (PetscInt i = 0; i < N; i++) {
+        const PetscInt dx = PetscAbsInt(i % nx - j % nx), iz = i / nx, jz = j / nx;
+        PetscReal want = kernel[dx * (Q + 1) + PetscAbsInt(iz - jz)];
+
+        if (gap >= 0) want += kernel[dx * (Q + 1) + iz + jz + 1 + gap];
+        worst = PetscMax(worst, PetscAbsReal(got[i] - want));
+        size = PetscMax(size, PetscAbsReal(want));
+      }
+      Check(VecRestoreArrayRead(y, &got));
+    }
+    print_message("symbol by plain sums, grid %zu: %.1e relative\n", r, (double)(worst / size));
+    assert_true(worst < 1e-13 * size);
+    Check(PCDestroy(&pc));
+    Check(VecDestroy(&e));
+    Check(VecDestroy(&y));
+    Check(MatDestroy(&B));
+    Check(MatDestroy(&H));
+    Check(MatDestroy(&K));
+    Check(PetscFree2(kernel, f));
+  }
+  Check(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
+}
+
 /* x'Py = y'Px and x'Px > 0, with the slope so strong that J itself is indefinite. */
 static void test_symmetric_positive_definite(void **state)
 {
@@ -305,11 +405,9 @@ static void test_diagonal_without_grid(void **state)
 int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_iterations),
-    cmocka_unit_test(test_iterations_of_symbol),
-    cmocka_unit_test(test_symmetric_positive_definite),
-    cmocka_unit_test(test_stiffness_alone),
-    cmocka_unit_test(test_diagonal_without_grid),
+    cmocka_unit_test(test_iterations),           cmocka_unit_test(test_iterations_of_symbol),
+    cmocka_unit_test(test_symbol_by_plain_sums), cmocka_unit_test(test_symmetric_positive_definite),
+    cmocka_unit_test(test_stiffness_alone),      cmocka_unit_test(test_diagonal_without_grid),
   };
   int failed;
 

@@ -66,9 +66,9 @@ typedef struct {
 } SlipLayout;
 typedef struct _n_SlipPencil {
   PetscInt nx, nz, period;
-  SlipLayout layout;             /* [nz][nk] complex */
-  PetscReal *row;                /* [period] */
-  PetscReal *by_depth, *by_wave; /* [local nz][nk] and [local nk][nz] complex */
+  SlipLayout layout;  /* [nz][nk] complex */
+  PetscReal *row;     /* [period] */
+  PetscReal *by_wave; /* [local nk][nz] complex */
   struct _n_SlipPencilPlans *plans;
 } * SlipPencil;
 PETSC_INTERN SlipLayout SlipLayoutOf(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt tuple);
@@ -77,9 +77,9 @@ PETSC_INTERN PetscErrorCode SlipTranspose(MPI_Comm comm, PetscInt rows, PetscInt
                                           PetscReal b[]);
 PETSC_INTERN PetscErrorCode SlipPencilCreate(MPI_Comm comm, PetscInt nx, PetscInt nz, PetscInt period, SlipPencil *p);
 PETSC_INTERN PetscErrorCode SlipPencilDestroy(SlipPencil *p);
-PETSC_INTERN void SlipPencilForward(SlipPencil p, const PetscReal x[]);
+PETSC_INTERN PetscErrorCode SlipPencilForward(SlipPencil p, const PetscReal x[]);
 PETSC_INTERN PetscReal SlipPencilBytes(SlipPencil p);
-PETSC_INTERN void SlipPencilBackward(SlipPencil p, PetscReal factor, PetscReal y[]);
+PETSC_INTERN PetscErrorCode SlipPencilBackward(SlipPencil p, PetscReal factor, PetscReal y[]);
 
 /* ---- strike.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber) ---- */
 typedef struct _n_SlipStrike *SlipStrike;

@@ -10,9 +10,9 @@ struct _n_SlipPlane {
   SlipPencil pencil;
   SlipPlaneSymbol stiffness;
   PetscReal *z;                      /* [nz] depths [m] */
-  PetscReal *column;                 /* [2][depth_period] complex */
+  PetscReal *column;                 /* [2][depth_period] complex, and their transforms */
   fftw_plan depth[2], depth_back[2]; /* of one and of two columns */
-  VecScatter scatter;                /* to this rank's rows of cells; NULL on one rank */
+  VecScatter scatter;                /* to this rank's rows of cells; NULL where it owns them */
   Vec rows;
 
   /* functions of the full space's kernel, see planeroot.c */
@@ -21,7 +21,8 @@ struct _n_SlipPlane {
   PetscReal *symbol;    /* [local nk][length + 1], unscaled [Pa/m], >= 0; NULL until asked for */
   SlipPlaneSymbol root; /* of the square root of symbol; toeplitz NULL until asked for */
   PetscReal *diagonal;  /* [nz] of that root */
-  PetscReal *line;      /* [length + 1] or [2 length] complex */
+  PetscReal *line;      /* [length] complex with image, else [2 length], and its transform */
+  PetscReal *turn;      /* [length / 2 + 1] complex with image: exp(-i pi k / length) */
   fftw_plan wave[2];    /* there and back */
 };
 
