@@ -385,7 +385,7 @@ static const System CircuitSystem = {CIRCUIT_N, CircuitDistance, CircuitTable, C
 static const Preset CircuitPresets[] = {
   PRESET("published", 1e-5, "s", 0.1, "t_max", PETSC_FALSE, "energy", "state_2", "state_0", "state_1", "residual",
          "converged", "accuracy", "step"),
-  PRESET("dial", 3e-3, "T*", 5, "T*", PETSC_TRUE, "log_accuracy", "log_event", "log_time_left", "time_fraction",
+  PRESET("dial", 1e-3, "T*", 5, "T*", PETSC_TRUE, "log_accuracy", "log_event", "log_time_left", "time_fraction",
          "log_energy", "log_level"),
   PRESET(NULL, 0.1, "T*", 0.1, "t_max", PETSC_TRUE, "log_energy", "state_0", "state_1", "state_2", "log_step",
          "converged"),
