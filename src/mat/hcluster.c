@@ -44,9 +44,9 @@ static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node,
   }
 }
 
-/* Where to cut size cells sorted by key: at the widest gap when that is a quarter of their extent, as between two faults,
-   and leaves an eighth of the cells on either side; else next to the middle, between two rows of cells if one ends in the
-   middle half. Clusters that are halved whatever their gaps hold cells of both faults down to the leaves. */
+/* Where to cut size cells sorted by key: at the widest gap when that is a quarter of their extent, as between two
+   faults, and leaves an eighth of the cells on either side; else next to the middle, between two rows of cells if one
+   ends in the middle half. Clusters halved whatever their gaps hold cells of both faults down to the leaves. */
 static PetscInt Cut(PetscInt size, const Key key[])
 {
   PetscInt widest = size / 2;

@@ -377,6 +377,21 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The products that a viscosity remembers, borrowed; NULL when H is of another type. */
+PetscErrorCode SlipLanczosGetIncrement(Mat H, const SlipIncrement **known)
+{
+  PetscBool lanczos;
+  Lanczos *l;
+
+  PetscFunctionBegin;
+  *known = NULL;
+  PetscCall(PetscObjectTypeCompare((PetscObject)H, "sliplanczos", &lanczos));
+  if (!lanczos) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatShellGetContext(H, &l));
+  *known = &l->increment;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
   MatSlipViscositySetTolerance - relative tolerance of the products with a viscosity that Lanczos' method applies
 

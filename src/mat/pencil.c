@@ -3,8 +3,8 @@
   rank some wavenumbers at all depths. One plan serves every row, so that results do not depend on the number of ranks.
 
   Rows are transformed a few at a time and transposed while they are in cache, straight to where this rank's wavenumbers
-  lie or into the message for another rank, whose MPI type puts it in place there. Against FFTW's transposes of the whole
-  table a stiffness product at 512 x 512 takes 0.92 of the time on one rank and 0.82 on two (measured).
+  lie or into the message for another rank, whose MPI type puts it in place there. Against FFTW's transposes of the
+  whole table a stiffness product at 512 x 512 takes 0.92 of the time on one rank and 0.82 on two (measured).
 */
 #include <slipmat.h>
 #include <fftw3-mpi.h>

@@ -8,8 +8,8 @@
 
      f(K)_ij  ~  k(x - x', z - z') + k(x - x', z + z'),   k the transform of f(S),
 
-  and is positive definite when f is positive. The square root is off by 3 % in norm where the fault touches the surface,
-  along the fault's edges (measured), and the part of B(theta) that it gets wrong is at most 2 % of B.
+  and is positive definite when f is positive. The square root is off by 3 % in norm where the fault touches the
+  surface, along the fault's edges (measured), and the part of B(theta) that it gets wrong is at most 2 % of B.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
@@ -193,7 +193,7 @@ PetscErrorCode SlipPlaneRootDestroy(SlipPlane p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sum = identity I + stiffness K + root K^(1/2) of the unscaled kernel; its memory is kept between calls. Collective. */
+/* sum = identity I + stiffness K + root K^(1/2) of the unscaled kernel; its memory is kept. Collective. */
 PetscErrorCode SlipPlaneCombine(SlipPlane p, PetscReal identity, PetscReal stiffness, PetscReal root,
                                 SlipPlaneSymbol *sum)
 {

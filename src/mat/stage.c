@@ -24,6 +24,7 @@ typedef struct {
   SlipPlaneSymbol sum; /* of B at assembled_theta */
   PetscReal mean;      /* B = mean ((mass / theta) I + theta K), H is NULL; 0 when H is used */
   Mat approximation;   /* NULL when Jacobians are to be exact */
+  SlipCorrection correction; /* of an approximation without a grid; else NULL */
 } SlipStageContext;
 
 /* How MatSlipStageGetApproximation() chooses. */
@@ -128,9 +129,10 @@ static PetscErrorCode StageMult(Mat B, Vec x, Vec y)
   }
   PetscCall(MatMult(s->K, x, y));
   PetscCall(StageAddInertia(s, x, y));
-  if (s->mean > 0)
+  if (s->mean > 0) {
     PetscCall(VecScale(y, s->mean));
-  else {
+    if (s->correction) PetscCall(SlipCorrectionAdd(s->correction, x, y));
+  } else {
     PetscCall(MatMult(s->H, x, s->work));
     PetscCall(VecAXPY(y, 1, s->work));
   }
@@ -173,6 +175,7 @@ static PetscErrorCode StageGetInfo(Mat B, MatInfoType flag, MatInfo *info)
   PetscCall(MatGetLocalSize(B, &m, NULL));
   numbers = (PetscReal)m;
   if (s->assemble) numbers += (PetscReal)m * (PetscReal)N;
+  if (s->correction) numbers += SlipCorrectionVectors(s->correction) * (PetscReal)m;
   if (s->strike) {
     SlipStrikeGet(s->strike, &g, NULL, &nk, NULL);
     numbers += (PetscReal)nk * (PetscReal)(g->nz * g->nz) + (PetscReal)N;
@@ -207,6 +210,7 @@ static PetscErrorCode StageDestroy(Mat B)
   PetscCall(PetscFree2(s->blocks, s->y));
   PetscCall(SlipPlaneSymbolDestroy(&s->sum));
   PetscCall(MatDestroy(&s->approximation));
+  PetscCall(SlipCorrectionDestroy(&s->correction));
   PetscCall(SlipGatherDestroy(&s->gather));
   PetscCall(PetscFree(s));
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatConvert_slipstage_dense_C", NULL));
@@ -321,6 +325,19 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Lets an approximation learn from the products with H, where H remembers them. */
+static PetscErrorCode StageCorrect(SlipStageContext *s)
+{
+  SlipStageContext *a;
+  const SlipIncrement *known;
+
+  PetscFunctionBegin;
+  PetscCall(SlipLanczosGetIncrement(s->H, &known));
+  PetscCall(MatShellGetContext(s->approximation, &a));
+  if (known) PetscCall(SlipCorrectionCreate(s->K, s->mass, a->mean, &a->correction));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* H = 2 zeta (M K)^(1/2) is at most zeta ((M / theta) W + theta K) and at least nothing; without a grid to know better,
    half the bound is off by half of it at most. */
 static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
@@ -333,6 +350,7 @@ static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
   PetscCall(SlipGridOf(s->K, &grid));
   if (!grid) {
     PetscCall(StageCreate(s->K, NULL, s->mass, 1 + 0.5 * zeta, &s->approximation));
+    PetscCall(StageCorrect(s));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatCreateSlipViscosity(s->K, s->mass, zeta, "toeplitz", &H));
@@ -399,6 +417,15 @@ static PetscErrorCode StageContext(Mat B, SlipStageContext **s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Tells solvers that B has changed. */
+static PetscErrorCode StageChanged(Mat B)
+{
+  PetscFunctionBegin;
+  PetscCall(MatAssemblyBegin(B, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(B, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
   MatSlipStageSetTheta - set the theta of the stage operator; the same value again costs nothing
 
@@ -422,8 +449,7 @@ PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta)
              "theta must be positive and finite, not %g s", (double)theta);
   if (s->theta != theta) {
     s->theta = theta;
-    PetscCall(MatAssemblyBegin(B, MAT_FINAL_ASSEMBLY)); /* tells solvers that B has changed */
-    PetscCall(MatAssemblyEnd(B, MAT_FINAL_ASSEMBLY));
+    PetscCall(StageChanged(B));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -468,7 +494,8 @@ PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta)
   H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for each mode of K. With A for B, a
   Newton iteration on B v = c leaves at most the share |A^-1 (H - H_A)| of the error. On a uniform grid H_A is the
   viscosity of type "toeplitz": a share of 0.02 and products as cheap as those with K. Elsewhere
-  H_A = (zeta / 2) ((mass / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3. Near instability,
+  H_A = (zeta / 2) ((mass / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3, and less as products
+  with H are made, since H_A is corrected by those that H remembers: A is another operator at each call. Near instability,
   where weakening takes most of B away, the share is larger in proportion.
 
   Options Database Key:
@@ -480,12 +507,20 @@ PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta)
 @*/
 PetscErrorCode MatSlipStageGetApproximation(Mat B, Mat *A)
 {
-  SlipStageContext *s;
+  SlipStageContext *s, *a;
+  const SlipIncrement *known;
+  PetscBool changed;
 
   PetscFunctionBegin;
   PetscCall(StageContext(B, &s));
   *A = s->approximation ? s->approximation : B;
-  if (s->approximation && s->theta > 0) PetscCall(MatSlipStageSetTheta(*A, s->theta));
+  if (!s->approximation || s->theta <= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatSlipStageSetTheta(*A, s->theta));
+  PetscCall(MatShellGetContext(*A, &a));
+  if (!a->correction) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipLanczosGetIncrement(s->H, &known));
+  PetscCall(SlipCorrectionUpdate(a->correction, known, s->theta, &changed));
+  if (changed) PetscCall(StageChanged(*A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -210,6 +210,16 @@ typedef struct {
 PETSC_INTERN PetscErrorCode SlipIncrementMult(SlipIncrement *c, PetscReal tolerance, SlipProductFn product, void *ctx,
                                               Vec x, Vec y);
 PETSC_INTERN PetscErrorCode SlipIncrementReset(SlipIncrement *c);
+
+/* ---- correction.c: what a cheap stage operator gets wrong, on directions whose exact products are known ---- */
+typedef struct _n_SlipCorrection *SlipCorrection;
+PETSC_INTERN PetscErrorCode SlipCorrectionCreate(Mat K, PetscReal mass, PetscReal mean, SlipCorrection *c);
+PETSC_INTERN PetscErrorCode SlipCorrectionDestroy(SlipCorrection *c);
+PETSC_INTERN PetscErrorCode SlipCorrectionUpdate(SlipCorrection c, const SlipIncrement *known, PetscReal theta,
+                                                 PetscBool *changed);
+PETSC_INTERN PetscErrorCode SlipCorrectionAdd(SlipCorrection c, Vec x, Vec y);
+PETSC_INTERN PetscReal SlipCorrectionVectors(SlipCorrection c);
+PETSC_INTERN PetscErrorCode SlipLanczosGetIncrement(Mat H, const SlipIncrement **known); /* lanczos.c */
 /* lanczos.c: c = T^(1/2) e_1 of a tridiagonal matrix (pure) */
 PETSC_INTERN PetscErrorCode SlipRootOfTridiagonal(PetscInt m, const PetscReal alpha[], const PetscReal beta[],
                                                   PetscReal c[], PetscReal *lowest);
