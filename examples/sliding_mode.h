@@ -2,6 +2,7 @@
    what policies observe. Public headers only; the program sliding_mode and tests share it. */
 #pragma once
 #include <slipstep.h>
+#include <string.h>
 
 typedef struct {
   PetscReal k, D;  /* gain and disturbance [1/s] */
@@ -75,26 +76,65 @@ static inline PetscErrorCode SlidingModeBound(PetscReal t, const PetscReal w[], 
   PetscFunctionReturn(0);
 }
 
-/* "SlipObserve_C": energy U/U_c = (w/w_max)^2, velocity and state_0 w/w_max, with w_max = |w(0)|. */
+/* Time to the next change of regime, as it looks at time t: while w moves, until it is zero at its present rate; at rest,
+   until the disturbance exceeds the gain. PETSC_MAX_REAL: none in sight. */
+static inline PetscReal SlidingModeEvent(const SlidingMode *m, PetscReal t, PetscReal w)
+{
+  const PetscReal load = m->D * PetscSinReal(m->omega * t), rate = load - (w > 0 ? m->k : -m->k);
+  PetscReal phase, departs;
+
+  if (w != 0) return rate * w < 0 ? -w / rate : PETSC_MAX_REAL;
+  if (m->k >= m->D) return PETSC_MAX_REAL;
+  if (PetscAbsReal(load) > m->k) return 0;
+  departs = PetscAsinReal(m->k / m->D); /* as a phase of half a period */
+  phase = m->omega * t - PETSC_PI * PetscFloorReal(m->omega * t / PETSC_PI);
+  return (phase < departs ? departs - phase : PETSC_PI + departs - phase) / m->omega;
+}
+
+/* What policies observe at time t: energy U/U_c = (w/w_max)^2, velocity and state_0 w/w_max, with w_max = |w(0)|; log_event
+   log10 of omega times SlidingModeEvent(), in [-3, 1]; log_state log10(|w| omega/k + 1e-4) in [-4, 1]; load
+   |D sin(omega t)|/k, at most 1e3; bend cos(omega t) in the direction of w; rest 1 where w = 0. False: not an observation of
+   the sliding mode controller. */
+static inline PetscBool SlidingModeObservation(const SlidingMode *m, PetscReal t, PetscReal w, const char name[],
+                                               PetscReal *value)
+{
+  const PetscReal ratio = w / PetscAbsReal(m->start), sign = w > 0 ? 1 : (w < 0 ? -1 : 0);
+
+  if (!strcmp(name, "energy")) {
+    *value = PetscSqr(ratio);
+  } else if (!strcmp(name, "velocity") || !strcmp(name, "state_0")) {
+    *value = ratio;
+  } else if (!strcmp(name, "log_event")) {
+    *value = PetscLog10Real(PetscClipInterval(SlidingModeEvent(m, t, w), 1e-3 / m->omega, 10 / m->omega) * m->omega);
+  } else if (!strcmp(name, "log_state")) {
+    *value = m->k > 0 ? PetscLog10Real(PetscMin(PetscAbsReal(w) * m->omega / m->k + 1e-4, 10)) : 1;
+  } else if (!strcmp(name, "load")) {
+    *value = PetscMin(PetscAbsReal(m->D * PetscSinReal(m->omega * t)), 1e3 * m->k) / (m->k > 0 ? m->k : 1);
+  } else if (!strcmp(name, "bend")) {
+    *value = sign * PetscCosReal(m->omega * t);
+  } else if (!strcmp(name, "rest")) {
+    *value = sign == 0 ? 1 : 0;
+  } else {
+    return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+/* "SlipObserve_C" */
 static inline PetscErrorCode SlidingModeObserve(TS ts, const char name[], PetscReal *value, PetscBool *known)
 {
+  SlipAttempt last;
   SlidingMode *m;
-  Vec w;
+  Vec x;
   const PetscScalar *a;
-  PetscReal ratio;
-  PetscBool energy, velocity, state;
 
   PetscFunctionBeginUser;
   PetscCall(TSGetApplicationContext(ts, &m));
-  PetscCall(TSGetSolution(ts, &w));
-  PetscCall(VecGetArrayRead(w, &a));
-  ratio = a[0] / PetscAbsReal(m->start);
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCall(PetscStrcmp(name, "energy", &energy));
-  PetscCall(PetscStrcmp(name, "velocity", &velocity));
-  PetscCall(PetscStrcmp(name, "state_0", &state));
-  *value = energy ? PetscSqr(ratio) : ratio;
-  *known = energy || velocity || state ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(TSGetSolution(ts, &x));
+  PetscCall(TSBatheGetLastAttempt(ts, &last)); /* TSGetTime() is the step's start until the controller has chosen */
+  PetscCall(VecGetArrayRead(x, &a));
+  *known = SlidingModeObservation(m, last.time + last.dt, a[0], name, value);
+  PetscCall(VecRestoreArrayRead(x, &a));
   PetscFunctionReturn(0);
 }
 

@@ -89,8 +89,7 @@ static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOpti
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs of other problems than the fault go through the library, a hundred times slower: fewer of them, and fewer
-   weights. */
+/* Other problems than the fault need fewer weights. */
 static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
   const PetscBool small = o->problem ? PETSC_TRUE : PETSC_FALSE;
@@ -100,20 +99,19 @@ static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems 
   } row[] = {
     {"-train_hidden", "Width of the hidden layers", &o->hidden, 8, 1, 256},
     {"-train_layers", "Number of hidden layers", &o->layers, small ? 1 : 2, 1, CMA_MAX_LAYERS},
-    {"-train_singles", "Episodes of one element", &o->nsingle, small ? 128 : 256, 1, 100000},
+    {"-train_singles", "Episodes of one element", &o->nsingle, 256, 1, 100000},
     {"-train_meshes", "Episodes on small heterogeneous meshes", &o->nmesh, 144, 0, 100000},
     {"-train_mesh_side", "Largest number of elements along a side of these meshes", &o->side, 7, 2, 12},
-    {"-train_batch_singles", "Episodes of one element in a generation", &o->batch_single, small ? 16 : 28, 1, 100000},
+    {"-train_batch_singles", "Episodes of one element in a generation", &o->batch_single, small ? 48 : 28, 1, 100000},
     {"-train_batch_meshes", "Episodes on meshes in a generation", &o->batch_mesh, 20, 0, 100000},
-    {"-train_validation", "Episodes of each kind in a validation", &o->validation, small ? 20 : 50, 1, 100000},
-    {"-train_calibration", "Episodes of each kind by which the dial is calibrated", &o->calibration, small ? 30 : 150,
+    {"-train_validation", "Episodes of each kind in a validation", &o->validation, small ? 60 : 50, 1, 100000},
+    {"-train_calibration", "Episodes of each kind by which the dial is calibrated", &o->calibration, small ? 75 : 150,
      1, 100000},
     {"-train_population", "Members of a generation, 0: 4 + 3 ln(weights)", &o->population, small ? 16 : 24, 0, 10000},
     {"-train_diagonal", "Generations before the covariance may leave its diagonal", &o->diagonal, 200, 0, 100000000},
-    {"-train_generations", "Generations, in total with those of -train_resume", &o->generations, small ? 300 : 1500, 1,
-     100000000},
-    {"-train_validation_interval", "Generations between validations; the best mean is written", &o->interval,
-     small ? 20 : 50, 1, 1000000},
+    {"-train_generations", "Generations, in total with those of -train_resume", &o->generations, 1500, 1, 100000000},
+    {"-train_validation_interval", "Generations between validations; the best mean is written", &o->interval, 50, 1,
+     1000000},
     {"-train_seed", "Seed of everything random", &o->seed, 0, 0, PETSC_MAX_INT},
   };
 

@@ -288,6 +288,10 @@ PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accura
   TSAdapt adapt;
 
   PetscFunctionBegin;
+  if (e->small) {
+    PetscCall(EpisodeSmallRunLibrary(e->small, policy, accuracy, NULL, NULL, result));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(EpisodeRewind(e, accuracy));
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(TSAdaptRLSetPolicy(adapt, policy));

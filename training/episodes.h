@@ -68,14 +68,15 @@ PETSC_INTERN PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode 
 PETSC_INTERN PetscErrorCode EpisodeCreateSmall(const EnvOptions *o, uint64_t seed, Episode **episode);
 PETSC_INTERN PetscErrorCode EpisodeSmallDestroy(EpisodeSmall *small);
 PETSC_INTERN PetscErrorCode EpisodeDestroy(Episode **episode);
-/* By the plain fault when it knows what the policy observes, else by the library; the latter always with
-   EpisodeRunLibrary(). */
+/* Without objects when that knows what the policy observes, else by the library; the latter always with EpisodeRunLibrary(). */
 PETSC_INTERN PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 /* The same, with an observer of every observation vector [n] of the policy. */
 typedef void (*EpisodeWatchFn)(PetscInt n, const PetscReal obs[], void *ctx);
 PETSC_INTERN PetscErrorCode EpisodeSmallRun(EpisodeSmall small, SlipPolicy policy, PetscReal accuracy,
                                             EpisodeWatchFn fn, void *ctx, EpisodeResult *result); /* fn: NULL allowed */
+PETSC_INTERN PetscErrorCode EpisodeSmallRunLibrary(EpisodeSmall small, SlipPolicy policy, PetscReal accuracy,
+                                                   EpisodeWatchFn fn, void *ctx, EpisodeResult *result); /* likewise */
 PETSC_INTERN PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn,
                                          void *ctx);
 

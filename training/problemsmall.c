@@ -2,45 +2,35 @@
    in examples/. Both are dissipative: two solutions of the same system approach each other in the norm of the energy.
    So the error that a step leaves at its end bounds what it changes in the exact continuation, and the sum of these
    errors bounds that of the run. */
-#include "problem.h"
+#include "plainsmall.h"
 #include "../examples/circuit.h"
 #include "../examples/sliding_mode.h"
 #include <slipstep/private/slipcompat.h>
 
-#define MAX_STATES 3
 #define LEAVE_WEIGHT                                                                                                   \
   50                /* per error that a step leaves, over the size of the start: 1 % weighs as much as two attempts */
 #define SUBSTEPS 16 /* of the exact solution across one step, at least */
-#define REFERENCE_FINER                                                                                                \
-  8 /* the reference's constant step over that of continuations: second order, so 64 times as exact */
+#define REFERENCE_FINER 8 /* step of continuations over that of the table of the exact solution */
 
 /* What distinguishes the two. */
 typedef struct {
   PetscInt n; /* states */
   /* Norm of a difference of states over the norm of the start */
   PetscReal (*distance)(const void *model, const PetscReal difference[]);
-  /* NULL: a fine run serves as exact solution */
-  PetscErrorCode (*exact)(const void *model, PetscReal t, PetscReal w[]);
+  /* The exact solution at times 0, dt, ..., (n - 1) dt: state [n][states] */
+  void (*table)(const void *model, PetscReal dt, PetscInt n, PetscReal state[]);
+  void (*plain)(const void *model, PlainSmall *p); /* A, G, q, force and observe */
 } System;
-
-/* A run with constant steps, unless an exact solution is known. */
-struct _EnvReference {
-  PetscReal dt;
-  PetscInt n;
-  PetscReal *state; /* [n][states] */
-};
 
 struct _EnvJudge {
   const EnvOptions *o;
   const System *system;
-  EnvReference reference;
   EnvRun *run;
   PetscBool effects;
   EnvRun fine;          /* crosses one step after the other */
   Vec before, reaction; /* where the next step begins */
   PetscReal time;
-  PetscReal seen, error2, size2; /* time, squared error and squared size at the last accepted step */
-  PetscReal errors, sizes;       /* their integrals, trapezoidal rule */
+  SmallErrors errors;
 };
 
 static const System SlidingModeSystem, CircuitSystem;
@@ -95,44 +85,24 @@ static PetscErrorCode FineCreate(const EnvOptions *o, const EnvInstance *instanc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor */
-static PetscErrorCode StoreState(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
-{
-  EnvReference ref = (EnvReference)ctx;
-  const PetscScalar *a;
-  PetscInt n;
-
-  PetscFunctionBegin;
-  (void)ts;
-  (void)time;
-  if (step < 0 || step >= ref->n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetSize(w, &n));
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(PetscArraycpy(&ref->state[n * step], a, n));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *instance, EnvReference *reference)
 {
   const System *system = SystemOf(o->problem);
   EnvReference ref;
-  EnvRun fine;
+  EnvRun run;
   PetscReal steps;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&ref));
   *reference = ref;
-  if (system->exact) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(FineCreate(o, instance, &fine));
-  steps = PetscCeilReal(fine.tmax / (o->continuation * fine.tstar) * REFERENCE_FINER);
-  ref->dt = fine.tmax / steps;
+  PetscCall(o->problem->create(o, instance, &run));
+  steps = PetscCeilReal(run.tmax / (o->continuation * run.tstar) * REFERENCE_FINER);
+  ref->dt = run.tmax / steps;
   ref->n = (PetscInt)steps + 1;
+  ref->states = system->n;
   PetscCall(PetscCalloc1((size_t)(ref->n * system->n), &ref->state));
-  PetscCall(TSSetTimeStep(fine.ts, ref->dt));
-  PetscCall(TSMonitorSet(fine.ts, StoreState, ref, NULL));
-  PetscCall(TSSolve(fine.ts, fine.w));
-  PetscCall(o->problem->destroy(&fine));
+  (*system->table)(run.model, ref->dt, ref->n, ref->state);
+  PetscCall(o->problem->destroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -144,48 +114,20 @@ static PetscErrorCode ReferenceDestroy(EnvReference *reference)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ExactState(EnvJudge j, PetscReal t, PetscReal w[])
-{
-  const EnvReference ref = j->reference;
-  const PetscInt n = j->system->n;
-
-  PetscFunctionBegin;
-  if (j->system->exact) {
-    PetscCall(j->system->exact(j->run->model, t, w));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  const PetscInt k = PetscMin((PetscInt)(t / ref->dt), ref->n - 2);
-  const PetscReal s = t / ref->dt - (PetscReal)k;
-
-  for (PetscInt i = 0; i < n; ++i) w[i] = (1 - s) * ref->state[n * k + i] + s * ref->state[n * (k + 1) + i];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* ---- effects and errors ---- */
 
 /* TSBatheAttemptFn: the L2 error of the accepted steps */
 static PetscErrorCode WatchRun(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   EnvJudge j = (EnvJudge)ctx;
-  const PetscReal t = attempt->time + attempt->dt;
   const PetscScalar *a;
-  PetscReal exact[MAX_STATES], error2 = 0, size2 = 0;
 
   PetscFunctionBegin;
   (void)ts;
   if (!attempt->accepted) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(ExactState(j, t, exact));
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < j->system->n; ++i) {
-    error2 += PetscSqr(a[i] - exact[i]);
-    size2 += PetscSqr(exact[i]);
-  }
+  SmallErrorsStep(&j->errors, attempt->time + attempt->dt, a);
   PetscCall(VecRestoreArrayRead(w, &a));
-  j->errors += 0.5 * (t - j->seen) * (j->error2 + error2);
-  j->sizes += 0.5 * (t - j->seen) * (j->size2 + size2);
-  j->seen = t;
-  j->error2 = error2;
-  j->size2 = size2;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -194,17 +136,17 @@ static PetscErrorCode JudgeCreate(const EnvOptions *o, const EnvInstance *instan
 {
   EnvJudge j;
   Vec r;
-  PetscReal size;
+  const PetscScalar *a;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&j));
   j->o = o;
   j->system = SystemOf(o->problem);
-  j->reference = instance->reference;
   j->run = run;
   j->effects = effects;
-  PetscCall(VecNorm(run->w, NORM_2, &size));
-  j->size2 = PetscSqr(size);
+  PetscCall(VecGetArrayRead(run->w, &a));
+  SmallErrorsStart(instance->reference, a, &j->errors);
+  PetscCall(VecRestoreArrayRead(run->w, &a));
   PetscCall(TSBatheAddAttemptMonitor(run->ts, WatchRun, j));
   if (effects) {
     PetscCall(FineCreate(o, instance, &j->fine));
@@ -222,7 +164,7 @@ static PetscErrorCode JudgeStep(EnvJudge j, EnvRun *run, PetscReal t, PetscReal 
 {
   const PetscReal h = t - j->time,
                   n = PetscMax((PetscReal)SUBSTEPS, PetscCeilReal(h / (j->o->continuation * run->tstar)));
-  PetscReal difference[MAX_STATES];
+  PetscReal difference[SMALL_MAX_STATES];
   const PetscScalar *a, *b;
   TS ts = j->fine.ts;
   Vec r;
@@ -253,7 +195,7 @@ static PetscErrorCode JudgeErrors(EnvJudge j, EnvRun *run, PetscReal error[])
 {
   PetscFunctionBegin;
   (void)run;
-  error[0] = PetscSqrtReal(j->errors / j->sizes);
+  SmallErrorsEnd(&j->errors, error);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -276,7 +218,8 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
 #define SMALL_PROBLEM(name_, meaning_, Model, draws, rtol_, atol_, unit)                                               \
   {                                                                                                                    \
     .name = (name_), .meaning = (meaning_), .draw = Model##Draws, .ndraw = (draws), .presets = Model##Presets,         \
-    .rtol = (rtol_), .atol = (atol_), .atol_unit = (unit), .nerrors = 1, .errors = {"relative L2 norm"},               \
+    .rtol = (rtol_), .atol = (atol_), .atol_unit = (unit), .nerrors = 2,                                               \
+    .errors = {"relative L2 norm", "relative L2 norm, the run linear between its steps"},                              \
     PROBLEM_FUNCTIONS(Model##Create)                                                                                   \
   }
 
@@ -315,23 +258,43 @@ static PetscReal SlidingModeDistance(const void *model, const PetscReal differen
   return PetscAbsReal(difference[0] / ((const SlidingMode *)model)->start);
 }
 
-static PetscErrorCode SlidingModeState(const void *model, PetscReal t, PetscReal w[])
+static void SlidingModeTable(const void *model, PetscReal dt, PetscInt n, PetscReal state[])
 {
   PetscReal reaction;
 
-  PetscFunctionBegin;
-  w[0] = SlidingModeExact((const SlidingMode *)model, t, &reaction);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < n; ++k)
+    state[k] = SlidingModeExact((const SlidingMode *)model, (PetscReal)k * dt, &reaction);
 }
 
-static const System SlidingModeSystem = {1, SlidingModeDistance, SlidingModeState};
+static PetscReal SlidingModeLoad(const void *model, PetscReal t)
+{
+  const SlidingMode *m = (const SlidingMode *)model;
+
+  return m->D * PetscSinReal(m->omega * t);
+}
+
+static PetscBool SlidingModeSays(const void *model, PetscReal t, const PetscReal w[], const char name[],
+                                 PetscReal *value)
+{
+  return SlidingModeObservation((const SlidingMode *)model, t, w[0], name, value);
+}
+
+static void SlidingModePlain(const void *model, PlainSmall *p)
+{
+  p->A[0] = 1;
+  p->q = ((const SlidingMode *)model)->k;
+  p->force = SlidingModeLoad;
+  p->observe = SlidingModeSays;
+}
+
+static const System SlidingModeSystem = {1, SlidingModeDistance, SlidingModeTable, SlidingModePlain};
 
 #define LONGEST_SLIDING_STEP 0.6283185307179586 /* 2 pi/10 of 1/omega */
 static const Preset SlidingModePresets[] = {
   PRESET("published", 1e-5, "s", LONGEST_SLIDING_STEP, "T*", PETSC_FALSE, "energy", "state_0", "residual", "converged",
          "accuracy", "step"),
-  PRESET("dial", 3e-3, "T*", LONGEST_SLIDING_STEP, "T*", PETSC_TRUE, "log_accuracy", "log_error", "log_time_left",
-         "change_state_0", "state_0", "log_step", "converged"),
+  PRESET("dial", 1e-3, "T*", LONGEST_SLIDING_STEP, "T*", PETSC_TRUE, "log_accuracy", "log_event", "log_state", "load",
+         "bend", "rest"),
   PRESET(NULL, 0.1, "T*", LONGEST_SLIDING_STEP, "T*", PETSC_TRUE, "state_0", "log_step", "converged"),
 };
 
@@ -382,13 +345,48 @@ static PetscReal CircuitDistance(const void *model, const PetscReal difference[]
   return PetscSqrtReal(CircuitEnergy(c, difference) / CircuitEnergy(c, c->start));
 }
 
-static const System CircuitSystem = {CIRCUIT_N, CircuitDistance, NULL};
+static void CircuitTable(const void *model, PetscReal dt, PetscInt n, PetscReal state[])
+{
+  const Circuit *c = (const Circuit *)model;
+  const PetscReal rate = 1 / (c->C1 * c->R) + 1 / (c->C2 * c->R) + 1 / PetscSqrtReal(c->L * c->C2);
+  const PetscInt parts = (PetscInt)PetscCeilReal(5 * rate * dt); /* for CircuitFlow() */
+  int sign = c->start[0] > 0 ? 1 : (c->start[0] < 0 ? -1 : CircuitPhaseFromRest(c, c->start));
+  PetscReal w[CIRCUIT_N];
+
+  for (PetscInt i = 0; i < CIRCUIT_N; ++i) w[i] = state[i] = c->start[i];
+  for (PetscInt k = 1; k < n; ++k) {
+    for (PetscInt part = 0; part < parts; ++part) CircuitAdvance(c, dt / (PetscReal)parts, &sign, w);
+    for (PetscInt i = 0; i < CIRCUIT_N; ++i) state[CIRCUIT_N * k + i] = w[i];
+  }
+}
+
+static PetscBool CircuitSays(const void *model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value)
+{
+  (void)t;
+  return CircuitObservation((const Circuit *)model, w, name, value);
+}
+
+static void CircuitPlain(const void *model, PlainSmall *p)
+{
+  const Circuit *c = (const Circuit *)model;
+  const PetscReal A[] = {c->C1, c->C2, c->L}, g = 1 / c->R,
+                  G[CIRCUIT_N][CIRCUIT_N] = {{-g, g, 0}, {g, -g, 1}, {0, -1, 0}};
+
+  for (PetscInt i = 0; i < CIRCUIT_N; ++i) {
+    p->A[i] = A[i];
+    for (PetscInt j = 0; j < CIRCUIT_N; ++j) p->G[i][j] = G[i][j];
+  }
+  p->q = c->m;
+  p->observe = CircuitSays;
+}
+
+static const System CircuitSystem = {CIRCUIT_N, CircuitDistance, CircuitTable, CircuitPlain};
 
 static const Preset CircuitPresets[] = {
   PRESET("published", 1e-5, "s", 0.1, "t_max", PETSC_FALSE, "energy", "state_2", "state_0", "state_1", "residual",
          "converged", "accuracy", "step"),
-  PRESET("dial", 1e-2, "T*", 0.1, "t_max", PETSC_TRUE, "log_accuracy", "log_error", "log_time_left", "change_state_0",
-         "log_energy", "state_0", "state_1", "state_2", "log_step", "converged"),
+  PRESET("dial", 1e-3, "T*", 5, "T*", PETSC_TRUE, "log_accuracy", "log_event", "log_time_left", "time_fraction",
+         "log_energy", "log_level"),
   PRESET(NULL, 0.1, "T*", 0.1, "t_max", PETSC_TRUE, "log_energy", "state_0", "state_1", "state_2", "log_step",
          "converged"),
 };
@@ -396,3 +394,20 @@ static const Preset CircuitPresets[] = {
 const Problem ProblemCircuit =
   SMALL_PROBLEM("circuit", "the circuit with an ideal Zener diode of the -circuit_ options", Circuit, CIRCUIT_COUNT,
                 1e-6, 1e-8, "V and A");
+
+PetscErrorCode ProblemSmallPlain(const EnvRun *run, PlainSmall *p)
+{
+  const System *system = SystemOf(run->problem);
+  const PetscScalar *a;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  *p = (PlainSmall){.n = system->n, .tstar = run->tstar, .tmax = run->tmax, .model = run->model};
+  (*system->plain)(run->model, p);
+  PetscCall(VecGetArrayRead(run->w, &a));
+  PetscCall(PetscArraycpy(p->start, a, p->n));
+  PetscCall(VecRestoreArrayRead(run->w, &a));
+  PetscCall(TSGetAdapt(run->ts, &adapt));
+  PetscCall(TSAdaptGetStepLimits(adapt, &p->dt_low, &p->dt_high));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
