@@ -123,8 +123,8 @@ static inline PetscErrorCode CircuitBound(PetscReal t, const PetscReal w[], Pets
   PetscFunctionReturn(0);
 }
 
-/* log10 of the time in which V1 gets to zero at its present rate [T*], in [-3, 1]; 1 when it does not or is there. Where V1
-   crosses zero its rate jumps by up to 2 m/C1, and a step across that is of first order only. */
+/* log10 of the time in which V1 gets to zero at its present rate [T*], in [-3, 1]; 1 when it does not or is there.
+   Where V1 crosses zero its rate jumps by up to 2 m/C1, and a step across that is of first order only. */
 static inline PetscReal CircuitLogEvent(const Circuit *c, const PetscReal w[])
 {
   const PetscReal rate = ((w[1] - w[0]) / c->R - (w[0] > 0 ? c->m : -c->m)) / c->C1;
@@ -141,8 +141,9 @@ static inline PetscReal CircuitLogLevel(const Circuit *c, const PetscReal w[])
   return PetscLog10Real(PetscClipInterval(level, 1e-3 * held, 1e3 * held) / held);
 }
 
-/* What policies observe: energy U/U_0 and its log10, at least -16; state_0, state_1, state_2: V1, V2, i over what they are
-   measured in; log_event and log_level as above, log_level 3 without a diode. False: not an observation of the circuit. */
+/* What policies observe: energy U/U_0 and its log10, at least -16; state_0, state_1, state_2: V1, V2, i over what they
+   are measured in; log_event and log_level as above, log_level 3 without a diode. False: not an observation of the
+   circuit. */
 static inline PetscBool CircuitObservation(const Circuit *c, const PetscReal w[], const char name[], PetscReal *value)
 {
   const PetscReal energy = CircuitEnergy(c, w) / CircuitEnergy(c, c->start);
@@ -244,8 +245,8 @@ static inline PetscErrorCode CircuitCreateState(const Circuit *c, Vec *w)
 
 /* ---- the exact solution, phase by phase ---- */
 
-/* Time t on from a state while V1 keeps the given sign, or rests for sign 0: the system is linear then, and 16 terms of its
-   Taylor series are exact to rounding while t is less than a fifth of the shortest time of the circuit. */
+/* Time t on from a state while V1 keeps the given sign, or rests for sign 0: the system is linear then, and 16 terms of
+   its Taylor series are exact to rounding while t is less than a fifth of the shortest time of the circuit. */
 static inline void CircuitFlow(const Circuit *c, int sign, PetscReal t, const PetscReal from[], PetscReal to[])
 {
   const PetscReal inertia[CIRCUIT_N] = {c->C1, c->C2, c->L};
@@ -278,8 +279,8 @@ static inline int CircuitPhaseFromRest(const Circuit *c, const PetscReal w[])
   return w[1] > 0 ? 1 : -1;
 }
 
-/* The exact state after time t, in which a phase does not begin and end: t is that of CircuitFlow(). The end of a phase is
-   found by bisection. sign: of the phase, CircuitPhaseFromRest() or the sign of V1 at the start. */
+/* The exact state after time t, in which a phase does not begin and end: t is that of CircuitFlow(). The end of a phase
+   is found by bisection. sign: of the phase, CircuitPhaseFromRest() or the sign of V1 at the start. */
 static inline void CircuitAdvance(const Circuit *c, PetscReal t, int *sign, PetscReal w[])
 {
   PetscReal to[CIRCUIT_N];

@@ -76,8 +76,8 @@ static inline PetscErrorCode SlidingModeBound(PetscReal t, const PetscReal w[], 
   PetscFunctionReturn(0);
 }
 
-/* Time to the next change of regime, as it looks at time t: while w moves, until it is zero at its present rate; at rest,
-   until the disturbance exceeds the gain. PETSC_MAX_REAL: none in sight. */
+/* Time to the next change of regime, as it looks at time t: while w moves, until it is zero at its present rate; at
+   rest, until the disturbance exceeds the gain. PETSC_MAX_REAL: none in sight. */
 static inline PetscReal SlidingModeEvent(const SlidingMode *m, PetscReal t, PetscReal w)
 {
   const PetscReal load = m->D * PetscSinReal(m->omega * t), rate = load - (w > 0 ? m->k : -m->k);
@@ -91,10 +91,10 @@ static inline PetscReal SlidingModeEvent(const SlidingMode *m, PetscReal t, Pets
   return (phase < departs ? departs - phase : PETSC_PI + departs - phase) / m->omega;
 }
 
-/* What policies observe at time t: energy U/U_c = (w/w_max)^2, velocity and state_0 w/w_max, with w_max = |w(0)|; log_event
-   log10 of omega times SlidingModeEvent(), in [-3, 1]; log_state log10(|w| omega/k + 1e-4) in [-4, 1]; load
-   |D sin(omega t)|/k, at most 1e3; bend cos(omega t) in the direction of w; rest 1 where w = 0. False: not an observation of
-   the sliding mode controller. */
+/* What policies observe at time t: energy U/U_c = (w/w_max)^2, velocity and state_0 w/w_max, with w_max = |w(0)|;
+   log_event log10 of omega times SlidingModeEvent(), in [-3, 1]; log_state log10(|w| omega/k + 1e-4) in [-4, 1]; load
+   |D sin(omega t)|/k, at most 1e3; bend cos(omega t) in the direction of w; rest 1 where w = 0. False: not an
+   observation of the sliding mode controller. */
 static inline PetscBool SlidingModeObservation(const SlidingMode *m, PetscReal t, PetscReal w, const char name[],
                                                PetscReal *value)
 {

@@ -1,6 +1,6 @@
-/* Where CMA-ES begins: a network that a person could have written. Steps of a constant length that follows the dial, and one to the
-   end when all elements rest; for other problems than the fault, three quarters of the way up the bounds at the coarsest dial,
-   following the order of the method, and longer as the energy falls. */
+/* Where CMA-ES begins: a network that a person could have written. Steps of a constant length that follows the dial,
+   and one to the end when all elements rest; for other problems than the fault, three quarters of the way up the bounds
+   at the coarsest dial, following the order of the method, and longer as the energy falls. */
 #include "cmatrain.h"
 #include <slipstep/private/slipcompat.h>
 #include <math.h>

@@ -68,7 +68,8 @@ PETSC_INTERN PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode 
 PETSC_INTERN PetscErrorCode EpisodeCreateSmall(const EnvOptions *o, uint64_t seed, Episode **episode);
 PETSC_INTERN PetscErrorCode EpisodeSmallDestroy(EpisodeSmall *small);
 PETSC_INTERN PetscErrorCode EpisodeDestroy(Episode **episode);
-/* Without objects when that knows what the policy observes, else by the library; the latter always with EpisodeRunLibrary(). */
+/* Without objects when that knows what the policy observes, else by the library; the latter always with
+   EpisodeRunLibrary(). */
 PETSC_INTERN PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 /* The same, with an observer of every observation vector [n] of the policy. */

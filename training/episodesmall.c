@@ -1,4 +1,5 @@
-/* Episodes of the other problems of the table: instances of the environment, which runs them, or the same without objects. */
+/* Episodes of the other problems of the table: instances of the environment, which runs them, or the same without
+   objects. */
 #include "episodes.h"
 #include "plainsmall.h"
 #include <slipstep/private/slipcompat.h>

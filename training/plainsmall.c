@@ -1,5 +1,5 @@
-/* See plainsmall.h. The step of src/ts/bathestep.c, the rules of src/adapt/rl.c and TSAdaptChoose(), the observations of
-   src/adapt/observe.c. */
+/* See plainsmall.h. The step of src/ts/bathestep.c, the rules of src/adapt/rl.c and TSAdaptChoose(), the observations
+   of src/adapt/observe.c. */
 #include "plainsmall.h"
 #include <slipstep/private/slipcompat.h>
 

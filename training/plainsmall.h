@@ -1,5 +1,6 @@
-/* Runs of a small system under a policy without objects: what TSSolve() with TSADAPTRL does, and what the observations say, some
-   ten times faster. The default integrator; systems A dw/dt = G w + f(t) e_0 + F_r e_0 with F_r in -q Sign(w_0). */
+/* Runs of a small system under a policy without objects: what TSSolve() with TSADAPTRL does, and what the observations
+   say, some ten times faster. The default integrator; systems A dw/dt = G w + f(t) e_0 + F_r e_0 with F_r in -q
+   Sign(w_0). */
 #pragma once
 #include "smallerrors.h"
 #include <slipstep.h>

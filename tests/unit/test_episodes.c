@@ -206,8 +206,8 @@ static void plain(void **state)
   }
 }
 
-/* So do the small systems without objects. Their stages are linear where the reaction is known, so that only rounding differs;
-   the predicted time to an event amplifies it, and the bound leaves room for that. */
+/* So do the small systems without objects. Their stages are linear where the reaction is known, so that only rounding
+   differs; the predicted time to an event amplifies it, and the bound leaves room for that. */
 static void plain_small(void **state)
 {
   enum { NAMES = 8, HIDDEN = 4 };
@@ -291,9 +291,9 @@ static void draws(void **state)
 int main(int argc, char **argv)
 {
   static const struct CMUnitTest tests[] = {cmocka_unit_test(penalty),      cmocka_unit_test(cost),
-                                     cmocka_unit_test(reproducible), cmocka_unit_test(reference),
-                                     cmocka_unit_test(plain),        cmocka_unit_test(plain_small),
-                                     cmocka_unit_test(draws),        cmocka_unit_test(rewards)};
+                                            cmocka_unit_test(reproducible), cmocka_unit_test(reference),
+                                            cmocka_unit_test(plain),        cmocka_unit_test(plain_small),
+                                            cmocka_unit_test(draws),        cmocka_unit_test(rewards)};
 
   return RunTests(argc, argv, tests, NULL, NULL);
 }

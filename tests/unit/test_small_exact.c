@@ -1,4 +1,5 @@
-/* The circuit's exact solution against the integrator, and what policies observe of the events of both small systems. */
+/* The circuit's exact solution against the integrator, and what policies observe of the events of both small systems.
+   */
 #include "unit.h"
 #include <math.h>
 #include "../../examples/circuit.h"
@@ -67,8 +68,9 @@ static void test_flow(void **state)
   assert_true(fabs(log2(a.largest / b.largest) - 2) < 0.05);
 }
 
-/* In a step across an event the rate of V1 is wrong by no more than the diode's jump, 2 m/C1. The system is dissipative, so
-   what a step leaves does not grow, and the few events of the first kind (V1 through zero without a stop) add up at worst. */
+/* In a step across an event the rate of V1 is wrong by no more than the diode's jump, 2 m/C1. The system is
+   dissipative, so what a step leaves does not grow, and the few events of the first kind (V1 through zero without a
+   stop) add up at worst. */
 static void test_events(void **state)
 {
   const Circuit *c = &CircuitCases[1];
@@ -170,7 +172,8 @@ static void test_sliding_mode_event(void **state)
 int main(int argc, char **argv)
 {
   static const struct CMUnitTest tests[] = {cmocka_unit_test(test_flow), cmocka_unit_test(test_events),
-                                     cmocka_unit_test(test_circuit_event), cmocka_unit_test(test_sliding_mode_event)};
+                                            cmocka_unit_test(test_circuit_event),
+                                            cmocka_unit_test(test_sliding_mode_event)};
 
   return RunTests(argc, argv, tests, NULL, NULL);
 }
