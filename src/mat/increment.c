@@ -1,20 +1,20 @@
 /*
-  Products H x that cost the more the more digits they are to have, for a solver's iterates x, which differ less and less.
-  Directions q_j, orthonormal, and their images H q_j are remembered, each with the error it was computed to. Of x only the
-  part that they do not cover has to be computed, to an error that is small against H x, not against the part: few digits
-  when the part is small. The same x again is free. Of a full memory the part of the last x is kept.
+  Products H x that cost the more the more digits they are to have, for a solver's iterates x, which differ less and
+  less. Directions q_j, orthonormal, and their images H q_j are remembered, each with the error it was computed to. Of x
+  only the part that they do not cover has to be computed, to an error that is small against H x, not against the part:
+  few digits when the part is small. The same x again is free. Of a full memory the part of the last x is kept.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipmat.h>
 
-/* Shares of the tolerance. A product from scratch takes all of it, by the change that its last steps made, which is more
-   than twice the error left; parts that would exceed what remembered ones may be wrong together are forgotten. */
+/* Shares of the tolerance. A product from scratch takes all of it, by the change that its last steps made, which is
+   more than twice the error left; parts that would exceed what remembered ones may be wrong together are forgotten. */
 #define SLIP_INCREMENT_NEW 0.02  /* of a new direction beside others */
 #define SLIP_INCREMENT_OLD 2.0   /* of all remembered ones together */
 #define SLIP_INCREMENT_REST 1e-4 /* a rest this small against x counts as nothing */
-/* A rest this large against x is computed together with the other part: |H x| is not known from that part alone, and an error
-   small against its product could be one that rounding does not allow. */
+/* A rest this large against x is computed together with the other part: |H x| is not known from that part alone, and an
+   error small against its product could be one that rounding does not allow. */
 #define SLIP_INCREMENT_WHOLE 0.7
 
 PetscErrorCode SlipIncrementReset(SlipIncrement *c)

@@ -6,7 +6,8 @@
 
   ended when the coefficients T_m^(1/2) e_1 no longer change. The three-term recurrence is enough: where it loses
   orthogonality it repeats eigenvalues that it has found already, which the root does not mind (Druskin and Knizhnerman
-  1991, USSR Comput. Math. Math. Phys. 31). Small matrices are reorthogonalised, so that the process ends within N steps.
+  1991, USSR Comput. Math. Math. Phys. 31). Small matrices are reorthogonalised, so that the process ends within N
+  steps.
 
   Products with a solver's iterates are summed from increments (increment.c).
 */

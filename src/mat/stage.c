@@ -1,30 +1,5 @@
 /* The stage operator B(theta) = (mass / theta) I + H + theta K as a shell matrix. */
-#include <slipmat.h>
-#include <slipcells.h>
-#include <slipstep/private/slipcompat.h>
-#include <slipstep/private/slipmat.h>
-
-typedef struct {
-  Mat K, H;                  /* stiffness and viscosity, referenced */
-  PetscReal mass;            /* [kg/m^2] */
-  Vec weights;               /* of the rows of K and H, borrowed from K; NULL when all are 1 */
-  PetscReal theta;           /* [s] */
-  PetscBool assemble;        /* both operands are dense and small enough for B to be formed at each theta */
-  Mat assembled;             /* B as MATDENSE, or NULL */
-  PetscReal assembled_theta; /* theta of assembled or of blocks */
-  SlipStrike strike;         /* both operands are per wavenumber: one pair of FFTs serves both; NULL otherwise */
-  PetscReal *blocks;         /* [nk][nz][nz] spectral part of B */
-  PetscReal damping;         /* H = damping * sqrt(K) as far as known, else 0 */
-  PetscReal scale;           /* of K against the kernel */
-  SlipGather gather;
-  PetscReal *y; /* [N] */
-  Vec work;
-  SlipPlane plane;     /* borrowed from K, NULL unless one pair of transforms serves K and H of type "sliptoeplitz" */
-  SlipPlaneSymbol sum; /* of B at assembled_theta */
-  PetscReal mean;      /* B = mean ((mass / theta) I + theta K), H is NULL; 0 when H is used */
-  Mat approximation;   /* NULL when Jacobians are to be exact */
-  SlipCorrection correction; /* of an approximation without a grid; else NULL */
-} SlipStageContext;
+#include <slipstep/private/slipstage.h>
 
 /* How MatSlipStageGetApproximation() chooses. */
 enum { JACOBIAN_AUTO, JACOBIAN_EXACT, JACOBIAN_APPROXIMATE };
@@ -33,132 +8,6 @@ static const char *const Jacobians[] = {"auto", "exact", "approximate"};
 /* Dense operands are summed at each theta up to this size: it costs three products and saves one in each of the tens of
    iterations at that theta, but it needs N^2 more numbers (200 MB here). */
 #define SLIP_STAGE_ASSEMBLE_MAX 5000
-
-static PetscErrorCode StageAssemble(SlipStageContext *s)
-{
-  PetscFunctionBegin;
-  if (s->assembled && s->assembled_theta == s->theta) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!s->assembled) PetscCall(MatDuplicate(s->K, MAT_DO_NOT_COPY_VALUES, &s->assembled));
-  PetscCall(MatCopy(s->H, s->assembled, SAME_NONZERO_PATTERN));
-  PetscCall(MatAXPY(s->assembled, s->theta, s->K, SAME_NONZERO_PATTERN));
-  if (s->weights) {
-    PetscCall(VecCopy(s->weights, s->work));
-    PetscCall(VecScale(s->work, s->mass / s->theta));
-    PetscCall(MatDiagonalSet(s->assembled, s->work, ADD_VALUES));
-  } else
-    PetscCall(MatShift(s->assembled, s->mass / s->theta));
-  s->assembled_theta = s->theta;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode StageFormBlocks(SlipStageContext *s)
-{
-  const SlipGrid *g;
-  const PetscReal *symbol, *viscosity;
-  SlipStrike same;
-  PetscInt nk;
-
-  PetscFunctionBegin;
-  if (s->assembled_theta == s->theta) PetscFunctionReturn(PETSC_SUCCESS);
-  SlipStrikeGet(s->strike, &g, NULL, &nk, &symbol);
-  PetscCall(SlipSpectralGetBlocks(s->H, &same, &viscosity));
-  for (size_t i = 0; i < (size_t)nk * g->nz * g->nz; i++) s->blocks[i] = viscosity[i] + s->theta * s->scale * symbol[i];
-  for (PetscInt k = 0; k < nk; k++)
-    for (PetscInt iz = 0; iz < g->nz; iz++) s->blocks[((size_t)k * g->nz + iz) * g->nz + iz] += s->mass / s->theta;
-  s->assembled_theta = s->theta;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
-{
-  const PetscReal *px;
-
-  PetscFunctionBegin;
-  PetscCall(StageFormBlocks(s));
-  PetscCall(SlipGatherGet(&s->gather, x, &px));
-  PetscCall(SlipStrikeApply(s->strike, 1, s->blocks, px, s->y));
-  PetscCall(SlipSpectralAddCorrection(s->H, 0, px, s->y));
-  PetscCall(SlipGatherRestore(&s->gather, x, &px));
-  PetscCall(SlipGatherPut(&s->gather, s->y, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
-{
-  PetscFunctionBegin;
-  if (s->assembled_theta != s->theta)
-    PetscCall(SlipPlaneCombine(s->plane, s->mass / s->theta, s->theta * s->scale, s->damping * PetscSqrtReal(s->scale),
-                               &s->sum));
-  s->assembled_theta = s->theta;
-  PetscCall(SlipPlaneApply(s->plane, 1, &s->sum, x, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* y = (mass / theta) W x + theta y */
-static PetscErrorCode StageAddInertia(SlipStageContext *s, Vec x, Vec y)
-{
-  PetscFunctionBegin;
-  if (s->weights) {
-    PetscCall(VecPointwiseMult(s->work, s->weights, x));
-    PetscCall(VecAXPBY(y, s->mass / s->theta, s->theta, s->work));
-  } else
-    PetscCall(VecAXPBY(y, s->mass / s->theta, s->theta, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode StageMult(Mat B, Vec x, Vec y)
-{
-  SlipStageContext *s;
-
-  PetscFunctionBegin;
-  PetscCall(MatShellGetContext(B, &s));
-  PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
-  if (s->assemble) {
-    PetscCall(StageAssemble(s));
-    PetscCall(MatMult(s->assembled, x, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (s->strike) {
-    PetscCall(StageMultFused(s, x, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (s->plane) {
-    PetscCall(StageMultPlane(s, x, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(MatMult(s->K, x, y));
-  PetscCall(StageAddInertia(s, x, y));
-  if (s->mean > 0) {
-    PetscCall(VecScale(y, s->mean));
-    if (s->correction) PetscCall(SlipCorrectionAdd(s->correction, x, y));
-  } else {
-    PetscCall(MatMult(s->H, x, s->work));
-    PetscCall(VecAXPY(y, 1, s->work));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode StageGetDiagonal(Mat B, Vec d)
-{
-  SlipStageContext *s;
-
-  PetscFunctionBegin;
-  PetscCall(MatShellGetContext(B, &s));
-  PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
-  PetscCall(MatGetDiagonal(s->K, d));
-  PetscCall(VecScale(d, s->theta));
-  if (s->weights)
-    PetscCall(VecAXPY(d, s->mass / s->theta, s->weights));
-  else
-    PetscCall(VecShift(d, s->mass / s->theta));
-  if (s->mean > 0)
-    PetscCall(VecScale(d, s->mean));
-  else {
-    PetscCall(MatGetDiagonal(s->H, s->work));
-    PetscCall(VecAXPY(d, 1, s->work));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Beside K and H. */
 static PetscErrorCode StageGetInfo(Mat B, MatInfoType flag, MatInfo *info)
@@ -310,9 +159,9 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
   PetscCall(MatCreateVecs(K, NULL, &s->work));
   PetscCall(MatCreateShell(comm, m, m, N, N, s, B));
   PetscCall(MatShellSetManageScalingShifts(*B));
-  PetscCall(MatShellSetOperation(*B, MATOP_MULT, SlipMatShellFn(StageMult)));
-  PetscCall(MatShellSetOperation(*B, MATOP_MULT_TRANSPOSE, SlipMatShellFn(StageMult)));
-  PetscCall(MatShellSetOperation(*B, MATOP_GET_DIAGONAL, SlipMatShellFn(StageGetDiagonal)));
+  PetscCall(MatShellSetOperation(*B, MATOP_MULT, SlipMatShellFn(SlipStageMult)));
+  PetscCall(MatShellSetOperation(*B, MATOP_MULT_TRANSPOSE, SlipMatShellFn(SlipStageMult)));
+  PetscCall(MatShellSetOperation(*B, MATOP_GET_DIAGONAL, SlipMatShellFn(SlipStageGetDiagonal)));
   PetscCall(MatShellSetOperation(*B, MATOP_GETINFO, SlipMatShellFn(StageGetInfo)));
   PetscCall(MatShellSetOperation(*B, MATOP_VIEW, SlipMatShellFn(StageView)));
   PetscCall(MatShellSetOperation(*B, MATOP_DESTROY, SlipMatShellFn(StageDestroy)));

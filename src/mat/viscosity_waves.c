@@ -1,8 +1,8 @@
 /*
   Viscosity of type "slipwaves": the square root per wavenumber along strike of the problem made periodic, as
-  "slipspectral" has it in blocks, but without blocks. Each wavenumber's field in depth is multiplied by a Lanczos process
-  of its own (lanczos.c), whose matrix is that of plane.c at this wavenumber; short wavelengths are well-conditioned and
-  carry little, so that most processes end after a few steps.
+  "slipspectral" has it in blocks, but without blocks. Each wavenumber's field in depth is multiplied by a Lanczos
+  process of its own (lanczos.c), whose matrix is that of plane.c at this wavenumber; short wavelengths are
+  well-conditioned and carry little, so that most processes end after a few steps.
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
@@ -13,8 +13,8 @@
 #define WAVES_EVERY 4            /* least number of steps between looks at the convergence */
 #define WAVES_BYTES 24.0         /* that blocks would take for each pair of cells in depth at each of nx wavenumbers */
 #define WAVES_TOL 1e-12          /* relative tolerance of a product */
-/* Changes of coefficients that rounding makes, against the root of the largest entry of T: eigenvalues are good to 1e-16 of the
-   largest, their roots to (condition number)^(1/2), a few tens, times that. */
+/* Changes of coefficients that rounding makes, against the root of the largest entry of T: eigenvalues are good to
+   1e-16 of the largest, their roots to (condition number)^(1/2), a few tens, times that. */
 #define WAVES_ROUNDING 1e-14
 
 typedef struct {
@@ -121,8 +121,8 @@ static PetscErrorCode Allowed(WavesContext *w, Vec x, Vec y, PetscReal *allowed)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = H x. Half of the padded row's wavenumbers, each standing for two, carry its squares: 2 sum_k |e_k|^2 / P is at most
-   the square of the largest |e_k|. */
+/* y = H x. Half of the padded row's wavenumbers, each standing for two, carry its squares: 2 sum_k |e_k|^2 / P is at
+   most the square of the largest |e_k|. */
 static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
 {
   WavesContext *w = (WavesContext *)ctx;
