@@ -17,6 +17,7 @@
 */
 #include <slipmat.h>
 #include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipcompose.h>
 #include <slipstep/private/slipplane.h>
 
 /* The three kernels at every distance along strike for depth index r (z - z' = r b, s = 2 top + (r + 1) b), [nk][3]. */
@@ -231,25 +232,15 @@ PetscReal SlipPlaneBytes(SlipPlane p)
 PetscErrorCode SlipPlaneOf(Mat K, SlipPlane *plane)
 {
   const SlipGrid *grid;
-  PetscContainer container;
-  void *pointer;
 
   PetscFunctionBegin;
   *plane = NULL;
   PetscCall(SlipGridOf(K, &grid));
   if (!grid) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectQuery((PetscObject)K, "SlipPlane", (PetscObject *)&container));
-  if (container) {
-    PetscCall(PetscContainerGetPointer(container, &pointer));
-    *plane = (SlipPlane)pointer;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipPlane", plane));
+  if (*plane) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PlaneCreate(K, grid, plane));
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)K), &container));
-  PetscCall(PetscContainerSetPointer(container, *plane));
-  PetscCall(SlipContainerSetDestroy(container, PlaneDestroy));
-  PetscCall(PetscObjectCompose((PetscObject)K, "SlipPlane", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipPlane", *plane, PlaneDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
