@@ -1,7 +1,7 @@
 static const char help[] =
   "Strike-slip fault: slip from a frictional instability, or under loading. All units are SI.\n"
   "  fault -fault_nx 25 -fault_nz 25 -ts_adapt_type heuristic -fault_output run.h5\n"
-  "Without options: the 3 km fault of 10 x 10 elements at its instability, for 30 s, with -ts_adapt_type "
+  "Without options: the 3 km fault of 10 x 10 cells at its instability, for 30 s, with -ts_adapt_type "
   "heuristic.\n\n";
 
 #include "sweep.h"

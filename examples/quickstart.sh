@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # From clone to picture: installs what is missing (Debian 12), builds into build/, simulates the 3 km fault on 50 x 50
-# elements under the trained policy at two positions of its accuracy dial and under the classical controller, and
+# cells under the trained policy at two positions of its accuracy dial and under the classical controller, and
 # compares with a stored fine run.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -28,6 +28,6 @@ simulate rl -ts_adapt_type rl
 simulate rl_fine -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3
 simulate heuristic -ts_adapt_type heuristic
 
-printf '\n\n== 3 km fault, 50 x 50 elements ==\n\n'
+printf '\n\n== 3 km fault, 50 x 50 cells ==\n\n'
 "$SLIPSTEP_PYTHON" output/compare.py --reference "$reference" --figure "$figure" \
   "rl, 1e-2=output/quickstart_rl.h5" "rl, 1e-3=output/quickstart_rl_fine.h5" heuristic=output/quickstart_heuristic.h5

@@ -8,22 +8,22 @@
 typedef struct _p_SlipFault *SlipFault;
 PETSC_EXTERN PetscClassId SLIP_FAULT_CLASSID;
 
-PETSC_EXTERN PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault); /* reference case "3 km", one element */
+PETSC_EXTERN PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault); /* reference case "3 km", one cell */
 PETSC_EXTERN PetscErrorCode SlipFaultSetFromOptions(SlipFault fault);         /* -fault_* */
 /* Any scalar parameter by its option's name without "fault_": "length_x", "thickness", "friction_slip", "nx", ... */
 PETSC_EXTERN PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal value);
 PETSC_EXTERN PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *value);
 /* A choice or a file name likewise: "friction_law", "operator", "viscosity", "initial", "mesh", ... */
 PETSC_EXTERN PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char value[]);
-/* A parameter element by element, as a dataset of -fault_parameters would: values [n = nx nz, or the cells of a mesh in
+/* A parameter cell by cell, as a dataset of -fault_parameters would: values [n = nx nz, or the cells of a mesh in
    the order of its file], all on every rank. */
 PETSC_EXTERN PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[]);
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters, critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipFaultDestroy(SlipFault *fault);
 
-/* State w: block size 3, (v, u, s) per element [m/s, m, m]; element e = iz * nx + ix; PETSc's default distribution of
-   elements. */
+/* State w: block size 3, (v, u, s) per cell [m/s, m, m]; cell e = iz * nx + ix; PETSc's default distribution of
+   cells. */
 PETSC_EXTERN PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w);
 PETSC_EXTERN PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w);
 /* TS of type bathe (changed by -ts_type afterwards), smooth right-hand side, constraint, reference tolerances, max time
@@ -36,7 +36,7 @@ typedef struct {
   PetscReal mean_slip_rate, max_slip_rate;                /* [m/s], max of |v| */
   PetscReal mean_slip;                                    /* cumulative s [m] */
   PetscReal mean_displacement;                            /* u [m] */
-  PetscReal sliding_fraction;                             /* share of elements with v != 0 */
+  PetscReal sliding_fraction;                             /* share of cells with v != 0 */
   PetscReal kinetic, elastic;                             /* mean energy per unit area [J/m^2] */
   PetscReal viscous_power, friction_power, loading_power; /* mean [W/m^2], instantaneous */
 } SlipFaultObservables;
@@ -44,7 +44,7 @@ typedef struct {
 PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs);
 
 /* -fault_output: attaches monitors that write the file of slipoutput.h, with /mesh (x, z of the centres [m],
-   per-element parameters) and /fields (time, and slip_rate, slip, displacement, traction as [n, Nz, Nx], or [n, N] of a
+   per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction as [n, Nz, Nx], or [n, N] of a
    mesh); finish writes /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);

@@ -5,7 +5,7 @@
 
 /* One implicit stage, in the full state w:
        A (w - base) = theta [ F_s(t, w) + explicit_part + omega r ],   r_i in -q_i Sign(x_i)
-   x is the reduced unknown (fault: slip rate v, one per element). After elimination the balance is
+   x is the reduced unknown (fault: slip rate v, one per cell). After elimination the balance is
        G(x) = omega r(x),   G(x) = B x - c for a linear smooth part (fault: B(theta) of slipmat.h).
    Stage 1 (trapezoidal): theta = gamma h/2, base = w0, explicit_part = F_s(w0) + r0 and omega = 1 (reaction
    "trapezoidal"), or explicit_part = F_s(w0) and omega = 2 ("implicit"). Stage 2 (BDF2): theta = b h,
@@ -67,7 +67,7 @@ typedef struct {
 PETSC_EXTERN PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstraint *con);
 
 /* SNES types that solve G(x) = omega r(x) through the natural map of the cone; both take the constraint below. On
-   success sticking elements have x = 0 exactly and the reaction satisfies |r| <= q and r = -q sign(x) where x != 0. */
+   success sticking cells have x = 0 exactly and the reaction satisfies |r| <= q and r = -q sign(x) where x != 0. */
 #define SNESSEMISMOOTH "semismooth"
 #define SNESPROJECTION "projection"
 PETSC_EXTERN PetscErrorCode SNESSetSlipConstraint(SNES snes, SlipConstraint con);
@@ -75,11 +75,11 @@ PETSC_EXTERN PetscErrorCode SNESGetSlipConstraint(SNES snes, SlipConstraint *con
 /* Solve one stage: x is the initial guess in, the solution out; r the reaction. resnorm is the dimensionless relative
    residual at the end. Sets the SNES converged reason as usual. */
 PETSC_EXTERN PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec r, PetscReal *resnorm);
-/* Element (global index) with the largest residual of the last solve and that residual, for error messages. */
-PETSC_EXTERN PetscErrorCode SNESSlipGetWorstElement(SNES snes, PetscInt *element, PetscReal *residual);
+/* Cell (global index) with the largest residual of the last solve and that residual, for error messages. */
+PETSC_EXTERN PetscErrorCode SNESSlipGetWorstCell(SNES snes, PetscInt *cell, PetscReal *residual);
 
 /* The generalised Jacobian as a Mat: (J y)_i = [B (m.y)]_i m_i + d_i m_i y_i + (1 - m_i) y_i, m the 0/1 mask of sliding
-   elements, d the slope of the bound. Symmetric. The PC "slipstage" reads its parts. */
+   cells, d the slope of the bound. Symmetric. The PC "slipstage" reads its parts. */
 #define MATSLIPJACOBIAN "slipjacobian"
 PETSC_EXTERN PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J);
 PETSC_EXTERN PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope);

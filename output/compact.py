@@ -3,7 +3,7 @@
 
     output/compact.py IN.h5 OUT.h5 [--rows 500]
 
-/series and /steps keep every k-th row and the last one; /result and /run are kept whole, of /mesh the element centres. /run gets
+/series and /steps keep every k-th row and the last one; /result and /run are kept whole, of /mesh the cell centres. /run gets
 the attribute "rows_kept_every" with k, since the rows of /steps then no longer add up to /result.
 """
 

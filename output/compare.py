@@ -43,10 +43,10 @@ def load(argument):
 def check_same_case(run, reference):
     """A reference for another mesh or duration would make every error meaningless."""
     if run.shape != reference.shape:
-        raise OutputError(f"{run.path} has {run.shape} elements (depth, strike) but the reference {reference.path} has {reference.shape}")
+        raise OutputError(f"{run.path} has {run.shape} cells (depth, strike) but the reference {reference.path} has {reference.shape}")
     for axis, mine, theirs in zip("xz", run.axes, reference.axes):
         if abs(mine - theirs).max() > 1e-6 * abs(theirs).max():
-            raise OutputError(f"{run.path} and the reference {reference.path} differ in the element centres {axis}")
+            raise OutputError(f"{run.path} and the reference {reference.path} differ in the cell centres {axis}")
     end, fine = run.series["time"][-1], reference.series["time"][-1]
     if abs(end - fine) > 1e-6 * fine:
         raise OutputError(f"{run.path} ends at {end:g} s but the reference {reference.path} at {fine:g} s")

@@ -38,7 +38,7 @@ class Run:
 
     steps   dict of arrays, one value per attempt: time at its start [s], dt [s], error, ...
     series  dict of arrays, one value per accepted step: time [s], mean_slip_rate [m/s], mean_slip [m], ...
-    mesh    dict: x, z element centres [m] and the per-element parameters; of irregular cells also y, length, width [m];
+    mesh    dict: x, z cell centres [m] and the per-cell parameters; of irregular cells also y, length, width [m];
             empty for other models than the fault
     result  dict of numbers: accepted, rejected, solves, mean_slip [m] of a fault, ...
     run     dict of attributes: options, versions, ranks, policy, wall time
@@ -110,12 +110,12 @@ class Run:
 
     @property
     def shape(self):
-        """(Nz, Nx), from the element centres whether those are per axis or per element."""
+        """(Nz, Nx), from the cell centres whether those are per axis or per cell."""
         return len(np.unique(self.mesh["z"])), len(np.unique(self.mesh["x"]))
 
     @property
     def axes(self):
-        """Element centres along strike and in depth [m]."""
+        """Cell centres along strike and in depth [m]."""
         return np.unique(self.mesh["x"]), np.unique(self.mesh["z"])
 
     @property

@@ -1,7 +1,7 @@
 /* Files of training by CMA-ES: policy, checkpoint, learning curve. The first rank writes. */
 #include "cmatrain.h"
 #include "files.h"
-#include <slipstep/private/sliperror.h>
+#include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipcompat.h>
 #include <petsctime.h>
 

@@ -1,7 +1,7 @@
 /* -train_* options of -train_algorithm cmaes. */
 #include "cmatrain.h"
 #include "files.h"
-#include <slipstep/private/sliperror.h>
+#include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipcompat.h>
 
 /* Default observations and the scaling that brings them to order one; any other name is taken as it is. */
@@ -99,10 +99,10 @@ static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems 
   } row[] = {
     {"-train_hidden", "Width of the hidden layers", &o->hidden, 8, 1, 256},
     {"-train_layers", "Number of hidden layers", &o->layers, small ? 1 : 2, 1, CMA_MAX_LAYERS},
-    {"-train_singles", "Episodes of one element", &o->nsingle, 256, 1, 100000},
+    {"-train_singles", "Episodes of one cell", &o->nsingle, 256, 1, 100000},
     {"-train_meshes", "Episodes on small heterogeneous meshes", &o->nmesh, 144, 0, 100000},
-    {"-train_mesh_side", "Largest number of elements along a side of these meshes", &o->side, 7, 2, 12},
-    {"-train_batch_singles", "Episodes of one element in a generation", &o->batch_single, small ? 48 : 28, 1, 100000},
+    {"-train_mesh_side", "Largest number of cells along a side of these meshes", &o->side, 7, 2, 12},
+    {"-train_batch_singles", "Episodes of one cell in a generation", &o->batch_single, small ? 48 : 28, 1, 100000},
     {"-train_batch_meshes", "Episodes on meshes in a generation", &o->batch_mesh, 20, 0, 100000},
     {"-train_validation", "Episodes of each kind in a validation", &o->validation, small ? 60 : 50, 1, 100000},
     {"-train_calibration", "Episodes of each kind by which the dial is calibrated", &o->calibration, small ? 75 : 150,
@@ -139,7 +139,7 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
      "Longest step while anything moves [T*]; what rests is stepped over to the end of its rest. 0: no such rule",
      &o->moving, o->problem ? 0 : 3, 0},
     {"-train_within",
-     "Share of the calibration's runs, of single elements and of meshes, that shall keep the dial in every third of "
+     "Share of the calibration's runs, of single cells and of meshes, that shall keep the dial in every third of "
      "its "
      "range, at most 1: it is moved for that. 0: as trained",
      &o->within, 0.97, 0},

@@ -1,5 +1,5 @@
 /* Where CMA-ES begins: a network that a person could have written. Steps of a constant length that follows the dial,
-   and one to the end when all elements rest; for other problems than the fault, three quarters of the way up the bounds
+   and one to the end when all cells rest; for other problems than the fault, three quarters of the way up the bounds
    at the coarsest dial, following the order of the method, and longer as the energy falls. */
 #include "cmatrain.h"
 #include <slipstep/private/slipcompat.h>
@@ -14,7 +14,7 @@
   1 /* decades from the middle of the bounds to either, where their units differ and T* is not known yet */
 #define START_POWER 0.25  /* step over dial's power */
 #define NEAR_LINEAR 0.4   /* slope of a tanh unit that is to stay close to linear */
-#define SLIDING_SHARE 0.1 /* a smaller share of sliding elements than this counts as rest */
+#define SLIDING_SHARE 0.1 /* a smaller share of sliding cells than this counts as rest */
 
 /* Position of an observation; -1: not observed. */
 static PetscInt Find(const CMAOptions *o, const char name[])

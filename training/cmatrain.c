@@ -1,7 +1,7 @@
 /* Training by CMA-ES, see cmatrain.h. Every rank holds the same episodes and the same strategy; a population is spread
    over the ranks, one member's episodes staying on one rank, so that results do not depend on their number. */
 #include "cmatrain.h"
-#include <slipstep/private/sliperror.h>
+#include <slipstep/private/slipsys.h>
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
 #include <cblas.h>
@@ -148,7 +148,7 @@ PetscErrorCode CMATrainerDestroy(CMATrainer *t)
 /* ---- a generation ---- */
 
 typedef struct {
-  PetscInt n, singles, *episode; /* single elements first */
+  PetscInt n, singles, *episode; /* single cells first */
   PetscReal *dial;
 } Batch;
 

@@ -8,7 +8,7 @@ enum {
   CMA_MAX_OBS = 24,
   CMA_MAX_LAYERS = 4,
   VALID_DIALS = 3, /* each validation episode runs at so many positions of the dial */
-  CMA_KINDS = 2    /* single elements and meshes; other problems have the first only */
+  CMA_KINDS = 2    /* single cells and meshes; other problems have the first only */
 };
 
 typedef struct {
@@ -20,7 +20,7 @@ typedef struct {
   PetscReal dt_min, dt_max;                          /* bounds of the action, logarithmic spacing */
   PetscReal moving;                                  /* longest step while anything moves [T*], 0: no limit */
   char dt_max_unit[8];                               /* "T*" or "t_max"; dt_min is in T* */
-  PetscInt nsingle, nmesh, side;                     /* episodes of one element, of meshes; elements along a side */
+  PetscInt nsingle, nmesh, side;                     /* episodes of one cell, of meshes; cells along a side */
   PetscInt batch_single, batch_mesh;                 /* of a generation */
   PetscInt validation, calibration;                  /* episodes of each kind */
   PetscInt population;                               /* 0: CMA-ES's default */
@@ -43,7 +43,7 @@ typedef struct {
                 [VALID_DIALS]; /* within, of either kind in each third of the dial's range, the finest first */
 } CMAScore;
 
-/* Single elements first. */
+/* Single cells first. */
 typedef struct {
   PetscInt n, nsingle;
   Episode **episode; /* [n] */

@@ -125,7 +125,7 @@ PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set)
   PetscCall(PetscPrintf(
     t->comm,
     "dial moved by %.2f decades in the middle of its range and %.2f a decade: cost %7.4f  solves %5.1f  within "
-    "dial %5.1f %% (thirds of its range: single elements %.1f, %.1f, %.1f, meshes %.1f, %.1f, %.1f)  error/dial "
+    "dial %5.1f %% (thirds of its range: single cells %.1f, %.1f, %.1f, meshes %.1f, %.1f, %.1f)  error/dial "
     "%6.3f\n",
     (double)t->shift[0], (double)t->shift[1], (double)score->cost, (double)score->solves, 100 * (double)score->within,
     100 * (double)score->kept[0][0], 100 * (double)score->kept[0][1], 100 * (double)score->kept[0][2],

@@ -68,7 +68,7 @@ static void Set(FaultDraw *d, const char name[], double value)
 static void DrawFields(Random *random, FaultDraw *d, double depth_top, double cell, double stress, double drop,
                        double residual)
 {
-  double g[EPISODE_MAX_ELEMENTS];
+  double g[EPISODE_MAX_CELLS];
   const PetscBool deep = RandomUniform(random) < 0.6 ? PETSC_TRUE : PETSC_FALSE;
 
   const PetscBool smooth = RandomUniform(random) < SMOOTH_SHARE ? PETSC_TRUE : PETSC_FALSE;

@@ -220,8 +220,8 @@ PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode)
   Episode *e;
 
   PetscFunctionBegin;
-  PetscCheck(side >= 1 && side * side <= EPISODE_MAX_ELEMENTS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "Episodes of up to %" PetscInt_FMT " elements along a side, expected 1 to 12", side);
+  PetscCheck(side >= 1 && side * side <= EPISODE_MAX_CELLS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "Episodes of up to %" PetscInt_FMT " cells along a side, expected 1 to 12", side);
   PetscCall(PetscNew(&e));
   PetscCall(PetscNew(&d));
   RandomSeed(&random, seed);

@@ -1,4 +1,4 @@
-/* Episodes for policies with an accuracy dial: faults drawn at random, single elements and small heterogeneous meshes,
+/* Episodes for policies with an accuracy dial: faults drawn at random, single cells and small heterogeneous meshes,
    each with its fine reference, kept ready so that a policy runs through one in a fraction of a millisecond. An episode
    depends on its seed only, not on others or on ranks. Public headers of the library only. */
 #pragma once
@@ -7,7 +7,7 @@
 #include "random.h"
 #include <slipstep.h>
 
-#define EPISODE_MAX_ELEMENTS 144 /* of a drawn mesh, 12 x 12 */
+#define EPISODE_MAX_CELLS 144 /* of a drawn mesh, 12 x 12 */
 
 /* A drawn fault: scalar parameters by name, fields by name, both as SlipFaultSetReal() and SlipFaultSetField() take
    them. */
@@ -16,12 +16,12 @@ typedef struct {
   PetscInt nx, nz, n, nreal;
   const char *name[DRAW_MAX_REALS];
   PetscReal value[DRAW_MAX_REALS];
-  PetscReal field[DRAW_FIELDS][EPISODE_MAX_ELEMENTS]; /* meshes only; see EpisodeFieldNames */
-  PetscReal margin;                                   /* duration over the time at which the reference rests */
-  PetscReal limit;                                    /* the reference gives up after this time [T*] */
+  PetscReal field[DRAW_FIELDS][EPISODE_MAX_CELLS]; /* meshes only; see EpisodeFieldNames */
+  PetscReal margin;                                /* duration over the time at which the reference rests */
+  PetscReal limit;                                 /* the reference gives up after this time [T*] */
 } FaultDraw;
 PETSC_INTERN const char *const EpisodeFieldNames[DRAW_FIELDS];
-/* side: largest number of elements along a side, 1: one element */
+/* side: largest number of cells along a side, 1: one cell */
 PETSC_INTERN void FaultDrawAtRandom(Random *random, PetscInt side, FaultDraw *draw);
 
 /* The reference's course, thinned out. */

@@ -25,7 +25,7 @@ typedef struct _EvaluateProblem EvaluateProblem;
 typedef struct {
   const EvaluateProblem *problem;
   PetscReal size;           /* edge of the fault [km], 0: no such thing */
-  PetscInt mesh;            /* elements along each edge, 0: no such thing */
+  PetscInt mesh;            /* cells along each edge, 0: no such thing */
   char name[EVALUATE_NAME]; /* group in the file: "fault_3km_25x25", "circuit" */
 } EvaluateCase;
 

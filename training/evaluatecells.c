@@ -27,7 +27,7 @@ static PetscErrorCode AddCase(const EvaluateProblem *p, PetscReal size, PetscInt
 }
 
 /* Of one Bathe solve on one process, in units of about half a microsecond: it grows as N^1.3 with the number of
-   elements. */
+   cells. */
 PetscReal EvaluateSolveWeight(const EvaluateCase *c)
 {
   return c->mesh ? PetscPowReal((PetscReal)(c->mesh * c->mesh), (PetscReal)1.3) : (PetscReal)40;

@@ -45,7 +45,7 @@ static PetscErrorCode Start(MPI_Comm comm, const EvaluateCase *c, void *model, T
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The elements have equal areas, so plain means are those of the fault. */
+/* The cells have equal areas, so plain means are those of the fault. */
 static PetscErrorCode Observe(const EvaluateCase *c, void *model, PetscReal t, Vec w, Vec r, PetscReal row[])
 {
   const PetscScalar *a;

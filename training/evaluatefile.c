@@ -2,7 +2,7 @@
    a run that is killed at any moment leaves a complete file, and processes of one run or of several may share it. */
 #include "evaluate.h"
 #include <slipstep/private/slipcompat.h>
-#include <slipstep/private/sliperror.h>
+#include <slipstep/private/slipsys.h>
 #include <fcntl.h>
 #include <stdio.h>
 #include <time.h>

@@ -113,8 +113,8 @@ static PetscErrorCode Axes(EvaluateOptions *o, SlipOptionItems PetscOptionsObjec
                   "Edges of the square fault [km] (default 3,5); it runs 10 s "
                   "per km",
                   &o->nsizes, o->sizes));
-  PetscCall(Integers(PetscOptionsObject, "-evaluate_meshes", "Elements along each edge (default 25,50)", &o->nmeshes,
-                     o->meshes));
+  PetscCall(
+    Integers(PetscOptionsObject, "-evaluate_meshes", "Cells along each edge (default 25,50)", &o->nmeshes, o->meshes));
   o->ncontrollers = 5;
   for (PetscInt i = 0; i < 5; i++) index[i] = i < 3 ? i : i + 1;
   PetscCall(Words(PetscOptionsObject, "-evaluate_controllers",
@@ -308,7 +308,7 @@ PetscErrorCode EvaluateOptionsSet(EvaluateOptions *o)
                                sizeof(o->output), NULL));
   PetscCall(PetscOptionsBool(
     "-evaluate_quick",
-    "A matrix of seconds: 3 km, 5 x 5 elements, the default integrator, one run each, coarse references; other "
+    "A matrix of seconds: 3 km, 5 x 5 cells, the default integrator, one run each, coarse references; other "
     "options still apply",
     NULL, quick, &quick, NULL));
   if (quick) PetscCall(Quick(o));

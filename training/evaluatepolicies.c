@@ -1,7 +1,7 @@
 /* The policies of a matrix: files found by name or pattern, and what their headers say. */
 #include "evaluate.h"
 #include <slipstep/private/slipcompat.h>
-#include <slipstep/private/sliperror.h>
+#include <slipstep/private/slipsys.h>
 #include <glob.h>
 
 /* The name of a policy is that of its file without folders and ending. */

@@ -242,7 +242,7 @@ static PetscBool SolveStage(Stage *st, PetscInt index[], double b[])
   return PETSC_TRUE;
 }
 
-/* Smooth force F_s = -H v - K u and the reaction r0 at the start of a step: the balance where an element rests. */
+/* Smooth force F_s = -H v - K u and the reaction r0 at the start of a step: the balance where an cell rests. */
 static void StartForce(const PlainFault *p, double tmp[], double f[])
 {
   Multiply(p->n, p->H, p->v, f);

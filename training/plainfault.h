@@ -1,6 +1,6 @@
 /* A small fault and its Bathe step on plain arrays: what the library computes with exponential slip weakening, the
    default integrator (trapezoidal reaction, gamma 1/2, embedded error) and the semismooth solver, an order of magnitude
-   faster for a few elements because no object is involved. Trainers run millions of episodes; a test holds it to the
+   faster for a few cells because no object is involved. Trainers run millions of episodes; a test holds it to the
    library step by step. */
 #pragma once
 #include <slipstep.h>
@@ -15,7 +15,7 @@ typedef struct {
   double critical_energy;                 /* uc' K uc [Pa m] */
   /* the state, and that at the end of the attempt */
   double *v, *u, *s, *v2, *u2, *s2; /* [n] */
-  double slip_error, growth;        /* of the last attempt: sum |e_s| [m], sum of d|v|/dt of sliding elements [m/s^2] */
+  double slip_error, growth;        /* of the last attempt: sum |e_s| [m], sum of d|v|/dt of sliding cells [m/s^2] */
   double *work;
 } PlainFault;
 
@@ -23,7 +23,7 @@ typedef struct {
 PETSC_INTERN PetscErrorCode PlainFaultCreate(SlipFault fault, const PetscReal sigma[], const PetscReal residual[],
                                              const PetscReal drop[], const PetscReal slip[], Vec start, PlainFault *p);
 PETSC_INTERN PetscErrorCode PlainFaultDestroy(PlainFault *p);
-PETSC_INTERN void PlainFaultSetState(PlainFault *p, const double w[]); /* w [3 n]: (v, u, s) per element */
+PETSC_INTERN void PlainFaultSetState(PlainFault *p, const double w[]); /* w [3 n]: (v, u, s) per cell */
 /* One step h [s] from the state into v2, u2, s2; false when a stage did not converge. */
 PETSC_INTERN PetscBool PlainFaultAttempt(PlainFault *p, double h);
 PETSC_INTERN void PlainFaultAccept(PlainFault *p);

@@ -14,7 +14,7 @@ typedef struct {
   PetscBool started, converged;
   double last_dt;
   PetscInt failures;
-  double rate, peak, slip, weakening, energy, sliding; /* means over the elements of the state */
+  double rate, peak, slip, weakening, energy, sliding; /* means over the cells of the state */
 } Seen;
 
 static double Clip(double x, double low, double high)

@@ -1,5 +1,5 @@
 /* The episodes of -train_algorithm cmaes as a problem for learners that go step by step: faults drawn at random, single
-   elements and small meshes, each at a random position of the accuracy dial. The effect of a step is the change that it
+   cells and small meshes, each at a random position of the accuracy dial. The effect of a step is the change that it
    makes to the penalties of the episode's cost (EpisodeCost()), as an exact continuation sees them; so over a run that
    finishes the effects add up to all of its penalties, whatever the steps. */
 #include "episodes.h"
@@ -23,7 +23,7 @@ struct _EnvJudge {
   const EnvOptions *o;
   EnvReference reference;
   PetscReal dial, penalty; /* penalty: of the state after the last step */
-  double *state;           /* [3 elements] */
+  double *state;           /* [3 cells] */
 };
 
 static PetscErrorCode MakeEpisode(const EnvInstance *instance, Episode **episode)
@@ -35,8 +35,8 @@ static PetscErrorCode MakeEpisode(const EnvInstance *instance, Episode **episode
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Mean slip where constant steps from a state [3 elements] at time t lead, at rest or at the end of the episode. The
-   reaction is the balance where an element rests and the strength where it moves: no other state is needed. */
+/* Mean slip where constant steps from a state [3 cells] at time t lead, at rest or at the end of the episode. The
+   reaction is the balance where an cell rests and the strength where it moves: no other state is needed. */
 static PetscReal Continue(const EnvOptions *o, Episode *e, const double state[], PetscReal t)
 {
   const PetscReal dt = o->continuation * e->tstar;

@@ -4,7 +4,7 @@
 #include <slipstep.h>
 #include <slipstep/private/slipcompat.h>
 
-/* Ranges of random faults: one element, uniform normal stress. The last row is the duration. Draws whose weakening rate
+/* Ranges of random faults: one cell, uniform normal stress. The last row is the duration. Draws whose weakening rate
    sigma dmu/d_c is not 1.5 to 15 times the stiffness G/Ly are repeated: below, nothing slips within the duration. */
 enum {
   DRAW_LENGTH,
@@ -338,7 +338,7 @@ static const Preset Presets[] = {
 };
 
 const Problem ProblemFault = {.name = "fault",
-                              .meaning = "the strike-slip fault of the -fault_ options; drawn: one element",
+                              .meaning = "the strike-slip fault of the -fault_ options; drawn: one cell",
                               .draw = DrawTable,
                               .ndraw = DRAW_COUNT,
                               .drawable = Drawable,

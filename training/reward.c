@@ -40,7 +40,7 @@ static PetscReal Balanced(const RewardInput *in)
 }
 
 /* Solves at which the dial's price of an attempt is the slope of ln(solves), the cost of -train_algorithm cmaes: about
-   what its policies take on single elements and small meshes, 6, 13 and 30 at 1e-1, 1e-2 and 1e-3. The logarithm itself
+   what its policies take on single cells and small meshes, 6, 13 and 30 at 1e-1, 1e-2 and 1e-3. The logarithm itself
    would not do: the more attempts, the cheaper the next, and a learner that does not see their number finds out that
    standing still costs little. */
 #define USUAL_SOLVES 2.5

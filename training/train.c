@@ -3,10 +3,10 @@ static const char help[] =
   "  mpirun -n 2 train -train_algorithm cmaes -train_output policy.h5   (with an accuracy dial: the default policy)\n"
   "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
   "  train -train_steps 20000 -train_output policy.h5 -train_log curve.h5\n"
-  "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-element faults)\n"
+  "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-cell faults)\n"
   "  mpirun -n 2 train -train_alpha 1,2,4 -train_seed 1,2 -train_output policy.h5    (six trainings, two at a time)\n"
   "  fault -ts_adapt_type rl -ts_adapt_rl_policy policy.h5                   (uses it)\n"
-  "The fault is that of the -fault_ options, one element unless -fault_nx and -fault_nz say otherwise.\n"
+  "The fault is that of the -fault_ options, one cell unless -fault_nx and -fault_nz say otherwise.\n"
   "Drawn by -train_random:\n";
 
 #include "cmatrain.h"

@@ -2,7 +2,7 @@
    at the end. */
 #include "sweep.h"
 #include "files.h"
-#include <slipstep/private/sliperror.h>
+#include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipcompat.h>
 #include <petsctime.h>
 

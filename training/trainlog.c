@@ -1,6 +1,6 @@
 /* The learning curve in HDF5. */
 #include "trainer.h"
-#include <slipstep/private/sliperror.h>
+#include <slipstep/private/slipsys.h>
 #include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipcompat.h>
 #include <petsctime.h>

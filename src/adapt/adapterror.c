@@ -1,6 +1,6 @@
 /* What controllers share: the error estimate of the step, whether a step is still allowed, and the step after a
    failure. */
-#include <slipstep/private/slipadaptimpl.h>
+#include <slipstep/private/slipadapt.h>
 
 /*
   Types with their own estimate (theta, bdf, alpha, bathe) give E and p; embedded Runge-Kutta pairs give a second

@@ -1,5 +1,5 @@
 /* TSADAPTHEURISTIC: accept when the error estimate is at most 1, and size the next step from it. */
-#include <slipstep/private/slipadaptimpl.h>
+#include <slipstep/private/slipadapt.h>
 
 typedef struct {
   PetscReal failure; /* factor on the step when a solve did not converge; first, for SlipAdaptAfterFailure() */

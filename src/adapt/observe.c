@@ -1,5 +1,5 @@
 /* The table of observations: one row each, all dimensionless. */
-#include <slipstep/private/slipadaptimpl.h>
+#include <slipstep/private/slipadapt.h>
 #include <stdlib.h>
 
 #define CRITICAL_RESIDUAL 4 /* E_c of the residual */

@@ -1,5 +1,5 @@
 /* TSADAPTPI: digital filters with two errors of memory. */
-#include <slipstep/private/slipadaptimpl.h>
+#include <slipstep/private/slipadapt.h>
 
 /* A digital filter: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa). */
 typedef struct {

@@ -1,6 +1,6 @@
 /* TSADAPTRL: a learned policy chooses the step; guard rails keep a run going where it would not. */
-#include <slipstep/private/slipadaptrl.h>
-#include <slipstep/private/sliplog.h>
+#include <slipstep/private/slipadapt.h>
+#include <slipstep/private/slipsys.h>
 
 /* Names of what is observed, in the order of the policy or the actor. */
 PetscErrorCode TSAdaptRLSetNames_Private(TSAdapt adapt, PetscInt n, const char *const names[])

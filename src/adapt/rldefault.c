@@ -1,5 +1,5 @@
 /* TSADAPTRL without a policy: the default one of its problem. */
-#include <slipstep/private/slipadaptrl.h>
+#include <slipstep/private/slipadapt.h>
 
 /* -ts_adapt_rl_problem, or what the problem calls itself ("SlipProblemName_C"); "" when neither is there */
 static PetscErrorCode ProblemName(TSAdapt adapt, TS ts, const char **name)

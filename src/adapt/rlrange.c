@@ -1,5 +1,5 @@
 /* TSADAPTRL's guard rail against situations that the policy was not trained for: counted, and said once. */
-#include <slipstep/private/slipadaptrl.h>
+#include <slipstep/private/slipadapt.h>
 
 /* How far outside a range, in widths of it */
 static PetscReal Excess(PetscReal x, PetscReal min, PetscReal max)

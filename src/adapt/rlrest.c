@@ -1,12 +1,12 @@
 /* TSADAPTRL: what rests needs no steps. */
-#include <slipstep/private/slipadaptrl.h>
+#include <slipstep/private/slipadapt.h>
 
 /*
   TSAdaptRLMind_Private - mind whether the problem rests
 
   Collective. For policies with the attribute moving_dt_max [T*] only. A state at rest stays what it is until something
   slips, which the problem knows ("SlipRestTime_C"): the step goes there, however long. While anything moves, steps are
-  no longer than the attribute: a policy trained on a few elements cannot know how little of a fine mesh may still be
+  no longer than the attribute: a policy trained on a few cells cannot know how little of a fine mesh may still be
   sliding.
 */
 PetscErrorCode TSAdaptRLMind_Private(TSAdapt adapt, TS ts, PetscReal *h)

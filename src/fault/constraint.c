@@ -1,5 +1,5 @@
 /* The fault's constraint: elimination of u and s from a stage, and the strength as the bound of the reaction. */
-#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
 
 /* Positions in a block of the state. */

@@ -1,9 +1,9 @@
-/* What the integrator's last attempt tells a controller: sums over the elements of its error and of its
+/* What the integrator's last attempt tells a controller: sums over the cells of its error and of its
    acceleration. */
-#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipcompat.h>
 
-/* The arrays of w, of the error and of the derivative hold (v, u, s) per element; both of the latter may be NULL. */
+/* The arrays of w, of the error and of the derivative hold (v, u, s) per cell; both of the latter may be NULL. */
 static void SlipFaultAddEstimates(SlipFault fault, const PetscReal *w, const PetscReal *error,
                                   const PetscReal *derivative, PetscReal sum[])
 {
@@ -19,7 +19,7 @@ static void SlipFaultAddEstimates(SlipFault fault, const PetscReal *w, const Pet
   SlipFaultEstimate - sum up the integrator's estimates for observations
 
   Collective. w: state after the attempt; error, derivative: the attempt's local error and dw/dt at its end, NULL when
-  not known. An element that has just stopped has no derivative.
+  not known. An cell that has just stopped has no derivative.
 */
 PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative)
 {

@@ -1,12 +1,12 @@
 /* A fault's life: create, set up, state, destroy. */
-#include <slipstep/private/slipfaultimpl.h>
-#include <slipstep/private/slipcells.h>
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipmatcells.h>
 #include <slipstep/private/slipcompat.h>
 
 PetscClassId SLIP_FAULT_CLASSID;
 
 /*@
-  SlipFaultCreate - the reference case "3 km" with one element
+  SlipFaultCreate - the reference case "3 km" with one cell
 
   Collective.
 
@@ -38,7 +38,7 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
 }
 
 /*@
-  SlipFaultSetUp - compute or load stiffness K, viscosity H, per-element parameters and the critical state
+  SlipFaultSetUp - compute or load stiffness K, viscosity H, per-cell parameters and the critical state
 
   Collective. Calling it again does nothing.
 
@@ -62,7 +62,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   fault->mass = fault->value[FAULT_DENSITY] * thickness;
   fault->tstar = thickness * PetscSqrtReal(fault->value[FAULT_DENSITY] / fault->value[FAULT_SHEAR_MODULUS]);
   PetscCall(SlipFrictionFind(fault->text[FAULT_FRICTION_LAW], &fault->law));
-  PetscCall(SlipFaultElementsSetUp(fault));
+  PetscCall(SlipFaultCellsSetUp(fault));
   PetscCall(SlipFaultWeightsSetUp(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
@@ -116,7 +116,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
 }
 
 /*@
-  SlipFaultCreateState - a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per element
+  SlipFaultCreateState - a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell
 
   Collective; after SlipFaultSetUp().
 
@@ -129,7 +129,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   Level: beginner
 
   Notes:
-  Element e = iz * nx + ix is entry e. The cells of a mesh are numbered process by process instead.
+  Cell e = iz * nx + ix is entry e. The cells of a mesh are numbered process by process instead.
 
   Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 

@@ -1,6 +1,6 @@
 /* The fault as a TS problem. */
-#include <slipstep/private/slipfaultimpl.h>
-#include <slipstep/private/slipcompose.h>
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
 
 #define SLIP_FAULT_RTOL 1e-3     /* reference tolerance, as SLIP_FAULT_ATOL */
 #define SLIP_FAULT_MAX_TIME 30.0 /* [s] */

@@ -1,8 +1,8 @@
 /* A fault of irregular cells, -fault_mesh: its file, its stiffness, and the weights of its rows. */
-#include <slipstep/private/slipfaultimpl.h>
-#include <slipstep/private/slipcells.h>
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipmatcells.h>
 #include <slipstep/private/slipcompat.h>
-#include <slipstep/private/sliperror.h>
+#include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 
 #define MESH_DATASET "/cells"
@@ -67,7 +67,7 @@ static PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, SlipCell
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The extents of all cells take the place of the grid's; a mesh counts as one row of n elements. */
+/* The extents of all cells take the place of the grid's; a mesh counts as one row of n cells. */
 static void SlipFaultMeshExtents(SlipFault fault)
 {
   const SlipCells *c = &fault->mesh;
@@ -121,7 +121,7 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The grid's elements as cells, for hierarchical storage. */
+/* The grid's cells as cells, for hierarchical storage. */
 static PetscErrorCode SlipFaultCellsOfGrid(SlipFault fault, SlipCells *cells)
 {
   const PetscReal a = fault->value[FAULT_LENGTH_X] / fault->value[FAULT_NX];
@@ -131,7 +131,7 @@ static PetscErrorCode SlipFaultCellsOfGrid(SlipFault fault, SlipCells *cells)
   PetscFunctionBegin;
   PetscCall(SlipFaultCellsCreate(fault, fault->N, cells, column));
   for (PetscInt e = 0; e < fault->N; e++) {
-    PetscCall(SlipFaultElementCentre(fault, e, &column[0][e], &column[2][e]));
+    PetscCall(SlipFaultCellCentre(fault, e, &column[0][e], &column[2][e]));
     column[1][e] = 0;
     column[3][e] = a;
     column[4][e] = b;
@@ -191,11 +191,11 @@ PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For gathering vectors like x, one or more numbers for each element, on rank 0 in the order of the file or grid. */
+/* For gathering vectors like x, one or more numbers for each cell, on rank 0 in the order of the file or grid. */
 PetscErrorCode SlipFaultGatherCreate(SlipFault fault, Vec x, VecScatter *scatter, Vec *x0)
 {
   PetscMPIInt rank;
-  PetscInt size, block, n, *element;
+  PetscInt size, block, n, *cell;
   IS from;
 
   PetscFunctionBegin;
@@ -203,9 +203,9 @@ PetscErrorCode SlipFaultGatherCreate(SlipFault fault, Vec x, VecScatter *scatter
   PetscCall(VecGetSize(x, &size));
   block = size / fault->N;
   n = rank ? 0 : fault->N;
-  PetscCall(PetscMalloc1(n, &element));
-  for (PetscInt e = 0; e < n; e++) element[fault->order ? fault->order[e] : e] = e;
-  PetscCall(ISCreateBlock(fault->comm, block, n, element, PETSC_OWN_POINTER, &from));
+  PetscCall(PetscMalloc1(n, &cell));
+  for (PetscInt e = 0; e < n; e++) cell[fault->order ? fault->order[e] : e] = e;
+  PetscCall(ISCreateBlock(fault->comm, block, n, cell, PETSC_OWN_POINTER, &from));
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, n * block, x0));
   PetscCall(VecScatterCreate(x, from, *x0, NULL, scatter));
   PetscCall(ISDestroy(&from));

@@ -1,5 +1,5 @@
-/* What a run and a controller may know of the fault's state: sums over the elements, energies and powers. */
-#include <slipstep/private/slipfaultimpl.h>
+/* What a run and a controller may know of the fault's state: sums over the cells, energies and powers. */
+#include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipcompat.h>
 
 /* Slip rates below this count as standing still where their logarithm is taken [m/s]. */
@@ -219,7 +219,7 @@ static const struct {
   {"velocity", Velocity},                 /* mean v / velocity_scale */
   {"log_velocity", LogVelocity},          /* log10(max|v| / V), V = d_c over T*, |v| at least 1e-12 m/s */
   {"log_mean_velocity", LogMeanVelocity}, /* log10(mean|v| / V), likewise */
-  {"sliding_fraction", SlidingFraction},  /* share of elements with v != 0 */
+  {"sliding_fraction", SlidingFraction},  /* share of cells with v != 0 */
   {"slip", Slip},                         /* mean s / mean d_c */
   {"displacement", Displacement},         /* mean u / mean uc: -1 at the critical start */
   {"strength", Strength},                 /* mean q / mean q at v = s = 0 */
@@ -251,7 +251,7 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, const char name[], Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sums over the elements: power[0] of (v - v_inf) H (v - v_inf), [1] of v_inf H (v - v_inf), [2] of -v r, or q |v|. */
+/* Sums over the cells: power[0] of (v - v_inf) H (v - v_inf), [1] of v_inf H (v - v_inf), [2] of -v r, or q |v|. */
 static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscReal power[3])
 {
   Vec rel = fault->work[0], hv = fault->work[1], q = fault->work[2];
@@ -280,20 +280,20 @@ static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscRea
 }
 
 /*@
-  SlipFaultGetObservables - means over the elements of a state: rates, slip, energies and powers
+  SlipFaultGetObservables - means over the cells of a state: rates, slip, energies and powers
 
   Collective.
 
   Input Parameters:
 + fault - the fault
 . w     - state
-- r     - friction traction [Pa], one per element and weighted by area as TSBatheGetReaction() gives it, or NULL for
+- r     - friction traction [Pa], one per cell and weighted by area as TSBatheGetReaction() gives it, or NULL for
         -q(w) sign(v)
 
   Output Parameter:
 . obs - the means; d(kinetic + elastic)/dt + viscous_power + friction_power = loading_power, with
         kinetic = M v.v/2, elastic = u.K u/2, viscous = (v - v_inf).H (v - v_inf), friction = -v.r and
-        loading = -v_inf.(K u + H (v - v_inf)), each divided by the number of elements
+        loading = -v_inf.(K u + H (v - v_inf)), each divided by the number of cells
 
   Level: intermediate
 

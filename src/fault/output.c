@@ -1,7 +1,6 @@
 /* Output of a fault: what it adds to that of any run, by a monitor of its fields. */
-#include <slipstep/private/slipfaultoutput.h>
-#include <slipstep/private/sliperror.h>
-#include <slipstep/private/sliplog.h>
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipcompat.h>
 
 PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)

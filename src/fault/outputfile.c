@@ -1,7 +1,7 @@
 /* What the output file of a run holds: its layout, the mesh, and the fields. */
-#include <slipstep/private/slipfaultoutput.h>
-#include <slipstep/private/slipcells.h>
-#include <slipstep/private/sliplog.h>
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipmatcells.h>
+#include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipcompat.h>
 
 static const SlipOutputColumn SeriesColumns[] = {
@@ -107,8 +107,8 @@ static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscMalloc2(nx, &x, nz, &z));
-  for (PetscInt i = 0; i < nx; i++) PetscCall(SlipFaultElementCentre(fault, i, &x[i], &other));
-  for (PetscInt i = 0; i < nz; i++) PetscCall(SlipFaultElementCentre(fault, i * nx, &other, &z[i]));
+  for (PetscInt i = 0; i < nx; i++) PetscCall(SlipFaultCellCentre(fault, i, &x[i], &other));
+  for (PetscInt i = 0; i < nz; i++) PetscCall(SlipFaultCellCentre(fault, i * nx, &other, &z[i]));
   PetscCall(SlipH5WriteReal(out->file, "/mesh/x", 1, &nx, x, "m"));
   PetscCall(SlipH5WriteReal(out->file, "/mesh/z", 1, &nz, z, "m"));
   PetscCall(SlipH5WriteAttrInt(out->file, "/mesh", "nx", nx));
@@ -118,7 +118,7 @@ static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
 }
 
 /* A reduced vector's values, gathered, as the dataset /mesh/name. Collective. */
-static PetscErrorCode SlipFaultOutputElements(SlipFaultOutput out, const char name[], const char unit[], Vec x)
+static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[], const char unit[], Vec x)
 {
   SlipFault fault = out->fault;
   const PetscInt shape[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
@@ -155,10 +155,10 @@ PetscErrorCode SlipFaultOutputMesh(SlipFaultOutput out)
     PetscCall(VecGetArrayWrite(x, &a));
     PetscCall(PetscArraycpy(a, fault->field[f], fault->n));
     PetscCall(VecRestoreArrayWrite(x, &a));
-    PetscCall(SlipFaultOutputElements(out, p->name, p->unit, x));
+    PetscCall(SlipFaultOutputCells(out, p->name, p->unit, x));
   }
   PetscCall(VecDestroy(&x));
-  PetscCall(SlipFaultOutputElements(out, "critical_displacement", "m", fault->uc));
+  PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", fault->uc));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,5 +1,5 @@
 /* The parameters of a fault: two tables used by options, setters, views and error messages. */
-#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipcompat.h>
 #include <math.h>
 #include <stdio.h>
@@ -11,10 +11,10 @@
 #define WHOLE PETSC_TRUE
 #define REAL PETSC_FALSE
 
-/* Defaults: the reference case "3 km" with one element. */
+/* Defaults: the reference case "3 km" with one cell. */
 const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
-  [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, "Elements along strike"},
-  [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, "Elements in depth"},
+  [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, "Cells along strike"},
+  [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, "Cells in depth"},
   [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, NONE, OPEN, REAL, "Length of the fault along strike"},
   [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, NONE, OPEN, REAL, "Width of the fault in depth"},
   [FAULT_DEPTH_TOP] = {"depth_top", 0, "m", 0, NONE, SHUT, REAL, "Depth of the upper edge; 0 touches the free surface"},
@@ -29,7 +29,7 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_NORMAL_STRESS] = {"normal_stress", 0, "Pa", 0, NONE, SHUT, REAL, "Effective normal stress, the uniform part"},
   [FAULT_NORMAL_STRESS_GRADIENT] =
     {"normal_stress_gradient", 15e3, "Pa/m", 0, NONE, SHUT, REAL,
-     "Effective normal stress per depth of the element's centre, added to the uniform part"},
+     "Effective normal stress per depth of the cell's centre, added to the uniform part"},
   [FAULT_FRICTION_RESIDUAL] = {"friction_residual", 0.5, "", 0, NONE, SHUT, REAL, "Residual friction mu_d"},
   [FAULT_FRICTION_DROP] = {"friction_drop", 0.1, "", 0, NONE, SHUT, REAL,
                            "Friction above the residual at the start, dmu"},
@@ -70,7 +70,7 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
     {"cache_dir", "", NULL,
      "Existing directory to keep what is expensive to set up in: the exact viscosity of large faults"},
   [FAULT_PARAMETERS] = {"parameters", "", NULL,
-                        "HDF5 file of per-element fields [Nz,Nx] named as their options, which they replace"},
+                        "HDF5 file of per-cell fields [Nz,Nx] named as their options, which they replace"},
   [FAULT_MESH] = {"mesh", "", NULL,
                   "HDF5 file of rectangular cells, /cells [n,5] with x, y, z of the centre, length and width [m], in "
                   "place of the grid and its extents"},

@@ -1,8 +1,8 @@
 /* How long a fault at rest stays at rest. */
-#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipcompat.h>
 
-/* Until an element with force f and its rate of change d reaches the strength q; 0 when f exceeds it. */
+/* Until an cell with force f and its rate of change d reaches the strength q; 0 when f exceeds it. */
 static PetscReal SlipFaultTimeToSlip(PetscReal f, PetscReal d, PetscReal q)
 {
   if (PetscAbsReal(f) > q) return 0;
@@ -13,7 +13,7 @@ static PetscReal SlipFaultTimeToSlip(PetscReal f, PetscReal d, PetscReal q)
 /*
   SlipFaultRestTime - for how long the state w stays exactly at rest [s]
 
-  Collective. 0 when an element moves or its force exceeds the strength; PETSC_MAX_REAL without loading. At v = 0 the
+  Collective. 0 when an cell moves or its force exceeds the strength; PETSC_MAX_REAL without loading. At v = 0 the
   force is f = -K u + H v_inf and, because du/dt = -v_inf, grows by K v_inf in time, while the strength stays what it
   is.
 */

@@ -5,7 +5,7 @@
    s_(h/2)) 2^p/(2^p - 1) to leading order. The controller sees the states of the finer run and so puts its steps
    where that run needs them. Repeating the old steps at their old times was tried and misleads: the finer run's event
    comes later, often after the short steps meant for it. */
-#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipstep/private/slipoutput.h>
 

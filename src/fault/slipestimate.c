@@ -10,10 +10,10 @@
    is left of the changes is balanced by a longer or shorter slip: with slips in proportion to those that there are,
    s_i/mean(s),
        (error of mean slip) = dP / sum_i (K u + q)_i s_i / mean(s).
-   Elements stop one after another, and the share of dP that their slip has taken by then decays no more: the decay
-   goes with the share of the slip on elements that still slide. For one element under slip weakening all this is the
+   Cells stop one after another, and the share of dP that their slip has taken by then decays no more: the decay
+   goes with the share of the slip on cells that still slide. For one cell under slip weakening all this is the
    exact first variation. */
-#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipcompat.h>
 #include <slipadapt.h>
 
@@ -22,7 +22,7 @@
 #define ESTIMATE_FLOOR 0.3
 #define ESTIMATE_FACTOR 2.5
 
-/* Sums over the elements */
+/* Sums over the cells */
 enum {
   STEP_WORK, /* dP of the step's error [J/m^2] */
   STEP_RESTRAINT /* sum (K u + q) s [J/m^2]: mean(s) of it restrains further slip */,
@@ -216,7 +216,7 @@ static PetscErrorCode Report(SlipOutput run, const char name[], const char label
   There is no estimate without local errors (-ts_bathe_error none) and while the fault still slides: the error of the
   slip is then one of timing as well.
 
-  Measured on the faults of tests/benchmarks/held_out_cases.py, 40 single elements, 10 heterogeneous meshes, and 3, 4,
+  Measured on the faults of tests/benchmarks/held_out_cases.py, 40 single cells, 10 heterogeneous meshes, and 3, 4,
   5 km at 25 x 25, with heuristic, basic, pi (rtol 1e-3 to 1), heuristic with doubling and a policy at three
   accuracies, as quantiles of estimate over true error (errors below 1e-6 counted as that):
                             runs     5 %    25 %    50 %    75 %    95 %

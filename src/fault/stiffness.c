@@ -1,13 +1,13 @@
 /* Stiffness from the kernel or a file, its scaling, the viscosity, and the critical state. */
-#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipcompat.h>
-#include <slipstep/private/sliperror.h>
-#include <slipstep/private/slipmat.h>
+#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipmatgrid.h>
 #include <slipsys.h>
 #include <petscksp.h>
 #include <math.h>
 
-#define SLIP_FAULT_MAX_DENSE 10000 /* elements up to which K is written as a dense matrix */
+#define SLIP_FAULT_MAX_DENSE 10000 /* cells up to which K is written as a dense matrix */
 
 /* "F.h5:/dataset" to file and dataset. */
 static PetscErrorCode SlipFaultSplitPath(const char text[], char file[], char dataset[], size_t len)
@@ -120,7 +120,7 @@ static PetscErrorCode SlipFaultRefine(SlipFault fault, KSP ksp, Vec b, Vec x)
   x = K^-1 b, started from x, by conjugate gradients (K is symmetric positive definite) and iterative refinement.
 
   The critical start exceeds the strength by a relative 1e-5 only, so that an error of K^-1 q counts 1e5 times: three
-  sweeps of 1e-7 leave nothing but the rounding of K x. b must not be work[1] or work[2].
+  passes of 1e-7 leave nothing but the rounding of K x. b must not be work[1] or work[2].
 */
 PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
 {
@@ -136,7 +136,7 @@ PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCSLIPSTAGE));
   PetscCall(KSPSetFromOptions(ksp));
-  for (PetscInt sweep = 0; sweep < 3; sweep++) PetscCall(SlipFaultRefine(fault, ksp, b, x));
+  for (PetscInt pass = 0; pass < 3; pass++) PetscCall(SlipFaultRefine(fault, ksp, b, x));
   PetscCall(KSPDestroy(&ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -186,7 +186,7 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault)
   PetscFunctionBegin;
   if (!fault->stiffness_viewer) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(fault->N <= SLIP_FAULT_MAX_DENSE, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-fault_stiffness_view writes %" PetscInt_FMT " x %" PetscInt_FMT " numbers, expected at most %d elements",
+             "-fault_stiffness_view writes %" PetscInt_FMT " x %" PetscInt_FMT " numbers, expected at most %d cells",
              fault->N, fault->N, SLIP_FAULT_MAX_DENSE);
   PetscCall(MatConvert(fault->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
   if (fault->order) PetscCall(SlipFaultReorder(fault, &dense));

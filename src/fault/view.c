@@ -1,5 +1,5 @@
 /* -fault_view: the parameters of a fault, and what its operators are and take. */
-#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipcompat.h>
 #include <stdio.h>
 
@@ -56,7 +56,7 @@ static PetscErrorCode ViewMatrix(SlipFault fault, const char what[], const char 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The preconditioner that the stages of a run will set up, set up here for all elements sliding and theta = T*: what is
+/* The preconditioner that the stages of a run will set up, set up here for all cells sliding and theta = T*: what is
    costly in it stays with the stiffness and the viscosity, so the run does not do it again. */
 static PetscErrorCode CreatePreconditioner(SlipFault fault, PC *pc)
 {
@@ -105,7 +105,7 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_INT, MPI_MIN, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_INT, MPI_MAX, fault->comm));
   PetscCall(PetscViewerASCIIPrintf(
-    viewer, "elements: %" PetscInt_FMT " on %d ranks, %" PetscInt_FMT " to %" PetscInt_FMT " on each\n", fault->N,
+    viewer, "cells: %" PetscInt_FMT " on %d ranks, %" PetscInt_FMT " to %" PetscInt_FMT " on each\n", fault->N,
     (int)size, least, most));
   PetscCall(CreatePreconditioner(fault, &pc));
   PetscCall(ViewMatrix(fault, "stiffness K", "K", fault->K, viewer));

@@ -1,5 +1,5 @@
 /* The forward pass: pure functions on arrays. */
-#include <slipstep/private/slippolicyimpl.h>
+#include <slipstep/private/slippolicy.h>
 
 static PetscReal Activate(SlipActivation activation, PetscReal y)
 {

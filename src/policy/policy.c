@@ -1,5 +1,5 @@
 /* SlipPolicy: a small network that maps an observation to a step size. Life of the object and what it holds. */
-#include <slipstep/private/slippolicyimpl.h>
+#include <slipstep/private/slippolicy.h>
 #include <slipsys.h>
 
 PetscClassId SLIP_POLICY_CLASSID;

@@ -1,5 +1,5 @@
 /* What one may ask of a SlipPolicy: observations, step bounds, attributes, digest; and its view. */
-#include <slipstep/private/slippolicyimpl.h>
+#include <slipstep/private/slippolicy.h>
 #include <stdlib.h>
 
 /* Attributes that a file holds as numbers, when their text is one; all others are strings. */

@@ -1,5 +1,5 @@
 /* A policy as a string of bytes: what ranks send each other and what the digest is taken of. */
-#include <slipstep/private/slippolicyimpl.h>
+#include <slipstep/private/slippolicy.h>
 
 /* A cursor that counts (bytes == NULL), writes, or reads. */
 typedef struct {

@@ -22,7 +22,7 @@ static PetscErrorCode SlipGetDense(Mat B, Mat *dense)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Local and global indices of the sliding elements; counts and displacements per rank */
+/* Local and global indices of the sliding cells; counts and displacements per rank */
 static PetscErrorCode SlipSlidingSet(Vec mask, PetscInt *nloc, PetscInt **loc, PetscMPIInt **counts,
                                      PetscMPIInt **displs, PetscInt **glob)
 {

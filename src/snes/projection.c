@@ -3,11 +3,11 @@
    This is the published solver of the problem class and the plain reference for the semismooth one. rho is 1/diag(B)
    times one factor for the block of rates, adapted as in self-adaptive projection methods (He and Liao 2002, JOTA 112):
    with the ratio rho |G(x') - G(x)| / |x' - x| in the norms of diag(B), shorten by 2/3 and repeat the step above 0.9,
-   lengthen by 3/2 below 0.3. A factor per element does not work: the change of an element's G is mostly its neighbours'
-   doing, so elements that are already at rest would shorten theirs to nothing. */
+   lengthen by 3/2 below 0.3. A factor per cell does not work: the change of an cell's G is mostly its neighbours'
+   doing, so cells that are already at rest would shorten theirs to nothing. */
 #include <slipstep/private/slipsnes.h>
-#include <slipstep/private/slipcone.h>
-#include <slipstep/private/sliplog.h>
+#include <slipstep/private/slipcore.h>
+#include <slipstep/private/slipsys.h>
 
 static const PetscReal ratio_high = 0.9, ratio_low = 0.3, shorten = 2.0 / 3.0, lengthen = 1.5;
 enum { max_trials = 20 };
@@ -41,7 +41,7 @@ static PetscErrorCode SlipProject(SlipConstraint con, Vec x, Vec rho, Vec x1)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sum over the elements of a_i^2 rho_i and b_i^2 / rho_i, a = g1 - g, b = x1 - x, and from them the ratio */
+/* Sum over the cells of a_i^2 rho_i and b_i^2 / rho_i, a = g1 - g, b = x1 - x, and from them the ratio */
 static PetscErrorCode SlipRatio(SlipConstraint con, Vec x, Vec x1, Vec g1, Vec rho, PetscReal *ratio)
 {
   PetscInt n;

@@ -1,6 +1,6 @@
 /* SNES "semismooth": Newton's method on the natural map of the cone.
 
-   A sliding element keeps its row of dG/dx plus the slope of its bound, a sticking one is an identity row, so each
+   A sliding cell keeps its row of dG/dx plus the slope of its bound, a sticking one is an identity row, so each
    step is a symmetric linear system on the sliding set (the primal-dual active set method when the bound is
    constant: Hintermueller, Ito and Kunisch 2003, SIAM J. Optim. 13).
 
@@ -9,7 +9,7 @@
    the weakening slope is left out of the step (a Picard step with the bound frozen): dG/dx is positive definite, the
    step goes down the stage's energy, and unstable solutions repel it. What it converges to has a positive definite
    Jacobian, so no stage ends on the wrong branch. */
-#include <slipstep/private/slipsemismooth.h>
+#include <slipstep/private/slipsnes.h>
 
 /* Share of the residual to which the model of an approximate operator is solved: it leaves about as much for its own
    error. */
@@ -18,7 +18,7 @@ static const PetscReal model_share = 1e-2;
 enum {
   patience = 4,      /* iterations in a row that an approximate operator may fail to halve the residual */
   model_steps = 200, /* Newton steps on a model */
-  model_sweep = 8    /* after so many of them projection steps help the sliding set to settle */
+  model_project = 8  /* after so many of them projection steps help the sliding set to settle */
 };
 
 /* Gives up the approximation when it hardly converges, as near instability, where little is left of dG/dx. */
@@ -91,8 +91,8 @@ static PetscErrorCode SemismoothModel(SNES snes, SlipConstraint con, Vec x, Pets
     PetscCall(
       PetscInfo(snes, "Model step %" PetscInt_FMT ": residual %g of %g\n", k, (double)con->norm, (double)target));
     ss->n_model++;
-    if (*ok && k % model_sweep == 0 && con->norm > target && !PetscIsInfOrNanReal(con->merit))
-      PetscCall(SlipSemismoothSweep(ss, con, x));
+    if (*ok && k % model_project == 0 && con->norm > target && !PetscIsInfOrNanReal(con->merit))
+      PetscCall(SlipSemismoothProject(ss, con, x));
   }
   con->model = NULL;
   PetscCall(SlipConstraintEvaluate(con, x));
@@ -185,7 +185,7 @@ static PetscErrorCode SNESSetFromOptions_Semismooth(SNES snes, SlipOptionItems P
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Semismooth Newton options");
   PetscCall(PetscOptionsInt("-snes_slip_direct_max",
-                            "Sliding elements, >= 0, up to which a dense Cholesky factorisation is used (350)", "",
+                            "Sliding cells, >= 0, up to which a dense Cholesky factorisation is used (350)", "",
                             ss->direct_max, &ss->direct_max, NULL));
   PetscCheck(ss->direct_max >= 0, PetscObjectComm((PetscObject)snes), PETSC_ERR_ARG_OUTOFRANGE,
              "-snes_slip_direct_max is %" PetscInt_FMT ", expected at least 0", ss->direct_max);
@@ -203,11 +203,11 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(
       viewer,
-      "  direct up to %" PetscInt_FMT " sliding elements; %" PetscInt_FMT " direct and %" PetscInt_FMT
+      "  direct up to %" PetscInt_FMT " sliding cells; %" PetscInt_FMT " direct and %" PetscInt_FMT
       " Krylov solves, %" PetscInt_FMT " indefinite Jacobians, %" PetscInt_FMT
       " times unstuck by projection, %" PetscInt_FMT " steps on models, %" PetscInt_FMT
       " times left an approximation\n",
-      ss->direct_max, ss->n_direct, ss->n_krylov, ss->n_picard, ss->n_sweeps, ss->n_model, ss->n_exact));
+      ss->direct_max, ss->n_direct, ss->n_krylov, ss->n_picard, ss->n_projections, ss->n_model, ss->n_exact));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -219,7 +219,7 @@ the cone |r| <= q
 + -snes_rtol <1e-10>          - largest natural residual over max(omega q) +
 max|G(0)|, dimensionless . -snes_max_it <50>           - iterations before the
 solve has failed
-- -snes_slip_direct_max <350> - sliding elements up to which a dense Cholesky
+- -snes_slip_direct_max <350> - sliding cells up to which a dense Cholesky
 factorisation is used, 0 for never
 
   Level: intermediate

@@ -1,5 +1,5 @@
 /* Steps of SNES "semismooth" (semismooth.c): direction, search, and what helps active sets that cycle. */
-#include <slipstep/private/slipsemismooth.h>
+#include <slipstep/private/slipsnes.h>
 
 /* Relative tolerance of a linear solve with an approximate operator, which is off by more than that. */
 static const PetscReal inexact = 5e-3;
@@ -7,7 +7,7 @@ static const PetscReal inexact = 5e-3;
 enum {
   halvings = 4,
   doublings = 40,
-  sweeps = 20 /* projection steps when stuck */
+  projections = 20 /* projection steps when stuck */
 };
 
 void SlipSemismoothForget(SNES_Semismooth *ss, SlipConstraint con)
@@ -111,7 +111,7 @@ PetscErrorCode SlipSemismoothDirection(SNES snes, SlipConstraint con, Vec x, Pet
 }
 
 /* Directional derivative of the stage's energy along dx at the point evaluated last: the balance of the sliding
-   elements */
+   cells */
 static PetscErrorCode SemismoothPush(SNES_Semismooth *ss, SlipConstraint con, PetscReal *push)
 {
   PetscScalar d;
@@ -149,7 +149,7 @@ static PetscErrorCode SemismoothExpand(SNES_Semismooth *ss, SlipConstraint con, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stops at zero the elements that the step from xs to x would turn round; sets of rows without a bound are left
+/* Stops at zero the cells that the step from xs to x would turn round; sets of rows without a bound are left
    alone. turned: whether there were any. */
 static PetscErrorCode SemismoothStop(SlipConstraint con, Vec xs, Vec x, PetscBool *turned)
 {
@@ -175,9 +175,9 @@ static PetscErrorCode SemismoothStop(SlipConstraint con, Vec xs, Vec x, PetscBoo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The full step, or, if that hardly lowers the merit, the better of it and of the one that turns no element round:
-   sliding that comes to rest seldom goes the other way at once, and sets of elements that turn round together in one
-   step and back in the next shrink by a few elements in each. */
+/* The full step, or, if that hardly lowers the merit, the better of it and of the one that turns no cell round:
+   sliding that comes to rest seldom goes the other way at once, and sets of cells that turn round together in one
+   step and back in the next shrink by a few cells in each. */
 static PetscErrorCode SemismoothFullStep(SNES_Semismooth *ss, SlipConstraint con, Vec x)
 {
   const PetscReal last = con->merit;
@@ -224,13 +224,13 @@ static PetscErrorCode SemismoothSearch(SNES_Semismooth *ss, SlipConstraint con, 
 }
 
 /* A few steps of the fixed point, which cannot cycle for small slopes */
-PetscErrorCode SlipSemismoothSweep(SNES_Semismooth *ss, SlipConstraint con, Vec x)
+PetscErrorCode SlipSemismoothProject(SNES_Semismooth *ss, SlipConstraint con, Vec x)
 {
   PetscFunctionBegin;
   PetscCall(VecCopy(con->rho, ss->rho));
-  for (PetscInt k = 0; k < sweeps; k++) PetscCall(SlipProjectionStep(con, x, ss->rho, ss->dx, ss->rhs));
+  for (PetscInt k = 0; k < projections; k++) PetscCall(SlipProjectionStep(con, x, ss->rho, ss->dx, ss->rhs));
   ss->stalls = 0;
-  ss->n_sweeps++;
+  ss->n_projections++;
   SlipSemismoothForget(ss, con);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -243,8 +243,8 @@ static PetscErrorCode SemismoothUnstick(SNES snes, SlipConstraint con, Vec x, Pe
   PetscFunctionBegin;
   ss->stalls = stalled ? ss->stalls + 1 : 0;
   if (ss->stalls < 3 || PetscIsInfOrNanReal(con->merit)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(snes, "Three steps without decrease: %d projection steps\n", (int)sweeps));
-  PetscCall(SlipSemismoothSweep(ss, con, x));
+  PetscCall(PetscInfo(snes, "Three steps without decrease: %d projection steps\n", (int)projections));
+  PetscCall(SlipSemismoothProject(ss, con, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

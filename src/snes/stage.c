@@ -1,7 +1,7 @@
 /* One stage as a SNES: natural residual, convergence, reaction. Shared by the semismooth and projection types. */
 #include <slipstep/private/slipsnes.h>
-#include <slipstep/private/slipcone.h>
-#include <slipstep/private/sliplog.h>
+#include <slipstep/private/slipcore.h>
+#include <slipstep/private/slipsys.h>
 
 static const char key[] = "SlipConstraint";
 
@@ -90,7 +90,7 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sticking elements to exactly zero, the reaction inside the cone, the element with the largest residual */
+/* Sticking cells to exactly zero, the reaction inside the cone, the cell with the largest residual */
 PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
 {
   PetscInt n, rstart;
@@ -241,7 +241,7 @@ PetscErrorCode SNESGetSlipConstraint(SNES snes, SlipConstraint *con)
 - x     - reduced: the initial guess
 
   Output Parameters:
-+ x       - the solution; sticking elements are exactly zero
++ x       - the solution; sticking cells are exactly zero
 . r       - the reaction: -q sign(x) where x != 0, inside [-q, q] elsewhere
 - resnorm - largest natural residual divided by max(omega q) + max|G(0)| (NULL allowed)
 
@@ -250,7 +250,7 @@ PetscErrorCode SNESGetSlipConstraint(SNES snes, SlipConstraint *con)
   Note:
   Look at SNESGetConvergedReason() before using the result.
 
-.seealso: SNESSetSlipConstraint(), SNESSlipGetWorstElement()
+.seealso: SNESSetSlipConstraint(), SNESSlipGetWorstCell()
 @*/
 PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec r, PetscReal *resnorm)
 {
@@ -279,7 +279,7 @@ PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec 
 }
 
 /*@
-  SNESSlipGetWorstElement - the element with the largest natural residual of the last solve, for error messages
+  SNESSlipGetWorstCell - the cell with the largest natural residual of the last solve, for error messages
 
   Not collective
 
@@ -287,20 +287,20 @@ PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec 
 . snes - the solver
 
   Output Parameters:
-+ element  - its number: its global index in x, or its row in the mesh's file; -1 before any solve (NULL allowed)
++ cell  - its number: its global index in x, or its row in the mesh's file; -1 before any solve (NULL allowed)
 - residual - that residual, relative (NULL allowed)
 
   Level: advanced
 
 .seealso: SNESSlipSolveStage()
 @*/
-PetscErrorCode SNESSlipGetWorstElement(SNES snes, PetscInt *element, PetscReal *residual)
+PetscErrorCode SNESSlipGetWorstCell(SNES snes, PetscInt *cell, PetscReal *residual)
 {
   SlipConstraint con;
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintQuery(snes, &con));
-  if (element) *element = con->number && con->worst >= 0 ? con->number[con->worst] : con->worst;
+  if (cell) *cell = con->number && con->worst >= 0 ? con->number[con->worst] : con->worst;
   if (residual) *residual = con->resnorm;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,5 @@
 /* Data carried by objects of PETSc's (PetscObjectContainerCompose() of later PETSc releases). */
-#include <slipstep/private/slipcompose.h>
+#include <slipstep/private/slipsys.h>
 
 /* The container is each process's own, since one process may have data where another has none. */
 PetscErrorCode SlipObjectComposeData(PetscObject obj, const char name[], void *data,

@@ -1,6 +1,6 @@
 /* Errors of programs: one clear line for the user, and the same error on every process. */
 #include <slipsys.h>
-#include <slipstep/private/sliperror.h>
+#include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipcompat.h>
 #include <stdarg.h>
 #include <stdio.h>

@@ -1,7 +1,6 @@
 /* Events and stages of -log_view, and products of any Mat as an event of their own. */
 #include <slipstep.h>
-#include <slipstep/private/slipcompose.h>
-#include <slipstep/private/sliplog.h>
+#include <slipstep/private/slipsys.h>
 
 PetscLogStage SLIP_STAGE_SETUP, SLIP_STAGE_RUN, SLIP_STAGE_OUTPUT;
 PetscLogEvent SLIP_StiffnessSetUp, SLIP_StiffnessMult, SLIP_ViscositySetUp, SLIP_ViscosityMult, SLIP_StageMult;

@@ -221,7 +221,7 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   TSSetIFunction() problem with a constant mass matrix; with one (TSBatheSetConstraint()) stages are solved by
   SNESSEMISMOOTH or SNESPROJECTION on the constraint's reduced unknowns.
 
-  The embedded estimate is zero in the rate rows of elements that stick at the end of the step: their rate is exact
+  The embedded estimate is zero in the rate rows of cells that stick at the end of the step: their rate is exact
   there, and their jump in acceleration is no error of the method. Their displacement and slip rows keep it.
 
   The embedded estimate costs no solve. It needs w' at the start: a problem given by TSSetIFunction() only does not say

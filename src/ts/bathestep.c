@@ -209,8 +209,8 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   if (ts->steprollback && unchanged && !fresh) PetscFunctionReturn(PETSC_SUCCESS); /* X0, r0, K0 are still those */
   PetscCall(VecCopy(ts->vec_sol, ba->X0));
   if (ba->con) {
-    /* Stage 2's reaction of an element that has just stopped holds the impulse that stopped it. Carried into the next
-       trapezoidal stage it would push the element off again: what rests is held by the static balance. */
+    /* Stage 2's reaction of an cell that has just stopped holds the impulse that stopped it. Carried into the next
+       trapezoidal stage it would push the cell off again: what rests is held by the static balance. */
     if (!ba->r_given) PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
     ba->r_given = PETSC_FALSE;
     PetscCall(VecCopy(ba->r, ba->r0));
@@ -235,7 +235,7 @@ static PetscErrorCode TSBatheRunMonitors(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the last solve was worst: element of the constraint, or entry of the SNES residual */
+/* Where the last solve was worst: cell of the constraint, or entry of the SNES residual */
 static PetscErrorCode TSBatheWorst(TS ts, PetscInt *index, PetscReal *residual)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -243,7 +243,7 @@ static PetscErrorCode TSBatheWorst(TS ts, PetscInt *index, PetscReal *residual)
 
   PetscFunctionBegin;
   if (ba->con) {
-    PetscCall(SNESSlipGetWorstElement(ts->snes, index, residual));
+    PetscCall(SNESSlipGetWorstCell(ts->snes, index, residual));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SNESGetFunction(ts->snes, &f, NULL, NULL));
@@ -271,7 +271,7 @@ static PetscErrorCode TSBatheFailed(TS ts)
     SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_NOT_CONVERGED,
             "%" PetscInt_FMT
             " attempts in a row did not converge (-ts_bathe_max_failures) at time %g, step %" PetscInt_FMT
-            "; the last tried dt = %g and ended as %s, largest residual %g in element %" PetscInt_FMT,
+            "; the last tried dt = %g and ended as %s, largest residual %g in cell %" PetscInt_FMT,
             ba->failures, (double)ts->ptime, ts->steps, (double)h, SNESConvergedReasons[ba->last.reason],
             (double)residual, worst);
   }

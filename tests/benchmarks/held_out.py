@@ -7,7 +7,7 @@ ones.
     tests/benchmarks/held_out.py --cases one --limit 8 --folder output/quick
 
 Runs are done by the program `fault`, as a user would, and kept in FOLDER/runs.jsonl: an interrupted benchmark goes on
-where it was. With --sparse the 40 single elements take 25 s and the heterogeneous meshes 20 s of one core; the 50 x 50
+where it was. With --sparse the 40 single cells take 25 s and the heterogeneous meshes 20 s of one core; the 50 x 50
 meshes take most of the rest. Writes FOLDER/held_out.h5, FOLDER/summary.png, FOLDER/curves_*.png. Cases and their
 distribution: held_out_cases.py; what "best classical controller at the same error" means: held_out_score.py. Needs
 numpy, h5py, matplotlib.

@@ -1,11 +1,11 @@
 """The faults of the held-out benchmark, none of them seen in training, and the controllers that run them.
 
-One element: 40 faults drawn from SINGLE, log-uniform, by a fixed seed; draws that violate PLAUSIBLE are repeated. The
+One cell: 40 faults drawn from SINGLE, log-uniform, by a fixed seed; draws that violate PLAUSIBLE are repeated. The
 excess over the strength at the start grows like exp(rate t); the duration is the time that takes and half a period of
 the oscillation after it, in which the event happens, times a factor of 1.3 to 2.5.
-Meshes: the faults of 3, 4 and 5 km at 25 x 25 and 50 x 50 elements, all else at its default.
-Heterogeneous: 10 faults of 4 x 4 to 12 x 12 square elements; normal stress, friction drop, residual friction and
-weakening slip vary from element to element, by a random field of a few waves and white noise, so that elements slip and
+Meshes: the faults of 3, 4 and 5 km at 25 x 25 and 50 x 50 cells, all else at its default.
+Heterogeneous: 10 faults of 4 x 4 to 12 x 12 square cells; normal stress, friction drop, residual friction and
+weakening slip vary from cell to cell, by a random field of a few waves and white noise, so that cells slip and
 stick at different times.
 """
 
@@ -65,7 +65,7 @@ class Case:
     tstar: float
     duration: float
     tolerances: list
-    fields: str = ""  # file of per-element parameters
+    fields: str = ""  # file of per-cell parameters
 
 
 def log_uniform(random, low, high):
@@ -78,14 +78,14 @@ def rounded(x):
 
 
 def event_time(weakening, damping, perturbation, tstar):
-    """When a single element's event is over, roughly [s]: the excess grows from its first value to 1 at the rate of
+    """When a single cell's event is over, roughly [s]: the excess grows from its first value to 1 at the rate of
     x'' + 2 zeta x' + (1 - W) x = 0, then half a damped period of the oscillation follows (time in T*)."""
     rate = np.sqrt(damping ** 2 + weakening - 1) - damping
     return tstar * (np.log(1 / perturbation) / rate + np.pi / np.sqrt(1 - damping ** 2))
 
 
 def draw_single(random):
-    """Parameters of one element and T*, weakening over stiffness."""
+    """Parameters of one cell and T*, weakening over stiffness."""
     while True:
         p = {name: rounded(log_uniform(random, low, high)) for name, (low, high, _) in SINGLE.items()}
         p["thickness"] = rounded(p["thickness"] * p["length_x"])
@@ -106,7 +106,7 @@ def single_cases(count=SINGLE_COUNT, seed=SEED):
         p, tstar, weakening = draw_single(random)
         duration = log_uniform(random, *DURATION) * event_time(weakening, p["damping_ratio"], p["initial_perturbation"], tstar)
         p.update(length_z=p["length_x"], normal_stress_gradient=0, nx=1, nz=1)
-        cases.append(Case(f"one {k + 1:02d}", "one element", fault_options(p), tstar, rounded(duration), TOLERANCES))
+        cases.append(Case(f"one {k + 1:02d}", "one cell", fault_options(p), tstar, rounded(duration), TOLERANCES))
     return cases
 
 
@@ -134,7 +134,7 @@ def random_field(random, nz, nx):
 
 
 def draw_mixed(random, path):
-    """Write the per-element parameters of one fault to a file; its options, T* and mean weakening over stiffness."""
+    """Write the per-cell parameters of one fault to a file; its options, T* and mean weakening over stiffness."""
     nx, nz = (4 + int(9 * random.random()) for _ in range(2))
     p = {name: rounded(log_uniform(random, low, high)) for name, (low, high, _) in MIXED.items()}
     weakening = p.pop("weakening")
@@ -155,7 +155,7 @@ def mixed_cases(folder, count=MIXED_COUNT, seed=SEED):
     for k in range(count):
         path = os.path.join(folder, f"mixed_{k + 1:02d}.h5")
         p, tstar, weakening = draw_mixed(random, path)
-        # elements differ in their weakening: the slowest part sets the pace, so more time than for one element
+        # cells differ in their weakening: the slowest part sets the pace, so more time than for one cell
         duration = 2 * event_time(max(0.6 * weakening, 1.5), p["damping_ratio"], 1e-5, tstar)
         cases.append(Case(f"mixed {k + 1:02d}, {p['nz']} x {p['nx']}", "heterogeneous", fault_options(p) + ["-fault_parameters", path],
                           tstar, rounded(duration), TOLERANCES, path))

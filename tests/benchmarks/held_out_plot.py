@@ -105,8 +105,8 @@ def summary(path, table):
 def draw(folder, classical, ours, table):
     names = list(dict.fromkeys(r["case"] for r in classical))
     groups = {r["case"]: r["group"] for r in classical}
-    single = [n for n in names if groups[n] == "one element"]
-    others = [n for n in names if groups[n] != "one element"]
+    single = [n for n in names if groups[n] == "one cell"]
+    others = [n for n in names if groups[n] != "one cell"]
     for title, chosen, columns in (("one", single, 8), ("mesh", others, 4)):
         if chosen:
             curves(os.path.join(folder, f"curves_{title}.png"), classical, ours, chosen, min(columns, len(chosen)))

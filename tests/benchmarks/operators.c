@@ -1,5 +1,5 @@
 static const char help[] =
-  "One operator of the 3 km fault on n x n elements: time of set-up and of a product, memory, or iterations of CG.\n"
+  "One operator of the 3 km fault on n x n cells: time of set-up and of a product, memory, or iterations of CG.\n"
   "  mpirun -n 2 operators -bench_kind k_fft -bench_n 100\n"
   "Prints one \"name value\" a line, in SI units. tests/benchmarks/run.sh runs it for many sizes.\n\n";
 
@@ -188,7 +188,7 @@ static const struct {
 
 /* ---- measuring ---- */
 
-/* Numbers in (-1, 1) that depend on the element and the draw only, not on the rank. */
+/* Numbers in (-1, 1) that depend on the cell and the draw only, not on the rank. */
 static PetscErrorCode Fill(PetscInt draw, Vec x)
 {
   PetscInt start, end;
@@ -316,7 +316,7 @@ static PetscErrorCode RunOperator(Bench *b, const char kind[])
   PetscFunctionReturn(0);
 }
 
-/* 1 on the elements that slide: an ellipse in the middle, about 60 % of the fault. */
+/* 1 on the cells that slide: an ellipse in the middle, about 60 % of the fault. */
 static PetscErrorCode FillMask(Bench *b, Vec mask)
 {
   PetscInt start, end;
@@ -394,7 +394,7 @@ static PetscErrorCode Run(void)
   PetscOptionsBegin(b.comm, NULL, "Benchmark of operators", "");
   PetscCall(PetscOptionsString("-bench_kind", "k_dense, k_fft, k_hmat, h_sqrtm, h_spectral, h_lanczos, b, pc or cg", "",
                                kind, kind, sizeof(kind), NULL));
-  PetscCall(PetscOptionsInt("-bench_n", "Elements along strike and in depth", "", b.n, &b.n, NULL));
+  PetscCall(PetscOptionsInt("-bench_n", "Cells along strike and in depth", "", b.n, &b.n, NULL));
   PetscCall(PetscOptionsReal("-bench_step", "Length of a time step for cg [T*]", "", b.step, &b.step, NULL));
   PetscCall(PetscOptionsString("-bench_cache", "Directory of the exact viscosity's cache, none if not given", "",
                                b.cache, b.cache, sizeof(b.cache), NULL));

@@ -31,7 +31,7 @@ def table(file, name):
 
 
 def curve(ax, columns, chosen, quantity, label, color, style="-", scale=1.0):
-    """quantity against the number of elements, for the rows chosen; nothing when there are none."""
+    """quantity against the number of cells, for the rows chosen; nothing when there are none."""
     if quantity not in columns:
         return
     chosen = chosen & (columns[quantity] > 0)
@@ -101,7 +101,7 @@ def draw(source, target):
     draw_runs(axes[1, 2], runs)
     sizes = sorted({int(n) for columns in (operators, iterations, runs) for n in columns.get("n", ())})
     for ax in axes.flat:
-        ax.set_xlabel("elements")
+        ax.set_xlabel("cells")
         ax.set_xticks([n * n for n in sizes], [f"${n}^2$" for n in sizes])
         ax.minorticks_off()
         ax.grid(alpha=0.3)

@@ -46,7 +46,7 @@ UNITS = {"setup": "s", "product": "s", "solve": "s", "wall": "s", "mean_slip": "
 def arguments():
     parser = argparse.ArgumentParser(description="Benchmark of the operators, the linear solver and full runs of the 3 km fault.")
     parser.add_argument("--quick", action="store_true", help="sizes up to 25 and short runs: less than a minute")
-    parser.add_argument("--max-n", type=int, default=200, metavar="N", help="largest number of elements a side (default 200)")
+    parser.add_argument("--max-n", type=int, default=200, metavar="N", help="largest number of cells a side (default 200)")
     parser.add_argument("--output", default=os.path.join(ROOT, "output", "benchmark.h5"), metavar="F.h5")
     parser.add_argument("--build", default=os.path.join(ROOT, "build"), metavar="DIR")
     parser.add_argument("--timeout", type=float, default=3600, metavar="S", help="longest time of a cell [s] (default 3600)")

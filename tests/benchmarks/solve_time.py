@@ -35,7 +35,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--build", default=os.path.join(ROOT, "build"))
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--sizes", type=int, nargs="+", default=[25, 50], help="elements along strike and in depth")
+    parser.add_argument("--sizes", type=int, nargs="+", default=[25, 50], help="cells along strike and in depth")
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--output", help="HDF5 file for the table")
     return parser.parse_args()
@@ -70,7 +70,7 @@ def main():
     controllers = {"heuristic": ["-ts_adapt_type", "heuristic"],
                    "rl": ["-ts_adapt_type", "rl", "-ts_adapt_rl_policy", policy]}
     rows = []
-    print("elements  controller  ranks  solves  set-up (s)  solve (s)  spread  plain (s)  plain/ours")
+    print("cells  controller  ranks  solves  set-up (s)  solve (s)  spread  plain (s)  plain/ours")
     for size in o.sizes:
         for name, options in controllers.items():
             plain = measure(o.build, 1, size, options + PLAIN, 1)["solve"]

@@ -13,7 +13,7 @@ files() { find cache -type f | wc -l; }
 "$SLIPSTEP_PYTHON" - <<'P' || exit 77
 import h5py
 import numpy as np
-# a stiffness of 1505 elements from a file: exponential decay, positive definite
+# a stiffness of 1505 cells from a file: exponential decay, positive definite
 x = np.arange(1505.0)
 with h5py.File("k.h5", "w") as f:
     f["stiffness"] = 3e7 * np.exp(-np.abs(x[:, None] - x[None, :]))

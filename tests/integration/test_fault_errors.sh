@@ -254,7 +254,7 @@ with h5py.File("old.h5") as f:
     assert np.all(f["series/mean_slip"][1:] > 0) and np.all(f["fields/slip"][1:] > 0)
 PY
 
-# More ranks than elements: either the run of one rank, or one clear error.
+# More ranks than cells: either the run of one rank, or one clear error.
 "$fault" -fault_nx 2 -fault_nz 1 -ts_max_time 2 >one.txt 2>err.txt || failed=1
 for storage in "-fault_operator auto" "-fault_operator fft" "-fault_operator hmat -fault_viscosity lanczos"; do
   read -r -a args <<<"$storage"
@@ -263,9 +263,9 @@ for storage in "-fault_operator auto" "-fault_operator fft" "-fault_operator hma
   if [ $code = 0 ]; then
     paste <(grep "final mean slip" one.txt) <(grep "final mean slip" out.txt) |
       awk '{d = $4 - $9; exit !($4 > 0 && (d < 0 ? -d : d) <= 1e-9 * $4)}' ||
-      fail "$storage on 4 ranks for 2 elements: another slip"
-  elif [ $code = 124 ] || [ "$(grep -c "fault: error: 4 processes for 2 elements" err.txt)" != 1 ]; then
-    fail "$storage on 4 ranks for 2 elements: exit code $code, $(cat err.txt)"
+      fail "$storage on 4 ranks for 2 cells: another slip"
+  elif [ $code = 124 ] || [ "$(grep -c "fault: error: 4 processes for 2 cells" err.txt)" != 1 ]; then
+    fail "$storage on 4 ranks for 2 cells: exit code $code, $(cat err.txt)"
   fi
 done
 

@@ -78,7 +78,7 @@ check(abs(dense[1] / (dense[0] * 64 * 127) - 1) < 1e-2, f"dense: {dense[1]} flop
 sys.exit(failed)
 P
 
-# The operators of a view, from rank counts 1 and 2; 1600 elements.
+# The operators of a view, from rank counts 1 and 2; 1600 cells.
 grid=(-fault_nx 40 -fault_nz 40 -ts_max_time 0.1 -fault_view)
 run "$fault" "${grid[@]}" -fault_operator dense && mv log dense1
 run mpirun --oversubscribe -n 2 "$fault" "${grid[@]}" -fault_operator dense && mv log dense2
@@ -87,13 +87,13 @@ run "$fault" "${grid[@]}" -fault_cache_dir cache && mv log fft1
 run mpirun --oversubscribe -n 2 "$fault" "${grid[@]}" -fault_cache_dir cache && mv log fft2
 run "$fault" -fault_nx 30 -fault_nz 30 -fault_operator hmat -ts_max_time 0.1 -fault_view && mv log hmat1
 expect() { grep -qE -- "$2" "$1" || { echo "FAILED: no line \"$2\" in $1:"; cat "$1"; failed=1; }; }
-expect dense1 "elements: 1600 on 1 ranks, 1600 to 1600 on each"
-expect dense2 "elements: 1600 on 2 ranks, 800 to 800 on each"
+expect dense1 "cells: 1600 on 1 ranks, 1600 to 1600 on each"
+expect dense2 "cells: 1600 on 2 ranks, 800 to 800 on each"
 expect dense1 "stiffness K: seqdense \(dense as asked\)"
 expect dense1 "memory of K: $((8 * 1600 * 1600)) bytes \(20.5 MB\) at most on a rank, 20.5 MB in all, 100.00 %"
 expect dense2 "memory of H: $((4 * 1600 * 1600)) bytes \(10.2 MB\) at most on a rank, 20.5 MB in all, 100.00 %"
 expect dense1 "cache: none \(-fault_cache_dir\)"
-expect fft1 "stiffness K: slipfft \(auto: a uniform grid of more than 256 elements\)"
+expect fft1 "stiffness K: slipfft \(auto: a uniform grid of more than 256 cells\)"
 expect fft1 "viscosity H: [a-z]+ \(sqrtm"
 expect fft1 "memory of the preconditioner, .* bytes"
 expect fft1 "cache: not found, written to cache/"

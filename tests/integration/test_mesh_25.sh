@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The 3 km fault of 25 x 25 elements: error of the heuristic run, cost and success of its stages, and the same results
+# The 3 km fault of 25 x 25 cells: error of the heuristic run, cost and success of its stages, and the same results
 # on 1, 2 and 4 ranks under the heuristic and under the shipped policy.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"

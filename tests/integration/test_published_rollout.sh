@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The rollout that the study's authors recorded with their policy on one element: step times to 1e-3 s, final mean slip
+# The rollout that the study's authors recorded with their policy on one cell: step times to 1e-3 s, final mean slip
 # to 1e-3 relative.
 set -euo pipefail
 build=${SLIPSTEP_BUILD:?} source=${SLIPSTEP_SOURCE:?} python=${SLIPSTEP_PYTHON:-python3}

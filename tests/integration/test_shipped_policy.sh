@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The shipped policy, trained on single elements and meshes of up to 7 x 7, on finer meshes of the 3 km fault and of the
+# The shipped policy, trained on single cells and meshes of up to 7 x 7, on finer meshes of the 3 km fault and of the
 # 5 km fault: at three positions of the accuracy dial the error of the final mean slip against a fine run keeps within
 # the dial, with fewer solves than the classical controllers need by far; and more accuracy costs more solves. The fine
 # run takes constant steps, 600 of them: of second order, and 100 steps were measured at 0.13 % on a 15 x 15 mesh, so it

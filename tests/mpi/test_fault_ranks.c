@@ -78,7 +78,7 @@ static PetscErrorCode CheckFile(const char file[], const Outcome *out)
              "%" PetscInt_FMT " rows in /steps", dims[0]);
   PetscCall(PetscFree(x));
   PetscCall(SlipH5ReadReal(&h, "/mesh/normal_stress", 2, dims, &x));
-  PetscCall(Same("normal stress of the last element", x[NX * NZ - 1], 15e3 * 2700)); /* centre of the deepest row */
+  PetscCall(Same("normal stress of the last cell", x[NX * NZ - 1], 15e3 * 2700)); /* centre of the deepest row */
   PetscCall(PetscFree(x));
   PetscCall(SlipH5ReadAttrReal(&h, "/result", "mean_slip", &slip));
   PetscCall(Same("/result mean_slip", slip, out->obs.mean_slip));

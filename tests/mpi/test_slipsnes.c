@@ -14,7 +14,7 @@ static PetscReal chain(PetscInt i, PetscInt j, PetscInt n)
   return i == j ? 3.0 : -1.0 / (1.0 + d * d * d);
 }
 
-/* Elements near the middle are loaded beyond their strength. strength_i in [0, 1.2]; one row has no bound at all. */
+/* Cells near the middle are loaded beyond their strength. strength_i in [0, 1.2]; one row has no bound at all. */
 static PetscErrorCode Chain(MPI_Comm comm, Sliders *p, Vec *w)
 {
   PetscInt first, last;

@@ -1,6 +1,6 @@
 """The readers and figures of output/, on a synthetic file with the layout of the output format.
 
-The synthetic run is a slip pulse with a known integral, on 6 x 4 elements, with two rejected attempts.
+The synthetic run is a slip pulse with a known integral, on 6 x 4 cells, with two rejected attempts.
 """
 
 import os

@@ -198,7 +198,7 @@ static void test_rollback_restores_reaction(void **state)
 }
 
 /* A stage that cannot converge: no iteration is allowed. Every attempt is recorded with residual 2 a solve, the state
-   stays that of the start, and after the allowed number the error names time, step and element. */
+   stays that of the start, and after the allowed number the error names time, step and cell. */
 typedef struct {
   PetscInt calls;
   PetscReal residual, next, v;
@@ -259,7 +259,7 @@ static void test_failure(void **state)
   assert_int_equal((int)ierr, PETSC_ERR_NOT_CONVERGED);
   assert_non_null(strstr(message, "-ts_bathe_max_failures"));
   assert_non_null(strstr(message, "time 0"));
-  assert_non_null(strstr(message, "element 0"));
+  assert_non_null(strstr(message, "cell 0"));
   assert_non_null(strstr(message, "DIVERGED_MAX_IT"));
   assert_int_equal(log.calls, 4);
   assert_true(fabs(log.next - 0.9 / 27.0) < 1e-15);

@@ -1,4 +1,4 @@
-/* The 3 km fault with one element, constant steps: errors of the final slip of a prototype. */
+/* The 3 km fault with one cell, constant steps: errors of the final slip of a prototype. */
 #include "unit.h"
 #include "sliders.h"
 
@@ -12,7 +12,7 @@ static PetscReal stiffness(PetscInt i, PetscInt j, PetscInt n)
   return G / L;
 }
 
-/* The element and its critical start */
+/* The cell and its critical start */
 static PetscErrorCode FaultCreate(Sliders *p, Vec *w)
 {
   const PetscReal K = G / L, M = rho * L, zeta = 0.8 / 3.0;
@@ -46,7 +46,7 @@ static PetscErrorCode FinalSlip(TSBatheReaction reaction, PetscInt steps, PetscR
 }
 
 /* Reference: classical RK4 of the sliding phase, from rest until the velocity returns to zero, 2e5 steps. The start is
-   an instability (initial acceleration 1e-5 of the strength), after which the element sticks for good. */
+   an instability (initial acceleration 1e-5 of the strength), after which the cell sticks for good. */
 static PetscReal Reference(void)
 {
   const PetscReal K = G / L, M = rho * L, H = 2.0 * 0.8 / 3.0 * PetscSqrtReal(M * K);
@@ -90,7 +90,7 @@ static void test_errors_of_final_slip(void **state)
   check(TSBATHE_REACTION_TRAPEZOIDAL, 100, 0.09, 0.0051);
 }
 
-/* The published rollout on one element (TQC policy, alpha = 1), its steps replayed: implicit reaction, step doubling,
+/* The published rollout on one cell (TQC policy, alpha = 1), its steps replayed: implicit reaction, step doubling,
    the state advancing with the two halves. Accepted times [s], mean slip rate [m/s] and displacement [mm] as its
    authors recorded them; the last step of 5.9 s jumps over the whole peak, so the cone solver must take the branch that
    theirs took. */

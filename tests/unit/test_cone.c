@@ -7,7 +7,7 @@
 #include <slipstep.h>
 
 /* The library keeps these functions to itself, so the test compiles them again. */
-#include "../../src/snes/cone.c"
+#include "../../src/core/cone.c"
 
 static void test_projections(void **state)
 {

@@ -2,7 +2,7 @@
 #include "unit.h"
 #include <math.h>
 
-/* The reference fault with one element for three seconds. */
+/* The reference fault with one cell for three seconds. */
 typedef struct {
   SlipFault fault;
   TS ts;
@@ -143,7 +143,7 @@ static PetscReal rest_time(Run *r)
 }
 
 /* At rest without load: for ever. At the instability: not at all. Under load: until the traction H v_inf + K v_inf t
-   reaches the strength mu sigma; one element's K is G/Ly and its H is 2 zeta sqrt(M K). */
+   reaches the strength mu sigma; one cell's K is G/Ly and its H is 2 zeta sqrt(M K). */
 static void rest(void **state)
 {
   const PetscReal rate = 1e-3, stiffness = 30e9 / 3000, mass = 2500 * 3000., strength = 0.6 * 15e3 * 1500;

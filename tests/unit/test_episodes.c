@@ -47,7 +47,7 @@ static void rewards(void **state)
   (void)state;
   o.names[0] = name;
   ok(RewardFind("dial", &o.reward));
-  for (int k = 0; k < 2; k++) { /* one element, and a mesh */
+  for (int k = 0; k < 2; k++) { /* one cell, and a mesh */
     EnvInstance instance = {.drawn = PETSC_TRUE, .value = {12 + k, k ? 0.1 : 0.9, 1e-2}};
     Environment env;
     EnvResult r;
@@ -65,7 +65,7 @@ static void rewards(void **state)
     const double penalties = EpisodeCost(&run, 1e-2) - log((double)run.solves + 1);
 
     assert_true(penalties > 0.1);
-    print_message("%d elements: %d solves, penalties %.3f\n", (int)e->plain.n, (int)run.solves, penalties);
+    print_message("%d cells: %d solves, penalties %.3f\n", (int)e->plain.n, (int)run.solves, penalties);
     assert_true(fabs(r.total + penalties + (double)run.solves / (2.5 * pow(1e-2, -0.36))) < 1e-8);
     ok(EpisodeDestroy(&e));
   }
@@ -195,7 +195,7 @@ static void plain(void **state)
     ok(EpisodeCreate(seed, seed % 3 ? 1 + (PetscInt)(seed % 3) : 1, &e));
     ok(EpisodeRun(e, p, 1e-2, &a));
     ok(EpisodeRunLibrary(e, p, 1e-2, &l));
-    print_message("%d elements: %d and %d solves, error %.3e, difference %.1e\n", (int)e->plain.n, (int)a.solves,
+    print_message("%d cells: %d and %d solves, error %.3e, difference %.1e\n", (int)e->plain.n, (int)a.solves,
                   (int)l.solves, l.slip_error, fabs(a.slip_error - l.slip_error));
     assert_int_equal(a.solves, l.solves);
     assert_int_equal(a.failures, l.failures);
@@ -265,7 +265,7 @@ static void plain_small(void **state)
   }
 }
 
-/* Every draw lies in bounds that the fault accepts, and elements of a mesh differ. */
+/* Every draw lies in bounds that the fault accepts, and cells of a mesh differ. */
 static void draws(void **state)
 {
   FaultDraw d;

@@ -1,6 +1,6 @@
 /* The fault without an integrator: parameters and their errors, files, scaling, critical state, elimination, energy. */
 #include "unit.h"
-#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipfault.h>
 #include <math.h>
 #include <unistd.h>
 
@@ -100,7 +100,7 @@ static void WriteField(const char file[], const char name[], PetscInt nz, PetscI
   ok(SlipH5Close(&h));
 }
 
-/* The set-up of nx x nz elements with this option fails, and says want. */
+/* The set-up of nx x nz cells with this option fails, and says want. */
 static void Refuses(PetscInt nx, PetscInt nz, const char option[], const char value[], const char want[])
 {
   SlipFault fault = Make(nx, nz);
@@ -317,7 +317,7 @@ static void observations(void **state)
   assert_true(fabs(x + 1.00001) < 1e-11);
   ok(SlipFaultObserve(fault, w, "velocity", &x, &known));
   assert_true(known && x == 0);
-  ok(VecSetValue(w, 3 * 4, 0.63, INSERT_VALUES)); /* v of element 4 */
+  ok(VecSetValue(w, 3 * 4, 0.63, INSERT_VALUES)); /* v of cell 4 */
   ok(VecAssemblyBegin(w));
   ok(VecAssemblyEnd(w));
   ok(SlipFaultObserve(fault, w, "velocity", &x, &known));

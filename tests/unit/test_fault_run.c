@@ -1,7 +1,7 @@
 /* The fault under TSBATHE with constant steps: errors of a prototype, the cone, the balance of energy. */
 #include "unit.h"
 #include "faultstart.h"
-#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipfault.h>
 #include <math.h>
 
 /* A run of `steps` equal steps. */
@@ -48,7 +48,7 @@ static PetscReal Percent(PetscInt n, PetscInt steps, TSBatheReaction reaction, P
   return 100 * fabs(FinalSlip(n, steps, reaction) / fine - 1);
 }
 
-/* The fine runs' own errors are below 0.001 % (one element, 20000 steps) and 0.002 % (15 x 15, 2000 steps). */
+/* The fine runs' own errors are below 0.001 % (one cell, 20000 steps) and 0.002 % (15 x 15, 2000 steps). */
 static void errors_of_one_element(void **state)
 {
   const PetscReal fine = FinalSlip(1, 20000, TSBATHE_REACTION_TRAPEZOIDAL);
@@ -78,7 +78,7 @@ static void errors_of_a_mesh(void **state)
 /* After every accepted step: |tau| <= q; where v != 0, tau = -q sign(v). */
 typedef struct {
   PetscReal worst;          /* largest violation over q */
-  PetscInt sticking, moves; /* element-steps of either kind */
+  PetscInt sticking, moves; /* cell-steps of either kind */
 } Cone;
 
 static PetscErrorCode CheckCone(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
@@ -132,7 +132,7 @@ static void cone_holds(void **state)
     Open(&c, 6, 5, 20, 200);
     ok(TSBatheAddAttemptMonitor(c.ts, CheckCone, &cone));
     ok(TSSolve(c.ts, c.w));
-    assert_true(cone.worst < 1e-12); /* rounding: tau is set from q on every element */
+    assert_true(cone.worst < 1e-12); /* rounding: tau is set from q on every cell */
     assert_int_equal(200 * 30, cone.sticking + cone.moves);
     print_message("%s: violation %g, %d sticking, %d sliding\n", laws[l], (double)cone.worst, (int)cone.sticking,
                   (int)cone.moves);
@@ -191,7 +191,7 @@ static PetscReal EnergyResidual(PetscReal loading, PetscReal time, PetscInt step
   return fabs(b.residual) / b.dissipated;
 }
 
-/* Six seconds, in which every element slides all the time: the integrator and the quadrature of the powers are both of
+/* Six seconds, in which every cell slides all the time: the integrator and the quadrature of the powers are both of
    order 2, so halving the step must divide the residual by 4, within 10 % for what is left of the next order. */
 static void energy_balance(void **state)
 {

@@ -1,6 +1,6 @@
 /* Friction laws: values at known points, derivatives against Richardson's extrapolated central differences. */
 #include "unit.h"
-#include <slipstep/private/slipfaultimpl.h>
+#include <slipstep/private/slipfault.h>
 #include <math.h>
 
 static const SlipFriction p = {0.5, 0.1, 0.08, 0.05};

@@ -96,7 +96,7 @@ static PetscReal WorstContraction(Mat K)
   return worst;
 }
 
-/* What the approximation of planeroot.c is for: a few per cent where an image stands for the free surface. Nothing
+/* What the approximation of toeplitz_root.c is for: a few per cent where an image stands for the free surface. Nothing
    bounds it in theory; the prototype found at most 0.020 at 30 x 30, and 0.08 when the image was left out, as it is for
    a fault that is buried by half its depth. */
 static void test_contraction_on_grids(void **state)
@@ -204,7 +204,7 @@ static void CheckCorrected(Mat B, Mat exact, PetscInt first, PetscInt last)
    directions it knows at any: on all of 20, and of 30, more than it keeps, on the last. Images have the tolerance of
    1e-10, ten times that where earlier directions cover most of one, and the small matrices no condition worse than that
    of B, below 1e3: 1e-6 is above all that and far below the 0.1 that the approximation is off by. Symmetry: rounding.
-   Convergence: the bound of correction.c. */
+   Convergence: the bound of secant.c. */
 static void test_correction(void **state)
 {
   PetscReal data[5 * N];

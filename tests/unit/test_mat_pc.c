@@ -207,7 +207,7 @@ static PetscReal Cosines(PetscInt P, PetscInt Q, const PetscReal a[], PetscInt k
   return sum;
 }
 
-/* P of a stage by the symbol against k(x - x', z - z') + k(x - x', z + z') of planeroot.c, k by plain sums over the
+/* P of a stage by the symbol against k(x - x', z - z') + k(x - x', z + z') of toeplitz_root.c, k by plain sums over the
    torus of an endless plane that is repeated: at the surface, with 2 cells between the fault and its image, and in a
    full space, where there is none. Odd and even numbers of cells. Rounding of sums of some 10^3 terms. */
 static void test_symbol_by_plain_sums(void **state)

@@ -1,0 +1,273 @@
+/* Inside the fault: its tables (parameters, choices, friction laws, observables) and its data. */
+#pragma once
+#include <slipfault.h>
+#include <slipcells.h>
+#include <slipsys.h>
+#include <slipoutput.h>
+#include <slipstep/private/sliph5.h>
+#include <slipstep/private/slipoutput.h>
+
+/* ---- friction (pure) ---- */
+typedef struct {
+  PetscReal residual; /* mu_d */
+  PetscReal drop;     /* dmu */
+  PetscReal slip;     /* d_c [m] */
+  PetscReal rate;     /* v_c [m/s] */
+} SlipFriction;
+
+/* mu(s, v) and its derivatives with respect to s [1/m] and v [s/m]; s >= 0 cumulative slip [m], v = |slip rate|
+   [m/s]. */
+typedef void (*SlipFrictionFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
+                               PetscReal *dmu_dv);
+typedef struct {
+  const char *name;
+  SlipFrictionFn eval;
+  const char *formula;
+} SlipFrictionLaw;
+PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ends with a NULL name */
+PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
+
+/* ---- parameters ---- */
+/* Reference absolute tolerance of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
+#define SLIP_FAULT_ATOL 1e-10
+typedef enum {
+  FAULT_NX,
+  FAULT_NZ,
+  FAULT_LENGTH_X,
+  FAULT_LENGTH_Z,
+  FAULT_DEPTH_TOP,
+  FAULT_THICKNESS,
+  FAULT_SHEAR_MODULUS,
+  FAULT_POISSON_RATIO,
+  FAULT_DENSITY,
+  FAULT_DAMPING_RATIO,
+  FAULT_LOADING_RATE,
+  FAULT_NORMAL_STRESS,
+  FAULT_NORMAL_STRESS_GRADIENT,
+  FAULT_FRICTION_RESIDUAL,
+  FAULT_FRICTION_DROP,
+  FAULT_FRICTION_SLIP,
+  FAULT_FRICTION_RATE,
+  FAULT_INITIAL_PERTURBATION,
+  FAULT_VELOCITY_SCALE,
+  FAULT_OUTPUT_INTERVAL,
+  FAULT_HMAT_TOLERANCE,
+  FAULT_KRYLOV_TOLERANCE,
+  FAULT_RATE_TOLERANCE,
+  FAULT_NUM_REALS
+} SlipFaultRealId;
+
+typedef struct {
+  const char *name; /* option without "fault_" */
+  PetscReal value;  /* default; NaN: derived when not given */
+  const char *unit; /* "" for numbers */
+  PetscReal lower, upper;
+  PetscBool open;    /* lower bound excluded (the upper one always is) */
+  PetscBool integer; /* whole numbers only */
+  const char *help;
+} SlipFaultReal;
+PETSC_EXTERN const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS];
+
+typedef enum {
+  FAULT_FRICTION_LAW,
+  FAULT_KERNEL,
+  FAULT_INITIAL,
+  FAULT_OPERATOR,
+  FAULT_VISCOSITY,
+  FAULT_STIFFNESS_FILE,
+  FAULT_STIFFNESS_SCALING,
+  FAULT_CACHE_DIR,
+  FAULT_PARAMETERS,
+  FAULT_MESH,
+  FAULT_OUTPUT,
+  FAULT_OUTPUT_FIELDS,
+  FAULT_NUM_STRINGS
+} SlipFaultStringId;
+
+typedef struct {
+  const char *name;
+  const char *value;   /* default */
+  const char *choices; /* "|a|b|", or NULL for a file name or list */
+  const char *help;
+} SlipFaultString;
+PETSC_EXTERN const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS];
+
+/* Per-cell fields, in the order of the enumeration above. */
+typedef enum {
+  FIELD_NORMAL_STRESS,
+  FIELD_FRICTION_RESIDUAL,
+  FIELD_FRICTION_DROP,
+  FIELD_FRICTION_SLIP,
+  FIELD_FRICTION_RATE,
+  FIELD_LOADING_RATE,
+  FAULT_NUM_FIELDS
+} SlipFaultFieldId;
+PETSC_EXTERN const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS]; /* the parameter each field replaces */
+
+/* ---- sums over the cells that observables are made of ---- */
+typedef enum {
+  SUM_V,
+  SUM_ABS_V,
+  SUM_V2,
+  SUM_U,
+  SUM_S,
+  SUM_SLIDING,
+  SUM_U_KU,    /* sum u K u */
+  SUM_V_KU,    /* sum v K u */
+  SUM_VINF_KU, /* sum v_inf K u */
+  SUM_STRENGTH,
+  SUM_WEAKENING, /* what the strength still exceeds its residual by */
+  FAULT_NUM_SUMS
+} SlipFaultSumId;
+
+typedef struct {
+  PetscReal sum[FAULT_NUM_SUMS];
+  PetscReal max_v; /* max |v| [m/s] */
+} SlipFaultSums;
+
+/* What the integrator's last attempt says: its local error and the derivative of the rate at its end. */
+typedef enum {
+  ESTIMATE_SLIP_ERROR, /* sum |e_s| */
+  ESTIMATE_GROWTH,     /* sum of d|v|/dt over sliding cells */
+  FAULT_NUM_ESTIMATES
+} SlipFaultEstimateId;
+
+typedef struct {
+  PetscBool known;
+  PetscReal sum[FAULT_NUM_ESTIMATES]; /* weighted by area */
+} SlipFaultEstimates;
+
+typedef struct _n_SlipFaultOutput *SlipFaultOutput;
+
+/* ---- the error of the final slip; formulas in slipestimate.c and slipcheck.c ---- */
+typedef struct {
+  PetscObjectId id;  /* of the TS that has the monitor */
+  PetscBool known;   /* every accepted step so far had an error estimate */
+  PetscReal moving;  /* share of the slip that is on cells which still slide, at the end of the last step */
+  PetscReal decay;   /* of changes of the energy [1/s] */
+  PetscReal work[2]; /* changes of the energy by local errors, carried to now, and by their magnitudes [J/m^2] */
+  PetscReal slip[2]; /* errors of the mean slip that have become final, likewise [m] */
+  /* -fault_check_error */
+  Vec start;            /* state of the start */
+  PetscReal start_time; /* [s] */
+  PetscReal start_step; /* [s] */
+  PetscBool off;        /* the repetition is no run to estimate */
+} SlipFaultRunError;
+
+struct _p_SlipFault {
+  MPI_Comm comm;
+  PetscInt refct;
+  PetscReal value[FAULT_NUM_REALS];
+  char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
+  PetscBool setup;
+  PetscReal *given[FAULT_NUM_FIELDS]; /* of SlipFaultSetField(): all cells, [nx nz]; NULL: the scalar parameter */
+  PetscInt ngiven[FAULT_NUM_FIELDS];
+
+  PetscViewer viewer; /* -fault_view */
+  PetscViewerFormat format;
+  PetscViewer stiffness_viewer; /* -fault_stiffness_view */
+  PetscViewerFormat stiffness_format;
+
+  /* from here on valid after SlipFaultSetUp() */
+  PetscInt N, n, start; /* cells: all, of this rank, the first of this rank */
+  PetscReal mass;       /* rho Ly [kg/m^2] */
+  PetscReal tstar;      /* Ly sqrt(rho/G) [s] */
+  PetscReal scaling;    /* factor that K was multiplied with */
+  const SlipFrictionLaw *law;
+  SlipCells mesh;    /* of -fault_mesh in the file's order, owned; n = 0 for a grid */
+  PetscInt *order;   /* [N] row of the file for each cell of a mesh; NULL for a grid */
+  PetscReal *weight; /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
+  PetscReal *field[FAULT_NUM_FIELDS]; /* [n] */
+  PetscBool loaded;                   /* some v_inf is not zero */
+  PetscReal mean_dc;                  /* mean d_c [m] */
+  PetscReal mean_uc;                  /* mean uc [m] */
+  PetscReal mean_q0;                  /* mean strength at the start [Pa] */
+  PetscReal drop_slip;       /* mean uc times mean strength drop over mean q0: slip that the drop implies [m] */
+  PetscReal mean_drop;       /* mean of q(0) - q after all weakening [Pa] */
+  PetscReal critical_energy; /* uc' K uc [Pa m], the sum over all cells */
+  Mat K, H, B;
+  Vec uc;   /* K^-1 q(0): displacement at the instability, positive [m] */
+  Vec vinf; /* loading rate [m/s] */
+  Vec work[3];
+
+  /* the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
+  SlipConstraint con;
+  PetscReal theta;
+  Vec c, u0, s0;
+
+  SlipFaultSums sums;
+  SlipFaultEstimates estimates;
+  PetscReal *summed; /* the state that the sums belong to [3 n] */
+  SlipFaultOutput output;
+  SlipFaultRunError run_error;
+  PetscBool check_error; /* -fault_check_error */
+};
+
+PETSC_EXTERN PetscErrorCode SlipFaultCellsSetUp(SlipFault fault);     /* fields and distribution */
+PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault); /* K, its scaling, H, B */
+PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);  /* uc and what observables are measured in */
+PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault);      /* cells of -fault_mesh */
+PETSC_EXTERN PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, PetscBool *done);
+PETSC_EXTERN PetscErrorCode SlipFaultGatherCreate(SlipFault fault, Vec x, VecScatter *scatter, Vec *x0);
+PETSC_EXTERN PetscErrorCode SlipFaultMeshWrite(SlipFault fault, SlipH5 *h);
+PETSC_EXTERN PetscErrorCode SlipFaultWeightsSetUp(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum);
+PETSC_EXTERN PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x);
+PETSC_EXTERN PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F);
+PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q);
+PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums);
+PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, const char name[], PetscReal *value,
+                                             PetscBool *known);
+PETSC_EXTERN PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip);
+PETSC_EXTERN PetscErrorCode SlipFaultRunErrorDestroy(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip,
+                                                PetscReal *error, PetscInt *solves);
+PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);
+PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
+
+/* Slip and slip rate beyond which no law weakens any more; finite, so that laws can divide by them. */
+#define SLIP_FAULT_WEAK_SLIP 1e30
+#define SLIP_FAULT_WEAK_RATE 1e30
+
+/* The friction of local cell i. */
+static inline void SlipFaultFriction(SlipFault fault, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,
+                                     PetscReal *dmu_ds, PetscReal *dmu_dv)
+{
+  const SlipFriction p = {fault->field[FIELD_FRICTION_RESIDUAL][i], fault->field[FIELD_FRICTION_DROP][i],
+                          fault->field[FIELD_FRICTION_SLIP][i], fault->field[FIELD_FRICTION_RATE][i]};
+
+  fault->law->eval(&p, s, v, mu, dmu_ds, dmu_dv);
+}
+
+/* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
+/* Fields of /fields; the first three are components of the state, the last is the reaction. */
+typedef enum {
+  OUTPUT_SLIP_RATE,
+  OUTPUT_DISPLACEMENT,
+  OUTPUT_SLIP,
+  OUTPUT_TRACTION,
+  OUTPUT_NUM_FIELDS
+} SlipOutputFieldId;
+
+struct _n_SlipFaultOutput {
+  SlipFault fault; /* borrowed */
+  PetscMPIInt rank;
+  SlipOutput run; /* the file, /run, /steps, /series, /result and the summary */
+  SlipH5 *file;   /* rank 0: that of run; NULL without a file */
+  PetscBool wanted[OUTPUT_NUM_FIELDS];
+  PetscInt last_field_step; /* step of the newest entry of /fields */
+  Vec w0, r0;               /* state and reaction gathered on rank 0 */
+  VecScatter gather_w, gather_r;
+};
+
+PETSC_EXTERN PetscErrorCode SlipFaultOutputOpen(SlipFaultOutput out, TS ts); /* collective: the file, empty tables */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputMesh(SlipFaultOutput out);        /* collective: per-cell parameters */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w, Vec r);

@@ -1,0 +1,43 @@
+/* Private to src/mat: irregular meshes of rectangular cells, their trees and their distribution. */
+#pragma once
+#include <slipcells.h>
+#include <slipstep/private/slipmatcommon.h>
+
+/* ---- cells.c ---- */
+/* S_ij of MatCreateSlipCellStiffness(); unit is 1 / (2 mean(A)). */
+PETSC_INTERN PetscReal SlipCellsEntry(const SlipCells *cells, PetscReal unit, PetscInt i, PetscInt j);
+PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);
+PETSC_INTERN PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscReal cost[]);
+PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells); /* whose x owns the memory of all columns */
+
+/* The cells that a stiffness was made from, borrowed from it; NULL for other matrices. */
+PETSC_INTERN PetscErrorCode SlipCellsOf(Mat S, const SlipCells **cells);
+/* The cell of a row of the stiffness. */
+static inline PetscInt SlipCellsAt(const SlipCells *cells, PetscInt row)
+{
+  return cells->order ? cells->order[row] : row;
+}
+
+/* A cell for sorting: by one coordinate [m], ties by number. */
+typedef struct {
+  PetscReal key;
+  PetscInt cell;
+} SlipCellKey;
+PETSC_INTERN int SlipCellKeyCompare(const void *a, const void *b); /* for qsort() */
+
+/* ---- clusters.c: a binary tree of cells that are close to each other ---- */
+typedef struct {
+  PetscInt start, end;      /* its cells are perm[start, end) */
+  PetscInt child[2];        /* indices of nodes; -1 in a leaf */
+  PetscReal low[3], top[3]; /* box that holds its cells [m] */
+} SlipCluster;
+
+typedef struct {
+  PetscInt *perm; /* [n] cells in the tree's order */
+  PetscInt nnodes;
+  SlipCluster *node; /* node[0] is the root */
+} SlipClusterTree;
+PETSC_INTERN PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, SlipClusterTree *tree);
+PETSC_INTERN PetscErrorCode SlipClusterTreeDestroy(SlipClusterTree *tree);
+PETSC_INTERN PetscReal SlipClusterDiameter(const SlipCluster *c);
+PETSC_INTERN PetscReal SlipClusterDistance(const SlipCluster *a, const SlipCluster *b);

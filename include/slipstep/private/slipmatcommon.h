@@ -1,0 +1,38 @@
+/* Private to src/mat: dense and low-rank matrices, and what shell matrices share. */
+#pragma once
+#include <slipmat.h>
+#include <slipstep/private/slipsys.h>
+
+/* ---- dense.c: whole matrices on one rank; row-major N * N ---- */
+PETSC_INTERN PetscErrorCode SlipDenseGather(Mat A,
+                                            PetscReal **entries); /* rank 0 allocates (PetscFree), others get NULL */
+PETSC_INTERN PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt nlocal, PetscInt N, const PetscReal *entries,
+                                             Mat *A); /* nlocal: rows of this rank, or PETSC_DECIDE */
+PETSC_INTERN PetscErrorCode SlipDenseEigen(PetscInt n, PetscReal A[], PetscReal eigenvalues[], PetscInt *info);
+/* A := sqrt(A) for a symmetric positive definite A; *smallest is its smallest eigenvalue. One process. */
+PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *smallest, PetscInt *info);
+
+/* ---- shell.c ---- */
+PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
+/* What -fault_view tells of a matrix, kept with it under a name: how its type was chosen, and what the cache did. */
+PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
+PETSC_INTERN PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text); /* borrowed; "" for none */
+/* report.c: MATOP_GETINFO of a shell matrix fills its answer by the first, so that views know its memory */
+PETSC_INTERN PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *info);
+PETSC_INTERN PetscErrorCode SlipViscosityNote(Mat K, Mat H, const char asked[]);
+
+/* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', ordered by falling |lambda|; zero-initialise ---- */
+typedef struct {
+  PetscInt n, rank, head; /* order, number of terms, number of them in double precision */
+  PetscReal *W;           /* [n * head], column-major; [n * rank] before SlipLowRankDemote() */
+  float *tail;            /* [n * (rank - head)] */
+  PetscReal *lambda;      /* [rank] */
+  PetscReal *t;           /* scratch [rank] */
+  float *t32, *x32;       /* scratch [rank], [n] */
+} SlipLowRank;
+PETSC_INTERN PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess,
+                                                SlipLowRank *m);
+PETSC_INTERN PetscErrorCode SlipLowRankSelect(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[],
+                                              PetscReal cutoff, SlipLowRank *m);
+PETSC_INTERN PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[]);
+PETSC_INTERN void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state); /* uniform in (-1, 1) */

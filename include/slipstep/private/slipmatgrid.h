@@ -1,0 +1,157 @@
+/* Private to src/mat: operators of a uniform grid by fast Fourier transforms. */
+#pragma once
+#include <slipstep/private/slipmatcommon.h>
+#include <fftw3.h>
+
+/* ---- dislocation.c ---- */
+PETSC_INTERN void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal depth_sum, PetscReal a,
+                                            PetscReal b, PetscReal part[3]);
+
+/* ---- grid.c: the uniform grid behind a stiffness, if it has one ---- */
+PETSC_INTERN PetscErrorCode SlipGridCheck(MPI_Comm comm, const SlipGrid *grid);
+PETSC_INTERN PetscErrorCode SlipGridCompose(Mat K, const SlipGrid *grid);
+PETSC_INTERN PetscErrorCode SlipGridOf(Mat K,
+                                       const SlipGrid **grid); /* borrowed; NULL when K is not on a uniform grid */
+/* Symmetrised kernel of the grid for all depths, d cells apart along strike: block[iz * nz + jz], unscaled [Pa/m]. */
+PETSC_INTERN PetscReal SlipGridEntry(const SlipGrid *grid, PetscInt d, PetscInt iz, PetscInt jz);
+PETSC_INTERN void SlipGridKernel(const SlipGrid *grid, PetscInt d, PetscReal block[]);
+
+/* Entry (0, 0) on every rank. Collective. */
+PETSC_INTERN PetscErrorCode SlipFirstEntry(Mat K, PetscReal *first);
+/* What MatScale() has made of a stiffness: K = scale * kernel. Collective. */
+PETSC_INTERN PetscErrorCode SlipGridScale(Mat K, PetscReal *scale);
+
+/* ---- mirror.c: even and odd blocks of a grid's operators ---- */
+PETSC_INTERN PetscInt SlipMirrorWidth(PetscInt nx, PetscInt parity);
+PETSC_INTERN void SlipMirrorSplit(PetscInt nx, PetscInt nz, const PetscReal kernel[], PetscReal scale, PetscInt parity,
+                                  PetscReal block[]);
+PETSC_INTERN void SlipMirrorMerge(PetscInt nx, PetscInt nz, const PetscReal even[], const PetscReal odd[],
+                                  PetscReal A[]);
+/* Fields of one parity by their coefficients half[nz][hx]; Unfold adds to x. */
+PETSC_INTERN void SlipMirrorFold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal x[], PetscReal half[]);
+PETSC_INTERN void SlipMirrorUnfold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal half[], PetscReal x[]);
+
+/* ---- transposed_fft.c: rows of cells over the ranks, transformed along strike, to wavenumbers over the ranks ---- */
+typedef struct {
+  PetscInt rows, row_start;       /* this rank's rows of a table */
+  PetscInt columns, column_start; /* and of its transpose */
+  size_t size;                    /* reals to allocate for either */
+} SlipLayout;
+typedef struct _n_SlipTransposedFFT {
+  PetscInt nx, nz, period;
+  SlipLayout layout;  /* [nz][nk] complex */
+  PetscReal *row;     /* [period] */
+  PetscReal *by_wave; /* [local nk][nz] complex */
+  struct _n_SlipTransposedFFTPlans *plans;
+} * SlipTransposedFFT;
+PETSC_INTERN SlipLayout SlipLayoutOf(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt tuple);
+PETSC_INTERN PetscErrorCode SlipAllocate(size_t count, PetscReal **a);
+PETSC_INTERN PetscErrorCode SlipTranspose(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt tuple, PetscReal a[],
+                                          PetscReal b[]);
+PETSC_INTERN PetscErrorCode SlipTransposedFFTCreate(MPI_Comm comm, PetscInt nx, PetscInt nz, PetscInt period,
+                                                    SlipTransposedFFT *p);
+PETSC_INTERN PetscErrorCode SlipTransposedFFTDestroy(SlipTransposedFFT *p);
+PETSC_INTERN PetscErrorCode SlipTransposedFFTForward(SlipTransposedFFT p, const PetscReal x[]);
+PETSC_INTERN PetscReal SlipTransposedFFTBytes(SlipTransposedFFT p);
+PETSC_INTERN PetscErrorCode SlipTransposedFFTBackward(SlipTransposedFFT p, PetscReal factor, PetscReal y[]);
+
+/* ---- circulant.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber) ---- */
+typedef struct _n_SlipCirculant *SlipCirculant;
+PETSC_INTERN PetscInt SlipGoodLength(PetscInt n); /* even, at least n, prime factors 2, 3 and 5 */
+PETSC_INTERN PetscErrorCode SlipCirculantCreate(MPI_Comm comm, const SlipGrid *grid, SlipCirculant *strike);
+PETSC_INTERN PetscErrorCode SlipCirculantDestroy(SlipCirculant *strike);
+PETSC_INTERN SlipTransposedFFT SlipCirculantPencil(SlipCirculant s);
+PETSC_INTERN PetscErrorCode SlipCirculantOf(Mat K, SlipCirculant *strike); /* borrowed from K; NULL without a grid */
+PETSC_INTERN void SlipCirculantGet(SlipCirculant s, const SlipGrid **grid, PetscInt *period, PetscInt *nk,
+                                   const PetscReal **symbol);
+PETSC_INTERN PetscReal SlipCirculantBytes(Mat K); /* of K's engine on this process, 0 while it has none */
+PETSC_INTERN PetscErrorCode SlipCirculantGetEigen(SlipCirculant s, const PetscReal **values, const PetscReal **vectors);
+PETSC_INTERN PetscErrorCode SlipCirculantFormBlocks(SlipCirculant s, const PetscReal f[], PetscReal blocks[]);
+PETSC_INTERN PetscErrorCode SlipCirculantBlocksToKernel(SlipCirculant s, PetscReal blocks[]);
+PETSC_INTERN PetscErrorCode SlipCirculantApply(SlipCirculant s, PetscReal scale, const PetscReal blocks[],
+                                               const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal scale, const PetscReal blocks[],
+                                                   PetscInt parity, PetscInt count, const PetscReal X[], PetscReal Y[]);
+PETSC_INTERN PetscErrorCode SlipCirculantApplyFunction(SlipCirculant s, const PetscReal f[], const PetscReal x[],
+                                                       PetscReal y[]);
+
+/* ---- toeplitz.c: operators of a uniform grid by transforms along strike and in depth, distributed ---- */
+typedef struct _n_SlipToeplitz *SlipToeplitz;
+/* What an operator is per wavenumber pair; see toeplitz.c. hankel and product may be NULL. */
+typedef struct {
+  PetscReal *toeplitz;         /* [local nk][depth_period / 2 + 1], real since it is even */
+  PetscReal *hankel, *product; /* the same, complex */
+} SlipToeplitzSymbol;
+PETSC_INTERN PetscErrorCode SlipToeplitzOf(Mat K, SlipToeplitz *plane); /* borrowed from K; NULL without a grid */
+PETSC_INTERN PetscReal SlipToeplitzBytes(SlipToeplitz plane);           /* on this process */
+PETSC_INTERN const SlipToeplitzSymbol *SlipToeplitzStiffness(SlipToeplitz plane);
+PETSC_INTERN PetscErrorCode SlipToeplitzApply(SlipToeplitz plane, PetscReal scale, const SlipToeplitzSymbol *symbol,
+                                              Vec x, Vec y);
+/* f [nz] complex times depth_period * (operator of this symbol at local wavenumber k), in place; for use between
+   SlipToeplitzForward() and SlipToeplitzBackward() */
+PETSC_INTERN void SlipToeplitzApplyWave(SlipToeplitz plane, const SlipToeplitzSymbol *symbol, PetscInt k,
+                                        PetscReal f[]);
+/* toeplitz_root.c: functions of the full space's kernel, reflected at the free surface */
+PETSC_INTERN PetscErrorCode SlipToeplitzGetRoot(SlipToeplitz plane, const SlipToeplitzSymbol **root,
+                                                const PetscReal **diagonal);
+PETSC_INTERN PetscErrorCode SlipToeplitzCombine(SlipToeplitz plane, PetscReal identity, PetscReal stiffness,
+                                                PetscReal root, SlipToeplitzSymbol *sum);
+PETSC_INTERN PetscErrorCode SlipToeplitzSymbolDestroy(SlipToeplitzSymbol *symbol);
+PETSC_INTERN PetscErrorCode SlipToeplitzGetWaves(SlipToeplitz plane, PetscInt *nk, PetscInt *count,
+                                                 const PetscReal **symbol);
+PETSC_INTERN PetscErrorCode SlipToeplitzApplyWaves(SlipToeplitz plane, const PetscReal f[], Vec x, Vec y);
+
+struct _n_SlipToeplitz {
+  SlipGrid grid;
+  MPI_Comm comm;                 /* K's */
+  PetscInt period, depth_period; /* padded lengths along strike and in depth, both even */
+  SlipTransposedFFT pencil;
+  SlipToeplitzSymbol stiffness;
+  PetscReal *z;                      /* [nz] depths [m] */
+  PetscReal *column;                 /* [2][depth_period] complex, and their transforms */
+  fftw_plan depth[2], depth_back[2]; /* of one and of two columns */
+  VecScatter scatter;                /* to this rank's rows of cells; NULL where it owns them */
+  Vec rows;
+
+  /* functions of the full space's kernel, see toeplitz_root.c */
+  PetscBool image;         /* fields are even about the free surface */
+  PetscInt gap, length;    /* cells between the fault's edge and its image; half the period in depth */
+  PetscReal *symbol;       /* [local nk][length + 1], unscaled [Pa/m], >= 0; NULL until asked for */
+  SlipToeplitzSymbol root; /* of the square root of symbol; toeplitz NULL until asked for */
+  PetscReal *diagonal;     /* [nz] of that root */
+  PetscReal *line;         /* [length] complex with image, else [2 length], and its transform */
+  PetscReal *turn;         /* [length / 2 + 1] complex with image: exp(-i pi k / length) */
+  fftw_plan wave[2];       /* there and back */
+};
+
+PETSC_INTERN PetscErrorCode SlipToeplitzAllocate(SlipToeplitz p, PetscInt parts, SlipToeplitzSymbol *s);
+PETSC_INTERN PetscErrorCode SlipToeplitzSetSymbol(SlipToeplitz p, PetscInt stride, PetscInt parts,
+                                                  const PetscReal kernels[], SlipToeplitzSymbol *s);
+PETSC_INTERN PetscErrorCode SlipToeplitzRootDestroy(SlipToeplitz p);
+PETSC_INTERN PetscErrorCode SlipToeplitzForward(SlipToeplitz p, Vec x);
+PETSC_INTERN PetscErrorCode SlipToeplitzBackward(SlipToeplitz p, PetscReal factor, Vec y);
+
+/* ---- gather.c: the whole of a distributed vector on every rank, or a pencil's rows of it ---- */
+typedef struct {
+  VecScatter scatter; /* NULL on one rank */
+  Vec all;
+  PetscBool rows; /* of a pencil only */
+  PetscInt N, start, end;
+  MPI_Comm comm;
+  PetscMPIInt *counts; /* rows of each rank; NULL on one */
+} SlipGather;
+PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipTransposedFFT pencil, SlipGather *g);
+PETSC_INTERN PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y);
+PETSC_INTERN PetscErrorCode SlipGatherSum(SlipGather *g, const PetscReal array[], Vec y);
+PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
+PETSC_INTERN PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array);
+PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array);
+
+/* ---- what views ask of them, on this process [bytes] ---- */
+PETSC_INTERN PetscReal SlipGatherBytes(const SlipGather *g);
+
+/* Up to this many cells in depth a block per wavenumber is faster than transforms (measured). */
+#define SLIP_BLOCKS_MAX 60
+
+/* ---- stiffness_fft.c ---- */
+PETSC_INTERN PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K);

@@ -1,0 +1,16 @@
+/* Private to src/mat: hierarchical storage of the stiffness of cells. */
+#pragma once
+#include <slipstep/private/slipmatcells.h>
+
+/* ---- aca.c: low-rank approximation of a block from some of its entries ---- */
+typedef PetscReal (*SlipEntryFn)(void *ctx, PetscInt i, PetscInt j); /* entry in row i, column j of the block */
+/* U [m * rank] V' [rank * n] (column-major U and V) with an error of about tolerance in the Frobenius norm, relative;
+   found is false when the rank would exceed max. U and V are allocated (PetscFree). */
+PETSC_INTERN PetscErrorCode SlipCrossApproximate(SlipEntryFn entry, void *ctx, PetscInt m, PetscInt n,
+                                                 PetscReal tolerance, PetscInt max, PetscInt *rank, PetscReal **U,
+                                                 PetscReal **V, PetscBool *found);
+
+/* ---- hmatrix.c ---- */
+PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance,
+                                                     Mat *S);
+PETSC_INTERN PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[]);

@@ -1,0 +1,58 @@
+/* Private to src/mat: the stage operator, its cheap approximation and its preconditioner. */
+#pragma once
+#include <slipstep/private/slipmatviscosity.h>
+
+/* ---- stage.c: what the stage operator is made of ---- */
+typedef struct {
+  Mat K, H;          /* borrowed */
+  PetscReal mass;    /* [kg/m^2] */
+  PetscReal theta;   /* [s] */
+  PetscReal scale;   /* of K against the kernel of its grid; 0 without a grid */
+  PetscReal damping; /* H = damping * sqrt(K); 0 when unknown */
+} SlipStageParts;
+PETSC_INTERN PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts);
+
+/* ---- schwarz.c: the stage operator of irregular cells inverted in overlapping parts ---- */
+typedef struct _n_SlipSchwarz *SlipSchwarz;
+PETSC_INTERN PetscErrorCode SlipSchwarzOf(Mat K, SlipSchwarz *schwarz); /* borrowed from K; NULL without cells */
+PETSC_INTERN PetscErrorCode SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope,
+                                             PetscReal limit);
+PETSC_INTERN PetscErrorCode SlipSchwarzApply(SlipSchwarz s, Vec x); /* in place */
+
+/* ---- secant.c: what a cheap stage operator gets wrong, on directions whose exact products are known ---- */
+typedef struct _n_SlipSecant *SlipSecant;
+PETSC_INTERN PetscErrorCode SlipSecantCreate(Mat K, PetscReal mass, PetscReal mean, SlipSecant *c);
+PETSC_INTERN PetscErrorCode SlipSecantDestroy(SlipSecant *c);
+PETSC_INTERN PetscErrorCode SlipSecantUpdate(SlipSecant c, const SlipRecycled *known, PetscReal theta,
+                                             PetscBool *changed);
+PETSC_INTERN PetscErrorCode SlipSecantAdd(SlipSecant c, Vec x, Vec y);
+PETSC_INTERN PetscReal SlipSecantVectors(SlipSecant c);
+PETSC_INTERN PetscErrorCode SlipLanczosGetRecycled(Mat H, const SlipRecycled **known);
+
+/* ---- pcslipstage.c ---- */
+PETSC_INTERN PetscErrorCode PCCreate_SlipStage(PC pc);
+
+typedef struct {
+  Mat K, H;                  /* stiffness and viscosity, referenced */
+  PetscReal mass;            /* [kg/m^2] */
+  Vec weights;               /* of the rows of K and H, borrowed from K; NULL when all are 1 */
+  PetscReal theta;           /* [s] */
+  PetscBool assemble;        /* both operands are dense and small enough for B to be formed at each theta */
+  Mat assembled;             /* B as MATDENSE, or NULL */
+  PetscReal assembled_theta; /* theta of assembled or of blocks */
+  SlipCirculant strike;      /* both operands are per wavenumber: one pair of FFTs serves both; NULL otherwise */
+  PetscReal *blocks;         /* [nk][nz][nz] spectral part of B */
+  PetscReal damping;         /* H = damping * sqrt(K) as far as known, else 0 */
+  PetscReal scale;           /* of K against the kernel */
+  SlipGather gather;
+  PetscReal *y; /* [N] */
+  Vec work;
+  SlipToeplitz plane; /* borrowed from K, NULL unless one pair of transforms serves K and H of type "sliptoeplitz" */
+  SlipToeplitzSymbol sum; /* of B at assembled_theta */
+  PetscReal mean;         /* B = mean ((mass / theta) I + theta K), H is NULL; 0 when H is used */
+  Mat approximation;      /* NULL when Jacobians are to be exact */
+  SlipSecant correction;  /* of an approximation without a grid; else NULL */
+} SlipStageContext;
+
+PETSC_INTERN PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y);
+PETSC_INTERN PetscErrorCode SlipStageGetDiagonal(Mat B, Vec d);

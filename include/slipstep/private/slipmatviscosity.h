@@ -1,0 +1,73 @@
+/* Private to src/mat: the square root of a stiffness, by every method. */
+#pragma once
+#include <slipstep/private/slipmatcache.h>
+
+/* Bytes up to which viscosities may be kept as blocks and low-rank parts; beyond, Lanczos' method needs none. */
+#define SLIP_MEMORY_MAX 2e9
+
+PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor); /* viscosity.c */
+
+/* ---- lanczos.c ---- */
+/* Whether K is an area-weighted stiffness of cells, or hierarchical: viscosities of it are made here. */
+PETSC_INTERN PetscErrorCode SlipViscosityIsOfCells(Mat K, PetscBool *is);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_Cells(Mat K, PetscReal factor, Mat *H);
+/* Square roots of the weights of S's rows, and their inverses; both NULL without weights. viscosity/cells.c */
+PETSC_INTERN PetscErrorCode SlipRootWeights(Mat S, Vec *root, Vec *inverse);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_Lanczos(Mat K, PetscReal factor, Mat *H);
+
+/* lanczos.c */
+/* lanczos.c: c = T^(1/2) e_1 of a tridiagonal matrix (pure) */
+PETSC_INTERN PetscErrorCode SlipRootOfTridiagonal(PetscInt m, const PetscReal alpha[], const PetscReal beta[],
+                                                  PetscReal c[], PetscReal *lowest);
+
+/* ---- recycled.c: products of a solver's iterates from those of the ones before; zero-initialise ---- */
+/* y = H x with an error of at most allowed in the 2-norm, or at 0 of what the tolerance allows */
+typedef PetscErrorCode (*SlipProductFn)(void *ctx, Vec x, PetscReal allowed, Vec y);
+#define SLIP_RECYCLED_MAX 20
+typedef struct {
+  PetscInt n;
+  Vec q[SLIP_RECYCLED_MAX], image[SLIP_RECYCLED_MAX]; /* the first n: orthonormal directions and H of them */
+  PetscReal error[SLIP_RECYCLED_MAX];                 /* of the images, in the 2-norm */
+  Vec rest;
+} SlipRecycled;
+PETSC_INTERN PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProductFn product, void *ctx,
+                                             Vec x, Vec y);
+PETSC_INTERN PetscErrorCode SlipRecycledReset(SlipRecycled *c);
+
+/* sketch.c: what the spectral root misses, without dense matrices */
+PETSC_INTERN PetscErrorCode SlipSketchCorrection(SlipCirculant strike, const PetscReal blocks[], PetscReal square,
+                                                 PetscReal tolerance, PetscInt parity, PetscReal *smallest,
+                                                 PetscReal *error, SlipLowRank *m);
+
+PETSC_INTERN PetscErrorCode SlipLanczosGetRecycled(Mat H, const SlipRecycled **known); /* lanczos.c */
+
+/* ---- types of stiffness and viscosity that are not MATDENSE ---- */
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *H);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H);
+/* The two parts of a "slipspectral" viscosity, for the stage operator. */
+PETSC_INTERN PetscErrorCode SlipSpectralGetBlocks(Mat H, SlipCirculant *strike, const PetscReal **blocks);
+PETSC_INTERN PetscErrorCode SlipSpectralAddCorrection(Mat H, PetscReal cutoff, const PetscReal x[], PetscReal y[]);
+
+typedef struct {
+  Mat K; /* referenced: owns the strike engine */
+  SlipCirculant strike;
+  PetscReal *blocks; /* [nk][nz][nz] [Pa s/m] */
+  SlipLowRank correction[2];
+  PetscReal *half_x, *half_y; /* scratch */
+  PetscReal *y;               /* [N] */
+  SlipGather gather;
+  PetscReal tolerance;    /* of the exact root; 0 without a low-rank part */
+  SlipRecycled increment; /* with one */
+  Vec diagonal;           /* NULL until asked for: it reads the whole low-rank part against its grain */
+} SlipSpectral;
+
+/* The rows of cells that this process works on: all of them, or its share. */
+PETSC_INTERN void SlipSpectralRows(SlipSpectral *c, PetscInt *start, PetscInt *rows);
+/* Blocks of factor * sqrt(scale * K), to be freed. */
+PETSC_INTERN PetscErrorCode SlipSpectralRootBlocks(SlipCirculant strike, PetscReal factor, PetscReal scale,
+                                                   PetscReal **blocks);
+/* Largest eigenvalue of the part in blocks. Collective. */
+PETSC_INTERN PetscErrorCode SlipSpectralNorm(MPI_Comm comm, SlipSpectral *c, PetscReal factor, PetscReal scale,
+                                             PetscReal *norm);

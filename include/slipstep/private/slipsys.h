@@ -1,0 +1,34 @@
+/* Private: data carried by PETSc objects, errors of programs, events of -log_view. */
+#pragma once
+#include <petscmat.h>
+#include <slipstep/private/slipcompat.h>
+
+/* ---- compose.c ---- */
+/* Takes data over, in place of what had the name. destroy: SlipContainerDestroyDefault for memory of PetscMalloc() */
+PETSC_INTERN PetscErrorCode SlipObjectComposeData(PetscObject obj, const char name[], void *data,
+                                                  PetscErrorCode (*destroy)(SlipContainerArg));
+/* data: address of a pointer, borrowed; NULL when there is nothing of that name */
+PETSC_INTERN PetscErrorCode SlipObjectQueryData(PetscObject obj, const char name[], void *data);
+
+/* ---- error.c ---- */
+PETSC_EXTERN PetscErrorCode SlipErrorSource(const char option[]); /* option at work, NULL when it is done */
+PETSC_EXTERN PetscErrorCode
+SlipErrorUnfinished(const char file[]); /* remove it on an error; NULL: keep it from now on */
+
+/* ---- log.c ---- */
+/* Events are nested where the work is: a product with B may hold products with K and H, the output those of its
+   rows. */
+PETSC_INTERN PetscLogEvent SLIP_StiffnessSetUp, SLIP_StiffnessMult; /* K */
+PETSC_INTERN PetscLogEvent SLIP_ViscositySetUp, SLIP_ViscosityMult; /* H */
+PETSC_INTERN PetscLogEvent SLIP_StageMult;                          /* B */
+PETSC_INTERN PetscLogEvent SLIP_PCSetUp, SLIP_PCApply;
+PETSC_INTERN PetscLogEvent SLIP_Cone;    /* bound, natural map, projection */
+PETSC_INTERN PetscLogEvent SLIP_Policy;  /* forward pass */
+PETSC_INTERN PetscLogEvent SLIP_Observe; /* what the policy sees */
+PETSC_INTERN PetscLogEvent SLIP_Output;  /* gathering and writing */
+
+PETSC_INTERN PetscErrorCode SlipLogRegister(void);
+PETSC_INTERN PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event);
+/* The stage and the event of output, around it. */
+PETSC_INTERN PetscErrorCode SlipLogOutputBegin(void);
+PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);

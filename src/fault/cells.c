@@ -1,0 +1,279 @@
+/* Cells: their distribution, centres and per-cell parameters, uniform or from -fault_parameters. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipmatcells.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipsys.h>
+#include <slipsys.h>
+#include <math.h>
+#include <stdio.h>
+
+/* Centre of cell e (global; a mesh's are numbered by their processes): x along strike from the left end, z depth
+   [m]. */
+PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z)
+{
+  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+
+  PetscFunctionBegin;
+  if (fault->mesh.n) {
+    *x = fault->mesh.x[SlipCellsAt(&fault->mesh, e)];
+    *z = fault->mesh.z[SlipCellsAt(&fault->mesh, e)];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  *x = ((e % nx) + 0.5) * fault->value[FAULT_LENGTH_X] / nx;
+  *z = fault->value[FAULT_DEPTH_TOP] + ((e / nx) + 0.5) * fault->value[FAULT_LENGTH_Z] / nz;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultDistribute(SlipFault fault)
+{
+  const PetscReal nx = fault->value[FAULT_NX], nz = fault->value[FAULT_NZ];
+  PetscMPIInt size;
+
+  PetscFunctionBegin;
+  PetscCheck(3 * nx * nz < (PetscReal)PETSC_MAX_INT, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-fault_nx %g times -fault_nz %g is more than this build's integers hold", (double)nx, (double)nz);
+  fault->N = (PetscInt)nx * (PetscInt)nz;
+  PetscCallMPI(MPI_Comm_size(fault->comm, &size));
+  PetscCheck(size <= fault->N, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "%d processes for %" PetscInt_FMT " cells (-fault_nx times -fault_nz): expected at most one process per "
+             "cell",
+             (int)size, fault->N);
+  fault->n = fault->mesh.n ? fault->mesh.nlocal : PETSC_DECIDE;
+  PetscCall(PetscSplitOwnership(fault->comm, &fault->n, &fault->N));
+  fault->start = 0;
+  PetscCallMPI(MPI_Exscan(&fault->n, &fault->start, 1, MPIU_INT, MPI_SUM, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Values that the scalar parameters give. */
+static PetscErrorCode SlipFaultFillFields(SlipFault fault)
+{
+  PetscReal x, z;
+
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->field[f]));
+    for (PetscInt i = 0; i < fault->n; i++) fault->field[f][i] = fault->value[SlipFaultFields[f]];
+  }
+  for (PetscInt i = 0; i < fault->n; i++) {
+    PetscCall(SlipFaultCellCentre(fault, fault->start + i, &x, &z));
+    fault->field[FIELD_NORMAL_STRESS][i] += fault->value[FAULT_NORMAL_STRESS_GRADIENT] * z;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Values [N] of all cells, those of a mesh in the order of its file: each process takes those of its own. */
+static void SlipFaultTakeField(SlipFault fault, PetscInt f, const PetscReal values[])
+{
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscInt e = fault->start + i;
+
+    fault->field[f][i] = values[fault->order ? fault->order[e] : e];
+  }
+}
+
+/* A field's values must lie in the bounds of its parameter; the normal stress must be positive everywhere. source:
+   where they come from */
+static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], PetscInt f, const PetscReal data[])
+{
+  const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
+  const PetscBool open = p->open || f == FIELD_NORMAL_STRESS ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt nx = (PetscInt)fault->value[FAULT_NX];
+
+  PetscFunctionBegin;
+  for (PetscInt e = 0; e < fault->N; e++) {
+    const PetscBool low = open ? (data[e] > p->lower) : (data[e] >= p->lower);
+    const PetscBool good = low && data[e] < p->upper && isfinite(data[e]);
+
+    PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "%s: /%s[%" PetscInt_FMT ", %" PetscInt_FMT "] is %.6g, expected a finite number%s%s%s", source, p->name,
+               e / nx, e % nx, (double)data[e], p->lower > PETSC_MIN_REAL ? (open ? " > 0" : " >= 0") : "",
+               p->unit[0] ? " " : "", p->unit);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultCheckShape(SlipFault fault, const char file[], const char path[], const PetscInt dims[2])
+{
+  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+
+  PetscFunctionBegin;
+  PetscCheck(!fault->mesh.n || dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-fault_parameters): %s has %" PetscInt_FMT " entries, expected one for each of the %" PetscInt_FMT
+             " cells of -fault_mesh %s",
+             file, path, dims[1], nx, fault->text[FAULT_MESH]);
+  PetscCheck(dims[0] == nz && dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-fault_parameters): %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT
+             "], expected [Nz, Nx] = [%" PetscInt_FMT ", %" PetscInt_FMT "]",
+             file, path, dims[0], dims[1], nz, nx);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f, PetscReal data[], PetscBool *has)
+{
+  char path[64], source[PETSC_MAX_PATH_LEN + 32];
+  PetscInt dims[2] = {1, 1};
+  const PetscInt ndim = fault->mesh.n ? 1 : 2; /* a mesh's fields are [n] */
+  PetscReal *read;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", SlipFaultReals[SlipFaultFields[f]].name));
+  PetscCall(SlipH5Has(h, path, has));
+  if (!*has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5ReadReal(h, path, ndim, dims + 2 - ndim, &read));
+  (void)snprintf(source, sizeof(source), "%s (-fault_parameters)", h->name);
+  ierr = SlipFaultCheckShape(fault, h->name, path, dims);
+  if (!ierr) ierr = SlipFaultCheckField(fault, source, f, read);
+  if (!ierr) ierr = PetscArraycpy(data, read, fault->N);
+  PetscCall(PetscFree(read));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultReadOpenFields(SlipFault fault, SlipH5 *h, PetscReal data[], PetscInt has[])
+{
+  PetscInt found = 0;
+  char names[256];
+  size_t used = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscBool flg;
+
+    PetscCall(SlipFaultReadField(fault, h, f, data + (size_t)f * fault->N, &flg));
+    found += has[f] = flg ? 1 : 0;
+    PetscCall(PetscSNPrintf(names + used, sizeof(names) - used, " %s", SlipFaultReals[SlipFaultFields[f]].name));
+    PetscCall(PetscStrlen(names, &used));
+  }
+  PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s (-fault_parameters) holds none of the fields%s",
+             h->name, names);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On rank 0: data [field][N] and which fields the file holds. */
+static PetscErrorCode SlipFaultReadFields(SlipFault fault, PetscReal data[], PetscInt has[])
+{
+  SlipH5 h;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenRead(fault->text[FAULT_PARAMETERS], &h));
+  ierr = SlipFaultReadOpenFields(fault, &h, data, has);
+  PetscCall(SlipH5Close(&h));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
+{
+  PetscReal *data;
+  PetscInt has[FAULT_NUM_FIELDS] = {0};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCall(PetscMalloc1((size_t)fault->N * FAULT_NUM_FIELDS, &data));
+  if (!rank) ierr = SlipFaultReadFields(fault, data, has);
+  ierr = SlipErrorBcast(fault->comm, ierr);
+  if (ierr) PetscCall(PetscFree(data));
+  PetscCall(ierr);
+  PetscCallMPI(MPI_Bcast(has, FAULT_NUM_FIELDS, MPIU_INT, 0, fault->comm));
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscReal *values = data + (size_t)f * fault->N;
+
+    if (!has[f]) continue;
+    PetscCallMPI(MPI_Bcast(values, (PetscMPIInt)fault->N, MPIU_REAL, 0, fault->comm));
+    SlipFaultTakeField(fault, f, values);
+  }
+  PetscCall(PetscFree(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultSetField - a parameter cell by cell
+
+  Logically collective; before SlipFaultSetUp().
+
+  Input Parameters:
++ fault  - the fault
+. name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate" or "loading_rate"
+. n      - number of cells, nx nz (of all ranks), or cells of a mesh
+- values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
+           rank; copied
+
+  Level: intermediate
+
+  Notes:
+  A dataset of -fault_parameters goes before it, and it goes before the scalar parameters. Normal stress given this way
+  is not added to the gradient's.
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for a name without a field; at SlipFaultSetUp() PETSC_ERR_ARG_SIZ for another
+  number of cells, PETSC_ERR_ARG_OUTOFRANGE for values out of bounds
+
+.seealso: SlipFaultSetReal()
+@*/
+PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[])
+{
+  PetscFunctionBegin;
+  PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetField() before SlipFaultSetUp()");
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscBool same;
+
+    PetscCall(PetscStrcmp(name, SlipFaultReals[SlipFaultFields[f]].name, &same));
+    if (!same) continue;
+    PetscCall(PetscFree(fault->given[f]));
+    PetscCall(PetscMalloc1(PetscMax(n, 1), &fault->given[f]));
+    PetscCall(PetscArraycpy(fault->given[f], values, n));
+    fault->ngiven[f] = n;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+          "a fault has no field \"%s\"; expected normal_stress, friction_residual, friction_drop, friction_slip, "
+          "friction_rate or loading_rate",
+          name);
+}
+
+/* Fields of SlipFaultSetField() replace what the scalar parameters gave. */
+static PetscErrorCode SlipFaultTakeGiven(SlipFault fault)
+{
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    const char *name = SlipFaultReals[SlipFaultFields[f]].name;
+
+    if (!fault->given[f]) continue;
+    PetscCheck(fault->ngiven[f] == fault->N, fault->comm, PETSC_ERR_ARG_SIZ,
+               "SlipFaultSetField(): %s was given for %" PetscInt_FMT " cells, expected %" PetscInt_FMT, name,
+               fault->ngiven[f], fault->N);
+    PetscCall(SlipFaultCheckField(fault, "SlipFaultSetField()", f, fault->given[f]));
+    SlipFaultTakeField(fault, f, fault->given[f]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
+{
+  PetscReal low = PETSC_MAX_REAL;
+  PetscInt any = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultDistribute(fault));
+  PetscCall(SlipFaultFillFields(fault));
+  PetscCall(SlipFaultTakeGiven(fault));
+  PetscCall(SlipErrorSource("-fault_parameters"));
+  if (fault->text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
+  PetscCall(SlipErrorSource(NULL));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    low = PetscMin(low, fault->field[FIELD_NORMAL_STRESS][i]);
+    any = any || fault->field[FIELD_LOADING_RATE][i] != 0;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &low, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
+  PetscCheck(low > 0, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "the least effective normal stress is %.6g Pa, expected > 0: raise -fault_normal_stress or "
+             "-fault_normal_stress_gradient",
+             (double)low);
+  fault->loaded = any ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

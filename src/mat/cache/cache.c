@@ -1,0 +1,362 @@
+/*
+  A directory of files that keep what is expensive to set up: the exact viscosity of large faults, as the low-rank part
+  of a uniform grid's, or as a dense root (cacheroot.c).
+
+  It is kept for unit factors of K and H, so that one file serves every thickness, density, damping and scaling. Its
+  name holds a hash of all that it depends on, which the file repeats in words. Files are written under a name of their
+  own and renamed, so that runs at the same time neither see half a file nor disturb each other. A file that cannot be
+  used, for whatever reason, is reported and replaced: the cache never decides whether a run succeeds.
+*/
+#include <slipmat.h>
+#include <slipsys.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+#include <slipstep/private/slipsys.h>
+#include <slipstep/private/sliph5.h>
+#include <slipstep/private/slipmatcache.h>
+
+#define FORMAT "slipstep-viscosity-cache"
+
+/* Fowler, Noll & Vo's 64-bit hash, continued from hash. */
+static uint64_t Hash(uint64_t hash, const void *data, size_t bytes)
+{
+  const unsigned char *b = (const unsigned char *)data;
+
+  for (size_t i = 0; i < bytes; i++) hash = (hash ^ b[i]) * 1099511628211ULL;
+  return hash;
+}
+
+/* The same step for whole numbers, eight times as fast, with their high halves folded in: a product moves bits up
+   only. */
+uint64_t SlipHashReals(uint64_t hash, const PetscReal a[], size_t n)
+{
+  for (size_t i = 0; i < n; i++) {
+    uint64_t word;
+
+    memcpy(&word, &a[i], sizeof(word));
+    hash = (hash ^ word) * 1099511628211ULL;
+    hash ^= hash >> 32;
+  }
+  return hash;
+}
+
+/* ---- files; rank 0 only ---- */
+
+static PetscErrorCode NameOf(const char dir[], const char kind[], const char key[], char name[], size_t len)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(name, len, "%s/%s-%016llx.h5", dir, kind,
+                          (unsigned long long)Hash(SLIP_HASH_START, key, strlen(key))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static size_t CountOf(const SlipCacheItem *item)
+{
+  return (size_t)item->dims[0] * (size_t)(item->ndim > 1 ? item->dims[1] : 1);
+}
+
+static void ChecksumOf(PetscInt n, const SlipCacheItem item[], char text[17])
+{
+  uint64_t hash = SLIP_HASH_START;
+
+  for (PetscInt i = 0; i < n; i++) hash = SlipHashReals(hash, item[i].data, CountOf(&item[i]));
+  (void)snprintf(text, 17, "%016llx", (unsigned long long)hash);
+}
+
+/* One dataset, of the shape that is known, all of whose numbers are finite. */
+static PetscErrorCode ReadItem(SlipH5 *h, SlipCacheItem *item)
+{
+  PetscInt dims[2] = {1, 1};
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadReal(h, item->path, item->ndim, dims, &item->data));
+  for (PetscInt d = 0; d < item->ndim; d++) {
+    PetscCheck(item->dims[d] < 0 || item->dims[d] == dims[d], PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s in %s has %" PetscInt_FMT " entries in dimension %" PetscInt_FMT ", expected %" PetscInt_FMT,
+               item->path, h->name, dims[d], d, item->dims[d]);
+    item->dims[d] = dims[d];
+  }
+  for (size_t i = 0; i < CountOf(item); i++)
+    PetscCheck(!PetscIsInfOrNanReal(item->data[i]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s in %s holds a number that is not finite", item->path, h->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadOpen(SlipH5 *h, const char key[], PetscInt n, SlipCacheItem item[])
+{
+  char text[1024], sum[17];
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadAttrString(h, "/", "format", text, sizeof(text)));
+  PetscCheck(!strcmp(text, FORMAT), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s is a \"%s\", expected a \"%s\"",
+             h->name, text, FORMAT);
+  PetscCall(SlipH5ReadAttrString(h, "/", "key", text, sizeof(text)));
+  PetscCheck(!strcmp(text, key), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s is of \"%s\", expected \"%s\"",
+             h->name, text, key);
+  for (PetscInt i = 0; i < n; i++) PetscCall(ReadItem(h, &item[i]));
+  ChecksumOf(n, item, sum);
+  PetscCall(SlipH5ReadAttrString(h, "/", "checksum", text, sizeof(text)));
+  PetscCheck(!strcmp(text, sum), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s is damaged: its checksum is %s, not %s", h->name, sum, text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadFile(const char name[], const char key[], PetscInt n, SlipCacheItem item[])
+{
+  PetscErrorCode code;
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenRead(name, &h));
+  code = ReadOpen(&h, key, n, item);
+  PetscCall(SlipH5Close(&h));
+  PetscCall(code);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteOpen(SlipH5 *h, const char key[], PetscInt n, const SlipCacheItem item[])
+{
+  char sum[17];
+
+  PetscFunctionBegin;
+  ChecksumOf(n, item, sum);
+  PetscCall(SlipH5WriteAttrString(h, "/", "format", FORMAT));
+  PetscCall(SlipH5WriteAttrString(h, "/", "key", key));
+  PetscCall(SlipH5WriteAttrString(h, "/", "checksum", sum));
+  for (PetscInt i = 0; i < n; i++)
+    PetscCall(SlipH5WriteReal(h, item[i].path, item[i].ndim, item[i].dims, item[i].data, item[i].units));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteFile(const char name[], const char key[], PetscInt n, const SlipCacheItem item[])
+{
+  char own[PETSC_MAX_PATH_LEN], host[64];
+  PetscErrorCode code;
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  PetscCall(PetscGetHostName(host, sizeof(host)));
+  PetscCall(PetscSNPrintf(own, sizeof(own), "%s.%s.%ld", name, host, (long)getpid()));
+  PetscCall(SlipH5Create(own, &h));
+  code = WriteOpen(&h, key, n, item);
+  if (code) h.target[0] = '\0'; /* do not rename what is not complete */
+  if (!code)
+    code = SlipH5Close(&h);
+  else
+    (void)SlipH5Close(&h);
+  if (code) (void)remove(h.name);
+  PetscCall(code);
+  if (rename(own, name)) {
+    (void)remove(own);
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot replace %s", name);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the cache of a stiffness ---- */
+
+/* Keeps the message of the first error; ctx is its char[1024]. */
+static PetscErrorCode KeepMessage(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
+                                  PetscErrorType type, const char *message, void *ctx)
+{
+  (void)comm;
+  (void)line;
+  (void)function;
+  (void)file;
+  if (type == PETSC_ERROR_INITIAL && message) (void)PetscStrncpy((char *)ctx, message, 1024);
+  return code;
+}
+
+/*@
+  MatSlipStiffnessSetCacheDir - keep what is expensive to set up for a stiffness in files of a directory
+
+  Logically collective
+
+  Input Parameters:
++ K   - stiffness of MatCreateSlipStiffness() or one of its sisters
+- dir - an existing directory that can be written to; "" for none
+
+  Notes:
+  MatCreateSlipViscosity() of type "sqrtm" looks there first, for a stiffness of type "fft", and for a dense one of at
+  least 1500 rows. A file that is damaged or belongs to another stiffness is reported, and replaced. Runs at the same
+  time may share the directory. Call it before MatScale(): the scale may then differ from run to run.
+
+  Errors: PETSC_ERR_FILE_OPEN when dir is not a directory that can be written to
+
+  Level: intermediate
+
+.seealso: MatCreateSlipViscosity()
+@*/
+PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[])
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  PetscMPIInt rank, good = 1;
+  char *copy;
+
+  PetscFunctionBegin;
+  if (!dir[0]) {
+    PetscCall(PetscObjectCompose((PetscObject)K, "SlipCacheDir", NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) {
+    PetscBool is_dir;
+
+    PetscCall(PetscTestDirectory(dir, 'w', &is_dir));
+    good = is_dir ? 1 : 0;
+  }
+  PetscCallMPI(MPI_Bcast(&good, 1, MPI_INT, 0, comm));
+  PetscCheck(good, comm, PETSC_ERR_FILE_OPEN,
+             "cache directory %s (-fault_cache_dir): no such directory, or it cannot be written to", dir);
+  PetscCall(PetscStrallocpy(dir, &copy));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipCacheDir", copy, SlipContainerDestroyDefault));
+  PetscCall(SlipFingerprintCompose(K));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: the items of the file, or a warning; those of a file that cannot be used are freed. */
+static PetscErrorCode ReadOrWarn(const char name[], const char key[], PetscInt n, SlipCacheItem item[], PetscBool *good)
+{
+  char message[1024] = "";
+  PetscErrorCode code;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTestFile(name, '\0', good));
+  if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPushErrorHandler(KeepMessage, message));
+  code = ReadFile(name, key, n, item);
+  PetscCall(PetscPopErrorHandler());
+  if (!code) PetscFunctionReturn(PETSC_SUCCESS);
+  *good = PETSC_FALSE;
+  for (PetscInt i = 0; i < n; i++) PetscCall(PetscFree(item[i].data));
+  PetscCall(SlipWarning("%s (-fault_cache_dir); it will be built anew", message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  Rank 0 reads the n items, whose paths and known dimensions are set (-1: any), when the cache of K has them; their data
+  are then the caller's to free. Every rank learns whether. Collective.
+*/
+PetscErrorCode SlipCacheRead(Mat K, const char kind[], const char key[], PetscInt n, SlipCacheItem item[],
+                             PetscBool *found)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  char name[PETSC_MAX_PATH_LEN] = "";
+  const char *dir;
+  PetscMPIInt rank, state = 0;
+
+  PetscFunctionBegin;
+  *found = PETSC_FALSE;
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipCacheDir", &dir));
+  if (!dir) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) {
+    PetscCall(NameOf(dir, kind, key, name, sizeof(name)));
+    PetscCall(ReadOrWarn(name, key, n, item, found));
+    state = *found ? 1 : 0;
+  }
+  PetscCallMPI(MPI_Bcast(&state, 1, MPI_INT, 0, comm));
+  *found = state ? PETSC_TRUE : PETSC_FALSE;
+  if (*found) PetscCall(SlipNote(K, "SlipCache", "read from %s", name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0 writes the n items. A failure is reported and does not stop the run. */
+PetscErrorCode SlipCacheWrite(Mat K, const char kind[], const char key[], PetscInt n, const SlipCacheItem item[])
+{
+  char name[PETSC_MAX_PATH_LEN], message[1024] = "";
+  const char *dir;
+  PetscErrorCode code;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipCacheDir", &dir));
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)K), &rank));
+  if (!dir || rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(NameOf(dir, kind, key, name, sizeof(name)));
+  PetscCall(PetscPushErrorHandler(KeepMessage, message));
+  code = WriteFile(name, key, n, item);
+  PetscCall(PetscPopErrorHandler());
+  if (code) PetscCall(SlipWarning("%s (-fault_cache_dir); nothing was kept", message));
+  PetscCall(SlipNote(K, "SlipCache", code ? "%s could not be written" : "not found, written to %s", name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the low-rank part of a uniform grid's viscosity ---- */
+
+/* All that the low-rank part depends on, in words; entries of the kernel stand for the code that computes it. */
+static PetscErrorCode KeyOf(const SlipGrid *g, PetscReal tolerance, PetscBool dense, char key[], size_t len)
+{
+  int written;
+
+  PetscFunctionBegin;
+  written =
+    snprintf(key, len,
+             "version %d, nx %lld, nz %lld, length_x %.17g m, length_z %.17g m, depth_top %.17g m, shear_modulus %.17g "
+             "Pa, poisson_ratio %.17g, %s, tolerance %.17g, %s, kernel %.17g %.17g %.17g",
+             SLIP_CACHE_VERSION, (long long)g->nx, (long long)g->nz, (double)g->length_x, (double)g->length_z,
+             (double)g->depth_top, (double)g->shear_modulus, (double)g->poisson_ratio,
+             g->full_space ? "full space" : "half space", (double)tolerance, dense ? "dense" : "sketch",
+             (double)SlipGridEntry(g, 0, 0, 0), (double)SlipGridEntry(g, g->nx - 1, 0, g->nz - 1),
+             (double)SlipGridEntry(g, g->nx / 2, g->nz - 1, g->nz / 2));
+  PetscCheck(written > 0 && (size_t)written < len, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Key of the cache is too long");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The datasets of m: values and vectors of each parity that has cells; returns their number. */
+static PetscInt ItemsOf(const SlipLowRank m[2], PetscBool known, SlipCacheItem item[4])
+{
+  static const char *const values[2] = {"/even/values", "/odd/values"};
+  static const char *const vectors[2] = {"/even/vectors", "/odd/vectors"};
+  PetscInt n = 0;
+
+  for (PetscInt p = 0; p < 2; p++) {
+    const PetscInt rank = known ? m[p].rank : -1;
+
+    if (!m[p].n) continue;
+    item[n++] = (SlipCacheItem){values[p], "sqrt(Pa/m)", 1, {rank, 1}, m[p].lambda};
+    item[n++] = (SlipCacheItem){vectors[p], "1", 2, {rank, m[p].n}, m[p].W};
+  }
+  return n;
+}
+
+/* Rank 0 reads m (n set) for unit factors when the cache of K has it; every rank learns whether. Collective. */
+PetscErrorCode SlipCacheLoad(Mat K, const SlipGrid *g, PetscReal tolerance, PetscBool dense, SlipLowRank m[2],
+                             PetscBool *found)
+{
+  const SlipLowRank empty[2] = {{.n = m[0].n}, {.n = m[1].n}};
+  SlipCacheItem item[4];
+  const PetscInt n = ItemsOf(empty, PETSC_FALSE, item);
+  PetscInt i = 0;
+  char key[1024];
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCall(KeyOf(g, tolerance, dense, key, sizeof(key)));
+  PetscCall(SlipCacheRead(K, "viscosity", key, n, item, found));
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)K), &rank));
+  if (!*found || rank) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt p = 0; p < 2; p++) {
+    if (!m[p].n) continue;
+    /* the checksum is right, so this is what was written: as many vectors as values */
+    m[p].rank = item[i].dims[0];
+    m[p].lambda = item[i++].data;
+    m[p].W = item[i++].data;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0 writes m, which all its ranks have, for unit factors. A failure is reported and does not stop the run. */
+PetscErrorCode SlipCacheSave(Mat K, const SlipGrid *g, PetscReal tolerance, PetscBool dense, const SlipLowRank m[2])
+{
+  SlipCacheItem item[4];
+  char key[1024];
+
+  PetscFunctionBegin;
+  for (PetscInt p = 0; p < 2; p++)
+    if (m[p].n && !m[p].rank) PetscFunctionReturn(PETSC_SUCCESS); /* nothing worth keeping */
+  PetscCall(KeyOf(g, tolerance, dense, key, sizeof(key)));
+  PetscCall(SlipCacheWrite(K, "viscosity", key, ItemsOf(m, PETSC_TRUE, item), item));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,116 @@
+/* A binary tree of cells, cut in two across the longest side of the box of their centres. */
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmatcells.h>
+#include <stdlib.h>
+
+/* The box of the cells themselves, and the coordinate in which their centres spread most. */
+static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node, const PetscReal **coordinate)
+{
+  const PetscReal *centre[3] = {c->x, c->y, c->z};
+  PetscReal widest = -1;
+
+  for (int k = 0; k < 3; k++) {
+    PetscReal low = PETSC_MAX_REAL, top = PETSC_MIN_REAL;
+
+    node->low[k] = PETSC_MAX_REAL;
+    node->top[k] = PETSC_MIN_REAL;
+    for (PetscInt i = node->start; i < node->end; i++) {
+      const PetscInt e = perm[i];
+      const PetscReal half = k == 0 ? 0.5 * c->length[e] : k == 2 ? 0.5 * c->width[e] : 0;
+
+      low = PetscMin(low, centre[k][e]);
+      top = PetscMax(top, centre[k][e]);
+      node->low[k] = PetscMin(node->low[k], centre[k][e] - half);
+      node->top[k] = PetscMax(node->top[k], centre[k][e] + half);
+    }
+    if (top - low > widest) {
+      widest = top - low;
+      *coordinate = centre[k];
+    }
+  }
+}
+
+/* Where to cut size cells sorted by key: at the widest gap when that is a quarter of their extent, as between two
+   faults, and leaves an eighth of the cells on either side; else next to the middle, between two rows of cells if one
+   ends in the middle half. Clusters halved whatever their gaps hold cells of both faults down to the leaves. */
+static PetscInt Cut(PetscInt size, const SlipCellKey key[])
+{
+  PetscInt widest = size / 2;
+  PetscReal gap = 0;
+
+  for (PetscInt i = PetscMax(1, size / 8); i <= size - PetscMax(1, size / 8); i++)
+    if (key[i].key - key[i - 1].key > gap) {
+      gap = key[i].key - key[i - 1].key;
+      widest = i;
+    }
+  if (gap >= 0.25 * (key[size - 1].key - key[0].key)) return widest;
+  for (PetscInt d = 0; d < size / 4; d++) {
+    const PetscInt low = size / 2 - d, top = size / 2 + d;
+
+    if (low > 0 && key[low].key > key[low - 1].key) return low;
+    if (top < size && key[top].key > key[top - 1].key) return top;
+  }
+  return size / 2;
+}
+
+PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, SlipClusterTree *tree)
+{
+  const PetscInt n = cells->n;
+  SlipCellKey *key;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(n, &tree->perm));
+  PetscCall(PetscMalloc1(2 * n, &tree->node)); /* a binary tree with at most n leaves */
+  PetscCall(PetscMalloc1(n, &key));
+  for (PetscInt i = 0; i < n; i++) tree->perm[i] = i;
+  tree->node[0] = (SlipCluster){.start = 0, .end = n, .child = {-1, -1}};
+  tree->nnodes = 1;
+  for (PetscInt t = 0; t < tree->nnodes; t++) {
+    SlipCluster *node = &tree->node[t];
+    const PetscInt size = node->end - node->start, start = node->start, end = node->end;
+    PetscInt middle;
+    const PetscReal *coordinate = NULL;
+
+    Bounds(cells, tree->perm, node, &coordinate);
+    if (size <= leaf) continue;
+    for (PetscInt i = 0; i < size; i++) {
+      const PetscInt e = tree->perm[start + i];
+
+      key[i] = (SlipCellKey){coordinate[e], e};
+    }
+    qsort(key, (size_t)size, sizeof(*key), SlipCellKeyCompare);
+    for (PetscInt i = 0; i < size; i++) tree->perm[start + i] = key[i].cell;
+    middle = start + Cut(size, key);
+    for (int k = 0; k < 2; k++) {
+      node->child[k] = tree->nnodes;
+      tree->node[tree->nnodes++] =
+        (SlipCluster){.start = k ? middle : start, .end = k ? end : middle, .child = {-1, -1}};
+    }
+  }
+  PetscCall(PetscFree(key));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipClusterTreeDestroy(SlipClusterTree *tree)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree(tree->perm));
+  PetscCall(PetscFree(tree->node));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscReal SlipClusterDiameter(const SlipCluster *c)
+{
+  PetscReal sum = 0;
+
+  for (int k = 0; k < 3; k++) sum += PetscSqr(c->top[k] - c->low[k]);
+  return PetscSqrtReal(sum);
+}
+
+PetscReal SlipClusterDistance(const SlipCluster *a, const SlipCluster *b)
+{
+  PetscReal sum = 0;
+
+  for (int k = 0; k < 3; k++) sum += PetscSqr(PetscMax(0, PetscMax(a->low[k] - b->top[k], b->low[k] - a->top[k])));
+  return PetscSqrtReal(sum);
+}

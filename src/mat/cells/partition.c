@@ -1,0 +1,258 @@
+/*
+  Cells of an irregular mesh over processes: METIS cuts the graph that joins each cell to its nearest ones into compact
+  parts of equal cost (Karypis & Kumar 1998, SIAM J. Sci. Comput. 20).
+
+  The graph is of cells, not of the cluster tree: clusters of the hierarchical stiffness come from bisection, whatever
+  the number of processes, so that its low-rank blocks, and with them results, do not depend on that number.
+*/
+#include <slipcells.h>
+#include <slipsys.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmatcells.h>
+#include <metis.h>
+#include <stdlib.h>
+
+enum {
+  near_cells = 8,      /* neighbours that a cell is joined to, as many as touch it on a grid */
+  search_leaf = 16,    /* cells in a leaf of the tree that is searched for them */
+  max_recursive = 8,   /* parts up to which METIS bisects recursively, which balances better */
+  cost_unit = 1 << 12, /* of the mean cell: METIS takes whole numbers */
+};
+
+/* ---- nearest cells ---- */
+
+/* Those found so far, by rising distance. */
+typedef struct {
+  PetscInt n;
+  PetscInt cell[near_cells];
+  PetscReal distance[near_cells];
+} Near;
+
+static PetscReal Centre(const SlipCells *c, PetscInt i, int k)
+{
+  return k == 0 ? c->x[i] : k == 1 ? c->y[i] : c->z[i];
+}
+
+static void AddNear(Near *near, PetscInt cell, PetscReal distance)
+{
+  PetscInt k;
+
+  if (near->n == near_cells && distance >= near->distance[near_cells - 1]) return;
+  if (near->n < near_cells) near->n++;
+  for (k = near->n - 1; k > 0 && near->distance[k - 1] > distance; k--) {
+    near->cell[k] = near->cell[k - 1];
+    near->distance[k] = near->distance[k - 1];
+  }
+  near->cell[k] = cell;
+  near->distance[k] = distance;
+}
+
+/* Of a cell's centre from the box of a cluster, which holds the centres of its cells. */
+static PetscReal DistanceToBox(const SlipCells *c, PetscInt i, const SlipCluster *box)
+{
+  PetscReal sum = 0;
+
+  for (int k = 0; k < 3; k++) {
+    const PetscReal x = Centre(c, i, k);
+
+    sum += PetscSqr(PetscMax(0, PetscMax(box->low[k] - x, x - box->top[k])));
+  }
+  return PetscSqrtReal(sum);
+}
+
+static void Search(const SlipCells *c, const SlipClusterTree *tree, PetscInt node, PetscInt i, Near *near)
+{
+  const SlipCluster *p = &tree->node[node];
+
+  if (near->n == near_cells && DistanceToBox(c, i, p) >= near->distance[near_cells - 1]) return;
+  if (p->child[0] >= 0) {
+    const int first = DistanceToBox(c, i, &tree->node[p->child[0]]) <= DistanceToBox(c, i, &tree->node[p->child[1]]);
+
+    Search(c, tree, p->child[!first], i, near);
+    Search(c, tree, p->child[first], i, near);
+    return;
+  }
+  for (PetscInt k = p->start; k < p->end; k++) {
+    const PetscInt j = tree->perm[k];
+    PetscReal sum = 0;
+
+    for (int d = 0; d < 3; d++) sum += PetscSqr(Centre(c, i, d) - Centre(c, j, d));
+    if (j != i) AddNear(near, j, PetscSqrtReal(sum));
+  }
+}
+
+/* ---- the graph ---- */
+
+typedef struct {
+  idx_t n, *start, *neighbour; /* compressed rows */
+} Graph;
+
+static int CompareIndices(const void *a, const void *b)
+{
+  const idx_t p = *(const idx_t *)a, q = *(const idx_t *)b;
+
+  return p < q ? -1 : p > q;
+}
+
+/* Sorts each row and removes what is in it twice. */
+static void Compact(Graph *g)
+{
+  idx_t end = 0;
+
+  for (idx_t i = 0; i < g->n; i++) {
+    const idx_t first = g->start[i], size = g->start[i + 1] - first;
+    idx_t last = -1;
+
+    qsort(g->neighbour + first, (size_t)size, sizeof(idx_t), CompareIndices);
+    g->start[i] = end;
+    for (idx_t k = first; k < first + size; k++) {
+      if (g->neighbour[k] != last) g->neighbour[end++] = g->neighbour[k];
+      last = g->neighbour[end - 1];
+    }
+  }
+  g->start[g->n] = end;
+}
+
+/* Each cell and its nearest ones, both ways. */
+static PetscErrorCode GraphCreate(const SlipCells *c, Graph *g)
+{
+  SlipClusterTree tree;
+  Near *near;
+  idx_t *fill;
+
+  PetscFunctionBegin;
+  g->n = (idx_t)c->n;
+  PetscCall(SlipClusterTreeCreate(c, search_leaf, &tree));
+  PetscCall(PetscCalloc1(c->n, &near));
+  PetscCall(PetscCalloc1((size_t)c->n + 1, &g->start));
+  PetscCall(PetscMalloc1(2 * near_cells * (size_t)c->n, &g->neighbour));
+  PetscCall(PetscMalloc1(c->n, &fill));
+  for (PetscInt i = 0; i < c->n; i++) {
+    Search(c, &tree, 0, i, &near[i]);
+    g->start[i + 1] += (idx_t)near[i].n;
+    for (PetscInt k = 0; k < near[i].n; k++) g->start[near[i].cell[k] + 1]++;
+  }
+  for (PetscInt i = 0; i < c->n; i++) {
+    g->start[i + 1] += g->start[i];
+    fill[i] = g->start[i];
+  }
+  for (PetscInt i = 0; i < c->n; i++)
+    for (PetscInt k = 0; k < near[i].n; k++) {
+      const PetscInt j = near[i].cell[k];
+
+      g->neighbour[fill[i]++] = (idx_t)j;
+      g->neighbour[fill[j]++] = (idx_t)i;
+    }
+  Compact(g);
+  PetscCall(PetscFree(fill));
+  PetscCall(PetscFree(near));
+  PetscCall(SlipClusterTreeDestroy(&tree));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the parts ---- */
+
+/* part[i] in [0, size): every part has a cell. Falls back on equal shares in the file's order for tiny meshes. */
+static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal cost[], idx_t part[])
+{
+  idx_t options[METIS_NOPTIONS], one = 1, parts = (idx_t)size, cut, *weight;
+  PetscReal mean = 0;
+  PetscInt *count, empty = 0;
+  Graph g;
+  int code;
+
+  PetscFunctionBegin;
+  PetscCall(GraphCreate(c, &g));
+  PetscCall(PetscMalloc1(c->n, &weight));
+  for (PetscInt i = 0; i < c->n; i++) mean += cost[i] / (PetscReal)c->n;
+  for (PetscInt i = 0; i < c->n; i++) weight[i] = PetscMax(1, (idx_t)(cost_unit * cost[i] / mean));
+  METIS_SetDefaultOptions(options);
+  options[METIS_OPTION_SEED] = 1; /* the same parts in every run */
+  code = (size > max_recursive ? METIS_PartGraphKway : METIS_PartGraphRecursive)(
+    &g.n, &one, g.start, g.neighbour, weight, NULL, NULL, &parts, NULL, NULL, options, &cut, part);
+  PetscCheck(code == METIS_OK, PETSC_COMM_SELF, PETSC_ERR_LIB,
+             "METIS could not cut %" PetscInt_FMT " cells into %d parts (code %d)", c->n, (int)size, code);
+  PetscCall(PetscCalloc1(size, &count));
+  for (PetscInt i = 0; i < c->n; i++) count[part[i]]++;
+  for (PetscMPIInt r = 0; r < size; r++) empty += count[r] ? 0 : 1;
+  for (PetscInt i = 0; i < c->n && empty; i++) part[i] = (idx_t)((double)i * size / (double)c->n);
+  PetscCall(PetscFree(count));
+  PetscCall(PetscFree(weight));
+  PetscCall(PetscFree(g.start));
+  PetscCall(PetscFree(g.neighbour));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: order [n], the cells part by part, each in the file's order, and how many each part has. */
+static PetscErrorCode Order(const SlipCells *c, PetscMPIInt size, const char type[], PetscInt order[], PetscInt count[])
+{
+  PetscReal *cost;
+  idx_t *part;
+  PetscInt k = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(c->n, &cost, c->n, &part));
+  PetscCall(SlipCellsCosts(c, type, cost));
+  PetscCall(Cut(c, size, cost, part));
+  for (PetscMPIInt r = 0; r < size; r++) {
+    count[r] = 0;
+    for (PetscInt i = 0; i < c->n; i++) {
+      if (part[i] != r) continue;
+      order[k++] = i;
+      count[r]++;
+    }
+  }
+  PetscCall(PetscFree2(cost, part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipCellsPartition - compact shares of a mesh for the processes, of equal cost
+
+  Collective
+
+  Input Parameters:
++ comm  - communicator
+. cells - the cells, the same on every process
+- type  - storage that their stiffness will have: "dense", "hmat" or "auto"; with "hmat" a cell costs the numbers that
+          its row is expected to take, else all cost the same
+
+  Output Parameters:
++ order  - [n] cell of each row of the stiffness, the same on every process; in its own order on one process. Free it
+           with PetscFree()
+- nlocal - rows of this process, at least 1
+
+  Note: give both to MatCreateSlipCellStiffness() as cells->order and cells->nlocal.
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE when there are more processes than cells
+
+  Level: intermediate
+
+.seealso: MatCreateSlipCellStiffness()
+@*/
+PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *cells, const char *type, PetscInt **order,
+                                  PetscInt *nlocal)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank, size;
+  PetscInt *count;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCheck(size <= cells->n, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "%d processes for %" PetscInt_FMT " cells: expected at most one process per cell", (int)size, cells->n);
+  PetscCall(PetscMalloc1(cells->n, order));
+  PetscCall(PetscMalloc1(size, &count));
+  for (PetscInt i = 0; i < cells->n; i++) (*order)[i] = i;
+  count[0] = cells->n;
+  if (size > 1) {
+    if (!rank) ierr = Order(cells, size, type, *order, count);
+    PetscCall(SlipErrorBcast(comm, ierr));
+    PetscCallMPI(MPI_Bcast(*order, (PetscMPIInt)cells->n, MPIU_INT, 0, comm));
+    PetscCallMPI(MPI_Bcast(count, size, MPIU_INT, 0, comm));
+  }
+  *nlocal = count[rank];
+  PetscCall(PetscFree(count));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

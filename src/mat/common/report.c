@@ -1,0 +1,119 @@
+/* What a view tells of the operators: how a type was chosen, and how much memory it takes. */
+#include <slipmat.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmatgrid.h>
+
+/* Fills what MatGetInfo() returns for a shell matrix that stores so many bytes on this process. Collective. */
+PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *info)
+{
+  PetscReal value = bytes;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(info, sizeof(*info)));
+  if (flag != MAT_LOCAL)
+    PetscCallMPI(MPI_Allreduce(&bytes, &value, 1, MPIU_REAL, flag == MAT_GLOBAL_MAX ? MPIU_MAX : MPIU_SUM,
+                               PetscObjectComm((PetscObject)A)));
+  info->block_size = 1;
+  info->memory = (PetscLogDouble)value;
+  info->nz_used = info->nz_allocated = (PetscLogDouble)value / (PetscLogDouble)sizeof(PetscReal);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of a gather on this process. */
+PetscReal SlipGatherBytes(const SlipGather *g)
+{
+  PetscInt n = 0;
+
+  if (g->all) (void)VecGetLocalSize(g->all, &n);
+  return (PetscReal)sizeof(PetscReal) * (PetscReal)n;
+}
+
+/*@
+  MatSlipGetMemory - the memory that a matrix holds, most on one process and on all together
+
+  Collective
+
+  Input Parameter:
+. A - stiffness, viscosity or stage operator, or a dense matrix
+
+  Output Parameters:
++ most - on the process that has the most [bytes]; -1 when a matrix of this type does not know
+- all  - on all processes [bytes]; -1 likewise
+
+  Level: intermediate
+
+.seealso: MatGetInfo(), SlipFaultView()
+@*/
+PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)A);
+  PetscBool dense, constant, known;
+  PetscReal bytes = 0;
+  PetscInt m, N;
+  MatInfo info;
+
+  PetscFunctionBegin;
+  *most = *all = -1;
+  PetscCall(MatGetSize(A, NULL, &N));
+  PetscCall(MatGetLocalSize(A, &m, NULL));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)A, &dense, MATSEQDENSE, MATMPIDENSE, ""));
+  PetscCall(PetscObjectTypeCompare((PetscObject)A, MATCONSTANTDIAGONAL, &constant));
+  PetscCall(MatHasOperation(A, MATOP_GETINFO, &known));
+  if (dense)
+    bytes = (PetscReal)sizeof(PetscScalar) * (PetscReal)m * (PetscReal)N;
+  else if (!constant) {
+    if (!known) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(MatGetInfo(A, MAT_LOCAL, &info));
+    bytes = (PetscReal)info.memory;
+  }
+  PetscCallMPI(MPI_Allreduce(&bytes, most, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscCallMPI(MPI_Allreduce(&bytes, all, 1, MPIU_REAL, MPIU_SUM, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  MatSlipGetNotes - how the type of a matrix was chosen, and what the cache did for it, in words
+
+  Not collective
+
+  Input Parameter:
+. A - stiffness or viscosity
+
+  Output Parameters:
++ why   - "auto: ..." or what was asked for; borrowed, "" when there is nothing to tell
+- cache - of a stiffness: "read from FILE" and the like, on rank 0; borrowed, "" when no cache was used
+
+  Level: intermediate
+
+.seealso: MatSlipStiffnessSetCacheDir(), SlipFaultView()
+@*/
+PetscErrorCode MatSlipGetNotes(Mat A, const char **why, const char **cache)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipNoteGet(A, "SlipWhy", why));
+  PetscCall(SlipNoteGet(A, "SlipCache", cache));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Why H is of its type, for views. */
+PetscErrorCode SlipViscosityNote(Mat K, Mat H, const char asked[])
+{
+  PetscBool same, dense, lanczos;
+  MatType type;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(asked, "sqrtm", &same));
+  if (!same) {
+    PetscCall(SlipNote(H, "SlipWhy", "%s as asked", asked));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetType(K, &type));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)H, &dense, MATSEQDENSE, MATMPIDENSE, ""));
+  PetscCall(PetscObjectTypeCompare((PetscObject)H, "sliplanczos", &lanczos));
+  PetscCall(SlipNote(H, "SlipWhy", "sqrtm, %s, as the stiffness is %s",
+                     dense     ? "dense"
+                     : lanczos ? "by Lanczos' method in each product"
+                               : "spectral plus what that misses",
+                     type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,61 @@
+/* What all our matrices share: type name and conversion of shells to MATDENSE, and notes for views. */
+#include <slipmat.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipmatcommon.h>
+
+/* N products; for checking and for small sizes. */
+static PetscErrorCode ShellToDense(Mat A, MatType type, MatReuse reuse, Mat *D)
+{
+  Mat dense;
+
+  PetscFunctionBegin;
+  (void)type;
+  PetscCall(MatComputeOperator(A, MATDENSE, &dense));
+  if (reuse == MAT_INPLACE_MATRIX)
+    PetscCall(MatHeaderReplace(A, &dense));
+  else if (reuse == MAT_REUSE_MATRIX) {
+    PetscCall(MatCopy(dense, *D, SAME_NONZERO_PATTERN));
+    PetscCall(MatDestroy(&dense));
+  } else
+    *D = dense;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Names the type, composes "MatConvert_<type>_dense_C", marks the matrix symmetric and readies it. */
+PetscErrorCode SlipShellFinish(Mat A, const char type[])
+{
+  char name[64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectChangeTypeName((PetscObject)A, type));
+  PetscCall(PetscSNPrintf(name, sizeof(name), "MatConvert_%s_dense_C", type));
+  PetscCall(PetscObjectComposeFunction((PetscObject)A, name, ShellToDense));
+  PetscCall(MatSetOption(A, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...)
+{
+  char text[1024], *copy;
+  va_list args;
+
+  PetscFunctionBegin;
+  va_start(args, format);
+  (void)vsnprintf(text, sizeof(text), format, args);
+  va_end(args);
+  PetscCall(PetscStrallocpy(text, &copy));
+  PetscCall(SlipObjectComposeData((PetscObject)A, name, copy, SlipContainerDestroyDefault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)A, name, text));
+  if (!*text) *text = "";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,110 @@
+/* The whole of a distributed vector on every rank, for small fields; or the rows of cells that a rank transforms.
+   Either way operators give the same numbers at every rank count. */
+#include <slipmat.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmatgrid.h>
+
+static PetscErrorCode GatherCounts(Mat A, PetscMPIInt size, SlipGather *g)
+{
+  const PetscInt *ranges;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRanges(A, &ranges));
+  PetscCall(PetscMalloc1(size, &g->counts));
+  for (PetscMPIInt r = 0; r < size; r++) PetscCall(PetscMPIIntCast(ranges[r + 1] - ranges[r], &g->counts[r]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* pencil: NULL for the whole. Collective. */
+PetscErrorCode SlipGatherCreate(Mat A, SlipTransposedFFT pencil, SlipGather *g)
+{
+  PetscMPIInt size;
+  Vec x;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)A), &size));
+  PetscCall(MatGetSize(A, &g->N, NULL));
+  PetscCall(MatGetOwnershipRange(A, &g->start, &g->end));
+  g->comm = PetscObjectComm((PetscObject)A);
+  if (size > 1) {
+    PetscCall(MatCreateVecs(A, &x, NULL));
+    PetscCall(GatherCounts(A, size, g));
+    if (pencil) {
+      const PetscInt n = pencil->layout.rows * pencil->nx;
+      IS from;
+
+      g->rows = PETSC_TRUE;
+      PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, &g->all));
+      PetscCall(ISCreateStride(PETSC_COMM_SELF, n, pencil->layout.row_start * pencil->nx, 1, &from));
+      PetscCall(VecScatterCreate(x, from, g->all, NULL, &g->scatter));
+      PetscCall(ISDestroy(&from));
+    } else
+      PetscCall(VecScatterCreateToAll(x, &g->scatter, &g->all));
+    PetscCall(VecDestroy(&x));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipGatherDestroy(SlipGather *g)
+{
+  PetscFunctionBegin;
+  PetscCall(VecScatterDestroy(&g->scatter));
+  PetscCall(PetscFree(g->counts));
+  PetscCall(VecDestroy(&g->all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array)
+{
+  PetscFunctionBegin;
+  if (g->scatter) {
+    PetscCall(VecScatterBegin(g->scatter, x, g->all, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(g->scatter, x, g->all, INSERT_VALUES, SCATTER_FORWARD));
+  }
+  PetscCall(VecGetArrayRead(g->scatter ? g->all : x, array));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array)
+{
+  PetscFunctionBegin;
+  PetscCall(VecRestoreArrayRead(g->scatter ? g->all : x, array));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y from what SlipGatherGet() gave the shape of. Collective. */
+PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y)
+{
+  PetscReal *py;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  if (g->rows) {
+    PetscCall(VecGetLocalSize(g->all, &n));
+    PetscCall(VecGetArrayWrite(g->all, &py));
+    PetscCall(PetscArraycpy(py, array, n));
+    PetscCall(VecRestoreArrayWrite(g->all, &py));
+    PetscCall(VecScatterBegin(g->scatter, g->all, y, INSERT_VALUES, SCATTER_REVERSE));
+    PetscCall(VecScatterEnd(g->scatter, g->all, y, INSERT_VALUES, SCATTER_REVERSE));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecGetArrayWrite(y, &py));
+  PetscCall(PetscArraycpy(py, array + g->start, g->end - g->start));
+  PetscCall(VecRestoreArrayWrite(y, &py));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y := the sum of all processes' arrays [N]. Collective. */
+PetscErrorCode SlipGatherSum(SlipGather *g, const PetscReal array[], Vec y)
+{
+  PetscReal *py;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(y, &py));
+  if (g->counts)
+    PetscCallMPI(MPI_Reduce_scatter(array, py, g->counts, MPIU_REAL, MPIU_SUM, g->comm));
+  else
+    PetscCall(PetscArraycpy(py, array, g->N));
+  PetscCall(VecRestoreArrayWrite(y, &py));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,376 @@
+/*
+  Stiffness of a uniform grid by transforms both along strike and in depth, O(N log N), on any number of ranks.
+
+  With s = z + z' the sum of two depths, the surface part constant + z linear + z^2 quadratic (dislocation.c) of the
+  symmetrised kernel is
+
+     c(s) + (z + z')/2 l(s) + (z^2 + z'^2)/2 q(s) = A(s) - z z' q(s),   A = c + s/2 l + s^2/2 q,
+
+  and the full space's T depends on z - z' only. Multiplying by z commutes with transforms along strike, so each
+  wavenumber along strike needs two transforms in depth, of u and of z u, and two back:
+
+     y^(k) = T^(k) u^(k) + A^(k) u^(-k),   w^(k) = q^(k) (z u)^(-k),   K u = y - z w.
+
+  Rows of cells are spread over the ranks along z for the transforms along strike and along the wavenumber for those in
+  depth, with FFTW's distributed transpose between them. One plan serves every row and one every wavenumber, so that
+  results do not depend on the number of ranks.
+*/
+#include <slipmat.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipmatgrid.h>
+
+/* The three kernels at every distance along strike for depth index r (z - z' = r b, s = 2 top + (r + 1) b), [nk][3]. */
+static void KernelRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[])
+{
+  const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz;
+  const PetscReal G = g->shear_modulus, nu = g->poisson_ratio, s = 2 * g->depth_top + (PetscReal)(r + 1) * b;
+
+  for (PetscInt d = 0; d < nk; d++) {
+    const PetscReal dx = (PetscReal)d * a;
+    PetscReal part[3] = {0, 0, 0};
+
+    if (!g->full_space) SlipKernelSurface_Private(G, nu, dx, s, a, b, part);
+    row[3 * d] = r < g->nz ? SlipKernelFullSpace(G, nu, dx, (PetscReal)r * b, a, b) : 0;
+    row[3 * d + 1] = part[0] + s * (0.5 * part[1] + 0.5 * s * part[2]);
+    row[3 * d + 2] = part[2];
+  }
+}
+
+/* Kernels, cosine transformed along strike, of this rank's depths; then transposed to its wavenumbers. */
+static PetscErrorCode KernelsByWave(SlipToeplitz p, MPI_Comm comm, PetscReal **kernels)
+{
+  const PetscInt nk = p->period / 2 + 1, depths = 2 * p->grid.nz - 1;
+  const SlipLayout l = SlipLayoutOf(comm, depths, nk, 3);
+  const int length = (int)nk;
+  const fftw_r2r_kind kind = FFTW_REDFT00;
+  PetscReal *rows;
+  fftw_plan cosine;
+
+  PetscFunctionBegin;
+  PetscCall(SlipAllocate(l.size, &rows));
+  PetscCall(SlipAllocate(l.size, kernels));
+  cosine = fftw_plan_many_r2r(1, &length, 3, rows, NULL, 3, 1, rows, NULL, 3, 1, &kind, FFTW_ESTIMATE | FFTW_UNALIGNED);
+  PetscCheck(cosine, comm, PETSC_ERR_LIB, "FFTW cannot plan a cosine transform of length %d", length);
+  for (PetscInt r = 0; r < l.rows; r++) {
+    PetscReal *row = rows + (size_t)r * 3 * nk;
+
+    KernelRow(&p->grid, l.row_start + r, nk, row);
+    fftw_execute_r2r(cosine, row, row);
+  }
+  PetscCall(SlipTranspose(comm, depths, nk, 3, rows, *kernels));
+  fftw_destroy_plan(cosine);
+  fftw_free(rows);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Memory for the first 1 to 3 parts of a symbol: toeplitz, hankel, product. */
+PetscErrorCode SlipToeplitzAllocate(SlipToeplitz p, PetscInt parts, SlipToeplitzSymbol *s)
+{
+  const size_t size = (size_t)p->pencil->layout.columns * (p->depth_period / 2 + 1);
+
+  PetscFunctionBegin;
+  PetscCall(SlipAllocate(size, &s->toeplitz));
+  if (parts > 1) PetscCall(SlipAllocate(2 * size, &s->hankel));
+  if (parts > 2) PetscCall(SlipAllocate(2 * size, &s->product));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipToeplitzSymbolDestroy(SlipToeplitzSymbol *s)
+{
+  PetscFunctionBegin;
+  fftw_free(s->toeplitz);
+  fftw_free(s->hankel);
+  fftw_free(s->product);
+  *s = (SlipToeplitzSymbol){NULL, NULL, NULL};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Transforms in depth of the kernels [local nk][2 nz - 1][stride], the first of which is even, into a symbol. */
+PetscErrorCode SlipToeplitzSetSymbol(SlipToeplitz p, PetscInt stride, PetscInt parts, const PetscReal kernels[],
+                                     SlipToeplitzSymbol *s)
+{
+  const PetscInt nz = p->grid.nz, P = p->depth_period, h = P / 2 + 1, local = p->pencil->layout.columns;
+  PetscReal *line, *out;
+  fftw_plan plan;
+
+  PetscFunctionBegin;
+  PetscCall(SlipToeplitzAllocate(p, parts, s));
+  PetscCall(SlipAllocate(P, &line));
+  PetscCall(SlipAllocate((size_t)2 * h, &out));
+  plan = fftw_plan_dft_r2c_1d((int)P, line, (fftw_complex *)out, FFTW_ESTIMATE);
+  PetscCheck(plan, PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan a transform of length %" PetscInt_FMT, P);
+  for (PetscInt k = 0; k < local; k++)
+    for (PetscInt part = 0; part < parts; part++) {
+      const PetscReal *kernel = kernels + (size_t)k * stride * (2 * nz - 1) + part;
+      PetscReal *complex_symbol = part == 1 ? s->hankel : s->product;
+
+      for (PetscInt i = 0; i < P; i++) line[i] = 0;
+      for (PetscInt i = 0; i < (part ? 2 * nz - 1 : nz); i++) line[i] = kernel[stride * i];
+      for (PetscInt i = 1; i < nz && !part; i++) line[P - i] = kernel[stride * i];
+      fftw_execute(plan);
+      if (part) PetscCall(PetscArraycpy(complex_symbol + (size_t)k * 2 * h, out, 2 * h));
+      for (PetscInt i = 0; i < h && !part; i++) s->toeplitz[(size_t)k * h + i] = out[2 * i];
+    }
+  fftw_destroy_plan(plan);
+  fftw_free(line);
+  fftw_free(out);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode FormStiffness(SlipToeplitz p, MPI_Comm comm)
+{
+  PetscReal *kernels;
+
+  PetscFunctionBegin;
+  PetscCall(KernelsByWave(p, comm, &kernels));
+  PetscCall(SlipToeplitzSetSymbol(p, 3, p->grid.full_space ? 1 : 3, kernels, &p->stiffness));
+  fftw_free(kernels);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Out of place, which takes two thirds of the time in place (1024 complex numbers, measured). */
+static PetscErrorCode Plan(SlipToeplitz p)
+{
+  const int Q = (int)p->depth_period;
+  fftw_complex *column = (fftw_complex *)p->column, *waves = column + 2 * Q;
+
+  PetscFunctionBegin;
+  for (int i = 0; i < 2; i++) {
+    p->depth[i] = fftw_plan_many_dft(1, &Q, i + 1, column, NULL, 1, Q, waves, NULL, 1, Q, FFTW_FORWARD, FFTW_ESTIMATE);
+    p->depth_back[i] =
+      fftw_plan_many_dft(1, &Q, i + 1, waves, NULL, 1, Q, column, NULL, 1, Q, FFTW_BACKWARD, FFTW_ESTIMATE);
+    PetscCheck(p->depth[i] && p->depth_back[i], PETSC_COMM_SELF, PETSC_ERR_LIB,
+               "FFTW cannot plan transforms of length %d", Q);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rows of cells that this rank transforms, from the distribution of K's vectors where that is another one. */
+static PetscErrorCode CreateScatter(SlipToeplitz p, Mat K)
+{
+  const PetscInt nx = p->grid.nx, n = p->pencil->layout.rows * nx;
+  PetscInt start, end;
+  PetscBool same;
+  IS from;
+  Vec x;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(K, &start, &end));
+  same = (PetscBool)(end - start == n && (n == 0 || start == p->pencil->layout.row_start * nx));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)K)));
+  if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(K, &x, NULL));
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, &p->rows));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, n, p->pencil->layout.row_start * nx, 1, &from));
+  PetscCall(VecScatterCreate(x, from, p->rows, NULL, &p->scatter));
+  PetscCall(ISDestroy(&from));
+  PetscCall(VecDestroy(&x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective on K, whose vectors' distribution is taken. */
+static PetscErrorCode PlaneCreate(Mat K, const SlipGrid *grid, SlipToeplitz *plane)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  const PetscReal b = grid->length_z / (PetscReal)grid->nz;
+  SlipToeplitz p;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&p));
+  p->grid = *grid;
+  p->comm = comm;
+  p->period = SlipGoodLength(2 * grid->nx - 1);
+  p->depth_period = SlipGoodLength(2 * grid->nz - 1);
+  PetscCall(SlipTransposedFFTCreate(comm, grid->nx, grid->nz, p->period, &p->pencil));
+  PetscCall(FormStiffness(p, comm));
+  PetscCall(PetscMalloc1(grid->nz, &p->z));
+  for (PetscInt i = 0; i < grid->nz; i++) p->z[i] = grid->depth_top + ((PetscReal)i + 0.5) * b;
+  PetscCall(SlipAllocate((size_t)8 * p->depth_period, &p->column));
+  PetscCall(Plan(p));
+  PetscCall(CreateScatter(p, K));
+  *plane = p;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PlaneDestroy(SlipContainerArg arg)
+{
+  SlipToeplitz p = (SlipToeplitz)SlipContainerArgPointer(arg);
+
+  PetscFunctionBegin;
+  for (int i = 0; i < 2; i++) {
+    fftw_destroy_plan(p->depth[i]);
+    fftw_destroy_plan(p->depth_back[i]);
+  }
+  fftw_free(p->column);
+  PetscCall(SlipToeplitzSymbolDestroy(&p->stiffness));
+  PetscCall(SlipToeplitzRootDestroy(p));
+  PetscCall(SlipTransposedFFTDestroy(&p->pencil));
+  PetscCall(VecScatterDestroy(&p->scatter));
+  PetscCall(VecDestroy(&p->rows));
+  PetscCall(PetscFree(p->z));
+  PetscCall(PetscFree(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscReal SymbolReals(const SlipToeplitzSymbol *s)
+{
+  return (PetscReal)((s->toeplitz ? 1 : 0) + (s->hankel ? 2 : 0) + (s->product ? 2 : 0));
+}
+
+PetscReal SlipToeplitzBytes(SlipToeplitz p)
+{
+  const PetscReal h = (PetscReal)(p->depth_period / 2 + 1), waves = (PetscReal)p->pencil->layout.columns;
+  const PetscReal root = waves * (PetscReal)(p->length + 1);
+
+  return (PetscReal)sizeof(PetscReal) * (waves * h * (SymbolReals(&p->stiffness) + SymbolReals(&p->root)) +
+                                         (p->symbol ? root : 0) + 8 * (PetscReal)p->depth_period) +
+         SlipTransposedFFTBytes(p->pencil);
+}
+
+/* The engine of a stiffness, made at first use and kept with it: NULL when K is not on a uniform grid. Collective. */
+PetscErrorCode SlipToeplitzOf(Mat K, SlipToeplitz *plane)
+{
+  const SlipGrid *grid;
+
+  PetscFunctionBegin;
+  *plane = NULL;
+  PetscCall(SlipGridOf(K, &grid));
+  if (!grid) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipToeplitz", plane));
+  if (*plane) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PlaneCreate(K, grid, plane));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipToeplitz", *plane, PlaneDestroy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of the unscaled kernel [Pa/m]. */
+const SlipToeplitzSymbol *SlipToeplitzStiffness(SlipToeplitz p)
+{
+  return &p->stiffness;
+}
+
+/* In place on n pairs (k, -k) of u: u(k) = T u(k) + A(k) u(-k), A(-k) the conjugate of A(k). */
+static void MultiplyFirst(PetscInt P, const PetscReal T[], const PetscReal A[], PetscReal u[])
+{
+  for (PetscInt k = 0; k <= P / 2; k++) {
+    PetscReal *a = u + 2 * k, *b = u + 2 * (k ? P - k : 0);
+    const PetscReal ar = a[0], ai = a[1], br = b[0], bi = b[1], r = A[2 * k], i = A[2 * k + 1];
+
+    a[0] = T[k] * ar + r * br - i * bi;
+    a[1] = T[k] * ai + r * bi + i * br;
+    b[0] = T[k] * br + r * ar + i * ai;
+    b[1] = T[k] * bi + r * ai - i * ar;
+  }
+}
+
+/* The same for v(k) = q(k) v(-k). */
+static void MultiplySecond(PetscInt P, const PetscReal q[], PetscReal v[])
+{
+  for (PetscInt k = 0; k <= P / 2; k++) {
+    PetscReal *a = v + 2 * k, *b = v + 2 * (k ? P - k : 0);
+    const PetscReal ar = a[0], ai = a[1], br = b[0], bi = b[1], r = q[2 * k], i = q[2 * k + 1];
+
+    a[0] = r * br - i * bi;
+    a[1] = r * bi + i * br;
+    b[0] = r * ar + i * ai;
+    b[1] = r * ai - i * ar;
+  }
+}
+
+static void MultiplyFullSpace(PetscInt P, const PetscReal T[], PetscReal u[])
+{
+  for (PetscInt k = 0; k < P; k++) {
+    const PetscReal t = T[PetscMin(k, P - k)];
+
+    u[2 * k] *= t;
+    u[2 * k + 1] *= t;
+  }
+}
+
+/* depth_period times the product at local wavenumber k: f [nz] complex, in place. */
+void SlipToeplitzApplyWave(SlipToeplitz p, const SlipToeplitzSymbol *s, PetscInt k, PetscReal f[])
+{
+  const PetscInt nz = p->grid.nz, P = p->depth_period, h = P / 2 + 1, last = s->product ? 1 : 0;
+  PetscReal *u = p->column, *v = u + 2 * P, *u_waves = v + 2 * P, *v_waves = u_waves + 2 * P;
+
+  for (PetscInt i = 0; i < 2 * nz; i++) u[i] = f[i];
+  for (PetscInt i = 2 * nz; i < 2 * P; i++) u[i] = 0;
+  if (s->product) {
+    for (PetscInt i = 0; i < nz; i++) {
+      v[2 * i] = p->z[i] * f[2 * i];
+      v[2 * i + 1] = p->z[i] * f[2 * i + 1];
+    }
+    for (PetscInt i = 2 * nz; i < 2 * P; i++) v[i] = 0;
+  }
+  fftw_execute(p->depth[last]);
+  if (s->hankel)
+    MultiplyFirst(P, s->toeplitz + (size_t)k * h, s->hankel + (size_t)k * 2 * h, u_waves);
+  else
+    MultiplyFullSpace(P, s->toeplitz + (size_t)k * h, u_waves);
+  if (s->product) MultiplySecond(P, s->product + (size_t)k * 2 * h, v_waves);
+  fftw_execute(p->depth_back[last]);
+  for (PetscInt i = 0; i < 2 * nz; i++) f[i] = u[i];
+  if (s->product)
+    for (PetscInt i = 0; i < 2 * nz; i++) f[i] -= p->z[i / 2] * v[i];
+}
+
+/* Of a product: real transforms along strike and complex ones in depth, forth and back, and the symbols. */
+static PetscErrorCode LogFlops(SlipToeplitz p, const SlipToeplitzSymbol *symbol)
+{
+  const PetscLogDouble P = (PetscLogDouble)p->period, Q = (PetscLogDouble)p->depth_period;
+  const PetscLogDouble rows = (PetscLogDouble)p->pencil->layout.rows, waves = (PetscLogDouble)p->pencil->layout.columns;
+  const PetscLogDouble fields = symbol->product ? 2 : 1;
+
+  PetscFunctionBegin;
+  PetscCall(PetscLogFlops(5 * rows * P * PetscLog2Real(P) +
+                          waves * Q * (10 * fields * PetscLog2Real(Q) + (symbol->hankel ? 16 : 2))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* This rank's rows of cells, to its wavenumbers in the pencil. Collective. */
+PetscErrorCode SlipToeplitzForward(SlipToeplitz p, Vec x)
+{
+  const PetscReal *px;
+
+  PetscFunctionBegin;
+  if (p->scatter) {
+    PetscCall(VecScatterBegin(p->scatter, x, p->rows, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(p->scatter, x, p->rows, INSERT_VALUES, SCATTER_FORWARD));
+    x = p->rows;
+  }
+  PetscCall(VecGetArrayRead(x, &px));
+  PetscCall(SlipTransposedFFTForward(p->pencil, px));
+  PetscCall(VecRestoreArrayRead(x, &px));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* And back, times factor. Collective. */
+PetscErrorCode SlipToeplitzBackward(SlipToeplitz p, PetscReal factor, Vec y)
+{
+  PetscReal *py;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(p->scatter ? p->rows : y, &py));
+  PetscCall(SlipTransposedFFTBackward(p->pencil, factor, py));
+  PetscCall(VecRestoreArrayWrite(p->scatter ? p->rows : y, &py));
+  if (p->scatter) {
+    PetscCall(VecScatterBegin(p->scatter, p->rows, y, INSERT_VALUES, SCATTER_REVERSE));
+    PetscCall(VecScatterEnd(p->scatter, p->rows, y, INSERT_VALUES, SCATTER_REVERSE));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = scale * (operator of this symbol) x. Collective. */
+PetscErrorCode SlipToeplitzApply(SlipToeplitz p, PetscReal scale, const SlipToeplitzSymbol *symbol, Vec x, Vec y)
+{
+  SlipTransposedFFT pencil = p->pencil;
+
+  PetscFunctionBegin;
+  PetscCall(SlipToeplitzForward(p, x));
+  for (PetscInt k = 0; k < pencil->layout.columns; k++)
+    SlipToeplitzApplyWave(p, symbol, k, pencil->by_wave + (size_t)k * 2 * p->grid.nz);
+  PetscCall(SlipToeplitzBackward(p, scale / (PetscReal)p->depth_period, y));
+  PetscCall(LogFlops(p, symbol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

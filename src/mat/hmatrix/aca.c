@@ -1,0 +1,236 @@
+/*
+  Low-rank approximation of a block of which only entries are known: adaptive cross approximation with partial pivoting
+  (Bebendorf 2000, Numer. Math. 86), then truncation by the singular values of U V' (QR of both factors).
+
+  The pivoting can stop early where a block has parts that decouple, so that its end is confirmed in rows that were not
+  used yet: where their residual is not small it goes on with the worst of them.
+*/
+#include <petscmat.h>
+#include <petscblaslapack.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmathmatrix.h>
+
+#define CROSS_CHECKS 4 /* rows in which the end is confirmed */
+
+typedef struct {
+  SlipEntryFn entry;
+  void *ctx;
+  PetscInt m, n, rank, capacity;
+  PetscReal *U, *V; /* [m * capacity], [n * capacity] */
+  PetscBool *used;  /* [m] rows that were pivots */
+  PetscReal norm2;  /* of U V' in the Frobenius norm, squared */
+} Cross;
+
+/* The residual's row i into v [n]; its largest entry in magnitude is at *j. */
+static void ResidualRow(const Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
+{
+  for (PetscInt k = 0; k < c->n; k++) v[k] = c->entry(c->ctx, i, k);
+  for (PetscInt r = 0; r < c->rank; r++) {
+    const PetscReal f = c->U[(size_t)r * c->m + i], *w = c->V + (size_t)r * c->n;
+
+    for (PetscInt k = 0; k < c->n; k++) v[k] -= f * w[k];
+  }
+  *j = 0;
+  for (PetscInt k = 1; k < c->n; k++)
+    if (PetscAbsReal(v[k]) > PetscAbsReal(v[*j])) *j = k;
+}
+
+static void ResidualColumn(const Cross *c, PetscInt j, PetscReal u[])
+{
+  for (PetscInt k = 0; k < c->m; k++) u[k] = c->entry(c->ctx, k, j);
+  for (PetscInt r = 0; r < c->rank; r++) {
+    const PetscReal f = c->V[(size_t)r * c->n + j], *w = c->U + (size_t)r * c->m;
+
+    for (PetscInt k = 0; k < c->m; k++) u[k] -= f * w[k];
+  }
+}
+
+static PetscReal Dot(PetscInt n, const PetscReal a[], const PetscReal b[])
+{
+  PetscReal sum = 0;
+
+  for (PetscInt i = 0; i < n; i++) sum += a[i] * b[i];
+  return sum;
+}
+
+static PetscErrorCode Grow(Cross *c)
+{
+  PetscReal *U, *V;
+
+  PetscFunctionBegin;
+  if (c->rank < c->capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(2 * (size_t)c->capacity * c->m, &U));
+  PetscCall(PetscMalloc1(2 * (size_t)c->capacity * c->n, &V));
+  PetscCall(PetscArraycpy(U, c->U, (size_t)c->capacity * c->m));
+  PetscCall(PetscArraycpy(V, c->V, (size_t)c->capacity * c->n));
+  PetscCall(PetscFree(c->U));
+  PetscCall(PetscFree(c->V));
+  c->U = U;
+  c->V = V;
+  c->capacity *= 2;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds the cross through row i, whose residual is in V's next column, and column j; *size: the norm of what it adds. */
+static void AddCross(Cross *c, PetscInt i, PetscInt j, PetscReal *size)
+{
+  PetscReal *u = c->U + (size_t)c->rank * c->m, *v = c->V + (size_t)c->rank * c->n;
+  const PetscReal pivot = v[j];
+  PetscReal u2, v2;
+
+  for (PetscInt k = 0; k < c->n; k++) v[k] /= pivot;
+  ResidualColumn(c, j, u);
+  u2 = Dot(c->m, u, u);
+  v2 = Dot(c->n, v, v);
+  for (PetscInt r = 0; r < c->rank; r++)
+    c->norm2 += 2 * Dot(c->m, u, c->U + (size_t)r * c->m) * Dot(c->n, v, c->V + (size_t)r * c->n);
+  c->norm2 += u2 * v2;
+  c->used[i] = PETSC_TRUE;
+  c->rank++;
+  *size = PetscSqrtReal(u2 * v2);
+}
+
+/* Next row: the largest entry of the newest column among those not used; -1 when all are. */
+static PetscInt NextRow(const Cross *c)
+{
+  const PetscReal *u = c->U + (size_t)(c->rank - 1) * c->m;
+  PetscInt best = -1;
+
+  for (PetscInt i = 0; i < c->m; i++)
+    if (!c->used[i] && (best < 0 || PetscAbsReal(u[i]) > PetscAbsReal(u[best]))) best = i;
+  return best;
+}
+
+/* The worst of some rows not used yet, -1 when their residual, scaled up to the block, is within the tolerance. */
+static PetscInt WorstRow(const Cross *c, PetscReal tolerance, PetscReal v[])
+{
+  const PetscInt stride = PetscMax(1, c->m / CROSS_CHECKS);
+  PetscReal worst2 = PetscSqr(tolerance) * PetscMax(c->norm2, 0) / (PetscReal)c->m;
+  PetscInt worst = -1, j;
+
+  for (PetscInt i = stride / 2; i < c->m; i += stride) {
+    PetscReal r2;
+
+    if (c->used[i]) continue;
+    ResidualRow(c, i, v, &j);
+    r2 = Dot(c->n, v, v);
+    if (r2 <= worst2) continue;
+    worst = i;
+    worst2 = r2;
+  }
+  return worst;
+}
+
+static PetscErrorCode Run(Cross *c, PetscReal tolerance, PetscInt max, PetscBool *found)
+{
+  PetscInt row = 0, j;
+
+  PetscFunctionBegin;
+  *found = PETSC_TRUE;
+  while (row >= 0) {
+    PetscReal *v, size = 0;
+    PetscBool small = PETSC_TRUE;
+
+    if (c->rank >= max) {
+      *found = PETSC_FALSE;
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
+    PetscCall(Grow(c));
+    v = c->V + (size_t)c->rank * c->n;
+    ResidualRow(c, row, v, &j);
+    c->used[row] = PETSC_TRUE;
+    if (v[j] != 0) {
+      AddCross(c, row, j, &size);
+      small = size <= tolerance * PetscSqrtReal(PetscMax(c->norm2, 0)) ? PETSC_TRUE : PETSC_FALSE;
+    }
+    PetscCall(Grow(c)); /* room for the check's row */
+    row = small ? WorstRow(c, tolerance, c->V + (size_t)c->rank * c->n) : NextRow(c);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A [m * k] := Q of its QR factorisation, R [k * k] := its triangle; k <= m. */
+static PetscErrorCode Orthogonalise(PetscInt m, PetscInt k, PetscReal A[], PetscReal R[])
+{
+  PetscBLASInt bm, bk, lwork, info;
+  PetscReal *tau, *work;
+
+  PetscFunctionBegin;
+  PetscCall(PetscBLASIntCast(m, &bm));
+  PetscCall(PetscBLASIntCast(k, &bk));
+  lwork = 32 * bk;
+  PetscCall(PetscMalloc2(k, &tau, lwork, &work));
+  PetscCallBLAS("LAPACKgeqrf", LAPACKgeqrf_(&bm, &bk, A, &bm, tau, work, &lwork, &info));
+  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK geqrf: info %d", (int)info);
+  for (PetscInt j = 0; j < k; j++)
+    for (PetscInt i = 0; i < k; i++) R[(size_t)j * k + i] = i <= j ? A[(size_t)j * m + i] : 0;
+  PetscCallBLAS("LAPACKorgqr", LAPACKorgqr_(&bm, &bk, &bk, A, &bm, tau, work, &lwork, &info));
+  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK orgqr: info %d", (int)info);
+  PetscCall(PetscFree2(tau, work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* U V' := the truncation whose error is at most tolerance times its norm, in place. */
+static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, PetscInt *rank, PetscReal U[],
+                                 PetscReal V[])
+{
+  const PetscInt k = *rank;
+  const PetscScalar one = 1, zero = 0;
+  PetscReal *R, *Q, *C, *s, *left, *right, *work, *X, *Y, total = 0, tail = 0;
+  PetscBLASInt bk, bm, bn, br, lwork, info;
+  PetscInt r = k;
+
+  PetscFunctionBegin;
+  if (!k || k > PetscMin(m, n)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscBLASIntCast(k, &bk));
+  PetscCall(PetscBLASIntCast(m, &bm));
+  PetscCall(PetscBLASIntCast(n, &bn));
+  lwork = 10 * bk;
+  PetscCall(PetscMalloc7(k * k, &R, k * k, &Q, k * k, &C, k, &s, k * k, &left, k * k, &right, lwork, &work));
+  PetscCall(PetscMalloc2((size_t)m * k, &X, (size_t)n * k, &Y));
+  PetscCall(Orthogonalise(m, k, U, R));
+  PetscCall(Orthogonalise(n, k, V, Q));
+  PetscCallBLAS("BLASgemm", BLASgemm_("N", "T", &bk, &bk, &bk, &one, R, &bk, Q, &bk, &zero, C, &bk));
+  PetscCallBLAS("LAPACKgesvd", LAPACKgesvd_("A", "A", &bk, &bk, C, &bk, s, left, &bk, right, &bk, work, &lwork, &info));
+  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK gesvd: info %d", (int)info);
+  for (PetscInt i = 0; i < k; i++) total += s[i] * s[i];
+  while (r > 0 && tail + s[r - 1] * s[r - 1] <= PetscSqr(tolerance) * total) {
+    r--;
+    tail += s[r] * s[r];
+  }
+  for (PetscInt j = 0; j < r; j++)
+    for (PetscInt i = 0; i < k; i++) left[(size_t)j * k + i] *= s[j];
+  PetscCall(PetscBLASIntCast(r, &br));
+  if (r) {
+    PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &bm, &br, &bk, &one, U, &bm, left, &bk, &zero, X, &bm));
+    PetscCallBLAS("BLASgemm", BLASgemm_("N", "T", &bn, &br, &bk, &one, V, &bn, right, &bk, &zero, Y, &bn));
+  }
+  PetscCall(PetscArraycpy(U, X, (size_t)m * r));
+  PetscCall(PetscArraycpy(V, Y, (size_t)n * r));
+  PetscCall(PetscFree2(X, Y));
+  PetscCall(PetscFree7(R, Q, C, s, left, right, work));
+  *rank = r;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipCrossApproximate(SlipEntryFn entry, void *ctx, PetscInt m, PetscInt n, PetscReal tolerance,
+                                    PetscInt max, PetscInt *rank, PetscReal **U, PetscReal **V, PetscBool *found)
+{
+  Cross c = {.entry = entry, .ctx = ctx, .m = m, .n = n, .capacity = 16};
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1((size_t)c.capacity * m, &c.U));
+  PetscCall(PetscMalloc1((size_t)c.capacity * n, &c.V));
+  PetscCall(PetscCalloc1(m, &c.used));
+  PetscCall(Run(&c, 0.3 * tolerance, max, found));
+  PetscCall(PetscFree(c.used));
+  if (!*found) {
+    PetscCall(PetscFree(c.U));
+    PetscCall(PetscFree(c.V));
+  } else
+    PetscCall(Recompress(m, n, 0.5 * tolerance, &c.rank, c.U, c.V));
+  *rank = c.rank;
+  *U = c.U;
+  *V = c.V;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,467 @@
+/*
+  Stiffness of type "sliphmat": blocks of cells that are far from each other, against their size, are stored as low-rank
+  products found by adaptive cross approximation, the others as they are (Hackbusch 2015, Hierarchical Matrices).
+
+  Only the blocks on and above the diagonal are kept: the others are their transposes. A block is made, kept and applied
+  by one process, which owns some of its rows or, by symmetry, of its columns: block rows, but for the half that
+  symmetry saves. Among these the one with the least storage so far takes it. What the blocks are does not depend on the
+  number of processes, so that results agree to rounding.
+*/
+#include <petscmat.h>
+#include <petscblaslapack.h>
+#include <slipmat.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmatgrid.h>
+#include <slipstep/private/slipmathmatrix.h>
+
+#define HMAT_LEAF 48        /* cells in a leaf of the cluster tree */
+#define HMAT_ADMISSIBLE 1.5 /* low rank where the smaller diameter is at most this many distances */
+
+typedef struct {
+  PetscInt row, column; /* first cell, in the tree's order */
+  PetscInt m, n;
+  PetscInt rank;    /* -1: stored as it is, in U */
+  PetscReal *U, *V; /* [m * rank], [n * rank], or [m * n] and NULL; column-major */
+} Block;
+
+typedef struct {
+  SlipClusterTree tree;
+  PetscReal scale, tolerance;
+  PetscInt N, nblocks; /* blocks of this process */
+  Block *block;
+  SlipGather gather;
+  PetscInt *row; /* [N] row of the matrix of each cell in the tree's order */
+  Vec diagonal;  /* before scale */
+  PetscReal *x, *y, *z, *t;
+  PetscBool *seen;             /* while blocks are assigned */
+  PetscReal numbers, most;     /* stored on all processes, and on the one with the most */
+  PetscReal mean_rank;         /* of the low-rank ones */
+  PetscLogDouble flops;        /* of a product, on this process */
+  PetscInt total, low, widest; /* blocks on all processes, low-rank ones, their largest rank */
+} HMat;
+
+/* What an entry of a block is computed from. */
+typedef struct {
+  const SlipCells *cells;
+  PetscReal unit;
+  const PetscInt *row, *column; /* cells of the block's rows and columns */
+} EntryContext;
+
+static PetscReal Entry(void *ctx, PetscInt i, PetscInt j)
+{
+  const EntryContext *e = (const EntryContext *)ctx;
+  const PetscInt a = e->row[i], b = e->column[j];
+
+  return SlipCellsEntry(e->cells, e->unit, PetscMin(a, b), PetscMax(a, b));
+}
+
+/* ---- the partition ---- */
+
+/* Leaves of the block tree. */
+typedef struct {
+  PetscInt a, b; /* nodes of the cluster tree */
+  PetscBool low;
+} Pair;
+
+typedef struct {
+  PetscInt n, capacity;
+  Pair *pair;
+} PairList;
+
+static PetscErrorCode AddPair(PairList *list, PetscInt a, PetscInt b, PetscBool low)
+{
+  Pair *more;
+
+  PetscFunctionBegin;
+  if (list->n == list->capacity) {
+    PetscCall(PetscMalloc1(2 * list->capacity + 64, &more));
+    PetscCall(PetscArraycpy(more, list->pair, list->n));
+    PetscCall(PetscFree(list->pair));
+    list->pair = more;
+    list->capacity = 2 * list->capacity + 64;
+  }
+  list->pair[list->n++] = (Pair){a, b, low};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Pairs of clusters (a, b) that cover the upper triangle of a x b when a == b, all of a x b otherwise. */
+static PetscErrorCode Partition(const SlipClusterTree *tree, PetscInt a, PetscInt b, PairList *list)
+{
+  const SlipCluster *p = &tree->node[a], *q = &tree->node[b];
+  const PetscReal smaller = PetscMin(SlipClusterDiameter(p), SlipClusterDiameter(q));
+  const PetscBool far = a != b && smaller <= HMAT_ADMISSIBLE * SlipClusterDistance(p, q) ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (far || (p->child[0] < 0 && q->child[0] < 0)) {
+    PetscCall(AddPair(list, a, b, far));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (int i = 0; i < (p->child[0] < 0 ? 1 : 2); i++)
+    for (int j = 0; j < (q->child[0] < 0 ? 1 : 2); j++) {
+      if (a == b && j < i) continue;
+      PetscCall(Partition(tree, p->child[0] < 0 ? a : p->child[i], q->child[0] < 0 ? b : q->child[j], list));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- blocks ---- */
+
+static PetscErrorCode BlockCreateWhole(Block *k, EntryContext *e)
+{
+  PetscFunctionBegin;
+  k->rank = -1;
+  PetscCall(PetscMalloc1((size_t)k->m * k->n, &k->U));
+  for (PetscInt j = 0; j < k->n; j++)
+    for (PetscInt i = 0; i < k->m; i++) k->U[(size_t)j * k->m + i] = Entry(e, i, j);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode BlockCreate(const HMat *h, const Pair *pair, EntryContext *e, Block *k)
+{
+  const SlipCluster *p = &h->tree.node[pair->a], *q = &h->tree.node[pair->b];
+  PetscBool found = PETSC_FALSE;
+  PetscReal *U, *V;
+
+  PetscFunctionBegin;
+  *k = (Block){.row = p->start, .column = q->start, .m = p->end - p->start, .n = q->end - q->start};
+  e->row = h->tree.perm + k->row;
+  e->column = h->tree.perm + k->column;
+  if (pair->low)
+    PetscCall(
+      SlipCrossApproximate(Entry, e, k->m, k->n, h->tolerance, k->m * k->n / (k->m + k->n), &k->rank, &U, &V, &found));
+  if (!found) {
+    PetscCall(BlockCreateWhole(k, e));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscMalloc1((size_t)k->m * k->rank, &k->U)); /* what the search had allocated is larger */
+  PetscCall(PetscMalloc1((size_t)k->n * k->rank, &k->V));
+  PetscCall(PetscArraycpy(k->U, U, (size_t)k->m * k->rank));
+  PetscCall(PetscArraycpy(k->V, V, (size_t)k->n * k->rank));
+  PetscCall(PetscFree(U));
+  PetscCall(PetscFree(V));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static size_t BlockNumbers(const Block *k)
+{
+  return k->rank < 0 ? (size_t)k->m * k->n : (size_t)k->rank * (k->m + k->n);
+}
+
+/* y += alpha op(A) x, A [m * n] */
+static PetscErrorCode Gemv(const char *op, PetscInt m, PetscInt n, const PetscReal A[], const PetscReal x[],
+                           PetscReal beta, PetscReal y[])
+{
+  const PetscScalar one = 1;
+  PetscBLASInt bm, bn, inc = 1;
+
+  PetscFunctionBegin;
+  PetscCall(PetscBLASIntCast(m, &bm));
+  PetscCall(PetscBLASIntCast(n, &bn));
+  PetscCallBLAS("BLASgemv", BLASgemv_(op, &bm, &bn, &one, A, &bm, x, &inc, &beta, y, &inc));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y += (block and, off the diagonal, its transpose) x; t [rank] */
+static PetscErrorCode BlockApply(const Block *k, const PetscReal x[], PetscReal y[], PetscReal t[])
+{
+  PetscFunctionBegin;
+  if (k->rank == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (k->rank < 0) {
+    PetscCall(Gemv("N", k->m, k->n, k->U, x + k->column, 1, y + k->row));
+    if (k->row != k->column) PetscCall(Gemv("T", k->m, k->n, k->U, x + k->row, 1, y + k->column));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Gemv("T", k->n, k->rank, k->V, x + k->column, 0, t));
+  PetscCall(Gemv("N", k->m, k->rank, k->U, t, 1, y + k->row));
+  PetscCall(Gemv("T", k->m, k->rank, k->U, x + k->row, 0, t));
+  PetscCall(Gemv("N", k->n, k->rank, k->V, t, 1, y + k->column));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the matrix ---- */
+
+static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
+{
+  HMat *h;
+  const PetscReal *px;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(S, &h));
+  PetscCall(SlipGatherGet(&h->gather, x, &px));
+  for (PetscInt i = 0; i < h->N; i++) h->x[i] = px[h->row[i]];
+  PetscCall(SlipGatherRestore(&h->gather, x, &px));
+  PetscCall(PetscArrayzero(h->y, h->N));
+  for (PetscInt b = 0; b < h->nblocks; b++) PetscCall(BlockApply(&h->block[b], h->x, h->y, h->t));
+  PetscCall(PetscLogFlops(h->flops));
+  for (PetscInt i = 0; i < h->N; i++) h->z[h->row[i]] = h->scale * h->y[i];
+  PetscCall(SlipGatherSum(&h->gather, h->z, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode HMatGetDiagonal(Mat S, Vec d)
+{
+  HMat *h;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(S, &h));
+  PetscCall(VecCopy(h->diagonal, d));
+  PetscCall(VecScale(d, h->scale));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode HMatScale(Mat S, PetscScalar a)
+{
+  HMat *h;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(S, &h));
+  h->scale *= PetscRealPart(a);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode HMatView(Mat S, PetscViewer viewer)
+{
+  const PetscReal mega = 1e-6 * sizeof(PetscReal);
+  HMat *h;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(S, &h));
+  PetscCall(PetscViewerASCIIPrintf(viewer,
+                                   "hierarchical stiffness: %" PetscInt_FMT
+                                   " cells, relative tolerance %g, %" PetscInt_FMT " blocks of which %" PetscInt_FMT
+                                   " of low rank, %.1f on average and at most %" PetscInt_FMT "\n",
+                                   h->N, (double)h->tolerance, h->total, h->low, (double)h->mean_rank, h->widest));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "memory: %.1f MB, %.2f %% of a dense matrix, at most %.1f MB on one process\n", (double)(mega * h->numbers),
+    (double)(100 * h->numbers / ((PetscReal)h->N * (PetscReal)h->N)), (double)(mega * h->most)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode HMatGetInfo(Mat S, MatInfoType flag, MatInfo *info)
+{
+  HMat *h;
+  PetscReal numbers;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(S, &h));
+  numbers = 2 * (PetscReal)h->N;
+  for (PetscInt b = 0; b < h->nblocks; b++) numbers += (PetscReal)BlockNumbers(&h->block[b]);
+  PetscCall(SlipInfoFill(S, (PetscReal)sizeof(PetscReal) * numbers + SlipGatherBytes(&h->gather), flag, info));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode HMatDestroy(Mat S)
+{
+  HMat *h;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(S, &h));
+  for (PetscInt b = 0; b < h->nblocks; b++) {
+    PetscCall(PetscFree(h->block[b].U));
+    PetscCall(PetscFree(h->block[b].V));
+  }
+  PetscCall(PetscFree(h->block));
+  PetscCall(PetscFree4(h->x, h->y, h->z, h->row));
+  PetscCall(PetscFree(h->t));
+  PetscCall(VecDestroy(&h->diagonal));
+  PetscCall(SlipGatherDestroy(&h->gather));
+  PetscCall(SlipClusterTreeDestroy(&h->tree));
+  PetscCall(PetscFree(h));
+  PetscCall(PetscObjectComposeFunction((PetscObject)S, "MatConvert_sliphmat_dense_C", NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Storage that a pair is expected to take: ranks are about 15 at the tolerances in use. */
+static PetscReal ExpectedCost(const SlipClusterTree *tree, const Pair *pair)
+{
+  const SlipCluster *p = &tree->node[pair->a], *q = &tree->node[pair->b];
+  const PetscReal m = (PetscReal)(p->end - p->start), n = (PetscReal)(q->end - q->start);
+
+  return pair->low ? PetscMin(15 * (m + n), m * n) : m * n;
+}
+
+/* cost [n]: each cell's share of the blocks that it is in. */
+PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[])
+{
+  SlipClusterTree tree;
+  PairList list = {0, 0, NULL};
+
+  PetscFunctionBegin;
+  PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &tree));
+  PetscCall(Partition(&tree, 0, 0, &list));
+  PetscCall(PetscArrayzero(cost, cells->n));
+  for (PetscInt i = 0; i < list.n; i++) {
+    const PetscReal half = 0.5 * ExpectedCost(&tree, &list.pair[i]);
+
+    for (int side = 0; side < 2; side++) {
+      const SlipCluster *p = &tree.node[side ? list.pair[i].b : list.pair[i].a];
+
+      for (PetscInt k = p->start; k < p->end; k++) cost[tree.perm[k]] += half / (PetscReal)(p->end - p->start);
+    }
+  }
+  PetscCall(PetscFree(list.pair));
+  PetscCall(SlipClusterTreeDestroy(&tree));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How many processes own rows of a pair's clusters, and the one with the least load among them. */
+static PetscMPIInt Candidates(const HMat *h, const PetscMPIInt owner[], const Pair *pair, PetscMPIInt size,
+                              const PetscReal load[], PetscMPIInt *least)
+{
+  PetscMPIInt found = 0, last = -1;
+  PetscBool *seen = h->seen;
+
+  *least = -1;
+  for (PetscMPIInt r = 0; r < size; r++) seen[r] = PETSC_FALSE;
+  for (int side = 0; side < 2; side++) {
+    const SlipCluster *p = &h->tree.node[side ? pair->b : pair->a];
+
+    for (PetscInt k = p->start; k < p->end && found < size; k++) {
+      const PetscMPIInt r = owner[k];
+
+      if (r == last || seen[r]) continue;
+      last = r;
+      seen[r] = PETSC_TRUE;
+      found++;
+    }
+  }
+  for (PetscMPIInt r = 0; r < size; r++)
+    if (seen[r] && (*least < 0 || load[r] < load[*least])) *least = r;
+  return found;
+}
+
+/* keeper [list->n], alike on every process: those with one candidate first, then the others even the loads out. */
+static PetscErrorCode Assign(Mat S, HMat *h, const PairList *list, PetscMPIInt keeper[])
+{
+  const PetscInt *ranges;
+  PetscMPIInt *owner, size, rank = 0;
+  PetscReal *load;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)S), &size));
+  PetscCall(MatGetOwnershipRanges(S, &ranges));
+  PetscCall(PetscMalloc1(h->N, &owner));
+  PetscCall(PetscCalloc1(size, &load));
+  PetscCall(PetscMalloc1(size, &h->seen));
+  for (PetscInt i = 0; i < h->N; i++) {
+    while (h->row[i] < ranges[rank]) rank--;
+    while (h->row[i] >= ranges[rank + 1]) rank++;
+    owner[i] = rank;
+  }
+  for (int shared = 0; shared < 2; shared++)
+    for (PetscInt i = 0; i < list->n; i++) {
+      PetscMPIInt least;
+
+      if ((Candidates(h, owner, &list->pair[i], size, load, &least) > 1) != shared) continue;
+      keeper[i] = least;
+      load[least] += ExpectedCost(&h->tree, &list->pair[i]);
+    }
+  PetscCall(PetscFree(h->seen));
+  PetscCall(PetscFree(owner));
+  PetscCall(PetscFree(load));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The blocks of this process. */
+static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
+{
+  EntryContext entry = {.cells = cells, .unit = SlipCellsUnit(cells)};
+  PairList list = {0, 0, NULL};
+  PetscMPIInt rank, *keeper;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)S), &rank));
+  PetscCall(Partition(&h->tree, 0, 0, &list));
+  PetscCall(PetscMalloc1(list.n, &keeper));
+  PetscCall(Assign(S, h, &list, keeper));
+  for (PetscInt i = 0; i < list.n; i++) h->nblocks += keeper[i] == rank ? 1 : 0;
+  PetscCall(PetscCalloc1(h->nblocks, &h->block));
+  h->nblocks = 0;
+  for (PetscInt i = 0; i < list.n; i++)
+    if (keeper[i] == rank) PetscCall(BlockCreate(h, &list.pair[i], &entry, &h->block[h->nblocks++]));
+  h->total = list.n;
+  PetscCall(PetscFree(keeper));
+  PetscCall(PetscFree(list.pair));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CountStorage(MPI_Comm comm, HMat *h)
+{
+  PetscFunctionBegin;
+  for (PetscInt b = 0; b < h->nblocks; b++) {
+    h->numbers += (PetscReal)BlockNumbers(&h->block[b]);
+    h->flops += (h->block[b].row == h->block[b].column ? 2 : 4) * (PetscLogDouble)BlockNumbers(&h->block[b]);
+    h->low += h->block[b].rank >= 0 ? 1 : 0;
+    h->mean_rank += (PetscReal)PetscMax(h->block[b].rank, 0);
+    h->widest = PetscMax(h->widest, h->block[b].rank);
+  }
+  PetscCallMPI(MPI_Allreduce(&h->numbers, &h->most, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->numbers, 1, MPIU_REAL, MPIU_SUM, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->low, 1, MPIU_INT, MPI_SUM, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->mean_rank, 1, MPIU_REAL, MPIU_SUM, comm));
+  h->mean_rank /= (PetscReal)PetscMax(h->low, 1);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->widest, 1, MPIU_INT, MPI_MAX, comm));
+  PetscCall(PetscMalloc1(PetscMax(h->widest, 1), &h->t));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode FillDiagonal(Mat S, HMat *h, const SlipCells *cells)
+{
+  const PetscReal unit = SlipCellsUnit(cells);
+  PetscReal *d;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(S, &h->diagonal, NULL));
+  PetscCall(VecGetArrayWrite(h->diagonal, &d));
+  for (PetscInt i = h->gather.start; i < h->gather.end; i++) {
+    const PetscInt e = SlipCellsAt(cells, i);
+
+    d[i - h->gather.start] = SlipCellsEntry(cells, unit, e, e);
+  }
+  PetscCall(VecRestoreArrayWrite(h->diagonal, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The rows of the cells in the tree's order, and work arrays. */
+static PetscErrorCode Allocate(HMat *h, const SlipCells *cells)
+{
+  PetscInt *row;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc4(h->N, &h->x, h->N, &h->y, h->N, &h->z, h->N, &h->row));
+  PetscCall(PetscMalloc1(h->N, &row));
+  for (PetscInt i = 0; i < h->N; i++) row[SlipCellsAt(cells, i)] = i;
+  for (PetscInt i = 0; i < h->N; i++) h->row[i] = row[h->tree.perm[i]];
+  PetscCall(PetscFree(row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, Mat *S)
+{
+  const PetscInt nlocal = cells->order ? cells->nlocal : PETSC_DECIDE;
+  HMat *h;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&h));
+  h->scale = 1;
+  h->tolerance = tolerance;
+  h->N = cells->n;
+  PetscCall(MatCreateShell(comm, nlocal, nlocal, h->N, h->N, h, S));
+  PetscCall(MatSetUp(*S));
+  PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &h->tree));
+  PetscCall(Allocate(h, cells));
+  PetscCall(CreateBlocks(*S, h, cells));
+  PetscCall(CountStorage(comm, h));
+  PetscCall(MatShellSetManageScalingShifts(*S));
+  PetscCall(MatShellSetOperation(*S, MATOP_MULT, SlipMatShellFn(HMatMult)));
+  PetscCall(MatShellSetOperation(*S, MATOP_MULT_TRANSPOSE, SlipMatShellFn(HMatMult)));
+  PetscCall(MatShellSetOperation(*S, MATOP_GET_DIAGONAL, SlipMatShellFn(HMatGetDiagonal)));
+  PetscCall(MatShellSetOperation(*S, MATOP_SCALE, SlipMatShellFn(HMatScale)));
+  PetscCall(MatShellSetOperation(*S, MATOP_VIEW, SlipMatShellFn(HMatView)));
+  PetscCall(MatShellSetOperation(*S, MATOP_GETINFO, SlipMatShellFn(HMatGetInfo)));
+  PetscCall(MatShellSetOperation(*S, MATOP_DESTROY, SlipMatShellFn(HMatDestroy)));
+  PetscCall(SlipShellFinish(*S, "sliphmat"));
+  PetscCall(SlipGatherCreate(*S, NULL, &h->gather));
+  PetscCall(FillDiagonal(*S, h, cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,129 @@
+/* Products with the stage operator: fused by transforms or per wavenumber, with an assembled matrix, or K and H
+   apart. */
+#include <slipstep/private/slipmatstage.h>
+
+static PetscErrorCode StageAssemble(SlipStageContext *s)
+{
+  PetscFunctionBegin;
+  if (s->assembled && s->assembled_theta == s->theta) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!s->assembled) PetscCall(MatDuplicate(s->K, MAT_DO_NOT_COPY_VALUES, &s->assembled));
+  PetscCall(MatCopy(s->H, s->assembled, SAME_NONZERO_PATTERN));
+  PetscCall(MatAXPY(s->assembled, s->theta, s->K, SAME_NONZERO_PATTERN));
+  if (s->weights) {
+    PetscCall(VecCopy(s->weights, s->work));
+    PetscCall(VecScale(s->work, s->mass / s->theta));
+    PetscCall(MatDiagonalSet(s->assembled, s->work, ADD_VALUES));
+  } else
+    PetscCall(MatShift(s->assembled, s->mass / s->theta));
+  s->assembled_theta = s->theta;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageFormBlocks(SlipStageContext *s)
+{
+  const SlipGrid *g;
+  const PetscReal *symbol, *viscosity;
+  SlipCirculant same;
+  PetscInt nk;
+
+  PetscFunctionBegin;
+  if (s->assembled_theta == s->theta) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipCirculantGet(s->strike, &g, NULL, &nk, &symbol);
+  PetscCall(SlipSpectralGetBlocks(s->H, &same, &viscosity));
+  for (size_t i = 0; i < (size_t)nk * g->nz * g->nz; i++) s->blocks[i] = viscosity[i] + s->theta * s->scale * symbol[i];
+  for (PetscInt k = 0; k < nk; k++)
+    for (PetscInt iz = 0; iz < g->nz; iz++) s->blocks[((size_t)k * g->nz + iz) * g->nz + iz] += s->mass / s->theta;
+  s->assembled_theta = s->theta;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
+{
+  const PetscReal *px;
+
+  PetscFunctionBegin;
+  PetscCall(StageFormBlocks(s));
+  PetscCall(SlipGatherGet(&s->gather, x, &px));
+  PetscCall(SlipCirculantApply(s->strike, 1, s->blocks, px, s->y));
+  PetscCall(SlipSpectralAddCorrection(s->H, 0, px, s->y));
+  PetscCall(SlipGatherRestore(&s->gather, x, &px));
+  PetscCall(SlipGatherPut(&s->gather, s->y, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  if (s->assembled_theta != s->theta)
+    PetscCall(SlipToeplitzCombine(s->plane, s->mass / s->theta, s->theta * s->scale,
+                                  s->damping * PetscSqrtReal(s->scale), &s->sum));
+  s->assembled_theta = s->theta;
+  PetscCall(SlipToeplitzApply(s->plane, 1, &s->sum, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = (mass / theta) W x + theta y */
+static PetscErrorCode StageAddInertia(SlipStageContext *s, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  if (s->weights) {
+    PetscCall(VecPointwiseMult(s->work, s->weights, x));
+    PetscCall(VecAXPBY(y, s->mass / s->theta, s->theta, s->work));
+  } else
+    PetscCall(VecAXPBY(y, s->mass / s->theta, s->theta, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(B, &s));
+  PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
+  if (s->assemble) {
+    PetscCall(StageAssemble(s));
+    PetscCall(MatMult(s->assembled, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (s->strike) {
+    PetscCall(StageMultFused(s, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (s->plane) {
+    PetscCall(StageMultPlane(s, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatMult(s->K, x, y));
+  PetscCall(StageAddInertia(s, x, y));
+  if (s->mean > 0) {
+    PetscCall(VecScale(y, s->mean));
+    if (s->correction) PetscCall(SlipSecantAdd(s->correction, x, y));
+  } else {
+    PetscCall(MatMult(s->H, x, s->work));
+    PetscCall(VecAXPY(y, 1, s->work));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStageGetDiagonal(Mat B, Vec d)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(B, &s));
+  PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
+  PetscCall(MatGetDiagonal(s->K, d));
+  PetscCall(VecScale(d, s->theta));
+  if (s->weights)
+    PetscCall(VecAXPY(d, s->mass / s->theta, s->weights));
+  else
+    PetscCall(VecShift(d, s->mass / s->theta));
+  if (s->mean > 0)
+    PetscCall(VecScale(d, s->mean));
+  else {
+    PetscCall(MatGetDiagonal(s->H, s->work));
+    PetscCall(VecAXPY(d, 1, s->work));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

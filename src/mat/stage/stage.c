@@ -1,0 +1,384 @@
+/* The stage operator B(theta) = (mass / theta) I + H + theta K as a shell matrix. */
+#include <slipstep/private/slipmatstage.h>
+
+/* How MatSlipStageGetApproximation() chooses. */
+enum { JACOBIAN_AUTO, JACOBIAN_EXACT, JACOBIAN_APPROXIMATE };
+static const char *const Jacobians[] = {"auto", "exact", "approximate"};
+
+/* Dense operands are summed at each theta up to this size: it costs three products and saves one in each of the tens of
+   iterations at that theta, but it needs N^2 more numbers (200 MB here). */
+#define SLIP_STAGE_ASSEMBLE_MAX 5000
+
+/* Beside K and H. */
+static PetscErrorCode StageGetInfo(Mat B, MatInfoType flag, MatInfo *info)
+{
+  SlipStageContext *s;
+  const SlipGrid *g;
+  PetscReal numbers;
+  PetscInt m, N, nk;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(B, &s));
+  PetscCall(MatGetSize(B, &N, NULL));
+  PetscCall(MatGetLocalSize(B, &m, NULL));
+  numbers = (PetscReal)m;
+  if (s->assemble) numbers += (PetscReal)m * (PetscReal)N;
+  if (s->correction) numbers += SlipSecantVectors(s->correction) * (PetscReal)m;
+  if (s->strike) {
+    SlipCirculantGet(s->strike, &g, NULL, &nk, NULL);
+    numbers += (PetscReal)nk * (PetscReal)(g->nz * g->nz) + (PetscReal)N;
+  }
+  PetscCall(SlipInfoFill(B, (PetscReal)sizeof(PetscReal) * numbers + SlipGatherBytes(&s->gather), flag, info));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageView(Mat B, PetscViewer viewer)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(B, &s));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "products: %s\n",
+                                   s->assemble ? "K and H summed at each theta"
+                                   : s->strike ? "K and H per wavenumber, with one pair of transforms"
+                                               : "with K and H apart"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageDestroy(Mat B)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(B, &s));
+  PetscCall(MatDestroy(&s->K));
+  PetscCall(MatDestroy(&s->H));
+  PetscCall(MatDestroy(&s->assembled));
+  PetscCall(VecDestroy(&s->work));
+  PetscCall(PetscFree2(s->blocks, s->y));
+  PetscCall(SlipToeplitzSymbolDestroy(&s->sum));
+  PetscCall(MatDestroy(&s->approximation));
+  PetscCall(SlipSecantDestroy(&s->correction));
+  PetscCall(SlipGatherDestroy(&s->gather));
+  PetscCall(PetscFree(s));
+  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatConvert_slipstage_dense_C", NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetApproximation_C", NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One pair of transforms per wavenumber serves K and a spectral viscosity of it. */
+static PetscErrorCode StageFuse(SlipStageContext *s, SlipCirculant strike)
+{
+  const SlipGrid *g;
+  SlipCirculant own;
+  PetscInt N, nk;
+
+  PetscFunctionBegin;
+  PetscCall(SlipCirculantOf(s->K, &own));
+  if (own != strike) PetscFunctionReturn(PETSC_SUCCESS); /* H was made from another stiffness */
+  s->strike = strike;
+  PetscCall(MatGetSize(s->K, &N, NULL));
+  SlipCirculantGet(strike, &g, NULL, &nk, NULL);
+  PetscCall(PetscMalloc2((size_t)nk * g->nz * g->nz, &s->blocks, N, &s->y));
+  PetscCall(SlipGatherCreate(s->K, SlipCirculantPencil(strike), &s->gather));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether Jacobians are to be formed from something cheaper than B: the option, or where products with H are much more
+   expensive than those with K. */
+static PetscErrorCode ChooseJacobian(SlipStageContext *s, const SlipGrid *grid, PetscBool *approximate)
+{
+  PetscBool slow, spectral, cheap;
+  PetscInt choice = JACOBIAN_AUTO;
+
+  PetscFunctionBegin;
+  PetscOptionsBegin(PetscObjectComm((PetscObject)s->K), NULL, "Stage operator", "Mat");
+  PetscCall(PetscOptionsEList("-mat_slipstage_jacobian",
+                              "Newton matrices from the stage operator itself, from a cheap approximation of its "
+                              "viscosity, or by cost",
+                              "MatSlipStageGetApproximation", Jacobians, 3, Jacobians[choice], &choice, NULL));
+  PetscOptionsEnd();
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)s->H, &slow, "sliplanczos", "slipwaves", ""));
+  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "slipspectral", &spectral));
+  if (choice == JACOBIAN_AUTO)
+    *approximate = (PetscBool)(slow || (spectral && grid && grid->nz > SLIP_BLOCKS_MAX));
+  else
+    *approximate = (PetscBool)(choice == JACOBIAN_APPROXIMATE);
+  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliptoeplitz", &cheap));
+  if (cheap || !(s->damping > 0)) *approximate = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Chooses how products are formed: fused by transforms or per wavenumber, assembled, or K and H apart. */
+static PetscErrorCode StageChoose(SlipStageContext *s, PetscBool *approximate)
+{
+  const SlipGrid *g;
+  const PetscReal *viscosity;
+  SlipCirculant strike;
+  PetscBool denseK, denseH, plane;
+  PetscInt N;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(s->K, &N, NULL));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)s->K, &denseK, MATSEQDENSE, MATMPIDENSE, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)s->H, &denseH, MATSEQDENSE, MATMPIDENSE, ""));
+  s->assemble = (PetscBool)(denseK && denseH && N <= SLIP_STAGE_ASSEMBLE_MAX);
+  PetscCall(SlipViscosityGetFactor(s->H, &s->damping));
+  PetscCall(SlipGridOf(s->K, &g));
+  if (g) PetscCall(SlipGridScale(s->K, &s->scale));
+  PetscCall(ChooseJacobian(s, g, approximate));
+  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliptoeplitz", &plane));
+  if (plane && g) PetscCall(SlipToeplitzOf(s->K, &s->plane));
+  PetscCall(SlipSpectralGetBlocks(s->H, &strike, &viscosity));
+  if (!denseK && strike && !*approximate) PetscCall(StageFuse(s, strike));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageCreateApproximation(SlipStageContext *s);
+
+/* A stage operator; mean: see the context. */
+static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, Mat *B)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  SlipStageContext *s;
+  PetscBool approximate = PETSC_FALSE;
+  PetscInt m, N;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(K, &N, NULL));
+  PetscCall(MatGetLocalSize(K, &m, NULL));
+  PetscCall(PetscNew(&s));
+  PetscCall(PetscObjectReference((PetscObject)K));
+  if (H) PetscCall(PetscObjectReference((PetscObject)H));
+  s->K = K;
+  s->H = H;
+  s->mass = mass;
+  s->mean = mean;
+  PetscCall(MatSlipGetWeights(K, &s->weights));
+  if (H) PetscCall(StageChoose(s, &approximate));
+  PetscCall(MatCreateVecs(K, NULL, &s->work));
+  PetscCall(MatCreateShell(comm, m, m, N, N, s, B));
+  PetscCall(MatShellSetManageScalingShifts(*B));
+  PetscCall(MatShellSetOperation(*B, MATOP_MULT, SlipMatShellFn(SlipStageMult)));
+  PetscCall(MatShellSetOperation(*B, MATOP_MULT_TRANSPOSE, SlipMatShellFn(SlipStageMult)));
+  PetscCall(MatShellSetOperation(*B, MATOP_GET_DIAGONAL, SlipMatShellFn(SlipStageGetDiagonal)));
+  PetscCall(MatShellSetOperation(*B, MATOP_GETINFO, SlipMatShellFn(StageGetInfo)));
+  PetscCall(MatShellSetOperation(*B, MATOP_VIEW, SlipMatShellFn(StageView)));
+  PetscCall(MatShellSetOperation(*B, MATOP_DESTROY, SlipMatShellFn(StageDestroy)));
+  PetscCall(SlipShellFinish(*B, "slipstage"));
+  PetscCall(SlipLogProducts(*B, SLIP_StageMult));
+  if (approximate) PetscCall(StageCreateApproximation(s));
+  if (approximate)
+    PetscCall(PetscObjectComposeFunction((PetscObject)*B, "MatSlipGetApproximation_C", MatSlipStageGetApproximation));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets an approximation learn from the products with H, where H remembers them. */
+static PetscErrorCode StageCorrect(SlipStageContext *s)
+{
+  SlipStageContext *a;
+  const SlipRecycled *known;
+
+  PetscFunctionBegin;
+  PetscCall(SlipLanczosGetRecycled(s->H, &known));
+  PetscCall(MatShellGetContext(s->approximation, &a));
+  if (known) PetscCall(SlipSecantCreate(s->K, s->mass, a->mean, &a->correction));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* H = 2 zeta (M K)^(1/2) is at most zeta ((M / theta) W + theta K) and at least nothing; without a grid to know better,
+   half the bound is off by half of it at most. */
+static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
+{
+  const PetscReal zeta = s->damping / (2 * PetscSqrtReal(s->mass));
+  const SlipGrid *grid;
+  Mat H;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGridOf(s->K, &grid));
+  if (!grid) {
+    PetscCall(StageCreate(s->K, NULL, s->mass, 1 + 0.5 * zeta, &s->approximation));
+    PetscCall(StageCorrect(s));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatCreateSlipViscosity(s->K, s->mass, zeta, "toeplitz", &H));
+  PetscCall(StageCreate(s->K, H, s->mass, 0, &s->approximation));
+  PetscCall(MatDestroy(&H));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatCreateSlipStage - the operator of an implicit stage, B(theta) = (mass / theta) I + H + theta K
+
+  Collective
+
+  Input Parameters:
++ K    - stiffness [Pa/m]
+. H    - viscosity [Pa s/m] with the same distribution
+- mass - inertia per unit area [kg/m^2], positive
+
+  Output Parameter:
+. B - matrix of type "slipstage" [Pa s/m]; set theta before using it
+
+  Note: K and H are referenced and must not change while B lives. Where the rows of K are weighted
+  (MatSlipGetWeights()), so is the inertia: B = (mass / theta) diag(w) + H + theta K.
+
+  Options Database Key:
+. -mat_slipstage_jacobian <auto> - what MatSlipStageGetApproximation() gives: exact, approximate, or by cost
+
+  Errors: PETSC_ERR_ARG_SIZ when the sizes of K and H differ, PETSC_ERR_ARG_OUTOFRANGE for the mass
+
+  Level: beginner
+
+.seealso: MatSlipStageSetTheta(), MatCreateSlipStiffness(), MatCreateSlipViscosity(), PCSLIPSTAGE
+@*/
+PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  PetscInt m, N, mH, NH;
+
+  PetscFunctionBegin;
+  PetscCheck(mass > 0 && PetscIsNormalReal(mass), comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Inertia per unit area must be positive and finite, not %g kg/m^2", (double)mass);
+  PetscCall(MatGetSize(K, &N, NULL));
+  PetscCall(MatGetLocalSize(K, &m, NULL));
+  PetscCall(MatGetSize(H, &NH, NULL));
+  PetscCall(MatGetLocalSize(H, &mH, NULL));
+  PetscCheck(N == NH, comm, PETSC_ERR_ARG_SIZ, "K has %" PetscInt_FMT " rows, H has %" PetscInt_FMT, N, NH);
+  PetscCheck(m == mH, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "K has %" PetscInt_FMT " local rows, H has %" PetscInt_FMT, m,
+             mH);
+  PetscCall(StageCreate(K, H, mass, 0, B));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StageContext(Mat B, SlipStageContext **s)
+{
+  MatType type;
+  PetscBool match;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetType(B, &type));
+  PetscCall(PetscObjectTypeCompare((PetscObject)B, "slipstage", &match));
+  PetscCheck(match, PetscObjectComm((PetscObject)B), PETSC_ERR_ARG_WRONG,
+             "Matrix is a \"%s\", expected a \"slipstage\"", type);
+  PetscCall(MatShellGetContext(B, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Tells solvers that B has changed. */
+static PetscErrorCode StageChanged(Mat B)
+{
+  PetscFunctionBegin;
+  PetscCall(MatAssemblyBegin(B, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(B, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipStageSetTheta - set the theta of the stage operator; the same value again costs nothing
+
+  Logically collective
+
+  Input Parameters:
++ B     - matrix of MatCreateSlipStage()
+- theta - [s], positive
+
+  Level: intermediate
+
+.seealso: MatCreateSlipStage(), MatSlipStageGetTheta()
+@*/
+PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  PetscCheck(theta > 0 && PetscIsNormalReal(theta), PetscObjectComm((PetscObject)B), PETSC_ERR_ARG_OUTOFRANGE,
+             "theta must be positive and finite, not %g s", (double)theta);
+  if (s->theta != theta) {
+    s->theta = theta;
+    PetscCall(StageChanged(B));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipStageGetTheta - the theta of a stage operator
+
+  Not collective
+
+  Input Parameter:
+. B - matrix of MatCreateSlipStage()
+
+  Output Parameter:
+. theta - [s], 0 when it was never set
+
+  Level: intermediate
+
+.seealso: MatSlipStageSetTheta()
+@*/
+PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  *theta = s->theta;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipStageGetApproximation - a stage operator with a cheap viscosity, for the matrix of an inexact Newton method
+
+  Logically collective
+
+  Input Parameter:
+. B - matrix of MatCreateSlipStage() whose theta is set
+
+  Output Parameter:
+. A - borrowed; B itself where its own products are cheap, else a matrix of type "slipstage" with the same theta
+
+  Notes:
+  H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for each mode of K. With A for B, a
+  Newton iteration on B v = c leaves at most the share |A^-1 (H - H_A)| of the error. On a uniform grid H_A is the
+  viscosity of type "toeplitz": a share of 0.02 and products as cheap as those with K. Elsewhere
+  H_A = (zeta / 2) ((mass / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3, and less as
+  products with H are made, since H_A is corrected by those that H remembers: A is another operator at each call. Near
+  instability, where weakening takes most of B away, the share is larger in proportion.
+
+  Options Database Key:
+. -mat_slipstage_jacobian <auto> - exact (A = B), approximate, or by cost
+
+  Level: advanced
+
+.seealso: MatCreateSlipStage(), MatSlipStageSetTheta(), SNESSEMISMOOTH
+@*/
+PetscErrorCode MatSlipStageGetApproximation(Mat B, Mat *A)
+{
+  SlipStageContext *s, *a;
+  const SlipRecycled *known;
+  PetscBool changed;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  *A = s->approximation ? s->approximation : B;
+  if (!s->approximation || s->theta <= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatSlipStageSetTheta(*A, s->theta));
+  PetscCall(MatShellGetContext(*A, &a));
+  if (!a->correction) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipLanczosGetRecycled(s->H, &known));
+  PetscCall(SlipSecantUpdate(a->correction, known, s->theta, &changed));
+  if (changed) PetscCall(StageChanged(*A));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts)
+{
+  SlipStageContext *s;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
+  *parts = (SlipStageParts){s->K, s->H, s->mass, s->theta, s->scale, s->damping};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,413 @@
+/*
+  Viscosity of any stiffness, without set-up: H = factor D (D^-1 S D^-1)^(1/2) D, D = diag(w)^(1/2), w the weights
+  of the rows of S, each product a Lanczos process of its own (Higham 2008, Functions of Matrices, section 13.2),
+
+     A^(1/2) x  =  |x| V_m T_m^(1/2) e_1,   A V_m = V_m T_m + residual,
+
+  ended when the coefficients T_m^(1/2) e_1 no longer change. The three-term recurrence is enough: where it loses
+  orthogonality it repeats eigenvalues that it has found already, which the root does not mind (Druskin and Knizhnerman
+  1991, USSR Comput. Math. Math. Phys. 31). Small matrices are reorthogonalised, so that the process ends within N
+  steps.
+
+  Products with a solver's iterates are summed from increments (recycled.c).
+*/
+#include <petsc/private/petscimpl.h>
+#include <slipmat.h>
+#include <petscblaslapack.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmatviscosity.h>
+
+extern void dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e, double *z, const PetscBLASInt *ldz,
+                   double *work, PetscBLASInt *info);
+
+#define LANCZOS_MAX 600           /* steps of one product */
+#define LANCZOS_BLOCK 20          /* basis vectors are allocated in blocks */
+#define LANCZOS_EVERY 5           /* least number of steps between looks at the convergence */
+#define LANCZOS_SHARE 0.1         /* and its share of the steps so far: a look costs their number cubed */
+#define LANCZOS_SAMPLES 16        /* rows from which the diagonal is estimated */
+#define LANCZOS_SAMPLE_ERROR 1e-3 /* relative, of their diagonal: it only chooses preconditioners and Newton's models */
+#define LANCZOS_TOL 1e-10         /* default relative tolerance */
+#define LANCZOS_ORTHOGONAL_MAX 2000 /* rows up to which the basis is reorthogonalised */
+
+typedef struct {
+  Mat S;       /* referenced */
+  Vec root;    /* D, or NULL for the identity */
+  Vec inverse; /* D^-1, or NULL */
+  PetscReal factor, tolerance;
+  PetscInt nbasis;
+  Vec basis[LANCZOS_MAX + 1];
+  Vec diagonal; /* estimate, on first use */
+  Vec work;
+  PetscReal alpha[LANCZOS_MAX], beta[LANCZOS_MAX]; /* of T */
+  PetscReal c[LANCZOS_MAX], last[LANCZOS_MAX];     /* T^(1/2) e_1, now and at the last look */
+  PetscReal h[LANCZOS_MAX];                        /* reorthogonalisation */
+  PetscInt products, steps;                        /* so far */
+  PetscBool orthogonal;                            /* reorthogonalise */
+  SlipRecycled increment;
+} Lanczos;
+
+/* ---- the function of the tridiagonal matrix (pure) ---- */
+
+/* c = T^(1/2) e_1, T with alpha[m] on and beta[m - 1] beside its diagonal; *lowest is the least Ritz value. */
+PetscErrorCode SlipRootOfTridiagonal(PetscInt m, const PetscReal alpha[], const PetscReal beta[], PetscReal c[],
+                                     PetscReal *lowest)
+{
+  PetscBLASInt n, info;
+  PetscReal *d, *e, *Z, *work;
+
+  PetscFunctionBegin;
+  PetscCall(PetscBLASIntCast(m, &n));
+  PetscCall(PetscMalloc4(m, &d, m, &e, m * m, &Z, PetscMax(1, 2 * m - 2), &work));
+  PetscCall(PetscArraycpy(d, alpha, m));
+  PetscCall(PetscArraycpy(e, beta, m));
+  dstev_("V", &n, d, e, Z, &n, work, &info);
+  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK stev: info %d", (int)info);
+  *lowest = d[0];
+  PetscCall(PetscArrayzero(c, m));
+  for (PetscInt k = 0; k < m; k++) {
+    const PetscReal f = PetscSqrtReal(PetscMax(d[k], 0)) * Z[(size_t)k * m];
+
+    for (PetscInt i = 0; i < m; i++) c[i] += f * Z[(size_t)k * m + i];
+  }
+  PetscCall(PetscFree4(d, e, Z, work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- one product ---- */
+
+static PetscErrorCode EnsureBasis(Lanczos *l, PetscInt m)
+{
+  PetscFunctionBegin;
+  while (l->nbasis <= m && l->nbasis <= LANCZOS_MAX) {
+    const PetscInt end = PetscMin(l->nbasis + LANCZOS_BLOCK, LANCZOS_MAX + 1);
+
+    for (; l->nbasis < end; l->nbasis++) PetscCall(VecDuplicate(l->work, &l->basis[l->nbasis]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* next = D^-1 S D^-1 basis[m] */
+static PetscErrorCode Multiply(Lanczos *l, PetscInt m, Vec next)
+{
+  PetscFunctionBegin;
+  if (!l->root) {
+    PetscCall(MatMult(l->S, l->basis[m], next));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecPointwiseMult(l->work, l->inverse, l->basis[m]));
+  PetscCall(MatMult(l->S, l->work, next));
+  PetscCall(VecPointwiseMult(next, next, l->inverse));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* v_{m+1} and the next entries of T from v_0 .. v_m, by classical Gram-Schmidt done twice, or by the recurrence. */
+static PetscErrorCode Step(Lanczos *l, PetscInt m)
+{
+  Vec next;
+
+  PetscFunctionBegin;
+  PetscCall(EnsureBasis(l, m + 1));
+  next = l->basis[m + 1];
+  PetscCall(Multiply(l, m, next));
+  l->alpha[m] = 0;
+  for (PetscInt pass = 0; pass < 2 && l->orthogonal; pass++) {
+    PetscCall(VecMDot(next, m + 1, l->basis, l->h));
+    l->alpha[m] += l->h[m];
+    for (PetscInt i = 0; i <= m; i++) l->h[i] = -l->h[i];
+    PetscCall(VecMAXPY(next, m + 1, l->h, l->basis));
+  }
+  if (!l->orthogonal) {
+    if (m > 0) PetscCall(VecAXPY(next, -l->beta[m - 1], l->basis[m - 1]));
+    PetscCall(VecDot(next, l->basis[m], &l->alpha[m]));
+    PetscCall(VecAXPY(next, -l->alpha[m], l->basis[m]));
+  }
+  PetscCall(VecNorm(next, NORM_2, &l->beta[m]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Compares the coefficients of m steps with those of the last look; allowed: largest change, 0 for what the tolerance
+   allows. */
+static PetscErrorCode Look(Lanczos *l, PetscInt m, PetscInt before, PetscReal allowed, PetscBool *converged)
+{
+  PetscReal lowest, change = 0, size = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipRootOfTridiagonal(m, l->alpha, l->beta, l->c, &lowest));
+  PetscCheck(lowest > 0, PetscObjectComm((PetscObject)l->S), PETSC_ERR_ARG_WRONG,
+             "The stiffness has no real square root: it has an eigenvalue of at most %g Pa/m", (double)lowest);
+  for (PetscInt i = 0; i < m; i++) {
+    const PetscReal d = l->c[i] - (i < before ? l->last[i] : 0);
+
+    change += d * d;
+    size += l->c[i] * l->c[i];
+    l->last[i] = l->c[i];
+  }
+  if (allowed == 0) allowed = l->tolerance * PetscSqrtReal(size);
+  *converged = before > 0 && PetscSqrtReal(change) <= allowed ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The basis and its coefficients c for the vector in basis[0], of norm 1; *m is their number. */
+static PetscErrorCode Process(Lanczos *l, PetscInt N, PetscReal allowed, PetscInt *m)
+{
+  PetscBool converged = PETSC_FALSE;
+  PetscInt before = 0;
+
+  PetscFunctionBegin;
+  for (*m = 1; !converged; (*m)++) {
+    PetscCheck(*m <= LANCZOS_MAX, PetscObjectComm((PetscObject)l->S), PETSC_ERR_NOT_CONVERGED,
+               "A product with the viscosity did not reach %g in %d Lanczos steps: raise -fault_krylov_tolerance",
+               (double)l->tolerance, LANCZOS_MAX);
+    PetscCall(Step(l, *m - 1));
+    if ((l->orthogonal && *m == N) ||
+        l->beta[*m - 1] <= 1e-14 * l->alpha[0]) { /* the whole space, or an invariant one */
+      PetscCall(Look(l, *m, before, allowed, &converged));
+      break;
+    }
+    if (*m >= before + PetscMax(LANCZOS_EVERY, (PetscInt)(LANCZOS_SHARE * (PetscReal)before))) {
+      PetscCall(Look(l, *m, before, allowed, &converged));
+      before = *m;
+      if (converged) break;
+    }
+    PetscCall(VecScale(l->basis[*m], 1 / l->beta[*m - 1]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = H x with an error of at most allowed [Pa], or 0 for what the tolerance allows */
+static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
+{
+  Lanczos *l = (Lanczos *)ctx;
+  PetscReal norm;
+  PetscInt m, N;
+
+  PetscFunctionBegin;
+  PetscCall(EnsureBasis(l, 0));
+  if (l->root)
+    PetscCall(VecPointwiseMult(l->basis[0], l->root, x));
+  else
+    PetscCall(VecCopy(x, l->basis[0]));
+  PetscCall(VecNormalize(l->basis[0], &norm));
+  PetscCall(VecZeroEntries(y));
+  if (norm == 0 || l->factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetSize(x, &N));
+  PetscCall(Process(l, N, allowed / (norm * l->factor), &m));
+  PetscCall(VecMAXPY(y, m, l->c, l->basis));
+  PetscCall(VecScale(y, norm * l->factor));
+  if (l->root) PetscCall(VecPointwiseMult(y, y, l->root));
+  l->products++;
+  l->steps += m;
+  PetscCall(PetscInfo(l->S, "%" PetscInt_FMT " Lanczos steps for a vector of norm %.2e\n", m, (double)norm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LanczosMult(Mat H, Vec x, Vec y)
+{
+  Lanczos *l;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &l));
+  PetscCall(SlipRecycledMult(&l->increment, l->tolerance, Product, l, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the matrix ---- */
+
+/* On a uniform grid: that of the approximate root. */
+static PetscErrorCode GridDiagonal(Lanczos *l, PetscBool *found)
+{
+  const SlipToeplitzSymbol *root;
+  const PetscReal *diagonal;
+  const SlipGrid *grid;
+  SlipToeplitz plane;
+  PetscReal scale, *d;
+  PetscInt start, end;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGridOf(l->S, &grid));
+  *found = (PetscBool)(grid && !l->root);
+  if (!*found) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipToeplitzOf(l->S, &plane));
+  PetscCall(SlipToeplitzGetRoot(plane, &root, &diagonal));
+  PetscCall(SlipGridScale(l->S, &scale));
+  PetscCall(VecGetOwnershipRange(l->diagonal, &start, &end));
+  PetscCall(VecGetArrayWrite(l->diagonal, &d));
+  for (PetscInt i = start; i < end; i++) d[i - start] = l->factor * PetscSqrtReal(scale) * diagonal[i / grid->nx];
+  PetscCall(VecRestoreArrayWrite(l->diagonal, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* H_ii over factor sqrt(w_i S_ii), averaged over rows spread over the matrix: close, as preconditioners need. */
+static PetscErrorCode EstimateDiagonal(Lanczos *l)
+{
+  PetscInt N, start, end, samples;
+  PetscReal ratio = 0;
+  Vec e, y;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetSize(l->diagonal, &N));
+  PetscCall(VecGetOwnershipRange(l->diagonal, &start, &end));
+  samples = PetscMin(N, LANCZOS_SAMPLES);
+  PetscCall(VecDuplicate(l->diagonal, &e));
+  PetscCall(VecDuplicate(l->diagonal, &y));
+  PetscCall(MatGetDiagonal(l->S, l->diagonal));
+  if (l->root) PetscCall(VecPointwiseMult(l->diagonal, l->diagonal, l->root));
+  if (l->root) PetscCall(VecPointwiseMult(l->diagonal, l->diagonal, l->root));
+  PetscCall(VecSqrtAbs(l->diagonal));
+  PetscCall(VecScale(l->diagonal, l->factor));
+  for (PetscInt k = 0; k < samples; k++) {
+    const PetscInt row = k * (N / samples) + N / samples / 2;
+    PetscReal yi, di;
+
+    PetscCall(VecZeroEntries(e));
+    if (start <= row && row < end) PetscCall(VecSetValue(e, row, 1, INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(e));
+    PetscCall(VecAssemblyEnd(e));
+    PetscCall(VecDot(e, l->diagonal, &di));
+    PetscCall(Product(l, e, LANCZOS_SAMPLE_ERROR * di, y));
+    PetscCall(VecDot(e, y, &yi));
+    ratio += yi / di / (PetscReal)samples;
+  }
+  PetscCall(VecScale(l->diagonal, ratio));
+  PetscCall(VecDestroy(&e));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LanczosGetDiagonal(Mat H, Vec d)
+{
+  Lanczos *l;
+  PetscBool found = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &l));
+  if (!l->diagonal) {
+    PetscCall(VecDuplicate(l->work, &l->diagonal));
+    PetscCall(GridDiagonal(l, &found));
+    if (!found) PetscCall(EstimateDiagonal(l));
+  }
+  PetscCall(VecCopy(l->diagonal, d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LanczosView(Mat H, PetscViewer viewer)
+{
+  Lanczos *l;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &l));
+  PetscCall(PetscViewerASCIIPrintf(viewer,
+                                   "viscosity by Lanczos' method: relative tolerance %g, %.1f products with the "
+                                   "stiffness in each of %" PetscInt_FMT " so far\n",
+                                   (double)l->tolerance, (double)l->steps / (double)PetscMax(l->products, 1),
+                                   l->products));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LanczosGetInfo(Mat H, MatInfoType flag, MatInfo *info)
+{
+  Lanczos *l;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &l));
+  PetscCall(MatGetLocalSize(H, &n, NULL));
+  PetscCall(SlipInfoFill(H, (PetscReal)sizeof(PetscReal) * (PetscReal)(l->nbasis + 4) * (PetscReal)n, flag, info));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LanczosSetTolerance(Mat H, PetscReal tolerance)
+{
+  Lanczos *l;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &l));
+  PetscCheck(tolerance > 0 && tolerance < 1, PetscObjectComm((PetscObject)H), PETSC_ERR_ARG_OUTOFRANGE,
+             "Tolerance of a viscosity's products must lie in (0, 1), not %g", (double)tolerance);
+  l->tolerance = tolerance;
+  PetscCall(SlipRecycledReset(&l->increment));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LanczosDestroy(Mat H)
+{
+  Lanczos *l;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &l));
+  for (PetscInt i = 0; i < l->nbasis; i++) PetscCall(VecDestroy(&l->basis[i]));
+  PetscCall(VecDestroy(&l->work));
+  PetscCall(SlipRecycledReset(&l->increment));
+  PetscCall(VecDestroy(&l->diagonal));
+  PetscCall(VecDestroy(&l->root));
+  PetscCall(VecDestroy(&l->inverse));
+  PetscCall(MatDestroy(&l->S));
+  PetscCall(PetscFree(l));
+  PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_sliplanczos_dense_C", NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatSlipViscositySetTolerance_C", NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
+{
+  Lanczos *l;
+  PetscInt m, N;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&l));
+  PetscCall(PetscObjectReference((PetscObject)S));
+  l->S = S;
+  l->factor = factor;
+  l->tolerance = LANCZOS_TOL;
+  PetscCall(MatGetSize(S, &N, NULL));
+  l->orthogonal = (PetscBool)(N <= LANCZOS_ORTHOGONAL_MAX);
+  PetscCall(MatGetLocalSize(S, &m, NULL));
+  PetscCall(MatCreateVecs(S, &l->work, NULL));
+  PetscCall(SlipRootWeights(S, &l->root, &l->inverse));
+  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)S), m, m, N, N, l, H));
+  PetscCall(MatShellSetManageScalingShifts(*H));
+  PetscCall(MatShellSetOperation(*H, MATOP_MULT, SlipMatShellFn(LanczosMult)));
+  PetscCall(MatShellSetOperation(*H, MATOP_MULT_TRANSPOSE, SlipMatShellFn(LanczosMult)));
+  PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(LanczosGetDiagonal)));
+  PetscCall(MatShellSetOperation(*H, MATOP_VIEW, SlipMatShellFn(LanczosView)));
+  PetscCall(MatShellSetOperation(*H, MATOP_GETINFO, SlipMatShellFn(LanczosGetInfo)));
+  PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(LanczosDestroy)));
+  PetscCall(SlipShellFinish(*H, "sliplanczos"));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscositySetTolerance_C", LanczosSetTolerance));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The products that a viscosity remembers, borrowed; NULL when H is of another type. */
+PetscErrorCode SlipLanczosGetRecycled(Mat H, const SlipRecycled **known)
+{
+  PetscBool lanczos;
+  Lanczos *l;
+
+  PetscFunctionBegin;
+  *known = NULL;
+  PetscCall(PetscObjectTypeCompare((PetscObject)H, "sliplanczos", &lanczos));
+  if (!lanczos) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatShellGetContext(H, &l));
+  *known = &l->increment;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipViscositySetTolerance - relative tolerance of the products with a viscosity that Lanczos' method applies
+
+  Logically collective
+
+  Input Parameters:
++ H         - viscosity of MatCreateSlipViscosity(); nothing happens to those that are not applied by Lanczos' method
+- tolerance - change of the result from five more steps, relative in the 2-norm, in (0, 1); 1e-10 unless set
+
+  Level: intermediate
+
+.seealso: MatCreateSlipViscosity(), MatCreateSlipCellStiffness()
+@*/
+PetscErrorCode MatSlipViscositySetTolerance(Mat H, PetscReal tolerance)
+{
+  PetscFunctionBegin;
+  PetscTryMethod(H, "MatSlipViscositySetTolerance_C", (Mat, PetscReal), (H, tolerance));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,162 @@
+/*
+  Products H x that cost the more the more digits they are to have, for a solver's iterates x, which differ less and
+  less. Directions q_j, orthonormal, and their images H q_j are remembered, each with the error it was computed to. Of x
+  only the part that they do not cover has to be computed, to an error that is small against H x, not against the part:
+  few digits when the part is small. The same x again is free. Of a full memory the part of the last x is kept.
+*/
+#include <slipmat.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmatviscosity.h>
+
+/* Shares of the tolerance. A product from scratch takes all of it, by the change that its last steps made, which is
+   more than twice the error left; parts that would exceed what remembered ones may be wrong together are forgotten. */
+#define SLIP_RECYCLED_NEW 0.02  /* of a new direction beside others */
+#define SLIP_RECYCLED_OLD 2.0   /* of all remembered ones together */
+#define SLIP_RECYCLED_REST 1e-4 /* a rest this small against x counts as nothing */
+/* A rest this large against x is computed together with the other part: |H x| is not known from that part alone, and an
+   error small against its product could be one that rounding does not allow. */
+#define SLIP_RECYCLED_WHOLE 0.7
+
+PetscErrorCode SlipRecycledReset(SlipRecycled *c)
+{
+  PetscFunctionBegin;
+  for (PetscInt j = 0; j < SLIP_RECYCLED_MAX; j++) {
+    PetscCall(VecDestroy(&c->q[j]));
+    PetscCall(VecDestroy(&c->image[j]));
+  }
+  PetscCall(VecDestroy(&c->rest));
+  c->n = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Removes a direction; its vectors go to the end, to be used again. */
+static void Forget(SlipRecycled *c, PetscInt k)
+{
+  const Vec q = c->q[k], image = c->image[k];
+
+  for (PetscInt j = k; j + 1 < c->n; j++) {
+    c->q[j] = c->q[j + 1];
+    c->image[j] = c->image[j + 1];
+    c->error[j] = c->error[j + 1];
+  }
+  c->n--;
+  c->q[c->n] = q;
+  c->image[c->n] = image;
+}
+
+/* Forgets the least accurate contributions of x = sum a_j q_j until the others keep to the error allowed together. */
+static void KeepAccurate(SlipRecycled *c, PetscReal a[], PetscReal allowed)
+{
+  for (;;) {
+    PetscReal sum = 0;
+    PetscInt worst = 0;
+
+    for (PetscInt j = 0; j < c->n; j++) {
+      sum += PetscAbsReal(a[j]) * c->error[j];
+      if (PetscAbsReal(a[j]) * c->error[j] > PetscAbsReal(a[worst]) * c->error[worst]) worst = j;
+    }
+    if (sum <= allowed) return;
+    Forget(c, worst);
+    for (PetscInt j = worst; j < c->n; j++) a[j] = a[j + 1];
+  }
+}
+
+/* Makes room: one direction, x's part along all of them, takes their place; y is its image. */
+static PetscErrorCode Collapse(SlipRecycled *c, const PetscReal a[], Vec y)
+{
+  PetscReal norm2 = 0, error = 0;
+  const PetscInt n = c->n;
+
+  PetscFunctionBegin;
+  for (PetscInt j = 0; j < n; j++) {
+    norm2 += a[j] * a[j];
+    error += PetscAbsReal(a[j]) * c->error[j];
+  }
+  c->n = norm2 > 0 ? 1 : 0;
+  if (!c->n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecScale(c->q[0], a[0]));
+  PetscCall(VecMAXPY(c->q[0], n - 1, a + 1, c->q + 1));
+  PetscCall(VecScale(c->q[0], 1 / PetscSqrtReal(norm2)));
+  PetscCall(VecCopy(y, c->image[0]));
+  PetscCall(VecScale(c->image[0], 1 / PetscSqrtReal(norm2)));
+  c->error[0] = error / PetscSqrtReal(norm2);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = H of the part of x that is covered accurately enough, rest = the other part; *size is |H x| as far as known. */
+static PetscErrorCode Split(SlipRecycled *c, PetscReal tolerance, Vec x, Vec y, PetscReal *size)
+{
+  PetscReal a[SLIP_RECYCLED_MAX], again[SLIP_RECYCLED_MAX];
+
+  PetscFunctionBegin;
+  *size = 0;
+  PetscCall(VecCopy(x, c->rest));
+  if (c->n) {
+    PetscCall(VecMDot(x, c->n, c->q, a));
+    PetscCall(VecZeroEntries(y));
+    PetscCall(VecMAXPY(y, c->n, a, c->image));
+    PetscCall(VecNorm(y, NORM_2, size));
+    KeepAccurate(c, a, SLIP_RECYCLED_OLD * tolerance * *size);
+  }
+  PetscCall(VecZeroEntries(y));
+  if (!c->n) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int pass = 0; pass < 2; pass++) { /* twice: orthogonal to rounding, however small the rest is */
+    PetscCall(VecMDot(c->rest, c->n, c->q, again));
+    for (PetscInt j = 0; j < c->n; j++) {
+      a[j] = again[j] + (pass ? a[j] : 0);
+      again[j] = -again[j];
+    }
+    PetscCall(VecMAXPY(c->rest, c->n, again, c->q));
+  }
+  PetscCall(VecMAXPY(y, c->n, a, c->image));
+  if (c->n == SLIP_RECYCLED_MAX) PetscCall(Collapse(c, a, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Appends rest / norm and its image, computed to an error of allowed, 0 for the tolerance. */
+static PetscErrorCode Compute(SlipRecycled *c, PetscReal tolerance, PetscReal allowed, PetscReal norm,
+                              SlipProductFn product, void *ctx)
+{
+  const PetscInt k = c->n;
+  PetscReal size;
+
+  PetscFunctionBegin;
+  if (!c->q[k]) {
+    PetscCall(VecDuplicate(c->rest, &c->q[k]));
+    PetscCall(VecDuplicate(c->rest, &c->image[k]));
+  }
+  PetscCall(VecCopy(c->rest, c->q[k]));
+  PetscCall(VecScale(c->q[k], 1 / norm));
+  PetscCall((*product)(ctx, c->q[k], allowed / norm, c->image[k]));
+  PetscCall(VecNorm(c->image[k], NORM_2, &size));
+  c->error[k] = allowed > 0 ? allowed / norm : tolerance * size;
+  c->n++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = H x with an error of tolerance |H x|; x and y differ. Collective. */
+PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProductFn product, void *ctx, Vec x, Vec y)
+{
+  PetscReal whole, norm, size;
+
+  PetscFunctionBegin;
+  PetscCall(VecNorm(x, NORM_2, &whole));
+  if (whole == 0) { /* as solvers ask for at their start: forgets nothing */
+    PetscCall(VecZeroEntries(y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!c->rest) PetscCall(VecDuplicate(x, &c->rest));
+  PetscCall(Split(c, tolerance, x, y, &size));
+  PetscCall(VecNorm(c->rest, NORM_2, &norm));
+  if (norm > SLIP_RECYCLED_WHOLE * whole) {
+    PetscCall(VecCopy(x, c->rest));
+    PetscCall(VecZeroEntries(y));
+    norm = whole;
+    size = 0;
+    c->n = 0;
+  }
+  if (norm <= SLIP_RECYCLED_REST * tolerance * whole) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Compute(c, tolerance, SLIP_RECYCLED_NEW * tolerance * size, norm, product, ctx));
+  PetscCall(VecAXPY(y, norm, c->image[c->n - 1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,86 @@
+/* Viscosity of type "sliptoeplitz": the square root on an endless plane, mirrored at the free surface, see toeplitz_root.c.
+   Off by a few per cent along the fault's edges; a product costs as much as one with the stiffness. */
+#include <slipmat.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmatviscosity.h>
+
+typedef struct {
+  Mat K; /* referenced: owns the plane */
+  SlipToeplitz plane;
+  PetscReal factor; /* of the unscaled kernel's root */
+  PetscInt nx, start, end;
+} PlaneContext;
+
+static PetscErrorCode PlaneMult(Mat H, Vec x, Vec y)
+{
+  PlaneContext *c;
+  const SlipToeplitzSymbol *root;
+  const PetscReal *diagonal;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &c));
+  PetscCall(SlipToeplitzGetRoot(c->plane, &root, &diagonal));
+  PetscCall(SlipToeplitzApply(c->plane, c->factor, root, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PlaneGetDiagonal(Mat H, Vec d)
+{
+  PlaneContext *c;
+  const SlipToeplitzSymbol *root;
+  const PetscReal *diagonal;
+  PetscReal *pd;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &c));
+  PetscCall(SlipToeplitzGetRoot(c->plane, &root, &diagonal));
+  PetscCall(VecGetArrayWrite(d, &pd));
+  for (PetscInt i = c->start; i < c->end; i++) pd[i - c->start] = c->factor * diagonal[i / c->nx];
+  PetscCall(VecRestoreArrayWrite(d, &pd));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PlaneDestroy(Mat H)
+{
+  PlaneContext *c;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &c));
+  PetscCall(MatDestroy(&c->K));
+  PetscCall(PetscFree(c));
+  PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_sliptoeplitz_dense_C", NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H)
+{
+  PlaneContext *c;
+  const SlipGrid *grid;
+  PetscReal scale;
+  PetscInt m, N;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGridOf(K, &grid));
+  PetscCheck(grid, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_WRONG,
+             "A toeplitz viscosity needs a stiffness on a uniform grid; for other stiffnesses use sqrtm");
+  PetscCall(PetscNew(&c));
+  PetscCall(PetscObjectReference((PetscObject)K));
+  c->K = K;
+  c->nx = grid->nx;
+  PetscCall(SlipToeplitzOf(K, &c->plane));
+  PetscCall(SlipGridScale(K, &scale));
+  c->factor = factor * PetscSqrtReal(scale);
+  PetscCall(MatGetSize(K, &N, NULL));
+  PetscCall(MatGetLocalSize(K, &m, NULL));
+  PetscCall(MatGetOwnershipRange(K, &c->start, &c->end));
+  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)K), m, m, N, N, c, H));
+  PetscCall(MatSetUp(*H));
+  PetscCall(MatShellSetManageScalingShifts(*H));
+  PetscCall(MatShellSetOperation(*H, MATOP_MULT, SlipMatShellFn(PlaneMult)));
+  PetscCall(MatShellSetOperation(*H, MATOP_MULT_TRANSPOSE, SlipMatShellFn(PlaneMult)));
+  PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(PlaneGetDiagonal)));
+  PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(PlaneDestroy)));
+  PetscCall(SlipShellFinish(*H, "sliptoeplitz"));
+  PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,241 @@
+/*
+  Viscosity of type "slipwaves": the square root per wavenumber along strike of the problem made periodic, as
+  "slipspectral" has it in blocks, but without blocks. Each wavenumber's field in depth is multiplied by a Lanczos
+  process of its own (lanczos.c), whose matrix is that of toeplitz.c at this wavenumber; short wavelengths are
+  well-conditioned and carry little, so that most processes end after a few steps.
+*/
+#include <slipmat.h>
+#include <slipstep/private/slipcompat.h>
+#include <slipstep/private/slipmatviscosity.h>
+
+#define WAVES_MAX 600            /* steps of one process */
+#define WAVES_ORTHOGONAL_MAX 128 /* cells in depth up to which the basis is reorthogonalised: it then ends by itself */
+#define WAVES_EVERY 4            /* least number of steps between looks at the convergence */
+#define WAVES_BYTES 24.0         /* that blocks would take for each pair of cells in depth at each of nx wavenumbers */
+#define WAVES_TOL 1e-12          /* relative tolerance of a product */
+/* Changes of coefficients that rounding makes, against the root of the largest entry of T: eigenvalues are good to
+   1e-16 of the largest, their roots to (condition number)^(1/2), a few tens, times that. */
+#define WAVES_ROUNDING 1e-14
+
+typedef struct {
+  Mat K; /* referenced: owns the plane */
+  SlipToeplitz plane;
+  PetscReal scale, factor;            /* H = factor (scale kernel)^(1/2) */
+  PetscInt nx, nz, start, end;        /* rows of the matrix owned */
+  PetscInt max;                       /* steps, and basis vectors */
+  PetscReal *basis;                   /* [max + 1][nz] complex */
+  PetscReal *alpha, *beta, *c, *last; /* [max] */
+  SlipRecycled increment;
+} WavesContext;
+
+static PetscReal Dot(PetscInt n, const PetscReal a[], const PetscReal b[])
+{
+  PetscReal sum = 0;
+
+  for (PetscInt i = 0; i < n; i++) sum += a[i] * b[i];
+  return sum;
+}
+
+static void Axpy(PetscInt n, PetscReal factor, const PetscReal x[], PetscReal y[])
+{
+  for (PetscInt i = 0; i < n; i++) y[i] += factor * x[i];
+}
+
+/* Next basis vector and entries of T. The matrix is real, so the dots of a Hermitian process are real ones of pairs. */
+static void Step(WavesContext *w, PetscInt k, PetscInt m)
+{
+  const PetscInt n = 2 * w->nz;
+  PetscReal *v = w->basis + (size_t)m * n, *next = v + n;
+
+  for (PetscInt i = 0; i < n; i++) next[i] = v[i];
+  SlipToeplitzApplyWave(w->plane, SlipToeplitzStiffness(w->plane), k, next);
+  for (PetscInt i = 0; i < n; i++) next[i] *= w->scale / (PetscReal)w->plane->depth_period;
+  if (m > 0) Axpy(n, -w->beta[m - 1], v - n, next);
+  w->alpha[m] = Dot(n, v, next);
+  Axpy(n, -w->alpha[m], v, next);
+  for (PetscInt i = m; i >= 0 && w->nz <= WAVES_ORTHOGONAL_MAX; i--) {
+    const PetscReal *vi = w->basis + (size_t)i * n;
+
+    Axpy(n, -Dot(n, vi, next), vi, next);
+  }
+  w->beta[m] = PetscSqrtReal(Dot(n, next, next));
+}
+
+/* Change of the coefficients since the last look, at before steps; now at m. */
+static PetscErrorCode Look(WavesContext *w, PetscInt m, PetscInt before, PetscReal *change)
+{
+  PetscReal lowest;
+
+  PetscFunctionBegin;
+  PetscCall(SlipRootOfTridiagonal(m, w->alpha, w->beta, w->c, &lowest));
+  *change = 0;
+  for (PetscInt i = 0; i < m; i++) {
+    *change += PetscSqr(w->c[i] - (i < before ? w->last[i] : 0));
+    w->last[i] = w->c[i];
+  }
+  *change = PetscSqrtReal(*change);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* f = (scale kernel)^(1/2) f at local wavenumber k, with an error of at most allowed. */
+static PetscErrorCode RootOfWave(WavesContext *w, PetscInt k, PetscReal allowed, PetscReal f[])
+{
+  const PetscInt n = 2 * w->nz;
+  const PetscReal norm = PetscSqrtReal(Dot(n, f, f));
+  PetscInt m, before = 0;
+  PetscReal change = PETSC_MAX_REAL, largest = 0;
+  PetscBool last = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (norm == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < n; i++) w->basis[i] = f[i] / norm;
+  for (m = 1;; m++) {
+    PetscCheck(m <= w->max, PETSC_COMM_SELF, PETSC_ERR_NOT_CONVERGED,
+               "The spectral viscosity did not converge in %" PetscInt_FMT " Lanczos steps at a wavenumber", w->max);
+    Step(w, k, m - 1);
+    largest = PetscMax(largest, w->alpha[m - 1]);
+    last = (PetscBool)(w->beta[m - 1] <= 1e-14 * w->alpha[0] || (w->nz <= WAVES_ORTHOGONAL_MAX && m == w->nz));
+    if (last || m >= before + PetscMax(WAVES_EVERY, before / 6)) {
+      PetscCall(Look(w, m, before, &change));
+      if (last || change * norm <= allowed || change <= WAVES_ROUNDING * PetscSqrtReal(largest)) break;
+      before = m;
+    }
+    for (PetscInt i = 0; i < n; i++) w->basis[(size_t)m * n + i] /= w->beta[m - 1];
+  }
+  for (PetscInt i = 0; i < n; i++) f[i] = 0;
+  for (PetscInt i = 0; i < m; i++) Axpy(n, norm * w->c[i], w->basis + (size_t)i * n, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the tolerance allows, relative to the approximate root's product. */
+static PetscErrorCode Allowed(WavesContext *w, Vec x, Vec y, PetscReal *allowed)
+{
+  const SlipToeplitzSymbol *root;
+  const PetscReal *diagonal;
+
+  PetscFunctionBegin;
+  PetscCall(SlipToeplitzGetRoot(w->plane, &root, &diagonal));
+  PetscCall(SlipToeplitzApply(w->plane, w->factor * PetscSqrtReal(w->scale), root, x, y));
+  PetscCall(VecNorm(y, NORM_2, allowed));
+  *allowed *= WAVES_TOL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = H x. Half of the padded row's wavenumbers, each standing for two, carry its squares: 2 sum_k |e_k|^2 / P is at
+   most the square of the largest |e_k|. */
+static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
+{
+  WavesContext *w = (WavesContext *)ctx;
+  SlipTransposedFFT pencil = w->plane->pencil;
+
+  PetscFunctionBegin;
+  if (w->factor == 0) {
+    PetscCall(VecZeroEntries(y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (allowed == 0) PetscCall(Allowed(w, x, y, &allowed));
+  PetscCall(SlipToeplitzForward(w->plane, x));
+  for (PetscInt k = 0; k < pencil->layout.columns; k++)
+    PetscCall(RootOfWave(w, k, allowed / w->factor, pencil->by_wave + (size_t)k * 2 * w->nz));
+  PetscCall(SlipToeplitzBackward(w->plane, w->factor, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WavesMult(Mat H, Vec x, Vec y)
+{
+  WavesContext *w;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &w));
+  PetscCall(SlipRecycledMult(&w->increment, WAVES_TOL, Product, w, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* That of the approximate root: close, as preconditioners need. */
+static PetscErrorCode WavesGetDiagonal(Mat H, Vec d)
+{
+  WavesContext *w;
+  const SlipToeplitzSymbol *root;
+  const PetscReal *diagonal;
+  PetscReal *pd;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &w));
+  PetscCall(SlipToeplitzGetRoot(w->plane, &root, &diagonal));
+  PetscCall(VecGetArrayWrite(d, &pd));
+  for (PetscInt i = w->start; i < w->end; i++)
+    pd[i - w->start] = w->factor * PetscSqrtReal(w->scale) * diagonal[i / w->nx];
+  PetscCall(VecRestoreArrayWrite(d, &pd));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WavesDestroy(Mat H)
+{
+  WavesContext *w;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &w));
+  PetscCall(SlipRecycledReset(&w->increment));
+  PetscCall(PetscFree(w->basis));
+  PetscCall(PetscFree4(w->alpha, w->beta, w->c, w->last));
+  PetscCall(MatDestroy(&w->K));
+  PetscCall(PetscFree(w));
+  PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_slipwaves_dense_C", NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
+{
+  WavesContext *w;
+  const SlipGrid *grid;
+  PetscInt m, N;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&w));
+  PetscCall(PetscObjectReference((PetscObject)K));
+  w->K = K;
+  w->factor = factor;
+  PetscCall(SlipGridOf(K, &grid));
+  PetscCall(SlipToeplitzOf(K, &w->plane));
+  PetscCall(SlipGridScale(K, &w->scale));
+  w->nx = grid->nx;
+  w->nz = grid->nz;
+  w->max = PetscMin(WAVES_MAX, 2 * grid->nz);
+  PetscCall(PetscMalloc1((size_t)(w->max + 1) * 2 * grid->nz, &w->basis));
+  PetscCall(PetscMalloc4(w->max, &w->alpha, w->max, &w->beta, w->max, &w->c, w->max, &w->last));
+  PetscCall(MatGetSize(K, &N, NULL));
+  PetscCall(MatGetLocalSize(K, &m, NULL));
+  PetscCall(MatGetOwnershipRange(K, &w->start, &w->end));
+  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)K), m, m, N, N, w, H));
+  PetscCall(MatSetUp(*H));
+  PetscCall(MatShellSetManageScalingShifts(*H));
+  PetscCall(MatShellSetOperation(*H, MATOP_MULT, SlipMatShellFn(WavesMult)));
+  PetscCall(MatShellSetOperation(*H, MATOP_MULT_TRANSPOSE, SlipMatShellFn(WavesMult)));
+  PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(WavesGetDiagonal)));
+  PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(WavesDestroy)));
+  PetscCall(SlipShellFinish(*H, "slipwaves"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The spectral viscosity, by blocks or without: the option, or blocks while they take little memory. */
+PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
+{
+  const char *const choices[] = {"auto", "blocks", "lanczos"};
+  const SlipGrid *g;
+  PetscInt choice = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGridOf(K, &g));
+  PetscCheck(g, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_WRONG,
+             "A spectral viscosity needs a stiffness on a uniform grid; for other stiffnesses use sqrtm");
+  PetscOptionsBegin(PetscObjectComm((PetscObject)K), NULL, "Viscosity by the square root per wavenumber", "Mat");
+  PetscCall(PetscOptionsEList("-mat_slipspectral_type",
+                              "A dense block per wavenumber, Lanczos' method in each product, or by size",
+                              "MatCreateSlipViscosity", choices, 3, choices[0], &choice, NULL));
+  PetscOptionsEnd();
+  if (choice == 2 || (choice == 0 && WAVES_BYTES * (PetscReal)g->nx * PetscSqr((PetscReal)g->nz) > SLIP_MEMORY_MAX))
+    PetscCall(ViscosityCreate_Waves(K, factor, H));
+  else
+    PetscCall(SlipViscosityCreate_SpectralBlocks(K, factor, H));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,169 @@
+/* The generalised Jacobian of the natural map, matrix-free: rows of B where sliding, identity where sticking. */
+#include <slipstep/private/slipsnes.h>
+
+/* The parts live on the Mat under these names, where the PC "slipstage" finds them. */
+static const char key_B[] = "SlipStageOperator", key_mask[] = "SlipMask", key_slope[] = "SlipSlope";
+
+typedef struct {
+  Vec y, z; /* masked input, product */
+} SlipJacobian;
+
+static PetscErrorCode MatMult_SlipJacobian(Mat J, Vec x, Vec y)
+{
+  SlipJacobian *jac;
+  Mat B;
+  Vec mask, slope;
+  PetscInt n;
+  const PetscScalar *m, *d, *xx, *z;
+  PetscScalar *yy;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(J, &jac));
+  PetscCall(MatSlipJacobianGetParts(J, &B, &mask, &slope));
+  PetscCall(VecPointwiseMult(jac->y, mask, x));
+  PetscCall(MatMult(B, jac->y, jac->z));
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArrayRead(mask, &m));
+  PetscCall(VecGetArrayRead(slope, &d));
+  PetscCall(VecGetArrayRead(x, &xx));
+  PetscCall(VecGetArrayRead(jac->z, &z));
+  PetscCall(VecGetArrayWrite(y, &yy));
+  for (PetscInt i = 0; i < n; i++) yy[i] = m[i] != 0.0 ? z[i] + d[i] * xx[i] : xx[i];
+  PetscCall(VecRestoreArrayWrite(y, &yy));
+  PetscCall(VecRestoreArrayRead(jac->z, &z));
+  PetscCall(VecRestoreArrayRead(x, &xx));
+  PetscCall(VecRestoreArrayRead(slope, &d));
+  PetscCall(VecRestoreArrayRead(mask, &m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MatGetDiagonal_SlipJacobian(Mat J, Vec diag)
+{
+  Mat B;
+  Vec mask, slope;
+  PetscInt n;
+  const PetscScalar *m, *d;
+  PetscScalar *v;
+
+  PetscFunctionBegin;
+  PetscCall(MatSlipJacobianGetParts(J, &B, &mask, &slope));
+  PetscCall(MatGetDiagonal(B, diag));
+  PetscCall(VecGetLocalSize(diag, &n));
+  PetscCall(VecGetArrayRead(mask, &m));
+  PetscCall(VecGetArrayRead(slope, &d));
+  PetscCall(VecGetArray(diag, &v));
+  for (PetscInt i = 0; i < n; i++) v[i] = m[i] != 0.0 ? v[i] + d[i] : 1.0;
+  PetscCall(VecRestoreArray(diag, &v));
+  PetscCall(VecRestoreArrayRead(slope, &d));
+  PetscCall(VecRestoreArrayRead(mask, &m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MatDestroy_SlipJacobian(Mat J)
+{
+  SlipJacobian *jac;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(J, &jac));
+  PetscCall(VecDestroy(&jac->y));
+  PetscCall(VecDestroy(&jac->z));
+  PetscCall(PetscFree(jac));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatCreateSlipJacobian - the generalised Jacobian of a stage's natural map as a symmetric matrix-free Mat
+
+  Collective
+
+  Input Parameter:
+. B - the stage operator, N x N, symmetric
+
+  Output Parameter:
+. J - (J y)_i = m_i [B (m y)]_i + d_i m_i y_i + (1 - m_i) y_i; its parts must be set before use
+
+  Level: advanced
+
+.seealso: MatSlipJacobianSetParts(), MatSlipJacobianGetParts()
+@*/
+PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J)
+{
+  SlipJacobian *jac;
+  PetscInt m, n, M, N;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(B, MAT_CLASSID, 1);
+  PetscAssertPointer(J, 2);
+  PetscCall(PetscNew(&jac));
+  PetscCall(MatCreateVecs(B, &jac->y, &jac->z));
+  PetscCall(MatGetLocalSize(B, &m, &n));
+  PetscCall(MatGetSize(B, &M, &N));
+  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)B), m, n, M, N, jac, J));
+  PetscCall(MatShellSetOperation(*J, MATOP_MULT, SlipMatShellFn(MatMult_SlipJacobian)));
+  PetscCall(MatShellSetOperation(*J, MATOP_MULT_TRANSPOSE, SlipMatShellFn(MatMult_SlipJacobian)));
+  PetscCall(MatShellSetOperation(*J, MATOP_GET_DIAGONAL, SlipMatShellFn(MatGetDiagonal_SlipJacobian)));
+  PetscCall(MatShellSetOperation(*J, MATOP_DESTROY, SlipMatShellFn(MatDestroy_SlipJacobian)));
+  PetscCall(MatSetOption(*J, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatSetOption(*J, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+  PetscCall(PetscObjectChangeTypeName((PetscObject)*J, MATSLIPJACOBIAN));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipJacobianSetParts - the operator, sliding set and slope of a generalised Jacobian
+
+  Collective
+
+  Input Parameters:
++ J     - from MatCreateSlipJacobian()
+. B     - the stage operator [Pa s/m for the fault]
+. mask  - 1 where an cell slides, 0 where it sticks
+- slope - diagonal that the bound adds where sliding, same units as B
+
+  Level: advanced
+
+  Note:
+  References are kept; call it again after changing their values, so that preconditioners know.
+
+.seealso: MatCreateSlipJacobian()
+@*/
+PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(J, MAT_CLASSID, 1);
+  PetscCall(PetscObjectCompose((PetscObject)J, key_B, (PetscObject)B));
+  PetscCall(PetscObjectCompose((PetscObject)J, key_mask, (PetscObject)mask));
+  PetscCall(PetscObjectCompose((PetscObject)J, key_slope, (PetscObject)slope));
+  PetscCall(MatAssemblyBegin(J, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(J, MAT_FINAL_ASSEMBLY));
+  PetscCall(PetscObjectStateIncrease((PetscObject)J));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipJacobianGetParts - the parts of a generalised Jacobian
+
+  Not collective
+
+  Input Parameter:
+. J - from MatCreateSlipJacobian()
+
+  Output Parameters:
++ B     - borrowed
+. mask  - borrowed
+- slope - borrowed
+
+  Level: advanced
+
+.seealso: MatSlipJacobianSetParts()
+@*/
+PetscErrorCode MatSlipJacobianGetParts(Mat J, Mat *B, Vec *mask, Vec *slope)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)J, key_B, (PetscObject *)B));
+  PetscCall(PetscObjectQuery((PetscObject)J, key_mask, (PetscObject *)mask));
+  PetscCall(PetscObjectQuery((PetscObject)J, key_slope, (PetscObject *)slope));
+  PetscCheck(*B && *mask && *slope, PetscObjectComm((PetscObject)J), PETSC_ERR_ORDER,
+             "Call MatSlipJacobianSetParts() before using a %s matrix", MATSLIPJACOBIAN);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,427 @@
+/* A constraint for small systems: the user gives forces, their dense Jacobian and the bounds of the reaction, on
+   arrays.
+
+   The rows that no reaction enters are eliminated: for given constrained states x, Newton's method solves
+     A_f (w_f - base_f) / theta = F_f(t, w) + explicit_f
+   for the free states w_f, and what is left is G(x) = A_c (x - base_c) / theta - F_c(t, w) - explicit_c with the Schur
+   complement of A / theta - dF/dw as its Jacobian. That is symmetric for mechanical systems and reciprocal circuits. */
+#include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipsys.h>
+#include <petscblaslapack.h>
+
+enum { max_newton = 30 };
+static const PetscReal newton_tol = 1e-13;  /* last correction over the largest state */
+static const PetscReal rounding_tol = 1e-8; /* a correction that no longer falls is rounding below this */
+static const PetscReal symmetry_tol = 1e-10;
+
+typedef struct {
+  SlipSmall p;
+  PetscReal *mass;              /* [n] */
+  PetscInt *rows, *rest, nrest; /* constrained rows, the others */
+  PetscReal t, theta;           /* the stage */
+  PetscReal *base, *load;       /* [n] */
+  PetscBool known, solved;      /* w belongs to x; its elimination converged */
+  PetscReal *x, *w, *F, *J;     /* [nrows], [n], [n], [n n] of the last point */
+  PetscReal *D, *rhs;           /* free block of A / theta - dF/dw, and right-hand sides, column-major */
+  PetscBLASInt *pivot;          /* [nrest] */
+  Mat B;
+} Small;
+
+static PetscErrorCode SmallDestroy(SlipContainerArg arg)
+{
+  Small *s = (Small *)SlipContainerArgPointer(arg);
+
+  PetscFunctionBegin;
+  PetscCall(PetscFree3(s->mass, s->rows, s->rest));
+  PetscCall(PetscFree4(s->base, s->load, s->x, s->w));
+  PetscCall(PetscFree5(s->F, s->J, s->D, s->rhs, s->pivot));
+  PetscCall(MatDestroy(&s->B));
+  PetscCall(PetscFree(s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Entry of A / theta - dF/dw */
+static PetscReal SmallEntry(const Small *s, PetscInt i, PetscInt j)
+{
+  return (i == j ? s->mass[i] / s->theta : 0.0) - s->J[i * s->p.n + j];
+}
+
+static PetscErrorCode SmallJacobian(Small *s)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(s->J, s->p.n * s->p.n));
+  PetscCall((*s->p.jacobian)(s->t, s->w, s->J, s->p.ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Solve with the free block for the columns of rhs; singular when the elimination is not possible here */
+static PetscErrorCode SmallSolveFree(Small *s, PetscInt columns, PetscBool *singular)
+{
+  PetscBLASInt n, m, info;
+
+  PetscFunctionBegin;
+  for (PetscInt j = 0; j < s->nrest; j++)
+    for (PetscInt i = 0; i < s->nrest; i++) s->D[i + s->nrest * j] = SmallEntry(s, s->rest[i], s->rest[j]);
+  PetscCall(PetscBLASIntCast(s->nrest, &n));
+  PetscCall(PetscBLASIntCast(columns, &m));
+  LAPACKgesv_(&n, &m, s->D, &n, s->pivot, s->rhs, &n, &info);
+  PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "gesv: argument %d is wrong", (int)-info);
+  *singular = info > 0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A_i (w_i - base_i) / theta - F_i - explicit_i */
+static PetscReal SmallBalance(const Small *s, PetscInt i)
+{
+  return s->mass[i] * (s->w[i] - s->base[i]) / s->theta - s->F[i] - s->load[i];
+}
+
+/* One Newton correction of the free states: its size, and that of the state */
+static PetscErrorCode SmallCorrect(Small *s, PetscReal *size, PetscReal *state, PetscBool *singular)
+{
+  PetscFunctionBegin;
+  PetscCall(SmallJacobian(s));
+  for (PetscInt i = 0; i < s->nrest; i++) s->rhs[i] = SmallBalance(s, s->rest[i]);
+  PetscCall(SmallSolveFree(s, 1, singular));
+  *size = *state = 0.0;
+  for (PetscInt i = 0; i < s->nrest && !*singular; i++) {
+    s->w[s->rest[i]] -= s->rhs[i];
+    *size = PetscMax(*size, PetscAbsReal(s->rhs[i]));
+    *state = PetscMax(*state, PetscAbsReal(s->w[s->rest[i]]));
+    if (PetscIsInfOrNanReal(s->rhs[i])) *singular = PETSC_TRUE;
+  }
+  PetscCall((*s->p.force)(s->t, s->w, s->F, s->p.ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The free states and forces that belong to x */
+static PetscErrorCode SmallEliminate(Small *s, Vec X)
+{
+  const PetscReal *x;
+  PetscReal size = 0.0, state = 0.0, last = PETSC_MAX_REAL;
+  PetscBool same, singular = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(X, &x));
+  PetscCall(PetscArraycmp(x, s->x, s->p.nrows, &same));
+  if (!same || !s->known) {
+    s->known = PETSC_FALSE;
+    for (PetscInt k = 0; k < s->p.nrows; k++) s->w[s->rows[k]] = s->x[k] = x[k];
+  }
+  PetscCall(VecRestoreArrayRead(X, &x));
+  if (s->known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall((*s->p.force)(s->t, s->w, s->F, s->p.ctx));
+  s->solved = s->nrest ? PETSC_FALSE : PETSC_TRUE;
+  for (PetscInt it = 0; it < max_newton && !s->solved && !singular; it++) {
+    PetscCall(SmallCorrect(s, &size, &state, &singular));
+    if (size <= newton_tol * state || (size > 0.5 * last && size <= rounding_tol * state)) s->solved = PETSC_TRUE;
+    last = size;
+  }
+  if (singular) s->solved = PETSC_FALSE;
+  if (!s->solved)
+    for (PetscInt i = 0; i < s->nrest; i++)
+      s->w[s->rest[i]] = s->base[s->rest[i]]; /* a sound start for the next point */
+  s->known = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ctx)
+{
+  Small *s = (Small *)ctx;
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  (void)con;
+  s->t = stage->t;
+  s->theta = stage->theta;
+  s->known = PETSC_FALSE;
+  PetscCall(VecGetArrayRead(stage->base, &a));
+  PetscCall(PetscArraycpy(s->base, a, s->p.n));
+  PetscCall(PetscArraycpy(s->w, a, s->p.n));
+  PetscCall(VecRestoreArrayRead(stage->base, &a));
+  PetscCall(PetscArrayzero(s->load, s->p.n));
+  if (stage->explicit_part) {
+    PetscCall(VecGetArrayRead(stage->explicit_part, &a));
+    PetscCall(PetscArraycpy(s->load, a, s->p.n));
+    PetscCall(VecRestoreArrayRead(stage->explicit_part, &a));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* NaN where the elimination fails: the solve then ends as diverged and the step is tried again, shorter */
+static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
+{
+  Small *s = (Small *)ctx;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(SmallEliminate(s, x));
+  PetscCall(VecGetArrayWrite(g, &a));
+  for (PetscInt k = 0; k < s->p.nrows; k++) a[k] = s->solved ? SmallBalance(s, s->rows[k]) : NAN;
+  PetscCall(VecRestoreArrayWrite(g, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Tell the linear solver of a Schur complement that is not symmetric */
+static PetscErrorCode SmallNoteSymmetry(Mat B, PetscInt m, const PetscReal b[])
+{
+  PetscReal skew = 0.0, size = 0.0;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < m; i++)
+    for (PetscInt j = 0; j < m; j++) {
+      size = PetscMax(size, PetscAbsReal(b[i + m * j]));
+      skew = PetscMax(skew, PetscAbsReal(b[i + m * j] - b[j + m * i]));
+    }
+  PetscCall(MatSetOption(B, MAT_SYMMETRIC, skew <= symmetry_tol * size ? PETSC_TRUE : PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
+{
+  Small *s = (Small *)ctx;
+  const PetscInt m = s->p.nrows, f = s->nrest;
+  PetscBool singular = PETSC_FALSE;
+  PetscReal *b;
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(SmallEliminate(s, x));
+  PetscCall(SmallJacobian(s));
+  for (PetscInt k = 0; k < m; k++)
+    for (PetscInt i = 0; i < f; i++) s->rhs[i + f * k] = SmallEntry(s, s->rest[i], s->rows[k]);
+  if (f) PetscCall(SmallSolveFree(s, m, &singular));
+  PetscCall(MatDenseGetArrayWrite(s->B, &b));
+  for (PetscInt k = 0; k < m; k++)
+    for (PetscInt j = 0; j < m; j++) {
+      if (!s->solved || singular) { /* only has to be regular: the residual is NaN */
+        b[j + m * k] = j == k ? s->mass[s->rows[k]] / s->theta : 0.0;
+        continue;
+      }
+      b[j + m * k] = SmallEntry(s, s->rows[j], s->rows[k]);
+      for (PetscInt i = 0; i < f; i++) b[j + m * k] -= SmallEntry(s, s->rows[j], s->rest[i]) * s->rhs[i + f * k];
+    }
+  PetscCall(SmallNoteSymmetry(s->B, m, b));
+  PetscCall(MatDenseRestoreArrayWrite(s->B, &b));
+  *B = s->B;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* q, and dq if wanted, at a state */
+static PetscErrorCode SmallBound(Small *s, PetscReal t, const PetscReal w[], Vec q, Vec dq)
+{
+  PetscReal *a, *d = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(q, &a));
+  if (dq) {
+    PetscCall(VecGetArrayWrite(dq, &d));
+    PetscCall(PetscArrayzero(d, s->p.nrows));
+  }
+  PetscCall((*s->p.bound)(t, w, a, d, s->p.ctx));
+  for (PetscInt k = 0; k < s->p.nrows; k++)
+    PetscCheck(!(a[k] < 0.0), PETSC_COMM_SELF, PETSC_ERR_USER,
+               "The bound of reaction %" PetscInt_FMT " is %g at time %g; it must not be negative", k, (double)a[k],
+               (double)t);
+  if (dq) PetscCall(VecRestoreArrayWrite(dq, &d));
+  PetscCall(VecRestoreArrayWrite(q, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
+{
+  Small *s = (Small *)ctx;
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(SmallEliminate(s, x));
+  PetscCall(SmallBound(s, s->t, s->w, q, dq));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, void *ctx)
+{
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(SmallBound((Small *)ctx, t, a, q, NULL));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
+{
+  const Small *s = (const Small *)ctx;
+  const PetscReal *a;
+  PetscReal *b;
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(VecGetArrayWrite(x, &b));
+  for (PetscInt k = 0; k < s->p.nrows; k++) b[k] = a[s->rows[k]];
+  PetscCall(VecRestoreArrayWrite(x, &b));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
+{
+  Small *s = (Small *)ctx;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(SmallEliminate(s, x));
+  PetscCall(VecGetArrayWrite(w, &a));
+  PetscCall(PetscArraycpy(a, s->w, s->p.n));
+  PetscCall(VecRestoreArrayWrite(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec Fs, void *ctx)
+{
+  const Small *s = (const Small *)ctx;
+  const PetscReal *a;
+  PetscReal *b;
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(VecGetArrayWrite(Fs, &b));
+  PetscCall((*s->p.force)(t, a, b, s->p.ctx));
+  PetscCall(VecRestoreArrayWrite(Fs, &b));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
+{
+  const Small *s = (const Small *)ctx;
+  const PetscReal *b;
+  PetscReal *f;
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(VecGetArrayRead(r, &b));
+  PetscCall(VecGetArray(F, &f));
+  for (PetscInt k = 0; k < s->p.nrows; k++) f[s->rows[k]] += a * b[k];
+  PetscCall(VecRestoreArray(F, &f));
+  PetscCall(VecRestoreArrayRead(r, &b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
+{
+  const Small *s = (const Small *)ctx;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  (void)con;
+  if (F != k) PetscCall(VecCopy(F, k));
+  PetscCall(VecGetArray(k, &a));
+  for (PetscInt i = 0; i < s->p.n; i++) a[i] /= s->mass[i];
+  PetscCall(VecRestoreArray(k, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SmallCheck(const SlipSmall *p)
+{
+  PetscFunctionBegin;
+  PetscCheck(p->n >= 1, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "SlipSmall has n = %" PetscInt_FMT " states", p->n);
+  PetscCheck(p->nrows >= 1 && p->nrows <= p->n, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "SlipSmall has nrows = %" PetscInt_FMT " constrained rows, expected 1 to n = %" PetscInt_FMT, p->nrows,
+             p->n);
+  PetscCheck(p->mass && p->rows && p->force && p->jacobian && p->bound, PETSC_COMM_SELF, PETSC_ERR_ARG_NULL,
+             "SlipSmall must supply mass, rows, force, jacobian and bound");
+  for (PetscInt i = 0; i < p->n; i++)
+    PetscCheck(p->mass[i] > 0.0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "mass[%" PetscInt_FMT "] of SlipSmall is %g, expected a number > 0", i, (double)p->mass[i]);
+  for (PetscInt k = 0; k < p->nrows; k++)
+    PetscCheck(p->rows[k] >= 0 && p->rows[k] < p->n && (!k || p->rows[k] > p->rows[k - 1]), PETSC_COMM_SELF,
+               PETSC_ERR_ARG_OUTOFRANGE,
+               "rows[%" PetscInt_FMT "] of SlipSmall is %" PetscInt_FMT
+               ", expected ascending rows below n = %" PetscInt_FMT,
+               k, p->rows[k], p->n);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SmallCreate(const SlipSmall *p, Small **small)
+{
+  const PetscInt n = p->n, m = p->nrows, f = n - m;
+  Small *s = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&s));
+  s->p = *p;
+  PetscCall(PetscMalloc3(n, &s->mass, m, &s->rows, f, &s->rest));
+  PetscCall(PetscCalloc4(n, &s->base, n, &s->load, m, &s->x, n, &s->w));
+  PetscCall(PetscMalloc5(n, &s->F, n * n, &s->J, f * f, &s->D, f * m, &s->rhs, f, &s->pivot));
+  PetscCall(PetscArraycpy(s->mass, p->mass, n));
+  PetscCall(PetscArraycpy(s->rows, p->rows, m));
+  for (PetscInt i = 0, k = 0; i < n; i++) {
+    if (k < m && s->rows[k] == i)
+      k++;
+    else
+      s->rest[s->nrest++] = i;
+  }
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, m, m, NULL, &s->B));
+  PetscCall(MatAssemblyBegin(s->B, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(s->B, MAT_FINAL_ASSEMBLY));
+  *small = s;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipConstraintCreateSmall - the constraint of a small dense system A dw/dt = F_s(t, w) + F_r, written with arrays
+
+  Not collective (one process)
+
+  Input Parameter:
+. problem - its states, masses, constrained rows and functions; the arrays are copied, its ctx is kept
+
+  Output Parameter:
+. con - the constraint, on PETSC_COMM_SELF
+
+  Level: beginner
+
+  Notes:
+  The reduced unknowns are the constrained states in the order of rows; the others are eliminated inside, by Newton's
+  method when F_s is nonlinear. A stage whose elimination fails counts as not converged, and its step is tried again.
+
+  Systems of up to a few hundred states are meant: every evaluation factors a dense matrix.
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for a mass that is not positive or rows that do not ascend; PETSC_ERR_USER later,
+  when a bound is negative.
+
+.seealso: SlipSmallConfigureTS(), SlipConstraintCreate(), TSBatheSetConstraint()
+@*/
+PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstraint *con)
+{
+  const SlipConstraintOps ops = {.stage = Stage,
+                                 .residual = Residual,
+                                 .jacobian = Jacobian,
+                                 .bound = Bound,
+                                 .reduce = Reduce,
+                                 .lift = Lift,
+                                 .smooth = Smooth,
+                                 .add_reaction = AddReaction,
+                                 .solve_mass = SolveMass,
+                                 .bound_state = BoundState};
+  Small *s = NULL;
+  Vec x;
+
+  PetscFunctionBegin;
+  PetscAssertPointer(problem, 1);
+  PetscAssertPointer(con, 2);
+  PetscCall(SmallCheck(problem));
+  PetscCall(SmallCreate(problem, &s));
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, problem->nrows, &x));
+  PetscCall(SlipConstraintCreate(PETSC_COMM_SELF, &ops, s, x, con));
+  PetscCall(VecDestroy(&x));
+  PetscCall(SlipObjectComposeData((PetscObject)*con, "SlipSmall", s, SmallDestroy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
