@@ -1,7 +1,7 @@
 /* The start of a test's run: a fault whose parameters are set, at its initial state. */
 #pragma once
 #include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 /* The fault set up, its state, and a TS of it up to time end [s] under a type of TSAdapt; dt [s] is the first step, and
    every step of TSADAPTNONE; 0 leaves it to the fault. */

@@ -2,7 +2,7 @@
    LinearSystem passes these operations on. */
 #pragma once
 #include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 typedef struct {
   Mat B;

@@ -1,7 +1,7 @@
 /* main() of the tests that are no cmocka programs: run() on all ranks between PETSc's start and end. */
 #pragma once
 #include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 /* Returns main()'s exit code; an error on one rank ends all of them. */
 static inline int RunOnRanks(int argc, char **argv, PetscErrorCode (*run)(void))

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 static char message[4096], raised[256]; /* of the last error, and where it was raised */
 

@@ -7,8 +7,8 @@ static const char help[] =
   "same command; other options add to the same file. output/plot_study.py draws it, output/results_table.py tabulates "
   "it.\n\n";
 
-#include "evaluate.h"
-#include <slipstep/private/slipcompat.h>
+#include "evaluate/evaluate.h"
+#include <slipcompat.h>
 
 /* The options of the problems and of TS: set each one up, small. */
 static PetscErrorCode ShowHelp(const EvaluateOptions *o)

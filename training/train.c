@@ -9,9 +9,9 @@ static const char help[] =
   "The fault is that of the -fault_ options, one cell unless -fault_nx and -fault_nz say otherwise.\n"
   "Drawn by -train_random:\n";
 
-#include "cmatrain.h"
-#include "sweep.h"
-#include <slipstep/private/slipcompat.h>
+#include "cmaes/cmatrain.h"
+#include "offpolicy/sweep.h"
+#include <slipcompat.h>
 
 static PetscErrorCode RunCMA(void)
 {

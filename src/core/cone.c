@@ -3,8 +3,8 @@
    The stage problem is G(x) = omega r, r in -q Sign(x). For any rho > 0 it is equivalent to the natural map
    x = S(x - rho G(x), rho omega q), S the soft shrinkage (the projection on the cone in its dual form). See Facchinei
    and Pang (2003), Finite-Dimensional Variational Inequalities, chapter 9; Alart and Curnier (1991), CMAME 92. */
-#include <slipstep/private/slipcompat.h>
-#include <slipstep/private/slipcore.h>
+#include <slipcompat.h>
+#include <slipcore.h>
 
 /* S(p, k) = sign(p) max(|p| - k, 0) */
 PetscReal SlipConeShrink(PetscReal p, PetscReal k)

@@ -1,6 +1,6 @@
 /* Friction laws: one row each, with derivatives. Pure functions. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 static void ExponentialSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
                                      PetscReal *dmu_dv)

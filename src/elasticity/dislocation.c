@@ -17,7 +17,7 @@
   corners. It is the field that Okada (1992) gives for any dip.
 */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 
 /* Difference over s in [s1, s2] of the antiderivative -s / (r R) of d_rr (1/R), R^2 = r^2 + s^2. For s of one sign the

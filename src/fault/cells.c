@@ -1,7 +1,7 @@
 /* Cells: their distribution, centres and per-cell parameters, uniform or from -fault_parameters. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 #include <math.h>

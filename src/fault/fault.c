@@ -1,7 +1,7 @@
 /* A fault's life: create, set up, state, destroy. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 PetscClassId SLIP_FAULT_CLASSID;
 

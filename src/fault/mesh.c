@@ -1,7 +1,7 @@
 /* A fault of irregular cells, -fault_mesh: its file, its stiffness, and the weights of its rows. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 

@@ -1,6 +1,6 @@
 /* What a run and a controller may know of the fault's state: sums over the cells, energies and powers. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 /* Slip rates below this count as standing still where their logarithm is taken [m/s]. */
 #define SLIP_FAULT_RATE_FLOOR 1e-12

@@ -1,7 +1,7 @@
 /* Output of a fault: what it adds to that of any run, by a monitor of its fields. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
 {

@@ -2,7 +2,7 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
 #include <slipstep/private/slipsys.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 static const SlipOutputColumn SeriesColumns[] = {
   {"mean_slip_rate", "m/s", PETSC_FALSE},   {"max_slip_rate", "m/s", PETSC_FALSE},

@@ -1,6 +1,6 @@
 /* The parameters of a fault: two tables used by options, setters, views and error messages. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <math.h>
 #include <stdio.h>
 

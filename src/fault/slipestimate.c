@@ -14,7 +14,7 @@
    goes with the share of the slip on cells that still slide. For one cell under slip weakening all this is the
    exact first variation. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipadapt.h>
 
 /* Calibration of what is reported, max(|signed sum|, FLOOR * sum of magnitudes) * FACTOR; see

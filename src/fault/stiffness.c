@@ -1,6 +1,6 @@
 /* Stiffness from the kernel or a file, its scaling, the viscosity, and the critical state. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
 #include <slipsys.h>

@@ -1,7 +1,7 @@
 /* Output of a run of any TS problem: the monitors that fill /steps and /series, and the summary at its end. */
 #include <slipstep/private/slipoutput.h>
 #include <slipstep/private/slipsys.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipsys.h>
 #include <slipts.h>
 #include <petsctime.h>

@@ -1,6 +1,6 @@
 /* The end of an output file: /run and /result. */
 #include <slipstep/private/slipoutput.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipadapt.h>
 #include <slipsys.h>
 

@@ -1,6 +1,6 @@
 /* Tables of an output file: rows collected in memory, appended to HDF5 in blocks. */
 #include <slipstep/private/slipoutput.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 /* One series group/name per column. Rank 0 only, as the rest of this file. */
 PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,

@@ -1,6 +1,6 @@
 /* The one list of all types that SlipStep adds to PETSc, and the package's life. */
 #include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slippackage.h>
 #include <slipstep/private/slipsys.h>
 

@@ -1,6 +1,6 @@
 /* Tables of classes and types: one row each. Log events are in log.c. */
 #include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slippackage.h>
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>

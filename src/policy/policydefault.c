@@ -2,7 +2,7 @@
 #define _GNU_SOURCE /* dladdr() */
 #include <slippolicy.h>
 #include <slipsys.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <dlfcn.h>
 #include <stdlib.h>
 

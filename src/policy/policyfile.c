@@ -1,6 +1,6 @@
 /* A policy as an HDF5 file (slippolicy.h): rank 0 reads or writes, all ranks get its numbers and its errors. */
 #include <slipstep/private/slippolicy.h>
-#include <slipstep/private/sliph5.h>
+#include <sliph5.h>
 #include <slipsys.h>
 #include <time.h>
 

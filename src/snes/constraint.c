@@ -1,7 +1,7 @@
 /* SlipConstraint: a set-valued reaction that a problem describes by a table of operations. */
 #include <slipsys.h>
 #include <slipstep/private/slipsnes.h>
-#include <slipstep/private/slipcore.h>
+#include <slipcore.h>
 
 PetscClassId SLIP_CONSTRAINT_CLASSID = 0;
 

@@ -6,7 +6,7 @@
    lengthen by 3/2 below 0.3. A factor per cell does not work: the change of an cell's G is mostly its neighbours'
    doing, so cells that are already at rest would shorten theirs to nothing. */
 #include <slipstep/private/slipsnes.h>
-#include <slipstep/private/slipcore.h>
+#include <slipcore.h>
 #include <slipstep/private/slipsys.h>
 
 static const PetscReal ratio_high = 0.9, ratio_low = 0.3, shorten = 2.0 / 3.0, lengthen = 1.5;

@@ -1,6 +1,6 @@
 /* One stage as a SNES: natural residual, convergence, reaction. Shared by the semismooth and projection types. */
 #include <slipstep/private/slipsnes.h>
-#include <slipstep/private/slipcore.h>
+#include <slipcore.h>
 #include <slipstep/private/slipsys.h>
 
 static const char key[] = "SlipConstraint";

@@ -1,7 +1,7 @@
 /* Errors of programs: one clear line for the user, and the same error on every process. */
 #include <slipsys.h>
 #include <slipstep/private/slipsys.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>

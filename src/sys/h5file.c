@@ -1,7 +1,7 @@
 /* Opening and closing HDF5 files: writing goes to FILE.part, which takes FILE's place when it is complete. */
 #define _DEFAULT_SOURCE /* flock() */
-#include <slipstep/private/sliph5.h>
-#include <slipstep/private/slipcompat.h>
+#include <sliph5.h>
+#include <slipcompat.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>

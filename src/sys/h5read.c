@@ -1,6 +1,6 @@
 /* Reading datasets and attributes of HDF5 files, with errors that say what was expected. */
-#include <slipstep/private/sliph5.h>
-#include <slipstep/private/slipcompat.h>
+#include <sliph5.h>
+#include <slipcompat.h>
 #include <stdio.h>
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* Writing datasets, attributes and growing series to HDF5 files. */
-#include <slipstep/private/sliph5.h>
-#include <slipstep/private/slipcompat.h>
+#include <sliph5.h>
+#include <slipcompat.h>
 #include <string.h>
 
 #define SLIP_H5_MAX_DIM 4

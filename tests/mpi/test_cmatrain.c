@@ -1,6 +1,6 @@
 /* Training by CMA-ES: the same weights on one rank and on all of them, and after a resumed checkpoint. */
 #include "ranks.h"
-#include "cmatrain.h"
+#include "cmaes/cmatrain.h"
 #include <string.h>
 
 static PetscErrorCode Options(const char extra[], CMAOptions *o)

@@ -2,7 +2,7 @@
    for the 10-dimensional sphere to 1e-9 with default parameters, 4,000 to 7,000 for the ellipsoid of condition 1e6 and
    Rosenbrock's function (without its rare local minimum); bounds are twice the upper ones. */
 #include "unit.h"
-#include "cmaes.h"
+#include "cmaes/cmaes.h"
 #include <math.h>
 
 enum { N = 10 };

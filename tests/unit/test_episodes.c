@@ -1,7 +1,7 @@
 /* Episodes of the trainer: cost, references, and runs that depend on nothing but the episode, the policy and the
    dial. */
 #include "unit.h"
-#include "cmatrain.h"
+#include "cmaes/cmatrain.h"
 #include <math.h>
 
 /* Constant steps h [T*] that the dial scales: y = atanh(log10 h/2) + slope (log_accuracy + 2). */

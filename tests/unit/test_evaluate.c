@@ -1,6 +1,6 @@
 /* Errors of a run against a reference, on series whose errors are known in closed form. */
 #include "unit.h"
-#include "evaluate.h"
+#include "evaluate/evaluate.h"
 #include <math.h>
 
 #define ROUNDING 1e-12 /* sums of a few hundred numbers of order 1 */

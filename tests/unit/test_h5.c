@@ -1,7 +1,7 @@
 /* HDF5 helpers: what is written is read back bit for bit; broken files are refused by name. */
 #define _DEFAULT_SOURCE /* truncate() */
 #include "unit.h"
-#include <slipstep/private/sliph5.h>
+#include <sliph5.h>
 #include <unistd.h>
 
 static char file[256];

@@ -5,7 +5,7 @@
 #include <setjmp.h>
 #include <cmocka.h>
 #include <slipstep.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 typedef long double Long;
 

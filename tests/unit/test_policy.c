@@ -1,6 +1,6 @@
 /* SlipPolicy: forward pass against formulas written out here, files back and forth, and every kind of broken file. */
 #include "unit.h"
-#include <slipstep/private/sliph5.h>
+#include <sliph5.h>
 #include <petsctime.h>
 #include <math.h>
 #include <unistd.h>

@@ -2,7 +2,7 @@
 #pragma once
 #include <petsc/private/tsimpl.h>
 #include <slipadapt.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 PETSC_EXTERN PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt);
 PETSC_EXTERN PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt);

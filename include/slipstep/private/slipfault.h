@@ -4,7 +4,7 @@
 #include <slipcells.h>
 #include <slipsys.h>
 #include <slipoutput.h>
-#include <slipstep/private/sliph5.h>
+#include <sliph5.h>
 #include <slipstep/private/slipoutput.h>
 
 /* ---- friction (pure) ---- */

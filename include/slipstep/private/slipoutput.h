@@ -1,7 +1,7 @@
 /* The output of a run: growing tables in memory that are appended in blocks, and the numbers of its end. */
 #pragma once
 #include <slipoutput.h>
-#include <slipstep/private/sliph5.h>
+#include <sliph5.h>
 
 /* A group of series with one row per event, kept until SLIP_TABLE_ROWS rows are there. */
 #define SLIP_TABLE_ROWS 64

@@ -3,7 +3,7 @@
 #include <petsc/private/petscimpl.h>
 #include <petscviewer.h>
 #include <slippolicy.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 /* One dense layer y = f(W x + b). The weight is kept transposed so that the forward pass runs along contiguous
    memory. */

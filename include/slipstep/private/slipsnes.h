@@ -2,7 +2,7 @@
 #pragma once
 #include <slipsnes.h>
 #include <petsc/private/snesimpl.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 struct _p_SlipConstraint {
   PETSCHEADER(SlipConstraintOps);

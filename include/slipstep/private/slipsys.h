@@ -1,7 +1,7 @@
 /* Private: data carried by PETSc objects, errors of programs, events of -log_view. */
 #pragma once
 #include <petscmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 /* ---- compose.c ---- */
 /* Takes data over, in place of what had the name. destroy: SlipContainerDestroyDefault for memory of PetscMalloc() */

@@ -2,7 +2,7 @@
 #pragma once
 #include <slipts.h>
 #include <petsc/private/tsimpl.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 
 enum { BATHE_MAX_MONITORS = 8 };
 

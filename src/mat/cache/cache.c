@@ -13,7 +13,7 @@
 #include <string.h>
 #include <unistd.h>
 #include <slipstep/private/slipsys.h>
-#include <slipstep/private/sliph5.h>
+#include <sliph5.h>
 #include <slipstep/private/slipmatcache.h>
 
 #define FORMAT "slipstep-viscosity-cache"

@@ -1,5 +1,5 @@
 /* A binary tree of cells, cut in two across the longest side of the box of their centres. */
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatcells.h>
 #include <stdlib.h>
 

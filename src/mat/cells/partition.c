@@ -7,7 +7,7 @@
 */
 #include <slipcells.h>
 #include <slipsys.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatcells.h>
 #include <metis.h>
 #include <stdlib.h>

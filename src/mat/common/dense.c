@@ -1,7 +1,7 @@
 /* Whole matrices on one rank: moving them to and from a parallel Mat, and their symmetric eigenproblem. */
 #include <slipmat.h>
 #include <petscblaslapack.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatcommon.h>
 
 extern void dsyevd_(const char *jobz, const char *uplo, const PetscBLASInt *n, double *a, const PetscBLASInt *lda,

@@ -5,7 +5,7 @@
 */
 #include <slipmat.h>
 #include <petscblaslapack.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatcache.h>
 
 extern void sgemv_(const char *trans, const PetscBLASInt *m, const PetscBLASInt *n, const float *alpha, const float *a,

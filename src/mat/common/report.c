@@ -1,6 +1,6 @@
 /* What a view tells of the operators: how a type was chosen, and how much memory it takes. */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 
 /* Fills what MatGetInfo() returns for a shell matrix that stores so many bytes on this process. Collective. */

@@ -1,7 +1,7 @@
 /* The whole of a distributed vector on every rank, for small fields; or the rows of cells that a rank transforms.
    Either way operators give the same numbers at every rank count. */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 
 static PetscErrorCode GatherCounts(Mat A, PetscMPIInt size, SlipGather *g)

@@ -5,7 +5,7 @@
   of a row.
 */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 
 PetscInt SlipMirrorWidth(PetscInt nx, PetscInt parity)

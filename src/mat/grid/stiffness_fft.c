@@ -1,7 +1,7 @@
 /* Stiffness of type "slipfft", exact: products by transforms along strike, and in depth either by transforms too or by
    a block per wavenumber, whichever is faster. */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 
 typedef struct {

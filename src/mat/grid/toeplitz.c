@@ -16,7 +16,7 @@
   results do not depend on the number of ranks.
 */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
 

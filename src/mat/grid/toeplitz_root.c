@@ -12,7 +12,7 @@
   surface, along the fault's edges (measured), and the part of B(theta) that it gets wrong is at most 2 % of B.
 */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 
 /* Cells between the fault and its image, as a share of its depth, beyond which the image is left out. */

@@ -8,7 +8,7 @@
 */
 #include <slipmat.h>
 #include <fftw3-mpi.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 
 /* Rows transformed before they are transposed: 8 complex numbers fill two cache lines. */

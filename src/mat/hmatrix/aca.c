@@ -7,7 +7,7 @@
 */
 #include <petscmat.h>
 #include <petscblaslapack.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmathmatrix.h>
 
 #define CROSS_CHECKS 4 /* rows in which the end is confirmed */

@@ -10,7 +10,7 @@
 #include <petscmat.h>
 #include <petscblaslapack.h>
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 #include <slipstep/private/slipmathmatrix.h>
 

@@ -2,7 +2,7 @@
 #include <slipmat.h>
 #include <slipsys.h>
 #include <petscblaslapack.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 
 /* Up to this many cells a dense product is as fast as one by FFT (measured), and forming B is cheap. */

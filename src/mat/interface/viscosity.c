@@ -1,6 +1,6 @@
 /* MatCreateSlipViscosity(): H = 2 zeta sqrt(mass) K^(1/2), the matrix square root. */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatviscosity.h>
 

@@ -15,7 +15,7 @@
   definite whatever the slope, so the whole is.
 */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatstage.h>
 

@@ -16,7 +16,7 @@
 #include <slipmat.h>
 #include <slipcells.h>
 #include <petscblaslapack.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatstage.h>
 
 #define CORRECTION_MAX 24 /* directions; five vectors each */

@@ -4,7 +4,7 @@
   a dense one for a dense S or up to SLIP_ROOT_DENSE_MAX rows; else Lanczos' method applies it in each product.
 */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
 #define SLIP_ROOT_DENSE_MAX 3000

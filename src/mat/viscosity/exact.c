@@ -2,7 +2,7 @@
   The exact root on a uniform grid: what the root per wavenumber misses, for each mirror parity, as a low-rank part,
   from dense eigenproblems, sketches or the cache.
 */
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
 /* Up to this many cells the low-rank part comes from dense eigenproblems of half the order (as fast, measured);

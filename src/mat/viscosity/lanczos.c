@@ -14,7 +14,7 @@
 #include <petsc/private/petscimpl.h>
 #include <slipmat.h>
 #include <petscblaslapack.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
 extern void dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e, double *z, const PetscBLASInt *ldz,

@@ -5,7 +5,7 @@
   few digits when the part is small. The same x again is free. Of a full memory the part of the last x is kept.
 */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
 /* Shares of the tolerance. A product from scratch takes all of it, by the change that its last steps made, which is

@@ -14,7 +14,7 @@
 */
 #include <slipmat.h>
 #include <petscblaslapack.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
 #define FILTERS 4

@@ -2,7 +2,7 @@
   Viscosity of type "slipspectral": the square root per wavenumber of the problem made periodic along strike, and for
   the exact root also what that misses as a low-rank part for each mirror parity (exact.c).
 */
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
 /* The rows of cells that this process works on: all of them, or its share. */

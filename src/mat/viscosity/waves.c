@@ -5,7 +5,7 @@
   well-conditioned and carry little, so that most processes end after a few steps.
 */
 #include <slipmat.h>
-#include <slipstep/private/slipcompat.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
 #define WAVES_MAX 600            /* steps of one process */

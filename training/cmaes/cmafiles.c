@@ -1,0 +1,202 @@
+/* Files of training by CMA-ES: policy, checkpoint, learning curve. The first rank writes. */
+#include "cmatrain.h"
+#include "common/files.h"
+#include <slipstep/private/slipsys.h>
+#include <slipcompat.h>
+#include <petsctime.h>
+
+#define CHECKPOINT_FORMAT "slipstep-cmaes"
+
+static PetscErrorCode Store(CMATrainer *t)
+{
+  SlipPolicy p;
+
+  PetscFunctionBegin;
+  PetscCall(CMAPolicy(&t->o, t->best, t->shift, &p));
+  PetscCall(SlipPolicySetRange(p, t->obs_min, t->obs_max));
+  PetscCall(SlipPolicySetAttribute(p, "algorithm", "cmaes"));
+  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.problem ? t->o.problem->name : "fault"));
+  PetscCall(PolicySetNumber(p, "generations", "%.0f", (double)t->best_generation));
+  PetscCall(PolicySetNumber(p, "training_runs", "%.0f", (double)t->evaluations));
+  PetscCall(PolicySetNumber(p, "validation_cost", "%.5f", (double)t->score.cost));
+  PetscCall(PolicySetNumber(p, "seed", "%.0f", (double)t->o.seed));
+  PetscCall(SlipPolicyStore(p, t->o.output));
+  PetscCall(SlipPolicyDestroy(&p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CMAStorePolicy(CMATrainer *t)
+{
+  PetscFunctionBegin;
+  if (!t->rank) PetscCall(Store(t));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- checkpoint ---- */
+
+enum { ARRAYS = 7, NUMBERS = 10 };
+typedef struct {
+  const char *path;
+  double *data;
+  PetscInt n;
+} CMAArray;
+
+static void ListArrays(CMATrainer *t, CMAArray a[ARRAYS])
+{
+  CMAES *es = &t->es;
+  const PetscInt n = es->n;
+  const CMAArray list[ARRAYS] = {{"/mean", es->mean, n}, {"/path_sigma", es->ps, n}, {"/path_covariance", es->pc, n},
+                                 {"/C", es->C, n * n},   {"/B", es->B, n * n},       {"/D", es->D, n},
+                                 {"/best", t->best, n}};
+
+  for (PetscInt i = 0; i < ARRAYS; ++i) a[i] = list[i];
+}
+
+static void TakeNumbers(CMATrainer *t, PetscReal seconds, PetscReal x[NUMBERS])
+{
+  const PetscReal list[NUMBERS] = {t->es.sigma,
+                                   (PetscReal)t->es.generation,
+                                   (PetscReal)t->generation,
+                                   (PetscReal)t->evaluations,
+                                   (PetscReal)t->best_generation,
+                                   t->score.cost,
+                                   t->score.solves,
+                                   t->score.within,
+                                   t->score.error,
+                                   seconds};
+
+  for (PetscInt i = 0; i < NUMBERS; ++i) x[i] = list[i];
+}
+
+static void GiveNumbers(CMATrainer *t, const PetscReal x[NUMBERS])
+{
+  t->es.sigma = (double)x[0];
+  t->es.generation = (PetscInt64)x[1];
+  t->generation = (PetscInt64)x[2];
+  t->evaluations = (PetscInt64)x[3];
+  t->best_generation = (PetscInt64)x[4];
+  t->score = (CMAScore){x[5], x[6], x[7], x[8], {{0}}}; /* the last ones are found again */
+  t->before = x[9];
+}
+
+PetscErrorCode CMACheckpointWrite(CMATrainer *t)
+{
+  CMAArray a[ARRAYS];
+  PetscReal x[NUMBERS];
+  PetscLogDouble now;
+  PetscInt dims[1];
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  if (t->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscTime(&now));
+  PetscCall(SlipH5Create(t->o.checkpoint, &h));
+  PetscCall(SlipH5WriteAttrString(&h, "/", "format", CHECKPOINT_FORMAT));
+  PetscCall(SlipH5WriteAttrInt(&h, "/", "version", 1));
+  PetscCall(SlipH5WriteAttrInt(&h, "/", "seed", t->o.seed));
+  PetscCall(SlipH5WriteStrings(&h, "/observations", t->o.nobs, (const char *const *)t->o.names));
+  ListArrays(t, a);
+  for (PetscInt i = 0; i < ARRAYS; ++i) {
+    dims[0] = a[i].n;
+    PetscCall(SlipH5WriteReal(&h, a[i].path, 1, dims, a[i].data, NULL));
+  }
+  TakeNumbers(t, t->before + (PetscReal)(now - t->begin), x);
+  dims[0] = NUMBERS;
+  PetscCall(SlipH5WriteReal(&h, "/counters", 1, dims, x, NULL));
+  PetscCall(SlipH5Close(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadArray(SlipH5 *h, const char path[], PetscInt n, double out[])
+{
+  PetscReal *data;
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointReadFixed(h, path, n, &data));
+  for (PetscInt i = 0; i < n; ++i) out[i] = (double)data[i];
+  PetscCall(PetscFree(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CMACheckpointRead(CMATrainer *t)
+{
+  CMAArray a[ARRAYS];
+  double x[NUMBERS];
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  PetscCall(SlipErrorSource("-train_resume"));
+  PetscCall(SlipH5OpenRead(t->o.resume, &h));
+  PetscCall(CheckpointCheckFormat(&h, CHECKPOINT_FORMAT, " of -train_algorithm cmaes"));
+  PetscCall(CheckpointCheckObservations(&h, t->o.nobs, t->o.names));
+  ListArrays(t, a);
+  for (PetscInt i = 0; i < ARRAYS; ++i) PetscCall(ReadArray(&h, a[i].path, a[i].n, a[i].data));
+  PetscCall(ReadArray(&h, "/counters", NUMBERS, x));
+  GiveNumbers(t, x);
+  PetscCall(SlipH5Close(&h));
+  PetscCall(SlipErrorSource(NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- learning curve ---- */
+
+struct _CMALog {
+  SlipH5 h5;
+};
+
+enum { COLUMNS = 9 };
+static const struct {
+  const char *path, *units;
+} Columns[COLUMNS] = {
+  {"/generations/generation", ""},
+  {"/generations/runs", ""},
+  {"/generations/best", ""},
+  {"/generations/median", ""},
+  {"/generations/sigma", ""},
+  {"/generations/validation_cost", ""},
+  {"/generations/validation_solves", ""},
+  {"/generations/within_dial", ""},
+  {"/generations/wall_time", "s"},
+};
+
+PetscErrorCode CMALogOpen(CMATrainer *t)
+{
+  PetscFunctionBegin;
+  if (t->rank || !t->o.log[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscNew(&t->log));
+  PetscCall(SlipH5Create(t->o.log, &t->log->h5));
+  for (PetscInt i = 0; i < COLUMNS; ++i)
+    PetscCall(SlipH5CreateSeries(&t->log->h5, Columns[i].path, 0, NULL, PETSC_FALSE, Columns[i].units));
+  PetscCall(SlipH5WriteAttrInt(&t->log->h5, "/", "seed", t->o.seed));
+  PetscCall(SlipH5WriteAttrString(&t->log->h5, "/", "algorithm", "cmaes"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CMALogRow(CMATrainer *t, PetscReal best, PetscReal median, const CMAScore *score)
+{
+  PetscLogDouble now;
+
+  PetscFunctionBegin;
+  if (!t->log) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscTime(&now));
+  const PetscReal row[COLUMNS] = {(PetscReal)t->generation,
+                                  (PetscReal)t->evaluations,
+                                  best,
+                                  median,
+                                  t->es.sigma,
+                                  score->cost,
+                                  score->solves,
+                                  score->within,
+                                  t->before + (PetscReal)(now - t->begin)};
+  for (PetscInt i = 0; i < COLUMNS; ++i) PetscCall(SlipH5Append(&t->log->h5, Columns[i].path, 1, &row[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CMALogClose(CMATrainer *t)
+{
+  PetscFunctionBegin;
+  if (!t->log) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5Close(&t->log->h5));
+  PetscCall(PetscFree(t->log));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,335 @@
+/* Training by CMA-ES, see cmatrain.h. Every rank holds the same episodes and the same strategy; a population is spread
+   over the ranks, one member's episodes staying on one rank, so that results do not depend on their number. */
+#include "cmatrain.h"
+#include <slipstep/private/slipsys.h>
+#include <sliph5.h>
+#include <slipcompat.h>
+#include <cblas.h>
+#include <petsctime.h>
+
+#define TRAIN_STREAM 1000000 /* seeds of episodes and generations do not meet */
+#define VALID_STREAM 2000000
+#define GENERATION_STREAM 3000000
+#define CALIBRATION_STREAM 4000000
+
+static const PetscReal unmoved[2] = {0, 0};
+
+static uint64_t StreamSeed(PetscInt seed, PetscInt64 stream, PetscInt64 k)
+{
+  return (uint64_t)seed * 0x9e3779b97f4a7c15u + (uint64_t)(stream + k);
+}
+
+PetscInt CMACountWeights(const CMAOptions *o)
+{
+  return o->nobs * o->hidden + o->hidden + (o->layers - 1) * (o->hidden + 1) * o->hidden + o->hidden + 1;
+}
+
+PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2], SlipPolicy *policy)
+{
+  PetscInt in = o->nobs;
+  PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS];
+  const double *w = weights;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, policy));
+  for (PetscInt i = 0; i < o->nobs; ++i) {
+    scale[i] = o->scale[i];
+    offset[i] = o->offset[i];
+    if (strcmp(o->names[i], "log_accuracy")) continue;
+    /* x + shift[0] + shift[1] (x - middle) in place of x */
+    scale[i] *= 1 + shift[1];
+    offset[i] += o->scale[i] * (shift[0] - shift[1] * 0.5 * PetscLog10Real(o->low * o->high));
+  }
+  PetscCall(SlipPolicySetObservations(*policy, o->nobs, (const char *const *)o->names, scale, offset));
+  for (PetscInt l = 0; l < o->layers; ++l) {
+    PetscCall(SlipPolicyAddLayer(*policy, in, o->hidden, w, w + in * o->hidden, SLIP_ACTIVATION_TANH));
+    w += (in + 1) * o->hidden;
+    in = o->hidden;
+  }
+  PetscCall(SlipPolicyAddLayer(*policy, in, 1, w, w + in, SLIP_ACTIVATION_LINEAR));
+  PetscCall(SlipPolicySetAction(*policy, -1, 1, o->dt_min, "T*", o->dt_max, o->dt_max_unit, PETSC_TRUE));
+  if (o->moving > 0) {
+    char text[32];
+
+    PetscCall(PetscSNPrintf(text, sizeof(text), "%g", (double)o->moving));
+    PetscCall(SlipPolicySetAttribute(*policy, SLIP_POLICY_MOVING_DT_MAX, text));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The environment's view of another problem than the fault: unscaled observations. */
+static PetscErrorCode SmallOptions(const CMAOptions *o, EnvOptions *e)
+{
+  PetscFunctionBegin;
+  e->nobs = o->nobs;
+  for (PetscInt i = 0; i < o->nobs; ++i) {
+    e->names[i] = o->names[i];
+    e->scale[i] = 1;
+    e->offset[i] = 0;
+  }
+  e->rtol = o->problem->rtol;
+  e->atol = o->problem->atol;
+  e->dt_min = o->dt_min;
+  e->dt_max = o->dt_max;
+  PetscCall(PetscStrncpy(e->dt_min_unit, "T*", sizeof(e->dt_min_unit)));
+  PetscCall(PetscStrncpy(e->dt_max_unit, o->dt_max_unit, sizeof(e->dt_max_unit)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Every rank draws all. */
+static PetscErrorCode SetCreate(const CMATrainer *t, PetscInt64 stream, PetscInt nsingle, PetscInt nmesh, CMASet *set)
+{
+  EnvOptions small = {.problem = t->o.problem, .log_spacing = PETSC_TRUE, .continuation = 1. / 12};
+
+  PetscFunctionBegin;
+  *set = (CMASet){.n = nsingle + nmesh, .nsingle = t->o.problem ? nsingle + nmesh : nsingle};
+  PetscCall(PetscCalloc1(set->n, &set->episode));
+  if (t->o.problem) PetscCall(SmallOptions(&t->o, &small));
+  for (PetscInt i = 0; i < set->n; ++i) {
+    const uint64_t seed = StreamSeed(t->o.seed, stream, i);
+
+    if (t->o.problem)
+      PetscCall(EpisodeCreateSmall(&small, seed, &set->episode[i]));
+    else
+      PetscCall(EpisodeCreate(seed, i < nsingle ? 1 : t->o.side, &set->episode[i]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetDestroy(CMASet *set)
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < set->n; ++i) PetscCall(EpisodeDestroy(&set->episode[i]));
+  PetscCall(PetscFree(set->episode));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t)
+{
+  const PetscInt n = CMACountWeights(o);
+  double *mean;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(t, sizeof(*t)));
+  t->o = *o;
+  t->comm = comm;
+  openblas_set_num_threads(1); /* threads change the order of sums, and so bits; and the ranks have the cores already */
+  PetscCall(PetscTime(&t->begin));
+  PetscCallMPI(MPI_Comm_rank(comm, &t->rank));
+  PetscCallMPI(MPI_Comm_size(comm, &t->size));
+  t->score.cost = PETSC_MAX_REAL;
+  PetscCall(PetscMalloc1(n, &mean));
+  CMAStart(o, mean);
+  PetscCall(CMAESCreate(n, o->population, mean, o->sigma, &t->es));
+  PetscCall(PetscFree(mean));
+  PetscCall(PetscCalloc1(n, &t->best));
+  PetscCall(PetscArraycpy(t->best, t->es.mean, n));
+  if (o->resume[0]) PetscCall(CMACheckpointRead(t));
+  PetscCall(SetCreate(t, TRAIN_STREAM, o->nsingle, o->nmesh, &t->train));
+  PetscCall(SetCreate(t, VALID_STREAM, o->validation, o->validation, &t->valid));
+  if (o->resume[0]) /* the same unless the episodes are others now */
+    PetscCall(CMAValidate(t, &t->valid, t->best, unmoved, &t->score));
+  PetscCall(CMALogOpen(t));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CMATrainerDestroy(CMATrainer *t)
+{
+  PetscFunctionBegin;
+  PetscCall(CMALogClose(t));
+  PetscCall(SetDestroy(&t->train));
+  PetscCall(SetDestroy(&t->valid));
+  PetscCall(PetscFree(t->best));
+  PetscCall(CMAESDestroy(&t->es));
+  for (PetscInt i = 0; i < t->o.nobs; ++i) PetscCall(PetscFree(t->o.names[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a generation ---- */
+
+typedef struct {
+  PetscInt n, singles, *episode; /* single cells first */
+  PetscReal *dial;
+} Batch;
+
+/* k of n without repetition, appended. */
+static void Choose(Random *random, PetscInt first, PetscInt n, PetscInt k, PetscInt deck[], Batch *b)
+{
+  for (PetscInt i = 0; i < n; ++i) deck[i] = first + i;
+  for (PetscInt i = 0; i < PetscMin(k, n); ++i) {
+    const PetscInt j = i + (PetscInt)RandomIndex(random, (uint64_t)(n - i)), swap = deck[i];
+
+    deck[i] = deck[j];
+    deck[j] = swap;
+    b->episode[b->n++] = deck[i];
+  }
+}
+
+/* The same episodes and dials for every member: only differences between members count. The dials are spread evenly
+   over the logarithmic range, their order against the episodes being random because the episodes' is. */
+static PetscErrorCode DrawBatch(const CMATrainer *t, Random *random, Batch *b)
+{
+  PetscInt *deck;
+  const PetscInt most = t->o.batch_single + t->o.batch_mesh;
+
+  PetscFunctionBegin;
+  b->n = 0;
+  PetscCall(PetscMalloc2(most, &b->episode, most, &b->dial));
+  PetscCall(PetscMalloc1(t->train.n, &deck));
+  Choose(random, 0, t->o.nsingle, t->o.batch_single, deck, b);
+  b->singles = b->n;
+  Choose(random, t->o.nsingle, t->o.nmesh, t->o.batch_mesh, deck, b);
+  PetscCall(PetscFree(deck));
+  for (PetscInt i = 0; i < b->n; ++i) {
+    const PetscInt k = i < b->singles ? i : i - b->singles, n = i < b->singles ? b->singles : b->n - b->singles;
+
+    b->dial[i] = t->o.low * PetscPowReal(t->o.high / t->o.low, ((PetscReal)k + RandomUniform(random)) / (PetscReal)n);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Either kind counts by its mean: the numbers of its runs say how well that is known, not how much it matters. */
+static PetscErrorCode Cost(const CMATrainer *t, const double weights[], const Batch *b, double *cost)
+{
+  const PetscInt meshes = b->n - b->singles;
+  const PetscReal kinds = (b->singles ? 1 : 0) + (meshes ? 1 : 0);
+  SlipPolicy policy;
+  EpisodeResult r;
+
+  PetscFunctionBegin;
+  *cost = 0;
+  PetscCall(CMAPolicy(&t->o, weights, unmoved, &policy));
+  for (PetscInt i = 0; i < b->n; ++i) {
+    PetscCall(EpisodeRun(t->train.episode[b->episode[i]], policy, b->dial[i], &r));
+    *cost += (double)(EpisodeCost(&r, b->dial[i]) / (kinds * (PetscReal)(i < b->singles ? b->singles : meshes)));
+  }
+  PetscCall(SlipPolicyDestroy(&policy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Generation(CMATrainer *t, PetscReal *best, PetscReal *median)
+{
+  CMAES *es = &t->es;
+  Random random;
+  Batch batch;
+  double *x, *f;
+
+  PetscFunctionBegin;
+  RandomSeed(&random, StreamSeed(t->o.seed, GENERATION_STREAM, t->generation));
+  PetscCall(DrawBatch(t, &random, &batch));
+  PetscCall(PetscMalloc2(es->n * es->lambda, &x, es->lambda, &f));
+  CMAESSetDiagonal(es, t->generation < t->o.diagonal ? PETSC_TRUE : PETSC_FALSE);
+  PetscCall(CMAESAsk(es, &random, x));
+  for (PetscInt k = 0; k < es->lambda; ++k) {
+    f[k] = 0;
+    if (k % t->size == t->rank) PetscCall(Cost(t, x + k * es->n, &batch, &f[k]));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, f, (PetscMPIInt)es->lambda, MPI_DOUBLE, MPI_SUM, t->comm));
+  PetscCall(CMAESTell(es, x, f));
+  PetscCall(PetscSortReal(es->lambda, f));
+  *best = f[0];
+  *median = f[es->lambda / 2];
+  t->evaluations += es->lambda * batch.n;
+  t->generation++;
+  PetscCall(PetscFree2(x, f));
+  PetscCall(PetscFree2(batch.episode, batch.dial));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the whole ---- */
+
+static void Widen(PetscInt n, const PetscReal obs[], void *ctx)
+{
+  CMATrainer *t = (CMATrainer *)ctx;
+
+  for (PetscInt i = 0; i < n; ++i) {
+    t->obs_min[i] = PetscMin(t->obs_min[i], obs[i]);
+    t->obs_max[i] = PetscMax(t->obs_max[i], obs[i]);
+  }
+}
+
+/* The range of the observations that the best policy meets in training. */
+static PetscErrorCode FindRange(CMATrainer *t)
+{
+  SlipPolicy policy;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < t->o.nobs; ++i) {
+    t->obs_min[i] = PETSC_MAX_REAL;
+    t->obs_max[i] = PETSC_MIN_REAL;
+  }
+  PetscCall(CMAPolicy(&t->o, t->best, t->shift, &policy));
+  for (PetscInt i = 0; i < t->train.n; ++i)
+    for (PetscInt k = 0; k < VALID_DIALS; ++k)
+      PetscCall(EpisodeWatch(t->train.episode[i], policy,
+                             t->o.low * PetscPowReal(t->o.high / t->o.low, (PetscReal)k / (VALID_DIALS - 1)), Widen,
+                             t));
+  PetscCall(SlipPolicyDestroy(&policy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Elapsed(const CMATrainer *t, PetscReal *seconds)
+{
+  PetscLogDouble now;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&now));
+  *seconds = t->before + (PetscReal)(now - t->begin);
+  PetscCallMPI(MPI_Bcast(seconds, 1, MPIU_REAL, 0, t->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Progress(CMATrainer *t, PetscReal best, PetscReal median)
+{
+  PetscReal seconds, left;
+  CMAScore score;
+  PetscBool better;
+
+  PetscFunctionBegin;
+  PetscCall(CMAValidate(t, &t->valid, t->es.mean, unmoved, &score));
+  better = score.cost < t->score.cost ? PETSC_TRUE : PETSC_FALSE;
+  if (better) {
+    t->score = score;
+    t->best_generation = t->generation;
+    PetscCall(PetscArraycpy(t->best, t->es.mean, t->es.n));
+  }
+  PetscCall(Elapsed(t, &seconds));
+  left = seconds * (PetscReal)(t->o.generations - t->generation) / (PetscReal)t->generation;
+  if (t->o.minutes > 0) left = PetscMin(left, 60 * t->o.minutes - seconds);
+  PetscCall(PetscPrintf(
+    t->comm,
+    "generation %5" PetscInt64_FMT "  cost %7.4f  validation: cost %7.4f  solves %5.1f  within dial %5.1f %%"
+    "  error/dial %6.3f  sigma %6.4f  left %5.0f s%s\n",
+    t->generation, (double)median, (double)score.cost, (double)score.solves, 100 * (double)score.within,
+    (double)score.error, t->es.sigma, (double)PetscMax(left, 0), better ? "  best so far" : ""));
+  PetscCall(CMALogRow(t, best, median, &score));
+  if (t->o.checkpoint[0]) PetscCall(CMACheckpointWrite(t));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CMATrainerRun(CMATrainer *t)
+{
+  PetscReal best = 0, median = 0, seconds;
+
+  PetscFunctionBegin;
+  PetscCall(Elapsed(t, &seconds));
+  PetscCall(PetscPrintf(
+    t->comm, "%" PetscInt_FMT " weights, population %" PetscInt_FMT ", %" PetscInt_FMT " episodes after %.0f s\n",
+    t->es.n, t->es.lambda, t->train.n + t->valid.n, (double)seconds));
+  while (t->generation < t->o.generations && (t->o.minutes <= 0 || seconds < 60 * t->o.minutes)) {
+    PetscCall(Generation(t, &best, &median));
+    if (t->generation % t->o.interval == 0) PetscCall(Progress(t, best, median));
+    PetscCall(Elapsed(t, &seconds));
+  }
+  if (t->generation % t->o.interval) PetscCall(Progress(t, best, median));
+  if (t->o.within > 0) {
+    CMASet set;
+
+    PetscCall(SetCreate(t, CALIBRATION_STREAM, t->o.calibration, t->o.calibration, &set));
+    PetscCall(CMACalibrate(t, &set));
+    PetscCall(SetDestroy(&set));
+  }
+  PetscCall(FindRange(t));
+  if (t->o.output[0]) PetscCall(CMAStorePolicy(t));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,135 @@
+/* How good a policy with an accuracy dial is, and its calibration: see cmatrain.h. */
+#include "cmatrain.h"
+#include <slipcompat.h>
+
+#define SHIFT_MAX 0.4 /* of the dial as the policy sees it [decades] */
+#define SHIFT_MIN (-1.0)
+#define SHIFT_STEP 0.02
+
+enum { ROW = 4 }; /* of a run: cost, ln solves, within, ln(error/dial) */
+
+static PetscErrorCode ValidationRun(const CMATrainer *t, const CMASet *set, SlipPolicy policy, PetscInt k,
+                                    PetscReal row[ROW])
+{
+  const PetscReal x = ((PetscReal)(k % VALID_DIALS) + ((PetscReal)(k / VALID_DIALS % 7) + 0.5) / 7) / VALID_DIALS;
+  const PetscReal dial = t->o.low * PetscPowReal(t->o.high / t->o.low, x);
+  EpisodeResult r;
+
+  PetscFunctionBegin;
+  PetscCall(EpisodeRun(set->episode[k / VALID_DIALS], policy, dial, &r));
+  row[0] = EpisodeCost(&r, dial);
+  row[1] = PetscLogReal((PetscReal)r.solves);
+  row[2] = r.slip_error <= dial && r.done == 1 ? 1 : 0;
+  row[3] = PetscLogReal(PetscMax(r.slip_error / dial, (PetscReal)1e-6));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Every episode at fixed positions of the dial, other ones for each. Kinds that have no episodes keep it always. */
+PetscErrorCode CMAValidate(CMATrainer *t, const CMASet *set, const double weights[], const PetscReal shift[2],
+                           CMAScore *score)
+{
+  const PetscInt runs = set->n * VALID_DIALS, of_kind[CMA_KINDS] = {set->nsingle, set->n - set->nsingle};
+  PetscReal *row, sum[ROW] = {0, 0, 0, 0};
+  SlipPolicy policy;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(ROW * runs, &row));
+  PetscCall(CMAPolicy(&t->o, weights, shift, &policy));
+  for (PetscInt k = t->rank; k < runs; k += t->size) PetscCall(ValidationRun(t, set, policy, k, &row[ROW * k]));
+  PetscCall(SlipPolicyDestroy(&policy));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, row, (PetscMPIInt)(ROW * runs), MPIU_REAL, MPIU_SUM, t->comm));
+  *score = (CMAScore){0};
+  for (PetscInt k = 0; k < runs; ++k) {
+    const PetscInt kind = k / VALID_DIALS < set->nsingle ? 0 : 1;
+
+    for (PetscInt i = 0; i < ROW; ++i) sum[i] += row[ROW * k + i] / (PetscReal)runs;
+    score->kept[kind][k % VALID_DIALS] += row[ROW * k + 2] / (PetscReal)of_kind[kind];
+  }
+  PetscCall(PetscFree(row));
+  for (PetscInt kind = 0; kind < CMA_KINDS; ++kind)
+    for (PetscInt i = 0; i < VALID_DIALS && !of_kind[kind]; ++i) score->kept[kind][i] = 1;
+  score->cost = sum[0];
+  score->solves = PetscExpReal(sum[1]);
+  score->within = sum[2];
+  score->error = PetscExpReal(sum[3]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The least share of a kind that keeps the dial in a third of its range. */
+static PetscReal KeptInThird(const CMAScore *score, PetscInt third)
+{
+  PetscReal least = 1;
+
+  for (PetscInt kind = 0; kind < CMA_KINDS; ++kind) least = PetscMin(least, score->kept[kind][third]);
+  return least;
+}
+
+/* For each third of the dial's range the largest move with which the wanted share keeps the dial. Where no move gets so
+   far, as at accuracies beyond the reach of the steps' bounds, the share that one does get to takes its place. */
+static PetscErrorCode FindShifts(CMATrainer *t, const CMASet *set, PetscReal shift[VALID_DIALS],
+                                 PetscReal target[VALID_DIALS])
+{
+  CMAScore score;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < VALID_DIALS; ++k) {
+    shift[k] = SHIFT_MIN;
+    target[k] = -1;
+  }
+  for (PetscReal s = SHIFT_MAX; s > SHIFT_MIN; s -= SHIFT_STEP) {
+    const PetscReal move[2] = {s, 0};
+    PetscInt left = 0;
+
+    PetscCall(CMAValidate(t, set, t->best, move, &score));
+    for (PetscInt k = 0; k < VALID_DIALS; ++k) {
+      const PetscReal kept = PetscMin(KeptInThird(&score, k), t->o.within);
+
+      if (kept > target[k]) {
+        shift[k] = s;
+        target[k] = kept;
+      }
+      left += target[k] < t->o.within ? 1 : 0;
+    }
+    if (!left) break;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscBool KeepsEverywhere(const CMAScore *score, const PetscReal target[VALID_DIALS])
+{
+  for (PetscInt k = 0; k < VALID_DIALS; ++k)
+    if (KeptInThird(score, k) < target[k]) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
+/* Training weighs solves against errors; how many runs keep the dial follows from that. Here the dial is moved, as the
+   policy sees it, until the wanted share does, of either kind: a straight line over the decades through what the thirds
+   of its range need, and then as far down as the third needs that the line does worst by, but not below what any of
+   them needed. */
+PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set)
+{
+  const PetscReal third = PetscLog10Real(t->o.high / t->o.low) / VALID_DIALS;
+  PetscReal shift[VALID_DIALS], target[VALID_DIALS], lowest;
+  const CMAScore *score = &t->score;
+
+  PetscFunctionBegin;
+  PetscCall(FindShifts(t, set, shift, target));
+  t->shift[0] = (shift[0] + shift[1] + shift[2]) / 3;
+  t->shift[1] = third > 0 ? (shift[2] - shift[0]) / (2 * third) : 0;
+  lowest = PetscMin(shift[0], PetscMin(shift[1], shift[2]));
+  PetscCall(CMAValidate(t, set, t->best, t->shift, &t->score));
+  while (!KeepsEverywhere(score, target) && t->shift[0] > lowest) {
+    t->shift[0] -= SHIFT_STEP;
+    PetscCall(CMAValidate(t, set, t->best, t->shift, &t->score));
+  }
+  PetscCall(PetscPrintf(
+    t->comm,
+    "dial moved by %.2f decades in the middle of its range and %.2f a decade: cost %7.4f  solves %5.1f  within "
+    "dial %5.1f %% (thirds of its range: single cells %.1f, %.1f, %.1f, meshes %.1f, %.1f, %.1f)  error/dial "
+    "%6.3f\n",
+    (double)t->shift[0], (double)t->shift[1], (double)score->cost, (double)score->solves, 100 * (double)score->within,
+    100 * (double)score->kept[0][0], 100 * (double)score->kept[0][1], 100 * (double)score->kept[0][2],
+    100 * (double)score->kept[1][0], 100 * (double)score->kept[1][1], 100 * (double)score->kept[1][2],
+    (double)score->error));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,36 @@
+/* Runs of a small system under a policy without objects: what TSSolve() with TSADAPTRL does, and what the observations
+   say, some ten times faster. The default integrator; systems A dw/dt = G w + f(t) e_0 + F_r e_0 with F_r in -q
+   Sign(w_0). */
+#pragma once
+#include "problems/smallerrors.h"
+#include <slipstep.h>
+
+typedef struct PlainSmall PlainSmall;
+struct PlainSmall {
+  PetscInt n;
+  PetscReal A[SMALL_MAX_STATES], G[SMALL_MAX_STATES][SMALL_MAX_STATES], q;
+  PetscReal start[SMALL_MAX_STATES];
+  PetscReal tstar, tmax, dt_low, dt_high; /* [s]; the controller's limits of the step */
+  const void *model;                      /* what the two functions are given */
+  PetscReal (*force)(const void *model, PetscReal t);
+  /* The problem's own observations, as its "SlipObserve_C" says them */
+  PetscBool (*observe)(const void *model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value);
+};
+
+typedef struct {
+  PetscInt steps;
+  PetscBool finished;
+  PetscReal error[2]; /* as SmallErrorsEnd() */
+} PlainSmallResult;
+
+/* After each choice: the observations of the policy [n] */
+typedef void (*PlainSmallWatchFn)(PetscInt n, const PetscReal obs[], void *ctx);
+
+/* Whether every observation of the policy is known here. */
+PETSC_INTERN PetscErrorCode PlainSmallKnows(const PlainSmall *p, SlipPolicy policy, PetscBool *known);
+/* From the start to tmax or max_steps steps. fn: NULL allowed */
+PETSC_INTERN PetscErrorCode PlainSmallRun(const PlainSmall *p, SlipPolicy policy, PetscReal accuracy,
+                                          EnvReference reference, PetscInt max_steps, PlainSmallWatchFn fn, void *ctx,
+                                          PlainSmallResult *result);
+/* The system of a run of sliding_mode or circuit, whose model must live as long. */
+PETSC_INTERN PetscErrorCode ProblemSmallPlain(const EnvRun *run, PlainSmall *p);

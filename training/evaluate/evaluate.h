@@ -1,0 +1,160 @@
+/* The matrix of runs that evaluate makes: problems, cells, results and the file that holds them. Public headers of the
+   library, and its HDF5 helpers. */
+#pragma once
+#include <slipstep.h>
+#include <sliph5.h>
+
+#define EVALUATE_NAME 96
+#define EVALUATE_COLUMNS 8   /* of a problem's series, time included */
+#define EVALUATE_ATTEMPT 5   /* columns of a cell's attempts: time, dt, accepted, error, converged */
+#define EVALUATE_PROFILES 96 /* depth profiles kept of a run */
+
+/* A growing table of rows. */
+typedef struct {
+  PetscInt width, n, capacity;
+  PetscReal *data; /* [n][width] */
+} EvaluateTable;
+PETSC_INTERN PetscErrorCode EvaluateTableAdd(EvaluateTable *t, const PetscReal row[]);
+PETSC_INTERN PetscErrorCode EvaluateTableClear(EvaluateTable *t); /* frees the rows, keeps the width */
+
+/* ---- problems (evaluatefault.c, evaluatesmall.c) ---- */
+
+typedef struct _EvaluateProblem EvaluateProblem;
+
+/* One instance of a problem: what a reference solution belongs to. */
+typedef struct {
+  const EvaluateProblem *problem;
+  PetscReal size;           /* edge of the fault [km], 0: no such thing */
+  PetscInt mesh;            /* cells along each edge, 0: no such thing */
+  char name[EVALUATE_NAME]; /* group in the file: "fault_3km_25x25", "circuit" */
+} EvaluateCase;
+
+struct _EvaluateProblem {
+  const char *name, *meaning;
+  PetscBool meshes;  /* has sizes and meshes, and runs on any number of processes; otherwise on one */
+  PetscInt nstates;  /* the first columns of the series, the state whose errors are measured */
+  PetscInt ncolumns; /* of the series besides time */
+  const char *const *columns, *const *units;
+  PetscInt rate;      /* column whose largest error is recorded on its own, -1: none */
+  PetscBool relative; /* errors over the size of the reference; otherwise in the unit of the state */
+  PetscInt reference; /* default number of constant steps of the reference; 0: an exact solution is known */
+  /* What runs of one case share, costly to set up */
+  PetscErrorCode (*create)(MPI_Comm comm, const EvaluateCase *c, void **model);
+  PetscErrorCode (*destroy)(void **model);
+  /* A TS at its start, configured as far as TSSetFromOptions() */
+  PetscErrorCode (*start)(MPI_Comm comm, const EvaluateCase *c, void *model, TS *ts, Vec *w);
+  PetscErrorCode (*observe)(const EvaluateCase *c, void *model, PetscReal t, Vec w, Vec r,
+                            PetscReal row[]);                                                 /* [ncolumns] */
+  PetscErrorCode (*profiles)(const EvaluateCase *c, void *model, Vec w, PetscReal profile[]); /* [mesh] */
+  PetscErrorCode (*exact)(void *model, PetscReal t, PetscReal row[]);                         /* [ncolumns] */
+};
+PETSC_INTERN const EvaluateProblem *const EvaluateProblems[]; /* ends with NULL */
+PETSC_INTERN const EvaluateProblem EvaluateFault;
+
+/* ---- options and cells (evaluateoptions.c, evaluatecells.c) ---- */
+
+#define EVALUATE_MAX 64 /* entries of a list option */
+
+typedef struct {
+  char file[PETSC_MAX_PATH_LEN], name[EVALUATE_NAME];
+  char problem[32];   /* it was trained for; empty: not said */
+  char algorithm[32]; /* empty: not said */
+  char hash[72];
+  PetscReal alpha; /* NaN: not said */
+  PetscBool dial;  /* observes the accuracy that is wanted */
+} EvaluatePolicy;
+
+typedef struct {
+  char output[PETSC_MAX_PATH_LEN];
+  PetscInt nproblems, nsizes, nmeshes, ncontrollers, nerrors, nreactions, ntolerances, nsteps, naccuracies, npolicies;
+  const EvaluateProblem *problems[EVALUATE_MAX];
+  PetscReal sizes[EVALUATE_MAX];
+  PetscInt meshes[EVALUATE_MAX];
+  const char *controllers[EVALUATE_MAX];
+  TSBatheError errors[EVALUATE_MAX];
+  TSBatheReaction reactions[EVALUATE_MAX];
+  PetscReal tolerances[EVALUATE_MAX]; /* factors of the problem's own */
+  PetscInt steps[EVALUATE_MAX];       /* constant steps of "none" */
+  PetscReal accuracies[EVALUATE_MAX]; /* wanted of policies that observe it, besides the controller's default */
+  EvaluatePolicy *policies;
+  PetscInt repetitions, max_attempts, spread, reference_steps;
+  PetscInt coarser; /* references have this many times fewer steps than the problems ask for */
+  PetscReal time_limit;
+  PetscBool list, repeat_failed;
+  char *settings; /* all options but those of evaluate itself: cells of one file share them */
+} EvaluateOptions;
+PETSC_INTERN PetscErrorCode EvaluateOptionsSet(EvaluateOptions *o);
+PETSC_INTERN PetscErrorCode EvaluateOptionsFree(EvaluateOptions *o);
+/* The files of a list of names and patterns, with what their headers say (evaluatepolicies.c) */
+PETSC_INTERN PetscErrorCode EvaluatePoliciesFind(PetscInt n, char *const patterns[], PetscInt *npolicies,
+                                                 EvaluatePolicy **policies);
+
+typedef struct {
+  PetscInt instance; /* index of its case */
+  const char *controller;
+  const EvaluatePolicy *policy; /* of "rl", else NULL */
+  TSBatheError error;
+  TSBatheReaction reaction;
+  PetscReal tolerance;               /* factor */
+  PetscReal accuracy;                /* wanted of a policy, 0: the controller's default */
+  PetscInt steps;                    /* of "none", else 0 */
+  char path[2 * EVALUATE_NAME + 16]; /* group in the file */
+  PetscReal weight;                  /* guess of its cost, for the time left */
+} EvaluateCell;
+
+typedef struct {
+  PetscInt ncases, ncells;
+  EvaluateCase *cases;
+  EvaluateCell *cells;
+} EvaluateMatrix;
+PETSC_INTERN PetscErrorCode EvaluateMatrixCreate(const EvaluateOptions *o, EvaluateMatrix *m);
+PETSC_INTERN PetscErrorCode EvaluateMatrixDestroy(EvaluateMatrix *m);
+PETSC_INTERN PetscReal EvaluateSolveWeight(const EvaluateCase *c); /* cost of one Bathe solve, a guess */
+
+/* ---- runs (evaluaterun.c) and their errors (evaluateerrors.c) ---- */
+
+typedef struct {
+  PetscInt steps;                 /* of the stored run, 0: exact */
+  PetscReal self_final, self_max; /* difference to the run of half as many steps, as error_final and error_max */
+  PetscReal wall;
+  EvaluateTable series, profile; /* time and columns; time and profile */
+} EvaluateReference;
+
+typedef struct {
+  PetscBool converged;
+  char reason[512]; /* of a failure */
+  PetscInt attempts, accepted, solves, newton, linear, failures, guarded;
+  PetscReal final, final_error, max_error, l2_error, rate_error; /* NaN where unknown */
+  PetscInt runs;
+  PetscReal wall, wall_min, wall_max, wall_setup; /* median over the runs, and their range [s] */
+  PetscReal cpu;                                  /* least processor time of a run, all its processes together [s] */
+  EvaluateTable series, steps, profile;
+} EvaluateResult;
+PETSC_INTERN PetscErrorCode EvaluateRunCell(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c, void *model,
+                                            const EvaluateCell *cell, const EvaluateReference *ref, EvaluateResult *r);
+PETSC_INTERN PetscErrorCode EvaluateRunReference(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c,
+                                                 void *model, EvaluateReference *ref);
+PETSC_INTERN PetscInt EvaluateReferenceSteps(const EvaluateOptions *o, const EvaluateCase *c);
+PETSC_INTERN PetscErrorCode EvaluateResultClear(EvaluateResult *r);
+PETSC_INTERN PetscErrorCode EvaluateReferenceClear(EvaluateReference *r);
+/* Errors of a series against a reference's, by numbers alone. exact: NULL, or the solution at any time. */
+PETSC_INTERN PetscErrorCode EvaluateErrors(const EvaluateProblem *p, void *model, const EvaluateTable *ref,
+                                           const EvaluateTable *series, EvaluateResult *r);
+
+/* ---- the file (evaluatefile.c): every write replaces it by a copy with one group more ---- */
+
+PETSC_INTERN PetscErrorCode EvaluateFileCheck(const EvaluateOptions *o); /* rank 0: its format and settings */
+/* Rank 0: is the reference, or the cell, there, did it fail, or was it made with another file of its policy's name and
+   counts for nothing? */
+PETSC_INTERN PetscErrorCode EvaluateFileKnown(const EvaluateOptions *o, const EvaluateMatrix *m, PetscBool reference[],
+                                              PetscBool cell[], PetscBool failed[], PetscBool outdated[]);
+PETSC_INTERN PetscErrorCode EvaluateFileReadReference(const EvaluateOptions *o, const EvaluateCase *c,
+                                                      EvaluateReference *ref);
+PETSC_INTERN PetscErrorCode EvaluateFileWriteReference(const EvaluateOptions *o, const EvaluateCase *c,
+                                                       EvaluateReference *ref);
+PETSC_INTERN PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, const EvaluateCase *c,
+                                                  const EvaluateCell *cell, EvaluateResult *r);
+
+/* ---- the work (evaluatework.c) ---- */
+
+PETSC_INTERN PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m);

@@ -1,0 +1,331 @@
+/* The -evaluate_ options. */
+#include "evaluate.h"
+#include <slipcompat.h>
+
+static const char *const ControllerNames[] = {TSADAPTHEURISTIC, TSADAPTPI, TSADAPTDSP, TSADAPTBASIC,
+                                              TSADAPTNONE,      TSADAPTRL, NULL};
+
+/* Index of a word in a list that ends with NULL. */
+static PetscErrorCode Find(const char option[], const char word[], const char *const list[], PetscInt *index)
+{
+  char names[256] = "";
+  PetscBool same = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  for (*index = 0; list[*index]; ++*index) {
+    PetscCall(PetscStrcmp(word, list[*index], &same));
+    if (same) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(PetscStrlcat(names, " ", sizeof(names)));
+    PetscCall(PetscStrlcat(names, list[*index], sizeof(names)));
+  }
+  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s has %s, expected some of:%s", option, word, names);
+}
+
+/* Lists are read with room for one entry too many, which PETSc would drop without a word. */
+#define ROOM (EVALUATE_MAX + 1)
+static PetscErrorCode CheckCount(const char option[], PetscInt n)
+{
+  PetscFunctionBegin;
+  PetscCheck(n > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "%s is empty", option);
+  PetscCheck(n <= EVALUATE_MAX, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE, "%s has more than %d entries", option,
+             EVALUATE_MAX);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A list of words as indices into a table; what is there already stays when the option is not given. */
+static PetscErrorCode Words(SlipOptionItems PetscOptionsObject, const char option[], const char help[],
+                            const char *const list[], PetscInt *n, PetscInt index[])
+{
+  char *words[ROOM];
+  PetscInt found = ROOM;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsStringArray(option, help, NULL, words, &found, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CheckCount(option, found));
+  *n = found;
+  for (PetscInt i = 0; i < found; i++) PetscCall(Find(option, words[i], list, &index[i]));
+  for (PetscInt i = 0; i < found; i++) PetscCall(PetscFree(words[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Integers(SlipOptionItems PetscOptionsObject, const char option[], const char help[], PetscInt *n,
+                               PetscInt value[])
+{
+  PetscInt given[ROOM] = {0}, found = ROOM;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsIntArray(option, help, NULL, given, &found, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CheckCount(option, found));
+  *n = found;
+  PetscCall(PetscArraycpy(value, given, found));
+  for (PetscInt i = 0; i < *n; i++)
+    PetscCheck(value[i] > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+               "%s has %" PetscInt_FMT ", expected numbers > 0", option, value[i]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Reals(SlipOptionItems PetscOptionsObject, const char option[], const char help[], PetscInt *n,
+                            PetscReal value[])
+{
+  PetscReal given[ROOM] = {0};
+  PetscInt found = ROOM;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsRealArray(option, help, NULL, given, &found, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CheckCount(option, found));
+  *n = found;
+  PetscCall(PetscArraycpy(value, given, found));
+  for (PetscInt i = 0; i < *n; i++)
+    PetscCheck(value[i] > 0 && !PetscIsInfReal(value[i]), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+               "%s has %g, expected numbers > 0", option, (double)value[i]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Quick(EvaluateOptions *o)
+{
+  PetscFunctionBegin;
+  o->nsizes = o->nmeshes = o->nerrors = o->nreactions = o->repetitions = 1;
+  o->meshes[0] = 5;
+  o->coarser = 10;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Axes(EvaluateOptions *o, SlipOptionItems PetscOptionsObject)
+{
+  const char *problems[EVALUATE_MAX] = {NULL};
+  PetscInt index[EVALUATE_MAX];
+  PetscInt n;
+
+  PetscFunctionBegin;
+  for (n = 0; EvaluateProblems[n]; n++) problems[n] = EvaluateProblems[n]->name;
+  o->nproblems = 1;
+  index[0] = 0;
+  PetscCall(Words(PetscOptionsObject, "-evaluate_problems", "Problems: fault, sliding_mode, circuit (default fault)",
+                  problems, &o->nproblems, index));
+  for (PetscInt i = 0; i < o->nproblems; i++) o->problems[i] = EvaluateProblems[index[i]];
+  PetscCall(Reals(PetscOptionsObject, "-evaluate_sizes",
+                  "Edges of the square fault [km] (default 3,5); it runs 10 s "
+                  "per km",
+                  &o->nsizes, o->sizes));
+  PetscCall(
+    Integers(PetscOptionsObject, "-evaluate_meshes", "Cells along each edge (default 25,50)", &o->nmeshes, o->meshes));
+  o->ncontrollers = 5;
+  for (PetscInt i = 0; i < 5; i++) index[i] = i < 3 ? i : i + 1;
+  PetscCall(Words(PetscOptionsObject, "-evaluate_controllers",
+                  "Controllers: heuristic, pi, dsp, basic, none (constant steps), rl (each of -evaluate_policies); "
+                  "default all but basic",
+                  ControllerNames, &o->ncontrollers, index));
+  for (PetscInt i = 0; i < o->ncontrollers; i++) o->controllers[i] = ControllerNames[index[i]];
+  for (PetscInt i = 0; i < o->nerrors; i++) index[i] = (PetscInt)o->errors[i];
+  PetscCall(Words(PetscOptionsObject, "-evaluate_errors",
+                  "Error estimates: embedded, doubling, none (policies only); default embedded,doubling", TSBatheErrors,
+                  &o->nerrors, index));
+  for (PetscInt i = 0; i < o->nerrors; i++) o->errors[i] = (TSBatheError)index[i];
+  for (PetscInt i = 0; i < o->nreactions; i++) index[i] = (PetscInt)o->reactions[i];
+  PetscCall(Words(PetscOptionsObject, "-evaluate_reactions",
+                  "Treatments of the reaction: trapezoidal, implicit (default both)", TSBatheReactions, &o->nreactions,
+                  index));
+  for (PetscInt i = 0; i < o->nreactions; i++) o->reactions[i] = (TSBatheReaction)index[i];
+  PetscCall(Reals(PetscOptionsObject, "-evaluate_tolerances",
+                  "Factors of both tolerances of the problem (default 1); policies always run with 1", &o->ntolerances,
+                  o->tolerances));
+  PetscCall(Reals(PetscOptionsObject, "-evaluate_accuracies",
+                  "Relative errors wanted of policies that observe log_accuracy, besides the default", &o->naccuracies,
+                  o->accuracies));
+  for (PetscInt i = 0; i < o->naccuracies; i++)
+    PetscCheck(o->accuracies[i] < 1, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+               "-evaluate_accuracies has %g, expected numbers in (0, 1)", (double)o->accuracies[i]);
+  PetscCall(Integers(PetscOptionsObject, "-evaluate_steps", "Constant steps of the controller none (default 100)",
+                     &o->nsteps, o->steps));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Limits(EvaluateOptions *o, SlipOptionItems PetscOptionsObject)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsInt("-evaluate_repetitions", "Runs of each cell, for the median and range of its wall time",
+                            NULL, o->repetitions, &o->repetitions, NULL));
+  PetscCheck(o->repetitions >= 1 && o->repetitions <= EVALUATE_MAX, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-evaluate_repetitions is %" PetscInt_FMT ", expected 1 to %d", o->repetitions, EVALUATE_MAX);
+  PetscCall(PetscOptionsInt("-evaluate_reference_steps",
+                            "Constant steps of a reference; -1: the problem's own (fault 4000, circuit 200000); 0: "
+                            "references must be in the file",
+                            NULL, o->reference_steps, &o->reference_steps, NULL));
+  PetscCheck(o->reference_steps >= -1 && o->reference_steps != 1, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-evaluate_reference_steps is %" PetscInt_FMT ", expected -1, 0 or a number >= 2", o->reference_steps);
+  PetscCall(PetscOptionsInt("-evaluate_max_attempts", "Attempts after which a run is given up and recorded as failed",
+                            NULL, o->max_attempts, &o->max_attempts, NULL));
+  PetscCheck(o->max_attempts >= 1, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-evaluate_max_attempts is %" PetscInt_FMT ", expected a number >= 1", o->max_attempts);
+  PetscCall(PetscOptionsInt("-evaluate_spread",
+                            "Meshes up to this are spread over the processes, a cell each; a cell of a finer one runs "
+                            "on all of them",
+                            NULL, o->spread, &o->spread, NULL));
+  PetscCheck(o->spread >= 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-evaluate_spread is %" PetscInt_FMT ", expected a number >= 0", o->spread);
+  PetscCall(PetscOptionsReal("-evaluate_time_limit",
+                             "Begin no further cell after this many seconds; the same command goes on later. 0: none",
+                             NULL, o->time_limit, &o->time_limit, NULL));
+  PetscCheck(o->time_limit >= 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-evaluate_time_limit is %g, expected a number >= 0 s", (double)o->time_limit);
+  PetscCall(PetscOptionsBool("-evaluate_list", "Print the cells and whether they are done, and stop", NULL, o->list,
+                             &o->list, NULL));
+  PetscCall(PetscOptionsBool("-evaluate_repeat_failed", "Run the cells that failed again", NULL, o->repeat_failed,
+                             &o->repeat_failed, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Policies(EvaluateOptions *o, SlipOptionItems PetscOptionsObject)
+{
+  char *patterns[ROOM];
+  PetscInt n = ROOM;
+  PetscBool set, same = PETSC_FALSE, wanted;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsStringArray("-evaluate_policies", "HDF5 files of policies, or patterns such as 'dir/*.h5'",
+                                    NULL, patterns, &n, &set));
+  if (set) PetscCall(CheckCount("-evaluate_policies", n));
+  if (!set) n = 0;
+  PetscCall(EvaluatePoliciesFind(n, patterns, &o->npolicies, &o->policies));
+  for (PetscInt i = 0; i < n; i++) PetscCall(PetscFree(patterns[i]));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-evaluate_controllers", &wanted));
+  for (PetscInt i = 0; i < o->ncontrollers && !same; i++) PetscCall(PetscStrcmp(o->controllers[i], TSADAPTRL, &same));
+  PetscCheck(o->npolicies || !wanted || !same, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+             "-evaluate_controllers has rl, expected its policies in -evaluate_policies");
+  for (PetscInt i = 0; i < o->npolicies; i++) {
+    same = o->policies[i].problem[0] ? PETSC_FALSE : PETSC_TRUE;
+    for (PetscInt k = 0; k < o->nproblems && !same; k++)
+      PetscCall(PetscStrcmp(o->policies[i].problem, o->problems[k]->name, &same));
+    PetscCheck(same, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+               "-evaluate_policies has %s, which is for the problem %s; expected one of -evaluate_problems",
+               o->policies[i].file, o->policies[i].problem);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PETSc passes over words that follow no option, such as the files of a pattern which the shell has replaced. */
+static PetscErrorCode CheckWords(void)
+{
+  char **words;
+  int n;
+
+  PetscFunctionBegin;
+  PetscCall(PetscGetArgs(&n, &words));
+  for (int i = 1; i < n; i++)
+    PetscCheck(words[i][0] == '-' || (i > 1 && words[i - 1][0] == '-'), PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+               "%s follows no option, expected one word after each: lists have commas, patterns quotes", words[i]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What cells choose themselves must not come from the options as well. */
+static PetscErrorCode CheckConflicts(void)
+{
+  const char *const taken[][2] = {{"-ts_adapt_type", "-evaluate_controllers"},
+                                  {"-ts_adapt_rl_policy", "-evaluate_policies"},
+                                  {"-ts_bathe_error", "-evaluate_errors"},
+                                  {"-ts_bathe_reaction", "-evaluate_reactions"},
+                                  {"-ts_rtol", "-evaluate_tolerances"},
+                                  {"-ts_atol", "-evaluate_tolerances"},
+                                  {"-ts_dt", "-evaluate_steps"},
+                                  {"-fault_nx", "-evaluate_meshes"},
+                                  {"-fault_nz", "-evaluate_meshes"},
+                                  {"-fault_mesh", "-evaluate_meshes"},
+                                  {"-fault_length_x", "-evaluate_sizes"},
+                                  {"-fault_length_z", "-evaluate_sizes"},
+                                  {"-fault_output", "-evaluate_output"}};
+  PetscBool has;
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(taken); i++) {
+    PetscCall(PetscOptionsHasName(NULL, NULL, taken[i][0], &has));
+    PetscCheck(!has, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "%s has no place here: %s chooses it for each cell",
+               taken[i][0], taken[i][1]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The options that change results, of which the cells of one file share the same. */
+static PetscErrorCode Settings(char **settings)
+{
+  const char *const results[] = {"-fault_", "-ts_", "-snes_", "-ksp_", "-pc_", "-mat_", "-sliding_mode_", "-circuit_"};
+  char *all, *word, *text;
+  size_t len;
+  PetscBool keep = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetAll(NULL, &all));
+  PetscCall(PetscStrlen(all, &len));
+  PetscCall(PetscCalloc1(len + 2, &text));
+  for (word = strtok(all, " "); word; word = strtok(NULL, " ")) {
+    if (word[0] == '-' && !(word[1] >= '0' && word[1] <= '9') && word[1] != '.') {
+      keep = PETSC_FALSE;
+      for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(results) && !keep; i++)
+        keep = strncmp(word, results[i], strlen(results[i])) ? PETSC_FALSE : PETSC_TRUE;
+      if (!strncmp(word, "-fault_cache_dir", 16)) keep = PETSC_FALSE;
+    }
+    if (!keep) continue;
+    if (text[0]) PetscCall(PetscStrlcat(text, " ", len + 2));
+    PetscCall(PetscStrlcat(text, word, len + 2));
+  }
+  PetscCall(PetscFree(all));
+  *settings = text;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EvaluateOptionsSet(EvaluateOptions *o)
+{
+  const EvaluateOptions defaults = {.output = "evaluate.h5",
+                                    .nsizes = 2,
+                                    .sizes = {3, 5},
+                                    .nmeshes = 2,
+                                    .meshes = {25, 50},
+                                    .nerrors = 2,
+                                    .errors = {TSBATHE_ERROR_EMBEDDED, TSBATHE_ERROR_DOUBLING},
+                                    .nreactions = 2,
+                                    .reactions = {TSBATHE_REACTION_TRAPEZOIDAL, TSBATHE_REACTION_IMPLICIT},
+                                    .ntolerances = 1,
+                                    .tolerances = {1},
+                                    .nsteps = 1,
+                                    .steps = {100},
+                                    .repetitions = 3,
+                                    .reference_steps = -1,
+                                    .coarser = 1,
+                                    .max_attempts = 100000,
+                                    .spread = 50};
+  PetscBool quick = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(CheckWords());
+  *o = defaults;
+  PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Evaluation of step-size controllers", "evaluate");
+  PetscCall(PetscOptionsString("-evaluate_output", "HDF5 file, which later runs add to", NULL, o->output, o->output,
+                               sizeof(o->output), NULL));
+  PetscCall(PetscOptionsBool(
+    "-evaluate_quick",
+    "A matrix of seconds: 3 km, 5 x 5 cells, the default integrator, one run each, coarse references; other "
+    "options still apply",
+    NULL, quick, &quick, NULL));
+  if (quick) PetscCall(Quick(o));
+  PetscCall(Axes(o, PetscOptionsObject));
+  PetscCall(Limits(o, PetscOptionsObject));
+  PetscCall(Policies(o, PetscOptionsObject));
+  PetscOptionsEnd();
+  PetscCheck(o->output[0], PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "-evaluate_output is empty");
+  PetscCall(CheckConflicts());
+  PetscCall(Settings(&o->settings));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EvaluateOptionsFree(EvaluateOptions *o)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree(o->policies));
+  PetscCall(PetscFree(o->settings));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,344 @@
+/* One cell of the matrix: its runs, timed, with their errors; a run that fails is a result too. */
+#define _POSIX_C_SOURCE 200809L /* clock_gettime() */
+#include "evaluate.h"
+#include <slipcompat.h>
+#include <petsctime.h>
+#include <time.h>
+
+/* What the monitors of a run fill. */
+typedef struct {
+  const EvaluateCase *c;
+  void *model;
+  EvaluateResult *r;
+  PetscInt failed;                     /* attempts that failed in a row */
+  PetscInt max_failures, max_attempts; /* guard rail of rl; limit of evaluate */
+  PetscBool learned, profile;
+} Recorder;
+
+static char Failure[512]; /* first error message of a run */
+
+/* A failing run must not end the program: keep its message and return. */
+static PetscErrorCode Capture(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
+                              PetscErrorType type, const char *message, void *ctx)
+{
+  (void)comm;
+  (void)line;
+  (void)function;
+  (void)file;
+  (void)ctx;
+  if (type == PETSC_ERROR_INITIAL && !Failure[0])
+    (void)PetscStrncpy(Failure, message ? message : "no message", sizeof(Failure));
+  return code;
+}
+
+static PetscErrorCode Record(Recorder *rec, PetscReal t, Vec w, Vec r)
+{
+  PetscReal row[EVALUATE_COLUMNS] = {t}, *profile;
+
+  PetscFunctionBegin;
+  PetscCall(rec->c->problem->observe(rec->c, rec->model, t, w, r, row + 1));
+  PetscCall(EvaluateTableAdd(&rec->r->series, row));
+  if (!rec->profile) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(rec->c->mesh + 1, &profile));
+  profile[0] = t;
+  PetscCall(rec->c->problem->profiles(rec->c, rec->model, w, profile + 1));
+  PetscCall(EvaluateTableAdd(&rec->r->profile, profile));
+  PetscCall(PetscFree(profile));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSBatheAttemptFn */
+static PetscErrorCode Watch(TS ts, const SlipAttempt *a, Vec w, void *ctx)
+{
+  Recorder *rec = (Recorder *)ctx;
+  EvaluateResult *r = rec->r;
+  const PetscReal row[EVALUATE_ATTEMPT] = {a->time, a->dt, a->accepted, a->error, a->converged};
+  Vec reaction;
+
+  PetscFunctionBegin;
+  PetscCall(EvaluateTableAdd(&r->steps, row));
+  /* A learned controller steps by itself but for two guard rails: halved steps after max_failures failures in a
+     row, and converged attempts that a ceiling of the error rejected. */
+  if (rec->learned && (rec->failed >= rec->max_failures || (a->converged && !a->accepted))) r->guarded++;
+  rec->failed = a->converged ? 0 : rec->failed + 1;
+  r->failures += a->converged ? 0 : 1;
+  if (++r->attempts >= rec->max_attempts) {
+    PetscCall(
+      PetscSNPrintf(r->reason, sizeof(r->reason), "%" PetscInt_FMT " attempts (-evaluate_max_attempts)", r->attempts));
+    PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
+  }
+  if (!a->accepted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSBatheGetReaction(ts, &reaction));
+  PetscCall(Record(rec, a->time + a->dt, w, reaction));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Both tolerances by one factor. */
+static PetscErrorCode ScaleTolerances(TS ts, PetscReal factor)
+{
+  PetscReal atol, rtol;
+  Vec vatol, scaled;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTolerances(ts, &atol, &vatol, &rtol, NULL));
+  if (!vatol) {
+    PetscCall(TSSetTolerances(ts, factor * atol, NULL, factor * rtol, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecDuplicate(vatol, &scaled));
+  PetscCall(VecCopy(vatol, scaled));
+  PetscCall(VecScale(scaled, factor));
+  PetscCall(TSSetTolerances(ts, atol, scaled, factor * rtol, NULL));
+  PetscCall(VecDestroy(&scaled));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The accuracy dial, where the controller has one. */
+static PetscErrorCode SetAccuracy(TSAdapt adapt, PetscReal accuracy)
+{
+  PetscErrorCode (*set)(TSAdapt, PetscReal);
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQueryFunction((PetscObject)adapt, "TSAdaptRLSetAccuracy_C", &set));
+  PetscCheck(set, PetscObjectComm((PetscObject)adapt), PETSC_ERR_SUP,
+             "this controller knows no accuracy (-evaluate_accuracies)");
+  PetscCall((*set)(adapt, accuracy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
+{
+  TSAdapt adapt;
+  PetscReal end;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, cell->controller));
+  if (cell->policy) PetscCall(TSAdaptRLSetPolicyFile(adapt, cell->policy->file));
+  PetscCall(TSSetFromOptions(ts));
+  PetscCall(TSBatheCheckOptions(ts));
+  if (cell->accuracy > 0) PetscCall(SetAccuracy(adapt, cell->accuracy));
+  PetscCall(TSBatheSetReaction(ts, cell->reaction));
+  PetscCall(TSBatheSetError(ts, cell->error));
+  PetscCall(ScaleTolerances(ts, cell->tolerance));
+  if (cell->steps) {
+    PetscCall(TSGetMaxTime(ts, &end));
+    PetscCall(TSSetTimeStep(ts, end / (PetscReal)cell->steps));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Wall time, and processor time of all processes [s]: the second hardly depends on what else a machine does. */
+typedef struct {
+  PetscReal wall, cpu;
+} Times;
+
+/* PetscGetCPUTime() has steps of 10 ms. */
+static PetscReal ProcessorTime(void)
+{
+  struct timespec now = {0, 0};
+
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return (PetscReal)now.tv_sec + (PetscReal)1e-9 * (PetscReal)now.tv_nsec;
+}
+
+/* TSSolve() and what became of it; rec is NULL for a repetition, which is only timed. */
+static PetscErrorCode Solve(TS ts, Vec w, Recorder *rec, Times *times)
+{
+  PetscLogDouble begin, end;
+  PetscReal cpu_begin, cpu_end;
+  PetscReal time, last;
+  MPI_Comm comm;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectGetComm((PetscObject)ts, &comm));
+  if (rec) PetscCall(Record(rec, 0, w, NULL));
+  if (rec) PetscCall(TSBatheAddAttemptMonitor(ts, Watch, rec));
+  PetscCallMPI(MPI_Barrier(comm));
+  PetscCall(PetscTime(&begin));
+  cpu_begin = ProcessorTime();
+  PetscCall(TSSolve(ts, w));
+  cpu_end = ProcessorTime();
+  PetscCall(PetscTime(&end));
+  times->wall = (PetscReal)(end - begin);
+  times->cpu = cpu_end - cpu_begin;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &times->wall, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &times->cpu, 1, MPIU_REAL, MPIU_SUM, comm));
+  if (!rec) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(
+    TSBatheGetTotals(ts, &rec->r->attempts, &rec->r->accepted, &rec->r->solves, &rec->r->newton, &rec->r->linear));
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetMaxTime(ts, &last));
+  rec->r->converged = time >= last * (1 - 1e-9) ? PETSC_TRUE : PETSC_FALSE;
+  if (!rec->r->converged && !rec->r->reason[0])
+    PetscCall(
+      PetscSNPrintf(rec->r->reason, sizeof(rec->r->reason), "ended at %g s of %g s", (double)time, (double)last));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RunOnce(MPI_Comm comm, const EvaluateCase *c, void *model, const EvaluateCell *cell,
+                              Recorder *rec, Times *times)
+{
+  TS ts;
+  Vec w;
+
+  PetscFunctionBegin;
+  PetscCall(c->problem->start(comm, c, model, &ts, &w));
+  PetscCall(Configure(cell, ts));
+  PetscCall(Solve(ts, w, rec, times));
+  PetscCall(VecDestroy(&w));
+  PetscCall(TSDestroy(&ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static int Ascending(const void *a, const void *b)
+{
+  const PetscReal x = *(const PetscReal *)a, y = *(const PetscReal *)b;
+
+  return (x > y) - (x < y);
+}
+
+/* The recorded run. What a failing one has allocated is not freed: PETSc's objects are in no state to be destroyed
+   then. */
+static PetscErrorCode RunRecorded(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c, void *model,
+                                  const EvaluateCell *cell, EvaluateResult *r, Times *times)
+{
+  Recorder rec = {.c = c, .model = model, .r = r, .max_failures = 3, .max_attempts = o->max_attempts};
+  PetscErrorCode ierr;
+  PetscInt failed;
+
+  PetscFunctionBegin;
+  r->series.width = 1 + c->problem->ncolumns;
+  r->steps.width = EVALUATE_ATTEMPT;
+  r->profile.width = 1 + c->mesh;
+  rec.learned = cell->policy ? PETSC_TRUE : PETSC_FALSE;
+  rec.profile = c->problem->profiles && cell->tolerance == 1 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-ts_adapt_rl_max_failures", &rec.max_failures, NULL));
+  Failure[0] = '\0';
+  PetscCall(PetscPushErrorHandler(Capture, NULL));
+  ierr = RunOnce(comm, c, model, cell, &rec, times);
+  PetscCall(PetscPopErrorHandler());
+  failed = ierr ? 1 : 0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPIU_INT, MPI_MAX, comm));
+  if (!failed) PetscFunctionReturn(PETSC_SUCCESS);
+  r->converged = PETSC_FALSE;
+  PetscCall(PetscStrncpy(r->reason, Failure[0] ? Failure : "another process failed", sizeof(r->reason)));
+  for (PetscInt i = 0; i < r->steps.n; i++) r->accepted += r->steps.data[i * EVALUATE_ATTEMPT + 2] > 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EvaluateRunCell(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c, void *model,
+                               const EvaluateCell *cell, const EvaluateReference *ref, EvaluateResult *r)
+{
+  const PetscReal setup = r->wall_setup;
+  PetscReal wall[EVALUATE_MAX];
+  Times times = {0, 0};
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(r, sizeof(*r)));
+  r->wall_setup = setup;
+  r->final = r->final_error = r->max_error = r->l2_error = r->rate_error = NAN;
+  PetscCall(RunRecorded(o, comm, c, model, cell, r, &times));
+  wall[0] = times.wall;
+  r->cpu = times.cpu;
+  for (r->runs = 1; r->converged && r->runs < o->repetitions; r->runs++) {
+    PetscCall(RunOnce(comm, c, model, cell, NULL, &times));
+    wall[r->runs] = times.wall;
+    r->cpu = PetscMin(r->cpu, times.cpu);
+  }
+  qsort(wall, (size_t)r->runs, sizeof(wall[0]), Ascending);
+  r->wall = 0.5 * (wall[r->runs / 2] + wall[(r->runs - 1) / 2]);
+  r->wall_min = wall[0];
+  r->wall_max = wall[r->runs - 1];
+  if (r->converged) PetscCall(EvaluateErrors(c->problem, model, &ref->series, &r->series, r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EvaluateResultClear(EvaluateResult *r)
+{
+  PetscFunctionBegin;
+  PetscCall(EvaluateTableClear(&r->series));
+  PetscCall(EvaluateTableClear(&r->steps));
+  PetscCall(EvaluateTableClear(&r->profile));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EvaluateReferenceClear(EvaluateReference *r)
+{
+  PetscFunctionBegin;
+  PetscCall(EvaluateTableClear(&r->series));
+  PetscCall(EvaluateTableClear(&r->profile));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#define EXACT_ROWS 5000 /* of an exact solution, for plots */
+
+static PetscErrorCode SampleExact(MPI_Comm comm, const EvaluateCase *c, void *model, EvaluateReference *ref)
+{
+  PetscReal row[EVALUATE_COLUMNS], end;
+  TS ts;
+  Vec w;
+
+  PetscFunctionBegin;
+  PetscCall(c->problem->start(comm, c, model, &ts, &w));
+  PetscCall(TSSetFromOptions(ts));
+  PetscCall(TSGetMaxTime(ts, &end));
+  ref->series.width = 1 + c->problem->ncolumns;
+  for (PetscInt i = 0; i <= EXACT_ROWS; i++) {
+    row[0] = end * (PetscReal)i / EXACT_ROWS;
+    PetscCall(c->problem->exact(model, row[0], row + 1));
+    PetscCall(EvaluateTableAdd(&ref->series, row));
+  }
+  PetscCall(VecDestroy(&w));
+  PetscCall(TSDestroy(&ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An even number: half as many make the run that it is compared with. */
+PetscInt EvaluateReferenceSteps(const EvaluateOptions *o, const EvaluateCase *c)
+{
+  const PetscInt steps = o->reference_steps > 0 ? o->reference_steps : c->problem->reference / o->coarser;
+
+  return 2 * (PetscMax(steps, 2) / 2);
+}
+
+/*
+  The reference of a case: constant steps, the trapezoidal reaction. Such a run meets no tolerance and no controller,
+  and its error falls with the square of the step while the sliding set does not change, at least in proportion to it
+  where it does; so the difference to a run with half as many steps, recorded with it, is at least as large as the
+  error that is left.
+*/
+PetscErrorCode EvaluateRunReference(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c, void *model,
+                                    EvaluateReference *ref)
+{
+  EvaluateCell cell = {
+    .controller = TSADAPTNONE, .error = TSBATHE_ERROR_NONE, .reaction = TSBATHE_REACTION_TRAPEZOIDAL, .tolerance = 1};
+  EvaluateOptions limits = *o;
+  EvaluateResult fine = {0}, half = {0};
+  Times times;
+
+  PetscFunctionBegin;
+  if (c->problem->exact) {
+    PetscCall(SampleExact(comm, c, model, ref));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  limits.max_attempts = PETSC_MAX_INT;
+  ref->steps = cell.steps = EvaluateReferenceSteps(o, c);
+  PetscCall(RunRecorded(&limits, comm, c, model, &cell, &fine, &times));
+  ref->wall = times.wall;
+  PetscCheck(fine.converged, comm, PETSC_ERR_NOT_CONVERGED,
+             "the reference of %s with %" PetscInt_FMT " constant steps failed: %s", c->name, cell.steps, fine.reason);
+  cell.steps /= 2;
+  PetscCall(RunRecorded(&limits, comm, c, model, &cell, &half, &times));
+  PetscCheck(half.converged, comm, PETSC_ERR_NOT_CONVERGED,
+             "the reference of %s with %" PetscInt_FMT " constant steps failed: %s", c->name, cell.steps, half.reason);
+  PetscCall(EvaluateErrors(c->problem, model, &fine.series, &half.series, &half));
+  ref->self_final = half.final_error;
+  ref->self_max = half.max_error;
+  ref->wall += times.wall;
+  ref->series = fine.series;
+  ref->profile = fine.profile;
+  PetscCall(EvaluateTableClear(&fine.steps));
+  PetscCall(EvaluateResultClear(&half));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

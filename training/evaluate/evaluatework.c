@@ -1,0 +1,361 @@
+/* The work: references first, then cells. Those of coarse meshes and small systems are spread over the processes,
+   each taking the next one when it is free; those of fine meshes run on all processes together. */
+#include "evaluate.h"
+#include <slipcompat.h>
+#include <petsctime.h>
+
+/* A piece of work: the reference of a case (cell < 0) or a cell. */
+typedef struct {
+  PetscInt instance, cell;
+  PetscReal weight;
+} Job;
+
+typedef struct {
+  EvaluateOptions *o;
+  EvaluateMatrix *m;
+  PetscMPIInt rank, size;
+  PetscInt njobs;
+  Job *jobs;
+  PetscReal total, before,
+    done; /* weights, for the time left: of all, of finished jobs before this list, of finished jobs */
+  PetscLogDouble begin;
+  /* what this process has at hand: one case, set up on one communicator */
+  MPI_Comm comm;
+  PetscInt instance; /* -1: none */
+  void *model;
+  EvaluateReference reference;
+  PetscReal wall_setup;
+} Work;
+
+/* ---- a counter that processes share: the next job ---- */
+
+typedef struct {
+  MPI_Win window;
+  int *memory;
+} Counter;
+
+static PetscErrorCode CounterCreate(Counter *c)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCallMPI(
+    MPI_Win_allocate(rank ? 0 : sizeof(int), sizeof(int), MPI_INFO_NULL, PETSC_COMM_WORLD, &c->memory, &c->window));
+  if (!rank) {
+    PetscCallMPI(MPI_Win_lock(MPI_LOCK_EXCLUSIVE, 0, 0, c->window));
+    *c->memory = 0;
+    PetscCallMPI(MPI_Win_unlock(0, c->window));
+  }
+  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CounterNext(Counter *c, PetscInt *next)
+{
+  const int one = 1;
+  int value = 0;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Win_lock(MPI_LOCK_SHARED, 0, 0, c->window));
+  PetscCallMPI(MPI_Fetch_and_op(&one, &value, MPI_INT, 0, 0, MPI_SUM, c->window));
+  PetscCallMPI(MPI_Win_unlock(0, c->window));
+  *next = value;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- one job ---- */
+
+static PetscErrorCode PutAway(Work *w)
+{
+  PetscFunctionBegin;
+  if (w->instance >= 0 && w->model) PetscCall(w->m->cases[w->instance].problem->destroy(&w->model));
+  w->model = NULL;
+  w->instance = -1;
+  PetscCall(EvaluateReferenceClear(&w->reference));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Set the case of a job up, unless it is at hand. */
+static PetscErrorCode TakeUp(Work *w, MPI_Comm comm, const Job *job)
+{
+  const EvaluateCase *c = &w->m->cases[job->instance];
+  PetscLogDouble begin, end;
+
+  PetscFunctionBegin;
+  if (w->instance != job->instance || w->comm != comm) {
+    PetscCall(PutAway(w));
+    w->comm = comm;
+    w->instance = job->instance;
+    PetscCall(PetscTime(&begin));
+    PetscCall(c->problem->create(comm, c, &w->model));
+    PetscCall(PetscTime(&end));
+    w->wall_setup = (PetscReal)(end - begin);
+  }
+  if (job->cell >= 0 && !w->reference.series.n) PetscCall(EvaluateFileReadReference(w->o, c, &w->reference));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TimeLeft(const Work *w, char text[], size_t len)
+{
+  PetscLogDouble now;
+  PetscReal left;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&now));
+  left = (PetscReal)(now - w->begin) * PetscMax(w->total - w->done, 0) / PetscMax(w->done, 1);
+  if (w->done < 0.01 * w->total)
+    PetscCall(PetscStrncpy(text, "an unknown time", len));
+  else if (left < 100)
+    PetscCall(PetscSNPrintf(text, len, "%.0f s", (double)left));
+  else
+    PetscCall(PetscSNPrintf(text, len, "%.0f min", (double)left / 60));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Report(const Work *w, PetscInt index, const char name[], const char what[])
+{
+  char left[32];
+
+  PetscFunctionBegin;
+  PetscCall(TimeLeft(w, left, sizeof(left)));
+  printf("[%d/%d] %s: %s; about %s left\n", (int)index + 1, (int)w->njobs, name, what, left);
+  fflush(stdout);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode DoReference(Work *w, PetscInt index, PetscBool writes)
+{
+  const EvaluateCase *c = &w->m->cases[w->jobs[index].instance];
+  EvaluateReference ref = {0};
+  char what[128];
+
+  PetscFunctionBegin;
+  PetscCall(EvaluateRunReference(w->o, w->comm, c, w->model, &ref));
+  w->done += w->jobs[index].weight;
+  if (writes) {
+    PetscCall(EvaluateFileWriteReference(w->o, c, &ref));
+    if (ref.steps)
+      PetscCall(PetscSNPrintf(what, sizeof(what), "%d steps, half as many differ by %.2g, %.1f s", (int)ref.steps,
+                              (double)PetscMax(PetscAbsReal(ref.self_final), ref.self_max), (double)ref.wall));
+    else
+      PetscCall(PetscSNPrintf(what, sizeof(what), "exact solution"));
+    PetscCall(Report(w, index, c->name, what));
+  }
+  PetscCall(EvaluateReferenceClear(&ref));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode DoCell(Work *w, PetscInt index, PetscBool writes)
+{
+  const EvaluateCase *c = &w->m->cases[w->jobs[index].instance];
+  EvaluateCell *cell = &w->m->cells[w->jobs[index].cell];
+  EvaluateResult r = {.wall_setup = w->wall_setup};
+  char what[640];
+
+  PetscFunctionBegin;
+  PetscCall(EvaluateRunCell(w->o, w->comm, c, w->model, cell, &w->reference, &r));
+  w->done += w->jobs[index].weight;
+  if (writes) {
+    PetscCall(EvaluateFileWriteCell(w->o, c, cell, &r));
+    if (r.converged)
+      PetscCall(PetscSNPrintf(what, sizeof(what), "%d solves, error %.3g at the end, %.3g at most, %.3g s",
+                              (int)r.solves, (double)PetscAbsReal(r.final_error), (double)r.max_error, (double)r.wall));
+    else
+      PetscCall(PetscSNPrintf(what, sizeof(what), "FAILED, %s", r.reason));
+    PetscCall(Report(w, index, cell->path + 7, what));
+  }
+  if (!r.converged) PetscCall(PutAway(w)); /* what a failed run has left in there is not known */
+  PetscCall(EvaluateResultClear(&r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Do(Work *w, MPI_Comm comm, PetscInt index)
+{
+  const PetscBool writes = comm == PETSC_COMM_SELF || !w->rank ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(TakeUp(w, comm, &w->jobs[index]));
+  if (w->jobs[index].cell < 0)
+    PetscCall(DoReference(w, index, writes));
+  else
+    PetscCall(DoCell(w, index, writes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- all jobs ---- */
+
+static PetscBool IsSpread(const Work *w, const Job *job)
+{
+  const EvaluateCase *c = &w->m->cases[job->instance];
+
+  return !c->problem->meshes || c->mesh <= w->o->spread ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscErrorCode OutOfTime(const Work *w, PetscBool *out)
+{
+  PetscLogDouble now;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&now));
+  *out = w->o->time_limit > 0 && now - w->begin > w->o->time_limit ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The others work too: what precedes a job in the list is taken for done. */
+static void CountDone(Work *w, PetscInt index)
+{
+  w->done = w->before;
+  for (PetscInt i = 0; i < index; i++) w->done += w->jobs[i].weight;
+}
+
+static PetscErrorCode WorkThrough(Work *w)
+{
+  Counter counter;
+  PetscInt next = 0;
+  PetscBool out;
+
+  PetscFunctionBegin;
+  PetscCall(CounterCreate(&counter));
+  while (PETSC_TRUE) {
+    PetscCall(CounterNext(&counter, &next));
+    PetscCall(OutOfTime(w, &out));
+    if (next >= w->njobs || out) break;
+    if (!IsSpread(w, &w->jobs[next])) continue;
+    CountDone(w, next);
+    PetscCall(Do(w, PETSC_COMM_SELF, next));
+  }
+  PetscCallMPI(MPI_Win_free(&counter.window));
+  PetscCall(PutAway(w));
+  for (PetscInt i = 0; i < w->njobs; i++) {
+    if (IsSpread(w, &w->jobs[i])) continue;
+    PetscCall(OutOfTime(w, &out));
+    PetscCallMPI(MPI_Bcast(&out, 1, MPIU_BOOL, 0, PETSC_COMM_WORLD));
+    if (out) break;
+    CountDone(w, i);
+    PetscCall(Do(w, PETSC_COMM_WORLD, i));
+  }
+  PetscCall(PutAway(w));
+  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the file holds, as rank 0 sees it. */
+static PetscErrorCode Look(const Work *w, PetscBool reference[], PetscBool cell[], PetscBool failed[],
+                           PetscBool outdated[])
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  if (!w->rank) ierr = EvaluateFileKnown(w->o, w->m, reference, cell, failed, outdated);
+  PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
+  PetscCallMPI(MPI_Bcast(reference, (PetscMPIInt)w->m->ncases, MPIU_BOOL, 0, PETSC_COMM_WORLD));
+  PetscCallMPI(MPI_Bcast(cell, (PetscMPIInt)w->m->ncells, MPIU_BOOL, 0, PETSC_COMM_WORLD));
+  PetscCallMPI(MPI_Bcast(failed, (PetscMPIInt)w->m->ncells, MPIU_BOOL, 0, PETSC_COMM_WORLD));
+  PetscCallMPI(MPI_Bcast(outdated, (PetscMPIInt)w->m->ncells, MPIU_BOOL, 0, PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode AddReferences(Work *w, const PetscBool reference[], const PetscBool needed[])
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < w->m->ncases; i++) {
+    const EvaluateCase *c = &w->m->cases[i];
+
+    if (reference[i] || !needed[i]) continue;
+    PetscCheck(
+      w->o->reference_steps, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONGSTATE,
+      "-evaluate_reference_steps is 0, but %s has no reference of %s; expected one there, or a number of steps",
+      w->o->output, c->name);
+    w->jobs[w->njobs++] =
+      (Job){i, -1,
+            c->problem->exact ? (PetscReal)1e-3
+                              : (PetscReal)1.5 * (PetscReal)EvaluateReferenceSteps(w->o, c) * EvaluateSolveWeight(c)};
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Summary(const Work *w, PetscInt before, const PetscBool cell[], const PetscBool failed[])
+{
+  PetscInt known = 0, bad = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < w->m->ncells; i++) {
+    known += cell[i];
+    bad += cell[i] && failed[i];
+  }
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                        "%s: %" PetscInt_FMT " cells of this matrix, %" PetscInt_FMT " were there, %" PetscInt_FMT
+                        " failed, %" PetscInt_FMT " left%s\n",
+                        w->o->output, w->m->ncells, before, bad, w->m->ncells - known,
+                        known < w->m->ncells ? ": the same command goes on" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode List(const Work *w, const PetscBool cell[], const PetscBool failed[], const PetscBool outdated[])
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < w->m->ncells; i++) {
+    const char *state = outdated[i] ? "outdated" : (failed[i] ? "failed" : (cell[i] ? "done" : "missing"));
+
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%-8s %s\n", state, w->m->cells[i].path + 7));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReportOutdated(const Work *w, const PetscBool outdated[])
+{
+  PetscInt n = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < w->m->ncells; i++) n += outdated[i];
+  if (n)
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                          "%s: %" PetscInt_FMT " cells were made with other files of their policies' names and are "
+                          "made anew\n",
+                          w->o->output, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
+{
+  Work w = {.o = o, .m = m, .instance = -1};
+  PetscBool *reference, *cell, *now, *failed, *outdated, *needed;
+  PetscInt before = 0;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &w.rank));
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &w.size));
+  PetscCall(PetscTime(&w.begin));
+  PetscCall(PetscCalloc7(m->ncases, &reference, m->ncells, &cell, m->ncells, &now, m->ncells, &failed, m->ncells,
+                         &outdated, m->ncases, &needed, m->ncases + m->ncells, &w.jobs));
+  if (!w.rank) ierr = EvaluateFileCheck(o);
+  PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
+  PetscCall(Look(&w, reference, cell, failed, outdated));
+  for (PetscInt i = 0; i < m->ncells; i++) {
+    if (o->repeat_failed && failed[i]) cell[i] = PETSC_FALSE;
+    before += cell[i];
+    if (!cell[i]) needed[m->cells[i].instance] = PETSC_TRUE;
+    if (!cell[i]) w.total += m->cells[i].weight;
+  }
+  if (o->list) {
+    PetscCall(List(&w, cell, failed, outdated));
+  } else {
+    PetscCall(ReportOutdated(&w, outdated));
+    PetscCall(AddReferences(&w, reference, needed));
+    for (PetscInt i = 0; i < w.njobs; i++) w.total += w.jobs[i].weight;
+    if (w.njobs) PetscCall(WorkThrough(&w)); /* cells need them */
+    for (PetscInt i = 0; i < w.njobs; i++) w.before += w.jobs[i].weight;
+    PetscCall(Look(&w, reference, now, failed, outdated));
+    w.njobs = 0;
+    for (PetscInt i = 0; i < m->ncells; i++)
+      if (!cell[i] && reference[m->cells[i].instance])
+        w.jobs[w.njobs++] = (Job){m->cells[i].instance, i, m->cells[i].weight};
+    if (w.njobs) PetscCall(WorkThrough(&w));
+    PetscCall(Look(&w, reference, cell, failed, outdated));
+    PetscCall(Summary(&w, before, cell, failed));
+  }
+  PetscCall(PetscFree7(reference, cell, now, failed, outdated, needed, w.jobs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

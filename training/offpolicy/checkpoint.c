@@ -1,0 +1,183 @@
+/* Checkpoints: networks, optimisers, buffer, random numbers and counters, so that training goes on bit by bit. */
+#include "trainer.h"
+#include "common/files.h"
+#include <slipcompat.h>
+
+#define CHECKPOINT_FORMAT "slipstep-training"
+#define RANDOM_WORDS 6
+#define CHUNKS 4 /* 16 bits each, so that any PetscInt holds one */
+
+/* The counters and scalars, in one order for both directions. */
+enum { NUMBER_COUNT = 16, LEARNER_COUNTERS = 3 };
+static void ListNumbers(Trainer *t, PetscReal x[NUMBER_COUNT], PetscBool store)
+{
+  Agent *a = &t->agent;
+  PetscInt64 *counter[] = {&a->steps,       &a->updates,     NULL,         NULL,          NULL,
+                           &a->replay.size, &a->replay.next, &t->episodes, &t->evaluated, &t->checkpointed,
+                           &t->best_steps};
+  PetscReal *real[] = {&t->env.cost_min, &t->env.cost_max};
+  const PetscInt nc = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(counter), nr = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(real);
+
+  a->o.learner->counters(a->learner, counter + 2); /* LEARNER_COUNTERS of them */
+  for (PetscInt i = 0; i < nc; ++i) {
+    if (store)
+      x[i] = (PetscReal)*counter[i];
+    else
+      *counter[i] = (PetscInt64)x[i];
+  }
+  for (PetscInt i = 0; i < nr; ++i) {
+    if (store)
+      x[nc + i] = *real[i];
+    else
+      *real[i] = x[nc + i];
+  }
+  if (store)
+    x[nc + nr] = (PetscReal)t->best;
+  else
+    t->best = (double)x[nc + nr];
+  for (PetscInt i = nc + nr + 1; store && i < NUMBER_COUNT; ++i) x[i] = 0;
+}
+
+static PetscErrorCode WriteRandom(SlipH5 *h, const char path[], const Random *r)
+{
+  PetscInt chunk[RANDOM_WORDS * CHUNKS], dims[1] = {RANDOM_WORDS * CHUNKS};
+  uint64_t word[RANDOM_WORDS];
+
+  PetscFunctionBegin;
+  memcpy(word, r, sizeof(word));
+  for (PetscInt i = 0; i < RANDOM_WORDS * CHUNKS; ++i)
+    chunk[i] = (PetscInt)((word[i / CHUNKS] >> (16 * (i % CHUNKS))) & 0xffff);
+  PetscCall(SlipH5WriteInt(h, path, 1, dims, chunk, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadRandom(SlipH5 *h, const char path[], Random *r)
+{
+  PetscReal *chunk;
+  uint64_t word[RANDOM_WORDS] = {0};
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointReadFixed(h, path, RANDOM_WORDS * CHUNKS, &chunk));
+  for (PetscInt i = 0; i < RANDOM_WORDS * CHUNKS; ++i) word[i / CHUNKS] |= (uint64_t)chunk[i] << (16 * (i % CHUNKS));
+  memcpy(r, word, sizeof(word));
+  PetscCall(PetscFree(chunk));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckpointWrite(Trainer *t, const char file[])
+{
+  SlipH5 h;
+  LearnerArray a[LEARNER_MAX_ARRAYS];
+  PetscReal x[NUMBER_COUNT], range[2 * ENV_MAX_OBS];
+  PetscInt n, dims[2] = {0, ReplayWidth(&t->agent.replay)};
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Create(file, &h));
+  PetscCall(SlipH5WriteAttrString(&h, "/", "format", CHECKPOINT_FORMAT));
+  PetscCall(SlipH5WriteAttrInt(&h, "/", "version", 1));
+  PetscCall(SlipH5WriteAttrString(&h, "/", "algorithm", t->agent.o.learner->name));
+  PetscCall(SlipH5WriteStrings(&h, "/observations", t->o.env.nobs, (const char *const *)t->o.env.names));
+  n = t->agent.o.learner->arrays(t->agent.learner, a);
+  for (PetscInt i = 0; i < n; ++i) {
+    dims[0] = (PetscInt)a[i].n;
+    PetscCall(SlipH5WriteFloat(&h, a[i].path, 1, dims, a[i].data, NULL));
+  }
+  dims[0] = (PetscInt)t->nactor;
+  PetscCall(SlipH5WriteFloat(&h, "/best/parameters", 1, dims, t->best_actor, NULL));
+  ListNumbers(t, x, PETSC_TRUE);
+  dims[0] = NUMBER_COUNT;
+  PetscCall(SlipH5WriteReal(&h, "/counters", 1, dims, x, NULL));
+  PetscCall(PetscArraycpy(range, t->env.obs_min, ENV_MAX_OBS));
+  PetscCall(PetscArraycpy(range + ENV_MAX_OBS, t->env.obs_max, ENV_MAX_OBS));
+  dims[0] = 2 * ENV_MAX_OBS;
+  PetscCall(SlipH5WriteReal(&h, "/range", 1, dims, range, NULL));
+  PetscCall(WriteRandom(&h, "/random/agent", &t->agent.random));
+  PetscCall(WriteRandom(&h, "/random/instances", &t->instances));
+  dims[0] = (PetscInt)t->agent.replay.size;
+  PetscCall(SlipH5WriteFloat(&h, "/buffer", 2, dims, t->agent.replay.data, NULL));
+  PetscCall(SlipH5Close(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CheckFormat(Trainer *t, SlipH5 *h)
+{
+  char algorithm[64] = "tqc"; /* the first checkpoints had no algorithm */
+  PetscBool has, same;
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointCheckFormat(h, CHECKPOINT_FORMAT, ""));
+  PetscCall(SlipH5HasAttribute(h, "/", "algorithm", &has));
+  if (has) PetscCall(SlipH5ReadAttrString(h, "/", "algorithm", algorithm, sizeof(algorithm)));
+  PetscCall(PetscStrcmp(algorithm, t->agent.o.learner->name, &same));
+  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "-train_resume %s was trained with -train_algorithm %s, expected %s", h->name, algorithm,
+             t->agent.o.learner->name);
+  PetscCall(CheckpointCheckObservations(h, t->o.env.nobs, t->o.env.names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadFloats(SlipH5 *h, const char path[], PetscInt n, Scalar out[])
+{
+  PetscReal *data;
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointReadFixed(h, path, n, &data));
+  for (PetscInt i = 0; i < n; ++i) out[i] = (Scalar)data[i];
+  PetscCall(PetscFree(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadBuffer(SlipH5 *h, Replay *r)
+{
+  PetscReal *data;
+  PetscInt dims[2];
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadReal(h, "/buffer", 2, dims, &data));
+  PetscCheck(dims[0] == (PetscInt)r->size && dims[1] == ReplayWidth(r) && r->size <= r->capacity, PETSC_COMM_SELF,
+             PETSC_ERR_FILE_UNEXPECTED,
+             "-train_resume %s: /buffer is %" PetscInt_FMT " x %" PetscInt_FMT ", expected %" PetscInt64_FMT
+             " x %" PetscInt_FMT " and at most -train_buffer %" PetscInt64_FMT " rows",
+             h->name, dims[0], dims[1], r->size, ReplayWidth(r), r->capacity);
+  for (PetscInt i = 0; i < dims[0] * dims[1]; ++i) r->data[i] = (Scalar)data[i];
+  r->next = r->size % r->capacity == 0 ? r->next % r->capacity : r->size;
+  PetscCall(PetscFree(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of another instance of the problem: its transitions and evaluations say nothing of this one. */
+static void ForgetProblem(Trainer *t)
+{
+  t->agent.replay.size = t->agent.replay.next = 0;
+  t->best = -PETSC_MAX_REAL;
+}
+
+PetscErrorCode CheckpointRead(Trainer *t, const char file[])
+{
+  SlipH5 h;
+  LearnerArray a[LEARNER_MAX_ARRAYS];
+  PetscReal *x;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenRead(file, &h));
+  PetscCall(CheckFormat(t, &h));
+  n = t->agent.o.learner->arrays(t->agent.learner, a);
+  for (PetscInt i = 0; i < n; ++i) PetscCall(ReadFloats(&h, a[i].path, (PetscInt)a[i].n, a[i].data));
+  PetscCall(ReadFloats(&h, "/best/parameters", (PetscInt)t->nactor, t->best_actor));
+  PetscCall(CheckpointReadFixed(&h, "/counters", NUMBER_COUNT, &x));
+  ListNumbers(t, x, PETSC_FALSE);
+  PetscCall(PetscFree(x));
+  PetscCall(CheckpointReadFixed(&h, "/range", 2 * ENV_MAX_OBS, &x));
+  PetscCall(PetscArraycpy(t->env.obs_min, x, ENV_MAX_OBS));
+  PetscCall(PetscArraycpy(t->env.obs_max, x + ENV_MAX_OBS, ENV_MAX_OBS));
+  PetscCall(PetscFree(x));
+  PetscCall(ReadRandom(&h, "/random/agent", &t->agent.random));
+  PetscCall(ReadRandom(&h, "/random/instances", &t->instances));
+  if (t->o.transfer)
+    ForgetProblem(t);
+  else
+    PetscCall(ReadBuffer(&h, &t->agent.replay));
+  PetscCall(SlipH5Close(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,175 @@
+/* The sweep over alphas and seeds, see sweep.h. */
+#include "sweep.h"
+#include <slipcompat.h>
+#include <petsctime.h>
+#include <stdio.h>
+
+/* Counters on rank 0, which all ranks raise. */
+enum { NEXT, DONE, FAILED, COUNTERS };
+typedef struct {
+  MPI_Comm comm;
+  MPI_Win window;
+  int *counter; /* rank 0's */
+} Queue;
+
+PetscInt SweepCount(const TrainOptions *o)
+{
+  return o->nalpha * o->nseed;
+}
+
+static PetscErrorCode AddName(char file[], const char name[])
+{
+  char stem[PETSC_MAX_PATH_LEN], *dot;
+
+  PetscFunctionBegin;
+  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrncpy(stem, file, sizeof(stem)));
+  dot = strrchr(stem, '.');
+  if (dot && strcmp(dot, ".h5")) dot = NULL;
+  if (dot) *dot = 0;
+  PetscCall(PetscSNPrintf(file, PETSC_MAX_PATH_LEN, "%s%s%s", stem, name, dot ? ".h5" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The options of one training: its alpha and seed, and F.h5 becomes F_alpha2_seed1.h5 when there are several. */
+static PetscErrorCode SweepOptions(const TrainOptions *o, PetscInt job, TrainOptions *one)
+{
+  char name[64];
+
+  PetscFunctionBegin;
+  *one = *o;
+  one->env.alpha = o->alphas[job % o->nalpha];
+  one->seed = o->seeds[job / o->nalpha];
+  if (SweepCount(o) == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  /* not PetscSNPrintf(), which writes 2 as "2." */
+  snprintf(name, sizeof(name), "_alpha%g_seed%" PetscInt_FMT, (double)one->env.alpha, one->seed);
+  snprintf(one->label, sizeof(one->label), "alpha %g seed %" PetscInt_FMT ": ", (double)one->env.alpha, one->seed);
+  PetscCall(AddName(one->output, name));
+  PetscCall(AddName(one->log, name));
+  PetscCall(AddName(one->resume, name));
+  PetscCall(AddName(one->checkpoint, name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode QueueCreate(MPI_Comm comm, Queue *q)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  q->comm = comm;
+  PetscCallMPI(MPI_Win_allocate((MPI_Aint)((rank ? 0 : COUNTERS) * (int)sizeof(int)), (int)sizeof(int), MPI_INFO_NULL,
+                                comm, &q->counter, &q->window));
+  for (int i = 0; !rank && i < COUNTERS; ++i) q->counter[i] = 0;
+  PetscCallMPI(MPI_Barrier(comm));
+  PetscCallMPI(MPI_Win_lock_all(0, q->window));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode QueueDestroy(Queue *q)
+{
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Win_unlock_all(q->window));
+  PetscCallMPI(MPI_Win_free(&q->window));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The value of a counter before it is raised by add */
+static PetscErrorCode QueueRaise(Queue *q, int counter, int add, PetscInt *before)
+{
+  int value = 0;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Fetch_and_op(&add, &value, MPI_INT, 0, counter, MPI_SUM, q->window));
+  PetscCallMPI(MPI_Win_flush(0, q->window));
+  *before = value;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SweepYield(void)
+{
+  int flag;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, PETSC_COMM_WORLD, &flag, MPI_STATUS_IGNORE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One line for an error of a training, and back to the queue */
+static PetscErrorCode SayError(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
+                               PetscErrorType type, const char *message, void *ctx)
+{
+  const TrainOptions *one = (const TrainOptions *)ctx;
+  const char *general = NULL;
+
+  (void)comm;
+  (void)line;
+  (void)function;
+  (void)file;
+  if (type == PETSC_ERROR_REPEAT) return code;
+  if (!message || !message[0]) PetscErrorMessage(code, &general, NULL);
+  fflush(stdout);
+  fprintf(stderr, "train: error: %s%s\n", one->label,
+          message && message[0] ? message : (general ? general : "unknown"));
+  return code;
+}
+
+/* Files that an unfinished training leaves behind */
+static void RemoveParts(const TrainOptions *one)
+{
+  const char *const files[] = {one->output, one->log, one->checkpoint};
+  char part[PETSC_MAX_PATH_LEN + 8];
+
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(files); ++i) {
+    snprintf(part, sizeof(part), "%s.part", files[i]);
+    if (files[i][0]) remove(part);
+  }
+}
+
+static PetscErrorCode Report(Queue *q, const TrainOptions *one, PetscInt jobs, PetscLogDouble begin, PetscBool failed)
+{
+  PetscInt done, bad;
+  PetscLogDouble now;
+
+  PetscFunctionBegin;
+  PetscCall(QueueRaise(q, DONE, 1, &done));
+  PetscCall(QueueRaise(q, FAILED, failed ? 1 : 0, &bad));
+  done++;
+  bad += failed ? 1 : 0;
+  PetscCall(PetscTime(&now));
+  if (one->progress)
+    PetscCall(PetscPrintf(
+      PETSC_COMM_SELF,
+      "%s%s; %" PetscInt_FMT " of %" PetscInt_FMT " trainings done, %" PetscInt_FMT " failed, about %.0f s left\n",
+      one->label, failed ? "failed" : "done", done, jobs, bad, (now - begin) / (double)done * (double)(jobs - done)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *failed)
+{
+  const PetscInt jobs = SweepCount(o);
+  PetscLogDouble begin;
+  PetscInt job;
+  Queue q;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&begin));
+  PetscCall(QueueCreate(comm, &q));
+  while (PETSC_TRUE) {
+    TrainOptions one;
+    PetscErrorCode code;
+
+    PetscCall(QueueRaise(&q, NEXT, 1, &job));
+    if (job >= jobs) break;
+    PetscCall(SweepOptions(o, job, &one));
+    PetscCall(PetscPushErrorHandler(SayError, &one));
+    code = one.algorithm->run(&one);
+    PetscCall(PetscPopErrorHandler());
+    if (code) RemoveParts(&one);
+    PetscCall(Report(&q, &one, jobs, begin, code ? PETSC_TRUE : PETSC_FALSE));
+  }
+  PetscCallMPI(MPI_Barrier(comm));
+  PetscCall(QueueRaise(&q, FAILED, 0, failed));
+  PetscCall(QueueDestroy(&q));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,205 @@
+/* The TQC agent: its networks, its life and its actions. The gradient step is in tqcupdate.c. */
+#include "tqc.h"
+#include <slipcompat.h>
+
+static PetscErrorCode SampleCreate(PetscInt A, PetscInt B, Sample *s)
+{
+  const size_t n = (size_t)(A * B);
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc7(n, &s->mean_raw, n, &s->mean, n, &s->noise, n, &s->var, n, &s->std_raw, n, &s->action,
+                         (size_t)B, &s->logp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SampleDestroy(Sample *s)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree7(s->mean_raw, s->mean, s->noise, s->var, s->std_raw, s->action, s->logp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TQCCreateWork(TQC *t)
+{
+  const LearnerOptions *o = &t->o;
+  const size_t HA = (size_t)(t->hidden * o->act), AB = (size_t)(o->act * o->batch);
+
+  PetscFunctionBegin;
+  PetscCall(DenseWorkCreate(&t->latent, o->batch, &t->actor_work));
+  PetscCall(DenseWorkCreate(&t->critic, o->batch, &t->critic_work));
+  PetscCall(SampleCreate(o->act, o->batch, &t->now));
+  PetscCall(SampleCreate(o->act, o->batch, &t->next));
+  PetscCall(PetscCalloc3(HA, &t->sigma, HA, &t->explore, (size_t)TQCNoiseCount(t), &t->normals));
+  PetscCall(PetscCalloc2((size_t)((o->obs + o->act) * o->batch), &t->input,
+                         (size_t)(o->critics * o->quantiles * o->batch), &t->z));
+  PetscCall(PetscCalloc4(AB, &t->dqda, AB, &t->dS, AB, &t->dg, AB, &t->dm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscInt TQCNoiseCount(const TQC *t)
+{
+  return t->o.gaussian ? 2 * t->o.act * t->o.batch : t->hidden * t->o.act;
+}
+
+PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, TQC *t)
+{
+  const PetscInt H = o->actor[o->actor_layers > 0 ? o->actor_layers - 1 : 0];
+  const double bound = 1 / sqrt((double)H);
+
+  PetscFunctionBegin;
+  PetscCall(LearnerCheckOptions(o));
+  PetscCheck(o->quantiles > 0 && o->drop >= 0 && o->drop < o->quantiles, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "Dropped quantiles per critic %" PetscInt_FMT " must lie in [0, %" PetscInt_FMT ")", o->drop,
+             o->quantiles);
+  t->o = *o;
+  t->hidden = H;
+  LearnerShape(1, o->obs, o->actor_layers, o->actor, 0, &t->latent);
+  LearnerShape(o->critics, o->obs + o->act, o->critic_layers, o->critic, o->quantiles, &t->critic);
+  t->head_weight = t->latent.count;
+  t->head_bias = t->head_weight + (size_t)(o->act * H);
+  t->log_std = t->head_bias + (size_t)o->act;
+  t->nactor = t->log_std + (size_t)(H * o->act + (o->gaussian ? o->act : 0));
+  t->ncritic = (size_t)o->critics * t->critic.count;
+  t->log_alpha = 0;
+  PetscCall(PetscMalloc2(t->nactor, &t->actor, t->nactor, &t->actor_grad));
+  PetscCall(PetscMalloc3(t->ncritic, &t->critics, t->ncritic, &t->target, t->ncritic, &t->critic_grad));
+  DenseInitialize(&t->latent, r, t->actor);
+  for (size_t i = t->head_weight; i < t->log_std; ++i) t->actor[i] = (Scalar)(bound * (2 * RandomUniform(r) - 1));
+  for (size_t i = t->log_std; i < t->nactor; ++i)
+    t->actor[i] = o->gaussian ? (Scalar)(bound * (2 * RandomUniform(r) - 1)) : -3;
+  DenseInitialize(&t->critic, r, t->critics);
+  PetscCall(PetscArraycpy(t->target, t->critics, t->ncritic));
+  PetscCall(AdamCreate(t->nactor, &t->actor_adam));
+  PetscCall(AdamCreate(t->ncritic, &t->critic_adam));
+  PetscCall(AdamCreate(1, &t->alpha_adam));
+  PetscCall(TQCCreateWork(t));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TQCDestroy(TQC *t)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree2(t->actor, t->actor_grad));
+  PetscCall(PetscFree3(t->critics, t->target, t->critic_grad));
+  PetscCall(AdamDestroy(&t->actor_adam));
+  PetscCall(AdamDestroy(&t->critic_adam));
+  PetscCall(AdamDestroy(&t->alpha_adam));
+  PetscCall(DenseWorkDestroy(&t->actor_work));
+  PetscCall(DenseWorkDestroy(&t->critic_work));
+  PetscCall(SampleDestroy(&t->now));
+  PetscCall(SampleDestroy(&t->next));
+  PetscCall(PetscFree3(t->sigma, t->explore, t->normals));
+  PetscCall(PetscFree2(t->input, t->z));
+  PetscCall(PetscFree4(t->dqda, t->dS, t->dg, t->dm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#if !defined(TRAIN_DOUBLE)
+/* ---- as a learner ---- */
+
+/* Actions [A][B] at obs [O][B], B <= o.batch. eps: standard normals [H][A], without gSDE [A][B]; NULL: the
+   deterministic tanh(mean). */
+static void ChooseActions(TQC *t, PetscInt B, const Scalar obs[], const Scalar eps[], Scalar action[])
+{
+  const PetscInt H = t->hidden, A = t->o.act;
+  const Scalar *h = t->actor_work.out[t->latent.layers - 1], *head = t->actor + t->head_weight,
+               *bias = t->actor + t->head_bias, *std = t->actor + t->log_std;
+
+  DenseForward(&t->latent, t->actor, B, obs, &t->actor_work);
+  if (t->o.gaussian)
+    GaussSample(H, A, B, h, head, bias, std, std + H * A, eps, &t->now);
+  else {
+    for (PetscInt i = 0; eps && i < H * A; ++i) {
+      t->sigma[i] = ScalarExp(std[i]);
+      t->explore[i] = t->sigma[i] * eps[i];
+    }
+    GSDESample(H, A, B, h, head, bias, eps ? t->sigma : NULL, eps ? t->explore : NULL, &t->now);
+  }
+  for (PetscInt i = 0; i < A * B; ++i) action[i] = t->now.action[i];
+}
+
+static PetscErrorCode Create(const LearnerOptions *o, Random *r, void **learner)
+{
+  TQC *t;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&t));
+  PetscCall(TQCCreate(o, r, t));
+  *learner = t;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Destroy(void **learner)
+{
+  PetscFunctionBegin;
+  PetscCall(TQCDestroy((TQC *)*learner));
+  PetscCall(PetscFree(*learner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Exploration is drawn before every step, as Stable-Baselines3 does with sde_sample_freq -1 and train_freq 1, also when
+   it goes unused. */
+static Scalar ActLearner(void *learner, const Scalar obs[], PetscBool explore, PetscBool warm_up, Random *r)
+{
+  TQC *t = (TQC *)learner;
+  const PetscInt n = t->o.gaussian ? t->o.act : t->hidden * t->o.act;
+  Scalar action;
+
+  for (PetscInt i = 0; explore && i < n; ++i) t->normals[i] = (Scalar)RandomNormal(r);
+  if (explore && warm_up) return (Scalar)(2 * RandomUniform(r) - 1);
+  ChooseActions(t, 1, obs, explore ? t->normals : NULL, &action);
+  return action;
+}
+
+static void Update(void *learner, const Batch *batch, Random *r, Losses *losses)
+{
+  TQC *t = (TQC *)learner;
+
+  for (PetscInt i = 0; i < TQCNoiseCount(t); ++i) t->normals[i] = (Scalar)RandomNormal(r);
+  TQCUpdate(t, batch, t->normals, losses);
+}
+
+static PetscInt Arrays(void *learner, LearnerArray list[])
+{
+  TQC *t = (TQC *)learner;
+  const LearnerArray all[] = {
+    {"/actor/parameters", t->actor, t->nactor},        {"/actor/adam_m", t->actor_adam.m, t->nactor},
+    {"/actor/adam_v", t->actor_adam.v, t->nactor},     {"/critics/parameters", t->critics, t->ncritic},
+    {"/critics/target", t->target, t->ncritic},        {"/critics/adam_m", t->critic_adam.m, t->ncritic},
+    {"/critics/adam_v", t->critic_adam.v, t->ncritic}, {"/entropy/log_alpha", &t->log_alpha, 1},
+    {"/entropy/adam_m", t->alpha_adam.m, 1},           {"/entropy/adam_v", t->alpha_adam.v, 1}};
+  const PetscInt n = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(all);
+
+  for (PetscInt i = 0; i < n; ++i) list[i] = all[i];
+  return n;
+}
+
+static PetscInt Counters(void *learner, PetscInt64 *list[])
+{
+  TQC *t = (TQC *)learner;
+
+  list[0] = &t->actor_adam.t;
+  list[1] = &t->critic_adam.t;
+  list[2] = &t->alpha_adam.t;
+  return 3;
+}
+
+static void Actor(void *learner, Scalar **parameters, size_t *n)
+{
+  TQC *t = (TQC *)learner;
+
+  *parameters = t->actor;
+  *n = t->nactor;
+}
+
+/* The hidden layers and the head of the mean, which follows them in the parameters. */
+static void Policy(void *learner, DenseShape *layers, PetscBool *clamp)
+{
+  const TQC *t = (const TQC *)learner;
+
+  LearnerShape(1, t->o.obs, t->o.actor_layers, t->o.actor, t->o.act, layers);
+  *clamp = t->o.gaussian ? PETSC_FALSE : PETSC_TRUE;
+}
+
+const Learner LearnerTQC = {"tqc", Create, Destroy, ActLearner, Update, Arrays, Counters, Actor, Policy};
+#endif

@@ -1,0 +1,89 @@
+/* The learning curve in HDF5. */
+#include "trainer.h"
+#include <slipstep/private/slipsys.h>
+#include <sliph5.h>
+#include <slipcompat.h>
+#include <petsctime.h>
+
+struct _TrainLog {
+  SlipH5 h5;
+};
+
+enum { EPISODE_COLUMNS = 11, EVALUATION_COLUMNS = 4 };
+static const struct {
+  const char *path, *units;
+} EpisodeColumns[EPISODE_COLUMNS] =
+  {{"/episodes/step", ""},       {"/episodes/return", ""},       {"/episodes/length", "attempts"},
+   {"/episodes/accepted", ""},   {"/episodes/error", ""},        {"/episodes/critic_loss", ""},
+   {"/episodes/actor_loss", ""}, {"/episodes/entropy_loss", ""}, {"/episodes/entropy_coefficient", ""},
+   {"/episodes/mean_value", ""}, {"/episodes/wall_time", "s"}},
+  EvaluationColumns[EVALUATION_COLUMNS] = {{"/evaluations/step", ""},
+                                           {"/evaluations/return", ""},
+                                           {"/evaluations/length", "attempts"},
+                                           {"/evaluations/error", ""}};
+
+PetscErrorCode TrainLogOpen(const Trainer *t, const char file[], TrainLog *log)
+{
+  TrainLog l;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&l));
+  PetscCall(SlipH5Create(file, &l->h5));
+  PetscCall(SlipErrorUnfinished(l->h5.name));
+  for (PetscInt i = 0; i < EPISODE_COLUMNS; ++i)
+    PetscCall(SlipH5CreateSeries(&l->h5, EpisodeColumns[i].path, 0, NULL, PETSC_FALSE, EpisodeColumns[i].units));
+  for (PetscInt i = 0; i < EVALUATION_COLUMNS; ++i)
+    PetscCall(SlipH5CreateSeries(&l->h5, EvaluationColumns[i].path, 0, NULL, PETSC_FALSE, EvaluationColumns[i].units));
+  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "problem", t->o.env.problem->name));
+  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "algorithm", t->o.algorithm->name));
+  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "error", t->o.env.problem->errors[0]));
+  PetscCall(SlipH5WriteAttrInt(&l->h5, "/", "seed", t->o.seed));
+  PetscCall(SlipH5WriteAttrReal(&l->h5, "/", "alpha", t->o.env.alpha));
+  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "reward", t->o.env.reward->name));
+  *log = l;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrainLogEpisode(TrainLog log, const Trainer *t, const EnvResult *r)
+{
+  const Losses *l = &t->agent.losses;
+  PetscLogDouble now;
+
+  PetscFunctionBegin;
+  if (!log) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipErrorUnfinished(NULL)); /* the first episode is worth keeping */
+  PetscCall(PetscTime(&now));
+  const PetscReal row[EPISODE_COLUMNS] = {(PetscReal)t->agent.steps,
+                                          r->total,
+                                          (PetscReal)r->attempts,
+                                          (PetscReal)r->accepted,
+                                          r->error[0],
+                                          l->critic,
+                                          l->actor,
+                                          l->entropy,
+                                          l->alpha,
+                                          l->mean_q,
+                                          now - t->begin};
+  for (PetscInt i = 0; i < EPISODE_COLUMNS; ++i) PetscCall(SlipH5Append(&log->h5, EpisodeColumns[i].path, 1, &row[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrainLogEvaluation(TrainLog log, const Trainer *t, double mean_return, double attempts, double error)
+{
+  const PetscReal row[EVALUATION_COLUMNS] = {(PetscReal)t->agent.steps, mean_return, attempts, error};
+
+  PetscFunctionBegin;
+  if (!log) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < EVALUATION_COLUMNS; ++i)
+    PetscCall(SlipH5Append(&log->h5, EvaluationColumns[i].path, 1, &row[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrainLogClose(TrainLog *log)
+{
+  PetscFunctionBegin;
+  if (!*log) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5Close(&(*log)->h5));
+  PetscCall(PetscFree(*log));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

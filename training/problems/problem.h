@@ -1,0 +1,117 @@
+/* What can be trained on: a table of problems, one row each. A row creates runs of the problem, draws its random
+   instances, and knows the errors of a run and what a step changes in the exact continuation. The environment steps
+   through runs and knows no problem. Public headers of the library only. */
+#pragma once
+#include "common/random.h"
+#include "environment/reward.h"
+
+#define ENV_MAX_OBS 16
+#define ENV_MAX_DRAW 12
+#define ENV_MAX_ERRORS 3
+
+typedef struct _Problem Problem;
+
+typedef struct {
+  const Problem *problem;
+  const Reward *reward; /* NULL: episodes have no rewards, and no continuation is computed for them */
+  PetscBool wall_cost;  /* cost of an attempt: wall time instead of nonlinear iterations */
+  PetscReal alpha;
+  PetscBool random; /* draw an instance for every episode */
+  PetscInt nobs;
+  char *names[ENV_MAX_OBS];                          /* observations */
+  PetscReal scale[ENV_MAX_OBS], offset[ENV_MAX_OBS]; /* the network sees obs * scale + offset */
+  PetscReal dt_min, dt_max;                          /* bounds of the action */
+  char dt_min_unit[8], dt_max_unit[8];               /* "s", "T*" or "t_max" */
+  PetscBool log_spacing;
+  PetscReal rtol, atol;   /* relative; absolute in the problem's units; 0: the problem's own */
+  PetscReal continuation; /* step of exact continuations [T*] */
+  PetscReal accuracy;     /* position of the accuracy dial, 0: the controller's default */
+  PetscInt max_steps;     /* attempts after which an episode is cut off, 0: never */
+} EnvOptions;
+
+/* One simulated instance. */
+typedef struct {
+  const Problem *problem;
+  void *model; /* the problem's own: SlipFault, SlidingMode *, Circuit * */
+  TS ts;
+  Vec w;
+  PetscReal tstar, tmax; /* [s] */
+  PetscReal dial;        /* accuracy that is wanted of it, 0: the problem has none */
+} EnvRun;
+
+/* What is known of an instance's exact solution; computed once, used by any number of runs. And what follows one run.
+   Both are the problem's own. */
+typedef struct _EnvReference *EnvReference;
+typedef struct _EnvJudge *EnvJudge;
+
+/* What an episode simulates: drawn parameters, or those of the options. */
+typedef struct {
+  PetscBool drawn;
+  PetscReal value[ENV_MAX_DRAW];
+  EnvReference reference; /* NULL: no errors and no effects of steps */
+} EnvInstance;
+
+/* One drawn parameter in [low, high]. */
+typedef struct {
+  const char *meaning;
+  PetscReal low, high;
+  PetscBool uniform; /* otherwise log-uniform */
+} DrawRow;
+
+/* Default observations and bounds of the step for a reward. */
+typedef struct {
+  const char *reward; /* name, NULL: any other */
+  const char *names[ENV_MAX_OBS + 1];
+  PetscReal dt_min, dt_max;
+  const char *dt_min_unit, *dt_max_unit;
+  PetscBool log_spacing;
+} Preset;
+
+struct _Problem {
+  const char *name, *meaning;
+  const char *policy_problem; /* what its policies are for; NULL: name */
+  PetscBool has_dial;         /* its draws have a position of the accuracy dial */
+  const DrawRow *draw;
+  PetscInt ndraw;
+  PetscBool (*drawable)(const PetscReal drawn[]); /* NULL: all draws are good */
+  const Preset *presets;                          /* the last one has reward NULL */
+  PetscReal rtol, atol;                           /* defaults of -train_rtol and -train_atol */
+  const char *atol_unit;
+  PetscInt nerrors;
+  const char *errors[ENV_MAX_ERRORS]; /* what EnvResult.error holds, the most important one first */
+  /* A run at its start, TS ready for TSSolve() but for the step limits and the controller. */
+  PetscErrorCode (*create)(const EnvOptions *o, const EnvInstance *instance, EnvRun *run);
+  PetscErrorCode (*destroy)(EnvRun *run);
+  PetscErrorCode (*reference_create)(const EnvOptions *o, const EnvInstance *instance, EnvReference *reference);
+  PetscErrorCode (*reference_destroy)(EnvReference *reference);
+  /* Follow a run that has not begun; instance->reference is known. */
+  PetscErrorCode (*judge_create)(const EnvOptions *o, const EnvInstance *instance, EnvRun *run, PetscBool effects,
+                                 EnvJudge *judge);
+  /* effects: what the accepted step to time t, the current state of the run, changes in the exact continuation: errors
+     of the whole run, weighted such that 1 is worth four attempts. Called once after each accepted step. */
+  PetscErrorCode (*judge_step)(EnvJudge judge, EnvRun *run, PetscReal t, PetscReal *effect);
+  PetscErrorCode (*judge_errors)(EnvJudge judge, EnvRun *run, PetscReal error[]); /* [nerrors], after TSSolve() */
+  PetscErrorCode (*judge_destroy)(EnvJudge *judge);
+};
+
+/* Rows of a problem's presets: bounds of the step with their units, spacing, observations. */
+#define PRESET(reward_, low, low_unit, high, high_unit, logarithmic, ...)                                              \
+  {                                                                                                                    \
+    .reward = (reward_), .names = {__VA_ARGS__}, .dt_min = (low), .dt_max = (high), .dt_min_unit = (low_unit),         \
+    .dt_max_unit = (high_unit), .log_spacing = (logarithmic)                                                           \
+  }
+
+/* The functions of a problem's row, which all but the first go by the same names in every file. */
+#define PROBLEM_FUNCTIONS(create_)                                                                                     \
+  .create = create_, .destroy = Destroy, .reference_create = ReferenceCreate, .reference_destroy = ReferenceDestroy,   \
+  .judge_create = JudgeCreate, .judge_step = JudgeStep, .judge_errors = JudgeErrors, .judge_destroy = JudgeDestroy
+
+/* The tolerances of the fault's problems. */
+#define PROBLEM_FAULT_TOLERANCES .rtol = 1e-3, .atol = 1e-6, .atol_unit = "0.1 mm for slip and 0.1 mm/T* for slip rate"
+
+PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
+PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemSlidingMode, ProblemCircuit;
+PETSC_INTERN PetscErrorCode ProblemFind(const char name[], const Problem **row);
+PETSC_INTERN PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[]); /* [ndraw] */
+PETSC_INTERN PetscErrorCode ProblemDescribeDraws(char text[], size_t len); /* all rows of the table */
+PETSC_INTERN const Preset *ProblemPreset(const Problem *p, const char reward[]);
