@@ -22,11 +22,12 @@ extern void dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e
 
 #define LANCZOS_MAX 600           /* steps of one product */
 #define LANCZOS_BLOCK 20          /* basis vectors are allocated in blocks */
-#define LANCZOS_EVERY 5           /* least number of steps between looks at the convergence */
+#define LANCZOS_EVERY 3           /* least number of steps between looks at the convergence */
 #define LANCZOS_SHARE 0.1         /* and its share of the steps so far: a look costs their number cubed */
 #define LANCZOS_SAMPLES 16        /* rows from which the diagonal is estimated */
 #define LANCZOS_SAMPLE_ERROR 1e-3 /* relative, of their diagonal: it only chooses preconditioners and Newton's models */
-#define LANCZOS_TOL 1e-10         /* default relative tolerance */
+#define LANCZOS_SAFETY 2          /* the error allowed over its estimate */
+#define LANCZOS_TOL 1e-7          /* default relative tolerance */
 #define LANCZOS_ORTHOGONAL_MAX 2000 /* rows up to which the basis is reorthogonalised */
 
 typedef struct {
@@ -125,49 +126,47 @@ static PetscErrorCode Step(Lanczos *l, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Compares the coefficients of m steps with those of the last look; allowed: largest change, 0 for what the tolerance
-   allows. */
-static PetscErrorCode Look(Lanczos *l, PetscInt m, PetscInt before, PetscReal allowed, PetscBool *converged)
+/* The basis and its coefficients c for the vector in basis[0], of norm 1, with an error of at most allowed, or of what
+   the tolerance allows at 0; *m is their number. A change of c since the last look is the error of then. It has
+   fallen since by at least as much a step as it did before (the convergence is superlinear), so that is known by how
+   much more than the error of now it is. */
+static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, PetscInt *m)
 {
-  PetscReal lowest, change = 0, size = 0;
-
-  PetscFunctionBegin;
-  PetscCall(SlipRootOfTridiagonal(m, l->alpha, l->beta, l->c, &lowest));
-  PetscCheck(lowest > 0, PetscObjectComm((PetscObject)l->S), PETSC_ERR_ARG_WRONG,
-             "The stiffness has no real square root: it has an eigenvalue of at most %g Pa/m", (double)lowest);
-  for (PetscInt i = 0; i < m; i++) {
-    const PetscReal d = l->c[i] - (i < before ? l->last[i] : 0);
-
-    change += d * d;
-    size += l->c[i] * l->c[i];
-    l->last[i] = l->c[i];
-  }
-  if (allowed == 0) allowed = l->tolerance * PetscSqrtReal(size);
-  *converged = before > 0 && PetscSqrtReal(change) <= allowed ? PETSC_TRUE : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The basis and its coefficients c for the vector in basis[0], of norm 1; *m is their number. */
-static PetscErrorCode Process(Lanczos *l, PetscInt N, PetscReal allowed, PetscInt *m)
-{
-  PetscBool converged = PETSC_FALSE;
+  PetscReal lowest, last_change = 0, last_steps = 0;
   PetscInt before = 0;
 
   PetscFunctionBegin;
-  for (*m = 1; !converged; (*m)++) {
+  for (*m = 1;; (*m)++) {
+    PetscBool whole;
+
     PetscCheck(*m <= LANCZOS_MAX, PetscObjectComm((PetscObject)l->S), PETSC_ERR_NOT_CONVERGED,
-               "A product with the viscosity did not reach %g in %d Lanczos steps: raise -fault_krylov_tolerance",
+               "A product with the viscosity did not reach %g in %d Lanczos steps: raise -fault_krylov_tolerance or "
+               "-mat_slipsqrtm_tolerance",
                (double)l->tolerance, LANCZOS_MAX);
     PetscCall(Step(l, *m - 1));
-    if ((l->orthogonal && *m == N) ||
-        l->beta[*m - 1] <= 1e-14 * l->alpha[0]) { /* the whole space, or an invariant one */
-      PetscCall(Look(l, *m, before, allowed, &converged));
-      break;
-    }
-    if (*m >= before + PetscMax(LANCZOS_EVERY, (PetscInt)(LANCZOS_SHARE * (PetscReal)before))) {
-      PetscCall(Look(l, *m, before, allowed, &converged));
+    whole = (PetscBool)((l->orthogonal && *m == N) || l->beta[*m - 1] <= 1e-14 * l->alpha[0]);
+    if (whole || *m >= before + PetscMax(LANCZOS_EVERY, (PetscInt)(LANCZOS_SHARE * (PetscReal)before))) {
+      const PetscReal steps = (PetscReal)(*m - before);
+      PetscReal change = 0, size = 0;
+
+      PetscCall(SlipRootOfTridiagonal(*m, l->alpha, l->beta, l->c, &lowest));
+      PetscCheck(lowest > 0, PetscObjectComm((PetscObject)l->S), PETSC_ERR_ARG_WRONG,
+                 "The stiffness has no real square root: it has an eigenvalue of at most %g Pa/m", (double)lowest);
+      if (whole) break; /* the whole space, or an invariant one */
+      for (PetscInt i = 0; i < *m; i++) {
+        change += PetscSqr(l->c[i] - (i < before ? l->last[i] : 0));
+        size += PetscSqr(l->c[i]);
+        l->last[i] = l->c[i];
+      }
+      change = PetscSqrtReal(change);
+      if (before && change < last_change) {
+        const PetscReal error = change * PetscPowReal(change / last_change, steps / last_steps);
+
+        if (LANCZOS_SAFETY * error <= (allowed > 0 ? allowed : l->tolerance * PetscSqrtReal(size))) break;
+      }
+      last_change = change;
+      last_steps = steps;
       before = *m;
-      if (converged) break;
     }
     PetscCall(VecScale(l->basis[*m], 1 / l->beta[*m - 1]));
   }
@@ -191,7 +190,7 @@ static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
   PetscCall(VecZeroEntries(y));
   if (norm == 0 || l->factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetSize(x, &N));
-  PetscCall(Process(l, N, allowed / (norm * l->factor), &m));
+  PetscCall(LanczosProcess(l, N, allowed / (norm * l->factor), &m));
   PetscCall(VecMAXPY(y, m, l->c, l->basis));
   PetscCall(VecScale(y, norm * l->factor));
   if (l->root) PetscCall(VecPointwiseMult(y, y, l->root));

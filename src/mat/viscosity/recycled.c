@@ -10,7 +10,7 @@
 
 /* Shares of the tolerance. A product from scratch takes all of it, by the change that its last steps made, which is
    more than twice the error left; parts that would exceed what remembered ones may be wrong together are forgotten. */
-#define SLIP_RECYCLED_NEW 0.02  /* of a new direction beside others */
+#define SLIP_RECYCLED_NEW 0.1   /* of a new direction beside others */
 #define SLIP_RECYCLED_OLD 2.0   /* of all remembered ones together */
 #define SLIP_RECYCLED_REST 1e-4 /* a rest this small against x counts as nothing */
 /* A rest this large against x is computed together with the other part: |H x| is not known from that part alone, and an
