@@ -34,3 +34,4 @@ PETSC_EXTERN PetscErrorCode MatSlipGetWeights(Mat S, Vec *weights);
 
 /* For a viscosity applied by Lanczos' method: relative tolerance of its products; others ignore it. */
 PETSC_EXTERN PetscErrorCode MatSlipViscositySetTolerance(Mat H, PetscReal tolerance);
+PETSC_EXTERN PetscErrorCode MatSlipViscositySetFromOptions(Mat H);

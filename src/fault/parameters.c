@@ -45,7 +45,7 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                              "Accepted steps from one entry of /fields to the next"},
   [FAULT_HMAT_TOLERANCE] = {"hmat_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
                             "Relative error of the low-rank blocks of -fault_operator hmat"},
-  [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-10, "", 0, 1, OPEN, REAL,
+  [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
                               "Relative error of products with a viscosity that Lanczos' method applies"},
   [FAULT_RATE_TOLERANCE] = {"rate_tolerance", (PetscReal)NAN, "m/s", 0, NONE, OPEN, REAL,
                             "Absolute tolerance of slip rates in the local error (default 1e-10 m over T*)"},

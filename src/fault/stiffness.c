@@ -273,6 +273,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(
     MatCreateSlipViscosity(fault->K, fault->mass, zeta, zeta > 0 ? fault->text[FAULT_VISCOSITY] : "none", &fault->H));
   PetscCall(MatSlipViscositySetTolerance(fault->H, fault->value[FAULT_KRYLOV_TOLERANCE]));
+  PetscCall(MatSlipViscositySetFromOptions(fault->H)); /* its own option wins */
   PetscCall(MatCreateSlipStage(fault->K, fault->H, fault->mass, &fault->B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,6 +14,10 @@
 /* Share of the residual to which the model of an approximate operator is solved: it leaves about as much for its own
    error. */
 static const PetscReal model_share = 1e-2;
+/* Relative error of products with dG/dx at points far from the ones before, while the residual is above loose_from: an
+   approximate operator leaves an error of some 1e-2 there, and the next point's product is exact again. Below, a solve
+   might end on such a product. */
+static const PetscReal loose_share = 5e-4, loose_from = 1e-4;
 
 enum {
   patience = 4,      /* iterations in a row that an approximate operator may fail to halve the residual */
@@ -123,6 +127,8 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
     last = con->norm;
     PetscCall((*con->ops->jacobian)(con, x, &con->B, con->ctx));
     PetscCall(SlipSemismoothOperator(ss, con));
+    PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal),
+                   (con->B, ss->A != con->B && con->norm > loose_from ? loose_share : 0.0));
     if (ss->A != con->B)
       PetscCall(SemismoothModel(snes, con, x, &ok));
     else
@@ -134,6 +140,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
     PetscCall(SemismoothJudge(snes, con, last));
     PetscCall(SlipConstraintReport(snes, con, it, &reason));
   }
+  PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal), (con->B, 0.0));
   if (reason == SNES_CONVERGED_FNORM_RELATIVE) PetscCall(SemismoothPolish(snes, con, x));
   PetscCall(SlipConstraintFinish(con, x));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -201,11 +201,10 @@ static Mat PreconditionerOf(MPI_Comm comm, Mat B, PC *pc)
 
 static void test_preconditioner_does_not_depend_on_ranks(void **state)
 {
-  static const char *const types[] = {"dense", "fft", "fft"};
+  static const char *const types[] = {"dense", "fft"};
 
   (void)state;
   for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
-    ok(PetscOptionsSetValue(NULL, "-pc_slipstage_type", t == 2 ? "symbol" : "blocks"));
     Operators o = Create(PETSC_COMM_WORLD, &Grids[0], types[t]), serial = Create(PETSC_COMM_SELF, &Grids[0], types[t]);
     PC pc, pc_serial;
     Mat P = PreconditionerOf(PETSC_COMM_WORLD, o.B, &pc),
@@ -219,7 +218,6 @@ static void test_preconditioner_does_not_depend_on_ranks(void **state)
     Destroy(&o);
     Destroy(&serial);
   }
-  ok(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
 }
 
 /* Viscosities without set-up; rows and wavenumbers that do not divide by the ranks. Lanczos' processes end at a
@@ -255,7 +253,7 @@ static void test_lean_viscosities_do_not_depend_on_ranks(void **state)
 static void test_fewer_cells_than_ranks(void **state)
 {
   const SlipGrid single = {1, 1, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE};
-  static const char *const types[] = {"dense", "fft", "fft"};
+  static const char *const types[] = {"dense", "fft"};
 
   (void)state;
   for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {

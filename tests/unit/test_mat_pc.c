@@ -157,31 +157,6 @@ static void test_iterations(void **state)
   }
 }
 
-/* The symbol instead of blocks: about as many iterations. Bounds: what was
-   measured plus two. */
-static void test_iterations_of_symbol(void **state)
-{
-  static const struct {
-    PetscReal theta, share, weakening;
-    PetscInt most;
-  } rows[] = {{0.0025, 1.0, 0.3, 4}, {0.1, 0.5, 0.3, 7}, {0.5, 1.0, 0.3, 10}, {1.5, 1.0, 0.0, 11}, {1.5, 0.9, 0.3, 17}};
-  Mat B = StageOf(50, "fft");
-
-  (void)state;
-  ok(PetscOptionsSetValue(NULL, "-pc_slipstage_type", "symbol"));
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
-    Problem *p = CreateProblem(B, rows[k].theta, rows[k].share, rows[k].weakening);
-    const PetscInt its = Solve(p, PCSLIPSTAGE);
-
-    print_message("symbol, theta %g share %g weakening %g: %d iterations\n", rows[k].theta, rows[k].share,
-                  rows[k].weakening, (int)its);
-    assert_true(its <= rows[k].most);
-    DestroyProblem(p);
-  }
-  ok(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
-  ok(MatDestroy(&B));
-}
-
 /* Smallest even length of at least n with no prime factor above 5, which is what the transforms are padded to. */
 static PetscInt Padded(PetscInt n)
 {
@@ -221,7 +196,6 @@ static void test_symbol_by_plain_sums(void **state)
   const PetscReal theta = 0.4;
 
   (void)state;
-  ok(PetscOptionsSetValue(NULL, "-pc_slipstage_type", "symbol"));
   for (size_t r = 0; r < PETSC_STATIC_ARRAY_LENGTH(rows); r++) {
     const SlipGrid *g = &rows[r].grid;
     const PetscInt nx = g->nx, nz = g->nz, gap = rows[r].gap, N = nx * nz;
@@ -279,17 +253,15 @@ static void test_symbol_by_plain_sums(void **state)
     ok(MatDestroy(&K));
     ok(PetscFree2(kernel, f));
   }
-  ok(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
 }
 
 /* x'Py = y'Px and x'Px > 0, with the slope so strong that J itself is indefinite. */
 static void test_symmetric_positive_definite(void **state)
 {
-  static const char *const types[] = {"fft", "dense", "fft"};
+  static const char *const types[] = {"fft", "dense"};
 
   (void)state;
-  for (int t = 0; t < 3; t++) {
-    ok(PetscOptionsSetValue(NULL, "-pc_slipstage_type", t < 2 ? "blocks" : "symbol"));
+  for (int t = 0; t < 2; t++) {
     Mat B = StageOf(12, types[t]);
     Problem *p = CreateProblem(B, 2.0, 0.6, 30.0);
     Vec x, y, Px, Py;
@@ -324,7 +296,6 @@ static void test_symmetric_positive_definite(void **state)
     DestroyProblem(p);
     ok(MatDestroy(&B));
   }
-  ok(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
 }
 
 /* A stiffness alone: the inverse of the plane's symbol, so that the number of iterations hardly grows with the grid
@@ -396,10 +367,32 @@ static void test_diagonal_without_grid(void **state)
   ok(MatDestroy(&K));
 }
 
+/* Its options are its own, with its prefix; a type that was given up is refused by name. */
+static void test_options(void **state)
+{
+  Mat B = StageOf(8, "fft");
+  PC pc;
+
+  (void)state;
+  ok(PCCreate(PETSC_COMM_SELF, &pc));
+  ok(PCSetOptionsPrefix(pc, "own_"));
+  ok(PCSetOperators(pc, B, B));
+  ok(PCSetType(pc, PCSLIPSTAGE));
+  ok(PetscOptionsSetValue(NULL, "-own_pc_slipstage_type", "symbol"));
+  ok(PetscOptionsSetValue(NULL, "-pc_slipstage_type", "blocks")); /* another's */
+  ok(PCSetFromOptions(pc));
+  ok(PetscOptionsSetValue(NULL, "-own_pc_slipstage_type", "blocks"));
+  fails(PCSetFromOptions(pc), "-own_pc_slipstage_type is \"blocks\"");
+  ok(PetscOptionsClearValue(NULL, "-own_pc_slipstage_type"));
+  ok(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
+  ok(PCDestroy(&pc));
+  ok(MatDestroy(&B));
+}
+
 int main(int argc, char **argv)
 {
   static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_iterations),           cmocka_unit_test(test_iterations_of_symbol),
+    cmocka_unit_test(test_iterations),           cmocka_unit_test(test_options),
     cmocka_unit_test(test_symbol_by_plain_sums), cmocka_unit_test(test_symmetric_positive_definite),
     cmocka_unit_test(test_stiffness_alone),      cmocka_unit_test(test_diagonal_without_grid),
   };

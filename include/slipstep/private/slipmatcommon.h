@@ -30,9 +30,12 @@ typedef struct {
   PetscReal *t;           /* scratch [rank] */
   float *t32, *x32;       /* scratch [rank], [n] */
 } SlipLowRank;
-PETSC_INTERN PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess,
-                                                SlipLowRank *m);
 PETSC_INTERN PetscErrorCode SlipLowRankSelect(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[],
                                               PetscReal cutoff, SlipLowRank *m);
 PETSC_INTERN PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[]);
 PETSC_INTERN void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state); /* uniform in (-1, 1) */
+PETSC_INTERN PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit);
+PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);
+PETSC_INTERN PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, PetscReal cutoff, const PetscReal x[],
+                                             PetscReal y[]);
+PETSC_INTERN PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i);

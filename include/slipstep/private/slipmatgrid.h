@@ -67,7 +67,6 @@ PETSC_INTERN void SlipCirculantGet(SlipCirculant s, const SlipGrid **grid, Petsc
 PETSC_INTERN PetscReal SlipCirculantBytes(Mat K); /* of K's engine on this process, 0 while it has none */
 PETSC_INTERN PetscErrorCode SlipCirculantGetEigen(SlipCirculant s, const PetscReal **values, const PetscReal **vectors);
 PETSC_INTERN PetscErrorCode SlipCirculantFormBlocks(SlipCirculant s, const PetscReal f[], PetscReal blocks[]);
-PETSC_INTERN PetscErrorCode SlipCirculantBlocksToKernel(SlipCirculant s, PetscReal blocks[]);
 PETSC_INTERN PetscErrorCode SlipCirculantApply(SlipCirculant s, PetscReal scale, const PetscReal blocks[],
                                                const PetscReal x[], PetscReal y[]);
 PETSC_INTERN PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal scale, const PetscReal blocks[],

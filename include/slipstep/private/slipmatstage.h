@@ -12,13 +12,6 @@ typedef struct {
 } SlipStageParts;
 PETSC_INTERN PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts);
 
-/* ---- schwarz.c: the stage operator of irregular cells inverted in overlapping parts ---- */
-typedef struct _n_SlipSchwarz *SlipSchwarz;
-PETSC_INTERN PetscErrorCode SlipSchwarzOf(Mat K, SlipSchwarz *schwarz); /* borrowed from K; NULL without cells */
-PETSC_INTERN PetscErrorCode SlipSchwarzSetUp(SlipSchwarz s, const SlipStageParts *stage, PetscReal slope,
-                                             PetscReal limit);
-PETSC_INTERN PetscErrorCode SlipSchwarzApply(SlipSchwarz s, Vec x); /* in place */
-
 /* ---- secant.c: what a cheap stage operator gets wrong, on directions whose exact products are known ---- */
 typedef struct _n_SlipSecant *SlipSecant;
 PETSC_INTERN PetscErrorCode SlipSecantCreate(Mat K, PetscReal mass, PetscReal mean, SlipSecant *c);
@@ -27,7 +20,6 @@ PETSC_INTERN PetscErrorCode SlipSecantUpdate(SlipSecant c, const SlipRecycled *k
                                              PetscBool *changed);
 PETSC_INTERN PetscErrorCode SlipSecantAdd(SlipSecant c, Vec x, Vec y);
 PETSC_INTERN PetscReal SlipSecantVectors(SlipSecant c);
-PETSC_INTERN PetscErrorCode SlipLanczosGetRecycled(Mat H, const SlipRecycled **known);
 
 /* ---- pcslipstage.c ---- */
 PETSC_INTERN PetscErrorCode PCCreate_SlipStage(PC pc);

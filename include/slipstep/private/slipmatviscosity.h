@@ -2,32 +2,33 @@
 #pragma once
 #include <slipstep/private/slipmatcache.h>
 
-/* Bytes up to which viscosities may be kept as blocks and low-rank parts; beyond, Lanczos' method needs none. */
+/* Bytes up to which viscosities may be kept as blocks; beyond, Lanczos' method needs none. */
 #define SLIP_MEMORY_MAX 2e9
 
 PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor); /* viscosity.c */
 
-/* ---- lanczos.c ---- */
-/* Whether K is an area-weighted stiffness of cells, or hierarchical: viscosities of it are made here. */
-PETSC_INTERN PetscErrorCode SlipViscosityIsOfCells(Mat K, PetscBool *is);
-PETSC_INTERN PetscErrorCode SlipViscosityCreate_Cells(Mat K, PetscReal factor, Mat *H);
-/* Square roots of the weights of S's rows, and their inverses; both NULL without weights. viscosity/cells.c */
+/* ---- dense.c ---- */
+/* Square roots of the weights of S's rows, and their inverses; both NULL without weights. */
 PETSC_INTERN PetscErrorCode SlipRootWeights(Mat S, Vec *root, Vec *inverse);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H);
+
+/* ---- lanczos.c ---- */
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Lanczos(Mat K, PetscReal factor, Mat *H);
 
-/* lanczos.c */
-/* lanczos.c: c = T^(1/2) e_1 of a tridiagonal matrix (pure) */
+/* c = T^(1/2) e_1 of a tridiagonal matrix (pure) */
 PETSC_INTERN PetscErrorCode SlipRootOfTridiagonal(PetscInt m, const PetscReal alpha[], const PetscReal beta[],
                                                   PetscReal c[], PetscReal *lowest);
 
 /* ---- recycled.c: products of a solver's iterates from those of the ones before; zero-initialise ---- */
-/* y = H x with an error of at most allowed in the 2-norm, or at 0 of what the tolerance allows */
-typedef PetscErrorCode (*SlipProductFn)(void *ctx, Vec x, PetscReal allowed, Vec y);
+/* y = H x with an error in the 2-norm of at most the larger of allowed and relative |H x| */
+typedef PetscErrorCode (*SlipProductFn)(void *ctx, Vec x, PetscReal allowed, PetscReal relative, Vec y);
 #define SLIP_RECYCLED_MAX 20
 typedef struct {
   PetscInt n;
   Vec q[SLIP_RECYCLED_MAX], image[SLIP_RECYCLED_MAX]; /* the first n: orthonormal directions and H of them */
   PetscReal error[SLIP_RECYCLED_MAX];                 /* of the images, in the 2-norm */
+  PetscReal loose;    /* relative error of the product of an iterate far from the others; 0: the tolerance */
+  PetscBool loosened; /* the last product was such a one */
   Vec rest;
 } SlipRecycled;
 PETSC_INTERN PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProductFn product, void *ctx,
@@ -39,7 +40,7 @@ PETSC_INTERN PetscErrorCode SlipSketchCorrection(SlipCirculant strike, const Pet
                                                  PetscReal tolerance, PetscInt parity, PetscReal *smallest,
                                                  PetscReal *error, SlipLowRank *m);
 
-PETSC_INTERN PetscErrorCode SlipLanczosGetRecycled(Mat H, const SlipRecycled **known); /* lanczos.c */
+PETSC_INTERN PetscErrorCode SlipLanczosGetRecycled(Mat H, SlipRecycled **known); /* lanczos.c; NULL for other types */
 
 /* ---- types of stiffness and viscosity that are not MATDENSE ---- */
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H);

@@ -1,9 +1,7 @@
 /*
-  A directory of files that keep what is expensive to set up: the exact viscosity of large faults, as the low-rank part
-  of a uniform grid's, or as a dense root (cacheroot.c).
+  A directory of files that keep what is expensive to set up (a dense root: cacheroot.c).
 
-  It is kept for unit factors of K and H, so that one file serves every thickness, density, damping and scaling. Its
-  name holds a hash of all that it depends on, which the file repeats in words. Files are written under a name of their
+  A file's name holds a hash of all that it depends on, which the file repeats in words. Files are written under a name of their
   own and renamed, so that runs at the same time neither see half a file nor disturb each other. A file that cannot be
   used, for whatever reason, is reported and replaced: the cache never decides whether a run succeeds.
 */
@@ -168,53 +166,6 @@ static PetscErrorCode KeepMessage(MPI_Comm comm, int line, const char *function,
   return code;
 }
 
-/*@
-  MatSlipStiffnessSetCacheDir - keep what is expensive to set up for a stiffness in files of a directory
-
-  Logically collective
-
-  Input Parameters:
-+ K   - stiffness of MatCreateSlipStiffness() or one of its sisters
-- dir - an existing directory that can be written to; "" for none
-
-  Notes:
-  MatCreateSlipViscosity() of type "sqrtm" looks there first, for a stiffness of type "fft", and for a dense one of at
-  least 1500 rows. A file that is damaged or belongs to another stiffness is reported, and replaced. Runs at the same
-  time may share the directory. Call it before MatScale(): the scale may then differ from run to run.
-
-  Errors: PETSC_ERR_FILE_OPEN when dir is not a directory that can be written to
-
-  Level: intermediate
-
-.seealso: MatCreateSlipViscosity()
-@*/
-PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[])
-{
-  MPI_Comm comm = PetscObjectComm((PetscObject)K);
-  PetscMPIInt rank, good = 1;
-  char *copy;
-
-  PetscFunctionBegin;
-  if (!dir[0]) {
-    PetscCall(PetscObjectCompose((PetscObject)K, "SlipCacheDir", NULL));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) {
-    PetscBool is_dir;
-
-    PetscCall(PetscTestDirectory(dir, 'w', &is_dir));
-    good = is_dir ? 1 : 0;
-  }
-  PetscCallMPI(MPI_Bcast(&good, 1, MPI_INT, 0, comm));
-  PetscCheck(good, comm, PETSC_ERR_FILE_OPEN,
-             "cache directory %s (-fault_cache_dir): no such directory, or it cannot be written to", dir);
-  PetscCall(PetscStrallocpy(dir, &copy));
-  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipCacheDir", copy, SlipContainerDestroyDefault));
-  PetscCall(SlipFingerprintCompose(K));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Rank 0: the items of the file, or a warning; those of a file that cannot be used are freed. */
 static PetscErrorCode ReadOrWarn(const char name[], const char key[], PetscInt n, SlipCacheItem item[], PetscBool *good)
 {
@@ -280,83 +231,5 @@ PetscErrorCode SlipCacheWrite(Mat K, const char kind[], const char key[], PetscI
   PetscCall(PetscPopErrorHandler());
   if (code) PetscCall(SlipWarning("%s (-fault_cache_dir); nothing was kept", message));
   PetscCall(SlipNote(K, "SlipCache", code ? "%s could not be written" : "not found, written to %s", name));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ---- the low-rank part of a uniform grid's viscosity ---- */
-
-/* All that the low-rank part depends on, in words; entries of the kernel stand for the code that computes it. */
-static PetscErrorCode KeyOf(const SlipGrid *g, PetscReal tolerance, PetscBool dense, char key[], size_t len)
-{
-  int written;
-
-  PetscFunctionBegin;
-  written =
-    snprintf(key, len,
-             "version %d, nx %lld, nz %lld, length_x %.17g m, length_z %.17g m, depth_top %.17g m, shear_modulus %.17g "
-             "Pa, poisson_ratio %.17g, %s, tolerance %.17g, %s, kernel %.17g %.17g %.17g",
-             SLIP_CACHE_VERSION, (long long)g->nx, (long long)g->nz, (double)g->length_x, (double)g->length_z,
-             (double)g->depth_top, (double)g->shear_modulus, (double)g->poisson_ratio,
-             g->full_space ? "full space" : "half space", (double)tolerance, dense ? "dense" : "sketch",
-             (double)SlipGridEntry(g, 0, 0, 0), (double)SlipGridEntry(g, g->nx - 1, 0, g->nz - 1),
-             (double)SlipGridEntry(g, g->nx / 2, g->nz - 1, g->nz / 2));
-  PetscCheck(written > 0 && (size_t)written < len, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Key of the cache is too long");
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The datasets of m: values and vectors of each parity that has cells; returns their number. */
-static PetscInt ItemsOf(const SlipLowRank m[2], PetscBool known, SlipCacheItem item[4])
-{
-  static const char *const values[2] = {"/even/values", "/odd/values"};
-  static const char *const vectors[2] = {"/even/vectors", "/odd/vectors"};
-  PetscInt n = 0;
-
-  for (PetscInt p = 0; p < 2; p++) {
-    const PetscInt rank = known ? m[p].rank : -1;
-
-    if (!m[p].n) continue;
-    item[n++] = (SlipCacheItem){values[p], "sqrt(Pa/m)", 1, {rank, 1}, m[p].lambda};
-    item[n++] = (SlipCacheItem){vectors[p], "1", 2, {rank, m[p].n}, m[p].W};
-  }
-  return n;
-}
-
-/* Rank 0 reads m (n set) for unit factors when the cache of K has it; every rank learns whether. Collective. */
-PetscErrorCode SlipCacheLoad(Mat K, const SlipGrid *g, PetscReal tolerance, PetscBool dense, SlipLowRank m[2],
-                             PetscBool *found)
-{
-  const SlipLowRank empty[2] = {{.n = m[0].n}, {.n = m[1].n}};
-  SlipCacheItem item[4];
-  const PetscInt n = ItemsOf(empty, PETSC_FALSE, item);
-  PetscInt i = 0;
-  char key[1024];
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  PetscCall(KeyOf(g, tolerance, dense, key, sizeof(key)));
-  PetscCall(SlipCacheRead(K, "viscosity", key, n, item, found));
-  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)K), &rank));
-  if (!*found || rank) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt p = 0; p < 2; p++) {
-    if (!m[p].n) continue;
-    /* the checksum is right, so this is what was written: as many vectors as values */
-    m[p].rank = item[i].dims[0];
-    m[p].lambda = item[i++].data;
-    m[p].W = item[i++].data;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Rank 0 writes m, which all its ranks have, for unit factors. A failure is reported and does not stop the run. */
-PetscErrorCode SlipCacheSave(Mat K, const SlipGrid *g, PetscReal tolerance, PetscBool dense, const SlipLowRank m[2])
-{
-  SlipCacheItem item[4];
-  char key[1024];
-
-  PetscFunctionBegin;
-  for (PetscInt p = 0; p < 2; p++)
-    if (m[p].n && !m[p].rank) PetscFunctionReturn(PETSC_SUCCESS); /* nothing worth keeping */
-  PetscCall(KeyOf(g, tolerance, dense, key, sizeof(key)));
-  PetscCall(SlipCacheWrite(K, "viscosity", key, ItemsOf(m, PETSC_TRUE, item), item));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

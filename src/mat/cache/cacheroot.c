@@ -1,5 +1,6 @@
 /*
-  The square root of a dense stiffness in the cache. A dense matrix may come from anywhere, a grid, a mesh or a file, so
+  The square root of a dense stiffness in the cache (cache.c), for unit factors, so that one file serves every thickness,
+  density, damping and scaling. A dense matrix may come from anywhere, a grid, a mesh or a file, so
   the key is a fingerprint of its entries, taken when the cache is set and so before any scaling: what a root is good
   for is then certain, and the same on every number of ranks, where the scaling factor may differ in its last bits.
 */
@@ -48,7 +49,7 @@ static PetscErrorCode HashOf(Mat K, uint64_t *hash)
 }
 
 /* Fingerprint of a dense K whose root is worth keeping; of others, none. Collective. */
-PetscErrorCode SlipFingerprintCompose(Mat K)
+static PetscErrorCode SlipFingerprintCompose(Mat K)
 {
   Fingerprint *f;
   PetscBool dense;
@@ -62,6 +63,53 @@ PetscErrorCode SlipFingerprintCompose(Mat K)
   PetscCall(HashOf(K, &f->hash));
   PetscCall(SlipFirstEntry(K, &f->first));
   PetscCall(SlipObjectComposeData((PetscObject)K, "SlipFingerprint", f, SlipContainerDestroyDefault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipStiffnessSetCacheDir - keep what is expensive to set up for a stiffness in files of a directory
+
+  Logically collective
+
+  Input Parameters:
++ K   - stiffness of MatCreateSlipStiffness() or one of its sisters
+- dir - an existing directory that can be written to; "" for none
+
+  Notes:
+  MatCreateSlipViscosity() of type "sqrtm" looks there first for the root of a dense stiffness of at least 1500 rows.
+  Other roots are set up in less than a second, or not at all, and are not kept. A file that is damaged or belongs to another stiffness is reported, and replaced. Runs at the same
+  time may share the directory. Call it before MatScale(): the scale may then differ from run to run.
+
+  Errors: PETSC_ERR_FILE_OPEN when dir is not a directory that can be written to
+
+  Level: intermediate
+
+.seealso: MatCreateSlipViscosity()
+@*/
+PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[])
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  PetscMPIInt rank, good = 1;
+  char *copy;
+
+  PetscFunctionBegin;
+  if (!dir[0]) {
+    PetscCall(PetscObjectCompose((PetscObject)K, "SlipCacheDir", NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) {
+    PetscBool is_dir;
+
+    PetscCall(PetscTestDirectory(dir, 'w', &is_dir));
+    good = is_dir ? 1 : 0;
+  }
+  PetscCallMPI(MPI_Bcast(&good, 1, MPI_INT, 0, comm));
+  PetscCheck(good, comm, PETSC_ERR_FILE_OPEN,
+             "cache directory %s (-fault_cache_dir): no such directory, or it cannot be written to", dir);
+  PetscCall(PetscStrallocpy(dir, &copy));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipCacheDir", copy, SlipContainerDestroyDefault));
+  PetscCall(SlipFingerprintCompose(K));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

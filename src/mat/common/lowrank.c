@@ -1,7 +1,6 @@
 /*
   The part of sqrt(K) that the spectral approximation misses. It lives near the fault's two ends and has low numerical
-  rank, so it is kept as W diag(lambda) W' for each parity under the mirror x -> -x. Found by randomised subspace
-  iteration (Halko, Martinsson & Tropp 2011), deterministic in its seed.
+  rank, so it is kept as W diag(lambda) W' for each parity under the mirror x -> -x (found in viscosity/sketch.c).
 */
 #include <slipmat.h>
 #include <petscblaslapack.h>
@@ -40,36 +39,6 @@ PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Eigenpairs of the symmetric D (n x n) in a subspace of dimension r: Q (n x r) and lambda[r]. */
-static PetscErrorCode SubspaceEigen(PetscInt n, const PetscReal D[], PetscInt r, PetscReal Q[], PetscReal lambda[])
-{
-  const PetscScalar one = 1, zero = 0;
-  PetscBLASInt bn, br;
-  PetscReal *Y, *T;
-  PetscInt info;
-  uint64_t seed = 20260101;
-
-  PetscFunctionBegin;
-  PetscCall(PetscBLASIntCast(n, &bn));
-  PetscCall(PetscBLASIntCast(r, &br));
-  PetscCall(PetscMalloc2((size_t)n * r, &Y, (size_t)r * r, &T));
-  SlipRandomFill((size_t)n * r, Q, &seed);
-  for (int pass = 0; pass < 2; pass++) {
-    PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &bn, &br, &bn, &one, D, &bn, Q, &bn, &zero, Y, &bn));
-    PetscCall(PetscArraycpy(Q, Y, (size_t)n * r));
-    PetscCall(SlipOrthonormalise(bn, br, Q));
-  }
-  PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &bn, &br, &bn, &one, D, &bn, Q, &bn, &zero, Y, &bn));
-  PetscCallBLAS("BLASgemm", BLASgemm_("T", "N", &br, &br, &bn, &one, Q, &bn, Y, &bn, &zero, T, &br));
-  PetscCall(SlipDenseEigen(r, T, lambda, &info));
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "Eigenvalues did not converge (LAPACK info %" PetscInt_FMT ")",
-             info);
-  PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &bn, &br, &br, &one, Q, &bn, T, &br, &zero, Y, &bn));
-  PetscCall(PetscArraycpy(Q, Y, (size_t)n * r));
-  PetscCall(PetscFree2(Y, T));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Orders eigenpairs by falling |lambda| and keeps those above cutoff: from Q (n x r) into W (n x rank). */
 PetscErrorCode SlipLowRankSelect(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[],
                                  PetscReal cutoff, SlipLowRank *m)
@@ -92,29 +61,6 @@ PetscErrorCode SlipLowRankSelect(PetscInt n, PetscInt r, const PetscReal Q[], co
     m->lambda[k] = values[order[k]];
   }
   PetscCall(PetscFree2(size, order));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The eigenpairs of the symmetric D (n x n) with |lambda| > cutoff. The subspace grows from guess until it holds 16
- * pairs too many. */
-PetscErrorCode SlipLowRankCompress(PetscInt n, const PetscReal D[], PetscReal cutoff, PetscInt guess, SlipLowRank *m)
-{
-  PetscInt r = PetscMin(n, PetscMax(guess, 32)), above;
-  PetscBool complete = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  m->n = n;
-  for (; !complete; r = PetscMin(n, 2 * r)) {
-    PetscReal *Q, *values;
-
-    PetscCall(PetscMalloc2((size_t)n * r, &Q, r, &values));
-    PetscCall(SubspaceEigen(n, D, r, Q, values));
-    above = 0;
-    for (PetscInt k = 0; k < r; k++) above += PetscAbsReal(values[k]) > cutoff;
-    complete = (PetscBool)(r == n || above + 16 <= r);
-    if (complete) PetscCall(SlipLowRankSelect(n, r, Q, values, cutoff, m));
-    PetscCall(PetscFree2(Q, values));
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

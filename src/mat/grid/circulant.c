@@ -166,9 +166,12 @@ static PetscErrorCode StrikeDestroy(SlipContainerArg arg)
 /* Small grids are multiplied whole on every rank, which is faster than talking. */
 static PetscErrorCode ShareWavenumbers(Mat K, const SlipGrid *grid, PetscBool *share)
 {
+  const char *prefix;
+
   PetscFunctionBegin;
   *share = (PetscBool)(grid->nz > SLIP_SHARE_MIN);
-  PetscOptionsBegin(PetscObjectComm((PetscObject)K), NULL, "Operators per wavenumber along strike", "Mat");
+  PetscCall(MatGetOptionsPrefix(K, &prefix));
+  PetscOptionsBegin(PetscObjectComm((PetscObject)K), prefix, "Operators per wavenumber along strike", "Mat");
   PetscCall(PetscOptionsBool("-mat_slip_share", "Spread wavenumbers over the ranks (default: more than 40 cells deep)",
                              "MatCreateSlipStiffness", *share, share, NULL));
   PetscOptionsEnd();
@@ -251,17 +254,6 @@ PetscErrorCode SlipCirculantFormBlocks(SlipCirculant s, const PetscReal f[], Pet
                   BLASgemm_("N", "T", &n, &n, &n, &one, scaled, &n, V, &n, &zero, blocks + (size_t)k * nz * nz, &n));
   }
   PetscCall(PetscFree(scaled));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* From blocks per wavenumber to the kernel of the operator, in place: kernel[d * nz * nz + iz * nz + jz]. */
-PetscErrorCode SlipCirculantBlocksToKernel(SlipCirculant s, PetscReal blocks[])
-{
-  const PetscInt nz = s->grid.nz, nk = s->nk;
-
-  PetscFunctionBegin;
-  PetscCall(CosineTransform(nk, nz, blocks));
-  for (size_t i = 0; i < (size_t)nk * nz * nz; i++) blocks[i] /= (PetscReal)s->period;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

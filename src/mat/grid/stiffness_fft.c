@@ -5,8 +5,9 @@
 #include <slipstep/private/slipmatgrid.h>
 
 typedef struct {
-  SlipToeplitz plane;   /* borrowed from the matrix itself at the first product; NULL with blocks */
+  SlipToeplitz plane;   /* borrowed from the matrix itself; NULL with blocks */
   SlipCirculant strike; /* borrowed from the matrix itself, with blocks */
+  PetscBool ready;      /* the choice of transform is made, at first use */
   PetscBool transform;  /* in depth, instead of blocks */
   PetscReal scale;      /* what MatScale() asked for */
   PetscInt start, end;  /* rows owned */
@@ -14,11 +15,33 @@ typedef struct {
   PetscReal *y;         /* [N] with blocks */
 } FFTContext;
 
-static PetscErrorCode FFTMultTransform(Mat K, FFTContext *c, Vec x, Vec y)
+/* At first use, so that the matrix can be given a prefix for its option: how depth is treated, and the engine of that. */
+static PetscErrorCode MatSetUp_SlipFFT(Mat K, FFTContext *c)
 {
+  const char *const choices[] = {"auto", "blocks", "transform"};
+  const SlipGrid *grid;
+  const char *prefix;
+  PetscInt choice = 0, N;
+
   PetscFunctionBegin;
-  if (!c->plane) PetscCall(SlipToeplitzOf(K, &c->plane));
-  PetscCall(SlipToeplitzApply(c->plane, c->scale, SlipToeplitzStiffness(c->plane), x, y));
+  if (c->ready) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipGridOf(K, &grid));
+  PetscCall(MatGetOptionsPrefix(K, &prefix));
+  PetscOptionsBegin(PetscObjectComm((PetscObject)K), prefix, "Stiffness by fast Fourier transforms", "Mat");
+  PetscCall(PetscOptionsEList("-mat_slipfft_depth",
+                              "In depth: dense blocks per wavenumber, transforms as along strike, or the faster one",
+                              "MatCreateSlipStiffness", choices, 3, choices[0], &choice, NULL));
+  PetscOptionsEnd();
+  c->transform = (PetscBool)(choice == 2 || (choice == 0 && grid->nz > SLIP_BLOCKS_MAX));
+  if (c->transform)
+    PetscCall(SlipToeplitzOf(K, &c->plane));
+  else {
+    PetscCall(MatGetSize(K, &N, NULL));
+    PetscCall(PetscMalloc1(N, &c->y));
+    PetscCall(SlipCirculantOf(K, &c->strike));
+    PetscCall(SlipGatherCreate(K, SlipCirculantPencil(c->strike), &c->gather));
+  }
+  c->ready = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -29,13 +52,10 @@ static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
+  PetscCall(MatSetUp_SlipFFT(K, c));
   if (c->transform) {
-    PetscCall(FFTMultTransform(K, c, x, y));
+    PetscCall(SlipToeplitzApply(c->plane, c->scale, SlipToeplitzStiffness(c->plane), x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (!c->strike) {
-    PetscCall(SlipCirculantOf(K, &c->strike));
-    PetscCall(SlipGatherCreate(K, SlipCirculantPencil(c->strike), &c->gather));
   }
   SlipCirculantGet(c->strike, NULL, NULL, NULL, &symbol);
   PetscCall(SlipGatherGet(&c->gather, x, &px));
@@ -106,22 +126,6 @@ static PetscErrorCode FFTDestroy(Mat K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How to treat depth: the option, or what is faster. */
-static PetscErrorCode ChooseDepth(MPI_Comm comm, const SlipGrid *grid, PetscBool *transform)
-{
-  const char *const choices[] = {"auto", "blocks", "transform"};
-  PetscInt choice = 0;
-
-  PetscFunctionBegin;
-  PetscOptionsBegin(comm, NULL, "Stiffness by fast Fourier transforms", "Mat");
-  PetscCall(PetscOptionsEList("-mat_slipfft_depth",
-                              "In depth: dense blocks per wavenumber, transforms as along strike, or the faster one",
-                              "MatCreateSlipStiffness", choices, 3, choices[0], &choice, NULL));
-  PetscOptionsEnd();
-  *transform = (PetscBool)(choice == 2 || (choice == 0 && grid->nz > SLIP_BLOCKS_MAX));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K)
 {
   const PetscInt N = grid->nx * grid->nz;
@@ -130,7 +134,6 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
   PetscFunctionBegin;
   PetscCall(PetscNew(&c));
   c->scale = 1;
-  PetscCall(ChooseDepth(comm, grid, &c->transform));
   PetscCall(MatCreateShell(comm, PETSC_DECIDE, PETSC_DECIDE, N, N, c, K));
   PetscCall(MatSetUp(*K));
   PetscCall(MatShellSetManageScalingShifts(*K));
@@ -142,7 +145,5 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
   PetscCall(MatShellSetOperation(*K, MATOP_DESTROY, SlipMatShellFn(FFTDestroy)));
   PetscCall(SlipShellFinish(*K, "slipfft"));
   PetscCall(MatGetOwnershipRange(*K, &c->start, &c->end));
-  if (c->transform) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(N, &c->y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

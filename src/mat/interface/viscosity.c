@@ -16,89 +16,26 @@ static PetscErrorCode ViscosityCreate_None(Mat K, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sqrt(scale * K) of a uniform grid, by its mirror blocks. One process. */
-static PetscErrorCode SqrtOfGrid(const SlipGrid *g, PetscReal scale, PetscReal root[], PetscReal *smallest,
-                                 PetscInt *info)
-{
-  const PetscInt nx = g->nx, nz = g->nz;
-  PetscReal *kernel, *block[2], lowest;
+/* Up to so many cells a hierarchical stiffness has a dense root; beyond, Lanczos' method applies it. */
+#define SLIP_ROOT_DENSE_MAX 3000
 
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1((size_t)nx * nz * nz, &kernel));
-  for (PetscInt d = 0; d < nx; d++) SlipGridKernel(g, d, kernel + (size_t)d * nz * nz);
-  *info = 0;
-  *smallest = PETSC_MAX_REAL;
-  for (PetscInt parity = 0; parity < 2; parity++) {
-    const PetscInt n = SlipMirrorWidth(nx, parity) * nz;
-
-    PetscCall(PetscMalloc1((size_t)n * n, &block[parity]));
-    SlipMirrorSplit(nx, nz, kernel, scale, parity, block[parity]);
-    if (n && !*info && *smallest > 0) {
-      PetscCall(SlipDenseSqrt(n, block[parity], &lowest, info));
-      *smallest = PetscMin(*smallest, lowest);
-    }
-  }
-  PetscCall(PetscFree(kernel));
-  SlipMirrorMerge(nx, nz, block[0], block[1], root);
-  PetscCall(PetscFree(block[0]));
-  PetscCall(PetscFree(block[1]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Rank 0 computes the root, so that it does not depend on the number of ranks. */
-static PetscErrorCode ViscosityCreate_SqrtmDense(Mat K, PetscReal factor, Mat *H)
-{
-  MPI_Comm comm = PetscObjectComm((PetscObject)K);
-  const SlipGrid *grid;
-  PetscReal *root = NULL, scale = 1, result[2] = {1, 0};
-  PetscMPIInt rank;
-  PetscInt N, info = 0;
-  PetscBool found;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(SlipGridOf(K, &grid));
-  PetscCall(SlipCacheLoadRoot(K, &root, &found));
-  if (grid)
-    PetscCall(SlipGridScale(K, &scale));
-  else if (!found)
-    PetscCall(SlipDenseGather(K, &root));
-  if (rank == 0 && !found) {
-    if (grid) PetscCall(PetscMalloc1((size_t)N * N, &root));
-    if (grid)
-      PetscCall(SqrtOfGrid(grid, scale, root, &result[0], &info));
-    else
-      PetscCall(SlipDenseSqrt(N, root, &result[0], &info));
-    result[1] = (PetscReal)info;
-  }
-  PetscCallMPI(MPI_Bcast(result, 2, MPIU_REAL, 0, comm));
-  if (!found && result[1] == 0 && result[0] > 0) PetscCall(SlipCacheSaveRoot(K, root));
-  for (size_t k = 0; !rank && k < (size_t)N * N; k++) root[k] *= factor;
-  PetscCheck(result[1] == 0, comm, PETSC_ERR_LIB, "Eigenvalues of the stiffness did not converge (LAPACK info %g)",
-             (double)result[1]);
-  PetscCheck(result[0] > 0, comm, PETSC_ERR_ARG_WRONG,
-             "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m", (double)result[0]);
-  PetscCall(SlipDenseScatter(comm, PETSC_DECIDE, N, root, H));
-  PetscCall(PetscFree(root));
-  PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The root takes after the stiffness: dense for a dense one, spectral plus low rank for an FFT. */
+/* The root takes after the stiffness: spectral plus low rank or Lanczos' method for an FFT, Lanczos' method for a large
+   hierarchical one, else dense. */
 static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
 {
-  PetscBool fft, cells;
+  PetscBool fft, hmat;
+  PetscInt N;
 
   PetscFunctionBegin;
+  PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(PetscObjectTypeCompare((PetscObject)K, "slipfft", &fft));
-  PetscCall(SlipViscosityIsOfCells(K, &cells));
-  if (cells)
-    PetscCall(SlipViscosityCreate_Cells(K, factor, H));
-  else if (fft)
+  PetscCall(PetscObjectTypeCompare((PetscObject)K, "sliphmat", &hmat));
+  if (fft)
     PetscCall(SlipViscosityCreate_SpectralExact(K, factor, H));
+  else if (hmat && N > SLIP_ROOT_DENSE_MAX)
+    PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
   else
-    PetscCall(ViscosityCreate_SqrtmDense(K, factor, H));
+    PetscCall(SlipViscosityCreate_DenseRoot(K, factor, H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -150,7 +87,13 @@ static const struct {
          uniform grids only) or "none" (zero)
 
   Output Parameter:
-. H - symmetric N x N matrix [Pa s/m] with K's distribution
+. H - symmetric N x N matrix [Pa s/m] with K's distribution and K's prefix for options
+
+  Options Database Keys:
++ -mat_slipsqrtm_setup <auto>     - exact root on a uniform grid: sketch (a low-rank part is set up), lanczos (no set-up),
+                                    or auto (sketch up to 2500 cells)
+. -mat_slipsqrtm_tolerance        - relative error of its products: 1e-10 by sketch, 1e-8 by lanczos
+- -mat_slipspectral_type <auto>   - spectral: blocks, lanczos, or by size
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for mass or zeta, PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_WRONG when K has an
   eigenvalue that is not positive
@@ -164,6 +107,7 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipViscosityTypes);
   PetscReal factor;
+  const char *prefix;
   PetscInt k;
   PetscBool match = PETSC_FALSE;
 
@@ -183,6 +127,8 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
   PetscCall(PetscLogEventBegin(SLIP_ViscositySetUp, K, 0, 0, 0));
   PetscCall(SlipViscosityTypes[k].create(K, factor, H));
   PetscCall(PetscLogEventEnd(SLIP_ViscositySetUp, K, 0, 0, 0));
+  PetscCall(MatGetOptionsPrefix(K, &prefix));
+  PetscCall(MatSetOptionsPrefix(*H, prefix));
   PetscCall(SlipLogProducts(*H, SLIP_ViscosityMult));
   PetscCall(SlipViscosityNote(K, *H, type));
   PetscCall(ComposeFactor(*H, factor));

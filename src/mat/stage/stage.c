@@ -63,6 +63,7 @@ static PetscErrorCode StageDestroy(Mat B)
   PetscCall(PetscFree(s));
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatConvert_slipstage_dense_C", NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetApproximation_C", NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipSetLoose_C", NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,10 +90,12 @@ static PetscErrorCode StageFuse(SlipStageContext *s, SlipCirculant strike)
 static PetscErrorCode ChooseJacobian(SlipStageContext *s, const SlipGrid *grid, PetscBool *approximate)
 {
   PetscBool slow, spectral, cheap;
+  const char *prefix;
   PetscInt choice = JACOBIAN_AUTO;
 
   PetscFunctionBegin;
-  PetscOptionsBegin(PetscObjectComm((PetscObject)s->K), NULL, "Stage operator", "Mat");
+  PetscCall(MatGetOptionsPrefix(s->K, &prefix));
+  PetscOptionsBegin(PetscObjectComm((PetscObject)s->K), prefix, "Stage operator", "Mat");
   PetscCall(PetscOptionsEList("-mat_slipstage_jacobian",
                               "Newton matrices from the stage operator itself, from a cheap approximation of its "
                               "viscosity, or by cost",
@@ -135,6 +138,7 @@ static PetscErrorCode StageChoose(SlipStageContext *s, PetscBool *approximate)
 }
 
 static PetscErrorCode StageCreateApproximation(SlipStageContext *s);
+static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose);
 
 /* A stage operator; mean: see the context. */
 static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, Mat *B)
@@ -142,6 +146,7 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   SlipStageContext *s;
   PetscBool approximate = PETSC_FALSE;
+  const char *prefix;
   PetscInt m, N;
 
   PetscFunctionBegin;
@@ -166,10 +171,14 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
   PetscCall(MatShellSetOperation(*B, MATOP_VIEW, SlipMatShellFn(StageView)));
   PetscCall(MatShellSetOperation(*B, MATOP_DESTROY, SlipMatShellFn(StageDestroy)));
   PetscCall(SlipShellFinish(*B, "slipstage"));
+  PetscCall(MatGetOptionsPrefix(K, &prefix));
+  PetscCall(MatSetOptionsPrefix(*B, prefix));
   PetscCall(SlipLogProducts(*B, SLIP_StageMult));
-  if (approximate) PetscCall(StageCreateApproximation(s));
-  if (approximate)
+  if (approximate) {
+    PetscCall(StageCreateApproximation(s));
     PetscCall(PetscObjectComposeFunction((PetscObject)*B, "MatSlipGetApproximation_C", MatSlipStageGetApproximation));
+    PetscCall(PetscObjectComposeFunction((PetscObject)*B, "MatSlipSetLoose_C", MatSlipStageSetLoose));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,7 +186,7 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
 static PetscErrorCode StageCorrect(SlipStageContext *s)
 {
   SlipStageContext *a;
-  const SlipRecycled *known;
+  SlipRecycled *known;
 
   PetscFunctionBegin;
   PetscCall(SlipLanczosGetRecycled(s->H, &known));
@@ -224,7 +233,8 @@ static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
   (MatSlipGetWeights()), so is the inertia: B = (mass / theta) diag(w) + H + theta K.
 
   Options Database Key:
-. -mat_slipstage_jacobian <auto> - what MatSlipStageGetApproximation() gives: exact, approximate, or by cost
+. -mat_slipstage_jacobian <auto> - what MatSlipStageGetApproximation() gives: exact, approximate, or by cost; with K's
+  prefix (MatSetOptionsPrefix())
 
   Errors: PETSC_ERR_ARG_SIZ when the sizes of K and H differ, PETSC_ERR_ARG_OUTOFRANGE for the mass
 
@@ -327,6 +337,20 @@ PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Products with iterates far from the ones before are wanted to this relative error only, 0 for all as exact as ever;
+   composed as "MatSlipSetLoose_C" for solvers that correct their iterates by such products. */
+static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose)
+{
+  SlipStageContext *s;
+  SlipRecycled *known;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  PetscCall(SlipLanczosGetRecycled(s->H, &known));
+  if (known) known->loose = loose;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
   MatSlipStageGetApproximation - a stage operator with a cheap viscosity, for the matrix of an inexact Newton method
 
@@ -356,7 +380,7 @@ PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta)
 PetscErrorCode MatSlipStageGetApproximation(Mat B, Mat *A)
 {
   SlipStageContext *s, *a;
-  const SlipRecycled *known;
+  SlipRecycled *known;
   PetscBool changed;
 
   PetscFunctionBegin;

@@ -1,42 +1,24 @@
 /*
-  The exact root on a uniform grid: what the root per wavenumber misses, for each mirror parity, as a low-rank part,
-  from dense eigenproblems, sketches or the cache.
+  The exact root on a uniform grid: what the root per wavenumber misses, for each mirror parity, as a low-rank part found
+  by sketches (sketch.c) once, or no set-up and Lanczos' method in each product (lanczos.c).
+
+  Which is cheaper depends on the number of solves. Set-up and solve in s on one rank, sketch against Lanczos:
+
+               13 solves (a policy)         100 to 1000 solves (heuristic)
+     32 x 32   0.26 against 0.18            0.45 against 0.70
+     50 x 50   0.65 against 0.39            2.0  against 2.4
+     64 x 64   1.5  against 0.6             4.9  against 4.9
+   100 x 100   6.2  against 1.5             30   against 31
 */
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
-/* Up to this many cells the low-rank part comes from dense eigenproblems of half the order (as fast, measured);
-   beyond, or to ask for it by option, from sketches. */
-#define SLIP_SQRT_DENSE_MAX 1024
-/* Bytes that set-up takes for each cell and each cell of the longer side: blocks of three operators and the low-rank
-   part (measured at 200 x 200). */
-#define SLIP_SQRT_BYTES 180.0
+/* Up to this many cells sketches are the choice: a run of many solves gains from them, and one of few loses little. */
+#define SLIP_SQRT_SKETCH_MAX 2500
 /* Terms below this share of the norm are kept in single precision, whose rounding, 3e-13 of the norm, depends on how
    the rows are spread over ranks. */
 #define SLIP_SQRT_SINGLE 4e-6
-
-/* One process: root block of one parity minus its spectral approximation, compressed. kernel: K's, unscaled; spectral:
-   that of H. */
-static PetscErrorCode ComputeCorrection(const SlipGrid *g, PetscReal factor, PetscReal scale, const PetscReal kernel[],
-                                        const PetscReal spectral[], PetscReal cutoff, PetscInt parity,
-                                        PetscReal *smallest, SlipLowRank *m)
-{
-  const PetscInt n = SlipMirrorWidth(g->nx, parity) * g->nz;
-  PetscReal *root, *approximate;
-  PetscInt info;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc2((size_t)n * n, &root, (size_t)n * n, &approximate));
-  SlipMirrorSplit(g->nx, g->nz, kernel, scale, parity, root);
-  PetscCall(SlipDenseSqrt(n, root, smallest, &info));
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB,
-             "Eigenvalues of the stiffness did not converge (LAPACK info %" PetscInt_FMT ")", info);
-  SlipMirrorSplit(g->nx, g->nz, spectral, 1, parity, approximate);
-  for (size_t i = 0; i < (size_t)n * n; i++) root[i] = factor * root[i] - approximate[i];
-  PetscCall(SlipLowRankCompress(n, root, cutoff, 5 * g->nz, m));
-  PetscCall(PetscFree2(root, approximate));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+#define SLIP_SQRT_TOL 1e-10 /* of products, relative to the norm */
 
 /* Gives every rank what the root found. */
 static PetscErrorCode BroadcastCorrection(MPI_Comm comm, PetscMPIInt root, SlipLowRank *m)
@@ -56,94 +38,36 @@ static PetscErrorCode BroadcastCorrection(MPI_Comm comm, PetscMPIInt root, SlipL
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How the exact root is set up: the options. */
-typedef struct {
-  PetscReal tolerance; /* of products, relative to the norm */
-  PetscBool dense;     /* from dense eigenproblems */
-  PetscBool lanczos;   /* no set-up at all */
-} SqrtOptions;
-
-static PetscErrorCode GetOptions(MPI_Comm comm, const SlipGrid *g, SqrtOptions *o)
+/* One process: the correction of one parity, which needs all wavenumbers. */
+static PetscErrorCode BuildParity(SlipSpectral *c, PetscReal factor, PetscReal scale, PetscReal tolerance,
+                                  PetscInt parity, PetscReal *smallest, PetscReal *error, SlipLowRank *m)
 {
-  const char *const choices[] = {"auto", "dense", "sketch", "lanczos"};
-  const PetscReal N = (PetscReal)g->nx * (PetscReal)g->nz,
-                  memory = SLIP_SQRT_BYTES * N * (PetscReal)PetscMax(g->nx, g->nz);
-  PetscInt choice = 0;
-
-  PetscFunctionBegin;
-  o->tolerance = 1e-10;
-  PetscOptionsBegin(comm, NULL, "Viscosity by the exact matrix square root", "Mat");
-  PetscCall(PetscOptionsReal("-mat_slipsqrtm_tolerance", "Error of a product relative to the norm of the viscosity",
-                             "MatCreateSlipViscosity", o->tolerance, &o->tolerance, NULL));
-  PetscCall(PetscOptionsEList("-mat_slipsqrtm_setup",
-                              "Low-rank part from dense eigenproblems, random sketches, none (Lanczos' method in each "
-                              "product), or by size",
-                              "MatCreateSlipViscosity", choices, 4, choices[0], &choice, NULL));
-  PetscOptionsEnd();
-  PetscCheck(o->tolerance >= 1e-12 && o->tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-mat_slipsqrtm_tolerance must lie in [1e-12, 1), not %g", (double)o->tolerance);
-  o->lanczos = (PetscBool)(choice == 3 || (choice == 0 && memory > SLIP_MEMORY_MAX));
-  o->dense = (PetscBool)(choice == 1 || (choice == 0 && g->nx * g->nz <= SLIP_SQRT_DENSE_MAX));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* One process: the correction of one parity from dense matrices; blocks: those of the spectral part. */
-static PetscErrorCode DenseCorrection(SlipCirculant strike, const PetscReal blocks[], PetscReal factor, PetscReal scale,
-                                      PetscReal cutoff, PetscInt parity, PetscReal *smallest, SlipLowRank *m)
-{
-  const SlipGrid *g;
-  PetscReal *kernel, *spectral;
-  PetscInt nk;
-  size_t size;
-
-  PetscFunctionBegin;
-  SlipCirculantGet(strike, &g, NULL, &nk, NULL);
-  size = (size_t)nk * g->nz * g->nz;
-  PetscCall(PetscMalloc2(size, &kernel, size, &spectral));
-  for (PetscInt d = 0; d < nk; d++) SlipGridKernel(g, d, kernel + (size_t)d * g->nz * g->nz);
-  PetscCall(PetscArraycpy(spectral, blocks, size));
-  PetscCall(SlipCirculantBlocksToKernel(strike, spectral));
-  PetscCall(ComputeCorrection(g, factor, scale, kernel, spectral, cutoff, parity, smallest, m));
-  PetscCall(PetscFree2(kernel, spectral));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* One process: the correction of one parity by one of the two methods, which need all wavenumbers. */
-static PetscErrorCode BuildParity(SlipSpectral *c, PetscReal factor, PetscReal scale, PetscReal norm,
-                                  const SqrtOptions *o, PetscInt parity, PetscReal *smallest, PetscReal *error,
-                                  SlipLowRank *m)
-{
-  const PetscBool shared = (PetscBool)(SlipCirculantPencil(c->strike) != NULL);
   SlipCirculant whole = c->strike;
   PetscReal *blocks = c->blocks;
   const SlipGrid *g;
 
   PetscFunctionBegin;
-  if (shared) {
+  if (SlipCirculantPencil(c->strike)) {
     SlipCirculantGet(c->strike, &g, NULL, NULL, NULL);
     PetscCall(SlipCirculantCreate(PETSC_COMM_SELF, g, &whole));
     PetscCall(SlipSpectralRootBlocks(whole, factor, scale, &blocks));
   }
-  if (o->dense)
-    PetscCall(DenseCorrection(whole, blocks, factor, scale, 0.1 * o->tolerance * norm, parity, smallest, m));
-  else
-    PetscCall(SlipSketchCorrection(whole, blocks, factor * factor * scale, o->tolerance, parity, smallest, error, m));
-  if (shared) {
+  PetscCall(SlipSketchCorrection(whole, blocks, factor * factor * scale, tolerance, parity, smallest, error, m));
+  if (whole != c->strike) {
     PetscCall(PetscFree(blocks));
     PetscCall(SlipCirculantDestroy(&whole));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The low-rank part, one parity a rank, or both on a single rank, where it is left. */
+/* The low-rank part on every rank: one parity a rank, or both on a single rank. */
 static PetscErrorCode BuildCorrection(MPI_Comm comm, SlipSpectral *c, PetscReal factor, PetscReal scale,
-                                      const SqrtOptions *o)
+                                      PetscReal tolerance)
 {
-  PetscReal norm = 0, bad[2] = {-PETSC_MAX_REAL, 0}; /* minus the smallest eigenvalue; error */
+  PetscReal bad[2] = {-PETSC_MAX_REAL, 0}; /* minus the smallest eigenvalue; error */
   PetscMPIInt rank, size;
 
   PetscFunctionBegin;
-  PetscCall(SlipSpectralNorm(comm, c, factor, scale, &norm));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
   for (PetscInt parity = 0; parity < 2; parity++) {
@@ -151,44 +75,19 @@ static PetscErrorCode BuildCorrection(MPI_Comm comm, SlipSpectral *c, PetscReal 
     PetscReal smallest = PETSC_MAX_REAL, error = 0;
 
     if (!m->n || rank != parity % size) continue;
-    PetscCall(BuildParity(c, factor, scale, norm, o, parity, &smallest, &error, m));
+    PetscCall(BuildParity(c, factor, scale, tolerance, parity, &smallest, &error, m));
     bad[0] = PetscMax(bad[0], -smallest);
     bad[1] = PetscMax(bad[1], error);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, bad, 2, MPIU_REAL, MPI_MAX, comm));
   PetscCheck(bad[0] < 0, comm, PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: an eigenvalue is not positive");
-  PetscCheck(bad[1] <= o->tolerance, comm, PETSC_ERR_NOT_CONVERGED,
+  PetscCheck(bad[1] <= tolerance, comm, PETSC_ERR_NOT_CONVERGED,
              "The exact root was found to %g only, not to -mat_slipsqrtm_tolerance %g", (double)bad[1],
-             (double)o->tolerance);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The low-rank part on every rank, from the cache or built and kept there. Eigenvalues go through units of a unit
-   factor, so that a run rounds alike whether it built them or read them. */
-static PetscErrorCode GetCorrection(Mat K, SlipSpectral *c, PetscReal factor, PetscReal scale, const SqrtOptions *o)
-{
-  MPI_Comm comm = PetscObjectComm((PetscObject)K);
-  const PetscReal unit = factor * PetscSqrtReal(scale);
-  const SlipGrid *g;
-  PetscBool found;
-  PetscMPIInt size;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  SlipCirculantGet(c->strike, &g, NULL, NULL, NULL);
-  PetscCall(SlipCacheLoad(K, g, o->tolerance, o->dense, c->correction, &found));
-  if (!found) PetscCall(BuildCorrection(comm, c, factor, scale, o));
-  for (PetscInt parity = 0; parity < 2; parity++) {
-    SlipLowRank *m = &c->correction[parity];
-
-    if (!m->n) continue;
-    PetscCall(BroadcastCorrection(comm, found ? 0 : (PetscMPIInt)(parity % size), m));
-    for (PetscInt k = 0; k < m->rank && !found; k++) m->lambda[k] /= unit;
-  }
-  if (!found) PetscCall(SlipCacheSave(K, g, o->tolerance, o->dense, c->correction));
+             (double)tolerance);
   for (PetscInt parity = 0; parity < 2; parity++)
-    for (PetscInt k = 0; k < c->correction[parity].rank; k++) c->correction[parity].lambda[k] *= unit;
+    if (c->correction[parity].n)
+      PetscCall(BroadcastCorrection(comm, (PetscMPIInt)(parity % size), &c->correction[parity]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -210,30 +109,49 @@ static PetscErrorCode KeepRows(SlipSpectral *c, PetscInt width, SlipLowRank *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The exact root: spectral plus low rank. */
+/* The exact root: spectral plus low rank, or Lanczos' method; options with K's prefix. */
 PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H)
 {
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  const char *const choices[] = {"auto", "sketch", "lanczos"};
+  const char *prefix;
+  char setup[64] = "auto";
+  PetscReal tolerance = SLIP_SQRT_TOL, norm = 0, scale;
   SlipSpectral *c;
-  SqrtOptions o;
   const SlipGrid *g;
-  PetscReal norm = 0, scale;
+  PetscInt choice;
+  PetscBool known;
 
   PetscFunctionBegin;
   PetscCall(SlipGridOf(K, &g));
-  PetscCall(GetOptions(PetscObjectComm((PetscObject)K), g, &o));
-  if (o.lanczos) {
+  PetscCall(MatGetOptionsPrefix(K, &prefix));
+  PetscOptionsBegin(comm, prefix, "Viscosity by the exact matrix square root", "Mat");
+  PetscCall(PetscOptionsString("-mat_slipsqrtm_setup",
+                               "Low-rank part by random sketches (sketch), none and Lanczos' method in each product "
+                               "(lanczos), or by size (auto: sketch up to 2500 cells)",
+                               "MatCreateSlipViscosity", setup, setup, sizeof(setup), NULL));
+  PetscCall(PetscOptionsReal("-mat_slipsqrtm_tolerance",
+                             "Error of a product over the norm of the viscosity (sketch, 1e-10) or over the product "
+                             "(lanczos, 1e-8)",
+                             "MatCreateSlipViscosity", tolerance, &tolerance, NULL));
+  PetscOptionsEnd();
+  PetscCall(PetscEListFind(3, choices, setup, &choice, &known));
+  PetscCheck(known, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "-%smat_slipsqrtm_setup is \"%s\", expected auto, sketch or lanczos", prefix ? prefix : "", setup);
+  if (choice == 2 || (choice == 0 && g->nx * g->nz > SLIP_SQRT_SKETCH_MAX)) {
     PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
-    PetscCall(MatSlipViscositySetTolerance(*H, o.tolerance));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCheck(tolerance >= 1e-12 && tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-%smat_slipsqrtm_tolerance must lie in [1e-12, 1), not %g", prefix ? prefix : "", (double)tolerance);
   PetscCall(SlipViscosityCreate_SpectralBlocks(K, factor, H));
   if (factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatShellGetContext(*H, &c));
   PetscCall(SlipGridScale(K, &scale));
   for (PetscInt parity = 0; parity < 2; parity++) c->correction[parity].n = SlipMirrorWidth(g->nx, parity) * g->nz;
-  PetscCall(GetCorrection(K, c, factor, scale, &o));
-  c->tolerance = o.tolerance;
-  PetscCall(SlipSpectralNorm(PetscObjectComm((PetscObject)K), c, factor, scale, &norm));
+  PetscCall(BuildCorrection(comm, c, factor, scale, tolerance));
+  c->tolerance = tolerance;
+  PetscCall(SlipSpectralNorm(comm, c, factor, scale, &norm));
   for (PetscInt parity = 0; parity < 2; parity++) {
     if (!c->correction[parity].n) continue;
     PetscCall(KeepRows(c, SlipMirrorWidth(g->nx, parity), &c->correction[parity]));

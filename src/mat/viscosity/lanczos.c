@@ -27,7 +27,7 @@ extern void dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e
 #define LANCZOS_SAMPLES 16        /* rows from which the diagonal is estimated */
 #define LANCZOS_SAMPLE_ERROR 1e-3 /* relative, of their diagonal: it only chooses preconditioners and Newton's models */
 #define LANCZOS_SAFETY 2          /* the error allowed over its estimate */
-#define LANCZOS_TOL 1e-7          /* default relative tolerance */
+#define LANCZOS_TOL 1e-8          /* default relative tolerance */
 #define LANCZOS_ORTHOGONAL_MAX 2000 /* rows up to which the basis is reorthogonalised */
 
 typedef struct {
@@ -126,13 +126,14 @@ static PetscErrorCode Step(Lanczos *l, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The basis and its coefficients c for the vector in basis[0], of norm 1, with an error of at most allowed, or of what
-   the tolerance allows at 0; *m is their number. A change of c since the last look is the error of then. It has
-   fallen since by at least as much a step as it did before (the convergence is superlinear), so that is known by how
-   much more than the error of now it is. */
-static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, PetscInt *m)
+/* The basis and its coefficients c for the vector in basis[0], of norm 1, with an error of at most the larger of allowed
+   and relative |c|; *m is their number. The change of c since the last look is the error of then. Since then it has
+   fallen by at least as much in each step as it did before, as the convergence is superlinear, which tells the error of
+   now. At the first look it is bounded by that of the best polynomial: 0.28 / n for |t| on [-1, 1], n = 2 (m - 1)
+   (Bernstein 1913), times two and |A^(1/2)|. */
+static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, PetscReal relative, PetscInt *m)
 {
-  PetscReal lowest, last_change = 0, last_steps = 0;
+  PetscReal lowest, largest = 0, last_change = 0, last_steps = 0;
   PetscInt before = 0;
 
   PetscFunctionBegin;
@@ -147,7 +148,7 @@ static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, 
     whole = (PetscBool)((l->orthogonal && *m == N) || l->beta[*m - 1] <= 1e-14 * l->alpha[0]);
     if (whole || *m >= before + PetscMax(LANCZOS_EVERY, (PetscInt)(LANCZOS_SHARE * (PetscReal)before))) {
       const PetscReal steps = (PetscReal)(*m - before);
-      PetscReal change = 0, size = 0;
+      PetscReal change = 0, size = 0, error = PETSC_MAX_REAL;
 
       PetscCall(SlipRootOfTridiagonal(*m, l->alpha, l->beta, l->c, &lowest));
       PetscCheck(lowest > 0, PetscObjectComm((PetscObject)l->S), PETSC_ERR_ARG_WRONG,
@@ -159,11 +160,12 @@ static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, 
         l->last[i] = l->c[i];
       }
       change = PetscSqrtReal(change);
-      if (before && change < last_change) {
-        const PetscReal error = change * PetscPowReal(change / last_change, steps / last_steps);
-
-        if (LANCZOS_SAFETY * error <= (allowed > 0 ? allowed : l->tolerance * PetscSqrtReal(size))) break;
-      }
+      for (PetscInt i = 0; i < *m; i++) /* Gershgorin's bound of T's eigenvalues */
+        largest = PetscMax(largest, l->alpha[i] + l->beta[i] + (i ? l->beta[i - 1] : 0));
+      if (!before && *m > 1) error = 0.28 * PetscSqrtReal(largest) / (PetscReal)(*m - 1);
+      if (before && change < last_change)
+        error = LANCZOS_SAFETY * change * PetscPowReal(change / last_change, steps / last_steps);
+      if (error <= PetscMax(allowed, relative * PetscSqrtReal(size))) break;
       last_change = change;
       last_steps = steps;
       before = *m;
@@ -173,8 +175,8 @@ static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = H x with an error of at most allowed [Pa], or 0 for what the tolerance allows */
-static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
+/* y = H x with an error of at most the larger of allowed [Pa] and relative |H x|; D is taken for its mean, 1. */
+static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, PetscReal relative, Vec y)
 {
   Lanczos *l = (Lanczos *)ctx;
   PetscReal norm;
@@ -190,7 +192,7 @@ static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
   PetscCall(VecZeroEntries(y));
   if (norm == 0 || l->factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetSize(x, &N));
-  PetscCall(LanczosProcess(l, N, allowed / (norm * l->factor), &m));
+  PetscCall(LanczosProcess(l, N, allowed / (norm * l->factor), relative, &m));
   PetscCall(VecMAXPY(y, m, l->c, l->basis));
   PetscCall(VecScale(y, norm * l->factor));
   if (l->root) PetscCall(VecPointwiseMult(y, y, l->root));
@@ -263,7 +265,7 @@ static PetscErrorCode EstimateDiagonal(Lanczos *l)
     PetscCall(VecAssemblyBegin(e));
     PetscCall(VecAssemblyEnd(e));
     PetscCall(VecDot(e, l->diagonal, &di));
-    PetscCall(Product(l, e, LANCZOS_SAMPLE_ERROR * di, y));
+    PetscCall(Product(l, e, LANCZOS_SAMPLE_ERROR * di, 0, y));
     PetscCall(VecDot(e, y, &yi));
     ratio += yi / di / (PetscReal)samples;
   }
@@ -344,11 +346,30 @@ static PetscErrorCode LanczosDestroy(Mat H)
   PetscCall(PetscFree(l));
   PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_sliplanczos_dense_C", NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatSlipViscositySetTolerance_C", NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatSlipViscositySetFromOptions_C", NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LanczosSetFromOptions(Mat H)
+{
+  Lanczos *l;
+  PetscReal tolerance;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &l));
+  tolerance = l->tolerance;
+  PetscObjectOptionsBegin((PetscObject)H);
+  PetscCall(PetscOptionsReal("-mat_slipsqrtm_tolerance", "Relative error of a product by Lanczos' method, in (0, 1)",
+                             "MatSlipViscositySetTolerance", tolerance, &tolerance, &set));
+  PetscOptionsEnd();
+  if (set) PetscCall(MatSlipViscositySetTolerance(H, tolerance));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
 {
+  const char *prefix;
   Lanczos *l;
   PetscInt m, N;
 
@@ -372,12 +393,17 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   PetscCall(MatShellSetOperation(*H, MATOP_GETINFO, SlipMatShellFn(LanczosGetInfo)));
   PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(LanczosDestroy)));
   PetscCall(SlipShellFinish(*H, "sliplanczos"));
+  PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
+  PetscCall(MatGetOptionsPrefix(S, &prefix));
+  PetscCall(MatSetOptionsPrefix(*H, prefix));
   PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscositySetTolerance_C", LanczosSetTolerance));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscositySetFromOptions_C", LanczosSetFromOptions));
+  PetscCall(LanczosSetFromOptions(*H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The products that a viscosity remembers, borrowed; NULL when H is of another type. */
-PetscErrorCode SlipLanczosGetRecycled(Mat H, const SlipRecycled **known)
+PetscErrorCode SlipLanczosGetRecycled(Mat H, SlipRecycled **known)
 {
   PetscBool lanczos;
   Lanczos *l;
@@ -398,15 +424,42 @@ PetscErrorCode SlipLanczosGetRecycled(Mat H, const SlipRecycled **known)
 
   Input Parameters:
 + H         - viscosity of MatCreateSlipViscosity(); nothing happens to those that are not applied by Lanczos' method
-- tolerance - change of the result from five more steps, relative in the 2-norm, in (0, 1); 1e-10 unless set
+- tolerance - error of a product, relative in the 2-norm, in (0, 1); 1e-8 unless set
+
+  Options Database Key:
+. -mat_slipsqrtm_tolerance <1e-8> - the same, with the prefix of H
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for the tolerance
 
   Level: intermediate
 
-.seealso: MatCreateSlipViscosity(), MatCreateSlipCellStiffness()
+.seealso: MatSlipViscositySetFromOptions(), MatCreateSlipViscosity(), MatCreateSlipCellStiffness()
 @*/
 PetscErrorCode MatSlipViscositySetTolerance(Mat H, PetscReal tolerance)
 {
   PetscFunctionBegin;
   PetscTryMethod(H, "MatSlipViscositySetTolerance_C", (Mat, PetscReal), (H, tolerance));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipViscositySetFromOptions - read the options of a viscosity again, with its prefix
+
+  Collective
+
+  Input Parameter:
+. H - viscosity of MatCreateSlipViscosity(), which has read them once, with the prefix of its stiffness
+
+  Options Database Key:
+. -mat_slipsqrtm_tolerance <1e-8> - relative error of products by Lanczos' method
+
+  Level: intermediate
+
+.seealso: MatSlipViscositySetTolerance(), MatSetOptionsPrefix()
+@*/
+PetscErrorCode MatSlipViscositySetFromOptions(Mat H)
+{
+  PetscFunctionBegin;
+  PetscTryMethod(H, "MatSlipViscositySetFromOptions_C", (Mat), (H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

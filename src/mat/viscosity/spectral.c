@@ -59,7 +59,7 @@ PetscErrorCode SlipSpectralGetBlocks(Mat H, SlipCirculant *strike, const PetscRe
 }
 
 /* y = H x; of an increment, whose product need not be so exact, with fewer terms of the low-rank part. */
-static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
+static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, PetscReal relative, Vec y)
 {
   Mat H = (Mat)ctx;
   SlipSpectral *c;
@@ -67,6 +67,7 @@ static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
   PetscReal norm = 0;
 
   PetscFunctionBegin;
+  (void)relative;
   PetscCall(MatShellGetContext(H, &c));
   if (allowed > 0) PetscCall(VecNorm(x, NORM_2, &norm));
   PetscCall(SlipGatherGet(&c->gather, x, &px));
@@ -86,7 +87,7 @@ static PetscErrorCode SpectralMult(Mat H, Vec x, Vec y)
   if (c->tolerance > 0)
     PetscCall(SlipRecycledMult(&c->increment, c->tolerance, Product, H, x, y));
   else
-    PetscCall(Product(H, x, 0, y));
+    PetscCall(Product(H, x, 0, 0, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

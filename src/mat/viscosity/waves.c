@@ -107,8 +107,8 @@ static PetscErrorCode RootOfWave(WavesContext *w, PetscInt k, PetscReal allowed,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the tolerance allows, relative to the approximate root's product. */
-static PetscErrorCode Allowed(WavesContext *w, Vec x, Vec y, PetscReal *allowed)
+/* The error that is allowed, relative to the approximate root's product. */
+static PetscErrorCode Allowed(WavesContext *w, PetscReal relative, Vec x, Vec y, PetscReal *allowed)
 {
   const SlipToeplitzSymbol *root;
   const PetscReal *diagonal;
@@ -117,13 +117,13 @@ static PetscErrorCode Allowed(WavesContext *w, Vec x, Vec y, PetscReal *allowed)
   PetscCall(SlipToeplitzGetRoot(w->plane, &root, &diagonal));
   PetscCall(SlipToeplitzApply(w->plane, w->factor * PetscSqrtReal(w->scale), root, x, y));
   PetscCall(VecNorm(y, NORM_2, allowed));
-  *allowed *= WAVES_TOL;
+  *allowed *= relative;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* y = H x. Half of the padded row's wavenumbers, each standing for two, carry its squares: 2 sum_k |e_k|^2 / P is at
    most the square of the largest |e_k|. */
-static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
+static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, PetscReal relative, Vec y)
 {
   WavesContext *w = (WavesContext *)ctx;
   SlipTransposedFFT pencil = w->plane->pencil;
@@ -133,7 +133,7 @@ static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, Vec y)
     PetscCall(VecZeroEntries(y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (allowed == 0) PetscCall(Allowed(w, x, y, &allowed));
+  if (allowed == 0) PetscCall(Allowed(w, relative, x, y, &allowed));
   PetscCall(SlipToeplitzForward(w->plane, x));
   for (PetscInt k = 0; k < pencil->layout.columns; k++)
     PetscCall(RootOfWave(w, k, allowed / w->factor, pencil->by_wave + (size_t)k * 2 * w->nz));
@@ -221,14 +221,16 @@ static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
 PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
 {
   const char *const choices[] = {"auto", "blocks", "lanczos"};
+  const char *prefix;
   const SlipGrid *g;
   PetscInt choice = 0;
 
   PetscFunctionBegin;
+  PetscCall(MatGetOptionsPrefix(K, &prefix));
   PetscCall(SlipGridOf(K, &g));
   PetscCheck(g, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_WRONG,
              "A spectral viscosity needs a stiffness on a uniform grid; for other stiffnesses use sqrtm");
-  PetscOptionsBegin(PetscObjectComm((PetscObject)K), NULL, "Viscosity by the square root per wavenumber", "Mat");
+  PetscOptionsBegin(PetscObjectComm((PetscObject)K), prefix, "Viscosity by the square root per wavenumber", "Mat");
   PetscCall(PetscOptionsEList("-mat_slipspectral_type",
                               "A dense block per wavenumber, Lanczos' method in each product, or by size",
                               "MatCreateSlipViscosity", choices, 3, choices[0], &choice, NULL));

@@ -1,13 +1,10 @@
 /*
-  Viscosity of stiffnesses without a uniform grid: H = factor D (D^-1 S D^-1)^(1/2) D, D = diag(w)^(1/2), w the weights
-  of the rows of S. That is w times the H = factor K^(1/2) of the unweighted K = diag(1/w) S, and symmetric. The root is
-  a dense one for a dense S or up to SLIP_ROOT_DENSE_MAX rows; else Lanczos' method applies it in each product.
+  Viscosity by a dense root: H = factor D (D^-1 S D^-1)^(1/2) D, D = diag(w)^(1/2), w the weights of the rows of S. That is
+  w times the H = factor K^(1/2) of the unweighted K = diag(1/w) S, and symmetric.
 */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
-
-#define SLIP_ROOT_DENSE_MAX 3000
 
 /* D and D^-1 of S's weights; both NULL without any. */
 PetscErrorCode SlipRootWeights(Mat S, Vec *root, Vec *inverse)
@@ -27,13 +24,43 @@ PetscErrorCode SlipRootWeights(Mat S, Vec *root, Vec *inverse)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* sqrt(scale * K) of a uniform grid, by its mirror blocks. One process. */
+static PetscErrorCode SqrtOfGrid(const SlipGrid *g, PetscReal scale, PetscReal root[], PetscReal *smallest,
+                                 PetscInt *info)
+{
+  const PetscInt nx = g->nx, nz = g->nz;
+  PetscReal *kernel, *block[2], lowest;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1((size_t)nx * nz * nz, &kernel));
+  for (PetscInt d = 0; d < nx; d++) SlipGridKernel(g, d, kernel + (size_t)d * nz * nz);
+  *info = 0;
+  *smallest = PETSC_MAX_REAL;
+  for (PetscInt parity = 0; parity < 2; parity++) {
+    const PetscInt n = SlipMirrorWidth(nx, parity) * nz;
+
+    PetscCall(PetscMalloc1((size_t)n * n, &block[parity]));
+    SlipMirrorSplit(nx, nz, kernel, scale, parity, block[parity]);
+    if (n && !*info && *smallest > 0) {
+      PetscCall(SlipDenseSqrt(n, block[parity], &lowest, info));
+      *smallest = PetscMin(*smallest, lowest);
+    }
+  }
+  PetscCall(PetscFree(kernel));
+  SlipMirrorMerge(nx, nz, block[0], block[1], root);
+  PetscCall(PetscFree(block[0]));
+  PetscCall(PetscFree(block[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Rank 0 computes the root, so that it does not depend on the number of ranks. */
-static PetscErrorCode ViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
+PetscErrorCode SlipViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)S);
   Vec root, inverse;
   Mat scaled;
-  PetscReal *entries = NULL, result[2] = {1, 0};
+  const SlipGrid *grid;
+  PetscReal *entries = NULL, scale, result[2] = {1, 0};
   PetscMPIInt rank;
   PetscInt N, m, info = 0;
   PetscBool found;
@@ -43,18 +70,22 @@ static PetscErrorCode ViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
   PetscCall(MatGetSize(S, &N, NULL));
   PetscCall(MatGetLocalSize(S, &m, NULL));
   PetscCall(SlipRootWeights(S, &root, &inverse));
+  PetscCall(SlipGridOf(S, &grid));
   PetscCall(SlipCacheLoadRoot(S, &entries, &found));
-  if (!found) {
+  if (!found && grid) {
+    PetscCall(SlipGridScale(S, &scale));
+    if (!rank) PetscCall(PetscMalloc1((size_t)N * N, &entries));
+    if (!rank) PetscCall(SqrtOfGrid(grid, scale, entries, &result[0], &info));
+  } else if (!found) {
     PetscCall(MatConvert(S, MATDENSE, MAT_INITIAL_MATRIX, &scaled));
     if (root) PetscCall(MatDiagonalScale(scaled, inverse, inverse));
     PetscCall(SlipDenseGather(scaled, &entries));
     PetscCall(MatDestroy(&scaled));
+    if (!rank) PetscCall(SlipDenseSqrt(N, entries, &result[0], &info));
   }
-  if (rank == 0 && !found) {
-    PetscCall(SlipDenseSqrt(N, entries, &result[0], &info));
-    result[1] = (PetscReal)info;
-  }
+  result[1] = (PetscReal)info;
   PetscCallMPI(MPI_Bcast(result, 2, MPIU_REAL, 0, comm));
+  if (result[1] != 0 || result[0] <= 0) PetscCall(PetscFree(entries));
   PetscCheck(result[1] == 0, comm, PETSC_ERR_LIB, "Eigenvalues of the stiffness did not converge (LAPACK info %g)",
              (double)result[1]);
   PetscCheck(result[0] > 0, comm, PETSC_ERR_ARG_WRONG,
@@ -64,36 +95,9 @@ static PetscErrorCode ViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
   PetscCall(SlipDenseScatter(comm, m, N, entries, H));
   PetscCall(PetscFree(entries));
   if (root) PetscCall(MatDiagonalScale(*H, root, root));
-  PetscCall(VecDestroy(&root));
-  PetscCall(VecDestroy(&inverse));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipViscosityIsOfCells(Mat K, PetscBool *is)
-{
-  Vec weights;
-
-  PetscFunctionBegin;
-  PetscCall(MatSlipGetWeights(K, &weights));
-  PetscCall(PetscObjectTypeCompare((PetscObject)K, "sliphmat", is));
-  if (weights) *is = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The root takes after the stiffness: dense for a dense one, and for a hierarchical one where that is cheap. */
-PetscErrorCode SlipViscosityCreate_Cells(Mat K, PetscReal factor, Mat *H)
-{
-  PetscBool hmat;
-  PetscInt N;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(PetscObjectTypeCompare((PetscObject)K, "sliphmat", &hmat));
-  if (hmat && N > SLIP_ROOT_DENSE_MAX)
-    PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
-  else
-    PetscCall(ViscosityCreate_DenseRoot(K, factor, H));
   PetscCall(MatSetOption(*H, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
+  PetscCall(VecDestroy(&root));
+  PetscCall(VecDestroy(&inverse));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
