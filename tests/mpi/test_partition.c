@@ -123,12 +123,13 @@ static PetscErrorCode Products(MPI_Comm comm, const SlipCells *c, PetscReal resu
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks, parts and means do not depend on the shares, only the order of sums does: 1e-12. Lanczos' method looks at its
-   convergence, so that its products agree to a few of its tolerance, and those with B, of which H is a part. */
+/* Blocks do not depend on the shares, only the order of sums does: 1e-12. Lanczos' method looks at its convergence, so
+   that its products agree to a few of its tolerance, and those with B, of which H is a part. The preconditioner knows
+   H's diagonal from products with 16 rows, others for other shares, each good to 1e-3. */
 static PetscErrorCode Run(void)
 {
   static PetscReal mine[NUM][N], alone[NUM][N];
-  const PetscReal tolerance[NUM] = {1e-12, 1e-11, 1e-11, 1e-12};
+  const PetscReal tolerance[NUM] = {1e-12, 1e-11, 1e-11, 1e-3};
   SlipCells c = MakeCells();
   PetscInt *order;
 

@@ -202,7 +202,7 @@ static void CheckCorrected(Mat B, Mat exact, PetscInt first, PetscInt last)
 
 /* Irregular cells, whose rows are weighted: the approximation learns from products with B at one theta, and is B on the
    directions it knows at any: on all of 20, and of 30, more than it keeps, on the last. Images have the tolerance of
-   1e-10, ten times that where earlier directions cover most of one, and the small matrices no condition worse than that
+   1e-8, ten times that where earlier directions cover most of one, and the small matrices no condition worse than that
    of B, below 1e3: 1e-6 is above all that and far below the 0.1 that the approximation is off by. Symmetry: rounding.
    Convergence: the bound of secant.c. */
 static void test_correction(void **state)
@@ -364,7 +364,7 @@ static PetscReal DistanceOfLanczos(Mat K, const char type[], const char option[]
   return distance;
 }
 
-/* The viscosities of large grids against those of small ones: 2e-10, twice the tolerance, for the exact root, and 1e-11
+/* The viscosities of large grids against those of small ones: 2e-8, twice the tolerance, for the exact root, and 1e-11
    for the spectral one, whose own tolerance is 1e-12. */
 static void test_viscosities_of_large_grids(void **state)
 {
@@ -372,7 +372,7 @@ static void test_viscosities_of_large_grids(void **state)
 
   (void)state;
   ok(MatCreateSlipViscosity(dense, MASS, ZETA, "sqrtm", &exact));
-  assert_true(DistanceOfLanczos(K, "sqrtm", "-mat_slipsqrtm_setup", exact) < 2e-10);
+  assert_true(DistanceOfLanczos(K, "sqrtm", "-mat_slipsqrtm_setup", exact) < 2e-8);
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
   assert_true(DistanceOfLanczos(K, "spectral", "-mat_slipspectral_type", exact) < 1e-11);
   ok(MatDestroy(&dense));

@@ -10,7 +10,7 @@
 #define MASS (2500.0 * 3000.0)
 #define ZETA (0.8 / 3)
 
-/* The low-rank part of the first is kept, the dense root of the second: those are kept from 1500 rows on. */
+/* Dense roots are kept from 1500 rows on. */
 static const SlipGrid Grid = {18, 14, 3000.0, 2600.0, 0.0, 30e9, 0.25, PETSC_FALSE};
 static const SlipGrid Dense = {38, 40, 3000.0, 2600.0, 0.0, 30e9, 0.25, PETSC_FALSE};
 
@@ -63,37 +63,6 @@ static PetscReal Distance(Mat A, Mat B)
   ok(MatNorm(A, NORM_FROBENIUS, &error));
   ok(MatDestroy(&A));
   return error / norm;
-}
-
-/* Built, kept and read give the same bits; another mass and scale share the file. Both methods of set-up. */
-static void test_read_is_built(void **state)
-{
-  static const char *const methods[] = {"dense", "sketch"};
-
-  (void)state;
-  for (int k = 0; k < 2; k++) {
-    char dir[TEMPDIR_LENGTH], name[PETSC_MAX_PATH_LEN];
-    Mat plain, other;
-    ino_t inode;
-
-    ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", methods[k]));
-    assert_int_equal(TempDirMake("slipcache", dir), 0);
-    plain = Viscosity(&Grid, "", 1.3, MASS);
-    assert_true(Distance(Viscosity(&Grid, dir, 1.3, MASS), plain) == 0);
-    OnlyFile(dir, name);
-    inode = InodeOf(name);
-    assert_true(Distance(Viscosity(&Grid, dir, 1.3, MASS), plain) == 0);
-    other = Viscosity(&Grid, "", 0.4, 3 * MASS);
-    /* the truncation of the root at 1e-11 of its norm falls elsewhere for another scale */
-    assert_true(Distance(Viscosity(&Grid, dir, 0.4, 3 * MASS), other) < 1e-10);
-    OnlyFile(dir, name);
-    assert_true(InodeOf(name) == inode); /* read, not replaced */
-    ok(MatDestroy(&plain));
-    ok(MatDestroy(&other));
-    assert_int_equal(unlink(name), 0);
-    assert_int_equal(rmdir(dir), 0);
-  }
-  ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
 }
 
 /* Flips the bits of one byte at this share of the file. */
@@ -233,7 +202,6 @@ static void CheckBadFiles(const SlipGrid *grid)
 static void test_bad_files_are_replaced(void **state)
 {
   (void)state;
-  CheckBadFiles(&Grid);
   CheckBadFiles(&Dense);
 }
 
@@ -254,8 +222,9 @@ static void test_no_directory(void **state)
 int main(int argc, char **argv)
 {
   static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_read_is_built),       cmocka_unit_test(test_dense_root),
-    cmocka_unit_test(test_dense_root_of_cells), cmocka_unit_test(test_bad_files_are_replaced),
+    cmocka_unit_test(test_dense_root),
+    cmocka_unit_test(test_dense_root_of_cells),
+    cmocka_unit_test(test_bad_files_are_replaced),
     cmocka_unit_test(test_no_directory),
   };
 

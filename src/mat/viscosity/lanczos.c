@@ -27,6 +27,7 @@ extern void dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e
 #define LANCZOS_SAMPLES 16        /* rows from which the diagonal is estimated */
 #define LANCZOS_SAMPLE_ERROR 1e-3 /* relative, of their diagonal: it only chooses preconditioners and Newton's models */
 #define LANCZOS_SAFETY 2          /* the error allowed over its estimate */
+#define LANCZOS_GAIN 0.1          /* the least error over the last change that is believed */
 #define LANCZOS_TOL 1e-8          /* default relative tolerance */
 #define LANCZOS_ORTHOGONAL_MAX 2000 /* rows up to which the basis is reorthogonalised */
 
@@ -164,7 +165,7 @@ static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, 
         largest = PetscMax(largest, l->alpha[i] + l->beta[i] + (i ? l->beta[i - 1] : 0));
       if (!before && *m > 1) error = 0.28 * PetscSqrtReal(largest) / (PetscReal)(*m - 1);
       if (before && change < last_change)
-        error = LANCZOS_SAFETY * change * PetscPowReal(change / last_change, steps / last_steps);
+        error = change * PetscMax(LANCZOS_GAIN, LANCZOS_SAFETY * PetscPowReal(change / last_change, steps / last_steps));
       if (error <= PetscMax(allowed, relative * PetscSqrtReal(size))) break;
       last_change = change;
       last_steps = steps;

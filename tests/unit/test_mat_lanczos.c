@@ -1,0 +1,230 @@
+/* Viscosity by Lanczos' method: its products keep to the tolerance whatever was asked for before, cost less when it is
+   loose, and its options are its own. */
+#include "unit.h"
+#include "cells.h"
+
+#define MASS (2500.0 * 3000.0)
+#define ZETA (0.8 / 3)
+enum { NX = 22, NZ = 18, N = NX * NZ, SIDE = 10 };
+
+static const SlipGrid Grid = {NX, NZ, 3000.0, 2600.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+
+/* H by Lanczos' method, and a dense root of the same stiffness: of a grid, or of irregular cells with weighted rows. */
+static void Create(PetscBool cells, Mat *H, Mat *exact)
+{
+  static PetscReal data[5 * SIDE * SIDE];
+  Mat K, dense;
+
+  if (cells) {
+    const SlipCells c = TwoGradedFaults(SIDE, SIDE / 2, 1, data);
+
+    ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &c, "dense", 1e-8, &K));
+    ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", exact));
+  } else {
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "dense", &dense));
+    ok(MatCreateSlipViscosity(dense, MASS, ZETA, "sqrtm", exact));
+    ok(MatDestroy(&dense));
+  }
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "lanczos", H));
+  ok(MatDestroy(&K));
+}
+
+/* A smooth hump (kind 0) or signs that alternate wildly, which need the fewest and the most steps; kind 2: a corner. */
+static void Fill(Vec x, int kind)
+{
+  PetscInt n;
+
+  ok(VecGetSize(x, &n));
+  for (PetscInt i = 0; i < n; i++)
+    ok(VecSetValue(x, i,
+                   kind == 0   ? PetscSinReal(PETSC_PI * (PetscReal)(i + 1) / (PetscReal)(n + 1))
+                   : kind == 1 ? PetscSinReal(37.0 * (PetscReal)i * (PetscReal)i)
+                               : (i == n - 1 ? 1.0 : 0.0),
+                   INSERT_VALUES));
+  ok(VecAssemblyBegin(x));
+  ok(VecAssemblyEnd(x));
+}
+
+/* |H x - exact x| / |exact x| */
+static PetscReal Error(Mat H, Mat exact, Vec x)
+{
+  PetscReal error, size;
+  Vec y, z;
+
+  ok(VecDuplicate(x, &y));
+  ok(VecDuplicate(x, &z));
+  ok(MatMult(exact, x, y));
+  ok(MatMult(H, x, z));
+  ok(VecNorm(y, NORM_2, &size));
+  ok(VecAXPY(z, -1, y));
+  ok(VecNorm(z, NORM_2, &error));
+  ok(VecDestroy(&y));
+  ok(VecDestroy(&z));
+  return error / size;
+}
+
+/* Against the dense root, at every tolerance, for vectors of three kinds and their sums, which are products of increments:
+   at most twice the tolerance, which all remembered products together may take beside the new one's tenth, so three
+   times; and no more than four digits better, or the tolerance would buy nothing. Dense roots are good to 1e-14. */
+static void test_tolerance(void **state)
+{
+  (void)state;
+  for (int cells = 0; cells < 2; cells++)
+    for (PetscReal tolerance = 1e-3; tolerance > 1e-12; tolerance *= 1e-2) {
+      PetscReal worst = 0;
+      Mat H, exact;
+      Vec x, sum;
+
+      Create((PetscBool)cells, &H, &exact);
+      ok(MatSlipViscositySetTolerance(H, tolerance));
+      ok(MatCreateVecs(H, &x, &sum));
+      ok(VecSet(sum, 0));
+      for (int kind = 0; kind < 3; kind++) {
+        Fill(x, kind);
+        worst = PetscMax(worst, Error(H, exact, x));
+        ok(VecAXPY(sum, PetscPowRealInt(0.03, kind), x));
+        worst = PetscMax(worst, Error(H, exact, sum));
+      }
+      print_message("%s, tolerance %g: error %g\n", cells ? "cells" : "grid", (double)tolerance, (double)worst);
+      assert_true(worst < 3 * tolerance);
+      assert_true(worst > 1e-4 * tolerance);
+      ok(VecDestroy(&x));
+      ok(VecDestroy(&sum));
+      ok(MatDestroy(&H));
+      ok(MatDestroy(&exact));
+    }
+}
+
+/* A direction met first as a small part of x has an image of few digits. When it comes back as all of x, or most of it,
+   that image must be forgotten: the error of a product is relative to that product. */
+static void test_few_digits_are_forgotten(void **state)
+{
+  const PetscReal tolerance = 1e-7;
+
+  (void)state;
+  for (PetscReal part = 1e-2; part > 1e-6; part *= 0.1) {
+    Mat H, exact;
+    Vec x, small, whole;
+
+    Create(PETSC_FALSE, &H, &exact);
+    ok(MatSlipViscositySetTolerance(H, tolerance));
+    ok(MatCreateVecs(H, &x, &small));
+    ok(VecDuplicate(x, &whole));
+    Fill(x, 0);
+    Fill(small, 2);
+    assert_true(Error(H, exact, x) < 3 * tolerance);
+    ok(VecWAXPY(whole, part, small, x));
+    assert_true(Error(H, exact, whole) < 3 * tolerance);
+    ok(VecAXPY(small, 1e-3, x)); /* both directions are known, but one not well enough */
+    print_message("part %g: error %g\n", (double)part, (double)Error(H, exact, small));
+    assert_true(Error(H, exact, small) < 3 * tolerance);
+    ok(VecDestroy(&x));
+    ok(VecDestroy(&small));
+    ok(VecDestroy(&whole));
+    ok(MatDestroy(&H));
+    ok(MatDestroy(&exact));
+  }
+}
+
+/* A solver that wants loose products gets one for an iterate far from the others, no worse than it said, and exact ones
+   for the next and for iterates nearby; without its wish all are exact. */
+static void test_loose_products(void **state)
+{
+  const PetscReal loose = 5e-4, tolerance = 1e-8;
+  PetscErrorCode (*set)(Mat, PetscReal);
+  Mat K, H, B, exact;
+  Vec x, y;
+
+  (void)state;
+  Create(PETSC_FALSE, &H, &exact);
+  ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
+  ok(MatCreateSlipStage(K, H, MASS, &B));
+  ok(PetscObjectQueryFunction((PetscObject)B, "MatSlipSetLoose_C", &set));
+  assert_non_null(set);
+  ok(MatSlipViscositySetTolerance(H, tolerance));
+  ok(MatCreateVecs(H, &x, &y));
+  Fill(x, 0);
+  Fill(y, 1);
+  ok(set(B, loose));
+  {
+    const PetscReal first = Error(H, exact, x);
+
+    print_message("loose: error %g\n", (double)first);
+    assert_true(first < 1.5 * loose && first > 10 * tolerance);
+  }
+  assert_true(Error(H, exact, x) < 3 * tolerance); /* the next, though it is the same */
+  ok(VecAXPY(x, 1e-6, y));
+  assert_true(Error(H, exact, x) < 3 * tolerance); /* near: what is spared is not worth a second product */
+  ok(set(B, 0));
+  assert_true(Error(H, exact, y) < 3 * tolerance);
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&y));
+  ok(MatDestroy(&B));
+  ok(MatDestroy(&K));
+  ok(MatDestroy(&H));
+  ok(MatDestroy(&exact));
+}
+
+/* Two stiffnesses with prefixes of their own, one plain: each viscosity and stage reads its own options; a setter counts
+   unless the option is read again. What was given up is refused by name. */
+static void test_options_have_one_owner(void **state)
+{
+  static const char *const prefixes[] = {"one_", "two_", ""};
+  static const char *const types[] = {"sliplanczos", "slipspectral", "slipspectral"};
+  Mat K[3], H[3], B[3], A, exact, plain;
+  MatType type;
+  Vec x;
+
+  (void)state;
+  ok(PetscOptionsSetValue(NULL, "-one_mat_slipsqrtm_setup", "lanczos"));
+  ok(PetscOptionsSetValue(NULL, "-one_mat_slipsqrtm_tolerance", "1e-3"));
+  ok(PetscOptionsSetValue(NULL, "-two_mat_slipstage_jacobian", "approximate"));
+  for (int k = 0; k < 3; k++) {
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K[k]));
+    ok(MatSetOptionsPrefix(K[k], prefixes[k]));
+    ok(MatCreateSlipViscosity(K[k], MASS, ZETA, "sqrtm", &H[k]));
+    ok(MatCreateSlipStage(K[k], H[k], MASS, &B[k]));
+    ok(MatSlipStageSetTheta(B[k], 1));
+    ok(MatGetType(H[k], &type));
+    assert_string_equal(type, types[k]);
+    ok(MatSlipStageGetApproximation(B[k], &A));
+    assert_int_equal(A == B[k], k == 2); /* by cost for the first, as asked for the second */
+  }
+  Create(PETSC_FALSE, &plain, &exact);
+  ok(MatCreateVecs(exact, &x, NULL));
+  Fill(x, 1);
+  assert_true(Error(H[0], exact, x) > 1e-7);
+  ok(MatSlipViscositySetTolerance(H[0], 1e-9)); /* as a program that has an option of its own does */
+  assert_true(Error(H[0], exact, x) < 3e-9);
+  ok(MatSlipViscositySetFromOptions(H[0]));
+  assert_true(Error(H[0], exact, x) > 1e-7);
+  assert_true(Error(plain, exact, x) < 3e-8);
+  ok(PetscOptionsSetValue(NULL, "-two_mat_slipsqrtm_setup", "dense"));
+  fails(MatCreateSlipViscosity(K[1], MASS, ZETA, "sqrtm", &A),
+        "-two_mat_slipsqrtm_setup is \"dense\", expected auto, sketch or lanczos");
+  ok(PetscOptionsClearValue(NULL, "-one_mat_slipsqrtm_setup"));
+  ok(PetscOptionsClearValue(NULL, "-one_mat_slipsqrtm_tolerance"));
+  ok(PetscOptionsClearValue(NULL, "-two_mat_slipsqrtm_setup"));
+  ok(PetscOptionsClearValue(NULL, "-two_mat_slipstage_jacobian"));
+  for (int k = 0; k < 3; k++) {
+    ok(MatDestroy(&B[k]));
+    ok(MatDestroy(&H[k]));
+    ok(MatDestroy(&K[k]));
+  }
+  ok(VecDestroy(&x));
+  ok(MatDestroy(&plain));
+  ok(MatDestroy(&exact));
+}
+
+int main(int argc, char **argv)
+{
+  static const struct CMUnitTest tests[] = {
+    cmocka_unit_test(test_tolerance),
+    cmocka_unit_test(test_few_digits_are_forgotten),
+    cmocka_unit_test(test_loose_products),
+    cmocka_unit_test(test_options_have_one_owner),
+  };
+
+  return RunTests(argc, argv, tests, NULL, NULL);
+}
