@@ -1,6 +1,12 @@
-/* Friction laws: one row each, with derivatives. Pure functions. */
-#include <slipstep/private/slipfault.h>
+/* Friction laws: one row each, with derivatives; the evolution of their state over a stage; the strength that they give
+   a cell. Pure functions: the fault's constraint and the trainer's loop without objects both call them, so that a law
+   is written here and nowhere else. */
 #include <slipcompat.h>
+#include <slipcore.h>
+
+/* Slip and slip rate beyond which no law weakens any more; finite, so that laws can divide by them. */
+#define WEAK_SLIP 1e30
+#define WEAK_RATE 1e30
 
 static void ExponentialSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
                                      PetscReal *dmu_dv)
@@ -71,4 +77,90 @@ PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law)
     if (same) *law = l;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the state: here the slip s of both signs, ds/dt = |v| ---- */
+
+static PetscReal StateRate(const SlipFriction *p, PetscReal s, PetscReal rate)
+{
+  (void)p;
+  (void)s;
+  return rate;
+}
+
+/* At the end of a stage that is implicit by theta, and its derivative with respect to the rate there. Healing, ds/dt =
+   |v| - s/t_h, would divide both by 1 + theta/t_h. */
+static PetscReal StateAdvance(const SlipFriction *p, PetscReal theta, PetscReal s0, PetscReal rate, PetscReal *ds)
+{
+  (void)p;
+  *ds = theta;
+  return s0 + theta * rate;
+}
+
+/* ---- many cells ---- */
+
+static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
+{
+  const SlipFriction p = {f->residual[i], f->drop[i], f->slip[i], f->rate[i]};
+
+  return p;
+}
+
+/* mu of cell i and its derivatives, as SlipFrictionFn */
+void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,
+                          PetscReal *dmu_ds, PetscReal *dmu_dv)
+{
+  const SlipFriction p = At(f, i);
+
+  f->law->eval(&p, s, v, mu, dmu_ds, dmu_dv);
+}
+
+/* mu of cell i after all weakening */
+PetscReal SlipFrictionWeakest(const SlipFrictionCells *f, PetscInt i)
+{
+  PetscReal mu, ds, dv;
+
+  SlipFrictionEvaluate(f, i, WEAK_SLIP, WEAK_RATE, &mu, &ds, &dv);
+  return mu;
+}
+
+/* q = mu(s, |v|) sigma w [Pa], s the state at the end of a stage that starts from s0 and is implicit by theta [s] (0: q
+   of the state s0), and, unless dq is NULL, dq/d|v|. s0 and v have a stride: 3 in states (v, u, s) of a fault. */
+void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
+                          const PetscReal s0[], const PetscReal v[], PetscReal q[], PetscReal dq[])
+{
+  for (PetscInt i = 0; i < n; i++) {
+    const SlipFriction p = At(f, i);
+    const PetscReal rate = PetscAbsReal(v[stride * i]);
+    const PetscReal sigma = f->weight ? f->weight[i] * f->stress[i] : f->stress[i];
+    PetscReal mu, dmu_ds, dmu_dv, s, ds;
+
+    s = StateAdvance(&p, theta, s0[stride * i], rate, &ds);
+    f->law->eval(&p, s, rate, &mu, &dmu_ds, &dmu_dv);
+    q[i] = sigma * mu;
+    if (dq) dq[i] = sigma * (ds * dmu_ds + dmu_dv);
+  }
+}
+
+/* ds/dt at the state (v, s); all three arrays have the stride */
+void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
+                           const PetscReal v[], PetscReal ds[])
+{
+  for (PetscInt i = 0; i < n; i++) {
+    const SlipFriction p = At(f, i);
+
+    ds[stride * i] = StateRate(&p, s[stride * i], PetscAbsReal(v[stride * i]));
+  }
+}
+
+/* The state at the end of a stage with the rates v; s, and only it, has a stride */
+void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal theta, const PetscReal s0[],
+                              const PetscReal v[], PetscInt stride, PetscReal s[])
+{
+  for (PetscInt i = 0; i < n; i++) {
+    const SlipFriction p = At(f, i);
+    PetscReal ds;
+
+    s[stride * i] = StateAdvance(&p, theta, s0[i], PetscAbsReal(v[i]), &ds);
+  }
 }

@@ -191,12 +191,14 @@ static PetscErrorCode TSGetStages_Bathe(TS ts, PetscInt *n, Vec **Y)
 static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscReal xi, PetscReal *yr, PetscReal *yi)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal a1, a0, b, g = 0.5 * ba->gamma, nr, ni, dr, di, d2, wr, wi;
+  PetscReal b, g = 0.5 * ba->gamma, nr, ni, dr, di, d2, wr, wi;
+  SlipBathe c;
 
   PetscFunctionBegin;
-  TSBatheCoefficients(ba->gamma, &a1, &a0, &b);
+  SlipBatheCoefficients(ba->gamma, &c);
+  b = c.b;
   nr = 1.0 + g * xr, ni = g * xi, dr = 1.0 - g * xr, di = -g * xi, d2 = dr * dr + di * di;
-  wr = a1 * (nr * dr + ni * di) / d2 - a0, wi = a1 * (ni * dr - nr * di) / d2;
+  wr = c.a1 * (nr * dr + ni * di) / d2 - c.a0, wi = c.a1 * (ni * dr - nr * di) / d2;
   dr = 1.0 - b * xr, di = -b * xi, d2 = dr * dr + di * di;
   *yr = (wr * dr + wi * di) / d2;
   *yi = (wi * dr - wr * di) / d2;

@@ -3,6 +3,7 @@
 #include <slipts.h>
 #include <petsc/private/tsimpl.h>
 #include <slipcompat.h>
+#include <slipcore.h>
 
 enum { BATHE_MAX_MONITORS = 8 };
 
@@ -51,14 +52,6 @@ typedef struct {
   TSBatheAttemptFn monitor[BATHE_MAX_MONITORS];
   void *monitorctx[BATHE_MAX_MONITORS];
 } TS_Bathe;
-
-/* Of stage 2, the three-point backward formula A w2 = a1 A w1 - a0 A w0 + b h [F_s(w2) + r2] */
-static inline void TSBatheCoefficients(PetscReal gamma, PetscReal *a1, PetscReal *a0, PetscReal *b)
-{
-  *a1 = 1.0 / (gamma * (2.0 - gamma));
-  *a0 = (1.0 - gamma) * (1.0 - gamma) / (gamma * (2.0 - gamma));
-  *b = (1.0 - gamma) / (2.0 - gamma);
-}
 
 /* The problem's operations */
 PETSC_INTERN PetscErrorCode SlipConstraintGetOps(SlipConstraint, const SlipConstraintOps **);
