@@ -10,11 +10,11 @@ struct PlainSmall {
   PetscInt n;
   PetscReal A[SMALL_MAX_STATES], G[SMALL_MAX_STATES][SMALL_MAX_STATES], q;
   PetscReal start[SMALL_MAX_STATES];
-  PetscReal tstar, tmax, dt_low, dt_high; /* [s]; the controller's limits of the step */
-  const void *model;                      /* what the two functions are given */
-  PetscReal (*force)(const void *model, PetscReal t);
+  PetscReal tstar, tmax, dt_low, dt_high;           /* [s]; the controller's limits of the step */
+  SlipModel model;                                  /* what the two functions are given */
+  PetscReal (*force)(SlipModel model, PetscReal t); /* NULL: zero */
   /* The problem's own observations, as its "SlipObserve_C" says them */
-  PetscBool (*observe)(const void *model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value);
+  PetscBool (*observe)(SlipModel model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value);
 };
 
 typedef struct {

@@ -31,6 +31,7 @@ typedef struct {
 
 struct _EvaluateProblem {
   const char *name, *meaning;
+  const SlipModelOps *model; /* of a small model, else NULL */
   PetscBool meshes;  /* has sizes and meshes, and runs on any number of processes; otherwise on one */
   PetscInt nstates;  /* the first columns of the series, the state whose errors are measured */
   PetscInt ncolumns; /* of the series besides time */

@@ -32,7 +32,7 @@ typedef struct {
 /* One simulated instance. */
 typedef struct {
   const Problem *problem;
-  void *model; /* the problem's own: SlipFault, SlidingMode *, Circuit * */
+  void *model; /* the problem's own: SlipFault, SlipModel, Episode * */
   TS ts;
   Vec w;
   PetscReal tstar, tmax; /* [s] */
@@ -73,9 +73,11 @@ struct _Problem {
   PetscBool has_dial;         /* its draws have a position of the accuracy dial */
   const DrawRow *draw;
   PetscInt ndraw;
-  PetscBool (*drawable)(const PetscReal drawn[]); /* NULL: all draws are good */
-  const Preset *presets;                          /* the last one has reward NULL */
-  PetscReal rtol, atol;                           /* defaults of -train_rtol and -train_atol */
+  PetscBool (*drawable)(const PetscReal drawn[]);      /* NULL: all draws are good */
+  const SlipModelOps *model;                           /* of a small model, else NULL */
+  void (*apply)(const PetscReal drawn[], void *model); /* draws to the parameters of a small model */
+  const Preset *presets;                               /* the last one has reward NULL */
+  PetscReal rtol, atol;                                /* defaults of -train_rtol and -train_atol */
   const char *atol_unit;
   PetscInt nerrors;
   const char *errors[ENV_MAX_ERRORS]; /* what EnvResult.error holds, the most important one first */
