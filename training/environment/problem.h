@@ -1,9 +1,9 @@
-/* What can be trained on: a table of problems, one row each. A row creates runs of the problem, draws its random
+/* What can be trained on: a problem, which the environment steps through without knowing it. It creates runs of the problem, draws its random
    instances, and knows the errors of a run and what a step changes in the exact continuation. The environment steps
    through runs and knows no problem. Public headers of the library only. */
 #pragma once
 #include "common/random.h"
-#include "environment/reward.h"
+#include "reward.h"
 
 #define ENV_MAX_OBS 16
 #define ENV_MAX_DRAW 12
@@ -110,10 +110,3 @@ struct _Problem {
 
 /* The tolerances of the fault's problems. */
 #define PROBLEM_FAULT_TOLERANCES .rtol = 1e-3, .atol = 1e-6, .atol_unit = "0.1 mm for slip and 0.1 mm/T* for slip rate"
-
-PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
-PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemSlidingMode, ProblemCircuit;
-PETSC_INTERN PetscErrorCode ProblemFind(const char name[], const Problem **row);
-PETSC_INTERN PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[]); /* [ndraw] */
-PETSC_INTERN PetscErrorCode ProblemDescribeDraws(char text[], size_t len); /* all rows of the table */
-PETSC_INTERN const Preset *ProblemPreset(const Problem *p, const char reward[]);
