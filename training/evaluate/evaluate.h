@@ -31,9 +31,10 @@ typedef struct {
 
 struct _EvaluateProblem {
   const char *name, *meaning;
-  PetscBool meshes;  /* has sizes and meshes, and runs on any number of processes; otherwise on one */
-  PetscInt nstates;  /* the first columns of the series, the state whose errors are measured */
-  PetscInt ncolumns; /* of the series besides time */
+  const SlipModelOps *model; /* of a small model, else NULL */
+  PetscBool meshes;          /* has sizes and meshes, and runs on any number of processes; otherwise on one */
+  PetscInt nstates;          /* the first columns of the series, the state whose errors are measured */
+  PetscInt ncolumns;         /* of the series besides time */
   const char *const *columns, *const *units;
   PetscInt rate;      /* column whose largest error is recorded on its own, -1: none */
   PetscBool relative; /* errors over the size of the reference; otherwise in the unit of the state */

@@ -2,7 +2,7 @@
    a run that is killed at any moment leaves a complete file, and processes of one run or of several may share it. */
 #include "evaluate.h"
 #include <slipcompat.h>
-#include <slipstep/private/slipsys.h>
+#include "common/files.h"
 #include <fcntl.h>
 #include <stdio.h>
 #include <time.h>
@@ -52,7 +52,6 @@ static PetscErrorCode Begin(const EvaluateOptions *o, SlipH5 *h, int *lock)
   PetscCall(Lock(o->output, lock));
   if (access(o->output, F_OK)) {
     PetscCall(SlipH5Create(o->output, h));
-    PetscCall(SlipErrorUnfinished(h->name));
     PetscCall(SlipH5WriteAttrString(h, "/", "format", EVALUATE_FORMAT));
     PetscCall(SlipH5WriteAttrInt(h, "/", "version", EVALUATE_VERSION));
     PetscCall(SlipH5WriteAttrString(h, "/", "settings", o->settings));
@@ -64,9 +63,9 @@ static PetscErrorCode Begin(const EvaluateOptions *o, SlipH5 *h, int *lock)
   PetscCall(PetscMemzero(h, sizeof(*h)));
   PetscCall(PetscStrncpy(h->target, o->output, sizeof(h->target)));
   PetscCall(PetscSNPrintf(h->name, sizeof(h->name), "%s.part", o->output));
-  PetscCall(SlipErrorUnfinished(h->name));
   PetscCall(Copy(o->output, h->name));
   h->id = H5Fopen(h->name, H5F_ACC_RDWR, H5P_DEFAULT);
+  if (h->id < 0) remove(h->name);
   PetscCheck(h->id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s (-evaluate_output) is damaged", o->output);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -75,7 +74,6 @@ static PetscErrorCode End(SlipH5 *h, int lock)
 {
   PetscFunctionBegin;
   PetscCall(SlipH5Close(h));
-  PetscCall(SlipErrorUnfinished(NULL));
   close(lock);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -296,14 +294,10 @@ PetscErrorCode EvaluateFileCheck(const EvaluateOptions *o)
 
   PetscFunctionBegin;
   if (access(o->output, F_OK)) {
-    PetscCall(SlipErrorSource("-evaluate_output"));
-    PetscCall(SlipH5CheckCreate(o->output));
-    PetscCall(SlipErrorSource(NULL));
+    PetscCallFile("-evaluate_output", SlipH5CheckCreate(o->output));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipErrorSource("-evaluate_output"));
-  PetscCall(SlipH5OpenRead(o->output, &h));
-  PetscCall(SlipErrorSource(NULL));
+  PetscCallFile("-evaluate_output", SlipH5OpenRead(o->output, &h));
   PetscCall(SlipH5HasAttribute(&h, "/", "format", &has));
   if (has) PetscCall(SlipH5ReadAttrString(&h, "/", "format", format, sizeof(format)));
   PetscCall(PetscStrcmp(format, EVALUATE_FORMAT, &same));

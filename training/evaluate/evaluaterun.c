@@ -1,7 +1,7 @@
 /* One cell of the matrix: its runs, timed, with their errors; a run that fails is a result too. */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime() */
 #include "evaluate.h"
-#include <slipcompat.h>
+#include "common/files.h"
 #include <petsctime.h>
 #include <time.h>
 
@@ -14,22 +14,6 @@ typedef struct {
   PetscInt max_failures, max_attempts; /* guard rail of rl; limit of evaluate */
   PetscBool learned, profile;
 } Recorder;
-
-static char Failure[512]; /* first error message of a run */
-
-/* A failing run must not end the program: keep its message and return. */
-static PetscErrorCode Capture(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
-                              PetscErrorType type, const char *message, void *ctx)
-{
-  (void)comm;
-  (void)line;
-  (void)function;
-  (void)file;
-  (void)ctx;
-  if (type == PETSC_ERROR_INITIAL && !Failure[0])
-    (void)PetscStrncpy(Failure, message ? message : "no message", sizeof(Failure));
-  return code;
-}
 
 static PetscErrorCode Record(Recorder *rec, PetscReal t, Vec w, Vec r)
 {
@@ -204,6 +188,7 @@ static PetscErrorCode RunRecorded(const EvaluateOptions *o, MPI_Comm comm, const
                                   const EvaluateCell *cell, EvaluateResult *r, Times *times)
 {
   Recorder rec = {.c = c, .model = model, .r = r, .max_failures = 3, .max_attempts = o->max_attempts};
+  char failure[ERROR_TEXT] = "";
   PetscErrorCode ierr;
   PetscInt failed;
 
@@ -214,15 +199,14 @@ static PetscErrorCode RunRecorded(const EvaluateOptions *o, MPI_Comm comm, const
   rec.learned = cell->policy ? PETSC_TRUE : PETSC_FALSE;
   rec.profile = c->problem->profiles && cell->tolerance == 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-ts_adapt_rl_max_failures", &rec.max_failures, NULL));
-  Failure[0] = '\0';
-  PetscCall(PetscPushErrorHandler(Capture, NULL));
+  PetscCall(PetscPushErrorHandler(ErrorCapture, failure)); /* a failing run must not end the program */
   ierr = RunOnce(comm, c, model, cell, &rec, times);
   PetscCall(PetscPopErrorHandler());
   failed = ierr ? 1 : 0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPIU_INT, MPI_MAX, comm));
   if (!failed) PetscFunctionReturn(PETSC_SUCCESS);
   r->converged = PETSC_FALSE;
-  PetscCall(PetscStrncpy(r->reason, Failure[0] ? Failure : "another process failed", sizeof(r->reason)));
+  PetscCall(PetscStrncpy(r->reason, failure[0] ? failure : "another process failed", sizeof(r->reason)));
   for (PetscInt i = 0; i < r->steps.n; i++) r->accepted += r->steps.data[i * EVALUATE_ATTEMPT + 2] > 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

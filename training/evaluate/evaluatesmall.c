@@ -1,16 +1,13 @@
 /* The sliding mode controller and the circuit as problems to evaluate, in the study's evaluation settings unless the
    -sliding_mode_ and -circuit_ options say otherwise. */
 #include "evaluate.h"
-#include "../examples/circuit.h"
-#include "../examples/sliding_mode.h"
+#include <slipmodels.h>
 #include <slipcompat.h>
-
-#define EVALUATION 1 /* of the two settings of each model */
 
 static PetscErrorCode Destroy(void **model)
 {
   PetscFunctionBegin;
-  PetscCall(PetscFree(*model));
+  PetscCall(SlipModelDestroy((SlipModel *)model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -33,103 +30,65 @@ static PetscErrorCode Observe(const EvaluateCase *c, void *model, PetscReal t, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- the sliding mode controller ---- */
-
-static const char *const sliding_columns[] = {"w", "reaction"}, *const sliding_units[] = {"1", "1/s"};
-
-static PetscErrorCode SlidingCreate(MPI_Comm comm, const EvaluateCase *c, void **model)
+static PetscErrorCode Create(MPI_Comm comm, const EvaluateCase *c, void **model)
 {
-  SlidingMode *m;
-
   PetscFunctionBegin;
   (void)comm;
-  (void)c;
-  PetscCall(PetscNew(&m));
-  PetscCall(SlidingModeSetFromOptions(m, EVALUATION));
-  *model = m;
+  PetscCall(SlipModelCreate(c->problem->model, SLIP_MODEL_EVALUATION, (SlipModel *)model));
+  PetscCall(SlipModelSetFromOptions((SlipModel)*model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlidingStart(MPI_Comm comm, const EvaluateCase *c, void *model, TS *ts, Vec *w)
+static PetscErrorCode Start(MPI_Comm comm, const EvaluateCase *c, void *model, TS *ts, Vec *w)
 {
-  SlidingMode *m = (SlidingMode *)model;
-
   PetscFunctionBegin;
   (void)comm;
   (void)c;
   PetscCall(TSCreate(PETSC_COMM_SELF, ts));
-  PetscCall(SlidingModeConfigureTS(m, *ts));
-  PetscCall(VecCreateSeq(PETSC_COMM_SELF, 1, w));
-  PetscCall(VecSet(*w, m->start));
+  PetscCall(SlipModelConfigureTS((SlipModel)model, *ts));
+  PetscCall(SlipModelCreateState((SlipModel)model, w));
   PetscCall(TSSetSolution(*ts, *w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlidingExact(void *model, PetscReal t, PetscReal row[])
+static PetscErrorCode Exact(void *model, PetscReal t, PetscReal row[])
 {
   PetscFunctionBegin;
-  row[0] = SlidingModeExact((const SlidingMode *)model, t, &row[1]);
+  row[0] = (*((SlipModel)model)->ops->exact)((SlipModel)model, t, &row[1]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static const char *const sliding_columns[] = {"w", "reaction"}, *const sliding_units[] = {"1", "1/s"};
 static const EvaluateProblem EvaluateSlidingMode = {.name = "sliding_mode",
                                                     .meaning =
                                                       "the sliding mode controller of the -sliding_mode_ options",
+                                                    .model = &SlipSlidingModeOps,
                                                     .nstates = 1,
                                                     .ncolumns = 2,
                                                     .columns = sliding_columns,
                                                     .units = sliding_units,
                                                     .rate = -1,
-                                                    .create = SlidingCreate,
+                                                    .create = Create,
                                                     .destroy = Destroy,
-                                                    .start = SlidingStart,
+                                                    .start = Start,
                                                     .observe = Observe,
-                                                    .exact = SlidingExact};
-
-/* ---- the circuit ---- */
+                                                    .exact = Exact};
 
 static const char *const circuit_columns[] = {"V1", "V2", "i", "reaction"}, *const circuit_units[] = {"V", "V", "A",
                                                                                                       "A"};
-
-static PetscErrorCode CircuitCreate(MPI_Comm comm, const EvaluateCase *c, void **model)
-{
-  Circuit *circuit;
-
-  PetscFunctionBegin;
-  (void)comm;
-  (void)c;
-  PetscCall(PetscNew(&circuit));
-  PetscCall(CircuitSetFromOptions(circuit, EVALUATION));
-  *model = circuit;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CircuitStart(MPI_Comm comm, const EvaluateCase *c, void *model, TS *ts, Vec *w)
-{
-  Circuit *circuit = (Circuit *)model;
-
-  PetscFunctionBegin;
-  (void)comm;
-  (void)c;
-  PetscCall(TSCreate(PETSC_COMM_SELF, ts));
-  PetscCall(CircuitConfigureTS(circuit, *ts));
-  PetscCall(CircuitCreateState(circuit, w));
-  PetscCall(TSSetSolution(*ts, *w));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static const EvaluateProblem EvaluateCircuit = {.name = "circuit",
                                                 .meaning = "the circuit of the -circuit_ options",
-                                                .nstates = CIRCUIT_N,
-                                                .ncolumns = CIRCUIT_N + 1,
+                                                .model = &SlipCircuitOps,
+                                                .nstates = 3,
+                                                .ncolumns = 4,
                                                 .columns = circuit_columns,
                                                 .units = circuit_units,
                                                 .rate = -1,
                                                 .relative = PETSC_TRUE,
                                                 .reference = 200000,
-                                                .create = CircuitCreate,
+                                                .create = Create,
                                                 .destroy = Destroy,
-                                                .start = CircuitStart,
+                                                .start = Start,
                                                 .observe = Observe};
 
 const EvaluateProblem *const EvaluateProblems[] = {&EvaluateFault, &EvaluateSlidingMode, &EvaluateCircuit, NULL};

@@ -1,6 +1,7 @@
 /* The work: references first, then cells. Those of coarse meshes and small systems are spread over the processes,
    each taking the next one when it is free; those of fine meshes run on all processes together. */
 #include "evaluate.h"
+#include "common/queue.h"
 #include <slipcompat.h>
 #include <petsctime.h>
 
@@ -26,43 +27,6 @@ typedef struct {
   EvaluateReference reference;
   PetscReal wall_setup;
 } Work;
-
-/* ---- a counter that processes share: the next job ---- */
-
-typedef struct {
-  MPI_Win window;
-  int *memory;
-} Counter;
-
-static PetscErrorCode CounterCreate(Counter *c)
-{
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
-  PetscCallMPI(
-    MPI_Win_allocate(rank ? 0 : sizeof(int), sizeof(int), MPI_INFO_NULL, PETSC_COMM_WORLD, &c->memory, &c->window));
-  if (!rank) {
-    PetscCallMPI(MPI_Win_lock(MPI_LOCK_EXCLUSIVE, 0, 0, c->window));
-    *c->memory = 0;
-    PetscCallMPI(MPI_Win_unlock(0, c->window));
-  }
-  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CounterNext(Counter *c, PetscInt *next)
-{
-  const int one = 1;
-  int value = 0;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Win_lock(MPI_LOCK_SHARED, 0, 0, c->window));
-  PetscCallMPI(MPI_Fetch_and_op(&one, &value, MPI_INT, 0, 0, MPI_SUM, c->window));
-  PetscCallMPI(MPI_Win_unlock(0, c->window));
-  *next = value;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* ---- one job ---- */
 
@@ -211,21 +175,21 @@ static void CountDone(Work *w, PetscInt index)
 
 static PetscErrorCode WorkThrough(Work *w)
 {
-  Counter counter;
+  Queue queue;
   PetscInt next = 0;
   PetscBool out;
 
   PetscFunctionBegin;
-  PetscCall(CounterCreate(&counter));
+  PetscCall(QueueCreate(PETSC_COMM_WORLD, 1, &queue));
   while (PETSC_TRUE) {
-    PetscCall(CounterNext(&counter, &next));
+    PetscCall(QueueRaise(&queue, 0, 1, &next));
     PetscCall(OutOfTime(w, &out));
     if (next >= w->njobs || out) break;
     if (!IsSpread(w, &w->jobs[next])) continue;
     CountDone(w, next);
     PetscCall(Do(w, PETSC_COMM_SELF, next));
   }
-  PetscCallMPI(MPI_Win_free(&counter.window));
+  PetscCall(QueueDestroy(&queue));
   PetscCall(PutAway(w));
   for (PetscInt i = 0; i < w->njobs; i++) {
     if (IsSpread(w, &w->jobs[i])) continue;

@@ -1,6 +1,6 @@
 /* The fault as a problem to train on: instances drawn at random or taken from the options, and their exact
    continuation. */
-#include "problem.h"
+#include "problems.h"
 #include <slipstep.h>
 #include <slipcompat.h>
 

@@ -1,9 +1,9 @@
-/* What can be trained on: a table of problems, one row each. A row creates runs of the problem, draws its random
+/* What can be trained on: a problem, which the environment steps through without knowing it. It creates runs of the problem, draws its random
    instances, and knows the errors of a run and what a step changes in the exact continuation. The environment steps
    through runs and knows no problem. Public headers of the library only. */
 #pragma once
 #include "common/random.h"
-#include "environment/reward.h"
+#include "reward.h"
 
 #define ENV_MAX_OBS 16
 #define ENV_MAX_DRAW 12
@@ -32,7 +32,7 @@ typedef struct {
 /* One simulated instance. */
 typedef struct {
   const Problem *problem;
-  void *model; /* the problem's own: SlipFault, SlidingMode *, Circuit * */
+  void *model; /* the problem's own: SlipFault, SlipModel, Episode * */
   TS ts;
   Vec w;
   PetscReal tstar, tmax; /* [s] */
@@ -73,9 +73,11 @@ struct _Problem {
   PetscBool has_dial;         /* its draws have a position of the accuracy dial */
   const DrawRow *draw;
   PetscInt ndraw;
-  PetscBool (*drawable)(const PetscReal drawn[]); /* NULL: all draws are good */
-  const Preset *presets;                          /* the last one has reward NULL */
-  PetscReal rtol, atol;                           /* defaults of -train_rtol and -train_atol */
+  PetscBool (*drawable)(const PetscReal drawn[]);      /* NULL: all draws are good */
+  const SlipModelOps *model;                           /* of a small model, else NULL */
+  void (*apply)(const PetscReal drawn[], void *model); /* draws to the parameters of a small model */
+  const Preset *presets;                               /* the last one has reward NULL */
+  PetscReal rtol, atol;                                /* defaults of -train_rtol and -train_atol */
   const char *atol_unit;
   PetscInt nerrors;
   const char *errors[ENV_MAX_ERRORS]; /* what EnvResult.error holds, the most important one first */
@@ -108,10 +110,3 @@ struct _Problem {
 
 /* The tolerances of the fault's problems. */
 #define PROBLEM_FAULT_TOLERANCES .rtol = 1e-3, .atol = 1e-6, .atol_unit = "0.1 mm for slip and 0.1 mm/T* for slip rate"
-
-PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
-PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemSlidingMode, ProblemCircuit;
-PETSC_INTERN PetscErrorCode ProblemFind(const char name[], const Problem **row);
-PETSC_INTERN PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[]); /* [ndraw] */
-PETSC_INTERN PetscErrorCode ProblemDescribeDraws(char text[], size_t len); /* all rows of the table */
-PETSC_INTERN const Preset *ProblemPreset(const Problem *p, const char reward[]);
