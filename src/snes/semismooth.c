@@ -212,27 +212,22 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
 }
 
 /*MC
-  SNESSEMISMOOTH - "semismooth": semismooth Newton method on the natural map of
-the cone |r| <= q
+  SNESSEMISMOOTH - "semismooth": semismooth Newton method on the natural map of the cone |r| <= q
 
   Options Database Keys:
-+ -snes_rtol <1e-10>          - largest natural residual over max(omega q) +
-max|G(0)|, dimensionless . -snes_max_it <50>           - iterations before the
-solve has failed
-- -snes_slip_direct_max <350> - sliding cells up to which a dense Cholesky
-factorisation is used, 0 for never
++ -snes_rtol <1e-10>          - largest natural residual over max(omega q) + max|G(0)|, dimensionless
+. -snes_max_it <50>           - iterations before the solve has failed
+- -snes_slip_direct_max <350> - sliding cells up to which a dense Cholesky factorisation is used, 0 for never
 
   Level: intermediate
 
   Notes:
-  Above the limit, or when the entries of the operator are not at hand, the KSP
-(default cg with the preconditioner "slipstage") solves on the sliding set. The
-KSP's relative tolerance is chosen in each iteration. Where the operator has an
-approximation A (MatSlipStageGetApproximation()), each iteration solves the
-stage with G(y) + A (x - y) for G(x), y the last iterate, to a hundredth of its
-residual, by Newton steps that are not counted as iterations, and needs the
-operator itself once. How many iterations that takes depends on the quality of A
-alone; -info shows the steps, -snes_view counts them.
+  Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
+  "slipstage") solves on the sliding set. The KSP's relative tolerance is chosen in each iteration. Where the operator
+  has an approximation A (MatSlipStageGetApproximation()), each iteration solves the stage with G(y) + A (x - y) for
+  G(x), y the last iterate, to a hundredth of its residual, by Newton steps that are not counted as iterations, and
+  needs the operator itself once. How many iterations that takes depends on the quality of A alone; -info shows the
+  steps, -snes_view counts them.
 
 .seealso: SNESPROJECTION, SNESSetSlipConstraint(), MatCreateSlipJacobian()
 M*/
