@@ -1,0 +1,384 @@
+#!/usr/bin/env python3
+"""Do two builds compute the same, bit for bit? Runs the option sets below with the programs of both, and compares.
+
+    tests/benchmarks/compare_builds.py BASE NEW [--only REGEX] [--keep DIR]
+
+BASE and NEW are build folders, such as a build of the commit before a change and one after it. Each set runs once with
+each build, in a folder of its own. All datasets and attributes of the HDF5 files written are compared, and the lines on
+stdout and warnings, without wall times, dates, versions, memory and paths. Of what differs it prints both shapes, or
+the largest absolute difference and that over the largest magnitude in BASE's dataset. At the end a table: each set has
+the same bits, or its largest relative difference (iterations and residuals only where nothing else differs). The exit
+code is 0 if all sets have the same bits, else 1. --only takes the sets whose name matches, --keep leaves inputs and
+runs in DIR, which must be new. Both builds together take a minute of one core.
+
+Meshes, fields and named policies are those of the repository this script is in; a policy that is not named is what each
+build finds by itself. Self-test: --perturb 'OPTIONS' appends options to the runs of NEW's program fault, so that
+
+    tests/benchmarks/compare_builds.py BASE BASE --perturb '-fault_density 2500.000001'
+
+has to find differences in all sets of that program, and in no other.
+"""
+
+import argparse
+import collections
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "output"))
+from slipstep_modules import need
+
+need("h5py", "numpy")
+import h5py
+import numpy as np
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+# What every set of a program begins with. The scaling of the stiffness and the controller are named in every set, so
+# that a new default changes nothing. No option reaches the scaling of trainings on random faults (cmaes, fault_dial):
+# these follow the default.
+COMMON = {
+    "fault": "-fault_output run.h5 -fault_stiffness_scaling mean_slip",
+    "sliding_mode": "-sliding_mode_output run.h5",
+    "circuit": "-circuit_output run.h5",
+    "oscillator": "",
+    "train": "-train_output policy.h5 -train_log log.h5",
+    "evaluate": "-evaluate_output matrix.h5 -evaluate_repetitions 1 -fault_stiffness_scaling mean_slip",
+}
+TRAIN = "-train_progress 0 -train_steps 300 -train_batch 32"
+TRAIN_FAULT = f"{TRAIN} -fault_stiffness_scaling mean_slip"
+CMAES = ("-train_algorithm cmaes -train_singles 4 -train_meshes 2 -train_mesh_side 3 -train_batch_singles 3"
+         " -train_batch_meshes 1 -train_validation 2 -train_calibration 2 -train_validation_interval 2"
+         " -train_population 6 -train_hidden 3 -train_generations 4")
+
+# Name, ranks, program, arguments. "12x9" at the start stands for -fault_nx 12 -fault_nz 9; IN is the folder of
+# inputs(), POLICIES training/policies, EXAMPLES examples. All were the same bits run after run, also on 2 ranks and
+# beside other work.
+SETS = [
+    # friction laws, starts, loading
+    ["law exponential", 1, "fault", "15x15 -fault_friction_law exponential_slip_weakening -ts_adapt_type heuristic"],
+    ["law linear", 1, "fault", "12x12 -fault_friction_law linear_slip_weakening -ts_adapt_type heuristic"],
+    ["law rate", 1, "fault", "8x8 -fault_friction_law rate_weakening -ts_adapt_type heuristic -ts_max_time 10"],
+    ["law constant", 1, "fault", "8x8 -fault_friction_law constant -fault_initial rest -fault_loading_rate 0.05"
+     " -ts_adapt_type heuristic -ts_max_time 40"],
+    ["rest, loaded", 2, "fault", "9x7 -fault_initial rest -fault_loading_rate 0.02 -fault_normal_stress 1e6"
+     " -fault_normal_stress_gradient 0 -ts_adapt_type heuristic -ts_max_time 40"],
+    ["loaded, critical", 1, "fault", "10x10 -fault_loading_rate 1e-3 -ts_adapt_type heuristic -ts_max_time 20"],
+    ["larger perturbation", 1, "fault", "10x10 -fault_initial_perturbation 1e-3 -ts_adapt_type pi"],
+    # faults and fields
+    ["one element", 1, "fault", "1x1 -ts_adapt_type heuristic"],
+    ["fields", 2, "fault", "12x9 -fault_parameters IN/fields.h5 -ts_adapt_type heuristic"],
+    ["fields of a mesh", 1, "fault", "-fault_mesh IN/graded.h5 -fault_parameters IN/cells.h5 -ts_adapt_type rl"],
+    ["unscaled", 1, "fault", "10x10 -fault_stiffness_scaling none -ts_adapt_type heuristic"],
+    ["stiffness from a file", 1, "fault", "6x5 -fault_stiffness_file IN/stiffness.h5 -ts_adapt_type heuristic"],
+    ["stiffness to a file", 1, "fault", "20x16 -fault_stiffness_view binary:K.bin -fault_kernel full_space"
+     " -fault_operator fft -ts_adapt_type rl -fault_stiffness_scaling none"],
+    ["buried", 1, "fault", "12x10 -fault_depth_top 2000 -fault_length_x 5000 -fault_thickness 4000"
+     " -ts_adapt_type heuristic"],
+    ["buried, full space", 2, "fault", "10x10 -fault_depth_top 1000 -fault_kernel full_space -ts_adapt_type heuristic"],
+    ["few fields written", 1, "fault", "10x10 -fault_output_interval 3 -fault_output_fields slip"
+     " -ts_adapt_type heuristic"],
+    ["file of options", 1, "fault", "-fault_nx 9 -fault_nz 9 -options_file EXAMPLES/fault_5km.opts"
+     " -ts_adapt_type pi"],
+    ["check of the error", 1, "fault", "10x10 -fault_check_error -ts_adapt_type rl"],
+    ["check on a mesh", 2, "fault", "-fault_mesh IN/parallel.h5 -fault_check_error -ts_adapt_type rl"],
+    ["sweep", 1, "fault", "-fault_sweep IN/sweep.txt"],
+    ["sweep with a cache", 1, "fault", "-fault_sweep IN/cached.txt -fault_cache_dir ."],
+    # operators and viscosities
+    ["dense", 1, "fault", "18x14 -fault_operator dense -ts_adapt_type heuristic"],
+    ["dense, 2 ranks", 2, "fault", "18x14 -fault_operator dense -ts_adapt_type heuristic"],
+    ["dense, lanczos", 1, "fault", "10x8 -fault_operator dense -fault_viscosity lanczos -ts_adapt_type rl"],
+    ["fft", 1, "fault", "20x16 -fault_operator fft -ts_adapt_type heuristic"],
+    ["fft, 2 ranks", 2, "fault", "24x20 -fault_operator fft -ts_adapt_type rl"],
+    ["auto on a grid", 1, "fault", "30x30 -fault_operator auto -ts_adapt_type rl"],
+    ["sqrtm auto", 1, "fault", "20x20 -fault_operator fft -mat_slipsqrtm_setup auto -ts_adapt_type rl"],
+    ["sqrtm dense", 1, "fault", "20x20 -fault_operator fft -mat_slipsqrtm_setup dense -ts_adapt_type rl"],
+    ["sqrtm sketch", 2, "fault", "24x20 -fault_operator fft -mat_slipsqrtm_setup sketch -ts_adapt_type rl"],
+    ["sqrtm lanczos", 1, "fault", "24x20 -fault_operator fft -mat_slipsqrtm_setup lanczos -ts_adapt_type rl"],
+    ["lanczos, 2 ranks", 2, "fault", "20x18 -fault_operator fft -fault_viscosity lanczos -ts_adapt_type rl"],
+    ["spectral", 1, "fault", "20x16 -fault_operator fft -fault_viscosity spectral -ts_adapt_type heuristic"],
+    ["spectral lanczos", 2, "fault", "20x16 -fault_operator fft -fault_viscosity spectral"
+     " -mat_slipspectral_type lanczos -ts_adapt_type rl"],
+    ["no viscosity", 1, "fault", "6x6 -fault_viscosity none -ts_adapt_type heuristic -ts_max_time 4"],
+    ["auto on a mesh", 1, "fault", "-fault_mesh IN/graded.h5 -fault_operator auto -ts_adapt_type heuristic"
+     " -fault_rate_tolerance 1e-6"],
+    ["dense on two planes", 1, "fault", "-fault_mesh IN/parallel.h5 -fault_operator dense -ts_adapt_type rl"],
+    ["hmat", 1, "fault", "-fault_mesh IN/graded.h5 -fault_operator hmat -ts_adapt_type rl"],
+    ["hmat, 2 ranks", 2, "fault", "-fault_mesh IN/parallel.h5 -fault_operator hmat -ts_adapt_type rl"],
+    ["hmat, lanczos", 2, "fault", "-fault_mesh IN/graded.h5 -fault_operator hmat -fault_viscosity lanczos"
+     " -ts_adapt_type rl"],
+    ["hmat, tolerances", 1, "fault", "-fault_mesh IN/parallel.h5 -fault_operator hmat -fault_viscosity lanczos"
+     " -fault_hmat_tolerance 1e-5 -fault_krylov_tolerance 1e-7 -ts_adapt_type none -ts_dt 1"],
+    # solvers
+    ["projection", 1, "fault", "2x2 -snes_type projection -ts_adapt_type heuristic -ts_max_time 3"],
+    ["projection, 2 ranks", 2, "fault", "2x2 -snes_type projection -ts_adapt_type none -ts_dt 0.1 -ts_max_time 1"],
+    ["no direct solves", 1, "fault", "16x16 -snes_slip_direct_max 0 -ts_adapt_type rl"],
+    ["exact jacobian", 1, "fault", "20x18 -fault_operator fft -mat_slipstage_jacobian exact"
+     " -pc_slipstage_type symbol -ts_adapt_type rl"],
+    ["approximate jacobian", 1, "fault", "20x18 -fault_operator fft -mat_slipstage_jacobian approximate"
+     " -pc_slipstage_type blocks -ts_adapt_type rl"],
+    ["minres, jacobi", 1, "fault", "12x12 -ksp_type minres -pc_type jacobi -snes_slip_direct_max 0 -ts_adapt_type rl"],
+    # integrator
+    ["implicit reaction", 1, "fault", "10x10 -ts_bathe_reaction implicit -ts_adapt_type heuristic"],
+    ["as published", 1, "fault", "10x10 -ts_bathe_reaction implicit -ts_bathe_error doubling -ts_adapt_type heuristic"],
+    ["doubling", 1, "fault", "10x10 -ts_bathe_error doubling -ts_adapt_type pi"],
+    ["no estimate", 1, "fault", "10x10 -ts_bathe_error none -ts_adapt_type rl"
+     " -ts_adapt_rl_policy POLICIES/study/fault_tqc_alpha1.h5"],
+    ["gamma", 1, "fault", "10x10 -ts_bathe_gamma 0.5857864376 -ts_adapt_type heuristic"],
+    # controllers
+    ["pi elementary", 1, "fault", "8x8 -ts_adapt_type pi -ts_adapt_pi_filter elementary"],
+    ["pi PI42", 1, "fault", "8x8 -ts_adapt_type pi -ts_adapt_pi_filter PI42 -ts_rtol 1e-4"],
+    ["pi H211PI", 1, "fault", "8x8 -ts_adapt_type pi -ts_adapt_pi_filter H211PI"],
+    ["pi H211b2", 2, "fault", "8x8 -ts_adapt_type pi -ts_adapt_pi_filter H211b2"],
+    ["pi by hand", 1, "fault", "8x8 -ts_adapt_type pi -ts_adapt_pi_g1 3 -ts_adapt_pi_g2 5 -ts_adapt_pi_kappa 0.1"],
+    ["rl 1e-1", 1, "fault", "14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-1"],
+    ["rl 1e-2", 2, "fault", "14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-2"],
+    ["rl 1e-3", 1, "fault", "14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3"],
+    ["rl tqc", 1, "fault", "10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/fault_tqc.h5"],
+    ["rl study tqc", 1, "fault", "10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_tqc_alpha8.h5"
+     " -ts_bathe_reaction implicit -ts_bathe_error doubling"],
+    ["rl study td3", 1, "fault", "10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_td3_alpha1.h5"],
+    ["basic", 1, "fault", "8x8 -ts_adapt_type basic"],
+    ["dsp", 1, "fault", "8x8 -ts_adapt_type dsp"],
+    ["constant steps", 1, "fault", "10x10 -ts_adapt_type none -ts_dt 0.1 -ts_bathe_error none"],
+    # small models
+    ["sliding mode, pi", 1, "sliding_mode", "-sliding_mode_case evaluation -ts_adapt_type pi"],
+    ["sliding mode, heuristic", 1, "sliding_mode", "-sliding_mode_case training -ts_adapt_type heuristic"],
+    ["sliding mode, rl", 1, "sliding_mode", "-sliding_mode_case evaluation -ts_adapt_type rl"],
+    ["sliding mode, study", 1, "sliding_mode", "-ts_adapt_type rl"
+     " -ts_adapt_rl_policy POLICIES/study/sliding_mode_td3.h5"],
+    ["circuit, pi", 1, "circuit", "-circuit_case evaluation -ts_adapt_type pi -circuit_reference 1e-3"],
+    ["circuit, heuristic", 1, "circuit", "-circuit_case training -ts_adapt_type heuristic"],
+    ["circuit, rl", 1, "circuit", "-circuit_case evaluation -circuit_reference 1e-3 -ts_adapt_type rl"
+     " -ts_adapt_rl_accuracy 3e-3"],
+    ["circuit, study", 1, "circuit", "-ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/circuit_tqc.h5"],
+    ["oscillator, pi", 1, "oscillator", "-ts_adapt_type pi"],
+    ["oscillator, heuristic", 1, "oscillator", "-ts_adapt_type heuristic"],
+    # training and the matrix of the study
+    ["train tqc", 1, "train", TRAIN_FAULT],
+    ["train td3", 1, "train", f"{TRAIN_FAULT} -train_algorithm td3 -train_reward accuracy"],
+    ["train four, 2 ranks", 2, "train", f"{TRAIN_FAULT} -train_alpha 1,2 -train_seed 1,2"],
+    ["train tqc, circuit", 1, "train", f"{TRAIN} -train_problem circuit -train_random"],
+    ["train tqc, dial", 1, "train", f"{TRAIN} -train_problem fault_dial -train_random -train_reward dial"],
+    ["train cmaes", 1, "train", CMAES],
+    ["train cmaes, 2 ranks", 2, "train", f"{CMAES} -train_seed 1"],
+    ["train cmaes, circuit", 1, "train", f"{CMAES} -train_problem circuit -train_dial_low 1e-2"],
+    ["train cmaes, sliding mode", 1, "train", f"{CMAES} -train_problem sliding_mode -train_dial_low 1e-2"],
+    ["evaluate", 1, "evaluate", "-evaluate_quick -evaluate_problems fault,sliding_mode,circuit"
+     " -evaluate_reference_steps 200 -evaluate_policies POLICIES/fault.h5,POLICIES/circuit.h5"],
+]
+
+SWEEP = """-fault_nx 3 -fault_nz 2 -fault_output a.h5 -ts_adapt_type heuristic
+-fault_nx 4 -fault_nz 4 -fault_output b.h5 -ts_adapt_type rl
+"""
+CACHED = """-fault_nx 36 -fault_nz 30 -fault_operator fft -fault_output written.h5 -ts_adapt_type rl
+-fault_nx 36 -fault_nz 30 -fault_operator fft -fault_output read.h5 -ts_adapt_type rl
+"""
+
+# Not compared: names of datasets and attributes, and lines of stdout
+IGNORED = re.compile(r"wall|^cpu$|version$|^(options|policy|policy_file|created|date)$")
+IGNORED_LINE = re.compile(r"wall time|\bleft\b|memory")
+# How the solvers went, not what they found: named in the table only if nothing else differs
+WORK = re.compile(r"residual|iterations|^stdout|^stderr")
+TIME_LIMIT = 300  # [s] of a run
+
+
+def inputs(folder):
+    """The files that sets read: meshes, fields of a grid and of a mesh, a stiffness, lines of sweeps."""
+    def mesh(name, *arguments):
+        subprocess.run([sys.executable, os.path.join(ROOT, "examples", "make_mesh.py"), os.path.join(folder, name),
+                        *arguments], check=True, stdout=subprocess.DEVNULL)
+
+    def write(name, **datasets):
+        with h5py.File(os.path.join(folder, name), "w") as file:
+            for key, values in datasets.items():
+                file[key] = values
+
+    os.makedirs(folder)
+    mesh("graded.h5", "graded", "--cells", "24", "18")
+    mesh("parallel.h5", "parallel", "--cells", "16", "14", "--ratio", "2", "--shift", "500")
+    z, x = np.mgrid[0:9, 0:12]
+    write("fields.h5", normal_stress=20e6 + 2e6 * z + 1e6 * np.sin(x), friction_slip=0.1 + 0.02 * np.cos(x + z),
+          friction_drop=0.1 + 0.001 * x * z)
+    write("cells.h5", friction_drop=0.1 + 0.02 * np.sin(np.arange(24 * 18)))
+    n = np.arange(30.0)
+    write("stiffness.h5", stiffness=3e7 * np.exp(-np.abs(n[:, None] - n[None, :])))
+    for name, text in (("sweep.txt", SWEEP), ("cached.txt", CACHED)):
+        with open(os.path.join(folder, name), "w") as file:
+            file.write(text)
+
+
+def environment():
+    """One thread a rank, ranks without cores of their own; options from the table only; each build's own policies."""
+    env = {name: value for name, value in os.environ.items() if name not in ("SLIPSTEP_POLICY_DIR", "PETSC_OPTIONS")}
+    env.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", OMPI_MCA_mpi_yield_when_idle="1",
+               OMPI_MCA_btl_vader_single_copy_mechanism="none")
+    if os.geteuid() == 0:
+        env.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+    return env
+
+
+def command(build, ranks, program, text, folder):
+    """The words of a set's command; folder: of inputs()."""
+    places = {"IN/": folder, "POLICIES/": os.path.join(ROOT, "training", "policies"),
+              "EXAMPLES/": os.path.join(ROOT, "examples")}
+    words = shlex.split(re.sub(r"^(\d+)x(\d+)", r"-fault_nx \1 -fault_nz \2", text))
+    words = [re.sub(r"\b(IN|POLICIES|EXAMPLES)/", lambda m: os.path.join(places[m[0]], ""), word) for word in words]
+    mpirun = ["mpirun", "-n", str(ranks), "--oversubscribe"] if ranks > 1 else []
+    return [*mpirun, os.path.join(build, "bin", program), *shlex.split(COMMON[program]), *words]
+
+
+def run(arguments, folder):
+    """What a run has written, as read_hdf5(), read_binary() and lines() give it; a text if it failed."""
+    os.makedirs(folder)
+    try:
+        done = subprocess.run(arguments, cwd=folder, env=environment(), capture_output=True, text=True,
+                              timeout=TIME_LIMIT)
+    except subprocess.TimeoutExpired:
+        return f"no end after {TIME_LIMIT} s"
+    for name in ("stdout", "stderr"):
+        with open(os.path.join(folder, name), "w") as file:
+            file.write(getattr(done, name))
+    if done.returncode:
+        said = done.stderr.splitlines()
+        said = [line for line in said if "error" in line] or said or ["no message"]
+        return f"exit code {done.returncode}: {said[0]}"
+    values = lines("stdout", done.stdout)
+    values.update(lines("stderr", "\n".join(line for line in done.stderr.splitlines() if "warning" in line)))
+    for name in sorted(os.listdir(folder)):
+        if name.endswith(".h5"):
+            values.update(read_hdf5(os.path.join(folder, name)))
+        elif name.endswith(".bin"):
+            values.update(read_binary(os.path.join(folder, name)))
+    return values
+
+
+def lines(stream, text):
+    """Lines by their label, numbered where it repeats."""
+    values, count = {}, collections.Counter()
+    for line in text.splitlines():
+        if line.strip() and not IGNORED_LINE.search(line):
+            label, _, value = line.partition(":")
+            count[label] += 1
+            values[f"{stream} {label}" + (f" ({count[label]})" if count[label] > 1 else "")] = value.strip()
+    return values
+
+
+def read_hdf5(path):
+    """All datasets and attributes by their names: arrays of numbers, all else as text."""
+    values, base = {}, os.path.basename(path)
+
+    def add(name, value):
+        value = np.asarray(value)
+        values[name] = value if value.dtype.kind in "biuf" else str(value.tolist())
+
+    def visit(name, item):
+        if any(IGNORED.search(part) for part in name.split("/")):
+            return
+        if isinstance(item, h5py.Dataset):
+            add(f"{base}/{name}", item[()])
+        for key, value in item.attrs.items():
+            if not IGNORED.search(key):
+                add(f"{base}/{name}@{key}", value)
+
+    with h5py.File(path) as file:
+        visit("", file)
+        file.visititems(visit)
+    return values
+
+
+def read_binary(path):
+    """A matrix in PETSc's binary format, dense or sparse: its integers, and its numbers, which come last."""
+    with open(path, "rb") as file:
+        data = file.read()
+    _, rows, columns, nonzeros = np.frombuffer(data, ">i4", 4)
+    start = len(data) - 8 * int(nonzeros if nonzeros >= 0 else rows * columns)
+    base = os.path.basename(path)
+    return {f"{base}/structure": np.frombuffer(data[:start], ">i4"),
+            f"{base}/numbers": np.frombuffer(data[start:], ">f8")}
+
+
+def difference(a, b):
+    """None for the same bits; else a text, and the largest difference over the largest magnitude of a (or None)."""
+    if a is None or b is None:
+        return f"only in {'NEW' if a is None else 'BASE'}", None
+    if isinstance(a, str) or isinstance(b, str):
+        return None if str(a) == str(b) else (f"{a} -> {b}", None)
+    if a.shape != b.shape or a.dtype != b.dtype:
+        return f"{a.dtype} {list(a.shape)} -> {b.dtype} {list(b.shape)}", None
+    if a.tobytes() == b.tobytes():
+        return None
+    a, b = a.astype("f8"), b.astype("f8")
+    with np.errstate(invalid="ignore"):
+        absolute = np.max(np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0, np.abs(a - b)))  # NaN if only one is
+    largest = np.max(np.abs(a[np.isfinite(a)]), initial=0)
+    relative = absolute / largest if largest else np.inf if absolute else 0.0
+    return f"largest difference {absolute:.3g}, relative {relative:.3g}", float(relative)
+
+
+def compare(base, new):
+    """Two runs: the differences in words, and the cell of the table, None for the same bits."""
+    failed = {who: what for who, what in (("BASE", base), ("NEW", new)) if isinstance(what, str)}
+    if failed:
+        return [f"{who}: {what}" for who, what in failed.items()], " and ".join(failed) + " failed"
+    found = {key: difference(base.get(key), new.get(key)) for key in dict.fromkeys([*base, *new])}
+    found = {key: value for key, value in found.items() if value}
+    if not found:
+        return [], None
+    numbers = {key: relative for key, (_, relative) in found.items() if relative is not None}
+    numbers = {key: relative for key, relative in numbers.items() if not WORK.search(key)} or numbers
+    others = [f"{key} {text}" for key, (text, relative) in found.items() if relative is None and not WORK.search(key)]
+    cell = [f"{len(found)} of {len(base)} values differ"]
+    if numbers:
+        worst = max(numbers, key=lambda key: np.inf if np.isnan(numbers[key]) else numbers[key])
+        cell.insert(0, f"{numbers[worst]:.1e} in {worst}")
+    cell += sorted(others, key=lambda text: "/steps/" not in text)[:1]  # another number of steps, if any
+    return [f"{key}: {text}" for key, (text, _) in found.items()], "; ".join(cell)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("base", metavar="BASE", help="build folder to compare with")
+    parser.add_argument("new", metavar="NEW", help="build folder to be compared")
+    parser.add_argument("--only", metavar="REGEX", default="", help="only sets whose name matches")
+    parser.add_argument("--keep", metavar="DIR", help="new folder to keep inputs and runs in")
+    parser.add_argument("--perturb", metavar="OPTIONS", default="", help=argparse.SUPPRESS)  # the self-test
+    o = parser.parse_args()
+    builds = {"base": os.path.abspath(o.base), "new": os.path.abspath(o.new)}
+    sets = [s for s in SETS if re.search(o.only, s[0])]
+    for program in [os.path.join(build, "bin", s[2]) for build in builds.values() for s in sets]:
+        if not os.access(program, os.X_OK):
+            parser.error(f"there is no program {program}")
+    if not sets:
+        parser.error(f"no set matches {o.only}")
+    if o.keep and os.path.exists(o.keep):
+        parser.error(f"--keep {o.keep} exists")
+    begin = time.time()
+    table = []
+    with tempfile.TemporaryDirectory() as temporary:
+        work = os.path.abspath(o.keep or os.path.join(temporary, "work"))
+        inputs(os.path.join(work, "inputs"))
+        for name, ranks, program, text in sets:
+            results = {}
+            for who, build in builds.items():
+                extra = f" {o.perturb}" if who == "new" and program == "fault" else ""
+                words = command(build, ranks, program, text + extra, os.path.join(work, "inputs"))
+                results[who] = run(words, os.path.join(work, re.sub(r"\W+", "_", name), who))
+            found, cell = compare(results["base"], results["new"])
+            table.append((name, cell))
+            if cell:
+                print("\n  ".join([f"{name}: {cell}", *found]), flush=True)
+    same = sum(cell is None for _, cell in table)
+    print(f"\n{'set':<28} largest relative difference")
+    for name, cell in table:
+        print(f"{name:<28} {cell or 'same bits'}")
+    print(f"{same} of {len(table)} sets have the same bits; {time.time() - begin:.0f} s")
+    return 0 if same == len(table) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
