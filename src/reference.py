@@ -21,10 +21,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 LISTS = ("Input Parameter", "Output Parameter", "Input/Output Parameter", "Options Database Key")
 # Names of other libraries, where --petsc does not give the headers to look them up in.
 FOREIGN = re.compile(r"(Petsc|PETSC|TS|SNES|KSP|PC|Mat|MAT|Vec|VEC|IS|DM|MPI_)\w*$")
-# How a description says its unit: in brackets, or in words. [n] is a shape, not a unit.
-UNIT = re.compile(r"dimensionless|\bunits?\b|_unit\b|\bseconds\b|\bbytes\b|\[[^\]]*(?<![\w])(1|m|mm|km|s|Pa|kg|J|N|W|V|T\*|1/s|%)(?![\w*])[^\]]*\]")
-# Real parameters whose unit is the caller's business: the systems of a few states, whose units are the user's.
-NO_UNIT = {"SlipSmallConfigureTS", "SlipConstraintCreateSmall"}
+# How a description says its unit: in brackets, or in words; a state has those of its system. [n] is a shape, not a unit.
+UNIT = re.compile(r"dimensionless|\bstates?\b|\bunits?\b|_unit\b|\bseconds\b|\bbytes\b|\[[^\]]*(?<![\w])(1|m|mm|km|s|Pa|kg|J|N|W|V|T\*|1/s|%)(?![\w*])[^\]]*\]")
 
 
 class Tree:
@@ -210,7 +208,7 @@ def check_parameters(tree, page):
     for name, declaration in page.parameters:
         if name not in described:
             tree.error(page.path, page.line, f"{page.name}: the parameter {name} is not described")
-        elif re.search(r"\bPetscReal\b", declaration) and "(" not in declaration and page.name not in NO_UNIT:
+        elif re.search(r"\bPetscReal\b", declaration) and "(" not in declaration:
             if not UNIT.search(described[name][0]):
                 tree.error(page.path, described[name][1], f"{page.name}: {name} has no unit, for example [m], and is not called dimensionless")
     for name, (_, line) in described.items():

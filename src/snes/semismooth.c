@@ -223,11 +223,12 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
 
   Notes:
   Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
-  "slipstage") solves on the sliding set. The KSP's relative tolerance is chosen in each iteration. Where the operator
-  has an approximation A (MatSlipStageGetApproximation()), each iteration solves the stage with G(y) + A (x - y) for
-  G(x), y the last iterate, to a hundredth of its residual, by Newton steps that are not counted as iterations, and
-  needs the operator itself once. How many iterations that takes depends on the quality of A alone; -info shows the
-  steps, -snes_view counts them.
+  "slipstage") solves on the sliding set. The KSP's relative tolerance is chosen in each iteration.
+
+  Where the operator has an approximation A (MatSlipStageGetApproximation()), each iteration solves the stage with
+  G(y) + A (x - y) for G(x), y the last iterate, to a hundredth of its residual, by Newton steps that are not counted as
+  iterations, and needs the operator itself once. How many iterations that takes depends on the quality of A alone;
+  -info shows the steps, -snes_view counts them.
 
 .seealso: SNESPROJECTION, SNESSetSlipConstraint(), MatCreateSlipJacobian()
 M*/
