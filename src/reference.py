@@ -6,7 +6,8 @@ by room.
     src/reference.py [--source DIR] [--output DIR] [--petsc INCLUDE]
 
 Pages are PETSc's: comments between slash-star-@ and @-star-slash above a function, and slash-star-MC ... M-star-slash for
-the types that options choose. Everything declared with PETSC_EXTERN in include/*.h must have one. The exit code is 1, with
+the types that options choose. Everything declared with PETSC_EXTERN in include/*.h must have one. Of the pure functions of
+src/core, which are collective on nothing and raise nothing, a comment right above each is enough. The exit code is 1, with
 a line "file:line: what is wrong" for each, where a page is missing or malformed: check_page() has the rules. --output
 "" checks only.
 """
@@ -41,6 +42,9 @@ class Tree:
             self.defined |= set(re.findall(r"\b(\w+)\(", text)) | set(re.findall(r"#define\s+(\w+)", text))
         for path in sorted(glob.glob(f"{source}/src/**/*.c", recursive=True)):
             self.read_source(path)
+        core = f"{source}/include/slipcore.h"
+        if os.path.exists(core):
+            self.read_pure(core, read(core), blank_comments(read(core)))
 
     def error(self, path, line, text):
         self.errors.append(f"{os.path.relpath(path, self.source)}:{line}: {text}")
@@ -80,8 +84,28 @@ class Tree:
             if page.name in self.pages:
                 self.error(path, page.line, f"{page.name} has a second page")
             self.pages[page.name] = page
+        if os.path.basename(os.path.dirname(path)) == "core":
+            self.read_pure(path, text, code)
         for match in re.finditer(r"/\*(@C?|MC)(?![\s\S]*?(?:@|M)\*/)", text):
             self.error(path, line_of(text, match.start()), "a manual page is not closed")
+
+    def read_pure(self, path, text, code):
+        """Functions of core: a comment right above each is its page."""
+        inline = "(?:static inline )?" if path.endswith(".h") else ""
+        for match in re.finditer("^" + inline + r"(?!static|typedef|extern|return)\w[\w\s*]*?\b(\w+)\(", code, re.M):
+            end = closing(code, match.end() - 1, "(", ")")
+            if not re.match(r"\s*\{", code[end + 1:]) or match[1] in self.pages:
+                continue
+            comment = re.search(r"/\*((?:(?!\*/).)*)\*/\n\Z", text[:match.start()], re.S)
+            page = Page(path, line_of(text, match.start()), "core", "")
+            page.name = match[1]
+            words = re.sub(r"^\s*(?:" + match[1] + r" - )?", "", comment[1]) if comment and not comment[1].startswith(" ----") else ""
+            sentence = re.split(r"(?<=[.;:])\s|\n\s*\n", words.strip())[0]
+            page.summary, page.lines = re.sub(r"\s+", " ", sentence), [""] + words.split("\n")
+            page.read_prototype(code[match.start():])
+            if not page.summary:
+                self.error(path, page.line, f"{page.name} has no comment right above it")
+            self.pages[page.name] = page
 
 
 class Page:
@@ -219,6 +243,8 @@ def check_parameters(tree, page):
 def check_page(tree, page, known):
     """Every rule for a page; known: names of functions and types, ours and PETSc's, that it may refer to."""
     where = page.path, page.line
+    if page.kind == "core":
+        return
     if not page.summary:
         tree.error(*where, f"{page.name or 'a page'} has no summary \"Name - what it does\" in its first line")
         return
@@ -286,12 +312,12 @@ def link(tree, text):
 
 
 def page_html(tree, page):
-    out = [f"<p><a href=\"index.html\">SlipStep's reference</a></p><h1>{page.name}</h1><p>{link(tree, page.summary)}"]
+    out = [f"<p><a href=\"index.html\">SlipStep's reference</a></p><h1>{page.name}</h1><p>{link(tree, page.summary)}</p>"]
     if page.prototype:
         header = tree.declared.get(page.name)
         include = f"#include &lt;{os.path.basename(header[0])}&gt;\n" if header else ""
         prototype = page.prototype
-        out.insert(1, f"<pre>{include}{link(tree, prototype)};</pre>")
+        out.append(f"<pre>{include}{link(tree, prototype)};</pre><p>")
     mode = None  # what is open: a table, or preformatted text
     for text in page.lines[1:]:
         heading = re.match(r"\s+([A-Z][\w/ ]*(?: \([^)]*\))?:)\s*$", text)
@@ -330,7 +356,8 @@ def write(tree, folder):
     rooms = {}
     for name, page in sorted(tree.pages.items()):
         write_page(folder, name, name, page_html(tree, page))
-        rooms.setdefault(os.path.relpath(os.path.dirname(page.path), tree.source), []).append((name, page.summary))
+        room = "src/core" if page.kind == "core" else os.path.relpath(os.path.dirname(page.path), tree.source)
+        rooms.setdefault(room, []).append((name, page.summary))
     types = []
     for name, (path, _, comment, declaration) in sorted(tree.types.items()):
         comment = re.sub(r"\s+", " ", comment).strip()

@@ -111,6 +111,17 @@ class Reference(ScriptTest):
                 self.assertIn(message, run.stderr)
                 self.assertRegex(run.stderr, r"(?m)^(src/sys/block\.c|include/slipblock\.h):\d+: ")
 
+    def test_pure_functions_have_comments(self):
+        for comment, code in (("/* Twice x */\n", 0), ("", 1), ("/* Twice x */\n\n", 1)):
+            with self.subTest(comment):
+                os.makedirs(self.path("src/core"), exist_ok=True)
+                with open(self.path("src/core/twice.c"), "w", encoding="utf-8") as f:
+                    f.write("/* A file. */\n#include <slipcore.h>\n\nstatic double Same(double x)\n{\n  return x;\n}\n\n"
+                            + comment + "double SlipTwice(double x)\n{\n  return 2 * Same(x);\n}\n")
+                run = self.check(PAGE)
+                self.assertEqual(run.returncode, code)
+                self.assertEqual("src/core/twice.c:" in run.stderr and "SlipTwice has no comment" in run.stderr, bool(code))
+
     def test_types_have_comments(self):
         run = self.check(PAGE, HEADER.replace("/* What is rubbed. */\n", ""))
         self.assertEqual(run.returncode, 1)
