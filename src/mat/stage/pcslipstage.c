@@ -18,12 +18,12 @@
 #include <slipstep/private/slipmatstage.h>
 
 typedef struct {
-  Mat B;                /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
-  Vec mask, slope;      /* borrowed; NULL when every row is free */
-  SlipToeplitz plane;   /* of the symbol, or NULL: P is then the inverse diagonal */
-  PetscReal *f;         /* P per pair of wavenumbers */
-  Mat sized;            /* matrix that the vectors and f were sized for; referenced */
-  Vec work, inverse;    /* masked residual; inverse diagonal */
+  Mat B;              /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
+  Vec mask, slope;    /* borrowed; NULL when every row is free */
+  SlipToeplitz plane; /* of the symbol, or NULL: P is then the inverse diagonal */
+  PetscReal *f;       /* P per pair of wavenumbers */
+  Mat sized;          /* matrix that the vectors and f were sized for; referenced */
+  Vec work, inverse;  /* masked residual; inverse diagonal */
 } PCSlipStage;
 
 /* The largest share of the operator's symbol that weakening may take away: keeps P positive and bounded. */
@@ -228,8 +228,7 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PetscCall(SlipObjectQueryData((PetscObject)pc, "PCSlipStage", &c));
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (ascii)
-    PetscCall(
-      PetscViewerASCIIPrintf(viewer, "  inverse: %s\n", c->plane ? "symbol of an endless plane" : "diagonal"));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  inverse: %s\n", c->plane ? "symbol of an endless plane" : "diagonal"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -257,10 +256,11 @@ static PetscErrorCode PCSetFromOptions_SlipStage(PetscObject pc, SlipOptionItems
   PetscFunctionBegin;
   (void)ctx;
   PetscOptionsHeadBegin(PetscOptionsObject, "Approximate inverse on the sliding set");
-  PetscCall(PetscOptionsString("-pc_slipstage_type",
-                               "symbol: of wavenumbers in both directions on a uniform grid, else the diagonal; auto is "
-                               "the same",
-                               "PCSLIPSTAGE", type, type, sizeof(type), NULL));
+  PetscCall(
+    PetscOptionsString("-pc_slipstage_type",
+                       "symbol: of wavenumbers in both directions on a uniform grid, else the diagonal; auto is "
+                       "the same",
+                       "PCSLIPSTAGE", type, type, sizeof(type), NULL));
   PetscOptionsHeadEnd();
   PetscCall(PetscStrcmp(type, "auto", &known));
   PetscCall(PetscStrcmp(type, "symbol", &same));

@@ -165,7 +165,8 @@ static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, 
         largest = PetscMax(largest, l->alpha[i] + l->beta[i] + (i ? l->beta[i - 1] : 0));
       if (!before && *m > 1) error = 0.28 * PetscSqrtReal(largest) / (PetscReal)(*m - 1);
       if (before && change < last_change)
-        error = change * PetscMax(LANCZOS_GAIN, LANCZOS_SAFETY * PetscPowReal(change / last_change, steps / last_steps));
+        error =
+          change * PetscMax(LANCZOS_GAIN, LANCZOS_SAFETY * PetscPowReal(change / last_change, steps / last_steps));
       if (error <= PetscMax(allowed, relative * PetscSqrtReal(size))) break;
       last_change = change;
       last_steps = steps;
