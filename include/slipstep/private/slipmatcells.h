@@ -7,7 +7,7 @@
 /* S_ij of MatCreateSlipCellStiffness(); unit is 1 / (2 mean(A)). */
 PETSC_INTERN PetscReal SlipCellsEntry(const SlipCells *cells, PetscReal unit, PetscInt i, PetscInt j);
 PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);
-PETSC_INTERN PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscReal cost[]);
+PETSC_INTERN PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *cells); /* weights and a copy, with S */
 PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells); /* whose x owns the memory of all columns */
 
 /* The cells that a stiffness was made from, borrowed from it; NULL for other matrices. */

@@ -17,6 +17,9 @@ PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
 /* What -fault_view tells of a matrix, kept with it under a name: how its type was chosen, and what the cache did. */
 PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
 PETSC_INTERN PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text); /* borrowed; "" for none */
+/* H = factor sqrt(K); 0 when H was not made by MatCreateSlipViscosity() or is zero */
+PETSC_INTERN PetscErrorCode SlipViscosityComposeFactor(Mat H, PetscReal factor);
+PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor);
 /* report.c: MATOP_GETINFO of a shell matrix fills its answer by the first, so that views know its memory */
 PETSC_INTERN PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *info);
 PETSC_INTERN PetscErrorCode SlipViscosityNote(Mat K, Mat H, const char asked[]);

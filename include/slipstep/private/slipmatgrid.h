@@ -113,7 +113,8 @@ struct _n_SlipToeplitz {
   Vec rows;
 
   /* functions of the full space's kernel, see toeplitz_root.c */
-  PetscBool image;         /* fields are even about the free surface */
+  PetscErrorCode (*root_destroy)(SlipToeplitz); /* of what follows; NULL while there is none */
+  PetscBool image;                              /* fields are even about the free surface */
   PetscInt gap, length;    /* cells between the fault's edge and its image; half the period in depth */
   PetscReal *symbol;       /* [local nk][length + 1], unscaled [Pa/m], >= 0; NULL until asked for */
   SlipToeplitzSymbol root; /* of the square root of symbol; toeplitz NULL until asked for */
@@ -126,7 +127,6 @@ struct _n_SlipToeplitz {
 PETSC_INTERN PetscErrorCode SlipToeplitzAllocate(SlipToeplitz p, PetscInt parts, SlipToeplitzSymbol *s);
 PETSC_INTERN PetscErrorCode SlipToeplitzSetSymbol(SlipToeplitz p, PetscInt stride, PetscInt parts,
                                                   const PetscReal kernels[], SlipToeplitzSymbol *s);
-PETSC_INTERN PetscErrorCode SlipToeplitzRootDestroy(SlipToeplitz p);
 PETSC_INTERN PetscErrorCode SlipToeplitzForward(SlipToeplitz p, Vec x);
 PETSC_INTERN PetscErrorCode SlipToeplitzBackward(SlipToeplitz p, PetscReal factor, Vec y);
 

@@ -5,8 +5,6 @@
 /* Bytes up to which viscosities may be kept as blocks; beyond, Lanczos' method needs none. */
 #define SLIP_MEMORY_MAX 2e9
 
-PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor); /* viscosity.c */
-
 /* ---- dense.c ---- */
 /* Square roots of the weights of S's rows, and their inverses; both NULL without weights. */
 PETSC_INTERN PetscErrorCode SlipRootWeights(Mat S, Vec *root, Vec *inverse);

@@ -1,7 +1,7 @@
 /* What a view tells of the operators: how a type was chosen, and how much memory it takes. */
 #include <slipmat.h>
 #include <slipcompat.h>
-#include <slipstep/private/slipmatgrid.h>
+#include <slipstep/private/slipmatcommon.h>
 
 /* Fills what MatGetInfo() returns for a shell matrix that stores so many bytes on this process. Collective. */
 PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *info)
@@ -17,15 +17,6 @@ PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *i
   info->memory = (PetscLogDouble)value;
   info->nz_used = info->nz_allocated = (PetscLogDouble)value / (PetscLogDouble)sizeof(PetscReal);
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Of a gather on this process. */
-PetscReal SlipGatherBytes(const SlipGather *g)
-{
-  PetscInt n = 0;
-
-  if (g->all) (void)VecGetLocalSize(g->all, &n);
-  return (PetscReal)sizeof(PetscReal) * (PetscReal)n;
 }
 
 /*@

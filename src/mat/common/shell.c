@@ -59,3 +59,26 @@ PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text)
   if (!*text) *text = "";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* H remembers its factor, from which a preconditioner knows the viscosity's symbol. */
+PetscErrorCode SlipViscosityComposeFactor(Mat H, PetscReal factor)
+{
+  PetscReal *copy;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&copy));
+  *copy = factor;
+  PetscCall(SlipObjectComposeData((PetscObject)H, "SlipViscosityFactor", copy, SlipContainerDestroyDefault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* factor of H = factor * sqrt(K) [sqrt(kg) / m]; 0 when H was not made by MatCreateSlipViscosity() or is zero. */
+PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor)
+{
+  const PetscReal *composed;
+
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)H, "SlipViscosityFactor", &composed));
+  *factor = composed ? *composed : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

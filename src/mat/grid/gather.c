@@ -108,3 +108,12 @@ PetscErrorCode SlipGatherSum(SlipGather *g, const PetscReal array[], Vec y)
   PetscCall(VecRestoreArrayWrite(y, &py));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Memory of a gather on this process. */
+PetscReal SlipGatherBytes(const SlipGather *g)
+{
+  PetscInt n = 0;
+
+  if (g->all) (void)VecGetLocalSize(g->all, &n);
+  return (PetscReal)sizeof(PetscReal) * (PetscReal)n;
+}

@@ -204,7 +204,7 @@ static PetscErrorCode PlaneDestroy(SlipContainerArg arg)
   }
   fftw_free(p->column);
   PetscCall(SlipToeplitzSymbolDestroy(&p->stiffness));
-  PetscCall(SlipToeplitzRootDestroy(p));
+  if (p->root_destroy) PetscCall((*p->root_destroy)(p));
   PetscCall(SlipTransposedFFTDestroy(&p->pencil));
   PetscCall(VecScatterDestroy(&p->scatter));
   PetscCall(VecDestroy(&p->rows));

@@ -102,11 +102,25 @@ static PetscErrorCode FormWaves(SlipToeplitz p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode RootDestroy(SlipToeplitz p)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipToeplitzSymbolDestroy(&p->root));
+  fftw_free(p->symbol);
+  fftw_free(p->line);
+  fftw_free(p->turn);
+  if (p->wave[0]) fftw_destroy_plan(p->wave[0]);
+  if (p->wave[1]) fftw_destroy_plan(p->wave[1]);
+  PetscCall(PetscFree(p->diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* S [Pa/m], unscaled: *count values at each of this rank's nk wavenumbers along strike. Collective. */
 PetscErrorCode SlipToeplitzGetWaves(SlipToeplitz p, PetscInt *nk, PetscInt *count, const PetscReal **symbol)
 {
   PetscFunctionBegin;
   if (!p->symbol) {
+    p->root_destroy = RootDestroy;
     PetscCall(ChooseImage(p));
     PetscCall(FormWaves(p));
     PetscCall(PlanWaves(p));
@@ -177,19 +191,6 @@ PetscErrorCode SlipToeplitzGetRoot(SlipToeplitz p, const SlipToeplitzSymbol **ro
   }
   *root = &p->root;
   *diagonal = p->diagonal;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipToeplitzRootDestroy(SlipToeplitz p)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipToeplitzSymbolDestroy(&p->root));
-  fftw_free(p->symbol);
-  fftw_free(p->line);
-  fftw_free(p->turn);
-  if (p->wave[0]) fftw_destroy_plan(p->wave[0]);
-  if (p->wave[1]) fftw_destroy_plan(p->wave[1]);
-  PetscCall(PetscFree(p->diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,7 +3,7 @@
 #include <slipsys.h>
 #include <petscblaslapack.h>
 #include <slipcompat.h>
-#include <slipstep/private/slipmatgrid.h>
+#include <slipstep/private/slipmatinterface.h>
 
 /* Up to this many cells a dense product is as fast as one by FFT (measured), and forming B is cheap. */
 #define SLIP_DENSE_MAX 256
@@ -76,7 +76,7 @@ PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const
   PetscBool match = PETSC_FALSE, automatic;
 
   PetscFunctionBegin;
-  PetscCall(SlipStepInitializePackage());
+  PetscCall(SlipMatInitializePackage());
   PetscCall(SlipGridCheck(comm, grid));
   PetscCall(PetscStrcmp(type, "auto", &match));
   automatic = match;

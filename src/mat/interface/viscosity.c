@@ -2,7 +2,7 @@
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
-#include <slipstep/private/slipmatviscosity.h>
+#include <slipstep/private/slipmatinterface.h>
 
 static PetscErrorCode ViscosityCreate_None(Mat K, PetscReal factor, Mat *H)
 {
@@ -36,29 +36,6 @@ static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
     PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
   else
     PetscCall(SlipViscosityCreate_DenseRoot(K, factor, H));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* H remembers its factor, from which a preconditioner knows the viscosity's symbol. */
-static PetscErrorCode ComposeFactor(Mat H, PetscReal factor)
-{
-  PetscReal *copy;
-
-  PetscFunctionBegin;
-  PetscCall(PetscNew(&copy));
-  *copy = factor;
-  PetscCall(SlipObjectComposeData((PetscObject)H, "SlipViscosityFactor", copy, SlipContainerDestroyDefault));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* factor of H = factor * sqrt(K) [sqrt(kg) / m]; 0 when H was not made by MatCreateSlipViscosity() or is zero. */
-PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor)
-{
-  const PetscReal *composed;
-
-  PetscFunctionBegin;
-  PetscCall(SlipObjectQueryData((PetscObject)H, "SlipViscosityFactor", &composed));
-  *factor = composed ? *composed : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -131,6 +108,6 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
   PetscCall(MatSetOptionsPrefix(*H, prefix));
   PetscCall(SlipLogProducts(*H, SLIP_ViscosityMult));
   PetscCall(SlipViscosityNote(K, *H, type));
-  PetscCall(ComposeFactor(*H, factor));
+  PetscCall(SlipViscosityComposeFactor(*H, factor));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -210,7 +210,8 @@ static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
     PetscCall(StageCorrect(s));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MatCreateSlipViscosity(s->K, s->mass, zeta, "toeplitz", &H));
+  PetscCall(SlipViscosityCreate_Plane(s->K, s->damping, &H));
+  PetscCall(SlipViscosityComposeFactor(H, s->damping));
   PetscCall(StageCreate(s->K, H, s->mass, 0, &s->approximation));
   PetscCall(MatDestroy(&H));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -8,7 +8,7 @@
 #include <slipcells.h>
 #include <slipsys.h>
 #include <slipcompat.h>
-#include <slipstep/private/slipmatcells.h>
+#include <slipstep/private/slipmatinterface.h>
 #include <metis.h>
 #include <stdlib.h>
 

@@ -1,0 +1,137 @@
+/* MatCreateSlipCellStiffness() and its table of types. */
+#include <slipmat.h>
+#include <slipsys.h>
+#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipmatinterface.h>
+
+/* Up to this many cells the stiffness is stored densely: its viscosity is then a dense square root as well. */
+#define SLIP_CELLS_DENSE_MAX 3000
+
+static PetscErrorCode StiffnessCreate_Dense(MPI_Comm comm, const SlipCells *c, PetscReal tolerance, Mat *S)
+{
+  const PetscReal unit = SlipCellsUnit(c);
+  const PetscInt nlocal = c->order ? c->nlocal : PETSC_DECIDE;
+  PetscScalar *a;
+  PetscInt rstart, rend, lda;
+
+  PetscFunctionBegin;
+  (void)tolerance;
+  PetscCall(MatCreateDense(comm, nlocal, nlocal, c->n, c->n, NULL, S));
+  PetscCall(MatGetOwnershipRange(*S, &rstart, &rend));
+  PetscCall(MatDenseGetLDA(*S, &lda));
+  PetscCall(MatDenseGetArrayWrite(*S, &a));
+  for (PetscInt j = 0; j < c->n; j++)
+    for (PetscInt i = rstart; i < rend; i++) {
+      const PetscBool mirrored = (PetscBool)(j >= rstart && j < i);
+      const PetscInt p = SlipCellsAt(c, i), q = SlipCellsAt(c, j);
+
+      a[(size_t)j * lda + (i - rstart)] =
+        mirrored ? 0 : SlipCellsEntry(c, unit, PetscMin(p, q), PetscMax(p, q)); /* equal bits on both sides */
+    }
+  for (PetscInt j = rstart; j < rend; j++)
+    for (PetscInt i = j + 1; i < rend; i++) a[(size_t)j * lda + (i - rstart)] = a[(size_t)i * lda + (j - rstart)];
+  PetscCall(MatDenseRestoreArrayWrite(*S, &a));
+  PetscCall(MatAssemblyBegin(*S, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*S, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One row per type of storage. */
+static const struct {
+  const char *name;
+  PetscErrorCode (*create)(MPI_Comm, const SlipCells *, PetscReal, Mat *);
+} SlipCellTypes[] = {
+  {"dense", StiffnessCreate_Dense},
+  {"hmat", SlipStiffnessCreate_HMat},
+};
+
+/* "dense" or "hmat" in place of "auto". */
+static PetscErrorCode ChooseType(const SlipCells *cells, const char **type)
+{
+  PetscBool match;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(*type, "auto", &match));
+  if (match) *type = cells->n > SLIP_CELLS_DENSE_MAX ? "hmat" : "dense";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* cost [n]: what the row of each cell takes, in any unit. */
+PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscReal cost[])
+{
+  PetscBool hmat;
+
+  PetscFunctionBegin;
+  PetscCall(ChooseType(cells, &type));
+  PetscCall(PetscStrcmp(type, "hmat", &hmat));
+  if (hmat)
+    PetscCall(SlipHMatCosts(cells, cost));
+  else
+    for (PetscInt i = 0; i < cells->n; i++) cost[i] = 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  MatCreateSlipCellStiffness - area-weighted stiffness of rectangular cells on parallel vertical strike-slip planes
+
+  Collective
+
+  Input Parameters:
++ comm      - communicator
+. cells     - the cells, the same on every process; not kept
+. type      - "dense" (MATDENSE), "hmat" (hierarchical, O(N log N)) or "auto"
+- tolerance - of "hmat": error of each low-rank block in the Frobenius norm, relative (dimensionless), in (0, 1)
+
+  Output Parameter:
+. S - symmetric matrix [Pa/m]; its rows are in cells->order, cells->nlocal on this process, or in the order of the
+      cells and distributed by PETSC_DECIDE when that is NULL
+
+  Notes:
+  K_ij, the stress drop at the centre of cell i for unit slip on cell j, is not symmetric when areas differ. In the
+  continuum A_i K_ij = A_j K_ji (Betti's reciprocity of the forces on two cells); collocation at centres keeps that up
+  to its own error, so S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)) is used. The balance of cell i per unit area,
+  M dv/dt = -H v - K u + tau, becomes w_i M dv/dt = -(w H v)_i - (S u)_i + w_i tau_i with the weights w_i =
+  A_i / mean(A) of MatSlipGetWeights(): M, tau and the friction stay per unit area, all operators are symmetric,
+  and u.S u / (2 N) is the mean elastic energy per unit area. On cells of one size S = (K + K')/2.
+
+  Errors: those of SlipCellsCheck(), PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_OUTOFRANGE for the tolerance
+
+  Level: intermediate
+
+.seealso: SlipCellsPartition(), MatSlipGetWeights(), MatCreateSlipStiffness(), MatCreateSlipViscosity()
+@*/
+PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells, const char *type, PetscReal tolerance,
+                                          Mat *S)
+{
+  const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes);
+  PetscInt k;
+  PetscBool match = PETSC_FALSE, automatic;
+  const char *asked = type;
+
+  PetscFunctionBegin;
+  PetscCall(SlipMatInitializePackage());
+  PetscCall(SlipCellsCheck(comm, cells, "cells"));
+  PetscCheck(tolerance > 0 && tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Tolerance of hierarchical storage must lie in (0, 1), not %g", (double)tolerance);
+  PetscCall(ChooseType(cells, &type));
+  for (k = 0; k < ntypes; k++) {
+    PetscCall(PetscStrcmp(type, SlipCellTypes[k].name, &match));
+    if (match) break;
+  }
+  PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "The stiffness of an irregular mesh cannot be of type \"%s\"; known: dense, hmat, auto", type);
+  PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipCellTypes[k].create(comm, cells, tolerance, S));
+  PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipLogProducts(*S, SLIP_StiffnessMult));
+  PetscCall(PetscStrcmp(asked, "auto", &automatic));
+  if (automatic)
+    PetscCall(SlipNote(*S, "SlipWhy", "auto: %s %d cells", cells->n > SLIP_CELLS_DENSE_MAX ? "more than" : "at most",
+                       SLIP_CELLS_DENSE_MAX));
+  else
+    PetscCall(SlipNote(*S, "SlipWhy", "%s as asked", type));
+  PetscCall(SlipCellsCompose(*S, cells));
+  PetscCall(MatSetOption(*S, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatSetOption(*S, MAT_SPD, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
