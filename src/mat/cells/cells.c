@@ -348,7 +348,7 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   const char *asked = type;
 
   PetscFunctionBegin;
-  PetscCall(SlipStepInitializePackage());
+  PetscCall(SlipLogRegister());
   PetscCall(SlipCellsCheck(comm, cells, "cells"));
   PetscCheck(tolerance > 0 && tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Tolerance of hierarchical storage must lie in (0, 1), not %g", (double)tolerance);

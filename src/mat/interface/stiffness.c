@@ -76,7 +76,7 @@ PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const
   PetscBool match = PETSC_FALSE, automatic;
 
   PetscFunctionBegin;
-  PetscCall(SlipStepInitializePackage());
+  PetscCall(SlipMatInitializePackage());
   PetscCall(SlipGridCheck(comm, grid));
   PetscCall(PetscStrcmp(type, "auto", &match));
   automatic = match;
