@@ -8,6 +8,7 @@
 #define TSADAPTHEURISTIC "heuristic"
 #define TSADAPTPI "pi"
 
+PETSC_EXTERN PetscErrorCode SlipAdaptInitializePackage(void); /* called by what creates objects; again does nothing */
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicy(TSAdapt adapt, SlipPolicy policy);
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[]);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy);

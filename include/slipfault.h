@@ -10,6 +10,7 @@
 typedef struct _p_SlipFault *SlipFault;
 PETSC_EXTERN PetscClassId SLIP_FAULT_CLASSID;
 
+PETSC_EXTERN PetscErrorCode SlipFaultInitializePackage(void); /* called by what creates objects; again does nothing */
 PETSC_EXTERN PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault); /* reference case "3 km", one cell */
 PETSC_EXTERN PetscErrorCode SlipFaultSetFromOptions(SlipFault fault);         /* -fault_* */
 /* Any scalar parameter by its option's name without "fault_": "length_x", "thickness", "friction_slip", "nx", ... */

@@ -37,6 +37,7 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, Pet
 /* Keep what is expensive to set up for K in files of this existing directory; "" for none. */
 PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[]);
 
+PETSC_EXTERN PetscErrorCode SlipMatInitializePackage(void); /* called by what creates objects; again does nothing */
 /* Memory that a matrix holds [bytes]: most on one process, and on all; -1 where a type does not know. */
 PETSC_EXTERN PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all);
 /* How its type was chosen, and what the cache did, in words; borrowed, "" when there is nothing to tell. */

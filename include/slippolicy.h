@@ -24,6 +24,7 @@ typedef enum {
 } SlipActivation;
 PETSC_EXTERN const char *const SlipActivations[];
 
+PETSC_EXTERN PetscErrorCode SlipPolicyInitializePackage(void); /* called by what creates objects; again does nothing */
 PETSC_EXTERN PetscErrorCode SlipPolicyCreate(MPI_Comm comm, SlipPolicy *policy);
 PETSC_EXTERN PetscErrorCode SlipPolicyLoad(SlipPolicy policy, const char file[]);
 /* The policy that comes with the library for a problem ("fault", ...): in SLIPSTEP_POLICY_DIR, the installation or the

@@ -42,6 +42,7 @@ typedef struct {
                                 void *ctx); /* q(w) at an accepted state, reduced */
 } SlipConstraintOps;
 
+PETSC_EXTERN PetscErrorCode SlipSNESInitializePackage(void); /* called by what creates objects; again does nothing */
 PETSC_EXTERN PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops, void *ctx,
                                                  Vec reduced_template, SlipConstraint *con);
 PETSC_EXTERN PetscErrorCode SlipConstraintDestroy(SlipConstraint *con);

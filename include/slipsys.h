@@ -14,7 +14,6 @@ PETSC_EXTERN PetscErrorCode SlipStepGetVersion(char version[], size_t len);
 PETSC_EXTERN PetscErrorCode SlipStepGetVersionNumber(PetscInt *major, PetscInt *minor, PetscInt *patch);
 
 PETSC_EXTERN PetscErrorCode SlipStepInitializePackage(void);
-PETSC_EXTERN PetscErrorCode SlipStepFinalizePackage(void);
 /* Stages of -log_view: programs push those of set-up and run, the library that of output inside them. */
 PETSC_EXTERN PetscLogStage SLIP_STAGE_SETUP, SLIP_STAGE_RUN, SLIP_STAGE_OUTPUT;
 

@@ -32,6 +32,7 @@ typedef struct {
    rejected). */
 typedef PetscErrorCode (*TSBatheAttemptFn)(TS ts, const SlipAttempt *attempt, Vec w, void *ctx);
 
+PETSC_EXTERN PetscErrorCode SlipTSInitializePackage(void); /* called by what creates objects; again does nothing */
 PETSC_EXTERN PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma);
 PETSC_EXTERN PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma);
 PETSC_EXTERN PetscErrorCode TSBatheSetReaction(TS ts, TSBatheReaction reaction);

@@ -3,8 +3,6 @@
 #include <slipstep/private/slipmatcells.h>
 #include <slipcompat.h>
 
-PetscClassId SLIP_FAULT_CLASSID;
-
 /*@
   SlipFaultCreate - the reference case "3 km" with one cell
 
@@ -25,7 +23,7 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
   SlipFault f;
 
   PetscFunctionBegin;
-  PetscCall(SlipStepInitializePackage());
+  PetscCall(SlipFaultInitializePackage());
   PetscCall(PetscNew(&f));
   PetscCall(PetscCommDuplicate(comm, &f->comm, NULL));
   f->refct = 1;

@@ -1,31 +1,15 @@
-/* The one list of all types that SlipStep adds to PETSc, and the package's life. */
+/* The library as a whole: every room registers its own classes, types and events, here they are all called. */
 #include <slipstep.h>
 #include <slipcompat.h>
-#include <slipstep/private/slippackage.h>
-#include <slipstep/private/slipsys.h>
-
-static PetscBool SlipStepPackageInitialized = PETSC_FALSE;
-
-/*@C
-  SlipStepFinalizePackage - forget the registrations; called by PetscFinalize()
-
-  Collective
-
-  Level: developer
-
-.seealso: SlipStepInitializePackage()
-@*/
-PetscErrorCode SlipStepFinalizePackage(void)
-{
-  PetscFunctionBegin;
-  SlipStepPackageInitialized = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /*@C
   SlipStepInitializePackage - register every class, type and event of SlipStep with PETSc
 
   Not collective; call after PetscInitialize(). Calling it again does nothing.
+
+  Notes:
+  Creating an object initializes what that object uses: a fault all of it, a constraint the solvers, a policy only
+  itself. Programs that choose controllers of SlipStep for problems of their own call this.
 
   Level: advanced
 
@@ -34,12 +18,12 @@ PetscErrorCode SlipStepFinalizePackage(void)
 PetscErrorCode SlipStepInitializePackage(void)
 {
   PetscFunctionBegin;
-  if (SlipStepPackageInitialized) PetscFunctionReturn(PETSC_SUCCESS);
-  SlipStepPackageInitialized = PETSC_TRUE;
-  PetscCall(SlipRegisterClasses());
-  PetscCall(SlipRegisterTypes());
-  PetscCall(SlipLogRegister());
-  PetscCall(PetscRegisterFinalize(SlipStepFinalizePackage));
+  PetscCall(SlipMatInitializePackage());
+  PetscCall(SlipSNESInitializePackage());
+  PetscCall(SlipTSInitializePackage());
+  PetscCall(SlipPolicyInitializePackage());
+  PetscCall(SlipAdaptInitializePackage());
+  PetscCall(SlipFaultInitializePackage());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

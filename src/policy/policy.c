@@ -1,8 +1,6 @@
 /* SlipPolicy: a small network that maps an observation to a step size. Life of the object and what it holds. */
 #include <slipstep/private/slippolicy.h>
-#include <slipsys.h>
 
-PetscClassId SLIP_POLICY_CLASSID;
 const char *const SlipActivations[] = {"linear",           "relu", "tanh", "hardtanh2", "SlipActivation",
                                        "SLIP_ACTIVATION_", NULL};
 const char *const SlipStepUnits[] = {"s", "T*", "t_max", NULL};
@@ -27,7 +25,7 @@ PetscErrorCode SlipPolicyCreate(MPI_Comm comm, SlipPolicy *policy)
   PetscFunctionBegin;
   PetscAssertPointer(policy, 2);
   *policy = NULL;
-  PetscCall(SlipStepInitializePackage());
+  PetscCall(SlipPolicyInitializePackage());
   PetscCall(PetscHeaderCreate(*policy, SLIP_POLICY_CLASSID, "SlipPolicy", "Step-size policy", "TS", comm,
                               SlipPolicyDestroy, SlipPolicyView));
   PetscFunctionReturn(PETSC_SUCCESS);

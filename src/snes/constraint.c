@@ -1,54 +1,6 @@
 /* SlipConstraint: a set-valued reaction that a problem describes by a table of operations. */
-#include <slipsys.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipcore.h>
-
-PetscClassId SLIP_CONSTRAINT_CLASSID = 0;
-
-/*@C
-  SlipConstraintCreate - wrap a problem's set-valued reaction for the cone solvers and TSBATHE
-
-  Collective
-
-  Input Parameters:
-+ comm             - the communicator
-. ops              - the problem's operations (copied); stage, residual, jacobian and bound are required by the SNES
-                     types, all of them by TSBATHE
-. ctx              - passed to every operation
-- reduced_template - a vector with the layout of the reduced unknowns x (its values are not used)
-
-  Output Parameter:
-. con - the constraint
-
-  Level: intermediate
-
-  Errors: PETSC_ERR_ARG_WRONG when residual, jacobian or bound is missing
-
-.seealso: SlipConstraintDestroy(), SNESSetSlipConstraint(), TSBatheSetConstraint()
-@*/
-PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops, void *ctx, Vec reduced_template,
-                                    SlipConstraint *con)
-{
-  SlipConstraint c;
-
-  PetscFunctionBegin;
-  PetscAssertPointer(ops, 2);
-  PetscValidHeaderSpecific(reduced_template, VEC_CLASSID, 4);
-  PetscAssertPointer(con, 5);
-  PetscCheck(ops->residual && ops->jacobian && ops->bound, comm, PETSC_ERR_ARG_WRONG,
-             "SlipConstraintOps must supply residual, jacobian and bound");
-  PetscCall(SlipStepInitializePackage());
-  PetscCall(PetscHeaderCreate(c, SLIP_CONSTRAINT_CLASSID, "SlipConstraint", "Set-valued reaction", "SNES", comm,
-                              SlipConstraintDestroy, NULL));
-  c->ops[0] = *ops;
-  c->ctx = ctx;
-  c->omega = 1.0;
-  c->scale = 1.0;
-  c->worst = -1;
-  PetscCall(VecDuplicate(reduced_template, &c->x));
-  *con = c;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /*@C
   SlipConstraintDestroy - give up a reference to a constraint

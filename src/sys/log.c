@@ -1,12 +1,13 @@
 /* Events and stages of -log_view, and products of any Mat as an event of their own. */
-#include <slipstep.h>
+#include <slipsys.h>
 #include <slipstep/private/slipsys.h>
+#include <petscts.h>
 
 PetscLogStage SLIP_STAGE_SETUP, SLIP_STAGE_RUN, SLIP_STAGE_OUTPUT;
 PetscLogEvent SLIP_StiffnessSetUp, SLIP_StiffnessMult, SLIP_ViscositySetUp, SLIP_ViscosityMult, SLIP_StageMult;
 PetscLogEvent SLIP_PCSetUp, SLIP_PCApply, SLIP_Cone, SLIP_Policy, SLIP_Observe, SLIP_Output;
 
-/* One row per event. */
+/* One row per event; the classes are PETSc's that stand nearest, by which -log_exclude leaves events out. */
 static const struct {
   const char *name;
   const PetscClassId *classid;
@@ -15,8 +16,8 @@ static const struct {
   {"SlipKSetUp", &MAT_CLASSID, &SLIP_StiffnessSetUp},  {"SlipKMult", &MAT_CLASSID, &SLIP_StiffnessMult},
   {"SlipHSetUp", &MAT_CLASSID, &SLIP_ViscositySetUp},  {"SlipHMult", &MAT_CLASSID, &SLIP_ViscosityMult},
   {"SlipBMult", &MAT_CLASSID, &SLIP_StageMult},        {"SlipPCSetUp", &PC_CLASSID, &SLIP_PCSetUp},
-  {"SlipPCApply", &PC_CLASSID, &SLIP_PCApply},         {"SlipCone", &SLIP_CONSTRAINT_CLASSID, &SLIP_Cone},
-  {"SlipPolicy", &SLIP_POLICY_CLASSID, &SLIP_Policy},  {"SlipObserve", &SLIP_POLICY_CLASSID, &SLIP_Observe},
+  {"SlipPCApply", &PC_CLASSID, &SLIP_PCApply},         {"SlipCone", &SNES_CLASSID, &SLIP_Cone},
+  {"SlipPolicy", &TSADAPT_CLASSID, &SLIP_Policy},      {"SlipObserve", &TSADAPT_CLASSID, &SLIP_Observe},
   {"SlipOutput", &PETSC_VIEWER_CLASSID, &SLIP_Output},
 };
 
@@ -32,7 +33,16 @@ static const struct {
 
 PetscErrorCode SlipLogRegister(void)
 {
+  static PetscBool registered = PETSC_FALSE;
+  PetscBool now;
+
   PetscFunctionBegin;
+  PetscCall(SlipRegisterOnce(&registered, &now));
+  if (!now) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCInitializePackage());
+  PetscCall(MatInitializePackage());
+  PetscCall(SNESInitializePackage());
+  PetscCall(TSInitializePackage());
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Events); i++)
     PetscCall(PetscLogEventRegister(Events[i].name, *Events[i].classid, Events[i].event));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Stages); i++)

@@ -33,6 +33,7 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)ts), &size));
   PetscCheck(size == 1, PetscObjectComm((PetscObject)ts), PETSC_ERR_WRONG_MPI_SIZE,
              "a system of %" PetscInt_FMT " states runs on one process, not on %d", problem->n, (int)size);
+  PetscCall(SlipTSInitializePackage());
   PetscCall(SlipConstraintCreateSmall(problem, &con));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
   PetscCall(TSSetType(ts, TSBATHE));

@@ -1,7 +1,10 @@
-/* Private: data carried by PETSc objects, errors of programs, events of -log_view. */
+/* Inside: registration, data carried by PETSc objects, errors of programs, events of -log_view. */
 #pragma once
 #include <petscmat.h>
 #include <slipcompat.h>
+
+/* ---- package.c ---- */
+PETSC_INTERN PetscErrorCode SlipRegisterOnce(PetscBool *flag, PetscBool *now);
 
 /* ---- compose.c ---- */
 /* Takes data over, in place of what had the name. destroy: SlipContainerDestroyDefault for memory of PetscMalloc() */
@@ -27,7 +30,7 @@ PETSC_INTERN PetscLogEvent SLIP_Policy;  /* forward pass */
 PETSC_INTERN PetscLogEvent SLIP_Observe; /* what the policy sees */
 PETSC_INTERN PetscLogEvent SLIP_Output;  /* gathering and writing */
 
-PETSC_INTERN PetscErrorCode SlipLogRegister(void);
+PETSC_INTERN PetscErrorCode SlipLogRegister(void); /* all of them; again does nothing */
 PETSC_INTERN PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event);
 /* The stage and the event of output, around it. */
 PETSC_INTERN PetscErrorCode SlipLogOutputBegin(void);

@@ -1,0 +1,28 @@
+/* What faults register with PETSc. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
+#include <slipadapt.h>
+
+PetscClassId SLIP_FAULT_CLASSID;
+
+/*@C
+  SlipFaultInitializePackage - register the class of faults and all that a TS of a fault can be made of
+
+  Not collective; after PetscInitialize(). Again it does nothing.
+
+  Level: developer
+
+.seealso: SlipStepInitializePackage(), SlipFaultCreate()
+@*/
+PetscErrorCode SlipFaultInitializePackage(void)
+{
+  static PetscBool registered = PETSC_FALSE;
+  PetscBool now;
+
+  PetscFunctionBegin;
+  PetscCall(SlipRegisterOnce(&registered, &now));
+  if (!now) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipAdaptInitializePackage());
+  PetscCall(PetscClassIdRegister("SlipFault", &SLIP_FAULT_CLASSID));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

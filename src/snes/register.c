@@ -1,0 +1,73 @@
+/* What the cone solvers register with PETSc, and the creation of the object by which programs come to them. */
+#include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipmatstage.h>
+#include <slipstep/private/slipsys.h>
+
+PetscClassId SLIP_CONSTRAINT_CLASSID = 0;
+
+/*@C
+  SlipSNESInitializePackage - register the class of constraints and the SNES types, with what they use
+
+  Not collective; after PetscInitialize(). Again it does nothing.
+
+  Level: developer
+
+.seealso: SlipStepInitializePackage(), SlipConstraintCreate()
+@*/
+PetscErrorCode SlipSNESInitializePackage(void)
+{
+  static PetscBool registered = PETSC_FALSE;
+  PetscBool now;
+
+  PetscFunctionBegin;
+  PetscCall(SlipRegisterOnce(&registered, &now));
+  if (!now) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipMatInitializePackage());
+  PetscCall(PetscClassIdRegister("Slip constraint", &SLIP_CONSTRAINT_CLASSID));
+  PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
+  PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipConstraintCreate - wrap a problem's set-valued reaction for the cone solvers and TSBATHE
+
+  Collective
+
+  Input Parameters:
++ comm             - the communicator
+. ops              - the problem's operations (copied); stage, residual, jacobian and bound are required by the SNES
+                     types, all of them by TSBATHE
+. ctx              - passed to every operation
+- reduced_template - a vector with the layout of the reduced unknowns x (its values are not used)
+
+  Output Parameter:
+. con - the constraint
+
+  Level: intermediate
+
+.seealso: SlipConstraintDestroy(), SNESSetSlipConstraint(), TSBatheSetConstraint()
+@*/
+PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops, void *ctx, Vec reduced_template,
+                                    SlipConstraint *con)
+{
+  SlipConstraint c;
+
+  PetscFunctionBegin;
+  PetscAssertPointer(ops, 2);
+  PetscValidHeaderSpecific(reduced_template, VEC_CLASSID, 4);
+  PetscAssertPointer(con, 5);
+  PetscCheck(ops->residual && ops->jacobian && ops->bound, comm, PETSC_ERR_ARG_WRONG,
+             "SlipConstraintOps must supply residual, jacobian and bound");
+  PetscCall(SlipSNESInitializePackage());
+  PetscCall(PetscHeaderCreate(c, SLIP_CONSTRAINT_CLASSID, "SlipConstraint", "Set-valued reaction", "SNES", comm,
+                              SlipConstraintDestroy, NULL));
+  c->ops[0] = *ops;
+  c->ctx = ctx;
+  c->omega = 1.0;
+  c->scale = 1.0;
+  c->worst = -1;
+  PetscCall(VecDuplicate(reduced_template, &c->x));
+  *con = c;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
