@@ -176,7 +176,7 @@ static void test_estimates_are_third_order(void **state)
 
       if (kind == 2) {
         ok(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
-        ok(TSBatheSetOrder(ts, 2));
+        ok(TSBatheSetDoublingOrder(ts, 2));
       }
       ok(TSGetAdapt(ts, &adapt));
       if (kind ==
@@ -452,7 +452,7 @@ static void test_controller_hooks(void **state)
     SlipAttempt seen = {.solves = 0};
 
     ok(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
-    ok(TSBatheAddAttemptMonitor(ts, RecordAttempt, &seen));
+    ok(TSBatheMonitorSet(ts, RecordAttempt, &seen, NULL));
     ok(TSGetAdapt(ts, &adapt));
     ok(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseFirst_C", First));
     if (!needs) ok(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptNeedsError_C", NeedsNot));
