@@ -2,6 +2,7 @@
    None knows an object of PETSc, so that a loop without objects follows the same rules. */
 #pragma once
 #include <petscsys.h>
+#include <stdint.h>
 
 /* ---- friction.c: laws, and what makes of them the strength of a stage ---- */
 /* Of one cell. A law that needs more adds a member here and an array to SlipFrictionCells. */
@@ -180,3 +181,8 @@ typedef struct {
 } SlipBathe;
 
 PETSC_EXTERN void SlipBatheSetUp(PetscReal gamma, SlipBathe *c);
+
+/* ---- hash.c: FNV-1a, of policies and of what caches hold ---- */
+#define SLIP_HASH_START UINT64_C(14695981039346656037)
+PETSC_EXTERN uint64_t SlipHashBytes(uint64_t hash, const void *data, size_t n);
+PETSC_EXTERN uint64_t SlipHashReals(uint64_t hash, const PetscReal a[], size_t n);

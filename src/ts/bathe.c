@@ -230,7 +230,7 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   change neither the order of the method nor any decision, as such a controller never looks at an error.
 
   References:
-. * - K. J. Bathe, M. M. I. Baig, On a composite implicit time integration procedure for nonlinear dynamics,
++ * - K. J. Bathe, M. M. I. Baig, On a composite implicit time integration procedure for nonlinear dynamics,
       Comput. Struct. 83, 2005.
 . * - R. E. Bank et al., Transient simulation of silicon devices and circuits, IEEE Trans. CAD 4, 1985.
 - * - M. E. Hosea, L. F. Shampine, Analysis and implementation of TR-BDF2, Appl. Numer. Math. 20, 1996.

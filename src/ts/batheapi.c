@@ -30,6 +30,8 @@ PetscErrorCode TSBatheGetData(TS ts, PetscBool required, TS_Bathe **ba)
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for a gamma outside of (0, 1)
+
 .seealso: TSBATHE, TSBatheGetGamma()
 @*/
 PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma)
@@ -56,7 +58,7 @@ PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma)
 . ts - of type TSBATHE
 
   Output Parameter:
-. gamma - in (0, 1)
+. gamma - in (0, 1), dimensionless
 
   Level: intermediate
 
@@ -196,6 +198,8 @@ PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error)
 . -ts_bathe_order <1> - the same
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for p < 1
 
 .seealso: TSBatheGetDoublingOrder(), TSBatheSetError(), TSBatheGetOrder()
 @*/

@@ -141,7 +141,7 @@ PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, P
 . ts - of type TSBATHE
 
   Output Parameter:
-. order - of the global error in the step
+. order - of the global error in the step, dimensionless
 
   Level: advanced
 
@@ -168,7 +168,7 @@ PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order)
   Output Parameters:
 + error      - the estimated error in the layout and units of the solution, borrowed and valid until the next attempt;
                `NULL` when the last attempt did not converge or had no estimate, and when ts is not of type TSBATHE
-. scale      - factor that makes of the error the solution minus a more accurate one, to the method's own order
+. scale      - dimensionless factor that makes of the error the solution minus a more accurate one, to the method's order
 - derivative - dw/dt at the attempt's end [units of the solution per s], borrowed likewise; `NULL` when not known
 
   Level: advanced
