@@ -11,18 +11,18 @@ static PetscErrorCode TSAdaptChoose_Heuristic(TSAdapt adapt, TS ts, PetscReal h,
                                               PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
   TSAdapt_Heuristic *ctx = (TSAdapt_Heuristic *)adapt->data;
-  PetscInt p;
+  PetscInt order;
   PetscReal E, q;
 
   PetscFunctionBegin;
-  PetscCall(SlipAdaptEvaluateError(adapt, ts, &p, &E));
+  PetscCall(SlipAdaptEvaluateError(adapt, ts, &order, &E));
   *next_sc = 0;
   *wlte = E;
   *wltea = *wlter = -1;
   *accept = PETSC_TRUE;
   *next_h = h;
   if (E < 0) PetscFunctionReturn(PETSC_SUCCESS); /* no estimate, nothing to go by */
-  q = (PetscReal)1 / (PetscReal)(p + 1);
+  q = (PetscReal)1 / (PetscReal)order;
   *accept = E <= 1 || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
   /* Where E falls slower than h^(1/q), h E^-q creeps towards E = 1 from above without getting there: a step that was
      rejected before is cut further. */
@@ -67,7 +67,7 @@ static PetscErrorCode TSAdaptView_Heuristic(TSAdapt adapt, PetscViewer viewer)
 /*MC
   TSADAPTHEURISTIC - the controller of textbooks, without a filter
 
-  With the weighted error estimate E of order p and q = 1/(p + 1): E > 1 rejects the step and repeats it with h E^-q;
+  With the weighted error estimate E, which goes with h^(1/q) (TSEvaluateWLTE()): E > 1 rejects the step and repeats it with h E^-q;
   otherwise the next step is min(h_max, h min(growth, E^-q)). A second rejection in a row multiplies by
   -ts_adapt_reject_safety as well, and -ts_adapt_safety multiplies every E^-q. A solve that does not converge repeats
   with the failure factor times h. A step below -ts_adapt_dt_min ends the run with an error.

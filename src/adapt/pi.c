@@ -40,11 +40,11 @@ static PetscErrorCode TSAdaptChoose_PI(TSAdapt adapt, TS ts, PetscReal h, PetscI
                                        PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
   TSAdapt_PI *ctx = (TSAdapt_PI *)adapt->data;
-  PetscInt p;
+  PetscInt order;
   PetscReal E, q, r, used;
 
   PetscFunctionBegin;
-  PetscCall(SlipAdaptEvaluateError(adapt, ts, &p, &E));
+  PetscCall(SlipAdaptEvaluateError(adapt, ts, &order, &E));
   *next_sc = 0;
   *wlte = E;
   *wltea = *wlter = -1;
@@ -55,7 +55,7 @@ static PetscErrorCode TSAdaptChoose_PI(TSAdapt adapt, TS ts, PetscReal h, PetscI
     ctx->h_last = 0;
   }
   if (E < 0) PetscFunctionReturn(PETSC_SUCCESS); /* no estimate, nothing to go by */
-  q = (PetscReal)1 / (PetscReal)(p + 1);
+  q = (PetscReal)1 / (PetscReal)order;
   E = PetscMax(E, PETSC_SMALL);
   r = FilterRatio(&ctx->filter, q, E, ctx->error, ctx->h_last > 0 ? h / ctx->h_last : 1);
   *accept = r >= ctx->r_min || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
@@ -135,7 +135,7 @@ static PetscErrorCode TSAdaptView_PI(TSAdapt adapt, PetscViewer viewer)
 /*MC
   TSADAPTPI - digital filters: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa)
 
-  q = 1/(p + 1) with the order p of the error estimate E. A ratio h_new/h below ratio_min rejects the step, one above
+  The error estimate E goes with h^(1/q) (TSEvaluateWLTE()). A ratio h_new/h below ratio_min rejects the step, one above
   ratio_max is capped. The history (E_(n-1), h_(n-2)) moves on accepted steps only.
 
   Options Database Keys:

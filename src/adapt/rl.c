@@ -153,7 +153,7 @@ PetscErrorCode TSAdaptChoose_RL(TSAdapt adapt, TS ts, PetscReal h, PetscInt *nex
   if (*accept) PetscFunctionReturn(PETSC_SUCCESS);
   rl->ceilings++;
   PetscCall(SlipAdaptEvaluateError(adapt, ts, &p, &E));
-  *next_h = h * CeilingFactor(o->last.error, rl->error_ceiling, (PetscReal)1 / (PetscReal)(PetscMax(p, 1) + 1));
+  *next_h = h * CeilingFactor(o->last.error, rl->error_ceiling, (PetscReal)1 / (PetscReal)PetscMax(p, 2));
   PetscCall(SlipAdaptCheckMinimum(adapt, ts, *next_h, "-ts_adapt_rl_error_ceiling"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

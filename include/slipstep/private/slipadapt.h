@@ -9,7 +9,7 @@ PETSC_EXTERN PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt);
 PETSC_EXTERN PetscErrorCode TSAdaptCreate_RL(TSAdapt adapt);
 
 /* Weighted local error E of the step just computed and its order p; E = -1 when the TS gives none. */
-PETSC_INTERN PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscInt *p, PetscReal *E);
+PETSC_INTERN PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscInt *order, PetscReal *E);
 /* An error that names -ts_adapt_dt_min when h is below it. why: what made h so small. */
 PETSC_INTERN PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const char why[]);
 
