@@ -137,12 +137,13 @@ static PetscReal LogLevel(SlipModel model, const PetscReal w[])
 static PetscBool Observe(SlipModel model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value)
 {
   const SlipCircuit *c = (const SlipCircuit *)model;
-  const PetscReal energy = SlipModelEnergy(model, w) / SlipModelEnergy(model, model->start);
 
   (void)t;
   if (!strcmp(name, "energy")) {
-    *value = energy;
+    *value = SlipModelEnergy(model, w) / SlipModelEnergy(model, model->start);
   } else if (!strcmp(name, "log_energy")) {
+    const PetscReal energy = SlipModelEnergy(model, w) / SlipModelEnergy(model, model->start);
+
     *value = PetscLog10Real(PetscMax(energy, (PetscReal)1e-16));
   } else if (!strcmp(name, "log_event")) {
     *value = LogEvent(c, w);
@@ -158,28 +159,8 @@ static PetscBool Observe(SlipModel model, PetscReal t, const PetscReal w[], cons
 
 /* ---- the exact solution, phase by phase ---- */
 
-/*@C
-  SlipCircuitFlow - the exact state of the circuit some time on, while V1 keeps its sign or rests
-
-  Not collective.
-
-  Input Parameters:
-+ c    - the circuit
-. sign - 1 or -1, that of V1, or 0: it rests
-. t    - the time [s], less than a fifth of the shortest time of the circuit
-- from - the state now [3]
-
-  Output Parameter:
-. to - the state then [3]
-
-  Level: developer
-
-  Note:
-  The system is linear, and 16 terms of its Taylor series are exact to rounding for such times.
-
-.seealso: SlipCircuitAdvance()
-@*/
-void SlipCircuitFlow(const SlipCircuit *c, int sign, PetscReal t, const PetscReal from[], PetscReal to[])
+/* See SlipCircuitFlow(); the table calls it some 1e5 times, which an exported function would not inline. */
+static void Flow(const SlipCircuit *c, int sign, PetscReal t, const PetscReal from[], PetscReal to[])
 {
   const PetscReal inertia[N] = {c->C1, c->C2, c->L};
   PetscReal term[N] = {from[0], from[1], from[2]};
@@ -211,6 +192,60 @@ static int PhaseFromRest(const SlipCircuit *c, const PetscReal w[])
   return w[1] > 0 ? 1 : -1;
 }
 
+/* See SlipCircuitAdvance() */
+static void Advance(const SlipCircuit *c, PetscReal t, int *sign, PetscReal w[])
+{
+  PetscReal to[N];
+
+  for (int phases = 0; phases < 10; phases++) {
+    PetscReal low = 0, high = t;
+
+    Flow(c, *sign, t, w, to);
+    if (PhaseHolds(c, *sign, to)) break;
+    for (int i = 0; i < 50; i++) {
+      const PetscReal middle = 0.5 * (low + high);
+
+      Flow(c, *sign, middle, w, to);
+      if (PhaseHolds(c, *sign, to))
+        low = middle;
+      else
+        high = middle;
+    }
+    Flow(c, *sign, high, w, to);
+    if (*sign) to[0] = 0;
+    *sign = *sign ? PhaseFromRest(c, to) : (to[1] > 0 ? 1 : -1);
+    for (int k = 0; k < N; k++) w[k] = to[k];
+    t -= high;
+  }
+  for (int k = 0; k < N; k++) w[k] = to[k];
+}
+
+/*@C
+  SlipCircuitFlow - the exact state of the circuit some time on, while V1 keeps its sign or rests
+
+  Not collective.
+
+  Input Parameters:
++ c    - the circuit
+. sign - 1 or -1, that of V1, or 0: it rests
+. t    - the time [s], less than a fifth of the shortest time of the circuit
+- from - the state now [3]
+
+  Output Parameter:
+. to - the state then [3]
+
+  Level: developer
+
+  Note:
+  The system is linear, and 16 terms of its Taylor series are exact to rounding for such times.
+
+.seealso: SlipCircuitAdvance()
+@*/
+void SlipCircuitFlow(const SlipCircuit *c, int sign, PetscReal t, const PetscReal from[], PetscReal to[])
+{
+  Flow(c, sign, t, from, to);
+}
+
 /*@C
   SlipCircuitAdvance - the exact state of the circuit some time on, across the ends of phases
 
@@ -233,29 +268,7 @@ static int PhaseFromRest(const SlipCircuit *c, const PetscReal w[])
 @*/
 void SlipCircuitAdvance(const SlipCircuit *c, PetscReal t, int *sign, PetscReal w[])
 {
-  PetscReal to[N];
-
-  for (int phases = 0; phases < 10; phases++) {
-    PetscReal low = 0, high = t;
-
-    SlipCircuitFlow(c, *sign, t, w, to);
-    if (PhaseHolds(c, *sign, to)) break;
-    for (int i = 0; i < 50; i++) {
-      const PetscReal middle = 0.5 * (low + high);
-
-      SlipCircuitFlow(c, *sign, middle, w, to);
-      if (PhaseHolds(c, *sign, to))
-        low = middle;
-      else
-        high = middle;
-    }
-    SlipCircuitFlow(c, *sign, high, w, to);
-    if (*sign) to[0] = 0;
-    *sign = *sign ? PhaseFromRest(c, to) : (to[1] > 0 ? 1 : -1);
-    for (int k = 0; k < N; k++) w[k] = to[k];
-    t -= high;
-  }
-  for (int k = 0; k < N; k++) w[k] = to[k];
+  Advance(c, t, sign, w);
 }
 
 static void Table(SlipModel model, PetscReal dt, PetscInt n, PetscReal state[])
@@ -268,7 +281,7 @@ static void Table(SlipModel model, PetscReal dt, PetscInt n, PetscReal state[])
 
   for (PetscInt i = 0; i < N; ++i) w[i] = state[i] = model->start[i];
   for (PetscInt k = 1; k < n; ++k) {
-    for (PetscInt part = 0; part < parts; ++part) SlipCircuitAdvance(c, dt / (PetscReal)parts, &sign, w);
+    for (PetscInt part = 0; part < parts; ++part) Advance(c, dt / (PetscReal)parts, &sign, w);
     for (PetscInt i = 0; i < N; ++i) state[N * k + i] = w[i];
   }
 }

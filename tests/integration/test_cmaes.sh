@@ -7,12 +7,12 @@ tiny=("$bin/train" -train_algorithm cmaes -train_singles 4 -train_meshes 1 -trai
 refused=("${tiny[@]}" -train_output refused.h5)
 
 refuses "-train_problem pendulum is not known" -- "${refused[@]}" -train_problem pendulum
-refuses "-train_hidden is 0, expected 1 to 256" -- "${refused[@]}" -train_hidden 0
-refuses "-train_mesh_side is 20, expected 2 to 12" -- "${refused[@]}" -train_mesh_side 20
-refuses "-train_sigma is 0, expected at least" -- "${refused[@]}" -train_sigma 0
+refuses "-train_hidden is 0, expected a number >= 1 and <= 256" -- "${refused[@]}" -train_hidden 0
+refuses "-train_mesh_side is 20, expected a number >= 2 and <= 12" -- "${refused[@]}" -train_mesh_side 20
+refuses "-train_sigma is 0, expected a number >= 1e-06" -- "${refused[@]}" -train_sigma 0
 refuses "expected them in order and at most 0.1" -- "${refused[@]}" -train_dial_low 1e-2 -train_dial_high 1e-3
 refuses "expected a longer -train_dt_max" -- "${refused[@]}" -train_dt_min 5 -train_dt_max 1
-refuses "-train_within is 2, expected at most 1" -- "${refused[@]}" -train_within 2
+refuses "-train_within is 2, expected a number >= 0 and <= 1" -- "${refused[@]}" -train_within 2
 refuses "(-train_population)" -- "${refused[@]}" -train_population 1
 refuses "-train_output and -train_checkpoint are both refused.h5" -- "${refused[@]}" -train_checkpoint refused.h5
 refuses "cannot create no/such/p.h5.part" -- "${refused[@]}" -train_output no/such/p.h5

@@ -6,11 +6,12 @@
 
 #define CHECKPOINT_FORMAT "slipstep-cmaes"
 
-static PetscErrorCode Store(CMATrainer *t)
+PetscErrorCode CMAStorePolicy(CMATrainer *t)
 {
   SlipPolicy p;
 
   PetscFunctionBegin;
+  if (t->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CMAPolicy(&t->o, t->best, t->shift, &p));
   PetscCall(SlipPolicySetRange(p, t->obs_min, t->obs_max));
   PetscCall(SlipPolicySetAttribute(p, "algorithm", "cmaes"));
@@ -21,13 +22,6 @@ static PetscErrorCode Store(CMATrainer *t)
   PetscCall(PolicySetNumber(p, "seed", "%.0f", (double)t->o.seed));
   PetscCall(SlipPolicyStore(p, t->o.output));
   PetscCall(SlipPolicyDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode CMAStorePolicy(CMATrainer *t)
-{
-  PetscFunctionBegin;
-  if (!t->rank) PetscCall(Store(t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -51,37 +45,9 @@ static void ListArrays(CMATrainer *t, CMAArray a[ARRAYS])
   for (PetscInt i = 0; i < ARRAYS; ++i) a[i] = list[i];
 }
 
-static void TakeNumbers(CMATrainer *t, PetscReal seconds, PetscReal x[NUMBERS])
-{
-  const PetscReal list[NUMBERS] = {t->es.sigma,
-                                   (PetscReal)t->es.generation,
-                                   (PetscReal)t->generation,
-                                   (PetscReal)t->evaluations,
-                                   (PetscReal)t->best_generation,
-                                   t->score.cost,
-                                   t->score.solves,
-                                   t->score.within,
-                                   t->score.error,
-                                   seconds};
-
-  for (PetscInt i = 0; i < NUMBERS; ++i) x[i] = list[i];
-}
-
-static void GiveNumbers(CMATrainer *t, const PetscReal x[NUMBERS])
-{
-  t->es.sigma = (double)x[0];
-  t->es.generation = (PetscInt64)x[1];
-  t->generation = (PetscInt64)x[2];
-  t->evaluations = (PetscInt64)x[3];
-  t->best_generation = (PetscInt64)x[4];
-  t->score = (CMAScore){x[5], x[6], x[7], x[8], {{0}}}; /* the last ones are found again */
-  t->before = x[9];
-}
-
 PetscErrorCode CMACheckpointWrite(CMATrainer *t)
 {
   CMAArray a[ARRAYS];
-  PetscReal x[NUMBERS];
   PetscLogDouble now;
   PetscInt dims[1];
   SlipH5 h;
@@ -99,21 +65,19 @@ PetscErrorCode CMACheckpointWrite(CMATrainer *t)
     dims[0] = a[i].n;
     PetscCall(SlipH5WriteReal(&h, a[i].path, 1, dims, a[i].data, NULL));
   }
-  TakeNumbers(t, t->before + (PetscReal)(now - t->begin), x);
+  const PetscReal x[NUMBERS] = {t->es.sigma,
+                                (PetscReal)t->es.generation,
+                                (PetscReal)t->generation,
+                                (PetscReal)t->evaluations,
+                                (PetscReal)t->best_generation,
+                                t->score.cost,
+                                t->score.solves,
+                                t->score.within,
+                                t->score.error,
+                                t->before + (PetscReal)(now - t->begin)};
   dims[0] = NUMBERS;
   PetscCall(SlipH5WriteReal(&h, "/counters", 1, dims, x, NULL));
   PetscCall(SlipH5Close(&h));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ReadArray(SlipH5 *h, const char path[], PetscInt n, double out[])
-{
-  PetscReal *data;
-
-  PetscFunctionBegin;
-  PetscCall(CheckpointReadFixed(h, path, n, &data));
-  for (PetscInt i = 0; i < n; ++i) out[i] = (double)data[i];
-  PetscCall(PetscFree(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -128,9 +92,16 @@ PetscErrorCode CMACheckpointRead(CMATrainer *t)
   PetscCall(CheckpointCheckFormat(&h, CHECKPOINT_FORMAT, " of -train_algorithm cmaes"));
   PetscCall(CheckpointCheckObservations(&h, t->o.nobs, t->o.names));
   ListArrays(t, a);
-  for (PetscInt i = 0; i < ARRAYS; ++i) PetscCall(ReadArray(&h, a[i].path, a[i].n, a[i].data));
-  PetscCall(ReadArray(&h, "/counters", NUMBERS, x));
-  GiveNumbers(t, x);
+  for (PetscInt i = 0; i < ARRAYS; ++i)
+    PetscCall(CheckpointReadArray(&h, a[i].path, a[i].n, sizeof(double), a[i].data));
+  PetscCall(CheckpointReadArray(&h, "/counters", NUMBERS, sizeof(double), x));
+  t->es.sigma = x[0];
+  t->es.generation = (PetscInt64)x[1];
+  t->generation = (PetscInt64)x[2];
+  t->evaluations = (PetscInt64)x[3];
+  t->best_generation = (PetscInt64)x[4];
+  t->score = (CMAScore){x[5], x[6], x[7], x[8], {{0}}}; /* the last ones are found again */
+  t->before = x[9];
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -142,9 +113,7 @@ struct _CMALog {
 };
 
 enum { COLUMNS = 9 };
-static const struct {
-  const char *path, *units;
-} Columns[COLUMNS] = {
+static const CurveColumn Columns[COLUMNS] = {
   {"/generations/generation", ""},
   {"/generations/runs", ""},
   {"/generations/best", ""},
@@ -162,8 +131,7 @@ PetscErrorCode CMALogOpen(CMATrainer *t)
   if (t->rank || !t->o.log[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&t->log));
   PetscCall(SlipH5Create(t->o.log, &t->log->h5));
-  for (PetscInt i = 0; i < COLUMNS; ++i)
-    PetscCall(SlipH5CreateSeries(&t->log->h5, Columns[i].path, 0, NULL, PETSC_FALSE, Columns[i].units));
+  PetscCall(CurveCreate(&t->log->h5, COLUMNS, Columns));
   PetscCall(SlipH5WriteAttrInt(&t->log->h5, "/", "seed", t->o.seed));
   PetscCall(SlipH5WriteAttrString(&t->log->h5, "/", "algorithm", "cmaes"));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -185,7 +153,7 @@ PetscErrorCode CMALogRow(CMATrainer *t, PetscReal best, PetscReal median, const 
                                   score->solves,
                                   score->within,
                                   t->before + (PetscReal)(now - t->begin)};
-  for (PetscInt i = 0; i < COLUMNS; ++i) PetscCall(SlipH5Append(&t->log->h5, Columns[i].path, 1, &row[i]));
+  PetscCall(CurveAppend(&t->log->h5, COLUMNS, Columns, row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

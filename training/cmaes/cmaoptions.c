@@ -1,6 +1,7 @@
 /* -train_* options of -train_algorithm cmaes. */
 #include "cmatrain.h"
 #include "common/files.h"
+#include "common/options.h"
 #include <slipcompat.h>
 
 /* Names, and the scaling that brings them to order one; an energy of a fault lies in [0, 1] */
@@ -49,78 +50,68 @@ static PetscErrorCode ParseProblem(CMAOptions *o, SlipOptionItems PetscOptionsOb
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Other problems than the fault need fewer weights. */
-static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems PetscOptionsObject)
-{
-  const PetscBool small = o->problem->model ? PETSC_TRUE : PETSC_FALSE;
-  const struct {
-    const char *name, *text;
-    PetscInt *value, initial, low, high;
-  } row[] = {
-    {"-train_hidden", "Width of the hidden layers", &o->hidden, 8, 1, 256},
-    {"-train_layers", "Number of hidden layers", &o->layers, small ? 1 : 2, 1, CMA_MAX_LAYERS},
-    {"-train_singles", "Episodes of one cell", &o->nsingle, 256, 1, 100000},
-    {"-train_meshes", "Episodes on small heterogeneous meshes", &o->nmesh, 144, 0, 100000},
-    {"-train_mesh_side", "Largest number of cells along a side of these meshes", &o->side, 7, 2, 12},
-    {"-train_batch_singles", "Episodes of one cell in a generation", &o->batch_single, small ? 48 : 28, 1, 100000},
-    {"-train_batch_meshes", "Episodes on meshes in a generation", &o->batch_mesh, 20, 0, 100000},
-    {"-train_validation", "Episodes of each kind in a validation", &o->validation, small ? 60 : 50, 1, 100000},
-    {"-train_calibration", "Episodes of each kind by which the dial is calibrated", &o->calibration, small ? 75 : 150,
-     1, 100000},
-    {"-train_population", "Members of a generation, 0: 4 + 3 ln(weights)", &o->population, small ? 16 : 24, 0, 10000},
-    {"-train_diagonal", "Generations before the covariance may leave its diagonal", &o->diagonal, 200, 0, 100000000},
-    {"-train_generations", "Generations, in total with those of -train_resume", &o->generations, 1500, 1, 100000000},
-    {"-train_validation_interval", "Generations between validations; the best mean is written", &o->interval, 50, 1,
-     1000000},
-    {"-train_seed", "Seed of everything random", &o->seed, 0, 0, PETSC_MAX_INT},
-  };
-
-  PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i) {
-    *row[i].value = row[i].initial;
-    PetscCall(PetscOptionsInt(row[i].name, row[i].text, NULL, *row[i].value, row[i].value, NULL));
-    PetscCheck(*row[i].value >= row[i].low && *row[i].value <= row[i].high, comm, PETSC_ERR_ARG_OUTOFRANGE,
-               "%s is %" PetscInt_FMT ", expected %" PetscInt_FMT " to %" PetscInt_FMT, row[i].name, *row[i].value,
-               row[i].low, row[i].high);
-  }
-  if (small) o->nmesh = o->batch_mesh = 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
+/* Small models need fewer weights than faults. */
 static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
-  const struct {
-    const char *name, *text;
-    PetscReal *value, initial, low;
-  } row[] = {
-    {"-train_sigma", "First step length of CMA-ES, in weights", &o->sigma, 0.1, 1e-6},
-    {"-train_minutes", "Wall time after which training ends [min], 0: no limit", &o->minutes, 0, 0},
-    {"-train_moving_dt_max",
-     "Longest step while anything moves [T*]; what rests is stepped over to the end of its rest. 0: no such rule",
-     &o->moving, o->problem->model ? 0 : 3, 0},
-    {"-train_within",
-     "Share of the calibration's runs, of single cells and of meshes, that shall keep the dial in every third of "
-     "its "
-     "range, at most 1: it is moved for that. 0: as trained",
-     &o->within, 0.97, 0},
-    {"-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, o->dt_min, 1e-12},
-    {"-train_dt_max", "Longest step the policy can choose [T*; the circuit: t_max]", &o->dt_max, o->dt_max, 1e-12},
-    {"-train_dial_low", "Lowest position of the accuracy dial", &o->low, TSADAPTRL_ACCURACY_MIN,
-     TSADAPTRL_ACCURACY_MIN},
-    {"-train_dial_high", "Highest position of the accuracy dial", &o->high, TSADAPTRL_ACCURACY_MAX,
-     TSADAPTRL_ACCURACY_MIN},
-  };
+  const PetscBool small = o->problem->model ? PETSC_TRUE : PETSC_FALSE;
+  const NumberOption row[] = {
+    OPTION_INTEGER("-train_hidden", "Width of the hidden layers", &o->hidden, 1, 256),
+    OPTION_INTEGER("-train_layers", "Number of hidden layers", &o->layers, 1, CMA_MAX_LAYERS),
+    OPTION_INTEGER("-train_singles", "Episodes of one cell", &o->nsingle, 1, 100000),
+    OPTION_INTEGER("-train_meshes", "Episodes on small heterogeneous meshes", &o->nmesh, 0, 100000),
+    OPTION_INTEGER("-train_mesh_side", "Largest number of cells along a side of these meshes", &o->side, 2, 12),
+    OPTION_INTEGER("-train_batch_singles", "Episodes of one cell in a generation", &o->batch_single, 1, 100000),
+    OPTION_INTEGER("-train_batch_meshes", "Episodes on meshes in a generation", &o->batch_mesh, 0, 100000),
+    OPTION_INTEGER("-train_validation", "Episodes of each kind in a validation", &o->validation, 1, 100000),
+    OPTION_INTEGER("-train_calibration", "Episodes of each kind by which the dial is calibrated", &o->calibration, 1,
+                   100000),
+    OPTION_INTEGER("-train_population", "Members of a generation, 0: 4 + 3 ln(weights)", &o->population, 0, 10000),
+    OPTION_INTEGER("-train_diagonal", "Generations before the covariance may leave its diagonal", &o->diagonal, 0, 1e8),
+    OPTION_INTEGER("-train_generations", "Generations, in total with those of -train_resume", &o->generations, 1, 1e8),
+    OPTION_INTEGER("-train_validation_interval", "Generations between validations; the best mean is written",
+                   &o->interval, 1, 1e6),
+    OPTION_INTEGER("-train_seed", "Seed of everything random", &o->seed, 0, PETSC_MAX_INT),
+    OPTION_REAL("-train_sigma", "First step length of CMA-ES, in weights", &o->sigma, 1e-6, PETSC_MAX_REAL),
+    OPTION_REAL("-train_minutes", "Wall time after which training ends [min], 0: no limit", &o->minutes, 0,
+                PETSC_MAX_REAL),
+    OPTION_REAL("-train_moving_dt_max",
+                "Longest step while anything moves [T*]; what rests is stepped over to the end of its rest. 0: no such "
+                "rule",
+                &o->moving, 0, PETSC_MAX_REAL),
+    OPTION_REAL("-train_within",
+                "Share of the calibration's runs, of single cells and of meshes, that shall keep the dial in every "
+                "third of its range: it is moved for that. 0: as trained",
+                &o->within, 0, 1),
+    OPTION_REAL("-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, 1e-12, PETSC_MAX_REAL),
+    OPTION_REAL("-train_dt_max", "Longest step the policy can choose [T*; the circuit: t_max]", &o->dt_max, 1e-12,
+                PETSC_MAX_REAL),
+    OPTION_REAL("-train_dial_low", "Lowest position of the accuracy dial", &o->low, TSADAPTRL_ACCURACY_MIN,
+                PETSC_MAX_REAL),
+    OPTION_REAL("-train_dial_high", "Highest position of the accuracy dial", &o->high, TSADAPTRL_ACCURACY_MIN,
+                PETSC_MAX_REAL)};
 
   PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i) {
-    *row[i].value = row[i].initial;
-    PetscCall(PetscOptionsReal(row[i].name, row[i].text, NULL, *row[i].value, row[i].value, NULL));
-    PetscCheck(*row[i].value >= row[i].low && !PetscIsInfOrNanReal(*row[i].value), comm, PETSC_ERR_ARG_OUTOFRANGE,
-               "%s is %.6g, expected at least %.6g", row[i].name, (double)*row[i].value, (double)row[i].low);
-  }
-  PetscCheck(o->within <= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_within is %.6g, expected at most 1",
-             (double)o->within);
-  PetscCheck(o->dt_min < o->dt_max || o->problem->model, comm, PETSC_ERR_ARG_OUTOFRANGE,
+  o->hidden = 8;
+  o->layers = small ? 1 : 2;
+  o->nsingle = 256;
+  o->nmesh = 144;
+  o->side = 7;
+  o->batch_single = small ? 48 : 28;
+  o->batch_mesh = 20;
+  o->validation = small ? 60 : 50;
+  o->calibration = small ? 75 : 150;
+  o->population = small ? 16 : 24;
+  o->diagonal = 200;
+  o->generations = 1500;
+  o->interval = 50;
+  o->sigma = 0.1;
+  o->moving = small ? 0 : 3;
+  o->within = 0.97;
+  o->low = TSADAPTRL_ACCURACY_MIN;
+  o->high = TSADAPTRL_ACCURACY_MAX;
+  PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
+  if (small) o->nmesh = o->batch_mesh = 0;
+  PetscCheck(o->dt_min < o->dt_max || small, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_dt_min is %.6g T* and -train_dt_max %.6g T*, expected a longer -train_dt_max", (double)o->dt_min,
              (double)o->dt_max);
   PetscCheck(o->low <= o->high && o->high <= TSADAPTRL_ACCURACY_MAX, comm, PETSC_ERR_ARG_OUTOFRANGE,
@@ -135,7 +126,6 @@ PetscErrorCode CMAOptionsSet(MPI_Comm comm, CMAOptions *o)
   PetscCall(PetscMemzero(o, sizeof(*o)));
   PetscOptionsBegin(comm, NULL, "Training a step-size policy with an accuracy dial by CMA-ES", "train");
   PetscCall(ParseProblem(o, PetscOptionsObject));
-  PetscCall(ParseCounts(comm, o, PetscOptionsObject));
   PetscCall(ParseNumbers(comm, o, PetscOptionsObject));
   PetscCall(TrainSetFiles(PetscOptionsObject, "Checkpoint to write at every validation", o->output, o->log,
                           o->checkpoint, o->resume));

@@ -127,3 +127,34 @@ PetscErrorCode TrainCheckFiles(MPI_Comm comm, const char output[], const char lo
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode CheckpointReadArray(SlipH5 *h, const char path[], PetscInt n, size_t size, void *out)
+{
+  PetscReal *data;
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointReadFixed(h, path, n, &data));
+  for (PetscInt i = 0; i < n; ++i) {
+    if (size == sizeof(float))
+      ((float *)out)[i] = (float)data[i];
+    else
+      ((double *)out)[i] = (double)data[i];
+  }
+  PetscCall(PetscFree(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CurveCreate(SlipH5 *h, PetscInt n, const CurveColumn column[])
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < n; ++i)
+    PetscCall(SlipH5CreateSeries(h, column[i].path, 0, NULL, PETSC_FALSE, column[i].units));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CurveAppend(SlipH5 *h, PetscInt n, const CurveColumn column[], const PetscReal row[])
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < n; ++i) PetscCall(SlipH5Append(h, column[i].path, 1, &row[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,5 +1,5 @@
 /* What the files of all trainings share: errors that name an option, numbers in a policy, checks of a checkpoint that is
-   resumed. */
+   resumed, learning curves. */
 #pragma once
 #include <slipstep.h>
 #include <sliph5.h>
@@ -36,3 +36,12 @@ PETSC_INTERN PetscErrorCode PolicySetNumber(SlipPolicy p, const char name[], con
 PETSC_INTERN PetscErrorCode CheckpointCheckFormat(SlipH5 *h, const char format[], const char kind[]);
 PETSC_INTERN PetscErrorCode CheckpointCheckObservations(SlipH5 *h, PetscInt n, char *const names[]);
 PETSC_INTERN PetscErrorCode CheckpointReadFixed(SlipH5 *h, const char path[], PetscInt n, PetscReal **data);
+/* Likewise, into float or double out[n] that is there, as size says */
+PETSC_INTERN PetscErrorCode CheckpointReadArray(SlipH5 *h, const char path[], PetscInt n, size_t size, void *out);
+
+/* A learning curve: one dataset a column, one row at a time. */
+typedef struct {
+  const char *path, *units;
+} CurveColumn;
+PETSC_INTERN PetscErrorCode CurveCreate(SlipH5 *h, PetscInt n, const CurveColumn column[]);
+PETSC_INTERN PetscErrorCode CurveAppend(SlipH5 *h, PetscInt n, const CurveColumn column[], const PetscReal row[]);

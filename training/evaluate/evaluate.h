@@ -1,6 +1,7 @@
 /* The matrix of runs that evaluate makes: problems, cells, results and the file that holds them. Public headers of the
    library, and its HDF5 helpers. */
 #pragma once
+#include "common/table.h"
 #include "problems/problems.h"
 #include <sliph5.h>
 
@@ -8,14 +9,6 @@
 #define EVALUATE_COLUMNS 8   /* of a problem's series, time included */
 #define EVALUATE_ATTEMPT 5   /* columns of a cell's attempts: time, dt, accepted, error, converged */
 #define EVALUATE_PROFILES 96 /* depth profiles kept of a run */
-
-/* A growing table of rows. */
-typedef struct {
-  PetscInt width, n, capacity;
-  PetscReal *data; /* [n][width] */
-} EvaluateTable;
-PETSC_INTERN PetscErrorCode EvaluateTableAdd(EvaluateTable *t, const PetscReal row[]);
-PETSC_INTERN PetscErrorCode EvaluateTableClear(EvaluateTable *t); /* frees the rows, keeps the width */
 
 /* ---- options and cells (evaluateoptions.c, evaluatecells.c) ---- */
 
@@ -83,7 +76,7 @@ typedef struct {
   PetscInt steps;                 /* of the stored run, 0: exact */
   PetscReal self_final, self_max; /* difference to the run of half as many steps, as error_final and error_max */
   PetscReal wall;
-  EvaluateTable series, profile; /* time and columns; time and profile */
+  Table series, profile; /* time and columns; time and profile */
 } EvaluateReference;
 
 typedef struct {
@@ -94,7 +87,7 @@ typedef struct {
   PetscInt runs;
   PetscReal wall, wall_min, wall_max, wall_setup; /* median over the runs, and their range [s] */
   PetscReal cpu;                                  /* least processor time of a run, all its processes together [s] */
-  EvaluateTable series, steps, profile;
+  Table series, steps, profile;
 } EvaluateResult;
 PETSC_INTERN PetscErrorCode EvaluateRunCell(const EvaluateOptions *o, MPI_Comm comm, const ProblemCase *c, void *model,
                                             const EvaluateCell *cell, const EvaluateReference *ref, EvaluateResult *r);
@@ -104,8 +97,8 @@ PETSC_INTERN PetscInt EvaluateReferenceSteps(const EvaluateOptions *o, const Pro
 PETSC_INTERN PetscErrorCode EvaluateResultClear(EvaluateResult *r);
 PETSC_INTERN PetscErrorCode EvaluateReferenceClear(EvaluateReference *r);
 /* Errors of a series against a reference's, by numbers alone. exact: NULL, or the solution at any time. */
-PETSC_INTERN PetscErrorCode EvaluateErrors(const Evaluation *p, void *model, const EvaluateTable *ref,
-                                           const EvaluateTable *series, EvaluateResult *r);
+PETSC_INTERN PetscErrorCode EvaluateErrors(const Evaluation *p, void *model, const Table *ref, const Table *series,
+                                           EvaluateResult *r);
 
 /* ---- the file (evaluatefile.c): every write replaces it by a copy with one group more ---- */
 

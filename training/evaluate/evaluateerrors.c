@@ -1,28 +1,9 @@
-/* Errors of a run against a reference, and tables of rows: numbers only. */
+/* Errors of a run against a reference: numbers only. */
 #include "evaluate.h"
 #include <slipcompat.h>
 
-PetscErrorCode EvaluateTableAdd(EvaluateTable *t, const PetscReal row[])
-{
-  PetscFunctionBegin;
-  if (t->n == t->capacity) {
-    t->capacity = t->capacity ? 2 * t->capacity : 256;
-    PetscCall(PetscRealloc(sizeof(PetscReal) * (size_t)(t->capacity * t->width), &t->data));
-  }
-  PetscCall(PetscArraycpy(&t->data[t->n++ * t->width], row, t->width));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode EvaluateTableClear(EvaluateTable *t)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscFree(t->data));
-  t->n = t->capacity = 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Row of the reference at time t, linear between its rows; *at is where the last search ended. Times ascend. */
-static void Interpolate(const EvaluateTable *ref, PetscReal t, PetscInt *at, PetscReal row[])
+static void Interpolate(const Table *ref, PetscReal t, PetscInt *at, PetscReal row[])
 {
   const PetscInt w = ref->width;
   const PetscReal *a, *b;
@@ -52,7 +33,7 @@ static PetscReal Norm2(PetscInt n, const PetscReal a[], const PetscReal b[])
             trapezoidal rule over the accepted steps
     rate    largest error of the rate column over its largest reference value
 */
-PetscErrorCode EvaluateErrors(const Evaluation *p, void *model, const EvaluateTable *ref, const EvaluateTable *series,
+PetscErrorCode EvaluateErrors(const Evaluation *p, void *model, const Table *ref, const Table *series,
                               EvaluateResult *r)
 {
   const PetscInt n = p->nstates, w = series->width;

@@ -95,8 +95,8 @@ static PetscErrorCode Group(SlipH5 *h, const char path[])
 /* ---- tables ---- */
 
 /* A table of at most rows rows, evenly chosen with the first and the last; in single precision unless exact. */
-static PetscErrorCode WriteTable(SlipH5 *h, const char group[], const char name[], const EvaluateTable *t,
-                                 PetscInt rows, PetscBool exact)
+static PetscErrorCode WriteTable(SlipH5 *h, const char group[], const char name[], const Table *t, PetscInt rows,
+                                 PetscBool exact)
 {
   const PetscInt n = PetscMin(t->n, rows), w = t->width, dims[2] = {n, w};
   char path[4 * EVALUATE_NAME];

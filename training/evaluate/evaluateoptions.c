@@ -1,5 +1,6 @@
 /* The -evaluate_ options. */
 #include "evaluate.h"
+#include "common/options.h"
 #include <slipcompat.h>
 
 static const char *const ControllerNames[] = {TSADAPTHEURISTIC, TSADAPTPI, TSADAPTDSP, TSADAPTBASIC,
@@ -50,40 +51,32 @@ static PetscErrorCode Words(SlipOptionItems PetscOptionsObject, const char optio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Integers(SlipOptionItems PetscOptionsObject, const char option[], const char help[], PetscInt *n,
-                               PetscInt value[])
+/* A list of numbers > 0 in one of two arrays; likewise */
+static PetscErrorCode Numbers(SlipOptionItems PetscOptionsObject, const char option[], const char help[], PetscInt *n,
+                              PetscInt integer[], PetscReal real[])
 {
-  PetscInt given[ROOM] = {0}, found = ROOM;
+  PetscInt integers[ROOM] = {0}, found = ROOM;
+  PetscReal reals[ROOM] = {0};
   PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(PetscOptionsIntArray(option, help, NULL, given, &found, &set));
+  if (integer)
+    PetscCall(PetscOptionsIntArray(option, help, NULL, integers, &found, &set));
+  else
+    PetscCall(PetscOptionsRealArray(option, help, NULL, reals, &found, &set));
   if (!set) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CheckCount(option, found));
   *n = found;
-  PetscCall(PetscArraycpy(value, given, found));
-  for (PetscInt i = 0; i < *n; i++)
-    PetscCheck(value[i] > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-               "%s has %" PetscInt_FMT ", expected numbers > 0", option, value[i]);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+  for (PetscInt i = 0; i < found; i++) {
+    const PetscReal x = integer ? (PetscReal)integers[i] : reals[i];
 
-static PetscErrorCode Reals(SlipOptionItems PetscOptionsObject, const char option[], const char help[], PetscInt *n,
-                            PetscReal value[])
-{
-  PetscReal given[ROOM] = {0};
-  PetscInt found = ROOM;
-  PetscBool set;
-
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsRealArray(option, help, NULL, given, &found, &set));
-  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(CheckCount(option, found));
-  *n = found;
-  PetscCall(PetscArraycpy(value, given, found));
-  for (PetscInt i = 0; i < *n; i++)
-    PetscCheck(value[i] > 0 && !PetscIsInfReal(value[i]), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-               "%s has %g, expected numbers > 0", option, (double)value[i]);
+    PetscCheck(x > 0 && !PetscIsInfReal(x), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+               "%s has %.10g, expected numbers > 0", option, (double)x);
+    if (integer)
+      integer[i] = integers[i];
+    else
+      real[i] = x;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -114,12 +107,12 @@ static PetscErrorCode Axes(EvaluateOptions *o, SlipOptionItems PetscOptionsObjec
   PetscCall(Words(PetscOptionsObject, "-evaluate_problems", "Problems: fault, sliding_mode, circuit (default fault)",
                   problems, &o->nproblems, index));
   for (PetscInt i = 0; i < o->nproblems; i++) o->problems[i] = rows[index[i]];
-  PetscCall(Reals(PetscOptionsObject, "-evaluate_sizes",
-                  "Edges of the square fault [km] (default 3,5); it runs 10 s "
-                  "per km",
-                  &o->nsizes, o->sizes));
-  PetscCall(
-    Integers(PetscOptionsObject, "-evaluate_meshes", "Cells along each edge (default 25,50)", &o->nmeshes, o->meshes));
+  PetscCall(Numbers(PetscOptionsObject, "-evaluate_sizes",
+                    "Edges of the square fault [km] (default 3,5); it runs 10 s "
+                    "per km",
+                    &o->nsizes, NULL, o->sizes));
+  PetscCall(Numbers(PetscOptionsObject, "-evaluate_meshes", "Cells along each edge (default 25,50)", &o->nmeshes,
+                    o->meshes, NULL));
   o->ncontrollers = 5;
   for (PetscInt i = 0; i < 5; i++) index[i] = i < 3 ? i : i + 1;
   PetscCall(Words(PetscOptionsObject, "-evaluate_controllers",
@@ -134,51 +127,46 @@ static PetscErrorCode Axes(EvaluateOptions *o, SlipOptionItems PetscOptionsObjec
   for (PetscInt i = 0; i < o->nerrors; i++) o->errors[i] = (TSBatheError)index[i];
   for (PetscInt i = 0; i < o->nreactions; i++) index[i] = (PetscInt)o->reactions[i];
   PetscCall(Words(PetscOptionsObject, "-evaluate_reactions",
-                  "Treatments of the reaction: trapezoidal, implicit (default both)", TSBatheReactionTypes,
-                  &o->nreactions, index));
+                  "Treatments of the reaction: trapezoidal, implicit (default both)", TSBatheReactionTypes, &o->nreactions,
+                  index));
   for (PetscInt i = 0; i < o->nreactions; i++) o->reactions[i] = (TSBatheReactionType)index[i];
-  PetscCall(Reals(PetscOptionsObject, "-evaluate_tolerances",
-                  "Factors of both tolerances of the problem (default 1); policies always run with 1", &o->ntolerances,
-                  o->tolerances));
-  PetscCall(Reals(PetscOptionsObject, "-evaluate_accuracies",
-                  "Relative errors wanted of policies that observe log_accuracy, besides the default", &o->naccuracies,
-                  o->accuracies));
+  PetscCall(Numbers(PetscOptionsObject, "-evaluate_tolerances",
+                    "Factors of both tolerances of the problem (default 1); policies always run with 1",
+                    &o->ntolerances, NULL, o->tolerances));
+  PetscCall(Numbers(PetscOptionsObject, "-evaluate_accuracies",
+                    "Relative errors wanted of policies that observe log_accuracy, besides the default",
+                    &o->naccuracies, NULL, o->accuracies));
   for (PetscInt i = 0; i < o->naccuracies; i++)
     PetscCheck(o->accuracies[i] < 1, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
                "-evaluate_accuracies has %g, expected numbers in (0, 1)", (double)o->accuracies[i]);
-  PetscCall(Integers(PetscOptionsObject, "-evaluate_steps", "Constant steps of the controller none (default 100)",
-                     &o->nsteps, o->steps));
+  PetscCall(Numbers(PetscOptionsObject, "-evaluate_steps", "Constant steps of the controller none (default 100)",
+                    &o->nsteps, o->steps, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Limits(EvaluateOptions *o, SlipOptionItems PetscOptionsObject)
 {
+  const NumberOption row[] = {
+    OPTION_INTEGER("-evaluate_repetitions", "Runs of each cell, for the median and range of its wall time",
+                   &o->repetitions, 1, EVALUATE_MAX),
+    OPTION_INTEGER("-evaluate_reference_steps",
+                   "Constant steps of a reference; -1: the problem's own (fault 4000, circuit 200000); 0: references "
+                   "must be in the file",
+                   &o->reference_steps, -1, PETSC_MAX_REAL),
+    OPTION_INTEGER("-evaluate_max_attempts", "Attempts after which a run is given up and recorded as failed",
+                   &o->max_attempts, 1, PETSC_MAX_REAL),
+    OPTION_INTEGER("-evaluate_spread",
+                   "Meshes up to this are spread over the processes, a cell each; a cell of a finer one runs on all of "
+                   "them",
+                   &o->spread, 0, PETSC_MAX_REAL),
+    OPTION_REAL("-evaluate_time_limit",
+                "Begin no further cell after this many seconds; the same command goes on later. 0: none",
+                &o->time_limit, 0, PETSC_MAX_REAL)};
+
   PetscFunctionBegin;
-  PetscCall(PetscOptionsInt("-evaluate_repetitions", "Runs of each cell, for the median and range of its wall time",
-                            NULL, o->repetitions, &o->repetitions, NULL));
-  PetscCheck(o->repetitions >= 1 && o->repetitions <= EVALUATE_MAX, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-evaluate_repetitions is %" PetscInt_FMT ", expected 1 to %d", o->repetitions, EVALUATE_MAX);
-  PetscCall(PetscOptionsInt("-evaluate_reference_steps",
-                            "Constant steps of a reference; -1: the problem's own (fault 4000, circuit 200000); 0: "
-                            "references must be in the file",
-                            NULL, o->reference_steps, &o->reference_steps, NULL));
-  PetscCheck(o->reference_steps >= -1 && o->reference_steps != 1, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-evaluate_reference_steps is %" PetscInt_FMT ", expected -1, 0 or a number >= 2", o->reference_steps);
-  PetscCall(PetscOptionsInt("-evaluate_max_attempts", "Attempts after which a run is given up and recorded as failed",
-                            NULL, o->max_attempts, &o->max_attempts, NULL));
-  PetscCheck(o->max_attempts >= 1, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-evaluate_max_attempts is %" PetscInt_FMT ", expected a number >= 1", o->max_attempts);
-  PetscCall(PetscOptionsInt("-evaluate_spread",
-                            "Meshes up to this are spread over the processes, a cell each; a cell of a finer one runs "
-                            "on all of them",
-                            NULL, o->spread, &o->spread, NULL));
-  PetscCheck(o->spread >= 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-evaluate_spread is %" PetscInt_FMT ", expected a number >= 0", o->spread);
-  PetscCall(PetscOptionsReal("-evaluate_time_limit",
-                             "Begin no further cell after this many seconds; the same command goes on later. 0: none",
-                             NULL, o->time_limit, &o->time_limit, NULL));
-  PetscCheck(o->time_limit >= 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-evaluate_time_limit is %g, expected a number >= 0 s", (double)o->time_limit);
+  PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
+  PetscCheck(o->reference_steps != 1, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-evaluate_reference_steps is 1, expected -1, 0 or a number >= 2");
   PetscCall(PetscOptionsBool("-evaluate_list", "Print the cells and whether they are done, and stop", NULL, o->list,
                              &o->list, NULL));
   PetscCall(PetscOptionsBool("-evaluate_repeat_failed", "Run the cells that failed again", NULL, o->repeat_failed,

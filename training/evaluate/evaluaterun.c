@@ -21,12 +21,12 @@ static PetscErrorCode Record(Recorder *rec, PetscReal t, Vec w, Vec r)
 
   PetscFunctionBegin;
   PetscCall(rec->c->problem->evaluation->observe(rec->c, rec->model, t, w, r, row + 1));
-  PetscCall(EvaluateTableAdd(&rec->r->series, row));
+  PetscCall(TableAdd(&rec->r->series, row));
   if (!rec->profile) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(rec->c->mesh + 1, &profile));
   profile[0] = t;
   PetscCall(rec->c->problem->evaluation->profiles(rec->c, rec->model, w, profile + 1));
-  PetscCall(EvaluateTableAdd(&rec->r->profile, profile));
+  PetscCall(TableAdd(&rec->r->profile, profile));
   PetscCall(PetscFree(profile));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -40,7 +40,7 @@ static PetscErrorCode Watch(TS ts, const SlipAttempt *a, Vec w, void *ctx)
   Vec reaction;
 
   PetscFunctionBegin;
-  PetscCall(EvaluateTableAdd(&r->steps, row));
+  PetscCall(TableAdd(&r->steps, row));
   /* A learned controller steps by itself but for two guard rails: halved steps after max_failures failures in a
      row, and converged attempts that a ceiling of the error rejected. */
   if (rec->learned && (rec->failed >= rec->max_failures || (a->converged && !a->accepted))) r->guarded++;
@@ -241,17 +241,17 @@ PetscErrorCode EvaluateRunCell(const EvaluateOptions *o, MPI_Comm comm, const Pr
 PetscErrorCode EvaluateResultClear(EvaluateResult *r)
 {
   PetscFunctionBegin;
-  PetscCall(EvaluateTableClear(&r->series));
-  PetscCall(EvaluateTableClear(&r->steps));
-  PetscCall(EvaluateTableClear(&r->profile));
+  PetscCall(TableClear(&r->series));
+  PetscCall(TableClear(&r->steps));
+  PetscCall(TableClear(&r->profile));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode EvaluateReferenceClear(EvaluateReference *r)
 {
   PetscFunctionBegin;
-  PetscCall(EvaluateTableClear(&r->series));
-  PetscCall(EvaluateTableClear(&r->profile));
+  PetscCall(TableClear(&r->series));
+  PetscCall(TableClear(&r->profile));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -271,7 +271,7 @@ static PetscErrorCode SampleExact(MPI_Comm comm, const ProblemCase *c, void *mod
   for (PetscInt i = 0; i <= EXACT_ROWS; i++) {
     row[0] = end * (PetscReal)i / EXACT_ROWS;
     PetscCall(c->problem->evaluation->exact(model, row[0], row + 1));
-    PetscCall(EvaluateTableAdd(&ref->series, row));
+    PetscCall(TableAdd(&ref->series, row));
   }
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));
@@ -322,7 +322,7 @@ PetscErrorCode EvaluateRunReference(const EvaluateOptions *o, MPI_Comm comm, con
   ref->wall += times.wall;
   ref->series = fine.series;
   ref->profile = fine.profile;
-  PetscCall(EvaluateTableClear(&fine.steps));
+  PetscCall(TableClear(&fine.steps));
   PetscCall(EvaluateResultClear(&half));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -116,17 +116,6 @@ static PetscErrorCode CheckFormat(Trainer *t, SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadFloats(SlipH5 *h, const char path[], PetscInt n, Scalar out[])
-{
-  PetscReal *data;
-
-  PetscFunctionBegin;
-  PetscCall(CheckpointReadFixed(h, path, n, &data));
-  for (PetscInt i = 0; i < n; ++i) out[i] = (Scalar)data[i];
-  PetscCall(PetscFree(data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ReadBuffer(SlipH5 *h, Replay *r)
 {
   PetscReal *data;
@@ -163,8 +152,9 @@ PetscErrorCode CheckpointRead(Trainer *t, const char file[])
   PetscCall(SlipH5OpenRead(file, &h));
   PetscCall(CheckFormat(t, &h));
   n = t->agent.o.learner->arrays(t->agent.learner, a);
-  for (PetscInt i = 0; i < n; ++i) PetscCall(ReadFloats(&h, a[i].path, (PetscInt)a[i].n, a[i].data));
-  PetscCall(ReadFloats(&h, "/best/parameters", (PetscInt)t->nactor, t->best_actor));
+  for (PetscInt i = 0; i < n; ++i)
+    PetscCall(CheckpointReadArray(&h, a[i].path, (PetscInt)a[i].n, sizeof(Scalar), a[i].data));
+  PetscCall(CheckpointReadArray(&h, "/best/parameters", (PetscInt)t->nactor, sizeof(Scalar), t->best_actor));
   PetscCall(CheckpointReadFixed(&h, "/counters", NUMBER_COUNT, &x));
   ListNumbers(t, x, PETSC_FALSE);
   PetscCall(PetscFree(x));

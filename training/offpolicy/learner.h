@@ -15,10 +15,10 @@ typedef struct {
   PetscInt drop;                                      /* largest target quantiles left out, per critic (TQC) */
   PetscInt batch;                                     /* B, samples in a gradient step */
   PetscBool gaussian;                                 /* TQC: a standard deviation per observation instead of gSDE */
-  double lr, gamma, tau;            /* learning rate of all optimisers, discount, Polyak coefficient */
-  double noise;                     /* TD3: standard deviation of exploration, in [-1, 1] */
-  double smoothing, smoothing_clip; /* TD3: noise of the target's action */
-  PetscInt delay;                   /* TD3: gradient steps of the critics to one of the actor */
+  PetscReal lr, gamma, tau;            /* learning rate of all optimisers, discount, Polyak coefficient */
+  PetscReal noise;                     /* TD3: standard deviation of exploration, in [-1, 1] */
+  PetscReal smoothing, smoothing_clip; /* TD3: noise of the target's action */
+  PetscInt delay;                      /* TD3: gradient steps of the critics to one of the actor */
 } LearnerOptions;
 
 /* Feature-major arrays with leading dimension LearnerOptions.batch. action in [-1, 1]; done is 1 where bootstrapping

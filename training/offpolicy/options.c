@@ -1,6 +1,7 @@
 /* -train_* options of TQC and TD3. */
 #include "trainer.h"
 #include "common/files.h"
+#include "common/options.h"
 #include "problems/problems.h"
 
 /* What the first policies were trained with; CMA-ES takes these as they are. */
@@ -47,45 +48,11 @@ static PetscErrorCode SetPreset(EnvOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckChoice(const char option[], const char value[], const char *const known[])
-{
-  char list[128] = "";
-  PetscBool same;
-
-  PetscFunctionBegin;
-  for (PetscInt i = 0; known[i]; ++i) {
-    PetscCall(PetscStrcmp(value, known[i], &same));
-    if (same) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(PetscStrlcat(list, " ", sizeof(list)));
-    PetscCall(PetscStrlcat(list, known[i], sizeof(list)));
-  }
-  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not known; expected one of:%s", option, value, list);
-}
-
-static PetscErrorCode CheckPositive(const char option[], PetscReal value)
-{
-  PetscFunctionBegin;
-  PetscCheck(value > 0 && !PetscIsInfOrNanReal(value), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "%s is %.6g, expected a number > 0", option, (double)value);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A number in [low, high]; high PETSC_MAX_REAL: no limit. */
-static PetscErrorCode CheckRange(const char option[], PetscReal value, PetscReal low, PetscReal high)
-{
-  char limit[32] = "";
-
-  PetscFunctionBegin;
-  if (high < PETSC_MAX_REAL) snprintf(limit, sizeof(limit), " and <= %.6g", (double)high);
-  PetscCheck(value >= low && value <= high, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "%s is %.6g, expected a number >= %.6g%s", option, (double)value, (double)low, limit);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptionsObject)
 {
   const char *const costs[] = {"iterations", "wall", NULL};
-  char problem[64] = "fault", reward[64] = "published", cost[32] = "iterations", *names[ENV_MAX_OBS], text[256];
+  char problem[64] = "fault", reward[64] = "published", cost[32] = "iterations", *names[ENV_MAX_OBS];
+  char low[64], high[64], atol[256];
   PetscInt n = ENV_MAX_OBS;
   PetscBool set;
 
@@ -110,7 +77,7 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
                                "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, "
                                "not reproducible)",
                                NULL, cost, cost, sizeof(cost), NULL));
-  PetscCall(CheckChoice("-train_cost", cost, costs));
+  PetscCall(OptionCheckChoice("-train_cost", cost, costs));
   PetscCall(PetscStrcmp(cost, "wall", &e->wall_cost));
   PetscCall(PetscOptionsStringArray("-train_observations",
                                     "Names of the observations, in order (default: depends on problem and reward)",
@@ -120,57 +87,22 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
     PetscCall(SetObservations(e, n, (const char *const *)names));
     for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
   }
-  PetscCall(PetscSNPrintf(text, sizeof(text), "Shortest step the policy can choose [%s]", e->dt_min_unit));
-  PetscCall(PetscOptionsReal("-train_dt_min", text, NULL, e->dt_min, &e->dt_min, NULL));
-  PetscCall(PetscSNPrintf(text, sizeof(text), "Longest step the policy can choose [%s]", e->dt_max_unit));
-  PetscCall(PetscOptionsReal("-train_dt_max", text, NULL, e->dt_max, &e->dt_max, NULL));
-  PetscCall(CheckPositive("-train_dt_min", e->dt_min));
-  PetscCall(CheckPositive("-train_dt_max", e->dt_max));
   PetscCall(PetscOptionsBool("-train_random", "Draw an instance of the problem for every episode", NULL, e->random,
                              &e->random, NULL));
   e->continuation = 1. / 12;
-  PetscCall(PetscOptionsReal("-train_rtol", "Relative tolerance in the error estimate", NULL, e->rtol, &e->rtol, NULL));
-  PetscCall(PetscSNPrintf(text, sizeof(text), "Absolute tolerance [%s]", e->problem->atol_unit));
-  PetscCall(PetscOptionsReal("-train_atol", text, NULL, e->atol, &e->atol, NULL));
-  PetscCall(CheckPositive("-train_rtol", e->rtol));
-  PetscCall(CheckPositive("-train_atol", e->atol));
-  PetscCall(PetscOptionsReal("-train_continuation_step",
-                             "Step of the exact continuation of rewards accuracy and balanced [T*]", NULL,
-                             e->continuation, &e->continuation, NULL));
-  PetscCall(CheckPositive("-train_continuation_step", e->continuation));
-  PetscCall(PetscOptionsInt("-train_max_attempts", "Attempts after which an episode is cut off, 0: never", NULL,
-                            e->max_steps, &e->max_steps, NULL));
-  PetscCall(CheckRange("-train_max_attempts", (PetscReal)e->max_steps, 0, PETSC_MAX_REAL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CheckLearner(const LearnerOptions *n)
-{
-  PetscFunctionBegin;
-  for (PetscInt l = 0; l < n->actor_layers; ++l) PetscCall(CheckPositive("-train_network", (PetscReal)n->actor[l]));
-  for (PetscInt l = 0; l < n->critic_layers; ++l)
-    PetscCall(CheckPositive("-train_critic_network", (PetscReal)n->critic[l]));
-  PetscCall(CheckPositive("-train_critics", (PetscReal)n->critics));
-  PetscCall(CheckPositive("-train_quantiles", (PetscReal)n->quantiles));
-  PetscCall(CheckPositive("-train_batch", (PetscReal)n->batch));
-  PetscCall(CheckRange("-train_drop_quantiles", (PetscReal)n->drop, 0, (PetscReal)(n->quantiles - 1)));
-  PetscCall(CheckPositive("-train_policy_delay", (PetscReal)n->delay));
-  PetscCall(CheckPositive("-train_learning_rate", (PetscReal)n->lr));
-  PetscCall(CheckRange("-train_discount", (PetscReal)n->gamma, 0, 1));
-  PetscCall(CheckRange("-train_polyak", (PetscReal)n->tau, 0, 1));
-  PetscCall(CheckRange("-train_noise_sigma", (PetscReal)n->noise, 0, PETSC_MAX_REAL));
-  PetscCall(CheckRange("-train_smoothing", (PetscReal)n->smoothing, 0, PETSC_MAX_REAL));
-  PetscCall(CheckRange("-train_smoothing_clip", (PetscReal)n->smoothing_clip, 0, PETSC_MAX_REAL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ParseReal(SlipOptionItems PetscOptionsObject, const char name[], const char text[], double *value)
-{
-  PetscReal x = (PetscReal)*value;
-
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsReal(name, text, NULL, x, &x, NULL));
-  *value = (double)x;
+  PetscCall(PetscSNPrintf(low, sizeof(low), "Shortest step the policy can choose [%s]", e->dt_min_unit));
+  PetscCall(PetscSNPrintf(high, sizeof(high), "Longest step the policy can choose [%s]", e->dt_max_unit));
+  PetscCall(PetscSNPrintf(atol, sizeof(atol), "Absolute tolerance [%s]", e->problem->atol_unit));
+  const NumberOption row[] = {
+    OPTION_POSITIVE("-train_dt_min", low, &e->dt_min),
+    OPTION_POSITIVE("-train_dt_max", high, &e->dt_max),
+    OPTION_POSITIVE("-train_rtol", "Relative tolerance in the error estimate", &e->rtol),
+    OPTION_POSITIVE("-train_atol", atol, &e->atol),
+    OPTION_POSITIVE("-train_continuation_step", "Step of the exact continuation of rewards accuracy and balanced [T*]",
+                    &e->continuation),
+    OPTION_INTEGER("-train_max_attempts", "Attempts after which an episode is cut off, 0: never", &e->max_steps, 0,
+                   PETSC_MAX_REAL)};
+  PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -187,105 +119,98 @@ static PetscErrorCode ParseWidths(SlipOptionItems PetscOptionsObject, const char
   PetscCheck(!set || n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "%s has no value, expected widths such as 64,64",
              name);
   if (set) *layers = n;
+  for (PetscInt l = 0; l < *layers; ++l) {
+    const NumberOption check = OPTION_COUNT(name, NULL, &width[l]);
+
+    PetscCall(OptionsNumbers(PetscOptionsObject, 1, &check));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ParseNetworks(LearnerOptions *n, SlipOptionItems PetscOptionsObject)
+/* Networks and their training. TD3 has Gaussian noise only; TQC either gSDE, or a Gaussian of which the actor learns the
+   deviation. */
+static PetscErrorCode ParseLearner(PetscBool td3, LearnerOptions *n, SlipOptionItems PetscOptionsObject)
 {
+  const char *const noises[] = {"gsde", "gaussian", NULL};
   PetscInt hidden = 64;
+  const NumberOption first[] = {
+    OPTION_COUNT("-train_hidden", "Width of the hidden layers", &hidden),
+    OPTION_COUNT("-train_critics", "Critics (default: tqc 5, td3 2; the published tqc policies had 2)", &n->critics),
+    OPTION_COUNT("-train_quantiles", "Quantiles of each critic (tqc)", &n->quantiles),
+    OPTION_COUNT("-train_batch", "Transitions in a gradient step", &n->batch)};
+  char noise[32];
 
   PetscFunctionBegin;
+  PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(first), first));
   n->actor_layers = 2;
   n->critic_layers = 3;
-  PetscCall(PetscOptionsInt("-train_hidden", "Width of the hidden layers", NULL, hidden, &hidden, NULL));
-  PetscCall(CheckPositive("-train_hidden", (PetscReal)hidden));
   PetscCall(ParseWidths(PetscOptionsObject, "-train_network",
                         "Widths of the actor's hidden layers (default 2 of -train_hidden)", hidden, &n->actor_layers,
                         n->actor));
   PetscCall(ParseWidths(PetscOptionsObject, "-train_critic_network",
                         "Widths of the critics' hidden layers (default 3 of -train_hidden)", hidden, &n->critic_layers,
                         n->critic));
-  PetscCall(PetscOptionsInt("-train_critics", "Critics (default: tqc 5, td3 2; the published tqc policies had 2)", NULL,
-                            n->critics, &n->critics, NULL));
-  PetscCall(
-    PetscOptionsInt("-train_quantiles", "Quantiles of each critic (tqc)", NULL, n->quantiles, &n->quantiles, NULL));
-  PetscCall(PetscOptionsDeprecated("-train_drop", "-train_drop_quantiles", "0.2.0", NULL));
-  PetscCall(PetscOptionsInt("-train_drop_quantiles", "Largest target quantiles dropped, per critic (tqc)", NULL,
-                            n->drop, &n->drop, NULL));
-  PetscCall(PetscOptionsInt("-train_batch", "Transitions in a gradient step", NULL, n->batch, &n->batch, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* TD3 has Gaussian noise only; TQC either gSDE, or a Gaussian of which the actor learns the deviation. */
-static PetscErrorCode ParseNoise(const AgentOptions *a, LearnerOptions *n, SlipOptionItems PetscOptionsObject)
-{
-  const char *const noises[] = {"gsde", "gaussian", NULL};
-  const PetscBool td3 = a->learner == &LearnerTD3 ? PETSC_TRUE : PETSC_FALSE;
-  char noise[32];
-
-  PetscFunctionBegin;
   PetscCall(PetscStrncpy(noise, td3 ? "gaussian" : "gsde", sizeof(noise)));
   PetscCall(PetscOptionsString("-train_noise",
                                "Exploration: gsde (state-dependent; tqc, its default) or gaussian (tqc: of a learnt "
                                "deviation; td3: of -train_noise_sigma)",
                                NULL, noise, noise, sizeof(noise), NULL));
-  PetscCall(CheckChoice("-train_noise", noise, noises));
+  PetscCall(OptionCheckChoice("-train_noise", noise, noises));
   PetscCall(PetscStrcmp(noise, "gaussian", &n->gaussian));
   PetscCheck(n->gaussian || !td3, PETSC_COMM_SELF, PETSC_ERR_SUP,
              "-train_noise gsde needs -train_algorithm tqc; td3 has gaussian");
-  PetscCall(ParseReal(PetscOptionsObject, "-train_noise_sigma",
-                      "Standard deviation of td3's exploration, actions being in [-1, 1]", &n->noise));
-  PetscCall(ParseReal(PetscOptionsObject, "-train_smoothing", "Standard deviation of the target action's noise (td3)",
-                      &n->smoothing));
-  PetscCall(ParseReal(PetscOptionsObject, "-train_smoothing_clip", "Bound of the target action's noise (td3)",
-                      &n->smoothing_clip));
-  PetscCall(PetscOptionsInt("-train_policy_delay", "Gradient steps of the critics to one of the actor (td3)", NULL,
-                            n->delay, &n->delay, NULL));
+  PetscCall(PetscOptionsDeprecated("-train_drop", "-train_drop_quantiles", "0.2.0", NULL));
+  const NumberOption row[] = {
+    OPTION_INTEGER("-train_drop_quantiles", "Largest target quantiles dropped, per critic (tqc)", &n->drop, 0,
+                   n->quantiles - 1),
+    OPTION_REAL("-train_noise_sigma", "Standard deviation of td3's exploration, actions being in [-1, 1]", &n->noise, 0,
+                PETSC_MAX_REAL),
+    OPTION_REAL("-train_smoothing", "Standard deviation of the target action's noise (td3)", &n->smoothing, 0,
+                PETSC_MAX_REAL),
+    OPTION_REAL("-train_smoothing_clip", "Bound of the target action's noise (td3)", &n->smoothing_clip, 0,
+                PETSC_MAX_REAL),
+    OPTION_COUNT("-train_policy_delay", "Gradient steps of the critics to one of the actor (td3)", &n->delay),
+    OPTION_POSITIVE("-train_learning_rate", "Learning rate of all optimisers (default: tqc 3e-4, td3 1e-3)", &n->lr),
+    OPTION_REAL("-train_discount", "Discount gamma", &n->gamma, 0, 1),
+    OPTION_REAL("-train_polyak", "Polyak coefficient tau of the target networks", &n->tau, 0, 1)};
+  PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsObject)
 {
-  AgentOptions *a = &o->agent;
-  LearnerOptions *n = &a->networks;
   const char *const algorithms[] = {"tqc", "td3", "cmaes", NULL};
+  AgentOptions *a = &o->agent;
   char algorithm[32] = "tqc";
+  PetscReal buffer = 1e6, starts = 100;
+  const NumberOption row[] = {
+    OPTION_REAL("-train_buffer", "Capacity of the replay buffer in transitions", &buffer, 1, PETSC_MAX_REAL),
+    OPTION_REAL("-train_learning_starts", "Steps with random actions before learning", &starts, 0, PETSC_MAX_REAL)};
   PetscBool td3;
-  double buffer = 1e6, starts = 100;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsString("-train_algorithm",
                                "Learner: tqc, td3, or cmaes (with options of its own: -train_algorithm cmaes -help)",
                                NULL, algorithm, algorithm, sizeof(algorithm), NULL));
-  PetscCall(CheckChoice("-train_algorithm", algorithm, algorithms));
+  PetscCall(OptionCheckChoice("-train_algorithm", algorithm, algorithms));
   PetscCall(PetscStrcmp(algorithm, "td3", &td3));
   a->learner = td3 ? &LearnerTD3 : &LearnerTQC;
-  *n = (LearnerOptions){.obs = o->env.nobs,
-                        .act = 1,
-                        .critics = td3 ? 2 : 5,
-                        .quantiles = 25,
-                        .drop = 2,
-                        .batch = 256,
-                        .lr = td3 ? 1e-3 : 3e-4,
-                        .gamma = 0.99,
-                        .tau = 0.005,
-                        .noise = 0.1,
-                        .smoothing = 0.2,
-                        .smoothing_clip = 0.5,
-                        .delay = 2};
-  PetscCall(ParseNetworks(n, PetscOptionsObject));
-  PetscCall(ParseNoise(a, n, PetscOptionsObject));
-  PetscCall(ParseReal(PetscOptionsObject, "-train_learning_rate",
-                      "Learning rate of all optimisers (default: tqc 3e-4, td3 1e-3)", &n->lr));
-  PetscCall(ParseReal(PetscOptionsObject, "-train_discount", "Discount gamma", &n->gamma));
-  PetscCall(ParseReal(PetscOptionsObject, "-train_polyak", "Polyak coefficient tau of the target networks", &n->tau));
-  PetscCall(ParseReal(PetscOptionsObject, "-train_buffer", "Capacity of the replay buffer in transitions", &buffer));
-  PetscCall(
-    ParseReal(PetscOptionsObject, "-train_learning_starts", "Steps with random actions before learning", &starts));
-  PetscCall(CheckLearner(n));
-  PetscCall(CheckRange("-train_buffer", (PetscReal)buffer, 1, PETSC_MAX_REAL));
-  PetscCall(CheckRange("-train_learning_starts", (PetscReal)starts, 0, PETSC_MAX_REAL));
-  a->buffer = (PetscInt64)PetscMin(buffer, (double)o->steps); /* never more than the run can fill */
+  a->networks = (LearnerOptions){.obs = o->env.nobs,
+                                 .act = 1,
+                                 .critics = td3 ? 2 : 5,
+                                 .quantiles = 25,
+                                 .drop = 2,
+                                 .batch = 256,
+                                 .lr = td3 ? 1e-3 : 3e-4,
+                                 .gamma = 0.99,
+                                 .tau = 0.005,
+                                 .noise = 0.1,
+                                 .smoothing = 0.2,
+                                 .smoothing_clip = 0.5,
+                                 .delay = 2};
+  PetscCall(ParseLearner(td3, &a->networks, PetscOptionsObject));
+  PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
+  a->buffer = (PetscInt64)PetscMin(buffer, (PetscReal)o->steps); /* never more than the run can fill */
   a->learning_starts = (PetscInt64)starts;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -307,7 +232,11 @@ static PetscErrorCode ParseSweep(TrainOptions *o, SlipOptionItems PetscOptionsOb
   PetscCall(PetscOptionsRealArray("-train_alpha", "Weight of the error in the reward, or a list of them (default 1)",
                                   NULL, o->alphas, &o->nalpha, &set));
   if (!set || !o->nalpha) o->nalpha = 1;
-  for (PetscInt i = 0; i < o->nalpha; ++i) PetscCall(CheckRange("-train_alpha", o->alphas[i], 0, PETSC_MAX_REAL));
+  for (PetscInt i = 0; i < o->nalpha; ++i) {
+    const NumberOption check = OPTION_REAL("-train_alpha", NULL, &o->alphas[i], 0, PETSC_MAX_REAL);
+
+    PetscCall(OptionsNumbers(PetscOptionsObject, 1, &check));
+  }
   o->env.alpha = o->alphas[0];
   o->seed = o->seeds[0];
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -316,6 +245,16 @@ static PetscErrorCode ParseSweep(TrainOptions *o, SlipOptionItems PetscOptionsOb
 PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
 {
   PetscReal steps = 20000, checkpoint = 5000;
+  const NumberOption row[] = {
+    OPTION_INTEGER("-train_progress", "Steps from one progress line to the next, 0: quiet", &o->progress, 0,
+                   PETSC_MAX_REAL),
+    OPTION_INTEGER("-train_evaluate_interval",
+                   "Steps between evaluations of the policy without noise; the best one is written. 0: write the last",
+                   &o->evaluate_interval, 0, PETSC_MAX_REAL),
+    OPTION_COUNT("-train_evaluate_episodes", "Episodes of an evaluation, the same faults each time",
+                 &o->evaluate_episodes),
+    OPTION_REAL("-train_checkpoint_interval", "Steps between checkpoints, 0: only at the end", &checkpoint, 0,
+                PETSC_MAX_INT)};
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(o, sizeof(*o)));
@@ -328,21 +267,7 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
              (double)steps);
   o->steps = (PetscInt64)steps;
   PetscCall(ParseSweep(o, PetscOptionsObject));
-  PetscCall(PetscOptionsInt("-train_progress", "Steps from one progress line to the next, 0: quiet", NULL, o->progress,
-                            &o->progress, NULL));
-  PetscCall(
-    PetscOptionsInt("-train_evaluate_interval",
-                    "Steps between evaluations of the policy without noise; the best one is written. 0: write the last",
-                    NULL, o->evaluate_interval, &o->evaluate_interval, NULL));
-  PetscCall(PetscOptionsInt("-train_evaluate_episodes", "Episodes of an evaluation, the same faults each time", NULL,
-                            o->evaluate_episodes, &o->evaluate_episodes, NULL));
-  PetscCheck(o->evaluate_episodes > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-train_evaluate_episodes %" PetscInt_FMT " must be positive", o->evaluate_episodes);
-  PetscCall(PetscOptionsReal("-train_checkpoint_interval", "Steps between checkpoints, 0: only at the end", NULL,
-                             checkpoint, &checkpoint, NULL));
-  PetscCall(CheckRange("-train_checkpoint_interval", checkpoint, 0, (PetscReal)PETSC_MAX_INT));
-  PetscCall(CheckRange("-train_progress", (PetscReal)o->progress, 0, PETSC_MAX_REAL));
-  PetscCall(CheckRange("-train_evaluate_interval", (PetscReal)o->evaluate_interval, 0, PETSC_MAX_REAL));
+  PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   o->checkpoint_interval = (PetscInt)checkpoint;
   PetscCall(ParseEnvironment(&o->env, PetscOptionsObject));
   PetscCall(ParseAgent(o, PetscOptionsObject));

@@ -1,7 +1,6 @@
 /* The learning curve in HDF5. */
 #include "trainer.h"
-#include <sliph5.h>
-#include <slipcompat.h>
+#include "common/files.h"
 #include <petsctime.h>
 
 struct _TrainLog {
@@ -9,17 +8,15 @@ struct _TrainLog {
 };
 
 enum { EPISODE_COLUMNS = 11, EVALUATION_COLUMNS = 4 };
-static const struct {
-  const char *path, *units;
-} EpisodeColumns[EPISODE_COLUMNS] =
+static const CurveColumn EpisodeColumns[EPISODE_COLUMNS] =
   {{"/episodes/step", ""},       {"/episodes/return", ""},       {"/episodes/length", "attempts"},
    {"/episodes/accepted", ""},   {"/episodes/error", ""},        {"/episodes/critic_loss", ""},
    {"/episodes/actor_loss", ""}, {"/episodes/entropy_loss", ""}, {"/episodes/entropy_coefficient", ""},
    {"/episodes/mean_value", ""}, {"/episodes/wall_time", "s"}},
-  EvaluationColumns[EVALUATION_COLUMNS] = {{"/evaluations/step", ""},
-                                           {"/evaluations/return", ""},
-                                           {"/evaluations/length", "attempts"},
-                                           {"/evaluations/error", ""}};
+                         EvaluationColumns[EVALUATION_COLUMNS] = {{"/evaluations/step", ""},
+                                                                  {"/evaluations/return", ""},
+                                                                  {"/evaluations/length", "attempts"},
+                                                                  {"/evaluations/error", ""}};
 
 static PetscErrorCode Open(Trainer *t)
 {
@@ -30,10 +27,8 @@ static PetscErrorCode Open(Trainer *t)
   PetscCall(PetscNew(&t->log));
   h = &t->log->h5;
   PetscCall(SlipH5Create(t->o.log, h));
-  for (PetscInt i = 0; i < EPISODE_COLUMNS; ++i)
-    PetscCall(SlipH5CreateSeries(h, EpisodeColumns[i].path, 0, NULL, PETSC_FALSE, EpisodeColumns[i].units));
-  for (PetscInt i = 0; i < EVALUATION_COLUMNS; ++i)
-    PetscCall(SlipH5CreateSeries(h, EvaluationColumns[i].path, 0, NULL, PETSC_FALSE, EvaluationColumns[i].units));
+  PetscCall(CurveCreate(h, EPISODE_COLUMNS, EpisodeColumns));
+  PetscCall(CurveCreate(h, EVALUATION_COLUMNS, EvaluationColumns));
   PetscCall(SlipH5WriteAttrString(h, "/", "problem", t->o.env.problem->name));
   PetscCall(SlipH5WriteAttrString(h, "/", "algorithm", t->o.agent.learner->name));
   PetscCall(SlipH5WriteAttrString(h, "/", "error", t->o.env.problem->errors[0]));
@@ -62,8 +57,7 @@ PetscErrorCode TrainLogEpisode(Trainer *t, const EnvResult *r)
                                           l->alpha,
                                           l->mean_q,
                                           now - t->begin};
-  for (PetscInt i = 0; t->log && i < EPISODE_COLUMNS; ++i)
-    PetscCall(SlipH5Append(&t->log->h5, EpisodeColumns[i].path, 1, &row[i]));
+  if (t->log) PetscCall(CurveAppend(&t->log->h5, EPISODE_COLUMNS, EpisodeColumns, row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -73,8 +67,7 @@ PetscErrorCode TrainLogEvaluation(Trainer *t, double mean_return, double attempt
 
   PetscFunctionBegin;
   PetscCall(Open(t));
-  for (PetscInt i = 0; t->log && i < EVALUATION_COLUMNS; ++i)
-    PetscCall(SlipH5Append(&t->log->h5, EvaluationColumns[i].path, 1, &row[i]));
+  if (t->log) PetscCall(CurveAppend(&t->log->h5, EVALUATION_COLUMNS, EvaluationColumns, row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

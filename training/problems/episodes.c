@@ -7,17 +7,6 @@
 #define THINNING 4               /* every so many of its steps are kept */
 #define MIN_SLIP 0.2 /* a drawn fault whose final slip is below this share of what its drop implies is drawn again */
 
-static PetscErrorCode FaultCreate(const FaultDraw *d, SlipFault *fault)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, fault));
-  for (PetscInt i = 0; i < d->nreal; ++i) PetscCall(SlipFaultSetReal(*fault, d->name[i], d->value[i]));
-  for (PetscInt f = 0; f < DRAW_FIELDS; ++f)
-    PetscCall(SlipFaultSetField(*fault, EpisodeFieldNames[f], d->n, d->field[f]));
-  PetscCall(SlipFaultSetUp(*fault));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Means(Vec w, PetscReal *rate, PetscReal *slip, PetscReal *max_rate)
 {
   const PetscScalar *a;
@@ -40,35 +29,25 @@ static PetscErrorCode Means(Vec w, PetscReal *rate, PetscReal *slip, PetscReal *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CourseAppend(Course *c, PetscReal t, PetscReal slip)
-{
-  PetscFunctionBegin;
-  if (c->n == c->capacity) {
-    c->capacity = c->capacity ? 2 * c->capacity : 256;
-    PetscCall(PetscRealloc(sizeof(PetscReal) * (size_t)c->capacity, &c->t));
-    PetscCall(PetscRealloc(sizeof(PetscReal) * (size_t)c->capacity, &c->slip));
-  }
-  c->t[c->n] = t;
-  c->slip[c->n++] = slip;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Slip of the reference at time t. */
 static PetscReal CourseSlip(const Course *c, PetscReal t)
 {
-  PetscInt low = 0, high = c->n - 1;
+  PetscInt low = 0, high = c->path.n - 1;
+  const PetscReal *a = c->path.data, *b;
 
-  if (t <= c->t[0]) return c->slip[0];
-  if (t >= c->t[high]) return c->slip[high];
+  if (t <= a[0]) return a[1];
+  if (t >= a[2 * high]) return a[2 * high + 1];
   while (high - low > 1) {
     const PetscInt mid = (low + high) / 2;
 
-    if (c->t[mid] <= t)
+    if (a[2 * mid] <= t)
       low = mid;
     else
       high = mid;
   }
-  return c->slip[low] + (c->slip[high] - c->slip[low]) * (t - c->t[low]) / (c->t[high] - c->t[low]);
+  a += 2 * low;
+  b = a + 2;
+  return a[1] + (b[1] - a[1]) * (t - a[0]) / (b[0] - a[0]);
 }
 
 /* The run has mean rate [m/s] and slip [m] at time t. */
@@ -123,53 +102,30 @@ static void MeasurePlain(const PlainFault *p, double time, void *ctx)
   Follow((Episode *)ctx, time, rate, slip);
 }
 
-static PetscErrorCode MakeTS(Episode *e, TSBatheAttemptFn monitor, TS *ts)
-{
-  PetscFunctionBegin;
-  PetscCall(TSCreate(PETSC_COMM_SELF, ts));
-  PetscCall(SlipFaultConfigureTS(e->fault, *ts));
-  PetscCall(TSBatheMonitorSet(*ts, monitor, e, NULL));
-  PetscCall(TSSetSolution(*ts, e->w));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Small constant steps until the fault rests, or for limit T*. */
 static PetscErrorCode Reference(Episode *e, PetscReal limit)
 {
   Course *c = &e->course;
-  PetscReal rate, slip = 0, max_rate;
+  PetscReal rate, max_rate, row[2] = {0, 0};
   const PetscInt steps = (PetscInt)(limit / REFERENCE_STEP);
 
   PetscFunctionBegin;
-  c->n = 0;
+  c->path.width = 2;
+  c->path.n = 0;
   c->rest = -1;
   c->peak = 0;
-  PetscCall(CourseAppend(c, 0, 0));
+  PetscCall(TableAdd(&c->path, row));
   PlainFaultSetState(&e->plain, e->plain_start);
   for (PetscInt k = 1; k <= steps && c->rest < 0; ++k) {
-    const PetscReal t = (PetscReal)k * REFERENCE_STEP * e->tstar;
-
+    row[0] = (PetscReal)k * REFERENCE_STEP * e->tstar;
     if (!PlainFaultAttempt(&e->plain, REFERENCE_STEP * e->tstar)) break;
     PlainFaultAccept(&e->plain);
-    PlainMeans(&e->plain, &rate, &slip, &max_rate);
+    PlainMeans(&e->plain, &rate, &row[1], &max_rate);
     c->peak = PetscMax(c->peak, rate);
-    if (max_rate == 0 && slip > 0) c->rest = t;
-    if (k % THINNING == 0 || c->rest > 0) PetscCall(CourseAppend(c, t, slip));
+    if (max_rate == 0 && row[1] > 0) c->rest = row[0];
+    if (k % THINNING == 0 || c->rest > 0) PetscCall(TableAdd(&c->path, row));
   }
-  e->slip = slip;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode MakePlain(Episode *e, const FaultDraw *d)
-{
-  const PetscScalar *w;
-
-  PetscFunctionBegin;
-  PetscCall(PlainFaultCreate(e->fault, e->start, &e->plain));
-  PetscCall(PetscMalloc1(3 * d->n, &e->plain_start));
-  PetscCall(VecGetArrayRead(e->start, &w));
-  for (PetscInt i = 0; i < 3 * d->n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);
-  PetscCall(VecRestoreArrayRead(e->start, &w));
+  e->slip = row[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -188,23 +144,37 @@ static PetscErrorCode Release(Episode *e)
 /* One draw: useful when the reference came to rest having slipped. */
 static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
 {
+  const PetscScalar *w;
   TSAdapt adapt;
 
   PetscFunctionBegin;
-  PetscCall(FaultCreate(d, &e->fault));
+  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
+  for (PetscInt i = 0; i < d->nreal; ++i) PetscCall(SlipFaultSetReal(e->fault, d->name[i], d->value[i]));
+  for (PetscInt f = 0; f < DRAW_FIELDS; ++f)
+    PetscCall(SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, d->field[f]));
+  PetscCall(SlipFaultSetUp(e->fault));
   PetscCall(SlipFaultGetTimeScale(e->fault, &e->tstar));
   PetscCall(SlipFaultCreateState(e->fault, &e->w));
   PetscCall(VecDuplicate(e->w, &e->start));
   PetscCall(SlipFaultSetInitialState(e->fault, e->start));
-  PetscCall(MakePlain(e, d));
+  /* without objects */
+  PetscCall(PlainFaultCreate(e->fault, e->start, &e->plain));
+  PetscCall(PetscMalloc1(3 * d->n, &e->plain_start));
+  PetscCall(VecGetArrayRead(e->start, &w));
+  for (PetscInt i = 0; i < 3 * d->n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);
+  PetscCall(VecRestoreArrayRead(e->start, &w));
   PetscCall(Reference(e, d->limit));
   *good = e->course.rest > 0 && e->slip > MIN_SLIP * e->plain.drop_slip ? PETSC_TRUE : PETSC_FALSE;
   if (!*good) {
     PetscCall(Release(e));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  /* with them */
   e->tmax = d->margin * e->course.rest;
-  PetscCall(MakeTS(e, Measure, &e->ts));
+  PetscCall(TSCreate(PETSC_COMM_SELF, &e->ts));
+  PetscCall(SlipFaultConfigureTS(e->fault, e->ts));
+  PetscCall(TSBatheAddAttemptMonitor(e->ts, Measure, e));
+  PetscCall(TSSetSolution(e->ts, e->w));
   PetscCall(TSSetMaxTime(e->ts, e->tmax));
   PetscCall(TSSetMaxSteps(e->ts, EPISODE_MAX_STEPS));
   PetscCall(TSGetAdapt(e->ts, &adapt));
@@ -242,8 +212,7 @@ PetscErrorCode EpisodeDestroy(Episode **episode)
     PetscCall(EpisodeSmallDestroy(&(*episode)->small));
   else
     PetscCall(Release(*episode));
-  PetscCall(PetscFree((*episode)->course.t));
-  PetscCall(PetscFree((*episode)->course.slip));
+  PetscCall(TableClear(&(*episode)->course.path));
   PetscCall(PetscFree(*episode));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,7 +4,7 @@
 #pragma once
 #include "problems.h"
 #include "environment/plainrun.h"
-#include "common/random.h"
+#include "common/table.h"
 #include <slipstep.h>
 
 #define EPISODE_MAX_CELLS 144 /* of a drawn mesh, 12 x 12 */
@@ -26,10 +26,9 @@ PETSC_INTERN void FaultDrawAtRandom(Random *random, PetscInt side, FaultDraw *dr
 
 /* The reference's course, thinned out. */
 typedef struct {
-  PetscInt n, capacity;
-  PetscReal *t, *slip; /* [n] time [s] and mean slip [m] */
-  PetscReal peak;      /* largest mean slip rate [m/s] */
-  PetscReal rest;      /* when it came to rest [s]; negative: not yet */
+  Table path;     /* time [s] and mean slip [m] */
+  PetscReal peak; /* largest mean slip rate [m/s] */
+  PetscReal rest; /* when it came to rest [s]; negative: not yet */
 } Course;
 
 typedef struct _EpisodeSmall *EpisodeSmall;

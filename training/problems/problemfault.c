@@ -1,6 +1,7 @@
 /* The fault as a problem to train on: instances drawn at random or taken from the options, and their exact
    continuation. */
 #include "problems.h"
+#include "common/table.h"
 #include <slipstep.h>
 #include <slipcompat.h>
 
@@ -41,8 +42,8 @@ typedef struct {
   PetscReal slip; /* mean slip at the end [m] */
   PetscReal rate; /* largest slip rate still to come [m/s] */
   PetscReal time; /* when the slip passes nine tenths of its end; the start of the continuation if it already has [s] */
-  PetscInt n, capacity; /* its samples ... */
-  PetscReal *sample;    /* ... time and largest slip, [n][2] */
+  Table samples;  /* time and largest slip */
+  PetscBool stops; /* the run, once the fault rests after having slipped */
 } Future;
 
 /* The continuation of the start. Its samples are freed. */
@@ -69,19 +70,25 @@ static PetscBool Drawable(const PetscReal value[])
 
 static PetscErrorCode SetDrawn(SlipFault fault, const PetscReal value[])
 {
+  const struct {
+    const char *name;
+    PetscReal value;
+  } row[] = {{"nx", 1},
+             {"nz", 1},
+             {"length_x", value[DRAW_LENGTH]},
+             {"length_z", value[DRAW_LENGTH]},
+             {"thickness", value[DRAW_LENGTH] * value[DRAW_THICKNESS]},
+             {"shear_modulus", SHEAR_MODULUS},
+             {"friction_slip", value[DRAW_SLIP]},
+             {"friction_drop", value[DRAW_DROP]},
+             {"friction_residual", value[DRAW_RESIDUAL]},
+             {"damping_ratio", value[DRAW_DAMPING]},
+             {"normal_stress", value[DRAW_STRESS]},
+             {"normal_stress_gradient", 0}};
+
   PetscFunctionBegin;
-  PetscCall(SlipFaultSetReal(fault, "nx", 1));
-  PetscCall(SlipFaultSetReal(fault, "nz", 1));
-  PetscCall(SlipFaultSetReal(fault, "length_x", value[DRAW_LENGTH]));
-  PetscCall(SlipFaultSetReal(fault, "length_z", value[DRAW_LENGTH]));
-  PetscCall(SlipFaultSetReal(fault, "thickness", value[DRAW_LENGTH] * value[DRAW_THICKNESS]));
-  PetscCall(SlipFaultSetReal(fault, "shear_modulus", SHEAR_MODULUS));
-  PetscCall(SlipFaultSetReal(fault, "friction_slip", value[DRAW_SLIP]));
-  PetscCall(SlipFaultSetReal(fault, "friction_drop", value[DRAW_DROP]));
-  PetscCall(SlipFaultSetReal(fault, "friction_residual", value[DRAW_RESIDUAL]));
-  PetscCall(SlipFaultSetReal(fault, "damping_ratio", value[DRAW_DAMPING]));
-  PetscCall(SlipFaultSetReal(fault, "normal_stress", value[DRAW_STRESS]));
-  PetscCall(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i)
+    PetscCall(SlipFaultSetReal(fault, row[i].name, row[i].value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -144,24 +151,12 @@ static PetscErrorCode Destroy(EnvRun *run)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode FutureAppend(Future *f, PetscReal t, PetscReal slip)
-{
-  PetscFunctionBegin;
-  if (f->n == f->capacity) {
-    f->capacity = f->capacity ? 2 * f->capacity : 256;
-    PetscCall(PetscRealloc(sizeof(PetscReal) * 2 * (size_t)f->capacity, &f->sample));
-  }
-  f->sample[2 * f->n] = t;
-  f->sample[2 * f->n++ + 1] = slip;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* When the slip passes nine tenths of its last value, between samples by a straight line. */
 static PetscReal FuturePassage(const Future *f)
 {
-  const PetscReal *s = f->sample, level = 0.9 * s[2 * f->n - 1];
+  const PetscReal *s = f->samples.data, level = 0.9 * s[2 * f->samples.n - 1];
 
-  for (PetscInt i = 1; i < f->n; ++i) {
+  for (PetscInt i = 1; i < f->samples.n; ++i) {
     const PetscReal *a = &s[2 * i - 2], *b = &s[2 * i];
 
     if (a[1] < level && b[1] >= level) return a[0] + (level - a[1]) / (b[1] - a[1]) * (b[0] - a[0]);
@@ -169,19 +164,19 @@ static PetscReal FuturePassage(const Future *f)
   return s[0];
 }
 
-/* Remembers rate and slip and stops the continuation once the fault rests after having slipped. */
-static PetscErrorCode WatchContinuation(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
+/* TSBatheAttemptFn: remembers rate and slip of accepted steps */
+static PetscErrorCode Watch(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   Future *future = (Future *)ctx;
-  PetscReal rate, slip;
+  PetscReal rate, sample[2] = {attempt->time + attempt->dt};
 
   PetscFunctionBegin;
   if (!attempt->accepted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
-  PetscCall(VecStrideNorm(w, 2, NORM_INFINITY, &slip));
+  PetscCall(VecStrideNorm(w, 2, NORM_INFINITY, &sample[1]));
   future->rate = PetscMax(future->rate, rate);
-  PetscCall(FutureAppend(future, attempt->time + attempt->dt, slip));
-  if (rate == 0 && slip > 0) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
+  PetscCall(TableAdd(&future->samples, sample));
+  if (future->stops && rate == 0 && sample[1] > 0) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -191,12 +186,13 @@ static PetscErrorCode ContinuationCreate(const EnvOptions *o, const EnvInstance 
   TSAdapt adapt;
 
   PetscFunctionBegin;
+  *future = (Future){.samples.width = 2, .stops = PETSC_TRUE};
   PetscCall(Create(o, instance, fine));
   PetscCall(TSGetAdapt(fine->ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
   PetscCall(TSBatheSetError(fine->ts, TSBATHE_ERROR_NONE));
   PetscCall(TSSetExactFinalTime(fine->ts, TS_EXACTFINALTIME_STEPOVER));
-  PetscCall(TSBatheMonitorSet(fine->ts, WatchContinuation, future, NULL));
+  PetscCall(TSBatheMonitorSet(fine->ts, Watch, future, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -205,14 +201,14 @@ static PetscErrorCode ContinuationCreate(const EnvOptions *o, const EnvInstance 
 static PetscErrorCode Continue(const EnvOptions *o, EnvRun *fine, Vec w, Vec r, PetscReal t, Future *future)
 {
   SlipFaultObservables seen;
-  PetscReal slip;
+  PetscReal sample[2] = {t};
 
   PetscFunctionBegin;
   if (w != fine->w) PetscCall(VecCopy(w, fine->w));
   PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &future->rate));
-  PetscCall(VecStrideNorm(w, 2, NORM_INFINITY, &slip));
-  future->n = 0;
-  PetscCall(FutureAppend(future, t, slip));
+  PetscCall(VecStrideNorm(w, 2, NORM_INFINITY, &sample[1]));
+  future->samples.n = 0;
+  PetscCall(TableAdd(&future->samples, sample));
   PetscCall(TSSetTime(fine->ts, t));
   PetscCall(TSSetStepNumber(fine->ts, 0));
   PetscCall(TSSetTimeStep(fine->ts, o->continuation * fine->tstar));
@@ -228,7 +224,7 @@ static PetscErrorCode Continue(const EnvOptions *o, EnvRun *fine, Vec w, Vec r, 
 static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *instance, EnvReference *reference)
 {
   EnvRun fine;
-  Future start = {.n = 0};
+  Future start;
 
   PetscFunctionBegin;
   PetscCall(ContinuationCreate(o, instance, &start, &fine));
@@ -236,8 +232,7 @@ static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *in
   PetscCheck(start.slip > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONGSTATE,
              "This fault does not slip in %g s: errors of its steps need one that does", (double)fine.tmax);
   PetscCall(Destroy(&fine));
-  PetscCall(PetscFree(start.sample));
-  start.n = start.capacity = 0;
+  PetscCall(TableClear(&start.samples));
   PetscCall(PetscNew(reference));
   (*reference)->start = start;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -250,35 +245,21 @@ static PetscErrorCode ReferenceDestroy(EnvReference *reference)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Samples of the run itself */
-static PetscErrorCode WatchRun(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
-{
-  Future *met = (Future *)ctx;
-  PetscReal rate, slip;
-
-  PetscFunctionBegin;
-  (void)ts;
-  if (!attempt->accepted) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
-  PetscCall(VecStrideNorm(w, 2, NORM_INFINITY, &slip));
-  met->rate = PetscMax(met->rate, rate);
-  PetscCall(FutureAppend(met, attempt->time + attempt->dt, slip));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode JudgeCreate(const EnvOptions *o, const EnvInstance *instance, EnvRun *run, PetscBool effects,
                                   EnvJudge *judge)
 {
+  const PetscReal sample[2] = {0, 0};
   EnvJudge j;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&j));
   j->o = o;
+  j->met.samples.width = 2;
   j->effects = effects;
   j->before = j->start = instance->reference->start;
   if (effects) PetscCall(ContinuationCreate(o, instance, &j->now, &j->fine));
-  PetscCall(FutureAppend(&j->met, 0, 0));
-  PetscCall(TSBatheMonitorSet(run->ts, WatchRun, &j->met, NULL));
+  PetscCall(TableAdd(&j->met.samples, sample));
+  PetscCall(TSBatheMonitorSet(run->ts, Watch, &j->met, NULL));
   *judge = j;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -322,8 +303,8 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
   PetscFunctionBegin;
   if (!j) PetscFunctionReturn(PETSC_SUCCESS);
   if (j->effects) PetscCall(Destroy(&j->fine));
-  PetscCall(PetscFree(j->now.sample));
-  PetscCall(PetscFree(j->met.sample));
+  PetscCall(TableClear(&j->now.samples));
+  PetscCall(TableClear(&j->met.samples));
   PetscCall(PetscFree(*judge));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

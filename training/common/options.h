@@ -1,0 +1,35 @@
+/* Options of programs as rows of a table. */
+#pragma once
+#include <petscsys.h>
+#include <slipcompat.h>
+
+/* A number in [low, high], or above low where exclusive; high PETSC_MAX_REAL: no limit. */
+typedef struct {
+  const char *name, *text; /* text: its help, NULL: the number is checked only */
+  PetscInt *integer;       /* the default, and where the number goes: one of the two */
+  PetscReal *real;
+  PetscReal low, high;
+  PetscBool exclusive;
+} NumberOption;
+
+#define OPTION_INTEGER(name, text, value, low, high)                                                                   \
+  {                                                                                                                    \
+    name, text, value, NULL, (PetscReal)(low), (PetscReal)(high), PETSC_FALSE                                          \
+  }
+#define OPTION_REAL(name, text, value, low, high)                                                                      \
+  {                                                                                                                    \
+    name, text, NULL, value, low, high, PETSC_FALSE                                                                    \
+  }
+#define OPTION_COUNT(name, text, value)                                                                                \
+  {                                                                                                                    \
+    name, text, value, NULL, 0, PETSC_MAX_REAL, PETSC_TRUE                                                             \
+  }
+#define OPTION_POSITIVE(name, text, value)                                                                             \
+  {                                                                                                                    \
+    name, text, NULL, value, 0, PETSC_MAX_REAL, PETSC_TRUE                                                             \
+  }
+
+/* Between PetscOptionsBegin() and PetscOptionsEnd() */
+PETSC_INTERN PetscErrorCode OptionsNumbers(SlipOptionItems PetscOptionsObject, size_t n, const NumberOption row[]);
+/* value is one of known, which ends with NULL */
+PETSC_INTERN PetscErrorCode OptionCheckChoice(const char option[], const char value[], const char *const known[]);
