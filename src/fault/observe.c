@@ -3,20 +3,6 @@
 #include <petsc/private/petscimpl.h> /* PetscObjectStateGet() */
 #include <slipcompat.h>
 
-static PetscErrorCode SlipFaultExtractDisplacement(SlipFault fault, Vec w, Vec u)
-{
-  const PetscReal *a;
-  PetscReal *b;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayWrite(u, &b));
-  for (PetscInt i = 0; i < fault->n; i++) b[i] = a[3 * i + 1];
-  PetscCall(VecRestoreArrayWrite(u, &b));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* This rank's part of the sums, weighted by area; ku = K u is weighted already. */
 static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal sum[], PetscReal *max_v)
 {
@@ -63,7 +49,7 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **su
   PetscCall(PetscObjectGetId((PetscObject)w, &id));
   PetscCall(PetscObjectStateGet((PetscObject)w, &state));
   if (id == c->id && state == c->state) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultExtractDisplacement(fault, w, fault->work[0]));
+  PetscCall(VecStrideGather(w, 1, fault->work[0], INSERT_VALUES));
   PetscCall(MatMult(fault->K, fault->work[0], fault->work[1]));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
@@ -72,6 +58,37 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **su
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->max_v, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   c->id = id;
   c->state = state;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  SlipFaultKeepEstimates - sum up the integrator's estimates for observations
+
+  Collective. w: state after the attempt; error, derivative: the attempt's local error and dw/dt at its end, NULL when
+  not known. A cell that has just stopped has no derivative.
+*/
+PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative)
+{
+  SlipFaultEstimates *c = &fault->estimates;
+  const PetscReal *a, *e = NULL, *d = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(c, sizeof(*c)));
+  if (!error && !derivative) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArrayRead(w, &a));
+  if (error) PetscCall(VecGetArrayRead(error, &e));
+  if (derivative) PetscCall(VecGetArrayRead(derivative, &d));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal v = a[3 * i];
+
+    if (error) c->sum[ESTIMATE_SLIP_ERROR] += fault->weight[i] * PetscAbsReal(e[3 * i + 2]);
+    if (derivative && v != 0) c->sum[ESTIMATE_GROWTH] += fault->weight[i] * PetscSign(v) * d[3 * i];
+  }
+  if (derivative) PetscCall(VecRestoreArrayRead(derivative, &d));
+  if (error) PetscCall(VecRestoreArrayRead(error, &e));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_ESTIMATES, MPIU_REAL, MPIU_SUM, fault->comm));
+  c->known = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
