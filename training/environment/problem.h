@@ -51,6 +51,35 @@ typedef struct {
   EnvReference reference; /* NULL: no errors and no effects of steps */
 } EnvInstance;
 
+/* One instance of a problem that controllers are compared on: what a reference solution belongs to. */
+#define PROBLEM_CASE_NAME 96
+typedef struct {
+  const Problem *problem;
+  PetscReal size;               /* edge of the fault [km], 0: no such thing */
+  PetscInt mesh;                /* cells along each edge, 0: no such thing */
+  char name[PROBLEM_CASE_NAME]; /* group in the file: "fault_3km_25x25", "circuit" */
+} ProblemCase;
+
+/* What the program evaluate needs of a problem. */
+typedef struct {
+  PetscBool meshes;  /* has sizes and meshes, and runs on any number of processes; otherwise on one */
+  PetscInt nstates;  /* the first columns of the series, the state whose errors are measured */
+  PetscInt ncolumns; /* of the series besides time */
+  const char *const *columns, *const *units;
+  PetscInt rate;      /* column whose largest error is recorded on its own, -1: none */
+  PetscBool relative; /* errors over the size of the reference; otherwise in the unit of the state */
+  PetscInt reference; /* default number of constant steps of the reference; 0: an exact solution is known */
+  /* What runs of one case share, costly to set up */
+  PetscErrorCode (*create)(MPI_Comm comm, const ProblemCase *c, void **model);
+  PetscErrorCode (*destroy)(void **model);
+  /* A TS at its start, configured as far as TSSetFromOptions() */
+  PetscErrorCode (*start)(MPI_Comm comm, const ProblemCase *c, void *model, TS *ts, Vec *w);
+  PetscErrorCode (*observe)(const ProblemCase *c, void *model, PetscReal t, Vec w, Vec r,
+                            PetscReal row[]);                                                /* [ncolumns] */
+  PetscErrorCode (*profiles)(const ProblemCase *c, void *model, Vec w, PetscReal profile[]); /* [mesh] */
+  PetscErrorCode (*exact)(void *model, PetscReal t, PetscReal row[]);                        /* [ncolumns] */
+} Evaluation;
+
 /* One drawn parameter in [low, high]. */
 typedef struct {
   const char *meaning;
@@ -94,6 +123,7 @@ struct _Problem {
   PetscErrorCode (*judge_step)(EnvJudge judge, EnvRun *run, PetscReal t, PetscReal *effect);
   PetscErrorCode (*judge_errors)(EnvJudge judge, EnvRun *run, PetscReal error[]); /* [nerrors], after TSSolve() */
   PetscErrorCode (*judge_destroy)(EnvJudge *judge);
+  const Evaluation *evaluation; /* NULL: it is only trained on */
 };
 
 /* Rows of a problem's presets: bounds of the step with their units, spacing, observations. */

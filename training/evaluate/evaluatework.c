@@ -33,7 +33,7 @@ typedef struct {
 static PetscErrorCode PutAway(Work *w)
 {
   PetscFunctionBegin;
-  if (w->instance >= 0 && w->model) PetscCall(w->m->cases[w->instance].problem->destroy(&w->model));
+  if (w->instance >= 0 && w->model) PetscCall(w->m->cases[w->instance].problem->evaluation->destroy(&w->model));
   w->model = NULL;
   w->instance = -1;
   PetscCall(EvaluateReferenceClear(&w->reference));
@@ -43,7 +43,7 @@ static PetscErrorCode PutAway(Work *w)
 /* Set the case of a job up, unless it is at hand. */
 static PetscErrorCode TakeUp(Work *w, MPI_Comm comm, const Job *job)
 {
-  const EvaluateCase *c = &w->m->cases[job->instance];
+  const ProblemCase *c = &w->m->cases[job->instance];
   PetscLogDouble begin, end;
 
   PetscFunctionBegin;
@@ -52,7 +52,7 @@ static PetscErrorCode TakeUp(Work *w, MPI_Comm comm, const Job *job)
     w->comm = comm;
     w->instance = job->instance;
     PetscCall(PetscTime(&begin));
-    PetscCall(c->problem->create(comm, c, &w->model));
+    PetscCall(c->problem->evaluation->create(comm, c, &w->model));
     PetscCall(PetscTime(&end));
     w->wall_setup = (PetscReal)(end - begin);
   }
@@ -90,7 +90,7 @@ static PetscErrorCode Report(const Work *w, PetscInt index, const char name[], c
 
 static PetscErrorCode DoReference(Work *w, PetscInt index, PetscBool writes)
 {
-  const EvaluateCase *c = &w->m->cases[w->jobs[index].instance];
+  const ProblemCase *c = &w->m->cases[w->jobs[index].instance];
   EvaluateReference ref = {0};
   char what[128];
 
@@ -112,7 +112,7 @@ static PetscErrorCode DoReference(Work *w, PetscInt index, PetscBool writes)
 
 static PetscErrorCode DoCell(Work *w, PetscInt index, PetscBool writes)
 {
-  const EvaluateCase *c = &w->m->cases[w->jobs[index].instance];
+  const ProblemCase *c = &w->m->cases[w->jobs[index].instance];
   EvaluateCell *cell = &w->m->cells[w->jobs[index].cell];
   EvaluateResult r = {.wall_setup = w->wall_setup};
   char what[640];
@@ -151,9 +151,9 @@ static PetscErrorCode Do(Work *w, MPI_Comm comm, PetscInt index)
 
 static PetscBool IsSpread(const Work *w, const Job *job)
 {
-  const EvaluateCase *c = &w->m->cases[job->instance];
+  const ProblemCase *c = &w->m->cases[job->instance];
 
-  return !c->problem->meshes || c->mesh <= w->o->spread ? PETSC_TRUE : PETSC_FALSE;
+  return !c->problem->evaluation->meshes || c->mesh <= w->o->spread ? PETSC_TRUE : PETSC_FALSE;
 }
 
 static PetscErrorCode OutOfTime(const Work *w, PetscBool *out)
@@ -224,7 +224,7 @@ static PetscErrorCode AddReferences(Work *w, const PetscBool reference[], const 
 {
   PetscFunctionBegin;
   for (PetscInt i = 0; i < w->m->ncases; i++) {
-    const EvaluateCase *c = &w->m->cases[i];
+    const ProblemCase *c = &w->m->cases[i];
 
     if (reference[i] || !needed[i]) continue;
     PetscCheck(
@@ -233,8 +233,9 @@ static PetscErrorCode AddReferences(Work *w, const PetscBool reference[], const 
       w->o->output, c->name);
     w->jobs[w->njobs++] =
       (Job){i, -1,
-            c->problem->exact ? (PetscReal)1e-3
-                              : (PetscReal)1.5 * (PetscReal)EvaluateReferenceSteps(w->o, c) * EvaluateSolveWeight(c)};
+            c->problem->evaluation->exact
+              ? (PetscReal)1e-3
+              : (PetscReal)1.5 * (PetscReal)EvaluateReferenceSteps(w->o, c) * EvaluateSolveWeight(c)};
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

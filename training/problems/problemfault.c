@@ -346,4 +346,5 @@ const Problem ProblemFault = {.name = "fault",
                               PROBLEM_FAULT_TOLERANCES,
                               .nerrors = 3,
                               .errors = {"final mean slip", "peak slip rate", "time of nine tenths of the slip"},
-                              PROBLEM_FUNCTIONS(Create)};
+                              PROBLEM_FUNCTIONS(Create),
+                              .evaluation = &EvaluationFault};

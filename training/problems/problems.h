@@ -4,6 +4,7 @@
 
 PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
 PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemSlidingMode, ProblemCircuit;
+PETSC_INTERN const Evaluation EvaluationFault, EvaluationSlidingMode, EvaluationCircuit;
 PETSC_INTERN PetscErrorCode ProblemFind(const char name[], const Problem **row);
 PETSC_INTERN PetscErrorCode ProblemDescribeDraws(char text[], size_t len); /* all rows of the table */
 PETSC_INTERN const char *ProblemPolicy(const Problem *p);                  /* the problem that its policies are for */
