@@ -90,9 +90,9 @@ static inline PetscReal SlipConeReaction(PetscReal omega, PetscReal x, PetscReal
   return SlipConeClip(g / omega, q);
 }
 
-PETSC_EXTERN PetscReal SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
-                                       const PetscReal q[], const PetscReal dq[], const PetscReal rho[], PetscReal F[],
-                                       PetscReal mask[], PetscReal slope[]);
+PETSC_EXTERN void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
+                                  const PetscReal q[], const PetscReal dq[], const PetscReal rho[], PetscReal F[],
+                                  PetscReal mask[], PetscReal slope[]);
 PETSC_EXTERN void SlipConeFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal q[],
                                  const PetscReal rho[], PetscReal x[], PetscReal r[]);
 PETSC_EXTERN void SlipConeProject(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],

@@ -6,10 +6,10 @@
 #define TSBATHE "bathe"
 
 /* Treatment of the reaction in stage 1: by the mean of start and end (second order), or at the end (first order). */
-typedef enum { TSBATHE_REACTION_TRAPEZOIDAL, TSBATHE_REACTION_IMPLICIT } TSBatheReaction;
+typedef enum { TSBATHE_REACTION_TRAPEZOIDAL, TSBATHE_REACTION_IMPLICIT } TSBatheReactionType;
 /* Error estimate of a step: from the stage derivatives (no extra solve), by two half steps, or none. */
 typedef enum { TSBATHE_ERROR_EMBEDDED, TSBATHE_ERROR_DOUBLING, TSBATHE_ERROR_NONE } TSBatheError;
-PETSC_EXTERN const char *const TSBatheReactions[];
+PETSC_EXTERN const char *const TSBatheReactionTypes[];
 PETSC_EXTERN const char *const TSBatheErrors[];
 
 /* One attempted step, accepted or not. Everything that outputs, controllers and trainers may know of it. */
@@ -34,10 +34,12 @@ typedef PetscErrorCode (*TSBatheAttemptFn)(TS ts, const SlipAttempt *attempt, Ve
 
 PETSC_EXTERN PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma);
 PETSC_EXTERN PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma);
-PETSC_EXTERN PetscErrorCode TSBatheSetReaction(TS ts, TSBatheReaction reaction);
+PETSC_EXTERN PetscErrorCode TSBatheSetReactionType(TS ts, TSBatheReactionType type);
+PETSC_EXTERN PetscErrorCode TSBatheGetReactionType(TS ts, TSBatheReactionType *type);
 PETSC_EXTERN PetscErrorCode TSBatheSetError(TS ts, TSBatheError error);
 PETSC_EXTERN PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error);
-PETSC_EXTERN PetscErrorCode TSBatheSetOrder(TS ts, PetscInt p);
+PETSC_EXTERN PetscErrorCode TSBatheSetDoublingOrder(TS ts, PetscInt p);
+PETSC_EXTERN PetscErrorCode TSBatheGetDoublingOrder(TS ts, PetscInt *p);
 PETSC_EXTERN PetscErrorCode TSBatheSetConstraint(TS ts, SlipConstraint con);
 PETSC_EXTERN PetscErrorCode TSBatheGetConstraint(TS ts, SlipConstraint *con);
 /* borrowed: accepted reaction at the current time; restart state */
@@ -45,7 +47,9 @@ PETSC_EXTERN PetscErrorCode TSBatheGetReaction(TS ts, Vec *r);
 PETSC_EXTERN PetscErrorCode TSBatheSetInitialReaction(TS ts, Vec r);
 PETSC_EXTERN PetscErrorCode TSBatheGetLastAttempt(TS ts, SlipAttempt *attempt);
 /* several are called in order */
-PETSC_EXTERN PetscErrorCode TSBatheAddAttemptMonitor(TS ts, TSBatheAttemptFn fn, void *ctx);
+PETSC_EXTERN PetscErrorCode TSBatheMonitorSet(TS ts, TSBatheAttemptFn monitor, void *ctx,
+                                              PetscErrorCode (*destroy)(void **));
+PETSC_EXTERN PetscErrorCode TSBatheMonitorCancel(TS ts);
 /* Of the last attempt, borrowed; NULL: not known. scale makes error solution minus exact; derivative is dw/dt at its
    end. */
 PETSC_EXTERN PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *derivative);

@@ -239,8 +239,8 @@ static inline PetscErrorCode SlidersDestroy(Sliders *p)
 }
 
 /* A constant-step TSBATHE over [0, tmax] from w (which receives the end) */
-static inline PetscErrorCode SlidersSolve(Sliders *p, TSBatheReaction reaction, PetscReal tmax, PetscInt steps, Vec w,
-                                          TS *out)
+static inline PetscErrorCode SlidersSolve(Sliders *p, TSBatheReactionType reaction, PetscReal tmax, PetscInt steps,
+                                          Vec w, TS *out)
 {
   TS ts;
   TSAdapt adapt;
@@ -249,7 +249,7 @@ static inline PetscErrorCode SlidersSolve(Sliders *p, TSBatheReaction reaction, 
   PetscCall(TSCreate(PetscObjectComm((PetscObject)w), &ts));
   PetscCall(TSSetType(ts, TSBATHE));
   PetscCall(TSBatheSetConstraint(ts, p->con));
-  PetscCall(TSBatheSetReaction(ts, reaction));
+  PetscCall(TSBatheSetReactionType(ts, reaction));
   PetscCall(TSSetSolution(ts, w));
   PetscCall(TSSetMaxTime(ts, tmax));
   PetscCall(TSSetTimeStep(ts, tmax / steps));

@@ -3,33 +3,33 @@
 #include <slipstep/private/slipadapt.h>
 
 /*
-  Types with their own estimate (theta, bdf, alpha, bathe) give E and p; embedded Runge-Kutta pairs give a second
-  solution instead, as in PETSc's own controllers. q = 1/(p + 1).
+  Types with their own estimate (theta, bdf, alpha, bathe) give E and its order, the power of h that it goes with;
+  embedded Runge-Kutta pairs give a second solution instead, as in PETSc's own controllers. q = 1/order.
 */
 PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscReal *q, PetscReal *E)
 {
   PetscReal unused[2];
-  PetscInt p = PETSC_DECIDE;
+  PetscInt order = PETSC_DECIDE;
   Vec y;
 
   PetscFunctionBegin;
   *E = -1;
   if (ts->ops->evaluatewlte) {
-    PetscCall(TSEvaluateWLTE(ts, adapt->wnormtype, &p, E));
+    PetscCall(TSEvaluateWLTE(ts, adapt->wnormtype, &order, E));
   } else if (ts->ops->evaluatestep && adapt->candidates.inuse_set) {
-    p = adapt->candidates.order[0] - 1;
+    order = adapt->candidates.order[0];
     PetscCall(VecDuplicate(ts->vec_sol, &y));
-    PetscCall(TSEvaluateStep(ts, p, y, NULL));
+    PetscCall(TSEvaluateStep(ts, order - 1, y, NULL));
     PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, y, adapt->wnormtype, E, &unused[0], &unused[1]));
     PetscCall(VecDestroy(&y));
   }
   PetscCheck(!PetscIsNanReal(*E), PetscObjectComm((PetscObject)adapt), PETSC_ERR_FP,
              "At time %g s the error estimate of a step of %g s is not a number (-ts_type %s)", (double)ts->ptime,
              (double)ts->time_step, ((PetscObject)ts)->type_name);
-  PetscCheck(*E < 0 || p >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(*E < 0 || order >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
              "TS type %s estimates its error with order %" PetscInt_FMT "; expected at least 1",
-             ((PetscObject)ts)->type_name, p);
-  *q = (PetscReal)1 / (PetscReal)(PetscMax(p, 1) + 1);
+             ((PetscObject)ts)->type_name, order);
+  *q = (PetscReal)1 / (PetscReal)PetscMax(order, 1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

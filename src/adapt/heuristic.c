@@ -53,8 +53,8 @@ static PetscErrorCode TSAdaptView_Heuristic(TSAdapt adapt, PetscViewer viewer)
 /*MC
   TSADAPTHEURISTIC - the controller of textbooks, without a filter
 
-  With the weighted error estimate E of order p and q = 1/(p + 1): E > 1 rejects the step and repeats it with h E^-q;
-  otherwise the next step is min(h_max, h min(growth, E^-q)). A second rejection in a row multiplies by
+  With the weighted error estimate E, which goes with h^(1/q) (TSEvaluateWLTE()): E > 1 rejects the step and repeats it
+  with h E^-q; otherwise the next step is min(h_max, h min(growth, E^-q)). A second rejection in a row multiplies by
   -ts_adapt_reject_safety as well, and -ts_adapt_safety multiplies every E^-q. A solve that does not converge repeats
   with the failure factor times h. A step below -ts_adapt_dt_min ends the run with an error.
 

@@ -82,7 +82,7 @@ static PetscErrorCode TSAdaptView_PI(TSAdapt adapt, PetscViewer viewer)
 /*MC
   TSADAPTPI - digital filters: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa)
 
-  q = 1/(p + 1) with the order p of the error estimate E. A ratio h_new/h below ratio_min rejects the step, one above
+  The error estimate E goes with h^(1/q) (TSEvaluateWLTE()). A ratio h_new/h below ratio_min rejects the step, one above
   ratio_max is capped. The history (E_(n-1), h_(n-2)) moves on accepted steps only.
 
   Options Database Keys:

@@ -8,14 +8,11 @@
 
 /* Natural residual in units of g: g + omega q sign(p) where sliding, x / rho where sticking; mask is 1 where sliding.
    slope is the diagonal that the bound adds to a sliding row of dG/dx: omega dq/d|x| sign(p) sign(x), with sign(p) for
-   sign(0); 0 elsewhere. Returns the largest |x| / rho of the rows that slide against the sign of x: such a point is no
-   solution however small its residual. */
-PetscReal SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
-                          const PetscReal dq[], const PetscReal rho[], PetscReal F[], PetscReal mask[],
-                          PetscReal slope[])
+   sign(0); 0 elsewhere. A row that slides against the sign of its x is no solution, and its residual says so: p > rho
+   omega q and x < 0 make x > rho F, so that |F| > |x| / rho. */
+void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
+                     const PetscReal dq[], const PetscReal rho[], PetscReal F[], PetscReal mask[], PetscReal slope[])
 {
-  PetscReal inconsistent = 0.0;
-
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal wq = omega * q[i];
     PetscReal sign;
@@ -38,12 +35,8 @@ PetscReal SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], cons
     }
     mask[i] = 1.0;
     F[i] = g[i] + sign * wq;
-    slope[i] = omega * dq[i];
-    if (sign * x[i] >= 0.0) continue;
-    slope[i] = -slope[i];
-    inconsistent = PetscMax(inconsistent, PetscAbsReal(x[i]) / rho[i]);
+    slope[i] = sign * x[i] < 0.0 ? -omega * dq[i] : omega * dq[i];
   }
-  return inconsistent;
 }
 
 /* x becomes exactly zero where it sticks, or slides against its own direction by less than the tolerance; r is its

@@ -151,7 +151,7 @@ PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts)
   if (fault->check_error) PetscCall(SlipFaultCheckStart(fault, ts));
   PetscCall(PetscObjectGetId((PetscObject)ts, &id));
   if (est->id != id)
-    PetscCall(TSBatheAddAttemptMonitor(ts, EstimateStep, fault)); /* once for a TS, whatever runs it does */
+    PetscCall(TSBatheMonitorSet(ts, EstimateStep, fault, NULL)); /* once for a TS, whatever runs it does */
   est->id = id;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

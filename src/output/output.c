@@ -148,7 +148,7 @@ static PetscErrorCode SlipOutputMonitors(TS ts)
   if (monitored) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSMonitorSet(ts, SlipOutputStepMonitor, NULL, NULL));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  if (bathe) PetscCall(TSBatheAddAttemptMonitor(ts, SlipOutputAttemptMonitor, NULL));
+  if (bathe) PetscCall(TSBatheMonitorSet(ts, SlipOutputAttemptMonitor, NULL, NULL));
   PetscCall(SlipOutputMark(ts, key_monitored, ts, &box));
   PetscCall(PetscContainerDestroy(&box));
   PetscFunctionReturn(PETSC_SUCCESS);

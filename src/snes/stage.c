@@ -61,7 +61,6 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *
   PetscInt n;
   const PetscScalar *xx, *g, *q, *dq, *rho;
   PetscScalar *F, *mask, *slope;
-  PetscReal inconsistent;
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintResidual(con, model, x, con->g));
@@ -76,7 +75,7 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *
   PetscCall(VecGetArrayWrite(con->F, &F));
   PetscCall(VecGetArrayWrite(con->mask, &mask));
   PetscCall(VecGetArrayWrite(con->slope, &slope));
-  inconsistent = SlipConeNatural(n, con->omega, xx, g, q, dq, rho, F, mask, slope);
+  SlipConeNatural(n, con->omega, xx, g, q, dq, rho, F, mask, slope);
   PetscCall(VecRestoreArrayWrite(con->slope, &slope));
   PetscCall(VecRestoreArrayWrite(con->mask, &mask));
   PetscCall(VecRestoreArrayWrite(con->F, &F));
@@ -88,8 +87,7 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *
   PetscCall(VecNorm(con->F, NORM_2, &con->merit));
   PetscCall(VecNorm(con->F, NORM_INFINITY, &con->norm));
   con->merit /= con->scale;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &inconsistent, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)con)));
-  con->norm = (PetscIsInfOrNanReal(con->norm) ? con->norm : PetscMax(con->norm, inconsistent)) / con->scale;
+  con->norm /= con->scale;
   PetscCall(PetscLogEventEnd(SLIP_Cone, con, x, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -12,7 +12,8 @@ static const char citation[] =
   "  pages   = {2513--2524},\n"
   "  year    = {2005}\n}\n";
 
-const char *const TSBatheReactions[] = {"trapezoidal", "implicit", "TSBatheReaction", "TSBATHE_REACTION_", NULL};
+const char *const TSBatheReactionTypes[] = {"trapezoidal", "implicit", "TSBatheReactionType", "TSBATHE_REACTION_",
+                                            NULL};
 const char *const TSBatheErrors[] = {"embedded", "doubling", "none", "TSBatheError", "TSBATHE_ERROR_", NULL};
 
 static PetscErrorCode TSReset_Bathe(TS ts)
@@ -34,10 +35,11 @@ static PetscErrorCode TSDestroy_Bathe(TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSReset_Bathe(ts));
+  PetscCall(TSBatheMonitorCancel(ts));
   PetscCall(VecDestroy(&ba->r));
   PetscCall(SlipConstraintDestroy(&ba->con));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", NULL));
   PetscCall(PetscFree(ts->data));
-  PetscCall(TSBatheComposeSetters(ts, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -79,7 +81,7 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
   PetscBool flg;
   PetscReal gamma = ba->gamma;
   PetscInt order = ba->order;
-  TSBatheReaction reaction = ba->reaction;
+  TSBatheReactionType reaction = ba->reaction;
   TSBatheError error = ba->error;
 
   PetscFunctionBegin;
@@ -87,18 +89,18 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
   PetscCall(PetscOptionsReal("-ts_bathe_gamma", "Split of the step, dimensionless in (0, 1): 0.5 is Bathe's",
                              "TSBatheSetGamma", gamma, &gamma, &flg));
   if (flg) PetscCall(TSBatheSetGamma(ts, gamma));
-  PetscCall(
-    PetscOptionsEnum("-ts_bathe_reaction",
-                     "Reaction in stage 1: trapezoidal (second order, default) or implicit (first order, published)",
-                     "TSBatheSetReaction", TSBatheReactions, (PetscEnum)reaction, (PetscEnum *)&reaction, &flg));
-  if (flg) PetscCall(TSBatheSetReaction(ts, reaction));
+  PetscCall(PetscOptionsEnum(
+    "-ts_bathe_reaction",
+    "Reaction in stage 1: trapezoidal (second order, default) or implicit (first order, published)",
+    "TSBatheSetReactionType", TSBatheReactionTypes, (PetscEnum)reaction, (PetscEnum *)&reaction, &flg));
+  if (flg) PetscCall(TSBatheSetReactionType(ts, reaction));
   PetscCall(PetscOptionsEnum("-ts_bathe_error", "Error estimate: embedded (default), doubling or none",
                              "TSBatheSetError", TSBatheErrors, (PetscEnum)error, (PetscEnum *)&error, &flg));
   if (flg) PetscCall(TSBatheSetError(ts, error));
   PetscCall(PetscOptionsInt("-ts_bathe_order",
                             "Order p >= 1 assumed by doubling's 1/(2^p - 1) (default 1, as published)",
-                            "TSBatheSetOrder", order, &order, &flg));
-  if (flg) PetscCall(TSBatheSetOrder(ts, order));
+                            "TSBatheSetDoublingOrder", order, &order, &flg));
+  if (flg) PetscCall(TSBatheSetDoublingOrder(ts, order));
   PetscCall(PetscOptionsInt("-ts_bathe_max_failures",
                             "Attempts >= 1 in a row that may fail to converge before the run stops (default 50)", "",
                             ba->max_failures, &ba->max_failures, NULL));
@@ -117,7 +119,7 @@ static PetscErrorCode TSView_Bathe(TS ts, PetscViewer viewer)
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscViewerASCIIPrintf(viewer, "  gamma=%g, error estimate %s, reaction %s\n", (double)ba->gamma,
-                                   TSBatheErrors[ba->error], ba->con ? TSBatheReactions[ba->reaction] : "absent"));
+                                   TSBatheErrors[ba->error], ba->con ? TSBatheReactionTypes[ba->reaction] : "absent"));
   if (ba->error == TSBATHE_ERROR_DOUBLING)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  order assumed by doubling=%" PetscInt_FMT "\n", ba->order));
   PetscCall(PetscViewerASCIIPrintf(viewer,
@@ -165,13 +167,9 @@ static PetscErrorCode TSInterpolate_Bathe(TS ts, PetscReal t, Vec w)
 static PetscErrorCode TSEvaluateWLTE_Bathe(TS ts, NormType wnormtype, PetscInt *order, PetscReal *wlte)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscBool basic;
 
   PetscFunctionBegin;
-  if (order) *order = ba->error == TSBATHE_ERROR_DOUBLING ? ba->order : 2;
-  /* TSADAPTBASIC takes E^(-1/order) where it should take E^(-1/(order + 1)), and would reject every other step */
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTBASIC, &basic));
-  if (order && basic) *order += 1;
+  if (order) *order = ba->error == TSBATHE_ERROR_DOUBLING ? ba->order + 1 : 3; /* the power of h in the estimate */
   *wlte = ba->last.error;
   if (ba->last.error >= 0.0 && wnormtype != NORM_2) PetscCall(TSBatheErrorNorm(ts, wnormtype, wlte));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -237,7 +235,7 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
 . * - R. E. Bank et al., Transient simulation of silicon devices and circuits, IEEE Trans. CAD 4, 1985.
 - * - M. E. Hosea, L. F. Shampine, Analysis and implementation of TR-BDF2, Appl. Numer. Math. 20, 1996.
 
-.seealso: TSBatheSetConstraint(), TSBatheSetError(), TSBatheSetReaction(), TSTHETA, TSALPHA2
+.seealso: TSBatheSetConstraint(), TSBatheSetError(), TSBatheSetReactionType(), TSTHETA, TSALPHA2
 M*/
 PetscErrorCode TSCreate_Bathe(TS ts)
 {
@@ -267,6 +265,6 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   ts->ops->snesjacobian = SNESTSFormJacobian_Bathe;
   ts->default_adapt_type = TSADAPTNONE;
   ts->usessnes = PETSC_TRUE;
-  PetscCall(TSBatheComposeSetters(ts, PETSC_TRUE));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", TSBatheGetLastAttempt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,20 @@
-/* TSBATHE's setters and getters: the public function validates and dispatches, the static one after it does the
-   work. */
+/* TSBATHE's setters and getters of choices and of the reaction: they reach into the data of a TS of type bathe. Setters of choices
+   leave other types alone, as PetscTryMethod() would; the rest is an error there, as PetscUseMethod() would make it. */
 #include <slipstep/private/slipts.h>
+
+/* The data of a TS of type bathe; NULL for another type, an error if required */
+PetscErrorCode TSBatheGetData(TS ts, PetscBool required, TS_Bathe **ba)
+{
+  PetscBool bathe;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCheck(bathe || !required, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP, "TS type %s, expected " TSBATHE,
+             ((PetscObject)ts)->type_name ? ((PetscObject)ts)->type_name : "not set yet");
+  *ba = bathe ? (TS_Bathe *)ts->data : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /*@
   TSBatheSetGamma - split of the step into its trapezoidal and its backward part
@@ -22,20 +36,14 @@
 @*/
 PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma)
 {
+  TS_Bathe *ba = NULL;
+
   PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
+  PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
   PetscValidLogicalCollectiveReal(ts, gamma, 2);
   PetscCheck(gamma > 0.0 && gamma < 1.0, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_bathe_gamma is %.6g, expected a number in (0, 1)", (double)gamma);
-  PetscTryMethod(ts, "TSBatheSetGamma_C", (TS, PetscReal), (ts, gamma));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSBatheSetGamma_Bathe(TS ts, PetscReal gamma)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-
-  PetscFunctionBegin;
+  if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
   ba->gamma = gamma;
   SlipBatheSetUp(gamma, &ba->c);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -58,48 +66,64 @@ static PetscErrorCode TSBatheSetGamma_Bathe(TS ts, PetscReal gamma)
 @*/
 PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma)
 {
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscUseMethod(ts, "TSBatheGetGamma_C", (TS, PetscReal *), (ts, gamma));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+  TS_Bathe *ba = NULL;
 
-static PetscErrorCode TSBatheGetGamma_Bathe(TS ts, PetscReal *gamma)
-{
   PetscFunctionBegin;
-  *gamma = ((TS_Bathe *)ts->data)->gamma;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *gamma = ba->gamma;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
-  TSBatheSetReaction - treatment of the set-valued reaction in stage 1
+  TSBatheSetReactionType - treatment of the set-valued reaction in stage 1
 
   Logically collective
 
   Input Parameters:
-+ ts       - of type TSBATHE, ignored otherwise
-- reaction - TSBATHE_REACTION_TRAPEZOIDAL, mean of the reactions at both ends (second order while the sliding set does
-             not change), or TSBATHE_REACTION_IMPLICIT, the one at the stage's end (published, first order)
++ ts   - of type TSBATHE, ignored otherwise
+- type - TSBATHE_REACTION_TRAPEZOIDAL, mean of the reactions at both ends (second order while the sliding set does not
+         change), or TSBATHE_REACTION_IMPLICIT, the one at the stage's end (published, first order)
 
   Options Database Key:
 . -ts_bathe_reaction <trapezoidal,implicit> - the same
 
   Level: intermediate
 
-.seealso: TSBATHE, TSBatheSetConstraint()
+.seealso: TSBATHE, TSBatheGetReactionType(), TSBatheGetReaction(), TSBatheSetConstraint()
 @*/
-PetscErrorCode TSBatheSetReaction(TS ts, TSBatheReaction reaction)
+PetscErrorCode TSBatheSetReactionType(TS ts, TSBatheReactionType type)
 {
+  TS_Bathe *ba = NULL;
+
   PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscTryMethod(ts, "TSBatheSetReaction_C", (TS, TSBatheReaction), (ts, reaction));
+  PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
+  PetscValidLogicalCollectiveEnum(ts, type, 2);
+  if (ba) ba->reaction = type;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSBatheSetReaction_Bathe(TS ts, TSBatheReaction reaction)
+/*@
+  TSBatheGetReactionType - treatment of the set-valued reaction in stage 1
+
+  Not collective
+
+  Input Parameter:
+. ts - of type TSBATHE
+
+  Output Parameter:
+. type - the treatment
+
+  Level: intermediate
+
+.seealso: TSBatheSetReactionType()
+@*/
+PetscErrorCode TSBatheGetReactionType(TS ts, TSBatheReactionType *type)
 {
+  TS_Bathe *ba = NULL;
+
   PetscFunctionBegin;
-  ((TS_Bathe *)ts->data)->reaction = reaction;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *type = ba->reaction;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -118,21 +142,16 @@ static PetscErrorCode TSBatheSetReaction_Bathe(TS ts, TSBatheReaction reaction)
 
   Level: intermediate
 
-.seealso: TSBATHE, TSBatheSetOrder(), TSEvaluateWLTE()
+.seealso: TSBATHE, TSBatheGetError(), TSBatheSetDoublingOrder(), TSEvaluateWLTE()
 @*/
 PetscErrorCode TSBatheSetError(TS ts, TSBatheError error)
 {
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscTryMethod(ts, "TSBatheSetError_C", (TS, TSBatheError), (ts, error));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSBatheSetError_Bathe(TS ts, TSBatheError error)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  TS_Bathe *ba = NULL;
 
   PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
+  PetscValidLogicalCollectiveEnum(ts, error, 2);
+  if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
   ba->error = error;
   ba->error_set = PETSC_TRUE;
   ba->k0_known = PETSC_FALSE;
@@ -157,21 +176,17 @@ static PetscErrorCode TSBatheSetError_Bathe(TS ts, TSBatheError error)
 @*/
 PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error)
 {
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscUseMethod(ts, "TSBatheGetError_C", (TS, TSBatheError *), (ts, error));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+  TS_Bathe *ba = NULL;
 
-static PetscErrorCode TSBatheGetError_Bathe(TS ts, TSBatheError *error)
-{
   PetscFunctionBegin;
-  *error = ((TS_Bathe *)ts->data)->error;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *error = ba->error;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
-  TSBatheSetOrder - order that step doubling assumes: e = (w_half - w_full)/(2^p - 1), and reports
+  TSBatheSetDoublingOrder - order p that step doubling assumes: e = (w_half - w_full)/(2^p - 1), of which TSEvaluateWLTE()
+  says that it goes with h^(p + 1)
 
   Logically collective
 
@@ -186,23 +201,43 @@ static PetscErrorCode TSBatheGetError_Bathe(TS ts, TSBatheError *error)
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for p < 1
 
-.seealso: TSBatheSetError()
+.seealso: TSBatheGetDoublingOrder(), TSBatheSetError(), TSBatheGetOrder()
 @*/
-PetscErrorCode TSBatheSetOrder(TS ts, PetscInt p)
+PetscErrorCode TSBatheSetDoublingOrder(TS ts, PetscInt p)
 {
+  TS_Bathe *ba = NULL;
+
   PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
+  PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
   PetscValidLogicalCollectiveInt(ts, p, 2);
   PetscCheck(p >= 1, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_bathe_order is %" PetscInt_FMT ", expected at least 1", p);
-  PetscTryMethod(ts, "TSBatheSetOrder_C", (TS, PetscInt), (ts, p));
+  if (ba) ba->order = p;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSBatheSetOrder_Bathe(TS ts, PetscInt p)
+/*@
+  TSBatheGetDoublingOrder - order that step doubling assumes
+
+  Not collective
+
+  Input Parameter:
+. ts - of type TSBATHE
+
+  Output Parameter:
+. p - the order
+
+  Level: intermediate
+
+.seealso: TSBatheSetDoublingOrder()
+@*/
+PetscErrorCode TSBatheGetDoublingOrder(TS ts, PetscInt *p)
 {
+  TS_Bathe *ba = NULL;
+
   PetscFunctionBegin;
-  ((TS_Bathe *)ts->data)->order = p;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *p = ba->order;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -226,20 +261,13 @@ static PetscErrorCode TSBatheSetOrder_Bathe(TS ts, PetscInt p)
 @*/
 PetscErrorCode TSBatheSetConstraint(TS ts, SlipConstraint con)
 {
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 2);
-  PetscUseMethod(ts, "TSBatheSetConstraint_C", (TS, SlipConstraint), (ts, con));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSBatheSetConstraint_Bathe(TS ts, SlipConstraint con)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  TS_Bathe *ba = NULL;
   SNES snes;
   PetscBool ours;
 
   PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 2);
   PetscCall(SlipConstraintGetOps(con, &ba->ops));
   PetscCall(PetscObjectReference((PetscObject)con));
   PetscCall(SlipConstraintDestroy(&ba->con));
@@ -273,16 +301,11 @@ static PetscErrorCode TSBatheSetConstraint_Bathe(TS ts, SlipConstraint con)
 @*/
 PetscErrorCode TSBatheGetConstraint(TS ts, SlipConstraint *con)
 {
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscUseMethod(ts, "TSBatheGetConstraint_C", (TS, SlipConstraint *), (ts, con));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+  TS_Bathe *ba = NULL;
 
-static PetscErrorCode TSBatheGetConstraint_Bathe(TS ts, SlipConstraint *con)
-{
   PetscFunctionBegin;
-  *con = ((TS_Bathe *)ts->data)->con;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *con = ba->con;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -303,17 +326,12 @@ static PetscErrorCode TSBatheGetConstraint_Bathe(TS ts, SlipConstraint *con)
 @*/
 PetscErrorCode TSBatheGetReaction(TS ts, Vec *r)
 {
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscUseMethod(ts, "TSBatheGetReaction_C", (TS, Vec *), (ts, r));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+  TS_Bathe *ba = NULL;
 
-static PetscErrorCode TSBatheGetReaction_Bathe(TS ts, Vec *r)
-{
   PetscFunctionBegin;
-  *r = ((TS_Bathe *)ts->data)->r;
-  PetscCheck(*r, PetscObjectComm((PetscObject)ts), PETSC_ERR_ORDER, "Call TSBatheSetConstraint() first");
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  PetscCheck(ba->r, PetscObjectComm((PetscObject)ts), PETSC_ERR_ORDER, "Call TSBatheSetConstraint() first");
+  *r = ba->r;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -332,153 +350,13 @@ static PetscErrorCode TSBatheGetReaction_Bathe(TS ts, Vec *r)
 @*/
 PetscErrorCode TSBatheSetInitialReaction(TS ts, Vec r)
 {
+  TS_Bathe *ba = NULL;
+
   PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
   PetscValidHeaderSpecific(r, VEC_CLASSID, 2);
-  PetscUseMethod(ts, "TSBatheSetInitialReaction_C", (TS, Vec), (ts, r));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSBatheSetInitialReaction_Bathe(TS ts, Vec r)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-
-  PetscFunctionBegin;
   PetscCheck(ba->r, PetscObjectComm((PetscObject)ts), PETSC_ERR_ORDER, "Call TSBatheSetConstraint() first");
   PetscCall(VecCopy(r, ba->r));
   ba->r_given = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-  TSBatheGetLastAttempt - record of the last attempted step
-
-  Not collective
-
-  Input Parameter:
-. ts - of type TSBATHE
-
-  Output Parameter:
-. attempt - the record; while the controller chooses, accepted is not known yet and false
-
-  Level: intermediate
-
-.seealso: TSBatheAddAttemptMonitor(), TSBatheGetTotals()
-@*/
-PetscErrorCode TSBatheGetLastAttempt(TS ts, SlipAttempt *attempt)
-{
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscUseMethod(ts, "TSBatheGetLastAttempt_C", (TS, SlipAttempt *), (ts, attempt));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSBatheGetLastAttempt_Bathe(TS ts, SlipAttempt *attempt)
-{
-  PetscFunctionBegin;
-  *attempt = ((TS_Bathe *)ts->data)->last;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  TSBatheAddAttemptMonitor - have a function called after every attempted step, accepted or not
-
-  Logically collective
-
-  Input Parameters:
-+ ts  - of type TSBATHE
-. fn  - called in the order of registration, once the verdict is known
-- ctx - passed to fn
-
-  Level: intermediate
-
-.seealso: TSBatheGetLastAttempt()
-@*/
-PetscErrorCode TSBatheAddAttemptMonitor(TS ts, TSBatheAttemptFn fn, void *ctx)
-{
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscUseMethod(ts, "TSBatheAddAttemptMonitor_C", (TS, TSBatheAttemptFn, void *), (ts, fn, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSBatheAddAttemptMonitor_Bathe(TS ts, TSBatheAttemptFn fn, void *ctx)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-
-  PetscFunctionBegin;
-  PetscCheck(ba->nmonitors < BATHE_MAX_MONITORS, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
-             "At most %d attempt monitors", (int)BATHE_MAX_MONITORS);
-  ba->monitor[ba->nmonitors] = fn;
-  ba->monitorctx[ba->nmonitors++] = ctx;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-  TSBatheGetTotals - counts since TSSolve() began
-
-  Not collective
-
-  Input Parameter:
-. ts - of type TSBATHE
-
-  Output Parameters:
-+ attempts - steps tried (each output may be NULL)
-. accepted - steps taken
-. solves   - Bathe steps computed, more than attempts with step doubling
-. newton   - nonlinear iterations
-- linear   - linear iterations
-
-  Level: intermediate
-
-.seealso: TSBatheGetLastAttempt()
-@*/
-PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, PetscInt *solves, PetscInt *newton,
-                                PetscInt *linear)
-{
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscUseMethod(ts, "TSBatheGetTotals_C", (TS, PetscInt *, PetscInt *, PetscInt *, PetscInt *, PetscInt *),
-                 (ts, attempts, accepted, solves, newton, linear));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSBatheGetTotals_Bathe(TS ts, PetscInt *attempts, PetscInt *accepted, PetscInt *solves,
-                                             PetscInt *newton, PetscInt *linear)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-
-  PetscFunctionBegin;
-  if (attempts) *attempts = ba->attempts;
-  if (accepted) *accepted = ba->accepted;
-  if (solves) *solves = ba->solves;
-  if (newton) *newton = ba->newton;
-  if (linear) *linear = ba->linear;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-#define COMPOSE(name)                                                                                                  \
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, #name "_C", compose ? (void (*)(void))name##_Bathe : NULL))
-
-/* Compose or un-compose all of the above */
-PetscErrorCode TSBatheComposeSetters(TS ts, PetscBool compose)
-{
-  PetscFunctionBegin;
-  COMPOSE(TSBatheSetGamma);
-  COMPOSE(TSBatheGetGamma);
-  COMPOSE(TSBatheSetReaction);
-  COMPOSE(TSBatheSetError);
-  COMPOSE(TSBatheGetError);
-  COMPOSE(TSBatheSetOrder);
-  COMPOSE(TSBatheSetConstraint);
-  COMPOSE(TSBatheGetConstraint);
-  COMPOSE(TSBatheGetReaction);
-  COMPOSE(TSBatheSetInitialReaction);
-  COMPOSE(TSBatheGetLastAttempt);
-  COMPOSE(TSBatheGetEstimates);
-  COMPOSE(TSBatheAddAttemptMonitor);
-  COMPOSE(TSBatheGetTotals);
-  COMPOSE(TSBatheGetOrder);
-  COMPOSE(TSBatheSetHalved);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

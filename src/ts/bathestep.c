@@ -230,8 +230,7 @@ static PetscErrorCode TSBatheRunMonitors(TS ts)
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < ba->nmonitors; i++)
-    PetscCall((*ba->monitor[i])(ts, &ba->last, ts->vec_sol, ba->monitorctx[i]));
+  for (const TSBatheMonitor *m = ba->monitors; m; m = m->next) PetscCall((*m->fn)(ts, &ba->last, ts->vec_sol, m->ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -75,7 +75,8 @@ static void test_order_while_sliding(void **state)
       ok(VecDestroy(&w));
       ok(SlidersDestroy(&p));
     }
-    print_message("%s: errors %g %g, order %.3f\n", TSBatheReactions[k], error[0], error[1], log2(error[0] / error[1]));
+    print_message("%s: errors %g %g, order %.3f\n", TSBatheReactionTypes[k], error[0], error[1],
+                  log2(error[0] / error[1]));
     assert_true(fabs(log2(error[0] / error[1]) - (k ? 1.0 : 2.0)) < 0.1);
   }
 }
@@ -242,7 +243,7 @@ static void test_failure(void **state)
   ok(TSSetType(ts, TSBATHE));
   ok(TSBatheSetConstraint(ts, p.con));
   ok(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
-  ok(TSBatheAddAttemptMonitor(ts, Watch, &log));
+  ok(TSBatheMonitorSet(ts, Watch, &log, NULL));
   ok(TSSetSolution(ts, w));
   ok(TSSetMaxTime(ts, 4.0));
   ok(TSSetTimeStep(ts, 0.9));

@@ -31,7 +31,7 @@ static PetscErrorCode FaultCreate(Sliders *p, Vec *w)
 }
 
 /* Final slip with constant steps */
-static PetscErrorCode FinalSlip(TSBatheReaction reaction, PetscInt steps, PetscReal *slip)
+static PetscErrorCode FinalSlip(TSBatheReactionType reaction, PetscInt steps, PetscReal *slip)
 {
   Sliders p;
   Vec w;
@@ -69,12 +69,12 @@ static PetscReal Reference(void)
   return y[2];
 }
 
-static void check(TSBatheReaction reaction, PetscInt steps, double percent, double slack)
+static void check(TSBatheReactionType reaction, PetscInt steps, double percent, double slack)
 {
   PetscReal slip, ref = Reference();
 
   assert_int_equal(FinalSlip(reaction, steps, &slip), 0);
-  print_message("%s, %d steps: %.4f %% (reference slip %.6f m)\n", TSBatheReactions[reaction], (int)steps,
+  print_message("%s, %d steps: %.4f %% (reference slip %.6f m)\n", TSBatheReactionTypes[reaction], (int)steps,
                 100.0 * PetscAbsReal(slip / ref - 1.0), ref);
   assert_true(PetscAbsReal(100.0 * PetscAbsReal(slip / ref - 1.0) - percent) < slack);
 }
@@ -145,7 +145,7 @@ static PetscErrorCode Replay(const char *snes, PetscReal *worst, PetscReal *slip
   PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
   PetscCall(TSSetType(ts, TSBATHE));
   PetscCall(TSBatheSetConstraint(ts, p.con));
-  PetscCall(TSBatheSetReaction(ts, TSBATHE_REACTION_IMPLICIT));
+  PetscCall(TSBatheSetReactionType(ts, TSBATHE_REACTION_IMPLICIT));
   PetscCall(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
   PetscCall(PetscOptionsSetValue(NULL, "-snes_type", snes));
   PetscCall(TSSetFromOptions(ts));

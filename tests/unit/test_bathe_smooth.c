@@ -176,7 +176,7 @@ static void test_estimates_are_third_order(void **state)
 
       if (kind == 2) {
         ok(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
-        ok(TSBatheSetOrder(ts, 2));
+        ok(TSBatheSetDoublingOrder(ts, 2));
       }
       ok(TSGetAdapt(ts, &adapt));
       if (kind ==
@@ -186,7 +186,7 @@ static void test_estimates_are_third_order(void **state)
       ok(TSSetTolerances(ts, 1.0, NULL, 0.0, NULL));
       ok(TSStep(ts));
       ok(TSEvaluateWLTE(ts, NORM_INFINITY, &order, &wlte[k]));
-      assert_int_equal(order, kind == 3 ? 3 : 2); /* basic is told p + 1, see TSEvaluateWLTE_Bathe() */
+      assert_int_equal(order, 3); /* the power of h in the estimate, whoever asks */
       truth = Distance(y, 0.5 + h);
       ok(VecDestroy(&y));
       ok(TSDestroy(&ts));
@@ -452,7 +452,7 @@ static void test_controller_hooks(void **state)
     SlipAttempt seen = {.solves = 0};
 
     ok(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
-    ok(TSBatheAddAttemptMonitor(ts, RecordAttempt, &seen));
+    ok(TSBatheMonitorSet(ts, RecordAttempt, &seen, NULL));
     ok(TSGetAdapt(ts, &adapt));
     ok(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseFirst_C", First));
     if (!needs) ok(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptNeedsError_C", NeedsNot));
@@ -466,6 +466,90 @@ static void test_controller_hooks(void **state)
   }
 }
 
+typedef struct {
+  PetscInt *order, calls, destroyed;
+  PetscInt number; /* in the order of registration */
+} Counted;
+
+static PetscErrorCode CountAttempt(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
+{
+  Counted *c = (Counted *)ctx;
+
+  PetscFunctionBegin;
+  (void)ts;
+  (void)attempt;
+  (void)w;
+  assert_int_equal(*c->order, c->number);
+  *c->order = (*c->order + 1) % 20;
+  c->calls++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CountDestroyed(void **ctx)
+{
+  PetscFunctionBegin;
+  ((Counted *)*ctx)->destroyed++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Twenty of them are called in order; one that is set twice is called once; cancelled ones are called no more, and
+   their contexts are destroyed once. */
+static void test_attempt_monitors(void **state)
+{
+  Counted count[20];
+  PetscInt order = 0, attempts;
+  Vec y;
+  TS ts = Create(PETSC_FALSE, 0.5, 0.1, 0.8, &y);
+
+  (void)state;
+  for (PetscInt i = 0; i < 20; i++) {
+    count[i] = (Counted){.order = &order, .number = i};
+    for (int k = 0; k < 2; k++) ok(TSBatheMonitorSet(ts, CountAttempt, &count[i], CountDestroyed));
+  }
+  ok(TSSolve(ts, y));
+  ok(TSBatheGetTotals(ts, &attempts, NULL, NULL, NULL, NULL));
+  assert_true(attempts > 1);
+  for (PetscInt i = 0; i < 20; i++) assert_true(count[i].calls == attempts && !count[i].destroyed);
+  ok(TSBatheMonitorCancel(ts));
+  ok(TSBatheMonitorSet(ts, CountAttempt, &count[0], NULL));
+  ok(TSBatheMonitorCancel(ts));
+  ok(TSBatheMonitorSet(ts, RecordAttempt, &(SlipAttempt){.solves = 0}, NULL));
+  ok(TSSetTime(ts, 0.5));
+  ok(TSSetStepNumber(ts, 0));
+  ok(TSSolve(ts, y));
+  ok(TSDestroy(&ts));
+  for (PetscInt i = 0; i < 20; i++) assert_true(count[i].calls == attempts && count[i].destroyed == 1);
+  ok(VecDestroy(&y));
+}
+
+/* What is set is what is got, and other types of TS are left alone by setters of choices only. */
+static void test_pairs(void **state)
+{
+  TSBatheReactionType type;
+  TSBatheError error;
+  PetscReal gamma;
+  PetscInt p;
+  Vec y;
+  TS ts = Create(PETSC_FALSE, 0.5, 0.1, 0.8, &y);
+
+  (void)state;
+  ok(TSBatheSetReactionType(ts, TSBATHE_REACTION_IMPLICIT));
+  ok(TSBatheGetReactionType(ts, &type));
+  ok(TSBatheSetDoublingOrder(ts, 3));
+  ok(TSBatheGetDoublingOrder(ts, &p));
+  ok(TSBatheSetError(ts, TSBATHE_ERROR_NONE));
+  ok(TSBatheGetError(ts, &error));
+  ok(TSBatheSetGamma(ts, 0.25));
+  ok(TSBatheGetGamma(ts, &gamma));
+  assert_true(type == TSBATHE_REACTION_IMPLICIT && p == 3 && error == TSBATHE_ERROR_NONE && gamma == 0.25);
+  ok(TSSetType(ts, TSBDF));
+  ok(TSBatheSetGamma(ts, 0.5));
+  fails(TSBatheGetGamma(ts, &gamma), "TS type bdf, expected bathe");
+  fails(TSBatheMonitorSet(ts, RecordAttempt, NULL, NULL), "TS type bdf, expected bathe");
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&y));
+}
+
 int main(int argc, char **argv)
 {
   static const struct CMUnitTest tests[] = {
@@ -473,6 +557,7 @@ int main(int argc, char **argv)
     cmocka_unit_test(test_interpolation),       cmocka_unit_test(test_stiff),
     cmocka_unit_test(test_rollback_and_stages), cmocka_unit_test(test_event_and_restart),
     cmocka_unit_test(test_petsc_controllers),   cmocka_unit_test(test_controller_hooks),
+    cmocka_unit_test(test_attempt_monitors),    cmocka_unit_test(test_pairs),
   };
 
   return RunTests(argc, argv, tests, NULL, NULL);

@@ -42,7 +42,7 @@ static void test_natural_map_is_zero_at_solutions(void **state)
   for (PetscReal r = 0.125; r < 20.0; r *= 4.0) {
     const PetscReal rho[] = {r, r, r, r, r};
 
-    assert_true(SlipConeNatural(5, omega, x, g, q, dq, rho, F, mask, slope) == 0.0);
+    SlipConeNatural(5, omega, x, g, q, dq, rho, F, mask, slope);
     for (int i = 0; i < 5; i++) assert_true(F[i] == 0.0);
     assert_true(mask[0] == 1.0 && mask[1] == 1.0 && mask[2] == 0.0 && mask[4] == 1.0);
   }
@@ -72,16 +72,43 @@ static void test_slope_is_the_derivative(void **state)
   }
 }
 
-/* A row that slides against the sign of its x is reported, in units of g */
-static void test_inconsistency(void **state)
+/* A row that slides against the sign of its x is no solution, and needs no test of its own: its residual is larger than
+   |x| / rho, for all x, g, q and rho of a grid of binary fractions, in which nothing is rounded. Against that the slope
+   changes its sign. */
+static void test_residual_of_rows_that_slide_backwards(void **state)
 {
-  const PetscReal x = -0.5, g = -4.0, q = 1.0, dq = -0.3, rho = 0.25;
+  const PetscReal dq = -0.25, omega = 2.0;
   PetscReal F, mask, slope;
+  PetscInt backwards = 0;
 
   (void)state;
-  assert_int_equal(SlipConeRegion(x, g, rho, q), SLIP_REGION_POSITIVE);
-  assert_true(SlipConeNatural(1, 1.0, &x, &g, &q, &dq, &rho, &F, &mask, &slope) == 2.0);
-  assert_true(slope == 0.3); /* q rises on the way to zero */
+  for (PetscReal rho = 0.25; rho <= 4.0; rho *= 4.0)
+    for (PetscReal q = 0.5; q <= 2.0; q *= 2.0)
+      for (PetscReal x = -2.0; x <= 2.0; x += 0.125)
+        for (PetscReal g = -16.0; g <= 16.0; g += 0.25) {
+          const PetscReal p = x - rho * g;
+
+          if (!(PetscAbsReal(p) > rho * omega * q && p * x < 0.0)) continue;
+          SlipConeNatural(1, omega, &x, &g, &q, &dq, &rho, &F, &mask, &slope);
+          assert_true(PetscAbsReal(F) > PetscAbsReal(x) / rho);
+          assert_true(mask == 1.0 && slope == 0.5);
+          backwards++;
+        }
+  assert_true(backwards > 1000);
+}
+
+/* Sticking rows and those that slide backwards end at exactly zero with a reaction inside the cone */
+static void test_finish(void **state)
+{
+  const PetscReal g[] = {-1.0, 0.5, -3.0, 3.0, 4.0}, q[] = {1.0, 1.0, 1.0, 1.0, 0.0}, rho[] = {1.0, 1.0, 1.0, 1.0, 1.0};
+  PetscReal x[] = {2.0, 0.25, -0.5, 0.5, -7.0}, r[5];
+
+  (void)state;
+  SlipConeFinish(5, 1.0, g, q, rho, x, r);
+  assert_true(x[0] == 2.0 && r[0] == -1.0);                /* slides */
+  assert_true(x[1] == 0.0 && r[1] == 0.5);                 /* sticks: the balance */
+  assert_true(x[2] == 0.0 && r[2] == -1.0);                /* backwards */
+  assert_true(x[3] == 0.0 && r[3] == 1.0 && x[4] == -7.0); /* and the other way; no bound */
 }
 
 int main(void)
@@ -91,7 +118,8 @@ int main(void)
     cmocka_unit_test(test_regions),
     cmocka_unit_test(test_natural_map_is_zero_at_solutions),
     cmocka_unit_test(test_slope_is_the_derivative),
-    cmocka_unit_test(test_inconsistency),
+    cmocka_unit_test(test_residual_of_rows_that_slide_backwards),
+    cmocka_unit_test(test_finish),
   };
 
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -10,7 +10,7 @@ typedef struct {
   TS ts;
   Vec w;
   PetscReal step;
-  TSBatheReaction reaction;
+  TSBatheReactionType reaction;
 } Case;
 
 static void Open(Case *c, PetscInt nx, PetscInt nz, PetscReal time, PetscInt steps)
@@ -19,7 +19,7 @@ static void Open(Case *c, PetscInt nx, PetscInt nz, PetscReal time, PetscInt ste
   ok(SlipFaultSetReal(c->fault, "nz", nz));
   c->step = time / steps;
   ok(FaultStart(c->fault, TSADAPTNONE, c->step, time, &c->w, &c->ts));
-  ok(TSBatheSetReaction(c->ts, c->reaction));
+  ok(TSBatheSetReactionType(c->ts, c->reaction));
 }
 
 static void Close(Case *c)
@@ -29,7 +29,7 @@ static void Close(Case *c)
   ok(SlipFaultDestroy(&c->fault));
 }
 
-static PetscReal FinalSlip(PetscInt n, PetscInt steps, TSBatheReaction reaction)
+static PetscReal FinalSlip(PetscInt n, PetscInt steps, TSBatheReactionType reaction)
 {
   Case c = {.reaction = reaction};
   SlipFaultObservables o;
@@ -43,7 +43,7 @@ static PetscReal FinalSlip(PetscInt n, PetscInt steps, TSBatheReaction reaction)
 }
 
 /* Percent by which the final slip of a run differs from a fine one's. */
-static PetscReal Percent(PetscInt n, PetscInt steps, TSBatheReaction reaction, PetscReal fine)
+static PetscReal Percent(PetscInt n, PetscInt steps, TSBatheReactionType reaction, PetscReal fine)
 {
   return 100 * fabs(FinalSlip(n, steps, reaction) / fine - 1);
 }
@@ -130,7 +130,7 @@ static void cone_holds(void **state)
     ok(SlipFaultSetString(c.fault, "friction_law", laws[l]));
     ok(SlipFaultSetReal(c.fault, "loading_rate", 1e-3));
     Open(&c, 6, 5, 20, 200);
-    ok(TSBatheAddAttemptMonitor(c.ts, CheckCone, &cone));
+    ok(TSBatheMonitorSet(c.ts, CheckCone, &cone, NULL));
     ok(TSSolve(c.ts, c.w));
     assert_true(cone.worst < 1e-12); /* rounding: tau is set from q on every cell */
     assert_int_equal(200 * 30, cone.sticking + cone.moves);

@@ -51,7 +51,7 @@ static void Residual(const Stage *st, const double y[], double g[])
 static void Evaluate(Stage *st)
 {
   const SlipFrictionCells *f = &st->p->friction;
-  double sum = 0, worst = 0, inconsistent;
+  double sum = 0, worst = 0;
 
   Residual(st, st->x, st->g);
   for (PetscInt i = 0; i < st->n; ++i) {
@@ -63,13 +63,13 @@ static void Evaluate(Stage *st)
     st->q[i] = mu * f->stress[i];
     st->dq[i] = dmu_ds * f->stress[i] * ds_dv + dmu_dv * f->stress[i];
   }
-  inconsistent = SlipConeNatural(st->n, 1, st->x, st->g, st->q, st->dq, st->rho, st->F, st->mask, st->slope);
+  SlipConeNatural(st->n, 1, st->x, st->g, st->q, st->dq, st->rho, st->F, st->mask, st->slope);
   for (PetscInt i = 0; i < st->n; ++i) {
     sum += st->F[i] * st->F[i];
     worst = PetscMax(worst, fabs(st->F[i]));
   }
   st->merit = sqrt(sum) / st->scale;
-  st->norm = isfinite(sum) ? PetscMax(worst, inconsistent) / st->scale : (double)NAN;
+  st->norm = isfinite(sum) ? worst / st->scale : (double)NAN;
 }
 
 /* Cholesky factor of A [m m] in its lower triangle, column by column so that the inner loop vectorises; false when

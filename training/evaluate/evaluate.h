@@ -38,7 +38,7 @@ typedef struct {
   PetscInt meshes[EVALUATE_MAX];
   const char *controllers[EVALUATE_MAX];
   TSBatheError errors[EVALUATE_MAX];
-  TSBatheReaction reactions[EVALUATE_MAX];
+  TSBatheReactionType reactions[EVALUATE_MAX];
   PetscReal tolerances[EVALUATE_MAX]; /* factors of the problem's own */
   PetscInt steps[EVALUATE_MAX];       /* constant steps of "none" */
   PetscReal accuracies[EVALUATE_MAX]; /* wanted of policies that observe it, besides the controller's default */
@@ -60,7 +60,7 @@ typedef struct {
   const char *controller;
   const EvaluatePolicy *policy; /* of "rl", else NULL */
   TSBatheError error;
-  TSBatheReaction reaction;
+  TSBatheReactionType reaction;
   PetscReal tolerance;               /* factor */
   PetscReal accuracy;                /* wanted of a policy, 0: the controller's default */
   PetscInt steps;                    /* of "none", else 0 */

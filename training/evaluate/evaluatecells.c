@@ -60,7 +60,7 @@ static PetscErrorCode AddCell(const EvaluateOptions *o, EvaluateMatrix *m, Petsc
   else
     snprintf(how, sizeof(how), "%s_x%g", cell.controller, (double)cell.tolerance); /* PETSc's would write 1 as "1." */
   PetscCall(PetscSNPrintf(cell.path, sizeof(cell.path), "/cells/%s/%s_%s_%s", c->name, how, TSBatheErrors[cell.error],
-                          TSBatheReactions[cell.reaction]));
+                          TSBatheReactionTypes[cell.reaction]));
   for (PetscInt i = 0; i < m->ncells; i++) {
     PetscCall(PetscStrcmp(m->cells[i].path, cell.path, &same));
     if (same) PetscFunctionReturn(PETSC_SUCCESS);
@@ -73,7 +73,7 @@ static PetscErrorCode AddCell(const EvaluateOptions *o, EvaluateMatrix *m, Petsc
 
 /* Constant steps need no estimate. Policies run with the tolerances they know. */
 static PetscErrorCode AddController(const EvaluateOptions *o, EvaluateMatrix *m, PetscInt instance,
-                                    const char controller[], TSBatheReaction reaction)
+                                    const char controller[], TSBatheReactionType reaction)
 {
   EvaluateCell cell = {.controller = controller, .reaction = reaction, .tolerance = 1, .error = TSBATHE_ERROR_NONE};
   PetscBool none, learned, fits;

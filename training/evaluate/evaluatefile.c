@@ -202,7 +202,7 @@ static PetscErrorCode WriteHow(SlipH5 *h, const EvaluateCell *cell)
   PetscFunctionBegin;
   PetscCall(SlipH5WriteAttrString(h, cell->path, "controller", cell->controller));
   PetscCall(SlipH5WriteAttrString(h, cell->path, "error", TSBatheErrors[cell->error]));
-  PetscCall(SlipH5WriteAttrString(h, cell->path, "reaction", TSBatheReactions[cell->reaction]));
+  PetscCall(SlipH5WriteAttrString(h, cell->path, "reaction", TSBatheReactionTypes[cell->reaction]));
   PetscCall(SlipH5WriteAttrReal(h, cell->path, "tolerance", cell->tolerance));
   PetscCall(SlipH5WriteAttrInt(h, cell->path, "steps", cell->steps));
   if (!cell->policy) PetscFunctionReturn(PETSC_SUCCESS);

@@ -102,7 +102,7 @@ static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckOptions(ts));
   if (cell->accuracy > 0) PetscCall(SetAccuracy(adapt, cell->accuracy));
-  PetscCall(TSBatheSetReaction(ts, cell->reaction));
+  PetscCall(TSBatheSetReactionType(ts, cell->reaction));
   PetscCall(TSBatheSetError(ts, cell->error));
   PetscCall(ScaleTolerances(ts, cell->tolerance));
   if (cell->steps) {
@@ -137,7 +137,7 @@ static PetscErrorCode Solve(TS ts, Vec w, Recorder *rec, Times *times)
   PetscFunctionBegin;
   PetscCall(PetscObjectGetComm((PetscObject)ts, &comm));
   if (rec) PetscCall(Record(rec, 0, w, NULL));
-  if (rec) PetscCall(TSBatheAddAttemptMonitor(ts, Watch, rec));
+  if (rec) PetscCall(TSBatheMonitorSet(ts, Watch, rec, NULL));
   PetscCallMPI(MPI_Barrier(comm));
   PetscCall(PetscTime(&begin));
   cpu_begin = ProcessorTime();

@@ -128,7 +128,7 @@ static PetscErrorCode MakeTS(Episode *e, TSBatheAttemptFn monitor, TS *ts)
   PetscFunctionBegin;
   PetscCall(TSCreate(PETSC_COMM_SELF, ts));
   PetscCall(SlipFaultConfigureTS(e->fault, *ts));
-  PetscCall(TSBatheAddAttemptMonitor(*ts, monitor, e));
+  PetscCall(TSBatheMonitorSet(*ts, monitor, e, NULL));
   PetscCall(TSSetSolution(*ts, e->w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -196,7 +196,7 @@ static PetscErrorCode ContinuationCreate(const EnvOptions *o, const EnvInstance 
   PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
   PetscCall(TSBatheSetError(fine->ts, TSBATHE_ERROR_NONE));
   PetscCall(TSSetExactFinalTime(fine->ts, TS_EXACTFINALTIME_STEPOVER));
-  PetscCall(TSBatheAddAttemptMonitor(fine->ts, WatchContinuation, future));
+  PetscCall(TSBatheMonitorSet(fine->ts, WatchContinuation, future, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -278,7 +278,7 @@ static PetscErrorCode JudgeCreate(const EnvOptions *o, const EnvInstance *instan
   j->before = j->start = instance->reference->start;
   if (effects) PetscCall(ContinuationCreate(o, instance, &j->now, &j->fine));
   PetscCall(FutureAppend(&j->met, 0, 0));
-  PetscCall(TSBatheAddAttemptMonitor(run->ts, WatchRun, &j->met));
+  PetscCall(TSBatheMonitorSet(run->ts, WatchRun, &j->met, NULL));
   *judge = j;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -140,7 +140,7 @@ static PetscErrorCode JudgeCreate(const EnvOptions *o, const EnvInstance *instan
   PetscCall(VecGetArrayRead(run->w, &a));
   SmallErrorsStart(instance->reference, a, &j->errors);
   PetscCall(VecRestoreArrayRead(run->w, &a));
-  PetscCall(TSBatheAddAttemptMonitor(run->ts, WatchRun, j));
+  PetscCall(TSBatheMonitorSet(run->ts, WatchRun, j, NULL));
   if (effects) {
     PetscCall(FineCreate(o, instance, &j->fine));
     PetscCall(VecDuplicate(run->w, &j->before));

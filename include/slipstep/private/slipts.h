@@ -5,13 +5,19 @@
 #include <slipcompat.h>
 #include <slipcore.h>
 
-enum { BATHE_MAX_MONITORS = 8 };
+typedef struct TSBatheMonitor TSBatheMonitor;
+struct TSBatheMonitor {
+  TSBatheAttemptFn fn;
+  void *ctx;
+  PetscErrorCode (*destroy)(void **);
+  TSBatheMonitor *next;
+};
 
 typedef struct {
   /* what the user chose */
   PetscReal gamma;              /* split of the step, in (0, 1) */
   SlipBathe c;                  /* its numbers */
-  TSBatheReaction reaction;     /* treatment of the reaction in stage 1 */
+  TSBatheReactionType reaction; /* treatment of the reaction in stage 1 */
   TSBatheError error;           /* error estimate */
   PetscBool error_set;          /* chosen explicitly, so that adapt none does not switch doubling off */
   PetscInt order;               /* p of doubling's (2^p - 1) */
@@ -49,14 +55,14 @@ typedef struct {
   SlipAttempt last;
   PetscInt failures;                                   /* attempts in a row that failed to converge */
   PetscInt attempts, accepted, solves, newton, linear; /* totals since TSSolve() began */
-  PetscInt nmonitors;
-  TSBatheAttemptFn monitor[BATHE_MAX_MONITORS];
-  void *monitorctx[BATHE_MAX_MONITORS];
+  TSBatheMonitor *monitors;
 } TS_Bathe;
 
 /* The problem's operations */
 PETSC_INTERN PetscErrorCode SlipConstraintGetOps(SlipConstraint, const SlipConstraintOps **);
 PETSC_INTERN PetscErrorCode SlipConstraintCreateReduced(SlipConstraint, Vec *);
+
+PETSC_INTERN PetscErrorCode TSBatheGetData(TS, PetscBool required, TS_Bathe **);
 
 /* One step h from (t, w0, r0) to (w2, r2) through w1; ok: no stage failed. resnorm: larger of the stages' */
 PETSC_INTERN PetscErrorCode TSBatheSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
@@ -67,12 +73,8 @@ PETSC_INTERN PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e); /* zero th
 PETSC_INTERN PetscErrorCode TSBatheEmbeddedError(TS, PetscReal h, Vec e);
 PETSC_INTERN PetscErrorCode TSBatheDoublingError(TS, Vec e);
 PETSC_INTERN PetscErrorCode TSBatheErrorNorm(TS, NormType, PetscReal *norm);
-PETSC_INTERN PetscErrorCode TSBatheGetOrder_Bathe(TS, PetscReal *order);
-PETSC_INTERN PetscErrorCode TSBatheSetHalved_Bathe(TS, PetscBool halved);
-PETSC_INTERN PetscErrorCode TSBatheGetEstimates_Bathe(TS, Vec *error, PetscReal *scale, Vec *derivative);
 PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
-PETSC_INTERN PetscErrorCode TSBatheComposeSetters(TS, PetscBool compose);
 PETSC_INTERN PetscErrorCode SNESTSFormFunction_Bathe(SNES, Vec, Vec, TS);
 PETSC_INTERN PetscErrorCode SNESTSFormJacobian_Bathe(SNES, Vec, Mat, Mat, TS);
 PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);

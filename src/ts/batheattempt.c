@@ -1,0 +1,234 @@
+/* What TSBATHE says of its attempts: the record of the last one, totals, monitors, and estimates for those who estimate
+   errors of whole runs. */
+#include <slipstep/private/slipts.h>
+
+/*@
+  TSBatheGetLastAttempt - record of the last attempted step
+
+  Not collective
+
+  Input Parameter:
+. ts - of type TSBATHE
+
+  Output Parameter:
+. attempt - the record; while the controller chooses, accepted is not known yet and false
+
+  Level: intermediate
+
+.seealso: TSBatheMonitorSet(), TSBatheGetTotals()
+@*/
+PetscErrorCode TSBatheGetLastAttempt(TS ts, SlipAttempt *attempt)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *attempt = ba->last;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  TSBatheMonitorSet - have a function called after every attempted step, accepted or not
+
+  Logically collective
+
+  Input Parameters:
++ ts      - of type TSBATHE
+. monitor - called in the order of registration, once the verdict is known
+. ctx     - passed to monitor (NULL allowed)
+- destroy - destroys ctx with the TS or TSBatheMonitorCancel() (NULL allowed)
+
+  Level: intermediate
+
+  Note:
+  There may be any number of them. One with the same three arguments as an earlier one is not added again.
+
+.seealso: TSBatheMonitorCancel(), TSBatheGetLastAttempt(), TSMonitorSet()
+@*/
+PetscErrorCode TSBatheMonitorSet(TS ts, TSBatheAttemptFn monitor, void *ctx, PetscErrorCode (*destroy)(void **))
+{
+  TS_Bathe *ba = NULL;
+  TSBatheMonitor *last;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  for (TSBatheMonitor *m = ba->monitors; m; m = m->next)
+    if (m->fn == monitor && m->ctx == ctx && m->destroy == destroy) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscNew(&last));
+  *last = (TSBatheMonitor){monitor, ctx, destroy, NULL};
+  if (!ba->monitors)
+    ba->monitors = last;
+  else {
+    TSBatheMonitor *m = ba->monitors;
+
+    while (m->next) m = m->next;
+    m->next = last;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheMonitorCancel - forget all functions that are called after attempted steps
+
+  Logically collective
+
+  Input Parameter:
+. ts - of type TSBATHE
+
+  Level: intermediate
+
+  Note:
+  Those of the output file and of error estimates of whole runs are such functions too.
+
+.seealso: TSBatheMonitorSet(), TSMonitorCancel()
+@*/
+PetscErrorCode TSBatheMonitorCancel(TS ts)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  while (ba->monitors) {
+    TSBatheMonitor *m = ba->monitors;
+
+    ba->monitors = m->next;
+    if (m->destroy) PetscCall((*m->destroy)(&m->ctx));
+    PetscCall(PetscFree(m));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheGetTotals - counts since TSSolve() began
+
+  Not collective
+
+  Input Parameter:
+. ts - of type TSBATHE
+
+  Output Parameters:
++ attempts - steps tried (each output may be NULL)
+. accepted - steps taken
+. solves   - Bathe steps computed, more than attempts with step doubling
+. newton   - nonlinear iterations
+- linear   - linear iterations
+
+  Level: intermediate
+
+.seealso: TSBatheGetLastAttempt()
+@*/
+PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, PetscInt *solves, PetscInt *newton,
+                                PetscInt *linear)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  if (attempts) *attempts = ba->attempts;
+  if (accepted) *accepted = ba->accepted;
+  if (solves) *solves = ba->solves;
+  if (newton) *newton = ba->newton;
+  if (linear) *linear = ba->linear;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheGetOrder - order of the method as it is used: 2, or 1 when a set-valued reaction is treated implicitly
+
+  Not collective
+
+  Input Parameter:
+. ts - of type TSBATHE
+
+  Output Parameter:
+. order - of the global error in the step, dimensionless
+
+  Level: advanced
+
+.seealso: TSBatheSetReactionType(), TSBatheSetDoublingOrder()
+@*/
+PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *order = ba->con && ba->reaction == TSBATHE_REACTION_IMPLICIT ? 1 : 2;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheGetEstimates - what the last attempt knows beside its solution: its error, component by component, and dw/dt
+
+  Not collective
+
+  Input Parameter:
+. ts - the integrator
+
+  Output Parameters:
++ error      - the estimated error in the layout and units of the solution, borrowed and valid until the next attempt;
+               `NULL` when the last attempt did not converge or had no estimate, and when ts is not of type TSBATHE
+. scale      - dimensionless factor that makes of the error the solution minus a more accurate one, to the method's order
+- derivative - dw/dt at the attempt's end [units of the solution per s], borrowed likewise; `NULL` when not known
+
+  Level: advanced
+
+  Notes:
+  Each output may be `NULL`.
+
+  The embedded estimate is that difference, scale is 1. Doubling gives the two halves minus the whole, over 2^p - 1
+  with an assumed order p (-ts_bathe_order), 1 as published; the error of the halves is minus the difference over 2^q
+  - 1 with the order q of `TSBatheGetOrder()`.
+
+.seealso: TSBatheGetLastAttempt(), TSBatheSetError(), TSBatheSetDoublingOrder()
+@*/
+PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *derivative)
+{
+  PetscBool known;
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
+  known = ba && ba->attempts && ba->last.converged ? PETSC_TRUE : PETSC_FALSE;
+  if (error) *error = known && ba->last.error >= 0.0 ? ba->E : NULL;
+  if (derivative) *derivative = known && ba->k2_known ? ba->K2 : NULL;
+  if (scale) {
+    PetscReal order;
+
+    *scale = 1.0;
+    if (!ba || ba->error != TSBATHE_ERROR_DOUBLING) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(TSBatheGetOrder(ts, &order));
+    *scale = -(PetscPowRealInt(2.0, (int)ba->order) - 1.0) / (PetscPowReal(2.0, order) - 1.0);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheSetHalved - compute the solution of every step in two halves, the error estimate being that of the whole
+
+  Logically collective
+
+  Input Parameters:
++ ts     - of type TSBATHE
+- halved - whether to
+
+  Level: advanced
+
+  Note:
+  A run with the same controller then chooses steps of the same length at the same states, with a solution of half of
+  them: the difference of two such runs is a Richardson estimate of the error of the coarser one. Steps put where they
+  were in time would not do, as an event that comes a little later meets the long steps meant for the rest after it.
+  With doubling, whose solution is one of halves already, it is computed in quarters. Costs two (four) further Bathe
+  solves a step.
+
+.seealso: TSBatheGetOrder(), TSBatheSetError()
+@*/
+PetscErrorCode TSBatheSetHalved(TS ts, PetscBool halved)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  ba->halved = halved;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

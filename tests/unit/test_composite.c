@@ -1,0 +1,44 @@
+/* Numbers of the composite step (src/core/bathe.c) against what defines them: the orders of the formulas. */
+#include "unit.h"
+#include <slipcore.h>
+#include <math.h>
+
+/* Each formula integrates polynomials exactly up to its degree, here x^k over [0, 1] with nodes 0, gamma, 1. The error
+   weights are those of the step minus those of the quadrature of third order, so that they give the error of x^2 (the
+   derivative of x^3/3) and nothing of 1 and x. 1e-14: rounding of sums of numbers of about 1. */
+static void weights(void **state)
+{
+  const PetscReal gammas[] = {0.5, 2 - sqrt(2), 0.3, 0.9};
+
+  (void)state;
+  for (size_t m = 0; m < PETSC_STATIC_ARRAY_LENGTH(gammas); m++) {
+    const PetscReal gamma = gammas[m], node[] = {0, gamma, 1};
+    SlipBathe c;
+
+    SlipBatheSetUp(gamma, &c);
+    assert_true(fabs(c.theta[0] - gamma / 2) < 1e-15);
+    for (int k = 0; k <= 2; k++) {
+      PetscReal step = 0, error = 0;
+
+      for (int i = 0; i < 3; i++) {
+        step += c.weight[i] * pow(node[i], k);
+        error += c.error[i] * pow(node[i], k);
+      }
+      if (k < 2) assert_true(fabs(step - 1.0 / (k + 1)) < 1e-14);
+      assert_true(fabs(error - (step - 1.0 / (k + 1))) < 1e-14);
+      /* stage 2 of y' = k x^(k - 1) from exact values at 0 and gamma */
+      assert_true(k > 2 || fabs(c.a1 * pow(gamma, k) - c.a0 * (k == 0) + c.theta[1] * k - 1) < 1e-14);
+    }
+    /* the error once more, as one difference */
+    assert_true(fabs(c.error[0] - (1 - gamma) / c.divisor) < 1e-14);
+    assert_true(fabs(c.error[1] + 1 / c.divisor) < 1e-14);
+    assert_true(fabs(c.error[2] - gamma / c.divisor) < 1e-14);
+  }
+}
+
+int main(int argc, char **argv)
+{
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(weights)};
+
+  return RunTests(argc, argv, tests, NULL, NULL);
+}
