@@ -32,7 +32,7 @@ typedef PetscErrorCode (*TSAdaptRLActorFn)(TSAdapt adapt, TS ts, PetscInt n, con
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const names[], PetscReal dt_min,
                                               PetscReal dt_max, TSAdaptRLActorFn fn, void *ctx);
 
-/* The table of observations: one row each. A problem supplies its own through "SlipObserve_C" (slipts.h). */
+/* The table of observations: one row each. A problem supplies its own by TSSetSlipProblem(). */
 PETSC_EXTERN PetscErrorCode SlipObservationKnown(const char name[],
                                                  PetscBool *known);  /* includes state_k and problem rows */
 PETSC_EXTERN PetscErrorCode SlipObservationView(PetscViewer viewer); /* prints the table: name and meaning */

@@ -182,6 +182,112 @@ typedef struct {
 
 PETSC_EXTERN void SlipBatheSetUp(PetscReal gamma, SlipBathe *c);
 
+/* ---- observation.c: what a policy may be told ---- */
+/* Of any run. h, E and residuals are those of the last attempt. */
+typedef struct {
+  PetscBool started;   /* an attempt was made */
+  PetscBool converged; /* the last one did */
+  PetscReal error;     /* its weighted error estimate E */
+  PetscReal residual;  /* sum of its final relative residuals */
+  PetscReal dt;        /* its step [s] */
+  PetscInt failures;   /* attempts in a row that did not converge */
+  PetscReal time;      /* of the state that is observed [s] */
+  PetscReal max_time;  /* [s]; PETSC_MAX_REAL: none */
+  PetscReal tstar;     /* T* [s] */
+  PetscReal accuracy;  /* wanted relative error of the run's result */
+  PetscReal dt_min;    /* bounds of the steps that can be chosen [s] */
+  PetscReal dt_max;
+  /* of the state, for problems that have no such row: 2-norm, mean and an entry; those of the start, and its largest
+     magnitude */
+  PetscReal norm, mean, component;
+  PetscReal norm0, max0, component0;
+} SlipRunNumbers;
+
+/* Of a fault; means over the cells where nothing else is said. */
+typedef struct {
+  /* the same throughout a run */
+  PetscReal tstar;           /* T* [s] */
+  PetscReal velocity_scale;  /* estimated maximum of the mean rate [m/s] */
+  PetscReal mean_dc;         /* d_c [m] */
+  PetscReal mean_uc;         /* displacement at the instability [m] */
+  PetscReal mean_q0;         /* strength at the start [Pa] */
+  PetscReal mean_drop;       /* what all weakening takes from it [Pa] */
+  PetscReal drop_slip;       /* slip that this implies, D [m] */
+  PetscReal critical_energy; /* uc' K uc [Pa m], a sum */
+  /* of the state */
+  PetscReal velocity, rate, peak; /* v, |v|, the largest |v| [m/s] */
+  PetscReal total_rate;           /* sum of |v| [m/s] */
+  PetscReal displacement, slip;   /* u, s [m] */
+  PetscReal sliding;              /* share of cells with v != 0 */
+  PetscReal energy, kinetic;      /* u' K u, v' M v [Pa m], sums */
+  PetscReal power;                /* v' K u [Pa m/s], a sum */
+  PetscReal strength, weakening;  /* strength, and what it can still lose [Pa] */
+  PetscBool estimated;            /* the last attempt says the following */
+  PetscReal slip_error;           /* |error of s| [m] */
+  PetscReal growth;               /* sum of d|v|/dt of sliding cells [m/s^2] */
+} SlipFaultNumbers;
+
+enum {
+  SLIP_READS_STATE = 1,    /* the solution: kept over a failed attempt; the problem's own row goes first */
+  SLIP_READS_ERROR = 2,    /* the error estimate */
+  SLIP_READS_RESIDUAL = 4, /* the residuals */
+  SLIP_READS_ESTIMATES = 8 /* slip_error and growth */
+};
+
+typedef struct {
+  const char *name;
+  PetscInt reads;
+  PetscReal (*run)(const SlipRunNumbers *);     /* NULL: not of any run */
+  PetscReal (*fault)(const SlipFaultNumbers *); /* NULL: not of a fault */
+  const char *meaning;
+} SlipObservation;
+PETSC_EXTERN const SlipObservation SlipObservations[]; /* ends with a NULL name */
+
+#define SLIP_OBSERVES_ACCURACY "log_accuracy" /* the row that reads the dial */
+
+/* One value that a policy asked for by name. */
+typedef struct {
+  char name[64];
+  size_t change; /* length of "change_" when it begins so: the value less that at the accepted step before */
+  const SlipObservation *row; /* NULL: only the problem knows it */
+  PetscInt component;         /* k of state_k */
+  PetscInt own;               /* number of the problem's own row, -1: none */
+  PetscBool has_base;         /* a change is taken from */
+  PetscReal base;             /* the value at the accepted step before */
+  PetscReal value;            /* last value */
+} SlipObserved;
+
+PETSC_EXTERN PetscInt SlipObservationFind(const char name[], PetscInt *component);
+PETSC_EXTERN void SlipObservedSet(SlipObserved *seen, const char name[]);
+PETSC_EXTERN PetscBool SlipObservedOfState(const SlipObserved *seen);
+PETSC_EXTERN PetscBool SlipObservedOfRun(const SlipObserved *seen);
+PETSC_EXTERN PetscReal SlipObservedTake(SlipObserved *seen, PetscReal now);
+
+/* ---- control.c: how controllers size steps ---- */
+PETSC_EXTERN PetscReal SlipControlHeuristic(PetscReal E, PetscReal q, PetscReal growth);
+PETSC_EXTERN PetscReal SlipControlCeiling(PetscReal E, PetscReal ceiling, PetscReal q);
+
+/* A digital filter: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa). */
+typedef struct {
+  const char *name;
+  PetscReal g1, g2, kappa; /* PETSC_INFINITY leaves a factor out */
+} SlipFilter;
+enum { SLIP_NUM_FILTERS = 7 };
+PETSC_EXTERN const SlipFilter SlipFilters[SLIP_NUM_FILTERS];
+
+typedef struct {
+  PetscReal r_min, r_max; /* smaller ratios of steps reject, larger ones are capped */
+  PetscReal error;        /* E_(n-1); 1 at the start */
+  PetscReal h_last;       /* last accepted step [s]; 0 at the start */
+} SlipFilterMemory;
+PETSC_EXTERN PetscReal SlipControlFilter(const SlipFilter *filter, SlipFilterMemory *memory, PetscReal q, PetscReal E,
+                                         PetscReal h, PetscBool always, PetscBool *accept);
+
+enum { SLIP_MAX_FAILURES = 3 }; /* attempts in a row before steps are halved, unless an option says otherwise */
+PETSC_EXTERN PetscBool SlipControlHalve(PetscInt failures, PetscInt max_failures, PetscReal *h);
+PETSC_EXTERN PetscReal SlipControlRest(PetscReal h, PetscReal limit, PetscReal rest, PetscReal left);
+PETSC_EXTERN PetscReal SlipControlMatch(PetscReal h, PetscReal left);
+
 /* ---- hash.c: FNV-1a, of policies and of what caches hold ---- */
 #define SLIP_HASH_START UINT64_C(14695981039346656037)
 PETSC_EXTERN uint64_t SlipHashBytes(uint64_t hash, const void *data, size_t n);

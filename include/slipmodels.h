@@ -13,6 +13,13 @@ PETSC_EXTERN const char *const SlipModelCases[];
 /* A small model: SlipSlidingMode or SlipCircuit, or one of one's own */
 typedef struct _p_SlipModel *SlipModel;
 
+/* What policies observe of a model, dimensionless; k tells rows apart that share a formula. */
+typedef struct {
+  const char *name;
+  PetscReal (*value)(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k);
+  PetscInt k;
+} SlipModelObservation;
+
 /* The rules of a model; a model of one's own is a table like this. */
 typedef struct {
   const char *name;                         /* of the problem, and the prefix of its options */
@@ -25,9 +32,8 @@ typedef struct {
   PetscErrorCode (*setup)(SlipModel model);                           /* check them; set mass, tstar, dt_max, ... */
   PetscErrorCode (*force)(PetscReal t, const PetscReal w[], PetscReal F[], void *model);    /* as in SlipSmall */
   PetscErrorCode (*jacobian)(PetscReal t, const PetscReal w[], PetscReal J[], void *model); /* constant */
-  PetscReal (*load)(SlipModel model, PetscReal t); /* F_s - J w, all in row 0; NULL: zero */
-  /* The observations that are its own; false: not one of them */
-  PetscBool (*observe)(SlipModel model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value);
+  PetscReal (*load)(SlipModel model, PetscReal t);                /* F_s - J w, all in row 0; NULL: zero */
+  const SlipModelObservation *observations;                       /* that are its own; the last one has no name */
   PetscReal (*exact)(SlipModel model, PetscReal t, PetscReal *r); /* w_0 and reaction at any time; NULL: see table */
   void (*table)(SlipModel model, PetscReal dt, PetscInt n, PetscReal w[]); /* [n][states] at 0, dt, ...; or exact */
 } SlipModelOps;
@@ -68,6 +74,7 @@ PETSC_EXTERN PetscErrorCode SlipModelCreate(const SlipModelOps *ops, SlipModelCa
 PETSC_EXTERN PetscErrorCode SlipModelDestroy(SlipModel *model);
 PETSC_EXTERN PetscErrorCode SlipModelSetFromOptions(SlipModel model);
 PETSC_EXTERN PetscErrorCode SlipModelSetUp(SlipModel model);
+PETSC_EXTERN PetscInt SlipModelFindObservation(SlipModel model, const char name[]);
 PETSC_EXTERN PetscErrorCode SlipModelConfigureTS(SlipModel model, TS ts);
 PETSC_EXTERN PetscErrorCode SlipModelCreateState(SlipModel model, Vec *w);
 PETSC_EXTERN PetscReal SlipModelEnergy(SlipModel model, const PetscReal w[]);

@@ -52,8 +52,8 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetRange(SlipPolicy p, const PetscReal min
 PETSC_EXTERN PetscErrorCode SlipPolicyGetAttribute(SlipPolicy p, const char name[], const char **value); /* borrowed */
 PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name[], const char value[]);
 
-/* Attribute: the longest step [T*] while anything moves. Where a policy has it and the problem rests ("SlipRestTime_C"
-   of slipts.h), the step goes to the end of the rest whatever the policy says. */
+/* Attribute: the longest step [T*] while anything moves. Where a policy has it and the problem rests (SlipProblemOps of
+   slipts.h), the step goes to the end of the rest whatever the policy says. */
 #define SLIP_POLICY_MOVING_DT_MAX "moving_dt_max"
 PETSC_EXTERN PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);

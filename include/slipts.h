@@ -70,10 +70,20 @@ PETSC_EXTERN PetscErrorCode TSBatheCheckOptions(TS ts);
      "TSAdaptChooseAfterFailure_C" (TSAdapt, TS, PetscReal h_failed, PetscReal *h_next)
      "TSAdaptNeedsError_C"         (TSAdapt, PetscBool *flg)     no: TSBATHE skips step doubling (absent: yes)
    on TS, by TSBATHE
-     "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *)
-   on TS, by a problem
-     "SlipObserve_C"               (TS, const char name[], PetscReal *value, PetscBool *known)   of the current solution
-     "SlipTimeScale_C"             (TS, PetscReal *tstar)        T* [s]
-     "SlipProblemName_C"           (TS, const char **name)       whose default policy -ts_adapt_type rl takes
-     "SlipRestTime_C"              (TS, PetscReal *rest)         for how long the current state stays exactly at rest,
-                                   in s; 0 when something moves or is about to, PETSC_MAX_REAL for ever */
+     "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *) */
+
+/* What a problem tells controllers of itself. Any function may be NULL. */
+typedef struct {
+  PetscErrorCode (*name)(TS ts, const char **name);      /* whose default policy -ts_adapt_type rl takes */
+  PetscErrorCode (*time_scale)(TS ts, PetscReal *tstar); /* T* [s]; NULL: 1 s */
+  PetscErrorCode (*rest_time)(TS ts, PetscReal *rest);   /* for how long the current state stays exactly at rest,
+                                                                  in s; 0 when something moves or is about to,
+                                                                  PETSC_MAX_REAL for ever */
+  /* Observations of its own: number of the row of a name, -1 for none, asked once a run; values of rows [n] in the
+     current solution, asked once a state. */
+  PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row);
+  PetscErrorCode (*observe)(TS ts, PetscInt n, const PetscInt row[], PetscReal value[]);
+} SlipProblemOps;
+
+PETSC_EXTERN PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem);
+PETSC_EXTERN PetscErrorCode TSGetSlipProblem(TS ts, const SlipProblemOps **problem);

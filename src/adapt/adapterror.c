@@ -1,34 +1,35 @@
-/* What controllers share: the error estimate of the step, whether a step is still allowed, and the step after a
+/* What controllers share: the error estimate of the step, the two ends of a choice that follows it, and the step after a
    failure. */
 #include <slipstep/private/slipadapt.h>
 
 /*
   Types with their own estimate (theta, bdf, alpha, bathe) give E and its order, the power of h that it goes with;
-  embedded Runge-Kutta pairs give a second solution instead, as in PETSc's own controllers.
+  embedded Runge-Kutta pairs give a second solution instead, as in PETSc's own controllers. q = 1/order.
 */
-PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscInt *order, PetscReal *E)
+PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscReal *q, PetscReal *E)
 {
   PetscReal unused[2];
+  PetscInt order = PETSC_DECIDE;
   Vec y;
 
   PetscFunctionBegin;
-  *order = PETSC_DECIDE;
   *E = -1;
   if (ts->ops->evaluatewlte) {
-    PetscCall(TSEvaluateWLTE(ts, adapt->wnormtype, order, E));
+    PetscCall(TSEvaluateWLTE(ts, adapt->wnormtype, &order, E));
   } else if (ts->ops->evaluatestep && adapt->candidates.inuse_set) {
-    *order = adapt->candidates.order[0];
+    order = adapt->candidates.order[0];
     PetscCall(VecDuplicate(ts->vec_sol, &y));
-    PetscCall(TSEvaluateStep(ts, *order - 1, y, NULL));
+    PetscCall(TSEvaluateStep(ts, order - 1, y, NULL));
     PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, y, adapt->wnormtype, E, &unused[0], &unused[1]));
     PetscCall(VecDestroy(&y));
   }
   PetscCheck(!PetscIsNanReal(*E), PetscObjectComm((PetscObject)adapt), PETSC_ERR_FP,
              "At time %g s the error estimate of a step of %g s is not a number (-ts_type %s)", (double)ts->ptime,
              (double)ts->time_step, ((PetscObject)ts)->type_name);
-  PetscCheck(*E < 0 || *order >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(*E < 0 || order >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
              "TS type %s estimates its error with order %" PetscInt_FMT "; expected at least 1",
-             ((PetscObject)ts)->type_name, *order);
+             ((PetscObject)ts)->type_name, order);
+  *q = (PetscReal)1 / (PetscReal)PetscMax(order, 1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -41,30 +42,69 @@ PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+  A TSAdapt type that goes by the error estimate: the next step and whether this one is accepted follow from E and q by
+  the type's own rule. Without an estimate there is nothing to go by: the step is accepted and kept.
+*/
+static PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                          PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+{
+  const SlipAdaptByError *ctx = (const SlipAdaptByError *)adapt->data;
+  PetscReal E, q = 1;
+
+  PetscFunctionBegin;
+  PetscCall(SlipAdaptEvaluateError(adapt, ts, &q, &E));
+  *next_sc = 0;
+  *wlte = E;
+  *wltea = *wlter = -1;
+  *accept = PETSC_TRUE;
+  *next_h = h;
+  *next_h = (*ctx->next)(adapt, ts, h, E, q, accept);
+  if (E < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (*accept)
+    *next_h = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);
+  else
+    PetscCall(SlipAdaptCheckMinimum(adapt, ts, *next_h, "the error estimate"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSAdaptChooseAfterFailure_Error(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
+{
+  PetscFunctionBegin;
+  *h_next = ((const SlipAdaptByError *)adapt->data)->failure * h_failed;
+  PetscCall(SlipAdaptCheckMinimum(adapt, ts, *h_next, "a solve that did not converge"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSAdaptDestroy_Error(TSAdapt adapt)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", NULL));
+  PetscCall(PetscFree(adapt->data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, SlipAdaptNextFn next)
+{
+  PetscFunctionBegin;
+  ctx->next = next;
+  ctx->failure = 0.6;
+  adapt->data = ctx;
+  adapt->ops->choose = TSAdaptChoose_Error;
+  adapt->ops->destroy = TSAdaptDestroy_Error;
+  PetscCall(
+    PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", TSAdaptChooseAfterFailure_Error));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipAdaptFailureOption(TSAdapt adapt, SlipOptionItems PetscOptionsObject, const char option[])
 {
-  PetscReal *factor = (PetscReal *)adapt->data;
+  PetscReal *factor = &((SlipAdaptByError *)adapt->data)->failure;
 
   PetscFunctionBegin;
   PetscCall(
     PetscOptionsReal(option, "Factor on the step when a solve did not converge, in (0, 1)", "", *factor, factor, NULL));
   PetscCheck(*factor > 0 && *factor < 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
              "%s is %g; expected a number in (0, 1)", option, (double)*factor);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipAdaptAfterFailure(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
-{
-  PetscFunctionBegin;
-  *h_next = *(const PetscReal *)adapt->data * h_failed;
-  PetscCall(SlipAdaptCheckMinimum(adapt, ts, *h_next, "a solve that did not converge"));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipAdaptDestroyData(TSAdapt adapt)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", NULL));
-  PetscCall(PetscFree(adapt->data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,38 +2,24 @@
 #include <slipstep/private/slipadapt.h>
 
 typedef struct {
-  PetscReal failure; /* factor on the step when a solve did not converge; first, for SlipAdaptAfterFailure() */
-  PetscReal growth;  /* c_up, largest ratio of successive steps */
-  PetscBool again;   /* the attempt before was rejected too */
+  SlipAdaptByError base;
+  PetscReal growth; /* c_up, largest ratio of successive steps */
+  PetscBool again;  /* the attempt before was rejected too */
 } TSAdapt_Heuristic;
 
-static PetscErrorCode TSAdaptChoose_Heuristic(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
-                                              PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+/* Where E falls slower than h^(1/q), h E^-q creeps towards E = 1 from above without getting there: a step that was
+   rejected before is cut further. */
+static PetscReal Next_Heuristic(TSAdapt adapt, TS ts, PetscReal h, PetscReal E, PetscReal q, PetscBool *accept)
 {
   TSAdapt_Heuristic *ctx = (TSAdapt_Heuristic *)adapt->data;
-  PetscInt order;
-  PetscReal E, q;
+  PetscReal next = h * PetscMin(ctx->growth, adapt->safety * SlipControlHeuristic(E, q, PETSC_INFINITY));
 
-  PetscFunctionBegin;
-  PetscCall(SlipAdaptEvaluateError(adapt, ts, &order, &E));
-  *next_sc = 0;
-  *wlte = E;
-  *wltea = *wlter = -1;
-  *accept = PETSC_TRUE;
-  *next_h = h;
-  if (E < 0) PetscFunctionReturn(PETSC_SUCCESS); /* no estimate, nothing to go by */
-  q = (PetscReal)1 / (PetscReal)order;
+  (void)ts;
+  if (E < 0) return h;
   *accept = E <= 1 || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
-  /* Where E falls slower than h^(1/q), h E^-q creeps towards E = 1 from above without getting there: a step that was
-     rejected before is cut further. */
-  *next_h = h * PetscMin(ctx->growth, adapt->safety * SlipHeuristicFactor(E, q, PETSC_INFINITY));
-  if (!*accept && ctx->again) *next_h *= adapt->reject_safety;
+  if (!*accept && ctx->again) next *= adapt->reject_safety;
   ctx->again = *accept ? PETSC_FALSE : PETSC_TRUE;
-  if (*accept)
-    *next_h = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);
-  else
-    PetscCall(SlipAdaptCheckMinimum(adapt, ts, *next_h, "the error estimate"));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return next;
 }
 
 static PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
@@ -60,15 +46,15 @@ static PetscErrorCode TSAdaptView_Heuristic(TSAdapt adapt, PetscViewer viewer)
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  growth at most %g, factor after a failed solve %g\n",
-                                     (double)ctx->growth, (double)ctx->failure));
+                                     (double)ctx->growth, (double)ctx->base.failure));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*MC
   TSADAPTHEURISTIC - the controller of textbooks, without a filter
 
-  With the weighted error estimate E, which goes with h^(1/q) (TSEvaluateWLTE()): E > 1 rejects the step and repeats it with h E^-q;
-  otherwise the next step is min(h_max, h min(growth, E^-q)). A second rejection in a row multiplies by
+  With the weighted error estimate E, which goes with h^(1/q) (TSEvaluateWLTE()): E > 1 rejects the step and repeats it
+  with h E^-q; otherwise the next step is min(h_max, h min(growth, E^-q)). A second rejection in a row multiplies by
   -ts_adapt_reject_safety as well, and -ts_adapt_safety multiplies every E^-q. A solve that does not converge repeats
   with the failure factor times h. A step below -ts_adapt_dt_min ends the run with an error.
 
@@ -88,15 +74,11 @@ PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&ctx));
+  PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_Heuristic));
   ctx->growth = 2;
-  ctx->failure = 0.6;
   adapt->safety = 1;
   adapt->reject_safety = 0.9;
-  adapt->data = ctx;
-  adapt->ops->choose = TSAdaptChoose_Heuristic;
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_Heuristic;
   adapt->ops->view = TSAdaptView_Heuristic;
-  adapt->ops->destroy = SlipAdaptDestroyData;
-  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", SlipAdaptAfterFailure));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,58 +2,37 @@
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>
 
-/* Names of what is observed, in the order of the policy or the actor. */
-PetscErrorCode TSAdaptRLSetNames_Private(TSAdapt adapt, PetscInt n, const char *const names[])
-{
-  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
-
-  PetscFunctionBegin;
-  PetscCall(PetscFree2(rl->seen, rl->obs));
-  PetscCall(PetscCalloc2(n, &rl->seen, n, &rl->obs));
-  rl->n = n;
-  rl->needs_error = rl->sees_accuracy = PETSC_FALSE;
-  for (PetscInt i = 0; i < n; i++) {
-    PetscBool dial, error;
-
-    PetscCall(SlipObservedSet(&rl->seen[i], names[i]));
-    /* a problem's own observation of the error estimate is called so: log_slip_error */
-    PetscCall(PetscStrendswith(names[i], "_error", &error));
-    if (error || (rl->seen[i].row && rl->seen[i].row->kind == SLIP_OBSERVES_ERROR)) rl->needs_error = PETSC_TRUE;
-    PetscCall(PetscStrcmp(names[i], SLIP_OBSERVES_ACCURACY, &dial));
-    if (dial) rl->sees_accuracy = PETSC_TRUE;
-  }
-  rl->begun = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A solve begins: the state of now is the start. */
-static PetscErrorCode Begin(TSAdapt adapt, TS ts)
+static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipObserver *o = &rl->observer;
+  const char *source = "(actor)";
 
   PetscFunctionBegin;
   PetscCall(TSAdaptRLFindPolicy_Private(adapt, ts));
   PetscCall(SlipObserverStart(o, ts));
-  o->accuracy = rl->accuracy;
+  o->run.accuracy = rl->accuracy;
   if (rl->actor) {
-    o->dt_min = rl->actor_dt[0];
-    o->dt_max = rl->actor_dt[1];
+    o->run.dt_min = rl->actor_dt[0];
+    o->run.dt_max = rl->actor_dt[1];
   } else {
-    PetscCall(SlipPolicyGetStepBounds(rl->policy, o->tstar, o->max_time, &o->dt_min, &o->dt_max));
+    PetscCall(SlipPolicyGetFile(rl->policy, &source));
+    PetscCall(SlipPolicyGetStepBounds(rl->policy, o->run.tstar, o->run.max_time, &o->run.dt_min, &o->run.dt_max));
   }
-  for (PetscInt i = 0; i < rl->n; i++) rl->seen[i].has_base = PETSC_FALSE;
+  PetscCall(SlipObserverFindRows(o, rl->n, rl->seen, source));
   rl->begun = PETSC_TRUE;
   rl->steps = ts->steps;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* What is known of the attempt that just ended; a TS that records none gives what the controller's arguments say. */
-static PetscErrorCode RecordAttempt(TSAdapt adapt, TS ts, PetscReal h, PetscBool converged, PetscBool need_error)
+static PetscErrorCode Record_RL(TSAdapt adapt, TS ts, PetscReal h, PetscBool converged, PetscBool need_error)
 {
-  SlipAttempt *last = &((TSAdapt_RL *)adapt->data)->observer.last;
+  SlipObserver *o = &((TSAdapt_RL *)adapt->data)->observer;
+  SlipAttempt *last = &o->last;
   PetscErrorCode (*get)(TS, SlipAttempt *);
-  PetscInt p;
+  PetscReal q;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectQueryFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", &get));
@@ -70,121 +49,307 @@ static PetscErrorCode RecordAttempt(TSAdapt adapt, TS ts, PetscReal h, PetscBool
   }
   last->converged = converged;
   last->accepted = PETSC_FALSE;
-  if (converged && need_error && last->error < 0) PetscCall(SlipAdaptEvaluateError(adapt, ts, &p, &last->error));
+  if (converged && need_error && last->error < 0) PetscCall(SlipAdaptEvaluateError(adapt, ts, &q, &last->error));
   PetscCheck(
     !converged || !need_error || last->error >= 0, PetscObjectComm((PetscObject)adapt), PETSC_ERR_SUP,
     "-ts_adapt_type rl needs an error estimate (its policy observes accuracy, log_error or log_slip_error, or "
     "-ts_adapt_rl_error_ceiling is set), but -ts_type %s gives none; with bathe use -ts_bathe_error doubling or "
     "embedded",
     ((PetscObject)ts)->type_name);
-  ((TSAdapt_RL *)adapt->data)->observer.started = PETSC_TRUE;
+  o->run.started = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How far outside a range, in widths of it */
+static PetscReal Excess(PetscReal x, PetscReal min, PetscReal max)
+{
+  const PetscReal beyond = PetscMax(min - x, x - max);
+
+  return beyond <= 0 ? 0 : max > min ? beyond / (max - min) : PETSC_MAX_REAL;
+}
+
+/* The guard rail against situations that the policy was not trained for: counted, and said once */
+static PetscErrorCode WarnOutside_RL(TSAdapt adapt, PetscInt outside)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+  const PetscReal *min, *max;
+  const char *file;
+  PetscInt worst = 0;
+
+  PetscFunctionBegin;
+  if (!outside || rl->outside++) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipPolicyGetFile(rl->policy, &file));
+  PetscCall(SlipPolicyGetRange(rl->policy, &min, &max));
+  for (PetscInt i = 1; i < rl->n; i++)
+    if (Excess(rl->obs[i], min[i], max[i]) > Excess(rl->obs[worst], min[worst], max[worst])) worst = i;
+  PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
+                        "Warning: at time %g s %" PetscInt_FMT " of %" PetscInt_FMT
+                        " observations are outside the training range of policy %s, most of all %s = %g, in training "
+                        "%g to %g (said once; the summary and -ts_view count)\n",
+                        (double)rl->observer.run.time, outside, rl->n, file, rl->seen[worst].name,
+                        (double)rl->obs[worst], (double)min[worst], (double)max[worst]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Observe, and ask the actor or the policy for the next step. */
-static PetscErrorCode Decide(TSAdapt adapt, TS ts, PetscBool state_changed, PetscBool guarded, PetscReal *h)
+static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, PetscBool guarded, PetscReal *h)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipObserver *o = &rl->observer;
-  const char *file = "(actor)";
-  PetscReal action;
+  const SlipProblemOps *problem = o->problem;
+  PetscReal action, limit, rest = 0;
   PetscInt outside;
+  PetscBool limited;
 
   PetscFunctionBegin;
   if (!rl->actor && guarded) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!rl->actor) PetscCall(SlipPolicyGetFile(rl->policy, &file));
   PetscCall(PetscLogEventBegin(SLIP_Observe, adapt, ts, 0, 0));
-  PetscCall(SlipObserve(o, rl->n, rl->seen, state_changed, file));
+  PetscCall(SlipObserve(o, rl->n, rl->seen, state_changed));
   PetscCall(PetscLogEventEnd(SLIP_Observe, adapt, ts, 0, 0));
   for (PetscInt i = 0; i < rl->n; i++) rl->obs[i] = rl->seen[i].value;
   rl->decisions++;
   if (rl->actor) {
-    PetscCall((*rl->actor)(adapt, ts, rl->n, rl->obs, o->started ? &o->last : NULL, guarded, h, rl->actor_ctx));
+    PetscCall((*rl->actor)(adapt, ts, rl->n, rl->obs, o->run.started ? &o->last : NULL, guarded, h, rl->actor_ctx));
     PetscCheck(*h > 0 && !PetscIsInfOrNanReal(*h), PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
                "The actor of TSAdaptRLSetActor() chose a step of %g s; expected a positive number", (double)*h);
   } else {
     PetscCall(PetscLogEventBegin(SLIP_Policy, adapt, 0, 0, 0));
     PetscCall(SlipPolicyEvaluate(rl->policy, rl->obs, &action, &outside));
     PetscCall(PetscLogEventEnd(SLIP_Policy, adapt, 0, 0, 0));
-    PetscCall(SlipPolicyActionToStep(rl->policy, action, o->tstar, o->max_time, h));
-    PetscCall(TSAdaptRLMind_Private(adapt, ts, h));
-    PetscCall(TSAdaptRLWarnOutside_Private(adapt, outside));
+    PetscCall(SlipPolicyActionToStep(rl->policy, action, o->run.tstar, o->run.max_time, h));
+    /* A policy trained on a few cells cannot know how little of a fine mesh may still be sliding: its attribute limits
+       the step while anything moves, and a state at rest is left alone until something slips, which the problem knows. */
+    PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_MOVING_DT_MAX, &limit, &limited));
+    if (limited && problem && problem->rest_time) PetscCall((*problem->rest_time)(ts, &rest));
+    if (limited) *h = SlipControlRest(*h, limit * o->run.tstar, rest, o->run.max_time - o->run.time);
+    PetscCall(WarnOutside_RL(adapt, outside));
   }
   *h = PetscClipInterval(*h, adapt->dt_min, adapt->dt_max);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSAdaptChooseFirst_RL(TSAdapt adapt, TS ts, PetscReal *h)
+static PetscErrorCode TSAdaptChooseFirst_RL(TSAdapt adapt, TS ts, PetscReal *h)
 {
   PetscFunctionBegin;
-  PetscCall(Begin(adapt, ts));
-  PetscCall(Decide(adapt, ts, PETSC_TRUE, PETSC_FALSE, h));
+  PetscCall(Begin_RL(adapt, ts));
+  PetscCall(Decide_RL(adapt, ts, PETSC_TRUE, PETSC_FALSE, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The ceiling is the tolerance that the heuristic's formula is given here; a tenth at least is taken off each time. */
-static PetscReal CeilingFactor(PetscReal E, PetscReal ceiling, PetscReal q)
-{
-  return PetscClipInterval(SlipHeuristicFactor(E / ceiling, q, 1), (PetscReal)0.1, (PetscReal)0.9);
-}
-
-PetscErrorCode TSAdaptChoose_RL(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
-                                PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+static PetscErrorCode TSAdaptChoose_RL(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                       PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipObserver *o = &rl->observer;
   const PetscBool limit = rl->error_ceiling > 0 ? PETSC_TRUE : PETSC_FALSE;
-  PetscInt p;
-  PetscReal E;
+  PetscReal E, q;
 
   PetscFunctionBegin;
   *next_sc = 0;
   *wltea = *wlter = -1;
   *next_h = h;
-  if (!rl->begun || ts->steps < rl->steps) PetscCall(Begin(adapt, ts));
+  if (!rl->begun || ts->steps < rl->steps) PetscCall(Begin_RL(adapt, ts));
   rl->steps = ts->steps;
-  PetscCall(RecordAttempt(adapt, ts, h, PETSC_TRUE, rl->needs_error || limit ? PETSC_TRUE : PETSC_FALSE));
-  o->failures = 0;
+  PetscCall(Record_RL(adapt, ts, h, PETSC_TRUE, rl->needs_error || limit ? PETSC_TRUE : PETSC_FALSE));
+  o->run.failures = 0;
   *wlte = o->last.error;
   *accept = !limit || o->last.error <= rl->error_ceiling || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
   o->last.accepted = *accept;
-  if (*accept) o->time = ts->ptime + h;
-  PetscCall(Decide(adapt, ts, *accept, *accept ? PETSC_FALSE : PETSC_TRUE, next_h));
+  if (*accept) o->run.time = ts->ptime + h;
+  PetscCall(Decide_RL(adapt, ts, *accept, *accept ? PETSC_FALSE : PETSC_TRUE, next_h));
   if (*accept) PetscFunctionReturn(PETSC_SUCCESS);
   rl->ceilings++;
-  PetscCall(SlipAdaptEvaluateError(adapt, ts, &p, &E));
-  *next_h = h * CeilingFactor(o->last.error, rl->error_ceiling, (PetscReal)1 / (PetscReal)PetscMax(p, 2));
+  PetscCall(SlipAdaptEvaluateError(adapt, ts, &q, &E));
+  *next_h = h * SlipControlCeiling(o->last.error, rl->error_ceiling, q);
   PetscCall(SlipAdaptCheckMinimum(adapt, ts, *next_h, "-ts_adapt_rl_error_ceiling"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
+static PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipObserver *o = &rl->observer;
+  PetscReal halved = h_failed;
   PetscBool guarded;
 
   PetscFunctionBegin;
-  if (!rl->begun) PetscCall(Begin(adapt, ts));
-  PetscCall(RecordAttempt(adapt, ts, h_failed, PETSC_FALSE, PETSC_FALSE));
+  if (!rl->begun) PetscCall(Begin_RL(adapt, ts));
+  PetscCall(Record_RL(adapt, ts, h_failed, PETSC_FALSE, PETSC_FALSE));
   o->last.dt = h_failed;
-  o->failures++;
+  o->run.failures++;
   rl->failures++;
-  guarded = o->failures >= rl->max_failures ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(Decide(adapt, ts, PETSC_FALSE, guarded, h_next));
+  guarded = SlipControlHalve(o->run.failures, rl->max_failures, &halved);
+  PetscCall(Decide_RL(adapt, ts, PETSC_FALSE, guarded, h_next));
   if (!guarded) PetscFunctionReturn(PETSC_SUCCESS);
   rl->halvings++;
-  *h_next = 0.5 * h_failed;
+  *h_next = halved;
   PetscCall(SlipAdaptCheckMinimum(adapt, ts, *h_next, "a solve that did not converge"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The trainer's rewards use the error, so an actor always gets it. */
-PetscErrorCode TSAdaptNeedsError_RL(TSAdapt adapt, PetscBool *flg)
+static PetscErrorCode TSAdaptNeedsError_RL(TSAdapt adapt, PetscBool *flg)
 {
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
 
   PetscFunctionBegin;
   *flg = rl->needs_error || rl->error_ceiling > 0 || rl->actor ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+  char file[PETSC_MAX_PATH_LEN] = "";
+  PetscReal accuracy = rl->accuracy;
+  PetscBool set, dial;
+
+  PetscFunctionBegin;
+  PetscOptionsHeadBegin(PetscOptionsObject, "Learned step-size controller options");
+  PetscCall(PetscOptionsString("-ts_adapt_rl_policy", "HDF5 file with the policy (default: the one of the problem)",
+                               "TSAdaptRLSetPolicyFile", file, file, sizeof(file), &set));
+  PetscCall(PetscOptionsString(
+    "-ts_adapt_rl_problem",
+    "Problem whose default policy to take when none is named, or for which the named one was trained (fault, ...; "
+    "default: its own)",
+    "SlipPolicyFindDefault", rl->problem, rl->problem, sizeof(rl->problem), NULL));
+  PetscCall(PetscOptionsInt("-ts_adapt_rl_max_failures",
+                            "Failed attempts in a row before steps are halved until one converges, >= 1", "",
+                            rl->max_failures, &rl->max_failures, NULL));
+  PetscCall(PetscOptionsReal("-ts_adapt_rl_error_ceiling",
+                             "Larger error estimates reject and shrink the step; 0: every converged step is accepted",
+                             "", rl->error_ceiling, &rl->error_ceiling, NULL));
+  PetscCall(
+    PetscOptionsReal("-ts_adapt_rl_accuracy",
+                     "Wanted relative error of the run's final slip, 1e-4 to 1e-1, for policies that observe it",
+                     "TSAdaptRLSetAccuracy", accuracy, &accuracy, &dial));
+  PetscOptionsHeadEnd();
+  if (dial) PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
+  PetscCheck(rl->max_failures >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_adapt_rl_max_failures is %" PetscInt_FMT "; expected at least 1", rl->max_failures);
+  PetscCheck(rl->error_ceiling >= 0, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_adapt_rl_error_ceiling is %g; expected a positive number, or 0 for none", (double)rl->error_ceiling);
+  PetscCheck(!set || file[0], PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_WRONG,
+             "-ts_adapt_rl_policy has no value, expected the name of a file");
+  PetscCall(SlipErrorSource("-ts_adapt_rl_policy"));
+  if (set) PetscCall(TSAdaptRLSetPolicyFile(adapt, file));
+  PetscCall(SlipErrorSource(NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
+{
+  const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
+  PetscBool ascii;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  if (rl->actor) PetscCall(PetscViewerASCIIPrintf(viewer, "steps are chosen by an actor\n"));
+  if (rl->policy) PetscCall(SlipPolicyView(rl->policy, viewer));
+  if (rl->default_of[0])
+    PetscCall(PetscViewerASCIIPrintf(viewer, "it is the default policy of the problem %s\n", rl->default_of));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "accuracy dial %g%s\n", (double)rl->accuracy,
+    rl->sees_accuracy || !rl->n ? "" : " (ignored: the policy does not observe " SLIP_OBSERVES_ACCURACY ")"));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "guard rails: steps are halved after %" PetscInt_FMT " failures in a row",
+                                   rl->max_failures));
+  PetscCall(PetscViewerASCIIUseTabs(viewer, PETSC_FALSE));
+  if (rl->error_ceiling > 0)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "; error ceiling %g\n", (double)rl->error_ceiling));
+  else
+    PetscCall(PetscViewerASCIIPrintf(viewer, "; no error ceiling\n"));
+  PetscCall(PetscViewerASCIIUseTabs(viewer, PETSC_TRUE));
+  PetscCall(PetscViewerASCIIPrintf(viewer,
+                                   "decisions %" PetscInt_FMT ", outside the training range %" PetscInt_FMT
+                                   ", failed attempts %" PetscInt_FMT ", halved steps %" PetscInt_FMT
+                                   ", rejected by the ceiling %" PetscInt_FMT "\n",
+                                   rl->decisions, rl->outside, rl->failures, rl->halvings, rl->ceilings));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSAdaptReset_RL(TSAdapt adapt)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+
+  PetscFunctionBegin;
+  PetscCall(SlipObserverReset(&rl->observer));
+  PetscCall(TSAdaptRLForgetDefault_Private(adapt));
+  rl->begun = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What TSBATHE finds by name; destroying takes it off again. */
+static PetscErrorCode Compose_RL(TSAdapt adapt, PetscBool on)
+{
+  const struct {
+    const char *name;
+    void (*fn)(void);
+  } methods[] = {
+    {"TSAdaptChooseFirst_C", (void (*)(void))TSAdaptChooseFirst_RL},
+    {"TSAdaptChooseAfterFailure_C", (void (*)(void))TSAdaptChooseAfterFailure_RL},
+    {"TSAdaptNeedsError_C", (void (*)(void))TSAdaptNeedsError_RL},
+  };
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(methods); i++)
+    PetscCall(PetscObjectComposeFunction((PetscObject)adapt, methods[i].name, on ? methods[i].fn : NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+
+  PetscFunctionBegin;
+  PetscCall(TSAdaptReset_RL(adapt));
+  PetscCall(Compose_RL(adapt, PETSC_FALSE));
+  PetscCall(SlipPolicyDestroy(&rl->policy));
+  PetscCall(PetscFree2(rl->seen, rl->obs));
+  PetscCall(PetscFree(adapt->data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+  TSADAPTRL - step sizes from a learned policy
+
+  The policy maps an observation of the last attempt to the next step, and every converged step is accepted. It never
+  needs what its file does not list: without accuracy or log_error the TS is told to skip its error estimate.
+
+  Guard rails: after max_failures failed attempts in a row the step is halved until one converges, because a policy may
+  answer the same observation with the same failing step forever; with an error ceiling a step with a larger estimate is
+  repeated with the heuristic's h (E/ceiling)^(-q), limited to [0.1, 0.9] h; observations outside the training range are
+  counted and reported once.
+
+  With a TS other than bathe, failed solves stay PETSc's business (-ts_adapt_scale_solve_failed), the residual counts as
+  0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.
+
+  Options Database Keys:
++ -ts_adapt_rl_policy <file.h5>      - the policy; without it, TSAdaptRLSetPolicy() or an actor, the problem's default
+. -ts_adapt_rl_problem <name>        - the problem whose default policy that is, see SlipPolicyFindDefault()
+. -ts_adapt_rl_accuracy <1e-2>       - wanted relative error of the final slip, for policies that observe log_accuracy
+. -ts_adapt_rl_max_failures <3>      - failed attempts in a row before steps are halved
+- -ts_adapt_rl_error_ceiling <0>     - largest accepted error estimate, 0 for none
+
+  Level: beginner
+
+.seealso: SlipPolicy, TSAdaptRLSetPolicy(), TSAdaptRLSetActor(), TSADAPTHEURISTIC
+M*/
+PetscErrorCode TSAdaptCreate_RL(TSAdapt adapt)
+{
+  TSAdapt_RL *rl;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&rl));
+  rl->max_failures = SLIP_MAX_FAILURES;
+  rl->accuracy = TSADAPTRL_ACCURACY_DEFAULT;
+  adapt->data = rl;
+  adapt->ops->choose = TSAdaptChoose_RL;
+  adapt->ops->setfromoptions = TSAdaptSetFromOptions_RL;
+  adapt->ops->view = TSAdaptView_RL;
+  adapt->ops->reset = TSAdaptReset_RL;
+  adapt->ops->destroy = TSAdaptDestroy_RL;
+  PetscCall(Compose_RL(adapt, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

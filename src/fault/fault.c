@@ -96,7 +96,6 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->field[i]));
   for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->given[i]));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDestroy(&f->work[i]));
-  PetscCall(PetscFree(f->summed));
   PetscCall(PetscFree(f->weight));
   PetscCall(SlipCellsDestroy(&f->mesh));
   PetscCall(PetscFree(f->order));

@@ -25,37 +25,37 @@ static PetscErrorCode SlipFaultRelease(SlipContainerArg arg)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows that read the integrator's estimates have them summed up first. */
-static PetscErrorCode SlipFaultTakeEstimates(SlipFault fault, TS ts, Vec w, const char name[])
+static PetscErrorCode Find_Fault(TS ts, const char name[], PetscInt *row)
 {
-  Vec error, derivative;
-  PetscBool reads_error, reads_growth;
+  PetscInt component;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(name, "log_slip_error", &reads_error));
-  PetscCall(PetscStrcmp(name, "growth", &reads_growth));
-  if (!reads_error && !reads_growth) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSBatheGetEstimates(ts, &error, NULL, &derivative));
-  PetscCall(SlipFaultKeepEstimates(fault, w, error, derivative));
+  (void)ts;
+  *row = SlipObservationFind(name, &component);
+  if (*row >= 0 && !SlipObservations[*row].fault) *row = -1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "SlipObserve_C" of slipts.h */
-static PetscErrorCode SlipObserve_Fault(TS ts, const char name[], PetscReal *value, PetscBool *known)
+static PetscErrorCode Observe_Fault(TS ts, PetscInt n, const PetscInt row[], PetscReal value[])
 {
+  PetscBool estimates = PETSC_FALSE;
   SlipFault fault;
-  Vec w;
+  Vec w, error, derivative;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
   PetscCall(TSGetSolution(ts, &w));
-  PetscCall(SlipFaultTakeEstimates(fault, ts, w, name));
-  PetscCall(SlipFaultObserve(fault, w, name, value, known));
+  for (PetscInt i = 0; i < n; i++)
+    if (SlipObservations[row[i]].reads & SLIP_READS_ESTIMATES) estimates = PETSC_TRUE;
+  if (estimates) {
+    PetscCall(TSBatheGetEstimates(ts, &error, NULL, &derivative));
+    PetscCall(SlipFaultKeepEstimates(fault, w, error, derivative));
+  }
+  PetscCall(SlipFaultObserve(fault, w, n, row, value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "SlipTimeScale_C" of slipts.h */
-static PetscErrorCode SlipTimeScale_Fault(TS ts, PetscReal *tstar)
+static PetscErrorCode TimeScale_Fault(TS ts, PetscReal *tstar)
 {
   SlipFault fault;
 
@@ -65,8 +65,7 @@ static PetscErrorCode SlipTimeScale_Fault(TS ts, PetscReal *tstar)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "SlipProblemName_C" of slipts.h */
-static PetscErrorCode SlipProblemName_Fault(TS ts, const char **name)
+static PetscErrorCode Name_Fault(TS ts, const char **name)
 {
   PetscFunctionBegin;
   (void)ts;
@@ -74,8 +73,7 @@ static PetscErrorCode SlipProblemName_Fault(TS ts, const char **name)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "SlipRestTime_C" of slipts.h */
-static PetscErrorCode SlipRestTime_Fault(TS ts, PetscReal *rest)
+static PetscErrorCode RestTime_Fault(TS ts, PetscReal *rest)
 {
   SlipFault fault;
   Vec w;
@@ -86,6 +84,12 @@ static PetscErrorCode SlipRestTime_Fault(TS ts, PetscReal *rest)
   PetscCall(SlipFaultRestTime(fault, w, rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+static const SlipProblemOps FaultProblem = {.name = Name_Fault,
+                                            .time_scale = TimeScale_Fault,
+                                            .rest_time = RestTime_Fault,
+                                            .find = Find_Fault,
+                                            .observe = Observe_Fault};
 
 /* dw/dt = A^-1 F_s(w), the smooth part: what integrators without the constraint see. */
 static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
@@ -127,10 +131,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
   PetscFunctionBegin;
   fault->refct++;
   PetscCall(SlipObjectComposeData((PetscObject)ts, "SlipFault", fault, SlipFaultRelease));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", SlipObserve_Fault));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", SlipTimeScale_Fault));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipProblemName_C", SlipProblemName_Fault));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipRestTime_C", SlipRestTime_Fault));
+  PetscCall(TSSetSlipProblem(ts, &FaultProblem));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -147,7 +148,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
   Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
   tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise) and rtol 1e-3, max time
   30 s (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first
-  step 0.01 T* (-ts_dt), and the composed functions by which controllers observe the fault (slipts.h).
+  step 0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()).
 
   Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 

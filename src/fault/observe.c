@@ -1,23 +1,7 @@
 /* What a run and a controller may know of the fault's state: sums over the cells, energies and powers. */
 #include <slipstep/private/slipfault.h>
+#include <petsc/private/petscimpl.h> /* PetscObjectStateGet() */
 #include <slipcompat.h>
-
-/* Slip rates below this count as standing still where their logarithm is taken [m/s]. */
-#define SLIP_FAULT_RATE_FLOOR 1e-12
-
-static PetscErrorCode SlipFaultExtractDisplacement(SlipFault fault, Vec w, Vec u)
-{
-  const PetscReal *a;
-  PetscReal *b;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayWrite(u, &b));
-  for (PetscInt i = 0; i < fault->n; i++) b[i] = a[3 * i + 1];
-  PetscCall(VecRestoreArrayWrite(u, &b));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* This rank's part of the sums, weighted by area; ku = K u is weighted already. */
 static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal sum[], PetscReal *max_v)
@@ -53,203 +37,93 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Has w changed anywhere since it was summed? Keeps a copy of what is summed. */
-static PetscErrorCode SlipFaultIsNew(SlipFault fault, Vec w, PetscBool *is_new)
-{
-  const PetscReal *a;
-  PetscBool same = PETSC_FALSE;
-  PetscInt changed;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(w, &a));
-  if (fault->summed)
-    PetscCall(PetscArraycmp(a, fault->summed, 3 * fault->n, &same));
-  else
-    PetscCall(PetscMalloc1(3 * fault->n + 1, &fault->summed));
-  if (!same) PetscCall(PetscArraycpy(fault->summed, a, 3 * fault->n));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  changed = same ? 0 : 1;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPIU_INT, MPI_MAX, fault->comm));
-  *is_new = changed ? PETSC_TRUE : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The sums of a state, computed (one product with K, two reductions) only when the state has changed. */
 PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums)
 {
   SlipFaultSums *c = &fault->sums;
-  PetscBool is_new = PETSC_TRUE;
+  PetscObjectId id;
+  PetscObjectState state;
 
   PetscFunctionBegin;
   *sums = c;
-  PetscCall(SlipFaultIsNew(fault, w, &is_new));
-  if (!is_new) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultExtractDisplacement(fault, w, fault->work[0]));
+  PetscCall(PetscObjectGetId((PetscObject)w, &id));
+  PetscCall(PetscObjectStateGet((PetscObject)w, &state));
+  if (id == c->id && state == c->state) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecStrideGather(w, 1, fault->work[0], INSERT_VALUES));
   PetscCall(MatMult(fault->K, fault->work[0], fault->work[1]));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
   PetscCall(SlipFaultAddUp(fault, w, fault->work[1], c->sum, &c->max_v));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->max_v, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  c->id = id;
+  c->state = state;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- observations for controllers: one row each, all dimensionless ---- */
+/*
+  SlipFaultKeepEstimates - sum up the integrator's estimates for observations
 
-static PetscReal PositiveOr1(PetscReal x)
+  Collective. w: state after the attempt; error, derivative: the attempt's local error and dw/dt at its end, NULL when
+  not known. A cell that has just stopped has no derivative.
+*/
+PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative)
 {
-  return x > 0 ? x : 1;
-}
+  SlipFaultEstimates *c = &fault->estimates;
+  const PetscReal *a, *e = NULL, *d = NULL;
 
-/* Slip rate V* = d_c/T* [m/s]. */
-static PetscReal RateUnit(SlipFault f)
-{
-  return f->mean_dc / f->tstar;
-}
-
-static PetscReal Energy(SlipFault f, const SlipFaultSums *s)
-{
-  return s->sum[SUM_U_KU] / PositiveOr1(f->critical_energy);
-}
-
-static PetscReal Velocity(SlipFault f, const SlipFaultSums *s)
-{
-  return s->sum[SUM_V] / f->N / f->value[FAULT_VELOCITY_SCALE];
-}
-
-static PetscReal LogVelocity(SlipFault f, const SlipFaultSums *s)
-{
-  return PetscLog10Real(PetscMax(s->max_v, SLIP_FAULT_RATE_FLOOR) / RateUnit(f));
-}
-
-static PetscReal LogMeanVelocity(SlipFault f, const SlipFaultSums *s)
-{
-  return PetscLog10Real(PetscMax(s->sum[SUM_ABS_V] / f->N, SLIP_FAULT_RATE_FLOOR) / RateUnit(f));
-}
-
-static PetscReal SlidingFraction(SlipFault f, const SlipFaultSums *s)
-{
-  return s->sum[SUM_SLIDING] / f->N;
-}
-
-static PetscReal Slip(SlipFault f, const SlipFaultSums *s)
-{
-  return s->sum[SUM_S] / f->N / f->mean_dc;
-}
-
-static PetscReal Displacement(SlipFault f, const SlipFaultSums *s)
-{
-  return s->sum[SUM_U] / f->N / PositiveOr1(f->mean_uc);
-}
-
-static PetscReal Strength(SlipFault f, const SlipFaultSums *s)
-{
-  return s->sum[SUM_STRENGTH] / f->N / PositiveOr1(f->mean_q0);
-}
-
-static PetscReal Kinetic(SlipFault f, const SlipFaultSums *s)
-{
-  return f->mass * s->sum[SUM_V2] / PositiveOr1(f->critical_energy);
-}
-
-static PetscReal LogEnergyRate(SlipFault f, const SlipFaultSums *s)
-{
-  const PetscReal rate = 2 * PetscAbsReal(s->sum[SUM_V_KU]) * f->tstar / PositiveOr1(f->critical_energy);
-
-  return PetscLog10Real(PetscMax(rate, SLIP_FAULT_RATE_FLOOR));
-}
-
-/* The slip that the strength drop implies, D [m]; d_c for friction that does not weaken. */
-static PetscReal DropSlip(SlipFault f)
-{
-  return f->drop_slip > 0 ? f->drop_slip : f->mean_dc;
-}
-
-static PetscReal LogOfRate(SlipFault f, PetscReal rate)
-{
-  return PetscLog10Real(PetscClipInterval(rate * f->tstar / DropSlip(f), (PetscReal)1e-6, (PetscReal)1e6));
-}
-
-static PetscReal LogRate(SlipFault f, const SlipFaultSums *s)
-{
-  return LogOfRate(f, s->sum[SUM_ABS_V] / f->N);
-}
-
-static PetscReal LogPeakRate(SlipFault f, const SlipFaultSums *s)
-{
-  return LogOfRate(f, s->max_v);
-}
-
-static PetscReal Progress(SlipFault f, const SlipFaultSums *s)
-{
-  return s->sum[SUM_S] / f->N / DropSlip(f);
-}
-
-static PetscReal Weakening(SlipFault f, const SlipFaultSums *s)
-{
-  return s->sum[SUM_WEAKENING] / f->N / PositiveOr1(f->mean_drop);
-}
-
-static PetscReal LogDrop(SlipFault f, const SlipFaultSums *s)
-{
-  (void)s;
-  return PetscLog10Real(DropSlip(f) / f->mean_dc);
-}
-
-/* Before the first attempt and where the integrator gives no estimate: as if a thousandth of D. */
-static PetscReal LogSlipError(SlipFault f, const SlipFaultSums *s)
-{
-  const PetscReal error = f->estimates.sum[ESTIMATE_SLIP_ERROR] / f->N / DropSlip(f);
-
-  (void)s;
-  return f->estimates.known ? PetscLog10Real(PetscClipInterval(error, (PetscReal)1e-9, (PetscReal)1e3)) : -3;
-}
-
-static PetscReal Growth(SlipFault f, const SlipFaultSums *s)
-{
-  const PetscReal rate = s->sum[SUM_ABS_V];
-
-  if (!f->estimates.known || rate == 0) return 0;
-  return PetscAsinhReal(f->tstar * f->estimates.sum[ESTIMATE_GROWTH] / rate);
-}
-
-static const struct {
-  const char *name;
-  PetscReal (*value)(SlipFault, const SlipFaultSums *);
-} SlipFaultObservations[] = {
-  {"energy", Energy},                     /* u'Ku/(uc'K uc), uc at the instability */
-  {"velocity", Velocity},                 /* mean v / velocity_scale */
-  {"log_velocity", LogVelocity},          /* log10(max|v| / V), V = d_c over T*, |v| at least 1e-12 m/s */
-  {"log_mean_velocity", LogMeanVelocity}, /* log10(mean|v| / V), likewise */
-  {"sliding_fraction", SlidingFraction},  /* share of cells with v != 0 */
-  {"slip", Slip},                         /* mean s / mean d_c */
-  {"displacement", Displacement},         /* mean u / mean uc: -1 at the critical start */
-  {"strength", Strength},                 /* mean q / mean q at v = s = 0 */
-  /* D: slip that the strength drop implies, mean uc times mean drop of the strength over its mean at the start */
-  {"log_rate", LogRate},              /* log10(mean|v| / V), V = D over T*, in [-6, 6] */
-  {"log_peak_rate", LogPeakRate},     /* log10(max|v| / V), likewise, in [-6, 6] */
-  {"progress", Progress},             /* mean s / D */
-  {"weakening", Weakening},           /* mean of what the strength can still lose / that at the start */
-  {"log_drop", LogDrop},              /* log10(D / mean d_c), the same throughout a run */
-  {"log_slip_error", LogSlipError},   /* log10(mean |estimated error of s in the last attempt| / D) in [-9, 3] */
-  {"growth", Growth},                 /* asinh(T* d(mean|v|)/dt / mean|v|) at the end of the last attempt */
-  {"kinetic", Kinetic},               /* v'Mv/(uc'K uc) */
-  {"log_energy_rate", LogEnergyRate}, /* log10 of the elastic energy's change per time T*, over the critical energy */
-};
-
-/* value of the observation of this name in state w; known is false when the fault has none. */
-PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, const char name[], PetscReal *value, PetscBool *known)
-{
   PetscFunctionBegin;
-  *known = PETSC_FALSE;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipFaultObservations) && !*known; i++) {
-    const SlipFaultSums *sums;
+  PetscCall(PetscMemzero(c, sizeof(*c)));
+  if (!error && !derivative) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArrayRead(w, &a));
+  if (error) PetscCall(VecGetArrayRead(error, &e));
+  if (derivative) PetscCall(VecGetArrayRead(derivative, &d));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal v = a[3 * i];
 
-    PetscCall(PetscStrcmp(name, SlipFaultObservations[i].name, known));
-    if (!*known) continue;
-    PetscCall(SlipFaultGetSums(fault, w, &sums));
-    *value = SlipFaultObservations[i].value(fault, sums);
+    if (error) c->sum[ESTIMATE_SLIP_ERROR] += fault->weight[i] * PetscAbsReal(e[3 * i + 2]);
+    if (derivative && v != 0) c->sum[ESTIMATE_GROWTH] += fault->weight[i] * PetscSign(v) * d[3 * i];
   }
+  if (derivative) PetscCall(VecRestoreArrayRead(derivative, &d));
+  if (error) PetscCall(VecRestoreArrayRead(error, &e));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_ESTIMATES, MPIU_REAL, MPIU_SUM, fault->comm));
+  c->known = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Values of the rows of SlipObservations in the state w */
+PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscInt row[], PetscReal value[])
+{
+  const PetscReal N = (PetscReal)fault->N;
+  const SlipFaultSums *s;
+  SlipFaultNumbers known = {.tstar = fault->tstar,
+                            .velocity_scale = fault->value[FAULT_VELOCITY_SCALE],
+                            .mean_dc = fault->mean_dc,
+                            .mean_uc = fault->mean_uc,
+                            .mean_q0 = fault->mean_q0,
+                            .mean_drop = fault->mean_drop,
+                            .drop_slip = fault->drop_slip,
+                            .critical_energy = fault->critical_energy,
+                            .estimated = fault->estimates.known,
+                            .slip_error = fault->estimates.sum[ESTIMATE_SLIP_ERROR] / N,
+                            .growth = fault->estimates.sum[ESTIMATE_GROWTH]};
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetSums(fault, w, &s));
+  known.velocity = s->sum[SUM_V] / N;
+  known.rate = s->sum[SUM_ABS_V] / N;
+  known.peak = s->max_v;
+  known.total_rate = s->sum[SUM_ABS_V];
+  known.displacement = s->sum[SUM_U] / N;
+  known.slip = s->sum[SUM_S] / N;
+  known.sliding = s->sum[SUM_SLIDING] / N;
+  known.energy = s->sum[SUM_U_KU];
+  known.kinetic = fault->mass * s->sum[SUM_V2];
+  known.power = s->sum[SUM_V_KU];
+  known.strength = s->sum[SUM_STRENGTH] / N;
+  known.weakening = s->sum[SUM_WEAKENING] / N;
+  for (PetscInt i = 0; i < n; i++) value[i] = (*SlipObservations[row[i]].fault)(&known);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -113,49 +113,56 @@ static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* log10 of the time in which V1 gets to zero at its present rate [T*], in [-3, 1]; 1 when it does not or is there.
-   Where V1 crosses zero its rate jumps by up to 2 m/C1, and a step across that is of first order only. */
-static PetscReal LogEvent(const SlipCircuit *c, const PetscReal w[])
+static PetscReal Energy(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
 {
+  (void)t;
+  (void)k;
+  return SlipModelEnergy(model, w) / SlipModelEnergy(model, model->start);
+}
+
+static PetscReal LogEnergy(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
+{
+  return PetscLog10Real(PetscMax(Energy(model, t, w, k), (PetscReal)1e-16));
+}
+
+/* Where V1 crosses zero its rate jumps by up to 2 m/C1, and a step across that is of first order only. */
+static PetscReal LogEvent(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
+{
+  const SlipCircuit *c = (const SlipCircuit *)model;
   const PetscReal rate = ((w[1] - w[0]) / c->R - (w[0] > 0 ? c->m : -c->m)) / c->C1;
   const PetscReal left = rate * w[0] < 0 ? -w[0] / rate / PetscSqrtReal(c->L * c->C2) : 10;
 
+  (void)t;
+  (void)k;
   return PetscLog10Real(PetscClipInterval(left, (PetscReal)1e-3, (PetscReal)10));
 }
 
-/* log10 of the V1 that the energy allows over the voltage m R at which the diode holds V1, in [-3, 3] */
-static PetscReal LogLevel(SlipModel model, const PetscReal w[])
+static PetscReal LogLevel(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
 {
   const SlipCircuit *c = (const SlipCircuit *)model;
   const PetscReal level = PetscSqrtReal(2 * SlipModelEnergy(model, w) / c->C1), held = c->m * c->R;
 
-  return PetscLog10Real(PetscClipInterval(level, 1e-3 * held, 1e3 * held) / held);
-}
-
-/* What policies observe: energy U/U_0 and its log10, at least -16; state_0, state_1, state_2: V1, V2, i over what they
-   are measured in; log_event and log_level as above, log_level 3 without a diode. */
-static PetscBool Observe(SlipModel model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value)
-{
-  const SlipCircuit *c = (const SlipCircuit *)model;
-
   (void)t;
-  if (!strcmp(name, "energy")) {
-    *value = SlipModelEnergy(model, w) / SlipModelEnergy(model, model->start);
-  } else if (!strcmp(name, "log_energy")) {
-    const PetscReal energy = SlipModelEnergy(model, w) / SlipModelEnergy(model, model->start);
-
-    *value = PetscLog10Real(PetscMax(energy, (PetscReal)1e-16));
-  } else if (!strcmp(name, "log_event")) {
-    *value = LogEvent(c, w);
-  } else if (!strcmp(name, "log_level")) {
-    *value = c->m > 0 ? LogLevel(model, w) : 3;
-  } else if (!strncmp(name, "state_", 6) && name[6] >= '0' && name[6] < '0' + N && !name[7]) {
-    *value = w[name[6] - '0'] / c->amplitude[name[6] - '0'];
-  } else {
-    return PETSC_FALSE;
-  }
-  return PETSC_TRUE;
+  (void)k;
+  return c->m > 0 ? PetscLog10Real(PetscClipInterval(level, 1e-3 * held, 1e3 * held) / held) : 3;
 }
+
+static PetscReal State(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
+{
+  (void)t;
+  return w[k] / ((const SlipCircuit *)model)->amplitude[k];
+}
+
+static const SlipModelObservation Observations[] = {
+  {"energy", Energy, 0},        /* U/U_0 */
+  {"log_energy", LogEnergy, 0}, /* its log10, at least -16 */
+  {"log_event", LogEvent, 0}, /* log10 of the time in which V1 gets to zero at its present rate [T*], in [-3, 1]; 1 when
+                                   it does not or is there */
+  {"log_level", LogLevel, 0}, /* log10 of the V1 that the energy allows over the voltage m R at which the diode holds
+                                   V1, in [-3, 3]; 3 without a diode */
+  {"state_0", State, 0},      /* V1, V2, i over what they are measured in */
+  {"state_1", State, 1},        {"state_2", State, 2}, {NULL, NULL, 0},
+};
 
 /* ---- the exact solution, phase by phase ---- */
 
@@ -299,5 +306,5 @@ const SlipModelOps SlipCircuitOps = {.name = "circuit",
                                      .setup = SetUp,
                                      .force = Force,
                                      .jacobian = Jacobian,
-                                     .observe = Observe,
+                                     .observations = Observations,
                                      .table = Table};

@@ -2,6 +2,7 @@
 #include <slipmodels.h>
 #include <slipadapt.h>
 #include <slipcompat.h>
+#include <string.h>
 
 const char *const SlipModelCases[] = {"training", "evaluation", "SlipModelCase", "", NULL};
 
@@ -122,8 +123,43 @@ static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "SlipObserve_C". TSGetTime() is the step's start until the controller has chosen. */
-static PetscErrorCode Observe(TS ts, const char name[], PetscReal *value, PetscBool *known)
+/*@C
+  SlipModelFindObservation - the row of a name in a small model's table of observations
+
+  Not collective.
+
+  Input Parameters:
++ model - the model
+- name  - such as "energy"
+
+  Level: developer
+
+  Note:
+  Returns the number of the row in model->ops->observations, -1 when there is none.
+
+.seealso: SlipModelConfigureTS(), TSSetSlipProblem()
+@*/
+PetscInt SlipModelFindObservation(SlipModel model, const char name[])
+{
+  const SlipModelObservation *rows = model->ops->observations;
+
+  for (PetscInt i = 0; rows && rows[i].name; i++)
+    if (!strcmp(name, rows[i].name)) return i;
+  return -1;
+}
+
+static PetscErrorCode Find_Model(TS ts, const char name[], PetscInt *row)
+{
+  SlipModel model;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &model));
+  *row = SlipModelFindObservation(model, name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSGetTime() is the step's start until the controller has chosen. */
+static PetscErrorCode Observe_Model(TS ts, PetscInt n, const PetscInt row[], PetscReal value[])
 {
   SlipAttempt last;
   SlipModel model;
@@ -135,13 +171,16 @@ static PetscErrorCode Observe(TS ts, const char name[], PetscReal *value, PetscB
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(TSBatheGetLastAttempt(ts, &last));
   PetscCall(VecGetArrayRead(w, &a));
-  *known = (*model->ops->observe)(model, last.time + last.dt, a, name, value);
+  for (PetscInt i = 0; i < n; i++) {
+    const SlipModelObservation *o = &model->ops->observations[row[i]];
+
+    value[i] = (*o->value)(model, last.time + last.dt, a, o->k);
+  }
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "SlipTimeScale_C" */
-static PetscErrorCode TimeScale(TS ts, PetscReal *tstar)
+static PetscErrorCode TimeScale_Model(TS ts, PetscReal *tstar)
 {
   SlipModel model;
 
@@ -151,8 +190,7 @@ static PetscErrorCode TimeScale(TS ts, PetscReal *tstar)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "SlipProblemName_C" */
-static PetscErrorCode ProblemName(TS ts, const char **name)
+static PetscErrorCode Name_Model(TS ts, const char **name)
 {
   SlipModel model;
 
@@ -161,6 +199,9 @@ static PetscErrorCode ProblemName(TS ts, const char **name)
   *name = model->ops->name;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+static const SlipProblemOps ModelProblem = {
+  .name = Name_Model, .time_scale = TimeScale_Model, .find = Find_Model, .observe = Observe_Model};
 
 /*@C
   SlipModelConfigureTS - make a TS integrate a small model
@@ -202,9 +243,7 @@ PetscErrorCode SlipModelConfigureTS(SlipModel model, TS ts)
   PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(TSAdaptSetStepLimits(adapt, 1e-9, model->dt_max));
   PetscCall(TSSetApplicationContext(ts, model));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", Observe));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", TimeScale));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipProblemName_C", ProblemName));
+  PetscCall(TSSetSlipProblem(ts, &ModelProblem));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -118,34 +118,71 @@ PetscReal SlipSlidingModeEvent(const SlipSlidingMode *m, PetscReal t, PetscReal 
   return (phase < departs ? departs - phase : PETSC_PI + departs - phase) / m->omega;
 }
 
-/* What policies observe at time t: energy U/U_c = (w/w_max)^2, velocity and state_0 w/w_max, with w_max = |w(0)|;
-   log_event log10 of omega times SlipSlidingModeEvent(), in [-3, 1]; log_state log10(|w| omega/k + 1e-4) in [-4, 1];
-   load |D sin(omega t)|/k, at most 1e3; bend cos(omega t) in the direction of w; rest 1 where w = 0. */
-static PetscBool Observe(SlipModel model, PetscReal t, const PetscReal state[], const char name[], PetscReal *value)
+static PetscReal Ratio(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
+{
+  (void)t;
+  (void)k;
+  return w[0] / PetscAbsReal(model->start[0]);
+}
+
+static PetscReal Energy(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
+{
+  return PetscSqr(Ratio(model, t, w, k));
+}
+
+static PetscReal LogEvent(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
 {
   const SlipSlidingMode *m = (const SlipSlidingMode *)model;
-  const PetscReal w = state[0], ratio = w / PetscAbsReal(model->start[0]), sign = w > 0 ? 1 : (w < 0 ? -1 : 0);
 
-  if (!strcmp(name, "energy")) {
-    *value = PetscSqr(ratio);
-  } else if (!strcmp(name, "velocity") || !strcmp(name, "state_0")) {
-    *value = ratio;
-  } else if (!strcmp(name, "log_event")) {
-    *value =
-      PetscLog10Real(PetscClipInterval(SlipSlidingModeEvent(m, t, w), 1e-3 / m->omega, 10 / m->omega) * m->omega);
-  } else if (!strcmp(name, "log_state")) {
-    *value = m->k > 0 ? PetscLog10Real(PetscMin(PetscAbsReal(w) * m->omega / m->k + 1e-4, 10)) : 1;
-  } else if (!strcmp(name, "load")) {
-    *value = PetscMin(PetscAbsReal(m->D * PetscSinReal(m->omega * t)), 1e3 * m->k) / (m->k > 0 ? m->k : 1);
-  } else if (!strcmp(name, "bend")) {
-    *value = sign * PetscCosReal(m->omega * t);
-  } else if (!strcmp(name, "rest")) {
-    *value = sign == 0 ? 1 : 0;
-  } else {
-    return PETSC_FALSE;
-  }
-  return PETSC_TRUE;
+  (void)k;
+  return PetscLog10Real(PetscClipInterval(SlipSlidingModeEvent(m, t, w[0]), 1e-3 / m->omega, 10 / m->omega) * m->omega);
 }
+
+static PetscReal LogState(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
+{
+  const SlipSlidingMode *m = (const SlipSlidingMode *)model;
+
+  (void)t;
+  (void)k;
+  return m->k > 0 ? PetscLog10Real(PetscMin(PetscAbsReal(w[0]) * m->omega / m->k + 1e-4, 10)) : 1;
+}
+
+static PetscReal LoadRatio(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
+{
+  const SlipSlidingMode *m = (const SlipSlidingMode *)model;
+
+  (void)w;
+  (void)k;
+  return PetscMin(PetscAbsReal(m->D * PetscSinReal(m->omega * t)), 1e3 * m->k) / (m->k > 0 ? m->k : 1);
+}
+
+static PetscReal Bend(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
+{
+  const SlipSlidingMode *m = (const SlipSlidingMode *)model;
+
+  (void)k;
+  return (w[0] > 0 ? 1 : (w[0] < 0 ? -1 : 0)) * PetscCosReal(m->omega * t);
+}
+
+static PetscReal Rest(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
+{
+  (void)model;
+  (void)t;
+  (void)k;
+  return w[0] == 0 ? 1 : 0;
+}
+
+static const SlipModelObservation Observations[] = {
+  {"energy", Energy, 0},      /* U/U_c = (w/w_max)^2, w_max = |w(0)| */
+  {"velocity", Ratio, 0},     /* w/w_max */
+  {"state_0", Ratio, 0},      /* likewise */
+  {"log_event", LogEvent, 0}, /* log10 of omega times SlipSlidingModeEvent(), in [-3, 1] */
+  {"log_state", LogState, 0}, /* log10(|w| omega/k + 1e-4) in [-4, 1] */
+  {"load", LoadRatio, 0},     /* |D sin(omega t)|/k, at most 1e3 */
+  {"bend", Bend, 0},          /* cos(omega t) in the direction of w */
+  {"rest", Rest, 0},          /* 1 where w = 0 */
+  {NULL, NULL, 0},
+};
 
 /* ---- the exact solution, phase by phase ---- */
 
@@ -238,5 +275,5 @@ const SlipModelOps SlipSlidingModeOps = {.name = "sliding_mode",
                                          .force = Force,
                                          .jacobian = Jacobian,
                                          .load = Load,
-                                         .observe = Observe,
+                                         .observations = Observations,
                                          .exact = Exact};

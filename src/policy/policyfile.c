@@ -73,40 +73,26 @@ static PetscErrorCode ReadRange(SlipH5 *h5, SlipPolicy p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadActivation(SlipH5 *h5, const char group[], SlipActivation *activation)
-{
-  char name[64];
-  PetscBool known = PETSC_FALSE;
-  PetscInt kind = 0;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5ReadAttrString(h5, group, "activation", name, sizeof(name)));
-  for (; kind <= SLIP_ACTIVATION_HARDTANH2; kind++) {
-    PetscCall(PetscStrcmp(name, SlipActivations[kind], &known));
-    if (known) break;
-  }
-  PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE,
-             "%s: attribute activation of %s is \"%s\"; expected relu, tanh, linear or hardtanh2", h5->name, group,
-             name);
-  *activation = (SlipActivation)kind;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ReadLayer(SlipH5 *h5, SlipPolicy p, const char group[])
 {
-  char path[128];
+  char path[128], name[64];
   PetscInt shape[2];
   PetscReal *weight = NULL, *bias = NULL;
-  SlipActivation activation = SLIP_ACTIVATION_LINEAR;
+  PetscEnum activation;
+  PetscBool known;
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
-  PetscCall(ReadActivation(h5, group, &activation));
+  PetscCall(SlipH5ReadAttrString(h5, group, "activation", name, sizeof(name)));
+  PetscCall(PetscEnumFind(SlipActivations, name, &activation, &known));
+  PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "%s: attribute activation of %s is \"%s\"; expected relu, tanh, linear or hardtanh2", h5->name, group,
+             name);
   PetscCall(PetscSNPrintf(path, sizeof(path), "%s/weight", group));
   PetscCall(SlipH5ReadReal(h5, path, 2, shape, &weight));
   PetscCall(PetscSNPrintf(path, sizeof(path), "%s/bias", group));
   ierr = ReadVector(h5, path, shape[0], "the rows of weight", &bias);
-  if (!ierr) ierr = SlipPolicyAddLayer(p, shape[1], shape[0], weight, bias, activation);
+  if (!ierr) ierr = SlipPolicyAddLayer(p, shape[1], shape[0], weight, bias, (SlipActivation)activation);
   PetscCall(PetscFree(weight));
   PetscCall(PetscFree(bias));
   PetscCall(ierr);

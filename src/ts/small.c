@@ -14,7 +14,7 @@
   Notes:
   Sets the type bathe with the constraint of SlipConstraintCreateSmall(), exact final time matchstep, unlimited steps,
   rejections and failed solves. Tolerances, step and final time are those of TSSetTolerances(), TSSetTimeStep(),
-  TSSetMaxTime() and TSAdaptSetStepLimits(). Compose "SlipObserve_C" and "SlipTimeScale_C" (slipts.h) if policies are to
+  TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if policies are to
   observe more than the table of observations knows of every problem.
 
   Level: beginner

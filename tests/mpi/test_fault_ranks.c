@@ -19,8 +19,8 @@ static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *ou
   SlipFault fault;
   TS ts;
   Vec w;
-  PetscBool known;
-  PetscErrorCode (*observe)(TS, const char[], PetscReal *, PetscBool *);
+  PetscInt row;
+  const SlipProblemOps *problem;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCreate(comm, &fault));
@@ -34,10 +34,11 @@ static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *ou
   PetscCall(TSSolve(ts, w));
   PetscCall(SlipFaultOutputFinish(fault, ts, 0, 0));
   PetscCall(SlipFaultGetObservables(fault, w, NULL, &out->obs));
-  PetscCall(PetscObjectQueryFunction((PetscObject)ts, "SlipObserve_C", &observe));
+  PetscCall(TSGetSlipProblem(ts, &problem));
   PetscCall(SlipFaultDestroy(&fault)); /* the TS keeps it */
-  PetscCall(observe(ts, "energy", &out->energy, &known));
-  PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault does not know its energy");
+  PetscCall((*problem->find)(ts, "energy", &row));
+  PetscCheck(row >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault does not know its energy");
+  PetscCall((*problem->observe)(ts, 1, &row, &out->energy));
   PetscCall(VecNorm(w, NORM_2, &out->norm));
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));

@@ -39,12 +39,23 @@ static PetscErrorCode GetLastAttempt_Scripted(TS ts, SlipAttempt *attempt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Observe_Scripted(TS ts, const char name[], PetscReal *value, PetscBool *known)
+static PetscErrorCode Find_Scripted(TS ts, const char name[], PetscInt *row)
 {
   PetscFunctionBegin;
   (void)ts;
-  *known = strcmp(name, "energy") || isnan(script.energy) ? PETSC_FALSE : PETSC_TRUE;
-  if (*known) *value = script.energy, script.asked++;
+  *row = strcmp(name, "energy") || isnan(script.energy) ? -1 : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Observe_Scripted(TS ts, PetscInt n, const PetscInt row[], PetscReal value[])
+{
+  PetscFunctionBegin;
+  (void)ts;
+  for (PetscInt i = 0; i < n; i++) {
+    assert_int_equal(0, (int)row[i]);
+    value[i] = script.energy;
+    script.asked++;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -100,6 +111,9 @@ static PetscErrorCode Step_Scripted(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static const SlipProblemOps Scripted = {
+  .time_scale = TimeScale_Scripted, .find = Find_Scripted, .observe = Observe_Scripted};
+
 static PetscErrorCode Create_Scripted(TS ts)
 {
   PetscFunctionBegin;
@@ -108,8 +122,7 @@ static PetscErrorCode Create_Scripted(TS ts)
   ts->usessnes = PETSC_FALSE;
   ts->default_adapt_type = TSADAPTNONE;
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", GetLastAttempt_Scripted));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", Observe_Scripted));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", TimeScale_Scripted));
+  PetscCall(TSSetSlipProblem(ts, &Scripted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -431,6 +444,60 @@ static void rl_actor(void **state)
   ok(TSDestroy(&ts));
 }
 
+static struct {
+  char text[1024];
+  int lines;
+} printed;
+
+/* PetscVFPrintf: keeps what is printed */
+static PetscErrorCode keep_printed(FILE *out, const char format[], va_list args)
+{
+  const size_t n = strlen(printed.text);
+
+  (void)out;
+  vsnprintf(printed.text + n, sizeof(printed.text) - n, format, args);
+  printed.lines++;
+  return 0;
+}
+
+/* The first decision outside the training range is said, once, with the observation that is furthest off in widths of
+   its range: at the start time_fraction = 0 is half a width below [1, 3], log_step =
+   log10(5.1 s/2 s) = 0.41, from the middle of the bounds of the step, sixteen below [2, 2.1]. Every decision counts. Inside the range nothing is said. */
+static void rl_outside(void **state)
+{
+  const char *const names[] = {"time_fraction", "log_step", "failures"};
+  const PetscReal w[] = {0, 0, 0}, error[] = {1, 1}, wide[2][3] = {{0, -3, 0}, {2, 3, 0}},
+                  narrow[2][3] = {{1, 2, 0}, {3, 2.1, 0}};
+  PetscErrorCode (*print)(FILE *, const char[], va_list) = PetscVFPrintf;
+
+  (void)state;
+  for (int k = 0; k < 2; k++) {
+    TS ts = start(TSADAPTRL, "", 77);
+    SlipPolicy p = policy(3, names, w, 0);
+    PetscInt outside, decisions;
+    TSAdapt adapt;
+
+    ok(SlipPolicySetRange(p, k ? narrow[0] : wide[0], k ? narrow[1] : wide[1]));
+    ok(TSGetAdapt(ts, &adapt));
+    ok(TSAdaptRLSetPolicy(adapt, p));
+    ok(SlipPolicyDestroy(&p));
+    memset(&printed, 0, sizeof(printed));
+    PetscVFPrintf = keep_printed;
+    ok(run(ts, 2, error));
+    PetscVFPrintf = print;
+    ok(TSAdaptRLGetCounts(adapt, &decisions, &outside, NULL, NULL));
+    assert_true(decisions >= 2);
+    assert_int_equal(k ? (int)decisions : 0, (int)outside);
+    assert_int_equal(k, printed.lines);
+    if (k) {
+      assert_non_null(strstr(printed.text, "2 of 3 observations are outside the training range of policy (in memory)"));
+      assert_non_null(strstr(printed.text, "most of all log_step = "));
+      assert_non_null(strstr(printed.text, "in training 2 to 2.1 (said once"));
+    }
+    ok(TSDestroy(&ts));
+  }
+}
+
 static void rl_errors(void **state)
 {
   const char *const unknown[] = {"energy", "temperature"}, *const accuracy[] = {"accuracy"}, *const far[] = {"state_3"};
@@ -478,7 +545,7 @@ int main(int argc, char **argv)
     cmocka_unit_test(heuristic),    cmocka_unit_test(heuristic_again), cmocka_unit_test(heuristic_options),
     cmocka_unit_test(pi_filter),    cmocka_unit_test(pi_cap),          cmocka_unit_test(rl_observations),
     cmocka_unit_test(rl_fallbacks), cmocka_unit_test(rl_guard_rail),   cmocka_unit_test(rl_ceiling),
-    cmocka_unit_test(rl_actor),     cmocka_unit_test(rl_errors)};
+    cmocka_unit_test(rl_actor),     cmocka_unit_test(rl_errors),       cmocka_unit_test(rl_outside)};
 
   return RunTests(argc, argv, tests, Register, NULL);
 }

@@ -132,13 +132,13 @@ static void needs_estimate(void **state)
 
 static PetscReal rest_time(Run *r)
 {
-  PetscErrorCode (*ask)(TS, PetscReal *);
+  const SlipProblemOps *problem;
   PetscReal rest;
 
-  ok(PetscObjectQueryFunction((PetscObject)r->ts, "SlipRestTime_C", &ask));
-  assert_non_null(ask);
+  ok(TSGetSlipProblem(r->ts, &problem));
+  assert_non_null(problem);
   ok(TSSetSolution(r->ts, r->w));
-  ok((*ask)(r->ts, &rest));
+  ok((*problem->rest_time)(r->ts, &rest));
   return rest;
 }
 

@@ -297,8 +297,9 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
 
   st.B = Take(&work, n * n);
   st.L = Take(&work, n * n);
-  double **list[arrays] = {&st.c,   &st.s0, &st.x, &st.g,  &st.q,  &st.dq,   &st.F, &st.slope, &st.dx, &st.xs,  &st.rho,
-                           &st.b,   &st.mask, &st.x1, &st.g1, &st.rho1, &v1,   &u1,       &s1,    &tmp,    &base_u, &ds};
+  double **list[arrays] = {&st.c,  &st.s0, &st.x,   &st.g, &st.q,    &st.dq, &st.F,  &st.slope,
+                           &st.dx, &st.xs, &st.rho, &st.b, &st.mask, &st.x1, &st.g1, &st.rho1,
+                           &v1,    &u1,    &s1,     &tmp,  &base_u,  &ds};
 
   for (size_t k = 0; k < arrays; ++k) *list[k] = Take(&work, n);
   /* stage 1: trapezoidal rule to t + gamma h */
@@ -394,8 +395,7 @@ static PetscErrorCode Entries(Mat A, PetscInt n, double a[])
 
 PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
 {
-  PetscReal mass, tstar, perturbation;
-  double uc = 0, q0 = 0;
+  PetscReal mass, tstar, perturbation, scale;
   const PetscScalar *w;
   PetscInt n;
   Mat K, H;
@@ -408,6 +408,8 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   PetscCall(SlipFaultGetFriction(fault, &p->friction));
   PetscCall(SlipFaultGetTimeScale(fault, &tstar));
   PetscCall(SlipFaultGetReal(fault, "initial_perturbation", &perturbation));
+  PetscCall(SlipFaultGetReal(fault, "velocity_scale", &scale));
+  p->velocity_scale = (double)scale;
   p->friction.weight = NULL; /* 1 on a grid */
   SlipBatheSetUp(GAMMA, &p->bathe);
   p->mass = (double)mass;
@@ -423,11 +425,11 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
     p->mean_dc += p->friction.slip[i] / (double)n;
     p->mean_drop += PlainFaultWeakening(p, i) / (double)n;
     p->critical_energy += u * q;
-    uc += u / (double)n;
-    q0 += q / (double)n;
+    p->mean_uc += u / (double)n;
+    p->mean_q0 += q / (double)n;
   }
   PetscCall(VecRestoreArrayRead(start, &w));
-  p->drop_slip = p->mean_drop / q0 * uc;
+  p->drop_slip = p->mean_drop / p->mean_q0 * p->mean_uc;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,5 +1,4 @@
-/* See plainsmall.h. The step of src/ts/bathestep.c, the rules of src/adapt/rl.c and TSAdaptChoose(), the observations
-   of src/adapt/observe.c. */
+/* See plainsmall.h. The step of src/ts/bathestep.c; observations and the rules of steps are the library's (slipcore.h). */
 #include "plainsmall.h"
 #include <slipcompat.h>
 
@@ -70,107 +69,99 @@ static void Step(const PlainSmall *p, PetscReal t, PetscReal h, PetscReal w[])
   Stage(p, theta[1], theta[1], b, w);
 }
 
-/* ---- observations ---- */
+/* ---- a run ---- */
 
 typedef struct {
   const PlainSmall *p;
-  PetscReal accuracy, time, last_dt;
+  SlipPolicy policy;
+  PetscInt n;
+  SlipObserved seen[MAX_SEEN];
+  SlipRunNumbers run;
   const PetscReal *w;
-  PetscBool started;
-} Seen;
+} Chooser;
 
-/* Those that the library knows of every problem */
-static PetscBool ObserveCommon(const Seen *o, const char name[], PetscReal *value)
+/* Rows of the policy's observations; the model's own go first */
+static PetscErrorCode FindRows(Chooser *c, PetscBool *known)
 {
-  const PlainSmall *p = o->p;
+  const char *const *names;
 
-  if (!strcmp(name, "log_accuracy")) {
-    *value = PetscLog10Real(o->accuracy);
-  } else if (!strcmp(name, "log_time_left")) {
-    *value = PetscLog10Real(PetscClipInterval((p->tmax - o->time) / p->tstar, (PetscReal)1e-3, (PetscReal)1e3));
-  } else if (!strcmp(name, "time_fraction")) {
-    *value = o->time / p->tmax;
-  } else if (!strcmp(name, "log_step")) {
-    *value = PetscLog10Real(PetscClipInterval(o->last_dt / p->tstar, (PetscReal)1e-16, (PetscReal)1e16));
-  } else if (!strcmp(name, "converged")) {
-    *value = o->started ? 1 : 0;
-  } else {
-    return PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyGetObservations(c->policy, &c->n, &names));
+  *known = c->n <= MAX_SEEN ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt i = 0; i < c->n && *known; ++i) {
+    SlipObserved *seen = &c->seen[i];
+
+    SlipObservedSet(seen, names[i]);
+    if (SlipObservedOfState(seen)) seen->own = SlipModelFindObservation(c->p->model, seen->name + seen->change);
+    *known = seen->own >= 0 || SlipObservedOfRun(seen) ? PETSC_TRUE : PETSC_FALSE;
   }
-  return PETSC_TRUE;
-}
-
-static PetscBool Observe(const Seen *o, const char name[], PetscReal *value)
-{
-  return (*o->p->observe)(o->p->model, o->time, o->w, name, value) || ObserveCommon(o, name, value) ? PETSC_TRUE
-                                                                                                    : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode PlainSmallKnows(const PlainSmall *p, SlipPolicy policy, PetscBool *known)
 {
-  const Seen o = {.p = p, .accuracy = 1, .w = p->start, .last_dt = p->tstar};
-  const char *const *names;
-  PetscReal value;
-  PetscInt n;
+  Chooser c = {.p = p, .policy = policy};
 
   PetscFunctionBegin;
-  PetscCall(SlipPolicyGetObservations(policy, &n, &names));
-  *known = n <= MAX_SEEN ? PETSC_TRUE : PETSC_FALSE;
-  for (PetscInt i = 0; i < n && *known; ++i) *known = Observe(&o, names[i], &value);
+  PetscCall(FindRows(&c, known));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- a run ---- */
-
-/* PETSc's matching of the final time with its default factors: the last two steps are halves of what is left. */
-static PetscReal Match(PetscReal h, PetscReal left)
+static PetscErrorCode Choose(Chooser *c, PlainSmallWatchFn fn, void *ctx, PetscReal *h)
 {
-  if (left <= 0) return h;
-  if (1.01 * h > left) return left;
-  return 2 * h > left ? 0.5 * left : h;
-}
-
-static PetscErrorCode Choose(const Seen *o, SlipPolicy policy, PlainSmallWatchFn fn, void *ctx, PetscReal *h)
-{
-  const char *const *names;
+  const SlipModel model = c->p->model;
   PetscReal obs[MAX_SEEN], action;
-  PetscInt n;
 
   PetscFunctionBegin;
-  PetscCall(SlipPolicyGetObservations(policy, &n, &names));
-  for (PetscInt i = 0; i < n; ++i) Observe(o, names[i], &obs[i]);
-  if (fn) fn(n, obs, ctx);
-  PetscCall(SlipPolicyEvaluate(policy, obs, &action, NULL));
-  PetscCall(SlipPolicyActionToStep(policy, action, o->p->tstar, o->p->tmax, h));
-  *h = PetscClipInterval(*h, o->p->dt_low, o->p->dt_high);
+  for (PetscInt i = 0; i < c->n; ++i) {
+    SlipObserved *seen = &c->seen[i];
+
+    if (seen->own >= 0) {
+      const SlipModelObservation *row = &model->ops->observations[seen->own];
+
+      obs[i] = SlipObservedTake(seen, (*row->value)(model, c->run.time, c->w, row->k));
+    } else {
+      obs[i] = SlipObservedTake(seen, (*seen->row->run)(&c->run));
+    }
+  }
+  if (fn) fn(c->n, obs, ctx);
+  PetscCall(SlipPolicyEvaluate(c->policy, obs, &action, NULL));
+  PetscCall(SlipPolicyActionToStep(c->policy, action, c->run.tstar, c->run.max_time, h));
+  *h = PetscClipInterval(*h, c->p->dt_low, c->p->dt_high);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode PlainSmallRun(const PlainSmall *p, SlipPolicy policy, PetscReal accuracy, EnvReference reference,
                              PetscInt max_steps, PlainSmallWatchFn fn, void *ctx, PlainSmallResult *result)
 {
-  PetscReal w[SMALL_MAX_STATES] = {p->start[0], p->start[1], p->start[2]}, h, low, high;
-  Seen o = {.p = p, .accuracy = accuracy, .w = w};
+  PetscReal w[SMALL_MAX_STATES] = {p->start[0], p->start[1], p->start[2]}, h;
+  Chooser c = {.p = p,
+               .policy = policy,
+               .w = w,
+               .run = {.accuracy = accuracy, .max_time = p->tmax, .tstar = p->tstar, .converged = PETSC_TRUE}};
+  SlipRunNumbers *o = &c.run;
   SmallErrors errors;
+  PetscBool known;
 
   PetscFunctionBegin;
-  PetscCall(SlipPolicyGetStepBounds(policy, p->tstar, p->tmax, &low, &high));
-  o.last_dt = 0.5 * (low + high);
+  PetscCall(FindRows(&c, &known));
+  PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_SUP, "A plain model does not know all observations of the policy");
+  PetscCall(SlipPolicyGetStepBounds(policy, p->tstar, p->tmax, &o->dt_min, &o->dt_max));
   SmallErrorsStart(reference, w, &errors);
   result->steps = 0;
-  PetscCall(Choose(&o, policy, fn, ctx, &h));
+  PetscCall(Choose(&c, fn, ctx, &h));
   h = PetscMin(h, p->tmax);
-  while (o.time < p->tmax && result->steps < max_steps) {
-    Step(p, o.time, h, w);
-    o.time += h;
-    o.last_dt = h;
-    o.started = PETSC_TRUE;
+  while (o->time < p->tmax && result->steps < max_steps) {
+    Step(p, o->time, h, w);
+    o->time += h;
+    o->dt = h;
+    o->started = PETSC_TRUE;
     result->steps++;
-    SmallErrorsStep(&errors, o.time, w);
-    PetscCall(Choose(&o, policy, fn, ctx, &h));
-    h = Match(h, p->tmax - o.time);
+    SmallErrorsStep(&errors, o->time, w);
+    PetscCall(Choose(&c, fn, ctx, &h));
+    h = SlipControlMatch(h, p->tmax - o->time);
   }
-  result->finished = o.time >= p->tmax ? PETSC_TRUE : PETSC_FALSE;
+  result->finished = o->time >= p->tmax ? PETSC_TRUE : PETSC_FALSE;
   SmallErrorsEnd(&errors, result->error);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -10,11 +10,9 @@ struct PlainSmall {
   PetscInt n;
   PetscReal A[SMALL_MAX_STATES], G[SMALL_MAX_STATES][SMALL_MAX_STATES], q;
   PetscReal start[SMALL_MAX_STATES];
-  PetscReal tstar, tmax, dt_low, dt_high;           /* [s]; the controller's limits of the step */
-  SlipModel model;                                  /* what the two functions are given */
-  PetscReal (*force)(SlipModel model, PetscReal t); /* NULL: zero */
-  /* The problem's own observations, as its "SlipObserve_C" says them */
-  PetscBool (*observe)(SlipModel model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value);
+  PetscReal tstar, tmax, dt_low, dt_high; /* [s]; the controller's limits of the step */
+  SlipModel model;                        /* whose load (NULL: none) and observations these are */
+  PetscReal (*force)(SlipModel model, PetscReal t);
 };
 
 typedef struct {

@@ -80,13 +80,13 @@ static PetscErrorCode ScaleTolerances(TS ts, PetscReal factor)
 /* The accuracy dial, where the controller has one. */
 static PetscErrorCode SetAccuracy(TSAdapt adapt, PetscReal accuracy)
 {
-  PetscErrorCode (*set)(TSAdapt, PetscReal);
+  PetscBool learned;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectQueryFunction((PetscObject)adapt, "TSAdaptRLSetAccuracy_C", &set));
-  PetscCheck(set, PetscObjectComm((PetscObject)adapt), PETSC_ERR_SUP,
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
+  PetscCheck(learned, PetscObjectComm((PetscObject)adapt), PETSC_ERR_SUP,
              "this controller knows no accuracy (-evaluate_accuracies)");
-  PetscCall((*set)(adapt, accuracy));
+  PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -173,7 +173,7 @@ static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
   e->tmax = d->margin * e->course.rest;
   PetscCall(TSCreate(PETSC_COMM_SELF, &e->ts));
   PetscCall(SlipFaultConfigureTS(e->fault, e->ts));
-  PetscCall(TSBatheAddAttemptMonitor(e->ts, Measure, e));
+  PetscCall(TSBatheMonitorSet(e->ts, Measure, e, NULL));
   PetscCall(TSSetSolution(e->ts, e->w));
   PetscCall(TSSetMaxTime(e->ts, e->tmax));
   PetscCall(TSSetMaxSteps(e->ts, EPISODE_MAX_STEPS));

@@ -300,13 +300,8 @@ PetscErrorCode ProblemSmallPlain(const EnvRun *run, PlainSmall *p)
   TSAdapt adapt;
 
   PetscFunctionBegin;
-  *p = (PlainSmall){.n = n,
-                    .q = model->bound,
-                    .tstar = run->tstar,
-                    .tmax = run->tmax,
-                    .model = model,
-                    .force = model->ops->load,
-                    .observe = model->ops->observe};
+  *p = (PlainSmall){
+    .n = n, .q = model->bound, .tstar = run->tstar, .tmax = run->tmax, .model = model, .force = model->ops->load};
   PetscCall((*model->ops->jacobian)(0, model->start, J, model));
   for (PetscInt i = 0; i < n; ++i) {
     p->A[i] = model->mass[i];

@@ -103,7 +103,9 @@ typedef enum {
 
 typedef struct {
   PetscReal sum[FAULT_NUM_SUMS];
-  PetscReal max_v; /* max |v| [m/s] */
+  PetscReal max_v;        /* max |v| [m/s] */
+  PetscObjectId id;       /* of the state that they belong to */
+  PetscObjectState state; /* and how it was then */
 } SlipFaultSums;
 
 /* What the integrator's last attempt says: its local error and the derivative of the rate at its end. */
@@ -178,7 +180,6 @@ struct _p_SlipFault {
 
   SlipFaultSums sums;
   SlipFaultEstimates estimates;
-  PetscReal *summed; /* the state that the sums belong to [3 n] */
   SlipFaultOutput output;
   SlipFaultRunError run_error;
   PetscBool check_error; /* -fault_check_error */
@@ -202,8 +203,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec 
 PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F);
 PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums);
-PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, const char name[], PetscReal *value,
-                                             PetscBool *known);
+PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscInt row[],
+                                             PetscReal value[]);
 PETSC_EXTERN PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip);
 PETSC_EXTERN PetscErrorCode SlipFaultRunErrorDestroy(SlipFault fault);

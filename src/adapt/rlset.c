@@ -1,0 +1,316 @@
+/* TSADAPTRL: what it is given - a policy or an actor, the accuracy dial - and what it tells of itself. The setters ask
+   for the type of the controller, not for a composed function: nothing else can take what they set. */
+#include <slipstep/private/slipadapt.h>
+
+/* NULL when the controller is of another type */
+static PetscErrorCode Context_RL(TSAdapt adapt, TSAdapt_RL **rl)
+{
+  PetscBool learned;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
+  *rl = learned ? (TSAdapt_RL *)adapt->data : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Names of what is observed, in the order of the policy or the actor. */
+static PetscErrorCode TSAdaptRLSetNames(TSAdapt adapt, PetscInt n, const char *const names[])
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+
+  PetscFunctionBegin;
+  PetscCall(PetscFree2(rl->seen, rl->obs));
+  PetscCall(PetscCalloc2(n, &rl->seen, n, &rl->obs));
+  rl->n = n;
+  rl->needs_error = rl->sees_accuracy = PETSC_FALSE;
+  for (PetscInt i = 0; i < n; i++) {
+    const SlipObservation *row;
+    PetscBool dial, error;
+
+    SlipObservedSet(&rl->seen[i], names[i]);
+    row = rl->seen[i].row;
+    /* a problem's own observation of the error estimate is called so */
+    PetscCall(PetscStrendswith(names[i], "_error", &error));
+    if (row ? row->reads & SLIP_READS_ERROR : error) rl->needs_error = PETSC_TRUE;
+    PetscCall(PetscStrcmp(names[i], SLIP_OBSERVES_ACCURACY, &dial));
+    if (dial) rl->sees_accuracy = PETSC_TRUE;
+  }
+  rl->begun = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSAdaptRLSetPolicy - the policy that chooses the steps
+
+  Logically collective; without effect when the type of adapt is not `TSADAPTRL`
+
+  Input Parameters:
++ adapt  - the controller
+- policy - the policy, referenced
+
+  Options Database Key:
+. -ts_adapt_rl_policy <file.h5> - load it from a file
+
+  Level: intermediate
+
+.seealso: TSAdaptRLSetPolicyFile(), TSAdaptRLGetPolicy(), SlipPolicyLoad()
+@*/
+PetscErrorCode TSAdaptRLSetPolicy(TSAdapt adapt, SlipPolicy policy)
+{
+  TSAdapt_RL *rl = NULL;
+  PetscInt n;
+  const char *const *names;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(policy, SLIP_POLICY_CLASSID, 2);
+  PetscCall(Context_RL(adapt, &rl));
+  if (!rl) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipPolicyReference(policy));
+  PetscCall(SlipPolicyDestroy(&rl->policy));
+  rl->policy = policy;
+  rl->default_of[0] = 0;
+  if (rl->actor) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipPolicyGetObservations(policy, &n, &names));
+  PetscCall(TSAdaptRLSetNames(adapt, n, names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  TSAdaptRLSetPolicyFile - load the policy that chooses the steps
+
+  Collective
+
+  Input Parameters:
++ adapt - the controller
+- file  - HDF5 file, errors as in `SlipPolicyLoad()`
+
+  Level: beginner
+
+.seealso: TSAdaptRLSetPolicy()
+@*/
+PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[])
+{
+  SlipPolicy policy;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
+  PetscCall(SlipPolicyCreate(PetscObjectComm((PetscObject)adapt), &policy));
+  ierr = SlipPolicyLoad(policy, file);
+  if (!ierr) ierr = TSAdaptRLSetPolicy(adapt, policy);
+  PetscCall(SlipPolicyDestroy(&policy));
+  PetscCall(ierr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSAdaptRLGetPolicy - the policy that chooses the steps
+
+  Not collective
+
+  Input Parameter:
+. adapt - the controller
+
+  Output Parameter:
+. policy - borrowed; `NULL` when there is none or the controller is not `TSADAPTRL`
+
+  Level: intermediate
+
+.seealso: TSAdaptRLSetPolicy(), SlipPolicyGetHash(), SlipPolicyGetFile()
+@*/
+PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(Context_RL(adapt, &rl));
+  *policy = rl ? rl->policy : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  TSAdaptRLSetActor - let a function, a trainer's, choose the steps in place of a policy
+
+  Logically collective
+
+  Input Parameters:
++ adapt  - the controller
+. n      - number of observations
+. names  - their names [n], see `SlipObservationView()`
+. dt_min - smallest step the actor may choose [s], for the observation "step"
+. dt_max - largest [s]
+. fn     - called before the first step and after every attempt, `NULL` goes back to the policy
+- ctx    - passed to fn
+
+  Level: advanced
+
+.seealso: TSAdaptRLSetPolicy()
+@*/
+PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const names[], PetscReal dt_min,
+                                 PetscReal dt_max, TSAdaptRLActorFn fn, void *ctx)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(Context_RL(adapt, &rl));
+  if (!rl) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!fn || (dt_min >= 0 && dt_min < dt_max), PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+             "Steps of an actor in [%g, %g] s; expected 0 <= dt_min < dt_max", (double)dt_min, (double)dt_max);
+  rl->actor = fn;
+  rl->actor_ctx = ctx;
+  rl->actor_dt[0] = dt_min;
+  rl->actor_dt[1] = dt_max;
+  if (!fn) n = 0;
+  if (!fn && rl->policy) PetscCall(SlipPolicyGetObservations(rl->policy, &n, &names));
+  PetscCall(TSAdaptRLSetNames(adapt, n, names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSAdaptRLSetAccuracy - the accuracy dial: the relative error of the run's result that the user wants
+
+  Logically collective; without effect when the type of adapt is not `TSADAPTRL`
+
+  Input Parameters:
++ adapt    - the controller
+- accuracy - wanted relative error of the final slip (or of what another problem calls its result), dimensionless,
+             between `TSADAPTRL_ACCURACY_MIN` and `TSADAPTRL_ACCURACY_MAX`
+
+  Options Database Key:
+. -ts_adapt_rl_accuracy <0.01> - the same
+
+  Level: beginner
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for an accuracy outside of the bounds
+
+  Note:
+  A policy that lists the observation log_accuracy follows the dial; any other one was trained for one trade of accuracy
+  against cost and ignores it, which `TSAdaptView()` says.
+
+.seealso: TSAdaptRLGetAccuracy(), TSAdaptRLSetPolicyFile()
+@*/
+PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(Context_RL(adapt, &rl));
+  PetscValidLogicalCollectiveReal(adapt, accuracy, 2);
+  PetscCheck(accuracy >= TSADAPTRL_ACCURACY_MIN && accuracy <= TSADAPTRL_ACCURACY_MAX,
+             PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_adapt_rl_accuracy is %g; expected a relative error between %g and %g", (double)accuracy,
+             TSADAPTRL_ACCURACY_MIN, TSADAPTRL_ACCURACY_MAX);
+  if (rl) rl->accuracy = rl->observer.run.accuracy = accuracy;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSAdaptRLGetAccuracy - the accuracy dial
+
+  Not collective
+
+  Input Parameter:
+. adapt - the controller
+
+  Output Parameter:
+. accuracy - wanted relative error of the run's result, dimensionless; 0 when the type of adapt is not `TSADAPTRL`
+
+  Level: intermediate
+
+.seealso: TSAdaptRLSetAccuracy()
+@*/
+PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(Context_RL(adapt, &rl));
+  *accuracy = rl ? rl->accuracy : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSAdaptRLGetCounts - what the learned controller did, and how often its guard rails acted
+
+  Not collective
+
+  Input Parameter:
+. adapt - the controller
+
+  Output Parameters (each may be `NULL`; 0 when adapt is not `TSADAPTRL`):
++ decisions - steps that the policy chose, over all runs
+. outside   - of these, with an observation beyond its training range by more than a tenth of the range's width
+. failures  - attempts that did not converge
+- halvings  - steps halved after too many failures in a row
+
+  Level: intermediate
+
+.seealso: TSADAPTRL, SlipPolicySetRange()
+@*/
+PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decisions, PetscInt *outside, PetscInt *failures,
+                                  PetscInt *halvings)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(Context_RL(adapt, &rl));
+  if (decisions) *decisions = rl ? rl->decisions : 0;
+  if (outside) *outside = rl ? rl->outside : 0;
+  if (failures) *failures = rl ? rl->failures : 0;
+  if (halvings) *halvings = rl ? rl->halvings : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- without a policy: the default one of its problem ---- */
+
+/*
+  A policy that names its problem is for that one, unless -ts_adapt_rl_problem names it too. Without any it is the default
+  one of -ts_adapt_rl_problem, or of what the problem calls itself.
+*/
+PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+  const MPI_Comm comm = PetscObjectComm((PetscObject)adapt);
+  const SlipProblemOps *problem;
+  const char *name = rl->problem, *trained, *source;
+  char file[PETSC_MAX_PATH_LEN];
+  PetscBool found;
+
+  PetscFunctionBegin;
+  if (rl->actor) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetSlipProblem(ts, &problem));
+  if (!name[0] && problem && problem->name) PetscCall((*problem->name)(ts, &name));
+  if (rl->policy) {
+    PetscCall(SlipPolicyGetAttribute(rl->policy, "problem", &trained));
+    PetscCall(SlipPolicyGetFile(rl->policy, &source));
+    PetscCheck(!trained || !name[0] || !strcmp(trained, name), comm, PETSC_ERR_ARG_WRONG,
+               "Policy %s was trained for the problem %s, not for %s (-ts_adapt_rl_policy; -ts_adapt_rl_problem %s "
+               "takes it nevertheless)",
+               source, trained, name, trained);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCheck(name[0], comm, PETSC_ERR_ARG_WRONGSTATE,
+             "-ts_adapt_type rl has no policy, and this problem has no default one; name a policy with "
+             "-ts_adapt_rl_policy <file.h5>, or with -ts_adapt_rl_problem the problem whose default to take");
+  PetscCall(SlipPolicyFindDefault(comm, name, file, sizeof(file), &found));
+  PetscCheck(
+    found, comm, PETSC_ERR_FILE_OPEN,
+    "-ts_adapt_type rl has no policy, and the default one of the problem %s, %s, is not there; name a policy with "
+    "-ts_adapt_rl_policy <file.h5>, or the folder with the environment variable SLIPSTEP_POLICY_DIR",
+    name, file);
+  PetscCall(TSAdaptRLSetPolicyFile(adapt, file));
+  PetscCall(PetscStrncpy(rl->default_of, name, sizeof(rl->default_of)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A policy that was found, not given, is looked for again: the next problem may be another. */
+PetscErrorCode TSAdaptRLForgetDefault_Private(TSAdapt adapt)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+
+  PetscFunctionBegin;
+  if (rl->default_of[0]) PetscCall(SlipPolicyDestroy(&rl->policy));
+  rl->default_of[0] = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

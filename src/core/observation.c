@@ -1,0 +1,336 @@
+/* Observations: what a policy may be told before it chooses a step, one row each, all dimensionless. Formulas of plain
+   numbers, so that the controller, the fault and the trainer's loops without objects say the same: a new observation is
+   a row and its formula here, and a member of SlipRunNumbers or SlipFaultNumbers when it needs another sum. */
+#include <slipcompat.h>
+#include <slipcore.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define CRITICAL_RESIDUAL 4 /* E_c of the residual */
+#define FAILED_RESIDUAL 2   /* what a solve that failed or was not run counts as */
+#define LOG_FLOOR 1e-16     /* smallest argument of a logarithm */
+#define RATE_FLOOR 1e-12    /* slip rates below count as standing still where their logarithm is taken [m/s] */
+
+static const char Change[] = "change_";
+
+static PetscReal LogWithin(PetscReal x, PetscReal low, PetscReal high)
+{
+  return PetscLog10Real(PetscClipInterval(x, low, high));
+}
+
+static PetscReal LogClipped(PetscReal x)
+{
+  return LogWithin(x, (PetscReal)LOG_FLOOR, (PetscReal)(1 / LOG_FLOOR));
+}
+
+static PetscReal PositiveOr1(PetscReal x)
+{
+  return x > 0 ? x : 1;
+}
+
+/* ---- of any run ---- */
+
+/* Before the first attempt its residual counts as that of one failed solve. */
+static PetscReal LastResidual(const SlipRunNumbers *r)
+{
+  return r->started ? r->residual : FAILED_RESIDUAL;
+}
+
+static PetscReal Residual(const SlipRunNumbers *r)
+{
+  return LastResidual(r) / CRITICAL_RESIDUAL;
+}
+
+static PetscReal LogResidual(const SlipRunNumbers *r)
+{
+  return LogClipped(LastResidual(r));
+}
+
+static PetscReal Converged(const SlipRunNumbers *r)
+{
+  return r->started && r->converged ? 1 : 0;
+}
+
+static PetscReal Accuracy(const SlipRunNumbers *r)
+{
+  return r->started && r->converged ? 1 / (1 + r->error) : 0;
+}
+
+static PetscReal LogError(const SlipRunNumbers *r)
+{
+  const PetscReal error = !r->started ? 1 : (r->converged ? r->error : 2);
+
+  return PetscClipInterval(LogClipped(error), (PetscReal)-6, (PetscReal)6);
+}
+
+static PetscReal Step(const SlipRunNumbers *r)
+{
+  PetscReal step;
+
+  if (!r->started) return -0.5;
+  step = PetscClipInterval((r->dt - r->dt_min) / (r->dt_max - r->dt_min), (PetscReal)0, (PetscReal)1);
+  return r->converged ? step : -step;
+}
+
+static PetscReal LogStep(const SlipRunNumbers *r)
+{
+  return LogClipped((r->started ? r->dt : 0.5 * (r->dt_min + r->dt_max)) / r->tstar);
+}
+
+static PetscReal TimeFraction(const SlipRunNumbers *r)
+{
+  return r->max_time < PETSC_MAX_REAL ? r->time / r->max_time : 0;
+}
+
+static PetscReal LogTimeScale(const SlipRunNumbers *r)
+{
+  return r->max_time < PETSC_MAX_REAL ? LogClipped(r->max_time / r->tstar) : 0;
+}
+
+static PetscReal LogTimeLeft(const SlipRunNumbers *r)
+{
+  const PetscReal left = r->max_time < PETSC_MAX_REAL ? (r->max_time - r->time) / r->tstar : PETSC_MAX_REAL;
+
+  return LogWithin(left, (PetscReal)1e-3, (PetscReal)1e3);
+}
+
+static PetscReal LogAccuracy(const SlipRunNumbers *r)
+{
+  return PetscLog10Real(r->accuracy);
+}
+
+static PetscReal Failures(const SlipRunNumbers *r)
+{
+  return (PetscReal)r->failures;
+}
+
+static PetscReal SquaredNorm(const SlipRunNumbers *r)
+{
+  return PetscSqr(r->norm / PositiveOr1(r->norm0));
+}
+
+static PetscReal Mean(const SlipRunNumbers *r)
+{
+  return r->mean / PositiveOr1(r->max0);
+}
+
+static PetscReal Component(const SlipRunNumbers *r)
+{
+  return r->component / (r->component0 != 0 ? r->component0 : PositiveOr1(r->max0));
+}
+
+/* ---- of a fault ---- */
+
+/* The slip that the strength drop implies, D [m]; d_c for friction that does not weaken */
+static PetscReal DropSlip(const SlipFaultNumbers *f)
+{
+  return f->drop_slip > 0 ? f->drop_slip : f->mean_dc;
+}
+
+static PetscReal LogOfRate(const SlipFaultNumbers *f, PetscReal rate)
+{
+  return LogWithin(rate * f->tstar / DropSlip(f), (PetscReal)1e-6, (PetscReal)1e6);
+}
+
+static PetscReal LogRate(const SlipFaultNumbers *f)
+{
+  return LogOfRate(f, f->rate);
+}
+
+static PetscReal LogPeakRate(const SlipFaultNumbers *f)
+{
+  return LogOfRate(f, f->peak);
+}
+
+/* In units of d_c/T* [m/s] */
+static PetscReal LogVelocity(const SlipFaultNumbers *f)
+{
+  return PetscLog10Real(PetscMax(f->peak, RATE_FLOOR) / (f->mean_dc / f->tstar));
+}
+
+static PetscReal LogMeanVelocity(const SlipFaultNumbers *f)
+{
+  return PetscLog10Real(PetscMax(f->rate, RATE_FLOOR) / (f->mean_dc / f->tstar));
+}
+
+static PetscReal Velocity(const SlipFaultNumbers *f)
+{
+  return f->velocity / f->velocity_scale;
+}
+
+static PetscReal Energy(const SlipFaultNumbers *f)
+{
+  return f->energy / PositiveOr1(f->critical_energy);
+}
+
+static PetscReal Kinetic(const SlipFaultNumbers *f)
+{
+  return f->kinetic / PositiveOr1(f->critical_energy);
+}
+
+static PetscReal LogEnergyRate(const SlipFaultNumbers *f)
+{
+  const PetscReal rate = 2 * PetscAbsReal(f->power) * f->tstar / PositiveOr1(f->critical_energy);
+
+  return PetscLog10Real(PetscMax(rate, RATE_FLOOR));
+}
+
+static PetscReal SlidingFraction(const SlipFaultNumbers *f)
+{
+  return f->sliding;
+}
+
+static PetscReal Slip(const SlipFaultNumbers *f)
+{
+  return f->slip / f->mean_dc;
+}
+
+static PetscReal Progress(const SlipFaultNumbers *f)
+{
+  return f->slip / DropSlip(f);
+}
+
+static PetscReal Displacement(const SlipFaultNumbers *f)
+{
+  return f->displacement / PositiveOr1(f->mean_uc);
+}
+
+static PetscReal Strength(const SlipFaultNumbers *f)
+{
+  return f->strength / PositiveOr1(f->mean_q0);
+}
+
+static PetscReal Weakening(const SlipFaultNumbers *f)
+{
+  return f->weakening / PositiveOr1(f->mean_drop);
+}
+
+static PetscReal LogDrop(const SlipFaultNumbers *f)
+{
+  return PetscLog10Real(DropSlip(f) / f->mean_dc);
+}
+
+/* Before the first attempt and where the integrator gives no estimate: as if a thousandth of D */
+static PetscReal LogSlipError(const SlipFaultNumbers *f)
+{
+  return f->estimated ? LogWithin(f->slip_error / DropSlip(f), (PetscReal)1e-9, (PetscReal)1e3) : -3;
+}
+
+static PetscReal Growth(const SlipFaultNumbers *f)
+{
+  return f->estimated && f->total_rate != 0 ? PetscAsinhReal(f->tstar * f->growth / f->total_rate) : 0;
+}
+
+/* h, E and residuals are those of the last attempt. What follows "else" serves problems that do not supply the row;
+   rows without a formula of any run are those of faults. */
+const SlipObservation SlipObservations[] = {
+  {"energy", SLIP_READS_STATE, SquaredNorm, Energy, "mean internal energy / critical energy; else |w|^2/|w_0|^2"},
+  {"velocity", SLIP_READS_STATE, Mean, Velocity, "mean rate / its estimated maximum; else mean of w / max |w_0|"},
+  {"state_", SLIP_READS_STATE, Component, NULL, "state_k: component k of the state / its start; else w_k/w_k(0)"},
+  {"residual", SLIP_READS_RESIDUAL, Residual, NULL, "sum of the attempt's final residuals / 4; 0.5 at the start"},
+  {"converged", 0, Converged, NULL, "1 when the attempt converged, else 0; 0 at the start"},
+  {"accuracy", SLIP_READS_ERROR, Accuracy, NULL, "1/(1 + E), E its error estimate; 0 after a failure and at the start"},
+  {"step", 0, Step, NULL, "(h - h_min)/(h_max - h_min), negative after a failure; -0.5 at the start"},
+  {"log_error", SLIP_READS_ERROR, LogError, NULL, "log10 of E in [-6, 6]; of 2 after a failure, of 1 at the start"},
+  {"log_residual", SLIP_READS_RESIDUAL, LogResidual, NULL,
+   "log10 of the sum of residuals, at least -16; of 2 at the start"},
+  {"log_step", 0, LogStep, NULL, "log10(h/T*); of (h_min + h_max)/2 at the start"},
+  {"time_fraction", 0, TimeFraction, NULL, "time / maximum time; 0 without a maximum"},
+  {"log_time_scale", 0, LogTimeScale, NULL, "log10(maximum time / T*); 0 without a maximum"},
+  {"log_time_left", 0, LogTimeLeft, NULL, "log10(remaining time / T*) in [-3, 3]; 3 without a maximum time"},
+  {SLIP_OBSERVES_ACCURACY, 0, LogAccuracy, NULL,
+   "log10 of the wanted relative error of the run's result (-ts_adapt_rl_accuracy)"},
+  {"failures", 0, Failures, NULL, "attempts in a row that did not converge"},
+  {"log_velocity", SLIP_READS_STATE, NULL, LogVelocity,
+   "of a fault: log10(max|v| / V), V = d_c over T*, |v| at least 1e-12 m/s"},
+  {"log_mean_velocity", SLIP_READS_STATE, NULL, LogMeanVelocity, "of a fault: log10(mean|v| / V), likewise"},
+  {"sliding_fraction", SLIP_READS_STATE, NULL, SlidingFraction, "of a fault: share of cells with v != 0"},
+  {"slip", SLIP_READS_STATE, NULL, Slip, "of a fault: mean s / mean d_c"},
+  {"displacement", SLIP_READS_STATE, NULL, Displacement,
+   "of a fault: mean u / mean uc, that of the instability: -1 at the critical start"},
+  {"strength", SLIP_READS_STATE, NULL, Strength, "of a fault: mean q / mean q at v = s = 0"},
+  {"log_rate", SLIP_READS_STATE, NULL, LogRate,
+   "of a fault: log10(mean|v| / V) in [-6, 6], V = D over T*; D: slip that the strength drop implies, mean uc times "
+   "mean "
+   "drop of the strength over its mean at the start"},
+  {"log_peak_rate", SLIP_READS_STATE, NULL, LogPeakRate, "of a fault: log10(max|v| / V), likewise, in [-6, 6]"},
+  {"progress", SLIP_READS_STATE, NULL, Progress, "of a fault: mean s / D"},
+  {"weakening", SLIP_READS_STATE, NULL, Weakening,
+   "of a fault: mean of what the strength can still lose / that at the start"},
+  {"log_drop", SLIP_READS_STATE, NULL, LogDrop, "of a fault: log10(D / mean d_c), the same throughout a run"},
+  {"log_slip_error", SLIP_READS_STATE | SLIP_READS_ERROR | SLIP_READS_ESTIMATES, NULL, LogSlipError,
+   "of a fault: log10(mean |estimated error of s in the last attempt| / D) in [-9, 3]"},
+  {"growth", SLIP_READS_STATE | SLIP_READS_ESTIMATES, NULL, Growth,
+   "of a fault: asinh(T* d(mean|v|)/dt / mean|v|) at the end of the last attempt"},
+  {"kinetic", SLIP_READS_STATE, NULL, Kinetic, "of a fault: v'Mv/(uc'K uc)"},
+  {"log_energy_rate", SLIP_READS_STATE, NULL, LogEnergyRate,
+   "of a fault: log10 of the elastic energy's change per time T*, over the critical energy"},
+  {Change, 0, NULL, NULL, "before a name: the value less that at the accepted step before; 0 at the start"},
+  {NULL, 0, NULL, NULL, NULL},
+};
+
+/* ---- names, once, and values ---- */
+
+/* Number of the row of a name, -1 when there is none. A row that ends in _ has a component k behind it; it is 0 for
+   others. */
+PetscInt SlipObservationFind(const char name[], PetscInt *component)
+{
+  *component = 0;
+  for (PetscInt i = 0; SlipObservations[i].name; i++) {
+    const SlipObservation *row = &SlipObservations[i];
+    const size_t n = strlen(row->name);
+    char *end;
+    long k;
+
+    if (!row->run && !row->fault) continue;
+    if (row->name[n - 1] != '_') {
+      if (!strcmp(name, row->name)) return i;
+      continue;
+    }
+    if (strncmp(name, row->name, n) || name[n] < '0' || name[n] > '9') continue;
+    k = strtol(name + n, &end, 10);
+    if (*end || k > PETSC_MAX_INT) continue;
+    *component = (PetscInt)k;
+    return i;
+  }
+  return -1;
+}
+
+/* What a name means; the problem's own row is not known yet. "change_" before a name is a row of every row. */
+void SlipObservedSet(SlipObserved *seen, const char name[])
+{
+  const size_t length = sizeof(Change) - 1;
+  PetscInt row;
+
+  memset(seen, 0, sizeof(*seen));
+  strncpy(seen->name, name, sizeof(seen->name) - 1);
+  seen->change = strncmp(name, Change, length) ? 0 : length;
+  row = SlipObservationFind(seen->name + seen->change, &seen->component);
+  seen->row = row < 0 ? NULL : &SlipObservations[row];
+  seen->own = -1;
+}
+
+/* May the problem have a row of its own that goes first? Is the value kept over a failed attempt? */
+PetscBool SlipObservedOfState(const SlipObserved *seen)
+{
+  return !seen->row || seen->change || seen->row->reads & SLIP_READS_STATE ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Can the row be told from the numbers of a run whose state, error estimate and residuals are not known? */
+PetscBool SlipObservedOfRun(const SlipObserved *seen)
+{
+  const PetscInt unknown = SLIP_READS_STATE | SLIP_READS_ERROR | SLIP_READS_RESIDUAL;
+
+  return seen->row && seen->row->run && !(seen->row->reads & unknown) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The value that the policy is told: of a change, what is left of it after that at the accepted step before */
+PetscReal SlipObservedTake(SlipObserved *seen, PetscReal now)
+{
+  seen->value = now;
+  if (!seen->change) return now;
+  seen->value = seen->has_base ? now - seen->base : 0;
+  seen->base = now;
+  seen->has_base = PETSC_TRUE;
+  return seen->value;
+}

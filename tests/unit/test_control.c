@@ -1,0 +1,164 @@
+/* The pure rules of controllers and the formulas of observations, against PETSc's own rule and numbers by hand. */
+#include "unit.h"
+#include <petscts.h>
+#include <slipcore.h>
+#include <math.h>
+
+/* PETSc matches the final time in TSAdaptChoose(), with its default factors. */
+static void match(void **state)
+{
+  const PetscReal left[] = {10, 4.5, 2.02, 2.01, 1.999, 1.5, 1.0099, 0.995, 0.98, 0.3};
+  TSAdapt adapt;
+  TS ts;
+  Vec w;
+
+  (void)state;
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(TSSetType(ts, TSEULER));
+  ok(VecCreateSeq(PETSC_COMM_SELF, 1, &w));
+  ok(TSSetSolution(ts, w));
+  ok(VecDestroy(&w));
+  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTNONE));
+  ok(TSSetTimeStep(ts, 1));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(left); i++) {
+    PetscReal next;
+    PetscBool accept;
+
+    ok(TSSetMaxTime(ts, 1 + left[i])); /* the step just taken ends at 1 s */
+    ok(TSAdaptChoose(adapt, ts, 1, NULL, &next, &accept));
+    if (fabs(next - SlipControlMatch(1, left[i])) > 1e-14)
+      fail_msg("%g s left: %.17g, PETSc's rule %.17g", (double)left[i], (double)SlipControlMatch(1, left[i]),
+               (double)next);
+  }
+  ok(TSDestroy(&ts));
+}
+
+static void rest(void **state)
+{
+  (void)state;
+  assert_true(SlipControlRest(3, 2, 0, 50) == 2); /* something moves: no longer than the limit */
+  assert_true(SlipControlRest(1, 2, 0, 50) == 1);
+  assert_true(SlipControlRest(1, 2, 20, 50) == 20); /* at rest: to its end */
+  assert_true(SlipControlRest(1, 2, PETSC_MAX_REAL, 50) == 50);
+  assert_true(SlipControlRest(9, 2, 0.5, 50) == 2); /* and no shorter than the limit */
+}
+
+static void halve(void **state)
+{
+  PetscReal h = 8;
+
+  (void)state;
+  assert_false(SlipControlHalve(2, 3, &h));
+  assert_true(h == 8);
+  assert_true(SlipControlHalve(3, 3, &h));
+  assert_true(h == 4);
+}
+
+/* Powers of two, so that E^-q is exact to rounding: 64^(-1/3) = 1/4. */
+static void ceiling(void **state)
+{
+  (void)state;
+  assert_true(fabs(SlipControlCeiling(128, 2, 1. / 3) - 0.25) < 1e-15);
+  assert_true(SlipControlCeiling(1e9, 1, 1. / 3) == 0.1);
+  assert_true(SlipControlCeiling(1.01, 1, 1. / 3) == 0.9);
+}
+
+static PetscReal of_fault(const char name[], const SlipFaultNumbers *f)
+{
+  PetscInt k, row = SlipObservationFind(name, &k);
+
+  assert_true(row >= 0);
+  assert_non_null(SlipObservations[row].fault);
+  return (*SlipObservations[row].fault)(f);
+}
+
+/* Every row of a fault, by hand from numbers that tell the members apart */
+static void fault_rows(void **state)
+{
+  SlipFaultNumbers f = {.tstar = 2,
+                        .velocity_scale = 4,
+                        .mean_dc = 0.5,
+                        .mean_uc = 3,
+                        .mean_q0 = 11,
+                        .mean_drop = 7,
+                        .drop_slip = 5,
+                        .critical_energy = 13,
+                        .velocity = 0.6,
+                        .rate = 0.75,
+                        .peak = 1.25,
+                        .total_rate = 6,
+                        .displacement = -1.5,
+                        .slip = 0.25,
+                        .sliding = 0.375,
+                        .energy = 26,
+                        .kinetic = 6.5,
+                        .power = -39,
+                        .strength = 22,
+                        .weakening = 3.5,
+                        .estimated = PETSC_TRUE,
+                        .slip_error = 0.05,
+                        .growth = 9};
+  const struct {
+    const char *name;
+    double value;
+  } want[] = {{"energy", 2},
+              {"velocity", 0.15},
+              {"log_velocity", log10(5)},
+              {"log_mean_velocity", log10(3)},
+              {"sliding_fraction", 0.375},
+              {"slip", 0.5},
+              {"displacement", -0.5},
+              {"strength", 2},
+              {"log_rate", log10(0.3)},
+              {"log_peak_rate", log10(0.5)},
+              {"progress", 0.05},
+              {"weakening", 0.5},
+              {"log_drop", 1},
+              {"log_slip_error", -2},
+              {"growth", asinh(3)},
+              {"kinetic", 0.5},
+              {"log_energy_rate", log10(12)}};
+  size_t rows = 0;
+
+  (void)state;
+  for (const SlipObservation *o = SlipObservations; o->name; o++) rows += o->fault ? 1 : 0;
+  assert_int_equal(PETSC_STATIC_ARRAY_LENGTH(want), rows); /* a new row needs a line here */
+  for (size_t i = 0; i < rows; i++)
+    if (fabs(of_fault(want[i].name, &f) - want[i].value) > 1e-14) /* some roundings of numbers up to 3 */
+      fail_msg("%s is %.17g, expected %.17g", want[i].name, (double)of_fault(want[i].name, &f), want[i].value);
+  f.estimated = PETSC_FALSE;
+  assert_true(of_fault("log_slip_error", &f) == -3 && of_fault("growth", &f) == 0);
+  f.drop_slip = f.critical_energy = 0; /* friction that does not weaken: in d_c and Pa m */
+  assert_true(of_fault("progress", &f) == 0.5 && of_fault("energy", &f) == 26);
+}
+
+static void names(void **state)
+{
+  SlipObserved seen;
+
+  (void)state;
+  SlipObservedSet(&seen, "change_log_step");
+  assert_string_equal("log_step", seen.row->name);
+  assert_true(SlipObservedOfState(&seen) && SlipObservedOfRun(&seen));
+  assert_true(SlipObservedTake(&seen, 3) == 0 && SlipObservedTake(&seen, 5) == 2 && SlipObservedTake(&seen, 4) == -1);
+  SlipObservedSet(&seen, "state_12");
+  assert_int_equal(12, (int)seen.component);
+  assert_true(SlipObservedOfState(&seen) && !SlipObservedOfRun(&seen));
+  SlipObservedSet(&seen, "log_error");
+  assert_true(!SlipObservedOfState(&seen) && !SlipObservedOfRun(&seen));
+  SlipObservedSet(&seen, "change_");
+  assert_null(seen.row);
+  SlipObservedSet(&seen, "weather");
+  assert_true(!seen.row && SlipObservedOfState(&seen)); /* the problem may know it */
+}
+
+int main(int argc, char **argv)
+{
+  static const struct CMUnitTest tests[] = {cmocka_unit_test(match),      cmocka_unit_test(rest),
+                                            cmocka_unit_test(halve),      cmocka_unit_test(ceiling),
+                                            cmocka_unit_test(fault_rows), cmocka_unit_test(names)};
+
+  return RunTests(argc, argv, tests, NULL, NULL);
+}
