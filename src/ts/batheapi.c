@@ -33,8 +33,11 @@ PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma)
 
 static PetscErrorCode TSBatheSetGamma_Bathe(TS ts, PetscReal gamma)
 {
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
   PetscFunctionBegin;
-  ((TS_Bathe *)ts->data)->gamma = gamma;
+  ba->gamma = gamma;
+  SlipBatheSetUp(gamma, &ba->c);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
