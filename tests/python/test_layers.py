@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The order of the rooms (ORDER of src/map.py) holds: by the symbol tables of the build's object files nothing calls
-upward and no files need each other in a circle; by the sources no include runs upward, training and examples include
+upward and no files need each other in a circle; the wings of training keep the order of its page;
+by the sources no include runs upward, training and examples include
 public headers only, and core knows no object of PETSc. The picture src/map.svg shows the sources as they are."""
 import collections
 import glob
@@ -80,6 +81,19 @@ class Layers(ScriptTest):
             calls, _ = symbols(os.path.join(BUILD, folder))
             calls = {pair for pair in calls if all(is_source(f) or os.path.exists(os.path.join(SOURCE, "training", f)) for f in pair)}
             self.expect_none([f"circle: {name}: " + ", ".join(circle) for circle in rooms.circles(calls)])
+
+    def test_wings_of_training(self):
+        """Each uses those to its left in the line "common < ..." of training/README.md, no other."""
+        line = re.search(r"^ +(common <.*)$", rooms.read(os.path.join(SOURCE, "training", "README.md")), re.M)[1]
+        level = {wing.strip(): k for k, group in enumerate(line.split("<")) for wing in group.split(",")}
+        calls, _ = symbols(os.path.join(BUILD, "training", "CMakeFiles", "sliptrain.dir"))
+        found = []
+        for (a, b), names in sorted(calls.items()):
+            mine, other = (file.split("/")[0] for file in (a, b))
+            if os.path.exists(os.path.join(SOURCE, "training", a)) and mine != other and level[mine] <= level[other]:
+                found.append(f"training/{a} calls {', '.join(sorted(names))} of training/{b}, which is not below it")
+        self.assertGreater(len(calls), 50)
+        self.expect_none(found)
 
     def test_nobody_includes_upward(self):
         sources = rooms.Sources()
