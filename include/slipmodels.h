@@ -10,7 +10,6 @@
 typedef enum { SLIP_MODEL_TRAINING, SLIP_MODEL_EVALUATION } SlipModelCase; /* the study's two settings of each */
 PETSC_EXTERN const char *const SlipModelCases[];
 
-/* A model with its parameters and state of the start. */
 typedef struct _p_SlipModel *SlipModel;
 
 /* The rules of a model; a model of one's own is a table like this. */
