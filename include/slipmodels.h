@@ -10,6 +10,7 @@
 typedef enum { SLIP_MODEL_TRAINING, SLIP_MODEL_EVALUATION } SlipModelCase; /* the study's two settings of each */
 PETSC_EXTERN const char *const SlipModelCases[];
 
+/* A small model: SlipSlidingMode or SlipCircuit, or one of one's own */
 typedef struct _p_SlipModel *SlipModel;
 
 /* The rules of a model; a model of one's own is a table like this. */

@@ -34,7 +34,7 @@ uint64_t SlipHashBytes(uint64_t hash, const void *data, size_t n)
 
   Input Parameters:
 + hash - SLIP_HASH_START, or the hash of what precedes
-. a    - the numbers
+. a    - the numbers, dimensionless or not
 - n    - how many
 
   Level: developer
