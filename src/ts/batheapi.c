@@ -299,6 +299,8 @@ static PetscErrorCode TSBatheGetConstraint_Bathe(TS ts, SlipConstraint *con)
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ORDER before TSBatheSetConstraint()
+
 .seealso: TSBatheSetInitialReaction(), TSBatheSetConstraint()
 @*/
 PetscErrorCode TSBatheGetReaction(TS ts, Vec *r)
@@ -327,6 +329,8 @@ static PetscErrorCode TSBatheGetReaction_Bathe(TS ts, Vec *r)
 - r  - reduced [Pa for the fault]; copied
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ORDER before TSBatheSetConstraint()
 
 .seealso: TSBatheGetReaction(), SlipConstraintInitialReaction()
 @*/
