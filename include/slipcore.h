@@ -17,6 +17,7 @@ typedef struct {
    [m], v = |slip rate| [m/s]. */
 typedef void (*SlipFrictionFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
                                PetscReal *dmu_dv);
+/* A row of the table of laws; formula is what -help and messages say. */
 typedef struct {
   const char *name;
   SlipFrictionFn eval;
@@ -126,6 +127,7 @@ static inline void SlipSearchForget(SlipSearch *search, PetscReal merit)
   for (PetscInt i = 0; i < SLIP_SEARCH_MEMORY; i++) search->recent[i] = merit;
 }
 
+/* The newest merit takes the place of the oldest */
 static inline void SlipSearchRemember(SlipSearch *search, PetscInt it, PetscReal merit)
 {
   search->recent[it % SLIP_SEARCH_MEMORY] = merit;

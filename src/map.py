@@ -28,21 +28,21 @@ ORDER = [
     ("mat/cells", "irregular cells, clusters", 4, (.52, .94)),
     ("mat/hmatrix", "hierarchical stiffness", 5, (.52, .94)),
     ("mat/cache", "roots kept in files", 5, (.06, .48)),
-    ("mat/viscosity", "square roots: exact, spectral, Lanczos", 6, (.06, .94)),
-    ("mat/stage", "stage operator, preconditioner", 7, (.06, .48)),
+    ("mat/viscosity", "square roots: exact, spectral, Lanczos", 6, (.06, .48)),
+    ("mat/stage", "stage operator, preconditioner", 7, (.06, .41)),
     ("mat/interface", "K and H by name", 8, (.06, .94)),
     ("snes", "solvers of the friction constraint", 9, (.06, .48)),
     ("ts", "the integrator TSBATHE", 10, (.06, .48)),
     ("policy", "networks in files", 9, (.52, .94)),
     ("adapt", "step-size controllers, observations", 10, (.52, .94)),
-    ("output", "what a run leaves behind", 11, (.06, .94)),
-    ("models", "circuit, sliding mode", 12, (.62, .94)),
-    ("fault", "the strike-slip fault as a TS problem", 12, (.02, .58)),
+    ("output", "what a run leaves behind", 11, (.29, .94)),
+    ("models", "circuit, sliding mode", 12, (.04, .26)),
+    ("fault", "the strike-slip fault as a TS problem", 12, (.29, .98)),
     ("package", "registers all types; initialises every room below", 13, (0, 1)),
 ]
 ROOMS = [room for room, *_ in ORDER]
 # Headers that are not named after their room; the others are slip<room>.h, without slashes.
-HEADERS = {"slipcompat.h": "core", "sliph5.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package", "slipblas.h": "sys"}
+HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package", "slipblas.h": "sys"}
 EVERYWHERE = ("core", "sys", "package")  # bars in the picture, without arrows: all rooms may use the first two
 
 
@@ -224,9 +224,14 @@ def svg(sources):
             lanes = [e for e in arrows if parts[e] == parts[a, b] and (e[0] == a or e[1] == b)]
             left, right = parts[a, b]
             start = end = left + (right - left) * (lanes.index((a, b)) + 1) / (len(lanes) + 1)
+            high, low = ya + ha, yb - 1
+        elif ya == yb:  # neighbours
+            start, end = (xa + wa, xb - 1) if xa < xb else (xa, xb + wb + 1)
+            high = low = ya + ha / 2
         else:
             start, end = (xa + wa - 30, xb + 30) if xa < xb else (xa + 30, xb + wb - 30)
-        out.append(f'<path d="M{start:.0f},{ya + ha:.0f} L{end:.0f},{yb - 1:.0f}" stroke="#456" stroke-width="1.3" fill="none" '
+            high, low = ya + ha, yb - 1
+        out.append(f'<path d="M{start:.0f},{high:.0f} L{end:.0f},{low:.0f}" stroke="#456" stroke-width="1.3" fill="none" '
                    f'marker-end="url(#tip)"><title>{a} calls {b}</title></path>')
     return "\n".join(out + ["</svg>"]) + "\n"
 

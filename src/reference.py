@@ -100,7 +100,7 @@ class Tree:
             page = Page(path, line_of(text, match.start()), "core", "")
             page.name = match[1]
             words = re.sub(r"^\s*(?:" + match[1] + r" - )?", "", comment[1]) if comment and not comment[1].startswith(" ----") else ""
-            sentence = re.split(r"(?<=[.;:])\s|\n\s*\n", words.strip())[0]
+            sentence = re.split(r"(?<=[.;:?])\s|\n\s*\n", words.strip())[0]
             page.summary, page.lines = re.sub(r"\s+", " ", sentence), [""] + words.split("\n")
             page.read_prototype(code[match.start():])
             if not page.summary:

@@ -9,6 +9,7 @@
 #include <slipcompat.h>
 #include <slipcore.h>
 
+/* All numbers of a step that is split at gamma, in (0, 1) */
 void SlipBatheSetUp(PetscReal gamma, SlipBathe *c)
 {
   const PetscReal b1 = 1.0 / (6.0 * gamma * (1.0 - gamma)), b2 = (2.0 - 3.0 * gamma) / (6.0 * (1.0 - gamma));

@@ -70,6 +70,7 @@ PetscBool SlipConeStopTurning(PetscInt n, const PetscReal q[], const PetscReal f
 
 /* ---- the self-adaptive fixed point x <- S(x - rho G(x), rho omega q), He and Liao (2002), JOTA 112 ---- */
 
+/* One step of it, from x with g = G(x) to x1 */
 void SlipConeProject(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
                      const PetscReal rho[], PetscReal x1[])
 {

@@ -3,7 +3,6 @@
 #include <slipcore.h>
 #include <slipsys.h>
 
-PetscClassId SLIP_POLICY_CLASSID;
 /*@
   SlipPolicyCreate - an empty policy
 

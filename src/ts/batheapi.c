@@ -322,6 +322,8 @@ PetscErrorCode TSBatheGetConstraint(TS ts, SlipConstraint *con)
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ORDER before TSBatheSetConstraint()
+
 .seealso: TSBatheSetInitialReaction(), TSBatheSetConstraint()
 @*/
 PetscErrorCode TSBatheGetReaction(TS ts, Vec *r)
@@ -345,6 +347,8 @@ PetscErrorCode TSBatheGetReaction(TS ts, Vec *r)
 - r  - reduced [Pa for the fault]; copied
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ORDER before TSBatheSetConstraint()
 
 .seealso: TSBatheGetReaction(), SlipConstraintInitialReaction()
 @*/

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Pages (every *.md under git): links lead to files and headings that exist; options, functions and files that are named
-exist in the sources; in the map's walk a function is in the file of its row. The README stays short."""
+exist in the sources; defaults in tables of options are those of -help; in the map's walk a function is in the file of its
+row. The README stays short."""
 import glob
 import os
 import re
+import subprocess
 import unittest
 
 from scripts import SOURCE, ScriptTest
@@ -12,6 +14,8 @@ from scripts import SOURCE, ScriptTest
 OPTION = re.compile(r"-(fault|ts_bathe|ts_adapt_rl|ts_adapt_pi|ts_adapt_heuristic|train|evaluate|mat_slip|pc_slip|snes_slip|sliding_mode|circuit|oscillator)_(\w+)")
 # words of options that are put together from parts, and names that end in "_" because a list follows
 PARTS = re.compile(r"_$")
+
+BUILD = os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build"))
 
 
 def read(path):
@@ -96,6 +100,28 @@ class Links(ScriptTest):
                 if f'"{name}"' not in self.code and f'"{match[2]}"' not in self.code and name + " " not in self.code:
                     found.append(f"{os.path.relpath(path, SOURCE)}: {name}")
         self.assertEqual(sorted(set(found)), [])
+
+    def test_defaults_are_those_of_help(self):
+        known = {}
+        for program in (["fault"], ["train"]):
+            run = subprocess.run([os.path.join(BUILD, "bin", program[0]), "-help"], capture_output=True, text=True, cwd=self.folder.name)
+            for name, value in re.findall(r"^ *(-\w+):? <(?:now )?([^ :>]*)(?: : [^>]*)?>", run.stdout, re.M):
+                known.setdefault(name, value)
+        compared, found = 0, []
+        for path in pages():
+            for options, default in re.findall(r"^\|([^|]*`-[^|]*)\|.*\|([^|]*)\|$", read(path).replace("\\|", "/"), re.M):
+                names, defaults = re.findall(r"`(-\w+)", options), [d.strip(" `") for d in default.split(",")]
+                for name, value in zip(names, defaults if len(names) == len(defaults) else []):
+                    try:
+                        expected = eval(value, {"__builtins__": {}})  # numbers, and 0.8/3
+                    except (SyntaxError, NameError):
+                        continue  # words
+                    if name in known:
+                        compared += 1
+                        if abs(float(known[name]) - expected) > 1e-5 * abs(expected):
+                            found.append(f"{os.path.relpath(path, SOURCE)}: {name} is {known[name]} by default, not {value}")
+        self.assertGreater(compared, 20)
+        self.assertEqual(found, [])
 
     def test_functions_and_files_exist(self):
         found = []
