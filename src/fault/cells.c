@@ -217,6 +217,7 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[])
 {
   PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetField() before SlipFaultSetUp()");
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
     PetscBool same;

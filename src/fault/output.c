@@ -60,7 +60,8 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   Vec w;
 
   PetscFunctionBegin;
-  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(SlipFaultRunErrorStart(fault, ts));
   if (!fault->text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
@@ -134,6 +135,8 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   Vec w;
 
   PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(SlipFaultGetObservables(fault, w, NULL, &obs));
   if (out) {
