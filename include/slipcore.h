@@ -2,6 +2,7 @@
    None knows an object of PETSc, so that a loop without objects follows the same rules. */
 #pragma once
 #include <petscsys.h>
+#include <stdint.h>
 
 /* ---- friction.c: laws, and what makes of them the strength of a stage ---- */
 /* Of one cell. A law that needs more adds a member here and an array to SlipFrictionCells. */
@@ -102,3 +103,8 @@ typedef struct {
 
 PETSC_EXTERN void SlipBatheCoefficients(PetscReal gamma, SlipBathe *c);
 PETSC_EXTERN void SlipBatheThetas(PetscReal gamma, PetscReal h, PetscReal theta[2]);
+
+/* ---- hash.c ---- */
+#define SLIP_HASH_START UINT64_C(14695981039346656037)
+PETSC_EXTERN uint64_t SlipHashBytes(uint64_t hash, const void *data, size_t n);
+PETSC_EXTERN uint64_t SlipHashReals(uint64_t hash, const PetscReal a[], size_t n);

@@ -1,9 +1,6 @@
 /* Cells: their distribution, centres and per-cell parameters, uniform or from -fault_parameters. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipcompat.h>
-#include <slipstep/private/slipsys.h>
-#include <slipsys.h>
 #include <math.h>
 #include <stdio.h>
 

@@ -1,7 +1,6 @@
 /* What the integrator's last attempt tells a controller: sums over the cells of its error and of its
    acceleration. */
 #include <slipstep/private/slipfault.h>
-#include <slipcompat.h>
 
 /* The arrays of w, of the error and of the derivative hold (v, u, s) per cell; both of the latter may be NULL. */
 static void SlipFaultAddEstimates(SlipFault fault, const PetscReal *w, const PetscReal *error,

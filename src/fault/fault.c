@@ -1,7 +1,6 @@
 /* A fault's life: create, set up, state, destroy. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipcompat.h>
 
 /*@
   SlipFaultCreate - the reference case "3 km" with one cell

@@ -1,9 +1,6 @@
 /* A fault of irregular cells, -fault_mesh: its file, its stiffness, and the weights of its rows. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipcompat.h>
-#include <slipstep/private/slipsys.h>
-#include <slipsys.h>
 
 #define MESH_DATASET "/cells"
 #define MESH_COLUMNS "x y z length width"

@@ -1,7 +1,5 @@
 /* Output of a fault: what it adds to that of any run, by a monitor of its fields. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipsys.h>
-#include <slipcompat.h>
 
 PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
 {

@@ -1,8 +1,6 @@
 /* What the output file of a run holds: its layout, the mesh, and the fields. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipstep/private/slipsys.h>
-#include <slipcompat.h>
 
 static const SlipOutputColumn SeriesColumns[] = {
   {"mean_slip_rate", "m/s", PETSC_FALSE},   {"max_slip_rate", "m/s", PETSC_FALSE},

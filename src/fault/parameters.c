@@ -1,6 +1,5 @@
 /* The parameters of a fault: two tables used by options, setters, views and error messages. */
 #include <slipstep/private/slipfault.h>
-#include <slipcompat.h>
 #include <math.h>
 #include <stdio.h>
 

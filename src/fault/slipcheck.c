@@ -6,7 +6,6 @@
    where that run needs them. Repeating the old steps at their old times was tried and misleads: the finer run's event
    comes later, often after the short steps meant for it. */
 #include <slipstep/private/slipfault.h>
-#include <slipcompat.h>
 #include <slipstep/private/slipoutput.h>
 
 /* Before the run: remember where it begins */

@@ -1,6 +1,5 @@
 /* -fault_view: the parameters of a fault, and what its operators are and take. */
 #include <slipstep/private/slipfault.h>
-#include <slipcompat.h>
 #include <stdio.h>
 
 /* "1.5 MB"; C's own printf, since PETSc's %g differs from it. */

@@ -1,4 +1,5 @@
 /* What one may ask of a SlipPolicy: observations, step bounds, attributes, digest; and its view. */
+#include <slipcore.h>
 #include <slipstep/private/slippolicy.h>
 #include <stdlib.h>
 
@@ -213,15 +214,6 @@ PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* FNV-1a, 64 bit (Fowler, Noll, Vo; IETF draft-eastlake-fnv): not for security, only to tell policies apart. */
-static uint64_t Fnv1a(size_t n, const char *bytes)
-{
-  uint64_t hash = UINT64_C(14695981039346656037);
-
-  for (size_t i = 0; i < n; i++) hash = (hash ^ (unsigned char)bytes[i]) * UINT64_C(1099511628211);
-  return hash;
-}
-
 /*@C
   SlipPolicyGetHash - digest of everything the policy holds, for provenance
 
@@ -246,7 +238,8 @@ PetscErrorCode SlipPolicyGetHash(SlipPolicy p, const char *hash[])
   PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
   if (!p->hash[0]) {
     PetscCall(SlipPolicyPack_Private(p, &n, &bytes));
-    PetscCall(PetscSNPrintf(p->hash, sizeof(p->hash), "%016llx", (unsigned long long)Fnv1a(n, bytes)));
+    PetscCall(
+      PetscSNPrintf(p->hash, sizeof(p->hash), "%016llx", (unsigned long long)SlipHashBytes(SLIP_HASH_START, bytes, n)));
     PetscCall(PetscFree(bytes));
   }
   *hash = p->hash;

@@ -7,7 +7,9 @@
 #include <slipsys.h>
 #include <slipoutput.h>
 #include <sliph5.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipoutput.h>
+#include <slipstep/private/slipsys.h>
 
 /* ---- parameters ---- */
 /* Reference absolute tolerance of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
