@@ -16,7 +16,8 @@ PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts, &w));
-  PetscCheck(w, fault->comm, PETSC_ERR_ORDER, "-fault_check_error needs the start: call TSSetSolution() first");
+  PetscCheck(w, fault->comm, PETSC_ERR_ORDER, "-%sfault_check_error needs the start: call TSSetSolution() first",
+             SlipFaultPrefix(fault));
   PetscCall(VecDestroy(&est->start));
   PetscCall(VecDuplicate(w, &est->start));
   PetscCall(VecCopy(w, est->start));

@@ -252,14 +252,17 @@ typedef enum {
 struct _n_SlipFaultOutput {
   SlipFault fault; /* borrowed */
   PetscMPIInt rank;
-  SlipOutput run; /* the file, /run, /steps, /series, /result and the summary */
-  SlipH5 *file;   /* rank 0: that of run; NULL without a file */
+  SlipOutput run;  /* the file, /run, /steps, /series, /result and the summary */
+  PetscBool begun; /* the file is there */
+  SlipH5 *file;    /* rank 0: that of run; NULL before the run has begun */
   PetscBool wanted[OUTPUT_NUM_FIELDS];
   PetscInt last_field_step; /* step of the newest entry of /fields */
   Vec w0, r0;               /* state and reaction gathered on rank 0 */
+  PetscReal time;           /* that they belong to [s] */
+  PetscBool gathered;       /* they are there */
   VecScatter gather_w, gather_r;
 };
 
-PETSC_EXTERN PetscErrorCode SlipFaultOutputOpen(SlipFaultOutput out, TS ts); /* collective: the file, empty tables */
-PETSC_EXTERN PetscErrorCode SlipFaultOutputMesh(SlipFaultOutput out);        /* collective: per-cell parameters */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, no file as yet */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputBegin(SlipFaultOutput out); /* collective: the file, unless it is there */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w, Vec r);
