@@ -6,6 +6,7 @@
 #include <slipsnes.h>
 #include <slipts.h>
 
+/* A fault: its mesh, parameters and operators. */
 typedef struct _p_SlipFault *SlipFault;
 PETSC_EXTERN PetscClassId SLIP_FAULT_CLASSID;
 

@@ -15,7 +15,8 @@ if [ "${1:-}" = --keep ]; then
 fi
 if [ $# = 0 ]; then set -- trixie sid; fi
 room=${keep:-$(mktemp -d)}
-sources=(src/*/*.c examples/*.c training/*.c tests/*/*.c)
+shopt -s globstar
+sources=(src/**/*.c examples/*.c training/**/*.c tests/**/*.c)
 [ -n "$keep" ] || trap 'rm -rf "$room"' EXIT
 
 # Everything apt needs in a folder of its own, so that the machine's packages stay as they are.

@@ -9,23 +9,18 @@
 #include <slipcompat.h>
 #include <slipcore.h>
 
-void SlipBatheCoefficients(PetscReal gamma, SlipBathe *c)
+void SlipBatheSetUp(PetscReal gamma, SlipBathe *c)
 {
   const PetscReal b1 = 1.0 / (6.0 * gamma * (1.0 - gamma)), b2 = (2.0 - 3.0 * gamma) / (6.0 * (1.0 - gamma));
 
+  c->theta[0] = 0.5 * gamma;
+  c->theta[1] = (1.0 - gamma) / (2.0 - gamma);
   c->a1 = 1.0 / (gamma * (2.0 - gamma));
   c->a0 = (1.0 - gamma) * (1.0 - gamma) / (gamma * (2.0 - gamma));
-  c->b = (1.0 - gamma) / (2.0 - gamma);
   c->weight[0] = c->weight[1] = 0.5 / (2.0 - gamma);
-  c->weight[2] = c->b;
+  c->weight[2] = c->theta[1];
   c->error[0] = c->weight[0] - (1.0 - b1 - b2);
   c->error[1] = c->weight[1] - b1;
   c->error[2] = c->weight[2] - b2;
-}
-
-/* What a stage of the step h [s] is implicit by: A (w - base) = theta [F_s(w) + ...] */
-void SlipBatheThetas(PetscReal gamma, PetscReal h, PetscReal theta[2])
-{
-  theta[0] = 0.5 * gamma * h;
-  theta[1] = (1.0 - gamma) / (2.0 - gamma) * h;
+  c->divisor = 6.0 * gamma * (1.0 - gamma) * (2.0 - gamma) / (3.0 * gamma * gamma - 4.0 * gamma + 2.0);
 }

@@ -6,31 +6,6 @@
 #include <slipcompat.h>
 #include <slipcore.h>
 
-/* S(p, k) = sign(p) max(|p| - k, 0) */
-PetscReal SlipConeShrink(PetscReal p, PetscReal k)
-{
-  if (p > k) return p - k;
-  if (p < -k) return p + k;
-  return 0.0;
-}
-
-/* Projection of r on [-q, q] */
-PetscReal SlipConeClip(PetscReal r, PetscReal q)
-{
-  return r > q ? q : (r < -q ? -q : r);
-}
-
-/* Region of p = x - rho g; wq = omega q, zero on rows without a bound */
-SlipRegion SlipConeRegion(PetscReal x, PetscReal g, PetscReal rho, PetscReal wq)
-{
-  const PetscReal p = x - rho * g;
-
-  if (wq == 0.0) return SLIP_REGION_FREE;
-  if (p > rho * wq) return SLIP_REGION_POSITIVE;
-  if (p < -rho * wq) return SLIP_REGION_NEGATIVE;
-  return SLIP_REGION_STICK;
-}
-
 /* Natural residual in units of g: g + omega q sign(p) where sliding, x / rho where sticking; mask is 1 where sliding.
    slope is the diagonal that the bound adds to a sliding row of dG/dx: omega dq/d|x| sign(p) sign(x), with sign(p) for
    sign(0); 0 elsewhere. Returns the largest |x| / rho of the rows that slide against the sign of x: such a point is no
@@ -69,14 +44,6 @@ PetscReal SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], cons
     inconsistent = PetscMax(inconsistent, PetscAbsReal(x[i]) / rho[i]);
   }
   return inconsistent;
-}
-
-/* Reaction of a solution: -q sign(x) where x != 0, the balance g / omega clipped into the cone where x = 0 */
-PetscReal SlipConeReaction(PetscReal omega, PetscReal x, PetscReal g, PetscReal q)
-{
-  if (x > 0.0) return -q;
-  if (x < 0.0) return q;
-  return SlipConeClip(g / omega, q);
 }
 
 /* x becomes exactly zero where it sticks, or slides against its own direction by less than the tolerance; r is its

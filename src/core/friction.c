@@ -8,47 +8,46 @@
 #define WEAK_SLIP 1e30
 #define WEAK_RATE 1e30
 
-static void ExponentialSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
-                                     PetscReal *dmu_dv)
+static void ExponentialSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess,
+                                     PetscReal *dmu_ds, PetscReal *dmu_dv)
 {
-  const PetscReal weak = p->drop * PetscExpReal(-s / p->slip);
-
   (void)v;
-  *mu = p->residual + weak;
-  *dmu_ds = -weak / p->slip;
+  *excess = p->drop * PetscExpReal(-s / p->slip);
+  *dmu_ds = -*excess / p->slip;
   *dmu_dv = 0;
 }
 
 /* Ida (1972). At the corner s = d_c the derivative is that of the plateau. */
-static void LinearSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
+static void LinearSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
                                 PetscReal *dmu_dv)
 {
   const PetscBool weakening = s < p->slip ? PETSC_TRUE : PETSC_FALSE;
 
   (void)v;
-  *mu = p->residual + (weakening ? p->drop * (1 - s / p->slip) : 0);
+  *excess = weakening ? p->drop * (1 - s / p->slip) : 0;
   *dmu_ds = weakening ? -p->drop / p->slip : 0;
   *dmu_dv = 0;
 }
 
 /* Burridge and Knopoff (1967), Carlson and Langer (1989), above a residual. */
-static void RateWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
+static void RateWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
                           PetscReal *dmu_dv)
 {
   const PetscReal fall = 1 / (1 + v / p->rate);
 
   (void)s;
-  *mu = p->residual + p->drop * fall;
+  *excess = p->drop * fall;
   *dmu_ds = 0;
   *dmu_dv = -p->drop * fall * fall / p->rate;
 }
 
-static void Constant(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
+static void Constant(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
                      PetscReal *dmu_dv)
 {
+  (void)p;
   (void)s;
   (void)v;
-  *mu = p->residual;
+  *excess = 0;
   *dmu_ds = 0;
   *dmu_dv = 0;
 }
@@ -106,39 +105,56 @@ static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
   return p;
 }
 
-/* mu of cell i and its derivatives, as SlipFrictionFn */
+/* mu of cell i and its derivatives */
 void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,
                           PetscReal *dmu_ds, PetscReal *dmu_dv)
 {
   const SlipFriction p = At(f, i);
 
   f->law->eval(&p, s, v, mu, dmu_ds, dmu_dv);
+  *mu = p.residual + *mu;
+}
+
+/* What mu of cell i exceeds its residual by */
+PetscReal SlipFrictionExcess(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v)
+{
+  const SlipFriction p = At(f, i);
+  PetscReal excess, ds, dv;
+
+  f->law->eval(&p, s, v, &excess, &ds, &dv);
+  return excess;
 }
 
 /* mu of cell i after all weakening */
 PetscReal SlipFrictionWeakest(const SlipFrictionCells *f, PetscInt i)
 {
-  PetscReal mu, ds, dv;
-
-  SlipFrictionEvaluate(f, i, WEAK_SLIP, WEAK_RATE, &mu, &ds, &dv);
-  return mu;
+  return f->residual[i] + SlipFrictionExcess(f, i, WEAK_SLIP, WEAK_RATE);
 }
 
-/* q = mu(s, |v|) sigma w [Pa], s the state at the end of a stage that starts from s0 and is implicit by theta [s] (0: q
-   of the state s0), and, unless dq is NULL, dq/d|v|. s0 and v have a stride: 3 in states (v, u, s) of a fault. */
+/* mu of cell i at the end of a stage that starts from s0 and is implicit by theta [s], with the rate v there; its
+   derivatives and that of the state s there with respect to |v| */
+void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, PetscReal s0, PetscReal v, PetscReal *mu,
+                       PetscReal *dmu_ds, PetscReal *dmu_dv, PetscReal *ds_dv)
+{
+  const SlipFriction p = At(f, i);
+  const PetscReal rate = PetscAbsReal(v), s = StateAdvance(&p, theta, s0, rate, ds_dv);
+
+  f->law->eval(&p, s, rate, mu, dmu_ds, dmu_dv);
+  *mu = p.residual + *mu;
+}
+
+/* q = mu sigma w [Pa] at the end of a stage (theta 0: of the state s0), and, unless dq is NULL, dq/d|v|. s0 and v have a
+   stride: 3 in states (v, u, s) of a fault. */
 void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
                           const PetscReal s0[], const PetscReal v[], PetscReal q[], PetscReal dq[])
 {
   for (PetscInt i = 0; i < n; i++) {
-    const SlipFriction p = At(f, i);
-    const PetscReal rate = PetscAbsReal(v[stride * i]);
     const PetscReal sigma = f->weight ? f->weight[i] * f->stress[i] : f->stress[i];
-    PetscReal mu, dmu_ds, dmu_dv, s, ds;
+    PetscReal mu, dmu_ds, dmu_dv, ds_dv;
 
-    s = StateAdvance(&p, theta, s0[stride * i], rate, &ds);
-    f->law->eval(&p, s, rate, &mu, &dmu_ds, &dmu_dv);
+    SlipFrictionStage(f, i, theta, s0[stride * i], v[stride * i], &mu, &dmu_ds, &dmu_dv, &ds_dv);
     q[i] = sigma * mu;
-    if (dq) dq[i] = sigma * (ds * dmu_ds + dmu_dv);
+    if (dq) dq[i] = sigma * (ds_dv * dmu_ds + dmu_dv);
   }
 }
 

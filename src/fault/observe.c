@@ -299,6 +299,8 @@ static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscRea
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
+
 .seealso: SlipFaultConfigureTS()
 @*/
 PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs)

@@ -32,7 +32,7 @@ PetscErrorCode SlipPolicyAttributeNumber_Private(const char name[], const char v
 - name - of the attribute, such as `SLIP_POLICY_MOVING_DT_MAX`
 
   Output Parameters:
-+ value - the number, 0 when there is none
++ value - the number, in the unit that the attribute's writer gave it; 0 when there is none
 - has   - whether there is one
 
   Level: intermediate
@@ -189,6 +189,8 @@ PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ARG_WRONGSTATE without an action, or without a maximum time that the steps are parts of
+
 .seealso: SlipPolicySetAction()
 @*/
 PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min,
@@ -278,8 +280,8 @@ PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[])
 . p - the policy
 
   Output Parameters:
-+ min - one per observation, borrowed; `NULL` when the policy does not know
-- max - likewise
++ min - one per observation, dimensionless, borrowed; `NULL` when the policy does not know
+- max - likewise, dimensionless
 
   Level: intermediate
 

@@ -97,6 +97,8 @@ PetscErrorCode SlipConstraintCreateReduced(SlipConstraint con, Vec *x)
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ARG_WRONG when the problem has no operation smooth, reduce or bound_state
+
 .seealso: SlipConstraintCreate(), TSBatheSetInitialReaction()
 @*/
 PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Vec w, Vec r)

@@ -267,9 +267,12 @@ PetscErrorCode SNESGetSlipConstraint(SNES snes, SlipConstraint *con)
   Output Parameters:
 + x       - the solution; sticking cells are exactly zero
 . r       - the reaction: -q sign(x) where x != 0, inside [-q, q] elsewhere
-- resnorm - largest natural residual divided by max(omega q) + max|G(0)| (NULL allowed)
+- resnorm - largest natural residual divided by max(omega q) + max|G(0)| (dimensionless, NULL allowed)
 
   Level: advanced
+
+  Errors: PETSC_ERR_ARG_WRONGSTATE without a constraint, PETSC_ERR_SUP for another type of SNES,
+  PETSC_ERR_ARG_OUTOFRANGE unless theta > 0 and omega > 0. A solve that does not converge is none.
 
   Note:
   Look at SNESGetConvergedReason() before using the result.
@@ -312,7 +315,7 @@ PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec 
 
   Output Parameters:
 + cell  - its number: its global index in x, or its row in the mesh's file; -1 before any solve (NULL allowed)
-- residual - that residual, relative (NULL allowed)
+- residual - that residual, relative, dimensionless (NULL allowed)
 
   Level: advanced
 

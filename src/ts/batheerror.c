@@ -34,12 +34,10 @@ PetscErrorCode TSBatheStartDerivative(TS ts, PetscReal t, Vec w0, Vec r0, Vec k0
 PetscErrorCode TSBatheEndDerivative(TS ts, PetscReal h, Vec w0, Vec w1, Vec w2, Vec k2)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal theta;
-  SlipBathe c;
+  const SlipBathe c = ba->c;
+  const PetscReal theta = c.theta[1] * h;
 
   PetscFunctionBegin;
-  SlipBatheCoefficients(ba->gamma, &c);
-  theta = c.b * h;
   PetscCall(VecCopy(w2, k2));
   PetscCall(VecAXPBYPCZ(k2, -c.a1 / theta, c.a0 / theta, 1.0 / theta, w1, w0));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -79,10 +77,9 @@ PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e)
 PetscErrorCode TSBatheEmbeddedError(TS ts, PetscReal h, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  SlipBathe c;
+  const SlipBathe c = ba->c;
 
   PetscFunctionBegin;
-  SlipBatheCoefficients(ba->gamma, &c);
   /* stage 1: (w1 - w0) / (gamma h / 2) = k0 + k1 (+ A^-1 (r1 - r0) when the reaction is implicit) */
   PetscCall(VecWAXPY(ba->K1, -1.0, ba->X0, ba->Y[0]));
   PetscCall(VecScale(ba->K1, 2.0 / (ba->gamma * h)));

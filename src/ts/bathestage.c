@@ -113,24 +113,22 @@ PetscErrorCode TSBatheSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, V
                               PetscReal *resnorm, PetscBool *ok)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal theta[2], res = 0.0;
-  SlipBathe c;
+  const SlipBathe c = ba->c;
+  PetscReal res = 0.0;
 
   PetscFunctionBegin;
-  SlipBatheCoefficients(ba->gamma, &c);
-  SlipBatheThetas(ba->gamma, h, theta);
   *resnorm = 0.0;
   ba->last.solves++;
 
   ba->stage_time = t + ba->gamma * h;
-  ba->theta = theta[0];
+  ba->theta = c.theta[0] * h;
   PetscCall(TSPreStage(ts, ba->stage_time));
   PetscCall(TSBatheStageOne(ts, t, w0, r0, w1, &res));
   PetscCall(TSBatheAfterSolve(ts, 0, w1, res, resnorm, ok));
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
 
   ba->stage_time = t + h;
-  ba->theta = theta[1];
+  ba->theta = c.theta[1] * h;
   PetscCall(VecAXPBYPCZ(ba->base, c.a1, -c.a0, 0.0, w1, w0));
   PetscCall(VecCopy(w1, w2));
   PetscCall(TSPreStage(ts, ba->stage_time));

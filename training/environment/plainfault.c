@@ -4,6 +4,7 @@
 #include <slipcompat.h>
 #include <math.h>
 
+#define GAMMA 0.5
 enum { arrays = 22 };
 
 /* One stage: B x - c = r, |r| <= q(s(s0, theta, |x|)) */
@@ -49,10 +50,19 @@ static void Residual(const Stage *st, const double y[], double g[])
 /* Natural residual, mask and slope at x. */
 static void Evaluate(Stage *st)
 {
+  const SlipFrictionCells *f = &st->p->friction;
   double sum = 0, worst = 0, inconsistent;
 
   Residual(st, st->x, st->g);
-  SlipFrictionStrength(&st->p->friction, st->n, st->theta, 1, st->s0, st->x, st->q, st->dq);
+  for (PetscInt i = 0; i < st->n; ++i) {
+    PetscReal mu, dmu_ds, dmu_dv, ds_dv;
+
+    /* SlipFrictionStrength() but for the order of the factors, on whose last bit the costs of CMA-ES, with their jumps
+       where cells come to rest, depend */
+    SlipFrictionStage(f, i, st->theta, st->s0[i], st->x[i], &mu, &dmu_ds, &dmu_dv, &ds_dv);
+    st->q[i] = mu * f->stress[i];
+    st->dq[i] = dmu_ds * f->stress[i] * ds_dv + dmu_dv * f->stress[i];
+  }
   inconsistent = SlipConeNatural(st->n, 1, st->x, st->g, st->q, st->dq, st->rho, st->F, st->mask, st->slope);
   for (PetscInt i = 0; i < st->n; ++i) {
     sum += st->F[i] * st->F[i];
@@ -282,8 +292,7 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
 {
   const PetscInt n = p->n;
   double *work = p->work, *v1, *u1, *s1, *tmp, *base_u, *ds;
-  PetscReal theta[2];
-  SlipBathe c;
+  const SlipBathe c = p->bathe;
   Stage st = {.p = p, .n = n, .index = p->index};
 
   st.B = Take(&work, n * n);
@@ -292,10 +301,8 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
                            &st.b,   &st.mask, &st.x1, &st.g1, &st.rho1, &v1,   &u1,       &s1,    &tmp,    &base_u, &ds};
 
   for (size_t k = 0; k < arrays; ++k) *list[k] = Take(&work, n);
-  SlipBatheCoefficients(0.5, &c);
-  SlipBatheThetas(0.5, h, theta);
   /* stage 1: trapezoidal rule to t + gamma h */
-  st.theta = theta[0];
+  st.theta = c.theta[0] * h;
   StartForce(p, tmp, st.q, st.c);
   SlipFrictionStateRate(&p->friction, n, 1, p->s, p->v, ds);
   for (PetscInt i = 0; i < n; ++i) {
@@ -312,7 +319,7 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
     u1[i] = base_u[i] + st.theta * v1[i];
   }
   /* stage 2: three-point backward formula to t + h */
-  st.theta = theta[1];
+  st.theta = c.theta[1] * h;
   for (PetscInt i = 0; i < n; ++i) {
     base_u[i] = c.a1 * u1[i] - c.a0 * p->u[i];
     st.s0[i] = c.a1 * s1[i] - c.a0 * p->s[i];
@@ -327,7 +334,7 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
 
     p->v2[i] = v;
     p->u2[i] = base_u[i] + st.theta * v;
-    p->slip_error += fabs(h * (c.error[0] * fabs(p->v[i]) + c.error[1] * fabs(v1[i]) + c.error[2] * fabs(v)));
+    p->slip_error += fabs(h / c.divisor * ((1 - GAMMA) * fabs(p->v[i]) - fabs(v1[i]) + GAMMA * fabs(v)));
     if (v != 0) p->growth += (v > 0 ? 1 : -1) * (v - c.a1 * v1[i] + c.a0 * p->v[i]) / st.theta;
   }
   return PETSC_TRUE;
@@ -343,7 +350,7 @@ double PlainFaultStrength(const PlainFault *p, PetscInt i)
 
 double PlainFaultWeakening(const PlainFault *p, PetscInt i)
 {
-  return PlainFaultStrength(p, i) - SlipFrictionWeakest(&p->friction, i) * p->friction.stress[i];
+  return SlipFrictionExcess(&p->friction, i, p->s[i], fabs(p->v[i])) * p->friction.stress[i];
 }
 
 void PlainFaultAccept(PlainFault *p)
@@ -402,6 +409,7 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   PetscCall(SlipFaultGetTimeScale(fault, &tstar));
   PetscCall(SlipFaultGetReal(fault, "initial_perturbation", &perturbation));
   p->friction.weight = NULL; /* 1 on a grid */
+  SlipBatheSetUp(GAMMA, &p->bathe);
   p->mass = (double)mass;
   p->tstar = (double)tstar;
   PetscCall(PetscMalloc4(n * n, &p->K, n * n, &p->H, 2 * n * n + arrays * n, &p->work, n, &p->index));

@@ -12,6 +12,7 @@ typedef struct {
   double tstar;                         /* [s] */
   double *K, *H;                        /* [n n] Pa/m, Pa s/m */
   SlipFrictionCells friction;           /* of the fault, which must live as long */
+  SlipBathe bathe;
   double drop_slip, mean_drop, mean_dc; /* D [m], mean fall of the strength by all weakening [Pa], mean d_c [m] */
   double critical_energy;               /* uc' K uc [Pa m] */
   /* the state, and that at the end of the attempt */

@@ -59,8 +59,9 @@ static void Step(const PlainSmall *p, PetscReal t, PetscReal h, PetscReal w[])
   PetscReal b[SMALL_MAX_STATES], w1[SMALL_MAX_STATES], theta[2];
   SlipBathe c;
 
-  SlipBatheCoefficients(GAMMA, &c);
-  SlipBatheThetas(GAMMA, h, theta);
+  SlipBatheSetUp(GAMMA, &c);
+  theta[0] = c.theta[0] * h;
+  theta[1] = c.theta[1] * h;
   for (PetscInt i = 0; i < p->n; ++i) b[i] = p->A[i] * w[i] + theta[0] * Force(p, i, t, w);
   b[0] += theta[0] * (r + (p->force ? (*p->force)(p->model, t + GAMMA * h) : 0));
   Stage(p, theta[0], theta[0], b, w1);
