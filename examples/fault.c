@@ -32,6 +32,7 @@ static PetscErrorCode Run(void)
   PetscCall(TSSetSolution(ts, w));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
+  PetscCall(SlipCheckSolverOptions(ts));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckOptions(ts));
   PetscCall(PetscLogStagePop());

@@ -24,6 +24,11 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[]
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters, critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipFaultDestroy(SlipFault *fault);
+PETSC_EXTERN PetscErrorCode SlipFaultReference(SlipFault fault);
+/* "upper_" makes -upper_fault_nx of -fault_nx */
+PETSC_EXTERN PetscErrorCode SlipFaultSetOptionsPrefix(SlipFault fault, const char prefix[]);
+PETSC_EXTERN PetscErrorCode SlipFaultAppendOptionsPrefix(SlipFault fault, const char prefix[]);
+PETSC_EXTERN PetscErrorCode SlipFaultGetOptionsPrefix(SlipFault fault, const char *prefix[]);
 
 /* State w: block size 3, (v, u, s) per cell [m/s, m, m]; cell e = iz * nx + ix; PETSc's default distribution of
    cells. */

@@ -8,13 +8,20 @@ typedef struct {
   hid_t id;
   char name[PETSC_MAX_PATH_LEN];
   char target[PETSC_MAX_PATH_LEN]; /* writing: final name, taken at SlipH5Close(); the file is written as target.part */
+  char source[64];                 /* for messages: " (-option)" that named the file, or "" */
 } SlipH5;
 
 PETSC_EXTERN PetscErrorCode SlipH5OpenRead(const char file[],
                                            SlipH5 *h); /* PETSC_ERR_FILE_OPEN: missing, truncated or not HDF5 */
+/* Likewise, and errors name the option that named the file: its prefix, or NULL, and its name without dash. */
+PETSC_EXTERN PetscErrorCode SlipH5OpenReadOption(const char prefix[], const char option[], const char file[],
+                                                 SlipH5 *h);
+/* Collective: errors of opening it; for objects that read the file of an option later */
+PETSC_EXTERN PetscErrorCode SlipH5CheckRead(MPI_Comm comm, const char prefix[], const char option[], const char file[]);
 PETSC_EXTERN PetscErrorCode SlipH5Create(const char file[], SlipH5 *h); /* opens file.part */
 PETSC_EXTERN PetscErrorCode SlipH5Close(SlipH5 *h);                     /* writing: renames into place */
 PETSC_EXTERN PetscErrorCode SlipH5CheckCreate(const char file[]);       /* errors of SlipH5Create(), nothing is left */
+PETSC_EXTERN PetscErrorCode SlipH5CheckCreateOption(const char prefix[], const char option[], const char file[]);
 PETSC_EXTERN PetscErrorCode SlipH5Flush(SlipH5 *h);
 
 PETSC_EXTERN PetscErrorCode SlipH5Has(SlipH5 *h, const char path[], PetscBool *has); /* group or dataset */

@@ -1,6 +1,6 @@
 /* Initialisation, registration and version of the SlipStep library. */
 #pragma once
-#include <petscsys.h>
+#include <petscts.h>
 
 #define SLIPSTEP_VERSION_MAJOR 0
 #define SLIPSTEP_VERSION_MINOR 2
@@ -22,6 +22,8 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_slipstep(void);
 
 /* Programs: errors end with one line on stderr ("program: error: message") unless -slip_traceback is given. */
 PETSC_EXTERN PetscErrorCode SlipErrorHandlerPush(const char program[]);
+/* Before TSSetFromOptions(): what PETSc would refuse without naming the option. */
+PETSC_EXTERN PetscErrorCode SlipCheckSolverOptions(TS ts);
 /* A warning for each option that nothing has read: most often they are mistyped. */
 PETSC_EXTERN PetscErrorCode SlipWarnOfUnusedOptions(void);
 /* One line on stderr, "program: warning: ...", from the process that calls it. */

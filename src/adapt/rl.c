@@ -1,6 +1,7 @@
 /* TSADAPTRL: a learned policy chooses the step; guard rails keep a run going where it would not. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>
+#include <sliph5.h>
 
 /* A solve begins: the state of now is the start. */
 static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
@@ -230,9 +231,11 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
              "-ts_adapt_rl_error_ceiling is %g; expected a positive number, or 0 for none", (double)rl->error_ceiling);
   PetscCheck(!set || file[0], PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_WRONG,
              "-ts_adapt_rl_policy has no value, expected the name of a file");
-  PetscCall(SlipErrorSource("-ts_adapt_rl_policy"));
-  if (set) PetscCall(TSAdaptRLSetPolicyFile(adapt, file));
-  PetscCall(SlipErrorSource(NULL));
+  if (set) {
+    PetscCall(
+      SlipH5CheckRead(PetscObjectComm((PetscObject)adapt), ((PetscObject)adapt)->prefix, "ts_adapt_rl_policy", file));
+    PetscCall(TSAdaptRLSetPolicyFile(adapt, file));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,9 +1,6 @@
 /* Cells: their distribution, centres and per-cell parameters, uniform or from -fault_parameters. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipcompat.h>
-#include <slipstep/private/slipsys.h>
-#include <slipsys.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -21,44 +18,6 @@ PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, Pe
   }
   *x = ((e % nx) + 0.5) * fault->value[FAULT_LENGTH_X] / nx;
   *z = fault->value[FAULT_DEPTH_TOP] + ((e / nx) + 0.5) * fault->value[FAULT_LENGTH_Z] / nz;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipFaultDistribute(SlipFault fault)
-{
-  const PetscReal nx = fault->value[FAULT_NX], nz = fault->value[FAULT_NZ];
-  PetscMPIInt size;
-
-  PetscFunctionBegin;
-  PetscCheck(3 * nx * nz < (PetscReal)PETSC_MAX_INT, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-fault_nx %g times -fault_nz %g is more than this build's integers hold", (double)nx, (double)nz);
-  fault->N = (PetscInt)nx * (PetscInt)nz;
-  PetscCallMPI(MPI_Comm_size(fault->comm, &size));
-  PetscCheck(size <= fault->N, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "%d processes for %" PetscInt_FMT " cells (-fault_nx times -fault_nz): expected at most one process per "
-             "cell",
-             (int)size, fault->N);
-  fault->n = fault->mesh.n ? fault->mesh.nlocal : PETSC_DECIDE;
-  PetscCall(PetscSplitOwnership(fault->comm, &fault->n, &fault->N));
-  fault->start = 0;
-  PetscCallMPI(MPI_Exscan(&fault->n, &fault->start, 1, MPIU_INT, MPI_SUM, fault->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Values that the scalar parameters give. */
-static PetscErrorCode SlipFaultFillFields(SlipFault fault)
-{
-  PetscReal x, z;
-
-  PetscFunctionBegin;
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->field[f]));
-    for (PetscInt i = 0; i < fault->n; i++) fault->field[f][i] = fault->value[SlipFaultFields[f]];
-  }
-  for (PetscInt i = 0; i < fault->n; i++) {
-    PetscCall(SlipFaultCellCentre(fault, fault->start + i, &x, &z));
-    fault->field[FIELD_NORMAL_STRESS][i] += fault->value[FAULT_NORMAL_STRESS_GRADIENT] * z;
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,80 +52,51 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultCheckShape(SlipFault fault, const char file[], const char path[], const PetscInt dims[2])
+/* On rank 0, from the open file: data [field][N] and which fields the file holds. */
+static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal data[], PetscInt has[])
 {
   const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
-
-  PetscFunctionBegin;
-  PetscCheck(!fault->mesh.n || dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-fault_parameters): %s has %" PetscInt_FMT " entries, expected one for each of the %" PetscInt_FMT
-             " cells of -fault_mesh %s",
-             file, path, dims[1], nx, fault->text[FAULT_MESH]);
-  PetscCheck(dims[0] == nz && dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-fault_parameters): %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT
-             "], expected [Nz, Nx] = [%" PetscInt_FMT ", %" PetscInt_FMT "]",
-             file, path, dims[0], dims[1], nz, nx);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f, PetscReal data[], PetscBool *has)
-{
-  char path[64], source[PETSC_MAX_PATH_LEN + 32];
-  PetscInt dims[2] = {1, 1};
   const PetscInt ndim = fault->mesh.n ? 1 : 2; /* a mesh's fields are [n] */
-  PetscReal *read;
-  PetscErrorCode ierr;
-
-  PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", SlipFaultReals[SlipFaultFields[f]].name));
-  PetscCall(SlipH5Has(h, path, has));
-  if (!*has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5ReadReal(h, path, ndim, dims + 2 - ndim, &read));
-  (void)snprintf(source, sizeof(source), "%s (-fault_parameters)", h->name);
-  ierr = SlipFaultCheckShape(fault, h->name, path, dims);
-  if (!ierr) ierr = SlipFaultCheckField(fault, source, f, read);
-  if (!ierr) ierr = PetscArraycpy(data, read, fault->N);
-  PetscCall(PetscFree(read));
-  PetscCall(ierr);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipFaultReadOpenFields(SlipFault fault, SlipH5 *h, PetscReal data[], PetscInt has[])
-{
+  char path[64], names[256], source[PETSC_MAX_PATH_LEN + 64];
   PetscInt found = 0;
-  char names[256];
   size_t used = 0;
 
   PetscFunctionBegin;
+  (void)snprintf(source, sizeof(source), "%s%s", h->name, h->source);
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    const char *name = SlipFaultReals[SlipFaultFields[f]].name;
+    PetscInt dims[2] = {1, 1};
+    PetscReal *read;
     PetscBool flg;
 
-    PetscCall(SlipFaultReadField(fault, h, f, data + (size_t)f * fault->N, &flg));
-    found += has[f] = flg ? 1 : 0;
-    PetscCall(PetscSNPrintf(names + used, sizeof(names) - used, " %s", SlipFaultReals[SlipFaultFields[f]].name));
+    PetscCall(PetscSNPrintf(names + used, sizeof(names) - used, " %s", name));
     PetscCall(PetscStrlen(names, &used));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", name));
+    PetscCall(SlipH5Has(h, path, &flg));
+    has[f] = flg ? 1 : 0;
+    if (!flg) continue;
+    found++;
+    PetscCall(SlipH5ReadReal(h, path, ndim, dims + 2 - ndim, &read));
+    PetscCheck(!fault->mesh.n || dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s: %s has %" PetscInt_FMT " entries, expected one for each of the %" PetscInt_FMT
+               " cells of -%sfault_mesh %s",
+               source, path, dims[1], nx, SlipFaultPrefix(fault), fault->text[FAULT_MESH]);
+    PetscCheck(dims[0] == nz && dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s: %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT "], expected [Nz, Nx] = [%" PetscInt_FMT
+               ", %" PetscInt_FMT "]",
+               source, path, dims[0], dims[1], nz, nx);
+    PetscCall(SlipFaultCheckField(fault, source, f, read));
+    PetscCall(PetscArraycpy(data + (size_t)f * fault->N, read, fault->N));
+    PetscCall(PetscFree(read));
   }
-  PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s (-fault_parameters) holds none of the fields%s",
-             h->name, names);
+  PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s holds none of the fields%s", source, names);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On rank 0: data [field][N] and which fields the file holds. */
-static PetscErrorCode SlipFaultReadFields(SlipFault fault, PetscReal data[], PetscInt has[])
-{
-  SlipH5 h;
-  PetscErrorCode ierr;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5OpenRead(fault->text[FAULT_PARAMETERS], &h));
-  ierr = SlipFaultReadOpenFields(fault, &h, data, has);
-  PetscCall(SlipH5Close(&h));
-  PetscCall(ierr);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
+/* The fields of -fault_parameters, which rank 0 reads. */
 static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 {
+  SlipH5 h;
   PetscReal *data;
   PetscInt has[FAULT_NUM_FIELDS] = {0};
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -175,7 +105,13 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCall(PetscMalloc1((size_t)fault->N * FAULT_NUM_FIELDS, &data));
-  if (!rank) ierr = SlipFaultReadFields(fault, data, has);
+  if (!rank) {
+    ierr = SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_parameters", fault->text[FAULT_PARAMETERS], &h);
+    if (!ierr) {
+      ierr = SlipFaultReadFields(fault, &h, data, has);
+      PetscCall(SlipH5Close(&h));
+    }
+  }
   ierr = SlipErrorBcast(fault->comm, ierr);
   if (ierr) PetscCall(PetscFree(data));
   PetscCall(ierr);
@@ -217,6 +153,7 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[])
 {
   PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetField() before SlipFaultSetUp()");
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
     PetscBool same;
@@ -235,35 +172,51 @@ PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n,
           name);
 }
 
-/* Fields of SlipFaultSetField() replace what the scalar parameters gave. */
-static PetscErrorCode SlipFaultTakeGiven(SlipFault fault)
+PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
 {
-  PetscFunctionBegin;
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    const char *name = SlipFaultReals[SlipFaultFields[f]].name;
+  const PetscReal nx = fault->value[FAULT_NX], nz = fault->value[FAULT_NZ];
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscReal low = PETSC_MAX_REAL;
+  PetscInt any = 0;
+  PetscMPIInt size;
 
+  PetscFunctionBegin;
+  /* distribution */
+  PetscCheck(3 * nx * nz < (PetscReal)PETSC_MAX_INT, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-%sfault_nx %g times -%sfault_nz %g is more than this build's integers hold", prefix, (double)nx, prefix,
+             (double)nz);
+  fault->N = (PetscInt)nx * (PetscInt)nz;
+  PetscCallMPI(MPI_Comm_size(fault->comm, &size));
+  PetscCheck(size <= fault->N, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "%d processes for %" PetscInt_FMT " cells (-%sfault_nx times -%sfault_nz): expected at most one process "
+             "per cell",
+             (int)size, fault->N, prefix, prefix);
+  fault->n = fault->mesh.n ? fault->mesh.nlocal : PETSC_DECIDE;
+  PetscCall(PetscSplitOwnership(fault->comm, &fault->n, &fault->N));
+  fault->start = 0;
+  PetscCallMPI(MPI_Exscan(&fault->n, &fault->start, 1, MPIU_INT, MPI_SUM, fault->comm));
+
+  /* fields: what the scalar parameters give, then what SlipFaultSetField() and the file give instead */
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->field[f]));
+    for (PetscInt i = 0; i < fault->n; i++) fault->field[f][i] = fault->value[SlipFaultFields[f]];
+  }
+  for (PetscInt i = 0; i < fault->n; i++) {
+    PetscReal x, z;
+
+    PetscCall(SlipFaultCellCentre(fault, fault->start + i, &x, &z));
+    fault->field[FIELD_NORMAL_STRESS][i] += fault->value[FAULT_NORMAL_STRESS_GRADIENT] * z;
+  }
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
     if (!fault->given[f]) continue;
     PetscCheck(fault->ngiven[f] == fault->N, fault->comm, PETSC_ERR_ARG_SIZ,
-               "SlipFaultSetField(): %s was given for %" PetscInt_FMT " cells, expected %" PetscInt_FMT, name,
-               fault->ngiven[f], fault->N);
+               "SlipFaultSetField(): %s was given for %" PetscInt_FMT " cells, expected %" PetscInt_FMT,
+               SlipFaultReals[SlipFaultFields[f]].name, fault->ngiven[f], fault->N);
     PetscCall(SlipFaultCheckField(fault, "SlipFaultSetField()", f, fault->given[f]));
     SlipFaultTakeField(fault, f, fault->given[f]);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
-{
-  PetscReal low = PETSC_MAX_REAL;
-  PetscInt any = 0;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultDistribute(fault));
-  PetscCall(SlipFaultFillFields(fault));
-  PetscCall(SlipFaultTakeGiven(fault));
-  PetscCall(SlipErrorSource("-fault_parameters"));
   if (fault->text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
-  PetscCall(SlipErrorSource(NULL));
+
   for (PetscInt i = 0; i < fault->n; i++) {
     low = PetscMin(low, fault->field[FIELD_NORMAL_STRESS][i]);
     any = any || fault->field[FIELD_LOADING_RATE][i] != 0;
@@ -271,9 +224,9 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &low, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
   PetscCheck(low > 0, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "the least effective normal stress is %.6g Pa, expected > 0: raise -fault_normal_stress or "
-             "-fault_normal_stress_gradient",
-             (double)low);
+             "the least effective normal stress is %.6g Pa, expected > 0: raise -%sfault_normal_stress or "
+             "-%sfault_normal_stress_gradient",
+             (double)low, prefix, prefix);
   fault->loaded = any ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

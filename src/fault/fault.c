@@ -1,7 +1,6 @@
 /* A fault's life: create, set up, state, destroy. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipcompat.h>
 
 /*@
   SlipFaultCreate - the reference case "3 km" with one cell
@@ -23,10 +22,11 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
   SlipFault f;
 
   PetscFunctionBegin;
+  PetscAssertPointer(fault, 2);
   PetscCall(SlipFaultInitializePackage());
-  PetscCall(PetscNew(&f));
-  PetscCall(PetscCommDuplicate(comm, &f->comm, NULL));
-  f->refct = 1;
+  PetscCall(PetscHeaderCreate(f, SLIP_FAULT_CLASSID, "SlipFault", "Strike-slip fault", "SlipFault", comm,
+                              SlipFaultDestroy, SlipFaultView));
+  f->comm = PetscObjectComm((PetscObject)f);
   f->scaling = 1;
   for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) f->value[i] = SlipFaultReals[i].value;
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
@@ -54,6 +54,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscReal thickness;
 
   PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultMeshSetUp(fault));
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
@@ -65,7 +66,11 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
   fault->setup = PETSC_TRUE;
-  if (fault->viewer) PetscCall(SlipFaultView(fault, fault->viewer));
+  if (fault->viewer) {
+    PetscCall(PetscViewerPushFormat(fault->viewer, fault->format));
+    PetscCall(SlipFaultView(fault, fault->viewer));
+    PetscCall(PetscViewerPopFormat(fault->viewer));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -79,15 +84,17 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
 
   Level: beginner
 
-.seealso: SlipFaultCreate()
+.seealso: SlipFaultCreate(), SlipFaultReference()
 @*/
 PetscErrorCode SlipFaultDestroy(SlipFault *fault)
 {
   SlipFault f = *fault;
 
   PetscFunctionBegin;
+  if (!f) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscValidHeaderSpecific(f, SLIP_FAULT_CLASSID, 1);
   *fault = NULL;
-  if (!f || --f->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (--((PetscObject)f)->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultOutputDestroy(&f->output));
   PetscCall(SlipFaultRunErrorDestroy(f));
   PetscCall(SlipConstraintDestroy(&f->con));
@@ -107,8 +114,97 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscCall(MatDestroy(&f->B));
   PetscCall(MatDestroy(&f->H));
   PetscCall(MatDestroy(&f->K));
-  PetscCall(PetscCommDestroy(&f->comm));
-  PetscCall(PetscFree(f));
+  PetscCall(PetscHeaderDestroy(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultReference - one more owner of a fault
+
+  Logically collective
+
+  Input Parameter:
+. fault - the fault
+
+  Level: intermediate
+
+.seealso: SlipFaultDestroy()
+@*/
+PetscErrorCode SlipFaultReference(SlipFault fault)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscCall(PetscObjectReference((PetscObject)fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultSetOptionsPrefix - what the names of this fault's options begin with, for two faults in one program
+
+  Logically collective; before SlipFaultSetFromOptions()
+
+  Input Parameters:
++ fault  - the fault
+- prefix - with "upper_" the option for the cells along strike is -upper_fault_nx; NULL for none. Copied.
+
+  Level: intermediate
+
+  Notes:
+  Stiffness, viscosity and stage operator have the prefix too, and so has the solver of the critical state,
+  -<prefix>fault_start_ksp_type. A TS has a prefix of its own.
+
+.seealso: SlipFaultAppendOptionsPrefix(), SlipFaultGetOptionsPrefix(), SlipFaultSetFromOptions()
+@*/
+PetscErrorCode SlipFaultSetOptionsPrefix(SlipFault fault, const char prefix[])
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscCall(PetscObjectSetOptionsPrefix((PetscObject)fault, prefix));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultAppendOptionsPrefix - add to what the names of this fault's options begin with
+
+  Logically collective; before SlipFaultSetFromOptions()
+
+  Input Parameters:
++ fault  - the fault
+- prefix - comes after the prefix that there is
+
+  Level: advanced
+
+.seealso: SlipFaultSetOptionsPrefix(), SlipFaultGetOptionsPrefix()
+@*/
+PetscErrorCode SlipFaultAppendOptionsPrefix(SlipFault fault, const char prefix[])
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscCall(PetscObjectAppendOptionsPrefix((PetscObject)fault, prefix));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultGetOptionsPrefix - what the names of this fault's options begin with
+
+  Not collective
+
+  Input Parameter:
+. fault - the fault
+
+  Output Parameter:
+. prefix - borrowed; NULL for none
+
+  Level: intermediate
+
+.seealso: SlipFaultSetOptionsPrefix(), SlipFaultAppendOptionsPrefix()
+@*/
+PetscErrorCode SlipFaultGetOptionsPrefix(SlipFault fault, const char *prefix[])
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscAssertPointer(prefix, 2);
+  PetscCall(PetscObjectGetOptionsPrefix((PetscObject)fault, prefix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -135,7 +231,8 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
 PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
 {
   PetscFunctionBegin;
-  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  SlipFaultCheckSetUp(fault, 1);
+  PetscAssertPointer(w, 2);
   PetscCall(VecCreate(fault->comm, w));
   PetscCall(VecSetSizes(*w, 3 * fault->n, 3 * fault->N));
   PetscCall(VecSetBlockSize(*w, 3));
@@ -172,7 +269,8 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   const PetscReal *uc;
 
   PetscFunctionBegin;
-  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(w, VEC_CLASSID, 2);
   PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
   PetscCall(VecZeroEntries(w));
   if (!critical) PetscFunctionReturn(PETSC_SUCCESS);
@@ -206,7 +304,7 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
 PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal *mass)
 {
   PetscFunctionBegin;
-  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  SlipFaultCheckSetUp(fault, 1);
   if (K) *K = fault->K;
   if (H) *H = fault->H;
   if (mass) *mass = fault->mass;
@@ -233,7 +331,8 @@ PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal 
 PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar)
 {
   PetscFunctionBegin;
-  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  SlipFaultCheckSetUp(fault, 1);
+  PetscAssertPointer(tstar, 2);
   *tstar = fault->tstar;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,5 @@
 /* The fault as a TS problem. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipsys.h>
 
 #define SLIP_FAULT_RTOL 1e-3     /* reference tolerance, as SLIP_FAULT_ATOL */
 #define SLIP_FAULT_MAX_TIME 30.0 /* [s] */
@@ -10,18 +9,9 @@
 static PetscErrorCode SlipFaultOfTS(TS ts, SlipFault *fault)
 {
   PetscFunctionBegin;
-  PetscCall(SlipObjectQueryData((PetscObject)ts, "SlipFault", fault));
+  PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)fault));
   PetscCheck(*fault, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
              "this TS was not configured by a fault");
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipFaultRelease(SlipContainerArg arg)
-{
-  SlipFault fault = (SlipFault)SlipContainerArgPointer(arg);
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultDestroy(&fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -129,8 +119,7 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
 static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
 {
   PetscFunctionBegin;
-  fault->refct++;
-  PetscCall(SlipObjectComposeData((PetscObject)ts, "SlipFault", fault, SlipFaultRelease));
+  PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));
   PetscCall(TSSetSlipProblem(ts, &FaultProblem));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -159,7 +148,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
 PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
 {
   PetscFunctionBegin;
-  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(SlipFaultConstraintCreate(fault));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
   PetscCall(TSSetType(ts, TSBATHE));

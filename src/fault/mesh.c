@@ -1,49 +1,34 @@
 /* A fault of irregular cells, -fault_mesh: its file, its stiffness, and the weights of its rows. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipcompat.h>
-#include <slipstep/private/slipsys.h>
-#include <slipsys.h>
 
 #define MESH_DATASET "/cells"
 #define MESH_COLUMNS "x y z length width"
 enum { MESH_NUM_COLUMNS = 5 };
 
-static PetscErrorCode SlipFaultMeshReadOpen(SlipH5 *h, PetscInt *n, PetscReal **rows)
-{
-  PetscInt dims[2];
-  char columns[128];
-  PetscBool has, same = PETSC_TRUE;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5ReadReal(h, MESH_DATASET, 2, dims, rows));
-  PetscCheck(dims[1] == MESH_NUM_COLUMNS && dims[0] > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-fault_mesh): " MESH_DATASET " has shape [%" PetscInt_FMT ", %" PetscInt_FMT
-             "], expected [n, 5] with the columns " MESH_COLUMNS,
-             h->name, dims[0], dims[1]);
-  PetscCall(SlipH5HasAttribute(h, MESH_DATASET, "columns", &has));
-  if (has) {
-    PetscCall(SlipH5ReadAttrString(h, MESH_DATASET, "columns", columns, sizeof(columns)));
-    PetscCall(PetscStrcmp(columns, MESH_COLUMNS, &same));
-  }
-  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-fault_mesh): the columns of " MESH_DATASET " are \"%s\", expected \"" MESH_COLUMNS "\"", h->name,
-             columns);
-  *n = dims[0];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Rank 0: rows [n][5] of the file. */
-static PetscErrorCode SlipFaultMeshRead(const char file[], PetscInt *n, PetscReal **rows)
+static PetscErrorCode SlipFaultMeshRead(SlipFault fault, PetscInt *n, PetscReal **rows)
 {
   SlipH5 h;
-  PetscErrorCode ierr;
+  PetscInt dims[2];
+  char columns[128] = MESH_COLUMNS;
+  PetscBool has, same;
 
   PetscFunctionBegin;
-  PetscCall(SlipH5OpenRead(file, &h));
-  ierr = SlipFaultMeshReadOpen(&h, n, rows);
+  PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_mesh", fault->text[FAULT_MESH], &h));
+  PetscCall(SlipH5ReadReal(&h, MESH_DATASET, 2, dims, rows));
+  PetscCheck(dims[1] == MESH_NUM_COLUMNS && dims[0] > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s%s: " MESH_DATASET " has shape [%" PetscInt_FMT ", %" PetscInt_FMT
+             "], expected [n, 5] with the columns " MESH_COLUMNS,
+             h.name, h.source, dims[0], dims[1]);
+  PetscCall(SlipH5HasAttribute(&h, MESH_DATASET, "columns", &has));
+  if (has) PetscCall(SlipH5ReadAttrString(&h, MESH_DATASET, "columns", columns, sizeof(columns)));
+  PetscCall(PetscStrcmp(columns, MESH_COLUMNS, &same));
+  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s%s: the columns of " MESH_DATASET " are \"%s\", expected \"" MESH_COLUMNS "\"", h.name, h.source,
+             columns);
   PetscCall(SlipH5Close(&h));
-  PetscCall(ierr);
+  *n = dims[0];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -90,7 +75,8 @@ static void SlipFaultMeshExtents(SlipFault fault)
 PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
 {
   const char *file = fault->text[FAULT_MESH];
-  char source[PETSC_MAX_PATH_LEN + 32];
+  const char *prefix = SlipFaultPrefix(fault);
+  char source[PETSC_MAX_PATH_LEN + 64];
   PetscReal *rows = NULL, *column[MESH_NUM_COLUMNS];
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscMPIInt rank;
@@ -99,10 +85,10 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
   PetscFunctionBegin;
   if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->text[FAULT_STIFFNESS_FILE][0], fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-fault_stiffness_file %s and -fault_mesh %s exclude each other", fault->text[FAULT_STIFFNESS_FILE], file);
+             "-%sfault_stiffness_file %s and -%sfault_mesh %s exclude each other", prefix,
+             fault->text[FAULT_STIFFNESS_FILE], prefix, file);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  PetscCall(SlipErrorSource("-fault_mesh"));
-  if (!rank) ierr = SlipFaultMeshRead(file, &n, &rows);
+  if (!rank) ierr = SlipFaultMeshRead(fault, &n, &rows);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCallMPI(MPI_Bcast(&n, 1, MPIU_INT, 0, fault->comm));
   PetscCall(SlipFaultCellsCreate(fault, n, &fault->mesh, column));
@@ -111,12 +97,11 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
     PetscCallMPI(MPI_Bcast(column[k], (PetscMPIInt)n, MPIU_REAL, 0, fault->comm));
   }
   PetscCall(PetscFree(rows));
-  PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-fault_mesh)", file));
+  PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", file, prefix));
   PetscCall(SlipCellsCheck(fault->comm, &fault->mesh, source));
   SlipFaultMeshExtents(fault);
   PetscCall(
     SlipCellsPartition(fault->comm, &fault->mesh, fault->text[FAULT_OPERATOR], &fault->order, &fault->mesh.nlocal));
-  PetscCall(SlipErrorSource(NULL));
   fault->mesh.order = fault->order;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -152,9 +137,9 @@ PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, PetscBool *done)
   *done = cells.n || hmat ? PETSC_TRUE : PETSC_FALSE;
   if (!*done) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!cells.n || !fft, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-fault_operator fft needs a uniform grid, but -fault_mesh %s is an irregular one: expected dense, hmat "
-             "or auto",
-             fault->text[FAULT_MESH]);
+             "-%sfault_operator fft needs a uniform grid, but -%sfault_mesh %s is an irregular one: expected dense, "
+             "hmat or auto",
+             SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->text[FAULT_MESH]);
   if (!fault->mesh.n) PetscCall(SlipFaultCellsOfGrid(fault, &cells));
   PetscCall(MatCreateSlipCellStiffness(fault->comm, &cells, type, fault->value[FAULT_HMAT_TOLERANCE], &fault->K));
   if (!fault->mesh.n) PetscCall(SlipCellsDestroy(&cells));

@@ -1,7 +1,5 @@
 /* Output of a fault: what it adds to that of any run, by a monitor of its fields. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipsys.h>
-#include <slipcompat.h>
 
 PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
 {
@@ -18,7 +16,8 @@ PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor: /fields for the start and every n-th step. */
+/* TSMonitor: /fields for the start and every n-th step. The file is there from the first step on; the start is written
+   then. */
 static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -27,6 +26,7 @@ static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time
 
   PetscFunctionBegin;
   if (step < 0 || !out) PetscFunctionReturn(PETSC_SUCCESS);
+  if (step) PetscCall(SlipFaultOutputBegin(out));
   if (step % (PetscInt)fault->value[FAULT_OUTPUT_INTERVAL] != 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipOutputReaction(ts, &r));
   PetscCall(SlipFaultOutputFields(out, time, w, r));
@@ -49,18 +49,20 @@ static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time
   Errors: PETSC_ERR_FILE_OPEN when the file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field.
 
   Notes:
-  The content goes to FILE.part, which takes FILE's name in SlipFaultOutputFinish(): a run that fails leaves an older
-  FILE as it was. slipfault.h describes the layout.
+  The content goes to FILE.part, made after the first attempt, which takes FILE's name in SlipFaultOutputFinish(): a run
+  that fails leaves an older FILE as it was. slipfault.h describes the layout.
 
 .seealso: SlipFaultOutputFinish()
 @*/
 PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
 {
+  PetscErrorCode ierr = PETSC_SUCCESS;
   SlipFaultOutput out;
   Vec w;
 
   PetscFunctionBegin;
-  PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(SlipFaultRunErrorStart(fault, ts));
   if (!fault->text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
@@ -69,14 +71,13 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   fault->output = out;
   out->fault = fault;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &out->rank));
-  PetscCall(SlipErrorSource("-fault_output"));
-  PetscCall(SlipFaultOutputOpen(out, ts));
-  PetscCall(SlipErrorSource(NULL));
+  if (!out->rank) ierr = SlipH5CheckCreateOption(SlipFaultPrefix(fault), "fault_output", fault->text[FAULT_OUTPUT]);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(SlipFaultOutputCreateRun(out, ts));
   PetscCall(SlipFaultCreateState(fault, &w));
   PetscCall(SlipFaultGatherCreate(fault, w, &out->gather_w, &out->w0));
   PetscCall(SlipFaultGatherCreate(fault, fault->uc, &out->gather_r, &out->r0));
   PetscCall(VecDestroy(&w));
-  PetscCall(SlipFaultOutputMesh(out));
   PetscCall(TSMonitorSet(ts, SlipFaultFieldMonitor, fault, NULL));
   PetscCall(SlipLogOutputEnd());
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -134,9 +135,12 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   Vec w;
 
   PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(SlipFaultGetObservables(fault, w, NULL, &obs));
   if (out) {
+    PetscCall(SlipFaultOutputBegin(out));
     PetscCall(SlipFaultOutputLastFields(out, ts));
     run = out->run;
     out->run = NULL;

@@ -1,8 +1,6 @@
 /* What the output file of a run holds: its layout, the mesh, and the fields. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipstep/private/slipsys.h>
-#include <slipcompat.h>
 
 static const SlipOutputColumn SeriesColumns[] = {
   {"mean_slip_rate", "m/s", PETSC_FALSE},   {"max_slip_rate", "m/s", PETSC_FALSE},
@@ -22,28 +20,6 @@ static const struct {
   [OUTPUT_TRACTION] = {"traction", "Pa", -1},
 };
 
-/* Which fields -fault_output_fields names. */
-static PetscErrorCode SlipFaultOutputChoose(SlipFaultOutput out)
-{
-  char **names;
-  int n;
-
-  PetscFunctionBegin;
-  PetscCall(PetscStrToArray(out->fault->text[FAULT_OUTPUT_FIELDS], ',', &n, &names));
-  for (int i = 0; i < n; i++) {
-    PetscBool same = PETSC_FALSE;
-
-    for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS && !same; f++) {
-      PetscCall(PetscStrcmp(names[i], OutputFields[f].name, &same));
-      if (same) out->wanted[f] = PETSC_TRUE;
-    }
-    PetscCheck(same, out->fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-               "-fault_output_fields has \"%s\", expected slip_rate, slip, displacement or traction", names[i]);
-  }
-  PetscCall(PetscStrToArrayDestroy(n, names));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx)
 {
   SlipFaultObservables o;
@@ -62,37 +38,38 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0 */
-static PetscErrorCode SlipFaultOutputLayout(SlipFaultOutput out)
+/* Collective: which fields -fault_output_fields names, and the output of the run. */
+PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
 {
   SlipFault fault = out->fault;
-  const PetscInt shape[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
-  const PetscInt ndim = fault->mesh.n ? 1 : 2, *dims = shape + 2 - ndim; /* [n] for a mesh */
-  char path[64];
+  char **names;
+  int n;
 
   PetscFunctionBegin;
-  PetscCall(SlipH5CreateSeries(out->file, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
-  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
-    if (!out->wanted[f]) continue;
-    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5CreateSeries(out->file, path, ndim, dims, PETSC_FALSE, OutputFields[f].unit));
+  PetscCall(PetscStrToArray(fault->text[FAULT_OUTPUT_FIELDS], ',', &n, &names));
+  for (int i = 0; i < n; i++) {
+    PetscBool same = PETSC_FALSE;
+
+    for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS && !same; f++) {
+      PetscCall(PetscStrcmp(names[i], OutputFields[f].name, &same));
+      if (same) out->wanted[f] = PETSC_TRUE;
+    }
+    PetscCheck(same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+               "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement or traction",
+               SlipFaultPrefix(fault), names[i]);
   }
+  PetscCall(PetscStrToArrayDestroy(n, names));
+  PetscCall(SlipOutputCreate(ts, fault->text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns), SeriesColumns,
+                             SlipFaultOutputSeries, fault, &out->run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fails on every rank when rank 0 cannot create the file. */
-PetscErrorCode SlipFaultOutputOpen(SlipFaultOutput out, TS ts)
+/* Shape of a field in the file, [Nz, Nx], or [n] for a mesh. */
+static PetscInt FieldShape(SlipFault fault, PetscInt dims[2])
 {
-  PetscErrorCode ierr = PETSC_SUCCESS;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultOutputChoose(out));
-  PetscCall(SlipOutputCreate(ts, out->fault->text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns),
-                             SeriesColumns, SlipFaultOutputSeries, out->fault, &out->run));
-  out->file = SlipOutputFile(out->run);
-  if (!out->rank) ierr = SlipFaultOutputLayout(out);
-  PetscCall(SlipErrorBcast(out->fault->comm, ierr));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  dims[0] = fault->mesh.n ? (PetscInt)fault->value[FAULT_NX] : (PetscInt)fault->value[FAULT_NZ];
+  dims[1] = (PetscInt)fault->value[FAULT_NX];
+  return fault->mesh.n ? 1 : 2;
 }
 
 static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
@@ -121,9 +98,8 @@ static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
 static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[], const char unit[], Vec x)
 {
   SlipFault fault = out->fault;
-  const PetscInt shape[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
-  const PetscInt ndim = fault->mesh.n ? 1 : 2, *dims = shape + 2 - ndim; /* [n] for a mesh */
   const PetscReal *a;
+  PetscInt dims[2], ndim = FieldShape(fault, dims);
   char path[64];
   PetscErrorCode ierr = PETSC_SUCCESS;
 
@@ -138,32 +114,8 @@ static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultOutputMesh(SlipFaultOutput out)
-{
-  SlipFault fault = out->fault;
-  Vec x;
-  PetscReal *a;
-  PetscErrorCode ierr = PETSC_SUCCESS;
-
-  PetscFunctionBegin;
-  if (!out->rank) ierr = SlipFaultOutputAxes(out);
-  PetscCall(SlipErrorBcast(fault->comm, ierr));
-  PetscCall(VecDuplicate(fault->uc, &x));
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
-
-    PetscCall(VecGetArrayWrite(x, &a));
-    PetscCall(PetscArraycpy(a, fault->field[f], fault->n));
-    PetscCall(VecRestoreArrayWrite(x, &a));
-    PetscCall(SlipFaultOutputCells(out, p->name, p->unit, x));
-  }
-  PetscCall(VecDestroy(&x));
-  PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", fault->uc));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Rank 0: one entry of every field wanted, from the gathered state and reaction; the reaction is weighted by area. */
-static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
+static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out)
 {
   const PetscInt N = out->fault->N;
   const SlipCells *mesh = &out->fault->mesh;
@@ -176,7 +128,7 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
   PetscCall(PetscMalloc1(N, &x));
   PetscCall(VecGetArrayRead(out->w0, &w));
   PetscCall(VecGetArrayRead(out->r0, &r));
-  PetscCall(SlipH5Append(out->file, "/fields/time", 1, &time));
+  PetscCall(SlipH5Append(out->file, "/fields/time", 1, &out->time));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     const PetscInt c = OutputFields[f].component;
 
@@ -192,7 +144,57 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective; r may be NULL: the traction is then not known and written as zero. */
+/* Rank 0: series of the fields, those of the start, and the axes or cells. */
+static PetscErrorCode SlipFaultOutputLayout(SlipFaultOutput out)
+{
+  SlipFault fault = out->fault;
+  PetscInt dims[2], ndim = FieldShape(fault, dims);
+  char path[64];
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5CreateSeries(out->file, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
+    if (!out->wanted[f]) continue;
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
+    PetscCall(SlipH5CreateSeries(out->file, path, ndim, dims, PETSC_FALSE, OutputFields[f].unit));
+  }
+  if (out->gathered) PetscCall(SlipFaultOutputWriteFields(out));
+  PetscCall(SlipFaultOutputAxes(out));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultOutputBegin(SlipFaultOutput out)
+{
+  SlipFault fault = out->fault;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscReal *a;
+  Vec x;
+
+  PetscFunctionBegin;
+  if (out->begun) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipLogOutputBegin());
+  PetscCall(SlipOutputBegin(out->run));
+  out->begun = PETSC_TRUE;
+  out->file = SlipOutputFile(out->run);
+  if (!out->rank) ierr = SlipFaultOutputLayout(out);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(VecDuplicate(fault->uc, &x));
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
+
+    PetscCall(VecGetArrayWrite(x, &a));
+    PetscCall(PetscArraycpy(a, fault->field[f], fault->n));
+    PetscCall(VecRestoreArrayWrite(x, &a));
+    PetscCall(SlipFaultOutputCells(out, p->name, p->unit, x));
+  }
+  PetscCall(VecDestroy(&x));
+  PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", fault->uc));
+  PetscCall(SlipLogOutputEnd());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: gathered, and written when the file is there, else when it is made. r may be NULL: the traction is then
+   not known and written as zero. */
 PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w, Vec r)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -206,7 +208,9 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w,
     PetscCall(VecScatterEnd(out->gather_r, r, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   } else
     PetscCall(VecZeroEntries(out->r0));
-  if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
+  out->time = time;
+  out->gathered = PETSC_TRUE;
+  if (out->file) ierr = SlipFaultOutputWriteFields(out);
   PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,6 +1,5 @@
 /* The parameters of a fault: two tables used by options, setters, views and error messages. */
 #include <slipstep/private/slipfault.h>
-#include <slipcompat.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -119,7 +118,8 @@ static PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipFaultReal *p
   PetscFunctionBegin;
   SlipFaultDescribeBounds(p, bounds, sizeof(bounds));
   snprintf(value, sizeof(value), "%g", (double)x);
-  PetscCheck(good, fault->comm, PETSC_ERR_ARG_OUTOFRANGE, "-fault_%s is %s, expected %s", p->name, value, bounds);
+  PetscCheck(good, fault->comm, PETSC_ERR_ARG_OUTOFRANGE, "-%sfault_%s is %s, expected %s", SlipFaultPrefix(fault),
+             p->name, value, bounds);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -144,6 +144,7 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
   PetscInt id = 0;
 
   PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
   PetscCheck(!fault->setup || id == FAULT_VELOCITY_SCALE || id == FAULT_OUTPUT_INTERVAL, fault->comm,
              PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
@@ -177,6 +178,7 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   PetscInt id = 0;
 
   PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
   *value = fault->value[id];
   if (id == FAULT_THICKNESS && isnan(*value)) *value = fault->value[FAULT_LENGTH_X];
@@ -221,6 +223,7 @@ static PetscErrorCode SlipFaultListChoices(const char choices[], char list[], si
 PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char value[])
 {
   PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++) {
     const SlipFaultString *p = &SlipFaultStrings[i];
     PetscBool same;
@@ -236,8 +239,8 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
       PetscCall(PetscSNPrintf(key, sizeof(key), "|%s|", value));
       PetscCall(PetscStrstr(p->choices, key, &found));
       PetscCall(SlipFaultListChoices(p->choices, list, sizeof(list)));
-      PetscCheck(found, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "-fault_%s is \"%s\", expected one of %s", name, value,
-                 list);
+      PetscCheck(found, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "-%sfault_%s is \"%s\", expected one of %s",
+                 SlipFaultPrefix(fault), name, value, list);
     }
     PetscCall(PetscStrncpy(fault->text[i], value, sizeof(fault->text[i])));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -255,13 +258,15 @@ static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipFaultReal 
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
-  PetscCall(PetscOptionsGetString(NULL, NULL, option, text, sizeof(text), &set));
+  PetscCall(PetscOptionsGetString(((PetscObject)fault)->options, ((PetscObject)fault)->prefix, option, text,
+                                  sizeof(text), &set));
   if (!set) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
   ierr = p->integer ? PetscOptionsStringToInt(text, &i) : PetscOptionsStringToReal(text, &x);
   PetscCall(PetscPopErrorHandler());
   SlipFaultDescribeBounds(p, bounds, sizeof(bounds));
-  PetscCheck(!ierr, fault->comm, PETSC_ERR_ARG_WRONG, "%s is \"%s\", expected %s", option, text, bounds);
+  PetscCheck(!ierr, fault->comm, PETSC_ERR_ARG_WRONG, "-%s%s is \"%s\", expected %s", SlipFaultPrefix(fault),
+             option + 1, text, bounds);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -302,7 +307,7 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
                           p->value[0] ? "" : " (default none)"));
   PetscCall(PetscOptionsString(option, help, "SlipFaultSetString", fault->text[id], value, sizeof(value), &set));
   PetscCheck(!set || value[0] || id == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONG,
-             "%s has no value, expected %s", option,
+             "-%s%s has no value, expected %s", SlipFaultPrefix(fault), option + 1,
              p->choices              ? list
              : id == FAULT_CACHE_DIR ? "the name of an existing directory"
                                      : "the name of a file");
@@ -313,6 +318,7 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
 /* The options that a mesh makes idle: a newcomer who gives both should know which counts. */
 static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 {
+  const char *prefix = SlipFaultPrefix(fault);
   static const SlipFaultRealId grid[] = {FAULT_NX, FAULT_NZ, FAULT_LENGTH_X, FAULT_LENGTH_Z, FAULT_DEPTH_TOP};
   PetscMPIInt rank;
 
@@ -323,15 +329,16 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
     PetscBool set;
 
     PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", SlipFaultReals[grid[i]].name));
-    PetscCall(PetscOptionsHasName(NULL, NULL, option, &set));
+    PetscCall(PetscOptionsHasName(((PetscObject)fault)->options, ((PetscObject)fault)->prefix, option, &set));
     if (set)
-      PetscCall(SlipWarning("%s does nothing: the cells of -fault_mesh %s count", option, fault->text[FAULT_MESH]));
+      PetscCall(SlipWarning("-%s%s does nothing: the cells of -%sfault_mesh %s count", prefix, option + 1, prefix,
+                            fault->text[FAULT_MESH]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
-  SlipFaultSetFromOptions - read every parameter from the options database, as -fault_<name>
+  SlipFaultSetFromOptions - read every parameter from the options database, as -<prefix>fault_<name>
 
   Collective.
 
@@ -348,12 +355,13 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
   Errors: PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_UNKNOWN_TYPE, naming the option and what was
   expected, for a value that is no number, out of bounds, missing or not one of the choices
 
-.seealso: SlipFaultSetReal(), SlipFaultSetString()
+.seealso: SlipFaultSetReal(), SlipFaultSetString(), SlipFaultSetOptionsPrefix()
 @*/
 PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
 {
   PetscFunctionBegin;
-  PetscOptionsBegin(fault->comm, NULL, "Strike-slip fault", "SlipFault");
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscObjectOptionsBegin((PetscObject)fault);
   for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) PetscCall(SlipFaultRealFromOptions(fault, id, PetscOptionsObject));
   for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)
     PetscCall(SlipFaultStringFromOptions(fault, id, PetscOptionsObject));

@@ -1,6 +1,5 @@
 /* What faults register with PETSc. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipsys.h>
 #include <slipadapt.h>
 
 PetscClassId SLIP_FAULT_CLASSID;

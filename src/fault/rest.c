@@ -1,6 +1,5 @@
 /* How long a fault at rest stays at rest. */
 #include <slipstep/private/slipfault.h>
-#include <slipcompat.h>
 
 /* Until an cell with force f and its rate of change d reaches the strength q; 0 when f exceeds it. */
 static PetscReal SlipFaultTimeToSlip(PetscReal f, PetscReal d, PetscReal q)

@@ -6,7 +6,6 @@
    where that run needs them. Repeating the old steps at their old times was tried and misleads: the finer run's event
    comes later, often after the short steps meant for it. */
 #include <slipstep/private/slipfault.h>
-#include <slipcompat.h>
 #include <slipstep/private/slipoutput.h>
 
 /* Before the run: remember where it begins */
@@ -17,7 +16,8 @@ PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts, &w));
-  PetscCheck(w, fault->comm, PETSC_ERR_ORDER, "-fault_check_error needs the start: call TSSetSolution() first");
+  PetscCheck(w, fault->comm, PETSC_ERR_ORDER, "-%sfault_check_error needs the start: call TSSetSolution() first",
+             SlipFaultPrefix(fault));
   PetscCall(VecDestroy(&est->start));
   PetscCall(VecDuplicate(w, &est->start));
   PetscCall(VecCopy(w, est->start));

@@ -14,7 +14,6 @@
    goes with the share of the slip on cells that still slide. For one cell under slip weakening all this is the
    exact first variation. */
 #include <slipstep/private/slipfault.h>
-#include <slipcompat.h>
 #include <slipadapt.h>
 
 /* Calibration of what is reported, max(|signed sum|, FLOOR * sum of magnitudes) * FACTOR; see

@@ -52,7 +52,7 @@ static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entrie
 
   PetscFunctionBegin;
   PetscCall(SlipFaultSplitPath(fault->text[FAULT_STIFFNESS_FILE], file, dataset, sizeof(file)));
-  PetscCall(SlipH5OpenRead(file, &h));
+  PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_stiffness_file", file, &h));
   ierr = SlipH5ReadReal(&h, dataset, 2, dims, entries);
   PetscCall(SlipH5Close(&h));
   PetscCall(ierr);
@@ -129,7 +129,8 @@ PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
 
   PetscFunctionBegin;
   PetscCall(KSPCreate(fault->comm, &ksp));
-  PetscCall(KSPSetOptionsPrefix(ksp, "fault_start_"));
+  PetscCall(KSPSetOptionsPrefix(ksp, ((PetscObject)fault)->prefix));
+  PetscCall(KSPAppendOptionsPrefix(ksp, "fault_start_"));
   PetscCall(KSPSetOperators(ksp, fault->K, fault->K));
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPSetTolerances(ksp, 1e-7, 0, 1e10, PetscMax(1000, 10 * fault->N)));
@@ -253,12 +254,11 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCheckChoices(fault));
-  PetscCall(SlipErrorSource(fault->text[FAULT_STIFFNESS_FILE][0] ? "-fault_stiffness_file" : "-fault_operator"));
   if (fault->text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));
   else
     PetscCall(SlipFaultComputeStiffness(fault));
-  PetscCall(SlipErrorSource(NULL));
+  PetscCall(MatSetOptionsPrefix(fault->K, ((PetscObject)fault)->prefix)); /* H and B take it over */
   PetscCall(MatSlipStiffnessSetCacheDir(fault->K, fault->text[FAULT_CACHE_DIR]));
   PetscCall(MatCreateVecs(fault->K, &fault->uc, &fault->c));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->uc, &fault->work[i]));

@@ -1,6 +1,5 @@
 /* -fault_view: the parameters of a fault, and what its operators are and take. */
 #include <slipstep/private/slipfault.h>
-#include <slipcompat.h>
 #include <stdio.h>
 
 /* "1.5 MB"; C's own printf, since PETSc's %g differs from it. */
@@ -148,11 +147,18 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
 @*/
 PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
 {
+  PetscBool ascii;
   PetscReal value;
 
   PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   if (!viewer) PetscCall(PetscViewerASCIIGetStdout(fault->comm, &viewer));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "Strike-slip fault\n"));
+  PetscValidHeaderSpecific(viewer, PETSC_VIEWER_CLASSID, 2);
+  PetscCheckSameComm(fault, 1, viewer, 2);
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  PetscCheck(ascii, fault->comm, PETSC_ERR_SUP, "-%sfault_view writes text: expected an ASCII viewer",
+             SlipFaultPrefix(fault));
+  PetscCall(PetscObjectPrintClassNamePrefixType((PetscObject)fault, viewer));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) {
     PetscCall(SlipFaultGetReal(fault, SlipFaultReals[i].name, &value));

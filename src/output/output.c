@@ -3,7 +3,8 @@
 #include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
 #include <slipsys.h>
-#include <slipts.h>
+#include <slipadapt.h>
+#include <petsc/private/petscimpl.h>
 #include <petsctime.h>
 
 #define SLIP_OUTPUT_FLUSH 10.0 /* wall time after which rows collected are brought to disk [s] */
@@ -27,7 +28,7 @@ static const SlipOutputColumn StepColumns[] = {
 
 SlipH5 *SlipOutputFile(SlipOutput out)
 {
-  return out->open && !out->rank ? &out->file : NULL;
+  return out->begun && !out->rank ? &out->file : NULL;
 }
 
 PetscErrorCode SlipOutputReaction(TS ts, Vec *r)
@@ -43,24 +44,26 @@ PetscErrorCode SlipOutputReaction(TS ts, Vec *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Compose a pointer with the TS in a box */
-static PetscErrorCode SlipOutputMark(TS ts, const char name[], void *pointer, PetscContainer *box)
+/* Rank 0 */
+static PetscErrorCode SlipOutputOpen(SlipOutput out)
 {
   PetscFunctionBegin;
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)ts), box));
-  PetscCall(PetscContainerSetPointer(*box, pointer));
-  PetscCall(PetscObjectCompose((PetscObject)ts, name, (PetscObject)*box));
+  PetscCall(SlipH5Create(out->name, &out->file));
+  PetscCall(SlipTableCreate(&out->steps, &out->file, "/steps", PETSC_STATIC_ARRAY_LENGTH(StepColumns), StepColumns));
+  PetscCall(SlipTableCreate(&out->series, &out->file, "/series", out->ncolumns, out->column));
+  PetscCall(PetscTime(&out->last_flush));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipOutputOf(TS ts, const char name[], void *pointer)
+PetscErrorCode SlipOutputBegin(SlipOutput out)
 {
-  PetscContainer box;
+  PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
-  *(void **)pointer = NULL;
-  PetscCall(PetscObjectQuery((PetscObject)ts, name, (PetscObject *)&box));
-  if (box) PetscCall(PetscContainerGetPointer(box, (void **)pointer));
+  if (!out->wanted || out->begun) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!out->rank) ierr = SlipOutputOpen(out);
+  PetscCall(SlipErrorBcast(out->comm, ierr));
+  out->begun = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -105,10 +108,10 @@ static PetscErrorCode SlipOutputAttemptMonitor(TS ts, const SlipAttempt *attempt
   PetscFunctionBegin;
   (void)w;
   (void)ctx;
-  PetscCall(SlipOutputOf(ts, key, &out));
-  if (!out || !out->open || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipErrorUnfinished(NULL)); /* the run has begun */
+  PetscCall(SlipObjectQueryData((PetscObject)ts, key, &out));
+  if (!out || !out->wanted || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
+  PetscCall(SlipOutputBegin(out));
   if (!out->rank) ierr = SlipOutputAttempt(out, attempt);
   PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->comm, ierr));
@@ -125,45 +128,15 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
 
   PetscFunctionBegin;
   (void)ctx;
-  PetscCall(SlipOutputOf(ts, key, &out));
-  if (step < 1 || !out || !out->open || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipObjectQueryData((PetscObject)ts, key, &out));
+  if (step < 1 || !out || !out->wanted || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
+  PetscCall(SlipOutputBegin(out));
   PetscCall(SlipOutputReaction(ts, &r));
   PetscCall((*out->row)(ts, time, w, r, row + 1, out->ctx));
   if (!out->rank) ierr = SlipTableAdd(&out->series, &out->file, row);
   PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->comm, ierr));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Once for a TS, whatever runs it does. */
-static PetscErrorCode SlipOutputMonitors(TS ts)
-{
-  void *monitored;
-  PetscBool bathe;
-  PetscContainer box;
-
-  PetscFunctionBegin;
-  PetscCall(SlipOutputOf(ts, key_monitored, &monitored));
-  if (monitored) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSMonitorSet(ts, SlipOutputStepMonitor, NULL, NULL));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  if (bathe) PetscCall(TSBatheMonitorSet(ts, SlipOutputAttemptMonitor, NULL, NULL));
-  PetscCall(SlipOutputMark(ts, key_monitored, ts, &box));
-  PetscCall(PetscContainerDestroy(&box));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Rank 0 */
-static PetscErrorCode SlipOutputOpen(SlipOutput out, const char file[], PetscInt n, const SlipOutputColumn column[])
-{
-  SlipOutputColumn series[SLIP_TABLE_COLUMNS] = {{"time", "s", PETSC_FALSE}};
-
-  PetscFunctionBegin;
-  PetscCall(PetscArraycpy(series + 1, column, n));
-  PetscCall(SlipH5Create(file, &out->file));
-  PetscCall(SlipTableCreate(&out->steps, &out->file, "/steps", PETSC_STATIC_ARRAY_LENGTH(StepColumns), StepColumns));
-  PetscCall(SlipTableCreate(&out->series, &out->file, "/series", n + 1, series));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -189,38 +162,54 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out, const char file[], PetscInt
 
   Notes:
   /steps gets a row per attempt when ts is of type bathe, /series one per accepted step. The content goes to FILE.part,
-  which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE as it was.
+  made after the first attempt, which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE as
+  it was, and one that fails before it begins leaves nothing.
 
 .seealso: SlipOutputAddResult(), SlipOutputFinish()
 @*/
 PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const SlipOutputColumn column[],
                                 SlipOutputRowFn row, void *ctx, SlipOutput *output)
 {
+  const MPI_Comm comm = PetscObjectComm((PetscObject)ts);
   SlipOutput out;
-  void *other;
+  void *other, *monitored;
+  PetscBool bathe;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
-  PetscCheck(n >= 0 && n < SLIP_TABLE_COLUMNS, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
+  PetscCheck(n >= 0 && n < SLIP_TABLE_COLUMNS, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "%" PetscInt_FMT " columns of /series, expected 0 to %d", n, SLIP_TABLE_COLUMNS - 1);
-  PetscCall(SlipOutputOf(ts, key, &other));
-  PetscCheck(!other, PetscObjectComm((PetscObject)ts), PETSC_ERR_ORDER, "the output of the last run was not finished");
+  PetscCall(SlipObjectQueryData((PetscObject)ts, key, &other));
+  PetscCheck(!other, comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
   PetscCall(PetscNew(&out));
   *output = out;
   out->ts = ts;
-  out->comm = PetscObjectComm((PetscObject)ts);
+  out->comm = comm;
   out->row = row;
   out->ctx = ctx;
   out->file.id = -1;
-  out->open = file && file[0] ? PETSC_TRUE : PETSC_FALSE;
-  PetscCallMPI(MPI_Comm_rank(out->comm, &out->rank));
-  PetscCall(SlipOutputMark(ts, key, out, &out->box));
-  if (!out->open) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!out->rank) ierr = SlipOutputOpen(out, file, n, column);
-  PetscCall(SlipErrorBcast(out->comm, ierr));
-  if (!out->rank) PetscCall(SlipErrorUnfinished(out->file.name));
-  PetscCall(PetscTime(&out->last_flush));
-  PetscCall(SlipOutputMonitors(ts));
+  out->wanted = file && file[0] ? PETSC_TRUE : PETSC_FALSE;
+  PetscCallMPI(MPI_Comm_rank(comm, &out->rank));
+  PetscCall(SlipObjectComposeData((PetscObject)ts, key, out, NULL));
+  PetscCall(PetscObjectQuery((PetscObject)ts, key, (PetscObject *)&out->box));
+  PetscCall(PetscObjectReference((PetscObject)out->box));
+  if (!out->wanted) PetscFunctionReturn(PETSC_SUCCESS);
+
+  PetscCall(PetscStrncpy(out->name, file, sizeof(out->name)));
+  if (!out->rank) ierr = SlipH5CheckCreate(file);
+  PetscCall(SlipErrorBcast(comm, ierr));
+  out->ncolumns = n + 1;
+  out->column[0] = (SlipOutputColumn){"time", "s", PETSC_FALSE};
+  PetscCall(PetscArraycpy(out->column + 1, column, n));
+
+  /* monitors, once for a TS, whatever runs it does */
+  PetscCall(SlipObjectQueryData((PetscObject)ts, key_monitored, &monitored));
+  if (monitored) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSMonitorSet(ts, SlipOutputStepMonitor, NULL, NULL));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  if (bathe) PetscCall(TSBatheMonitorSet(ts, SlipOutputAttemptMonitor, NULL, NULL));
+  PetscCall(SlipObjectComposeData((PetscObject)ts, key_monitored, ts, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -285,30 +274,36 @@ PetscErrorCode SlipOutputAddRun(SlipOutput output, const char name[], PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipOutputGetTotals(TS ts, SlipOutputTotals *t)
-{
-  PetscBool bathe;
-  PetscInt attempts;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  if (bathe) {
-    PetscCall(TSBatheGetTotals(ts, &attempts, &t->accepted, &t->solves, &t->newton, &t->linear));
-    t->rejected = attempts - t->accepted;
-  } else {
-    PetscCall(TSGetStepNumber(ts, &t->accepted));
-    PetscCall(TSGetStepRejections(ts, &t->rejected));
-    PetscCall(TSGetSNESIterations(ts, &t->newton));
-    PetscCall(TSGetKSPIterations(ts, &t->linear));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipOutputClose(SlipOutput out)
 {
+  SlipOutputTotals *t = &out->totals;
+  PetscInt attempts, decisions, outside, halvings;
+  PetscBool bathe, learned;
+  TSAdapt adapt;
+
   PetscFunctionBegin;
-  PetscCall(SlipOutputGetTotals(out->ts, &out->totals));
-  PetscCall(SlipOutputAddGuards(out));
+  PetscCall(PetscObjectTypeCompare((PetscObject)out->ts, TSBATHE, &bathe));
+  if (bathe) {
+    PetscCall(TSBatheGetTotals(out->ts, &attempts, &t->accepted, &t->solves, &t->newton, &t->linear));
+    t->rejected = attempts - t->accepted;
+  } else {
+    PetscCall(TSGetStepNumber(out->ts, &t->accepted));
+    PetscCall(TSGetStepRejections(out->ts, &t->rejected));
+    PetscCall(TSGetSNESIterations(out->ts, &t->newton));
+    PetscCall(TSGetKSPIterations(out->ts, &t->linear));
+  }
+
+  /* what the guard rails of a policy did; in the summary what should worry */
+  PetscCall(TSGetAdapt(out->ts, &adapt));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
+  if (learned) {
+    PetscCall(TSAdaptRLGetCounts(adapt, &decisions, &outside, NULL, &halvings));
+    PetscCall(SlipOutputAddResult(out, "policy_decisions", NULL, NULL, decisions));
+    PetscCall(
+      SlipOutputAddResult(out, "policy_outside_range", outside ? "beyond training range" : NULL, "decisions", outside));
+    PetscCall(
+      SlipOutputAddResult(out, "policy_halvings", halvings ? "halved after failures" : NULL, "steps", halvings));
+  }
   out->closed = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -360,6 +355,7 @@ PetscErrorCode SlipOutputFinish(SlipOutput *output, PetscReal wall_setup, PetscR
   totals.wall_setup = wall_setup;
   totals.wall_solve = wall_solve;
   PetscCall(SlipLogOutputBegin());
+  PetscCall(SlipOutputBegin(out));
   if (SlipOutputFile(out)) {
     ierr = SlipOutputFlush(out);
     if (!ierr) ierr = SlipOutputFinishFile(out, &totals);

@@ -46,6 +46,8 @@ PetscErrorCode SlipSNESInitializePackage(void)
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ARG_WRONG when residual, jacobian or bound is missing
+
 .seealso: SlipConstraintDestroy(), SNESSetSlipConstraint(), TSBatheSetConstraint()
 @*/
 PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops, void *ctx, Vec reduced_template,

@@ -1,6 +1,6 @@
-/* Errors of programs: one clear line for the user, and the same error on every process. */
+/* Errors and warnings of programs: one line for the user; and an error of rank 0 as one of every rank. The name of the
+   program is PETSc's. */
 #include <slipsys.h>
-#include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -8,91 +8,57 @@
 #include <string.h>
 
 #define SLIP_ABORT_WAIT 5.0 /* time that other ranks leave rank 0 to print and abort [s] */
-
 #define SLIP_SPEAK_WAIT 1.0 /* time that other ranks leave rank 0 to report an error that all ranks meet alone [s] */
 
-static char SlipProgram[64] = "slipstep";
-static char SlipSource[64];                     /* option whose value is at work, or empty */
-static char SlipUnfinished[PETSC_MAX_PATH_LEN]; /* file of a run that has not begun, or empty */
-
-/* On a communicator all of whose ranks fail alike, rank 0 speaks; on a rank's own it speaks itself. */
-static PetscBool SlipErrorIsMine(MPI_Comm comm)
+/* "program: kind: message" on stderr, after what is on its way to stdout. */
+static void SlipSpeak(const char kind[], const char format[], va_list args)
 {
-  int size = 1, rank = 0;
+  char path[PETSC_MAX_PATH_LEN] = "slipstep";
+  const char *slash;
 
-  if (comm != MPI_COMM_NULL && comm != 0) {
-    MPI_Comm_size(comm, &size);
-    MPI_Comm_rank(comm, &rank);
-  }
-  return size == 1 || !rank ? PETSC_TRUE : PETSC_FALSE;
-}
-
-/* PETSc's messages that name no option, by how they begin, and the option that is meant. */
-static const struct {
-  const char *begins, *option;
-} SlipErrorMeant[] = {
-  {"Minimum time step", "-ts_adapt_dt_min"},
-  {"Maximum time step", "-ts_adapt_dt_max"},
-  {"Unknown TS type", "-ts_type"},
-  {"Unable to find requested SNES type", "-snes_type"},
-  {"Unable to find requested KSP type", "-ksp_type"},
-  {"Unable to find requested PC type", "-pc_type"},
-};
-
-/* Messages about values that are no numbers quote the value only: find its option. */
-static void SlipErrorFindOption(const char message[], char option[], size_t len)
-{
-  char *all = NULL, value[64], *word, *name = NULL;
-
-  option[0] = '\0';
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipErrorMeant); i++)
-    if (!strncmp(message, SlipErrorMeant[i].begins, strlen(SlipErrorMeant[i].begins)))
-      snprintf(option, len, "%s", SlipErrorMeant[i].option);
-  if (sscanf(message, "Input string %63s has no", value) != 1 || PetscOptionsGetAll(NULL, &all)) return;
-  for (word = strtok(all, " "); word; word = strtok(NULL, " ")) {
-    if (name && !strcmp(word, value)) snprintf(option, len, "%s", name);
-    name = word[0] == '-' ? word : NULL;
-  }
-  (void)PetscFree(all);
-}
-
-/* The line for the user: the message, and the option at work unless the message names one. */
-static void SlipErrorSpeak(PetscErrorCode code, const char message[])
-{
-  const char *general = NULL;
-  char found[64] = "", *option = SlipSource;
-
-  if (!message || !message[0]) PetscErrorMessage(code, &general, NULL);
-  if (!message || !message[0]) message = general ? general : "unknown";
-  if (!option[0]) {
-    SlipErrorFindOption(message, found, sizeof(found));
-    option = found;
-  }
-  if (strstr(message, option)) option = (char *)"";
+  (void)PetscGetProgramName(path, sizeof(path));
+  slash = strrchr(path, '/');
   fflush(stdout);
-  fprintf(stderr, "%s: error: %s%s%s%s\n", SlipProgram, message, option[0] ? " (" : "", option, option[0] ? ")" : "");
+  fprintf(stderr, "%s: %s: ", slash ? slash + 1 : path, kind);
+  vfprintf(stderr, format, args);
+  fprintf(stderr, "\n");
   fflush(stderr);
 }
 
+static void SlipError(const char format[], ...)
+{
+  va_list args;
+
+  va_start(args, format);
+  SlipSpeak("error", format, args);
+  va_end(args);
+}
+
+/* On a communicator all of whose ranks fail alike, rank 0 speaks; on a rank's own it speaks itself. */
 static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *function, const char *file,
                                        PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
 {
-  int size = 1, rank = 0;
+  int world = 1, here = 0, size = 1, rank = 0;
+  const char *general = NULL;
 
   (void)line;
   (void)function;
   (void)file;
   (void)ctx;
   if (type == PETSC_ERROR_REPEAT) return code;
-  MPI_Comm_size(MPI_COMM_WORLD, &size);
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  if (SlipUnfinished[0]) remove(SlipUnfinished);
-  if (SlipErrorIsMine(comm)) {
-    if (rank) PetscSleep(SLIP_SPEAK_WAIT * rank);
-    SlipErrorSpeak(code, message);
+  MPI_Comm_size(MPI_COMM_WORLD, &world);
+  MPI_Comm_rank(MPI_COMM_WORLD, &here);
+  if (comm != MPI_COMM_NULL && comm != 0) {
+    MPI_Comm_size(comm, &size);
+    MPI_Comm_rank(comm, &rank);
+  }
+  if (size == 1 || !rank) {
+    if (here) PetscSleep(SLIP_SPEAK_WAIT * here);
+    if (!message || !message[0]) PetscErrorMessage(code, &general, NULL);
+    SlipError("%s", general ? general : message && message[0] ? message : "unknown");
   } else
     PetscSleep(SLIP_ABORT_WAIT);
-  if (size == 1) exit(EXIT_FAILURE); /* nobody to wait for, and MPI_Abort() is talkative */
+  if (world == 1) exit(EXIT_FAILURE); /* nobody to wait for, and MPI_Abort() is talkative */
   MPI_Abort(MPI_COMM_WORLD, (int)code);
   return code;
 }
@@ -103,66 +69,32 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   Collective on PETSC_COMM_WORLD.
 
   Input Parameter:
-. program - its name
+. program - its name, given to PetscSetProgramName()
 
   Options Database Key:
 . -slip_traceback - keep PETSc's traceback instead
 
   Level: intermediate
 
-.seealso: SlipErrorBcast()
+  Notes:
+  For programs of one's own: the library itself only raises errors, as PETSc does. The handler prints the message of the
+  error as it was raised, and ends the program with a failure.
+
+.seealso: SlipCheckSolverOptions(), SlipErrorBcast()
 @*/
 PetscErrorCode SlipErrorHandlerPush(const char program[])
 {
   PetscBool traceback = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrncpy(SlipProgram, program, sizeof(SlipProgram)));
+  PetscCall(PetscSetProgramName(program));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "SlipStep", "Sys");
-  PetscCall(PetscOptionsBool("-slip_traceback", "Show where an error happened, for reports of bugs",
+  PetscCall(PetscOptionsBool("-slip_traceback", "Show where an error happened, for reports of bugs (default no)",
                              "SlipErrorHandlerPush", traceback, &traceback, NULL));
   PetscOptionsEnd();
   if (traceback) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscPushErrorHandler(SlipErrorHandler, NULL));
   PetscCall(PetscRegisterFinalize(PetscPopErrorHandler)); /* PETSc does not free its stack of handlers */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipErrorSource - name the option whose value is being used, so that an error from deep below still names it
-
-  Not collective.
-
-  Input Parameter:
-. option - with its dash, for example "-fault_parameters"; NULL when its value has been used
-
-  Level: developer
-
-.seealso: SlipErrorHandlerPush(), SlipErrorUnfinished()
-@*/
-PetscErrorCode SlipErrorSource(const char option[])
-{
-  PetscFunctionBegin;
-  PetscCall(PetscStrncpy(SlipSource, option ? option : "", sizeof(SlipSource)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipErrorUnfinished - have an error remove the file of a run that has not begun
-
-  Not collective.
-
-  Input Parameter:
-. file - its name, or NULL: from now on the file is worth keeping, or complete
-
-  Level: developer
-
-.seealso: SlipErrorHandlerPush(), SlipErrorSource()
-@*/
-PetscErrorCode SlipErrorUnfinished(const char file[])
-{
-  PetscFunctionBegin;
-  PetscCall(PetscStrncpy(SlipUnfinished, file ? file : "", sizeof(SlipUnfinished)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -184,20 +116,16 @@ PetscErrorCode SlipWarning(const char format[], ...)
   va_list args;
 
   PetscFunctionBegin;
-  fflush(stdout);
-  fprintf(stderr, "%s: warning: ", SlipProgram);
   va_start(args, format);
-  vfprintf(stderr, format, args);
+  SlipSpeak("warning", format, args);
   va_end(args);
-  fprintf(stderr, "\n");
-  fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
   SlipWarnOfUnusedOptions - name the options that nothing has read: most often they are mistyped
 
-  Collective on PETSC_COMM_WORLD; at the end of a program that called SlipErrorHandlerPush().
+  Collective on PETSC_COMM_WORLD; at the end of a program.
 
   Level: intermediate
 
@@ -206,13 +134,13 @@ PetscErrorCode SlipWarning(const char format[], ...)
 PetscErrorCode SlipWarnOfUnusedOptions(void)
 {
   PetscInt n;
+  PetscMPIInt rank;
   char **names, **values;
 
   PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
-  for (PetscInt i = 0; i < n; i++)
-    PetscCall(PetscFPrintf(PETSC_COMM_WORLD, PETSC_STDERR, "%s: warning: nothing has read the option -%s\n",
-                           SlipProgram, names[i]));
+  for (PetscInt i = 0; i < n && !rank; i++) PetscCall(SlipWarning("nothing has read the option -%s", names[i]));
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,7 @@
 /* Opening and closing HDF5 files: writing goes to FILE.part, which takes FILE's place when it is complete. */
 #define _DEFAULT_SOURCE /* flock() */
 #include <sliph5.h>
+#include <slipsys.h>
 #include <slipcompat.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -9,11 +10,52 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static PetscErrorCode SlipH5Quiet(void)
+/* No file open yet, with what its messages will say of it. */
+static PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h)
 {
   PetscFunctionBegin;
+  PetscCall(PetscMemzero(h, sizeof(*h)));
+  h->id = -1;
+  if (option) PetscCall(PetscSNPrintf(h->source, sizeof(h->source), " (-%s%s)", prefix ? prefix : "", option));
   /* HDF5 prints its own stack of errors otherwise; ours name the file and the dataset. */
   PetscCheck(H5Eset_auto2(H5E_DEFAULT, NULL, NULL) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 cannot be initialised");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5OpenReadOption - open an HDF5 file that an option names for reading
+
+  Not collective: call on one rank and broadcast what was read.
+
+  Input Parameters:
++ prefix - options prefix of the object that reads it, or NULL
+. option - name of the option without dash and prefix, for messages; NULL: the caller's user has named no option
+- file   - its name
+
+  Output Parameter:
+. h - the open file
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_OPEN when it is missing, cannot be read, is no HDF5 file or is truncated.
+
+.seealso: SlipH5OpenRead(), SlipH5Close()
+@*/
+PetscErrorCode SlipH5OpenReadOption(const char prefix[], const char option[], const char file[], SlipH5 *h)
+{
+  FILE *probe;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Clear(prefix, option, h));
+  PetscCall(PetscStrncpy(h->name, file, sizeof(h->name)));
+  probe = fopen(file, "rb");
+  PetscCheck(probe, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot read %s: no such file, or no permission%s", file,
+             h->source);
+  fclose(probe);
+  PetscCheck(H5Fis_hdf5(file) > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is not an HDF5 file%s", file, h->source);
+  h->id = H5Fopen(file, H5F_ACC_RDONLY, H5P_DEFAULT);
+  PetscCheck(h->id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is an HDF5 file, but truncated or damaged%s", file,
+             h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -30,25 +72,47 @@ static PetscErrorCode SlipH5Quiet(void)
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_OPEN when it is missing, cannot be read, is no HDF5 file or is truncated.
+  Errors: those of SlipH5OpenReadOption().
 
-.seealso: SlipH5Create(), SlipH5Close()
+.seealso: SlipH5OpenReadOption(), SlipH5Create(), SlipH5Close()
 @*/
 PetscErrorCode SlipH5OpenRead(const char file[], SlipH5 *h)
 {
-  FILE *probe;
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenReadOption(NULL, NULL, file, h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5CheckRead - can the HDF5 file that an option names be read?
+
+  Collective; rank 0 looks.
+
+  Input Parameters:
++ comm   - the processes
+. prefix - options prefix of the object that will read it, or NULL
+. option - name of the option without dash and prefix, for messages
+- file   - name of the file
+
+  Level: developer
+
+  Errors: those of SlipH5OpenReadOption().
+
+.seealso: SlipH5OpenReadOption(), SlipH5CheckCreateOption()
+@*/
+PetscErrorCode SlipH5CheckRead(MPI_Comm comm, const char prefix[], const char option[], const char file[])
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+  SlipH5 h;
 
   PetscFunctionBegin;
-  PetscCall(SlipH5Quiet());
-  PetscCall(PetscMemzero(h, sizeof(*h)));
-  h->id = -1;
-  PetscCall(PetscStrncpy(h->name, file, sizeof(h->name)));
-  probe = fopen(file, "rb");
-  PetscCheck(probe, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot read %s: no such file, or no permission", file);
-  fclose(probe);
-  PetscCheck(H5Fis_hdf5(file) > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is not an HDF5 file", file);
-  h->id = H5Fopen(file, H5F_ACC_RDONLY, H5P_DEFAULT);
-  PetscCheck(h->id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is an HDF5 file, but truncated or damaged", file);
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank) {
+    ierr = SlipH5OpenReadOption(prefix, option, file, &h);
+    if (!ierr) PetscCall(SlipH5Close(&h));
+  }
+  PetscCall(SlipErrorBcast(comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -63,6 +127,26 @@ static PetscBool SlipH5IsWritten(const char file[])
   if (flock(fd, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) locked = PETSC_TRUE; /* not where locks are unknown */
   close(fd);
   return locked;
+}
+
+/* SlipH5Create() for the file of an option */
+static PetscErrorCode SlipH5CreateOption(const char prefix[], const char option[], const char file[], SlipH5 *h)
+{
+  struct stat info;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Clear(prefix, option, h));
+  PetscCheck(file[0], PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "the name of the HDF5 file to write is empty%s", h->source);
+  PetscCheck(stat(file, &info) || !S_ISDIR(info.st_mode), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
+             "cannot write %s: it is a directory, expected the name of a file%s", file, h->source);
+  PetscCall(PetscStrncpy(h->target, file, sizeof(h->target)));
+  PetscCall(PetscSNPrintf(h->name, sizeof(h->name), "%s.part", file));
+  PetscCheck(!SlipH5IsWritten(h->name), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
+             "cannot write %s: another program is writing %s%s", file, h->name, h->source);
+  h->id = H5Fcreate(h->name, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  PetscCheck(h->id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
+             "cannot create %s: the directory must exist and be writable%s", h->name, h->source);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@C
@@ -84,27 +168,41 @@ static PetscBool SlipH5IsWritten(const char file[])
 @*/
 PetscErrorCode SlipH5Create(const char file[], SlipH5 *h)
 {
-  struct stat info;
-
   PetscFunctionBegin;
-  PetscCall(SlipH5Quiet());
-  PetscCall(PetscMemzero(h, sizeof(*h)));
-  h->id = -1;
-  PetscCheck(file[0], PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "the name of the HDF5 file to write is empty");
-  PetscCheck(stat(file, &info) || !S_ISDIR(info.st_mode), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-             "cannot write %s: it is a directory, expected the name of a file", file);
-  PetscCall(PetscStrncpy(h->target, file, sizeof(h->target)));
-  PetscCall(PetscSNPrintf(h->name, sizeof(h->name), "%s.part", file));
-  PetscCheck(!SlipH5IsWritten(h->name), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-             "cannot write %s: another program is writing %s", file, h->name);
-  h->id = H5Fcreate(h->name, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-  PetscCheck(h->id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-             "cannot create %s: the directory must exist and be writable", h->name);
+  PetscCall(SlipH5CreateOption(NULL, NULL, file, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@C
-  SlipH5CheckCreate - would SlipH5Create() work? For files that are written at the end of a long run
+  SlipH5CheckCreateOption - would SlipH5Create() work? For files that are written at the end of a long run
+
+  Not collective.
+
+  Input Parameters:
++ prefix - options prefix of the object that writes it, or NULL
+. option - name of the option without dash and prefix, for messages, or NULL
+- file   - final name; an empty one is no file and no error
+
+  Level: developer
+
+  Errors: those of SlipH5Create().
+
+.seealso: SlipH5CheckCreate(), SlipH5Create()
+@*/
+PetscErrorCode SlipH5CheckCreateOption(const char prefix[], const char option[], const char file[])
+{
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5CreateOption(prefix, option, file, &h));
+  H5Fclose(h.id);
+  PetscCheck(!remove(h.name), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot remove %s%s", h.name, h.source);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5CheckCreate - SlipH5CheckCreateOption() without an option
 
   Not collective.
 
@@ -115,17 +213,12 @@ PetscErrorCode SlipH5Create(const char file[], SlipH5 *h)
 
   Errors: those of SlipH5Create().
 
-.seealso: SlipH5Create()
+.seealso: SlipH5CheckCreateOption(), SlipH5Create()
 @*/
 PetscErrorCode SlipH5CheckCreate(const char file[])
 {
-  SlipH5 h;
-
   PetscFunctionBegin;
-  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5Create(file, &h));
-  H5Fclose(h.id);
-  PetscCheck(!remove(h.name), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot remove %s", h.name);
+  PetscCall(SlipH5CheckCreateOption(NULL, NULL, file));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -12,9 +12,10 @@ static PetscErrorCode SlipH5OpenDataset(SlipH5 *h, const char path[], hid_t *set
 
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h, path, &has));
-  PetscCheck(has, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has no dataset %s", h->name, path);
+  PetscCheck(has, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has no dataset %s%s", h->name, path, h->source);
   *set = H5Dopen2(h->id, path, H5P_DEFAULT);
-  PetscCheck(*set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s is not a dataset", path, h->name);
+  PetscCheck(*set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s is not a dataset%s", path, h->name,
+             h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -24,9 +25,11 @@ static PetscErrorCode SlipH5OpenAttribute(SlipH5 *h, const char path[], const ch
 
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h, path, &has));
-  PetscCheck(has, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has no group or dataset %s", h->name, path);
+  PetscCheck(has, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has no group or dataset %s%s", h->name, path,
+             h->source);
   *id = H5Aopen_by_name(h->id, path, attr, H5P_DEFAULT, H5P_DEFAULT);
-  PetscCheck(*id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has no attribute %s on %s", h->name, attr, path);
+  PetscCheck(*id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has no attribute %s on %s%s", h->name, attr,
+             path, h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -95,12 +98,12 @@ PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, Petsc
   if (rank >= 0 && rank <= SLIP_H5_MAX_DIM) H5Sget_simple_extent_dims(space, shape, NULL);
   H5Sclose(space);
   if (rank != (int)ndim || !SlipH5IsNumber(type)) H5Dclose(set);
-  PetscCheck(SlipH5IsNumber(type), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s does not hold numbers", path,
-             h->name);
+  PetscCheck(SlipH5IsNumber(type), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s does not hold numbers%s", path,
+             h->name, h->source);
   SlipH5DescribeShape(rank, shape, text, sizeof(text));
   PetscCheck(rank == (int)ndim, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s in %s has shape [%s], expected %" PetscInt_FMT " dimension%s", path, h->name, text, ndim,
-             ndim == 1 ? "" : "s");
+             "%s in %s has shape [%s], expected %" PetscInt_FMT " dimension%s%s", path, h->name, text, ndim,
+             ndim == 1 ? "" : "s", h->source);
   for (PetscInt d = 0; d < ndim; d++) {
     dims[d] = (PetscInt)shape[d];
     n *= (size_t)shape[d];
@@ -109,7 +112,8 @@ PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, Petsc
   err = n ? H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, *data) : 0;
   H5Dclose(set);
   if (err < 0) PetscCall(PetscFree(*data));
-  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read %s in %s: damaged file?", path, h->name);
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read %s in %s: damaged file?%s", path, h->name,
+             h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -191,7 +195,8 @@ PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char
   if (type != H5T_STRING || rank != 1) {
     H5Sclose(space);
     H5Dclose(set);
-    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s is not a list of strings", path, h->name);
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s is not a list of strings%s", path, h->name,
+            h->source);
   }
   H5Sget_simple_extent_dims(space, &shape, NULL);
   *n = (PetscInt)shape;
@@ -200,7 +205,8 @@ PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char
   H5Sclose(space);
   H5Dclose(set);
   if (err < 0) PetscCall(SlipH5FreeStrings(*n, strings));
-  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read %s in %s: damaged file?", path, h->name);
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read %s in %s: damaged file?%s", path, h->name,
+             h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -263,8 +269,8 @@ PetscErrorCode SlipH5ReadAttrReal(SlipH5 *h, const char path[], const char attr[
   H5Sclose(space);
   if (n == 1 && SlipH5IsNumber(type)) err = H5Aread(id, H5T_NATIVE_DOUBLE, value);
   H5Aclose(id);
-  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is not one number", attr,
-             path, h->name);
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is not one number%s", attr,
+             path, h->name, h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -294,8 +300,8 @@ PetscErrorCode SlipH5ReadAttrInt(SlipH5 *h, const char path[], const char attr[]
   PetscFunctionBegin;
   PetscCall(SlipH5ReadAttrReal(h, path, attr, &real));
   PetscCheck(real == PetscFloorReal(real) && PetscAbsReal(real) <= (PetscReal)PETSC_MAX_INT, PETSC_COMM_SELF,
-             PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is %g, expected an integer", attr, path, h->name,
-             (double)real);
+             PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is %g, expected an integer%s", attr, path, h->name,
+             (double)real, h->source);
   *value = (PetscInt)real;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -348,9 +354,10 @@ PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char att
   H5Sclose(space);
   H5Tclose(type);
   H5Aclose(id);
-  PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is not a string", attr, path,
-             h->name);
+  PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is not a string%s", attr, path,
+             h->name, h->source);
   PetscCheck(length < len, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "attribute %s of %s in %s has %zu characters, expected fewer than %zu", attr, path, h->name, length, len);
+             "attribute %s of %s in %s has %zu characters, expected fewer than %zu%s", attr, path, h->name, length, len,
+             h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

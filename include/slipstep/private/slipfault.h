@@ -1,12 +1,15 @@
 /* Inside the fault: its tables (parameters, choices, friction laws, observables) and its data. */
 #pragma once
+#include <petsc/private/petscimpl.h>
 #include <slipfault.h>
 #include <slipcells.h>
 #include <slipcore.h>
 #include <slipsys.h>
 #include <slipoutput.h>
 #include <sliph5.h>
+#include <slipcompat.h>
 #include <slipstep/private/slipoutput.h>
+#include <slipstep/private/slipsys.h>
 
 /* ---- parameters ---- */
 /* Reference absolute tolerance of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
@@ -138,52 +141,74 @@ typedef struct {
 } SlipFaultRunError;
 
 struct _p_SlipFault {
-  MPI_Comm comm;
-  PetscInt refct;
+  PETSCHEADER(int);
+  MPI_Comm comm; /* of the header, for short */
+
+  /* ---- what the user chose ---- */
   PetscReal value[FAULT_NUM_REALS];
   char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
-  PetscBool setup;
   PetscReal *given[FAULT_NUM_FIELDS]; /* of SlipFaultSetField(): all cells, [nx nz]; NULL: the scalar parameter */
   PetscInt ngiven[FAULT_NUM_FIELDS];
-
-  PetscViewer viewer; /* -fault_view */
+  PetscBool check_error; /* -fault_check_error */
+  PetscViewer viewer;    /* -fault_view */
   PetscViewerFormat format;
   PetscViewer stiffness_viewer; /* -fault_stiffness_view */
   PetscViewerFormat stiffness_format;
 
-  /* from here on valid after SlipFaultSetUp() */
-  PetscInt N, n, start; /* cells: all, of this rank, the first of this rank */
-  PetscReal mass;       /* rho Ly [kg/m^2] */
-  PetscReal tstar;      /* Ly sqrt(rho/G) [s] */
-  PetscReal scaling;    /* factor that K was multiplied with */
-  const SlipFrictionLaw *law;
-  SlipCells mesh;    /* of -fault_mesh in the file's order, owned; n = 0 for a grid */
-  PetscInt *order;   /* [N] row of the file for each cell of a mesh; NULL for a grid */
+  PetscBool setup; /* SlipFaultSetUp() was called: what follows is valid */
+
+  /* ---- cells ---- */
+  PetscInt N, n, start; /* all, of this rank, the first of this rank */
+  SlipCells mesh;       /* of -fault_mesh in the file's order, owned; n = 0 for a grid */
+  PetscInt *order;      /* [N] row of the file for each cell of a mesh; NULL for a grid */
   PetscReal *weight; /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
-  PetscReal *field[FAULT_NUM_FIELDS]; /* [n] */
+  PetscReal *field[FAULT_NUM_FIELDS]; /* [n] parameters cell by cell */
   PetscBool loaded;                   /* some v_inf is not zero */
-  PetscReal mean_dc;                  /* mean d_c [m] */
-  PetscReal mean_uc;                  /* mean uc [m] */
-  PetscReal mean_q0;                  /* mean strength at the start [Pa] */
-  PetscReal drop_slip;       /* mean uc times mean strength drop over mean q0: slip that the drop implies [m] */
-  PetscReal mean_drop;       /* mean of q(0) - q after all weakening [Pa] */
-  PetscReal critical_energy; /* uc' K uc [Pa m], the sum over all cells */
-  Mat K, H, B;
-  Vec uc;   /* K^-1 q(0): displacement at the instability, positive [m] */
-  Vec vinf; /* loading rate [m/s] */
+
+  /* ---- operators, and what is derived from the parameters ---- */
+  const SlipFrictionLaw *law;
+  Mat K, H, B;       /* stiffness after scaling [Pa/m], viscosity [Pa s/m], stage operator */
+  PetscReal mass;    /* rho Ly [kg/m^2] */
+  PetscReal tstar;   /* Ly sqrt(rho/G) [s] */
+  PetscReal scaling; /* factor that K was multiplied with */
+  Vec vinf;          /* loading rate [m/s] */
   Vec work[3];
 
-  /* the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
+  /* ---- the critical state, and the means by which observations are made dimensionless ---- */
+  Vec uc;                    /* K^-1 q(0): displacement at the instability, positive [m] */
+  PetscReal mean_dc;         /* mean d_c [m] */
+  PetscReal mean_uc;         /* mean uc [m] */
+  PetscReal mean_q0;         /* mean strength at the start [Pa] */
+  PetscReal mean_drop;       /* mean of q(0) - q after all weakening [Pa] */
+  PetscReal drop_slip;       /* mean uc times mean strength drop over mean q0: slip that the drop implies [m] */
+  PetscReal critical_energy; /* uc' K uc [Pa m], the sum over all cells */
+
+  /* ---- the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r ---- */
   SlipConstraint con;
   PetscReal theta;
   Vec c, u0, s0;
 
+  /* ---- what is known of the state and of the run ---- */
   SlipFaultSums sums;
   SlipFaultEstimates estimates;
   SlipFaultOutput output;
   SlipFaultRunError run_error;
-  PetscBool check_error; /* -fault_check_error */
 };
+
+/* The fault of argument arg has been set up. */
+#define SlipFaultCheckSetUp(fault, arg)                                                                                \
+  do {                                                                                                                 \
+    PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, arg);                                                          \
+    PetscCheck((fault)->setup, (fault)->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");                         \
+  } while (0)
+
+/* For messages: "-%sfault_nx" has the options prefix between dash and name. */
+static inline const char *SlipFaultPrefix(SlipFault fault)
+{
+  const char *prefix = ((PetscObject)fault)->prefix;
+
+  return prefix ? prefix : "";
+}
 
 PETSC_EXTERN PetscErrorCode SlipFaultCellsSetUp(SlipFault fault);     /* fields and distribution */
 PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault); /* K, its scaling, H, B */
@@ -228,14 +253,17 @@ typedef enum {
 struct _n_SlipFaultOutput {
   SlipFault fault; /* borrowed */
   PetscMPIInt rank;
-  SlipOutput run; /* the file, /run, /steps, /series, /result and the summary */
-  SlipH5 *file;   /* rank 0: that of run; NULL without a file */
+  SlipOutput run;  /* the file, /run, /steps, /series, /result and the summary */
+  PetscBool begun; /* the file is there */
+  SlipH5 *file;    /* rank 0: that of run; NULL before the run has begun */
   PetscBool wanted[OUTPUT_NUM_FIELDS];
   PetscInt last_field_step; /* step of the newest entry of /fields */
   Vec w0, r0;               /* state and reaction gathered on rank 0 */
+  PetscReal time;           /* that they belong to [s] */
+  PetscBool gathered;       /* they are there */
   VecScatter gather_w, gather_r;
 };
 
-PETSC_EXTERN PetscErrorCode SlipFaultOutputOpen(SlipFaultOutput out, TS ts); /* collective: the file, empty tables */
-PETSC_EXTERN PetscErrorCode SlipFaultOutputMesh(SlipFaultOutput out);        /* collective: per-cell parameters */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, no file as yet */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputBegin(SlipFaultOutput out); /* collective: the file, unless it is there */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w, Vec r);

@@ -35,8 +35,11 @@ struct _n_SlipOutput {
   PetscContainer box; /* by which ts knows this output */
   MPI_Comm comm;
   PetscMPIInt rank;
-  PetscBool open; /* there is a file */
-  SlipH5 file;    /* rank 0 */
+  PetscBool wanted, begun; /* there is to be a file; it is there */
+  char name[PETSC_MAX_PATH_LEN];
+  SlipOutputColumn column[SLIP_TABLE_COLUMNS]; /* of series */
+  PetscInt ncolumns;
+  SlipH5 file; /* rank 0 */
   SlipTable steps, series;
   SlipOutputRowFn row;
   void *ctx;
@@ -49,9 +52,10 @@ struct _n_SlipOutput {
 
 /* The run is over, whatever the TS does before SlipOutputFinish(): no further rows, and its counts as they are now. */
 PETSC_INTERN PetscErrorCode SlipOutputClose(SlipOutput output);
+/* Collective: make the file unless it is there. Nothing is left of a run that fails before this, at its first attempt. */
+PETSC_INTERN PetscErrorCode SlipOutputBegin(SlipOutput output);
 /* For problems that write more than series: the file, to be used on rank 0 alone; NULL when there is none or
    elsewhere. */
 PETSC_INTERN SlipH5 *SlipOutputFile(SlipOutput output);
-PETSC_INTERN PetscErrorCode SlipOutputReaction(TS ts, Vec *r);      /* borrowed; NULL when the integrator has none */
-PETSC_INTERN PetscErrorCode SlipOutputAddGuards(SlipOutput output); /* what guard rails of a policy did */
+PETSC_INTERN PetscErrorCode SlipOutputReaction(TS ts, Vec *r); /* borrowed; NULL when the integrator has none */
 PETSC_INTERN PetscErrorCode SlipOutputFinishFile(SlipOutput output, const SlipOutputTotals *totals); /* rank 0 */

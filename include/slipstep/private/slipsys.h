@@ -1,4 +1,4 @@
-/* Inside: registration, data carried by PETSc objects, errors of programs, events of -log_view. */
+/* Inside: registration, data carried by PETSc objects, events of -log_view. */
 #pragma once
 #include <petscmat.h>
 #include <slipcompat.h>
@@ -12,11 +12,6 @@ PETSC_INTERN PetscErrorCode SlipObjectComposeData(PetscObject obj, const char na
                                                   PetscErrorCode (*destroy)(SlipContainerArg));
 /* data: address of a pointer, borrowed; NULL when there is nothing of that name */
 PETSC_INTERN PetscErrorCode SlipObjectQueryData(PetscObject obj, const char name[], void *data);
-
-/* ---- error.c ---- */
-PETSC_EXTERN PetscErrorCode SlipErrorSource(const char option[]); /* option at work, NULL when it is done */
-PETSC_EXTERN PetscErrorCode
-SlipErrorUnfinished(const char file[]); /* remove it on an error; NULL: keep it from now on */
 
 /* ---- log.c ---- */
 /* Events are nested where the work is: a product with B may hold products with K and H, the output those of its
