@@ -1,4 +1,5 @@
-/* Cross approximation of blocks: to its tolerance, even where rows and columns that matter are not reached by pivots. */
+/* Cross approximation of blocks: to its tolerance, even where rows and columns that matter are not reached by pivots.
+   */
 #include "unit.h"
 #include "../../src/mat/hmatrix/aca.c"
 

@@ -64,9 +64,10 @@ static PetscReal Error(Mat H, Mat exact, Vec x)
   return error / size;
 }
 
-/* Against the dense root, at every tolerance, for vectors of three kinds and their sums, which are products of increments:
-   at most twice the tolerance, which all remembered products together may take beside the new one's tenth, so three
-   times; and no more than four digits better, or the tolerance would buy nothing. Dense roots are good to 1e-14. */
+/* Against the dense root, at every tolerance, for vectors of three kinds and their sums, which are products of
+   increments: at most twice the tolerance, which all remembered products together may take beside the new one's tenth,
+   so three times; and no more than four digits better, or the tolerance would buy nothing. Dense roots are good to
+   1e-14. */
 static void test_tolerance(void **state)
 {
   (void)state;
@@ -166,8 +167,8 @@ static void test_loose_products(void **state)
   ok(MatDestroy(&exact));
 }
 
-/* Two stiffnesses with prefixes of their own, one plain: each viscosity and stage reads its own options; a setter counts
-   unless the option is read again. What was given up is refused by name. */
+/* Two stiffnesses with prefixes of their own, one plain: each viscosity and stage reads its own options; a setter
+   counts unless the option is read again. What was given up is refused by name. */
 static void test_options_have_one_owner(void **state)
 {
   static const char *const prefixes[] = {"one_", "two_", ""};

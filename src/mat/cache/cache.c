@@ -1,9 +1,9 @@
 /*
   A directory of files that keep what is expensive to set up (a dense root: cacheroot.c).
 
-  A file's name holds a hash of all that it depends on, which the file repeats in words. Files are written under a name of their
-  own and renamed, so that runs at the same time neither see half a file nor disturb each other. A file that cannot be
-  used, for whatever reason, is reported and replaced: the cache never decides whether a run succeeds.
+  A file's name holds a hash of all that it depends on, which the file repeats in words. Files are written under a name
+  of their own and renamed, so that runs at the same time neither see half a file nor disturb each other. A file that
+  cannot be used, for whatever reason, is reported and replaced: the cache never decides whether a run succeeds.
 */
 #include <slipmat.h>
 #include <slipcore.h>

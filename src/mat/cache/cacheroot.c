@@ -1,6 +1,6 @@
 /*
-  The square root of a dense stiffness in the cache (cache.c), for unit factors, so that one file serves every thickness,
-  density, damping and scaling. A dense matrix may come from anywhere, a grid, a mesh or a file, so
+  The square root of a dense stiffness in the cache (cache.c), for unit factors, so that one file serves every
+  thickness, density, damping and scaling. A dense matrix may come from anywhere, a grid, a mesh or a file, so
   the key is a fingerprint of its entries, taken when the cache is set and so before any scaling: what a root is good
   for is then certain, and the same on every number of ranks, where the scaling factor may differ in its last bits.
 */
@@ -78,8 +78,9 @@ static PetscErrorCode SlipFingerprintCompose(Mat K)
 
   Notes:
   MatCreateSlipViscosity() of type "sqrtm" looks there first for the root of a dense stiffness of at least 1500 rows.
-  Other roots are set up in less than a second, or not at all, and are not kept. A file that is damaged or belongs to another stiffness is reported, and replaced. Runs at the same
-  time may share the directory. Call it before MatScale(): the scale may then differ from run to run.
+  Other roots are set up in less than a second, or not at all, and are not kept. A file that is damaged or belongs to
+  another stiffness is reported, and replaced. Runs at the same time may share the directory. Call it before MatScale():
+  the scale may then differ from run to run.
 
   Errors: PETSC_ERR_FILE_OPEN when dir is not a directory that can be written to
 

@@ -15,7 +15,8 @@ typedef struct {
   PetscReal *y;         /* [N] with blocks */
 } FFTContext;
 
-/* At first use, so that the matrix can be given a prefix for its option: how depth is treated, and the engine of that. */
+/* At first use, so that the matrix can be given a prefix for its option: how depth is treated, and the engine of that.
+   */
 static PetscErrorCode MatSetUp_SlipFFT(Mat K, FFTContext *c)
 {
   const char *const choices[] = {"auto", "blocks", "transform"};

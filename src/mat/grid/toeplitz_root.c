@@ -281,7 +281,8 @@ static void MultiplyWave(SlipToeplitz p, const PetscReal f[])
   }
 }
 
-/* y = part of the plane's operator with the symbol f, [local nk][count] as SlipToeplitzGetWaves() gives S. Collective. */
+/* y = part of the plane's operator with the symbol f, [local nk][count] as SlipToeplitzGetWaves() gives S. Collective.
+   */
 PetscErrorCode SlipToeplitzApplyWaves(SlipToeplitz p, const PetscReal f[], Vec x, Vec y)
 {
   PetscFunctionBegin;

@@ -67,8 +67,8 @@ static const struct {
 . H - symmetric N x N matrix [Pa s/m] with K's distribution and K's prefix for options
 
   Options Database Keys:
-+ -mat_slipsqrtm_setup <auto>     - exact root on a uniform grid: sketch (a low-rank part is set up), lanczos (no set-up),
-                                    or auto (sketch up to 2500 cells)
++ -mat_slipsqrtm_setup <auto>     - exact root on a uniform grid: sketch (a low-rank part is set up), lanczos (no
+                                    set-up), or auto (sketch up to 2500 cells)
 . -mat_slipsqrtm_tolerance        - relative error of its products: 1e-10 by sketch, 1e-8 by lanczos
 - -mat_slipspectral_type <auto>   - spectral: blocks, lanczos, or by size
 

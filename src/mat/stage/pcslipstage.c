@@ -4,12 +4,13 @@
      y = m . P (m . r) + (1 - m) . r,
 
   m the 0/1 mask of sliding cells. On a uniform grid P is the part on the fault of the inverse of the stage operator on
-  an endless plane (toeplitz_root.c), wrong along its edges: one number for each pair of wavenumbers and O(N log N) work.
-  Elsewhere it is the inverse diagonal. P is positive definite whatever the slope, so the whole is.
+  an endless plane (toeplitz_root.c), wrong along its edges: one number for each pair of wavenumbers and O(N log N)
+  work. Elsewhere it is the inverse diagonal. P is positive definite whatever the slope, so the whole is.
 
   Tried and left out: the inverse made periodic along strike, a block of nz^2 numbers per wavenumber (60 x 60 under
-  `heuristic`: 4.4 s against 3.9 s, 400 x 400: 75 s against 21 s), and overlapping parts of irregular cells with a coarse
-  level (two faults of 4,050 cells: 27.6 s against 25.9 s for the inverse diagonal, of 3,872 cells 18.9 s against 17.3 s).
+  `heuristic`: 4.4 s against 3.9 s, 400 x 400: 75 s against 21 s), and overlapping parts of irregular cells with a
+  coarse level (two faults of 4,050 cells: 27.6 s against 25.9 s for the inverse diagonal, of 3,872 cells 18.9 s against
+  17.3 s).
 */
 #include <petsc/private/petscimpl.h> /* prefix */
 #include <slipmat.h>

@@ -1,6 +1,6 @@
 /*
-  Viscosity by a dense root: H = factor D (D^-1 S D^-1)^(1/2) D, D = diag(w)^(1/2), w the weights of the rows of S. That is
-  w times the H = factor K^(1/2) of the unweighted K = diag(1/w) S, and symmetric.
+  Viscosity by a dense root: H = factor D (D^-1 S D^-1)^(1/2) D, D = diag(w)^(1/2), w the weights of the rows of S. That
+  is w times the H = factor K^(1/2) of the unweighted K = diag(1/w) S, and symmetric.
 */
 #include <slipmat.h>
 #include <slipcompat.h>

@@ -1,6 +1,6 @@
 /*
-  The exact root on a uniform grid: what the root per wavenumber misses, for each mirror parity, as a low-rank part found
-  by sketches (sketch.c) once, or no set-up and Lanczos' method in each product (lanczos.c).
+  The exact root on a uniform grid: what the root per wavenumber misses, for each mirror parity, as a low-rank part
+  found by sketches (sketch.c) once, or no set-up and Lanczos' method in each product (lanczos.c).
 
   Which is cheaper depends on the number of solves. Set-up and solve in s on one rank, sketch against Lanczos:
 

@@ -127,11 +127,11 @@ static PetscErrorCode Step(Lanczos *l, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The basis and its coefficients c for the vector in basis[0], of norm 1, with an error of at most the larger of allowed
-   and relative |c|; *m is their number. The change of c since the last look is the error of then. Since then it has
-   fallen by at least as much in each step as it did before, as the convergence is superlinear, which tells the error of
-   now. At the first look it is bounded by that of the best polynomial: 0.28 / n for |t| on [-1, 1], n = 2 (m - 1)
-   (Bernstein 1913), times two and |A^(1/2)|. */
+/* The basis and its coefficients c for the vector in basis[0], of norm 1, with an error of at most the larger of
+   allowed and relative |c|; *m is their number. The change of c since the last look is the error of then. Since then it
+   has fallen by at least as much in each step as it did before, as the convergence is superlinear, which tells the
+   error of now. At the first look it is bounded by that of the best polynomial: 0.28 / n for |t| on [-1, 1], n = 2 (m -
+   1) (Bernstein 1913), times two and |A^(1/2)|. */
 static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, PetscReal relative, PetscInt *m)
 {
   PetscReal lowest, largest = 0, last_change = 0, last_steps = 0;

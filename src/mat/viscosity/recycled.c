@@ -4,17 +4,17 @@
   only the part that they do not cover has to be computed, to an error that is small against H x, not against the part:
   few digits when the part is small. The same x again is free. Of a full memory the part of the last x is kept.
 
-  A solver that says so (loose > 0) gets the product of an iterate that is far from the ones before to a few digits only:
-  with the next one it is forgotten, since its error shows, and that one's product is as exact as ever. Newton's first
-  iterate of a stage is wrong in its second digit, and paying twelve for it is paying for nothing: at 512 x 512 a stage
-  takes 25 + 86 + 45 + 3 products with K instead of 86 + 72 + 40 + 6.
+  A solver that says so (loose > 0) gets the product of an iterate that is far from the ones before to a few digits
+  only: with the next one it is forgotten, since its error shows, and that one's product is as exact as ever. Newton's
+  first iterate of a stage is wrong in its second digit, and paying for eight is paying for nothing: at 100 x 100 all
+  products with H of a run take 2726 products with K instead of 3105, at 200 x 200 3816 instead of 4548.
 */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
-/* Shares of the tolerance. A product from scratch takes all of it, by the change that its last steps made, which is
-   more than twice the error left; parts that would exceed what remembered ones may be wrong together are forgotten. */
+/* Shares of the tolerance. A product from scratch takes all of it; parts that would exceed what remembered ones may be
+   wrong together are forgotten. */
 #define SLIP_RECYCLED_NEW 0.1   /* of a new direction beside others */
 #define SLIP_RECYCLED_OLD 2.0   /* of all remembered ones together */
 #define SLIP_RECYCLED_REST 1e-4 /* a rest this small against x counts as nothing */

@@ -1,5 +1,5 @@
-/* Viscosity of type "sliptoeplitz": the square root on an endless plane, mirrored at the free surface, see toeplitz_root.c.
-   Off by a few per cent along the fault's edges; a product costs as much as one with the stiffness. */
+/* Viscosity of type "sliptoeplitz": the square root on an endless plane, mirrored at the free surface, see
+   toeplitz_root.c. Off by a few per cent along the fault's edges; a product costs as much as one with the stiffness. */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
