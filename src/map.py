@@ -38,7 +38,7 @@ ORDER = [
     ("output", "what a run leaves behind", 11, (.29, .94)),
     ("models", "circuit, sliding mode", 12, (.04, .26)),
     ("fault", "the strike-slip fault as a TS problem", 12, (.29, .98)),
-    ("package", "registers all types; initialises every room below", 13, (0, 1)),
+    ("package", "has every room register its types", 13, (0, 1)),
 ]
 ROOMS = [room for room, *_ in ORDER]
 # Headers that are not named after their room; the others are slip<room>.h, without slashes.

@@ -133,8 +133,8 @@ PetscReal SlipFrictionWeakest(const SlipFrictionCells *f, PetscInt i)
 
 /* mu of cell i at the end of a stage that starts from s0 and is implicit by theta [s], with the rate v there; its
    derivatives and that of the state s there with respect to |v| */
-void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, PetscReal s0, PetscReal v, PetscReal *mu,
-                       PetscReal *dmu_ds, PetscReal *dmu_dv, PetscReal *ds_dv)
+void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, PetscReal s0, PetscReal v,
+                       PetscReal *mu, PetscReal *dmu_ds, PetscReal *dmu_dv, PetscReal *ds_dv)
 {
   const SlipFriction p = At(f, i);
   const PetscReal rate = PetscAbsReal(v), s = StateAdvance(&p, theta, s0, rate, ds_dv);

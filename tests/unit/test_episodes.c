@@ -109,7 +109,8 @@ static void reproducible(void **state)
   for (PetscInt side = 1; side <= 3; side += 2) {
     ok(EpisodeCreate(77, side, &a));
     ok(EpisodeCreate(77, side, &b));
-    assert_true(a->slip == b->slip && a->tmax == b->tmax && a->course.path.n == b->course.path.n && a->course.path.n > 10);
+    assert_true(a->slip == b->slip && a->tmax == b->tmax && a->course.path.n == b->course.path.n &&
+                a->course.path.n > 10);
     memset(r, 0, sizeof(r)); /* with padding, for comparison */
     ok(EpisodeRun(a, coarse, 1e-2, &r[0]));
     ok(EpisodeRun(a, fine, 1e-3, &r[1]));

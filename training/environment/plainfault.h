@@ -8,10 +8,10 @@
 
 typedef struct {
   PetscInt n;
-  double mass;                          /* [kg/m^2] */
-  double tstar;                         /* [s] */
-  double *K, *H;                        /* [n n] Pa/m, Pa s/m */
-  SlipFrictionCells friction;           /* of the fault, which must live as long */
+  double mass;                /* [kg/m^2] */
+  double tstar;               /* [s] */
+  double *K, *H;              /* [n n] Pa/m, Pa s/m */
+  SlipFrictionCells friction; /* of the fault, which must live as long */
   SlipBathe bathe;
   double drop_slip, mean_drop, mean_dc; /* D [m], mean fall of the strength by all weakening [Pa], mean d_c [m] */
   double critical_energy;               /* uc' K uc [Pa m] */

@@ -127,8 +127,8 @@ static PetscErrorCode Axes(EvaluateOptions *o, SlipOptionItems PetscOptionsObjec
   for (PetscInt i = 0; i < o->nerrors; i++) o->errors[i] = (TSBatheError)index[i];
   for (PetscInt i = 0; i < o->nreactions; i++) index[i] = (PetscInt)o->reactions[i];
   PetscCall(Words(PetscOptionsObject, "-evaluate_reactions",
-                  "Treatments of the reaction: trapezoidal, implicit (default both)", TSBatheReactionTypes, &o->nreactions,
-                  index));
+                  "Treatments of the reaction: trapezoidal, implicit (default both)", TSBatheReactionTypes,
+                  &o->nreactions, index));
   for (PetscInt i = 0; i < o->nreactions; i++) o->reactions[i] = (TSBatheReactionType)index[i];
   PetscCall(Numbers(PetscOptionsObject, "-evaluate_tolerances",
                     "Factors of both tolerances of the problem (default 1); policies always run with 1",

@@ -426,7 +426,7 @@ PetscErrorCode SlipLanczosGetRecycled(Mat H, SlipRecycled **known)
 
   Input Parameters:
 + H         - viscosity of MatCreateSlipViscosity(); nothing happens to those that are not applied by Lanczos' method
-- tolerance - error of a product, relative in the 2-norm, in (0, 1); 1e-8 unless set
+- tolerance - error of a product, dimensionless, relative in the 2-norm, in (0, 1); 1e-8 unless set
 
   Options Database Key:
 . -mat_slipsqrtm_tolerance <1e-8> - the same, with the prefix of H
