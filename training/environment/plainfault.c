@@ -297,8 +297,9 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
 
   st.B = Take(&work, n * n);
   st.L = Take(&work, n * n);
-  double **list[arrays] = {&st.c,   &st.s0, &st.x, &st.g,  &st.q,  &st.dq,   &st.F, &st.slope, &st.dx, &st.xs,  &st.rho,
-                           &st.b,   &st.mask, &st.x1, &st.g1, &st.rho1, &v1,   &u1,       &s1,    &tmp,    &base_u, &ds};
+  double **list[arrays] = {&st.c,  &st.s0, &st.x,   &st.g, &st.q,    &st.dq, &st.F,  &st.slope,
+                           &st.dx, &st.xs, &st.rho, &st.b, &st.mask, &st.x1, &st.g1, &st.rho1,
+                           &v1,    &u1,    &s1,     &tmp,  &base_u,  &ds};
 
   for (size_t k = 0; k < arrays; ++k) *list[k] = Take(&work, n);
   /* stage 1: trapezoidal rule to t + gamma h */
