@@ -145,6 +145,8 @@ PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy)
 
   Level: advanced
 
+  Errors: PETSC_ERR_ARG_OUTOFRANGE unless 0 <= dt_min < dt_max
+
 .seealso: TSAdaptRLSetPolicy()
 @*/
 PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const names[], PetscReal dt_min,
