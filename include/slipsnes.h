@@ -39,7 +39,8 @@ typedef struct {
                                  void *ctx);                             /* F += a r, spread into the full space */
   PetscErrorCode (*solve_mass)(SlipConstraint, Vec F, Vec k, void *ctx); /* k = A^-1 F, full (F == k allowed) */
   PetscErrorCode (*bound_state)(SlipConstraint, PetscReal t, Vec w, Vec q,
-                                void *ctx); /* q(w) at an accepted state, reduced */
+                                void *ctx);                    /* q(w) at an accepted state, reduced */
+  PetscErrorCode (*at_rest)(SlipConstraint, Vec g, void *ctx); /* g = G(0), reduced; NULL: by residual */
 } SlipConstraintOps;
 
 PETSC_EXTERN PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops, void *ctx,

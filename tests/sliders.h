@@ -182,7 +182,8 @@ static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal 
                                            PetscReal mass, PetscReal eta, Sliders *p)
 {
   const SlipConstraintOps ops = {SlidersStage, LinearResidual, LinearJacobian,     SlidersBound,     SlidersReduce,
-                                 SlidersLift,  SlidersSmooth,  SlidersAddReaction, SlidersSolveMass, SlidersBoundState};
+                                 SlidersLift,  SlidersSmooth,  SlidersAddReaction, SlidersSolveMass, SlidersBoundState,
+                                 NULL};
   PetscInt first, last;
 
   PetscFunctionBegin;

@@ -120,6 +120,16 @@ static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* G(0) = -c */
+static PetscErrorCode AtRest(SlipConstraint con, Vec g, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(VecCopy(((SlipFault)ctx)->c, g));
+  PetscCall(VecScale(g, -1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
 {
   PetscFunctionBegin;
@@ -301,7 +311,8 @@ PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
                                  .smooth = Smooth,
                                  .add_reaction = AddReaction,
                                  .solve_mass = SolveMass,
-                                 .bound_state = BoundState};
+                                 .bound_state = BoundState,
+                                 .at_rest = AtRest};
 
   PetscFunctionBegin;
   if (!fault->con) PetscCall(SlipConstraintCreate(fault->comm, &ops, fault, fault->uc, &fault->con));

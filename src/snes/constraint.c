@@ -72,6 +72,7 @@ PetscErrorCode SlipConstraintDestroy(SlipConstraint *con)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecDestroy(&(*con)->x));
+  PetscCall(VecDestroy(&(*con)->w));
   PetscCall(VecDestroy(&(*con)->r));
   PetscCall(VecDestroy(&(*con)->g));
   PetscCall(VecDestroy(&(*con)->q));
@@ -151,7 +152,6 @@ PetscErrorCode SlipConstraintCreateReduced(SlipConstraint con, Vec *x)
 @*/
 PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Vec w, Vec r)
 {
-  Vec Fs, force;
   PetscInt n;
   const PetscScalar *x, *q, *f;
   PetscScalar *rr;
@@ -161,24 +161,21 @@ PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Ve
   PetscCheck(con->ops->smooth && con->ops->reduce && con->ops->bound_state, PetscObjectComm((PetscObject)con),
              PETSC_ERR_ARG_WRONG, "SlipConstraintOps must supply smooth, reduce and bound_state");
   PetscCall(SlipConstraintSetUpWork(con));
-  PetscCall(VecDuplicate(w, &Fs));
-  PetscCall(VecDuplicate(r, &force));
-  PetscCall((*con->ops->smooth)(con, t, w, Fs, con->ctx));
-  PetscCall((*con->ops->reduce)(con, Fs, force, con->ctx)); /* the reduced rows of F_s are those that r enters */
+  if (!con->w) PetscCall(VecDuplicate(w, &con->w));
+  PetscCall((*con->ops->smooth)(con, t, w, con->w, con->ctx));
+  PetscCall((*con->ops->reduce)(con, con->w, con->g, con->ctx)); /* the reduced rows of F_s are those that r enters */
   PetscCall((*con->ops->reduce)(con, w, con->x, con->ctx));
   PetscCall((*con->ops->bound_state)(con, t, w, con->q, con->ctx));
   PetscCall(VecGetLocalSize(r, &n));
   PetscCall(VecGetArrayRead(con->x, &x));
   PetscCall(VecGetArrayRead(con->q, &q));
-  PetscCall(VecGetArrayRead(force, &f));
-  PetscCall(VecGetArray(r, &rr));
+  PetscCall(VecGetArrayRead(con->g, &f));
+  PetscCall(VecGetArrayWrite(r, &rr));
   for (PetscInt i = 0; i < n; i++)
     rr[i] = SlipConeReaction(1.0, PetscRealPart(x[i]), -PetscRealPart(f[i]), PetscRealPart(q[i]));
-  PetscCall(VecRestoreArray(r, &rr));
-  PetscCall(VecRestoreArrayRead(force, &f));
+  PetscCall(VecRestoreArrayWrite(r, &rr));
+  PetscCall(VecRestoreArrayRead(con->g, &f));
   PetscCall(VecRestoreArrayRead(con->q, &q));
   PetscCall(VecRestoreArrayRead(con->x, &x));
-  PetscCall(VecDestroy(&Fs));
-  PetscCall(VecDestroy(&force));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

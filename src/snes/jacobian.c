@@ -6,25 +6,34 @@ static const char key_B[] = "SlipStageOperator", key_mask[] = "SlipMask", key_sl
 
 typedef struct {
   Vec y, z; /* masked input, product */
+  Mat B;    /* the parts once more, borrowed: products and steps by the thousand need not look up names */
+  Vec mask, slope;
 } SlipJacobian;
+
+/* The context, once the parts are set */
+static PetscErrorCode SlipJacobianGet(Mat J, SlipJacobian **jac)
+{
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(J, jac));
+  PetscCheck((*jac)->B && (*jac)->mask && (*jac)->slope, PetscObjectComm((PetscObject)J), PETSC_ERR_ORDER,
+             "Call MatSlipJacobianSetParts() before using a %s matrix", MATSLIPJACOBIAN);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 static PetscErrorCode MatMult_SlipJacobian(Mat J, Vec x, Vec y)
 {
   SlipJacobian *jac;
-  Mat B;
-  Vec mask, slope;
   PetscInt n;
   const PetscScalar *m, *d, *xx, *z;
   PetscScalar *yy;
 
   PetscFunctionBegin;
-  PetscCall(MatShellGetContext(J, &jac));
-  PetscCall(MatSlipJacobianGetParts(J, &B, &mask, &slope));
-  PetscCall(VecPointwiseMult(jac->y, mask, x));
-  PetscCall(MatMult(B, jac->y, jac->z));
+  PetscCall(SlipJacobianGet(J, &jac));
+  PetscCall(VecPointwiseMult(jac->y, jac->mask, x));
+  PetscCall(MatMult(jac->B, jac->y, jac->z));
   PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(mask, &m));
-  PetscCall(VecGetArrayRead(slope, &d));
+  PetscCall(VecGetArrayRead(jac->mask, &m));
+  PetscCall(VecGetArrayRead(jac->slope, &d));
   PetscCall(VecGetArrayRead(x, &xx));
   PetscCall(VecGetArrayRead(jac->z, &z));
   PetscCall(VecGetArrayWrite(y, &yy));
@@ -32,30 +41,29 @@ static PetscErrorCode MatMult_SlipJacobian(Mat J, Vec x, Vec y)
   PetscCall(VecRestoreArrayWrite(y, &yy));
   PetscCall(VecRestoreArrayRead(jac->z, &z));
   PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscCall(VecRestoreArrayRead(slope, &d));
-  PetscCall(VecRestoreArrayRead(mask, &m));
+  PetscCall(VecRestoreArrayRead(jac->slope, &d));
+  PetscCall(VecRestoreArrayRead(jac->mask, &m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode MatGetDiagonal_SlipJacobian(Mat J, Vec diag)
 {
-  Mat B;
-  Vec mask, slope;
+  SlipJacobian *jac;
   PetscInt n;
   const PetscScalar *m, *d;
   PetscScalar *v;
 
   PetscFunctionBegin;
-  PetscCall(MatSlipJacobianGetParts(J, &B, &mask, &slope));
-  PetscCall(MatGetDiagonal(B, diag));
+  PetscCall(SlipJacobianGet(J, &jac));
+  PetscCall(MatGetDiagonal(jac->B, diag));
   PetscCall(VecGetLocalSize(diag, &n));
-  PetscCall(VecGetArrayRead(mask, &m));
-  PetscCall(VecGetArrayRead(slope, &d));
+  PetscCall(VecGetArrayRead(jac->mask, &m));
+  PetscCall(VecGetArrayRead(jac->slope, &d));
   PetscCall(VecGetArray(diag, &v));
   for (PetscInt i = 0; i < n; i++) v[i] = m[i] != 0.0 ? v[i] + d[i] : 1.0;
   PetscCall(VecRestoreArray(diag, &v));
-  PetscCall(VecRestoreArrayRead(slope, &d));
-  PetscCall(VecRestoreArrayRead(mask, &m));
+  PetscCall(VecRestoreArrayRead(jac->slope, &d));
+  PetscCall(VecRestoreArrayRead(jac->mask, &m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -129,11 +137,17 @@ PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J)
 @*/
 PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope)
 {
+  SlipJacobian *jac;
+
   PetscFunctionBegin;
   PetscValidHeaderSpecific(J, MAT_CLASSID, 1);
-  PetscCall(PetscObjectCompose((PetscObject)J, key_B, (PetscObject)B));
-  PetscCall(PetscObjectCompose((PetscObject)J, key_mask, (PetscObject)mask));
-  PetscCall(PetscObjectCompose((PetscObject)J, key_slope, (PetscObject)slope));
+  PetscCall(MatShellGetContext(J, &jac));
+  if (B != jac->B) PetscCall(PetscObjectCompose((PetscObject)J, key_B, (PetscObject)B));
+  if (mask != jac->mask) PetscCall(PetscObjectCompose((PetscObject)J, key_mask, (PetscObject)mask));
+  if (slope != jac->slope) PetscCall(PetscObjectCompose((PetscObject)J, key_slope, (PetscObject)slope));
+  jac->B = B;
+  jac->mask = mask;
+  jac->slope = slope;
   PetscCall(MatAssemblyBegin(J, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(J, MAT_FINAL_ASSEMBLY));
   PetscCall(PetscObjectStateIncrease((PetscObject)J));
@@ -161,11 +175,13 @@ PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope)
 @*/
 PetscErrorCode MatSlipJacobianGetParts(Mat J, Mat *B, Vec *mask, Vec *slope)
 {
+  SlipJacobian *jac;
+
   PetscFunctionBegin;
-  PetscCall(PetscObjectQuery((PetscObject)J, key_B, (PetscObject *)B));
-  PetscCall(PetscObjectQuery((PetscObject)J, key_mask, (PetscObject *)mask));
-  PetscCall(PetscObjectQuery((PetscObject)J, key_slope, (PetscObject *)slope));
-  PetscCheck(*B && *mask && *slope, PetscObjectComm((PetscObject)J), PETSC_ERR_ORDER,
-             "Call MatSlipJacobianSetParts() before using a %s matrix", MATSLIPJACOBIAN);
+  PetscValidHeaderSpecific(J, MAT_CLASSID, 1);
+  PetscCall(SlipJacobianGet(J, &jac));
+  *B = jac->B;
+  *mask = jac->mask;
+  *slope = jac->slope;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -8,12 +8,7 @@
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
-enum {
-  PROJECTION_RHO,
-  PROJECTION_X1,
-  PROJECTION_G1,
-  PROJECTION_NWORK
-};
+enum { PROJECTION_RHO, PROJECTION_X1, PROJECTION_G1, PROJECTION_NWORK };
 
 /* One step from a point that has been evaluated, ending at one that has been evaluated */
 PetscErrorCode SlipProjectionStep(SlipConstraint con, const SlipStageModel *model, Vec x, Vec rho, Vec x1, Vec g1)

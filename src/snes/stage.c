@@ -29,8 +29,12 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintSetUpWork(con));
-  PetscCall(VecZeroEntries(con->x));
-  PetscCall((*con->ops->residual)(con, con->x, con->g, con->ctx));
+  if (con->ops->at_rest) /* saves a product with the operator in each stage */
+    PetscCall((*con->ops->at_rest)(con, con->g, con->ctx));
+  else {
+    PetscCall(VecZeroEntries(con->x));
+    PetscCall((*con->ops->residual)(con, con->x, con->g, con->ctx));
+  }
   PetscCall(VecNorm(con->g, NORM_INFINITY, &cmax));
   PetscCall((*con->ops->bound)(con, x, con->q, NULL, con->ctx));
   PetscCall(VecNorm(con->q, NORM_INFINITY, &qmax));

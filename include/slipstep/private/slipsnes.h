@@ -9,6 +9,7 @@ struct _p_SlipConstraint {
   PETSCHEADER(SlipConstraintOps);
   void *ctx; /* the problem's */
   Vec x;     /* layout of the reduced unknowns, also work */
+  Vec w;     /* full, work; on first use */
 
   /* one stage */
   PetscReal omega;        /* weight of the reaction */
@@ -35,13 +36,13 @@ typedef struct {
 PETSC_INTERN PetscErrorCode SlipConstraintGetOps(SlipConstraint, const SlipConstraintOps **);
 PETSC_INTERN PetscErrorCode SlipConstraintCreateReduced(SlipConstraint, Vec *);
 PETSC_INTERN PetscErrorCode SlipConstraintSetUpWork(SlipConstraint);
-PETSC_INTERN PetscErrorCode SlipConstraintBegin(SlipConstraint, Vec x); /* rho and scale of a stage */
+PETSC_INTERN PetscErrorCode SlipConstraintBegin(SlipConstraint, Vec x);    /* rho and scale of a stage */
 PETSC_INTERN PetscErrorCode SlipConstraintJacobian(SlipConstraint, Vec x); /* B; once an iterate */
 PETSC_INTERN PetscErrorCode SlipConstraintResidual(SlipConstraint, const SlipStageModel *, Vec x, Vec g);
 /* g, q, dq, F, mask, slope, merit, norm */
 PETSC_INTERN PetscErrorCode SlipConstraintEvaluate(SlipConstraint, const SlipStageModel *, Vec x);
-PETSC_INTERN PetscErrorCode SlipConstraintFinish(SlipConstraint, Vec x);   /* reaction, worst cell */
-PETSC_INTERN PetscErrorCode SlipConstraintQuery(SNES, SlipConstraint *);   /* error when the SNES has none */
+PETSC_INTERN PetscErrorCode SlipConstraintFinish(SlipConstraint, Vec x); /* reaction, worst cell */
+PETSC_INTERN PetscErrorCode SlipConstraintQuery(SNES, SlipConstraint *); /* error when the SNES has none */
 PETSC_INTERN PetscErrorCode SlipConstraintReport(SNES, SlipConstraint, PetscInt it, SNESConvergedReason *reason);
 
 /* One self-adaptive projection step from x, evaluated; rho is kept between calls, x1 and g1 are work. */
