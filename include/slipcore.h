@@ -236,6 +236,7 @@ enum {
   SLIP_READS_ESTIMATES = 8 /* slip_error and growth */
 };
 
+/* A row: what it reads (above), its formula, its meaning. */
 typedef struct {
   const char *name;
   PetscInt reads;
@@ -277,6 +278,7 @@ typedef struct {
 enum { SLIP_NUM_FILTERS = 7 };
 PETSC_EXTERN const SlipFilter SlipFilters[SLIP_NUM_FILTERS];
 
+/* Its limits and its history. */
 typedef struct {
   PetscReal r_min, r_max; /* smaller ratios of steps reject, larger ones are capped */
   PetscReal error;        /* E_(n-1); 1 at the start */

@@ -4,9 +4,9 @@
    that the filter asks for, at least ratio_min, and not by E <= 1, the ratio is capped, the memory of a capped step is
    that of the cap (SlipControlFilter()), and a solve that did not converge is repeated as TSBATHE wants it. That wins
    where the error jumps with every cell that slips or stops: 12 x 12 cells under loading (-fault_loading_rate 1e-2
-   -ts_max_time 60) take 361 solves, 62 of them rejected, dsp with H211b 460 and 204, at -ts_rtol 1e-2 124 and 178, with
-   relative errors of the slip below 3e-6 in all. For one slip event dsp is the better one: 8 x 8 cells without loading
-   take 80 solves and 66, and ratio_max = 2 makes them 65. */
+   -ts_max_time 60) take 361 solves, 62 of them rejected, dsp with H211b 517 and 230, at -ts_rtol 1e-2 124 and 203, with
+   relative errors of the slip below 2e-6 in all. For one slip event dsp is the better one: 8 x 8 cells without loading
+   take 80 solves and 67, and ratio_max = 2 makes them 65. */
 #include <slipstep/private/slipadapt.h>
 
 #define DEFAULT_FILTER (SLIP_NUM_FILTERS - 1)

@@ -66,7 +66,7 @@ static PetscBool SumUp(const PlainFault *p, SlipFaultNumbers *f)
     f->kinetic += p->mass * (v * v);
     f->power += v * ku;
     f->strength += q / n;
-    f->weakening += (q - SlipFrictionWeakest(&p->friction, i) * p->friction.stress[i]) / n;
+    f->weakening += PlainFaultWeakening(p, i) / n;
     if (v != 0 || fabs(ku) > q) rests = PETSC_FALSE;
   }
   f->total_rate = n * f->rate;
