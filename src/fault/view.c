@@ -141,6 +141,8 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
 
   Level: intermediate
 
+  Errors: PETSC_ERR_SUP for a viewer that writes no text
+
 .seealso: SlipFaultSetFromOptions(), MatSlipGetMemory()
 @*/
 PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
