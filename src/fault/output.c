@@ -66,7 +66,6 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(SlipFaultRunErrorStart(fault, ts));
   if (!fault->text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
-  PetscCall(SlipLogOutputBegin());
   PetscCall(PetscNew(&out));
   fault->output = out;
   out->fault = fault;
@@ -79,7 +78,6 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(SlipFaultGatherCreate(fault, fault->uc, &out->gather_r, &out->r0));
   PetscCall(VecDestroy(&w));
   PetscCall(TSMonitorSet(ts, SlipFaultFieldMonitor, fault, NULL));
-  PetscCall(SlipLogOutputEnd());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

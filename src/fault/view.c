@@ -72,28 +72,12 @@ static PetscErrorCode CreatePreconditioner(SlipFault fault, PC *pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ViewPreconditioner(SlipFault fault, PC pc, PetscViewer viewer)
-{
-  PetscErrorCode (*memory)(PC, PetscReal *);
-  PetscReal bytes = 0, most, all;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectQueryFunction((PetscObject)pc, "PCSlipGetMemory_C", &memory));
-  if (memory) PetscCall((*memory)(pc, &bytes));
-  PetscCallMPI(MPI_Allreduce(&bytes, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  PetscCallMPI(MPI_Allreduce(&bytes, &all, 1, MPIU_REAL, MPIU_SUM, fault->comm));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "preconditioner: " PCSLIPSTAGE " unless -pc_type names another\n"));
-  PetscCall(PetscViewerASCIIPushTab(viewer));
-  PetscCall(ViewMemory(fault, "the preconditioner, beside what it shares with K", memory ? most : -1, all, viewer));
-  PetscCall(PetscViewerASCIIPopTab(viewer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
 {
+  PetscErrorCode (*memory)(PC, PetscReal *);
   PetscInt least = fault->n, most = fault->n;
   const char *why, *cache;
-  PetscReal resident;
+  PetscReal resident, bytes = 0, largest, all;
   PetscLogDouble mine;
   PetscMPIInt size;
   char text[32];
@@ -110,7 +94,14 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
   PetscCall(ViewMatrix(fault, "stiffness K", "K", fault->K, viewer));
   PetscCall(ViewMatrix(fault, "viscosity H", "H", fault->H, viewer));
   PetscCall(ViewMatrix(fault, "stage operator B", "B, beside K and H", fault->B, viewer));
-  PetscCall(ViewPreconditioner(fault, pc, viewer));
+  PetscCall(PetscObjectQueryFunction((PetscObject)pc, "PCSlipGetMemory_C", &memory));
+  if (memory) PetscCall((*memory)(pc, &bytes));
+  PetscCallMPI(MPI_Allreduce(&bytes, &largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCallMPI(MPI_Allreduce(&bytes, &all, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "preconditioner: " PCSLIPSTAGE " unless -pc_type names another\n"));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  PetscCall(ViewMemory(fault, "the preconditioner, beside what it shares with K", memory ? largest : -1, all, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscCall(PCDestroy(&pc));
   PetscCall(MatSlipGetNotes(fault->K, &why, &cache));
   PetscCall(PetscViewerASCIIPrintf(viewer, "cache: %s\n",
@@ -141,7 +132,7 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
 
   Level: intermediate
 
-  Errors: PETSC_ERR_SUP for a viewer that does not write text
+  Errors: PETSC_ERR_SUP for a viewer that writes no text
 
 .seealso: SlipFaultSetFromOptions(), MatSlipGetMemory()
 @*/

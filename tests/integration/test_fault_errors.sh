@@ -179,6 +179,14 @@ expect "-ts_max_time is -1, expected a number > 0 s" "${mesh[@]}" -ts_max_time -
 expect "-ts_max_steps is -4, expected a whole number >= 0" "${mesh[@]}" -ts_max_steps -4
 expect "(-ts_adapt_dt_min)" "${mesh[@]}" -ts_adapt_dt_min -1
 expect "(-ts_adapt_dt_max)" "${mesh[@]}" -ts_adapt_dt_min 2 -ts_adapt_dt_max 1
+for option in ts_type snes_type ksp_type pc_type; do
+  expect "there is no type \"velcro\"" "${mesh[@]}" -$option velcro
+  grep -qF "(-$option)" err.txt || fail "-$option is not named"
+done
+for option in ts_rtol ts_adapt_safety ts_bathe_gamma snes_rtol ksp_max_it; do
+  expect "\"abc\" is not a number (-$option)" "${mesh[@]}" -$option abc
+done
+expect "(-ts_adapt_dt_max)" "${mesh[@]}" -ts_adapt_dt_max nan
 expect "(-snes_type)" "${mesh[@]}" -snes_type velcro
 expect "-ts_rtol is nan, expected a number >= 0" "${mesh[@]}" -ts_rtol nan
 expect "-ts_bathe_gamma is 0, expected a number in (0, 1)" "${mesh[@]}" -ts_bathe_gamma 0

@@ -154,6 +154,45 @@ static PetscErrorCode Run(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The worst cell of a solve is called by its row of the mesh's file. One cell is thrown at 1 km/s at the start of a stage
+   that takes no iteration: its residual, mass over theta times that, is 1e3 times any strength. */
+static PetscErrorCode WorstCell(SlipFault fault)
+{
+  const PetscInt rows[] = {0, 1, 777, N - 1};
+  SNES snes;
+  Vec w, x, r;
+
+  PetscFunctionBeginUser;
+  PetscCall(SlipFaultConstraintCreate(fault));
+  PetscCall(SNESCreate(PETSC_COMM_WORLD, &snes));
+  PetscCall(SNESSetType(snes, SNESSEMISMOOTH));
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 0, PETSC_DEFAULT));
+  PetscCall(SNESSetSlipConstraint(snes, fault->con));
+  PetscCall(SlipFaultCreateState(fault, &w));
+  PetscCall(VecDuplicate(fault->uc, &x));
+  PetscCall(VecDuplicate(fault->uc, &r));
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
+    const SlipStage stage = {.theta = 1e-2, .omega = 1, .base = w};
+    PetscInt found;
+
+    PetscCall(VecZeroEntries(w));
+    PetscCall(VecZeroEntries(x));
+    for (PetscInt i = fault->start; i < fault->start + fault->n; i++)
+      if ((fault->order ? fault->order[i] : i) == rows[k]) PetscCall(VecSetValue(w, 3 * i, 1e3, INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(w));
+    PetscCall(VecAssemblyEnd(w));
+    PetscCall(SNESSlipSolveStage(snes, &stage, x, r, NULL));
+    PetscCall(SNESSlipGetWorstCell(snes, &found, NULL));
+    PetscCheck(found == rows[k], PETSC_COMM_WORLD, PETSC_ERR_PLIB, "the worst cell is %d, expected that of row %d",
+               (int)found, (int)rows[k]);
+  }
+  PetscCall(VecDestroy(&r));
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&w));
+  PetscCall(SNESDestroy(&snes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A field is given by the rows of the mesh's file, and every process takes those of its own cells. */
 static PetscErrorCode GiveField(void)
 {
@@ -184,6 +223,7 @@ static PetscErrorCode GiveField(void)
     PetscCheck(got == stress[row], PETSC_COMM_SELF, PETSC_ERR_PLIB, "the cell of row %d has %.1f Pa, given were %.1f",
                (int)row, (double)got, (double)stress[row]);
   }
+  PetscCall(WorstCell(fault));
   PetscCall(SlipFaultDestroy(&fault));
   if (!rank) (void)remove(file);
   PetscFunctionReturn(PETSC_SUCCESS);

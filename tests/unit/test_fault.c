@@ -44,6 +44,63 @@ static void parameters(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
+/* Each of two faults reads the options of its own prefix and no others, calls them by it in errors, and hands it to its
+   operators. */
+static void two_faults(void **state)
+{
+  static const char *const options[][2] = {{"-upper_fault_nx", "2"},
+                                           {"-lower_fault_nx", "3"},
+                                           {"-fault_nx", "5"},
+                                           {"-lower_fault_friction_law", "constant"},
+                                           {"-lower_fault_thickness", "0"}};
+  SlipFault upper, lower, again;
+  const char *prefix;
+  PetscReal x;
+  PetscInt N;
+  Mat K;
+  TS ts;
+
+  (void)state;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options); i++)
+    ok(PetscOptionsSetValue(NULL, options[i][0], options[i][1]));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &upper));
+  ok(SlipFaultSetOptionsPrefix(upper, "upper_"));
+  ok(SlipFaultSetFromOptions(upper));
+  ok(SlipFaultGetReal(upper, "nx", &x));
+  assert_true(x == 2);
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &lower));
+  ok(SlipFaultSetOptionsPrefix(lower, "lo"));
+  ok(SlipFaultAppendOptionsPrefix(lower, "wer_"));
+  ok(SlipFaultGetOptionsPrefix(lower, &prefix));
+  assert_string_equal(prefix, "lower_");
+  fails(SlipFaultSetFromOptions(lower), "-lower_fault_thickness is 0, expected a number > 0 m");
+  ok(PetscOptionsClearValue(NULL, "-lower_fault_thickness"));
+  ok(SlipFaultSetFromOptions(lower));
+  fails(SlipFaultSetString(lower, "kernel", "none"), "-lower_fault_kernel is \"none\"");
+  ok(SlipFaultSetUp(upper));
+  ok(SlipFaultSetUp(lower));
+  ok(SlipFaultGetOperators(lower, &K, NULL, NULL));
+  ok(MatGetSize(K, &N, NULL));
+  assert_int_equal(N, 3);
+  ok(MatGetOptionsPrefix(K, &prefix));
+  assert_string_equal(prefix, "lower_");
+  assert_string_equal(lower->law->name, "constant");
+  assert_string_equal(upper->law->name, "exponential_slip_weakening");
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options); i++) ok(PetscOptionsClearValue(NULL, options[i][0]));
+
+  /* a reference, and that of a TS, keep it alive */
+  again = upper;
+  ok(SlipFaultReference(again));
+  ok(SlipFaultDestroy(&upper));
+  assert_null(upper);
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipFaultConfigureTS(again, ts));
+  assert_int_equal(((PetscObject)again)->refct, 2);
+  ok(SlipFaultDestroy(&again));
+  ok(TSDestroy(&ts));
+  ok(SlipFaultDestroy(&lower));
+}
+
 static void normal_stress(void **state)
 {
   SlipFault fault = Make(2, 3);
@@ -341,9 +398,11 @@ static void observations(void **state)
 int main(int argc, char **argv)
 {
   static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(parameters),     cmocka_unit_test(normal_stress),  cmocka_unit_test(scaling_and_critical_state),
-    cmocka_unit_test(field_file),     cmocka_unit_test(stiffness_file), cmocka_unit_test(elimination),
-    cmocka_unit_test(stiffness_view), cmocka_unit_test(power_balance),  cmocka_unit_test(observations),
+    cmocka_unit_test(parameters),    cmocka_unit_test(two_faults),
+    cmocka_unit_test(normal_stress), cmocka_unit_test(scaling_and_critical_state),
+    cmocka_unit_test(field_file),    cmocka_unit_test(stiffness_file),
+    cmocka_unit_test(elimination),   cmocka_unit_test(stiffness_view),
+    cmocka_unit_test(power_balance), cmocka_unit_test(observations),
   };
 
   return RunTests(argc, argv, tests, NULL, NULL);
