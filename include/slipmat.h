@@ -2,6 +2,7 @@
 #pragma once
 #include <petscmat.h>
 #include <petscpc.h>
+#include <slipelasticity.h>
 
 /* A uniform grid of nx * nz rectangular cells on a vertical strike-slip plane; cell e = iz * nx + ix (x fastest). */
 typedef struct {
@@ -13,17 +14,6 @@ typedef struct {
   PetscReal poisson_ratio; /* nu, in (-1, 0.5) */
   PetscBool full_space;    /* leave out the free surface */
 } SlipGrid;
-
-/* ---- kernel (pure functions) ----
-   Static shear-stress DROP at the centre of a receiver for unit uniform strike slip on a rectangular source cell of a
-   vertical plane: entry K_ij > 0 on the diagonal [Pa/m]. Okada (1992); Chinnery (1963) for nu = 1/4. */
-PETSC_EXTERN PetscReal SlipKernelFullSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal dz, PetscReal a,
-                                           PetscReal b);
-PETSC_EXTERN PetscReal SlipKernelHalfSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal z_receiver,
-                                           PetscReal z_source, PetscReal a, PetscReal b);
-/* The same with the receiver on a parallel plane at the distance dy [m]. */
-PETSC_EXTERN PetscReal SlipKernelOffset(PetscReal G, PetscReal nu, PetscReal dx, PetscReal dy, PetscReal z_receiver,
-                                        PetscReal z_source, PetscReal a, PetscReal b, PetscBool full_space);
 
 /* ---- stiffness ----
    type: "dense", "fft" or "auto". The symmetric part (K + K')/2 is used.

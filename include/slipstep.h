@@ -1,6 +1,7 @@
 /* SlipStep: nonsmooth dynamics with PETSc's TS. Umbrella header; one header for each folder of src. */
 #pragma once
 #include <slipsys.h>
+#include <slipelasticity.h>
 #include <slipmat.h>
 #include <slipcells.h>
 #include <slipsnes.h>

@@ -16,9 +16,7 @@
   What remains is integrated in x and c exactly; the integral is the double difference of the functions below over the
   corners. It is the field that Okada (1992) gives for any dip.
 */
-#include <slipmat.h>
-#include <slipcompat.h>
-#include <slipstep/private/slipmatgrid.h>
+#include <slipstep/private/slipelasticity.h>
 
 /* Difference over s in [s1, s2] of the antiderivative -s / (r R) of d_rr (1/R), R^2 = r^2 + s^2. For s of one sign the
    large part -sign(s) / r cancels and is left out, so that r = 0 (receiver on the extension of an edge) is regular. */

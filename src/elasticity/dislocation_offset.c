@@ -12,9 +12,7 @@
 
   R^2 = x^2 + y^2 + s^2. They are regular for y != 0; y = 0 is left to dislocation.c.
 */
-#include <slipmat.h>
-#include <slipcompat.h>
-#include <slipstep/private/slipmatcommon.h>
+#include <slipelasticity.h>
 
 /* A corner: its coordinates along strike, across and in depth from the receiver. */
 typedef struct {

@@ -1,11 +1,8 @@
 /* Private to src/mat: operators of a uniform grid by fast Fourier transforms. */
 #pragma once
+#include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcommon.h>
 #include <fftw3.h>
-
-/* ---- dislocation.c ---- */
-PETSC_INTERN void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal depth_sum, PetscReal a,
-                                            PetscReal b, PetscReal part[3]);
 
 /* ---- grid.c: the uniform grid behind a stiffness, if it has one ---- */
 PETSC_INTERN PetscErrorCode SlipGridCheck(MPI_Comm comm, const SlipGrid *grid);

@@ -5,7 +5,7 @@
 #include <slipmat.h>
 #include <petscblaslapack.h>
 #include <slipcompat.h>
-#include <slipstep/private/slipmatcache.h>
+#include <slipstep/private/slipmatcommon.h>
 
 extern void sgemv_(const char *trans, const PetscBLASInt *m, const PetscBLASInt *n, const float *alpha, const float *a,
                    const PetscBLASInt *lda, const float *x, const PetscBLASInt *incx, const float *beta, float *y,
