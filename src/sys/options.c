@@ -4,25 +4,30 @@
 #include <petsc/private/tsimpl.h>
 #include <math.h>
 
-/* Options with a number as value, those of PETSc that a run of ours meets and those of TSBATHE and our controllers. */
+/* Options with a number as value, those of PETSc that a run of ours meets and those of TSBATHE and our controllers; and
+   those of them whose number is a whole one. */
 /* clang-format off */
 static const char *const SlipNumbers[] = {
-  "-ts_dt", "-ts_init_time", "-ts_max_time", "-ts_max_steps", "-ts_rtol", "-ts_atol", "-ts_max_snes_failures",
-  "-ts_max_reject", "-ts_adapt_dt_min", "-ts_adapt_dt_max", "-ts_adapt_safety", "-ts_adapt_reject_safety",
-  "-ts_adapt_scale_solve_failed", "-ts_adapt_time_step_increase_delay", "-ts_adapt_heuristic_growth",
+  "-ts_dt", "-ts_init_time", "-ts_max_time", "-ts_rtol", "-ts_atol", "-ts_adapt_dt_min", "-ts_adapt_dt_max",
+  "-ts_adapt_safety", "-ts_adapt_reject_safety", "-ts_adapt_scale_solve_failed", "-ts_adapt_heuristic_growth",
   "-ts_adapt_heuristic_failure_factor", "-ts_adapt_pi_g1", "-ts_adapt_pi_g2", "-ts_adapt_pi_kappa",
   "-ts_adapt_pi_ratio_min", "-ts_adapt_pi_ratio_max", "-ts_adapt_pi_failure_factor", "-ts_adapt_rl_accuracy",
-  "-ts_adapt_rl_max_failures", "-ts_adapt_rl_error_ceiling", "-ts_bathe_gamma", "-ts_bathe_order",
-  "-ts_bathe_max_failures", "-snes_rtol", "-snes_atol", "-snes_stol", "-snes_max_it", "-snes_max_funcs",
-  "-snes_slip_direct_max", "-ksp_rtol", "-ksp_atol", "-ksp_divtol", "-ksp_max_it"
+  "-ts_adapt_rl_error_ceiling", "-ts_bathe_gamma", "-snes_rtol", "-snes_atol", "-snes_stol", "-ksp_rtol", "-ksp_atol",
+  "-ksp_divtol"
+};
+static const char *const SlipIntegers[] = {
+  "-ts_max_steps", "-ts_max_snes_failures", "-ts_max_reject", "-ts_adapt_time_step_increase_delay",
+  "-ts_adapt_rl_max_failures", "-ts_bathe_order", "-ts_bathe_max_failures", "-snes_max_it", "-snes_max_funcs",
+  "-snes_slip_direct_max", "-ksp_max_it"
 };
 /* clang-format on */
 
-/* The value of an option; *is false when it was not given. */
-static PetscErrorCode SlipNumberOf(TS ts, const char option[], PetscBool *is, PetscReal *value)
+/* The value of an option; whole: one that PETSc reads as an integer. *is is false when it was not given. */
+static PetscErrorCode SlipNumberOf(TS ts, const char option[], PetscBool whole, PetscBool *is, PetscReal *value)
 {
   const char *prefix = ((PetscObject)ts)->prefix;
-  PetscErrorCode ierr;
+  PetscErrorCode number, integer = PETSC_SUCCESS;
+  PetscInt unused;
   char text[64];
 
   PetscFunctionBegin;
@@ -30,16 +35,17 @@ static PetscErrorCode SlipNumberOf(TS ts, const char option[], PetscBool *is, Pe
   PetscCall(PetscOptionsGetString(((PetscObject)ts)->options, prefix, option, text, sizeof(text), is));
   if (!*is) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  ierr = PetscOptionsStringToReal(text, value);
+  number = PetscOptionsStringToReal(text, value);
+  if (whole) integer = PetscOptionsStringToInt(text, &unused);
   PetscCall(PetscPopErrorHandler());
-  PetscCheck(!ierr, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONG, "\"%s\" is not a number (-%s%s)", text,
-             prefix ? prefix : "", option + 1);
+  PetscCheck(!number && !integer, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONG,
+             "\"%s\" is not a %snumber (-%s%s)", text, number ? "" : "whole ", prefix ? prefix : "", option + 1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
   SlipCheckSolverOptions - refuse values of PETSc's options that PETSc refuses without naming the option: types that are
-  not known, texts that are no numbers, bounds of the step in the wrong order
+  not known, texts that are no numbers or no whole ones, bounds of the step in the wrong order
 
   Collective; before TSSetFromOptions().
 
@@ -83,9 +89,11 @@ PetscErrorCode SlipCheckSolverOptions(TS ts)
                type[i].what, prefix ? prefix : "", type[i].option + 1);
   }
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipNumbers); i++)
-    PetscCall(SlipNumberOf(ts, SlipNumbers[i], &set, &value));
-  PetscCall(SlipNumberOf(ts, "-ts_adapt_dt_min", &set, &low));
-  PetscCall(SlipNumberOf(ts, "-ts_adapt_dt_max", &bounded, &high));
+    PetscCall(SlipNumberOf(ts, SlipNumbers[i], PETSC_FALSE, &set, &value));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipIntegers); i++)
+    PetscCall(SlipNumberOf(ts, SlipIntegers[i], PETSC_TRUE, &set, &value));
+  PetscCall(SlipNumberOf(ts, "-ts_adapt_dt_min", PETSC_FALSE, &set, &low));
+  PetscCall(SlipNumberOf(ts, "-ts_adapt_dt_max", PETSC_FALSE, &bounded, &high));
   PetscCheck(!set || (low >= 0 && isfinite(low)), comm, PETSC_ERR_ARG_OUTOFRANGE,
              "the shortest step is %g s, expected a number >= 0 (-%sts_adapt_dt_min)", (double)low,
              prefix ? prefix : "");
