@@ -4,13 +4,9 @@
   iteration (Halko, Martinsson & Tropp 2011), deterministic in its seed.
 */
 #include <slipmat.h>
-#include <petscblaslapack.h>
+#include <slipstep/private/slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcache.h>
-
-extern void sgemv_(const char *trans, const PetscBLASInt *m, const PetscBLASInt *n, const float *alpha, const float *a,
-                   const PetscBLASInt *lda, const float *x, const PetscBLASInt *incx, const float *beta, float *y,
-                   const PetscBLASInt *incy);
 
 /* A small linear congruential generator (Knuth's MMIX constants), uniform in (-1, 1). */
 static PetscReal NextRandom(uint64_t *state)
@@ -173,7 +169,7 @@ PetscErrorCode SlipLowRankDestroy(SlipLowRank *m)
   }
 
 DEFINE_TALL_GEMV(TallGemv, PetscReal, BLASgemv_)
-DEFINE_TALL_GEMV(TallGemvSingle, float, sgemv_)
+DEFINE_TALL_GEMV(TallGemvSingle, float, SLIP_sgemv)
 
 /* t of the first r terms of the tail = W' x, x scaled to its largest entry so that single precision neither overflows
    nor underflows. */
