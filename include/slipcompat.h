@@ -65,8 +65,10 @@ typedef PetscErrorCodeFn SlipMatFn;
   #undef MPIU_BOOL
   #define MPIU_BOOL MPI_C_BOOL
 #endif
-#if PETSC_VERSION_GE(3, 25, 0)
-  #define SNES_DIVERGED_FNORM_NAN SNES_DIVERGED_FUNCTION_NANORINF
+#if PETSC_VERSION_LT(3, 25, 0)
+  #define SLIP_SNES_DIVERGED_NAN SNES_DIVERGED_FNORM_NAN
+#else
+  #define SLIP_SNES_DIVERGED_NAN SNES_DIVERGED_FUNCTION_NANORINF
 #endif
 /* The function that destroys what a PetscContainer holds gets the pointer until 3.22, the pointer's address from 3.23:
      static PetscErrorCode XDestroy_Container(SlipContainerArg arg) { X *x = SlipContainerArgPointer(arg); ... } */

@@ -294,9 +294,10 @@ static PetscErrorCode Unknown(const SlipObserver *o, PetscInt i, const char name
 
   PetscFunctionBegin;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Table); k++) {
-    PetscCall(PetscStrlcat(names, k ? ", " : "", sizeof(names)));
-    PetscCall(PetscStrlcat(names, Table[k].name, sizeof(names)));
-    if (Table[k].measure == StateComponent) PetscCall(PetscStrlcat(names, "<k>", sizeof(names)));
+    const size_t n = strlen(names);
+
+    PetscCall(PetscSNPrintf(names + n, sizeof(names) - n, "%s%s%s", k ? ", " : "", Table[k].name,
+                            Table[k].measure == StateComponent ? "<k>" : ""));
   }
   SETERRQ(PetscObjectComm((PetscObject)o->ts), PETSC_ERR_ARG_UNKNOWN_TYPE,
           "Policy %s: entry %" PetscInt_FMT

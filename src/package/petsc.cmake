@@ -76,7 +76,7 @@ function(slipstep_find_petsc out)
   endif()
   # what the system has is looked through
   execute_process(COMMAND ${PKG_CONFIG_EXECUTABLE} --variable=pcfiledir PETSc OUTPUT_VARIABLE _known OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
-  file(GLOB _debian /usr/lib/petscdir/petsc[0-9]*/*-real/lib/pkgconfig)
+  file(GLOB _debian /usr/lib/petscdir/petsc[0-9].*/*-real/lib/pkgconfig)
   list(SORT _debian COMPARE NATURAL ORDER DESCENDING)
   set(_seen "")
   foreach(_folder ${_known} ${_debian})
