@@ -130,7 +130,7 @@ static void test_circuit_event(void **state)
 static PetscErrorCode WatchLoad(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   const SlidingMode *m = (const SlidingMode *)ctx;
-  PetscReal value;
+  PetscReal value = 0;
   PetscBool known;
 
   PetscFunctionBeginUser;
