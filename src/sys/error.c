@@ -2,6 +2,7 @@
 #include <slipsys.h>
 #include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -56,14 +57,41 @@ static void SlipErrorFindOption(const char message[], char option[], size_t len)
   (void)PetscFree(all);
 }
 
+/* PETSc from 3.22 on checks the range of every number that it reads, and names the option no more. text: the message
+   with the first option that has this value. */
+static PetscBool SlipErrorNameBound(const char message[], char text[], size_t len)
+{
+  char *all = NULL, *word, *name = NULL, *end, value[64], side[16], bound[64], wanted[64] = "";
+  double x, y, limit;
+  PetscBool found = PETSC_FALSE;
+
+  if (sscanf(message, "Newly set value %63s %15s than allowed bound %63s", value, side, bound) != 3) return PETSC_FALSE;
+  x = strtod(value, NULL);
+  limit = strtod(bound, NULL);
+  if (fabs(limit) < 1e300) snprintf(wanted, sizeof(wanted), " %s %g", strcmp(side, "less") ? "<=" : ">=", limit);
+  if (PetscOptionsGetAll(NULL, &all)) return PETSC_FALSE;
+  for (word = strtok(all, " "); word && !found; word = strtok(NULL, " ")) {
+    y = strtod(word, &end);
+    /* printed with six digits */
+    if (name && end != word && ((isnan(x) && isnan(y)) || x == y || fabs(x - y) < 1e-5 * fabs(x))) {
+      snprintf(text, len, "%s is %s, expected a number%s", name, word, wanted);
+      found = PETSC_TRUE;
+    }
+    name = word[0] == '-' ? word : NULL;
+  }
+  (void)PetscFree(all);
+  return found;
+}
+
 /* The line for the user: the message, and the option at work unless the message names one. */
 static void SlipErrorSpeak(PetscErrorCode code, const char message[])
 {
   const char *general = NULL;
-  char found[64] = "", *option = SlipSource;
+  char found[64] = "", text[256], *option = SlipSource;
 
   if (!message || !message[0]) PetscErrorMessage(code, &general, NULL);
   if (!message || !message[0]) message = general ? general : "unknown";
+  if (SlipErrorNameBound(message, text, sizeof(text))) message = text;
   if (!option[0]) {
     SlipErrorFindOption(message, found, sizeof(found));
     option = found;

@@ -55,6 +55,8 @@ import sys
 import h5py
 import numpy as np
 
+trapezoid = getattr(np, "trapezoid", None) or np.trapz  # named so from NumPy 2 on
+
 def root(f, a, b):
     """Zero of f, which changes sign between a and b, by bisection to rounding"""
     low = f(a)
@@ -106,7 +108,7 @@ def sliding_mode(case, names):
         # to the bisection's and the cosine's rounding
         check(name, np.abs(exact - s["exact"]).max() < 1e-14, "the exact solution differs")
         e2 = np.concatenate([[0], (w - exact) ** 2])
-        l2 = math.sqrt(np.trapz(e2, np.concatenate([[0], t])) / t[-1])
+        l2 = math.sqrt(trapezoid(e2, np.concatenate([[0], t])) / t[-1])
         check(name, abs(l2 - result["l2_error"]) < 1e-9 * l2, f"L2 error {result['l2_error']} instead of {l2}")
         check(name, w[-1] == 0 and abs(r[-1] + D * math.sin(omega * t[-1])) < 1e-12, f"the end is {w[-1]}, {r[-1]}")
         check(name, (np.abs(r) <= k).all() and (r[w != 0] == -k * np.sign(w[w != 0])).all(), "reaction outside its law")
@@ -172,7 +174,7 @@ refuses "-sliding_mode_amplitude is nan" -- "$bin/sliding_mode" -sliding_mode_am
 refuses "-ts_max_time is -1, expected a number > 0 s" -- "$bin/sliding_mode" -ts_max_time -1
 refuses "-ts_max_time is 0.5, expected a number > 2 s, the start" -- "$bin/sliding_mode" -ts_init_time 2
 refuses "-ts_max_time is -1, expected a number > 0 s" -- "$bin/oscillator" -ts_max_time -1
-refuses "-ts_dt is nan, expected a number > 0 s" -- "$bin/oscillator" -ts_dt nan
+refuses "-ts_dt is nan, expected a number" -- "$bin/oscillator" -ts_dt nan
 refuses "-ts_dt is -1, expected a number > 0 s" -- "$bin/circuit" -ts_dt -1
 refuses "-ts_rtol is -1, expected a number >= 0" -- "$bin/circuit" -ts_rtol -1
 refuses "sliding_mode.h5 was trained for the problem sliding_mode, not for circuit" -- "$bin/circuit" -ts_adapt_type rl \
