@@ -5,22 +5,14 @@ static const char help[] =
   "1e-6,\n"
   "-ts_atol 1e-8, -ts_adapt_type heuristic.\n\n";
 
-#include "circuit.h"
-#include <petsctime.h>
+#include "smallmodel.h"
 
 /* A run with constant steps, its states at every step. */
 typedef struct {
   PetscReal dt;
   PetscInt n, max;  /* states stored, and room for them */
-  PetscReal *state; /* [max, CIRCUIT_N] */
+  PetscReal *state; /* [max, 3] */
 } Reference;
-
-typedef struct {
-  Circuit model;
-  Reference reference;
-  PetscReal time, error2, size2; /* of the last step: squared norms of the error and of the reference */
-  PetscReal errors, sizes;       /* their integrals over time, trapezoidal rule */
-} Run;
 
 /* TSMonitor of the reference run */
 static PetscErrorCode Store(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
@@ -33,30 +25,40 @@ static PetscErrorCode Store(TS ts, PetscInt step, PetscReal time, Vec w, void *c
   (void)time;
   if (step < 0 || step >= ref->max) PetscFunctionReturn(0);
   PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(PetscArraycpy(&ref->state[CIRCUIT_N * step], a, CIRCUIT_N));
+  PetscCall(PetscArraycpy(&ref->state[3 * step], a, 3));
   PetscCall(VecRestoreArrayRead(w, &a));
   ref->n = step + 1;
   PetscFunctionReturn(0);
 }
 
-/* Constant steps of the size nearest to that asked for that divides the run */
-static PetscErrorCode ReferenceCompute(Run *run, PetscReal dt)
+/* -circuit_reference: constant steps of the size nearest to that asked for that divides the run */
+static PetscErrorCode ComputeReference(Run *run)
 {
-  Reference *ref = &run->reference;
-  const PetscReal steps = PetscMax(1, PetscFloorReal(0.5 + run->model.max_time / dt));
+  Reference *ref = (Reference *)run->ctx;
+  PetscReal dt = 0, steps;
+  PetscBool only_help;
   TS ts;
   TSAdapt adapt;
   Vec w;
 
   PetscFunctionBeginUser;
+  PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Reference", NULL);
+  PetscCall(PetscOptionsReal("-circuit_reference",
+                             "Compare with a run of constant steps of this size [s] (default 0: no comparison)", NULL,
+                             dt, &dt, NULL));
+  PetscOptionsEnd();
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  run->compared = dt != 0 && !only_help ? PETSC_TRUE : PETSC_FALSE;
+  if (!run->compared) PetscFunctionReturn(0);
+  steps = PetscMax(1, PetscFloorReal(0.5 + run->model->max_time / dt));
   PetscCheck(dt > 0 && steps < 1e8, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
              "-circuit_reference is %g s, expected a step > 0 s of which fewer than 1e8 make the run", (double)dt);
-  ref->dt = run->model.max_time / steps;
+  ref->dt = run->model->max_time / steps;
   ref->max = (PetscInt)steps + 1;
-  PetscCall(PetscMalloc1(CIRCUIT_N * ref->max, &ref->state));
-  PetscCall(CircuitCreateState(&run->model, &w));
+  PetscCall(PetscMalloc1(3 * ref->max, &ref->state));
+  PetscCall(SlipModelCreateState(run->model, &w));
   PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
-  PetscCall(CircuitConfigureTS(&run->model, ts));
+  PetscCall(SlipModelConfigureTS(run->model, ts));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
   PetscCall(TSSetTimeStep(ts, ref->dt));
@@ -67,143 +69,37 @@ static PetscErrorCode ReferenceCompute(Run *run, PetscReal dt)
   PetscFunctionReturn(0);
 }
 
-/* The reference at any time, linear between its steps */
-static PetscReal ReferenceAt(const Reference *ref, PetscInt k, PetscReal time)
+/* Linear between the reference's steps */
+static PetscErrorCode Solution(const Run *run, PetscReal t, PetscReal w[])
 {
-  const PetscInt j = PetscMin((PetscInt)(time / ref->dt), ref->n - 2);
-  const PetscReal s = time / ref->dt - j;
-
-  return (1 - s) * ref->state[CIRCUIT_N * j + k] + s * ref->state[CIRCUIT_N * (j + 1) + k];
-}
-
-/* TSMonitor of the run */
-static PetscErrorCode MeasureError(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
-{
-  Run *run = (Run *)ctx;
-  const PetscScalar *a;
-  PetscReal error2 = 0, size2 = 0;
+  const Reference *ref = (const Reference *)run->ctx;
+  const PetscInt j = PetscMin((PetscInt)(t / ref->dt), ref->n - 2);
+  const PetscReal s = t / ref->dt - j;
 
   PetscFunctionBeginUser;
-  (void)ts;
-  if (step < 0) PetscFunctionReturn(0); /* the final time once more */
-  PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt k = 0; k < CIRCUIT_N; k++) {
-    const PetscReal exact = ReferenceAt(&run->reference, k, time);
-
-    error2 += PetscSqr(a[k] - exact);
-    size2 += PetscSqr(exact);
-  }
-  PetscCall(VecRestoreArrayRead(w, &a));
-  run->errors += 0.5 * (time - run->time) * (run->error2 + error2);
-  run->sizes += 0.5 * (time - run->time) * (run->size2 + size2);
-  run->time = time;
-  run->error2 = error2;
-  run->size2 = size2;
+  for (PetscInt k = 0; k < 3; k++) w[k] = (1 - s) * ref->state[3 * j + k] + s * ref->state[3 * (j + 1) + k];
   PetscFunctionReturn(0);
 }
 
-static const SlipOutputColumn columns[] = {{"V1", "V", PETSC_FALSE},
-                                           {"V2", "V", PETSC_FALSE},
-                                           {"i", "A", PETSC_FALSE},
-                                           {"reaction", "A", PETSC_FALSE},
-                                           {"energy", "J", PETSC_FALSE}};
-
-static PetscErrorCode Row(TS ts, PetscReal time, Vec w, Vec r, PetscReal row[], void *ctx)
+static PetscErrorCode Results(const Run *run, const PetscReal w[], SlipOutput output)
 {
-  const PetscScalar *a, *b;
-
   PetscFunctionBeginUser;
-  (void)ts;
-  (void)time;
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayRead(r, &b));
-  PetscCall(PetscArraycpy(row, a, CIRCUIT_N));
-  row[3] = b[0];
-  row[4] = CircuitEnergy(&((Run *)ctx)->model, a);
-  PetscCall(VecRestoreArrayRead(r, &b));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscFunctionReturn(0);
-}
-
-static PetscErrorCode AddResults(Run *run, Vec w, SlipOutput output)
-{
-  const PetscScalar *a;
-
-  PetscFunctionBeginUser;
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(SlipOutputAddResult(output, "V1", "final V1", "V", a[0]));
-  PetscCall(SlipOutputAddResult(output, "V2", "final V2", "V", a[1]));
-  PetscCall(SlipOutputAddResult(output, "i", "final i", "A", a[2]));
-  PetscCall(SlipOutputAddResult(output, "energy", "final energy", "J", CircuitEnergy(&run->model, a)));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  if (run->reference.n) {
-    PetscCall(SlipOutputAddRun(output, "reference_dt", run->reference.dt));
-    PetscCall(
-      SlipOutputAddResult(output, "l2_error", "relative L2 error", NULL, PetscSqrtReal(run->errors / run->sizes)));
-  }
-  PetscFunctionReturn(0);
-}
-
-static PetscErrorCode Solve(TS ts, Vec w, Run *run, const char file[], PetscReal dt)
-{
-  SlipOutput output;
-  PetscLogDouble begin, ready, end;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscTime(&begin));
-  if (dt != 0) PetscCall(ReferenceCompute(run, dt));
-  PetscCall(SlipOutputCreate(ts, file, PETSC_STATIC_ARRAY_LENGTH(columns), columns, Row, run, &output));
-  if (dt != 0) PetscCall(TSMonitorSet(ts, MeasureError, run, NULL));
-  PetscCall(PetscTime(&ready));
-  PetscCall(TSSolve(ts, w));
-  PetscCall(PetscTime(&end));
-  PetscCall(AddResults(run, w, output));
-  PetscCall(SlipOutputFinish(&output, ready - begin, end - ready));
-  PetscCall(PetscFree(run->reference.state));
-  PetscFunctionReturn(0);
-}
-
-static PetscErrorCode Main(void)
-{
-  Run run = {.time = 0};
-  char file[PETSC_MAX_PATH_LEN] = "";
-  PetscReal dt = 0;
-  PetscBool only_help;
-  TS ts;
-  Vec w;
-
-  PetscFunctionBeginUser;
-  PetscCall(CircuitSetFromOptions(&run.model, 1));
-  PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Output", NULL);
+  PetscCall(SlipOutputAddResult(output, "V1", "final V1", "V", w[0]));
+  PetscCall(SlipOutputAddResult(output, "V2", "final V2", "V", w[1]));
+  PetscCall(SlipOutputAddResult(output, "i", "final i", "A", w[2]));
+  PetscCall(SlipOutputAddResult(output, "energy", "final energy", "J", SlipModelEnergy(run->model, w)));
+  if (!run->compared) PetscFunctionReturn(0);
+  PetscCall(SlipOutputAddRun(output, "reference_dt", ((const Reference *)run->ctx)->dt));
   PetscCall(
-    PetscOptionsString("-circuit_output", "HDF5 file to write (default none)", NULL, file, file, sizeof(file), NULL));
-  PetscCall(PetscOptionsReal("-circuit_reference",
-                             "Compare with a run of constant steps of this size [s] (default 0: no comparison)", NULL,
-                             dt, &dt, NULL));
-  PetscOptionsEnd();
-  PetscCall(TSCreate(PETSC_COMM_WORLD, &ts));
-  PetscCall(CircuitConfigureTS(&run.model, ts));
-  PetscCall(CircuitCreateState(&run.model, &w));
-  PetscCall(TSSetSolution(ts, w));
-  PetscCall(TSSetFromOptions(ts));
-  PetscCall(TSBatheCheckOptions(ts));
-  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
-  if (!only_help) {
-    PetscCall(Solve(ts, w, &run, file, dt));
-    PetscCall(SlipWarnOfUnusedOptions());
-  }
-  PetscCall(VecDestroy(&w));
-  PetscCall(TSDestroy(&ts));
+    SlipOutputAddResult(output, "l2_error", "relative L2 error", NULL, PetscSqrtReal(run->errors / run->sizes)));
+  PetscCall(PetscFree(((Reference *)run->ctx)->state));
   PetscFunctionReturn(0);
 }
 
 int main(int argc, char **argv)
 {
-  PetscFunctionBeginUser;
-  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
-  PetscCall(SlipStepInitializePackage());
-  PetscCall(SlipErrorHandlerPush("circuit"));
-  PetscCall(Main());
-  PetscCall(PetscFinalize());
-  return 0;
+  Reference reference = {.dt = 0};
+  const Program program = {"circuit", help, &SlipCircuitOps, &reference, ComputeReference, Solution, Results};
+
+  return RunProgram(argc, argv, &program);
 }

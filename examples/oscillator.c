@@ -1,7 +1,7 @@
 static const char help[] =
   "A mass on a spring with dry friction, m dv/dt = -k x + F_r, dx/dt = v, F_r in -mu N Sign(v).\n"
   "  oscillator -ts_adapt_type pi -oscillator_output run.h5\n"
-  "README walks through this program as a pattern for models of your own.\n\n";
+  "examples/README.md walks through this program as a pattern for models of your own.\n\n";
 
 #include <slipstep.h>
 #include <petsctime.h>

@@ -1,6 +1,50 @@
-/* Pure functions on arrays and scalars: rules that the integrator, the solvers, the controllers and the trainer share. */
+/* Pure functions on arrays and scalars: rules that the integrator, the solvers, the controllers and the trainer share.
+   None knows an object of PETSc, so that a loop without objects follows the same rules. */
 #pragma once
 #include <petscsys.h>
+#include <stdint.h>
+
+/* ---- friction.c: laws, and what makes of them the strength of a stage ---- */
+/* Of one cell. A law that needs more adds a member here and an array to SlipFrictionCells. */
+typedef struct {
+  PetscReal residual; /* mu_d */
+  PetscReal drop;     /* dmu */
+  PetscReal slip;     /* d_c [m] */
+  PetscReal rate;     /* v_c [m/s] */
+} SlipFriction;
+
+/* What mu(s, v) exceeds its residual by, and its derivatives with respect to s [1/m] and v [s/m]; s >= 0 cumulative slip
+   [m], v = |slip rate| [m/s]. */
+typedef void (*SlipFrictionFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
+                               PetscReal *dmu_dv);
+typedef struct {
+  const char *name;
+  SlipFrictionFn eval;
+  const char *formula;
+} SlipFrictionLaw;
+PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ends with a NULL name */
+PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
+
+/* Of many cells; borrowed arrays [n]. */
+typedef struct {
+  const SlipFrictionLaw *law;
+  const PetscReal *residual, *drop, *slip, *rate;
+  const PetscReal *stress; /* effective normal stress [Pa] */
+  const PetscReal *weight; /* of the cells' rows; NULL: 1 */
+} SlipFrictionCells;
+
+PETSC_EXTERN void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,
+                                       PetscReal *dmu_ds, PetscReal *dmu_dv);
+PETSC_EXTERN PetscReal SlipFrictionExcess(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v);
+PETSC_EXTERN PetscReal SlipFrictionWeakest(const SlipFrictionCells *f, PetscInt i);
+PETSC_EXTERN void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, PetscReal s0, PetscReal v,
+                                    PetscReal *mu, PetscReal *dmu_ds, PetscReal *dmu_dv, PetscReal *ds_dv);
+PETSC_EXTERN void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
+                                       const PetscReal s0[], const PetscReal v[], PetscReal q[], PetscReal dq[]);
+PETSC_EXTERN void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
+                                        const PetscReal v[], PetscReal ds[]);
+PETSC_EXTERN void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal theta,
+                                           const PetscReal s0[], const PetscReal v[], PetscInt stride, PetscReal s[]);
 
 /* ---- cone.c ---- */
 /* Where x - rho g lies: inside the shrinkage interval (sticking), beyond it (sliding one way or the other), or on a row
@@ -12,13 +56,133 @@ typedef enum {
   SLIP_REGION_FREE = 2
 } SlipRegion;
 
-PETSC_INTERN PetscReal SlipConeShrink(PetscReal p, PetscReal k);
-PETSC_INTERN PetscReal SlipConeClip(PetscReal r, PetscReal q);
-PETSC_INTERN SlipRegion SlipConeRegion(PetscReal x, PetscReal g, PetscReal rho, PetscReal wq);
-PETSC_INTERN void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
-                                  const PetscReal q[], const PetscReal rho[], PetscReal F[], PetscReal mask[]);
-PETSC_INTERN void SlipConeSlope(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
-                                const PetscReal q[], const PetscReal dq[], const PetscReal rho[], PetscReal slope[]);
-PETSC_INTERN PetscReal SlipConeInconsistency(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
-                                             const PetscReal q[], const PetscReal rho[]);
-PETSC_INTERN PetscReal SlipConeReaction(PetscReal omega, PetscReal x, PetscReal g, PetscReal q);
+/* S(p, k) = sign(p) max(|p| - k, 0) */
+static inline PetscReal SlipConeShrink(PetscReal p, PetscReal k)
+{
+  if (p > k) return p - k;
+  if (p < -k) return p + k;
+  return 0.0;
+}
+
+/* Projection of r on [-q, q] */
+static inline PetscReal SlipConeClip(PetscReal r, PetscReal q)
+{
+  return r > q ? q : (r < -q ? -q : r);
+}
+
+/* Region of p = x - rho g; wq = omega q, zero on rows without a bound */
+static inline SlipRegion SlipConeRegion(PetscReal x, PetscReal g, PetscReal rho, PetscReal wq)
+{
+  const PetscReal p = x - rho * g;
+
+  if (wq == 0.0) return SLIP_REGION_FREE;
+  if (p > rho * wq) return SLIP_REGION_POSITIVE;
+  if (p < -rho * wq) return SLIP_REGION_NEGATIVE;
+  return SLIP_REGION_STICK;
+}
+
+/* Reaction of a solution: -q sign(x) where x != 0, the balance g / omega clipped into the cone where x = 0. Of a state
+   at rest g is the static balance -F_s, omega 1. */
+static inline PetscReal SlipConeReaction(PetscReal omega, PetscReal x, PetscReal g, PetscReal q)
+{
+  if (x > 0.0) return -q;
+  if (x < 0.0) return q;
+  return SlipConeClip(g / omega, q);
+}
+
+PETSC_EXTERN PetscReal SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
+                                       const PetscReal q[], const PetscReal dq[], const PetscReal rho[], PetscReal F[],
+                                       PetscReal mask[], PetscReal slope[]);
+PETSC_EXTERN void SlipConeFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal q[],
+                                 const PetscReal rho[], PetscReal x[], PetscReal r[]);
+PETSC_EXTERN void SlipConeProject(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
+                                  const PetscReal q[], const PetscReal rho[], PetscReal x1[]);
+PETSC_EXTERN void SlipConeChanges(PetscInt n, const PetscReal x[], const PetscReal x1[], const PetscReal g[],
+                                  const PetscReal g1[], const PetscReal rho[], PetscReal sum[2]);
+PETSC_EXTERN PetscBool SlipConeAdaptStep(PetscInt trial, const PetscReal sum[2], PetscReal *factor);
+PETSC_EXTERN PetscBool SlipConeStopTurning(PetscInt n, const PetscReal q[], const PetscReal from[], PetscReal to[]);
+
+/* ---- numbers and decisions of the semismooth Newton method, for the SNES type and the trainer's loop: when a step is
+   taken, shortened, lengthened or replaced by projections, and when the solution is as exact as rounding lets it be ----
+   */
+#define SLIP_SEARCH_RTOL 1e-10     /* natural residual over the characteristic traction */
+#define SLIP_SEARCH_ROUNDING 1e-15 /* relative residual that summation errors leave */
+enum {
+  SLIP_SEARCH_MAX_IT = 50,
+  SLIP_SEARCH_MEMORY = 5,      /* merits that a new one is compared with */
+  SLIP_SEARCH_HALVINGS = 4,    /* of a step that does not lower them */
+  SLIP_SEARCH_DOUBLINGS = 40,  /* of a step that left out the slope of the bound */
+  SLIP_SEARCH_PROJECTIONS = 20 /* projection steps when stuck */
+};
+
+typedef struct {
+  PetscReal recent[SLIP_SEARCH_MEMORY]; /* merits */
+  PetscInt stalls;                      /* steps in a row without enough decrease */
+} SlipSearch;
+
+/* All remembered merits are this one */
+static inline void SlipSearchForget(SlipSearch *search, PetscReal merit)
+{
+  for (PetscInt i = 0; i < SLIP_SEARCH_MEMORY; i++) search->recent[i] = merit;
+}
+
+static inline void SlipSearchRemember(SlipSearch *search, PetscInt it, PetscReal merit)
+{
+  search->recent[it % SLIP_SEARCH_MEMORY] = merit;
+}
+
+/* The step lambda dx is taken when it is no worse than the worst of the recent ones */
+static inline PetscBool SlipSearchAccepts(const SlipSearch *search, PetscReal lambda, PetscReal merit)
+{
+  PetscReal limit = 0.0;
+
+  for (PetscInt i = 0; i < SLIP_SEARCH_MEMORY; i++) limit = PetscMax(limit, search->recent[i]);
+  return merit < (1.0 - 1e-4 * lambda) * limit ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Does the full step lower the merit so much that the one that turns no cell round (SlipConeStopTurning()) need not be
+   tried? Sliding that comes to rest seldom goes the other way at once, and sets of cells that turn round together in
+   one step and back in the next shrink by a few cells in each. */
+static inline PetscBool SlipSearchSuffices(PetscReal last, PetscReal merit)
+{
+  return merit <= 0.1 * last ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Count the steps in a row that stalled: against cycling sliding sets projections help, which cannot cycle for small
+   slopes of the bound */
+static inline PetscBool SlipSearchStuck(SlipSearch *search, PetscBool stalled, PetscReal merit)
+{
+  search->stalls = stalled ? search->stalls + 1 : 0;
+  return search->stalls >= 3 && !PetscIsInfOrNanReal(merit) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* A step without the slope of the bound is doubled while the balance of the sliding cells along it, negative, still
+   pushes the same way, else an instability that has hardly begun would take hundreds of steps to grow. Of the last two
+   points the better balanced one is kept: is that the shorter? */
+static inline PetscBool SlipSearchOvershoots(PetscReal last_push, PetscReal push)
+{
+  return push > -last_push ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Newton steps beyond the tolerance end when the residual no longer halves, or when the step is rounding */
+static inline PetscBool SlipSearchPolished(PetscReal last, PetscReal norm, PetscReal step, PetscReal size)
+{
+  return norm > 0.5 * last || step <= 1e-11 * size ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* ---- bathe.c: numbers of the composite step ---- */
+/* The split gamma is in (0, 1); A dw/dt = F_s + r. A stage from base is A (w - base) = theta h (F_s(w) + ...). */
+typedef struct {
+  PetscReal theta[2];
+  PetscReal a1, a0;    /* stage 2: base = a1 w1 - a0 w0 */
+  PetscReal weight[3]; /* of the derivatives k at t, t + gamma h, t + h: w2 = w0 + h sum weight_i k_i */
+  PetscReal error[3];  /* e = h sum error_i k_i, to third order */
+  PetscReal divisor;   /* the same as one difference: e = h/divisor ((1 - gamma) k0 - k1 + gamma k2) */
+} SlipBathe;
+
+PETSC_EXTERN void SlipBatheSetUp(PetscReal gamma, SlipBathe *c);
+
+/* ---- hash.c: FNV-1a, of policies and of what caches hold ---- */
+#define SLIP_HASH_START UINT64_C(14695981039346656037)
+PETSC_EXTERN uint64_t SlipHashBytes(uint64_t hash, const void *data, size_t n);
+PETSC_EXTERN uint64_t SlipHashReals(uint64_t hash, const PetscReal a[], size_t n);

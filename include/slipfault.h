@@ -2,9 +2,11 @@
 #pragma once
 #include <petscts.h>
 #include <slipmat.h>
+#include <slipcore.h>
 #include <slipsnes.h>
 #include <slipts.h>
 
+/* A fault: its mesh, parameters and operators. */
 typedef struct _p_SlipFault *SlipFault;
 PETSC_EXTERN PetscClassId SLIP_FAULT_CLASSID;
 
@@ -30,6 +32,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w);
    30 s, unlimited rejections and SNES failures, SlipObserve_C and SlipTimeScale_C. Call TSSetFromOptions after it. */
 PETSC_EXTERN PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal *mass); /* borrowed */
+/* borrowed arrays of the local cells */
+PETSC_EXTERN PetscErrorCode SlipFaultGetFriction(SlipFault fault, SlipFrictionCells *friction);
 PETSC_EXTERN PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar); /* T* = Ly sqrt(rho/G) [s] */
 
 typedef struct {

@@ -6,6 +6,7 @@
 #pragma once
 #include <petscts.h>
 
+/* The output of one run. */
 typedef struct _n_SlipOutput *SlipOutput;
 
 /* One dataset of /series; the strings are borrowed until SlipOutputFinish(). */

@@ -11,9 +11,11 @@
 #pragma once
 #include <petscsys.h>
 
+/* A policy; a PETSc object. */
 typedef struct _p_SlipPolicy *SlipPolicy;
 PETSC_EXTERN PetscClassId SLIP_POLICY_CLASSID;
 
+/* What a layer applies to its sums, in the order of SlipActivations[]; hardtanh2 clips to [-2, 2]. */
 typedef enum {
   SLIP_ACTIVATION_LINEAR,
   SLIP_ACTIVATION_RELU,

@@ -18,6 +18,7 @@ typedef struct {
   Vec explicit_part; /* full space, or NULL */
 } SlipStage;
 
+/* A set-valued reaction for the cone solvers and TSBATHE; a PETSc object. */
 typedef struct _p_SlipConstraint *SlipConstraint;
 PETSC_EXTERN PetscClassId SLIP_CONSTRAINT_CLASSID;
 

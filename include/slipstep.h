@@ -8,4 +8,5 @@
 #include <slippolicy.h>
 #include <slipadapt.h>
 #include <slipoutput.h>
+#include <slipmodels.h>
 #include <slipfault.h>

@@ -4,9 +4,15 @@
 #include <slipcompat.h>
 
 #define SLIPSTEP_VERSION_MAJOR 0
-#define SLIPSTEP_VERSION_MINOR 1
+#define SLIPSTEP_VERSION_MINOR 2
 #define SLIPSTEP_VERSION_PATCH 0
-#define SLIPSTEP_VERSION "0.1.0"
+#define SLIPSTEP_VERSION                                                                                               \
+  PetscStringize(SLIPSTEP_VERSION_MAJOR) "." PetscStringize(SLIPSTEP_VERSION_MINOR) "." PetscStringize(                \
+    SLIPSTEP_VERSION_PATCH)
+
+/* Of the library that a program runs with, which need not be the one whose headers it was compiled against. */
+PETSC_EXTERN PetscErrorCode SlipStepGetVersion(char version[], size_t len);
+PETSC_EXTERN PetscErrorCode SlipStepGetVersionNumber(PetscInt *major, PetscInt *minor, PetscInt *patch);
 
 PETSC_EXTERN PetscErrorCode SlipStepInitializePackage(void);
 PETSC_EXTERN PetscErrorCode SlipStepFinalizePackage(void);

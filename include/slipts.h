@@ -5,7 +5,9 @@
 
 #define TSBATHE "bathe"
 
+/* Treatment of the reaction in stage 1: by the mean of start and end (second order), or at the end (first order). */
 typedef enum { TSBATHE_REACTION_TRAPEZOIDAL, TSBATHE_REACTION_IMPLICIT } TSBatheReaction;
+/* Error estimate of a step: from the stage derivatives (no extra solve), by two half steps, or none. */
 typedef enum { TSBATHE_ERROR_EMBEDDED, TSBATHE_ERROR_DOUBLING, TSBATHE_ERROR_NONE } TSBatheError;
 PETSC_EXTERN const char *const TSBatheReactions[];
 PETSC_EXTERN const char *const TSBatheErrors[];

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Set-up, build, format check and all tests. Arguments go to ctest: tests/run.sh -L unit, tests/run.sh -R kernel -V.
-# SLIPSTEP_BUILD_DIR chooses the build folder (default build).
+# Set-up, build, format check and all tests. Arguments go to ctest: tests/run.sh -L unit (or mpi, python, integration),
+# tests/run.sh -R kernel -V; arguments that select no test are an error. SLIPSTEP_BUILD_DIR chooses the build folder
+# (default build).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh
@@ -30,6 +31,6 @@ build=${SLIPSTEP_BUILD_DIR:-build}
 slipstep_build "$build" -DBUILD_TESTING=ON -DSLIPSTEP_PYTHON="$SLIPSTEP_PYTHON"
 
 status=0
-ctest --test-dir "$build" --output-on-failure -j 2 "$@" || status=1
+ctest --test-dir "$build" --output-on-failure --no-tests=error -j 2 "$@" || status=1
 check_format || status=1 # last, where it is seen
 exit $status

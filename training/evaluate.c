@@ -15,17 +15,17 @@ static PetscErrorCode ShowHelp(const EvaluateOptions *o)
 {
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < o->nproblems; i++) {
-    EvaluateCase c = {.problem = o->problems[i], .size = 3, .mesh = 1};
+    ProblemCase c = {.problem = o->problems[i], .size = 3, .mesh = 1};
     void *model;
     TS ts;
     Vec w;
 
-    PetscCall(c.problem->create(PETSC_COMM_SELF, &c, &model));
-    PetscCall(c.problem->start(PETSC_COMM_SELF, &c, model, &ts, &w));
+    PetscCall(c.problem->evaluation->create(PETSC_COMM_SELF, &c, &model));
+    PetscCall(c.problem->evaluation->start(PETSC_COMM_SELF, &c, model, &ts, &w));
     PetscCall(TSSetFromOptions(ts));
     PetscCall(VecDestroy(&w));
     PetscCall(TSDestroy(&ts));
-    PetscCall(c.problem->destroy(&model));
+    PetscCall(c.problem->evaluation->destroy(&model));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -11,6 +11,7 @@ static const char help[] =
 
 #include "cmaes/cmatrain.h"
 #include "offpolicy/sweep.h"
+#include "problems/problems.h"
 #include <slipcompat.h>
 
 static PetscErrorCode RunCMA(void)
@@ -40,7 +41,7 @@ static PetscErrorCode RunOne(const TrainOptions *o)
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
-  if (!rank) PetscCall(o->algorithm->run(o));
+  if (!rank) PetscCall(TrainerTrain(o));
   PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

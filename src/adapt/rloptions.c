@@ -184,6 +184,8 @@ PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const na
 
   Level: beginner
 
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for an accuracy outside of the bounds
+
   Note:
   A policy that lists the observation log_accuracy follows the dial; any other one was trained for one trade of accuracy
   against cost and ignores it, which `TSAdaptView()` says.
@@ -212,7 +214,7 @@ PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy)
 . adapt - the controller
 
   Output Parameter:
-. accuracy - wanted relative error of the run's result; 0 when the type of adapt is not `TSADAPTRL`
+. accuracy - wanted relative error of the run's result, dimensionless; 0 when the type of adapt is not `TSADAPTRL`
 
   Level: intermediate
 

@@ -6,91 +6,106 @@
 #include <slipcompat.h>
 #include <slipcore.h>
 
-/* S(p, k) = sign(p) max(|p| - k, 0) */
-PetscReal SlipConeShrink(PetscReal p, PetscReal k)
+/* Natural residual in units of g: g + omega q sign(p) where sliding, x / rho where sticking; mask is 1 where sliding.
+   slope is the diagonal that the bound adds to a sliding row of dG/dx: omega dq/d|x| sign(p) sign(x), with sign(p) for
+   sign(0); 0 elsewhere. Returns the largest |x| / rho of the rows that slide against the sign of x: such a point is no
+   solution however small its residual. */
+PetscReal SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
+                          const PetscReal dq[], const PetscReal rho[], PetscReal F[], PetscReal mask[],
+                          PetscReal slope[])
 {
-  if (p > k) return p - k;
-  if (p < -k) return p + k;
-  return 0.0;
-}
+  PetscReal inconsistent = 0.0;
 
-/* Projection of r on [-q, q] */
-PetscReal SlipConeClip(PetscReal r, PetscReal q)
-{
-  return r > q ? q : (r < -q ? -q : r);
-}
-
-/* Region of p = x - rho g; wq = omega q, zero on rows without a bound */
-SlipRegion SlipConeRegion(PetscReal x, PetscReal g, PetscReal rho, PetscReal wq)
-{
-  const PetscReal p = x - rho * g;
-
-  if (wq == 0.0) return SLIP_REGION_FREE;
-  if (p > rho * wq) return SLIP_REGION_POSITIVE;
-  if (p < -rho * wq) return SLIP_REGION_NEGATIVE;
-  return SLIP_REGION_STICK;
-}
-
-/* Natural residual in units of g: g + omega q sign(p) where sliding, x / rho where sticking; mask is 1 where sliding */
-void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
-                     const PetscReal rho[], PetscReal F[], PetscReal mask[])
-{
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal wq = omega * q[i];
-    const SlipRegion region = SlipConeRegion(x[i], g[i], rho[i], wq);
+    PetscReal sign;
 
-    mask[i] = region == SLIP_REGION_STICK ? 0.0 : 1.0;
-    switch (region) {
+    switch (SlipConeRegion(x[i], g[i], rho[i], wq)) {
     case SLIP_REGION_STICK:
+      mask[i] = slope[i] = 0.0;
       F[i] = x[i] / rho[i];
-      break;
-    case SLIP_REGION_POSITIVE:
-      F[i] = g[i] + wq;
-      break;
-    case SLIP_REGION_NEGATIVE:
-      F[i] = g[i] - wq;
-      break;
+      continue;
     case SLIP_REGION_FREE:
+      mask[i] = 1.0;
+      slope[i] = 0.0;
       F[i] = g[i];
+      continue;
+    case SLIP_REGION_POSITIVE:
+      sign = 1.0;
       break;
+    default:
+      sign = -1.0;
     }
+    mask[i] = 1.0;
+    F[i] = g[i] + sign * wq;
+    slope[i] = omega * dq[i];
+    if (sign * x[i] >= 0.0) continue;
+    slope[i] = -slope[i];
+    inconsistent = PetscMax(inconsistent, PetscAbsReal(x[i]) / rho[i]);
   }
+  return inconsistent;
 }
 
-/* Diagonal that the bound adds to a sliding row of dG/dx: omega dq/d|x| sign(p) sign(x), with sign(p) for sign(0); 0
-   elsewhere */
-void SlipConeSlope(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
-                   const PetscReal dq[], const PetscReal rho[], PetscReal slope[])
+/* x becomes exactly zero where it sticks, or slides against its own direction by less than the tolerance; r is its
+   reaction */
+void SlipConeFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal q[], const PetscReal rho[],
+                    PetscReal x[], PetscReal r[])
 {
   for (PetscInt i = 0; i < n; i++) {
     const SlipRegion region = SlipConeRegion(x[i], g[i], rho[i], omega * q[i]);
 
-    slope[i] = 0.0;
-    if (region == SLIP_REGION_POSITIVE) slope[i] = x[i] < 0.0 ? -omega * dq[i] : omega * dq[i];
-    if (region == SLIP_REGION_NEGATIVE) slope[i] = x[i] > 0.0 ? -omega * dq[i] : omega * dq[i];
+    if (region == SLIP_REGION_STICK || (region == SLIP_REGION_POSITIVE && x[i] < 0.0) ||
+        (region == SLIP_REGION_NEGATIVE && x[i] > 0.0))
+      x[i] = 0.0;
+    r[i] = SlipConeReaction(omega, x[i], g[i], q[i]);
   }
 }
 
-/* Largest |x| / rho of the rows that slide against the sign of x: such a point is no solution however small its
-   residual */
-PetscReal SlipConeInconsistency(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
-                                const PetscReal q[], const PetscReal rho[])
+/* Stops at zero the cells that the step from one point to another would turn round; rows without a bound are left
+   alone. Whether there were any */
+PetscBool SlipConeStopTurning(PetscInt n, const PetscReal q[], const PetscReal from[], PetscReal to[])
 {
-  PetscReal worst = 0.0;
+  PetscBool turned = PETSC_FALSE;
 
   for (PetscInt i = 0; i < n; i++) {
-    const SlipRegion region = SlipConeRegion(x[i], g[i], rho[i], omega * q[i]);
-
-    if ((region == SLIP_REGION_POSITIVE && x[i] < 0.0) || (region == SLIP_REGION_NEGATIVE && x[i] > 0.0))
-      worst = PetscMax(worst, PetscAbsReal(x[i]) / rho[i]);
+    if (!(from[i] * to[i] < 0.0 && q[i] > 0.0)) continue;
+    to[i] = 0.0;
+    turned = PETSC_TRUE;
   }
-  return worst;
+  return turned;
 }
 
-/* Reaction of a solution: -q sign(x) where x != 0, the balance g / omega clipped into the cone where x = 0 */
-PetscReal SlipConeReaction(PetscReal omega, PetscReal x, PetscReal g, PetscReal q)
+/* ---- the self-adaptive fixed point x <- S(x - rho G(x), rho omega q), He and Liao (2002), JOTA 112 ---- */
+
+void SlipConeProject(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
+                     const PetscReal rho[], PetscReal x1[])
 {
-  if (x > 0.0) return -q;
-  if (x < 0.0) return q;
-  return SlipConeClip(g / omega, q);
+  for (PetscInt i = 0; i < n; i++) x1[i] = SlipConeShrink(x[i] - rho[i] * g[i], rho[i] * omega * q[i]);
+}
+
+/* Add to the sums over the cells of rho (g1 - g)^2 and of (x1 - x)^2 / rho */
+void SlipConeChanges(PetscInt n, const PetscReal x[], const PetscReal x1[], const PetscReal g[], const PetscReal g1[],
+                     const PetscReal rho[], PetscReal sum[2])
+{
+  for (PetscInt i = 0; i < n; i++) {
+    sum[0] += PetscSqr(g1[i] - g[i]) * rho[i];
+    sum[1] += PetscSqr(x1[i] - x[i]) / rho[i];
+  }
+}
+
+/* The ratio of those sums says whether rho suits: above 0.9 it is shortened by 2/3 and the step repeated (yes is
+   returned), below 0.3 lengthened by 3/2. factor: on rho, 1 to leave it */
+PetscBool SlipConeAdaptStep(PetscInt trial, const PetscReal sum[2], PetscReal *factor)
+{
+  const PetscReal ratio_high = 0.9, ratio_low = 0.3, shorten = 2.0 / 3.0, lengthen = 1.5;
+  const PetscReal ratio = sum[1] > 0.0 ? PetscSqrtReal(sum[0] / sum[1]) : ratio_high;
+  enum { max_trials = 20 };
+
+  *factor = 1.0;
+  if (ratio > ratio_high && trial < max_trials) {
+    *factor = shorten * PetscMin(1.0, 1.0 / ratio);
+    return PETSC_TRUE;
+  }
+  if (ratio < ratio_low) *factor = lengthen;
+  return PETSC_FALSE;
 }

@@ -89,7 +89,7 @@ void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscRea
 
   Input Parameters:
 + G  - shear modulus [Pa]
-. nu - Poisson's ratio, in (-1, 0.5)
+. nu - Poisson's ratio, in (-1, 0.5), dimensionless
 . dx - distance along strike from the cell's centre to the receiver [m]
 . dz - distance in depth [m]
 . a  - the cell's extent along strike [m]
@@ -119,7 +119,7 @@ PetscReal SlipKernelFullSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal
 
   Input Parameters:
 + G          - shear modulus [Pa]
-. nu         - Poisson's ratio, in (-1, 0.5)
+. nu         - Poisson's ratio, in (-1, 0.5), dimensionless
 . dx         - distance along strike from the cell's centre to the receiver [m]
 . z_receiver - depth of the receiver [m], positive
 . z_source   - depth of the cell's centre [m], at least b / 2

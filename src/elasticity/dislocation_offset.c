@@ -59,7 +59,7 @@ static PetscReal Image(const Corner *c, PetscReal nu, PetscReal z)
 
   Input Parameters:
 + G          - shear modulus [Pa]
-. nu         - Poisson's ratio, in (-1, 0.5)
+. nu         - Poisson's ratio, in (-1, 0.5), dimensionless
 . dx         - distance along strike from the cell's centre to the receiver [m]
 . dy         - distance between the two planes [m]; of 0 gives SlipKernelHalfSpace() or SlipKernelFullSpace()
 . z_receiver - depth of the receiver [m], positive

@@ -50,6 +50,35 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  SlipFaultGetFriction - the friction of the cells of this process, for SlipFrictionStrength() and its like
+
+  Not collective; after SlipFaultSetUp()
+
+  Input Parameter:
+. fault - the fault
+
+  Output Parameter:
+. friction - law and parameters, borrowed arrays in the order of the state; the effective normal stress [Pa] counts with
+             the weights of the cells, area over mean area
+
+  Level: advanced
+
+.seealso: SlipFaultGetOperators(), SlipFrictionStrength()
+@*/
+PetscErrorCode SlipFaultGetFriction(SlipFault fault, SlipFrictionCells *friction)
+{
+  PetscFunctionBegin;
+  *friction = (SlipFrictionCells){.law = fault->law,
+                                  .residual = fault->field[FIELD_FRICTION_RESIDUAL],
+                                  .drop = fault->field[FIELD_FRICTION_DROP],
+                                  .slip = fault->field[FIELD_FRICTION_SLIP],
+                                  .rate = fault->field[FIELD_FRICTION_RATE],
+                                  .stress = fault->field[FIELD_NORMAL_STRESS],
+                                  .weight = fault->weight};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* c = (M/theta) base_v + ex_v + H v_inf - K u0 */
 PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
 {
@@ -100,27 +129,22 @@ static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* q_i = mu(s0_i + theta |v_i|, |v_i|) sigma_i and dq_i/d|v_i| = sigma_i (theta dmu/ds + dmu/dv). */
+/* q_i = mu(s_i, |v_i|) sigma_i and dq_i/d|v_i|, s the state at the stage's end. */
 static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  SlipFrictionCells friction;
   const PetscReal *v, *s0;
   PetscReal *a, *b = NULL;
 
   PetscFunctionBegin;
   (void)con;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(VecGetArrayRead(x, &v));
   PetscCall(VecGetArrayRead(fault->s0, &s0));
   PetscCall(VecGetArrayWrite(q, &a));
   if (dq) PetscCall(VecGetArrayWrite(dq, &b));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal rate = PetscAbsReal(v[i]), sigma = fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i];
-    PetscReal mu, ds, dv;
-
-    SlipFaultFriction(fault, i, s0[i] + fault->theta * rate, rate, &mu, &ds, &dv);
-    a[i] = sigma * mu;
-    if (b) b[i] = sigma * (fault->theta * ds + dv);
-  }
+  SlipFrictionStrength(&friction, fault->n, fault->theta, 1, s0, v, a, b);
   if (dq) PetscCall(VecRestoreArrayWrite(dq, &b));
   PetscCall(VecRestoreArrayWrite(q, &a));
   PetscCall(VecRestoreArrayRead(fault->s0, &s0));
@@ -137,13 +161,15 @@ static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* w = (v, u0 + theta v, s0 + theta |v|) */
+/* w = (v, u0 + theta v, s) */
 PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
 {
+  SlipFrictionCells friction;
   const PetscReal *v, *u0, *s0;
   PetscReal *a;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(VecGetArrayRead(x, &v));
   PetscCall(VecGetArrayRead(fault->u0, &u0));
   PetscCall(VecGetArrayRead(fault->s0, &s0));
@@ -151,8 +177,8 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
   for (PetscInt i = 0; i < fault->n; i++) {
     a[3 * i + V] = v[i];
     a[3 * i + U] = u0[i] + fault->theta * v[i];
-    a[3 * i + S] = s0[i] + fault->theta * PetscAbsReal(v[i]);
   }
+  SlipFrictionStateAdvance(&friction, fault->n, fault->theta, s0, v, 3, a + S);
   PetscCall(VecRestoreArrayWrite(w, &a));
   PetscCall(VecRestoreArrayRead(fault->s0, &s0));
   PetscCall(VecRestoreArrayRead(fault->u0, &u0));
@@ -168,14 +194,16 @@ static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* F = (-H (v - v_inf) - K u, v - v_inf, |v|), in Pa, m/s, m/s. */
+/* F = (-H (v - v_inf) - K u, v - v_inf, ds/dt), in Pa, m/s, m/s. */
 PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F)
 {
+  SlipFrictionCells friction;
   Vec rel = fault->work[0], u = fault->work[1], force = fault->work[2];
   const PetscReal *a, *r, *f;
   PetscReal *b;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipFaultExtract(w, U, u));
   PetscCall(SlipFaultExtract(w, V, rel));
   if (fault->loaded) PetscCall(VecAXPY(rel, -1, fault->vinf));
@@ -188,9 +216,9 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F)
   PetscCall(VecGetArrayWrite(F, &b));
   for (PetscInt i = 0; i < fault->n; i++) {
     b[3 * i + V] = -f[i];
-    b[3 * i + S] = PetscAbsReal(a[3 * i + V]);
     b[3 * i + U] = r[i];
   }
+  SlipFrictionStateRate(&friction, fault->n, 3, a + S, a + V, b + S);
   PetscCall(VecRestoreArrayWrite(F, &b));
   PetscCall(VecRestoreArrayRead(force, &f));
   PetscCall(VecRestoreArrayRead(rel, &r));
@@ -239,16 +267,15 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
 /* q = mu(s, |v|) sigma_n w [Pa], reduced, of a state; the weights w are 1 on a grid. */
 PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q)
 {
+  SlipFrictionCells friction;
   const PetscReal *a;
-  PetscReal *b, mu, ds, dv;
+  PetscReal *b;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(q, &b));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    SlipFaultFriction(fault, i, a[3 * i + S], PetscAbsReal(a[3 * i + V]), &mu, &ds, &dv);
-    b[i] = mu * (fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]);
-  }
+  SlipFrictionStrength(&friction, fault->n, 0, 3, a + S, a + V, b, NULL);
   PetscCall(VecRestoreArrayWrite(q, &b));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -22,17 +22,19 @@ static PetscErrorCode SlipFaultExtractDisplacement(SlipFault fault, Vec w, Vec u
 /* This rank's part of the sums, weighted by area; ku = K u is weighted already. */
 static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal sum[], PetscReal *max_v)
 {
+  SlipFrictionCells friction;
   const PetscReal *a, *f;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(ku, &f));
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscReal v = a[3 * i], u = a[3 * i + 1], s = a[3 * i + 2], weight = fault->weight[i];
-    PetscReal mu, weak, ds, dv;
+    const PetscReal weak = SlipFrictionWeakest(&friction, i);
+    PetscReal mu, ds, dv;
 
-    SlipFaultFriction(fault, i, s, PetscAbsReal(v), &mu, &ds, &dv);
-    SlipFaultFriction(fault, i, SLIP_FAULT_WEAK_SLIP, SLIP_FAULT_WEAK_RATE, &weak, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, s, PetscAbsReal(v), &mu, &ds, &dv);
     sum[SUM_V] += weight * v;
     sum[SUM_ABS_V] += weight * PetscAbsReal(v);
     sum[SUM_V2] += weight * (v * v);
@@ -296,6 +298,8 @@ static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscRea
         loading = -v_inf.(K u + H (v - v_inf)), each divided by the number of cells
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 
 .seealso: SlipFaultConfigureTS()
 @*/

@@ -20,11 +20,13 @@ static PetscReal SlipFaultTimeToSlip(PetscReal f, PetscReal d, PetscReal q)
 PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest)
 {
   Vec rate = fault->work[0], force = fault->work[1], hold = fault->work[2];
+  SlipFrictionCells friction;
   const SlipFaultSums *sums;
   const PetscReal *a, *d, *f, *g;
   PetscReal *u;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
   *rest = 0;
   PetscCall(SlipFaultGetSums(fault, w, &sums));
   if (sums->max_v > 0) PetscFunctionReturn(PETSC_SUCCESS);
@@ -46,7 +48,7 @@ PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest)
   for (PetscInt i = 0; i < fault->n; i++) {
     PetscReal mu, ds, dv;
 
-    SlipFaultFriction(fault, i, a[3 * i + 2], 0, &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, a[3 * i + 2], 0, &mu, &ds, &dv);
     *rest = PetscMin(
       *rest, SlipFaultTimeToSlip(g[i] - f[i], d[i], mu * fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]));
   }

@@ -52,11 +52,13 @@ static PetscErrorCode DecayRate(SlipFault fault, PetscReal *rate)
 /* Of the state w after a step and the error e of it; one product with K */
 static PetscErrorCode StepSums(SlipFault fault, Vec w, Vec e, PetscReal sum[STEP_SUMS])
 {
+  SlipFrictionCells friction;
   Vec u = fault->work[0], ku = fault->work[1];
   const PetscReal *a, *b, *f;
   PetscReal *x;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(PetscArrayzero(sum, STEP_SUMS));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(u, &x));
@@ -69,7 +71,7 @@ static PetscErrorCode StepSums(SlipFault fault, Vec w, Vec e, PetscReal sum[STEP
     const PetscReal v = a[3 * i], s = a[3 * i + 2], weight = fault->weight[i];
     PetscReal mu, ds, dv, q;
 
-    SlipFaultFriction(fault, i, s, PetscAbsReal(v), &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, s, PetscAbsReal(v), &mu, &ds, &dv);
     q = mu * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
     sum[STEP_WORK] += fault->mass * weight * v * b[3 * i] + f[i] * b[3 * i + 1] + q * b[3 * i + 2];
     sum[STEP_RESTRAINT] += (f[i] + q) * s;

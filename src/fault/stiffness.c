@@ -280,20 +280,21 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 /* uc = K^-1 q(0); uc holds K^-1 sigma_n, which is proportional to it when friction is uniform: a good first guess. */
 PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
 {
-  PetscReal mu, weak, ds, dv, sum[4] = {0, 0, 0, 0};
+  SlipFrictionCells friction;
+  PetscReal mu, ds, dv, sum[4] = {0, 0, 0, 0};
   PetscReal *q;
   Vec q0 = fault->work[0];
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(VecGetArrayWrite(q0, &q));
   for (PetscInt i = 0; i < fault->n; i++) {
-    SlipFaultFriction(fault, i, 0, 0, &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
     q[i] = mu * (fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]);
     sum[0] += q[i];
     sum[1] += fault->weight[i] * fault->field[FIELD_FRICTION_SLIP][i];
     sum[2] += mu;
-    SlipFaultFriction(fault, i, SLIP_FAULT_WEAK_SLIP, SLIP_FAULT_WEAK_RATE, &weak, &ds, &dv);
-    sum[3] += (mu - weak) * (fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]);
+    sum[3] += (mu - SlipFrictionWeakest(&friction, i)) * (fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]);
   }
   PetscCall(VecRestoreArrayWrite(q0, &q));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_REAL, MPIU_SUM, fault->comm));

@@ -250,7 +250,7 @@ static PetscErrorCode SlipOutputAdd(SlipOutput out, SlipOutputNumber list[], Pet
 . name   - of the attribute of /result
 . label  - what the summary calls it, NULL to leave it out there
 . unit   - printed after it, NULL for none
-- value  - the number
+- value  - the number, in that unit
 
   Level: intermediate
 

@@ -45,7 +45,7 @@ static void LayerForward(PetscInt in, PetscInt out, const PetscReal *weight, con
 - obs - raw observations [n], dimensionless, in the order of `SlipPolicyGetObservations()`
 
   Output Parameters:
-+ action  - low + (tanh(y) + 1)/2 (high - low), y the last layer's output
++ action  - low + (tanh(y) + 1)/2 (high - low), y the last layer's output; dimensionless
 - outside - number of observations beyond the training range by more than a tenth of its width (`NULL` allowed); 0 when
             the policy does not know its range
 
@@ -89,7 +89,7 @@ PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal
 
   Input Parameters:
 + p      - the policy
-. action - between low and high; values outside are clipped
+. action - between low and high; values outside are clipped; dimensionless
 . tstar  - time scale T* of the problem [s]
 - tmax   - end of the simulated time [s]
 
@@ -98,6 +98,8 @@ PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal
       x = (action - low)/(high - low)
 
   Level: intermediate
+
+  Errors: PETSC_ERR_FP for an action that is not finite, and those of SlipPolicyGetStepBounds()
 
 .seealso: SlipPolicyEvaluate(), SlipPolicyGetStepBounds(), SlipPolicySetAction()
 @*/

@@ -132,10 +132,13 @@ static PetscErrorCode CheckFinite(SlipPolicy p, const char dataset[], PetscInt n
 + p      - the policy
 . n      - number of observations, at least 1
 . names  - their names [n], see `SlipObservationView()`
-. scale  - factors [n], not zero
-- offset - offsets [n]; the network sees obs * scale + offset
+. scale  - factors [n], dimensionless, not zero
+- offset - offsets [n], dimensionless; the network sees obs * scale + offset
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for n < 1, PETSC_ERR_ARG_WRONG for an empty name or a scale of 0, PETSC_ERR_FP for
+  numbers that are not finite
 
 .seealso: SlipPolicyAddLayer(), SlipPolicyGetObservations()
 @*/
@@ -182,11 +185,14 @@ PetscErrorCode SlipPolicySetObservations(SlipPolicy p, PetscInt n, const char *c
 + p          - the policy
 . in         - number of inputs, the outputs of the layer before
 . out        - number of outputs; 1 in the last layer
-. weight     - row-major [out][in], copied
-. bias       - [out], copied
+. weight     - row-major [out][in], copied, dimensionless
+. bias       - [out], copied, dimensionless
 - activation - applied to weight x + bias
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for sizes that are not positive or an unknown activation, PETSC_ERR_FP for numbers
+  that are not finite
 
 .seealso: SlipPolicySetObservations(), SlipPolicySetAction()
 @*/
@@ -250,8 +256,8 @@ static PetscErrorCode FindUnit(SlipPolicy p, const char attribute[], const char 
 
   Input Parameters:
 + p           - the policy
-. low         - lowest action
-. high        - highest action
+. low         - lowest action, dimensionless
+. high        - highest action, dimensionless
 . dt_min      - step at the lowest action, in dt_min_unit; >= 0, > 0 with log_spacing
 . dt_min_unit - "s", "T*" (the problem's time scale) or "t_max" (the simulated duration)
 . dt_max      - step at the highest action, in dt_max_unit
@@ -259,6 +265,9 @@ static PetscErrorCode FindUnit(SlipPolicy p, const char attribute[], const char 
 - log_spacing - steps in geometric proportion between the bounds instead of linear
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_WRONG unless low < high and 0 <= dt_min < dt_max (0 < dt_min with
+  log_spacing), all finite and in known units
 
 .seealso: SlipPolicyActionToStep(), SlipPolicyGetStepBounds()
 @*/
@@ -304,9 +313,12 @@ PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, PetscReal high, 
   Input Parameters:
 + p   - the policy
 . min - minima [n], dimensionless
-- max - maxima [n], not below the minima
+- max - maxima [n], not below the minima, dimensionless
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ORDER before SlipPolicySetObservations(), PETSC_ERR_ARG_OUTOFRANGE for a minimum above its maximum,
+  PETSC_ERR_FP for numbers that are not finite
 
 .seealso: SlipPolicyEvaluate()
 @*/

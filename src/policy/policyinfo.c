@@ -1,4 +1,5 @@
 /* What one may ask of a SlipPolicy: observations, step bounds, attributes, digest; and its view. */
+#include <slipcore.h>
 #include <slipstep/private/slippolicy.h>
 #include <stdlib.h>
 
@@ -31,7 +32,7 @@ PetscErrorCode SlipPolicyAttributeNumber_Private(const char name[], const char v
 - name - of the attribute, such as `SLIP_POLICY_MOVING_DT_MAX`
 
   Output Parameters:
-+ value - the number, 0 when there is none
++ value - the number, in the unit that the attribute's writer gave it; 0 when there is none
 - has   - whether there is one
 
   Level: intermediate
@@ -188,6 +189,8 @@ PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ARG_WRONGSTATE without an action, or without a maximum time that the steps are parts of
+
 .seealso: SlipPolicySetAction()
 @*/
 PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min,
@@ -211,15 +214,6 @@ PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal 
     "(attributes of /action)",
     SlipPolicySource_Private(p), (double)tstar, (double)tmax, (double)*dt_min, (double)*dt_max);
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* FNV-1a, 64 bit (Fowler, Noll, Vo; IETF draft-eastlake-fnv): not for security, only to tell policies apart. */
-static uint64_t Fnv1a(size_t n, const char *bytes)
-{
-  uint64_t hash = UINT64_C(14695981039346656037);
-
-  for (size_t i = 0; i < n; i++) hash = (hash ^ (unsigned char)bytes[i]) * UINT64_C(1099511628211);
-  return hash;
 }
 
 /*@C
@@ -246,7 +240,8 @@ PetscErrorCode SlipPolicyGetHash(SlipPolicy p, const char *hash[])
   PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
   if (!p->hash[0]) {
     PetscCall(SlipPolicyPack_Private(p, &n, &bytes));
-    PetscCall(PetscSNPrintf(p->hash, sizeof(p->hash), "%016llx", (unsigned long long)Fnv1a(n, bytes)));
+    PetscCall(
+      PetscSNPrintf(p->hash, sizeof(p->hash), "%016llx", (unsigned long long)SlipHashBytes(SLIP_HASH_START, bytes, n)));
     PetscCall(PetscFree(bytes));
   }
   *hash = p->hash;
@@ -285,8 +280,8 @@ PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[])
 . p - the policy
 
   Output Parameters:
-+ min - one per observation, borrowed; `NULL` when the policy does not know
-- max - likewise
++ min - one per observation, dimensionless, borrowed; `NULL` when the policy does not know
+- max - likewise, dimensionless
 
   Level: intermediate
 

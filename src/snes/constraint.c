@@ -22,6 +22,8 @@ PetscClassId SLIP_CONSTRAINT_CLASSID = 0;
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ARG_WRONG when residual, jacobian or bound is missing
+
 .seealso: SlipConstraintDestroy(), SNESSetSlipConstraint(), TSBatheSetConstraint()
 @*/
 PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops, void *ctx, Vec reduced_template,
@@ -142,6 +144,8 @@ PetscErrorCode SlipConstraintCreateReduced(SlipConstraint con, Vec *x)
 . r - reduced: the static balance -F_s projected on [-q, q] where x = 0, -q sign(x) where x != 0
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ARG_WRONG when the problem has no operation smooth, reduce or bound_state
 
 .seealso: SlipConstraintCreate(), TSBatheSetInitialReaction()
 @*/

@@ -155,6 +155,8 @@ PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope)
 
   Level: advanced
 
+  Errors: PETSC_ERR_ORDER before MatSlipJacobianSetParts()
+
 .seealso: MatSlipJacobianSetParts()
 @*/
 PetscErrorCode MatSlipJacobianGetParts(Mat J, Mat *B, Vec *mask, Vec *slope)

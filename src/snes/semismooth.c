@@ -21,49 +21,54 @@ enum {
   model_project = 8  /* after so many of them projection steps help the sliding set to settle */
 };
 
-/* Gives up the approximation when it hardly converges, as near instability, where little is left of dG/dx. */
-static PetscErrorCode SemismoothJudge(SNES snes, SlipConstraint con, PetscReal last)
+/* The operator of the linear solves: con->B, or what it composes as "MatSlipGetApproximation_C" (Mat, Mat *). With
+   an approximation the method is an inexact Newton method: residuals remain those of con->B, and so do its
+   solutions. Where the approximate Jacobian is positive definite but the true one is not, iterations are repelled,
+   so that the wrong branch is as unreachable as with the true one. */
+static PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact, Mat *A)
 {
-  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  PetscErrorCode (*f)(Mat, Mat *);
 
   PetscFunctionBegin;
-  ss->slow = ss->A != con->B && con->norm > 0.5 * last ? ss->slow + 1 : 0;
-  if (ss->slow < patience) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(snes, "Approximate Jacobian does not converge: exact one for the rest of this solve\n"));
-  ss->exact = PETSC_TRUE;
-  ss->slow = 0;
-  ss->n_exact++;
+  *A = con->B;
+  if (exact) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectQueryFunction((PetscObject)con->B, "MatSlipGetApproximation_C", &f));
+  if (f) PetscCall((*f)(con->B, A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* From the tolerance down to rounding with plain Newton steps, usually one. The residual is relative to the
    strength, and slow slip rates are many orders below those that it balances: only there are they exact enough for
    runs on different numbers of ranks to agree. Stops when the residual no longer halves, and keeps the better point. */
-static PetscErrorCode SemismoothPolish(SNES snes, SlipConstraint con, Vec x)
+static PetscErrorCode SlipSemismoothPolish(SNES snes, SlipConstraint con, PetscBool exact, Vec x)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  Vec xs = ss->slip.work[SEMISMOOTH_XS], dx = ss->slip.work[SEMISMOOTH_DX];
   SNESConvergedReason reason;
   PetscReal last, step, size;
-  PetscBool ok;
+  PetscBool ok, picard;
+  Mat A;
 
   PetscFunctionBegin;
-  for (PetscInt it = snes->iter + 1; con->norm > SLIP_SEMISMOOTH_ROUNDING && it <= snes->max_its; it++) {
+  for (PetscInt it = snes->iter + 1; con->norm > SLIP_SEARCH_ROUNDING && it <= snes->max_its; it++) {
     last = con->norm;
-    PetscCall(SlipSemismoothDirection(snes, con, x, &ok));
-    if (!ok || ss->picard) break;
-    PetscCall(VecCopy(x, ss->xs));
-    PetscCall(VecAXPY(x, 1.0, ss->dx));
-    PetscCall(SlipConstraintEvaluate(con, x));
+    PetscCall(SlipConstraintJacobian(con, x));
+    PetscCall(SlipSemismoothOperator(con, exact, &A));
+    PetscCall(SlipSemismoothDirection(snes, con, A, x, &picard, &ok));
+    if (!ok || picard) break;
+    PetscCall(VecCopy(x, xs));
+    PetscCall(VecAXPY(x, 1.0, dx));
+    PetscCall(SlipConstraintEvaluate(con, NULL, x));
     if (!(con->norm < last)) {
-      PetscCall(VecCopy(ss->xs, x));
-      PetscCall(SlipConstraintEvaluate(con, x));
+      PetscCall(VecCopy(xs, x));
+      PetscCall(SlipConstraintEvaluate(con, NULL, x));
       break;
     }
     PetscCall(SlipConstraintReport(snes, con, it, &reason));
-    PetscCall(VecNorm(ss->dx, NORM_INFINITY, &step));
+    PetscCall(VecNorm(dx, NORM_INFINITY, &step));
     PetscCall(VecNorm(x, NORM_INFINITY, &size));
-    if (ss->A != con->B) step *= con->norm / last; /* the error that is left, where convergence is linear */
-    if (con->norm > 0.5 * last || step <= 1e-11 * size) break;
+    if (A != con->B) step *= con->norm / last; /* the error that is left, where convergence is linear */
+    if (SlipSearchPolished(last, con->norm, step, size)) break;
   }
   snes->reason = SNES_CONVERGED_FNORM_RELATIVE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -73,30 +78,26 @@ static PetscErrorCode SemismoothPolish(SNES snes, SlipConstraint con, Vec x)
    evaluated last. Each needs G once, and A as often as the sliding set takes to settle. What it leaves of the error,
    |A^-1 (B - A)|, does not depend on that set, where single Newton steps with A would have to wait for it (Josephy
    1979, MRC Technical Report 1965: Newton's method for generalised equations). */
-static PetscErrorCode SemismoothModel(SNES snes, SlipConstraint con, Vec x, PetscBool *ok)
+static PetscErrorCode SlipSemismoothModel(SNES snes, SlipConstraint con, Mat A, Vec x, PetscBool *ok)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
-  PetscReal target;
+  const PetscReal target = PetscMax(model_share * con->norm, SLIP_SEARCH_ROUNDING);
+  const SlipStageModel model = {A, ss->slip.work[SEMISMOOTH_OFFSET]};
 
   PetscFunctionBegin;
-  target = PetscMax(model_share * con->norm, SLIP_SEMISMOOTH_ROUNDING);
-  if (!ss->offset) PetscCall(VecDuplicate(x, &ss->offset));
-  PetscCall(MatMult(ss->A, x, ss->offset));
-  PetscCall(VecAYPX(ss->offset, -1.0, con->g));
-  con->model = ss->A;
-  con->offset = ss->offset;
+  PetscCall(MatMult(A, x, model.offset));
+  PetscCall(VecAYPX(model.offset, -1.0, con->g));
   *ok = PETSC_TRUE;
   for (PetscInt k = 1; *ok && k <= model_steps && con->norm > target; k++) {
-    PetscCall(SlipSemismoothStep(snes, con, k, target, x, ok));
+    PetscCall(SlipSemismoothStep(snes, con, &model, k, target, x, ok));
     PetscCall(
       PetscInfo(snes, "Model step %" PetscInt_FMT ": residual %g of %g\n", k, (double)con->norm, (double)target));
     ss->n_model++;
     if (*ok && k % model_project == 0 && con->norm > target && !PetscIsInfOrNanReal(con->merit))
-      PetscCall(SlipSemismoothProject(ss, con, x));
+      PetscCall(SlipSemismoothProject(snes, con, &model, x));
   }
-  con->model = NULL;
-  PetscCall(SlipConstraintEvaluate(con, x));
-  SlipSemismoothForget(ss, con);
+  PetscCall(SlipConstraintEvaluate(con, NULL, x));
+  SlipSearchForget(&ss->search, con->merit);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -107,74 +108,50 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   SNESConvergedReason reason;
   Vec x = snes->vec_sol;
   PetscReal last;
-  PetscBool ok;
+  PetscInt slow = 0; /* iterations in a row with an approximation that hardly converged */
+  PetscBool ok, exact = PETSC_FALSE;
+  Mat A;
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintQuery(snes, &con));
-  ss->exact = PETSC_FALSE;
-  ss->slow = 0;
   PetscCall(SlipConstraintBegin(con, x));
-  PetscCall(SlipConstraintEvaluate(con, x));
-  SlipSemismoothForget(ss, con);
-  ss->stalls = 0;
+  PetscCall(SlipConstraintEvaluate(con, NULL, x));
+  SlipSearchForget(&ss->search, con->merit);
+  ss->search.stalls = 0;
   PetscCall(SlipConstraintReport(snes, con, 0, &reason));
   for (PetscInt it = 1; reason == SNES_CONVERGED_ITERATING; it++) {
     PetscTryTypeMethod(snes, update, snes->iter);
     last = con->norm;
-    PetscCall((*con->ops->jacobian)(con, x, &con->B, con->ctx));
-    PetscCall(SlipSemismoothOperator(ss, con));
-    if (ss->A != con->B)
-      PetscCall(SemismoothModel(snes, con, x, &ok));
+    if (it > 1) PetscCall(SlipConstraintJacobian(con, x)); /* SlipConstraintBegin() has asked for the first */
+    PetscCall(SlipSemismoothOperator(con, exact, &A));
+    if (A != con->B)
+      PetscCall(SlipSemismoothModel(snes, con, A, x, &ok));
     else
-      PetscCall(SlipSemismoothStep(snes, con, it, snes->rtol, x, &ok));
+      PetscCall(SlipSemismoothStep(snes, con, NULL, it, snes->rtol, x, &ok));
     if (!ok) {
       snes->reason = reason = SNES_DIVERGED_LINEAR_SOLVE;
       break;
     }
-    PetscCall(SemismoothJudge(snes, con, last));
+    /* give up an approximation that hardly converges, as near instability, where little is left of dG/dx */
+    slow = A != con->B && con->norm > 0.5 * last ? slow + 1 : 0;
+    if (slow >= patience) {
+      PetscCall(PetscInfo(snes, "Approximate Jacobian does not converge: exact one for the rest of this solve\n"));
+      exact = PETSC_TRUE;
+      slow = 0;
+      ss->n_exact++;
+    }
     PetscCall(SlipConstraintReport(snes, con, it, &reason));
   }
-  if (reason == SNES_CONVERGED_FNORM_RELATIVE) PetscCall(SemismoothPolish(snes, con, x));
+  if (reason == SNES_CONVERGED_FNORM_RELATIVE) PetscCall(SlipSemismoothPolish(snes, con, exact, x));
   PetscCall(SlipConstraintFinish(con, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SNESSetUp_Semismooth(SNES snes)
-{
-  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
-  SlipConstraint con;
-
-  PetscFunctionBegin;
-  PetscCall(SlipConstraintQuery(snes, &con));
-  PetscCall(VecDuplicate(con->x, &ss->rhs));
-  PetscCall(VecDuplicate(con->x, &ss->dx));
-  PetscCall(VecDuplicate(con->x, &ss->xs));
-  PetscCall(VecDuplicate(con->x, &ss->rho));
-  PetscCall(VecDuplicate(con->x, &ss->zero));
-  PetscCall(VecZeroEntries(ss->zero));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode SNESReset_Semismooth(SNES snes)
 {
-  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
-
   PetscFunctionBegin;
-  PetscCall(MatDestroy(&ss->J));
-  PetscCall(VecDestroy(&ss->rhs));
-  PetscCall(VecDestroy(&ss->dx));
-  PetscCall(VecDestroy(&ss->xs));
-  PetscCall(VecDestroy(&ss->rho));
-  PetscCall(VecDestroy(&ss->zero));
-  PetscCall(VecDestroy(&ss->offset));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SNESDestroy_Semismooth(SNES snes)
-{
-  PetscFunctionBegin;
-  PetscCall(SNESReset_Semismooth(snes));
-  PetscCall(PetscFree(snes->data));
+  PetscCall(MatDestroy(&((SNES_Semismooth *)snes->data)->J));
+  PetscCall(SNESReset_Slip(snes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -212,27 +189,23 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
 }
 
 /*MC
-  SNESSEMISMOOTH - "semismooth": semismooth Newton method on the natural map of
-the cone |r| <= q
+  SNESSEMISMOOTH - "semismooth": semismooth Newton method on the natural map of the cone |r| <= q
 
   Options Database Keys:
-+ -snes_rtol <1e-10>          - largest natural residual over max(omega q) +
-max|G(0)|, dimensionless . -snes_max_it <50>           - iterations before the
-solve has failed
-- -snes_slip_direct_max <350> - sliding cells up to which a dense Cholesky
-factorisation is used, 0 for never
++ -snes_rtol <1e-10>          - largest natural residual over max(omega q) + max|G(0)|, dimensionless
+. -snes_max_it <50>           - iterations before the solve has failed
+- -snes_slip_direct_max <350> - sliding cells up to which a dense Cholesky factorisation is used, 0 for never
 
   Level: intermediate
 
   Notes:
-  Above the limit, or when the entries of the operator are not at hand, the KSP
-(default cg with the preconditioner "slipstage") solves on the sliding set. The
-KSP's relative tolerance is chosen in each iteration. Where the operator has an
-approximation A (MatSlipStageGetApproximation()), each iteration solves the
-stage with G(y) + A (x - y) for G(x), y the last iterate, to a hundredth of its
-residual, by Newton steps that are not counted as iterations, and needs the
-operator itself once. How many iterations that takes depends on the quality of A
-alone; -info shows the steps, -snes_view counts them.
+  Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
+  "slipstage") solves on the sliding set. The KSP's relative tolerance is chosen in each iteration.
+
+  Where the operator has an approximation A (MatSlipStageGetApproximation()), each iteration solves the stage with
+  G(y) + A (x - y) for G(x), y the last iterate, to a hundredth of its residual, by Newton steps that are not counted as
+  iterations, and needs the operator itself once. How many iterations that takes depends on the quality of A alone;
+  -info shows the steps, -snes_view counts them.
 
 .seealso: SNESPROJECTION, SNESSetSlipConstraint(), MatCreateSlipJacobian()
 M*/
@@ -246,17 +219,18 @@ PetscErrorCode SNESCreate_Semismooth(SNES snes)
   PetscFunctionBegin;
   PetscCall(PetscNew(&ss));
   snes->data = ss;
+  ss->slip.nwork = SEMISMOOTH_NWORK;
   ss->direct_max = 350;
   snes->ops->solve = SNESSolve_Semismooth;
-  snes->ops->setup = SNESSetUp_Semismooth;
+  snes->ops->setup = SNESSetUp_Slip;
   snes->ops->reset = SNESReset_Semismooth;
-  snes->ops->destroy = SNESDestroy_Semismooth;
+  snes->ops->destroy = SNESDestroy_Slip;
   snes->ops->setfromoptions = SNESSetFromOptions_Semismooth;
   snes->ops->view = SNESView_Semismooth;
   snes->usesksp = PETSC_TRUE;
   snes->usesnpc = PETSC_FALSE;
   snes->alwayscomputesfinalresidual = PETSC_TRUE;
-  SlipSNESDefaults(snes, 1e-10, 50);
+  SlipSNESDefaults(snes, SLIP_SEARCH_RTOL, SLIP_SEARCH_MAX_IT);
   PetscCall(SNESGetKSP(snes, &ksp));
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPGetPC(ksp, &pc));

@@ -1,6 +1,5 @@
 /* One stage as a SNES: natural residual, convergence, reaction. Shared by the semismooth and projection types. */
 #include <slipstep/private/slipsnes.h>
-#include <slipcore.h>
 #include <slipstep/private/slipsys.h>
 
 static const char key[] = "SlipConstraint";
@@ -16,7 +15,14 @@ PetscErrorCode SlipConstraintSetUpWork(SlipConstraint con)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* rho = 1/diag(B) and the characteristic traction max(omega q) + max |G(0)| at the start of a solve */
+PetscErrorCode SlipConstraintJacobian(SlipConstraint con, Vec x)
+{
+  PetscFunctionBegin;
+  PetscCall((*con->ops->jacobian)(con, x, &con->B, con->ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* B, rho = 1/diag(B) and the characteristic traction max(omega q) + max |G(0)| at the start of a solve */
 PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
 {
   PetscReal qmax, cmax, dmin;
@@ -30,7 +36,7 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
   PetscCall(VecNorm(con->q, NORM_INFINITY, &qmax));
   con->scale = con->omega * qmax + cmax;
   if (con->scale == 0.0) con->scale = 1.0;
-  PetscCall((*con->ops->jacobian)(con, x, &con->B, con->ctx));
+  PetscCall(SlipConstraintJacobian(con, x));
   PetscCall(MatGetDiagonal(con->B, con->rho));
   PetscCall(VecMin(con->rho, NULL, &dmin));
   PetscCheck(dmin > 0.0, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
@@ -39,18 +45,18 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* g = G(x), or its model */
-PetscErrorCode SlipConstraintResidual(SlipConstraint con, Vec x, Vec g)
+/* g = G(x) of the stage, or of its model */
+PetscErrorCode SlipConstraintResidual(SlipConstraint con, const SlipStageModel *model, Vec x, Vec g)
 {
   PetscFunctionBegin;
-  if (con->model)
-    PetscCall(MatMultAdd(con->model, x, con->offset, g));
+  if (model)
+    PetscCall(MatMultAdd(model->A, x, model->offset, g));
   else
     PetscCall((*con->ops->residual)(con, x, g, con->ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
+PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *model, Vec x)
 {
   PetscInt n;
   const PetscScalar *xx, *g, *q, *dq, *rho;
@@ -58,7 +64,7 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
   PetscReal inconsistent;
 
   PetscFunctionBegin;
-  PetscCall(SlipConstraintResidual(con, x, con->g));
+  PetscCall(SlipConstraintResidual(con, model, x, con->g));
   PetscCall(PetscLogEventBegin(SLIP_Cone, con, x, 0, 0));
   PetscCall((*con->ops->bound)(con, x, con->q, con->dq, con->ctx));
   PetscCall(VecGetLocalSize(x, &n));
@@ -67,15 +73,13 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
   PetscCall(VecGetArrayRead(con->q, &q));
   PetscCall(VecGetArrayRead(con->dq, &dq));
   PetscCall(VecGetArrayRead(con->rho, &rho));
-  PetscCall(VecGetArray(con->F, &F));
-  PetscCall(VecGetArray(con->mask, &mask));
-  PetscCall(VecGetArray(con->slope, &slope));
-  SlipConeNatural(n, con->omega, xx, g, q, rho, F, mask);
-  SlipConeSlope(n, con->omega, xx, g, q, dq, rho, slope);
-  inconsistent = SlipConeInconsistency(n, con->omega, xx, g, q, rho);
-  PetscCall(VecRestoreArray(con->slope, &slope));
-  PetscCall(VecRestoreArray(con->mask, &mask));
-  PetscCall(VecRestoreArray(con->F, &F));
+  PetscCall(VecGetArrayWrite(con->F, &F));
+  PetscCall(VecGetArrayWrite(con->mask, &mask));
+  PetscCall(VecGetArrayWrite(con->slope, &slope));
+  inconsistent = SlipConeNatural(n, con->omega, xx, g, q, dq, rho, F, mask, slope);
+  PetscCall(VecRestoreArrayWrite(con->slope, &slope));
+  PetscCall(VecRestoreArrayWrite(con->mask, &mask));
+  PetscCall(VecRestoreArrayWrite(con->F, &F));
   PetscCall(VecRestoreArrayRead(con->rho, &rho));
   PetscCall(VecRestoreArrayRead(con->dq, &dq));
   PetscCall(VecRestoreArrayRead(con->q, &q));
@@ -94,7 +98,7 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, Vec x)
 PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
 {
   PetscInt n, rstart;
-  const PetscScalar *g, *q, *F, *mask, *rho;
+  const PetscScalar *g, *q, *F, *rho;
   PetscScalar *xx, *r;
   struct {
     double value;
@@ -105,36 +109,56 @@ PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetOwnershipRange(x, &rstart, NULL));
   PetscCall(VecGetArray(x, &xx));
-  PetscCall(VecGetArray(con->r, &r));
+  PetscCall(VecGetArrayWrite(con->r, &r));
   PetscCall(VecGetArrayRead(con->g, &g));
   PetscCall(VecGetArrayRead(con->q, &q));
   PetscCall(VecGetArrayRead(con->F, &F));
-  PetscCall(VecGetArrayRead(con->mask, &mask));
   PetscCall(VecGetArrayRead(con->rho, &rho));
+  SlipConeFinish(n, con->omega, g, q, rho, xx, r);
   for (PetscInt i = 0; i < n; i++) {
-    const SlipRegion region = SlipConeRegion(xx[i], g[i], rho[i], con->omega * q[i]);
-
-    /* sticking, or against its own direction by less than the tolerance */
-    if (mask[i] == 0.0 || (region == SLIP_REGION_POSITIVE && xx[i] < 0.0) ||
-        (region == SLIP_REGION_NEGATIVE && xx[i] > 0.0))
-      xx[i] = 0.0;
-    r[i] = SlipConeReaction(con->omega, xx[i], g[i], q[i]);
     /* NaN counts as the largest */
-    if (!(PetscAbsReal(F[i]) <= mine.value)) {
-      mine.value = PetscIsInfOrNanReal(F[i]) ? PETSC_MAX_REAL : PetscAbsReal(F[i]);
-      mine.index = (int)(rstart + i);
-    }
+    if (PetscAbsReal(F[i]) <= mine.value) continue;
+    mine.value = PetscIsInfOrNanReal(F[i]) ? PETSC_MAX_REAL : PetscAbsReal(F[i]);
+    mine.index = (int)(rstart + i);
   }
   PetscCall(VecRestoreArrayRead(con->rho, &rho));
-  PetscCall(VecRestoreArrayRead(con->mask, &mask));
   PetscCall(VecRestoreArrayRead(con->F, &F));
   PetscCall(VecRestoreArrayRead(con->q, &q));
   PetscCall(VecRestoreArrayRead(con->g, &g));
-  PetscCall(VecRestoreArray(con->r, &r));
+  PetscCall(VecRestoreArrayWrite(con->r, &r));
   PetscCall(VecRestoreArray(x, &xx));
   PetscCallMPI(MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE_INT, MPI_MAXLOC, PetscObjectComm((PetscObject)con)));
   con->worst = all.index;
   con->resnorm = con->norm;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SNESSetUp_Slip(SNES snes)
+{
+  SNES_Slip *slip = (SNES_Slip *)snes->data;
+  SlipConstraint con;
+
+  PetscFunctionBegin;
+  PetscCall(SlipConstraintQuery(snes, &con));
+  PetscCall(VecDuplicateVecs(con->x, slip->nwork, &slip->work));
+  for (PetscInt i = 0; i < slip->nwork; i++) PetscCall(VecZeroEntries(slip->work[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SNESReset_Slip(SNES snes)
+{
+  SNES_Slip *slip = (SNES_Slip *)snes->data;
+
+  PetscFunctionBegin;
+  if (slip->work) PetscCall(VecDestroyVecs(slip->nwork, &slip->work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SNESDestroy_Slip(SNES snes)
+{
+  PetscFunctionBegin;
+  PetscCall((*snes->ops->reset)(snes));
+  PetscCall(PetscFree(snes->data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,7 +202,7 @@ static PetscErrorCode SlipNaturalResidual(SNES snes, Vec x, Vec f, void *ctx)
   PetscFunctionBegin;
   (void)snes;
   PetscCall(SlipConstraintBegin(con, x));
-  PetscCall(SlipConstraintEvaluate(con, x));
+  PetscCall(SlipConstraintEvaluate(con, NULL, x));
   PetscCall(VecCopy(con->F, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -243,9 +267,12 @@ PetscErrorCode SNESGetSlipConstraint(SNES snes, SlipConstraint *con)
   Output Parameters:
 + x       - the solution; sticking cells are exactly zero
 . r       - the reaction: -q sign(x) where x != 0, inside [-q, q] elsewhere
-- resnorm - largest natural residual divided by max(omega q) + max|G(0)| (NULL allowed)
+- resnorm - largest natural residual divided by max(omega q) + max|G(0)| (dimensionless, NULL allowed)
 
   Level: advanced
+
+  Errors: PETSC_ERR_ARG_WRONGSTATE without a constraint, PETSC_ERR_SUP for another type of SNES,
+  PETSC_ERR_ARG_OUTOFRANGE unless theta > 0 and omega > 0. A solve that does not converge is none.
 
   Note:
   Look at SNESGetConvergedReason() before using the result.
@@ -288,7 +315,7 @@ PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec 
 
   Output Parameters:
 + cell  - its number: its global index in x, or its row in the mesh's file; -1 before any solve (NULL allowed)
-- residual - that residual, relative (NULL allowed)
+- residual - that residual, relative, dimensionless (NULL allowed)
 
   Level: advanced
 

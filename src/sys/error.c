@@ -256,6 +256,8 @@ PetscErrorCode SlipWarnOfUnusedOptions(void)
 
   Level: developer
 
+  Errors: the code of rank 0, raised again on every other rank
+
 .seealso: SlipErrorHandlerPush()
 @*/
 PetscErrorCode SlipErrorBcast(MPI_Comm comm, PetscErrorCode code)

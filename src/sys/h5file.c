@@ -134,7 +134,12 @@ PetscErrorCode SlipH5CheckCreate(const char file[])
 
   Not collective. Closing twice does nothing.
 
+  Input/Output Parameter:
+. h - file
+
   Level: developer
+
+  Errors: PETSC_ERR_FILE_WRITE when the disk is full or the file cannot be renamed
 
 .seealso: SlipH5Create()
 @*/
@@ -157,7 +162,12 @@ PetscErrorCode SlipH5Close(SlipH5 *h)
 
   Not collective.
 
+  Input Parameter:
+. h - file
+
   Level: developer
+
+  Errors: PETSC_ERR_FILE_WRITE when the file cannot be written
 
 .seealso: SlipH5Close()
 @*/
@@ -172,6 +182,13 @@ PetscErrorCode SlipH5Flush(SlipH5 *h)
   SlipH5Has - does the file hold a group or dataset of this path?
 
   Not collective.
+
+  Input Parameters:
++ h    - file
+- path - absolute path
+
+  Output Parameter:
+. has - whether it is there
 
   Level: developer
 
@@ -205,6 +222,14 @@ PetscErrorCode SlipH5Has(SlipH5 *h, const char path[], PetscBool *has)
 
   Not collective.
 
+  Input Parameters:
++ h    - file
+. path - group or dataset
+- attr - name of the attribute
+
+  Output Parameter:
+. has - whether it is there
+
   Level: developer
 
 .seealso: SlipH5Has()
@@ -222,7 +247,13 @@ PetscErrorCode SlipH5HasAttribute(SlipH5 *h, const char path[], const char attr[
 
   Not collective.
 
+  Input Parameters:
++ h    - file
+- path - absolute path
+
   Level: developer
+
+  Errors: PETSC_ERR_FILE_WRITE when the group cannot be created
 
 .seealso: SlipH5Has()
 @*/

@@ -65,7 +65,7 @@ static void SlipH5DescribeShape(int rank, const hsize_t shape[], char text[], si
 
   Output Parameters:
 + dims - its shape [ndim]
-- data - its values, row-major; free with PetscFree()
+- data - its values, row-major, in the units of the dataset; free with PetscFree()
 
   Level: developer
 
@@ -159,6 +159,10 @@ static PetscErrorCode SlipH5ReadStringsOf(hid_t set, hid_t space, PetscInt n, ch
 
   Not collective.
 
+  Input Parameters:
++ h    - file
+- path - dataset
+
   Output Parameters:
 + n       - number of strings
 - strings - the strings; free with SlipH5FreeStrings()
@@ -205,6 +209,12 @@ PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char
 
   Not collective.
 
+  Input Parameter:
+. n - number of strings
+
+  Input/Output Parameter:
+. strings - the strings, set to NULL
+
   Level: developer
 
 .seealso: SlipH5ReadStrings()
@@ -223,6 +233,14 @@ PetscErrorCode SlipH5FreeStrings(PetscInt n, char ***strings)
   SlipH5ReadAttrReal - read a scalar (or one-entry) attribute as a real number
 
   Not collective.
+
+  Input Parameters:
++ h    - file
+. path - group or dataset
+- attr - name of the attribute
+
+  Output Parameter:
+. value - the number, in the unit it was written in
 
   Level: developer
 
@@ -255,6 +273,14 @@ PetscErrorCode SlipH5ReadAttrReal(SlipH5 *h, const char path[], const char attr[
 
   Not collective.
 
+  Input Parameters:
++ h    - file
+. path - group or dataset
+- attr - name of the attribute
+
+  Output Parameter:
+. value - the number
+
   Level: developer
 
   Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing or not one integer in the range of PetscInt.
@@ -279,8 +305,14 @@ PetscErrorCode SlipH5ReadAttrInt(SlipH5 *h, const char path[], const char attr[]
 
   Not collective.
 
-  Input Parameter:
-. len - room in value; a longer string is an error
+  Input Parameters:
++ h    - file
+. path - group or dataset
+. attr - name of the attribute
+- len  - room in value; a longer string is an error
+
+  Output Parameter:
+. value - the text
 
   Level: developer
 

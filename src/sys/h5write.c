@@ -52,7 +52,7 @@ static PetscErrorCode SlipH5Write(SlipH5 *h, const char path[], PetscInt ndim, c
 . path  - dataset, whose parents are created
 . ndim  - number of dimensions, 0 to 4
 . dims  - shape [ndim]
-. data  - values, row-major
+. data  - values, row-major, in those units
 - units - attribute "units", or NULL
 
   Level: developer
@@ -73,6 +73,14 @@ PetscErrorCode SlipH5WriteReal(SlipH5 *h, const char path[], PetscInt ndim, cons
   SlipH5WriteFloat - write an array in single precision; see SlipH5WriteReal()
 
   Not collective.
+
+  Input Parameters:
++ h     - file
+. path  - dataset, whose parents are created
+. ndim  - number of dimensions, 0 to 4
+. dims  - shape [ndim]
+. data  - values, row-major
+- units - attribute "units", or NULL
 
   Level: developer
 
@@ -96,6 +104,14 @@ static hid_t SlipH5PetscInt(void)
 
   Not collective.
 
+  Input Parameters:
++ h     - file
+. path  - dataset, whose parents are created
+. ndim  - number of dimensions, 0 to 4
+. dims  - shape [ndim]
+. data  - values, row-major
+- units - attribute "units", or NULL
+
   Level: developer
 
 .seealso: SlipH5WriteReal()
@@ -112,6 +128,12 @@ PetscErrorCode SlipH5WriteInt(SlipH5 *h, const char path[], PetscInt ndim, const
   SlipH5WriteStrings - write a list of strings (variable length, UTF-8)
 
   Not collective.
+
+  Input Parameters:
++ h       - file
+. path    - dataset, whose parents are created
+. n       - number of strings
+- strings - the strings
 
   Level: developer
 
@@ -160,6 +182,12 @@ static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char a
 
   Not collective.
 
+  Input Parameters:
++ h     - file
+. path  - group or dataset
+. attr  - name of the attribute
+- value - the number, in a unit that the reader must know
+
   Level: developer
 
 .seealso: SlipH5ReadAttrReal()
@@ -176,6 +204,12 @@ PetscErrorCode SlipH5WriteAttrReal(SlipH5 *h, const char path[], const char attr
 
   Not collective.
 
+  Input Parameters:
++ h     - file
+. path  - group or dataset
+. attr  - name of the attribute
+- value - the number
+
   Level: developer
 
 .seealso: SlipH5ReadAttrInt()
@@ -191,6 +225,12 @@ PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], const char attr[
   SlipH5WriteAttrString - write a string attribute (fixed length, UTF-8); the group is created when it does not exist
 
   Not collective.
+
+  Input Parameters:
++ h     - file
+. path  - group or dataset
+. attr  - name of the attribute
+- value - the text
 
   Level: developer
 
@@ -224,6 +264,9 @@ PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char at
 - units   - attribute "units", or NULL
 
   Level: developer
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for another number of dimensions or an empty one, PETSC_ERR_FILE_WRITE when the path
+  exists or cannot be written
 
 .seealso: SlipH5Append()
 @*/
@@ -261,9 +304,11 @@ PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, c
 + h    - file
 . path - dataset made by SlipH5CreateSeries()
 . rows - number of rows
-- data - rows times the product of the fixed dimensions, row-major
+- data - rows times the product of the fixed dimensions, row-major, in the units of the series
 
   Level: developer
+
+  Errors: PETSC_ERR_FILE_WRITE when there is no such series or the disk is full
 
 .seealso: SlipH5CreateSeries()
 @*/

@@ -132,7 +132,7 @@ static PetscErrorCode TSView_Bathe(TS ts, PetscViewer viewer)
 static PetscErrorCode TSInterpolate_Bathe(TS ts, PetscReal t, Vec w)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal h = ts->ptime - ts->ptime_prev, s, e, c = ba->c;
+  PetscReal h = ts->ptime - ts->ptime_prev, s, e, c = ba->share;
   PetscScalar weight[4];
   Vec vecs[4];
 
@@ -191,12 +191,12 @@ static PetscErrorCode TSGetStages_Bathe(TS ts, PetscInt *n, Vec **Y)
 static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscReal xi, PetscReal *yr, PetscReal *yi)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal a1, a0, b, g = 0.5 * ba->gamma, nr, ni, dr, di, d2, wr, wi;
+  const SlipBathe c = ba->c;
+  PetscReal b = c.theta[1], g = c.theta[0], nr, ni, dr, di, d2, wr, wi;
 
   PetscFunctionBegin;
-  TSBatheCoefficients(ba->gamma, &a1, &a0, &b);
   nr = 1.0 + g * xr, ni = g * xi, dr = 1.0 - g * xr, di = -g * xi, d2 = dr * dr + di * di;
-  wr = a1 * (nr * dr + ni * di) / d2 - a0, wi = a1 * (ni * dr - nr * di) / d2;
+  wr = c.a1 * (nr * dr + ni * di) / d2 - c.a0, wi = c.a1 * (ni * dr - nr * di) / d2;
   dr = 1.0 - b * xr, di = -b * xi, d2 = dr * dr + di * di;
   *yr = (wr * dr + wi * di) / d2;
   *yi = (wi * dr - wr * di) / d2;
@@ -232,7 +232,7 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   change neither the order of the method nor any decision, as such a controller never looks at an error.
 
   References:
-. * - K. J. Bathe, M. M. I. Baig, On a composite implicit time integration procedure for nonlinear dynamics,
++ * - K. J. Bathe, M. M. I. Baig, On a composite implicit time integration procedure for nonlinear dynamics,
       Comput. Struct. 83, 2005.
 . * - R. E. Bank et al., Transient simulation of silicon devices and circuits, IEEE Trans. CAD 4, 1985.
 - * - M. E. Hosea, L. F. Shampine, Analysis and implementation of TR-BDF2, Appl. Numer. Math. 20, 1996.
@@ -247,9 +247,10 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   PetscCall(PetscNew(&ba));
   ts->data = ba;
   ba->gamma = 0.5;
+  SlipBatheSetUp(ba->gamma, &ba->c);
   ba->order = 1;
   ba->max_failures = 50;
-  ba->c = 0.5;
+  ba->share = 0.5;
   ba->status = TS_STEP_COMPLETE;
   ts->ops->reset = TSReset_Bathe;
   ts->ops->destroy = TSDestroy_Bathe;

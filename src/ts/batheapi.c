@@ -16,6 +16,8 @@
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for a gamma outside of (0, 1)
+
 .seealso: TSBATHE, TSBatheGetGamma()
 @*/
 PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma)
@@ -31,8 +33,11 @@ PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma)
 
 static PetscErrorCode TSBatheSetGamma_Bathe(TS ts, PetscReal gamma)
 {
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
   PetscFunctionBegin;
-  ((TS_Bathe *)ts->data)->gamma = gamma;
+  ba->gamma = gamma;
+  SlipBatheSetUp(gamma, &ba->c);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -45,7 +50,7 @@ static PetscErrorCode TSBatheSetGamma_Bathe(TS ts, PetscReal gamma)
 . ts - of type TSBATHE
 
   Output Parameter:
-. gamma - in (0, 1)
+. gamma - in (0, 1), dimensionless
 
   Level: intermediate
 
@@ -178,6 +183,8 @@ static PetscErrorCode TSBatheGetError_Bathe(TS ts, TSBatheError *error)
 . -ts_bathe_order <1> - the same
 
   Level: intermediate
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for p < 1
 
 .seealso: TSBatheSetError()
 @*/

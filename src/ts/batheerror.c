@@ -1,11 +1,5 @@
-/* TSBATHE's error estimates and the stage derivatives they are made of.
-
-   Embedded: with k_i = A^-1 (F_s + r) at t, t + gamma h and t + h, the solution is w0 + h sum b_i k_i with
-     b = ( 1/(2(2-gamma)), 1/(2(2-gamma)), (1-gamma)/(2-gamma) ),
-   and the companion with the weights of the three-point quadrature at the same nodes,
-     b1^ = 1/(6 gamma (1-gamma)), b2^ = (2-3 gamma)/(6 (1-gamma)), b0^ = 1 - b1^ - b2^,
-   is of third order because both stages are of stage order two (Bank et al. 1985, IEEE Trans. CAD 4; Hosea and Shampine
-   1996, Appl. Numer. Math. 20, for gamma = 2 - sqrt 2). */
+/* TSBATHE's error estimates and the stage derivatives that they are made of; the embedded one's weights are in
+   src/core/bathe.c. */
 #include <slipstep/private/slipts.h>
 #include <math.h>
 
@@ -40,12 +34,12 @@ PetscErrorCode TSBatheStartDerivative(TS ts, PetscReal t, Vec w0, Vec r0, Vec k0
 PetscErrorCode TSBatheEndDerivative(TS ts, PetscReal h, Vec w0, Vec w1, Vec w2, Vec k2)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal a1, a0, b;
+  const SlipBathe c = ba->c;
+  const PetscReal theta = c.theta[1] * h;
 
   PetscFunctionBegin;
-  TSBatheCoefficients(ba->gamma, &a1, &a0, &b);
   PetscCall(VecCopy(w2, k2));
-  PetscCall(VecAXPBYPCZ(k2, -a1 / (b * h), a0 / (b * h), 1.0 / (b * h), w1, w0));
+  PetscCall(VecAXPBYPCZ(k2, -c.a1 / theta, c.a0 / theta, 1.0 / theta, w1, w0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -79,21 +73,16 @@ PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* e = w2 - w0 - h sum b^_i k_i, of third order; needs K0, K2 and the stages of the step */
+/* e = w2 - w0 - h sum b^_i k_i; needs K0, K2 and the stages of the step */
 PetscErrorCode TSBatheEmbeddedError(TS ts, PetscReal h, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal gamma = ba->gamma, b[3], bh[3];
+  const SlipBathe c = ba->c;
 
   PetscFunctionBegin;
-  b[0] = b[1] = 0.5 / (2.0 - gamma);
-  b[2] = (1.0 - gamma) / (2.0 - gamma);
-  bh[1] = 1.0 / (6.0 * gamma * (1.0 - gamma));
-  bh[2] = (2.0 - 3.0 * gamma) / (6.0 * (1.0 - gamma));
-  bh[0] = 1.0 - bh[1] - bh[2];
   /* stage 1: (w1 - w0) / (gamma h / 2) = k0 + k1 (+ A^-1 (r1 - r0) when the reaction is implicit) */
   PetscCall(VecWAXPY(ba->K1, -1.0, ba->X0, ba->Y[0]));
-  PetscCall(VecScale(ba->K1, 2.0 / (gamma * h)));
+  PetscCall(VecScale(ba->K1, 2.0 / (ba->gamma * h)));
   PetscCall(VecAXPY(ba->K1, -1.0, ba->K0));
   PetscCall(VecZeroEntries(e));
   if (ba->con && ba->reaction == TSBATHE_REACTION_IMPLICIT) {
@@ -101,11 +90,11 @@ PetscErrorCode TSBatheEmbeddedError(TS ts, PetscReal h, Vec e)
     PetscCall((*ba->ops->add_reaction)(ba->con, -1.0, ba->r0, e, ba->ctx));
     PetscCall((*ba->ops->solve_mass)(ba->con, e, e, ba->ctx));
     PetscCall(VecAXPY(ba->K1, -1.0, e));
-    PetscCall(VecScale(e, h * b[1]));
+    PetscCall(VecScale(e, h * c.weight[1]));
   }
-  PetscCall(VecAXPY(e, h * (b[0] - bh[0]), ba->K0));
-  PetscCall(VecAXPY(e, h * (b[1] - bh[1]), ba->K1));
-  PetscCall(VecAXPY(e, h * (b[2] - bh[2]), ba->K2));
+  PetscCall(VecAXPY(e, h * c.error[0], ba->K0));
+  PetscCall(VecAXPY(e, h * c.error[1], ba->K1));
+  PetscCall(VecAXPY(e, h * c.error[2], ba->K2));
   if (ba->con) PetscCall(TSBatheDropSticking(ts, ba->Y[1], e));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -10,7 +10,7 @@
 . ts - of type TSBATHE
 
   Output Parameter:
-. order - of the global error in the step
+. order - of the global error in the step, dimensionless
 
   Level: advanced
 
@@ -44,7 +44,7 @@ PetscErrorCode TSBatheGetOrder_Bathe(TS ts, PetscReal *order)
   Output Parameters (each may be `NULL`):
 + error      - the estimated error in the layout and units of the solution, borrowed and valid until the next attempt;
                `NULL` when the last attempt did not converge or had no estimate, and when ts is not of type TSBATHE
-. scale      - factor that makes of the error the solution minus a more accurate one, to the method's own order
+. scale      - dimensionless factor that makes of the error the solution minus a more accurate one, to the method's order
 - derivative - dw/dt at the attempt's end [units of the solution per s], borrowed likewise; `NULL` when not known
 
   Level: advanced

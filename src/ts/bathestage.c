@@ -113,23 +113,23 @@ PetscErrorCode TSBatheSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, V
                               PetscReal *resnorm, PetscBool *ok)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal a1, a0, b, res = 0.0;
+  const SlipBathe c = ba->c;
+  PetscReal res = 0.0;
 
   PetscFunctionBegin;
-  TSBatheCoefficients(ba->gamma, &a1, &a0, &b);
   *resnorm = 0.0;
   ba->last.solves++;
 
   ba->stage_time = t + ba->gamma * h;
-  ba->theta = 0.5 * ba->gamma * h;
+  ba->theta = c.theta[0] * h;
   PetscCall(TSPreStage(ts, ba->stage_time));
   PetscCall(TSBatheStageOne(ts, t, w0, r0, w1, &res));
   PetscCall(TSBatheAfterSolve(ts, 0, w1, res, resnorm, ok));
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
 
   ba->stage_time = t + h;
-  ba->theta = b * h;
-  PetscCall(VecAXPBYPCZ(ba->base, a1, -a0, 0.0, w1, w0));
+  ba->theta = c.theta[1] * h;
+  PetscCall(VecAXPBYPCZ(ba->base, c.a1, -c.a0, 0.0, w1, w0));
   PetscCall(VecCopy(w1, w2));
   PetscCall(TSPreStage(ts, ba->stage_time));
   if (ba->con)

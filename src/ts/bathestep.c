@@ -69,7 +69,7 @@ static PetscErrorCode TSBatheDoubling(TS ts, PetscReal h, PetscReal *residual, P
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSBatheEndDerivative(ts, 0.5 * h, ba->Wmid, ba->Y[0], ba->Y[1], ba->K2));
   PetscCall(VecCopy(ba->Wmid, ba->Wm));
-  ba->c = 0.5;
+  ba->share = 0.5;
   PetscCall(TSBatheDoublingError(ts, ba->E));
   PetscCall(TSBatheErrorNorm(ts, NORM_2, &ba->last.error));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -84,7 +84,7 @@ static PetscErrorCode TSBatheSingle(TS ts, PetscReal h, PetscReal *residual, Pet
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSBatheEndDerivative(ts, h, ba->X0, ba->Y[0], ba->Y[1], ba->K2));
   PetscCall(VecCopy(ba->Y[0], ba->Wm));
-  ba->c = ba->gamma;
+  ba->share = ba->gamma;
   if (ba->error != TSBATHE_ERROR_EMBEDDED || !ba->k0_known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSBatheEmbeddedError(ts, h, ba->E));
   PetscCall(TSBatheErrorNorm(ts, NORM_2, &ba->last.error));
@@ -109,7 +109,7 @@ static PetscErrorCode TSBatheInParts(TS ts, PetscReal h, PetscInt parts, PetscRe
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSBatheEndDerivative(ts, part, ba->Wmid, ba->Y[0], ba->Y[1], ba->K2));
   PetscCall(VecCopy(ba->Wmid, ba->Wm));
-  ba->c = 1.0 - 1.0 / (PetscReal)parts;
+  ba->share = 1.0 - 1.0 / (PetscReal)parts;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

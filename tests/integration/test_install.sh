@@ -39,13 +39,15 @@ int main(int argc, char **argv)
 {
   TS     ts;
   TSType type;
+  char   version[16];
 
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCall(SlipStepInitializePackage());
   PetscCall(TSCreate(PETSC_COMM_WORLD, &ts));
   PetscCall(TSSetType(ts, TSBATHE));
   PetscCall(TSGetType(ts, &type));
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "SlipStep %s has TS type %s\n", SLIPSTEP_VERSION, type));
+  PetscCall(SlipStepGetVersion(version, sizeof(version)));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "SlipStep %s (headers %s) has TS type %s\n", version, SLIPSTEP_VERSION, type));
   PetscCall(TSDestroy(&ts));
   PetscCall(PetscFinalize());
   return 0;
@@ -54,11 +56,11 @@ C
 cat >"$room/user/CMakeLists.txt" <<'CMAKE'
 cmake_minimum_required(VERSION 3.25)
 project(user LANGUAGES C)
-find_package(slipstep 0.1 REQUIRED)
+find_package(slipstep 0.2 REQUIRED)
 add_executable(user user.c)
 target_link_libraries(user PRIVATE slipstep::slipstep)
 CMAKE
-expected="SlipStep 0.1.0 has TS type bathe"
+expected="SlipStep 0.2.0 (headers 0.2.0) has TS type bathe"
 
 cmake -S "$room/user" -B "$room/user/build" -DCMAKE_PREFIX_PATH="$prefix" >"$room/user.log" || { cat "$room/user.log"; fail "find_package(slipstep)"; }
 cmake --build "$room/user/build" >>"$room/user.log" || { cat "$room/user.log"; fail "building with CMake"; }

@@ -23,7 +23,7 @@ static PetscErrorCode Fill(EvaluateTable *t, PetscInt n, PetscReal shift, PetscR
    32/5. */
 static void test_known_errors(void **state)
 {
-  EvaluateProblem p = {.nstates = 1, .ncolumns = 2, .rate = 1, .relative = PETSC_TRUE};
+  Evaluation p = {.nstates = 1, .ncolumns = 2, .rate = 1, .relative = PETSC_TRUE};
   EvaluateTable ref = {0}, run = {0};
   EvaluateResult r = {0};
 
@@ -45,7 +45,7 @@ static void test_known_errors(void **state)
    is 0.5. */
 static void test_between_rows(void **state)
 {
-  EvaluateProblem p = {.nstates = 1, .ncolumns = 2, .rate = -1, .relative = PETSC_FALSE};
+  Evaluation p = {.nstates = 1, .ncolumns = 2, .rate = -1, .relative = PETSC_FALSE};
   const PetscReal rows[][3] = {{0, 0, 0}, {0.5, 0.25, 0}, {2, 4, 0}};
   EvaluateTable ref = {0}, run = {.width = 3};
   EvaluateResult r = {0};
@@ -75,7 +75,7 @@ static PetscErrorCode Exact(void *model, PetscReal t, PetscReal row[])
 static void test_exact_solution_of_two_states(void **state)
 {
   PetscReal slope = 3;
-  EvaluateProblem p = {.nstates = 2, .ncolumns = 2, .rate = -1, .relative = PETSC_TRUE, .exact = Exact};
+  Evaluation p = {.nstates = 2, .ncolumns = 2, .rate = -1, .relative = PETSC_TRUE, .exact = Exact};
   const PetscReal rows[][3] = {{0, 0, 0}, {1, 3, 1}, {2, 6, 1}};
   EvaluateTable ref = {.width = 3}, run = {.width = 3};
   EvaluateResult r = {0};

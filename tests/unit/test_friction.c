@@ -7,10 +7,10 @@ static const SlipFriction p = {0.5, 0.1, 0.08, 0.05};
 
 static PetscReal Value(const SlipFrictionLaw *law, PetscReal s, PetscReal v)
 {
-  PetscReal mu, ds, dv;
+  PetscReal excess, ds, dv;
 
-  law->eval(&p, s, v, &mu, &ds, &dv);
-  return mu;
+  law->eval(&p, s, v, &excess, &ds, &dv);
+  return p.residual + excess;
 }
 
 /* (4 D(h/2) - D(h))/3, D the central difference: error O(h^4). */

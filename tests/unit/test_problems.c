@@ -1,7 +1,7 @@
 /* The table of problems that policies are trained on: episodes of each, their observations, errors and effects. */
 #include "unit.h"
 #include "offpolicy/trainer.h"
-#include "../../examples/sliding_mode.h"
+#include "problems/problems.h"
 
 static TrainOptions Options(const char text[])
 {
@@ -118,17 +118,19 @@ static void test_errors_are_of_second_order(void **state)
 static void test_effects_bound_the_error(void **state)
 {
   TrainOptions o = Options("-train_problem sliding_mode -train_reward accuracy -train_alpha 1");
-  const SlidingMode m = SlidingModeCases[0];
   PetscReal left, square = 0, reaction, bound;
   const PetscInt n = 1000;
+  SlipModel m;
   EnvResult r;
   Constant c;
 
   (void)state;
+  ok(SlipModelCreate(&SlipSlidingModeOps, SLIP_MODEL_TRAINING, &m));
   r = Run(&o, PETSC_TRUE, 0.5, &c);
   left = (-r.total - 0.25 * r.attempts) / 50; /* sum of errors left, over the start: 50 is their weight */
-  for (PetscInt i = 0; i < n; ++i) square += PetscSqr(SlidingModeExact(&m, 0.5 * (i + 0.5) / n, &reaction)) / n;
-  bound = left * m.start / sqrt(square);
+  for (PetscInt i = 0; i < n; ++i) square += PetscSqr((*m->ops->exact)(m, 0.5 * (i + 0.5) / n, &reaction)) / n;
+  bound = left * m->start[0] / sqrt(square);
+  ok(SlipModelDestroy(&m));
   assert_true(r.error[0] > 0 && r.error[0] < bound);
   assert_true(r.error[0] > bound / 50);
   ok(TrainOptionsFree(&o));

@@ -2,8 +2,9 @@
    built on them against exact solutions. */
 #include "unit.h"
 #include <math.h>
-#include "../../examples/circuit.h"
-#include "../../examples/sliding_mode.h"
+#include <slipmodels.h>
+
+#define CIRCUIT_N 3
 
 /* n constant steps over [0, tmax] of a TS that is configured; w holds the start and receives the end */
 static void Steps(TS ts, Vec w, PetscReal tmax, PetscInt n)
@@ -229,24 +230,43 @@ static void test_bad_input(void **state)
 
 /* ---- the sliding mode controller ---- */
 
+static SlipSlidingMode *SlidingMode(SlipModelCase setting)
+{
+  SlipModel model;
+
+  ok(SlipModelCreate(&SlipSlidingModeOps, setting, &model));
+  return (SlipSlidingMode *)model;
+}
+
+static PetscReal Exact(SlipSlidingMode *m, PetscReal t, PetscReal *r)
+{
+  return (*m->model.ops->exact)(&m->model, t, r);
+}
+
+static void DestroyModel(struct _p_SlipModel *model)
+{
+  ok(SlipModelDestroy(&model));
+}
+
 /* Closed form while it slides; then zero with the reaction that holds the disturbance. Gain above the disturbance. */
 static void test_exact_arrest(void **state)
 {
   (void)state;
   for (int i = 0; i < 2; i++) {
-    const SlidingMode *m = &SlidingModeCases[i];
-    PetscReal r, t = 0.04, w = m->start + m->D / m->omega * (1 - cos(m->omega * t)) - m->k * t;
+    SlipSlidingMode *m = SlidingMode((SlipModelCase)i);
+    PetscReal r, t = 0.04, w = m->model.start[0] + m->D / m->omega * (1 - cos(m->omega * t)) - m->k * t;
 
     assert_true(w > 0);
-    assert_true(fabs(SlidingModeExact(m, t, &r) - w) < 1e-15);
+    assert_true(fabs(Exact(m, t, &r) - w) < 1e-15);
     assert_true(r == -m->k);
-    assert_true(SlidingModeExact(m, 0.4, &r) == 0);
+    assert_true(Exact(m, 0.4, &r) == 0);
     assert_true(fabs(r + m->D * sin(m->omega * 0.4)) < 1e-15);
+    DestroyModel(&m->model);
   }
 }
 
 typedef struct {
-  const SlidingMode *m;
+  SlipSlidingMode *m;
   PetscReal largest;
   PetscInt stuck, up, down;
 } Against;
@@ -260,7 +280,7 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal time, Vec w, void 
   (void)ts;
   if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
   Get(w, 1, &value);
-  exact = SlidingModeExact(a->m, time, &r);
+  exact = Exact(a->m, time, &r);
   a->largest = PetscMax(a->largest, fabs(value - exact));
   a->stuck += exact == 0 && value == 0;
   a->up += exact > 0;
@@ -273,14 +293,18 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal time, Vec w, void 
    by less than k + D. 2 (k + D) h = 9e-5 for h = 1e-5 s bounds both. */
 static void test_exact_departures(void **state)
 {
-  SlidingMode m = {.k = 2.0, .D = 2.5, .omega = 50, .start = -0.01};
-  Against a = {.m = &m};
+  SlipSlidingMode *m = SlidingMode(SLIP_MODEL_TRAINING);
+  Against a = {.m = m};
   TS ts;
-  Vec w = State(1, &m.start);
+  Vec w;
 
   (void)state;
+  m->D = 2.5;
+  m->model.start[0] = -0.01;
+  ok(SlipModelSetUp(&m->model));
+  ok(SlipModelCreateState(&m->model, &w));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(SlidingModeConfigureTS(&m, ts));
+  ok(SlipModelConfigureTS(&m->model, ts));
   ok(TSMonitorSet(ts, Compare, &a, NULL));
   Steps(ts, w, 0.5, 50000);
   print_message("largest error %g; stuck %d, up %d, down %d\n", a.largest, (int)a.stuck, (int)a.up, (int)a.down);
@@ -288,25 +312,26 @@ static void test_exact_departures(void **state)
   assert_true(a.largest < 9e-5);
   ok(TSDestroy(&ts));
   ok(VecDestroy(&w));
+  DestroyModel(&m->model);
 }
 
 /* Constant steps of the study's evaluation: second order before the arrest, and an error at the arrest of at most one
    step's travel, (k + D) h, that is gone when w has come to rest: the final w and reaction are exact. */
 static void test_sliding_mode_order(void **state)
 {
-  SlidingMode m = SlidingModeCases[1];
-  Against a = {.m = &m};
+  SlipSlidingMode *m = SlidingMode(SLIP_MODEL_EVALUATION);
+  Against a = {.m = m};
   PetscReal r, end, before[2];
 
   (void)state;
   for (int i = 0; i < 3; i++) {
     const PetscReal tmax = i < 2 ? 0.06 : 0.5, h = i < 2 ? 0.06 / (60 << i) : 1e-3;
     TS ts;
-    Vec w = State(1, &m.start), reaction;
+    Vec w = State(1, m->model.start), reaction;
 
     a.largest = 0;
     ok(TSCreate(PETSC_COMM_SELF, &ts));
-    ok(SlidingModeConfigureTS(&m, ts));
+    ok(SlipModelConfigureTS(&m->model, ts));
     ok(TSMonitorSet(ts, Compare, &a, NULL));
     Steps(ts, w, tmax, (PetscInt)(tmax / h + 0.5));
     Get(w, 1, &end);
@@ -318,39 +343,30 @@ static void test_sliding_mode_order(void **state)
   }
   print_message("order %.3f before the arrest, largest error %g with it\n", log2(before[0] / before[1]), a.largest);
   assert_true(fabs(log2(before[0] / before[1]) - 2) < 0.05);
-  assert_true(a.largest < (m.k + m.D) * 1e-3);
+  assert_true(a.largest < (m->k + m->D) * 1e-3);
   assert_true(end == 0);
-  assert_true(fabs(r + m.D * sin(m.omega * 0.5)) < 1e-12);
+  assert_true(fabs(r + m->D * sin(m->omega * 0.5)) < 1e-12);
+  DestroyModel(&m->model);
 }
 
 /* The default observations of a policy, in the units of the start */
 static void test_sliding_mode_observe(void **state)
 {
-  SlidingMode m = SlidingModeCases[1];
-  const PetscReal w = -0.5 * m.start;
+  SlipSlidingMode *m = SlidingMode(SLIP_MODEL_EVALUATION);
+  const PetscReal w = -0.5 * m->model.start[0];
   PetscReal value = 0;
-  PetscBool known = PETSC_FALSE;
-  TS ts;
-  Vec x = State(1, &w);
 
   (void)state;
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(SlidingModeConfigureTS(&m, ts));
-  ok(TSSetSolution(ts, x));
-  ok(SlidingModeObserve(ts, "energy", &value, &known));
-  assert_true(known && fabs(value - 0.25) < 1e-15);
-  ok(SlidingModeObserve(ts, "state_0", &value, &known));
-  assert_true(known && fabs(value + 0.5) < 1e-15);
-  ok(SlidingModeObserve(ts, "state_1", &value, &known));
-  assert_false(known);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&x));
+  assert_true((*m->model.ops->observe)(&m->model, 0, &w, "energy", &value) && fabs(value - 0.25) < 1e-15);
+  assert_true((*m->model.ops->observe)(&m->model, 0, &w, "state_0", &value) && fabs(value + 0.5) < 1e-15);
+  assert_false((*m->model.ops->observe)(&m->model, 0, &w, "state_1", &value));
+  DestroyModel(&m->model);
 }
 
 /* ---- the circuit ---- */
 
 typedef struct {
-  Circuit *c;
+  SlipCircuit *c;
   PetscReal time, energy, power, dissipated, rise;
 } Balance;
 
@@ -363,7 +379,7 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal time, Vec w, void *c
   (void)ts;
   if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
   Get(w, CIRCUIT_N, a);
-  energy = CircuitEnergy(b->c, a);
+  energy = SlipModelEnergy(&b->c->model, a);
   power = PetscSqr(a[0] - a[1]) / b->c->R + b->c->m * PetscAbsReal(a[0]);
   if (step > 0) {
     b->rise = PetscMax(b->rise, energy - b->energy);
@@ -379,23 +395,26 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal time, Vec w, void *c
    energy */
 static void CircuitBalance(int which, PetscInt n, PetscReal *left, PetscReal *rise, PetscReal *lacks)
 {
-  Circuit c = CircuitCases[which];
-  Balance b = {.c = &c};
-  const PetscReal start = CircuitEnergy(&c, c.start);
+  Balance b = {.time = 0};
+  PetscReal start;
+  SlipModel model;
   TS ts;
   Vec w;
 
-  ok(CircuitSetUnits(&c, PETSC_FALSE));
-  ok(CircuitCreateState(&c, &w));
+  ok(SlipModelCreate(&SlipCircuitOps, (SlipModelCase)which, &model));
+  b.c = (SlipCircuit *)model;
+  start = SlipModelEnergy(model, model->start);
+  ok(SlipModelCreateState(model, &w));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(CircuitConfigureTS(&c, ts));
+  ok(SlipModelConfigureTS(model, ts));
   ok(TSMonitorSet(ts, Watch, &b, NULL));
-  Steps(ts, w, c.max_time, n);
+  Steps(ts, w, model->max_time, n);
   *left = b.energy / start;
   *rise = b.rise / start;
   *lacks = fabs(start - b.energy - b.dissipated) / start;
   ok(TSDestroy(&ts));
   ok(VecDestroy(&w));
+  ok(SlipModelDestroy(&model));
 }
 
 /* The energy never rises by more than rounding, and what is lost is what resistor and diode take. Integrator and
@@ -421,33 +440,22 @@ static void test_circuit_energy(void **state)
 static void test_circuit_observe(void **state)
 {
   const char *const names[] = {"state_0", "state_1", "state_2", "energy"};
-  Circuit c = CircuitCases[1];
-  TS ts;
-  Vec w;
   PetscReal value = 0, sum = 0;
-  PetscBool known = PETSC_FALSE;
+  SlipModel model;
 
   (void)state;
-  ok(CircuitCreateState(&c, &w));
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(CircuitConfigureTS(&c, ts));
-  ok(TSSetSolution(ts, w));
-  ok(CircuitSetUnits(&c, PETSC_FALSE));
+  ok(SlipModelCreate(&SlipCircuitOps, SLIP_MODEL_EVALUATION, &model));
   for (int i = 0; i < 3; i++) {
-    ok(CircuitObserve(ts, names[i], &value, &known));
-    assert_true(known);
+    assert_true((*model->ops->observe)(model, 0, model->start, names[i], &value));
     sum += PetscSqr(value);
   }
   assert_true(fabs(sum - 1) < 1e-14);
-  ok(CircuitSetUnits(&c, PETSC_TRUE));
-  for (int i = 0; i < 4; i++) {
-    ok(CircuitObserve(ts, names[i], &value, &known));
-    assert_true(known && fabs(value - 1) < 1e-15);
-  }
-  ok(CircuitObserve(ts, "velocity", &value, &known));
-  assert_false(known);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  ((SlipCircuit *)model)->unit_start = PETSC_TRUE;
+  ok(SlipModelSetUp(model));
+  for (int i = 0; i < 4; i++)
+    assert_true((*model->ops->observe)(model, 0, model->start, names[i], &value) && fabs(value - 1) < 1e-15);
+  assert_false((*model->ops->observe)(model, 0, model->start, "velocity", &value));
+  ok(SlipModelDestroy(&model));
 }
 
 int main(int argc, char **argv)

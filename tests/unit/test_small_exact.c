@@ -2,12 +2,13 @@
    */
 #include "unit.h"
 #include <math.h>
-#include "../../examples/circuit.h"
-#include "../../examples/sliding_mode.h"
+#include <slipmodels.h>
+
+#define CIRCUIT_N 3
 
 typedef struct {
-  const Circuit *c;
-  PetscReal dt, w[CIRCUIT_N], largest;
+  const SlipCircuit *c;
+  PetscReal dt, w[CIRCUIT_N], largest, jump; /* jump: of the rate of V1 at an event [V/s] */
   PetscInt rests;
   int sign;
 } Against;
@@ -22,7 +23,7 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal time, Vec w, void 
   (void)ts;
   (void)time;
   if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  if (step > 0) CircuitAdvance(a->c, a->dt, &a->sign, a->w);
+  if (step > 0) SlipCircuitAdvance(a->c, a->dt, &a->sign, a->w);
   ok(VecGetArrayRead(w, &b));
   for (int k = 0; k < CIRCUIT_N; k++) a->largest = PetscMax(a->largest, fabs(b[k] - a->w[k]));
   a->rests += a->w[0] == 0 && b[0] == 0;
@@ -30,29 +31,34 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal time, Vec w, void 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* n constant steps: the largest difference at any of them */
+/* n constant steps: the largest difference at any of them. m < 0: the study's diode */
 static void Run(PetscReal m, PetscReal duration, PetscInt n, Against *a)
 {
-  Circuit c = CircuitCases[1];
+  SlipModel model;
+  SlipCircuit *c;
   TSAdapt adapt;
   TS ts;
   Vec w;
 
-  c.m = m;
-  c.max_time = duration;
-  ok(CircuitSetUnits(&c, PETSC_FALSE));
-  *a = (Against){.c = &c, .dt = duration / (PetscReal)n, .sign = c.start[0] > 0 ? 1 : -1};
-  for (int k = 0; k < CIRCUIT_N; k++) a->w[k] = c.start[k];
-  ok(CircuitCreateState(&c, &w));
+  ok(SlipModelCreate(&SlipCircuitOps, SLIP_MODEL_EVALUATION, &model));
+  c = (SlipCircuit *)model;
+  if (m >= 0) c->m = m;
+  model->max_time = duration;
+  ok(SlipModelSetUp(model));
+  *a = (Against){.c = c, .dt = duration / (PetscReal)n, .sign = model->start[0] > 0 ? 1 : -1};
+  for (int k = 0; k < CIRCUIT_N; k++) a->w[k] = model->start[k];
+  ok(SlipModelCreateState(model, &w));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(CircuitConfigureTS(&c, ts));
+  ok(SlipModelConfigureTS(model, ts));
   ok(TSGetAdapt(ts, &adapt));
   ok(TSAdaptSetType(adapt, TSADAPTNONE));
   ok(TSSetTimeStep(ts, a->dt));
   ok(TSMonitorSet(ts, Compare, a, NULL));
   ok(TSSolve(ts, w));
+  a->jump = 2 * c->m / c->C1;
   ok(TSDestroy(&ts));
   ok(VecDestroy(&w));
+  ok(SlipModelDestroy(&model));
 }
 
 /* Without a diode the difference is the integrator's error, of second order. */
@@ -73,100 +79,96 @@ static void test_flow(void **state)
    stop) add up at worst. */
 static void test_events(void **state)
 {
-  const Circuit *c = &CircuitCases[1];
   Against a;
 
   (void)state;
-  Run(c->m, 20, 40000, &a);
+  Run(-1, 20, 40000, &a);
   print_message("with the diode %g, at rest at %d of 40000 steps\n", a.largest, (int)a.rests);
   assert_true(a.rests > 20000); /* V1 has come to rest for good after 7 s, and stops before */
-  assert_true(a.largest < 2 * c->m / c->C1 * a.dt);
+  assert_true(a.largest < a.jump * a.dt);
   assert_true(a.largest > 0);
 }
 
-static PetscReal ObserveCircuit(Circuit *c, const PetscReal at[], const char name[])
+static PetscReal ObserveCircuit(SlipModel model, const PetscReal at[], const char name[])
 {
   PetscReal value = NAN;
-  PetscBool known = PETSC_FALSE;
-  PetscScalar *b;
-  TS ts;
-  Vec w;
 
-  ok(CircuitSetUnits(c, PETSC_FALSE));
-  ok(CircuitCreateState(c, &w));
-  ok(VecGetArray(w, &b));
-  for (int k = 0; k < CIRCUIT_N; k++) b[k] = at[k];
-  ok(VecRestoreArray(w, &b));
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(CircuitConfigureTS(c, ts));
-  ok(TSSetSolution(ts, w));
-  ok(CircuitObserve(ts, name, &value, &known));
-  assert_true(known);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  assert_true((*model->ops->observe)(model, 0, at, name, &value));
   return value;
 }
 
 /* The exact solution's rate says when V1 gets to zero. */
 static void test_circuit_event(void **state)
 {
-  Circuit c = CircuitCases[1];
   const PetscReal t = 1e-6, rest[] = {0, 0.1, 1}, away[] = {1, 9, 1};
-  PetscReal to[CIRCUIT_N], left;
+  PetscReal to[CIRCUIT_N], left, *start;
+  SlipModel model;
+  SlipCircuit *c;
 
   (void)state;
-  CircuitFlow(&c, 1, t, c.start, to);
-  left = c.start[0] * t / (c.start[0] - to[0]) / sqrt(c.L * c.C2);
-  assert_true(fabs(ObserveCircuit(&c, c.start, "log_event") - log10(left)) < 1e-4); /* the rate changes by 6e-6 in t */
-  assert_true(ObserveCircuit(&c, rest, "log_event") == 1);
-  assert_true(ObserveCircuit(&c, away, "log_event") == 1);
-  left = sqrt(2 * CircuitEnergy(&c, c.start) / c.C1) / (c.m * c.R);
-  assert_true(fabs(ObserveCircuit(&c, c.start, "log_level") - log10(left)) < 1e-14);
-  c.m = 0;
-  assert_true(ObserveCircuit(&c, c.start, "log_level") == 3);
+  ok(SlipModelCreate(&SlipCircuitOps, SLIP_MODEL_EVALUATION, &model));
+  c = (SlipCircuit *)model;
+  start = model->start;
+  SlipCircuitFlow(c, 1, t, start, to);
+  left = start[0] * t / (start[0] - to[0]) / sqrt(c->L * c->C2);
+  assert_true(fabs(ObserveCircuit(model, start, "log_event") - log10(left)) < 1e-4); /* the rate changes by 6e-6 in t */
+  assert_true(ObserveCircuit(model, rest, "log_event") == 1);
+  assert_true(ObserveCircuit(model, away, "log_event") == 1);
+  left = sqrt(2 * SlipModelEnergy(model, start) / c->C1) / (c->m * c->R);
+  assert_true(fabs(ObserveCircuit(model, start, "log_level") - log10(left)) < 1e-14);
+  c->m = 0;
+  assert_true(ObserveCircuit(model, start, "log_level") == 3);
+  ok(SlipModelDestroy(&model));
 }
 
 /* TSMonitor: what is observed is of the time of the state */
 static PetscErrorCode WatchLoad(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
-  const SlidingMode *m = (const SlidingMode *)ctx;
+  const SlipSlidingMode *m = (const SlipSlidingMode *)ctx;
+  PetscErrorCode (*observe)(TS, const char[], PetscReal *, PetscBool *);
   PetscReal value = 0;
   PetscBool known;
 
   PetscFunctionBeginUser;
   (void)w;
   if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  ok(SlidingModeObserve(ts, "load", &value, &known));
+  ok(PetscObjectQueryFunction((PetscObject)ts, "SlipObserve_C", &observe));
+  ok((*observe)(ts, "load", &value, &known));
   assert_true(known && fabs(value - fabs(m->D * sin(m->omega * time)) / m->k) < 1e-12);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static void test_sliding_mode_event(void **state)
 {
-  SlidingMode m = {.k = 2.0, .D = 2.5, .omega = 50, .start = 0.1};
   PetscReal r, at = 0.2, departs;
+  SlipSlidingMode *m;
+  SlipModel model;
   TS ts;
   Vec w;
 
   (void)state;
+  ok(SlipModelCreate(&SlipSlidingModeOps, SLIP_MODEL_TRAINING, &model));
+  m = (SlipSlidingMode *)model;
+  m->D = 2.5;
+  ok(SlipModelSetUp(model));
   /* while it moves, by the rate at the start, where the disturbance is zero */
-  assert_true(fabs(SlidingModeEvent(&m, 0, 0.1) - 0.1 / m.k) < 1e-15);
+  assert_true(fabs(SlipSlidingModeEvent(m, 0, 0.1) - 0.1 / m->k) < 1e-15);
   /* at rest, when the exact solution leaves zero. The next rest is looked for first. */
-  while (SlidingModeExact(&m, at, &r) != 0) at += 1e-4;
+  while ((*model->ops->exact)(model, at, &r) != 0) at += 1e-4;
   departs = at;
-  while (SlidingModeExact(&m, departs, &r) == 0) departs += 1e-6;
-  assert_true(fabs(at + SlidingModeEvent(&m, at, 0) - departs) < 2e-6);
-  m.D = 1.9;
-  assert_true(SlidingModeEvent(&m, at, 0) == PETSC_MAX_REAL);
+  while ((*model->ops->exact)(model, departs, &r) == 0) departs += 1e-6;
+  assert_true(fabs(at + SlipSlidingModeEvent(m, at, 0) - departs) < 2e-6);
+  m->D = 1.9;
+  assert_true(SlipSlidingModeEvent(m, at, 0) == PETSC_MAX_REAL);
 
   ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(SlidingModeConfigureTS(&m, ts));
-  ok(VecCreateSeq(PETSC_COMM_SELF, 1, &w));
-  ok(VecSet(w, m.start));
-  ok(TSMonitorSet(ts, WatchLoad, &m, NULL));
+  ok(SlipModelConfigureTS(model, ts));
+  ok(SlipModelCreateState(model, &w));
+  ok(TSMonitorSet(ts, WatchLoad, m, NULL));
   ok(TSSolve(ts, w));
   ok(TSDestroy(&ts));
   ok(VecDestroy(&w));
+  ok(SlipModelDestroy(&model));
 }
 
 int main(int argc, char **argv)

@@ -1,7 +1,6 @@
 /* Files of training by CMA-ES: policy, checkpoint, learning curve. The first rank writes. */
 #include "cmatrain.h"
 #include "common/files.h"
-#include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
 #include <petsctime.h>
 
@@ -15,7 +14,7 @@ static PetscErrorCode Store(CMATrainer *t)
   PetscCall(CMAPolicy(&t->o, t->best, t->shift, &p));
   PetscCall(SlipPolicySetRange(p, t->obs_min, t->obs_max));
   PetscCall(SlipPolicySetAttribute(p, "algorithm", "cmaes"));
-  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.problem ? t->o.problem->name : "fault"));
+  PetscCall(SlipPolicySetAttribute(p, "problem", ProblemPolicy(t->o.problem)));
   PetscCall(PolicySetNumber(p, "generations", "%.0f", (double)t->best_generation));
   PetscCall(PolicySetNumber(p, "training_runs", "%.0f", (double)t->evaluations));
   PetscCall(PolicySetNumber(p, "validation_cost", "%.5f", (double)t->score.cost));
@@ -125,8 +124,7 @@ PetscErrorCode CMACheckpointRead(CMATrainer *t)
   SlipH5 h;
 
   PetscFunctionBegin;
-  PetscCall(SlipErrorSource("-train_resume"));
-  PetscCall(SlipH5OpenRead(t->o.resume, &h));
+  PetscCallFile("-train_resume", SlipH5OpenRead(t->o.resume, &h));
   PetscCall(CheckpointCheckFormat(&h, CHECKPOINT_FORMAT, " of -train_algorithm cmaes"));
   PetscCall(CheckpointCheckObservations(&h, t->o.nobs, t->o.names));
   ListArrays(t, a);
@@ -134,7 +132,6 @@ PetscErrorCode CMACheckpointRead(CMATrainer *t)
   PetscCall(ReadArray(&h, "/counters", NUMBERS, x));
   GiveNumbers(t, x);
   PetscCall(SlipH5Close(&h));
-  PetscCall(SlipErrorSource(NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

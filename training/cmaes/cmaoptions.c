@@ -1,32 +1,9 @@
 /* -train_* options of -train_algorithm cmaes. */
 #include "cmatrain.h"
 #include "common/files.h"
-#include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
 
-/* Default observations and the scaling that brings them to order one; any other name is taken as it is. */
-static const struct {
-  const char *name;
-  PetscReal scale, offset;
-} ObservationTable[] = {
-  {"log_accuracy", 0.7, 1.75}, {"log_rate", 0.5, 0.5},      {"log_peak_rate", 0.5, 0.5},
-  {"energy", 2, -1},           {"progress", 1, -0.7},       {"weakening", 1.5, -0.75},
-  {"log_drop", 2, -1.2},       {"log_step", 1, 0},          {"log_slip_error", 0.5, 1.5},
-  {"growth", 0.5, 0},          {"sliding_fraction", 2, -1}, {"change_sliding_fraction", 2, 0},
-  {"log_time_left", 1, -1},    {"converged", 1, 0},
-};
-
-void CMAObservationScale(const char name[], PetscReal *scale, PetscReal *offset)
-{
-  *scale = 1;
-  *offset = 0;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ObservationTable); ++k)
-    if (!strcmp(name, ObservationTable[k].name)) {
-      *scale = ObservationTable[k].scale;
-      *offset = ObservationTable[k].offset;
-    }
-}
-
+/* Names, and the scaling that brings them to order one; an energy of a fault lies in [0, 1] */
 static PetscErrorCode SetObservations(CMAOptions *o, PetscInt n, const char *const names[])
 {
   PetscFunctionBegin;
@@ -34,56 +11,39 @@ static PetscErrorCode SetObservations(CMAOptions *o, PetscInt n, const char *con
   o->nobs = n;
   for (PetscInt i = 0; i < n; ++i) {
     PetscCall(PetscStrallocpy(names[i], &o->names[i]));
-    CMAObservationScale(names[i], &o->scale[i], &o->offset[i]);
+    EnvObservationScale(names[i], &o->scale[i], &o->offset[i]);
+    if (strcmp(names[i], "energy")) continue;
+    o->scale[i] = 2;
+    o->offset[i] = -1;
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Another problem than the fault. */
-static PetscErrorCode SetSmallDefaults(CMAOptions *o)
-{
-  const Preset *preset = ProblemPreset(o->problem, "dial");
-  PetscInt n = 0;
-
-  PetscFunctionBegin;
-  while (preset->names[n]) ++n;
-  PetscCall(SetObservations(o, n, preset->names));
-  o->dt_min = preset->dt_min;
-  o->dt_max = preset->dt_max;
-  PetscCall(PetscStrncpy(o->dt_max_unit, preset->dt_max_unit, sizeof(o->dt_max_unit)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode ParseProblem(CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
-  char problem[64] = "fault";
+  char problem[64] = "fault", *names[CMA_MAX_OBS];
+  PetscInt n = 0;
+  const Preset *preset;
+  PetscBool set;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsString("-train_problem", "What is simulated: fault, sliding_mode or circuit, drawn at random",
                                NULL, problem, problem, sizeof(problem), NULL));
   PetscCall(ProblemFind(problem, &o->problem));
-  if (o->problem == &ProblemFault || o->problem == &ProblemDial) o->problem = NULL;
-  o->dt_min = 1e-2;
-  o->dt_max = 1e2;
-  PetscCall(PetscStrncpy(o->dt_max_unit, "T*", sizeof(o->dt_max_unit)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOptionsObject)
-{
-  const char *defaults[PETSC_STATIC_ARRAY_LENGTH(ObservationTable)];
-  char *names[CMA_MAX_OBS];
-  PetscInt n = CMA_MAX_OBS;
-  PetscBool set;
-
-  PetscFunctionBegin;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ObservationTable); ++k) defaults[k] = ObservationTable[k].name;
-  PetscCall(SetObservations(o, (PetscInt)PETSC_STATIC_ARRAY_LENGTH(ObservationTable), defaults));
-  if (o->problem) PetscCall(SetSmallDefaults(o));
+  if (o->problem == &ProblemFault) o->problem = &ProblemDial; /* whose episodes have the dial */
+  preset = ProblemPreset(o->problem, "dial");
+  while (preset->names[n]) ++n;
+  PetscCall(SetObservations(o, n, preset->names));
+  o->dt_min = preset->dt_min;
+  o->dt_max = preset->dt_max;
+  PetscCall(PetscStrncpy(o->dt_max_unit, preset->dt_max_unit, sizeof(o->dt_max_unit)));
+  n = CMA_MAX_OBS;
   PetscCall(
     PetscOptionsStringArray("-train_observations", "Names of the observations, in order", NULL, names, &n, &set));
   if (!set) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
+  PetscCheck(n <= ENV_MAX_OBS || !o->problem->model, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "-train_observations has %" PetscInt_FMT " names, expected %d at most for %s", n, ENV_MAX_OBS, problem);
   PetscCall(SetObservations(o, n, (const char *const *)names));
   for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -92,7 +52,7 @@ static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOpti
 /* Other problems than the fault need fewer weights. */
 static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
-  const PetscBool small = o->problem ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool small = o->problem->model ? PETSC_TRUE : PETSC_FALSE;
   const struct {
     const char *name, *text;
     PetscInt *value, initial, low, high;
@@ -123,7 +83,7 @@ static PetscErrorCode ParseCounts(MPI_Comm comm, CMAOptions *o, SlipOptionItems 
                "%s is %" PetscInt_FMT ", expected %" PetscInt_FMT " to %" PetscInt_FMT, row[i].name, *row[i].value,
                row[i].low, row[i].high);
   }
-  if (o->problem) o->nmesh = o->batch_mesh = 0;
+  if (small) o->nmesh = o->batch_mesh = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -137,7 +97,7 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
     {"-train_minutes", "Wall time after which training ends [min], 0: no limit", &o->minutes, 0, 0},
     {"-train_moving_dt_max",
      "Longest step while anything moves [T*]; what rests is stepped over to the end of its rest. 0: no such rule",
-     &o->moving, o->problem ? 0 : 3, 0},
+     &o->moving, o->problem->model ? 0 : 3, 0},
     {"-train_within",
      "Share of the calibration's runs, of single cells and of meshes, that shall keep the dial in every third of "
      "its "
@@ -160,41 +120,12 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
   }
   PetscCheck(o->within <= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_within is %.6g, expected at most 1",
              (double)o->within);
-  PetscCheck(o->dt_min < o->dt_max || o->problem, comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(o->dt_min < o->dt_max || o->problem->model, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_dt_min is %.6g T* and -train_dt_max %.6g T*, expected a longer -train_dt_max", (double)o->dt_min,
              (double)o->dt_max);
   PetscCheck(o->low <= o->high && o->high <= TSADAPTRL_ACCURACY_MAX, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_dial_low is %.6g and -train_dial_high %.6g, expected them in order and at most %g", (double)o->low,
              (double)o->high, TSADAPTRL_ACCURACY_MAX);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ParseFiles(MPI_Comm comm, CMAOptions *o, SlipOptionItems PetscOptionsObject)
-{
-  const struct {
-    const char *name, *text;
-    char *value;
-  } row[] = {{"-train_output", "Policy file to write (HDF5)", o->output},
-             {"-train_log", "Learning curve to write (HDF5)", o->log},
-             {"-train_checkpoint", "Checkpoint to write at every validation", o->checkpoint},
-             {"-train_resume", "Checkpoint to continue", o->resume}};
-  PetscErrorCode ierr = PETSC_SUCCESS;
-  PetscMPIInt rank;
-  PetscBool set;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i) {
-    PetscCall(PetscOptionsString(row[i].name, row[i].text, NULL, row[i].value, row[i].value, PETSC_MAX_PATH_LEN, &set));
-    PetscCheck(!set || row[i].value[0], comm, PETSC_ERR_ARG_WRONG, "%s has no value, expected the name of a file",
-               row[i].name);
-    if (row[i].value == o->resume) continue;
-    PetscCall(SlipErrorSource(row[i].name));
-    if (!rank) ierr = SlipH5CheckCreate(row[i].value);
-    PetscCall(SlipErrorBcast(comm, ierr));
-    PetscCall(SlipErrorSource(NULL));
-  }
-  PetscCall(TrainCheckFiles(comm, o->output, o->log, o->checkpoint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -204,10 +135,11 @@ PetscErrorCode CMAOptionsSet(MPI_Comm comm, CMAOptions *o)
   PetscCall(PetscMemzero(o, sizeof(*o)));
   PetscOptionsBegin(comm, NULL, "Training a step-size policy with an accuracy dial by CMA-ES", "train");
   PetscCall(ParseProblem(o, PetscOptionsObject));
-  PetscCall(ParseObservations(o, PetscOptionsObject));
   PetscCall(ParseCounts(comm, o, PetscOptionsObject));
   PetscCall(ParseNumbers(comm, o, PetscOptionsObject));
-  PetscCall(ParseFiles(comm, o, PetscOptionsObject));
+  PetscCall(TrainSetFiles(PetscOptionsObject, "Checkpoint to write at every validation", o->output, o->log,
+                          o->checkpoint, o->resume));
   PetscOptionsEnd();
+  PetscCall(TrainCheckFiles(comm, o->output, o->log, o->checkpoint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

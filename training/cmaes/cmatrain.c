@@ -1,8 +1,7 @@
 /* Training by CMA-ES, see cmatrain.h. Every rank holds the same episodes and the same strategy; a population is spread
    over the ranks, one member's episodes staying on one rank, so that results do not depend on their number. */
 #include "cmatrain.h"
-#include <slipstep/private/slipblas.h>
-#include <slipstep/private/slipsys.h>
+#include <slipblas.h>
 #include <sliph5.h>
 #include <slipcompat.h>
 #include <petsctime.h>
@@ -19,79 +18,35 @@ static uint64_t StreamSeed(PetscInt seed, PetscInt64 stream, PetscInt64 k)
   return (uint64_t)seed * 0x9e3779b97f4a7c15u + (uint64_t)(stream + k);
 }
 
-PetscInt CMACountWeights(const CMAOptions *o)
-{
-  return o->nobs * o->hidden + o->hidden + (o->layers - 1) * (o->hidden + 1) * o->hidden + o->hidden + 1;
-}
-
-PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2], SlipPolicy *policy)
-{
-  PetscInt in = o->nobs;
-  PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS];
-  const double *w = weights;
-
-  PetscFunctionBegin;
-  PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, policy));
-  for (PetscInt i = 0; i < o->nobs; ++i) {
-    scale[i] = o->scale[i];
-    offset[i] = o->offset[i];
-    if (strcmp(o->names[i], "log_accuracy")) continue;
-    /* x + shift[0] + shift[1] (x - middle) in place of x */
-    scale[i] *= 1 + shift[1];
-    offset[i] += o->scale[i] * (shift[0] - shift[1] * 0.5 * PetscLog10Real(o->low * o->high));
-  }
-  PetscCall(SlipPolicySetObservations(*policy, o->nobs, (const char *const *)o->names, scale, offset));
-  for (PetscInt l = 0; l < o->layers; ++l) {
-    PetscCall(SlipPolicyAddLayer(*policy, in, o->hidden, w, w + in * o->hidden, SLIP_ACTIVATION_TANH));
-    w += (in + 1) * o->hidden;
-    in = o->hidden;
-  }
-  PetscCall(SlipPolicyAddLayer(*policy, in, 1, w, w + in, SLIP_ACTIVATION_LINEAR));
-  PetscCall(SlipPolicySetAction(*policy, -1, 1, o->dt_min, "T*", o->dt_max, o->dt_max_unit, PETSC_TRUE));
-  if (o->moving > 0) {
-    char text[32];
-
-    PetscCall(PetscSNPrintf(text, sizeof(text), "%g", (double)o->moving));
-    PetscCall(SlipPolicySetAttribute(*policy, SLIP_POLICY_MOVING_DT_MAX, text));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The environment's view of another problem than the fault: unscaled observations. */
-static PetscErrorCode SmallOptions(const CMAOptions *o, EnvOptions *e)
-{
-  PetscFunctionBegin;
-  e->nobs = o->nobs;
-  for (PetscInt i = 0; i < o->nobs; ++i) {
-    e->names[i] = o->names[i];
-    e->scale[i] = 1;
-    e->offset[i] = 0;
-  }
-  e->rtol = o->problem->rtol;
-  e->atol = o->problem->atol;
-  e->dt_min = o->dt_min;
-  e->dt_max = o->dt_max;
-  PetscCall(PetscStrncpy(e->dt_min_unit, "T*", sizeof(e->dt_min_unit)));
-  PetscCall(PetscStrncpy(e->dt_max_unit, o->dt_max_unit, sizeof(e->dt_max_unit)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Every rank draws all. */
 static PetscErrorCode SetCreate(const CMATrainer *t, PetscInt64 stream, PetscInt nsingle, PetscInt nmesh, CMASet *set)
 {
-  EnvOptions small = {.problem = t->o.problem, .log_spacing = PETSC_TRUE, .continuation = 1. / 12};
+  const CMAOptions *o = &t->o;
+  EnvOptions e = {.problem = o->problem,
+                  .log_spacing = PETSC_TRUE,
+                  .continuation = 1. / 12,
+                  .rtol = o->problem->rtol,
+                  .atol = o->problem->atol,
+                  .dt_min = o->dt_min,
+                  .dt_max = o->dt_max,
+                  .dt_min_unit = "T*"};
 
   PetscFunctionBegin;
-  *set = (CMASet){.n = nsingle + nmesh, .nsingle = t->o.problem ? nsingle + nmesh : nsingle};
+  *set = (CMASet){.n = nsingle + nmesh, .nsingle = o->problem->model ? nsingle + nmesh : nsingle};
   PetscCall(PetscCalloc1(set->n, &set->episode));
-  if (t->o.problem) PetscCall(SmallOptions(&t->o, &small));
+  PetscCall(PetscStrncpy(e.dt_max_unit, o->dt_max_unit, sizeof(e.dt_max_unit)));
+  e.nobs = PetscMin(o->nobs, ENV_MAX_OBS);
+  for (PetscInt i = 0; i < e.nobs; ++i) { /* unscaled: the policy does that */
+    e.names[i] = o->names[i];
+    e.scale[i] = 1;
+  }
   for (PetscInt i = 0; i < set->n; ++i) {
-    const uint64_t seed = StreamSeed(t->o.seed, stream, i);
+    const uint64_t seed = StreamSeed(o->seed, stream, i);
 
-    if (t->o.problem)
-      PetscCall(EpisodeCreateSmall(&small, seed, &set->episode[i]));
+    if (o->problem->model)
+      PetscCall(EpisodeCreateSmall(&e, seed, &set->episode[i]));
     else
-      PetscCall(EpisodeCreate(seed, i < nsingle ? 1 : t->o.side, &set->episode[i]));
+      PetscCall(EpisodeCreate(seed, i < nsingle ? 1 : o->side, &set->episode[i]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,7 +2,7 @@
    episodes. */
 #pragma once
 #include "cmaes.h"
-#include "environment/episodes.h"
+#include "problems/episodes.h"
 
 enum {
   CMA_MAX_OBS = 24,
@@ -16,7 +16,7 @@ typedef struct {
   char *names[CMA_MAX_OBS];
   PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS]; /* the network sees obs * scale + offset */
   PetscInt hidden, layers;                           /* width and number of the hidden layers, tanh */
-  const Problem *problem;                            /* NULL: the fault, which has episodes of its own */
+  const Problem *problem;                            /* a small model, or drawn faults */
   PetscReal dt_min, dt_max;                          /* bounds of the action, logarithmic spacing */
   PetscReal moving;                                  /* longest step while anything moves [T*], 0: no limit */
   char dt_max_unit[8];                               /* "T*" or "t_max"; dt_min is in T* */
@@ -66,15 +66,14 @@ typedef struct {
   struct _CMALog *log;
 } CMATrainer;
 
-/* What brings an observation to order one: the network sees value * scale + offset. */
-PETSC_INTERN void CMAObservationScale(const char name[], PetscReal *scale, PetscReal *offset);
 PETSC_INTERN PetscErrorCode CMAOptionsSet(MPI_Comm comm, CMAOptions *o);
 PETSC_INTERN PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMATrainerRun(CMATrainer *t); /* to the end; writes policy, log and checkpoint */
 PETSC_INTERN PetscErrorCode CMATrainerDestroy(CMATrainer *t);
 
+/* ---- the network (cmapolicy.c) ---- */
 PETSC_INTERN PetscInt CMACountWeights(const CMAOptions *o);
-PETSC_INTERN void CMAStart(const CMAOptions *o, double weights[]); /* the first mean (cmastart.c) */
+PETSC_INTERN void CMAStart(const CMAOptions *o, double weights[]); /* the first mean */
 /* shift: decades by which the dial is moved before the network sees it, in the middle of its range, and per decade */
 PETSC_INTERN PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2],
                                       SlipPolicy *policy);

@@ -1,6 +1,26 @@
-/* Numbers in a policy file, and checks of a checkpoint that is resumed. */
+/* What the files of all trainings share, see files.h. */
 #include "files.h"
-#include <slipcompat.h>
+
+PetscErrorCode ErrorCapture(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
+                            PetscErrorType type, const char *message, void *ctx)
+{
+  char *text = (char *)ctx;
+
+  (void)comm;
+  (void)line;
+  (void)function;
+  (void)file;
+  if (type == PETSC_ERROR_INITIAL && !text[0]) (void)PetscStrncpy(text, message ? message : "no message", ERROR_TEXT);
+  return code;
+}
+
+PetscErrorCode ErrorOfFile(PetscErrorCode code, const char option[], const char message[])
+{
+  PetscFunctionBegin;
+  if (code && strstr(message, option)) SETERRQ(PETSC_COMM_SELF, code, "%s", message);
+  PetscCheck(!code, PETSC_COMM_SELF, code, "%s (%s)", message, option);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 PetscErrorCode PolicySetNumber(SlipPolicy p, const char name[], const char format[], double value)
 {
@@ -57,18 +77,53 @@ PetscErrorCode CheckpointReadFixed(SlipH5 *h, const char path[], PetscInt n, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode TrainSetFiles(SlipOptionItems PetscOptionsObject, const char text[], char output[], char log[],
+                             char checkpoint[], char resume[])
+{
+  const struct {
+    const char *name, *text;
+    char *value;
+  } row[] = {{"-train_output", "Policy file to write (HDF5)", output},
+             {"-train_log", "Learning curve to write (HDF5)", log},
+             {"-train_resume", "Checkpoint to continue", resume},
+             {"-train_checkpoint", text, checkpoint}};
+  PetscBool set;
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i) {
+    PetscCall(PetscOptionsString(row[i].name, row[i].text, NULL, row[i].value, row[i].value, PETSC_MAX_PATH_LEN, &set));
+    PetscCheck(!set || row[i].value[0], PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+               "%s has no value, expected the name of a file", row[i].name);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CheckCreate(const char option[], const char file[])
+{
+  PetscFunctionBegin;
+  PetscCallFile(option, SlipH5CheckCreate(file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode TrainCheckFiles(MPI_Comm comm, const char output[], const char log[], const char checkpoint[])
 {
   const char *const file[] = {output, log, checkpoint};
   const char *const option[] = {"-train_output", "-train_log", "-train_checkpoint"};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
   PetscBool same;
 
   PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
   for (int i = 1; i < 3; i++)
     for (int j = 0; j < i; j++) {
       PetscCall(PetscStrcmp(file[i], file[j], &same));
       PetscCheck(!same || !file[i][0], comm, PETSC_ERR_ARG_INCOMP, "%s and %s are both %s, expected different files",
                  option[j], option[i], file[i]);
     }
+  for (int i = 0; i < 3; i++) {
+    if (!rank) ierr = CheckCreate(option[i], file[i]);
+    PetscCall(SlipErrorBcast(comm, ierr));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

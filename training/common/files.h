@@ -1,9 +1,32 @@
-/* What the files of all trainings share: numbers in a policy, and checks of a checkpoint that is resumed. */
+/* What the files of all trainings share: errors that name an option, numbers in a policy, checks of a checkpoint that is
+   resumed. */
 #pragma once
 #include <slipstep.h>
 #include <sliph5.h>
+#include <slipcompat.h>
 
-/* Of -train_output, -train_log and -train_checkpoint, which may be empty: three files, not fewer. */
+/* For PetscPushErrorHandler(): no word on stderr, the first message goes to ctx, char[ERROR_TEXT] */
+#define ERROR_TEXT 512
+PETSC_INTERN PetscErrorCode ErrorCapture(MPI_Comm comm, int line, const char *function, const char *file,
+                                         PetscErrorCode code, PetscErrorType type, const char *message, void *ctx);
+PETSC_INTERN PetscErrorCode ErrorOfFile(PetscErrorCode code, const char option[], const char message[]);
+/* A call that uses the file of an option: its error names the option as well. */
+#define PetscCallFile(option, call)                                                                                    \
+  do {                                                                                                                 \
+    char text_[ERROR_TEXT] = "";                                                                                       \
+    PetscErrorCode code_;                                                                                              \
+                                                                                                                       \
+    PetscCall(PetscPushErrorHandler(ErrorCapture, text_));                                                             \
+    code_ = (call);                                                                                                    \
+    PetscCall(PetscPopErrorHandler());                                                                                 \
+    PetscCall(ErrorOfFile(code_, option, text_));                                                                      \
+  } while (0)
+
+/* -train_output, -train_log, -train_checkpoint and -train_resume, [PETSC_MAX_PATH_LEN] each; text: help of the third */
+PETSC_INTERN PetscErrorCode TrainSetFiles(SlipOptionItems PetscOptionsObject, const char text[], char output[],
+                                          char log[], char checkpoint[], char resume[]);
+/* Of -train_output, -train_log and -train_checkpoint, which may be empty: three files, not fewer, that rank 0 can
+   write. Collective. */
 PETSC_INTERN PetscErrorCode TrainCheckFiles(MPI_Comm comm, const char output[], const char log[],
                                             const char checkpoint[]);
 

@@ -2,6 +2,30 @@
 #include "environment.h"
 #include <slipcompat.h>
 
+/* Any other name of the library's or the problem's table is taken as it is. */
+static const struct {
+  const char *name;
+  PetscReal scale, offset;
+} ScaleTable[] = {
+  {"log_accuracy", 0.7, 1.75},  {"log_rate", 0.5, 0.5},
+  {"log_peak_rate", 0.5, 0.5},  {"progress", 1, -0.7},
+  {"weakening", 1.5, -0.75},    {"log_drop", 2, -1.2},
+  {"log_slip_error", 0.5, 1.5}, {"growth", 0.5, 0},
+  {"sliding_fraction", 2, -1},  {"change_sliding_fraction", 2, 0},
+  {"log_time_left", 1, -1},
+};
+
+void EnvObservationScale(const char name[], PetscReal *scale, PetscReal *offset)
+{
+  *scale = 1;
+  *offset = 0;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ScaleTable); ++k)
+    if (!strcmp(name, ScaleTable[k].name)) {
+      *scale = ScaleTable[k].scale;
+      *offset = ScaleTable[k].offset;
+    }
+}
+
 PetscErrorCode EnvCreate(const EnvOptions *o, Environment *env)
 {
   PetscFunctionBegin;
@@ -88,6 +112,20 @@ static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal ob
     PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   }
   *h = ActionToStep(env, action);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[])
+{
+  PetscFunctionBegin;
+  do {
+    for (PetscInt i = 0; i < p->ndraw; ++i) {
+      const DrawRow *row = &p->draw[i];
+
+      drawn[i] = row->uniform ? row->low + (row->high - row->low) * (PetscReal)RandomUniform(random)
+                              : (PetscReal)RandomLog(random, (double)row->low, (double)row->high);
+    }
+  } while (p->drawable && !p->drawable(drawn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

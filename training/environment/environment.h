@@ -2,7 +2,7 @@
    TSAdapt rl's place, called back by TSSolve() before the first and after every attempt. It knows no problem:
    problem.h. Public headers of the library only. */
 #pragma once
-#include "problems/problem.h"
+#include "problem.h"
 
 /* What the actor is told. Returns the action in [-1, 1] in *action; done: the episode is over and no action is
    needed. */
@@ -38,6 +38,9 @@ typedef struct {
   PetscBool stopped;
 } Environment;
 
+PETSC_INTERN PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[]); /* [ndraw] */
+/* What brings an observation to order one: the network sees value * scale + offset. */
+PETSC_INTERN void EnvObservationScale(const char name[], PetscReal *scale, PetscReal *offset);
 PETSC_INTERN PetscErrorCode EnvCreate(const EnvOptions *o, Environment *env);
 /* The problem of the options when random is NULL, a drawn one otherwise; reference: know its exact solution, for errors
    and for rewards that need the continuation. */

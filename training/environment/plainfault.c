@@ -1,22 +1,24 @@
-/* See plainfault.h. The stage solver follows src/snes/semismooth.c: Newton's method on the natural residual, without
-   the weakening slope where that makes the Jacobian indefinite. */
+/* See plainfault.h. The stage solver is src/snes/semismooth.c's: Newton's method on the natural residual, without the
+   weakening slope where that makes the Jacobian indefinite. */
 #include "plainfault.h"
 #include <slipcompat.h>
 #include <math.h>
 
-enum { memory = 5, halvings = 4, doublings = 40, max_it = 50, arrays = 16 };
-#define TOLERANCE 1e-10 /* of the natural residual over the characteristic traction */
-#define ROUNDING 1e-15
+#define GAMMA 0.5
+enum { arrays = 22 };
 
-/* One stage: B x - c = r, |r| <= q(s0 + theta |x|) */
+/* One stage: B x - c = r, |r| <= q(s(s0, theta, |x|)) */
 typedef struct {
   const PlainFault *p;
-  PetscInt n;
+  PetscInt n, *index; /* index: of the sliding cells */
   double theta, scale;
-  double *B, *L;                                    /* [n n] */
-  double *c, *s0, *x, *g, *q, *F, *slope, *dx, *xs; /* [n] */
-  PetscBool *mask;                                  /* sliding */
+  double *B, *L;                                                   /* [n n] */
+  double *c, *s0, *x, *g, *q, *dq, *F, *slope, *dx, *xs, *rho, *b; /* [n]; rho is 1/diag(B), b work */
+  double *mask;                                                    /* 1 where sliding */
+  double *x1, *g1, *rho1;                                          /* of projection steps */
   double merit, norm;
+  SlipSearch search;
+  PetscBool picard; /* the last step left out the slope */
 } Stage;
 
 static double *Take(double **work, PetscInt n)
@@ -38,37 +40,36 @@ static void Multiply(PetscInt n, const double A[], const double x[], double *res
   }
 }
 
+/* g = B y - c */
+static void Residual(const Stage *st, const double y[], double g[])
+{
+  Multiply(st->n, st->B, y, g);
+  for (PetscInt i = 0; i < st->n; ++i) g[i] -= st->c[i];
+}
+
 /* Natural residual, mask and slope at x. */
 static void Evaluate(Stage *st)
 {
-  const PlainFault *p = st->p;
-  double sum = 0, worst = 0, against = 0;
+  const SlipFrictionCells *f = &st->p->friction;
+  double sum = 0, worst = 0, inconsistent;
 
-  Multiply(st->n, st->B, st->x, st->g);
+  Residual(st, st->x, st->g);
   for (PetscInt i = 0; i < st->n; ++i) {
-    const double x = st->x[i], rho = 1 / st->B[i * st->n + i], s = st->s0[i] + st->theta * fabs(x);
-    const double weak = p->drop[i] * exp(-s / p->slip[i]), dq = -weak / p->slip[i] * p->sigma[i] * st->theta;
+    PetscReal mu, dmu_ds, dmu_dv, ds_dv;
 
-    st->q[i] = (p->residual[i] + weak) * p->sigma[i];
-    st->g[i] -= st->c[i];
-    const double trial = x - rho * st->g[i], limit = rho * st->q[i];
-
-    st->mask[i] = fabs(trial) > limit ? PETSC_TRUE : PETSC_FALSE;
-    st->slope[i] = 0;
-    if (!st->mask[i])
-      st->F[i] = x / rho;
-    else {
-      const double sign = trial > 0 ? 1 : -1;
-
-      st->F[i] = st->g[i] + sign * st->q[i];
-      st->slope[i] = x * sign < 0 ? -dq : dq;
-      if (x * sign < 0) against = PetscMax(against, fabs(x) / rho);
-    }
+    /* SlipFrictionStrength() but for the order of the factors, on whose last bit the costs of CMA-ES, with their jumps
+       where cells come to rest, depend */
+    SlipFrictionStage(f, i, st->theta, st->s0[i], st->x[i], &mu, &dmu_ds, &dmu_dv, &ds_dv);
+    st->q[i] = mu * f->stress[i];
+    st->dq[i] = dmu_ds * f->stress[i] * ds_dv + dmu_dv * f->stress[i];
+  }
+  inconsistent = SlipConeNatural(st->n, 1, st->x, st->g, st->q, st->dq, st->rho, st->F, st->mask, st->slope);
+  for (PetscInt i = 0; i < st->n; ++i) {
     sum += st->F[i] * st->F[i];
     worst = PetscMax(worst, fabs(st->F[i]));
   }
   st->merit = sqrt(sum) / st->scale;
-  st->norm = isfinite(sum) ? PetscMax(worst, against) / st->scale : (double)NAN;
+  st->norm = isfinite(sum) ? PetscMax(worst, inconsistent) / st->scale : (double)NAN;
 }
 
 /* Cholesky factor of A [m m] in its lower triangle, column by column so that the inner loop vectorises; false when
@@ -90,16 +91,16 @@ static PetscBool Factor(PetscInt m, double A[], double column[])
 }
 
 /* Solve on the sliding set; false when indefinite. dx: right side in, step out. */
-static PetscBool Solve(Stage *st, PetscBool with_slope, PetscInt index[], double b[])
+static PetscBool Solve(Stage *st)
 {
-  PetscInt m = 0;
-  double *L = st->L;
+  PetscInt m = 0, *index = st->index;
+  double *L = st->L, *b = st->b;
 
   for (PetscInt i = 0; i < st->n; ++i)
-    if (st->mask[i]) index[m++] = i;
+    if (st->mask[i] != 0) index[m++] = i;
   for (PetscInt i = 0; i < m; ++i) {
     for (PetscInt j = 0; j <= i; ++j) L[i * m + j] = st->B[index[i] * st->n + index[j]];
-    if (with_slope) L[i * m + i] += st->slope[index[i]];
+    if (!st->picard) L[i * m + i] += st->slope[index[i]];
   }
   if (!Factor(m, L, b)) return PETSC_FALSE;
   for (PetscInt i = 0; i < m; ++i) {
@@ -115,23 +116,25 @@ static PetscBool Solve(Stage *st, PetscBool with_slope, PetscInt index[], double
   return PETSC_TRUE;
 }
 
-/* Newton step into dx, without the slope where it makes the Jacobian indefinite. */
-static PetscBool Direction(Stage *st, PetscInt index[], double b[], PetscBool *picard)
+/* Newton step into dx, without the slope where it makes the Jacobian indefinite; keeps x in xs. */
+static PetscBool Direction(Stage *st)
 {
-  for (*picard = PETSC_FALSE;; *picard = PETSC_TRUE) {
+  for (st->picard = PETSC_FALSE;; st->picard = PETSC_TRUE) {
     PetscBool sticking = PETSC_FALSE;
 
     for (PetscInt i = 0; i < st->n; ++i) {
-      st->xs[i] = st->mask[i] ? 0 : st->x[i];
+      st->xs[i] = st->mask[i] != 0 ? 0 : st->x[i];
       if (st->xs[i] != 0) sticking = PETSC_TRUE;
     }
     if (sticking) Multiply(st->n, st->B, st->xs, st->dx);
     for (PetscInt i = 0; i < st->n; ++i) st->dx[i] = (sticking ? st->dx[i] : 0) - st->F[i];
-    if (Solve(st, *picard ? PETSC_FALSE : PETSC_TRUE, index, b)) break;
-    if (*picard) return PETSC_FALSE;
+    if (Solve(st)) break;
+    if (st->picard) return PETSC_FALSE;
   }
-  for (PetscInt i = 0; i < st->n; ++i)
-    if (!st->mask[i]) st->dx[i] = -st->x[i];
+  for (PetscInt i = 0; i < st->n; ++i) {
+    if (st->mask[i] == 0) st->dx[i] = -st->x[i];
+    st->xs[i] = st->x[i];
+  }
   return PETSC_TRUE;
 }
 
@@ -146,7 +149,7 @@ static double Push(const Stage *st)
   double push = 0;
 
   for (PetscInt i = 0; i < st->n; ++i)
-    if (st->mask[i]) push += st->F[i] * st->dx[i];
+    if (st->mask[i] != 0) push += st->F[i] * st->dx[i];
   return push;
 }
 
@@ -156,41 +159,73 @@ static void Expand(Stage *st)
 
   MoveTo(st, 1);
   push = Push(st);
-  for (PetscInt k = 0; k < doublings && push < 0; ++k) {
+  for (PetscInt k = 0; k < SLIP_SEARCH_DOUBLINGS && push < 0; ++k) {
     const double lambda = ldexp(1, (int)k + 1);
 
     last = push;
     MoveTo(st, lambda);
     push = Push(st);
-    if (push > -last) MoveTo(st, 0.5 * lambda);
+    if (SlipSearchOvershoots(last, push)) MoveTo(st, 0.5 * lambda);
   }
 }
 
-static void Search(Stage *st, const double recent[])
+/* The full step, the one that turns no cell round, or a shorter one; whether none helped */
+static PetscBool Search(Stage *st)
 {
-  double limit = 0, lambda = 1;
+  const double last = st->merit;
+  double lambda = 1;
 
-  for (PetscInt i = 0; i < memory; ++i) limit = PetscMax(limit, recent[i]);
-  for (PetscInt k = 0; k <= halvings; ++k, lambda *= 0.5) {
+  for (PetscInt k = 0; k <= SLIP_SEARCH_HALVINGS; ++k, lambda *= 0.5) {
     MoveTo(st, lambda);
-    if (st->merit < (1 - 1e-4 * lambda) * limit) return;
+    if (k == 0 && !SlipSearchSuffices(last, st->merit)) {
+      const double full = st->merit;
+
+      if (SlipConeStopTurning(st->n, st->q, st->xs, st->x)) {
+        Evaluate(st);
+        if (!(st->merit < full)) MoveTo(st, 1);
+      }
+    }
+    if (SlipSearchAccepts(&st->search, lambda, st->merit)) return PETSC_FALSE;
   }
   MoveTo(st, 1);
+  return PETSC_TRUE;
+}
+
+/* Projection steps against cycling sliding sets */
+static void Project(Stage *st)
+{
+  memcpy(st->rho1, st->rho, sizeof(double) * (size_t)st->n);
+  for (PetscInt k = 0; k < SLIP_SEARCH_PROJECTIONS; ++k) {
+    PetscReal factor;
+    PetscBool again = PETSC_TRUE;
+
+    for (PetscInt trial = 0; again; ++trial) {
+      PetscReal sum[2] = {0, 0};
+
+      SlipConeProject(st->n, 1, st->x, st->g, st->q, st->rho1, st->x1);
+      Residual(st, st->x1, st->g1);
+      SlipConeChanges(st->n, st->x, st->x1, st->g, st->g1, st->rho1, sum);
+      again = SlipConeAdaptStep(trial, sum, &factor);
+      for (PetscInt i = 0; i < st->n; ++i) st->rho1[i] *= factor;
+    }
+    memcpy(st->x, st->x1, sizeof(double) * (size_t)st->n);
+    Evaluate(st);
+  }
+  st->search.stalls = 0;
+  SlipSearchForget(&st->search, st->merit);
 }
 
 /* Newton steps down to rounding; keeps the better point. */
-static void Polish(Stage *st, PetscInt it, PetscInt index[], double b[])
+static void Polish(Stage *st, PetscInt it)
 {
-  for (; st->norm > ROUNDING && it < max_it; ++it) {
+  for (; st->norm > SLIP_SEARCH_ROUNDING && it <= SLIP_SEARCH_MAX_IT; ++it) {
     const double last = st->norm;
     double step = 0, size = 0;
-    PetscBool picard;
 
-    if (!Direction(st, index, b, &picard) || picard) return;
-    memcpy(st->xs, st->x, sizeof(double) * (size_t)(st->n));
+    if (!Direction(st) || st->picard) return;
     MoveTo(st, 1);
     if (!(st->norm < last)) {
-      memcpy(st->x, st->xs, sizeof(double) * (size_t)(st->n));
+      memcpy(st->x, st->xs, sizeof(double) * (size_t)st->n);
       Evaluate(st);
       return;
     }
@@ -198,120 +233,124 @@ static void Polish(Stage *st, PetscInt it, PetscInt index[], double b[])
       step = PetscMax(step, fabs(st->dx[i]));
       size = PetscMax(size, fabs(st->x[i]));
     }
-    if (st->norm > 0.5 * last || step <= 1e-11 * size) return;
+    if (SlipSearchPolished(last, st->norm, step, size)) return;
   }
 }
 
-/* B, scale; from the guess in x to the solution. */
-static PetscBool SolveStage(Stage *st, PetscInt index[], double b[])
+/* B, scale; from the guess in x to the solution, its reaction in g. */
+static PetscBool SolveStage(Stage *st)
 {
   const PlainFault *p = st->p;
   const PetscInt n = st->n;
-  double recent[memory], cmax = 0, qmax = 0;
+  double cmax = 0, qmax = 0;
   PetscInt it;
 
   for (PetscInt i = 0; i < n * n; ++i) st->B[i] = p->H[i] + st->theta * p->K[i];
   for (PetscInt i = 0; i < n; ++i) {
     st->B[i * n + i] += p->mass / st->theta;
+    st->rho[i] = 1 / st->B[i * n + i];
     cmax = PetscMax(cmax, fabs(st->c[i]));
-    st->scale = 1;
   }
+  st->scale = 1;
   Evaluate(st);
   for (PetscInt i = 0; i < n; ++i) qmax = PetscMax(qmax, st->q[i]);
-  st->scale = cmax + qmax;
-  Evaluate(st);
-  for (PetscInt i = 0; i < memory; ++i) recent[i] = st->merit;
-  for (it = 1; !(st->norm <= TOLERANCE); ++it) {
-    PetscBool picard;
+  st->scale = cmax + qmax > 0 ? cmax + qmax : 1;
+  st->merit /= st->scale;
+  st->norm /= st->scale;
+  SlipSearchForget(&st->search, st->merit);
+  st->search.stalls = 0;
+  for (it = 1; !(st->norm <= SLIP_SEARCH_RTOL); ++it) {
+    PetscBool stalled = PETSC_FALSE;
 
-    if (it > max_it || isnan(st->norm) || !Direction(st, index, b, &picard)) return PETSC_FALSE;
-    memcpy(st->xs, st->x, sizeof(double) * (size_t)(n));
-    if (picard) {
+    if (it > SLIP_SEARCH_MAX_IT || isnan(st->norm) || !Direction(st)) return PETSC_FALSE;
+    if (st->picard) {
       Expand(st);
-      for (PetscInt i = 0; i < memory; ++i) recent[i] = st->merit;
+      SlipSearchForget(&st->search, st->merit);
     } else
-      Search(st, recent);
-    recent[it % memory] = st->merit;
+      stalled = Search(st);
+    SlipSearchRemember(&st->search, it, st->merit);
+    if (st->norm > SLIP_SEARCH_RTOL && SlipSearchStuck(&st->search, stalled, st->merit)) Project(st);
   }
-  Polish(st, it, index, b);
-  for (PetscInt i = 0; i < n; ++i) {
-    const double trial = st->x[i] - st->g[i] / st->B[i * n + i];
-
-    if (!st->mask[i] || trial * st->x[i] < 0) st->x[i] = 0;
-  }
+  Polish(st, it);
+  SlipConeFinish(n, 1, st->g, st->q, st->rho, st->x, st->F);
   return PETSC_TRUE;
 }
 
-/* Smooth force F_s = -H v - K u and the reaction r0 at the start of a step: the balance where an cell rests. */
-static void StartForce(const PlainFault *p, double tmp[], double f[])
+/* Smooth force F_s = -H v - K u and the reaction r0 at the start of a step: the balance where a cell rests. */
+static void StartForce(const PlainFault *p, double tmp[], double q[], double f[])
 {
   Multiply(p->n, p->H, p->v, f);
   Multiply(p->n, p->K, p->u, tmp);
+  SlipFrictionStrength(&p->friction, p->n, 0, 1, p->s, p->v, q, NULL);
   for (PetscInt i = 0; i < p->n; ++i) {
-    const double q = (p->residual[i] + p->drop[i] * exp(-p->s[i] / p->slip[i])) * p->sigma[i];
-    double r;
-
     f[i] = -f[i] - tmp[i];
-    if (p->v[i] != 0)
-      r = p->v[i] > 0 ? -q : q;
-    else
-      r = PetscClipInterval(-f[i], -q, q);
-    f[i] += r;
+    f[i] += SlipConeReaction(1, p->v[i], -f[i], q[i]);
   }
 }
 
 PetscBool PlainFaultAttempt(PlainFault *p, double h)
 {
-  const double gamma = 0.5, a1 = 1 / (gamma * (2 - gamma)), a0 = (1 - gamma) * (1 - gamma) / (gamma * (2 - gamma)),
-               b2 = (1 - gamma) / (2 - gamma);
   const PetscInt n = p->n;
-  double *work = p->work, *v1, *u1, *s1, *tmp, *base_u;
-  PetscInt index[256];
-  PetscBool mask[256];
-  Stage st = {.p = p, .n = n, .mask = mask};
+  double *work = p->work, *v1, *u1, *s1, *tmp, *base_u, *ds;
+  const SlipBathe c = p->bathe;
+  Stage st = {.p = p, .n = n, .index = p->index};
 
   st.B = Take(&work, n * n);
   st.L = Take(&work, n * n);
-  double **list[] = {&st.c,  &st.s0, &st.x, &st.g, &st.q, &st.F, &st.slope,
-                     &st.dx, &st.xs, &v1,   &u1,   &s1,   &tmp,  &base_u};
+  double **list[arrays] = {&st.c,   &st.s0, &st.x, &st.g,  &st.q,  &st.dq,   &st.F, &st.slope, &st.dx, &st.xs,  &st.rho,
+                           &st.b,   &st.mask, &st.x1, &st.g1, &st.rho1, &v1,   &u1,       &s1,    &tmp,    &base_u, &ds};
 
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(list); ++k) *list[k] = Take(&work, n);
+  for (size_t k = 0; k < arrays; ++k) *list[k] = Take(&work, n);
   /* stage 1: trapezoidal rule to t + gamma h */
-  st.theta = 0.5 * gamma * h;
-  StartForce(p, tmp, st.c);
+  st.theta = c.theta[0] * h;
+  StartForce(p, tmp, st.q, st.c);
+  SlipFrictionStateRate(&p->friction, n, 1, p->s, p->v, ds);
   for (PetscInt i = 0; i < n; ++i) {
     base_u[i] = p->u[i] + st.theta * p->v[i];
-    st.s0[i] = p->s[i] + st.theta * fabs(p->v[i]);
+    st.s0[i] = p->s[i] + st.theta * ds[i];
     st.x[i] = p->v[i];
   }
   Multiply(n, p->K, base_u, tmp);
   for (PetscInt i = 0; i < n; ++i) st.c[i] += p->mass / st.theta * p->v[i] - tmp[i];
-  if (!SolveStage(&st, index, p->work + 2 * n * n + 14 * n)) return PETSC_FALSE;
+  if (!SolveStage(&st)) return PETSC_FALSE;
+  SlipFrictionStateAdvance(&p->friction, n, st.theta, st.s0, st.x, 1, s1);
   for (PetscInt i = 0; i < n; ++i) {
     v1[i] = st.x[i];
     u1[i] = base_u[i] + st.theta * v1[i];
-    s1[i] = st.s0[i] + st.theta * fabs(v1[i]);
   }
   /* stage 2: three-point backward formula to t + h */
-  st.theta = b2 * h;
+  st.theta = c.theta[1] * h;
   for (PetscInt i = 0; i < n; ++i) {
-    base_u[i] = a1 * u1[i] - a0 * p->u[i];
-    st.s0[i] = a1 * s1[i] - a0 * p->s[i];
+    base_u[i] = c.a1 * u1[i] - c.a0 * p->u[i];
+    st.s0[i] = c.a1 * s1[i] - c.a0 * p->s[i];
   }
   Multiply(n, p->K, base_u, tmp);
-  for (PetscInt i = 0; i < n; ++i) st.c[i] = p->mass / st.theta * (a1 * v1[i] - a0 * p->v[i]) - tmp[i];
-  if (!SolveStage(&st, index, p->work + 2 * n * n + 14 * n)) return PETSC_FALSE;
+  for (PetscInt i = 0; i < n; ++i) st.c[i] = p->mass / st.theta * (c.a1 * v1[i] - c.a0 * p->v[i]) - tmp[i];
+  if (!SolveStage(&st)) return PETSC_FALSE;
+  SlipFrictionStateAdvance(&p->friction, n, st.theta, st.s0, st.x, 1, p->s2);
   p->slip_error = p->growth = 0;
   for (PetscInt i = 0; i < n; ++i) {
     const double v = st.x[i];
 
     p->v2[i] = v;
     p->u2[i] = base_u[i] + st.theta * v;
-    p->s2[i] = st.s0[i] + st.theta * fabs(v);
-    p->slip_error += fabs(h / 6 * (fabs(p->v[i]) - 2 * fabs(v1[i]) + fabs(v))); /* embedded error for gamma 1/2 */
-    if (v != 0) p->growth += (v > 0 ? 1 : -1) * (v - a1 * v1[i] + a0 * p->v[i]) / (b2 * h);
+    p->slip_error += fabs(h / c.divisor * ((1 - GAMMA) * fabs(p->v[i]) - fabs(v1[i]) + GAMMA * fabs(v)));
+    if (v != 0) p->growth += (v > 0 ? 1 : -1) * (v - c.a1 * v1[i] + c.a0 * p->v[i]) / st.theta;
   }
   return PETSC_TRUE;
+}
+
+double PlainFaultStrength(const PlainFault *p, PetscInt i)
+{
+  PetscReal mu, ds, dv;
+
+  SlipFrictionEvaluate(&p->friction, i, p->s[i], fabs(p->v[i]), &mu, &ds, &dv);
+  return mu * p->friction.stress[i];
+}
+
+double PlainFaultWeakening(const PlainFault *p, PetscInt i)
+{
+  return SlipFrictionExcess(&p->friction, i, p->s[i], fabs(p->v[i])) * p->friction.stress[i];
 }
 
 void PlainFaultAccept(PlainFault *p)
@@ -353,8 +392,7 @@ static PetscErrorCode Entries(Mat A, PetscInt n, double a[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PlainFaultCreate(SlipFault fault, const PetscReal sigma[], const PetscReal residual[],
-                                const PetscReal drop[], const PetscReal slip[], Vec start, PlainFault *p)
+PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
 {
   PetscReal mass, tstar, perturbation;
   double uc = 0, q0 = 0;
@@ -367,26 +405,23 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, const PetscReal sigma[], const 
   PetscCall(VecGetSize(start, &n));
   p->n = n /= 3;
   PetscCall(SlipFaultGetOperators(fault, &K, &H, &mass));
+  PetscCall(SlipFaultGetFriction(fault, &p->friction));
   PetscCall(SlipFaultGetTimeScale(fault, &tstar));
   PetscCall(SlipFaultGetReal(fault, "initial_perturbation", &perturbation));
+  p->friction.weight = NULL; /* 1 on a grid */
+  SlipBatheSetUp(GAMMA, &p->bathe);
   p->mass = (double)mass;
   p->tstar = (double)tstar;
-  PetscCall(PetscMalloc3(n * n, &p->K, n * n, &p->H, 2 * n * n + arrays * n, &p->work));
-  PetscCall(PetscMalloc4(n, &p->sigma, n, &p->residual, n, &p->drop, n, &p->slip));
+  PetscCall(PetscMalloc4(n * n, &p->K, n * n, &p->H, 2 * n * n + arrays * n, &p->work, n, &p->index));
   PetscCall(PetscCalloc6(n, &p->v, n, &p->u, n, &p->s, n, &p->v2, n, &p->u2, n, &p->s2));
   PetscCall(Entries(K, n, p->K));
   PetscCall(Entries(H, n, p->H));
   PetscCall(VecGetArrayRead(start, &w));
-  for (PetscInt i = 0; i < n; ++i) {
-    const double u = -(double)PetscRealPart(w[3 * i + 1]) / (1 + (double)perturbation),
-                 q = (residual[i] + drop[i]) * sigma[i];
+  for (PetscInt i = 0; i < n; ++i) { /* v = s = 0 so far */
+    const double u = -(double)PetscRealPart(w[3 * i + 1]) / (1 + (double)perturbation), q = PlainFaultStrength(p, i);
 
-    p->sigma[i] = (double)sigma[i];
-    p->residual[i] = (double)residual[i];
-    p->drop[i] = (double)drop[i];
-    p->slip[i] = (double)slip[i];
-    p->mean_dc += slip[i] / (double)n;
-    p->mean_drop += drop[i] * sigma[i] / (double)n;
+    p->mean_dc += p->friction.slip[i] / (double)n;
+    p->mean_drop += PlainFaultWeakening(p, i) / (double)n;
     p->critical_energy += u * q;
     uc += u / (double)n;
     q0 += q / (double)n;
@@ -399,8 +434,7 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, const PetscReal sigma[], const 
 PetscErrorCode PlainFaultDestroy(PlainFault *p)
 {
   PetscFunctionBegin;
-  PetscCall(PetscFree3(p->K, p->H, p->work));
-  PetscCall(PetscFree4(p->sigma, p->residual, p->drop, p->slip));
+  PetscCall(PetscFree4(p->K, p->H, p->work, p->index));
   PetscCall(PetscFree6(p->v, p->u, p->s, p->v2, p->u2, p->s2));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,29 +1,34 @@
-/* A small fault and its Bathe step on plain arrays: what the library computes with exponential slip weakening, the
-   default integrator (trapezoidal reaction, gamma 1/2, embedded error) and the semismooth solver, an order of magnitude
-   faster for a few cells because no object is involved. Trainers run millions of episodes; a test holds it to the
-   library step by step. */
+/* A small fault and its Bathe step on plain arrays: what the library computes with the default integrator (trapezoidal
+   reaction, gamma 1/2, embedded error) and the semismooth solver, an order of magnitude faster for a few cells because
+   no object is involved. Friction, cone, coefficients and the decisions of the solver are the library's own (slipcore.h);
+   the loops over stages and Newton steps are here. Trainers run millions of episodes; a test holds it to the library
+   step by step. */
 #pragma once
 #include <slipstep.h>
 
 typedef struct {
   PetscInt n;
-  double mass;                            /* [kg/m^2] */
-  double tstar;                           /* [s] */
-  double *K, *H;                          /* [n n] Pa/m, Pa s/m */
-  double *sigma, *residual, *drop, *slip; /* [n] normal stress [Pa], mu_d, dmu, d_c [m] */
-  double drop_slip, mean_drop, mean_dc;   /* D [m], mean of sigma dmu [Pa], mean d_c [m] */
-  double critical_energy;                 /* uc' K uc [Pa m] */
+  double mass;                          /* [kg/m^2] */
+  double tstar;                         /* [s] */
+  double *K, *H;                        /* [n n] Pa/m, Pa s/m */
+  SlipFrictionCells friction;           /* of the fault, which must live as long */
+  SlipBathe bathe;
+  double drop_slip, mean_drop, mean_dc; /* D [m], mean fall of the strength by all weakening [Pa], mean d_c [m] */
+  double critical_energy;               /* uc' K uc [Pa m] */
   /* the state, and that at the end of the attempt */
   double *v, *u, *s, *v2, *u2, *s2; /* [n] */
   double slip_error, growth;        /* of the last attempt: sum |e_s| [m], sum of d|v|/dt of sliding cells [m/s^2] */
   double *work;
+  PetscInt *index; /* [n] */
 } PlainFault;
 
-/* Parameters of a set-up fault with uniform or given fields [n]; start: its state. */
-PETSC_INTERN PetscErrorCode PlainFaultCreate(SlipFault fault, const PetscReal sigma[], const PetscReal residual[],
-                                             const PetscReal drop[], const PetscReal slip[], Vec start, PlainFault *p);
+/* From a set-up fault on a grid and its state at the start. */
+PETSC_INTERN PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p);
 PETSC_INTERN PetscErrorCode PlainFaultDestroy(PlainFault *p);
 PETSC_INTERN void PlainFaultSetState(PlainFault *p, const double w[]); /* w [3 n]: (v, u, s) per cell */
 /* One step h [s] from the state into v2, u2, s2; false when a stage did not converge. */
 PETSC_INTERN PetscBool PlainFaultAttempt(PlainFault *p, double h);
 PETSC_INTERN void PlainFaultAccept(PlainFault *p);
+/* Strength of cell i in the state, and what all weakening would still take from it [Pa] */
+PETSC_INTERN double PlainFaultStrength(const PlainFault *p, PetscInt i);
+PETSC_INTERN double PlainFaultWeakening(const PlainFault *p, PetscInt i);

@@ -36,7 +36,7 @@ static void SumUp(Seen *o)
     o->rate += fabs(p->v[i]) / n;
     o->peak = PetscMax(o->peak, fabs(p->v[i]));
     o->slip += p->s[i] / n;
-    o->weakening += p->drop[i] * exp(-p->s[i] / p->slip[i]) * p->sigma[i] / n;
+    o->weakening += PlainFaultWeakening(p, i) / n;
     o->sliding += p->v[i] != 0 ? 1 / n : 0;
   }
 }
@@ -182,7 +182,7 @@ static PetscBool Rests(const PlainFault *p)
     double ku = 0;
 
     for (PetscInt j = 0; j < p->n; ++j) ku += p->K[i * p->n + j] * p->u[j];
-    if (fabs(ku) > (p->residual[i] + p->drop[i] * exp(-p->s[i] / p->slip[i])) * p->sigma[i]) return PETSC_FALSE;
+    if (fabs(ku) > PlainFaultStrength(p, i)) return PETSC_FALSE;
   }
   return PETSC_TRUE;
 }

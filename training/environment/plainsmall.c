@@ -39,7 +39,7 @@ static void Stage(const PlainSmall *p, PetscReal c, PetscReal cr, const PetscRea
 
   SolveLinear(p, c, b, free);
   SolveLinear(p, c, unit, pushed);
-  r = PetscClipInterval(-free[0] / pushed[0], -p->q, p->q);
+  r = SlipConeClip(-free[0] / pushed[0], p->q);
   for (PetscInt i = 0; i < p->n; ++i) w[i] = free[i] + r * pushed[i];
   if (PetscAbsReal(r) < p->q) w[0] = 0;
 }
@@ -55,18 +55,19 @@ static PetscReal Force(const PlainSmall *p, PetscInt i, PetscReal t, const Petsc
 /* One step of the composite rule with the trapezoidal reaction, in place */
 static void Step(const PlainSmall *p, PetscReal t, PetscReal h, PetscReal w[])
 {
-  const PetscReal half = 0.5 * GAMMA * h, a1 = 1 / (GAMMA * (2 - GAMMA)),
-                  a0 = (1 - GAMMA) * (1 - GAMMA) / (GAMMA * (2 - GAMMA)), b2 = (1 - GAMMA) / (2 - GAMMA) * h;
-  const PetscReal load = Force(p, 0, t, w);
-  PetscReal b[SMALL_MAX_STATES], w1[SMALL_MAX_STATES], r = w[0] > 0 ? -p->q : p->q;
+  const PetscReal r = SlipConeReaction(1, w[0], -Force(p, 0, t, w), p->q); /* at rest the static balance holds */
+  PetscReal b[SMALL_MAX_STATES], w1[SMALL_MAX_STATES], theta[2];
+  SlipBathe c;
 
-  if (w[0] == 0) r = PetscClipInterval(-load, -p->q, p->q); /* what rests is held by the static balance */
-  for (PetscInt i = 0; i < p->n; ++i) b[i] = p->A[i] * w[i] + half * Force(p, i, t, w);
-  b[0] += half * (r + (p->force ? (*p->force)(p->model, t + GAMMA * h) : 0));
-  Stage(p, half, half, b, w1);
-  for (PetscInt i = 0; i < p->n; ++i) b[i] = p->A[i] * (a1 * w1[i] - a0 * w[i]);
-  if (p->force) b[0] += b2 * (*p->force)(p->model, t + h);
-  Stage(p, b2, b2, b, w);
+  SlipBatheSetUp(GAMMA, &c);
+  theta[0] = c.theta[0] * h;
+  theta[1] = c.theta[1] * h;
+  for (PetscInt i = 0; i < p->n; ++i) b[i] = p->A[i] * w[i] + theta[0] * Force(p, i, t, w);
+  b[0] += theta[0] * (r + (p->force ? (*p->force)(p->model, t + GAMMA * h) : 0));
+  Stage(p, theta[0], theta[0], b, w1);
+  for (PetscInt i = 0; i < p->n; ++i) b[i] = p->A[i] * (c.a1 * w1[i] - c.a0 * w[i]);
+  if (p->force) b[0] += theta[1] * (*p->force)(p->model, t + h);
+  Stage(p, theta[1], theta[1], b, w);
 }
 
 /* ---- observations ---- */

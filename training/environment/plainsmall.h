@@ -2,7 +2,7 @@
    say, some ten times faster. The default integrator; systems A dw/dt = G w + f(t) e_0 + F_r e_0 with F_r in -q
    Sign(w_0). */
 #pragma once
-#include "problems/smallerrors.h"
+#include "smallerrors.h"
 #include <slipstep.h>
 
 typedef struct PlainSmall PlainSmall;
@@ -10,11 +10,11 @@ struct PlainSmall {
   PetscInt n;
   PetscReal A[SMALL_MAX_STATES], G[SMALL_MAX_STATES][SMALL_MAX_STATES], q;
   PetscReal start[SMALL_MAX_STATES];
-  PetscReal tstar, tmax, dt_low, dt_high; /* [s]; the controller's limits of the step */
-  const void *model;                      /* what the two functions are given */
-  PetscReal (*force)(const void *model, PetscReal t);
+  PetscReal tstar, tmax, dt_low, dt_high;           /* [s]; the controller's limits of the step */
+  SlipModel model;                                  /* what the two functions are given */
+  PetscReal (*force)(SlipModel model, PetscReal t); /* NULL: zero */
   /* The problem's own observations, as its "SlipObserve_C" says them */
-  PetscBool (*observe)(const void *model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value);
+  PetscBool (*observe)(SlipModel model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value);
 };
 
 typedef struct {
@@ -32,5 +32,3 @@ PETSC_INTERN PetscErrorCode PlainSmallKnows(const PlainSmall *p, SlipPolicy poli
 PETSC_INTERN PetscErrorCode PlainSmallRun(const PlainSmall *p, SlipPolicy policy, PetscReal accuracy,
                                           EnvReference reference, PetscInt max_steps, PlainSmallWatchFn fn, void *ctx,
                                           PlainSmallResult *result);
-/* The system of a run of sliding_mode or circuit, whose model must live as long. */
-PETSC_INTERN PetscErrorCode ProblemSmallPlain(const EnvRun *run, PlainSmall *p);

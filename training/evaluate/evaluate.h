@@ -1,10 +1,10 @@
 /* The matrix of runs that evaluate makes: problems, cells, results and the file that holds them. Public headers of the
    library, and its HDF5 helpers. */
 #pragma once
-#include <slipstep.h>
+#include "problems/problems.h"
 #include <sliph5.h>
 
-#define EVALUATE_NAME 96
+#define EVALUATE_NAME PROBLEM_CASE_NAME
 #define EVALUATE_COLUMNS 8   /* of a problem's series, time included */
 #define EVALUATE_ATTEMPT 5   /* columns of a cell's attempts: time, dt, accepted, error, converged */
 #define EVALUATE_PROFILES 96 /* depth profiles kept of a run */
@@ -16,40 +16,6 @@ typedef struct {
 } EvaluateTable;
 PETSC_INTERN PetscErrorCode EvaluateTableAdd(EvaluateTable *t, const PetscReal row[]);
 PETSC_INTERN PetscErrorCode EvaluateTableClear(EvaluateTable *t); /* frees the rows, keeps the width */
-
-/* ---- problems (evaluatefault.c, evaluatesmall.c) ---- */
-
-typedef struct _EvaluateProblem EvaluateProblem;
-
-/* One instance of a problem: what a reference solution belongs to. */
-typedef struct {
-  const EvaluateProblem *problem;
-  PetscReal size;           /* edge of the fault [km], 0: no such thing */
-  PetscInt mesh;            /* cells along each edge, 0: no such thing */
-  char name[EVALUATE_NAME]; /* group in the file: "fault_3km_25x25", "circuit" */
-} EvaluateCase;
-
-struct _EvaluateProblem {
-  const char *name, *meaning;
-  PetscBool meshes;  /* has sizes and meshes, and runs on any number of processes; otherwise on one */
-  PetscInt nstates;  /* the first columns of the series, the state whose errors are measured */
-  PetscInt ncolumns; /* of the series besides time */
-  const char *const *columns, *const *units;
-  PetscInt rate;      /* column whose largest error is recorded on its own, -1: none */
-  PetscBool relative; /* errors over the size of the reference; otherwise in the unit of the state */
-  PetscInt reference; /* default number of constant steps of the reference; 0: an exact solution is known */
-  /* What runs of one case share, costly to set up */
-  PetscErrorCode (*create)(MPI_Comm comm, const EvaluateCase *c, void **model);
-  PetscErrorCode (*destroy)(void **model);
-  /* A TS at its start, configured as far as TSSetFromOptions() */
-  PetscErrorCode (*start)(MPI_Comm comm, const EvaluateCase *c, void *model, TS *ts, Vec *w);
-  PetscErrorCode (*observe)(const EvaluateCase *c, void *model, PetscReal t, Vec w, Vec r,
-                            PetscReal row[]);                                                 /* [ncolumns] */
-  PetscErrorCode (*profiles)(const EvaluateCase *c, void *model, Vec w, PetscReal profile[]); /* [mesh] */
-  PetscErrorCode (*exact)(void *model, PetscReal t, PetscReal row[]);                         /* [ncolumns] */
-};
-PETSC_INTERN const EvaluateProblem *const EvaluateProblems[]; /* ends with NULL */
-PETSC_INTERN const EvaluateProblem EvaluateFault;
 
 /* ---- options and cells (evaluateoptions.c, evaluatecells.c) ---- */
 
@@ -67,7 +33,7 @@ typedef struct {
 typedef struct {
   char output[PETSC_MAX_PATH_LEN];
   PetscInt nproblems, nsizes, nmeshes, ncontrollers, nerrors, nreactions, ntolerances, nsteps, naccuracies, npolicies;
-  const EvaluateProblem *problems[EVALUATE_MAX];
+  const Problem *problems[EVALUATE_MAX];
   PetscReal sizes[EVALUATE_MAX];
   PetscInt meshes[EVALUATE_MAX];
   const char *controllers[EVALUATE_MAX];
@@ -104,12 +70,12 @@ typedef struct {
 
 typedef struct {
   PetscInt ncases, ncells;
-  EvaluateCase *cases;
+  ProblemCase *cases;
   EvaluateCell *cells;
 } EvaluateMatrix;
 PETSC_INTERN PetscErrorCode EvaluateMatrixCreate(const EvaluateOptions *o, EvaluateMatrix *m);
 PETSC_INTERN PetscErrorCode EvaluateMatrixDestroy(EvaluateMatrix *m);
-PETSC_INTERN PetscReal EvaluateSolveWeight(const EvaluateCase *c); /* cost of one Bathe solve, a guess */
+PETSC_INTERN PetscReal EvaluateSolveWeight(const ProblemCase *c); /* cost of one Bathe solve, a guess */
 
 /* ---- runs (evaluaterun.c) and their errors (evaluateerrors.c) ---- */
 
@@ -130,15 +96,15 @@ typedef struct {
   PetscReal cpu;                                  /* least processor time of a run, all its processes together [s] */
   EvaluateTable series, steps, profile;
 } EvaluateResult;
-PETSC_INTERN PetscErrorCode EvaluateRunCell(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c, void *model,
+PETSC_INTERN PetscErrorCode EvaluateRunCell(const EvaluateOptions *o, MPI_Comm comm, const ProblemCase *c, void *model,
                                             const EvaluateCell *cell, const EvaluateReference *ref, EvaluateResult *r);
-PETSC_INTERN PetscErrorCode EvaluateRunReference(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c,
+PETSC_INTERN PetscErrorCode EvaluateRunReference(const EvaluateOptions *o, MPI_Comm comm, const ProblemCase *c,
                                                  void *model, EvaluateReference *ref);
-PETSC_INTERN PetscInt EvaluateReferenceSteps(const EvaluateOptions *o, const EvaluateCase *c);
+PETSC_INTERN PetscInt EvaluateReferenceSteps(const EvaluateOptions *o, const ProblemCase *c);
 PETSC_INTERN PetscErrorCode EvaluateResultClear(EvaluateResult *r);
 PETSC_INTERN PetscErrorCode EvaluateReferenceClear(EvaluateReference *r);
 /* Errors of a series against a reference's, by numbers alone. exact: NULL, or the solution at any time. */
-PETSC_INTERN PetscErrorCode EvaluateErrors(const EvaluateProblem *p, void *model, const EvaluateTable *ref,
+PETSC_INTERN PetscErrorCode EvaluateErrors(const Evaluation *p, void *model, const EvaluateTable *ref,
                                            const EvaluateTable *series, EvaluateResult *r);
 
 /* ---- the file (evaluatefile.c): every write replaces it by a copy with one group more ---- */
@@ -148,11 +114,11 @@ PETSC_INTERN PetscErrorCode EvaluateFileCheck(const EvaluateOptions *o); /* rank
    counts for nothing? */
 PETSC_INTERN PetscErrorCode EvaluateFileKnown(const EvaluateOptions *o, const EvaluateMatrix *m, PetscBool reference[],
                                               PetscBool cell[], PetscBool failed[], PetscBool outdated[]);
-PETSC_INTERN PetscErrorCode EvaluateFileReadReference(const EvaluateOptions *o, const EvaluateCase *c,
+PETSC_INTERN PetscErrorCode EvaluateFileReadReference(const EvaluateOptions *o, const ProblemCase *c,
                                                       EvaluateReference *ref);
-PETSC_INTERN PetscErrorCode EvaluateFileWriteReference(const EvaluateOptions *o, const EvaluateCase *c,
+PETSC_INTERN PetscErrorCode EvaluateFileWriteReference(const EvaluateOptions *o, const ProblemCase *c,
                                                        EvaluateReference *ref);
-PETSC_INTERN PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, const EvaluateCase *c,
+PETSC_INTERN PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, const ProblemCase *c,
                                                   const EvaluateCell *cell, EvaluateResult *r);
 
 /* ---- the work (evaluatework.c) ---- */

@@ -4,9 +4,9 @@
 #include <stdio.h>
 
 /* Of entries that a list has twice, the first counts. */
-static PetscErrorCode AddCase(const EvaluateProblem *p, PetscReal size, PetscInt mesh, EvaluateMatrix *m)
+static PetscErrorCode AddCase(const Problem *p, PetscReal size, PetscInt mesh, EvaluateMatrix *m)
 {
-  EvaluateCase *c;
+  ProblemCase *c;
   PetscBool same;
 
   PetscFunctionBegin;
@@ -28,13 +28,13 @@ static PetscErrorCode AddCase(const EvaluateProblem *p, PetscReal size, PetscInt
 
 /* Of one Bathe solve on one process, in units of about half a microsecond: it grows as N^1.3 with the number of
    cells. */
-PetscReal EvaluateSolveWeight(const EvaluateCase *c)
+PetscReal EvaluateSolveWeight(const ProblemCase *c)
 {
   return c->mesh ? PetscPowReal((PetscReal)(c->mesh * c->mesh), (PetscReal)1.3) : (PetscReal)40;
 }
 
 /* Solves of a cell: a guess for the time left, nothing else. */
-static PetscReal GuessSolves(const EvaluateCase *c, const EvaluateCell *cell)
+static PetscReal GuessSolves(const ProblemCase *c, const EvaluateCell *cell)
 {
   const PetscReal each = cell->error == TSBATHE_ERROR_DOUBLING ? 3 : 1;
 
@@ -45,7 +45,7 @@ static PetscReal GuessSolves(const EvaluateCase *c, const EvaluateCell *cell)
 
 static PetscErrorCode AddCell(const EvaluateOptions *o, EvaluateMatrix *m, PetscInt instance, EvaluateCell cell)
 {
-  const EvaluateCase *c = &m->cases[instance];
+  const ProblemCase *c = &m->cases[instance];
   char how[EVALUATE_NAME];
   PetscBool same;
 
@@ -110,8 +110,8 @@ PetscErrorCode EvaluateMatrixCreate(const EvaluateOptions *o, EvaluateMatrix *m)
   PetscFunctionBegin;
   PetscCall(PetscMemzero(m, sizeof(*m)));
   for (PetscInt p = 0; p < o->nproblems; p++) {
-    if (!o->problems[p]->meshes) PetscCall(AddCase(o->problems[p], 0, 0, m));
-    for (PetscInt k = 0; o->problems[p]->meshes && k < o->nmeshes; k++)
+    if (!o->problems[p]->evaluation->meshes) PetscCall(AddCase(o->problems[p], 0, 0, m));
+    for (PetscInt k = 0; o->problems[p]->evaluation->meshes && k < o->nmeshes; k++)
       for (PetscInt s = 0; s < o->nsizes; s++) PetscCall(AddCase(o->problems[p], o->sizes[s], o->meshes[k], m));
   }
   for (PetscInt i = 0; i < m->ncases; i++)

@@ -52,8 +52,8 @@ static PetscReal Norm2(PetscInt n, const PetscReal a[], const PetscReal b[])
             trapezoidal rule over the accepted steps
     rate    largest error of the rate column over its largest reference value
 */
-PetscErrorCode EvaluateErrors(const EvaluateProblem *p, void *model, const EvaluateTable *ref,
-                              const EvaluateTable *series, EvaluateResult *r)
+PetscErrorCode EvaluateErrors(const Evaluation *p, void *model, const EvaluateTable *ref, const EvaluateTable *series,
+                              EvaluateResult *r)
 {
   const PetscInt n = p->nstates, w = series->width;
   PetscReal exact[EVALUATE_COLUMNS], errors = 0, sizes = 0, largest = 0, size = 0, rate = 0, rate_size = 0, e2 = 0,

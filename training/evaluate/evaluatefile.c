@@ -2,7 +2,7 @@
    a run that is killed at any moment leaves a complete file, and processes of one run or of several may share it. */
 #include "evaluate.h"
 #include <slipcompat.h>
-#include <slipstep/private/slipsys.h>
+#include "common/files.h"
 #include <fcntl.h>
 #include <stdio.h>
 #include <time.h>
@@ -52,7 +52,6 @@ static PetscErrorCode Begin(const EvaluateOptions *o, SlipH5 *h, int *lock)
   PetscCall(Lock(o->output, lock));
   if (access(o->output, F_OK)) {
     PetscCall(SlipH5Create(o->output, h));
-    PetscCall(SlipErrorUnfinished(h->name));
     PetscCall(SlipH5WriteAttrString(h, "/", "format", EVALUATE_FORMAT));
     PetscCall(SlipH5WriteAttrInt(h, "/", "version", EVALUATE_VERSION));
     PetscCall(SlipH5WriteAttrString(h, "/", "settings", o->settings));
@@ -64,9 +63,9 @@ static PetscErrorCode Begin(const EvaluateOptions *o, SlipH5 *h, int *lock)
   PetscCall(PetscMemzero(h, sizeof(*h)));
   PetscCall(PetscStrncpy(h->target, o->output, sizeof(h->target)));
   PetscCall(PetscSNPrintf(h->name, sizeof(h->name), "%s.part", o->output));
-  PetscCall(SlipErrorUnfinished(h->name));
   PetscCall(Copy(o->output, h->name));
   h->id = H5Fopen(h->name, H5F_ACC_RDWR, H5P_DEFAULT);
+  if (h->id < 0) remove(h->name);
   PetscCheck(h->id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s (-evaluate_output) is damaged", o->output);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -75,7 +74,6 @@ static PetscErrorCode End(SlipH5 *h, int lock)
 {
   PetscFunctionBegin;
   PetscCall(SlipH5Close(h));
-  PetscCall(SlipErrorUnfinished(NULL));
   close(lock);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -127,7 +125,7 @@ static PetscErrorCode WriteTable(SlipH5 *h, const char group[], const char name[
 }
 
 /* "time s, mean_slip m, ...": what the columns of a table are */
-static PetscErrorCode DescribeSeries(SlipH5 *h, const char group[], const EvaluateProblem *p)
+static PetscErrorCode DescribeSeries(SlipH5 *h, const char group[], const Evaluation *p)
 {
   char text[256] = "time s", path[4 * EVALUATE_NAME];
 
@@ -143,7 +141,7 @@ static PetscErrorCode DescribeSeries(SlipH5 *h, const char group[], const Evalua
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode WriteCase(SlipH5 *h, const char path[], const EvaluateCase *c)
+static PetscErrorCode WriteCase(SlipH5 *h, const char path[], const ProblemCase *c)
 {
   PetscFunctionBegin;
   PetscCall(SlipH5WriteAttrString(h, path, "problem", c->problem->name));
@@ -154,7 +152,7 @@ static PetscErrorCode WriteCase(SlipH5 *h, const char path[], const EvaluateCase
 
 /* ---- references ---- */
 
-PetscErrorCode EvaluateFileWriteReference(const EvaluateOptions *o, const EvaluateCase *c, EvaluateReference *ref)
+PetscErrorCode EvaluateFileWriteReference(const EvaluateOptions *o, const ProblemCase *c, EvaluateReference *ref)
 {
   char path[2 * EVALUATE_NAME];
   SlipH5 h;
@@ -172,13 +170,13 @@ PetscErrorCode EvaluateFileWriteReference(const EvaluateOptions *o, const Evalua
   PetscCall(SlipH5WriteAttrReal(&h, path, "wall", ref->wall));
   PetscCall(SlipH5WriteAttrReal(&h, path, "final", ref->series.data[(ref->series.n - 1) * ref->series.width + 1]));
   PetscCall(WriteTable(&h, path, "series", &ref->series, REFERENCE_ROWS + 1, PETSC_TRUE));
-  PetscCall(DescribeSeries(&h, path, c->problem));
+  PetscCall(DescribeSeries(&h, path, c->problem->evaluation));
   PetscCall(WriteTable(&h, path, "profile", &ref->profile, 4 * EVALUATE_PROFILES, PETSC_FALSE));
   PetscCall(End(&h, lock));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EvaluateFileReadReference(const EvaluateOptions *o, const EvaluateCase *c, EvaluateReference *ref)
+PetscErrorCode EvaluateFileReadReference(const EvaluateOptions *o, const ProblemCase *c, EvaluateReference *ref)
 {
   char path[2 * EVALUATE_NAME];
   PetscInt dims[2];
@@ -191,9 +189,9 @@ PetscErrorCode EvaluateFileReadReference(const EvaluateOptions *o, const Evaluat
   PetscCall(SlipH5Close(&h));
   ref->series.n = ref->series.capacity = dims[0];
   ref->series.width = dims[1];
-  PetscCheck(dims[0] > 1 && dims[1] == 1 + c->problem->ncolumns, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+  PetscCheck(dims[0] > 1 && dims[1] == 1 + c->problem->evaluation->ncolumns, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s: %s is %" PetscInt_FMT " x %" PetscInt_FMT ", expected rows of %" PetscInt_FMT " numbers", o->output,
-             path, dims[0], dims[1], 1 + c->problem->ncolumns);
+             path, dims[0], dims[1], 1 + c->problem->evaluation->ncolumns);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -260,7 +258,7 @@ static PetscErrorCode WriteDate(SlipH5 *h, const char path[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, const EvaluateCase *c, const EvaluateCell *cell,
+PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, const ProblemCase *c, const EvaluateCell *cell,
                                      EvaluateResult *r)
 {
   PetscMPIInt size;
@@ -277,7 +275,7 @@ PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, const EvaluateCas
   PetscCall(WriteDate(&h, cell->path));
   PetscCall(SlipH5WriteAttrInt(&h, cell->path, "ranks", c->mesh > o->spread ? size : 1));
   PetscCall(WriteTable(&h, cell->path, "series", &r->series, CELL_ROWS, PETSC_FALSE));
-  if (r->series.n) PetscCall(DescribeSeries(&h, cell->path, c->problem));
+  if (r->series.n) PetscCall(DescribeSeries(&h, cell->path, c->problem->evaluation));
   PetscCall(WriteTable(&h, cell->path, "attempts", &r->steps, CELL_ROWS, PETSC_FALSE));
   if (r->converged) PetscCall(WriteTable(&h, cell->path, "profile", &r->profile, EVALUATE_PROFILES, PETSC_FALSE));
   PetscCall(End(&h, lock));
@@ -296,14 +294,10 @@ PetscErrorCode EvaluateFileCheck(const EvaluateOptions *o)
 
   PetscFunctionBegin;
   if (access(o->output, F_OK)) {
-    PetscCall(SlipErrorSource("-evaluate_output"));
-    PetscCall(SlipH5CheckCreate(o->output));
-    PetscCall(SlipErrorSource(NULL));
+    PetscCallFile("-evaluate_output", SlipH5CheckCreate(o->output));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipErrorSource("-evaluate_output"));
-  PetscCall(SlipH5OpenRead(o->output, &h));
-  PetscCall(SlipErrorSource(NULL));
+  PetscCallFile("-evaluate_output", SlipH5OpenRead(o->output, &h));
   PetscCall(SlipH5HasAttribute(&h, "/", "format", &has));
   if (has) PetscCall(SlipH5ReadAttrString(&h, "/", "format", format, sizeof(format)));
   PetscCall(PetscStrcmp(format, EVALUATE_FORMAT, &same));

@@ -99,16 +99,21 @@ static PetscErrorCode Quick(EvaluateOptions *o)
 static PetscErrorCode Axes(EvaluateOptions *o, SlipOptionItems PetscOptionsObject)
 {
   const char *problems[EVALUATE_MAX] = {NULL};
+  const Problem *rows[EVALUATE_MAX];
   PetscInt index[EVALUATE_MAX];
   PetscInt n;
 
   PetscFunctionBegin;
-  for (n = 0; EvaluateProblems[n]; n++) problems[n] = EvaluateProblems[n]->name;
+  for (PetscInt i = n = 0; ProblemTable[i]; i++) {
+    if (!ProblemTable[i]->evaluation) continue;
+    rows[n] = ProblemTable[i];
+    problems[n++] = ProblemTable[i]->name;
+  }
   o->nproblems = 1;
   index[0] = 0;
   PetscCall(Words(PetscOptionsObject, "-evaluate_problems", "Problems: fault, sliding_mode, circuit (default fault)",
                   problems, &o->nproblems, index));
-  for (PetscInt i = 0; i < o->nproblems; i++) o->problems[i] = EvaluateProblems[index[i]];
+  for (PetscInt i = 0; i < o->nproblems; i++) o->problems[i] = rows[index[i]];
   PetscCall(Reals(PetscOptionsObject, "-evaluate_sizes",
                   "Edges of the square fault [km] (default 3,5); it runs 10 s "
                   "per km",

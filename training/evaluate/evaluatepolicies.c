@@ -1,7 +1,7 @@
 /* The policies of a matrix: files found by name or pattern, and what their headers say. */
 #include "evaluate.h"
 #include <slipcompat.h>
-#include <slipstep/private/slipsys.h>
+#include "common/files.h"
 #include <glob.h>
 
 /* The name of a policy is that of its file without folders and ending. */
@@ -83,15 +83,14 @@ PetscErrorCode EvaluatePoliciesFind(PetscInt n, char *const patterns[], PetscInt
   PetscFunctionBegin;
   *npolicies = 0;
   *policies = NULL;
-  PetscCall(SlipErrorSource("-evaluate_policies"));
   for (PetscInt i = 0; i < n; i++) {
     glob_t found;
 
     PetscCheck(!glob(patterns[i], GLOB_NOCHECK, NULL, &found), PETSC_COMM_WORLD, PETSC_ERR_FILE_OPEN,
                "-evaluate_policies %s cannot be looked up", patterns[i]);
-    for (size_t k = 0; k < found.gl_pathc; k++) PetscCall(Add(found.gl_pathv[k], npolicies, policies));
+    for (size_t k = 0; k < found.gl_pathc; k++)
+      PetscCallFile("-evaluate_policies", Add(found.gl_pathv[k], npolicies, policies));
     globfree(&found);
   }
-  PetscCall(SlipErrorSource(NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,13 +1,13 @@
 /* One cell of the matrix: its runs, timed, with their errors; a run that fails is a result too. */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime() */
 #include "evaluate.h"
-#include <slipcompat.h>
+#include "common/files.h"
 #include <petsctime.h>
 #include <time.h>
 
 /* What the monitors of a run fill. */
 typedef struct {
-  const EvaluateCase *c;
+  const ProblemCase *c;
   void *model;
   EvaluateResult *r;
   PetscInt failed;                     /* attempts that failed in a row */
@@ -15,33 +15,17 @@ typedef struct {
   PetscBool learned, profile;
 } Recorder;
 
-static char Failure[512]; /* first error message of a run */
-
-/* A failing run must not end the program: keep its message and return. */
-static PetscErrorCode Capture(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
-                              PetscErrorType type, const char *message, void *ctx)
-{
-  (void)comm;
-  (void)line;
-  (void)function;
-  (void)file;
-  (void)ctx;
-  if (type == PETSC_ERROR_INITIAL && !Failure[0])
-    (void)PetscStrncpy(Failure, message ? message : "no message", sizeof(Failure));
-  return code;
-}
-
 static PetscErrorCode Record(Recorder *rec, PetscReal t, Vec w, Vec r)
 {
   PetscReal row[EVALUATE_COLUMNS] = {t}, *profile;
 
   PetscFunctionBegin;
-  PetscCall(rec->c->problem->observe(rec->c, rec->model, t, w, r, row + 1));
+  PetscCall(rec->c->problem->evaluation->observe(rec->c, rec->model, t, w, r, row + 1));
   PetscCall(EvaluateTableAdd(&rec->r->series, row));
   if (!rec->profile) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(rec->c->mesh + 1, &profile));
   profile[0] = t;
-  PetscCall(rec->c->problem->profiles(rec->c, rec->model, w, profile + 1));
+  PetscCall(rec->c->problem->evaluation->profiles(rec->c, rec->model, w, profile + 1));
   PetscCall(EvaluateTableAdd(&rec->r->profile, profile));
   PetscCall(PetscFree(profile));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -176,14 +160,14 @@ static PetscErrorCode Solve(TS ts, Vec w, Recorder *rec, Times *times)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode RunOnce(MPI_Comm comm, const EvaluateCase *c, void *model, const EvaluateCell *cell,
-                              Recorder *rec, Times *times)
+static PetscErrorCode RunOnce(MPI_Comm comm, const ProblemCase *c, void *model, const EvaluateCell *cell, Recorder *rec,
+                              Times *times)
 {
   TS ts;
   Vec w;
 
   PetscFunctionBegin;
-  PetscCall(c->problem->start(comm, c, model, &ts, &w));
+  PetscCall(c->problem->evaluation->start(comm, c, model, &ts, &w));
   PetscCall(Configure(cell, ts));
   PetscCall(Solve(ts, w, rec, times));
   PetscCall(VecDestroy(&w));
@@ -200,34 +184,34 @@ static int Ascending(const void *a, const void *b)
 
 /* The recorded run. What a failing one has allocated is not freed: PETSc's objects are in no state to be destroyed
    then. */
-static PetscErrorCode RunRecorded(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c, void *model,
+static PetscErrorCode RunRecorded(const EvaluateOptions *o, MPI_Comm comm, const ProblemCase *c, void *model,
                                   const EvaluateCell *cell, EvaluateResult *r, Times *times)
 {
   Recorder rec = {.c = c, .model = model, .r = r, .max_failures = 3, .max_attempts = o->max_attempts};
+  char failure[ERROR_TEXT] = "";
   PetscErrorCode ierr;
   PetscInt failed;
 
   PetscFunctionBegin;
-  r->series.width = 1 + c->problem->ncolumns;
+  r->series.width = 1 + c->problem->evaluation->ncolumns;
   r->steps.width = EVALUATE_ATTEMPT;
   r->profile.width = 1 + c->mesh;
   rec.learned = cell->policy ? PETSC_TRUE : PETSC_FALSE;
-  rec.profile = c->problem->profiles && cell->tolerance == 1 ? PETSC_TRUE : PETSC_FALSE;
+  rec.profile = c->problem->evaluation->profiles && cell->tolerance == 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-ts_adapt_rl_max_failures", &rec.max_failures, NULL));
-  Failure[0] = '\0';
-  PetscCall(PetscPushErrorHandler(Capture, NULL));
+  PetscCall(PetscPushErrorHandler(ErrorCapture, failure)); /* a failing run must not end the program */
   ierr = RunOnce(comm, c, model, cell, &rec, times);
   PetscCall(PetscPopErrorHandler());
   failed = ierr ? 1 : 0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPIU_INT, MPI_MAX, comm));
   if (!failed) PetscFunctionReturn(PETSC_SUCCESS);
   r->converged = PETSC_FALSE;
-  PetscCall(PetscStrncpy(r->reason, Failure[0] ? Failure : "another process failed", sizeof(r->reason)));
+  PetscCall(PetscStrncpy(r->reason, failure[0] ? failure : "another process failed", sizeof(r->reason)));
   for (PetscInt i = 0; i < r->steps.n; i++) r->accepted += r->steps.data[i * EVALUATE_ATTEMPT + 2] > 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EvaluateRunCell(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c, void *model,
+PetscErrorCode EvaluateRunCell(const EvaluateOptions *o, MPI_Comm comm, const ProblemCase *c, void *model,
                                const EvaluateCell *cell, const EvaluateReference *ref, EvaluateResult *r)
 {
   const PetscReal setup = r->wall_setup;
@@ -250,7 +234,7 @@ PetscErrorCode EvaluateRunCell(const EvaluateOptions *o, MPI_Comm comm, const Ev
   r->wall = 0.5 * (wall[r->runs / 2] + wall[(r->runs - 1) / 2]);
   r->wall_min = wall[0];
   r->wall_max = wall[r->runs - 1];
-  if (r->converged) PetscCall(EvaluateErrors(c->problem, model, &ref->series, &r->series, r));
+  if (r->converged) PetscCall(EvaluateErrors(c->problem->evaluation, model, &ref->series, &r->series, r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -273,20 +257,20 @@ PetscErrorCode EvaluateReferenceClear(EvaluateReference *r)
 
 #define EXACT_ROWS 5000 /* of an exact solution, for plots */
 
-static PetscErrorCode SampleExact(MPI_Comm comm, const EvaluateCase *c, void *model, EvaluateReference *ref)
+static PetscErrorCode SampleExact(MPI_Comm comm, const ProblemCase *c, void *model, EvaluateReference *ref)
 {
   PetscReal row[EVALUATE_COLUMNS], end;
   TS ts;
   Vec w;
 
   PetscFunctionBegin;
-  PetscCall(c->problem->start(comm, c, model, &ts, &w));
+  PetscCall(c->problem->evaluation->start(comm, c, model, &ts, &w));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSGetMaxTime(ts, &end));
-  ref->series.width = 1 + c->problem->ncolumns;
+  ref->series.width = 1 + c->problem->evaluation->ncolumns;
   for (PetscInt i = 0; i <= EXACT_ROWS; i++) {
     row[0] = end * (PetscReal)i / EXACT_ROWS;
-    PetscCall(c->problem->exact(model, row[0], row + 1));
+    PetscCall(c->problem->evaluation->exact(model, row[0], row + 1));
     PetscCall(EvaluateTableAdd(&ref->series, row));
   }
   PetscCall(VecDestroy(&w));
@@ -295,9 +279,9 @@ static PetscErrorCode SampleExact(MPI_Comm comm, const EvaluateCase *c, void *mo
 }
 
 /* An even number: half as many make the run that it is compared with. */
-PetscInt EvaluateReferenceSteps(const EvaluateOptions *o, const EvaluateCase *c)
+PetscInt EvaluateReferenceSteps(const EvaluateOptions *o, const ProblemCase *c)
 {
-  const PetscInt steps = o->reference_steps > 0 ? o->reference_steps : c->problem->reference / o->coarser;
+  const PetscInt steps = o->reference_steps > 0 ? o->reference_steps : c->problem->evaluation->reference / o->coarser;
 
   return 2 * (PetscMax(steps, 2) / 2);
 }
@@ -308,7 +292,7 @@ PetscInt EvaluateReferenceSteps(const EvaluateOptions *o, const EvaluateCase *c)
   where it does; so the difference to a run with half as many steps, recorded with it, is at least as large as the
   error that is left.
 */
-PetscErrorCode EvaluateRunReference(const EvaluateOptions *o, MPI_Comm comm, const EvaluateCase *c, void *model,
+PetscErrorCode EvaluateRunReference(const EvaluateOptions *o, MPI_Comm comm, const ProblemCase *c, void *model,
                                     EvaluateReference *ref)
 {
   EvaluateCell cell = {
@@ -318,7 +302,7 @@ PetscErrorCode EvaluateRunReference(const EvaluateOptions *o, MPI_Comm comm, con
   Times times;
 
   PetscFunctionBegin;
-  if (c->problem->exact) {
+  if (c->problem->evaluation->exact) {
     PetscCall(SampleExact(comm, c, model, ref));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -332,7 +316,7 @@ PetscErrorCode EvaluateRunReference(const EvaluateOptions *o, MPI_Comm comm, con
   PetscCall(RunRecorded(&limits, comm, c, model, &cell, &half, &times));
   PetscCheck(half.converged, comm, PETSC_ERR_NOT_CONVERGED,
              "the reference of %s with %" PetscInt_FMT " constant steps failed: %s", c->name, cell.steps, half.reason);
-  PetscCall(EvaluateErrors(c->problem, model, &fine.series, &half.series, &half));
+  PetscCall(EvaluateErrors(c->problem->evaluation, model, &fine.series, &half.series, &half));
   ref->self_final = half.final_error;
   ref->self_max = half.max_error;
   ref->wall += times.wall;

@@ -1,6 +1,7 @@
 /* The work: references first, then cells. Those of coarse meshes and small systems are spread over the processes,
    each taking the next one when it is free; those of fine meshes run on all processes together. */
 #include "evaluate.h"
+#include "common/queue.h"
 #include <slipcompat.h>
 #include <petsctime.h>
 
@@ -27,49 +28,12 @@ typedef struct {
   PetscReal wall_setup;
 } Work;
 
-/* ---- a counter that processes share: the next job ---- */
-
-typedef struct {
-  MPI_Win window;
-  int *memory;
-} Counter;
-
-static PetscErrorCode CounterCreate(Counter *c)
-{
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
-  PetscCallMPI(
-    MPI_Win_allocate(rank ? 0 : sizeof(int), sizeof(int), MPI_INFO_NULL, PETSC_COMM_WORLD, &c->memory, &c->window));
-  if (!rank) {
-    PetscCallMPI(MPI_Win_lock(MPI_LOCK_EXCLUSIVE, 0, 0, c->window));
-    *c->memory = 0;
-    PetscCallMPI(MPI_Win_unlock(0, c->window));
-  }
-  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CounterNext(Counter *c, PetscInt *next)
-{
-  const int one = 1;
-  int value = 0;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Win_lock(MPI_LOCK_SHARED, 0, 0, c->window));
-  PetscCallMPI(MPI_Fetch_and_op(&one, &value, MPI_INT, 0, 0, MPI_SUM, c->window));
-  PetscCallMPI(MPI_Win_unlock(0, c->window));
-  *next = value;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* ---- one job ---- */
 
 static PetscErrorCode PutAway(Work *w)
 {
   PetscFunctionBegin;
-  if (w->instance >= 0 && w->model) PetscCall(w->m->cases[w->instance].problem->destroy(&w->model));
+  if (w->instance >= 0 && w->model) PetscCall(w->m->cases[w->instance].problem->evaluation->destroy(&w->model));
   w->model = NULL;
   w->instance = -1;
   PetscCall(EvaluateReferenceClear(&w->reference));
@@ -79,7 +43,7 @@ static PetscErrorCode PutAway(Work *w)
 /* Set the case of a job up, unless it is at hand. */
 static PetscErrorCode TakeUp(Work *w, MPI_Comm comm, const Job *job)
 {
-  const EvaluateCase *c = &w->m->cases[job->instance];
+  const ProblemCase *c = &w->m->cases[job->instance];
   PetscLogDouble begin, end;
 
   PetscFunctionBegin;
@@ -88,7 +52,7 @@ static PetscErrorCode TakeUp(Work *w, MPI_Comm comm, const Job *job)
     w->comm = comm;
     w->instance = job->instance;
     PetscCall(PetscTime(&begin));
-    PetscCall(c->problem->create(comm, c, &w->model));
+    PetscCall(c->problem->evaluation->create(comm, c, &w->model));
     PetscCall(PetscTime(&end));
     w->wall_setup = (PetscReal)(end - begin);
   }
@@ -126,7 +90,7 @@ static PetscErrorCode Report(const Work *w, PetscInt index, const char name[], c
 
 static PetscErrorCode DoReference(Work *w, PetscInt index, PetscBool writes)
 {
-  const EvaluateCase *c = &w->m->cases[w->jobs[index].instance];
+  const ProblemCase *c = &w->m->cases[w->jobs[index].instance];
   EvaluateReference ref = {0};
   char what[128];
 
@@ -148,7 +112,7 @@ static PetscErrorCode DoReference(Work *w, PetscInt index, PetscBool writes)
 
 static PetscErrorCode DoCell(Work *w, PetscInt index, PetscBool writes)
 {
-  const EvaluateCase *c = &w->m->cases[w->jobs[index].instance];
+  const ProblemCase *c = &w->m->cases[w->jobs[index].instance];
   EvaluateCell *cell = &w->m->cells[w->jobs[index].cell];
   EvaluateResult r = {.wall_setup = w->wall_setup};
   char what[640];
@@ -187,9 +151,9 @@ static PetscErrorCode Do(Work *w, MPI_Comm comm, PetscInt index)
 
 static PetscBool IsSpread(const Work *w, const Job *job)
 {
-  const EvaluateCase *c = &w->m->cases[job->instance];
+  const ProblemCase *c = &w->m->cases[job->instance];
 
-  return !c->problem->meshes || c->mesh <= w->o->spread ? PETSC_TRUE : PETSC_FALSE;
+  return !c->problem->evaluation->meshes || c->mesh <= w->o->spread ? PETSC_TRUE : PETSC_FALSE;
 }
 
 static PetscErrorCode OutOfTime(const Work *w, PetscBool *out)
@@ -211,21 +175,21 @@ static void CountDone(Work *w, PetscInt index)
 
 static PetscErrorCode WorkThrough(Work *w)
 {
-  Counter counter;
+  Queue queue;
   PetscInt next = 0;
   PetscBool out;
 
   PetscFunctionBegin;
-  PetscCall(CounterCreate(&counter));
+  PetscCall(QueueCreate(PETSC_COMM_WORLD, 1, &queue));
   while (PETSC_TRUE) {
-    PetscCall(CounterNext(&counter, &next));
+    PetscCall(QueueRaise(&queue, 0, 1, &next));
     PetscCall(OutOfTime(w, &out));
     if (next >= w->njobs || out) break;
     if (!IsSpread(w, &w->jobs[next])) continue;
     CountDone(w, next);
     PetscCall(Do(w, PETSC_COMM_SELF, next));
   }
-  PetscCallMPI(MPI_Win_free(&counter.window));
+  PetscCall(QueueDestroy(&queue));
   PetscCall(PutAway(w));
   for (PetscInt i = 0; i < w->njobs; i++) {
     if (IsSpread(w, &w->jobs[i])) continue;
@@ -260,7 +224,7 @@ static PetscErrorCode AddReferences(Work *w, const PetscBool reference[], const 
 {
   PetscFunctionBegin;
   for (PetscInt i = 0; i < w->m->ncases; i++) {
-    const EvaluateCase *c = &w->m->cases[i];
+    const ProblemCase *c = &w->m->cases[i];
 
     if (reference[i] || !needed[i]) continue;
     PetscCheck(
@@ -269,8 +233,9 @@ static PetscErrorCode AddReferences(Work *w, const PetscBool reference[], const 
       w->o->output, c->name);
     w->jobs[w->njobs++] =
       (Job){i, -1,
-            c->problem->exact ? (PetscReal)1e-3
-                              : (PetscReal)1.5 * (PetscReal)EvaluateReferenceSteps(w->o, c) * EvaluateSolveWeight(c)};
+            c->problem->evaluation->exact
+              ? (PetscReal)1e-3
+              : (PetscReal)1.5 * (PetscReal)EvaluateReferenceSteps(w->o, c) * EvaluateSolveWeight(c)};
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

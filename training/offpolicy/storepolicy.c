@@ -1,6 +1,7 @@
 /* The actor as a policy file of the library. */
 #include "trainer.h"
 #include "common/files.h"
+#include "problems/problems.h"
 #include <slipcompat.h>
 
 static PetscErrorCode AddLayer(SlipPolicy p, PetscInt in, PetscInt out, const Scalar w[], const Scalar b[],
@@ -19,11 +20,9 @@ static PetscErrorCode AddLayer(SlipPolicy p, PetscInt in, PetscInt out, const Sc
 
 static PetscErrorCode SetAttributes(Trainer *t, SlipPolicy p)
 {
-  const Problem *problem = t->o.env.problem;
-
   PetscFunctionBegin;
-  PetscCall(SlipPolicySetAttribute(p, "algorithm", t->o.algorithm->name));
-  PetscCall(SlipPolicySetAttribute(p, "problem", problem->policy_problem ? problem->policy_problem : problem->name));
+  PetscCall(SlipPolicySetAttribute(p, "algorithm", t->o.agent.learner->name));
+  PetscCall(SlipPolicySetAttribute(p, "problem", ProblemPolicy(t->o.env.problem)));
   PetscCall(SlipPolicySetAttribute(p, "reward", t->o.env.reward->name));
   PetscCall(PolicySetNumber(p, "alpha", "%g", (double)t->o.env.alpha));
   PetscCall(PolicySetNumber(p, "training_steps", "%.0f", (double)t->best_steps));

@@ -1,16 +1,11 @@
 /* The sweep over alphas and seeds, see sweep.h. */
 #include "sweep.h"
+#include "common/queue.h"
 #include <slipcompat.h>
 #include <petsctime.h>
 #include <stdio.h>
 
-/* Counters on rank 0, which all ranks raise. */
-enum { NEXT, DONE, FAILED, COUNTERS };
-typedef struct {
-  MPI_Comm comm;
-  MPI_Win window;
-  int *counter; /* rank 0's */
-} Queue;
+enum { NEXT, DONE, FAILED, COUNTERS }; /* of the queue */
 
 PetscInt SweepCount(const TrainOptions *o)
 {
@@ -48,50 +43,6 @@ static PetscErrorCode SweepOptions(const TrainOptions *o, PetscInt job, TrainOpt
   PetscCall(AddName(one->log, name));
   PetscCall(AddName(one->resume, name));
   PetscCall(AddName(one->checkpoint, name));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode QueueCreate(MPI_Comm comm, Queue *q)
-{
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  q->comm = comm;
-  PetscCallMPI(MPI_Win_allocate((MPI_Aint)((rank ? 0 : COUNTERS) * (int)sizeof(int)), (int)sizeof(int), MPI_INFO_NULL,
-                                comm, &q->counter, &q->window));
-  for (int i = 0; !rank && i < COUNTERS; ++i) q->counter[i] = 0;
-  PetscCallMPI(MPI_Barrier(comm));
-  PetscCallMPI(MPI_Win_lock_all(0, q->window));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode QueueDestroy(Queue *q)
-{
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Win_unlock_all(q->window));
-  PetscCallMPI(MPI_Win_free(&q->window));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The value of a counter before it is raised by add */
-static PetscErrorCode QueueRaise(Queue *q, int counter, int add, PetscInt *before)
-{
-  int value = 0;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Fetch_and_op(&add, &value, MPI_INT, 0, counter, MPI_SUM, q->window));
-  PetscCallMPI(MPI_Win_flush(0, q->window));
-  *before = value;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SweepYield(void)
-{
-  int flag;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, PETSC_COMM_WORLD, &flag, MPI_STATUS_IGNORE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -154,7 +105,7 @@ PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *failed)
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&begin));
-  PetscCall(QueueCreate(comm, &q));
+  PetscCall(QueueCreate(comm, COUNTERS, &q));
   while (PETSC_TRUE) {
     TrainOptions one;
     PetscErrorCode code;
@@ -163,7 +114,7 @@ PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *failed)
     if (job >= jobs) break;
     PetscCall(SweepOptions(o, job, &one));
     PetscCall(PetscPushErrorHandler(SayError, &one));
-    code = one.algorithm->run(&one);
+    code = TrainerTrain(&one);
     PetscCall(PetscPopErrorHandler());
     if (code) RemoveParts(&one);
     PetscCall(Report(&q, &one, jobs, begin, code ? PETSC_TRUE : PETSC_FALSE));

@@ -5,5 +5,3 @@
 PETSC_INTERN PetscInt SweepCount(const TrainOptions *o);
 /* Collective. A training that fails says why and does not stop the others; failed: how many did, on all ranks. */
 PETSC_INTERN PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *failed);
-/* For long work between trainings' MPI calls: lets other ranks reach the queue. */
-PETSC_INTERN PetscErrorCode SweepYield(void);

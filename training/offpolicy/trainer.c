@@ -1,27 +1,12 @@
 /* The training run: episodes until the steps are done, evaluation of the deterministic policy in between, the policy
    at the end. */
-#include "sweep.h"
+#include "trainer.h"
 #include "common/files.h"
-#include <slipstep/private/slipsys.h>
+#include "common/queue.h"
 #include <slipcompat.h>
 #include <petsctime.h>
 
 #define EVALUATION_SEED 20260 /* the instances of every evaluation are the same */
-
-/* What is written at the end must be writable now. */
-static PetscErrorCode CheckFiles(const TrainOptions *o)
-{
-  PetscFunctionBegin;
-  PetscCall(TrainCheckFiles(PETSC_COMM_SELF, o->output, o->log, o->checkpoint));
-  PetscCall(SlipErrorSource("-train_output"));
-  PetscCall(SlipH5CheckCreate(o->output));
-  PetscCall(SlipErrorSource("-train_checkpoint"));
-  PetscCall(SlipH5CheckCreate(o->checkpoint));
-  PetscCall(SlipErrorSource("-train_log"));
-  PetscCall(SlipH5CheckCreate(o->log));
-  PetscCall(SlipErrorSource(NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Drawn once, so that evaluations differ by the policy alone; their exact solutions are known. */
 static PetscErrorCode CreateEvaluation(Trainer *t)
@@ -50,12 +35,9 @@ PetscErrorCode TrainerCreate(const TrainOptions *o, Trainer *t)
   RandomSeed(&t->instances, (uint64_t)o->seed + 0x5eed);
   o->agent.learner->actor(t->agent.learner, &t->actor, &t->nactor);
   PetscCall(PetscCalloc1(t->nactor, &t->best_actor));
-  PetscCall(CheckFiles(o));
-  PetscCall(SlipErrorSource("-train_resume"));
-  if (o->resume[0]) PetscCall(CheckpointRead(t, o->resume));
-  PetscCall(SlipErrorSource(NULL));
+  PetscCall(TrainCheckFiles(PETSC_COMM_SELF, o->output, o->log, o->checkpoint)); /* now, not at the end */
+  if (o->resume[0]) PetscCallFile("-train_resume", CheckpointRead(t, o->resume));
   t->begin_steps = t->agent.steps;
-  if (o->log[0]) PetscCall(TrainLogOpen(t, o->log, &t->log));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -114,7 +96,7 @@ static PetscErrorCode Evaluate(Trainer *t)
     t->best_steps = t->agent.steps;
     PetscCall(PetscArraycpy(t->best_actor, t->actor, t->nactor));
   }
-  PetscCall(TrainLogEvaluation(t->log, t, total / n, attempts / n, error / n));
+  PetscCall(TrainLogEvaluation(t, total / n, attempts / n, error / n));
   if (t->o.progress)
     PetscCall(PetscPrintf(PETSC_COMM_SELF, "%s  evaluation  return %8.3f  attempts %6.1f  error %7.3f %%%s\n",
                           t->o.label, total / n, attempts / n, 100 * error / n,
@@ -145,8 +127,8 @@ static PetscErrorCode AfterEpisode(Trainer *t, const EnvResult *r, PetscInt64 *s
 {
   PetscFunctionBegin;
   t->episodes++;
-  PetscCall(SweepYield());
-  PetscCall(TrainLogEpisode(t->log, t, r));
+  PetscCall(QueueYield());
+  PetscCall(TrainLogEpisode(t, r));
   if (t->o.progress && (t->agent.steps - *shown >= t->o.progress || t->agent.steps >= t->o.steps)) {
     PetscCall(Progress(t, r));
     *shown = t->agent.steps;

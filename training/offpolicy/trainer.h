@@ -1,12 +1,11 @@
 /* A training run with a replay buffer on one process: environment, agent, options, log, files. */
 #pragma once
 #include "agent.h"
-#include "algorithm.h"
+#include "environment/environment.h"
 
 #define TRAIN_MAX_LIST 64
 
-struct _TrainOptions {
-  const Algorithm *algorithm;
+typedef struct {
   PetscInt64 steps; /* environment steps, in total with those of a resumed checkpoint */
   PetscInt seed;
   PetscInt nalpha, nseed, seeds[TRAIN_MAX_LIST]; /* of a sweep; env.alpha and seed are those of one training */
@@ -23,7 +22,7 @@ struct _TrainOptions {
   char checkpoint[PETSC_MAX_PATH_LEN]; /* checkpoint to write */
   AgentOptions agent;
   EnvOptions env;
-};
+} TrainOptions;
 
 typedef struct _TrainLog *TrainLog;
 
@@ -48,7 +47,7 @@ typedef struct {
 /* -train_*; alpha and seed are the first of their lists */
 PETSC_INTERN PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o);
 PETSC_INTERN PetscErrorCode TrainOptionsFree(TrainOptions *o);
-PETSC_INTERN PetscErrorCode TrainerTrain(const TrainOptions *o); /* create, run, destroy: Algorithm.run */
+PETSC_INTERN PetscErrorCode TrainerTrain(const TrainOptions *o); /* create, run, destroy */
 PETSC_INTERN PetscErrorCode TrainerCreate(const TrainOptions *o, Trainer *t);
 PETSC_INTERN PetscErrorCode TrainerRun(Trainer *t); /* to the end; writes policy, log and checkpoint */
 PETSC_INTERN PetscErrorCode TrainerDestroy(Trainer *t);
@@ -57,9 +56,8 @@ PETSC_INTERN PetscErrorCode TrainerStorePolicy(Trainer *t, const char file[]);
 PETSC_INTERN PetscErrorCode CheckpointWrite(Trainer *t, const char file[]);
 PETSC_INTERN PetscErrorCode CheckpointRead(Trainer *t, const char file[]);
 
-/* Learning curve: groups /episodes and /evaluations, one row each. */
-PETSC_INTERN PetscErrorCode TrainLogOpen(const Trainer *t, const char file[], TrainLog *log);
-PETSC_INTERN PetscErrorCode TrainLogEpisode(TrainLog log, const Trainer *t, const EnvResult *r);
-PETSC_INTERN PetscErrorCode TrainLogEvaluation(TrainLog log, const Trainer *t, double mean_return, double attempts,
-                                               double error);
+/* Learning curve: groups /episodes and /evaluations, one row each. The file begins with the first row: a training that
+   fails before it leaves none. */
+PETSC_INTERN PetscErrorCode TrainLogEpisode(Trainer *t, const EnvResult *r);
+PETSC_INTERN PetscErrorCode TrainLogEvaluation(Trainer *t, double mean_return, double attempts, double error);
 PETSC_INTERN PetscErrorCode TrainLogClose(TrainLog *log);

@@ -1,6 +1,5 @@
 /* The learning curve in HDF5. */
 #include "trainer.h"
-#include <slipstep/private/slipsys.h>
 #include <sliph5.h>
 #include <slipcompat.h>
 #include <petsctime.h>
@@ -22,36 +21,35 @@ static const struct {
                                            {"/evaluations/length", "attempts"},
                                            {"/evaluations/error", ""}};
 
-PetscErrorCode TrainLogOpen(const Trainer *t, const char file[], TrainLog *log)
+static PetscErrorCode Open(Trainer *t)
 {
-  TrainLog l;
+  SlipH5 *h;
 
   PetscFunctionBegin;
-  PetscCall(PetscNew(&l));
-  PetscCall(SlipH5Create(file, &l->h5));
-  PetscCall(SlipErrorUnfinished(l->h5.name));
+  if (t->log || !t->o.log[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscNew(&t->log));
+  h = &t->log->h5;
+  PetscCall(SlipH5Create(t->o.log, h));
   for (PetscInt i = 0; i < EPISODE_COLUMNS; ++i)
-    PetscCall(SlipH5CreateSeries(&l->h5, EpisodeColumns[i].path, 0, NULL, PETSC_FALSE, EpisodeColumns[i].units));
+    PetscCall(SlipH5CreateSeries(h, EpisodeColumns[i].path, 0, NULL, PETSC_FALSE, EpisodeColumns[i].units));
   for (PetscInt i = 0; i < EVALUATION_COLUMNS; ++i)
-    PetscCall(SlipH5CreateSeries(&l->h5, EvaluationColumns[i].path, 0, NULL, PETSC_FALSE, EvaluationColumns[i].units));
-  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "problem", t->o.env.problem->name));
-  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "algorithm", t->o.algorithm->name));
-  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "error", t->o.env.problem->errors[0]));
-  PetscCall(SlipH5WriteAttrInt(&l->h5, "/", "seed", t->o.seed));
-  PetscCall(SlipH5WriteAttrReal(&l->h5, "/", "alpha", t->o.env.alpha));
-  PetscCall(SlipH5WriteAttrString(&l->h5, "/", "reward", t->o.env.reward->name));
-  *log = l;
+    PetscCall(SlipH5CreateSeries(h, EvaluationColumns[i].path, 0, NULL, PETSC_FALSE, EvaluationColumns[i].units));
+  PetscCall(SlipH5WriteAttrString(h, "/", "problem", t->o.env.problem->name));
+  PetscCall(SlipH5WriteAttrString(h, "/", "algorithm", t->o.agent.learner->name));
+  PetscCall(SlipH5WriteAttrString(h, "/", "error", t->o.env.problem->errors[0]));
+  PetscCall(SlipH5WriteAttrInt(h, "/", "seed", t->o.seed));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "alpha", t->o.env.alpha));
+  PetscCall(SlipH5WriteAttrString(h, "/", "reward", t->o.env.reward->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TrainLogEpisode(TrainLog log, const Trainer *t, const EnvResult *r)
+PetscErrorCode TrainLogEpisode(Trainer *t, const EnvResult *r)
 {
   const Losses *l = &t->agent.losses;
   PetscLogDouble now;
 
   PetscFunctionBegin;
-  if (!log) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipErrorUnfinished(NULL)); /* the first episode is worth keeping */
+  PetscCall(Open(t));
   PetscCall(PetscTime(&now));
   const PetscReal row[EPISODE_COLUMNS] = {(PetscReal)t->agent.steps,
                                           r->total,
@@ -64,18 +62,19 @@ PetscErrorCode TrainLogEpisode(TrainLog log, const Trainer *t, const EnvResult *
                                           l->alpha,
                                           l->mean_q,
                                           now - t->begin};
-  for (PetscInt i = 0; i < EPISODE_COLUMNS; ++i) PetscCall(SlipH5Append(&log->h5, EpisodeColumns[i].path, 1, &row[i]));
+  for (PetscInt i = 0; t->log && i < EPISODE_COLUMNS; ++i)
+    PetscCall(SlipH5Append(&t->log->h5, EpisodeColumns[i].path, 1, &row[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TrainLogEvaluation(TrainLog log, const Trainer *t, double mean_return, double attempts, double error)
+PetscErrorCode TrainLogEvaluation(Trainer *t, double mean_return, double attempts, double error)
 {
   const PetscReal row[EVALUATION_COLUMNS] = {(PetscReal)t->agent.steps, mean_return, attempts, error};
 
   PetscFunctionBegin;
-  if (!log) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt i = 0; i < EVALUATION_COLUMNS; ++i)
-    PetscCall(SlipH5Append(&log->h5, EvaluationColumns[i].path, 1, &row[i]));
+  PetscCall(Open(t));
+  for (PetscInt i = 0; t->log && i < EVALUATION_COLUMNS; ++i)
+    PetscCall(SlipH5Append(&t->log->h5, EvaluationColumns[i].path, 1, &row[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,7 +2,7 @@
    cells and small meshes, each at a random position of the accuracy dial. The effect of a step is the change that it
    makes to the penalties of the episode's cost (EpisodeCost()), as an exact continuation sees them; so over a run that
    finishes the effects add up to all of its penalties, whatever the steps. */
-#include "environment/episodes.h"
+#include "episodes.h"
 #include <slipcompat.h>
 
 enum { SEED, KIND, DIAL, DRAWS };

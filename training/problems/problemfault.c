@@ -1,6 +1,6 @@
 /* The fault as a problem to train on: instances drawn at random or taken from the options, and their exact
    continuation. */
-#include "problem.h"
+#include "problems.h"
 #include <slipstep.h>
 #include <slipcompat.h>
 
@@ -346,4 +346,5 @@ const Problem ProblemFault = {.name = "fault",
                               PROBLEM_FAULT_TOLERANCES,
                               .nerrors = 3,
                               .errors = {"final mean slip", "peak slip rate", "time of nine tenths of the slip"},
-                              PROBLEM_FUNCTIONS(Create)};
+                              PROBLEM_FUNCTIONS(Create),
+                              .evaluation = &EvaluationFault};

@@ -1,10 +1,8 @@
-/* Small systems as problems to train on: the sliding mode controller and the circuit, with the models of the programs
-   in examples/. Both are dissipative: two solutions of the same system approach each other in the norm of the energy.
+/* Small systems as problems to train on: the sliding mode controller and the circuit, with the models of slipmodels.h. Both are dissipative: two solutions of the same system approach each other in the norm of the energy.
    So the error that a step leaves at its end bounds what it changes in the exact continuation, and the sum of these
    errors bounds that of the run. */
-#include "environment/plainsmall.h"
-#include "../examples/circuit.h"
-#include "../examples/sliding_mode.h"
+#include "problemsmall.h"
+#include <slipmodels.h>
 #include <slipcompat.h>
 
 #define LEAVE_WEIGHT                                                                                                   \
@@ -12,19 +10,8 @@
 #define SUBSTEPS 16 /* of the exact solution across one step, at least */
 #define REFERENCE_FINER 8 /* step of continuations over that of the table of the exact solution */
 
-/* What distinguishes the two. */
-typedef struct {
-  PetscInt n; /* states */
-  /* Norm of a difference of states over the norm of the start */
-  PetscReal (*distance)(const void *model, const PetscReal difference[]);
-  /* The exact solution at times 0, dt, ..., (n - 1) dt: state [n][states] */
-  void (*table)(const void *model, PetscReal dt, PetscInt n, PetscReal state[]);
-  void (*plain)(const void *model, PlainSmall *p); /* A, G, q, force and observe */
-} System;
-
 struct _EnvJudge {
   const EnvOptions *o;
-  const System *system;
   EnvRun *run;
   PetscBool effects;
   EnvRun fine;          /* crosses one step after the other */
@@ -33,31 +20,39 @@ struct _EnvJudge {
   SmallErrors errors;
 };
 
-static const System SlidingModeSystem, CircuitSystem;
-
-static const System *SystemOf(const Problem *p)
+/* Norm of a difference of states over that of the start */
+static PetscReal Distance(SlipModel model, const PetscReal difference[])
 {
-  return p == &ProblemCircuit ? &CircuitSystem : &SlidingModeSystem;
+  if (model->ops->n == 1) return PetscAbsReal(difference[0] / model->start[0]);
+  return PetscSqrtReal(SlipModelEnergy(model, difference) / SlipModelEnergy(model, model->start));
 }
 
 /* ---- creation ---- */
 
-/* From a model with its start in w, configured as far as TSSetFromOptions(). */
-static PetscErrorCode FinishRun(const EnvOptions *o, PetscReal duration, EnvRun *run)
+static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, EnvRun *run)
 {
-  PetscErrorCode (*scale)(TS, PetscReal *);
   PetscReal rtol, atol;
+  SlipModel model;
 
   PetscFunctionBegin;
+  PetscCall(SlipModelCreate(o->problem->model, SLIP_MODEL_TRAINING, &model));
+  run->model = model;
+  PetscCall(SlipModelSetFromOptions(model));
+  if (instance->drawn) {
+    o->problem->apply(instance->value, model);
+    PetscCall(SlipModelSetUp(model));
+  }
+  PetscCall(TSCreate(PETSC_COMM_SELF, &run->ts));
+  PetscCall(SlipModelConfigureTS(model, run->ts));
+  PetscCall(SlipModelCreateState(model, &run->w));
   PetscCall(TSSetSolution(run->ts, run->w));
   PetscCall(TSSetFromOptions(run->ts));
   PetscCall(TSBatheCheckOptions(run->ts));
-  if (duration > 0) PetscCall(TSSetMaxTime(run->ts, duration));
+  if (instance->drawn) PetscCall(TSSetMaxTime(run->ts, model->max_time));
   PetscCall(TSGetTolerances(run->ts, &atol, NULL, &rtol, NULL));
   PetscCall(TSSetTolerances(run->ts, o->atol > 0 ? o->atol : atol, NULL, o->rtol > 0 ? o->rtol : rtol, NULL));
   PetscCall(TSGetMaxTime(run->ts, &run->tmax));
-  PetscCall(PetscObjectQueryFunction((PetscObject)run->ts, "SlipTimeScale_C", &scale));
-  PetscCall((*scale)(run->ts, &run->tstar));
+  run->tstar = model->tstar;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -66,7 +61,7 @@ static PetscErrorCode Destroy(EnvRun *run)
   PetscFunctionBegin;
   PetscCall(VecDestroy(&run->w));
   PetscCall(TSDestroy(&run->ts));
-  PetscCall(PetscFree(run->model));
+  PetscCall(SlipModelDestroy((SlipModel *)&run->model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -87,7 +82,6 @@ static PetscErrorCode FineCreate(const EnvOptions *o, const EnvInstance *instanc
 
 static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *instance, EnvReference *reference)
 {
-  const System *system = SystemOf(o->problem);
   EnvReference ref;
   EnvRun run;
   PetscReal steps;
@@ -99,9 +93,9 @@ static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *in
   steps = PetscCeilReal(run.tmax / (o->continuation * run.tstar) * REFERENCE_FINER);
   ref->dt = run.tmax / steps;
   ref->n = (PetscInt)steps + 1;
-  ref->states = system->n;
-  PetscCall(PetscCalloc1((size_t)(ref->n * system->n), &ref->state));
-  (*system->table)(run.model, ref->dt, ref->n, ref->state);
+  ref->states = ((SlipModel)run.model)->ops->n;
+  PetscCall(PetscCalloc1((size_t)(ref->n * ref->states), &ref->state));
+  SlipModelExactTable((SlipModel)run.model, ref->dt, ref->n, ref->state);
   PetscCall(o->problem->destroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -141,7 +135,6 @@ static PetscErrorCode JudgeCreate(const EnvOptions *o, const EnvInstance *instan
   PetscFunctionBegin;
   PetscCall(PetscNew(&j));
   j->o = o;
-  j->system = SystemOf(o->problem);
   j->run = run;
   j->effects = effects;
   PetscCall(VecGetArrayRead(run->w, &a));
@@ -180,10 +173,10 @@ static PetscErrorCode JudgeStep(EnvJudge j, EnvRun *run, PetscReal t, PetscReal 
   PetscCall(TSSolve(ts, j->fine.w));
   PetscCall(VecGetArrayRead(run->w, &a));
   PetscCall(VecGetArrayRead(j->fine.w, &b));
-  for (PetscInt i = 0; i < j->system->n; ++i) difference[i] = a[i] - b[i];
+  for (PetscInt i = 0; i < ((SlipModel)run->model)->ops->n; ++i) difference[i] = a[i] - b[i];
   PetscCall(VecRestoreArrayRead(j->fine.w, &b));
   PetscCall(VecRestoreArrayRead(run->w, &a));
-  *effect = LEAVE_WEIGHT * j->system->distance(run->model, difference);
+  *effect = LEAVE_WEIGHT * Distance((SlipModel)run->model, difference);
   PetscCall(VecCopy(run->w, j->before));
   PetscCall(TSBatheGetReaction(run->ts, &r));
   PetscCall(VecCopy(r, j->reaction));
@@ -214,16 +207,9 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
 
 /* ---- rows of the table ---- */
 
-/* Model: what its draws, presets and creation are called after */
-#define SMALL_PROBLEM(name_, meaning_, Model, draws, rtol_, atol_, unit)                                               \
-  {                                                                                                                    \
-    .name = (name_), .meaning = (meaning_), .draw = Model##Draws, .ndraw = (draws), .presets = Model##Presets,         \
-    .rtol = (rtol_), .atol = (atol_), .atol_unit = (unit), .nerrors = 2,                                               \
-    .errors = {"relative L2 norm", "relative L2 norm, the run linear between its steps"},                              \
-    PROBLEM_FUNCTIONS(Model##Create)                                                                                   \
-  }
-
-/* ---- the sliding mode controller ---- */
+#define SMALL_PROBLEM                                                                                                  \
+  .nerrors = 2, .errors = {"relative L2 norm", "relative L2 norm, the run linear between its steps"},                  \
+  PROBLEM_FUNCTIONS(Create)
 
 enum { SLIDING_AMPLITUDE, SLIDING_START, SLIDING_DURATION, SLIDING_COUNT };
 static const DrawRow SlidingModeDraws[SLIDING_COUNT] = {
@@ -232,62 +218,14 @@ static const DrawRow SlidingModeDraws[SLIDING_COUNT] = {
   [SLIDING_DURATION] = {"duration [1/omega]", 10, 30, PETSC_FALSE},
 };
 
-static PetscErrorCode SlidingModeCreate(const EnvOptions *o, const EnvInstance *instance, EnvRun *run)
+static void ApplySlidingMode(const PetscReal drawn[], void *model)
 {
-  const PetscReal *drawn = instance->value;
-  SlidingMode *m;
+  SlipSlidingMode *m = (SlipSlidingMode *)model;
 
-  PetscFunctionBegin;
-  PetscCall(PetscNew(&m));
-  run->model = m;
-  PetscCall(SlidingModeSetFromOptions(m, 0));
-  if (instance->drawn) {
-    m->D = drawn[SLIDING_AMPLITUDE] * m->k;
-    m->start = drawn[SLIDING_START] * m->k / m->omega;
-  }
-  PetscCall(TSCreate(PETSC_COMM_SELF, &run->ts));
-  PetscCall(SlidingModeConfigureTS(m, run->ts));
-  PetscCall(VecCreateSeq(PETSC_COMM_SELF, 1, &run->w));
-  PetscCall(VecSet(run->w, m->start));
-  PetscCall(FinishRun(o, instance->drawn ? drawn[SLIDING_DURATION] / m->omega : 0, run));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  m->D = drawn[SLIDING_AMPLITUDE] * m->k;
+  m->model.start[0] = drawn[SLIDING_START] * m->k / m->omega;
+  m->model.max_time = drawn[SLIDING_DURATION] / m->omega;
 }
-
-static PetscReal SlidingModeDistance(const void *model, const PetscReal difference[])
-{
-  return PetscAbsReal(difference[0] / ((const SlidingMode *)model)->start);
-}
-
-static void SlidingModeTable(const void *model, PetscReal dt, PetscInt n, PetscReal state[])
-{
-  PetscReal reaction;
-
-  for (PetscInt k = 0; k < n; ++k)
-    state[k] = SlidingModeExact((const SlidingMode *)model, (PetscReal)k * dt, &reaction);
-}
-
-static PetscReal SlidingModeLoad(const void *model, PetscReal t)
-{
-  const SlidingMode *m = (const SlidingMode *)model;
-
-  return m->D * PetscSinReal(m->omega * t);
-}
-
-static PetscBool SlidingModeSays(const void *model, PetscReal t, const PetscReal w[], const char name[],
-                                 PetscReal *value)
-{
-  return SlidingModeObservation((const SlidingMode *)model, t, w[0], name, value);
-}
-
-static void SlidingModePlain(const void *model, PlainSmall *p)
-{
-  p->A[0] = 1;
-  p->q = ((const SlidingMode *)model)->k;
-  p->force = SlidingModeLoad;
-  p->observe = SlidingModeSays;
-}
-
-static const System SlidingModeSystem = {1, SlidingModeDistance, SlidingModeTable, SlidingModePlain};
 
 #define LONGEST_SLIDING_STEP 0.6283185307179586 /* 2 pi/10 of 1/omega */
 static const Preset SlidingModePresets[] = {
@@ -298,11 +236,18 @@ static const Preset SlidingModePresets[] = {
   PRESET(NULL, 0.1, "T*", LONGEST_SLIDING_STEP, "T*", PETSC_TRUE, "state_0", "log_step", "converged"),
 };
 
-const Problem ProblemSlidingMode =
-  SMALL_PROBLEM("sliding_mode", "the first-order sliding mode controller of the -sliding_mode_ options", SlidingMode,
-                SLIDING_COUNT, 1e-3, 1e-6, "1");
-
-/* ---- the circuit ---- */
+const Problem ProblemSlidingMode = {.name = "sliding_mode",
+                                    .meaning = "the first-order sliding mode controller of the -sliding_mode_ options",
+                                    .model = &SlipSlidingModeOps,
+                                    .evaluation = &EvaluationSlidingMode,
+                                    .draw = SlidingModeDraws,
+                                    .ndraw = SLIDING_COUNT,
+                                    .apply = ApplySlidingMode,
+                                    .presets = SlidingModePresets,
+                                    .rtol = 1e-3,
+                                    .atol = 1e-6,
+                                    .atol_unit = "1",
+                                    SMALL_PROBLEM};
 
 enum { CIRCUIT_AMPLITUDE, CIRCUIT_POLAR, CIRCUIT_AZIMUTH, CIRCUIT_DURATION, CIRCUIT_COUNT };
 static const DrawRow CircuitDraws[CIRCUIT_COUNT] = {
@@ -312,75 +257,18 @@ static const DrawRow CircuitDraws[CIRCUIT_COUNT] = {
   [CIRCUIT_DURATION] = {"duration [s]", 10, 20, PETSC_FALSE},
 };
 
-static PetscErrorCode CircuitCreate(const EnvOptions *o, const EnvInstance *instance, EnvRun *run)
+static void ApplyCircuit(const PetscReal drawn[], void *model)
 {
-  const PetscReal *drawn = instance->value;
-  Circuit *c;
+  SlipCircuit *c = (SlipCircuit *)model;
+  const PetscReal level = drawn[CIRCUIT_AMPLITUDE], cosine = drawn[CIRCUIT_POLAR],
+                  rest = level * PetscSqrtReal(1 - PetscSqr(cosine));
 
-  PetscFunctionBegin;
-  PetscCall(PetscNew(&c));
-  run->model = c;
-  PetscCall(CircuitSetFromOptions(c, 0));
-  if (instance->drawn) {
-    const PetscReal level = drawn[CIRCUIT_AMPLITUDE], cosine = drawn[CIRCUIT_POLAR],
-                    rest = level * PetscSqrtReal(1 - PetscSqr(cosine));
-
-    c->start[0] = rest * PetscCosReal(drawn[CIRCUIT_AZIMUTH]) / PetscSqrtReal(c->C1);
-    c->start[1] = rest * PetscSinReal(drawn[CIRCUIT_AZIMUTH]) / PetscSqrtReal(c->C2);
-    c->start[2] = level * cosine / PetscSqrtReal(c->L);
-    c->max_time = drawn[CIRCUIT_DURATION];
-    PetscCall(CircuitSetUnits(c, PETSC_FALSE));
-  }
-  PetscCall(TSCreate(PETSC_COMM_SELF, &run->ts));
-  PetscCall(CircuitConfigureTS(c, run->ts));
-  PetscCall(CircuitCreateState(c, &run->w));
-  PetscCall(FinishRun(o, instance->drawn ? c->max_time : 0, run));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  c->model.start[0] = rest * PetscCosReal(drawn[CIRCUIT_AZIMUTH]) / PetscSqrtReal(c->C1);
+  c->model.start[1] = rest * PetscSinReal(drawn[CIRCUIT_AZIMUTH]) / PetscSqrtReal(c->C2);
+  c->model.start[2] = level * cosine / PetscSqrtReal(c->L);
+  c->model.max_time = drawn[CIRCUIT_DURATION];
+  c->unit_start = PETSC_FALSE;
 }
-
-static PetscReal CircuitDistance(const void *model, const PetscReal difference[])
-{
-  const Circuit *c = (const Circuit *)model;
-
-  return PetscSqrtReal(CircuitEnergy(c, difference) / CircuitEnergy(c, c->start));
-}
-
-static void CircuitTable(const void *model, PetscReal dt, PetscInt n, PetscReal state[])
-{
-  const Circuit *c = (const Circuit *)model;
-  const PetscReal rate = 1 / (c->C1 * c->R) + 1 / (c->C2 * c->R) + 1 / PetscSqrtReal(c->L * c->C2);
-  const PetscInt parts = (PetscInt)PetscCeilReal(5 * rate * dt); /* for CircuitFlow() */
-  int sign = c->start[0] > 0 ? 1 : (c->start[0] < 0 ? -1 : CircuitPhaseFromRest(c, c->start));
-  PetscReal w[CIRCUIT_N];
-
-  for (PetscInt i = 0; i < CIRCUIT_N; ++i) w[i] = state[i] = c->start[i];
-  for (PetscInt k = 1; k < n; ++k) {
-    for (PetscInt part = 0; part < parts; ++part) CircuitAdvance(c, dt / (PetscReal)parts, &sign, w);
-    for (PetscInt i = 0; i < CIRCUIT_N; ++i) state[CIRCUIT_N * k + i] = w[i];
-  }
-}
-
-static PetscBool CircuitSays(const void *model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value)
-{
-  (void)t;
-  return CircuitObservation((const Circuit *)model, w, name, value);
-}
-
-static void CircuitPlain(const void *model, PlainSmall *p)
-{
-  const Circuit *c = (const Circuit *)model;
-  const PetscReal A[] = {c->C1, c->C2, c->L}, g = 1 / c->R,
-                  G[CIRCUIT_N][CIRCUIT_N] = {{-g, g, 0}, {g, -g, 1}, {0, -1, 0}};
-
-  for (PetscInt i = 0; i < CIRCUIT_N; ++i) {
-    p->A[i] = A[i];
-    for (PetscInt j = 0; j < CIRCUIT_N; ++j) p->G[i][j] = G[i][j];
-  }
-  p->q = c->m;
-  p->observe = CircuitSays;
-}
-
-static const System CircuitSystem = {CIRCUIT_N, CircuitDistance, CircuitTable, CircuitPlain};
 
 static const Preset CircuitPresets[] = {
   PRESET("published", 1e-5, "s", 0.1, "t_max", PETSC_FALSE, "energy", "state_2", "state_0", "state_1", "residual",
@@ -391,22 +279,40 @@ static const Preset CircuitPresets[] = {
          "converged"),
 };
 
-const Problem ProblemCircuit =
-  SMALL_PROBLEM("circuit", "the circuit with an ideal Zener diode of the -circuit_ options", Circuit, CIRCUIT_COUNT,
-                1e-6, 1e-8, "V and A");
+const Problem ProblemCircuit = {.name = "circuit",
+                                .meaning = "the circuit with an ideal Zener diode of the -circuit_ options",
+                                .model = &SlipCircuitOps,
+                                .evaluation = &EvaluationCircuit,
+                                .draw = CircuitDraws,
+                                .ndraw = CIRCUIT_COUNT,
+                                .apply = ApplyCircuit,
+                                .presets = CircuitPresets,
+                                .rtol = 1e-6,
+                                .atol = 1e-8,
+                                .atol_unit = "V and A",
+                                SMALL_PROBLEM};
 
 PetscErrorCode ProblemSmallPlain(const EnvRun *run, PlainSmall *p)
 {
-  const System *system = SystemOf(run->problem);
-  const PetscScalar *a;
+  const SlipModel model = (SlipModel)run->model;
+  PetscReal J[SLIP_MODEL_STATES * SLIP_MODEL_STATES] = {0};
+  const PetscInt n = model->ops->n;
   TSAdapt adapt;
 
   PetscFunctionBegin;
-  *p = (PlainSmall){.n = system->n, .tstar = run->tstar, .tmax = run->tmax, .model = run->model};
-  (*system->plain)(run->model, p);
-  PetscCall(VecGetArrayRead(run->w, &a));
-  PetscCall(PetscArraycpy(p->start, a, p->n));
-  PetscCall(VecRestoreArrayRead(run->w, &a));
+  *p = (PlainSmall){.n = n,
+                    .q = model->bound,
+                    .tstar = run->tstar,
+                    .tmax = run->tmax,
+                    .model = model,
+                    .force = model->ops->load,
+                    .observe = model->ops->observe};
+  PetscCall((*model->ops->jacobian)(0, model->start, J, model));
+  for (PetscInt i = 0; i < n; ++i) {
+    p->A[i] = model->mass[i];
+    p->start[i] = model->start[i];
+    for (PetscInt j = 0; j < n; ++j) p->G[i][j] = J[i * n + j];
+  }
   PetscCall(TSGetAdapt(run->ts, &adapt));
   PetscCall(TSAdaptGetStepLimits(adapt, &p->dt_low, &p->dt_high));
   PetscFunctionReturn(PETSC_SUCCESS);

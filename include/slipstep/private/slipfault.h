@@ -2,30 +2,11 @@
 #pragma once
 #include <slipfault.h>
 #include <slipcells.h>
+#include <slipcore.h>
 #include <slipsys.h>
 #include <slipoutput.h>
 #include <sliph5.h>
 #include <slipstep/private/slipoutput.h>
-
-/* ---- friction (pure) ---- */
-typedef struct {
-  PetscReal residual; /* mu_d */
-  PetscReal drop;     /* dmu */
-  PetscReal slip;     /* d_c [m] */
-  PetscReal rate;     /* v_c [m/s] */
-} SlipFriction;
-
-/* mu(s, v) and its derivatives with respect to s [1/m] and v [s/m]; s >= 0 cumulative slip [m], v = |slip rate|
-   [m/s]. */
-typedef void (*SlipFrictionFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
-                               PetscReal *dmu_dv);
-typedef struct {
-  const char *name;
-  SlipFrictionFn eval;
-  const char *formula;
-} SlipFrictionLaw;
-PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ends with a NULL name */
-PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
 
 /* ---- parameters ---- */
 /* Reference absolute tolerance of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
@@ -232,20 +213,6 @@ PETSC_EXTERN PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutp
 PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);
 PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
-
-/* Slip and slip rate beyond which no law weakens any more; finite, so that laws can divide by them. */
-#define SLIP_FAULT_WEAK_SLIP 1e30
-#define SLIP_FAULT_WEAK_RATE 1e30
-
-/* The friction of local cell i. */
-static inline void SlipFaultFriction(SlipFault fault, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,
-                                     PetscReal *dmu_ds, PetscReal *dmu_dv)
-{
-  const SlipFriction p = {fault->field[FIELD_FRICTION_RESIDUAL][i], fault->field[FIELD_FRICTION_DROP][i],
-                          fault->field[FIELD_FRICTION_SLIP][i], fault->field[FIELD_FRICTION_RATE][i]};
-
-  fault->law->eval(&p, s, v, mu, dmu_ds, dmu_dv);
-}
 
 /* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
 /* Fields of /fields; the first three are components of the state, the last is the reaction. */

@@ -10,8 +10,6 @@ typedef struct {
   PetscInt ndim, dims[2]; /* reading: -1 for any */
   PetscReal *data;        /* rank 0 */
 } SlipCacheItem;
-#define SLIP_HASH_START 14695981039346656037ULL
-PETSC_INTERN uint64_t SlipHashReals(uint64_t hash, const PetscReal a[], size_t n);
 PETSC_INTERN PetscErrorCode SlipCacheRead(Mat K, const char kind[], const char key[], PetscInt n, SlipCacheItem item[],
                                           PetscBool *found);
 PETSC_INTERN PetscErrorCode SlipCacheWrite(Mat K, const char kind[], const char key[], PetscInt n,

@@ -3,12 +3,14 @@
 #include <slipts.h>
 #include <petsc/private/tsimpl.h>
 #include <slipcompat.h>
+#include <slipcore.h>
 
 enum { BATHE_MAX_MONITORS = 8 };
 
 typedef struct {
   /* what the user chose */
   PetscReal gamma;              /* split of the step, in (0, 1) */
+  SlipBathe c;                  /* its numbers */
   TSBatheReaction reaction;     /* treatment of the reaction in stage 1 */
   TSBatheError error;           /* error estimate */
   PetscBool error_set;          /* chosen explicitly, so that adapt none does not switch doubling off */
@@ -23,8 +25,8 @@ typedef struct {
   Vec X0;         /* state at the step's start, for rollback */
   Vec Y[2];       /* stages: the state at t0 + gamma h and at t0 + h */
   Vec K0, K1, K2; /* A^-1 (F_s + r) at the start, after stage 1, at the end; K1 also serves as work */
-  Vec Wm;         /* interpolation: an inner state, at the share c of the step */
-  PetscReal c;
+  Vec Wm;         /* interpolation: an inner state, at this share of the step */
+  PetscReal share;
   PetscBool k0_known, k2_known; /* K0, K2 are those of this step's start and end */
   PetscObjectId sol_id;         /* vec_sol as the last step left it: K2 and r belong to it only while it is unchanged */
   PetscObjectState sol_state;
@@ -51,14 +53,6 @@ typedef struct {
   TSBatheAttemptFn monitor[BATHE_MAX_MONITORS];
   void *monitorctx[BATHE_MAX_MONITORS];
 } TS_Bathe;
-
-/* Of stage 2, the three-point backward formula A w2 = a1 A w1 - a0 A w0 + b h [F_s(w2) + r2] */
-static inline void TSBatheCoefficients(PetscReal gamma, PetscReal *a1, PetscReal *a0, PetscReal *b)
-{
-  *a1 = 1.0 / (gamma * (2.0 - gamma));
-  *a0 = (1.0 - gamma) * (1.0 - gamma) / (gamma * (2.0 - gamma));
-  *b = (1.0 - gamma) / (2.0 - gamma);
-}
 
 /* The problem's operations */
 PETSC_INTERN PetscErrorCode SlipConstraintGetOps(SlipConstraint, const SlipConstraintOps **);

@@ -8,6 +8,7 @@
   used, for whatever reason, is reported and replaced: the cache never decides whether a run succeeds.
 */
 #include <slipmat.h>
+#include <slipcore.h>
 #include <slipsys.h>
 #include <stdio.h>
 #include <string.h>
@@ -18,36 +19,13 @@
 
 #define FORMAT "slipstep-viscosity-cache"
 
-/* Fowler, Noll & Vo's 64-bit hash, continued from hash. */
-static uint64_t Hash(uint64_t hash, const void *data, size_t bytes)
-{
-  const unsigned char *b = (const unsigned char *)data;
-
-  for (size_t i = 0; i < bytes; i++) hash = (hash ^ b[i]) * 1099511628211ULL;
-  return hash;
-}
-
-/* The same step for whole numbers, eight times as fast, with their high halves folded in: a product moves bits up
-   only. */
-uint64_t SlipHashReals(uint64_t hash, const PetscReal a[], size_t n)
-{
-  for (size_t i = 0; i < n; i++) {
-    uint64_t word;
-
-    memcpy(&word, &a[i], sizeof(word));
-    hash = (hash ^ word) * 1099511628211ULL;
-    hash ^= hash >> 32;
-  }
-  return hash;
-}
-
 /* ---- files; rank 0 only ---- */
 
 static PetscErrorCode NameOf(const char dir[], const char kind[], const char key[], char name[], size_t len)
 {
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(name, len, "%s/%s-%016llx.h5", dir, kind,
-                          (unsigned long long)Hash(SLIP_HASH_START, key, strlen(key))));
+                          (unsigned long long)SlipHashBytes(SLIP_HASH_START, key, strlen(key))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

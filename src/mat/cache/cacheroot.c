@@ -3,6 +3,7 @@
   the key is a fingerprint of its entries, taken when the cache is set and so before any scaling: what a root is good
   for is then certain, and the same on every number of ranks, where the scaling factor may differ in its last bits.
 */
+#include <slipcore.h>
 #include <slipmat.h>
 #include <slipcells.h>
 #include <stdio.h>

@@ -319,7 +319,7 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
 + comm      - communicator
 . cells     - the cells, the same on every process; not kept
 . type      - "dense" (MATDENSE), "hmat" (hierarchical, O(N log N)) or "auto"
-- tolerance - of "hmat": error of each low-rank block in the Frobenius norm, relative, in (0, 1)
+- tolerance - of "hmat": error of each low-rank block in the Frobenius norm, relative (dimensionless), in (0, 1)
 
   Output Parameter:
 . S - symmetric matrix [Pa/m]; its rows are in cells->order, cells->nlocal on this process, or in the order of the

@@ -1,6 +1,6 @@
 /* Whole matrices on one rank: moving them to and from a parallel Mat, and their symmetric eigenproblem. */
 #include <slipmat.h>
-#include <slipstep/private/slipblas.h>
+#include <slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcommon.h>
 

@@ -4,7 +4,7 @@
   iteration (Halko, Martinsson & Tropp 2011), deterministic in its seed.
 */
 #include <slipmat.h>
-#include <slipstep/private/slipblas.h>
+#include <slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcache.h>
 

@@ -143,7 +143,7 @@ static const struct {
   Input Parameters:
 + K    - stiffness [Pa/m], N x N
 . mass - inertia per unit area, density times mobilised thickness [kg/m^2], positive
-. zeta - damping ratio, zero or positive
+. zeta - damping ratio, zero or positive, dimensionless
 - type - "sqrtm" (the exact matrix square root), "spectral" (square root per wavenumber along strike of the problem made
          periodic; uniform grids only), "lanczos" (the root again, by Lanczos' method in each product; any
          stiffness, no set-up), "toeplitz" (the root on an endless plane, a few per cent off along the fault's edges;

@@ -285,6 +285,8 @@ static PetscErrorCode StageChanged(Mat B)
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for a theta that is not positive and finite
+
 .seealso: MatCreateSlipStage(), MatSlipStageGetTheta()
 @*/
 PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta)

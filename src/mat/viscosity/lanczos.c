@@ -13,7 +13,7 @@
 */
 #include <petsc/private/petscimpl.h>
 #include <slipmat.h>
-#include <slipstep/private/slipblas.h>
+#include <slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
@@ -396,7 +396,8 @@ PetscErrorCode SlipLanczosGetRecycled(Mat H, const SlipRecycled **known)
 
   Input Parameters:
 + H         - viscosity of MatCreateSlipViscosity(); nothing happens to those that are not applied by Lanczos' method
-- tolerance - change of the result from five more steps, relative in the 2-norm, in (0, 1); 1e-10 unless set
+- tolerance - change of the result from five more steps in the 2-norm, relative (dimensionless), in (0, 1); 1e-10
+              unless set
 
   Level: intermediate
 

@@ -165,7 +165,7 @@ static PetscErrorCode MakePlain(Episode *e, const FaultDraw *d)
   const PetscScalar *w;
 
   PetscFunctionBegin;
-  PetscCall(PlainFaultCreate(e->fault, d->field[0], d->field[2], d->field[1], d->field[3], e->start, &e->plain));
+  PetscCall(PlainFaultCreate(e->fault, e->start, &e->plain));
   PetscCall(PetscMalloc1(3 * d->n, &e->plain_start));
   PetscCall(VecGetArrayRead(e->start, &w));
   for (PetscInt i = 0; i < 3 * d->n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);

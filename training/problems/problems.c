@@ -1,5 +1,5 @@
 /* The table of problems and what is the same for all of them. */
-#include "problem.h"
+#include "problems.h"
 #include <slipcompat.h>
 
 const Problem *const ProblemTable[] = {&ProblemFault, &ProblemDial, &ProblemSlidingMode, &ProblemCircuit, NULL};
@@ -21,20 +21,6 @@ PetscErrorCode ProblemFind(const char name[], const Problem **row)
           names);
 }
 
-PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[])
-{
-  PetscFunctionBegin;
-  do {
-    for (PetscInt i = 0; i < p->ndraw; ++i) {
-      const DrawRow *row = &p->draw[i];
-
-      drawn[i] = row->uniform ? row->low + (row->high - row->low) * (PetscReal)RandomUniform(random)
-                              : (PetscReal)RandomLog(random, (double)row->low, (double)row->high);
-    }
-  } while (p->drawable && !p->drawable(drawn));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode ProblemDescribeDraws(char text[], size_t len)
 {
   char row[128];
@@ -53,6 +39,11 @@ PetscErrorCode ProblemDescribeDraws(char text[], size_t len)
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const char *ProblemPolicy(const Problem *p)
+{
+  return p->policy_problem ? p->policy_problem : p->name;
 }
 
 const Preset *ProblemPreset(const Problem *p, const char reward[])

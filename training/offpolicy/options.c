@@ -1,40 +1,30 @@
-/* -train_* options. */
-#include "cmaes/cmatrain.h"
-#include "offpolicy/trainer.h"
-#include <slipcompat.h>
+/* -train_* options of TQC and TD3. */
+#include "trainer.h"
+#include "common/files.h"
+#include "problems/problems.h"
 
-/* Observations that can be trained on, with the scaling that brings them to order one: network input = value * scale
-   + offset. Any other name of the library's or the fault's table is taken as it is. */
+/* What the first policies were trained with; CMA-ES takes these as they are. */
 static const struct {
   const char *name;
   PetscReal scale, offset;
 } ScaleTable[] = {
-  {"log_velocity", 0.25, 0.5},
-  {"log_mean_velocity", 0.25, 0.5},
-  {"log_energy_rate", 0.25, 0.5},
-  {"log_energy", 0.25, 0.5},
-  {"log_error", 0.5, -0.5},
-  {"log_step", 1, 0},
-  {"slip", 0.1, 0},
-  {"energy", 1, 0},
-  {"log_time_scale", 1, 0},
+  {"log_velocity", 0.25, 0.5}, {"log_mean_velocity", 0.25, 0.5}, {"log_energy_rate", 0.25, 0.5},
+  {"log_energy", 0.25, 0.5},   {"log_error", 0.5, -0.5},         {"slip", 0.1, 0},
 };
 
-static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, char **names)
+static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, const char *const names[])
 {
-  PetscBool same;
-
   PetscFunctionBegin;
+  for (PetscInt i = 0; i < o->nobs; ++i) PetscCall(PetscFree(o->names[i]));
   o->nobs = n;
   for (PetscInt i = 0; i < n; ++i) {
     PetscCall(PetscStrallocpy(names[i], &o->names[i]));
-    CMAObservationScale(names[i], &o->scale[i], &o->offset[i]); /* unless the table above says otherwise */
-    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ScaleTable); ++k) {
-      PetscCall(PetscStrcmp(names[i], ScaleTable[k].name, &same));
-      if (!same) continue;
-      o->scale[i] = ScaleTable[k].scale;
-      o->offset[i] = ScaleTable[k].offset;
-    }
+    EnvObservationScale(names[i], &o->scale[i], &o->offset[i]);
+    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ScaleTable); ++k)
+      if (!strcmp(names[i], ScaleTable[k].name)) {
+        o->scale[i] = ScaleTable[k].scale;
+        o->offset[i] = ScaleTable[k].offset;
+      }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -51,7 +41,7 @@ static PetscErrorCode SetPreset(EnvOptions *o)
   PetscCall(PetscStrncpy(o->dt_min_unit, row->dt_min_unit, sizeof(o->dt_min_unit)));
   PetscCall(PetscStrncpy(o->dt_max_unit, row->dt_max_unit, sizeof(o->dt_max_unit)));
   while (row->names[n]) ++n;
-  PetscCall(SetObservations(o, n, (char **)row->names));
+  PetscCall(SetObservations(o, n, row->names));
   o->rtol = o->problem->rtol;
   o->atol = o->problem->atol;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -127,8 +117,7 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
                                     NULL, names, &n, &set));
   if (set) {
     PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
-    for (PetscInt i = 0; i < e->nobs; ++i) PetscCall(PetscFree(e->names[i]));
-    PetscCall(SetObservations(e, n, names));
+    PetscCall(SetObservations(e, n, (const char *const *)names));
     for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
   }
   PetscCall(PetscSNPrintf(text, sizeof(text), "Shortest step the policy can choose [%s]", e->dt_min_unit));
@@ -259,6 +248,7 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
 {
   AgentOptions *a = &o->agent;
   LearnerOptions *n = &a->networks;
+  const char *const algorithms[] = {"tqc", "td3", "cmaes", NULL};
   char algorithm[32] = "tqc";
   PetscBool td3;
   double buffer = 1e6, starts = 100;
@@ -267,7 +257,7 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
   PetscCall(PetscOptionsString("-train_algorithm",
                                "Learner: tqc, td3, or cmaes (with options of its own: -train_algorithm cmaes -help)",
                                NULL, algorithm, algorithm, sizeof(algorithm), NULL));
-  PetscCall(AlgorithmFind(algorithm, &o->algorithm));
+  PetscCall(CheckChoice("-train_algorithm", algorithm, algorithms));
   PetscCall(PetscStrcmp(algorithm, "td3", &td3));
   a->learner = td3 ? &LearnerTD3 : &LearnerTQC;
   *n = (LearnerOptions){.obs = o->env.nobs,
@@ -297,32 +287,6 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
   PetscCall(CheckRange("-train_learning_starts", (PetscReal)starts, 0, PETSC_MAX_REAL));
   a->buffer = (PetscInt64)PetscMin(buffer, (double)o->steps); /* never more than the run can fill */
   a->learning_starts = (PetscInt64)starts;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ParseFiles(TrainOptions *o, SlipOptionItems PetscOptionsObject)
-{
-  const struct {
-    const char *name, *text;
-    char *value;
-  } row[] = {{"-train_output", "Policy file to write (HDF5)", o->output},
-             {"-train_log", "Learning curve to write (HDF5)", o->log},
-             {"-train_resume", "Checkpoint to continue", o->resume},
-             {"-train_checkpoint", "Checkpoint to write: networks, optimisers, buffer, random state", o->checkpoint}};
-  PetscBool set;
-
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsBool("-train_transfer",
-                             "-train_resume is of another mesh or fault: keep its networks and optimisers, forget its "
-                             "transitions and evaluations",
-                             NULL, o->transfer, &o->transfer, NULL));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i) {
-    PetscCall(PetscOptionsString(row[i].name, row[i].text, NULL, row[i].value, row[i].value, PETSC_MAX_PATH_LEN, &set));
-    PetscCheck(!set || row[i].value[0], PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-               "%s has no value, expected the name of a file", row[i].name);
-  }
-  PetscCheck(!o->transfer || o->resume[0], PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "-train_transfer needs -train_resume, the checkpoint to start from");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -382,9 +346,15 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
   o->checkpoint_interval = (PetscInt)checkpoint;
   PetscCall(ParseEnvironment(&o->env, PetscOptionsObject));
   PetscCall(ParseAgent(o, PetscOptionsObject));
-  PetscCall(ParseFiles(o, PetscOptionsObject));
+  PetscCall(PetscOptionsBool("-train_transfer",
+                             "-train_resume is of another mesh or fault: keep its networks and optimisers, forget its "
+                             "transitions and evaluations",
+                             NULL, o->transfer, &o->transfer, NULL));
+  PetscCall(TrainSetFiles(PetscOptionsObject, "Checkpoint to write: networks, optimisers, buffer, random state",
+                          o->output, o->log, o->checkpoint, o->resume));
   PetscOptionsEnd();
-  if (o->algorithm->options) PetscCall(o->algorithm->options(o));
+  PetscCheck(!o->transfer || o->resume[0], PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "-train_transfer needs -train_resume, the checkpoint to start from");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

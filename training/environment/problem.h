@@ -1,9 +1,9 @@
-/* What can be trained on: a table of problems, one row each. A row creates runs of the problem, draws its random
+/* What can be trained on: a problem, which the environment steps through without knowing it. It creates runs of the problem, draws its random
    instances, and knows the errors of a run and what a step changes in the exact continuation. The environment steps
    through runs and knows no problem. Public headers of the library only. */
 #pragma once
 #include "common/random.h"
-#include "environment/reward.h"
+#include "reward.h"
 
 #define ENV_MAX_OBS 16
 #define ENV_MAX_DRAW 12
@@ -32,7 +32,7 @@ typedef struct {
 /* One simulated instance. */
 typedef struct {
   const Problem *problem;
-  void *model; /* the problem's own: SlipFault, SlidingMode *, Circuit * */
+  void *model; /* the problem's own: SlipFault, SlipModel, Episode * */
   TS ts;
   Vec w;
   PetscReal tstar, tmax; /* [s] */
@@ -50,6 +50,35 @@ typedef struct {
   PetscReal value[ENV_MAX_DRAW];
   EnvReference reference; /* NULL: no errors and no effects of steps */
 } EnvInstance;
+
+/* One instance of a problem that controllers are compared on: what a reference solution belongs to. */
+#define PROBLEM_CASE_NAME 96
+typedef struct {
+  const Problem *problem;
+  PetscReal size;               /* edge of the fault [km], 0: no such thing */
+  PetscInt mesh;                /* cells along each edge, 0: no such thing */
+  char name[PROBLEM_CASE_NAME]; /* group in the file: "fault_3km_25x25", "circuit" */
+} ProblemCase;
+
+/* What the program evaluate needs of a problem. */
+typedef struct {
+  PetscBool meshes;  /* has sizes and meshes, and runs on any number of processes; otherwise on one */
+  PetscInt nstates;  /* the first columns of the series, the state whose errors are measured */
+  PetscInt ncolumns; /* of the series besides time */
+  const char *const *columns, *const *units;
+  PetscInt rate;      /* column whose largest error is recorded on its own, -1: none */
+  PetscBool relative; /* errors over the size of the reference; otherwise in the unit of the state */
+  PetscInt reference; /* default number of constant steps of the reference; 0: an exact solution is known */
+  /* What runs of one case share, costly to set up */
+  PetscErrorCode (*create)(MPI_Comm comm, const ProblemCase *c, void **model);
+  PetscErrorCode (*destroy)(void **model);
+  /* A TS at its start, configured as far as TSSetFromOptions() */
+  PetscErrorCode (*start)(MPI_Comm comm, const ProblemCase *c, void *model, TS *ts, Vec *w);
+  PetscErrorCode (*observe)(const ProblemCase *c, void *model, PetscReal t, Vec w, Vec r,
+                            PetscReal row[]);                                                /* [ncolumns] */
+  PetscErrorCode (*profiles)(const ProblemCase *c, void *model, Vec w, PetscReal profile[]); /* [mesh] */
+  PetscErrorCode (*exact)(void *model, PetscReal t, PetscReal row[]);                        /* [ncolumns] */
+} Evaluation;
 
 /* One drawn parameter in [low, high]. */
 typedef struct {
@@ -73,9 +102,11 @@ struct _Problem {
   PetscBool has_dial;         /* its draws have a position of the accuracy dial */
   const DrawRow *draw;
   PetscInt ndraw;
-  PetscBool (*drawable)(const PetscReal drawn[]); /* NULL: all draws are good */
-  const Preset *presets;                          /* the last one has reward NULL */
-  PetscReal rtol, atol;                           /* defaults of -train_rtol and -train_atol */
+  PetscBool (*drawable)(const PetscReal drawn[]);      /* NULL: all draws are good */
+  const SlipModelOps *model;                           /* of a small model, else NULL */
+  void (*apply)(const PetscReal drawn[], void *model); /* draws to the parameters of a small model */
+  const Preset *presets;                               /* the last one has reward NULL */
+  PetscReal rtol, atol;                                /* defaults of -train_rtol and -train_atol */
   const char *atol_unit;
   PetscInt nerrors;
   const char *errors[ENV_MAX_ERRORS]; /* what EnvResult.error holds, the most important one first */
@@ -92,6 +123,7 @@ struct _Problem {
   PetscErrorCode (*judge_step)(EnvJudge judge, EnvRun *run, PetscReal t, PetscReal *effect);
   PetscErrorCode (*judge_errors)(EnvJudge judge, EnvRun *run, PetscReal error[]); /* [nerrors], after TSSolve() */
   PetscErrorCode (*judge_destroy)(EnvJudge *judge);
+  const Evaluation *evaluation; /* NULL: it is only trained on */
 };
 
 /* Rows of a problem's presets: bounds of the step with their units, spacing, observations. */
@@ -108,10 +140,3 @@ struct _Problem {
 
 /* The tolerances of the fault's problems. */
 #define PROBLEM_FAULT_TOLERANCES .rtol = 1e-3, .atol = 1e-6, .atol_unit = "0.1 mm for slip and 0.1 mm/T* for slip rate"
-
-PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
-PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemSlidingMode, ProblemCircuit;
-PETSC_INTERN PetscErrorCode ProblemFind(const char name[], const Problem **row);
-PETSC_INTERN PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[]); /* [ndraw] */
-PETSC_INTERN PetscErrorCode ProblemDescribeDraws(char text[], size_t len); /* all rows of the table */
-PETSC_INTERN const Preset *ProblemPreset(const Problem *p, const char reward[]);

@@ -1,7 +1,7 @@
 /* Episodes of the other problems of the table: instances of the environment, which runs them, or the same without
    objects. */
 #include "episodes.h"
-#include "plainsmall.h"
+#include "problemsmall.h"
 #include <slipcompat.h>
 
 #define MAX_ATTEMPTS 3000

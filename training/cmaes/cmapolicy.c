@@ -1,6 +1,7 @@
-/* Where CMA-ES begins: a network that a person could have written. Steps of a constant length that follows the dial,
-   and one to the end when all cells rest; for other problems than the fault, three quarters of the way up the bounds
-   at the coarsest dial, following the order of the method, and longer as the energy falls. */
+/* The network of -train_algorithm cmaes: its weights as a policy, and where CMA-ES begins. That is a network that a
+   person could have written: steps of a constant length that follows the dial, and one to the end when all cells rest;
+   for other problems than the fault, three quarters of the way up the bounds at the coarsest dial, following the order of
+   the method, and longer as the energy falls. */
 #include "cmatrain.h"
 #include <slipcompat.h>
 #include <math.h>
@@ -15,6 +16,44 @@
 #define START_POWER 0.25  /* step over dial's power */
 #define NEAR_LINEAR 0.4   /* slope of a tanh unit that is to stay close to linear */
 #define SLIDING_SHARE 0.1 /* a smaller share of sliding cells than this counts as rest */
+
+PetscInt CMACountWeights(const CMAOptions *o)
+{
+  return o->nobs * o->hidden + o->hidden + (o->layers - 1) * (o->hidden + 1) * o->hidden + o->hidden + 1;
+}
+
+PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2], SlipPolicy *policy)
+{
+  PetscInt in = o->nobs;
+  PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS];
+  const double *w = weights;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, policy));
+  for (PetscInt i = 0; i < o->nobs; ++i) {
+    scale[i] = o->scale[i];
+    offset[i] = o->offset[i];
+    if (strcmp(o->names[i], "log_accuracy")) continue;
+    /* x + shift[0] + shift[1] (x - middle) in place of x */
+    scale[i] *= 1 + shift[1];
+    offset[i] += o->scale[i] * (shift[0] - shift[1] * 0.5 * PetscLog10Real(o->low * o->high));
+  }
+  PetscCall(SlipPolicySetObservations(*policy, o->nobs, (const char *const *)o->names, scale, offset));
+  for (PetscInt l = 0; l < o->layers; ++l) {
+    PetscCall(SlipPolicyAddLayer(*policy, in, o->hidden, w, w + in * o->hidden, SLIP_ACTIVATION_TANH));
+    w += (in + 1) * o->hidden;
+    in = o->hidden;
+  }
+  PetscCall(SlipPolicyAddLayer(*policy, in, 1, w, w + in, SLIP_ACTIVATION_LINEAR));
+  PetscCall(SlipPolicySetAction(*policy, -1, 1, o->dt_min, "T*", o->dt_max, o->dt_max_unit, PETSC_TRUE));
+  if (o->moving > 0) {
+    char text[32];
+
+    PetscCall(PetscSNPrintf(text, sizeof(text), "%g", (double)o->moving));
+    PetscCall(SlipPolicySetAttribute(*policy, SLIP_POLICY_MOVING_DT_MAX, text));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Position of an observation; -1: not observed. */
 static PetscInt Find(const CMAOptions *o, const char name[])
@@ -37,15 +76,16 @@ void CMAStart(const CMAOptions *o, double weights[])
 {
   const double low = log10(o->dt_min), high = log10(o->dt_max), middle = 0.5 * (low + high);
   const double half = strcmp(o->dt_max_unit, "T*") ? HALF_RANGE : 0.5 * (high - low);
-  const double power = o->problem ? SMALL_POWER : START_POWER;
+  const double power = o->problem->model ? SMALL_POWER : START_POWER;
   const PetscInt hidden = o->hidden, sliding = Find(o, "sliding_fraction"), converged = Find(o, "converged");
   double *w = weights, *bias = w + o->nobs * hidden;
 
   for (PetscInt i = 0; i < CMACountWeights(o); ++i) weights[i] = 0;
   /* unit 0: log10 h less its middle, times the slope */
-  bias[0] = NEAR_LINEAR * ((o->problem ? SMALL_START * half : log10(START_STEP) - middle) - power * log10(o->high));
+  bias[0] =
+    NEAR_LINEAR * ((o->problem->model ? SMALL_START * half : log10(START_STEP) - middle) - power * log10(o->high));
   AddTerm(o, Find(o, "log_accuracy"), NEAR_LINEAR * power, w, &bias[0]);
-  if (o->problem) AddTerm(o, Find(o, "log_energy"), NEAR_LINEAR * SMALL_ENERGY, w, &bias[0]);
+  if (o->problem->model) AddTerm(o, Find(o, "log_energy"), NEAR_LINEAR * SMALL_ENERGY, w, &bias[0]);
   /* unit 1: positive when everything rests after a first step */
   if (hidden > 1 && sliding >= 0 && converged >= 0) {
     bias[1] = 2 - 4;

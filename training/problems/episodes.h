@@ -2,8 +2,8 @@
    each with its fine reference, kept ready so that a policy runs through one in a fraction of a millisecond. An episode
    depends on its seed only, not on others or on ranks. Public headers of the library only. */
 #pragma once
-#include "environment.h"
-#include "plainrun.h"
+#include "problems.h"
+#include "environment/plainrun.h"
 #include "common/random.h"
 #include <slipstep.h>
 

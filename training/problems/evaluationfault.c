@@ -1,6 +1,6 @@
 /* The fault as a problem to evaluate: square faults of any size and mesh. The other -fault_ options apply to all of
    them. */
-#include "evaluate.h"
+#include "problems.h"
 #include <slipcompat.h>
 
 #define DURATION_PER_KM 10 /* [s]: 30 s for the 3 km fault, 50 s for the 5 km one */
@@ -8,7 +8,7 @@
 static const char *const columns[] = {"mean_slip", "mean_slip_rate", "max_slip_rate"};
 static const char *const units[] = {"m", "m/s", "m/s"};
 
-static PetscErrorCode Create(MPI_Comm comm, const EvaluateCase *c, void **model)
+static PetscErrorCode Create(MPI_Comm comm, const ProblemCase *c, void **model)
 {
   SlipFault fault;
 
@@ -31,7 +31,7 @@ static PetscErrorCode Destroy(void **model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Start(MPI_Comm comm, const EvaluateCase *c, void *model, TS *ts, Vec *w)
+static PetscErrorCode Start(MPI_Comm comm, const ProblemCase *c, void *model, TS *ts, Vec *w)
 {
   SlipFault fault = (SlipFault)model;
 
@@ -46,7 +46,7 @@ static PetscErrorCode Start(MPI_Comm comm, const EvaluateCase *c, void *model, T
 }
 
 /* The cells have equal areas, so plain means are those of the fault. */
-static PetscErrorCode Observe(const EvaluateCase *c, void *model, PetscReal t, Vec w, Vec r, PetscReal row[])
+static PetscErrorCode Observe(const ProblemCase *c, void *model, PetscReal t, Vec w, Vec r, PetscReal row[])
 {
   const PetscScalar *a;
   PetscReal sums[2] = {0, 0}, largest = 0;
@@ -75,7 +75,7 @@ static PetscErrorCode Observe(const EvaluateCase *c, void *model, PetscReal t, V
 }
 
 /* Slip rate averaged along strike, by depth [mesh] */
-static PetscErrorCode Profile(const EvaluateCase *c, void *model, Vec w, PetscReal profile[])
+static PetscErrorCode Profile(const ProblemCase *c, void *model, Vec w, PetscReal profile[])
 {
   const PetscScalar *a;
   PetscInt first, last;
@@ -93,18 +93,16 @@ static PetscErrorCode Profile(const EvaluateCase *c, void *model, Vec w, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const EvaluateProblem EvaluateFault = {.name = "fault",
-                                       .meaning = "square faults of -evaluate_sizes and -evaluate_meshes",
-                                       .meshes = PETSC_TRUE,
-                                       .nstates = 1,
-                                       .ncolumns = 3,
-                                       .columns = columns,
-                                       .units = units,
-                                       .rate = 1,
-                                       .relative = PETSC_TRUE,
-                                       .reference = 4000,
-                                       .create = Create,
-                                       .destroy = Destroy,
-                                       .start = Start,
-                                       .observe = Observe,
-                                       .profiles = Profile};
+const Evaluation EvaluationFault = {.meshes = PETSC_TRUE,
+                                    .nstates = 1,
+                                    .ncolumns = 3,
+                                    .columns = columns,
+                                    .units = units,
+                                    .rate = 1,
+                                    .relative = PETSC_TRUE,
+                                    .reference = 4000,
+                                    .create = Create,
+                                    .destroy = Destroy,
+                                    .start = Start,
+                                    .observe = Observe,
+                                    .profiles = Profile};

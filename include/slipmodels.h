@@ -1,0 +1,77 @@
+/* Small models with one set-valued reaction, on one process:
+     A dw/dt = F_s(t, w) + r e_0,   r in -q Sign(w_0),   A diagonal.
+   The first-order sliding mode controller and the circuit with an ideal Zener diode: parameters, rules, what policies
+   observe, exact solutions. Programs, trainer and tests share them; they know nothing of output or training. */
+#pragma once
+#include <slipts.h>
+
+#define SLIP_MODEL_STATES 3 /* of a model at most */
+
+typedef enum { SLIP_MODEL_TRAINING, SLIP_MODEL_EVALUATION } SlipModelCase; /* the study's two settings of each */
+PETSC_EXTERN const char *const SlipModelCases[];
+
+typedef struct _p_SlipModel *SlipModel;
+
+/* The rules of a model; a model of one's own is a table like this. */
+typedef struct {
+  const char *name;                         /* of the problem, and the prefix of its options */
+  PetscInt n;                               /* states */
+  const char *const *states, *const *units; /* [n] names; [n + 1] units, the last one of the reaction */
+  const char *energy_unit;
+  size_t size; /* of its struct, which begins with a struct _p_SlipModel */
+  PetscErrorCode (*set_case)(SlipModel model, SlipModelCase setting); /* all parameters */
+  PetscErrorCode (*set_from_options)(SlipModel model);                /* those that options give */
+  PetscErrorCode (*setup)(SlipModel model);                           /* check them; set mass, tstar, dt_max, ... */
+  PetscErrorCode (*force)(PetscReal t, const PetscReal w[], PetscReal F[], void *model);    /* as in SlipSmall */
+  PetscErrorCode (*jacobian)(PetscReal t, const PetscReal w[], PetscReal J[], void *model); /* constant */
+  PetscReal (*load)(SlipModel model, PetscReal t); /* F_s - J w, all in row 0; NULL: zero */
+  /* The observations that are its own; false: not one of them */
+  PetscBool (*observe)(SlipModel model, PetscReal t, const PetscReal w[], const char name[], PetscReal *value);
+  PetscReal (*exact)(SlipModel model, PetscReal t, PetscReal *r); /* w_0 and reaction at any time; NULL: see table */
+  void (*table)(SlipModel model, PetscReal dt, PetscInt n, PetscReal w[]); /* [n][states] at 0, dt, ...; or exact */
+} SlipModelOps;
+
+struct _p_SlipModel {
+  const SlipModelOps *ops;
+  SlipModelCase setting;
+  PetscReal start[SLIP_MODEL_STATES]; /* w(0) */
+  PetscReal max_time;                 /* [s] */
+  /* what follows from the parameters, by SlipModelSetUp() */
+  PetscReal mass[SLIP_MODEL_STATES]; /* diagonal of A */
+  PetscReal bound;                   /* q */
+  PetscReal tstar;                   /* time scale [s] */
+  PetscReal dt, dt_max;              /* first and longest step [s] */
+  PetscReal atol, rtol;              /* the study's tolerances */
+};
+
+/* dw/dt = D sin(omega t) + r, r in -k Sign(w) */
+typedef struct {
+  struct _p_SlipModel model;
+  PetscReal k, D;  /* gain and disturbance [1/s] */
+  PetscReal omega; /* of the disturbance [rad/s] */
+} SlipSlidingMode;
+
+/* C1 dV1/dt = (V2 - V1)/R + r,  C2 dV2/dt = (V1 - V2)/R + i,  L di/dt = -V2,  r in -m Sign(V1), w = (V1, V2, i) [V, V,
+   A]; its energy falls at the rate (V1 - V2)^2/R + m |V1|. */
+typedef struct {
+  struct _p_SlipModel model;
+  PetscReal C1, C2, R, L;                 /* [F], [F], [Ohm], [H] */
+  PetscReal m;                            /* current of the diode [A] */
+  PetscBool unit_start;                   /* policies observe states over their start, as in the study's program */
+  PetscReal amplitude[SLIP_MODEL_STATES]; /* what they are observed in, by SlipModelSetUp() */
+} SlipCircuit;
+
+PETSC_EXTERN const SlipModelOps SlipSlidingModeOps, SlipCircuitOps;
+
+PETSC_EXTERN PetscErrorCode SlipModelCreate(const SlipModelOps *ops, SlipModelCase setting, SlipModel *model);
+PETSC_EXTERN PetscErrorCode SlipModelDestroy(SlipModel *model);
+PETSC_EXTERN PetscErrorCode SlipModelSetFromOptions(SlipModel model);
+PETSC_EXTERN PetscErrorCode SlipModelSetUp(SlipModel model);
+PETSC_EXTERN PetscErrorCode SlipModelConfigureTS(SlipModel model, TS ts);
+PETSC_EXTERN PetscErrorCode SlipModelCreateState(SlipModel model, Vec *w);
+PETSC_EXTERN PetscReal SlipModelEnergy(SlipModel model, const PetscReal w[]);
+PETSC_EXTERN void SlipModelExactTable(SlipModel model, PetscReal dt, PetscInt n, PetscReal w[]);
+
+PETSC_EXTERN PetscReal SlipSlidingModeEvent(const SlipSlidingMode *m, PetscReal t, PetscReal w);
+PETSC_EXTERN void SlipCircuitFlow(const SlipCircuit *c, int sign, PetscReal t, const PetscReal from[], PetscReal to[]);
+PETSC_EXTERN void SlipCircuitAdvance(const SlipCircuit *c, PetscReal t, int *sign, PetscReal w[]);

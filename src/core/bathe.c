@@ -1,0 +1,26 @@
+/* Numbers of the composite step: the trapezoidal rule to t + gamma h, the three-point backward formula to t + h.
+
+   With k_i = A^-1 (F_s + r) at t, t + gamma h and t + h, the solution is w0 + h sum b_i k_i with
+     b = ( 1/(2(2-gamma)), 1/(2(2-gamma)), (1-gamma)/(2-gamma) ),
+   and the companion with the weights of the three-point quadrature at the same nodes,
+     b1^ = 1/(6 gamma (1-gamma)), b2^ = (2-3 gamma)/(6 (1-gamma)), b0^ = 1 - b1^ - b2^,
+   is of third order because both stages are of stage order two (Bank et al. 1985, IEEE Trans. CAD 4; Hosea and Shampine
+   1996, Appl. Numer. Math. 20, for gamma = 2 - sqrt 2). Their difference is the embedded error. */
+#include <slipcompat.h>
+#include <slipcore.h>
+
+void SlipBatheSetUp(PetscReal gamma, SlipBathe *c)
+{
+  const PetscReal b1 = 1.0 / (6.0 * gamma * (1.0 - gamma)), b2 = (2.0 - 3.0 * gamma) / (6.0 * (1.0 - gamma));
+
+  c->theta[0] = 0.5 * gamma;
+  c->theta[1] = (1.0 - gamma) / (2.0 - gamma);
+  c->a1 = 1.0 / (gamma * (2.0 - gamma));
+  c->a0 = (1.0 - gamma) * (1.0 - gamma) / (gamma * (2.0 - gamma));
+  c->weight[0] = c->weight[1] = 0.5 / (2.0 - gamma);
+  c->weight[2] = c->theta[1];
+  c->error[0] = c->weight[0] - (1.0 - b1 - b2);
+  c->error[1] = c->weight[1] - b1;
+  c->error[2] = c->weight[2] - b2;
+  c->divisor = 6.0 * gamma * (1.0 - gamma) * (2.0 - gamma) / (3.0 * gamma * gamma - 4.0 * gamma + 2.0);
+}

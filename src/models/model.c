@@ -1,0 +1,287 @@
+/* What all small models do alike: their life, their options' frame, a TS of each. */
+#include <slipmodels.h>
+#include <slipadapt.h>
+#include <slipcompat.h>
+
+const char *const SlipModelCases[] = {"training", "evaluation", "SlipModelCase", "", NULL};
+
+/*@C
+  SlipModelCreate - create a small model with the parameters of one of the study's settings
+
+  Not collective.
+
+  Input Parameters:
++ ops     - its rules: &SlipSlidingModeOps, &SlipCircuitOps, or a table of one's own
+- setting - SLIP_MODEL_TRAINING or SLIP_MODEL_EVALUATION
+
+  Output Parameter:
+. model - the model; its parameters are those of SlipSlidingMode or SlipCircuit, to which it may be cast
+
+  Level: beginner
+
+.seealso: SlipModelSetFromOptions(), SlipModelSetUp(), SlipModelDestroy()
+@*/
+PetscErrorCode SlipModelCreate(const SlipModelOps *ops, SlipModelCase setting, SlipModel *model)
+{
+  void *memory;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc(ops->size, &memory));
+  PetscCall(PetscMemzero(memory, ops->size));
+  *model = (SlipModel)memory;
+  (*model)->ops = ops;
+  (*model)->setting = setting;
+  PetscCall((*ops->set_case)(*model, setting));
+  PetscCall(SlipModelSetUp(*model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipModelDestroy - destroy a small model; a TS that integrates it must be destroyed before
+
+  Not collective.
+
+  Input Parameter:
+. model - the model, set to NULL
+
+  Level: beginner
+
+.seealso: SlipModelCreate()
+@*/
+PetscErrorCode SlipModelDestroy(SlipModel *model)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree(*model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipModelSetFromOptions - parameters of a small model from the options database
+
+  Collective on PETSC_COMM_WORLD.
+
+  Input Parameter:
+. model - the model; its parameters are replaced by those of its setting and of the options
+
+  Options Database Keys:
++ -sliding_mode_case <training, evaluation> - setting that the options below start from
+. -sliding_mode_gain - bound k of the reaction [1/s]
+. -sliding_mode_amplitude - amplitude D of the disturbance [1/s]
+. -sliding_mode_frequency - angular frequency omega of the disturbance [rad/s]
+. -sliding_mode_start - start w(0)
+. -circuit_case <training, evaluation> - setting that the options below start from
+. -circuit_c1, -circuit_c2 - capacities [F]
+. -circuit_r - resistance [Ohm]
+. -circuit_l - inductance [H]
+. -circuit_m - current of the diode [A]
+. -circuit_start - V1 [V], V2 [V], i [A] at the start
+- -circuit_unit <amplitude, start> - what policies observe states over
+
+  Level: beginner
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE and PETSC_ERR_ARG_SIZ, with the option and what was expected.
+
+.seealso: SlipModelCreate(), SlipModelSetUp()
+@*/
+PetscErrorCode SlipModelSetFromOptions(SlipModel model)
+{
+  PetscFunctionBegin;
+  PetscCall((*model->ops->set_from_options)(model));
+  PetscCall(SlipModelSetUp(model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipModelSetUp - check the parameters of a small model and compute what follows from them
+
+  Not collective; after a parameter has been changed, before SlipModelConfigureTS().
+
+  Input Parameter:
+. model - the model
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE, with the parameter's option and what was expected.
+
+.seealso: SlipModelSetFromOptions()
+@*/
+PetscErrorCode SlipModelSetUp(SlipModel model)
+{
+  PetscFunctionBegin;
+  PetscCall((*model->ops->setup)(model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
+{
+  PetscFunctionBegin;
+  (void)t;
+  (void)w;
+  (void)dq; /* zero already */
+  q[0] = ((SlipModel)ctx)->bound;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* "SlipObserve_C". TSGetTime() is the step's start until the controller has chosen. */
+static PetscErrorCode Observe(TS ts, const char name[], PetscReal *value, PetscBool *known)
+{
+  SlipAttempt last;
+  SlipModel model;
+  Vec w;
+  const PetscScalar *a;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &model));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(TSBatheGetLastAttempt(ts, &last));
+  PetscCall(VecGetArrayRead(w, &a));
+  *known = (*model->ops->observe)(model, last.time + last.dt, a, name, value);
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* "SlipTimeScale_C" */
+static PetscErrorCode TimeScale(TS ts, PetscReal *tstar)
+{
+  SlipModel model;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &model));
+  *tstar = model->tstar;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* "SlipProblemName_C" */
+static PetscErrorCode ProblemName(TS ts, const char **name)
+{
+  SlipModel model;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &model));
+  *name = model->ops->name;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipModelConfigureTS - make a TS integrate a small model
+
+  Logically collective; before TSSetFromOptions().
+
+  Input Parameters:
++ model - the model, set up; it must live as long as the TS
+- ts    - the TS, of one process; the model becomes its application context
+
+  Notes:
+  Sets the type bathe, the final time, the first step, the study's tolerances, the controller heuristic and its steps'
+  limits: from 1e-9 s. The study's least step of 1e-5 s is for its policies, whose files hold their own bounds: across
+  an event an error estimate falls as slowly as the step, and controllers that obey it need less for some starts.
+
+  Level: beginner
+
+.seealso: SlipModelCreateState(), SlipSmallConfigureTS(), TSBATHE
+@*/
+PetscErrorCode SlipModelConfigureTS(SlipModel model, TS ts)
+{
+  const PetscInt rows[] = {0};
+  const SlipSmall problem = {.n = model->ops->n,
+                             .mass = model->mass,
+                             .nrows = 1,
+                             .rows = rows,
+                             .force = model->ops->force,
+                             .jacobian = model->ops->jacobian,
+                             .bound = Bound,
+                             .ctx = model};
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(SlipSmallConfigureTS(&problem, ts));
+  PetscCall(TSSetMaxTime(ts, model->max_time));
+  PetscCall(TSSetTimeStep(ts, model->dt));
+  PetscCall(TSSetTolerances(ts, model->atol, NULL, model->rtol, NULL));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
+  PetscCall(TSAdaptSetStepLimits(adapt, 1e-9, model->dt_max));
+  PetscCall(TSSetApplicationContext(ts, model));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipObserve_C", Observe));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipTimeScale_C", TimeScale));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "SlipProblemName_C", ProblemName));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipModelCreateState - create the vector of a small model's states, at its start
+
+  Not collective.
+
+  Input Parameter:
+. model - the model
+
+  Output Parameter:
+. w - the states [n], to be destroyed
+
+  Level: beginner
+
+.seealso: SlipModelConfigureTS()
+@*/
+PetscErrorCode SlipModelCreateState(SlipModel model, Vec *w)
+{
+  PetscScalar *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, model->ops->n, w));
+  PetscCall(VecGetArrayWrite(*w, &a));
+  PetscCall(PetscArraycpy(a, model->start, model->ops->n));
+  PetscCall(VecRestoreArrayWrite(*w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipModelEnergy - energy w'A w/2 of a state of a small model, which only the load raises
+
+  Not collective.
+
+  Input Parameters:
++ model - the model, set up
+- w     - the states [n]
+
+  Level: intermediate
+
+  Note:
+  Of the circuit in J. Two solutions of one model approach each other in this norm of their difference.
+
+.seealso: SlipModelCreate()
+@*/
+PetscReal SlipModelEnergy(SlipModel model, const PetscReal w[])
+{
+  PetscReal twice = 0;
+
+  for (PetscInt k = 0; k < model->ops->n; k++) twice += model->mass[k] * PetscSqr(w[k]);
+  return 0.5 * twice;
+}
+
+/*@C
+  SlipModelExactTable - the exact solution of a small model at equal intervals
+
+  Not collective.
+
+  Input Parameters:
++ model - the model, set up
+. dt    - the interval [s]
+- n     - number of times 0, dt, ..., (n - 1) dt
+
+  Output Parameter:
+. w - the states [n][states]
+
+  Level: intermediate
+
+.seealso: SlipModelCreate()
+@*/
+void SlipModelExactTable(SlipModel model, PetscReal dt, PetscInt n, PetscReal w[])
+{
+  PetscReal reaction;
+
+  if (model->ops->exact)
+    for (PetscInt k = 0; k < n; k++) w[k] = (*model->ops->exact)(model, (PetscReal)k * dt, &reaction);
+  else
+    (*model->ops->table)(model, dt, n, w);
+}
