@@ -5,6 +5,18 @@
 #include <dlfcn.h>
 #include <string.h>
 
+/*@C
+  SlipBLASSetNumThreads - say how many threads BLAS may use in this process
+
+  Not collective; does nothing where BLAS is none of OpenBLAS, MKL and BLIS.
+
+  Input Parameter:
+. n - the number of threads
+
+  Level: developer
+
+.seealso: SlipStepInitializePackage()
+@*/
 void SlipBLASSetNumThreads(int n)
 {
   /* OpenBLAS, MKL and BLIS; the last takes its dim_t */
