@@ -74,6 +74,7 @@ static PetscBool SlipErrorNameBound(const char message[], char text[], size_t le
     y = strtod(word, &end);
     /* printed with six digits */
     if (name && end != word && ((isnan(x) && isnan(y)) || x == y || fabs(x - y) < 1e-5 * fabs(x))) {
+      if (!strcmp(name, "-ts_time_step")) name = (char *)"-ts_dt"; /* as it is called here */
       snprintf(text, len, "%s is %s, expected a number%s", name, word, wanted);
       found = PETSC_TRUE;
     }
@@ -125,6 +126,27 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   return code;
 }
 
+/* PETSc calls the first step -ts_time_step from 3.25 on, and warns of -ts_dt: both names do with every version. */
+static PetscErrorCode SlipRenameStep(void)
+{
+#if PETSC_VERSION_LT(3, 25, 0)
+  const char *const given = "-ts_time_step", *const known = "-ts_dt";
+#else
+  const char *const given = "-ts_dt", *const known = "-ts_time_step";
+#endif
+  const char *value;
+  char copy[64];
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsFindPair(NULL, NULL, given, &value, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrncpy(copy, value ? value : "", sizeof(copy)));
+  PetscCall(PetscOptionsClearValue(NULL, given));
+  PetscCall(PetscOptionsSetValue(NULL, known, copy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipErrorHandlerPush - let errors end this program with one line on stderr, "program: error: message"
 
@@ -136,6 +158,9 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   Options Database Key:
 . -slip_traceback - keep PETSc's traceback instead
 
+  Note:
+  Lets programs take both -ts_dt and -ts_time_step, as PETSc calls it from 3.25 on, with every version.
+
   Level: intermediate
 
 .seealso: SlipErrorBcast()
@@ -146,6 +171,7 @@ PetscErrorCode SlipErrorHandlerPush(const char program[])
 
   PetscFunctionBegin;
   PetscCall(PetscStrncpy(SlipProgram, program, sizeof(SlipProgram)));
+  PetscCall(SlipRenameStep());
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "SlipStep", "Sys");
   PetscCall(PetscOptionsBool("-slip_traceback", "Show where an error happened, for reports of bugs",
                              "SlipErrorHandlerPush", traceback, &traceback, NULL));

@@ -48,6 +48,7 @@ done
 run sliding_mode-training sliding_mode -sliding_mode_case training
 run circuit-training circuit -circuit_case training -circuit_reference 1e-3
 run oscillator-fine oscillator -ts_adapt_type none -ts_dt 1e-3
+run oscillator-renamed oscillator -ts_adapt_type none -ts_time_step 1e-3 # as PETSc 3.25 calls it
 
 "$SLIPSTEP_PYTHON" - <<'PY' || failed=1
 import math
@@ -160,6 +161,7 @@ sliding_mode("evaluation", controllers)
 sliding_mode("training", ["training"])
 circuit(controllers + ["training"])
 oscillator(controllers + ["fine"])
+check("renamed", np.array_equal(read("oscillator-fine")[0]["x"], read("oscillator-renamed")[0]["x"]), "-ts_time_step is not -ts_dt")
 sys.exit(bad)
 PY
 
