@@ -6,7 +6,8 @@
   the number of processes, so that its low-rank blocks, and with them results, do not depend on that number.
 
   Without METIS the leaves of a tree of clusters, in their order, are cut into pieces of equal cost: as balanced, with
-  about a quarter more shared sides.
+  two to two and a half times the shared sides (1920 cells in two faults: 130 instead of 54 on 4 processes, 266 instead
+  of 129 on 7).
 */
 #include <slipcells.h>
 #include <slipsys.h>
