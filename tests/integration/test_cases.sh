@@ -167,7 +167,7 @@ PY
 
 grep -q "^L2 error: " sliding_mode-pi.txt && grep -q "^relative L2 error: " circuit-pi.txt || fail "no error in the summary"
 echo "an older result" >old.h5
-refuses "Unknown option later for -sliding_mode_case" -- "$bin/sliding_mode" -sliding_mode_case later
+refuses later "for -sliding_mode_case" -- "$bin/sliding_mode" -sliding_mode_case later
 refuses "-sliding_mode_start is 0" -- "$bin/sliding_mode" -sliding_mode_start 0
 refuses "-sliding_mode_frequency is -1" -- "$bin/sliding_mode" -sliding_mode_frequency -1
 refuses "-ts_type theta knows no friction, expected bathe" -- "$bin/sliding_mode" -ts_type theta -sliding_mode_output old.h5
