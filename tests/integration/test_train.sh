@@ -20,9 +20,9 @@ refuses "-train_policy_delay is 0" -- "${train[@]}" -train_policy_delay 0
 refuses "-train_hidden is 0, expected a number > 0" -- "${train[@]}" -train_hidden 0
 refuses "-train_batch is -1, expected a number > 0" -- "${train[@]}" -train_batch -1
 refuses "-train_alpha is nan, expected a number >= 0" -- "${train[@]}" -train_alpha nan
-refuses "-train_learning_rate is nan, expected a number > 0" -- "${train[@]}" -train_learning_rate nan
+refuses "-train_learning_rate is nan, expected a number" -- "${train[@]}" -train_learning_rate nan
 refuses "-train_discount is 2, expected a number >= 0 and <= 1" -- "${train[@]}" -train_discount 2
-refuses "-train_buffer is nan, expected a number >= 1" -- "${train[@]}" -train_buffer nan
+refuses "-train_buffer is nan, expected a number" -- "${train[@]}" -train_buffer nan
 refuses "(-train_steps)" -- "${train[@]}" -train_steps many
 refuses "-ts_max_time is 0, expected a number > 0 s" -- "${train[@]}" -ts_max_time 0
 refuses "-train_dt_min is 4.33013 s and -train_dt_max 1 s" -- "${train[@]}" -train_dt_min 5 -train_dt_max 1
