@@ -31,7 +31,7 @@ static PetscErrorCode SetFromOptions(Oscillator *o, char file[])
              (double)o->friction, (double)o->normal);
   PetscCheck(o->stiffness > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
              "-oscillator_stiffness is %g, expected a number > 0 N/m", (double)o->stiffness);
-  PetscFunctionReturn(0);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* 2. The smooth forces F_s of the states w = (v, x), and their derivatives J[i n + j] = dF_i/dw_j. */
@@ -43,7 +43,7 @@ static PetscErrorCode Force(PetscReal t, const PetscReal w[], PetscReal F[], voi
   (void)t;
   F[0] = -o->stiffness * w[1];
   F[1] = w[0];
-  PetscFunctionReturn(0);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
@@ -53,7 +53,7 @@ static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], 
   (void)w;
   J[0 * 2 + 1] = -((const Oscillator *)ctx)->stiffness;
   J[1 * 2 + 0] = 1;
-  PetscFunctionReturn(0);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* 3. The bound q of the reaction |F_r| <= q. A q that depends on |v| also sets its derivative dq[0], unless dq is
@@ -67,7 +67,7 @@ static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], Pet
   (void)w;
   (void)dq;
   q[0] = o->friction * o->normal;
-  PetscFunctionReturn(0);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* 4. What is written after each accepted step; time comes first by itself. */
@@ -90,7 +90,7 @@ static PetscErrorCode Row(TS ts, PetscReal time, Vec w, Vec r, PetscReal row[], 
   row[3] = 0.5 * (o->mass * PetscSqr(a[0]) + o->stiffness * PetscSqr(a[1]));
   PetscCall(VecRestoreArrayRead(r, &b));
   PetscCall(VecRestoreArrayRead(w, &a));
-  PetscFunctionReturn(0);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* 5. The exact solution, for its error: half cycles about x = +-mu N/k, until the spring is too weak to move the
@@ -115,18 +115,15 @@ static PetscErrorCode ConfigureTS(Oscillator *o, TS ts)
   const PetscInt rows[] = {0};
   const SlipSmall problem = {
     .n = 2, .mass = mass, .nrows = 1, .rows = rows, .force = Force, .jacobian = Jacobian, .bound = Bound, .ctx = o};
-  TSAdapt adapt;
 
   PetscFunctionBeginUser;
-  PetscCall(SlipSmallConfigureTS(&problem, ts));
+  PetscCall(SlipSmallConfigureTS(&problem, ts)); /* type bathe, the constraint, the controller heuristic */
   PetscCall(TSSetMaxTime(ts, 5));
   PetscCall(TSSetTimeStep(ts, 1e-3));
   PetscCall(TSSetTolerances(ts, 1e-6, NULL, 1e-4, NULL));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckOptions(ts));
-  PetscFunctionReturn(0);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Solve(TS ts, Vec w, Oscillator *o, const char file[])
@@ -148,7 +145,7 @@ static PetscErrorCode Solve(TS ts, Vec w, Oscillator *o, const char file[])
   PetscCall(SlipOutputAddResult(output, "x", "final x", "m", row[1]));
   PetscCall(SlipOutputAddResult(output, "x_error", "error of final x", "m", PetscAbsReal(row[1] - Exact(o, t))));
   PetscCall(SlipOutputFinish(&output, 0, end - begin));
-  PetscFunctionReturn(0);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 int main(int argc, char **argv)
@@ -162,7 +159,7 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
-  PetscCall(SlipErrorHandlerPush("oscillator"));
+  PetscCall(SlipErrorHandlerPush("oscillator")); /* errors are one line, not a traceback for PETSc's authors */
   PetscCall(SetFromOptions(&o, file));
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, 2, &w));
   PetscCall(VecSet(w, 0));

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# From clone to picture: installs what is missing (Debian 12), builds into build/, simulates the 3 km fault on 50 x 50
-# cells under the trained policy at two positions of its accuracy dial and under the classical controller, and
-# compares with a stored fine run.
+# From clone to picture: installs what is missing (Debian 12 and 13, Ubuntu 24.04), builds into build/, simulates the
+# 3 km fault on 50 x 50 cells under the trained policy at two positions of its accuracy dial and under the classical
+# controller, and compares with a stored fine run.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh

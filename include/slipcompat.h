@@ -4,6 +4,19 @@
 #include <petscversion.h>
 #include <petscsys.h>
 
+/* The PETSc that the library was built against; its structs, and the size of PetscInt, are those of no other. */
+#if defined(__has_include)
+  #if __has_include(<slipbuild.h>)
+    #include <slipbuild.h>
+    #if SLIPSTEP_PETSC_MAJOR != PETSC_VERSION_MAJOR || SLIPSTEP_PETSC_MINOR != PETSC_VERSION_MINOR
+      #error "SlipStep was built against another PETSc than this: slipbuild.h names it. Compile with that one."
+    #endif
+    #if (SLIPSTEP_PETSC_INT_BITS == 64) != defined(PETSC_USE_64BIT_INDICES)
+      #error "SlipStep was built against a PETSc with another PetscInt: slipbuild.h names it. Compile with that one."
+    #endif
+  #endif
+#endif
+
 #if PETSC_VERSION_LT(3, 19, 0) && !defined(PETSC_SUCCESS)
   #define PETSC_SUCCESS ((PetscErrorCode)0)
 #endif
@@ -52,8 +65,10 @@ typedef PetscErrorCodeFn SlipMatFn;
   #undef MPIU_BOOL
   #define MPIU_BOOL MPI_C_BOOL
 #endif
-#if PETSC_VERSION_GE(3, 25, 0)
-  #define SNES_DIVERGED_FNORM_NAN SNES_DIVERGED_FUNCTION_NANORINF
+#if PETSC_VERSION_LT(3, 25, 0)
+  #define SLIP_SNES_DIVERGED_NAN SNES_DIVERGED_FNORM_NAN
+#else
+  #define SLIP_SNES_DIVERGED_NAN SNES_DIVERGED_FUNCTION_NANORINF
 #endif
 /* The function that destroys what a PetscContainer holds gets the pointer until 3.22, the pointer's address from 3.23:
      static PetscErrorCode XDestroy_Container(SlipContainerArg arg) { X *x = SlipContainerArgPointer(arg); ... } */

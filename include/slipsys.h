@@ -1,6 +1,7 @@
 /* Initialisation, registration and version of the SlipStep library. */
 #pragma once
 #include <petscts.h>
+#include <slipcompat.h>
 
 #define SLIPSTEP_VERSION_MAJOR 0
 #define SLIPSTEP_VERSION_MINOR 2

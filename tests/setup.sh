@@ -1,11 +1,14 @@
 # Shared set-up of tests/run.sh and examples/quickstart.sh. Source it, then call
 #   slipstep_setup [extra package...]    install what is missing, set the environment, find a python
 #   slipstep_build DIR [cmake argument...]
-# SLIPSTEP_SKIP_PACKAGES=1 skips the package check, for PETSc installed in other ways.
+# Debian 12 and 13 and Ubuntu 24.04 call these packages alike. With PETSC_DIR set, PETSc and what it was built with are
+# the user's own; SLIPSTEP_SKIP_PACKAGES=1 skips the packages altogether.
 
-SLIPSTEP_PACKAGES=(build-essential cmake ninja-build pkg-config libpetsc-real-dev libopenmpi-dev openmpi-bin
-  libhdf5-openmpi-dev libopenblas0-pthread libopenblas-pthread-dev libfftw3-dev libfftw3-mpi-dev libmetis-dev
+SLIPSTEP_PACKAGES=(build-essential cmake ninja-build pkg-config libfftw3-dev libfftw3-mpi-dev
   python3 python3-h5py python3-numpy python3-matplotlib)
+SLIPSTEP_PETSC_PACKAGES=(libpetsc-real-dev libopenmpi-dev openmpi-bin libhdf5-openmpi-dev libopenblas0-pthread
+  libopenblas-pthread-dev libmetis-dev)
+SLIPSTEP_SYSTEMS="debian 12, debian 13, ubuntu 24.04" # that install by themselves
 
 slipstep_die() {
   printf '%s\n' "$*" >&2
@@ -31,6 +34,15 @@ slipstep_root() {
   fi
 }
 
+# The command that installs packages here. Other systems than Debian's kin have other names for them.
+slipstep_command() {
+  if command -v apt-get >/dev/null; then
+    echo "sudo apt-get update && sudo apt-get install --no-install-recommends $*"
+  else
+    echo "the installer of this system, for what Debian calls $*"
+  fi
+}
+
 slipstep_install() {
   local missing system root
   if [ "${SLIPSTEP_SKIP_PACKAGES:-0}" = 1 ]; then return; fi
@@ -42,14 +54,15 @@ slipstep_install() {
   if [ ${#missing[@]} = 0 ]; then return; fi
 
   system=$(. /etc/os-release 2>/dev/null && echo "${ID:-unknown} ${VERSION_ID:-}")
-  if [ "$system" != "debian 12" ]; then
-    slipstep_die "SlipStep: packages are missing, and they are installed automatically on Debian 12 only (this is ${system:-unknown}).
-Please install (Debian's names)
-  ${missing[*]}
-and run this again. For PETSc from elsewhere set PETSC_DIR, PETSC_ARCH and SLIPSTEP_SKIP_PACKAGES=1."
-  fi
+  case ", $SLIPSTEP_SYSTEMS," in
+    *", $system,"*) ;;
+    *) slipstep_die "SlipStep: packages are missing, and they are installed automatically on $SLIPSTEP_SYSTEMS only
+(this is ${system:-unknown}). Please run
+  $(slipstep_command "${missing[@]}")
+and then this again. For a PETSc from elsewhere, with real scalars, set PETSC_DIR, PETSC_ARCH and SLIPSTEP_SKIP_PACKAGES=1." ;;
+  esac
   root=$(slipstep_root) || slipstep_die "SlipStep: packages are missing, and installing them needs root. Please run
-  sudo apt-get install --no-install-recommends ${missing[*]}
+  $(slipstep_command "${missing[@]}")
 and then this again."
   echo "Installing: ${missing[*]}"
   $root apt-get -q update || echo "apt-get update reported errors; going on with the package lists there are." >&2
@@ -74,11 +87,13 @@ Install python3-h5py python3-numpy python3-matplotlib, or set SLIPSTEP_PYTHON."
 # One BLAS thread a rank; Open MPI as root, with more ranks than cores, and without ptrace (containers forbid it).
 slipstep_environment() {
   export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
-  export OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 OMPI_MCA_btl_vader_single_copy_mechanism=none
+  export OMPI_MCA_mpi_yield_when_idle=1 OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_smsc=^cma
+  export OMPI_MCA_rmaps_base_oversubscribe=1 PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe # Open MPI 4 and 5
   if [ "$(id -u)" = 0 ]; then export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1; fi
 }
 
 slipstep_setup() {
+  [ -n "${PETSC_DIR:-}" ] || set -- "${SLIPSTEP_PETSC_PACKAGES[@]}" "$@"
   slipstep_install "${SLIPSTEP_PACKAGES[@]}" "$@"
   slipstep_environment
   slipstep_find_python

@@ -9,10 +9,13 @@
 #ifndef SLIPSTEP_LIB_TO_POLICIES
   #define SLIPSTEP_LIB_TO_POLICIES "../share/slipstep/policies" /* as installed with the usual names of folders */
 #endif
+#ifndef SLIPSTEP_INSTALLED_POLICIES /* for a program anywhere that the static library is part of */
+  #define SLIPSTEP_INSTALLED_POLICIES "/usr/local/share/slipstep/policies"
+#endif
 /* The build tree has a link beside the library, to training/policies. Its address also says which library this is. */
 static const char build_policies[] = "slipstep-policies";
 
-/* The folder of the shared library, without a / at its end */
+/* The folder of the shared library, or of the program that the static one is part of, without a / at its end */
 static PetscErrorCode LibraryFolder(char folder[], size_t len)
 {
   Dl_info info;
@@ -21,7 +24,8 @@ static PetscErrorCode LibraryFolder(char folder[], size_t len)
   PetscFunctionBegin;
   folder[0] = 0;
   if (!dladdr(build_policies, &info) || !info.dli_fname) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscGetRealPath(info.dli_fname, path));
+  /* a program found by PATH has no folder in its name */
+  PetscCall(PetscGetRealPath(strchr(info.dli_fname, '/') ? info.dli_fname : "/proc/self/exe", path));
   PetscCall(PetscStrrchr(path, '/', &slash)); /* what follows the last /, or path itself */
   if (slash == path) PetscFunctionReturn(PETSC_SUCCESS);
   slash[-1] = 0;
@@ -34,7 +38,7 @@ static PetscErrorCode PolicyFolder(char folder[], size_t len)
 {
   const char *given = getenv("SLIPSTEP_POLICY_DIR");
   char library[PETSC_MAX_PATH_LEN];
-  PetscBool build;
+  PetscBool build, beside, installed = PETSC_FALSE;
 
   PetscFunctionBegin;
   if (given && given[0]) {
@@ -45,6 +49,9 @@ static PetscErrorCode PolicyFolder(char folder[], size_t len)
   PetscCall(PetscSNPrintf(folder, len, "%s/%s", library, build_policies));
   PetscCall(PetscTestDirectory(folder, 'r', &build));
   if (!build) PetscCall(PetscSNPrintf(folder, len, "%s/%s", library, SLIPSTEP_LIB_TO_POLICIES));
+  PetscCall(PetscTestDirectory(folder, 'r', &beside));
+  if (!beside) PetscCall(PetscTestDirectory(SLIPSTEP_INSTALLED_POLICIES, 'r', &installed));
+  if (installed) PetscCall(PetscStrncpy(folder, SLIPSTEP_INSTALLED_POLICIES, len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -67,7 +74,7 @@ static PetscErrorCode PolicyFolder(char folder[], size_t len)
   Note:
   The folder is that of the environment variable `SLIPSTEP_POLICY_DIR` if it is set; else share/slipstep/policies of the
   installation that the shared library belongs to, wherever that was moved; else, in the build tree, training/policies
-  of the source.
+  of the source. With the static library, the program's place counts, and then the folder that CMake was told to install to.
 
 .seealso: SlipPolicyLoad(), TSAdaptRLSetPolicyFile(), TSADAPTRL
 @*/

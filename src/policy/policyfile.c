@@ -151,31 +151,39 @@ static PetscErrorCode ReadAction(SlipH5 *h5, SlipPolicy p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static herr_t CountAttribute(hid_t location, const char *name, const H5A_info_t *info, void *ctx)
+enum { max_attributes = 64 };
+
+typedef struct {
+  char *name[max_attributes];
+  size_t n;
+} Names;
+
+/* Stops the iteration, with 1, at one attribute too many. */
+static herr_t AddName(hid_t location, const char *name, const H5A_info_t *info, void *ctx)
 {
-  char ***next = (char ***)ctx;
+  Names *names = (Names *)ctx;
 
   (void)location;
   (void)info;
-  return PetscStrallocpy(name, (*next)++) ? -1 : 0;
+  if (names->n == max_attributes) return 1;
+  return PetscStrallocpy(name, &names->name[names->n++]) ? -1 : 0;
 }
 
 /* What the file says of the training: every attribute of the root, numbers as text. */
 static PetscErrorCode ReadAttributes(SlipH5 *h5, SlipPolicy p)
 {
-  char *names[64], **next = names, value[1024];
+  Names names = {.n = 0};
+  char value[1024];
   PetscReal number;
-  H5O_info_t info;
   herr_t failed;
 
   PetscFunctionBegin;
-  failed = H5Oget_info(h5->id, &info);
-  PetscCheck(failed >= 0 && info.num_attrs <= PETSC_STATIC_ARRAY_LENGTH(names), PETSC_COMM_SELF,
-             PETSC_ERR_FILE_UNEXPECTED, "%s: / has more than %d attributes", h5->name,
-             (int)PETSC_STATIC_ARRAY_LENGTH(names));
-  failed = H5Aiterate2(h5->id, H5_INDEX_NAME, H5_ITER_INC, NULL, CountAttribute, &next);
+  failed = H5Aiterate2(h5->id, H5_INDEX_NAME, H5_ITER_INC, NULL, AddName, &names);
+  for (size_t k = 0; k < names.n && failed; k++) PetscCall(PetscFree(names.name[k]));
+  PetscCheck(failed <= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s: / has more than %d attributes", h5->name,
+             (int)max_attributes);
   PetscCheck(failed >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "%s: cannot list the attributes of /", h5->name);
-  for (char **name = names; name < next; name++) {
+  for (char **name = names.name; name < names.name + names.n; name++) {
     if (strcmp(*name, "format") && strcmp(*name, "version")) {
       const hid_t attribute = H5Aopen(h5->id, *name, H5P_DEFAULT), type = H5Aget_type(attribute);
       const H5T_class_t kind = H5Tget_class(type);

@@ -117,7 +117,7 @@ PetscErrorCode SlipPolicyAddLayer(SlipPolicy p, PetscInt in, PetscInt out, const
              "Policy %s: /layers/%" PetscInt_FMT "/weight has shape [%" PetscInt_FMT ", %" PetscInt_FMT
              "]; expected positive sizes",
              SlipPolicySource_Private(p), p->nlayers, out, in);
-  PetscCheck((PetscInt)activation >= 0 && activation <= SLIP_ACTIVATION_HARDTANH2, comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck((int)activation >= 0 && activation <= SLIP_ACTIVATION_HARDTANH2, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Policy %s: layer %" PetscInt_FMT " has activation %d; expected a SlipActivation",
              SlipPolicySource_Private(p), p->nlayers, (int)activation);
   PetscCall(PetscSNPrintf(dataset, sizeof(dataset), "/layers/%" PetscInt_FMT "/weight", p->nlayers));

@@ -146,7 +146,7 @@ PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, Pets
   MPI_Comm comm = PetscObjectComm((PetscObject)mask);
   Mat dense;
   PetscReal sum;
-  PetscInt n, nloc, *loc, *glob;
+  PetscInt n, nloc = 0, *loc, *glob;
   PetscMPIInt *counts, *displs, rank;
   PetscScalar *rows, *A, *b, *mine, *y;
   PetscBool told, symmetric;

@@ -186,7 +186,7 @@ PetscErrorCode SlipConstraintReport(SNES snes, SlipConstraint con, PetscInt it, 
   PetscCall(SNESMonitor(snes, it, snes->norm));
   *reason = SNES_CONVERGED_ITERATING;
   if (PetscIsInfOrNanReal(snes->norm))
-    *reason = SNES_DIVERGED_FNORM_NAN;
+    *reason = SLIP_SNES_DIVERGED_NAN;
   else if (snes->norm <= snes->rtol)
     *reason = SNES_CONVERGED_FNORM_RELATIVE;
   else if (snes->norm <= snes->abstol)

@@ -63,6 +63,27 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   return code;
 }
 
+/* PETSc calls the first step -ts_time_step from 3.25 on, and warns of -ts_dt: both names do with every version. */
+static PetscErrorCode SlipRenameStep(void)
+{
+#if PETSC_VERSION_LT(3, 25, 0)
+  const char *const given = "-ts_time_step", *const known = "-ts_dt";
+#else
+  const char *const given = "-ts_dt", *const known = "-ts_time_step";
+#endif
+  const char *value;
+  char copy[64];
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsFindPair(NULL, NULL, given, &value, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrncpy(copy, value ? value : "", sizeof(copy)));
+  PetscCall(PetscOptionsClearValue(NULL, given));
+  PetscCall(PetscOptionsSetValue(NULL, known, copy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipErrorHandlerPush - let errors end this program with one line on stderr, "program: error: message"
 
@@ -80,6 +101,8 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   For programs of one's own: the library itself only raises errors, as PETSc does. The handler prints the message of the
   error as it was raised, and ends the program with a failure.
 
+  Programs then take both -ts_dt and -ts_time_step, as PETSc calls it from 3.25 on, with every version.
+
 .seealso: SlipCheckSolverOptions(), SlipErrorBcast()
 @*/
 PetscErrorCode SlipErrorHandlerPush(const char program[])
@@ -87,6 +110,7 @@ PetscErrorCode SlipErrorHandlerPush(const char program[])
   PetscBool traceback = PETSC_FALSE;
 
   PetscFunctionBegin;
+  PetscCall(SlipRenameStep());
   PetscCall(PetscSetProgramName(program));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "SlipStep", "Sys");
   PetscCall(PetscOptionsBool("-slip_traceback", "Show where an error happened, for reports of bugs (default no)",

@@ -12,8 +12,8 @@
 - ts      - the TS, of one process
 
   Notes:
-  Sets the type bathe with the constraint of SlipConstraintCreateSmall(), exact final time matchstep, unlimited steps,
-  rejections and failed solves. Tolerances, step and final time are those of TSSetTolerances(), TSSetTimeStep(),
+  Sets the type bathe with the constraint of SlipConstraintCreateSmall(), the controller heuristic unless another is
+  chosen, exact final time matchstep, unlimited steps, rejections and failed solves. Tolerances, step and final time are those of TSSetTolerances(), TSSetTimeStep(),
   TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if policies are to
   observe more than the table of observations knows of every problem.
 
@@ -39,6 +39,7 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
   PetscCall(TSSetType(ts, TSBATHE));
   PetscCall(TSBatheSetConstraint(ts, con));
   PetscCall(SlipConstraintDestroy(&con));
+  ts->default_adapt_type = "heuristic"; /* TSADAPTHEURISTIC, of a layer above; constant steps are of little use here */
   PetscCall(TSSetMaxSteps(ts, PETSC_MAX_INT));
   PetscCall(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -14,7 +14,8 @@ fail() {
 
 pc=$(find "$prefix" -name slipstep.pc)
 library=$(find "$prefix" -name libslipstep.so)
-[ -n "$pc" ] && [ -n "$library" ] || fail "slipstep.pc or libslipstep.so was not installed"
+[ -n "$library" ] || library=$(find "$prefix" -name libslipstep.a) # built with BUILD_SHARED_LIBS=OFF
+[ -n "$pc" ] && [ -n "$library" ] || fail "slipstep.pc or libslipstep was not installed"
 for policy in "$SLIPSTEP_SOURCE"/training/policies/*.h5; do
   [ ! -e "$policy" ] || cmp "$policy" "$prefix/share/slipstep/policies/$(basename "$policy")"
 done
@@ -66,9 +67,42 @@ cmake --build "$room/user/build" >>"$room/user.log" || { cat "$room/user.log"; f
 said=$("$room/user/build/user") || fail "the program built with CMake failed: $said"
 [ "$said" = "$expected" ] || fail "built with CMake: expected '$expected', got '$said'"
 
+# static: the same program, which then needs no libslipstep
+if [ "$library" != "${library%.so}" ]; then
+  sed -i 's/slipstep::slipstep)/slipstep::slipstep_static)/' "$room/user/CMakeLists.txt"
+  cmake -S "$room/user" -B "$room/user/static" -DCMAKE_PREFIX_PATH="$prefix" >"$room/user.log" && cmake --build "$room/user/static" >>"$room/user.log" ||
+    { cat "$room/user.log"; fail "building with the static library"; }
+  said=$("$room/user/static/user") || fail "the static program failed: $said"
+  [ "$said" = "$expected" ] || fail "static: expected '$expected', got '$said'"
+  if ldd "$room/user/static/user" | grep slipstep; then fail "the static program needs libslipstep"; fi
+fi
+
+# another PETSc than the one that was built against is refused, by CMake and by the compiler
+mkdir -p "$room/other/lib/petsc/conf"
+touch "$room/other/lib/petsc/conf/petscvariables"
+if PETSC_DIR="$room/other" PETSC_ARCH= cmake -S "$room/user" -B "$room/user/other" -DCMAKE_PREFIX_PATH="$prefix" >"$room/user.log" 2>&1; then
+  fail "find_package(slipstep) took another PETSc"
+fi
+tr -s ' \n' ' ' <"$room/user.log" | grep -q "this project uses that of .*other/lib" || { cat "$room/user.log"; fail "no message on another PETSc"; }
+mkdir "$room/header"
+sed 's/\(SLIPSTEP_PETSC_MINOR\) .*/\1 17/' "$(find "$prefix" -name slipbuild.h)" >"$room/header/slipbuild.h"
+
 export PKG_CONFIG_PATH
 PKG_CONFIG_PATH="$(dirname "$pc"):${PKG_CONFIG_PATH:-}"
 mpicc -std=c17 "$room/user/user.c" -o "$room/user/user" $(pkg-config --cflags --libs slipstep) || fail "building with pkg-config"
 said=$("$room/user/user") || fail "the program built with pkg-config failed: $said"
 [ "$said" = "$expected" ] || fail "built with pkg-config: expected '$expected', got '$said'"
+if mpicc -std=c17 -I"$room/header" "$room/user/user.c" -o "$room/user/wrong" $(pkg-config --cflags --libs slipstep) 2>"$room/user.log"; then
+  fail "a program for another PETSc was compiled"
+fi
+grep -q "built against another PETSc" "$room/user.log" || { cat "$room/user.log"; fail "no message of the compiler"; }
+if [ "$library" != "${library%.so}" ]; then
+  static=$(pkg-config --static --cflags --libs slipstep | sed 's/-lslipstep/-l:libslipstep.a/')
+  mpicc -std=c17 "$room/user/user.c" -o "$room/user/static-user" $static || fail "building with pkg-config --static"
+  said=$("$room/user/static-user") || fail "the static program built with pkg-config failed: $said"
+  [ "$said" = "$expected" ] || fail "static with pkg-config: expected '$expected', got '$said'"
+fi
+version=$(pkg-config --variable=petsc_version slipstep)
+grep -q "PETSC_VERSION \"$version\"" "$(find "$prefix" -name slipbuild.h)" || fail "slipstep.pc names PETSc '$version', slipbuild.h another"
+[ -e "$(pkg-config --variable=petsc_pc slipstep)" ] || fail "slipstep.pc names no PETSc"
 echo "installed programs and both ways of linking work"

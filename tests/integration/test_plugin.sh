@@ -4,9 +4,11 @@ set -euo pipefail
 build=${SLIPSTEP_BUILD:?} source=${SLIPSTEP_SOURCE:?} python=${SLIPSTEP_PYTHON:-python3}
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 
+[ -e "$build/lib/libslipstep.so" ] || exit 77 # BUILD_SHARED_LIBS=OFF
+
 # PETSc as CMake found it
 petsc=$(sed -n 's/^PETSC_LIBDIR:INTERNAL=//p' "$build/CMakeCache.txt" | head -n 1)
-export PKG_CONFIG_PATH="${PKG_CONFIG_PATH:+$PKG_CONFIG_PATH:}$petsc/pkgconfig"
+export PKG_CONFIG_PATH="$petsc/pkgconfig${PKG_CONFIG_PATH:+:$PKG_CONFIG_PATH}"
 pc=PETSc # Debian; PETSc's own name is petsc
 pkg-config --exists "$pc" || pc=petsc
 pkg-config --exists "$pc" || { echo "pkg-config does not find PETSc in $petsc/pkgconfig"; exit 1; }
@@ -55,3 +57,33 @@ P
 
 if ./ode "${plugin[@]}" -ts_type bathe -ts_adapt_type rl > none 2>&1; then echo "rl without a policy must fail"; exit 1; fi
 grep -q 'ts_adapt_rl_policy' none
+
+# A program that runs already: -dll_prepend comes too late, PetscDLLibraryAppend() does not.
+cat >late.c <<'C'
+#include <petscts.h>
+
+int main(int argc, char **argv)
+{
+  TS ts;
+
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  PetscCall(PetscDLLibraryAppend(PETSC_COMM_WORLD, &PetscDLLibrariesLoaded, getenv("LIBRARY")));
+  PetscCall(TSCreate(PETSC_COMM_WORLD, &ts));
+  PetscCall(TSSetType(ts, "bathe"));
+  PetscCall(TSDestroy(&ts));
+  PetscCall(PetscFinalize());
+  return 0;
+}
+C
+"${MPICC:-mpicc}" -o late late.c "${flags[@]}" -Wl,-rpath,"$petsc" -lm
+LIBRARY=$build/lib/libslipstep.so ./late > late.txt 2>&1 || { cat late.txt; echo "PetscDLLibraryAppend() does not load the library"; exit 1; }
+if "$python" -c 'import petsc4py' 2>/dev/null; then
+  "$python" - "$build/lib/libslipstep.so" <<'P'
+import ctypes, sys
+from petsc4py import PETSc
+assert ctypes.CDLL(sys.argv[1]).SlipStepInitializePackage() == 0
+ts = PETSc.TS().create()
+ts.setType("bathe")
+assert ts.getType() == "bathe"
+P
+fi

@@ -121,7 +121,7 @@ static void known_counts(void **state)
     const PetscInt n = median_evaluations(row[i].f, row[i].start, 2 * row[i].high);
 
     print_message("function %d: %d evaluations\n", i, (int)n);
-    assert_in_range(n, row[i].low, row[i].high);
+    assert_true(n >= row[i].low && n <= row[i].high);
   }
 }
 
@@ -164,7 +164,7 @@ static void diagonal(void **state)
         for (int j = 0; j < N; j++) assert_true(i == j || es.C[i * N + j] == 0);
   }
   print_message("%d evaluations\n", (int)count);
-  assert_in_range(count, 1200, (PetscInt)(0.8 * (double)median_evaluations(ellipsoid, 3, 30000)));
+  assert_true(count >= 1200 && (double)count <= 0.8 * (double)median_evaluations(ellipsoid, 3, 30000));
   ok(CMAESDestroy(&es));
 }
 

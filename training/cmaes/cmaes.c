@@ -2,7 +2,7 @@
 #include "cmaes.h"
 #include <petscblaslapack.h>
 #include <slipcompat.h>
-#include <cblas.h>
+#include "common/rowblas.h"
 #include <math.h>
 
 /* Weights of equations 49 to 53, positive ones first. */

@@ -1,9 +1,9 @@
 /* Training by CMA-ES, see cmatrain.h. Every rank holds the same episodes and the same strategy; a population is spread
    over the ranks, one member's episodes staying on one rank, so that results do not depend on their number. */
 #include "cmatrain.h"
+#include <slipblas.h>
 #include <sliph5.h>
 #include <slipcompat.h>
-#include <cblas.h>
 #include <petsctime.h>
 
 #define TRAIN_STREAM 1000000 /* seeds of episodes and generations do not meet */
@@ -68,7 +68,7 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
   PetscCall(PetscMemzero(t, sizeof(*t)));
   t->o = *o;
   t->comm = comm;
-  openblas_set_num_threads(1); /* threads change the order of sums, and so bits; and the ranks have the cores already */
+  SlipBLASSetNumThreads(1); /* threads change the order of sums, and so bits; and the ranks have the cores already */
   PetscCall(PetscTime(&t->begin));
   PetscCallMPI(MPI_Comm_rank(comm, &t->rank));
   PetscCallMPI(MPI_Comm_size(comm, &t->size));

@@ -226,6 +226,7 @@ static PetscErrorCode CheckConflicts(void)
                                   {"-ts_rtol", "-evaluate_tolerances"},
                                   {"-ts_atol", "-evaluate_tolerances"},
                                   {"-ts_dt", "-evaluate_steps"},
+                                  {"-ts_time_step", "-evaluate_steps"},
                                   {"-fault_nx", "-evaluate_meshes"},
                                   {"-fault_nz", "-evaluate_meshes"},
                                   {"-fault_mesh", "-evaluate_meshes"},

@@ -3,7 +3,7 @@
    1e-9. */
 #pragma once
 #include <petscsys.h>
-#include <cblas.h>
+#include "common/rowblas.h"
 #include <math.h>
 
 #if defined(TRAIN_DOUBLE)

@@ -1,12 +1,8 @@
 /* Whole matrices on one rank: moving them to and from a parallel Mat, and their symmetric eigenproblem. */
 #include <slipmat.h>
-#include <petscblaslapack.h>
+#include <slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcommon.h>
-
-extern void dsyevd_(const char *jobz, const char *uplo, const PetscBLASInt *n, double *a, const PetscBLASInt *lda,
-                    double *w, double *work, const PetscBLASInt *lwork, PetscBLASInt *iwork, const PetscBLASInt *liwork,
-                    PetscBLASInt *info);
 
 /* Rows are exchanged in pieces of at most this many entries: MPI counts are int. */
 #define SLIP_CHUNK 100000000
@@ -97,11 +93,11 @@ PetscErrorCode SlipDenseEigen(PetscInt n, PetscReal A[], PetscReal eigenvalues[]
 
   PetscFunctionBegin;
   PetscCall(PetscBLASIntCast(n, &bn));
-  dsyevd_("V", "U", &bn, A, &bn, eigenvalues, &size, &lwork, &isize, &liwork, &binfo);
+  SLIP_dsyevd("V", "U", &bn, A, &bn, eigenvalues, &size, &lwork, &isize, &liwork, &binfo);
   lwork = (PetscBLASInt)size;
   liwork = isize;
   PetscCall(PetscMalloc2(lwork, &work, liwork, &iwork));
-  dsyevd_("V", "U", &bn, A, &bn, eigenvalues, work, &lwork, iwork, &liwork, &binfo);
+  SLIP_dsyevd("V", "U", &bn, A, &bn, eigenvalues, work, &lwork, iwork, &liwork, &binfo);
   PetscCall(PetscFree2(work, iwork));
   *info = binfo;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -3,13 +3,9 @@
   rank, so it is kept as W diag(lambda) W' for each parity under the mirror x -> -x (found in viscosity/sketch.c).
 */
 #include <slipmat.h>
-#include <petscblaslapack.h>
+#include <slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcommon.h>
-
-extern void sgemv_(const char *trans, const PetscBLASInt *m, const PetscBLASInt *n, const float *alpha, const float *a,
-                   const PetscBLASInt *lda, const float *x, const PetscBLASInt *incx, const float *beta, float *y,
-                   const PetscBLASInt *incy);
 
 /* A small linear congruential generator (Knuth's MMIX constants), uniform in (-1, 1). */
 static PetscReal NextRandom(uint64_t *state)
@@ -119,7 +115,7 @@ PetscErrorCode SlipLowRankDestroy(SlipLowRank *m)
   }
 
 DEFINE_TALL_GEMV(TallGemv, PetscReal, BLASgemv_)
-DEFINE_TALL_GEMV(TallGemvSingle, float, sgemv_)
+DEFINE_TALL_GEMV(TallGemvSingle, float, SLIP_sgemv)
 
 /* t of the first r terms of the tail = W' x, x scaled to its largest entry so that single precision neither overflows
    nor underflows. */

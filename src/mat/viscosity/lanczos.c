@@ -13,12 +13,9 @@
 */
 #include <petsc/private/petscimpl.h>
 #include <slipmat.h>
-#include <petscblaslapack.h>
+#include <slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
-
-extern void dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e, double *z, const PetscBLASInt *ldz,
-                   double *work, PetscBLASInt *info);
 
 #define LANCZOS_MAX 600           /* steps of one product */
 #define LANCZOS_BLOCK 20          /* basis vectors are allocated in blocks */
@@ -62,7 +59,7 @@ PetscErrorCode SlipRootOfTridiagonal(PetscInt m, const PetscReal alpha[], const 
   PetscCall(PetscMalloc4(m, &d, m, &e, m * m, &Z, PetscMax(1, 2 * m - 2), &work));
   PetscCall(PetscArraycpy(d, alpha, m));
   PetscCall(PetscArraycpy(e, beta, m));
-  dstev_("V", &n, d, e, Z, &n, work, &info);
+  SLIP_dstev("V", &n, d, e, Z, &n, work, &info);
   PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK stev: info %d", (int)info);
   *lowest = d[0];
   PetscCall(PetscArrayzero(c, m));

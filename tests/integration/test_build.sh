@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# Which PETSc and HDF5 the build takes: what the user names wins or is refused by name, and two HDF5 in one program are
+# refused before anything is compiled.
+set -u
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
+
+cached() { sed -n "s/^$1:[A-Z]*=//p" "$SLIPSTEP_BUILD/CMakeCache.txt" | head -n 1; }
+pc=$(cached SLIPSTEP_PETSC_PC)
+libdir=$(cached PETSC_LIBDIR)
+unset PETSC_DIR PETSC_ARCH PKG_CONFIG_PATH
+
+# configure [VARIABLE=VALUE...] [-D...]: into a new folder; its output, wrapped by CMake, as one line in said
+configure() {
+  rm -rf build
+  env "${environment[@]}" cmake -S "$SLIPSTEP_SOURCE" -B build -DBUILD_TESTING=OFF "$@" >log 2>&1
+  local code=$?
+  said=$(tr -s ' \n' ' ' <log)
+  return $code
+}
+
+expect() { # words of a message
+  if configure "${arguments[@]}"; then fail "no error with ${environment[*]} ${arguments[*]}"; fi
+  for words in "$@"; do [[ "$said" == *"$words"* ]] || fail "no \"$words\" with ${environment[*]} ${arguments[*]}: $said"; done
+}
+
+# fake DIR VERSION SCALAR: what a PETSc installs, without headers and libraries
+fake() {
+  mkdir -p "$1/lib/pkgconfig" "$1/lib/petsc/conf"
+  printf 'prefix=%s\nlibdir=${prefix}/lib\nName: PETSc\nDescription: none\nVersion: %s\nLibs: -L${libdir} -lpetsc\n' "$1" "$2" >"$1/lib/pkgconfig/PETSc.pc"
+  printf 'PETSC_SCALAR = %s\nPETSC_SCALAR_SIZE = 64\nPETSC_INDEX_SIZE = 32\n' "$3" >"$1/lib/petsc/conf/petscvariables"
+}
+fake "$work/old" 3.17.4 real
+fake "$work/complex/arch-x" 3.22.1 complex
+fake "$work/empty" 3.22.1 real
+
+arguments=()
+environment=(PETSC_DIR="$work/nowhere" PETSC_ARCH=arch-y)
+expect "PETSC_DIR is \"$work/nowhere\" and PETSC_ARCH \"arch-y\"" "there is no PETSc.pc"
+environment=(PETSC_DIR="$work/old")
+expect "$work/old/lib/pkgconfig/PETSc.pc is version 3.17.4, expected 3.18 or later"
+environment=(PETSC_DIR="$work/complex" PETSC_ARCH=arch-x PKG_CONFIG_PATH="$libdir/pkgconfig")
+expect "has complex scalars of 64 bits, expected real ones"
+environment=(PKG_CONFIG_PATH="$work/old/lib/pkgconfig:$libdir/pkgconfig") # before the system's
+expect "is version 3.17.4, expected 3.18 or later"
+
+# taken, also before one on PKG_CONFIG_PATH
+environment=(PETSC_DIR="$(dirname "$libdir")" PKG_CONFIG_PATH="$work/empty/lib/pkgconfig")
+configure || fail "PETSC_DIR is not taken: $said"
+taken=$(sed -n 's/^SLIPSTEP_PETSC_PC:[A-Z]*=//p' build/CMakeCache.txt)
+[ "$(readlink -f "$taken")" = "$(readlink -f "$libdir/pkgconfig/$(basename "$pc")")" ] || fail "took $taken instead of $libdir/pkgconfig"
+# and a build folder keeps it
+if PETSC_DIR="$work/empty" cmake build >log 2>&1; then fail "a build folder changed its PETSc"; fi
+tr -s ' \n' ' ' <log | grep -q "this build folder was made for the PETSc of" || fail "no message on a changed PETSc: $(cat log)"
+cmake build >log 2>&1 || fail "configuring again without PETSC_DIR: $(cat log)"
+
+# another HDF5 than PETSc's, where the system has one
+used=$(ldd "$(ls "$libdir"/libpetsc*.so | head -n 1)" | sed -n 's/^\s*libhdf5[^ ]* => \([^ ]*\).*/\1/p' | head -n 1)
+for other in /usr/lib/*/libhdf5_serial.so.*[0-9]; do
+  [ -e "$other" ] && [ -n "$used" ] && [ "$(readlink -f "$other")" != "$(readlink -f "$used")" ] || continue
+  environment=(PETSC_DIR="$(dirname "$libdir")")
+  arguments=(-DSLIPSTEP_HDF5_LIBRARIES="$other" -DSLIPSTEP_HDF5_INCLUDES="$(sed -n 's/^HDF5_INCLUDE = -I//p' "$libdir/petsc/conf/petscvariables")")
+  expect "HDF5"
+  [[ "$said" == *"two HDF5 in one program"* || "$said" == *"HDF5's headers are of version"* ]] || fail "another HDF5 is refused for another reason: $said"
+  break
+done
+exit $failed
