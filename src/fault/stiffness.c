@@ -262,6 +262,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   else
     PetscCall(SlipFaultComputeStiffness(fault));
   PetscCall(MatSetOptionsPrefix(fault->K, ((PetscObject)fault)->prefix)); /* H and B take it over */
+  PetscCall(MatSlipStiffnessSetFromOptions(fault->K));
   PetscCall(MatSlipStiffnessSetCacheDir(fault->K, fault->text[FAULT_CACHE_DIR]));
   PetscCall(MatCreateVecs(fault->K, &fault->uc, &fault->c));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->uc, &fault->work[i]));
@@ -278,6 +279,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(MatSlipViscositySetTolerance(fault->H, fault->value[FAULT_KRYLOV_TOLERANCE]));
   PetscCall(MatSlipViscositySetFromOptions(fault->H)); /* its own option wins */
   PetscCall(MatCreateSlipStage(fault->K, fault->H, fault->mass, &fault->B));
+  PetscCall(MatSlipStageSetFromOptions(fault->B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -83,6 +83,7 @@ static Operators Create(MPI_Comm comm, const SlipGrid *grid, const char *type)
   Operators o;
 
   ok(MatCreateSlipStiffness(comm, grid, type, &o.K));
+  ok(MatSlipStiffnessSetFromOptions(o.K));
   ok(MatScale(o.K, 0.37));
   ok(MatCreateSlipViscosity(o.K, MASS, ZETA, "sqrtm", &o.H));
   ok(MatCreateSlipStage(o.K, o.H, MASS, &o.B));
@@ -208,7 +209,9 @@ static void test_lean_viscosities_do_not_depend_on_ranks(void **state)
       Mat K, H, K_serial, H_serial;
 
       ok(MatCreateSlipStiffness(PETSC_COMM_WORLD, &Grids[g], "fft", &K));
+      ok(MatSlipStiffnessSetFromOptions(K));
       ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grids[g], "fft", &K_serial));
+      ok(MatSlipStiffnessSetFromOptions(K_serial));
       ok(MatCreateSlipViscosity(K, MASS, ZETA, rows[t].type, &H));
       ok(MatCreateSlipViscosity(K_serial, MASS, ZETA, rows[t].type, &H_serial));
       ok(MatSlipViscositySetTolerance(H, 1e-10));

@@ -163,18 +163,36 @@ static PetscErrorCode StrikeDestroy(SlipContainerArg arg)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Small grids are multiplied whole on every rank, which is faster than talking. */
-static PetscErrorCode ShareWavenumbers(Mat K, const SlipGrid *grid, PetscBool *share)
+/*@
+  MatSlipStiffnessSetShare - whether the ranks share wavenumbers along strike, or each multiplies the whole
+
+  Logically collective
+
+  Input Parameters:
++ K     - stiffness on a uniform grid
+- share - unless set: more than 40 cells deep, as small grids are multiplied faster than told of
+
+  Options Database Key:
+. -mat_slip_share - the same, for MatSlipStiffnessSetFromOptions()
+
+  Errors: PETSC_ERR_ORDER after the first use of K, or of what was made from it
+
+  Level: advanced
+
+.seealso: MatCreateSlipStiffness(), MatSlipStiffnessSetDepth(), MatSlipStiffnessSetFromOptions()
+@*/
+PetscErrorCode MatSlipStiffnessSetShare(Mat K, PetscBool share)
 {
-  const char *prefix;
+  SlipCirculant made;
+  PetscBool *copy;
 
   PetscFunctionBegin;
-  *share = (PetscBool)(grid->nz > SLIP_SHARE_MIN);
-  PetscCall(MatGetOptionsPrefix(K, &prefix));
-  PetscOptionsBegin(PetscObjectComm((PetscObject)K), prefix, "Operators per wavenumber along strike", "Mat");
-  PetscCall(PetscOptionsBool("-mat_slip_share", "Spread wavenumbers over the ranks (default: more than 40 cells deep)",
-                             "MatCreateSlipStiffness", *share, share, NULL));
-  PetscOptionsEnd();
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipCirculant", &made));
+  PetscCheck(!made, PetscObjectComm((PetscObject)K), PETSC_ERR_ORDER,
+             "Whether ranks share wavenumbers must be chosen before the stiffness is used");
+  PetscCall(PetscNew(&copy));
+  *copy = share;
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipShare", copy, SlipContainerDestroyDefault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -182,6 +200,7 @@ static PetscErrorCode ShareWavenumbers(Mat K, const SlipGrid *grid, PetscBool *s
 PetscErrorCode SlipCirculantOf(Mat K, SlipCirculant *strike)
 {
   const SlipGrid *grid;
+  const PetscBool *set;
   PetscBool share;
 
   PetscFunctionBegin;
@@ -190,7 +209,8 @@ PetscErrorCode SlipCirculantOf(Mat K, SlipCirculant *strike)
   if (!grid) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipObjectQueryData((PetscObject)K, "SlipCirculant", strike));
   if (*strike) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(ShareWavenumbers(K, grid, &share));
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipShare", &set));
+  share = set ? *set : (PetscBool)(grid->nz > SLIP_SHARE_MIN);
   PetscCall(SlipCirculantCreate(share ? PetscObjectComm((PetscObject)K) : PETSC_COMM_SELF, grid, strike));
   PetscCall(SlipObjectComposeData((PetscObject)K, "SlipCirculant", *strike, StrikeDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);
