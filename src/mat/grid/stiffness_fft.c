@@ -134,29 +134,20 @@ static PetscErrorCode FFTDestroy(Mat K)
   PetscCall(SlipGatherDestroy(&c->gather));
   PetscCall(PetscFree(c->y));
   PetscCall(PetscFree(c));
-  PetscCall(PetscObjectComposeFunction((PetscObject)K, "MatConvert_slipfft_dense_C", NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)K, "MatSlipStiffnessSetDepth_C", NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K)
 {
+  const SlipShellOps ops = {
+    .mult = FFTMult, .diagonal = FFTGetDiagonal, .scale = FFTScale, .info = FFTGetInfo, .destroy = FFTDestroy};
   const PetscInt N = grid->nx * grid->nz;
   FFTContext *c;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&c));
   c->scale = 1;
-  PetscCall(MatCreateShell(comm, PETSC_DECIDE, PETSC_DECIDE, N, N, c, K));
-  PetscCall(MatSetUp(*K));
-  PetscCall(MatShellSetManageScalingShifts(*K));
-  PetscCall(MatShellSetOperation(*K, MATOP_MULT, SlipMatShellFn(FFTMult)));
-  PetscCall(MatShellSetOperation(*K, MATOP_MULT_TRANSPOSE, SlipMatShellFn(FFTMult)));
-  PetscCall(MatShellSetOperation(*K, MATOP_GET_DIAGONAL, SlipMatShellFn(FFTGetDiagonal)));
-  PetscCall(MatShellSetOperation(*K, MATOP_SCALE, SlipMatShellFn(FFTScale)));
-  PetscCall(MatShellSetOperation(*K, MATOP_GETINFO, SlipMatShellFn(FFTGetInfo)));
-  PetscCall(MatShellSetOperation(*K, MATOP_DESTROY, SlipMatShellFn(FFTDestroy)));
-  PetscCall(SlipShellFinish(*K, "slipfft"));
+  PetscCall(SlipShellCreate(comm, PETSC_DECIDE, N, "slipfft", &ops, c, K));
   PetscCall(PetscObjectComposeFunction((PetscObject)*K, "MatSlipStiffnessSetDepth_C", FFTSetDepth));
   PetscCall(MatGetOwnershipRange(*K, &c->start, &c->end));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -72,9 +72,6 @@ static PetscErrorCode StageDestroy(Mat B)
   PetscCall(SlipToeplitzSymbolDestroy(&s->sum));
   PetscCall(SlipSecantDestroy(&s->correction));
   PetscCall(PetscFree(s));
-  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatConvert_slipstage_dense_C", NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetApproximation_C", NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipSetLoose_C", NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -137,6 +134,11 @@ static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
 /* A stage operator; mean: see the context. */
 static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, Mat *B)
 {
+  const SlipShellOps ops = {.mult = SlipStageMult,
+                            .diagonal = SlipStageGetDiagonal,
+                            .info = StageGetInfo,
+                            .view = StageView,
+                            .destroy = StageDestroy};
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   SlipStageContext *s;
   const char *prefix;
@@ -154,15 +156,7 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
   s->mean = mean;
   PetscCall(MatSlipGetWeights(K, &s->weights));
   PetscCall(MatCreateVecs(K, NULL, &s->work));
-  PetscCall(MatCreateShell(comm, m, m, N, N, s, B));
-  PetscCall(MatShellSetManageScalingShifts(*B));
-  PetscCall(MatShellSetOperation(*B, MATOP_MULT, SlipMatShellFn(SlipStageMult)));
-  PetscCall(MatShellSetOperation(*B, MATOP_MULT_TRANSPOSE, SlipMatShellFn(SlipStageMult)));
-  PetscCall(MatShellSetOperation(*B, MATOP_GET_DIAGONAL, SlipMatShellFn(SlipStageGetDiagonal)));
-  PetscCall(MatShellSetOperation(*B, MATOP_GETINFO, SlipMatShellFn(StageGetInfo)));
-  PetscCall(MatShellSetOperation(*B, MATOP_VIEW, SlipMatShellFn(StageView)));
-  PetscCall(MatShellSetOperation(*B, MATOP_DESTROY, SlipMatShellFn(StageDestroy)));
-  PetscCall(SlipShellFinish(*B, "slipstage"));
+  PetscCall(SlipShellCreate(comm, m, N, "slipstage", &ops, s, B));
   PetscCall(MatGetOptionsPrefix(K, &prefix));
   PetscCall(MatSetOptionsPrefix(*B, prefix));
   PetscCall(SlipLogProducts(*B, SLIP_StageMult));
