@@ -27,6 +27,11 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, Pet
 /* Keep what is expensive to set up for K in files of this existing directory; "" for none. */
 PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[]);
 
+/* How products by transforms are formed; before the first product. */
+PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetDepth(Mat K, const char type[]); /* "auto", "blocks" or "transform" */
+PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetShare(Mat K, PetscBool share);   /* wavenumbers among the ranks */
+PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetFromOptions(Mat K);
+
 PETSC_EXTERN PetscErrorCode SlipMatInitializePackage(void); /* called by what creates objects; again does nothing */
 /* Memory that a matrix holds [bytes]: most on one process, and on all; -1 where a type does not know. */
 PETSC_EXTERN PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all);
@@ -44,6 +49,9 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscR
 PETSC_EXTERN PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B);
 PETSC_EXTERN PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta);
 PETSC_EXTERN PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta);
+/* "auto", "exact" or "approximate": what the next one gives; before a solver is set up with B. */
+PETSC_EXTERN PetscErrorCode MatSlipStageSetJacobian(Mat B, const char type[]);
+PETSC_EXTERN PetscErrorCode MatSlipStageSetFromOptions(Mat B);
 /* A borrowed stage operator at B's theta with a cheap viscosity, for the matrix of an inexact Newton method; B itself
    where that is cheap already. */
 PETSC_EXTERN PetscErrorCode MatSlipStageGetApproximation(Mat B, Mat *A);

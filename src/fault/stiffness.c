@@ -28,17 +28,18 @@ static PetscErrorCode SlipFaultSplitPath(const char text[], char file[], char da
 static PetscErrorCode SlipFaultCheckEntries(SlipFault fault, const char file[], const char dataset[],
                                             const PetscInt dims[2], const PetscReal entries[])
 {
+  const char *prefix = SlipFaultPrefix(fault);
   const size_t N = (size_t)fault->N;
 
   PetscFunctionBegin;
   PetscCheck(dims[0] == fault->N && dims[1] == fault->N, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-fault_stiffness_file): %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT
+             "%s (-%sfault_stiffness_file): %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT
              "], expected [N, N] with N = nx nz = %" PetscInt_FMT,
-             file, dataset, dims[0], dims[1], fault->N);
+             file, prefix, dataset, dims[0], dims[1], fault->N);
   for (size_t k = 0; k < N * N; k++)
     PetscCheck(isfinite(entries[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s (-fault_stiffness_file): %s[%zu, %zu] is %.6g, expected a finite number", file, dataset, k / N,
-               k % N, (double)entries[k]);
+               "%s (-%sfault_stiffness_file): %s[%zu, %zu] is %.6g, expected a finite number", file, prefix, dataset,
+               k / N, k % N, (double)entries[k]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -187,8 +188,8 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault)
   PetscFunctionBegin;
   if (!fault->stiffness_viewer) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(fault->N <= SLIP_FAULT_MAX_DENSE, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-fault_stiffness_view writes %" PetscInt_FMT " x %" PetscInt_FMT " numbers, expected at most %d cells",
-             fault->N, fault->N, SLIP_FAULT_MAX_DENSE);
+             "-%sfault_stiffness_view writes %" PetscInt_FMT " x %" PetscInt_FMT " numbers, expected at most %d cells",
+             SlipFaultPrefix(fault), fault->N, fault->N, SLIP_FAULT_MAX_DENSE);
   PetscCall(MatConvert(fault->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
   if (fault->order) PetscCall(SlipFaultReorder(fault, &dense));
   PetscCall(PetscViewerPushFormat(fault->stiffness_viewer, fault->stiffness_format));
@@ -226,7 +227,7 @@ static PetscErrorCode SlipFaultWeigh(SlipFault fault, Vec x)
 static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
 {
   const char *type = fault->text[FAULT_OPERATOR], *file = fault->text[FAULT_STIFFNESS_FILE];
-  const char *mesh = fault->text[FAULT_MESH];
+  const char *mesh = fault->text[FAULT_MESH], *prefix = SlipFaultPrefix(fault);
   PetscBool fft, hmat, spectral;
 
   PetscFunctionBegin;
@@ -234,17 +235,19 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
   PetscCall(PetscStrcmp(type, "hmat", &hmat));
   PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "spectral", &spectral));
   PetscCheck(!file[0] || (!fft && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-fault_operator %s cannot store the entries of -fault_stiffness_file %s: expected dense or auto", type,
-             file);
+             "-%sfault_operator %s cannot store the entries of -%sfault_stiffness_file %s: expected dense or auto",
+             prefix, type, prefix, file);
   PetscCheck(!spectral || (!file[0] && !mesh[0] && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-fault_viscosity spectral needs a uniform grid with -fault_operator dense or fft, but %s %s is given: "
-             "expected -fault_viscosity sqrtm, lanczos or none",
-             file[0]   ? "-fault_stiffness_file"
-             : mesh[0] ? "-fault_mesh"
-                       : "-fault_operator",
+             "-%sfault_viscosity spectral needs a uniform grid with -%sfault_operator dense or fft, but -%s%s %s is "
+             "given: expected -%sfault_viscosity sqrtm, lanczos or none",
+             prefix, prefix, prefix,
+             file[0]   ? "fault_stiffness_file"
+             : mesh[0] ? "fault_mesh"
+                       : "fault_operator",
              file[0]   ? file
              : mesh[0] ? mesh
-                       : type);
+                       : type,
+             prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -259,6 +262,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   else
     PetscCall(SlipFaultComputeStiffness(fault));
   PetscCall(MatSetOptionsPrefix(fault->K, ((PetscObject)fault)->prefix)); /* H and B take it over */
+  PetscCall(MatSlipStiffnessSetFromOptions(fault->K));
   PetscCall(MatSlipStiffnessSetCacheDir(fault->K, fault->text[FAULT_CACHE_DIR]));
   PetscCall(MatCreateVecs(fault->K, &fault->uc, &fault->c));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->uc, &fault->work[i]));
@@ -275,6 +279,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(MatSlipViscositySetTolerance(fault->H, fault->value[FAULT_KRYLOV_TOLERANCE]));
   PetscCall(MatSlipViscositySetFromOptions(fault->H)); /* its own option wins */
   PetscCall(MatCreateSlipStage(fault->K, fault->H, fault->mass, &fault->B));
+  PetscCall(MatSlipStageSetFromOptions(fault->B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

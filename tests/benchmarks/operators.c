@@ -37,6 +37,7 @@ static PetscErrorCode CreateGridStiffness(Bench *b, const char type[])
 
   PetscFunctionBeginUser;
   PetscCall(MatCreateSlipStiffness(b->comm, &grid, type, &b->K));
+  PetscCall(MatSlipStiffnessSetFromOptions(b->K));
   PetscFunctionReturn(0);
 }
 
@@ -86,6 +87,7 @@ static PetscErrorCode CreateStage(Bench *b)
   PetscCall(CreateWarmStiffness(b));
   PetscCall(MatCreateSlipViscosity(b->K, b->mass, ZETA, "sqrtm", &b->H));
   PetscCall(MatCreateSlipStage(b->K, b->H, b->mass, &b->B));
+  PetscCall(MatSlipStageSetFromOptions(b->B));
   PetscFunctionReturn(0);
 }
 

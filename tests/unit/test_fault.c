@@ -44,6 +44,23 @@ static void parameters(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
+/* What a matrix tells of itself; overwritten by the next. */
+static const char *ViewOf(Mat A)
+{
+  static char text[4096];
+  PetscViewer viewer;
+  FILE *file = tmpfile();
+
+  assert_non_null(file);
+  ok(PetscViewerASCIIOpenWithFILE(PETSC_COMM_SELF, file, &viewer));
+  ok(MatView(A, viewer));
+  ok(PetscViewerDestroy(&viewer));
+  rewind(file);
+  text[fread(text, 1, sizeof(text) - 1, file)] = '\0';
+  (void)fclose(file);
+  return text;
+}
+
 /* Each of two faults reads the options of its own prefix and no others, calls them by it in errors, and hands it to its
    operators. */
 static void two_faults(void **state)
@@ -52,7 +69,11 @@ static void two_faults(void **state)
                                            {"-lower_fault_nx", "3"},
                                            {"-fault_nx", "5"},
                                            {"-lower_fault_friction_law", "constant"},
-                                           {"-lower_fault_thickness", "0"}};
+                                           {"-lower_fault_thickness", "0"},
+                                           {"-upper_fault_viscosity", "lanczos"},
+                                           {"-lower_fault_viscosity", "lanczos"},
+                                           {"-upper_mat_slipsqrtm_tolerance", "0.5"},
+                                           {"-lower_mat_slipsqrtm_tolerance", "1e-10"}};
   SlipFault upper, lower, again;
   const char *prefix;
   PetscReal x;
@@ -84,6 +105,9 @@ static void two_faults(void **state)
   assert_int_equal(N, 3);
   ok(MatGetOptionsPrefix(K, &prefix));
   assert_string_equal(prefix, "lower_");
+  /* by their views, as Lanczos' method is exact for so few cells */
+  assert_non_null(strstr(ViewOf(upper->H), "relative tolerance 0.5,"));
+  assert_non_null(strstr(ViewOf(lower->H), "relative tolerance 1e-10,"));
   assert_string_equal(lower->law->name, "constant");
   assert_string_equal(upper->law->name, "exponential_slip_weakening");
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options); i++) ok(PetscOptionsClearValue(NULL, options[i][0]));
@@ -99,6 +123,13 @@ static void two_faults(void **state)
   ok(SlipFaultDestroy(&again));
   ok(TSDestroy(&ts));
   ok(SlipFaultDestroy(&lower));
+
+  again = Make(2, 3);
+  ok(SlipFaultSetOptionsPrefix(again, "third_"));
+  ok(SlipFaultSetString(again, "operator", "hmat"));
+  ok(SlipFaultSetString(again, "viscosity", "spectral"));
+  fails(SlipFaultSetUp(again), "-third_fault_viscosity spectral needs a uniform grid with -third_fault_operator dense");
+  ok(SlipFaultDestroy(&again));
 }
 
 static void normal_stress(void **state)

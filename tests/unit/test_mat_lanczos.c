@@ -186,12 +186,17 @@ static void test_options_have_one_owner(void **state)
     ok(MatSetOptionsPrefix(K[k], prefixes[k]));
     ok(MatCreateSlipViscosity(K[k], MASS, ZETA, "sqrtm", &H[k]));
     ok(MatCreateSlipStage(K[k], H[k], MASS, &B[k]));
+    ok(MatSlipStageSetFromOptions(B[k]));
     ok(MatSlipStageSetTheta(B[k], 1));
     ok(MatGetType(H[k], &type));
     assert_string_equal(type, types[k]);
     ok(MatSlipStageGetApproximation(B[k], &A));
     assert_int_equal(A == B[k], k == 2); /* by cost for the first, as asked for the second */
   }
+  ok(MatSlipStageSetJacobian(B[0], "exact"));
+  ok(MatSlipStageGetApproximation(B[0], &A));
+  assert_ptr_equal(A, B[0]);
+  fails(MatSlipStageSetJacobian(B[0], "cheap"), "\"cheap\", expected auto, exact or approximate");
   Create(PETSC_FALSE, &plain, &exact);
   ok(MatCreateVecs(exact, &x, NULL));
   Fill(x, 1);
@@ -218,13 +223,46 @@ static void test_options_have_one_owner(void **state)
   ok(MatDestroy(&exact));
 }
 
+/* Nothing is read from the options database but by SetFromOptions(), with the prefix; what is known too late is said. */
+static void test_stiffness_options(void **state)
+{
+  Mat K;
+  Vec x, y;
+
+  (void)state;
+  ok(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "none"));
+  ok(PetscOptionsSetValue(NULL, "-one_mat_slipfft_depth", "transform"));
+  ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
+  fails(MatSlipStiffnessSetFromOptions(K), "\"none\", expected auto, blocks or transform");
+  ok(MatSetOptionsPrefix(K, "one_"));
+  ok(MatSlipStiffnessSetFromOptions(K));
+  ok(MatCreateVecs(K, &x, &y));
+  Fill(x, 0);
+  ok(MatMult(K, x, y));
+  ok(MatSlipStiffnessSetDepth(K, "transform"));
+  fails(MatSlipStiffnessSetDepth(K, "blocks"), "before the first product");
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&y));
+  ok(MatDestroy(&K));
+  ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
+  ok(MatSlipStiffnessSetShare(K, PETSC_TRUE));
+  ok(MatSlipStiffnessSetDepth(K, "blocks"));
+  ok(MatCreateVecs(K, &x, &y));
+  ok(MatMult(K, x, y));
+  fails(MatSlipStiffnessSetShare(K, PETSC_FALSE), "before the stiffness is used");
+  ok(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
+  ok(PetscOptionsClearValue(NULL, "-one_mat_slipfft_depth"));
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&y));
+  ok(MatDestroy(&K));
+}
+
 int main(int argc, char **argv)
 {
   static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_tolerance),
-    cmocka_unit_test(test_few_digits_are_forgotten),
-    cmocka_unit_test(test_loose_products),
-    cmocka_unit_test(test_options_have_one_owner),
+    cmocka_unit_test(test_tolerance),         cmocka_unit_test(test_few_digits_are_forgotten),
+    cmocka_unit_test(test_loose_products),    cmocka_unit_test(test_options_have_one_owner),
+    cmocka_unit_test(test_stiffness_options),
   };
 
   return RunTests(argc, argv, tests, NULL, NULL);

@@ -7,11 +7,8 @@
 /* S_ij of MatCreateSlipCellStiffness(); unit is 1 / (2 mean(A)). */
 PETSC_INTERN PetscReal SlipCellsEntry(const SlipCells *cells, PetscReal unit, PetscInt i, PetscInt j);
 PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);
-PETSC_INTERN PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *cells); /* weights and a copy, with S */
 PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells); /* whose x owns the memory of all columns */
-
-/* The cells that a stiffness was made from, borrowed from it; NULL for other matrices. */
-PETSC_INTERN PetscErrorCode SlipCellsOf(Mat S, const SlipCells **cells);
+PETSC_INTERN PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *cells); /* the weights of its rows, with S */
 /* The cell of a row of the stiffness. */
 static inline PetscInt SlipCellsAt(const SlipCells *cells, PetscInt row)
 {

@@ -14,6 +14,17 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 
 /* ---- shell.c ---- */
 PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
+/* What a symmetric matrix-free matrix does; scale, info and view may be NULL. */
+typedef struct {
+  PetscErrorCode (*mult)(Mat, Vec, Vec);
+  PetscErrorCode (*diagonal)(Mat, Vec);
+  PetscErrorCode (*scale)(Mat, PetscScalar);
+  PetscErrorCode (*info)(Mat, MatInfoType, MatInfo *);
+  PetscErrorCode (*view)(Mat, PetscViewer);
+  PetscErrorCode (*destroy)(Mat);
+} SlipShellOps;
+PETSC_INTERN PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[],
+                                            const SlipShellOps *ops, void *ctx, Mat *A);
 /* What -fault_view tells of a matrix, kept with it under a name: how its type was chosen, and what the cache did. */
 PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
 PETSC_INTERN PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text); /* borrowed; "" for none */

@@ -68,8 +68,6 @@ PETSC_INTERN PetscErrorCode SlipCirculantApply(SlipCirculant s, PetscReal scale,
                                                const PetscReal x[], PetscReal y[]);
 PETSC_INTERN PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal scale, const PetscReal blocks[],
                                                    PetscInt parity, PetscInt count, const PetscReal X[], PetscReal Y[]);
-PETSC_INTERN PetscErrorCode SlipCirculantApplyFunction(SlipCirculant s, const PetscReal f[], const PetscReal x[],
-                                                       PetscReal y[]);
 
 /* ---- toeplitz.c: operators of a uniform grid by transforms along strike and in depth, distributed ---- */
 typedef struct _n_SlipToeplitz *SlipToeplitz;

@@ -42,6 +42,7 @@ typedef struct {
   SlipToeplitz plane; /* borrowed from K, NULL unless one pair of transforms serves K and H of type "sliptoeplitz" */
   SlipToeplitzSymbol sum; /* of B at assembled_theta */
   PetscReal mean;         /* B = mean ((mass / theta) I + theta K), H is NULL; 0 when H is used */
+  PetscInt jacobian;      /* row of what MatSlipStageSetJacobian() chooses from */
   Mat approximation;      /* NULL when Jacobians are to be exact */
   SlipSecant correction;  /* of an approximation without a grid; else NULL */
 } SlipStageContext;

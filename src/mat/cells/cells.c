@@ -146,7 +146,7 @@ PetscReal SlipCellsUnit(const SlipCells *c)
 }
 
 /* The weights as a vector composed with S, unless all cells have the same area to rounding. */
-static PetscErrorCode ComposeWeights(Mat S, const SlipCells *c)
+PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *c)
 {
   const PetscReal unit = SlipCellsUnit(c);
   PetscReal *w, least = PETSC_MAX_REAL, most = 0;
@@ -170,56 +170,6 @@ static PetscErrorCode ComposeWeights(Mat S, const SlipCells *c)
   PetscCall(VecRestoreArrayWrite(weights, &w));
   PetscCall(PetscObjectCompose((PetscObject)S, "SlipWeights", (PetscObject)weights));
   PetscCall(VecDestroy(&weights));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ---- the cells behind a stiffness ---- */
-
-static PetscErrorCode CellsDestroy(SlipContainerArg arg)
-{
-  SlipCells *c = (SlipCells *)SlipContainerArgPointer(arg);
-  PetscInt *order = (PetscInt *)c->order;
-
-  PetscFunctionBegin;
-  PetscCall(PetscFree(order));
-  PetscCall(SlipCellsDestroy(c));
-  PetscCall(PetscFree(c));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The weights of the rows and a copy of the cells, composed with S. */
-PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *cells)
-{
-  const PetscReal *const from[5] = {cells->x, cells->y, cells->z, cells->length, cells->width};
-  const size_t n = (size_t)cells->n;
-  PetscReal *data;
-  PetscInt *order = NULL;
-  SlipCells *c;
-
-  PetscFunctionBegin;
-  PetscCall(ComposeWeights(S, cells));
-  PetscCall(PetscNew(&c));
-  *c = *cells;
-  PetscCall(PetscMalloc1(5 * n, &data));
-  for (size_t k = 0; k < 5; k++) PetscCall(PetscArraycpy(data + k * n, from[k], n));
-  c->x = data;
-  c->y = data + n;
-  c->z = data + 2 * n;
-  c->length = data + 3 * n;
-  c->width = data + 4 * n;
-  if (cells->order) {
-    PetscCall(PetscMalloc1(n, &order));
-    PetscCall(PetscArraycpy(order, cells->order, n));
-  }
-  c->order = order;
-  PetscCall(SlipObjectComposeData((PetscObject)S, "SlipCells", c, CellsDestroy));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipCellsOf(Mat S, const SlipCells **cells)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipObjectQueryData((PetscObject)S, "SlipCells", cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

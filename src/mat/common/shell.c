@@ -1,5 +1,6 @@
 /* What all our matrices share: type name and conversion of shells to MATDENSE, and notes for views. */
 #include <slipmat.h>
+#include <slipcompat.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <slipstep/private/slipsys.h>
@@ -35,6 +36,24 @@ PetscErrorCode SlipShellFinish(Mat A, const char type[])
   PetscCall(MatSetOption(A, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* n local of N rows and columns; the matrix owns ctx through its destroy. */
+PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[], const SlipShellOps *ops,
+                               void *ctx, Mat *A)
+{
+  PetscFunctionBegin;
+  PetscCall(MatCreateShell(comm, n, n, N, N, ctx, A));
+  PetscCall(MatShellSetManageScalingShifts(*A));
+  PetscCall(MatShellSetOperation(*A, MATOP_MULT, SlipMatShellFn(ops->mult)));
+  PetscCall(MatShellSetOperation(*A, MATOP_MULT_TRANSPOSE, SlipMatShellFn(ops->mult)));
+  PetscCall(MatShellSetOperation(*A, MATOP_GET_DIAGONAL, SlipMatShellFn(ops->diagonal)));
+  PetscCall(MatShellSetOperation(*A, MATOP_DESTROY, SlipMatShellFn(ops->destroy)));
+  if (ops->scale) PetscCall(MatShellSetOperation(*A, MATOP_SCALE, SlipMatShellFn(ops->scale)));
+  if (ops->info) PetscCall(MatShellSetOperation(*A, MATOP_GETINFO, SlipMatShellFn(ops->info)));
+  if (ops->view) PetscCall(MatShellSetOperation(*A, MATOP_VIEW, SlipMatShellFn(ops->view)));
+  PetscCall(SlipShellFinish(*A, type));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

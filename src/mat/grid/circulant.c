@@ -163,18 +163,36 @@ static PetscErrorCode StrikeDestroy(SlipContainerArg arg)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Small grids are multiplied whole on every rank, which is faster than talking. */
-static PetscErrorCode ShareWavenumbers(Mat K, const SlipGrid *grid, PetscBool *share)
+/*@
+  MatSlipStiffnessSetShare - whether the ranks share wavenumbers along strike, or each multiplies the whole
+
+  Logically collective
+
+  Input Parameters:
++ K     - stiffness on a uniform grid
+- share - unless set: more than 40 cells deep, as small grids are multiplied faster than told of
+
+  Options Database Key:
+. -mat_slip_share - the same, for MatSlipStiffnessSetFromOptions()
+
+  Errors: PETSC_ERR_ORDER after the first use of K, or of what was made from it
+
+  Level: advanced
+
+.seealso: MatCreateSlipStiffness(), MatSlipStiffnessSetDepth(), MatSlipStiffnessSetFromOptions()
+@*/
+PetscErrorCode MatSlipStiffnessSetShare(Mat K, PetscBool share)
 {
-  const char *prefix;
+  SlipCirculant made;
+  PetscBool *copy;
 
   PetscFunctionBegin;
-  *share = (PetscBool)(grid->nz > SLIP_SHARE_MIN);
-  PetscCall(MatGetOptionsPrefix(K, &prefix));
-  PetscOptionsBegin(PetscObjectComm((PetscObject)K), prefix, "Operators per wavenumber along strike", "Mat");
-  PetscCall(PetscOptionsBool("-mat_slip_share", "Spread wavenumbers over the ranks (default: more than 40 cells deep)",
-                             "MatCreateSlipStiffness", *share, share, NULL));
-  PetscOptionsEnd();
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipCirculant", &made));
+  PetscCheck(!made, PetscObjectComm((PetscObject)K), PETSC_ERR_ORDER,
+             "Whether ranks share wavenumbers must be chosen before the stiffness is used");
+  PetscCall(PetscNew(&copy));
+  *copy = share;
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipShare", copy, SlipContainerDestroyDefault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -182,6 +200,7 @@ static PetscErrorCode ShareWavenumbers(Mat K, const SlipGrid *grid, PetscBool *s
 PetscErrorCode SlipCirculantOf(Mat K, SlipCirculant *strike)
 {
   const SlipGrid *grid;
+  const PetscBool *set;
   PetscBool share;
 
   PetscFunctionBegin;
@@ -190,7 +209,8 @@ PetscErrorCode SlipCirculantOf(Mat K, SlipCirculant *strike)
   if (!grid) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipObjectQueryData((PetscObject)K, "SlipCirculant", strike));
   if (*strike) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(ShareWavenumbers(K, grid, &share));
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipShare", &set));
+  share = set ? *set : (PetscBool)(grid->nz > SLIP_SHARE_MIN);
   PetscCall(SlipCirculantCreate(share ? PetscObjectComm((PetscObject)K) : PETSC_COMM_SELF, grid, strike));
   PetscCall(SlipObjectComposeData((PetscObject)K, "SlipCirculant", *strike, StrikeDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -301,38 +321,6 @@ static void StrikeBackward(SlipCirculant s, PetscReal scale, PetscReal y[])
   StrikeUnpad(s, scale, y);
 }
 
-/* Wavenumber k of this rank, f [nz] complex: f = A f (V empty) or V' (g . (V f)). A row-major, symmetric. */
-static PetscErrorCode PencilBlock(SlipCirculant s, const PetscReal A[], const PetscReal g[], PetscReal f[])
-{
-  const PetscScalar one = 1, zero = 0;
-  const PetscBLASInt n = (PetscBLASInt)s->grid.nz, two = 2;
-  PetscReal *work = s->re;
-
-  PetscFunctionBegin;
-  /* f is a column-major 2 x nz matrix; A' is A read by columns */
-  PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &two, &n, &n, &one, f, &two, A, &n, &zero, work, &two));
-  if (!g) {
-    PetscCall(PetscArraycpy(f, work, 2 * s->grid.nz));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  for (PetscInt i = 0; i < 2 * s->grid.nz; i++) work[i] *= g[i / 2];
-  PetscCallBLAS("BLASgemm", BLASgemm_("N", "T", &two, &n, &n, &one, work, &two, A, &n, &zero, f, &two));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode PencilApply(SlipCirculant s, PetscReal scale, const PetscReal blocks[], const PetscReal g[],
-                                  const PetscReal x[], PetscReal y[])
-{
-  const size_t nz = (size_t)s->grid.nz;
-
-  PetscFunctionBegin;
-  PetscCall(SlipTransposedFFTForward(s->pencil, x));
-  for (size_t k = 0; k < (size_t)s->nk; k++)
-    PetscCall(PencilBlock(s, blocks + k * nz * nz, g ? g + k * nz : NULL, s->pencil->by_wave + 2 * k * nz));
-  PetscCall(SlipTransposedFFTBackward(s->pencil, scale, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Entries of a piece of a block: OpenBLAS starts threads from 9,216, which at these sizes cost more than they save, and
    a hundredfold more when another process holds a core. Both vectors use a piece while it is in cache. */
 #define SLIP_PIECE 8192
@@ -361,10 +349,21 @@ PetscErrorCode SlipCirculantApply(SlipCirculant s, PetscReal scale, const PetscR
 {
   const PetscInt nz = s->grid.nz, nk = s->nk;
 
+  const PetscScalar one = 1, zero = 0;
+  const PetscBLASInt n = (PetscBLASInt)nz, two = 2;
+
   PetscFunctionBegin;
   PetscCall(LogFlops(s, 1));
   if (s->pencil) {
-    PetscCall(PencilApply(s, scale, blocks, NULL, x, y));
+    PetscCall(SlipTransposedFFTForward(s->pencil, x));
+    for (PetscInt k = 0; k < nk; k++) {
+      PetscReal *f = s->pencil->by_wave + (size_t)k * 2 * nz; /* nz complex, by columns a 2 x nz matrix */
+
+      PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &two, &n, &n, &one, f, &two, blocks + (size_t)k * nz * nz, &n,
+                                          &zero, s->re, &two));
+      PetscCall(PetscArraycpy(f, s->re, 2 * nz));
+    }
+    PetscCall(SlipTransposedFFTBackward(s->pencil, scale, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   StrikeForward(s, x);
@@ -421,39 +420,6 @@ PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal scale, const Pe
   }
   PetscCall(PetscFree2(f, g));
   for (PetscInt b = 0; b < count; b++) PetscCall(LogFlops(s, 1));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* y = (V f V' per wavenumber) x for f[nk][nz]; needs no set-up when f changes. x and y may be the same. */
-PetscErrorCode SlipCirculantApplyFunction(SlipCirculant s, const PetscReal f[], const PetscReal x[], PetscReal y[])
-{
-  const PetscInt nz = s->grid.nz, nk = s->nk;
-  const PetscScalar a = 1, zero = 0;
-  const PetscBLASInt n = (PetscBLASInt)nz, inc = 1;
-  const PetscReal *values, *vectors;
-
-  PetscFunctionBegin;
-  PetscCall(SlipCirculantGetEigen(s, &values, &vectors));
-  PetscCall(LogFlops(s, 2));
-  if (s->pencil) {
-    PetscCall(PencilApply(s, 1, vectors, f, x, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  StrikeForward(s, x);
-  for (PetscInt k = 0; k < nk; k++) {
-    const PetscReal *V = vectors + (size_t)k * nz * nz;
-    PetscReal *re = s->re + k * nz, *im = s->im + k * nz, *re2 = s->re2 + k * nz, *im2 = s->im2 + k * nz;
-
-    PetscCallBLAS("BLASgemv", BLASgemv_("T", &n, &n, &a, V, &n, re, &inc, &zero, re2, &inc));
-    PetscCallBLAS("BLASgemv", BLASgemv_("T", &n, &n, &a, V, &n, im, &inc, &zero, im2, &inc));
-    for (PetscInt i = 0; i < nz; i++) {
-      re[i] = f[k * nz + i] * re2[i];
-      im[i] = f[k * nz + i] * im2[i];
-    }
-    PetscCallBLAS("BLASgemv", BLASgemv_("N", &n, &n, &a, V, &n, re, &inc, &zero, re2, &inc));
-    PetscCallBLAS("BLASgemv", BLASgemv_("N", &n, &n, &a, V, &n, im, &inc, &zero, im2, &inc));
-  }
-  StrikeBackward(s, 1, y);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

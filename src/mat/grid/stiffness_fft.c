@@ -7,6 +7,7 @@
 typedef struct {
   SlipToeplitz plane;   /* borrowed from the matrix itself; NULL with blocks */
   SlipCirculant strike; /* borrowed from the matrix itself, with blocks */
+  PetscInt depth;       /* row of Depths */
   PetscBool ready;      /* the choice of transform is made, at first use */
   PetscBool transform;  /* in depth, instead of blocks */
   PetscReal scale;      /* what MatScale() asked for */
@@ -15,25 +16,18 @@ typedef struct {
   PetscReal *y;         /* [N] with blocks */
 } FFTContext;
 
-/* At first use, so that the matrix can be given a prefix for its option: how depth is treated, and the engine of that.
-   */
+static const char *const Depths[] = {"auto", "blocks", "transform"};
+
+/* At first use: how depth is treated, and the engine of that. */
 static PetscErrorCode MatSetUp_SlipFFT(Mat K, FFTContext *c)
 {
-  const char *const choices[] = {"auto", "blocks", "transform"};
   const SlipGrid *grid;
-  const char *prefix;
-  PetscInt choice = 0, N;
+  PetscInt N;
 
   PetscFunctionBegin;
   if (c->ready) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipGridOf(K, &grid));
-  PetscCall(MatGetOptionsPrefix(K, &prefix));
-  PetscOptionsBegin(PetscObjectComm((PetscObject)K), prefix, "Stiffness by fast Fourier transforms", "Mat");
-  PetscCall(PetscOptionsEList("-mat_slipfft_depth",
-                              "In depth: dense blocks per wavenumber, transforms as along strike, or the faster one",
-                              "MatCreateSlipStiffness", choices, 3, choices[0], &choice, NULL));
-  PetscOptionsEnd();
-  c->transform = (PetscBool)(choice == 2 || (choice == 0 && grid->nz > SLIP_BLOCKS_MAX));
+  c->transform = (PetscBool)(c->depth == 2 || (c->depth == 0 && grid->nz > SLIP_BLOCKS_MAX));
   if (c->transform)
     PetscCall(SlipToeplitzOf(K, &c->plane));
   else {
@@ -114,6 +108,23 @@ static PetscErrorCode FFTGetInfo(Mat K, MatInfoType flag, MatInfo *info)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode FFTSetDepth(Mat K, const char type[])
+{
+  FFTContext *c;
+  PetscInt depth;
+  PetscBool known;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(K, &c));
+  PetscCall(PetscEListFind(3, Depths, type, &depth, &known));
+  PetscCheck(known, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "Depth cannot be treated by \"%s\", expected auto, blocks or transform", type);
+  PetscCheck(!c->ready || depth == c->depth, PetscObjectComm((PetscObject)K), PETSC_ERR_ORDER,
+             "How depth is treated must be chosen before the first product");
+  c->depth = depth;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode FFTDestroy(Mat K)
 {
   FFTContext *c;
@@ -123,28 +134,21 @@ static PetscErrorCode FFTDestroy(Mat K)
   PetscCall(SlipGatherDestroy(&c->gather));
   PetscCall(PetscFree(c->y));
   PetscCall(PetscFree(c));
-  PetscCall(PetscObjectComposeFunction((PetscObject)K, "MatConvert_slipfft_dense_C", NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K)
 {
+  const SlipShellOps ops = {
+    .mult = FFTMult, .diagonal = FFTGetDiagonal, .scale = FFTScale, .info = FFTGetInfo, .destroy = FFTDestroy};
   const PetscInt N = grid->nx * grid->nz;
   FFTContext *c;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&c));
   c->scale = 1;
-  PetscCall(MatCreateShell(comm, PETSC_DECIDE, PETSC_DECIDE, N, N, c, K));
-  PetscCall(MatSetUp(*K));
-  PetscCall(MatShellSetManageScalingShifts(*K));
-  PetscCall(MatShellSetOperation(*K, MATOP_MULT, SlipMatShellFn(FFTMult)));
-  PetscCall(MatShellSetOperation(*K, MATOP_MULT_TRANSPOSE, SlipMatShellFn(FFTMult)));
-  PetscCall(MatShellSetOperation(*K, MATOP_GET_DIAGONAL, SlipMatShellFn(FFTGetDiagonal)));
-  PetscCall(MatShellSetOperation(*K, MATOP_SCALE, SlipMatShellFn(FFTScale)));
-  PetscCall(MatShellSetOperation(*K, MATOP_GETINFO, SlipMatShellFn(FFTGetInfo)));
-  PetscCall(MatShellSetOperation(*K, MATOP_DESTROY, SlipMatShellFn(FFTDestroy)));
-  PetscCall(SlipShellFinish(*K, "slipfft"));
+  PetscCall(SlipShellCreate(comm, PETSC_DECIDE, N, "slipfft", &ops, c, K));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*K, "MatSlipStiffnessSetDepth_C", FFTSetDepth));
   PetscCall(MatGetOwnershipRange(*K, &c->start, &c->end));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -267,7 +267,6 @@ static PetscErrorCode HMatDestroy(Mat S)
   PetscCall(SlipGatherDestroy(&h->gather));
   PetscCall(SlipClusterTreeDestroy(&h->tree));
   PetscCall(PetscFree(h));
-  PetscCall(PetscObjectComposeFunction((PetscObject)S, "MatConvert_sliphmat_dense_C", NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -438,6 +437,12 @@ static PetscErrorCode Allocate(HMat *h, const SlipCells *cells)
 
 PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, Mat *S)
 {
+  const SlipShellOps ops = {.mult = HMatMult,
+                            .diagonal = HMatGetDiagonal,
+                            .scale = HMatScale,
+                            .view = HMatView,
+                            .info = HMatGetInfo,
+                            .destroy = HMatDestroy};
   const PetscInt nlocal = cells->order ? cells->nlocal : PETSC_DECIDE;
   HMat *h;
 
@@ -446,21 +451,11 @@ PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, P
   h->scale = 1;
   h->tolerance = tolerance;
   h->N = cells->n;
-  PetscCall(MatCreateShell(comm, nlocal, nlocal, h->N, h->N, h, S));
-  PetscCall(MatSetUp(*S));
+  PetscCall(SlipShellCreate(comm, nlocal, h->N, "sliphmat", &ops, h, S));
   PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &h->tree));
   PetscCall(Allocate(h, cells));
   PetscCall(CreateBlocks(*S, h, cells));
   PetscCall(CountStorage(comm, h));
-  PetscCall(MatShellSetManageScalingShifts(*S));
-  PetscCall(MatShellSetOperation(*S, MATOP_MULT, SlipMatShellFn(HMatMult)));
-  PetscCall(MatShellSetOperation(*S, MATOP_MULT_TRANSPOSE, SlipMatShellFn(HMatMult)));
-  PetscCall(MatShellSetOperation(*S, MATOP_GET_DIAGONAL, SlipMatShellFn(HMatGetDiagonal)));
-  PetscCall(MatShellSetOperation(*S, MATOP_SCALE, SlipMatShellFn(HMatScale)));
-  PetscCall(MatShellSetOperation(*S, MATOP_VIEW, SlipMatShellFn(HMatView)));
-  PetscCall(MatShellSetOperation(*S, MATOP_GETINFO, SlipMatShellFn(HMatGetInfo)));
-  PetscCall(MatShellSetOperation(*S, MATOP_DESTROY, SlipMatShellFn(HMatDestroy)));
-  PetscCall(SlipShellFinish(*S, "sliphmat"));
   PetscCall(SlipGatherCreate(*S, NULL, &h->gather));
   PetscCall(FillDiagonal(*S, h, cells));
   PetscFunctionReturn(PETSC_SUCCESS);

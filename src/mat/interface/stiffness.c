@@ -1,4 +1,5 @@
 /* MatCreateSlipStiffness() and its table of types; the stiffness from explicit entries. */
+#include <petsc/private/petscimpl.h> /* prefix, methods */
 #include <slipmat.h>
 #include <slipsys.h>
 #include <petscblaslapack.h>
@@ -67,7 +68,8 @@ static const struct {
 
   Level: beginner
 
-.seealso: SlipKernelHalfSpace(), MatCreateSlipStiffnessFromEntries(), MatCreateSlipViscosity()
+.seealso: MatSlipStiffnessSetFromOptions(), SlipKernelHalfSpace(), MatCreateSlipStiffnessFromEntries(),
+          MatCreateSlipViscosity()
 @*/
 PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const char *type, Mat *K)
 {
@@ -99,6 +101,66 @@ PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const
   PetscCall(SlipGridCompose(*K, grid));
   PetscCall(MatSetOption(*K, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatSetOption(*K, MAT_SPD, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  MatSlipStiffnessSetDepth - how products by transforms along strike treat depth
+
+  Logically collective
+
+  Input Parameters:
++ K    - stiffness; nothing happens to those that are not of type "fft"
+- type - "blocks" (a dense block per wavenumber), "transform" (as along strike) or "auto" (the faster one; unless set)
+
+  Options Database Key:
+. -mat_slipfft_depth <auto> - the same, for MatSlipStiffnessSetFromOptions()
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE; PETSC_ERR_ORDER after the first product
+
+  Level: advanced
+
+.seealso: MatCreateSlipStiffness(), MatSlipStiffnessSetShare(), MatSlipStiffnessSetFromOptions()
+@*/
+PetscErrorCode MatSlipStiffnessSetDepth(Mat K, const char type[])
+{
+  PetscFunctionBegin;
+  PetscTryMethod(K, "MatSlipStiffnessSetDepth_C", (Mat, const char[]), (K, type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipStiffnessSetFromOptions - read the options of a stiffness, with its prefix
+
+  Collective
+
+  Input Parameter:
+. K - stiffness that was not used yet
+
+  Options Database Keys:
++ -mat_slipfft_depth <auto> - MatSlipStiffnessSetDepth(): blocks, transform, or the faster one
+- -mat_slip_share <auto>    - MatSlipStiffnessSetShare(): spread wavenumbers over the ranks
+
+  Level: intermediate
+
+.seealso: MatCreateSlipStiffness(), MatSetOptionsPrefix()
+@*/
+PetscErrorCode MatSlipStiffnessSetFromOptions(Mat K)
+{
+  char depth[64] = "auto";
+  PetscBool share = PETSC_FALSE, set_depth, set_share;
+
+  PetscFunctionBegin;
+  PetscObjectOptionsBegin((PetscObject)K);
+  PetscCall(PetscOptionsString("-mat_slipfft_depth",
+                               "In depth: dense blocks per wavenumber (blocks), transforms as along strike "
+                               "(transform), or the faster one (auto)",
+                               "MatSlipStiffnessSetDepth", depth, depth, sizeof(depth), &set_depth));
+  PetscCall(PetscOptionsBool("-mat_slip_share", "Spread wavenumbers over the ranks (default: more than 40 cells deep)",
+                             "MatSlipStiffnessSetShare", share, &share, &set_share));
+  PetscOptionsEnd();
+  if (set_depth) PetscCall(MatSlipStiffnessSetDepth(K, depth));
+  if (set_share) PetscCall(MatSlipStiffnessSetShare(K, share));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

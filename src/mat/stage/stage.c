@@ -1,7 +1,8 @@
 /* The stage operator B(theta) = (mass / theta) I + H + theta K as a shell matrix. */
+#include <petsc/private/petscimpl.h> /* prefix */
 #include <slipstep/private/slipmatstage.h>
 
-/* How MatSlipStageGetApproximation() chooses. */
+/* What MatSlipStageSetJacobian() chooses. */
 enum { JACOBIAN_AUTO, JACOBIAN_EXACT, JACOBIAN_APPROXIMATE };
 static const char *const Jacobians[] = {"auto", "exact", "approximate"};
 
@@ -45,25 +46,32 @@ static PetscErrorCode StageView(Mat B, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What StageSetUp() made. */
+static PetscErrorCode StageReset(SlipStageContext *s)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree2(s->blocks, s->y));
+  PetscCall(MatDestroy(&s->approximation));
+  PetscCall(SlipGatherDestroy(&s->gather));
+  s->strike = NULL;
+  s->assembled_theta = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode StageDestroy(Mat B)
 {
   SlipStageContext *s;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(B, &s));
+  PetscCall(StageReset(s));
   PetscCall(MatDestroy(&s->K));
   PetscCall(MatDestroy(&s->H));
   PetscCall(MatDestroy(&s->assembled));
   PetscCall(VecDestroy(&s->work));
-  PetscCall(PetscFree2(s->blocks, s->y));
   PetscCall(SlipToeplitzSymbolDestroy(&s->sum));
-  PetscCall(MatDestroy(&s->approximation));
   PetscCall(SlipSecantDestroy(&s->correction));
-  PetscCall(SlipGatherDestroy(&s->gather));
   PetscCall(PetscFree(s));
-  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatConvert_slipstage_dense_C", NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetApproximation_C", NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipSetLoose_C", NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -85,67 +93,54 @@ static PetscErrorCode StageFuse(SlipStageContext *s, SlipCirculant strike)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether Jacobians are to be formed from something cheaper than B: the option, or where products with H are much more
-   expensive than those with K. */
-static PetscErrorCode ChooseJacobian(SlipStageContext *s, const SlipGrid *grid, PetscBool *approximate)
-{
-  PetscBool slow, spectral, cheap;
-  const char *prefix;
-  PetscInt choice = JACOBIAN_AUTO;
+static PetscErrorCode StageCreateApproximation(SlipStageContext *s);
+static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose);
 
-  PetscFunctionBegin;
-  PetscCall(MatGetOptionsPrefix(s->K, &prefix));
-  PetscOptionsBegin(PetscObjectComm((PetscObject)s->K), prefix, "Stage operator", "Mat");
-  PetscCall(PetscOptionsEList("-mat_slipstage_jacobian",
-                              "Newton matrices from the stage operator itself, from a cheap approximation of its "
-                              "viscosity, or by cost",
-                              "MatSlipStageGetApproximation", Jacobians, 3, Jacobians[choice], &choice, NULL));
-  PetscOptionsEnd();
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)s->H, &slow, "sliplanczos", "slipwaves", ""));
-  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "slipspectral", &spectral));
-  if (choice == JACOBIAN_AUTO)
-    *approximate = (PetscBool)(slow || (spectral && grid && grid->nz > SLIP_BLOCKS_MAX));
-  else
-    *approximate = (PetscBool)(choice == JACOBIAN_APPROXIMATE);
-  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliptoeplitz", &cheap));
-  if (cheap || !(s->damping > 0)) *approximate = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Chooses how products are formed: fused by transforms or per wavenumber, assembled, or K and H apart. */
-static PetscErrorCode StageChoose(SlipStageContext *s, PetscBool *approximate)
+/* Chooses whether Jacobians are formed from something cheaper than B, where products with H are much more expensive than
+   those with K, and how products are formed: fused by transforms or per wavenumber, assembled, or K and H apart. */
+static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
 {
   const SlipGrid *g;
   const PetscReal *viscosity;
   SlipCirculant strike;
-  PetscBool denseK, denseH, plane;
+  PetscBool denseK, denseH, plane, slow, spectral, approximate;
   PetscInt N;
 
   PetscFunctionBegin;
+  PetscCall(StageReset(s));
   PetscCall(MatGetSize(s->K, &N, NULL));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)s->K, &denseK, MATSEQDENSE, MATMPIDENSE, ""));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)s->H, &denseH, MATSEQDENSE, MATMPIDENSE, ""));
+  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliptoeplitz", &plane));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)s->H, &slow, "sliplanczos", "slipwaves", ""));
+  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "slipspectral", &spectral));
   s->assemble = (PetscBool)(denseK && denseH && N <= SLIP_STAGE_ASSEMBLE_MAX);
   PetscCall(SlipViscosityGetFactor(s->H, &s->damping));
   PetscCall(SlipGridOf(s->K, &g));
   if (g) PetscCall(SlipGridScale(s->K, &s->scale));
-  PetscCall(ChooseJacobian(s, g, approximate));
-  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliptoeplitz", &plane));
+  approximate = s->jacobian == JACOBIAN_AUTO ? (PetscBool)(slow || (spectral && g && g->nz > SLIP_BLOCKS_MAX))
+                                             : (PetscBool)(s->jacobian == JACOBIAN_APPROXIMATE);
+  if (plane || !(s->damping > 0)) approximate = PETSC_FALSE;
   if (plane && g) PetscCall(SlipToeplitzOf(s->K, &s->plane));
   PetscCall(SlipSpectralGetBlocks(s->H, &strike, &viscosity));
-  if (!denseK && strike && !*approximate) PetscCall(StageFuse(s, strike));
+  if (!denseK && strike && !approximate) PetscCall(StageFuse(s, strike));
+  if (approximate) PetscCall(StageCreateApproximation(s));
+  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetApproximation_C",
+                                       approximate ? MatSlipStageGetApproximation : NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipSetLoose_C", approximate ? MatSlipStageSetLoose : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-static PetscErrorCode StageCreateApproximation(SlipStageContext *s);
-static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose);
 
 /* A stage operator; mean: see the context. */
 static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, Mat *B)
 {
+  const SlipShellOps ops = {.mult = SlipStageMult,
+                            .diagonal = SlipStageGetDiagonal,
+                            .info = StageGetInfo,
+                            .view = StageView,
+                            .destroy = StageDestroy};
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   SlipStageContext *s;
-  PetscBool approximate = PETSC_FALSE;
   const char *prefix;
   PetscInt m, N;
 
@@ -160,25 +155,12 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
   s->mass = mass;
   s->mean = mean;
   PetscCall(MatSlipGetWeights(K, &s->weights));
-  if (H) PetscCall(StageChoose(s, &approximate));
   PetscCall(MatCreateVecs(K, NULL, &s->work));
-  PetscCall(MatCreateShell(comm, m, m, N, N, s, B));
-  PetscCall(MatShellSetManageScalingShifts(*B));
-  PetscCall(MatShellSetOperation(*B, MATOP_MULT, SlipMatShellFn(SlipStageMult)));
-  PetscCall(MatShellSetOperation(*B, MATOP_MULT_TRANSPOSE, SlipMatShellFn(SlipStageMult)));
-  PetscCall(MatShellSetOperation(*B, MATOP_GET_DIAGONAL, SlipMatShellFn(SlipStageGetDiagonal)));
-  PetscCall(MatShellSetOperation(*B, MATOP_GETINFO, SlipMatShellFn(StageGetInfo)));
-  PetscCall(MatShellSetOperation(*B, MATOP_VIEW, SlipMatShellFn(StageView)));
-  PetscCall(MatShellSetOperation(*B, MATOP_DESTROY, SlipMatShellFn(StageDestroy)));
-  PetscCall(SlipShellFinish(*B, "slipstage"));
+  PetscCall(SlipShellCreate(comm, m, N, "slipstage", &ops, s, B));
   PetscCall(MatGetOptionsPrefix(K, &prefix));
   PetscCall(MatSetOptionsPrefix(*B, prefix));
   PetscCall(SlipLogProducts(*B, SLIP_StageMult));
-  if (approximate) {
-    PetscCall(StageCreateApproximation(s));
-    PetscCall(PetscObjectComposeFunction((PetscObject)*B, "MatSlipGetApproximation_C", MatSlipStageGetApproximation));
-    PetscCall(PetscObjectComposeFunction((PetscObject)*B, "MatSlipSetLoose_C", MatSlipStageSetLoose));
-  }
+  if (H) PetscCall(StageSetUp(*B, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -230,18 +212,18 @@ static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
   Output Parameter:
 . B - matrix of type "slipstage" [Pa s/m]; set theta before using it
 
-  Note: K and H are referenced and must not change while B lives. Where the rows of K are weighted
+  Notes:
+  K and H are referenced and must not change while B lives. Where the rows of K are weighted
   (MatSlipGetWeights()), so is the inertia: B = (mass / theta) diag(w) + H + theta K.
 
-  Options Database Key:
-. -mat_slipstage_jacobian <auto> - what MatSlipStageGetApproximation() gives: exact, approximate, or by cost; with K's
-  prefix (MatSetOptionsPrefix())
+  Its options, with K's prefix, are read by MatSlipStageSetFromOptions().
 
   Errors: PETSC_ERR_ARG_SIZ when the sizes of K and H differ, PETSC_ERR_ARG_OUTOFRANGE for the mass
 
   Level: beginner
 
-.seealso: MatSlipStageSetTheta(), MatCreateSlipStiffness(), MatCreateSlipViscosity(), PCSLIPSTAGE
+.seealso: MatSlipStageSetTheta(), MatSlipStageSetFromOptions(), MatCreateSlipStiffness(), MatCreateSlipViscosity(),
+          PCSLIPSTAGE
 @*/
 PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B)
 {
@@ -282,6 +264,77 @@ static PetscErrorCode StageChanged(Mat B)
   PetscFunctionBegin;
   PetscCall(MatAssemblyBegin(B, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(B, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  MatSlipStageSetJacobian - choose what MatSlipStageGetApproximation() gives for Newton matrices
+
+  Collective
+
+  Input Parameters:
++ B    - matrix of MatCreateSlipStage()
+- type - "exact" (B itself), "approximate" (a cheap viscosity) or "auto" (by cost; unless set)
+
+  Options Database Key:
+. -mat_slipstage_jacobian <auto> - the same, for MatSlipStageSetFromOptions()
+
+  Note: before a solver is set up with B.
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE
+
+  Level: advanced
+
+.seealso: MatSlipStageGetApproximation(), MatSlipStageSetFromOptions()
+@*/
+PetscErrorCode MatSlipStageSetJacobian(Mat B, const char type[])
+{
+  SlipStageContext *s;
+  PetscInt choice;
+  PetscBool known;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  PetscCall(PetscEListFind(3, Jacobians, type, &choice, &known));
+  PetscCheck(known, PetscObjectComm((PetscObject)B), PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "Jacobians of a stage operator cannot be \"%s\", expected auto, exact or approximate", type);
+  if (choice == s->jacobian) PetscFunctionReturn(PETSC_SUCCESS);
+  s->jacobian = choice;
+  if (s->H) PetscCall(StageSetUp(B, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatSlipStageSetFromOptions - read the options of a stage operator, with its prefix
+
+  Collective
+
+  Input Parameter:
+. B - matrix of MatCreateSlipStage(), which gave it the prefix of K
+
+  Options Database Key:
+. -mat_slipstage_jacobian <auto> - Newton matrices: exact, approximate, or by cost (MatSlipStageSetJacobian())
+
+  Level: intermediate
+
+.seealso: MatSlipStageSetJacobian(), MatSetOptionsPrefix()
+@*/
+PetscErrorCode MatSlipStageSetFromOptions(Mat B)
+{
+  SlipStageContext *s;
+  PetscInt choice;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  choice = s->jacobian;
+  PetscObjectOptionsBegin((PetscObject)B);
+  PetscCall(PetscOptionsEList("-mat_slipstage_jacobian",
+                              "Newton matrices from the stage operator itself, from a cheap approximation of its "
+                              "viscosity, or by cost",
+                              "MatSlipStageSetJacobian", Jacobians, 3, Jacobians[choice], &choice, &set));
+  PetscOptionsEnd();
+  if (set) PetscCall(MatSlipStageSetJacobian(B, Jacobians[choice]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -373,12 +426,9 @@ static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose)
   products with H are made, since H_A is corrected by those that H remembers: A is another operator at each call. Near
   instability, where weakening takes most of B away, the share is larger in proportion.
 
-  Options Database Key:
-. -mat_slipstage_jacobian <auto> - exact (A = B), approximate, or by cost
-
   Level: advanced
 
-.seealso: MatCreateSlipStage(), MatSlipStageSetTheta(), SNESSEMISMOOTH
+.seealso: MatCreateSlipStage(), MatSlipStageSetJacobian(), MatSlipStageSetTheta(), SNESSEMISMOOTH
 @*/
 PetscErrorCode MatSlipStageGetApproximation(Mat B, Mat *A)
 {

@@ -207,7 +207,6 @@ static PetscErrorCode SpectralDestroy(Mat H)
   PetscCall(VecDestroy(&c->diagonal));
   PetscCall(MatDestroy(&c->K));
   PetscCall(PetscFree(c));
-  PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_slipspectral_dense_C", NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -249,6 +248,11 @@ PetscErrorCode SlipSpectralNorm(MPI_Comm comm, SlipSpectral *c, PetscReal factor
 /* factor * sqrt(scale * K) per wavenumber; H of type "slipspectral" without a low-rank part. */
 PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *H)
 {
+  const SlipShellOps ops = {.mult = SpectralMult,
+                            .diagonal = SpectralGetDiagonal,
+                            .info = SpectralGetInfo,
+                            .view = SpectralView,
+                            .destroy = SpectralDestroy};
   SlipSpectral *c;
   PetscReal scale;
   PetscInt m, N;
@@ -263,16 +267,7 @@ PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(PetscMalloc3(N, &c->half_x, N, &c->half_y, N, &c->y));
-  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)K), m, m, N, N, c, H));
-  PetscCall(MatSetUp(*H));
-  PetscCall(MatShellSetManageScalingShifts(*H));
-  PetscCall(MatShellSetOperation(*H, MATOP_MULT, SlipMatShellFn(SpectralMult)));
-  PetscCall(MatShellSetOperation(*H, MATOP_MULT_TRANSPOSE, SlipMatShellFn(SpectralMult)));
-  PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(SpectralGetDiagonal)));
-  PetscCall(MatShellSetOperation(*H, MATOP_GETINFO, SlipMatShellFn(SpectralGetInfo)));
-  PetscCall(MatShellSetOperation(*H, MATOP_VIEW, SlipMatShellFn(SpectralView)));
-  PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(SpectralDestroy)));
-  PetscCall(SlipShellFinish(*H, "slipspectral"));
+  PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, "slipspectral", &ops, c, H));
   PetscCall(SlipGatherCreate(*H, SlipCirculantPencil(c->strike), &c->gather));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

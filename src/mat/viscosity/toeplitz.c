@@ -48,12 +48,12 @@ static PetscErrorCode PlaneDestroy(Mat H)
   PetscCall(MatShellGetContext(H, &c));
   PetscCall(MatDestroy(&c->K));
   PetscCall(PetscFree(c));
-  PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_sliptoeplitz_dense_C", NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H)
 {
+  const SlipShellOps ops = {.mult = PlaneMult, .diagonal = PlaneGetDiagonal, .destroy = PlaneDestroy};
   PlaneContext *c;
   const SlipGrid *grid;
   PetscReal scale;
@@ -73,14 +73,7 @@ PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H)
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(MatGetOwnershipRange(K, &c->start, &c->end));
-  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)K), m, m, N, N, c, H));
-  PetscCall(MatSetUp(*H));
-  PetscCall(MatShellSetManageScalingShifts(*H));
-  PetscCall(MatShellSetOperation(*H, MATOP_MULT, SlipMatShellFn(PlaneMult)));
-  PetscCall(MatShellSetOperation(*H, MATOP_MULT_TRANSPOSE, SlipMatShellFn(PlaneMult)));
-  PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(PlaneGetDiagonal)));
-  PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(PlaneDestroy)));
-  PetscCall(SlipShellFinish(*H, "sliptoeplitz"));
+  PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, "sliptoeplitz", &ops, c, H));
   PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -180,12 +180,12 @@ static PetscErrorCode WavesDestroy(Mat H)
   PetscCall(PetscFree4(w->alpha, w->beta, w->c, w->last));
   PetscCall(MatDestroy(&w->K));
   PetscCall(PetscFree(w));
-  PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_slipwaves_dense_C", NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
 {
+  const SlipShellOps ops = {.mult = WavesMult, .diagonal = WavesGetDiagonal, .destroy = WavesDestroy};
   WavesContext *w;
   const SlipGrid *grid;
   PetscInt m, N;
@@ -206,14 +206,7 @@ static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(MatGetOwnershipRange(K, &w->start, &w->end));
-  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)K), m, m, N, N, w, H));
-  PetscCall(MatSetUp(*H));
-  PetscCall(MatShellSetManageScalingShifts(*H));
-  PetscCall(MatShellSetOperation(*H, MATOP_MULT, SlipMatShellFn(WavesMult)));
-  PetscCall(MatShellSetOperation(*H, MATOP_MULT_TRANSPOSE, SlipMatShellFn(WavesMult)));
-  PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(WavesGetDiagonal)));
-  PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(WavesDestroy)));
-  PetscCall(SlipShellFinish(*H, "slipwaves"));
+  PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, "slipwaves", &ops, w, H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
