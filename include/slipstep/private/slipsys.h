@@ -4,7 +4,8 @@
 #include <slipcompat.h>
 
 /* ---- package.c ---- */
-PETSC_INTERN PetscErrorCode SlipRegisterOnce(PetscBool *flag, PetscBool *now);
+/* Calls what registers a room's classes, types and events, once from PetscInitialize() to PetscFinalize() */
+PETSC_INTERN PetscErrorCode SlipRegisterOnce(PetscErrorCode (*registers)(void));
 
 /* ---- compose.c ---- */
 /* Takes data over, in place of what had the name. destroy: SlipContainerDestroyDefault for memory of PetscMalloc() */
