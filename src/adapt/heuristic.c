@@ -37,16 +37,14 @@ static PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* TSAdaptView() calls it for ASCII viewers only. */
 static PetscErrorCode TSAdaptView_Heuristic(TSAdapt adapt, PetscViewer viewer)
 {
   const TSAdapt_Heuristic *ctx = (const TSAdapt_Heuristic *)adapt->data;
-  PetscBool ascii;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
-  if (ascii)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  growth at most %g, factor after a failed solve %g\n",
-                                     (double)ctx->growth, (double)ctx->base.failure));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  growth at most %g, factor after a failed solve %g\n", (double)ctx->growth,
+                                   (double)ctx->base.failure));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -64,14 +64,12 @@ static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* TSAdaptView() calls it for ASCII viewers only. */
 static PetscErrorCode TSAdaptView_PI(TSAdapt adapt, PetscViewer viewer)
 {
   const TSAdapt_PI *ctx = (const TSAdapt_PI *)adapt->data;
-  PetscBool ascii;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
-  if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscViewerASCIIPrintf(viewer, "  filter %s: g1 %g, g2 %g, kappa %g\n", ctx->filter.name,
                                    (double)ctx->filter.g1, (double)ctx->filter.g2, (double)ctx->filter.kappa));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  step ratio: rejects below %g, capped at %g; %g after a failed solve\n",

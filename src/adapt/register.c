@@ -3,6 +3,17 @@
 #include <slipstep/private/slippolicy.h>
 #include <slipstep/private/slipsys.h>
 
+static PetscErrorCode Register_Adapt(void)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyInitializePackage());
+  PetscCall(SlipTSInitializePackage());
+  PetscCall(TSAdaptRegister(TSADAPTHEURISTIC, TSAdaptCreate_Heuristic));
+  PetscCall(TSAdaptRegister(TSADAPTPI, TSAdaptCreate_PI));
+  PetscCall(TSAdaptRegister(TSADAPTRL, TSAdaptCreate_RL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipAdaptInitializePackage - register the step-size controllers, with the integrator and policies
 
@@ -14,16 +25,5 @@
 @*/
 PetscErrorCode SlipAdaptInitializePackage(void)
 {
-  static PetscBool registered = PETSC_FALSE;
-  PetscBool now;
-
-  PetscFunctionBegin;
-  PetscCall(SlipRegisterOnce(&registered, &now));
-  if (!now) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipPolicyInitializePackage());
-  PetscCall(SlipTSInitializePackage());
-  PetscCall(TSAdaptRegister(TSADAPTHEURISTIC, TSAdaptCreate_Heuristic));
-  PetscCall(TSAdaptRegister(TSADAPTPI, TSAdaptCreate_PI));
-  PetscCall(TSAdaptRegister(TSADAPTRL, TSAdaptCreate_RL));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipRegisterOnce(Register_Adapt);
 }

@@ -239,14 +239,12 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* TSAdaptView() calls it for ASCII viewers only. */
 static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
 {
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
-  PetscBool ascii;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
-  if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscViewerASCIIPushTab(viewer));
   if (rl->actor) PetscCall(PetscViewerASCIIPrintf(viewer, "steps are chosen by an actor\n"));
   if (rl->policy) PetscCall(SlipPolicyView(rl->policy, viewer));
@@ -348,11 +346,11 @@ PetscErrorCode TSAdaptCreate_RL(TSAdapt adapt)
   rl->max_failures = SLIP_MAX_FAILURES;
   rl->accuracy = TSADAPTRL_ACCURACY_DEFAULT;
   adapt->data = rl;
+  PetscCall(Compose_RL(adapt, PETSC_TRUE));
   adapt->ops->choose = TSAdaptChoose_RL;
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_RL;
   adapt->ops->view = TSAdaptView_RL;
   adapt->ops->reset = TSAdaptReset_RL;
   adapt->ops->destroy = TSAdaptDestroy_RL;
-  PetscCall(Compose_RL(adapt, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

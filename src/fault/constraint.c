@@ -1,6 +1,7 @@
 /* The fault's constraint: elimination of u and s from a stage, and the strength as the bound of the reaction. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipsys.h>
 
 /* Positions in a block of the state. */
 enum { V, U, S };
@@ -11,14 +12,13 @@ static PetscErrorCode SlipFaultExtract(Vec w, PetscInt which, Vec x)
   const PetscReal *a;
   PetscReal *b;
   PetscInt n;
+  const SlipArrays arrays[] = {{w, .read = &a}, {x, .write = &b}};
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayWrite(x, &b));
+  PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < n; i++) b[i] = a[3 * i + which];
-  PetscCall(VecRestoreArrayWrite(x, &b));
-  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -28,25 +28,18 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   const PetscReal theta = stage->theta;
   const PetscReal *base, *ex = NULL, *vinf;
   PetscReal *c, *u0, *s0;
+  const SlipArrays arrays[] = {{stage->base, .read = &base}, {stage->explicit_part, .read = &ex},
+                               {fault->vinf, .read = &vinf}, {fault->c, .write = &c},
+                               {fault->u0, .write = &u0},    {fault->s0, .write = &s0}};
 
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(stage->base, &base));
-  if (stage->explicit_part) PetscCall(VecGetArrayRead(stage->explicit_part, &ex));
-  PetscCall(VecGetArrayRead(fault->vinf, &vinf));
-  PetscCall(VecGetArrayWrite(fault->c, &c));
-  PetscCall(VecGetArrayWrite(fault->u0, &u0));
-  PetscCall(VecGetArrayWrite(fault->s0, &s0));
+  PetscCall(SlipArraysGet(6, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
     c[i] = fault->weight[i] * (fault->mass / theta) * base[3 * i + V] + (ex ? ex[3 * i + V] : 0);
     u0[i] = base[3 * i + U] + theta * ((ex ? ex[3 * i + U] : 0) - vinf[i]);
     s0[i] = base[3 * i + S] + theta * (ex ? ex[3 * i + S] : 0);
   }
-  PetscCall(VecRestoreArrayWrite(fault->s0, &s0));
-  PetscCall(VecRestoreArrayWrite(fault->u0, &u0));
-  PetscCall(VecRestoreArrayWrite(fault->c, &c));
-  PetscCall(VecRestoreArrayRead(fault->vinf, &vinf));
-  if (ex) PetscCall(VecRestoreArrayRead(stage->explicit_part, &ex));
-  PetscCall(VecRestoreArrayRead(stage->base, &base));
+  PetscCall(SlipArraysRestore(6, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -146,19 +139,14 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   SlipFrictionCells friction;
   const PetscReal *v, *s0;
   PetscReal *a, *b = NULL;
+  const SlipArrays arrays[] = {{x, .read = &v}, {fault->s0, .read = &s0}, {q, .write = &a}, {dq, .write = &b}};
 
   PetscFunctionBegin;
   (void)con;
   PetscCall(SlipFaultGetFriction(fault, &friction));
-  PetscCall(VecGetArrayRead(x, &v));
-  PetscCall(VecGetArrayRead(fault->s0, &s0));
-  PetscCall(VecGetArrayWrite(q, &a));
-  if (dq) PetscCall(VecGetArrayWrite(dq, &b));
+  PetscCall(SlipArraysGet(4, arrays));
   SlipFrictionStrength(&friction, fault->n, fault->theta, 1, s0, v, a, b);
-  if (dq) PetscCall(VecRestoreArrayWrite(dq, &b));
-  PetscCall(VecRestoreArrayWrite(q, &a));
-  PetscCall(VecRestoreArrayRead(fault->s0, &s0));
-  PetscCall(VecRestoreArrayRead(x, &v));
+  PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,22 +165,17 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
   SlipFrictionCells friction;
   const PetscReal *v, *u0, *s0;
   PetscReal *a;
+  const SlipArrays arrays[] = {{x, .read = &v}, {fault->u0, .read = &u0}, {fault->s0, .read = &s0}, {w, .write = &a}};
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, &friction));
-  PetscCall(VecGetArrayRead(x, &v));
-  PetscCall(VecGetArrayRead(fault->u0, &u0));
-  PetscCall(VecGetArrayRead(fault->s0, &s0));
-  PetscCall(VecGetArrayWrite(w, &a));
+  PetscCall(SlipArraysGet(4, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
     a[3 * i + V] = v[i];
     a[3 * i + U] = u0[i] + fault->theta * v[i];
   }
   SlipFrictionStateAdvance(&friction, fault->n, fault->theta, s0, v, 3, a + S);
-  PetscCall(VecRestoreArrayWrite(w, &a));
-  PetscCall(VecRestoreArrayRead(fault->s0, &s0));
-  PetscCall(VecRestoreArrayRead(fault->u0, &u0));
-  PetscCall(VecRestoreArrayRead(x, &v));
+  PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -211,6 +194,7 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F)
   Vec rel = fault->work[0], u = fault->work[1], force = fault->work[2];
   const PetscReal *a, *r, *f;
   PetscReal *b;
+  const SlipArrays arrays[] = {{w, .read = &a}, {rel, .read = &r}, {force, .read = &f}, {F, .write = &b}};
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, &friction));
@@ -220,19 +204,13 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F)
   PetscCall(MatMult(fault->K, u, force));
   PetscCall(MatMult(fault->H, rel, u));
   PetscCall(VecAXPY(force, 1, u));
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayRead(rel, &r));
-  PetscCall(VecGetArrayRead(force, &f));
-  PetscCall(VecGetArrayWrite(F, &b));
+  PetscCall(SlipArraysGet(4, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
     b[3 * i + V] = -f[i];
     b[3 * i + U] = r[i];
   }
   SlipFrictionStateRate(&friction, fault->n, 3, a + S, a + V, b + S);
-  PetscCall(VecRestoreArrayWrite(F, &b));
-  PetscCall(VecRestoreArrayRead(force, &f));
-  PetscCall(VecRestoreArrayRead(rel, &r));
-  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -249,14 +227,13 @@ static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F,
 {
   const PetscReal *tau;
   PetscReal *f;
+  const SlipArrays arrays[] = {{r, .read = &tau}, {F, .write = &f}};
 
   PetscFunctionBegin;
   (void)con;
-  PetscCall(VecGetArrayRead(r, &tau));
-  PetscCall(VecGetArray(F, &f));
+  PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < ((SlipFault)ctx)->n; i++) f[3 * i + V] += a * tau[i];
-  PetscCall(VecRestoreArray(F, &f));
-  PetscCall(VecRestoreArrayRead(r, &tau));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -280,14 +257,13 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q)
   SlipFrictionCells friction;
   const PetscReal *a;
   PetscReal *b;
+  const SlipArrays arrays[] = {{w, .read = &a}, {q, .write = &b}};
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, &friction));
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayWrite(q, &b));
+  PetscCall(SlipArraysGet(2, arrays));
   SlipFrictionStrength(&friction, fault->n, 0, 3, a + S, a + V, b, NULL);
-  PetscCall(VecRestoreArrayWrite(q, &b));
-  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -302,17 +278,8 @@ static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, 
 
 PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
 {
-  const SlipConstraintOps ops = {.stage = Stage,
-                                 .residual = Residual,
-                                 .jacobian = Jacobian,
-                                 .bound = Bound,
-                                 .reduce = Reduce,
-                                 .lift = Lift,
-                                 .smooth = Smooth,
-                                 .add_reaction = AddReaction,
-                                 .solve_mass = SolveMass,
-                                 .bound_state = BoundState,
-                                 .at_rest = AtRest};
+  const SlipConstraintOps ops = {Stage,  Residual,    Jacobian,  Bound,      Reduce, Lift,
+                                 Smooth, AddReaction, SolveMass, BoundState, AtRest};
 
   PetscFunctionBegin;
   if (!fault->con) PetscCall(SlipConstraintCreate(fault->comm, &ops, fault, fault->uc, &fault->con));

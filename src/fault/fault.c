@@ -103,15 +103,14 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscCall(PetscViewerDestroy(&f->stiffness_viewer));
   for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->field[i]));
   for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->given[i]));
-  for (PetscInt i = 0; i < 3; i++) PetscCall(VecDestroy(&f->work[i]));
+  {
+    Vec *vecs[] = {&f->work[0], &f->work[1], &f->work[2], &f->uc, &f->vinf, &f->c, &f->u0, &f->s0};
+
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+  }
   PetscCall(PetscFree(f->weight));
   PetscCall(SlipCellsDestroy(&f->mesh));
   PetscCall(PetscFree(f->order));
-  PetscCall(VecDestroy(&f->uc));
-  PetscCall(VecDestroy(&f->vinf));
-  PetscCall(VecDestroy(&f->c));
-  PetscCall(VecDestroy(&f->u0));
-  PetscCall(VecDestroy(&f->s0));
   PetscCall(MatDestroy(&f->B));
   PetscCall(MatDestroy(&f->H));
   PetscCall(MatDestroy(&f->K));
@@ -175,7 +174,7 @@ PetscErrorCode SlipFaultSetOptionsPrefix(SlipFault fault, const char prefix[])
 
   Level: advanced
 
-.seealso: SlipFaultSetOptionsPrefix(), SlipFaultGetOptionsPrefix()
+.seealso: SlipFaultSetOptionsPrefix(), SlipFaultGetOptionsPrefix(), SlipFaultSetFromOptions()
 @*/
 PetscErrorCode SlipFaultAppendOptionsPrefix(SlipFault fault, const char prefix[])
 {
@@ -198,7 +197,7 @@ PetscErrorCode SlipFaultAppendOptionsPrefix(SlipFault fault, const char prefix[]
 
   Level: intermediate
 
-.seealso: SlipFaultSetOptionsPrefix(), SlipFaultAppendOptionsPrefix()
+.seealso: SlipFaultSetOptionsPrefix()
 @*/
 PetscErrorCode SlipFaultGetOptionsPrefix(SlipFault fault, const char *prefix[])
 {

@@ -1,5 +1,6 @@
 /* What a run and a controller may know of the fault's state: sums over the cells, energies and powers. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
 #include <petsc/private/petscimpl.h> /* PetscObjectStateGet() */
 #include <slipcompat.h>
 
@@ -8,11 +9,11 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
 {
   SlipFrictionCells friction;
   const PetscReal *a, *f;
+  const SlipArrays arrays[] = {{w, .read = &a}, {ku, .read = &f}};
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, &friction));
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayRead(ku, &f));
+  PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscReal v = a[3 * i], u = a[3 * i + 1], s = a[3 * i + 2], weight = fault->weight[i];
     const PetscReal weak = SlipFrictionWeakest(&friction, i);
@@ -32,8 +33,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
     sum[SUM_STRENGTH] += mu * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
     *max_v = PetscMax(*max_v, PetscAbsReal(v));
   }
-  PetscCall(VecRestoreArrayRead(ku, &f));
-  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -71,22 +71,19 @@ PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec der
 {
   SlipFaultEstimates *c = &fault->estimates;
   const PetscReal *a, *e = NULL, *d = NULL;
+  const SlipArrays arrays[] = {{w, .read = &a}, {error, .read = &e}, {derivative, .read = &d}};
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(c, sizeof(*c)));
   if (!error && !derivative) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetArrayRead(w, &a));
-  if (error) PetscCall(VecGetArrayRead(error, &e));
-  if (derivative) PetscCall(VecGetArrayRead(derivative, &d));
+  PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscReal v = a[3 * i];
 
     if (error) c->sum[ESTIMATE_SLIP_ERROR] += fault->weight[i] * PetscAbsReal(e[3 * i + 2]);
     if (derivative && v != 0) c->sum[ESTIMATE_GROWTH] += fault->weight[i] * PetscSign(v) * d[3 * i];
   }
-  if (derivative) PetscCall(VecRestoreArrayRead(derivative, &d));
-  if (error) PetscCall(VecRestoreArrayRead(error, &e));
-  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SlipArraysRestore(3, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_ESTIMATES, MPIU_REAL, MPIU_SUM, fault->comm));
   c->known = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);

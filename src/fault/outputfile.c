@@ -1,6 +1,7 @@
 /* What the output file of a run holds: its layout, the mesh, and the fields. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
+#include <slipstep/private/slipsys.h>
 
 static const SlipOutputColumn SeriesColumns[] = {
   {"mean_slip_rate", "m/s", PETSC_FALSE},   {"max_slip_rate", "m/s", PETSC_FALSE},
@@ -123,11 +124,11 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out)
   const PetscReal *w, *r;
   PetscReal *x;
   char path[64];
+  const SlipArrays arrays[] = {{out->w0, .read = &w}, {out->r0, .read = &r}};
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(N, &x));
-  PetscCall(VecGetArrayRead(out->w0, &w));
-  PetscCall(VecGetArrayRead(out->r0, &r));
+  PetscCall(SlipArraysGet(2, arrays));
   PetscCall(SlipH5Append(out->file, "/fields/time", 1, &out->time));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     const PetscInt c = OutputFields[f].component;
@@ -138,8 +139,7 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out)
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
     PetscCall(SlipH5Append(out->file, path, 1, x));
   }
-  PetscCall(VecRestoreArrayRead(out->r0, &r));
-  PetscCall(VecRestoreArrayRead(out->w0, &w));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscCall(PetscFree(x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

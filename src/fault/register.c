@@ -4,6 +4,14 @@
 
 PetscClassId SLIP_FAULT_CLASSID;
 
+static PetscErrorCode Register_Fault(void)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipAdaptInitializePackage());
+  PetscCall(PetscClassIdRegister("SlipFault", &SLIP_FAULT_CLASSID));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipFaultInitializePackage - register the class of faults and all that a TS of a fault can be made of
 
@@ -15,13 +23,5 @@ PetscClassId SLIP_FAULT_CLASSID;
 @*/
 PetscErrorCode SlipFaultInitializePackage(void)
 {
-  static PetscBool registered = PETSC_FALSE;
-  PetscBool now;
-
-  PetscFunctionBegin;
-  PetscCall(SlipRegisterOnce(&registered, &now));
-  if (!now) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipAdaptInitializePackage());
-  PetscCall(PetscClassIdRegister("SlipFault", &SLIP_FAULT_CLASSID));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipRegisterOnce(Register_Fault);
 }

@@ -200,26 +200,15 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultFillVec(SlipFault fault, PetscInt field, Vec x)
+/* x_i = the field, times the weight w_i of its cell if weighted */
+static PetscErrorCode SlipFaultFillVec(SlipFault fault, PetscInt field, PetscBool weighted, Vec x)
 {
   PetscReal *a;
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayWrite(x, &a));
-  PetscCall(PetscArraycpy(a, fault->field[field], fault->n));
+  for (PetscInt i = 0; i < fault->n; i++) a[i] = fault->field[field][i] * (weighted ? fault->weight[i] : 1);
   PetscCall(VecRestoreArrayWrite(x, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* x_i *= w_i */
-static PetscErrorCode SlipFaultWeigh(SlipFault fault, Vec x)
-{
-  PetscReal *a;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArray(x, &a));
-  for (PetscInt i = 0; i < fault->n; i++) a[i] *= fault->weight[i];
-  PetscCall(VecRestoreArray(x, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -269,9 +258,8 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->uc, &fault->vinf));
   PetscCall(VecDuplicate(fault->uc, &fault->u0));
   PetscCall(VecDuplicate(fault->uc, &fault->s0));
-  PetscCall(SlipFaultFillVec(fault, FIELD_LOADING_RATE, fault->vinf));
-  PetscCall(SlipFaultFillVec(fault, FIELD_NORMAL_STRESS, fault->work[0]));
-  PetscCall(SlipFaultWeigh(fault, fault->work[0]));
+  PetscCall(SlipFaultFillVec(fault, FIELD_LOADING_RATE, PETSC_FALSE, fault->vinf));
+  PetscCall(SlipFaultFillVec(fault, FIELD_NORMAL_STRESS, PETSC_TRUE, fault->work[0]));
   PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->uc));
   PetscCall(SlipFaultViewStiffness(fault));
   PetscCall(

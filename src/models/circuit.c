@@ -295,16 +295,7 @@ static void Table(SlipModel model, PetscReal dt, PetscInt n, PetscReal state[])
 
 static const char *const States[] = {"V1", "V2", "i"}, *const Units[] = {"V", "V", "A", "A"};
 
-const SlipModelOps SlipCircuitOps = {.name = "circuit",
-                                     .n = N,
-                                     .states = States,
-                                     .units = Units,
-                                     .energy_unit = "J",
-                                     .size = sizeof(SlipCircuit),
-                                     .set_case = SetCase,
-                                     .set_from_options = SetFromOptions,
-                                     .setup = SetUp,
-                                     .force = Force,
-                                     .jacobian = Jacobian,
-                                     .observations = Observations,
-                                     .table = Table};
+/* In the order of SlipModelOps */
+const SlipModelOps SlipCircuitOps = {"circuit",      N,     States, Units,    "J",  sizeof(SlipCircuit), SetCase,
+                                     SetFromOptions, SetUp, Force,  Jacobian, NULL, Observations,        NULL,
+                                     Table};

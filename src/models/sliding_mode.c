@@ -263,17 +263,6 @@ static PetscReal Exact(SlipModel model, PetscReal t, PetscReal *r)
 
 static const char *const States[] = {"w"}, *const Units[] = {"1", "1/s"};
 
-const SlipModelOps SlipSlidingModeOps = {.name = "sliding_mode",
-                                         .n = 1,
-                                         .states = States,
-                                         .units = Units,
-                                         .energy_unit = "1",
-                                         .size = sizeof(SlipSlidingMode),
-                                         .set_case = SetCase,
-                                         .set_from_options = SetFromOptions,
-                                         .setup = SetUp,
-                                         .force = Force,
-                                         .jacobian = Jacobian,
-                                         .load = Load,
-                                         .observations = Observations,
-                                         .exact = Exact};
+const SlipModelOps SlipSlidingModeOps = {
+  "sliding_mode", 1,    States,       Units, "1", sizeof(SlipSlidingMode), SetCase, SetFromOptions, SetUp, Force,
+  Jacobian,       Load, Observations, Exact, NULL};

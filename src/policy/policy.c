@@ -84,7 +84,7 @@ PetscErrorCode SlipPolicyDestroy(SlipPolicy *policy)
 
   Level: intermediate
 
-.seealso: SlipPolicyDestroy()
+.seealso: SlipPolicyDestroy(), SlipPolicyCreate()
 @*/
 PetscErrorCode SlipPolicyReference(SlipPolicy policy)
 {

@@ -4,6 +4,14 @@
 
 PetscClassId SLIP_POLICY_CLASSID;
 
+static PetscErrorCode Register_Policy(void)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipLogRegister());
+  PetscCall(PetscClassIdRegister("Step-size policy", &SLIP_POLICY_CLASSID));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipPolicyInitializePackage - register the class of policies and the event of their forward pass
 
@@ -11,17 +19,9 @@ PetscClassId SLIP_POLICY_CLASSID;
 
   Level: developer
 
-.seealso: SlipStepInitializePackage(), SlipPolicyCreate()
+.seealso: SlipStepInitializePackage(), SlipPolicyCreate(), SlipPolicyLoad()
 @*/
 PetscErrorCode SlipPolicyInitializePackage(void)
 {
-  static PetscBool registered = PETSC_FALSE;
-  PetscBool now;
-
-  PetscFunctionBegin;
-  PetscCall(SlipRegisterOnce(&registered, &now));
-  if (!now) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipLogRegister());
-  PetscCall(PetscClassIdRegister("Step-size policy", &SLIP_POLICY_CLASSID));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipRegisterOnce(Register_Policy);
 }

@@ -16,24 +16,19 @@
 @*/
 PetscErrorCode SlipConstraintDestroy(SlipConstraint *con)
 {
+  SlipConstraint c = *con;
+
   PetscFunctionBegin;
-  if (!*con) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscValidHeaderSpecific(*con, SLIP_CONSTRAINT_CLASSID, 1);
-  if (--((PetscObject)*con)->refct > 0) {
-    *con = NULL;
-    PetscFunctionReturn(PETSC_SUCCESS);
+  *con = NULL;
+  if (!c) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscValidHeaderSpecific(c, SLIP_CONSTRAINT_CLASSID, 1);
+  if (--((PetscObject)c)->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
+  {
+    Vec *vecs[] = {&c->x, &c->w, &c->r, &c->g, &c->q, &c->dq, &c->F, &c->mask, &c->slope, &c->rho};
+
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   }
-  PetscCall(VecDestroy(&(*con)->x));
-  PetscCall(VecDestroy(&(*con)->w));
-  PetscCall(VecDestroy(&(*con)->r));
-  PetscCall(VecDestroy(&(*con)->g));
-  PetscCall(VecDestroy(&(*con)->q));
-  PetscCall(VecDestroy(&(*con)->dq));
-  PetscCall(VecDestroy(&(*con)->F));
-  PetscCall(VecDestroy(&(*con)->mask));
-  PetscCall(VecDestroy(&(*con)->slope));
-  PetscCall(VecDestroy(&(*con)->rho));
-  PetscCall(PetscHeaderDestroy(con));
+  PetscCall(PetscHeaderDestroy(&c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,6 +2,7 @@
    while that set is small: the block is gathered on every rank and factored redundantly, so that all ranks hold the
    same bits and no further communication is needed. */
 #include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipsys.h>
 #include <petscblaslapack.h>
 
 /* A dense copy of B with local rows at hand: B itself, or what it composes as "MatSlipGetDense_C" (Mat, Mat *) */
@@ -58,21 +59,20 @@ static PetscErrorCode SlipPackRows(Mat dense, Vec slope, Vec rhs, PetscInt nloc,
   Mat local;
   PetscInt lda;
   const PetscScalar *a, *d, *f;
+  const SlipArrays arrays[] = {{slope, .read = &d}, {rhs, .read = &f}};
 
   PetscFunctionBegin;
   PetscCall(MatDenseGetLocalMatrix(dense, &local));
   PetscCall(MatDenseGetLDA(local, &lda));
   PetscCall(MatDenseGetArrayRead(local, &a));
-  PetscCall(VecGetArrayRead(slope, &d));
-  PetscCall(VecGetArrayRead(rhs, &f));
+  PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt j = 0; j < n; j++)
     for (PetscInt i = 0; i < nloc; i++) rows[i * n + j] = a[loc[i] + lda * glob[j]];
   for (PetscInt i = 0; i < nloc; i++) {
     rows[i * n + first + i] += d[loc[i]];
     b[i] = f[loc[i]];
   }
-  PetscCall(VecRestoreArrayRead(rhs, &f));
-  PetscCall(VecRestoreArrayRead(slope, &d));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscCall(MatDenseRestoreArrayRead(local, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

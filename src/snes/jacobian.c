@@ -5,8 +5,8 @@
 static const char key_B[] = "SlipStageOperator", key_mask[] = "SlipMask", key_slope[] = "SlipSlope";
 
 typedef struct {
-  Vec y, z; /* masked input, product */
-  Mat B;    /* the parts once more, borrowed: products and steps by the thousand need not look up names */
+  Vec work[2]; /* masked input, product */
+  Mat B;       /* the parts once more, borrowed: products and steps by the thousand need not look up names */
   Vec mask, slope;
 } SlipJacobian;
 
@@ -29,17 +29,17 @@ static PetscErrorCode MatMult_SlipJacobian(Mat J, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(SlipJacobianGet(J, &jac));
-  PetscCall(VecPointwiseMult(jac->y, jac->mask, x));
-  PetscCall(MatMult(jac->B, jac->y, jac->z));
+  PetscCall(VecPointwiseMult(jac->work[0], jac->mask, x));
+  PetscCall(MatMult(jac->B, jac->work[0], jac->work[1]));
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetArrayRead(jac->mask, &m));
   PetscCall(VecGetArrayRead(jac->slope, &d));
   PetscCall(VecGetArrayRead(x, &xx));
-  PetscCall(VecGetArrayRead(jac->z, &z));
+  PetscCall(VecGetArrayRead(jac->work[1], &z));
   PetscCall(VecGetArrayWrite(y, &yy));
   for (PetscInt i = 0; i < n; i++) yy[i] = m[i] != 0.0 ? z[i] + d[i] * xx[i] : xx[i];
   PetscCall(VecRestoreArrayWrite(y, &yy));
-  PetscCall(VecRestoreArrayRead(jac->z, &z));
+  PetscCall(VecRestoreArrayRead(jac->work[1], &z));
   PetscCall(VecRestoreArrayRead(x, &xx));
   PetscCall(VecRestoreArrayRead(jac->slope, &d));
   PetscCall(VecRestoreArrayRead(jac->mask, &m));
@@ -73,8 +73,7 @@ static PetscErrorCode MatDestroy_SlipJacobian(Mat J)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(J, &jac));
-  PetscCall(VecDestroy(&jac->y));
-  PetscCall(VecDestroy(&jac->z));
+  for (PetscInt i = 0; i < 2; i++) PetscCall(VecDestroy(&jac->work[i]));
   PetscCall(PetscFree(jac));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -103,7 +102,7 @@ PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J)
   PetscValidHeaderSpecific(B, MAT_CLASSID, 1);
   PetscAssertPointer(J, 2);
   PetscCall(PetscNew(&jac));
-  PetscCall(MatCreateVecs(B, &jac->y, &jac->z));
+  PetscCall(MatCreateVecs(B, &jac->work[0], &jac->work[1]));
   PetscCall(MatGetLocalSize(B, &m, &n));
   PetscCall(MatGetSize(B, &M, &N));
   PetscCall(MatCreateShell(PetscObjectComm((PetscObject)B), m, n, M, N, jac, J));

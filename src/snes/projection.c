@@ -21,27 +21,21 @@ PetscErrorCode SlipProjectionStep(SlipConstraint con, const SlipStageModel *mode
   for (PetscInt trial = 0; again; trial++) {
     const PetscScalar *xx, *xx1, *g, *gg1, *q, *p;
     PetscScalar *y;
+    const SlipArrays from[] = {{x, .read = &xx}, {con->g, .read = &g}, {con->q, .read = &q}, {rho, .read = &p}};
+    const SlipArrays both[] = {{x1, .read = &xx1}, {g1, .read = &gg1}};
     PetscReal sum[2] = {0.0, 0.0}, factor;
 
     PetscCall(PetscLogEventBegin(SLIP_Cone, con, x, 0, 0));
-    PetscCall(VecGetArrayRead(x, &xx));
-    PetscCall(VecGetArrayRead(con->g, &g));
-    PetscCall(VecGetArrayRead(con->q, &q));
-    PetscCall(VecGetArrayRead(rho, &p));
+    PetscCall(SlipArraysGet(4, from));
     PetscCall(VecGetArrayWrite(x1, &y));
     SlipConeProject(n, con->omega, xx, g, q, p, y);
     PetscCall(VecRestoreArrayWrite(x1, &y));
-    PetscCall(VecRestoreArrayRead(con->q, &q));
     PetscCall(PetscLogEventEnd(SLIP_Cone, con, x, 0, 0));
     PetscCall(SlipConstraintResidual(con, model, x1, g1));
-    PetscCall(VecGetArrayRead(x1, &xx1));
-    PetscCall(VecGetArrayRead(g1, &gg1));
+    PetscCall(SlipArraysGet(2, both));
     SlipConeChanges(n, xx, xx1, g, gg1, p, sum);
-    PetscCall(VecRestoreArrayRead(g1, &gg1));
-    PetscCall(VecRestoreArrayRead(x1, &xx1));
-    PetscCall(VecRestoreArrayRead(rho, &p));
-    PetscCall(VecRestoreArrayRead(con->g, &g));
-    PetscCall(VecRestoreArrayRead(x, &xx));
+    PetscCall(SlipArraysRestore(2, both));
+    PetscCall(SlipArraysRestore(4, from));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)con)));
     again = SlipConeAdaptStep(trial, sum, &factor);
     if (factor != 1.0) PetscCall(VecScale(rho, factor));
@@ -89,15 +83,8 @@ PetscErrorCode SNESCreate_Projection(SNES snes)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&slip));
-  snes->data = slip;
-  slip->nwork = PROJECTION_NWORK;
+  PetscCall(SNESCreate_Slip(snes, slip, PROJECTION_NWORK, 200));
   snes->ops->solve = SNESSolve_Projection;
-  snes->ops->setup = SNESSetUp_Slip;
-  snes->ops->reset = SNESReset_Slip;
-  snes->ops->destroy = SNESDestroy_Slip;
   snes->usesksp = PETSC_FALSE;
-  snes->usesnpc = PETSC_FALSE;
-  snes->alwayscomputesfinalresidual = PETSC_TRUE;
-  SlipSNESDefaults(snes, SLIP_SEARCH_RTOL, 200);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -5,6 +5,16 @@
 
 PetscClassId SLIP_CONSTRAINT_CLASSID = 0;
 
+static PetscErrorCode Register_SNES(void)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipMatInitializePackage());
+  PetscCall(PetscClassIdRegister("Slip constraint", &SLIP_CONSTRAINT_CLASSID));
+  PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
+  PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipSNESInitializePackage - register the class of constraints and the SNES types, with what they use
 
@@ -12,21 +22,11 @@ PetscClassId SLIP_CONSTRAINT_CLASSID = 0;
 
   Level: developer
 
-.seealso: SlipStepInitializePackage(), SlipConstraintCreate()
+.seealso: SlipStepInitializePackage(), SNESSEMISMOOTH, SNESPROJECTION, SlipConstraintCreate()
 @*/
 PetscErrorCode SlipSNESInitializePackage(void)
 {
-  static PetscBool registered = PETSC_FALSE;
-  PetscBool now;
-
-  PetscFunctionBegin;
-  PetscCall(SlipRegisterOnce(&registered, &now));
-  if (!now) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipMatInitializePackage());
-  PetscCall(PetscClassIdRegister("Slip constraint", &SLIP_CONSTRAINT_CLASSID));
-  PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
-  PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipRegisterOnce(Register_SNES);
 }
 
 /*@C

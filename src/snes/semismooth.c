@@ -171,15 +171,15 @@ static PetscErrorCode SNESSetFromOptions_Semismooth(SNES snes, SlipOptionItems P
   PetscCall(PetscOptionsInt("-snes_slip_direct_max",
                             "Sliding cells, >= 0, up to which a dense Cholesky factorisation is used (350)", "",
                             ss->direct_max, &ss->direct_max, NULL));
+  PetscOptionsHeadEnd();
   PetscCheck(ss->direct_max >= 0, PetscObjectComm((PetscObject)snes), PETSC_ERR_ARG_OUTOFRANGE,
              "-snes_slip_direct_max is %" PetscInt_FMT ", expected at least 0", ss->direct_max);
-  PetscOptionsHeadEnd();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
 {
-  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  const SNES_Semismooth *ss = (const SNES_Semismooth *)snes->data;
   PetscBool ascii;
 
   PetscFunctionBegin;
@@ -225,19 +225,13 @@ PetscErrorCode SNESCreate_Semismooth(SNES snes)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&ss));
-  snes->data = ss;
-  ss->slip.nwork = SEMISMOOTH_NWORK;
+  PetscCall(SNESCreate_Slip(snes, &ss->slip, SEMISMOOTH_NWORK, SLIP_SEARCH_MAX_IT));
   ss->direct_max = 350;
   snes->ops->solve = SNESSolve_Semismooth;
-  snes->ops->setup = SNESSetUp_Slip;
   snes->ops->reset = SNESReset_Semismooth;
-  snes->ops->destroy = SNESDestroy_Slip;
   snes->ops->setfromoptions = SNESSetFromOptions_Semismooth;
   snes->ops->view = SNESView_Semismooth;
   snes->usesksp = PETSC_TRUE;
-  snes->usesnpc = PETSC_FALSE;
-  snes->alwayscomputesfinalresidual = PETSC_TRUE;
-  SlipSNESDefaults(snes, SLIP_SEARCH_RTOL, SLIP_SEARCH_MAX_IT);
   PetscCall(SNESGetKSP(snes, &ksp));
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPGetPC(ksp, &pc));

@@ -212,20 +212,17 @@ static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
 static PetscErrorCode SmallBound(Small *s, PetscReal t, const PetscReal w[], Vec q, Vec dq)
 {
   PetscReal *a, *d = NULL;
+  const SlipArrays arrays[] = {{q, .write = &a}, {dq, .write = &d}};
 
   PetscFunctionBegin;
-  PetscCall(VecGetArrayWrite(q, &a));
-  if (dq) {
-    PetscCall(VecGetArrayWrite(dq, &d));
-    PetscCall(PetscArrayzero(d, s->p.nrows));
-  }
+  PetscCall(SlipArraysGet(2, arrays));
+  if (d) PetscCall(PetscArrayzero(d, s->p.nrows));
   PetscCall((*s->p.bound)(t, w, a, d, s->p.ctx));
   for (PetscInt k = 0; k < s->p.nrows; k++)
     PetscCheck(!(a[k] < 0.0), PETSC_COMM_SELF, PETSC_ERR_USER,
                "The bound of reaction %" PetscInt_FMT " is %g at time %g; it must not be negative", k, (double)a[k],
                (double)t);
-  if (dq) PetscCall(VecRestoreArrayWrite(dq, &d));
-  PetscCall(VecRestoreArrayWrite(q, &a));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -257,14 +254,13 @@ static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
   const Small *s = (const Small *)ctx;
   const PetscReal *a;
   PetscReal *b;
+  const SlipArrays arrays[] = {{w, .read = &a}, {x, .write = &b}};
 
   PetscFunctionBegin;
   (void)con;
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayWrite(x, &b));
+  PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt k = 0; k < s->p.nrows; k++) b[k] = a[s->rows[k]];
-  PetscCall(VecRestoreArrayWrite(x, &b));
-  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -287,14 +283,13 @@ static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec Fs, voi
   const Small *s = (const Small *)ctx;
   const PetscReal *a;
   PetscReal *b;
+  const SlipArrays arrays[] = {{w, .read = &a}, {Fs, .write = &b}};
 
   PetscFunctionBegin;
   (void)con;
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayWrite(Fs, &b));
+  PetscCall(SlipArraysGet(2, arrays));
   PetscCall((*s->p.force)(t, a, b, s->p.ctx));
-  PetscCall(VecRestoreArrayWrite(Fs, &b));
-  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -303,14 +298,13 @@ static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F,
   const Small *s = (const Small *)ctx;
   const PetscReal *b;
   PetscReal *f;
+  const SlipArrays arrays[] = {{r, .read = &b}, {F, .write = &f}};
 
   PetscFunctionBegin;
   (void)con;
-  PetscCall(VecGetArrayRead(r, &b));
-  PetscCall(VecGetArray(F, &f));
+  PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt k = 0; k < s->p.nrows; k++) f[s->rows[k]] += a * b[k];
-  PetscCall(VecRestoreArray(F, &f));
-  PetscCall(VecRestoreArrayRead(r, &b));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -401,16 +395,8 @@ static PetscErrorCode SmallCreate(const SlipSmall *p, Small **small)
 @*/
 PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstraint *con)
 {
-  const SlipConstraintOps ops = {.stage = Stage,
-                                 .residual = Residual,
-                                 .jacobian = Jacobian,
-                                 .bound = Bound,
-                                 .reduce = Reduce,
-                                 .lift = Lift,
-                                 .smooth = Smooth,
-                                 .add_reaction = AddReaction,
-                                 .solve_mass = SolveMass,
-                                 .bound_state = BoundState};
+  const SlipConstraintOps ops = {Stage,  Residual,    Jacobian,  Bound,      Reduce, Lift,
+                                 Smooth, AddReaction, SolveMass, BoundState, NULL};
   Small *s = NULL;
   Vec x;
 

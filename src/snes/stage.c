@@ -65,29 +65,18 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *
   PetscInt n;
   const PetscScalar *xx, *g, *q, *dq, *rho;
   PetscScalar *F, *mask, *slope;
+  const SlipArrays arrays[] = {
+    {x, .read = &xx},         {con->g, .read = &g},  {con->q, .read = &q},        {con->dq, .read = &dq},
+    {con->rho, .read = &rho}, {con->F, .write = &F}, {con->mask, .write = &mask}, {con->slope, .write = &slope}};
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintResidual(con, model, x, con->g));
   PetscCall(PetscLogEventBegin(SLIP_Cone, con, x, 0, 0));
   PetscCall((*con->ops->bound)(con, x, con->q, con->dq, con->ctx));
   PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(x, &xx));
-  PetscCall(VecGetArrayRead(con->g, &g));
-  PetscCall(VecGetArrayRead(con->q, &q));
-  PetscCall(VecGetArrayRead(con->dq, &dq));
-  PetscCall(VecGetArrayRead(con->rho, &rho));
-  PetscCall(VecGetArrayWrite(con->F, &F));
-  PetscCall(VecGetArrayWrite(con->mask, &mask));
-  PetscCall(VecGetArrayWrite(con->slope, &slope));
+  PetscCall(SlipArraysGet(8, arrays));
   SlipConeNatural(n, con->omega, xx, g, q, dq, rho, F, mask, slope);
-  PetscCall(VecRestoreArrayWrite(con->slope, &slope));
-  PetscCall(VecRestoreArrayWrite(con->mask, &mask));
-  PetscCall(VecRestoreArrayWrite(con->F, &F));
-  PetscCall(VecRestoreArrayRead(con->rho, &rho));
-  PetscCall(VecRestoreArrayRead(con->dq, &dq));
-  PetscCall(VecRestoreArrayRead(con->q, &q));
-  PetscCall(VecRestoreArrayRead(con->g, &g));
-  PetscCall(VecRestoreArrayRead(x, &xx));
+  PetscCall(SlipArraysRestore(8, arrays));
   PetscCall(VecNorm(con->F, NORM_2, &con->merit));
   PetscCall(VecNorm(con->F, NORM_INFINITY, &con->norm));
   con->merit /= con->scale;
@@ -106,16 +95,13 @@ PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
     double value;
     int index;
   } mine = {-1.0, -1}, all;
+  const SlipArrays arrays[] = {{x, .write = &xx},    {con->r, .write = &r}, {con->g, .read = &g},
+                               {con->q, .read = &q}, {con->F, .read = &F},  {con->rho, .read = &rho}};
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetOwnershipRange(x, &rstart, NULL));
-  PetscCall(VecGetArray(x, &xx));
-  PetscCall(VecGetArrayWrite(con->r, &r));
-  PetscCall(VecGetArrayRead(con->g, &g));
-  PetscCall(VecGetArrayRead(con->q, &q));
-  PetscCall(VecGetArrayRead(con->F, &F));
-  PetscCall(VecGetArrayRead(con->rho, &rho));
+  PetscCall(SlipArraysGet(6, arrays));
   SlipConeFinish(n, con->omega, g, q, rho, xx, r);
   for (PetscInt i = 0; i < n; i++) {
     /* NaN counts as the largest */
@@ -123,19 +109,14 @@ PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
     mine.value = PetscIsInfOrNanReal(F[i]) ? PETSC_MAX_REAL : PetscAbsReal(F[i]);
     mine.index = (int)(rstart + i);
   }
-  PetscCall(VecRestoreArrayRead(con->rho, &rho));
-  PetscCall(VecRestoreArrayRead(con->F, &F));
-  PetscCall(VecRestoreArrayRead(con->q, &q));
-  PetscCall(VecRestoreArrayRead(con->g, &g));
-  PetscCall(VecRestoreArrayWrite(con->r, &r));
-  PetscCall(VecRestoreArray(x, &xx));
+  PetscCall(SlipArraysRestore(6, arrays));
   PetscCallMPI(MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE_INT, MPI_MAXLOC, PetscObjectComm((PetscObject)con)));
   con->worst = all.index;
   con->resnorm = con->norm;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SNESSetUp_Slip(SNES snes)
+static PetscErrorCode SNESSetUp_Slip(SNES snes)
 {
   SNES_Slip *slip = (SNES_Slip *)snes->data;
   SlipConstraint con;
@@ -156,11 +137,26 @@ PetscErrorCode SNESReset_Slip(SNES snes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SNESDestroy_Slip(SNES snes)
+static PetscErrorCode SNESDestroy_Slip(SNES snes)
 {
   PetscFunctionBegin;
   PetscCall((*snes->ops->reset)(snes));
   PetscCall(PetscFree(snes->data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* slip: what the type keeps, or its first member */
+PetscErrorCode SNESCreate_Slip(SNES snes, SNES_Slip *slip, PetscInt nwork, PetscInt max_it)
+{
+  PetscFunctionBegin;
+  snes->data = slip;
+  slip->nwork = nwork;
+  snes->ops->setup = SNESSetUp_Slip;
+  snes->ops->reset = SNESReset_Slip;
+  snes->ops->destroy = SNESDestroy_Slip;
+  snes->usesnpc = PETSC_FALSE;
+  snes->alwayscomputesfinalresidual = PETSC_TRUE;
+  SlipSNESDefaults(snes, SLIP_SEARCH_RTOL, max_it);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -245,7 +241,7 @@ PetscErrorCode SNESSetSlipConstraint(SNES snes, SlipConstraint con)
 
   Level: intermediate
 
-.seealso: SNESSetSlipConstraint()
+.seealso: SNESSetSlipConstraint(), SNESSlipSolveStage()
 @*/
 PetscErrorCode SNESGetSlipConstraint(SNES snes, SlipConstraint *con)
 {

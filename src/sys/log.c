@@ -31,14 +31,9 @@ static const struct {
   {"Slip output", &SLIP_STAGE_OUTPUT},
 };
 
-PetscErrorCode SlipLogRegister(void)
+static PetscErrorCode Register_Log(void)
 {
-  static PetscBool registered = PETSC_FALSE;
-  PetscBool now;
-
   PetscFunctionBegin;
-  PetscCall(SlipRegisterOnce(&registered, &now));
-  if (!now) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCInitializePackage());
   PetscCall(MatInitializePackage());
   PetscCall(SNESInitializePackage());
@@ -48,6 +43,11 @@ PetscErrorCode SlipLogRegister(void)
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Stages); i++)
     PetscCall(PetscLogStageRegister(Stages[i].name, Stages[i].stage));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipLogRegister(void)
+{
+  return SlipRegisterOnce(Register_Log);
 }
 
 /* What the product of a matrix was before it was logged. */

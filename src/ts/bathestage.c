@@ -2,36 +2,42 @@
 #include <slipstep/private/slipts.h>
 #include <petsc/private/snesimpl.h>
 
+/* dw/dt = (x - base) / theta of a stage's iterate; user code may call TSGetDM() inside its functions, and is to find the
+   DM of the solver there. */
+static PetscErrorCode TSBatheBeginEvaluation(TS ts, SNES snes, Vec x, DM *save)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  *save = ts->dm;
+  PetscCall(VecWAXPY(ba->Xdot, -1.0, ba->base, x));
+  PetscCall(VecScale(ba->Xdot, 1.0 / ba->theta));
+  PetscCall(SNESGetDM(snes, &ts->dm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* F(x) of a stage without constraint: IFunction(stage_time, x, (x - base) / theta) */
 PetscErrorCode SNESTSFormFunction_Bathe(SNES snes, Vec x, Vec y, TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  DM dm, dmsave;
+  DM save;
 
   PetscFunctionBegin;
-  PetscCall(SNESGetDM(snes, &dm));
-  PetscCall(VecWAXPY(ba->Xdot, -1.0, ba->base, x));
-  PetscCall(VecScale(ba->Xdot, 1.0 / ba->theta));
-  dmsave = ts->dm; /* user code may call TSGetDM() inside its functions */
-  ts->dm = dm;
+  PetscCall(TSBatheBeginEvaluation(ts, snes, x, &save));
   PetscCall(TSComputeIFunction(ts, ba->stage_time, x, ba->Xdot, y, PETSC_FALSE));
-  ts->dm = dmsave;
+  ts->dm = save;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SNESTSFormJacobian_Bathe(SNES snes, Vec x, Mat A, Mat P, TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  DM dm, dmsave;
+  DM save;
 
   PetscFunctionBegin;
-  PetscCall(SNESGetDM(snes, &dm));
-  PetscCall(VecWAXPY(ba->Xdot, -1.0, ba->base, x));
-  PetscCall(VecScale(ba->Xdot, 1.0 / ba->theta));
-  dmsave = ts->dm;
-  ts->dm = dm;
+  PetscCall(TSBatheBeginEvaluation(ts, snes, x, &save));
   PetscCall(TSComputeIJacobian(ts, ba->stage_time, x, ba->Xdot, 1.0 / ba->theta, A, P, PETSC_FALSE));
-  ts->dm = dmsave;
+  ts->dm = save;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

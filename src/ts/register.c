@@ -3,6 +3,14 @@
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
+static PetscErrorCode Register_TS(void)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipSNESInitializePackage());
+  PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipTSInitializePackage - register TSBATHE and the solvers of its stages
 
@@ -10,17 +18,9 @@
 
   Level: developer
 
-.seealso: SlipStepInitializePackage(), SlipSmallConfigureTS()
+.seealso: SlipStepInitializePackage(), TSBATHE, SlipSmallConfigureTS()
 @*/
 PetscErrorCode SlipTSInitializePackage(void)
 {
-  static PetscBool registered = PETSC_FALSE;
-  PetscBool now;
-
-  PetscFunctionBegin;
-  PetscCall(SlipRegisterOnce(&registered, &now));
-  if (!now) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipSNESInitializePackage());
-  PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipRegisterOnce(Register_TS);
 }

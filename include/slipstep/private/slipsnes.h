@@ -58,9 +58,8 @@ typedef struct {
   Vec *work; /* reduced */
   PetscInt nwork;
 } SNES_Slip;
-PETSC_INTERN PetscErrorCode SNESSetUp_Slip(SNES); /* nwork vectors */
+PETSC_INTERN PetscErrorCode SNESCreate_Slip(SNES, SNES_Slip *, PetscInt nwork, PetscInt max_it);
 PETSC_INTERN PetscErrorCode SNESReset_Slip(SNES);
-PETSC_INTERN PetscErrorCode SNESDestroy_Slip(SNES);
 PETSC_INTERN PetscErrorCode SNESCreate_Semismooth(SNES);
 PETSC_INTERN PetscErrorCode SNESCreate_Projection(SNES);
 

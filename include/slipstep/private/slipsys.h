@@ -4,7 +4,18 @@
 #include <slipcompat.h>
 
 /* ---- package.c ---- */
-PETSC_INTERN PetscErrorCode SlipRegisterOnce(PetscBool *flag, PetscBool *now);
+/* Calls what registers a room's classes, types and events, once from PetscInitialize() to PetscFinalize() */
+PETSC_INTERN PetscErrorCode SlipRegisterOnce(PetscErrorCode (*registers)(void));
+
+/* ---- arrays.c ---- */
+/* One of the vectors whose arrays a loop reads or writes together; NULL for the vector leaves its pointer alone. */
+typedef struct {
+  Vec vec;
+  const PetscScalar **read; /* where the array goes, if it is only read */
+  PetscScalar **write;      /* likewise, if it is changed or written */
+} SlipArrays;
+PETSC_INTERN PetscErrorCode SlipArraysGet(PetscInt n, const SlipArrays list[]);
+PETSC_INTERN PetscErrorCode SlipArraysRestore(PetscInt n, const SlipArrays list[]);
 
 /* ---- compose.c ---- */
 /* Takes data over, in place of what had the name. destroy: SlipContainerDestroyDefault for memory of PetscMalloc() */

@@ -3,6 +3,14 @@
 #include <slipstep/private/slipsys.h>
 #include <slipmat.h>
 
+static PetscErrorCode Register_Mat(void)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipLogRegister());
+  PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipMatInitializePackage - register the preconditioner slipstage and the events of -log_view
 
@@ -10,17 +18,9 @@
 
   Level: developer
 
-.seealso: SlipStepInitializePackage(), MatCreateSlipStiffness(), MatCreateSlipStage()
+.seealso: SlipStepInitializePackage(), MatCreateSlipStiffness(), MatCreateSlipViscosity(), MatCreateSlipStage()
 @*/
 PetscErrorCode SlipMatInitializePackage(void)
 {
-  static PetscBool registered = PETSC_FALSE;
-  PetscBool now;
-
-  PetscFunctionBegin;
-  PetscCall(SlipRegisterOnce(&registered, &now));
-  if (!now) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipLogRegister());
-  PetscCall(PCRegister(PCSLIPSTAGE, PCCreate_SlipStage));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipRegisterOnce(Register_Mat);
 }
