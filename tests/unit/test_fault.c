@@ -142,8 +142,7 @@ static void scaling_and_critical_state(void **state)
   ok(VecNorm(x, NORM_INFINITY, &norm));
   ok(VecNorm(sigma, NORM_INFINITY, &sum));
   assert_true(norm < 1e-11 * sum);
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&sigma));
+  VecsDestroy(&x, &sigma);
   ok(SlipFaultDestroy(&fault));
 }
 
@@ -239,8 +238,7 @@ static void stiffness_view(void **state)
   ok(MatConvert(fault->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
   ok(MatEqual(K, dense, &same));
   assert_true(same);
-  ok(MatDestroy(&dense));
-  ok(MatDestroy(&K));
+  MatsDestroy(&dense, &K);
   ok(PetscViewerDestroy(&viewer));
   ok(SlipFaultDestroy(&fault));
   unlink(file);
@@ -296,12 +294,7 @@ static void elimination(void **state)
   ok(VecRestoreArray(ex, &c));
   ok(VecRestoreArray(F, &f));
   ok(PetscRandomDestroy(&random));
-  ok(VecDestroy(&base));
-  ok(VecDestroy(&ex));
-  ok(VecDestroy(&w));
-  ok(VecDestroy(&F));
-  ok(VecDestroy(&v));
-  ok(VecDestroy(&r));
+  VecsDestroy(&base, &ex, &w, &F, &v, &r);
   ok(SlipFaultDestroy(&fault));
 }
 
@@ -348,11 +341,7 @@ static void power_balance(void **state)
   assert_true(fabs(rate + o.viscous_power + o.friction_power - o.loading_power) <
               1e-12 * (fabs(rate) + o.viscous_power + fabs(o.friction_power) + fabs(o.loading_power)));
   ok(PetscRandomDestroy(&random));
-  ok(VecDestroy(&w));
-  ok(VecDestroy(&F));
-  ok(VecDestroy(&r));
-  ok(VecDestroy(&ku));
-  ok(VecDestroy(&u));
+  VecsDestroy(&w, &F, &r, &ku, &u);
   ok(SlipFaultDestroy(&fault));
 }
 
@@ -395,15 +384,5 @@ static void observations(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(parameters),    cmocka_unit_test(two_faults),
-    cmocka_unit_test(normal_stress), cmocka_unit_test(scaling_and_critical_state),
-    cmocka_unit_test(field_file),    cmocka_unit_test(stiffness_file),
-    cmocka_unit_test(elimination),   cmocka_unit_test(stiffness_view),
-    cmocka_unit_test(power_balance), cmocka_unit_test(observations),
-  };
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(parameters, two_faults, normal_stress, scaling_and_critical_state, field_file, stiffness_file, elimination,
+           stiffness_view, power_balance, observations)

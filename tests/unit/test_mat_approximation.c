@@ -65,9 +65,7 @@ static PetscReal Contraction(Mat B, Mat A)
   }
   ok(MatDestroy(&factor));
   ok(ISDestroy(&order));
-  ok(VecDestroy(&e));
-  ok(VecDestroy(&r));
-  ok(VecDestroy(&work));
+  VecsDestroy(&e, &r, &work);
   return PetscSqrtReal(after);
 }
 
@@ -91,8 +89,7 @@ static PetscReal WorstContraction(Mat K)
     worst = PetscMax(worst, Contraction(B, A));
   }
   ok(PetscOptionsClearValue(NULL, "-mat_slipstage_jacobian"));
-  ok(MatDestroy(&B));
-  ok(MatDestroy(&H));
+  MatsDestroy(&B, &H);
   return worst;
 }
 
@@ -135,8 +132,7 @@ static void test_contraction_without_grid(void **state)
   print_message("without a grid: %g, bound %g\n", (double)worst, ZETA / (2 + ZETA));
   assert_true(worst > 0.02 && worst < ZETA / (2 + ZETA) + 1e-10);
   ok(PetscFree(entries));
-  ok(MatDestroy(&K));
-  ok(MatDestroy(&bare));
+  MatsDestroy(&K, &bare);
 }
 
 static void FillDirection(Vec x, PetscInt j)
@@ -172,11 +168,7 @@ static void CompareOnDirections(Mat A, Mat B, PetscInt first, PetscInt last, Pet
     *distance = PetscMax(*distance, off / norm);
     *asymmetry = PetscMax(*asymmetry, PetscAbsReal(xAy - yAx) / norm);
   }
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
-  ok(VecDestroy(&Ax));
-  ok(VecDestroy(&Ay));
-  ok(VecDestroy(&Bx));
+  VecsDestroy(&x, &y, &Ax, &Ay, &Bx);
 }
 
 /* The approximation at all theta, when directions first to last are known. */
@@ -229,13 +221,8 @@ static void test_correction(void **state)
   }
   CheckCorrected(B, exact, 29, 29);
   ok(PetscOptionsClearValue(NULL, "-mat_slipstage_jacobian"));
-  ok(MatDestroy(&exact));
-  ok(MatDestroy(&root));
-  ok(MatDestroy(&B));
-  ok(MatDestroy(&H));
-  ok(MatDestroy(&K));
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
+  MatsDestroy(&exact, &root, &B, &H, &K);
+  VecsDestroy(&x, &y);
 }
 
 /* In a full space the root of an endless plane is a Toeplitz matrix; a part of a fault three times as large, whose root
@@ -252,8 +239,7 @@ static void test_root_of_endless_plane(void **state)
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &small, "fft", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "toeplitz", &H));
   ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &part));
-  ok(MatDestroy(&H));
-  ok(MatDestroy(&K));
+  MatsDestroy(&H, &K);
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &large, "dense", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &whole));
   for (PetscInt i = 0; i < 36; i++)
@@ -268,9 +254,7 @@ static void test_root_of_endless_plane(void **state)
     }
   print_message("difference %g of the largest entry\n", (double)(difference / size));
   assert_true(difference < 1e-3 * size);
-  ok(MatDestroy(&part));
-  ok(MatDestroy(&whole));
-  ok(MatDestroy(&K));
+  MatsDestroy(&part, &whole, &K);
 }
 
 /* One product for all of B against three, and diagonals against the entries: rounding. */
@@ -309,13 +293,8 @@ static void test_fused_product(void **state)
     ok(VecNorm(z, NORM_2, &distance));
     assert_true(distance < 1e-13 * size);
     ok(MatDestroy(&dense));
-    ok(VecDestroy(&x));
-    ok(VecDestroy(&y));
-    ok(VecDestroy(&z));
-    ok(VecDestroy(&d));
-    ok(MatDestroy(&B));
-    ok(MatDestroy(&H));
-    ok(MatDestroy(&K));
+    VecsDestroy(&x, &y, &z, &d);
+    MatsDestroy(&B, &H, &K);
   }
 }
 
@@ -341,9 +320,7 @@ static PetscReal DistanceOfIterates(Mat exact, Mat H)
     ok(VecNorm(z, NORM_2, &distance));
     worst = PetscMax(worst, distance / size);
   }
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
-  ok(VecDestroy(&z));
+  VecsDestroy(&x, &y, &z);
   return worst;
 }
 
@@ -359,8 +336,7 @@ static PetscReal DistanceOfLanczos(Mat K, const char type[], const char option[]
   ok(PetscOptionsClearValue(NULL, option));
   distance = DistanceOfIterates(exact, H);
   print_message("%s: %g\n", type, (double)distance);
-  ok(MatDestroy(&exact));
-  ok(MatDestroy(&H));
+  MatsDestroy(&exact, &H);
   return distance;
 }
 
@@ -375,8 +351,7 @@ static void test_viscosities_of_large_grids(void **state)
   assert_true(DistanceOfLanczos(K, "sqrtm", "-mat_slipsqrtm_setup", exact) < 2e-8);
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
   assert_true(DistanceOfLanczos(K, "spectral", "-mat_slipspectral_type", exact) < 1e-11);
-  ok(MatDestroy(&dense));
-  ok(MatDestroy(&K));
+  MatsDestroy(&dense, &K);
 }
 
 /* Deep grids take hundreds of Lanczos steps without reorthogonalisation, where a small tolerance meets rounding. A
@@ -415,22 +390,9 @@ static void test_waves_of_deep_grid(void **state)
     print_message("deep: %g\n", (double)(distance / size));
     assert_true(distance <= 1e-11 * size); /* ten times the tolerance, for the sum of increments */
   }
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
-  ok(VecDestroy(&z));
-  ok(MatDestroy(&H));
-  ok(MatDestroy(&exact));
-  ok(MatDestroy(&K));
+  VecsDestroy(&x, &y, &z);
+  MatsDestroy(&H, &exact, &K);
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_contraction_on_grids), cmocka_unit_test(test_contraction_without_grid),
-    cmocka_unit_test(test_correction),           cmocka_unit_test(test_root_of_endless_plane),
-    cmocka_unit_test(test_fused_product),        cmocka_unit_test(test_viscosities_of_large_grids),
-    cmocka_unit_test(test_waves_of_deep_grid),
-  };
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_contraction_on_grids, test_contraction_without_grid, test_correction, test_root_of_endless_plane,
+           test_fused_product, test_viscosities_of_large_grids, test_waves_of_deep_grid)
