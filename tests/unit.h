@@ -36,6 +36,13 @@ static inline PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, co
     if (!strstr(message, want)) fail_msg("expected \"%s\" in \"%s\"", want, message);                                  \
   } while (0)
 
+/* Vectors like v, by their addresses */
+#define VecsDuplicate(v, ...)                                                                                          \
+  do {                                                                                                                 \
+    Vec *const each[] = {__VA_ARGS__};                                                                                 \
+    for (size_t one = 0; one < sizeof(each) / sizeof(*each); one++) ok(VecDuplicate(v, each[one]));                    \
+  } while (0)
+
 /* VecDestroy() and MatDestroy() of several, by their addresses */
 #define VecsDestroy(...) DestroyEach(VecDestroy, Vec, __VA_ARGS__)
 #define MatsDestroy(...) DestroyEach(MatDestroy, Mat, __VA_ARGS__)

@@ -30,7 +30,7 @@ static PetscErrorCode Compare(const char what[], Mat A, Mat B, PetscReal toleran
 static PetscErrorCode Run(void)
 {
   const SlipCells cells = TwoGradedFaults(NX, NZ, 1, data);
-  Mat dense, hmat, root, lanczos;
+  Mat dense, hmat, root, lanczos, *const all[] = {&dense, &hmat, &root, &lanczos};
 
   PetscFunctionBeginUser;
   PetscCall(MatCreateSlipCellStiffness(PETSC_COMM_WORLD, &cells, "dense", 0.5, &dense));
@@ -41,10 +41,7 @@ static PetscErrorCode Run(void)
   PetscCall(MatCreateSlipViscosity(hmat, 7e6, 0.25, "lanczos", &lanczos));
   PetscCall(Compare("viscosity", lanczos, root, 1e-5));
   PetscCall(MatView(lanczos, PETSC_VIEWER_STDOUT_WORLD));
-  PetscCall(MatDestroy(&dense));
-  PetscCall(MatDestroy(&hmat));
-  PetscCall(MatDestroy(&root));
-  PetscCall(MatDestroy(&lanczos));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(all); i++) PetscCall(MatDestroy(all[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -174,8 +174,7 @@ static void test_rollback_restores_reaction(void **state)
   ok(TSSetMaxTime(ts, 10.0));
   ok(TSBatheGetReaction(ts, &r));
   ok(VecDuplicate(r, &r0));
-  ok(VecDuplicate(w, &w0));
-  ok(VecDuplicate(w, &w1));
+  VecsDuplicate(w, &w0, &w1);
   ok(VecCopy(r, r0));
   ok(VecCopy(w, w0));
   ok(TSStep(ts));
@@ -302,10 +301,7 @@ static void indefinite_start(const char *direct_max)
   p.dmu = 0.8;
   p.dc = 0.02;
   stage.base = w;
-  ok(VecDuplicate(p.bound, &x));
-  ok(VecDuplicate(p.bound, &r));
-  ok(VecDuplicate(p.bound, &q));
-  ok(VecDuplicate(p.bound, &dq));
+  VecsDuplicate(p.bound, &x, &r, &q, &dq);
   ok(VecZeroEntries(x));
   ok(SNESCreate(PETSC_COMM_SELF, &snes));
   ok(SNESSetType(snes, SNESSEMISMOOTH));

@@ -292,8 +292,7 @@ static void test_rollback_and_stages(void **state)
 
   (void)state;
   ok(TSStep(ts));
-  ok(VecDuplicate(y, &start));
-  ok(VecDuplicate(y, &end));
+  VecsDuplicate(y, &start, &end);
   ok(VecCopy(y, start));
   ok(TSStep(ts));
   ok(VecCopy(y, end));

@@ -203,8 +203,7 @@ static void viscosity_is_the_root(void **state)
 
     ok(MatSlipGetWeights(S, &weights));
     assert_non_null(weights);
-    ok(VecDuplicate(x, &y));
-    ok(VecDuplicate(x, &z));
+    VecsDuplicate(x, &y, &z);
     for (int t = 0; t < 2; t++) {
       ok(MatCreateSlipViscosity(S, MASS, ZETA, types[t], &H[t]));
       ok(MatSlipViscositySetTolerance(H[t], 1e-11));
@@ -253,8 +252,7 @@ static void stage_weighs_the_inertia(void **state)
     ok(MatCreateSlipViscosity(S, MASS, ZETA, "sqrtm", &H));
     ok(MatCreateSlipStage(S, H, MASS, &B));
     ok(MatSlipStageSetTheta(B, theta));
-    ok(VecDuplicate(x, &y));
-    ok(VecDuplicate(x, &z));
+    VecsDuplicate(x, &y, &z);
     ok(MatMult(S, x, y));
     ok(VecScale(y, theta));
     ok(MatMultAdd(H, x, y, y));

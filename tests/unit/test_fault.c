@@ -128,8 +128,7 @@ static void scaling_and_critical_state(void **state)
 
   (void)state;
   ok(SlipFaultSetUp(fault));
-  ok(VecDuplicate(fault->uc, &sigma));
-  ok(VecDuplicate(fault->uc, &x));
+  VecsDuplicate(fault->uc, &sigma, &x);
   for (PetscInt e = 0; e < 9; e++) ok(VecSetValue(sigma, e, fault->field[FIELD_NORMAL_STRESS][e], INSERT_VALUES));
   ok(VecAssemblyBegin(sigma));
   ok(VecAssemblyEnd(sigma));
@@ -260,11 +259,8 @@ static void elimination(void **state)
   ok(SlipFaultSetReal(fault, "loading_rate", 0.02));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &base));
-  ok(VecDuplicate(base, &ex));
-  ok(VecDuplicate(base, &w));
-  ok(VecDuplicate(base, &F));
-  ok(VecDuplicate(fault->uc, &v));
-  ok(VecDuplicate(fault->uc, &r));
+  VecsDuplicate(base, &ex, &w, &F);
+  VecsDuplicate(fault->uc, &v, &r);
   ok(PetscRandomCreate(PETSC_COMM_SELF, &random));
   ok(PetscRandomSetInterval(random, -1, 1));
   ok(VecSetRandom(base, random));
@@ -314,9 +310,7 @@ static void power_balance(void **state)
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
   ok(VecDuplicate(w, &F));
-  ok(VecDuplicate(fault->uc, &r));
-  ok(VecDuplicate(fault->uc, &ku));
-  ok(VecDuplicate(fault->uc, &u));
+  VecsDuplicate(fault->uc, &r, &ku, &u);
   ok(PetscRandomCreate(PETSC_COMM_SELF, &random));
   ok(PetscRandomSetInterval(random, -0.1, 0.1));
   ok(VecSetRandom(w, random));

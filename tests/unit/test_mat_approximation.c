@@ -150,9 +150,7 @@ static void CompareOnDirections(Mat A, Mat B, PetscInt first, PetscInt last, Pet
   Vec x, y, Ax, Ay, Bx;
 
   ok(MatCreateVecs(B, &x, &y));
-  ok(VecDuplicate(x, &Ax));
-  ok(VecDuplicate(x, &Ay));
-  ok(VecDuplicate(x, &Bx));
+  VecsDuplicate(x, &Ax, &Ay, &Bx);
   *distance = *asymmetry = 0;
   Fill(y);
   ok(MatMult(A, y, Ay));
@@ -269,8 +267,7 @@ static void test_fused_product(void **state)
     ok(MatCreateSlipViscosity(K, MASS, ZETA, "toeplitz", &H));
     ok(MatCreateSlipStage(K, H, MASS, &B));
     ok(MatCreateVecs(K, &x, &y));
-    ok(VecDuplicate(x, &z));
-    ok(VecDuplicate(x, &d));
+    VecsDuplicate(x, &z, &d);
     Fill(x);
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Thetas); k++) {
       ok(MatSlipStageSetTheta(B, Thetas[k]));

@@ -261,8 +261,7 @@ static void test_symmetric_positive_definite(void **state)
     PetscScalar xPy, yPx, xPx;
 
     ok(MatCreateVecs(B, &x, &y));
-    ok(VecDuplicate(x, &Px));
-    ok(VecDuplicate(x, &Py));
+    VecsDuplicate(x, &Px, &Py);
     ok(PCCreate(PETSC_COMM_SELF, &pc));
     ok(PCSetOperators(pc, p->J, p->J));
     ok(PCSetType(pc, PCSLIPSTAGE));
