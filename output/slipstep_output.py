@@ -33,6 +33,16 @@ def _plain(value):
     return value.item() if isinstance(value, np.generic) else value
 
 
+def open_file(path, writer):
+    """The HDF5 file, for reading; writer: the words that say which program would write it."""
+    if not os.path.exists(path):
+        raise OutputError(f"{path}: no such file; {writer}")
+    try:
+        return h5py.File(path, "r")
+    except OSError as error:
+        raise OutputError(f"{path}: not a complete HDF5 file ({error})") from error
+
+
 class Run:
     """One run. Everything but the fields is in memory after construction; the file is not kept open.
 
@@ -62,12 +72,7 @@ class Run:
         self.accepted = self.steps["accepted"].astype(bool)
 
     def _open(self):
-        if not os.path.exists(self.path):
-            raise OutputError(f"{self.path}: no such file; a run writes it with -fault_output {self.path} (or -circuit_output, ...)")
-        try:
-            return h5py.File(self.path, "r")
-        except OSError as error:
-            raise OutputError(f"{self.path}: not a complete HDF5 file ({error})") from error
+        return open_file(self.path, f"a run writes it with -fault_output {self.path} (or -circuit_output, ...)")
 
     def _group(self, file, name, required):
         group = file.get(name)

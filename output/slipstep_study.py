@@ -10,11 +10,10 @@ import os
 import re
 import sys
 
-import h5py
 import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from slipstep_output import OutputError, _plain
+from slipstep_output import OutputError, _plain, open_file
 
 FORMAT = "slipstep-evaluation"
 CLASSICAL = ("heuristic", "pi", "dsp", "basic", "none")
@@ -149,12 +148,7 @@ class Study:
                   "evaluate makes them anew", file=sys.stderr)
 
     def open(self):
-        if not os.path.exists(self.path):
-            raise OutputError(f"{self.path}: no such file; evaluate -evaluate_output {self.path} writes it")
-        try:
-            return h5py.File(self.path, "r")
-        except OSError as error:
-            raise OutputError(f"{self.path}: not a complete HDF5 file ({error})") from error
+        return open_file(self.path, f"evaluate -evaluate_output {self.path} writes it")
 
     def select(self, **wanted):
         """Cells whose attributes have these values (a tuple: one of them); failed ones too unless converged=1 is asked for."""

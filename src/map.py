@@ -214,7 +214,7 @@ def svg(sources):
         rectangle(places[room], "#e3e9ef" if room in EVERYWHERE else "#fff6dc" if not room.startswith("mat/") else "white")
         write(x + 9, y + 17, room, ' font-weight="bold"')
         write(x + 9, y + 34, words, ' font-size="12"')
-        write(x + w - 8, y + 17, f"{sources.lines[room]:,} lines", ' class="lines" text-anchor="end" font-size="11" fill="#567"')
+        write(x + w - 8, y + 17, f"{max(round(sources.lines[room], -2), 100):,} lines", ' class="lines" text-anchor="end" font-size="11" fill="#567"')
     # Arrows run straight down where they can, those between the same sides each at a place of its own.
     arrows = rooms + wings
     parts = {edge: free_part(places, *edge) for edge in arrows}

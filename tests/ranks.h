@@ -3,6 +3,12 @@
 #include <slipstep.h>
 #include <slipcompat.h>
 
+#define SLIP_RANKS(run)                                                                                                \
+  int main(int argc, char **argv)                                                                                      \
+  {                                                                                                                    \
+    return RunOnRanks(argc, argv, run);                                                                                \
+  }
+
 /* Returns main()'s exit code; an error on one rank ends all of them. */
 static inline int RunOnRanks(int argc, char **argv, PetscErrorCode (*run)(void))
 {

@@ -89,10 +89,8 @@ static PetscErrorCode SlidersBound(SlipConstraint con, Vec x, Vec q, Vec dq, voi
 {
   Sliders *p = (Sliders *)ctx;
 
-  PetscFunctionBegin;
   (void)con;
-  PetscCall(SlidersFriction(p, p->sbase, x, p->theta, q, dq));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlidersFriction(p, p->sbase, x, p->theta, q, dq);
 }
 
 static PetscErrorCode SlidersBoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, void *ctx)

@@ -1,4 +1,4 @@
-/* What the cmocka tests share: ok() and fails() around calls that return an error code, and RunTests() for main(). */
+/* What the cmocka tests share: ok() and fails() around calls that return an error code, and main(). */
 #pragma once
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,7 +12,7 @@
 
 static char message[4096], raised[256]; /* of the last error, and where it was raised */
 
-/* The error handler of RunTests(): PETSc's own would print a trace of the errors that a test asks for. */
+/* The error handler of the tests: PETSc's own would print a trace of the errors that a test asks for. */
 static inline PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
                                     PetscErrorType p, const char *mess, void *ctx)
 {
@@ -36,17 +36,46 @@ static inline PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, co
     if (!strstr(message, want)) fail_msg("expected \"%s\" in \"%s\"", want, message);                                  \
   } while (0)
 
-/* The tests between PETSc's start and end; returns main()'s exit code. setup and teardown of the group may be NULL. */
-#define RunTests(argc, argv, tests, setup, teardown)                                                                   \
-  RunGroup(argc, argv, #tests, tests, sizeof(tests) / sizeof((tests)[0]), setup, teardown)
-static inline int RunGroup(int argc, char **argv, const char name[], const struct CMUnitTest tests[], size_t n,
+/* Vectors like v, by their addresses */
+#define VecsDuplicate(v, ...)                                                                                          \
+  do {                                                                                                                 \
+    Vec *const each[] = {__VA_ARGS__};                                                                                 \
+    for (size_t one = 0; one < sizeof(each) / sizeof(*each); one++) ok(VecDuplicate(v, each[one]));                    \
+  } while (0)
+
+/* VecDestroy() and MatDestroy() of several, by their addresses */
+#define VecsDestroy(...) DestroyEach(VecDestroy, Vec, __VA_ARGS__)
+#define MatsDestroy(...) DestroyEach(MatDestroy, Mat, __VA_ARGS__)
+#define DestroyEach(Destroy, Type, ...)                                                                                \
+  do {                                                                                                                 \
+    Type *const each[] = {__VA_ARGS__};                                                                                \
+    for (size_t one = 0; one < sizeof(each) / sizeof(*each); one++) ok(Destroy(each[one]));                            \
+  } while (0)
+
+/* main() of a program of these tests, between PETSc's start and end; _WITH: setup and teardown of the group. */
+#define SLIP_TESTS(...) SLIP_TESTS_WITH(NULL, NULL, __VA_ARGS__)
+#define SLIP_TESTS_WITH(setup, teardown, ...)                                                                          \
+  int main(int argc, char **argv)                                                                                      \
+  {                                                                                                                    \
+    const CMUnitTestFunction tests[] = {__VA_ARGS__};                                                                  \
+    return RunTests(argc, argv, sizeof(tests) / sizeof(*tests), tests, (char[]){#__VA_ARGS__}, setup, teardown);       \
+  }
+
+/* names: of the tests, with commas between; they are cut in place. Returns main()'s exit code. */
+static inline int RunTests(int argc, char **argv, size_t n, const CMUnitTestFunction function[], char names[],
                            CMFixtureFunction setup, CMFixtureFunction teardown)
 {
+  struct CMUnitTest tests[32] = {{0}};
   int failed;
 
+  if (n > sizeof(tests) / sizeof(*tests)) return 1;
+  for (size_t i = 0; i < n; i++) {
+    tests[i].name = strtok(i ? NULL : names, ", ");
+    tests[i].test_func = function[i];
+  }
   if (PetscInitialize(&argc, &argv, NULL, NULL) || SlipStepInitializePackage()) return 1;
   if (PetscPushErrorHandler(Record, NULL)) return 1;
-  failed = _cmocka_run_group_tests(name, tests, n, setup, teardown);
+  failed = _cmocka_run_group_tests("tests", tests, n, setup, teardown);
   if (PetscPopErrorHandler()) return 1;
   return PetscFinalize() || failed;
 }

@@ -30,13 +30,16 @@ static PetscErrorCode ShowHelp(const EvaluateOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Run(void)
+int main(int argc, char **argv)
 {
   EvaluateOptions o;
   EvaluateMatrix m;
   PetscBool only_help;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(SlipErrorHandlerPush("evaluate"));
   PetscCall(EvaluateOptionsSet(&o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) {
@@ -47,17 +50,8 @@ static PetscErrorCode Run(void)
     PetscCall(EvaluateMatrixDestroy(&m));
     if (!o.list) PetscCall(SlipWarnOfUnusedOptions());
   }
-  PetscCall(EvaluateOptionsFree(&o));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-int main(int argc, char **argv)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
-  PetscCall(SlipStepInitializePackage());
-  PetscCall(SlipErrorHandlerPush("evaluate"));
-  PetscCall(Run());
+  PetscCall(PetscFree(o.policies));
+  PetscCall(PetscFree(o.settings));
   PetscCall(PetscFinalize());
   return 0;
 }

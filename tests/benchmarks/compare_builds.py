@@ -54,123 +54,116 @@ TRAIN_FAULT = f"{TRAIN} -fault_stiffness_scaling mean_slip"
 CMAES = ("-train_algorithm cmaes -train_singles 4 -train_meshes 2 -train_mesh_side 3 -train_batch_singles 3"
          " -train_batch_meshes 1 -train_validation 2 -train_calibration 2 -train_validation_interval 2"
          " -train_population 6 -train_hidden 3 -train_generations 4")
+TRAININGS = {"TRAIN": TRAIN, "TRAIN_FAULT": TRAIN_FAULT, "CMAES": CMAES}
 
-# Name, ranks, program, arguments. "12x9" at the start stands for -fault_nx 12 -fault_nz 9; IN is the folder of
-# inputs(), POLICIES training/policies, EXAMPLES examples. All were the same bits run after run, also on 2 ranks and
-# beside other work.
-SETS = [
-    # friction laws, starts, loading
-    ["law exponential", 1, "fault", "15x15 -fault_friction_law exponential_slip_weakening -ts_adapt_type heuristic"],
-    ["law linear", 1, "fault", "12x12 -fault_friction_law linear_slip_weakening -ts_adapt_type heuristic"],
-    ["law rate", 1, "fault", "8x8 -fault_friction_law rate_weakening -ts_adapt_type heuristic -ts_max_time 10"],
-    ["law constant", 1, "fault", "8x8 -fault_friction_law constant -fault_initial rest -fault_loading_rate 0.05"
-     " -ts_adapt_type heuristic -ts_max_time 40"],
-    ["rest, loaded", 2, "fault", "9x7 -fault_initial rest -fault_loading_rate 0.02 -fault_normal_stress 1e6"
-     " -fault_normal_stress_gradient 0 -ts_adapt_type heuristic -ts_max_time 40"],
-    ["loaded, critical", 1, "fault", "10x10 -fault_loading_rate 1e-3 -ts_adapt_type heuristic -ts_max_time 20"],
-    ["larger perturbation", 1, "fault", "10x10 -fault_initial_perturbation 1e-3 -ts_adapt_type pi"],
-    # faults and fields
-    ["one element", 1, "fault", "1x1 -ts_adapt_type heuristic"],
-    ["fields", 2, "fault", "12x9 -fault_parameters IN/fields.h5 -ts_adapt_type heuristic"],
-    ["fields of a mesh", 1, "fault", "-fault_mesh IN/graded.h5 -fault_parameters IN/cells.h5 -ts_adapt_type rl"],
-    ["unscaled", 1, "fault", "10x10 -fault_stiffness_scaling none -ts_adapt_type heuristic"],
-    ["stiffness from a file", 1, "fault", "6x5 -fault_stiffness_file IN/stiffness.h5 -ts_adapt_type heuristic"],
-    ["stiffness to a file", 1, "fault", "20x16 -fault_stiffness_view binary:K.bin -fault_kernel full_space"
-     " -fault_operator fft -ts_adapt_type rl -fault_stiffness_scaling none"],
-    ["buried", 1, "fault", "12x10 -fault_depth_top 2000 -fault_length_x 5000 -fault_thickness 4000"
-     " -ts_adapt_type heuristic"],
-    ["buried, full space", 2, "fault", "10x10 -fault_depth_top 1000 -fault_kernel full_space -ts_adapt_type heuristic"],
-    ["few fields written", 1, "fault", "10x10 -fault_output_interval 3 -fault_output_fields slip"
-     " -ts_adapt_type heuristic"],
-    ["file of options", 1, "fault", "-fault_nx 9 -fault_nz 9 -options_file EXAMPLES/fault_5km.opts"
-     " -ts_adapt_type pi"],
-    ["check of the error", 1, "fault", "10x10 -fault_check_error -ts_adapt_type rl"],
-    ["check on a mesh", 2, "fault", "-fault_mesh IN/parallel.h5 -fault_check_error -ts_adapt_type rl"],
-    ["sweep", 1, "fault", "-fault_sweep IN/sweep.txt"],
-    ["sweep with a cache", 1, "fault", "-fault_sweep IN/cached.txt -fault_cache_dir ."],
-    # operators and viscosities
-    ["dense", 1, "fault", "18x14 -fault_operator dense -ts_adapt_type heuristic"],
-    ["dense, 2 ranks", 2, "fault", "18x14 -fault_operator dense -ts_adapt_type heuristic"],
-    ["dense, lanczos", 1, "fault", "10x8 -fault_operator dense -fault_viscosity lanczos -ts_adapt_type rl"],
-    ["fft", 1, "fault", "20x16 -fault_operator fft -ts_adapt_type heuristic"],
-    ["fft, 2 ranks", 2, "fault", "24x20 -fault_operator fft -ts_adapt_type rl"],
-    ["auto on a grid", 1, "fault", "30x30 -fault_operator auto -ts_adapt_type rl"],
-    ["sqrtm auto", 1, "fault", "20x20 -fault_operator fft -mat_slipsqrtm_setup auto -ts_adapt_type rl"],
-    ["sqrtm dense", 1, "fault", "20x20 -fault_operator fft -mat_slipsqrtm_setup dense -ts_adapt_type rl"],
-    ["sqrtm sketch", 2, "fault", "24x20 -fault_operator fft -mat_slipsqrtm_setup sketch -ts_adapt_type rl"],
-    ["sqrtm lanczos", 1, "fault", "24x20 -fault_operator fft -mat_slipsqrtm_setup lanczos -ts_adapt_type rl"],
-    ["lanczos, 2 ranks", 2, "fault", "20x18 -fault_operator fft -fault_viscosity lanczos -ts_adapt_type rl"],
-    ["spectral", 1, "fault", "20x16 -fault_operator fft -fault_viscosity spectral -ts_adapt_type heuristic"],
-    ["spectral lanczos", 2, "fault", "20x16 -fault_operator fft -fault_viscosity spectral"
-     " -mat_slipspectral_type lanczos -ts_adapt_type rl"],
-    ["no viscosity", 1, "fault", "6x6 -fault_viscosity none -ts_adapt_type heuristic -ts_max_time 4"],
-    ["auto on a mesh", 1, "fault", "-fault_mesh IN/graded.h5 -fault_operator auto -ts_adapt_type heuristic"
-     " -fault_rate_tolerance 1e-6"],
-    ["dense on two planes", 1, "fault", "-fault_mesh IN/parallel.h5 -fault_operator dense -ts_adapt_type rl"],
-    ["hmat", 1, "fault", "-fault_mesh IN/graded.h5 -fault_operator hmat -ts_adapt_type rl"],
-    ["hmat, 2 ranks", 2, "fault", "-fault_mesh IN/parallel.h5 -fault_operator hmat -ts_adapt_type rl"],
-    ["hmat, lanczos", 2, "fault", "-fault_mesh IN/graded.h5 -fault_operator hmat -fault_viscosity lanczos"
-     " -ts_adapt_type rl"],
-    ["hmat, tolerances", 1, "fault", "-fault_mesh IN/parallel.h5 -fault_operator hmat -fault_viscosity lanczos"
-     " -fault_hmat_tolerance 1e-5 -fault_krylov_tolerance 1e-7 -ts_adapt_type none -ts_dt 1"],
-    # solvers
-    ["projection", 1, "fault", "2x2 -snes_type projection -ts_adapt_type heuristic -ts_max_time 3"],
-    ["projection, 2 ranks", 2, "fault", "2x2 -snes_type projection -ts_adapt_type none -ts_dt 0.1 -ts_max_time 1"],
-    ["no direct solves", 1, "fault", "16x16 -snes_slip_direct_max 0 -ts_adapt_type rl"],
-    ["exact jacobian", 1, "fault", "20x18 -fault_operator fft -mat_slipstage_jacobian exact"
-     " -pc_slipstage_type symbol -ts_adapt_type rl"],
-    ["approximate jacobian", 1, "fault", "20x18 -fault_operator fft -mat_slipstage_jacobian approximate"
-     " -pc_slipstage_type blocks -ts_adapt_type rl"],
-    ["minres, jacobi", 1, "fault", "12x12 -ksp_type minres -pc_type jacobi -snes_slip_direct_max 0 -ts_adapt_type rl"],
-    # integrator
-    ["implicit reaction", 1, "fault", "10x10 -ts_bathe_reaction implicit -ts_adapt_type heuristic"],
-    ["as published", 1, "fault", "10x10 -ts_bathe_reaction implicit -ts_bathe_error doubling -ts_adapt_type heuristic"],
-    ["doubling", 1, "fault", "10x10 -ts_bathe_error doubling -ts_adapt_type pi"],
-    ["no estimate", 1, "fault", "10x10 -ts_bathe_error none -ts_adapt_type rl"
-     " -ts_adapt_rl_policy POLICIES/study/fault_tqc_alpha1.h5"],
-    ["gamma", 1, "fault", "10x10 -ts_bathe_gamma 0.5857864376 -ts_adapt_type heuristic"],
-    # controllers
-    ["pi elementary", 1, "fault", "8x8 -ts_adapt_type pi -ts_adapt_pi_filter elementary"],
-    ["pi PI42", 1, "fault", "8x8 -ts_adapt_type pi -ts_adapt_pi_filter PI42 -ts_rtol 1e-4"],
-    ["pi H211PI", 1, "fault", "8x8 -ts_adapt_type pi -ts_adapt_pi_filter H211PI"],
-    ["pi H211b2", 2, "fault", "8x8 -ts_adapt_type pi -ts_adapt_pi_filter H211b2"],
-    ["pi by hand", 1, "fault", "8x8 -ts_adapt_type pi -ts_adapt_pi_g1 3 -ts_adapt_pi_g2 5 -ts_adapt_pi_kappa 0.1"],
-    ["rl 1e-1", 1, "fault", "14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-1"],
-    ["rl 1e-2", 2, "fault", "14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-2"],
-    ["rl 1e-3", 1, "fault", "14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3"],
-    ["rl tqc", 1, "fault", "10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/fault_tqc.h5"],
-    ["rl study tqc", 1, "fault", "10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_tqc_alpha8.h5"
-     " -ts_bathe_reaction implicit -ts_bathe_error doubling"],
-    ["rl study td3", 1, "fault", "10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_td3_alpha1.h5"],
-    ["basic", 1, "fault", "8x8 -ts_adapt_type basic"],
-    ["dsp", 1, "fault", "8x8 -ts_adapt_type dsp"],
-    ["constant steps", 1, "fault", "10x10 -ts_adapt_type none -ts_dt 0.1 -ts_bathe_error none"],
-    # small models
-    ["sliding mode, pi", 1, "sliding_mode", "-sliding_mode_case evaluation -ts_adapt_type pi"],
-    ["sliding mode, heuristic", 1, "sliding_mode", "-sliding_mode_case training -ts_adapt_type heuristic"],
-    ["sliding mode, rl", 1, "sliding_mode", "-sliding_mode_case evaluation -ts_adapt_type rl"],
-    ["sliding mode, study", 1, "sliding_mode", "-ts_adapt_type rl"
-     " -ts_adapt_rl_policy POLICIES/study/sliding_mode_td3.h5"],
-    ["circuit, pi", 1, "circuit", "-circuit_case evaluation -ts_adapt_type pi -circuit_reference 1e-3"],
-    ["circuit, heuristic", 1, "circuit", "-circuit_case training -ts_adapt_type heuristic"],
-    ["circuit, rl", 1, "circuit", "-circuit_case evaluation -circuit_reference 1e-3 -ts_adapt_type rl"
-     " -ts_adapt_rl_accuracy 3e-3"],
-    ["circuit, study", 1, "circuit", "-ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/circuit_tqc.h5"],
-    ["oscillator, pi", 1, "oscillator", "-ts_adapt_type pi"],
-    ["oscillator, heuristic", 1, "oscillator", "-ts_adapt_type heuristic"],
-    # training and the matrix of the study
-    ["train tqc", 1, "train", TRAIN_FAULT],
-    ["train td3", 1, "train", f"{TRAIN_FAULT} -train_algorithm td3 -train_reward accuracy"],
-    ["train four, 2 ranks", 2, "train", f"{TRAIN_FAULT} -train_alpha 1,2 -train_seed 1,2"],
-    ["train tqc, circuit", 1, "train", f"{TRAIN} -train_problem circuit -train_random"],
-    ["train tqc, dial", 1, "train", f"{TRAIN} -train_problem fault_dial -train_random -train_reward dial"],
-    ["train cmaes", 1, "train", CMAES],
-    ["train cmaes, 2 ranks", 2, "train", f"{CMAES} -train_seed 1"],
-    ["train cmaes, circuit", 1, "train", f"{CMAES} -train_problem circuit -train_dial_low 1e-2"],
-    ["train cmaes, sliding mode", 1, "train", f"{CMAES} -train_problem sliding_mode -train_dial_low 1e-2"],
-    ["evaluate", 1, "evaluate", "-evaluate_quick -evaluate_problems fault,sliding_mode,circuit"
-     " -evaluate_reference_steps 200 -evaluate_policies POLICIES/fault.h5,POLICIES/circuit.h5"],
-]
+# "name: [ranks] program arguments", one rank unless it says otherwise. "12x9" at the start of the arguments stands for
+# -fault_nx 12 -fault_nz 9; IN is the folder of inputs(), POLICIES training/policies, EXAMPLES examples. All were the
+# same bits run after run, also on 2 ranks and beside other work.
+SETS = r"""
+# friction laws, starts, loading
+law exponential: fault 15x15 -fault_friction_law exponential_slip_weakening -ts_adapt_type heuristic
+law linear: fault 12x12 -fault_friction_law linear_slip_weakening -ts_adapt_type heuristic
+law rate: fault 8x8 -fault_friction_law rate_weakening -ts_adapt_type heuristic -ts_max_time 10
+law constant: fault 8x8 -fault_friction_law constant -fault_initial rest -fault_loading_rate 0.05 \
+  -ts_adapt_type heuristic -ts_max_time 40
+rest, loaded: 2 fault 9x7 -fault_initial rest -fault_loading_rate 0.02 -fault_normal_stress 1e6 \
+  -fault_normal_stress_gradient 0 -ts_adapt_type heuristic -ts_max_time 40
+loaded, critical: fault 10x10 -fault_loading_rate 1e-3 -ts_adapt_type heuristic -ts_max_time 20
+larger perturbation: fault 10x10 -fault_initial_perturbation 1e-3 -ts_adapt_type pi
+# faults and fields
+one element: fault 1x1 -ts_adapt_type heuristic
+fields: 2 fault 12x9 -fault_parameters IN/fields.h5 -ts_adapt_type heuristic
+fields of a mesh: fault -fault_mesh IN/graded.h5 -fault_parameters IN/cells.h5 -ts_adapt_type rl
+unscaled: fault 10x10 -fault_stiffness_scaling none -ts_adapt_type heuristic
+stiffness from a file: fault 6x5 -fault_stiffness_file IN/stiffness.h5 -ts_adapt_type heuristic
+stiffness to a file: fault 20x16 -fault_stiffness_view binary:K.bin -fault_kernel full_space -fault_operator fft \
+  -ts_adapt_type rl -fault_stiffness_scaling none
+buried: fault 12x10 -fault_depth_top 2000 -fault_length_x 5000 -fault_thickness 4000 -ts_adapt_type heuristic
+buried, full space: 2 fault 10x10 -fault_depth_top 1000 -fault_kernel full_space -ts_adapt_type heuristic
+few fields written: fault 10x10 -fault_output_interval 3 -fault_output_fields slip -ts_adapt_type heuristic
+file of options: fault -fault_nx 9 -fault_nz 9 -options_file EXAMPLES/fault_5km.opts -ts_adapt_type pi
+check of the error: fault 10x10 -fault_check_error -ts_adapt_type rl
+check on a mesh: 2 fault -fault_mesh IN/parallel.h5 -fault_check_error -ts_adapt_type rl
+sweep: fault -fault_sweep IN/sweep.txt
+sweep with a cache: fault -fault_sweep IN/cached.txt -fault_cache_dir .
+# operators and viscosities
+dense: fault 18x14 -fault_operator dense -ts_adapt_type heuristic
+dense, 2 ranks: 2 fault 18x14 -fault_operator dense -ts_adapt_type heuristic
+dense, lanczos: fault 10x8 -fault_operator dense -fault_viscosity lanczos -ts_adapt_type rl
+fft: fault 20x16 -fault_operator fft -ts_adapt_type heuristic
+fft, 2 ranks: 2 fault 24x20 -fault_operator fft -ts_adapt_type rl
+auto on a grid: fault 30x30 -fault_operator auto -ts_adapt_type rl
+sqrtm auto: fault 20x20 -fault_operator fft -mat_slipsqrtm_setup auto -ts_adapt_type rl
+sqrtm dense: fault 20x20 -fault_operator fft -mat_slipsqrtm_setup dense -ts_adapt_type rl
+sqrtm sketch: 2 fault 24x20 -fault_operator fft -mat_slipsqrtm_setup sketch -ts_adapt_type rl
+sqrtm lanczos: fault 24x20 -fault_operator fft -mat_slipsqrtm_setup lanczos -ts_adapt_type rl
+lanczos, 2 ranks: 2 fault 20x18 -fault_operator fft -fault_viscosity lanczos -ts_adapt_type rl
+spectral: fault 20x16 -fault_operator fft -fault_viscosity spectral -ts_adapt_type heuristic
+spectral lanczos: 2 fault 20x16 -fault_operator fft -fault_viscosity spectral -mat_slipspectral_type lanczos \
+  -ts_adapt_type rl
+no viscosity: fault 6x6 -fault_viscosity none -ts_adapt_type heuristic -ts_max_time 4
+auto on a mesh: fault -fault_mesh IN/graded.h5 -fault_operator auto -ts_adapt_type heuristic -fault_rate_tolerance 1e-6
+dense on two planes: fault -fault_mesh IN/parallel.h5 -fault_operator dense -ts_adapt_type rl
+hmat: fault -fault_mesh IN/graded.h5 -fault_operator hmat -ts_adapt_type rl
+hmat, 2 ranks: 2 fault -fault_mesh IN/parallel.h5 -fault_operator hmat -ts_adapt_type rl
+hmat, lanczos: 2 fault -fault_mesh IN/graded.h5 -fault_operator hmat -fault_viscosity lanczos -ts_adapt_type rl
+hmat, tolerances: fault -fault_mesh IN/parallel.h5 -fault_operator hmat -fault_viscosity lanczos -fault_hmat_tolerance \
+  1e-5 -fault_krylov_tolerance 1e-7 -ts_adapt_type none -ts_dt 1
+# solvers
+projection: fault 2x2 -snes_type projection -ts_adapt_type heuristic -ts_max_time 3
+projection, 2 ranks: 2 fault 2x2 -snes_type projection -ts_adapt_type none -ts_dt 0.1 -ts_max_time 1
+no direct solves: fault 16x16 -snes_slip_direct_max 0 -ts_adapt_type rl
+exact jacobian: fault 20x18 -fault_operator fft -mat_slipstage_jacobian exact -pc_slipstage_type symbol -ts_adapt_type \
+  rl
+approximate jacobian: fault 20x18 -fault_operator fft -mat_slipstage_jacobian approximate -pc_slipstage_type blocks \
+  -ts_adapt_type rl
+minres, jacobi: fault 12x12 -ksp_type minres -pc_type jacobi -snes_slip_direct_max 0 -ts_adapt_type rl
+# integrator
+implicit reaction: fault 10x10 -ts_bathe_reaction implicit -ts_adapt_type heuristic
+as published: fault 10x10 -ts_bathe_reaction implicit -ts_bathe_error doubling -ts_adapt_type heuristic
+doubling: fault 10x10 -ts_bathe_error doubling -ts_adapt_type pi
+no estimate: fault 10x10 -ts_bathe_error none -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_tqc_alpha1.h5
+gamma: fault 10x10 -ts_bathe_gamma 0.5857864376 -ts_adapt_type heuristic
+# controllers
+pi elementary: fault 8x8 -ts_adapt_type pi -ts_adapt_pi_filter elementary
+pi PI42: fault 8x8 -ts_adapt_type pi -ts_adapt_pi_filter PI42 -ts_rtol 1e-4
+pi H211PI: fault 8x8 -ts_adapt_type pi -ts_adapt_pi_filter H211PI
+pi H211b2: 2 fault 8x8 -ts_adapt_type pi -ts_adapt_pi_filter H211b2
+pi by hand: fault 8x8 -ts_adapt_type pi -ts_adapt_pi_g1 3 -ts_adapt_pi_g2 5 -ts_adapt_pi_kappa 0.1
+rl 1e-1: fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-1
+rl 1e-2: 2 fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-2
+rl 1e-3: fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3
+rl tqc: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/fault_tqc.h5
+rl study tqc: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_tqc_alpha8.h5 -ts_bathe_reaction \
+  implicit -ts_bathe_error doubling
+rl study td3: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_td3_alpha1.h5
+basic: fault 8x8 -ts_adapt_type basic
+dsp: fault 8x8 -ts_adapt_type dsp
+constant steps: fault 10x10 -ts_adapt_type none -ts_dt 0.1 -ts_bathe_error none
+# small models
+sliding mode, pi: sliding_mode -sliding_mode_case evaluation -ts_adapt_type pi
+sliding mode, heuristic: sliding_mode -sliding_mode_case training -ts_adapt_type heuristic
+sliding mode, rl: sliding_mode -sliding_mode_case evaluation -ts_adapt_type rl
+sliding mode, study: sliding_mode -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/sliding_mode_td3.h5
+circuit, pi: circuit -circuit_case evaluation -ts_adapt_type pi -circuit_reference 1e-3
+circuit, heuristic: circuit -circuit_case training -ts_adapt_type heuristic
+circuit, rl: circuit -circuit_case evaluation -circuit_reference 1e-3 -ts_adapt_type rl -ts_adapt_rl_accuracy 3e-3
+circuit, study: circuit -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/circuit_tqc.h5
+oscillator, pi: oscillator -ts_adapt_type pi
+oscillator, heuristic: oscillator -ts_adapt_type heuristic
+# training and the matrix of the study
+train tqc: train {TRAIN_FAULT}
+train td3: train {TRAIN_FAULT} -train_algorithm td3 -train_reward accuracy
+train four, 2 ranks: 2 train {TRAIN_FAULT} -train_alpha 1,2 -train_seed 1,2
+train tqc, circuit: train {TRAIN} -train_problem circuit -train_random
+train tqc, dial: train {TRAIN} -train_problem fault_dial -train_random -train_reward dial
+train cmaes: train {CMAES}
+train cmaes, 2 ranks: 2 train {CMAES} -train_seed 1
+train cmaes, circuit: train {CMAES} -train_problem circuit -train_dial_low 1e-2
+train cmaes, sliding mode: train {CMAES} -train_problem sliding_mode -train_dial_low 1e-2
+evaluate: evaluate -evaluate_quick -evaluate_problems fault,sliding_mode,circuit -evaluate_reference_steps 200 \
+  -evaluate_policies POLICIES/fault.h5,POLICIES/circuit.h5
+"""
 
 SWEEP = """-fault_nx 3 -fault_nz 2 -fault_output a.h5 -ts_adapt_type heuristic
 -fault_nx 4 -fault_nz 4 -fault_output b.h5 -ts_adapt_type rl
@@ -185,6 +178,15 @@ IGNORED_LINE = re.compile(r"wall time|\bleft\b|memory")
 # How the solvers went, not what they found: named in the table only if nothing else differs
 WORK = re.compile(r"residual|iterations|^stdout|^stderr")
 TIME_LIMIT = 300  # [s] of a run
+
+
+def sets():
+    """[name, ranks, program, arguments] of each set"""
+    found = []
+    for name, row in re.findall(r"^([^#:\n]+): (.*)", SETS.replace("\\\n", ""), re.M):
+        ranks, program, text = re.fullmatch(r"(\d*) ?(\w+) (.*)", row).groups()
+        found.append([name, int(ranks or 1), program, text.format(**TRAININGS)])
+    return found
 
 
 def inputs(folder):
@@ -349,11 +351,11 @@ def main():
     parser.add_argument("--perturb", metavar="OPTIONS", default="", help=argparse.SUPPRESS)  # the self-test
     o = parser.parse_args()
     builds = {"base": os.path.abspath(o.base), "new": os.path.abspath(o.new)}
-    sets = [s for s in SETS if re.search(o.only, s[0])]
-    for program in [os.path.join(build, "bin", s[2]) for build in builds.values() for s in sets]:
+    chosen = [s for s in sets() if re.search(o.only, s[0])]
+    for program in [os.path.join(build, "bin", s[2]) for build in builds.values() for s in chosen]:
         if not os.access(program, os.X_OK):
             parser.error(f"there is no program {program}")
-    if not sets:
+    if not chosen:
         parser.error(f"no set matches {o.only}")
     if o.keep and os.path.exists(o.keep):
         parser.error(f"--keep {o.keep} exists")
@@ -362,7 +364,7 @@ def main():
     with tempfile.TemporaryDirectory() as temporary:
         work = os.path.abspath(o.keep or os.path.join(temporary, "work"))
         inputs(os.path.join(work, "inputs"))
-        for name, ranks, program, text in sets:
+        for name, ranks, program, text in chosen:
             results = {}
             for who, build in builds.items():
                 extra = f" {o.perturb}" if who == "new" and program == "fault" else ""

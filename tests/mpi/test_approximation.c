@@ -71,7 +71,4 @@ static PetscErrorCode Test(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-int main(int argc, char **argv)
-{
-  return RunOnRanks(argc, argv, Test);
-}
+SLIP_RANKS(Test)

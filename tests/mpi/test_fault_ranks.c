@@ -16,11 +16,11 @@ typedef struct {
 
 static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *out)
 {
+  const SlipProblemOps *problem;
   SlipFault fault;
+  PetscInt row;
   TS ts;
   Vec w;
-  PetscInt row;
-  const SlipProblemOps *problem;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCreate(comm, &fault));
@@ -119,7 +119,4 @@ static PetscErrorCode Test(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-int main(int argc, char **argv)
-{
-  return RunOnRanks(argc, argv, Test);
-}
+SLIP_RANKS(Test)

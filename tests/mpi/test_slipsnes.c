@@ -245,7 +245,4 @@ static PetscErrorCode Run(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-int main(int argc, char **argv)
-{
-  return RunOnRanks(argc, argv, Run);
-}
+SLIP_RANKS(Run)

@@ -50,9 +50,4 @@ static void test_to_the_tolerance(void **state)
     }
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_to_the_tolerance)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_to_the_tolerance)

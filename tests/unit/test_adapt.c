@@ -539,13 +539,5 @@ static int Register(void **state)
   return (int)TSRegister("scripted", Create_Scripted);
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(heuristic),    cmocka_unit_test(heuristic_again), cmocka_unit_test(heuristic_options),
-    cmocka_unit_test(pi_filter),    cmocka_unit_test(pi_cap),          cmocka_unit_test(rl_observations),
-    cmocka_unit_test(rl_fallbacks), cmocka_unit_test(rl_guard_rail),   cmocka_unit_test(rl_ceiling),
-    cmocka_unit_test(rl_actor),     cmocka_unit_test(rl_errors),       cmocka_unit_test(rl_outside)};
-
-  return RunTests(argc, argv, tests, Register, NULL);
-}
+SLIP_TESTS_WITH(Register, NULL, heuristic, heuristic_again, heuristic_options, pi_filter, pi_cap, rl_observations,
+                rl_fallbacks, rl_guard_rail, rl_ceiling, rl_actor, rl_errors, rl_outside)

@@ -174,8 +174,7 @@ static void test_rollback_restores_reaction(void **state)
   ok(TSSetMaxTime(ts, 10.0));
   ok(TSBatheGetReaction(ts, &r));
   ok(VecDuplicate(r, &r0));
-  ok(VecDuplicate(w, &w0));
-  ok(VecDuplicate(w, &w1));
+  VecsDuplicate(w, &w0, &w1);
   ok(VecCopy(r, r0));
   ok(VecCopy(w, w0));
   ok(TSStep(ts));
@@ -190,10 +189,7 @@ static void test_rollback_restores_reaction(void **state)
   ok(TSStep(ts));
   ok(VecEqual(w, w1, &same));
   assert_true(same);
-  ok(VecDestroy(&r0));
-  ok(VecDestroy(&w0));
-  ok(VecDestroy(&w1));
-  ok(VecDestroy(&w));
+  VecsDestroy(&r0, &w0, &w1, &w);
   ok(TSDestroy(&ts));
   ok(SlidersDestroy(&p));
 }
@@ -305,10 +301,7 @@ static void indefinite_start(const char *direct_max)
   p.dmu = 0.8;
   p.dc = 0.02;
   stage.base = w;
-  ok(VecDuplicate(p.bound, &x));
-  ok(VecDuplicate(p.bound, &r));
-  ok(VecDuplicate(p.bound, &q));
-  ok(VecDuplicate(p.bound, &dq));
+  VecsDuplicate(p.bound, &x, &r, &q, &dq);
   ok(VecZeroEntries(x));
   ok(SNESCreate(PETSC_COMM_SELF, &snes));
   ok(SNESSetType(snes, SNESSEMISMOOTH));
@@ -326,11 +319,7 @@ static void indefinite_start(const char *direct_max)
   assert_true(mass / 3.0 + eta + 3.0 * stiffness + Value(dq, 0) > 0.0);
   assert_true(Value(r, 0) == -Value(q, 0));
   ok(SNESDestroy(&snes));
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&r));
-  ok(VecDestroy(&q));
-  ok(VecDestroy(&dq));
-  ok(VecDestroy(&w));
+  VecsDestroy(&x, &r, &q, &dq, &w);
   ok(SlidersDestroy(&p));
 }
 
@@ -341,17 +330,5 @@ static void test_indefinite_start(void **state)
   indefinite_start("0"); /* Krylov */
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_order_while_sliding),
-    cmocka_unit_test(test_closed_form),
-    cmocka_unit_test(test_adaptive_arrest),
-    cmocka_unit_test(test_rollback_restores_reaction),
-    cmocka_unit_test(test_failure),
-    cmocka_unit_test(test_wrong_snes_is_refused),
-    cmocka_unit_test(test_indefinite_start),
-  };
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_order_while_sliding, test_closed_form, test_adaptive_arrest, test_rollback_restores_reaction,
+           test_failure, test_wrong_snes_is_refused, test_indefinite_start)

@@ -183,10 +183,4 @@ static void test_published_rollout(void **state)
   }
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_errors_of_final_slip),
-                                            cmocka_unit_test(test_published_rollout)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_errors_of_final_slip, test_published_rollout)

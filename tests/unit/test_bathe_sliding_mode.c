@@ -135,9 +135,4 @@ static void test_sliding_mode(void **state)
   assert_true(fabs(r + D * sin(omega * 0.5)) < 1e-13);
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_sliding_phase), cmocka_unit_test(test_sliding_mode)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_sliding_phase, test_sliding_mode)

@@ -1,5 +1,6 @@
 /* Irregular meshes: checks, hierarchical against dense storage, weights, Lanczos' viscosity, and whole runs. */
 #include "unit.h"
+#include "products.h"
 #include <math.h>
 #include "cells.h"
 #include "faultstart.h"
@@ -66,19 +67,10 @@ static Mat Stiffness(const Mesh *m, const char *type, PetscReal tolerance)
 
 static PetscReal Distance(Mat A, Mat B, Vec x)
 {
-  Vec a, b;
-  PetscReal norm, distance;
+  PetscReal distance;
 
-  ok(VecDuplicate(x, &a));
-  ok(VecDuplicate(x, &b));
-  ok(MatMult(A, x, a));
-  ok(MatMult(B, x, b));
-  ok(VecNorm(b, NORM_2, &norm));
-  ok(VecAXPY(a, -1, b));
-  ok(VecNorm(a, NORM_2, &distance));
-  ok(VecDestroy(&a));
-  ok(VecDestroy(&b));
-  return distance / norm;
+  ok(ProductDistance(A, B, x, &distance));
+  return distance;
 }
 
 /* Pseudorandom in (-1, 1), or a smooth hump. */
@@ -137,10 +129,8 @@ static void hierarchical_to_the_tolerance(void **state)
     ok(VecAXPY(d, -1, e));
     ok(VecNorm(d, NORM_INFINITY, &error));
     assert_true(error <= 1e-15 * norm);
-    ok(VecDestroy(&d));
-    ok(VecDestroy(&e));
-    ok(MatDestroy(&whole));
-    ok(MatDestroy(&H));
+    VecsDestroy(&d, &e);
+    MatsDestroy(&whole, &H);
   }
   ok(MatDestroy(&dense));
 }
@@ -165,8 +155,7 @@ static void uniform_cells_are_the_grid(void **state)
   ok(MatAXPY(S, -1, K, SAME_NONZERO_PATTERN));
   ok(MatNorm(S, NORM_FROBENIUS, &error));
   assert_true(error < 1e-12 * norm);
-  ok(MatDestroy(&S));
-  ok(MatDestroy(&K));
+  MatsDestroy(&S, &K);
 }
 
 /* Betti: the force on a large cell from slip on a small one, A_i K_ij averaged over the large one, equals A_j K_ji up
@@ -214,8 +203,7 @@ static void viscosity_is_the_root(void **state)
 
     ok(MatSlipGetWeights(S, &weights));
     assert_non_null(weights);
-    ok(VecDuplicate(x, &y));
-    ok(VecDuplicate(x, &z));
+    VecsDuplicate(x, &y, &z);
     for (int t = 0; t < 2; t++) {
       ok(MatCreateSlipViscosity(S, MASS, ZETA, types[t], &H[t]));
       ok(MatSlipViscositySetTolerance(H[t], 1e-11));
@@ -241,9 +229,7 @@ static void viscosity_is_the_root(void **state)
       ok(VecDestroy(&d[t]));
       ok(MatDestroy(&H[t]));
     }
-    ok(VecDestroy(&x));
-    ok(VecDestroy(&y));
-    ok(VecDestroy(&z));
+    VecsDestroy(&x, &y, &z);
     ok(MatDestroy(&S));
   }
 }
@@ -266,8 +252,7 @@ static void stage_weighs_the_inertia(void **state)
     ok(MatCreateSlipViscosity(S, MASS, ZETA, "sqrtm", &H));
     ok(MatCreateSlipStage(S, H, MASS, &B));
     ok(MatSlipStageSetTheta(B, theta));
-    ok(VecDuplicate(x, &y));
-    ok(VecDuplicate(x, &z));
+    VecsDuplicate(x, &y, &z);
     ok(MatMult(S, x, y));
     ok(VecScale(y, theta));
     ok(MatMultAdd(H, x, y, y));
@@ -285,13 +270,8 @@ static void stage_weighs_the_inertia(void **state)
     ok(VecNorm(z, NORM_2, &error));
     ok(VecNorm(y, NORM_2, &norm));
     assert_true(error < 1e-13 * norm);
-    ok(VecDestroy(&x));
-    ok(VecDestroy(&y));
-    ok(VecDestroy(&z));
-    ok(MatDestroy(&whole));
-    ok(MatDestroy(&B));
-    ok(MatDestroy(&H));
-    ok(MatDestroy(&S));
+    VecsDestroy(&x, &y, &z);
+    MatsDestroy(&whole, &B, &H, &S);
   }
 }
 
@@ -417,14 +397,5 @@ static void distant_faults_decouple(void **state)
   remove("test_cells_near.h5");
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(hierarchical_to_the_tolerance),     cmocka_unit_test(uniform_cells_are_the_grid),
-    cmocka_unit_test(reciprocity_weighs_by_area),        cmocka_unit_test(viscosity_is_the_root),
-    cmocka_unit_test(stage_weighs_the_inertia),          cmocka_unit_test(bad_cells_are_refused),
-    cmocka_unit_test(run_on_uniform_cells_is_the_grids), cmocka_unit_test(distant_faults_decouple),
-  };
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(hierarchical_to_the_tolerance, uniform_cells_are_the_grid, reciprocity_weighs_by_area, viscosity_is_the_root,
+           stage_weighs_the_inertia, bad_cells_are_refused, run_on_uniform_cells_is_the_grids, distant_faults_decouple)

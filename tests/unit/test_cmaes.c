@@ -216,11 +216,4 @@ static void defaults(void **state)
   }
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(known_counts), cmocka_unit_test(rotation_invariance),
-                                            cmocka_unit_test(ranks_only), cmocka_unit_test(diagonal),
-                                            cmocka_unit_test(defaults)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(known_counts, rotation_invariance, ranks_only, diagonal, defaults)

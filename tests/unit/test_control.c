@@ -154,11 +154,4 @@ static void names(void **state)
   assert_true(!seen.row && SlipObservedOfState(&seen)); /* the problem may know it */
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(match),      cmocka_unit_test(rest),
-                                            cmocka_unit_test(halve),      cmocka_unit_test(ceiling),
-                                            cmocka_unit_test(fault_rows), cmocka_unit_test(names)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(match, rest, halve, ceiling, fault_rows, names)

@@ -1,5 +1,5 @@
 /* The accuracy dial of TSADAPTRL: option, setter, getter, view, and what a policy that observes it is told. */
-#include "unit.h"
+#include "policies.h"
 #include <math.h>
 
 /* The reference fault with one cell for three seconds. */
@@ -32,17 +32,10 @@ static void end(Run *r)
   ok(SlipFaultDestroy(&r->fault));
 }
 
-/* y = tanh(log_accuracy), between steps of 1e-2 T* and 1 T* in geometric proportion; or of energy. */
+/* y = tanh(log_accuracy), or of energy */
 static SlipPolicy policy(const char name[])
 {
-  const PetscReal one = 1, zero = 0;
-  SlipPolicy p;
-
-  ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
-  ok(SlipPolicySetObservations(p, 1, &name, &one, &zero));
-  ok(SlipPolicyAddLayer(p, 1, 1, &one, &zero, SLIP_ACTIVATION_LINEAR));
-  ok(SlipPolicySetAction(p, -1, 1, 1e-2, "T*", 1, "T*", PETSC_TRUE));
-  return p;
+  return PolicyOfOne(name, 1, 0, 1);
 }
 
 /* The first step of a run [T*]. */
@@ -210,11 +203,4 @@ static void other_types(void **state)
   end(&r);
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(dial_is_observed), cmocka_unit_test(dial_is_ignored),
-                                            cmocka_unit_test(needs_estimate),   cmocka_unit_test(rest),
-                                            cmocka_unit_test(bounds),           cmocka_unit_test(other_types)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(dial_is_observed, dial_is_ignored, needs_estimate, rest, bounds, other_types)

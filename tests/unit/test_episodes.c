@@ -1,21 +1,13 @@
 /* Episodes of the trainer: cost, references, and runs that depend on nothing but the episode, the policy and the
    dial. */
-#include "unit.h"
+#include "policies.h"
 #include "cmaes/cmatrain.h"
 #include <math.h>
 
 /* Constant steps h [T*] that the dial scales: y = atanh(log10 h/2) + slope (log_accuracy + 2). */
 static SlipPolicy policy(double h, double slope)
 {
-  const char *const name = "log_accuracy";
-  const PetscReal one = 1, zero = 0, weight = slope, bias = atanh(log10(h) / 2) + 2 * slope;
-  SlipPolicy p;
-
-  ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
-  ok(SlipPolicySetObservations(p, 1, &name, &one, &zero));
-  ok(SlipPolicyAddLayer(p, 1, 1, &weight, &bias, SLIP_ACTIVATION_LINEAR));
-  ok(SlipPolicySetAction(p, -1, 1, 1e-2, "T*", 1e2, "T*", PETSC_TRUE));
-  return p;
+  return PolicyOfOne("log_accuracy", slope, atanh(log10(h) / 2) + 2 * slope, 1e2);
 }
 
 /* EnvActorFn: an action that never changes */
@@ -289,12 +281,4 @@ static void draws(void **state)
   assert_true(high > 10 * low);
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(penalty),      cmocka_unit_test(cost),
-                                            cmocka_unit_test(reproducible), cmocka_unit_test(reference),
-                                            cmocka_unit_test(plain),        cmocka_unit_test(plain_small),
-                                            cmocka_unit_test(draws),        cmocka_unit_test(rewards)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(penalty, cost, reproducible, reference, plain, plain_small, draws, rewards)

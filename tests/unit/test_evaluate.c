@@ -95,10 +95,4 @@ static void test_exact_solution_of_two_states(void **state)
   ok(TableClear(&run));
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_known_errors), cmocka_unit_test(test_between_rows),
-                                            cmocka_unit_test(test_exact_solution_of_two_states)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_known_errors, test_between_rows, test_exact_solution_of_two_states)

@@ -159,8 +159,7 @@ static void scaling_and_critical_state(void **state)
 
   (void)state;
   ok(SlipFaultSetUp(fault));
-  ok(VecDuplicate(fault->uc, &sigma));
-  ok(VecDuplicate(fault->uc, &x));
+  VecsDuplicate(fault->uc, &sigma, &x);
   for (PetscInt e = 0; e < 9; e++) ok(VecSetValue(sigma, e, fault->field[FIELD_NORMAL_STRESS][e], INSERT_VALUES));
   ok(VecAssemblyBegin(sigma));
   ok(VecAssemblyEnd(sigma));
@@ -173,8 +172,7 @@ static void scaling_and_critical_state(void **state)
   ok(VecNorm(x, NORM_INFINITY, &norm));
   ok(VecNorm(sigma, NORM_INFINITY, &sum));
   assert_true(norm < 1e-11 * sum);
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&sigma));
+  VecsDestroy(&x, &sigma);
   ok(SlipFaultDestroy(&fault));
 }
 
@@ -270,8 +268,7 @@ static void stiffness_view(void **state)
   ok(MatConvert(fault->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
   ok(MatEqual(K, dense, &same));
   assert_true(same);
-  ok(MatDestroy(&dense));
-  ok(MatDestroy(&K));
+  MatsDestroy(&dense, &K);
   ok(PetscViewerDestroy(&viewer));
   ok(SlipFaultDestroy(&fault));
   unlink(file);
@@ -293,11 +290,8 @@ static void elimination(void **state)
   ok(SlipFaultSetReal(fault, "loading_rate", 0.02));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &base));
-  ok(VecDuplicate(base, &ex));
-  ok(VecDuplicate(base, &w));
-  ok(VecDuplicate(base, &F));
-  ok(VecDuplicate(fault->uc, &v));
-  ok(VecDuplicate(fault->uc, &r));
+  VecsDuplicate(base, &ex, &w, &F);
+  VecsDuplicate(fault->uc, &v, &r);
   ok(PetscRandomCreate(PETSC_COMM_SELF, &random));
   ok(PetscRandomSetInterval(random, -1, 1));
   ok(VecSetRandom(base, random));
@@ -327,12 +321,7 @@ static void elimination(void **state)
   ok(VecRestoreArray(ex, &c));
   ok(VecRestoreArray(F, &f));
   ok(PetscRandomDestroy(&random));
-  ok(VecDestroy(&base));
-  ok(VecDestroy(&ex));
-  ok(VecDestroy(&w));
-  ok(VecDestroy(&F));
-  ok(VecDestroy(&v));
-  ok(VecDestroy(&r));
+  VecsDestroy(&base, &ex, &w, &F, &v, &r);
   ok(SlipFaultDestroy(&fault));
 }
 
@@ -352,9 +341,7 @@ static void power_balance(void **state)
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
   ok(VecDuplicate(w, &F));
-  ok(VecDuplicate(fault->uc, &r));
-  ok(VecDuplicate(fault->uc, &ku));
-  ok(VecDuplicate(fault->uc, &u));
+  VecsDuplicate(fault->uc, &r, &ku, &u);
   ok(PetscRandomCreate(PETSC_COMM_SELF, &random));
   ok(PetscRandomSetInterval(random, -0.1, 0.1));
   ok(VecSetRandom(w, random));
@@ -379,11 +366,7 @@ static void power_balance(void **state)
   assert_true(fabs(rate + o.viscous_power + o.friction_power - o.loading_power) <
               1e-12 * (fabs(rate) + o.viscous_power + fabs(o.friction_power) + fabs(o.loading_power)));
   ok(PetscRandomDestroy(&random));
-  ok(VecDestroy(&w));
-  ok(VecDestroy(&F));
-  ok(VecDestroy(&r));
-  ok(VecDestroy(&ku));
-  ok(VecDestroy(&u));
+  VecsDestroy(&w, &F, &r, &ku, &u);
   ok(SlipFaultDestroy(&fault));
 }
 
@@ -426,15 +409,5 @@ static void observations(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(parameters),    cmocka_unit_test(two_faults),
-    cmocka_unit_test(normal_stress), cmocka_unit_test(scaling_and_critical_state),
-    cmocka_unit_test(field_file),    cmocka_unit_test(stiffness_file),
-    cmocka_unit_test(elimination),   cmocka_unit_test(stiffness_view),
-    cmocka_unit_test(power_balance), cmocka_unit_test(observations),
-  };
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(parameters, two_faults, normal_stress, scaling_and_critical_state, field_file, stiffness_file, elimination,
+           stiffness_view, power_balance, observations)

@@ -208,14 +208,4 @@ static void energy_balance(void **state)
   }
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(errors_of_one_element),
-    cmocka_unit_test(errors_of_a_mesh),
-    cmocka_unit_test(cone_holds),
-    cmocka_unit_test(energy_balance),
-  };
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(errors_of_one_element, errors_of_a_mesh, cone_holds, energy_balance)

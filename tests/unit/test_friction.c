@@ -62,9 +62,4 @@ static void values(void **state)
   assert_null(law);
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(derivatives), cmocka_unit_test(values)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(derivatives, values)

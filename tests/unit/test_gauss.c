@@ -103,9 +103,4 @@ static void test_density(void **state)
   assert_true(fabs(sum - 1) < 1e-4);
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_gradient), cmocka_unit_test(test_density)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_gradient, test_density)

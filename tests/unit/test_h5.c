@@ -155,10 +155,4 @@ static int RemoveFile(void **state)
   return 0;
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(round_trip), cmocka_unit_test(series),
-                                            cmocka_unit_test(broken_files)};
-
-  return RunTests(argc, argv, tests, NameFile, RemoveFile);
-}
+SLIP_TESTS_WITH(NameFile, RemoveFile, round_trip, series, broken_files)

@@ -54,9 +54,7 @@ static PetscReal SquareError(Mat K, Mat H)
   ok(MatNorm(denseK, NORM_FROBENIUS, &norm));
   ok(MatAXPY(square, -1, denseK, SAME_NONZERO_PATTERN));
   ok(MatNorm(square, NORM_FROBENIUS, &error));
-  ok(MatDestroy(&square));
-  ok(MatDestroy(&denseK));
-  ok(MatDestroy(&denseH));
+  MatsDestroy(&square, &denseK, &denseH);
   return error / norm;
 }
 
@@ -74,8 +72,7 @@ static void test_viscosity_squares_to_stiffness(void **state)
       ok(MatScale(K, 0.9)); /* the root must follow MatScale() */
       ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
       assert_true(SquareError(K, H) < 1e-10); /* what the truncated root promises; rounding is 1e-14 */
-      ok(MatDestroy(&H));
-      ok(MatDestroy(&K));
+      MatsDestroy(&H, &K);
     }
 }
 
@@ -90,8 +87,7 @@ static PetscReal Distance(Mat A, Mat B)
   ok(MatNorm(denseB, NORM_FROBENIUS, &norm));
   ok(MatAXPY(denseA, -1, denseB, SAME_NONZERO_PATTERN));
   ok(MatNorm(denseA, NORM_FROBENIUS, &error));
-  ok(MatDestroy(&denseA));
-  ok(MatDestroy(&denseB));
+  MatsDestroy(&denseA, &denseB);
   return error / norm;
 }
 
@@ -110,8 +106,7 @@ static PetscReal DiagonalError(Mat A)
   ok(VecAXPY(d, -1, e));
   ok(VecNorm(d, NORM_INFINITY, &error));
   ok(MatDestroy(&dense));
-  ok(VecDestroy(&d));
-  ok(VecDestroy(&e));
+  VecsDestroy(&d, &e);
   return error / norm;
 }
 
@@ -140,9 +135,7 @@ static void test_fft_is_dense(void **state)
     assert_true(Distance(H[1], H[0]) < 1e-10);
     assert_true(Distance(B[1], B[0]) < 1e-10);
     for (int t = 0; t < 2; t++) {
-      ok(MatDestroy(&K[t]));
-      ok(MatDestroy(&H[t]));
-      ok(MatDestroy(&B[t]));
+      MatsDestroy(&K[t], &H[t], &B[t]);
     }
   }
 }
@@ -193,8 +186,7 @@ static void test_sketched_root(void **state)
     assert_true(Distance(H[1], H[0]) < 1e-10);
     assert_true(SquareError(K[1], H[1]) < 1e-10);
     for (int t = 0; t < 2; t++) {
-      ok(MatDestroy(&H[t]));
-      ok(MatDestroy(&K[t]));
+      MatsDestroy(&H[t], &K[t]);
     }
   }
   ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
@@ -257,18 +249,11 @@ static void test_viscosity_by_denman_beavers(void **state)
     ok(MatAXPY(Z, 1, inverseY, SAME_NONZERO_PATTERN));
     ok(MatScale(Y, 0.5));
     ok(MatScale(Z, 0.5));
-    ok(MatDestroy(&factorY));
-    ok(MatDestroy(&factorZ));
-    ok(MatDestroy(&inverseY));
-    ok(MatDestroy(&inverseZ));
+    MatsDestroy(&factorY, &factorZ, &inverseY, &inverseZ);
   }
   ok(MatScale(Y, 2 * ZETA * MASS));
   assert_true(Distance(H, Y) < 1e-11); /* the iteration's rounding grows with the condition of K, about 10 here */
-  ok(MatDestroy(&identity));
-  ok(MatDestroy(&Y));
-  ok(MatDestroy(&Z));
-  ok(MatDestroy(&H));
-  ok(MatDestroy(&K));
+  MatsDestroy(&identity, &Y, &Z, &H, &K);
 }
 
 /* The spectral root is near the exact one but not equal (off by a few per cent in norm); "none" is zero. */
@@ -287,10 +272,7 @@ static void test_other_viscosities(void **state)
   assert_true(DiagonalError(spectral) < 1e-12);
   ok(MatNorm(none, NORM_INFINITY, &norm));
   assert_true(norm == 0);
-  ok(MatDestroy(&K));
-  ok(MatDestroy(&exact));
-  ok(MatDestroy(&spectral));
-  ok(MatDestroy(&none));
+  MatsDestroy(&K, &exact, &spectral, &none);
 }
 
 /* "auto" is dense while that is as fast, FFT beyond. */
@@ -327,9 +309,7 @@ static void test_zero_damping(void **state)
     ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &dense));
     ok(MatNorm(dense, NORM_INFINITY, &norm));
     assert_true(norm == 0);
-    ok(MatDestroy(&dense));
-    ok(MatDestroy(&H));
-    ok(MatDestroy(&K));
+    MatsDestroy(&dense, &H, &K);
   }
 }
 
@@ -358,9 +338,7 @@ static void test_stage_is_the_sum(void **state)
       }
     ok(MatDestroy(&dense));
   }
-  ok(MatDestroy(&B));
-  ok(MatDestroy(&H));
-  ok(MatDestroy(&K));
+  MatsDestroy(&B, &H, &K);
 }
 
 /* ---- errors ---- */
@@ -424,23 +402,6 @@ static void test_bad_grids(void **state)
   AssertGridRefused(g, "dense", "Shear modulus");
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_dense_entries),
-    cmocka_unit_test(test_viscosity_squares_to_stiffness),
-    cmocka_unit_test(test_fft_is_dense),
-    cmocka_unit_test(test_transform_is_dense),
-    cmocka_unit_test(test_sketched_root),
-    cmocka_unit_test(test_root_tolerance),
-    cmocka_unit_test(test_viscosity_by_denman_beavers),
-    cmocka_unit_test(test_other_viscosities),
-    cmocka_unit_test(test_auto),
-    cmocka_unit_test(test_zero_damping),
-    cmocka_unit_test(test_stage_is_the_sum),
-    cmocka_unit_test(test_entries),
-    cmocka_unit_test(test_bad_grids),
-  };
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_dense_entries, test_viscosity_squares_to_stiffness, test_fft_is_dense, test_transform_is_dense,
+           test_sketched_root, test_root_tolerance, test_viscosity_by_denman_beavers, test_other_viscosities, test_auto,
+           test_zero_damping, test_stage_is_the_sum, test_entries, test_bad_grids)

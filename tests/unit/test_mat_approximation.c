@@ -65,9 +65,7 @@ static PetscReal Contraction(Mat B, Mat A)
   }
   ok(MatDestroy(&factor));
   ok(ISDestroy(&order));
-  ok(VecDestroy(&e));
-  ok(VecDestroy(&r));
-  ok(VecDestroy(&work));
+  VecsDestroy(&e, &r, &work);
   return PetscSqrtReal(after);
 }
 
@@ -90,8 +88,7 @@ static PetscReal WorstContraction(Mat K)
     assert_true(theta == Thetas[k]);
     worst = PetscMax(worst, Contraction(B, A));
   }
-  ok(MatDestroy(&B));
-  ok(MatDestroy(&H));
+  MatsDestroy(&B, &H);
   return worst;
 }
 
@@ -134,8 +131,7 @@ static void test_contraction_without_grid(void **state)
   print_message("without a grid: %g, bound %g\n", (double)worst, ZETA / (2 + ZETA));
   assert_true(worst > 0.02 && worst < ZETA / (2 + ZETA) + 1e-10);
   ok(PetscFree(entries));
-  ok(MatDestroy(&K));
-  ok(MatDestroy(&bare));
+  MatsDestroy(&K, &bare);
 }
 
 static void FillDirection(Vec x, PetscInt j)
@@ -153,9 +149,7 @@ static void CompareOnDirections(Mat A, Mat B, PetscInt first, PetscInt last, Pet
   Vec x, y, Ax, Ay, Bx;
 
   ok(MatCreateVecs(B, &x, &y));
-  ok(VecDuplicate(x, &Ax));
-  ok(VecDuplicate(x, &Ay));
-  ok(VecDuplicate(x, &Bx));
+  VecsDuplicate(x, &Ax, &Ay, &Bx);
   *distance = *asymmetry = 0;
   Fill(y);
   ok(MatMult(A, y, Ay));
@@ -171,11 +165,7 @@ static void CompareOnDirections(Mat A, Mat B, PetscInt first, PetscInt last, Pet
     *distance = PetscMax(*distance, off / norm);
     *asymmetry = PetscMax(*asymmetry, PetscAbsReal(xAy - yAx) / norm);
   }
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
-  ok(VecDestroy(&Ax));
-  ok(VecDestroy(&Ay));
-  ok(VecDestroy(&Bx));
+  VecsDestroy(&x, &y, &Ax, &Ay, &Bx);
 }
 
 /* The approximation at all theta, when directions first to last are known. */
@@ -227,13 +217,8 @@ static void test_correction(void **state)
     ok(MatSlipStageGetApproximation(B, &A));
   }
   CheckCorrected(B, exact, 29, 29);
-  ok(MatDestroy(&exact));
-  ok(MatDestroy(&root));
-  ok(MatDestroy(&B));
-  ok(MatDestroy(&H));
-  ok(MatDestroy(&K));
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
+  MatsDestroy(&exact, &root, &B, &H, &K);
+  VecsDestroy(&x, &y);
 }
 
 /* In a full space the root of an endless plane is a Toeplitz matrix; a part of a fault three times as large, whose root
@@ -250,8 +235,7 @@ static void test_root_of_endless_plane(void **state)
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &small, "fft", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "toeplitz", &H));
   ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &part));
-  ok(MatDestroy(&H));
-  ok(MatDestroy(&K));
+  MatsDestroy(&H, &K);
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &large, "dense", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &whole));
   for (PetscInt i = 0; i < 36; i++)
@@ -266,9 +250,7 @@ static void test_root_of_endless_plane(void **state)
     }
   print_message("difference %g of the largest entry\n", (double)(difference / size));
   assert_true(difference < 1e-3 * size);
-  ok(MatDestroy(&part));
-  ok(MatDestroy(&whole));
-  ok(MatDestroy(&K));
+  MatsDestroy(&part, &whole, &K);
 }
 
 /* One product for all of B against three, and diagonals against the entries: rounding. */
@@ -283,8 +265,7 @@ static void test_fused_product(void **state)
     ok(MatCreateSlipViscosity(K, MASS, ZETA, "toeplitz", &H));
     ok(MatCreateSlipStage(K, H, MASS, &B));
     ok(MatCreateVecs(K, &x, &y));
-    ok(VecDuplicate(x, &z));
-    ok(VecDuplicate(x, &d));
+    VecsDuplicate(x, &z, &d);
     Fill(x);
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Thetas); k++) {
       ok(MatSlipStageSetTheta(B, Thetas[k]));
@@ -307,13 +288,8 @@ static void test_fused_product(void **state)
     ok(VecNorm(z, NORM_2, &distance));
     assert_true(distance < 1e-13 * size);
     ok(MatDestroy(&dense));
-    ok(VecDestroy(&x));
-    ok(VecDestroy(&y));
-    ok(VecDestroy(&z));
-    ok(VecDestroy(&d));
-    ok(MatDestroy(&B));
-    ok(MatDestroy(&H));
-    ok(MatDestroy(&K));
+    VecsDestroy(&x, &y, &z, &d);
+    MatsDestroy(&B, &H, &K);
   }
 }
 
@@ -339,9 +315,7 @@ static PetscReal DistanceOfIterates(Mat exact, Mat H)
     ok(VecNorm(z, NORM_2, &distance));
     worst = PetscMax(worst, distance / size);
   }
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
-  ok(VecDestroy(&z));
+  VecsDestroy(&x, &y, &z);
   return worst;
 }
 
@@ -358,8 +332,7 @@ static PetscReal DistanceOfLanczos(Mat K, const char type[], const char option[]
   ok(MatSlipViscositySetTolerance(H, 1e-10)); /* of the exact root */
   distance = DistanceOfIterates(exact, H);
   print_message("%s: %g\n", type, (double)distance);
-  ok(MatDestroy(&exact));
-  ok(MatDestroy(&H));
+  MatsDestroy(&exact, &H);
   return distance;
 }
 
@@ -374,8 +347,7 @@ static void test_viscosities_of_large_grids(void **state)
   assert_true(DistanceOfLanczos(K, "sqrtm", "-mat_slipsqrtm_setup", exact) < 2e-10);
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
   assert_true(DistanceOfLanczos(K, "spectral", "-mat_slipspectral_type", exact) < 1e-11);
-  ok(MatDestroy(&dense));
-  ok(MatDestroy(&K));
+  MatsDestroy(&dense, &K);
 }
 
 /* Deep grids take hundreds of Lanczos steps without reorthogonalisation, where a small tolerance meets rounding. A
@@ -414,22 +386,9 @@ static void test_waves_of_deep_grid(void **state)
     print_message("deep: %g\n", (double)(distance / size));
     assert_true(distance <= 1e-11 * size); /* ten times the tolerance, for the sum of increments */
   }
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
-  ok(VecDestroy(&z));
-  ok(MatDestroy(&H));
-  ok(MatDestroy(&exact));
-  ok(MatDestroy(&K));
+  VecsDestroy(&x, &y, &z);
+  MatsDestroy(&H, &exact, &K);
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_contraction_on_grids), cmocka_unit_test(test_contraction_without_grid),
-    cmocka_unit_test(test_correction),           cmocka_unit_test(test_root_of_endless_plane),
-    cmocka_unit_test(test_fused_product),        cmocka_unit_test(test_viscosities_of_large_grids),
-    cmocka_unit_test(test_waves_of_deep_grid),
-  };
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_contraction_on_grids, test_contraction_without_grid, test_correction, test_root_of_endless_plane,
+           test_fused_product, test_viscosities_of_large_grids, test_waves_of_deep_grid)

@@ -47,8 +47,7 @@ static Mat Viscosity(const SlipGrid *grid, const char dir[], PetscReal scale, Pe
   ok(MatScale(K, scale));
   ok(MatCreateSlipViscosity(K, mass, ZETA, "sqrtm", &H));
   ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &dense));
-  ok(MatDestroy(&H));
-  ok(MatDestroy(&K));
+  MatsDestroy(&H, &K);
   return dense;
 }
 
@@ -100,8 +99,7 @@ static void test_dense_root(void **state)
   assert_true(Distance(Viscosity(&Dense, dir, 0.4, 3 * MASS), other) < 1e-13);
   OnlyFile(dir, name);
   assert_true(InodeOf(name) == inode);
-  ok(MatDestroy(&plain));
-  ok(MatDestroy(&other));
+  MatsDestroy(&plain, &other);
   assert_int_equal(unlink(name), 0);
   assert_int_equal(rmdir(dir), 0);
 }
@@ -218,14 +216,4 @@ static void test_no_directory(void **state)
   ok(MatDestroy(&K));
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_dense_root),
-    cmocka_unit_test(test_dense_root_of_cells),
-    cmocka_unit_test(test_bad_files_are_replaced),
-    cmocka_unit_test(test_no_directory),
-  };
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_dense_root, test_dense_root_of_cells, test_bad_files_are_replaced, test_no_directory)

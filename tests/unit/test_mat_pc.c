@@ -42,8 +42,7 @@ static Mat StageOf(PetscInt n, const char *type)
   ok(MatScale(K, 0.46));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
   ok(MatCreateSlipStage(K, H, MASS, &B));
-  ok(MatDestroy(&K));
-  ok(MatDestroy(&H));
+  MatsDestroy(&K, &H);
   return B;
 }
 
@@ -84,9 +83,7 @@ static Problem *CreateProblem(Mat B, PetscReal theta, PetscReal share, PetscReal
 static void DestroyProblem(Problem *p)
 {
   ok(MatDestroy(&p->J));
-  ok(VecDestroy(&p->mask));
-  ok(VecDestroy(&p->slope));
-  ok(VecDestroy(&p->work));
+  VecsDestroy(&p->mask, &p->slope, &p->work);
   ok(PetscFree(p));
 }
 
@@ -123,9 +120,7 @@ static PetscInt Solve(Problem *p, const char *pctype)
   /* the natural norm fell by 1e-8; the 2-norm may differ by the root of the condition of J, at most about 10 here */
   assert_true(rnorm < 1e-6 * bnorm);
   ok(KSPDestroy(&ksp));
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&b));
-  ok(VecDestroy(&r));
+  VecsDestroy(&x, &b, &r);
   return its;
 }
 
@@ -246,11 +241,8 @@ static void test_symbol_by_plain_sums(void **state)
     print_message("symbol by plain sums, grid %zu: %.1e relative\n", r, (double)(worst / size));
     assert_true(worst < 1e-13 * size);
     ok(PCDestroy(&pc));
-    ok(VecDestroy(&e));
-    ok(VecDestroy(&y));
-    ok(MatDestroy(&B));
-    ok(MatDestroy(&H));
-    ok(MatDestroy(&K));
+    VecsDestroy(&e, &y);
+    MatsDestroy(&B, &H, &K);
     ok(PetscFree2(kernel, f));
   }
 }
@@ -269,8 +261,7 @@ static void test_symmetric_positive_definite(void **state)
     PetscScalar xPy, yPx, xPx;
 
     ok(MatCreateVecs(B, &x, &y));
-    ok(VecDuplicate(x, &Px));
-    ok(VecDuplicate(x, &Py));
+    VecsDuplicate(x, &Px, &Py);
     ok(PCCreate(PETSC_COMM_SELF, &pc));
     ok(PCSetOperators(pc, p->J, p->J));
     ok(PCSetType(pc, PCSLIPSTAGE));
@@ -289,10 +280,7 @@ static void test_symmetric_positive_definite(void **state)
       assert_true(PetscAbsReal(xPy - yPx) < 1e-12 * xPx); /* rounding */
     }
     ok(PCDestroy(&pc));
-    ok(VecDestroy(&x));
-    ok(VecDestroy(&y));
-    ok(VecDestroy(&Px));
-    ok(VecDestroy(&Py));
+    VecsDestroy(&x, &y, &Px, &Py);
     DestroyProblem(p);
     ok(MatDestroy(&B));
   }
@@ -328,8 +316,7 @@ static void test_stiffness_alone(void **state)
     print_message("stiffness alone, %d x %d: %d iterations\n", (int)n, (int)n, (int)its);
     assert_true(reason > 0 && its <= 15);
     ok(KSPDestroy(&ksp));
-    ok(VecDestroy(&x));
-    ok(VecDestroy(&b));
+    VecsDestroy(&x, &b);
     ok(MatDestroy(&K));
   }
 }
@@ -360,11 +347,8 @@ static void test_diagonal_without_grid(void **state)
   ok(VecGetValues(x, 1, &row, &diagonal));
   assert_true(PetscAbsReal(got * diagonal - 1) < 1e-14);
   ok(PCDestroy(&pc));
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
-  ok(MatDestroy(&B));
-  ok(MatDestroy(&H));
-  ok(MatDestroy(&K));
+  VecsDestroy(&x, &y);
+  MatsDestroy(&B, &H, &K);
 }
 
 /* Its options are its own, with its prefix; a type that was given up is refused by name. */
@@ -389,13 +373,5 @@ static void test_options(void **state)
   ok(MatDestroy(&B));
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_iterations),           cmocka_unit_test(test_options),
-    cmocka_unit_test(test_symbol_by_plain_sums), cmocka_unit_test(test_symmetric_positive_definite),
-    cmocka_unit_test(test_stiffness_alone),      cmocka_unit_test(test_diagonal_without_grid),
-  };
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_iterations, test_options, test_symbol_by_plain_sums, test_symmetric_positive_definite,
+           test_stiffness_alone, test_diagonal_without_grid)

@@ -177,105 +177,14 @@ static void dataset(SlipH5 *h, const char *path, PetscInt ndim, PetscInt rows, P
   ok(SlipH5WriteReal(h, path, ndim, dims, data, NULL));
 }
 
-static void no_format(SlipH5 *h)
-{
-  attribute(h, "/", "format", NULL);
-}
-static void other_format(SlipH5 *h)
-{
-  attribute(h, "/", "format", "slipstep-run");
-}
 static void other_version(SlipH5 *h)
 {
   ok(SlipH5WriteAttrInt(h, "/", "version", 2));
 }
-static void no_names(SlipH5 *h)
-{
-  H5Ldelete(h->id, "/observation/names", H5P_DEFAULT);
-}
-static void long_scale(SlipH5 *h)
-{
-  dataset(h, "/observation/scale", 1, 3, 0, 1);
-}
-static void zero_scale(SlipH5 *h)
-{
-  dataset(h, "/observation/scale", 1, 2, 0, 0);
-}
-static void nan_offset(SlipH5 *h)
-{
-  dataset(h, "/observation/offset", 1, 2, 0, NAN);
-}
-static void no_layers(SlipH5 *h)
-{
-  H5Ldelete(h->id, "/layers", H5P_DEFAULT);
-}
+
 static void gap(SlipH5 *h)
 {
   H5Lmove(h->id, "/layers/1", h->id, "/layers/2", H5P_DEFAULT, H5P_DEFAULT);
-}
-static void flat_weight(SlipH5 *h)
-{
-  dataset(h, "/layers/0/weight", 1, 6, 0, 1);
-}
-static void no_bias(SlipH5 *h)
-{
-  H5Ldelete(h->id, "/layers/1/bias", H5P_DEFAULT);
-}
-static void short_bias(SlipH5 *h)
-{
-  dataset(h, "/layers/0/bias", 1, 2, 0, 1);
-}
-static void wide_input(SlipH5 *h)
-{
-  dataset(h, "/layers/0/weight", 2, 3, 4, 1);
-}
-static void broken_chain(SlipH5 *h)
-{
-  dataset(h, "/layers/1/weight", 2, 1, 5, 1);
-}
-static void nan_weight(SlipH5 *h)
-{
-  dataset(h, "/layers/1/weight", 2, 1, 3, NAN);
-}
-static void infinite_bias(SlipH5 *h)
-{
-  dataset(h, "/layers/0/bias", 1, 3, 0, INFINITY);
-}
-static void other_activation(SlipH5 *h)
-{
-  attribute(h, "/layers/0", "activation", "gelu");
-}
-static void no_activation(SlipH5 *h)
-{
-  attribute(h, "/layers/0", "activation", NULL);
-}
-static void no_action(SlipH5 *h)
-{
-  H5Ldelete(h->id, "/action", H5P_DEFAULT);
-}
-static void high_below_low(SlipH5 *h)
-{
-  number(h, "/action", "high", -1);
-}
-static void other_squash(SlipH5 *h)
-{
-  attribute(h, "/action", "squash", "sigmoid");
-}
-static void other_unit(SlipH5 *h)
-{
-  attribute(h, "/action", "dt_max_unit", "ms");
-}
-static void other_spacing(SlipH5 *h)
-{
-  attribute(h, "/action", "spacing", "cubic");
-}
-static void infinite_step(SlipH5 *h)
-{
-  number(h, "/action", "dt_max", INFINITY);
-}
-static void range_short(SlipH5 *h)
-{
-  dataset(h, "/range/minimum", 1, 1, 0, 0);
 }
 
 static void two_outputs(SlipH5 *h)
@@ -299,38 +208,67 @@ static void text_weight(SlipH5 *h)
 }
 
 static const struct {
+  const char *want; /* of the message */
+  enum { GONE, TEXT, NUMBER, DATASET, CALL } what;
+  const char *path, *name; /* of what is spoilt; name: of an attribute */
+  const char *text;        /* that the attribute gets; NULL: it goes */
+  PetscReal value;         /* that the attribute or all of the dataset gets */
+  PetscInt shape[2];       /* of the dataset, columns 0: a vector */
   void (*spoil)(SlipH5 *);
-  const char *want;
 } Broken[] = {
-  {no_format, "no attribute format"},
-  {other_format, "attribute format of / is \"slipstep-run\""},
-  {other_version, "attribute version of / is 2; this library reads version 1"},
-  {no_names, "/observation/names"},
-  {long_scale, "/observation/scale has 3 entries; expected 2"},
-  {zero_scale, "/observation/scale is 0 at entry 0 (energy)"},
-  {nan_offset, "/observation/offset has the value nan"},
-  {no_layers, "no group /layers/0"},
-  {gap, "there is no /layers/1"},
-  {flat_weight, "/layers/0/weight"},
-  {text_weight, "/layers/0/weight"},
-  {no_bias, "/layers/1/bias"},
-  {short_bias, "/layers/0/bias has 2 entries; expected 3"},
-  {wide_input, "/layers/0/weight has shape [3, 4]; expected 2 columns"},
-  {broken_chain, "/layers/1/weight has shape [1, 5]; expected 3 columns"},
-  {two_outputs, "/layers/1/weight has 2 rows; expected 1"},
-  {nan_weight, "/layers/1/weight has the value nan"},
-  {infinite_bias, "/layers/0/bias has the value inf"},
-  {other_activation, "attribute activation of /layers/0 is \"gelu\""},
-  {no_activation, "no attribute activation on /layers/0"},
-  {no_action, "/action"},
-  {high_below_low, "low = -1. and high = -1.; expected low < high"},
-  {other_squash, "squash of /action is \"sigmoid\""},
-  {other_unit, "dt_max_unit of /action is \"ms\""},
-  {other_spacing, "spacing of /action is \"cubic\""},
-  {infinite_step, "/action"},
-  {steps_reversed, "dt_min = 0.3 t_max and dt_max = 0.2 t_max"},
-  {range_short, "/range/minimum has 1 entries; expected 2"},
+  {"no attribute format", TEXT, .path = "/", .name = "format"},
+  {"attribute format of / is \"slipstep-run\"", TEXT, .path = "/", .name = "format", .text = "slipstep-run"},
+  {"attribute version of / is 2; this library reads version 1", CALL, .spoil = other_version},
+  {"/observation/names", GONE, .path = "/observation/names"},
+  {"/observation/scale has 3 entries; expected 2", DATASET, .path = "/observation/scale", .shape = {3}, .value = 1},
+  {"/observation/scale is 0 at entry 0 (energy)", DATASET, .path = "/observation/scale", .shape = {2}, .value = 0},
+  {"/observation/offset has the value nan", DATASET, .path = "/observation/offset", .shape = {2}, .value = NAN},
+  {"no group /layers/0", GONE, .path = "/layers"},
+  {"there is no /layers/1", CALL, .spoil = gap},
+  {"/layers/0/weight", DATASET, .path = "/layers/0/weight", .shape = {6}, .value = 1},
+  {"/layers/0/weight", CALL, .spoil = text_weight},
+  {"/layers/1/bias", GONE, .path = "/layers/1/bias"},
+  {"/layers/0/bias has 2 entries; expected 3", DATASET, .path = "/layers/0/bias", .shape = {2}, .value = 1},
+  {"/layers/0/weight has shape [3, 4]; expected 2 columns", DATASET, .path = "/layers/0/weight", .shape = {3, 4},
+   .value = 1},
+  {"/layers/1/weight has shape [1, 5]; expected 3 columns", DATASET, .path = "/layers/1/weight", .shape = {1, 5},
+   .value = 1},
+  {"/layers/1/weight has 2 rows; expected 1", CALL, .spoil = two_outputs},
+  {"/layers/1/weight has the value nan", DATASET, .path = "/layers/1/weight", .shape = {1, 3}, .value = NAN},
+  {"/layers/0/bias has the value inf", DATASET, .path = "/layers/0/bias", .shape = {3}, .value = INFINITY},
+  {"attribute activation of /layers/0 is \"gelu\"", TEXT, .path = "/layers/0", .name = "activation", .text = "gelu"},
+  {"no attribute activation on /layers/0", TEXT, .path = "/layers/0", .name = "activation"},
+  {"/action", GONE, .path = "/action"},
+  {"low = -1. and high = -1.; expected low < high", NUMBER, .path = "/action", .name = "high", .value = -1},
+  {"squash of /action is \"sigmoid\"", TEXT, .path = "/action", .name = "squash", .text = "sigmoid"},
+  {"dt_max_unit of /action is \"ms\"", TEXT, .path = "/action", .name = "dt_max_unit", .text = "ms"},
+  {"spacing of /action is \"cubic\"", TEXT, .path = "/action", .name = "spacing", .text = "cubic"},
+  {"/action", NUMBER, .path = "/action", .name = "dt_max", .value = INFINITY},
+  {"dt_min = 0.3 t_max and dt_max = 0.2 t_max", CALL, .spoil = steps_reversed},
+  {"/range/minimum has 1 entries; expected 2", DATASET, .path = "/range/minimum", .shape = {1}, .value = 0},
 };
+
+static void spoil(SlipH5 *h, size_t k)
+{
+  const PetscInt *shape = Broken[k].shape;
+
+  switch (Broken[k].what) {
+  case GONE:
+    H5Ldelete(h->id, Broken[k].path, H5P_DEFAULT);
+    break;
+  case TEXT:
+    attribute(h, Broken[k].path, Broken[k].name, Broken[k].text);
+    break;
+  case NUMBER:
+    number(h, Broken[k].path, Broken[k].name, Broken[k].value);
+    break;
+  case DATASET:
+    dataset(h, Broken[k].path, shape[1] ? 2 : 1, shape[0], shape[1], Broken[k].value);
+    break;
+  case CALL:
+    Broken[k].spoil(h);
+  }
+}
 
 static void broken_files(void **state)
 {
@@ -353,7 +291,7 @@ static void broken_files(void **state)
     h.id = H5Fopen(file, H5F_ACC_RDWR, H5P_DEFAULT);
     assert_true(h.id >= 0);
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    Broken[k].spoil(&h);
+    spoil(&h, k);
     H5Fclose(h.id);
     fails(SlipPolicyLoad(p, file), Broken[k].want);
     assert_non_null(strstr(message, file)); /* every message names the file */
@@ -433,11 +371,4 @@ static int RemoveFile(void **state)
   return 0;
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(forward),      cmocka_unit_test(steps),   cmocka_unit_test(range),    cmocka_unit_test(round_trip),
-    cmocka_unit_test(broken_files), cmocka_unit_test(no_file), cmocka_unit_test(benchmark)};
-
-  return RunTests(argc, argv, tests, NameFile, RemoveFile);
-}
+SLIP_TESTS_WITH(NameFile, RemoveFile, forward, steps, range, round_trip, broken_files, no_file, benchmark)

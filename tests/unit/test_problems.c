@@ -175,12 +175,5 @@ static void test_draws(void **state)
   }
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_first_observations), cmocka_unit_test(test_bare_runs),
-                                            cmocka_unit_test(test_errors_are_of_second_order),
-                                            cmocka_unit_test(test_effects_bound_the_error),
-                                            cmocka_unit_test(test_draws)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_first_observations, test_bare_runs, test_errors_are_of_second_order, test_effects_bound_the_error,
+           test_draws)

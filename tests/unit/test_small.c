@@ -1,10 +1,7 @@
 /* Small constraints: the elimination of free rows, operators that are not symmetric, bad input; and the example cases
    built on them against exact solutions. */
-#include "unit.h"
+#include "models.h"
 #include <math.h>
-#include <slipmodels.h>
-
-#define CIRCUIT_N 3
 
 /* n constant steps over [0, tmax] of a TS that is configured; w holds the start and receives the end */
 static void Steps(TS ts, Vec w, PetscReal tmax, PetscInt n)
@@ -349,15 +346,6 @@ static void test_sliding_mode_order(void **state)
   DestroyModel(&m->model);
 }
 
-static PetscReal ObserveModel(SlipModel model, const PetscReal w[], const char name[])
-{
-  const PetscInt row = SlipModelFindObservation(model, name);
-  const SlipModelObservation *o = &model->ops->observations[row];
-
-  assert_true(row >= 0);
-  return (*o->value)(model, 0, w, o->k);
-}
-
 /* The default observations of a policy, in the units of the start */
 static void test_sliding_mode_observe(void **state)
 {
@@ -466,20 +454,5 @@ static void test_circuit_observe(void **state)
   ok(SlipModelDestroy(&model));
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_eliminated_row),
-    cmocka_unit_test(test_not_symmetric),
-    cmocka_unit_test(test_rest),
-    cmocka_unit_test(test_bad_input),
-    cmocka_unit_test(test_exact_arrest),
-    cmocka_unit_test(test_exact_departures),
-    cmocka_unit_test(test_sliding_mode_order),
-    cmocka_unit_test(test_sliding_mode_observe),
-    cmocka_unit_test(test_circuit_energy),
-    cmocka_unit_test(test_circuit_observe),
-  };
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_eliminated_row, test_not_symmetric, test_rest, test_bad_input, test_exact_arrest, test_exact_departures,
+           test_sliding_mode_order, test_sliding_mode_observe, test_circuit_energy, test_circuit_observe)

@@ -1,10 +1,7 @@
 /* The circuit's exact solution against the integrator, and what policies observe of the events of both small systems.
    */
-#include "unit.h"
+#include "models.h"
 #include <math.h>
-#include <slipmodels.h>
-
-#define CIRCUIT_N 3
 
 typedef struct {
   const SlipCircuit *c;
@@ -19,16 +16,14 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal time, Vec w, void 
   Against *a = (Against *)ctx;
   const PetscScalar *b;
 
-  PetscFunctionBeginUser;
-  (void)ts;
-  (void)time;
-  if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)ts, (void)time;
+  if (step < 0) return PETSC_SUCCESS;
   if (step > 0) SlipCircuitAdvance(a->c, a->dt, &a->sign, a->w);
   ok(VecGetArrayRead(w, &b));
   for (int k = 0; k < CIRCUIT_N; k++) a->largest = PetscMax(a->largest, fabs(b[k] - a->w[k]));
   a->rests += a->w[0] == 0 && b[0] == 0;
   ok(VecRestoreArrayRead(w, &b));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* n constant steps: the largest difference at any of them. m < 0: the study's diode */
@@ -89,15 +84,6 @@ static void test_events(void **state)
   assert_true(a.largest > 0);
 }
 
-static PetscReal ObserveCircuit(SlipModel model, const PetscReal at[], const char name[])
-{
-  const PetscInt row = SlipModelFindObservation(model, name);
-  const SlipModelObservation *o = &model->ops->observations[row];
-
-  assert_true(row >= 0);
-  return (*o->value)(model, 0, at, o->k);
-}
-
 /* The exact solution's rate says when V1 gets to zero. */
 static void test_circuit_event(void **state)
 {
@@ -112,13 +98,13 @@ static void test_circuit_event(void **state)
   start = model->start;
   SlipCircuitFlow(c, 1, t, start, to);
   left = start[0] * t / (start[0] - to[0]) / sqrt(c->L * c->C2);
-  assert_true(fabs(ObserveCircuit(model, start, "log_event") - log10(left)) < 1e-4); /* the rate changes by 6e-6 in t */
-  assert_true(ObserveCircuit(model, rest, "log_event") == 1);
-  assert_true(ObserveCircuit(model, away, "log_event") == 1);
+  assert_true(fabs(ObserveModel(model, start, "log_event") - log10(left)) < 1e-4); /* the rate changes by 6e-6 in t */
+  assert_true(ObserveModel(model, rest, "log_event") == 1);
+  assert_true(ObserveModel(model, away, "log_event") == 1);
   left = sqrt(2 * SlipModelEnergy(model, start) / c->C1) / (c->m * c->R);
-  assert_true(fabs(ObserveCircuit(model, start, "log_level") - log10(left)) < 1e-14);
+  assert_true(fabs(ObserveModel(model, start, "log_level") - log10(left)) < 1e-14);
   c->m = 0;
-  assert_true(ObserveCircuit(model, start, "log_level") == 3);
+  assert_true(ObserveModel(model, start, "log_level") == 3);
   ok(SlipModelDestroy(&model));
 }
 
@@ -174,11 +160,4 @@ static void test_sliding_mode_event(void **state)
   ok(SlipModelDestroy(&model));
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_flow), cmocka_unit_test(test_events),
-                                            cmocka_unit_test(test_circuit_event),
-                                            cmocka_unit_test(test_sliding_mode_event)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_flow, test_events, test_circuit_event, test_sliding_mode_event)

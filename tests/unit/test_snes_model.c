@@ -111,9 +111,4 @@ static void test_products(void **state)
   assert_true(exact[1] > exact[0] && exact[1] > 2 * products); /* there is something to gain */
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_products)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_products)

@@ -74,9 +74,4 @@ static void test_golden(void **state)
   assert_int_equal(TD3Destroy(&t), 0);
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_golden)};
-
-  return RunTests(argc, argv, tests, GoldenLoad, GoldenFree);
-}
+SLIP_TESTS_WITH(GoldenLoad, GoldenFree, test_golden)

@@ -247,10 +247,4 @@ static void test_quantiles_plain(void **state)
   Close("quantile Huber loss", value, loss / (B * C * Q * KEEP), 1);
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_five_critics), cmocka_unit_test(test_two_critics),
-                                            cmocka_unit_test(test_quantiles_plain)};
-
-  return RunTests(argc, argv, tests, GoldenLoad, GoldenFree);
-}
+SLIP_TESTS_WITH(GoldenLoad, GoldenFree, test_five_critics, test_two_critics, test_quantiles_plain)

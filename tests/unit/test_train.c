@@ -209,14 +209,5 @@ static void test_accuracy_reward(void **state)
   ok(TrainOptionsFree(&o));
 }
 
-int main(int argc, char **argv)
-{
-  static const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_seed_same_bits),
-                                            cmocka_unit_test(test_resume_same_bits),
-                                            cmocka_unit_test(test_transfer),
-                                            cmocka_unit_test(test_policy_file),
-                                            cmocka_unit_test(test_published_reward),
-                                            cmocka_unit_test(test_accuracy_reward)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(test_same_seed_same_bits, test_resume_same_bits, test_transfer, test_policy_file, test_published_reward,
+           test_accuracy_reward)

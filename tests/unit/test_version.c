@@ -19,9 +19,4 @@ static void tells_its_version(void **state)
   ok(SlipStepGetVersionNumber(NULL, NULL, NULL));
 }
 
-int main(int argc, char **argv)
-{
-  const struct CMUnitTest tests[] = {cmocka_unit_test(tells_its_version)};
-
-  return RunTests(argc, argv, tests, NULL, NULL);
-}
+SLIP_TESTS(tells_its_version)

@@ -8,15 +8,12 @@
 static PetscErrorCode SetObservations(CMAOptions *o, PetscInt n, const char *const names[])
 {
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < o->nobs; ++i) PetscCall(PetscFree(o->names[i]));
-  o->nobs = n;
-  for (PetscInt i = 0; i < n; ++i) {
-    PetscCall(PetscStrallocpy(names[i], &o->names[i]));
-    EnvObservationScale(names[i], &o->scale[i], &o->offset[i]);
-    if (strcmp(names[i], "energy")) continue;
-    o->scale[i] = 2;
-    o->offset[i] = -1;
-  }
+  PetscCall(EnvObservationsSet(n, names, &o->nobs, o->names, o->scale, o->offset));
+  for (PetscInt i = 0; i < n; ++i)
+    if (!strcmp(names[i], "energy")) {
+      o->scale[i] = 2;
+      o->offset[i] = -1;
+    }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -27,17 +27,30 @@ PetscErrorCode OptionsNumbers(SlipOptionItems PetscOptionsObject, size_t n, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode OptionCheckChoice(const char option[], const char value[], const char *const known[])
+PetscErrorCode OptionFind(const char option[], const char value[], const char *const known[], PetscInt *index)
 {
-  char list[128] = "";
+  char list[256] = "";
   PetscBool same;
 
   PetscFunctionBegin;
   for (PetscInt i = 0; known[i]; ++i) {
+    *index = i;
     PetscCall(PetscStrcmp(value, known[i], &same));
     if (same) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(PetscStrlcat(list, " ", sizeof(list)));
     PetscCall(PetscStrlcat(list, known[i], sizeof(list)));
   }
   SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not known; expected one of:%s", option, value, list);
+}
+
+PetscErrorCode OptionChoice(SlipOptionItems PetscOptionsObject, const char name[], const char text[],
+                            const char *const known[], PetscInt *index)
+{
+  char value[64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(value, known[*index], sizeof(value)));
+  PetscCall(PetscOptionsString(name, text, NULL, value, value, sizeof(value), NULL));
+  PetscCall(OptionFind(name, value, known, index));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -31,5 +31,9 @@ typedef struct {
 
 /* Between PetscOptionsBegin() and PetscOptionsEnd() */
 PETSC_INTERN PetscErrorCode OptionsNumbers(SlipOptionItems PetscOptionsObject, size_t n, const NumberOption row[]);
-/* value is one of known, which ends with NULL */
-PETSC_INTERN PetscErrorCode OptionCheckChoice(const char option[], const char value[], const char *const known[]);
+/* Which of known, which ends with NULL, value is */
+PETSC_INTERN PetscErrorCode OptionFind(const char option[], const char value[], const char *const known[],
+                                       PetscInt *index);
+/* An option whose value is one of known; index: the default's, and that of the choice */
+PETSC_INTERN PetscErrorCode OptionChoice(SlipOptionItems PetscOptionsObject, const char name[], const char text[],
+                                         const char *const known[], PetscInt *index);

@@ -15,15 +15,23 @@ static const struct {
   {"log_time_left", 1, -1},
 };
 
-void EnvObservationScale(const char name[], PetscReal *scale, PetscReal *offset)
+PetscErrorCode EnvObservationsSet(PetscInt n, const char *const names[], PetscInt *nobs, char *copies[],
+                                  PetscReal scale[], PetscReal offset[])
 {
-  *scale = 1;
-  *offset = 0;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ScaleTable); ++k)
-    if (!strcmp(name, ScaleTable[k].name)) {
-      *scale = ScaleTable[k].scale;
-      *offset = ScaleTable[k].offset;
-    }
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < *nobs; ++i) PetscCall(PetscFree(copies[i]));
+  *nobs = n;
+  for (PetscInt i = 0; i < n; ++i) {
+    PetscCall(PetscStrallocpy(names[i], &copies[i]));
+    scale[i] = 1;
+    offset[i] = 0;
+    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ScaleTable); ++k)
+      if (!strcmp(names[i], ScaleTable[k].name)) {
+        scale[i] = ScaleTable[k].scale;
+        offset[i] = ScaleTable[k].offset;
+      }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode EnvCreate(const EnvOptions *o, Environment *env)

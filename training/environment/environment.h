@@ -39,8 +39,10 @@ typedef struct {
 } Environment;
 
 PETSC_INTERN PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[]); /* [ndraw] */
-/* What brings an observation to order one: the network sees value * scale + offset. */
-PETSC_INTERN void EnvObservationScale(const char name[], PetscReal *scale, PetscReal *offset);
+/* Copies of names in place of those that are there, and what brings each to order one: the network sees value * scale +
+   offset. */
+PETSC_INTERN PetscErrorCode EnvObservationsSet(PetscInt n, const char *const names[], PetscInt *nobs, char *copies[],
+                                               PetscReal scale[], PetscReal offset[]);
 PETSC_INTERN PetscErrorCode EnvCreate(const EnvOptions *o, Environment *env);
 /* The problem of the options when random is NULL, a drawn one otherwise; reference: know its exact solution, for errors
    and for rewards that need the continuation. */

@@ -409,11 +409,11 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   PetscCall(SlipFaultGetTimeScale(fault, &tstar));
   PetscCall(SlipFaultGetReal(fault, "initial_perturbation", &perturbation));
   PetscCall(SlipFaultGetReal(fault, "velocity_scale", &scale));
-  p->velocity_scale = (double)scale;
+  p->known.velocity_scale = (double)scale;
   p->friction.weight = NULL; /* 1 on a grid */
   SlipBatheSetUp(GAMMA, &p->bathe);
   p->mass = (double)mass;
-  p->tstar = (double)tstar;
+  p->known.tstar = (double)tstar;
   PetscCall(PetscMalloc4(n * n, &p->K, n * n, &p->H, 2 * n * n + arrays * n, &p->work, n, &p->index));
   PetscCall(PetscCalloc6(n, &p->v, n, &p->u, n, &p->s, n, &p->v2, n, &p->u2, n, &p->s2));
   PetscCall(Entries(K, n, p->K));
@@ -422,14 +422,14 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   for (PetscInt i = 0; i < n; ++i) { /* v = s = 0 so far */
     const double u = -(double)PetscRealPart(w[3 * i + 1]) / (1 + (double)perturbation), q = PlainFaultStrength(p, i);
 
-    p->mean_dc += p->friction.slip[i] / (double)n;
-    p->mean_drop += PlainFaultWeakening(p, i) / (double)n;
-    p->critical_energy += u * q;
-    p->mean_uc += u / (double)n;
-    p->mean_q0 += q / (double)n;
+    p->known.mean_dc += p->friction.slip[i] / (double)n;
+    p->known.mean_drop += PlainFaultWeakening(p, i) / (double)n;
+    p->known.critical_energy += u * q;
+    p->known.mean_uc += u / (double)n;
+    p->known.mean_q0 += q / (double)n;
   }
   PetscCall(VecRestoreArrayRead(start, &w));
-  p->drop_slip = p->mean_drop / p->mean_q0 * p->mean_uc;
+  p->known.drop_slip = p->known.mean_drop / p->known.mean_q0 * p->known.mean_uc;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

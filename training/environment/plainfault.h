@@ -9,14 +9,10 @@
 typedef struct {
   PetscInt n;
   double mass;                /* [kg/m^2] */
-  double tstar;               /* [s] */
   double *K, *H;              /* [n n] Pa/m, Pa s/m */
   SlipFrictionCells friction; /* of the fault, which must live as long */
   SlipBathe bathe;
-  double drop_slip, mean_drop, mean_dc; /* D [m], mean fall of the strength by all weakening [Pa], mean d_c [m] */
-  double critical_energy;               /* uc' K uc [Pa m] */
-  double mean_uc, mean_q0;              /* mean displacement of the instability [m], mean strength at the start [Pa] */
-  double velocity_scale;                /* estimated maximum of the mean rate [m/s] */
+  SlipFaultNumbers known; /* what is the same throughout a run */
   /* the state, and that at the end of the attempt */
   double *v, *u, *s, *v2, *u2, *s2; /* [n] */
   double slip_error, growth;        /* of the last attempt: sum |e_s| [m], sum of d|v|/dt of sliding cells [m/s^2] */

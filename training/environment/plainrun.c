@@ -1,47 +1,19 @@
 /* See plainrun.h: the numbers of a plain fault that the library's formulas and rules (slipcore.h) are given. */
 #include "plainrun.h"
+#include "plainrows.h"
 #include <slipcompat.h>
 #include <math.h>
-
-enum { MAX_SEEN = 64 };
 
 typedef struct {
   const PlainFault *p;
   SlipPolicy policy;
   PetscInt n;
-  SlipObserved seen[MAX_SEEN];
+  SlipObserved seen[PLAIN_MAX_ROWS];
   SlipRunNumbers run;
   SlipFaultNumbers fault;
   PetscBool rests;  /* nothing moves, and no force exceeds its strength */
   PetscReal moving; /* longest step while anything moves [T*]; 0: no limit, and the policy is asked at rest too */
 } Chooser;
-
-/* Rows of the policy's observations */
-static PetscErrorCode FindRows(Chooser *c, PetscBool *known)
-{
-  const char *const *names;
-
-  PetscFunctionBegin;
-  PetscCall(SlipPolicyGetObservations(c->policy, &c->n, &names));
-  *known = c->n <= MAX_SEEN ? PETSC_TRUE : PETSC_FALSE;
-  for (PetscInt i = 0; i < c->n && *known; ++i) {
-    SlipObserved *seen = &c->seen[i];
-
-    SlipObservedSet(seen, names[i]);
-    if (seen->row && seen->row->fault) seen->own = 0;
-    *known = seen->own == 0 || SlipObservedOfRun(seen) ? PETSC_TRUE : PETSC_FALSE;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode PlainRunKnows(SlipPolicy policy, PetscBool *known)
-{
-  Chooser c = {.policy = policy};
-
-  PetscFunctionBegin;
-  PetscCall(FindRows(&c, known));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* What rows of a fault read of its state; whether it rests */
 static PetscBool SumUp(const PlainFault *p, SlipFaultNumbers *f)
@@ -77,7 +49,7 @@ static PetscBool SumUp(const PlainFault *p, SlipFaultNumbers *f)
 
 static PetscErrorCode Choose(Chooser *c, PetscBool state_changed, PetscReal *h)
 {
-  PetscReal obs[MAX_SEEN], action;
+  PetscReal obs[PLAIN_MAX_ROWS], action;
 
   PetscFunctionBegin;
   c->fault.estimated = c->run.started;
@@ -101,25 +73,18 @@ PetscErrorCode PlainRun(PlainFault *p, SlipPolicy policy, PetscReal accuracy, Pe
 {
   Chooser c = {.p = p,
                .policy = policy,
-               .run = {.accuracy = accuracy, .max_time = tmax, .tstar = p->tstar},
-               .fault = {.tstar = p->tstar,
-                         .velocity_scale = p->velocity_scale,
-                         .mean_dc = p->mean_dc,
-                         .mean_uc = p->mean_uc,
-                         .mean_q0 = p->mean_q0,
-                         .mean_drop = p->mean_drop,
-                         .drop_slip = p->drop_slip,
-                         .critical_energy = p->critical_energy}};
+               .run = {.accuracy = accuracy, .max_time = tmax, .tstar = p->known.tstar},
+               .fault = p->known};
   SlipRunNumbers *o = &c.run;
   PetscBool known, has;
   PetscReal h;
 
   PetscFunctionBegin;
   *totals = (PlainTotals){0, 0, 0};
-  PetscCall(FindRows(&c, &known));
+  PetscCall(PlainRowsFind(policy, NULL, &c.n, c.seen, &known));
   PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_SUP, "A plain fault does not know all observations of the policy");
   PetscCall(SlipPolicyGetNumber(policy, SLIP_POLICY_MOVING_DT_MAX, &c.moving, &has));
-  PetscCall(SlipPolicyGetStepBounds(policy, p->tstar, tmax, &o->dt_min, &o->dt_max));
+  PetscCall(SlipPolicyGetStepBounds(policy, p->known.tstar, tmax, &o->dt_min, &o->dt_max));
   PetscCall(Choose(&c, PETSC_TRUE, &h));
   h = PetscMin(h, tmax);
   while (o->time < tmax && totals->accepted < max_steps && totals->attempts < 2 * max_steps) {

@@ -11,8 +11,6 @@ typedef struct {
 /* After each accepted step: its end [s]; the state is p's. */
 typedef void (*PlainWatchFn)(const PlainFault *p, double time, void *ctx);
 
-/* Whether every observation of the policy is known here. */
-PETSC_INTERN PetscErrorCode PlainRunKnows(SlipPolicy policy, PetscBool *known);
 /* From p's state at time 0 to tmax or max_steps accepted steps or twice as many attempts. */
 PETSC_INTERN PetscErrorCode PlainRun(PlainFault *p, SlipPolicy policy, PetscReal accuracy, PetscReal tmax,
                                      PetscInt max_steps, PlainWatchFn fn, void *ctx, PlainTotals *totals);

@@ -1,9 +1,9 @@
 /* See plainsmall.h. The step of src/ts/bathestep.c; observations and the rules of steps are the library's (slipcore.h). */
 #include "plainsmall.h"
+#include "plainrows.h"
 #include <slipcompat.h>
 
 #define GAMMA 0.5
-enum { MAX_SEEN = 24 };
 
 /* ---- the integrator ---- */
 
@@ -75,42 +75,15 @@ typedef struct {
   const PlainSmall *p;
   SlipPolicy policy;
   PetscInt n;
-  SlipObserved seen[MAX_SEEN];
+  SlipObserved seen[PLAIN_MAX_ROWS];
   SlipRunNumbers run;
   const PetscReal *w;
 } Chooser;
 
-/* Rows of the policy's observations; the model's own go first */
-static PetscErrorCode FindRows(Chooser *c, PetscBool *known)
-{
-  const char *const *names;
-
-  PetscFunctionBegin;
-  PetscCall(SlipPolicyGetObservations(c->policy, &c->n, &names));
-  *known = c->n <= MAX_SEEN ? PETSC_TRUE : PETSC_FALSE;
-  for (PetscInt i = 0; i < c->n && *known; ++i) {
-    SlipObserved *seen = &c->seen[i];
-
-    SlipObservedSet(seen, names[i]);
-    if (SlipObservedOfState(seen)) seen->own = SlipModelFindObservation(c->p->model, seen->name + seen->change);
-    *known = seen->own >= 0 || SlipObservedOfRun(seen) ? PETSC_TRUE : PETSC_FALSE;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode PlainSmallKnows(const PlainSmall *p, SlipPolicy policy, PetscBool *known)
-{
-  Chooser c = {.p = p, .policy = policy};
-
-  PetscFunctionBegin;
-  PetscCall(FindRows(&c, known));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Choose(Chooser *c, PlainSmallWatchFn fn, void *ctx, PetscReal *h)
 {
   const SlipModel model = c->p->model;
-  PetscReal obs[MAX_SEEN], action;
+  PetscReal obs[PLAIN_MAX_ROWS], action;
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < c->n; ++i) {
@@ -144,7 +117,7 @@ PetscErrorCode PlainSmallRun(const PlainSmall *p, SlipPolicy policy, PetscReal a
   PetscBool known;
 
   PetscFunctionBegin;
-  PetscCall(FindRows(&c, &known));
+  PetscCall(PlainRowsFind(policy, p->model, &c.n, c.seen, &known));
   PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_SUP, "A plain model does not know all observations of the policy");
   PetscCall(SlipPolicyGetStepBounds(policy, p->tstar, p->tmax, &o->dt_min, &o->dt_max));
   SmallErrorsStart(reference, w, &errors);

@@ -24,8 +24,6 @@ typedef struct {
 /* After each choice: the observations of the policy [n] */
 typedef void (*PlainSmallWatchFn)(PetscInt n, const PetscReal obs[], void *ctx);
 
-/* Whether every observation of the policy is known here. */
-PETSC_INTERN PetscErrorCode PlainSmallKnows(const PlainSmall *p, SlipPolicy policy, PetscBool *known);
 /* From the start to tmax or max_steps steps. fn: NULL allowed */
 PETSC_INTERN PetscErrorCode PlainSmallRun(const PlainSmall *p, SlipPolicy policy, PetscReal accuracy,
                                           EnvReference reference, PetscInt max_steps, PlainSmallWatchFn fn, void *ctx,

@@ -138,5 +138,10 @@ struct _Problem {
   .create = create_, .destroy = Destroy, .reference_create = ReferenceCreate, .reference_destroy = ReferenceDestroy,   \
   .judge_create = JudgeCreate, .judge_step = JudgeStep, .judge_errors = JudgeErrors, .judge_destroy = JudgeDestroy
 
+/* .ndraw and .nerrors follow from the rows. */
+#define PROBLEM_DRAWS(rows) .draw = rows, .ndraw = PETSC_STATIC_ARRAY_LENGTH(rows)
+#define PROBLEM_ERRORS(...)                                                                                            \
+  .nerrors = sizeof((const char *[]){__VA_ARGS__}) / sizeof(const char *), .errors = {__VA_ARGS__}
+
 /* The tolerances of the fault's problems. */
 #define PROBLEM_FAULT_TOLERANCES .rtol = 1e-3, .atol = 1e-6, .atol_unit = "0.1 mm for slip and 0.1 mm/T* for slip rate"

@@ -1,5 +1,6 @@
 /* The table of rewards. */
 #include "reward.h"
+#include "common/options.h"
 #include <slipcompat.h>
 
 #define SOLVE_COST 0.25   /* an attempt */
@@ -68,16 +69,12 @@ static const Reward RewardTable[] = {
 
 PetscErrorCode RewardFind(const char name[], const Reward **row)
 {
-  char names[256] = "";
-  PetscBool same;
+  const char *names[PETSC_STATIC_ARRAY_LENGTH(RewardTable)];
+  PetscInt k;
 
   PetscFunctionBegin;
-  for (*row = RewardTable; (*row)->name; ++*row) {
-    PetscCall(PetscStrcmp(name, (*row)->name, &same));
-    if (same) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(PetscStrlcat(names, " ", sizeof(names)));
-    PetscCall(PetscStrlcat(names, (*row)->name, sizeof(names)));
-  }
-  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "-train_reward %s is not known; expected one of:%s", name,
-          names);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(RewardTable); ++i) names[i] = RewardTable[i].name;
+  PetscCall(OptionFind("-train_reward", name, names, &k));
+  *row = &RewardTable[k];
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -315,11 +315,3 @@ PetscErrorCode EvaluateOptionsSet(EvaluateOptions *o)
   PetscCall(Settings(&o->settings));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-PetscErrorCode EvaluateOptionsFree(EvaluateOptions *o)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscFree(o->policies));
-  PetscCall(PetscFree(o->settings));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}

@@ -12,7 +12,8 @@ PetscErrorCode AgentCreate(const AgentOptions *o, uint64_t seed, Agent *a)
   PetscCall(PetscMemzero(a, sizeof(*a)));
   a->o = *o;
   RandomSeed(&a->random, seed);
-  PetscCall(o->learner->create(n, &a->random, &a->learner));
+  PetscCall(PetscCalloc1(o->learner->size, (char **)&a->learner));
+  PetscCall(o->learner->create(n, &a->random, a->learner));
   PetscCall(ReplayCreate(n->obs, n->act, o->buffer, &a->replay));
   PetscCall(PetscCalloc5(O * B, &a->batch.obs, O * B, &a->batch.next_obs, A * B, &a->batch.action, B, &a->batch.reward,
                          B, &a->batch.done));
@@ -23,7 +24,8 @@ PetscErrorCode AgentCreate(const AgentOptions *o, uint64_t seed, Agent *a)
 PetscErrorCode AgentDestroy(Agent *a)
 {
   PetscFunctionBegin;
-  PetscCall(a->o.learner->destroy(&a->learner));
+  PetscCall(a->o.learner->destroy(a->learner));
+  PetscCall(PetscFree(a->learner));
   PetscCall(ReplayDestroy(&a->replay));
   PetscCall(PetscFree5(a->batch.obs, a->batch.next_obs, a->batch.action, a->batch.reward, a->batch.done));
   PetscCall(PetscFree2(a->obs, a->next_obs));

@@ -41,18 +41,18 @@ typedef struct {
   size_t n;
 } LearnerArray;
 
-/* One learner. All functions take what create made. */
+/* One learner. All functions take what create filled. */
 typedef struct {
   const char *name;
-  PetscErrorCode (*create)(const LearnerOptions *o, Random *r, void **learner);
-  PetscErrorCode (*destroy)(void **learner);
+  size_t size; /* of what create fills */
+  PetscErrorCode (*create)(const LearnerOptions *o, Random *r, void *learner);
+  PetscErrorCode (*destroy)(void *learner);
   /* Action in [-1, 1] at obs [O]: exploring, a uniformly random one before the learner has learnt (warm-up), or the
      policy's own. */
   Scalar (*act)(void *learner, const Scalar obs[], PetscBool explore, PetscBool warm_up, Random *r);
   void (*update)(void *learner, const Batch *batch, Random *r, Losses *losses);
-  PetscInt (*arrays)(void *learner, LearnerArray list[]);       /* number of them */
-  PetscInt (*counters)(void *learner, PetscInt64 *list[]);      /* steps of the optimisers, number of them */
-  void (*actor)(void *learner, Scalar **parameters, size_t *n); /* all that the policy needs, borrowed */
+  PetscInt (*arrays)(void *learner, LearnerArray list[]);  /* number of them; the first is all that the policy needs */
+  PetscInt (*counters)(void *learner, PetscInt64 *list[]); /* steps of the optimisers, number of them */
   /* Layers of the deterministic policy tanh(.) within such parameters: shape, offsets as in DenseShape; clamp: the last
      one is cut at -2 and 2. */
   void (*policy)(void *learner, DenseShape *layers, PetscBool *clamp);

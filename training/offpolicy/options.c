@@ -17,17 +17,13 @@ static const struct {
 static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, const char *const names[])
 {
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < o->nobs; ++i) PetscCall(PetscFree(o->names[i]));
-  o->nobs = n;
-  for (PetscInt i = 0; i < n; ++i) {
-    PetscCall(PetscStrallocpy(names[i], &o->names[i]));
-    EnvObservationScale(names[i], &o->scale[i], &o->offset[i]);
+  PetscCall(EnvObservationsSet(n, names, &o->nobs, o->names, o->scale, o->offset));
+  for (PetscInt i = 0; i < n; ++i)
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ScaleTable); ++k)
       if (!strcmp(names[i], ScaleTable[k].name)) {
         o->scale[i] = ScaleTable[k].scale;
         o->offset[i] = ScaleTable[k].offset;
       }
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -52,9 +48,9 @@ static PetscErrorCode SetPreset(EnvOptions *o)
 static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptionsObject)
 {
   const char *const costs[] = {"iterations", "wall", NULL};
-  char problem[64] = "fault", reward[64] = "published", cost[32] = "iterations", *names[ENV_MAX_OBS];
+  char problem[64] = "fault", reward[64] = "published", *names[ENV_MAX_OBS];
   char low[64], high[64], atol[256];
-  PetscInt n = ENV_MAX_OBS;
+  PetscInt n = ENV_MAX_OBS, cost = 0;
   PetscBool set;
 
   PetscFunctionBegin;
@@ -74,12 +70,11 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
   PetscCheck(!e->reward->needs_dial || e->problem->has_dial, PETSC_COMM_WORLD, PETSC_ERR_SUP,
              "-train_reward %s needs a problem with an accuracy dial: -train_problem fault_dial", reward);
   PetscCall(SetPreset(e));
-  PetscCall(PetscOptionsString("-train_cost",
-                               "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, "
-                               "not reproducible)",
-                               NULL, cost, cost, sizeof(cost), NULL));
-  PetscCall(OptionCheckChoice("-train_cost", cost, costs));
-  PetscCall(PetscStrcmp(cost, "wall", &e->wall_cost));
+  PetscCall(OptionChoice(PetscOptionsObject, "-train_cost",
+                         "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, not "
+                         "reproducible)",
+                         costs, &cost));
+  e->wall_cost = cost ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(PetscOptionsStringArray("-train_observations",
                                     "Names of the observations, in order (default: depends on problem and reward)",
                                     NULL, names, &n, &set));
@@ -139,7 +134,7 @@ static PetscErrorCode ParseLearner(PetscBool td3, LearnerOptions *n, SlipOptionI
     OPTION_COUNT("-train_critics", "Critics (default: tqc 5, td3 2; the published tqc policies had 2)", &n->critics),
     OPTION_COUNT("-train_quantiles", "Quantiles of each critic (tqc)", &n->quantiles),
     OPTION_COUNT("-train_batch", "Transitions in a gradient step", &n->batch)};
-  char noise[32];
+  PetscInt noise = td3 ? 1 : 0;
 
   PetscFunctionBegin;
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(first), first));
@@ -151,13 +146,11 @@ static PetscErrorCode ParseLearner(PetscBool td3, LearnerOptions *n, SlipOptionI
   PetscCall(ParseWidths(PetscOptionsObject, "-train_critic_network",
                         "Widths of the critics' hidden layers (default 3 of -train_hidden)", hidden, &n->critic_layers,
                         n->critic));
-  PetscCall(PetscStrncpy(noise, td3 ? "gaussian" : "gsde", sizeof(noise)));
-  PetscCall(PetscOptionsString("-train_noise",
-                               "Exploration: gsde (state-dependent; tqc, its default) or gaussian (tqc: of a learnt "
-                               "deviation; td3: of -train_noise_sigma)",
-                               NULL, noise, noise, sizeof(noise), NULL));
-  PetscCall(OptionCheckChoice("-train_noise", noise, noises));
-  PetscCall(PetscStrcmp(noise, "gaussian", &n->gaussian));
+  PetscCall(OptionChoice(PetscOptionsObject, "-train_noise",
+                         "Exploration: gsde (state-dependent; tqc, its default) or gaussian (tqc: of a learnt "
+                         "deviation; td3: of -train_noise_sigma)",
+                         noises, &noise));
+  n->gaussian = noise ? PETSC_TRUE : PETSC_FALSE;
   PetscCheck(n->gaussian || !td3, PETSC_COMM_SELF, PETSC_ERR_SUP,
              "-train_noise gsde needs -train_algorithm tqc; td3 has gaussian");
   PetscCall(PetscOptionsDeprecated("-train_drop", "-train_drop_quantiles", "0.2.0", NULL));
@@ -182,7 +175,7 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
 {
   const char *const algorithms[] = {"tqc", "td3", "cmaes", NULL};
   AgentOptions *a = &o->agent;
-  char algorithm[32] = "tqc";
+  PetscInt algorithm = 0;
   PetscReal buffer = 1e6, starts = 100;
   const NumberOption row[] = {
     OPTION_REAL("-train_buffer", "Capacity of the replay buffer in transitions", &buffer, 1, PETSC_MAX_REAL),
@@ -190,11 +183,10 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
   PetscBool td3;
 
   PetscFunctionBegin;
-  PetscCall(PetscOptionsString("-train_algorithm",
-                               "Learner: tqc, td3, or cmaes (with options of its own: -train_algorithm cmaes -help)",
-                               NULL, algorithm, algorithm, sizeof(algorithm), NULL));
-  PetscCall(OptionCheckChoice("-train_algorithm", algorithm, algorithms));
-  PetscCall(PetscStrcmp(algorithm, "td3", &td3));
+  PetscCall(OptionChoice(PetscOptionsObject, "-train_algorithm",
+                         "Learner: tqc, td3, or cmaes (with options of its own: -train_algorithm cmaes -help)",
+                         algorithms, &algorithm));
+  td3 = algorithm == 1 ? PETSC_TRUE : PETSC_FALSE;
   a->learner = td3 ? &LearnerTD3 : &LearnerTQC;
   a->networks = (LearnerOptions){.obs = o->env.nobs,
                                  .act = 1,

@@ -53,10 +53,7 @@ static PetscErrorCode SayError(MPI_Comm comm, int line, const char *function, co
   const TrainOptions *one = (const TrainOptions *)ctx;
   const char *general = NULL;
 
-  (void)comm;
-  (void)line;
-  (void)function;
-  (void)file;
+  (void)comm, (void)line, (void)function, (void)file;
   if (type == PETSC_ERROR_REPEAT) return code;
   if (!message || !message[0]) PetscErrorMessage(code, &general, NULL);
   fflush(stdout);

@@ -147,23 +147,14 @@ void TD3Update(TD3 *t, const Batch *batch, const Scalar noise[], Losses *losses)
 #if !defined(TRAIN_DOUBLE)
 /* ---- as a learner ---- */
 
-static PetscErrorCode Create(const LearnerOptions *o, Random *r, void **learner)
+static PetscErrorCode Create(const LearnerOptions *o, Random *r, void *learner)
 {
-  TD3 *t;
-
-  PetscFunctionBegin;
-  PetscCall(PetscNew(&t));
-  PetscCall(TD3Create(o, r, t));
-  *learner = t;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return TD3Create(o, r, (TD3 *)learner);
 }
 
-static PetscErrorCode Destroy(void **learner)
+static PetscErrorCode Destroy(void *learner)
 {
-  PetscFunctionBegin;
-  PetscCall(TD3Destroy((TD3 *)*learner));
-  PetscCall(PetscFree(*learner));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return TD3Destroy((TD3 *)learner);
 }
 
 /* The noise is added during the warm-up as well, as Stable-Baselines3 does. */
@@ -211,19 +202,11 @@ static PetscInt Counters(void *learner, PetscInt64 *list[])
   return 3;
 }
 
-static void Actor(void *learner, Scalar **parameters, size_t *n)
-{
-  TD3 *t = (TD3 *)learner;
-
-  *parameters = t->actor;
-  *n = t->nactor;
-}
-
 static void Policy(void *learner, DenseShape *layers, PetscBool *clamp)
 {
   *layers = ((TD3 *)learner)->actor_shape;
   *clamp = PETSC_FALSE;
 }
 
-const Learner LearnerTD3 = {"td3", Create, Destroy, ActLearner, Update, Arrays, Counters, Actor, Policy};
+const Learner LearnerTD3 = {"td3", sizeof(TD3), Create, Destroy, ActLearner, Update, Arrays, Counters, Policy};
 #endif

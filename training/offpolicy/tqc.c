@@ -2,33 +2,18 @@
 #include "tqc.h"
 #include <slipcompat.h>
 
-static PetscErrorCode SampleCreate(PetscInt A, PetscInt B, Sample *s)
-{
-  const size_t n = (size_t)(A * B);
-
-  PetscFunctionBegin;
-  PetscCall(PetscCalloc7(n, &s->mean_raw, n, &s->mean, n, &s->noise, n, &s->var, n, &s->std_raw, n, &s->action,
-                         (size_t)B, &s->logp));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SampleDestroy(Sample *s)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscFree7(s->mean_raw, s->mean, s->noise, s->var, s->std_raw, s->action, s->logp));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TQCCreateWork(TQC *t)
 {
   const LearnerOptions *o = &t->o;
   const size_t HA = (size_t)(t->hidden * o->act), AB = (size_t)(o->act * o->batch);
+  Sample *const s[] = {&t->now, &t->next};
 
   PetscFunctionBegin;
   PetscCall(DenseWorkCreate(&t->latent, o->batch, &t->actor_work));
   PetscCall(DenseWorkCreate(&t->critic, o->batch, &t->critic_work));
-  PetscCall(SampleCreate(o->act, o->batch, &t->now));
-  PetscCall(SampleCreate(o->act, o->batch, &t->next));
+  for (int k = 0; k < 2; ++k)
+    PetscCall(PetscCalloc7(AB, &s[k]->mean_raw, AB, &s[k]->mean, AB, &s[k]->noise, AB, &s[k]->var, AB, &s[k]->std_raw,
+                           AB, &s[k]->action, (size_t)o->batch, &s[k]->logp));
   PetscCall(PetscCalloc3(HA, &t->sigma, HA, &t->explore, (size_t)TQCNoiseCount(t), &t->normals));
   PetscCall(PetscCalloc2((size_t)((o->obs + o->act) * o->batch), &t->input,
                          (size_t)(o->critics * o->quantiles * o->batch), &t->z));
@@ -78,6 +63,8 @@ PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, TQC *t)
 
 PetscErrorCode TQCDestroy(TQC *t)
 {
+  Sample *const s[] = {&t->now, &t->next};
+
   PetscFunctionBegin;
   PetscCall(PetscFree2(t->actor, t->actor_grad));
   PetscCall(PetscFree3(t->critics, t->target, t->critic_grad));
@@ -86,8 +73,8 @@ PetscErrorCode TQCDestroy(TQC *t)
   PetscCall(AdamDestroy(&t->alpha_adam));
   PetscCall(DenseWorkDestroy(&t->actor_work));
   PetscCall(DenseWorkDestroy(&t->critic_work));
-  PetscCall(SampleDestroy(&t->now));
-  PetscCall(SampleDestroy(&t->next));
+  for (int k = 0; k < 2; ++k)
+    PetscCall(PetscFree7(s[k]->mean_raw, s[k]->mean, s[k]->noise, s[k]->var, s[k]->std_raw, s[k]->action, s[k]->logp));
   PetscCall(PetscFree3(t->sigma, t->explore, t->normals));
   PetscCall(PetscFree2(t->input, t->z));
   PetscCall(PetscFree4(t->dqda, t->dS, t->dg, t->dm));
@@ -118,23 +105,14 @@ static void ChooseActions(TQC *t, PetscInt B, const Scalar obs[], const Scalar e
   for (PetscInt i = 0; i < A * B; ++i) action[i] = t->now.action[i];
 }
 
-static PetscErrorCode Create(const LearnerOptions *o, Random *r, void **learner)
+static PetscErrorCode Create(const LearnerOptions *o, Random *r, void *learner)
 {
-  TQC *t;
-
-  PetscFunctionBegin;
-  PetscCall(PetscNew(&t));
-  PetscCall(TQCCreate(o, r, t));
-  *learner = t;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return TQCCreate(o, r, (TQC *)learner);
 }
 
-static PetscErrorCode Destroy(void **learner)
+static PetscErrorCode Destroy(void *learner)
 {
-  PetscFunctionBegin;
-  PetscCall(TQCDestroy((TQC *)*learner));
-  PetscCall(PetscFree(*learner));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return TQCDestroy((TQC *)learner);
 }
 
 /* Exploration is drawn before every step, as Stable-Baselines3 does with sde_sample_freq -1 and train_freq 1, also when
@@ -184,14 +162,6 @@ static PetscInt Counters(void *learner, PetscInt64 *list[])
   return 3;
 }
 
-static void Actor(void *learner, Scalar **parameters, size_t *n)
-{
-  TQC *t = (TQC *)learner;
-
-  *parameters = t->actor;
-  *n = t->nactor;
-}
-
 /* The hidden layers and the head of the mean, which follows them in the parameters. */
 static void Policy(void *learner, DenseShape *layers, PetscBool *clamp)
 {
@@ -201,5 +171,5 @@ static void Policy(void *learner, DenseShape *layers, PetscBool *clamp)
   *clamp = t->o.gaussian ? PETSC_FALSE : PETSC_TRUE;
 }
 
-const Learner LearnerTQC = {"tqc", Create, Destroy, ActLearner, Update, Arrays, Counters, Actor, Policy};
+const Learner LearnerTQC = {"tqc", sizeof(TQC), Create, Destroy, ActLearner, Update, Arrays, Counters, Policy};
 #endif

@@ -25,6 +25,8 @@ static PetscErrorCode CreateEvaluation(Trainer *t)
 
 PetscErrorCode TrainerCreate(const TrainOptions *o, Trainer *t)
 {
+  LearnerArray arrays[LEARNER_MAX_ARRAYS];
+
   PetscFunctionBegin;
   PetscCall(PetscMemzero(t, sizeof(*t)));
   t->o = *o;
@@ -33,7 +35,9 @@ PetscErrorCode TrainerCreate(const TrainOptions *o, Trainer *t)
   PetscCall(CreateEvaluation(t));
   PetscCall(AgentCreate(&o->agent, (uint64_t)o->seed, &t->agent));
   RandomSeed(&t->instances, (uint64_t)o->seed + 0x5eed);
-  o->agent.learner->actor(t->agent.learner, &t->actor, &t->nactor);
+  o->agent.learner->arrays(t->agent.learner, arrays);
+  t->actor = arrays[0].data;
+  t->nactor = arrays[0].n;
   PetscCall(PetscCalloc1(t->nactor, &t->best_actor));
   PetscCall(TrainCheckFiles(PETSC_COMM_SELF, o->output, o->log, o->checkpoint)); /* now, not at the end */
   if (o->resume[0]) PetscCallFile("-train_resume", CheckpointRead(t, o->resume));

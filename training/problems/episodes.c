@@ -1,5 +1,6 @@
 /* Episodes, see episodes.h. */
 #include "episodes.h"
+#include "environment/plainrows.h"
 #include <math.h>
 #include <slipcompat.h>
 
@@ -133,10 +134,10 @@ static PetscErrorCode Release(Episode *e)
 {
   PetscFunctionBegin;
   PetscCall(PlainFaultDestroy(&e->plain));
-  PetscCall(PetscFree(e->plain_start));
   PetscCall(TSDestroy(&e->ts));
   PetscCall(VecDestroy(&e->w));
   PetscCall(VecDestroy(&e->start));
+  PetscCall(PetscFree(e->plain_start));
   PetscCall(SlipFaultDestroy(&e->fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -164,7 +165,7 @@ static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
   for (PetscInt i = 0; i < 3 * d->n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);
   PetscCall(VecRestoreArrayRead(e->start, &w));
   PetscCall(Reference(e, d->limit));
-  *good = e->course.rest > 0 && e->slip > MIN_SLIP * e->plain.drop_slip ? PETSC_TRUE : PETSC_FALSE;
+  *good = e->course.rest > 0 && e->slip > MIN_SLIP * e->plain.known.drop_slip ? PETSC_TRUE : PETSC_FALSE;
   if (!*good) {
     PetscCall(Release(e));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -273,6 +274,8 @@ PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accura
 PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
 {
   PlainTotals totals;
+  SlipObserved row[PLAIN_MAX_ROWS];
+  PetscInt n;
   PetscBool known;
 
   PetscFunctionBegin;
@@ -280,7 +283,7 @@ PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, Epi
     PetscCall(EpisodeSmallRun(e->small, policy, accuracy, NULL, NULL, result));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PlainRunKnows(policy, &known));
+  PetscCall(PlainRowsFind(policy, NULL, &n, row, &known));
   if (!known) {
     PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,6 +1,7 @@
 /* Episodes of the other problems of the table: instances of the environment, which runs them, or the same without
    objects. */
 #include "episodes.h"
+#include "environment/plainrows.h"
 #include "problemsmall.h"
 #include <slipcompat.h>
 
@@ -84,10 +85,12 @@ PetscErrorCode EpisodeSmallRun(EpisodeSmall small, SlipPolicy policy, PetscReal 
                                EpisodeResult *result)
 {
   PlainSmallResult r;
+  SlipObserved row[PLAIN_MAX_ROWS];
+  PetscInt n;
   PetscBool known;
 
   PetscFunctionBegin;
-  PetscCall(PlainSmallKnows(&small->plain, policy, &known));
+  PetscCall(PlainRowsFind(policy, small->plain.model, &n, row, &known));
   if (!known) {
     PetscCall(EpisodeSmallRunLibrary(small, policy, accuracy, fn, ctx, result));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -186,10 +186,8 @@ const Problem ProblemDial = {.name = "fault_dial",
                              .meaning =
                                "faults drawn as by -train_algorithm cmaes, at a random position of the accuracy dial",
                              .has_dial = PETSC_TRUE,
-                             .draw = DialDraws,
-                             .ndraw = DRAWS,
+                             PROBLEM_DRAWS(DialDraws),
                              .presets = DialPresets,
                              PROBLEM_FAULT_TOLERANCES,
-                             .nerrors = 1,
-                             .errors = {"final mean slip over the dial"},
+                             PROBLEM_ERRORS("final mean slip over the dial"),
                              PROBLEM_FUNCTIONS(Create)};

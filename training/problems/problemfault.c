@@ -320,12 +320,10 @@ static const Preset Presets[] = {
 
 const Problem ProblemFault = {.name = "fault",
                               .meaning = "the strike-slip fault of the -fault_ options; drawn: one cell",
-                              .draw = DrawTable,
-                              .ndraw = DRAW_COUNT,
+                              PROBLEM_DRAWS(DrawTable),
                               .drawable = Drawable,
                               .presets = Presets,
                               PROBLEM_FAULT_TOLERANCES,
-                              .nerrors = 3,
-                              .errors = {"final mean slip", "peak slip rate", "time of nine tenths of the slip"},
+                              PROBLEM_ERRORS("final mean slip", "peak slip rate", "time of nine tenths of the slip"),
                               PROBLEM_FUNCTIONS(Create),
                               .evaluation = &EvaluationFault};

@@ -1,24 +1,20 @@
 /* The table of problems and what is the same for all of them. */
 #include "problems.h"
+#include "common/options.h"
 #include <slipcompat.h>
 
 const Problem *const ProblemTable[] = {&ProblemFault, &ProblemDial, &ProblemSlidingMode, &ProblemCircuit, NULL};
 
 PetscErrorCode ProblemFind(const char name[], const Problem **row)
 {
-  char names[256] = "";
-  PetscBool same;
+  const char *names[PETSC_STATIC_ARRAY_LENGTH(ProblemTable)] = {NULL};
+  PetscInt k;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; ProblemTable[i]; ++i) {
-    *row = ProblemTable[i];
-    PetscCall(PetscStrcmp(name, (*row)->name, &same));
-    if (same) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(PetscStrlcat(names, " ", sizeof(names)));
-    PetscCall(PetscStrlcat(names, (*row)->name, sizeof(names)));
-  }
-  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "-train_problem %s is not known; expected one of:%s", name,
-          names);
+  for (PetscInt i = 0; ProblemTable[i]; ++i) names[i] = ProblemTable[i]->name;
+  PetscCall(OptionFind("-train_problem", name, names, &k));
+  *row = ProblemTable[k];
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode ProblemDescribeDraws(char text[], size_t len)

@@ -207,8 +207,9 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
 
 /* ---- rows of the table ---- */
 
-#define SMALL_PROBLEM                                                                                                  \
-  .nerrors = 2, .errors = {"relative L2 norm", "relative L2 norm, the run linear between its steps"},                  \
+#define SMALL_PROBLEM(Model)                                                                                           \
+  .model = &Slip##Model##Ops, .evaluation = &Evaluation##Model, PROBLEM_DRAWS(Model##Draws), .apply = Apply##Model,    \
+  .presets = Model##Presets, PROBLEM_ERRORS("relative L2 norm", "relative L2 norm, the run linear between its steps"), \
   PROBLEM_FUNCTIONS(Create)
 
 enum { SLIDING_AMPLITUDE, SLIDING_START, SLIDING_DURATION, SLIDING_COUNT };
@@ -238,16 +239,10 @@ static const Preset SlidingModePresets[] = {
 
 const Problem ProblemSlidingMode = {.name = "sliding_mode",
                                     .meaning = "the first-order sliding mode controller of the -sliding_mode_ options",
-                                    .model = &SlipSlidingModeOps,
-                                    .evaluation = &EvaluationSlidingMode,
-                                    .draw = SlidingModeDraws,
-                                    .ndraw = SLIDING_COUNT,
-                                    .apply = ApplySlidingMode,
-                                    .presets = SlidingModePresets,
                                     .rtol = 1e-3,
                                     .atol = 1e-6,
                                     .atol_unit = "1",
-                                    SMALL_PROBLEM};
+                                    SMALL_PROBLEM(SlidingMode)};
 
 enum { CIRCUIT_AMPLITUDE, CIRCUIT_POLAR, CIRCUIT_AZIMUTH, CIRCUIT_DURATION, CIRCUIT_COUNT };
 static const DrawRow CircuitDraws[CIRCUIT_COUNT] = {
@@ -281,16 +276,10 @@ static const Preset CircuitPresets[] = {
 
 const Problem ProblemCircuit = {.name = "circuit",
                                 .meaning = "the circuit with an ideal Zener diode of the -circuit_ options",
-                                .model = &SlipCircuitOps,
-                                .evaluation = &EvaluationCircuit,
-                                .draw = CircuitDraws,
-                                .ndraw = CIRCUIT_COUNT,
-                                .apply = ApplyCircuit,
-                                .presets = CircuitPresets,
                                 .rtol = 1e-6,
                                 .atol = 1e-8,
                                 .atol_unit = "V and A",
-                                SMALL_PROBLEM};
+                                SMALL_PROBLEM(Circuit)};
 
 PetscErrorCode ProblemSmallPlain(const EnvRun *run, PlainSmall *p)
 {
