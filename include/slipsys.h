@@ -24,6 +24,9 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_slipstep(void);
 PETSC_EXTERN PetscErrorCode SlipErrorHandlerPush(const char program[]);
 /* Before TSSetFromOptions(): what PETSc would refuse without naming the option. */
 PETSC_EXTERN PetscErrorCode SlipCheckSolverOptions(TS ts);
+PETSC_EXTERN PetscErrorCode SlipCheckNumberOption(MPI_Comm comm, PetscOptions options, const char prefix[],
+                                                  const char option[], PetscBool whole, PetscBool *set,
+                                                  PetscReal *value);
 /* A warning for each option that nothing has read: most often they are mistyped. */
 PETSC_EXTERN PetscErrorCode SlipWarnOfUnusedOptions(void);
 /* One line on stderr, "program: warning: ...", from the process that calls it. */

@@ -26,6 +26,7 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
   PetscCall(SlipFaultInitializePackage());
   PetscCall(PetscHeaderCreate(f, SLIP_FAULT_CLASSID, "SlipFault", "Strike-slip fault", "SlipFault", comm,
                               SlipFaultDestroy, SlipFaultView));
+  PetscCall(PetscObjectChangeTypeName((PetscObject)f, "strike_slip"));
   f->comm = PetscObjectComm((PetscObject)f);
   f->scaling = 1;
   for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) f->value[i] = SlipFaultReals[i].value;

@@ -192,6 +192,9 @@ expect "-ts_rtol is nan, expected a number >= 0" "${mesh[@]}" -ts_rtol nan
 expect "-ts_bathe_gamma is 0, expected a number in (0, 1)" "${mesh[@]}" -ts_bathe_gamma 0
 expect "-ts_bathe_gamma is 1.5, expected a number in (0, 1)" "${mesh[@]}" -ts_bathe_gamma 1.5
 expect "-ts_bathe_order is 0, expected at least 1" "${mesh[@]}" -ts_bathe_order 0
+for option in ts_max_steps ts_max_snes_failures snes_max_it ksp_max_it; do
+  expect "\"2.5\" is not a whole number (-$option)" "${mesh[@]}" -$option 2.5
+done
 expect "-ts_bathe_max_failures is 0, expected at least 1" "${mesh[@]}" -ts_bathe_max_failures 0
 expect "-ts_bathe_reaction. Available options: trapezoidal implicit" "${mesh[@]}" -ts_bathe_reaction velcro
 expect "-ts_bathe_error. Available options: embedded doubling none" "${mesh[@]}" -ts_bathe_error velcro

@@ -1,5 +1,6 @@
 /* Options as rows of a table, see options.h. */
 #include "options.h"
+#include <slipsys.h>
 
 PetscErrorCode OptionsNumbers(SlipOptionItems PetscOptionsObject, size_t n, const NumberOption row[])
 {
@@ -7,8 +8,12 @@ PetscErrorCode OptionsNumbers(SlipOptionItems PetscOptionsObject, size_t n, cons
   for (size_t i = 0; i < n; ++i) {
     const NumberOption *o = &row[i];
     char limit[32] = "";
+    PetscBool given;
     PetscReal x;
 
+    if (o->text)
+      PetscCall(SlipCheckNumberOption(PETSC_COMM_WORLD, NULL, NULL, o->name, o->integer ? PETSC_TRUE : PETSC_FALSE,
+                                      &given, &x));
     if (o->integer && o->text) PetscCall(PetscOptionsInt(o->name, o->text, NULL, *o->integer, o->integer, NULL));
     x = o->integer ? (PetscReal)*o->integer : *o->real;
     if (o->real && o->text) PetscCall(PetscOptionsReal(o->name, o->text, NULL, x, &x, NULL));

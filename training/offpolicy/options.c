@@ -1,4 +1,5 @@
 /* -train_* options of TQC and TD3. */
+#include <slipsys.h>
 #include "trainer.h"
 #include "common/files.h"
 #include "common/options.h"
@@ -255,12 +256,15 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
                  &o->evaluate_episodes),
     OPTION_REAL("-train_checkpoint_interval", "Steps between checkpoints, 0: only at the end", &checkpoint, 0,
                 PETSC_MAX_INT)};
+  PetscReal unused;
+  PetscBool given;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(o, sizeof(*o)));
   o->progress = 1000;
   o->evaluate_episodes = 32;
   PetscOptionsBegin(comm, NULL, "Training a step-size policy", "train");
+  PetscCall(SlipCheckNumberOption(comm, NULL, NULL, "-train_steps", PETSC_FALSE, &given, &unused));
   PetscCall(PetscOptionsReal("-train_steps", "Environment steps (attempts), in total with those of -train_resume", NULL,
                              steps, &steps, NULL));
   PetscCheck(steps >= 1 && steps < 1e12, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_steps %g must be positive",
