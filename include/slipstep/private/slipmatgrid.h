@@ -88,6 +88,7 @@ PETSC_INTERN void SlipToeplitzApplyWave(SlipToeplitz plane, const SlipToeplitzSy
 /* toeplitz_root.c: functions of the full space's kernel, reflected at the free surface */
 PETSC_INTERN PetscErrorCode SlipToeplitzGetRoot(SlipToeplitz plane, const SlipToeplitzSymbol **root,
                                                 const PetscReal **diagonal);
+PETSC_INTERN PetscErrorCode SlipToeplitzGetRootDiagonal(SlipToeplitz plane, PetscReal factor, Vec d);
 PETSC_INTERN PetscErrorCode SlipToeplitzCombine(SlipToeplitz plane, PetscReal identity, PetscReal stiffness,
                                                 PetscReal root, SlipToeplitzSymbol *sum);
 PETSC_INTERN PetscErrorCode SlipToeplitzSymbolDestroy(SlipToeplitzSymbol *symbol);

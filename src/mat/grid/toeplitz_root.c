@@ -194,6 +194,23 @@ PetscErrorCode SlipToeplitzGetRoot(SlipToeplitz p, const SlipToeplitzSymbol **ro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* d = factor times the diagonal of the root, which is the same along strike; with the distribution of the matrix. */
+PetscErrorCode SlipToeplitzGetRootDiagonal(SlipToeplitz p, PetscReal factor, Vec d)
+{
+  const SlipToeplitzSymbol *root;
+  const PetscReal *diagonal;
+  PetscInt start, end;
+  PetscReal *pd;
+
+  PetscFunctionBegin;
+  PetscCall(SlipToeplitzGetRoot(p, &root, &diagonal));
+  PetscCall(VecGetOwnershipRange(d, &start, &end));
+  PetscCall(VecGetArrayWrite(d, &pd));
+  for (PetscInt i = start; i < end; i++) pd[i - start] = factor * diagonal[i / p->grid.nx];
+  PetscCall(VecRestoreArrayWrite(d, &pd));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* sum = identity I + stiffness K + root K^(1/2) of the unscaled kernel; its memory is kept. Collective. */
 PetscErrorCode SlipToeplitzCombine(SlipToeplitz p, PetscReal identity, PetscReal stiffness, PetscReal root,
                                    SlipToeplitzSymbol *sum)

@@ -72,6 +72,9 @@ static const struct {
 . -mat_slipsqrtm_tolerance        - relative error of its products: 1e-10 by sketch, 1e-8 by lanczos
 - -mat_slipspectral_type <auto>   - spectral: blocks, lanczos, or by size
 
+  Note: these options are read here, with K's prefix, as they choose the type of the matrix; call MatSetOptionsPrefix()
+  for K before. MatSlipViscositySetFromOptions() reads the tolerance again, with H's prefix.
+
   Errors: PETSC_ERR_ARG_OUTOFRANGE for mass or zeta, PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_WRONG when K has an
   eigenvalue that is not positive
 

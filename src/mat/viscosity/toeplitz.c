@@ -8,7 +8,6 @@ typedef struct {
   Mat K; /* referenced: owns the plane */
   SlipToeplitz plane;
   PetscReal factor; /* of the unscaled kernel's root */
-  PetscInt nx, start, end;
 } PlaneContext;
 
 static PetscErrorCode PlaneMult(Mat H, Vec x, Vec y)
@@ -27,16 +26,10 @@ static PetscErrorCode PlaneMult(Mat H, Vec x, Vec y)
 static PetscErrorCode PlaneGetDiagonal(Mat H, Vec d)
 {
   PlaneContext *c;
-  const SlipToeplitzSymbol *root;
-  const PetscReal *diagonal;
-  PetscReal *pd;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &c));
-  PetscCall(SlipToeplitzGetRoot(c->plane, &root, &diagonal));
-  PetscCall(VecGetArrayWrite(d, &pd));
-  for (PetscInt i = c->start; i < c->end; i++) pd[i - c->start] = c->factor * diagonal[i / c->nx];
-  PetscCall(VecRestoreArrayWrite(d, &pd));
+  PetscCall(SlipToeplitzGetRootDiagonal(c->plane, c->factor, d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -66,13 +59,11 @@ PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H)
   PetscCall(PetscNew(&c));
   PetscCall(PetscObjectReference((PetscObject)K));
   c->K = K;
-  c->nx = grid->nx;
   PetscCall(SlipToeplitzOf(K, &c->plane));
   PetscCall(SlipGridScale(K, &scale));
   c->factor = factor * PetscSqrtReal(scale);
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
-  PetscCall(MatGetOwnershipRange(K, &c->start, &c->end));
   PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, "sliptoeplitz", &ops, c, H));
   PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -20,8 +20,8 @@
 typedef struct {
   Mat K; /* referenced: owns the plane */
   SlipToeplitz plane;
-  PetscReal scale, factor;            /* H = factor (scale kernel)^(1/2) */
-  PetscInt nx, nz, start, end;        /* rows of the matrix owned */
+  PetscReal scale, factor; /* H = factor (scale kernel)^(1/2) */
+  PetscInt nz;
   PetscInt max;                       /* steps, and basis vectors */
   PetscReal *basis;                   /* [max + 1][nz] complex */
   PetscReal *alpha, *beta, *c, *last; /* [max] */
@@ -155,17 +155,10 @@ static PetscErrorCode WavesMult(Mat H, Vec x, Vec y)
 static PetscErrorCode WavesGetDiagonal(Mat H, Vec d)
 {
   WavesContext *w;
-  const SlipToeplitzSymbol *root;
-  const PetscReal *diagonal;
-  PetscReal *pd;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &w));
-  PetscCall(SlipToeplitzGetRoot(w->plane, &root, &diagonal));
-  PetscCall(VecGetArrayWrite(d, &pd));
-  for (PetscInt i = w->start; i < w->end; i++)
-    pd[i - w->start] = w->factor * PetscSqrtReal(w->scale) * diagonal[i / w->nx];
-  PetscCall(VecRestoreArrayWrite(d, &pd));
+  PetscCall(SlipToeplitzGetRootDiagonal(w->plane, w->factor * PetscSqrtReal(w->scale), d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -198,14 +191,12 @@ static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
   PetscCall(SlipGridOf(K, &grid));
   PetscCall(SlipToeplitzOf(K, &w->plane));
   PetscCall(SlipGridScale(K, &w->scale));
-  w->nx = grid->nx;
   w->nz = grid->nz;
   w->max = PetscMin(WAVES_MAX, 2 * grid->nz);
   PetscCall(PetscMalloc1((size_t)(w->max + 1) * 2 * grid->nz, &w->basis));
   PetscCall(PetscMalloc4(w->max, &w->alpha, w->max, &w->beta, w->max, &w->c, w->max, &w->last));
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
-  PetscCall(MatGetOwnershipRange(K, &w->start, &w->end));
   PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, "slipwaves", &ops, w, H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
