@@ -16,19 +16,16 @@
 @*/
 PetscErrorCode SlipConstraintDestroy(SlipConstraint *con)
 {
-  SlipConstraint c = *con;
-
   PetscFunctionBegin;
-  *con = NULL;
-  if (!c) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscValidHeaderSpecific(c, SLIP_CONSTRAINT_CLASSID, 1);
-  if (--((PetscObject)c)->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
-  {
+  if (*con) PetscValidHeaderSpecific(*con, SLIP_CONSTRAINT_CLASSID, 1);
+  if (*con && --((PetscObject)*con)->refct == 0) {
+    SlipConstraint c = *con;
     Vec *vecs[] = {&c->x, &c->w, &c->r, &c->g, &c->q, &c->dq, &c->F, &c->mask, &c->slope, &c->rho};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+    PetscCall(PetscHeaderDestroy(con));
   }
-  PetscCall(PetscHeaderDestroy(&c));
+  *con = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -163,27 +163,12 @@ static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tell the linear solver of a Schur complement that is not symmetric */
-static PetscErrorCode SmallNoteSymmetry(Mat B, PetscInt m, const PetscReal b[])
-{
-  PetscReal skew = 0.0, size = 0.0;
-
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < m; i++)
-    for (PetscInt j = 0; j < m; j++) {
-      size = PetscMax(size, PetscAbsReal(b[i + m * j]));
-      skew = PetscMax(skew, PetscAbsReal(b[i + m * j] - b[j + m * i]));
-    }
-  PetscCall(MatSetOption(B, MAT_SYMMETRIC, skew <= symmetry_tol * size ? PETSC_TRUE : PETSC_FALSE));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
 {
   Small *s = (Small *)ctx;
   const PetscInt m = s->p.nrows, f = s->nrest;
   PetscBool singular = PETSC_FALSE;
-  PetscReal *b;
+  PetscReal *b, skew = 0.0, size = 0.0;
 
   PetscFunctionBegin;
   (void)con;
@@ -202,8 +187,14 @@ static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
       b[j + m * k] = SmallEntry(s, s->rows[j], s->rows[k]);
       for (PetscInt i = 0; i < f; i++) b[j + m * k] -= SmallEntry(s, s->rows[j], s->rest[i]) * s->rhs[i + f * k];
     }
-  PetscCall(SmallNoteSymmetry(s->B, m, b));
+  for (PetscInt i = 0; i < m; i++)
+    for (PetscInt j = 0; j < m; j++) {
+      size = PetscMax(size, PetscAbsReal(b[i + m * j]));
+      skew = PetscMax(skew, PetscAbsReal(b[i + m * j] - b[j + m * i]));
+    }
   PetscCall(MatDenseRestoreArrayWrite(s->B, &b));
+  /* tell the linear solver of a Schur complement that is not symmetric */
+  PetscCall(MatSetOption(s->B, MAT_SYMMETRIC, skew <= symmetry_tol * size ? PETSC_TRUE : PETSC_FALSE));
   *B = s->B;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -343,32 +334,6 @@ static PetscErrorCode SmallCheck(const SlipSmall *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SmallCreate(const SlipSmall *p, Small **small)
-{
-  const PetscInt n = p->n, m = p->nrows, f = n - m;
-  Small *s = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(PetscNew(&s));
-  s->p = *p;
-  PetscCall(PetscMalloc3(n, &s->mass, m, &s->rows, f, &s->rest));
-  PetscCall(PetscCalloc4(n, &s->base, n, &s->load, m, &s->x, n, &s->w));
-  PetscCall(PetscMalloc5(n, &s->F, n * n, &s->J, f * f, &s->D, f * m, &s->rhs, f, &s->pivot));
-  PetscCall(PetscArraycpy(s->mass, p->mass, n));
-  PetscCall(PetscArraycpy(s->rows, p->rows, m));
-  for (PetscInt i = 0, k = 0; i < n; i++) {
-    if (k < m && s->rows[k] == i)
-      k++;
-    else
-      s->rest[s->nrest++] = i;
-  }
-  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, m, m, NULL, &s->B));
-  PetscCall(MatAssemblyBegin(s->B, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(s->B, MAT_FINAL_ASSEMBLY));
-  *small = s;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@C
   SlipConstraintCreateSmall - the constraint of a small dense system A dw/dt = F_s(t, w) + F_r, written with arrays
 
@@ -397,15 +362,32 @@ PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstrain
 {
   const SlipConstraintOps ops = {Stage,  Residual,    Jacobian,  Bound,      Reduce, Lift,
                                  Smooth, AddReaction, SolveMass, BoundState, NULL};
-  Small *s = NULL;
+  PetscInt n, m, f;
+  Small *s;
   Vec x;
 
   PetscFunctionBegin;
   PetscAssertPointer(problem, 1);
   PetscAssertPointer(con, 2);
   PetscCall(SmallCheck(problem));
-  PetscCall(SmallCreate(problem, &s));
-  PetscCall(VecCreateSeq(PETSC_COMM_SELF, problem->nrows, &x));
+  n = problem->n, m = problem->nrows, f = n - m;
+  PetscCall(PetscNew(&s));
+  s->p = *problem;
+  PetscCall(PetscMalloc3(n, &s->mass, m, &s->rows, f, &s->rest));
+  PetscCall(PetscCalloc4(n, &s->base, n, &s->load, m, &s->x, n, &s->w));
+  PetscCall(PetscMalloc5(n, &s->F, n * n, &s->J, f * f, &s->D, f * m, &s->rhs, f, &s->pivot));
+  PetscCall(PetscArraycpy(s->mass, problem->mass, n));
+  PetscCall(PetscArraycpy(s->rows, problem->rows, m));
+  for (PetscInt i = 0, k = 0; i < n; i++) {
+    if (k < m && s->rows[k] == i)
+      k++;
+    else
+      s->rest[s->nrest++] = i;
+  }
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, m, m, NULL, &s->B));
+  PetscCall(MatAssemblyBegin(s->B, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(s->B, MAT_FINAL_ASSEMBLY));
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, m, &x));
   PetscCall(SlipConstraintCreate(PETSC_COMM_SELF, &ops, s, x, con));
   PetscCall(VecDestroy(&x));
   PetscCall(SlipObjectComposeData((PetscObject)*con, "SlipSmall", s, SmallDestroy));

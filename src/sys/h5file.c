@@ -316,9 +316,8 @@ PetscErrorCode SlipH5Has(SlipH5 *h, const char path[], PetscBool *has)
   Not collective.
 
   Input Parameters:
-+ h    - file
-. path - group or dataset
-- attr - name of the attribute
++ h, path - file, and a group or dataset that is there
+- attr    - name of the attribute
 
   Output Parameter:
 . has - whether it is there

@@ -280,9 +280,8 @@ PetscErrorCode SlipH5ReadAttrReal(SlipH5 *h, const char path[], const char attr[
   Not collective.
 
   Input Parameters:
-+ h    - file
-. path - group or dataset
-- attr - name of the attribute
++ h, path - file, and group or dataset
+- attr    - name of the attribute
 
   Output Parameter:
 . value - the number

@@ -75,16 +75,12 @@ PetscErrorCode SlipH5WriteReal(SlipH5 *h, const char path[], PetscInt ndim, cons
   Not collective.
 
   Input Parameters:
-+ h     - file
-. path  - dataset, whose parents are created
-. ndim  - number of dimensions, 0 to 4
-. dims  - shape [ndim]
-. data  - values, row-major
-- units - attribute "units", or NULL
++ h, path, ndim, dims, units - as of SlipH5WriteReal()
+- data                       - values, row-major
 
   Level: developer
 
-.seealso: SlipH5WriteReal()
+.seealso: SlipH5WriteReal(), SlipH5ReadReal()
 @*/
 PetscErrorCode SlipH5WriteFloat(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], const float data[],
                                 const char units[])
@@ -105,12 +101,8 @@ static hid_t SlipH5PetscInt(void)
   Not collective.
 
   Input Parameters:
-+ h     - file
-. path  - dataset, whose parents are created
-. ndim  - number of dimensions, 0 to 4
-. dims  - shape [ndim]
-. data  - values, row-major
-- units - attribute "units", or NULL
++ h, path, ndim, dims, units - as of SlipH5WriteReal()
+- data                       - integers, row-major, of whatever width PetscInt has here
 
   Level: developer
 

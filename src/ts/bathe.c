@@ -250,24 +250,21 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   ba->max_failures = 50;
   ba->share = 0.5;
   ba->status = TS_STEP_COMPLETE;
-  /* the object */
   ts->ops->reset = TSReset_Bathe;
   ts->ops->destroy = TSDestroy_Bathe;
   ts->ops->view = TSView_Bathe;
   ts->ops->setup = TSSetUp_Bathe;
   ts->ops->setfromoptions = TSSetFromOptions_Bathe;
-  /* the step */
+  ts->default_adapt_type = TSADAPTNONE;
+  ts->usessnes = PETSC_TRUE;
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", TSBatheGetLastAttempt));
   ts->ops->step = TSStep_Bathe;
   ts->ops->evaluatewlte = TSEvaluateWLTE_Bathe;
   ts->ops->rollback = TSRollBack_Bathe;
   ts->ops->interpolate = TSInterpolate_Bathe;
-  /* its stages */
   ts->ops->getstages = TSGetStages_Bathe;
   ts->ops->linearstability = TSComputeLinearStability_Bathe;
   ts->ops->snesfunction = SNESTSFormFunction_Bathe;
   ts->ops->snesjacobian = SNESTSFormJacobian_Bathe;
-  ts->default_adapt_type = TSADAPTNONE;
-  ts->usessnes = PETSC_TRUE;
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", TSBatheGetLastAttempt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

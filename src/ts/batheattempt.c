@@ -133,31 +133,6 @@ PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, P
 }
 
 /*@
-  TSBatheGetOrder - order of the method as it is used: 2, or 1 when a set-valued reaction is treated implicitly
-
-  Not collective
-
-  Input Parameter:
-. ts - of type TSBATHE
-
-  Output Parameter:
-. order - of the global error in the step, dimensionless
-
-  Level: advanced
-
-.seealso: TSBatheSetReactionType(), TSBatheSetDoublingOrder()
-@*/
-PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order)
-{
-  TS_Bathe *ba = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *order = ba->con && ba->reaction == TSBATHE_REACTION_IMPLICIT ? 1 : 2;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
   TSBatheGetEstimates - what the last attempt knows beside its solution: its error, component by component, and dw/dt
 
   Not collective
