@@ -33,8 +33,7 @@ static PetscErrorCode ShowHelp(const EvaluateOptions *o)
 int main(int argc, char **argv)
 {
   EvaluateOptions o;
-  EvaluateMatrix m;
-  PetscBool only_help;
+  PetscBool only_help = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
@@ -45,6 +44,8 @@ int main(int argc, char **argv)
   if (only_help) {
     PetscCall(ShowHelp(&o));
   } else {
+    EvaluateMatrix m;
+
     PetscCall(EvaluateMatrixCreate(&o, &m));
     PetscCall(EvaluateWork(&o, &m));
     PetscCall(EvaluateMatrixDestroy(&m));

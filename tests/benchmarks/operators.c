@@ -148,8 +148,24 @@ static const struct {
 
 /* ---- measuring ---- */
 
-/* Numbers in (-1, 1) that depend on the cell and the draw only, not on the rank. */
-static PetscErrorCode Fill(PetscInt draw, Vec x)
+/* In (-1, 1), of the cell and the draw only, not of the rank */
+static PetscReal Noise(PetscInt cell, PetscInt draw)
+{
+  const PetscReal noise = 43758.5453 * sin(12.9898 * (double)(cell + 1) + 78.233 * (double)draw);
+
+  return 2 * (noise - floor(noise)) - 1;
+}
+
+/* 1 on the cells of n x n that slide: an ellipse in the middle, about 60 % of the fault */
+static PetscReal Slides(PetscInt cell, PetscInt n)
+{
+  const PetscReal x = ((PetscReal)(cell % n) + 0.5) / (PetscReal)n - 0.5;
+  const PetscReal z = ((PetscReal)(cell / n) + 0.5) / (PetscReal)n - 0.5;
+
+  return x * x + z * z < 0.19 ? 1 : 0;
+}
+
+static PetscErrorCode Fill(PetscReal (*value)(PetscInt cell, PetscInt k), PetscInt k, Vec x)
 {
   PetscInt start, end;
   PetscReal *a;
@@ -157,11 +173,7 @@ static PetscErrorCode Fill(PetscInt draw, Vec x)
   PetscFunctionBeginUser;
   PetscCall(VecGetOwnershipRange(x, &start, &end));
   PetscCall(VecGetArrayWrite(x, &a));
-  for (PetscInt i = start; i < end; i++) {
-    const PetscReal noise = 43758.5453 * sin(12.9898 * (double)(i + 1) + 78.233 * (double)draw);
-
-    a[i - start] = 2 * (noise - floor(noise)) - 1;
-  }
+  for (PetscInt i = start; i < end; i++) a[i - start] = value(i, k);
   PetscCall(VecRestoreArrayWrite(x, &a));
   PetscFunctionReturn(0);
 }
@@ -201,10 +213,10 @@ static PetscErrorCode TimeProducts(Bench *b, PetscLogDouble *first, PetscLogDoub
 
   PetscFunctionBeginUser;
   PetscCall(MatCreateVecs(b->K, &x, &y));
-  PetscCall(Fill(0, x));
+  PetscCall(Fill(Noise, 0, x));
   PetscCall(Apply(b, x, y, first));
   while (more) {
-    PetscCall(Fill(count + 1, x));
+    PetscCall(Fill(Noise, count + 1, x));
     PetscCall(Apply(b, x, y, &sample[count]));
     sum += sample[count++];
     more = count < SAMPLES && (count < SAMPLES_MIN || sum < SAMPLES_TIME);
@@ -289,25 +301,6 @@ static PetscErrorCode RunOperator(Bench *b, const char kind[])
   PetscFunctionReturn(0);
 }
 
-/* 1 on the cells that slide: an ellipse in the middle, about 60 % of the fault. */
-static PetscErrorCode FillMask(Bench *b, Vec mask)
-{
-  PetscInt start, end;
-  PetscReal *a;
-
-  PetscFunctionBeginUser;
-  PetscCall(VecGetOwnershipRange(mask, &start, &end));
-  PetscCall(VecGetArrayWrite(mask, &a));
-  for (PetscInt i = start; i < end; i++) {
-    const PetscReal x = ((PetscReal)(i % b->n) + 0.5) / (PetscReal)b->n - 0.5;
-    const PetscReal z = ((PetscReal)(i / b->n) + 0.5) / (PetscReal)b->n - 0.5;
-
-    a[i - start] = x * x + z * z < 0.19 ? 1 : 0;
-  }
-  PetscCall(VecRestoreArrayWrite(mask, &a));
-  PetscFunctionReturn(0);
-}
-
 /* Iterations of preconditioned CG for the Jacobian of a step's second stage (theta = h/3), without weakening. */
 static PetscErrorCode RunCG(Bench *b)
 {
@@ -326,8 +319,8 @@ static PetscErrorCode RunCG(Bench *b)
   PetscCall(VecDuplicate(x, &mask));
   PetscCall(VecDuplicate(x, &slope));
   PetscCall(VecZeroEntries(slope));
-  PetscCall(FillMask(b, mask));
-  PetscCall(Fill(0, rhs));
+  PetscCall(Fill(Slides, b->n, mask));
+  PetscCall(Fill(Noise, 0, rhs));
   PetscCall(VecPointwiseMult(rhs, rhs, mask));
   PetscCall(MatCreateSlipJacobian(b->B, &J));
   PetscCall(MatSlipJacobianSetParts(J, b->B, mask, slope));

@@ -26,13 +26,14 @@ static void Destroy(Trainer *t)
 
 static PetscBool SameBits(Trainer *a, Trainer *b)
 {
-  LearnerArray p[LEARNER_MAX_ARRAYS], q[LEARNER_MAX_ARRAYS];
-  const PetscInt n = a->agent.o.learner->arrays(a->agent.learner, p);
+  LearnerState p, q;
 
-  assert_int_equal(b->agent.o.learner->arrays(b->agent.learner, q), n);
-  for (PetscInt i = 0; i < n; ++i) {
-    assert_int_equal(p[i].n, q[i].n);
-    if (memcmp(p[i].data, q[i].data, p[i].n * sizeof(Scalar))) return PETSC_FALSE;
+  a->agent.o.learner->state(a->agent.learner, &p);
+  b->agent.o.learner->state(b->agent.learner, &q);
+  assert_int_equal(p.n, q.n);
+  for (PetscInt i = 0; i < p.n; ++i) {
+    assert_int_equal(p.array[i].n, q.array[i].n);
+    if (memcmp(p.array[i].data, q.array[i].data, p.array[i].n * sizeof(Scalar))) return PETSC_FALSE;
   }
   return !memcmp(&a->agent.random, &b->agent.random, sizeof(Random)) && a->episodes == b->episodes ? PETSC_TRUE
                                                                                                    : PETSC_FALSE;

@@ -8,17 +8,19 @@
 #define CHUNKS 4 /* 16 bits each, so that any PetscInt holds one */
 
 /* The counters and scalars, in one order for both directions. */
-enum { NUMBER_COUNT = 16, LEARNER_COUNTERS = 3 };
+enum { NUMBER_COUNT = 16 };
 static void ListNumbers(Trainer *t, PetscReal x[NUMBER_COUNT], PetscBool store)
 {
   Agent *a = &t->agent;
+  LearnerState s;
   PetscInt64 *counter[] = {&a->steps,       &a->updates,     NULL,         NULL,          NULL,
                            &a->replay.size, &a->replay.next, &t->episodes, &t->evaluated, &t->checkpointed,
                            &t->best_steps};
   PetscReal *real[] = {&t->env.cost_min, &t->env.cost_max};
   const PetscInt nc = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(counter), nr = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(real);
 
-  a->o.learner->counters(a->learner, counter + 2); /* LEARNER_COUNTERS of them */
+  a->o.learner->state(a->learner, &s);
+  for (PetscInt i = 0; i < LEARNER_COUNTERS; ++i) counter[2 + i] = s.counter[i];
   for (PetscInt i = 0; i < nc; ++i) {
     if (store)
       x[i] = (PetscReal)*counter[i];
@@ -67,9 +69,9 @@ static PetscErrorCode ReadRandom(SlipH5 *h, const char path[], Random *r)
 PetscErrorCode CheckpointWrite(Trainer *t, const char file[])
 {
   SlipH5 h;
-  LearnerArray a[LEARNER_MAX_ARRAYS];
+  LearnerState s;
   PetscReal x[NUMBER_COUNT], range[2 * ENV_MAX_OBS];
-  PetscInt n, dims[2] = {0, ReplayWidth(&t->agent.replay)};
+  PetscInt dims[2] = {0, ReplayWidth(&t->agent.replay)};
 
   PetscFunctionBegin;
   PetscCall(SlipH5Create(file, &h));
@@ -77,10 +79,10 @@ PetscErrorCode CheckpointWrite(Trainer *t, const char file[])
   PetscCall(SlipH5WriteAttrInt(&h, "/", "version", 1));
   PetscCall(SlipH5WriteAttrString(&h, "/", "algorithm", t->agent.o.learner->name));
   PetscCall(SlipH5WriteStrings(&h, "/observations", t->o.env.nobs, (const char *const *)t->o.env.names));
-  n = t->agent.o.learner->arrays(t->agent.learner, a);
-  for (PetscInt i = 0; i < n; ++i) {
-    dims[0] = (PetscInt)a[i].n;
-    PetscCall(SlipH5WriteFloat(&h, a[i].path, 1, dims, a[i].data, NULL));
+  t->agent.o.learner->state(t->agent.learner, &s);
+  for (PetscInt i = 0; i < s.n; ++i) {
+    dims[0] = (PetscInt)s.array[i].n;
+    PetscCall(SlipH5WriteFloat(&h, s.array[i].path, 1, dims, s.array[i].data, NULL));
   }
   dims[0] = (PetscInt)t->nactor;
   PetscCall(SlipH5WriteFloat(&h, "/best/parameters", 1, dims, t->best_actor, NULL));
@@ -144,16 +146,15 @@ static void ForgetProblem(Trainer *t)
 PetscErrorCode CheckpointRead(Trainer *t, const char file[])
 {
   SlipH5 h;
-  LearnerArray a[LEARNER_MAX_ARRAYS];
+  LearnerState s;
   PetscReal *x;
-  PetscInt n;
 
   PetscFunctionBegin;
   PetscCall(SlipH5OpenRead(file, &h));
   PetscCall(CheckFormat(t, &h));
-  n = t->agent.o.learner->arrays(t->agent.learner, a);
-  for (PetscInt i = 0; i < n; ++i)
-    PetscCall(CheckpointReadArray(&h, a[i].path, (PetscInt)a[i].n, sizeof(Scalar), a[i].data));
+  t->agent.o.learner->state(t->agent.learner, &s);
+  for (PetscInt i = 0; i < s.n; ++i)
+    PetscCall(CheckpointReadArray(&h, s.array[i].path, (PetscInt)s.array[i].n, sizeof(Scalar), s.array[i].data));
   PetscCall(CheckpointReadArray(&h, "/best/parameters", (PetscInt)t->nactor, sizeof(Scalar), t->best_actor));
   PetscCall(CheckpointReadFixed(&h, "/counters", NUMBER_COUNT, &x));
   ListNumbers(t, x, PETSC_FALSE);

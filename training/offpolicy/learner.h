@@ -5,6 +5,7 @@
 
 #define LEARNER_MAX_HIDDEN 6
 #define LEARNER_MAX_ARRAYS 12
+#define LEARNER_COUNTERS 3
 
 typedef struct {
   PetscInt obs, act;                                  /* O, A */
@@ -41,6 +42,13 @@ typedef struct {
   size_t n;
 } LearnerArray;
 
+/* The first array is all that the policy needs; n of them */
+typedef struct {
+  PetscInt n;
+  LearnerArray array[LEARNER_MAX_ARRAYS];
+  PetscInt64 *counter[LEARNER_COUNTERS]; /* of the optimisers' steps */
+} LearnerState;
+
 /* One learner. All functions take what create filled. */
 typedef struct {
   const char *name;
@@ -51,8 +59,7 @@ typedef struct {
      policy's own. */
   Scalar (*act)(void *learner, const Scalar obs[], PetscBool explore, PetscBool warm_up, Random *r);
   void (*update)(void *learner, const Batch *batch, Random *r, Losses *losses);
-  PetscInt (*arrays)(void *learner, LearnerArray list[]);  /* number of them; the first is all that the policy needs */
-  PetscInt (*counters)(void *learner, PetscInt64 *list[]); /* steps of the optimisers, number of them */
+  void (*state)(void *learner, LearnerState *s);
   /* Layers of the deterministic policy tanh(.) within such parameters: shape, offsets as in DenseShape; clamp: the last
      one is cut at -2 and 2. */
   void (*policy)(void *learner, DenseShape *layers, PetscBool *clamp);

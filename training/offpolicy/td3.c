@@ -178,28 +178,20 @@ static void Update(void *learner, const Batch *batch, Random *r, Losses *losses)
   TD3Update(t, batch, t->normals, losses);
 }
 
-static PetscInt Arrays(void *learner, LearnerArray list[])
-{
-  TD3 *t = (TD3 *)learner;
-  const LearnerArray all[] = {
-    {"/actor/parameters", t->actor, t->nactor},        {"/actor/target", t->actor_target, t->nactor},
-    {"/actor/adam_m", t->actor_adam.m, t->nactor},     {"/actor/adam_v", t->actor_adam.v, t->nactor},
-    {"/critics/parameters", t->critics, t->ncritic},   {"/critics/target", t->critic_target, t->ncritic},
-    {"/critics/adam_m", t->critic_adam.m, t->ncritic}, {"/critics/adam_v", t->critic_adam.v, t->ncritic}};
-  const PetscInt n = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(all);
-
-  for (PetscInt i = 0; i < n; ++i) list[i] = all[i];
-  return n;
-}
-
-static PetscInt Counters(void *learner, PetscInt64 *list[])
+static void State(void *learner, LearnerState *s)
 {
   TD3 *t = (TD3 *)learner;
 
-  list[0] = &t->actor_adam.t;
-  list[1] = &t->critic_adam.t;
-  list[2] = &t->updates;
-  return 3;
+  *s = (LearnerState){8,
+                      {{"/actor/parameters", t->actor, t->nactor},
+                       {"/actor/target", t->actor_target, t->nactor},
+                       {"/actor/adam_m", t->actor_adam.m, t->nactor},
+                       {"/actor/adam_v", t->actor_adam.v, t->nactor},
+                       {"/critics/parameters", t->critics, t->ncritic},
+                       {"/critics/target", t->critic_target, t->ncritic},
+                       {"/critics/adam_m", t->critic_adam.m, t->ncritic},
+                       {"/critics/adam_v", t->critic_adam.v, t->ncritic}},
+                      {&t->actor_adam.t, &t->critic_adam.t, &t->updates}};
 }
 
 static void Policy(void *learner, DenseShape *layers, PetscBool *clamp)
@@ -208,5 +200,5 @@ static void Policy(void *learner, DenseShape *layers, PetscBool *clamp)
   *clamp = PETSC_FALSE;
 }
 
-const Learner LearnerTD3 = {"td3", sizeof(TD3), Create, Destroy, ActLearner, Update, Arrays, Counters, Policy};
+const Learner LearnerTD3 = {"td3", sizeof(TD3), Create, Destroy, ActLearner, Update, State, Policy};
 #endif

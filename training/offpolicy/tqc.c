@@ -137,29 +137,22 @@ static void Update(void *learner, const Batch *batch, Random *r, Losses *losses)
   TQCUpdate(t, batch, t->normals, losses);
 }
 
-static PetscInt Arrays(void *learner, LearnerArray list[])
-{
-  TQC *t = (TQC *)learner;
-  const LearnerArray all[] = {
-    {"/actor/parameters", t->actor, t->nactor},        {"/actor/adam_m", t->actor_adam.m, t->nactor},
-    {"/actor/adam_v", t->actor_adam.v, t->nactor},     {"/critics/parameters", t->critics, t->ncritic},
-    {"/critics/target", t->target, t->ncritic},        {"/critics/adam_m", t->critic_adam.m, t->ncritic},
-    {"/critics/adam_v", t->critic_adam.v, t->ncritic}, {"/entropy/log_alpha", &t->log_alpha, 1},
-    {"/entropy/adam_m", t->alpha_adam.m, 1},           {"/entropy/adam_v", t->alpha_adam.v, 1}};
-  const PetscInt n = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(all);
-
-  for (PetscInt i = 0; i < n; ++i) list[i] = all[i];
-  return n;
-}
-
-static PetscInt Counters(void *learner, PetscInt64 *list[])
+static void State(void *learner, LearnerState *s)
 {
   TQC *t = (TQC *)learner;
 
-  list[0] = &t->actor_adam.t;
-  list[1] = &t->critic_adam.t;
-  list[2] = &t->alpha_adam.t;
-  return 3;
+  *s = (LearnerState){10,
+                      {{"/actor/parameters", t->actor, t->nactor},
+                       {"/actor/adam_m", t->actor_adam.m, t->nactor},
+                       {"/actor/adam_v", t->actor_adam.v, t->nactor},
+                       {"/critics/parameters", t->critics, t->ncritic},
+                       {"/critics/target", t->target, t->ncritic},
+                       {"/critics/adam_m", t->critic_adam.m, t->ncritic},
+                       {"/critics/adam_v", t->critic_adam.v, t->ncritic},
+                       {"/entropy/log_alpha", &t->log_alpha, 1},
+                       {"/entropy/adam_m", t->alpha_adam.m, 1},
+                       {"/entropy/adam_v", t->alpha_adam.v, 1}},
+                      {&t->actor_adam.t, &t->critic_adam.t, &t->alpha_adam.t}};
 }
 
 /* The hidden layers and the head of the mean, which follows them in the parameters. */
@@ -171,5 +164,5 @@ static void Policy(void *learner, DenseShape *layers, PetscBool *clamp)
   *clamp = t->o.gaussian ? PETSC_FALSE : PETSC_TRUE;
 }
 
-const Learner LearnerTQC = {"tqc", sizeof(TQC), Create, Destroy, ActLearner, Update, Arrays, Counters, Policy};
+const Learner LearnerTQC = {"tqc", sizeof(TQC), Create, Destroy, ActLearner, Update, State, Policy};
 #endif

@@ -25,7 +25,7 @@ static PetscErrorCode CreateEvaluation(Trainer *t)
 
 PetscErrorCode TrainerCreate(const TrainOptions *o, Trainer *t)
 {
-  LearnerArray arrays[LEARNER_MAX_ARRAYS];
+  LearnerState s;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(t, sizeof(*t)));
@@ -35,9 +35,9 @@ PetscErrorCode TrainerCreate(const TrainOptions *o, Trainer *t)
   PetscCall(CreateEvaluation(t));
   PetscCall(AgentCreate(&o->agent, (uint64_t)o->seed, &t->agent));
   RandomSeed(&t->instances, (uint64_t)o->seed + 0x5eed);
-  o->agent.learner->arrays(t->agent.learner, arrays);
-  t->actor = arrays[0].data;
-  t->nactor = arrays[0].n;
+  o->agent.learner->state(t->agent.learner, &s);
+  t->actor = s.array[0].data;
+  t->nactor = s.array[0].n;
   PetscCall(PetscCalloc1(t->nactor, &t->best_actor));
   PetscCall(TrainCheckFiles(PETSC_COMM_SELF, o->output, o->log, o->checkpoint)); /* now, not at the end */
   if (o->resume[0]) PetscCallFile("-train_resume", CheckpointRead(t, o->resume));

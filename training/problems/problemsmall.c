@@ -207,10 +207,10 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
 
 /* ---- rows of the table ---- */
 
-#define SMALL_PROBLEM(Model)                                                                                           \
+#define SMALL_PROBLEM(Model, rtol_, atol_, unit)                                                                       \
   .model = &Slip##Model##Ops, .evaluation = &Evaluation##Model, PROBLEM_DRAWS(Model##Draws), .apply = Apply##Model,    \
-  .presets = Model##Presets, PROBLEM_ERRORS("relative L2 norm", "relative L2 norm, the run linear between its steps"), \
-  PROBLEM_FUNCTIONS(Create)
+  .presets = Model##Presets, .rtol = rtol_, .atol = atol_, .atol_unit = unit,                                          \
+  PROBLEM_ERRORS("relative L2 norm", "relative L2 norm, the run linear between its steps"), PROBLEM_FUNCTIONS(Create)
 
 enum { SLIDING_AMPLITUDE, SLIDING_START, SLIDING_DURATION, SLIDING_COUNT };
 static const DrawRow SlidingModeDraws[SLIDING_COUNT] = {
@@ -239,10 +239,7 @@ static const Preset SlidingModePresets[] = {
 
 const Problem ProblemSlidingMode = {.name = "sliding_mode",
                                     .meaning = "the first-order sliding mode controller of the -sliding_mode_ options",
-                                    .rtol = 1e-3,
-                                    .atol = 1e-6,
-                                    .atol_unit = "1",
-                                    SMALL_PROBLEM(SlidingMode)};
+                                    SMALL_PROBLEM(SlidingMode, 1e-3, 1e-6, "1")};
 
 enum { CIRCUIT_AMPLITUDE, CIRCUIT_POLAR, CIRCUIT_AZIMUTH, CIRCUIT_DURATION, CIRCUIT_COUNT };
 static const DrawRow CircuitDraws[CIRCUIT_COUNT] = {
@@ -276,10 +273,7 @@ static const Preset CircuitPresets[] = {
 
 const Problem ProblemCircuit = {.name = "circuit",
                                 .meaning = "the circuit with an ideal Zener diode of the -circuit_ options",
-                                .rtol = 1e-6,
-                                .atol = 1e-8,
-                                .atol_unit = "V and A",
-                                SMALL_PROBLEM(Circuit)};
+                                SMALL_PROBLEM(Circuit, 1e-6, 1e-8, "V and A")};
 
 PetscErrorCode ProblemSmallPlain(const EnvRun *run, PlainSmall *p)
 {
