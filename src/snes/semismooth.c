@@ -17,7 +17,7 @@ static const PetscReal model_share = 1e-2;
 /* Relative error of products with dG/dx at points far from the ones before, while the residual is above loose_from: an
    approximate operator leaves an error of some 1e-2 there, and the next point's product is exact again. Below, a solve
    might end on such a product. */
-static const PetscReal loose_share = 5e-4, loose_from = 1e-4;
+static const PetscReal loose_share = 2e-3, loose_from = 1e-4;
 
 enum {
   patience = 4,      /* iterations in a row that an approximate operator may fail to halve the residual */

@@ -57,7 +57,7 @@ static PetscReal Error(Mat H, Mat exact, Vec x)
 }
 
 /* Against the dense root, at every tolerance, for vectors of three kinds and their sums, which are products of
-   increments: at most twice the tolerance, which all remembered products together may take beside the new one's tenth,
+   increments: at most twice the tolerance, which all remembered products together may take beside the new one's fifth,
    so three times; and no more than four digits better, or the tolerance would buy nothing. Dense roots are good to
    1e-14. */
 static void test_tolerance(void **state)

@@ -17,13 +17,23 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
+<<<<<<< HEAD
 #define LANCZOS_MAX 600           /* steps of one product */
 #define LANCZOS_BLOCK 20          /* basis vectors are allocated in blocks */
 #define LANCZOS_EVERY 3           /* least number of steps between looks at the convergence */
 #define LANCZOS_SHARE 0.1         /* and its share of the steps so far: a look costs their number cubed */
 #define LANCZOS_SAMPLES 16        /* rows from which the diagonal is estimated */
+=======
+extern void dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e, double *z, const PetscBLASInt *ldz,
+                   double *work, PetscBLASInt *info);
+
+#define LANCZOS_MAX 600    /* steps of one product */
+#define LANCZOS_BLOCK 20   /* basis vectors are allocated in blocks */
+#define LANCZOS_SHARE 0.03 /* of the steps so far between looks at the convergence, which cost their number cubed */
+#define LANCZOS_SAMPLES 16 /* rows from which the diagonal is estimated */
+>>>>>>> visc2
 #define LANCZOS_SAMPLE_ERROR 1e-3 /* relative, of their diagonal: it only chooses preconditioners and Newton's models */
-#define LANCZOS_SAFETY 2          /* the error allowed over its estimate */
+#define LANCZOS_SAFETY 3          /* the error allowed over its estimate */
 #define LANCZOS_GAIN 0.1          /* the least error over the last change that is believed */
 #define LANCZOS_TOL 1e-8          /* default relative tolerance */
 #define LANCZOS_ORTHOGONAL_MAX 2000 /* rows up to which the basis is reorthogonalised */
@@ -40,6 +50,7 @@ typedef struct {
   PetscReal alpha[LANCZOS_MAX], beta[LANCZOS_MAX]; /* of T */
   PetscReal c[LANCZOS_MAX], last[LANCZOS_MAX];     /* T^(1/2) e_1, now and at the last look */
   PetscReal h[LANCZOS_MAX];                        /* reorthogonalisation */
+  PetscReal largest;                               /* bound of T's eigenvalues so far */
   PetscInt products, steps;                        /* so far */
   PetscBool orthogonal;                            /* reorthogonalise */
   SlipRecycled increment;
@@ -127,11 +138,11 @@ static PetscErrorCode Step(Lanczos *l, PetscInt m)
 /* The basis and its coefficients c for the vector in basis[0], of norm 1, with an error of at most the larger of
    allowed and relative |c|; *m is their number. The change of c since the last look is the error of then. Since then it
    has fallen by at least as much in each step as it did before, as the convergence is superlinear, which tells the
-   error of now. At the first look it is bounded by that of the best polynomial: 0.28 / n for |t| on [-1, 1], n = 2 (m -
-   1) (Bernstein 1913), times two and |A^(1/2)|. */
+   error of now. It is bounded by that of the best polynomial: 0.28 / n for |t| on [-1, 1], n = 2 (m - 1) (Bernstein
+   1913), times two and |A^(1/2)|, which earlier products tell; few digits need no more than one to three steps. */
 static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, PetscReal relative, PetscInt *m)
 {
-  PetscReal lowest, largest = 0, last_change = 0, last_steps = 0;
+  PetscReal lowest, last_change = 0, last_steps = 0;
   PetscInt before = 0;
 
   PetscFunctionBegin;
@@ -144,7 +155,7 @@ static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, 
                (double)l->tolerance, LANCZOS_MAX);
     PetscCall(Step(l, *m - 1));
     whole = (PetscBool)((l->orthogonal && *m == N) || l->beta[*m - 1] <= 1e-14 * l->alpha[0]);
-    if (whole || *m >= before + PetscMax(LANCZOS_EVERY, (PetscInt)(LANCZOS_SHARE * (PetscReal)before))) {
+    if (whole || *m >= before + PetscMax(1, (PetscInt)(LANCZOS_SHARE * (PetscReal)before))) {
       const PetscReal steps = (PetscReal)(*m - before);
       PetscReal change = 0, size = 0, error = PETSC_MAX_REAL;
 
@@ -159,11 +170,11 @@ static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, 
       }
       change = PetscSqrtReal(change);
       for (PetscInt i = 0; i < *m; i++) /* Gershgorin's bound of T's eigenvalues */
-        largest = PetscMax(largest, l->alpha[i] + l->beta[i] + (i ? l->beta[i - 1] : 0));
-      if (!before && *m > 1) error = 0.28 * PetscSqrtReal(largest) / (PetscReal)(*m - 1);
+        l->largest = PetscMax(l->largest, l->alpha[i] + l->beta[i] + (i ? l->beta[i - 1] : 0));
+      if (*m > 1 || l->products) error = PetscSqrtReal(l->largest) * (*m > 1 ? 0.28 / (PetscReal)(*m - 1) : 1);
       if (before && change < last_change)
-        error =
-          change * PetscMax(LANCZOS_GAIN, LANCZOS_SAFETY * PetscPowReal(change / last_change, steps / last_steps));
+        error = PetscMin(error, change * PetscMax(LANCZOS_GAIN, LANCZOS_SAFETY * PetscPowReal(change / last_change,
+                                                                                              steps / last_steps)));
       if (error <= PetscMax(allowed, relative * PetscSqrtReal(size))) break;
       last_change = change;
       last_steps = steps;
