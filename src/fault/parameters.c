@@ -51,8 +51,7 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
 };
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
-  [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening",
-                          "|exponential_slip_weakening|linear_slip_weakening|rate_weakening|constant|", "Friction law"},
+  [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening", "|rows of SlipFrictionLaws|", "Friction law"},
   [FAULT_KERNEL] = {"kernel", "half_space", "|half_space|full_space|",
                     "Elastic medium: with or without the free surface"},
   [FAULT_INITIAL] = {"initial", "critical", "|critical|rest|", "Start: at the frictional instability, or unstressed"},
@@ -190,17 +189,31 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "|a|b|" to "a, b". */
-static PetscErrorCode SlipFaultListChoices(const char choices[], char list[], size_t len)
+/* The choices of a parameter as a message lists them; those of the friction law are the rows of its table. *is: value is
+   one of them (NULL allowed) */
+static PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[], char list[], size_t len,
+                                           PetscBool *is)
 {
+  char all[256] = "|", key[PETSC_MAX_PATH_LEN + 2], *found;
   size_t k = 0;
 
   PetscFunctionBegin;
-  for (const char *c = choices + 1; *c && c[1] && k + 3 < len; c++) {
+  if (p == &SlipFaultStrings[FAULT_FRICTION_LAW])
+    for (const SlipFrictionLaw *law = SlipFrictionLaws; law->name; law++) {
+      PetscCall(PetscStrlcat(all, law->name, sizeof(all)));
+      PetscCall(PetscStrlcat(all, "|", sizeof(all)));
+    }
+  else
+    PetscCall(PetscStrncpy(all, p->choices, sizeof(all)));
+  for (const char *c = all + 1; *c && c[1] && k + 3 < len; c++) {
     if (*c == '|') list[k++] = ',';
     list[k++] = *c == '|' ? ' ' : *c;
   }
   list[k] = '\0';
+  if (!value) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSNPrintf(key, sizeof(key), "|%s|", value));
+  PetscCall(PetscStrstr(all, key, &found));
+  *is = found ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -233,12 +246,10 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
     PetscCheck(!fault->setup || i == FAULT_OUTPUT || i == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
                "%s must be set before SlipFaultSetUp()", name);
     if (p->choices) {
-      char key[PETSC_MAX_PATH_LEN + 2], list[256];
-      char *found;
+      char list[256];
+      PetscBool found;
 
-      PetscCall(PetscSNPrintf(key, sizeof(key), "|%s|", value));
-      PetscCall(PetscStrstr(p->choices, key, &found));
-      PetscCall(SlipFaultListChoices(p->choices, list, sizeof(list)));
+      PetscCall(SlipFaultListChoices(p, value, list, sizeof(list), &found));
       PetscCheck(found, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "-%sfault_%s is \"%s\", expected one of %s",
                  SlipFaultPrefix(fault), name, value, list);
     }
@@ -302,7 +313,7 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", p->name));
-  if (p->choices) PetscCall(SlipFaultListChoices(p->choices, list, sizeof(list)));
+  if (p->choices) PetscCall(SlipFaultListChoices(p, NULL, list, sizeof(list), NULL));
   PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s%s", p->help, p->choices ? "; one of " : "", list,
                           p->value[0] ? "" : " (default none)"));
   PetscCall(PetscOptionsString(option, help, "SlipFaultSetString", fault->text[id], value, sizeof(value), &set));

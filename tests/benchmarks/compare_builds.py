@@ -94,7 +94,6 @@ fft: fault 20x16 -fault_operator fft -ts_adapt_type heuristic
 fft, 2 ranks: 2 fault 24x20 -fault_operator fft -ts_adapt_type rl
 auto on a grid: fault 30x30 -fault_operator auto -ts_adapt_type rl
 sqrtm auto: fault 20x20 -fault_operator fft -mat_slipsqrtm_setup auto -ts_adapt_type rl
-sqrtm dense: fault 20x20 -fault_operator fft -mat_slipsqrtm_setup dense -ts_adapt_type rl
 sqrtm sketch: 2 fault 24x20 -fault_operator fft -mat_slipsqrtm_setup sketch -ts_adapt_type rl
 sqrtm lanczos: fault 24x20 -fault_operator fft -mat_slipsqrtm_setup lanczos -ts_adapt_type rl
 lanczos, 2 ranks: 2 fault 20x18 -fault_operator fft -fault_viscosity lanczos -ts_adapt_type rl
@@ -115,8 +114,7 @@ projection, 2 ranks: 2 fault 2x2 -snes_type projection -ts_adapt_type none -ts_d
 no direct solves: fault 16x16 -snes_slip_direct_max 0 -ts_adapt_type rl
 exact jacobian: fault 20x18 -fault_operator fft -mat_slipstage_jacobian exact -pc_slipstage_type symbol -ts_adapt_type \
   rl
-approximate jacobian: fault 20x18 -fault_operator fft -mat_slipstage_jacobian approximate -pc_slipstage_type blocks \
-  -ts_adapt_type rl
+approximate jacobian: fault 20x18 -fault_operator fft -mat_slipstage_jacobian approximate -ts_adapt_type rl
 minres, jacobi: fault 12x12 -ksp_type minres -pc_type jacobi -snes_slip_direct_max 0 -ts_adapt_type rl
 # integrator
 implicit reaction: fault 10x10 -ts_bathe_reaction implicit -ts_adapt_type heuristic
