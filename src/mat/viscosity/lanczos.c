@@ -17,28 +17,17 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
-<<<<<<< HEAD
-#define LANCZOS_MAX 600    /* steps of one product */
-#define LANCZOS_BLOCK 20   /* basis vectors are allocated in blocks */
-#define LANCZOS_EVERY 3    /* least number of steps between looks at the convergence */
-#define LANCZOS_SHARE 0.1  /* and its share of the steps so far: a look costs their number cubed */
-#define LANCZOS_SAMPLES 16 /* rows from which the diagonal is estimated */
-  ======= extern void
-  dstev_(const char *jobz, const PetscBLASInt *n, double *d, double *e, double *z, const PetscBLASInt *ldz,
-         double *work, PetscBLASInt *info);
-
 #define LANCZOS_MAX 600    /* steps of one product */
 #define LANCZOS_BLOCK 20   /* basis vectors are allocated in blocks */
 #define LANCZOS_SHARE 0.03 /* of the steps so far between looks at the convergence, which cost their number cubed */
 #define LANCZOS_SAMPLES 16 /* rows from which the diagonal is estimated */
->>>>>>> visc2
 #define LANCZOS_SAMPLE_ERROR 1e-3 /* relative, of their diagonal: it only chooses preconditioners and Newton's models */
 #define LANCZOS_SAFETY 3          /* the error allowed over its estimate */
 #define LANCZOS_GAIN 0.1          /* the least error over the last change that is believed */
 #define LANCZOS_TOL 1e-8          /* default relative tolerance */
 #define LANCZOS_ORTHOGONAL_MAX 2000 /* rows up to which the basis is reorthogonalised */
 
-  typedef struct {
+typedef struct {
   Mat S;       /* referenced */
   Vec root;    /* D, or NULL for the identity */
   Vec inverse; /* D^-1, or NULL */
