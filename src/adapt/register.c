@@ -8,9 +8,9 @@ static PetscErrorCode Register_Adapt(void)
   PetscFunctionBegin;
   PetscCall(SlipPolicyInitializePackage());
   PetscCall(SlipTSInitializePackage());
-  PetscCall(TSAdaptRegister(TSADAPTHEURISTIC, TSAdaptCreate_Heuristic));
-  PetscCall(TSAdaptRegister(TSADAPTPI, TSAdaptCreate_PI));
-  PetscCall(TSAdaptRegister(TSADAPTRL, TSAdaptCreate_RL));
+#define CONTROLLER(type, create) PetscCall(TSAdaptRegister(type, create));
+#include <slipcontrollers.h>
+#undef CONTROLLER
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

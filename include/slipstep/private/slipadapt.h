@@ -5,9 +5,10 @@
 #include <slipcompat.h>
 #include <slipcore.h>
 
-PETSC_EXTERN PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt);
-PETSC_EXTERN PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt);
-PETSC_EXTERN PetscErrorCode TSAdaptCreate_RL(TSAdapt adapt);
+/* The controllers: TSAdaptCreate_NAME() of each file that has one. CMake lists them, so that a controller is one file. */
+#define CONTROLLER(type, create) PETSC_EXTERN PetscErrorCode create(TSAdapt adapt);
+#include <slipcontrollers.h>
+#undef CONTROLLER
 
 /* ---- adapterror.c ---- */
 /* Weighted local error E of the step just computed, -1 when the TS gives none, and its exponent q. */
