@@ -62,8 +62,9 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
     {"stiffness_file", "", NULL,
      "Stiffness from F.h5[:/dataset] (default /stiffness), [N,N] in Pa/m, instead of the kernel"},
   [FAULT_STIFFNESS_SCALING] =
-    {"stiffness_scaling", "mean_slip", "|mean_slip|none|",
-     "Multiply K, computed or from a file, so that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G, or leave it alone"},
+    {"stiffness_scaling", "none", "|mean_slip|none|",
+     "Leave K as it is computed or read, or, as the study does, multiply it so that mean(K^-1 sigma_n) = mean(sigma_n) "
+     "Ly/G"},
   [FAULT_CACHE_DIR] =
     {"cache_dir", "", NULL,
      "Existing directory to keep what is expensive to set up in: the exact viscosity of large faults"},

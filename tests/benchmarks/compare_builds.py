@@ -39,8 +39,8 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 # What every set of a program begins with. The scaling of the stiffness and the controller are named in every set, so
-# that a new default changes nothing. No option reaches the scaling of trainings on random faults (cmaes, fault_dial):
-# these follow the default.
+# that a new default changes nothing. Trainings on random faults (cmaes, fault_dial) name
+# theirs.
 COMMON = {
     "fault": "-fault_output run.h5 -fault_stiffness_scaling mean_slip",
     "sliding_mode": "-sliding_mode_output run.h5",

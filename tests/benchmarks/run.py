@@ -94,7 +94,7 @@ def run_cells(sizes, cache, extra):
         for controller, options in controllers.items():
             for ranks in (1, 2) if n <= RUN_LARGEST[controller] else ():
                 cost = (1 if controller == "rl" else 20) * (n / 100) ** 3
-                grid = ["-fault_nx", str(n), "-fault_nz", str(n), "-fault_cache_dir", cache(n)]
+                grid = ["-fault_nx", str(n), "-fault_nz", str(n), "-fault_stiffness_scaling", "mean_slip", "-fault_cache_dir", cache(n)]
                 yield Cell("runs", f"{controller}-{n}-{ranks}", n, ranks, 1 + cost, "fault",
                            [*grid, *options, "-memory_view", *extra], controller=controller)
 

@@ -51,7 +51,7 @@ def environment():
 def run(build, ranks, size, options):
     """The numbers of one run's summary."""
     command = ["mpirun", "--oversubscribe", "-n", str(ranks), os.path.join(build, "bin", "fault"),
-               "-fault_nx", str(size), "-fault_nz", str(size), *options]
+               "-fault_nx", str(size), "-fault_nz", str(size), "-fault_stiffness_scaling", "mean_slip", *options]
     done = subprocess.run(command, env=environment(), capture_output=True, text=True)
     if done.returncode:
         sys.exit(f"solve_time.py: {' '.join(command)} failed:\n{done.stderr}")

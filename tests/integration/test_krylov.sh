@@ -4,7 +4,7 @@
 # direct solves.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
-fault=("$SLIPSTEP_BUILD/bin/fault" -fault_nx 20 -fault_nz 20 -ts_adapt_type none -ts_bathe_error none -snes_slip_direct_max 0)
+fault=("$SLIPSTEP_BUILD/bin/fault" -fault_nx 20 -fault_nz 20 -fault_stiffness_scaling mean_slip -ts_adapt_type none -ts_bathe_error none -snes_slip_direct_max 0)
 solvers=("-ksp_type cg" "-ksp_type minres" "-pc_type jacobi" "-pc_type none" "-ksp_type minres -pc_type jacobi"
   "-ksp_type minres -pc_type none" "-ksp_type gmres")
 run() { mpirun --oversubscribe -n "$1" "${fault[@]}" -fault_output "$2" "${@:3}" >log 2>&1 || { cat log; exit 1; }; }

@@ -4,7 +4,7 @@
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 fault=(mpirun --oversubscribe -n)
-mesh=("$SLIPSTEP_BUILD/bin/fault" -fault_nx 25 -fault_nz 25)
+mesh=("$SLIPSTEP_BUILD/bin/fault" -fault_nx 25 -fault_nz 25 -fault_stiffness_scaling mean_slip)
 policy=(-ts_adapt_type rl -ts_adapt_rl_policy "$SLIPSTEP_SOURCE/training/policies/fault.h5")
 constant=(-ts_adapt_type none -ts_bathe_error none)
 

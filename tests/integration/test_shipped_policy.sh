@@ -13,7 +13,8 @@ number() { sed -n "s/^$1: *\([-+0-9.e]*\).*/\1/p" <<<"$2"; }
 
 for case in "3000 30 25" "5000 50 25" "3000 30 50"; do
   read -r length duration n <<<"$case"
-  common=(-fault_nx "$n" -fault_nz "$n" -fault_length_x "$length" -fault_length_z "$length" -ts_max_time "$duration")
+  common=(-fault_nx "$n" -fault_nz "$n" -fault_length_x "$length" -fault_length_z "$length" -ts_max_time "$duration"
+    -fault_stiffness_scaling mean_slip)
   fine=$("$fault" "${common[@]}" -ts_adapt_type none -ts_bathe_error none -ts_dt "$(awk "BEGIN{print $duration / 600}")") || exit 1
   last=0
   for dial in "1e-1 12" "1e-2 20" "1e-3 50"; do

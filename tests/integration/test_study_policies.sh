@@ -11,7 +11,7 @@ policies=$SLIPSTEP_SOURCE/training/policies/study
 number() { sed -n "s/^$1: *\([-+0-9.e]*\).*/\1/p" <<<"$2"; }
 holds() { awk "BEGIN{exit !($1)}"; }
 
-mesh=(-fault_nx 25 -fault_nz 25)
+mesh=(-fault_nx 25 -fault_nz 25 -fault_stiffness_scaling mean_slip)
 fine=$("$bin/fault" "${mesh[@]}" -ts_adapt_type none -ts_bathe_error none -ts_dt 0.05) || exit 1
 for policy in "$policies"/fault_*.h5; do
   name=$(basename "$policy")

@@ -19,6 +19,7 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
   PetscCall(SlipFaultSetReal(fault, "nx", 11));
   PetscCall(SlipFaultSetReal(fault, "nz", 9));
   PetscCall(SlipFaultSetString(fault, "operator", operator));
+  PetscCall(SlipFaultSetString(fault, "stiffness_scaling", "mean_slip"));
   PetscCall(FaultStart(fault, TSADAPTNONE, 1.5, 15, &w, &ts));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSSolve(ts, w));

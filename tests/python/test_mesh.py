@@ -12,6 +12,8 @@ import h5py
 import numpy as np
 
 BUILD, SOURCE = os.environ["SLIPSTEP_BUILD"], os.environ["SLIPSTEP_SOURCE"]
+# the study's scaling of the stiffness, by which these faults break all over
+SCALED = ("-fault_stiffness_scaling", "mean_slip")
 
 
 class Mesh(unittest.TestCase):
@@ -40,7 +42,7 @@ class Mesh(unittest.TestCase):
     def test_output_holds_cells_and_area_means(self):
         rows = self.make("parallel", "--cells", "6", "5", "--ratio", "3", "--offset", "800", "--shift", "200")
         output = os.path.join(self.folder.name, "run.h5")
-        subprocess.run([os.path.join(BUILD, "bin/fault"), "-fault_mesh", self.mesh, "-fault_output", output, "-ts_max_time",
+        subprocess.run([os.path.join(BUILD, "bin/fault"), "-fault_mesh", self.mesh, "-fault_output", output, *SCALED, "-ts_max_time",
                         "8"], check=True, stdout=subprocess.DEVNULL)
         with h5py.File(output) as file:
             for k, name in enumerate(("x", "y", "z", "length", "width")):
@@ -63,7 +65,7 @@ class Mesh(unittest.TestCase):
         rows = self.make("parallel", "--cells", "5", "4", "--offset", "800", "--shift", "200")
         output = os.path.join(self.folder.name, "run.h5")
         figure = os.path.join(self.folder.name, "run.png")
-        subprocess.run([os.path.join(BUILD, "bin/fault"), "-fault_mesh", self.mesh, "-fault_output", output, "-ts_max_time",
+        subprocess.run([os.path.join(BUILD, "bin/fault"), "-fault_mesh", self.mesh, "-fault_output", output, *SCALED, "-ts_max_time",
                         "8"], check=True, stdout=subprocess.DEVNULL)
         sys.path.insert(0, os.path.join(SOURCE, "output"))
         from slipstep_output import Run
@@ -78,7 +80,7 @@ class Mesh(unittest.TestCase):
         output = os.path.join(self.folder.name, f"run{ranks}.h5")
         view = os.path.join(self.folder.name, f"k{ranks}.bin")
         subprocess.run(["mpirun", "--oversubscribe", "-n", str(ranks), os.path.join(BUILD, "bin/fault"), "-fault_mesh",
-                        self.mesh, "-fault_output", output, "-fault_stiffness_view", f"binary:{view}", "-ts_max_time",
+                        self.mesh, "-fault_output", output, *SCALED, "-fault_stiffness_view", f"binary:{view}", "-ts_max_time",
                         "6", "-ts_adapt_type", "heuristic", *arguments], check=True, stdout=subprocess.DEVNULL)
         with h5py.File(output) as file:
             fields = {name: file["fields"][name][()] for name in ("slip", "slip_rate", "traction")}

@@ -14,7 +14,7 @@ import numpy as np
 FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 # one process without neighbours starts in a quarter of the time
 ALONE = dict(os.environ, OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_pml="ob1", OMPI_MCA_btl="self")
-ONE = ["-fault_nx", "1", "-fault_nz", "1"]
+ONE = ["-fault_nx", "1", "-fault_nz", "1", "-fault_stiffness_scaling", "mean_slip"]
 
 
 class SlipError(unittest.TestCase):

@@ -16,6 +16,7 @@ static Run start(const char options[])
   ok(PetscOptionsClear(NULL));
   ok(PetscOptionsInsertString(NULL, options));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
+  ok(SlipFaultSetString(r.fault, "stiffness_scaling", "mean_slip"));
   ok(SlipFaultSetUp(r.fault));
   ok(SlipFaultCreateState(r.fault, &r.w));
   ok(SlipFaultSetInitialState(r.fault, r.w));
@@ -156,6 +157,7 @@ static void rest(void **state)
   ok(SlipFaultSetReal(r.fault, "nx", 1));
   ok(SlipFaultSetReal(r.fault, "nz", 1));
   ok(SlipFaultSetReal(r.fault, "loading_rate", rate));
+  ok(SlipFaultSetString(r.fault, "stiffness_scaling", "mean_slip"));
   ok(SlipFaultSetUp(r.fault));
   ok(SlipFaultCreateState(r.fault, &r.w));
   ok(TSCreate(PETSC_COMM_SELF, &r.ts));

@@ -158,6 +158,7 @@ static void scaling_and_critical_state(void **state)
   PetscReal mean, stress, norm, sum;
 
   (void)state;
+  ok(SlipFaultSetString(fault, "stiffness_scaling", "mean_slip"));
   ok(SlipFaultSetUp(fault));
   VecsDuplicate(fault->uc, &sigma, &x);
   for (PetscInt e = 0; e < 9; e++) ok(VecSetValue(sigma, e, fault->field[FIELD_NORMAL_STRESS][e], INSERT_VALUES));
@@ -259,6 +260,7 @@ static void stiffness_view(void **state)
   ok(PetscOptionsSetValue(NULL, "-fault_stiffness_view", "binary:test_fault_view.bin"));
   ok(SlipFaultSetFromOptions(fault));
   ok(PetscOptionsClearValue(NULL, "-fault_stiffness_view"));
+  ok(SlipFaultSetString(fault, "stiffness_scaling", "mean_slip"));
   ok(SlipFaultSetUp(fault));
   assert_true(fault->scaling != 1);
   ok(PetscViewerBinaryOpen(PETSC_COMM_SELF, file, FILE_MODE_READ, &viewer));

@@ -17,6 +17,7 @@ static void Open(Case *c, PetscInt nx, PetscInt nz, PetscReal time, PetscInt ste
 {
   ok(SlipFaultSetReal(c->fault, "nx", nx));
   ok(SlipFaultSetReal(c->fault, "nz", nz));
+  ok(SlipFaultSetString(c->fault, "stiffness_scaling", "mean_slip"));
   c->step = time / steps;
   ok(FaultStart(c->fault, TSADAPTNONE, c->step, time, &c->w, &c->ts));
   ok(TSBatheSetReactionType(c->ts, c->reaction));

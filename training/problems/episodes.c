@@ -150,6 +150,7 @@ static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
+  PetscCall(SlipFaultSetString(e->fault, "stiffness_scaling", FAULT_SCALING));
   for (PetscInt i = 0; i < d->nreal; ++i) PetscCall(SlipFaultSetReal(e->fault, d->name[i], d->value[i]));
   for (PetscInt f = 0; f < DRAW_FIELDS; ++f)
     PetscCall(SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, d->field[f]));

@@ -19,6 +19,7 @@ static PetscErrorCode Create(MPI_Comm comm, const ProblemCase *c, void **model)
   PetscCall(SlipFaultSetReal(fault, "length_z", 1e3 * c->size));
   PetscCall(SlipFaultSetReal(fault, "nx", (PetscReal)c->mesh));
   PetscCall(SlipFaultSetReal(fault, "nz", (PetscReal)c->mesh));
+  PetscCall(SlipFaultSetString(fault, "stiffness_scaling", FAULT_SCALING));
   PetscCall(SlipFaultSetFromOptions(fault));
   PetscCall(SlipFaultSetUp(fault));
   PetscFunctionReturn(PETSC_SUCCESS);

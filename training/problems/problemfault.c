@@ -120,6 +120,7 @@ static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, E
   PetscFunctionBegin;
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   run->model = fault;
+  PetscCall(SlipFaultSetString(fault, "stiffness_scaling", FAULT_SCALING));
   if (drawn)
     PetscCall(SetDrawn(fault, drawn));
   else

@@ -2,6 +2,8 @@
 #pragma once
 #include "environment/environment.h"
 
+#define FAULT_SCALING "mean_slip" /* of the stiffness: the study's, by which shipped policies were trained and judged */
+
 PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
 PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemSlidingMode, ProblemCircuit;
 PETSC_INTERN const Evaluation EvaluationFault, EvaluationSlidingMode, EvaluationCircuit;
