@@ -1,7 +1,8 @@
 /* SlipPolicy: a small network that maps an observation to a step size. Its HDF5 file:
      /              attributes: format "slipstep-policy", version 1, and what its trainer notes, text or numbers:
                     algorithm, problem, alpha, training_steps, seed, library_version, created, moving_dt_max (below),
-                    ...
+                    ...; and checksum, SlipPolicyGetHash() of all the rest, compared when the file is read (older files
+                    have none)
      /observation   names [n] (strings, in the network's order), scale [n], offset [n]
      /layers/0, 1.. weight [out, in], bias [out]; attribute activation: linear, relu, tanh or hardtanh2 (to [-2, 2])
      /action        attributes low, high, squash ("tanh"), dt_min, dt_max, dt_min_unit, dt_max_unit ("s", "T*",

@@ -184,7 +184,7 @@ static PetscErrorCode ReadAttributes(SlipH5 *h5, SlipPolicy p)
              (int)max_attributes);
   PetscCheck(failed >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "%s: cannot list the attributes of /", h5->name);
   for (char **name = names.name; name < names.name + names.n; name++) {
-    if (strcmp(*name, "format") && strcmp(*name, "version")) {
+    if (!SlipPolicyOwnAttribute_Private(*name)) {
       const hid_t attribute = H5Aopen(h5->id, *name, H5P_DEFAULT), type = H5Aget_type(attribute);
       const H5T_class_t kind = H5Tget_class(type);
 
@@ -203,6 +203,25 @@ static PetscErrorCode ReadAttributes(SlipH5 *h5, SlipPolicy p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What was read is what was written; files of before have no checksum. */
+static PetscErrorCode CheckSum(SlipH5 *h5, SlipPolicy p)
+{
+  char noted[64];
+  const char *hash;
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5HasAttribute(h5, "/", "checksum", &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5ReadAttrString(h5, "/", "checksum", noted, sizeof(noted)));
+  PetscCall(SlipPolicyGetHash(p, &hash));
+  PetscCheck(!strcmp(noted, hash), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: the checksum of its content is %s, expected \"%s\" (attribute checksum of /): it is damaged, or was "
+             "edited; without that attribute it is read as it is",
+             h5->name, hash, noted);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ReadContent(SlipH5 *h5, SlipPolicy p)
 {
   PetscFunctionBegin;
@@ -213,6 +232,7 @@ static PetscErrorCode ReadContent(SlipH5 *h5, SlipPolicy p)
   PetscCall(ReadAction(h5, p));
   PetscCall(ReadAttributes(h5, p));
   PetscCall(SlipPolicyCheck_Private(p));
+  PetscCall(CheckSum(h5, p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -249,7 +269,7 @@ static PetscErrorCode ReadPacked(const char file[], size_t *n, char **bytes)
   Errors: PETSC_ERR_FILE_OPEN when the file is missing, truncated or not HDF5; PETSC_ERR_FILE_UNEXPECTED, PETSC_ERR_FP,
   PETSC_ERR_ARG_SIZ, PETSC_ERR_ARG_UNKNOWN_TYPE or PETSC_ERR_ARG_OUTOFRANGE, with the dataset or attribute and what was
   expected, for another format or version, missing parts, wrong shapes, numbers that are not finite, unknown activations
-  and units, or bounds in the wrong order.
+  and units, bounds in the wrong order, or a content that is not the one its checksum was taken of.
 
   Level: beginner
 
@@ -304,11 +324,14 @@ static PetscErrorCode WriteLayer(SlipH5 *h5, PetscInt k, const SlipLayer *layer)
 
 static PetscErrorCode WriteRoot(SlipH5 *h5, SlipPolicy p)
 {
+  const char *hash;
   PetscReal number;
 
   PetscFunctionBegin;
   PetscCall(SlipH5WriteAttrString(h5, "/", "format", POLICY_FORMAT));
   PetscCall(SlipH5WriteAttrInt(h5, "/", "version", POLICY_VERSION));
+  PetscCall(SlipPolicyGetHash(p, &hash));
+  PetscCall(SlipH5WriteAttrString(h5, "/", "checksum", hash));
   for (PetscInt i = 0; i < p->nattributes; i++) {
     const char *name = p->attributes[2 * i], *value = p->attributes[2 * i + 1];
 

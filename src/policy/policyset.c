@@ -290,6 +290,12 @@ PetscReal SlipPolicyParseNumber_Private(const char text[])
 /* Attributes that a file holds as numbers, when their text is one; all others are strings. */
 static const char *const NumericAttributes[] = {"alpha", "seed", "training_steps", SLIP_POLICY_MOVING_DT_MAX};
 
+/* Attributes of the root that say what the file is, not what its policy is. */
+PetscBool SlipPolicyOwnAttribute_Private(const char name[])
+{
+  return !strcmp(name, "format") || !strcmp(name, "version") || !strcmp(name, "checksum") ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* The number that an attribute stands for, NaN when it is a text. */
 PetscErrorCode SlipPolicyAttributeNumber_Private(const char name[], const char value[], PetscReal *number)
 {
@@ -302,10 +308,11 @@ PetscErrorCode SlipPolicyAttributeNumber_Private(const char name[], const char v
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The shortest of two texts that reads back as the same number. */
+/* The shortest of two texts that reads back as the same number; 0 for -0, which a file holds as an integer. */
 PetscErrorCode SlipPolicyNumberText_Private(PetscReal number, size_t len, char text[])
 {
   PetscFunctionBegin;
+  if (number == 0) number = 0;
   PetscCall(PetscSNPrintf(text, len, "%.15g", (double)number));
   if (strtod(text, NULL) != (double)number) PetscCall(PetscSNPrintf(text, len, "%.17g", (double)number));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -323,6 +330,8 @@ PetscErrorCode SlipPolicyNumberText_Private(PetscReal number, size_t len, char t
 
   Level: intermediate
 
+  Errors: PETSC_ERR_ARG_WRONG for format, version and checksum, which the file has of its own
+
 .seealso: SlipPolicyStore(), SlipPolicyView()
 @*/
 PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name[], const char value[])
@@ -334,6 +343,8 @@ PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name[], const cha
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
+  PetscCheck(!SlipPolicyOwnAttribute_Private(name), PetscObjectComm((PetscObject)p), PETSC_ERR_ARG_WRONG,
+             "Policy %s: the attribute %s is the file's own, expected another name", SlipPolicySource_Private(p), name);
   PetscCall(SlipPolicyAttributeNumber_Private(name, value, &number));
   if (!PetscIsNanReal(number)) {
     PetscCall(SlipPolicyNumberText_Private(number, sizeof(text), text));

@@ -1,19 +1,25 @@
 #!/usr/bin/env python3
 """training/import_sb3.py: made-up zips of all three algorithms, broken zips, and the published one when it is there."""
+import base64
 import collections
+import glob
 import io
 import json
 import os
 import pickle
+import resource
 import struct
 import subprocess
 import sys
 import tempfile
+import traceback
 import zipfile
 
 import scripts  # noqa: F401: before modules that may be missing
 
+sys.path.append(os.path.join(scripts.SOURCE, "training"))
 import h5py
+import import_sb3
 import numpy as np
 
 SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
@@ -117,8 +123,29 @@ def file_forward(path, obs):
         return a["low"] + (np.tanh(x[0]) + 1) / 2 * (a["high"] - a["low"])
 
 
+Done = collections.namedtuple("Done", "returncode stderr")
+
+
 def run(*args):
-    return subprocess.run([sys.executable, SCRIPT, *args], capture_output=True, text=True, check=False)
+    """The script in a process of its own, which need not import its modules again."""
+    with tempfile.TemporaryFile() as errors:
+        child = os.fork()
+        if not child:
+            code = 99
+            try:
+                os.dup2(errors.fileno(), 2)
+                sys.argv = [SCRIPT, *args]
+                code = import_sb3.main()
+            except SystemExit as end:
+                code = end.code
+            except BaseException:
+                traceback.print_exc()
+            finally:
+                sys.stderr.flush()
+                os._exit(code)
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        errors.seek(0)
+        return Done(code, errors.read().decode())
 
 
 def imports(zip_path, state, sde, *options, names=FAULT, act=lambda x: np.maximum(x, 0)):
@@ -132,7 +159,7 @@ def imports(zip_path, state, sde, *options, names=FAULT, act=lambda x: np.maximu
         obs = RNG.normal(0, 2, len(names))
         # the same double-precision sums in both: only their order could differ
         assert abs(file_forward("out.h5", obs) - forward(state, obs, sde, act)) < 1e-12
-    assert not os.path.exists("out.h5.part")
+    assert not [name for name in os.listdir() if "part" in name]
     return attributes, action
 
 
@@ -166,6 +193,134 @@ def test_options():
     assert bounds(action) == (1e-5, "T*", 0.1, "t_max")
 
 
+def test_checksum():
+    """Python's checksum is the one of the library: of files that it wrote, and it reads those written here."""
+    for path in glob.glob(os.path.join(SOURCE, "training", "policies", "**", "*.h5"), recursive=True):
+        with h5py.File(path) as file:
+            assert import_sb3.checksum(file) == file.attrs["checksum"], path
+    data, state = network("sac", True)
+    write_zip("in.zip", data, policy_pth(state))
+    done = subprocess.run([sys.executable, SCRIPT, "in.zip", "out.h5", "--alpha", "0.3"], check=False)
+    assert done.returncode == 0
+    fault = os.path.join(os.environ.get("SLIPSTEP_BUILD", ""), "bin", "fault")
+    if not os.access(fault, os.X_OK):
+        print("no build (SLIPSTEP_BUILD): what is imported is not read by the library")
+        return
+    command = [fault, "-ts_adapt_type", "rl", "-ts_adapt_rl_policy", "out.h5", "-ts_max_time", "1e-3"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    with h5py.File("out.h5", "r+") as file:
+        file["layers/0/weight"][1, 2] *= 1 + 1e-6
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode != 0 and "checksum" in done.stderr and done.stderr.count("\n") == 1, done
+
+
+def refused(name, want, *options):
+    """import_sb3.py refuses in.zip in one line, and leaves nothing behind."""
+    before = sorted(os.listdir())
+    done = run("in.zip", "out.h5", *options)
+    assert done.returncode == 2, (name, done)
+    assert want in done.stderr and done.stderr.count("\n") == 1 and len(done.stderr) < 700, (name, done.stderr)
+    assert sorted(os.listdir()) == before, name
+
+
+def test_payloads():
+    """Pickles that would run a command if anything ran them: `touch executed`."""
+    data, state = network("tqc", True)
+    command = text("touch executed")
+    pickles = {
+        "REDUCE": b"\x80\x02cos\nsystem\n(" + command + b"tR.",
+        "INST": b"\x80\x02(" + command + b"ios\nsystem\n.",
+        "OBJ": b"\x80\x02(cos\nsystem\n" + command + b"o.",
+        "NEWOBJ": b"\x80\x02csubprocess\nPopen\n(" + command + b"t\x81.",
+        "STACK_GLOBAL": b"\x80\x04" + text("os") + text("system") + b"\x93(" + command + b"tR.",
+        "a value of the state": b"\x80\x02}" + text("actor.mu.weight") + b"cbuiltins\neval\n("
+                                + text("__import__('os').system('touch executed')") + b"tRs.",
+        "BUILD": b"\x80\x02ctorch._utils\n_rebuild_tensor_v2\nN}" + text("__code__") + b"cos\nsystem\ns\x86b.",
+        "EXT1": b"\x80\x02\x82\x01(" + command + b"tR.",
+        "a storage": b"\x80\x02(" + text("storage") + b"cos\nsystem\n" + command + text("cpu") + b"K\x01tQ.",
+    }
+    for name, pickled in pickles.items():
+        write_zip("in.zip", data, policy_pth(state, lambda _: pickled))
+        refused(name, "policy.pth")
+    # Stable-Baselines3 would unpickle this one; here it is text.
+    data["policy_class"][":serialized:"] = base64.b64encode(pickles["REDUCE"]).decode()
+    write_zip("in.zip", data, policy_pth(state))
+    assert run("in.zip", "out.h5").returncode == 0 and not os.path.exists("executed")
+    os.remove("out.h5")
+
+
+def tensor(size, stride, numbers_=4):
+    """A pickle of one tensor of a storage data/0 of some numbers."""
+    return (b"\x80\x02}" + text("actor.mu.weight") + b"ctorch._utils\n_rebuild_tensor_v2\n((" + text("storage")
+            + b"ctorch\nFloatStorage\n" + text("0") + text("cpu") + number(numbers_) + b"tQ" + number(0)
+            + numbers(size) + numbers(stride) + b"\x89}tRs.")
+
+
+def test_sizes():
+    """Small zips that would unpack, or build, gigabytes: refused before they do."""
+    data, state = network("tqc", True)
+    huge = 200 << 20
+
+    def pth(method=zipfile.ZIP_DEFLATED, **members):
+        buffer = io.BytesIO()
+        with zipfile.ZipFile(buffer, "w", method) as z:
+            for name, content in {"data.pkl": b"\x80\x02}.", "byteorder": b"little", **members}.items():
+                with z.open("archive/" + name.replace("data_", "data/"), "w") as file:
+                    for _ in range(content >> 20 if isinstance(content, int) else 0):
+                        file.write(bytes(1 << 20))
+                    file.write(b"" if isinstance(content, int) else content)
+        return buffer.getvalue()
+
+    cases = {
+        "byteorder": (pth(byteorder=huge), "unpacks to"),
+        "data.pkl": (pth(**{"data.pkl": huge}), "unpacks to"),
+        "a storage": (pth(**{"data.pkl": tensor((2, 2), (2, 1)), "data_0": huge}), "unpacks to"),
+        "lzma": (pth(zipfile.ZIP_LZMA, **{"data.pkl": 1 << 20}), "compressed by method 14"),
+        "a repeated number": (pth(**{"data.pkl": tensor((100000, 100000), (0, 0)), "data_0": bytes(16)}), "in all"),
+        "many dimensions": (pth(**{"data.pkl": tensor((1,) * 40, (1,) * 40), "data_0": bytes(16)}), "impossible"),
+        "beyond its data": (pth(**{"data.pkl": tensor((2, 2), (9, 1)), "data_0": bytes(16)}), "larger than its data"),
+        "a memo": (pth(**{"data.pkl": b"\x80\x02}r\xff\xff\xff\x7f."}), "no actor"),
+        "a long text": (pth(**{"data.pkl": b"\x80\x04\x8d" + struct.pack("<Q", 1 << 40) + b"."}), "policy.pth|damaged"),
+        "a nested key": (pth(**{"data.pkl": b"\x80\x02})" + b"\x85" * 900000 + b"Ns."}), "keys are not names"),
+        "an empty stack": (pth(**{"data.pkl": b"\x80\x020000."}), "POP"),
+        "no stack": (pth(**{"data.pkl": b"\x80\x02\x87."}), "takes more than it gave"),
+        "too many members": (pth(**{f"m{k}": b"" for k in range(10001)}), "more than 10000 members"),
+    }
+    for name, (content, want) in cases.items():
+        write_zip("in.zip", data, content)
+        refused(name, want.split("|")[-1])
+    with zipfile.ZipFile("in.zip", "w", zipfile.ZIP_DEFLATED) as z:
+        z.writestr("data", bytes(huge))
+    refused("data", "unpacks to")
+    write_zip("in.zip", "[" * 500000, policy_pth(state))
+    refused("nested data", "damaged")
+    with open("in.zip", "wb") as file:
+        file.truncate(1 << 40)
+    refused("a sparse file", "it has 1099511627776 bytes")
+    os.remove("in.zip")
+    os.mkfifo("in.zip")
+    refused("a pipe", "not a file")
+    os.remove("in.zip")
+    # 128 MB at most are unpacked; the modules alone take a third of that
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < 400 << 10
+
+
+def test_output():
+    """Links are followed, and what is no file is left alone."""
+    data, state = network("tqc", True)
+    write_zip("in.zip", data, policy_pth(state))
+    os.mkdir("folder")
+    os.symlink("folder/policy.h5", "out.h5")
+    assert run("in.zip", "out.h5").returncode == 0 and os.path.islink("out.h5") and os.listdir("folder") == ["policy.h5"]
+    for bad in ("folder", os.devnull):
+        done = run("in.zip", bad)
+        assert done.returncode == 2 and "not a file" in done.stderr, done
+    done = run("in.zip", "in.zip")
+    assert done.returncode == 2 and "output as well" in done.stderr and zipfile.is_zipfile("in.zip"), done
+    os.remove("out.h5")
+
+
 def test_broken():
     data, state = network("tqc", True)
 
@@ -191,6 +346,20 @@ def test_broken():
         "two actions": ((data, policy_pth(changed(**{"actor.mu.0.weight": np.ones((2, 4), "f4"),
                                                      "actor.mu.0.bias": np.ones(2, "f4")}))), None, "2 outputs"),
         "activation": (({**data, "policy_kwargs": {"activation_fn": "<class 'torch.nn.GELU'>"}}, good), None, "GELU"),
+        "clip_mean no number": (({**data, "policy_kwargs": {"clip_mean": {}}}, good), None, "clip_mean"),
+        "kwargs a text": (({**data, "policy_kwargs": "ReLU"}, good), None, "policy_kwargs of its member data"),
+        "class a list": (({**data, "policy_class": [1]}, good), None, "policy_class of its member data"),
+        "a long seed": (({**data, "seed": 10 ** 400}, good), None, "seed"),
+        "a wide seed": (({**data, "seed": 2 ** 70}, good), None, "seed"),
+        "seed a text": (({**data, "seed": "5"}, good), None, "seed"),
+        "an endless seed": (('{"seed": Infinity}', good), None, "seed"),
+        "alpha": ((data, good), ["--alpha", "nan"], "alpha"),
+        "lines in a name": ((data, policy_pth(state, lambda p: p.replace(b"ctorch\nFloat", b"c\rt\x1b\nFloat"))), None,
+                            "refers to"),
+        "no rows": ((data, policy_pth(changed(**{"actor.latent_pi.0.weight": np.ones((0, 6), "f4"),
+                                                 "actor.latent_pi.0.bias": np.ones(0, "f4")}))), None, "none of them 0"),
+        "a scalar": ((data, policy_pth(changed(**{"actor.latent_pi.0.weight": np.ones((), "f4")}))), None,
+                     "expected [n, m]"),
         "clip_mean": (({**data, "policy_kwargs": {"clip_mean": 3.0}}, good), None, "clip_mean"),
         "preset": ((data, good), ["--preset", "circuit"], "8 observations"),
         "steps": ((data, good), ["--dt-min", "7s"], "--dt-min < --dt-max"),
@@ -208,7 +377,7 @@ def test_broken():
         assert want in done.stderr and done.stderr.count("\n") == 1, (name, done.stderr)
         with open("out.h5", encoding="utf-8") as old:
             assert old.read() == "an older policy", name
-        assert not os.path.exists("out.h5.part") and not os.path.exists("executed"), name
+        assert sorted(os.listdir()) == ["in.zip", "out.h5"], name
     os.remove("out.h5")
     write_zip("in.zip", data, good)
     done = run("in.zip", "no/such/directory/out.h5")
@@ -235,7 +404,7 @@ def test_published():
 
 
 def main():
-    tests = [test_algorithms, test_options, test_broken]
+    tests = [test_algorithms, test_options, test_broken, test_checksum, test_payloads, test_sizes, test_output]
     if os.path.exists(PUBLISHED):
         tests.append(test_published)
     else:

@@ -245,6 +245,10 @@ static const struct {
   {"spacing of /action is \"cubic\"", TEXT, .path = "/action", .name = "spacing", .text = "cubic"},
   {"/action", NUMBER, .path = "/action", .name = "dt_max", .value = INFINITY},
   {"dt_min = 0.3 t_max and dt_max = 0.2 t_max", CALL, .spoil = steps_reversed},
+  {"the checksum of its content is", DATASET, .path = "/layers/0/bias", .shape = {3}, .value = 0.5},
+  {"(attribute checksum of /)", TEXT, .path = "/", .name = "checksum", .text = "0123456789abcdef"},
+  {"(attribute checksum of /)", TEXT, .path = "/", .name = "problem", .text = "fault"},
+  {"(attribute checksum of /)", TEXT, .path = "/action", .name = "dt_max_unit", .text = "s"},
   {"/range/minimum has 1 entries; expected 2", DATASET, .path = "/range/minimum", .shape = {1}, .value = 0},
 };
 
@@ -300,6 +304,51 @@ static void broken_files(void **state)
   }
   ok(SlipPolicyDestroy(&p));
   ok(SlipPolicyDestroy(&good));
+}
+
+/* Every bit of the first weights of a file with a checksum, one at a time; then the same file as one of before. */
+static void damaged_weights(void **state)
+{
+  const PetscReal obs[2] = {0.3, 0.9};
+  unsigned char bytes[65536], *at = NULL;
+  PetscReal a, b;
+  SlipPolicy p;
+  SlipH5 h;
+  size_t n;
+  FILE *f;
+
+  (void)state;
+  make(SLIP_ACTIVATION_TANH, SLIP_ACTIVATION_LINEAR, PETSC_FALSE, &p);
+  ok(SlipPolicySetAttribute(p, "seed", "-0"));
+  ok(SlipPolicyStore(p, file));
+  ok(SlipPolicyLoad(p, file));
+  ok(SlipPolicyEvaluate(p, obs, &a, NULL));
+  f = fopen(file, "rb");
+  n = fread(bytes, 1, sizeof(bytes), f);
+  fclose(f);
+  for (size_t i = 0; i + sizeof(w0) <= n && !at; i++)
+    if (!memcmp(bytes + i, w0, sizeof(w0))) at = bytes + i;
+  assert_non_null(at);
+  for (size_t bit = 0; bit < 8 * sizeof(w0); bit++) {
+    at[bit / 8] ^= (unsigned char)(1 << bit % 8);
+    f = fopen(file, "wb");
+    assert_int_equal(n, fwrite(bytes, 1, n, f));
+    fclose(f);
+    fails(SlipPolicyLoad(p, file), file);
+    assert_true(strstr(message, "the checksum of its content is") || strstr(message, "expected finite numbers"));
+    at[bit / 8] ^= (unsigned char)(1 << bit % 8);
+  }
+  ok(SlipPolicyStore(p, file));
+  snprintf(h.name, sizeof(h.name), "%s", file);
+  h.id = H5Fopen(file, H5F_ACC_RDWR, H5P_DEFAULT);
+  dataset(&h, "/layers/0/bias", 1, 3, 0, 0.5);
+  attribute(&h, "/", "checksum", NULL);
+  H5Fclose(h.id);
+  ok(SlipPolicyLoad(p, file));
+  ok(SlipPolicyEvaluate(p, obs, &b, NULL));
+  assert_true(a != b);
+  fails(SlipPolicySetAttribute(p, "checksum", "0"), "the attribute checksum is the file's own");
+  ok(SlipPolicyDestroy(&p));
 }
 
 static void no_file(void **state)
@@ -371,4 +420,5 @@ static int RemoveFile(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(NameFile, RemoveFile, forward, steps, range, round_trip, broken_files, no_file, benchmark)
+SLIP_TESTS_WITH(NameFile, RemoveFile, forward, steps, range, round_trip, broken_files, damaged_weights, no_file,
+                benchmark)

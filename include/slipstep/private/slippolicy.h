@@ -43,6 +43,7 @@ PETSC_INTERN PetscErrorCode SlipPolicyCheck_Private(SlipPolicy p); /* complete a
 PETSC_INTERN const char *SlipPolicySource_Private(SlipPolicy p);   /* its file, or "(in memory)" */
 PETSC_INTERN PetscErrorCode SlipPolicyPack_Private(SlipPolicy p, size_t *n, char **bytes); /* free with PetscFree() */
 PETSC_INTERN PetscErrorCode SlipPolicyUnpack_Private(SlipPolicy p, size_t n, const char *bytes);
+PETSC_INTERN PetscBool SlipPolicyOwnAttribute_Private(const char name[]);
 PETSC_INTERN PetscReal SlipPolicyParseNumber_Private(const char text[]);
 PETSC_INTERN PetscErrorCode SlipPolicyAttributeNumber_Private(const char name[], const char value[], PetscReal *number);
 PETSC_INTERN PetscErrorCode SlipPolicyNumberText_Private(PetscReal number, size_t len, char text[]);
