@@ -32,6 +32,9 @@ PETSC_EXTERN PetscErrorCode SlipH5Group(SlipH5 *h, const char path[]); /* create
    type. */
 PETSC_EXTERN PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, PetscInt dims[],
                                            PetscReal **data);
+/* Likewise, where the shape is known: want [ndim], -1 for any size; what: of that shape, for messages, or NULL. */
+PETSC_EXTERN PetscErrorCode SlipH5ReadRealSized(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt want[],
+                                                const char what[], PetscInt dims[], PetscReal **data);
 PETSC_EXTERN PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n,
                                               char ***strings); /* free with SlipH5FreeStrings */
 PETSC_EXTERN PetscErrorCode SlipH5FreeStrings(PetscInt n, char ***strings);

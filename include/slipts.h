@@ -63,6 +63,12 @@ PETSC_EXTERN PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt
    which would ignore the constraint. */
 PETSC_EXTERN PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts);
 PETSC_EXTERN PetscErrorCode TSBatheCheckOptions(TS ts);
+/* SlipSmallConfigureTS() for languages that have no structs of C's: the members of SlipSmall one by one. */
+PETSC_EXTERN PetscErrorCode SlipSmallConfigureTSByMembers(
+  TS ts, PetscInt n, const PetscReal mass[], PetscInt nrows, const PetscInt rows[],
+  PetscErrorCode (*force)(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx),
+  PetscErrorCode (*jacobian)(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx),
+  PetscErrorCode (*bound)(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx), void *ctx);
 
 /* Composed functions by which TSBATHE, controllers and problems meet without including each other:
    on TSAdapt

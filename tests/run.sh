@@ -26,7 +26,9 @@ check_format() {
 
 format=() # later releases of Debian have no version 14
 case $(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") in "debian 12" | "ubuntu 24.04") format=(clang-format-14) ;; esac
-slipstep_setup libcmocka-dev "${format[@]}"
+python=() # of Debian's PETSc; with another the test of slipstep.py looks for that one's petsc4py
+[ -n "${PETSC_DIR:-}" ] || python=(python3-petsc4py-real)
+slipstep_setup libcmocka-dev "${format[@]}" "${python[@]}"
 build=${SLIPSTEP_BUILD_DIR:-build}
 slipstep_build "$build" -DBUILD_TESTING=ON -DSLIPSTEP_PYTHON="$SLIPSTEP_PYTHON"
 

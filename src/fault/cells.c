@@ -55,7 +55,7 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], 
 /* On rank 0, from the open file: data [field][N] and which fields the file holds. */
 static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal data[], PetscInt has[])
 {
-  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+  const PetscInt want[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
   const PetscInt ndim = fault->mesh.n ? 1 : 2; /* a mesh's fields are [n] */
   char path[64], names[256], source[PETSC_MAX_PATH_LEN + 64];
   PetscInt found = 0;
@@ -65,7 +65,7 @@ static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal 
   (void)snprintf(source, sizeof(source), "%s%s", h->name, h->source);
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
     const char *name = SlipFaultReals[SlipFaultFields[f]].name;
-    PetscInt dims[2] = {1, 1};
+    PetscInt dims[2];
     PetscReal *read;
     PetscBool flg;
 
@@ -76,15 +76,8 @@ static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal 
     has[f] = flg ? 1 : 0;
     if (!flg) continue;
     found++;
-    PetscCall(SlipH5ReadReal(h, path, ndim, dims + 2 - ndim, &read));
-    PetscCheck(!fault->mesh.n || dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s: %s has %" PetscInt_FMT " entries, expected one for each of the %" PetscInt_FMT
-               " cells of -%sfault_mesh %s",
-               source, path, dims[1], nx, SlipFaultPrefix(fault), fault->text[FAULT_MESH]);
-    PetscCheck(dims[0] == nz && dims[1] == nx, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s: %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT "], expected [Nz, Nx] = [%" PetscInt_FMT
-               ", %" PetscInt_FMT "]",
-               source, path, dims[0], dims[1], nz, nx);
+    PetscCall(SlipH5ReadRealSized(h, path, ndim, want + 2 - ndim,
+                                  fault->mesh.n ? "one for each cell of -fault_mesh" : "Nz x Nx", dims, &read));
     PetscCall(SlipFaultCheckField(fault, source, f, read));
     PetscCall(PetscArraycpy(data + (size_t)f * fault->N, read, fault->N));
     PetscCall(PetscFree(read));

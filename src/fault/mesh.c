@@ -10,17 +10,16 @@ enum { MESH_NUM_COLUMNS = 5 };
 static PetscErrorCode SlipFaultMeshRead(SlipFault fault, PetscInt *n, PetscReal **rows)
 {
   SlipH5 h;
+  const PetscInt want[2] = {-1, MESH_NUM_COLUMNS};
   PetscInt dims[2];
   char columns[128] = MESH_COLUMNS;
   PetscBool has, same;
 
   PetscFunctionBegin;
   PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_mesh", fault->text[FAULT_MESH], &h));
-  PetscCall(SlipH5ReadReal(&h, MESH_DATASET, 2, dims, rows));
-  PetscCheck(dims[1] == MESH_NUM_COLUMNS && dims[0] > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s%s: " MESH_DATASET " has shape [%" PetscInt_FMT ", %" PetscInt_FMT
-             "], expected [n, 5] with the columns " MESH_COLUMNS,
-             h.name, h.source, dims[0], dims[1]);
+  PetscCall(SlipH5ReadRealSized(&h, MESH_DATASET, 2, want, "with the columns " MESH_COLUMNS, dims, rows));
+  PetscCheck(dims[0] > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             MESH_DATASET " in %s has no rows, expected one for each cell%s", h.name, h.source);
   PetscCall(SlipH5HasAttribute(&h, MESH_DATASET, "columns", &has));
   if (has) PetscCall(SlipH5ReadAttrString(&h, MESH_DATASET, "columns", columns, sizeof(columns)));
   PetscCall(PetscStrcmp(columns, MESH_COLUMNS, &same));

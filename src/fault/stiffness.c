@@ -26,16 +26,12 @@ static PetscErrorCode SlipFaultSplitPath(const char text[], char file[], char da
 }
 
 static PetscErrorCode SlipFaultCheckEntries(SlipFault fault, const char file[], const char dataset[],
-                                            const PetscInt dims[2], const PetscReal entries[])
+                                            const PetscReal entries[])
 {
   const char *prefix = SlipFaultPrefix(fault);
   const size_t N = (size_t)fault->N;
 
   PetscFunctionBegin;
-  PetscCheck(dims[0] == fault->N && dims[1] == fault->N, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-%sfault_stiffness_file): %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT
-             "], expected [N, N] with N = nx nz = %" PetscInt_FMT,
-             file, prefix, dataset, dims[0], dims[1], fault->N);
   for (size_t k = 0; k < N * N; k++)
     PetscCheck(isfinite(entries[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
                "%s (-%sfault_stiffness_file): %s[%zu, %zu] is %.6g, expected a finite number", file, prefix, dataset,
@@ -48,16 +44,17 @@ static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entrie
 {
   char file[PETSC_MAX_PATH_LEN], dataset[PETSC_MAX_PATH_LEN];
   SlipH5 h;
+  const PetscInt want[2] = {fault->N, fault->N};
   PetscInt dims[2];
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultSplitPath(fault->text[FAULT_STIFFNESS_FILE], file, dataset, sizeof(file)));
   PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_stiffness_file", file, &h));
-  ierr = SlipH5ReadReal(&h, dataset, 2, dims, entries);
+  ierr = SlipH5ReadRealSized(&h, dataset, 2, want, "N x N with N = nx nz", dims, entries);
   PetscCall(SlipH5Close(&h));
   PetscCall(ierr);
-  PetscCall(SlipFaultCheckEntries(fault, file, dataset, dims, *entries));
+  PetscCall(SlipFaultCheckEntries(fault, file, dataset, *entries));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

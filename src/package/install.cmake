@@ -25,6 +25,12 @@ foreach(_folder ${_beside})
   file(CREATE_LINK ${PROJECT_SOURCE_DIR}/training/policies ${PROJECT_BINARY_DIR}/${_folder}/slipstep-policies SYMBOLIC)
 endforeach()
 install(PROGRAMS ${_python} DESTINATION ${_data}/python)
+# The Python module looks for the library one folder up.
+if(BUILD_SHARED_LIBS)
+  install(FILES ${CMAKE_CURRENT_LIST_DIR}/slipstep.py DESTINATION ${CMAKE_INSTALL_LIBDIR}/python3)
+  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/lib/python3)
+  file(CREATE_LINK ${CMAKE_CURRENT_LIST_DIR}/slipstep.py ${PROJECT_BINARY_DIR}/lib/python3/slipstep.py SYMBOLIC)
+endif()
 install(FILES ${_options} DESTINATION ${_data}/examples)
 
 # find_package(slipstep) gives slipstep::slipstep, shared unless BUILD_SHARED_LIBS is off, and slipstep::slipstep_static,

@@ -23,30 +23,17 @@ static PetscErrorCode CheckFormat(SlipH5 *h5)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A vector of numbers of known length; free with PetscFree(). */
-static PetscErrorCode ReadVector(SlipH5 *h5, const char path[], PetscInt n, const char *what, PetscReal **values)
-{
-  PetscInt m;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5ReadReal(h5, path, 1, &m, values));
-  if (m != n) PetscCall(PetscFree(*values));
-  PetscCheck(m == n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s: %s has %" PetscInt_FMT " entries; expected %" PetscInt_FMT ", %s", h5->name, path, m, n, what);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ReadObservations(SlipH5 *h5, SlipPolicy p)
 {
-  PetscInt n;
+  PetscInt n, m;
   char **names;
   PetscReal *values[2] = {NULL, NULL};
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
   PetscCall(SlipH5ReadStrings(h5, "/observation/names", &n, &names));
-  ierr = ReadVector(h5, "/observation/scale", n, "one per observation", &values[0]);
-  if (!ierr) ierr = ReadVector(h5, "/observation/offset", n, "one per observation", &values[1]);
+  ierr = SlipH5ReadRealSized(h5, "/observation/scale", 1, &n, "one for each observation", &m, &values[0]);
+  if (!ierr) ierr = SlipH5ReadRealSized(h5, "/observation/offset", 1, &n, "one for each observation", &m, &values[1]);
   if (!ierr) ierr = SlipPolicySetObservations(p, n, (const char *const *)names, values[0], values[1]);
   PetscCall(SlipH5FreeStrings(n, &names));
   PetscCall(PetscFree(values[0]));
@@ -58,14 +45,15 @@ static PetscErrorCode ReadObservations(SlipH5 *h5, SlipPolicy p)
 static PetscErrorCode ReadRange(SlipH5 *h5, SlipPolicy p)
 {
   PetscReal *values[2] = {NULL, NULL};
+  PetscInt m;
   PetscBool has;
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h5, "/range", &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  ierr = ReadVector(h5, "/range/minimum", p->n, "one per observation", &values[0]);
-  if (!ierr) ierr = ReadVector(h5, "/range/maximum", p->n, "one per observation", &values[1]);
+  ierr = SlipH5ReadRealSized(h5, "/range/minimum", 1, &p->n, "one for each observation", &m, &values[0]);
+  if (!ierr) ierr = SlipH5ReadRealSized(h5, "/range/maximum", 1, &p->n, "one for each observation", &m, &values[1]);
   if (!ierr) ierr = SlipPolicySetRange(p, values[0], values[1]);
   PetscCall(PetscFree(values[0]));
   PetscCall(PetscFree(values[1]));
@@ -76,7 +64,8 @@ static PetscErrorCode ReadRange(SlipH5 *h5, SlipPolicy p)
 static PetscErrorCode ReadLayer(SlipH5 *h5, SlipPolicy p, const char group[])
 {
   char path[128], name[64];
-  PetscInt shape[2];
+  const PetscInt columns = p->nlayers ? p->layers[p->nlayers - 1].out : p->n, want[2] = {-1, columns};
+  PetscInt shape[2], rows;
   PetscReal *weight = NULL, *bias = NULL;
   PetscEnum activation;
   PetscBool known;
@@ -89,15 +78,19 @@ static PetscErrorCode ReadLayer(SlipH5 *h5, SlipPolicy p, const char group[])
              "%s: attribute activation of %s is \"%s\"; expected relu, tanh, linear or hardtanh2", h5->name, group,
              name);
   PetscCall(PetscSNPrintf(path, sizeof(path), "%s/weight", group));
-  PetscCall(SlipH5ReadReal(h5, path, 2, shape, &weight));
+  PetscCall(SlipH5ReadRealSized(
+    h5, path, 2, want, p->nlayers ? "a column for each row of the layer before" : "a column for each observation",
+    shape, &weight));
   PetscCall(PetscSNPrintf(path, sizeof(path), "%s/bias", group));
-  ierr = ReadVector(h5, path, shape[0], "the rows of weight", &bias);
+  ierr = SlipH5ReadRealSized(h5, path, 1, &shape[0], "one for each row of weight", &rows, &bias);
   if (!ierr) ierr = SlipPolicyAddLayer(p, shape[1], shape[0], weight, bias, (SlipActivation)activation);
   PetscCall(PetscFree(weight));
   PetscCall(PetscFree(bias));
   PetscCall(ierr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+enum { max_layers = 64 };
 
 /* /layers/0, /layers/1, ... without gaps; a gap would silently drop the layers behind it. */
 static PetscErrorCode ReadLayers(SlipH5 *h5, SlipPolicy p)
@@ -112,15 +105,18 @@ static PetscErrorCode ReadLayers(SlipH5 *h5, SlipPolicy p)
   PetscCall(SlipH5Has(h5, "/layers/0", &has));
   PetscCheck(has, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s has no group /layers/0; expected the first layer there", h5->name);
+  id = H5Gopen2(h5->id, "/layers", H5P_DEFAULT);
+  failed = H5Gget_info(id, &info);
+  if (id >= 0) H5Gclose(id);
+  PetscCheck(failed >= 0 && info.nlinks <= max_layers, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: /layers has %llu members; expected at most %d", h5->name,
+             failed < 0 ? 0 : (unsigned long long)info.nlinks, (int)max_layers);
   for (PetscInt k = 0; has; k++) {
     PetscCall(PetscSNPrintf(group, sizeof(group), "/layers/%" PetscInt_FMT, k));
     PetscCall(SlipH5Has(h5, group, &has));
     if (has) PetscCall(ReadLayer(h5, p, group));
   }
-  id = H5Gopen2(h5->id, "/layers", H5P_DEFAULT);
-  failed = H5Gget_info(id, &info);
-  H5Gclose(id);
-  PetscCheck(failed >= 0 && (PetscInt)info.nlinks == p->nlayers, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+  PetscCheck((PetscInt)info.nlinks == p->nlayers, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s: /layers has %" PetscInt_FMT " members, but only %" PetscInt_FMT " numbered from 0 on; there is no %s",
              h5->name, (PetscInt)info.nlinks, p->nlayers, group);
   PetscFunctionReturn(PETSC_SUCCESS);

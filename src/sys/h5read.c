@@ -5,6 +5,9 @@
 #include <string.h>
 
 #define SLIP_H5_MAX_DIM 4
+#define SLIP_H5_MAX_TEXT 1048576  /* bytes of a list of strings, and entries; those of a string attribute */
+#define SLIP_H5_UNWRITTEN 1048576 /* bytes of a dataset of any shape that may be fill values only, without storage */
+#define SLIP_H5_DEFLATE 1032      /* most that deflate can shrink by (zlib, Technical Details) */
 
 static PetscErrorCode SlipH5OpenDataset(SlipH5 *h, const char path[], hid_t *set)
 {
@@ -46,18 +49,125 @@ static PetscBool SlipH5IsNumber(H5T_class_t c)
   return c == H5T_INTEGER || c == H5T_FLOAT || c == H5T_ENUM ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* "3, 4" */
-static void SlipH5DescribeShape(int rank, const hsize_t shape[], char text[], size_t len)
+/* "3, 4"; "any" for a size below 0 */
+static void SlipH5DescribeShape(PetscInt rank, const PetscInt64 shape[], char text[], size_t len)
 {
-  int written = 0;
+  size_t used = 0;
 
   text[0] = '\0';
-  for (int d = 0; d < rank && d < SLIP_H5_MAX_DIM && written >= 0 && (size_t)written < len; d++)
-    written += snprintf(text + written, len - (size_t)written, "%s%llu", d ? ", " : "", (unsigned long long)shape[d]);
+  for (PetscInt d = 0; d < rank && used < len; d++) {
+    const char *comma = d ? ", " : "";
+
+    if (shape[d] < 0)
+      used += (size_t)snprintf(text + used, len - used, "%sany", comma);
+    else
+      used += (size_t)snprintf(text + used, len - used, "%s%lld", comma, (long long)shape[d]);
+  }
+}
+
+/* Type and shape of an open dataset, before anything of it is read: sizes are 64 bit, whatever PetscInt is. */
+static PetscErrorCode SlipH5CheckShape(SlipH5 *h, const char path[], hid_t set, PetscInt ndim, const PetscInt want[],
+                                       const char what[], PetscInt dims[], size_t *n)
+{
+  const hid_t space = H5Dget_space(set), type = H5Dget_type(set);
+  const int rank = H5Sget_simple_extent_ndims(space);
+  const hsize_t stored = H5Dget_storage_size(set);
+  const size_t size = H5Tget_size(type);
+  const PetscBool is_number = SlipH5IsNumber(SlipH5TypeClass(type));
+  hsize_t extent[H5S_MAX_RANK] = {0};
+  PetscInt64 shape[SLIP_H5_MAX_DIM], wanted[SLIP_H5_MAX_DIM];
+  char found[128], expected[128];
+  PetscBool fits = PETSC_TRUE, known = PETSC_TRUE;
+
+  PetscFunctionBegin;
+  if (rank >= 0) H5Sget_simple_extent_dims(space, extent, NULL);
+  H5Sclose(space);
+  PetscCheck(is_number, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s does not hold numbers%s", path, h->name,
+             h->source);
+  PetscCheck(rank >= 0 && rank <= SLIP_H5_MAX_DIM, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s in %s has %d dimensions, expected %" PetscInt_FMT "%s", path, h->name, rank, ndim, h->source);
+  for (int d = 0; d < rank; d++) shape[d] = extent[d] > INT64_MAX ? INT64_MAX : (PetscInt64)extent[d];
+  SlipH5DescribeShape(rank, shape, found, sizeof(found));
+  PetscCheck(rank == (int)ndim, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s in %s has shape [%s], expected %" PetscInt_FMT " dimension%s%s", path, h->name, found, ndim,
+             ndim == 1 ? "" : "s", h->source);
+  *n = 1;
+  for (PetscInt d = 0; d < ndim; d++) {
+    wanted[d] = want ? want[d] : -1;
+    known = known && wanted[d] >= 0 ? PETSC_TRUE : PETSC_FALSE;
+    fits = fits && (wanted[d] < 0 || shape[d] == wanted[d]) ? PETSC_TRUE : PETSC_FALSE;
+  }
+  SlipH5DescribeShape(ndim, wanted, expected, sizeof(expected));
+  PetscCheck(fits, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s has shape [%s], expected [%s]%s%s%s", path,
+             h->name, found, expected, what ? ", " : "", what ? what : "", h->source);
+  for (PetscInt d = 0; d < ndim; d++) {
+    PetscCheck(shape[d] <= PETSC_MAX_INT && (!shape[d] || *n <= SIZE_MAX / sizeof(PetscReal) / (size_t)shape[d]),
+               PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s in %s has shape [%s], more entries than a PetscInt of %d bits can count%s", path, h->name, found,
+               (int)(8 * sizeof(PetscInt)), h->source);
+    dims[d] = (PetscInt)shape[d];
+    *n *= (size_t)shape[d];
+  }
+  PetscCheck(known || *n <= (SLIP_H5_UNWRITTEN + SLIP_H5_DEFLATE * stored) / size, PETSC_COMM_SELF,
+             PETSC_ERR_FILE_UNEXPECTED,
+             "%s in %s has shape [%s], but the file has only %llu bytes of it: damaged, or never written%s", path,
+             h->name, found, (unsigned long long)stored, h->source);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@C
-  SlipH5ReadReal - read a dataset of numbers
+  SlipH5ReadRealSized - read a dataset of numbers whose shape is known, or part of it
+
+  Not collective.
+
+  Input Parameters:
++ h    - file
+. path - dataset
+. ndim - number of dimensions it must have, 0 (scalar) to 4
+. want - the shape it must have [ndim], -1 for any size; NULL: any shape
+- what - for messages, what that shape is, such as "one for each observation", or NULL
+
+  Output Parameters:
++ dims - its shape [ndim]
+- data - its values, row-major, in the units of the dataset; free with PetscFree()
+
+  Level: developer
+
+  Note:
+  Nothing is read before the shape is found good: one that is not all known must be backed by bytes of the file.
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, is not numeric, has another shape, or one that the file cannot
+  hold; PETSC_ERR_FILE_READ when its values cannot be read.
+
+.seealso: SlipH5ReadReal(), SlipH5ReadStrings()
+@*/
+PetscErrorCode SlipH5ReadRealSized(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt want[],
+                                   const char what[], PetscInt dims[], PetscReal **data)
+{
+  hid_t set;
+  size_t n;
+  herr_t err;
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  *data = NULL;
+  PetscCheck(ndim >= 0 && ndim <= SLIP_H5_MAX_DIM, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "%" PetscInt_FMT " dimensions, expected 0 to %d", ndim, SLIP_H5_MAX_DIM);
+  PetscCall(SlipH5OpenDataset(h, path, &set));
+  ierr = SlipH5CheckShape(h, path, set, ndim, want, what, dims, &n);
+  if (!ierr) ierr = PetscMalloc1(PetscMax(n, 1), data);
+  if (ierr) H5Dclose(set);
+  PetscCall(ierr);
+  err = n ? H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, *data) : 0;
+  H5Dclose(set);
+  if (err < 0) PetscCall(PetscFree(*data));
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read %s in %s: damaged file?%s", path, h->name,
+             h->source);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5ReadReal - read a dataset of numbers of any shape
 
   Not collective.
 
@@ -72,48 +182,14 @@ static void SlipH5DescribeShape(int rank, const hsize_t shape[], char text[], si
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, is not numeric or has another number of dimensions;
-  PETSC_ERR_FILE_READ when its values cannot be read.
+  Errors: those of SlipH5ReadRealSized()
 
-.seealso: SlipH5ReadStrings()
+.seealso: SlipH5ReadRealSized(), SlipH5ReadStrings()
 @*/
 PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, PetscInt dims[], PetscReal **data)
 {
-  hid_t set, space;
-  hsize_t shape[SLIP_H5_MAX_DIM] = {0};
-  size_t n = 1;
-  char text[128];
-  int rank;
-  herr_t err;
-  H5T_class_t type;
-
   PetscFunctionBegin;
-  *data = NULL;
-  PetscCheck(ndim >= 0 && ndim <= SLIP_H5_MAX_DIM, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "%" PetscInt_FMT " dimensions, expected 0 to %d", ndim, SLIP_H5_MAX_DIM);
-  PetscCall(SlipH5OpenDataset(h, path, &set));
-  type = SlipH5TypeClass(H5Dget_type(set));
-  space = H5Dget_space(set);
-  rank = H5Sget_simple_extent_ndims(space);
-  if (rank >= 0 && rank <= SLIP_H5_MAX_DIM) H5Sget_simple_extent_dims(space, shape, NULL);
-  H5Sclose(space);
-  if (rank != (int)ndim || !SlipH5IsNumber(type)) H5Dclose(set);
-  PetscCheck(SlipH5IsNumber(type), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s does not hold numbers%s", path,
-             h->name, h->source);
-  SlipH5DescribeShape(rank, shape, text, sizeof(text));
-  PetscCheck(rank == (int)ndim, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s in %s has shape [%s], expected %" PetscInt_FMT " dimension%s%s", path, h->name, text, ndim,
-             ndim == 1 ? "" : "s", h->source);
-  for (PetscInt d = 0; d < ndim; d++) {
-    dims[d] = (PetscInt)shape[d];
-    n *= (size_t)shape[d];
-  }
-  PetscCall(PetscMalloc1(PetscMax(n, 1), data));
-  err = n ? H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, *data) : 0;
-  H5Dclose(set);
-  if (err < 0) PetscCall(PetscFree(*data));
-  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read %s in %s: damaged file?%s", path, h->name,
-             h->source);
+  PetscCall(SlipH5ReadRealSized(h, path, ndim, NULL, NULL, dims, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,10 +215,13 @@ static PetscErrorCode SlipH5ReadStringsOf(hid_t set, hid_t space, PetscInt n, ch
   PetscFunctionBegin;
   H5Tclose(type);
   if (variable) {
+    hsize_t total = 0; /* many entries may be one long string */
     char **raw;
 
     PetscCall(PetscCalloc1(PetscMax(n, 1), &raw));
-    *err = H5Dread(set, mem, H5S_ALL, H5S_ALL, H5P_DEFAULT, raw);
+    *err = H5Dvlen_get_buf_size(set, mem, space, &total);
+    if (total > SLIP_H5_MAX_TEXT) *err = -1;
+    if (*err >= 0) *err = H5Dread(set, mem, H5S_ALL, H5S_ALL, H5P_DEFAULT, raw);
     for (PetscInt i = 0; i < n && *err >= 0; i++) PetscCall(PetscStrallocpy(raw[i] ? raw[i] : "", &strings[i]));
     if (*err >= 0) H5Dvlen_reclaim(mem, space, H5P_DEFAULT, raw);
     PetscCall(PetscFree(raw));
@@ -179,8 +258,9 @@ static PetscErrorCode SlipH5ReadStringsOf(hid_t set, hid_t space, PetscInt n, ch
 @*/
 PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char ***strings)
 {
-  hid_t set, space;
+  hid_t set, space, id;
   hsize_t shape = 0;
+  size_t size;
   int rank;
   herr_t err = 0;
   H5T_class_t type;
@@ -189,7 +269,9 @@ PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char
   *n = 0;
   *strings = NULL;
   PetscCall(SlipH5OpenDataset(h, path, &set));
-  type = SlipH5TypeClass(H5Dget_type(set));
+  id = H5Dget_type(set);
+  size = H5Tget_size(id);
+  type = SlipH5TypeClass(id);
   space = H5Dget_space(set);
   rank = H5Sget_simple_extent_ndims(space);
   if (type != H5T_STRING || rank != 1) {
@@ -199,6 +281,12 @@ PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char
             h->source);
   }
   H5Sget_simple_extent_dims(space, &shape, NULL);
+  if (shape > SLIP_H5_MAX_TEXT / size) {
+    H5Sclose(space);
+    H5Dclose(set);
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s has %llu strings of %zu bytes, expected at most %d%s",
+            path, h->name, (unsigned long long)shape, size, SLIP_H5_MAX_TEXT, h->source);
+  }
   *n = (PetscInt)shape;
   PetscCall(PetscCalloc1(PetscMax(*n, 1), strings));
   PetscCall(SlipH5ReadStringsOf(set, space, *n, *strings, &err));
@@ -336,7 +424,8 @@ PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char att
   PetscCall(SlipH5OpenAttribute(h, path, attr, &id));
   type = H5Aget_type(id);
   space = H5Aget_space(id);
-  if (H5Tget_class(type) == H5T_STRING && H5Sget_simple_extent_npoints(space) == 1) {
+  if (H5Tget_class(type) == H5T_STRING && H5Sget_simple_extent_npoints(space) == 1 &&
+      H5Tget_size(type) <= SLIP_H5_MAX_TEXT) {
     char *raw = NULL;
 
     mem = SlipH5StringType(type, &variable, &size);
@@ -353,8 +442,8 @@ PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char att
   H5Sclose(space);
   H5Tclose(type);
   H5Aclose(id);
-  PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is not a string%s", attr, path,
-             h->name, h->source);
+  PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is not one string%s", attr,
+             path, h->name, h->source);
   PetscCheck(length < len, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "attribute %s of %s in %s has %zu characters, expected fewer than %zu%s", attr, path, h->name, length, len,
              h->source);

@@ -45,6 +45,43 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@C
+  SlipSmallConfigureTSByMembers - SlipSmallConfigureTS() with the members of SlipSmall one by one, for languages that have
+                                  no structs of C's
+
+  Logically collective; before TSSetFromOptions().
+
+  Input Parameters:
++ ts       - the TS, of one process
+. n        - number of states
+. mass     - diagonal of A, positive [n], in units of the user's; copied
+. nrows    - number of rows with a reaction
+. rows     - where the reactions enter, ascending [nrows]; copied
+. force    - F_s [n] of time and states, in units of A dw/dt
+. jacobian - its derivative, J[i n + j] = dF_i/dw_j, zero on entry
+. bound    - q >= 0 [nrows], and unless dq is NULL its derivative by |w_rows[k]|, zero on entry
+- ctx      - given to the functions, kept
+
+  Level: intermediate
+
+  Errors: those of SlipSmallConfigureTS()
+
+.seealso: SlipSmallConfigureTS()
+@*/
+PetscErrorCode
+SlipSmallConfigureTSByMembers(TS ts, PetscInt n, const PetscReal mass[], PetscInt nrows, const PetscInt rows[],
+                              PetscErrorCode (*force)(PetscReal, const PetscReal[], PetscReal[], void *),
+                              PetscErrorCode (*jacobian)(PetscReal, const PetscReal[], PetscReal[], void *),
+                              PetscErrorCode (*bound)(PetscReal, const PetscReal[], PetscReal[], PetscReal[], void *),
+                              void *ctx)
+{
+  const SlipSmall problem = {n, mass, nrows, rows, force, jacobian, bound, ctx};
+
+  PetscFunctionBegin;
+  PetscCall(SlipSmallConfigureTS(&problem, ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* PETSc takes any number for these. */
 static PetscErrorCode CheckNumbers(TS ts)
 {

@@ -47,11 +47,19 @@ for name, values in {"shape": np.full((3, 2), 1e7), "nan": np.full((2, 2), np.na
 with h5py.File("stress_list.h5", "w") as f:
     f["normal_stress"] = np.full(3, 1e7)
 
-def policy(name, edit):
-    """A policy with six observations, and one thing wrong."""
+# Sizes that the files only claim: refused before anything is read.
+for name, path, shape in (("wide", "cells", (3, 10**9)), ("long", "cells", (10**9, 5)), ("wide_stress", "normal_stress", (3, 10**9)),
+                          ("wide_k", "stiffness", (10**6, 10**6)), ("wrap", "cells", (2**31, 5))):
+    with h5py.File(f"{name}.h5", "w") as f:
+        f.create_dataset(path, shape, chunks=(1, 5))
+
+def policy(name, edit, checksum=False):
+    """A policy with six observations, and one thing wrong; without its checksum, so that this is what is found."""
     shutil.copy(os.environ["SLIPSTEP_SOURCE"] + "/training/policies/fault_tqc.h5", name)
     with h5py.File(name, "r+") as f:
         edit(f)
+        if not checksum:
+            del f.attrs["checksum"]
 
 def replace(path, value):
     def edit(f):
@@ -75,6 +83,7 @@ policy("p_inf.h5", replace("layers/1/bias", first(np.inf)))
 policy("p_shape.h5", replace("layers/0/weight", lambda w: w[:, :-1]))
 policy("p_scale.h5", replace("observation/scale", lambda x: x[:2]))
 policy("p_names.h5", replace("observation/names", no_weather))
+policy("p_edited.h5", replace("layers/1/bias", first(0.125)), checksum=True)
 policy("p_activation.h5", lambda f: f["layers/0"].attrs.create("activation", "swish"))
 policy("p_version.h5", lambda f: f.attrs.modify("version", np.int64(2)))
 policy("p_format.h5", lambda f: f.attrs.create("format", "other"))
@@ -108,7 +117,7 @@ expect "cache directory no/dir (-fault_cache_dir): no such directory" -fault_cac
 expect "none.h5" -fault_stiffness_file none.h5
 expect "not.h5 is not an HDF5 file" -fault_stiffness_file not.h5
 expect "truncated.h5" -fault_stiffness_file truncated.h5
-expect "/stiffness has shape [4, 4], expected [N, N] with N = nx nz = 9" -fault_nx 3 -fault_nz 3 \
+expect "has shape [4, 4], expected [9, 9], N x N with N = nx nz (-fault_stiffness_file)" -fault_nx 3 -fault_nz 3 \
   -fault_stiffness_file k.h5
 expect "k.h5 has no dataset /K" "${mesh[@]}" -fault_stiffness_file k.h5:/K
 expect "/text in k.h5 does not hold numbers" "${mesh[@]}" -fault_stiffness_file k.h5:/text
@@ -126,7 +135,7 @@ expect "not.h5 is not an HDF5 file (-fault_mesh)" -fault_mesh not.h5
 expect "k.h5 has no dataset /cells" -fault_mesh k.h5
 : >empty.txt
 expect "empty.txt (-fault_sweep) has no line of options" -fault_sweep empty.txt
-expect "/cells has shape [3, 4], expected [n, 5]" -fault_mesh narrow.h5
+expect "/cells in narrow.h5 has shape [3, 4], expected [any, 5], with the columns x y z length width (-fault_mesh)" -fault_mesh narrow.h5
 expect 'the columns of /cells are "x z y length width"' -fault_mesh columns.h5
 expect "zero.h5 (-fault_mesh): row 3 has length = 0" -fault_mesh zero.h5
 expect "negative.h5 (-fault_mesh): row 3 has width = -5" -fault_mesh negative.h5
@@ -147,8 +156,14 @@ done
 expect "-fault_cache_dir has no value, expected the name of an existing directory" -fault_cache_dir
 expect "/normal_stress in stress_shape.h5 has shape [3, 2], expected 1 dimension (-fault_parameters)" -fault_mesh mesh.h5 \
   -fault_parameters stress_shape.h5
-expect "/normal_stress has 3 entries, expected one for each of the 4 cells of -fault_mesh mesh.h5" -fault_mesh mesh.h5 \
+expect "has shape [3], expected [4], one for each cell of -fault_mesh (-fault_parameters)" -fault_mesh mesh.h5 \
   -fault_parameters stress_list.h5
+expect "/cells in wide.h5 has shape [3, 1000000000], expected [any, 5]" -fault_mesh wide.h5
+expect "/cells in long.h5 has shape [1000000000, 5], but the file has only 0 bytes of it" -fault_mesh long.h5
+expect "/cells in wrap.h5 has shape [2147483648, 5], " -fault_mesh wrap.h5
+expect "/normal_stress in wide_stress.h5 has shape [3, 1000000000], expected [2, 2], Nz x Nx" "${mesh[@]}" \
+  -fault_parameters wide_stress.h5
+expect "/stiffness in wide_k.h5 has shape [1000000, 1000000], expected [4, 4]" "${mesh[@]}" -fault_stiffness_file wide_k.h5
 expect "-fault_rate_tolerance is 0, expected a number > 0 m/s" -fault_rate_tolerance 0
 expect "-fault_stiffness_file k.h5 and -fault_mesh mesh.h5 exclude each other" -fault_mesh mesh.h5 \
   -fault_stiffness_file k.h5
@@ -159,9 +174,9 @@ expect "(-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file none.h5
 expect "(-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file not.h5
 expect "-fault_stiffness_file has no value" "${mesh[@]}" -fault_stiffness_file
 expect "/nan[0, 0] is nan, expected a finite number" "${mesh[@]}" -fault_stiffness_file k.h5:/nan
-expect "/oblong has shape [4, 3], expected [N, N] with N = nx nz = 4" "${mesh[@]}" -fault_stiffness_file k.h5:/oblong
+expect "/oblong in k.h5 has shape [4, 3], expected [4, 4], N x N" "${mesh[@]}" -fault_stiffness_file k.h5:/oblong
 expect "/list in k.h5 has shape [4], expected 2 dimensions (-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file k.h5:/list
-expect "/normal_stress has shape [3, 2], expected [Nz, Nx] = [2, 2]" "${mesh[@]}" -fault_parameters stress_shape.h5
+expect "/normal_stress in stress_shape.h5 has shape [3, 2], expected [2, 2], Nz x Nx" "${mesh[@]}" -fault_parameters stress_shape.h5
 expect "/normal_stress[0, 0] is nan, expected a finite number > 0 Pa" "${mesh[@]}" -fault_parameters stress_nan.h5
 expect "/normal_stress[0, 0] is -1, expected a finite number > 0 Pa" "${mesh[@]}" -fault_parameters stress_negative.h5
 expect "/normal_stress in stress_text.h5 does not hold numbers (-fault_parameters)" "${mesh[@]}" \
@@ -208,8 +223,9 @@ expect "not.h5 is not an HDF5 file (-ts_adapt_rl_policy)" "${rl[@]}" -ts_adapt_r
 expect "p_truncated.h5 is an HDF5 file, but truncated or damaged" "${rl[@]}" -ts_adapt_rl_policy p_truncated.h5
 expect "Policy p_nan.h5: /layers/0/weight has the value nan" "${rl[@]}" -ts_adapt_rl_policy p_nan.h5
 expect "Policy p_inf.h5: /layers/1/bias has the value inf" "${rl[@]}" -ts_adapt_rl_policy p_inf.h5
-expect "/layers/0/weight has shape [64, 5]; expected 6 columns" "${rl[@]}" -ts_adapt_rl_policy p_shape.h5
-expect "/observation/scale has 2 entries; expected 6" "${rl[@]}" -ts_adapt_rl_policy p_scale.h5
+expect "/layers/0/weight in p_shape.h5 has shape [64, 5], expected [any, 6], a column for each observation" "${rl[@]}" -ts_adapt_rl_policy p_shape.h5
+expect "/observation/scale in p_scale.h5 has shape [2], expected [6], one for each observation" "${rl[@]}" -ts_adapt_rl_policy p_scale.h5
+expect 'p_edited.h5: the checksum of its content is' "${rl[@]}" -ts_adapt_rl_policy p_edited.h5
 expect 'entry 0 of /observation/names is "weather", which this problem does not know; expected one of energy' \
   "${rl[@]}" -ts_adapt_rl_policy p_names.h5
 expect 'attribute activation of /layers/0 is "swish"; expected relu, tanh, linear or hardtanh2' "${rl[@]}" \

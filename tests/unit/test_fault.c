@@ -211,7 +211,7 @@ static void field_file(void **state)
   assert_true(fault->field[FIELD_FRICTION_DROP][5] == 0.1);
   assert_true(fabs(fault->mean_dc - 0.35) < 1e-15);
   ok(SlipFaultDestroy(&fault));
-  Refuses(2, 3, "parameters", file, "/friction_slip has shape [2, 3], expected [Nz, Nx] = [3, 2]");
+  Refuses(2, 3, "parameters", file, "has shape [2, 3], expected [3, 2], Nz x Nx");
   data[4] = -0.5;
   WriteField(file, "/normal_stress", 2, 3, data);
   Refuses(3, 2, "parameters", file, "/normal_stress[1, 1] is -0.5, expected a finite number > 0 Pa");
@@ -240,7 +240,7 @@ static void stiffness_file(void **state)
   ok(SlipFaultDestroy(&fault));
   Refuses(2, 1, "stiffness_file", file, "has no dataset /stiffness");
   Refuses(3, 1, "stiffness_file", "test_fault_stiffness.h5:/run/K",
-          "/run/K has shape [2, 2], expected [N, N] with N = nx nz = 3");
+          "has shape [2, 2], expected [3, 3], N x N with N = nx nz");
   good[2] = NAN;
   WriteField(file, "/stiffness", 2, 2, good);
   Refuses(2, 1, "stiffness_file", file, "/stiffness[1, 0] is nan");

@@ -141,6 +141,91 @@ static void broken_files(void **state)
   unlink(file);
 }
 
+/* Datasets that the file only claims to hold, and others that nobody reads: refused by their shape, before reading. */
+static void sizes(void **state)
+{
+  const hsize_t wide[2] = {3, 1000000000}, long_[1] = {(hsize_t)1 << 40}, deep[6] = {1, 1, 1, 1, 1, 1},
+                chunk[2] = {3, 8};
+  const hsize_t many[1] = {3000000}, some[2] = {100, 100};
+  const PetscInt want[2] = {-1, 5}, exact[2] = {100, 100};
+  const hid_t dcpl = H5Pcreate(H5P_DATASET_CREATE), text = H5Tcopy(H5T_C_S1), pair = H5Tcreate(H5T_COMPOUND, 16);
+  const double fill = 0.25;
+  const struct {
+    const char *path, *refusal;
+    hid_t type;
+    int rank;
+    const hsize_t *shape;
+  } set[] = {
+    {"/wide", "has shape [3, 1000000000], but the file has only 0 bytes of it", H5T_IEEE_F64LE, 2, wide},
+    {"/long",
+     sizeof(PetscInt) == 4 ? "has shape [1099511627776], more entries than a PetscInt of 32 bits"
+                           : "has shape [1099511627776], but the file has only 0 bytes of it",
+     H5T_STD_I8LE, 1, long_},
+    {"/deep", "has 6 dimensions, expected 1", H5T_IEEE_F64LE, 6, deep},
+    {"/text", "has 3000000 strings of 4 bytes, expected at most", text, 1, many},
+    {"/pair", "does not hold numbers", pair, 1, chunk},
+  };
+  char **strings, value[16];
+  PetscInt dims[4], n;
+  PetscReal *x;
+  hid_t space, id;
+  SlipH5 h;
+
+  (void)state;
+  ok(SlipH5Create(file, &h));
+  H5Tset_size(text, 4);
+  H5Tinsert(pair, "a", 0, H5T_NATIVE_DOUBLE);
+  for (size_t k = 0; k < sizeof(set) / sizeof(*set); k++) {
+    const hid_t chunks = H5Pcreate(H5P_DATASET_CREATE);
+
+    if (set[k].rank < 3) H5Pset_chunk(chunks, set[k].rank, chunk);
+    space = H5Screate_simple(set[k].rank, set[k].shape, NULL);
+    id = H5Dcreate2(h.id, set[k].path, set[k].type, space, H5P_DEFAULT, chunks, H5P_DEFAULT);
+    assert_true(id >= 0);
+    H5Dclose(id);
+    H5Sclose(space);
+    H5Pclose(chunks);
+  }
+  /* a fill value is a field, where the shape is known */
+  H5Pset_fill_value(dcpl, H5T_NATIVE_DOUBLE, &fill);
+  space = H5Screate_simple(2, some, NULL);
+  H5Dclose(H5Dcreate2(h.id, "/uniform", H5T_IEEE_F64LE, space, H5P_DEFAULT, dcpl, H5P_DEFAULT));
+  H5Sclose(space);
+  space = H5Screate_simple(2, chunk, NULL);
+  H5Aclose(H5Acreate2(h.id, "field", H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT));
+  H5Sclose(space);
+  space = H5Screate(H5S_NULL);
+  H5Dclose(H5Dcreate2(h.id, "/nothing", H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  H5Aclose(H5Acreate2(h.id, "none", text, space, H5P_DEFAULT, H5P_DEFAULT));
+  H5Sclose(space);
+  ok(SlipH5Close(&h));
+
+  ok(SlipH5OpenRead(file, &h));
+  for (size_t k = 0; k < sizeof(set) / sizeof(*set); k++) {
+    if (set[k].type == text)
+      fails(SlipH5ReadStrings(&h, set[k].path, &n, &strings), set[k].refusal);
+    else
+      fails(SlipH5ReadReal(&h, set[k].path, set[k].rank == 6 ? 1 : set[k].rank, dims, &x), set[k].refusal);
+    assert_non_null(strstr(message, file));
+    assert_non_null(strstr(message, set[k].path));
+  }
+  fails(SlipH5ReadRealSized(&h, "/wide", 2, want, "with five columns", dims, &x),
+        "has shape [3, 1000000000], expected [any, 5], with five columns");
+  fails(SlipH5ReadReal(&h, "/nothing", 2, dims, &x), "has shape [], expected 2 dimensions");
+  fails(SlipH5ReadAttrReal(&h, "/", "field", x), "attribute field of / in");
+  fails(SlipH5ReadAttrString(&h, "/", "none", value, sizeof(value)), "attribute none of / in");
+  fails(SlipH5ReadAttrString(&h, "/", "field", value, sizeof(value)), "is not one string");
+  ok(SlipH5ReadRealSized(&h, "/uniform", 2, exact, NULL, dims, &x));
+  assert_true(dims[0] == 100 && x[9999] == fill);
+  ok(PetscFree(x));
+  ok(SlipH5ReadReal(&h, "/uniform", 2, dims, &x)); /* 80 kB may be fill values only */
+  ok(PetscFree(x));
+  ok(SlipH5Close(&h));
+  H5Tclose(pair);
+  H5Tclose(text);
+  H5Pclose(dcpl);
+}
+
 static int NameFile(void **state)
 {
   (void)state;
@@ -155,4 +240,4 @@ static int RemoveFile(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(NameFile, RemoveFile, round_trip, series, broken_files)
+SLIP_TESTS_WITH(NameFile, RemoveFile, round_trip, series, sizes, broken_files)

@@ -69,11 +69,7 @@ PetscErrorCode CheckpointReadFixed(SlipH5 *h, const char path[], PetscInt n, Pet
   PetscInt dims[1];
 
   PetscFunctionBegin;
-  PetscCall(SlipH5ReadReal(h, path, 1, dims, data));
-  PetscCheck(dims[0] == n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "-train_resume %s: %s has %" PetscInt_FMT " entries, expected %" PetscInt_FMT
-             ": it belongs to other networks or observations",
-             h->name, path, dims[0], n);
+  PetscCall(SlipH5ReadRealSized(h, path, 1, &n, "else it belongs to other networks or observations", dims, data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

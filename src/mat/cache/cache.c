@@ -46,13 +46,8 @@ static PetscErrorCode ReadItem(SlipH5 *h, SlipCacheItem *item)
   PetscInt dims[2] = {1, 1};
 
   PetscFunctionBegin;
-  PetscCall(SlipH5ReadReal(h, item->path, item->ndim, dims, &item->data));
-  for (PetscInt d = 0; d < item->ndim; d++) {
-    PetscCheck(item->dims[d] < 0 || item->dims[d] == dims[d], PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s in %s has %" PetscInt_FMT " entries in dimension %" PetscInt_FMT ", expected %" PetscInt_FMT,
-               item->path, h->name, dims[d], d, item->dims[d]);
-    item->dims[d] = dims[d];
-  }
+  PetscCall(SlipH5ReadRealSized(h, item->path, item->ndim, item->dims, NULL, dims, &item->data));
+  for (PetscInt d = 0; d < item->ndim; d++) item->dims[d] = dims[d];
   for (size_t i = 0; i < CountOf(item); i++)
     PetscCheck(!PetscIsInfOrNanReal(item->data[i]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
                "%s in %s holds a number that is not finite", item->path, h->name);

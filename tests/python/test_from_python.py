@@ -1,0 +1,154 @@
+"""slipstep.py and examples/from_python.py on petsc4py: the numbers are those of the C programs. Skipped where there is no
+petsc4py of the PETSc that the build is of (Debian: python3-petsc4py-real)."""
+import os
+import re
+import subprocess
+import sys
+import unittest
+
+from scripts import SOURCE
+
+BUILD = os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build"))
+MODULE = os.path.join(BUILD, "lib", "python3")
+EXAMPLE = os.path.join(SOURCE, "examples", "from_python.py")
+
+PRELUDE = """
+import petsc4py, sys
+petsc4py.init(sys.argv)
+from petsc4py import PETSc
+import slipstep
+
+def fails(text, function, *arguments):
+    try:
+        function(*arguments)
+    except PETSc.Error as error:
+        assert text in str(error), error
+        return
+    sys.exit(f"no error: {text}")
+"""
+
+
+def environment():
+    """PYTHONPATH with slipstep.py, and with the petsc4py of the build's PETSc: Debian's own is not on Python's path."""
+    with open(os.path.join(BUILD, "include", "slipbuild.h"), encoding="utf-8") as file:
+        petsc = re.search(r'LIBDIR "(.*)"', file.read())[1]
+    path = [MODULE, os.path.join(petsc, "python3", "dist-packages"), petsc, os.environ.get("PYTHONPATH", "")]
+    return dict(os.environ, PYTHONPATH=os.pathsep.join(filter(None, path)))
+
+
+def python(*arguments, ranks=None):
+    launch = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks else []
+    return subprocess.run([*launch, sys.executable, *arguments], env=environment(), capture_output=True, text=True)
+
+
+class FromPython(unittest.TestCase):
+    def run_code(self, code, *arguments):
+        done = python("-c", PRELUDE + code, *arguments)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done
+
+    def program(self, name, pattern, *options):
+        done = subprocess.run([os.path.join(BUILD, "bin", name), *options], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return [float(re.search(p, done.stdout)[1]) for p in pattern]
+
+    def example(self, *options, ranks=None):
+        done = python(EXAMPLE, *options, ranks=ranks)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        found = {}
+        for name, number in (("ode", r"error (\S+),"), ("spring", r"x = (\S+) m"), ("fault", r"mean slip (\S+) m")):
+            line = re.search(rf"^{name}: .*{number}.* (\d+) accepted and (\d+) rejected", done.stdout, re.M)
+            self.assertTrue(line, done.stdout)
+            found[name] = [float(group) for group in line.groups()]
+        return found
+
+    def test_the_example_gives_the_numbers_of_the_programs(self):
+        for controller in ("heuristic", "pi"):
+            found = self.example("-ts_adapt_type", controller)
+            # Local errors are kept below 2e-5, and this equation forgets them within a step or two.
+            self.assertLess(found["ode"][0], 1e-4)
+            steps = (r"accepted steps: +(\d+)", r"rejected steps: +(\d+)")
+            # The same arithmetic, printed with six decimals.
+            want = self.program("oscillator", (r"final x: +(\S+)", *steps), "-ts_adapt_type", controller)
+            self.assertAlmostEqual(found["spring"][0], want[0], delta=5.1e-7)
+            self.assertEqual(found["spring"][1:], want[1:])
+            want = self.program("fault", (r"final mean slip: +(\S+)", *steps), "-ts_adapt_type", controller,
+                                "-fault_nx", "10", "-fault_nz", "10")
+            self.assertAlmostEqual(found["fault"][0], want[0], delta=5.1e-7)
+            self.assertEqual(found["fault"][1:], want[1:])
+
+    def test_ranks(self):
+        one, two = self.example(), self.example(ranks=2)
+        for name, values in one.items():
+            self.assertEqual(values[1:], two[name][1:])
+            self.assertAlmostEqual(values[0], two[name][0], delta=1.1e-6)
+
+    def test_types_come_with_load(self):
+        self.run_code("""
+fails("bathe", PETSc.TS().create().setType, "bathe")
+slipstep.load()
+ts = PETSc.TS().create()
+ts.setType("bathe")
+slipstep.call("TSBatheSetGamma", ts, 2 - 2 ** 0.5)
+import ctypes
+gamma = ctypes.c_double()
+slipstep.call("TSBatheGetGamma", ts, ctypes.byref(gamma))
+assert gamma.value == 2 - 2 ** 0.5
+fails("-3", slipstep.call, "TSBatheSetGamma", ts, -3.0)
+""")
+
+    def test_the_learned_policy_and_prefixes(self):
+        """rl on a fault from Python, with its default policy; fields, and options of two faults."""
+        done = self.run_code("""
+import numpy as np
+slipstep.load()
+stress = np.full((4, 4), 2e7)
+faults = {}
+for name in ("upper_", "lower_"):
+    ts = PETSc.TS().create()
+    faults[name] = fault = slipstep.Fault(nx=4, nz=4, normal_stress=stress)
+    slipstep.call("SlipFaultSetOptionsPrefix", fault, name)
+    fault.configure(ts)
+    ts.setFromOptions()
+    ts.solve(ts.getSolution())
+    assert 5 < slipstep.totals(ts).accepted < 30
+    print(name, fault.get("length_x"), ts.getSolution().strideSum(2) / 16)
+""", "-ts_adapt_type", "rl", "-lower_fault_length_x", "5000")
+        upper, lower = (line.split() for line in done.stdout.splitlines())
+        self.assertEqual((upper[1], lower[1]), ("3000.0", "5000.0"))
+        self.assertNotEqual(upper[2], lower[2])
+
+    def test_errors(self):
+        done = self.run_code("""
+slipstep.load()
+fault = slipstep.Fault()
+fails('no number "colour"', lambda: fault.set(colour=3))
+fails("nx is 0", lambda: fault.set(nx=0))
+fails("velcro", lambda: fault.set(friction_law="velcro"))
+
+def broken(t, w, F):
+    raise RuntimeError("a mistake of the user's")
+
+ts = PETSc.TS().create(PETSc.COMM_SELF)
+slipstep.small(ts, [1.0], [0], broken, lambda t, w, J: None, lambda t, w, q, dq: None)
+ts.setMaxTime(1.0)
+fails("", ts.solve, PETSc.Vec().createSeq(1))
+fails("mass", slipstep.small, ts, [-1.0], [0], broken, broken, broken)
+try:
+    slipstep.call("SlipFaultSetField", fault, "normal_stress", 1, __import__("numpy").ones(1, "f4"))
+except TypeError:
+    pass
+else:
+    sys.exit("an array of floats was taken for one of doubles")
+""")
+        self.assertIn("a mistake of the user's", done.stderr)
+
+
+if __name__ == "__main__":
+    if not os.path.exists(os.path.join(MODULE, "slipstep.py")):
+        print("skipped: this build has no shared library")
+        sys.exit(77)
+    if python("-c", "import petsc4py").returncode:
+        print("skipped: no petsc4py of the build's PETSc for", sys.executable, "(Debian: python3-petsc4py-real)")
+        sys.exit(77)
+    unittest.main()
