@@ -24,6 +24,10 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accur
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decisions, PetscInt *outside,
                                                PetscInt *failures, PetscInt *halvings);
 
+/* Runs unlike those of the training go on by the heuristic, unless strict. */
+PETSC_EXTERN PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict);
+PETSC_EXTERN PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal *time);
+
 /* A trainer sits where the policy would: called once before the first step (last == NULL) and once after every attempt,
    with the observation vector named in names; returns the next step [s]. guarded is true when a guard rail will
    override its choice. */

@@ -82,6 +82,8 @@ PETSC_EXTERN PetscErrorCode SlipSmallConfigureTSByMembers(
 typedef struct {
   PetscErrorCode (*name)(TS ts, const char **name);      /* whose default policy -ts_adapt_type rl takes */
   PetscErrorCode (*time_scale)(TS ts, PetscReal *tstar); /* T* [s]; NULL: 1 s */
+  PetscErrorCode (*untrained)(TS ts, const char **why);  /* why no policy was trained for the like of it, asked once a
+                                                                  run; NULL: one may have been */
   PetscErrorCode (*rest_time)(TS ts, PetscReal *rest);   /* for how long the current state stays exactly at rest,
                                                                   in s; 0 when something moves or is about to,
                                                                   PETSC_MAX_REAL for ever */

@@ -46,8 +46,8 @@ PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const ch
   A TSAdapt type that goes by the error estimate: the next step and whether this one is accepted follow from E and q by
   the type's own rule. Without an estimate there is nothing to go by: the step is accepted and kept.
 */
-static PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
-                                          PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                   PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
   const SlipAdaptByError *ctx = (const SlipAdaptByError *)adapt->data;
   PetscReal E, q = 1;
@@ -68,7 +68,7 @@ static PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSAdaptChooseAfterFailure_Error(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
+PetscErrorCode TSAdaptChooseAfterFailure_Error(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
 {
   PetscFunctionBegin;
   *h_next = ((const SlipAdaptByError *)adapt->data)->failure * h_failed;

@@ -1,12 +1,6 @@
 /* TSADAPTHEURISTIC: accept when the error estimate is at most 1, and size the next step from it. */
 #include <slipstep/private/slipadapt.h>
 
-typedef struct {
-  SlipAdaptByError base;
-  PetscReal growth; /* c_up, largest ratio of successive steps */
-  PetscBool again;  /* the attempt before was rejected too */
-} TSAdapt_Heuristic;
-
 /* Where E falls slower than h^(1/q), h E^-q creeps towards E = 1 from above without getting there: a step that was
    rejected before is cut further. */
 static PetscReal Next_Heuristic(TSAdapt adapt, TS ts, PetscReal h, PetscReal E, PetscReal q, PetscBool *accept)
@@ -22,7 +16,7 @@ static PetscReal Next_Heuristic(TSAdapt adapt, TS ts, PetscReal h, PetscReal E, 
   return next;
 }
 
-static PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
+PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
 {
   TSAdapt_Heuristic *ctx = (TSAdapt_Heuristic *)adapt->data;
 
@@ -45,6 +39,18 @@ static PetscErrorCode TSAdaptView_Heuristic(TSAdapt adapt, PetscViewer viewer)
   PetscFunctionBegin;
   PetscCall(PetscViewerASCIIPrintf(viewer, "  growth at most %g, factor after a failed solve %g\n", (double)ctx->growth,
                                    (double)ctx->base.failure));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipAdaptCreateHeuristic(TSAdapt adapt, TSAdapt_Heuristic *ctx)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_Heuristic));
+  ctx->growth = 2;
+  adapt->safety = 1;
+  adapt->reject_safety = 0.9;
+  adapt->ops->setfromoptions = TSAdaptSetFromOptions_Heuristic;
+  adapt->ops->view = TSAdaptView_Heuristic;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -72,11 +78,6 @@ PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&ctx));
-  PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_Heuristic));
-  ctx->growth = 2;
-  adapt->safety = 1;
-  adapt->reject_safety = 0.9;
-  adapt->ops->setfromoptions = TSAdaptSetFromOptions_Heuristic;
-  adapt->ops->view = TSAdaptView_Heuristic;
+  PetscCall(SlipAdaptCreateHeuristic(adapt, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,12 +3,35 @@
 #include <slipstep/private/slipsys.h>
 #include <sliph5.h>
 
+#define OUTSIDE_IN_A_ROW 3 /* decisions with an observation outside the training range hand the run over */
+
+/*
+  A run goes on by the heuristic, by this controller's context and step limits, as one of -ts_adapt_type heuristic would
+  from here. An actor learns from such runs, and -ts_adapt_rl_strict wants the policy whatever it is worth.
+*/
+static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, SlipHandover handover, const char why[])
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+
+  PetscFunctionBegin;
+  if (rl->actor || rl->strict || rl->handover) PetscFunctionReturn(PETSC_SUCCESS);
+  rl->handover = handover;
+  rl->handover_time = ts->ptime;
+  if (rl->told) PetscFunctionReturn(PETSC_SUCCESS);
+  rl->told = PETSC_TRUE;
+  PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
+                        "At time %g s rl hands the run over to heuristic, because %s (-ts_adapt_rl_strict keeps the "
+                        "policy)\n",
+                        (double)ts->ptime, why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A solve begins: the state of now is the start. */
 static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipObserver *o = &rl->observer;
-  const char *source = "(actor)";
+  const char *source = "(actor)", *why = NULL;
 
   PetscFunctionBegin;
   PetscCall(TSAdaptRLFindPolicy_Private(adapt, ts));
@@ -24,6 +47,11 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   PetscCall(SlipObserverFindRows(o, rl->n, rl->seen, source));
   rl->begun = PETSC_TRUE;
   rl->steps = ts->steps;
+  rl->handover = HANDOVER_NONE;
+  rl->outside_run = 0;
+  rl->heuristic.again = PETSC_FALSE;
+  if (o->problem && o->problem->untrained) PetscCall((*o->problem->untrained)(ts, &why));
+  if (why) PetscCall(HandOver_RL(adapt, ts, HANDOVER_UNTRAINED, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -69,8 +97,9 @@ static PetscReal Excess(PetscReal x, PetscReal min, PetscReal max)
   return beyond <= 0 ? 0 : max > min ? beyond / (max - min) : PETSC_MAX_REAL;
 }
 
-/* The guard rail against situations that the policy was not trained for: counted, and said once */
-static PetscErrorCode WarnOutside_RL(TSAdapt adapt, PetscInt outside)
+/* The guard rail against situations that the policy was not trained for: counted, said once, and when they stay the
+   run is handed over */
+static PetscErrorCode WatchRange_RL(TSAdapt adapt, TS ts, PetscInt outside)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   const PetscReal *min, *max;
@@ -78,6 +107,9 @@ static PetscErrorCode WarnOutside_RL(TSAdapt adapt, PetscInt outside)
   PetscInt worst = 0;
 
   PetscFunctionBegin;
+  rl->outside_run = outside ? rl->outside_run + 1 : 0;
+  if (rl->outside_run == OUTSIDE_IN_A_ROW)
+    PetscCall(HandOver_RL(adapt, ts, HANDOVER_OUTSIDE, "its observations stay outside the policy's training range"));
   if (!outside || rl->outside++) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipPolicyGetFile(rl->policy, &file));
   PetscCall(SlipPolicyGetRange(rl->policy, &min, &max));
@@ -123,7 +155,7 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
     PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_MOVING_DT_MAX, &limit, &limited));
     if (limited && problem && problem->rest_time) PetscCall((*problem->rest_time)(ts, &rest));
     if (limited) *h = SlipControlRest(*h, limit * o->run.tstar, rest, o->run.max_time - o->run.time);
-    PetscCall(WarnOutside_RL(adapt, outside));
+    PetscCall(WatchRange_RL(adapt, ts, outside));
   }
   *h = PetscClipInterval(*h, adapt->dt_min, adapt->dt_max);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -131,14 +163,16 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
 
 static PetscErrorCode TSAdaptChooseFirst_RL(TSAdapt adapt, TS ts, PetscReal *h)
 {
+  const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
+
   PetscFunctionBegin;
   PetscCall(Begin_RL(adapt, ts));
-  PetscCall(Decide_RL(adapt, ts, PETSC_TRUE, PETSC_FALSE, h));
+  if (!rl->handover) PetscCall(Decide_RL(adapt, ts, PETSC_TRUE, PETSC_FALSE, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSAdaptChoose_RL(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
-                                       PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+/* What the policy says to an attempt that converged */
+static PetscErrorCode Converged_RL(TSAdapt adapt, TS ts, PetscReal h, PetscReal *next_h, PetscBool *accept)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipObserver *o = &rl->observer;
@@ -146,14 +180,8 @@ static PetscErrorCode TSAdaptChoose_RL(TSAdapt adapt, TS ts, PetscReal h, PetscI
   PetscReal E, q;
 
   PetscFunctionBegin;
-  *next_sc = 0;
-  *wltea = *wlter = -1;
-  *next_h = h;
-  if (!rl->begun || ts->steps < rl->steps) PetscCall(Begin_RL(adapt, ts));
-  rl->steps = ts->steps;
   PetscCall(Record_RL(adapt, ts, h, PETSC_TRUE, rl->needs_error || limit ? PETSC_TRUE : PETSC_FALSE));
   o->run.failures = 0;
-  *wlte = o->last.error;
   *accept = !limit || o->last.error <= rl->error_ceiling || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
   o->last.accepted = *accept;
   if (*accept) o->run.time = ts->ptime + h;
@@ -166,7 +194,28 @@ static PetscErrorCode TSAdaptChoose_RL(TSAdapt adapt, TS ts, PetscReal h, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
+static PetscErrorCode TSAdaptChoose_RL(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                       PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+
+  PetscFunctionBegin;
+  *next_sc = 0;
+  *wltea = *wlter = -1;
+  *next_h = h;
+  if (!rl->begun || ts->steps < rl->steps) PetscCall(Begin_RL(adapt, ts));
+  rl->steps = ts->steps;
+  if (!rl->handover) {
+    PetscCall(Converged_RL(adapt, ts, h, next_h, accept));
+    *wlte = rl->observer.last.error;
+  }
+  /* of the attempt that hands over too: the heuristic judges it */
+  if (rl->handover) PetscCall(TSAdaptChoose_Error(adapt, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the policy says to one that did not */
+static PetscErrorCode Failed_RL(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipObserver *o = &rl->observer;
@@ -174,7 +223,6 @@ static PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscRe
   PetscBool guarded;
 
   PetscFunctionBegin;
-  if (!rl->begun) PetscCall(Begin_RL(adapt, ts));
   PetscCall(Record_RL(adapt, ts, h_failed, PETSC_FALSE, PETSC_FALSE));
   o->last.dt = h_failed;
   o->run.failures++;
@@ -188,13 +236,24 @@ static PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+
+  PetscFunctionBegin;
+  if (!rl->begun) PetscCall(Begin_RL(adapt, ts));
+  if (!rl->handover) PetscCall(Failed_RL(adapt, ts, h_failed, h_next));
+  if (rl->handover) PetscCall(TSAdaptChooseAfterFailure_Error(adapt, ts, h_failed, h_next));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The trainer's rewards use the error, so an actor always gets it. */
 static PetscErrorCode TSAdaptNeedsError_RL(TSAdapt adapt, PetscBool *flg)
 {
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
 
   PetscFunctionBegin;
-  *flg = rl->needs_error || rl->error_ceiling > 0 || rl->actor ? PETSC_TRUE : PETSC_FALSE;
+  *flg = rl->needs_error || rl->error_ceiling > 0 || rl->actor || rl->handover ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
@@ -223,7 +282,11 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
     PetscOptionsReal("-ts_adapt_rl_accuracy",
                      "Wanted relative error of the run's final slip, 1e-4 to 1e-1, for policies that observe it",
                      "TSAdaptRLSetAccuracy", accuracy, &accuracy, &dial));
+  PetscCall(PetscOptionsBool("-ts_adapt_rl_strict",
+                             "Keep to the policy in runs unlike those of its training, which go on by heuristic else",
+                             "TSAdaptRLSetStrict", rl->strict, &rl->strict, NULL));
   PetscOptionsHeadEnd();
+  PetscCall(TSAdaptSetFromOptions_Heuristic(adapt, PetscOptionsObject));
   if (dial) PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
   PetscCheck(rl->max_failures >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_adapt_rl_max_failures is %" PetscInt_FMT "; expected at least 1", rl->max_failures);
@@ -266,6 +329,9 @@ static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
                                    ", failed attempts %" PetscInt_FMT ", halved steps %" PetscInt_FMT
                                    ", rejected by the ceiling %" PetscInt_FMT "\n",
                                    rl->decisions, rl->outside, rl->failures, rl->halvings, rl->ceilings));
+  if (rl->strict) PetscCall(PetscViewerASCIIPrintf(viewer, "never handed over to heuristic\n"));
+  if (rl->handover)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "handed over to heuristic at time %g s\n", (double)rl->handover_time));
   PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -323,6 +389,10 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   repeated with the heuristic's h (E/ceiling)^(-q), limited to [0.1, 0.9] h; observations outside the training range are
   counted and reported once.
 
+  A run is handed over to TSADAPTHEURISTIC, for good and with one line of message, when the problem says that no policy
+  was trained for the like of it (a fault that is loaded), at the start, or when three decisions in a row had an
+  observation outside the training range. From there it is a run of that type, with its options and -ts_rtol.
+
   With a TS other than bathe, failed solves stay PETSc's business (-ts_adapt_scale_solve_failed), the residual counts as
   0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.
 
@@ -331,7 +401,8 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
 . -ts_adapt_rl_problem <name>        - the problem whose default policy that is, see SlipPolicyFindDefault()
 . -ts_adapt_rl_accuracy <1e-2>       - wanted relative error of the final slip, for policies that observe log_accuracy
 . -ts_adapt_rl_max_failures <3>      - failed attempts in a row before steps are halved
-- -ts_adapt_rl_error_ceiling <0>     - largest accepted error estimate, 0 for none
+. -ts_adapt_rl_error_ceiling <0>     - largest accepted error estimate, 0 for none
+- -ts_adapt_rl_strict <no>           - never hand a run over
 
   Level: beginner
 
@@ -343,9 +414,9 @@ PetscErrorCode TSAdaptCreate_RL(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&rl));
+  PetscCall(SlipAdaptCreateHeuristic(adapt, &rl->heuristic));
   rl->max_failures = SLIP_MAX_FAILURES;
   rl->accuracy = TSADAPTRL_ACCURACY_DEFAULT;
-  adapt->data = rl;
   PetscCall(Compose_RL(adapt, PETSC_TRUE));
   adapt->ops->choose = TSAdaptChoose_RL;
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_RL;

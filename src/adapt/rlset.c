@@ -264,6 +264,59 @@ PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decisions, PetscInt *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  TSAdaptRLSetStrict - keep to the policy in runs unlike those of its training
+
+  Logically collective; without effect when the type of adapt is not `TSADAPTRL`
+
+  Input Parameters:
++ adapt  - the controller
+- strict - `PETSC_TRUE`: never hand a run over to `TSADAPTHEURISTIC`
+
+  Options Database Key:
+. -ts_adapt_rl_strict - the same
+
+  Level: intermediate
+
+.seealso: TSADAPTRL, TSAdaptRLGetHandover()
+@*/
+PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(Context_RL(adapt, &rl));
+  if (rl) rl->strict = strict;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSAdaptRLGetHandover - whether the run goes on by `TSADAPTHEURISTIC`, and since when
+
+  Not collective
+
+  Input Parameter:
+. adapt - the controller
+
+  Output Parameters (each may be `NULL`):
++ handed - whether the policy was given up; `PETSC_FALSE` when the type of adapt is not `TSADAPTRL`
+- time   - when [s]
+
+  Level: intermediate
+
+.seealso: TSADAPTRL, TSAdaptRLSetStrict()
+@*/
+PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal *time)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(Context_RL(adapt, &rl));
+  if (handed) *handed = rl && rl->handover ? PETSC_TRUE : PETSC_FALSE;
+  if (time) *time = rl ? rl->handover_time : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- without a policy: the default one of its problem ---- */
 
 /*

@@ -63,6 +63,17 @@ static PetscErrorCode Name_Fault(TS ts, const char **name)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Policies were trained on single events: loading has no end, and its steps last years. */
+static PetscErrorCode Untrained_Fault(TS ts, const char **why)
+{
+  SlipFault fault;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  *why = fault->loaded ? "the fault is loaded (-fault_loading_rate), which no policy was trained for" : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode RestTime_Fault(TS ts, PetscReal *rest)
 {
   SlipFault fault;
@@ -77,6 +88,7 @@ static PetscErrorCode RestTime_Fault(TS ts, PetscReal *rest)
 
 static const SlipProblemOps FaultProblem = {.name = Name_Fault,
                                             .time_scale = TimeScale_Fault,
+                                            .untrained = Untrained_Fault,
                                             .rest_time = RestTime_Fault,
                                             .find = Find_Fault,
                                             .observe = Observe_Fault};

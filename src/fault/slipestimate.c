@@ -241,6 +241,7 @@ PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, P
     guess = PetscAbsReal(est->slip[0]) / mean_slip;
     safe = ESTIMATE_FACTOR * PetscMax(guess, ESTIMATE_FLOOR * est->slip[1] / mean_slip);
     PetscCall(SlipOutputAddResult(run, "slip_error_signed", NULL, NULL, est->slip[0] / mean_slip));
+    PetscCall(SlipOutputAddResult(run, "slip_error_magnitude", NULL, NULL, est->slip[1] / mean_slip));
     PetscCall(Report(run, "slip_error_estimate", "estimated slip error", safe, guess, wanted));
   }
   if (!fault->check_error) PetscFunctionReturn(PETSC_SUCCESS);

@@ -278,7 +278,8 @@ PetscErrorCode SlipOutputClose(SlipOutput out)
 {
   SlipOutputTotals *t = &out->totals;
   PetscInt attempts, decisions, outside, halvings;
-  PetscBool bathe, learned;
+  PetscBool bathe, learned, handed;
+  PetscReal time;
   TSAdapt adapt;
 
   PetscFunctionBegin;
@@ -303,6 +304,8 @@ PetscErrorCode SlipOutputClose(SlipOutput out)
       SlipOutputAddResult(out, "policy_outside_range", outside ? "beyond training range" : NULL, "decisions", outside));
     PetscCall(
       SlipOutputAddResult(out, "policy_halvings", halvings ? "halved after failures" : NULL, "steps", halvings));
+    PetscCall(TSAdaptRLGetHandover(adapt, &handed, &time));
+    if (handed) PetscCall(SlipOutputAddResult(out, "policy_handover_time", "handed to heuristic at", "s", time));
   }
   out->closed = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -18,8 +18,9 @@ static struct {
   PetscReal tried[64]; /* step of each attempt [s] */
   PetscBool accepted[64], needs_error;
   SlipAttempt last;
-  PetscReal energy; /* what the problem supplies; NaN: nothing */
-  int asked;        /* how often */
+  PetscReal energy;      /* what the problem supplies; NaN: nothing */
+  const char *untrained; /* what it says of itself */
+  int asked;             /* how often */
 } script;
 
 static PetscErrorCode EvaluateWLTE_Scripted(TS ts, NormType norm, PetscInt *order, PetscReal *wlte)
@@ -67,6 +68,14 @@ static PetscErrorCode TimeScale_Scripted(TS ts, PetscReal *tstar)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode Untrained_Scripted(TS ts, const char **why)
+{
+  PetscFunctionBegin;
+  (void)ts;
+  *why = script.untrained;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* One attempt as TSBATHE makes it; ends the run when the script does. */
 static PetscErrorCode Attempt(TS ts, PetscBool *accept)
 {
@@ -111,8 +120,10 @@ static PetscErrorCode Step_Scripted(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const SlipProblemOps Scripted = {
-  .time_scale = TimeScale_Scripted, .find = Find_Scripted, .observe = Observe_Scripted};
+static const SlipProblemOps Scripted = {.time_scale = TimeScale_Scripted,
+                                        .untrained = Untrained_Scripted,
+                                        .find = Find_Scripted,
+                                        .observe = Observe_Scripted};
 
 static PetscErrorCode Create_Scripted(TS ts)
 {
@@ -185,17 +196,18 @@ static void accepted(const char *pattern)
   for (int i = 0; i < script.n; i++) assert_int_equal(pattern[i] == 'a', script.accepted[i]);
 }
 
+/* q = 1/3: E = 8 halves, E = 1/27 would triple but 2 is the cap, E = 1/8 doubles, E = 0 grows by the cap. */
+static const PetscReal heuristic_error[] = {8, 1, 1.0 / 27, FAIL, 1.0 / 8, 0, 0.5, 1};
+static const PetscReal heuristic_h[] = {0.1, 0.05, 0.05, 0.1, 0.06, 0.12, 0.24, 0.30238105197476955};
+
 static void heuristic(void **state)
 {
-  /* q = 1/3: E = 8 halves, E = 1/27 would triple but 2 is the cap, E = 1/8 doubles, E = 0 grows by the cap. */
-  const PetscReal error[] = {8, 1, 1.0 / 27, FAIL, 1.0 / 8, 0, 0.5, 1};
-  const PetscReal h[] = {0.1, 0.05, 0.05, 0.1, 0.06, 0.12, 0.24, 0.24 * pow(0.5, -1.0 / 3)};
   TS ts = start(TSADAPTHEURISTIC, "", 0.1);
 
   (void)state;
   ok(TSSetFromOptions(ts));
-  ok(run(ts, 8, error));
-  tried(h);
+  ok(run(ts, 8, heuristic_error));
+  tried(heuristic_h);
   accepted("raaraaaa");
   ok(TSDestroy(&ts));
 }
@@ -481,6 +493,7 @@ static void rl_outside(void **state)
     ok(TSGetAdapt(ts, &adapt));
     ok(TSAdaptRLSetPolicy(adapt, p));
     ok(SlipPolicyDestroy(&p));
+    ok(TSAdaptRLSetStrict(adapt, PETSC_TRUE));
     memset(&printed, 0, sizeof(printed));
     PetscVFPrintf = keep_printed;
     ok(run(ts, 2, error));
@@ -494,6 +507,89 @@ static void rl_outside(void **state)
       assert_non_null(strstr(printed.text, "most of all log_step = "));
       assert_non_null(strstr(printed.text, "in training 2 to 2.1 (said once"));
     }
+    ok(TSDestroy(&ts));
+  }
+}
+
+/* A policy that always answers 5.1 s and was only trained on attempts that converge: decisions outside its range are
+   those at the start and after a failure. Two in a row are nothing, the third hands over, and what follows is the
+   heuristic's. */
+static void rl_handover(void **state)
+{
+  const char *const names[] = {"converged"};
+  const PetscReal w[] = {0}, low[] = {0.9}, high[] = {1};
+  const PetscReal never[] = {FAIL, 1, FAIL, FAIL, 1, 8}, after[] = {FAIL, FAIL, 8, 1.0 / 27, 1.0 / 8, 1};
+  const PetscReal fixed[] = {5.1, 5.1, 5.1, 5.1, 5.1, 5.1}, halved[] = {5.1, 5.1, 3.06, 1.53, 3.06, 6.12};
+  PetscErrorCode (*print)(FILE *, const char[], va_list) = PetscVFPrintf;
+
+  (void)state;
+  for (int k = 0; k < 3; k++) {
+    TS ts = start(TSADAPTRL, k == 2 ? "-ts_adapt_rl_strict" : "", 77);
+    SlipPolicy p = policy(1, names, w, 0);
+    PetscReal time;
+    PetscBool handed;
+    TSAdapt adapt;
+
+    ok(SlipPolicySetRange(p, low, high));
+    ok(TSGetAdapt(ts, &adapt));
+    ok(TSAdaptRLSetPolicy(adapt, p));
+    ok(SlipPolicyDestroy(&p));
+    ok(TSSetFromOptions(ts));
+    memset(&printed, 0, sizeof(printed));
+    PetscVFPrintf = keep_printed;
+    ok(run(ts, 6, k == 1 ? after : never));
+    PetscVFPrintf = print;
+    tried(k == 1 ? halved : fixed);
+    accepted(k == 1 ? "rrraaa" : "rarraa");
+    ok(TSAdaptRLGetHandover(adapt, &handed, &time));
+    assert_int_equal(k == 1, handed);
+    assert_int_equal(k == 1, strstr(printed.text, "rl hands the run over to heuristic, because its "
+                                                  "observations stay outside the policy's training range") != NULL);
+    assert_int_equal(k == 1 ? 2 : 1, printed.lines);
+    assert_true(time == 0);
+    ok(TSDestroy(&ts));
+  }
+}
+
+/* A problem that no policy was trained for is the heuristic's from the first step on, in a second solve too, where it
+   is not said again; and the policy's when that is strict. */
+static void rl_untrained(void **state)
+{
+  const char *const names[] = {"converged"};
+  const PetscReal w[] = {0}, fixed[] = {5.1, 5.1, 5.1}, growth[] = {0.1, 0.4, 0.08}, small[] = {0, FAIL, 1};
+  PetscErrorCode (*print)(FILE *, const char[], va_list) = PetscVFPrintf;
+
+  (void)state;
+  for (int k = 0; k < 3; k++) {
+    const char *const options[] = {"", "-ts_adapt_rl_strict",
+                                   "-ts_adapt_heuristic_growth 4 -ts_adapt_heuristic_failure_factor 0.2"};
+    TS ts = start(TSADAPTRL, options[k], 0.1);
+    SlipPolicy p = policy(1, names, w, 0);
+    TSAdapt adapt;
+
+    script.untrained = "it is new";
+    ok(TSGetAdapt(ts, &adapt));
+    ok(TSAdaptRLSetPolicy(adapt, p));
+    ok(SlipPolicyDestroy(&p));
+    ok(TSSetFromOptions(ts));
+    memset(&printed, 0, sizeof(printed));
+    PetscVFPrintf = keep_printed;
+    for (int again = 0; again < 2 && !k; again++) {
+      ok(run(ts, 8, heuristic_error));
+      tried(heuristic_h);
+      accepted("raaraaaa");
+      assert_true(script.needs_error);
+      ok(TSSetStepNumber(ts, 0));
+      ok(TSSetTime(ts, 0));
+      ok(TSSetTimeStep(ts, 0.1));
+    }
+    if (k) {
+      ok(run(ts, 3, small));
+      tried(k == 1 ? fixed : growth);
+    }
+    PetscVFPrintf = print;
+    assert_int_equal(k != 1, printed.lines);
+    if (k != 1) assert_non_null(strstr(printed.text, "because it is new (-ts_adapt_rl_strict keeps the policy)"));
     ok(TSDestroy(&ts));
   }
 }
@@ -540,4 +636,4 @@ static int Register(void **state)
 }
 
 SLIP_TESTS_WITH(Register, NULL, heuristic, heuristic_again, heuristic_options, pi_filter, pi_cap, rl_observations,
-                rl_fallbacks, rl_guard_rail, rl_ceiling, rl_actor, rl_errors, rl_outside)
+                rl_fallbacks, rl_guard_rail, rl_ceiling, rl_actor, rl_errors, rl_outside, rl_handover, rl_untrained)

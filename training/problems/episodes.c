@@ -181,6 +181,7 @@ static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
   PetscCall(TSSetMaxSteps(e->ts, EPISODE_MAX_STEPS));
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
+  PetscCall(TSAdaptRLSetStrict(adapt, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -24,8 +24,23 @@ typedef struct {
   PetscReal failure; /* factor on the step when a solve did not converge */
 } SlipAdaptByError;
 PETSC_INTERN PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, SlipAdaptNextFn next);
+/* What it makes TSAdapt and TSBATHE call */
+PETSC_INTERN PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                                PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter);
+PETSC_INTERN PetscErrorCode TSAdaptChooseAfterFailure_Error(TSAdapt adapt, TS ts, PetscReal h_failed,
+                                                            PetscReal *h_next);
 PETSC_INTERN PetscErrorCode SlipAdaptFailureOption(TSAdapt adapt, SlipOptionItems PetscOptionsObject,
                                                    const char option[]);
+
+/* ---- heuristic.c ---- */
+typedef struct {
+  SlipAdaptByError base;
+  PetscReal growth; /* c_up, largest ratio of successive steps */
+  PetscBool again;  /* the attempt before was rejected too */
+} TSAdapt_Heuristic;
+/* All of the type, in a context that begins with ctx */
+PETSC_INTERN PetscErrorCode SlipAdaptCreateHeuristic(TSAdapt adapt, TSAdapt_Heuristic *ctx);
+PETSC_INTERN PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionItems PetscOptionsObject);
 
 /* ---- observe.c ---- */
 typedef struct {
@@ -46,7 +61,15 @@ PETSC_INTERN PetscErrorCode SlipObserverFindRows(SlipObserver *o, PetscInt n, Sl
 PETSC_INTERN PetscErrorCode SlipObserve(SlipObserver *o, PetscInt n, SlipObserved seen[], PetscBool state_changed);
 
 /* ---- rl.c, rlset.c: context of TSADAPTRL ---- */
+/* Why a run goes on by the heuristic */
+typedef enum {
+  HANDOVER_NONE,
+  HANDOVER_UNTRAINED, /* the problem says that no policy was trained for the like of it */
+  HANDOVER_OUTSIDE    /* its observations stayed outside the training range */
+} SlipHandover;
+
 typedef struct {
+  TSAdapt_Heuristic heuristic; /* first: the controller that takes a run over */
   SlipPolicy policy;
   char problem[64];       /* whose default policy to take; empty: ask the TS */
   char default_of[64];    /* the problem whose default policy is; empty: it was given */
@@ -62,6 +85,12 @@ typedef struct {
   SlipObserver observer;
   PetscBool begun; /* a solve is under way */
   PetscInt steps;  /* accepted steps at the last call, to notice another solve */
+  /* handing over */
+  PetscBool strict;        /* never */
+  SlipHandover handover;   /* of the run under way */
+  PetscReal handover_time; /* [s] */
+  PetscInt outside_run;    /* decisions in a row with an observation outside the training range */
+  PetscBool told;          /* the line of message was printed */
   /* guard rails */
   PetscInt max_failures;   /* failed attempts in a row before steps are halved */
   PetscReal error_ceiling; /* larger error estimates reject; 0: none */
