@@ -58,3 +58,6 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec 
    mesh); finish writes /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);
+/* For checkpoints: rows of /steps, /series and /fields; see SlipOutputSync() and SlipOutputResume() */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputSync(SlipFault fault, PetscInt rows[3]);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputResume(SlipFault fault, const PetscInt rows[3]);
