@@ -2,6 +2,7 @@
    program is PETSc's. */
 #include <slipsys.h>
 #include <slipcompat.h>
+#include <sliph5.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,6 +39,7 @@ static void SlipError(const char format[], ...)
 static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *function, const char *file,
                                        PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
 {
+  static PetscBool ending = PETSC_FALSE; /* an error in the clean-up after an error is no news */
   int world = 1, here = 0, size = 1, rank = 0;
   const char *general = NULL;
 
@@ -45,7 +47,8 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   (void)function;
   (void)file;
   (void)ctx;
-  if (type == PETSC_ERROR_REPEAT) return code;
+  if (type == PETSC_ERROR_REPEAT || ending) return code;
+  ending = PETSC_TRUE;
   MPI_Comm_size(MPI_COMM_WORLD, &world);
   MPI_Comm_rank(MPI_COMM_WORLD, &here);
   if (comm != MPI_COMM_NULL && comm != 0) {
@@ -58,6 +61,7 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
     SlipError("%s", general ? general : message && message[0] ? message : "unknown");
   } else
     PetscSleep(SLIP_ABORT_WAIT);
+  SlipH5AbandonAll();
   if (world == 1) exit(EXIT_FAILURE); /* nobody to wait for, and MPI_Abort() is talkative */
   MPI_Abort(MPI_COMM_WORLD, (int)code);
   return code;

@@ -93,14 +93,14 @@ static PetscErrorCode SlipH5OpenBeside(const SlipH5 *h, const char file[], int f
   }
 }
 
-/* H5Lvisit(): the rows of the longest series */
+/* H5Lvisit(): the rows of the longest series. /fields has the start of a run as well, which is no result. */
 static herr_t SlipH5Longest(hid_t location, const char *name, const H5L_info_t *info, void *ctx)
 {
   const hid_t id = H5Oopen(location, name, H5P_DEFAULT);
   hsize_t shape[H5S_MAX_RANK], limit[H5S_MAX_RANK], *rows = (hsize_t *)ctx;
 
   (void)info;
-  if (H5Iget_type(id) == H5I_DATASET) {
+  if (H5Iget_type(id) == H5I_DATASET && strncmp(name, "fields/", 7)) {
     const hid_t space = H5Dget_space(id);
 
     if (H5Sget_simple_extent_dims(space, shape, limit) > 0 && limit[0] == H5S_UNLIMITED)
@@ -109,6 +109,13 @@ static herr_t SlipH5Longest(hid_t location, const char *name, const H5L_info_t *
   }
   H5Oclose(id);
   return 0;
+}
+
+static hsize_t SlipH5MostRows(hid_t id)
+{
+  hsize_t rows = 0;
+
+  return H5Lvisit(id, H5_INDEX_NAME, H5_ITER_NATIVE, SlipH5Longest, &rows) < 0 ? 1 : rows;
 }
 
 /* An unfinished file with rows stays, unless told otherwise; so does one that cannot be read. */
@@ -131,7 +138,7 @@ static PetscErrorCode SlipH5KeepRows(const SlipH5 *h, const SlipH5Kind *kind)
   id = H5Fopen(part, H5F_ACC_RDONLY, H5P_DEFAULT);
   if (id < 0) id = H5Fopen(part, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT);
   if (id >= 0) {
-    if (H5Lvisit(id, H5_INDEX_NAME, H5_ITER_NATIVE, SlipH5Longest, &rows) < 0) rows = 1;
+    rows = SlipH5MostRows(id);
     H5Fclose(id);
     if (!rows) PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -173,9 +180,23 @@ static PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], Sli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The files that this process writes */
+#define SLIP_H5_WRITTEN 16
+static SlipH5 *written[SLIP_H5_WRITTEN];
+
+static void SlipH5Enlist(SlipH5 *h)
+{
+  int i = 0;
+
+  while (i < SLIP_H5_WRITTEN - 1 && written[i]) i++;
+  written[i] = h;
+}
+
 /* Gives up what was claimed */
 static void SlipH5Release(SlipH5 *h, PetscBool keep)
 {
+  for (int i = 0; i < SLIP_H5_WRITTEN; i++)
+    if (written[i] == h) written[i] = NULL;
   if (h->fd >= 0 && !keep) unlink(h->name);
   if (h->fd >= 0) close(h->fd);
   h->fd = -1;
@@ -249,6 +270,7 @@ PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH
     SlipH5Release(h, PETSC_FALSE);
     PetscCall(SlipH5Refuse(h, h->name, reason ? reason : EIO));
   }
+  SlipH5Enlist(h);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -317,6 +339,7 @@ PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const
     SlipH5Release(h, PETSC_FALSE);
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is damaged%s", from, h->source);
   }
+  SlipH5Enlist(h);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -584,6 +607,39 @@ PetscErrorCode SlipH5Abandon(SlipH5 *h)
   if (h->live) (void)SlipH5Trim(h->fd);
   SlipH5Release(h, h->live);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5AbandonAll - SlipH5Abandon() for every file that this process writes, when an error ends the program
+
+  Not collective.
+
+  Level: developer
+
+  Note:
+  A growing file without rows is removed as well. No error is raised.
+
+.seealso: SlipH5Abandon(), SlipErrorHandlerPush()
+@*/
+void SlipH5AbandonAll(void)
+{
+  static PetscBool busy = PETSC_FALSE;
+
+  if (busy) return; /* an error in what follows */
+  busy = PETSC_TRUE;
+  for (int i = 0; i < SLIP_H5_WRITTEN; i++) {
+    SlipH5 *h = written[i];
+
+    if (!h) continue;
+    if (h->live && h->last) (void)(*h->last)(h->ctx);
+    if (h->id > 0 && h->live && !SlipH5MostRows(h->id)) {
+      SlipH5Disconnect(h);
+      (void)H5Fclose(h->id);
+      SlipH5Release(h, PETSC_FALSE);
+    } else
+      (void)SlipH5Abandon(h);
+  }
+  busy = PETSC_FALSE;
 }
 
 /*@C
