@@ -58,3 +58,6 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec 
    mesh); finish writes /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);
+/* -fault_checkpoint, -fault_restart, -fault_wall_limit; and whether the run was stopped: its exit code, 0 if not. */
+PETSC_EXTERN PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultStopped(SlipFault fault, TS ts, int *code);

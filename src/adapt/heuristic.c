@@ -48,6 +48,13 @@ static PetscErrorCode TSAdaptView_Heuristic(TSAdapt adapt, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SlipState_Heuristic(TSAdapt adapt, SlipState s)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipStateBool(s, "again", &((TSAdapt_Heuristic *)adapt->data)->again));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*MC
   TSADAPTHEURISTIC - the controller of textbooks, without a filter
 
@@ -72,7 +79,7 @@ PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&ctx));
-  PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_Heuristic));
+  PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_Heuristic, SlipState_Heuristic));
   ctx->growth = 2;
   adapt->safety = 1;
   adapt->reject_safety = 0.9;

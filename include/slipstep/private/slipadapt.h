@@ -4,6 +4,7 @@
 #include <slipadapt.h>
 #include <slipcompat.h>
 #include <slipcore.h>
+#include <slipstep/private/slipstate.h>
 
 PETSC_EXTERN PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt);
 PETSC_EXTERN PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt);
@@ -22,7 +23,8 @@ typedef struct {
   SlipAdaptNextFn next;
   PetscReal failure; /* factor on the step when a solve did not converge */
 } SlipAdaptByError;
-PETSC_INTERN PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, SlipAdaptNextFn next);
+PETSC_INTERN PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, SlipAdaptNextFn next,
+                                                   PetscErrorCode (*state)(TSAdapt, SlipState));
 PETSC_INTERN PetscErrorCode SlipAdaptFailureOption(TSAdapt adapt, SlipOptionItems PetscOptionsObject,
                                                    const char option[]);
 
@@ -75,3 +77,6 @@ typedef struct {
 /* rlset.c */
 PETSC_INTERN PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts); /* the default one when there is none */
 PETSC_INTERN PetscErrorCode TSAdaptRLForgetDefault_Private(TSAdapt adapt);
+
+/* ---- state.c: for checkpoints ---- */
+PETSC_INTERN PetscErrorCode SlipStateAdapt(SlipState s, TS ts);
