@@ -58,6 +58,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec 
    mesh); finish writes /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);
+/* For checkpoints: rows of /steps, /series and /fields; see SlipOutputSync() and SlipOutputResume() */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputSync(SlipFault fault, PetscInt rows[3]);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputResume(SlipFault fault, const PetscInt rows[3]);
 /* -fault_checkpoint, -fault_restart, -fault_wall_limit; and whether the run was stopped: its exit code, 0 if not. */
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultStopped(SlipFault fault, TS ts, int *code);

@@ -7,9 +7,28 @@
 typedef struct {
   hid_t id;
   char name[PETSC_MAX_PATH_LEN];
-  char target[PETSC_MAX_PATH_LEN]; /* writing: final name, taken at SlipH5Close(); the file is written as target.part */
+  char target[PETSC_MAX_PATH_LEN]; /* writing: final name, taken at SlipH5Close(), links resolved; "": reading */
   char source[64];                 /* for messages: " (-option)" that named the file, or "" */
+  int fd;                          /* writing: a descriptor of our own, which holds the lock */
+  PetscBool live;                  /* writing: it is target.part, which others may read while it grows */
+  PetscInt64 ahead;                /* bytes that may be written before the next flush ends */
+  PetscLogDouble flushed, cost;    /* when the last flush ended, how long it took [s] */
 } SlipH5;
+
+/* How an output file is named and protected: options prefix and option that name it, without dash; the option by which
+   an unfinished one is continued. Each may be NULL. */
+typedef struct {
+  const char *prefix, *option, *restart;
+  PetscBool growing;   /* rows will be appended: it is to be readable all the time, and never lost */
+  PetscBool overwrite; /* rows of an unfinished one that is there may go */
+} SlipH5Kind;
+
+/* Rows for a series: entries data[0], data[stride], ... */
+typedef struct {
+  const char *path;
+  const PetscReal *data;
+  PetscInt stride;
+} SlipH5Rows;
 
 PETSC_EXTERN PetscErrorCode SlipH5OpenRead(const char file[],
                                            SlipH5 *h); /* PETSC_ERR_FILE_OPEN: missing, truncated or not HDF5 */
@@ -18,15 +37,27 @@ PETSC_EXTERN PetscErrorCode SlipH5OpenReadOption(const char prefix[], const char
                                                  SlipH5 *h);
 /* Collective: errors of opening it; for objects that read the file of an option later */
 PETSC_EXTERN PetscErrorCode SlipH5CheckRead(MPI_Comm comm, const char prefix[], const char option[], const char file[]);
-PETSC_EXTERN PetscErrorCode SlipH5Create(const char file[], SlipH5 *h); /* opens file.part */
-PETSC_EXTERN PetscErrorCode SlipH5Close(SlipH5 *h);                     /* writing: renames into place */
-PETSC_EXTERN PetscErrorCode SlipH5CheckCreate(const char file[]);       /* errors of SlipH5Create(), nothing is left */
-PETSC_EXTERN PetscErrorCode SlipH5CheckCreateOption(const char prefix[], const char option[], const char file[]);
+PETSC_EXTERN PetscErrorCode SlipH5Create(const char file[], SlipH5 *h); /* opens file.part.new */
+PETSC_EXTERN PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH5 *h);
+/* Writes to a copy of the file from, which takes the name of file at the end; NULL: file.part or, without one, file */
+PETSC_EXTERN PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const char file[], SlipH5 *h);
+PETSC_EXTERN PetscErrorCode SlipH5Close(SlipH5 *h);               /* writing: renames into place */
+PETSC_EXTERN PetscErrorCode SlipH5Abandon(SlipH5 *h);             /* writing: what is live stays as file.part */
+PETSC_EXTERN PetscErrorCode SlipH5CheckCreate(const char file[]); /* errors of SlipH5Create(), nothing is left */
+PETSC_EXTERN PetscErrorCode SlipH5CheckCreateKind(const SlipH5Kind *kind, const char file[]);
+/* A growing file whose layout is there becomes file.part: from now on only rows and values of attributes change, and
+   attributes of groups made by SlipH5GroupOfNumbers() are added. */
+PETSC_EXTERN PetscErrorCode SlipH5Live(SlipH5 *h);
 PETSC_EXTERN PetscErrorCode SlipH5Flush(SlipH5 *h);
+PETSC_EXTERN PetscErrorCode SlipH5FlushIsDue(SlipH5 *h, PetscBool *due);
+PETSC_EXTERN PetscErrorCode SlipH5Sync(SlipH5 *h); /* flush, and wait for the disk */
 
 PETSC_EXTERN PetscErrorCode SlipH5Has(SlipH5 *h, const char path[], PetscBool *has); /* group or dataset */
 PETSC_EXTERN PetscErrorCode SlipH5HasAttribute(SlipH5 *h, const char path[], const char attr[], PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipH5Group(SlipH5 *h, const char path[]); /* create, with parents; may exist */
+PETSC_EXTERN PetscErrorCode SlipH5GroupOfNumbers(SlipH5 *h, const char path[]);
+PETSC_EXTERN PetscErrorCode SlipH5RemoveGroup(SlipH5 *h, const char path[]); /* need not be there */
+PETSC_EXTERN PetscErrorCode SlipH5CountMembers(SlipH5 *h, const char path[], PetscInt *n);
 
 /* Reading: allocates *data (PetscFree). ndim must equal rank of the dataset (<= 4); dims returned. Any HDF5 number
    type. */
@@ -56,3 +87,6 @@ PETSC_EXTERN PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], 
 PETSC_EXTERN PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
                                                PetscBool integer, const char units[]);
 PETSC_EXTERN PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[]);
+PETSC_EXTERN PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[], PetscInt rows);
+PETSC_EXTERN PetscErrorCode SlipH5GetRows(SlipH5 *h, const char path[], PetscInt *rows);
+PETSC_EXTERN PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows); /* fewer than there are */

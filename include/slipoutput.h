@@ -1,5 +1,6 @@
-/* What a run leaves behind, for any TS problem: an HDF5 file and the summary that is printed at its end. The file:
-     /run      attributes: options, versions, ranks, policy and its hash, wall time
+/* What a run leaves behind, for any TS problem: an HDF5 file and the summary that is printed at its end. The file, whose
+   attribute complete is 1 when the run has ended:
+     /run      attributes: options, versions, ranks, policy and its hash, wall time, restarts
      /steps    a row per attempt: time (start), dt, accepted, error, converged, iterations, reason, wall
      /series   a row per accepted step: time and the problem's columns
      /result   attributes: the problem's results, accepted, rejected, solves, iterations, wall times */
@@ -22,6 +23,13 @@ typedef PetscErrorCode (*SlipOutputRowFn)(TS ts, PetscReal t, Vec w, Vec r, Pets
 
 PETSC_EXTERN PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const SlipOutputColumn column[],
                                              SlipOutputRowFn row, void *ctx, SlipOutput *output);
+/* The option that named the file, for messages, and whether rows of an unfinished FILE.part may go */
+PETSC_EXTERN PetscErrorCode SlipOutputSetOption(SlipOutput output, const char prefix[], const char option[],
+                                                PetscBool overwrite);
+/* For checkpoints. Sync: bring all rows to the disk, and count them. Resume, before TSSolve(): go on in the file of an
+   earlier run, FILE.part or else FILE, cut to these rows. Both do nothing, with 0 rows, where there is no file. */
+PETSC_EXTERN PetscErrorCode SlipOutputSync(SlipOutput output, PetscInt *steps, PetscInt *series);
+PETSC_EXTERN PetscErrorCode SlipOutputResume(SlipOutput output, PetscInt steps, PetscInt series);
 /* A number for the summary and for /result; label NULL keeps it out of the summary. */
 PETSC_EXTERN PetscErrorCode SlipOutputAddResult(SlipOutput output, const char name[], const char label[],
                                                 const char unit[], PetscReal value);

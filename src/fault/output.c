@@ -12,24 +12,27 @@ PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
   PetscCall(VecScatterDestroy(&out->gather_r));
   PetscCall(VecDestroy(&out->w0));
   PetscCall(VecDestroy(&out->r0));
+  PetscCall(VecDestroy(&out->traction));
   PetscCall(PetscFree(*output));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor: /fields for the start and every n-th step. The file is there from the first step on; the start is written
-   then. */
+/* TSMonitor: /fields for the start and every n-th step; the start of a run that is continued is in the file. */
 static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
   SlipFaultOutput out = fault->output;
-  Vec r;
+  const PetscInt interval = (PetscInt)fault->value[FAULT_OUTPUT_INTERVAL];
+  PetscBool written;
 
   PetscFunctionBegin;
+  (void)ts;
   if (step < 0 || !out) PetscFunctionReturn(PETSC_SUCCESS);
-  if (step) PetscCall(SlipFaultOutputBegin(out));
-  if (step % (PetscInt)fault->value[FAULT_OUTPUT_INTERVAL] != 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipOutputReaction(ts, &r));
-  PetscCall(SlipFaultOutputFields(out, time, w, r));
+  written = out->started ? step == out->last_field_step : out->resumed;
+  if (!out->started && out->resumed) out->last_field_step = step - step % interval;
+  out->started = PETSC_TRUE;
+  if (written || step % interval != 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultOutputFields(out, time, w));
   out->last_field_step = step;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -49,15 +52,17 @@ static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time
   Errors: PETSC_ERR_FILE_OPEN when the file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field.
 
   Notes:
-  The content goes to FILE.part, made after the first attempt, which takes FILE's name in SlipFaultOutputFinish(): a run
-  that fails leaves an older FILE as it was. slipfault.h describes the layout.
+  The content goes to FILE.part, made at the start of TSSolve(), which takes FILE's name in SlipFaultOutputFinish(): a run
+  that fails leaves an older FILE as it was. FILE.part can be read all the time, see SlipOutputCreate(). slipfault.h
+  describes the layout.
 
-.seealso: SlipFaultOutputFinish()
+.seealso: SlipFaultOutputResume(), SlipFaultOutputFinish()
 @*/
 PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
   SlipFaultOutput out;
+  SlipH5Kind kind;
   Vec w;
 
   PetscFunctionBegin;
@@ -70,7 +75,8 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   fault->output = out;
   out->fault = fault;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &out->rank));
-  if (!out->rank) ierr = SlipH5CheckCreateOption(SlipFaultPrefix(fault), "fault_output", fault->text[FAULT_OUTPUT]);
+  kind = (SlipH5Kind){.prefix = SlipFaultPrefix(fault), .option = "fault_output"};
+  if (!out->rank) ierr = SlipH5CheckCreateKind(&kind, fault->text[FAULT_OUTPUT]);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCall(SlipFaultOutputCreateRun(out, ts));
   PetscCall(SlipFaultCreateState(fault, &w));
@@ -81,19 +87,80 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  SlipFaultOutputSync - bring all rows of the output to the disk, and count them, for a checkpoint
+
+  Collective
+
+  Input Parameter:
+. fault - the fault
+
+  Output Parameter:
+. rows - of /steps, /series and /fields that the file has now; 0 where there is no -fault_output
+
+  Level: advanced
+
+  Errors: PETSC_ERR_FILE_WRITE when the rows cannot be written
+
+.seealso: SlipFaultOutputResume(), SlipOutputSync()
+@*/
+PetscErrorCode SlipFaultOutputSync(SlipFault fault, PetscInt rows[3])
+{
+  SlipFaultOutput out = fault->output;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  rows[0] = rows[1] = rows[2] = 0;
+  if (!out) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipOutputSync(out->run, &rows[0], &rows[1]));
+  rows[2] = out->nfields;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultOutputResume - go on in the -fault_output of an earlier run
+
+  Collective; after SlipFaultOutputStart(), before TSSolve()
+
+  Input Parameters:
++ fault - the fault
+- rows  - of /steps, /series and /fields to keep, as SlipFaultOutputSync() counted them
+
+  Level: advanced
+
+  Notes:
+  Without -fault_output nothing is done. SlipOutputResume() says which file that is and what becomes of it. Fields are the
+  same as before: -fault_output_fields must name those of the file.
+
+  Errors: those of SlipOutputResume()
+
+.seealso: SlipFaultOutputSync(), SlipOutputResume()
+@*/
+PetscErrorCode SlipFaultOutputResume(SlipFault fault, const PetscInt rows[3])
+{
+  SlipFaultOutput out = fault->output;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  if (!out) PetscFunctionReturn(PETSC_SUCCESS);
+  out->resumed = PETSC_TRUE;
+  out->nfields = rows[2];
+  PetscCall(SlipOutputResume(out->run, rows[0], rows[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SlipFaultOutputLastFields(SlipFaultOutput out, TS ts)
 {
   PetscInt step;
   PetscReal time;
-  Vec w, r;
+  Vec w;
 
   PetscFunctionBegin;
   PetscCall(TSGetStepNumber(ts, &step));
   if (step == out->last_field_step) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetSolution(ts, &w));
-  PetscCall(SlipOutputReaction(ts, &r));
-  PetscCall(SlipFaultOutputFields(out, time, w, r));
+  PetscCall(SlipFaultOutputFields(out, time, w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -138,7 +205,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(SlipFaultGetObservables(fault, w, NULL, &obs));
   if (out) {
-    PetscCall(SlipFaultOutputBegin(out));
+    PetscCall(SlipOutputBegin(out->run));
     PetscCall(SlipFaultOutputLastFields(out, ts));
     run = out->run;
     out->run = NULL;
@@ -146,8 +213,6 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
     PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run));
   PetscCall(SlipOutputAddResult(run, "mean_slip", "final mean slip", "m", obs.mean_slip));
   PetscCall(SlipFaultRunErrorReport(fault, ts, run, obs.mean_slip));
-  PetscCall(SlipOutputAddRun(run, "stiffness_scaling_factor", fault->scaling));
-  PetscCall(SlipOutputAddRun(run, "time_scale", fault->tstar));
   PetscCall(SlipOutputFinish(&run, wall_setup, wall_solve));
   PetscCall(SlipFaultOutputDestroy(&fault->output));
   PetscFunctionReturn(PETSC_SUCCESS);

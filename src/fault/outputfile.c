@@ -39,6 +39,8 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx);
+
 /* Collective: which fields -fault_output_fields names, and the output of the run. */
 PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
 {
@@ -62,6 +64,12 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   PetscCall(PetscStrToArrayDestroy(n, names));
   PetscCall(SlipOutputCreate(ts, fault->text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns), SeriesColumns,
                              SlipFaultOutputSeries, fault, &out->run));
+  PetscCall(SlipOutputSetOption(out->run, SlipFaultPrefix(fault), "fault_output", fault->output_overwrite));
+  out->run->kind.restart = "fault_restart";
+  out->run->layout = SlipFaultOutputLayout;
+  out->run->moving_only = PETSC_TRUE; /* for friction_power: a product with K less for each row */
+  PetscCall(SlipOutputAddRun(out->run, "stiffness_scaling_factor", fault->scaling));
+  PetscCall(SlipOutputAddRun(out->run, "time_scale", fault->tstar));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,16 +89,16 @@ static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
 
   PetscFunctionBegin;
   if (fault->mesh.n) {
-    PetscCall(SlipFaultMeshWrite(fault, out->file));
+    PetscCall(SlipFaultMeshWrite(fault, SlipOutputFile(out->run)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscMalloc2(nx, &x, nz, &z));
   for (PetscInt i = 0; i < nx; i++) PetscCall(SlipFaultCellCentre(fault, i, &x[i], &other));
   for (PetscInt i = 0; i < nz; i++) PetscCall(SlipFaultCellCentre(fault, i * nx, &other, &z[i]));
-  PetscCall(SlipH5WriteReal(out->file, "/mesh/x", 1, &nx, x, "m"));
-  PetscCall(SlipH5WriteReal(out->file, "/mesh/z", 1, &nz, z, "m"));
-  PetscCall(SlipH5WriteAttrInt(out->file, "/mesh", "nx", nx));
-  PetscCall(SlipH5WriteAttrInt(out->file, "/mesh", "nz", nz));
+  PetscCall(SlipH5WriteReal(SlipOutputFile(out->run), "/mesh/x", 1, &nx, x, "m"));
+  PetscCall(SlipH5WriteReal(SlipOutputFile(out->run), "/mesh/z", 1, &nz, z, "m"));
+  PetscCall(SlipH5WriteAttrInt(SlipOutputFile(out->run), "/mesh", "nx", nx));
+  PetscCall(SlipH5WriteAttrInt(SlipOutputFile(out->run), "/mesh", "nz", nz));
   PetscCall(PetscFree2(x, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -109,75 +117,94 @@ static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[
   PetscCall(VecScatterEnd(out->gather_r, x, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", name));
   PetscCall(VecGetArrayRead(out->r0, &a));
-  if (!out->rank) ierr = SlipH5WriteReal(out->file, path, ndim, dims, a, unit[0] ? unit : "1");
+  if (!out->rank) ierr = SlipH5WriteReal(SlipOutputFile(out->run), path, ndim, dims, a, unit[0] ? unit : "1");
   PetscCall(VecRestoreArrayRead(out->r0, &a));
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Rank 0: one entry of every field wanted, from the gathered state and reaction; the reaction is weighted by area. */
-static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out)
+static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
 {
-  const PetscInt N = out->fault->N;
   const SlipCells *mesh = &out->fault->mesh;
   const PetscReal unit = mesh->n ? 2 * SlipCellsUnit(mesh) : 1;
-  const PetscReal *w, *r;
-  PetscReal *x;
-  char path[64];
-  const SlipArrays arrays[] = {{out->w0, .read = &w}, {out->r0, .read = &r}};
+  const PetscReal *w;
+  PetscReal *r;
+  char path[OUTPUT_NUM_FIELDS][64];
+  SlipH5Rows series[1 + OUTPUT_NUM_FIELDS] = {{"/fields/time", &time, 1}};
+  PetscInt n = 1;
+  const SlipArrays arrays[] = {{out->w0, .read = &w}, {out->r0, .write = &r}};
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(N, &x));
   PetscCall(SlipArraysGet(2, arrays));
-  PetscCall(SlipH5Append(out->file, "/fields/time", 1, &out->time));
+  for (PetscInt e = 0; e < mesh->n; e++) r[e] /= unit * mesh->length[e] * mesh->width[e];
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     const PetscInt c = OutputFields[f].component;
 
     if (!out->wanted[f]) continue;
-    for (PetscInt e = 0; e < N; e++) x[e] = c < 0 ? r[e] : w[3 * e + c];
-    for (PetscInt e = 0; c < 0 && e < mesh->n; e++) x[e] /= unit * mesh->length[e] * mesh->width[e];
-    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5Append(out->file, path, 1, x));
+    PetscCall(PetscSNPrintf(path[f], sizeof(path[f]), "/fields/%s", OutputFields[f].name));
+    series[n++] = c < 0 ? (SlipH5Rows){path[f], r, 1} : (SlipH5Rows){path[f], w + c, 3};
   }
+  PetscCall(SlipH5AppendAll(SlipOutputFile(out->run), n, series, 1));
   PetscCall(SlipArraysRestore(2, arrays));
-  PetscCall(PetscFree(x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: series of the fields, those of the start, and the axes or cells. */
-static PetscErrorCode SlipFaultOutputLayout(SlipFaultOutput out)
+/* Rank 0: the fields of an earlier run, cut */
+static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
+{
+  SlipH5 *h = SlipOutputFile(out->run);
+  PetscInt found, wanted = 1;
+  char path[64];
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5SetRows(h, "/fields/time", out->nfields));
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
+    if (!out->wanted[f]) continue;
+    wanted++;
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
+    PetscCall(SlipH5SetRows(h, path, out->nfields));
+  }
+  PetscCall(SlipH5CountMembers(h, "/fields", &found));
+  PetscCheck(found == wanted, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "/fields in %s has other datasets than the %" PetscInt_FMT " that -%sfault_output_fields names", h->name,
+             wanted - 1, SlipFaultPrefix(out->fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: series of the fields, and the axes or cells */
+static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
 {
   SlipFault fault = out->fault;
+  SlipH5 *h = SlipOutputFile(out->run);
   PetscInt dims[2], ndim = FieldShape(fault, dims);
   char path[64];
 
   PetscFunctionBegin;
-  PetscCall(SlipH5CreateSeries(out->file, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
+  PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5CreateSeries(out->file, path, ndim, dims, PETSC_FALSE, OutputFields[f].unit));
+    PetscCall(SlipH5CreateSeries(h, path, ndim, dims, PETSC_FALSE, OutputFields[f].unit));
   }
-  if (out->gathered) PetscCall(SlipFaultOutputWriteFields(out));
   PetscCall(SlipFaultOutputAxes(out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultOutputBegin(SlipFaultOutput out)
+/* Collective: what the file of a fault has besides that of any run */
+static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
 {
-  SlipFault fault = out->fault;
+  SlipFault fault = (SlipFault)ctx;
+  SlipFaultOutput out = fault->output;
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscReal *a;
   Vec x;
 
   PetscFunctionBegin;
-  if (out->begun) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipLogOutputBegin());
-  PetscCall(SlipOutputBegin(out->run));
-  out->begun = PETSC_TRUE;
-  out->file = SlipOutputFile(out->run);
-  if (!out->rank) ierr = SlipFaultOutputLayout(out);
+  (void)run;
+  if (!out->rank) ierr = out->resumed ? SlipFaultOutputCut(out) : SlipFaultOutputCreateFields(out);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
+  if (out->resumed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->uc, &x));
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
     const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
@@ -189,28 +216,28 @@ PetscErrorCode SlipFaultOutputBegin(SlipFaultOutput out)
   }
   PetscCall(VecDestroy(&x));
   PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", fault->uc));
-  PetscCall(SlipLogOutputEnd());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: gathered, and written when the file is there, else when it is made. r may be NULL: the traction is then
-   not known and written as zero. */
-PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w, Vec r)
+/* Collective: an entry of /fields. The traction is the static one of the state, which the next step starts from: where a
+   cell has just come to rest it does not contain the impulse that stopped it. */
+PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   PetscCall(SlipLogOutputBegin());
+  PetscCall(SlipOutputBegin(out->run));
   PetscCall(VecScatterBegin(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
-  if (r) {
-    PetscCall(VecScatterBegin(out->gather_r, r, out->r0, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(out->gather_r, r, out->r0, INSERT_VALUES, SCATTER_FORWARD));
-  } else
-    PetscCall(VecZeroEntries(out->r0));
-  out->time = time;
-  out->gathered = PETSC_TRUE;
-  if (out->file) ierr = SlipFaultOutputWriteFields(out);
+  if (out->wanted[OUTPUT_TRACTION]) {
+    if (!out->traction) PetscCall(VecDuplicate(out->fault->uc, &out->traction));
+    PetscCall(SlipConstraintInitialReaction(out->fault->con, time, w, out->traction));
+    PetscCall(VecScatterBegin(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
+  }
+  if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
+  out->nfields++;
   PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);

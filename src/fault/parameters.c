@@ -389,6 +389,9 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
     "Repeat the run with every step computed in halves, for the error of its final slip: costs three times its "
     "Bathe solves more (default: no; the estimate that is always printed is free)",
     "SlipFaultOutputFinish", fault->check_error, &fault->check_error, NULL));
+  PetscCall(PetscOptionsBool("-fault_output_overwrite",
+                             "Throw the rows of an unfinished FILE.part of -fault_output away (default no)",
+                             "SlipFaultOutputStart", fault->output_overwrite, &fault->output_overwrite, NULL));
   PetscCall(SlipFaultWarnOfGrid(fault));
   PetscCall(PetscViewerDestroy(&fault->viewer));
   PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",

@@ -7,8 +7,6 @@
 #include <petsc/private/petscimpl.h>
 #include <petsctime.h>
 
-#define SLIP_OUTPUT_FLUSH 10.0 /* wall time after which rows collected are brought to disk [s] */
-
 /* The TS knows its output by this name, and its monitors find it there: they stay when the output is gone. */
 static const char key[] = "SlipOutput", key_monitored[] = "SlipOutputMonitored";
 
@@ -31,27 +29,43 @@ SlipH5 *SlipOutputFile(SlipOutput out)
   return out->begun && !out->rank ? &out->file : NULL;
 }
 
-PetscErrorCode SlipOutputReaction(TS ts, Vec *r)
+/* Borrowed: the static reaction of the state, which the next step starts from; NULL when the integrator has none. That of
+   the last step's end, which costs nothing, also holds the impulse that has stopped what came to rest. */
+static PetscErrorCode SlipOutputReaction(SlipOutput out, PetscReal t, Vec w, Vec *r)
 {
   PetscBool bathe;
   SlipConstraint con = NULL;
+  Vec accepted;
 
   PetscFunctionBegin;
   *r = NULL;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  if (bathe) PetscCall(TSBatheGetConstraint(ts, &con));
-  if (con) PetscCall(TSBatheGetReaction(ts, r));
+  PetscCall(PetscObjectTypeCompare((PetscObject)out->ts, TSBATHE, &bathe));
+  if (bathe) PetscCall(TSBatheGetConstraint(out->ts, &con));
+  if (!con) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSBatheGetReaction(out->ts, &accepted));
+  if (out->moving_only) *r = accepted;
+  if (out->moving_only) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!out->reaction) PetscCall(VecDuplicate(accepted, &out->reaction));
+  PetscCall(SlipConstraintInitialReaction(con, t, w, out->reaction));
+  *r = out->reaction;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0 */
+/* Rank 0: the file with /run, /result and the tables; its layout is complete when the problem has added to it. */
 static PetscErrorCode SlipOutputOpen(SlipOutput out)
 {
+  SlipH5 *h = &out->file;
+
   PetscFunctionBegin;
-  PetscCall(SlipH5Create(out->name, &out->file));
-  PetscCall(SlipTableCreate(&out->steps, &out->file, "/steps", PETSC_STATIC_ARRAY_LENGTH(StepColumns), StepColumns));
-  PetscCall(SlipTableCreate(&out->series, &out->file, "/series", out->ncolumns, out->column));
-  PetscCall(PetscTime(&out->last_flush));
+  if (out->resumed)
+    PetscCall(SlipH5CreateCopy(&out->kind, NULL, out->name, h));
+  else
+    PetscCall(SlipH5CreateKind(&out->kind, out->name, h));
+  PetscCall(SlipOutputRun(out));
+  PetscCall(SlipTableCreate(&out->steps, h, "/steps", PETSC_STATIC_ARRAY_LENGTH(StepColumns), StepColumns,
+                            out->resumed ? out->resume_steps : -1));
+  PetscCall(
+    SlipTableCreate(&out->series, h, "/series", out->ncolumns, out->column, out->resumed ? out->resume_series : -1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -64,44 +78,49 @@ PetscErrorCode SlipOutputBegin(SlipOutput out)
   if (!out->rank) ierr = SlipOutputOpen(out);
   PetscCall(SlipErrorBcast(out->comm, ierr));
   out->begun = PETSC_TRUE;
+  if (out->layout) PetscCall((*out->layout)(out, out->ctx));
+  if (!out->rank) ierr = SlipH5Live(&out->file);
+  PetscCall(SlipErrorBcast(out->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rank 0, as the next */
 static PetscErrorCode SlipOutputFlush(SlipOutput out)
 {
   PetscFunctionBegin;
   PetscCall(SlipTableFlush(&out->steps, &out->file));
   PetscCall(SlipTableFlush(&out->series, &out->file));
+  if (!out->policy_known) PetscCall(SlipOutputPolicy(out));
+  PetscCall(SlipOutputWall(out));
   PetscCall(SlipH5Flush(&out->file));
-  PetscCall(PetscTime(&out->last_flush));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A row of /steps, and what was collected to disk from time to time. Rank 0. */
-static PetscErrorCode SlipOutputAttempt(SlipOutput out, const SlipAttempt *a)
+/* A row, and what was collected to disk from time to time */
+static PetscErrorCode SlipOutputRow(SlipOutput out, SlipTable *table, const PetscReal row[])
 {
-  const PetscReal row[] = {a->time,
-                           a->dt,
-                           a->accepted,
-                           a->error,
-                           a->converged,
-                           (PetscReal)a->newton,
-                           (PetscReal)a->linear,
-                           (PetscReal)a->solves,
-                           a->residual,
-                           (PetscReal)a->reason,
-                           a->wall};
-  PetscLogDouble now;
+  PetscBool due;
 
   PetscFunctionBegin;
-  PetscCall(SlipTableAdd(&out->steps, &out->file, row));
-  PetscCall(PetscTime(&now));
-  if (now - out->last_flush > SLIP_OUTPUT_FLUSH) PetscCall(SlipOutputFlush(out));
+  PetscCall(SlipTableAdd(table, &out->file, row));
+  PetscCall(SlipH5FlushIsDue(&out->file, &due));
+  if (due) PetscCall(SlipOutputFlush(out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode SlipOutputAttemptMonitor(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
+  const PetscReal row[] = {attempt->time,
+                           attempt->dt,
+                           attempt->accepted,
+                           attempt->error,
+                           attempt->converged,
+                           (PetscReal)attempt->newton,
+                           (PetscReal)attempt->linear,
+                           (PetscReal)attempt->solves,
+                           attempt->residual,
+                           (PetscReal)attempt->reason,
+                           attempt->wall};
   SlipOutput out;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
@@ -112,29 +131,33 @@ static PetscErrorCode SlipOutputAttemptMonitor(TS ts, const SlipAttempt *attempt
   if (!out || !out->wanted || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputBegin(out));
-  if (!out->rank) ierr = SlipOutputAttempt(out, attempt);
+  if (!out->rank) ierr = SlipOutputRow(out, &out->steps, row);
   PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor: a row of /series for each accepted step. */
+/* TSMonitor: the file at the start of TSSolve(), then a row of /series for each accepted step. */
 static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   SlipOutput out;
-  Vec r;
+  Vec r = NULL;
   PetscReal row[SLIP_TABLE_COLUMNS] = {time};
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   (void)ctx;
   PetscCall(SlipObjectQueryData((PetscObject)ts, key, &out));
-  if (step < 1 || !out || !out->wanted || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (step < 0 || !out || !out->wanted || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputBegin(out));
-  PetscCall(SlipOutputReaction(ts, &r));
-  PetscCall((*out->row)(ts, time, w, r, row + 1, out->ctx));
-  if (!out->rank) ierr = SlipTableAdd(&out->series, &out->file, row);
+  if (out->started && step != out->last_step) { /* not for the state that TSSolve() starts from */
+    PetscCall(SlipOutputReaction(out, time, w, &r));
+    PetscCall((*out->row)(ts, time, w, r, row + 1, out->ctx));
+    if (!out->rank) ierr = SlipOutputRow(out, &out->series, row);
+  }
+  out->started = PETSC_TRUE;
+  out->last_step = step;
   PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -162,10 +185,14 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
 
   Notes:
   /steps gets a row per attempt when ts is of type bathe, /series one per accepted step. The content goes to FILE.part,
-  made after the first attempt, which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE as
-  it was, and one that fails before it begins leaves nothing.
+  made at the start of TSSolve(), which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE as
+  it was. FILE.part can be read while the run goes on and after it was killed: it holds whole rows, and its attribute
+  "complete" is 0. One with rows is not overwritten, see SlipOutputSetOption().
 
-.seealso: SlipOutputAddResult(), SlipOutputFinish()
+  The reaction that row gets is the static one of the state, which the next step starts from: where something has just
+  come to rest it does not contain the impulse that stopped it.
+
+.seealso: SlipOutputSetOption(), SlipOutputResume(), SlipOutputAddResult(), SlipOutputFinish()
 @*/
 PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const SlipOutputColumn column[],
                                 SlipOutputRowFn row, void *ctx, SlipOutput *output)
@@ -189,6 +216,8 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
   out->row = row;
   out->ctx = ctx;
   out->file.id = -1;
+  out->kind = (SlipH5Kind){.growing = PETSC_TRUE};
+  PetscCall(PetscTime(&out->begin));
   out->wanted = file && file[0] ? PETSC_TRUE : PETSC_FALSE;
   PetscCallMPI(MPI_Comm_rank(comm, &out->rank));
   PetscCall(SlipObjectComposeData((PetscObject)ts, key, out, NULL));
@@ -210,6 +239,112 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   if (bathe) PetscCall(TSBatheMonitorSet(ts, SlipOutputAttemptMonitor, NULL, NULL));
   PetscCall(SlipObjectComposeData((PetscObject)ts, key_monitored, ts, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipOutputSetOption - say by which option the file is named
+
+  Logically collective; before TSSolve()
+
+  Input Parameters:
++ output    - the output
+. prefix    - options prefix, or NULL
+. option    - name of the option without dash and prefix
+- overwrite - the rows of an unfinished FILE.part of an earlier run may be thrown away; a program that offers it calls
+              its option as the message about such a file does: option_overwrite
+
+  Level: intermediate
+
+.seealso: SlipOutputCreate()
+@*/
+PetscErrorCode SlipOutputSetOption(SlipOutput output, const char prefix[], const char option[], PetscBool overwrite)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(output->prefix, prefix ? prefix : "", sizeof(output->prefix)));
+  PetscCall(PetscStrncpy(output->option, option, sizeof(output->option)));
+  output->kind.prefix = output->prefix;
+  output->kind.option = output->option;
+  output->kind.overwrite = overwrite;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipOutputSync - bring all rows to the disk, and count them, for a checkpoint
+
+  Collective
+
+  Input Parameter:
+. output - the output
+
+  Output Parameters:
++ steps  - rows of /steps that the file has now, 0 where there is no file
+- series - rows of /series
+
+  Level: advanced
+
+  Errors: PETSC_ERR_FILE_WRITE when the rows cannot be written
+
+.seealso: SlipOutputResume()
+@*/
+PetscErrorCode SlipOutputSync(SlipOutput output, PetscInt *steps, PetscInt *series)
+{
+  PetscInt rows[2] = {0, 0};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(SlipLogOutputBegin());
+  PetscCall(SlipOutputBegin(output));
+  if (SlipOutputFile(output)) {
+    ierr = SlipOutputFlush(output);
+    if (!ierr) ierr = SlipH5Sync(&output->file);
+    rows[0] = output->steps.written;
+    rows[1] = output->series.written;
+  }
+  PetscCall(SlipLogOutputEnd());
+  PetscCall(SlipErrorBcast(output->comm, ierr));
+  PetscCallMPI(MPI_Bcast(rows, 2, MPIU_INT, 0, output->comm));
+  *steps = rows[0];
+  *series = rows[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipOutputResume - go on in the file of an earlier run
+
+  Collective; after SlipOutputCreate(), before TSSolve()
+
+  Input Parameters:
++ output - the output, with the name and the columns of the earlier run's
+. steps  - rows of /steps to keep, as SlipOutputSync() counted them
+- series - rows of /series to keep
+
+  Level: advanced
+
+  Notes:
+  The file is FILE.part or, when there is none, FILE, whose run has ended: that one stays as it is until this run ends
+  too. What is cut is a copy, which takes FILE.part's place when it is whole. TSSolve() then writes no row for the state
+  that it starts from. Wall times of /run and /result go on, and the attribute restarts of /run counts.
+
+  Where there is to be no file nothing is done.
+
+  Errors: PETSC_ERR_FILE_OPEN when there is neither file or another program is writing it, PETSC_ERR_FILE_UNEXPECTED when
+  it has fewer rows or other datasets, PETSC_ERR_FILE_WRITE when it cannot be copied
+
+.seealso: SlipOutputSync(), SlipOutputCreate()
+@*/
+PetscErrorCode SlipOutputResume(SlipOutput output, PetscInt steps, PetscInt series)
+{
+  PetscFunctionBegin;
+  PetscCheck(!output->begun, output->comm, PETSC_ERR_ORDER, "the run has begun");
+  PetscCheck(steps >= 0 && series >= 0, output->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "%" PetscInt_FMT " and %" PetscInt_FMT " rows to keep, expected no negative number", steps, series);
+  output->resumed = PETSC_TRUE;
+  output->resume_steps = steps;
+  output->resume_series = series;
+  PetscCall(SlipLogOutputBegin());
+  PetscCall(SlipOutputBegin(output));
+  PetscCall(SlipLogOutputEnd());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -352,10 +487,12 @@ PetscErrorCode SlipOutputFinish(SlipOutput *output, PetscReal wall_setup, PetscR
   PetscFunctionBegin;
   if (!out->closed) PetscCall(SlipOutputClose(out));
   totals = out->totals;
-  totals.wall_setup = wall_setup;
-  totals.wall_solve = wall_solve;
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputBegin(out));
+  totals.wall_setup = out->setup_before + wall_setup;
+  totals.wall_solve = out->solve_before + wall_solve;
+  PetscCallMPI(MPI_Bcast(&totals.wall_setup, 1, MPIU_REAL, 0, out->comm));
+  PetscCallMPI(MPI_Bcast(&totals.wall_solve, 1, MPIU_REAL, 0, out->comm));
   if (SlipOutputFile(out)) {
     ierr = SlipOutputFlush(out);
     if (!ierr) ierr = SlipOutputFinishFile(out, &totals);
@@ -368,7 +505,7 @@ PetscErrorCode SlipOutputFinish(SlipOutput *output, PetscReal wall_setup, PetscR
 }
 
 /*@
-  SlipOutputDestroy - give up the output of a run that did not finish: FILE.part stays, FILE is untouched
+  SlipOutputDestroy - give up the output of a run that did not finish: FILE.part stays with its rows, FILE is untouched
 
   Collective
 
@@ -382,10 +519,16 @@ PetscErrorCode SlipOutputFinish(SlipOutput *output, PetscReal wall_setup, PetscR
 PetscErrorCode SlipOutputDestroy(SlipOutput *output)
 {
   SlipOutput out = *output;
+  PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   if (!out) PetscFunctionReturn(PETSC_SUCCESS);
-  if (out->file.id > 0) H5Fclose(out->file.id);
+  if (out->file.id > 0) {
+    if (out->file.live) ierr = SlipOutputFlush(out);
+    if (!ierr) ierr = SlipH5Abandon(&out->file);
+  }
+  if (out->wanted) PetscCall(SlipErrorBcast(out->comm, ierr));
+  PetscCall(VecDestroy(&out->reaction));
   PetscCall(PetscContainerSetPointer(out->box, NULL)); /* the TS, if it is still there, keeps the box */
   PetscCall(PetscContainerDestroy(&out->box));
   PetscCall(PetscFree(*output));

@@ -4,9 +4,10 @@
 
 /* One series group/name per column. Rank 0 only, as the rest of this file. */
 PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
-                               const SlipOutputColumn column[])
+                               const SlipOutputColumn column[], PetscInt rows)
 {
   char path[128];
+  PetscInt found;
 
   PetscFunctionBegin;
   PetscCheck(ncolumns <= SLIP_TABLE_COLUMNS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
@@ -14,25 +15,34 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
   t->group = group;
   t->ncolumns = ncolumns;
   t->nrows = 0;
+  t->written = PetscMax(rows, 0);
   for (PetscInt c = 0; c < ncolumns; c++) {
     t->column[c] = column[c];
     PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", group, column[c].name));
-    PetscCall(SlipH5CreateSeries(h, path, 0, NULL, column[c].integer, column[c].unit));
+    if (rows < 0)
+      PetscCall(SlipH5CreateSeries(h, path, 0, NULL, column[c].integer, column[c].unit));
+    else
+      PetscCall(SlipH5SetRows(h, path, rows));
   }
+  PetscCall(SlipH5CountMembers(h, group, &found));
+  PetscCheck(found == ncolumns, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s in %s has %" PetscInt_FMT " datasets, expected the %" PetscInt_FMT " of this run%s", group, h->name,
+             found, ncolumns, h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h)
 {
-  char path[128];
-  PetscReal values[SLIP_TABLE_ROWS];
+  char path[SLIP_TABLE_COLUMNS][128];
+  SlipH5Rows series[SLIP_TABLE_COLUMNS];
 
   PetscFunctionBegin;
-  for (PetscInt c = 0; c < t->ncolumns && t->nrows; c++) {
-    for (PetscInt i = 0; i < t->nrows; i++) values[i] = t->row[i][c];
-    PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", t->group, t->column[c].name));
-    PetscCall(SlipH5Append(h, path, t->nrows, values));
+  for (PetscInt c = 0; c < t->ncolumns; c++) {
+    PetscCall(PetscSNPrintf(path[c], sizeof(path[c]), "%s/%s", t->group, t->column[c].name));
+    series[c] = (SlipH5Rows){path[c], t->value[c], 1};
   }
+  PetscCall(SlipH5AppendAll(h, t->ncolumns, series, t->nrows));
+  t->written += t->nrows;
   t->nrows = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -40,7 +50,7 @@ PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h)
 PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[])
 {
   PetscFunctionBegin;
-  PetscCall(PetscArraycpy(t->row[t->nrows], row, t->ncolumns));
+  for (PetscInt c = 0; c < t->ncolumns; c++) t->value[c][t->nrows] = row[c];
   if (++t->nrows == SLIP_TABLE_ROWS) PetscCall(SlipTableFlush(t, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -347,7 +347,7 @@ static PetscErrorCode WriteContent(SlipH5 *h5, SlipPolicy p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On rank 0: closing gives the file its name, so a half-written one is closed as FILE.part. */
+/* On rank 0: closing gives the file its name, so a half-written one is given up. */
 static PetscErrorCode WriteFile(SlipPolicy p, const char file[])
 {
   SlipH5 h5;
@@ -356,11 +356,10 @@ static PetscErrorCode WriteFile(SlipPolicy p, const char file[])
   PetscFunctionBegin;
   PetscCall(SlipH5Create(file, &h5));
   ierr = WriteContent(&h5, p);
-  if (ierr) h5.target[0] = 0;
   if (!ierr)
     ierr = SlipH5Close(&h5);
   else
-    PetscCall(SlipH5Close(&h5));
+    PetscCall(SlipH5Abandon(&h5));
   PetscCall(ierr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -389,7 +388,7 @@ static PetscErrorCode NoteOrigin(SlipPolicy p)
 /*@C
   SlipPolicyStore - write a policy to an HDF5 file
 
-  Collective; rank 0 writes file.part and renames it, so an older file stays whole when an error is raised
+  Collective; rank 0 writes file.part.new and renames it, so an older file stays whole when an error is raised
 
   Input Parameters:
 + policy - the policy; attributes created and library_version are added when they are missing

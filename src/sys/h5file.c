@@ -1,21 +1,23 @@
-/* Opening and closing HDF5 files: writing goes to FILE.part, which takes FILE's place when it is complete. */
-#define _DEFAULT_SOURCE /* flock() */
-#include <sliph5.h>
+/* Opening HDF5 files for reading, and what is in them. */
+#include <slipstep/private/slipsys.h>
 #include <slipsys.h>
-#include <slipcompat.h>
-#include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
-#include <sys/file.h>
 #include <sys/stat.h>
-#include <unistd.h>
+
+/* Files that options have named for reading: none of them may be an output. The last ones count. */
+#define SLIP_H5_INPUTS 32
+static struct {
+  char name[PETSC_MAX_PATH_LEN], source[64];
+} inputs[SLIP_H5_INPUTS];
+static PetscInt ninputs;
 
 /* No file open yet, with what its messages will say of it. */
-static PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h)
+PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h)
 {
   PetscFunctionBegin;
   PetscCall(PetscMemzero(h, sizeof(*h)));
   h->id = -1;
+  h->fd = -1;
   if (option) PetscCall(PetscSNPrintf(h->source, sizeof(h->source), " (-%s%s)", prefix ? prefix : "", option));
   /* HDF5 prints its own stack of errors otherwise; ours name the file and the dataset. */
   PetscCheck(H5Eset_auto2(H5E_DEFAULT, NULL, NULL) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 cannot be initialised");
@@ -54,8 +56,18 @@ PetscErrorCode SlipH5OpenReadOption(const char prefix[], const char option[], co
   fclose(probe);
   PetscCheck(H5Fis_hdf5(file) > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is not an HDF5 file%s", file, h->source);
   h->id = H5Fopen(file, H5F_ACC_RDONLY, H5P_DEFAULT);
+  if (h->id < 0) h->id = H5Fopen(file, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT); /* it is being written */
   PetscCheck(h->id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is an HDF5 file, but truncated or damaged%s", file,
              h->source);
+  if (option) {
+    PetscInt i = 0;
+
+    while (i < ninputs && strcmp(inputs[i].name, file)) i++;
+    if (i == SLIP_H5_INPUTS) i--;
+    if (i == ninputs) ninputs++;
+    PetscCall(PetscStrncpy(inputs[i].name, file, sizeof(inputs[i].name)));
+    PetscCall(PetscStrncpy(inputs[i].source, h->source, sizeof(inputs[i].source)));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,158 +128,31 @@ PetscErrorCode SlipH5CheckRead(MPI_Comm comm, const char prefix[], const char op
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is another process writing the file? It then holds the lock that HDF5 takes on what it writes; HDF5 itself finds out
-   only after it has emptied the file. */
-static PetscBool SlipH5IsWritten(const char file[])
-{
-  const int fd = open(file, O_RDWR);
-  PetscBool locked = PETSC_FALSE;
-
-  if (fd < 0) return PETSC_FALSE;
-  if (flock(fd, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) locked = PETSC_TRUE; /* not where locks are unknown */
-  close(fd);
-  return locked;
-}
-
-/* SlipH5Create() for the file of an option */
-static PetscErrorCode SlipH5CreateOption(const char prefix[], const char option[], const char file[], SlipH5 *h)
-{
-  struct stat info;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5Clear(prefix, option, h));
-  PetscCheck(file[0], PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "the name of the HDF5 file to write is empty%s", h->source);
-  PetscCheck(stat(file, &info) || !S_ISDIR(info.st_mode), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-             "cannot write %s: it is a directory, expected the name of a file%s", file, h->source);
-  PetscCall(PetscStrncpy(h->target, file, sizeof(h->target)));
-  PetscCall(PetscSNPrintf(h->name, sizeof(h->name), "%s.part", file));
-  PetscCheck(!SlipH5IsWritten(h->name), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-             "cannot write %s: another program is writing %s%s", file, h->name, h->source);
-  h->id = H5Fcreate(h->name, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-  PetscCheck(h->id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-             "cannot create %s: the directory must exist and be writable%s", h->name, h->source);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@C
-  SlipH5Create - start writing an HDF5 file
-
-  Not collective: call on one rank.
-
-  Input Parameter:
-. file - final name, taken at SlipH5Close(); until then the content is in file.part
-
-  Output Parameter:
-. h - the open file
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_OPEN when file is a directory, file.part cannot be created, or another program is writing it.
-
-.seealso: SlipH5OpenRead(), SlipH5Close()
-@*/
-PetscErrorCode SlipH5Create(const char file[], SlipH5 *h)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipH5CreateOption(NULL, NULL, file, h));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipH5CheckCreateOption - would SlipH5Create() work? For files that are written at the end of a long run
+  SlipH5CheckNoInput - an output must be no file that an option names for reading
 
   Not collective.
 
   Input Parameters:
-+ prefix - options prefix of the object that writes it, or NULL
-. option - name of the option without dash and prefix, for messages, or NULL
-- file   - final name; an empty one is no file and no error
++ file   - the output
+- source - what names it, for the message
 
   Level: developer
 
-  Errors: those of SlipH5Create().
+  Errors: PETSC_ERR_FILE_OPEN when SlipH5OpenReadOption() has opened it in this process
 
-.seealso: SlipH5CheckCreate(), SlipH5Create()
+.seealso: SlipH5CheckCreateKind()
 @*/
-PetscErrorCode SlipH5CheckCreateOption(const char prefix[], const char option[], const char file[])
+PetscErrorCode SlipH5CheckNoInput(const char file[], const char source[])
 {
-  SlipH5 h;
+  struct stat output, input;
 
   PetscFunctionBegin;
-  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5CreateOption(prefix, option, file, &h));
-  H5Fclose(h.id);
-  PetscCheck(!remove(h.name), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot remove %s%s", h.name, h.source);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipH5CheckCreate - SlipH5CheckCreateOption() without an option
-
-  Not collective.
-
-  Input Parameter:
-. file - final name; an empty one is no file and no error
-
-  Level: developer
-
-  Errors: those of SlipH5Create().
-
-.seealso: SlipH5CheckCreateOption(), SlipH5Create()
-@*/
-PetscErrorCode SlipH5CheckCreate(const char file[])
-{
-  PetscFunctionBegin;
-  PetscCall(SlipH5CheckCreateOption(NULL, NULL, file));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipH5Close - close a file; one that was written is renamed into place
-
-  Not collective. Closing twice does nothing.
-
-  Input/Output Parameter:
-. h - file
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE when the disk is full or the file cannot be renamed
-
-.seealso: SlipH5Create()
-@*/
-PetscErrorCode SlipH5Close(SlipH5 *h)
-{
-  hid_t id = h->id;
-
-  PetscFunctionBegin;
-  if (id <= 0) PetscFunctionReturn(PETSC_SUCCESS);
-  h->id = -1;
-  PetscCheck(H5Fclose(id) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot close %s: is the disk full?", h->name);
-  if (h->target[0])
-    PetscCheck(!rename(h->name, h->target), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot rename %s to %s", h->name,
-               h->target);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipH5Flush - bring what was written so far to disk
-
-  Not collective.
-
-  Input Parameter:
-. h - file
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE when the file cannot be written
-
-.seealso: SlipH5Close()
-@*/
-PetscErrorCode SlipH5Flush(SlipH5 *h)
-{
-  PetscFunctionBegin;
-  PetscCheck(H5Fflush(h->id, H5F_SCOPE_LOCAL) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s", h->name);
+  if (stat(file, &output)) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < ninputs; i++)
+    PetscCheck(stat(inputs[i].name, &input) || input.st_dev != output.st_dev || input.st_ino != output.st_ino,
+               PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s%s: it is read by this run as well%s", file,
+               source, inputs[i].source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -334,6 +219,26 @@ PetscErrorCode SlipH5HasAttribute(SlipH5 *h, const char path[], const char attr[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SlipH5MakeGroup(SlipH5 *h, const char path[], PetscBool numbers)
+{
+  PetscBool has;
+  hid_t lcpl, gcpl, id;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Has(h, path, &has));
+  if (has) PetscFunctionReturn(PETSC_SUCCESS);
+  lcpl = H5Pcreate(H5P_LINK_CREATE);
+  gcpl = H5Pcreate(H5P_GROUP_CREATE);
+  H5Pset_create_intermediate_group(lcpl, 1);
+  if (numbers) H5Pset_attr_phase_change(gcpl, 65535, 0);
+  id = H5Gcreate2(h->id, path, lcpl, gcpl, H5P_DEFAULT);
+  H5Pclose(gcpl);
+  H5Pclose(lcpl);
+  PetscCheck(id >= 0 && H5Gclose(id) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot create group %s in %s", path,
+             h->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipH5Group - create a group and its parents; those that exist are left as they are
 
@@ -351,17 +256,86 @@ PetscErrorCode SlipH5HasAttribute(SlipH5 *h, const char path[], const char attr[
 @*/
 PetscErrorCode SlipH5Group(SlipH5 *h, const char path[])
 {
+  PetscFunctionBegin;
+  PetscCall(SlipH5MakeGroup(h, path, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5GroupOfNumbers - SlipH5Group() for a group to which attributes can be added after SlipH5Live()
+
+  Not collective.
+
+  Input Parameters:
++ h    - growing file
+- path - absolute path
+
+  Level: developer
+
+  Note:
+  All its attributes stay in its header, whose changes SWMR writes in a safe order; from nine on they would move to a
+  heap, of which that is not so.
+
+.seealso: SlipH5Live()
+@*/
+PetscErrorCode SlipH5GroupOfNumbers(SlipH5 *h, const char path[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5MakeGroup(h, path, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5RemoveGroup - remove a group and what is in it, if it is there
+
+  Not collective.
+
+  Input Parameters:
++ h    - file, not live
+- path - absolute path
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_WRITE when it cannot be removed
+
+.seealso: SlipH5Group()
+@*/
+PetscErrorCode SlipH5RemoveGroup(SlipH5 *h, const char path[])
+{
   PetscBool has;
-  hid_t lcpl, id;
 
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h, path, &has));
-  if (has) PetscFunctionReturn(PETSC_SUCCESS);
-  lcpl = H5Pcreate(H5P_LINK_CREATE);
-  H5Pset_create_intermediate_group(lcpl, 1);
-  id = H5Gcreate2(h->id, path, lcpl, H5P_DEFAULT, H5P_DEFAULT);
-  H5Pclose(lcpl);
-  PetscCheck(id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot create group %s in %s", path, h->name);
-  H5Gclose(id);
+  PetscCheck(!has || H5Ldelete(h->id, path, H5P_DEFAULT) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
+             "cannot replace %s in %s", path, h->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5CountMembers - number of groups and datasets in a group
+
+  Not collective.
+
+  Input Parameters:
++ h    - file
+- path - absolute path of the group
+
+  Output Parameter:
+. n - their number
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED when there is no such group
+
+.seealso: SlipH5Has()
+@*/
+PetscErrorCode SlipH5CountMembers(SlipH5 *h, const char path[], PetscInt *n)
+{
+  H5G_info_t info = {0};
+
+  PetscFunctionBegin;
+  PetscCheck(H5Gget_info_by_name(h->id, path, &info, H5P_DEFAULT) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s has no group %s%s", h->name, path, h->source);
+  *n = (PetscInt)info.nlinks;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

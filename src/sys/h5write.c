@@ -1,6 +1,6 @@
 /* Writing datasets, attributes and growing series to HDF5 files. */
-#include <sliph5.h>
-#include <slipcompat.h>
+#include <slipstep/private/slipsys.h>
+#include <errno.h>
 #include <string.h>
 
 #define SLIP_H5_MAX_DIM 4
@@ -25,19 +25,23 @@ static PetscErrorCode SlipH5Write(SlipH5 *h, const char path[], PetscInt ndim, c
   hsize_t shape[SLIP_H5_MAX_DIM] = {0}, n = 1;
   hid_t space, set;
   herr_t err = -1;
+  int reason;
 
   PetscFunctionBegin;
   PetscCheck(ndim >= 0 && ndim <= SLIP_H5_MAX_DIM, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "%" PetscInt_FMT " dimensions, expected 0 to %d", ndim, SLIP_H5_MAX_DIM);
   for (PetscInt d = 0; d < ndim; d++) n *= shape[d] = (hsize_t)dims[d];
+  reason = SlipH5MakeRoom(h, (PetscInt64)(n * H5Tget_size(file_type)));
+  if (reason) PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "dataset %s to %s", path, h->name));
+  errno = 0;
   space = ndim ? H5Screate_simple((int)ndim, shape, NULL) : H5Screate(H5S_SCALAR);
   set = SlipH5Dataset(h, path, file_type, space, H5P_DEFAULT);
-  if (set >= 0) {
-    err = n ? H5Dwrite(set, mem_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) : 0;
-    H5Dclose(set);
-  }
   H5Sclose(space);
-  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write dataset %s to %s", path, h->name);
+  PetscCheck(set >= 0 || errno, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write dataset %s to %s", path, h->name);
+  if (set >= 0) err = n ? H5Dwrite(set, mem_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) : 0;
+  if (set >= 0 && H5Dclose(set) < 0) err = -1;
+  reason = errno;
+  if (err < 0) PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "dataset %s to %s", path, h->name));
   if (units) PetscCall(SlipH5WriteAttrString(h, path, "units", units));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -145,27 +149,42 @@ PetscErrorCode SlipH5WriteStrings(SlipH5 *h, const char path[], PetscInt n, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An attribute that exists is replaced. */
+/* An attribute that exists is replaced; in place when its type stays, which a live file allows. */
 static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char attr[], hid_t file_type, hid_t mem_type,
                                       const void *value)
 {
-  hid_t space, id;
+  hid_t object, space, type, id = -1;
   herr_t err = -1;
   PetscBool has;
+  int reason;
 
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h, path, &has));
   if (!has) PetscCall(SlipH5Group(h, path));
-  if (H5Aexists_by_name(h->id, path, attr, H5P_DEFAULT) > 0) H5Adelete_by_name(h->id, path, attr, H5P_DEFAULT);
+  errno = 0;
+  object = H5Oopen(h->id, path, H5P_DEFAULT); /* HDF5 1.10 cannot write what H5Aopen_by_name() opens */
+  if (H5Aexists(object, attr) > 0) {
+    id = H5Aopen(object, attr, H5P_DEFAULT);
+    type = H5Aget_type(id);
+    if (H5Tequal(type, file_type) <= 0) {
+      H5Aclose(id);
+      id = -1;
+      H5Adelete(object, attr);
+    }
+    H5Tclose(type);
+  }
   space = H5Screate(H5S_SCALAR);
-  id = H5Acreate_by_name(h->id, path, attr, file_type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  if (id < 0) id = H5Acreate2(object, attr, file_type, space, H5P_DEFAULT, H5P_DEFAULT);
   if (id >= 0) {
     err = H5Awrite(id, mem_type, value);
-    H5Aclose(id);
+    if (H5Aclose(id) < 0) err = -1;
   }
+  if (H5Oclose(object) < 0) err = -1;
+  reason = errno;
   H5Sclose(space);
-  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write attribute %s of %s to %s", attr, path,
-             h->name);
+  PetscCheck(err >= 0 || reason, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write attribute %s of %s to %s", attr,
+             path, h->name);
+  if (err < 0) PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "attribute %s of %s to %s", attr, path, h->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -282,13 +301,120 @@ PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, c
   H5Pclose(dcpl);
   H5Sclose(space);
   PetscCheck(set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot create dataset %s in %s", path, h->name);
-  H5Dclose(set);
+  PetscCheck(H5Dclose(set) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot create dataset %s in %s", path,
+             h->name);
   if (units) PetscCall(SlipH5WriteAttrString(h, path, "units", units));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A series opened, with its shape and that of its chunks */
+static PetscErrorCode SlipH5OpenSeries(SlipH5 *h, const char path[], hid_t *set, int *rank, hsize_t shape[],
+                                       hsize_t chunk[])
+{
+  hid_t space, dcpl;
+
+  PetscFunctionBegin;
+  *set = H5Dopen2(h->id, path, H5P_DEFAULT);
+  PetscCheck(*set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "no dataset %s in %s to append to", path, h->name);
+  space = H5Dget_space(*set);
+  dcpl = H5Dget_create_plist(*set);
+  *rank = H5Sget_simple_extent_ndims(space);
+  if (*rank < 1 || *rank > SLIP_H5_MAX_DIM || H5Pget_chunk(dcpl, *rank, chunk) != *rank ||
+      H5Sget_simple_extent_dims(space, shape, NULL) != *rank)
+    *rank = -1;
+  H5Pclose(dcpl);
+  H5Sclose(space);
+  if (*rank < 0) H5Dclose(*set);
+  PetscCheck(*rank >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "%s in %s is no series", path, h->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rows behind those that are there; 0, or -1 with errno */
+static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t rows, const SlipH5Rows *series)
+{
+  const hsize_t stride = (hsize_t)series->stride;
+  hsize_t start[SLIP_H5_MAX_DIM] = {0}, count[SLIP_H5_MAX_DIM], n = rows, zero = 0, extent;
+  hid_t space, mem;
+  herr_t err;
+
+  for (int d = 0; d < rank; d++) count[d] = shape[d];
+  for (int d = 1; d < rank; d++) n *= shape[d];
+  count[0] = rows;
+  start[0] = shape[0];
+  shape[0] += rows;
+  if (H5Dset_extent(set, shape) < 0) return -1;
+  extent = (n - 1) * stride + 1;
+  space = H5Dget_space(set);
+  mem = H5Screate_simple(1, &extent, NULL);
+  err = H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL);
+  if (err >= 0) err = H5Sselect_hyperslab(mem, H5S_SELECT_SET, &zero, &stride, &n, NULL);
+  if (err >= 0) err = H5Dwrite(set, H5T_NATIVE_DOUBLE, mem, space, H5P_DEFAULT, series->data);
+  if (H5Sclose(mem) < 0 || H5Sclose(space) < 0) err = -1;
+  return err;
+}
+
 /*@C
-  SlipH5Append - append rows to a series
+  SlipH5AppendAll - append rows to several series: to all of them or, when the disk is full, to none
+
+  Not collective.
+
+  Input Parameters:
++ h      - file
+. n      - number of series
+. series - made by SlipH5CreateSeries(), each with its rows: rows times the product of its fixed dimensions, row-major,
+           in its units
+- rows   - number of rows
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_WRITE when there is no such series or the rows cannot be written: the file is then closed, with
+  the rows before them
+
+.seealso: SlipH5Append(), SlipH5CreateSeries()
+@*/
+PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[], PetscInt rows)
+{
+  hsize_t shape[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], row = 0;
+  PetscInt64 room = 0;
+  hid_t set;
+  herr_t err;
+  int rank, reason;
+
+  PetscFunctionBegin;
+  if (rows <= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < n; i++) {
+    hsize_t bytes = sizeof(PetscReal), chunks;
+
+    PetscCall(SlipH5OpenSeries(h, series[i].path, &set, &rank, shape, chunk));
+    H5Dclose(set);
+    for (int d = 0; d < rank; d++) bytes *= chunk[d];
+    chunks = (shape[0] + (hsize_t)rows + chunk[0] - 1) / chunk[0] - (shape[0] + chunk[0] - 1) / chunk[0];
+    /* and for the index, whose blocks grow as the square root of the number of chunks */
+    if (chunks)
+      room +=
+        (PetscInt64)(chunks * (bytes + 64)) + 512 + 64 * (PetscInt64)PetscSqrtReal((PetscReal)(shape[0] / chunk[0]));
+    if (!i) row = shape[0];
+  }
+  reason = SlipH5MakeRoom(h, room);
+  if (reason)
+    PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "row %llu of %s to %s", (unsigned long long)row, series[0].path,
+                                h->name));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscCall(SlipH5OpenSeries(h, series[i].path, &set, &rank, shape, chunk));
+    row = shape[0];
+    errno = 0;
+    err = SlipH5AppendRows(set, rank, shape, (hsize_t)rows, &series[i]);
+    if (H5Dclose(set) < 0) err = -1;
+    reason = errno;
+    if (err < 0)
+      PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "row %llu of %s to %s", (unsigned long long)row,
+                                  series[i].path, h->name));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5Append - SlipH5AppendAll() for one series
 
   Not collective.
 
@@ -300,38 +426,84 @@ PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, c
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_WRITE when there is no such series or the disk is full
+  Errors: those of SlipH5AppendAll()
 
-.seealso: SlipH5CreateSeries()
+.seealso: SlipH5AppendAll(), SlipH5CreateSeries()
 @*/
 PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[])
 {
-  const hid_t set = H5Dopen2(h->id, path, H5P_DEFAULT);
-  hsize_t shape[SLIP_H5_MAX_DIM] = {0}, start[SLIP_H5_MAX_DIM] = {0}, count[SLIP_H5_MAX_DIM];
-  hid_t space, mem;
-  int rank;
-  herr_t err;
+  const SlipH5Rows series = {path, data, 1};
 
   PetscFunctionBegin;
-  PetscCheck(set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "no dataset %s in %s to append to", path, h->name);
-  space = H5Dget_space(set);
-  rank = H5Sget_simple_extent_dims(space, shape, NULL);
-  H5Sclose(space);
-  for (int d = 0; d < rank; d++) count[d] = shape[d];
-  start[0] = shape[0];
-  count[0] = (hsize_t)rows;
-  shape[0] += (hsize_t)rows;
-  err = H5Dset_extent(set, shape);
-  if (err >= 0) {
-    space = H5Dget_space(set);
-    mem = H5Screate_simple(rank, count, NULL);
-    H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL);
-    err = H5Dwrite(set, H5T_NATIVE_DOUBLE, mem, space, H5P_DEFAULT, data);
-    H5Sclose(mem);
-    H5Sclose(space);
-  }
+  PetscCall(SlipH5AppendAll(h, 1, &series, rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5GetRows - number of rows of a series
+
+  Not collective.
+
+  Input Parameters:
++ h    - file
+- path - dataset made by SlipH5CreateSeries()
+
+  Output Parameter:
+. rows - their number
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_WRITE when there is no such series
+
+.seealso: SlipH5SetRows()
+@*/
+PetscErrorCode SlipH5GetRows(SlipH5 *h, const char path[], PetscInt *rows)
+{
+  hsize_t shape[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM];
+  hid_t set;
+  int rank;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenSeries(h, path, &set, &rank, shape, chunk));
   H5Dclose(set);
-  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot append to %s in %s: is the disk full?", path,
-             h->name);
+  *rows = (PetscInt)shape[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5SetRows - cut a series; the file must not be live
+
+  Not collective.
+
+  Input Parameters:
++ h    - file
+. path - dataset made by SlipH5CreateSeries()
+- rows - number of rows to keep, at most those that are there
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_WRITE when there is no such series, PETSC_ERR_FILE_UNEXPECTED when it has fewer rows
+
+.seealso: SlipH5GetRows(), SlipH5CreateCopy()
+@*/
+PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows)
+{
+  hsize_t shape[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], found;
+  hid_t set;
+  int rank, reason;
+  herr_t err = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenSeries(h, path, &set, &rank, shape, chunk));
+  found = shape[0];
+  errno = 0;
+  shape[0] = (hsize_t)rows;
+  if (found > shape[0]) err = H5Dset_extent(set, shape);
+  if (H5Dclose(set) < 0) err = -1;
+  reason = errno;
+  PetscCheck(found >= shape[0], PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s in %s has %llu rows, expected %" PetscInt_FMT " or more%s", path, h->name, (unsigned long long)found,
+             rows, h->source);
+  if (err < 0) PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "%s to %s", path, h->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

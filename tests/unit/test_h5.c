@@ -133,6 +133,8 @@ static void broken_files(void **state)
   fputs("not an HDF5 file", f);
   fclose(f);
   fails(SlipH5OpenRead(file, &h), "is not an HDF5 file");
+  fails(SlipH5Create(file, &h), "it is there and is not an HDF5 file");
+  unlink(file);
   ok(SlipH5Create(file, &h));
   ok(SlipH5WriteReal(&h, "/a", 1, &one, &x, NULL));
   ok(SlipH5Close(&h));

@@ -1,4 +1,4 @@
-/* The file of a matrix. Each write copies it to FILE.part, adds one group there and takes FILE's place, under a lock:
+/* The file of a matrix. Each write copies it to FILE.part.new, adds one group there and takes FILE's place, under a lock:
    a run that is killed at any moment leaves a complete file, and processes of one run or of several may share it. */
 #include "evaluate.h"
 #include <slipcompat.h>
@@ -13,7 +13,7 @@
 #define REFERENCE_ROWS 20000 /* kept of a reference at most */
 #define CELL_ROWS 2000       /* kept of a cell at most, for plots; its numbers come from all of them */
 
-/* ---- lock and copy ---- */
+/* ---- lock ---- */
 
 /* A lock of this kind ends with its process, also with one that is killed; its file stays. */
 static PetscErrorCode Lock(const char file[], int *lock)
@@ -30,28 +30,15 @@ static PetscErrorCode Lock(const char file[], int *lock)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Copy(const char from[], const char to[])
-{
-  static char buffer[1 << 16];
-  FILE *in = fopen(from, "rb"), *out = fopen(to, "wb");
-  size_t n, written = 1;
-
-  PetscFunctionBegin;
-  while (in && out && written && (n = fread(buffer, 1, sizeof(buffer), in)) > 0) written = fwrite(buffer, n, 1, out);
-  if (in) fclose(in);
-  PetscCheck(in && out && written && !fclose(out), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
-             "cannot copy %s to %s: is the disk full?", from, to);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Begin(const EvaluateOptions *o, SlipH5 *h, int *lock)
 {
+  const SlipH5Kind kind = {.option = "evaluate_output"};
   char version[256];
 
   PetscFunctionBegin;
   PetscCall(Lock(o->output, lock));
   if (access(o->output, F_OK)) {
-    PetscCall(SlipH5Create(o->output, h));
+    PetscCall(SlipH5CreateKind(&kind, o->output, h));
     PetscCall(SlipH5WriteAttrString(h, "/", "format", EVALUATE_FORMAT));
     PetscCall(SlipH5WriteAttrInt(h, "/", "version", EVALUATE_VERSION));
     PetscCall(SlipH5WriteAttrString(h, "/", "settings", o->settings));
@@ -60,13 +47,7 @@ static PetscErrorCode Begin(const EvaluateOptions *o, SlipH5 *h, int *lock)
     PetscCall(SlipH5WriteAttrString(h, "/", "petsc_version", version));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscMemzero(h, sizeof(*h)));
-  PetscCall(PetscStrncpy(h->target, o->output, sizeof(h->target)));
-  PetscCall(PetscSNPrintf(h->name, sizeof(h->name), "%s.part", o->output));
-  PetscCall(Copy(o->output, h->name));
-  h->id = H5Fopen(h->name, H5F_ACC_RDWR, H5P_DEFAULT);
-  if (h->id < 0) remove(h->name);
-  PetscCheck(h->id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s (-evaluate_output) is damaged", o->output);
+  PetscCall(SlipH5CreateCopy(&kind, o->output, o->output, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,13 +62,8 @@ static PetscErrorCode End(SlipH5 *h, int lock)
 /* What an older run has left under this name goes. */
 static PetscErrorCode Group(SlipH5 *h, const char path[])
 {
-  PetscBool has;
-
   PetscFunctionBegin;
-  PetscCall(SlipH5Has(h, path, &has));
-  if (has)
-    PetscCheck(H5Ldelete(h->id, path, H5P_DEFAULT) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
-               "cannot replace %s in %s", path, h->target);
+  PetscCall(SlipH5RemoveGroup(h, path));
   PetscCall(SlipH5Group(h, path));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -155,8 +155,9 @@ struct _p_SlipFault {
   char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
   PetscReal *given[FAULT_NUM_FIELDS]; /* of SlipFaultSetField(): all cells, [nx nz]; NULL: the scalar parameter */
   PetscInt ngiven[FAULT_NUM_FIELDS];
-  PetscBool check_error; /* -fault_check_error */
-  PetscViewer viewer;    /* -fault_view */
+  PetscBool check_error;      /* -fault_check_error */
+  PetscBool output_overwrite; /* -fault_output_overwrite */
+  PetscViewer viewer;         /* -fault_view */
   PetscViewerFormat format;
   PetscViewer stiffness_viewer; /* -fault_stiffness_view */
   PetscViewerFormat stiffness_format;
@@ -259,17 +260,15 @@ typedef enum {
 struct _n_SlipFaultOutput {
   SlipFault fault; /* borrowed */
   PetscMPIInt rank;
-  SlipOutput run;  /* the file, /run, /steps, /series, /result and the summary */
-  PetscBool begun; /* the file is there */
-  SlipH5 *file;    /* rank 0: that of run; NULL before the run has begun */
+  SlipOutput run; /* the file, /run, /steps, /series, /result and the summary */
   PetscBool wanted[OUTPUT_NUM_FIELDS];
-  PetscInt last_field_step; /* step of the newest entry of /fields */
-  Vec w0, r0;               /* state and reaction gathered on rank 0 */
-  PetscReal time;           /* that they belong to [s] */
-  PetscBool gathered;       /* they are there */
+  PetscBool resumed, started; /* goes on in the file of an earlier run; TSSolve() has said where it starts */
+  PetscInt nfields;           /* entries of /fields */
+  PetscInt last_field_step;   /* step of the newest of them */
+  Vec w0, r0;                 /* state and reaction gathered on rank 0 */
+  Vec traction;
   VecScatter gather_w, gather_r;
 };
 
 PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, no file as yet */
-PETSC_EXTERN PetscErrorCode SlipFaultOutputBegin(SlipFaultOutput out); /* collective: the file, unless it is there */
-PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w, Vec r);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w);

@@ -10,11 +10,13 @@ typedef struct {
   const char *group;
   SlipOutputColumn column[SLIP_TABLE_COLUMNS];
   PetscInt ncolumns, nrows;
-  PetscReal row[SLIP_TABLE_ROWS][SLIP_TABLE_COLUMNS];
+  PetscInt written; /* rows in the file */
+  PetscReal value[SLIP_TABLE_COLUMNS][SLIP_TABLE_ROWS];
 } SlipTable;
 
+/* rows >= 0: the table is there, and is cut to so many */
 PETSC_INTERN PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
-                                            const SlipOutputColumn column[]);
+                                            const SlipOutputColumn column[], PetscInt rows);
 PETSC_INTERN PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[]);
 PETSC_INTERN PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h);
 
@@ -36,15 +38,25 @@ struct _n_SlipOutput {
   MPI_Comm comm;
   PetscMPIInt rank;
   PetscBool wanted, begun; /* there is to be a file; it is there */
-  char name[PETSC_MAX_PATH_LEN];
+  char name[PETSC_MAX_PATH_LEN], prefix[SLIP_OUTPUT_NAME], option[SLIP_OUTPUT_NAME], restart[SLIP_OUTPUT_NAME];
+  SlipH5Kind kind;                                        /* with those strings */
+  PetscErrorCode (*layout)(SlipOutput output, void *ctx); /* collective: what the problem adds to a new file */
+  PetscBool moving_only; /* the rows of series use the reaction only where something moves */
+  PetscBool resumed;     /* the file is that of an earlier run, cut to these rows */
+  PetscInt resume_steps, resume_series;
+  Vec reaction;                                /* of SlipOutputReaction() */
+  PetscLogDouble begin;                        /* when the output was created */
+  PetscReal wall, setup_before, solve_before;  /* of earlier runs that this one continues [s] */
   SlipOutputColumn column[SLIP_TABLE_COLUMNS]; /* of series */
   PetscInt ncolumns;
   SlipH5 file; /* rank 0 */
   SlipTable steps, series;
   SlipOutputRowFn row;
   void *ctx;
-  PetscLogDouble last_flush;
-  PetscBool closed; /* the run is over: rows are taken no more, and totals are its counts */
+  PetscBool started; /* TSSolve() has begun, and its last step is */
+  PetscInt last_step;
+  PetscBool policy_known; /* /run names the policy */
+  PetscBool closed;       /* the run is over: rows are taken no more, and totals are its counts */
   SlipOutputTotals totals;
   PetscInt nresults, nrun;
   SlipOutputNumber result[SLIP_OUTPUT_NUMBERS], run[SLIP_OUTPUT_NUMBERS];
@@ -52,10 +64,13 @@ struct _n_SlipOutput {
 
 /* The run is over, whatever the TS does before SlipOutputFinish(): no further rows, and its counts as they are now. */
 PETSC_INTERN PetscErrorCode SlipOutputClose(SlipOutput output);
-/* Collective: make the file unless it is there. Nothing is left of a run that fails before this, at its first attempt. */
+/* Collective: make the file unless it is there, at the start of TSSolve(). */
 PETSC_INTERN PetscErrorCode SlipOutputBegin(SlipOutput output);
 /* For problems that write more than series: the file, to be used on rank 0 alone; NULL when there is none or
    elsewhere. */
 PETSC_INTERN SlipH5 *SlipOutputFile(SlipOutput output);
-PETSC_INTERN PetscErrorCode SlipOutputReaction(TS ts, Vec *r); /* borrowed; NULL when the integrator has none */
-PETSC_INTERN PetscErrorCode SlipOutputFinishFile(SlipOutput output, const SlipOutputTotals *totals); /* rank 0 */
+/* Rank 0: attributes of /run that are known at the start, and the end of the file */
+PETSC_INTERN PetscErrorCode SlipOutputRun(SlipOutput output);
+PETSC_INTERN PetscErrorCode SlipOutputPolicy(SlipOutput output);
+PETSC_INTERN PetscErrorCode SlipOutputWall(SlipOutput output);
+PETSC_INTERN PetscErrorCode SlipOutputFinishFile(SlipOutput output, const SlipOutputTotals *totals);

@@ -2,6 +2,7 @@
 #pragma once
 #include <petscmat.h>
 #include <slipcompat.h>
+#include <sliph5.h>
 
 /* ---- package.c ---- */
 /* Calls what registers a room's classes, types and events, once from PetscInitialize() to PetscFinalize() */
@@ -42,3 +43,17 @@ PETSC_INTERN PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event);
 /* The stage and the event of output, around it. */
 PETSC_INTERN PetscErrorCode SlipLogOutputBegin(void);
 PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);
+
+/* ---- h5file.c ---- */
+PETSC_INTERN PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h);
+PETSC_INTERN PetscErrorCode SlipH5CheckNoInput(const char file[], const char source[]);
+
+/* ---- h5output.c ---- */
+/* Raises the error of a write, reason being errno after it. sound: HDF5 itself did not fail. The file is closed. */
+PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const char format[], ...)
+  PETSC_ATTRIBUTE_FORMAT(4, 5);
+
+/* ---- h5space.c ---- */
+PETSC_INTERN int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes); /* 0, or errno */
+PETSC_INTERN int SlipH5MakeReadable(int fd);                  /* 0, or errno */
+PETSC_INTERN int SlipH5Trim(int fd);                          /* 0, or errno */

@@ -116,12 +116,10 @@ static PetscErrorCode WriteFile(const char name[], const char key[], PetscInt n,
   PetscCall(PetscSNPrintf(own, sizeof(own), "%s.%s.%ld", name, host, (long)getpid()));
   PetscCall(SlipH5Create(own, &h));
   code = WriteOpen(&h, key, n, item);
-  if (code) h.target[0] = '\0'; /* do not rename what is not complete */
   if (!code)
     code = SlipH5Close(&h);
   else
-    (void)SlipH5Close(&h);
-  if (code) (void)remove(h.name);
+    (void)SlipH5Abandon(&h);
   PetscCall(code);
   if (rename(own, name)) {
     (void)remove(own);

@@ -1,0 +1,178 @@
+/* The output of a run that stops and goes on: the rows of both are those of one run; and what an output may replace. */
+#define _DEFAULT_SOURCE /* symlink(), mkfifo() */
+#include "unit.h"
+#include "tempdir.h"
+#include <sliph5.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static char dir[TEMPDIR_LENGTH], cwd[4096];
+
+/* dw/dt = -w in steps of 1/8, which sum up exactly */
+static PetscErrorCode Decay(TS ts, PetscReal t, Vec w, Vec f, void *ctx)
+{
+  (void)ts, (void)t, (void)ctx;
+  PetscFunctionBegin;
+  PetscCall(VecCopy(w, f));
+  PetscCall(VecScale(f, -1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Row(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx)
+{
+  PetscFunctionBegin;
+  (void)ts, (void)t, (void)ctx;
+  PetscCheck(!r, PETSC_COMM_SELF, PETSC_ERR_PLIB, "there is no constraint");
+  PetscCall(VecSum(w, row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A run from step `from` to step `to` */
+static PetscErrorCode Start(const char file[], PetscInt from, PetscInt to, Vec w, TS *ts, SlipOutput *out)
+{
+  static const SlipOutputColumn column = {"w", "m", PETSC_FALSE};
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSCreate(PETSC_COMM_SELF, ts));
+  PetscCall(TSSetRHSFunction(*ts, NULL, Decay, NULL));
+  PetscCall(TSSetType(*ts, TSBATHE));
+  PetscCall(TSGetAdapt(*ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
+  PetscCall(TSSetTimeStep(*ts, 0.125));
+  PetscCall(TSSetTime(*ts, 0.125 * (PetscReal)from));
+  PetscCall(TSSetStepNumber(*ts, from));
+  PetscCall(TSSetMaxSteps(*ts, to));
+  PetscCall(TSSetMaxTime(*ts, 100));
+  PetscCall(TSSetExactFinalTime(*ts, TS_EXACTFINALTIME_STEPOVER));
+  PetscCall(TSSetSolution(*ts, w));
+  PetscCall(SlipOutputCreate(*ts, file, 1, &column, Row, NULL, out));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rows of a series, and the attribute complete; of a copy, as HDF5 would find what this process itself writes */
+static PetscReal *Read(const char file[], const char path[], PetscInt *n, PetscInt *complete)
+{
+  PetscReal *x;
+  SlipH5 h;
+  char command[64];
+
+  snprintf(command, sizeof(command), "cp %s copy.h5", file);
+  assert_int_equal(0, system(command));
+  ok(SlipH5OpenRead("copy.h5", &h));
+  ok(SlipH5ReadReal(&h, path, 1, n, &x));
+  ok(SlipH5ReadAttrInt(&h, "/", "complete", complete));
+  ok(SlipH5Close(&h));
+  return x;
+}
+
+static void resumes(void **state)
+{
+  static const char *const paths[] = {"/series/time", "/series/w", "/steps/time", "/steps/dt", "/steps/accepted"};
+  TS ts;
+  Vec w, half;
+  SlipOutput out;
+  PetscInt steps, series, n, m, complete;
+  PetscReal *x, *y;
+
+  (void)state;
+  ok(VecCreateSeq(PETSC_COMM_SELF, 1, &w));
+  ok(VecDuplicate(w, &half));
+  ok(VecSet(w, 1));
+  ok(Start("one.h5", 0, 200, w, &ts, &out));
+  ok(TSSolve(ts, w));
+  ok(SlipOutputFinish(&out, 1, 2));
+  ok(TSDestroy(&ts));
+
+  /* 80 steps, of which 70 are in the checkpoint; then its process ends */
+  ok(VecSet(w, 1));
+  ok(Start("two.h5", 0, 70, w, &ts, &out));
+  ok(TSSolve(ts, w));
+  ok(VecCopy(w, half));
+  ok(SlipOutputSync(out, &steps, &series));
+  assert_int_equal(70, steps);
+  assert_int_equal(70, series);
+  ok(TSSetMaxSteps(ts, 80));
+  ok(TSSolve(ts, w));
+  x = Read("two.h5.part", "/series/w", &n, &complete);
+  assert_true(n >= 70 && !complete);
+  PetscFree(x);
+  ok(SlipOutputDestroy(&out));
+  ok(TSDestroy(&ts));
+  assert_int_not_equal(0, access("two.h5", F_OK));
+  x = Read("two.h5.part", "/steps/dt", &n, &complete);
+  assert_true(n == 80 && !complete);
+  PetscFree(x);
+
+  /* it is not thrown away, nor continued by a run of other columns or with more rows than there are */
+  ok(VecCopy(half, w));
+  ok(Start("two.h5", 0, 5, w, &ts, &out));
+  fails(TSSolve(ts, w), "two.h5.part holds 80 rows of an unfinished run");
+  ok(SlipOutputDestroy(&out));
+  ok(TSDestroy(&ts));
+  ok(Start("two.h5", 70, 200, w, &ts, &out));
+  fails(SlipOutputResume(out, 70, 81), "/series/time in ");
+  ok(SlipOutputDestroy(&out));
+  ok(TSDestroy(&ts));
+
+  ok(VecCopy(half, w));
+  ok(Start("two.h5", 70, 200, w, &ts, &out));
+  ok(SlipOutputResume(out, steps, series));
+  x = Read("two.h5.part", "/series/time", &n, &complete);
+  assert_true(n == 70 && !complete);
+  PetscFree(x);
+  ok(TSSolve(ts, w));
+  ok(SlipOutputFinish(&out, 1, 2));
+  ok(TSDestroy(&ts));
+  for (size_t i = 0; i < sizeof(paths) / sizeof(*paths); i++) {
+    x = Read("one.h5", paths[i], &n, &complete);
+    y = Read("two.h5", paths[i], &m, &complete);
+    assert_true(n == 200 && m == 200 && complete == 1);
+    assert_memory_equal(x, y, 200 * sizeof(*x));
+    PetscFree(x);
+    PetscFree(y);
+  }
+  assert_int_not_equal(0, access("two.h5.part", F_OK));
+
+  /* a run that has ended is extended; until then its file stays */
+  ok(Start("two.h5", 200, 210, w, &ts, &out));
+  ok(SlipOutputResume(out, 200, 200));
+  ok(TSSolve(ts, w));
+  x = Read("two.h5", "/series/w", &n, &complete);
+  assert_true(n == 200 && complete == 1);
+  PetscFree(x);
+  ok(SlipOutputFinish(&out, 10, 20));
+  ok(TSDestroy(&ts));
+  x = Read("two.h5", "/series/w", &n, &complete);
+  assert_true(n == 210 && complete == 1);
+  PetscFree(x);
+  {
+    SlipH5 h;
+    PetscReal wall;
+    PetscInt restarts;
+
+    ok(SlipH5OpenRead("two.h5", &h));
+    ok(SlipH5ReadAttrReal(&h, "/result", "wall_time_solve", &wall));
+    assert_true(wall > 22 && wall < 23); /* and some milliseconds of the run that was given up */
+    ok(SlipH5ReadAttrInt(&h, "/run", "restarts", &restarts));
+    assert_int_equal(2, restarts);
+    ok(SlipH5Close(&h));
+  }
+  VecsDestroy(&w, &half);
+}
+
+static int Enter(void **state)
+{
+  (void)state;
+  return !getcwd(cwd, sizeof(cwd)) || TempDirMake("test_output", dir) || chdir(dir);
+}
+
+static int Leave(void **state)
+{
+  (void)state;
+  return chdir(cwd) || TempDirRemove(dir);
+}
+
+SLIP_TESTS_WITH(Enter, Leave, resumes)
