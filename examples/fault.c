@@ -49,7 +49,7 @@ static PetscErrorCode Run(void)
     PetscCall(TSSolve(ts, w));
     PetscCall(PetscLogStagePop());
     PetscCall(PetscTime(&end));
-    PetscCall(SlipFaultStopped(fault, ts, &stopped));
+    PetscCall(SlipFaultCheckpointFinish(fault, ts, &stopped));
     if (!stopped) PetscCall(SlipFaultOutputFinish(fault, ts, ready - begin, end - ready));
     PetscCall(SlipWarnOfUnusedOptions());
   }

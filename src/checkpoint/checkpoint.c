@@ -1,5 +1,6 @@
 /* A run that can be stopped and continued: after each step the processes agree whether one of them was asked to stop,
-   and whether the state is to be written. What the state is belongs to those who have it (slipstate.h). */
+   and whether the state is to be written. That is done before the next step, or after TSSolve(), when monitors have
+   written what belongs to it. What the state is belongs to those who have it (slipstate.h). */
 #define _POSIX_C_SOURCE 200809L
 #include <petsc/private/tsimpl.h>
 #include <slipcompat.h>
@@ -29,16 +30,16 @@ typedef struct {
   PetscMPIInt rank;
   char file[PETSC_MAX_PATH_LEN], restart[128];
   PetscReal interval, limit;
-  PetscErrorCode (*sync)(void *);
   SlipCheckpointFn visit;
   void *ctx;
-  PetscErrorCode (*poststep)(TS); /* of others, called first */
-  PetscBool paused;
-  int stopped;                                /* signal, or 0 */
-  PetscBool by_limit;                         /* nobody sent it */
-  PetscLogDouble last_step, last_write;       /* when the last ones ended [s] */
-  PetscLogDouble longest_step, longest_write; /* [s] */
-  PetscInt written;                           /* checkpoints */
+  PetscErrorCode (*poststep)(TS), (*prestep)(TS); /* of others, called first */
+  PetscBool due;                                  /* before the next step */
+  PetscBool over;                                 /* the run is: what the TS does now is no run to go on with */
+  int stopped;                                    /* signal, or 0 */
+  PetscBool by_limit;                             /* nobody sent it */
+  PetscLogDouble last_step, last_write;           /* when the last ones ended [s] */
+  PetscLogDouble longest_step, longest_write;     /* [s] */
+  PetscInt written;                               /* checkpoints */
 } SlipCheckpoint;
 
 static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
@@ -52,7 +53,7 @@ static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
   PetscCall(PetscTime(&begin));
   PetscCall(SlipStateCreate(c->comm, c->file, &state));
   PetscCall((*c->visit)(state, c->ts, c->ctx));
-  finished = c->ts->reason ? PETSC_TRUE : PETSC_FALSE;
+  finished = c->ts->reason && !c->stopped ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipStateGroup(state, "run"));
   PetscCall(SlipStateBool(state, "finished", &finished));
   PetscCall(SlipStateClose(&state));
@@ -84,30 +85,38 @@ static PetscErrorCode SlipCheckpointWishes(SlipCheckpoint *c, int wish[2])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After each step. One reduction of two integers: a step has hundreds of them. */
-static PetscErrorCode SlipCheckpointStep(TS ts)
+/* After each step. One reduction of three integers: a step has hundreds of them. */
+static PetscErrorCode SlipCheckpointAfterStep(TS ts)
 {
   SlipCheckpoint *c;
   int wish[2], all[3];
-  PetscBool stop;
 
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
-  if (!c) PetscFunctionReturn(PETSC_SUCCESS);
   if (c->poststep) PetscCall((*c->poststep)(ts));
   PetscCall(SlipCheckpointWishes(c, wish));
   all[0] = PetscMax(wish[0], 0); /* a signal goes before a limit */
   all[1] = PetscMax(-wish[0], 0);
   all[2] = wish[1];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, 3, MPI_INT, MPI_MAX, c->comm));
-  stop = (all[0] || all[1]) && !ts->reason ? PETSC_TRUE : PETSC_FALSE;
-  if (!c->paused && c->file[0] && (all[2] || stop || ts->reason)) PetscCall(SlipCheckpointWrite(c));
-  if (stop) {
+  c->due = all[2] && c->file[0] && !c->over ? PETSC_TRUE : PETSC_FALSE;
+  if ((all[0] || all[1]) && !ts->reason) {
     c->stopped = all[0] ? all[0] : all[1];
     c->by_limit = all[0] ? PETSC_FALSE : PETSC_TRUE;
     PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
-    if (c->sync) PetscCall((*c->sync)(c->ctx));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipCheckpointBeforeStep(TS ts)
+{
+  SlipCheckpoint *c;
+
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
+  if (c->prestep) PetscCall((*c->prestep)(ts));
+  if (c->due) PetscCall(SlipCheckpointWrite(c));
+  c->due = PETSC_FALSE;
   PetscCall(PetscTime(&c->last_step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -122,7 +131,9 @@ PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
     PetscCall(PetscNew(&c));
     PetscCall(SlipObjectComposeData((PetscObject)ts, key, c, SlipContainerDestroyDefault));
     c->poststep = ts->poststep;
-    PetscCall(TSSetPostStep(ts, SlipCheckpointStep));
+    c->prestep = ts->prestep;
+    PetscCall(TSSetPostStep(ts, SlipCheckpointAfterStep));
+    PetscCall(TSSetPreStep(ts, SlipCheckpointBeforeStep));
   }
   c->ts = ts;
   c->comm = PetscObjectComm((PetscObject)ts);
@@ -131,23 +142,13 @@ PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
   PetscCall(PetscStrncpy(c->restart, plan->restart, sizeof(c->restart)));
   c->interval = plan->interval;
   c->limit = plan->wall_limit > 0 ? plan->wall_limit : PETSC_MAX_REAL;
-  c->sync = plan->sync;
   c->visit = plan->visit;
   c->ctx = plan->ctx;
   c->stopped = 0;
   c->written = 0;
+  c->due = c->over = PETSC_FALSE;
   PetscCall(PetscTime(&c->last_step));
   c->last_write = c->last_step;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipCheckpointPause(TS ts, PetscBool pause)
-{
-  SlipCheckpoint *c;
-
-  PetscFunctionBegin;
-  PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
-  if (c) c->paused = pause;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -201,7 +202,7 @@ static PetscErrorCode SlipCheckpointCommand(SlipCheckpoint *c, char text[], size
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipCheckpointStopped(TS ts, int *code)
+PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
 {
   SlipCheckpoint *c;
   char command[8192], who[64];
@@ -209,7 +210,10 @@ PetscErrorCode SlipCheckpointStopped(TS ts, int *code)
   PetscFunctionBegin;
   *code = 0;
   PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
-  if (!c || !c->stopped) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!c) PetscFunctionReturn(PETSC_SUCCESS);
+  c->over = PETSC_TRUE;
+  if (c->file[0]) PetscCall(SlipCheckpointWrite(c));
+  if (!c->stopped) PetscFunctionReturn(PETSC_SUCCESS);
   *code = 128 + c->stopped;
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
   if (c->by_limit)

@@ -190,10 +190,65 @@ static PetscErrorCode VisitEstimate(SlipState s, SlipFaultRunError *est)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rank 0: is the row of /series the one of this time? */
+static PetscErrorCode CheckRow(SlipFault fault, PetscInt row, PetscReal time)
+{
+  const char *file = fault->text[FAULT_OUTPUT], *prefix = SlipFaultPrefix(fault);
+  char part[PETSC_MAX_PATH_LEN + 8];
+  PetscReal *times = NULL;
+  PetscInt n = 0;
+  PetscBool exists, same;
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", file));
+  PetscCall(PetscTestFile(part, 'r', &exists));
+  PetscCall(SlipH5OpenReadOption(prefix, NULL, exists ? part : file, &h));
+  PetscCall(SlipH5ReadReal(&h, "/series/time", 1, &n, &times));
+  same = n >= row && (!row || times[row - 1] == time) ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscFree(times));
+  PetscCall(SlipH5Close(&h));
+  PetscCheck(
+    same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+    "%s (-%sfault_output) is not the output that -%sfault_restart %s was written with: it has no row %" PetscInt_FMT
+    " of time %.9g s; give the name of that one, or of a file that is not there",
+    exists ? part : file, prefix, prefix, fault->text[FAULT_RESTART], row, (double)time);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* In the file of the run as it was, or from here in a new one. */
+static PetscErrorCode ResumeOutput(SlipFault fault, TS ts, const PetscInt rows[3])
+{
+  const char *file = fault->text[FAULT_OUTPUT];
+  char part[PETSC_MAX_PATH_LEN + 8];
+  PetscBool exists[2] = {PETSC_FALSE, PETSC_FALSE};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", file));
+  if (!rank) {
+    PetscCall(PetscTestFile(part, 'r', &exists[0]));
+    PetscCall(PetscTestFile(file, 'r', &exists[1]));
+  }
+  PetscCallMPI(MPI_Bcast(exists, 2, MPIU_BOOL, 0, fault->comm));
+  if (!exists[0] && !exists[1]) {
+    PetscCall(PetscPrintf(fault->comm, "Neither %s nor %s is there: the output begins here\n", part, file));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!rank) ierr = CheckRow(fault, rows[1], ts->ptime);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(SlipFaultOutputResume(fault, rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Everything: who adds a memory that outlives a step visits it here, or composes SLIP_STATE_METHOD with its object. */
 static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  PetscInt rows[3];
 
   PetscFunctionBegin;
   PetscCall(VisitParameters(s, fault));
@@ -204,6 +259,10 @@ static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
   PetscCall(SlipStateObject(s, "viscosity", (PetscObject)fault->H));
   PetscCall(SlipStateObject(s, "stage", (PetscObject)fault->B));
   PetscCall(VisitEstimate(s, &fault->run_error));
+  if (!SlipStateIsLoading(s)) PetscCall(SlipFaultOutputSync(fault, rows));
+  PetscCall(SlipStateGroup(s, "output"));
+  PetscCall(SlipStateInt(s, "rows", 3, rows));
+  if (SlipStateIsLoading(s)) PetscCall(ResumeOutput(fault, ts, rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -262,9 +321,11 @@ static PetscErrorCode CheckFile(SlipFault fault)
   PetscCall(PetscSNPrintf(source, sizeof(source), "-%sfault_checkpoint", prefix));
   PetscCall(SlipStateCheckCreate(fault->comm, file, source, &exists));
   PetscCall(PetscStrcmp(file, fault->text[FAULT_RESTART], &same));
+  if (fault->output_overwrite) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!exists || same, fault->comm, PETSC_ERR_FILE_OPEN,
-             "%s is there already (-%sfault_checkpoint): go on from it with -%sfault_restart %s, or remove it", file,
-             prefix, prefix, file);
+             "%s is there already (-%sfault_checkpoint): go on from it with -%sfault_restart %s, or throw it away with "
+             "-%sfault_output_overwrite",
+             file, prefix, prefix, file, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -292,12 +353,12 @@ static PetscErrorCode CheckFile(SlipFault fault)
   refused. A larger -ts_max_time lengthens a run that has reached its end.
 
   After `SlipSignalsPush()`, SIGTERM, SIGINT, SIGUSR1 and SIGXCPU stop the run after the step in work, with a checkpoint:
-  ask `SlipFaultStopped()` after TSSolve().
+  ask `SlipFaultCheckpointFinish()` after TSSolve().
 
   Errors: PETSC_ERR_SUP for another TS type, PETSC_ERR_FILE_OPEN when the file is there and is not gone on from or
   cannot be written, PETSC_ERR_ARG_INCOMP for the checkpoint of another run
 
-.seealso: SlipFaultStopped(), SlipSignalsPush(), SlipFaultOutputStart()
+.seealso: SlipFaultCheckpointFinish(), SlipSignalsPush(), SlipFaultOutputStart()
 @*/
 PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
 {
@@ -327,9 +388,10 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
 }
 
 /*@
-  SlipFaultStopped - whether the run was stopped before its end; then a line on stderr says how to go on
+  SlipFaultCheckpointFinish - the last checkpoint of a run; of one that was stopped before its end, a line on stderr says
+                              how to go on
 
-  Collective; after TSSolve().
+  Collective; after TSSolve(), before SlipFaultOutputFinish().
 
   Input Parameters:
 + fault - the fault
@@ -342,16 +404,16 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   Level: intermediate
 
   Note:
-  The output file of such a run stays unfinished: do not call `SlipFaultOutputFinish()`.
+  The output file of a run that was stopped stays unfinished: do not call `SlipFaultOutputFinish()` then.
 
 .seealso: SlipFaultCheckpointStart()
 @*/
-PetscErrorCode SlipFaultStopped(SlipFault fault, TS ts, int *code)
+PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code)
 {
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscAssertPointer(code, 3);
-  PetscCall(SlipCheckpointStopped(ts, code));
+  PetscCall(SlipCheckpointFinish(ts, code));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

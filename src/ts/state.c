@@ -36,7 +36,16 @@ static PetscErrorCode SlipStateTotals(SlipState s, TS_Bathe *ba)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The end of the step before, which interpolation to the final time goes through */
+/* The end of the last step: interpolation to the final time has put another state in its place. */
+static Vec SlipStateEnd(TS ts)
+{
+  const PetscBool beyond =
+    ts->exact_final_time == TS_EXACTFINALTIME_INTERPOLATE && ts->ptime > ts->max_time ? PETSC_TRUE : PETSC_FALSE;
+
+  return beyond ? ((TS_Bathe *)ts->data)->Y[1] : ts->vec_sol;
+}
+
+/* The start of the last step and a state inside it, which interpolation to the final time goes through */
 static PetscErrorCode SlipStateInterpolation(SlipState s, TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -64,7 +73,8 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   PetscCall(TSSetUp(ts));
   PetscCall(PetscObjectGetId((PetscObject)ts->vec_sol, &id));
   PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));
-  unchanged = id == ba->sol_id && state == ba->sol_state ? PETSC_TRUE : PETSC_FALSE;
+  unchanged =
+    (id == ba->sol_id && state == ba->sol_state) || SlipStateEnd(ts) != ts->vec_sol ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipStateGroup(s, "ts"));
   PetscCall(SlipStateReal(s, "time", 1, &ts->ptime));
   PetscCall(SlipStateReal(s, "time_before", 1, &ts->ptime_prev));
@@ -75,7 +85,7 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   PetscCall(SlipStateInt(s, "ksp_iterations", 1, &ts->ksp_its));
   PetscCall(SlipStateInt(s, "snes_failures", 1, &ts->num_snes_failures));
   PetscCall(SlipStateBool(s, "begins_anew", &ts->steprestart));
-  PetscCall(SlipStateVec(s, "solution", ts->vec_sol));
+  PetscCall(SlipStateVec(s, "solution", SlipStateIsLoading(s) ? ts->vec_sol : SlipStateEnd(ts)));
   PetscCall(SlipStateTotals(s, ba));
   PetscCall(SlipStateAttempt(s, &ba->last));
   if (ba->con) PetscCall(SlipStateVec(s, "reaction", ba->r));
