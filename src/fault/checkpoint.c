@@ -404,7 +404,7 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   Level: intermediate
 
   Note:
-  The output file of a run that was stopped stays unfinished: do not call `SlipFaultOutputFinish()` then.
+  The output of a run that was stopped ends here, unfinished: do not call `SlipFaultOutputFinish()` then.
 
 .seealso: SlipFaultCheckpointStart()
 @*/
@@ -415,5 +415,6 @@ PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscAssertPointer(code, 3);
   PetscCall(SlipCheckpointFinish(ts, code));
+  if (*code) PetscCall(SlipFaultOutputDestroy(&fault->output)); /* stays unfinished */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
