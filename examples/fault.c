@@ -8,6 +8,9 @@ static const char help[] =
 #include <slipstep.h>
 #include <petsctime.h>
 
+/* Exit code of a run that was stopped, the last of the program */
+static int stopped = 0;
+
 static PetscErrorCode Run(void)
 {
   SlipFault fault;
@@ -18,6 +21,7 @@ static PetscErrorCode Run(void)
   PetscLogDouble begin, ready, end;
 
   PetscFunctionBeginUser;
+  if (stopped) PetscFunctionReturn(0);
   PetscCall(PetscLogStagePush(SLIP_STAGE_SETUP));
   PetscCall(PetscTime(&begin));
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
@@ -39,12 +43,14 @@ static PetscErrorCode Run(void)
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
     PetscCall(SlipFaultOutputStart(fault, ts));
+    PetscCall(SlipFaultCheckpointStart(fault, ts));
     PetscCall(PetscTime(&ready));
     PetscCall(PetscLogStagePush(SLIP_STAGE_RUN));
     PetscCall(TSSolve(ts, w));
     PetscCall(PetscLogStagePop());
     PetscCall(PetscTime(&end));
-    PetscCall(SlipFaultOutputFinish(fault, ts, ready - begin, end - ready));
+    PetscCall(SlipFaultCheckpointFinish(fault, ts, &stopped));
+    if (!stopped) PetscCall(SlipFaultOutputFinish(fault, ts, ready - begin, end - ready));
     PetscCall(SlipWarnOfUnusedOptions());
   }
   PetscCall(VecDestroy(&w));
@@ -61,6 +67,7 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("fault"));
+  PetscCall(SlipSignalsPush());
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Several runs", NULL);
   PetscCall(PetscOptionsString("-fault_sweep", "File with a line of options for each of several runs (default none)",
                                NULL, sweep, sweep, sizeof(sweep), NULL));
@@ -70,5 +77,5 @@ int main(int argc, char **argv)
   else
     PetscCall(Run());
   PetscCall(PetscFinalize());
-  return 0;
+  return stopped;
 }

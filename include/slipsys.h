@@ -34,3 +34,8 @@ PETSC_EXTERN PetscErrorCode SlipWarnOfUnusedOptions(void);
 PETSC_EXTERN PetscErrorCode SlipWarning(const char format[], ...);
 /* What rank 0 did alone failed there: fail on every rank. */
 PETSC_EXTERN PetscErrorCode SlipErrorBcast(MPI_Comm comm, PetscErrorCode code);
+/* Programs: SIGTERM, SIGINT, SIGUSR1 and SIGXCPU ask for the end of the run after the step in work, a second one ends it
+   at once. */
+PETSC_EXTERN PetscErrorCode SlipSignalsPush(void);
+PETSC_EXTERN PetscErrorCode SlipSignalsPop(void);
+PETSC_EXTERN PetscErrorCode SlipSignalsCaught(int *number); /* 0: none */

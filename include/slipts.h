@@ -75,6 +75,7 @@ PETSC_EXTERN PetscErrorCode SlipSmallConfigureTSByMembers(
      "TSAdaptChooseFirst_C"        (TSAdapt, TS, PetscReal *h)   the first step, before anything is known
      "TSAdaptChooseAfterFailure_C" (TSAdapt, TS, PetscReal h_failed, PetscReal *h_next)
      "TSAdaptNeedsError_C"         (TSAdapt, PetscBool *flg)     no: TSBATHE skips step doubling (absent: yes)
+     "TSAdaptResume_C"             (TSAdapt, TS)                 a run goes on from a checkpoint; then "SlipState_C"
    on TS, by TSBATHE
      "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *) */
 

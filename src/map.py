@@ -36,13 +36,14 @@ ORDER = [
     ("policy", "networks in files", 9, (.52, .94)),
     ("adapt", "step-size controllers, observations", 10, (.52, .94)),
     ("output", "what a run leaves behind", 11, (.29, .94)),
+    ("checkpoint", "when a run is saved or stopped", 11, (.04, .26)),
     ("models", "circuit, sliding mode", 12, (.04, .26)),
     ("fault", "the strike-slip fault as a TS problem", 12, (.29, .98)),
     ("package", "has every room register its types", 13, (0, 1)),
 ]
 ROOMS = [room for room, *_ in ORDER]
 # Headers that are not named after their room; the others are slip<room>.h, without slashes.
-HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "slipcontrollers.h": "adapt", "sliph5.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package", "slipblas.h": "sys"}
+HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "slipcontrollers.h": "adapt", "sliph5.h": "sys", "slipstate.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package", "slipblas.h": "sys"}
 EVERYWHERE = ("core", "sys", "package")  # bars in the picture, without arrows: all rooms may use the first two
 
 

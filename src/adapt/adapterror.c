@@ -80,11 +80,13 @@ static PetscErrorCode TSAdaptDestroy_Error(TSAdapt adapt)
 {
   PetscFunctionBegin;
   PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, SLIP_STATE_METHOD, NULL));
   PetscCall(PetscFree(adapt->data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, SlipAdaptNextFn next)
+PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, SlipAdaptNextFn next,
+                                      PetscErrorCode (*state)(TSAdapt, SlipState))
 {
   PetscFunctionBegin;
   ctx->next = next;
@@ -94,6 +96,7 @@ PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, Slip
   adapt->ops->destroy = TSAdaptDestroy_Error;
   PetscCall(
     PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", TSAdaptChooseAfterFailure_Error));
+  PetscCall(PetscObjectComposeFunction((PetscObject)adapt, SLIP_STATE_METHOD, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -42,10 +42,17 @@ static PetscErrorCode TSAdaptView_Heuristic(TSAdapt adapt, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SlipState_Heuristic(TSAdapt adapt, SlipState s)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipStateBool(s, "again", &((TSAdapt_Heuristic *)adapt->data)->again));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipAdaptCreateHeuristic(TSAdapt adapt, TSAdapt_Heuristic *ctx)
 {
   PetscFunctionBegin;
-  PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_Heuristic));
+  PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_Heuristic, SlipState_Heuristic));
   ctx->growth = 2;
   adapt->safety = 1;
   adapt->reject_safety = 0.9;

@@ -77,6 +77,16 @@ static PetscErrorCode TSAdaptView_PI(TSAdapt adapt, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SlipState_PI(TSAdapt adapt, SlipState s)
+{
+  SlipFilterMemory *memory = &((TSAdapt_PI *)adapt->data)->memory;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateReal(s, "error", 1, &memory->error));
+  PetscCall(SlipStateReal(s, "dt_before", 1, &memory->h_last));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*MC
   TSADAPTPI - digital filters: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa)
 
@@ -100,7 +110,7 @@ PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&ctx));
-  PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_PI));
+  PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_PI, SlipState_PI));
   ctx->filter = SlipFilters[DEFAULT_FILTER];
   ctx->memory = (SlipFilterMemory){.r_min = 0.8, .r_max = 1.2, .error = 1};
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_PI;

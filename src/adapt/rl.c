@@ -1,6 +1,7 @@
 /* TSADAPTRL: a learned policy chooses the step; guard rails keep a run going where it would not. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipts.h>
 #include <sliph5.h>
 
 #define OUTSIDE_IN_A_ROW 3 /* decisions with an observation outside the training range hand the run over */
@@ -347,7 +348,67 @@ static PetscErrorCode TSAdaptReset_RL(TSAdapt adapt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What TSBATHE finds by name; destroying takes it off again. */
+/* What the problem does not observe itself refers to the start, which then is part of the state. */
+static PetscErrorCode StateOfStart(SlipState s, TSAdapt_RL *rl)
+{
+  PetscBool needed = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateReal(s, "norm_of_start", 1, &rl->observer.run.norm0));
+  PetscCall(SlipStateReal(s, "largest_of_start", 1, &rl->observer.run.max0));
+  for (PetscInt i = 0; i < rl->n; i++)
+    if (SlipObservedOfState(&rl->seen[i]) && rl->seen[i].own < 0) needed = PETSC_TRUE;
+  if (needed) PetscCall(SlipStateVec(s, "start", rl->observer.w0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A solve has begun. Another policy than the file's begins with what it sees next. */
+static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+  SlipRunNumbers *run = &rl->observer.run;
+  PetscInt handover = rl->handover;
+  const char *hash;
+  PetscBool same;
+  char name[32];
+
+  PetscFunctionBegin;
+  if (!rl->policy) PetscFunctionReturn(PETSC_SUCCESS); /* an actor's */
+  PetscCall(SlipStateInt(s, "decisions", 1, &rl->decisions));
+  PetscCall(SlipStateInt(s, "failures", 1, &rl->failures));
+  PetscCall(SlipStateInt(s, "halvings", 1, &rl->halvings));
+  PetscCall(SlipStateInt(s, "ceilings", 1, &rl->ceilings));
+  PetscCall(SlipStateInt(s, "outside", 1, &rl->outside));
+  PetscCall(SlipStateInt(s, "steps", 1, &rl->steps));
+  PetscCall(SlipStateInt(s, "handover", 1, &handover));
+  rl->handover = (SlipHandover)handover;
+  PetscCall(SlipStateReal(s, "handover_time", 1, &rl->handover_time));
+  PetscCall(SlipStateInt(s, "outside_in_a_row", 1, &rl->outside_run));
+  PetscCall(SlipStateBool(s, "again", &rl->heuristic.again));
+  PetscCall(SlipPolicyGetHash(rl->policy, &hash));
+  PetscCall(SlipStateSame(s, "policy", hash, &same));
+  if (!same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStateAttempt(s, &rl->observer.last));
+  PetscCall(SlipStateBool(s, "started", &run->started));
+  PetscCall(SlipStateBool(s, "converged", &run->converged));
+  PetscCall(SlipStateReal(s, "error", 1, &run->error));
+  PetscCall(SlipStateReal(s, "residual", 1, &run->residual));
+  PetscCall(SlipStateReal(s, "dt", 1, &run->dt));
+  PetscCall(SlipStateInt(s, "failures_in_a_row", 1, &run->failures));
+  PetscCall(SlipStateReal(s, "time", 1, &run->time));
+  PetscCall(StateOfStart(s, rl));
+  for (PetscInt i = 0; i < rl->n; i++) {
+    PetscCall(PetscSNPrintf(name, sizeof(name), "has_base_%" PetscInt_FMT, i));
+    PetscCall(SlipStateBool(s, name, &rl->seen[i].has_base));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "base_%" PetscInt_FMT, i));
+    PetscCall(SlipStateReal(s, name, 1, &rl->seen[i].base));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "value_%" PetscInt_FMT, i));
+    PetscCall(SlipStateReal(s, name, 1, &rl->seen[i].value));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What TSBATHE and checkpoints find by name; destroying takes it off again. */
 static PetscErrorCode Compose_RL(TSAdapt adapt, PetscBool on)
 {
   const struct {
@@ -357,6 +418,8 @@ static PetscErrorCode Compose_RL(TSAdapt adapt, PetscBool on)
     {"TSAdaptChooseFirst_C", (void (*)(void))TSAdaptChooseFirst_RL},
     {"TSAdaptChooseAfterFailure_C", (void (*)(void))TSAdaptChooseAfterFailure_RL},
     {"TSAdaptNeedsError_C", (void (*)(void))TSAdaptNeedsError_RL},
+    {"TSAdaptResume_C", (void (*)(void))Begin_RL},
+    {SLIP_STATE_METHOD, (void (*)(void))SlipState_RL},
   };
 
   PetscFunctionBegin;

@@ -48,6 +48,12 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                               "Relative error of products with a viscosity that Lanczos' method applies"},
   [FAULT_RATE_TOLERANCE] = {"rate_tolerance", (PetscReal)NAN, "m/s", 0, NONE, OPEN, REAL,
                             "Absolute tolerance of slip rates in the local error (default 1e-10 m over T*)"},
+  [FAULT_CHECKPOINT_INTERVAL] = {"checkpoint_interval", 600, "s", 0, NONE, SHUT, REAL,
+                                 "Wall time from one checkpoint to the next"},
+  [FAULT_RESTART_DT] = {"restart_dt", 0, "s", 0, NONE, SHUT, REAL,
+                        "Next step of a run that goes on; 0: the checkpoint's"},
+  [FAULT_WALL_LIMIT] = {"wall_limit", 0, "s", 0, NONE, SHUT, REAL,
+                        "Wall time of the program before which the run stops, with a checkpoint; 0: none"},
 };
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
@@ -76,6 +82,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
   [FAULT_OUTPUT_FIELDS] = {"output_fields", "slip_rate,slip,displacement,traction", NULL,
                            "Fields to write, separated by commas"},
+  [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart"},
+  [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to go on from"},
 };
 
 const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS] = {

@@ -1,10 +1,12 @@
 /* What is registered with PETSc once, from PetscInitialize() to PetscFinalize(). */
 #include <slipstep/private/slipsys.h>
+#include <petsctime.h>
 
 enum { SLIP_MAX_PACKAGES = 16 };
 
 static PetscErrorCode (*SlipRegistered[SLIP_MAX_PACKAGES])(void);
 static PetscInt SlipNumRegistered;
+static PetscLogDouble SlipStartTime; /* of the first */
 
 /* A program may finalize PETSc and initialize it again: what was registered is gone then. */
 static PetscErrorCode SlipForgetRegistered(void)
@@ -20,8 +22,18 @@ PetscErrorCode SlipRegisterOnce(PetscErrorCode (*registers)(void))
     if (SlipRegistered[i] == registers) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(SlipNumRegistered < SLIP_MAX_PACKAGES, PETSC_COMM_SELF, PETSC_ERR_PLIB, "more than %d packages",
              SLIP_MAX_PACKAGES);
-  if (!SlipNumRegistered) PetscCall(PetscRegisterFinalize(SlipForgetRegistered));
+  if (!SlipNumRegistered) {
+    PetscCall(PetscRegisterFinalize(SlipForgetRegistered));
+    PetscCall(PetscTime(&SlipStartTime));
+  }
   SlipRegistered[SlipNumRegistered++] = registers; /* before the call: what it calls may come back here */
   PetscCall((*registers)());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipGetStartTime(PetscLogDouble *time)
+{
+  PetscFunctionBegin;
+  *time = SlipStartTime;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

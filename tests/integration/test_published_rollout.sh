@@ -15,9 +15,9 @@ import h5py
 import numpy as np
 
 def contents(path):
-    """Every attribute and dataset by name, but for the date of the conversion"""
+    """Every attribute and dataset by name, but for the date of the conversion and the checksum of all"""
     with h5py.File(path) as f:
-        found = {f"/{k}": v for k, v in f.attrs.items() if k != "created"}
+        found = {f"/{k}": v for k, v in f.attrs.items() if k not in ("created", "checksum")}
         def visit(name, item):
             found.update({f"{name}@{k}": v for k, v in item.attrs.items()})
             if isinstance(item, h5py.Dataset):

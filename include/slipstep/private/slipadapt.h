@@ -4,6 +4,7 @@
 #include <slipadapt.h>
 #include <slipcompat.h>
 #include <slipcore.h>
+#include <slipstep/private/slipstate.h>
 
 /* The controllers: TSAdaptCreate_NAME() of each file that has one. CMake lists them, so that a controller is one file. */
 #define CONTROLLER(type, create) PETSC_EXTERN PetscErrorCode create(TSAdapt adapt);
@@ -23,7 +24,8 @@ typedef struct {
   SlipAdaptNextFn next;
   PetscReal failure; /* factor on the step when a solve did not converge */
 } SlipAdaptByError;
-PETSC_INTERN PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, SlipAdaptNextFn next);
+PETSC_INTERN PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, SlipAdaptNextFn next,
+                                                   PetscErrorCode (*state)(TSAdapt, SlipState));
 /* What it makes TSAdapt and TSBATHE call */
 PETSC_INTERN PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
                                                 PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter);
@@ -105,3 +107,6 @@ typedef struct {
 /* rlset.c */
 PETSC_INTERN PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts); /* the default one when there is none */
 PETSC_INTERN PetscErrorCode TSAdaptRLForgetDefault_Private(TSAdapt adapt);
+
+/* ---- state.c: for checkpoints ---- */
+PETSC_INTERN PetscErrorCode SlipStateAdapt(SlipState s, TS ts);

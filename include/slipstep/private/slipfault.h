@@ -9,6 +9,7 @@
 #include <sliph5.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipoutput.h>
+#include <slipstep/private/slipcheckpoint.h>
 #include <slipstep/private/slipsys.h>
 
 /* ---- parameters ---- */
@@ -38,6 +39,9 @@ typedef enum {
   FAULT_HMAT_TOLERANCE,
   FAULT_KRYLOV_TOLERANCE,
   FAULT_RATE_TOLERANCE,
+  FAULT_CHECKPOINT_INTERVAL,
+  FAULT_RESTART_DT,
+  FAULT_WALL_LIMIT,
   FAULT_NUM_REALS
 } SlipFaultRealId;
 
@@ -65,6 +69,8 @@ typedef enum {
   FAULT_MESH,
   FAULT_OUTPUT,
   FAULT_OUTPUT_FIELDS,
+  FAULT_CHECKPOINT,
+  FAULT_RESTART,
   FAULT_NUM_STRINGS
 } SlipFaultStringId;
 

@@ -20,6 +20,7 @@ PETSC_INTERN PetscErrorCode SlipSecantUpdate(SlipSecant c, const SlipRecycled *k
                                              PetscBool *changed);
 PETSC_INTERN PetscErrorCode SlipSecantAdd(SlipSecant c, Vec x, Vec y);
 PETSC_INTERN PetscReal SlipSecantVectors(SlipSecant c);
+PETSC_INTERN PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipState s); /* for checkpoints */
 
 /* ---- pcslipstage.c ---- */
 PETSC_INTERN PetscErrorCode PCCreate_SlipStage(PC pc);

@@ -1,6 +1,7 @@
 /* Private to src/mat: the square root of a stiffness, by every method. */
 #pragma once
 #include <slipstep/private/slipmatcache.h>
+#include <slipstep/private/slipstate.h>
 
 /* Bytes up to which viscosities may be kept as blocks; beyond, Lanczos' method needs none. */
 #define SLIP_MEMORY_MAX 2e9
@@ -32,6 +33,8 @@ typedef struct {
 PETSC_INTERN PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProductFn product, void *ctx,
                                              Vec x, Vec y);
 PETSC_INTERN PetscErrorCode SlipRecycledReset(SlipRecycled *c);
+PETSC_INTERN PetscErrorCode SlipRecycledState(SlipRecycled *c, Mat H,
+                                              SlipState s); /* for checkpoints, of the products with H */
 
 /* sketch.c: what the spectral root misses, without dense matrices */
 PETSC_INTERN PetscErrorCode SlipSketchCorrection(SlipCirculant strike, const PetscReal blocks[], PetscReal square,

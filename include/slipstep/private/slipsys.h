@@ -7,6 +7,7 @@
 /* ---- package.c ---- */
 /* Calls what registers a room's classes, types and events, once from PetscInitialize() to PetscFinalize() */
 PETSC_INTERN PetscErrorCode SlipRegisterOnce(PetscErrorCode (*registers)(void));
+PETSC_INTERN PetscErrorCode SlipGetStartTime(PetscLogDouble *time); /* when that was first called, as of PetscTime() */
 
 /* ---- arrays.c ---- */
 /* One of the vectors whose arrays a loop reads or writes together; NULL for the vector leaves its pointer alone. */

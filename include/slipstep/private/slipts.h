@@ -4,6 +4,7 @@
 #include <petsc/private/tsimpl.h>
 #include <slipcompat.h>
 #include <slipcore.h>
+#include <slipstep/private/slipstate.h>
 
 typedef struct TSBatheMonitor TSBatheMonitor;
 struct TSBatheMonitor {
@@ -78,3 +79,7 @@ PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
 PETSC_INTERN PetscErrorCode SNESTSFormFunction_Bathe(SNES, Vec, Vec, TS);
 PETSC_INTERN PetscErrorCode SNESTSFormJacobian_Bathe(SNES, Vec, Mat, Mat, TS);
 PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);
+
+/* ---- state.c: for checkpoints ---- */
+PETSC_INTERN PetscErrorCode SlipStateTS(SlipState, TS);
+PETSC_INTERN PetscErrorCode SlipStateAttempt(SlipState, SlipAttempt *);

@@ -252,3 +252,42 @@ PetscErrorCode SlipSecantAdd(SlipSecant c, Vec x, Vec y)
   PetscCall(VecMAXPY(y, n, w, c->a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* For checkpoints, known being as it was or is again: directions and images; what follows from them is formed anew. Of
+   known's directions, which were looked at. Collective. */
+PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipState s)
+{
+  const PetscInt nseen = c->nseen;
+  char name[32];
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateInt(s, "secants", 1, &c->n));
+  for (PetscInt j = 0; j < c->n; j++) {
+    PetscCall(Allocate(c, j));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "secant_%" PetscInt_FMT, j));
+    PetscCall(SlipStateVec(s, name, c->s[j]));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "secant_image_%" PetscInt_FMT, j));
+    PetscCall(SlipStateVec(s, name, c->viscosity[j]));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "secant_error_%" PetscInt_FMT, j));
+    PetscCall(SlipStateReal(s, name, 1, &c->error[j]));
+    if (SlipStateIsLoading(s)) PetscCall(MatMult(c->K, c->s[j], c->stiffness[j]));
+  }
+  if (SlipStateIsLoading(s)) c->nseen = 0;
+  for (PetscInt j = 0; j < known->n; j++) {
+    PetscBool seen = PETSC_FALSE;
+    PetscObjectId id;
+    PetscObjectState state;
+
+    PetscCall(PetscObjectGetId((PetscObject)known->q[j], &id));
+    PetscCall(PetscObjectStateGet((PetscObject)known->q[j], &state));
+    for (PetscInt i = 0; i < nseen && !SlipStateIsLoading(s); i++)
+      if (c->seen[i] == id && c->state[i] == state) seen = PETSC_TRUE;
+    PetscCall(PetscSNPrintf(name, sizeof(name), "seen_%" PetscInt_FMT, j));
+    PetscCall(SlipStateBool(s, name, &seen));
+    if (!SlipStateIsLoading(s) || !seen) continue;
+    c->seen[c->nseen] = id;
+    c->state[c->nseen++] = state;
+  }
+  if (SlipStateIsLoading(s)) c->theta = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -131,6 +131,21 @@ static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* For checkpoints, after the viscosity: what an approximation has learnt of it. */
+static PetscErrorCode StageState(Mat B, SlipState s)
+{
+  SlipStageContext *stage, *a = NULL;
+  SlipRecycled *known;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(B, &stage));
+  if (stage->approximation) PetscCall(MatShellGetContext(stage->approximation, &a));
+  if (!a || !a->correction) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipLanczosGetRecycled(stage->H, &known));
+  PetscCall(SlipSecantState(a->correction, known, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A stage operator; mean: see the context. */
 static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, Mat *B)
 {
@@ -160,6 +175,7 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
   PetscCall(MatGetOptionsPrefix(K, &prefix));
   PetscCall(MatSetOptionsPrefix(*B, prefix));
   PetscCall(SlipLogProducts(*B, SLIP_StageMult));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*B, SLIP_STATE_METHOD, StageState));
   if (H) PetscCall(StageSetUp(*B, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -346,6 +346,7 @@ static PetscErrorCode LanczosDestroy(Mat H)
   PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_sliplanczos_dense_C", NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatSlipViscositySetTolerance_C", NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatSlipViscositySetFromOptions_C", NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)H, SLIP_STATE_METHOD, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -363,6 +364,25 @@ static PetscErrorCode LanczosSetFromOptions(Mat H)
                              "MatSlipViscositySetTolerance", tolerance, &tolerance, &set));
   PetscOptionsEnd();
   if (set) PetscCall(MatSlipViscositySetTolerance(H, tolerance));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* For checkpoints; largest and products bound the error of the next product, and so say how many steps it takes. */
+static PetscErrorCode LanczosState(Mat H, SlipState s)
+{
+  PetscBool estimated;
+  Lanczos *l;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &l));
+  PetscCall(SlipStateReal(s, "largest", 1, &l->largest));
+  PetscCall(SlipStateInt(s, "products", 1, &l->products));
+  PetscCall(SlipStateInt(s, "steps", 1, &l->steps));
+  estimated = l->diagonal ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipStateBool(s, "estimated", &estimated));
+  if (estimated && !l->diagonal) PetscCall(VecDuplicate(l->work, &l->diagonal));
+  if (estimated) PetscCall(SlipStateVec(s, "diagonal", l->diagonal));
+  PetscCall(SlipRecycledState(&l->increment, H, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -397,6 +417,7 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   PetscCall(MatSetOptionsPrefix(*H, prefix));
   PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscositySetTolerance_C", LanczosSetTolerance));
   PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscositySetFromOptions_C", LanczosSetFromOptions));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*H, SLIP_STATE_METHOD, LanczosState));
   PetscCall(LanczosSetFromOptions(*H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -165,3 +165,23 @@ PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProduc
   PetscCall(VecAXPY(y, norm, c->image[k]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* What is remembered, for checkpoints. Collective. */
+PetscErrorCode SlipRecycledState(SlipRecycled *c, Mat H, SlipState s)
+{
+  char name[32];
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateInt(s, "directions", 1, &c->n));
+  PetscCall(SlipStateBool(s, "loosened", &c->loosened));
+  for (PetscInt j = 0; j < c->n; j++) {
+    if (!c->q[j]) PetscCall(MatCreateVecs(H, &c->q[j], &c->image[j]));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "direction_%" PetscInt_FMT, j));
+    PetscCall(SlipStateVec(s, name, c->q[j]));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "image_%" PetscInt_FMT, j));
+    PetscCall(SlipStateVec(s, name, c->image[j]));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "error_%" PetscInt_FMT, j));
+    PetscCall(SlipStateReal(s, name, 1, &c->error[j]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

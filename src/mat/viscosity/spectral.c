@@ -245,6 +245,16 @@ PetscErrorCode SlipSpectralNorm(MPI_Comm comm, SlipSpectral *c, PetscReal factor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SpectralState(Mat H, SlipState s)
+{
+  SlipSpectral *c;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &c));
+  if (c->tolerance > 0) PetscCall(SlipRecycledState(&c->increment, H, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* factor * sqrt(scale * K) per wavenumber; H of type "slipspectral" without a low-rank part. */
 PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *H)
 {
@@ -268,6 +278,7 @@ PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *
   PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(PetscMalloc3(N, &c->half_x, N, &c->half_y, N, &c->y));
   PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, "slipspectral", &ops, c, H));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*H, SLIP_STATE_METHOD, SpectralState));
   PetscCall(SlipGatherCreate(*H, SlipCirculantPencil(c->strike), &c->gather));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -176,6 +176,16 @@ static PetscErrorCode WavesDestroy(Mat H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode WavesState(Mat H, SlipState s)
+{
+  WavesContext *w;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &w));
+  PetscCall(SlipRecycledState(&w->increment, H, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
 {
   const SlipShellOps ops = {.mult = WavesMult, .diagonal = WavesGetDiagonal, .destroy = WavesDestroy};
@@ -198,6 +208,7 @@ static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, "slipwaves", &ops, w, H));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*H, SLIP_STATE_METHOD, WavesState));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

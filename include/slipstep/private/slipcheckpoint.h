@@ -1,0 +1,23 @@
+/* When the state of a run is written, and when a run stops before its end. */
+#pragma once
+#include <slipts.h>
+#include <slipstep/private/slipstate.h>
+
+/* All that a run remembers between two steps, in both directions. */
+typedef PetscErrorCode (*SlipCheckpointFn)(SlipState state, TS ts, void *ctx);
+
+typedef struct {
+  const char *file;     /* written every interval of wall time [s], and at the end; "": none */
+  const char *option;   /* that names it, for messages */
+  PetscReal interval;   /* [s] */
+  PetscReal wall_limit; /* wall time of the program after which the run stops [s]; 0: none */
+  const char *restart;  /* option that continues a run, with the dash */
+  SlipCheckpointFn visit;
+  void *ctx;
+} SlipCheckpointPlan;
+
+/* Collective; before TSSolve(). The plan's texts are copied, ts keeps the rest. */
+PETSC_INTERN PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan);
+/* Collective; after TSSolve(): the last checkpoint. The exit code of a run that was stopped, and a line on stderr that
+   says how to go on; 0: it was not. What ts does from now on is no run to go on with. */
+PETSC_INTERN PetscErrorCode SlipCheckpointFinish(TS ts, int *code);

@@ -1,0 +1,49 @@
+/* The state of a run in a file: what objects remember from one step to the next, written and read by one function each,
+   so that the two directions cannot differ. */
+#pragma once
+#include <petscvec.h>
+#include <slipcompat.h>
+
+/* A file that is written, or read, visited in the same order. All functions are collective, numbers are the same on all
+   ranks, and vectors are stored in the order of their entries. */
+typedef struct _n_SlipState *SlipState;
+
+/* An object that has a memory composes this with a function (object, SlipState); the object's type is checked before. */
+#define SLIP_STATE_METHOD "SlipState_C"
+
+/* ---- statefile.c: files with a checksum, of which the one before is kept as FILE.previous ---- */
+PETSC_INTERN PetscErrorCode SlipStateCreate(MPI_Comm comm, const char file[], SlipState *state);
+/* source: option that names the file, for messages. A damaged or missing file gives way to the one before, with a
+   warning. */
+PETSC_INTERN PetscErrorCode SlipStateOpen(MPI_Comm comm, const char file[], const char source[], SlipState *state);
+PETSC_INTERN PetscErrorCode SlipStateClose(SlipState *state); /* writing: puts the file in its place */
+/* Errors when a file of that name is there and is no state, or cannot be written. *exists: it is there, and is one */
+PETSC_INTERN PetscErrorCode SlipStateCheckCreate(MPI_Comm comm, const char file[], const char source[],
+                                                 PetscBool *exists);
+/* Before vectors of cells whose numbers depend on the number of ranks: order [cells] are their rows in the mesh's file */
+PETSC_INTERN PetscErrorCode SlipStateCells(SlipState state, PetscInt cells, const PetscInt order[]);
+
+/* ---- state.c: visiting ---- */
+PETSC_INTERN PetscBool SlipStateIsLoading(SlipState state);
+PETSC_INTERN PetscErrorCode SlipStateGroup(SlipState state, const char name[]); /* what follows belongs to it */
+PETSC_INTERN PetscErrorCode SlipStateReal(SlipState state, const char name[], PetscInt n, PetscReal x[]);
+PETSC_INTERN PetscErrorCode SlipStateInt(SlipState state, const char name[], PetscInt n, PetscInt x[]);
+PETSC_INTERN PetscErrorCode SlipStateBool(SlipState state, const char name[], PetscBool *x);
+PETSC_INTERN PetscErrorCode SlipStateString(SlipState state, const char name[], char x[], size_t len);
+PETSC_INTERN PetscErrorCode SlipStateVec(SlipState state, const char name[], Vec x);
+/* *same: what is visited now is what was written, as x says. Its type, for example; what differs is left out. */
+PETSC_INTERN PetscErrorCode SlipStateSame(SlipState state, const char name[], const char x[], PetscBool *same);
+/* What the object remembers, if it does, in a group of that name with its type. */
+PETSC_INTERN PetscErrorCode SlipStateObject(SlipState state, const char name[], PetscObject object);
+
+/* Inside state.c and statefile.c */
+#include <sliph5.h>
+struct _n_SlipState {
+  MPI_Comm comm;
+  PetscMPIInt rank;
+  PetscBool loading;
+  SlipH5 file;     /* rank 0 */
+  char group[64];  /* path of what is being visited */
+  PetscInt cells;  /* of place */
+  PetscInt *place; /* rank 0, loading: cell of now for each cell of the file; NULL: the same */
+};

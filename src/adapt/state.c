@@ -1,0 +1,62 @@
+/* What a controller remembers, for checkpoints: ours compose a function of their own, PETSc's are known here. */
+#include <slipstep/private/slipadapt.h>
+#include <slipstep/private/slipstate.h>
+
+/* TSADAPTDSP keeps its memory to itself: this is its context as of src/ts/adapt/impls/dsp/adaptdsp.c, the same in PETSc
+   3.8 to 3.25. Before it is believed, a new one must look like it, number by number. */
+typedef struct {
+  PetscReal kBeta[3], Alpha[2];   /* the filter */
+  PetscReal cerror[3], hratio[3]; /* errors and ratios of steps before */
+  PetscBool rollback;
+} TSAdapt_DSP;
+
+static PetscErrorCode CheckDSP(TSAdapt adapt)
+{
+  const PetscReal expected[] = {0.5 + 0.25 + 0.125, -(0.25 + 2 * 0.125), 0.125, 0, 0, 1, 1, 1, 1, 1, 1};
+  MPI_Comm comm = PetscObjectComm((PetscObject)adapt);
+  const TSAdapt_DSP *dsp;
+  PetscBool same = PETSC_TRUE;
+  TSAdapt fresh;
+
+  PetscFunctionBegin;
+  PetscCall(TSAdaptCreate(PETSC_COMM_SELF, &fresh));
+  PetscCall(TSAdaptSetType(fresh, TSADAPTDSP));
+  PetscCall(TSAdaptDSPSetPID(fresh, 0.5, 0.25, 0.125)); /* kBeta, and no Alpha */
+  dsp = (const TSAdapt_DSP *)fresh->data;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(expected); i++)
+    if (((const PetscReal *)dsp)[i] != expected[i]) same = PETSC_FALSE;
+  if (dsp->rollback) same = PETSC_FALSE;
+  PetscCall(TSAdaptDestroy(&fresh));
+  PetscCheck(same, comm, PETSC_ERR_SUP,
+             "a checkpoint cannot hold the memory of -ts_adapt_type dsp of this version of PETSc: take pi, or none");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipState_DSP(TSAdapt adapt, SlipState s)
+{
+  TSAdapt_DSP *dsp = (TSAdapt_DSP *)adapt->data;
+
+  PetscFunctionBegin;
+  PetscCall(CheckDSP(adapt));
+  PetscCall(SlipStateReal(s, "errors", 3, dsp->cerror));
+  PetscCall(SlipStateReal(s, "ratios", 3, dsp->hratio));
+  PetscCall(SlipStateBool(s, "rollback", &dsp->rollback));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective; between two steps, after SlipStateTS(). Another controller than the file's begins without memory. */
+PetscErrorCode SlipStateAdapt(SlipState s, TS ts)
+{
+  TSAdapt adapt;
+  PetscBool dsp;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTDSP, &dsp));
+  if (dsp) PetscCall(PetscObjectComposeFunction((PetscObject)adapt, SLIP_STATE_METHOD, SlipState_DSP));
+  if (SlipStateIsLoading(s)) PetscTryMethod(adapt, "TSAdaptResume_C", (TSAdapt, TS), (adapt, ts));
+  PetscCall(SlipStateObject(s, "adapt", (PetscObject)adapt));
+  if (dsp) PetscCall(PetscObjectComposeFunction((PetscObject)adapt, SLIP_STATE_METHOD, NULL));
+  PetscCall(SlipStateInt(s, "just_decreased", 1, &adapt->timestepjustdecreased));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,231 @@
+/* A run that can be stopped and continued: after each step the processes agree whether one of them was asked to stop,
+   and whether the state is to be written. That is done before the next step, or after TSSolve(), when monitors have
+   written what belongs to it. What the state is belongs to those who have it (slipstate.h). */
+#define _POSIX_C_SOURCE 200809L
+#include <petsc/private/tsimpl.h>
+#include <slipcompat.h>
+#include <slipsys.h>
+#include <slipstep/private/slipcheckpoint.h>
+#include <slipstep/private/slipsys.h>
+#include <petsctime.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char key[] = "SlipCheckpoint";
+
+/* A wall limit counts as this signal, which batch systems send for it: exit code 152. */
+#define CHECKPOINT_LIMIT SIGXCPU
+/* What is left of a wall limit must hold a step and a checkpoint as long as the longest so far, times these, and this
+   much for the rest of the program [s]. */
+#define CHECKPOINT_STEPS 1.5
+#define CHECKPOINT_WRITES 2.0
+#define CHECKPOINT_REST 1.0
+/* The first checkpoint of a run with a wall limit is written after this share of it, so that its time is known. */
+#define CHECKPOINT_FIRST 0.1
+
+typedef struct {
+  TS ts; /* borrowed */
+  MPI_Comm comm;
+  PetscMPIInt rank;
+  char file[PETSC_MAX_PATH_LEN], restart[128];
+  PetscReal interval, limit;
+  SlipCheckpointFn visit;
+  void *ctx;
+  PetscErrorCode (*poststep)(TS), (*prestep)(TS); /* of others, called first */
+  PetscBool due;                                  /* before the next step */
+  PetscBool over;                                 /* the run is: what the TS does now is no run to go on with */
+  int stopped;                                    /* signal, or 0 */
+  PetscBool by_limit;                             /* nobody sent it */
+  PetscLogDouble last_step, last_write;           /* when the last ones ended [s] */
+  PetscLogDouble longest_step, longest_write;     /* [s] */
+  PetscInt written;                               /* checkpoints */
+} SlipCheckpoint;
+
+static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
+{
+  PetscLogDouble begin;
+  SlipState state;
+  PetscBool finished;
+
+  PetscFunctionBegin;
+  PetscCall(SlipLogOutputBegin());
+  PetscCall(PetscTime(&begin));
+  PetscCall(SlipStateCreate(c->comm, c->file, &state));
+  PetscCall((*c->visit)(state, c->ts, c->ctx));
+  finished = c->ts->reason && !c->stopped ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipStateGroup(state, "run"));
+  PetscCall(SlipStateBool(state, "finished", &finished));
+  PetscCall(SlipStateClose(&state));
+  PetscCall(PetscTime(&c->last_write));
+  c->longest_write = PetscMax(c->longest_write, c->last_write - begin);
+  c->written++;
+  PetscCall(SlipLogOutputEnd());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What this process wants: the signal that it caught, or that time is over on rank 0; and on rank 0 a checkpoint. */
+static PetscErrorCode SlipCheckpointWishes(SlipCheckpoint *c, int wish[2])
+{
+  PetscLogDouble now, begun;
+  PetscReal spent;
+
+  PetscFunctionBegin;
+  PetscCall(SlipSignalsCaught(&wish[0]));
+  PetscCall(PetscTime(&now));
+  c->longest_step = PetscMax(c->longest_step, now - c->last_step);
+  wish[1] = 0;
+  if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipGetStartTime(&begun));
+  spent = (PetscReal)(now - begun);
+  if (!wish[0] &&
+      spent + CHECKPOINT_STEPS * c->longest_step + CHECKPOINT_WRITES * c->longest_write + CHECKPOINT_REST > c->limit)
+    wish[0] = -CHECKPOINT_LIMIT;
+  if (now - c->last_write >= c->interval || (!c->written && spent >= CHECKPOINT_FIRST * c->limit)) wish[1] = 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After each step. One reduction of three integers: a step has hundreds of them. */
+static PetscErrorCode SlipCheckpointAfterStep(TS ts)
+{
+  SlipCheckpoint *c;
+  int wish[2], all[3];
+
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
+  if (c->poststep) PetscCall((*c->poststep)(ts));
+  PetscCall(SlipCheckpointWishes(c, wish));
+  all[0] = PetscMax(wish[0], 0); /* a signal goes before a limit */
+  all[1] = PetscMax(-wish[0], 0);
+  all[2] = wish[1];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, 3, MPI_INT, MPI_MAX, c->comm));
+  c->due = all[2] && c->file[0] && !c->over ? PETSC_TRUE : PETSC_FALSE;
+  if ((all[0] || all[1]) && !ts->reason) {
+    c->stopped = all[0] ? all[0] : all[1];
+    c->by_limit = all[0] ? PETSC_FALSE : PETSC_TRUE;
+    PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipCheckpointBeforeStep(TS ts)
+{
+  SlipCheckpoint *c;
+
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
+  if (c->prestep) PetscCall((*c->prestep)(ts));
+  if (c->due) PetscCall(SlipCheckpointWrite(c));
+  c->due = PETSC_FALSE;
+  PetscCall(PetscTime(&c->last_step));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
+{
+  SlipCheckpoint *c;
+
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
+  if (!c) {
+    PetscCall(PetscNew(&c));
+    PetscCall(SlipObjectComposeData((PetscObject)ts, key, c, SlipContainerDestroyDefault));
+    c->poststep = ts->poststep;
+    c->prestep = ts->prestep;
+    PetscCall(TSSetPostStep(ts, SlipCheckpointAfterStep));
+    PetscCall(TSSetPreStep(ts, SlipCheckpointBeforeStep));
+  }
+  c->ts = ts;
+  c->comm = PetscObjectComm((PetscObject)ts);
+  PetscCallMPI(MPI_Comm_rank(c->comm, &c->rank));
+  PetscCall(PetscStrncpy(c->file, plan->file, sizeof(c->file)));
+  PetscCall(PetscStrncpy(c->restart, plan->restart, sizeof(c->restart)));
+  c->interval = plan->interval;
+  c->limit = plan->wall_limit > 0 ? plan->wall_limit : PETSC_MAX_REAL;
+  c->visit = plan->visit;
+  c->ctx = plan->ctx;
+  c->stopped = 0;
+  c->written = 0;
+  c->due = c->over = PETSC_FALSE;
+  PetscCall(PetscTime(&c->last_step));
+  c->last_write = c->last_step;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- how to go on ---- */
+
+/* A word as a shell must be given it */
+static PetscErrorCode AppendQuoted(char text[], size_t len, const char word[])
+{
+  static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,/:%@";
+  const PetscBool quote = !word[0] || word[strspn(word, plain)] ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrlcat(text, text[0] ? " " : "", len));
+  if (quote) PetscCall(PetscStrlcat(text, "'", len));
+  for (const char *c = word; *c; c++) {
+    const char one[] = {*c, '\0'};
+
+    PetscCall(PetscStrlcat(text, *c == '\'' ? "'\\''" : one, len));
+  }
+  if (quote) PetscCall(PetscStrlcat(text, "'", len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The command line of this program, going on from the checkpoint. */
+static PetscErrorCode SlipCheckpointCommand(SlipCheckpoint *c, char text[], size_t len)
+{
+  PetscMPIInt size;
+  char number[32];
+  int argc;
+  char **argv;
+
+  PetscFunctionBegin;
+  PetscCall(PetscGetArgs(&argc, &argv));
+  PetscCallMPI(MPI_Comm_size(c->comm, &size));
+  text[0] = '\0';
+  if (size > 1) {
+    PetscCall(PetscSNPrintf(number, sizeof(number), "mpirun -n %d", (int)size));
+    PetscCall(PetscStrlcat(text, number, len));
+  }
+  for (int i = 0; i < argc; i++) {
+    PetscBool restart;
+
+    PetscCall(PetscStrcmp(argv[i], c->restart, &restart));
+    if (restart && i + 1 < argc)
+      i++; /* and the file that it names */
+    else
+      PetscCall(AppendQuoted(text, len, argv[i]));
+  }
+  PetscCall(AppendQuoted(text, len, c->restart));
+  PetscCall(AppendQuoted(text, len, c->file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
+{
+  SlipCheckpoint *c;
+  char command[8192], who[64];
+
+  PetscFunctionBegin;
+  *code = 0;
+  PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
+  if (!c) PetscFunctionReturn(PETSC_SUCCESS);
+  c->over = PETSC_TRUE;
+  if (c->file[0]) PetscCall(SlipCheckpointWrite(c));
+  if (!c->stopped) PetscFunctionReturn(PETSC_SUCCESS);
+  *code = 128 + c->stopped;
+  if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  if (c->by_limit)
+    PetscCall(PetscSNPrintf(who, sizeof(who), "the wall limit of %g s", (double)c->limit));
+  else
+    PetscCall(PetscSNPrintf(who, sizeof(who), "signal %d (%s)", c->stopped, strsignal(c->stopped)));
+  if (c->file[0]) {
+    PetscCall(SlipCheckpointCommand(c, command, sizeof(command)));
+    PetscCall(SlipWarning("stopped by %s at time %g s after %d steps; to go on: %s", who, (double)c->ts->ptime,
+                          (int)c->ts->steps, command));
+  } else
+    PetscCall(SlipWarning("stopped by %s at time %g s after %d steps, without a checkpoint to go on from", who,
+                          (double)c->ts->ptime, (int)c->ts->steps));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

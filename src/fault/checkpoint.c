@@ -1,0 +1,420 @@
+/* Checkpoints of a fault's run: which run a file is of, and all that this one remembers. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipadapt.h>
+#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipcheckpoint.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Numbers that a solver has computed, such as the critical energy, are the same to this relative difference; on other
+   numbers of ranks they differ by rounding. */
+#define CHECKPOINT_SAME 1e-6
+
+/* ---- is it the same run? ---- */
+
+typedef struct {
+  SlipState s;
+  char text[1024]; /* what differs */
+} Differences;
+
+static PetscErrorCode Differ(Differences *d, const char format[], const char name[], const char now[],
+                             const char then[])
+{
+  char one[512];
+
+  PetscFunctionBegin;
+  (void)snprintf(one, sizeof(one), format, name, now, then);
+  PetscCall(PetscStrlcat(d->text, d->text[0] ? "; " : "", sizeof(d->text)));
+  PetscCall(PetscStrlcat(d->text, one, sizeof(d->text)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The shortest of these that tells two numbers apart */
+static void Numbers(PetscReal x, PetscReal y, const char unit[], char a[64], char b[64])
+{
+  for (int digits = 6; digits <= 17; digits++) {
+    (void)snprintf(a, 64, "%.*g%s%s", digits, (double)x, unit[0] ? " " : "", unit);
+    (void)snprintf(b, 64, "%.*g%s%s", digits, (double)y, unit[0] ? " " : "", unit);
+    if (strcmp(a, b)) return;
+  }
+}
+
+/* tolerance: relative, of numbers that were computed */
+static PetscErrorCode CompareReal(Differences *d, const char name[], PetscReal now, const char unit[],
+                                  PetscReal tolerance)
+{
+  PetscReal then = now;
+  char a[64], b[64];
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateReal(d->s, name, 1, &then));
+  if (PetscAbsReal(then - now) <= tolerance * PetscAbsReal(now)) PetscFunctionReturn(PETSC_SUCCESS);
+  Numbers(now, then, unit, a, b);
+  PetscCall(Differ(d, "%s is %s, was %s", name, a, b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CompareText(Differences *d, const char name[], const char now[])
+{
+  char then[PETSC_MAX_PATH_LEN] = "";
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(then, now, sizeof(then)));
+  PetscCall(SlipStateString(d->s, name, then, sizeof(then)));
+  PetscCall(PetscStrcmp(now, then, &same));
+  if (!same) PetscCall(Differ(d, "%s is %s, was %s", name, now, then));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Numbers of the local cells, told apart by a hash that does not depend on who holds them, and described by the least,
+   the mean and the largest of them. */
+static PetscErrorCode CompareCells(Differences *d, SlipFault fault, const char name[], const char unit[],
+                                   const PetscReal x[])
+{
+  PetscReal range[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, sum = 0;
+  uint64_t hash = 0;
+  char digest[128], then[128], *word, *was;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscInt e = fault->start + i;
+    const PetscReal entry[] = {(PetscReal)(fault->order ? fault->order[e] : e), x[i]};
+
+    hash += SlipHashReals(SLIP_HASH_START, entry, 2);
+    range[0] = PetscMin(range[0], x[i]);
+    range[1] = PetscMin(range[1], -x[i]);
+    sum += x[i];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &hash, 1, MPI_UINT64_T, MPI_SUM, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, range, 2, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  (void)snprintf(digest, sizeof(digest), "%016" PRIx64 " %.6g to %.6g %s, in the mean %.6g", hash, (double)range[0],
+                 -(double)range[1], unit, (double)(sum / (PetscReal)fault->N));
+  PetscCall(PetscStrncpy(then, digest, sizeof(then)));
+  PetscCall(SlipStateString(d->s, name, then, sizeof(then)));
+  if (!strncmp(digest, then, 16)) PetscFunctionReturn(PETSC_SUCCESS);
+  word = strchr(digest, ' ');
+  was = strchr(then, ' ');
+  PetscCall(Differ(d, "%s of the cells is%s, was%s", name, word ? word : "", was ? was : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The type without what PETSc puts before it on one process or several */
+static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
+{
+  MatType type;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetType(A, &type));
+  if (!strncmp(type, "seq", 3) || !strncmp(type, "mpi", 3)) type += 3;
+  PetscCall(CompareText(d, name, type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Parameters that say how a run is computed or written, not of what: they may change. Those that are fields are compared
+   cell by cell. */
+static PetscBool MayChange(PetscInt id)
+{
+  static const SlipFaultRealId free_ones[] = {FAULT_OUTPUT_INTERVAL,       FAULT_KRYLOV_TOLERANCE, FAULT_RATE_TOLERANCE,
+                                              FAULT_CHECKPOINT_INTERVAL,   FAULT_RESTART_DT,       FAULT_WALL_LIMIT,
+                                              FAULT_NORMAL_STRESS_GRADIENT};
+
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(free_ones); i++)
+    if (id == (PetscInt)free_ones[i]) return PETSC_TRUE;
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++)
+    if (id == (PetscInt)SlipFaultFields[f]) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+static PetscErrorCode CompareMesh(Differences *d, SlipFault fault)
+{
+  const SlipCells *mesh = &fault->mesh;
+  const PetscReal *const numbers[] = {mesh->x, mesh->y, mesh->z, mesh->length, mesh->width};
+  uint64_t hash = SLIP_HASH_START;
+  char digest[64] = "no mesh";
+
+  PetscFunctionBegin;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(numbers) && mesh->n; k++)
+    hash = SlipHashReals(hash, numbers[k], (size_t)mesh->n);
+  if (mesh->n) (void)snprintf(digest, sizeof(digest), "of %lld cells, %016" PRIx64, (long long)mesh->n, hash);
+  PetscCall(CompareText(d, "mesh", digest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses the checkpoint of another run, naming what differs. */
+static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
+{
+  static const SlipFaultStringId choices[] = {FAULT_FRICTION_LAW, FAULT_KERNEL, FAULT_INITIAL, FAULT_STIFFNESS_SCALING};
+  Differences d = {.s = s};
+  PetscReal value;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateGroup(s, "parameters"));
+  for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
+    const SlipFaultReal *p = &SlipFaultReals[id];
+
+    if (MayChange(id)) continue;
+    PetscCall(SlipFaultGetReal(fault, p->name, &value));
+    PetscCall(CompareReal(&d, p->name, value, p->unit, 0));
+  }
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(choices); i++)
+    PetscCall(CompareText(&d, SlipFaultStrings[choices[i]].name, fault->text[choices[i]]));
+  PetscCall(CompareMesh(&d, fault));
+  PetscCall(CompareType(&d, "operator", fault->K));
+  PetscCall(CompareType(&d, "viscosity", fault->H));
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS && !d.text[0]; f++) {
+    const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
+
+    PetscCall(CompareCells(&d, fault, p->name, p->unit, fault->field[f]));
+  }
+  PetscCall(CompareReal(&d, "scaling_of_stiffness", fault->scaling, "", CHECKPOINT_SAME));
+  PetscCall(CompareReal(&d, "critical_energy", fault->critical_energy, "Pa m", CHECKPOINT_SAME));
+  PetscCheck(!d.text[0], fault->comm, PETSC_ERR_ARG_INCOMP, "-%sfault_restart %s is the checkpoint of another run: %s",
+             SlipFaultPrefix(fault), fault->text[FAULT_RESTART], d.text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the state ---- */
+
+/* The estimate of the error of the final slip */
+static PetscErrorCode VisitEstimate(SlipState s, SlipFaultRunError *est)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipStateGroup(s, "estimate"));
+  PetscCall(SlipStateBool(s, "known", &est->known));
+  PetscCall(SlipStateReal(s, "moving", 1, &est->moving));
+  PetscCall(SlipStateReal(s, "work", 2, est->work));
+  PetscCall(SlipStateReal(s, "slip", 2, est->slip));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: is the row of /series the one of this time? */
+static PetscErrorCode CheckRow(SlipFault fault, PetscInt row, PetscReal time)
+{
+  const char *file = fault->text[FAULT_OUTPUT], *prefix = SlipFaultPrefix(fault);
+  char part[PETSC_MAX_PATH_LEN + 8];
+  PetscReal *times = NULL;
+  PetscInt n = 0;
+  PetscBool exists, same;
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", file));
+  PetscCall(PetscTestFile(part, 'r', &exists));
+  PetscCall(SlipH5OpenReadOption(prefix, NULL, exists ? part : file, &h));
+  PetscCall(SlipH5ReadReal(&h, "/series/time", 1, &n, &times));
+  same = n >= row && (!row || times[row - 1] == time) ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscFree(times));
+  PetscCall(SlipH5Close(&h));
+  PetscCheck(
+    same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+    "%s (-%sfault_output) is not the output that -%sfault_restart %s was written with: it has no row %" PetscInt_FMT
+    " of time %.9g s; give the name of that one, or of a file that is not there",
+    exists ? part : file, prefix, prefix, fault->text[FAULT_RESTART], row, (double)time);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* In the file of the run as it was, or from here in a new one. */
+static PetscErrorCode ResumeOutput(SlipFault fault, TS ts, const PetscInt rows[3])
+{
+  const char *file = fault->text[FAULT_OUTPUT];
+  char part[PETSC_MAX_PATH_LEN + 8];
+  PetscBool exists[2] = {PETSC_FALSE, PETSC_FALSE};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", file));
+  if (!rank) {
+    PetscCall(PetscTestFile(part, 'r', &exists[0]));
+    PetscCall(PetscTestFile(file, 'r', &exists[1]));
+  }
+  PetscCallMPI(MPI_Bcast(exists, 2, MPIU_BOOL, 0, fault->comm));
+  if (!exists[0] && !exists[1]) {
+    PetscCall(PetscPrintf(fault->comm, "Neither %s nor %s is there: the output begins here\n", part, file));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!rank) ierr = CheckRow(fault, rows[1], ts->ptime);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(SlipFaultOutputResume(fault, rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Everything: who adds a memory that outlives a step visits it here, or composes SLIP_STATE_METHOD with its object. */
+static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  PetscInt rows[3];
+
+  PetscFunctionBegin;
+  PetscCall(VisitParameters(s, fault));
+  PetscCall(SlipStateCells(s, fault->N, fault->order));
+  PetscCall(SlipStateTS(s, ts));
+  PetscCall(SlipStateAdapt(s, ts));
+  PetscCall(SlipStateObject(s, "stiffness", (PetscObject)fault->K));
+  PetscCall(SlipStateObject(s, "viscosity", (PetscObject)fault->H));
+  PetscCall(SlipStateObject(s, "stage", (PetscObject)fault->B));
+  PetscCall(VisitEstimate(s, &fault->run_error));
+  if (!SlipStateIsLoading(s)) PetscCall(SlipFaultOutputSync(fault, rows));
+  PetscCall(SlipStateGroup(s, "output"));
+  PetscCall(SlipStateInt(s, "rows", 3, rows));
+  if (SlipStateIsLoading(s)) PetscCall(ResumeOutput(fault, ts, rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the run ---- */
+
+/* The step is the checkpoint's, unless another one is asked for by name. */
+static PetscErrorCode RestartStep(SlipFault fault, TS ts)
+{
+  const char *prefix;
+  const PetscReal dt = fault->value[FAULT_RESTART_DT];
+  PetscReal step;
+  PetscBool given;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetOptionsPrefix(ts, &prefix));
+  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, prefix, "-ts_dt", &given));
+  if (dt > 0) PetscCall(TSSetTimeStep(ts, dt));
+  PetscCall(TSGetTimeStep(ts, &step));
+  if (given && dt <= 0)
+    PetscCall(PetscPrintf(fault->comm,
+                          "The run goes on with the step of its checkpoint, %g s, and not that of -%sts_dt: "
+                          "-%sfault_restart_dt would be used\n",
+                          (double)step, prefix ? prefix : "", SlipFaultPrefix(fault)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Restart(SlipFault fault, TS ts)
+{
+  char source[128];
+  PetscReal time;
+  PetscInt step;
+  SlipState s;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(source, sizeof(source), "-%sfault_restart", SlipFaultPrefix(fault)));
+  PetscCall(SlipStateOpen(fault->comm, fault->text[FAULT_RESTART], source, &s));
+  PetscCall(Visit(s, ts, fault));
+  PetscCall(SlipStateClose(&s));
+  PetscCall(RestartStep(fault, ts));
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetStepNumber(ts, &step));
+  PetscCall(PetscPrintf(fault->comm, "The run goes on from %s at time %g s after %" PetscInt_FMT " steps\n",
+                        fault->text[FAULT_RESTART], (double)time, step));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An older checkpoint is not lost to a run that does not go on from it. */
+static PetscErrorCode CheckFile(SlipFault fault)
+{
+  const char *file = fault->text[FAULT_CHECKPOINT], *prefix = SlipFaultPrefix(fault);
+  char source[128];
+  PetscBool exists, same;
+
+  PetscFunctionBegin;
+  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSNPrintf(source, sizeof(source), "-%sfault_checkpoint", prefix));
+  PetscCall(SlipStateCheckCreate(fault->comm, file, source, &exists));
+  PetscCall(PetscStrcmp(file, fault->text[FAULT_RESTART], &same));
+  if (fault->output_overwrite) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!exists || same, fault->comm, PETSC_ERR_FILE_OPEN,
+             "%s is there already (-%sfault_checkpoint): go on from it with -%sfault_restart %s, or throw it away with "
+             "-%sfault_output_overwrite",
+             file, prefix, prefix, file, prefix);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultCheckpointStart - go on from -fault_restart, and keep checkpoints of the run
+
+  Collective; after SlipFaultOutputStart() with the solution set, before TSSolve().
+
+  Input Parameters:
++ fault - the fault
+- ts    - the TS that it configured, of type TSBATHE
+
+  Options Database Keys:
++ -fault_checkpoint <F.h5>           - file for the state of the run; the one before it stays as F.h5.previous
+. -fault_checkpoint_interval <600>   - wall time from one checkpoint to the next [s]
+. -fault_restart <F.h5>              - go on from this checkpoint, or from F.h5.previous when it is damaged
+. -fault_restart_dt <dt>             - next step of a run that goes on [s]; 0: the checkpoint's
+- -fault_wall_limit <S>              - stop in time for the program to end within S seconds
+
+  Level: intermediate
+
+  Notes:
+  A run that goes on is the same run: on as many processes with the same bits, on others to rounding. Solver, controller
+  and output options may differ from those of the checkpoint; a run with another mesh, parameter or operator is
+  refused. A larger -ts_max_time lengthens a run that has reached its end.
+
+  After `SlipSignalsPush()`, SIGTERM, SIGINT, SIGUSR1 and SIGXCPU stop the run after the step in work, with a checkpoint:
+  ask `SlipFaultCheckpointFinish()` after TSSolve().
+
+  Errors: PETSC_ERR_SUP for another TS type, PETSC_ERR_FILE_OPEN when the file is there and is not gone on from or
+  cannot be written, PETSC_ERR_ARG_INCOMP for the checkpoint of another run
+
+.seealso: SlipFaultCheckpointFinish(), SlipSignalsPush(), SlipFaultOutputStart()
+@*/
+PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  const SlipCheckpointPlan plan = {.file = fault->text[FAULT_CHECKPOINT],
+                                   .interval = fault->value[FAULT_CHECKPOINT_INTERVAL],
+                                   .wall_limit = fault->value[FAULT_WALL_LIMIT],
+                                   .visit = Visit,
+                                   .ctx = fault};
+  SlipCheckpointPlan named = plan;
+  char restart[128];
+  PetscBool bathe;
+
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCheck(bathe || (!plan.file[0] && !fault->text[FAULT_RESTART][0]), fault->comm, PETSC_ERR_SUP,
+             "-%sfault_checkpoint and -%sfault_restart work with -ts_type bathe, not %s", prefix, prefix,
+             ((PetscObject)ts)->type_name);
+  PetscCall(CheckFile(fault));
+  if (fault->text[FAULT_RESTART][0]) PetscCall(Restart(fault, ts));
+  PetscCall(PetscSNPrintf(restart, sizeof(restart), "-%sfault_restart", prefix));
+  named.restart = restart;
+  PetscCall(SlipCheckpointStart(ts, &named));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultCheckpointFinish - the last checkpoint of a run; of one that was stopped before its end, a line on stderr says
+                              how to go on
+
+  Collective; after TSSolve(), before SlipFaultOutputFinish().
+
+  Input Parameters:
++ fault - the fault
+- ts    - the TS, after SlipFaultCheckpointStart()
+
+  Output Parameter:
+. code - what the program should return: 128 plus the number of the signal, 152 (SIGXCPU) for -fault_wall_limit; 0: it
+         was not stopped
+
+  Level: intermediate
+
+  Note:
+  The output of a run that was stopped ends here, unfinished: do not call `SlipFaultOutputFinish()` then.
+
+.seealso: SlipFaultCheckpointStart()
+@*/
+PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
+  PetscAssertPointer(code, 3);
+  PetscCall(SlipCheckpointFinish(ts, code));
+  if (*code) PetscCall(SlipFaultOutputDestroy(&fault->output)); /* stays unfinished */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,99 @@
+/* Signals that ask a program to stop: noted, so that the work in hand can end; a second one ends it at once. */
+#define _POSIX_C_SOURCE 200809L
+#include <slipsys.h>
+#include <signal.h>
+#include <time.h>
+
+#define SLIP_SIGNAL_ECHO 0.1 /* a batch system may send one signal by two ways: within this time it is the same [s] */
+
+static const int SlipSignals[] = {SIGTERM, SIGINT, SIGUSR1, SIGXCPU};
+static struct sigaction SlipSignalsBefore[PETSC_STATIC_ARRAY_LENGTH(SlipSignals)];
+static volatile sig_atomic_t SlipSignalCaught = 0;
+static struct timespec SlipSignalTime; /* of the first; written by the handler before it is ever read there */
+static PetscBool SlipSignalsPushed = PETSC_FALSE;
+
+/* Calls only what POSIX lists as safe in a handler. */
+static void SlipSignalHandler(int number)
+{
+  struct timespec now;
+
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  if (!SlipSignalCaught) {
+    SlipSignalTime = now;
+    SlipSignalCaught = number;
+    return;
+  }
+  if ((double)(now.tv_sec - SlipSignalTime.tv_sec) + 1e-9 * (double)(now.tv_nsec - SlipSignalTime.tv_nsec) <
+      SLIP_SIGNAL_ECHO)
+    return;
+  signal(number, SIG_DFL);
+  raise(number);
+}
+
+/*@
+  SlipSignalsPush - let SIGTERM, SIGINT, SIGUSR1 and SIGXCPU ask this process to stop after the step in work
+
+  Not collective: call it on every process.
+
+  Level: intermediate
+
+  Notes:
+  For programs of one's own, after `PetscInitialize()`, whose handlers are replaced: the library itself never does this.
+  Runs with a checkpoint of `SlipFaultCheckpointStart()` then end after the step in work, whichever process was sent the
+  signal. A second signal, a tenth of a second later or more, ends the process at once, as it would have without this.
+
+.seealso: SlipSignalsPop(), SlipSignalsCaught(), SlipFaultCheckpointStart()
+@*/
+PetscErrorCode SlipSignalsPush(void)
+{
+  struct sigaction action = {.sa_handler = SlipSignalHandler, .sa_flags = SA_RESTART};
+
+  PetscFunctionBegin;
+  if (SlipSignalsPushed) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipSignalCaught = 0;
+  sigemptyset(&action.sa_mask); /* the handler is not interrupted by itself */
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipSignals); i++) sigaddset(&action.sa_mask, SlipSignals[i]);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipSignals); i++)
+    PetscCheck(!sigaction(SlipSignals[i], &action, &SlipSignalsBefore[i]), PETSC_COMM_SELF, PETSC_ERR_SYS,
+               "cannot catch signal %d", SlipSignals[i]);
+  SlipSignalsPushed = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipSignalsPop - give the signals of SlipSignalsPush() back to what handled them before
+
+  Not collective
+
+  Level: intermediate
+
+.seealso: SlipSignalsPush()
+@*/
+PetscErrorCode SlipSignalsPop(void)
+{
+  PetscFunctionBegin;
+  if (!SlipSignalsPushed) PetscFunctionReturn(PETSC_SUCCESS);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipSignals); i++)
+    (void)sigaction(SlipSignals[i], &SlipSignalsBefore[i], NULL);
+  SlipSignalsPushed = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipSignalsCaught - the signal that asked this process to stop
+
+  Not collective
+
+  Output Parameter:
+. number - of the signal, 0 for none
+
+  Level: intermediate
+
+.seealso: SlipSignalsPush()
+@*/
+PetscErrorCode SlipSignalsCaught(int *number)
+{
+  PetscFunctionBegin;
+  *number = (int)SlipSignalCaught;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

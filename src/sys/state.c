@@ -1,0 +1,290 @@
+/* Visiting the state of a run, see slipstate.h: numbers are attributes, arrays and vectors datasets of a group for each
+   object. Vectors pass through rank 0 in pieces. */
+#include <petsc/private/petscimpl.h> /* type_name */
+#include <slipstep/private/slipstate.h>
+#include <slipsys.h>
+#include <string.h>
+
+#define SLIP_STATE_PIECE 1048576 /* entries of a vector that rank 0 holds at a time */
+
+PetscBool SlipStateIsLoading(SlipState s)
+{
+  return s->loading;
+}
+
+PetscErrorCode SlipStateGroup(SlipState s, const char name[])
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(s->group, sizeof(s->group), "/%s", name));
+  if (!s->rank && !s->loading) ierr = SlipH5Group(&s->file, s->group);
+  PetscCall(SlipErrorBcast(s->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipStatePath(SlipState s, const char name[], char path[], size_t len)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(path, len, "%s/%s", s->group, name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: n > 1 numbers as a dataset */
+static PetscErrorCode SlipStateArray(SlipState s, const char name[], PetscInt n, PetscReal x[])
+{
+  PetscReal *data = NULL;
+  PetscInt dims;
+  char path[128];
+
+  PetscFunctionBegin;
+  PetscCall(SlipStatePath(s, name, path, sizeof(path)));
+  if (!s->loading) {
+    PetscCall(SlipH5WriteReal(&s->file, path, 1, &n, x, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipH5ReadReal(&s->file, path, 1, &dims, &data));
+  if (dims == n) PetscCall(PetscArraycpy(x, data, n));
+  PetscCall(PetscFree(data));
+  PetscCheck(dims == n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s in %s has %" PetscInt_FMT " numbers, expected %" PetscInt_FMT "%s", path, s->file.name, dims, n,
+             s->file.source);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStateReal(SlipState s, const char name[], PetscInt n, PetscReal x[])
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  if (!s->rank) {
+    if (n != 1)
+      ierr = SlipStateArray(s, name, n, x);
+    else
+      ierr = s->loading ? SlipH5ReadAttrReal(&s->file, s->group, name, x)
+                        : SlipH5WriteAttrReal(&s->file, s->group, name, *x);
+  }
+  PetscCall(SlipErrorBcast(s->comm, ierr));
+  if (s->loading) PetscCallMPI(MPI_Bcast(x, (PetscMPIInt)n, MPIU_REAL, 0, s->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStateInt(SlipState s, const char name[], PetscInt n, PetscInt x[])
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscReal *real;
+
+  PetscFunctionBegin;
+  if (n != 1) { /* doubles hold counts up to 2^53 */
+    PetscCall(PetscMalloc1(n, &real));
+    for (PetscInt i = 0; i < n; i++) real[i] = (PetscReal)x[i];
+    PetscCall(SlipStateReal(s, name, n, real));
+    for (PetscInt i = 0; i < n; i++) x[i] = (PetscInt)real[i];
+    PetscCall(PetscFree(real));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!s->rank)
+    ierr =
+      s->loading ? SlipH5ReadAttrInt(&s->file, s->group, name, x) : SlipH5WriteAttrInt(&s->file, s->group, name, *x);
+  PetscCall(SlipErrorBcast(s->comm, ierr));
+  if (s->loading) PetscCallMPI(MPI_Bcast(x, 1, MPIU_INT, 0, s->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStateBool(SlipState s, const char name[], PetscBool *x)
+{
+  PetscInt number = *x ? 1 : 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateInt(s, name, 1, &number));
+  *x = number ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStateString(SlipState s, const char name[], char x[], size_t len)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  if (!s->rank)
+    ierr = s->loading ? SlipH5ReadAttrString(&s->file, s->group, name, x, len)
+                      : SlipH5WriteAttrString(&s->file, s->group, name, x);
+  PetscCall(SlipErrorBcast(s->comm, ierr));
+  if (s->loading) PetscCallMPI(MPI_Bcast(x, (PetscMPIInt)len, MPI_CHAR, 0, s->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStateSame(SlipState s, const char name[], const char x[], PetscBool *same)
+{
+  char text[PETSC_MAX_PATH_LEN] = "";
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(text, x, sizeof(text)));
+  PetscCall(SlipStateString(s, name, text, sizeof(text)));
+  PetscCall(PetscStrcmp(text, x, same));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStateObject(SlipState s, const char name[], PetscObject object)
+{
+  PetscErrorCode (*visit)(PetscObject, SlipState) = NULL;
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateGroup(s, name));
+  PetscCall(SlipStateSame(s, "type", object && object->type_name ? object->type_name : "none", &same));
+  if (object) PetscCall(PetscObjectQueryFunction(object, SLIP_STATE_METHOD, &visit));
+  if (same && visit) PetscCall((*visit)(object, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- vectors ---- */
+
+/* Rank 0: entries start to start + n of a dataset, to or from the file. */
+static PetscErrorCode SlipStatePiece(SlipState s, hid_t set, PetscInt start, PetscInt n, PetscReal a[])
+{
+  const hsize_t first = (hsize_t)start, count = (hsize_t)n;
+  const hid_t space = H5Dget_space(set), memory = H5Screate_simple(1, &count, NULL);
+  herr_t err = H5Sselect_hyperslab(space, H5S_SELECT_SET, &first, NULL, &count, NULL);
+
+  PetscFunctionBegin;
+  if (err >= 0)
+    err = s->loading ? H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, a)
+                     : H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, a);
+  H5Sclose(memory);
+  H5Sclose(space);
+  PetscCheck(err >= 0, PETSC_COMM_SELF, s->loading ? PETSC_ERR_FILE_READ : PETSC_ERR_FILE_WRITE,
+             s->loading ? "cannot read a vector in %s%s" : "cannot write a vector to %s%s", s->file.name,
+             s->file.source);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: the dataset of a vector with N entries, made or opened. */
+static PetscErrorCode SlipStateDataset(SlipState s, const char path[], PetscInt N, hid_t *set)
+{
+  const hsize_t size = (hsize_t)N;
+  hsize_t found[4] = {0};
+  hid_t space;
+  int rank = 0;
+
+  PetscFunctionBegin;
+  if (s->loading) {
+    *set = H5Dopen2(s->file.id, path, H5P_DEFAULT);
+    if (*set >= 0) {
+      space = H5Dget_space(*set);
+      rank = H5Sget_simple_extent_ndims(space);
+      if (rank == 1) H5Sget_simple_extent_dims(space, found, NULL);
+      H5Sclose(space);
+      if (rank != 1 || found[0] != size) H5Dclose(*set);
+    }
+    PetscCheck(*set >= 0 && rank == 1 && found[0] == size, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s has no dataset %s of %" PetscInt_FMT " numbers%s", s->file.name, path, N, s->file.source);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  space = H5Screate_simple(1, &size, NULL);
+  *set = H5Dcreate2(s->file.id, path, H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  H5Sclose(space);
+  PetscCheck(*set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write dataset %s to %s", path, s->file.name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A piece of rank p's entries between it and rank 0, which reads or writes it; what failed before on rank 0 has left
+   nothing to read or write. buffer: rank 0 */
+static PetscErrorCode SlipStateExchange(SlipState s, hid_t set, PetscErrorCode *failed, PetscMPIInt p, PetscInt start,
+                                        PetscInt n, PetscReal mine[], PetscReal buffer[])
+{
+  const PetscMPIInt count = (PetscMPIInt)n;
+  PetscReal *a = p ? buffer : mine;
+
+  PetscFunctionBegin;
+  if (!s->rank) {
+    if (p && !s->loading) PetscCallMPI(MPI_Recv(a, count, MPIU_REAL, p, 0, s->comm, MPI_STATUS_IGNORE));
+    if (!*failed) *failed = SlipStatePiece(s, set, start, n, a);
+    if (p && s->loading) PetscCallMPI(MPI_Send(a, count, MPIU_REAL, p, 0, s->comm));
+  } else if (s->rank == p) {
+    if (s->loading)
+      PetscCallMPI(MPI_Recv(mine, count, MPIU_REAL, 0, 0, s->comm, MPI_STATUS_IGNORE));
+    else
+      PetscCallMPI(MPI_Send(mine, count, MPIU_REAL, 0, 0, s->comm));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* All of a vector, rank by rank */
+static PetscErrorCode SlipStateTransfer(SlipState s, hid_t set, PetscErrorCode *failed, Vec x, PetscReal buffer[])
+{
+  const PetscInt *range;
+  const PetscReal *read;
+  PetscReal *a;
+  PetscMPIInt size;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(s->comm, &size));
+  PetscCall(VecGetOwnershipRanges(x, &range));
+  if (s->loading)
+    PetscCall(VecGetArrayWrite(x, &a));
+  else {
+    PetscCall(VecGetArrayRead(x, &read)); /* leaves the state of x alone, which says whether it was changed */
+    a = (PetscReal *)read;
+  }
+  for (PetscMPIInt p = 0; p < size; p++)
+    for (PetscInt i = range[p]; i < range[p + 1]; i += SLIP_STATE_PIECE)
+      PetscCall(SlipStateExchange(s, set, failed, p, i, PetscMin(SLIP_STATE_PIECE, range[p + 1] - i),
+                                  s->rank == p ? a + (i - range[p]) : NULL, buffer));
+  if (s->loading)
+    PetscCall(VecRestoreArrayWrite(x, &a));
+  else
+    PetscCall(VecRestoreArrayRead(x, &read));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Loading where the cells had other numbers: rank 0 puts each entry in its place. */
+static PetscErrorCode SlipStateScatter(SlipState s, hid_t set, PetscErrorCode *failed, Vec x, PetscReal buffer[])
+{
+  PetscInt N, block, *index = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetSize(x, &N));
+  block = N / s->cells;
+  if (!s->rank) PetscCall(PetscMalloc1(SLIP_STATE_PIECE, &index));
+  for (PetscInt i = 0; i < N; i += SLIP_STATE_PIECE) {
+    const PetscInt n = PetscMin(SLIP_STATE_PIECE, N - i);
+
+    if (!s->rank && !*failed) *failed = SlipStatePiece(s, set, i, n, buffer);
+    if (!s->rank && !*failed) {
+      for (PetscInt k = 0; k < n; k++) index[k] = s->place[(i + k) / block] * block + (i + k) % block;
+      PetscCall(VecSetValues(x, n, index, buffer, INSERT_VALUES));
+    }
+    PetscCall(VecAssemblyBegin(x));
+    PetscCall(VecAssemblyEnd(x));
+  }
+  PetscCall(PetscFree(index));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStateVec(SlipState s, const char name[], Vec x)
+{
+  PetscErrorCode failed = PETSC_SUCCESS;
+  PetscReal *buffer = NULL;
+  PetscInt N, moved = 0;
+  char path[128];
+  hid_t set = -1;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetSize(x, &N));
+  PetscCall(SlipStatePath(s, name, path, sizeof(path)));
+  if (!s->rank) {
+    failed = SlipStateDataset(s, path, N, &set);
+    PetscCall(PetscMalloc1(SLIP_STATE_PIECE, &buffer));
+    moved = s->place ? 1 : 0;
+  }
+  PetscCallMPI(MPI_Bcast(&moved, 1, MPIU_INT, 0, s->comm));
+  if (moved && N % s->cells == 0)
+    PetscCall(SlipStateScatter(s, set, &failed, x, buffer));
+  else
+    PetscCall(SlipStateTransfer(s, set, &failed, x, buffer));
+  PetscCall(PetscFree(buffer));
+  if (set >= 0 && H5Dclose(set) < 0 && !failed) failed = PETSC_ERR_FILE_WRITE;
+  PetscCall(SlipErrorBcast(s->comm, failed));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

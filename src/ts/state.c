@@ -1,0 +1,103 @@
+/* What TSBATHE and its TS carry from one accepted step to the next, for checkpoints.
+
+   The reaction does not: each step begins with the static balance of the state. It is kept for the output, which is
+   written after the checkpoint. Nor do the stages, the derivative of the start and the doubled solutions, which each step
+   computes, and the vectors of the SNES, which starts from the state. */
+#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipstate.h>
+
+PetscErrorCode SlipStateAttempt(SlipState s, SlipAttempt *a)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipStateInt(s, "attempt_step", 1, &a->step));
+  PetscCall(SlipStateReal(s, "attempt_time", 1, &a->time));
+  PetscCall(SlipStateReal(s, "attempt_dt", 1, &a->dt));
+  PetscCall(SlipStateBool(s, "attempt_converged", &a->converged));
+  PetscCall(SlipStateBool(s, "attempt_accepted", &a->accepted));
+  PetscCall(SlipStateReal(s, "attempt_error", 1, &a->error));
+  PetscCall(SlipStateReal(s, "attempt_residual", 1, &a->residual));
+  PetscCall(SlipStateInt(s, "attempt_solves", 1, &a->solves));
+  PetscCall(SlipStateInt(s, "attempt_newton", 1, &a->newton));
+  PetscCall(SlipStateInt(s, "attempt_linear", 1, &a->linear));
+  PetscCall(SlipStateInt(s, "attempt_reason", 1, &a->reason));
+  PetscCall(SlipStateReal(s, "attempt_wall", 1, &a->wall));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipStateTotals(SlipState s, TS_Bathe *ba)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipStateInt(s, "attempts", 1, &ba->attempts));
+  PetscCall(SlipStateInt(s, "accepted", 1, &ba->accepted));
+  PetscCall(SlipStateInt(s, "solves", 1, &ba->solves));
+  PetscCall(SlipStateInt(s, "newton", 1, &ba->newton));
+  PetscCall(SlipStateInt(s, "linear", 1, &ba->linear));
+  PetscCall(SlipStateInt(s, "failures", 1, &ba->failures));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The end of the last step: interpolation to the final time has put another state in its place. */
+static Vec SlipStateEnd(TS ts)
+{
+  const PetscBool beyond =
+    ts->exact_final_time == TS_EXACTFINALTIME_INTERPOLATE && ts->ptime > ts->max_time ? PETSC_TRUE : PETSC_FALSE;
+
+  return beyond ? ((TS_Bathe *)ts->data)->Y[1] : ts->vec_sol;
+}
+
+/* The start of the last step and a state inside it, which interpolation to the final time goes through */
+static PetscErrorCode SlipStateInterpolation(SlipState s, TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscBool interpolates = ts->exact_final_time == TS_EXACTFINALTIME_INTERPOLATE ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateBool(s, "interpolates", &interpolates));
+  if (!interpolates) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStateReal(s, "share", 1, &ba->share));
+  PetscCall(SlipStateVec(s, "start", ba->X0));
+  PetscCall(SlipStateVec(s, "inner", ba->Wm));
+  if (SlipStateIsLoading(s)) PetscCall(VecCopy(ts->vec_sol, ba->Y[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective; between two steps, ts of type TSBATHE with its solution set. */
+PetscErrorCode SlipStateTS(SlipState s, TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscObjectId id;
+  PetscObjectState state;
+  PetscBool unchanged;
+
+  PetscFunctionBegin;
+  PetscCall(TSSetUp(ts));
+  PetscCall(PetscObjectGetId((PetscObject)ts->vec_sol, &id));
+  PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));
+  unchanged =
+    (id == ba->sol_id && state == ba->sol_state) || SlipStateEnd(ts) != ts->vec_sol ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipStateGroup(s, "ts"));
+  PetscCall(SlipStateReal(s, "time", 1, &ts->ptime));
+  PetscCall(SlipStateReal(s, "time_before", 1, &ts->ptime_prev));
+  PetscCall(SlipStateReal(s, "dt", 1, &ts->time_step));
+  PetscCall(SlipStateInt(s, "step", 1, &ts->steps));
+  PetscCall(SlipStateInt(s, "rejections", 1, &ts->reject));
+  PetscCall(SlipStateInt(s, "snes_iterations", 1, &ts->snes_its));
+  PetscCall(SlipStateInt(s, "ksp_iterations", 1, &ts->ksp_its));
+  PetscCall(SlipStateInt(s, "snes_failures", 1, &ts->num_snes_failures));
+  PetscCall(SlipStateBool(s, "begins_anew", &ts->steprestart));
+  PetscCall(SlipStateVec(s, "solution", SlipStateIsLoading(s) ? ts->vec_sol : SlipStateEnd(ts)));
+  PetscCall(SlipStateTotals(s, ba));
+  PetscCall(SlipStateAttempt(s, &ba->last));
+  if (ba->con) PetscCall(SlipStateVec(s, "reaction", ba->r));
+  PetscCall(SlipStateBool(s, "derivative_known", &ba->k2_known));
+  if (ba->k2_known) PetscCall(SlipStateVec(s, "derivative", ba->K2));
+  PetscCall(SlipStateInterpolation(s, ts));
+  PetscCall(SlipStateBool(s, "unchanged", &unchanged)); /* by others since the last step */
+  if (!SlipStateIsLoading(s)) PetscFunctionReturn(PETSC_SUCCESS);
+  ba->r_given = PETSC_FALSE;
+  ts->steprollback = PETSC_FALSE;
+  PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));
+  ba->sol_id = unchanged ? id : 0;
+  ba->sol_state = state;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
