@@ -21,7 +21,7 @@
 #include <unistd.h>
 
 /* Wall time between two flushes [s]: such that they take a hundredth of it, within these bounds */
-#define SLIP_H5_FLUSH_MIN 0.5
+#define SLIP_H5_FLUSH_MIN 0.1
 #define SLIP_H5_FLUSH_MAX 10.0
 
 /* ---- names and locks ---- */
@@ -569,7 +569,7 @@ PetscErrorCode SlipH5Flush(SlipH5 *h)
 . h - file
 
   Output Parameter:
-. due - after half a second, after a hundred times the last flush, but at the latest after 10 s
+. due - after a hundred times the last flush, not before 0.1 s and at the latest after 10 s
 
   Level: developer
 

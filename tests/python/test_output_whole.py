@@ -67,6 +67,32 @@ def killed(folder):
     print(f"killed {2 * MOMENTS} times: rows {found}")
 
 
+def read_by_scripts(folder):
+    """plot_run.py and compare.py take an unfinished file and say that it is; a new run refuses to overwrite it."""
+    clean(folder)
+    run = subprocess.Popen(RUN + ["-fault_output", "run.h5"], cwd=folder, stdout=subprocess.DEVNULL)
+    rows = 0
+    while rows == 0:  # read while it is written
+        time.sleep(0.02)
+        assert run.poll() is None
+        if os.path.exists(os.path.join(folder, "run.h5.part")):
+            with h5py.File(os.path.join(folder, "run.h5.part"), "r", swmr=True) as file:
+                rows = len(file["series/loading_power"])
+    run.kill()
+    run.wait()
+    rows = check_rows(os.path.join(folder, "run.h5.part"), 0)
+    scripts = os.path.join(os.environ["SLIPSTEP_SOURCE"], "output")
+    for command in (["plot_run.py", "run.h5.part"], ["compare.py", "run.h5.part", "--figure", "c.png"]):
+        done = subprocess.run([sys.executable, os.path.join(scripts, command[0])] + command[1:], cwd=folder, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert f"{command[0]}: run.h5.part is unfinished: complete = 0" in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    done = subprocess.run([sys.executable, os.path.join(scripts, "plot_run.py"), "run.h5"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 1 and "run.h5.part is there, of a run that has not ended" in done.stderr, done.stderr
+    done = subprocess.run(RUN[:-1] + ["-fault_output", "run.h5"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 1 and "rows of an unfinished run: continue it with -fault_restart CHECKPOINT" in done.stderr
+    assert "-fault_output_overwrite" in done.stderr and check_rows(os.path.join(folder, "run.h5.part"), 0) == rows > 0
+
+
 def stopped_by_disk(run, folder, older, reasons):
     """After the disk was full: the program says so, is not killed, and leaves whole rows and the older file. Its rows."""
     message = run.communicate(timeout=100)[1].decode()
@@ -140,6 +166,7 @@ def filled(folder, older, size):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         killed(folder)
+        read_by_scripts(folder)
         clean(folder)
         with h5py.File(os.path.join(folder, "run.h5"), "w") as file:
             file["older"] = np.arange(1000.0)
