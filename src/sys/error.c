@@ -2,11 +2,12 @@
    program is PETSc's. */
 #include <slipsys.h>
 #include <slipcompat.h>
-#include <sliph5.h>
+#include <slipstep/private/slipsys.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #define SLIP_ABORT_WAIT 5.0 /* time that other ranks leave rank 0 to print and abort [s] */
 #define SLIP_SPEAK_WAIT 1.0 /* time that other ranks leave rank 0 to report an error that all ranks meet alone [s] */
@@ -62,6 +63,7 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   } else
     PetscSleep(SLIP_ABORT_WAIT);
   SlipH5AbandonAll();
+  if (world == 1 && SlipH5IsStuck()) _exit(EXIT_FAILURE);
   if (world == 1) exit(EXIT_FAILURE); /* nobody to wait for, and MPI_Abort() is talkative */
   MPI_Abort(MPI_COMM_WORLD, (int)code);
   return code;

@@ -4,21 +4,24 @@
    One that grows for the length of a run becomes FILE.part as soon as its layout is there: from then on every reader
    may open it, after a kill too, and it holds whole rows (h5space.c). A write that fails ends it: the file keeps the
    rows that are there. */
-#define _GNU_SOURCE /* F_OFD_SETLK */
+#define _GNU_SOURCE /* F_OFD_SETLK, memfd_create() */
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <petsctime.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
 /* Wall time between two flushes [s]: such that they take a hundredth of it, within these bounds */
-#define SLIP_H5_FLUSH_MIN 0.5
+#define SLIP_H5_FLUSH_MIN 0.1
 #define SLIP_H5_FLUSH_MAX 10.0
 
 /* ---- names and locks ---- */
@@ -421,15 +424,38 @@ PetscErrorCode SlipH5CheckCreate(const char file[])
 
 /* ---- writing ---- */
 
-/* HDF5 must not write to the file any more, neither now nor in its own clean-up at exit, which crashes where it cannot. */
-static void SlipH5Disconnect(SlipH5 *h)
-{
-  const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
-  void *handle = NULL;
+static PetscBool stuck = PETSC_FALSE;
 
+PetscBool SlipH5IsStuck(void)
+{
+  return stuck;
+}
+
+/*
+  Closes a file without writing to it any more, neither now nor in HDF5's own clean-up at exit, which crashes or does not
+  end where it cannot: HDF5's descriptor becomes one of a file in memory. Limits of the size of files count there too.
+*/
+static void SlipH5CloseNowhere(SlipH5 *h)
+{
+  struct sigaction ignore = {.sa_handler = SIG_IGN}, before;
+  struct rlimit limit, all;
+  void *handle = NULL;
+  int nowhere = -1;
+
+#if defined(MFD_CLOEXEC)
+  nowhere = memfd_create("nowhere", MFD_CLOEXEC);
+#endif
+  if (nowhere < 0) nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
   if (nowhere >= 0 && H5Fget_vfd_handle(h->id, H5P_DEFAULT, &handle) >= 0 && handle)
     (void)dup2(nowhere, *(int *)handle);
   if (nowhere >= 0) close(nowhere);
+  (void)sigaction(SIGXFSZ, &ignore, &before);
+  (void)getrlimit(RLIMIT_FSIZE, &limit);
+  all = (struct rlimit){limit.rlim_max, limit.rlim_max};
+  (void)setrlimit(RLIMIT_FSIZE, &all);
+  if (H5Fclose(h->id) < 0) stuck = PETSC_TRUE;
+  (void)setrlimit(RLIMIT_FSIZE, &limit);
+  (void)sigaction(SIGXFSZ, &before, NULL);
 }
 
 PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const char format[], ...)
@@ -447,8 +473,10 @@ PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const c
   if (h->id > 0) {
     const PetscBool keep = live && sound && H5Fflush(h->id, H5F_SCOPE_LOCAL) >= 0 ? PETSC_TRUE : PETSC_FALSE;
 
-    if (!keep) SlipH5Disconnect(h);
-    (void)H5Fclose(h->id);
+    if (!keep)
+      SlipH5CloseNowhere(h);
+    else if (H5Fclose(h->id) < 0)
+      stuck = PETSC_TRUE;
     if (live) (void)(keep ? SlipH5Trim(h->fd) : SlipH5MakeReadable(h->fd));
     SlipH5Release(h, live);
   }
@@ -541,7 +569,7 @@ PetscErrorCode SlipH5Flush(SlipH5 *h)
 . h - file
 
   Output Parameter:
-. due - after half a second, after a hundred times the last flush, but at the latest after 10 s
+. due - after a hundred times the last flush, not before 0.1 s and at the latest after 10 s
 
   Level: developer
 
@@ -602,8 +630,8 @@ PetscErrorCode SlipH5Abandon(SlipH5 *h)
   if (h->live)
     PetscCall(SlipH5Flush(h));
   else if (h->target[0])
-    SlipH5Disconnect(h);
-  (void)H5Fclose(h->id);
+    SlipH5CloseNowhere(h);
+  if ((h->live || !h->target[0]) && H5Fclose(h->id) < 0) stuck = PETSC_TRUE;
   if (h->live) (void)SlipH5Trim(h->fd);
   SlipH5Release(h, h->live);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -633,8 +661,7 @@ void SlipH5AbandonAll(void)
     if (!h) continue;
     if (h->live && h->last) (void)(*h->last)(h->ctx);
     if (h->id > 0 && h->live && !SlipH5MostRows(h->id)) {
-      SlipH5Disconnect(h);
-      (void)H5Fclose(h->id);
+      SlipH5CloseNowhere(h);
       SlipH5Release(h, PETSC_FALSE);
     } else
       (void)SlipH5Abandon(h);
@@ -671,7 +698,10 @@ PetscErrorCode SlipH5Close(SlipH5 *h)
   if (h->live) PetscCall(SlipH5WriteAttrInt(h, "/", "complete", 1));
   PetscCall(SlipH5Flush(h)); /* what follows is the superblock alone */
   errno = 0;
-  if (H5Fclose(h->id) < 0) reason = errno ? errno : EIO;
+  if (H5Fclose(h->id) < 0) {
+    reason = errno ? errno : EIO;
+    stuck = PETSC_TRUE;
+  }
   h->id = -1;
   if (!reason) reason = SlipH5Trim(h->fd);
   if (!reason && fsync(h->fd) && errno != EINVAL) reason = errno;

@@ -53,6 +53,9 @@ PETSC_INTERN PetscErrorCode SlipH5CheckNoInput(const char file[], const char sou
 PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const char format[], ...)
   PETSC_ATTRIBUTE_FORMAT(4, 5);
 
+/* HDF5 could not close a file: its clean-up at exit is to be avoided */
+PETSC_INTERN PetscBool SlipH5IsStuck(void);
+
 /* ---- h5space.c ---- */
 PETSC_INTERN int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes); /* 0, or errno */
 PETSC_INTERN int SlipH5MakeReadable(int fd);                  /* 0, or errno */
