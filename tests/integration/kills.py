@@ -140,6 +140,7 @@ def main():
         options = options.split()
         with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
             os.chdir(folder)
+            os.environ["TMPDIR"] = folder  # of Open MPI, away from other runs
             make = [sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel"]
             make += ["--cells", "6", "6", "--ratio", "3", "--offset", "1000", "--shift", "500"]
             subprocess.run(make, check=True, stdout=subprocess.DEVNULL)

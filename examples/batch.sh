@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# A run that is longer than a job may be: a Slurm job that ends itself in time, with a checkpoint, and goes back into the
+# queue until the run has reached its end.
+#
+#   sbatch examples/batch.sh examples/fault_3km.opts output/run     options of the run, and names of its files without .h5
+#
+# Ranks and memory for a size are in examples/README.md. The run is stopped by -fault_wall_limit, and by SIGUSR1 in case
+# that a step outlasts what was kept for it.
+#SBATCH --job-name=fault
+#SBATCH --ntasks=16
+#SBATCH --mem-per-cpu=4G
+#SBATCH --time=04:00:00
+#SBATCH --signal=USR1@120
+#SBATCH --requeue
+#SBATCH --open-mode=append
+set -uo pipefail
+
+options=${1:?"usage: sbatch batch.sh OPTIONS_FILE NAME"}
+name=${2:?"usage: sbatch batch.sh OPTIONS_FILE NAME"}
+fault=${SLIPSTEP_FAULT:-build/bin/fault}
+margin=${SLIPSTEP_MARGIN:-120} # of the job's time, for starting and ending it [s]
+state=$name.state.h5
+
+# Seconds until the job ends, from D-HH:MM:SS, HH:MM:SS or MM:SS.
+left() {
+  squeue --noheader --jobs="$SLURM_JOB_ID" --format=%L |
+    awk -F '[-:]' '{ for (i = NF; i > 0; i--) s += $i * (i == NF ? 1 : i == NF - 1 ? 60 : i == NF - 2 ? 3600 : 86400); print s }'
+}
+limit=$(($(left) - margin))
+[ "$limit" -gt 0 ] || { echo "batch.sh: less than $margin s are left (SLIPSTEP_MARGIN)" >&2; exit 1; }
+
+run=(-options_file "$options" -fault_output "$name.h5" -fault_checkpoint "$state" -fault_wall_limit "$limit")
+if [ -e "$state" ] || [ -e "$state.previous" ]; then
+  run+=(-fault_restart "$state")
+elif [ "${SLURM_RESTART_COUNT:-0}" -gt 0 ]; then
+  run+=(-fault_output_overwrite) # ended before its first checkpoint
+fi
+before=$(cksum "$state" 2>/dev/null)
+
+code=0
+srun "$fault" "${run[@]}" || code=$?
+case $code in
+0) echo "batch.sh: the run has reached its end" ;;
+152 | 138 | 143) # the limit, SIGUSR1, SIGTERM
+  [ "$(cksum "$state" 2>/dev/null)" != "$before" ] || { echo "batch.sh: no step fits into $limit s" >&2; exit 1; }
+  echo "batch.sh: exit code $code, goes back into the queue"
+  scontrol requeue "$SLURM_JOB_ID"
+  ;;
+*)
+  echo "batch.sh: exit code $code" >&2
+  exit "$code"
+  ;;
+esac
