@@ -73,7 +73,7 @@ static PetscErrorCode SlipH5CheckShape(SlipH5 *h, const char path[], hid_t set, 
   const int rank = H5Sget_simple_extent_ndims(space);
   const hsize_t stored = H5Dget_storage_size(set);
   const size_t size = H5Tget_size(type);
-  const PetscBool is_number = SlipH5IsNumber(SlipH5TypeClass(type));
+  const PetscBool is_number = size ? SlipH5IsNumber(SlipH5TypeClass(type)) : PETSC_FALSE; /* 0: damaged */
   hsize_t extent[H5S_MAX_RANK] = {0};
   PetscInt64 shape[SLIP_H5_MAX_DIM], wanted[SLIP_H5_MAX_DIM];
   char found[128], expected[128];
@@ -274,7 +274,7 @@ PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char
   type = SlipH5TypeClass(id);
   space = H5Dget_space(set);
   rank = H5Sget_simple_extent_ndims(space);
-  if (type != H5T_STRING || rank != 1) {
+  if (type != H5T_STRING || rank != 1 || !size) {
     H5Sclose(space);
     H5Dclose(set);
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s in %s is not a list of strings%s", path, h->name,
