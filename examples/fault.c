@@ -8,16 +8,19 @@ static const char help[] =
 #include <slipstep.h>
 #include <petsctime.h>
 
+static int exit_code = 0;
+
 static PetscErrorCode Run(void)
 {
   SlipFault fault;
   TS ts;
   TSAdapt adapt;
   Vec w;
-  PetscBool only_help;
+  PetscBool only_help, complete;
   PetscLogDouble begin, ready, end;
 
   PetscFunctionBeginUser;
+  PetscCall(SlipCheckOptionNames());
   PetscCall(PetscLogStagePush(SLIP_STAGE_SETUP));
   PetscCall(PetscTime(&begin));
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
@@ -38,6 +41,7 @@ static PetscErrorCode Run(void)
   PetscCall(PetscLogStagePop());
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
+    PetscCall(SlipCheckUnusedOptions());
     PetscCall(SlipFaultOutputStart(fault, ts));
     PetscCall(PetscTime(&ready));
     PetscCall(PetscLogStagePush(SLIP_STAGE_RUN));
@@ -45,6 +49,8 @@ static PetscErrorCode Run(void)
     PetscCall(PetscLogStagePop());
     PetscCall(PetscTime(&end));
     PetscCall(SlipFaultOutputFinish(fault, ts, ready - begin, end - ready));
+    PetscCall(SlipFaultReportEnd(fault, ts, &complete));
+    if (!complete) exit_code = SLIP_EXIT_INCOMPLETE;
     PetscCall(SlipWarnOfUnusedOptions());
   }
   PetscCall(VecDestroy(&w));
@@ -61,6 +67,7 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("fault"));
+  PetscCall(SlipDeclareOptions("fault_", "sweep"));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Several runs", NULL);
   PetscCall(PetscOptionsString("-fault_sweep", "File with a line of options for each of several runs (default none)",
                                NULL, sweep, sweep, sizeof(sweep), NULL));
@@ -70,5 +77,5 @@ int main(int argc, char **argv)
   else
     PetscCall(Run());
   PetscCall(PetscFinalize());
-  return 0;
+  return exit_code;
 }

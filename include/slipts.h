@@ -63,6 +63,8 @@ PETSC_EXTERN PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt
    which would ignore the constraint. */
 PETSC_EXTERN PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts);
 PETSC_EXTERN PetscErrorCode TSBatheCheckOptions(TS ts);
+/* The last line of a summary: when a run ended, and why it did before its final time. */
+PETSC_EXTERN PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *complete);
 
 /* Composed functions by which TSBATHE, controllers and problems meet without including each other:
    on TSAdapt

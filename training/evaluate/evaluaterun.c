@@ -99,6 +99,7 @@ static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, cell->controller));
   if (cell->policy) PetscCall(TSAdaptRLSetPolicyFile(adapt, cell->policy->file));
+  PetscCall(SlipCheckSolverOptions(ts));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckOptions(ts));
   if (cell->accuracy > 0) PetscCall(SetAccuracy(adapt, cell->accuracy));
