@@ -42,6 +42,7 @@ static PetscErrorCode ComputeReference(Run *run)
   Vec w;
 
   PetscFunctionBeginUser;
+  PetscCall(SlipCheckFiniteOption(PETSC_COMM_WORLD, "-circuit_reference"));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Reference", NULL);
   PetscCall(PetscOptionsReal("-circuit_reference",
                              "Compare with a run of constant steps of this size [s] (default 0: no comparison)", NULL,
@@ -99,7 +100,8 @@ static PetscErrorCode Results(const Run *run, const PetscReal w[], SlipOutput ou
 int main(int argc, char **argv)
 {
   Reference reference = {.dt = 0};
-  const Program program = {"circuit", help, &SlipCircuitOps, &reference, ComputeReference, Solution, Results};
+  const Program program = {"circuit",        help,     "circuit_", "output reference", &SlipCircuitOps, &reference,
+                           ComputeReference, Solution, Results};
 
   return RunProgram(argc, argv, &program);
 }

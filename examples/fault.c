@@ -8,8 +8,9 @@ static const char help[] =
 #include <slipstep.h>
 #include <petsctime.h>
 
-/* Exit code of a run that was stopped, the last of the program */
-static int stopped = 0;
+/* Exit code of a run that was stopped or did not reach its end, the last of the program */
+static int exit_code = 0;
+static int stopped = 0; /* by a signal or the wall limit: no further run of a sweep */
 
 static PetscErrorCode Run(void)
 {
@@ -17,11 +18,12 @@ static PetscErrorCode Run(void)
   TS ts;
   TSAdapt adapt;
   Vec w;
-  PetscBool only_help;
+  PetscBool only_help, complete;
   PetscLogDouble begin, ready, end;
 
   PetscFunctionBeginUser;
   if (stopped) PetscFunctionReturn(0);
+  PetscCall(SlipCheckOptionNames());
   PetscCall(PetscLogStagePush(SLIP_STAGE_SETUP));
   PetscCall(PetscTime(&begin));
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
@@ -42,6 +44,7 @@ static PetscErrorCode Run(void)
   PetscCall(PetscLogStagePop());
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
+    PetscCall(SlipCheckUnusedOptions());
     PetscCall(SlipFaultOutputStart(fault, ts));
     PetscCall(SlipFaultCheckpointStart(fault, ts));
     PetscCall(PetscTime(&ready));
@@ -50,7 +53,13 @@ static PetscErrorCode Run(void)
     PetscCall(PetscLogStagePop());
     PetscCall(PetscTime(&end));
     PetscCall(SlipFaultCheckpointFinish(fault, ts, &stopped));
-    if (!stopped) PetscCall(SlipFaultOutputFinish(fault, ts, ready - begin, end - ready));
+    if (stopped)
+      exit_code = stopped;
+    else {
+      PetscCall(SlipFaultOutputFinish(fault, ts, ready - begin, end - ready));
+      PetscCall(SlipFaultReportEnd(fault, ts, &complete));
+      if (!complete) exit_code = SLIP_EXIT_INCOMPLETE;
+    }
     PetscCall(SlipWarnOfUnusedOptions());
   }
   PetscCall(VecDestroy(&w));
@@ -68,6 +77,7 @@ int main(int argc, char **argv)
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("fault"));
   PetscCall(SlipSignalsPush());
+  PetscCall(SlipDeclareOptions("fault_", "sweep"));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Several runs", NULL);
   PetscCall(PetscOptionsString("-fault_sweep", "File with a line of options for each of several runs (default none)",
                                NULL, sweep, sweep, sizeof(sweep), NULL));
@@ -77,5 +87,5 @@ int main(int argc, char **argv)
   else
     PetscCall(Run());
   PetscCall(PetscFinalize());
-  return stopped;
+  return exit_code;
 }

@@ -13,7 +13,12 @@ typedef struct {
 
 static PetscErrorCode SetFromOptions(Oscillator *o, char file[])
 {
+  const char *const numbers[] = {"-oscillator_mass", "-oscillator_stiffness", "-oscillator_friction",
+                                 "-oscillator_normal", "-oscillator_start"};
+
   PetscFunctionBeginUser;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(numbers); i++)
+    PetscCall(SlipCheckFiniteOption(PETSC_COMM_WORLD, numbers[i]));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Oscillator with dry friction", NULL);
   PetscCall(PetscOptionsReal("-oscillator_mass", "Mass m [kg]", NULL, o->mass, &o->mass, NULL));
   PetscCall(PetscOptionsReal("-oscillator_stiffness", "Stiffness k [N/m]", NULL, o->stiffness, &o->stiffness, NULL));
@@ -121,12 +126,13 @@ static PetscErrorCode ConfigureTS(Oscillator *o, TS ts)
   PetscCall(TSSetMaxTime(ts, 5));
   PetscCall(TSSetTimeStep(ts, 1e-3));
   PetscCall(TSSetTolerances(ts, 1e-6, NULL, 1e-4, NULL));
+  PetscCall(SlipCheckSolverOptions(ts)); /* wrong values, with the name of their option */
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckOptions(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Solve(TS ts, Vec w, Oscillator *o, const char file[])
+static PetscErrorCode Solve(TS ts, Vec w, Oscillator *o, const char file[], PetscBool *complete)
 {
   SlipOutput output;
   PetscLogDouble begin, end;
@@ -145,6 +151,7 @@ static PetscErrorCode Solve(TS ts, Vec w, Oscillator *o, const char file[])
   PetscCall(SlipOutputAddResult(output, "x", "final x", "m", row[1]));
   PetscCall(SlipOutputAddResult(output, "x_error", "error of final x", "m", PetscAbsReal(row[1] - Exact(o, t))));
   PetscCall(SlipOutputFinish(&output, 0, end - begin));
+  PetscCall(SlipReportEnd(ts, NULL, complete));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -152,7 +159,7 @@ int main(int argc, char **argv)
 {
   Oscillator o = {.mass = 1, .stiffness = 40, .friction = 0.3, .normal = 10, .start = 1};
   char file[PETSC_MAX_PATH_LEN] = "";
-  PetscBool only_help;
+  PetscBool only_help, complete = PETSC_TRUE;
   TS ts;
   Vec w;
 
@@ -160,6 +167,8 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("oscillator")); /* errors are one line, not a traceback for PETSc's authors */
+  PetscCall(SlipDeclareOptions("oscillator_", "mass stiffness friction normal start output"));
+  PetscCall(SlipCheckOptionNames()); /* what is mistyped */
   PetscCall(SetFromOptions(&o, file));
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, 2, &w));
   PetscCall(VecSet(w, 0));
@@ -170,10 +179,13 @@ int main(int argc, char **argv)
   PetscCall(TSSetSolution(ts, w));
   PetscCall(ConfigureTS(&o, ts));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
-  if (!only_help) PetscCall(Solve(ts, w, &o, file));
-  if (!only_help) PetscCall(SlipWarnOfUnusedOptions());
+  if (!only_help) {
+    PetscCall(SlipCheckUnusedOptions()); /* what would do nothing */
+    PetscCall(Solve(ts, w, &o, file, &complete));
+    PetscCall(SlipWarnOfUnusedOptions());
+  }
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));
   PetscCall(PetscFinalize());
-  return 0;
+  return complete ? 0 : SLIP_EXIT_INCOMPLETE;
 }

@@ -17,7 +17,7 @@ typedef struct {
 } Run;
 
 struct _Program {
-  const char *name, *help;
+  const char *name, *help, *prefix, *own; /* own: names of the program's options, behind the prefix of the model's */
   const SlipModelOps *ops;
   void *ctx;
   PetscErrorCode (*options)(Run *run); /* further ones, and what they ask for; NULL: none */
@@ -71,7 +71,7 @@ static PetscErrorCode Row(TS ts, PetscReal time, Vec w, Vec r, PetscReal row[], 
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode Solve(TS ts, Vec w, Run *run, const char file[], PetscLogDouble begin)
+static PetscErrorCode Solve(TS ts, Vec w, Run *run, const char file[], PetscLogDouble begin, PetscBool *complete)
 {
   const SlipModelOps *ops = run->model->ops;
   const PetscInt n = ops->n;
@@ -95,10 +95,12 @@ static PetscErrorCode Solve(TS ts, Vec w, Run *run, const char file[], PetscLogD
   PetscCall((*run->program->results)(run, a, output));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCall(SlipOutputFinish(&output, ready - begin, end - ready));
+  PetscCall(SlipReportEnd(ts, NULL, complete));
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode Main(const Program *program)
+/* complete: the run reached its end, or there was none */
+static PetscErrorCode Main(const Program *program, PetscBool *complete)
 {
   Run run = {.program = program, .ctx = program->ctx, .compared = PETSC_TRUE};
   char file[PETSC_MAX_PATH_LEN] = "", option[64];
@@ -108,6 +110,7 @@ static PetscErrorCode Main(const Program *program)
   Vec w;
 
   PetscFunctionBeginUser;
+  PetscCall(SlipCheckOptionNames());
   PetscCall(PetscTime(&begin));
   PetscCall(SlipModelCreate(program->ops, SLIP_MODEL_EVALUATION, &run.model));
   PetscCall(SlipModelSetFromOptions(run.model));
@@ -120,11 +123,13 @@ static PetscErrorCode Main(const Program *program)
   PetscCall(SlipModelConfigureTS(run.model, ts));
   PetscCall(SlipModelCreateState(run.model, &w));
   PetscCall(TSSetSolution(ts, w));
+  PetscCall(SlipCheckSolverOptions(ts));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckOptions(ts));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
-    PetscCall(Solve(ts, w, &run, file, begin));
+    PetscCall(SlipCheckUnusedOptions());
+    PetscCall(Solve(ts, w, &run, file, begin, complete));
     PetscCall(SlipWarnOfUnusedOptions());
   }
   PetscCall(VecDestroy(&w));
@@ -135,11 +140,14 @@ static PetscErrorCode Main(const Program *program)
 
 static inline int RunProgram(int argc, char **argv, const Program *program)
 {
+  PetscBool complete = PETSC_TRUE;
+
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, program->help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush(program->name));
-  PetscCall(Main(program));
+  PetscCall(SlipDeclareOptions(program->prefix, program->own));
+  PetscCall(Main(program, &complete));
   PetscCall(PetscFinalize());
-  return 0;
+  return complete ? 0 : SLIP_EXIT_INCOMPLETE;
 }

@@ -1,7 +1,7 @@
 /* Several runs in one process: one line of options each. A small fault takes milliseconds, starting a process a tenth
    of a second. */
 #pragma once
-#include <petscsys.h>
+#include <slipsys.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -9,9 +9,13 @@
 static inline PetscErrorCode SweepLine(const char line[], PetscErrorCode (*run)(void))
 {
   PetscOptions options;
-  char *all;
+  char *all, **words;
+  int n;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscStrToArray(line, ' ', &n, &words));
+  PetscCall(SlipCheckOptionWords(n, (const char *const *)words, " (-fault_sweep)"));
+  PetscCall(PetscStrToArrayDestroy(n, words));
   PetscCall(PetscOptionsGetAll(NULL, &all));
   PetscCall(PetscOptionsCreate(&options));
   PetscCall(PetscOptionsInsertString(options, all));

@@ -77,6 +77,11 @@ PETSC_EXTERN PetscErrorCode SlipH5ReadAttrInt(SlipH5 *h, const char path[], cons
 PETSC_EXTERN PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char attr[], char value[],
                                                  size_t len);
 
+/* Inputs: errors for what nothing reads, with the nearest known name, and for other units than those expected. */
+PETSC_EXTERN PetscErrorCode SlipH5CheckNames(SlipH5 *h, const char names[]);
+PETSC_EXTERN PetscErrorCode SlipH5CheckAttributes(SlipH5 *h, const char path[], const char names[]);
+PETSC_EXTERN PetscErrorCode SlipH5CheckUnits(SlipH5 *h, const char path[], const char unit[], PetscBool *has);
+
 /* Writing. path's parents are created; units may be NULL. */
 PETSC_EXTERN PetscErrorCode SlipH5WriteReal(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
                                             const PetscReal data[], const char units[]);

@@ -23,11 +23,26 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_slipstep(void);
 
 /* Programs: errors end with one line on stderr ("program: error: message") unless -slip_traceback is given. */
 PETSC_EXTERN PetscErrorCode SlipErrorHandlerPush(const char program[]);
+/* Exit code of a program whose run has not reached its end, without an error; beside it 1 is an error, and 128 and more
+   a signal. */
+#define SLIP_EXIT_INCOMPLETE 3
 /* Before TSSetFromOptions(): what PETSc would refuse without naming the option. */
 PETSC_EXTERN PetscErrorCode SlipCheckSolverOptions(TS ts);
 PETSC_EXTERN PetscErrorCode SlipCheckNumberOption(MPI_Comm comm, PetscOptions options, const char prefix[],
                                                   const char option[], PetscBool whole, PetscBool *set,
                                                   PetscReal *value);
+PETSC_EXTERN PetscErrorCode SlipCheckFiniteOption(MPI_Comm comm, const char option[]);
+PETSC_EXTERN PetscErrorCode SlipCheckBoolOption(MPI_Comm comm, PetscOptions options, const char prefix[],
+                                                const char option[]);
+PETSC_EXTERN PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const char prefix[]);
+/* Programs: the names, with blanks between, of the options with a prefix that is theirs (without dashes; "word*" for
+   all that begin so). */
+PETSC_EXTERN PetscErrorCode SlipDeclareOptions(const char prefix[], const char names[]);
+/* Programs, first of all: an option with a prefix of ours that is not known, or a word that is no option's, ends them. */
+PETSC_EXTERN PetscErrorCode SlipCheckOptionNames(void);
+PETSC_EXTERN PetscErrorCode SlipCheckOptionWords(PetscInt n, const char *const words[], const char where[]);
+/* Programs, before the solve: a warning for each option that nothing has read, an error for one that is nearly known. */
+PETSC_EXTERN PetscErrorCode SlipCheckUnusedOptions(void);
 /* A warning for each option that nothing has read: most often they are mistyped. */
 PETSC_EXTERN PetscErrorCode SlipWarnOfUnusedOptions(void);
 /* One line on stderr, "program: warning: ...", from the process that calls it. */

@@ -69,6 +69,8 @@ PETSC_EXTERN PetscErrorCode SlipSmallConfigureTSByMembers(
   PetscErrorCode (*force)(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx),
   PetscErrorCode (*jacobian)(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx),
   PetscErrorCode (*bound)(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx), void *ctx);
+/* The last line of a summary: when a run ended, and why it did before its final time. */
+PETSC_EXTERN PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *complete);
 
 /* Composed functions by which TSBATHE, controllers and problems meet without including each other:
    on TSAdapt

@@ -10,6 +10,11 @@ static const char help[] =
 #include "evaluate/evaluate.h"
 #include <slipcompat.h>
 
+/* What -evaluate_ options there are; test_options.py holds the list to the sources */
+static const char names[] =
+  "accuracies controllers errors list max_attempts meshes output policies problems quick reactions "
+  "reference_steps repeat_failed repetitions sizes spread steps time_limit tolerances";
+
 /* The options of the problems and of TS: set each one up, small. */
 static PetscErrorCode ShowHelp(const EvaluateOptions *o)
 {
@@ -39,6 +44,8 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("evaluate"));
+  PetscCall(SlipDeclareOptions("evaluate_", names));
+  PetscCall(SlipCheckOptionNames());
   PetscCall(EvaluateOptionsSet(&o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) {

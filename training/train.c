@@ -14,6 +14,16 @@ static const char help[] =
 #include "problems/problems.h"
 #include <slipcompat.h>
 
+/* What -train_ options there are, of all algorithms; test_options.py holds the list to the sources */
+static const char names[] =
+  "algorithm alpha atol batch batch_meshes batch_singles buffer calibration checkpoint "
+  "checkpoint_interval continuation_step cost critic_network critics diagonal dial_high dial_low "
+  "discount drop drop_quantiles dt_max dt_min evaluate_episodes evaluate_interval generations "
+  "hidden layers learning_rate learning_starts log max_attempts mesh_side meshes minutes "
+  "moving_dt_max network noise noise_sigma observations output policy_delay polyak population "
+  "problem progress quantiles random resume reward rtol seed sigma singles smoothing smoothing_clip "
+  "steps transfer validation validation_interval within";
+
 static PetscErrorCode RunCMA(void)
 {
   CMAOptions o;
@@ -91,6 +101,8 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, manual));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("train"));
+  PetscCall(SlipDeclareOptions("train_", names));
+  PetscCall(SlipCheckOptionNames());
   PetscCall(Run(&failed));
   PetscCall(PetscFinalize());
   return failed ? 1 : 0;

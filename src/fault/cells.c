@@ -22,13 +22,27 @@ PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, Pe
 }
 
 /* Values [N] of all cells, those of a mesh in the order of its file: each process takes those of its own. */
-static void SlipFaultTakeField(SlipFault fault, PetscInt f, const PetscReal values[])
+static void SlipFaultTakeField(SlipFault fault, PetscInt f, const char source[], const PetscReal values[])
 {
+  fault->source[f] = source;
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscInt e = fault->start + i;
 
     fault->field[f][i] = values[fault->order ? fault->order[e] : e];
   }
+}
+
+/* What the root of an input file may hold, which one file can be for all of them: fields, cells, stiffness. */
+PetscErrorCode SlipFaultFieldNames(char names[], size_t len)
+{
+  PetscFunctionBegin;
+  names[0] = '\0';
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscCall(PetscStrlcat(names, SlipFaultReals[SlipFaultFields[f]].name, len));
+    PetscCall(PetscStrlcat(names, " ", len));
+  }
+  PetscCall(PetscStrlcat(names, "cells stiffness", len));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* A field's values must lie in the bounds of its parameter; the normal stress must be positive everywhere. source:
@@ -59,30 +73,30 @@ static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal 
   const PetscInt ndim = fault->mesh.n ? 1 : 2; /* a mesh's fields are [n] */
   char path[64], names[256], source[PETSC_MAX_PATH_LEN + 64];
   PetscInt found = 0;
-  size_t used = 0;
 
   PetscFunctionBegin;
   (void)snprintf(source, sizeof(source), "%s%s", h->name, h->source);
+  PetscCall(SlipFaultFieldNames(names, sizeof(names)));
+  PetscCall(SlipH5CheckNames(h, names));
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
     const char *name = SlipFaultReals[SlipFaultFields[f]].name;
     PetscInt dims[2];
     PetscReal *read;
     PetscBool flg;
 
-    PetscCall(PetscSNPrintf(names + used, sizeof(names) - used, " %s", name));
-    PetscCall(PetscStrlen(names, &used));
     PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", name));
     PetscCall(SlipH5Has(h, path, &flg));
     has[f] = flg ? 1 : 0;
     if (!flg) continue;
     found++;
+    PetscCall(SlipH5CheckUnits(h, path, SlipFaultReals[SlipFaultFields[f]].unit, &flg));
     PetscCall(SlipH5ReadRealSized(h, path, ndim, want + 2 - ndim,
                                   fault->mesh.n ? "one for each cell of -fault_mesh" : "Nz x Nx", dims, &read));
     PetscCall(SlipFaultCheckField(fault, source, f, read));
     PetscCall(PetscArraycpy(data + (size_t)f * fault->N, read, fault->N));
     PetscCall(PetscFree(read));
   }
-  PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s holds none of the fields%s", source, names);
+  PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s holds none of the fields %s", source, names);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -114,7 +128,7 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 
     if (!has[f]) continue;
     PetscCallMPI(MPI_Bcast(values, (PetscMPIInt)fault->N, MPIU_REAL, 0, fault->comm));
-    SlipFaultTakeField(fault, f, values);
+    SlipFaultTakeField(fault, f, fault->text[FAULT_PARAMETERS], values);
   }
   PetscCall(PetscFree(data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -206,7 +220,7 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
                "SlipFaultSetField(): %s was given for %" PetscInt_FMT " cells, expected %" PetscInt_FMT,
                SlipFaultReals[SlipFaultFields[f]].name, fault->ngiven[f], fault->N);
     PetscCall(SlipFaultCheckField(fault, "SlipFaultSetField()", f, fault->given[f]));
-    SlipFaultTakeField(fault, f, fault->given[f]);
+    SlipFaultTakeField(fault, f, "SlipFaultSetField()", fault->given[f]);
   }
   if (fault->text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
 

@@ -5,6 +5,36 @@
 #define MESH_DATASET "/cells"
 #define MESH_COLUMNS "x y z length width"
 enum { MESH_NUM_COLUMNS = 5 };
+/* [m] No natural fault ends above this depth, and all do in kilometres: a smaller one, as in a laboratory, says that its
+   units are metres. */
+#define MESH_SHALLOW 100
+
+/* Can rows [n][5] be metres? What no stiffness can be computed for is refused by SlipCellsCheck(). */
+static PetscErrorCode SlipFaultMeshCheckMetres(const SlipH5 *h, PetscInt n, const PetscReal rows[], PetscBool metres)
+{
+  static const char *const name[] = {"x", "y", "z", "length", "width"};
+  static const PetscReal limit[] = {FAULT_MAX_REACH, FAULT_MAX_REACH, FAULT_MAX_DEPTH, FAULT_MAX_REACH,
+                                    FAULT_MAX_DEPTH};
+  PetscReal deepest = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal *row = rows + (size_t)i * MESH_NUM_COLUMNS;
+
+    for (PetscInt k = 0; k < MESH_NUM_COLUMNS; k++)
+      PetscCheck(!(PetscAbsReal(row[k]) > limit[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+                 "%s%s: row %" PetscInt_FMT " of " MESH_DATASET
+                 " has %s = %.6g, expected metres of a fault, at most %.6g",
+                 h->name, h->source, i, name[k], (double)row[k], (double)limit[k]);
+    deepest = PetscMax(deepest, row[2] + 0.5 * row[4]);
+  }
+  PetscCheck(
+    metres || !(deepest < MESH_SHALLOW), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+    "%s%s: the cells reach down to %.6g m, as if they were in kilometres: expected metres. A fault so small says so "
+    "by the attribute units = \"m\" of " MESH_DATASET,
+    h->name, h->source, (double)deepest);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Rank 0: rows [n][5] of the file. */
 static PetscErrorCode SlipFaultMeshRead(SlipFault fault, PetscInt *n, PetscReal **rows)
@@ -12,11 +42,18 @@ static PetscErrorCode SlipFaultMeshRead(SlipFault fault, PetscInt *n, PetscReal 
   SlipH5 h;
   const PetscInt want[2] = {-1, MESH_NUM_COLUMNS};
   PetscInt dims[2];
-  char columns[128] = MESH_COLUMNS;
-  PetscBool has, same;
+  char columns[128] = MESH_COLUMNS, names[256];
+  PetscBool has, same, metres = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_mesh", fault->text[FAULT_MESH], &h));
+  PetscCall(SlipFaultFieldNames(names, sizeof(names)));
+  PetscCall(SlipH5Has(&h, MESH_DATASET, &has));
+  if (has) {
+    PetscCall(SlipH5CheckNames(&h, names));
+    PetscCall(SlipH5CheckAttributes(&h, MESH_DATASET, "columns units"));
+    PetscCall(SlipH5CheckUnits(&h, MESH_DATASET, "m", &metres));
+  }
   PetscCall(SlipH5ReadRealSized(&h, MESH_DATASET, 2, want, "with the columns " MESH_COLUMNS, dims, rows));
   PetscCheck(dims[0] > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              MESH_DATASET " in %s has no rows, expected one for each cell%s", h.name, h.source);
@@ -26,6 +63,7 @@ static PetscErrorCode SlipFaultMeshRead(SlipFault fault, PetscInt *n, PetscReal 
   PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s%s: the columns of " MESH_DATASET " are \"%s\", expected \"" MESH_COLUMNS "\"", h.name, h.source,
              columns);
+  PetscCall(SlipFaultMeshCheckMetres(&h, dims[0], *rows, metres));
   PetscCall(SlipH5Close(&h));
   *n = dims[0];
   PetscFunctionReturn(PETSC_SUCCESS);

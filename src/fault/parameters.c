@@ -14,10 +14,11 @@
 const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, "Cells along strike"},
   [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, "Cells in depth"},
-  [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, NONE, OPEN, REAL, "Length of the fault along strike"},
-  [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, NONE, OPEN, REAL, "Width of the fault in depth"},
-  [FAULT_DEPTH_TOP] = {"depth_top", 0, "m", 0, NONE, SHUT, REAL, "Depth of the upper edge; 0 touches the free surface"},
-  [FAULT_THICKNESS] = {"thickness", (PetscReal)NAN, "m", 0, NONE, OPEN, REAL,
+  [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, FAULT_MAX_REACH, OPEN, REAL, "Length of the fault along strike"},
+  [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, FAULT_MAX_DEPTH, OPEN, REAL, "Width of the fault in depth"},
+  [FAULT_DEPTH_TOP] = {"depth_top", 0, "m", 0, FAULT_MAX_DEPTH, SHUT, REAL,
+                       "Depth of the upper edge; 0 touches the free surface"},
+  [FAULT_THICKNESS] = {"thickness", (PetscReal)NAN, "m", 0, FAULT_MAX_REACH, OPEN, REAL,
                        "Mobilised thickness Ly (default: length_x)"},
   [FAULT_SHEAR_MODULUS] = {"shear_modulus", 30e9, "Pa", 0, NONE, OPEN, REAL, "Shear modulus G"},
   [FAULT_POISSON_RATIO] = {"poisson_ratio", 0.25, "", -1, 0.5, OPEN, REAL, "Poisson's ratio"},
@@ -379,8 +380,15 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 @*/
 PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
 {
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscOptions options = ((PetscObject)fault)->options;
+  char start[128];
+
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_check_error"));
+  PetscCall(PetscSNPrintf(start, sizeof(start), "%sfault_start_", prefix));
+  PetscCall(SlipCheckLinearOptions(fault->comm, options, start));
   PetscObjectOptionsBegin((PetscObject)fault);
   for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) PetscCall(SlipFaultRealFromOptions(fault, id, PetscOptionsObject));
   for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)

@@ -8,6 +8,8 @@
 #include <math.h>
 
 #define SLIP_FAULT_MAX_DENSE 10000 /* cells up to which K is written as a dense matrix */
+/* Relative residual of K^-1 q that is accepted: a thousandth of what the critical start exceeds the strength by */
+#define SLIP_FAULT_START_RESIDUAL 1e-8
 
 /* "F.h5:/dataset" to file and dataset. */
 static PetscErrorCode SlipFaultSplitPath(const char text[], char file[], char dataset[], size_t len)
@@ -118,10 +120,13 @@ static PetscErrorCode SlipFaultRefine(SlipFault fault, KSP ksp, Vec b, Vec x)
   x = K^-1 b, started from x, by conjugate gradients (K is symmetric positive definite) and iterative refinement.
 
   The critical start exceeds the strength by a relative 1e-5 only, so that an error of K^-1 q counts 1e5 times: three
-  passes of 1e-7 leave nothing but the rounding of K x. b must not be work[1] or work[2].
+  passes of 1e-7 leave nothing but the rounding of K x. What options of the solver leave is looked at. b must not be work[1] or work[2].
 */
 PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
 {
+  const char *prefix = SlipFaultPrefix(fault);
+  Vec r = fault->work[1];
+  PetscReal left, all;
   KSP ksp;
   PC pc;
 
@@ -137,6 +142,14 @@ PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
   PetscCall(KSPSetFromOptions(ksp));
   for (PetscInt pass = 0; pass < 3; pass++) PetscCall(SlipFaultRefine(fault, ksp, b, x));
   PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatMult(fault->K, x, r));
+  PetscCall(VecAYPX(r, -1, b));
+  PetscCall(VecNorm(r, NORM_2, &left));
+  PetscCall(VecNorm(b, NORM_2, &all));
+  PetscCheck(left <= SLIP_FAULT_START_RESIDUAL * all, fault->comm, PETSC_ERR_NOT_CONVERGED,
+             "K^-1 q of the critical state has a relative residual of %.3g, expected at most %.6g: give "
+             "-%sfault_start_ksp_rtol, -%sfault_start_ksp_atol or -%sfault_start_ksp_type other values",
+             (double)(left / all), SLIP_FAULT_START_RESIDUAL, prefix, prefix, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

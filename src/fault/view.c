@@ -117,8 +117,45 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The field that a scalar parameter is the default of; -1: none */
+static PetscInt SlipFaultFieldOf(SlipFaultRealId id)
+{
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++)
+    if (SlipFaultFields[f] == id) return f;
+  return -1;
+}
+
+/* What a run uses of a parameter: least, mean (by area) and largest of all cells, and where they come from when this is
+   not the scalar of its name. */
+static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
+{
+  const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
+  const char *from = fault->source[f];
+  PetscReal range[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, sums[2] = {0, 0}; /* least, and least of the negative */
+  char text[128];
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->n; i++) {
+    range[0] = PetscMin(range[0], fault->field[f][i]);
+    range[1] = PetscMin(range[1], -fault->field[f][i]);
+    sums[0] += fault->weight[i] * fault->field[f][i];
+    sums[1] += fault->weight[i];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, range, 2, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, fault->comm));
+  if (range[0] == -range[1])
+    (void)snprintf(text, sizeof(text), "%g", (double)range[0]);
+  else
+    (void)snprintf(text, sizeof(text), "least %g, mean %g, largest %g", (double)range[0], (double)(sums[0] / sums[1]),
+                   (double)-range[1]);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s%s%s%s\n", p->name, text, p->unit, from ? " (from " : "",
+                                   from ? from : "", from ? ")" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
-  SlipFaultView - print the fault's parameters with their units; after SlipFaultSetUp() its operators as well
+  SlipFaultView - print the fault's parameters with their units; after SlipFaultSetUp() those that are used, cell by cell
+                  the least, mean and largest, and its operators as well
 
   Collective.
 
@@ -139,6 +176,7 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
 PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
 {
   PetscBool ascii;
+  char number[32];
   PetscReal value;
 
   PetscFunctionBegin;
@@ -152,16 +190,23 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
   PetscCall(PetscObjectPrintClassNamePrefixType((PetscObject)fault, viewer));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) {
+    const PetscInt field = SlipFaultFieldOf((SlipFaultRealId)i);
+
+    if (fault->setup && field >= 0) {
+      PetscCall(ViewField(fault, field, viewer));
+      continue;
+    }
+    if (fault->setup && i == FAULT_NORMAL_STRESS_GRADIENT) continue; /* part of the normal stress, or replaced */
     PetscCall(SlipFaultGetReal(fault, SlipFaultReals[i].name, &value));
-    PetscCall(
-      PetscViewerASCIIPrintf(viewer, "%s: %g %s\n", SlipFaultReals[i].name, (double)value, SlipFaultReals[i].unit));
+    (void)snprintf(number, sizeof(number), "%g", (double)value);
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s\n", SlipFaultReals[i].name, number, SlipFaultReals[i].unit));
   }
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
     PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,
                                      fault->text[i][0] ? fault->text[i] : "(none)"));
   if (fault->setup) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "time scale T*: %g s\n", (double)fault->tstar));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %g\n", (double)fault->scaling));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %.6g\n", (double)fault->scaling));
     PetscCall(PetscViewerASCIIPrintf(viewer, "friction: %s\n", fault->law->formula));
     PetscCall(ViewOperators(fault, viewer));
   }

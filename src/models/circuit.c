@@ -73,6 +73,9 @@ static PetscErrorCode SetUp(SlipModel model)
     PetscCheck(mass[k] > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE, "%s is %g, expected a number > 0", options[k],
                (double)mass[k]);
   PetscCall(PetscArraycpy(model->mass, mass, N));
+  for (PetscInt k = 0; k < N; k++)
+    PetscCheck(!PetscIsInfOrNanReal(model->start[k]), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+               "-circuit_start has %g, expected finite numbers", (double)model->start[k]);
   twice = 2 * SlipModelEnergy(model, model->start);
   PetscCheck(twice > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
              "-circuit_start is 0, 0, 0, expected a start with energy: states are measured in it");

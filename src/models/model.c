@@ -1,5 +1,6 @@
 /* What all small models do alike: their life, their options' frame, a TS of each. */
 #include <slipmodels.h>
+#include <slipsys.h>
 #include <slipadapt.h>
 #include <slipcompat.h>
 #include <string.h>
@@ -86,7 +87,21 @@ PetscErrorCode SlipModelDestroy(SlipModel *model)
 @*/
 PetscErrorCode SlipModelSetFromOptions(SlipModel model)
 {
+  static const char *const numbers[] = {"-sliding_mode_gain",
+                                        "-sliding_mode_amplitude",
+                                        "-sliding_mode_frequency",
+                                        "-sliding_mode_start",
+                                        "-circuit_c1",
+                                        "-circuit_c2",
+                                        "-circuit_r",
+                                        "-circuit_l",
+                                        "-circuit_m"};
+
   PetscFunctionBegin;
+  PetscCall(SlipCheckFiniteOption(PETSC_COMM_WORLD, "-ts_max_time"));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(numbers); i++)
+    if (!strncmp(numbers[i] + 1, model->ops->name, strlen(model->ops->name)))
+      PetscCall(SlipCheckFiniteOption(PETSC_COMM_WORLD, numbers[i]));
   PetscCall((*model->ops->set_from_options)(model));
   PetscCall(SlipModelSetUp(model));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -118,6 +118,7 @@ PetscErrorCode SlipErrorHandlerPush(const char program[])
   PetscFunctionBegin;
   PetscCall(SlipRenameStep());
   PetscCall(PetscSetProgramName(program));
+  PetscCall(SlipCheckBoolOption(PETSC_COMM_WORLD, NULL, NULL, "-slip_traceback"));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "SlipStep", "Sys");
   PetscCall(PetscOptionsBool("-slip_traceback", "Show where an error happened, for reports of bugs (default no)",
                              "SlipErrorHandlerPush", traceback, &traceback, NULL));
@@ -149,29 +150,6 @@ PetscErrorCode SlipWarning(const char format[], ...)
   va_start(args, format);
   SlipSpeak("warning", format, args);
   va_end(args);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-  SlipWarnOfUnusedOptions - name the options that nothing has read: most often they are mistyped
-
-  Collective on PETSC_COMM_WORLD; at the end of a program.
-
-  Level: intermediate
-
-.seealso: SlipErrorHandlerPush()
-@*/
-PetscErrorCode SlipWarnOfUnusedOptions(void)
-{
-  PetscInt n;
-  PetscMPIInt rank;
-  char **names, **values;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
-  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
-  for (PetscInt i = 0; i < n && !rank; i++) PetscCall(SlipWarning("nothing has read the option -%s", names[i]));
-  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

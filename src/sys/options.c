@@ -2,25 +2,139 @@
 #include <slipsys.h>
 #include <slipcompat.h>
 #include <petsc/private/petscimpl.h>
+#include <slipstep/private/slipsys.h>
+#include <ctype.h>
 #include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
 
-/* Options with a number as value, those of PETSc that a run of ours meets and those of TSBATHE and our controllers; and
-   those of them whose number is a whole one. */
+/* Bounds of a number: which of them it may not reach, and what it is read as. */
+enum { SLIP_OPEN_LOW = 1, SLIP_OPEN_HIGH = 2, SLIP_WHOLE = 4, SLIP_INFINITE = 8 };
+#define NONE PETSC_MAX_REAL
+#define ANY PETSC_MIN_REAL
+
+typedef struct {
+  const char *option;
+  PetscReal low, high;
+  int flags;
+  const char *unit;
+} SlipNumber;
+
+/* Options with a number as value, those of PETSc that a run of ours meets and those of TSBATHE and our controllers,
+   which check the bounds of their own themselves: here these must be finite. */
 /* clang-format off */
-static const char *const SlipNumbers[] = {
-  "-ts_dt", "-ts_init_time", "-ts_max_time", "-ts_rtol", "-ts_atol", "-ts_adapt_dt_min", "-ts_adapt_dt_max",
-  "-ts_adapt_safety", "-ts_adapt_reject_safety", "-ts_adapt_scale_solve_failed", "-ts_adapt_heuristic_growth",
-  "-ts_adapt_heuristic_failure_factor", "-ts_adapt_pi_g1", "-ts_adapt_pi_g2", "-ts_adapt_pi_kappa",
-  "-ts_adapt_pi_ratio_min", "-ts_adapt_pi_ratio_max", "-ts_adapt_pi_failure_factor", "-ts_adapt_rl_accuracy",
-  "-ts_adapt_rl_error_ceiling", "-ts_bathe_gamma", "-snes_rtol", "-snes_atol", "-snes_stol", "-ksp_rtol", "-ksp_atol",
-  "-ksp_divtol"
-};
-static const char *const SlipIntegers[] = {
-  "-ts_max_steps", "-ts_max_snes_failures", "-ts_max_reject", "-ts_adapt_time_step_increase_delay",
-  "-ts_adapt_rl_max_failures", "-ts_bathe_order", "-ts_bathe_max_failures", "-snes_max_it", "-snes_max_funcs",
-  "-snes_slip_direct_max", "-ksp_max_it"
-};
+static const SlipNumber SlipSolverNumbers[] = {
+  {"-ts_dt", 0, NONE, SLIP_OPEN_LOW, "s"}, {"-ts_time_step", 0, NONE, SLIP_OPEN_LOW, "s"},
+  {"-ts_init_time", ANY, NONE, 0, "s"}, {"-ts_max_time", ANY, NONE, 0, "s"},
+  {"-ts_max_steps", 0, NONE, SLIP_WHOLE, ""},
+  {"-ts_rtol", 0, NONE, 0, ""}, {"-ts_atol", 0, NONE, 0, ""},
+  {"-ts_max_snes_failures", -1, NONE, SLIP_WHOLE, ""}, {"-ts_max_reject", -1, NONE, SLIP_WHOLE, ""},
+  {"-ts_adapt_dt_min", 0, NONE, 0, "s"}, {"-ts_adapt_dt_max", 0, NONE, SLIP_OPEN_LOW | SLIP_INFINITE, "s"},
+  {"-ts_adapt_safety", 0, 1, SLIP_OPEN_LOW, ""}, {"-ts_adapt_reject_safety", 0, 1, SLIP_OPEN_LOW, ""},
+  {"-ts_adapt_scale_solve_failed", 0, 1, SLIP_OPEN_LOW | SLIP_OPEN_HIGH, ""},
+  {"-ts_adapt_time_step_increase_delay", 0, NONE, SLIP_WHOLE, ""},
+  {"-ts_adapt_heuristic_growth", ANY, NONE, 0, ""}, {"-ts_adapt_heuristic_failure_factor", ANY, NONE, 0, ""},
+  {"-ts_adapt_pi_g1", ANY, NONE, SLIP_INFINITE, ""}, {"-ts_adapt_pi_g2", ANY, NONE, SLIP_INFINITE, ""},
+  {"-ts_adapt_pi_kappa", ANY, NONE, 0, ""}, {"-ts_adapt_pi_ratio_min", ANY, NONE, 0, ""},
+  {"-ts_adapt_pi_ratio_max", ANY, NONE, SLIP_INFINITE, ""}, {"-ts_adapt_pi_failure_factor", ANY, NONE, 0, ""},
+  {"-ts_adapt_rl_accuracy", ANY, NONE, 0, ""}, {"-ts_adapt_rl_error_ceiling", ANY, NONE, SLIP_INFINITE, ""},
+  {"-ts_adapt_rl_max_failures", ANY, NONE, SLIP_WHOLE, ""},
+  {"-ts_bathe_gamma", ANY, NONE, 0, ""}, {"-ts_bathe_order", ANY, NONE, SLIP_WHOLE, ""},
+  {"-ts_bathe_max_failures", ANY, NONE, SLIP_WHOLE, ""},
+  /* a stage below -snes_atol is taken as it is: residuals are relative to the strength, which the critical start
+     exceeds by 1e-5, so that 1e-4 would leave a fault where it stands; -snes_rtol is followed by Newton steps down to
+     rounding */
+  {"-snes_rtol", 0, 1, SLIP_OPEN_HIGH, ""}, {"-snes_atol", 0, 1e-8, 0, ""}, {"-snes_stol", 0, 1, SLIP_OPEN_HIGH, ""},
+  {"-snes_max_it", 0, NONE, SLIP_WHOLE, ""}, {"-snes_max_funcs", -1, NONE, SLIP_WHOLE, ""},
+  {"-snes_slip_direct_max", ANY, NONE, SLIP_WHOLE, ""}};
+static const SlipNumber SlipLinearNumbers[] = {
+  {"-ksp_rtol", 0, 1, SLIP_OPEN_HIGH, ""}, {"-ksp_atol", 0, NONE, 0, ""},
+  {"-ksp_divtol", 0, NONE, SLIP_OPEN_LOW | SLIP_INFINITE, ""}, {"-ksp_max_it", 0, NONE, SLIP_WHOLE, ""}};
 /* clang-format on */
+
+const char *SlipNumberOption(size_t i)
+{
+  const size_t n = PETSC_STATIC_ARRAY_LENGTH(SlipSolverNumbers);
+
+  if (i < n) return SlipSolverNumbers[i].option + 1;
+  return i - n < PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers) ? SlipLinearNumbers[i - n].option + 1 : NULL;
+}
+
+/* What a number must be, for example "a number > 0 s"; C's own %g, since PETSc's writes "0." for 0. */
+static void SlipDescribeNumber(const SlipNumber *n, char text[], size_t len)
+{
+  char low[32] = "", high[32] = "";
+
+  if (n->low > ANY) (void)snprintf(low, sizeof(low), " %s %g", n->flags & SLIP_OPEN_LOW ? ">" : ">=", (double)n->low);
+  if (n->high < NONE)
+    (void)snprintf(high, sizeof(high), "%s %s %g", low[0] ? " and" : "",
+                   n->flags & SLIP_OPEN_HIGH ? "<" : "<=", (double)n->high);
+  (void)snprintf(text, len, "a %s%snumber%s%s%s%s", n->flags & (SLIP_INFINITE | SLIP_WHOLE) || low[0] ? "" : "finite ",
+                 n->flags & SLIP_WHOLE ? "whole " : "", low, high, n->unit[0] ? " " : "", n->unit);
+}
+
+/* A text as number; PETSc's messages do not name the option. */
+static PetscErrorCode SlipParseNumber(MPI_Comm comm, const char prefix[], const char option[], const char text[],
+                                      PetscBool whole, PetscReal *value)
+{
+  PetscErrorCode number, integer = PETSC_SUCCESS;
+  PetscInt unused;
+
+  PetscFunctionBegin;
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  number = PetscOptionsStringToReal(text, value);
+  if (whole) integer = PetscOptionsStringToInt(text, &unused);
+  PetscCall(PetscPopErrorHandler());
+  PetscCheck(!number && !integer, comm, PETSC_ERR_ARG_WRONG, "\"%s\" is not a %snumber (-%s%s)", text,
+             number ? "" : "whole ", prefix ? prefix : "", option + 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Options that nothing has read yet. Looking at them here does not make them read ones, of which programs warn. */
+typedef struct {
+  MPI_Comm comm;
+  const char *prefix;
+  PetscInt n;
+  char **names, **values;
+} SlipUnread;
+
+/* The text of an option, "" where it has none; NULL when it was not given. */
+static const char *SlipUnreadValue(const SlipUnread *u, const char option[])
+{
+  const size_t len = u->prefix ? strlen(u->prefix) : 0;
+
+  for (PetscInt i = 0; i < u->n; i++)
+    if (!strncasecmp(u->names[i], u->prefix ? u->prefix : "", len) && !strcasecmp(u->names[i] + len, option + 1))
+      return u->values[i] ? u->values[i] : "";
+  return NULL;
+}
+
+/* Holds numbers to their bounds. A word for one, as PETSc has them (unlimited, default), is PETSc's. */
+static PetscErrorCode SlipCheckNumbers(const SlipUnread *u, size_t count, const SlipNumber number[])
+{
+  PetscFunctionBegin;
+  for (size_t i = 0; i < count; i++) {
+    const SlipNumber *n = &number[i];
+    const char *text = SlipUnreadValue(u, n->option);
+    char expected[128], value[32];
+    PetscBool low, high;
+    PetscReal x;
+
+    if (!text) continue;
+    PetscCall(
+      SlipParseNumber(u->comm, u->prefix, n->option, text, n->flags & SLIP_WHOLE ? PETSC_TRUE : PETSC_FALSE, &x));
+    if (isfinite(x) && isalpha((unsigned char)text[0])) continue;
+    low = (n->flags & SLIP_OPEN_LOW ? x > n->low : x >= n->low) ? PETSC_TRUE : PETSC_FALSE;
+    high = (n->flags & SLIP_OPEN_HIGH ? x < n->high : x <= n->high) ? PETSC_TRUE : PETSC_FALSE;
+    if (isinf(x)) low = high = x > 0 && n->flags & SLIP_INFINITE ? PETSC_TRUE : PETSC_FALSE;
+    SlipDescribeNumber(n, expected, sizeof(expected));
+    (void)snprintf(value, sizeof(value), "%g", (double)x);
+    PetscCheck(low && high, u->comm, PETSC_ERR_ARG_OUTOFRANGE, "-%s%s is %s, expected %s", u->prefix ? u->prefix : "",
+               n->option + 1, value, expected);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /*@C
   SlipCheckNumberOption - refuse a value that is no number, with a message that names the option, which PETSc's does not
@@ -47,26 +161,129 @@ static const char *const SlipIntegers[] = {
 PetscErrorCode SlipCheckNumberOption(MPI_Comm comm, PetscOptions options, const char prefix[], const char option[],
                                      PetscBool whole, PetscBool *set, PetscReal *value)
 {
-  PetscErrorCode number, integer = PETSC_SUCCESS;
-  PetscInt unused;
   char text[64];
 
   PetscFunctionBegin;
   *value = 0;
   PetscCall(PetscOptionsGetString(options, prefix, option, text, sizeof(text), set));
-  if (!*set) PetscFunctionReturn(PETSC_SUCCESS);
+  if (*set) PetscCall(SlipParseNumber(comm, prefix, option, text, whole, value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipCheckFiniteOption - refuse a value of an option that is no finite number, with a message that names the option
+
+  Not collective.
+
+  Input Parameters:
++ comm   - the processes that fail together
+- option - its name, with the dash, in the global database
+
+  Level: developer
+
+  Errors: PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_OUTOFRANGE
+
+.seealso: SlipCheckNumberOption()
+@*/
+PetscErrorCode SlipCheckFiniteOption(MPI_Comm comm, const char option[])
+{
+  PetscReal value;
+  PetscBool set;
+  char text[32];
+
+  PetscFunctionBegin;
+  PetscCall(SlipCheckNumberOption(comm, NULL, NULL, option, PETSC_FALSE, &set, &value));
+  (void)snprintf(text, sizeof(text), "%g", (double)value);
+  PetscCheck(isfinite(value), comm, PETSC_ERR_ARG_OUTOFRANGE, "%s is %s, expected a finite number", option, text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipCheckBoolOption - refuse a value that is neither yes nor no, with a message that names the option, which PETSc's
+  does not
+
+  Not collective.
+
+  Input Parameters:
++ comm    - the processes that fail together
+. options - the database, NULL for the global one
+. prefix  - of the option, NULL for none
+- option  - its name, with the dash
+
+  Level: developer
+
+  Errors: PETSC_ERR_ARG_WRONG for another text than yes, true, on, 1, no, false, off, 0 or none.
+
+.seealso: SlipCheckNumberOption()
+@*/
+PetscErrorCode SlipCheckBoolOption(MPI_Comm comm, PetscOptions options, const char prefix[], const char option[])
+{
+  PetscErrorCode ierr;
+  char text[64];
+  PetscBool set, value;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetString(options, prefix, option, text, sizeof(text), &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  number = PetscOptionsStringToReal(text, value);
-  if (whole) integer = PetscOptionsStringToInt(text, &unused);
+  ierr = PetscOptionsStringToBool(text, &value);
   PetscCall(PetscPopErrorHandler());
-  PetscCheck(!number && !integer, comm, PETSC_ERR_ARG_WRONG, "\"%s\" is not a %snumber (-%s%s)", text,
-             number ? "" : "whole ", prefix ? prefix : "", option + 1);
+  PetscCheck(!ierr, comm, PETSC_ERR_ARG_WRONG, "-%s%s is \"%s\", expected yes or no", prefix ? prefix : "", option + 1,
+             text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -ts_adapt_type: the list of its types is PETSc's own, so that the question is put to an object. */
+static PetscErrorCode SlipCheckAdaptType(const SlipUnread *u)
+{
+  const char *text = SlipUnreadValue(u, "-ts_adapt_type");
+  PetscErrorCode ierr;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  if (!text) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSAdaptCreate(u->comm, &adapt));
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  ierr = TSAdaptSetType(adapt, text);
+  PetscCall(PetscPopErrorHandler());
+  PetscCall(TSAdaptDestroy(&adapt));
+  PetscCheck(!ierr, u->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "there is no type \"%s\" of TSAdapt (-%sts_adapt_type), expected rl, heuristic, pi, none, basic or dsp",
+             text, u->prefix ? u->prefix : "");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipCheckLinearOptions - refuse numbers for a KSP that make no sense, with a message that names the option
+
+  Collective; before KSPSetFromOptions().
+
+  Input Parameters:
++ comm    - the processes
+. options - the database, NULL for the global one
+- prefix  - of the KSP, NULL for none
+
+  Level: developer
+
+  Errors: PETSC_ERR_ARG_WRONG or PETSC_ERR_ARG_OUTOFRANGE, with the option and what was expected.
+
+.seealso: SlipCheckSolverOptions()
+@*/
+PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const char prefix[])
+{
+  SlipUnread u = {.comm = comm, .prefix = prefix};
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsLeftGet(options, &u.n, &u.names, &u.values));
+  PetscCall(SlipCheckNumbers(&u, PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers), SlipLinearNumbers));
+  PetscCall(PetscOptionsLeftRestore(options, &u.n, &u.names, &u.values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
   SlipCheckSolverOptions - refuse values of PETSc's options that PETSc refuses without naming the option: types that are
-  not known, texts that are no numbers or no whole ones, bounds of the step in the wrong order
+  not known, texts that are no numbers or no whole ones, numbers out of their bounds, bounds of the step in the wrong
+  order
 
   Collective; before TSSetFromOptions().
 
@@ -88,41 +305,42 @@ PetscErrorCode SlipCheckSolverOptions(TS ts)
               {"-snes_type", "SNES", &SNESList},
               {"-ksp_type", "KSP", &KSPList},
               {"-pc_type", "PC", &PCList}};
-  const char *prefix;
+  SlipUnread u;
   PetscOptions options;
-  MPI_Comm comm;
-  PetscReal low, high, value;
-  PetscBool set, bounded;
+  const char *low, *high;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscCall(PetscObjectGetComm((PetscObject)ts, &comm));
+  PetscCall(PetscObjectGetComm((PetscObject)ts, &u.comm));
   PetscCall(PetscObjectGetOptions((PetscObject)ts, &options));
-  PetscCall(PetscObjectGetOptionsPrefix((PetscObject)ts, &prefix));
+  PetscCall(PetscObjectGetOptionsPrefix((PetscObject)ts, &u.prefix));
   PetscCall(TSInitializePackage());
   PetscCall(SNESInitializePackage());
   PetscCall(KSPInitializePackage());
   PetscCall(PCInitializePackage());
+  PetscCall(PetscOptionsLeftGet(options, &u.n, &u.names, &u.values));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(type); i++) {
+    const char *text = SlipUnreadValue(&u, type[i].option);
     void (*create)(void) = NULL;
-    char text[64];
 
-    PetscCall(PetscOptionsGetString(options, prefix, type[i].option, text, sizeof(text), &set));
-    if (set) PetscCall(PetscFunctionListFind(*type[i].list, text, &create));
-    PetscCheck(!set || create, comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "there is no type \"%s\" of %s (-%s%s)", text,
-               type[i].what, prefix ? prefix : "", type[i].option + 1);
+    if (text) PetscCall(PetscFunctionListFind(*type[i].list, text, &create));
+    PetscCheck(!text || create, u.comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "there is no type \"%s\" of %s (-%s%s)", text,
+               type[i].what, u.prefix ? u.prefix : "", type[i].option + 1);
   }
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipNumbers); i++)
-    PetscCall(SlipCheckNumberOption(comm, options, prefix, SlipNumbers[i], PETSC_FALSE, &set, &value));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipIntegers); i++)
-    PetscCall(SlipCheckNumberOption(comm, options, prefix, SlipIntegers[i], PETSC_TRUE, &set, &value));
-  PetscCall(SlipCheckNumberOption(comm, options, prefix, "-ts_adapt_dt_min", PETSC_FALSE, &set, &low));
-  PetscCall(SlipCheckNumberOption(comm, options, prefix, "-ts_adapt_dt_max", PETSC_FALSE, &bounded, &high));
-  PetscCheck(!set || (low >= 0 && isfinite(low)), comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "the shortest step is %g s, expected a number >= 0 (-%sts_adapt_dt_min)", (double)low,
-             prefix ? prefix : "");
-  PetscCheck(!bounded || (high > 0 && high >= low), comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "the longest step is %g s, expected a number > 0 and >= the shortest one, %g s (-%sts_adapt_dt_max)",
-             (double)high, (double)low, prefix ? prefix : "");
+  PetscCall(SlipCheckAdaptType(&u));
+  PetscCall(SlipCheckNumbers(&u, PETSC_STATIC_ARRAY_LENGTH(SlipSolverNumbers), SlipSolverNumbers));
+  PetscCall(SlipCheckNumbers(&u, PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers), SlipLinearNumbers));
+  low = SlipUnreadValue(&u, "-ts_adapt_dt_min");
+  high = SlipUnreadValue(&u, "-ts_adapt_dt_max");
+  if (low && high) {
+    PetscReal least = 0, most = 0;
+
+    PetscCall(SlipParseNumber(u.comm, u.prefix, "-ts_adapt_dt_min", low, PETSC_FALSE, &least));
+    PetscCall(SlipParseNumber(u.comm, u.prefix, "-ts_adapt_dt_max", high, PETSC_FALSE, &most));
+    PetscCheck(most >= least, u.comm, PETSC_ERR_ARG_OUTOFRANGE,
+               "the longest step is %s s, expected a number >= the shortest one, %s s (-%sts_adapt_dt_max)", high, low,
+               u.prefix ? u.prefix : "");
+  }
+  PetscCall(PetscOptionsLeftRestore(options, &u.n, &u.names, &u.values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,6 +2,8 @@
 #include <slipstep/private/slipts.h>
 #include <math.h>
 
+#define SLIP_MAX_RUN 1e9 /* steps that a run may take: hours for one cell, years for a fault */
+
 /*@C
   SlipSmallConfigureTS - make a TS integrate a small system A dw/dt = F_s(t, w) + F_r
 
@@ -82,6 +84,25 @@ SlipSmallConfigureTSByMembers(TS ts, PetscInt n, const PetscReal mass[], PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A run whose longest step is far too short goes on for ever, without a message. */
+static PetscErrorCode CheckNumberOfSteps(TS ts, PetscReal dt, PetscReal duration)
+{
+  PetscReal longest;
+  PetscBool constant;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
+  PetscCall(TSAdaptGetStepLimits(adapt, NULL, &longest));
+  if (constant) longest = dt;
+  PetscCheck(duration <= SLIP_MAX_RUN * longest, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
+             "-%s is %.6g s, of which a run of %.6g s takes %.3g, expected at most %.6g steps",
+             constant ? "ts_dt" : "ts_adapt_dt_max", (double)longest, (double)duration, (double)(duration / longest),
+             SLIP_MAX_RUN);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* PETSc takes any number for these. */
 static PetscErrorCode CheckNumbers(TS ts)
 {
@@ -99,6 +120,7 @@ static PetscErrorCode CheckNumbers(TS ts)
              (double)dt);
   PetscCheck(end > time && isfinite(end), comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_max_time is %.6g, expected a number > %.6g s, the start", (double)end, (double)time);
+  PetscCall(CheckNumberOfSteps(ts, dt, end - time));
   PetscCheck(steps >= 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_max_steps is %" PetscInt_FMT ", expected a whole number >= 0", steps);
   PetscCheck(rtol >= 0 && isfinite(rtol), comm, PETSC_ERR_ARG_OUTOFRANGE, "-ts_rtol is %.6g, expected a number >= 0",

@@ -167,8 +167,10 @@ static PetscErrorCode Limits(EvaluateOptions *o, SlipOptionItems PetscOptionsObj
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   PetscCheck(o->reference_steps != 1, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
              "-evaluate_reference_steps is 1, expected -1, 0 or a number >= 2");
+  PetscCall(SlipCheckBoolOption(PETSC_COMM_WORLD, NULL, NULL, "-evaluate_list"));
   PetscCall(PetscOptionsBool("-evaluate_list", "Print the cells and whether they are done, and stop", NULL, o->list,
                              &o->list, NULL));
+  PetscCall(SlipCheckBoolOption(PETSC_COMM_WORLD, NULL, NULL, "-evaluate_repeat_failed"));
   PetscCall(PetscOptionsBool("-evaluate_repeat_failed", "Run the cells that failed again", NULL, o->repeat_failed,
                              &o->repeat_failed, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -199,20 +201,6 @@ static PetscErrorCode Policies(EvaluateOptions *o, SlipOptionItems PetscOptionsO
                "-evaluate_policies has %s, which is for the problem %s; expected one of -evaluate_problems",
                o->policies[i].file, o->policies[i].problem);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* PETSc passes over words that follow no option, such as the files of a pattern which the shell has replaced. */
-static PetscErrorCode CheckWords(void)
-{
-  char **words;
-  int n;
-
-  PetscFunctionBegin;
-  PetscCall(PetscGetArgs(&n, &words));
-  for (int i = 1; i < n; i++)
-    PetscCheck(words[i][0] == '-' || (i > 1 && words[i - 1][0] == '-'), PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
-               "%s follows no option, expected one word after each: lists have commas, patterns quotes", words[i]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -295,11 +283,11 @@ PetscErrorCode EvaluateOptionsSet(EvaluateOptions *o)
   PetscBool quick = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(CheckWords());
   *o = defaults;
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Evaluation of step-size controllers", "evaluate");
   PetscCall(PetscOptionsString("-evaluate_output", "HDF5 file, which later runs add to", NULL, o->output, o->output,
                                sizeof(o->output), NULL));
+  PetscCall(SlipCheckBoolOption(PETSC_COMM_WORLD, NULL, NULL, "-evaluate_quick"));
   PetscCall(PetscOptionsBool(
     "-evaluate_quick",
     "A matrix of seconds: 3 km, 5 x 5 cells, the default integrator, one run each, coarse references; other "

@@ -100,6 +100,7 @@ static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
   PetscCall(TSAdaptSetType(adapt, cell->controller));
   if (cell->policy) PetscCall(TSAdaptRLSetPolicyFile(adapt, cell->policy->file));
   PetscCall(TSAdaptRLSetStrict(adapt, PETSC_TRUE)); /* it is the policy that is evaluated */
+  PetscCall(SlipCheckSolverOptions(ts));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckOptions(ts));
   if (cell->accuracy > 0) PetscCall(SetAccuracy(adapt, cell->accuracy));

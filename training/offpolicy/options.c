@@ -83,6 +83,7 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
     PetscCall(SetObservations(e, n, (const char *const *)names));
     for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
   }
+  PetscCall(SlipCheckBoolOption(PETSC_COMM_WORLD, NULL, NULL, "-train_random"));
   PetscCall(PetscOptionsBool("-train_random", "Draw an instance of the problem for every episode", NULL, e->random,
                              &e->random, NULL));
   e->continuation = 1. / 12;
@@ -267,6 +268,7 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
   o->checkpoint_interval = (PetscInt)checkpoint;
   PetscCall(ParseEnvironment(&o->env, PetscOptionsObject));
   PetscCall(ParseAgent(o, PetscOptionsObject));
+  PetscCall(SlipCheckBoolOption(PETSC_COMM_WORLD, NULL, NULL, "-train_transfer"));
   PetscCall(PetscOptionsBool("-train_transfer",
                              "-train_resume is of another mesh or fault: keep its networks and optimisers, forget its "
                              "transitions and evaluations",

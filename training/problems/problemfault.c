@@ -133,6 +133,7 @@ static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, E
   PetscCall(SlipFaultConfigureTS(fault, run->ts));
   if (drawn) PetscCall(TSSetMaxTime(run->ts, drawn[DRAW_DURATION] * run->tstar));
   PetscCall(TSSetSolution(run->ts, run->w));
+  PetscCall(SlipCheckSolverOptions(run->ts));
   PetscCall(TSSetFromOptions(run->ts));
   if (drawn) PetscCall(TSSetMaxTime(run->ts, drawn[DRAW_DURATION] * run->tstar));
   PetscCall(SetTolerances(o, run->ts));

@@ -46,6 +46,7 @@ static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, E
   PetscCall(SlipModelConfigureTS(model, run->ts));
   PetscCall(SlipModelCreateState(model, &run->w));
   PetscCall(TSSetSolution(run->ts, run->w));
+  PetscCall(SlipCheckSolverOptions(run->ts));
   PetscCall(TSSetFromOptions(run->ts));
   PetscCall(TSBatheCheckOptions(run->ts));
   if (instance->drawn) PetscCall(TSSetMaxTime(run->ts, model->max_time));

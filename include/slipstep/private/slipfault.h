@@ -13,6 +13,11 @@
 #include <slipstep/private/slipsys.h>
 
 /* ---- parameters ---- */
+/* What can be metres of a fault: along strike the Earth's circumference, which coordinates of a map keep to as well; in
+   depth more than the 700 km below which no rock breaks. */
+#define FAULT_MAX_REACH 4e7
+#define FAULT_MAX_DEPTH 1e6
+
 /* Reference absolute tolerance of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
 #define SLIP_FAULT_ATOL 1e-10
 typedef enum {
@@ -169,8 +174,9 @@ struct _p_SlipFault {
   SlipCells mesh;       /* of -fault_mesh in the file's order, owned; n = 0 for a grid */
   PetscInt *order;      /* [N] row of the file for each cell of a mesh; NULL for a grid */
   PetscReal *weight; /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
-  PetscReal *field[FAULT_NUM_FIELDS]; /* [n] parameters cell by cell */
-  PetscBool loaded;                   /* some v_inf is not zero */
+  PetscReal *field[FAULT_NUM_FIELDS];   /* [n] parameters cell by cell */
+  const char *source[FAULT_NUM_FIELDS]; /* where they come from, for views; NULL: the scalar parameters */
+  PetscBool loaded;                     /* some v_inf is not zero */
 
   /* ---- operators, and what is derived from the parameters ---- */
   const SlipFrictionLaw *law;
@@ -217,7 +223,8 @@ static inline const char *SlipFaultPrefix(SlipFault fault)
   return prefix ? prefix : "";
 }
 
-PETSC_EXTERN PetscErrorCode SlipFaultCellsSetUp(SlipFault fault);     /* fields and distribution */
+PETSC_EXTERN PetscErrorCode SlipFaultCellsSetUp(SlipFault fault); /* fields and distribution */
+PETSC_EXTERN PetscErrorCode SlipFaultFieldNames(char names[], size_t len);
 PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault); /* K, its scaling, H, B */
 PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);  /* uc and what observables are measured in */
 PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault);      /* cells of -fault_mesh */

@@ -26,6 +26,13 @@ PETSC_INTERN PetscErrorCode SlipObjectComposeData(PetscObject obj, const char na
 /* data: address of a pointer, borrowed; NULL when there is nothing of that name */
 PETSC_INTERN PetscErrorCode SlipObjectQueryData(PetscObject obj, const char name[], void *data);
 
+/* ---- options.c ---- */
+PETSC_INTERN const char *
+SlipNumberOption(size_t i); /* name of the i-th number of PETSc's solvers, NULL after the last */
+
+/* ---- optionnames.c ---- */
+PETSC_INTERN PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[], size_t len);
+
 /* ---- log.c ---- */
 /* Events are nested where the work is: a product with B may hold products with K and H, the output those of its
    rows. */

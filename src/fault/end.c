@@ -1,0 +1,51 @@
+/* What a summary says of the end of a fault's run. */
+#include <slipstep/private/slipfault.h>
+#include <stdio.h>
+
+/*@
+  SlipFaultReportEnd - print the last lines of a fault's summary: by how much its stiffness was scaled, when the run ended
+  and, when this was before its final time, why, and whether the fault rests
+
+  Collective; after SlipFaultOutputFinish().
+
+  Input Parameters:
++ fault - the fault
+- ts    - the TS that it configured, solved
+
+  Output Parameter:
+. complete - whether the final time was reached; a program ends with SLIP_EXIT_INCOMPLETE otherwise
+
+  Level: intermediate
+
+.seealso: SlipReportEnd(), SlipFaultOutputFinish()
+@*/
+PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete)
+{
+  PetscInt moving = 0;
+  const PetscScalar *a;
+  char text[128];
+  Vec w;
+
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < fault->n; i++) moving += a[3 * i] != 0;
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moving, 1, MPIU_INT, MPI_SUM, fault->comm));
+  if (fault->scaling != 1) {
+    (void)snprintf(text, sizeof(text), "%.6g", (double)fault->scaling); /* PETSc's %g differs */
+    PetscCall(PetscPrintf(fault->comm, "%-24s multiplied by %s (-%sfault_stiffness_scaling mean_slip)\n",
+                          "stiffness:", text, SlipFaultPrefix(fault)));
+  }
+  if (moving)
+    PetscCall(PetscSNPrintf(text, sizeof(text),
+                            "%" PetscInt_FMT " of %" PetscInt_FMT
+                            " cells slide: the error of a slip that goes on is not estimated",
+                            moving, fault->N));
+  else
+    PetscCall(PetscSNPrintf(text, sizeof(text), "all cells rest"));
+  PetscCall(SlipReportEnd(ts, text, complete));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,119 @@
+/* What nobody reads in an HDF5 file: datasets and attributes with names that are not known, and units other than those
+   that are meant. */
+#include <sliph5.h>
+#include <slipcompat.h>
+#include <slipstep/private/slipsys.h>
+#include <ctype.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Is name one of names, which blanks separate? */
+static PetscBool SlipH5IsAmong(const char name[], const char names[])
+{
+  const size_t len = strlen(name);
+
+  while (*names) {
+    const size_t word = strcspn(names, " ");
+
+    if (word == len && !strncmp(name, names, len)) return PETSC_TRUE;
+    names += word;
+    names += strspn(names, " ");
+  }
+  return PETSC_FALSE;
+}
+
+/*@C
+  SlipH5CheckNames - refuse a file whose root holds datasets or groups that are not known
+
+  Not collective.
+
+  Input Parameters:
++ h     - file
+- names - those that are, with blanks between
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest that is known
+
+.seealso: SlipH5CheckAttributes()
+@*/
+PetscErrorCode SlipH5CheckNames(SlipH5 *h, const char names[])
+{
+  char name[256], hint[256];
+
+  PetscFunctionBegin;
+  for (hsize_t i = 0;
+       H5Lget_name_by_idx(h->id, "/", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof(name), H5P_DEFAULT) >= 0; i++) {
+    if (SlipH5IsAmong(name, names)) continue;
+    PetscCall(SlipSuggestName(name, names, hint, sizeof(hint)));
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s holds /%s, which nothing reads, expected some of %s%s%s",
+            h->name, name, names, h->source, hint);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5CheckAttributes - refuse a dataset with attributes that are not known
+
+  Not collective.
+
+  Input Parameters:
++ h     - file
+. path  - the dataset, which is there
+- names - attributes that are known, with blanks between. Names that begin with a capital or "_" are those of HDF5's and
+          netCDF's conventions, and not looked at.
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest that is known
+
+.seealso: SlipH5CheckNames()
+@*/
+PetscErrorCode SlipH5CheckAttributes(SlipH5 *h, const char path[], const char names[])
+{
+  char name[256], hint[256];
+
+  PetscFunctionBegin;
+  for (hsize_t i = 0;
+       H5Aget_name_by_idx(h->id, path, H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof(name), H5P_DEFAULT) >= 0; i++) {
+    if (SlipH5IsAmong(name, names) || isupper((unsigned char)name[0]) || name[0] == '_') continue;
+    PetscCall(SlipSuggestName(name, names, hint, sizeof(hint)));
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+            "%s of %s has the attribute \"%s\", which nothing reads, expected some of %s%s%s", path, h->name, name,
+            names, h->source, hint);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5CheckUnits - refuse a dataset that says that it has other units than those it is read in
+
+  Not collective.
+
+  Input Parameters:
++ h    - file
+. path - the dataset, which is there
+- unit - "" for numbers without one
+
+  Output Parameter:
+. has - whether it says its units, in the attribute "units"
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED, with its units and those expected
+
+.seealso: SlipH5CheckAttributes()
+@*/
+PetscErrorCode SlipH5CheckUnits(SlipH5 *h, const char path[], const char unit[], PetscBool *has)
+{
+  char text[64];
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5HasAttribute(h, path, "units", has));
+  if (!*has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5ReadAttrString(h, path, "units", text, sizeof(text)));
+  PetscCheck(!strcmp(text, unit) || (!unit[0] && (!strcmp(text, "1") || !strcmp(text, "-"))), PETSC_COMM_SELF,
+             PETSC_ERR_FILE_UNEXPECTED, "%s of %s has the units \"%s\", expected \"%s\"%s", path, h->name, text,
+             unit[0] ? unit : "1", h->source);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,381 @@
+/* What a program does not know: options and words that nothing will read, with the nearest name that is known. Only
+   programs that ask for it end by these errors: a library in somebody else's program knows neither its words nor its
+   options. */
+#include <slipsys.h>
+#include <slipcompat.h>
+#include <slipstep/private/slipsys.h>
+#include <ctype.h>
+#include <string.h>
+#include <strings.h>
+
+enum { SLIP_NAME_LENGTH = 128, SLIP_MAX_DECLARED = 32 };
+
+typedef struct {
+  const char *prefix, *names;
+} SlipNames;
+
+/* Options that the library reads, but for those of faults, which declare theirs from their tables. test_options.py holds
+   the list to the sources. */
+static const SlipNames SlipLibrary[] = {
+  {"slip_", "traceback"},
+  {"ts_bathe_", "gamma reaction error order max_failures"},
+  {"ts_adapt_heuristic_", "growth failure_factor"},
+  {"ts_adapt_pi_", "filter g1 g2 kappa ratio_min ratio_max failure_factor"},
+  {"ts_adapt_rl_", "policy problem accuracy max_failures error_ceiling"},
+  {"snes_slip_", "direct_max"},
+  {"mat_slip", "_share fft_depth spectral_type sqrtm_setup sqrtm_tolerance stage_jacobian"},
+  {"pc_slipstage_", "type"},
+  {"circuit_", "case c1 c2 r l m start unit"},
+  {"sliding_mode_", "case gain amplitude frequency start"},
+};
+static SlipNames SlipDeclared[SLIP_MAX_DECLARED];
+static int SlipNumDeclared;
+
+/* Options that PETSc reads during the solve, by their ends, and those that it reads when it ends. */
+static const char *const SlipReadInSolve[] = {"_view", "_view_solution", "_view_pre", "_converged_reason"};
+static const char *const SlipReadAtEnd[] = {"citations",    "get_total_flops", "memory_view", "objects_dump",
+                                            "options_left", "options_view",    "malloc_",     "log_"};
+
+static PetscErrorCode SlipForgetDeclared(void)
+{
+  SlipNumDeclared = 0;
+  return PETSC_SUCCESS;
+}
+
+/*@C
+  SlipDeclareOptions - name options that begin with a prefix of one's own, for SlipCheckOptionNames()
+
+  Not collective; after PetscInitialize().
+
+  Input Parameters:
++ prefix - such as "oscillator_", borrowed; no other options begin so
+- names  - what follows it, separated by blanks, such as "mass stiffness"; one that ends with * stands for all that begin
+           so. Borrowed: constant text
+
+  Level: intermediate
+
+  Note:
+  A prefix may be declared in parts.
+
+.seealso: SlipCheckOptionNames()
+@*/
+PetscErrorCode SlipDeclareOptions(const char prefix[], const char names[])
+{
+  PetscFunctionBegin;
+  for (int i = 0; i < SlipNumDeclared; i++)
+    if (SlipDeclared[i].prefix == prefix && SlipDeclared[i].names == names) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(SlipNumDeclared < SLIP_MAX_DECLARED, PETSC_COMM_SELF, PETSC_ERR_PLIB, "more than %d lists of options",
+             SLIP_MAX_DECLARED);
+  if (!SlipNumDeclared) PetscCall(PetscRegisterFinalize(SlipForgetDeclared));
+  SlipDeclared[SlipNumDeclared++] = (SlipNames){prefix, names};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- names ---- */
+
+/* The i-th list; NULL after the last */
+static const SlipNames *SlipList(size_t i)
+{
+  const size_t library = PETSC_STATIC_ARRAY_LENGTH(SlipLibrary);
+
+  if (i < library) return &SlipLibrary[i];
+  return i - library < (size_t)SlipNumDeclared ? &SlipDeclared[i - library] : NULL;
+}
+
+/* The next of names after *place, which it moves on, behind prefix; false after the last */
+static PetscBool SlipNextName(const char prefix[], const char **place, char name[SLIP_NAME_LENGTH])
+{
+  const char *begin = *place + strspn(*place, " ");
+  const size_t len = strcspn(begin, " "), before = strlen(prefix);
+
+  if (!len || before + len >= SLIP_NAME_LENGTH) return PETSC_FALSE;
+  memcpy(name, prefix, before);
+  memcpy(name + before, begin, len);
+  name[before + len] = '\0';
+  *place = begin + len;
+  return PETSC_TRUE;
+}
+
+/* Letters to insert, remove, replace or swap with their neighbour that make b of a, in any case (the restricted distance
+   of Damerau 1964, Comm. ACM 7, 171) */
+static int SlipNameDistance(const char a[], const char b[])
+{
+  static int row[3][SLIP_NAME_LENGTH + 1];
+  const int m = (int)PetscMin(strlen(a), SLIP_NAME_LENGTH), n = (int)PetscMin(strlen(b), SLIP_NAME_LENGTH);
+
+  for (int j = 0; j <= n; j++) row[0][j] = j;
+  for (int i = 1; i <= m; i++) {
+    int *now = row[i % 3], *last = row[(i + 2) % 3], *before = row[(i + 1) % 3];
+
+    now[0] = i;
+    for (int j = 1; j <= n; j++) {
+      const int x = tolower((unsigned char)a[i - 1]), y = tolower((unsigned char)b[j - 1]);
+
+      now[j] = PetscMin(last[j - 1] + (x != y), PetscMin(last[j], now[j - 1]) + 1);
+      if (i > 1 && j > 1 && x == tolower((unsigned char)b[j - 2]) && y == tolower((unsigned char)a[i - 2]))
+        now[j] = PetscMin(now[j], before[j - 2] + 1);
+    }
+  }
+  return row[m % 3][n];
+}
+
+/* The nearest of names behind prefix, if it is nearer than *distance, which takes its distance */
+static void SlipNearer(const char word[], const char prefix[], const char names[], int *distance,
+                       char nearest[SLIP_NAME_LENGTH])
+{
+  char name[SLIP_NAME_LENGTH];
+
+  while (SlipNextName(prefix, &names, name)) {
+    const int d = strchr(name, '*') ? SLIP_NAME_LENGTH : SlipNameDistance(word, name);
+
+    if (d >= *distance) continue;
+    *distance = d;
+    memcpy(nearest, name, sizeof(name));
+  }
+}
+
+/* " did you mean -x?" of the nearest name that an error or warning can offer: a third of its letters may differ */
+static void SlipSuggest(const char dash[], const char nearest[], int distance, char text[], size_t len)
+{
+  text[0] = '\0';
+  if (distance <= PetscMax(2, (int)strlen(nearest) / 3))
+    (void)PetscSNPrintf(text, len, ": did you mean %s%s?", dash, nearest);
+}
+
+/* A word's nearest name among names, which blanks separate, as text that ends a message: ": did you mean NAME?", or "" */
+PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[], size_t len)
+{
+  char nearest[SLIP_NAME_LENGTH] = "";
+  int distance = SLIP_NAME_LENGTH;
+
+  PetscFunctionBegin;
+  SlipNearer(word, "", names, &distance, nearest);
+  SlipSuggest("", nearest, distance, text, len);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The nearest option that is known, ours or a number that PETSc's solvers read */
+static int SlipNearestOption(const char name[], char nearest[SLIP_NAME_LENGTH])
+{
+  const SlipNames *list;
+  int distance = SLIP_NAME_LENGTH;
+  const char *option;
+
+  for (size_t i = 0; (list = SlipList(i)); i++) SlipNearer(name, list->prefix, list->names, &distance, nearest);
+  for (size_t i = 0; (option = SlipNumberOption(i)); i++) SlipNearer(name, "", option, &distance, nearest);
+  return distance;
+}
+
+/* Does the name begin with a prefix of ours, and is it known? */
+static PetscBool SlipIsOurs(const char name[], PetscBool *known)
+{
+  const SlipNames *list;
+  PetscBool ours = PETSC_FALSE;
+
+  *known = PETSC_FALSE;
+  for (size_t i = 0; (list = SlipList(i)) && !*known; i++) {
+    const char *place = list->names;
+    char each[SLIP_NAME_LENGTH];
+
+    if (strncasecmp(name, list->prefix, strlen(list->prefix))) continue;
+    ours = PETSC_TRUE;
+    while (!*known && SlipNextName(list->prefix, &place, each)) {
+      const size_t len = strlen(each);
+      const PetscBool all = each[len - 1] == '*' ? PETSC_TRUE : PETSC_FALSE;
+
+      *known = (all ? !strncasecmp(name, each, len - 1) : !strcasecmp(name, each)) ? PETSC_TRUE : PETSC_FALSE;
+    }
+  }
+  return ours;
+}
+
+/* ---- words ---- */
+
+/* Bytes of a dash that is no hyphen-minus at the beginning of a word: texts copied from pages and mails have them */
+static size_t SlipForeignDash(const char word[])
+{
+  static const char *const dashes[] = {"\xE2\x80\x90", "\xE2\x80\x91", "\xE2\x80\x92", "\xE2\x80\x93", "\xE2\x80\x94",
+                                       "\xE2\x80\x95", "\xE2\x88\x92", "\xEF\xB9\xA3", "\xEF\xBC\x8D"};
+
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(dashes); i++)
+    if (!strncmp(word, dashes[i], 3)) return 3;
+  return 0;
+}
+
+/* "--name", "-name=value": PETSc keeps them as options that nobody reads */
+static PetscErrorCode SlipCheckSpelling(const char name[], const char where[])
+{
+  const char *equals = strchr(name, '=');
+
+  PetscFunctionBegin;
+  PetscCheck(name[0] != '-', PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "-%s%s has two dashes, expected %s", name, where,
+             name);
+  PetscCheck(!equals, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "-%s%s has an equals sign, expected -%.*s %s", name, where,
+             (int)(equals - name), name, equals + 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipCheckOptionWords - refuse words among options that are none: without a dash, with another sign for it, with two, or
+  with an equals sign. PETSc passes over them without a message
+
+  Collective on PETSC_COMM_WORLD
+
+  Input Parameters:
++ n     - their number
+. words - [n], as a shell would split them
+- where - where they stand, for messages: " (file.txt)"; "" for the command line
+
+  Level: developer
+
+  Errors: PETSC_ERR_ARG_WRONG, with the word and what was expected
+
+.seealso: SlipCheckOptionNames()
+@*/
+PetscErrorCode SlipCheckOptionWords(PetscInt n, const char *const words[], const char where[])
+{
+  PetscBool value = PETSC_FALSE, key; /* value: the word may be that of the option before it */
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < n; i++) {
+    const char *word = words[i];
+    const size_t dash = SlipForeignDash(word);
+    char nearest[SLIP_NAME_LENGTH] = "", hint[SLIP_NAME_LENGTH + 32];
+
+    PetscCheck(!dash, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+               "%s%s begins with another sign than the dash of options, expected -%s", word, where, word + dash);
+    PetscCall(PetscOptionsValidKey(word, &key));
+    if (key) PetscCall(SlipCheckSpelling(word + 1, where));
+    SlipSuggest("-", nearest, SlipNearestOption(word, nearest), hint, sizeof(hint));
+    PetscCheck(key || value, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+               "%s%s follows no option, expected one word after each: lists have commas, patterns quotes%s", word,
+               where, hint);
+    value = key;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipCheckOptionNames - refuse what a program does not know: options with a prefix of the library's or of those that
+  SlipDeclareOptions() named, and words of the command line that belong to no option
+
+  Collective on PETSC_COMM_WORLD; in a program, before anything is set up.
+
+  Level: intermediate
+
+  Note:
+  The message has the nearest name that is known. Other options may be anybody's: SlipCheckUnusedOptions().
+
+  Errors: PETSC_ERR_ARG_WRONG, with the option or word and what was expected
+
+.seealso: SlipDeclareOptions(), SlipCheckUnusedOptions(), SlipErrorHandlerPush()
+@*/
+PetscErrorCode SlipCheckOptionNames(void)
+{
+  PetscInt n;
+  char **names, **values, **words;
+  int argc;
+
+  PetscFunctionBegin;
+  PetscCall(PetscGetArgs(&argc, &words));
+  if (argc > 1) PetscCall(SlipCheckOptionWords(argc - 1, (const char *const *)words + 1, ""));
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt i = 0; i < n; i++) {
+    char nearest[SLIP_NAME_LENGTH] = "", hint[SLIP_NAME_LENGTH + 32];
+    PetscBool known;
+
+    PetscCall(SlipCheckSpelling(names[i], "")); /* of files and the environment */
+    if (!SlipIsOurs(names[i], &known) || known) continue;
+    SlipSuggest("-", nearest, SlipNearestOption(names[i], nearest), hint, sizeof(hint));
+    SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "there is no option -%s%s", names[i], hint);
+  }
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- options that nothing reads ---- */
+
+static PetscBool SlipEndsWith(const char name[], const char end[])
+{
+  const size_t len = strlen(name), tail = strlen(end);
+
+  return len >= tail && !strcasecmp(name + len - tail, end) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscBool SlipIsReadLater(const char name[], PetscBool solved)
+{
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipReadInSolve) && !solved; i++)
+    if (SlipEndsWith(name, SlipReadInSolve[i])) return PETSC_TRUE;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipReadAtEnd); i++)
+    if (!strncasecmp(name, SlipReadAtEnd[i], strlen(SlipReadAtEnd[i]))) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* before: the solve is still to come, and nearly known names are errors */
+static PetscErrorCode SlipCheckUnused(PetscBool before)
+{
+  PetscInt n;
+  PetscMPIInt rank;
+  char **names, **values;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt i = 0; i < n; i++) {
+    char option[SLIP_NAME_LENGTH + 1], nearest[SLIP_NAME_LENGTH] = "", hint[SLIP_NAME_LENGTH + 32];
+    const int distance = SlipNearestOption(names[i], nearest);
+    PetscBool known;
+
+    SlipSuggest("-", nearest, distance ? distance : SLIP_NAME_LENGTH, hint, sizeof(hint));
+    /* two letters of a name of eight or more, one of shorter ones: no option of PETSc's is so near to one of these */
+    PetscCheck(!before || !distance || SlipIsOurs(names[i], &known) || distance > (strlen(nearest) < 8 ? 1 : 2),
+               PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "nothing reads the option -%s%s", names[i], hint);
+    if (SlipIsReadLater(names[i], !before)) continue;
+    if (!rank) PetscCall(SlipWarning("nothing has read the option -%s%s", names[i], hint));
+    PetscCall(PetscSNPrintf(option, sizeof(option), "-%s", names[i]));
+    PetscCall(PetscOptionsHasName(NULL, NULL, option, &known)); /* read now: there is no second warning */
+  }
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipCheckUnusedOptions - warn of the options that nothing has read, which a run will go without, and refuse those that
+  differ by a letter or two from one that is known
+
+  Collective on PETSC_COMM_WORLD; in a program, after everything is set up and before the solve.
+
+  Level: intermediate
+
+  Note:
+  Options that PETSc reads later are left to SlipWarnOfUnusedOptions().
+
+  Errors: PETSC_ERR_ARG_WRONG, with the option and the known one
+
+.seealso: SlipCheckOptionNames(), SlipWarnOfUnusedOptions()
+@*/
+PetscErrorCode SlipCheckUnusedOptions(void)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipCheckUnused(PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipWarnOfUnusedOptions - name the options that nothing has read: most often they are mistyped
+
+  Collective on PETSC_COMM_WORLD; at the end of a program.
+
+  Level: intermediate
+
+  Note:
+  What SlipCheckUnusedOptions() has named is not named again.
+
+.seealso: SlipErrorHandlerPush(), SlipCheckUnusedOptions()
+@*/
+PetscErrorCode SlipWarnOfUnusedOptions(void)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipCheckUnused(PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

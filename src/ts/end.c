@@ -1,0 +1,52 @@
+/* Why a run ended. */
+#include <slipts.h>
+#include <petsc/private/petscimpl.h>
+#include <slipcompat.h>
+#include <stdio.h>
+
+/*@C
+  SlipReportEnd - print the last line of a summary: when a run ended and, when this was before its final time, why
+
+  Collective; after TSSolve().
+
+  Input Parameters:
++ ts    - the TS
+- state - what else is to be said of the end, or NULL
+
+  Output Parameter:
+. complete - whether the final time was reached
+
+  Level: intermediate
+
+  Note:
+  A program whose run is not complete ends with SLIP_EXIT_INCOMPLETE.
+
+.seealso: SlipFaultReportEnd(), SlipOutputFinish()
+@*/
+PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *complete)
+{
+  TSConvergedReason reason;
+  PetscReal time, end;
+  PetscInt steps;
+  char why[128] = "", line[256]; /* by C's own printf, since PETSc's %g writes "5." for 5 */
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
+  PetscAssertPointer(complete, 3);
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCall(TSGetMaxSteps(ts, &steps));
+  PetscCall(TSGetConvergedReason(ts, &reason));
+  *complete = time >= end * (1 - 10 * PETSC_MACHINE_EPSILON) ? PETSC_TRUE : PETSC_FALSE; /* 10: sums of steps */
+  if (!*complete) {
+    if (reason == TS_CONVERGED_ITS)
+      (void)snprintf(why, sizeof(why), "stopped by -ts_max_steps %lld at ", (long long)steps);
+    else
+      (void)snprintf(why, sizeof(why), "stopped (%s) at ", TSConvergedReasons[reason]);
+    (void)snprintf(line, sizeof(line), "%st = %g of %g s", why, (double)time, (double)end);
+  } else
+    (void)snprintf(line, sizeof(line), "t = %g s", (double)time);
+  PetscCall(PetscPrintf(PetscObjectComm((PetscObject)ts), "%-24s %s%s%s\n", "end:", line, state && state[0] ? ", " : "",
+                        state ? state : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

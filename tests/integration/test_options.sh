@@ -1,0 +1,188 @@
+#!/bin/bash
+# What a program does not know, and numbers without sense, are errors before the run, with the name and what was meant;
+# options that do nothing are named before it. What a run has used and why it ended is in -fault_view, the summary and
+# the exit code.
+set -u
+fault=$SLIPSTEP_BUILD/bin/fault
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
+
+"$SLIPSTEP_PYTHON" - <<'PY' || exit 77
+import h5py
+import numpy as np
+stress = np.array([[1e6, 2e6], [3e6, 6e6]])
+
+
+def write(name, attributes=None, units=None, **datasets):
+    with h5py.File(name, "w") as f:
+        for path, data in datasets.items():
+            f[path] = data
+            if units:
+                f[path].attrs["units"] = units
+            f[path].attrs.update(attributes or {})
+
+
+write("fields.h5", normal_stress=stress)
+write("fields_pa.h5", units="Pa", normal_stress=stress)
+write("fields_mpa.h5", units="MPa", normal_stress=stress / 1e6)
+write("misspelt.h5", normal_stress=stress, normal_stres=stress)
+write("pressure.h5", normal_stress=stress, pore_pressure=stress)
+write("density.h5", normal_stress=stress, density=stress)
+with h5py.File("group.h5", "w") as f:
+    f["normal_stress"] = stress
+    f["more/friction_drop"] = stress
+cells = np.array([[50, 0, 50, 100, 100], [150, 0, 50, 100, 100], [50, 200, 60, 100, 100], [150, 200, 60, 100, 100.0]])
+columns = {"columns": "x y z length width"}
+write("cells.h5", columns, cells=cells)
+write("cells_m.h5", columns, "m", cells=cells / 1e3)
+write("cells_km.h5", columns, cells=cells / 1e3)
+write("cells_said_km.h5", columns, "km", cells=cells / 1e3)
+deep = cells.copy()
+deep[3, 2] = 1e30
+write("cells_deep.h5", columns, cells=deep)
+far = cells.copy()
+far[3, 0] = 5e7
+write("cells_far.h5", columns, cells=far)
+write("cells_attribute.h5", {"colums": "x y z length width"}, cells=cells)
+write("cells_more.h5", columns, cells=cells, friction=cells[:, 0])
+PY
+
+mesh() { refuses "$1" -- "$fault" -ts_max_time 0.1 -fault_mesh "${@:2}"; } # MESSAGE FILE
+tiny=(-fault_nx 2 -fault_nz 2 -ts_max_time 1)
+expect() { refuses "$1" -- "$fault" "${tiny[@]}" -fault_output run.h5 "${@:2}"; } # MESSAGE OPTION...
+
+# Options and words.
+expect "there is no option -fault_lenght_x: did you mean -fault_length_x?" -fault_lenght_x 3
+expect "there is no option -FAULT_kernal: did you mean -fault_kernel?" -FAULT_kernal full_space
+expect "there is no option -fault_bogus" -fault_bogus
+expect "there is no option -ts_bathe_gama: did you mean -ts_bathe_gamma?" -ts_bathe_gama 0.5
+expect "there is no option -ts_adapt_rl_acuracy: did you mean -ts_adapt_rl_accuracy?" -ts_adapt_rl_acuracy 1e-3
+expect "there is no option -mat_slipsqrtm_setupp: did you mean -mat_slipsqrtm_setup?" -mat_slipsqrtm_setupp auto
+expect "nothing reads the option -fualt_nz: did you mean -fault_nz?" -fualt_nz 3
+expect "nothing reads the option -ts_max_tmie: did you mean -ts_max_time?" -ts_max_tmie 5
+expect "--fault_nx has two dashes, expected -fault_nx" --fault_nx 3
+expect "-fault_nx=3 has an equals sign, expected -fault_nx 3" -fault_nx=3
+expect "–fault_nx begins with another sign than the dash of options, expected -fault_nx" –fault_nx 3
+expect "–fault_nx begins with another sign than the dash of options, expected -fault_nx" -fault_view –fault_nx 3
+expect "fault_nx follows no option" fault_nx 3
+expect "did you mean -fault_nx?" fault_nx 3
+expect "3 follows no option" -fault_length_x 3 3
+printf -- '-fault_nz=4\n' >equals.opts
+expect "-fault_nz=4 has an equals sign, expected -fault_nz 4" -options_file equals.opts
+printf -- '-fault_nx 2 fault_nz 2\n' >words.txt
+refuses "fault_nz (-fault_sweep) follows no option" -- "$fault" -fault_sweep words.txt
+printf -- '-fault_nx 2 -fault_nzz 2\n' >names.txt
+refuses "there is no option -fault_nzz" -- "$fault" -fault_sweep names.txt
+PETSC_OPTIONS="-fault_densty 3" expect "there is no option -fault_densty: did you mean -fault_density?"
+refuses "there is no option -circuit_c3" -- "$bin/circuit" -circuit_c3 1
+refuses "there is no option -sliding_mode_gian: did you mean -sliding_mode_gain?" -- "$bin/sliding_mode" -sliding_mode_gian 2
+refuses "there is no option -oscillator_mas: did you mean -oscillator_mass?" -- "$bin/oscillator" -oscillator_mas 2
+refuses "there is no option -train_stpes: did you mean -train_steps?" -- "$bin/train" -train_stpes 2
+refuses "there is no option -evaluate_mehes: did you mean -evaluate_meshes?" -- "$bin/evaluate" -evaluate_mehes 2
+refuses "steps follows no option" -- "$bin/train" steps 2
+refuses "there is no option -fault_lenght_x" -- mpirun --oversubscribe -n 2 "$fault" "${tiny[@]}" -fault_lenght_x 3
+
+# What nothing reads is named before the run, once; what PETSc reads later, and what is read, is not.
+warns() { # WARNING OPTION...: once, and before an error at the first step
+  "$fault" "${tiny[@]}" "${@:2}" -fault_output no/run.h5 >out.txt 2>err.txt && fail "no error with $*"
+  [ "$(grep -cF "fault: warning: $1" err.txt)" = 1 ] || fail "no warning \"$1\": $(cat err.txt)"
+  grep -q "accepted steps" out.txt && fail "$1 after the run"
+  "$fault" "${tiny[@]}" "${@:2}" >out.txt 2>err.txt || fail "$*: $(cat err.txt)"
+  [ "$(grep -cF "fault: warning: $1" err.txt)" = 1 ] || fail "not one warning \"$1\": $(cat err.txt)"
+}
+warns "nothing has read the option -ts_adapt_rl_accuracy" -ts_adapt_rl_accuracy 1e-3
+warns "nothing has read the option -pc_factor_levels" -pc_factor_levels 1
+warns "nothing has read the option -train_steps" -train_steps 3
+"$fault" "${tiny[@]}" -log_view :log.txt -snes_view :view.txt -snes_converged_reason :view.txt -ts_view :view.txt -ksp_rtol 1e-6 \
+  -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3 -mat_slipstage_jacobian exact -pc_type jacobi -citations :cite.txt -fault_view \
+  -fault_start_ksp_type cg >out.txt 2>err.txt || fail "options that are read: $(cat err.txt)"
+[ ! -s err.txt ] || fail "options that are read: $(cat err.txt)"
+
+# Numbers and choices, by name.
+expect "-snes_atol is inf, expected a number >= 0 and <= 1e-08" -snes_atol inf
+expect "-snes_atol is 0.0001, expected" -snes_atol 1e-4
+for option in snes_rtol snes_stol ksp_rtol fault_start_ksp_rtol; do
+  for value in nan -1 1 inf; do expect "-$option is $value, expected a number >= 0 and < 1" -$option $value; done
+done
+for option in snes_atol ksp_atol ksp_divtol fault_start_ksp_atol fault_start_ksp_divtol ts_rtol ts_atol ts_init_time \
+  ts_max_time ts_adapt_dt_min ts_adapt_dt_max ts_adapt_safety ts_adapt_pi_g1 ts_adapt_heuristic_growth ts_dt; do
+  expect "-$option is nan, expected a" -$option nan
+done
+expect "-fault_start_ksp_max_it is -3, expected a whole number >= 0" -fault_start_ksp_max_it -3
+expect "(-fault_start_ksp_max_it)" -fault_start_ksp_max_it two
+expect "give -fault_start_ksp_rtol" -fault_start_ksp_rtol 0.9
+expect "there is no type \"nix\" of TSAdapt (-ts_adapt_type)" -ts_adapt_type nix
+expect "-ts_adapt_safety is 2, expected a number > 0 and <= 1" -ts_adapt_safety 2
+expect '-fault_check_error is "maybe", expected yes or no' -fault_check_error maybe
+expect "-ts_dt is 1e-30 s, of which a run of 1 s takes 1e+30, expected at most 1e+09 steps" -ts_adapt_type none -ts_dt 1e-30
+expect "-ts_adapt_dt_max is 1e-14 s, of which" -ts_adapt_dt_max 1e-14
+expect "the longest step is 1 s, expected a number >= the shortest one, 2 s (-ts_adapt_dt_max)" -ts_adapt_dt_min 2 -ts_adapt_dt_max 1
+for program in circuit sliding_mode oscillator; do
+  refuses "-ts_adapt_dt_max is nan, expected a number > 0 s" -- "$bin/$program" -ts_adapt_dt_max nan
+  refuses "-snes_atol is inf" -- "$bin/$program" -snes_atol inf
+  refuses "-ts_dt is 1e-30 s" -- "$bin/$program" -ts_adapt_type none -ts_dt 1e-30
+  refuses "(-ts_max_time)" -- "$bin/$program" -ts_max_time soon
+done
+for option in "circuit -circuit_c1" "circuit -circuit_r" "circuit -circuit_m" "circuit -circuit_reference" "sliding_mode -sliding_mode_gain" \
+  "sliding_mode -sliding_mode_frequency" "oscillator -oscillator_mass" "oscillator -oscillator_start"; do
+  read -r program name <<<"$option"
+  for value in nan inf; do refuses "$name is $value, expected" -- "$bin/$program" "$name" $value; done
+  refuses "\"abc\" is not a number ($name)" -- "$bin/$program" "$name" abc
+done
+refuses "-circuit_start has nan" -- "$bin/circuit" -circuit_start 1,nan,1
+refuses '-train_random is "maybe"' -- "$bin/train" -train_random maybe
+refuses '-evaluate_quick is "maybe"' -- "$bin/evaluate" -evaluate_quick maybe
+refuses '-ts_adapt_safety is 2' -- "$bin/evaluate" -evaluate_quick -evaluate_output e.h5 -ts_adapt_safety 2
+rm -f e.h5
+
+# Inputs: names, units, metres.
+expect "misspelt.h5 holds /normal_stres, which nothing reads" -fault_parameters misspelt.h5
+expect "(-fault_parameters): did you mean normal_stress?" -fault_parameters misspelt.h5
+expect "pressure.h5 holds /pore_pressure, which nothing reads" -fault_parameters pressure.h5
+expect "density.h5 holds /density, which nothing reads" -fault_parameters density.h5
+expect "group.h5 holds /more, which nothing reads" -fault_parameters group.h5
+expect '/normal_stress of fields_mpa.h5 has the units "MPa", expected "Pa" (-fault_parameters)' -fault_parameters fields_mpa.h5
+mesh "the cells reach down to 0.11 m, as if they were in kilometres: expected metres" cells_km.h5
+mesh '/cells of cells_said_km.h5 has the units "km", expected "m" (-fault_mesh)' cells_said_km.h5
+mesh "row 3 of /cells has z = 1e+30, expected metres of a fault, at most 1e+06" cells_deep.h5
+mesh "row 3 of /cells has x = 5e+07, expected metres of a fault, at most 4e+07" cells_far.h5
+mesh '/cells of cells_attribute.h5 has the attribute "colums", which nothing reads' cells_attribute.h5
+mesh "did you mean columns?" cells_attribute.h5
+mesh "cells_more.h5 holds /friction, which nothing reads" cells_more.h5
+expect "-fault_length_x is 1e+30, expected a number > 0 and < 4e+07 m" -fault_length_x 1e30
+expect "-fault_depth_top is 3e+06, expected" -fault_depth_top 3e6
+run() { "$fault" "$@" >out.txt 2>err.txt; }
+run -ts_max_time 0.1 -fault_mesh cells_m.h5 -fault_normal_stress 1e6 || fail "a small mesh that says its units: $(cat err.txt)"
+run "${tiny[@]}" -fault_parameters fields_pa.h5 || fail "fields with units: $(cat err.txt)"
+
+# What is used.
+run "${tiny[@]}" -fault_parameters fields.h5 -fault_friction_drop 0.2 -fault_view || fail "-fault_view: $(cat err.txt)"
+grep -qF "normal_stress: least 1e+06, mean 3e+06, largest 6e+06 Pa (from fields.h5)" out.txt || fail "the field used: $(cat out.txt)"
+grep -q "normal_stress_gradient" out.txt && fail "-fault_view shows a scalar that the file has replaced"
+grep -q "friction_drop: 0.2 *$" out.txt || fail "a uniform field"
+run "${tiny[@]}" -fault_view || fail "-fault_view: $(cat err.txt)" # 15 kPa/m at 750 m and 2250 m
+grep -qF "normal_stress: least 1.125e+07, mean 2.25e+07, largest 3.375e+07 Pa" out.txt || fail "stress by depth"
+grep -q "^stiffness:" out.txt && fail "the stiffness was scaled"
+run "${tiny[@]}" -fault_stiffness_scaling mean_slip || fail "mean_slip: $(cat err.txt)"
+grep -qE "^stiffness: +multiplied by [0-9.]+ \(-fault_stiffness_scaling mean_slip\)$" out.txt || fail "the scaling is not told"
+
+# The end.
+ends() { # CODE LINE COMMAND...
+  "${@:3}" >out.txt 2>err.txt
+  local code=$?
+  [ $code = "$1" ] || fail "exit code $code of ${*:3}"
+  grep -qE "^end: +$2" out.txt || fail "no \"$2\" from ${*:3}: $(cat out.txt err.txt)"
+}
+ends 0 't = 30 s, all cells rest$' "$fault" -fault_nx 3 -fault_nz 3 -fault_stiffness_scaling mean_slip
+ends 3 'stopped by -ts_max_steps 5 at t = [0-9.]+ of 30 s, 9 of 9 cells slide' "$fault" -fault_nx 3 -fault_nz 3 -ts_max_steps 5
+ends 0 't = 8 s, [1-9] of 9 cells slide: the error of a slip that goes on is not estimated$' "$fault" -fault_nx 3 -fault_nz 3 \
+  -fault_stiffness_scaling mean_slip -ts_max_time 8
+grep -q "estimated slip error" out.txt && fail "an estimate while the fault slides"
+ends 3 'stopped by -ts_max_steps 5 at' mpirun --oversubscribe -n 2 "$fault" -fault_nx 3 -fault_nz 3 -ts_max_steps 5
+for program in circuit sliding_mode oscillator; do
+  ends 0 't = [0-9.]+ s$' "$bin/$program"
+  ends 3 'stopped by -ts_max_steps 5 at t = ' "$bin/$program" -ts_max_steps 5
+done
+ends 0 't = 1 s' "$fault" "${tiny[@]}" -ts_adapt_type none -ts_dt 0.1 -ts_max_steps 10
+printf -- '-fault_nx 2 -fault_nz 2 -ts_max_steps 3\n-fault_nx 2 -fault_nz 2 -ts_max_time 1\n' >two.txt
+ends 3 't = 1 s' "$fault" -fault_sweep two.txt
+exit $failed
