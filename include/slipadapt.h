@@ -37,6 +37,4 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const c
                                               PetscReal dt_max, TSAdaptRLActorFn fn, void *ctx);
 
 /* The table of observations: one row each. A problem supplies its own by TSSetSlipProblem(). */
-PETSC_EXTERN PetscErrorCode SlipObservationKnown(const char name[],
-                                                 PetscBool *known);  /* includes state_k and problem rows */
 PETSC_EXTERN PetscErrorCode SlipObservationView(PetscViewer viewer); /* prints the table: name and meaning */

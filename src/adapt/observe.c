@@ -2,31 +2,6 @@
 #include <slipstep/private/slipadapt.h>
 
 /*@C
-  SlipObservationKnown - whether an observation is in the library's table
-
-  Not collective
-
-  Input Parameter:
-. name - such as "energy" or "state_2"
-
-  Output Parameter:
-. known - whether any problem can be observed that way; a problem may know more names (`TSSetSlipProblem()`)
-
-  Level: intermediate
-
-.seealso: SlipObservationView()
-@*/
-PetscErrorCode SlipObservationKnown(const char name[], PetscBool *known)
-{
-  SlipObserved seen;
-
-  PetscFunctionBegin;
-  SlipObservedSet(&seen, name);
-  *known = seen.row && seen.row->run ? PETSC_TRUE : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
   SlipObservationView - print the table of observations: those of any problem and those of faults
 
   Collective
@@ -36,7 +11,7 @@ PetscErrorCode SlipObservationKnown(const char name[], PetscBool *known)
 
   Level: intermediate
 
-.seealso: SlipObservationKnown()
+.seealso: TSADAPTRL, TSSetSlipProblem()
 @*/
 PetscErrorCode SlipObservationView(PetscViewer viewer)
 {

@@ -10,13 +10,13 @@
   A run goes on by the heuristic, by this controller's context and step limits, as one of -ts_adapt_type heuristic would
   from here. An actor learns from such runs, and -ts_adapt_rl_strict wants the policy whatever it is worth.
 */
-static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, SlipHandover handover, const char why[])
+static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
 
   PetscFunctionBegin;
-  if (rl->actor || rl->strict || rl->handover) PetscFunctionReturn(PETSC_SUCCESS);
-  rl->handover = handover;
+  if (rl->actor || rl->strict || rl->handed) PetscFunctionReturn(PETSC_SUCCESS);
+  rl->handed = PETSC_TRUE;
   rl->handover_time = ts->ptime;
   if (rl->told) PetscFunctionReturn(PETSC_SUCCESS);
   rl->told = PETSC_TRUE;
@@ -48,11 +48,11 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   PetscCall(SlipObserverFindRows(o, rl->n, rl->seen, source));
   rl->begun = PETSC_TRUE;
   rl->steps = ts->steps;
-  rl->handover = HANDOVER_NONE;
+  rl->handed = PETSC_FALSE;
   rl->outside_run = 0;
   rl->heuristic.again = PETSC_FALSE;
   if (o->problem && o->problem->untrained) PetscCall((*o->problem->untrained)(ts, &why));
-  if (why) PetscCall(HandOver_RL(adapt, ts, HANDOVER_UNTRAINED, why));
+  if (why) PetscCall(HandOver_RL(adapt, ts, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -110,7 +110,7 @@ static PetscErrorCode WatchRange_RL(TSAdapt adapt, TS ts, PetscInt outside)
   PetscFunctionBegin;
   rl->outside_run = outside ? rl->outside_run + 1 : 0;
   if (rl->outside_run == OUTSIDE_IN_A_ROW)
-    PetscCall(HandOver_RL(adapt, ts, HANDOVER_OUTSIDE, "its observations stay outside the policy's training range"));
+    PetscCall(HandOver_RL(adapt, ts, "its observations stay outside the policy's training range"));
   if (!outside || rl->outside++) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipPolicyGetFile(rl->policy, &file));
   PetscCall(SlipPolicyGetRange(rl->policy, &min, &max));
@@ -168,7 +168,7 @@ static PetscErrorCode TSAdaptChooseFirst_RL(TSAdapt adapt, TS ts, PetscReal *h)
 
   PetscFunctionBegin;
   PetscCall(Begin_RL(adapt, ts));
-  if (!rl->handover) PetscCall(Decide_RL(adapt, ts, PETSC_TRUE, PETSC_FALSE, h));
+  if (!rl->handed) PetscCall(Decide_RL(adapt, ts, PETSC_TRUE, PETSC_FALSE, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -206,12 +206,12 @@ static PetscErrorCode TSAdaptChoose_RL(TSAdapt adapt, TS ts, PetscReal h, PetscI
   *next_h = h;
   if (!rl->begun || ts->steps < rl->steps) PetscCall(Begin_RL(adapt, ts));
   rl->steps = ts->steps;
-  if (!rl->handover) {
+  if (!rl->handed) {
     PetscCall(Converged_RL(adapt, ts, h, next_h, accept));
     *wlte = rl->observer.last.error;
   }
   /* of the attempt that hands over too: the heuristic judges it */
-  if (rl->handover) PetscCall(TSAdaptChoose_Error(adapt, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
+  if (rl->handed) PetscCall(TSAdaptChoose_Error(adapt, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -243,8 +243,8 @@ static PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscRe
 
   PetscFunctionBegin;
   if (!rl->begun) PetscCall(Begin_RL(adapt, ts));
-  if (!rl->handover) PetscCall(Failed_RL(adapt, ts, h_failed, h_next));
-  if (rl->handover) PetscCall(TSAdaptChooseAfterFailure_Error(adapt, ts, h_failed, h_next));
+  if (!rl->handed) PetscCall(Failed_RL(adapt, ts, h_failed, h_next));
+  if (rl->handed) PetscCall(TSAdaptChooseAfterFailure_Error(adapt, ts, h_failed, h_next));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -254,7 +254,7 @@ static PetscErrorCode TSAdaptNeedsError_RL(TSAdapt adapt, PetscBool *flg)
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
 
   PetscFunctionBegin;
-  *flg = rl->needs_error || rl->error_ceiling > 0 || rl->actor || rl->handover ? PETSC_TRUE : PETSC_FALSE;
+  *flg = rl->needs_error || rl->error_ceiling > 0 || rl->actor || rl->handed ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
@@ -317,21 +317,16 @@ static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "accuracy dial %g%s\n", (double)rl->accuracy,
     rl->sees_accuracy || !rl->n ? "" : " (ignored: the policy does not observe " SLIP_OBSERVES_ACCURACY ")"));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "guard rails: steps are halved after %" PetscInt_FMT " failures in a row",
-                                   rl->max_failures));
-  PetscCall(PetscViewerASCIIUseTabs(viewer, PETSC_FALSE));
-  if (rl->error_ceiling > 0)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "; error ceiling %g\n", (double)rl->error_ceiling));
-  else
-    PetscCall(PetscViewerASCIIPrintf(viewer, "; no error ceiling\n"));
-  PetscCall(PetscViewerASCIIUseTabs(viewer, PETSC_TRUE));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "guard rails: steps are halved after %" PetscInt_FMT " failures in a row; error ceiling %g (0: none)\n",
+    rl->max_failures, (double)rl->error_ceiling));
   PetscCall(PetscViewerASCIIPrintf(viewer,
                                    "decisions %" PetscInt_FMT ", outside the training range %" PetscInt_FMT
                                    ", failed attempts %" PetscInt_FMT ", halved steps %" PetscInt_FMT
                                    ", rejected by the ceiling %" PetscInt_FMT "\n",
                                    rl->decisions, rl->outside, rl->failures, rl->halvings, rl->ceilings));
   if (rl->strict) PetscCall(PetscViewerASCIIPrintf(viewer, "never handed over to heuristic\n"));
-  if (rl->handover)
+  if (rl->handed)
     PetscCall(PetscViewerASCIIPrintf(viewer, "handed over to heuristic at time %g s\n", (double)rl->handover_time));
   PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -343,7 +338,9 @@ static PetscErrorCode TSAdaptReset_RL(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(SlipObserverReset(&rl->observer));
-  PetscCall(TSAdaptRLForgetDefault_Private(adapt));
+  /* a policy that was found, not given, is looked for again: the next problem may be another */
+  if (rl->default_of[0]) PetscCall(SlipPolicyDestroy(&rl->policy));
+  rl->default_of[0] = 0;
   rl->begun = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -312,7 +312,7 @@ PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal 
 
   PetscFunctionBegin;
   PetscCall(Context_RL(adapt, &rl));
-  if (handed) *handed = rl && rl->handover ? PETSC_TRUE : PETSC_FALSE;
+  if (handed) *handed = rl ? rl->handed : PETSC_FALSE;
   if (time) *time = rl ? rl->handover_time : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -356,16 +356,5 @@ PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
     name, file);
   PetscCall(TSAdaptRLSetPolicyFile(adapt, file));
   PetscCall(PetscStrncpy(rl->default_of, name, sizeof(rl->default_of)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A policy that was found, not given, is looked for again: the next problem may be another. */
-PetscErrorCode TSAdaptRLForgetDefault_Private(TSAdapt adapt)
-{
-  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
-
-  PetscFunctionBegin;
-  if (rl->default_of[0]) PetscCall(SlipPolicyDestroy(&rl->policy));
-  rl->default_of[0] = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -386,7 +386,7 @@ static PetscErrorCode SlipOutputAdd(SlipOutput out, SlipOutputNumber list[], Pet
 . name   - of the attribute of /result
 . label  - what the summary calls it, NULL to leave it out there
 . unit   - printed after it, NULL for none
-- value  - the number, in that unit
+- value  - the number, in that unit; NaN: it is not known, the summary has unit in its place and /result no attribute
 
   Level: intermediate
 
@@ -472,7 +472,10 @@ static PetscErrorCode SlipOutputPrint(SlipOutput out, const SlipOutputTotals *t)
 
     if (!r->label[0]) continue;
     PetscCall(PetscSNPrintf(label, sizeof(label), "%s:", r->label));
-    PetscCall(PetscPrintf(out->comm, "%-24s %.12g%s%s\n", label, (double)r->value, r->unit[0] ? " " : "", r->unit));
+    if (PetscIsNanReal(r->value))
+      PetscCall(PetscPrintf(out->comm, "%-24s %s\n", label, r->unit));
+    else
+      PetscCall(PetscPrintf(out->comm, "%-24s %.12g%s%s\n", label, (double)r->value, r->unit[0] ? " " : "", r->unit));
   }
   PetscCall(PetscPrintf(out->comm, "%-24s %.4f s\n", "wall time of set-up:", (double)t->wall_setup));
   PetscCall(PetscPrintf(out->comm, "%-24s %.4f s\n", "wall time of the solve:", (double)t->wall_solve));

@@ -103,7 +103,8 @@ PetscErrorCode SlipOutputFinishFile(SlipOutput out, const SlipOutputTotals *t)
   PetscCall(SlipOutputRunNumbers(out));
   PetscCall(SlipH5WriteAttrReal(h, "/run", "wall_time", t->wall_setup + t->wall_solve));
   for (PetscInt i = 0; i < out->nresults; i++)
-    PetscCall(SlipH5WriteAttrReal(h, "/result", out->result[i].name, out->result[i].value));
+    if (!PetscIsNanReal(out->result[i].value))
+      PetscCall(SlipH5WriteAttrReal(h, "/result", out->result[i].name, out->result[i].value));
   PetscCall(SlipH5WriteAttrInt(h, "/result", "accepted", t->accepted));
   PetscCall(SlipH5WriteAttrInt(h, "/result", "rejected", t->rejected));
   PetscCall(SlipH5WriteAttrInt(h, "/result", "solves", t->solves));

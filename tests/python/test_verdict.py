@@ -1,5 +1,6 @@
-"""What a run says of itself: rl gives up where no policy was trained."""
+"""What a run says of itself: rl gives up where no policy was trained, and "likely met" is not said where it is wrong."""
 
+import argparse
 import os
 import subprocess
 import sys
@@ -10,6 +11,10 @@ import scripts  # noqa: F401: before modules that may be missing
 
 import h5py
 import numpy as np
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, os.path.join(scripts.SOURCE, "tests", "benchmarks"))
+import verdict
 
 FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 # one process without neighbours starts in a quarter of the time
@@ -91,6 +96,59 @@ class Handover(Runs):
         self.assertLessEqual(run["steps/error"][later].max(), 1)
         self.assertGreater(strict["steps/error"].max(), 10)
         self.assertNotIn("policy_handover_time", strict)
+
+
+class Verdict(Runs):
+    """Random faults of tests/benchmarks/verdict.py on which "likely met" or "met" was said before the calibration, and was
+    wrong: seed, number, accuracy, the error of the policy's run, its steps."""
+    WRONG = [(201, 89, 1e-2, 2.9e-2, 9, "observations out of range"), (202, 54, 1e-2, 2.4e-2, 9, "observations out of range"),
+             (201, 31, 1e-2, 3.2e-2, 7, "two graded planes"), (201, 199, 1e-2, 1.6e-2, 9, "two planes")]
+
+    def case(self, seed, k):
+        """Its options and its final mean slip, by a fine run."""
+        args = argparse.Namespace(build=os.environ["SLIPSTEP_BUILD"])
+        case, slip, _ = verdict.reference(args, self.room.name, seed, k)
+        return [*case.options, "-ts_max_time", f"{case.duration:.10g}", "-fault_output_interval", "1000000"], slip
+
+    def test_wrong(self):
+        """None of them is called met; the check tells. Where observations are out of range the run is handed over, and is
+        as exact as wanted."""
+        for seed, k, dial, error, steps, what in self.WRONG:
+            options, slip = self.case(seed, k)
+            rl = [*options, "-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", f"{dial:g}"]
+            run = self.run_fault(*rl, "-ts_adapt_rl_strict", "-fault_check_error")
+            # still the case that it was: other roundings change its error by less
+            self.assertTrue(abs(abs(run["mean_slip"] / slip - 1) - error) < 0.1 * error, f"fault {k} of seed {seed}: error {run['mean_slip'] / slip - 1}")
+            self.assertEqual(run["accepted"], steps)
+            self.assertLessEqual(abs(run["slip_error_signed"]), dial, "the first variation believed otherwise")
+            self.assertEqual(run["slip_error_estimate_met"], -1, what)
+            self.assertIn(f"(wanted {dial:g}: unknown, use -fault_check_error)", run["text"])
+            self.assertEqual(run["slip_error_check_met"], 0, what)
+            self.assertIn(f"(wanted {dial:g}: not met)", run["text"])
+            if "range" in what:
+                run = self.run_fault(*rl)
+                self.assertIn("policy_handover_time", run)
+                self.assertLess(abs(run["mean_slip"] / slip - 1), dial)
+
+    def test_said(self):
+        """And it is said of the usual fault, where it is true, at every accuracy."""
+        options = ["-fault_nx", "12", "-fault_nz", "12", "-fault_stiffness_scaling", "mean_slip"]
+        fine = self.run_fault(*options, "-ts_adapt_type", "heuristic", "-ts_rtol", "1e-6")["mean_slip"]
+        for dial in (1e-1, 1e-2, 1e-3):
+            run = self.run_fault(*options, "-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", f"{dial:g}")
+            self.assertEqual(run["slip_error_estimate_met"], 1, f"at {dial}")
+            self.assertIn(f"(wanted {dial:g}: likely met)", run["text"])
+            self.assertLess(abs(run["mean_slip"] / fine - 1), dial)
+
+    def test_unknown(self):
+        """What was not calibrated is said to be unknown, with the reason."""
+        for options, why in ((["-ts_max_time", "5"], "the fault still slides"), (["-fault_friction_law", "linear_slip_weakening"], "not calibrated for this friction law"),
+                             (["-ts_bathe_error", "none", "-ts_adapt_type", "none", "-ts_dt", "0.3"], "no estimates of its steps"),
+                             (["-ts_bathe_reaction", "implicit"], "not calibrated for this integrator"),
+                             (["-ts_adapt_type", "none", "-ts_dt", "10"], "too few steps")):
+            run = self.run_fault("-fault_nx", "2", "-fault_nz", "2", "-fault_stiffness_scaling", "mean_slip", *options)
+            self.assertIn(f"unknown, use -fault_check_error ({why})", run["text"])
+            self.assertNotIn("slip_error_estimate", run)
 
 
 if __name__ == "__main__":

@@ -602,7 +602,6 @@ static void rl_errors(void **state)
                               "-ts_adapt_type rl needs an error estimate", "state_3 of a state with 3 components"};
   const PetscReal w[] = {0, 0}, error[] = {-1, -1};
   TS ts = start(TSADAPTRL, "", 77);
-  PetscBool known;
 
   (void)state;
   fails(run(ts, 1, error), "-ts_adapt_rl_policy <file.h5>");
@@ -621,12 +620,6 @@ static void rl_errors(void **state)
   ts = start(TSADAPTRL, "-ts_adapt_rl_max_failures 0", 77);
   fails(TSSetFromOptions(ts), "-ts_adapt_rl_max_failures is 0");
   PetscOptionsClear(NULL);
-  ok(SlipObservationKnown("state_12", &known));
-  assert_true(known);
-  ok(SlipObservationKnown("state_", &known));
-  assert_false(known);
-  ok(SlipObservationKnown("temperature", &known));
-  assert_false(known);
 }
 
 static int Register(void **state)

@@ -63,13 +63,6 @@ PETSC_INTERN PetscErrorCode SlipObserverFindRows(SlipObserver *o, PetscInt n, Sl
 PETSC_INTERN PetscErrorCode SlipObserve(SlipObserver *o, PetscInt n, SlipObserved seen[], PetscBool state_changed);
 
 /* ---- rl.c, rlset.c: context of TSADAPTRL ---- */
-/* Why a run goes on by the heuristic */
-typedef enum {
-  HANDOVER_NONE,
-  HANDOVER_UNTRAINED, /* the problem says that no policy was trained for the like of it */
-  HANDOVER_OUTSIDE    /* its observations stayed outside the training range */
-} SlipHandover;
-
 typedef struct {
   TSAdapt_Heuristic heuristic; /* first: the controller that takes a run over */
   SlipPolicy policy;
@@ -89,8 +82,8 @@ typedef struct {
   PetscInt steps;  /* accepted steps at the last call, to notice another solve */
   /* handing over */
   PetscBool strict;        /* never */
-  SlipHandover handover;   /* of the run under way */
-  PetscReal handover_time; /* [s] */
+  PetscBool handed;        /* the run under way goes on by the heuristic */
+  PetscReal handover_time; /* since then [s] */
   PetscInt outside_run;    /* decisions in a row with an observation outside the training range */
   PetscBool told;          /* the line of message was printed */
   /* guard rails */

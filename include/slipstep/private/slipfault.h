@@ -144,6 +144,8 @@ typedef struct {
   PetscReal decay;   /* of changes of the energy [1/s] */
   PetscReal work[2]; /* changes of the energy by local errors, carried to now, and by their magnitudes [J/m^2] */
   PetscReal slip[2]; /* errors of the mean slip that have become final, likewise [m] */
+  PetscReal sum;     /* of the slip at the end of the last step [m] */
+  PetscReal late;    /* what of it was made in steps in which cells came to rest [m] */
   /* -fault_check_error */
   Vec start;            /* state of the start */
   PetscReal start_time; /* [s] */

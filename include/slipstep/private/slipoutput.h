@@ -23,7 +23,7 @@ PETSC_INTERN PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h);
 #define SLIP_OUTPUT_NUMBERS 24
 #define SLIP_OUTPUT_NAME 64
 typedef struct {
-  char name[SLIP_OUTPUT_NAME], label[SLIP_OUTPUT_NAME], unit[SLIP_OUTPUT_NAME];
+  char name[SLIP_OUTPUT_NAME], label[SLIP_OUTPUT_NAME], unit[2 * SLIP_OUTPUT_NAME];
   PetscReal value;
 } SlipOutputNumber;
 
