@@ -364,7 +364,6 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipRunNumbers *run = &rl->observer.run;
-  PetscInt handover = rl->handover;
   const char *hash;
   PetscBool same;
   char name[32];
@@ -377,8 +376,7 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   PetscCall(SlipStateInt(s, "ceilings", 1, &rl->ceilings));
   PetscCall(SlipStateInt(s, "outside", 1, &rl->outside));
   PetscCall(SlipStateInt(s, "steps", 1, &rl->steps));
-  PetscCall(SlipStateInt(s, "handover", 1, &handover));
-  rl->handover = (SlipHandover)handover;
+  PetscCall(SlipStateBool(s, "handed_over", &rl->handed));
   PetscCall(SlipStateReal(s, "handover_time", 1, &rl->handover_time));
   PetscCall(SlipStateInt(s, "outside_in_a_row", 1, &rl->outside_run));
   PetscCall(SlipStateBool(s, "again", &rl->heuristic.again));
