@@ -27,6 +27,13 @@ static void SlipSpeak(const char kind[], const char format[], va_list args)
   fflush(stderr);
 }
 
+static PetscBool (*at_end)(void) = NULL;
+
+void SlipErrorAtEnd(PetscBool (*end)(void))
+{
+  at_end = end;
+}
+
 static void SlipError(const char format[], ...)
 {
   va_list args;
@@ -62,8 +69,7 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
     SlipError("%s", general ? general : message && message[0] ? message : "unknown");
   } else
     PetscSleep(SLIP_ABORT_WAIT);
-  SlipH5AbandonAll();
-  if (world == 1 && SlipH5IsStuck()) _exit(EXIT_FAILURE);
+  if (at_end && !(*at_end)() && world == 1) _exit(EXIT_FAILURE);
   if (world == 1) exit(EXIT_FAILURE); /* nobody to wait for, and MPI_Abort() is talkative */
   MPI_Abort(MPI_COMM_WORLD, (int)code);
   return code;

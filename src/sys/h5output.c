@@ -4,20 +4,15 @@
    One that grows for the length of a run becomes FILE.part as soon as its layout is there: from then on every reader
    may open it, after a kill too, and it holds whole rows (h5space.c). A write that fails ends it: the file keeps the
    rows that are there. */
-#define _GNU_SOURCE /* F_OFD_SETLK, memfd_create() */
+#define _GNU_SOURCE /* F_OFD_SETLK */
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <petsctime.h>
-#include <signal.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 
 /* Wall time between two flushes [s]: such that they take a hundredth of it, within these bounds */
@@ -183,30 +178,9 @@ static PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], Sli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The files that this process writes */
-#define SLIP_H5_WRITTEN 16
-static SlipH5 *written[SLIP_H5_WRITTEN];
-
-static void SlipH5Enlist(SlipH5 *h)
-{
-  int i = 0;
-
-  while (i < SLIP_H5_WRITTEN - 1 && written[i]) i++;
-  written[i] = h;
-}
-
-/* Gives up what was claimed */
-static void SlipH5Release(SlipH5 *h, PetscBool keep)
-{
-  for (int i = 0; i < SLIP_H5_WRITTEN; i++)
-    if (written[i] == h) written[i] = NULL;
-  if (h->fd >= 0 && !keep) unlink(h->name);
-  if (h->fd >= 0) close(h->fd);
-  h->fd = -1;
-  h->id = -1;
-}
-
 /* ---- creating ---- */
+
+static PetscBool SlipH5End(void);
 
 /* Access properties: nobody's lock but ours; for a file that grows the format that SWMR needs, which HDF5 1.10 reads, and
    no metadata on disk before a flush. */
@@ -274,6 +248,7 @@ PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH
     PetscCall(SlipH5Refuse(h, h->name, reason ? reason : EIO));
   }
   SlipH5Enlist(h);
+  SlipErrorAtEnd(SlipH5End);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -343,6 +318,7 @@ PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is damaged%s", from, h->source);
   }
   SlipH5Enlist(h);
+  SlipErrorAtEnd(SlipH5End);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -423,67 +399,6 @@ PetscErrorCode SlipH5CheckCreate(const char file[])
 }
 
 /* ---- writing ---- */
-
-static PetscBool stuck = PETSC_FALSE;
-
-PetscBool SlipH5IsStuck(void)
-{
-  return stuck;
-}
-
-/*
-  Closes a file without writing to it any more, neither now nor in HDF5's own clean-up at exit, which crashes or does not
-  end where it cannot: HDF5's descriptor becomes one of a file in memory. Limits of the size of files count there too.
-*/
-static void SlipH5CloseNowhere(SlipH5 *h)
-{
-  struct sigaction ignore = {.sa_handler = SIG_IGN}, before;
-  struct rlimit limit, all;
-  void *handle = NULL;
-  int nowhere = -1;
-
-#if defined(MFD_CLOEXEC)
-  nowhere = memfd_create("nowhere", MFD_CLOEXEC);
-#endif
-  if (nowhere < 0) nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
-  if (nowhere >= 0 && H5Fget_vfd_handle(h->id, H5P_DEFAULT, &handle) >= 0 && handle)
-    (void)dup2(nowhere, *(int *)handle);
-  if (nowhere >= 0) close(nowhere);
-  (void)sigaction(SIGXFSZ, &ignore, &before);
-  (void)getrlimit(RLIMIT_FSIZE, &limit);
-  all = (struct rlimit){limit.rlim_max, limit.rlim_max};
-  (void)setrlimit(RLIMIT_FSIZE, &all);
-  if (H5Fclose(h->id) < 0) stuck = PETSC_TRUE;
-  (void)setrlimit(RLIMIT_FSIZE, &limit);
-  (void)sigaction(SIGXFSZ, &before, NULL);
-}
-
-PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const char format[], ...)
-{
-  const PetscBool live = h->live;
-  char what[2 * PETSC_MAX_PATH_LEN];
-  struct statvfs disk;
-  va_list args;
-
-  PetscFunctionBegin;
-  va_start(args, format);
-  (void)vsnprintf(what, sizeof(what), format, args);
-  va_end(args);
-  if (!reason && h->fd >= 0 && !fstatvfs(h->fd, &disk) && !disk.f_bavail) reason = ENOSPC; /* HDF5 kept it to itself */
-  if (h->id > 0) {
-    const PetscBool keep = live && sound && H5Fflush(h->id, H5F_SCOPE_LOCAL) >= 0 ? PETSC_TRUE : PETSC_FALSE;
-
-    if (!keep)
-      SlipH5CloseNowhere(h);
-    else if (H5Fclose(h->id) < 0)
-      stuck = PETSC_TRUE;
-    if (live) (void)(keep ? SlipH5Trim(h->fd) : SlipH5MakeReadable(h->fd));
-    SlipH5Release(h, live);
-  }
-  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s%s%s", what,
-          reason ? strerror(reason) : "HDF5 gives no reason", live ? "; the file keeps the whole rows before it" : "",
-          h->source);
-}
 
 /*@C
   SlipH5Live - let a growing file be read from now on, as file.part
@@ -631,7 +546,7 @@ PetscErrorCode SlipH5Abandon(SlipH5 *h)
     PetscCall(SlipH5Flush(h));
   else if (h->target[0])
     SlipH5CloseNowhere(h);
-  if ((h->live || !h->target[0]) && H5Fclose(h->id) < 0) stuck = PETSC_TRUE;
+  if (h->live || !h->target[0]) (void)SlipH5CloseId(h->id);
   if (h->live) (void)SlipH5Trim(h->fd);
   SlipH5Release(h, h->live);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -656,7 +571,7 @@ void SlipH5AbandonAll(void)
   if (busy) return; /* an error in what follows */
   busy = PETSC_TRUE;
   for (int i = 0; i < SLIP_H5_WRITTEN; i++) {
-    SlipH5 *h = written[i];
+    SlipH5 *h = SlipH5Written(i);
 
     if (!h) continue;
     if (h->live && h->last) (void)(*h->last)(h->ctx);
@@ -667,6 +582,13 @@ void SlipH5AbandonAll(void)
       (void)SlipH5Abandon(h);
   }
   busy = PETSC_FALSE;
+}
+
+/* Before an error ends the program: may it use exit()? */
+static PetscBool SlipH5End(void)
+{
+  SlipH5AbandonAll();
+  return SlipH5IsStuck() ? PETSC_FALSE : PETSC_TRUE;
 }
 
 /*@C
@@ -697,11 +619,7 @@ PetscErrorCode SlipH5Close(SlipH5 *h)
   PetscCall(SlipH5Flush(h)); /* all that is before "complete" */
   if (h->live) PetscCall(SlipH5WriteAttrInt(h, "/", "complete", 1));
   PetscCall(SlipH5Flush(h)); /* what follows is the superblock alone */
-  errno = 0;
-  if (H5Fclose(h->id) < 0) {
-    reason = errno ? errno : EIO;
-    stuck = PETSC_TRUE;
-  }
+  reason = SlipH5CloseId(h->id);
   h->id = -1;
   if (!reason) reason = SlipH5Trim(h->fd);
   if (!reason && fsync(h->fd) && errno != EINVAL) reason = errno;

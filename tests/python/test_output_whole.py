@@ -1,6 +1,6 @@
 """Whatever happens to a run, its output holds whole rows that any reader opens: it is killed, or its disk fills, at random moments.
 
-MOMENTS of each kind (default 5); test_output_whole.py 20 is what a release shows."""
+MOMENTS of each kind (default 3); test_output_whole.py 20 is what a release shows."""
 
 import os
 import random
@@ -12,11 +12,13 @@ import sys
 import tempfile
 import time
 
+import scripts  # says what is missing
+
 import h5py
 import numpy as np
 
 FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
-MOMENTS = int(sys.argv[1]) if len(sys.argv) > 1 else 5
+MOMENTS = int(sys.argv[1]) if len(sys.argv) > 1 else 3
 STEP, STEPS = 0.0625, 480  # [s]; 3.2 kB of fields a step
 RUN = [FAULT, "-fault_nx", "10", "-fault_nz", "10", "-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", str(STEP),
        "-fault_output_overwrite"]
@@ -81,12 +83,11 @@ def read_by_scripts(folder):
     run.kill()
     run.wait()
     rows = check_rows(os.path.join(folder, "run.h5.part"), 0)
-    scripts = os.path.join(os.environ["SLIPSTEP_SOURCE"], "output")
     for command in (["plot_run.py", "run.h5.part"], ["compare.py", "run.h5.part", "--figure", "c.png"]):
-        done = subprocess.run([sys.executable, os.path.join(scripts, command[0])] + command[1:], cwd=folder, capture_output=True, text=True)
+        done = subprocess.run([sys.executable, os.path.join(scripts.OUTPUT, command[0])] + command[1:], cwd=folder, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         assert f"{command[0]}: run.h5.part is unfinished: complete = 0" in done.stderr and done.stderr.count("\n") == 1, done.stderr
-    done = subprocess.run([sys.executable, os.path.join(scripts, "plot_run.py"), "run.h5"], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, os.path.join(scripts.OUTPUT, "plot_run.py"), "run.h5"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 1 and "run.h5.part is there, of a run that has not ended" in done.stderr, done.stderr
     done = subprocess.run(RUN[:-1] + ["-fault_output", "run.h5"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 1 and "rows of an unfinished run: continue it with -fault_restart CHECKPOINT" in done.stderr
