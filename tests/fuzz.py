@@ -240,7 +240,12 @@ def make_stiffness(folder):
 
 
 def crash_report(path, kind):
-    """Standard error of the reader for one mutant."""
+    """Frames of a crash on one mutant: of the reader's standard error, or for the program by gdb where there is one."""
+    if kind == "checkpoint":
+        if not shutil.which("gdb"):
+            return ""
+        return subprocess.run(["gdb", "-batch", "-ex", "run", "-ex", "bt", "--args", *RUN, "-no_signal_handler", "-fault_restart", path],
+                              env=ENVIRONMENT, capture_output=True, text=True, errors="replace", timeout=10 * TIMEOUT).stdout
     return subprocess.run([READER, kind], input=path + "\n", env=ENVIRONMENT, capture_output=True, text=True, errors="replace").stderr
 
 
@@ -514,8 +519,7 @@ def fuzz(kind, count, seed_number, keep):
             for number, result in enumerate(KINDS[kind].read(paths), begin):
                 rule = broken_rule(kind, result, first.text)
                 slowest, largest = max(slowest, result.seconds), max(largest, result.memory)
-                if rule and rule == result.end and kind in ("policy", "mesh", "parameters", "stiffness", "cache") and \
-                        in_hdf5(report := crash_report(result.path, kind)):
+                if rule and rule == result.end and kind != "zip" and in_hdf5(crash_report(result.path, kind)):
                     ends["crashed in HDF5"] += 1
                     print(f"{kind} {number}: {rule} inside HDF5 {h5py.version.hdf5_version}")
                 elif rule:

@@ -493,6 +493,7 @@ static PetscErrorCode CountDestroyed(void **ctx)
 static void test_attempt_monitors(void **state)
 {
   Counted count[20];
+  SlipAttempt last;
   PetscInt order = 0, attempts;
   Vec y;
   TS ts = Create(PETSC_FALSE, 0.5, 0.1, 0.8, &y);
@@ -509,7 +510,7 @@ static void test_attempt_monitors(void **state)
   ok(TSBatheMonitorCancel(ts));
   ok(TSBatheMonitorSet(ts, CountAttempt, &count[0], NULL));
   ok(TSBatheMonitorCancel(ts));
-  ok(TSBatheMonitorSet(ts, RecordAttempt, &(SlipAttempt){.solves = 0}, NULL));
+  ok(TSBatheMonitorSet(ts, RecordAttempt, &last, NULL));
   ok(TSSetTime(ts, 0.5));
   ok(TSSetStepNumber(ts, 0));
   ok(TSSolve(ts, y));

@@ -64,6 +64,7 @@ static PetscErrorCode CreateSpy(TSAdapt adapt)
 /* y' = -y and, for its different derivatives, z' = -2 z: to t = 0.5 with steps 0.5/n, the last of which is looked at */
 static void Run(const char type[], const char options[], PetscInt n)
 {
+  PetscScalar entries[] = {-1, 0, 0, -2};
   TSAdapt adapt;
   Mat J;
   Vec y;
@@ -72,7 +73,7 @@ static void Run(const char type[], const char options[], PetscInt n)
   ok(PetscOptionsInsertString(NULL, options));
   ok(VecCreateSeq(PETSC_COMM_SELF, 2, &y));
   ok(VecSet(y, 1));
-  ok(MatCreateSeqDense(PETSC_COMM_SELF, 2, 2, (PetscScalar[]){-1, 0, 0, -2}, &J));
+  ok(MatCreateSeqDense(PETSC_COMM_SELF, 2, 2, entries, &J)); /* which it goes on using */
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, type));
   ok(TSSetRHSFunction(ts, NULL, TSComputeRHSFunctionLinear, NULL));
