@@ -217,9 +217,9 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
   *code = 128 + c->stopped;
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
   if (c->by_limit)
-    PetscCall(PetscSNPrintf(who, sizeof(who), "the wall limit of %g s", (double)c->limit));
+    (void)snprintf(who, sizeof(who), "the wall limit of %g s", (double)c->limit);
   else
-    PetscCall(PetscSNPrintf(who, sizeof(who), "signal %d (%s)", c->stopped, strsignal(c->stopped)));
+    PetscCall(PetscStrncpy(who, SlipSignalName(c->stopped), sizeof(who)));
   if (c->file[0]) {
     PetscCall(SlipCheckpointCommand(c, command, sizeof(command)));
     PetscCall(SlipWarning("stopped by %s at time %g s after %d steps; to go on: %s", who, (double)c->ts->ptime,

@@ -1,12 +1,16 @@
 /* Signals that ask a program to stop: noted, so that the work in hand can end; a second one ends it at once. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipsys.h>
+#include <slipstep/private/slipsys.h>
 #include <signal.h>
 #include <time.h>
 
 #define SLIP_SIGNAL_ECHO 0.1 /* a batch system may send one signal by two ways: within this time it is the same [s] */
 
-static const int SlipSignals[] = {SIGTERM, SIGINT, SIGUSR1, SIGXCPU};
+static const struct {
+  int number;
+  const char *name;
+} SlipSignals[] = {{SIGTERM, "SIGTERM"}, {SIGINT, "SIGINT"}, {SIGUSR1, "SIGUSR1"}, {SIGXCPU, "SIGXCPU"}};
 static struct sigaction SlipSignalsBefore[PETSC_STATIC_ARRAY_LENGTH(SlipSignals)];
 static volatile sig_atomic_t SlipSignalCaught = 0;
 static struct timespec SlipSignalTime; /* of the first; written by the handler before it is ever read there */
@@ -52,10 +56,10 @@ PetscErrorCode SlipSignalsPush(void)
   if (SlipSignalsPushed) PetscFunctionReturn(PETSC_SUCCESS);
   SlipSignalCaught = 0;
   sigemptyset(&action.sa_mask); /* the handler is not interrupted by itself */
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipSignals); i++) sigaddset(&action.sa_mask, SlipSignals[i]);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipSignals); i++) sigaddset(&action.sa_mask, SlipSignals[i].number);
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipSignals); i++)
-    PetscCheck(!sigaction(SlipSignals[i], &action, &SlipSignalsBefore[i]), PETSC_COMM_SELF, PETSC_ERR_SYS,
-               "cannot catch signal %d", SlipSignals[i]);
+    PetscCheck(!sigaction(SlipSignals[i].number, &action, &SlipSignalsBefore[i]), PETSC_COMM_SELF, PETSC_ERR_SYS,
+               "cannot catch signal %d", SlipSignals[i].number);
   SlipSignalsPushed = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -74,7 +78,7 @@ PetscErrorCode SlipSignalsPop(void)
   PetscFunctionBegin;
   if (!SlipSignalsPushed) PetscFunctionReturn(PETSC_SUCCESS);
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipSignals); i++)
-    (void)sigaction(SlipSignals[i], &SlipSignalsBefore[i], NULL);
+    (void)sigaction(SlipSignals[i].number, &SlipSignalsBefore[i], NULL);
   SlipSignalsPushed = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -96,4 +100,12 @@ PetscErrorCode SlipSignalsCaught(int *number)
   PetscFunctionBegin;
   *number = (int)SlipSignalCaught;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of the signals that are caught */
+const char *SlipSignalName(int number)
+{
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipSignals); i++)
+    if (SlipSignals[i].number == number) return SlipSignals[i].name;
+  return "a signal";
 }

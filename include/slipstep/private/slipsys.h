@@ -9,6 +9,8 @@
 PETSC_INTERN PetscErrorCode SlipRegisterOnce(PetscErrorCode (*registers)(void));
 PETSC_INTERN PetscErrorCode SlipGetStartTime(PetscLogDouble *time); /* when that was first called, as of PetscTime() */
 
+PETSC_INTERN const char *SlipSignalName(int number); /* signals.c */
+
 /* ---- arrays.c ---- */
 /* One of the vectors whose arrays a loop reads or writes together; NULL for the vector leaves its pointer alone. */
 typedef struct {

@@ -1,0 +1,128 @@
+#!/usr/bin/env bash
+# -fault_checkpoint and -fault_restart: runs that are killed or stopped become the unbroken ones (few moments here,
+# kills.py by hand does many), on other numbers of ranks to rounding; a longer -ts_max_time lengthens a run; checkpoints
+# of other runs, damaged ones and other files are refused; signals and -fault_wall_limit have their exit codes.
+set -uo pipefail
+. "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
+"$SLIPSTEP_PYTHON" -c 'import h5py, numpy' || exit 77
+export TMPDIR=$work
+fault=$bin/fault
+here=$SLIPSTEP_SOURCE/tests/integration
+grid=(-fault_nx 6 -fault_nz 5)
+
+for which in "KILL heuristic" "KILL rl" "KILL fft" "TERM dsp" "TERM grid on 2"; do
+  "$SLIPSTEP_PYTHON" "$here/kills.py" "$SLIPSTEP_BUILD" --moments 1 --signal "${which%% *}" --only "${which#* }" ||
+    fail "$which"
+done
+
+# same A B TOLERANCE: two outputs
+same() {
+  "$SLIPSTEP_PYTHON" - "$@" <<'P'
+import sys
+import h5py
+import numpy as np
+a, b = h5py.File(sys.argv[1]), h5py.File(sys.argv[2])
+for name in ("steps/time", "series/time", "series/mean_slip", "series/viscous_power", "fields/slip_rate", "fields/traction"):
+    x, y = a[name][...], b[name][...]
+    assert x.shape == y.shape and abs(x - y).max() <= float(sys.argv[3]) * abs(x).max(), name
+P
+}
+
+# ---- on another number of ranks, and longer ----
+"$SLIPSTEP_PYTHON" "$SLIPSTEP_SOURCE/examples/make_mesh.py" mesh parallel --cells 5 5 --ratio 2 >/dev/null || fail "a mesh"
+mesh=(-fault_mesh mesh)
+for kind in grid mesh; do
+  declare -n options=$kind
+  "$fault" "${options[@]}" -ts_max_time 4 -fault_output "$kind.h5" >/dev/null || fail "$kind"
+  "$fault" "${options[@]}" -ts_max_time 4 -ts_max_steps 9 -fault_output part.h5 -fault_checkpoint "$kind.state" >/dev/null ||
+    fail "$kind, nine steps"
+  mpirun --oversubscribe -n 2 "$fault" "${options[@]}" -ts_max_time 4 -fault_restart "$kind.state" -fault_output part.h5 \
+    >/dev/null || fail "$kind on 2 ranks"
+  same "$kind.h5" part.h5 1e-10 || fail "$kind on 2 ranks: another run"
+  rm -f part.h5
+done
+run=("$fault" "${grid[@]}" -ts_max_time 4)
+"${run[@]}" -fault_checkpoint end.state -fault_output long.h5 >/dev/null || fail "a run to its end"
+"${run[@]}" -ts_max_time 6 -fault_restart end.state -fault_output long.h5 >/dev/null || fail "a longer run"
+"$SLIPSTEP_PYTHON" - <<'P' || fail "a run was not lengthened"
+import h5py
+with h5py.File("grid.h5") as a, h5py.File("long.h5") as b:
+    n = len(a["series/time"])
+    assert b["series/time"][-1] == 6 and (a["series/time"][...] == b["series/time"][:n]).all()
+    assert b["run"].attrs["restarts"] == 1
+P
+
+# ---- the step ----
+"${run[@]}" -ts_max_time 5 -ts_dt 1e-3 -fault_restart end.state -fault_output '' >out.txt 2>/dev/null
+"${run[@]}" -ts_max_time 5 -ts_dt 1e-3 -fault_restart end.state >out.txt || fail "-ts_dt beside a restart"
+grep -q "the step of its checkpoint, .* s, and not that of -ts_dt: -fault_restart_dt" out.txt || fail "$(cat out.txt)"
+"${run[@]}" -ts_max_time 5 -fault_restart_dt 1e-3 -fault_restart end.state -fault_output dt.h5 >/dev/null || fail "dt"
+"$SLIPSTEP_PYTHON" -c 'import h5py; assert h5py.File("dt.h5")["steps/dt"][0] == 1e-3' || fail "-fault_restart_dt"
+
+# ---- refused ----
+other=(-fault_restart grid.state)
+refuses "-fault_restart grid.state" "friction_drop is 0.2, was 0.1" -- "${run[@]}" -fault_friction_drop 0.2 "${other[@]}"
+refuses "nx is 7, was 6" "length_x is 2000 m, was 3000 m" -- "${run[@]}" -fault_nx 7 -fault_length_x 2000 "${other[@]}"
+refuses "operator is" "was dense" -- "${run[@]}" -fault_operator fft "${other[@]}"
+refuses "normal_stress is 5500000 to 41500000, in the mean 23500000 Pa, was 4500000 to" -- "${run[@]}" -fault_normal_stress 1e6 "${other[@]}"
+refuses "mesh is of 50 cells" "was no mesh" -- "$fault" -fault_mesh mesh "${other[@]}"
+refuses "friction_law is constant, was exponential_slip_weakening" -- "${run[@]}" -fault_friction_law constant "${other[@]}"
+refuses "missing.h5" "-fault_restart" "no such file" -- "${run[@]}" -fault_restart missing.h5
+refuses "mesh" "no checkpoint" "-fault_restart" -- "${run[@]}" -fault_restart mesh
+refuses "grid.state is there already" "-fault_restart grid.state" "-fault_output_overwrite" -- \
+  "${run[@]}" -fault_checkpoint grid.state
+refuses "grid.h5" "no checkpoint" "-fault_checkpoint" -- "${run[@]}" -fault_checkpoint grid.h5
+refuses "no/c.h5" "-fault_checkpoint" -- "${run[@]}" -fault_checkpoint no/c.h5
+refuses "dt.h5" "not the output" -- "${run[@]}" "${other[@]}" -ts_max_time 5 -fault_output dt.h5
+
+# Every bit counts; the file before is taken instead.
+"$SLIPSTEP_PYTHON" - <<'P'
+import random
+good = open("grid.state", "rb").read()
+chance = random.Random(3)
+places = [0, 20, 40, 100, 511, 512, 600, len(good) - 1] + [chance.randrange(len(good)) for _ in range(4)]
+for k, place in enumerate(places):
+    bad = bytearray(good)
+    bad[place] ^= 1 << chance.randrange(8)
+    open(f"flipped{k}", "wb").write(bad)
+open("flipped12", "wb").write(good[:-100])
+open("flipped13", "wb").write(good + b"\0")
+open("flipped14", "wb").write(b"")
+P
+for k in $(seq 0 14); do
+  refuses "flipped$k" "cannot go on from" -- "${run[@]}" -fault_restart "flipped$k"
+done
+cp grid.state flipped9.previous
+"${run[@]}" -fault_restart flipped9 -fault_output again.h5 >/dev/null 2>err.txt || fail "the file before"
+[ "$(grep -c "warning: cannot go on from flipped9: it is damaged.*flipped9.previous is taken" err.txt)" = 1 ] || fail "$(cat err.txt)"
+[ "$(wc -l <err.txt)" = 1 ] || fail "more than one warning: $(cat err.txt)"
+
+# ---- stopped ----
+slow=("${grid[@]}" -ts_adapt_type none -ts_dt 1e-5)
+# stops SIGNAL CODE -- command
+stops() {
+  local signal=$1 expected=$2 code=0
+  shift 3
+  "$@" >out.txt 2>err.txt &
+  sleep 1.5
+  kill -"$signal" $! || fail "it ended by itself: $(cat err.txt)"
+  wait $! || code=$?
+  [ $code = "$expected" ] || fail "exit code $code after SIG$signal, expected $expected: $(cat err.txt)"
+  grep -q "stopped by SIG$signal at time .* steps; to go on: .*fault .*-fault_restart 'a b.state'" err.txt || fail "$(cat err.txt)"
+}
+for pair in TERM:143 INT:130 USR1:138 XCPU:152; do
+  rm -f "a b.state"*
+  stops "${pair%:*}" "${pair#*:}" -- "$fault" "${slow[@]}" -fault_output "o.h5" -fault_checkpoint "a b.state" -fault_output_overwrite
+  [ -e o.h5.part ] && [ ! -e o.h5 ] || fail "the output of a run that was stopped: $(ls)"
+done
+rm -f "a b.state"*
+stops USR1 138 -- mpirun --oversubscribe -n 2 "$fault" "${slow[@]}" -fault_checkpoint "a b.state"
+grep -q "to go on: mpirun -n 2 " err.txt || fail "$(cat err.txt)"
+code=0
+"$fault" "${slow[@]}" -fault_wall_limit 3 -fault_checkpoint limit.state >/dev/null 2>err.txt || code=$?
+[ $code = 152 ] && grep -q "stopped by the wall limit of 3 s" err.txt || fail "wall limit: exit code $code, $(cat err.txt)"
+command=$(sed -n 's/.*to go on: //p' err.txt)
+code=0
+eval "timeout 20 $command -ts_max_steps 1" >out.txt 2>&1 || code=$?
+[ $code = 0 ] && grep -q "goes on from limit.state" out.txt || fail "\"$command\": exit code $code, $(cat out.txt)"
+exit $failed
