@@ -58,4 +58,5 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec 
    mesh); finish writes /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);
+PETSC_EXTERN PetscErrorCode SlipFaultDeclareOptions(void);
 PETSC_EXTERN PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete);
