@@ -64,4 +64,5 @@ PETSC_EXTERN PetscErrorCode SlipFaultOutputResume(SlipFault fault, const PetscIn
 /* -fault_checkpoint, -fault_restart, -fault_wall_limit; the end of the run: exit code of one that was stopped, else 0. */
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code);
+PETSC_EXTERN PetscErrorCode SlipFaultDeclareOptions(void);
 PETSC_EXTERN PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete);

@@ -411,3 +411,28 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscOptionsEnd();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/*@
+  SlipFaultDeclareOptions - name the options of faults, for SlipCheckOptionNames(): those of the tables, the others that
+  SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state
+
+  Not collective; SlipStepInitializePackage() does it.
+
+  Level: developer
+
+.seealso: SlipDeclareOptions(), SlipFaultSetFromOptions()
+@*/
+PetscErrorCode SlipFaultDeclareOptions(void)
+{
+  static char names[2048];
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(names, "check_error view stiffness_view output_overwrite start_ksp_* start_pc_*", sizeof(names)));
+  for (PetscInt i = 0; i < FAULT_NUM_REALS + FAULT_NUM_STRINGS; i++) {
+    PetscCall(PetscStrlcat(names, " ", sizeof(names)));
+    PetscCall(PetscStrlcat(
+      names, i < FAULT_NUM_REALS ? SlipFaultReals[i].name : SlipFaultStrings[i - FAULT_NUM_REALS].name, sizeof(names)));
+  }
+  PetscCall(SlipDeclareOptions("fault_", names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

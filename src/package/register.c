@@ -45,6 +45,7 @@ PetscErrorCode SlipStepInitializePackage(void)
   PetscCall(SlipPolicyInitializePackage());
   PetscCall(SlipAdaptInitializePackage());
   PetscCall(SlipFaultInitializePackage());
+  PetscCall(SlipFaultDeclareOptions());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

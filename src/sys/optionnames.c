@@ -57,6 +57,8 @@ static PetscErrorCode SlipForgetDeclared(void)
   Note:
   A prefix may be declared in parts.
 
+  Errors: PETSC_ERR_PLIB for too many lists
+
 .seealso: SlipCheckOptionNames()
 @*/
 PetscErrorCode SlipDeclareOptions(const char prefix[], const char names[])

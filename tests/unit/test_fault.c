@@ -220,7 +220,7 @@ static void field_file(void **state)
   Refuses(3, 2, "parameters", file, "/friction_drop[1, 1] is nan");
   data[4] = 1;
   WriteField(file, "/frictoin_drop", 2, 3, data);
-  Refuses(3, 2, "parameters", file, "holds none of the fields normal_stress");
+  Refuses(3, 2, "parameters", file, "holds /frictoin_drop, which nothing reads");
   unlink(file);
 }
 

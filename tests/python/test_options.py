@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+"""The lists of options by which programs tell a known name from a mistyped one hold what the sources read, no less and no
+more."""
+import glob
+import os
+import re
+import unittest
+
+from scripts import SOURCE, ScriptTest
+
+OURS = ("slip", "fault", "ts_bathe", "ts_adapt_heuristic", "ts_adapt_pi", "ts_adapt_rl", "snes_slip", "mat_slip", "pc_slipstage", "circuit",
+        "sliding_mode", "oscillator", "train", "evaluate")
+FOREIGN = {"fault_start_ksp_*", "fault_start_pc_*"}  # PETSc reads them
+TEXT = r'((?:"[^"]*"\s*)+)'
+
+
+def text(match):
+    return "".join(re.findall(r'"([^"]*)"', match))
+
+
+def declared(code):
+    """Full names that the sources declare"""
+    found = set()
+    table = re.search(r"SlipLibrary\[\] = \{(.*?)\n\};", code["src/sys/optionnames.c"], re.S)[1]
+    pairs = [(prefix, text(names)) for prefix, names in re.findall(r'\{"(\w+)",\s*' + TEXT + r"\}", table)]
+    for path, content in code.items():
+        pairs += [(prefix, text(names)) for prefix, names in re.findall(r'SlipDeclareOptions\("(\w+)",\s*' + TEXT, content)]
+        if re.search(r'SlipDeclareOptions\("\w+", names\)', content) and path.startswith("training"):
+            prefix = re.search(r'SlipDeclareOptions\("(\w+)", names\)', content)[1]
+            pairs.append((prefix, text(re.search(r"char names\[\] =\s*" + TEXT, content)[1])))
+        pairs += [(m[1], m[2]) for m in re.finditer(r'Program program = \{\s*"\w+",\s*help,\s*"(\w+)",\s*"([^"]*)"', content)]
+    pairs.append(("fault_", text(re.search(r"PetscStrncpy\(names, " + TEXT, code["src/fault/parameters.c"])[1])))
+    pairs.append(("fault_", " ".join(fault_table(code))))
+    for prefix, names in pairs:
+        found |= {prefix + name for name in names.split()}
+    return found
+
+
+def fault_table(code):
+    return re.findall(r'\[FAULT_\w+\]\s*=\s*\{"(\w+)"', code["src/fault/parameters.c"])
+
+
+def read(code):
+    """Full names of options in the sources that have one of our prefixes"""
+    pattern = re.compile(r'"-((?:' + "|".join(OURS) + r')_?\w+)"')
+    found = {name for content in code.values() for name in pattern.findall(content) if not name.endswith("_")}
+    found |= {"fault_" + name for name in fault_table(code)}
+    return found | {"circuit_output", "sliding_mode_output"}  # put together in smallmodel.h
+
+
+class Options(ScriptTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.code = {}
+        for folder in ("src", "examples", "training"):
+            for path in glob.glob(os.path.join(SOURCE, folder, "**", "*.[ch]"), recursive=True):
+                with open(path, encoding="utf-8") as file:
+                    cls.code[os.path.relpath(path, SOURCE)] = file.read()
+
+    def test_lists_hold_what_is_read(self):
+        known = declared(self.code)
+        self.assertGreater(len(known), 150)
+        self.assertEqual(sorted(read(self.code) - known), [], "read, but not declared: a program would refuse it")
+        self.assertEqual(sorted(known - read(self.code) - FOREIGN), [], "declared, but nobody reads it")
+
+    def test_every_list_is_found(self):
+        """The patterns above find the declarations of every prefix."""
+        for prefix in OURS:
+            self.assertTrue(any(name.startswith(prefix) for name in declared(self.code)), prefix)
+
+
+if __name__ == "__main__":
+    unittest.main()
