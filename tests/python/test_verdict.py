@@ -100,26 +100,25 @@ class Handover(Runs):
 
 class Verdict(Runs):
     """Random faults of tests/benchmarks/verdict.py on which "likely met" or "met" was said before the calibration, and was
-    wrong: seed, number, accuracy, the error of the policy's run, its steps."""
-    WRONG = [(201, 89, 1e-2, 2.9e-2, 9, "observations out of range"), (202, 54, 1e-2, 2.4e-2, 9, "observations out of range"),
-             (201, 31, 1e-2, 3.2e-2, 7, "two graded planes"), (201, 199, 1e-2, 1.6e-2, 9, "two planes")]
+    wrong: seed, number, accuracy, the error of the policy's run."""
+    WRONG = [(201, 89, 1e-2, 2.9e-2, "graded plane, observations out of range"), (202, 54, 1e-2, 2.4e-2, "grid, observations out of range"),
+             (201, 31, 1e-2, 3.2e-2, "two planes, 7 steps"), (201, 199, 1e-2, 1.6e-2, "two planes, 9 steps")]
 
     def case(self, seed, k):
         """Its options and its final mean slip, by a fine run."""
-        args = argparse.Namespace(build=os.environ["SLIPSTEP_BUILD"])
+        args = argparse.Namespace(build=os.environ["SLIPSTEP_BUILD"], calibrate=False, prove=0)
         case, slip, _ = verdict.reference(args, self.room.name, seed, k)
         return [*case.options, "-ts_max_time", f"{case.duration:.10g}", "-fault_output_interval", "1000000"], slip
 
     def test_wrong(self):
-        """None of them is called met; the check tells. Where observations are out of range the run is handed over, and is
-        as exact as wanted."""
-        for seed, k, dial, error, steps, what in self.WRONG:
+        """None of them is called met, and the check tells. Where observations stay out of range the run is handed over, and
+        is as exact as wanted."""
+        for seed, k, dial, error, what in self.WRONG:
             options, slip = self.case(seed, k)
             rl = [*options, "-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", f"{dial:g}"]
             run = self.run_fault(*rl, "-ts_adapt_rl_strict", "-fault_check_error")
             # still the case that it was: other roundings change its error by less
             self.assertTrue(abs(abs(run["mean_slip"] / slip - 1) - error) < 0.1 * error, f"fault {k} of seed {seed}: error {run['mean_slip'] / slip - 1}")
-            self.assertEqual(run["accepted"], steps)
             self.assertLessEqual(abs(run["slip_error_signed"]), dial, "the first variation believed otherwise")
             self.assertEqual(run["slip_error_estimate_met"], -1, what)
             self.assertIn(f"(wanted {dial:g}: unknown, use -fault_check_error)", run["text"])
