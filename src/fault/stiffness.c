@@ -51,12 +51,14 @@ static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entrie
   char file[PETSC_MAX_PATH_LEN], dataset[PETSC_MAX_PATH_LEN];
   SlipH5 h;
   PetscInt dims[2];
+  PetscBool said;
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultSplitPath(fault->text[FAULT_STIFFNESS_FILE], file, dataset, sizeof(file)));
   PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_stiffness_file", file, &h));
-  ierr = SlipH5ReadReal(&h, dataset, 2, dims, entries);
+  ierr = SlipH5CheckUnits(&h, dataset, "Pa/m", &said);
+  if (!ierr) ierr = SlipH5ReadReal(&h, dataset, 2, dims, entries);
   PetscCall(SlipH5Close(&h));
   PetscCall(ierr);
   PetscCall(SlipFaultCheckEntries(fault, file, dataset, dims, *entries));
