@@ -48,12 +48,14 @@ static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entrie
   SlipH5 h;
   const PetscInt want[2] = {fault->N, fault->N};
   PetscInt dims[2];
+  PetscBool said;
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultSplitPath(fault->text[FAULT_STIFFNESS_FILE], file, dataset, sizeof(file)));
   PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_stiffness_file", file, &h));
-  ierr = SlipH5ReadRealSized(&h, dataset, 2, want, "N x N with N = nx nz", dims, entries);
+  ierr = SlipH5CheckUnits(&h, dataset, "Pa/m", &said);
+  if (!ierr) ierr = SlipH5ReadRealSized(&h, dataset, 2, want, "N x N with N = nx nz", dims, entries);
   PetscCall(SlipH5Close(&h));
   PetscCall(ierr);
   PetscCall(SlipFaultCheckEntries(fault, file, dataset, *entries));

@@ -24,6 +24,7 @@ def write(name, attributes=None, units=None, **datasets):
 write("fields.h5", normal_stress=stress)
 write("fields_pa.h5", units="Pa", normal_stress=stress)
 write("fields_mpa.h5", units="MPa", normal_stress=stress / 1e6)
+write("k_km.h5", units="1/km", stiffness=np.eye(4) * 3e7)
 write("misspelt.h5", normal_stress=stress, normal_stres=stress)
 write("pressure.h5", normal_stress=stress, pore_pressure=stress)
 write("density.h5", normal_stress=stress, density=stress)
@@ -141,6 +142,7 @@ expect "pressure.h5 holds /pore_pressure, which nothing reads" -fault_parameters
 expect "density.h5 holds /density, which nothing reads" -fault_parameters density.h5
 expect "group.h5 holds /more, which nothing reads" -fault_parameters group.h5
 expect '/normal_stress of fields_mpa.h5 has the units "MPa", expected "Pa" (-fault_parameters)' -fault_parameters fields_mpa.h5
+expect '/stiffness of k_km.h5 has the units "1/km", expected "Pa/m" (-fault_stiffness_file)' -fault_stiffness_file k_km.h5
 mesh "the cells reach down to 0.11 m, as if they were in kilometres: expected metres" cells_km.h5
 mesh '/cells of cells_said_km.h5 has the units "km", expected "m" (-fault_mesh)' cells_said_km.h5
 mesh "row 3 of /cells has z = 1e+30, expected metres of a fault, at most 1e+06" cells_deep.h5

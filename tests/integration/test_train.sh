@@ -35,8 +35,9 @@ refuses "-train_output and -train_log are both refused.h5, expected different fi
 refuses "-train_log and -train_checkpoint are both c.h5" -- "${train[@]}" -train_log c.h5 -train_checkpoint c.h5
 refuses "nonsense" -- "${train[@]}" -train_log log.h5 -train_observations nonsense
 [ -z "$(ls ./*.part 2>/dev/null)" ] || fail "left behind: $(ls ./*.part)"
-"$bin/train" -train_steps 10 -train_progress 0 -train_stepz 5 >out.txt 2>&1 || fail "a mistyped option stops it"
-grep -q "train: warning: nothing has read the option -train_stepz" out.txt || fail "no warning of a mistyped option"
+refuses "there is no option -train_stepz: did you mean -train_steps?" -- "${train[@]}" -train_stepz 5
+"$bin/train" -train_steps 10 -train_progress 0 -nobody_reads 5 >out.txt 2>&1 || fail "another's option stops it"
+grep -q "train: warning: nothing has read the option -nobody_reads" out.txt || fail "no warning of an option that nobody reads"
 refuses missing.h5 -- "${train[@]}" -train_resume missing.h5
 refuses "-train_transfer needs -train_resume" -- "${train[@]}" -train_transfer
 refuses nonsense energy -- "${train[@]}" -train_observations energy,nonsense

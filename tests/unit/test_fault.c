@@ -177,6 +177,21 @@ static void scaling_and_critical_state(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
+/* Nobody has asked for a scaling: one cell of 3 km at the surface has 0.311646 G/km, known to these digits. */
+static void elasticity_is_left_alone(void **state)
+{
+  SlipFault fault = Make(1, 1);
+  PetscReal K;
+
+  (void)state;
+  ok(SlipFaultSetUp(fault));
+  assert_true(fault->scaling == 1);
+  ok(MatGetDiagonal(fault->K, fault->work[0]));
+  ok(VecMax(fault->work[0], NULL, &K));
+  assert_true(fabs(K / (0.311646 * 30e9 / 1000) - 1) < 2e-6);
+  ok(SlipFaultDestroy(&fault));
+}
+
 static void WriteField(const char file[], const char name[], PetscInt nz, PetscInt nx, const PetscReal data[])
 {
   const PetscInt dims[2] = {nz, nx};
@@ -411,5 +426,5 @@ static void observations(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-SLIP_TESTS(parameters, two_faults, normal_stress, scaling_and_critical_state, field_file, stiffness_file, elimination,
-           stiffness_view, power_balance, observations)
+SLIP_TESTS(parameters, two_faults, normal_stress, scaling_and_critical_state, elasticity_is_left_alone, field_file,
+           stiffness_file, elimination, stiffness_view, power_balance, observations)
