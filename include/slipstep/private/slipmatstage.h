@@ -14,7 +14,7 @@ PETSC_INTERN PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts);
 
 /* ---- secant.c: what a cheap stage operator gets wrong, on directions whose exact products are known ---- */
 typedef struct _n_SlipSecant *SlipSecant;
-PETSC_INTERN PetscErrorCode SlipSecantCreate(Mat K, PetscReal mass, PetscReal mean, SlipSecant *c);
+PETSC_INTERN PetscErrorCode SlipSecantCreate(Mat K, Mat R, PetscReal mass, PetscReal mean, SlipSecant *c);
 PETSC_INTERN PetscErrorCode SlipSecantDestroy(SlipSecant *c);
 PETSC_INTERN PetscErrorCode SlipSecantUpdate(SlipSecant c, const SlipRecycled *known, PetscReal theta,
                                              PetscBool *changed);

@@ -95,6 +95,7 @@ static PetscErrorCode StageFuse(SlipStageContext *s, SlipCirculant strike)
 
 static PetscErrorCode StageCreateApproximation(SlipStageContext *s);
 static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose);
+static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise);
 
 /* Chooses whether Jacobians are formed from something cheaper than B, where products with H are much more expensive than
    those with K, and how products are formed: fused by transforms or per wavenumber, assembled, or K and H apart. */
@@ -128,6 +129,7 @@ static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetApproximation_C",
                                        approximate ? MatSlipStageGetApproximation : NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipSetLoose_C", approximate ? MatSlipStageSetLoose : NULL));
+  PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetNoise_C", approximate ? MatSlipStageGetNoise : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -173,7 +175,7 @@ static PetscErrorCode StageCorrect(SlipStageContext *s)
   PetscFunctionBegin;
   PetscCall(SlipLanczosGetRecycled(s->H, &known));
   PetscCall(MatShellGetContext(s->approximation, &a));
-  if (known) PetscCall(SlipSecantCreate(s->K, s->mass, a->mean, &a->correction));
+  if (known) PetscCall(SlipSecantCreate(s->K, a->H, s->mass, a->mean > 0 ? a->mean : 1, &a->correction));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -196,6 +198,7 @@ static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
   PetscCall(SlipViscosityComposeFactor(H, s->damping));
   PetscCall(StageCreate(s->K, H, s->mass, 0, &s->approximation));
   PetscCall(MatDestroy(&H));
+  PetscCall(StageCorrect(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -404,6 +407,20 @@ static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose)
   PetscCall(StageContext(B, &s));
   PetscCall(SlipLanczosGetRecycled(s->H, &known));
   if (known) known->loose = loose;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The error of the last product in the 2-norm, 0 for that of rounding; composed as "MatSlipGetNoise_C" for solvers, which
+   need not bring residuals below it. */
+static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise)
+{
+  SlipStageContext *s;
+  SlipRecycled *known;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  PetscCall(SlipLanczosGetRecycled(s->H, &known));
+  *noise = known ? known->noise : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
