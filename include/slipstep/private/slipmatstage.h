@@ -44,7 +44,7 @@ typedef struct {
   PetscReal mean;         /* B = mean ((mass / theta) I + theta K), H is NULL; 0 when H is used */
   PetscInt jacobian;      /* row of what MatSlipStageSetJacobian() chooses from */
   Mat approximation;      /* NULL when Jacobians are to be exact */
-  SlipSecant correction;  /* of an approximation without a grid; else NULL */
+  SlipSecant correction;  /* of an approximation, where H remembers products; else NULL */
 } SlipStageContext;
 
 PETSC_INTERN PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y);
