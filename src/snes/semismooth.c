@@ -15,9 +15,10 @@
    error. */
 static const PetscReal model_share = 1e-2;
 /* Relative error of products with dG/dx at points far from the ones before, while the residual is above loose_from: an
-   approximate operator leaves an error of some 1e-2 there, and the next point's product is exact again. Below, a solve
-   might end on such a product. */
-static const PetscReal loose_share = 2e-3, loose_from = 1e-4;
+   approximate operator leaves an error of some 1e-3 there, and the next point's product is exact again. */
+static const PetscReal loose_share = 2e-4, loose_from = 1e-8;
+/* Share of an operator's own error that a residual need not go below. */
+static const PetscReal noise_share = 0.3;
 
 enum {
   patience = 4,      /* iterations in a row that an approximate operator may fail to halve the residual */
@@ -41,7 +42,20 @@ static PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* From the tolerance down to rounding with plain Newton steps, usually one. The residual is relative to the
+/* What is left of a residual when nothing but the error of dG/dx x, of rounding or of the operator's own, is. */
+static PetscErrorCode SlipSemismoothFloor(SlipConstraint con, PetscReal *floor)
+{
+  PetscReal noise = 0;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscTryMethod(con->B, "MatSlipGetNoise_C", (Mat, PetscReal *), (con->B, &noise));
+  PetscCall(VecGetSize(con->x, &n));
+  *floor = PetscMax(SLIP_SEARCH_ROUNDING, noise_share * noise / (PetscSqrtReal((PetscReal)n) * con->scale));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* From the tolerance down to that with plain Newton steps, usually one. The residual is relative to the
    strength, and slow slip rates are many orders below those that it balances: only there are they exact enough for
    runs on different numbers of ranks to agree. Stops when the residual no longer halves, and keeps the better point. */
 static PetscErrorCode SlipSemismoothPolish(SNES snes, SlipConstraint con, PetscBool exact, Vec x)
@@ -49,12 +63,14 @@ static PetscErrorCode SlipSemismoothPolish(SNES snes, SlipConstraint con, PetscB
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
   Vec xs = ss->slip.work[SEMISMOOTH_XS], dx = ss->slip.work[SEMISMOOTH_DX];
   SNESConvergedReason reason;
-  PetscReal last, step, size;
+  PetscReal last, step, size, floor;
   PetscBool ok, picard;
   Mat A;
 
   PetscFunctionBegin;
-  for (PetscInt it = snes->iter + 1; con->norm > SLIP_SEARCH_ROUNDING && it <= snes->max_its; it++) {
+  for (PetscInt it = snes->iter + 1; it <= snes->max_its; it++) {
+    PetscCall(SlipSemismoothFloor(con, &floor));
+    if (con->norm <= floor) break;
     last = con->norm;
     PetscCall(SlipConstraintJacobian(con, x));
     PetscCall(SlipSemismoothOperator(con, exact, &A));
@@ -113,7 +129,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   Vec x = snes->vec_sol;
   PetscReal last;
   PetscInt slow = 0; /* iterations in a row with an approximation that hardly converged */
-  PetscBool ok, exact = PETSC_FALSE;
+  PetscBool ok, loose, exact = PETSC_FALSE;
   Mat A;
 
   PetscFunctionBegin;
@@ -128,8 +144,8 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
     last = con->norm;
     if (it > 1) PetscCall(SlipConstraintJacobian(con, x)); /* SlipConstraintBegin() has asked for the first */
     PetscCall(SlipSemismoothOperator(con, exact, &A));
-    PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal),
-                   (con->B, A != con->B && con->norm > loose_from ? loose_share : 0.0));
+    loose = (PetscBool)(A != con->B && con->norm > loose_from);
+    PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal), (con->B, loose ? loose_share : 0.0));
     if (A != con->B)
       PetscCall(SlipSemismoothModel(snes, con, A, x, &ok));
     else
@@ -137,6 +153,10 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
     if (!ok) {
       snes->reason = reason = SNES_DIVERGED_LINEAR_SOLVE;
       break;
+    }
+    if (loose && con->norm <= snes->rtol) { /* nothing ends on such a product */
+      PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal), (con->B, 0.0));
+      PetscCall(SlipConstraintEvaluate(con, NULL, x));
     }
     /* give up an approximation that hardly converges, as near instability, where little is left of dG/dx */
     slow = A != con->B && con->norm > 0.5 * last ? slow + 1 : 0;

@@ -14,7 +14,7 @@ PETSC_INTERN PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts);
 
 /* ---- secant.c: what a cheap stage operator gets wrong, on directions whose exact products are known ---- */
 typedef struct _n_SlipSecant *SlipSecant;
-PETSC_INTERN PetscErrorCode SlipSecantCreate(Mat K, PetscReal mass, PetscReal mean, SlipSecant *c);
+PETSC_INTERN PetscErrorCode SlipSecantCreate(Mat K, Mat R, PetscReal mass, PetscReal mean, SlipSecant *c);
 PETSC_INTERN PetscErrorCode SlipSecantDestroy(SlipSecant *c);
 PETSC_INTERN PetscErrorCode SlipSecantUpdate(SlipSecant c, const SlipRecycled *known, PetscReal theta,
                                              PetscBool *changed);
@@ -45,7 +45,7 @@ typedef struct {
   PetscReal mean;         /* B = mean ((mass / theta) I + theta K), H is NULL; 0 when H is used */
   PetscInt jacobian;      /* row of what MatSlipStageSetJacobian() chooses from */
   Mat approximation;      /* NULL when Jacobians are to be exact */
-  SlipSecant correction;  /* of an approximation without a grid; else NULL */
+  SlipSecant correction;  /* of an approximation, where H remembers products; else NULL */
 } SlipStageContext;
 
 PETSC_INTERN PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y);

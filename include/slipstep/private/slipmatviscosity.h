@@ -28,6 +28,7 @@ typedef struct {
   PetscReal error[SLIP_RECYCLED_MAX];                 /* of the images, in the 2-norm */
   PetscReal loose;    /* relative error of the product of an iterate far from the others; 0: the tolerance */
   PetscBool loosened; /* the last product was such a one */
+  PetscReal noise;    /* error of the last product in the 2-norm, about */
   Vec rest;
 } SlipRecycled;
 PETSC_INTERN PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProductFn product, void *ctx,

@@ -92,6 +92,7 @@ PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y)
   }
   if (s->plane) {
     PetscCall(StageMultPlane(s, x, y));
+    if (s->correction) PetscCall(SlipSecantAdd(s->correction, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatMult(s->K, x, y));
