@@ -320,8 +320,12 @@ PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipStat
     PetscCall(SlipStateVec(s, name, c->viscosity[j]));
     PetscCall(PetscSNPrintf(name, sizeof(name), "secant_error_%" PetscInt_FMT, j));
     PetscCall(SlipStateReal(s, name, 1, &c->error[j]));
-    if (SlipStateIsLoading(s)) PetscCall(MatMult(c->K, c->s[j], c->stiffness[j]));
+    if (!SlipStateIsLoading(s)) continue;
+    PetscCall(MatMult(c->K, c->s[j], c->stiffness[j]));
+    if (c->R) PetscCall(MatMult(c->R, c->s[j], c->cheap[j]));
   }
+  /* their bits depend on the directions that there were when they were formed */
+  PetscCall(SlipStateReal(s, "secant_products", SMALL * CORRECTION_MAX * CORRECTION_MAX, &c->small[0][0][0]));
   if (SlipStateIsLoading(s)) c->nseen = 0;
   for (PetscInt j = 0; j < known->n; j++) {
     PetscBool seen = PETSC_FALSE;
