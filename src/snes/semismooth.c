@@ -63,7 +63,7 @@ static PetscErrorCode SlipSemismoothPolish(SNES snes, SlipConstraint con, PetscB
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
   Vec xs = ss->slip.work[SEMISMOOTH_XS], dx = ss->slip.work[SEMISMOOTH_DX];
   SNESConvergedReason reason;
-  PetscReal last, step, size, floor;
+  PetscReal last, step, size, floor = 0;
   PetscBool ok, picard;
   Mat A;
 
