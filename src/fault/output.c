@@ -182,13 +182,12 @@ static PetscErrorCode SlipFaultOutputLastFields(SlipFaultOutput out, TS ts)
   Level: intermediate
 
   Notes:
-  When the integrator estimated local errors and the fault rests at the end, the summary has an estimate of the
-  relative error of the final mean slip, for which `SlipFaultOutputStart()` must have been called: a number that was
-  below the error in 7 % of 1007 runs (median 2.9 times it), and a likely one (median 1.1). A policy that observes
-  log_accuracy has its dial judged by it.
-  Attributes of /result: slip_error_estimate, slip_error_signed (computed minus exact), accuracy_requested,
-  slip_error_estimate_met, and with the check slip_error_check, slip_error_check_signed, slip_error_check_met,
-  check_solves.
+  When the fault rests at the end, the summary has an estimate of the relative error of the final mean slip, which nine
+  in ten runs stay below and for which `SlipFaultOutputStart()` must have been called, or the reason why it is unknown. A
+  policy that observes log_accuracy has its dial judged by it: likely met, or unknown; the check says met or not met.
+  Attributes of /result: slip_error_estimate, slip_error_signed (the first variation, computed minus exact),
+  slip_error_measure (the estimate before its calibration), accuracy_requested, slip_error_estimate_met (1 or -1), and
+  with the check slip_error_check, slip_error_check_signed, slip_error_check_met (1 or 0), check_solves.
 
 .seealso: SlipFaultOutputStart()
 @*/
