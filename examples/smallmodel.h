@@ -71,8 +71,9 @@ static PetscErrorCode Row(TS ts, PetscReal time, Vec w, Vec r, PetscReal row[], 
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode Solve(TS ts, Vec w, Run *run, const char file[], PetscLogDouble begin)
+static PetscErrorCode Solve(TS ts, Vec w, Run *run, const char file[], PetscBool overwrite, PetscLogDouble begin)
 {
+  char option[64];
   const SlipModelOps *ops = run->model->ops;
   const PetscInt n = ops->n;
   SlipOutputColumn column[SLIP_MODEL_STATES + 4];
@@ -87,6 +88,8 @@ static PetscErrorCode Solve(TS ts, Vec w, Run *run, const char file[], PetscLogD
   column[n + 2] = (SlipOutputColumn){"exact", ops->units[0], PETSC_FALSE};
   column[n + 3] = (SlipOutputColumn){"exact_reaction", ops->units[n], PETSC_FALSE};
   PetscCall(SlipOutputCreate(ts, file, ops->exact ? n + 4 : n + 2, column, Row, run, &output));
+  PetscCall(PetscSNPrintf(option, sizeof(option), "%s_output", run->program->name));
+  PetscCall(SlipOutputSetOption(output, NULL, option, overwrite));
   if (run->compared) PetscCall(TSMonitorSet(ts, MeasureError, run, NULL));
   PetscCall(PetscTime(&ready));
   PetscCall(TSSolve(ts, w));
@@ -102,7 +105,7 @@ static PetscErrorCode Main(const Program *program)
 {
   Run run = {.program = program, .ctx = program->ctx, .compared = PETSC_TRUE};
   char file[PETSC_MAX_PATH_LEN] = "", option[64];
-  PetscBool only_help;
+  PetscBool only_help, overwrite = PETSC_FALSE;
   PetscLogDouble begin;
   TS ts;
   Vec w;
@@ -114,6 +117,9 @@ static PetscErrorCode Main(const Program *program)
   PetscCall(PetscSNPrintf(option, sizeof(option), "-%s_output", program->name));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Output", NULL);
   PetscCall(PetscOptionsString(option, "HDF5 file to write (default none)", NULL, file, file, sizeof(file), NULL));
+  PetscCall(PetscStrlcat(option, "_overwrite", sizeof(option)));
+  PetscCall(PetscOptionsBool(option, "Throw the rows of an unfinished FILE.part away (default no)", NULL, overwrite,
+                             &overwrite, NULL));
   PetscOptionsEnd();
   if (program->options) PetscCall((*program->options)(&run));
   PetscCall(TSCreate(PETSC_COMM_WORLD, &ts));
@@ -124,7 +130,7 @@ static PetscErrorCode Main(const Program *program)
   PetscCall(TSBatheCheckOptions(ts));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
-    PetscCall(Solve(ts, w, &run, file, begin));
+    PetscCall(Solve(ts, w, &run, file, overwrite, begin));
     PetscCall(SlipWarnOfUnusedOptions());
   }
   PetscCall(VecDestroy(&w));

@@ -7,12 +7,14 @@
 typedef struct {
   hid_t id;
   char name[PETSC_MAX_PATH_LEN];
-  char target[PETSC_MAX_PATH_LEN]; /* writing: final name, taken at SlipH5Close(), links resolved; "": reading */
-  char source[64];                 /* for messages: " (-option)" that named the file, or "" */
-  int fd;                          /* writing: a descriptor of our own, which holds the lock */
-  PetscBool live;                  /* writing: it is target.part, which others may read while it grows */
-  PetscInt64 ahead;                /* bytes that may be written before the next flush ends */
-  PetscLogDouble flushed, cost;    /* when the last flush ended, how long it took [s] */
+  char target[PETSC_MAX_PATH_LEN];   /* writing: final name, taken at SlipH5Close(), links resolved; "": reading */
+  char source[64];                   /* for messages: " (-option)" that named the file, or "" */
+  int fd;                            /* writing: a descriptor of our own, which holds the lock */
+  PetscBool live;                    /* writing: it is target.part, which others may read while it grows */
+  PetscInt64 ahead;                  /* bytes that may be written before the next flush ends */
+  PetscErrorCode (*last)(void *ctx); /* NULL, or appends rows that are collected, when an error ends the program */
+  void *ctx;
+  PetscLogDouble flushed, cost; /* when the last flush ended, how long it took [s] */
 } SlipH5;
 
 /* How an output file is named and protected: options prefix and option that name it, without dash; the option by which
@@ -41,8 +43,9 @@ PETSC_EXTERN PetscErrorCode SlipH5Create(const char file[], SlipH5 *h); /* opens
 PETSC_EXTERN PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH5 *h);
 /* Writes to a copy of the file from, which takes the name of file at the end; NULL: file.part or, without one, file */
 PETSC_EXTERN PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const char file[], SlipH5 *h);
-PETSC_EXTERN PetscErrorCode SlipH5Close(SlipH5 *h);               /* writing: renames into place */
-PETSC_EXTERN PetscErrorCode SlipH5Abandon(SlipH5 *h);             /* writing: what is live stays as file.part */
+PETSC_EXTERN PetscErrorCode SlipH5Close(SlipH5 *h);   /* writing: renames into place */
+PETSC_EXTERN PetscErrorCode SlipH5Abandon(SlipH5 *h); /* writing: what is live stays as file.part */
+PETSC_EXTERN void SlipH5AbandonAll(void);             /* that this process writes, before an error ends it */
 PETSC_EXTERN PetscErrorCode SlipH5CheckCreate(const char file[]); /* errors of SlipH5Create(), nothing is left */
 PETSC_EXTERN PetscErrorCode SlipH5CheckCreateKind(const SlipH5Kind *kind, const char file[]);
 /* A growing file whose layout is there becomes file.part: from now on only rows and values of attributes change, and

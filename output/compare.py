@@ -37,7 +37,8 @@ def load(argument):
     label, equals, path = argument.partition("=")
     run = Run(path if equals else argument)
     run.require_fault("compare.py")
-    return (label if equals else os.path.splitext(os.path.basename(argument))[0]), run
+    run.warn("compare.py")
+    return (label if equals else os.path.splitext(os.path.basename(argument))[0]) + ("" if run.complete else " (unfinished)"), run
 
 
 def check_same_case(run, reference):
@@ -48,7 +49,7 @@ def check_same_case(run, reference):
         if abs(mine - theirs).max() > 1e-6 * abs(theirs).max():
             raise OutputError(f"{run.path} and the reference {reference.path} differ in the cell centres {axis}")
     end, fine = run.series["time"][-1], reference.series["time"][-1]
-    if abs(end - fine) > 1e-6 * fine:
+    if abs(end - fine) > 1e-6 * fine and run.complete:
         raise OutputError(f"{run.path} ends at {end:g} s but the reference {reference.path} at {fine:g} s")
 
 
@@ -76,7 +77,7 @@ def table(runs, reference):
     heads = ["controller", "accepted", "rejected", "Bathe solves", "wall time (s)", "final mean slip (m)", "error (%)", "half of it at (s)"]
     rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]),
              f"{run.result['wall_time_solve']:.2f}", f"{run.result['mean_slip']:.5f}",
-             f"{100 * slip_error(run, reference):+.2f}" if reference else "-", f"{half_slip_time(run):.2f}"] for label, run in runs]
+             f"{100 * slip_error(run, reference):+.2f}" if reference and run.complete else "-", f"{half_slip_time(run):.2f}"] for label, run in runs]
     if reference:
         rows.append(["reference", str(reference.result["accepted"]), str(reference.result["rejected"]),
                      str(reference.result["solves"]), "-", f"{reference.result['mean_slip']:.5f}", "", f"{half_slip_time(reference):.2f}"])

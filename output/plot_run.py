@@ -47,7 +47,7 @@ def small_figure(run):
     steps.set(title="Step size", xlabel="time (s)", ylabel="step (s)")
     steps.legend()
     draw_error(error, run, RUN_STYLES[0])
-    canvas.suptitle(f"{os.path.basename(run.path)}: {run.result['accepted']} accepted, {run.result['rejected']} rejected")
+    canvas.suptitle(f"{run.title}: {run.result['accepted']} accepted, {run.result['rejected']} rejected")
     return canvas
 
 
@@ -76,8 +76,8 @@ def figure(run):
         for plane, name in zip(axes[2], stored):
             time = draw_map(plane, run, name, times[name], labels[name][1])
             plane.set_title(f"{labels[name][0]} at {time:.1f} s")
-    canvas.suptitle(f"{os.path.basename(run.path)}: {run.result['accepted']} accepted, {run.result['rejected']} rejected, "
-                    f"final mean slip {run.result['mean_slip']:.4f} m")
+    canvas.suptitle(f"{run.title}: {run.result['accepted']} accepted, {run.result['rejected']} rejected, "
+                    f"{'final ' if run.complete else ''}mean slip {run.result['mean_slip']:.4f} m")
     return canvas
 
 
@@ -89,6 +89,7 @@ def main():
     target = options.figure or os.path.splitext(options.run)[0] + ".png"
     try:
         run = Run(options.run)
+        run.warn("plot_run.py")
         (figure if run.is_fault else small_figure)(run).savefig(target)
     except (OutputError, OSError) as error:
         sys.exit(f"plot_run.py: {error}")

@@ -9,6 +9,7 @@ Run(path) and its steps, series, fields and results in SI units.
 """
 
 import os
+import sys
 
 import h5py
 import numpy as np
@@ -36,11 +37,15 @@ def _plain(value):
 def open_file(path, writer):
     """The HDF5 file, for reading; writer: the words that say which program would write it."""
     if not os.path.exists(path):
-        raise OutputError(f"{path}: no such file; {writer}")
+        part = f"; {path}.part is there, of a run that has not ended: read that one" if os.path.exists(f"{path}.part") else ""
+        raise OutputError(f"{path}: no such file{part or '; ' + writer}")
     try:
         return h5py.File(path, "r")
     except OSError as error:
-        raise OutputError(f"{path}: not a complete HDF5 file ({error})") from error
+        try:
+            return h5py.File(path, "r", swmr=True)  # at the very moment of a flush
+        except (OSError, ValueError):
+            raise OutputError(f"{path}: not a complete HDF5 file ({error})") from error
 
 
 class Run:
@@ -50,8 +55,9 @@ class Run:
     series  dict of arrays, one value per accepted step: time [s], mean_slip_rate [m/s], mean_slip [m], ...
     mesh    dict: x, z cell centres [m] and the per-cell parameters; of irregular cells also y, length, width [m];
             empty for other models than the fault
-    result  dict of numbers: accepted, rejected, solves, mean_slip [m] of a fault, ...
+    result  dict of numbers: accepted, rejected, solves, mean_slip [m] of a fault, ...; so far, of a run that has not ended
     run     dict of attributes: options, versions, ranks, policy, wall time
+    complete  whether the run has ended; a file that grows is read up to the rows that all datasets of a group have
     units   dict from "/group/dataset" to its unit
     """
 
@@ -64,8 +70,12 @@ class Run:
             self.steps = self._group(file, "steps", STEPS)
             self.series = self._group(file, "series", ("time",) + (SERIES if fault else ()))
             self.mesh = self._group(file, "mesh", MESH) if fault else {}
-            self.result = self._attributes(file, "result", RESULT + (("mean_slip",) if fault else ()))
+            self.complete = bool(file.attrs.get("complete", 1))
             self.run = self._attributes(file, "run", ())
+            if self.complete:
+                self.result = self._attributes(file, "result", RESULT + (("mean_slip",) if fault else ()))
+            else:
+                self.result = self._so_far()
             self.field_names = [name for name in file.get("fields", ()) if name != "time"]
         self._check_rows("steps", self.steps)
         self._check_rows("series", self.series)
@@ -86,7 +96,32 @@ class Run:
             if isinstance(dataset, h5py.Dataset):
                 data[key] = dataset[()]
                 self.units[f"/{name}/{key}"] = _plain(dataset.attrs.get("units", ""))
+        if name in ("steps", "series") and not file.attrs.get("complete", 1):
+            rows = min(len(data[key]) for key in group)
+            data.update((key, data[key][:rows]) for key in group)
         return data
+
+    def _so_far(self):
+        """What /result will hold, from the rows of a run that has not ended."""
+        if not len(self.series["time"]):
+            raise OutputError(f"{self.path}: no step of the run is there yet")
+        accepted = int(self.steps["accepted"].sum())
+        result = {"accepted": accepted, "rejected": len(self.steps["accepted"]) - accepted, "wall_time_setup": 0.0,
+                  "wall_time_solve": float(self.steps["wall"].sum())}
+        result.update((key, int(self.steps[key].sum())) for key in ("solves", "newton_iterations", "linear_iterations") if key in self.steps)
+        if self.is_fault:
+            result["mean_slip"] = float(self.series["mean_slip"][-1])
+        return result
+
+    @property
+    def title(self):
+        """The name of the file, and that its run has not ended."""
+        return os.path.basename(self.path) + ("" if self.complete else f" (unfinished, to {self.series['time'][-1]:g} s)")
+
+    def warn(self, program):
+        """One line on stderr for a run that has not ended."""
+        if not self.complete:
+            print(f"{program}: {self.path} is unfinished: complete = 0, its rows end at {self.series['time'][-1]:g} s", file=sys.stderr)
 
     def _attributes(self, file, name, required):
         if name not in file:
@@ -148,7 +183,8 @@ class Run:
             if group is None or name not in group or "time" not in group:
                 raise OutputError(f"{self.path}: field {name} was not stored (there are: {', '.join(self.field_names) or 'none'}); "
                                   f"run with -fault_output_fields {name}")
-            return group["time"][()], group[name][()]
+            rows = min(len(group["time"]), len(group[name]))
+            return group["time"][:rows], group[name][:rows]
 
     def field_at(self, name, time):
         """The stored map nearest to a time [s]: its own time and the map [Nz, Nx], or [N] of irregular cells."""

@@ -69,6 +69,17 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rank 0: the rows before an error that ends the program */
+static PetscErrorCode SlipOutputLast(void *ctx)
+{
+  SlipOutput out = (SlipOutput)ctx;
+
+  PetscFunctionBegin;
+  PetscCall(SlipTableFlush(&out->steps, &out->file));
+  PetscCall(SlipTableFlush(&out->series, &out->file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipOutputBegin(SlipOutput out)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -81,6 +92,8 @@ PetscErrorCode SlipOutputBegin(SlipOutput out)
   if (out->layout) PetscCall((*out->layout)(out, out->ctx));
   if (!out->rank) ierr = SlipH5Live(&out->file);
   PetscCall(SlipErrorBcast(out->comm, ierr));
+  out->file.last = SlipOutputLast;
+  out->file.ctx = out;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -88,8 +101,7 @@ PetscErrorCode SlipOutputBegin(SlipOutput out)
 static PetscErrorCode SlipOutputFlush(SlipOutput out)
 {
   PetscFunctionBegin;
-  PetscCall(SlipTableFlush(&out->steps, &out->file));
-  PetscCall(SlipTableFlush(&out->series, &out->file));
+  PetscCall(SlipOutputLast(out));
   if (!out->policy_known) PetscCall(SlipOutputPolicy(out));
   PetscCall(SlipOutputWall(out));
   PetscCall(SlipH5Flush(&out->file));

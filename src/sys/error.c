@@ -2,10 +2,12 @@
    program is PETSc's. */
 #include <slipsys.h>
 #include <slipcompat.h>
+#include <slipstep/private/slipsys.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #define SLIP_ABORT_WAIT 5.0 /* time that other ranks leave rank 0 to print and abort [s] */
 #define SLIP_SPEAK_WAIT 1.0 /* time that other ranks leave rank 0 to report an error that all ranks meet alone [s] */
@@ -25,6 +27,13 @@ static void SlipSpeak(const char kind[], const char format[], va_list args)
   fflush(stderr);
 }
 
+static PetscBool (*at_end)(void) = NULL;
+
+void SlipErrorAtEnd(PetscBool (*end)(void))
+{
+  at_end = end;
+}
+
 static void SlipError(const char format[], ...)
 {
   va_list args;
@@ -38,6 +47,7 @@ static void SlipError(const char format[], ...)
 static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *function, const char *file,
                                        PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
 {
+  static PetscBool ending = PETSC_FALSE; /* an error in the clean-up after an error is no news */
   int world = 1, here = 0, size = 1, rank = 0;
   const char *general = NULL;
 
@@ -45,7 +55,8 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   (void)function;
   (void)file;
   (void)ctx;
-  if (type == PETSC_ERROR_REPEAT) return code;
+  if (type == PETSC_ERROR_REPEAT || ending) return code;
+  ending = PETSC_TRUE;
   MPI_Comm_size(MPI_COMM_WORLD, &world);
   MPI_Comm_rank(MPI_COMM_WORLD, &here);
   if (comm != MPI_COMM_NULL && comm != 0) {
@@ -58,6 +69,7 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
     SlipError("%s", general ? general : message && message[0] ? message : "unknown");
   } else
     PetscSleep(SLIP_ABORT_WAIT);
+  if (at_end && !(*at_end)() && world == 1) _exit(EXIT_FAILURE);
   if (world == 1) exit(EXIT_FAILURE); /* nobody to wait for, and MPI_Abort() is talkative */
   MPI_Abort(MPI_COMM_WORLD, (int)code);
   return code;

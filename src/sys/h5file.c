@@ -110,7 +110,7 @@ PetscErrorCode SlipH5OpenRead(const char file[], SlipH5 *h)
 
   Errors: those of SlipH5OpenReadOption().
 
-.seealso: SlipH5OpenReadOption(), SlipH5CheckCreateOption()
+.seealso: SlipH5OpenReadOption(), SlipH5CheckCreateKind()
 @*/
 PetscErrorCode SlipH5CheckRead(MPI_Comm comm, const char prefix[], const char option[], const char file[])
 {
@@ -122,7 +122,7 @@ PetscErrorCode SlipH5CheckRead(MPI_Comm comm, const char prefix[], const char op
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (!rank) {
     ierr = SlipH5OpenReadOption(prefix, option, file, &h);
-    if (!ierr) PetscCall(SlipH5Close(&h));
+    if (!ierr) (void)H5Fclose(h.id);
   }
   PetscCall(SlipErrorBcast(comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);

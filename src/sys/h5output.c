@@ -10,15 +10,13 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <petsctime.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 
 /* Wall time between two flushes [s]: such that they take a hundredth of it, within these bounds */
-#define SLIP_H5_FLUSH_MIN 0.5
+#define SLIP_H5_FLUSH_MIN 0.1
 #define SLIP_H5_FLUSH_MAX 10.0
 
 /* ---- names and locks ---- */
@@ -93,14 +91,14 @@ static PetscErrorCode SlipH5OpenBeside(const SlipH5 *h, const char file[], int f
   }
 }
 
-/* H5Lvisit(): the rows of the longest series */
+/* H5Lvisit(): the rows of the longest series. /fields has the start of a run as well, which is no result. */
 static herr_t SlipH5Longest(hid_t location, const char *name, const H5L_info_t *info, void *ctx)
 {
   const hid_t id = H5Oopen(location, name, H5P_DEFAULT);
   hsize_t shape[H5S_MAX_RANK], limit[H5S_MAX_RANK], *rows = (hsize_t *)ctx;
 
   (void)info;
-  if (H5Iget_type(id) == H5I_DATASET) {
+  if (H5Iget_type(id) == H5I_DATASET && strncmp(name, "fields/", 7)) {
     const hid_t space = H5Dget_space(id);
 
     if (H5Sget_simple_extent_dims(space, shape, limit) > 0 && limit[0] == H5S_UNLIMITED)
@@ -109,6 +107,13 @@ static herr_t SlipH5Longest(hid_t location, const char *name, const H5L_info_t *
   }
   H5Oclose(id);
   return 0;
+}
+
+static hsize_t SlipH5MostRows(hid_t id)
+{
+  hsize_t rows = 0;
+
+  return H5Lvisit(id, H5_INDEX_NAME, H5_ITER_NATIVE, SlipH5Longest, &rows) < 0 ? 1 : rows;
 }
 
 /* An unfinished file with rows stays, unless told otherwise; so does one that cannot be read. */
@@ -131,7 +136,7 @@ static PetscErrorCode SlipH5KeepRows(const SlipH5 *h, const SlipH5Kind *kind)
   id = H5Fopen(part, H5F_ACC_RDONLY, H5P_DEFAULT);
   if (id < 0) id = H5Fopen(part, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT);
   if (id >= 0) {
-    if (H5Lvisit(id, H5_INDEX_NAME, H5_ITER_NATIVE, SlipH5Longest, &rows) < 0) rows = 1;
+    rows = SlipH5MostRows(id);
     H5Fclose(id);
     if (!rows) PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -173,16 +178,9 @@ static PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], Sli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives up what was claimed */
-static void SlipH5Release(SlipH5 *h, PetscBool keep)
-{
-  if (h->fd >= 0 && !keep) unlink(h->name);
-  if (h->fd >= 0) close(h->fd);
-  h->fd = -1;
-  h->id = -1;
-}
-
 /* ---- creating ---- */
+
+static PetscBool SlipH5End(void);
 
 /* Access properties: nobody's lock but ours; for a file that grows the format that SWMR needs, which HDF5 1.10 reads, and
    no metadata on disk before a flush. */
@@ -249,6 +247,8 @@ PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH
     SlipH5Release(h, PETSC_FALSE);
     PetscCall(SlipH5Refuse(h, h->name, reason ? reason : EIO));
   }
+  SlipH5Enlist(h);
+  SlipErrorAtEnd(SlipH5End);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -317,6 +317,8 @@ PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const
     SlipH5Release(h, PETSC_FALSE);
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is damaged%s", from, h->source);
   }
+  SlipH5Enlist(h);
+  SlipErrorAtEnd(SlipH5End);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -397,42 +399,6 @@ PetscErrorCode SlipH5CheckCreate(const char file[])
 }
 
 /* ---- writing ---- */
-
-/* HDF5 must not write to the file any more, neither now nor in its own clean-up at exit, which crashes where it cannot. */
-static void SlipH5Disconnect(SlipH5 *h)
-{
-  const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
-  void *handle = NULL;
-
-  if (nowhere >= 0 && H5Fget_vfd_handle(h->id, H5P_DEFAULT, &handle) >= 0 && handle)
-    (void)dup2(nowhere, *(int *)handle);
-  if (nowhere >= 0) close(nowhere);
-}
-
-PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const char format[], ...)
-{
-  const PetscBool live = h->live;
-  char what[2 * PETSC_MAX_PATH_LEN];
-  struct statvfs disk;
-  va_list args;
-
-  PetscFunctionBegin;
-  va_start(args, format);
-  (void)vsnprintf(what, sizeof(what), format, args);
-  va_end(args);
-  if (!reason && h->fd >= 0 && !fstatvfs(h->fd, &disk) && !disk.f_bavail) reason = ENOSPC; /* HDF5 kept it to itself */
-  if (h->id > 0) {
-    const PetscBool keep = live && sound && H5Fflush(h->id, H5F_SCOPE_LOCAL) >= 0 ? PETSC_TRUE : PETSC_FALSE;
-
-    if (!keep) SlipH5Disconnect(h);
-    (void)H5Fclose(h->id);
-    if (live) (void)(keep ? SlipH5Trim(h->fd) : SlipH5MakeReadable(h->fd));
-    SlipH5Release(h, live);
-  }
-  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s%s%s", what,
-          reason ? strerror(reason) : "HDF5 gives no reason", live ? "; the file keeps the whole rows before it" : "",
-          h->source);
-}
 
 /*@C
   SlipH5Live - let a growing file be read from now on, as file.part
@@ -518,7 +484,7 @@ PetscErrorCode SlipH5Flush(SlipH5 *h)
 . h - file
 
   Output Parameter:
-. due - after half a second, after a hundred times the last flush, but at the latest after 10 s
+. due - after a hundred times the last flush, not before 0.1 s and at the latest after 10 s
 
   Level: developer
 
@@ -579,11 +545,50 @@ PetscErrorCode SlipH5Abandon(SlipH5 *h)
   if (h->live)
     PetscCall(SlipH5Flush(h));
   else if (h->target[0])
-    SlipH5Disconnect(h);
-  (void)H5Fclose(h->id);
+    SlipH5CloseNowhere(h);
+  if (h->live || !h->target[0]) (void)SlipH5CloseId(h->id);
   if (h->live) (void)SlipH5Trim(h->fd);
   SlipH5Release(h, h->live);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5AbandonAll - SlipH5Abandon() for every file that this process writes, when an error ends the program
+
+  Not collective.
+
+  Level: developer
+
+  Note:
+  A growing file without rows is removed as well. No error is raised.
+
+.seealso: SlipH5Abandon(), SlipErrorHandlerPush()
+@*/
+void SlipH5AbandonAll(void)
+{
+  static PetscBool busy = PETSC_FALSE;
+
+  if (busy) return; /* an error in what follows */
+  busy = PETSC_TRUE;
+  for (int i = 0; i < SLIP_H5_WRITTEN; i++) {
+    SlipH5 *h = SlipH5Written(i);
+
+    if (!h) continue;
+    if (h->live && h->last) (void)(*h->last)(h->ctx);
+    if (h->id > 0 && h->live && !SlipH5MostRows(h->id)) {
+      SlipH5CloseNowhere(h);
+      SlipH5Release(h, PETSC_FALSE);
+    } else
+      (void)SlipH5Abandon(h);
+  }
+  busy = PETSC_FALSE;
+}
+
+/* Before an error ends the program: may it use exit()? */
+static PetscBool SlipH5End(void)
+{
+  SlipH5AbandonAll();
+  return SlipH5IsStuck() ? PETSC_FALSE : PETSC_TRUE;
 }
 
 /*@C
@@ -614,8 +619,7 @@ PetscErrorCode SlipH5Close(SlipH5 *h)
   PetscCall(SlipH5Flush(h)); /* all that is before "complete" */
   if (h->live) PetscCall(SlipH5WriteAttrInt(h, "/", "complete", 1));
   PetscCall(SlipH5Flush(h)); /* what follows is the superblock alone */
-  errno = 0;
-  if (H5Fclose(h->id) < 0) reason = errno ? errno : EIO;
+  reason = SlipH5CloseId(h->id);
   h->id = -1;
   if (!reason) reason = SlipH5Trim(h->fd);
   if (!reason && fsync(h->fd) && errno != EINVAL) reason = errno;

@@ -93,6 +93,7 @@ int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes)
   hsize_t size;
   off_t end;
 
+  if (h->fd < 0) return 0;
   errno = 0;
   if (H5Fget_filesize(h->id, &size) < 0 || fstat(h->fd, &info)) return errno ? errno : EIO;
   h->ahead += bytes;

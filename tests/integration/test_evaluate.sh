@@ -115,7 +115,7 @@ refuses "-ts_rtol has no place here" -evaluate_tolerances -- "${same[@]}" -ts_rt
 refuses "-evaluate_meshes has -3" -- "${same[@]}" -evaluate_meshes -3
 refuses "-evaluate_spread is -1, expected a number >= 0" -- "${same[@]}" -evaluate_spread -1
 refuses "-evaluate_repetitions is 0" -- "${same[@]}" -evaluate_repetitions 0
-refuses "(-evaluate_output)" "directory must exist" -- "$bin/evaluate" "${tiny[@]}" -evaluate_output no/such/dir.h5
+refuses "(-evaluate_output)" "No such file or directory" -- "$bin/evaluate" "${tiny[@]}" -evaluate_output no/such/dir.h5
 head -c 3000 a.h5 >cut.h5
 refuses "cut.h5" "truncated or damaged" -- "$bin/evaluate" "${tiny[@]}" -evaluate_output cut.h5
 [ "$sum" = "$(sha256sum <a.h5)" ] || fail "wrong use changed the file"

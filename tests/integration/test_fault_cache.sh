@@ -52,7 +52,7 @@ done
 # Something that cannot be replaced: the run goes on without.
 rm "$name" && mkdir "$name"
 same "$first" "$(slip "${run[@]}")" 0 "a directory in the file's place"
-grep -q "^fault: warning: cannot replace $name (-fault_cache_dir); nothing was kept$" messages || fail "a directory: $(cat messages)"
+grep -q "^fault: warning: cannot replace $name: Is a directory (-fault_cache_dir); nothing was kept$" messages || fail "a directory: $(cat messages)"
 [ "$(files)" = 0 ] || fail "a file that could not be renamed was left: $(find cache)"
 rmdir "$name" && cp good "$name"
 

@@ -85,7 +85,7 @@ PY
 echo "no HDF5" >not.h5
 head -c 900 k.h5 >truncated.h5
 head -c 5000 p_good.h5 >p_truncated.h5
-echo "an older result" >old.h5
+"$SLIPSTEP_PYTHON" -c 'import h5py; h5py.File("old.h5", "w")["older"] = 1'
 cp old.h5 reference
 
 # expect TEXT ARGUMENTS...: the fault refuses, and an older output file stays as it was
@@ -231,8 +231,29 @@ expect "none.h5" "${mesh[@]}" -fault_output old.h5 -fault_stiffness_file none.h5
 "$fault" "${mesh[@]}" -ts_adapt_type heuristic -ts_adapt_dt_min 5 -ts_dt 20 >out.txt 2>err.txt && failed=1
 grep -q -e "-ts_adapt_dt_min" err.txt || fail "-ts_adapt_dt_min is not named"
 cmp old.h5 reference || fail "old.h5 was touched"
-rm -f old.h5.part # what that run had computed is kept
+rm -f old.h5.part # what that run had computed would be kept
 [ ! -e x.h5 ] && [ ! -e x.h5.part ] || fail "x.h5 was written"
+
+# An output destroys nothing: neither what is special, nor of another format, nor an input, by whatever name. Links are
+# followed.
+mkfifo pipe
+ln -s ../"$(basename "$work")"/stress_list.h5 link.h5
+ln -s round.h5 round.h5
+expect "cannot write /dev/null: it is a device, pipe or socket" -fault_output /dev/null
+expect "cannot write pipe: it is a device, pipe or socket" -fault_output pipe
+expect "cannot write not.h5: it is there and is not an HDF5 file; expected another name (-fault_output)" -fault_output not.h5
+expect "Too many levels of symbolic links" -fault_output round.h5
+"$SLIPSTEP_PYTHON" -c 'import h5py, numpy; h5py.File("stress.h5", "w")["normal_stress"] = numpy.full((2, 2), 1e7)'
+ln -s stress.h5 input.h5
+expect "(-fault_output): it is read by this run as well (-fault_parameters)" -fault_nx 2 -fault_nz 2 -fault_parameters stress.h5 -fault_output input.h5
+expect "(-fault_output): it is read by this run as well (-ts_adapt_rl_policy)" "${rl[@]}" -ts_adapt_rl_policy p_good.h5 -fault_output ./p_good.h5
+ln -s k.h5 new.h5.part
+if "$fault" -fault_nx 2 -fault_nz 2 -fault_output new.h5 >out.txt 2>err.txt; then fail "FILE.part was a link"; fi
+grep -qF "new.h5.part is a link" err.txt || fail "FILE.part is a link: $(cat err.txt)"
+rm new.h5.part
+mkdir far && ln -s far/out.h5 near.h5
+"$fault" -fault_nx 2 -fault_nz 2 -ts_max_time 1 -fault_output near.h5 >out.txt 2>err.txt || fail "a link to a new file: $(cat err.txt)"
+[ -L near.h5 ] && [ -f far/out.h5 ] || fail "a link was not followed"
 
 # On two ranks as well: the message once, an error code, no hang, nothing written.
 for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/such/directory/x.h5" \

@@ -287,12 +287,9 @@ static void broken_files(void **state)
     SlipH5 h;
 
     ok(SlipPolicyStore(good, file));
-    snprintf(h.name, sizeof(h.name), "%s", file);
-    h.id = H5Fopen(file, H5F_ACC_RDWR, H5P_DEFAULT);
-    assert_true(h.id >= 0);
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    ok(SlipH5CreateCopy(&(SlipH5Kind){.growing = PETSC_FALSE}, file, file, &h));
     spoil(&h, k);
-    H5Fclose(h.id);
+    ok(SlipH5Close(&h));
     fails(SlipPolicyLoad(p, file), Broken[k].want);
     assert_non_null(strstr(message, file)); /* every message names the file */
     ok(SlipPolicyEvaluate(p, obs, &b, NULL));

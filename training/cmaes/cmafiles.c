@@ -127,13 +127,17 @@ static const CurveColumn Columns[COLUMNS] = {
 
 PetscErrorCode CMALogOpen(CMATrainer *t)
 {
+  SlipH5Kind kind;
+
   PetscFunctionBegin;
   if (t->rank || !t->o.log[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&t->log));
-  PetscCall(SlipH5Create(t->o.log, &t->log->h5));
+  PetscCall(CurveKind(&kind));
+  PetscCall(SlipH5CreateKind(&kind, t->o.log, &t->log->h5));
   PetscCall(CurveCreate(&t->log->h5, COLUMNS, Columns));
   PetscCall(SlipH5WriteAttrInt(&t->log->h5, "/", "seed", t->o.seed));
   PetscCall(SlipH5WriteAttrString(&t->log->h5, "/", "algorithm", "cmaes"));
+  PetscCall(SlipH5Live(&t->log->h5));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -87,7 +87,7 @@ PetscErrorCode TrainSetFiles(SlipOptionItems PetscOptionsObject, const char text
              {"-train_log", "Learning curve to write (HDF5)", log},
              {"-train_resume", "Checkpoint to continue", resume},
              {"-train_checkpoint", text, checkpoint}};
-  PetscBool set;
+  PetscBool set, overwrite = PETSC_FALSE;
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i) {
@@ -95,13 +95,17 @@ PetscErrorCode TrainSetFiles(SlipOptionItems PetscOptionsObject, const char text
     PetscCheck(!set || row[i].value[0], PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
                "%s has no value, expected the name of a file", row[i].name);
   }
+  PetscCall(PetscOptionsBool("-train_log_overwrite",
+                             "Throw the rows of an unfinished FILE.part of -train_log away (default no)", NULL,
+                             overwrite, &overwrite, NULL)); /* CurveKind() reads it */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckCreate(const char option[], const char file[])
+PetscErrorCode CurveKind(SlipH5Kind *kind)
 {
   PetscFunctionBegin;
-  PetscCallFile(option, SlipH5CheckCreate(file));
+  *kind = (SlipH5Kind){.option = "train_log", .growing = PETSC_TRUE};
+  PetscCall(PetscOptionsGetBool(NULL, NULL, "-train_log_overwrite", &kind->overwrite, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,7 +126,10 @@ PetscErrorCode TrainCheckFiles(MPI_Comm comm, const char output[], const char lo
                  option[j], option[i], file[i]);
     }
   for (int i = 0; i < 3; i++) {
-    if (!rank) ierr = CheckCreate(option[i], file[i]);
+    SlipH5Kind kind = {.option = option[i] + 1};
+
+    if (i == 1) PetscCall(CurveKind(&kind));
+    if (!rank) ierr = SlipH5CheckCreateKind(&kind, file[i]);
     PetscCall(SlipErrorBcast(comm, ierr));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -154,7 +161,14 @@ PetscErrorCode CurveCreate(SlipH5 *h, PetscInt n, const CurveColumn column[])
 
 PetscErrorCode CurveAppend(SlipH5 *h, PetscInt n, const CurveColumn column[], const PetscReal row[])
 {
+  SlipH5Rows series[CURVE_COLUMNS];
+  PetscBool due;
+
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < n; ++i) PetscCall(SlipH5Append(h, column[i].path, 1, &row[i]));
+  PetscCheck(n <= CURVE_COLUMNS, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%" PetscInt_FMT " columns of a curve", n);
+  for (PetscInt i = 0; i < n; ++i) series[i] = (SlipH5Rows){column[i].path, &row[i], 1};
+  PetscCall(SlipH5AppendAll(h, n, series, 1));
+  PetscCall(SlipH5FlushIsDue(h, &due));
+  if (due) PetscCall(SlipH5Flush(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -25,6 +25,8 @@ PETSC_INTERN PetscErrorCode ErrorOfFile(PetscErrorCode code, const char option[]
 /* -train_output, -train_log, -train_checkpoint and -train_resume, [PETSC_MAX_PATH_LEN] each; text: help of the third */
 PETSC_INTERN PetscErrorCode TrainSetFiles(SlipOptionItems PetscOptionsObject, const char text[], char output[],
                                           char log[], char checkpoint[], char resume[]);
+/* The learning curve grows: how it is opened; -train_log_overwrite is looked up */
+PETSC_INTERN PetscErrorCode CurveKind(SlipH5Kind *kind);
 /* Of -train_output, -train_log and -train_checkpoint, which may be empty: three files, not fewer, that rank 0 can
    write. Collective. */
 PETSC_INTERN PetscErrorCode TrainCheckFiles(MPI_Comm comm, const char output[], const char log[],
@@ -39,7 +41,8 @@ PETSC_INTERN PetscErrorCode CheckpointReadFixed(SlipH5 *h, const char path[], Pe
 /* Likewise, into float or double out[n] that is there, as size says */
 PETSC_INTERN PetscErrorCode CheckpointReadArray(SlipH5 *h, const char path[], PetscInt n, size_t size, void *out);
 
-/* A learning curve: one dataset a column, one row at a time. */
+/* A learning curve: one dataset a column, one row at a time. SlipH5Live() when all is created. */
+#define CURVE_COLUMNS 16
 typedef struct {
   const char *path, *units;
 } CurveColumn;

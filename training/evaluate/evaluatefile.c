@@ -3,6 +3,7 @@
 #include "evaluate.h"
 #include <slipcompat.h>
 #include "common/files.h"
+#include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
 #include <time.h>
@@ -24,8 +25,8 @@ static PetscErrorCode Lock(const char file[], int *lock)
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(name, sizeof(name), "%s.lock", file));
   *lock = open(name, O_RDWR | O_CREAT, 0666);
-  PetscCheck(*lock >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-             "cannot create %s (-evaluate_output): the directory must exist and be writable", name);
+  PetscCheck(*lock >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot create %s: %s (-evaluate_output)", name,
+             strerror(errno));
   PetscCheck(fcntl(*lock, F_SETLKW, &region) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot lock %s", name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,7 @@
 /* The sweep over alphas and seeds, see sweep.h. */
 #include "sweep.h"
 #include "common/queue.h"
+#include <sliph5.h>
 #include <slipcompat.h>
 #include <petsctime.h>
 #include <stdio.h>
@@ -62,18 +63,6 @@ static PetscErrorCode SayError(MPI_Comm comm, int line, const char *function, co
   return code;
 }
 
-/* Files that an unfinished training leaves behind */
-static void RemoveParts(const TrainOptions *one)
-{
-  const char *const files[] = {one->output, one->log, one->checkpoint};
-  char part[PETSC_MAX_PATH_LEN + 8];
-
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(files); ++i) {
-    snprintf(part, sizeof(part), "%s.part", files[i]);
-    if (files[i][0]) remove(part);
-  }
-}
-
 static PetscErrorCode Report(Queue *q, const TrainOptions *one, PetscInt jobs, PetscLogDouble begin, PetscBool failed)
 {
   PetscInt done, bad;
@@ -113,7 +102,7 @@ PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *failed)
     PetscCall(PetscPushErrorHandler(SayError, &one));
     code = TrainerTrain(&one);
     PetscCall(PetscPopErrorHandler());
-    if (code) RemoveParts(&one);
+    if (code) SlipH5AbandonAll(); /* what it was writing; a curve keeps its rows */
     PetscCall(Report(&q, &one, jobs, begin, code ? PETSC_TRUE : PETSC_FALSE));
   }
   PetscCallMPI(MPI_Barrier(comm));

@@ -20,13 +20,15 @@ static const CurveColumn EpisodeColumns[EPISODE_COLUMNS] =
 
 static PetscErrorCode Open(Trainer *t)
 {
+  SlipH5Kind kind;
   SlipH5 *h;
 
   PetscFunctionBegin;
   if (t->log || !t->o.log[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&t->log));
   h = &t->log->h5;
-  PetscCall(SlipH5Create(t->o.log, h));
+  PetscCall(CurveKind(&kind));
+  PetscCall(SlipH5CreateKind(&kind, t->o.log, h));
   PetscCall(CurveCreate(h, EPISODE_COLUMNS, EpisodeColumns));
   PetscCall(CurveCreate(h, EVALUATION_COLUMNS, EvaluationColumns));
   PetscCall(SlipH5WriteAttrString(h, "/", "problem", t->o.env.problem->name));
@@ -35,6 +37,7 @@ static PetscErrorCode Open(Trainer *t)
   PetscCall(SlipH5WriteAttrInt(h, "/", "seed", t->o.seed));
   PetscCall(SlipH5WriteAttrReal(h, "/", "alpha", t->o.env.alpha));
   PetscCall(SlipH5WriteAttrString(h, "/", "reward", t->o.env.reward->name));
+  PetscCall(SlipH5Live(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

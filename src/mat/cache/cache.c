@@ -8,6 +8,7 @@
 #include <slipmat.h>
 #include <slipcore.h>
 #include <slipsys.h>
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -122,8 +123,10 @@ static PetscErrorCode WriteFile(const char name[], const char key[], PetscInt n,
     (void)SlipH5Abandon(&h);
   PetscCall(code);
   if (rename(own, name)) {
+    const int reason = errno;
+
     (void)remove(own);
-    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot replace %s", name);
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot replace %s: %s", name, strerror(reason));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -74,15 +74,16 @@ static PetscErrorCode SlipFingerprintCompose(Mat K)
 
   Input Parameters:
 + K   - stiffness of MatCreateSlipStiffness() or one of its sisters
-- dir - an existing directory that can be written to; "" for none
+- dir - an existing directory; "" for none
 
   Notes:
   MatCreateSlipViscosity() of type "sqrtm" looks there first for the root of a dense stiffness of at least 1500 rows.
   Other roots are set up in less than a second, or not at all, and are not kept. A file that is damaged or belongs to
-  another stiffness is reported, and replaced. Runs at the same time may share the directory. Call it before MatScale():
+  another stiffness is reported, and replaced. One in a directory that cannot be written to is used; a new one then gives
+  a warning. Runs at the same time may share the directory. Call it before MatScale():
   the scale may then differ from run to run.
 
-  Errors: PETSC_ERR_FILE_OPEN when dir is not a directory that can be written to
+  Errors: PETSC_ERR_FILE_OPEN when dir is not a directory that can be read
 
   Level: intermediate
 
@@ -103,12 +104,12 @@ PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[])
   if (!rank) {
     PetscBool is_dir;
 
-    PetscCall(PetscTestDirectory(dir, 'w', &is_dir));
+    PetscCall(PetscTestDirectory(dir, 'r', &is_dir)); /* what cannot be written is a warning when it comes to it */
     good = is_dir ? 1 : 0;
   }
   PetscCallMPI(MPI_Bcast(&good, 1, MPI_INT, 0, comm));
   PetscCheck(good, comm, PETSC_ERR_FILE_OPEN,
-             "cache directory %s (-fault_cache_dir): no such directory, or it cannot be written to", dir);
+             "cache directory %s (-fault_cache_dir): no such directory, or it cannot be read", dir);
   PetscCall(PetscStrallocpy(dir, &copy));
   PetscCall(SlipObjectComposeData((PetscObject)K, "SlipCacheDir", copy, SlipContainerDestroyDefault));
   PetscCall(SlipFingerprintCompose(K));
