@@ -46,6 +46,8 @@ static void SlipSignalHandler(int number)
   Runs with a checkpoint of `SlipFaultCheckpointStart()` then end after the step in work, whichever process was sent the
   signal. A second signal, a tenth of a second later or more, ends the process at once, as it would have without this.
 
+  Errors: PETSC_ERR_SYS when the system refuses a handler
+
 .seealso: SlipSignalsPop(), SlipSignalsCaught(), SlipFaultCheckpointStart()
 @*/
 PetscErrorCode SlipSignalsPush(void)

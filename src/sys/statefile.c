@@ -3,6 +3,7 @@
    it is on the disk; the one before stays as FILE.previous. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipstate.h>
+#include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 #include <slipcore.h>
 #include <errno.h>
@@ -123,7 +124,7 @@ static PetscErrorCode StateCreateFile(SlipState s, const char file[])
   const hid_t plist = H5Pcreate(H5P_FILE_CREATE);
 
   PetscFunctionBegin;
-  PetscCheck(H5Eset_auto2(H5E_DEFAULT, NULL, NULL) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 cannot be initialised");
+  PetscCall(SlipH5Clear(NULL, NULL, &s->file));
   PetscCall(PetscStrncpy(s->file.target, file, sizeof(s->file.target)));
   PetscCall(PetscSNPrintf(s->file.name, sizeof(s->file.name), "%s.part", file));
   H5Pset_userblock(plist, STATE_BLOCK);
@@ -131,6 +132,8 @@ static PetscErrorCode StateCreateFile(SlipState s, const char file[])
   H5Pclose(plist);
   PetscCheck(s->file.id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", s->file.name,
              strerror(errno));
+  s->file.fd = open(s->file.name, O_RDWR | O_CLOEXEC);
+  SlipH5Enlist(&s->file); /* what ends the program from now on removes it */
   PetscCall(SlipH5WriteAttrString(&s->file, "/", "format", STATE_FORMAT));
   PetscCall(SlipH5WriteAttrInt(&s->file, "/", "version", STATE_VERSION));
   PetscCall(SlipH5WriteAttrString(&s->file, "/", "library_version", SLIPSTEP_VERSION));
@@ -236,6 +239,21 @@ PetscErrorCode SlipStateOpen(MPI_Comm comm, const char file[], const char source
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rank 0: the file that was written is closed, and takes its place. */
+static PetscErrorCode StateFinish(SlipState s)
+{
+  const int reason = SlipH5CloseId(s->file.id);
+  struct stat info;
+
+  PetscFunctionBegin;
+  if (!reason && s->file.fd >= 0 && !fstat(s->file.fd, &info) && ftruncate(s->file.fd, info.st_size))
+    PetscCall(PetscInfo(NULL, "%s keeps the room that was taken for it\n", s->file.name));
+  SlipH5Release(&s->file, reason ? PETSC_FALSE : PETSC_TRUE);
+  PetscCheck(!reason, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s", s->file.name, strerror(reason));
+  PetscCall(StatePutInPlace(s->file.name, s->file.target));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipStateClose(SlipState *state)
 {
   SlipState s = *state;
@@ -243,14 +261,8 @@ PetscErrorCode SlipStateClose(SlipState *state)
 
   PetscFunctionBegin;
   if (!s) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!s->rank) {
-    const herr_t err = H5Fclose(s->file.id);
-
-    if (err >= 0 && !s->loading) ierr = StatePutInPlace(s->file.name, s->file.target);
-    if (err < 0 && !s->loading)
-      ierr = PetscError(PETSC_COMM_SELF, __LINE__, PETSC_FUNCTION_NAME, __FILE__, PETSC_ERR_FILE_WRITE,
-                        PETSC_ERROR_INITIAL, "cannot write %s: %s", s->file.name, strerror(errno));
-  }
+  if (!s->rank && s->loading) H5Fclose(s->file.id);
+  if (!s->rank && !s->loading) ierr = StateFinish(s);
   PetscCall(SlipErrorBcast(s->comm, ierr));
   PetscCall(PetscFree(s->place));
   PetscCall(PetscFree(*state));
