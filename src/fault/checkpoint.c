@@ -191,6 +191,8 @@ static PetscErrorCode VisitEstimate(SlipState s, SlipFaultRunError *est)
   PetscCall(SlipStateReal(s, "moving", 1, &est->moving));
   PetscCall(SlipStateReal(s, "work", 2, est->work));
   PetscCall(SlipStateReal(s, "slip", 2, est->slip));
+  PetscCall(SlipStateReal(s, "slip_so_far", 1, &est->sum));
+  PetscCall(SlipStateReal(s, "slip_in_stops", 1, &est->late));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

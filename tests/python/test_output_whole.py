@@ -17,6 +17,8 @@ import scripts  # says what is missing
 import h5py
 import numpy as np
 
+# The daemon that Open MPI 4 starts for a program without mpirun fills the memory when that program is killed while it begins.
+os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
 FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 MOMENTS = int(sys.argv[1]) if len(sys.argv) > 1 else 3
 STEP, STEPS = 0.0625, 480  # [s]; 3.2 kB of fields a step
