@@ -120,7 +120,7 @@ def differences(a, b):
     for name in sorted(n for n in names if not n.startswith("wall")):
         if name not in a["result"].attrs or name not in b["result"].attrs:
             found.append("result:" + name)
-        elif a["result"].attrs[name] != b["result"].attrs[name]:
+        elif np.asarray(a["result"].attrs[name]).tobytes() != np.asarray(b["result"].attrs[name]).tobytes():
             found.append("result:" + name)
     return found
 
