@@ -14,6 +14,7 @@
 #include <slipstep/private/slipmatcache.h>
 #include <slipstep/private/slipsys.h>
 #include <execinfo.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -22,7 +23,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { timeout = 20, initial = 1 }; /* [s] of a child; its exit code when a file was refused */
+enum { timeout = 20, initial = 1 };           /* [s] of a child; its exit code when a file was refused */
+static const long most = 1536L * 1024 * 1024; /* bytes that a child may have resident; fuzz.py allows less */
 #define CACHE_KEY "version 2, a key of tests/fuzz.c"
 
 static char message[512]; /* of the first error, and the content of what was accepted */
@@ -193,6 +195,24 @@ static void Child(size_t kind, const char file[], int out)
   _exit(code ? initial : 0);
 }
 
+/* Until the child has something to say or ends: one that takes far too much memory is killed before it takes that of
+   others. */
+static void Guard(pid_t child, int said)
+{
+  struct pollfd ready = {.fd = said, .events = POLLIN};
+  char name[64];
+
+  snprintf(name, sizeof(name), "/proc/%d/statm", (int)child);
+  while (!poll(&ready, 1, 20)) {
+    FILE *f = fopen(name, "r");
+    long size = 0, resident = 0;
+
+    if (f && fscanf(f, "%ld %ld", &size, &resident) == 2 && resident > most / sysconf(_SC_PAGESIZE))
+      kill(child, SIGKILL);
+    if (f) fclose(f);
+  }
+}
+
 static PetscErrorCode Report(size_t kind, const char file[])
 {
   char text[512] = "";
@@ -211,6 +231,7 @@ static PetscErrorCode Report(size_t kind, const char file[])
     Child(kind, file, ends[1]);
   }
   close(ends[1]);
+  Guard(child, ends[0]);
   n = read(ends[0], text, sizeof(text) - 1);
   text[n > 0 ? n : 0] = '\0';
   close(ends[0]);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #define SLIP_H5_MAX_DIM 4
+#define SLIP_H5_MAX_NUMBER 16     /* bytes of a number */
 #define SLIP_H5_MAX_TEXT 1048576  /* bytes of a list of strings, and entries; those of a string attribute */
 #define SLIP_H5_UNWRITTEN 1048576 /* bytes of a dataset of any shape that may be fill values only, without storage */
 #define SLIP_H5_DEFLATE 1032      /* most that deflate can shrink by (zlib, Technical Details) */
@@ -44,9 +45,15 @@ static H5T_class_t SlipH5TypeClass(hid_t type)
   return c;
 }
 
-static PetscBool SlipH5IsNumber(H5T_class_t c)
+/* Of a size that numbers have, too: a damaged type may have 0 bytes, or gigabytes that HDF5 would allocate. Closes the
+   type. */
+static PetscBool SlipH5IsNumber(hid_t type)
 {
-  return c == H5T_INTEGER || c == H5T_FLOAT || c == H5T_ENUM ? PETSC_TRUE : PETSC_FALSE;
+  const size_t size = H5Tget_size(type);
+  const H5T_class_t c = SlipH5TypeClass(type);
+
+  return (c == H5T_INTEGER || c == H5T_FLOAT || c == H5T_ENUM) && size && size <= SLIP_H5_MAX_NUMBER ? PETSC_TRUE
+                                                                                                     : PETSC_FALSE;
 }
 
 /* "3, 4"; "any" for a size below 0 */
@@ -73,7 +80,7 @@ static PetscErrorCode SlipH5CheckShape(SlipH5 *h, const char path[], hid_t set, 
   const int rank = H5Sget_simple_extent_ndims(space);
   const hsize_t stored = H5Dget_storage_size(set);
   const size_t size = H5Tget_size(type);
-  const PetscBool is_number = size ? SlipH5IsNumber(SlipH5TypeClass(type)) : PETSC_FALSE; /* 0: damaged */
+  const PetscBool is_number = SlipH5IsNumber(type);
   hsize_t extent[H5S_MAX_RANK] = {0};
   PetscInt64 shape[SLIP_H5_MAX_DIM], wanted[SLIP_H5_MAX_DIM];
   char found[128], expected[128];
@@ -347,15 +354,15 @@ PetscErrorCode SlipH5ReadAttrReal(SlipH5 *h, const char path[], const char attr[
   hid_t id, space;
   hssize_t n;
   herr_t err = -1;
-  H5T_class_t type;
+  PetscBool number;
 
   PetscFunctionBegin;
   PetscCall(SlipH5OpenAttribute(h, path, attr, &id));
-  type = SlipH5TypeClass(H5Aget_type(id));
+  number = SlipH5IsNumber(H5Aget_type(id));
   space = H5Aget_space(id);
   n = H5Sget_simple_extent_npoints(space);
   H5Sclose(space);
-  if (n == 1 && SlipH5IsNumber(type)) err = H5Aread(id, H5T_NATIVE_DOUBLE, value);
+  if (n == 1 && number) err = H5Aread(id, H5T_NATIVE_DOUBLE, value);
   H5Aclose(id);
   PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is not one number%s", attr,
              path, h->name, h->source);

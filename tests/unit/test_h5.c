@@ -151,6 +151,7 @@ static void sizes(void **state)
   const hsize_t many[1] = {3000000}, some[2] = {100, 100};
   const PetscInt want[2] = {-1, 5}, exact[2] = {100, 100};
   const hid_t dcpl = H5Pcreate(H5P_DATASET_CREATE), text = H5Tcopy(H5T_C_S1), pair = H5Tcreate(H5T_COMPOUND, 16);
+  const hid_t vast = H5Tcopy(H5T_IEEE_F64LE); /* a number of a megabyte, which HDF5 would convert */
   const double fill = 0.25;
   const struct {
     const char *path, *refusal;
@@ -166,6 +167,7 @@ static void sizes(void **state)
     {"/deep", "has 6 dimensions, expected 1", H5T_IEEE_F64LE, 6, deep},
     {"/text", "has 3000000 strings of 4 bytes, expected at most", text, 1, many},
     {"/pair", "does not hold numbers", pair, 1, chunk},
+    {"/vast", "does not hold numbers", vast, 1, chunk},
   };
   char **strings, value[16];
   PetscInt dims[4], n;
@@ -176,6 +178,7 @@ static void sizes(void **state)
   (void)state;
   ok(SlipH5Create(file, &h));
   H5Tset_size(text, 4);
+  H5Tset_size(vast, 1 << 20);
   H5Tinsert(pair, "a", 0, H5T_NATIVE_DOUBLE);
   for (size_t k = 0; k < sizeof(set) / sizeof(*set); k++) {
     const hid_t chunks = H5Pcreate(H5P_DATASET_CREATE);
@@ -223,6 +226,7 @@ static void sizes(void **state)
   ok(SlipH5ReadReal(&h, "/uniform", 2, dims, &x)); /* 80 kB may be fill values only */
   ok(PetscFree(x));
   ok(SlipH5Close(&h));
+  H5Tclose(vast);
   H5Tclose(pair);
   H5Tclose(text);
   H5Pclose(dcpl);
