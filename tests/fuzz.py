@@ -147,8 +147,10 @@ def mutate_object(rng, file):
         return
     is_data = isinstance(file[path], h5py.Dataset)
     data = None
-    if is_data:  # an earlier mutation may have made it gigabytes
-        data = file[path][()] if (file[path].size or 0) < 10 ** 5 else np.ones(3)
+    if is_data:
+        if (file[path].size or 0) > 10 ** 5:
+            raise ValueError("an earlier mutation has made it gigabytes")
+        data = file[path][()]
     attributes = dict(file[path].attrs)
     if how == 3 or not is_data:
         if rng.random() < 0.5:
