@@ -36,7 +36,7 @@ CASES = [
     ("doubling", 1, GRID + " -ts_bathe_error doubling -ts_bathe_reaction implicit -ts_rtol 1e-2"),
     ("fft", 1, FFT + " -ts_rtol 1e-4"),
     ("mesh", 1, MESH + " -ts_rtol 1e-4"),
-    ("grid on 2 ranks", 2, GRID + " -ts_rtol 1e-4"),
+    ("grid on 2 ranks", 2, "-fault_nx 6 -fault_nz 5 -ts_max_time 4"),
     ("mesh on 2 ranks", 2, MESH + " -ts_rtol 1e-4"),
 ]
 
