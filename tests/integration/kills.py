@@ -39,7 +39,7 @@ CASES = [
     ("fft", 1, FFT + " -ts_rtol 1e-4"),
     ("lanczos", 1, FFT + " -fault_viscosity lanczos -ts_rtol 1e-4"),
     ("mesh", 1, MESH + " -ts_rtol 1e-4"),
-    ("grid on 2 ranks", 2, GRID + " -ts_rtol 1e-4"),
+    ("grid on 2 ranks", 2, "-fault_nx 6 -fault_nz 5 -ts_max_time 4"),
     ("mesh on 2 ranks", 2, MESH + " -ts_rtol 1e-4"),
 ]
 
