@@ -57,6 +57,7 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   (void)ctx;
   if (type == PETSC_ERROR_REPEAT || ending) return code;
   ending = PETSC_TRUE;
+  (void)SlipSignalsPop(); /* MPI_Abort() ends the other ranks by a signal that would only be noted */
   MPI_Comm_size(MPI_COMM_WORLD, &world);
   MPI_Comm_rank(MPI_COMM_WORLD, &here);
   if (comm != MPI_COMM_NULL && comm != 0) {

@@ -4,7 +4,7 @@
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 fault=$SLIPSTEP_BUILD/bin/fault
-policy=(-ts_adapt_type rl -ts_adapt_rl_policy "$SLIPSTEP_SOURCE/training/policies/fault.h5")
+policy=(-ts_adapt_type rl -ts_adapt_rl_policy "$SLIPSTEP_SOURCE/training/policies/fault.h5" -ts_adapt_rl_strict)
 run() { "$@" >log 2>&1 || { cat log; exit 1; }; }
 
 run "$fault" -fault_nx 20 -fault_nz 20 "${policy[@]}" -fault_output fft.h5 -log_view :fft.log
