@@ -19,7 +19,7 @@ TIMEOUT = 1200  # of a process [s]; one that takes longer is an error of the ben
 FINE = (1e-6, 1e-7, 1e-8, 1e-9)  # rtol of fine runs, one after the other until two agree; the last is the reference
 FINE_AGREE = 5e-6  # to this relative difference of final slip
 FINE_STEPS = 4000  # constant steps of an independent third run
-SCALING = ["-fault_stiffness_scaling", "mean_slip"]  # the study's, which policies are trained with
+SCALING = ["-fault_stiffness_scaling", "mean_slip"]  # of cases that do not say: the study's, which policies are trained with
 LEAN = ["-fault_output_interval", "1000000000", "-fault_output_fields", "slip"]
 
 
@@ -86,7 +86,7 @@ class Store:
 
 def command_line(job, output):
     c = job.case
-    return [*c.options, *SCALING, "-ts_max_time", f"{c.duration:.10g}", *job.options, *(["-ts_adapt_rl_policy", job.policy] if job.policy else []),
+    return [*SCALING, *c.options, "-ts_max_time", f"{c.duration:.10g}", *job.options, *(["-ts_adapt_rl_policy", job.policy] if job.policy else []),
             "-fault_output", output, *LEAN]
 
 

@@ -29,7 +29,7 @@ import numpy as np
 
 sys.dont_write_bytecode = True
 import verdict_cases
-from held_out_run import SCALING, BenchmarkError, Job, execute
+from held_out_run import BenchmarkError, Job, execute
 
 CALIBRATION_SEEDS, TEST_SEEDS = [201, 202], [20261123]
 DIALS = [1e-1, 1e-2, 1e-3]
@@ -49,7 +49,6 @@ def arguments():
     parser.add_argument("--seeds", type=int, nargs="+", help=f"of the faults (default {TEST_SEEDS}, with --calibrate {CALIBRATION_SEEDS})")
     parser.add_argument("--calibrate", action="store_true", help="print the table of factors")
     parser.add_argument("--prove", type=int, default=0, metavar="N", help="of the first N faults a finer reference too, and -fault_check_error against it")
-    parser.add_argument("--scaling", default="mean_slip", help="-fault_stiffness_scaling (default mean_slip, with which the policy was trained)")
     parser.add_argument("--processes", type=int, default=2)
     return parser.parse_args()
 
@@ -176,7 +175,6 @@ def proof(faults):
 
 def main():
     args = arguments()
-    SCALING[1] = args.scaling
     os.makedirs(args.folder, exist_ok=True)
     seeds = args.seeds or (CALIBRATION_SEEDS if args.calibrate else TEST_SEEDS)
     faults = [row for seed in seeds for row in all_faults(args, seed)]
