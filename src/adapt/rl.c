@@ -381,6 +381,7 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   PetscCall(SlipStateInt(s, "steps", 1, &rl->steps));
   PetscCall(SlipStateBool(s, "handed_over", &rl->handed));
   PetscCall(SlipStateReal(s, "handover_time", 1, &rl->handover_time));
+  PetscCall(SlipStateBool(s, "told", &rl->told));
   PetscCall(SlipStateInt(s, "outside_in_a_row", 1, &rl->outside_run));
   PetscCall(SlipStateBool(s, "again", &rl->heuristic.again));
   PetscCall(SlipPolicyGetHash(rl->policy, &hash));

@@ -342,6 +342,7 @@ PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipStat
     c->seen[c->nseen] = id;
     c->state[c->nseen++] = state;
   }
+  if (SlipStateIsLoading(s)) c->formed = 0;
   if (SlipStateIsLoading(s)) c->theta = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -176,6 +176,7 @@ PetscErrorCode SlipRecycledState(SlipRecycled *c, Mat H, SlipState s)
   PetscFunctionBegin;
   PetscCall(SlipStateInt(s, "directions", 1, &c->n));
   PetscCall(SlipStateBool(s, "loosened", &c->loosened));
+  PetscCall(SlipStateReal(s, "noise", 1, &c->noise));
   for (PetscInt j = 0; j < c->n; j++) {
     if (!c->q[j]) PetscCall(MatCreateVecs(H, &c->q[j], &c->image[j]));
     PetscCall(PetscSNPrintf(name, sizeof(name), "direction_%" PetscInt_FMT, j));
