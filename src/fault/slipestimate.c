@@ -301,6 +301,12 @@ PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, P
   }
   if (!fault->check_error) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultCheckError(fault, ts, run, mean_slip, &error, &solves));
+  if (PetscIsNanReal(error)) {
+    if (wanted > 0) PetscCall(SlipOutputAddResult(run, "slip_error_check_met", NULL, NULL, -1));
+    PetscCall(
+      SlipOutputAddResult(run, "slip_error_check", "checked slip error", "unknown, its repetition was stopped", error));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipOutputAddResult(run, "slip_error_check_signed", NULL, NULL, error));
   error = PetscAbsReal(error);
   PetscCall(Report(run, "slip_error_check", "checked slip error", error, wanted, error <= wanted ? 1 : 0,
