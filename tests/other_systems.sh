@@ -50,6 +50,7 @@ trap 'exit 1' INT TERM
 enter() { # ROOT: what programs expect of a system, from this machine; devices are the few that are needed
   local root=$1
   mountpoint -q "$root/proc" || { mount -t proc proc "$root/proc"; mounted+=("$root/proc"); }
+  mountpoint -q "$root/sys" || { mount --rbind /sys "$root/sys"; mount --make-rslave "$root/sys"; mounted+=("$root/sys"); } # hwloc complains without
   mountpoint -q "$root/dev" || { mount --rbind /dev "$root/dev"; mount --make-rslave "$root/dev"; mounted+=("$root/dev"); }
 }
 
