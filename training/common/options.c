@@ -8,21 +8,24 @@ PetscErrorCode OptionsNumbers(SlipOptionItems PetscOptionsObject, size_t n, cons
   for (size_t i = 0; i < n; ++i) {
     const NumberOption *o = &row[i];
     char limit[32] = "";
-    PetscBool given;
+    PetscBool given = PETSC_FALSE;
     PetscReal x;
 
+    /* before PETSc reads it, whose own message about NaN names no option from 3.22 on */
     if (o->text)
       PetscCall(SlipCheckNumberOption(PETSC_COMM_WORLD, NULL, NULL, o->name, o->integer ? PETSC_TRUE : PETSC_FALSE,
                                       &given, &x));
-    if (o->integer && o->text) PetscCall(PetscOptionsInt(o->name, o->text, NULL, *o->integer, o->integer, NULL));
-    x = o->integer ? (PetscReal)*o->integer : *o->real;
-    if (o->real && o->text) PetscCall(PetscOptionsReal(o->name, o->text, NULL, x, &x, NULL));
-    if (o->real) *o->real = x;
+    if (!given) x = o->integer ? (PetscReal)*o->integer : *o->real;
     PetscCheck(!o->exclusive || (x > o->low && !PetscIsInfReal(x)), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
                "%s is %.6g, expected a number > %.6g", o->name, (double)x, (double)o->low);
     if (o->high < PETSC_MAX_REAL) (void)snprintf(limit, sizeof(limit), " and <= %.6g", (double)o->high);
     PetscCheck(x >= o->low && x <= o->high, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
                "%s is %.6g, expected a number >= %.6g%s", o->name, (double)x, (double)o->low, limit);
+    if (!o->text) continue;
+    if (o->integer)
+      PetscCall(PetscOptionsInt(o->name, o->text, NULL, *o->integer, o->integer, NULL));
+    else
+      PetscCall(PetscOptionsReal(o->name, o->text, NULL, *o->real, o->real, NULL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
