@@ -114,7 +114,7 @@ for name in ("upper_", "lower_"):
     assert 5 < slipstep.totals(ts).accepted < 30
     print(name, fault.get("length_x"), ts.getSolution().strideSum(2) / 16)
 """, "-ts_adapt_type", "rl", "-lower_fault_length_x", "5000")
-        upper, lower = (line.split() for line in done.stdout.splitlines())
+        upper, lower = (line.split() for line in done.stdout.splitlines() if "er_ " in line)  # newer PETSc adds unused options
         self.assertEqual((upper[1], lower[1]), ("3000.0", "5000.0"))
         self.assertNotEqual(upper[2], lower[2])
 

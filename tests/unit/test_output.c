@@ -112,6 +112,8 @@ static void resumes(void **state)
   fails(TSSolve(ts, w), "two.h5.part holds 80 rows of an unfinished run");
   ok(SlipOutputDestroy(&out));
   ok(TSDestroy(&ts));
+  ok(VecDestroy(&w)); /* TSSolve() has left it locked */
+  ok(VecDuplicate(half, &w));
   ok(Start("two.h5", 70, 200, w, &ts, &out));
   fails(SlipOutputResume(out, 70, 81), "/series/time in ");
   ok(SlipOutputDestroy(&out));
