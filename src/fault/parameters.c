@@ -288,7 +288,8 @@ static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipFaultReal 
   SlipFaultDescribeBounds(p, bounds, sizeof(bounds));
   PetscCheck(!ierr, fault->comm, PETSC_ERR_ARG_WRONG, "-%s%s is \"%s\", expected %s", SlipFaultPrefix(fault),
              option + 1, text, bounds);
-  if (!p->integer) PetscCall(SlipFaultCheckReal(fault, p, x)); /* NaN is refused by PETSc from 3.22 on, without a name */
+  if (!p->integer)
+    PetscCall(SlipFaultCheckReal(fault, p, x)); /* NaN is refused by PETSc from 3.22 on, without a name */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
