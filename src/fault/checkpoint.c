@@ -280,14 +280,15 @@ static PetscErrorCode RestartStep(SlipFault fault, TS ts)
   const char *prefix;
   const PetscReal dt = fault->value[FAULT_RESTART_DT];
   PetscReal step;
-  PetscBool given;
+  PetscBool given, renamed; /* as PETSc calls it from 3.25 on */
 
   PetscFunctionBegin;
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
   PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, prefix, "-ts_dt", &given));
+  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, prefix, "-ts_time_step", &renamed));
   if (dt > 0) PetscCall(TSSetTimeStep(ts, dt));
   PetscCall(TSGetTimeStep(ts, &step));
-  if (given && dt <= 0)
+  if ((given || renamed) && dt <= 0)
     PetscCall(PetscPrintf(fault->comm,
                           "The run goes on with the step of its checkpoint, %g s, and not that of -%sts_dt: "
                           "-%sfault_restart_dt would be used\n",

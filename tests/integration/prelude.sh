@@ -4,6 +4,8 @@ bin=$SLIPSTEP_BUILD/bin
 work=$(cd "$(mktemp -d)" && pwd -P)
 trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 1
+dt=-ts_dt # what PETSc, and so messages, call the first step
+grep -q '^#define PETSC_VERSION_MINOR *\(2[5-9]\|[3-9][0-9]\)' "${SLIPSTEP_PETSC:-}/petscversion.h" 2>/dev/null && dt=-ts_time_step
 failed=0 # the test's exit code
 
 fail() {

@@ -177,8 +177,8 @@ refuses "-sliding_mode_amplitude is nan" -- "$bin/sliding_mode" -sliding_mode_am
 refuses "-ts_max_time is -1, expected a number > 0 s" -- "$bin/sliding_mode" -ts_max_time -1
 refuses "-ts_max_time is 0.5, expected a number > 2 s, the start" -- "$bin/sliding_mode" -ts_init_time 2
 refuses "-ts_max_time is -1, expected a number > 0 s" -- "$bin/oscillator" -ts_max_time -1
-refuses "-ts_dt is nan, expected a number > 0 s" -- "$bin/oscillator" -ts_dt nan
-refuses "-ts_dt is -1, expected a number > 0 s" -- "$bin/circuit" -ts_dt -1
+refuses "$dt is nan, expected a number > 0 s" -- "$bin/oscillator" -ts_dt nan
+refuses "$dt is -1, expected a number > 0 s" -- "$bin/circuit" -ts_dt -1
 refuses "-ts_rtol is -1, expected a number >= 0" -- "$bin/circuit" -ts_rtol -1
 refuses "sliding_mode.h5 was trained for the problem sliding_mode, not for circuit" -- "$bin/circuit" -ts_adapt_type rl \
   -ts_adapt_rl_policy sliding_mode.h5 -circuit_output old.h5

@@ -187,8 +187,8 @@ expect "-fault_output has no value, expected the name of a file" -fault_output
 expect '-fault_nx is "abc", expected a whole number >= 1' "${mesh[@]}" -fault_nx abc
 expect "-fault_length_x is nan, expected a number > 0 and < 4e+07 m" "${mesh[@]}" -fault_length_x nan
 expect "-fault_normal_stress is nan, expected a number >= 0 Pa" "${mesh[@]}" -fault_normal_stress nan
-expect "-ts_dt is 0, expected a number > 0 s" "${mesh[@]}" -ts_dt 0
-expect "-ts_dt is nan, expected a number > 0 s" "${mesh[@]}" -ts_dt nan
+expect "$dt is 0, expected a number > 0 s" "${mesh[@]}" -ts_dt 0
+expect "$dt is nan, expected a number > 0 s" "${mesh[@]}" -ts_dt nan
 expect "(-ts_dt)" "${mesh[@]}" -ts_dt abc
 expect "-ts_max_time is -1, expected a number > 0 s" "${mesh[@]}" -ts_max_time -1
 expect "-ts_max_steps is -4, expected a whole number >= 0" "${mesh[@]}" -ts_max_steps -4

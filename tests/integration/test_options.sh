@@ -114,13 +114,13 @@ expect "give -fault_start_ksp_rtol" -fault_start_ksp_rtol 0.9
 expect "there is no type \"nix\" of TSAdapt (-ts_adapt_type)" -ts_adapt_type nix
 expect "-ts_adapt_safety is 2, expected a number > 0 and <= 1" -ts_adapt_safety 2
 expect '-fault_check_error is "maybe", expected yes or no' -fault_check_error maybe
-expect "-ts_dt is 1e-30 s, of which a run of 1 s takes 1e+30, expected at most 1e+09 steps" -ts_adapt_type none -ts_dt 1e-30
+expect "$dt is 1e-30 s, of which a run of 1 s takes 1e+30, expected at most 1e+09 steps" -ts_adapt_type none -ts_dt 1e-30
 expect "-ts_adapt_dt_max is 1e-14 s, of which" -ts_adapt_dt_max 1e-14
 expect "the longest step is 1 s, expected a number >= the shortest one, 2 s (-ts_adapt_dt_max)" -ts_adapt_dt_min 2 -ts_adapt_dt_max 1
 for program in circuit sliding_mode oscillator; do
   refuses "-ts_adapt_dt_max is nan, expected a number > 0 s" -- "$bin/$program" -ts_adapt_dt_max nan
   refuses "-snes_atol is inf" -- "$bin/$program" -snes_atol inf
-  refuses "-ts_dt is 1e-30 s" -- "$bin/$program" -ts_adapt_type none -ts_dt 1e-30
+  refuses "$dt is 1e-30 s" -- "$bin/$program" -ts_adapt_type none -ts_dt 1e-30
   refuses "(-ts_max_time)" -- "$bin/$program" -ts_max_time soon
 done
 for option in "circuit -circuit_c1" "circuit -circuit_r" "circuit -circuit_m" "circuit -circuit_reference" "sliding_mode -sliding_mode_gain" \
