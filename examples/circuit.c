@@ -100,8 +100,9 @@ static PetscErrorCode Results(const Run *run, const PetscReal w[], SlipOutput ou
 int main(int argc, char **argv)
 {
   Reference reference = {.dt = 0};
-  const Program program = {"circuit",        help,     "circuit_", "output reference", &SlipCircuitOps, &reference,
-                           ComputeReference, Solution, Results};
+  const Program program = {"circuit",       help,       "circuit_",       "output output_overwrite reference",
+                           &SlipCircuitOps, &reference, ComputeReference, Solution,
+                           Results};
 
   return RunProgram(argc, argv, &program);
 }

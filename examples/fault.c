@@ -8,9 +8,8 @@ static const char help[] =
 #include <slipstep.h>
 #include <petsctime.h>
 
-/* Exit code of a run that was stopped or did not reach its end, the last of the program */
+/* The program's: SLIP_EXIT_INCOMPLETE, or above 128 when a signal or the wall limit has stopped it */
 static int exit_code = 0;
-static int stopped = 0; /* by a signal or the wall limit: no further run of a sweep */
 
 static PetscErrorCode Run(void)
 {
@@ -19,10 +18,11 @@ static PetscErrorCode Run(void)
   TSAdapt adapt;
   Vec w;
   PetscBool only_help, complete;
+  int stopped;
   PetscLogDouble begin, ready, end;
 
   PetscFunctionBeginUser;
-  if (stopped) PetscFunctionReturn(0);
+  if (exit_code > 128) PetscFunctionReturn(0); /* no further run of a sweep */
   PetscCall(SlipCheckOptionNames());
   PetscCall(PetscLogStagePush(SLIP_STAGE_SETUP));
   PetscCall(PetscTime(&begin));

@@ -26,8 +26,9 @@ static PetscErrorCode Results(const Run *run, const PetscReal w[], SlipOutput ou
 
 int main(int argc, char **argv)
 {
-  const Program program = {"sliding_mode", help, "sliding_mode_", "output", &SlipSlidingModeOps,
-                           NULL,           NULL, Solution,        Results};
+  const Program program = {
+    "sliding_mode", help,     "sliding_mode_", "output output_overwrite", &SlipSlidingModeOps, NULL,
+    NULL,           Solution, Results};
 
   return RunProgram(argc, argv, &program);
 }

@@ -23,6 +23,7 @@ typedef struct {
   const char *prefix, *option, *restart;
   PetscBool growing;   /* rows will be appended: it is to be readable all the time, and never lost */
   PetscBool overwrite; /* rows of an unfinished one that is there may go */
+  PetscInt block;      /* bytes before those of HDF5, for something else: 0, or a power of two from 512 on */
 } SlipH5Kind;
 
 /* Rows for a series: entries data[0], data[stride], ... */
@@ -99,5 +100,4 @@ PETSC_EXTERN PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], Pet
                                                PetscBool integer, const char units[]);
 PETSC_EXTERN PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[]);
 PETSC_EXTERN PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[], PetscInt rows);
-PETSC_EXTERN PetscErrorCode SlipH5GetRows(SlipH5 *h, const char path[], PetscInt *rows);
 PETSC_EXTERN PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows); /* fewer than there are */

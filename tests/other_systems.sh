@@ -33,6 +33,10 @@ if [ -n "$keep" ]; then
 else
   room=$(mktemp -d)
 fi
+# A second run there would change mounts and clones under the first.
+exec 9>"$room/.lock"
+flock -n 9 || slipstep_die "tests/other_systems.sh: another one is at work in $room"
+clone=/root/slipstep # as seen from inside a release's folder
 
 # Mounts go before anything is removed, and a folder that still has some is left alone: they are this machine's own.
 mounted=()
@@ -59,7 +63,7 @@ inside() {
   local root=$1 log=$2
   shift 2
   nice -n 19 chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
-    bash -c "cd /root/slipstep && $*" >"$log" 2>&1
+    bash -c "cd $clone && $*" >"$log" 2>&1 9>&-
 }
 
 status=0
@@ -82,20 +86,22 @@ attempt() {
 }
 
 for release in "$@"; do
+  # its name is a folder of ours, below which things are removed
+  [[ $release =~ ^[a-z]+$ ]] || slipstep_die "tests/other_systems.sh: \"$release\" is no release of Debian, expected a name such as trixie or sid"
   root="$room/$release" logs="$room/$release.logs"
   mkdir -p "$root" "$logs"
-  if [ ! -e "$root/root/.slipstep-ready" ]; then
+  if [ ! -e "$logs/ready" ]; then
     echo "== $release: debootstrap and git =="
     debootstrap --variant=minbase --include=git,ca-certificates "$release" "$root" ${SLIPSTEP_MIRROR:+"$SLIPSTEP_MIRROR"} >"$logs/debootstrap.log" 2>&1 ||
       slipstep_die "tests/other_systems.sh: debootstrap failed: $(tail -n 3 "$logs/debootstrap.log")"
-    touch "$root/root/.slipstep-ready"
+    touch "$logs/ready"
   fi
   enter "$root"
   cp -L /etc/resolv.conf "$root/etc/resolv.conf" 2>/dev/null || true
   # what is needed to reach packages here is needed there
   for file in /etc/apt/apt.conf /etc/apt/apt.conf.d/*proxy*; do [ ! -e "$file" ] || cp "$file" "$root$file"; done
-  rm -rf "$root/root/slipstep"
-  git clone -q --no-hardlinks . "$root/root/slipstep"
+  rm -rf --one-file-system "${root:?}${clone:?}"
+  git clone -q --no-hardlinks . "$root$clone"
   echo "== $release: $(cat "$root/etc/debian_version"), commit $(git rev-parse --short HEAD) =="
   attempt "$root" "$logs/quickstart.log" "$release: examples/quickstart.sh" examples/quickstart.sh
   attempt "$root" "$logs/run.log" "$release: tests/run.sh" tests/run.sh "$ctest"

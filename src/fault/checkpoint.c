@@ -197,19 +197,16 @@ static PetscErrorCode VisitEstimate(SlipState s, SlipFaultRunError *est)
 }
 
 /* Rank 0: is the row of /series the one of this time? */
-static PetscErrorCode CheckRow(SlipFault fault, PetscInt row, PetscReal time)
+static PetscErrorCode CheckRow(SlipFault fault, const char file[], PetscInt row, PetscReal time)
 {
-  const char *file = fault->text[FAULT_OUTPUT], *prefix = SlipFaultPrefix(fault);
-  char part[PETSC_MAX_PATH_LEN + 8];
+  const char *prefix = SlipFaultPrefix(fault);
   PetscReal *times = NULL;
   PetscInt n = 0;
-  PetscBool exists, same;
+  PetscBool same;
   SlipH5 h;
 
   PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", file));
-  PetscCall(PetscTestFile(part, 'r', &exists));
-  PetscCall(SlipH5OpenReadOption(prefix, NULL, exists ? part : file, &h));
+  PetscCall(SlipH5OpenRead(file, &h));
   PetscCall(SlipH5ReadReal(&h, "/series/time", 1, &n, &times));
   same = n >= row && (!row || times[row - 1] == time) ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(PetscFree(times));
@@ -218,7 +215,7 @@ static PetscErrorCode CheckRow(SlipFault fault, PetscInt row, PetscReal time)
     same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
     "%s (-%sfault_output) is not the output that -%sfault_restart %s was written with: it has no row %" PetscInt_FMT
     " of time %.9g s; give the name of that one, or of a file that is not there",
-    exists ? part : file, prefix, prefix, fault->text[FAULT_RESTART], row, (double)time);
+    file, prefix, prefix, fault->text[FAULT_RESTART], row, (double)time);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -226,7 +223,7 @@ static PetscErrorCode CheckRow(SlipFault fault, PetscInt row, PetscReal time)
 static PetscErrorCode ResumeOutput(SlipFault fault, TS ts, const PetscInt rows[3])
 {
   const char *file = fault->text[FAULT_OUTPUT];
-  char part[PETSC_MAX_PATH_LEN + 8];
+  char target[PETSC_MAX_PATH_LEN] = "", part[PETSC_MAX_PATH_LEN + 8];
   PetscBool exists[2] = {PETSC_FALSE, PETSC_FALSE};
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscMPIInt rank;
@@ -234,7 +231,9 @@ static PetscErrorCode ResumeOutput(SlipFault fault, TS ts, const PetscInt rows[3
   PetscFunctionBegin;
   if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", file));
+  if (!rank) ierr = SlipH5Follow(file, "", target);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", target));
   if (!rank) {
     PetscCall(PetscTestFile(part, 'r', &exists[0]));
     PetscCall(PetscTestFile(file, 'r', &exists[1]));
@@ -244,7 +243,7 @@ static PetscErrorCode ResumeOutput(SlipFault fault, TS ts, const PetscInt rows[3
     PetscCall(PetscPrintf(fault->comm, "Neither %s nor %s is there: the output begins here\n", part, file));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (!rank) ierr = CheckRow(fault, rows[1], ts->ptime);
+  if (!rank) ierr = CheckRow(fault, exists[0] ? part : file, rows[1], ts->ptime);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCall(SlipFaultOutputResume(fault, rows));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -320,13 +319,11 @@ static PetscErrorCode Restart(SlipFault fault, TS ts)
 static PetscErrorCode CheckFile(SlipFault fault)
 {
   const char *file = fault->text[FAULT_CHECKPOINT], *prefix = SlipFaultPrefix(fault);
-  char source[128];
   PetscBool exists, same;
 
   PetscFunctionBegin;
   if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscSNPrintf(source, sizeof(source), "-%sfault_checkpoint", prefix));
-  PetscCall(SlipStateCheckCreate(fault->comm, file, source, &exists));
+  PetscCall(SlipStateCheckCreate(fault->comm, prefix, "fault_checkpoint", file, &exists));
   PetscCall(PetscStrcmp(file, fault->text[FAULT_RESTART], &same));
   if (fault->output_overwrite) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!exists || same, fault->comm, PETSC_ERR_FILE_OPEN,

@@ -267,7 +267,8 @@ static PetscErrorCode Report(SlipOutput run, const char name[], const char label
     accuracy_requested   of a policy that observes log_accuracy; slip_error_estimate_met and slip_error_check_met
                          judge it
   The estimate says "likely met" or that it does not know: an error above the accuracy wanted cannot be told from one
-  below it (where |signed| was four times the accuracy, it was missed in 84 % of 141 runs, and a run that misses by less shows nothing).
+  below it (where |signed| was four times the accuracy, it was missed in 84 % of 141 runs, and a run that misses by less
+  shows nothing).
 */
 PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip)
 {

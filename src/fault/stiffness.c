@@ -122,7 +122,8 @@ static PetscErrorCode SlipFaultRefine(SlipFault fault, KSP ksp, Vec b, Vec x)
   x = K^-1 b, started from x, by conjugate gradients (K is symmetric positive definite) and iterative refinement.
 
   The critical start exceeds the strength by a relative 1e-5 only, so that an error of K^-1 q counts 1e5 times: three
-  passes of 1e-7 leave nothing but the rounding of K x. What options of the solver leave is looked at. b must not be work[1] or work[2].
+  passes of 1e-7 leave nothing but the rounding of K x. What options of the solver leave is looked at. b must not be
+  work[1] or work[2].
 */
 PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
 {

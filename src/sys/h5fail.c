@@ -105,8 +105,8 @@ PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const c
     else
       (void)SlipH5CloseId(h->id);
     if (live) (void)(keep ? SlipH5Trim(h->fd) : SlipH5MakeReadable(h->fd));
-    SlipH5Release(h, live);
   }
+  SlipH5Release(h, live);
   SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s%s%s", what,
           reason ? strerror(reason) : "HDF5 gives no reason", live ? "; the file keeps the whole rows before it" : "",
           h->source);

@@ -4,7 +4,7 @@
    One that grows for the length of a run becomes FILE.part as soon as its layout is there: from then on every reader
    may open it, after a kill too, and it holds whole rows (h5space.c). A write that fails ends it: the file keeps the
    rows that are there. */
-#define _GNU_SOURCE /* F_OFD_SETLK */
+#define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 #include <errno.h>
@@ -18,165 +18,6 @@
 /* Wall time between two flushes [s]: such that they take a hundredth of it, within these bounds */
 #define SLIP_H5_FLUSH_MIN 0.1
 #define SLIP_H5_FLUSH_MAX 10.0
-
-/* ---- names and locks ---- */
-
-/* The file that a name stands for: symbolic links are followed, also to a file that is not there yet. */
-static PetscErrorCode SlipH5Follow(const char file[], const char source[], char target[PETSC_MAX_PATH_LEN])
-{
-  char link[PETSC_MAX_PATH_LEN], folder[PETSC_MAX_PATH_LEN], *slash;
-  ssize_t n;
-
-  PetscFunctionBegin;
-  PetscCall(PetscStrncpy(target, file, PETSC_MAX_PATH_LEN));
-  for (int depth = 0; (n = readlink(target, link, sizeof(link) - 1)) >= 0; depth++) {
-    PetscCheck(depth < 40, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s%s", file, strerror(ELOOP),
-               source);
-    link[n] = '\0';
-    PetscCall(PetscStrncpy(folder, target, sizeof(folder)));
-    slash = link[0] == '/' ? NULL : strrchr(folder, '/');
-    if (slash) slash[1] = '\0';
-    PetscCall(PetscSNPrintf(target, PETSC_MAX_PATH_LEN, "%s%s", slash ? folder : "", link));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Locks of an open file description, where there are any, hold until it is closed and do not depend on what else the
-   process opens. */
-static int SlipH5Lock(int fd)
-{
-  struct flock all = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
-
-#if defined(F_OFD_SETLK)
-  if (!fcntl(fd, F_OFD_SETLK, &all)) return 0;
-  if (errno != EINVAL) return errno == EACCES ? EAGAIN : errno;
-#endif
-  return !fcntl(fd, F_SETLK, &all) ? 0 : errno == EACCES ? EAGAIN : errno;
-}
-
-static PetscErrorCode SlipH5Refuse(const SlipH5 *h, const char file[], int reason)
-{
-  PetscFunctionBegin;
-  PetscCheck(reason != EAGAIN, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-             "cannot write %s: another program is writing %s.part%s", h->target, h->target, h->source);
-  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot create %s: %s%s", file, strerror(reason), h->source);
-}
-
-/* Opens a file beside the target for writing: no link, nothing special, and locked; -1 when it is not there. */
-static PetscErrorCode SlipH5OpenBeside(const SlipH5 *h, const char file[], int flags, int *fd)
-{
-  struct stat info, now;
-  int reason;
-
-  PetscFunctionBegin;
-  *fd = -1;
-  if (!lstat(file, &info))
-    PetscCheck(S_ISREG(info.st_mode), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-               "cannot write %s: %s is a link or something else than a file, remove it%s", h->target, file, h->source);
-  for (int attempt = 0;; attempt++) {
-    *fd = open(file, O_RDWR | O_NOFOLLOW | O_CLOEXEC | flags, 0666);
-    reason = errno;
-    if (*fd < 0 && !(flags & O_CREAT) && reason == ENOENT) PetscFunctionReturn(PETSC_SUCCESS);
-    if (*fd < 0) PetscCall(SlipH5Refuse(h, file, reason));
-    reason = SlipH5Lock(*fd);
-    /* between the two calls another program may have renamed it */
-    if (!reason && !lstat(file, &now) && !fstat(*fd, &info) && now.st_dev == info.st_dev && now.st_ino == info.st_ino)
-      PetscFunctionReturn(PETSC_SUCCESS);
-    close(*fd);
-    *fd = -1;
-    if (reason && reason != ENOLCK && reason != ENOSYS && reason != EOPNOTSUPP)
-      PetscCall(SlipH5Refuse(h, file, reason));
-    PetscCheck(attempt < 10, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot lock %s: %s%s", file,
-               strerror(reason ? reason : EAGAIN), h->source);
-  }
-}
-
-/* H5Lvisit(): the rows of the longest series. /fields has the start of a run as well, which is no result. */
-static herr_t SlipH5Longest(hid_t location, const char *name, const H5L_info_t *info, void *ctx)
-{
-  const hid_t id = H5Oopen(location, name, H5P_DEFAULT);
-  hsize_t shape[H5S_MAX_RANK], limit[H5S_MAX_RANK], *rows = (hsize_t *)ctx;
-
-  (void)info;
-  if (H5Iget_type(id) == H5I_DATASET && strncmp(name, "fields/", 7)) {
-    const hid_t space = H5Dget_space(id);
-
-    if (H5Sget_simple_extent_dims(space, shape, limit) > 0 && limit[0] == H5S_UNLIMITED)
-      *rows = PetscMax(*rows, shape[0]);
-    H5Sclose(space);
-  }
-  H5Oclose(id);
-  return 0;
-}
-
-static hsize_t SlipH5MostRows(hid_t id)
-{
-  hsize_t rows = 0;
-
-  return H5Lvisit(id, H5_INDEX_NAME, H5_ITER_NATIVE, SlipH5Longest, &rows) < 0 ? 1 : rows;
-}
-
-/* An unfinished file with rows stays, unless told otherwise; so does one that cannot be read. */
-static PetscErrorCode SlipH5KeepRows(const SlipH5 *h, const SlipH5Kind *kind)
-{
-  const char *prefix = kind->prefix ? kind->prefix : "";
-  char part[PETSC_MAX_PATH_LEN], advice[256] = "";
-  hsize_t rows = 0;
-  struct stat info;
-  hid_t id;
-  int fd;
-
-  PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", h->target));
-  PetscCall(SlipH5OpenBeside(h, part, 0, &fd));
-  if (fd < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  if (fstat(fd, &info)) info.st_size = 1;
-  close(fd);
-  if (kind->overwrite || !info.st_size) PetscFunctionReturn(PETSC_SUCCESS);
-  id = H5Fopen(part, H5F_ACC_RDONLY, H5P_DEFAULT);
-  if (id < 0) id = H5Fopen(part, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT);
-  if (id >= 0) {
-    rows = SlipH5MostRows(id);
-    H5Fclose(id);
-    if (!rows) PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (kind->restart)
-    PetscCall(PetscSNPrintf(advice, sizeof(advice), "continue it with -%s%s CHECKPOINT, ", prefix, kind->restart));
-  PetscCall(PetscStrlcat(advice, "rename it", sizeof(advice)));
-  if (kind->option) {
-    char name[128];
-
-    PetscCall(PetscSNPrintf(name, sizeof(name), ", or throw it away with -%s%s_overwrite", prefix, kind->option));
-    PetscCall(PetscStrlcat(advice, name, sizeof(advice)));
-  }
-  PetscCheck(id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is there, and cannot be read: %s%s", part, advice,
-             h->source);
-  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s holds %llu rows of an unfinished run: %s%s", part,
-          (unsigned long long)rows, advice, h->source);
-}
-
-/* The names of an output file, which may replace a file of HDF5 that is no input; its temporary file is opened. */
-static PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], SlipH5 *h)
-{
-  struct stat info;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5Clear(kind->prefix, kind->option, h));
-  PetscCheck(file[0], PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "the name of the HDF5 file to write is empty%s", h->source);
-  PetscCall(SlipH5Follow(file, h->source, h->target));
-  if (!stat(h->target, &info)) {
-    PetscCheck(!S_ISDIR(info.st_mode), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-               "cannot write %s: it is a directory, expected the name of a file%s", file, h->source);
-    PetscCheck(S_ISREG(info.st_mode), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-               "cannot write %s: it is a device, pipe or socket, expected the name of a file%s", file, h->source);
-    PetscCheck(!info.st_size || H5Fis_hdf5(h->target) > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-               "cannot write %s: it is there and is not an HDF5 file; expected another name%s", file, h->source);
-  }
-  if (kind->growing) PetscCall(SlipH5KeepRows(h, kind));
-  PetscCall(PetscSNPrintf(h->name, sizeof(h->name), "%s.part.new", h->target));
-  PetscCall(SlipH5OpenBeside(h, h->name, O_CREAT, &h->fd));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* ---- creating ---- */
 
@@ -233,15 +74,18 @@ static hid_t SlipH5Access(PetscBool growing)
 @*/
 PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH5 *h)
 {
-  hid_t access;
+  hid_t access, creation;
   int reason;
 
   PetscFunctionBegin;
   PetscCall(SlipH5Claim(kind, file, h));
   access = SlipH5Access(kind->growing);
+  creation = H5Pcreate(H5P_FILE_CREATE);
+  if (kind->block) H5Pset_userblock(creation, (hsize_t)kind->block);
   errno = 0;
-  h->id = H5Fcreate(h->name, H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  h->id = H5Fcreate(h->name, H5F_ACC_TRUNC, creation, access);
   reason = errno;
+  H5Pclose(creation);
   H5Pclose(access);
   if (h->id < 0) {
     SlipH5Release(h, PETSC_FALSE);
@@ -591,6 +435,52 @@ static PetscBool SlipH5End(void)
   return SlipH5IsStuck() ? PETSC_FALSE : PETSC_TRUE;
 }
 
+/* Closes a file that was written for HDF5; it is complete, but has its temporary name and its lock. */
+PetscErrorCode SlipH5CloseBeside(SlipH5 *h)
+{
+  int reason;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Flush(h)); /* all that is before "complete" */
+  if (h->live) PetscCall(SlipH5WriteAttrInt(h, "/", "complete", 1));
+  PetscCall(SlipH5Flush(h)); /* what follows is the superblock alone */
+  reason = SlipH5CloseId(h->id);
+  h->id = -1;
+  if (!reason) reason = SlipH5Trim(h->fd);
+  if (reason) PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "%s", h->target));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The folder of a file is on the disk, and with it the name; file systems that cannot sync one say EINVAL. 0, or errno */
+static int SlipH5SyncFolder(const char file[])
+{
+  char folder[PETSC_MAX_PATH_LEN] = ".";
+  const char *slash = strrchr(file, '/');
+  int fd, reason;
+
+  if (slash) (void)snprintf(folder, sizeof(folder), "%.*s", (int)(slash + 1 - file), file);
+  fd = open(folder, O_RDONLY | O_CLOEXEC);
+  reason = fd < 0 || (fsync(fd) && errno != EINVAL) ? errno : 0;
+  if (fd >= 0) close(fd);
+  return reason;
+}
+
+/* A file that was closed beside takes its final name when the disk has it. */
+PetscErrorCode SlipH5PutInPlace(SlipH5 *h)
+{
+  int reason = 0;
+
+  PetscFunctionBegin;
+  if (fsync(h->fd) && errno != EINVAL) reason = errno;
+  if (!reason && rename(h->name, h->target)) reason = errno;
+  if (!reason) {
+    reason = SlipH5SyncFolder(h->target);
+    SlipH5Release(h, PETSC_TRUE);
+  }
+  if (reason) PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "%s", h->target));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipH5Close - close a file; one that was written is complete now, and takes its final name when the disk has it
 
@@ -607,8 +497,6 @@ static PetscBool SlipH5End(void)
 @*/
 PetscErrorCode SlipH5Close(SlipH5 *h)
 {
-  int reason = 0;
-
   PetscFunctionBegin;
   if (h->id <= 0) PetscFunctionReturn(PETSC_SUCCESS);
   if (!h->target[0]) {
@@ -616,15 +504,7 @@ PetscErrorCode SlipH5Close(SlipH5 *h)
     h->id = -1;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipH5Flush(h)); /* all that is before "complete" */
-  if (h->live) PetscCall(SlipH5WriteAttrInt(h, "/", "complete", 1));
-  PetscCall(SlipH5Flush(h)); /* what follows is the superblock alone */
-  reason = SlipH5CloseId(h->id);
-  h->id = -1;
-  if (!reason) reason = SlipH5Trim(h->fd);
-  if (!reason && fsync(h->fd) && errno != EINVAL) reason = errno;
-  if (!reason && rename(h->name, h->target)) reason = errno;
-  SlipH5Release(h, reason && !h->live ? PETSC_FALSE : PETSC_TRUE);
-  if (reason) PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "%s", h->target));
+  PetscCall(SlipH5CloseBeside(h));
+  PetscCall(SlipH5PutInPlace(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -440,37 +440,6 @@ PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const P
 }
 
 /*@C
-  SlipH5GetRows - number of rows of a series
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-- path - dataset made by SlipH5CreateSeries()
-
-  Output Parameter:
-. rows - their number
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE when there is no such series
-
-.seealso: SlipH5SetRows()
-@*/
-PetscErrorCode SlipH5GetRows(SlipH5 *h, const char path[], PetscInt *rows)
-{
-  hsize_t shape[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM];
-  hid_t set;
-  int rank;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5OpenSeries(h, path, &set, &rank, shape, chunk));
-  H5Dclose(set);
-  *rows = (PetscInt)shape[0];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
   SlipH5SetRows - cut a series; the file must not be live
 
   Not collective.
@@ -484,7 +453,7 @@ PetscErrorCode SlipH5GetRows(SlipH5 *h, const char path[], PetscInt *rows)
 
   Errors: PETSC_ERR_FILE_WRITE when there is no such series, PETSC_ERR_FILE_UNEXPECTED when it has fewer rows
 
-.seealso: SlipH5GetRows(), SlipH5CreateCopy()
+.seealso: SlipH5CreateSeries(), SlipH5CreateCopy()
 @*/
 PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows)
 {

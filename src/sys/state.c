@@ -93,6 +93,16 @@ PetscErrorCode SlipStateInt(SlipState s, const char name[], PetscInt n, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipStateCount(SlipState s, const char name[], PetscInt most, PetscInt *n)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipStateInt(s, name, 1, n));
+  PetscCheck(*n >= 0 && *n <= most, s->comm, PETSC_ERR_FILE_UNEXPECTED,
+             "%s/%s in %s is %" PetscInt_FMT ", expected 0 to %" PetscInt_FMT "%s", s->group, name, s->file.name, *n,
+             most, s->file.source);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipStateBool(SlipState s, const char name[], PetscBool *x)
 {
   PetscInt number = *x ? 1 : 0;
@@ -294,5 +304,17 @@ PetscErrorCode SlipStateVec(SlipState s, const char name[], Vec x)
   PetscCall(PetscFree(buffer));
   if (set >= 0 && H5Dclose(set) < 0 && !failed) failed = PETSC_ERR_FILE_WRITE;
   PetscCall(SlipErrorBcast(s->comm, failed));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStateVecs(SlipState s, const char name[], PetscInt n, const Vec x[])
+{
+  char each[64];
+
+  PetscFunctionBegin;
+  for (PetscInt j = 0; j < n; j++) {
+    PetscCall(PetscSNPrintf(each, sizeof(each), "%s_%" PetscInt_FMT, name, j));
+    PetscCall(SlipStateVec(s, each, x[j]));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,6 @@
 /* Files that hold the state of a run: HDF5 behind a block of 512 bytes with the checksum of the rest, so that a file that
-   was changed or cut is known as such before HDF5 sees it. A new one is written as FILE.part, and takes its place when
-   it is on the disk; the one before stays as FILE.previous. */
+   was changed or cut is known as such before HDF5 sees it. A new one is written as every file is (h5output.c); the one
+   before stays as FILE.previous. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
@@ -18,6 +18,7 @@
 #define STATE_VERSION 1
 #define STATE_BLOCK 512    /* bytes before those of HDF5, which wants a power of two from 512 on */
 #define STATE_WORDS 131072 /* words that are hashed at a time */
+#define STATE_PREVIOUS ".previous"
 #define STATE_SUFFIX_LEN 16
 
 /* What the first block says of the bytes after it. */
@@ -73,67 +74,40 @@ static PetscErrorCode StateVerify(const char name[], const char **why)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode StateSync(const char name[], int flags)
+/* Rank 0: the file is complete; its first block, then it takes its place, and the one before is kept. */
+static PetscErrorCode StateFinish(SlipState s)
 {
-  const int fd = open(name, flags);
-
-  PetscFunctionBegin;
-  /* a file system that cannot sync a directory says EINVAL */
-  const PetscBool good = fd >= 0 && (!fsync(fd) || errno == EINVAL) ? PETSC_TRUE : PETSC_FALSE;
-
-  if (fd >= 0) close(fd);
-  PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot bring %s to the disk: %s", name, strerror(errno));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Rank 0: the first block of the file just closed, then the file takes its place. */
-static PetscErrorCode StatePutInPlace(const char part[], const char file[])
-{
-  char previous[PETSC_MAX_PATH_LEN + STATE_SUFFIX_LEN], folder[PETSC_MAX_PATH_LEN], block[STATE_BLOCK], *slash;
+  SlipH5 *h = &s->file;
+  char previous[PETSC_MAX_PATH_LEN + STATE_SUFFIX_LEN], block[STATE_BLOCK];
   uint64_t checksum, bytes;
-  FILE *f = fopen(part, "r+b");
+  FILE *f;
   PetscErrorCode ierr;
-  PetscBool good;
 
   PetscFunctionBegin;
-  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s", part, strerror(errno));
-  ierr = StateChecksum(f, part, &checksum, &bytes);
+  PetscCall(SlipH5CloseBeside(h));
+  f = fopen(h->name, "rb");
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot read %s: %s", h->name, strerror(errno));
+  ierr = StateChecksum(f, h->name, &checksum, &bytes);
+  fclose(f);
+  PetscCall(ierr);
   StateBlock(checksum, bytes, block);
-  good = !ierr && !fseek(f, 0, SEEK_SET) && fwrite(block, 1, STATE_BLOCK, f) == STATE_BLOCK ? PETSC_TRUE : PETSC_FALSE;
-  if (fclose(f)) good = PETSC_FALSE;
-  PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s", part, strerror(errno));
-  PetscCall(StateSync(part, O_RDWR));
-  PetscCall(PetscSNPrintf(previous, sizeof(previous), "%s.previous", file));
-  PetscCheck(!rename(file, previous) || errno == ENOENT, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
-             "cannot rename %s to %s: %s", file, previous, strerror(errno));
-  PetscCheck(!rename(part, file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot rename %s to %s: %s", part, file,
-             strerror(errno));
-  PetscCall(PetscStrncpy(folder, file, sizeof(folder)));
-  slash = strrchr(folder, '/');
-  if (slash)
-    slash[1] = '\0';
-  else
-    PetscCall(PetscStrncpy(folder, ".", sizeof(folder)));
-  PetscCall(StateSync(folder, O_RDONLY));
+  errno = 0;
+  if (pwrite(h->fd, block, STATE_BLOCK, 0) != STATE_BLOCK)
+    PetscCall(SlipH5WriteFailed(h, errno, PETSC_TRUE, "%s", h->target));
+  PetscCall(PetscSNPrintf(previous, sizeof(previous), "%s" STATE_PREVIOUS, h->target));
+  if (rename(h->target, previous) && errno != ENOENT)
+    PetscCall(SlipH5WriteFailed(h, errno, PETSC_TRUE, "%s", previous));
+  PetscCall(SlipH5PutInPlace(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Rank 0 */
 static PetscErrorCode StateCreateFile(SlipState s, const char file[])
 {
-  const hid_t plist = H5Pcreate(H5P_FILE_CREATE);
+  const SlipH5Kind kind = {.block = STATE_BLOCK};
 
   PetscFunctionBegin;
-  PetscCall(SlipH5Clear(NULL, NULL, &s->file));
-  PetscCall(PetscStrncpy(s->file.target, file, sizeof(s->file.target)));
-  PetscCall(PetscSNPrintf(s->file.name, sizeof(s->file.name), "%s.part", file));
-  H5Pset_userblock(plist, STATE_BLOCK);
-  s->file.id = H5Fcreate(s->file.name, H5F_ACC_TRUNC, plist, H5P_DEFAULT);
-  H5Pclose(plist);
-  PetscCheck(s->file.id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", s->file.name,
-             strerror(errno));
-  s->file.fd = open(s->file.name, O_RDWR | O_CLOEXEC);
-  SlipH5Enlist(&s->file); /* what ends the program from now on removes it */
+  PetscCall(SlipH5CreateKind(&kind, file, &s->file));
   PetscCall(SlipH5WriteAttrString(&s->file, "/", "format", STATE_FORMAT));
   PetscCall(SlipH5WriteAttrInt(&s->file, "/", "version", STATE_VERSION));
   PetscCall(SlipH5WriteAttrString(&s->file, "/", "library_version", SLIPSTEP_VERSION));
@@ -143,13 +117,14 @@ static PetscErrorCode StateCreateFile(SlipState s, const char file[])
 /* Rank 0: the newest file that is whole. */
 static PetscErrorCode StateOpenFile(SlipState s, const char file[], const char source[])
 {
-  char previous[PETSC_MAX_PATH_LEN + STATE_SUFFIX_LEN];
+  char target[PETSC_MAX_PATH_LEN], previous[PETSC_MAX_PATH_LEN + STATE_SUFFIX_LEN];
   const char *newest = NULL, *older = NULL;
 
   PetscFunctionBegin;
   PetscCall(StateVerify(file, &newest));
   if (newest) {
-    PetscCall(PetscSNPrintf(previous, sizeof(previous), "%s.previous", file));
+    PetscCall(SlipH5Follow(file, "", target));
+    PetscCall(PetscSNPrintf(previous, sizeof(previous), "%s" STATE_PREVIOUS, target));
     PetscCall(StateVerify(previous, &older));
     PetscCheck(!older, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot go on from %s: %s; nor from %s: %s (%s)", file,
                newest, previous, older, source);
@@ -165,7 +140,7 @@ static PetscErrorCode StateOrder(SlipState s, PetscInt cells, const PetscInt ord
 {
   PetscReal *numbers;
   PetscInt *now, dims;
-  PetscBool same = PETSC_TRUE;
+  PetscBool same = PETSC_TRUE, good = PETSC_TRUE;
 
   PetscFunctionBegin;
   if (!s->loading) {
@@ -182,13 +157,16 @@ static PetscErrorCode StateOrder(SlipState s, PetscInt cells, const PetscInt ord
   PetscCall(PetscMalloc1(cells, &s->place));
   PetscCall(PetscMalloc1(cells, &now));
   for (PetscInt e = 0; e < cells; e++) now[order[e]] = e;
-  for (PetscInt e = 0; e < cells; e++) {
-    s->place[e] = now[(PetscInt)numbers[e]];
+  for (PetscInt e = 0; e < cells && good; e++) {
+    good = numbers[e] >= 0 && numbers[e] < cells ? PETSC_TRUE : PETSC_FALSE;
+    if (good) s->place[e] = now[(PetscInt)numbers[e]];
     if (s->place[e] != e) same = PETSC_FALSE;
   }
   if (same) PetscCall(PetscFree(s->place));
   PetscCall(PetscFree(now));
   PetscCall(PetscFree(numbers));
+  PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "/order in %s has a cell that is none of %" PetscInt_FMT "%s", s->file.name, cells, s->file.source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -239,21 +217,6 @@ PetscErrorCode SlipStateOpen(MPI_Comm comm, const char file[], const char source
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the file that was written is closed, and takes its place. */
-static PetscErrorCode StateFinish(SlipState s)
-{
-  const int reason = SlipH5CloseId(s->file.id);
-  struct stat info;
-
-  PetscFunctionBegin;
-  if (!reason && s->file.fd >= 0 && !fstat(s->file.fd, &info) && ftruncate(s->file.fd, info.st_size))
-    PetscCall(PetscInfo(NULL, "%s keeps the room that was taken for it\n", s->file.name));
-  SlipH5Release(&s->file, reason ? PETSC_FALSE : PETSC_TRUE);
-  PetscCheck(!reason, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s", s->file.name, strerror(reason));
-  PetscCall(StatePutInPlace(s->file.name, s->file.target));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipStateClose(SlipState *state)
 {
   SlipState s = *state;
@@ -270,45 +233,38 @@ PetscErrorCode SlipStateClose(SlipState *state)
 }
 
 /* Rank 0 */
-static PetscErrorCode StateCheckFile(const char file[], const char source[], PetscBool *exists)
+static PetscErrorCode StateCheckFile(const SlipH5Kind *kind, const char file[], PetscBool *exists)
 {
-  char part[PETSC_MAX_PATH_LEN + STATE_SUFFIX_LEN], start[sizeof(STATE_FORMAT)] = "";
-  struct stat info;
+  char start[sizeof(STATE_FORMAT)] = "";
   FILE *f;
   PetscBool is = PETSC_FALSE;
 
   PetscFunctionBegin;
-  *exists = stat(file, &info) ? PETSC_FALSE : PETSC_TRUE;
-  if (*exists) {
-    f = S_ISREG(info.st_mode) ? fopen(file, "rb") : NULL;
-    if (f)
-      is = fread(start, 1, sizeof(start), f) == sizeof(start) && !memcmp(start, STATE_FORMAT " ", sizeof(start))
-             ? PETSC_TRUE
-             : PETSC_FALSE;
-    if (f) fclose(f);
-    PetscCheck(is, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-               "%s is there and is no checkpoint of a run: it is not replaced (%s)", file, source);
-  }
-  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", file));
-  f = fopen(part, "ab");
-  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s (%s)", part, strerror(errno), source);
+  PetscCall(SlipH5CheckCreateKind(kind, file));
+  f = fopen(file, "rb");
+  *exists = f ? PETSC_TRUE : PETSC_FALSE;
+  if (!f) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fread(start, 1, sizeof(start), f) == sizeof(start) && !memcmp(start, STATE_FORMAT " ", sizeof(start)))
+    is = PETSC_TRUE;
   fclose(f);
-  remove(part);
+  PetscCheck(is, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
+             "%s is there and is no checkpoint of a run: it is not replaced (-%s%s)", file,
+             kind->prefix ? kind->prefix : "", kind->option);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipStateCheckCreate(MPI_Comm comm, const char file[], const char source[], PetscBool *exists)
+PetscErrorCode SlipStateCheckCreate(MPI_Comm comm, const char prefix[], const char option[], const char file[],
+                                    PetscBool *exists)
 {
+  const SlipH5Kind kind = {.prefix = prefix, .option = option, .block = STATE_BLOCK};
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscMPIInt rank;
-  int there = 0;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) ierr = StateCheckFile(file, source, exists);
+  *exists = PETSC_FALSE;
+  if (!rank) ierr = StateCheckFile(&kind, file, exists);
   PetscCall(SlipErrorBcast(comm, ierr));
-  if (!rank) there = *exists ? 1 : 0;
-  PetscCallMPI(MPI_Bcast(&there, 1, MPI_INT, 0, comm));
-  *exists = there ? PETSC_TRUE : PETSC_FALSE;
+  PetscCallMPI(MPI_Bcast(exists, 1, MPIU_BOOL, 0, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

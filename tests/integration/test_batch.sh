@@ -10,7 +10,7 @@ cat >slurm/squeue <<'S'
 echo "$TIME_LEFT"
 S
 cat >slurm/srun <<'S'
-[ -z "$SEND" ] || { "$@" & p=$!; sleep 1; kill -"$SEND" $p 2>/dev/null; wait $p; exit $?; }
+[ -z "$SEND" ] || { "$@" & p=$!; until [ -e run.h5.part ]; do sleep 0.01; done; sleep 0.1; kill -"$SEND" $p; wait $p; exit $?; }
 exec "$@"
 S
 cat >slurm/scontrol <<'S'

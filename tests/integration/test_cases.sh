@@ -193,6 +193,16 @@ refuses "-oscillator_stiffness is 0" -- "$bin/oscillator" -oscillator_stiffness 
 refuses "-oscillator_mass is -1" -- "$bin/oscillator" -oscillator_mass -1
 refuses "expected a force >= 0 N" -- "$bin/oscillator" -oscillator_normal -1
 cmp -s old.h5 reference || fail "an older file was touched"
+
+# The rows of an unfinished run are kept, and given up by the option that the message names.
+for program in circuit sliding_mode; do
+  run=("$bin/$program" -ts_max_time 0.1 "-${program}_output" kept.h5)
+  "${run[@]}" >/dev/null && mv kept.h5 kept.h5.part || fail "${run[*]}"
+  "${run[@]}" >/dev/null 2>err.txt && fail "$program: an unfinished file was replaced"
+  overwrite=$(grep -o -- "throw it away with -[a-z_]*" err.txt | grep -o -- "-[a-z_]*$") && "${run[@]}" "$overwrite" >/dev/null && [ -e kept.h5 ] ||
+    fail "$program: an unfinished file was not given up: $(cat err.txt)"
+  rm -f kept.h5*
+done
 refuses "there is no option -circuit_refrence: did you mean -circuit_reference?" -- "$bin/circuit" -circuit_refrence 1e-3
 mpirun --oversubscribe -n 2 "$bin/oscillator" >out.txt 2>&1 && fail "oscillator on 2 processes"
 grep -qF "a system of 2 states runs on one process, not on 2" out.txt || fail "message on 2 processes"

@@ -52,6 +52,20 @@ with h5py.File("grid.h5") as a, h5py.File("long.h5") as b:
     assert b["run"].attrs["restarts"] == 1
 P
 
+# ---- behind links: the state, the one before it and the output are where the links point ----
+mkdir scratch
+ln -s scratch/there.state link.state
+ln -s scratch/there.h5 link.h5
+linked=("${run[@]}" -fault_output link.h5)
+"${linked[@]}" -ts_max_steps 5 -fault_checkpoint link.state >/dev/null 2>err.txt
+[ $? = 3 ] && [ -f scratch/there.state ] && [ -L link.state ] && [ -f scratch/there.h5 ] || fail "a checkpoint behind a link: $(cat err.txt)"
+"${linked[@]}" -fault_restart link.state -fault_checkpoint link.state >/dev/null || fail "a restart behind links"
+[ -f scratch/there.state.previous ] && [ -L link.h5 ] || fail "links were replaced: $(ls -l . scratch)"
+same grid.h5 scratch/there.h5 0 || fail "another run behind links"
+echo damaged >scratch/there.state
+"${run[@]}" -ts_max_time 5 -fault_restart link.state >/dev/null 2>err.txt || fail "$(cat err.txt)"
+grep -q "scratch/there.state.previous is taken" err.txt || fail "no file before: $(cat err.txt)"
+
 # ---- the step ----
 "${run[@]}" -ts_max_time 5 -ts_dt 1e-3 -fault_restart end.state -fault_output '' >out.txt 2>/dev/null
 "${run[@]}" -ts_max_time 5 -ts_dt 1e-3 -fault_restart end.state >out.txt || fail "-ts_dt beside a restart"

@@ -45,7 +45,7 @@ def read(code):
     pattern = re.compile(r'"-((?:' + "|".join(OURS) + r')_?\w+)"')
     found = {name for content in code.values() for name in pattern.findall(content) if not name.endswith("_")}
     found |= {"fault_" + name for name in fault_table(code)}
-    return found | {"circuit_output", "sliding_mode_output"}  # put together in smallmodel.h
+    return found | {f"{model}_output{end}" for model in ("circuit", "sliding_mode") for end in ("", "_overwrite")}  # put together in smallmodel.h
 
 
 class Options(ScriptTest):

@@ -17,9 +17,9 @@ PETSC_INTERN PetscErrorCode SlipStateCreate(MPI_Comm comm, const char file[], Sl
    warning. */
 PETSC_INTERN PetscErrorCode SlipStateOpen(MPI_Comm comm, const char file[], const char source[], SlipState *state);
 PETSC_INTERN PetscErrorCode SlipStateClose(SlipState *state); /* writing: puts the file in its place */
-/* Errors when a file of that name is there and is no state, or cannot be written. *exists: it is there, and is one */
-PETSC_INTERN PetscErrorCode SlipStateCheckCreate(MPI_Comm comm, const char file[], const char source[],
-                                                 PetscBool *exists);
+/* Errors, which name the option, when the file is there and is no state, or cannot be written. *exists: it is there */
+PETSC_INTERN PetscErrorCode SlipStateCheckCreate(MPI_Comm comm, const char prefix[], const char option[],
+                                                 const char file[], PetscBool *exists);
 /* Before vectors of cells whose numbers depend on the number of ranks: order [cells] are their rows in the mesh's file */
 PETSC_INTERN PetscErrorCode SlipStateCells(SlipState state, PetscInt cells, const PetscInt order[]);
 
@@ -30,7 +30,11 @@ PETSC_INTERN PetscErrorCode SlipStateReal(SlipState state, const char name[], Pe
 PETSC_INTERN PetscErrorCode SlipStateInt(SlipState state, const char name[], PetscInt n, PetscInt x[]);
 PETSC_INTERN PetscErrorCode SlipStateBool(SlipState state, const char name[], PetscBool *x);
 PETSC_INTERN PetscErrorCode SlipStateString(SlipState state, const char name[], char x[], size_t len);
+PETSC_INTERN PetscErrorCode SlipStateCount(SlipState state, const char name[], PetscInt most,
+                                           PetscInt *n); /* 0 to most */
 PETSC_INTERN PetscErrorCode SlipStateVec(SlipState state, const char name[], Vec x);
+PETSC_INTERN PetscErrorCode SlipStateVecs(SlipState state, const char name[], PetscInt n,
+                                          const Vec x[]); /* name_0, ... */
 /* *same: what is visited now is what was written, as x says. Its type, for example; what differs is left out. */
 PETSC_INTERN PetscErrorCode SlipStateSame(SlipState state, const char name[], const char x[], PetscBool *same);
 /* What the object remembers, if it does, in a group of that name with its type. */

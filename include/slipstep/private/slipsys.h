@@ -57,6 +57,17 @@ PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);
 PETSC_INTERN PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h);
 PETSC_INTERN PetscErrorCode SlipH5CheckNoInput(const char file[], const char source[]);
 
+/* ---- h5claim.c ---- */
+/* The file that a name stands for: symbolic links are followed, also to a file that is not there yet. */
+PETSC_INTERN PetscErrorCode SlipH5Follow(const char file[], const char source[], char target[PETSC_MAX_PATH_LEN]);
+PETSC_INTERN PetscErrorCode SlipH5Refuse(const SlipH5 *h, const char file[], int reason);
+PETSC_INTERN PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], SlipH5 *h);
+PETSC_INTERN hsize_t SlipH5MostRows(hid_t id); /* of the longest series of an open file */
+
+/* ---- h5output.c: the two halves of SlipH5Close() of a file that was written, for what is to be done in between ---- */
+PETSC_INTERN PetscErrorCode SlipH5CloseBeside(SlipH5 *h);
+PETSC_INTERN PetscErrorCode SlipH5PutInPlace(SlipH5 *h);
+
 /* ---- error.c ---- */
 /* What is to be done before the error handler of a program ends it; false: exit() would crash */
 PETSC_INTERN void SlipErrorAtEnd(PetscBool (*end)(void));

@@ -311,16 +311,12 @@ PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipStat
   char name[32];
 
   PetscFunctionBegin;
-  PetscCall(SlipStateInt(s, "secants", 1, &c->n));
-  for (PetscInt j = 0; j < c->n; j++) {
-    PetscCall(Allocate(c, j));
-    PetscCall(PetscSNPrintf(name, sizeof(name), "secant_%" PetscInt_FMT, j));
-    PetscCall(SlipStateVec(s, name, c->s[j]));
-    PetscCall(PetscSNPrintf(name, sizeof(name), "secant_image_%" PetscInt_FMT, j));
-    PetscCall(SlipStateVec(s, name, c->viscosity[j]));
-    PetscCall(PetscSNPrintf(name, sizeof(name), "secant_error_%" PetscInt_FMT, j));
-    PetscCall(SlipStateReal(s, name, 1, &c->error[j]));
-    if (!SlipStateIsLoading(s)) continue;
+  PetscCall(SlipStateCount(s, "secants", CORRECTION_MAX, &c->n));
+  for (PetscInt j = 0; j < c->n; j++) PetscCall(Allocate(c, j));
+  PetscCall(SlipStateVecs(s, "secant", c->n, c->s));
+  PetscCall(SlipStateVecs(s, "secant_image", c->n, c->viscosity));
+  PetscCall(SlipStateReal(s, "secant_errors", CORRECTION_MAX, c->error));
+  for (PetscInt j = 0; j < c->n && SlipStateIsLoading(s); j++) {
     PetscCall(MatMult(c->K, c->s[j], c->stiffness[j]));
     if (c->R) PetscCall(MatMult(c->R, c->s[j], c->cheap[j]));
   }

@@ -457,7 +457,8 @@ static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise)
   viscosity of type "toeplitz": a share of 0.02 and products as cheap as those with K. Elsewhere
   H_A = (zeta / 2) ((mass / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3. Both become better
   as products with H are made, since H_A is corrected by those that H remembers: A is another operator at each call,
-  and on a grid of 100 x 100 the first Newton iteration leaves 1e-3 where it left 3e-2. Near instability, where weakening takes most of B away, the share is larger in proportion.
+  and on a grid of 100 x 100 the first Newton iteration leaves 1e-3 where it left 3e-2. Near instability, where weakening
+  takes most of B away, the share is larger in proportion.
 
   Level: advanced
 

@@ -171,20 +171,14 @@ PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProduc
 /* What is remembered, for checkpoints. Collective. */
 PetscErrorCode SlipRecycledState(SlipRecycled *c, Mat H, SlipState s)
 {
-  char name[32];
-
   PetscFunctionBegin;
-  PetscCall(SlipStateInt(s, "directions", 1, &c->n));
+  PetscCall(SlipStateCount(s, "directions", SLIP_RECYCLED_MAX, &c->n));
   PetscCall(SlipStateBool(s, "loosened", &c->loosened));
   PetscCall(SlipStateReal(s, "noise", 1, &c->noise));
-  for (PetscInt j = 0; j < c->n; j++) {
+  for (PetscInt j = 0; j < c->n; j++)
     if (!c->q[j]) PetscCall(MatCreateVecs(H, &c->q[j], &c->image[j]));
-    PetscCall(PetscSNPrintf(name, sizeof(name), "direction_%" PetscInt_FMT, j));
-    PetscCall(SlipStateVec(s, name, c->q[j]));
-    PetscCall(PetscSNPrintf(name, sizeof(name), "image_%" PetscInt_FMT, j));
-    PetscCall(SlipStateVec(s, name, c->image[j]));
-    PetscCall(PetscSNPrintf(name, sizeof(name), "error_%" PetscInt_FMT, j));
-    PetscCall(SlipStateReal(s, name, 1, &c->error[j]));
-  }
+  PetscCall(SlipStateVecs(s, "direction", c->n, c->q));
+  PetscCall(SlipStateVecs(s, "image", c->n, c->image));
+  PetscCall(SlipStateReal(s, "errors", SLIP_RECYCLED_MAX, c->error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
