@@ -1,21 +1,20 @@
 #!/usr/bin/env python3
 """Work and precision on faults that no policy was trained on: classical controllers at many tolerances, and learned
-ones.
+ones, at equal error of the whole course of slip.
 
     tests/benchmarks/held_out.py                                  # everything, with the policy of the source tree
     tests/benchmarks/held_out.py --policy mine.h5 --name mine     # another policy; what is there already is reused
-    tests/benchmarks/held_out.py --cases one --limit 8 --folder output/quick
+    tests/benchmarks/held_out.py --cases single --limit 8 --folder output/quick
+    tests/benchmarks/held_out.py --measure final_slip             # the same runs by another measure
 
-Runs are done by the program `fault`, as a user would, and kept in FOLDER/runs.jsonl: an interrupted benchmark goes on
-where it was. With --sparse the 40 single cells take 25 s and the heterogeneous meshes 20 s of one core; the 50 x 50
-meshes take most of the rest. Writes FOLDER/held_out.h5, FOLDER/summary.png, FOLDER/curves_*.png. Cases and their
-distribution: held_out_cases.py; what "best classical controller at the same error" means: held_out_score.py. Needs
-numpy, h5py, matplotlib.
+Runs are done by the program `fault`, as a user would, and kept in FOLDER/runs.jsonl with all parts of their errors: an
+interrupted benchmark goes on where it was, and another measure needs no runs. Writes FOLDER/MEASURE.h5 and figures
+FOLDER/MEASURE_*.png. Faults and classical controllers: held_out_cases.py; error: course.py; what "at equal error" means:
+held_out_score.py. Needs numpy, h5py, matplotlib.
 """
 
 import argparse
 import os
-import subprocess
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "output"))
@@ -26,12 +25,14 @@ import h5py
 import numpy as np
 
 sys.dont_write_bytecode = True
+import course
 import held_out_cases
 import held_out_score
 from held_out_run import Bench, BenchmarkError, Job
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-UNITS = {"half_time_error": "s"}
+DIALS = [1e-1, 5e-2, 2e-2, 1e-2, 3e-3]
+UNITS = {"mean_slip": "m", "wall_time_solve": "s"}
 
 
 def arguments():
@@ -39,45 +40,57 @@ def arguments():
     parser.add_argument("--build", default=os.path.join(ROOT, "build"))
     parser.add_argument("--folder", default=os.path.join(ROOT, "output", "held_out"), help="of results")
     parser.add_argument("--policy", default=os.path.join(ROOT, "training", "policies", "fault.h5"))
-    parser.add_argument("--name", default="ours", help="what tables and figures call the policy")
-    parser.add_argument("--dials", type=float, nargs="+", default=[1e-1, 1e-2, 1e-3], help="of a policy that observes log_accuracy")
-    parser.add_argument("--study", metavar="ZIP", help="the study's policy (Stable-Baselines3), run as published")
+    parser.add_argument("--name", default="rl", help="what tables and figures call the policy")
+    parser.add_argument("--dials", type=float, nargs="+", default=DIALS, help="positions of -ts_adapt_rl_accuracy")
+    parser.add_argument("--learned-options", default="", metavar="TEXT", help="further options of the learned runs, in one word")
+    parser.add_argument("--measure", choices=course.MEASURES, default="history", help="what is equal, and what the dial promises")
+    parser.add_argument("--bound", nargs="+", default=[], metavar="FILE",
+                        help="HDF5 with /steps and /error (train -train_algorithm steps), each named as its case: single_01.h5")
     parser.add_argument("--seed", type=int, default=held_out_cases.SEED, help="of the drawn faults; another one gives fresh cases")
-    parser.add_argument("--cases", nargs="+", default=[""], help="only cases whose name begins like one of these: one, 3, 4, 5, mixed")
+    parser.add_argument("--cases", nargs="+", default=[""], help="only cases whose name begins like one of these: single, 3km_25, ...")
+    parser.add_argument("--families", nargs="+", default=[""], help="only classical families whose name begins so: heuristic, dsp, ...")
     parser.add_argument("--sparse", action="store_true", help="half of the tolerances: half of the time")
-    parser.add_argument("--limit", type=int, help="only so many of the cases")
-    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--limit", type=int, help="only so many cases of each kind")
+    parser.add_argument("--jobs", type=int, default=2, help="processes at once")
     parser.add_argument("--no-plot", action="store_true")
     return parser.parse_args()
 
 
-def observes_accuracy(policy):
-    with h5py.File(policy) as file:
-        return "log_accuracy" in [n.decode() if isinstance(n, bytes) else n for n in file["observation/names"][()]]
+def chosen_cases(bench, seed, begins, limit=None):
+    """Cases whose name begins like one of the words, of each kind so many."""
+    def want(name):
+        number = name.rsplit("_", 1)[1]
+        return name.startswith(tuple(begins)) and not (limit and name.split("_")[0] in held_out_cases.KINDS and int(number) > limit)
+    cases = held_out_cases.all_cases(bench.folder, seed, bench.probe, want)
+    if not cases:
+        raise BenchmarkError(f"no case begins like {' or '.join(begins)}; expected one of {', '.join(held_out_cases.KINDS)}, 3km_25, ...")
+    return cases
 
 
 def learned(bench, cases, policy, name, dials, extra=()):
-    """Runs of a policy at every position of its dial; one run a case (setting 0) when it has none."""
+    """Runs of a policy at positions of its dial."""
     jobs = []
-    for dial in dials if observes_accuracy(policy) else [0]:
-        options = ["-ts_adapt_type", "rl", *extra, *(["-ts_adapt_rl_accuracy", f"{dial:g}"] if dial else [])]
+    for dial in dials:
+        options = ["-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", f"{dial:g}", *extra]
         jobs += [Job(case, "policy", name, dial, options, policy) for case in cases]
     return [dict(row, family=name) for row in bench.all(jobs, f"policy {name}")]
 
 
-def import_study(archive, folder):
-    """The study's policy as a file of ours."""
-    path = os.path.join(folder, "study.h5")
-    script = os.path.join(ROOT, "training", "import_sb3.py")
-    done = subprocess.run([sys.executable, script, archive, path], capture_output=True, text=True)
-    if done.returncode:
-        raise BenchmarkError(f"{script} {archive} failed: {done.stderr.strip()}")
-    return path
+def read_bounds(paths, cases):
+    names, bounds = {c.name for c in cases}, {}
+    for path in paths:
+        name = os.path.splitext(os.path.basename(path))[0]
+        if name not in names:
+            raise BenchmarkError(f"--bound {path} is named as none of the {len(names)} cases; expected for example {min(names)}.h5")
+        with h5py.File(path) as file:
+            bounds[name] = {"steps": file["steps"][()].tolist(), "error": file["error"][()].tolist()}
+    return bounds
 
 
-def write(path, runs, table, worst, chosen):
+def write(path, measure, runs, table, worst, chosen):
     """Tables as groups of columns."""
     with h5py.File(path + ".part", "w") as file:
+        file.attrs["measure"] = measure
         for group, rows in (("runs", runs), ("cells", table)):
             for name in sorted({n for r in rows for n in r} - {"key"}):
                 values = [r.get(name) for r in rows]
@@ -85,7 +98,7 @@ def write(path, runs, table, worst, chosen):
                     file[f"{group}/{name}"] = np.array([v or "" for v in values], dtype=h5py.string_dtype())
                 else:
                     file[f"{group}/{name}"] = np.array([np.nan if v is None else v for v in values], float)
-                    file[f"{group}/{name}"].attrs["units"] = UNITS.get(name, "m" if name == "mean_slip" else "s" if name == "wall" else "1")
+                    file[f"{group}/{name}"].attrs["units"] = UNITS.get(name, "1")
         file.create_group("reference").attrs.update(worst)
         for dial, setting in chosen.items():
             if setting:
@@ -93,39 +106,45 @@ def write(path, runs, table, worst, chosen):
     os.replace(path + ".part", path)
 
 
-def report(table, chosen):
+def ratio(s, view, which):
+    return f"{s[view][which]:.2f}" if view in s else "-"
+
+
+def report(table, chosen, measure):
+    """One line a kind and position of the dial."""
+    other = "history" if measure == "final_slip" else "final slip"
     stats = held_out_score.statistics(table)
-    print(f"\n{'policy':<12}{'dial':>7}{'runs':>6}{'failed':>8}{'kept':>7}{'median':>9}{'solves':>8}   best classical over ours: mean, least, cells below 1")
-    for (name, dial), s in stats.items():
-        views = "; ".join(f"{v} {s[v]['mean']:.2f}, {s[v]['least']:.2f}, {s[v]['below_1']}/{s[v]['cells']}" for v in held_out_score.VIEWS if v in s)
-        kept = f"{100 * s['kept']:.0f} %" if dial else "-"
-        print(f"{name:<12}{dial or '-':>7}{s['runs']:>6}{s['failed']:>8}{kept:>7}{s['median_error']:>9.1e}{s['solves']:>8.1f}   {views}")
+    print(f"\nsolves of the best classical run over ours at equal error of the {measure.replace('_', ' ')}; other: of the {other}; bound: steps over ours")
+    print(f"{'cases':<16}{'policy':<8}{'dial':>7}{'runs':>6}{'failed':>7}{'kept':>6}{'median':>9}{'other':>9}{'solves':>8} |{'mean':>7}{'least':>7}"
+          f"{'below 1':>9} |{'other':>7}{'least':>7} |{'setting':>8} |{'bound':>6}")
+    for (name, dial, group), s in sorted(stats.items(), key=lambda x: (x[0][2] == "all", x[0][2], x[0][0], -x[0][1])):
+        below = f"{s['equal']['below_1']}/{s['equal']['cells']}" if "equal" in s else "-"
+        print(f"{group:<16}{name:<8}{dial:>7g}{s['runs']:>6}{s['failed']:>7}{100 * s['kept']:>5.0f}%{s['median']:>9.1e}{s['median_other']:>9.1e}{s['solves']:>8.1f} |"
+              f"{ratio(s, 'equal', 'mean'):>7}{ratio(s, 'equal', 'least'):>7}{below:>9} |{ratio(s, 'other', 'mean'):>7}{ratio(s, 'other', 'least'):>7} |"
+              f"{ratio(s, 'setting', 'mean'):>8} |{ratio(s, 'bound', 'median'):>6}")
     for dial, setting in chosen.items():
         if setting:
             print(f"setting that keeps {dial:g} as the dial promises: {setting[0]}, rtol {setting[1]:g}")
-    return stats
 
 
 def main():
     o = arguments()
     folder = os.path.abspath(o.folder)
     os.makedirs(folder, exist_ok=True)
-    cases = [c for c in held_out_cases.all_cases(folder, o.seed) if c.name.startswith(tuple(o.cases))][:o.limit]
+    bench = Bench(os.path.abspath(o.build), folder, o.jobs)
+    cases = chosen_cases(bench, o.seed, o.cases, o.limit)
+    bounds = read_bounds(o.bound, cases)
     for case in cases if o.sparse else ():
-        case.tolerances = [t for t in case.tolerances if t in held_out_cases.SPARSE]
-    bench = Bench(os.path.abspath(o.build), folder, o.processes)
+        case.tolerances = held_out_cases.SPARSE
     worst = bench.references(cases)
-    policy = os.path.abspath(o.policy)
-    ours = learned(bench, cases, policy, o.name, o.dials)
-    if o.study:
-        ours += learned(bench, cases, import_study(o.study, folder), "study", [], held_out_cases.PUBLISHED)
-    classical = bench.all([Job(c, "classical", *job) for c in cases for job in held_out_cases.classical(c)], "classical controllers")
-    table, chosen = held_out_score.cells(ours, classical)
-    report(table, chosen)
-    write(os.path.join(folder, "held_out.h5"), classical + ours, table, worst, chosen)
+    ours = learned(bench, cases, os.path.abspath(o.policy), o.name, o.dials, o.learned_options.split())
+    classical = bench.all([Job(c, "classical", *job) for c in cases for job in held_out_cases.classical(c, o.families)], "classical controllers")
+    table, chosen = held_out_score.cells(ours, classical, o.measure, bounds)
+    report(table, chosen, o.measure)
+    write(os.path.join(folder, f"{o.measure}.h5"), o.measure, classical + ours, table, worst, chosen)
     if not o.no_plot:
         import held_out_plot
-        held_out_plot.draw(folder, classical, ours, table)
+        held_out_plot.draw(os.path.join(folder, o.measure), o.measure, classical, ours, bounds)
 
 
 if __name__ == "__main__":

@@ -1,59 +1,103 @@
 """The faults of the held-out benchmark, none of them seen in training, and the controllers that run them.
 
-One cell: 40 faults drawn from SINGLE, log-uniform, by a fixed seed; draws that violate PLAUSIBLE are repeated. The
-excess over the strength at the start grows like exp(rate t); the duration is the time that takes and half a period of
-the oscillation after it, in which the event happens, times a factor of 1.3 to 2.5.
-Meshes: the faults of 3, 4 and 5 km at 25 x 25 and 50 x 50 cells, all else at its default.
-Heterogeneous: 10 faults of 4 x 4 to 12 x 12 square cells; normal stress, friction drop, residual friction and
-weakening slip vary from cell to cell, by a random field of a few waves and white noise, so that cells slip and
-stick at different times.
+Drawn faults (KINDS): parameters log-uniform in RANGES, by a seed; every other fault of a kind has its stiffness as it is
+computed, the rest as the study scaled it. The weakening slip follows from a drawn weakening rate over the stiffness
+against uniform slip. Per-cell fields vary by a random field of a few waves and white noise, so that cells slip and stick
+at different times. The duration is the time to rest in a run at PROBE_RTOL, times a drawn margin; a fault that does not
+rest in time or hardly slips is drawn again.
+Meshes: the faults of 3, 4 and 5 km at 25 x 25 and 50 x 50 cells, with either scaling, all else at its default.
+
+What is drawn is kept in FOLDER/cases_SEED: NAME.json, the fields in NAME.h5, and NAME.opts, with which any program can
+run the fault: `fault -options_file NAME.opts`.
 """
 
 import dataclasses
+import json
 import os
+import sys
 
 import h5py
 import numpy as np
 
-SEED = 20261121
-SINGLE_COUNT = 40
-MIXED_COUNT = 10
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples"))
+import make_mesh
 
-# name of the option without fault_: lowest, highest, unit
-SINGLE = {
-    "length_x": (500, 20e3, "m"), "thickness": (0.5, 2.0, "length_x"), "shear_modulus": (20e9, 40e9, "Pa"),
-    "density": (2300, 3000, "kg/m^3"), "damping_ratio": (0.1, 0.6, "1"), "normal_stress": (5e6, 150e6, "Pa"),
-    "friction_residual": (0.2, 0.7, "1"), "friction_drop": (0.03, 0.3, "1"), "friction_slip": (0.005, 1.0, "m"),
-    "initial_perturbation": (1e-6, 1e-3, "1"),
+SEED = 20261203
+RANGES = {
+    "length_x": (500, 20e3),  # m
+    "thickness": (0.5, 2.0),  # length_x
+    "shear_modulus": (20e9, 40e9),  # Pa
+    "density": (2300, 3000),  # kg/m^3
+    "damping_ratio": (0.1, 0.6),
+    "normal_stress": (5e6, 150e6),  # Pa, mean
+    "friction_residual": (0.2, 0.7),
+    "friction_drop": (0.03, 0.3),
+    "initial_perturbation": (1e-6, 1e-3),
+    "margin": (1.2, 2.5),  # duration over the time to rest
 }
-DURATION = (1.3, 2.5)
-PLAUSIBLE = "stress drop 0.5 to 20 MPa, static friction <= 0.85, weakening rate 1.5 to 15 times the stiffness G/thickness"
-MIXED = {
-    "length_x": (1e3, 10e3, "m"), "depth_top": (100, 5e3, "m"), "damping_ratio": (0.15, 0.5, "1"),
-    "friction_drop": (0.06, 0.2, "1"), "weakening": (2.5, 10, "stiffness"),
-}
-# standard deviation of the logarithm
-SPREAD = {"normal_stress": 0.25, "friction_drop": 0.25, "friction_residual": 0.08, "friction_slip": 0.25}
+PLAUSIBLE_DROP, PLAUSIBLE_FRICTION = (0.5e6, 20e6), 0.85  # mean stress drop [Pa], static friction
+LIMIT = 250  # a fault that does not rest by then is drawn again [periods over 2 pi of one cell]
+LEAST_SLIP = 0.2  # so is one whose final slip is below this share of drop over stiffness
+# standard deviation of the logarithm over that of friction_drop
+SPREAD = {"normal_stress": 1, "friction_drop": 1, "friction_residual": 0.3, "friction_slip": 1}
 
-# 1e-5 to 4.2; the sparse ones for 50 x 50, and for everything with --sparse
-TOLERANCES = [float(f"{10 ** e:.6g}") for e in np.arange(16) * 0.375 - 5]
-SPARSE = TOLERANCES[1::2]
-# family: options; each with every tolerance
-EMBEDDED, DOUBLING = ["-ts_bathe_error", "embedded"], ["-ts_bathe_error", "doubling"]
-FAMILIES = {
-    "heuristic": ["-ts_adapt_type", "heuristic", *EMBEDDED],
-    "heuristic, safety 0.9": ["-ts_adapt_type", "heuristic", "-ts_adapt_safety", "0.9", *EMBEDDED],
-    "heuristic, long start": ["-ts_adapt_type", "heuristic", "-ts_adapt_safety", "0.9", *EMBEDDED],  # and LONG_START
-    "basic": ["-ts_adapt_type", "basic", *EMBEDDED],
-    "dsp": ["-ts_adapt_type", "dsp", *EMBEDDED],
-    "pi": ["-ts_adapt_type", "pi", *EMBEDDED],
-    "heuristic, doubling": ["-ts_adapt_type", "heuristic", *DOUBLING],
-    "basic, doubling": ["-ts_adapt_type", "basic", *DOUBLING],
-    "dsp, doubling": ["-ts_adapt_type", "dsp", *DOUBLING],
-    "pi, doubling": ["-ts_adapt_type", "pi", *DOUBLING],
+
+@dataclasses.dataclass
+class Kind:
+    """count of faults; cells along each side; width over length, 0: that of square cells; weakening: rate over stiffness;
+    spread of fields; mesh: graded planes, every other time two of them."""
+    count: int
+    cells: tuple = (4, 12)
+    aspect: tuple = (0, 0)
+    weakening: tuple = (2.5, 10)
+    spread: tuple = (0.15, 0.35)
+    law: str = ""
+    mesh: bool = False
+
+
+KINDS = {
+    "single": Kind(40, cells=(1, 1), weakening=(1.5, 15), spread=(0, 0)),
+    "heterogeneous": Kind(10),
+    "rectangle": Kind(20, cells=(3, 20), aspect=(0.25, 1.5), spread=(0, 0.15)),
+    "irregular": Kind(10, cells=(4, 10), aspect=(0.3, 1.2), spread=(0.05, 0.3), mesh=True),
+    "linear": Kind(10, cells=(1, 10), law="linear_slip_weakening"),
 }
+
+# rtol: 1e-5 to 10; the sparse ones for 50 x 50, and for everything with --sparse
+TOLERANCES = [float(f"{10 ** e:.6g}") for e in np.arange(19) / 3 - 5]
+SPARSE = TOLERANCES[::2]
+PROBE_RTOL = 1e-3
 LONG_START = 0.3  # first step over T*, against the program's 0.01
-PUBLISHED = ["-ts_bathe_reaction", "implicit", *DOUBLING]  # how the study ran its policies
+# PETSc 3.18's, and those of SlipStep
+DSP_FILTERS = "basic PI30 PI42 PI33 PI34 PC11 PC47 PC36 H0211 H211b H211PI H0312 H312b H312PID H0321 H321".split()
+PI_FILTERS = "elementary PI33 PI34 PI42 H211PI H211b2 H211b4".split()
+CONSTANT = [float(f"{s:.4g}") for s in np.geomspace(3, 0.04, 16)]  # steps [T*]
+
+
+def families():
+    """(name, options, every how many-th tolerance). Variants of one controller take turns at the tolerances."""
+    yield "heuristic", ["-ts_adapt_type", "heuristic"], 1
+    yield "heuristic, safety 0.9", ["-ts_adapt_type", "heuristic", "-ts_adapt_safety", "0.9"], 1
+    yield "heuristic, long start", ["-ts_adapt_type", "heuristic", "-ts_adapt_safety", "0.9"], 1
+    yield "basic", ["-ts_adapt_type", "basic"], 1
+    for name in DSP_FILTERS:
+        yield f"dsp {name}", ["-ts_adapt_type", "dsp", "-ts_adapt_dsp_filter", name], 2
+    for name in PI_FILTERS:
+        yield f"pi {name}", ["-ts_adapt_type", "pi", "-ts_adapt_pi_filter", name], 2
+
+
+def classical(case, begins=("",)):
+    """(family, rtol or step, options) of every classical run of a case by families whose name begins like one of these."""
+    return (run for run in every_classical(case) if run[0].startswith(tuple(begins)))
+
+
+def every_classical(case):
+    for k, (family, options, stride) in enumerate(families()):
+        start = ["-ts_dt", f"{LONG_START * case.tstar:.6g}"] if family == "heuristic, long start" else []
+        for rtol in case.tolerances[k % stride::stride]:
+            yield family, rtol, [*options, "-ts_bathe_error", "embedded", *start, "-ts_rtol", f"{rtol:.6g}"]
+    for step in CONSTANT[::1 if case.tolerances == TOLERANCES else 2]:
+        yield "constant", step, ["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", f"{step * case.tstar:.6g}"]
 
 
 @dataclasses.dataclass
@@ -65,7 +109,7 @@ class Case:
     tstar: float
     duration: float
     tolerances: list
-    fields: str = ""  # file of per-cell parameters
+    fields: str = ""  # file of per-cell parameters, and of the cells of a mesh
 
 
 def log_uniform(random, low, high):
@@ -77,98 +121,125 @@ def rounded(x):
     return float(f"{x:.6g}")
 
 
-def event_time(weakening, damping, perturbation, tstar):
-    """When a single cell's event is over, roughly [s]: the excess grows from its first value to 1 at the rate of
-    x'' + 2 zeta x' + (1 - W) x = 0, then half a damped period of the oscillation follows (time in T*)."""
-    rate = np.sqrt(damping ** 2 + weakening - 1) - damping
-    return tstar * (np.log(1 / perturbation) / rate + np.pi / np.sqrt(1 - damping ** 2))
-
-
-def draw_single(random):
-    """Parameters of one cell and T*, weakening over stiffness."""
-    while True:
-        p = {name: rounded(log_uniform(random, low, high)) for name, (low, high, _) in SINGLE.items()}
-        p["thickness"] = rounded(p["thickness"] * p["length_x"])
-        drop = p["normal_stress"] * p["friction_drop"]
-        weakening = drop / p["friction_slip"] * p["thickness"] / p["shear_modulus"]
-        if 0.5e6 <= drop <= 20e6 and p["friction_residual"] + p["friction_drop"] <= 0.85 and 1.5 <= weakening <= 15:
-            return p, p["thickness"] * np.sqrt(p["density"] / p["shear_modulus"]), weakening
-
-
 def fault_options(p):
-    return [word for name, value in p.items() for word in (f"-fault_{name}", f"{value:.6g}")]
+    return [word for name, value in p.items() for word in (f"-fault_{name}", value if isinstance(value, str) else f"{value:.6g}")]
 
 
-def single_cases(count=SINGLE_COUNT, seed=SEED):
-    random = np.random.default_rng(seed)
+def random_field(random, x, z):
+    """Zero mean, unit variance over cells at x, z in units of the fault: six plane waves of up to two periods along it, and
+    a third of white noise."""
+    waves = np.zeros(len(x))
+    for _ in range(6):
+        kx, kz, phase = random.random(3)
+        waves += np.cos(2 * np.pi * (2 * kx * x + (4 * kz - 2) * z + phase))
+    field = waves / waves.std() + random.standard_normal(len(x)) / 3
+    return (field - field.mean()) / field.std()
+
+
+def geometry(random, kind, k, length):
+    """Options of the cells; rows of a mesh or None; x, z [n] of the cells in units of the length, their shape and area."""
+    nx, nz = (kind.cells[0] + int((kind.cells[1] + 1 - kind.cells[0]) * random.random()) for _ in range(2))
+    width = rounded(length * (log_uniform(random, *kind.aspect) if kind.aspect[1] else nz / nx))
+    top = 0.0 if random.random() < 0.3 else rounded(log_uniform(random, 100, 5e3))
+    if not kind.mesh:
+        z, x = (g.ravel() for g in np.meshgrid((np.arange(nz) + 0.5) * width / nz / length, (np.arange(nx) + 0.5) / nx, indexing="ij"))
+        p = {"length_x": length, "length_z": width, "depth_top": top, "nx": nx, "nz": nz}
+        return p, None, x, z, (nz, nx), length * width
+    ratio = log_uniform(random, 1.5, 5)
+    rows, planes = make_mesh.plane((nx, nz), (length, width), top, ratio), 1 + k // 2 % 2
+    if planes == 2:
+        offset = rounded(log_uniform(random, 0.2, 1) * length)
+        rows = np.concatenate([rows, make_mesh.plane((nx, nz), (length, width), top, ratio, x0=rounded(0.3 * length), y=offset)])
+    return {}, rows, rows[:, 0] / length, (rows[:, 2] - top) / length, (len(rows),), planes * length * width
+
+
+def stiffness(scaled, modulus, thickness, area, n):
+    """Against uniform slip [Pa/m]: of a scaled one, and roughly of one as it is computed."""
+    return modulus / thickness if scaled else modulus / np.sqrt(area) * (2.3 - 1.3 / np.sqrt(n))
+
+
+def draw(random, kind, k, path):
+    """A fault, its fields in the file path: options, T*, time unit of one cell, margin of the duration, least final slip."""
+    while True:
+        p = {name: rounded(log_uniform(random, *limits)) for name, limits in RANGES.items()}
+        drop = p["normal_stress"] * p["friction_drop"]
+        if PLAUSIBLE_DROP[0] <= drop <= PLAUSIBLE_DROP[1] and p["friction_residual"] + p["friction_drop"] <= PLAUSIBLE_FRICTION:
+            break
+    scaled, spread = k % 2 == 1, random.uniform(*kind.spread)
+    weakening, margin, length = log_uniform(random, *kind.weakening), p.pop("margin"), p.pop("length_x")
+    p["thickness"] = rounded(p["thickness"] * length)
+    cells, rows, x, z, shape, area = geometry(random, kind, k, length)
+    n = len(x)
+    stiff = stiffness(scaled, p["shear_modulus"], p["thickness"], area, n)
+    mean = {name: p.pop(name) for name in ("normal_stress", "friction_drop", "friction_residual")}
+    mean["friction_slip"] = drop / stiff / weakening
+    deeper = 2 * (z + 0.1 * z.max()) / (1.2 * z.max()) if n > 1 and random.random() < 0.5 else 1  # than half: more stress
+    with h5py.File(path, "w") as file:
+        if rows is not None:
+            file["cells"] = rows
+            file["cells"].attrs["columns"] = make_mesh.COLUMNS
+        for name, value in mean.items():
+            factor = np.exp(spread * SPREAD[name] * random_field(random, x, z)) if n > 1 else np.ones(n)
+            file[name] = (value * factor * (deeper if name == "normal_stress" else 1)).reshape(shape)
+    p.update(cells, parameters=path, stiffness_scaling="mean_slip" if scaled else "none")
+    p.update({"mesh": path} if rows is not None else {}, **({"friction_law": kind.law} if kind.law else {}))
+    tstar = p["thickness"] * np.sqrt(p["density"] / p["shear_modulus"])
+    return fault_options(p), tstar, np.sqrt(p["density"] * p["thickness"] / stiff), margin, LEAST_SLIP * drop / stiff
+
+
+def make(kind, k, seed, name, folder, probe):
+    """The k-th fault of a kind: the first draw that rests in time having slipped. probe: (time to rest or None, final slip)
+    of a case's run."""
+    path = os.path.join(folder, f"{name}.h5")
+    for attempt in range(100):
+        random = np.random.default_rng([seed, list(KINDS).index(kind), k, attempt])
+        options, tstar, unit, margin, least = draw(random, KINDS[kind], k, path)
+        case = Case(name, kind, options, float(tstar), rounded(LIMIT * unit), TOLERANCES, path)
+        rest, slip = probe(case)
+        if rest and slip >= least:
+            case.duration = rounded(margin * rest)
+            return case
+    raise RuntimeError(f"{name}: no draw of 100 slips and rests within {LIMIT} periods over 2 pi")
+
+
+def drawn_cases(folder, seed, probe, want):
+    """Those of KINDS whose name is wanted; made once."""
+    room = os.path.join(folder, f"cases_{seed}")
+    os.makedirs(room, exist_ok=True)
     cases = []
-    for k in range(count):
-        p, tstar, weakening = draw_single(random)
-        duration = log_uniform(random, *DURATION) * event_time(weakening, p["damping_ratio"], p["initial_perturbation"], tstar)
-        p.update(length_z=p["length_x"], normal_stress_gradient=0, nx=1, nz=1)
-        cases.append(Case(f"one {k + 1:02d}", "one cell", fault_options(p), tstar, rounded(duration), TOLERANCES))
+    for kind, row in KINDS.items():
+        for k in range(row.count):
+            name = f"{kind}_{k + 1:02d}"
+            if not want(name):
+                continue
+            path = os.path.join(room, f"{name}.json")
+            if not os.path.exists(path):
+                store(make(kind, k, seed, name, room, probe), path)
+            with open(path) as file:
+                cases.append(Case(**json.load(file)))
     return cases
+
+
+def store(case, path):
+    pairs = zip(case.options[::2], case.options[1::2])
+    with open(path[:-5] + ".opts", "w") as file:
+        file.writelines(f"{key} {value}\n" for key, value in [*pairs, ("-ts_max_time", f"{case.duration:.10g}")])
+    with open(path + ".part", "w") as file:
+        json.dump(dataclasses.asdict(case), file, indent=1)
+    os.replace(path + ".part", path)
 
 
 def mesh_cases(sizes=(25, 50)):
     cases = []
     for n in sizes:
         for km, duration in ((3, 30.0), (4, 40.0), (5, 50.0)):
-            p = {"length_x": km * 1e3, "length_z": km * 1e3, "nx": n, "nz": n}
-            cases.append(Case(f"{km} km, {n} x {n}", f"mesh {n} x {n}", fault_options(p), km * 1e3 * np.sqrt(2500 / 30e9), duration,
-                              TOLERANCES if n < 50 else SPARSE))
+            for scaling in ("none", "mean_slip"):
+                p = {"length_x": km * 1e3, "length_z": km * 1e3, "nx": n, "nz": n, "stiffness_scaling": scaling}
+                scaled = "_scaled" if scaling != "none" else ""
+                cases.append(Case(f"{km}km_{n}{scaled}", f"{n} x {n}{scaled.replace('_', ', ')}", fault_options(p),
+                                  km * 1e3 * np.sqrt(2500 / 30e9), duration, TOLERANCES if n < 50 else SPARSE))
     return cases
 
 
-def random_field(random, nz, nx):
-    """Zero mean, unit variance: six plane waves of up to two periods along the fault, and a third of white noise [nz,
-    nx]."""
-    z, x = np.meshgrid((np.arange(nz) + 0.5) / nz, (np.arange(nx) + 0.5) / nx, indexing="ij")
-    waves = np.zeros((nz, nx))
-    for _ in range(6):
-        kx, kz, phase = random.random(3)
-        waves += np.cos(2 * np.pi * (2 * kx * x + (4 * kz - 2) * z + phase))
-    noise = np.sqrt(-2 * np.log(1 - random.random((nz, nx)))) * np.cos(2 * np.pi * random.random((nz, nx)))
-    field = waves / waves.std() + noise / 3
-    return (field - field.mean()) / field.std()
-
-
-def draw_mixed(random, path):
-    """Write the per-cell parameters of one fault to a file; its options, T* and mean weakening over stiffness."""
-    nx, nz = (4 + int(9 * random.random()) for _ in range(2))
-    p = {name: rounded(log_uniform(random, low, high)) for name, (low, high, _) in MIXED.items()}
-    weakening = p.pop("weakening")
-    length, modulus = p["length_x"], 30e9
-    depth = p["depth_top"] + (np.arange(nz) + 0.5) * length / nx
-    mean = {"normal_stress": 15e3 * depth[:, None], "friction_drop": p.pop("friction_drop"), "friction_residual": 0.5}
-    mean["friction_slip"] = float(mean["normal_stress"].mean()) * mean["friction_drop"] * length / modulus / weakening
-    with h5py.File(path, "w") as file:
-        for name, spread in SPREAD.items():
-            file[name] = np.broadcast_to(mean[name], (nz, nx)) * np.exp(spread * random_field(random, nz, nx))
-    p.update(length_z=rounded(length * nz / nx), nx=nx, nz=nz)
-    return p, length * np.sqrt(2500 / modulus), weakening
-
-
-def mixed_cases(folder, count=MIXED_COUNT, seed=SEED):
-    random = np.random.default_rng(seed + 1)
-    cases = []
-    for k in range(count):
-        path = os.path.join(folder, f"mixed_{k + 1:02d}.h5")
-        p, tstar, weakening = draw_mixed(random, path)
-        # cells differ in their weakening: the slowest part sets the pace, so more time than for one cell
-        duration = 2 * event_time(max(0.6 * weakening, 1.5), p["damping_ratio"], 1e-5, tstar)
-        cases.append(Case(f"mixed {k + 1:02d}, {p['nz']} x {p['nx']}", "heterogeneous", fault_options(p) + ["-fault_parameters", path],
-                          tstar, rounded(duration), TOLERANCES, path))
-    return cases
-
-
-def all_cases(folder, seed=SEED):
-    return single_cases(seed=seed) + mesh_cases() + mixed_cases(folder, seed=seed)
-
-
-def classical(case):
-    """(family, rtol, options) of every classical run of a case."""
-    for family, options in FAMILIES.items():
-        start = ["-ts_dt", f"{LONG_START * case.tstar:.6g}"] if family == "heuristic, long start" else []
-        for rtol in case.tolerances:
-            yield family, rtol, [*options, *start, "-ts_rtol", f"{rtol:.6g}"]
+def all_cases(folder, seed, probe, want=lambda name: True):
+    return drawn_cases(folder, seed, probe, want) + [c for c in mesh_cases() if want(c.name)]

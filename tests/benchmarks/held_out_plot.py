@@ -1,6 +1,4 @@
-"""Figures of the held-out benchmark: a summary, and the work-precision curves of every case."""
-
-import os
+"""Figures of the held-out benchmark: work-precision diagrams, one for all kinds of cases and one panel a case for each."""
 
 import matplotlib
 
@@ -8,106 +6,106 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-import held_out_score
+from held_out_score import by, envelope, error, solves_at
 
-# embedded estimates solid, doubling dashed; one hue a controller
-STYLE = {"heuristic": ("tab:blue", "-"), "heuristic, safety 0.9": ("tab:cyan", "-"), "heuristic, long start": ("navy", "-"),
-         "basic": ("tab:green", "-"), "dsp": ("tab:purple", "-"), "pi": ("tab:brown", "-"), "heuristic, doubling": ("tab:blue", ":"),
-         "basic, doubling": ("tab:green", ":"), "dsp, doubling": ("tab:purple", ":"), "pi, doubling": ("tab:brown", ":")}
-MARKERS = "osD^vP"
-LABEL = {"same_error": "afterwards, same final-slip error", "dial": "afterwards, error within the dial",
-         "steady": "afterwards, same error, without luck",
-         "history": "same error of the slip history", "setting": "one setting that keeps the dial"}
+COLOURS = {"heuristic": "tab:blue", "basic": "tab:green", "dsp": "tab:purple", "pi": "tab:brown", "constant": "tab:gray"}
+DIAL_COLOURS = ["gold", "orange", "tab:red", "darkred", "black", "tab:pink"]
+ERRORS = np.geomspace(1e-3, 0.3, 26)
+LABELS = {"history": "error of the course of slip", "final_slip": "error of the final slip", "event_time": "error of the time of the event"}
+PAGE = 40  # panels in a figure at most
 
 
-def dial_name(dial):
-    return f"{dial:g}" if dial else "no dial"
+def controller(run):
+    return run["family"].replace(",", " ").split()[0]
 
 
-def curves(path, classical, ours, names, columns):
-    """Solves against error of final slip, a panel a case."""
+def points(runs, measure):
+    """(solves, error), sorted by solves."""
+    return np.array(sorted((r["solves"], error(r, measure)) for r in runs if not r["failed"])).T
+
+
+def finish(ax, title):
+    ax.set_title(title, fontsize=9)
+    ax.set_xscale("log"), ax.set_yscale("log")
+    ax.set_xlim(0.5, 7e-4), ax.set_ylim(3, 500)
+    ax.grid(alpha=0.3, lw=0.4)
+    ax.tick_params(labelsize=7)
+
+
+def learned(ax, runs, measure, size):
+    for colour, (dial, rows) in zip(DIAL_COLOURS, sorted(by(runs, "setting").items(), reverse=True)):
+        found = points(rows, measure)
+        if found.size:
+            ax.plot(np.maximum(found[1], 8e-4), found[0], "o", color=colour, ms=size, mec="white", mew=0.4, label=f"{rows[0]['family']}, {dial:g}", zorder=3)
+
+
+def median_solves(cases, measure):
+    """Over the cases, the solves that their runs need for ERRORS; NaN where a case's runs cannot have the error."""
+    return np.median([[solves_at(*points(runs, measure), e) for e in ERRORS] for runs in cases], axis=0)
+
+
+def best_solves(runs, measure):
+    """The same of one case, by the family that needs the fewest at each error."""
+    return np.min([[solves_at(*points(family, measure), e) for e in ERRORS] for family in by(runs, "family").values()], axis=0)
+
+
+def overview(path, measure, classical, ours, bounds):
+    """A panel a kind: the medians of the envelopes of its cases, one line a controller, and the learned runs."""
+    groups = list(dict.fromkeys(r["group"] for r in ours))
+    columns = min(3, len(groups))
+    rows = -(-len(groups) // columns)
+    figure, axes = plt.subplots(rows, columns, figsize=(4.2 * columns, 3.2 * rows + 0.8), squeeze=False, sharex=True, sharey=True)
+    for ax, group in zip(axes.flat, groups):
+        runs = [r for r in classical if r["group"] == group and not r["failed"]]
+        for name, rows_of in by([dict(r, controller=controller(r)) for r in runs], "controller").items():
+            ax.plot(ERRORS, median_solves(by(rows_of, "case").values(), measure), color=COLOURS[name], lw=1, label=name)
+        ax.plot(ERRORS, np.median([best_solves(of_case, measure) for of_case in by(runs, "case").values()], axis=0), color="black", lw=2,
+                label="best classical family")
+        learned(ax, [r for r in ours if r["group"] == group], measure, 4)
+        named = {r["case"] for r in ours if r["group"] == group} & set(bounds)
+        if named:
+            solves = [[solves_at(bounds[c]["steps"], bounds[c]["error"], e) for e in ERRORS] for c in named]
+            ax.plot(ERRORS, np.median(solves, axis=0), "--", color="tab:cyan", lw=2, label="bound")
+        finish(ax, f"{group}, {len({r['case'] for r in runs})} cases")
+    end(figure, axes, len(groups), measure, path)
+
+
+def panels(path, measure, classical, ours, bounds):
+    """A panel a case: the envelope of each controller's runs, and the learned runs."""
+    names = list(dict.fromkeys(r["case"] for r in ours))
+    columns = min(8 if len(names) > 12 else 4, len(names))
     rows = -(-len(names) // columns)
     figure, axes = plt.subplots(rows, columns, figsize=(2.6 * columns, 2.3 * rows + 0.9), squeeze=False, sharex=True, sharey=True)
-    settings = sorted({(r["family"], r["setting"]) for r in ours}, key=lambda s: (s[0], -s[1]))
     for ax, name in zip(axes.flat, names):
-        for family, runs in held_out_score.by([r for r in classical if r["case"] == name and not r["failed"]], "family").items():
-            points = np.array(sorted((r["solves"], abs(r["slip_error"])) for r in runs)).T
-            colour, line = STYLE[family]
-            ax.plot(*points, line, color=colour, lw=0.8, label=family)
-        for marker, (policy, dial) in zip(MARKERS, settings):
-            for r in ours:
-                if (r["case"], r["family"], r["setting"]) == (name, policy, dial) and not r["failed"]:
-                    ax.plot(r["solves"], max(abs(r["slip_error"]), 1e-6), marker, color="tab:red" if policy != "study" else "black", ms=5,
-                            mec="white", mew=0.5, label=f"{policy}, {dial_name(dial)}", zorder=3)
-        ax.set_title(name, fontsize=8)
-        ax.set_xscale("log"), ax.set_yscale("log")
-        ax.set_xlim(4, 2000), ax.set_ylim(1e-6, 1)
-        ax.grid(alpha=0.3, lw=0.4)
-        ax.tick_params(labelsize=7)
-    for ax in axes.flat[len(names):]:
+        for key, runs in by([dict(r, controller=controller(r)) for r in classical if r["case"] == name and not r["failed"]], "controller").items():
+            n, e = envelope(*points(runs, measure))
+            ax.plot(e, n, color=COLOURS[key], lw=0.9, label=key)
+        learned(ax, [r for r in ours if r["case"] == name], measure, 5)
+        if name in bounds:
+            n, e = envelope(bounds[name]["steps"], bounds[name]["error"])
+            ax.plot(e, n, "--", color="tab:cyan", lw=1.5, label="bound")
+        finish(ax, name)
+    end(figure, axes, len(names), measure, path)
+
+
+def end(figure, axes, used, measure, path):
+    for ax in axes.flat[used:]:
         ax.axis("off")
-    figure.supxlabel("Bathe solves", fontsize=9)
-    figure.supylabel("relative error of the final slip", fontsize=9)
-    handles = dict(zip(*(reversed(axes.flat[0].get_legend_handles_labels()))))
-    figure.legend(handles.values(), handles.keys(), loc="upper center", ncol=min(7, len(handles)), fontsize=7, frameon=False)
-    figure.tight_layout(rect=(0.012, 0, 1, 1 - 0.75 / (2.3 * rows + 0.9)))
+    figure.supxlabel(LABELS[measure], fontsize=9)
+    figure.supylabel("Bathe solves", fontsize=9)
+    handles = {}
+    for ax in axes.flat[:used]:
+        handles.update(dict(zip(*reversed(ax.get_legend_handles_labels()))))
+    height = figure.get_size_inches()[1]
+    figure.legend(handles.values(), handles.keys(), loc="upper center", ncol=min(6, len(handles)), fontsize=7, frameon=False)
+    figure.tight_layout(rect=(0.012, 0, 1, 1 - 0.6 / height))
     figure.savefig(path, dpi=110)
     plt.close(figure)
 
 
-def strip(ax, table, groups, settings, value, text):
-    """Values of cells as dots, a column a group and position of the dial, medians as bars."""
-    ticks, labels = [], []
-    for g, group in enumerate(groups):
-        for k, setting in enumerate(settings):
-            x = g * (len(settings) + 1) + k
-            y = np.array([v for v in (value(r) for r in table if r["group"] == group and (r["family"], r["setting"]) == setting)
-                          if v is not None and np.isfinite(v)])
-            if not len(y):
-                continue
-            jitter = (np.arange(len(y)) % 7 - 3) * 0.08
-            colour = "black" if setting[0] == "study" else f"C{k}"
-            ax.plot(x + jitter, y, ".", color=colour, ms=5, alpha=0.7, label=f"{setting[0]}, {dial_name(setting[1])}" if g == 0 else None)
-            ax.plot([x - 0.35, x + 0.35], [np.median(y)] * 2, color=colour, lw=2)
-        ticks.append(g * (len(settings) + 1) + (len(settings) - 1) / 2)
-        labels.append(group)
-    ax.set_xticks(ticks, labels, fontsize=8)
-    ax.set_xlim(-1, len(groups) * (len(settings) + 1) - 1)
-    ax.set_yscale("log")
-    ax.grid(axis="y", alpha=0.3, lw=0.4)
-    ax.set_title(text, fontsize=9)
-
-
-def summary(path, table):
-    groups = list(dict.fromkeys(r["group"] for r in table))
-    settings = sorted({(r["family"], r["setting"]) for r in table}, key=lambda s: (s[0] == "study", s[0], -s[1]))
-    figure, axes = plt.subplots(4, 2, figsize=(13, 14))
-    for ax, view in zip(axes.flat, held_out_score.VIEWS):
-        strip(ax, table, groups, settings, lambda r, view=view: r.get(f"ratio_{view}"), "solves, best classical over ours: " + LABEL[view])
-        ax.axhline(1, color="black", lw=0.8)
-        ax.axhline(2, color="black", lw=0.8, ls=":")
-        ax.set_ylim(0.2, 30)
-        ax.set_yticks([0.2, 0.5, 1, 2, 5, 10, 20], ["0.2", "0.5", "1", "2", "5", "10", "20"])
-        ax.set_ylabel("ratio of solves", fontsize=8)
-    error, solves, unused = axes.flat[len(held_out_score.VIEWS):]
-    unused.axis("off")
-    strip(error, table, groups, settings, lambda r: None if r["failed"] else max(abs(r["slip_error"]), 1e-7), "relative error of the final slip")
-    for dial in {s[1] for s in settings if s[1]}:
-        error.axhline(dial, color="black", lw=0.6, ls=":")
-    strip(solves, table, groups, settings, lambda r: None if r["failed"] else r["solves"], "Bathe solves")
-    handles, labels = solves.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", ncol=len(labels), fontsize=8, frameon=False)
-    figure.tight_layout(rect=(0, 0, 1, 0.97))
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
-
-
-def draw(folder, classical, ours, table):
-    names = list(dict.fromkeys(r["case"] for r in classical))
-    groups = {r["case"]: r["group"] for r in classical}
-    single = [n for n in names if groups[n] == "one cell"]
-    others = [n for n in names if groups[n] != "one cell"]
-    for title, chosen, columns in (("one", single, 8), ("mesh", others, 4)):
-        if chosen:
-            curves(os.path.join(folder, f"curves_{title}.png"), classical, ours, chosen, min(columns, len(chosen)))
-    summary(os.path.join(folder, "summary.png"), table)
+def draw(prefix, measure, classical, ours, bounds):
+    overview(f"{prefix}.png", measure, classical, ours, bounds)
+    for group, runs in by(ours, "group").items():
+        names = list(dict.fromkeys(r["case"] for r in runs))[:PAGE]
+        slug = group.replace(" ", "").replace(",", "_")
+        panels(f"{prefix}_{slug}.png", measure, classical, [r for r in runs if r["case"] in names], bounds)

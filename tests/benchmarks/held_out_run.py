@@ -14,12 +14,14 @@ import time
 import h5py
 import numpy as np
 
+import course
+import held_out_cases
+
 PART = 40  # runs in one process
 TIMEOUT = 1200  # of a process [s]; one that takes longer is an error of the benchmark, not a result
-FINE = (1e-6, 1e-7, 1e-8, 1e-9)  # rtol of fine runs, one after the other until two agree; the last is the reference
-FINE_AGREE = 5e-6  # to this relative difference of final slip
-FINE_STEPS = 4000  # constant steps of an independent third run
-SCALING = ["-fault_stiffness_scaling", "mean_slip"]  # of cases that do not say: the study's, which policies are trained with
+FINE = (1e-5, 1e-6, 1e-7, 1e-8)  # rtol of fine runs, one after the other until two agree; the last is the reference
+FINE_AGREE = 5e-5  # in the measure `history`: the smallest dial is sixty times that
+FINE_STEPS = 2000  # constant steps of an independent third run
 LEAN = ["-fault_output_interval", "1000000000", "-fault_output_fields", "slip"]
 
 
@@ -86,7 +88,7 @@ class Store:
 
 def command_line(job, output):
     c = job.case
-    return [*SCALING, *c.options, "-ts_max_time", f"{c.duration:.10g}", *job.options, *(["-ts_adapt_rl_policy", job.policy] if job.policy else []),
+    return [*c.options, "-ts_max_time", f"{c.duration:.10g}", *job.options, *(["-ts_adapt_rl_policy", job.policy] if job.policy else []),
             "-fault_output", output, *LEAN]
 
 
@@ -97,9 +99,21 @@ def read(output):
         return result, np.array([np.append(0, file[f"series/{name}"][()]) for name in ("time", "mean_slip", "mean_slip_rate")])
 
 
-def execute(build, jobs, folder):
-    """Do runs in one process (-fault_sweep); yield of each (result, series), or None and the message it ended with. A
-    run that fails ends the process: the others go to another one."""
+def read_course(output):
+    """Attributes of /result and the course. Among the attributes `rest`, when the fault came to rest for good [s], NaN
+    when it did not, and `moving`, the accepted steps until then and one more for the time that is left."""
+    run = course.read(output)
+    with h5py.File(output) as file:
+        result = {name: float(value) for name, value in file["result"].attrs.items()}
+        moves = np.flatnonzero(file["series/max_slip_rate"][()])
+    last, n = (moves[-1] if len(moves) else -1), len(run.time) - 1
+    result.update(rest=float(run.time[last + 2]) if last + 1 < n else np.nan, moving=int(min(last + 3, n)))
+    return result, run
+
+
+def execute(build, jobs, folder, read=read):
+    """Do runs in one process (-fault_sweep); yield of each what read() makes of its output, or None and the message it ended
+    with. A run that fails ends the process: the others go to another one."""
     program = os.path.join(build, "bin", "fault")
     while jobs:
         with tempfile.TemporaryDirectory(dir=folder) as room:
@@ -121,37 +135,6 @@ def execute(build, jobs, folder):
             yield jobs[count], None, lines[-1][:300]
             count += 1
         jobs = jobs[count:]
-
-
-def interpolate(series, times):
-    """Mean slip at times by cubic Hermite polynomials, with slopes of second order from the slips themselves."""
-    t, s = series[0], series[1]
-    slope = np.gradient(s, t)
-    i = np.clip(np.searchsorted(t, times) - 1, 0, len(t) - 2)
-    h = t[i + 1] - t[i]
-    x = (times - t[i]) / h
-    return ((1 + 2 * x) * (1 - x) ** 2 * s[i] + x ** 2 * (3 - 2 * x) * s[i + 1]
-            + h * x * (1 - x) * ((1 - x) * slope[i] - x * slope[i + 1]))
-
-
-def passage(series, level):
-    """When the slip passes a level, by a straight line between samples [s]."""
-    i = int(np.argmax(series[1] >= level))
-    if i == 0:
-        return series[0][-1]
-    (t0, t1), (s0, s1) = series[0][i - 1:i + 1], series[1][i - 1:i + 1]
-    return t0 + (level - s0) / (s1 - s0) * (t1 - t0)
-
-
-def errors(series, fine):
-    """Against a fine run: slip_error is signed; history_error is the largest error of the slip at the run's own times;
-    both, and the peak's, relative to the final slip or peak. half_time_error [s]: of the passage of half the final
-    slip."""
-    final = fine[1][-1]
-    return {"slip_error": float(series[1][-1] / final - 1),
-            "history_error": float(np.abs(series[1] - interpolate(fine, series[0])).max() / final),
-            "peak_error": float(series[2].max() / fine[2].max() - 1),
-            "half_time_error": float(passage(series, final / 2) - passage(fine, final / 2))}
 
 
 class Bench:
@@ -178,16 +161,26 @@ class Bench:
             with open(mark, "w") as file:
                 file.write(library + "\n")
 
+    def probe(self, case):
+        """(time to rest or None, final mean slip) of a run of moderate accuracy."""
+        options = ["-ts_adapt_type", "heuristic", "-ts_rtol", f"{held_out_cases.PROBE_RTOL:g}"]
+        (_, found, _), = execute(self.build, [Job(case, "fine", "", 0, options)], self.folder, read_course)
+        if not found or np.isnan(found[0]["rest"]):
+            return None, 0.0
+        return float(found[0]["rest"]), found[0]["mean_slip"]
+
     def run(self, jobs):
         """Runs against their reference, stored."""
-        for job, found, message in execute(self.build, jobs, self.folder):
+        for job, found, message in execute(self.build, jobs, self.folder, read_course):
             row = {"key": job.key, "case": job.case.name, "group": job.case.group, "kind": job.kind, "family": job.family,
                    "setting": job.setting, "failed": message}
             if found:
-                result, series = found
+                result, done = found
                 row.update({name: result[name] for name in ("solves", "accepted", "rejected", "mean_slip", "wall_time_solve")})
                 row.update({name: value for name, value in result.items() if name.startswith("slip_error")})
-                row.update(errors(series, self.fine[job.case.name]))
+                if job.family == "constant":
+                    row["solves"] = result["moving"]
+                row.update(course.errors(done, self.fine[job.case.name]))
             self.store.add(row)
         return len(jobs)
 
@@ -216,35 +209,36 @@ class Bench:
         if not os.path.exists(path):
             self.make_reference(case, path)
         with h5py.File(path) as file:
-            self.fine[case.name] = file["series"][()]
+            self.fine[case.name] = course.Course(**{name: file[name][()] for name in file})
             return dict(file.attrs)
 
     def make_reference(self, case, path):
         coarse, spread = None, None
         for rtol in FINE:
-            fine = self.fine_run(case, ["-ts_adapt_type", "heuristic", "-ts_rtol", f"{rtol:g}"])
+            rest, fine = self.fine_run(case, ["-ts_adapt_type", "heuristic", "-ts_rtol", f"{rtol:g}"])
             if coarse is not None:
-                spread = errors(coarse, fine)
-                if abs(spread["slip_error"]) < FINE_AGREE:
+                spread = course.MEASURES["history"](course.errors(coarse, fine))
+                if spread < FINE_AGREE:
                     break
             coarse = fine
         else:
-            raise BenchmarkError(f"{case.name} has no reference: fine runs still differ by {abs(spread['slip_error']):.1e} in final slip"
-                                 f" at rtol {rtol:g}, expected < {FINE_AGREE:g}")
-        if abs(fine[2][-1]) > 1e-6 * fine[2].max():
+            raise BenchmarkError(f"{case.name} has no reference: fine runs still differ by {spread:.1e} in the course at rtol {rtol:g},"
+                                 f" expected < {FINE_AGREE:g}")
+        if np.isnan(rest):
             raise BenchmarkError(f"{case.name}: the event is not over at {case.duration:g} s, expected rest")
-        steps = self.fine_run(case, ["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", f"{case.duration / FINE_STEPS:.10g}"])
+        _, steps = self.fine_run(case, ["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", f"{case.duration / FINE_STEPS:.10g}"])
         with h5py.File(path + ".part", "w") as file:
-            file["series"] = fine
-            file.attrs.update({"case": case.name, "rtol": rtol, "slip_spread": abs(spread["slip_error"]),
-                               "history_spread": spread["history_error"], "constant_steps_spread": abs(errors(steps, fine)["slip_error"])})
+            for name, values in vars(fine).items():
+                file[name] = values
+            file.attrs.update({"case": case.name, "rtol": rtol, "spread": spread,
+                               "constant_steps_spread": course.MEASURES["history"](course.errors(steps, fine))})
         os.replace(path + ".part", path)
 
     def fine_run(self, case, options):
-        (_, found, message), = execute(self.build, [Job(case, "fine", "", 0, options)], self.folder)
+        (_, found, message), = execute(self.build, [Job(case, "fine", "", 0, options)], self.folder, read_course)
         if not found:
             raise BenchmarkError(f"the reference of {case.name} failed: {message}")
-        return found[1]
+        return found[0]["rest"], found[1]
 
     def references(self, cases):
         """All of them, and the largest differences between the fine runs."""
@@ -255,7 +249,7 @@ class Bench:
                 found.append(r)
                 if time.time() - begin > 10 and len(found) % 10 == 0:
                     print(f"  {len(found)} of {len(cases)}, {time.time() - begin:.0f} s", flush=True)
-        worst = {name: max(r[name] for r in found) for name in ("slip_spread", "history_spread", "constant_steps_spread")}
-        print(f"  two refinements differ by at most {worst['slip_spread']:.1e} in final slip and {worst['history_spread']:.1e} in its history,"
-              f" {FINE_STEPS} constant steps by {worst['constant_steps_spread']:.1e}", flush=True)
+        worst = {name: max(r[name] for r in found) for name in ("spread", "constant_steps_spread")}
+        print(f"  two refinements differ by at most {worst['spread']:.1e} in the course, {FINE_STEPS} constant steps by"
+              f" {worst['constant_steps_spread']:.1e}", flush=True)
         return worst
