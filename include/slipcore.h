@@ -216,6 +216,10 @@ typedef struct {
   PetscReal mean_drop;       /* what all weakening takes from it [Pa] */
   PetscReal drop_slip;       /* slip that this implies, D [m] */
   PetscReal critical_energy; /* uc' K uc [Pa m], a sum */
+  PetscReal mass;            /* per area [kg/m^2] */
+  PetscReal damping_ratio;
+  /* of uc at the start: uc'K uc and the weakening uc'(-dq/ds) uc, over uc'M uc [1/s^2] */
+  PetscReal critical_stiffness, critical_weakening;
   /* of the state */
   PetscReal velocity, rate, peak; /* v, |v|, the largest |v| [m/s] */
   PetscReal total_rate;           /* sum of |v| [m/s] */
@@ -224,16 +228,20 @@ typedef struct {
   PetscReal energy, kinetic;      /* u' K u, v' M v [Pa m], sums */
   PetscReal power;                /* v' K u [Pa m/s], a sum */
   PetscReal strength, weakening;  /* strength, and what it can still lose [Pa] */
-  PetscBool estimated;            /* the last attempt says the following */
-  PetscReal slip_error;           /* |error of s| [m] */
-  PetscReal growth;               /* sum of d|v|/dt of sliding cells [m/s^2] */
+  PetscReal push;                 /* what the elastic force along the motion exceeds the strength by [Pa] */
+  /* of v, where all rest of uc: as critical_stiffness and critical_weakening [1/s^2] */
+  PetscReal mode_stiffness, mode_weakening;
+  PetscBool estimated;  /* the last attempt says the following */
+  PetscReal slip_error; /* |error of s| [m] */
+  PetscReal growth;     /* sum of d|v|/dt of sliding cells [m/s^2] */
 } SlipFaultNumbers;
 
 enum {
-  SLIP_READS_STATE = 1,    /* the solution: kept over a failed attempt; the problem's own row goes first */
-  SLIP_READS_ERROR = 2,    /* the error estimate */
-  SLIP_READS_RESIDUAL = 4, /* the residuals */
-  SLIP_READS_ESTIMATES = 8 /* slip_error and growth */
+  SLIP_READS_STATE = 1,     /* the solution: kept over a failed attempt; the problem's own row goes first */
+  SLIP_READS_ERROR = 2,     /* the error estimate */
+  SLIP_READS_RESIDUAL = 4,  /* the residuals */
+  SLIP_READS_ESTIMATES = 8, /* slip_error and growth */
+  SLIP_READS_MODE = 16      /* mode_stiffness and mode_weakening: another product with K */
 };
 
 /* A row: what it reads (above), its formula, its meaning. */
