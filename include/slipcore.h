@@ -216,6 +216,10 @@ typedef struct {
   PetscReal mean_drop;       /* what all weakening takes from it [Pa] */
   PetscReal drop_slip;       /* slip that this implies, D [m] */
   PetscReal critical_energy; /* uc' K uc [Pa m], a sum */
+  PetscReal mass;            /* per area [kg/m^2] */
+  PetscReal damping_ratio;
+  /* of uc at the start: uc'K uc and the weakening uc'(-dq/ds) uc, over uc'M uc [1/s^2] */
+  PetscReal critical_stiffness, critical_weakening;
   /* of the state */
   PetscReal velocity, rate, peak; /* v, |v|, the largest |v| [m/s] */
   PetscReal total_rate;           /* sum of |v| [m/s] */
@@ -224,16 +228,20 @@ typedef struct {
   PetscReal energy, kinetic;      /* u' K u, v' M v [Pa m], sums */
   PetscReal power;                /* v' K u [Pa m/s], a sum */
   PetscReal strength, weakening;  /* strength, and what it can still lose [Pa] */
-  PetscBool estimated;            /* the last attempt says the following */
-  PetscReal slip_error;           /* |error of s| [m] */
-  PetscReal growth;               /* sum of d|v|/dt of sliding cells [m/s^2] */
+  PetscReal push;                 /* what the elastic force along the motion exceeds the strength by [Pa] */
+  /* of v, where all rest of uc: as critical_stiffness and critical_weakening [1/s^2] */
+  PetscReal mode_stiffness, mode_weakening;
+  PetscBool estimated;  /* the last attempt says the following */
+  PetscReal slip_error; /* |error of s| [m] */
+  PetscReal growth;     /* sum of d|v|/dt of sliding cells [m/s^2] */
 } SlipFaultNumbers;
 
 enum {
-  SLIP_READS_STATE = 1,    /* the solution: kept over a failed attempt; the problem's own row goes first */
-  SLIP_READS_ERROR = 2,    /* the error estimate */
-  SLIP_READS_RESIDUAL = 4, /* the residuals */
-  SLIP_READS_ESTIMATES = 8 /* slip_error and growth */
+  SLIP_READS_STATE = 1,     /* the solution: kept over a failed attempt; the problem's own row goes first */
+  SLIP_READS_ERROR = 2,     /* the error estimate */
+  SLIP_READS_RESIDUAL = 4,  /* the residuals */
+  SLIP_READS_ESTIMATES = 8, /* slip_error and growth */
+  SLIP_READS_MODE = 16      /* mode_stiffness and mode_weakening: another product with K */
 };
 
 /* A row: what it reads (above), its formula, its meaning. */
@@ -265,6 +273,37 @@ PETSC_EXTERN void SlipObservedSet(SlipObserved *seen, const char name[]);
 PETSC_EXTERN PetscBool SlipObservedOfState(const SlipObserved *seen);
 PETSC_EXTERN PetscBool SlipObservedOfRun(const SlipObserved *seen);
 PETSC_EXTERN PetscReal SlipObservedTake(SlipObserved *seen, PetscReal now);
+
+/* ---- course.c: how far one course of slip is from another ---- */
+/* The end of an accepted step: mean slip and mean |slip rate| over the cells */
+typedef struct {
+  PetscReal time, slip, rate; /* [s], [m], [m/s] */
+} SlipCourseNode;
+
+/* Errors of a run against a reference, all relative */
+typedef enum {
+  SLIP_ERROR_FINAL,   /* final mean slip */
+  SLIP_ERROR_HISTORY, /* largest distance of the mean slips at equal times, over the final one of the reference */
+  SLIP_ERROR_SHIFT,   /* of the time of half the slip, over the reference's time from 10 to 90 % of it */
+  SLIP_ERROR_PEAK,    /* largest mean rate */
+  SLIP_ERROR_FIELD,   /* RMS over the area of the final slip's error, over that of the slip */
+  SLIP_NUM_ERRORS
+} SlipErrorKind;
+
+PETSC_EXTERN PetscReal SlipCourseTime(PetscInt n, const SlipCourseNode c[], PetscReal share);
+PETSC_EXTERN PetscReal SlipCoursePeak(PetscInt n, const SlipCourseNode c[]);
+PETSC_EXTERN void SlipCourseCompare(PetscInt n, const SlipCourseNode run[], PetscInt m,
+                                    const SlipCourseNode reference[], PetscReal error[]);
+
+/* What -ts_adapt_rl_measure means: the largest of the errors, each times its share */
+typedef struct {
+  const char *name;
+  PetscReal share[SLIP_NUM_ERRORS];
+  const char *meaning;
+} SlipMeasure;
+PETSC_EXTERN const SlipMeasure SlipMeasures[]; /* ends with a NULL name; the first is the default */
+PETSC_EXTERN const SlipMeasure *SlipMeasureFind(const char name[]);
+PETSC_EXTERN PetscReal SlipMeasureOf(const SlipMeasure *measure, const PetscReal error[]);
 
 /* ---- control.c: how controllers size steps ---- */
 PETSC_EXTERN PetscReal SlipControlHeuristic(PetscReal E, PetscReal q, PetscReal growth);

@@ -56,6 +56,9 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name
 /* Attribute: the longest step [T*] while anything moves. Where a policy has it and the problem rests (SlipProblemOps of
    slipts.h), the step goes to the end of the rest whatever the policy says. */
 #define SLIP_POLICY_MOVING_DT_MAX "moving_dt_max"
+/* Attribute: the observation whose power of ten multiplies every step, so that the action is in units of a time that the
+   problem knows at every moment. */
+#define SLIP_POLICY_STEP_FACTOR "step_factor"
 PETSC_EXTERN PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);
 /* of training; NULL: not known */
@@ -71,3 +74,6 @@ PETSC_EXTERN PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs
                                                PetscInt *outside);
 PETSC_EXTERN PetscErrorCode SlipPolicyActionToStep(SlipPolicy p, PetscReal action, PetscReal tstar, PetscReal tmax,
                                                    PetscReal *h); /* [s] */
+/* Both, and the step factor */
+PETSC_EXTERN PetscErrorCode SlipPolicyChoose(SlipPolicy p, const PetscReal obs[], PetscReal tstar, PetscReal tmax,
+                                             PetscReal *h, PetscInt *outside);

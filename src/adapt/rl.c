@@ -134,7 +134,7 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipObserver *o = &rl->observer;
   const SlipProblemOps *problem = o->problem;
-  PetscReal action, limit, rest = 0;
+  PetscReal limit, rest = 0;
   PetscInt outside;
   PetscBool limited;
 
@@ -151,9 +151,8 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
                "The actor of TSAdaptRLSetActor() chose a step of %g s; expected a positive number", (double)*h);
   } else {
     PetscCall(PetscLogEventBegin(SLIP_Policy, adapt, 0, 0, 0));
-    PetscCall(SlipPolicyEvaluate(rl->policy, rl->obs, &action, &outside));
+    PetscCall(SlipPolicyChoose(rl->policy, rl->obs, o->run.tstar, o->run.max_time, h, &outside));
     PetscCall(PetscLogEventEnd(SLIP_Policy, adapt, 0, 0, 0));
-    PetscCall(SlipPolicyActionToStep(rl->policy, action, o->run.tstar, o->run.max_time, h));
     /* A policy trained on a few cells cannot know how little of a fine mesh may still be sliding: its attribute limits
        the step while anything moves, and a state at rest is left alone until something slips, which the problem knows. */
     PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_MOVING_DT_MAX, &limit, &limited));

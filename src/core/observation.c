@@ -221,6 +221,92 @@ static PetscReal Growth(const SlipFaultNumbers *f)
   return f->estimated && f->total_rate != 0 ? PetscAsinhReal(f->tstar * f->growth / f->total_rate) : 0;
 }
 
+/* ---- of what grows: the rate v, or where nothing moves yet the critical displacement ---- */
+
+/* The faster root of lambda^2 + 2 zeta w lambda + w^2 - W = 0 [1/s], its real part where they are complex: a mode of
+   stiffness w^2 and weakening W, both over its inertia, whose damping is that of H = 2 zeta sqrt(M K) */
+static PetscReal Root(PetscReal stiffness, PetscReal weakening, PetscReal zeta)
+{
+  const PetscReal w = PetscSqrtReal(stiffness), D = (zeta * zeta - 1) * stiffness + weakening;
+
+  return -zeta * w + (D > 0 ? PetscSqrtReal(D) : 0);
+}
+
+/* 1/(w + lambda/2) [s]: the time in which the mode swings, or grows */
+static PetscReal TimeOf(PetscReal stiffness, PetscReal root)
+{
+  const PetscReal rate = PetscSqrtReal(stiffness) + PetscMax(root, 0) / 2;
+
+  return rate > 0 ? 1 / rate : PETSC_MAX_REAL;
+}
+
+static PetscReal ModeRoot(const SlipFaultNumbers *f)
+{
+  return Root(f->mode_stiffness, f->mode_weakening, f->damping_ratio);
+}
+
+static PetscReal ModeTime(const SlipFaultNumbers *f)
+{
+  return PetscMin(TimeOf(f->mode_stiffness, ModeRoot(f)), 1e6 * f->tstar);
+}
+
+static PetscReal LogGrowthTime(const SlipFaultNumbers *f)
+{
+  return LogWithin(ModeTime(f) / f->tstar, (PetscReal)1e-6, (PetscReal)1e6);
+}
+
+static PetscReal GrowthRate(const SlipFaultNumbers *f)
+{
+  return ModeRoot(f) * ModeTime(f);
+}
+
+static PetscReal StartGrowthRate(const SlipFaultNumbers *f)
+{
+  const PetscReal root = Root(f->critical_stiffness, f->critical_weakening, f->damping_ratio);
+
+  return f->critical_stiffness > 0 ? root * TimeOf(f->critical_stiffness, root) : 0;
+}
+
+static PetscReal SeenGrowth(const SlipFaultNumbers *f)
+{
+  return f->estimated && f->total_rate != 0 ? PetscAsinhReal(ModeTime(f) * f->growth / f->total_rate) : 0;
+}
+
+/* w of uc [1/s]; 1/T* where there is none */
+static PetscReal CriticalFrequency(const SlipFaultNumbers *f)
+{
+  return f->critical_stiffness > 0 ? PetscSqrtReal(f->critical_stiffness) : 1 / f->tstar;
+}
+
+static PetscReal LogModeRate(const SlipFaultNumbers *f)
+{
+  return LogWithin(f->rate / (CriticalFrequency(f) * DropSlip(f)), (PetscReal)1e-8, (PetscReal)1e3);
+}
+
+static PetscReal LogPush(const SlipFaultNumbers *f)
+{
+  const PetscReal unit = f->mass * PetscSqr(CriticalFrequency(f)) * DropSlip(f);
+
+  return LogWithin(PetscAbsReal(f->push) / unit, (PetscReal)1e-8, (PetscReal)1e3);
+}
+
+static PetscReal Phase(const SlipFaultNumbers *f)
+{
+  const PetscReal x = CriticalFrequency(f) * f->rate, y = f->push / f->mass;
+
+  return x == 0 && y == 0 ? 0 : PetscAtan2Real(y, x) / (PetscReal)(PETSC_PI / 2);
+}
+
+static PetscReal DampingRatio(const SlipFaultNumbers *f)
+{
+  return f->damping_ratio;
+}
+
+static PetscReal LogPeakRatio(const SlipFaultNumbers *f)
+{
+  return f->rate > 0 ? LogWithin(f->peak / f->rate, (PetscReal)1, (PetscReal)50) : 0;
+}
+
 /* h, E and residuals are those of the last attempt. What follows "else" serves problems that do not supply the row;
    rows without a formula of any run are those of faults. */
 const SlipObservation SlipObservations[] = {
@@ -262,6 +348,24 @@ const SlipObservation SlipObservations[] = {
    "of a fault: log10(mean |estimated error of s in the last attempt| / D) in [-9, 3]"},
   {"growth", SLIP_READS_STATE | SLIP_READS_ESTIMATES, NULL, Growth,
    "of a fault: asinh(T* d(mean|v|)/dt / mean|v|) at the end of the last attempt"},
+  {"log_growth_time", SLIP_READS_STATE | SLIP_READS_MODE, NULL, LogGrowthTime,
+   "of a fault: log10(T_g/T*), T_g = 1/(w + lambda/2), w the frequency and lambda the growth rate, if positive, of v, "
+   "or "
+   "where all rest of uc"},
+  {"growth_rate", SLIP_READS_STATE | SLIP_READS_MODE, NULL, GrowthRate, "of a fault: lambda T_g, lambda of any sign"},
+  {"start_growth_rate", SLIP_READS_STATE, NULL, StartGrowthRate,
+   "of a fault: lambda T_g of uc at the start, the same throughout a run"},
+  {"seen_growth", SLIP_READS_STATE | SLIP_READS_ESTIMATES | SLIP_READS_MODE, NULL, SeenGrowth,
+   "of a fault: asinh(T_g d(mean|v|)/dt / mean|v|) at the end of the last attempt"},
+  {"log_mode_rate", SLIP_READS_STATE, NULL, LogModeRate,
+   "of a fault: log10(mean|v| / (D w)), w the frequency of uc, in [-8, 3]"},
+  {"log_push", SLIP_READS_STATE, NULL, LogPush,
+   "of a fault: log10(|P| / (M D w^2)) in [-8, 3], P mean of what the elastic force along the motion exceeds the "
+   "strength by, where a cell rests at least 0"},
+  {"phase", SLIP_READS_STATE, NULL, Phase,
+   "of a fault: angle of (w mean|v|, P/M) over pi/2: 1 speeds up, -1 slows down"},
+  {"damping_ratio", SLIP_READS_STATE, NULL, DampingRatio, "of a fault: zeta, the same throughout a run"},
+  {"log_peak_ratio", SLIP_READS_STATE, NULL, LogPeakRatio, "of a fault: log10(max|v| / mean|v|), at most that of 50"},
   {"kinetic", SLIP_READS_STATE, NULL, Kinetic, "of a fault: v'Mv/(uc'K uc)"},
   {"log_energy_rate", SLIP_READS_STATE, NULL, LogEnergyRate,
    "of a fault: log10 of the elastic energy's change per time T*, over the critical energy"},

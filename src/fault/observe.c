@@ -17,7 +17,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscReal v = a[3 * i], u = a[3 * i + 1], s = a[3 * i + 2], weight = fault->weight[i];
     const PetscReal weak = SlipFrictionWeakest(&friction, i);
-    PetscReal mu, ds, dv;
+    PetscReal mu, ds, dv, q;
 
     SlipFrictionEvaluate(&friction, i, s, PetscAbsReal(v), &mu, &ds, &dv);
     sum[SUM_V] += weight * v;
@@ -30,7 +30,9 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
     sum[SUM_V_KU] += v * f[i];
     sum[SUM_VINF_KU] += fault->field[FIELD_LOADING_RATE][i] * f[i];
     sum[SUM_WEAKENING] += (mu - weak) * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
-    sum[SUM_STRENGTH] += mu * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
+    q = mu * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
+    sum[SUM_STRENGTH] += q;
+    sum[SUM_PUSH] += v != 0 ? -PetscSign(v) * f[i] - q : PetscMax(PetscAbsReal(f[i]) - q, 0);
     *max_v = PetscMax(*max_v, PetscAbsReal(v));
   }
   PetscCall(SlipArraysRestore(2, arrays));
@@ -56,6 +58,55 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **su
   PetscCall(SlipFaultAddUp(fault, w, fault->work[1], c->sum, &c->max_v));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->max_v, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  c->id = id;
+  c->state = state;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* x: displacements or rates [n], kx = K x, w: the state in which they weaken the strength */
+static PetscErrorCode AddMode(SlipFault fault, Vec w, Vec x, Vec kx, PetscReal sum[])
+{
+  SlipFrictionCells friction;
+  const PetscReal *a, *b, *f;
+  const SlipArrays arrays[] = {{w, .read = &a}, {x, .read = &b}, {kx, .read = &f}};
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipArraysGet(3, arrays));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal weight = fault->weight[i];
+    PetscReal mu, ds, dv;
+
+    SlipFrictionEvaluate(&friction, i, a[3 * i + 2], PetscAbsReal(a[3 * i]), &mu, &ds, &dv);
+    sum[MODE_STIFFNESS] += b[i] * f[i];
+    sum[MODE_WEAKENING] -= ds * (weight * fault->field[FIELD_NORMAL_STRESS][i]) * PetscSqr(b[i]);
+    sum[MODE_INERTIA] += fault->mass * weight * PetscSqr(b[i]);
+  }
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The sums of what moves, or where all rest of uc; computed only when the state has changed. */
+static PetscErrorCode GetMode(SlipFault fault, Vec w, PetscBool moves, const SlipFaultMode **mode)
+{
+  SlipFaultMode *c = &fault->mode;
+  Vec x = fault->work[0];
+  PetscObjectId id;
+  PetscObjectState state;
+
+  PetscFunctionBegin;
+  *mode = c;
+  PetscCall(PetscObjectGetId((PetscObject)w, &id));
+  PetscCall(PetscObjectStateGet((PetscObject)w, &state));
+  if (id == c->id && state == c->state) PetscFunctionReturn(PETSC_SUCCESS);
+  if (moves)
+    PetscCall(VecStrideGather(w, 0, x, INSERT_VALUES));
+  else
+    PetscCall(VecCopy(fault->uc, x));
+  PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
+  PetscCall(MatMult(fault->K, x, fault->work[1]));
+  PetscCall(AddMode(fault, w, x, fault->work[1], c->sum));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));
   c->id = id;
   c->state = state;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -94,6 +145,8 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscI
 {
   const PetscReal N = (PetscReal)fault->N;
   const SlipFaultSums *s;
+  const SlipFaultMode *mode = NULL;
+  PetscBool undamped;
   SlipFaultNumbers known = {.tstar = fault->tstar,
                             .velocity_scale = fault->value[FAULT_VELOCITY_SCALE],
                             .mean_dc = fault->mean_dc,
@@ -102,11 +155,18 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscI
                             .mean_drop = fault->mean_drop,
                             .drop_slip = fault->drop_slip,
                             .critical_energy = fault->critical_energy,
+                            .mass = fault->mass,
                             .estimated = fault->estimates.known,
                             .slip_error = fault->estimates.sum[ESTIMATE_SLIP_ERROR] / N,
                             .growth = fault->estimates.sum[ESTIMATE_GROWTH]};
 
   PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "none", &undamped));
+  known.damping_ratio = undamped ? 0 : fault->value[FAULT_DAMPING_RATIO];
+  if (fault->critical_inertia > 0) {
+    known.critical_stiffness = fault->critical_energy / fault->critical_inertia;
+    known.critical_weakening = fault->critical_weakening / fault->critical_inertia;
+  }
   PetscCall(SlipFaultGetSums(fault, w, &s));
   known.velocity = s->sum[SUM_V] / N;
   known.rate = s->sum[SUM_ABS_V] / N;
@@ -120,6 +180,13 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscI
   known.power = s->sum[SUM_V_KU];
   known.strength = s->sum[SUM_STRENGTH] / N;
   known.weakening = s->sum[SUM_WEAKENING] / N;
+  known.push = s->sum[SUM_PUSH] / N;
+  for (PetscInt i = 0; i < n && !mode; i++)
+    if (SlipObservations[row[i]].reads & SLIP_READS_MODE) PetscCall(GetMode(fault, w, known.peak != 0, &mode));
+  if (mode && mode->sum[MODE_INERTIA] > 0) {
+    known.mode_stiffness = mode->sum[MODE_STIFFNESS] / mode->sum[MODE_INERTIA];
+    known.mode_weakening = mode->sum[MODE_WEAKENING] / mode->sum[MODE_INERTIA];
+  }
   for (PetscInt i = 0; i < n; i++) value[i] = (*SlipObservations[row[i]].fault)(&known);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

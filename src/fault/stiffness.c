@@ -284,6 +284,30 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What uc's growth at the start is made of */
+static PetscErrorCode CriticalMode(SlipFault fault)
+{
+  SlipFrictionCells friction;
+  PetscReal sum[2] = {0, 0};
+  const PetscReal *uc;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(VecGetArrayRead(fault->uc, &uc));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    PetscReal mu, ds, dv;
+
+    SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
+    sum[0] -= ds * (fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]) * PetscSqr(uc[i]);
+    sum[1] += fault->mass * fault->weight[i] * PetscSqr(uc[i]);
+  }
+  PetscCall(VecRestoreArrayRead(fault->uc, &uc));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, fault->comm));
+  fault->critical_weakening = sum[0];
+  fault->critical_inertia = sum[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* uc = K^-1 q(0); uc holds K^-1 sigma_n, which is proportional to it when friction is uniform: a good first guess. */
 PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
 {
@@ -314,5 +338,6 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   fault->mean_uc /= fault->N;
   fault->mean_drop = sum[3] / fault->N;
   fault->drop_slip = fault->mean_drop / fault->mean_q0 * fault->mean_uc;
+  PetscCall(CriticalMode(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

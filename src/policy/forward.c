@@ -115,3 +115,62 @@ PetscErrorCode SlipPolicyActionToStep(SlipPolicy p, PetscReal action, PetscReal 
   *h = p->log_spacing ? dt_min * PetscPowReal(dt_max / dt_min, x) : dt_min + x * (dt_max - dt_min);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Which observation the attribute names */
+static PetscErrorCode FindFactor(SlipPolicy p)
+{
+  const char *name;
+  PetscBool same = PETSC_FALSE;
+  PetscInt k = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyGetAttribute(p, SLIP_POLICY_STEP_FACTOR, &name));
+  p->factor = -1;
+  if (!name) PetscFunctionReturn(PETSC_SUCCESS);
+  for (; k < p->n && !same; k += same ? 0 : 1) PetscCall(PetscStrcmp(p->names[k], name, &same));
+  PetscCheck(same, PetscObjectComm((PetscObject)p), PETSC_ERR_ARG_WRONG,
+             "Policy %s: attribute " SLIP_POLICY_STEP_FACTOR " is \"%s\"; expected the name of one of its observations",
+             SlipPolicySource_Private(p), name);
+  p->factor = k + 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipPolicyChoose - the step that the policy takes
+
+  Not collective
+
+  Input Parameters:
++ p     - the policy
+. obs   - values of its observations, in its order [n], dimensionless
+. tstar - time scale T* of the problem [s]
+- tmax  - end of the simulated time [s]
+
+  Output Parameters:
++ h       - what `SlipPolicyActionToStep()` makes of the action, times ten to the power of the observation that the
+            attribute `SLIP_POLICY_STEP_FACTOR` names, if there is one [s]
+- outside - number of observations outside the training range by more than a tenth of it, `NULL` allowed
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_WRONG when the attribute names no observation, PETSC_ERR_FP for a step that is not finite, and
+  those of SlipPolicyActionToStep()
+
+.seealso: SlipPolicyEvaluate(), SlipPolicyActionToStep(), SlipPolicySetAttribute()
+@*/
+PetscErrorCode SlipPolicyChoose(SlipPolicy p, const PetscReal obs[], PetscReal tstar, PetscReal tmax, PetscReal *h,
+                                PetscInt *outside)
+{
+  PetscReal action;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyEvaluate(p, obs, &action, outside));
+  PetscCall(SlipPolicyActionToStep(p, action, tstar, tmax, h));
+  if (p->factor == 0) PetscCall(FindFactor(p));
+  if (p->factor < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  *h *= PetscPowReal(10, obs[p->factor - 1]);
+  PetscCheck(*h > 0 && !PetscIsInfOrNanReal(*h), PetscObjectComm((PetscObject)p), PETSC_ERR_FP,
+             "Policy %s: its step is %g s, with %s = %g; expected a positive number", SlipPolicySource_Private(p),
+             (double)*h, p->names[p->factor - 1], (double)obs[p->factor - 1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -37,6 +37,7 @@ PetscErrorCode SlipPolicyClear_Private(SlipPolicy p)
   for (PetscInt i = 0; i < 2 * p->nattributes; i++) PetscCall(PetscFree(p->attributes[i]));
   PetscCall(PetscFree(p->names));
   PetscCall(PetscFree2(p->scale, p->offset));
+  p->factor = 0;
   PetscCall(PetscFree(p->range));
   PetscCall(PetscFree(p->layers));
   PetscCall(PetscFree(p->attributes));

@@ -16,6 +16,7 @@ static PetscErrorCode Changed(SlipPolicy p)
 {
   PetscFunctionBegin;
   p->hash[0] = 0;
+  p->factor = 0;
   PetscCall(PetscFree(p->work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -351,6 +352,7 @@ PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name[], const cha
     value = text;
   }
   p->hash[0] = 0;
+  p->factor = 0;
   while (at < p->nattributes && (order = strcmp(p->attributes[2 * at], name)) < 0) at++;
   if (at < p->nattributes && !order) {
     PetscCall(PetscFree(p->attributes[2 * at + 1]));

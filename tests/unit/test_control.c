@@ -99,7 +99,14 @@ static void fault_rows(void **state)
                         .weakening = 3.5,
                         .estimated = PETSC_TRUE,
                         .slip_error = 0.05,
-                        .growth = 9};
+                        .growth = 9,
+                        .mass = 2,
+                        .damping_ratio = 0.6,
+                        .critical_stiffness = 25,
+                        .critical_weakening = 32, /* root -3 + sqrt(9 - 25 + 32) = 1, so T_g = 1/5.5 */
+                        .push = -0.75 * 5 * 2,    /* as much as w |v| M */
+                        .mode_stiffness = 4,
+                        .mode_weakening = 18.56}; /* root -1.2 + sqrt(1.44 - 4 + 18.56) = 2.8, so T_g = 1/3.4 */
   const struct {
     const char *name;
     double value;
@@ -118,6 +125,15 @@ static void fault_rows(void **state)
               {"log_drop", 1},
               {"log_slip_error", -2},
               {"growth", asinh(3)},
+              {"log_growth_time", -log10(6.8)},
+              {"growth_rate", 2.8 / 3.4},
+              {"start_growth_rate", 1 / 5.5},
+              {"seen_growth", asinh(1.5 / 3.4)},
+              {"log_mode_rate", log10(0.03)},
+              {"log_push", log10(0.03)}, /* 7.5 over 2 x 25 x 5 */
+              {"phase", -0.5},
+              {"damping_ratio", 0.6},
+              {"log_peak_ratio", log10(1.25 / 0.75)},
               {"kinetic", 0.5},
               {"log_energy_rate", log10(12)}};
   size_t rows = 0;
@@ -129,7 +145,14 @@ static void fault_rows(void **state)
     if (fabs(of_fault(want[i].name, &f) - want[i].value) > 1e-14) /* some roundings of numbers up to 3 */
       fail_msg("%s is %.17g, expected %.17g", want[i].name, (double)of_fault(want[i].name, &f), want[i].value);
   f.estimated = PETSC_FALSE;
-  assert_true(of_fault("log_slip_error", &f) == -3 && of_fault("growth", &f) == 0);
+  assert_true(of_fault("log_slip_error", &f) == -3 && of_fault("growth", &f) == 0 && of_fault("seen_growth", &f) == 0);
+  f.mode_weakening = 0; /* swings: the real part, in the time of the swing */
+  assert_true(fabs(of_fault("growth_rate", &f) + 0.6) < 1e-15 &&
+              fabs(of_fault("log_growth_time", &f) + log10(4)) < 1e-15);
+  f.rate = f.push = 0;
+  assert_true(of_fault("phase", &f) == 0 && of_fault("log_peak_ratio", &f) == 0 && of_fault("log_mode_rate", &f) == -8);
+  f.critical_stiffness = 0; /* no critical state: in T* */
+  assert_true(of_fault("start_growth_rate", &f) == 0);
   f.drop_slip = f.critical_energy = 0; /* friction that does not weaken: in d_c and Pa m */
   assert_true(of_fault("progress", &f) == 0.5 && of_fault("energy", &f) == 26);
 }

@@ -53,7 +53,7 @@ static void rewards(void **state)
     ok(EpisodeCreate((uint64_t)(12 + k), k ? 7 : 1, &e));
     ok(EpisodeRunLibrary(e, steps, 1e-2, &run));
     assert_true(r.finished && run.done == 1 && run.solves == r.attempts);
-    assert_true(fabs(r.error[0] - run.slip_error / 1e-2) < 1e-9);
+    assert_true(fabs(r.error[0] - run.error / 1e-2) < 1e-9);
     const double penalties = EpisodeCost(&run, 1e-2) - log((double)run.solves + 1);
 
     assert_true(penalties > 0.1);
@@ -76,10 +76,8 @@ static void penalty(void **state)
 
 static void cost(void **state)
 {
-  const EpisodeResult good = {.solves = 20, .slip_error = 1e-3, .done = 1},
-                      more = {.solves = 40, .slip_error = 1e-3, .done = 1};
-  const EpisodeResult off = {.solves = 20, .slip_error = 0.05, .done = 1},
-                      cut = {.solves = 20, .slip_error = 1e-3, .done = 0.9};
+  const EpisodeResult good = {.solves = 20, .error = 1e-3, .done = 1}, more = {.solves = 40, .error = 1e-3, .done = 1};
+  const EpisodeResult off = {.solves = 20, .error = 0.05, .done = 1}, cut = {.solves = 20, .error = 1e-3, .done = 0.9};
 
   (void)state;
   assert_true(fabs(EpisodeCost(&good, 1e-2) - log(21)) < 1e-14); /* nothing but solves well within the dial */
@@ -101,8 +99,7 @@ static void reproducible(void **state)
   for (PetscInt side = 1; side <= 3; side += 2) {
     ok(EpisodeCreate(77, side, &a));
     ok(EpisodeCreate(77, side, &b));
-    assert_true(a->slip == b->slip && a->tmax == b->tmax && a->course.path.n == b->course.path.n &&
-                a->course.path.n > 10);
+    assert_true(a->slip == b->slip && a->tmax == b->tmax && a->reference.n == b->reference.n && a->reference.n > 10);
     memset(r, 0, sizeof(r)); /* with padding, for comparison */
     ok(EpisodeRun(a, coarse, 1e-2, &r[0]));
     ok(EpisodeRun(a, fine, 1e-3, &r[1]));
@@ -110,7 +107,7 @@ static void reproducible(void **state)
     ok(EpisodeRun(b, coarse, 1e-2, &r[3]));
     assert_memory_equal(&r[0], &r[3], sizeof(r[0]));
     assert_memory_equal(&r[1], &r[2], sizeof(r[0]));
-    assert_true(r[0].solves > 0 && r[0].done == 1 && r[1].slip_error < 0.1);
+    assert_true(r[0].solves > 0 && r[0].done == 1 && r[1].error < 0.3);
     ok(EpisodeDestroy(&a));
     ok(EpisodeDestroy(&b));
   }
@@ -118,39 +115,79 @@ static void reproducible(void **state)
   ok(SlipPolicyDestroy(&fine));
 }
 
-/* The reference's final slip against a run by another controller with a tight tolerance. At rtol 1e-6 the local errors
-   of a few thousand steps add up to below 1e-4 of the slip even if all point the same way; the reference is held to
-   that. */
+/* The whole reference against a run by another controller with a tight tolerance. Second order at steps of 1 % of the
+   time of growth leaves (0.01)^2/24 of relative error in the growth's exponent, some ten to fifteen at the event: 6e-5;
+   a run at rtol 1e-7 of some thousand steps less. The dial goes down to 1e-3, a tenth of which is allowed. */
+static PetscErrorCode collect(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
+{
+  (void)ts;
+  return attempt->accepted ? EpisodeFollow((Episode *)ctx, attempt->time + attempt->dt, w) : 0;
+}
+
 static void reference(void **state)
 {
   (void)state;
-  for (uint64_t seed = 1; seed <= 4; seed++) {
+  for (uint64_t seed = 1; seed <= 6; seed++) {
     Episode *e;
+    EpisodeResult r;
     TSAdapt adapt;
     TS ts;
-    Vec w;
-    const PetscScalar *a;
-    PetscReal slip = 0;
-    PetscInt n;
+    Vec atol;
 
-    ok(EpisodeCreate(seed, seed > 2 ? 3 : 1, &e));
-    ok(VecDuplicate(e->start, &w));
-    ok(VecCopy(e->start, w));
+    ok(EpisodeCreate(seed, seed > 3 ? 3 : 1, &e));
+    ok(EpisodeRewind(e, 1e-2));
     ok(TSCreate(PETSC_COMM_SELF, &ts));
     ok(SlipFaultConfigureTS(e->fault, ts));
     ok(TSGetAdapt(ts, &adapt));
     ok(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
-    ok(TSSetTolerances(ts, PETSC_DEFAULT, NULL, 1e-6, NULL));
+    ok(TSGetTolerances(ts, NULL, &atol, NULL, NULL));
+    ok(VecScale(atol, 1e-4)); /* the growth begins from less than what users can see */
+    ok(TSSetTolerances(ts, PETSC_DEFAULT, NULL, 1e-7, NULL));
     ok(TSSetMaxTime(ts, e->tmax));
-    ok(TSSolve(ts, w));
-    ok(VecGetLocalSize(w, &n));
-    ok(VecGetArrayRead(w, &a));
-    for (PetscInt i = 2; i < n; i += 3) slip += 3 * PetscRealPart(a[i]) / n;
-    ok(VecRestoreArrayRead(w, &a));
-    print_message("seed %d: reference off by %.1e\n", (int)seed, fabs(e->slip / slip - 1));
-    assert_true(fabs(e->slip / slip - 1) < 1e-4);
-    ok(VecDestroy(&w));
+    ok(TSSetMaxSteps(ts, 100000));
+    ok(TSBatheMonitorSet(ts, collect, e, NULL));
+    ok(TSSolve(ts, e->w));
+    EpisodeConclude(e, 1, 1, &r);
+    print_message("seed %d, %d cells: reference off by %.1e, %.1e, %.1e, %.1e, %.1e\n", (int)seed, (int)e->plain.n,
+                  r.errors[0], r.errors[1], r.errors[2], r.errors[3], r.errors[4]);
+    assert_true(r.done == 1 && r.error < 1e-4);
     ok(TSDestroy(&ts));
+    ok(EpisodeDestroy(&e));
+  }
+}
+
+/* The growth that a single cell's numbers predict is that of its run while the slip is between 1e-4 and 1e-3 of D: from a
+   perturbation below 1e-5 the decaying root is gone by then (it is left by at most 1e-5/1e-4 to the power of two), and the
+   weakening has changed by less than the slip over d_c, which D is at most 30 times. */
+static void growth(void **state)
+{
+  int found = 0;
+
+  (void)state;
+  for (uint64_t seed = 100; found < 4; seed++) {
+    Episode *e;
+    PetscReal perturbation, first[2] = {0, 0}, last[2] = {0, 0};
+    PetscInt k, row = SlipObservationFind("start_growth_rate", &k);
+
+    ok(EpisodeCreate(seed, 1, &e));
+    ok(SlipFaultGetReal(e->fault, "initial_perturbation", &perturbation));
+    if (perturbation < 1e-5) {
+      const SlipFaultNumbers *f = &e->plain.known;
+      const double g = (*SlipObservations[row].fault)(f), lambda = sqrt(f->critical_stiffness) * g / (1 - g / 2);
+
+      for (k = 0; k < e->reference.n; k++) {
+        const SlipCourseNode *node = &CourseNodes(&e->reference)[k];
+
+        if (node->slip < 1e-4 * f->drop_slip || node->slip > 1e-3 * f->drop_slip) continue;
+        if (!first[0]) first[0] = node->time, first[1] = node->rate;
+        last[0] = node->time, last[1] = node->rate;
+      }
+      assert_true(last[0] > first[0]);
+      print_message("seed %d: grows with %.4f/s, predicted %.4f/s\n", (int)seed,
+                    log(last[1] / first[1]) / (last[0] - first[0]), lambda);
+      assert_true(fabs(log(last[1] / first[1]) / (last[0] - first[0]) / lambda - 1) < 0.03);
+      found++;
+    }
     ok(EpisodeDestroy(&e));
   }
 }
@@ -160,11 +197,31 @@ static void reference(void **state)
    leaves room for. */
 static void plain(void **state)
 {
-  const char *const names[] = {"log_accuracy",   "log_rate",  "log_peak_rate",    "energy",
-                               "progress",       "weakening", "log_drop",         "log_step",
-                               "log_slip_error", "growth",    "sliding_fraction", "change_sliding_fraction",
-                               "log_time_left",  "converged"};
-  enum { NAMES = 14, HIDDEN = 6 };
+  const char *const names[] = {"log_accuracy",
+                               "log_growth_time",
+                               "growth_rate",
+                               "start_growth_rate",
+                               "log_mode_rate",
+                               "log_push",
+                               "phase",
+                               "progress",
+                               "weakening",
+                               "damping_ratio",
+                               "log_step",
+                               "change_log_mode_rate",
+                               "log_slip_error",
+                               "seen_growth",
+                               "sliding_fraction",
+                               "log_peak_ratio",
+                               "log_rate",
+                               "log_peak_rate",
+                               "energy",
+                               "log_drop",
+                               "growth",
+                               "change_sliding_fraction",
+                               "log_time_left",
+                               "converged"};
+  enum { NAMES = 24, HIDDEN = 6 };
   double scale[NAMES], offset[NAMES] = {0}, w[NAMES * HIDDEN], b[HIDDEN], out[HIDDEN];
   Random random;
 
@@ -177,7 +234,7 @@ static void plain(void **state)
     double bias = -0.1;
 
     for (int i = 0; i < NAMES; i++) scale[i] = 0.5;
-    for (int i = 0; i < NAMES * HIDDEN; i++) w[i] = 0.3 * RandomNormal(&random);
+    for (int i = 0; i < NAMES * HIDDEN; i++) w[i] = 0.2 * RandomNormal(&random);
     for (int i = 0; i < HIDDEN; i++) b[i] = 0.3 * RandomNormal(&random), out[i] = 0.15 * RandomNormal(&random);
     ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
     ok(SlipPolicySetObservations(p, NAMES, names, scale, offset));
@@ -185,15 +242,16 @@ static void plain(void **state)
     ok(SlipPolicyAddLayer(p, HIDDEN, 1, out, &bias, SLIP_ACTIVATION_LINEAR));
     ok(SlipPolicySetAction(p, -1, 1, 1e-2, "T*", 1e2, "T*", PETSC_TRUE));
     if (seed > 6) ok(SlipPolicySetAttribute(p, SLIP_POLICY_MOVING_DT_MAX, "2.5"));
+    if (seed % 2) ok(SlipPolicySetAttribute(p, SLIP_POLICY_STEP_FACTOR, "log_growth_time"));
     ok(EpisodeCreate(seed, seed % 3 ? 1 + (PetscInt)(seed % 3) : 1, &e));
     ok(EpisodeRun(e, p, 1e-2, &a));
     ok(EpisodeRunLibrary(e, p, 1e-2, &l));
     print_message("%d cells: %d and %d solves, error %.3e, difference %.1e\n", (int)e->plain.n, (int)a.solves,
-                  (int)l.solves, l.slip_error, fabs(a.slip_error - l.slip_error));
+                  (int)l.solves, l.error, fabs(a.error - l.error));
     assert_int_equal(a.solves, l.solves);
     assert_int_equal(a.failures, l.failures);
-    assert_true(fabs(a.slip_error - l.slip_error) < 1e-6 && fabs(a.history_error - l.history_error) < 1e-6);
-    assert_true(fabs(a.rate_error - l.rate_error) < 1e-6 && fabs(a.done - l.done) < 1e-6);
+    assert_true(fabs(a.error - l.error) < 1e-6 && fabs(a.done - l.done) < 1e-6);
+    for (int i = 0; i < SLIP_NUM_ERRORS; i++) assert_true(fabs(a.errors[i] - l.errors[i]) < 1e-6);
     ok(EpisodeDestroy(&e));
     ok(SlipPolicyDestroy(&p));
   }
@@ -249,10 +307,10 @@ static void plain_small(void **state)
     ok(EpisodeRun(e, p, 1e-2, &a));
     ok(EpisodeRunLibrary(e, p, 1e-2, &l));
     print_message("%s: %d and %d solves, error %.3e, difference %.1e\n", o.problem->name, (int)a.solves, (int)l.solves,
-                  l.slip_error, fabs(a.slip_error - l.slip_error));
+                  l.error, fabs(a.error - l.error));
     assert_int_equal(a.solves, l.solves);
     assert_true(a.done == 1 && l.done == 1);
-    assert_true(l.slip_error > 0 && fabs(a.slip_error - l.slip_error) < 1e-6);
+    assert_true(l.error > 0 && fabs(a.error - l.error) < 1e-6);
     ok(EpisodeDestroy(&e));
     ok(SlipPolicyDestroy(&p));
   }
@@ -281,4 +339,4 @@ static void draws(void **state)
   assert_true(high > 10 * low);
 }
 
-SLIP_TESTS(penalty, cost, reproducible, reference, plain, plain_small, draws, rewards)
+SLIP_TESTS(penalty, cost, reproducible, reference, growth, plain, plain_small, draws, rewards)

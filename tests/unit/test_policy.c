@@ -87,6 +87,33 @@ static void steps(void **state)
   ok(SlipPolicyDestroy(&p));
 }
 
+/* Ten to the power of an observation times what the action means */
+static void step_factor(void **state)
+{
+  const PetscReal obs[2] = {0.25, -0.5};
+  SlipPolicy p;
+  PetscReal a, plain, h;
+  PetscInt outside;
+  const char *const *names;
+
+  (void)state;
+  make(SLIP_ACTIVATION_TANH, SLIP_ACTIVATION_LINEAR, PETSC_FALSE, &p);
+  ok(SlipPolicyGetObservations(p, NULL, &names));
+  ok(SlipPolicyEvaluate(p, obs, &a, NULL));
+  ok(SlipPolicyActionToStep(p, a, 2, 30, &plain));
+  ok(SlipPolicyChoose(p, obs, 2, 30, &h, &outside));
+  assert_true(h == plain && outside == 0);
+  ok(SlipPolicySetAttribute(p, SLIP_POLICY_STEP_FACTOR, names[1]));
+  ok(SlipPolicyChoose(p, obs, 2, 30, &h, NULL));
+  assert_true(fabs(h - plain / sqrt(10)) < TOLERANCE);
+  ok(SlipPolicySetAttribute(p, SLIP_POLICY_STEP_FACTOR, names[0]));
+  ok(SlipPolicyChoose(p, obs, 2, 30, &h, NULL));
+  assert_true(fabs(h - plain * sqrt(sqrt(10))) < TOLERANCE);
+  ok(SlipPolicySetAttribute(p, SLIP_POLICY_STEP_FACTOR, "log_of_nothing"));
+  fails(SlipPolicyChoose(p, obs, 2, 30, &h, NULL), "expected the name of one of its observations");
+  ok(SlipPolicyDestroy(&p));
+}
+
 static void range(void **state)
 {
   const PetscReal min[2] = {0, -1}, max[2] = {1, 1}, in[2] = {1.05, -1.1}, out[2] = {1.2, 5}, nan[2] = {NAN, 0};
@@ -420,5 +447,5 @@ static int RemoveFile(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(NameFile, RemoveFile, forward, steps, range, round_trip, broken_files, damaged_weights, no_file,
-                benchmark)
+SLIP_TESTS_WITH(NameFile, RemoveFile, forward, steps, step_factor, range, round_trip, broken_files, damaged_weights,
+                no_file, benchmark)

@@ -4,6 +4,8 @@
 #include "common/options.h"
 #include <slipcompat.h>
 
+#define FAULT_DIAL_LOW 1e-3 /* finer accuracies of the whole history take hundreds of steps */
+
 /* Names, and the scaling that brings them to order one; an energy of a fault lies in [0, 1] */
 static PetscErrorCode SetObservations(CMAOptions *o, PetscInt n, const char *const names[])
 {
@@ -59,6 +61,10 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
     OPTION_INTEGER("-train_mesh_side", "Largest number of cells along a side of these meshes", &o->side, 2, 12),
     OPTION_INTEGER("-train_batch_singles", "Episodes of one cell in a generation", &o->batch_single, 1, 100000),
     OPTION_INTEGER("-train_batch_meshes", "Episodes on meshes in a generation", &o->batch_mesh, 0, 100000),
+    OPTION_INTEGER("-train_late_generations", "Generations at the end that have batches of their own",
+                   &o->late_generations, 0, 1e8),
+    OPTION_INTEGER("-train_late_singles", "Episodes of one cell in one of these", &o->late_single, 1, 100000),
+    OPTION_INTEGER("-train_late_meshes", "Episodes on meshes in one of these", &o->late_mesh, 0, 100000),
     OPTION_INTEGER("-train_validation", "Episodes of each kind in a validation", &o->validation, 1, 100000),
     OPTION_INTEGER("-train_calibration", "Episodes of each kind by which the dial is calibrated", &o->calibration, 1,
                    100000),
@@ -88,26 +94,29 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
                 PETSC_MAX_REAL)};
 
   PetscFunctionBegin;
-  o->hidden = 8;
-  o->layers = small ? 1 : 2;
-  o->nsingle = 256;
-  o->nmesh = 144;
+  o->hidden = small ? 8 : 12;
+  o->layers = 1;
+  o->nsingle = small ? 256 : 400;
+  o->nmesh = 200;
   o->side = 7;
-  o->batch_single = small ? 48 : 28;
+  o->batch_single = small ? 48 : 24;
   o->batch_mesh = 20;
-  o->validation = small ? 60 : 50;
-  o->calibration = small ? 75 : 150;
+  o->late_generations = small ? 0 : 500;
+  o->late_single = small ? 48 : 90;
+  o->late_mesh = 60;
+  o->validation = small ? 60 : 30;
+  o->calibration = small ? 75 : 100;
   o->population = small ? 16 : 24;
   o->diagonal = 200;
-  o->generations = 1500;
+  o->generations = small ? 1500 : 3000;
   o->interval = 50;
   o->sigma = 0.1;
-  o->moving = small ? 0 : 3;
+  o->moving = small ? 0 : 30;
   o->within = 0.97;
-  o->low = TSADAPTRL_ACCURACY_MIN;
+  o->low = small ? TSADAPTRL_ACCURACY_MIN : FAULT_DIAL_LOW;
   o->high = TSADAPTRL_ACCURACY_MAX;
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
-  if (small) o->nmesh = o->batch_mesh = 0;
+  if (small) o->nmesh = o->batch_mesh = o->late_mesh = 0;
   PetscCheck(o->dt_min < o->dt_max || small, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_dt_min is %.6g T* and -train_dt_max %.6g T*, expected a longer -train_dt_max", (double)o->dt_min,
              (double)o->dt_max);

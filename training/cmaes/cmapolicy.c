@@ -13,13 +13,22 @@
 #define SMALL_ENERGY (-0.2) /* step over energy's power: what the best sequences of steps of the circuit do */
 #define HALF_RANGE                                                                                                     \
   1 /* decades from the middle of the bounds to either, where their units differ and T* is not known yet */
-#define START_POWER 0.25  /* step over dial's power */
-#define NEAR_LINEAR 0.4   /* slope of a tanh unit that is to stay close to linear */
-#define SLIDING_SHARE 0.1 /* a smaller share of sliding cells than this counts as rest */
+#define START_POWER 0.25              /* step over dial's power */
+#define NEAR_LINEAR 0.4               /* slope of a tanh unit that is to stay close to linear */
+#define STEP_FACTOR "log_growth_time" /* where a policy observes it, its steps are in units of that time */
+#define SLIDING_SHARE 0.1             /* a smaller share of sliding cells than this counts as rest */
 
 PetscInt CMACountWeights(const CMAOptions *o)
 {
   return o->nobs * o->hidden + o->hidden + (o->layers - 1) * (o->hidden + 1) * o->hidden + o->hidden + 1;
+}
+
+/* Position of an observation; -1: not observed. */
+static PetscInt Find(const CMAOptions *o, const char name[])
+{
+  for (PetscInt i = 0; i < o->nobs; ++i)
+    if (!strcmp(o->names[i], name)) return i;
+  return -1;
 }
 
 PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2], SlipPolicy *policy)
@@ -52,15 +61,8 @@ PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const Pets
     PetscCall(PetscSNPrintf(text, sizeof(text), "%g", (double)o->moving));
     PetscCall(SlipPolicySetAttribute(*policy, SLIP_POLICY_MOVING_DT_MAX, text));
   }
+  if (Find(o, STEP_FACTOR) >= 0) PetscCall(SlipPolicySetAttribute(*policy, SLIP_POLICY_STEP_FACTOR, STEP_FACTOR));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Position of an observation; -1: not observed. */
-static PetscInt Find(const CMAOptions *o, const char name[])
-{
-  for (PetscInt i = 0; i < o->nobs; ++i)
-    if (!strcmp(o->names[i], name)) return i;
-  return -1;
 }
 
 /* Add factor times observation i, unscaled, to a unit of the first layer. */

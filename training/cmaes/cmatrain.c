@@ -125,15 +125,18 @@ static void Choose(Random *random, PetscInt first, PetscInt n, PetscInt k, Petsc
 static PetscErrorCode DrawBatch(const CMATrainer *t, Random *random, Batch *b)
 {
   PetscInt *deck;
-  const PetscInt most = t->o.batch_single + t->o.batch_mesh;
+  const PetscBool late = t->generation >= t->o.generations - t->o.late_generations ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt singles = late ? t->o.late_single : t->o.batch_single,
+                 meshes = late ? t->o.late_mesh : t->o.batch_mesh;
+  const PetscInt most = singles + meshes;
 
   PetscFunctionBegin;
   b->n = 0;
   PetscCall(PetscMalloc2(most, &b->episode, most, &b->dial));
   PetscCall(PetscMalloc1(t->train.n, &deck));
-  Choose(random, 0, t->o.nsingle, t->o.batch_single, deck, b);
+  Choose(random, 0, t->o.nsingle, singles, deck, b);
   b->singles = b->n;
-  Choose(random, t->o.nsingle, t->o.nmesh, t->o.batch_mesh, deck, b);
+  Choose(random, t->o.nsingle, t->o.nmesh, meshes, deck, b);
   PetscCall(PetscFree(deck));
   for (PetscInt i = 0; i < b->n; ++i) {
     const PetscInt k = i < b->singles ? i : i - b->singles, n = i < b->singles ? b->singles : b->n - b->singles;

@@ -22,6 +22,7 @@ typedef struct {
   char dt_max_unit[8];                               /* "T*" or "t_max"; dt_min is in T* */
   PetscInt nsingle, nmesh, side;                     /* episodes of one cell, of meshes; cells along a side */
   PetscInt batch_single, batch_mesh;                 /* of a generation */
+  PetscInt late_generations, late_single, late_mesh; /* at the end, and the episodes of one of these */
   PetscInt validation, calibration;                  /* episodes of each kind */
   PetscInt population;                               /* 0: CMA-ES's default */
   PetscInt diagonal;                                 /* generations with a diagonal covariance */

@@ -19,8 +19,8 @@ static PetscErrorCode ValidationRun(const CMATrainer *t, const CMASet *set, Slip
   PetscCall(EpisodeRun(set->episode[k / VALID_DIALS], policy, dial, &r));
   row[0] = EpisodeCost(&r, dial);
   row[1] = PetscLogReal((PetscReal)r.solves);
-  row[2] = r.slip_error <= dial && r.done == 1 ? 1 : 0;
-  row[3] = PetscLogReal(PetscMax(r.slip_error / dial, (PetscReal)1e-6));
+  row[2] = r.error <= dial && r.done == 1 ? 1 : 0;
+  row[3] = PetscLogReal(PetscMax(r.error / dial, (PetscReal)1e-6));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -12,7 +12,11 @@ static const struct {
   {"weakening", 1.5, -0.75},    {"log_drop", 2, -1.2},
   {"log_slip_error", 0.5, 1.5}, {"growth", 0.5, 0},
   {"sliding_fraction", 2, -1},  {"change_sliding_fraction", 2, 0},
-  {"log_time_left", 1, -1},
+  {"log_time_left", 1, -1},     {"log_growth_time", 2, 0.5},
+  {"growth_rate", 1, -0.5},     {"start_growth_rate", 3, -3.5},
+  {"log_mode_rate", 0.4, 0.6},  {"log_push", 0.5, 0.7},
+  {"damping_ratio", 4, -1.4},   {"log_peak_ratio", 2, -0.7},
+  {"seen_growth", 0.7, 0},      {"change_log_mode_rate", 0.5, 0},
 };
 
 PetscErrorCode EnvObservationsSet(PetscInt n, const char *const names[], PetscInt *nobs, char *copies[],

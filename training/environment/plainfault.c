@@ -354,6 +354,25 @@ double PlainFaultWeakening(const PlainFault *p, PetscInt i)
   return SlipFrictionExcess(&p->friction, i, p->s[i], fabs(p->v[i])) * p->friction.stress[i];
 }
 
+void PlainFaultMode(const PlainFault *p, const double x[], PetscReal *stiffness, PetscReal *weakening)
+{
+  double inertia = 0;
+
+  *stiffness = *weakening = 0;
+  for (PetscInt i = 0; i < p->n; ++i) {
+    PetscReal mu, ds, dv;
+    double kx = 0;
+
+    for (PetscInt j = 0; j < p->n; ++j) kx += p->K[i * p->n + j] * x[j];
+    SlipFrictionEvaluate(&p->friction, i, p->s[i], fabs(p->v[i]), &mu, &ds, &dv);
+    *stiffness += x[i] * kx;
+    *weakening -= ds * p->friction.stress[i] * x[i] * x[i];
+    inertia += p->mass * x[i] * x[i];
+  }
+  *stiffness = inertia > 0 ? *stiffness / inertia : 0;
+  *weakening = inertia > 0 ? *weakening / inertia : 0;
+}
+
 void PlainFaultAccept(PlainFault *p)
 {
   memcpy(p->v, p->v2, sizeof(double) * (size_t)(p->n));
@@ -412,16 +431,18 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   p->known.velocity_scale = (double)scale;
   p->friction.weight = NULL; /* 1 on a grid */
   SlipBatheSetUp(GAMMA, &p->bathe);
-  p->mass = (double)mass;
+  p->known.mass = p->mass = (double)mass;
+  PetscCall(SlipFaultGetReal(fault, "damping_ratio", &p->known.damping_ratio));
   p->known.tstar = (double)tstar;
   PetscCall(PetscMalloc4(n * n, &p->K, n * n, &p->H, 2 * n * n + arrays * n, &p->work, n, &p->index));
-  PetscCall(PetscCalloc6(n, &p->v, n, &p->u, n, &p->s, n, &p->v2, n, &p->u2, n, &p->s2));
+  PetscCall(PetscCalloc7(n, &p->v, n, &p->u, n, &p->s, n, &p->v2, n, &p->u2, n, &p->s2, n, &p->uc));
   PetscCall(Entries(K, n, p->K));
   PetscCall(Entries(H, n, p->H));
   PetscCall(VecGetArrayRead(start, &w));
   for (PetscInt i = 0; i < n; ++i) { /* v = s = 0 so far */
     const double u = -(double)PetscRealPart(w[3 * i + 1]) / (1 + (double)perturbation), q = PlainFaultStrength(p, i);
 
+    p->uc[i] = u;
     p->known.mean_dc += p->friction.slip[i] / (double)n;
     p->known.mean_drop += PlainFaultWeakening(p, i) / (double)n;
     p->known.critical_energy += u * q;
@@ -430,6 +451,7 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   }
   PetscCall(VecRestoreArrayRead(start, &w));
   p->known.drop_slip = p->known.mean_drop / p->known.mean_q0 * p->known.mean_uc;
+  PlainFaultMode(p, p->uc, &p->known.critical_stiffness, &p->known.critical_weakening);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -437,6 +459,6 @@ PetscErrorCode PlainFaultDestroy(PlainFault *p)
 {
   PetscFunctionBegin;
   PetscCall(PetscFree4(p->K, p->H, p->work, p->index));
-  PetscCall(PetscFree6(p->v, p->u, p->s, p->v2, p->u2, p->s2));
+  PetscCall(PetscFree7(p->v, p->u, p->s, p->v2, p->u2, p->s2, p->uc));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -15,6 +15,7 @@ typedef struct {
   SlipFaultNumbers known; /* what is the same throughout a run */
   /* the state, and that at the end of the attempt */
   double *v, *u, *s, *v2, *u2, *s2; /* [n] */
+  double *uc;                       /* [n] displacement at the instability [m] */
   double slip_error, growth;        /* of the last attempt: sum |e_s| [m], sum of d|v|/dt of sliding cells [m/s^2] */
   double *work;
   PetscInt *index; /* [n] */
@@ -30,3 +31,5 @@ PETSC_INTERN void PlainFaultAccept(PlainFault *p);
 /* Strength of cell i in the state, and what all weakening would still take from it [Pa] */
 PETSC_INTERN double PlainFaultStrength(const PlainFault *p, PetscInt i);
 PETSC_INTERN double PlainFaultWeakening(const PlainFault *p, PetscInt i);
+/* x K x and x (-dq/ds) x in the state over x M x [1/s^2], x [n] */
+PETSC_INTERN void PlainFaultMode(const PlainFault *p, const double x[], PetscReal *stiffness, PetscReal *weakening);

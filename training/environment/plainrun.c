@@ -22,7 +22,7 @@ static PetscBool SumUp(const PlainFault *p, SlipFaultNumbers *f)
   PetscBool rests = PETSC_TRUE;
 
   f->velocity = f->rate = f->peak = f->displacement = f->slip = f->sliding = 0;
-  f->energy = f->kinetic = f->power = f->strength = f->weakening = 0;
+  f->energy = f->kinetic = f->power = f->strength = f->weakening = f->push = 0;
   for (PetscInt i = 0; i < p->n; ++i) {
     const double v = p->v[i], u = p->u[i], q = PlainFaultStrength(p, i);
     double ku = 0;
@@ -39,17 +39,19 @@ static PetscBool SumUp(const PlainFault *p, SlipFaultNumbers *f)
     f->power += v * ku;
     f->strength += q / n;
     f->weakening += PlainFaultWeakening(p, i) / n;
+    f->push += (v != 0 ? -(v > 0 ? 1 : -1) * ku - q : PetscMax(fabs(ku) - q, 0)) / n;
     if (v != 0 || fabs(ku) > q) rests = PETSC_FALSE;
   }
   f->total_rate = n * f->rate;
   f->slip_error = p->slip_error / n;
   f->growth = p->growth;
+  PlainFaultMode(p, f->peak != 0 ? p->v : p->uc, &f->mode_stiffness, &f->mode_weakening);
   return rests;
 }
 
 static PetscErrorCode Choose(Chooser *c, PetscBool state_changed, PetscReal *h)
 {
-  PetscReal obs[PLAIN_MAX_ROWS], action;
+  PetscReal obs[PLAIN_MAX_ROWS];
 
   PetscFunctionBegin;
   c->fault.estimated = c->run.started;
@@ -61,8 +63,7 @@ static PetscErrorCode Choose(Chooser *c, PetscBool state_changed, PetscReal *h)
       SlipObservedTake(seen, seen->own == 0 ? (*seen->row->fault)(&c->fault) : (*seen->row->run)(&c->run));
     obs[i] = seen->value;
   }
-  PetscCall(SlipPolicyEvaluate(c->policy, obs, &action, NULL));
-  PetscCall(SlipPolicyActionToStep(c->policy, action, c->run.tstar, c->run.max_time, h));
+  PetscCall(SlipPolicyChoose(c->policy, obs, c->run.tstar, c->run.max_time, h, NULL));
   if (c->moving > 0)
     *h = SlipControlRest(*h, c->moving * c->run.tstar, c->rests ? PETSC_MAX_REAL : 0, c->run.max_time - c->run.time);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -103,7 +104,7 @@ PetscErrorCode PlainRun(PlainFault *p, SlipPolicy policy, PetscReal accuracy, Pe
     PlainFaultAccept(p);
     PetscCall(Choose(&c, PETSC_TRUE, &h));
     h = SlipControlMatch(h, tmax - o->time);
-    fn(p, o->time, ctx);
+    PetscCall(fn(p, o->time, ctx));
   }
   totals->time = o->time;
   PetscFunctionReturn(PETSC_SUCCESS);

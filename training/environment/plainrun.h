@@ -9,7 +9,7 @@ typedef struct {
 } PlainTotals;
 
 /* After each accepted step: its end [s]; the state is p's. */
-typedef void (*PlainWatchFn)(const PlainFault *p, double time, void *ctx);
+typedef PetscErrorCode (*PlainWatchFn)(const PlainFault *p, double time, void *ctx);
 
 /* From p's state at time 0 to tmax or max_steps accepted steps or twice as many attempts. */
 PETSC_INTERN PetscErrorCode PlainRun(PlainFault *p, SlipPolicy policy, PetscReal accuracy, PetscReal tmax,

@@ -83,7 +83,7 @@ typedef struct {
 static PetscErrorCode Choose(Chooser *c, PlainSmallWatchFn fn, void *ctx, PetscReal *h)
 {
   const SlipModel model = c->p->model;
-  PetscReal obs[PLAIN_MAX_ROWS], action;
+  PetscReal obs[PLAIN_MAX_ROWS];
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < c->n; ++i) {
@@ -98,8 +98,7 @@ static PetscErrorCode Choose(Chooser *c, PlainSmallWatchFn fn, void *ctx, PetscR
     }
   }
   if (fn) fn(c->n, obs, ctx);
-  PetscCall(SlipPolicyEvaluate(c->policy, obs, &action, NULL));
-  PetscCall(SlipPolicyActionToStep(c->policy, action, c->run.tstar, c->run.max_time, h));
+  PetscCall(SlipPolicyChoose(c->policy, obs, c->run.tstar, c->run.max_time, h, NULL));
   *h = PetscClipInterval(*h, c->p->dt_low, c->p->dt_high);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

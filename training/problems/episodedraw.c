@@ -5,15 +5,16 @@
 #define SHEAR_MODULUS 30e9 /* the fault's default [Pa] */
 #define DENSITY 2500.      /* likewise [kg/m^3] */
 
-enum { LENGTH, THICKNESS, DAMPING, STRESS, RESIDUAL, DROP, WEAKENING, PERTURBATION, MARGIN, RANGES };
+enum { LENGTH, ASPECT, THICKNESS, DAMPING, STRESS, RESIDUAL, DROP, WEAKENING, PERTURBATION, MARGIN, RANGES };
 
-/* All log-uniform. Weakening: stress sigma drop / friction_slip over stiffness G / thickness; it sets friction_slip.
-   Below 1.5 nothing slips within a reasonable time. */
+/* All log-uniform. Weakening: what the critical displacement loses of its strength per slip at the start, over its
+   stiffness; it sets friction_slip. Below 1.5 nothing slips within a reasonable time. */
 static const struct {
   const char *meaning;
   double low, high;
 } RangeTable[RANGES] = {
   [LENGTH] = {"length_x [m]", 500, 20e3},
+  [ASPECT] = {"length_z over length_x of one cell", 1 / 3., 3},
   [THICKNESS] = {"thickness over length_x", 0.5, 2},
   [DAMPING] = {"damping_ratio", 0.1, 0.6},
   [STRESS] = {"normal_stress [Pa]", 5e6, 150e6},
@@ -26,7 +27,10 @@ static const struct {
 #define DEPTH_GRADIENT 15e3 /* of the normal stress of half the meshes [Pa/m] */
 #define SPREAD_MAX 0.4      /* standard deviation of the logarithm of a field */
 #define SMOOTH_SHARE 0.25   /* of the meshes: nothing varies but the normal stress with depth */
-#define LIMIT 120           /* [T*] */
+#define BURIED_SHARE 0.6    /* of the meshes; half as many of the single cells */
+#define LINEAR_SHARE 0.25   /* of linear slip weakening */
+#define UNSCALED_SHARE 0.5  /* of stiffness as it is */
+#define LIMIT 120           /* swings of the critical displacement */
 
 const char *const EpisodeFieldNames[DRAW_FIELDS] = {"normal_stress", "friction_drop", "friction_residual",
                                                     "friction_slip"};
@@ -64,7 +68,7 @@ static void Set(FaultDraw *d, const char name[], double value)
   d->value[d->nreal++] = value;
 }
 
-/* Fields of a mesh; returns the mean of stress times drop. */
+/* Fields of a mesh */
 static void DrawFields(Random *random, FaultDraw *d, double depth_top, double cell, double stress, double drop,
                        double residual)
 {
@@ -90,28 +94,28 @@ static void DrawFields(Random *random, FaultDraw *d, double depth_top, double ce
 
 void FaultDrawAtRandom(Random *random, PetscInt side, FaultDraw *d)
 {
-  const double length = Draw(random, LENGTH), thickness = length * Draw(random, THICKNESS),
-               damping = Draw(random, DAMPING);
+  const double length = Draw(random, LENGTH), aspect = Draw(random, ASPECT),
+               thickness = length * Draw(random, THICKNESS), damping = Draw(random, DAMPING);
   const double stress = Draw(random, STRESS), residual = Draw(random, RESIDUAL), drop = Draw(random, DROP);
-  const double weakening = Draw(random, WEAKENING), perturbation = Draw(random, PERTURBATION);
-  double slip, mean = 0, depth;
+  const double perturbation = Draw(random, PERTURBATION);
+  double depth;
 
   d->nreal = 0;
+  d->weakening = Draw(random, WEAKENING);
   d->margin = Draw(random, MARGIN);
   d->limit = LIMIT;
+  d->law = RandomUniform(random) < LINEAR_SHARE ? "linear_slip_weakening" : "exponential_slip_weakening";
+  d->scaling = RandomUniform(random) < UNSCALED_SHARE ? "none" : FAULT_SCALING;
   d->nx = side > 1 ? 2 + (PetscInt)RandomIndex(random, (uint64_t)side - 1) : 1;
   d->nz = side > 1 ? 2 + (PetscInt)RandomIndex(random, (uint64_t)side - 1) : 1;
   d->n = d->nx * d->nz;
-  depth = side > 1 && RandomUniform(random) < 0.6 ? RandomLog(random, 100, 5e3) : 0;
+  depth = RandomUniform(random) < (side > 1 ? BURIED_SHARE : BURIED_SHARE / 2) ? RandomLog(random, 100, 5e3) : 0;
   DrawFields(random, d, depth, length / (double)d->nx, stress, drop, residual);
   if (side == 1) d->field[0][0] = stress, d->field[1][0] = drop, d->field[2][0] = residual, d->field[3][0] = 1;
-  for (PetscInt i = 0; i < d->n; ++i) mean += d->field[0][i] * d->field[1][i] / (double)d->n;
-  slip = mean * thickness / SHEAR_MODULUS / weakening;
-  for (PetscInt i = 0; i < d->n; ++i) d->field[3][i] *= slip;
   Set(d, "nx", (double)d->nx);
   Set(d, "nz", (double)d->nz);
   Set(d, "length_x", length);
-  Set(d, "length_z", length * (double)d->nz / (double)d->nx);
+  Set(d, "length_z", side > 1 ? length * (double)d->nz / (double)d->nx : length * aspect);
   Set(d, "depth_top", depth);
   Set(d, "thickness", thickness);
   Set(d, "shear_modulus", SHEAR_MODULUS);

@@ -4,72 +4,54 @@
 #include <math.h>
 #include <slipcompat.h>
 
-#define REFERENCE_STEP (1. / 60) /* constant step of the reference [T*] */
-#define THINNING 4               /* every so many of its steps are kept */
-#define MIN_SLIP 0.2 /* a drawn fault whose final slip is below this share of what its drop implies is drawn again */
+#define REFERENCE_STEP 0.01 /* of the reference, over the time in which the fault swings or grows */
+#define THINNING 10         /* every so many of its steps are kept */
+#define MIN_SLIP 0.2        /* a drawn fault that slips less than this share of what its drop implies is drawn again */
 
-static PetscErrorCode Means(Vec w, PetscReal *rate, PetscReal *slip, PetscReal *max_rate)
+/* The run has a mean slip [m] and rate [m/s] at time t. A step may come more than once. */
+static PetscErrorCode Follow(Episode *e, PetscReal t, PetscReal slip, PetscReal rate)
+{
+  const PetscReal row[COURSE_WIDTH] = {t, slip, rate};
+
+  PetscFunctionBegin;
+  if (CourseNodes(&e->run)[e->run.n - 1].time >= t) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TableAdd(&e->run, row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* RMS of the distance of slips s[i stride] over that of the reference's slips */
+static PetscReal FieldError(const Episode *e, const PetscReal s[], PetscInt stride)
+{
+  PetscReal gap = 0, size = 0;
+
+  for (PetscInt i = 0; i < e->plain.n; ++i) {
+    gap += PetscSqr(s[i * stride] - e->field[i]);
+    size += PetscSqr(e->field[i]);
+  }
+  return PetscSqrtReal(gap / size);
+}
+
+static PetscBool AtEnd(const Episode *e, PetscReal t)
+{
+  return t >= e->tmax * (1 - 1e-10) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscErrorCode EpisodeFollow(Episode *e, PetscReal t, Vec w)
 {
   const PetscScalar *a;
+  PetscReal rate = 0, slip = 0;
   PetscInt n;
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(w, &n));
   PetscCall(VecGetArrayRead(w, &a));
-  *rate = *slip = *max_rate = 0;
   for (PetscInt i = 0; i < n; i += 3) {
-    const PetscReal v = PetscAbsScalar(a[i]);
-
-    *rate += v;
-    *slip += PetscRealPart(a[i + 2]);
-    *max_rate = PetscMax(*max_rate, v);
+    rate += 3 * PetscAbsScalar(a[i]) / (PetscReal)n;
+    slip += 3 * PetscRealPart(a[i + 2]) / (PetscReal)n;
   }
-  *rate *= 3. / (PetscReal)n;
-  *slip *= 3. / (PetscReal)n;
+  if (AtEnd(e, t)) e->field_error = FieldError(e, a + 2, 3);
   PetscCall(VecRestoreArrayRead(w, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Slip of the reference at time t. */
-static PetscReal CourseSlip(const Course *c, PetscReal t)
-{
-  PetscInt low = 0, high = c->path.n - 1;
-  const PetscReal *a = c->path.data, *b;
-
-  if (t <= a[0]) return a[1];
-  if (t >= a[2 * high]) return a[2 * high + 1];
-  while (high - low > 1) {
-    const PetscInt mid = (low + high) / 2;
-
-    if (a[2 * mid] <= t)
-      low = mid;
-    else
-      high = mid;
-  }
-  a += 2 * low;
-  b = a + 2;
-  return a[1] + (b[1] - a[1]) * (t - a[0]) / (b[0] - a[0]);
-}
-
-/* The run has mean rate [m/s] and slip [m] at time t. */
-static void Follow(Episode *e, PetscReal t, PetscReal rate, PetscReal slip)
-{
-  const PetscReal gap = PetscAbsReal(slip - CourseSlip(&e->course, t));
-
-  e->peak = PetscMax(e->peak, rate);
-  e->history += 0.5 * (gap + e->last_gap) * (t - e->last_t);
-  e->last_gap = gap;
-  e->last_t = t;
-  e->last_slip = slip;
-}
-
-PetscErrorCode EpisodeFollow(Episode *e, PetscReal t, Vec w)
-{
-  PetscReal rate = 0, slip = 0, max_rate = 0;
-
-  PetscFunctionBegin;
-  PetscCall(Means(w, &rate, &slip, &max_rate));
-  Follow(e, t, rate, slip);
+  PetscCall(Follow(e, t, slip, rate));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -84,49 +66,60 @@ static PetscErrorCode Measure(TS ts, const SlipAttempt *attempt, Vec w, void *ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void PlainMeans(const PlainFault *p, PetscReal *rate, PetscReal *slip, PetscReal *max_rate)
+void PlainMeans(const PlainFault *p, PetscReal *slip, PetscReal *rate)
 {
-  *rate = *slip = *max_rate = 0;
+  *rate = *slip = 0;
   for (PetscInt i = 0; i < p->n; ++i) {
     *rate += PetscAbsReal(p->v[i]) / (PetscReal)p->n;
     *slip += p->s[i] / (PetscReal)p->n;
-    *max_rate = PetscMax(*max_rate, PetscAbsReal(p->v[i]));
   }
 }
 
 /* PlainWatchFn */
-static void MeasurePlain(const PlainFault *p, double time, void *ctx)
+static PetscErrorCode MeasurePlain(const PlainFault *p, double time, void *ctx)
 {
-  PetscReal rate = 0, slip = 0, max_rate = 0;
-
-  PlainMeans(p, &rate, &slip, &max_rate);
-  Follow((Episode *)ctx, time, rate, slip);
-}
-
-/* Small constant steps until the fault rests, or for limit T*. */
-static PetscErrorCode Reference(Episode *e, PetscReal limit)
-{
-  Course *c = &e->course;
-  PetscReal rate, max_rate, row[2] = {0, 0};
-  const PetscInt steps = (PetscInt)(limit / REFERENCE_STEP);
+  Episode *e = (Episode *)ctx;
+  PetscReal rate, slip;
 
   PetscFunctionBegin;
-  c->path.width = 2;
-  c->path.n = 0;
-  c->rest = -1;
-  c->peak = 0;
-  PetscCall(TableAdd(&c->path, row));
-  PlainFaultSetState(&e->plain, e->plain_start);
-  for (PetscInt k = 1; k <= steps && c->rest < 0; ++k) {
-    row[0] = (PetscReal)k * REFERENCE_STEP * e->tstar;
-    if (!PlainFaultAttempt(&e->plain, REFERENCE_STEP * e->tstar)) break;
-    PlainFaultAccept(&e->plain);
-    PlainMeans(&e->plain, &rate, &row[1], &max_rate);
-    c->peak = PetscMax(c->peak, rate);
-    if (max_rate == 0 && row[1] > 0) c->rest = row[0];
-    if (k % THINNING == 0 || c->rest > 0) PetscCall(TableAdd(&c->path, row));
+  PlainMeans(p, &slip, &rate);
+  if (AtEnd(e, time)) e->field_error = FieldError(e, p->s, 1);
+  PetscCall(Follow(e, time, slip, rate));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* [s]: as far as steps of the reference can be told from the start, short enough for the swing and for the growth of the
+   critical displacement, which is slower than the root of weakening less stiffness */
+static PetscReal FastestTime(const SlipFaultNumbers *f)
+{
+  const PetscReal growth = PetscSqrtReal(PetscMax(f->critical_weakening - f->critical_stiffness, 0));
+
+  return 1 / (PetscSqrtReal(f->critical_stiffness) + growth / 2);
+}
+
+/* Small constant steps until the fault rests, or for limit swings. */
+static PetscErrorCode Reference(Episode *e, PetscReal limit)
+{
+  PlainFault *p = &e->plain;
+  const PetscReal dt = REFERENCE_STEP * FastestTime(&p->known);
+  const PetscReal end = limit / PetscSqrtReal(p->known.critical_stiffness);
+  PetscReal row[COURSE_WIDTH] = {0, 0, 0};
+
+  PetscFunctionBegin;
+  e->reference.n = 0;
+  e->rest = -1;
+  PetscCall(TableAdd(&e->reference, row));
+  PlainFaultSetState(p, e->plain_start);
+  for (PetscInt k = 1; (PetscReal)k * dt <= end && e->rest < 0; ++k) {
+    row[0] = (PetscReal)k * dt;
+    if (!PlainFaultAttempt(p, dt)) break;
+    PlainFaultAccept(p);
+    PlainMeans(p, &row[1], &row[2]);
+    if (row[2] == 0 && row[1] > 0) e->rest = row[0];
+    if (k % THINNING == 0 || e->rest > 0) PetscCall(TableAdd(&e->reference, row));
   }
   e->slip = row[1];
+  PetscCall(PetscArraycpy(e->field, p->s, p->n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -137,23 +130,26 @@ static PetscErrorCode Release(Episode *e)
   PetscCall(TSDestroy(&e->ts));
   PetscCall(VecDestroy(&e->w));
   PetscCall(VecDestroy(&e->start));
-  PetscCall(PetscFree(e->plain_start));
+  PetscCall(PetscFree2(e->plain_start, e->field));
   PetscCall(SlipFaultDestroy(&e->fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One draw: useful when the reference came to rest having slipped. */
-static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
+/* A fault of a draw, whose friction_slip has this mean [m], at its start */
+static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
 {
   const PetscScalar *w;
-  TSAdapt adapt;
+  PetscReal friction_slip[EPISODE_MAX_CELLS];
 
   PetscFunctionBegin;
+  for (PetscInt i = 0; i < d->n; ++i) friction_slip[i] = slip * d->field[DRAW_FRICTION_SLIP][i];
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
-  PetscCall(SlipFaultSetString(e->fault, "stiffness_scaling", FAULT_SCALING));
+  PetscCall(SlipFaultSetString(e->fault, "stiffness_scaling", d->scaling));
+  PetscCall(SlipFaultSetString(e->fault, "friction_law", d->law));
   for (PetscInt i = 0; i < d->nreal; ++i) PetscCall(SlipFaultSetReal(e->fault, d->name[i], d->value[i]));
   for (PetscInt f = 0; f < DRAW_FIELDS; ++f)
-    PetscCall(SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, d->field[f]));
+    PetscCall(
+      SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, f == DRAW_FRICTION_SLIP ? friction_slip : d->field[f]));
   PetscCall(SlipFaultSetUp(e->fault));
   PetscCall(SlipFaultGetTimeScale(e->fault, &e->tstar));
   PetscCall(SlipFaultCreateState(e->fault, &e->w));
@@ -161,18 +157,32 @@ static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
   PetscCall(SlipFaultSetInitialState(e->fault, e->start));
   /* without objects */
   PetscCall(PlainFaultCreate(e->fault, e->start, &e->plain));
-  PetscCall(PetscMalloc1(3 * d->n, &e->plain_start));
+  PetscCall(PetscMalloc2(3 * d->n, &e->plain_start, d->n, &e->field));
   PetscCall(VecGetArrayRead(e->start, &w));
   for (PetscInt i = 0; i < 3 * d->n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);
   PetscCall(VecRestoreArrayRead(e->start, &w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One draw: useful when the reference came to rest having slipped. The weakening goes with 1/friction_slip. */
+static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
+{
+  TSAdapt adapt;
+  PetscReal slip;
+
+  PetscFunctionBegin;
+  PetscCall(MakeFault(e, d, 1));
+  slip = e->plain.known.critical_weakening / (d->weakening * e->plain.known.critical_stiffness);
+  PetscCall(Release(e));
+  PetscCall(MakeFault(e, d, slip));
   PetscCall(Reference(e, d->limit));
-  *good = e->course.rest > 0 && e->slip > MIN_SLIP * e->plain.known.drop_slip ? PETSC_TRUE : PETSC_FALSE;
+  *good = e->rest > 0 && e->slip > MIN_SLIP * e->plain.known.drop_slip ? PETSC_TRUE : PETSC_FALSE;
   if (!*good) {
     PetscCall(Release(e));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   /* with them */
-  e->tmax = d->margin * e->course.rest;
+  e->tmax = d->margin * e->rest;
   PetscCall(TSCreate(PETSC_COMM_SELF, &e->ts));
   PetscCall(SlipFaultConfigureTS(e->fault, e->ts));
   PetscCall(TSBatheMonitorSet(e->ts, Measure, e, NULL));
@@ -197,6 +207,8 @@ PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode)
              "Episodes of up to %" PetscInt_FMT " cells along a side, expected 1 to 12", side);
   PetscCall(PetscNew(&e));
   PetscCall(PetscNew(&d));
+  e->measure = SlipMeasures;
+  e->reference.width = e->run.width = COURSE_WIDTH;
   RandomSeed(&random, seed);
   while (!good) {
     FaultDrawAtRandom(&random, side, d);
@@ -215,16 +227,23 @@ PetscErrorCode EpisodeDestroy(Episode **episode)
     PetscCall(EpisodeSmallDestroy(&(*episode)->small));
   else
     PetscCall(Release(*episode));
-  PetscCall(TableClear(&(*episode)->course.path));
+  PetscCall(TableClear(&(*episode)->reference));
+  PetscCall(TableClear(&(*episode)->run));
   PetscCall(PetscFree(*episode));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Nothing of an earlier run is left. */
-static void Forget(Episode *e)
+static PetscErrorCode Forget(Episode *e)
 {
-  e->history = e->peak = e->last_t = e->last_gap = e->last_slip = 0;
+  const PetscReal start[COURSE_WIDTH] = {0, 0, 0};
+
+  PetscFunctionBegin;
+  e->run.n = 0;
+  PetscCall(TableAdd(&e->run, start));
+  e->field_error = 0;
   e->attempts_left = 2 * EPISODE_MAX_STEPS;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode EpisodeRewind(Episode *e, PetscReal accuracy)
@@ -240,18 +259,20 @@ PetscErrorCode EpisodeRewind(Episode *e, PetscReal accuracy)
   PetscCall(TSRestartStep(e->ts));
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
-  Forget(e);
+  PetscCall(Forget(e));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 void EpisodeConclude(const Episode *e, PetscInt solves, PetscInt accepted, EpisodeResult *r)
 {
+  const PetscReal end = CourseNodes(&e->run)[e->run.n - 1].time;
+
   r->solves = solves;
   r->failures = solves - accepted;
-  r->slip_error = PetscAbsReal(e->last_slip / e->slip - 1);
-  r->history_error = e->history / (e->tmax * e->slip);
-  r->rate_error = PetscAbsReal(e->peak / e->course.peak - 1);
-  r->done = e->last_t >= e->tmax * (1 - 1e-10) ? 1 : e->last_t / e->tmax;
+  SlipCourseCompare(e->run.n, CourseNodes(&e->run), e->reference.n, CourseNodes(&e->reference), r->errors);
+  r->errors[SLIP_ERROR_FIELD] = e->field_error;
+  r->error = SlipMeasureOf(e->measure, r->errors);
+  r->done = AtEnd(e, end) ? 1 : end / e->tmax;
 }
 
 PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
@@ -290,7 +311,7 @@ PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, Epi
     PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  Forget(e);
+  PetscCall(Forget(e));
   PlainFaultSetState(&e->plain, e->plain_start);
   PetscCall(PlainRun(&e->plain, policy, accuracy, e->tmax, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
   EpisodeConclude(e, totals.attempts, totals.accepted, result);
@@ -310,13 +331,11 @@ static PetscErrorCode WatchingActor(TSAdapt adapt, TS ts, PetscInt n, const Pets
                                     PetscBool guarded, PetscReal *h, void *ctx)
 {
   Watch *watch = (Watch *)ctx;
-  PetscReal action;
 
   PetscFunctionBegin;
   (void)adapt, (void)ts, (void)last, (void)guarded;
   watch->fn(n, obs, watch->ctx);
-  PetscCall(SlipPolicyEvaluate(watch->policy, obs, &action, NULL));
-  PetscCall(SlipPolicyActionToStep(watch->policy, action, watch->episode->tstar, watch->episode->tmax, h));
+  PetscCall(SlipPolicyChoose(watch->policy, obs, watch->episode->tstar, watch->episode->tmax, h, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -346,12 +365,6 @@ PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, E
 
 /* ---- cost ---- */
 
-#define HISTORY_WEIGHT 0.3
-#define HISTORY_FLOOR 0.02 /* what the history may be off at any dial */
-#define HISTORY_DIALS 2    /* and per dial */
-#define RATE_WEIGHT 0.2
-#define RATE_FLOOR 0.1
-#define RATE_DIALS 3
 #define WORST_PENALTY 20
 #define UNFINISHED 4
 
@@ -365,8 +378,6 @@ PetscReal EpisodePenalty(PetscReal x)
 
 PetscReal EpisodeCost(const EpisodeResult *r, PetscReal accuracy)
 {
-  return PetscLogReal((PetscReal)(r->solves + 1)) + EpisodePenalty(r->slip_error / accuracy) +
-         HISTORY_WEIGHT * EpisodePenalty(r->history_error / (HISTORY_FLOOR + HISTORY_DIALS * accuracy)) +
-         RATE_WEIGHT * EpisodePenalty(r->rate_error / (RATE_FLOOR + RATE_DIALS * accuracy)) +
+  return PetscLogReal((PetscReal)(r->solves + 1)) + EpisodePenalty(r->error / accuracy) +
          (r->done < 1 ? UNFINISHED * (2 - r->done) : 0);
 }

@@ -5,6 +5,7 @@
 #include "problems.h"
 #include "environment/plainrun.h"
 #include "common/table.h"
+#include <slipcore.h>
 #include <slipstep.h>
 
 #define EPISODE_MAX_CELLS 144 /* of a drawn mesh, 12 x 12 */
@@ -16,20 +17,23 @@ typedef struct {
   PetscInt nx, nz, n, nreal;
   const char *name[DRAW_MAX_REALS];
   PetscReal value[DRAW_MAX_REALS];
-  PetscReal field[DRAW_FIELDS][EPISODE_MAX_CELLS]; /* meshes only; see EpisodeFieldNames */
-  PetscReal margin;                                /* duration over the time at which the reference rests */
-  PetscReal limit;                                 /* the reference gives up after this time [T*] */
+  const char *law, *scaling;                       /* -fault_friction_law, -fault_stiffness_scaling */
+  PetscReal field[DRAW_FIELDS][EPISODE_MAX_CELLS]; /* see EpisodeFieldNames; friction_slip relative to its mean */
+  PetscReal weakening; /* at the start over the stiffness, both of the critical displacement: gives friction_slip */
+  PetscReal margin;    /* duration over the time at which the reference rests */
+  PetscReal limit;     /* the reference gives up after this time, over that of the critical displacement's swing */
 } FaultDraw;
+enum { DRAW_FRICTION_SLIP = 3 }; /* of EpisodeFieldNames */
 PETSC_INTERN const char *const EpisodeFieldNames[DRAW_FIELDS];
 /* side: largest number of cells along a side, 1: one cell */
 PETSC_INTERN void FaultDrawAtRandom(Random *random, PetscInt side, FaultDraw *draw);
 
-/* The reference's course, thinned out. */
-typedef struct {
-  Table path;     /* time [s] and mean slip [m] */
-  PetscReal peak; /* largest mean slip rate [m/s] */
-  PetscReal rest; /* when it came to rest [s]; negative: not yet */
-} Course;
+/* A course of slip: rows of SlipCourseNode */
+enum { COURSE_WIDTH = 3 };
+static inline const SlipCourseNode *CourseNodes(const Table *path)
+{
+  return (const SlipCourseNode *)path->data;
+}
 
 typedef struct _EpisodeSmall *EpisodeSmall;
 
@@ -40,29 +44,30 @@ typedef struct {
   Vec w, start;
   PetscReal tstar, tmax; /* [s] */
   PetscReal slip;        /* mean slip at the end of the reference [m] */
-  Course course;         /* of the reference */
+  Table reference;       /* its course, thinned out */
+  PetscReal *field;      /* its final slip [n] [m] */
+  PetscReal rest;        /* when it came to rest [s]; negative: not yet */
   PlainFault plain;      /* the same, without objects */
   double *plain_start;   /* [3 n] */
   /* of the run under way */
-  PetscReal history, peak, last_t, last_gap,
-    last_slip; /* integral of the slip's distance to the reference's [m s]; largest mean rate [m/s] */
+  Table run;             /* its course */
+  PetscReal field_error; /* of its final slip; 0 until its end */
   PetscInt attempts_left;
+  const SlipMeasure *measure; /* of EpisodeResult.error */
 } Episode;
 
-/* Errors are relative. */
 typedef struct {
   PetscInt solves, failures;
-  PetscReal slip_error;    /* |final slip / reference - 1| */
-  PetscReal history_error; /* mean over time of the slip's distance to the reference's, over the final slip */
-  PetscReal rate_error;    /* of the largest mean slip rate, seen at the ends of steps */
-  PetscReal done;          /* share of the duration that was reached: 1 when finished */
+  PetscReal error;                   /* by the episode's measure; of other problems their first error */
+  PetscReal errors[SLIP_NUM_ERRORS]; /* of a fault */
+  PetscReal done;                    /* share of the duration that was reached: 1 when finished */
 } EpisodeResult;
 
 /* A run that has not ended after this many accepted steps is cut off. */
-#define EPISODE_MAX_STEPS 150
+#define EPISODE_MAX_STEPS 400
 
 PETSC_INTERN PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode);
-/* Another problem of the table, an instance drawn at random; slip_error of its runs is the problem's first error. o:
+/* Another problem of the table, an instance drawn at random; the error of its runs is the problem's first one. o:
    problem, observations and bounds of the step. */
 PETSC_INTERN PetscErrorCode EpisodeCreateSmall(const EnvOptions *o, uint64_t seed, Episode **episode);
 PETSC_INTERN PetscErrorCode EpisodeSmallDestroy(EpisodeSmall *small);
@@ -84,6 +89,7 @@ PETSC_INTERN PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscRea
    state after a step to time t; the result. A step may be followed more than once. */
 PETSC_INTERN PetscErrorCode EpisodeRewind(Episode *e, PetscReal accuracy);
 PETSC_INTERN PetscErrorCode EpisodeFollow(Episode *e, PetscReal t, Vec w);
+PETSC_INTERN void PlainMeans(const PlainFault *p, PetscReal *slip, PetscReal *rate); /* of the state [m], [m/s] */
 PETSC_INTERN void EpisodeConclude(const Episode *e, PetscInt solves, PetscInt accepted, EpisodeResult *result);
 
 /* What a run costs: ln(solves) and penalties for errors beyond the dial. */

@@ -65,7 +65,7 @@ static PetscErrorCode Act(const EnvMoment *moment, PetscReal *action, PetscBool 
 static EpisodeResult Conclude(PetscInt solves, PetscInt failures, const PetscReal error[2], PetscBool finished)
 {
   return (EpisodeResult){
-    .solves = solves, .failures = failures, .slip_error = PetscMax(error[0], error[1]), .done = finished ? 1 : 0};
+    .solves = solves, .failures = failures, .error = PetscMax(error[0], error[1]), .done = finished ? 1 : 0};
 }
 
 PetscErrorCode EpisodeSmallRunLibrary(EpisodeSmall small, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn,

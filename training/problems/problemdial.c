@@ -16,7 +16,7 @@ static const DrawRow DialDraws[DRAWS] = {
 
 struct _EnvReference {
   Episode *episode;
-  PetscReal slip; /* mean slip at the end of the start's continuation [m] */
+  Table course; /* of the start's continuation */
 };
 
 struct _EnvJudge {
@@ -24,6 +24,7 @@ struct _EnvJudge {
   EnvReference reference;
   PetscReal dial, penalty; /* penalty: of the state after the last step */
   double *state;           /* [3 cells] */
+  Table course;            /* of the run so far and its continuation */
 };
 
 static PetscErrorCode MakeEpisode(const EnvInstance *instance, Episode **episode)
@@ -35,37 +36,42 @@ static PetscErrorCode MakeEpisode(const EnvInstance *instance, Episode **episode
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Mean slip where constant steps from a state [3 cells] at time t lead, at rest or at the end of the episode. The
-   reaction is the balance where an cell rests and the strength where it moves: no other state is needed. */
-static PetscReal Continue(const EnvOptions *o, Episode *e, const double state[], PetscReal t)
+/* Constant steps from a state [3 cells] at time t to rest or to the end of the episode, added to a course. The reaction
+   is the balance where an cell rests and the strength where it moves: no other state is needed. */
+static PetscErrorCode Continue(const EnvOptions *o, Episode *e, const double state[], PetscReal t, Table *course)
 {
   const PetscReal dt = o->continuation * e->tstar;
   PlainFault *p = &e->plain;
-  PetscReal slip = 0;
+  PetscReal row[COURSE_WIDTH];
   PetscBool moves = PETSC_TRUE;
 
+  PetscFunctionBegin;
   PlainFaultSetState(p, state);
-  for (; moves && t < e->tmax; t += dt) {
+  while (moves && t < e->tmax) {
     if (!PlainFaultAttempt(p, dt)) break;
     PlainFaultAccept(p);
     moves = PETSC_FALSE;
-    slip = 0;
-    for (PetscInt i = 0; i < p->n; ++i) {
+    for (PetscInt i = 0; i < p->n; ++i)
       if (p->v[i] != 0 || p->s[i] == 0) moves = PETSC_TRUE;
-      slip += p->s[i] / (PetscReal)p->n;
-    }
+    row[0] = t += dt;
+    PlainMeans(p, &row[1], &row[2]);
+    PetscCall(TableAdd(course, row));
   }
-  return slip;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *instance, EnvReference *reference)
 {
+  const PetscReal start[COURSE_WIDTH] = {0, 0, 0};
+
   PetscFunctionBegin;
   PetscCheck(instance->drawn, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONGSTATE,
              "-train_problem fault_dial has drawn faults only: add -train_random");
   PetscCall(PetscNew(reference));
   PetscCall(MakeEpisode(instance, &(*reference)->episode));
-  (*reference)->slip = Continue(o, (*reference)->episode, (*reference)->episode->plain_start, 0);
+  (*reference)->course.width = COURSE_WIDTH;
+  PetscCall(TableAdd(&(*reference)->course, start));
+  PetscCall(Continue(o, (*reference)->episode, (*reference)->episode->plain_start, 0, &(*reference)->course));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -73,6 +79,7 @@ static PetscErrorCode ReferenceDestroy(EnvReference *reference)
 {
   PetscFunctionBegin;
   PetscCall(EpisodeDestroy(&(*reference)->episode));
+  PetscCall(TableClear(&(*reference)->course));
   PetscCall(PetscFree(*reference));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -124,8 +131,26 @@ static PetscErrorCode JudgeCreate(const EnvOptions *o, const EnvInstance *instan
   (*judge)->o = o;
   (*judge)->reference = instance->reference;
   (*judge)->dial = instance->value[DIAL];
+  (*judge)->course.width = COURSE_WIDTH;
   PetscCall(VecGetSize(run->w, &n));
   PetscCall(PetscMalloc1(n, &(*judge)->state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Error of the run so far and its continuation from j->state at time t. Both, and the start's continuation, which it is
+   compared with, take the same steps; the field of slip is seen at the end only. */
+static PetscErrorCode ContinuedError(EnvJudge j, PetscReal t, PetscReal *error)
+{
+  Episode *e = j->reference->episode;
+  const Table *start = &j->reference->course;
+  PetscReal errors[SLIP_NUM_ERRORS];
+
+  PetscFunctionBegin;
+  j->course.n = 0;
+  for (PetscInt k = 0; k < e->run.n; ++k) PetscCall(TableAdd(&j->course, e->run.data + COURSE_WIDTH * k));
+  PetscCall(Continue(j->o, e, j->state, t, &j->course));
+  SlipCourseCompare(j->course.n, CourseNodes(&j->course), start->n, CourseNodes(start), errors);
+  *error = SlipMeasureOf(e->measure, errors);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -141,12 +166,15 @@ static PetscErrorCode JudgeStep(EnvJudge j, EnvRun *run, PetscReal t, PetscReal 
   PetscCall(VecGetArrayRead(run->w, &w));
   for (PetscInt i = 0; i < n; ++i) j->state[i] = (double)PetscRealPart(w[i]);
   PetscCall(VecRestoreArrayRead(run->w, &w));
-  if (t < run->tmax * (1 - 1e-12))
-    penalty = EpisodePenalty(PetscAbsReal(Continue(j->o, e, j->state, t) / j->reference->slip - 1) / j->dial);
-  else { /* nothing to continue: what the whole run costs but for its solves */
+  PetscCall(EpisodeFollow(e, t, run->w));
+  if (t < run->tmax * (1 - 1e-12)) {
+    PetscReal error = 0;
+
+    PetscCall(ContinuedError(j, t, &error));
+    penalty = EpisodePenalty(error / j->dial);
+  } else { /* nothing to continue: what the whole run costs but for its solves */
     EpisodeResult r;
 
-    PetscCall(EpisodeFollow(e, t, run->w));
     EpisodeConclude(e, 0, 0, &r);
     penalty = EpisodeCost(&r, j->dial);
   }
@@ -162,7 +190,7 @@ static PetscErrorCode JudgeErrors(EnvJudge j, EnvRun *run, PetscReal error[])
   PetscFunctionBegin;
   (void)run;
   EpisodeConclude(j->reference->episode, 0, 0, &r);
-  error[0] = r.slip_error / j->dial;
+  error[0] = r.error / j->dial;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -171,14 +199,15 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
   PetscFunctionBegin;
   if (!*judge) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscFree((*judge)->state));
+  PetscCall(TableClear(&(*judge)->course));
   PetscCall(PetscFree(*judge));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static const Preset DialPresets[] = {
-  PRESET(NULL, 1e-2, "T*", 1e2, "T*", PETSC_TRUE, "log_accuracy", "log_rate", "log_peak_rate", "energy", "progress",
-         "weakening", "log_drop", "log_step", "log_slip_error", "growth", "sliding_fraction", "change_sliding_fraction",
-         "log_time_left", "converged"),
+  PRESET(NULL, 1e-2, "T*", 1e2, "T*", PETSC_TRUE, "log_accuracy", "log_growth_time", "growth_rate", "start_growth_rate",
+         "log_mode_rate", "log_push", "phase", "progress", "weakening", "damping_ratio", "log_step",
+         "change_log_mode_rate", "log_slip_error", "seen_growth", "sliding_fraction", "log_peak_ratio"),
 };
 
 const Problem ProblemDial = {.name = "fault_dial",
@@ -189,5 +218,5 @@ const Problem ProblemDial = {.name = "fault_dial",
                              PROBLEM_DRAWS(DialDraws),
                              .presets = DialPresets,
                              PROBLEM_FAULT_TOLERANCES,
-                             PROBLEM_ERRORS("final mean slip over the dial"),
+                             PROBLEM_ERRORS("history of slip over the dial"),
                              PROBLEM_FUNCTIONS(Create)};

@@ -112,6 +112,7 @@ typedef enum {
   SUM_VINF_KU, /* sum v_inf K u */
   SUM_STRENGTH,
   SUM_WEAKENING, /* what the strength still exceeds its residual by */
+  SUM_PUSH,      /* what the elastic force along the motion exceeds the strength by */
   FAULT_NUM_SUMS
 } SlipFaultSumId;
 
@@ -133,6 +134,15 @@ typedef struct {
   PetscBool known;
   PetscReal sum[FAULT_NUM_ESTIMATES]; /* weighted by area */
 } SlipFaultEstimates;
+
+/* Of the rate, or where all rest of the critical displacement: sums x K x, x (-dq/ds) x and x M x. */
+typedef enum { MODE_STIFFNESS, MODE_WEAKENING, MODE_INERTIA, FAULT_NUM_MODE } SlipFaultModeId;
+
+typedef struct {
+  PetscReal sum[FAULT_NUM_MODE];
+  PetscObjectId id; /* of the state that they belong to */
+  PetscObjectState state;
+} SlipFaultMode;
 
 typedef struct _n_SlipFaultOutput *SlipFaultOutput;
 
@@ -190,13 +200,15 @@ struct _p_SlipFault {
   Vec work[3];
 
   /* ---- the critical state, and the means by which observations are made dimensionless ---- */
-  Vec uc;                    /* K^-1 q(0): displacement at the instability, positive [m] */
-  PetscReal mean_dc;         /* mean d_c [m] */
-  PetscReal mean_uc;         /* mean uc [m] */
-  PetscReal mean_q0;         /* mean strength at the start [Pa] */
-  PetscReal mean_drop;       /* mean of q(0) - q after all weakening [Pa] */
-  PetscReal drop_slip;       /* mean uc times mean strength drop over mean q0: slip that the drop implies [m] */
-  PetscReal critical_energy; /* uc' K uc [Pa m], the sum over all cells */
+  Vec uc;                       /* K^-1 q(0): displacement at the instability, positive [m] */
+  PetscReal mean_dc;            /* mean d_c [m] */
+  PetscReal mean_uc;            /* mean uc [m] */
+  PetscReal mean_q0;            /* mean strength at the start [Pa] */
+  PetscReal mean_drop;          /* mean of q(0) - q after all weakening [Pa] */
+  PetscReal drop_slip;          /* mean uc times mean strength drop over mean q0: slip that the drop implies [m] */
+  PetscReal critical_energy;    /* uc' K uc [Pa m], the sum over all cells */
+  PetscReal critical_weakening; /* uc (-dq/ds) uc at the start [Pa m], likewise */
+  PetscReal critical_inertia;   /* uc M uc [kg], likewise, over the mean area */
 
   /* ---- the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r ---- */
   SlipConstraint con;
@@ -205,6 +217,7 @@ struct _p_SlipFault {
 
   /* ---- what is known of the state and of the run ---- */
   SlipFaultSums sums;
+  SlipFaultMode mode;
   SlipFaultEstimates estimates;
   SlipFaultOutput output;
   SlipFaultRunError run_error;

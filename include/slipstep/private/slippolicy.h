@@ -28,12 +28,14 @@ struct _p_SlipPolicy {
   PetscReal dt[2];       /* step at the lowest and at the highest action */
   PetscInt dt_unit[2];   /* index into SlipStepUnits */
   PetscBool log_spacing; /* steps between the two bounds in geometric proportion */
-  PetscInt nattributes;  /* what the file says of the training, as text */
-  char **attributes;     /* [2 nattributes]: name, value, ... sorted by name */
-  char *file;            /* where it was loaded from or stored to; NULL when made in memory */
-  char hash[17];         /* digest of the content, hexadecimal; empty when not computed yet */
-  PetscInt width;        /* widest layer */
-  PetscReal *work;       /* [2 width] of the forward pass */
+  PetscInt
+    factor; /* observation that steps are multiplied by, its power of ten: 1 + number; -1: none, 0: not looked up */
+  PetscInt nattributes; /* what the file says of the training, as text */
+  char **attributes;    /* [2 nattributes]: name, value, ... sorted by name */
+  char *file;           /* where it was loaded from or stored to; NULL when made in memory */
+  char hash[17];        /* digest of the content, hexadecimal; empty when not computed yet */
+  PetscInt width;       /* widest layer */
+  PetscReal *work;      /* [2 width] of the forward pass */
 };
 
 PETSC_EXTERN const char *const SlipStepUnits[]; /* "s", "T*", "t_max", NULL */
