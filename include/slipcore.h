@@ -183,6 +183,7 @@ typedef struct {
 } SlipBathe;
 
 PETSC_EXTERN void SlipBatheSetUp(PetscReal gamma, SlipBathe *c);
+PETSC_EXTERN PetscReal SlipBatheRoundError(PetscReal error); /* an estimate, to the digits that mean something */
 
 /* ---- observation.c: what a policy may be told ---- */
 /* Of any run. h, E and residuals are those of the last attempt. */
@@ -313,15 +314,15 @@ PETSC_EXTERN PetscReal SlipControlCeiling(PetscReal E, PetscReal ceiling, PetscR
 typedef struct {
   const char *name;
   PetscReal g1, g2, kappa; /* PETSC_INFINITY leaves a factor out */
+  PetscReal r_min, r_max;  /* smaller ratios of steps reject, larger ones are capped */
 } SlipFilter;
-enum { SLIP_NUM_FILTERS = 7 };
+enum { SLIP_NUM_FILTERS = 8 };
 PETSC_EXTERN const SlipFilter SlipFilters[SLIP_NUM_FILTERS];
 
-/* Its limits and its history. */
+/* Its history. */
 typedef struct {
-  PetscReal r_min, r_max; /* smaller ratios of steps reject, larger ones are capped */
-  PetscReal error;        /* E_(n-1); 1 at the start */
-  PetscReal h_last;       /* last accepted step [s]; 0 at the start */
+  PetscReal error;  /* E_(n-1); 1 at the start */
+  PetscReal h_last; /* last accepted step [s]; 0 at the start */
 } SlipFilterMemory;
 PETSC_EXTERN PetscReal SlipControlFilter(const SlipFilter *filter, SlipFilterMemory *memory, PetscReal q, PetscReal E,
                                          PetscReal h, PetscBool always, PetscBool *accept);

@@ -12,6 +12,7 @@ static const char help[] =
 #include "cmaes/cmatrain.h"
 #include "offpolicy/sweep.h"
 #include "problems/problems.h"
+#include "tuning/filter.h"
 #include <slipcompat.h>
 
 /* What -train_ options there are, of all algorithms; test_options.py holds the list to the sources */
@@ -45,6 +46,29 @@ static PetscErrorCode RunCMA(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The options that make `pi` the tuned filter, at any accuracy */
+static PetscErrorCode RunFilter(void)
+{
+  FilterOptions o;
+  FilterScore score;
+  TunedFilter best;
+  PetscBool only_help;
+
+  PetscFunctionBeginUser;
+  PetscCall(FilterOptionsSet(PETSC_COMM_WORLD, &o));
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FilterTune(PETSC_COMM_WORLD, &o, &best, &score));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                        "-ts_adapt_type pi -ts_adapt_pi_g1 %.4g -ts_adapt_pi_g2 %.4g -ts_adapt_pi_kappa %.4g "
+                        "-ts_adapt_pi_ratio_min %.4g -ts_adapt_pi_ratio_max %.4g\n"
+                        "-ts_rtol %.4g a^%.4g for an accuracy a\n",
+                        (double)best.filter.g1, (double)best.filter.g2, (double)best.filter.kappa,
+                        (double)best.filter.r_min, (double)best.filter.r_max, (double)best.factor, (double)best.power));
+  PetscCall(SlipWarnOfUnusedOptions());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Of several ranks the first trains and the others wait. */
 static PetscErrorCode RunOne(const TrainOptions *o)
 {
@@ -63,13 +87,18 @@ static PetscErrorCode Run(PetscInt *failed)
   EnvRun run;
   EnvInstance instance;
   char algorithm[32] = "";
-  PetscBool only_help, evolution;
+  PetscBool only_help, evolution, filter;
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetString(NULL, NULL, "-train_algorithm", algorithm, sizeof(algorithm), NULL));
   PetscCall(PetscStrcmp(algorithm, "cmaes", &evolution));
   if (evolution) {
     PetscCall(RunCMA());
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscStrcmp(algorithm, "filter", &filter));
+  if (filter) {
+    PetscCall(RunFilter());
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(TrainOptionsSet(PETSC_COMM_WORLD, &o));

@@ -9,12 +9,12 @@
    take 80 solves and 67, and ratio_max = 2 makes them 65. */
 #include <slipstep/private/slipadapt.h>
 
-#define DEFAULT_FILTER (SLIP_NUM_FILTERS - 1)
+#define DEFAULT_FILTER 6 /* H211b4 */
 
 typedef struct {
   SlipAdaptByError base;
   SlipFilter filter;
-  SlipFilterMemory memory; /* limits and history, moved by accepted steps only */
+  SlipFilterMemory memory; /* moved by accepted steps only */
 } TSAdapt_PI;
 
 static PetscReal Next_PI(TSAdapt adapt, TS ts, PetscReal h, PetscReal E, PetscReal q, PetscBool *accept)
@@ -39,8 +39,8 @@ static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems Pe
   PetscFunctionBegin;
   for (PetscInt i = 0; i < SLIP_NUM_FILTERS; i++) names[i] = SlipFilters[i].name;
   PetscOptionsHeadBegin(PetscOptionsObject, "Digital filter (PI) step-size controller options");
-  PetscCall(PetscOptionsEList("-ts_adapt_pi_filter", "Named filter: sets g1, g2 and kappa", "", names, SLIP_NUM_FILTERS,
-                              ctx->filter.name, &index, &set));
+  PetscCall(PetscOptionsEList("-ts_adapt_pi_filter", "Named filter: sets g1, g2, kappa and the limits of the ratio", "",
+                              names, SLIP_NUM_FILTERS, ctx->filter.name, &index, &set));
   if (set) ctx->filter = SlipFilters[index];
   PetscCall(PetscOptionsReal("-ts_adapt_pi_g1", "Divides the exponent of the last error", "", ctx->filter.g1,
                              &ctx->filter.g1, NULL));
@@ -49,18 +49,18 @@ static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems Pe
   PetscCall(PetscOptionsReal("-ts_adapt_pi_kappa", "Exponent of the last ratio of steps", "", ctx->filter.kappa,
                              &ctx->filter.kappa, NULL));
   PetscCall(PetscOptionsReal("-ts_adapt_pi_ratio_min", "Smaller step ratios reject the step, in (0, 1)", "",
-                             ctx->memory.r_min, &ctx->memory.r_min, NULL));
-  PetscCall(PetscOptionsReal("-ts_adapt_pi_ratio_max", "Larger step ratios are capped, > 1", "", ctx->memory.r_max,
-                             &ctx->memory.r_max, NULL));
+                             ctx->filter.r_min, &ctx->filter.r_min, NULL));
+  PetscCall(PetscOptionsReal("-ts_adapt_pi_ratio_max", "Larger step ratios are capped, > 1", "", ctx->filter.r_max,
+                             &ctx->filter.r_max, NULL));
   PetscCall(SlipAdaptFailureOption(adapt, PetscOptionsObject, "-ts_adapt_pi_failure_factor"));
   PetscOptionsHeadEnd();
   PetscCheck(ctx->filter.g1 > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "-ts_adapt_pi_g1 is %g; expected > 0",
              (double)ctx->filter.g1);
   PetscCheck(ctx->filter.g2 != 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "-ts_adapt_pi_g2 is 0; expected another number");
-  PetscCheck(ctx->memory.r_min > 0 && ctx->memory.r_min < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-ts_adapt_pi_ratio_min is %g; expected a number in (0, 1)", (double)ctx->memory.r_min);
-  PetscCheck(ctx->memory.r_max > 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "-ts_adapt_pi_ratio_max is %g; expected > 1",
-             (double)ctx->memory.r_max);
+  PetscCheck(ctx->filter.r_min > 0 && ctx->filter.r_min < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_adapt_pi_ratio_min is %g; expected a number in (0, 1)", (double)ctx->filter.r_min);
+  PetscCheck(ctx->filter.r_max > 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "-ts_adapt_pi_ratio_max is %g; expected > 1",
+             (double)ctx->filter.r_max);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -73,7 +73,7 @@ static PetscErrorCode TSAdaptView_PI(TSAdapt adapt, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(viewer, "  filter %s: g1 %g, g2 %g, kappa %g\n", ctx->filter.name,
                                    (double)ctx->filter.g1, (double)ctx->filter.g2, (double)ctx->filter.kappa));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  step ratio: rejects below %g, capped at %g; %g after a failed solve\n",
-                                   (double)ctx->memory.r_min, (double)ctx->memory.r_max, (double)ctx->base.failure));
+                                   (double)ctx->filter.r_min, (double)ctx->filter.r_max, (double)ctx->base.failure));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -112,7 +112,7 @@ PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt)
   PetscCall(PetscNew(&ctx));
   PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_PI, SlipState_PI));
   ctx->filter = SlipFilters[DEFAULT_FILTER];
-  ctx->memory = (SlipFilterMemory){.r_min = 0.8, .r_max = 1.2, .error = 1};
+  ctx->memory = (SlipFilterMemory){.error = 1};
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_PI;
   adapt->ops->view = TSAdaptView_PI;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -8,6 +8,7 @@
    1996, Appl. Numer. Math. 20, for gamma = 2 - sqrt 2). Their difference is the embedded error. */
 #include <slipcompat.h>
 #include <slipcore.h>
+#include <math.h>
 
 /* All numbers of a step that is split at gamma, in (0, 1) */
 void SlipBatheSetUp(PetscReal gamma, SlipBathe *c)
@@ -24,4 +25,15 @@ void SlipBatheSetUp(PetscReal gamma, SlipBathe *c)
   c->error[1] = c->weight[1] - b1;
   c->error[2] = c->weight[2] - b2;
   c->divisor = 6.0 * gamma * (1.0 - gamma) * (2.0 - gamma) / (3.0 * gamma * gamma - 4.0 * gamma + 2.0);
+}
+
+/* Keep 12 binary digits. An error estimate means one or two decimal ones; the rest is rounding and solver noise that
+   differs with the number of ranks, and a controller that divides by it would turn 1e-13 into another sequence of
+   steps. */
+PetscReal SlipBatheRoundError(PetscReal error)
+{
+  int exponent;
+  const PetscReal fraction = frexp(error, &exponent);
+
+  return ldexp(round(ldexp(fraction, 12)), exponent - 12);
 }

@@ -18,14 +18,17 @@ PetscReal SlipControlCeiling(PetscReal E, PetscReal ceiling, PetscReal q)
 }
 
 /* Soederlind (2003), ACM TOMS 29, 1-26, table 1 and section 5; Arevalo et al. (2020) for H211b. */
+#define USUAL (PetscReal)0.8, (PetscReal)1.2
 const SlipFilter SlipFilters[] = {
-  {"elementary", 1, PETSC_INFINITY, 0},
-  {"PI33", (PetscReal)3 / 2, -3, 0},
-  {"PI34", (PetscReal)10 / 7, -(PetscReal)10 / 4, 0},
-  {"PI42", (PetscReal)5 / 3, -5, 0},
-  {"H211PI", 6, 6, 0},
-  {"H211b2", 2, 2, 0.5},
-  {"H211b4", 4, 4, 0.25},
+  {"elementary", 1, PETSC_INFINITY, 0, USUAL},
+  {"PI33", (PetscReal)3 / 2, -3, 0, USUAL},
+  {"PI34", (PetscReal)10 / 7, -(PetscReal)10 / 4, 0, USUAL},
+  {"PI42", (PetscReal)5 / 3, -5, 0, USUAL},
+  {"H211PI", 6, 6, 0, USUAL},
+  {"H211b2", 2, 2, 0.5, USUAL},
+  {"H211b4", 4, 4, 0.25, USUAL},
+  /* train -train_algorithm filter */
+  {"fault_history", 0.5622, 4.284, 0.0885, 0.0565, 13.67},
 };
 
 /* The ratio of steps of a filter within its limits, after a step h; the memory moves when the step is accepted. */
@@ -38,8 +41,8 @@ PetscReal SlipControlFilter(const SlipFilter *filter, SlipFilterMemory *memory, 
   E = PetscMax(E, PETSC_SMALL);
   r = PetscPowReal(E, -q / filter->g1) * PetscPowReal(memory->error, -q / filter->g2) *
       PetscPowReal(last, -filter->kappa);
-  used = PetscMin(r, memory->r_max);
-  *accept = r >= memory->r_min || always ? PETSC_TRUE : PETSC_FALSE;
+  used = PetscMin(r, filter->r_max);
+  *accept = r >= filter->r_min || always ? PETSC_TRUE : PETSC_FALSE;
   if (!*accept) return used;
   /* Where the cap acted, remember the error that would have asked for the cap: otherwise one step without error (a
      fault at rest) would vouch for the next one, however wrong that is. */

@@ -1,7 +1,6 @@
 /* TSBATHE's error estimates and the stage derivatives that they are made of; the embedded one's weights are in
    src/core/bathe.c. */
 #include <slipstep/private/slipts.h>
-#include <math.h>
 
 /* k0 where no step has left it: RHSFunction, or A^-1 (F_s + r0). An implicit form F(t, w, w') = 0 does not give it
    away. */
@@ -112,17 +111,6 @@ PetscErrorCode TSBatheDoublingError(TS ts, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Keep 12 binary digits. An error estimate means one or two decimal ones; the rest is rounding and solver noise that
-   differs with the number of ranks, and a controller that divides by it would turn 1e-13 into another sequence of
-   steps. */
-static PetscReal TSBatheRoundEstimate(PetscReal error)
-{
-  int exponent;
-  const PetscReal fraction = frexp(error, &exponent);
-
-  return ldexp(round(ldexp(fraction, 12)), exponent - 12);
-}
-
 /* Weighted norm of E with the tolerances of the TS, relative to the larger of the two solutions compared */
 PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
 {
@@ -132,6 +120,6 @@ PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
   PetscFunctionBegin;
   PetscCall(VecWAXPY(ba->K1, -1.0, ba->E, ba->Y[1]));
   PetscCall(TSErrorWeightedNorm(ts, ba->Y[1], ba->K1, type, norm, &enorma, &enormr));
-  *norm = TSBatheRoundEstimate(*norm);
+  *norm = SlipBatheRoundError(*norm);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -91,4 +91,32 @@ static void pi_cap(void **state)
   PetscOptionsClear(NULL);
 }
 
-SLIP_TESTS_WITH(Register, NULL, heuristic, heuristic_again, heuristic_options, pi_filter, pi_cap)
+/* A named filter brings its own limits of the ratio, which an option after it replaces: what the default would reject is
+   accepted, and what it would cap at 1.2 is not. */
+static void pi_named(void **state)
+{
+  const PetscReal error[] = {20, 0, 0, 1};
+  const SlipFilter f = SlipFilters[SLIP_NUM_FILTERS - 1];
+  PetscReal h[4] = {0.1};
+
+  (void)state;
+  for (int limited = 0; limited < 2; limited++) {
+    TS ts = start(TSADAPTPI,
+                  limited ? "-ts_adapt_pi_filter fault_history -ts_adapt_pi_ratio_max 5"
+                          : "-ts_adapt_pi_filter fault_history",
+                  0.1);
+
+    ok(TSSetFromOptions(ts));
+    ok(run(ts, 4, error));
+    h[1] = h[0] * pow(20, -1 / (3 * f.g1));
+    assert_true(h[1] < 0.8 * h[0]);
+    h[2] = h[1] * (limited ? 5 : f.r_max);
+    h[3] = h[2] * (limited ? 5 : f.r_max);
+    tried(h);
+    accepted("aaaa");
+    ok(TSDestroy(&ts));
+    PetscOptionsClear(NULL);
+  }
+}
+
+SLIP_TESTS_WITH(Register, NULL, heuristic, heuristic_again, heuristic_options, pi_filter, pi_cap, pi_named)

@@ -5,7 +5,7 @@
 #include <math.h>
 
 #define GAMMA 0.5
-enum { arrays = 22 };
+enum { arrays = 19 };
 
 /* One stage: B x - c = r, |r| <= q(s(s0, theta, |x|)) */
 typedef struct {
@@ -291,15 +291,14 @@ static void StartForce(const PlainFault *p, double tmp[], double q[], double f[]
 PetscBool PlainFaultAttempt(PlainFault *p, double h)
 {
   const PetscInt n = p->n;
-  double *work = p->work, *v1, *u1, *s1, *tmp, *base_u, *ds;
+  double *work = p->work, *v1 = p->w1, *u1 = v1 + n, *s1 = u1 + n, *tmp, *base_u, *ds;
   const SlipBathe c = p->bathe;
   Stage st = {.p = p, .n = n, .index = p->index};
 
   st.B = Take(&work, n * n);
   st.L = Take(&work, n * n);
-  double **list[arrays] = {&st.c,  &st.s0, &st.x,   &st.g, &st.q,    &st.dq, &st.F,  &st.slope,
-                           &st.dx, &st.xs, &st.rho, &st.b, &st.mask, &st.x1, &st.g1, &st.rho1,
-                           &v1,    &u1,    &s1,     &tmp,  &base_u,  &ds};
+  double **list[arrays] = {&st.c,   &st.s0, &st.x,    &st.g,  &st.q,  &st.dq,   &st.F, &st.slope, &st.dx, &st.xs,
+                           &st.rho, &st.b,  &st.mask, &st.x1, &st.g1, &st.rho1, &tmp,  &base_u,   &ds};
 
   for (size_t k = 0; k < arrays; ++k) *list[k] = Take(&work, n);
   /* stage 1: trapezoidal rule to t + gamma h */
@@ -307,6 +306,7 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
   StartForce(p, tmp, st.q, st.c);
   SlipFrictionStateRate(&p->friction, n, 1, p->s, p->v, ds);
   for (PetscInt i = 0; i < n; ++i) {
+    p->k0[i] = st.c[i] / p->mass;
     base_u[i] = p->u[i] + st.theta * p->v[i];
     st.s0[i] = p->s[i] + st.theta * ds[i];
     st.x[i] = p->v[i];
@@ -339,6 +339,27 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
     if (v != 0) p->growth += (v > 0 ? 1 : -1) * (v - c.a1 * v1[i] + c.a0 * p->v[i]) / st.theta;
   }
   return PETSC_TRUE;
+}
+
+/* TSBatheEmbeddedError() and TSBatheErrorNorm() */
+double PlainFaultError(const PlainFault *p, double h, const PetscReal atol[], double rtol)
+{
+  const PetscInt n = p->n;
+  const SlipBathe c = p->bathe;
+  const double *start[] = {p->v, p->u, p->s}, *end[] = {p->v2, p->u2, p->s2};
+  double sum = 0;
+
+  for (PetscInt i = 0; i < n; ++i)
+    for (PetscInt k = 0; k < 3; ++k) {
+      const double w0 = start[k][i], w1 = p->w1[k * n + i], w2 = end[k][i];
+      const double k0 = k == 0 ? p->k0[i] : k == 1 ? p->v[i] : fabs(p->v[i]); /* slip laws: ds/dt = |v| */
+      const double k1 = (w1 - w0) / (c.theta[0] * h) - k0, k2 = (w2 - c.a1 * w1 + c.a0 * w0) / (c.theta[1] * h);
+      const double e = k == 0 && w2 == 0 ? 0 : h * (c.error[0] * k0 + c.error[1] * k1 + c.error[2] * k2);
+      const double scaled = e / (atol[3 * i + k] + rtol * PetscMax(fabs(w2), fabs(w2 - e)));
+
+      sum += scaled * scaled;
+    }
+  return SlipBatheRoundError(sqrt(sum / (3 * (double)n)));
 }
 
 double PlainFaultStrength(const PlainFault *p, PetscInt i)
@@ -436,6 +457,7 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   p->known.tstar = (double)tstar;
   PetscCall(PetscMalloc4(n * n, &p->K, n * n, &p->H, 2 * n * n + arrays * n, &p->work, n, &p->index));
   PetscCall(PetscCalloc7(n, &p->v, n, &p->u, n, &p->s, n, &p->v2, n, &p->u2, n, &p->s2, n, &p->uc));
+  PetscCall(PetscCalloc2(n, &p->k0, 3 * n, &p->w1));
   PetscCall(Entries(K, n, p->K));
   PetscCall(Entries(H, n, p->H));
   PetscCall(VecGetArrayRead(start, &w));
@@ -460,5 +482,6 @@ PetscErrorCode PlainFaultDestroy(PlainFault *p)
   PetscFunctionBegin;
   PetscCall(PetscFree4(p->K, p->H, p->work, p->index));
   PetscCall(PetscFree7(p->v, p->u, p->s, p->v2, p->u2, p->s2, p->uc));
+  PetscCall(PetscFree2(p->k0, p->w1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -16,7 +16,8 @@ typedef struct {
   /* the state, and that at the end of the attempt */
   double *v, *u, *s, *v2, *u2, *s2; /* [n] */
   double *uc;                       /* [n] displacement at the instability [m] */
-  double slip_error, growth;        /* of the last attempt: sum |e_s| [m], sum of d|v|/dt of sliding cells [m/s^2] */
+  double *k0, *w1;           /* of the last attempt: force over mass at its start [n], v, u, s of stage 1 [3 n] */
+  double slip_error, growth; /* of the last attempt: sum |e_s| [m], sum of d|v|/dt of sliding cells [m/s^2] */
   double *work;
   PetscInt *index; /* [n] */
 } PlainFault;
@@ -27,6 +28,9 @@ PETSC_INTERN PetscErrorCode PlainFaultDestroy(PlainFault *p);
 PETSC_INTERN void PlainFaultSetState(PlainFault *p, const double w[]); /* w [3 n]: (v, u, s) per cell */
 /* One step h [s] from the state into v2, u2, s2; false when a stage did not converge. */
 PETSC_INTERN PetscBool PlainFaultAttempt(PlainFault *p, double h);
+/* The embedded error estimate of that step before it is accepted, as the library's controllers see it: relative to atol
+   [3 n], in the order v, u, s of each cell, and rtol. */
+PETSC_INTERN double PlainFaultError(const PlainFault *p, double h, const PetscReal atol[], double rtol);
 PETSC_INTERN void PlainFaultAccept(PlainFault *p);
 /* Strength of cell i in the state, and what all weakening would still take from it [Pa] */
 PETSC_INTERN double PlainFaultStrength(const PlainFault *p, PetscInt i);

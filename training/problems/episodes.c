@@ -5,6 +5,7 @@
 #include <slipcompat.h>
 
 #define REFERENCE_STEP 0.01 /* of the reference, over the time in which the fault swings or grows */
+#define FIRST_STEP 0.01     /* of a controller that does not choose it, SlipFaultConfigureTS()'s [T*] */
 #define THINNING 10         /* every so many of its steps are kept */
 #define MIN_SLIP 0.2        /* a drawn fault that slips less than this share of what its drop implies is drawn again */
 
@@ -254,7 +255,7 @@ PetscErrorCode EpisodeRewind(Episode *e, PetscReal accuracy)
   PetscCall(VecCopy(e->start, e->w));
   PetscCall(TSSetTime(e->ts, 0));
   PetscCall(TSSetStepNumber(e->ts, 0));
-  PetscCall(TSSetTimeStep(e->ts, 0.01 * e->tstar));
+  PetscCall(TSSetTimeStep(e->ts, FIRST_STEP * e->tstar));
   PetscCall(TSSetConvergedReason(e->ts, TS_CONVERGED_ITERATING));
   PetscCall(TSRestartStep(e->ts));
   PetscCall(TSGetAdapt(e->ts, &adapt));
@@ -314,6 +315,26 @@ PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, Epi
   PetscCall(Forget(e));
   PlainFaultSetState(&e->plain, e->plain_start);
   PetscCall(PlainRun(&e->plain, policy, accuracy, e->tmax, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
+  EpisodeConclude(e, totals.attempts, totals.accepted, result);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeRunFilter(Episode *e, const SlipFilter *filter, PetscReal rtol, EpisodeResult *result)
+{
+  PlainTotals totals;
+  const PetscScalar *a;
+  PetscReal atol[3 * EPISODE_MAX_CELLS];
+  Vec vatol;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTolerances(e->ts, NULL, &vatol, NULL, NULL));
+  PetscCall(VecGetArrayRead(vatol, &a));
+  for (PetscInt i = 0; i < 3 * e->plain.n; ++i) atol[i] = PetscRealPart(a[i]);
+  PetscCall(VecRestoreArrayRead(vatol, &a));
+  PetscCall(Forget(e));
+  PlainFaultSetState(&e->plain, e->plain_start);
+  PetscCall(PlainRunFilter(&e->plain, filter, atol, rtol, FIRST_STEP * e->tstar, e->tmax, EPISODE_MAX_STEPS,
+                           MeasurePlain, e, &totals));
   EpisodeConclude(e, totals.attempts, totals.accepted, result);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,7 +3,7 @@
    depends on its seed only, not on others or on ranks. Public headers of the library only. */
 #pragma once
 #include "problems.h"
-#include "environment/plainrun.h"
+#include "environment/plainfilter.h"
 #include "common/table.h"
 #include <slipcore.h>
 #include <slipstep.h>
@@ -76,6 +76,9 @@ PETSC_INTERN PetscErrorCode EpisodeDestroy(Episode **episode);
    EpisodeRunLibrary(). */
 PETSC_INTERN PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
+/* Under a digital filter, with the fault's tolerances but for rtol; faults only. */
+PETSC_INTERN PetscErrorCode EpisodeRunFilter(Episode *e, const SlipFilter *filter, PetscReal rtol,
+                                             EpisodeResult *result);
 /* The same, with an observer of every observation vector [n] of the policy. */
 typedef void (*EpisodeWatchFn)(PetscInt n, const PetscReal obs[], void *ctx);
 PETSC_INTERN PetscErrorCode EpisodeSmallRun(EpisodeSmall small, SlipPolicy policy, PetscReal accuracy,
