@@ -3,7 +3,7 @@
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 tiny=("$bin/train" -train_algorithm cmaes -train_singles 4 -train_meshes 1 -train_mesh_side 2 -train_batch_singles 3 -train_batch_meshes 1
-  -train_validation 2 -train_calibration 2 -train_validation_interval 2 -train_population 6 -train_hidden 3 -train_generations 2)
+  -train_validation 2 -train_calibration 2 -train_validation_interval 2 -train_population 6 -train_hidden 3 -train_generations 2 -train_late_generations 1)
 refused=("${tiny[@]}" -train_output refused.h5)
 
 refuses "-train_problem pendulum is not known" -- "${refused[@]}" -train_problem pendulum
@@ -30,13 +30,14 @@ import numpy as np
 
 with h5py.File("p.h5") as p:
     names = [n.decode() if isinstance(n, bytes) else n for n in p["observation/names"][:]]
-    assert "log_accuracy" in names and p.attrs["moving_dt_max"] == 3, dict(p.attrs)
+    assert "log_accuracy" in names and p.attrs["moving_dt_max"] == 30, dict(p.attrs)
     assert np.all(p["range/minimum"][:] <= p["range/maximum"][:])
-    assert np.isclose(p["range/minimum"][names.index("log_accuracy")], -4)
-    assert p["layers/0/weight"].shape == (3, len(names)) and len(p["layers"]) == 3
+    assert p.attrs["measure"] == b"history" and p.attrs["step_factor"] == b"log_growth_time" and "log_growth_time" in names
+    assert np.isclose(p["range/minimum"][names.index("log_accuracy")], -3)
+    assert p["layers/0/weight"].shape == (3, len(names)) and len(p["layers"]) == 2
 with h5py.File("l.h5") as log:
     g = log["generations"]
-    assert list(g["generation"][:]) == [2] and g["runs"][0] == 2 * 6 * 4 and g["wall_time"][0] > 0
+    assert list(g["generation"][:]) == [2] and g["runs"][0] == 6 * (3 + 1 + 4 + 1) and g["wall_time"][0] > 0
     assert 0 <= g["within_dial"][0] <= 1 and g["best"][0] <= g["median"][0]
 EOF
 "$bin/fault" -fault_nx 2 -fault_nz 2 -ts_max_time 3 -ts_adapt_type rl -ts_adapt_rl_policy p.h5 >run.txt 2>&1 ||

@@ -97,12 +97,11 @@ static PetscReal FastestTime(const SlipFaultNumbers *f)
   return 1 / (PetscSqrtReal(f->critical_stiffness) + growth / 2);
 }
 
-/* Small constant steps until the fault rests, or for limit swings. */
-static PetscErrorCode Reference(Episode *e, PetscReal limit)
+/* Small constant steps until the fault rests, or to the end [s]. */
+static PetscErrorCode Reference(Episode *e, PetscReal end)
 {
   PlainFault *p = &e->plain;
   const PetscReal dt = REFERENCE_STEP * FastestTime(&p->known);
-  const PetscReal end = limit / PetscSqrtReal(p->known.critical_stiffness);
   PetscReal row[COURSE_WIDTH] = {0, 0, 0};
 
   PetscFunctionBegin;
@@ -135,10 +134,30 @@ static PetscErrorCode Release(Episode *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A fault of a draw, whose friction_slip has this mean [m], at its start */
-static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
+/* From e->fault, its parameters set, to its start, with and without objects */
+static PetscErrorCode SetUp(Episode *e)
 {
   const PetscScalar *w;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultSetUp(e->fault));
+  PetscCall(SlipFaultGetTimeScale(e->fault, &e->tstar));
+  PetscCall(SlipFaultCreateState(e->fault, &e->w));
+  PetscCall(VecDuplicate(e->w, &e->start));
+  PetscCall(SlipFaultSetInitialState(e->fault, e->start));
+  PetscCall(PlainFaultCreate(e->fault, e->start, &e->plain));
+  n = e->plain.n;
+  PetscCall(PetscMalloc2(3 * n, &e->plain_start, n, &e->field));
+  PetscCall(VecGetArrayRead(e->start, &w));
+  for (PetscInt i = 0; i < 3 * n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);
+  PetscCall(VecRestoreArrayRead(e->start, &w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A fault of a draw, whose friction_slip has this mean [m] */
+static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
+{
   PetscReal friction_slip[EPISODE_MAX_CELLS];
 
   PetscFunctionBegin;
@@ -150,17 +169,7 @@ static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
   for (PetscInt f = 0; f < DRAW_FIELDS; ++f)
     PetscCall(
       SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, f == DRAW_FRICTION_SLIP ? friction_slip : d->field[f]));
-  PetscCall(SlipFaultSetUp(e->fault));
-  PetscCall(SlipFaultGetTimeScale(e->fault, &e->tstar));
-  PetscCall(SlipFaultCreateState(e->fault, &e->w));
-  PetscCall(VecDuplicate(e->w, &e->start));
-  PetscCall(SlipFaultSetInitialState(e->fault, e->start));
-  /* without objects */
-  PetscCall(PlainFaultCreate(e->fault, e->start, &e->plain));
-  PetscCall(PetscMalloc2(3 * d->n, &e->plain_start, d->n, &e->field));
-  PetscCall(VecGetArrayRead(e->start, &w));
-  for (PetscInt i = 0; i < 3 * d->n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);
-  PetscCall(VecRestoreArrayRead(e->start, &w));
+  PetscCall(SetUp(e));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -175,7 +184,7 @@ static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
   slip = e->plain.known.critical_weakening / (d->weakening * e->plain.known.critical_stiffness);
   PetscCall(Release(e));
   PetscCall(MakeFault(e, d, slip));
-  PetscCall(Reference(e, d->limit));
+  PetscCall(Reference(e, d->limit / PetscSqrtReal(e->plain.known.critical_stiffness)));
   *good = e->rest > 0 && e->slip > MIN_SLIP * e->plain.known.drop_slip ? PETSC_TRUE : PETSC_FALSE;
   if (!*good) {
     PetscCall(Release(e));
@@ -195,6 +204,15 @@ static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode New(Episode **episode)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscNew(episode));
+  (*episode)->measure = SlipMeasures;
+  (*episode)->reference.width = (*episode)->run.width = COURSE_WIDTH;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode)
 {
   PetscBool good = PETSC_FALSE;
@@ -205,16 +223,33 @@ PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode)
   PetscFunctionBegin;
   PetscCheck(side >= 1 && side * side <= EPISODE_MAX_CELLS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "Episodes of up to %" PetscInt_FMT " cells along a side, expected 1 to 12", side);
-  PetscCall(PetscNew(&e));
+  PetscCall(New(&e));
   PetscCall(PetscNew(&d));
-  e->measure = SlipMeasures;
-  e->reference.width = e->run.width = COURSE_WIDTH;
   RandomSeed(&random, seed);
   while (!good) {
     FaultDrawAtRandom(&random, side, d);
     PetscCall(TryDraw(e, d, &good));
   }
   PetscCall(PetscFree(d));
+  *episode = e;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeCreateFault(SlipFault fault, PetscReal tmax, Episode **episode)
+{
+  Episode *e;
+
+  PetscFunctionBegin;
+  PetscCall(New(&e));
+  PetscCall(PetscObjectReference((PetscObject)fault));
+  e->fault = fault;
+  e->tmax = tmax;
+  PetscCall(SetUp(e));
+  PetscCheck(e->plain.known.critical_stiffness > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "The fault has no strength to lose: nothing would slip");
+  PetscCall(Reference(e, tmax));
+  PetscCheck(e->slip > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "Nothing slips in the %g s of -ts_max_time",
+             (double)tmax);
   *episode = e;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -315,6 +350,28 @@ PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, Epi
   PlainFaultSetState(&e->plain, e->plain_start);
   PetscCall(PlainRun(&e->plain, policy, accuracy, e->tmax, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
   EpisodeConclude(e, totals.attempts, totals.accepted, result);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeRunSteps(Episode *e, PetscInt n, const double dt[], EpisodeResult *result)
+{
+  PlainFault *p = &e->plain;
+  PetscInt attempts = 0, accepted = 0;
+  PetscReal t = 0;
+
+  PetscFunctionBegin;
+  PetscCall(Forget(e));
+  PlainFaultSetState(p, e->plain_start);
+  for (; attempts <= n && t < e->tmax; ++attempts) {
+    const PetscReal left = e->tmax - t, h = attempts < n ? PetscMin(dt[attempts], left) : left;
+
+    if (!PlainFaultAttempt(p, h)) break;
+    PlainFaultAccept(p);
+    ++accepted;
+    t = h < left ? t + h : e->tmax;
+    PetscCall(MeasurePlain(p, t, e));
+  }
+  EpisodeConclude(e, attempts, accepted, result);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

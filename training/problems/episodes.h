@@ -67,6 +67,11 @@ typedef struct {
 #define EPISODE_MAX_STEPS 400
 
 PETSC_INTERN PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode);
+/* A given fault on one process, parameters set but not set up, until tmax [s]; without a TS: for EpisodeRunSteps(). Of
+   up to EPISODE_MAX_CELLS cells, as it is dense. */
+PETSC_INTERN PetscErrorCode EpisodeCreateFault(SlipFault fault, PetscReal tmax, Episode **episode);
+/* Steps dt [n] [s] without objects, and one to the end; a step that fails ends the run. */
+PETSC_INTERN PetscErrorCode EpisodeRunSteps(Episode *e, PetscInt n, const double dt[], EpisodeResult *result);
 /* Another problem of the table, an instance drawn at random; the error of its runs is the problem's first one. o:
    problem, observations and bounds of the step. */
 PETSC_INTERN PetscErrorCode EpisodeCreateSmall(const EnvOptions *o, uint64_t seed, Episode **episode);
