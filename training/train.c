@@ -20,7 +20,7 @@ static const char help[] =
 static const char names[] =
   "algorithm alpha atol batch batch_meshes batch_singles buffer calibration checkpoint "
   "checkpoint_interval continuation_step cost critic_network critics diagonal dial_high dial_low "
-  "discount drop drop_quantiles dt_max dt_min evaluate_episodes evaluate_interval generations "
+  "discount drop drop_quantiles dt_max dt_min evaluate_episodes evaluate_interval family generations "
   "hidden late_generations late_meshes late_singles layers learning_rate learning_starts log log_overwrite "
   "max_attempts mesh_side meshes minutes "
   "moving_dt_max network noise noise_sigma observations output policy_delay polyak population "

@@ -5,8 +5,9 @@
 #include <sliph5.h>
 #include <slipcompat.h>
 
-#define CALIBRATIONS 30 /* validations of a calibration, about */
 #include <petsctime.h>
+
+#define CALIBRATIONS 30 /* validations of a calibration, about */
 
 #define TRAIN_STREAM 1000000 /* seeds of episodes and generations do not meet */
 #define VALID_STREAM 2000000
@@ -48,7 +49,7 @@ static PetscErrorCode SetCreate(const CMATrainer *t, PetscInt64 stream, PetscInt
     if (o->problem->model)
       PetscCall(EpisodeCreateSmall(&e, seed, &set->episode[i]));
     else
-      PetscCall(EpisodeCreate(seed, i < nsingle ? 1 : o->side, &set->episode[i]));
+      PetscCall(EpisodeCreate(o->family.n ? &o->family : NULL, seed, i < nsingle ? 1 : o->side, &set->episode[i]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

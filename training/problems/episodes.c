@@ -8,6 +8,8 @@
 #define THINNING 10         /* every so many of its steps are kept */
 #define MIN_SLIP 0.2        /* a drawn fault that slips less than this share of what its drop implies is drawn again */
 
+#define FAMILY_TRIES 50 /* draws of a family in a row that are of no use */
+
 /* The run has a mean slip [m] and rate [m/s] at time t. A step may come more than once. */
 static PetscErrorCode Follow(Episode *e, PetscReal t, PetscReal slip, PetscReal rate)
 {
@@ -155,20 +157,32 @@ static PetscErrorCode SetUp(Episode *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A fault of a draw, whose friction_slip has this mean [m] */
-static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
+/* Its fields: of a family factors of the scalars; slip: mean of friction_slip [m], where the draw has its own */
+static PetscErrorCode SetFields(Episode *e, const FaultDraw *d, PetscReal slip)
 {
-  PetscReal friction_slip[EPISODE_MAX_CELLS];
+  PetscReal field[EPISODE_MAX_CELLS], factor = 1;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < d->n; ++i) friction_slip[i] = slip * d->field[DRAW_FRICTION_SLIP][i];
+  for (PetscInt f = 0; f < DRAW_FIELDS; ++f) {
+    if (d->weakening > 0)
+      factor = f == DRAW_FRICTION_SLIP ? slip : 1;
+    else if (d->spread[f] == 0)
+      continue; /* uniform, or with depth */
+    else
+      PetscCall(SlipFaultGetReal(e->fault, EpisodeFieldNames[f], &factor));
+    for (PetscInt i = 0; i < d->n; ++i) field[i] = factor * d->field[f][i];
+    PetscCall(SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, field));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
+{
+  PetscFunctionBegin;
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
-  PetscCall(SlipFaultSetString(e->fault, "stiffness_scaling", d->scaling));
-  PetscCall(SlipFaultSetString(e->fault, "friction_law", d->law));
+  for (PetscInt i = 0; i < d->nstring; ++i) PetscCall(SlipFaultSetString(e->fault, d->string[i], d->text[i]));
   for (PetscInt i = 0; i < d->nreal; ++i) PetscCall(SlipFaultSetReal(e->fault, d->name[i], d->value[i]));
-  for (PetscInt f = 0; f < DRAW_FIELDS; ++f)
-    PetscCall(
-      SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, f == DRAW_FRICTION_SLIP ? friction_slip : d->field[f]));
+  PetscCall(SetFields(e, d, slip));
   PetscCall(SetUp(e));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -177,14 +191,18 @@ static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
 static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
 {
   TSAdapt adapt;
-  PetscReal slip;
 
   PetscFunctionBegin;
   PetscCall(MakeFault(e, d, 1));
-  slip = e->plain.known.critical_weakening / (d->weakening * e->plain.known.critical_stiffness);
-  PetscCall(Release(e));
-  PetscCall(MakeFault(e, d, slip));
-  PetscCall(Reference(e, d->limit / PetscSqrtReal(e->plain.known.critical_stiffness)));
+  if (d->weakening > 0) {
+    const SlipFaultNumbers *f = &e->plain.known;
+    const PetscReal slip = f->critical_weakening / (d->weakening * f->critical_stiffness);
+
+    PetscCall(Release(e));
+    PetscCall(MakeFault(e, d, slip));
+  }
+  if (e->plain.known.critical_stiffness > 0)
+    PetscCall(Reference(e, d->limit / PetscSqrtReal(e->plain.known.critical_stiffness)));
   *good = e->rest > 0 && e->slip > MIN_SLIP * e->plain.known.drop_slip ? PETSC_TRUE : PETSC_FALSE;
   if (!*good) {
     PetscCall(Release(e));
@@ -213,9 +231,10 @@ static PetscErrorCode New(Episode **episode)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode)
+PetscErrorCode EpisodeCreate(const Family *family, uint64_t seed, PetscInt side, Episode **episode)
 {
   PetscBool good = PETSC_FALSE;
+  PetscInt tries = 0;
   FaultDraw *d;
   Random random;
   Episode *e;
@@ -227,7 +246,14 @@ PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode)
   PetscCall(PetscNew(&d));
   RandomSeed(&random, seed);
   while (!good) {
-    FaultDrawAtRandom(&random, side, d);
+    if (family)
+      PetscCall(FaultDrawOfFamily(family, &random, side, d));
+    else
+      FaultDrawAtRandom(&random, side, d);
+    PetscCheck(
+      !family || tries++ < FAMILY_TRIES, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+      "-train_family %s: of %d faults drawn none slips a fifth of what its weakening implies and comes to rest",
+      family->file, FAMILY_TRIES);
     PetscCall(TryDraw(e, d, &good));
   }
   PetscCall(PetscFree(d));
