@@ -1,6 +1,8 @@
 static const char help[] =
   "Trains a policy that chooses step sizes, by truncated quantile critics (TQC), TD3 or CMA-ES.\n"
   "  mpirun -n 2 train -train_algorithm cmaes -train_output policy.h5   (with an accuracy dial: the default policy)\n"
+  "  train -train_algorithm steps -fault_nx 4 -fault_nz 4 -train_output bound.h5   (the best steps that there are)\n"
+  "  mpirun -n 2 train -train_algorithm filter   (a classical controller, tuned: options of -ts_adapt_type pi)\n"
   "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
   "  train -train_steps 20000 -train_output policy.h5 -train_log curve.h5\n"
   "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-cell faults)\n"
@@ -12,6 +14,7 @@ static const char help[] =
 #include "cmaes/cmatrain.h"
 #include "offpolicy/sweep.h"
 #include "problems/problems.h"
+#include "steps/steps.h"
 #include "tuning/filter.h"
 #include <slipcompat.h>
 
@@ -19,12 +22,12 @@ static const char help[] =
 static const char names[] =
   "algorithm alpha atol batch batch_meshes batch_singles buffer calibration checkpoint "
   "checkpoint_interval continuation_step cost critic_network critics diagonal dial_high dial_low "
-  "discount drop drop_quantiles dt_max dt_min evaluate_episodes evaluate_interval generations "
+  "discount drop drop_quantiles dt_max dt_min evaluate_episodes evaluate_interval family generations "
   "hidden late_generations late_meshes late_singles layers learning_rate learning_starts log log_overwrite "
   "max_attempts mesh_side meshes minutes "
   "moving_dt_max network noise noise_sigma observations output policy_delay polyak population "
-  "problem progress quantiles random resume reward rtol seed sigma singles smoothing smoothing_clip "
-  "steps transfer validation validation_interval within";
+  "problem progress quantiles random restarts resume reward rtol seed sigma singles smoothing smoothing_clip "
+  "steps steps_least steps_most transfer validation validation_interval within";
 
 static PetscErrorCode RunCMA(void)
 {
@@ -87,7 +90,7 @@ static PetscErrorCode Run(PetscInt *failed)
   EnvRun run;
   EnvInstance instance;
   char algorithm[32] = "";
-  PetscBool only_help, evolution, filter;
+  PetscBool only_help, evolution, filter, steps;
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetString(NULL, NULL, "-train_algorithm", algorithm, sizeof(algorithm), NULL));
@@ -99,6 +102,12 @@ static PetscErrorCode Run(PetscInt *failed)
   PetscCall(PetscStrcmp(algorithm, "filter", &filter));
   if (filter) {
     PetscCall(RunFilter());
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscStrcmp(algorithm, "steps", &steps));
+  if (steps) {
+    PetscCall(StepsRun(PETSC_COMM_WORLD));
+    PetscCall(SlipWarnOfUnusedOptions());
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(TrainOptionsSet(PETSC_COMM_WORLD, &o));

@@ -3,7 +3,7 @@
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 tiny=("$bin/train" -train_algorithm cmaes -train_singles 4 -train_meshes 1 -train_mesh_side 2 -train_batch_singles 3 -train_batch_meshes 1
-  -train_validation 2 -train_calibration 2 -train_validation_interval 2 -train_population 6 -train_hidden 3 -train_generations 2)
+  -train_validation 2 -train_calibration 2 -train_validation_interval 2 -train_population 6 -train_hidden 3 -train_generations 2 -train_late_generations 1)
 refused=("${tiny[@]}" -train_output refused.h5)
 
 refuses "-train_problem pendulum is not known" -- "${refused[@]}" -train_problem pendulum
@@ -30,13 +30,14 @@ import numpy as np
 
 with h5py.File("p.h5") as p:
     names = [n.decode() if isinstance(n, bytes) else n for n in p["observation/names"][:]]
-    assert "log_accuracy" in names and p.attrs["moving_dt_max"] == 3, dict(p.attrs)
+    assert "log_accuracy" in names and p.attrs["moving_dt_max"] == 30, dict(p.attrs)
     assert np.all(p["range/minimum"][:] <= p["range/maximum"][:])
-    assert np.isclose(p["range/minimum"][names.index("log_accuracy")], -4)
-    assert p["layers/0/weight"].shape == (3, len(names)) and len(p["layers"]) == 3
+    assert p.attrs["measure"] == b"history" and p.attrs["step_factor"] == b"log_growth_time" and "log_growth_time" in names
+    assert np.isclose(p["range/minimum"][names.index("log_accuracy")], -3)
+    assert p["layers/0/weight"].shape == (3, len(names)) and len(p["layers"]) == 2
 with h5py.File("l.h5") as log:
     g = log["generations"]
-    assert list(g["generation"][:]) == [2] and g["runs"][0] == 2 * 6 * 4 and g["wall_time"][0] > 0
+    assert list(g["generation"][:]) == [2] and g["runs"][0] == 6 * (3 + 1 + 4 + 1) and g["wall_time"][0] > 0
     assert 0 <= g["within_dial"][0] <= 1 and g["best"][0] <= g["median"][0]
 EOF
 "$bin/fault" -fault_nx 2 -fault_nz 2 -ts_max_time 3 -ts_adapt_type rl -ts_adapt_rl_policy p.h5 >run.txt 2>&1 ||
@@ -46,6 +47,33 @@ for problem in sliding_mode circuit; do
     fail "a training of $problem: $(cat out.txt)"
   "$bin/$problem" -ts_adapt_type rl -ts_adapt_rl_policy $problem.h5 >run.txt 2>&1 || fail "$problem: $(tail -3 run.txt)"
 done
+# A family of faults: a training, TQC on the same draws, and files that are refused
+family() { printf '%s\n' "$@" >family.opts; }
+cp "$SLIPSTEP_SOURCE/examples/family.opts" good.opts
+"${tiny[@]}" -train_family good.opts -train_output family.h5 >out.txt 2>&1 || fail "a training on a family: $(cat out.txt)"
+cmp -s family.h5 p.h5 && fail "a family that changes nothing"
+"$bin/train" -train_problem fault_dial -train_reward dial -train_random -train_family good.opts -train_steps 40 -train_learning_starts 30 \
+  -train_output tqc.h5 >out.txt 2>&1 || fail "TQC on a family: $(cat out.txt)"
+family "-fault_lenght_x 5e3:20e3"
+refuses "-train_family family.opts: line 1: " -- "${refused[@]}" -train_family family.opts
+family "# comment" "-fault_length_x 5e3:" 
+refuses "line 2: -fault_length_x has the value 5e3:; expected a number, low:high or at most 8 words a|b|c" -- "${refused[@]}" -train_family family.opts
+family "-fault_length_x 20e3:5e3"
+refuses "expected a number, low:high" -- "${refused[@]}" -train_family family.opts
+family "-fault_damping_ratio -1:1"
+refuses "line 1: " -- "${refused[@]}" -train_family family.opts
+family "-fault_friction_law linear_slip_weakening|nothing"
+refuses "line 1: " -- "${refused[@]}" -train_family family.opts
+family "-spread_length_x 0.1"
+refuses "expected -spread_ and one of" -- "${refused[@]}" -train_family family.opts
+family "-fault_nx 2 -fault_nz 2"
+refuses "expected an option and its value" -- "${refused[@]}" -train_family family.opts
+family "-fault_nx 2" "-fault_nx 3"
+refuses "line 2: -fault_nx stands there twice" -- "${refused[@]}" -train_family family.opts
+family "-fault_friction_slip 50"
+refuses "of 50 faults drawn none slips" -- "${refused[@]}" -train_family family.opts
+refuses "cannot be opened" -- "${refused[@]}" -train_family missing.opts
+refuses "-train_family is for faults with an accuracy dial" -- "$bin/train" -train_family good.opts -train_steps 5
 "$bin/train" -train_algorithm cmaes -help >help.txt 2>&1 || fail "-help"
 for option in -train_problem -train_singles -train_minutes -train_within -train_moving_dt_max -train_output; do
   grep -qe "$option" help.txt || fail "$option is not in -help"

@@ -50,7 +50,7 @@ static void rewards(void **state)
     ok(ProblemDial.reference_create(&o, &instance, &instance.reference));
     ok(EnvRunInstance(&env, &instance, same, &action, &r));
     ok(EnvInstanceDestroy(&o, &instance));
-    ok(EpisodeCreate((uint64_t)(12 + k), k ? 7 : 1, &e));
+    ok(EpisodeCreate(NULL, (uint64_t)(12 + k), k ? 7 : 1, &e));
     ok(EpisodeRunLibrary(e, steps, 1e-2, &run));
     assert_true(r.finished && run.done == 1 && run.solves == r.attempts);
     assert_true(fabs(r.error[0] - run.error / 1e-2) < 1e-9);
@@ -97,8 +97,8 @@ static void reproducible(void **state)
 
   (void)state;
   for (PetscInt side = 1; side <= 3; side += 2) {
-    ok(EpisodeCreate(77, side, &a));
-    ok(EpisodeCreate(77, side, &b));
+    ok(EpisodeCreate(NULL, 77, side, &a));
+    ok(EpisodeCreate(NULL, 77, side, &b));
     assert_true(a->slip == b->slip && a->tmax == b->tmax && a->reference.n == b->reference.n && a->reference.n > 10);
     memset(r, 0, sizeof(r)); /* with padding, for comparison */
     ok(EpisodeRun(a, coarse, 1e-2, &r[0]));
@@ -134,7 +134,7 @@ static void reference(void **state)
     TS ts;
     Vec atol;
 
-    ok(EpisodeCreate(seed, seed > 3 ? 3 : 1, &e));
+    ok(EpisodeCreate(NULL, seed, seed > 3 ? 3 : 1, &e));
     ok(EpisodeRewind(e, 1e-2));
     ok(TSCreate(PETSC_COMM_SELF, &ts));
     ok(SlipFaultConfigureTS(e->fault, ts));
@@ -169,7 +169,7 @@ static void growth(void **state)
     PetscReal perturbation, first[2] = {0, 0}, last[2] = {0, 0};
     PetscInt k, row = SlipObservationFind("start_growth_rate", &k);
 
-    ok(EpisodeCreate(seed, 1, &e));
+    ok(EpisodeCreate(NULL, seed, 1, &e));
     ok(SlipFaultGetReal(e->fault, "initial_perturbation", &perturbation));
     if (perturbation < 1e-5) {
       const SlipFaultNumbers *f = &e->plain.known;
@@ -243,7 +243,7 @@ static void plain(void **state)
     ok(SlipPolicySetAction(p, -1, 1, 1e-2, "T*", 1e2, "T*", PETSC_TRUE));
     if (seed > 6) ok(SlipPolicySetAttribute(p, SLIP_POLICY_MOVING_DT_MAX, "2.5"));
     if (seed % 2) ok(SlipPolicySetAttribute(p, SLIP_POLICY_STEP_FACTOR, "log_growth_time"));
-    ok(EpisodeCreate(seed, seed % 3 ? 1 + (PetscInt)(seed % 3) : 1, &e));
+    ok(EpisodeCreate(NULL, seed, seed % 3 ? 1 + (PetscInt)(seed % 3) : 1, &e));
     ok(EpisodeRun(e, p, 1e-2, &a));
     ok(EpisodeRunLibrary(e, p, 1e-2, &l));
     print_message("%d cells: %d and %d solves, error %.3e, difference %.1e\n", (int)e->plain.n, (int)a.solves,

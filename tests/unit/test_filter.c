@@ -27,7 +27,7 @@ static void plain_filter(void **state)
     Episode *e;
     TS ts;
 
-    ok(EpisodeCreate(seed, seed % 3 ? 1 + (PetscInt)(seed % 3) : 1, &e));
+    ok(EpisodeCreate(NULL, seed, seed % 3 ? 1 + (PetscInt)(seed % 3) : 1, &e));
     ok(EpisodeRunFilter(e, &filter, rtol, &a));
     ok(EpisodeRewind(e, 1e-2)); /* the rest of the episode follows the run of another TS */
     ok(PetscOptionsInsertString(NULL, "-ts_adapt_pi_g1 2.5 -ts_adapt_pi_g2 6 -ts_adapt_pi_kappa 0.15 "

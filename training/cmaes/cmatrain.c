@@ -4,7 +4,10 @@
 #include <slipblas.h>
 #include <sliph5.h>
 #include <slipcompat.h>
+
 #include <petsctime.h>
+
+#define CALIBRATIONS 30 /* validations of a calibration, about */
 
 #define TRAIN_STREAM 1000000 /* seeds of episodes and generations do not meet */
 #define VALID_STREAM 2000000
@@ -46,7 +49,7 @@ static PetscErrorCode SetCreate(const CMATrainer *t, PetscInt64 stream, PetscInt
     if (o->problem->model)
       PetscCall(EpisodeCreateSmall(&e, seed, &set->episode[i]));
     else
-      PetscCall(EpisodeCreate(seed, i < nsingle ? 1 : o->side, &set->episode[i]));
+      PetscCall(EpisodeCreate(o->family.n ? &o->family : NULL, seed, i < nsingle ? 1 : o->side, &set->episode[i]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -206,8 +209,8 @@ static void Widen(PetscInt n, const PetscReal obs[], void *ctx)
   }
 }
 
-/* The range of the observations that the best policy meets in training. */
-static PetscErrorCode FindRange(CMATrainer *t)
+/* The range of the observations that the best policy meets in the runs of a set, over which the ranks divide. */
+static PetscErrorCode FindRange(CMATrainer *t, const CMASet *set)
 {
   SlipPolicy policy;
 
@@ -217,11 +220,13 @@ static PetscErrorCode FindRange(CMATrainer *t)
     t->obs_max[i] = PETSC_MIN_REAL;
   }
   PetscCall(CMAPolicy(&t->o, t->best, t->shift, &policy));
-  for (PetscInt i = 0; i < t->train.n; ++i)
+  for (PetscInt i = t->rank; i < set->n; i += t->size)
     for (PetscInt k = 0; k < VALID_DIALS; ++k)
-      PetscCall(EpisodeWatch(t->train.episode[i], policy,
+      PetscCall(EpisodeWatch(set->episode[i], policy,
                              t->o.low * PetscPowReal(t->o.high / t->o.low, (PetscReal)k / (VALID_DIALS - 1)), Widen,
                              t));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, t->obs_min, (PetscMPIInt)t->o.nobs, MPIU_REAL, MPIU_MIN, t->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, t->obs_max, (PetscMPIInt)t->o.nobs, MPIU_REAL, MPIU_MAX, t->comm));
   PetscCall(SlipPolicyDestroy(&policy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -237,29 +242,53 @@ static PetscErrorCode Elapsed(const CMATrainer *t, PetscReal *seconds)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* [s]: of the generations that are left, in runs, of which late ones have more, and of the calibration, which validates its
+   own set some thirty times. A validation lasted from begin to end. */
+static PetscErrorCode TimeLeft(const CMATrainer *t, PetscReal begin, PetscReal end, PetscReal *left)
+{
+  const CMAOptions *o = &t->o;
+  const PetscInt64 late = PetscMin((PetscInt64)o->late_generations, o->generations),
+                   late_left = PetscMin(late, o->generations - t->generation),
+                   early_left = o->generations - t->generation - late_left;
+  const PetscReal of_late = (PetscReal)(o->late_single + o->late_mesh),
+                  of_early = (PetscReal)(o->batch_single + o->batch_mesh);
+  const PetscReal runs = (PetscReal)t->es.lambda * (of_late * (PetscReal)late_left + of_early * (PetscReal)early_left);
+
+  PetscFunctionBegin;
+  *left = end * runs / (PetscReal)t->evaluations;
+  if (o->minutes > 0) *left = PetscMin(*left, 60 * o->minutes - end);
+  *left = PetscMax(*left, 0);
+  if (o->within > 0) *left += CALIBRATIONS * (end - begin) * (PetscReal)o->calibration / (PetscReal)o->validation;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Progress(CMATrainer *t, PetscReal best, PetscReal median)
 {
-  PetscReal seconds, left;
+  PetscReal left, begin, end;
   CMAScore score;
   PetscBool better;
 
   PetscFunctionBegin;
+  PetscCall(Elapsed(t, &begin));
   PetscCall(CMAValidate(t, &t->valid, t->es.mean, unmoved, &score));
+  PetscCall(Elapsed(t, &end));
   better = score.cost < t->score.cost ? PETSC_TRUE : PETSC_FALSE;
   if (better) {
     t->score = score;
     t->best_generation = t->generation;
     PetscCall(PetscArraycpy(t->best, t->es.mean, t->es.n));
+    if (t->o.output[0]) { /* should training end here: not calibrated, and with the range of the validation */
+      PetscCall(FindRange(t, &t->valid));
+      PetscCall(CMAStorePolicy(t));
+    }
   }
-  PetscCall(Elapsed(t, &seconds));
-  left = seconds * (PetscReal)(t->o.generations - t->generation) / (PetscReal)t->generation;
-  if (t->o.minutes > 0) left = PetscMin(left, 60 * t->o.minutes - seconds);
+  PetscCall(TimeLeft(t, begin, end, &left));
   PetscCall(PetscPrintf(
     t->comm,
     "generation %5" PetscInt64_FMT "  cost %7.4f  validation: cost %7.4f  solves %5.1f  within dial %5.1f %%"
     "  error/dial %6.3f  sigma %6.4f  left %5.0f s%s\n",
     t->generation, (double)median, (double)score.cost, (double)score.solves, 100 * (double)score.within,
-    (double)score.error, t->es.sigma, (double)PetscMax(left, 0), better ? "  best so far" : ""));
+    (double)score.error, t->es.sigma, (double)left, better ? "  best so far" : ""));
   PetscCall(CMALogRow(t, best, median, &score));
   if (t->o.checkpoint[0]) PetscCall(CMACheckpointWrite(t));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -287,7 +316,7 @@ PetscErrorCode CMATrainerRun(CMATrainer *t)
     PetscCall(CMACalibrate(t, &set));
     PetscCall(SetDestroy(&set));
   }
-  PetscCall(FindRange(t));
+  PetscCall(FindRange(t, &t->train));
   if (t->o.output[0]) PetscCall(CMAStorePolicy(t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

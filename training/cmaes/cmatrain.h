@@ -17,6 +17,7 @@ typedef struct {
   PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS]; /* the network sees obs * scale + offset */
   PetscInt hidden, layers;                           /* width and number of the hidden layers, tanh */
   const Problem *problem;                            /* a small model, or drawn faults */
+  Family family;                                     /* of these; empty: the trainer's own draws */
   PetscReal dt_min, dt_max;                          /* bounds of the action, logarithmic spacing */
   PetscReal moving;                                  /* longest step while anything moves [T*], 0: no limit */
   char dt_max_unit[8];                               /* "T*" or "t_max"; dt_min is in T* */

@@ -3,6 +3,7 @@
 #include "trainer.h"
 #include "common/files.h"
 #include "common/options.h"
+#include "problems/family.h"
 #include "problems/problems.h"
 
 /* What the first policies were trained with; CMA-ES takes these as they are. */
@@ -52,6 +53,7 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
   char low[64], high[64], atol[256];
   PetscInt n = ENV_MAX_OBS, cost = 0;
   PetscBool set;
+  Family *family;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsString(
@@ -60,6 +62,12 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
     "-circuit_ options)",
     NULL, problem, problem, sizeof(problem), NULL));
   PetscCall(ProblemFind(problem, &e->problem));
+  PetscCall(PetscNew(&family));
+  PetscCall(FamilyOption(PetscOptionsObject, e->problem, family));
+  if (family->n)
+    e->family = family;
+  else
+    PetscCall(PetscFree(family));
   PetscCall(PetscOptionsString(
     "-train_reward",
     "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure), accuracy (price of an attempt plus alpha times the "
@@ -285,5 +293,6 @@ PetscErrorCode TrainOptionsFree(TrainOptions *o)
 {
   PetscFunctionBegin;
   for (PetscInt i = 0; i < o->env.nobs; ++i) PetscCall(PetscFree(o->env.names[i]));
+  PetscCall(PetscFree(o->env.family));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

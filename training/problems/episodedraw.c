@@ -1,6 +1,7 @@
 /* Random faults for episodes: ranges as rows of a table, fields that vary in space. */
 #include "episodes.h"
 #include <math.h>
+#include <slipcompat.h>
 
 #define SHEAR_MODULUS 30e9 /* the fault's default [Pa] */
 #define DENSITY 2500.      /* likewise [kg/m^3] */
@@ -100,12 +101,15 @@ void FaultDrawAtRandom(Random *random, PetscInt side, FaultDraw *d)
   const double perturbation = Draw(random, PERTURBATION);
   double depth;
 
-  d->nreal = 0;
+  d->nreal = d->nstring = 0;
   d->weakening = Draw(random, WEAKENING);
   d->margin = Draw(random, MARGIN);
   d->limit = LIMIT;
-  d->law = RandomUniform(random) < LINEAR_SHARE ? "linear_slip_weakening" : "exponential_slip_weakening";
-  d->scaling = RandomUniform(random) < UNSCALED_SHARE ? "none" : FAULT_SCALING;
+  d->string[0] = "friction_law";
+  d->text[0] = RandomUniform(random) < LINEAR_SHARE ? "linear_slip_weakening" : "exponential_slip_weakening";
+  d->string[1] = "stiffness_scaling";
+  d->text[1] = RandomUniform(random) < UNSCALED_SHARE ? "none" : FAULT_SCALING;
+  d->nstring = 2;
   d->nx = side > 1 ? 2 + (PetscInt)RandomIndex(random, (uint64_t)side - 1) : 1;
   d->nz = side > 1 ? 2 + (PetscInt)RandomIndex(random, (uint64_t)side - 1) : 1;
   d->n = d->nx * d->nz;
@@ -122,4 +126,55 @@ void FaultDrawAtRandom(Random *random, PetscInt side, FaultDraw *d)
   Set(d, "density", DENSITY);
   Set(d, "damping_ratio", damping);
   Set(d, "initial_perturbation", perturbation);
+}
+
+/* ---- of a family ---- */
+
+#define FAMILY_LIMIT 500 /* swings: users' faults may be slow */
+
+/* Cells along an edge: as the family says; 1 of a single cell */
+static PetscInt FamilyCells(const Family *family, const char name[], Random *random, PetscInt side)
+{
+  const FamilyLine *line = FamilyFind(family, name);
+  const double drawn = line ? (double)FamilyDraw(line, random) : (double)side;
+
+  return side == 1 ? 1 : (PetscInt)PetscClipInterval(floor(drawn + 0.5), 1, (double)side);
+}
+
+PetscErrorCode FaultDrawOfFamily(const Family *family, Random *random, PetscInt side, FaultDraw *d)
+{
+  PetscFunctionBegin;
+  d->nreal = d->nstring = 0;
+  d->weakening = 0;
+  d->margin = Draw(random, MARGIN);
+  d->limit = FAMILY_LIMIT;
+  d->nx = FamilyCells(family, "fault_nx", random, side);
+  d->nz = FamilyCells(family, "fault_nz", random, side);
+  d->n = d->nx * d->nz;
+  for (PetscInt f = 0; f < DRAW_FIELDS; ++f) d->spread[f] = 0;
+  for (PetscInt i = 0; i < family->n; ++i) {
+    const FamilyLine *line = &family->line[i];
+    const char *name = line->name + strlen("fault_");
+
+    if (!strcmp(line->name, "fault_nx") || !strcmp(line->name, "fault_nz")) continue;
+    if (!strcmp(line->name, "margin")) {
+      d->margin = FamilyDraw(line, random);
+    } else if (line->name[0] == 's') {
+      for (int f = 0; f < DRAW_FIELDS; ++f)
+        if (!strcmp(line->name + strlen("spread_"), EpisodeFieldNames[f])) d->spread[f] = FamilyDraw(line, random);
+    } else if (line->nchoices) {
+      d->string[d->nstring] = name;
+      d->text[d->nstring++] = FamilyChoose(line, random);
+    } else
+      Set(d, name, (double)FamilyDraw(line, random));
+  }
+  Set(d, "nx", (double)d->nx);
+  Set(d, "nz", (double)d->nz);
+  for (int f = 0; f < DRAW_FIELDS; ++f) {
+    double g[EPISODE_MAX_CELLS];
+
+    RandomField(random, d->nx, d->nz, g);
+    for (PetscInt k = 0; k < d->n; ++k) d->field[f][k] = exp(d->spread[f] * g[k]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

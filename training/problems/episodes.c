@@ -9,6 +9,8 @@
 #define THINNING 10         /* every so many of its steps are kept */
 #define MIN_SLIP 0.2        /* a drawn fault that slips less than this share of what its drop implies is drawn again */
 
+#define FAMILY_TRIES 50 /* draws of a family in a row that are of no use */
+
 /* The run has a mean slip [m] and rate [m/s] at time t. A step may come more than once. */
 static PetscErrorCode Follow(Episode *e, PetscReal t, PetscReal slip, PetscReal rate)
 {
@@ -98,12 +100,11 @@ static PetscReal FastestTime(const SlipFaultNumbers *f)
   return 1 / (PetscSqrtReal(f->critical_stiffness) + growth / 2);
 }
 
-/* Small constant steps until the fault rests, or for limit swings. */
-static PetscErrorCode Reference(Episode *e, PetscReal limit)
+/* Small constant steps until the fault rests, or to the end [s]. */
+static PetscErrorCode Reference(Episode *e, PetscReal end)
 {
   PlainFault *p = &e->plain;
   const PetscReal dt = REFERENCE_STEP * FastestTime(&p->known);
-  const PetscReal end = limit / PetscSqrtReal(p->known.critical_stiffness);
   PetscReal row[COURSE_WIDTH] = {0, 0, 0};
 
   PetscFunctionBegin;
@@ -136,32 +137,54 @@ static PetscErrorCode Release(Episode *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A fault of a draw, whose friction_slip has this mean [m], at its start */
-static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
+/* From e->fault, its parameters set, to its start, with and without objects */
+static PetscErrorCode SetUp(Episode *e)
 {
   const PetscScalar *w;
-  PetscReal friction_slip[EPISODE_MAX_CELLS];
+  PetscInt n;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < d->n; ++i) friction_slip[i] = slip * d->field[DRAW_FRICTION_SLIP][i];
-  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
-  PetscCall(SlipFaultSetString(e->fault, "stiffness_scaling", d->scaling));
-  PetscCall(SlipFaultSetString(e->fault, "friction_law", d->law));
-  for (PetscInt i = 0; i < d->nreal; ++i) PetscCall(SlipFaultSetReal(e->fault, d->name[i], d->value[i]));
-  for (PetscInt f = 0; f < DRAW_FIELDS; ++f)
-    PetscCall(
-      SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, f == DRAW_FRICTION_SLIP ? friction_slip : d->field[f]));
   PetscCall(SlipFaultSetUp(e->fault));
   PetscCall(SlipFaultGetTimeScale(e->fault, &e->tstar));
   PetscCall(SlipFaultCreateState(e->fault, &e->w));
   PetscCall(VecDuplicate(e->w, &e->start));
   PetscCall(SlipFaultSetInitialState(e->fault, e->start));
-  /* without objects */
   PetscCall(PlainFaultCreate(e->fault, e->start, &e->plain));
-  PetscCall(PetscMalloc2(3 * d->n, &e->plain_start, d->n, &e->field));
+  n = e->plain.n;
+  PetscCall(PetscMalloc2(3 * n, &e->plain_start, n, &e->field));
   PetscCall(VecGetArrayRead(e->start, &w));
-  for (PetscInt i = 0; i < 3 * d->n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);
+  for (PetscInt i = 0; i < 3 * n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);
   PetscCall(VecRestoreArrayRead(e->start, &w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Its fields: of a family factors of the scalars; slip: mean of friction_slip [m], where the draw has its own */
+static PetscErrorCode SetFields(Episode *e, const FaultDraw *d, PetscReal slip)
+{
+  PetscReal field[EPISODE_MAX_CELLS], factor = 1;
+
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < DRAW_FIELDS; ++f) {
+    if (d->weakening > 0)
+      factor = f == DRAW_FRICTION_SLIP ? slip : 1;
+    else if (d->spread[f] == 0)
+      continue; /* uniform, or with depth */
+    else
+      PetscCall(SlipFaultGetReal(e->fault, EpisodeFieldNames[f], &factor));
+    for (PetscInt i = 0; i < d->n; ++i) field[i] = factor * d->field[f][i];
+    PetscCall(SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, field));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
+  for (PetscInt i = 0; i < d->nstring; ++i) PetscCall(SlipFaultSetString(e->fault, d->string[i], d->text[i]));
+  for (PetscInt i = 0; i < d->nreal; ++i) PetscCall(SlipFaultSetReal(e->fault, d->name[i], d->value[i]));
+  PetscCall(SetFields(e, d, slip));
+  PetscCall(SetUp(e));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -169,14 +192,18 @@ static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
 static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
 {
   TSAdapt adapt;
-  PetscReal slip;
 
   PetscFunctionBegin;
   PetscCall(MakeFault(e, d, 1));
-  slip = e->plain.known.critical_weakening / (d->weakening * e->plain.known.critical_stiffness);
-  PetscCall(Release(e));
-  PetscCall(MakeFault(e, d, slip));
-  PetscCall(Reference(e, d->limit));
+  if (d->weakening > 0) {
+    const SlipFaultNumbers *f = &e->plain.known;
+    const PetscReal slip = f->critical_weakening / (d->weakening * f->critical_stiffness);
+
+    PetscCall(Release(e));
+    PetscCall(MakeFault(e, d, slip));
+  }
+  if (e->plain.known.critical_stiffness > 0)
+    PetscCall(Reference(e, d->limit / PetscSqrtReal(e->plain.known.critical_stiffness)));
   *good = e->rest > 0 && e->slip > MIN_SLIP * e->plain.known.drop_slip ? PETSC_TRUE : PETSC_FALSE;
   if (!*good) {
     PetscCall(Release(e));
@@ -196,9 +223,19 @@ static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode)
+static PetscErrorCode New(Episode **episode)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscNew(episode));
+  (*episode)->measure = SlipMeasures;
+  (*episode)->reference.width = (*episode)->run.width = COURSE_WIDTH;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeCreate(const Family *family, uint64_t seed, PetscInt side, Episode **episode)
 {
   PetscBool good = PETSC_FALSE;
+  PetscInt tries = 0;
   FaultDraw *d;
   Random random;
   Episode *e;
@@ -206,16 +243,40 @@ PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode)
   PetscFunctionBegin;
   PetscCheck(side >= 1 && side * side <= EPISODE_MAX_CELLS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "Episodes of up to %" PetscInt_FMT " cells along a side, expected 1 to 12", side);
-  PetscCall(PetscNew(&e));
+  PetscCall(New(&e));
   PetscCall(PetscNew(&d));
-  e->measure = SlipMeasures;
-  e->reference.width = e->run.width = COURSE_WIDTH;
   RandomSeed(&random, seed);
   while (!good) {
-    FaultDrawAtRandom(&random, side, d);
+    if (family)
+      PetscCall(FaultDrawOfFamily(family, &random, side, d));
+    else
+      FaultDrawAtRandom(&random, side, d);
+    PetscCheck(
+      !family || tries++ < FAMILY_TRIES, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+      "-train_family %s: of %d faults drawn none slips a fifth of what its weakening implies and comes to rest",
+      family->file, FAMILY_TRIES);
     PetscCall(TryDraw(e, d, &good));
   }
   PetscCall(PetscFree(d));
+  *episode = e;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeCreateFault(SlipFault fault, PetscReal tmax, Episode **episode)
+{
+  Episode *e;
+
+  PetscFunctionBegin;
+  PetscCall(New(&e));
+  PetscCall(PetscObjectReference((PetscObject)fault));
+  e->fault = fault;
+  e->tmax = tmax;
+  PetscCall(SetUp(e));
+  PetscCheck(e->plain.known.critical_stiffness > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "The fault has no strength to lose: nothing would slip");
+  PetscCall(Reference(e, tmax));
+  PetscCheck(e->slip > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "Nothing slips in the %g s of -ts_max_time",
+             (double)tmax);
   *episode = e;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -336,6 +397,28 @@ PetscErrorCode EpisodeRunFilter(Episode *e, const SlipFilter *filter, PetscReal 
   PetscCall(PlainRunFilter(&e->plain, filter, atol, rtol, FIRST_STEP * e->tstar, e->tmax, EPISODE_MAX_STEPS,
                            MeasurePlain, e, &totals));
   EpisodeConclude(e, totals.attempts, totals.accepted, result);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeRunSteps(Episode *e, PetscInt n, const double dt[], EpisodeResult *result)
+{
+  PlainFault *p = &e->plain;
+  PetscInt attempts = 0, accepted = 0;
+  PetscReal t = 0;
+
+  PetscFunctionBegin;
+  PetscCall(Forget(e));
+  PlainFaultSetState(p, e->plain_start);
+  for (; attempts <= n && t < e->tmax; ++attempts) {
+    const PetscReal left = e->tmax - t, h = attempts < n ? PetscMin(dt[attempts], left) : left;
+
+    if (!PlainFaultAttempt(p, h)) break;
+    PlainFaultAccept(p);
+    ++accepted;
+    t = h < left ? t + h : e->tmax;
+    PetscCall(MeasurePlain(p, t, e));
+  }
+  EpisodeConclude(e, attempts, accepted, result);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

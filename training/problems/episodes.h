@@ -3,6 +3,7 @@
    depends on its seed only, not on others or on ranks. Public headers of the library only. */
 #pragma once
 #include "problems.h"
+#include "family.h"
 #include "environment/plainfilter.h"
 #include "common/table.h"
 #include <slipcore.h>
@@ -12,21 +13,29 @@
 
 /* A drawn fault: scalar parameters by name, fields by name, both as SlipFaultSetReal() and SlipFaultSetField() take
    them. */
-enum { DRAW_MAX_REALS = 16, DRAW_FIELDS = 4 };
+enum { DRAW_MAX_REALS = FAMILY_MAX_LINES + 2, DRAW_MAX_STRINGS = FAMILY_MAX_LINES, DRAW_FIELDS = 4 };
 typedef struct {
   PetscInt nx, nz, n, nreal;
   const char *name[DRAW_MAX_REALS];
   PetscReal value[DRAW_MAX_REALS];
-  const char *law, *scaling;                       /* -fault_friction_law, -fault_stiffness_scaling */
-  PetscReal field[DRAW_FIELDS][EPISODE_MAX_CELLS]; /* see EpisodeFieldNames; friction_slip relative to its mean */
-  PetscReal weakening; /* at the start over the stiffness, both of the critical displacement: gives friction_slip */
-  PetscReal margin;    /* duration over the time at which the reference rests */
-  PetscReal limit;     /* the reference gives up after this time, over that of the critical displacement's swing */
+  PetscInt nstring;
+  const char *string[DRAW_MAX_STRINGS], *text[DRAW_MAX_STRINGS]; /* names and values */
+  PetscReal spread[DRAW_FIELDS]; /* of a family: standard deviation of the fields' logarithms */
+  PetscReal
+    field[DRAW_FIELDS]
+         [EPISODE_MAX_CELLS]; /* see EpisodeFieldNames; of a family relative to the scalar, and friction_slip always */
+  PetscReal
+    weakening;      /* at the start over the stiffness, both of the critical displacement: gives friction_slip. 0: of a
+                            family, which has friction_slip itself */
+  PetscReal margin; /* duration over the time at which the reference rests */
+  PetscReal limit;  /* the reference gives up after this time, over that of the critical displacement's swing */
 } FaultDraw;
 enum { DRAW_FRICTION_SLIP = 3 }; /* of EpisodeFieldNames */
 PETSC_INTERN const char *const EpisodeFieldNames[DRAW_FIELDS];
 /* side: largest number of cells along a side, 1: one cell */
 PETSC_INTERN void FaultDrawAtRandom(Random *random, PetscInt side, FaultDraw *draw);
+/* As a user's file says; draw borrows its texts. side: at most so many cells along an edge, 1: one cell */
+PETSC_INTERN PetscErrorCode FaultDrawOfFamily(const Family *family, Random *random, PetscInt side, FaultDraw *draw);
 
 /* A course of slip: rows of SlipCourseNode */
 enum { COURSE_WIDTH = 3 };
@@ -66,7 +75,13 @@ typedef struct {
 /* A run that has not ended after this many accepted steps is cut off. */
 #define EPISODE_MAX_STEPS 400
 
-PETSC_INTERN PetscErrorCode EpisodeCreate(uint64_t seed, PetscInt side, Episode **episode);
+/* family: NULL for the draws above */
+PETSC_INTERN PetscErrorCode EpisodeCreate(const Family *family, uint64_t seed, PetscInt side, Episode **episode);
+/* A given fault on one process, parameters set but not set up, until tmax [s]; without a TS: for EpisodeRunSteps(). Of
+   up to EPISODE_MAX_CELLS cells, as it is dense. */
+PETSC_INTERN PetscErrorCode EpisodeCreateFault(SlipFault fault, PetscReal tmax, Episode **episode);
+/* Steps dt [n] [s] without objects, and one to the end; a step that fails ends the run. */
+PETSC_INTERN PetscErrorCode EpisodeRunSteps(Episode *e, PetscInt n, const double dt[], EpisodeResult *result);
 /* Another problem of the table, an instance drawn at random; the error of its runs is the problem's first one. o:
    problem, observations and bounds of the step. */
 PETSC_INTERN PetscErrorCode EpisodeCreateSmall(const EnvOptions *o, uint64_t seed, Episode **episode);
@@ -76,7 +91,7 @@ PETSC_INTERN PetscErrorCode EpisodeDestroy(Episode **episode);
    EpisodeRunLibrary(). */
 PETSC_INTERN PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
-/* Under a digital filter, with the fault's tolerances but for rtol; faults only. */
+/* Under a digital filter, with the fault's tolerances but for rtol; drawn faults only. */
 PETSC_INTERN PetscErrorCode EpisodeRunFilter(Episode *e, const SlipFilter *filter, PetscReal rtol,
                                              EpisodeResult *result);
 /* The same, with an observer of every observation vector [n] of the policy. */

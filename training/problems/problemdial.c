@@ -27,12 +27,13 @@ struct _EnvJudge {
   Table course;            /* of the run so far and its continuation */
 };
 
-static PetscErrorCode MakeEpisode(const EnvInstance *instance, Episode **episode)
+static PetscErrorCode MakeEpisode(const EnvOptions *o, const EnvInstance *instance, Episode **episode)
 {
   const PetscReal *value = instance->value;
 
   PetscFunctionBegin;
-  PetscCall(EpisodeCreate((uint64_t)value[SEED], instance->drawn && value[KIND] < MESH_SHARE ? MESH_SIDE : 1, episode));
+  PetscCall(EpisodeCreate((const Family *)o->family, (uint64_t)value[SEED],
+                          instance->drawn && value[KIND] < MESH_SHARE ? MESH_SIDE : 1, episode));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -68,7 +69,7 @@ static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *in
   PetscCheck(instance->drawn, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONGSTATE,
              "-train_problem fault_dial has drawn faults only: add -train_random");
   PetscCall(PetscNew(reference));
-  PetscCall(MakeEpisode(instance, &(*reference)->episode));
+  PetscCall(MakeEpisode(o, instance, &(*reference)->episode));
   (*reference)->course.width = COURSE_WIDTH;
   PetscCall(TableAdd(&(*reference)->course, start));
   PetscCall(Continue(o, (*reference)->episode, (*reference)->episode->plain_start, 0, &(*reference)->course));
@@ -90,12 +91,11 @@ static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, E
   Episode *e;
 
   PetscFunctionBegin;
-  (void)o;
   run->model = NULL;
   if (instance->reference)
     e = instance->reference->episode;
   else {
-    PetscCall(MakeEpisode(instance, &e));
+    PetscCall(MakeEpisode(o, instance, &e));
     run->model = e;
   }
   PetscCall(EpisodeRewind(e, instance->drawn ? instance->value[DIAL] : TSADAPTRL_ACCURACY_MAX));

@@ -93,7 +93,7 @@ static PetscErrorCode SetCreate(const FilterOptions *o, PetscInt64 stream, Petsc
   for (PetscInt i = 0; i < set->n; ++i) {
     const PetscInt k = i < singles ? i : i - singles, n = i < singles ? singles : meshes;
 
-    PetscCall(EpisodeCreate(StreamSeed(o->seed, stream, i), i < singles ? 1 : o->side, &set->episode[i]));
+    PetscCall(EpisodeCreate(NULL, StreamSeed(o->seed, stream, i), i < singles ? 1 : o->side, &set->episode[i]));
     set->accuracy[i] = o->low * PetscPowReal(o->high / o->low, ((PetscReal)k + (PetscReal)0.5) / (PetscReal)n);
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,0 +1,125 @@
+/* The program of -train_algorithm steps: options, table and file. */
+#include "steps.h"
+#include "common/files.h"
+#include "common/options.h"
+#include <slipcompat.h>
+
+#define MAX_TIME 30 /* [s], the program fault's */
+
+PetscErrorCode StepsOptionsSet(MPI_Comm comm, StepsOptions *o)
+{
+  const NumberOption row[] = {
+    OPTION_INTEGER("-train_steps_least", "Fewest Bathe solves, the one to the end included", &o->least, 2,
+                   EPISODE_MAX_STEPS),
+    OPTION_INTEGER("-train_steps_most", "Most Bathe solves", &o->most, 2, EPISODE_MAX_STEPS),
+    OPTION_INTEGER("-train_generations", "Generations of a search", &o->generations, 1, 1e8),
+    OPTION_INTEGER("-train_restarts", "Searches for each number of solves, the best of which counts", &o->restarts, 1,
+                   1000),
+    OPTION_INTEGER("-train_population", "Members of a generation, 0: 4 + 3 ln(steps)", &o->population, 0, 10000),
+    OPTION_INTEGER("-train_seed", "Seed of everything random", &o->seed, 0, PETSC_MAX_INT)};
+
+  PetscFunctionBegin;
+  *o = (StepsOptions){.least = 4, .most = 40, .generations = 300, .restarts = 8};
+  PetscOptionsBegin(comm, NULL, "The best steps of a fault, found by CMA-ES", "train");
+  PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
+  PetscCall(
+    PetscOptionsString("-train_output", "File to write (HDF5)", NULL, o->output, o->output, sizeof(o->output), NULL));
+  PetscOptionsEnd();
+  PetscCheck(o->least <= o->most, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-train_steps_least is %" PetscInt_FMT " and -train_steps_most %" PetscInt_FMT ", expected them in order",
+             o->least, o->most);
+  PetscCall(TrainCheckFiles(comm, o->output, "", ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* /steps [n]: solves; /error [n]; /dt [n][most]: steps [s], NaN behind the last */
+static PetscErrorCode Write(const StepsOptions *o, const Episode *e, PetscInt n, const StepsPlan plan[])
+{
+  const PetscInt dims[2] = {n, o->most};
+  PetscReal *solves, *error, *dt;
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc3(n, &solves, n, &error, n * o->most, &dt));
+  for (PetscInt k = 0; k < n; ++k) {
+    PetscReal t = 0;
+
+    solves[k] = (PetscReal)(plan[k].n + 1);
+    error[k] = plan[k].error;
+    for (PetscInt i = 0; i < o->most; ++i) {
+      PetscReal *step = &dt[k * o->most + i];
+
+      *step = i < plan[k].n ? PetscMin(PetscExpReal(plan[k].log_step[i]), e->tmax - t)
+                            : (i == plan[k].n ? e->tmax - t : (PetscReal)NAN);
+      if (i <= plan[k].n) t += *step;
+    }
+  }
+  PetscCall(SlipH5Create(o->output, &h));
+  PetscCall(SlipH5WriteAttrString(&h, "/", "format", "slipstep-steps"));
+  PetscCall(SlipH5WriteAttrInt(&h, "/", "version", 1));
+  PetscCall(SlipH5WriteAttrInt(&h, "/", "seed", o->seed));
+  PetscCall(SlipH5WriteAttrString(&h, "/", "measure", e->measure->name));
+  PetscCall(SlipH5WriteReal(&h, "/steps", 1, dims, solves, NULL));
+  PetscCall(SlipH5WriteReal(&h, "/error", 1, dims, error, NULL));
+  PetscCall(SlipH5WriteReal(&h, "/dt", 2, dims, dt, "s"));
+  PetscCall(SlipH5Close(&h));
+  PetscCall(PetscFree3(solves, error, dt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The fault of the -fault_ options, as the program fault makes it, and -ts_max_time */
+static PetscErrorCode MakeEpisode(MPI_Comm comm, Episode **e)
+{
+  PetscReal tmax = MAX_TIME, nx, nz;
+  PetscBool mesh;
+  SlipFault fault;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-ts_max_time", &tmax, NULL));
+  PetscCheck(tmax > 0 && !PetscIsInfOrNanReal(tmax), comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_max_time is %.6g, expected a number > 0 s", (double)tmax);
+  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  PetscCall(SlipFaultSetReal(fault, "nx", 1));
+  PetscCall(SlipFaultSetReal(fault, "nz", 1));
+  PetscCall(SlipFaultSetFromOptions(fault));
+  PetscCall(SlipFaultGetReal(fault, "nx", &nx));
+  PetscCall(SlipFaultGetReal(fault, "nz", &nz));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-fault_mesh", &mesh));
+  PetscCheck(!mesh && nx * nz <= EPISODE_MAX_CELLS, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-fault_nx times -fault_nz is %g%s, expected a grid of at most %d cells: its matrices are dense",
+             (double)(nx * nz), mesh ? " and there is -fault_mesh" : "", EPISODE_MAX_CELLS);
+  PetscCall(EpisodeCreateFault(fault, tmax, e));
+  PetscCall(SlipFaultDestroy(&fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StepsRun(MPI_Comm comm)
+{
+  StepsOptions o;
+  StepsPlan *plan;
+  Episode *e;
+  PetscMPIInt rank;
+  PetscBool only_help;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(StepsOptionsSet(comm, &o));
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MakeEpisode(comm, &e));
+  n = o.most - o.least + 1;
+  PetscCall(PetscCalloc1(n, &plan));
+  PetscCall(PetscPrintf(comm, "solves  error (%s)\n", e->measure->name));
+  for (PetscInt k = 0; k < n; ++k) {
+    plan[k].n = o.least + k - 1;
+    PetscCall(PetscMalloc1(plan[k].n, &plan[k].log_step));
+    PetscCall(StepsSearch(comm, &o, e, k ? &plan[k - 1] : NULL, &plan[k]));
+    PetscCall(PetscPrintf(comm, "%6" PetscInt_FMT "  %.3e\n", plan[k].n + 1, (double)plan[k].error));
+  }
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (!rank && o.output[0]) PetscCall(Write(&o, e, n, plan));
+  for (PetscInt k = 0; k < n; ++k) PetscCall(PetscFree(plan[k].log_step));
+  PetscCall(PetscFree(plan));
+  PetscCall(EpisodeDestroy(&e));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
