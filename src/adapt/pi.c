@@ -94,7 +94,7 @@ static PetscErrorCode SlipState_PI(TSAdapt adapt, SlipState s)
   ratio_max is capped. The history (E_(n-1), h_(n-2)) moves on accepted steps only.
 
   Options Database Keys:
-+ -ts_adapt_pi_filter <H211b4>      - elementary, PI33, PI34, PI42, H211PI, H211b2, H211b4
++ -ts_adapt_pi_filter <H211b4>      - elementary, PI33, PI34, PI42, H211PI, H211b2, H211b4, fault_history
 . -ts_adapt_pi_g1, -ts_adapt_pi_g2, -ts_adapt_pi_kappa - any other filter
 . -ts_adapt_pi_ratio_min <0.8>      - smaller step ratios reject
 . -ts_adapt_pi_ratio_max <1.2>      - larger step ratios are capped

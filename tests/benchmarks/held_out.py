@@ -76,13 +76,17 @@ def learned(bench, cases, policy, name, dials, extra=()):
     return [dict(row, family=name) for row in bench.all(jobs, f"policy {name}")]
 
 
-def read_bounds(paths, cases):
+def read_bounds(paths, cases, measure):
     names, bounds = {c.name for c in cases}, {}
     for path in paths:
         name = os.path.splitext(os.path.basename(path))[0]
         if name not in names:
             raise BenchmarkError(f"--bound {path} is named as none of the {len(names)} cases; expected for example {min(names)}.h5")
         with h5py.File(path) as file:
+            of = file.attrs.get("measure", measure)
+            of = of.decode() if isinstance(of, bytes) else of
+            if of != measure:
+                raise BenchmarkError(f"--bound {path} is of the measure {of}; expected --measure {measure}")
             bounds[name] = {"steps": file["steps"][()].tolist(), "error": file["error"][()].tolist()}
     return bounds
 
@@ -133,7 +137,7 @@ def main():
     os.makedirs(folder, exist_ok=True)
     bench = Bench(os.path.abspath(o.build), folder, o.jobs)
     cases = chosen_cases(bench, o.seed, o.cases, o.limit)
-    bounds = read_bounds(o.bound, cases)
+    bounds = read_bounds(o.bound, cases, o.measure)
     for case in cases if o.sparse else ():
         case.tolerances = held_out_cases.SPARSE
     worst = bench.references(cases)

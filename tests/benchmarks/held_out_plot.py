@@ -8,7 +8,7 @@ import numpy as np
 
 from held_out_score import by, envelope, error, solves_at
 
-COLOURS = {"heuristic": "tab:blue", "basic": "tab:green", "dsp": "tab:purple", "pi": "tab:brown", "constant": "tab:gray"}
+COLOURS = {"pi fault_history": "tab:olive", "heuristic": "tab:blue", "basic": "tab:green", "dsp": "tab:purple", "pi": "tab:brown", "constant": "tab:gray"}
 DIAL_COLOURS = ["gold", "orange", "tab:red", "darkred", "black", "tab:pink"]
 ERRORS = np.geomspace(1e-3, 0.3, 26)
 LABELS = {"history": "error of the course of slip", "final_slip": "error of the final slip", "event_time": "error of the time of the event"}
@@ -16,7 +16,8 @@ PAGE = 40  # panels in a figure at most
 
 
 def controller(run):
-    return run["family"].replace(",", " ").split()[0]
+    """What has a line of its own: the tuned filter, and others by their type."""
+    return run["family"] if run["family"] in COLOURS else run["family"].replace(",", " ").split()[0]
 
 
 def points(runs, measure):
