@@ -266,6 +266,37 @@ PETSC_EXTERN PetscBool SlipObservedOfState(const SlipObserved *seen);
 PETSC_EXTERN PetscBool SlipObservedOfRun(const SlipObserved *seen);
 PETSC_EXTERN PetscReal SlipObservedTake(SlipObserved *seen, PetscReal now);
 
+/* ---- course.c: how far one course of slip is from another ---- */
+/* The end of an accepted step: mean slip and mean |slip rate| over the cells */
+typedef struct {
+  PetscReal time, slip, rate; /* [s], [m], [m/s] */
+} SlipCourseNode;
+
+/* Errors of a run against a reference, all relative */
+typedef enum {
+  SLIP_ERROR_FINAL,   /* final mean slip */
+  SLIP_ERROR_HISTORY, /* largest distance of the mean slips at equal times, over the final one of the reference */
+  SLIP_ERROR_SHIFT,   /* of the time of half the slip, over the reference's time from 10 to 90 % of it */
+  SLIP_ERROR_PEAK,    /* largest mean rate */
+  SLIP_ERROR_FIELD,   /* RMS over the area of the final slip's error, over that of the slip */
+  SLIP_NUM_ERRORS
+} SlipErrorKind;
+
+PETSC_EXTERN PetscReal SlipCourseTime(PetscInt n, const SlipCourseNode c[], PetscReal share);
+PETSC_EXTERN PetscReal SlipCoursePeak(PetscInt n, const SlipCourseNode c[]);
+PETSC_EXTERN void SlipCourseCompare(PetscInt n, const SlipCourseNode run[], PetscInt m,
+                                    const SlipCourseNode reference[], PetscReal error[]);
+
+/* What -ts_adapt_rl_measure means: the largest of the errors, each times its share */
+typedef struct {
+  const char *name;
+  PetscReal share[SLIP_NUM_ERRORS];
+  const char *meaning;
+} SlipMeasure;
+PETSC_EXTERN const SlipMeasure SlipMeasures[]; /* ends with a NULL name; the first is the default */
+PETSC_EXTERN const SlipMeasure *SlipMeasureFind(const char name[]);
+PETSC_EXTERN PetscReal SlipMeasureOf(const SlipMeasure *measure, const PetscReal error[]);
+
 /* ---- control.c: how controllers size steps ---- */
 PETSC_EXTERN PetscReal SlipControlHeuristic(PetscReal E, PetscReal q, PetscReal growth);
 PETSC_EXTERN PetscReal SlipControlCeiling(PetscReal E, PetscReal ceiling, PetscReal q);

@@ -56,6 +56,8 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name
 /* Attribute: the longest step [T*] while anything moves. Where a policy has it and the problem rests (SlipProblemOps of
    slipts.h), the step goes to the end of the rest whatever the policy says. */
 #define SLIP_POLICY_MOVING_DT_MAX "moving_dt_max"
+/* Attribute: the error that its accuracy dial bounds, see TSAdaptRLSetMeasure(); without it final_slip. */
+#define SLIP_POLICY_MEASURE "measure"
 PETSC_EXTERN PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);
 /* of training; NULL: not known */

@@ -94,6 +94,7 @@ typedef struct {
      current solution, asked once a state. */
   PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row);
   PetscErrorCode (*observe)(TS ts, PetscInt n, const PetscInt row[], PetscReal value[]);
+  PetscBool measures; /* its errors are those that -ts_adapt_rl_measure names; no: it has one of its own */
 } SlipProblemOps;
 
 PETSC_EXTERN PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem);

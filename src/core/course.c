@@ -1,0 +1,213 @@
+/* How far one course of slip is from another. A course is mean slip over time: the ends of accepted steps, a cubic
+   between two of them (Hermite, of slips and rates), and its first and last slip before and after. */
+#include <slipcompat.h>
+#include <slipcore.h>
+#include <string.h>
+
+#define HALF 0.5
+#define RISE_FROM 0.1 /* the rise time is between these shares of the final slip */
+#define RISE_TO 0.9
+#define PEAK_SHARE 0.2 /* an error of the peak rate counts as a fifth */
+
+/* In the interval behind a node: values and slopes at its ends in units of its length, y = a + x (b + x (c + x d)). */
+typedef struct {
+  PetscReal t, h;       /* start and length [s] */
+  PetscReal a, b, c, d; /* x = (time - t)/h */
+} Cubic;
+
+static void Fit(PetscReal t, PetscReal h, PetscReal y0, PetscReal m0, PetscReal y1, PetscReal m1, Cubic *p)
+{
+  *p = (Cubic){t, h, y0, h * m0, 3 * (y1 - y0) - h * (2 * m0 + m1), 2 * (y0 - y1) + h * (m0 + m1)};
+}
+
+static PetscReal Value(const Cubic *p, PetscReal x)
+{
+  return p->a + x * (p->b + x * (p->c + x * p->d));
+}
+
+static PetscReal Slope(const Cubic *p, PetscReal x)
+{
+  return (p->b + x * (2 * p->c + x * 3 * p->d)) / p->h;
+}
+
+/* Where the slope vanishes within the interval, in order; their number */
+static PetscInt Extrema(const Cubic *p, PetscReal x[2])
+{
+  const PetscReal a = 3 * p->d, b = p->c, c = p->b, D = b * b - a * c;
+  PetscReal root[2], q;
+  PetscInt n = 0;
+
+  if (D < 0 || (a == 0 && b == 0)) return 0;
+  q = -(b + (b < 0 ? -PetscSqrtReal(D) : PetscSqrtReal(D))); /* no difference of equal numbers */
+  root[0] = a != 0 ? q / a : -1;
+  root[1] = q != 0 ? c / q : 0;
+  if (root[0] > root[1]) {
+    const PetscReal swap = root[0];
+
+    root[0] = root[1];
+    root[1] = swap;
+  }
+  for (PetscInt i = 0; i < 2; i++)
+    if (root[i] > 0 && root[i] < 1) x[n++] = root[i];
+  return n;
+}
+
+/* The part of a course behind its node k; k = -1 and n - 1: before and after */
+static void Part(PetscInt n, const SlipCourseNode c[], PetscInt k, Cubic *p)
+{
+  if (k < 0 || k == n - 1)
+    *p = (Cubic){c[k < 0 ? 0 : k].time, 1, c[k < 0 ? 0 : k].slip, 0, 0, 0};
+  else
+    Fit(c[k].time, c[k + 1].time - c[k].time, c[k].slip, c[k].rate, c[k + 1].slip, c[k + 1].rate, p);
+}
+
+/* The largest |difference| of two parts between two times, both in both */
+static PetscReal Apart(const Cubic *p, const Cubic *q, PetscReal t0, PetscReal t1)
+{
+  const PetscReal x0 = (t0 - p->t) / p->h, x1 = (t1 - p->t) / p->h, y0 = (t0 - q->t) / q->h, y1 = (t1 - q->t) / q->h;
+  PetscReal x[2], most;
+  Cubic d;
+  PetscInt n;
+
+  Fit(t0, t1 - t0, Value(p, x0) - Value(q, y0), Slope(p, x0) - Slope(q, y0), Value(p, x1) - Value(q, y1),
+      Slope(p, x1) - Slope(q, y1), &d);
+  n = Extrema(&d, x);
+  most = PetscMax(PetscAbsReal(d.a), PetscAbsReal(Value(&d, 1)));
+  for (PetscInt i = 0; i < n; i++) most = PetscMax(most, PetscAbsReal(Value(&d, x[i])));
+  return most;
+}
+
+/* The largest distance over all times of either */
+static PetscReal Distance(PetscInt n, const SlipCourseNode a[], PetscInt m, const SlipCourseNode b[])
+{
+  const PetscReal end = PetscMax(a[n - 1].time, b[m - 1].time);
+  PetscReal t = PetscMin(a[0].time, b[0].time), most = 0;
+  PetscInt i = -1, j = -1;
+
+  while (t < end) {
+    PetscReal next = end;
+    Cubic p, q;
+
+    while (i < n - 1 && a[i + 1].time <= t) i++;
+    while (j < m - 1 && b[j + 1].time <= t) j++;
+    if (i < n - 1) next = PetscMin(next, a[i + 1].time);
+    if (j < m - 1) next = PetscMin(next, b[j + 1].time);
+    Part(n, a, i, &p);
+    Part(m, b, j, &q);
+    most = PetscMax(most, Apart(&p, &q, t, next));
+    t = next;
+  }
+  return most;
+}
+
+/* When a part first has a slip, which it does not have at its start but at x in [0, 1] at the latest; to rounding */
+static PetscReal Meets(const Cubic *p, PetscReal slip, PetscReal x)
+{
+  PetscReal low = 0, high = x;
+
+  for (PetscInt i = 0; i < 60; i++) {
+    const PetscReal middle = HALF * (low + high);
+
+    if (Value(p, middle) < slip)
+      low = middle;
+    else
+      high = middle;
+  }
+  return p->t + high * p->h;
+}
+
+/*
+  SlipCourseTime - when the slip first reaches a share of the last one
+
+  c: n >= 1 nodes in the order of their times. The time [s]; that of the first node when nothing slips.
+*/
+PetscReal SlipCourseTime(PetscInt n, const SlipCourseNode c[], PetscReal share)
+{
+  const PetscReal slip = share * c[n - 1].slip;
+
+  if (c[0].slip >= slip) return c[0].time;
+  for (PetscInt k = 0; k + 1 < n; k++) {
+    PetscReal x[3];
+    PetscInt ends;
+    Cubic p;
+
+    Part(n, c, k, &p);
+    ends = Extrema(&p, x);
+    x[ends] = 1;
+    for (PetscInt i = 0; i <= ends; i++)
+      if (Value(&p, x[i]) >= slip) return Meets(&p, slip, x[i]);
+  }
+  return c[n - 1].time;
+}
+
+/*
+  SlipCoursePeak - the largest rate of n >= 1 nodes and of the cubics between them [m/s]
+*/
+PetscReal SlipCoursePeak(PetscInt n, const SlipCourseNode c[])
+{
+  PetscReal peak = c[n - 1].rate;
+
+  for (PetscInt k = 0; k + 1 < n; k++) {
+    PetscReal x;
+    Cubic p;
+
+    Part(n, c, k, &p);
+    x = p.d != 0 ? -p.c / (3 * p.d) : 0; /* where the curvature vanishes */
+    peak = PetscMax(peak, c[k].rate);
+    if (x > 0 && x < 1) peak = PetscMax(peak, Slope(&p, x));
+  }
+  return peak;
+}
+
+/*
+  SlipCourseCompare - the errors of a run against a reference, but for that of the final field
+
+  run [n], reference [m]: nodes in the order of their times, n and m >= 1; the reference has slipped. error
+  [SLIP_NUM_ERRORS]: all relative, see SlipErrorKind; that of the field becomes 0.
+*/
+void SlipCourseCompare(PetscInt n, const SlipCourseNode run[], PetscInt m, const SlipCourseNode reference[],
+                       PetscReal error[])
+{
+  const PetscReal slip = reference[m - 1].slip, peak = SlipCoursePeak(m, reference);
+  const PetscReal rise = SlipCourseTime(m, reference, RISE_TO) - SlipCourseTime(m, reference, RISE_FROM);
+
+  error[SLIP_ERROR_FINAL] = PetscAbsReal(run[n - 1].slip / slip - 1);
+  error[SLIP_ERROR_HISTORY] = Distance(n, run, m, reference) / slip;
+  error[SLIP_ERROR_SHIFT] = PetscAbsReal(SlipCourseTime(n, run, HALF) - SlipCourseTime(m, reference, HALF)) / rise;
+  error[SLIP_ERROR_PEAK] = PetscAbsReal(SlipCoursePeak(n, run) / peak - 1);
+  error[SLIP_ERROR_FIELD] = 0;
+}
+
+const SlipMeasure SlipMeasures[] = {
+  {"history", {1, 1, 1, PEAK_SHARE, 1}, "the largest of all errors, that of the peak rate counting a fifth"},
+  {"final_slip", {1, 0, 0, 0, 0}, "final mean slip"},
+  {"event_time", {0, 0, 1, 0, 0}, "time of half the slip, over the time from 10 to 90 % of it"},
+  {NULL, {0, 0, 0, 0, 0}, NULL},
+};
+
+/*
+  SlipMeasureFind - the row of a name; NULL when there is none
+*/
+const SlipMeasure *SlipMeasureFind(const char name[])
+{
+  for (const SlipMeasure *row = SlipMeasures; row->name; row++)
+    if (!strcmp(row->name, name)) return row;
+  return NULL;
+}
+
+/*
+  SlipMeasureOf - one number for the errors of a run
+
+  error [SLIP_NUM_ERRORS]. NaN when an error that counts is NaN.
+*/
+PetscReal SlipMeasureOf(const SlipMeasure *measure, const PetscReal error[])
+{
+  PetscReal most = 0;
+
+  for (PetscInt i = 0; i < SLIP_NUM_ERRORS; i++) {
+    if (measure->share[i] == 0) continue;
+    if (PetscIsNanReal(error[i])) return error[i];
+    most = PetscMax(most, measure->share[i] * error[i]);
+  }
+  return most;
+}
