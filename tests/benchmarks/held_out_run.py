@@ -97,9 +97,9 @@ def read(output):
         return result, np.array([np.append(0, file[f"series/{name}"][()]) for name in ("time", "mean_slip", "mean_slip_rate")])
 
 
-def execute(build, jobs, folder):
-    """Do runs in one process (-fault_sweep); yield of each (result, series), or None and the message it ended with. A
-    run that fails ends the process: the others go to another one."""
+def execute(build, jobs, folder, read=read):
+    """Do runs in one process (-fault_sweep); yield of each (result, series), or what another read makes of its file, or None
+    and the message it ended with. A run that fails ends the process: the others go to another one."""
     program = os.path.join(build, "bin", "fault")
     while jobs:
         with tempfile.TemporaryDirectory(dir=folder) as room:
