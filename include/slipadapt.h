@@ -13,12 +13,15 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicy(TSAdapt adapt, SlipPolicy policy)
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[]);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy);
 
-/* The accuracy dial: the relative error of the run's result (final slip) that the user wants, in the bounds below. */
+/* The accuracy dial: the relative error of the run that the user wants, in the bounds below. */
 #define TSADAPTRL_ACCURACY_MIN 1e-4
 #define TSADAPTRL_ACCURACY_MAX 1e-1
 #define TSADAPTRL_ACCURACY_DEFAULT 1e-2
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy);
+/* Which error that is: "history", the largest of all; "final_slip"; "event_time". */
+PETSC_EXTERN PetscErrorCode TSAdaptRLSetMeasure(TSAdapt adapt, const char measure[]);
+PETSC_EXTERN PetscErrorCode TSAdaptRLGetMeasure(TSAdapt adapt, const char *measure[]);
 
 /* How often the policy chose, how often outside of its training range, failed attempts, steps halved. */
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decisions, PetscInt *outside,

@@ -59,6 +59,8 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name
 /* Attribute: the observation whose power of ten multiplies every step, so that the action is in units of a time that the
    problem knows at every moment. */
 #define SLIP_POLICY_STEP_FACTOR "step_factor"
+/* Attribute: the error that its accuracy dial bounds, see TSAdaptRLSetMeasure(); without it final_slip. */
+#define SLIP_POLICY_MEASURE "measure"
 PETSC_EXTERN PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);
 /* of training; NULL: not known */

@@ -55,7 +55,9 @@ PETSC_EXTERN PetscErrorCode TSBatheMonitorCancel(TS ts);
    end. */
 PETSC_EXTERN PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *derivative);
 PETSC_EXTERN PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order);
-PETSC_EXTERN PetscErrorCode TSBatheSetHalved(TS ts, PetscBool halved); /* same estimates, finer solution */
+/* Same steps and estimates, finer solution; told of the state [v, u, s per cell] at the end of each part */
+typedef PetscErrorCode (*TSBathePartFn)(TS ts, PetscReal time, Vec w, void *ctx);
+PETSC_EXTERN PetscErrorCode TSBatheSetParts(TS ts, PetscInt parts, TSBathePartFn told, void *ctx);
 /* Totals since TSSolve began. */
 PETSC_EXTERN PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, PetscInt *solves,
                                              PetscInt *newton, PetscInt *linear);
@@ -94,6 +96,7 @@ typedef struct {
      current solution, asked once a state. */
   PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row);
   PetscErrorCode (*observe)(TS ts, PetscInt n, const PetscInt row[], PetscReal value[]);
+  PetscBool measures; /* its errors are those that -ts_adapt_rl_measure names; no: it has one of its own */
 } SlipProblemOps;
 
 PETSC_EXTERN PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem);

@@ -40,7 +40,7 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   PetscFunctionBegin;
   PetscCall(TSAdaptRLFindPolicy_Private(adapt, ts));
   PetscCall(SlipObserverStart(o, ts));
-  o->run.accuracy = rl->accuracy;
+  PetscCall(TSAdaptRLClipDial_Private(adapt, &o->run.accuracy));
   if (rl->actor) {
     o->run.dt_min = rl->actor_dt[0];
     o->run.dt_max = rl->actor_dt[1];
@@ -264,7 +264,8 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   char file[PETSC_MAX_PATH_LEN] = "";
   PetscReal accuracy = rl->accuracy;
-  PetscBool set, dial;
+  char measure[64] = "";
+  PetscBool set, dial, measured;
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Learned step-size controller options");
@@ -281,16 +282,21 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
   PetscCall(PetscOptionsReal("-ts_adapt_rl_error_ceiling",
                              "Larger error estimates reject and shrink the step; 0: every converged step is accepted",
                              "", rl->error_ceiling, &rl->error_ceiling, NULL));
-  PetscCall(
-    PetscOptionsReal("-ts_adapt_rl_accuracy",
-                     "Wanted relative error of the run's final slip, 1e-4 to 1e-1, for policies that observe it",
-                     "TSAdaptRLSetAccuracy", accuracy, &accuracy, &dial));
+  PetscCall(PetscOptionsReal("-ts_adapt_rl_accuracy",
+                             "Wanted relative error of the run, 1e-4 to 1e-1, for policies that observe it",
+                             "TSAdaptRLSetAccuracy", accuracy, &accuracy, &dial));
+  PetscCall(PetscOptionsString("-ts_adapt_rl_measure",
+                               "Which error that is: history (the largest of all), final_slip or event_time (default: "
+                               "the policy's)",
+                               "TSAdaptRLSetMeasure", rl->measure ? rl->measure->name : SlipMeasures[0].name, measure,
+                               sizeof(measure), &measured));
   PetscCall(PetscOptionsBool("-ts_adapt_rl_strict",
                              "Keep to the policy in runs unlike those of its training, which go on by heuristic else",
                              "TSAdaptRLSetStrict", rl->strict, &rl->strict, NULL));
   PetscOptionsHeadEnd();
   PetscCall(TSAdaptSetFromOptions_Heuristic(adapt, PetscOptionsObject));
   if (dial) PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
+  if (measured) PetscCall(TSAdaptRLSetMeasure(adapt, measure));
   PetscCheck(rl->max_failures >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_adapt_rl_max_failures is %" PetscInt_FMT "; expected at least 1", rl->max_failures);
   PetscCheck(rl->error_ceiling >= 0, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
@@ -309,6 +315,7 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
 static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
 {
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
+  const char *measure;
 
   PetscFunctionBegin;
   PetscCall(PetscViewerASCIIPushTab(viewer));
@@ -319,6 +326,8 @@ static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "accuracy dial %g%s\n", (double)rl->accuracy,
     rl->sees_accuracy || !rl->n ? "" : " (ignored: the policy does not observe " SLIP_OBSERVES_ACCURACY ")"));
+  PetscCall(TSAdaptRLGetMeasure(adapt, &measure));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "measure of the error: %s\n", measure));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "guard rails: steps are halved after %" PetscInt_FMT " failures in a row; error ceiling %g (0: none)\n",
     rl->max_failures, (double)rl->error_ceiling));
@@ -460,7 +469,8 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   Options Database Keys:
 + -ts_adapt_rl_policy <file.h5>      - the policy; without it, TSAdaptRLSetPolicy() or an actor, the problem's default
 . -ts_adapt_rl_problem <name>        - the problem whose default policy that is, see SlipPolicyFindDefault()
-. -ts_adapt_rl_accuracy <1e-2>       - wanted relative error of the final slip, for policies that observe log_accuracy
+. -ts_adapt_rl_accuracy <1e-2>       - wanted relative error of the run, for policies that observe log_accuracy
+. -ts_adapt_rl_measure <history>     - which error that is, see TSAdaptRLSetMeasure()
 . -ts_adapt_rl_max_failures <3>      - failed attempts in a row before steps are halved
 . -ts_adapt_rl_error_ceiling <0>     - largest accepted error estimate, 0 for none
 - -ts_adapt_rl_strict <no>           - never hand a run over

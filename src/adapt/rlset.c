@@ -176,8 +176,7 @@ PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const na
 
   Input Parameters:
 + adapt    - the controller
-- accuracy - wanted relative error of the final slip (or of what another problem calls its result), dimensionless,
-             between `TSADAPTRL_ACCURACY_MIN` and `TSADAPTRL_ACCURACY_MAX`
+- accuracy - wanted relative error of the run, which `TSAdaptRLSetMeasure()` names, dimensionless, between `TSADAPTRL_ACCURACY_MIN` and `TSADAPTRL_ACCURACY_MAX`
 
   Options Database Key:
 . -ts_adapt_rl_accuracy <0.01> - the same
@@ -188,9 +187,10 @@ PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const na
 
   Note:
   A policy that lists the observation log_accuracy follows the dial; any other one was trained for one trade of accuracy
-  against cost and ignores it, which `TSAdaptView()` says.
+  against cost and ignores it, which `TSAdaptView()` says. A dial outside of the policy's training range is used at the
+  end of that range, with one line of message.
 
-.seealso: TSAdaptRLGetAccuracy(), TSAdaptRLSetPolicyFile()
+.seealso: TSAdaptRLGetAccuracy(), TSAdaptRLSetMeasure(), TSAdaptRLSetPolicyFile()
 @*/
 PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy)
 {
@@ -336,6 +336,7 @@ PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
   if (rl->actor) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetSlipProblem(ts, &problem));
   if (!name[0] && problem && problem->name) PetscCall((*problem->name)(ts, &name));
+  PetscCall(TSAdaptRLCheckMeasure_Private(adapt, problem, name));
   if (rl->policy) {
     PetscCall(SlipPolicyGetAttribute(rl->policy, "problem", &trained));
     PetscCall(SlipPolicyGetFile(rl->policy, &source));
@@ -348,7 +349,7 @@ PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
   PetscCheck(name[0], comm, PETSC_ERR_ARG_WRONGSTATE,
              "-ts_adapt_type rl has no policy, and this problem has no default one; name a policy with "
              "-ts_adapt_rl_policy <file.h5>, or with -ts_adapt_rl_problem the problem whose default to take");
-  PetscCall(SlipPolicyFindDefault(comm, name, file, sizeof(file), &found));
+  PetscCall(TSAdaptRLFindDefault_Private(adapt, name, file, sizeof(file), &found));
   PetscCheck(
     found, comm, PETSC_ERR_FILE_OPEN,
     "-ts_adapt_type rl has no policy, and the default one of the problem %s, %s, is not there; name a policy with "

@@ -182,9 +182,11 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
 
 /* ---- the state ---- */
 
-/* The estimate of the error of the final slip */
-static PetscErrorCode VisitEstimate(SlipState s, SlipFaultRunError *est)
+/* The course, and the estimates of its errors */
+static PetscErrorCode VisitEstimate(SlipState s, SlipFault fault)
 {
+  SlipFaultRunError *est = &fault->run_error;
+
   PetscFunctionBegin;
   PetscCall(SlipStateGroup(s, "estimate"));
   PetscCall(SlipStateBool(s, "known", &est->known));
@@ -193,6 +195,7 @@ static PetscErrorCode VisitEstimate(SlipState s, SlipFaultRunError *est)
   PetscCall(SlipStateReal(s, "slip", 2, est->slip));
   PetscCall(SlipStateReal(s, "slip_so_far", 1, &est->sum));
   PetscCall(SlipStateReal(s, "slip_in_stops", 1, &est->late));
+  PetscCall(SlipFaultCourseState(fault, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -263,7 +266,7 @@ static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
   PetscCall(SlipStateObject(s, "stiffness", (PetscObject)fault->K));
   PetscCall(SlipStateObject(s, "viscosity", (PetscObject)fault->H));
   PetscCall(SlipStateObject(s, "stage", (PetscObject)fault->B));
-  PetscCall(VisitEstimate(s, &fault->run_error));
+  PetscCall(VisitEstimate(s, fault));
   if (!SlipStateIsLoading(s)) PetscCall(SlipFaultOutputSync(fault, rows));
   PetscCall(SlipStateGroup(s, "output"));
   PetscCall(SlipStateInt(s, "rows", 3, rows));

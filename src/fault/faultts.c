@@ -91,7 +91,8 @@ static const SlipProblemOps FaultProblem = {.name = Name_Fault,
                                             .untrained = Untrained_Fault,
                                             .rest_time = RestTime_Fault,
                                             .find = Find_Fault,
-                                            .observe = Observe_Fault};
+                                            .observe = Observe_Fault,
+                                            .measures = PETSC_TRUE};
 
 /* dw/dt = A^-1 F_s(w), the smooth part: what integrators without the constraint see. */
 static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)

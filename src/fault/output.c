@@ -176,20 +176,23 @@ static PetscErrorCode SlipFaultOutputLastFields(SlipFaultOutput out, TS ts)
 - wall_solve - wall time of TSSolve() [s]
 
   Options Database Key:
-. -fault_check_error - repeat the run with every step computed in halves, for a Richardson estimate of the error of
-                       its final slip; three times the Bathe solves of the run more
+. -fault_check_error - repeat the run with every step computed in four parts, for a Richardson estimate of its errors;
+                       five times the Bathe solves of the run more
 
   Level: intermediate
 
   Notes:
-  When the fault rests at the end, the summary has an estimate of the relative error of the final mean slip, which nine
-  in ten runs stay below and for which `SlipFaultOutputStart()` must have been called, or the reason why it is unknown. A
-  policy that observes log_accuracy has its dial judged by it: likely met, or unknown; the check says met or not met.
-  Attributes of /result: slip_error_estimate, slip_error_signed (the first variation, computed minus exact),
-  slip_error_measure (the estimate before its calibration), accuracy_requested, slip_error_estimate_met (1 or -1), and
-  with the check slip_error_check, slip_error_check_signed, slip_error_check_met (1 or 0), check_solves.
+  When the fault rests at the end, the summary has an estimate of the error that `TSAdaptRLGetMeasure()` names (of the
+  history with controllers that have no measure), which nine in ten runs stay below and for which
+  `SlipFaultOutputStart()` must have been called, or the reason why it is unknown. A policy that observes log_accuracy
+  has its dial judged by it: likely met, or unknown; the check says met or not met. Attributes of /result, X being slip
+  (the final mean slip), history and event_time: X_error_estimate, X_error_measure (the estimate before its
+  calibration), slip_error_signed (the first variation, computed minus exact), accuracy_requested,
+  slip_error_estimate_met (of the run's measure: 1 or -1), and with the check X_error_check, slip_error_check_signed,
+  slip_error_check_met (of the run's measure: 1 or 0), check_error_final, check_error_history, check_error_shift,
+  check_error_peak, check_error_field, check_solves.
 
-.seealso: SlipFaultOutputStart()
+.seealso: SlipFaultOutputStart(), TSAdaptRLSetMeasure()
 @*/
 PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve)
 {

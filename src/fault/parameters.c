@@ -397,8 +397,8 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
     PetscCall(SlipFaultStringFromOptions(fault, id, PetscOptionsObject));
   PetscCall(PetscOptionsBool(
     "-fault_check_error",
-    "Repeat the run with every step computed in halves, for the error of its final slip: costs three times its "
-    "Bathe solves more (default: no; the estimate that is always printed is free)",
+    "Repeat the run with every step computed in four parts, for its errors: costs five times its Bathe solves more "
+    "(default: no; the estimate that is always printed is free)",
     "SlipFaultOutputFinish", fault->check_error, &fault->check_error, NULL));
   PetscCall(PetscOptionsBool("-fault_output_overwrite",
                              "Throw the rows of an unfinished FILE.part of -fault_output away (default no)",

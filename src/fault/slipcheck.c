@@ -1,12 +1,16 @@
-/* -fault_check_error: the run once more under the same controller, each step computed in two halves, and Richardson's
-   estimate from the two final slips.
+/* -fault_check_error: the run once more under the same controller, each step computed in n parts, and Richardson's
+   estimate from the two runs.
 
    The method is of order p = 2, or 1 with -ts_bathe_reaction implicit, so that the error of the run is (s_h -
-   s_(h/2)) 2^p/(2^p - 1) to leading order. The controller sees the states of the finer run and so puts its steps
+   s_(h/n)) n^p/(n^p - 1) to leading order. The controller sees the states of the finer run and so puts its steps
    where that run needs them. Repeating the old steps at their old times was tried and misleads: the finer run's event
    comes later, often after the short steps meant for it. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipoutput.h>
+
+/* Two are enough where errors add up. Where those of long steps cancel, they do not in the halves: of a run of 10 steps whose
+   event was off by 5 % of its rise time, 2 parts said 12 %, 4 parts 10 % and 8 parts 7 %. */
+#define CHECK_PARTS 4
 
 /* Before the run: remember where it begins */
 PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts)
@@ -26,7 +30,18 @@ PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The run from its start in halves of steps; w is its end */
+/* TSBathePartFn */
+static PetscErrorCode RecordPart(TS ts, PetscReal time, Vec w, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+
+  PetscFunctionBegin;
+  (void)ts;
+  PetscCall(SlipFaultCourseAdd(fault, &fault->run_error.fine, time, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The run from its start in parts of steps; w is its end */
 static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
 {
   SlipFaultRunError *est = &fault->run_error;
@@ -40,23 +55,43 @@ static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
   PetscCall(TSSetTimeStep(ts, est->start_step));
   PetscCall(TSSetStepNumber(ts, 0));
   PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_ITERATING));
-  PetscCall(TSBatheSetHalved(ts, PETSC_TRUE));
+  PetscCall(TSBatheSetParts(ts, CHECK_PARTS, RecordPart, fault));
   est->off = PETSC_TRUE;
+  est->fine.n = 0;
   PetscCall(TSSolve(ts, w));
   est->off = PETSC_FALSE;
-  PetscCall(TSBatheSetHalved(ts, PETSC_FALSE));
+  PetscCall(TSBatheSetParts(ts, 1, NULL, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Relative error of the final mean slip of the run that ts did, signed, and the Bathe solves that finding it took; not a
-   number when the repetition was stopped before its end, as by a signal. ts ends with the state and time of its run.
-   Collective. */
-PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip, PetscReal *error,
+/* RMS over the area of the difference of two slips, over that of the second one */
+static PetscErrorCode FieldError(SlipFault fault, Vec run, Vec reference, PetscReal *error)
+{
+  PetscReal sum[2] = {0, 0};
+  const PetscReal *a, *b;
+  const SlipArrays arrays[] = {{run, .read = &a}, {reference, .read = &b}};
+
+  PetscFunctionBegin;
+  PetscCall(SlipArraysGet(2, arrays));
+  for (PetscInt i = 2; i < 3 * fault->n; i += 3) {
+    sum[0] += fault->weight[i / 3] * PetscSqr(a[i] - b[i]);
+    sum[1] += fault->weight[i / 3] * PetscSqr(b[i]);
+  }
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, fault->comm));
+  *error = PetscSqrtReal(sum[0] / sum[1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Errors [SLIP_NUM_ERRORS] of the run that ts did, see SlipErrorKind; the signed one of its final mean slip, relative; and
+   the Bathe solves that finding them took. Not numbers when the repetition was stopped before its end, as by a signal. ts
+   ends with the state and time of its run. Collective. */
+PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal error[], PetscReal *final,
                                    PetscInt *solves)
 {
   SlipFaultOutput fields = fault->output;
-  SlipFaultObservables obs;
-  PetscReal order, time, reached;
+  const SlipFaultCourse *course = &fault->run_error.course, *fine = &fault->run_error.fine;
+  PetscReal order, time, reached, leading;
   PetscInt step;
   Vec w, end;
 
@@ -71,11 +106,16 @@ PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, Petsc
   PetscCall(Repeat(fault, ts, w));
   PetscCall(TSBatheGetTotals(ts, NULL, NULL, solves, NULL, NULL));
   PetscCall(TSBatheGetOrder(ts, &order));
-  PetscCall(SlipFaultGetObservables(fault, w, NULL, &obs));
   PetscCall(TSGetTime(ts, &reached));
-  *error = reached < time * (1 - 10 * PETSC_MACHINE_EPSILON)
-             ? NAN
-             : (mean_slip - obs.mean_slip) / mean_slip / (1 - PetscPowReal(2, -order));
+  if (reached < time * (1 - 10 * PETSC_MACHINE_EPSILON) || !course->n) {
+    *final = NAN;
+  } else {
+    leading = 1 / (1 - PetscPowReal(CHECK_PARTS, -order));
+    SlipCourseCompare(course->n, course->node, fine->n, fine->node, error);
+    PetscCall(FieldError(fault, end, w, &error[SLIP_ERROR_FIELD]));
+    for (PetscInt k = 0; k < SLIP_NUM_ERRORS; k++) error[k] *= leading;
+    *final = (1 - fine->node[fine->n - 1].slip / course->node[course->n - 1].slip) * leading;
+  }
   PetscCall(VecCopy(end, w));
   PetscCall(TSSetTime(ts, time));
   PetscCall(TSSetStepNumber(ts, step));

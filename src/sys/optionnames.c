@@ -21,7 +21,7 @@ static const SlipNames SlipLibrary[] = {
   {"ts_bathe_", "gamma reaction error order max_failures"},
   {"ts_adapt_heuristic_", "growth failure_factor"},
   {"ts_adapt_pi_", "filter g1 g2 kappa ratio_min ratio_max failure_factor"},
-  {"ts_adapt_rl_", "policy problem accuracy max_failures error_ceiling strict"},
+  {"ts_adapt_rl_", "policy problem accuracy measure max_failures error_ceiling strict"},
   {"snes_slip_", "direct_max"},
   {"mat_slip", "_share fft_depth spectral_type sqrtm_setup sqrtm_tolerance stage_jacobian"},
   {"pc_slipstage_", "type"},

@@ -178,32 +178,41 @@ PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *der
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  TSBatheSetHalved - compute the solution of every step in two halves, the error estimate being that of the whole
+/*@C
+  TSBatheSetParts - compute the solution of every step in parts, the error estimate being that of the whole
 
   Logically collective
 
   Input Parameters:
-+ ts     - of type TSBATHE
-- halved - whether to
++ ts    - of type TSBATHE
+. parts - their number, even; 1: the whole
+. told  - called with the time [s] and the state at the end of each part, also of attempts that are rejected later; may be
+          `NULL`
+- ctx   - passed to told
 
   Level: advanced
 
   Note:
-  A run with the same controller then chooses steps of the same length at the same states, with a solution of half of
+  A run with the same controller then chooses steps of the same length at the same states, with a solution of parts of
   them: the difference of two such runs is a Richardson estimate of the error of the coarser one. Steps put where they
   were in time would not do, as an event that comes a little later meets the long steps meant for the rest after it.
-  With doubling, whose solution is one of halves already, it is computed in quarters. Costs two (four) further Bathe
+  With doubling, whose solution is one of halves already, it is computed in twice as many. Costs as many further Bathe
   solves a step.
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for a number that is neither 1 nor even
 
 .seealso: TSBatheGetOrder(), TSBatheSetError()
 @*/
-PetscErrorCode TSBatheSetHalved(TS ts, PetscBool halved)
+PetscErrorCode TSBatheSetParts(TS ts, PetscInt parts, TSBathePartFn told, void *ctx)
 {
   TS_Bathe *ba = NULL;
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  ba->halved = halved;
+  PetscCheck(parts == 1 || (parts > 0 && parts % 2 == 0), PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
+             "%" PetscInt_FMT " parts of a step; expected 1 or an even number", parts);
+  ba->parts = parts;
+  ba->part = told;
+  ba->part_ctx = ctx;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -91,7 +91,7 @@ static PetscErrorCode TSBatheSingle(TS ts, PetscReal h, PetscReal *residual, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSBatheSetHalved(): the step once more in an even number of parts; the estimate stays */
+/* TSBatheSetParts(): the step once more in an even number of parts; the estimate stays */
 static PetscErrorCode TSBatheInParts(TS ts, PetscReal h, PetscInt parts, PetscReal *residual, PetscBool *ok)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -105,6 +105,8 @@ static PetscErrorCode TSBatheInParts(TS ts, PetscReal h, PetscInt parts, PetscRe
 
     PetscCall(TSBatheCounted(ts, ts->ptime + (PetscReal)k * part, part, from, rfrom, ba->Y[0],
                              odd ? ba->Y[1] : ba->Wmid, odd ? ba->r : ba->rmid, residual, ok));
+    if (*ok && ba->part)
+      PetscCall((*ba->part)(ts, ts->ptime + (PetscReal)(k + 1) * part, odd ? ba->Y[1] : ba->Wmid, ba->part_ctx));
   }
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSBatheEndDerivative(ts, part, ba->Wmid, ba->Y[0], ba->Y[1], ba->K2));
@@ -130,7 +132,7 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
     PetscCall(TSBatheDoubling(ts, h, &ba->last.residual, ok));
   else
     PetscCall(TSBatheSingle(ts, h, &ba->last.residual, ok));
-  if (*ok && ba->halved) PetscCall(TSBatheInParts(ts, h, doubling ? 4 : 2, &parts_residual, ok));
+  if (*ok && ba->parts > 1) PetscCall(TSBatheInParts(ts, h, (doubling ? 2 : 1) * ba->parts, &parts_residual, ok));
   PetscCall(PetscTime(&end));
   ba->last.converged = *ok;
   ba->last.wall = end - begin;

@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
-"""Is a run right about its own error? The estimate of the slip error and "likely met", on random faults.
+"""Is a run right about its own error? The estimates of -ts_adapt_rl_measure and "likely met", on random faults.
 
     tests/benchmarks/verdict.py                        # 300 fresh faults: how often "likely met" is said, and right
-    tests/benchmarks/verdict.py --calibrate            # factors for the table in src/fault/slipestimate.c, other faults
+    tests/benchmarks/verdict.py --calibrate            # prints Calibration[] for src/fault/slipestimate.c, by other faults
     tests/benchmarks/verdict.py --prove 20             # the reference against finer runs and -fault_check_error first
+    tests/benchmarks/verdict.py --measure final_slip   # another measure than history, of its default policy
+    tests/benchmarks/verdict.py --policy F.h5          # another policy than the default one of the measure
 
-Faults: verdict_cases.py, drawn by a seed; the calibration and the test have different ones. The truth is a run by
-heuristic at rtol 1e-6. On all 400 faults of the calibration one at 1e-7 differed by at most 3e-5 of the slip, 3 % of the
-smallest accuracy that is judged. A fault that does not come to rest within 400 T* is drawn again, as the program says
+Every run is judged for all measures, and the table of a calibration has a column for each. Errors are those of
+src/core/course.c. Faults: verdict_cases.py, drawn by a seed; the calibration and the test have different ones. The truth
+is a run by heuristic at rtol 1e-6. On all 400 faults of the calibration one at 1e-7 differed by at most 3e-5 of the slip,
+3 % of the smallest accuracy that is judged. A fault that does not come to rest within 400 T* is drawn again, as the program says
 "unknown" of it by rule. Results are kept in FOLDER/faults_SEED.jsonl, a line a fault: an
 interrupted test goes on where it was. 300 faults take ten minutes of one core. Needs numpy and h5py.
 """
@@ -29,6 +32,7 @@ import numpy as np
 
 sys.dont_write_bytecode = True
 import verdict_cases
+import held_out_run
 from held_out_run import BenchmarkError, Job, execute
 
 CALIBRATION_SEEDS, TEST_SEEDS = [201, 202], [20261123]
@@ -39,6 +43,10 @@ FINE, FINER = "1e-6", "1e-7"  # rtol of references
 AGREE = 3e-5  # of their slips
 STEPS = [3, 4, 5, 8, 12, 20, 32, 64, 128, np.inf]  # classes of accepted steps
 QUANTILE = 0.9  # of runs that stay below the estimate
+SAMPLES = 20000  # of a course in time: a tenth of an interval of some 2000 steps
+# measures: name of attributes, and how errors count, as SlipMeasures[] has it
+MEASURES = {"history": ("history", {"final": 1, "history": 1, "shift": 1, "peak": 0.2, "field": 1}), "final_slip": ("slip", {"final": 1}),
+            "event_time": ("event_time", {"shift": 1})}
 
 
 def arguments():
@@ -49,62 +57,110 @@ def arguments():
     parser.add_argument("--seeds", type=int, nargs="+", help=f"of the faults (default {TEST_SEEDS}, with --calibrate {CALIBRATION_SEEDS})")
     parser.add_argument("--calibrate", action="store_true", help="print the table of factors")
     parser.add_argument("--prove", type=int, default=0, metavar="N", help="of the first N faults a finer reference too, and -fault_check_error against it")
-    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--measure", default="history", choices=MEASURES, help="of the default policy, and of the verdicts")
+    parser.add_argument("--policy", help="another one (default: the library's for the measure)")
+    parser.add_argument("--processes", type=int, default=1)
     return parser.parse_args()
 
 
+def read(output):
+    """(result, [time, mean slip, mean slip rate], final slip of the cells, their areas)"""
+    with h5py.File(output) as file:
+        slip = file["fields/slip"][-1].ravel()
+        area = (file["mesh/length"][()] * file["mesh/width"][()]).ravel() if "length" in file["mesh"] else np.ones(len(slip))
+    return (*held_out_run.read(output), slip, area)
+
+
+def course(series):
+    """Mean slip and rate at any times: cubics with the rates as slopes, constant before and after."""
+    t, s, v = series
+    keep = np.append(True, np.diff(t) > 0)
+    t, s, v = t[keep], s[keep], v[keep]
+
+    def at(times):
+        inside = np.clip(times, t[0], t[-1])
+        i = np.clip(np.searchsorted(t, inside, side="right") - 1, 0, len(t) - 2)
+        h, x = np.diff(t)[i], (inside - t[i]) / np.diff(t)[i]
+        b, c, d = h * v[i], 3 * (s[i + 1] - s[i]) - h * (2 * v[i] + v[i + 1]), 2 * (s[i] - s[i + 1]) + h * (v[i] + v[i + 1])
+        return s[i] + x * (b + x * (c + x * d)), (b + x * (2 * c + 3 * x * d)) / h
+    return at
+
+
+def errors(run, fine):
+    """All errors of a run against a fine one, by samples of both at the nodes of both and in between."""
+    (_, series, slip, area), (_, exact, fine_slip, _) = run, fine
+    times = np.unique(np.concatenate([np.linspace(0, max(series[0][-1], exact[0][-1]), SAMPLES), series[0], exact[0]]))
+    (s, v), (s0, v0) = course(series)(times), course(exact)(times)
+    final = exact[1][-1]
+
+    def passage(slips, share):
+        i = max(int(np.argmax(slips >= share * slips[-1])), 1)
+        return np.interp(share * slips[-1], slips[i - 1:i + 1], times[i - 1:i + 1])
+    return {"final": abs(series[1][-1] / final - 1), "history": abs(s - s0).max() / final,
+            "shift": abs(passage(s, .5) - passage(s0, .5)) / (passage(s0, .9) - passage(s0, .1)),
+            "peak": abs(v.max() / v0.max() - 1), "field": np.sqrt((area * (slip - fine_slip) ** 2).sum() / (area * fine_slip ** 2).sum())}
+
+
+def measured(run, measure):
+    """The error of a run that a measure means."""
+    return max(share * run["errors"][name] for name, share in MEASURES[measure][1].items())
+
+
 def one(args, folder, case, options):
-    """(result, series) of a run; a machine under load sometimes cannot start MPI, so a failure is tried again."""
+    """What read() says of a run; a machine under load sometimes cannot start MPI, so a failure is tried again."""
     for _ in range(2):
-        (_, found, message), = execute(args.build, [Job(case, "fine", "", 0, options)], folder)
+        (_, found, message), = execute(args.build, [Job(case, "fine", "", 0, options)], folder, read)
         if found:
             return found
     raise BenchmarkError(f"{case.name}: {message}")
 
 
 def reference(args, folder, seed, k):
-    """A fault that comes to rest, with its duration, its final mean slip, and by how much a finer run differs, 0 when
-    there was none."""
+    """A fault that comes to rest, with its duration, its fine run, and by how much the final slip of a finer one differs, 0
+    when there was none."""
     prove = args.calibrate or k < args.prove
     for again in range(50):
         random = np.random.default_rng([seed, k, again])
         case, margin = verdict_cases.draw(random, verdict_cases.KINDS[k % len(verdict_cases.KINDS)], f"fault_{seed}_{k}", folder)
         fine = ["-ts_adapt_type", "heuristic", "-ts_rtol"]
-        _, (time, slip, rate) = one(args, folder, case, [*fine, FINER if prove else FINE])
+        found = one(args, folder, case, [*fine, FINER if prove else FINE])
+        time, slip, rate = found[1]
         if rate[-1] != 0:
             continue
         case.duration = verdict_cases.rounded(margin * time[len(time) - np.argmax(rate[::-1] != 0)])
         if not prove:
-            return case, slip[-1], 0
+            return case, found, 0
         spread = abs(one(args, folder, case, [*fine, FINE])[1][1][-1] / slip[-1] - 1)
         if spread > AGREE:
             raise BenchmarkError(f"{case.name} has no reference: rtol {FINE} and {FINER} differ by {spread:.1e}, expected < {AGREE:g}")
-        return case, slip[-1], float(spread)
+        return case, found, float(spread)
     raise BenchmarkError(f"fault {k} of seed {seed}: none of 50 came to rest")
 
 
-def learned(dial):
-    return ["-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", f"{dial:g}"]
+def learned(args, dial):
+    """A policy that is named has its own measure."""
+    policy = ["-ts_adapt_rl_policy", os.path.abspath(args.policy)] if args.policy else ["-ts_adapt_rl_measure", args.measure]
+    return ["-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", f"{dial:g}", *policy]
 
 
 def fault(args, seed, k):
     """All runs of a fault."""
     with tempfile.TemporaryDirectory(dir=args.folder) as folder:
-        case, slip, spread = reference(args, folder, seed, k)
+        case, fine, spread = reference(args, folder, seed, k)
         check = ["-fault_check_error"] if k < args.prove else []
-        jobs = [Job(case, "policy", "rl", dial, [*learned(dial), *check]) for dial in DIALS + (MORE_DIALS if args.calibrate else [])]
+        jobs = [Job(case, "policy", "rl", dial, [*learned(args, dial), *check]) for dial in DIALS + (MORE_DIALS if args.calibrate else [])]
         if args.calibrate:
             jobs += [Job(case, "classical", "heuristic", rtol, ["-ts_adapt_type", "heuristic", "-ts_rtol", f"{rtol:g}"]) for rtol in TOLERANCES]
         runs = []
-        done = list(execute(args.build, jobs, folder))
+        done = list(execute(args.build, jobs, folder, read))
         if not all(found for _, found, _ in done):
-            done = list(execute(args.build, jobs, folder))
+            done = list(execute(args.build, jobs, folder, read))
         for job, found, message in done:
             row = {"family": job.family, "setting": job.setting, "failed": message}
             if found:
-                result, series = found
-                row.update({name: value for name, value in result.items() if name.startswith(("slip_error", "policy_handover"))})
-                row.update(steps=int(result["accepted"]), solves=int(result["solves"]), error=float(series[1][-1] / slip - 1))
+                result = found[0]
+                row.update({name: value for name, value in result.items() if "error_" in name or name.startswith("policy_handover")})
+                row.update(steps=int(result["accepted"]), solves=int(result["solves"]), errors={name: float(e) for name, e in errors(found, fine).items()})
             runs.append(row)
         with h5py.File(case.fields) as file:
             cells = int(file["normal_stress"].size)
@@ -112,7 +168,8 @@ def fault(args, seed, k):
 
 
 def all_faults(args, seed):
-    path = os.path.join(args.folder, f"faults_{seed}{'_calibration' if args.calibrate else ''}.jsonl")
+    policy = held_out_run.digest(args.policy) if args.policy else args.measure
+    path = os.path.join(args.folder, f"faults_{seed}_{policy}{'_calibration' if args.calibrate else ''}.jsonl")
     rows = {}
     if os.path.exists(path):
         with open(path) as file:
@@ -131,45 +188,55 @@ def all_faults(args, seed):
 
 
 def table_of_factors(faults):
-    """Quantiles of error over measure by steps, and how often the estimate would be too small."""
+    """Quantiles of error over measure by steps, and the rows to paste in."""
     runs = [run for row in faults for run in row["runs"] if "slip_error_measure" in run]
     steps = np.array([run["steps"] for run in runs])
-    ratio = np.array([abs(run["error"]) / run["slip_error_measure"] for run in runs])
-    print(f"{len(runs)} runs with an estimate; error over measure\n steps at most   runs    median  factor ({QUANTILE:.0%})   95 %")
-    for low, high in zip([0, *STEPS], STEPS):
-        inside = (steps > low) & (steps <= high)
-        if inside.any():
-            print(f"{high:13g} {inside.sum():7d} {np.quantile(ratio[inside], .5):9.2f} {np.quantile(ratio[inside], QUANTILE):12.2f} "
-                  f"{np.quantile(ratio[inside], .95):10.2f}")
+    factors = {}
+    for measure, (name, _) in MEASURES.items():
+        ratio = np.array([measured(run, measure) / run[f"{name}_error_measure"] for run in runs])
+        print(f"{measure}: {len(runs)} runs with an estimate; error over measure\n steps at most   runs    median  factor ({QUANTILE:.0%})   95 %")
+        for low, high in zip([0, *STEPS], STEPS):
+            inside = (steps > low) & (steps <= high)
+            if inside.any():
+                factors.setdefault(high, []).append(np.quantile(ratio[inside], QUANTILE))
+                print(f"{high:13g} {inside.sum():7d} {np.quantile(ratio[inside], .5):9.2f} {factors[high][-1]:12.2f} "
+                      f"{np.quantile(ratio[inside], .95):10.2f}")
+    print("Calibration[] of src/fault/slipestimate.c: {steps, {" + ", ".join(MEASURES) + "}}")
+    for high, row in factors.items():
+        print(f"  {{{'PETSC_MAX_INT' if np.isinf(high) else high}, {{{', '.join(f'{factor:.2g}' for factor in row)}}}}},")
 
 
-def verdicts(faults, dials):
+def verdicts(faults, dials, measure):
     """How often "likely met" is said, and how often it is right."""
-    print("accuracy   runs  kept  |  likely met    right  wrong  |  unknown (of these missed)  |  handed over  steps  error < estimate")
+    print(f"by {measure}:\naccuracy   runs  kept  |  likely met    right  wrong  |  unknown (of these missed)  |  handed over  steps  error < estimate")
     groups = (("all", lambda row: True), ("grids", lambda row: row["k"] % 2 == 0), ("meshes", lambda row: row["k"] % 2 == 1),
               ("as in training", lambda row: "wide" not in row["group"]), ("wide", lambda row: "wide" in row["group"]))
+    estimate = f"{MEASURES[measure][0]}_error_estimate"
     for dial in dials:
         for name, chosen in groups:
             runs = [run for row in faults if chosen(row) for run in row["runs"] if run["family"] == "rl" and run["setting"] == dial]
             failed = [run for run in runs if run["failed"]]
             runs = [run for run in runs if not run["failed"]]
-            kept = np.array([abs(run["error"]) <= dial for run in runs])
-            said = np.array([run["slip_error_estimate_met"] == 1 for run in runs])
-            below = np.mean([abs(run["error"]) <= run["slip_error_estimate"] for run in runs if "slip_error_estimate" in run])
+            if not runs:
+                continue
+            kept = np.array([measured(run, measure) <= dial for run in runs])
+            said = np.array([run.get(estimate, np.inf) <= dial for run in runs])  # the verdict itself is of the policy's measure
+            below = np.mean([measured(run, measure) <= run[estimate] for run in runs if estimate in run] or [np.nan])
             handed = np.mean(["policy_handover_time" in run for run in runs])
-            print(f"{dial:8g} {len(runs):6d} {kept.mean():5.0%}  | {said.sum():5d} {said.mean():5.0%} {kept[said].mean():8.1%} {(said & ~kept).sum():6d}"
+            print(f"{dial:8g} {len(runs):6d} {kept.mean():5.0%}  | {said.sum():5d} {said.mean():5.0%} {kept[said].mean() if said.any() else np.nan:8.1%} {(said & ~kept).sum():6d}"
                   f"  | {(~said).sum():6d} {(~said & ~kept).sum():12d}         | {handed:8.0%} {np.median([run['steps'] for run in runs]):9.0f}"
                   f" {below:12.0%}   {name}{', %d failed' % len(failed) if failed else ''}")
 
 
-def proof(faults):
+def proof(faults, measure):
     """-fault_check_error against the reference: ratios of errors, and its verdicts."""
-    runs = [(run, abs(run["slip_error_check_signed"]), abs(run["error"])) for row in faults for run in row["runs"] if "slip_error_check_signed" in run]
+    name = f"{MEASURES[measure][0]}_error_check"
+    runs = [(run, run[name], measured(run, measure)) for row in faults for run in row["runs"] if name in run]
     if not runs:
         return
     ratio = np.array([check / max(error, 1e-6) for _, check, error in runs])
-    right = np.mean([(error <= run["setting"]) == (run["slip_error_check_met"] == 1) for run, _, error in runs])
-    print(f"-fault_check_error on {len(runs)} runs, its error over the reference's: quantiles 5, 25, 50, 75, 95 %: "
+    right = np.mean([(error <= run["setting"]) == (check <= run["setting"]) for run, check, error in runs])
+    print(f"-fault_check_error on {len(runs)} runs, its error ({measure}) over the reference's: quantiles 5, 25, 50, 75, 95 %: "
           + ", ".join(f"{q:.2f}" for q in np.quantile(ratio, [.05, .25, .5, .75, .95])) + f"; its met / not met is right in {right:.1%}")
 
 
@@ -181,10 +248,10 @@ def main():
     print(f"references: runs at rtol {FINE} and {FINER} differ by at most {max(row['spread'] for row in faults):.1e} "
           f"on {sum(row['spread'] > 0 for row in faults)} faults; "
           f"{min(row['cells'] for row in faults)} to {max(row['cells'] for row in faults)} cells")
-    proof(faults)
+    proof(faults, args.measure)
     if args.calibrate:
         table_of_factors(faults)
-    verdicts(faults, DIALS + (MORE_DIALS if args.calibrate else []))
+    verdicts(faults, DIALS + (MORE_DIALS if args.calibrate else []), args.measure)
 
 
 if __name__ == "__main__":

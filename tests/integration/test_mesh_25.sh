@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # The 3 km fault of 25 x 25 cells: error of the heuristic run, cost and success of its stages, and the same results
-# on 1, 2 and 4 ranks under the heuristic and under the shipped policy.
+# on 1, 2 and 4 ranks under the heuristic and under the shipped policy for the final slip.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 fault=(mpirun --oversubscribe -n)
 mesh=("$SLIPSTEP_BUILD/bin/fault" -fault_nx 25 -fault_nz 25 -fault_stiffness_scaling mean_slip)
-policy=(-ts_adapt_type rl -ts_adapt_rl_policy "$SLIPSTEP_SOURCE/training/policies/fault.h5")
+policy=(-ts_adapt_type rl -ts_adapt_rl_policy "$SLIPSTEP_SOURCE/training/policies/fault_final_slip.h5")
 constant=(-ts_adapt_type none -ts_bathe_error none)
 
 run() { "${fault[@]}" "$1" "${mesh[@]}" -fault_output "$2" "${@:3}" >log 2>&1 || { cat log; exit 1; }; }

@@ -71,7 +71,7 @@ class Handover(Runs):
                 self.assertEqual(self.events(ours), 32)
 
     def test_strict(self):
-        run = self.run_fault(*self.BLOCK, "-ts_adapt_type", "rl", "-ts_adapt_rl_strict")
+        run = self.run_fault(*self.BLOCK, "-ts_adapt_type", "rl", "-ts_adapt_rl_measure", "final_slip", "-ts_adapt_rl_strict")
         self.assertGreater(self.events(run), 35)  # of steps too long, 39 or 40 as the processor rounds; 32 is right
         self.assertNotIn("policy_handover_time", run)
         self.assertNotIn("hands the run over", run["text"])
@@ -86,7 +86,7 @@ class Handover(Runs):
     def test_outside(self):
         """A duration of 350 T*, longer than any in training: handed over at the third decision, said by one line, and from
         the attempt before it on steps keep error estimates of at most 1."""
-        options = [*self.STUDY, "-fault_nx", "3", "-fault_nz", "3", "-ts_adapt_type", "rl", "-ts_max_time", "300"]
+        options = [*self.STUDY, "-fault_nx", "3", "-fault_nz", "3", "-ts_adapt_type", "rl", "-ts_adapt_rl_measure", "final_slip", "-ts_max_time", "300"]
         run, strict = self.run_fault(*options), self.run_fault(*options, "-ts_adapt_rl_strict")
         self.assertEqual(run["text"].count("hands the run over to heuristic, because its observations stay outside the policy's"), 1)
         self.assertEqual(run["policy_outside_range"], 3)
@@ -101,21 +101,23 @@ class Handover(Runs):
 class Verdict(Runs):
     """Random faults of tests/benchmarks/verdict.py on which "likely met" or "met" was said before the calibration, and was
     wrong: seed, number, accuracy, the error of the policy's run."""
+    SLIP = ["-ts_adapt_type", "rl", "-ts_adapt_rl_measure", "final_slip"]
     WRONG = [(201, 89, 1e-2, 2.9e-2, "graded plane, observations out of range"), (202, 54, 1e-2, 2.4e-2, "grid, observations out of range"),
              (201, 31, 1e-2, 3.2e-2, "two planes, 7 steps"), (201, 199, 1e-2, 1.6e-2, "two planes, 9 steps")]
 
     def case(self, seed, k):
-        """Its options and its final mean slip, by a fine run."""
+        """Its options and a fine run of it, as verdict.read() has it."""
         args = argparse.Namespace(build=os.environ["SLIPSTEP_BUILD"], calibrate=False, prove=0)
-        case, slip, _ = verdict.reference(args, self.room.name, seed, k)
-        return [*case.options, "-ts_max_time", f"{case.duration:.10g}", "-fault_output_interval", "1000000"], slip
+        case, fine, _ = verdict.reference(args, self.room.name, seed, k)
+        return [*case.options, "-ts_max_time", f"{case.duration:.10g}", "-fault_output_interval", "1000000"], fine
 
     def test_wrong(self):
         """None of them is called met, and the check tells. Where observations stay out of range the run is handed over, and
         is as exact as wanted."""
         for seed, k, dial, error, what in self.WRONG:
-            options, slip = self.case(seed, k)
-            rl = [*options, "-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", f"{dial:g}"]
+            options, fine = self.case(seed, k)
+            slip = fine[1][1][-1]
+            rl = [*options, *self.SLIP, "-ts_adapt_rl_accuracy", f"{dial:g}"]
             run = self.run_fault(*rl, "-ts_adapt_rl_strict", "-fault_check_error")
             # still the case that it was: other roundings change its error by less
             self.assertTrue(abs(abs(run["mean_slip"] / slip - 1) - error) < 0.1 * error, f"fault {k} of seed {seed}: error {run['mean_slip'] / slip - 1}")
@@ -134,7 +136,7 @@ class Verdict(Runs):
         options = ["-fault_nx", "12", "-fault_nz", "12", "-fault_stiffness_scaling", "mean_slip"]
         fine = self.run_fault(*options, "-ts_adapt_type", "heuristic", "-ts_rtol", "1e-6")["mean_slip"]
         for dial in (1e-1, 1e-2, 1e-3):
-            run = self.run_fault(*options, "-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", f"{dial:g}")
+            run = self.run_fault(*options, *self.SLIP, "-ts_adapt_rl_accuracy", f"{dial:g}")
             self.assertEqual(run["slip_error_estimate_met"], 1, f"at {dial}")
             self.assertIn(f"(wanted {dial:g}: likely met)", run["text"])
             self.assertLess(abs(run["mean_slip"] / fine - 1), dial)
@@ -147,7 +149,8 @@ class Verdict(Runs):
                              (["-ts_adapt_type", "none", "-ts_dt", "10"], "too few steps")):
             run = self.run_fault("-fault_nx", "2", "-fault_nz", "2", "-fault_stiffness_scaling", "mean_slip", *options)
             self.assertIn(f"unknown, use -fault_check_error ({why})", run["text"])
-            self.assertNotIn("slip_error_estimate", run)
+            for name in ("slip", "history", "event_time"):
+                self.assertNotIn(f"{name}_error_estimate", run)
 
 
 if __name__ == "__main__":

@@ -102,14 +102,14 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
   o->side = 7;
   o->batch_single = small ? 48 : 24;
   o->batch_mesh = 20;
-  o->late_generations = small ? 0 : 500;
+  o->late_generations = small ? 0 : 800;
   o->late_single = small ? 48 : 90;
   o->late_mesh = 60;
-  o->validation = small ? 60 : 30;
+  o->validation = 60;
   o->calibration = small ? 75 : 100;
   o->population = small ? 16 : 24;
   o->diagonal = 200;
-  o->generations = small ? 1500 : 3000;
+  o->generations = small ? 1500 : 2600;
   o->interval = 50;
   o->sigma = 0.1;
   o->moving = small ? 0 : 30;

@@ -26,7 +26,7 @@ typedef struct {
   PetscReal rtol, atol;   /* relative; absolute in the problem's units; 0: the problem's own */
   PetscReal continuation; /* step of exact continuations [T*] */
   PetscReal accuracy;     /* position of the accuracy dial, 0: the controller's default */
-  void *family;     /* -train_family, of problems that draw faults by it; NULL: their own draws */
+  void *family;           /* -train_family, of problems that draw faults by it; NULL: their own draws */
   PetscInt max_steps;     /* attempts after which an episode is cut off, 0: never */
 } EnvOptions;
 

@@ -21,7 +21,7 @@ static const struct {
   [STRESS] = {"normal_stress [Pa]", 5e6, 150e6},
   [RESIDUAL] = {"friction_residual", 0.2, 0.7},
   [DROP] = {"friction_drop", 0.03, 0.3},
-  [WEAKENING] = {"weakening over stiffness", 1.5, 15},
+  [WEAKENING] = {"weakening over stiffness", 1.5, 60},
   [PERTURBATION] = {"initial_perturbation", 1e-6, 1e-3},
   [MARGIN] = {"duration over time to rest", 1.2, 3.5},
 };

@@ -70,13 +70,15 @@ typedef struct {
   char default_of[64];    /* the problem whose default policy is; empty: it was given */
   TSAdaptRLActorFn actor; /* asked instead of the policy when set */
   void *actor_ctx;
-  PetscReal actor_dt[2];   /* bounds that the observation "step" refers to [s] */
-  PetscInt n;              /* observations */
-  SlipObserved *seen;      /* [n] */
-  PetscReal *obs;          /* [n] their values */
-  PetscBool needs_error;   /* an observation reads the error estimate */
-  PetscReal accuracy;      /* the dial: wanted relative error of the run's result */
-  PetscBool sees_accuracy; /* an observation reads it */
+  PetscReal actor_dt[2];      /* bounds that the observation "step" refers to [s] */
+  PetscInt n;                 /* observations */
+  SlipObserved *seen;         /* [n] */
+  PetscReal *obs;             /* [n] their values */
+  PetscBool needs_error;      /* an observation reads the error estimate */
+  PetscReal accuracy;         /* the dial: wanted relative error of the run's result */
+  const SlipMeasure *measure; /* of that error; NULL: that of the policy */
+  PetscReal told_dial;        /* this one was clipped, and the line of message printed */
+  PetscBool sees_accuracy;    /* an observation reads it */
   SlipObserver observer;
   PetscBool begun; /* a solve is under way */
   PetscInt steps;  /* accepted steps at the last call, to notice another solve */
@@ -96,6 +98,13 @@ typedef struct {
   PetscInt ceilings;  /* steps rejected by the ceiling */
   PetscInt outside;   /* decisions with an observation outside the training range */
 } TSAdapt_RL;
+
+/* rlmeasure.c */
+PETSC_INTERN PetscErrorCode TSAdaptRLFindDefault_Private(TSAdapt adapt, const char problem[], char file[], size_t len,
+                                                         PetscBool *found);
+PETSC_INTERN PetscErrorCode TSAdaptRLCheckMeasure_Private(TSAdapt adapt, const SlipProblemOps *problem,
+                                                          const char name[]);
+PETSC_INTERN PetscErrorCode TSAdaptRLClipDial_Private(TSAdapt adapt, PetscReal *used);
 
 /* rlset.c */
 PETSC_INTERN PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts); /* the default one when there is none */

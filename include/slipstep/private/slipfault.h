@@ -10,6 +10,7 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipoutput.h>
 #include <slipstep/private/slipcheckpoint.h>
+#include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 
 /* ---- parameters ---- */
@@ -146,7 +147,23 @@ typedef struct {
 
 typedef struct _n_SlipFaultOutput *SlipFaultOutput;
 
-/* ---- the error of the final slip; formulas in slipestimate.c and slipcheck.c ---- */
+/* ---- errors of a run; formulas in slipestimate.c, courseestimate.c and slipcheck.c ---- */
+typedef struct {
+  PetscInt n, size; /* nodes, room for */
+  SlipCourseNode *node;
+} SlipFaultCourse;
+
+/* What local errors change of the timing of a run; [2]: signed, and by magnitudes */
+typedef struct {
+  PetscReal excess[2];    /* kinetic energy at equal slip, carried to now [J/m^2] */
+  PetscReal vigour;       /* sum of M v^2 at the end of the last step [J/m^2] */
+  PetscReal early[2];     /* by how much the run is ahead [s] */
+  PetscReal rate;         /* largest sum of slip rates so far [m/s] */
+  PetscReal shift[2];     /* early at that time [s] */
+  PetscReal acceleration; /* mean, at the end of the last step [m/s^2] */
+  PetscReal bend;         /* largest error of a cubic between the ends of a step [m] */
+} SlipFaultTiming;
+
 typedef struct {
   PetscObjectId id;  /* of the TS that has the monitor */
   PetscBool known;   /* every accepted step so far had an error estimate */
@@ -156,7 +173,10 @@ typedef struct {
   PetscReal slip[2]; /* errors of the mean slip that have become final, likewise [m] */
   PetscReal sum;     /* of the slip at the end of the last step [m] */
   PetscReal late;    /* what of it was made in steps in which cells came to rest [m] */
+  SlipFaultTiming timing;
+  SlipFaultCourse course; /* the start and the ends of accepted steps */
   /* -fault_check_error */
+  SlipFaultCourse fine; /* of the repetition, and ends of parts of steps */
   Vec start;            /* state of the start */
   PetscReal start_time; /* [s] */
   PetscReal start_step; /* [s] */
@@ -262,9 +282,14 @@ PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n,
 PETSC_EXTERN PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip);
 PETSC_EXTERN PetscErrorCode SlipFaultRunErrorDestroy(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, PetscReal time, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultCourseStart(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultCourseState(SlipFault fault, SlipState s);
+PETSC_EXTERN PetscErrorCode SlipFaultTimingStep(SlipFault fault, TS ts, const SlipAttempt *attempt, Vec w, Vec e,
+                                                PetscReal scale);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts);
-PETSC_EXTERN PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip,
-                                                PetscReal *error, PetscInt *solves);
+PETSC_EXTERN PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal error[],
+                                                PetscReal *final, PetscInt *solves);
 PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);
 PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);

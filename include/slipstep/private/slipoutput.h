@@ -20,7 +20,7 @@ PETSC_INTERN PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char 
 PETSC_INTERN PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[]);
 PETSC_INTERN PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h);
 
-#define SLIP_OUTPUT_NUMBERS 24
+#define SLIP_OUTPUT_NUMBERS 48
 #define SLIP_OUTPUT_NAME 64
 typedef struct {
   char name[SLIP_OUTPUT_NAME], label[SLIP_OUTPUT_NAME], unit[2 * SLIP_OUTPUT_NAME];

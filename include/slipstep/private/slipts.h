@@ -23,7 +23,9 @@ typedef struct {
   PetscBool error_set;          /* chosen explicitly, so that adapt none does not switch doubling off */
   PetscInt order;               /* p of doubling's (2^p - 1) */
   PetscInt max_failures;        /* attempts in a row that may fail to converge */
-  PetscBool halved;             /* the solution is computed in halves of the steps */
+  PetscInt parts;               /* the solution is computed in so many parts of each step; 0 or 1: in one */
+  TSBathePartFn part;           /* called at the end of each, or NULL */
+  void *part_ctx;
   SlipConstraint con;           /* NULL: unconstrained */
   const SlipConstraintOps *ops; /* its operations */
   void *ctx;                    /* and their context */
