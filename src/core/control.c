@@ -28,7 +28,7 @@ const SlipFilter SlipFilters[] = {
   {"H211b2", 2, 2, 0.5, USUAL},
   {"H211b4", 4, 4, 0.25, USUAL},
   /* train -train_algorithm filter */
-  {"fault_history", 0.5622, 4.284, 0.0885, 0.0565, 13.67},
+  {"fault_history", 0.6373, -8.001, -0.09116, 0.1642, 18.62},
 };
 
 /* The ratio of steps of a filter within its limits, after a step h; the memory moves when the step is accepted. */
