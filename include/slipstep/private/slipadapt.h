@@ -75,6 +75,7 @@ typedef struct {
   SlipObserved *seen;      /* [n] */
   PetscReal *obs;          /* [n] their values */
   PetscBool needs_error;   /* an observation reads the error estimate */
+  PetscBool relative;      /* the policy's steps are multiples of the last attempt's, which E > 1 rejects */
   PetscReal accuracy;      /* the dial: wanted relative error of the run's result */
   PetscBool sees_accuracy; /* an observation reads it */
   SlipObserver observer;
