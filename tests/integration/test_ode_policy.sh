@@ -28,6 +28,20 @@ assert np.array_equal(weights("a.h5"), weights("b.h5"))
 assert not np.array_equal(weights("a.h5"), weights("c.h5"))
 EOF
 
+# A run that goes on from a checkpoint is the unbroken one: what the policy remembers of attempts is kept.
+run=("$bin/fault" -fault_nx 2 -fault_nz 2 -ts_max_time 8 -ts_adapt_type rl -ts_adapt_rl_policy "$source/training/policies/ode.h5")
+"${run[@]}" -fault_output whole.h5 >out.txt 2>&1 || fail "a fault: $(cat out.txt)"
+"${run[@]}" -fault_output part.h5 -fault_checkpoint run.state -ts_max_steps 9 >/dev/null 2>&1
+"${run[@]}" -fault_output part.h5 -fault_restart run.state >out.txt 2>&1 || fail "a restart: $(cat out.txt)"
+"$SLIPSTEP_PYTHON" - <<'EOF' || fail "a restart gives another run"
+import h5py
+import numpy as np
+
+with h5py.File("whole.h5") as whole, h5py.File("part.h5") as part:
+    pairs = [(whole[g][k][:], part[g][k][:]) for g in ("steps", "series") for k in whole[g] if k != "wall"]
+    assert len(pairs) > 10 and all(np.array_equal(a, b) for a, b in pairs)
+EOF
+
 # A run in PETSc's programs
 [ -e "$build/lib/libslipstep.so" ] || exit $failed # BUILD_SHARED_LIBS=OFF
 petsc=$(sed -n 's/^PETSC_LIBDIR:INTERNAL=//p' "$build/CMakeCache.txt" | head -n 1)
