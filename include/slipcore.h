@@ -204,6 +204,12 @@ typedef struct {
      magnitude */
   PetscReal norm, mean, component;
   PetscReal norm0, max0, component0;
+  /* of the attempts so far, SlipRunAttempt() */
+  PetscReal order;      /* the power of h that the error estimate goes with, 1/q; 0: not known */
+  PetscBool accepted;   /* the last one was */
+  PetscReal dt_before;  /* step of the last accepted one before it [s]; 0: there was none */
+  PetscInt rejected;    /* converged attempts in a row that were rejected */
+  PetscReal rejections; /* share of rejected ones lately */
 } SlipRunNumbers;
 
 /* Of a fault; means over the cells where nothing else is said. */
@@ -242,7 +248,8 @@ enum {
   SLIP_READS_ERROR = 2,     /* the error estimate */
   SLIP_READS_RESIDUAL = 4,  /* the residuals */
   SLIP_READS_ESTIMATES = 8, /* slip_error and growth */
-  SLIP_READS_MODE = 16      /* mode_stiffness and mode_weakening: another product with K */
+  SLIP_READS_MODE = 16,     /* mode_stiffness and mode_weakening: another product with K */
+  SLIP_READS_ATTEMPTS = 32  /* the attempts so far */
 };
 
 /* A row: what it reads (above), its formula, its meaning. */
@@ -274,6 +281,7 @@ PETSC_EXTERN void SlipObservedSet(SlipObserved *seen, const char name[]);
 PETSC_EXTERN PetscBool SlipObservedOfState(const SlipObserved *seen);
 PETSC_EXTERN PetscBool SlipObservedOfRun(const SlipObserved *seen);
 PETSC_EXTERN PetscReal SlipObservedTake(SlipObserved *seen, PetscReal now);
+PETSC_EXTERN void SlipRunAttempt(SlipRunNumbers *run, PetscReal h, PetscBool converged, PetscBool accepted);
 
 /* ---- course.c: how far one course of slip is from another ---- */
 /* The end of an accepted step: mean slip and mean |slip rate| over the cells */
@@ -329,6 +337,7 @@ PETSC_EXTERN PetscReal SlipControlFilter(const SlipFilter *filter, SlipFilterMem
 
 enum { SLIP_MAX_FAILURES = 3 }; /* attempts in a row before steps are halved, unless an option says otherwise */
 PETSC_EXTERN PetscBool SlipControlHalve(PetscInt failures, PetscInt max_failures, PetscReal *h);
+PETSC_EXTERN PetscReal SlipControlShrink(PetscReal h, PetscReal next, PetscInt rejected);
 PETSC_EXTERN PetscReal SlipControlRest(PetscReal h, PetscReal limit, PetscReal rest, PetscReal left);
 PETSC_EXTERN PetscReal SlipControlMatch(PetscReal h, PetscReal left);
 

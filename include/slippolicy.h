@@ -6,7 +6,7 @@
      /observation   names [n] (strings, in the network's order), scale [n], offset [n]
      /layers/0, 1.. weight [out, in], bias [out]; attribute activation: linear, relu, tanh or hardtanh2 (to [-2, 2])
      /action        attributes low, high, squash ("tanh"), dt_min, dt_max, dt_min_unit, dt_max_unit ("s", "T*",
-     "t_max"),
+     "t_max"; both "h": times the last attempt's step),
                     spacing ("linear", also when absent, or "log")
      /range         minimum [n], maximum [n] of each observation in training; may be absent */
 #pragma once
@@ -43,7 +43,7 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetObservations(SlipPolicy p, PetscInt n, 
 PETSC_EXTERN PetscErrorCode SlipPolicyAddLayer(SlipPolicy p, PetscInt in, PetscInt out, const PetscReal weight[],
                                                const PetscReal bias[], SlipActivation activation);
 /* h = dt_min + (a - low)/(high - low) (dt_max - dt_min), or with log_spacing dt_min (dt_max/dt_min)^((a - low)/(high -
-   low)); a = tanh of the last layer. Units "s", "T*" or "t_max". File: /action attributes, spacing "linear" (default
+   low)); a = tanh of the last layer. Units "s", "T*", "t_max" or "h". File: /action attributes, spacing "linear" (default
    when absent) or "log". */
 PETSC_EXTERN PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, PetscReal high, PetscReal dt_min,
                                                 const char dt_min_unit[], PetscReal dt_max, const char dt_max_unit[],
@@ -66,7 +66,8 @@ PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n,
 /* of training; NULL: not known */
 PETSC_EXTERN PetscErrorCode SlipPolicyGetRange(SlipPolicy p, const PetscReal *min[], const PetscReal *max[]);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min,
-                                                    PetscReal *dt_max); /* [s] */
+                                                    PetscReal *dt_max);              /* [s] */
+PETSC_EXTERN PetscErrorCode SlipPolicyIsRelative(SlipPolicy p, PetscBool *relative); /* unit "h" */
 /* hex digest of the file's content, for provenance */
 PETSC_EXTERN PetscErrorCode SlipPolicyGetHash(SlipPolicy p, const char *hash[]);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[]);

@@ -4,6 +4,7 @@ static const char help[] =
   "  train -train_algorithm steps -fault_nx 4 -fault_nz 4 -train_output bound.h5   (the best steps that there are)\n"
   "  mpirun -n 2 train -train_algorithm filter   (a classical controller, tuned: options of -ts_adapt_type pi)\n"
   "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
+  "  train -train_algorithm cmaes -train_problem ode -train_output ode.h5   (the general policy, for any TS)\n"
   "  train -train_steps 20000 -train_output policy.h5 -train_log curve.h5\n"
   "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-cell faults)\n"
   "  mpirun -n 2 train -train_alpha 1,2,4 -train_seed 1,2 -train_output policy.h5    (six trainings, two at a time)\n"
@@ -12,6 +13,7 @@ static const char help[] =
   "Drawn by -train_random:\n";
 
 #include "cmaes/cmatrain.h"
+#include "ode/ode.h"
 #include "offpolicy/sweep.h"
 #include "problems/problems.h"
 #include "steps/steps.h"
@@ -22,7 +24,7 @@ static const char help[] =
 static const char names[] =
   "algorithm alpha atol batch batch_meshes batch_singles buffer calibration checkpoint "
   "checkpoint_interval continuation_step cost critic_network critics diagonal dial_high dial_low "
-  "discount drop drop_quantiles dt_max dt_min evaluate_episodes evaluate_interval family generations "
+  "discount drop drop_quantiles dt_max dt_min episodes evaluate_episodes evaluate_interval family generations "
   "hidden late_generations late_meshes late_singles layers learning_rate learning_starts log log_overwrite "
   "max_attempts mesh_side meshes minutes "
   "moving_dt_max network noise noise_sigma observations output policy_delay polyak population "
@@ -89,12 +91,19 @@ static PetscErrorCode Run(PetscInt *failed)
   TrainOptions o;
   EnvRun run;
   EnvInstance instance;
-  char algorithm[32] = "";
-  PetscBool only_help, evolution, filter, steps;
+  char algorithm[32] = "", problem[32] = "";
+  PetscBool only_help, evolution, filter, general, steps;
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetString(NULL, NULL, "-train_algorithm", algorithm, sizeof(algorithm), NULL));
   PetscCall(PetscStrcmp(algorithm, "cmaes", &evolution));
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-train_problem", problem, sizeof(problem), NULL));
+  PetscCall(PetscStrcmp(problem, "ode", &general));
+  if (evolution && general) {
+    PetscCall(OdeTrain(PETSC_COMM_WORLD));
+    PetscCall(SlipWarnOfUnusedOptions());
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (evolution) {
     PetscCall(RunCMA());
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -41,11 +41,13 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   PetscCall(TSAdaptRLFindPolicy_Private(adapt, ts));
   PetscCall(SlipObserverStart(o, ts));
   PetscCall(TSAdaptRLClipDial_Private(adapt, &o->run.accuracy));
+  rl->relative = PETSC_FALSE;
   if (rl->actor) {
     o->run.dt_min = rl->actor_dt[0];
     o->run.dt_max = rl->actor_dt[1];
   } else {
     PetscCall(SlipPolicyGetFile(rl->policy, &source));
+    PetscCall(SlipPolicyIsRelative(rl->policy, &rl->relative));
     PetscCall(SlipPolicyGetStepBounds(rl->policy, o->run.tstar, o->run.max_time, &o->run.dt_min, &o->run.dt_max));
   }
   PetscCall(SlipObserverFindRows(o, rl->n, rl->seen, source));
@@ -62,10 +64,11 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
 /* What is known of the attempt that just ended; a TS that records none gives what the controller's arguments say. */
 static PetscErrorCode Record_RL(TSAdapt adapt, TS ts, PetscReal h, PetscBool converged, PetscBool need_error)
 {
+  const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
   SlipObserver *o = &((TSAdapt_RL *)adapt->data)->observer;
   SlipAttempt *last = &o->last;
   PetscErrorCode (*get)(TS, SlipAttempt *);
-  PetscReal q;
+  PetscReal q = 0;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectQueryFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", &get));
@@ -82,13 +85,15 @@ static PetscErrorCode Record_RL(TSAdapt adapt, TS ts, PetscReal h, PetscBool con
   }
   last->converged = converged;
   last->accepted = PETSC_FALSE;
-  if (converged && need_error && last->error < 0) PetscCall(SlipAdaptEvaluateError(adapt, ts, &q, &last->error));
-  PetscCheck(
-    !converged || !need_error || last->error >= 0, PetscObjectComm((PetscObject)adapt), PETSC_ERR_SUP,
-    "-ts_adapt_type rl needs an error estimate (its policy observes accuracy, log_error or log_slip_error, or "
-    "-ts_adapt_rl_error_ceiling is set), but -ts_type %s gives none; with bathe use -ts_bathe_error doubling or "
-    "embedded",
-    ((PetscObject)ts)->type_name);
+  if (converged && need_error && (last->error < 0 || rl->relative))
+    PetscCall(SlipAdaptEvaluateError(adapt, ts, &q, &last->error));
+  if (q > 0) o->run.order = 1 / q;
+  PetscCheck(!converged || !need_error || last->error >= 0, PetscObjectComm((PetscObject)adapt), PETSC_ERR_SUP,
+             "-ts_adapt_type rl needs an error estimate (its policy observes accuracy, log_error, log_error_step or "
+             "log_slip_error, or -ts_adapt_rl_error_ceiling is set), but -ts_type %s gives none; with bathe use "
+             "-ts_bathe_error doubling or "
+             "embedded",
+             ((PetscObject)ts)->type_name);
   o->run.started = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -153,6 +158,7 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
     PetscCall(PetscLogEventBegin(SLIP_Policy, adapt, 0, 0, 0));
     PetscCall(SlipPolicyChoose(rl->policy, rl->obs, o->run.tstar, o->run.max_time, h, &outside));
     PetscCall(PetscLogEventEnd(SLIP_Policy, adapt, 0, 0, 0));
+    if (rl->relative) *h *= o->last.dt;
     /* A policy trained on a few cells cannot know how little of a fine mesh may still be sliding: its attribute limits
        the step while anything moves, and a state at rest is left alone until something slips, which the problem knows. */
     PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_MOVING_DT_MAX, &limit, &limited));
@@ -170,7 +176,7 @@ static PetscErrorCode TSAdaptChooseFirst_RL(TSAdapt adapt, TS ts, PetscReal *h)
 
   PetscFunctionBegin;
   PetscCall(Begin_RL(adapt, ts));
-  if (!rl->handed) PetscCall(Decide_RL(adapt, ts, PETSC_TRUE, PETSC_FALSE, h));
+  if (!rl->handed && !rl->relative) PetscCall(Decide_RL(adapt, ts, PETSC_TRUE, PETSC_FALSE, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -179,21 +185,28 @@ static PetscErrorCode Converged_RL(TSAdapt adapt, TS ts, PetscReal h, PetscReal 
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipObserver *o = &rl->observer;
-  const PetscBool limit = rl->error_ceiling > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal ceiling = rl->error_ceiling > 0 ? rl->error_ceiling : (rl->relative ? 1 : 0);
+  const PetscBool limit = ceiling > 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscReal E, q;
 
   PetscFunctionBegin;
   PetscCall(Record_RL(adapt, ts, h, PETSC_TRUE, rl->needs_error || limit ? PETSC_TRUE : PETSC_FALSE));
   o->run.failures = 0;
-  *accept = !limit || o->last.error <= rl->error_ceiling || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
+  *accept = !limit || o->last.error <= ceiling || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
   o->last.accepted = *accept;
   if (*accept) o->run.time = ts->ptime + h;
-  PetscCall(Decide_RL(adapt, ts, *accept, *accept ? PETSC_FALSE : PETSC_TRUE, next_h));
+  SlipRunAttempt(&o->run, o->last.dt, PETSC_TRUE, *accept);
+  PetscCall(Decide_RL(adapt, ts, *accept, *accept || rl->relative ? PETSC_FALSE : PETSC_TRUE, next_h));
   if (*accept) PetscFunctionReturn(PETSC_SUCCESS);
   rl->ceilings++;
-  PetscCall(SlipAdaptEvaluateError(adapt, ts, &q, &E));
-  *next_h = h * SlipControlCeiling(o->last.error, rl->error_ceiling, q);
-  PetscCall(SlipAdaptCheckMinimum(adapt, ts, *next_h, "-ts_adapt_rl_error_ceiling"));
+  if (rl->relative) {
+    *next_h = SlipControlShrink(h, *next_h, o->run.rejected);
+  } else {
+    PetscCall(SlipAdaptEvaluateError(adapt, ts, &q, &E));
+    *next_h = h * SlipControlCeiling(o->last.error, rl->error_ceiling, q);
+  }
+  PetscCall(
+    SlipAdaptCheckMinimum(adapt, ts, *next_h, rl->relative ? "the error estimate" : "-ts_adapt_rl_error_ceiling"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -228,9 +241,10 @@ static PetscErrorCode Failed_RL(TSAdapt adapt, TS ts, PetscReal h_failed, PetscR
   PetscFunctionBegin;
   PetscCall(Record_RL(adapt, ts, h_failed, PETSC_FALSE, PETSC_FALSE));
   o->last.dt = h_failed;
+  SlipRunAttempt(&o->run, h_failed, PETSC_FALSE, PETSC_FALSE);
   o->run.failures++;
   rl->failures++;
-  guarded = SlipControlHalve(o->run.failures, rl->max_failures, &halved);
+  guarded = SlipControlHalve(o->run.failures, rl->relative ? 1 : rl->max_failures, &halved);
   PetscCall(Decide_RL(adapt, ts, PETSC_FALSE, guarded, h_next));
   if (!guarded) PetscFunctionReturn(PETSC_SUCCESS);
   rl->halvings++;
@@ -403,6 +417,13 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   PetscCall(SlipStateReal(s, "dt", 1, &run->dt));
   PetscCall(SlipStateInt(s, "failures_in_a_row", 1, &run->failures));
   PetscCall(SlipStateReal(s, "time", 1, &run->time));
+  if (rl->relative) {
+    PetscCall(SlipStateReal(s, "order", 1, &run->order));
+    PetscCall(SlipStateBool(s, "accepted", &run->accepted));
+    PetscCall(SlipStateReal(s, "dt_before", 1, &run->dt_before));
+    PetscCall(SlipStateInt(s, "rejected_in_a_row", 1, &run->rejected));
+    PetscCall(SlipStateReal(s, "rejections", 1, &run->rejections));
+  }
   PetscCall(StateOfStart(s, rl));
   for (PetscInt i = 0; i < rl->n; i++) {
     PetscCall(PetscSNPrintf(name, sizeof(name), "has_base_%" PetscInt_FMT, i));
@@ -462,6 +483,11 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   A run is handed over to TSADAPTHEURISTIC, for good and with one line of message, when the problem says that no policy
   was trained for the like of it (a fault that is loaded), at the start, or when three decisions in a row had an
   observation outside the training range. From there it is a run of that type, with its options and -ts_rtol.
+
+  A policy whose steps are multiples of the last one (unit "h" of its action, as those of the general policy ode.h5, which
+  is taken where a problem has none of its own) goes by the error estimate: E > 1 rejects the attempt, a rejected step is
+  followed by one of 0.9 h at most, or 0.5 h when the one before was rejected too, a failed solve by h/2, and the
+  first step is the TS's own.
 
   With a TS other than bathe, failed solves stay PETSc's business (-ts_adapt_scale_solve_failed), the residual counts as
   0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.

@@ -319,9 +319,11 @@ PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal 
 
 /* ---- without a policy: the default one of its problem ---- */
 
+#define GENERAL "ode" /* for any TS with an error estimate: what problems without a policy of their own take */
+
 /*
   A policy that names its problem is for that one, unless -ts_adapt_rl_problem names it too. Without any it is the default
-  one of -ts_adapt_rl_problem, or of what the problem calls itself.
+  one of -ts_adapt_rl_problem, or of what the problem calls itself, or else the general one.
 */
 PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
 {
@@ -330,7 +332,7 @@ PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
   const SlipProblemOps *problem;
   const char *name = rl->problem, *trained, *source;
   char file[PETSC_MAX_PATH_LEN];
-  PetscBool found;
+  PetscBool found = PETSC_FALSE;
 
   PetscFunctionBegin;
   if (rl->actor) PetscFunctionReturn(PETSC_SUCCESS);
@@ -340,16 +342,22 @@ PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
   if (rl->policy) {
     PetscCall(SlipPolicyGetAttribute(rl->policy, "problem", &trained));
     PetscCall(SlipPolicyGetFile(rl->policy, &source));
-    PetscCheck(!trained || !name[0] || !strcmp(trained, name), comm, PETSC_ERR_ARG_WRONG,
+    PetscCheck(!trained || !name[0] || !strcmp(trained, name) || !strcmp(trained, GENERAL), comm, PETSC_ERR_ARG_WRONG,
                "Policy %s was trained for the problem %s, not for %s (-ts_adapt_rl_policy; -ts_adapt_rl_problem %s "
                "takes it nevertheless)",
                source, trained, name, trained);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCheck(name[0], comm, PETSC_ERR_ARG_WRONGSTATE,
-             "-ts_adapt_type rl has no policy, and this problem has no default one; name a policy with "
-             "-ts_adapt_rl_policy <file.h5>, or with -ts_adapt_rl_problem the problem whose default to take");
-  PetscCall(TSAdaptRLFindDefault_Private(adapt, name, file, sizeof(file), &found));
+  if (name[0]) PetscCall(TSAdaptRLFindDefault_Private(adapt, name, file, sizeof(file), &found));
+  if (!found && !rl->problem[0]) {
+    char general[PETSC_MAX_PATH_LEN];
+
+    PetscCall(SlipPolicyFindDefault(comm, GENERAL, general, sizeof(general), &found));
+    if (found || !name[0]) {
+      PetscCall(PetscStrncpy(file, general, sizeof(file)));
+      name = GENERAL;
+    }
+  }
   PetscCheck(
     found, comm, PETSC_ERR_FILE_OPEN,
     "-ts_adapt_type rl has no policy, and the default one of the problem %s, %s, is not there; name a policy with "

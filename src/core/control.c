@@ -62,6 +62,13 @@ PetscBool SlipControlHalve(PetscInt failures, PetscInt max_failures, PetscReal *
   return PETSC_TRUE;
 }
 
+/* After a rejected attempt at h a tenth of it at least is taken off, whatever the policy says, and half when the one
+   before was rejected too: ten in a row end a run of PETSc's. rejected: attempts in a row. */
+PetscReal SlipControlShrink(PetscReal h, PetscReal next, PetscInt rejected)
+{
+  return PetscMin(next, (PetscReal)(rejected > 1 ? 0.5 : 0.9) * h);
+}
+
 /* What rests needs no steps. limit: the longest step while anything moves [s]; rest: for how long the state stays
    exactly at rest [s], 0 when it moves; left: to the end of the run [s]. */
 PetscReal SlipControlRest(PetscReal h, PetscReal limit, PetscReal rest, PetscReal left)

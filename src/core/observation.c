@@ -6,10 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define CRITICAL_RESIDUAL 4 /* E_c of the residual */
-#define FAILED_RESIDUAL 2   /* what a solve that failed or was not run counts as */
-#define LOG_FLOOR 1e-16     /* smallest argument of a logarithm */
-#define RATE_FLOOR 1e-12    /* slip rates below count as standing still where their logarithm is taken [m/s] */
+#define CRITICAL_RESIDUAL 4            /* E_c of the residual */
+#define FAILED_RESIDUAL 2              /* what a solve that failed or was not run counts as */
+#define LOG_FLOOR 1e-16                /* smallest argument of a logarithm */
+#define REJECTIONS_KEPT (PetscReal)0.8 /* what an attempt counts less with each one after it */
+#define RATE_FLOOR 1e-12 /* slip rates below count as standing still where their logarithm is taken [m/s] */
 
 static const char Change[] = "change_";
 
@@ -102,6 +103,35 @@ static PetscReal LogAccuracy(const SlipRunNumbers *r)
 static PetscReal Failures(const SlipRunNumbers *r)
 {
   return (PetscReal)r->failures;
+}
+
+/* The elementary controller's ratio of steps; half after a failure, as then the step is halved */
+static PetscReal ErrorStep(const SlipRunNumbers *r)
+{
+  if (!r->started || r->order <= 0) return 0;
+  if (!r->converged) return -PetscLog10Real((PetscReal)2);
+  return PetscClipInterval(-LogWithin(r->error, (PetscReal)1e-30, (PetscReal)1e30) / r->order, (PetscReal)-1,
+                           (PetscReal)1);
+}
+
+static PetscReal LogStepRatio(const SlipRunNumbers *r)
+{
+  return r->started && r->dt_before > 0 ? LogWithin(r->dt / r->dt_before, (PetscReal)0.1, (PetscReal)10) : 0;
+}
+
+static PetscReal Rejected(const SlipRunNumbers *r)
+{
+  return r->rejected > 0 ? 1 : 0;
+}
+
+static PetscReal Rejections(const SlipRunNumbers *r)
+{
+  return r->rejections;
+}
+
+static PetscReal Order(const SlipRunNumbers *r)
+{
+  return r->order;
 }
 
 static PetscReal SquaredNorm(const SlipRunNumbers *r)
@@ -327,6 +357,14 @@ const SlipObservation SlipObservations[] = {
   {SLIP_OBSERVES_ACCURACY, 0, LogAccuracy, NULL,
    "log10 of the wanted relative error of the run's result (-ts_adapt_rl_accuracy)"},
   {"failures", 0, Failures, NULL, "attempts in a row that did not converge"},
+  {"log_error_step", SLIP_READS_ERROR | SLIP_READS_ATTEMPTS, ErrorStep, NULL,
+   "log10 of E^-q, the ratio of steps that the error asks for, in [-1, 1]; of 1/2 after a failure, of 1 at the start"},
+  {"log_step_ratio", SLIP_READS_ATTEMPTS, LogStepRatio, NULL,
+   "log10 of h over the accepted step before it, in [-1, 1]; 0 without one"},
+  {"rejected", SLIP_READS_ATTEMPTS, Rejected, NULL, "1 when the attempt converged and was rejected, else 0"},
+  {"rejections", SLIP_READS_ATTEMPTS, Rejections, NULL,
+   "share of rejected attempts, those before counting 0.8 times less each"},
+  {"order", SLIP_READS_ERROR | SLIP_READS_ATTEMPTS, Order, NULL, "power of h that E goes with, 1/q; 0 at the start"},
   {"log_velocity", SLIP_READS_STATE, NULL, LogVelocity,
    "of a fault: log10(max|v| / V), V = d_c over T*, |v| at least 1e-12 m/s"},
   {"log_mean_velocity", SLIP_READS_STATE, NULL, LogMeanVelocity, "of a fault: log10(mean|v| / V), likewise"},
@@ -420,10 +458,10 @@ PetscBool SlipObservedOfState(const SlipObserved *seen)
   return !seen->row || seen->change || seen->row->reads & SLIP_READS_STATE ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Can the row be told from the numbers of a run whose state, error estimate and residuals are not known? */
+/* Can the row be told from the numbers of a run whose state, error estimate, residuals and attempts are not known? */
 PetscBool SlipObservedOfRun(const SlipObserved *seen)
 {
-  const PetscInt unknown = SLIP_READS_STATE | SLIP_READS_ERROR | SLIP_READS_RESIDUAL;
+  const PetscInt unknown = SLIP_READS_STATE | SLIP_READS_ERROR | SLIP_READS_RESIDUAL | SLIP_READS_ATTEMPTS;
 
   return seen->row && seen->row->run && !(seen->row->reads & unknown) ? PETSC_TRUE : PETSC_FALSE;
 }
@@ -437,4 +475,18 @@ PetscReal SlipObservedTake(SlipObserved *seen, PetscReal now)
   seen->base = now;
   seen->has_base = PETSC_TRUE;
   return seen->value;
+}
+
+/* An attempt at the step h has ended; run->dt is still that of the one before. */
+void SlipRunAttempt(SlipRunNumbers *run, PetscReal h, PetscBool converged, PetscBool accepted)
+{
+  const PetscBool rejected = converged && !accepted ? PETSC_TRUE : PETSC_FALSE;
+
+  if (run->accepted) run->dt_before = run->dt;
+  run->started = PETSC_TRUE;
+  run->converged = converged;
+  run->accepted = accepted;
+  run->dt = h;
+  run->rejected = rejected ? run->rejected + 1 : 0;
+  run->rejections = REJECTIONS_KEPT * run->rejections + (1 - REJECTIONS_KEPT) * (rejected ? 1 : 0);
 }

@@ -95,7 +95,7 @@ PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal
 
   Output Parameter:
 . h - dt_min + x (dt_max - dt_min), or dt_min (dt_max/dt_min)^x with logarithmic spacing [s];
-      x = (action - low)/(high - low)
+      x = (action - low)/(high - low); over the last attempt's step when SlipPolicyIsRelative()
 
   Level: intermediate
 

@@ -96,8 +96,8 @@ PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *
 - tmax  - end of the simulated time [s]
 
   Output Parameters:
-+ dt_min - [s]
-- dt_max - [s]
++ dt_min - [s]; over the last attempt's step when SlipPolicyIsRelative()
+- dt_max - likewise
 
   Note:
   Raises PETSC_ERR_ARG_OUTOFRANGE when the bounds, given in different units, do not fit this problem (dt_min >= dt_max).
@@ -111,14 +111,14 @@ PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *
 PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min,
                                        PetscReal *dt_max)
 {
-  const PetscReal unit[3] = {1, tstar, tmax};
+  const PetscReal unit[4] = {1, tstar, tmax, 1};
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
   PetscCheck(p->has_action, PetscObjectComm((PetscObject)p), PETSC_ERR_ARG_WRONGSTATE,
              "Policy %s has no action (/action)", SlipPolicySource_Private(p));
-  PetscCheck((p->dt_unit[0] < 2 && p->dt_unit[1] < 2) || tmax < PETSC_MAX_REAL, PetscObjectComm((PetscObject)p),
-             PETSC_ERR_ARG_WRONGSTATE,
+  PetscCheck((p->dt_unit[0] != SLIP_STEP_UNIT_TMAX && p->dt_unit[1] != SLIP_STEP_UNIT_TMAX) || tmax < PETSC_MAX_REAL,
+             PetscObjectComm((PetscObject)p), PETSC_ERR_ARG_WRONGSTATE,
              "Policy %s: its steps are parts of t_max, but there is none; expected -ts_max_time",
              SlipPolicySource_Private(p));
   *dt_min = p->dt[0] * unit[p->dt_unit[0]];
@@ -128,6 +128,29 @@ PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal 
     "Policy %s: with T* = %g s and a maximum time of %g s its steps are in [%g, %g] s; expected dt_min < dt_max "
     "(attributes of /action)",
     SlipPolicySource_Private(p), (double)tstar, (double)tmax, (double)*dt_min, (double)*dt_max);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipPolicyIsRelative - whether the steps of a policy are multiples of the last attempt's (unit "h" of its action)
+
+  Not collective
+
+  Input Parameter:
+. p - the policy
+
+  Output Parameter:
+. relative - `PETSC_TRUE`: SlipPolicyActionToStep() gives the ratio of the next step to the last attempt's
+
+  Level: intermediate
+
+.seealso: SlipPolicySetAction(), SlipPolicyActionToStep()
+@*/
+PetscErrorCode SlipPolicyIsRelative(SlipPolicy p, PetscBool *relative)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(p, SLIP_POLICY_CLASSID, 1);
+  *relative = p->has_action && p->dt_unit[0] == SLIP_STEP_UNIT_H ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -4,7 +4,7 @@
 
 const char *const SlipActivations[] = {"linear",           "relu", "tanh", "hardtanh2", "SlipActivation",
                                        "SLIP_ACTIVATION_", NULL};
-const char *const SlipStepUnits[] = {"s", "T*", "t_max", NULL};
+const char *const SlipStepUnits[] = {"s", "T*", "t_max", "h", NULL};
 
 const char *SlipPolicySource_Private(SlipPolicy p)
 {
@@ -153,7 +153,7 @@ static PetscErrorCode FindUnit(SlipPolicy p, const char attribute[], const char 
     if (same) break;
   }
   PetscCheck(same, PetscObjectComm((PetscObject)p), PETSC_ERR_ARG_UNKNOWN_TYPE,
-             "Policy %s: attribute %s of /action is \"%s\"; expected \"s\", \"T*\" or \"t_max\"",
+             "Policy %s: attribute %s of /action is \"%s\"; expected \"s\", \"T*\", \"t_max\" or \"h\"",
              SlipPolicySource_Private(p), attribute, unit);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -168,7 +168,7 @@ static PetscErrorCode FindUnit(SlipPolicy p, const char attribute[], const char 
 . low         - lowest action, dimensionless
 . high        - highest action, dimensionless
 . dt_min      - step at the lowest action, in dt_min_unit; >= 0, > 0 with log_spacing
-. dt_min_unit - "s", "T*" (the problem's time scale) or "t_max" (the simulated duration)
+. dt_min_unit - "s", "T*" (the problem's time scale), "t_max" (the simulated duration) or "h" (the last attempt's step)
 . dt_max      - step at the highest action, in dt_max_unit
 . dt_max_unit - as dt_min_unit
 - log_spacing - steps in geometric proportion between the bounds instead of linear
@@ -176,7 +176,7 @@ static PetscErrorCode FindUnit(SlipPolicy p, const char attribute[], const char 
   Level: intermediate
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_WRONG unless low < high and 0 <= dt_min < dt_max (0 < dt_min with
-  log_spacing), all finite and in known units
+  log_spacing), all finite and in known units, both "h" or neither
 
 .seealso: SlipPolicyActionToStep(), SlipPolicyGetStepBounds()
 @*/
@@ -199,6 +199,10 @@ PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, PetscReal high, 
   PetscCheck(dt_min >= 0 && dt_max > 0 && (unit[0] != unit[1] || dt_min < dt_max), comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Policy %s: attributes of /action are dt_min = %g %s and dt_max = %g %s; expected 0 <= dt_min < dt_max",
              SlipPolicySource_Private(p), (double)dt_min, dt_min_unit, (double)dt_max, dt_max_unit);
+  PetscCheck((unit[0] == SLIP_STEP_UNIT_H) == (unit[1] == SLIP_STEP_UNIT_H), comm, PETSC_ERR_ARG_WRONG,
+             "Policy %s: attributes of /action are dt_min_unit = \"%s\" and dt_max_unit = \"%s\"; expected both \"h\", "
+             "or neither",
+             SlipPolicySource_Private(p), dt_min_unit, dt_max_unit);
   PetscCheck(!log_spacing || dt_min > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Policy %s: attribute dt_min of /action is %g; expected > 0 with spacing \"log\"",
              SlipPolicySource_Private(p), (double)dt_min);

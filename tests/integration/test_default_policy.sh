@@ -61,9 +61,20 @@ plugin=(-dll_prepend "$(find "$work/moved" -name libslipstep.so)" -ts_type bathe
 ./ode "${plugin[@]}" -ts_adapt_rl_problem oscillator -ts_view > plugin
 expect plugin "policy: $work/moved/" "it is the default policy of the problem oscillator"
 
+# A problem without a name takes the general policy, as does one with a name that no file has.
+./ode "${plugin[@]}" -ts_view > general
+expect general "policy: $work/moved/" "it is the default policy of the problem ode"
+mkdir only
+cp "$source/training/policies/ode.h5" only
+SLIPSTEP_POLICY_DIR=$work/only "$build/bin/sliding_mode" -ts_adapt_type rl -ts_view > own
+expect own "policy: $work/only/ode.h5" "it is the default policy of the problem ode"
+
 # Errors: one line that says how to name a policy.
-if ./ode "${plugin[@]}" > none 2>&1; then fail "a program whose problem has no name must fail"; fi
-expect none "this problem has no default one; name a policy with -ts_adapt_rl_policy <file.h5>"
+if SLIPSTEP_POLICY_DIR=$work/nowhere ./ode "${plugin[@]}" > none 2>&1; then fail "a missing general policy must fail"; fi
+expect none "$work/nowhere/ode.h5, is not there; name a policy with -ts_adapt_rl_policy <file.h5>"
+SLIPSTEP_POLICY_DIR=$work/only "$build/bin/sliding_mode" -ts_adapt_type rl -ts_adapt_rl_problem fault > missing 2> message &&
+  fail "a missing default that was asked for must fail"
+expect message "default one of the problem fault, $work/only/fault.h5"
 if SLIPSTEP_POLICY_DIR=$work/nowhere "$build/bin/fault" "${small[@]}" > missing 2> message; then fail "a missing default must fail"; fi
 expect message "fault: error: -ts_adapt_type rl has no policy" "$work/nowhere/fault.h5, is not there" "-ts_adapt_rl_policy <file.h5>"
 [ "$(wc -l < message)" = 1 ] || { cat message; fail "expected one line"; }

@@ -298,6 +298,41 @@ static void rl_untrained(void **state)
   }
 }
 
+/* Steps in units of the last one: log10 of the ratio is tanh(w.obs). The order is 3; E > 1 rejects; of the two rejections
+   in a row the first is cut to 0.9 h and the second to 0.5 h by the guard rails, a failure halves, and the first step is
+   the TS's own. */
+static void rl_relative(void **state)
+{
+  const char *const names[] = {"log_error_step", "change_log_error_step", "log_step_ratio", "rejected", "order"};
+  const PetscReal w[] = {0.5, 0.25, -0.5, 2, 0.01}, error[] = {1. / 8, 1. / 27, 8, 64, 1, FAIL, 1. / 8};
+  const PetscReal one[5] = {1, 1, 1, 1, 1}, zero[5] = {0}, two = log10(2), three = log10(3);
+  const PetscReal bias = 0;
+  PetscReal h[7], ratio;
+  SlipPolicy p;
+  TS ts = start(TSADAPTRL, "", 2);
+
+  (void)state;
+  ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+  ok(SlipPolicySetObservations(p, 5, names, one, zero));
+  ok(SlipPolicyAddLayer(p, 5, 1, w, &bias, SLIP_ACTIVATION_LINEAR));
+  ok(SlipPolicySetAction(p, -1, 1, 0.1, "h", 10, "h", PETSC_TRUE));
+  choose_by(ts, p);
+  ok(run(ts, 7, error));
+  h[0] = 2;
+  h[1] = h[0] * pow(10, tanh(0.5 * two + 0.03));
+  ratio = log10(h[1] / h[0]);
+  h[2] = h[1] * pow(10, tanh(0.5 * three + 0.25 * (three - two) - 0.5 * ratio + 0.03));
+  h[3] = 0.9 * h[2]; /* it is told of the rejection, and would grow */
+  h[4] = 0.5 * h[3];
+  ratio = log10(h[4] / h[1]);
+  h[5] = h[4] * pow(10, tanh(0.25 * -three - 0.5 * ratio + 0.03));
+  h[6] = 0.5 * h[5];
+  tried(h);
+  accepted("aarrara");
+  assert_true(script.needs_error);
+  ok(TSDestroy(&ts));
+}
+
 static void rl_errors(void **state)
 {
   const char *const unknown[] = {"energy", "temperature"}, *const accuracy[] = {"accuracy"}, *const far[] = {"state_3"};
@@ -305,9 +340,10 @@ static void rl_errors(void **state)
   const char *const want[] = {"entry 1 of /observation/names is \"temperature\"",
                               "-ts_adapt_type rl needs an error estimate", "state_3 of a state with 3 components"};
   const PetscReal w[] = {0, 0}, error[] = {-1, -1};
-  TS ts = start(TSADAPTRL, "", 77);
+  TS ts = start(TSADAPTRL, "-ts_adapt_rl_problem weather", 77);
 
   (void)state;
+  ok(TSSetFromOptions(ts));
   fails(run(ts, 1, error), "-ts_adapt_rl_policy <file.h5>");
   for (int k = 0; k < 3; k++) {
     SlipPolicy p = policy(k ? 1 : 2, names[k], w, 0);
@@ -323,5 +359,5 @@ static void rl_errors(void **state)
   PetscOptionsClear(NULL);
 }
 
-SLIP_TESTS_WITH(Register, NULL, rl_observations, rl_fallbacks, rl_guard_rail, rl_ceiling, rl_actor, rl_errors,
-                rl_outside, rl_handover, rl_untrained)
+SLIP_TESTS_WITH(Register, NULL, rl_observations, rl_fallbacks, rl_guard_rail, rl_ceiling, rl_actor, rl_relative,
+                rl_errors, rl_outside, rl_handover, rl_untrained)

@@ -157,6 +157,46 @@ static void fault_rows(void **state)
   assert_true(of_fault("progress", &f) == 0.5 && of_fault("energy", &f) == 26);
 }
 
+static PetscReal of_run(const char name[], const SlipRunNumbers *r)
+{
+  PetscInt k, row = SlipObservationFind(name, &k);
+
+  assert_true(row >= 0);
+  assert_true(SlipObservations[row].reads & SLIP_READS_ATTEMPTS);
+  return (*SlipObservations[row].run)(r);
+}
+
+/* The rows of the attempts so far, by hand: accepted at 2, rejected twice at 6 and 3, accepted at 1, failed at 4 */
+static void attempts(void **state)
+{
+  const struct {
+    PetscReal h, E;
+    PetscBool converged, accepted;
+    double error_step, ratio, rejected, rejections;
+  } row[] = {{2, 1. / 8, PETSC_TRUE, PETSC_TRUE, log10(2), 0, 0, 0},
+             {6, 27, PETSC_TRUE, PETSC_FALSE, -log10(3), log10(3), 1, 0.2},
+             {3, 8, PETSC_TRUE, PETSC_FALSE, -log10(2), log10(1.5), 1, 0.36},
+             {1, 1e-30, PETSC_TRUE, PETSC_TRUE, 1, -log10(2), 0, 0.288},
+             {4, 0, PETSC_FALSE, PETSC_FALSE, -log10(2), log10(4), 0, 0.2304},
+             {0.01, 0, PETSC_TRUE, PETSC_TRUE, 1, -1, 0, 0.18432}};
+  SlipRunNumbers r = {0};
+
+  (void)state;
+  assert_true(of_run("log_error_step", &r) == 0 && of_run("log_step_ratio", &r) == 0 && of_run("order", &r) == 0);
+  r.order = 3;
+  assert_true(of_run("order", &r) == 3);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++) {
+    SlipRunAttempt(&r, row[i].h, row[i].converged, row[i].accepted);
+    r.error = row[i].E;
+    /* a few roundings of numbers below 1 */
+    assert_true(fabs(of_run("log_error_step", &r) - row[i].error_step) < 1e-15);
+    assert_true(fabs(of_run("log_step_ratio", &r) - row[i].ratio) < 1e-15);
+    assert_true(of_run("rejected", &r) == row[i].rejected);
+    assert_true(fabs(of_run("rejections", &r) - row[i].rejections) < 1e-15);
+  }
+  assert_true(SlipControlShrink(2, 1, 1) == 1 && SlipControlShrink(2, 3, 1) == 1.8 && SlipControlShrink(2, 3, 2) == 1);
+}
+
 static void names(void **state)
 {
   SlipObserved seen;
@@ -171,10 +211,12 @@ static void names(void **state)
   assert_true(SlipObservedOfState(&seen) && !SlipObservedOfRun(&seen));
   SlipObservedSet(&seen, "log_error");
   assert_true(!SlipObservedOfState(&seen) && !SlipObservedOfRun(&seen));
+  SlipObservedSet(&seen, "log_step_ratio");
+  assert_true(!SlipObservedOfState(&seen) && !SlipObservedOfRun(&seen));
   SlipObservedSet(&seen, "change_");
   assert_null(seen.row);
   SlipObservedSet(&seen, "weather");
   assert_true(!seen.row && SlipObservedOfState(&seen)); /* the problem may know it */
 }
 
-SLIP_TESTS(match, rest, halve, ceiling, fault_rows, names)
+SLIP_TESTS(match, rest, halve, ceiling, fault_rows, attempts, names)

@@ -180,6 +180,29 @@ static void round_trip(void **state)
   ok(SlipPolicyDestroy(&q));
 }
 
+/* Unit "h": the step is a factor, whatever the times of the problem are, and a file keeps that. */
+static void relative(void **state)
+{
+  SlipPolicy p, q;
+  PetscReal h;
+  PetscBool flag;
+
+  (void)state;
+  make(SLIP_ACTIVATION_TANH, SLIP_ACTIVATION_LINEAR, PETSC_TRUE, &p);
+  ok(SlipPolicyIsRelative(p, &flag));
+  assert_false(flag);
+  ok(SlipPolicySetAction(p, low, high, 0.1, "h", 10, "h", PETSC_TRUE));
+  ok(SlipPolicyStore(p, file));
+  ok(SlipPolicyCreate(PETSC_COMM_SELF, &q));
+  ok(SlipPolicyLoad(q, file));
+  ok(SlipPolicyIsRelative(q, &flag));
+  assert_true(flag);
+  ok(SlipPolicyActionToStep(q, 0.5, 7, PETSC_MAX_REAL, &h));
+  assert_true(fabs(h - sqrt(10)) < 1e-14); /* some roundings of pow() */
+  ok(SlipPolicyDestroy(&p));
+  ok(SlipPolicyDestroy(&q));
+}
+
 /* ---- broken files: each entry spoils one thing in a good file ---- */
 
 static void attribute(SlipH5 *h, const char *path, const char *name, const char *value)
@@ -271,6 +294,8 @@ static const struct {
   {"low = -1. and high = -1.; expected low < high", NUMBER, .path = "/action", .name = "high", .value = -1},
   {"squash of /action is \"sigmoid\"", TEXT, .path = "/action", .name = "squash", .text = "sigmoid"},
   {"dt_max_unit of /action is \"ms\"", TEXT, .path = "/action", .name = "dt_max_unit", .text = "ms"},
+  {"dt_min_unit = \"h\" and dt_max_unit = \"t_max\"; expected both", TEXT, .path = "/action", .name = "dt_min_unit",
+   .text = "h"},
   {"spacing of /action is \"cubic\"", TEXT, .path = "/action", .name = "spacing", .text = "cubic"},
   {"/action", NUMBER, .path = "/action", .name = "dt_max", .value = INFINITY},
   {"dt_min = 0.3 t_max and dt_max = 0.2 t_max", CALL, .spoil = steps_reversed},
@@ -447,5 +472,5 @@ static int RemoveFile(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(NameFile, RemoveFile, forward, steps, step_factor, range, round_trip, broken_files, damaged_weights,
+SLIP_TESTS_WITH(NameFile, RemoveFile, forward, steps, step_factor, range, round_trip, relative, broken_files, damaged_weights,
                 no_file, benchmark)

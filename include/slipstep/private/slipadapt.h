@@ -75,6 +75,7 @@ typedef struct {
   SlipObserved *seen;         /* [n] */
   PetscReal *obs;             /* [n] their values */
   PetscBool needs_error;      /* an observation reads the error estimate */
+  PetscBool relative;         /* the policy's steps are multiples of the last attempt's, which E > 1 rejects */
   PetscReal accuracy;         /* the dial: wanted relative error of the run's result */
   const SlipMeasure *measure; /* of that error; NULL: that of the policy */
   PetscReal told_dial;        /* this one was clipped, and the line of message printed */

@@ -38,7 +38,8 @@ struct _p_SlipPolicy {
   PetscReal *work;      /* [2 width] of the forward pass */
 };
 
-PETSC_EXTERN const char *const SlipStepUnits[]; /* "s", "T*", "t_max", NULL */
+PETSC_EXTERN const char *const SlipStepUnits[]; /* "s", "T*", "t_max", "h", NULL */
+enum { SLIP_STEP_UNIT_TMAX = 2, SLIP_STEP_UNIT_H = 3 };
 
 PETSC_INTERN PetscErrorCode SlipPolicyClear_Private(SlipPolicy p); /* forget the content */
 PETSC_INTERN PetscErrorCode SlipPolicyCheck_Private(SlipPolicy p); /* complete and consistent, or an error */
