@@ -33,7 +33,9 @@
   with which "likely met" was said most often for the share of right ones (flat: 0.1 to 0.4 are as good within 3 %). The
   others: 785 runs on 80 faults, by the policy for the final slip and by heuristic at four tolerances; quantiles of 90 %, by
   which "likely met" was right in 97 to 99 % at accuracies of 0.3 to 0.01. SHIFT_FLOOR and HISTORY_FINAL: the least scatter
-  of errors over estimates (0.3 to 0.7, and 2 to 4 are as good).
+  of errors over estimates (0.3 to 0.7, and 2 to 4 are as good). Where the start is perturbed by less than 1e-7 and steps are
+  long, the shift can be 20 times the estimate: it is the logarithm of a large error of v, of which the first variation
+  is too small.
 */
 #define ESTIMATE_FLOOR 0.2
 #define ESTIMATE_LATE 0.2
