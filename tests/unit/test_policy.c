@@ -472,5 +472,5 @@ static int RemoveFile(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(NameFile, RemoveFile, forward, steps, step_factor, range, round_trip, relative, broken_files, damaged_weights,
-                no_file, benchmark)
+SLIP_TESTS_WITH(NameFile, RemoveFile, forward, steps, step_factor, range, round_trip, relative, broken_files,
+                damaged_weights, no_file, benchmark)
