@@ -97,7 +97,7 @@ PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *
 
   Output Parameters:
 + dt_min - [s]; over the last attempt's step when SlipPolicyIsRelative()
-- dt_max - likewise
+- dt_max - [s]; likewise
 
   Note:
   Raises PETSC_ERR_ARG_OUTOFRANGE when the bounds, given in different units, do not fit this problem (dt_min >= dt_max).

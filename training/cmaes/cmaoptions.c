@@ -31,7 +31,7 @@ static PetscErrorCode ParseProblem(CMAOptions *o, SlipOptionItems PetscOptionsOb
                                NULL, problem, problem, sizeof(problem), NULL));
   PetscCall(ProblemFind(problem, &o->problem));
   if (o->problem == &ProblemFault) o->problem = &ProblemDial; /* whose episodes have the dial */
-  PetscCall(FamilyOption(PetscOptionsObject, o->problem, &o->family));
+  PetscCall(FamilyOption(PetscOptionsObject, o->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, &o->family));
   preset = ProblemPreset(o->problem, "dial");
   while (preset->names[n]) ++n;
   PetscCall(SetObservations(o, n, preset->names));

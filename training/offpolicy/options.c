@@ -63,7 +63,7 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
     NULL, problem, problem, sizeof(problem), NULL));
   PetscCall(ProblemFind(problem, &e->problem));
   PetscCall(PetscNew(&family));
-  PetscCall(FamilyOption(PetscOptionsObject, e->problem, family));
+  PetscCall(FamilyOption(PetscOptionsObject, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, family));
   if (family->n)
     e->family = family;
   else

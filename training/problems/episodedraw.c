@@ -33,9 +33,6 @@ static const struct {
 #define UNSCALED_SHARE 0.5  /* of stiffness as it is */
 #define LIMIT 120           /* swings of the critical displacement */
 
-const char *const EpisodeFieldNames[DRAW_FIELDS] = {"normal_stress", "friction_drop", "friction_residual",
-                                                    "friction_slip"};
-
 static double Draw(Random *random, int range)
 {
   return RandomLog(random, RangeTable[range].low, RangeTable[range].high);

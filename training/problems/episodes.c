@@ -158,6 +158,23 @@ static PetscErrorCode SetUp(Episode *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What normal stress grows by with depth */
+static PetscErrorCode AddDepth(Episode *e, const FaultDraw *d, PetscReal stress[])
+{
+  PetscReal gradient, top, width;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetReal(e->fault, "normal_stress_gradient", &gradient));
+  PetscCall(SlipFaultGetReal(e->fault, "depth_top", &top));
+  PetscCall(SlipFaultGetReal(e->fault, "length_z", &width));
+  for (PetscInt i = 0; i < d->n; ++i) {
+    const PetscReal depth = top + ((PetscReal)(i / d->nx) + (PetscReal)0.5) * width / (PetscReal)d->nz;
+
+    stress[i] += gradient * depth * d->field[DRAW_NORMAL_STRESS][i];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Its fields: of a family factors of the scalars; slip: mean of friction_slip [m], where the draw has its own */
 static PetscErrorCode SetFields(Episode *e, const FaultDraw *d, PetscReal slip)
 {
@@ -172,6 +189,7 @@ static PetscErrorCode SetFields(Episode *e, const FaultDraw *d, PetscReal slip)
     else
       PetscCall(SlipFaultGetReal(e->fault, EpisodeFieldNames[f], &factor));
     for (PetscInt i = 0; i < d->n; ++i) field[i] = factor * d->field[f][i];
+    if (f == DRAW_NORMAL_STRESS && d->weakening == 0) PetscCall(AddDepth(e, d, field));
     PetscCall(SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, field));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

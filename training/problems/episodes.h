@@ -13,7 +13,7 @@
 
 /* A drawn fault: scalar parameters by name, fields by name, both as SlipFaultSetReal() and SlipFaultSetField() take
    them. */
-enum { DRAW_MAX_REALS = FAMILY_MAX_LINES + 2, DRAW_MAX_STRINGS = FAMILY_MAX_LINES, DRAW_FIELDS = 4 };
+enum { DRAW_MAX_REALS = FAMILY_MAX_LINES + 2, DRAW_MAX_STRINGS = FAMILY_MAX_LINES };
 typedef struct {
   PetscInt nx, nz, n, nreal;
   const char *name[DRAW_MAX_REALS];
@@ -30,8 +30,6 @@ typedef struct {
   PetscReal margin; /* duration over the time at which the reference rests */
   PetscReal limit;  /* the reference gives up after this time, over that of the critical displacement's swing */
 } FaultDraw;
-enum { DRAW_FRICTION_SLIP = 3 }; /* of EpisodeFieldNames */
-PETSC_INTERN const char *const EpisodeFieldNames[DRAW_FIELDS];
 /* side: largest number of cells along a side, 1: one cell */
 PETSC_INTERN void FaultDrawAtRandom(Random *random, PetscInt side, FaultDraw *draw);
 /* As a user's file says; draw borrows its texts. side: at most so many cells along an edge, 1: one cell */

@@ -1,7 +1,6 @@
 /* See family.h. Lines as of PETSc's option files, "-fault_length_x 5e3:20e3": a number, a range low:high, or choices
    a|b|c; # begins a comment. */
 #include "family.h"
-#include "episodes.h"
 #include "common/files.h"
 #include <slipcompat.h>
 #include <math.h>
@@ -11,6 +10,9 @@
 
 #define SPREAD "spread_"
 #define SPREAD_LIMIT 1 /* of the logarithm of a field */
+
+const char *const EpisodeFieldNames[DRAW_FIELDS] = {"normal_stress", "friction_drop", "friction_residual",
+                                                    "friction_slip"};
 
 /* A number with nothing behind it but end */
 static PetscBool Number(const char text[], char end, PetscReal *x, const char **rest)
@@ -174,7 +176,7 @@ const char *FamilyChoose(const FamilyLine *line, Random *random)
   return line->choice[RandomIndex(random, (uint64_t)line->nchoices)];
 }
 
-PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, const Problem *problem, Family *family)
+PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, PetscBool allowed, Family *family)
 {
   char file[PETSC_MAX_PATH_LEN] = "";
   PetscBool set;
@@ -183,7 +185,7 @@ PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, const Problem *p
   family->n = 0;
   PetscCall(PetscOptionsString("-train_family", "File of the faults to train on: options with ranges", NULL, file, file,
                                sizeof(file), &set));
-  PetscCheck(!set || problem == &ProblemDial, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+  PetscCheck(!set || allowed, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
              "-train_family is for faults with an accuracy dial: expected -train_algorithm cmaes, or -train_problem "
              "fault_dial");
   PetscCheck(!set || file[0], PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,

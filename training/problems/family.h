@@ -1,9 +1,14 @@
 /* -train_family: a user's own faults, drawn as a file of options with ranges says. */
 #pragma once
-#include "environment/problem.h"
+#include "common/random.h"
 #include <slipstep.h>
+#include <slipcompat.h>
 
 enum { FAMILY_MAX_LINES = 48, FAMILY_MAX_CHOICES = 8, FAMILY_NAME = 64 };
+
+/* Fields that vary over a drawn mesh */
+enum { DRAW_NORMAL_STRESS = 0, DRAW_FRICTION_SLIP = 3, DRAW_FIELDS = 4 };
+PETSC_INTERN const char *const EpisodeFieldNames[DRAW_FIELDS];
 
 /* -fault_NAME, -spread_FIELD or -margin, and what it can be: a number, a range or choices. */
 typedef struct {
@@ -19,8 +24,8 @@ typedef struct {
   FamilyLine line[FAMILY_MAX_LINES];
 } Family;
 
-/* -train_family between PetscOptionsBegin() and PetscOptionsEnd(), of the problem fault_dial; n is 0 without it */
-PETSC_INTERN PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, const Problem *problem, Family *family);
+/* -train_family between PetscOptionsBegin() and PetscOptionsEnd(), allowed with the problem fault_dial; n is 0 without it */
+PETSC_INTERN PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, PetscBool allowed, Family *family);
 /* On every rank. An error names the file, the line and what was expected. */
 PETSC_INTERN PetscErrorCode FamilyRead(MPI_Comm comm, const char file[], Family *family);
 /* The line of a name; NULL: none */
