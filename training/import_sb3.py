@@ -382,7 +382,7 @@ def checksum(file):
         reals(layer["bias"])
     integers(1)
     reals([action[name] for name in ("low", "high", "dt_min", "dt_max")])
-    integers(*(["s", "T*", "t_max"].index(plain(action[name])) for name in ("dt_min_unit", "dt_max_unit")))
+    integers(*(["s", "T*", "t_max", "h"].index(plain(action[name])) for name in ("dt_min_unit", "dt_max_unit")))
     integers(plain(action.get("spacing", "linear")) == "log")
     attributes = sorted((name.encode(), name) for name in file.attrs if name not in own)
     integers(len(attributes))

@@ -111,7 +111,7 @@ for name in ("upper_", "lower_"):
     fault.configure(ts)
     ts.setFromOptions()
     ts.solve(ts.getSolution())
-    assert 5 < slipstep.totals(ts).accepted < 30
+    assert 5 < slipstep.totals(ts).accepted < 100
     print(name, fault.get("length_x"), ts.getSolution().strideSum(2) / 16)
 """, "-ts_adapt_type", "rl", "-lower_fault_length_x", "5000")
         upper, lower = (line.split() for line in done.stdout.splitlines() if "er_ " in line)  # newer PETSc adds unused options
