@@ -25,9 +25,9 @@ options=()
 [ -e build/CMakeCache.txt ] || options=(-DBUILD_TESTING=OFF)
 slipstep_build build "${options[@]}"
 simulate rl -ts_adapt_type rl
-simulate rl_fine -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3
+simulate rl_coarse -ts_adapt_type rl -ts_adapt_rl_accuracy 5e-2
 simulate heuristic -ts_adapt_type heuristic
 
 printf '\n\n== 3 km fault, 50 x 50 cells ==\n\n'
 "$SLIPSTEP_PYTHON" output/compare.py --reference "$reference" --figure "$figure" \
-  "rl, 1e-2=output/quickstart_rl.h5" "rl, 1e-3=output/quickstart_rl_fine.h5" heuristic=output/quickstart_heuristic.h5
+  "rl, 1e-2=output/quickstart_rl.h5" "rl, 5e-2=output/quickstart_rl_coarse.h5" heuristic=output/quickstart_heuristic.h5

@@ -3,8 +3,8 @@
 
     output/compare.py --reference FINE.h5 --figure OUT.png rl=output/rl.h5 heuristic=output/heuristic.h5
 
-Each run is LABEL=FILE or FILE. The error is that of the final mean slip against the reference. The slip-rate map is that of
-the first run. The reference is such an output file too, of a run with much smaller steps on the same mesh.
+Each run is LABEL=FILE or FILE. Errors are those of the final mean slip and of the mean slip at any time, over the final
+one. The slip-rate map is that of the first run. The reference is such an output file too, of a run with much smaller steps on the same mesh.
 """
 
 import argparse
@@ -58,29 +58,43 @@ def slip_error(run, reference):
     return run.result["mean_slip"] / reference.result["mean_slip"] - 1.0
 
 
+def course(run, time):
+    """Mean slip at times [s]: between accepted steps the cubic of slip and slip rate there."""
+    nodes, slip, rate = (np.concatenate(([0.0], run.series[name])) for name in ("time", "mean_slip", "mean_slip_rate"))
+    i = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, len(nodes) - 2)
+    h = nodes[i + 1] - nodes[i]
+    x = np.clip((time - nodes[i]) / h, 0, 1)
+    return (slip[i] * (1 + 2 * x) * (1 - x) ** 2 + slip[i + 1] * x**2 * (3 - 2 * x)
+            + h * x * (1 - x) * (rate[i] * (1 - x) - rate[i + 1] * x))
+
+
+def times(run):
+    return np.linspace(0.0, run.series["time"][-1], 100001)
+
+
+def history_error(run, reference):
+    """The largest difference of mean slip at any time, over the reference's final one."""
+    time = times(reference)
+    return np.abs(course(run, time) - course(reference, time)).max() / reference.result["mean_slip"]
+
+
 def half_slip_time(run):
-    """When the mean slip passes half of its end [s]: between accepted steps by the cubic of slip and slip rate."""
-    time, slip, rate = (np.concatenate(([0.0], run.series[name])) for name in ("time", "mean_slip", "mean_slip_rate"))
-    level = 0.5 * slip[-1]
-    if level <= 0:
+    """When the mean slip passes half of its end [s]."""
+    if run.result["mean_slip"] <= 0:
         return float("nan")
-    i = np.argmax(slip >= level)
-    h = time[i] - time[i - 1]
-    x = np.linspace(0.0, 1.0, 10001)
-    cubic = (slip[i - 1] * (1 + 2 * x) * (1 - x) ** 2 + slip[i] * x**2 * (3 - 2 * x)
-             + h * x * (1 - x) * (rate[i - 1] * (1 - x) - rate[i] * x))
-    return time[i - 1] + h * x[np.argmax(cubic >= level)]
+    time = times(run)
+    return time[np.argmax(course(run, time) >= 0.5 * run.series["mean_slip"][-1])]
 
 
 def table(runs, reference):
     """The comparison as lines of text."""
-    heads = ["controller", "accepted", "rejected", "Bathe solves", "wall time (s)", "final mean slip (m)", "error (%)", "half of it at (s)"]
+    heads = ["controller", "accepted", "rejected", "Bathe solves", "wall time (s)", "final mean slip (m)", "error (%)", "largest over time (%)", "half of it at (s)"]
     rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]),
              f"{run.result['wall_time_solve']:.2f}", f"{run.result['mean_slip']:.5f}",
-             f"{100 * slip_error(run, reference):+.2f}" if reference and run.complete else "-", f"{half_slip_time(run):.2f}"] for label, run in runs]
+             *((f"{100 * slip_error(run, reference):+.2f}", f"{100 * history_error(run, reference):.2f}") if reference and run.complete else ("-", "-")), f"{half_slip_time(run):.2f}"] for label, run in runs]
     if reference:
         rows.append(["reference", str(reference.result["accepted"]), str(reference.result["rejected"]),
-                     str(reference.result["solves"]), "-", f"{reference.result['mean_slip']:.5f}", "", f"{half_slip_time(reference):.2f}"])
+                     str(reference.result["solves"]), "-", f"{reference.result['mean_slip']:.5f}", "", "", f"{half_slip_time(reference):.2f}"])
     widths = [max(len(row[i]) for row in [heads] + rows) for i in range(len(heads))]
     line = lambda row: "  ".join(c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths))).rstrip()
     return [line(heads), "  ".join("-" * w for w in widths)] + [line(row) for row in rows]
