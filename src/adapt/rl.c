@@ -56,7 +56,7 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   rl->handed = PETSC_FALSE;
   rl->outside_run = 0;
   rl->heuristic.again = PETSC_FALSE;
-  if (o->problem && o->problem->untrained) PetscCall((*o->problem->untrained)(ts, &why));
+  if (o->problem && o->problem->untrained && !rl->relative) PetscCall((*o->problem->untrained)(ts, &why));
   if (why) PetscCall(HandOver_RL(adapt, ts, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -198,6 +198,11 @@ static PetscErrorCode Converged_RL(TSAdapt adapt, TS ts, PetscReal h, PetscReal 
   if (*accept) o->run.time = ts->ptime + h;
   SlipRunAttempt(&o->run, o->last.dt, PETSC_TRUE, *accept);
   PetscCall(Decide_RL(adapt, ts, *accept, *accept || rl->relative ? PETSC_FALSE : PETSC_TRUE, next_h));
+  if (rl->relative && adapt->timestepjustdecreased) {
+    /* PETSc shortened the step because a solve failed: as with basic it does not grow again at once */
+    *next_h = PetscMin(*next_h, h);
+    adapt->timestepjustdecreased--;
+  }
   if (*accept) PetscFunctionReturn(PETSC_SUCCESS);
   rl->ceilings++;
   if (rl->relative) {
@@ -479,7 +484,7 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   A policy whose steps are multiples of the last one (unit "h" of its action, as those of the general policy ode.h5, which
   is taken where a problem has none of its own) goes by the error estimate: E > 1 rejects the attempt, a rejected step is
   followed by one of 0.9 h at most, or 0.5 h when the one before was rejected too, a failed solve by h/2, and the
-  first step is the TS's own.
+  first step is the TS's own. Where PETSc shortens the step after a failed solve, the four attempts that follow do not grow.
 
   With a TS other than bathe, failed solves stay PETSc's business (-ts_adapt_scale_solve_failed), the residual counts as
   0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.

@@ -6,7 +6,8 @@
 
 For every method of every problem a controller runs at seven tolerances. Its work is interpolated between the logarithms of its
 errors, as is that of basic, and compared at nine errors that both reach. Ratios of work are averaged geometrically over
-methods, then over problems."""
+methods, then over problems. A method in which a controller does not get to the end drops out of its average, so the last
+columns compare pairs of controllers, where both do."""
 import argparse
 import collections
 import math
@@ -57,11 +58,11 @@ def log_ratio(rows, base):
     return float(np.mean(np.interp(at, *a) - np.interp(at, *b)))
 
 
-def compare(runs, controller):
+def compare(runs, controller, base=BASE):
     """By problem: mean logarithm over its methods"""
     found = {}
     for problem, methods in runs.items():
-        logs = [log_ratio(m[controller], m[BASE]) for m in methods.values() if controller in m]
+        logs = [log_ratio(m[controller], m[base]) for m in methods.values() if controller in m and base in m]
         logs = [x for x in logs if x is not None]
         if logs:
             found[problem] = float(np.mean(logs))
@@ -91,15 +92,18 @@ def report(runs):
     controllers = sorted({c for methods in runs.values() for by in methods.values() for c in by})
     logs = {c: compare(runs, c) for c in controllers}
     mean = {c: math.exp(np.mean(list(logs[c].values()))) for c in controllers}
-    print("| controller | work at equal error over basic's | rejected | runs that did not end (basic's did) |\n|---|---|---|---|")
+    learned = [c for c in controllers if c.startswith("rl")]
+    untuned = [c for c in controllers if not c.startswith("rl")]
+    print("| controller | work at equal error over basic's | rejected | runs that did not end (basic's did) | "
+          + " | ".join(f"`{c}` over this one" for c in learned) + " |\n|---|---|---|---|" + "---|" * len(learned))
     for c in sorted(controllers, key=mean.get):
         own, worse = failures(runs, c)
-        print(f"| `{c}` | {mean[c]:.3f} | {100 * rejections(runs, c):.1f} % | {len(own)} ({len(worse)}) |")
-    untuned = [c for c in controllers if not c.startswith("rl")]
+        pairs = [compare(runs, l, c) for l in learned]
+        cells = [f"{math.exp(np.mean(list(pair.values()))):.3f}" for pair in pairs]
+        print(f"| `{c}` | {mean[c]:.3f} | {100 * rejections(runs, c):.1f} % | {len(own)} ({len(worse)}) | {' | '.join(cells)} |")
     best = min(untuned, key=mean.get)
     hindsight = math.exp(np.mean([min(logs[c][p] for c in untuned if p in logs[c]) for p in runs]))
     print(f"\nbest untuned controller: {best}; the best of each problem in hindsight: {hindsight:.3f}")
-    learned = [c for c in controllers if c.startswith("rl")]
     print("\n| problem | methods | " + " | ".join(f"`{c}`" for c in learned) + f" | `{best}` | best in hindsight |")
     print("|---|---|" + "---|" * (len(learned) + 2))
     for p, methods in runs.items():
