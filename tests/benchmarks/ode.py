@@ -20,7 +20,7 @@ import numpy as np
 SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 BUILD = os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build"))
 FILTERS = ("basic", "PI42", "PI33", "PC11", "H211PI", "H211b", "H312PID")
-CONTROLLERS = ["basic", *(f"dsp:{name}" for name in FILTERS), "pi", "heuristic", "rl"]
+CONTROLLERS = ["basic", "basic:4", *(f"dsp:{name}" for name in FILTERS), "pi", "heuristic", "rl"]
 BASE = "basic"
 
 Run = collections.namedtuple("Run", "tolerance work error steps rejected end")
