@@ -9,6 +9,10 @@
    heuristic from the third on in 96 % (tests/benchmarks/verdict.py draws such faults). */
 #define OUTSIDE_IN_A_ROW 3
 
+/* Attempts without growth after PETSc has shortened a step because a solve failed: a relative policy, which is not told,
+   would otherwise take the step back to where it failed each time */
+#define HOLD 4
+
 /*
   A run goes on by the heuristic, by this controller's context and step limits, as one of -ts_adapt_type heuristic would
   from here. An actor learns from such runs, and -ts_adapt_rl_strict wants the policy whatever it is worth.
@@ -55,8 +59,10 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   rl->steps = ts->steps;
   rl->handed = PETSC_FALSE;
   rl->outside_run = 0;
+  rl->hold = 0;
+  rl->solves_failed = ts->num_snes_failures;
   rl->heuristic.again = PETSC_FALSE;
-  if (o->problem && o->problem->untrained) PetscCall((*o->problem->untrained)(ts, &why));
+  if (o->problem && o->problem->untrained && !rl->relative) PetscCall((*o->problem->untrained)(ts, &why));
   if (why) PetscCall(HandOver_RL(adapt, ts, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -197,6 +203,13 @@ static PetscErrorCode Converged_RL(TSAdapt adapt, TS ts, PetscReal h, PetscReal 
   if (*accept) o->run.time = ts->ptime + h;
   SlipRunAttempt(&o->run, o->last.dt, PETSC_TRUE, *accept);
   PetscCall(Decide_RL(adapt, ts, *accept, *accept || rl->relative ? PETSC_FALSE : PETSC_TRUE, next_h));
+  /* PETSc has shortened the step, maybe more than once, because a solve failed: it does not grow back at once */
+  if (ts->num_snes_failures > rl->solves_failed) rl->hold = HOLD;
+  rl->solves_failed = ts->num_snes_failures;
+  if (rl->relative && rl->hold > 0) {
+    *next_h = PetscMin(*next_h, h);
+    rl->hold--;
+  }
   if (*accept) PetscFunctionReturn(PETSC_SUCCESS);
   rl->ceilings++;
   if (rl->relative) {
@@ -423,6 +436,7 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
     PetscCall(SlipStateReal(s, "dt_before", 1, &run->dt_before));
     PetscCall(SlipStateInt(s, "rejected_in_a_row", 1, &run->rejected));
     PetscCall(SlipStateReal(s, "rejections", 1, &run->rejections));
+    PetscCall(SlipStateInt(s, "hold", 1, &rl->hold));
   }
   PetscCall(StateOfStart(s, rl));
   for (PetscInt i = 0; i < rl->n; i++) {
@@ -487,7 +501,7 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   A policy whose steps are multiples of the last one (unit "h" of its action, as those of the general policy ode.h5, which
   is taken where a problem has none of its own) goes by the error estimate: E > 1 rejects the attempt, a rejected step is
   followed by one of 0.9 h at most, or 0.5 h when the one before was rejected too, a failed solve by h/2, and the
-  first step is the TS's own.
+  first step is the TS's own. Where PETSc shortens the step after a failed solve, it does not grow for four attempts.
 
   With a TS other than bathe, failed solves stay PETSc's business (-ts_adapt_scale_solve_failed), the residual counts as
   0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.

@@ -96,8 +96,8 @@ PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *
 - tmax  - end of the simulated time [s]
 
   Output Parameters:
-+ dt_min - [s]; over the last attempt's step when SlipPolicyIsRelative()
-- dt_max - [s]; likewise
++ dt_min - [s]; over the last attempt's step, dimensionless, when SlipPolicyIsRelative()
+- dt_max - [s], likewise
 
   Note:
   Raises PETSC_ERR_ARG_OUTOFRANGE when the bounds, given in different units, do not fit this problem (dt_min >= dt_max).

@@ -9,6 +9,7 @@ static const char help[] = "Twenty ordinary differential equations of the litera
    Jacobian with the solve that follows; Jacobians by differences count as one. */
 #include <slipstep.h>
 #include <math.h>
+#include <stdlib.h>
 
 enum { MAX_N = 40, STAGES = 7, TOLERANCES = 7, MAX_STEPS = 60000, MAX_WORK = 200000, NEWTON = 10 };
 
@@ -458,7 +459,7 @@ static PetscErrorCode Measure(TS ts, PetscInt step, PetscReal t, Vec y, void *ct
   PetscFunctionReturn(0);
 }
 
-/* basic, dsp:FILTER, pi, heuristic, rl or rl:FILE */
+/* basic, basic:DELAY (attempts without growth after a failed solve), dsp:FILTER, pi, heuristic, rl or rl:FILE */
 static PetscErrorCode SetController(TS ts, const char controller[])
 {
   char type[32];
@@ -469,6 +470,8 @@ static PetscErrorCode SetController(TS ts, const char controller[])
   PetscCall(PetscStrncpy(type, controller, of ? (size_t)(of - controller) + 1 : sizeof(type)));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, type));
+  if (of && !strcmp(type, "basic"))
+    PetscCall(TSAdaptSetTimeStepIncreaseDelay(adapt, (PetscInt)strtol(of + 1, NULL, 10)));
   if (of && !strcmp(type, "dsp")) PetscCall(TSAdaptDSPSetFilter(adapt, of + 1));
   if (of && !strcmp(type, "rl")) PetscCall(TSAdaptRLSetPolicyFile(adapt, of + 1));
   PetscFunctionReturn(0);
@@ -564,8 +567,8 @@ static PetscErrorCode RunAll(void)
   PetscFunctionBeginUser;
   PetscOptionsBegin(PETSC_COMM_SELF, NULL, "Benchmark of controllers", "");
   PetscCall(PetscOptionsStringArray("-bench_problems", "Names of problems (all)", "", problems, &nproblems, NULL));
-  PetscCall(PetscOptionsStringArray("-bench_controllers", "basic, dsp:FILTER, pi, heuristic, rl, rl:FILE", "",
-                                    controllers, &ncontrollers, NULL));
+  PetscCall(PetscOptionsStringArray("-bench_controllers", "basic, basic:DELAY, dsp:FILTER, pi, heuristic, rl, rl:FILE",
+                                    "", controllers, &ncontrollers, NULL));
   PetscOptionsEnd();
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Cases); k++) {
     PetscBool wanted = nproblems ? PETSC_FALSE : PETSC_TRUE;

@@ -6,24 +6,20 @@
 
 For every method of every problem a controller runs at seven tolerances. Its work is interpolated between the logarithms of its
 errors, as is that of basic, and compared at nine errors that both reach. Ratios of work are averaged geometrically over
-methods, then over problems."""
+methods, then over problems. A method in which a controller does not get to the end drops out of its average, so the last
+columns compare pairs of controllers, where both do."""
 import argparse
 import collections
 import math
 import os
+import statistics
 import subprocess
 import sys
-
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "output"))
-from slipstep_modules import need
-
-need("numpy")
-import numpy as np
 
 SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 BUILD = os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build"))
 FILTERS = ("basic", "PI42", "PI33", "PC11", "H211PI", "H211b", "H312PID")
-CONTROLLERS = ["basic", *(f"dsp:{name}" for name in FILTERS), "pi", "heuristic", "rl"]
+CONTROLLERS = ["basic", "basic:4", *(f"dsp:{name}" for name in FILTERS), "pi", "heuristic", "rl"]
 BASE = "basic"
 
 Run = collections.namedtuple("Run", "tolerance work error steps rejected end")
@@ -45,30 +41,37 @@ def read(files):
 
 def curve(rows):
     """Logarithms of error and work of the runs that ended, by error"""
-    points = sorted((math.log(r.error), math.log(r.work)) for r in rows if r.end == "end" and r.error > 0)
-    return np.array(points).T
+    return sorted((math.log(r.error), math.log(r.work)) for r in rows if r.end == "end" and r.error > 0)
+
+
+def interpolate(x, points):
+    """Linearly between points (x, y), x within them"""
+    for (x0, y0), (x1, y1) in zip(points, points[1:]):
+        if x <= x1 and x1 > x0:
+            return y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+    return points[-1][1]
 
 
 def log_ratio(rows, base):
     """Mean logarithm of the work over that of base at equal error; None without an error that both reach"""
     a, b = curve(rows), curve(base)
-    if len(a) == 0 or len(b) == 0:
+    if not a or not b:
         return None
-    low, high = max(a[0][0], b[0][0]), min(a[0][-1], b[0][-1])
+    low, high = max(a[0][0], b[0][0]), min(a[-1][0], b[-1][0])
     if not low < high:
         return None
-    at = np.linspace(low, high, 9)
-    return float(np.mean(np.interp(at, *a) - np.interp(at, *b)))
+    at = [low + (high - low) * k / 8 for k in range(9)]
+    return statistics.fmean(interpolate(x, a) - interpolate(x, b) for x in at)
 
 
-def compare(runs, controller):
+def compare(runs, controller, base=BASE):
     """By problem: mean logarithm over its methods"""
     found = {}
     for problem, methods in runs.items():
-        logs = [log_ratio(m[controller], m[BASE]) for m in methods.values() if controller in m]
+        logs = [log_ratio(m[controller], m[base]) for m in methods.values() if controller in m and base in m]
         logs = [x for x in logs if x is not None]
         if logs:
-            found[problem] = float(np.mean(logs))
+            found[problem] = statistics.fmean(logs)
     return found
 
 
@@ -94,16 +97,19 @@ def rejections(runs, controller):
 def report(runs):
     controllers = sorted({c for methods in runs.values() for by in methods.values() for c in by})
     logs = {c: compare(runs, c) for c in controllers}
-    mean = {c: math.exp(np.mean(list(logs[c].values()))) for c in controllers}
-    print("| controller | work at equal error over basic's | rejected | runs that did not end (basic's did) |\n|---|---|---|---|")
+    mean = {c: math.exp(statistics.fmean(logs[c].values())) for c in controllers}
+    learned = [c for c in controllers if c.startswith("rl")]
+    untuned = [c for c in controllers if not c.startswith("rl")]
+    print("| controller | work at equal error over basic's | rejected | runs that did not end (basic's did) | "
+          + " | ".join(f"`{c}` over this one" for c in learned) + " |\n|---|---|---|---|" + "---|" * len(learned))
     for c in sorted(controllers, key=mean.get):
         own, worse = failures(runs, c)
-        print(f"| `{c}` | {mean[c]:.3f} | {100 * rejections(runs, c):.1f} % | {len(own)} ({len(worse)}) |")
-    untuned = [c for c in controllers if not c.startswith("rl")]
+        pairs = [compare(runs, l, c) for l in learned]
+        cells = [f"{math.exp(statistics.fmean(pair.values())):.3f}" for pair in pairs]
+        print(f"| `{c}` | {mean[c]:.3f} | {100 * rejections(runs, c):.1f} % | {len(own)} ({len(worse)}) | {' | '.join(cells)} |")
     best = min(untuned, key=mean.get)
-    hindsight = math.exp(np.mean([min(logs[c][p] for c in untuned if p in logs[c]) for p in runs]))
+    hindsight = math.exp(statistics.fmean(min(logs[c][p] for c in untuned if p in logs[c]) for p in runs))
     print(f"\nbest untuned controller: {best}; the best of each problem in hindsight: {hindsight:.3f}")
-    learned = [c for c in controllers if c.startswith("rl")]
     print("\n| problem | methods | " + " | ".join(f"`{c}`" for c in learned) + f" | `{best}` | best in hindsight |")
     print("|---|---|" + "---|" * (len(learned) + 2))
     for p, methods in runs.items():

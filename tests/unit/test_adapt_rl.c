@@ -330,6 +330,17 @@ static void rl_relative(void **state)
   tried(h);
   accepted("aarrara");
   assert_true(script.needs_error);
+
+  /* PETSc has failed to solve, and shortened the step: no growth for four attempts, whatever the error */
+  ts->num_snes_failures++;
+  script.last = (SlipAttempt){.converged = PETSC_TRUE, .dt = 1, .error = 1e-9};
+  for (int i = 0; i < 5; i++) {
+    PetscReal next;
+    PetscBool accept;
+
+    ok(TSAdaptChoose(ts->adapt, ts, 1, NULL, &next, &accept));
+    assert_true(accept && (i < 4 ? next == 1 : next > 1));
+  }
   ok(TSDestroy(&ts));
 }
 

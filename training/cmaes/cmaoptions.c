@@ -27,8 +27,9 @@ static PetscErrorCode ParseProblem(CMAOptions *o, SlipOptionItems PetscOptionsOb
   PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(PetscOptionsString("-train_problem", "What is simulated: fault, sliding_mode or circuit, drawn at random",
-                               NULL, problem, problem, sizeof(problem), NULL));
+  PetscCall(PetscOptionsString("-train_problem",
+                               "What is simulated: fault, sliding_mode, circuit or ode (any TS), drawn at random", NULL,
+                               problem, problem, sizeof(problem), NULL));
   PetscCall(ProblemFind(problem, &o->problem));
   if (o->problem == &ProblemFault) o->problem = &ProblemDial; /* whose episodes have the dial */
   PetscCall(FamilyOption(PetscOptionsObject, o->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, &o->family));

@@ -92,6 +92,8 @@ typedef struct {
   /* guard rails */
   PetscInt max_failures;   /* failed attempts in a row before steps are halved */
   PetscReal error_ceiling; /* larger error estimates reject; 0: none */
+  PetscInt solves_failed;  /* of the TS, at the last attempt */
+  PetscInt hold;           /* attempts left without growth */
   /* counters */
   PetscInt decisions; /* steps the policy chose */
   PetscInt failures;  /* attempts that did not converge */
