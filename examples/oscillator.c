@@ -1,15 +1,11 @@
 static const char help[] =
   "A mass on a spring with dry friction, m dv/dt = -k x + F_r, dx/dt = v, F_r in -mu N Sign(v).\n"
   "  oscillator -ts_adapt_type pi -oscillator_output run.h5\n"
+  "  oscillator -ts_adapt_type rl -ts_adapt_rl_policy my.h5     (by a policy of train_oscillator)\n"
   "examples/README.md walks through this program as a pattern for models of your own.\n\n";
 
-#include <slipstep.h>
+#include "oscillator.h"
 #include <petsctime.h>
-
-/* 1. The parameters of the model. */
-typedef struct {
-  PetscReal mass, stiffness, friction, normal, start; /* [kg], [N/m], -, [N], x(0) [m] */
-} Oscillator;
 
 static PetscErrorCode SetFromOptions(Oscillator *o, char file[])
 {
@@ -39,43 +35,7 @@ static PetscErrorCode SetFromOptions(Oscillator *o, char file[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* 2. The smooth forces F_s of the states w = (v, x), and their derivatives J[i n + j] = dF_i/dw_j. */
-static PetscErrorCode Force(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
-{
-  const Oscillator *o = (const Oscillator *)ctx;
-
-  PetscFunctionBeginUser;
-  (void)t;
-  F[0] = -o->stiffness * w[1];
-  F[1] = w[0];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
-{
-  PetscFunctionBeginUser;
-  (void)t;
-  (void)w;
-  J[0 * 2 + 1] = -((const Oscillator *)ctx)->stiffness;
-  J[1 * 2 + 0] = 1;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* 3. The bound q of the reaction |F_r| <= q. A q that depends on |v| also sets its derivative dq[0], unless dq is
-   NULL. */
-static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
-{
-  const Oscillator *o = (const Oscillator *)ctx;
-
-  PetscFunctionBeginUser;
-  (void)t;
-  (void)w;
-  (void)dq;
-  q[0] = o->friction * o->normal;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* 4. What is written after each accepted step; time comes first by itself. */
+/* What is written after each accepted step; time comes first by itself. */
 static const SlipOutputColumn columns[] = {
   {"v", "m/s", PETSC_FALSE}, {"x", "m", PETSC_FALSE}, {"reaction", "N", PETSC_FALSE}, {"energy", "J", PETSC_FALSE}};
 
@@ -98,7 +58,7 @@ static PetscErrorCode Row(TS ts, PetscReal time, Vec w, Vec r, PetscReal row[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* 5. The exact solution, for its error: half cycles about x = +-mu N/k, until the spring is too weak to move the
+/* The exact solution, for its error: half cycles about x = +-mu N/k, until the spring is too weak to move the
    mass. */
 static PetscReal Exact(const Oscillator *o, PetscReal t)
 {
@@ -111,25 +71,6 @@ static PetscReal Exact(const Oscillator *o, PetscReal t)
     if (t <= half) return centre + (x - centre) * PetscCosReal(PETSC_PI * t / half);
   }
   return x;
-}
-
-/* 6. The TS: the system in one table, then PETSc as usual. The reaction enters row 0, that of v. */
-static PetscErrorCode ConfigureTS(Oscillator *o, TS ts)
-{
-  const PetscReal mass[] = {o->mass, 1};
-  const PetscInt rows[] = {0};
-  const SlipSmall problem = {
-    .n = 2, .mass = mass, .nrows = 1, .rows = rows, .force = Force, .jacobian = Jacobian, .bound = Bound, .ctx = o};
-
-  PetscFunctionBeginUser;
-  PetscCall(SlipSmallConfigureTS(&problem, ts)); /* type bathe, the constraint, the controller heuristic */
-  PetscCall(TSSetMaxTime(ts, 5));
-  PetscCall(TSSetTimeStep(ts, 1e-3));
-  PetscCall(TSSetTolerances(ts, 1e-6, NULL, 1e-4, NULL));
-  PetscCall(SlipCheckSolverOptions(ts)); /* wrong values, with the name of their option */
-  PetscCall(TSSetFromOptions(ts));
-  PetscCall(TSBatheCheckOptions(ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Solve(TS ts, Vec w, Oscillator *o, const char file[], PetscBool *complete)
@@ -170,11 +111,7 @@ int main(int argc, char **argv)
   PetscCall(SlipDeclareOptions("oscillator_", "mass stiffness friction normal start output"));
   PetscCall(SlipCheckOptionNames()); /* what is mistyped */
   PetscCall(SetFromOptions(&o, file));
-  PetscCall(VecCreateSeq(PETSC_COMM_SELF, 2, &w));
-  PetscCall(VecSet(w, 0));
-  PetscCall(VecSetValue(w, 1, o.start, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(w));
-  PetscCall(VecAssemblyEnd(w));
+  PetscCall(CreateState(&o, &w));
   PetscCall(TSCreate(PETSC_COMM_WORLD, &ts));
   PetscCall(TSSetSolution(ts, w));
   PetscCall(ConfigureTS(&o, ts));

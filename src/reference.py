@@ -6,7 +6,7 @@ by room.
     src/reference.py [--source DIR] [--output DIR] [--petsc INCLUDE]
 
 Pages are PETSc's: comments between slash-star-@ and @-star-slash above a function, and slash-star-MC ... M-star-slash for
-the types that options choose. Everything declared with PETSC_EXTERN in include/*.h must have one. Of the pure functions of
+the types that options choose. Everything declared with PETSC_EXTERN in include/*.h and training/sliptrain.h must have one. Of the pure functions of
 src/core, which are collective on nothing and raise nothing, a comment right above each is enough. The exit code is 1, with
 a line "file:line: what is wrong" for each, where a page is missing or malformed: check_page() has the rules. --output
 "" checks only.
@@ -35,12 +35,12 @@ class Tree:
         self.types = {}  # type -> (file, line, comment, declaration)
         self.pages = {}  # function or type -> Page
         self.defined = set()  # every function and macro of the sources, also private ones
-        for path in sorted(glob.glob(f"{source}/include/*.h")):
+        for path in sorted(glob.glob(f"{source}/include/*.h") + glob.glob(f"{source}/training/sliptrain.h")):
             self.read_header(path)
         for path in sorted(glob.glob(f"{source}/include/**/*.h", recursive=True)):
             text = read(path)
             self.defined |= set(re.findall(r"\b(\w+)\(", text)) | set(re.findall(r"#define\s+(\w+)", text))
-        for path in sorted(glob.glob(f"{source}/src/**/*.c", recursive=True)):
+        for path in sorted(glob.glob(f"{source}/src/**/*.c", recursive=True) + glob.glob(f"{source}/training/**/*.c", recursive=True)):
             self.read_source(path)
         core = f"{source}/include/slipcore.h"
         if os.path.exists(core):

@@ -31,26 +31,6 @@ static const char names[] =
   "problem progress quantiles random restarts resume reward rtol seed sigma singles smoothing smoothing_clip "
   "steps steps_least steps_most transfer validation validation_interval within";
 
-static PetscErrorCode RunCMA(void)
-{
-  CMAOptions o;
-  CMATrainer t;
-  PetscBool only_help;
-
-  PetscFunctionBeginUser;
-  PetscCall(CMAOptionsSet(PETSC_COMM_WORLD, &o));
-  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
-  if (only_help) {
-    for (PetscInt i = 0; i < o.nobs; ++i) PetscCall(PetscFree(o.names[i]));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(CMATrainerCreate(PETSC_COMM_WORLD, &o, &t));
-  PetscCall(CMATrainerRun(&t));
-  PetscCall(CMATrainerDestroy(&t));
-  PetscCall(SlipWarnOfUnusedOptions());
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The options that make `pi` the tuned filter, at any accuracy */
 static PetscErrorCode RunFilter(void)
 {
@@ -105,7 +85,8 @@ static PetscErrorCode Run(PetscInt *failed)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (evolution) {
-    PetscCall(RunCMA());
+    PetscCall(CMATrain(PETSC_COMM_WORLD, NULL));
+    PetscCall(SlipWarnOfUnusedOptions());
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscStrcmp(algorithm, "filter", &filter));

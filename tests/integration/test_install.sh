@@ -109,4 +109,23 @@ fi
 version=$(pkg-config --variable=petsc_version slipstep)
 grep -q "PETSC_VERSION \"$version\"" "$(find "$prefix" -name slipbuild.h)" || fail "slipstep.pc names PETSc '$version', slipbuild.h another"
 [ -e "$(pkg-config --variable=petsc_pc slipstep)" ] || fail "slipstep.pc names no PETSc"
+
+# a program that trains: the library of the trainer, by CMake and by pkg-config
+mkdir "$room/train"
+cp "$SLIPSTEP_SOURCE"/examples/train_oscillator.c "$SLIPSTEP_SOURCE"/examples/oscillator.h "$room/train"
+cat >"$room/train/CMakeLists.txt" <<'CMAKE'
+cmake_minimum_required(VERSION 3.25)
+project(user LANGUAGES C)
+find_package(slipstep 0.2 REQUIRED)
+add_executable(train train_oscillator.c)
+target_link_libraries(train PRIVATE slipstep::sliptrain m)
+CMAKE
+cmake -S "$room/train" -B "$room/train/build" -DCMAKE_PREFIX_PATH="$prefix" >"$room/train.log" && cmake --build "$room/train/build" >>"$room/train.log" ||
+  { cat "$room/train.log"; fail "building with the trainer's library"; }
+mpicc -std=c17 "$room/train/train_oscillator.c" -o "$room/train/train" $(pkg-config --cflags --libs sliptrain) -lm || fail "building with sliptrain.pc"
+for program in "$room/train/build/train" "$room/train/train"; do
+  "$program" -train_singles 1 -train_batch_singles 1 -train_validation 1 -train_calibration 1 -train_generations 1 -train_population 4 -train_hidden 1 \
+    -train_output "$room/train/p.h5" >"$room/train.log" 2>&1 && [ -s "$room/train/p.h5" ] || { cat "$room/train.log"; fail "a training by an installed library"; }
+  rm "$room/train/p.h5"
+done
 echo "installed programs and both ways of linking work"

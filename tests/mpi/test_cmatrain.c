@@ -12,7 +12,7 @@ static PetscErrorCode Options(const char extra[], CMAOptions *o)
           "-train_batch_meshes 1 -train_validation 2 -train_calibration 2 -train_validation_interval 2 "
           "-train_population 6 -train_hidden 3 -train_sigma 0.05 -train_seed 4"));
   PetscCall(PetscOptionsInsertString(NULL, extra));
-  PetscCall(CMAOptionsSet(PETSC_COMM_WORLD, o));
+  PetscCall(CMAOptionsSet(PETSC_COMM_WORLD, NULL, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -15,8 +15,8 @@ PetscErrorCode CMAStorePolicy(CMATrainer *t)
   PetscCall(CMAPolicy(&t->o, t->best, t->shift, &p));
   PetscCall(SlipPolicySetRange(p, t->obs_min, t->obs_max));
   PetscCall(SlipPolicySetAttribute(p, "algorithm", "cmaes"));
-  PetscCall(SlipPolicySetAttribute(p, "problem", ProblemPolicy(t->o.problem)));
-  if (!t->o.problem->model) PetscCall(SlipPolicySetAttribute(p, SLIP_POLICY_MEASURE, SlipMeasures[0].name));
+  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.user ? t->o.user->name : ProblemPolicy(t->o.problem)));
+  if (!t->o.small) PetscCall(SlipPolicySetAttribute(p, SLIP_POLICY_MEASURE, SlipMeasures[0].name));
   PetscCall(PolicySetNumber(p, "generations", "%.0f", (double)t->best_generation));
   PetscCall(PolicySetNumber(p, "training_runs", "%.0f", (double)t->evaluations));
   PetscCall(PolicySetNumber(p, "validation_cost", "%.5f", (double)t->score.cost));

@@ -4,6 +4,7 @@
 #include "common/options.h"
 #include <slipcompat.h>
 
+#define USER_DIAL_LOW 3e-3
 #define FAULT_DIAL_LOW 1e-3 /* finer accuracies of the whole history take hundreds of steps */
 
 /* Names, and the scaling that brings them to order one; an energy of a fault lies in [0, 1] */
@@ -19,12 +20,48 @@ static PetscErrorCode SetObservations(CMAOptions *o, PetscInt n, const char *con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOptionsObject)
+{
+  char *names[CMA_MAX_OBS];
+  PetscInt n = CMA_MAX_OBS;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(
+    PetscOptionsStringArray("-train_observations", "Names of the observations, in order", NULL, names, &n, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
+  PetscCheck(n <= ENV_MAX_OBS || !o->small || o->user, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "-train_observations has %" PetscInt_FMT " names, expected %d at most for %s", n, ENV_MAX_OBS,
+             o->problem->name);
+  PetscCall(SetObservations(o, n, (const char *const *)names));
+  for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetUser(CMAOptions *o, const SlipTrainProblem *user)
+{
+  PetscInt n = 0;
+
+  PetscFunctionBegin;
+  while (user->observations[n]) ++n;
+  PetscCheck(n <= CMA_MAX_OBS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "SlipTrain(): the problem %s has %" PetscInt_FMT " observations, expected %d at most", user->name, n,
+             CMA_MAX_OBS);
+  PetscCall(SetObservations(o, n, user->observations));
+  o->user = user;
+  o->small = PETSC_TRUE;
+  o->dt_min = user->dt_min;
+  o->dt_max = user->dt_max;
+  PetscCall(PetscStrncpy(o->dt_max_unit, "T*", sizeof(o->dt_max_unit)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ParseProblem(CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
-  char problem[64] = "fault", *names[CMA_MAX_OBS];
+  char problem[64] = "fault";
   PetscInt n = 0;
   const Preset *preset;
-  PetscBool set;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsString("-train_problem",
@@ -32,6 +69,7 @@ static PetscErrorCode ParseProblem(CMAOptions *o, SlipOptionItems PetscOptionsOb
                                problem, problem, sizeof(problem), NULL));
   PetscCall(ProblemFind(problem, &o->problem));
   if (o->problem == &ProblemFault) o->problem = &ProblemDial; /* whose episodes have the dial */
+  o->small = o->problem->model ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(FamilyOption(PetscOptionsObject, o->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, &o->family));
   preset = ProblemPreset(o->problem, "dial");
   while (preset->names[n]) ++n;
@@ -39,22 +77,13 @@ static PetscErrorCode ParseProblem(CMAOptions *o, SlipOptionItems PetscOptionsOb
   o->dt_min = preset->dt_min;
   o->dt_max = preset->dt_max;
   PetscCall(PetscStrncpy(o->dt_max_unit, preset->dt_max_unit, sizeof(o->dt_max_unit)));
-  n = CMA_MAX_OBS;
-  PetscCall(
-    PetscOptionsStringArray("-train_observations", "Names of the observations, in order", NULL, names, &n, &set));
-  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
-  PetscCheck(n <= ENV_MAX_OBS || !o->problem->model, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "-train_observations has %" PetscInt_FMT " names, expected %d at most for %s", n, ENV_MAX_OBS, problem);
-  PetscCall(SetObservations(o, n, (const char *const *)names));
-  for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Small models need fewer weights than faults. */
 static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
-  const PetscBool small = o->problem->model ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool small = o->small;
   const NumberOption row[] = {
     OPTION_INTEGER("-train_hidden", "Width of the hidden layers", &o->hidden, 1, 256),
     OPTION_INTEGER("-train_layers", "Number of hidden layers", &o->layers, 1, CMA_MAX_LAYERS),
@@ -117,9 +146,21 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
   o->within = 0.97;
   o->low = small ? TSADAPTRL_ACCURACY_MIN : FAULT_DIAL_LOW;
   o->high = TSADAPTRL_ACCURACY_MAX;
+  if (o->user) { /* whose runs are the library's, some ten times slower than those of small models */
+    o->hidden = 6;
+    o->nsingle = 128;
+    o->batch_single = o->late_single = 16;
+    o->validation = 40;
+    o->calibration = 60;
+    o->population = 12;
+    o->diagonal = 60;
+    o->generations = 160;
+    o->interval = 20;
+    o->low = USER_DIAL_LOW;
+  }
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   if (small) o->nmesh = o->batch_mesh = o->late_mesh = 0;
-  PetscCheck(o->dt_min < o->dt_max || small, comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(o->dt_min < o->dt_max || strcmp(o->dt_max_unit, "T*"), comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_dt_min is %.6g T* and -train_dt_max %.6g T*, expected a longer -train_dt_max", (double)o->dt_min,
              (double)o->dt_max);
   PetscCheck(o->low <= o->high && o->high <= TSADAPTRL_ACCURACY_MAX, comm, PETSC_ERR_ARG_OUTOFRANGE,
@@ -128,12 +169,16 @@ static PetscErrorCode ParseNumbers(MPI_Comm comm, CMAOptions *o, SlipOptionItems
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CMAOptionsSet(MPI_Comm comm, CMAOptions *o)
+PetscErrorCode CMAOptionsSet(MPI_Comm comm, const SlipTrainProblem *user, CMAOptions *o)
 {
   PetscFunctionBegin;
   PetscCall(PetscMemzero(o, sizeof(*o)));
   PetscOptionsBegin(comm, NULL, "Training a step-size policy with an accuracy dial by CMA-ES", "train");
-  PetscCall(ParseProblem(o, PetscOptionsObject));
+  if (user)
+    PetscCall(SetUser(o, user));
+  else
+    PetscCall(ParseProblem(o, PetscOptionsObject));
+  PetscCall(ParseObservations(o, PetscOptionsObject));
   PetscCall(ParseNumbers(comm, o, PetscOptionsObject));
   PetscCall(TrainSetFiles(PetscOptionsObject, "Checkpoint to write at every validation", o->output, o->log,
                           o->checkpoint, o->resume));

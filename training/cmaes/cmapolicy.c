@@ -78,16 +78,15 @@ void CMAStart(const CMAOptions *o, double weights[])
 {
   const double low = log10(o->dt_min), high = log10(o->dt_max), middle = 0.5 * (low + high);
   const double half = strcmp(o->dt_max_unit, "T*") ? HALF_RANGE : 0.5 * (high - low);
-  const double power = o->problem->model ? SMALL_POWER : START_POWER;
+  const double power = o->small ? SMALL_POWER : START_POWER;
   const PetscInt hidden = o->hidden, sliding = Find(o, "sliding_fraction"), converged = Find(o, "converged");
   double *w = weights, *bias = w + o->nobs * hidden;
 
   for (PetscInt i = 0; i < CMACountWeights(o); ++i) weights[i] = 0;
   /* unit 0: log10 h less its middle, times the slope */
-  bias[0] =
-    NEAR_LINEAR * ((o->problem->model ? SMALL_START * half : log10(START_STEP) - middle) - power * log10(o->high));
+  bias[0] = NEAR_LINEAR * ((o->small ? SMALL_START * half : log10(START_STEP) - middle) - power * log10(o->high));
   AddTerm(o, Find(o, "log_accuracy"), NEAR_LINEAR * power, w, &bias[0]);
-  if (o->problem->model) AddTerm(o, Find(o, "log_energy"), NEAR_LINEAR * SMALL_ENERGY, w, &bias[0]);
+  if (o->small) AddTerm(o, Find(o, "log_energy"), NEAR_LINEAR * SMALL_ENERGY, w, &bias[0]);
   /* unit 1: positive when everything rests after a first step */
   if (hidden > 1 && sliding >= 0 && converged >= 0) {
     bias[1] = 2 - 4;

@@ -21,10 +21,9 @@ static uint64_t StreamSeed(PetscInt seed, PetscInt64 stream, PetscInt64 k)
   return (uint64_t)seed * 0x9e3779b97f4a7c15u + (uint64_t)(stream + k);
 }
 
-/* Every rank draws all. */
-static PetscErrorCode SetCreate(const CMATrainer *t, PetscInt64 stream, PetscInt nsingle, PetscInt nmesh, CMASet *set)
+/* One of a problem of the table, which is no fault */
+static PetscErrorCode CreateSmall(const CMAOptions *o, uint64_t seed, Episode **episode)
 {
-  const CMAOptions *o = &t->o;
   EnvOptions e = {.problem = o->problem,
                   .log_spacing = PETSC_TRUE,
                   .continuation = 1. / 12,
@@ -35,19 +34,31 @@ static PetscErrorCode SetCreate(const CMATrainer *t, PetscInt64 stream, PetscInt
                   .dt_min_unit = "T*"};
 
   PetscFunctionBegin;
-  *set = (CMASet){.n = nsingle + nmesh, .nsingle = o->problem->model ? nsingle + nmesh : nsingle};
-  PetscCall(PetscCalloc1(set->n, &set->episode));
   PetscCall(PetscStrncpy(e.dt_max_unit, o->dt_max_unit, sizeof(e.dt_max_unit)));
   e.nobs = PetscMin(o->nobs, ENV_MAX_OBS);
   for (PetscInt i = 0; i < e.nobs; ++i) { /* unscaled: the policy does that */
     e.names[i] = o->names[i];
     e.scale[i] = 1;
   }
+  PetscCall(EpisodeCreateSmall(&e, seed, episode));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Every rank draws all. */
+static PetscErrorCode SetCreate(const CMATrainer *t, PetscInt64 stream, PetscInt nsingle, PetscInt nmesh, CMASet *set)
+{
+  const CMAOptions *o = &t->o;
+
+  PetscFunctionBegin;
+  *set = (CMASet){.n = nsingle + nmesh, .nsingle = o->small ? nsingle + nmesh : nsingle};
+  PetscCall(PetscCalloc1(set->n, &set->episode));
   for (PetscInt i = 0; i < set->n; ++i) {
     const uint64_t seed = StreamSeed(o->seed, stream, i);
 
-    if (o->problem->model)
-      PetscCall(EpisodeCreateSmall(&e, seed, &set->episode[i]));
+    if (o->user)
+      PetscCall(EpisodeCreateUser(o->user, seed, &set->episode[i]));
+    else if (o->small)
+      PetscCall(CreateSmall(o, seed, &set->episode[i]));
     else
       PetscCall(EpisodeCreate(o->family.n ? &o->family : NULL, seed, i < nsingle ? 1 : o->side, &set->episode[i]));
   }

@@ -16,7 +16,9 @@ typedef struct {
   char *names[CMA_MAX_OBS];
   PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS]; /* the network sees obs * scale + offset */
   PetscInt hidden, layers;                           /* width and number of the hidden layers, tanh */
+  const SlipTrainProblem *user;                      /* a user's problem; NULL: the next one */
   const Problem *problem;                            /* a small model, or drawn faults */
+  PetscBool small;                                   /* no faults: episodes are of one kind */
   Family family;                                     /* of these; empty: the trainer's own draws */
   PetscReal dt_min, dt_max;                          /* bounds of the action, logarithmic spacing */
   PetscReal moving;                                  /* longest step while anything moves [T*], 0: no limit */
@@ -68,7 +70,10 @@ typedef struct {
   struct _CMALog *log;
 } CMATrainer;
 
-PETSC_INTERN PetscErrorCode CMAOptionsSet(MPI_Comm comm, CMAOptions *o);
+/* user: NULL for -train_problem */
+PETSC_INTERN PetscErrorCode CMAOptionsSet(MPI_Comm comm, const SlipTrainProblem *user, CMAOptions *o);
+/* All of it, by the options */
+PETSC_INTERN PetscErrorCode CMATrain(MPI_Comm comm, const SlipTrainProblem *user);
 PETSC_INTERN PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMATrainerRun(CMATrainer *t); /* to the end; writes policy, log and checkpoint */
 PETSC_INTERN PetscErrorCode CMATrainerDestroy(CMATrainer *t);

@@ -305,6 +305,8 @@ PetscErrorCode EpisodeDestroy(Episode **episode)
   if (!*episode) PetscFunctionReturn(PETSC_SUCCESS);
   if ((*episode)->small)
     PetscCall(EpisodeSmallDestroy(&(*episode)->small));
+  else if ((*episode)->user)
+    PetscCall(EpisodeUserDestroy(*episode));
   else
     PetscCall(Release(*episode));
   PetscCall(TableClear(&(*episode)->reference));
@@ -323,6 +325,7 @@ static PetscErrorCode Forget(Episode *e)
   PetscCall(TableAdd(&e->run, start));
   e->field_error = 0;
   e->attempts_left = 2 * EPISODE_MAX_STEPS;
+  e->failures = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -332,7 +335,7 @@ PetscErrorCode EpisodeRewind(Episode *e, PetscReal accuracy)
 
   PetscFunctionBegin;
   PetscCall(VecCopy(e->start, e->w));
-  PetscCall(TSSetTime(e->ts, 0));
+  PetscCall(TSSetTime(e->ts, e->begin));
   PetscCall(TSSetStepNumber(e->ts, 0));
   PetscCall(TSSetTimeStep(e->ts, FIRST_STEP * e->tstar));
   PetscCall(TSSetConvergedReason(e->ts, TS_CONVERGED_ITERATING));
@@ -370,7 +373,10 @@ PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accura
   PetscCall(TSAdaptRLSetPolicy(adapt, policy));
   PetscCall(TSSolve(e->ts, e->w));
   PetscCall(TSBatheGetTotals(e->ts, &attempts, &accepted, &solves, &newton, &linear));
-  EpisodeConclude(e, solves, accepted, result);
+  if (e->user)
+    PetscCall(EpisodeUserConclude(e, solves, accepted, result));
+  else
+    EpisodeConclude(e, solves, accepted, result);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -387,7 +393,7 @@ PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, Epi
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PlainRowsFind(policy, NULL, &n, row, &known));
-  if (!known) {
+  if (!known || e->user) {
     PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

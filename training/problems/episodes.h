@@ -6,6 +6,7 @@
 #include "family.h"
 #include "environment/plainfilter.h"
 #include "common/table.h"
+#include "sliptrain.h"
 #include <slipcore.h>
 #include <slipstep.h>
 
@@ -46,6 +47,11 @@ typedef struct _EpisodeSmall *EpisodeSmall;
 
 typedef struct {
   EpisodeSmall small; /* another problem than the fault (episodesmall.c); nothing of what follows is used then */
+  const SlipTrainProblem
+    *user; /* a user's problem (episodeuser.c), and its instance; of what follows ts, w and times */
+  void *instance;
+  PetscReal begin;   /* time of the start [s] */
+  PetscInt failures; /* of its solves in a row, in the run under way */
   SlipFault fault;
   TS ts;
   Vec w, start;
@@ -84,6 +90,11 @@ PETSC_INTERN PetscErrorCode EpisodeRunSteps(Episode *e, PetscInt n, const double
    problem, observations and bounds of the step. */
 PETSC_INTERN PetscErrorCode EpisodeCreateSmall(const EnvOptions *o, uint64_t seed, Episode **episode);
 PETSC_INTERN PetscErrorCode EpisodeSmallDestroy(EpisodeSmall *small);
+/* An instance of a user's problem */
+PETSC_INTERN PetscErrorCode EpisodeCreateUser(const SlipTrainProblem *user, uint64_t seed, Episode **episode);
+PETSC_INTERN PetscErrorCode EpisodeUserDestroy(Episode *e);
+PETSC_INTERN PetscErrorCode EpisodeUserConclude(const Episode *e, PetscInt solves, PetscInt accepted,
+                                                EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeDestroy(Episode **episode);
 /* Without objects when that knows what the policy observes, else by the library; the latter always with
    EpisodeRunLibrary(). */

@@ -1,0 +1,102 @@
+/* Episodes of a user's problem (sliptrain.h): its TS runs under the policy, and it says what the error was. */
+#include "episodes.h"
+#include <slipadapt.h>
+#include <slipcompat.h>
+
+#define UNFINISHED_ERROR 1 /* of a run that was cut off or failed: all of it */
+#define MAX_FAILURES 8     /* in a row */
+#define WORST_ERROR 1e3    /* of one whose error is no number */
+
+/* TSBatheAttemptFn: a run that goes on for ever is cut off, and so is one whose solves fail, before TSBATHE makes that an
+   error. */
+static PetscErrorCode Count(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
+{
+  Episode *e = (Episode *)ctx;
+
+  PetscFunctionBegin;
+  (void)w;
+  e->failures = attempt->converged ? 0 : e->failures + 1;
+  if (--e->attempts_left <= 0 || e->failures >= MAX_FAILURES) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What draw() gave can be run. */
+static PetscErrorCode Check(const Episode *e)
+{
+  const char *name = e->user->name;
+  PetscMPIInt size;
+  PetscBool bathe;
+
+  PetscFunctionBegin;
+  PetscCheck(e->ts && e->w, PETSC_COMM_SELF, PETSC_ERR_ARG_NULL, "SlipTrain(): draw() of problem %s gave no TS or Vec",
+             name);
+  PetscCall(PetscObjectTypeCompare((PetscObject)e->ts, TSBATHE, &bathe));
+  PetscCheck(bathe, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "SlipTrain(): the TS of problem %s is of another type than bathe", name);
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)e->ts), &size));
+  PetscCheck(size == 1, PETSC_COMM_SELF, PETSC_ERR_WRONG_MPI_SIZE,
+             "SlipTrain(): the TS of problem %s is on %d processes, expected PETSC_COMM_SELF", name, (int)size);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeCreateUser(const SlipTrainProblem *user, uint64_t seed, Episode **episode)
+{
+  const SlipProblemOps *ops;
+  PetscReal longest;
+  TSAdapt adapt;
+  Episode *e;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&e));
+  *episode = e;
+  e->user = user;
+  e->run.width = COURSE_WIDTH;
+  PetscCall((*user->draw)(seed, &e->instance, &e->ts, &e->w));
+  PetscCall(Check(e));
+  PetscCall(VecDuplicate(e->w, &e->start));
+  PetscCall(VecCopy(e->w, e->start));
+  PetscCall(TSSetSolution(e->ts, e->w));
+  PetscCall(TSGetTime(e->ts, &e->begin));
+  PetscCall(TSGetMaxTime(e->ts, &e->tmax));
+  PetscCheck(e->tmax > e->begin && e->tmax < PETSC_MAX_REAL, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "SlipTrain(): a run of problem %s goes from %g to %g s, expected TSSetMaxTime() after the start",
+             user->name, (double)e->begin, (double)e->tmax);
+  e->tstar = 1;
+  PetscCall(TSGetSlipProblem(e->ts, &ops));
+  if (ops && ops->time_scale) PetscCall((*ops->time_scale)(e->ts, &e->tstar));
+  PetscCall(TSBatheMonitorSet(e->ts, Count, e, NULL));
+  PetscCall(TSSetMaxSteps(e->ts, EPISODE_MAX_STEPS));
+  PetscCall(TSSetErrorIfStepFails(e->ts, PETSC_FALSE));
+  PetscCall(TSGetAdapt(e->ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
+  PetscCall(TSAdaptRLSetStrict(adapt, PETSC_TRUE));
+  PetscCall(TSAdaptGetStepLimits(adapt, NULL, &longest));
+  PetscCall(TSAdaptSetStepLimits(adapt, 0, longest)); /* failures that halve the step are counted, no error */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeUserDestroy(Episode *e)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&e->start));
+  PetscCall((*e->user->destroy)(&e->instance));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeUserConclude(const Episode *e, PetscInt solves, PetscInt accepted, EpisodeResult *r)
+{
+  TSConvergedReason reason;
+  PetscReal t;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(e->ts, &t));
+  PetscCall(TSGetConvergedReason(e->ts, &reason));
+  *r = (EpisodeResult){.solves = solves, .failures = solves - accepted, .error = UNFINISHED_ERROR};
+  r->done = (t - e->begin) / (e->tmax - e->begin);
+  if (reason == TS_CONVERGED_TIME || r->done >= 1 - 1e-10) {
+    r->done = 1;
+    PetscCall((*e->user->error)(e->instance, e->ts, e->w, &r->error));
+    if (PetscIsInfOrNanReal(r->error)) r->error = WORST_ERROR;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
