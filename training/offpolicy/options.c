@@ -182,7 +182,7 @@ static PetscErrorCode ParseLearner(PetscBool td3, LearnerOptions *n, SlipOptionI
 
 static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsObject)
 {
-  const char *const algorithms[] = {"tqc", "td3", "cmaes", NULL};
+  const char *const algorithms[] = {"tqc", "td3", "cmaes", "filter", "steps", NULL};
   AgentOptions *a = &o->agent;
   PetscInt algorithm = 0;
   PetscReal buffer = 1e6, starts = 100;
@@ -192,9 +192,10 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
   PetscBool td3;
 
   PetscFunctionBegin;
-  PetscCall(OptionChoice(PetscOptionsObject, "-train_algorithm",
-                         "Learner: tqc, td3, or cmaes (with options of its own: -train_algorithm cmaes -help)",
-                         algorithms, &algorithm));
+  PetscCall(OptionChoice(
+    PetscOptionsObject, "-train_algorithm",
+    "Learner: tqc, td3, or cmaes, filter or steps (with options of their own: -train_algorithm cmaes -help)",
+    algorithms, &algorithm));
   td3 = algorithm == 1 ? PETSC_TRUE : PETSC_FALSE;
   a->learner = td3 ? &LearnerTD3 : &LearnerTQC;
   a->networks = (LearnerOptions){.obs = o->env.nobs,
