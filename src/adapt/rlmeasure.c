@@ -4,18 +4,6 @@
 #define MEASURE_OF_OLD "final_slip" /* policies that do not name their measure */
 #define DIAL_MARGIN 0.1             /* of the range's width: observations as far beyond it count as inside */
 
-/* NULL when the controller is of another type */
-static PetscErrorCode Context_Measure(TSAdapt adapt, TSAdapt_RL **rl)
-{
-  PetscBool learned;
-
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
-  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
-  *rl = learned ? (TSAdapt_RL *)adapt->data : NULL;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* "a, b or c" */
 static PetscErrorCode Names(char text[], size_t len)
 {
@@ -62,7 +50,7 @@ PetscErrorCode TSAdaptRLSetMeasure(TSAdapt adapt, const char measure[])
   char names[128];
 
   PetscFunctionBegin;
-  PetscCall(Context_Measure(adapt, &rl));
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   PetscAssertPointer(measure, 2);
   if (!SlipMeasureFind(measure)) {
     PetscCall(Names(names, sizeof(names)));
@@ -108,7 +96,7 @@ PetscErrorCode TSAdaptRLGetMeasure(TSAdapt adapt, const char *measure[])
   TSAdapt_RL *rl = NULL;
 
   PetscFunctionBegin;
-  PetscCall(Context_Measure(adapt, &rl));
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   PetscAssertPointer(measure, 2);
   *measure = rl ? SlipMeasures[0].name : NULL;
   if (rl && rl->measure)

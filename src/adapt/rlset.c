@@ -2,18 +2,6 @@
    for the type of the controller, not for a composed function: nothing else can take what they set. */
 #include <slipstep/private/slipadapt.h>
 
-/* NULL when the controller is of another type */
-static PetscErrorCode Context_RL(TSAdapt adapt, TSAdapt_RL **rl)
-{
-  PetscBool learned;
-
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
-  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
-  *rl = learned ? (TSAdapt_RL *)adapt->data : NULL;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Names of what is observed, in the order of the policy or the actor. */
 static PetscErrorCode TSAdaptRLSetNames(TSAdapt adapt, PetscInt n, const char *const names[])
 {
@@ -64,7 +52,7 @@ PetscErrorCode TSAdaptRLSetPolicy(TSAdapt adapt, SlipPolicy policy)
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(policy, SLIP_POLICY_CLASSID, 2);
-  PetscCall(Context_RL(adapt, &rl));
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   if (!rl) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipPolicyReference(policy));
   PetscCall(SlipPolicyDestroy(&rl->policy));
@@ -124,7 +112,7 @@ PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy)
   TSAdapt_RL *rl = NULL;
 
   PetscFunctionBegin;
-  PetscCall(Context_RL(adapt, &rl));
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   *policy = rl ? rl->policy : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -155,7 +143,7 @@ PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const na
   TSAdapt_RL *rl = NULL;
 
   PetscFunctionBegin;
-  PetscCall(Context_RL(adapt, &rl));
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   if (!rl) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fn || (dt_min >= 0 && dt_min < dt_max), PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
              "Steps of an actor in [%g, %g] s; expected 0 <= dt_min < dt_max", (double)dt_min, (double)dt_max);
@@ -197,7 +185,7 @@ PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy)
   TSAdapt_RL *rl = NULL;
 
   PetscFunctionBegin;
-  PetscCall(Context_RL(adapt, &rl));
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   PetscValidLogicalCollectiveReal(adapt, accuracy, 2);
   PetscCheck(accuracy >= TSADAPTRL_ACCURACY_MIN && accuracy <= TSADAPTRL_ACCURACY_MAX,
              PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
@@ -227,7 +215,7 @@ PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy)
   TSAdapt_RL *rl = NULL;
 
   PetscFunctionBegin;
-  PetscCall(Context_RL(adapt, &rl));
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   *accuracy = rl ? rl->accuracy : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -256,7 +244,7 @@ PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decisions, PetscInt *
   TSAdapt_RL *rl = NULL;
 
   PetscFunctionBegin;
-  PetscCall(Context_RL(adapt, &rl));
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   if (decisions) *decisions = rl ? rl->decisions : 0;
   if (outside) *outside = rl ? rl->outside : 0;
   if (failures) *failures = rl ? rl->failures : 0;
@@ -285,7 +273,7 @@ PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict)
   TSAdapt_RL *rl = NULL;
 
   PetscFunctionBegin;
-  PetscCall(Context_RL(adapt, &rl));
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   if (rl) rl->strict = strict;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -311,7 +299,7 @@ PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal 
   TSAdapt_RL *rl = NULL;
 
   PetscFunctionBegin;
-  PetscCall(Context_RL(adapt, &rl));
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   if (handed) *handed = rl ? rl->handed : PETSC_FALSE;
   if (time) *time = rl ? rl->handover_time : 0;
   PetscFunctionReturn(PETSC_SUCCESS);

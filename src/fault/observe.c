@@ -39,18 +39,27 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Are sums of this moment those of the state w of now? */
+static PetscErrorCode IsNow(Vec w, const SlipFaultMoment *moment, SlipFaultMoment *now, PetscBool *same)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectGetId((PetscObject)w, &now->id));
+  PetscCall(PetscObjectStateGet((PetscObject)w, &now->state));
+  *same = now->id == moment->id && now->state == moment->state ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The sums of a state, computed (one product with K, two reductions) only when the state has changed. */
 PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums)
 {
   SlipFaultSums *c = &fault->sums;
-  PetscObjectId id;
-  PetscObjectState state;
+  SlipFaultMoment now;
+  PetscBool same;
 
   PetscFunctionBegin;
   *sums = c;
-  PetscCall(PetscObjectGetId((PetscObject)w, &id));
-  PetscCall(PetscObjectStateGet((PetscObject)w, &state));
-  if (id == c->id && state == c->state) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(IsNow(w, &c->moment, &now, &same));
+  if (same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecStrideGather(w, 1, fault->work[0], INSERT_VALUES));
   PetscCall(MatMult(fault->K, fault->work[0], fault->work[1]));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
@@ -58,8 +67,7 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **su
   PetscCall(SlipFaultAddUp(fault, w, fault->work[1], c->sum, &c->max_v));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->max_v, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  c->id = id;
-  c->state = state;
+  c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -91,14 +99,13 @@ static PetscErrorCode GetMode(SlipFault fault, Vec w, PetscBool moves, const Sli
 {
   SlipFaultMode *c = &fault->mode;
   Vec x = fault->work[0];
-  PetscObjectId id;
-  PetscObjectState state;
+  SlipFaultMoment now;
+  PetscBool same;
 
   PetscFunctionBegin;
   *mode = c;
-  PetscCall(PetscObjectGetId((PetscObject)w, &id));
-  PetscCall(PetscObjectStateGet((PetscObject)w, &state));
-  if (id == c->id && state == c->state) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(IsNow(w, &c->moment, &now, &same));
+  if (same) PetscFunctionReturn(PETSC_SUCCESS);
   if (moves)
     PetscCall(VecStrideGather(w, 0, x, INSERT_VALUES));
   else
@@ -107,8 +114,7 @@ static PetscErrorCode GetMode(SlipFault fault, Vec w, PetscBool moves, const Sli
   PetscCall(MatMult(fault->K, x, fault->work[1]));
   PetscCall(AddMode(fault, w, x, fault->work[1], c->sum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));
-  c->id = id;
-  c->state = state;
+  c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -100,6 +100,12 @@ typedef enum {
 } SlipFaultFieldId;
 PETSC_EXTERN const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS]; /* the parameter each field replaces */
 
+/* Which state vector sums belong to, and how it was then */
+typedef struct {
+  PetscObjectId id;
+  PetscObjectState state;
+} SlipFaultMoment;
+
 /* ---- sums over the cells that observables are made of ---- */
 typedef enum {
   SUM_V,
@@ -119,9 +125,8 @@ typedef enum {
 
 typedef struct {
   PetscReal sum[FAULT_NUM_SUMS];
-  PetscReal max_v;        /* max |v| [m/s] */
-  PetscObjectId id;       /* of the state that they belong to */
-  PetscObjectState state; /* and how it was then */
+  PetscReal max_v; /* max |v| [m/s] */
+  SlipFaultMoment moment;
 } SlipFaultSums;
 
 /* What the integrator's last attempt says: its local error and the derivative of the rate at its end. */
@@ -141,8 +146,7 @@ typedef enum { MODE_STIFFNESS, MODE_WEAKENING, MODE_INERTIA, FAULT_NUM_MODE } Sl
 
 typedef struct {
   PetscReal sum[FAULT_NUM_MODE];
-  PetscObjectId id; /* of the state that they belong to */
-  PetscObjectState state;
+  SlipFaultMoment moment;
 } SlipFaultMode;
 
 typedef struct _n_SlipFaultOutput *SlipFaultOutput;
