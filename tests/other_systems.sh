@@ -36,7 +36,7 @@ fi
 # A second run there would change mounts and clones under the first.
 exec 9>"$room/.lock"
 flock -n 9 || slipstep_die "tests/other_systems.sh: another one is at work in $room"
-clone=/root/slipstep # as seen from inside a release's folder
+clone=/srv/slipstep # within a release's folder: no path of this machine
 
 # Mounts go before anything is removed, and a folder that still has some is left alone: they are this machine's own.
 mounted=()
