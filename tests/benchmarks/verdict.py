@@ -32,9 +32,10 @@ import h5py
 import numpy as np
 
 sys.dont_write_bytecode = True
+import course
 import verdict_cases
 import held_out_run
-from held_out_run import BenchmarkError, Job, execute
+from held_out_run import BenchmarkError, Job, execute, read_course
 
 CALIBRATION_SEEDS, TEST_SEEDS = [201, 202], [20261123]
 DIALS = [1e-1, 1e-2, 1e-3]
@@ -45,10 +46,7 @@ FIRST = "1e-5"  # rtol of the run that says when a fault rests
 AGREE, AGREE_HISTORY = 3e-5, 5e-4  # of references' final slips, and of all errors
 STEPS = [3, 4, 5, 8, 12, 20, 32, 64, 128, np.inf]  # classes of accepted steps
 QUANTILE = 0.9  # of runs that stay below the estimate
-SAMPLES = 20000  # of a course in time: a tenth of an interval of some 2000 steps
-# measures: name of attributes, and how errors count, as SlipMeasures[] has it
-MEASURES = {"history": ("history", {"final": 1, "history": 1, "shift": 1, "peak": 0.2, "field": 1}), "final_slip": ("slip", {"final": 1}),
-            "event_time": ("event_time", {"shift": 1})}
+ATTRIBUTES = {"history": "history", "final_slip": "slip", "event_time": "event_time"}  # of measures
 
 
 def arguments():
@@ -59,59 +57,27 @@ def arguments():
     parser.add_argument("--seeds", type=int, nargs="+", help=f"of the faults (default {TEST_SEEDS}, with --calibrate {CALIBRATION_SEEDS})")
     parser.add_argument("--calibrate", action="store_true", help="print the table of factors")
     parser.add_argument("--prove", type=int, default=0, metavar="N", help="of the first N faults a finer reference too, and -fault_check_error against it")
-    parser.add_argument("--measure", default="history", choices=MEASURES, help="of the default policy, and of the verdicts")
+    parser.add_argument("--measure", default="history", choices=ATTRIBUTES, help="of the default policy, and of the verdicts")
     parser.add_argument("--policy", help="another one (default: the library's for the measure)")
     parser.add_argument("--processes", type=int, default=1)
     return parser.parse_args()
 
 
-def read(output):
-    """(result, [time, mean slip, mean slip rate], final slip of the cells, their areas)"""
-    with h5py.File(output) as file:
-        slip = file["fields/slip"][-1].ravel()
-        area = (file["mesh/length"][()] * file["mesh/width"][()]).ravel() if "length" in file["mesh"] else np.ones(len(slip))
-    return (*held_out_run.read(output), slip, area)
-
-
-def course(series):
-    """Mean slip and rate at any times: cubics with the rates as slopes, constant before and after."""
-    t, s, v = series
-    keep = np.append(True, np.diff(t) > 0)
-    t, s, v = t[keep], s[keep], v[keep]
-
-    def at(times):
-        inside = np.clip(times, t[0], t[-1])
-        i = np.clip(np.searchsorted(t, inside, side="right") - 1, 0, len(t) - 2)
-        h, x = np.diff(t)[i], (inside - t[i]) / np.diff(t)[i]
-        b, c, d = h * v[i], 3 * (s[i + 1] - s[i]) - h * (2 * v[i] + v[i + 1]), 2 * (s[i] - s[i + 1]) + h * (v[i] + v[i + 1])
-        return s[i] + x * (b + x * (c + x * d)), (b + x * (2 * c + 3 * x * d)) / h
-    return at
-
-
 def errors(run, fine):
-    """All errors of a run against a fine one, by samples of both at the nodes of both and in between."""
-    (_, series, slip, area), (_, exact, fine_slip, _) = run, fine
-    times = np.unique(np.concatenate([np.linspace(0, max(series[0][-1], exact[0][-1]), SAMPLES), series[0], exact[0]]))
-    (s, v), (s0, v0) = course(series)(times), course(exact)(times)
-    final = exact[1][-1]
-
-    def passage(slips, share):
-        i = max(int(np.argmax(slips >= share * slips[-1])), 1)
-        return np.interp(share * slips[-1], slips[i - 1:i + 1], times[i - 1:i + 1])
-    return {"final": abs(series[1][-1] / final - 1), "history": abs(s - s0).max() / final,
-            "shift": abs(passage(s, .5) - passage(s0, .5)) / (passage(s0, .9) - passage(s0, .1)),
-            "peak": abs(v.max() / v0.max() - 1), "field": np.sqrt((area * (slip - fine_slip) ** 2).sum() / (area * fine_slip ** 2).sum())}
+    """The parts of a run's error against a fine one, both of held_out_run.read_course()."""
+    found = course.errors(run[1], fine[1])
+    return {name: found[name] for name in course.PARTS}
 
 
 def measured(run, measure):
     """The error of a run that a measure means."""
-    return max(share * run["errors"][name] for name, share in MEASURES[measure][1].items())
+    return course.MEASURES[measure](run["errors"])
 
 
 def one(args, folder, case, options):
-    """What read() says of a run; a machine under load sometimes cannot start MPI, so a failure is tried again."""
+    """What read_course() says of a run; a machine under load sometimes cannot start MPI, so a failure is tried again."""
     for _ in range(2):
-        (_, found, message), = execute(args.build, [Job(case, "fine", "", 0, options)], folder, read)
+        (_, found, message), = execute(args.build, [Job(case, "fine", "", 0, options)], folder, read_course)
         if found:
             return found
     raise BenchmarkError(f"{case.name}: {message}")
@@ -128,10 +94,10 @@ def reference(args, folder, seed, k):
     for again in range(50):
         random = np.random.default_rng([seed, k, again])
         case, margin = verdict_cases.draw(random, verdict_cases.KINDS[k % len(verdict_cases.KINDS)], f"fault_{seed}_{k}", folder)
-        time, slip, rate = one(args, folder, case, ["-ts_adapt_type", "heuristic", "-ts_rtol", FIRST])[1]
-        if rate[-1] != 0:
+        rest = one(args, folder, case, ["-ts_adapt_type", "heuristic", "-ts_rtol", FIRST])[0]["rest"]
+        if np.isnan(rest):
             continue
-        case.duration = verdict_cases.rounded(margin * time[len(time) - np.argmax(rate[::-1] != 0)])
+        case.duration = verdict_cases.rounded(margin * rest)
         found = constant(args, folder, case, FINE_STEPS)
         if not prove:
             return case, found, 0
@@ -159,9 +125,9 @@ def fault(args, seed, k):
         if args.calibrate:
             jobs += [Job(case, "classical", "heuristic", rtol, ["-ts_adapt_type", "heuristic", "-ts_rtol", f"{rtol:g}"]) for rtol in TOLERANCES]
         runs = []
-        done = list(execute(args.build, jobs, folder, read))
+        done = list(execute(args.build, jobs, folder, read_course))
         if not all(found for _, found, _ in done):
-            done = list(execute(args.build, jobs, folder, read))
+            done = list(execute(args.build, jobs, folder, read_course))
         for job, found, message in done:
             row = {"family": job.family, "setting": job.setting, "failed": message}
             if found:
@@ -199,7 +165,7 @@ def table_of_factors(faults):
     runs = [run for row in faults for run in row["runs"] if "slip_error_measure" in run]
     steps = np.array([run["steps"] for run in runs])
     factors = {}
-    for measure, (name, _) in MEASURES.items():
+    for measure, name in ATTRIBUTES.items():
         ratio = np.array([measured(run, measure) / run[f"{name}_error_measure"] for run in runs])
         print(f"{measure}: {len(runs)} runs with an estimate; error over measure\n steps at most   runs    median  factor ({QUANTILE:.0%})   95 %")
         for low, high in zip([0, *STEPS], STEPS):
@@ -208,7 +174,7 @@ def table_of_factors(faults):
                 factors.setdefault(high, []).append(np.quantile(ratio[inside], QUANTILE))
                 print(f"{high:13g} {inside.sum():7d} {np.quantile(ratio[inside], .5):9.2f} {factors[high][-1]:12.2f} "
                       f"{np.quantile(ratio[inside], .95):10.2f}")
-    print("Calibration[] of src/fault/slipestimate.c: {steps, {" + ", ".join(MEASURES) + "}}")
+    print("Calibration[] of src/fault/slipestimate.c: {steps, {" + ", ".join(ATTRIBUTES) + "}}")
     for high, row in factors.items():
         print(f"  {{{'PETSC_MAX_INT' if np.isinf(high) else high}, {{{', '.join(f'{factor:.2g}' for factor in row)}}}}},")
 
@@ -218,7 +184,7 @@ def verdicts(faults, dials, measure):
     print(f"by {measure}:\naccuracy   runs  kept  |  likely met    right  wrong  |  unknown (of these missed)  |  handed over  steps  error < estimate")
     groups = (("all", lambda row: True), ("grids", lambda row: row["k"] % 2 == 0), ("meshes", lambda row: row["k"] % 2 == 1),
               ("as in training", lambda row: "wide" not in row["group"]), ("wide", lambda row: "wide" in row["group"]))
-    estimate = f"{MEASURES[measure][0]}_error_estimate"
+    estimate = f"{ATTRIBUTES[measure]}_error_estimate"
     for dial in dials:
         for name, chosen in groups:
             runs = [run for row in faults if chosen(row) for run in row["runs"] if run["family"] == "rl" and run["setting"] == dial]
@@ -237,7 +203,7 @@ def verdicts(faults, dials, measure):
 
 def proof(faults, measure):
     """-fault_check_error against the reference: ratios of errors, and its verdicts."""
-    name = f"{MEASURES[measure][0]}_error_check"
+    name = f"{ATTRIBUTES[measure]}_error_check"
     runs = [(run, run[name], measured(run, measure)) for row in faults for run in row["runs"] if name in run]
     if not runs:
         return

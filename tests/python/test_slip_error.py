@@ -45,7 +45,7 @@ class SlipError(unittest.TestCase):
         with h5py.File(cls.path) as file:
             result = {name: float(value) for name, value in file["result"].attrs.items()}
             rows = {group: len(file[group]["time"]) for group in ("steps", "series", "fields")}
-        return {**result, **rows, "text": done.stdout, "run": verdict.read(cls.path)}
+        return {**result, **rows, "text": done.stdout, "run": verdict.read_course(cls.path)}
 
     def error(self, run):
         return run["mean_slip"] / self.fine - 1
@@ -76,7 +76,7 @@ class SlipError(unittest.TestCase):
             ratio = run["slip_error_estimate"] / abs(self.error(run))
             self.assertTrue(1 <= ratio < 30, f"{options}: estimated over true error {ratio}")
             errors = verdict.errors(run["run"], self.fine_run)
-            for measure, (name, _) in verdict.MEASURES.items():
+            for measure, name in verdict.ATTRIBUTES.items():
                 ratio = run[f"{name}_error_estimate"] / verdict.measured({"errors": errors}, measure)
                 self.assertTrue(1 <= ratio < 30, f"{options}: estimated over true error of {measure} {ratio}")
             self.assertIn("estimated history error:", run["text"])
@@ -98,7 +98,7 @@ class SlipError(unittest.TestCase):
             for name, error in errors.items():
                 ratio = run[f"check_error_{name}"] / error
                 self.assertTrue(0.5 < ratio < 2, f"{options}: checked over true error {name} {ratio}")
-            for measure, (name, _) in verdict.MEASURES.items():
+            for measure, name in verdict.ATTRIBUTES.items():
                 # printed to two digits
                 self.assertTrue(np.isclose(run[f"{name}_error_check"], verdict.measured({"errors": {k: run[f"check_error_{k}"] for k in errors}}, measure), rtol=0.051))
             for name in ("mean_slip", "solves", "accepted", "rejected", "steps", "series", "fields"):

@@ -98,24 +98,6 @@ class Handover(Runs):
         self.assertNotIn("policy_handover_time", strict)
 
 
-class Errors(unittest.TestCase):
-    """Errors between two courses in closed form: s = 3 t^2 - 2 t^3 of [0, 1], once more 0.2 s later and 1.1 times as large."""
-
-    def test_errors(self):
-        whole = np.array([[0, 1], [0, 1], [0, 0.0]])
-        late = np.array([[0, 0.2, 1.2], [0, 0, 1.1], [0, 0, 0.0]])
-        area, slip = np.array([1, 3.0]), np.array([1, 1.0])
-        found = verdict.errors(({}, late, np.array([1.2, 1.1]), area), ({}, whole, slip, area))
-        rise = 1 - 2 * min(np.roots([-2, 3, 0, -0.1]), key=lambda x: abs(x - 0.2)).real
-        t = np.linspace(0, 1.2, 100001)
-        smooth = [3 * x ** 2 - 2 * x ** 3 for x in (np.clip(t, 0, 1), np.clip(t - 0.2, 0, 1))]
-        expected = {"final": 0.1, "history": abs(1.1 * smooth[1] - smooth[0]).max(), "shift": 0.2 / rise, "peak": 0.1, "field": np.sqrt((0.04 + 3 * 0.01) / 4)}
-        for name, value in expected.items():
-            # samples 6e-5 s apart: passages by straight lines, maxima to 1e-8
-            self.assertAlmostEqual(found[name], value, delta=1e-7, msg=name)
-        self.assertEqual(verdict.measured({"errors": {**expected, "peak": 3}}, "history"), 3 * 0.2)
-
-
 class Verdict(Runs):
     """Random faults of tests/benchmarks/verdict.py on which "likely met" or "met" was said before the calibration, and was
     wrong: seed, number, accuracy, the error of the policy's run."""
@@ -124,7 +106,7 @@ class Verdict(Runs):
              (201, 31, 1e-2, 3.2e-2, "two planes, 7 steps"), (201, 199, 1e-2, 1.6e-2, "two planes, 9 steps")]
 
     def case(self, seed, k):
-        """Its options and a fine run of it, as verdict.read() has it."""
+        """Its options and a fine run of it, as read_course() has it."""
         args = argparse.Namespace(build=os.environ["SLIPSTEP_BUILD"], calibrate=False, prove=0)
         case, fine, _ = verdict.reference(args, self.room.name, seed, k)
         return [*case.options, "-ts_max_time", f"{case.duration:.10g}", "-fault_output_interval", "1000000"], fine
@@ -134,7 +116,7 @@ class Verdict(Runs):
         is as exact as wanted."""
         for seed, k, dial, error, what in self.WRONG:
             options, fine = self.case(seed, k)
-            slip = fine[1][1][-1]
+            slip = fine[1].slip[-1]
             rl = [*options, *self.SLIP, "-ts_adapt_rl_accuracy", f"{dial:g}"]
             run = self.run_fault(*rl, "-ts_adapt_rl_strict", "-fault_check_error")
             # still the case that it was: other roundings change its error by less
