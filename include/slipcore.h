@@ -11,6 +11,7 @@ typedef struct {
   PetscReal drop;     /* dmu */
   PetscReal slip;     /* d_c [m] */
   PetscReal rate;     /* v_c [m/s] */
+  PetscReal healing;  /* 1/t_h [1/s]; 0: the state never heals */
 } SlipFriction;
 
 /* What mu(s, v) exceeds its residual by, and its derivatives with respect to s [1/m] and v [s/m]; s >= 0 cumulative slip
@@ -30,8 +31,9 @@ PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFricti
 typedef struct {
   const SlipFrictionLaw *law;
   const PetscReal *residual, *drop, *slip, *rate;
-  const PetscReal *stress; /* effective normal stress [Pa] */
-  const PetscReal *weight; /* of the cells' rows; NULL: 1 */
+  const PetscReal *stress;  /* effective normal stress [Pa] */
+  const PetscReal *weight;  /* of the cells' rows; NULL: 1 */
+  const PetscReal *healing; /* NULL: 0 */
 } SlipFrictionCells;
 
 PETSC_EXTERN void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,
@@ -46,6 +48,7 @@ PETSC_EXTERN void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, 
                                         const PetscReal v[], PetscReal ds[]);
 PETSC_EXTERN void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal theta,
                                            const PetscReal s0[], const PetscReal v[], PetscInt stride, PetscReal s[]);
+PETSC_EXTERN PetscReal SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, PetscReal s0, PetscReal t);
 
 /* ---- cone.c ---- */
 /* Where x - rho g lies: inside the shrinkage interval (sticking), beyond it (sliding one way or the other), or on a row
@@ -175,6 +178,7 @@ static inline PetscBool SlipSearchPolished(PetscReal last, PetscReal norm, Petsc
 /* ---- bathe.c: numbers of the composite step ---- */
 /* The split gamma is in (0, 1); A dw/dt = F_s + r. A stage from base is A (w - base) = theta h (F_s(w) + ...). */
 typedef struct {
+  PetscReal gamma; /* share of the step that stage 1 ends at */
   PetscReal theta[2];
   PetscReal a1, a0;    /* stage 2: base = a1 w1 - a0 w0 */
   PetscReal weight[3]; /* of the derivatives k at t, t + gamma h, t + h: w2 = w0 + h sum weight_i k_i */
@@ -183,6 +187,7 @@ typedef struct {
 } SlipBathe;
 
 PETSC_EXTERN void SlipBatheSetUp(PetscReal gamma, SlipBathe *c);
+PETSC_EXTERN void SlipBatheSetUpBackward(SlipBathe *c);
 PETSC_EXTERN PetscReal SlipBatheRoundError(PetscReal error); /* an estimate, to the digits that mean something */
 
 /* ---- observation.c: what a policy may be told ---- */

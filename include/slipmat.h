@@ -42,6 +42,7 @@ PETSC_EXTERN PetscErrorCode MatSlipGetNotes(Mat A, const char **why, const char 
    type: "sqrtm" (exact matrix square root), "spectral" (per-wavenumber square root, uniform grids only), "lanczos"
    (exact, by Lanczos' method in each product), "toeplitz" (cheap and a few per cent off along the edges of a uniform
    grid, for Jacobians), "none" (zero). */
+PETSC_EXTERN PetscErrorCode MatCreateSlipRadiation(Mat K, PetscReal eta, Mat *H);
 PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, const char *type, Mat *H);
 
 /* ---- stage operator ---- B(theta) = (mass/theta) I + H + theta K   [Pa s/m], theta [s].

@@ -48,6 +48,8 @@ PETSC_EXTERN PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstr
                                                  Vec reduced_template, SlipConstraint *con);
 PETSC_EXTERN PetscErrorCode SlipConstraintDestroy(SlipConstraint *con);
 PETSC_EXTERN PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx);
+PETSC_EXTERN PetscErrorCode SlipConstraintSetRefuseUnstable(SlipConstraint con, PetscBool refuse);
+PETSC_EXTERN PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable);
 /* Reaction of the start: the projection of the static balance -F_s restricted to the reduced rows on the cone where x =
    0, -q sign(x) where x != 0. */
 PETSC_EXTERN PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Vec w, Vec r);

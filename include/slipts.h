@@ -7,9 +7,12 @@
 
 /* Treatment of the reaction in stage 1: by the mean of start and end (second order), or at the end (first order). */
 typedef enum { TSBATHE_REACTION_TRAPEZOIDAL, TSBATHE_REACTION_IMPLICIT } TSBatheReactionType;
+/* Rule of stage 1: trapezoidal, or backward, which reads no force of the step's start. */
+typedef enum { TSBATHE_STAGE_TRAPEZOIDAL, TSBATHE_STAGE_BACKWARD } TSBatheFirstStage;
 /* Error estimate of a step: from the stage derivatives (no extra solve), by two half steps, or none. */
 typedef enum { TSBATHE_ERROR_EMBEDDED, TSBATHE_ERROR_DOUBLING, TSBATHE_ERROR_NONE } TSBatheError;
 PETSC_EXTERN const char *const TSBatheReactionTypes[];
+PETSC_EXTERN const char *const TSBatheFirstStages[];
 PETSC_EXTERN const char *const TSBatheErrors[];
 
 /* One attempted step, accepted or not. Everything that outputs, controllers and trainers may know of it. */
@@ -37,6 +40,8 @@ PETSC_EXTERN PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma);
 PETSC_EXTERN PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma);
 PETSC_EXTERN PetscErrorCode TSBatheSetReactionType(TS ts, TSBatheReactionType type);
 PETSC_EXTERN PetscErrorCode TSBatheGetReactionType(TS ts, TSBatheReactionType *type);
+PETSC_EXTERN PetscErrorCode TSBatheSetFirstStage(TS ts, TSBatheFirstStage rule);
+PETSC_EXTERN PetscErrorCode TSBatheGetFirstStage(TS ts, TSBatheFirstStage *rule);
 PETSC_EXTERN PetscErrorCode TSBatheSetError(TS ts, TSBatheError error);
 PETSC_EXTERN PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error);
 PETSC_EXTERN PetscErrorCode TSBatheSetDoublingOrder(TS ts, PetscInt p);
@@ -83,7 +88,7 @@ PETSC_EXTERN PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *
    on TS, by TSBATHE
      "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *) */
 
-/* What a problem tells controllers of itself. Any function may be NULL. */
+/* What a problem tells controllers and the integrator of itself. Any function may be NULL. */
 typedef struct {
   PetscErrorCode (*name)(TS ts, const char **name);      /* whose default policy -ts_adapt_type rl takes */
   PetscErrorCode (*time_scale)(TS ts, PetscReal *tstar); /* T* [s]; NULL: 1 s */
@@ -92,6 +97,16 @@ typedef struct {
   PetscErrorCode (*rest_time)(TS ts, PetscReal *rest);   /* for how long the current state stays exactly at rest,
                                                                   in s; 0 when something moves or is about to,
                                                                   PETSC_MAX_REAL for ever */
+  /* Asked by TSBATHE before a step: the next time at which its loading has a corner, [s] and after t; steps end there.
+     PETSC_MAX_REAL: none */
+  PetscErrorCode (*corner)(TS ts, PetscReal t, PetscReal *next);
+  /* Likewise: does the state w of time t [s] stay at rest beyond t? Then *end is until when, at most limit; half and
+     after are the states halfway and at the end, exactly, and *h a step to go on with from there [s]. Otherwise *end =
+     t. */
+  PetscErrorCode (*rest)(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end, PetscReal *h);
+  /* The norm of the estimate e of the error of a step from w0 to w1, at most 1 where it is as wanted; NULL: the weighted
+     one of the TS */
+  PetscErrorCode (*error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E);
   /* Observations of its own: number of the row of a name, -1 for none, asked once a run; values of rows [n] in the
      current solution, asked once a state. */
   PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row);

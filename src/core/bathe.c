@@ -5,25 +5,56 @@
    and the companion with the weights of the three-point quadrature at the same nodes,
      b1^ = 1/(6 gamma (1-gamma)), b2^ = (2-3 gamma)/(6 (1-gamma)), b0^ = 1 - b1^ - b2^,
    is of third order because both stages are of stage order two (Bank et al. 1985, IEEE Trans. CAD 4; Hosea and Shampine
-   1996, Appl. Numer. Math. 20, for gamma = 2 - sqrt 2). Their difference is the embedded error. */
+   1996, Appl. Numer. Math. 20, for gamma = 2 - sqrt 2). Their difference is the embedded error.
+
+   With stage 1 by the backward rule the split is gamma = 1 - 1/sqrt 2, both stages have the weight gamma, and
+     b = ( 0, 1-gamma, gamma ):
+   Alexander's (1977, SIAM J. Numer. Anal. 14) second formula, of second order, L-stable with the stability function of
+   the split 2 - sqrt 2 above, and algebraically stable besides: neither friction that opposes its rate nor a stiff
+   spring can make it gain energy, and no stage reads the forces of the step's start. Its stage 1 being of stage order
+   one, the companion with the quadrature weights is no method of third order, but their difference still goes with h^3.
+   */
 #include <slipcompat.h>
 #include <slipcore.h>
 #include <math.h>
 
+/* The error weights, once the others are known: less those of the quadrature of third order */
+static void SetUpError(SlipBathe *c)
+{
+  const PetscReal gamma = c->gamma, b1 = 1.0 / (6.0 * gamma * (1.0 - gamma));
+  const PetscReal b2 = (2.0 - 3.0 * gamma) / (6.0 * (1.0 - gamma));
+
+  c->error[0] = c->weight[0] - (1.0 - b1 - b2);
+  c->error[1] = c->weight[1] - b1;
+  c->error[2] = c->weight[2] - b2;
+}
+
+/* All numbers of a step whose stages are both backward */
+void SlipBatheSetUpBackward(SlipBathe *c)
+{
+  const PetscReal gamma = 1.0 - PetscSqrtReal((PetscReal)0.5);
+
+  c->gamma = c->theta[0] = c->theta[1] = gamma;
+  c->a1 = (1.0 - gamma) / gamma; /* base = w0 + (1 - gamma) h k1, and h k1 = (w1 - w0)/gamma */
+  c->a0 = c->a1 - 1.0;
+  c->weight[0] = 0.0;
+  c->weight[1] = 1.0 - gamma;
+  c->weight[2] = gamma;
+  SetUpError(c);
+  c->divisor = -1.0 / c->error[1];
+}
+
 /* All numbers of a step that is split at gamma, in (0, 1) */
 void SlipBatheSetUp(PetscReal gamma, SlipBathe *c)
 {
-  const PetscReal b1 = 1.0 / (6.0 * gamma * (1.0 - gamma)), b2 = (2.0 - 3.0 * gamma) / (6.0 * (1.0 - gamma));
-
+  c->gamma = gamma;
   c->theta[0] = 0.5 * gamma;
   c->theta[1] = (1.0 - gamma) / (2.0 - gamma);
   c->a1 = 1.0 / (gamma * (2.0 - gamma));
   c->a0 = (1.0 - gamma) * (1.0 - gamma) / (gamma * (2.0 - gamma));
   c->weight[0] = c->weight[1] = 0.5 / (2.0 - gamma);
   c->weight[2] = c->theta[1];
-  c->error[0] = c->weight[0] - (1.0 - b1 - b2);
-  c->error[1] = c->weight[1] - b1;
-  c->error[2] = c->weight[2] - b2;
+  SetUpError(c);
   c->divisor = 6.0 * gamma * (1.0 - gamma) * (2.0 - gamma) / (3.0 * gamma * gamma - 4.0 * gamma + 2.0);
 }
 

@@ -78,29 +78,34 @@ PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- the state: here the slip s of both signs, ds/dt = |v| ---- */
+/* ---- the state: the slip s of both signs, which rest lets heal: ds/dt = |v| - s/t_h ---- */
 
 static PetscReal StateRate(const SlipFriction *p, PetscReal s, PetscReal rate)
 {
-  (void)p;
-  (void)s;
-  return rate;
+  return rate - s * p->healing;
 }
 
-/* At the end of a stage that is implicit by theta, and its derivative with respect to the rate there. Healing, ds/dt =
-   |v| - s/t_h, would divide both by 1 + theta/t_h. */
+/* At the end of a stage that is implicit by theta, s = s0 + theta ds/dt, and its derivative with respect to the rate
+   there */
 static PetscReal StateAdvance(const SlipFriction *p, PetscReal theta, PetscReal s0, PetscReal rate, PetscReal *ds)
 {
-  (void)p;
-  *ds = theta;
-  return s0 + theta * rate;
+  const PetscReal share = 1 / (1 + theta * p->healing);
+
+  *ds = theta * share;
+  return (s0 + theta * rate) * share;
+}
+
+/* After t [s] of rest, exactly */
+static PetscReal StateAtRest(const SlipFriction *p, PetscReal s0, PetscReal t)
+{
+  return p->healing > 0 ? s0 * PetscExpReal(-t * p->healing) : s0;
 }
 
 /* ---- many cells ---- */
 
 static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
 {
-  const SlipFriction p = {f->residual[i], f->drop[i], f->slip[i], f->rate[i]};
+  const SlipFriction p = {f->residual[i], f->drop[i], f->slip[i], f->rate[i], f->healing ? f->healing[i] : 0};
 
   return p;
 }
@@ -179,4 +184,12 @@ void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal 
 
     s[stride * i] = StateAdvance(&p, theta, s0[i], PetscAbsReal(v[i]), &ds);
   }
+}
+
+/* The state of cell i after t [s] of rest */
+PetscReal SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, PetscReal s0, PetscReal t)
+{
+  const SlipFriction p = At(f, i);
+
+  return StateAtRest(&p, s0, t);
 }

@@ -21,6 +21,20 @@ PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Area of the i-th cell of this process [m^2] */
+PetscErrorCode SlipFaultCellArea(SlipFault fault, PetscInt i, PetscReal *area)
+{
+  PetscFunctionBegin;
+  if (fault->mesh.n) {
+    const PetscInt e = SlipCellsAt(&fault->mesh, fault->start + i);
+
+    *area = fault->mesh.length[e] * fault->mesh.width[e];
+  } else
+    *area =
+      fault->value[FAULT_LENGTH_X] / fault->value[FAULT_NX] * fault->value[FAULT_LENGTH_Z] / fault->value[FAULT_NZ];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Values [N] of all cells, those of a mesh in the order of its file: each process takes those of its own. */
 static void SlipFaultTakeField(SlipFault fault, PetscInt f, const char source[], const PetscReal values[])
 {
@@ -141,7 +155,8 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 
   Input Parameters:
 + fault  - the fault
-. name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate" or "loading_rate"
+. name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate", "loading_rate",
+           "healing_time", "initial_traction" or "stressing_rate"
 . n      - number of cells, nx nz (of all ranks), or cells of a mesh
 - values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
            rank; copied
@@ -175,7 +190,7 @@ PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n,
   }
   SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
           "a fault has no field \"%s\"; expected normal_stress, friction_residual, friction_drop, friction_slip, "
-          "friction_rate or loading_rate",
+          "friction_rate, loading_rate, healing_time, initial_traction or stressing_rate",
           name);
 }
 

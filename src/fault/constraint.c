@@ -22,7 +22,8 @@ static PetscErrorCode SlipFaultExtract(Vec w, PetscInt which, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (w M/theta) base_v + ex_v, w: the weights. */
+/* u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (w M/theta) base_v + ex_v, w: the weights. Without
+   inertia the balance is that of the stage's end alone. */
 static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage)
 {
   const PetscReal theta = stage->theta;
@@ -35,7 +36,8 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(6, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
-    c[i] = fault->weight[i] * (fault->mass / theta) * base[3 * i + V] + (ex ? ex[3 * i + V] : 0);
+    c[i] = 0;
+    if (fault->inertia) c[i] = fault->weight[i] * (fault->mass / theta) * base[3 * i + V] + (ex ? ex[3 * i + V] : 0);
     u0[i] = base[3 * i + U] + theta * ((ex ? ex[3 * i + U] : 0) - vinf[i]);
     s0[i] = base[3 * i + S] + theta * (ex ? ex[3 * i + S] : 0);
   }
@@ -62,21 +64,24 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
 PetscErrorCode SlipFaultGetFriction(SlipFault fault, SlipFrictionCells *friction)
 {
   PetscFunctionBegin;
-  *friction = (SlipFrictionCells){.law = fault->law,
-                                  .residual = fault->field[FIELD_FRICTION_RESIDUAL],
-                                  .drop = fault->field[FIELD_FRICTION_DROP],
-                                  .slip = fault->field[FIELD_FRICTION_SLIP],
-                                  .rate = fault->field[FIELD_FRICTION_RATE],
-                                  .stress = fault->field[FIELD_NORMAL_STRESS],
-                                  .weight = fault->weight};
+  *friction =
+    (SlipFrictionCells){.law = fault->law,
+                        .residual = fault->field[FIELD_FRICTION_RESIDUAL],
+                        .drop = fault->field[FIELD_FRICTION_DROP],
+                        .slip = fault->field[FIELD_FRICTION_SLIP],
+                        .rate = fault->field[FIELD_FRICTION_RATE],
+                        .stress = fault->loads.stress ? fault->loads.stress : fault->field[FIELD_NORMAL_STRESS],
+                        .weight = fault->weight,
+                        .healing = fault->healing};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* c = (M/theta) base_v + ex_v + H v_inf - K u0 */
+/* c = (M/theta) base_v + ex_v + H v_inf - K u0 + T */
 PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
 {
   PetscFunctionBegin;
   fault->theta = stage->theta;
+  PetscCall(SlipFaultLoadAt(fault, stage->t));
   PetscCall(MatSlipStageSetTheta(fault->B, stage->theta));
   PetscCall(SlipFaultEliminate(fault, stage));
   PetscCall(MatMult(fault->K, fault->u0, fault->work[0]));
@@ -85,6 +90,7 @@ PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
     PetscCall(MatMult(fault->H, fault->vinf, fault->work[0]));
     PetscCall(VecAXPY(fault->c, 1, fault->work[0]));
   }
+  if (fault->loads.shear) PetscCall(VecAXPY(fault->c, 1, fault->loads.shear));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -187,8 +193,8 @@ static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* F = (-H (v - v_inf) - K u, v - v_inf, ds/dt), in Pa, m/s, m/s. */
-PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F)
+/* F = (-H (v - v_inf) - K u + T, v - v_inf, ds/dt), in Pa, m/s, m/s. */
+PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFrictionCells friction;
   Vec rel = fault->work[0], u = fault->work[1], force = fault->work[2];
@@ -197,6 +203,7 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F)
   const SlipArrays arrays[] = {{w, .read = &a}, {rel, .read = &r}, {force, .read = &f}, {F, .write = &b}};
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultLoadAt(fault, t));
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipFaultExtract(w, U, u));
   PetscCall(SlipFaultExtract(w, V, rel));
@@ -204,6 +211,7 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F)
   PetscCall(MatMult(fault->K, u, force));
   PetscCall(MatMult(fault->H, rel, u));
   PetscCall(VecAXPY(force, 1, u));
+  if (fault->loads.shear) PetscCall(VecAXPY(force, -1, fault->loads.shear));
   PetscCall(SlipArraysGet(4, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
     b[3 * i + V] = -f[i];
@@ -218,8 +226,7 @@ static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec Fs, voi
 {
   PetscFunctionBegin;
   (void)con;
-  (void)t;
-  PetscCall(SlipFaultSmooth((SlipFault)ctx, w, Fs));
+  PetscCall(SlipFaultSmooth((SlipFault)ctx, t, w, Fs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -246,13 +253,14 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
   (void)con;
   if (F != k) PetscCall(VecCopy(F, k));
   PetscCall(VecGetArray(k, &a));
-  for (PetscInt i = 0; i < fault->n; i++) a[3 * i + V] /= fault->mass * fault->weight[i];
+  for (PetscInt i = 0; i < fault->n; i++)
+    a[3 * i + V] = fault->inertia ? a[3 * i + V] / (fault->mass * fault->weight[i]) : 0;
   PetscCall(VecRestoreArray(k, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* q = mu(s, |v|) sigma_n w [Pa], reduced, of a state; the weights w are 1 on a grid. */
-PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q)
+/* q = mu(s, |v|) sigma_n w [Pa], reduced, of a state at t; the weights w are 1 on a grid. */
+PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
 {
   SlipFrictionCells friction;
   const PetscReal *a;
@@ -260,6 +268,7 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q)
   const SlipArrays arrays[] = {{w, .read = &a}, {q, .write = &b}};
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultLoadAt(fault, t));
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   SlipFrictionStrength(&friction, fault->n, 0, 3, a + S, a + V, b, NULL);
@@ -271,8 +280,7 @@ static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, 
 {
   PetscFunctionBegin;
   (void)con;
-  (void)t;
-  PetscCall(SlipFaultStrength((SlipFault)ctx, w, q));
+  PetscCall(SlipFaultStrength((SlipFault)ctx, t, w, q));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -284,5 +292,6 @@ PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
   PetscFunctionBegin;
   if (!fault->con) PetscCall(SlipConstraintCreate(fault->comm, &ops, fault, fault->uc, &fault->con));
   fault->con->number = fault->order;
+  PetscCall(SlipConstraintSetRefuseUnstable(fault->con, fault->driven));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

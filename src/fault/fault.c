@@ -29,6 +29,7 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
   PetscCall(PetscObjectChangeTypeName((PetscObject)f, "strike_slip"));
   f->comm = PetscObjectComm((PetscObject)f);
   f->scaling = 1;
+  f->inertia = PETSC_TRUE;
   for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) f->value[i] = SlipFaultReals[i].value;
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
     PetscCall(PetscStrncpy(f->text[i], SlipFaultStrings[i].value, sizeof(f->text[i])));
@@ -64,6 +65,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscCall(SlipFrictionFind(fault->text[FAULT_FRICTION_LAW], &fault->law));
   PetscCall(SlipFaultCellsSetUp(fault));
   PetscCall(SlipFaultWeightsSetUp(fault));
+  PetscCall(SlipFaultLoadsSetUp(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
   fault->setup = PETSC_TRUE;
@@ -72,6 +74,34 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
     PetscCall(SlipFaultView(fault, fault->viewer));
     PetscCall(PetscViewerPopFormat(fault->viewer));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultSetInertia - does the fault have inertia?
+
+  Logically collective; before SlipFaultSetUp()
+
+  Input Parameters:
++ fault   - the fault
+- inertia - PETSC_TRUE (the default), or PETSC_FALSE: M = 0, the quasi-dynamic balance H (v - v_inf) + K u = T + tau, in
+            which H, still made with M = rho Ly or radiation damping, limits slip rates
+
+  Options Database Key:
+. -fault_inertia <yes,no> - the same
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ORDER after SlipFaultSetUp(); there, PETSC_ERR_ARG_INCOMP without inertia and viscosity
+
+.seealso: SlipFaultSetUp(), SlipFaultSetReal()
+@*/
+PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetInertia() before SlipFaultSetUp()");
+  fault->inertia = inertia;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -108,6 +138,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   }
+  PetscCall(SlipFaultLoadsDestroy(f));
   PetscCall(PetscFree(f->weight));
   PetscCall(SlipCellsDestroy(&f->mesh));
   PetscCall(PetscFree(f->order));

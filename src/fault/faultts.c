@@ -70,19 +70,57 @@ static PetscErrorCode Untrained_Fault(TS ts, const char **why)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
-  *why = fault->loaded ? "the fault is loaded (-fault_loading_rate), which no policy was trained for" : NULL;
+  *why = NULL;
+  if (fault->driven) *why = "the fault is loaded or heals or has no inertia, which no policy was trained for";
+  if (!fault->driven && !fault->has_critical)
+    *why = "the fault does not start from its instability, whose scales the policy needs (-fault_initial)";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Corner_Fault(TS ts, PetscReal t, PetscReal *next)
+{
+  SlipFault fault;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  PetscCall(SlipFaultNextCorner(fault, t, next));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Rest_Fault(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end,
+                                 PetscReal *h)
+{
+  SlipFault fault;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  PetscCall(SlipFaultRest(fault, t, limit, w, half, after, end, h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E)
+{
+  SlipFault fault;
+  PetscReal rtol;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  PetscCall(SlipFaultErrorNorm(fault, rtol, e, w0, w1, E));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode RestTime_Fault(TS ts, PetscReal *rest)
 {
   SlipFault fault;
+  PetscReal t;
   Vec w;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
   PetscCall(TSGetSolution(ts, &w));
-  PetscCall(SlipFaultRestTime(fault, w, rest));
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(SlipFaultRestTime(fault, t, w, rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,6 +131,17 @@ static const SlipProblemOps FaultProblem = {.name = Name_Fault,
                                             .find = Find_Fault,
                                             .observe = Observe_Fault,
                                             .measures = PETSC_TRUE};
+/* Of a fault that rests for years between events */
+static const SlipProblemOps DrivenFaultProblem = {.name = Name_Fault,
+                                                  .time_scale = TimeScale_Fault,
+                                                  .untrained = Untrained_Fault,
+                                                  .rest_time = RestTime_Fault,
+                                                  .corner = Corner_Fault,
+                                                  .rest = Rest_Fault,
+                                                  .error = Error_Fault,
+                                                  .find = Find_Fault,
+                                                  .observe = Observe_Fault,
+                                                  .measures = PETSC_TRUE};
 
 /* dw/dt = A^-1 F_s(w), the smooth part: what integrators without the constraint see. */
 static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
@@ -102,8 +151,7 @@ static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 
   PetscFunctionBegin;
   (void)ts;
-  (void)t;
-  PetscCall(SlipFaultSmooth(fault, w, F));
+  PetscCall(SlipFaultSmooth(fault, t, w, F));
   PetscCall(VecGetArray(F, &a));
   for (PetscInt i = 0; i < fault->n; i++) a[3 * i] /= fault->mass * fault->weight[i];
   PetscCall(VecRestoreArray(F, &a));
@@ -133,7 +181,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
 {
   PetscFunctionBegin;
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));
-  PetscCall(TSSetSlipProblem(ts, &FaultProblem));
+  PetscCall(TSSetSlipProblem(ts, fault->driven ? &DrivenFaultProblem : &FaultProblem));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -168,6 +216,7 @@ PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
   PetscCall(TSSetType(ts, TSBATHE));
   PetscCall(TSSetRHSFunction(ts, NULL, SlipFaultRHS, fault));
   PetscCall(TSBatheSetConstraint(ts, fault->con));
+  if (fault->driven) PetscCall(TSBatheSetFirstStage(ts, TSBATHE_STAGE_BACKWARD));
   PetscCall(SlipFaultSetTolerances(fault, ts));
   PetscCall(TSSetMaxTime(ts, SLIP_FAULT_MAX_TIME));
   PetscCall(TSSetMaxSteps(ts, PETSC_MAX_INT));

@@ -29,8 +29,16 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
     sum[SUM_U_KU] += u * f[i];
     sum[SUM_V_KU] += v * f[i];
     sum[SUM_VINF_KU] += fault->field[FIELD_LOADING_RATE][i] * f[i];
-    sum[SUM_WEAKENING] += (mu - weak) * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
-    q = mu * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
+    sum[SUM_VINF] += weight * fault->field[FIELD_LOADING_RATE][i];
+    if (fault->loads.shears) {
+      const PetscReal rate = fault->field[FIELD_STRESSING_RATE][i];
+      const PetscReal shear = fault->field[FIELD_INITIAL_TRACTION][i] + fault->loads.time * rate;
+
+      sum[SUM_U_T] += weight * u * shear;
+      sum[SUM_LOADING_T] += weight * (fault->field[FIELD_LOADING_RATE][i] * shear - u * rate);
+    }
+    sum[SUM_WEAKENING] += (mu - weak) * (weight * friction.stress[i]);
+    q = mu * (weight * friction.stress[i]);
     sum[SUM_STRENGTH] += q;
     sum[SUM_PUSH] += v != 0 ? -PetscSign(v) * f[i] - q : PetscMax(PetscAbsReal(f[i]) - q, 0);
     *max_v = PetscMax(*max_v, PetscAbsReal(v));
@@ -87,7 +95,7 @@ static PetscErrorCode AddMode(SlipFault fault, Vec w, Vec x, Vec kx, PetscReal s
 
     SlipFrictionEvaluate(&friction, i, a[3 * i + 2], PetscAbsReal(a[3 * i]), &mu, &ds, &dv);
     sum[MODE_STIFFNESS] += b[i] * f[i];
-    sum[MODE_WEAKENING] -= ds * (weight * fault->field[FIELD_NORMAL_STRESS][i]) * PetscSqr(b[i]);
+    sum[MODE_WEAKENING] -= ds * (weight * friction.stress[i]) * PetscSqr(b[i]);
     sum[MODE_INERTIA] += fault->mass * weight * PetscSqr(b[i]);
   }
   PetscCall(SlipArraysRestore(3, arrays));
@@ -210,7 +218,7 @@ static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscRea
   for (PetscInt i = 0; i < fault->n; i++) b[i] = a[3 * i] - vinf[i];
   PetscCall(VecRestoreArrayWrite(rel, &b));
   PetscCall(MatMult(fault->H, rel, hv));
-  if (!r) PetscCall(SlipFaultStrength(fault, w, q));
+  if (!r) PetscCall(SlipFaultStrength(fault, fault->loads.time, w, q));
   PetscCall(VecGetArrayRead(hv, &f));
   for (PetscInt i = 0; i < fault->n; i++) {
     power[0] += (a[3 * i] - vinf[i]) * f[i];
@@ -238,8 +246,9 @@ static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscRea
 
   Output Parameter:
 . obs - the means; d(kinetic + elastic)/dt + viscous_power + friction_power = loading_power, with
-        kinetic = M v.v/2, elastic = u.K u/2, viscous = (v - v_inf).H (v - v_inf), friction = -v.r and
-        loading = -v_inf.(K u + H (v - v_inf)), each divided by the number of cells
+        kinetic = M v.v/2, elastic = u.K u/2 - T.u, viscous = (v - v_inf).H (v - v_inf), friction = -v.r and
+        loading = -v_inf.(K u - T + H (v - v_inf)) - dT/dt.u, each divided by the number of cells; T is the shear stress
+        of -fault_initial_traction and -fault_stressing_rate at the time that the fault was last asked about
 
   Level: intermediate
 
@@ -259,13 +268,14 @@ PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultO
   PetscCall(SlipFaultAddPowers(fault, w, r, power));
   obs->mean_slip_rate = s->sum[SUM_V] / N;
   obs->max_slip_rate = s->max_v;
-  obs->mean_slip = s->sum[SUM_S] / N;
+  /* The state heals: slip is what the displacement is relative to the far field. */
+  obs->mean_slip = (fault->heals ? s->sum[SUM_U] + fault->loads.time * s->sum[SUM_VINF] : s->sum[SUM_S]) / N;
   obs->mean_displacement = s->sum[SUM_U] / N;
   obs->sliding_fraction = s->sum[SUM_SLIDING] / N;
-  obs->kinetic = fault->mass * s->sum[SUM_V2] / (2 * N);
-  obs->elastic = s->sum[SUM_U_KU] / (2 * N);
+  obs->kinetic = fault->inertia ? fault->mass * s->sum[SUM_V2] / (2 * N) : 0;
+  obs->elastic = (s->sum[SUM_U_KU] / 2 - s->sum[SUM_U_T]) / N;
   obs->viscous_power = power[0] / N;
   obs->friction_power = power[2] / N;
-  obs->loading_power = -(s->sum[SUM_VINF_KU] + power[1]) / N;
+  obs->loading_power = (s->sum[SUM_LOADING_T] - s->sum[SUM_VINF_KU] - power[1]) / N;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -27,7 +27,7 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
 
   PetscFunctionBegin;
   (void)ts;
-  (void)t;
+  PetscCall(SlipFaultLoadAt((SlipFault)ctx, t));
   PetscCall(SlipFaultGetObservables((SlipFault)ctx, w, r, &o));
   {
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
@@ -215,7 +215,7 @@ static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
     PetscCall(SlipFaultOutputCells(out, p->name, p->unit, x));
   }
   PetscCall(VecDestroy(&x));
-  PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", fault->uc));
+  if (fault->has_critical) PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", fault->uc));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

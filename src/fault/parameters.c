@@ -37,6 +37,16 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                            "Weakening slip d_c of the slip weakening laws"},
   [FAULT_FRICTION_RATE] = {"friction_rate", 0.1, "m/s", 0, NONE, OPEN, REAL,
                            "Weakening rate v_c of the rate weakening law"},
+  [FAULT_HEALING_TIME] = {"healing_time", 0, "s", 0, NONE, SHUT, REAL,
+                          "Time t_h in which the friction state heals, ds/dt = |v| - s/t_h; 0: never"},
+  [FAULT_INITIAL_TRACTION] = {"initial_traction", 0, "Pa", ANY, NONE, SHUT, REAL,
+                              "Shear stress at the start, positive along positive slip"},
+  [FAULT_STRESSING_RATE] = {"stressing_rate", 0, "Pa/s", ANY, NONE, SHUT, REAL, "Rate of the shear stress"},
+  [FAULT_INJECTION_PRESSURE] = {"injection_pressure", 0, "Pa", ANY, NONE, SHUT, REAL,
+                                "Pressure scale p* of -fault_injection: p = p* E1(r^2/(4 D t))"},
+  [FAULT_INJECTION_DIFFUSIVITY] = {"injection_diffusivity", 0, "m^2/s", 0, NONE, SHUT, REAL,
+                                   "Hydraulic diffusivity D of -fault_injection"},
+  [FAULT_INJECTION_STOP] = {"injection_stop", 0, "s", 0, NONE, SHUT, REAL, "When the injection stops; 0: never"},
   [FAULT_INITIAL_PERTURBATION] = {"initial_perturbation", 1e-5, "", ANY, NONE, SHUT, REAL,
                                   "Relative excess of the critical start over the strength"},
   [FAULT_VELOCITY_SCALE] = {"velocity_scale", 0.07, "m/s", 0, NONE, OPEN, REAL,
@@ -61,10 +71,12 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening", "|rows of SlipFrictionLaws|", "Friction law"},
   [FAULT_KERNEL] = {"kernel", "half_space", "|half_space|full_space|",
                     "Elastic medium: with or without the free surface"},
-  [FAULT_INITIAL] = {"initial", "critical", "|critical|rest|", "Start: at the frictional instability, or unstressed"},
+  [FAULT_INITIAL] = {"initial", "critical", "|critical|rest|traction|",
+                     "Start: at the frictional instability, unstressed, or under the shear stress initial_traction"},
   [FAULT_OPERATOR] = {"operator", "auto", "|dense|fft|hmat|auto|", "Storage of the stiffness"},
-  [FAULT_VISCOSITY] = {"viscosity", "sqrtm", "|sqrtm|spectral|lanczos|none|",
-                       "Viscosity H: exact matrix square root, per wavenumber, exact by Lanczos' method, or zero"},
+  [FAULT_VISCOSITY] = {"viscosity", "sqrtm", "|sqrtm|spectral|lanczos|radiation|none|",
+                       "Viscosity H: exact matrix square root, per wavenumber, exact by Lanczos' method, radiation "
+                       "damping G/(2 cs), or zero"},
   [FAULT_STIFFNESS_FILE] =
     {"stiffness_file", "", NULL,
      "Stiffness from F.h5[:/dataset] (default /stiffness), [N,N] in Pa/m, instead of the kernel"},
@@ -80,6 +92,9 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_MESH] = {"mesh", "", NULL,
                   "HDF5 file of rectangular cells, /cells [n,5] with x, y, z of the centre, length and width [m], in "
                   "place of the grid and its extents"},
+  [FAULT_PORE_PRESSURE] = {"pore_pressure", "", NULL,
+                           "HDF5 file of pore pressure in time, /time [m] in s and /pressure [m,Nz,Nx] or [m,N] in Pa"},
+  [FAULT_INJECTION] = {"injection", "", NULL, "Point x,z [m] of the fault at which fluid is injected from time 0 on"},
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
   [FAULT_OUTPUT_FIELDS] = {"output_fields", "slip_rate,slip,displacement,traction", NULL,
                            "Fields to write, separated by commas"},
@@ -88,9 +103,11 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
 };
 
 const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS] = {
-  [FIELD_NORMAL_STRESS] = FAULT_NORMAL_STRESS, [FIELD_FRICTION_RESIDUAL] = FAULT_FRICTION_RESIDUAL,
-  [FIELD_FRICTION_DROP] = FAULT_FRICTION_DROP, [FIELD_FRICTION_SLIP] = FAULT_FRICTION_SLIP,
-  [FIELD_FRICTION_RATE] = FAULT_FRICTION_RATE, [FIELD_LOADING_RATE] = FAULT_LOADING_RATE,
+  [FIELD_NORMAL_STRESS] = FAULT_NORMAL_STRESS,   [FIELD_FRICTION_RESIDUAL] = FAULT_FRICTION_RESIDUAL,
+  [FIELD_FRICTION_DROP] = FAULT_FRICTION_DROP,   [FIELD_FRICTION_SLIP] = FAULT_FRICTION_SLIP,
+  [FIELD_FRICTION_RATE] = FAULT_FRICTION_RATE,   [FIELD_LOADING_RATE] = FAULT_LOADING_RATE,
+  [FIELD_HEALING_TIME] = FAULT_HEALING_TIME,     [FIELD_INITIAL_TRACTION] = FAULT_INITIAL_TRACTION,
+  [FIELD_STRESSING_RATE] = FAULT_STRESSING_RATE,
 };
 
 static PetscErrorCode SlipFaultFindReal(SlipFault fault, const char name[], PetscInt *id)
@@ -389,6 +406,8 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_check_error"));
+  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_inertia"));
+  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_initial_unstable"));
   PetscCall(PetscSNPrintf(start, sizeof(start), "%sfault_start_", prefix));
   PetscCall(SlipCheckLinearOptions(fault->comm, options, start));
   PetscObjectOptionsBegin((PetscObject)fault);
@@ -400,6 +419,13 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
     "Repeat the run with every step computed in four parts, for its errors: costs five times its Bathe solves more "
     "(default: no; the estimate that is always printed is free)",
     "SlipFaultOutputFinish", fault->check_error, &fault->check_error, NULL));
+  PetscCall(PetscOptionsBool("-fault_inertia",
+                             "Inertia M = rho Ly; without it (no) the balance is that of friction, elasticity and "
+                             "viscosity alone (default yes)",
+                             "SlipFaultSetInertia", fault->inertia, &fault->inertia, NULL));
+  PetscCall(PetscOptionsBool("-fault_initial_unstable",
+                             "With -fault_initial traction: cells may start above their strength (default no)",
+                             "SlipFaultSetInitialState", fault->initial_unstable, &fault->initial_unstable, NULL));
   PetscCall(PetscOptionsBool("-fault_output_overwrite",
                              "Throw the rows of an unfinished FILE.part of -fault_output away (default no)",
                              "SlipFaultOutputStart", fault->output_overwrite, &fault->output_overwrite, NULL));
@@ -429,8 +455,9 @@ PetscErrorCode SlipFaultDeclareOptions(void)
   static char names[2048];
 
   PetscFunctionBegin;
-  PetscCall(
-    PetscStrncpy(names, "check_error view stiffness_view output_overwrite start_ksp_* start_pc_*", sizeof(names)));
+  PetscCall(PetscStrncpy(
+    names, "check_error inertia initial_unstable view stiffness_view output_overwrite start_ksp_* start_pc_*",
+    sizeof(names)));
   for (PetscInt i = 0; i < FAULT_NUM_REALS + FAULT_NUM_STRINGS; i++) {
     PetscCall(PetscStrlcat(names, " ", sizeof(names)));
     PetscCall(PetscStrlcat(

@@ -1,60 +1,336 @@
-/* How long a fault at rest stays at rest. */
-#include <slipstep/private/slipfault.h>
+/* How long a fault at rest stays at rest, and what it is like when it stops to.
 
-/* Until an cell with force f and its rate of change d reaches the strength q; 0 when f exceeds it. */
-static PetscReal SlipFaultTimeToSlip(PetscReal f, PetscReal d, PetscReal q)
+   At v = 0 the force on a cell is f(t) = T(t) - K u + H v_inf; as du/dt = -v_inf it changes at the constant rate
+   K v_inf + dT/dt. The strength q(t) = mu(s(t)) (sigma - p(t)) changes too when the state s heals or the pressure p
+   does. A cell starts to slip at the first root of |f| - q. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
+
+enum { MAX_BISECTIONS = 200, MAX_PIECES = 100000000 };
+/* Pieces of the search, in which |f| - q is taken to have no more than one root: shares of the healing time, and of the
+   time since the search began, as healing slows down with it */
+static const PetscReal piece_of_healing = 0.05, piece_of_past = 0.1;
+/* A first step after the onset, in times of the growth of the cell that starts, or of the rest where it does not grow */
+static const PetscReal step_of_growth = 0.5, step_of_rest = 1e-3;
+
+typedef struct {
+  SlipFault fault;
+  SlipFrictionCells friction;
+  PetscReal t;            /* when it rested like this [s] */
+  const PetscReal *w;     /* the state then */
+  const PetscReal *ku;    /* K u [Pa] */
+  const PetscReal *hold;  /* H v_inf [Pa] */
+  const PetscReal *drive; /* rate of the force [Pa/s] */
+  const PetscReal *shear; /* T(t) [Pa]; NULL: 0 */
+} Rest;
+
+/* K v_inf + w dT/dt, H v_inf and the diagonals of both matrices, once */
+static PetscErrorCode SetUp(SlipFault fault)
 {
-  if (PetscAbsReal(f) > q) return 0;
-  if (d == 0) return PETSC_MAX_REAL;
-  return ((d > 0 ? q : -q) - f) / d;
+  SlipFaultLoads *loads = &fault->loads;
+  PetscReal *d;
+
+  PetscFunctionBegin;
+  if (loads->drive) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(fault->uc, &loads->drive));
+  PetscCall(VecDuplicate(fault->uc, &loads->hold));
+  for (int k = 0; k < 2; k++) PetscCall(VecDuplicate(fault->uc, &loads->diagonal[k]));
+  PetscCall(MatGetDiagonal(fault->K, loads->diagonal[0]));
+  PetscCall(MatGetDiagonal(fault->H, loads->diagonal[1]));
+  if (fault->loaded) {
+    PetscCall(MatMult(fault->H, fault->vinf, loads->hold));
+    PetscCall(MatMult(fault->K, fault->vinf, loads->drive));
+  } else {
+    PetscCall(VecZeroEntries(loads->hold));
+    PetscCall(VecZeroEntries(loads->drive));
+  }
+  PetscCall(VecGetArray(loads->drive, &d));
+  for (PetscInt i = 0; i < fault->n; i++) d[i] += fault->weight[i] * fault->field[FIELD_STRESSING_RATE][i];
+  PetscCall(VecRestoreArray(loads->drive, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Moves(SlipFault fault, Vec w, PetscBool *moves)
+{
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  *moves = PETSC_FALSE;
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < fault->n && !*moves; i++) *moves = a[3 * i] != 0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moves, 1, MPIU_BOOL, MPI_LOR, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* q of cell i after dt of rest [Pa]; SlipFaultLoadAt() was called for that time */
+static PetscReal Strength(const Rest *r, PetscInt i, PetscReal dt)
+{
+  PetscReal mu, ds, dv;
+
+  SlipFrictionEvaluate(&r->friction, i, SlipFrictionStateAtRest(&r->friction, i, r->w[3 * i + 2], dt), 0, &mu, &ds,
+                       &dv);
+  return mu * r->fault->weight[i] * r->friction.stress[i];
+}
+
+/* f of cell i at the start, without the rate [Pa] */
+static PetscReal Force(const Rest *r, PetscInt i)
+{
+  return (r->shear ? r->shear[i] : 0) + r->hold[i] - r->ku[i];
+}
+
+/* The largest |f| - q of all cells after dt of rest, relative to q at the start of the cell, and the cell of this process
+   that has it, -1 elsewhere. Collective. */
+static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt *cell)
+{
+  SlipFault fault = r->fault;
+  struct {
+    double value;
+    int rank;
+  } mine = {-PETSC_MAX_REAL, 0}, all;
+  PetscInt best = -1;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (fault->loads.pressed) PetscCall(SlipFaultLoadAt(fault, r->t + dt));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal f = PetscAbsReal(Force(r, i) + dt * r->drive[i]), q = Strength(r, i, dt);
+    const PetscReal e = f - q;
+
+    if (e <= mine.value) continue;
+    mine.value = (double)e;
+    best = i;
+  }
+  mine.rank = rank;
+  PetscCallMPI(MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE_INT, MPI_MAXLOC, fault->comm));
+  *excess = (PetscReal)all.value;
+  if (cell) *cell = all.rank == rank ? best : -1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Strengths that do not change: the first cell's root is a quotient. */
+static PetscErrorCode LinearOnset(Rest *r, PetscReal limit, PetscReal *rest)
+{
+  SlipFault fault = r->fault;
+
+  PetscFunctionBegin;
+  *rest = limit;
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal f = Force(r, i), d = r->drive[i], q = Strength(r, i, 0);
+
+    if (PetscAbsReal(f) > q)
+      *rest = 0;
+    else if (d != 0)
+      *rest = PetscMin(*rest, ((d > 0 ? q : -q) - f) / d);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rest, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The piece that begins dt after the start of the search */
+static PetscErrorCode Piece(Rest *r, PetscReal dt, PetscReal limit, PetscReal *piece)
+{
+  SlipFault fault = r->fault;
+  PetscReal healing = 0, pressure, corner;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->n && fault->healing; i++) healing = PetscMax(healing, fault->healing[i]);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &healing, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCall(SlipFaultPressureScale(fault, r->t + dt, limit, &pressure));
+  PetscCall(SlipFaultNextCorner(fault, r->t + dt, &corner));
+  *piece = limit - dt;
+  if (healing > 0) *piece = PetscMin(*piece, piece_of_healing / healing + piece_of_past * dt);
+  *piece = PetscMin(*piece, PetscMin(pressure, corner - (r->t + dt)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first root in [0, limit], found in a piece at whose end the excess is positive; at the end returned it is not
+   negative */
+static PetscErrorCode SearchOnset(Rest *r, PetscReal limit, PetscReal *rest)
+{
+  PetscReal low = 0, high = 0, excess, piece = 0, at_low, at_high = 0;
+
+  PetscFunctionBegin;
+  *rest = limit;
+  PetscCall(Excess(r, 0, &at_low, NULL));
+  if (at_low >= 0) *rest = 0;
+  for (PetscInt k = 0; *rest > 0 && k < MAX_PIECES; k++) {
+    PetscCall(Piece(r, low, limit, &piece));
+    high = low + piece;
+    if (high >= limit || !(high > low)) high = limit;
+    PetscCall(Excess(r, high, &at_high, NULL));
+    if (at_high >= 0) break;
+    if (high >= limit) PetscFunctionReturn(PETSC_SUCCESS);
+    low = high;
+    at_low = at_high;
+  }
+  if (*rest == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  /* Illinois' false position, which halves the weight of the end that stays */
+  for (PetscInt k = 0; k < MAX_BISECTIONS && high - low > 4 * PETSC_MACHINE_EPSILON * (PetscAbsReal(r->t) + high);
+       k++) {
+    PetscReal x = (low * at_high - high * at_low) / (at_high - at_low);
+
+    if (k % 3 == 2 || !(x > low && x < high)) x = 0.5 * (low + high);
+    PetscCall(Excess(r, x, &excess, NULL));
+    if (excess >= 0) {
+      high = x;
+      at_high = excess;
+      at_low *= 0.5;
+    } else {
+      low = x;
+      at_low = excess;
+      at_high *= 0.5;
+    }
+    if (excess == 0) break;
+  }
+  *rest = high;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Onset(Rest *r, PetscReal limit, PetscReal *rest)
+{
+  PetscFunctionBegin;
+  if (r->fault->heals || r->fault->loads.pressed)
+    PetscCall(SearchOnset(r, limit, rest));
+  else
+    PetscCall(LinearOnset(r, limit, rest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A step to go on with from the onset. The cell that starts grows as M x^2 + (H + dq/dv) x + K + dq/ds = 0 says of it
+   alone. */
+static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
+{
+  SlipFault fault = r->fault;
+  const PetscReal *k, *viscosity;
+  PetscReal excess, growth = -PETSC_MAX_REAL;
+  PetscInt i;
+
+  PetscFunctionBegin;
+  PetscCall(Excess(r, rest, &excess, &i));
+  if (i >= 0) {
+    const PetscReal M = fault->inertia ? fault->mass * fault->weight[i] : 0;
+    const PetscReal stress = r->friction.stress[i] * fault->weight[i];
+    PetscReal mu, ds, dv, damping, stiffness;
+
+    PetscCall(VecGetArrayRead(fault->loads.diagonal[0], &k));
+    PetscCall(VecGetArrayRead(fault->loads.diagonal[1], &viscosity));
+    SlipFrictionEvaluate(&r->friction, i, SlipFrictionStateAtRest(&r->friction, i, r->w[3 * i + 2], rest), 0, &mu, &ds,
+                         &dv);
+    damping = viscosity[i] + dv * stress;
+    stiffness = k[i] + ds * stress;
+    if (M > 0 && PetscSqr(damping) >= 4 * M * stiffness)
+      growth = (-damping + PetscSqrtReal(PetscSqr(damping) - 4 * M * stiffness)) / (2 * M);
+    else if (M == 0 && damping > 0)
+      growth = -stiffness / damping;
+    PetscCall(VecRestoreArrayRead(fault->loads.diagonal[1], &viscosity));
+    PetscCall(VecRestoreArrayRead(fault->loads.diagonal[0], &k));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &growth, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  *h = growth > 0 ? step_of_growth / growth : step_of_rest * rest;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* w after dt of rest */
+static PetscErrorCode StateAfter(const Rest *r, PetscReal dt, Vec after)
+{
+  const PetscReal *vinf = r->fault->field[FIELD_LOADING_RATE];
+  PetscReal *b;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(after, &b));
+  for (PetscInt i = 0; i < r->fault->n; i++) {
+    b[3 * i] = 0;
+    b[3 * i + 1] = r->w[3 * i + 1] - dt * vinf[i];
+    b[3 * i + 2] = SlipFrictionStateAtRest(&r->friction, i, r->w[3 * i + 2], dt);
+  }
+  PetscCall(VecRestoreArrayWrite(after, &b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* For a state w that rests at t; ku, work: to be given back with RestEnd() */
+static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
+{
+  Vec u = fault->work[0], ku = fault->work[1];
+
+  PetscFunctionBegin;
+  *r = (Rest){.fault = fault, .t = t};
+  PetscCall(SetUp(fault));
+  PetscCall(SlipFaultLoadAt(fault, t));
+  PetscCall(SlipFaultGetFriction(fault, &r->friction));
+  PetscCall(VecStrideGather(w, 1, u, INSERT_VALUES));
+  PetscCall(MatMult(fault->K, u, ku));
+  PetscCall(VecCopy(fault->loads.shear ? fault->loads.shear : fault->loads.hold, u));
+  PetscCall(VecGetArrayRead(w, &r->w));
+  PetscCall(VecGetArrayRead(ku, &r->ku));
+  PetscCall(VecGetArrayRead(u, &r->shear));
+  if (!fault->loads.shear) r->shear = NULL;
+  PetscCall(VecGetArrayRead(fault->loads.hold, &r->hold));
+  PetscCall(VecGetArrayRead(fault->loads.drive, &r->drive));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RestEnd(Vec w, Rest *r)
+{
+  SlipFault fault = r->fault;
+  const PetscReal *shear = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(VecRestoreArrayRead(fault->loads.drive, &r->drive));
+  PetscCall(VecRestoreArrayRead(fault->loads.hold, &r->hold));
+  PetscCall(VecRestoreArrayRead(fault->work[0], r->shear ? &r->shear : &shear));
+  PetscCall(VecRestoreArrayRead(fault->work[1], &r->ku));
+  PetscCall(VecRestoreArrayRead(w, &r->w));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-  SlipFaultRestTime - for how long the state w stays exactly at rest [s]
+  SlipFaultRestTime - for how long the state w of time t stays exactly at rest [s]
 
-  Collective. 0 when an cell moves or its force exceeds the strength; PETSC_MAX_REAL without loading. At v = 0 the
-  force is f = -K u + H v_inf and, because du/dt = -v_inf, grows by K v_inf in time, while the strength stays what it
-  is.
+  Collective. 0 when a cell moves or its force exceeds the strength; PETSC_MAX_REAL for ever, which is not looked for when
+  strengths change in time: then 0, too.
 */
-PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest)
+PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal *rest)
 {
-  Vec rate = fault->work[0], force = fault->work[1], hold = fault->work[2];
-  SlipFrictionCells friction;
-  const SlipFaultSums *sums;
-  const PetscReal *a, *d, *f, *g;
-  PetscReal *u;
+  PetscBool moves;
+  Rest r;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, &friction));
   *rest = 0;
-  PetscCall(SlipFaultGetSums(fault, w, &sums));
-  if (sums->max_v > 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayWrite(rate, &u));
-  for (PetscInt i = 0; i < fault->n; i++) u[i] = a[3 * i + 1];
-  PetscCall(VecRestoreArrayWrite(rate, &u));
-  PetscCall(MatMult(fault->K, rate, force));
-  PetscCall(VecZeroEntries(rate));
-  PetscCall(VecZeroEntries(hold));
-  if (fault->loaded) {
-    PetscCall(MatMult(fault->H, fault->vinf, hold));
-    PetscCall(MatMult(fault->K, fault->vinf, rate));
-  }
-  PetscCall(VecGetArrayRead(force, &f));
-  PetscCall(VecGetArrayRead(rate, &d));
-  PetscCall(VecGetArrayRead(hold, &g));
-  *rest = PETSC_MAX_REAL;
-  for (PetscInt i = 0; i < fault->n; i++) {
-    PetscReal mu, ds, dv;
+  PetscCall(Moves(fault, w, &moves));
+  if (moves || fault->heals || fault->loads.pressed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(RestBegin(fault, t, w, &r));
+  PetscCall(LinearOnset(&r, PETSC_MAX_REAL, rest));
+  PetscCall(RestEnd(w, &r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-    SlipFrictionEvaluate(&friction, i, a[3 * i + 2], 0, &mu, &ds, &dv);
-    *rest = PetscMin(
-      *rest, SlipFaultTimeToSlip(g[i] - f[i], d[i], mu * fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]));
+/*
+  SlipFaultRest - the rest that begins with the state w of time t: until when, at most limit, and the states halfway and
+  at its end, exactly
+
+  Collective. *end = t when a cell moves or is at its strength. *h: a step to go on with [s].
+*/
+PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end,
+                             PetscReal *h)
+{
+  PetscReal rest;
+  PetscBool moves;
+  Rest r;
+
+  PetscFunctionBegin;
+  *end = t;
+  PetscCall(Moves(fault, w, &moves));
+  if (moves) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(RestBegin(fault, t, w, &r));
+  PetscCall(Onset(&r, limit - t, &rest));
+  if (t + rest > t) {
+    *end = rest >= limit - t ? limit : t + rest;
+    PetscCall(StateAfter(&r, rest / 2, half));
+    PetscCall(StateAfter(&r, rest, after));
+    PetscCall(FirstStep(&r, rest, h));
   }
-  PetscCall(VecRestoreArrayRead(hold, &g));
-  PetscCall(VecRestoreArrayRead(rate, &d));
-  PetscCall(VecRestoreArrayRead(force, &f));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rest, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCall(RestEnd(w, &r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -158,7 +158,7 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   Vec e;
 
   PetscFunctionBegin;
-  if (!attempt->accepted || est->off) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!attempt->accepted || est->off || fault->driven) PetscFunctionReturn(PETSC_SUCCESS);
   if (attempt->step == 0) PetscCall(Reset(est));
   PetscCall(TSBatheGetEstimates(ts, &e, &scale, NULL));
   if (!e) est->known = PETSC_FALSE;
@@ -187,6 +187,8 @@ PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCall(Reset(est));
   est->known = PETSC_FALSE; /* until a step is accepted */
+  /* Nothing is known of sequences of events but by repetition. */
+  if (fault->driven && !fault->check_error) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultCourseStart(fault, ts));
   if (!bathe) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(DecayRate(fault, &est->decay));
@@ -236,12 +238,12 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
   PetscCall(TSBatheGetReactionType(ts, &reaction));
   PetscCall(TSBatheGetError(ts, &estimate));
   *why = NULL;
-  if (!est->known)
+  if (fault->driven)
+    *why = "not of faults that are loaded, heal or have no inertia";
+  else if (!est->known)
     *why = "no estimates of its steps";
   else if (est->moving > 0)
     *why = "the fault still slides";
-  else if (fault->loaded)
-    *why = "the fault is loaded";
   else if (fault->law != SlipFrictionLaws)
     *why = "not calibrated for this friction law";
   else if (reaction != TSBATHE_REACTION_TRAPEZOIDAL || estimate != TSBATHE_ERROR_EMBEDDED)

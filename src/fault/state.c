@@ -34,30 +34,71 @@ PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* No cell may start above its strength. */
+static PetscErrorCode CheckTraction(SlipFault fault)
+{
+  const PetscReal tiny = 10 * PETSC_MACHINE_EPSILON;
+  SlipFrictionCells friction;
+  PetscReal box[4] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL}, most = 0;
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscInt above = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultLoadAt(fault, 0));
+  PetscCall(SlipFaultGetFriction(fault, &friction));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal load = PetscAbsReal(fault->field[FIELD_INITIAL_TRACTION][i]);
+    PetscReal mu, ds, dv, x, z;
+
+    SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
+    if (load <= mu * friction.stress[i] * (1 + tiny)) continue;
+    above++;
+    PetscCall(SlipFaultCellCentre(fault, fault->start + i, &x, &z));
+    box[0] = PetscMax(box[0], -x);
+    box[1] = PetscMax(box[1], x);
+    box[2] = PetscMax(box[2], -z);
+    box[3] = PetscMax(box[3], z);
+    most = PetscMax(most, load - mu * friction.stress[i]);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &above, 1, MPIU_INT, MPI_SUM, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, box, 4, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCheck(!above, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-%sfault_initial traction exceeds the strength in %" PetscInt_FMT " of %" PetscInt_FMT
+             " cells, at x %.6g to %.6g m and z %.6g to %.6g m, by up to %.6g Pa: expected at most the strength, or "
+             "-%sfault_initial_unstable when slip is to begin there at once",
+             prefix, above, fault->N, (double)-box[0], (double)box[1], (double)-box[2], (double)box[3], (double)most,
+             prefix);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
   SlipFaultSetInitialState - the start that -fault_initial names
 
   Collective. "critical": v = 0, s = 0, u = -(1 + perturbation) K^-1 q(0), so that -K u slightly exceeds the strength
-  everywhere; "rest": all zero.
+  everywhere; "rest" and "traction": all zero. The shear stress is T0 - K u, T0 the field initial_traction.
 
   Input Parameters:
 + fault - the fault
 - w     - of SlipFaultCreateState(); overwritten
 
   Options Database Keys:
-+ -fault_initial <critical,rest>       - which start
-- -fault_initial_perturbation <1e-5>   - relative excess of the critical start, dimensionless
++ -fault_initial <critical,rest,traction> - which start
+. -fault_initial_perturbation <1e-5>      - relative excess of the critical start, dimensionless
+. -fault_initial_traction <T0>            - shear stress of "traction" [Pa], or a field of -fault_parameters
+- -fault_initial_unstable <no>            - "traction" may exceed the strength: the fault begins to slip at once
 
   Level: beginner
 
-  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp(); PETSC_ERR_ARG_OUTOFRANGE, with number and place of the cells, when
+  "traction" exceeds the strength
 
 .seealso: SlipFaultCreateState()
 @*/
 PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
 {
   const PetscReal factor = -(1 + fault->value[FAULT_INITIAL_PERTURBATION]);
-  PetscBool critical;
+  PetscBool critical, traction;
   PetscReal *a;
   const PetscReal *uc;
 
@@ -65,7 +106,9 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(w, VEC_CLASSID, 2);
   PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "traction", &traction));
   PetscCall(VecZeroEntries(w));
+  if (traction && !fault->initial_unstable) PetscCall(CheckTraction(fault));
   if (!critical) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetArray(w, &a));
   PetscCall(VecGetArrayRead(fault->uc, &uc));

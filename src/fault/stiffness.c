@@ -230,7 +230,7 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
 {
   const char *type = fault->text[FAULT_OPERATOR], *file = fault->text[FAULT_STIFFNESS_FILE];
   const char *mesh = fault->text[FAULT_MESH], *prefix = SlipFaultPrefix(fault);
-  PetscBool fft, hmat, spectral;
+  PetscBool fft, hmat, spectral, none, radiation;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(type, "fft", &fft));
@@ -250,15 +250,26 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
              : mesh[0] ? mesh
                        : type,
              prefix);
+  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "none", &none));
+  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "radiation", &radiation));
+  PetscCheck(fault->inertia || (!none && (radiation || fault->value[FAULT_DAMPING_RATIO] > 0)), fault->comm,
+             PETSC_ERR_ARG_INCOMP,
+             "-%sfault_inertia no needs a viscosity, which limits slip rates in its place: expected -%sfault_viscosity "
+             "radiation, or another but none with -%sfault_damping_ratio > 0",
+             prefix, prefix, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
   const PetscReal zeta = fault->value[FAULT_DAMPING_RATIO];
+  PetscBool traction, scaled, radiation;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCheckChoices(fault));
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "traction", &traction));
+  PetscCall(PetscStrcmp(fault->text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
+  fault->has_critical = !traction || scaled ? PETSC_TRUE : PETSC_FALSE;
   if (fault->text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));
   else
@@ -273,13 +284,20 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->uc, &fault->s0));
   PetscCall(SlipFaultFillVec(fault, FIELD_LOADING_RATE, PETSC_FALSE, fault->vinf));
   PetscCall(SlipFaultFillVec(fault, FIELD_NORMAL_STRESS, PETSC_TRUE, fault->work[0]));
-  PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->uc));
+  PetscCall(VecZeroEntries(fault->uc));
+  if (fault->has_critical) PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->uc));
+  if (fault->loads.shears) PetscCall(VecDuplicate(fault->uc, &fault->loads.shear));
   PetscCall(SlipFaultViewStiffness(fault));
-  PetscCall(
-    MatCreateSlipViscosity(fault->K, fault->mass, zeta, zeta > 0 ? fault->text[FAULT_VISCOSITY] : "none", &fault->H));
+  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "radiation", &radiation));
+  if (radiation) /* G/(2 cs), cs = sqrt(G/rho) */
+    PetscCall(MatCreateSlipRadiation(
+      fault->K, 0.5 * PetscSqrtReal(fault->value[FAULT_SHEAR_MODULUS] * fault->value[FAULT_DENSITY]), &fault->H));
+  else
+    PetscCall(
+      MatCreateSlipViscosity(fault->K, fault->mass, zeta, zeta > 0 ? fault->text[FAULT_VISCOSITY] : "none", &fault->H));
   PetscCall(MatSlipViscositySetTolerance(fault->H, fault->value[FAULT_KRYLOV_TOLERANCE]));
   PetscCall(MatSlipViscositySetFromOptions(fault->H)); /* its own option wins */
-  PetscCall(MatCreateSlipStage(fault->K, fault->H, fault->mass, &fault->B));
+  PetscCall(MatCreateSlipStage(fault->K, fault->H, fault->inertia ? fault->mass : 0, &fault->B));
   PetscCall(MatSlipStageSetFromOptions(fault->B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -331,12 +349,13 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_REAL, MPIU_SUM, fault->comm));
   fault->mean_q0 = sum[0] / fault->N;
   fault->mean_dc = sum[1] / fault->N;
+  fault->mean_drop = sum[3] / fault->N;
+  if (!fault->has_critical) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecScale(fault->uc, sum[2] / fault->N));
   PetscCall(SlipFaultSolveStiffness(fault, q0, fault->uc));
   PetscCall(VecDot(fault->uc, q0, &fault->critical_energy));
   PetscCall(SlipFaultWeightedSum(fault, fault->uc, &fault->mean_uc));
   fault->mean_uc /= fault->N;
-  fault->mean_drop = sum[3] / fault->N;
   fault->drop_slip = fault->mean_drop / fault->mean_q0 * fault->mean_uc;
   PetscCall(CriticalMode(fault));
   PetscFunctionReturn(PETSC_SUCCESS);

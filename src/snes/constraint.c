@@ -52,6 +52,57 @@ PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  SlipConstraintSetRefuseUnstable - should solves fail where the stage goes past an instability?
+
+  Logically collective
+
+  Input Parameters:
++ con    - the constraint
+- refuse - PETSC_TRUE: a solve with SNESSEMISMOOTH fails when the generalised Jacobian on the sliding set is not positive
+           definite, where that of a short step is; PETSC_FALSE (the default): it goes on to a stable solution beyond
+
+  Level: advanced
+
+  Note:
+  A step that is longer than an instability takes to grow has a stable solution too, on the far side of the event: the
+  event is left out, or becomes creep. A single event from its instability wants such steps, a run over many events
+  must not take them.
+
+.seealso: SlipConstraintWasUnstable(), SNESSEMISMOOTH
+@*/
+PetscErrorCode SlipConstraintSetRefuseUnstable(SlipConstraint con, PetscBool refuse)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 1);
+  PetscValidLogicalCollectiveBool(con, refuse, 2);
+  con->refuse = refuse;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipConstraintWasUnstable - did the last solve fail because the stage goes past an instability?
+
+  Not collective
+
+  Input Parameter:
+. con - the constraint
+
+  Output Parameter:
+. unstable - never true unless SlipConstraintSetRefuseUnstable() was asked for it
+
+  Level: advanced
+
+.seealso: SlipConstraintSetRefuseUnstable()
+@*/
+PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 1);
+  *unstable = con->unstable;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The problem's operations, for TSBATHE; checks that all that a time step needs are there */
 PetscErrorCode SlipConstraintGetOps(SlipConstraint con, const SlipConstraintOps **ops)
 {

@@ -75,6 +75,10 @@ static PetscErrorCode SlipSemismoothPolish(SNES snes, SlipConstraint con, PetscB
     PetscCall(SlipConstraintJacobian(con, x));
     PetscCall(SlipSemismoothOperator(con, exact, &A));
     PetscCall(SlipSemismoothDirection(snes, con, A, x, &picard, &ok));
+    if (con->unstable) {
+      snes->reason = SNES_DIVERGED_LINEAR_SOLVE;
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
     if (!ok || picard) break;
     PetscCall(VecCopy(x, xs));
     PetscCall(VecAXPY(x, 1.0, dx));
@@ -134,6 +138,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintQuery(snes, &con));
+  con->unstable = PETSC_FALSE;
   PetscCall(SlipConstraintBegin(con, x));
   PetscCall(SlipConstraintEvaluate(con, NULL, x));
   SlipSearchForget(&ss->search, con->merit);

@@ -69,6 +69,12 @@ PetscErrorCode SlipSemismoothDirection(SNES snes, SlipConstraint con, Mat A, Vec
     } else
       PetscCall(SlipSemismoothKrylov(snes, con, A, slope, ok, &pd));
     if (pd || *picard) break;
+    if (con->refuse) {
+      PetscCall(PetscInfo(snes, "Indefinite Jacobian: the step would go past an instability\n"));
+      con->unstable = PETSC_TRUE;
+      *ok = PETSC_FALSE;
+      break;
+    }
     PetscCall(PetscInfo(snes, "Indefinite Jacobian: step without the slope of the bound\n"));
     ss->n_picard++;
   }

@@ -123,6 +123,37 @@ static PetscErrorCode SlipH5CheckShape(SlipH5 *h, const char path[], hid_t set, 
 }
 
 /*@C
+  SlipH5GetRank - number of dimensions of a dataset
+
+  Not collective.
+
+  Input Parameters:
++ h    - file
+- path - dataset
+
+  Output Parameter:
+. ndim - 0 for a scalar
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing
+
+.seealso: SlipH5ReadRealSized()
+@*/
+PetscErrorCode SlipH5GetRank(SlipH5 *h, const char path[], PetscInt *ndim)
+{
+  hid_t set = H5I_INVALID_HID, space;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenDataset(h, path, &set));
+  space = H5Dget_space(set);
+  *ndim = H5Sget_simple_extent_ndims(space);
+  H5Sclose(space);
+  H5Dclose(set);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
   SlipH5ReadRealSized - read a dataset of numbers whose shape is known, or part of it
 
   Not collective.

@@ -14,6 +14,7 @@ static const char citation[] =
 
 const char *const TSBatheReactionTypes[] = {"trapezoidal", "implicit", "TSBatheReactionType", "TSBATHE_REACTION_",
                                             NULL};
+const char *const TSBatheFirstStages[] = {"trapezoidal", "backward", "TSBatheFirstStage", "TSBATHE_STAGE_", NULL};
 const char *const TSBatheErrors[] = {"embedded", "doubling", "none", "TSBatheError", "TSBATHE_ERROR_", NULL};
 
 static PetscErrorCode TSReset_Bathe(TS ts)
@@ -82,6 +83,7 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
   PetscReal gamma = ba->gamma;
   PetscInt order = ba->order;
   TSBatheReactionType reaction = ba->reaction;
+  TSBatheFirstStage first = ba->first;
   TSBatheError error = ba->error;
 
   PetscFunctionBegin;
@@ -89,6 +91,10 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
   PetscCall(PetscOptionsReal("-ts_bathe_gamma", "Split of the step, dimensionless in (0, 1): 0.5 is Bathe's",
                              "TSBatheSetGamma", gamma, &gamma, &flg));
   if (flg) PetscCall(TSBatheSetGamma(ts, gamma));
+  PetscCall(PetscOptionsEnum("-ts_bathe_first_stage",
+                             "Rule of stage 1: trapezoidal, or backward (default of faults that are loaded or heal)",
+                             "TSBatheSetFirstStage", TSBatheFirstStages, (PetscEnum)first, (PetscEnum *)&first, &flg));
+  if (flg) PetscCall(TSBatheSetFirstStage(ts, first));
   PetscCall(PetscOptionsEnum(
     "-ts_bathe_reaction",
     "Reaction in stage 1: trapezoidal (second order, default) or implicit (first order, published)",
@@ -118,8 +124,13 @@ static PetscErrorCode TSView_Bathe(TS ts, PetscViewer viewer)
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  gamma=%g, error estimate %s, reaction %s\n", (double)ba->gamma,
-                                   TSBatheErrors[ba->error], ba->con ? TSBatheReactionTypes[ba->reaction] : "absent"));
+  if (ba->first == TSBATHE_STAGE_BACKWARD)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  both stages backward, error estimate %s, reaction %s\n",
+                                     TSBatheErrors[ba->error], ba->con ? "implicit" : "absent"));
+  else
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  gamma=%g, error estimate %s, reaction %s\n", (double)ba->gamma,
+                                     TSBatheErrors[ba->error],
+                                     ba->con ? TSBatheReactionTypes[ba->reaction] : "absent"));
   if (ba->error == TSBATHE_ERROR_DOUBLING)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  order assumed by doubling=%" PetscInt_FMT "\n", ba->order));
   PetscCall(PetscViewerASCIIPrintf(viewer,
@@ -185,7 +196,7 @@ static PetscErrorCode TSGetStages_Bathe(TS ts, PetscInt *n, Vec **Y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stability function: trapezoidal to gamma, then the three-point backward formula */
+/* Stability function: trapezoidal or backward to gamma, then the three-point backward formula */
 static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscReal xi, PetscReal *yr, PetscReal *yi)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -193,7 +204,9 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   PetscReal b = c.theta[1], g = c.theta[0], nr, ni, dr, di, d2, wr, wi;
 
   PetscFunctionBegin;
-  nr = 1.0 + g * xr, ni = g * xi, dr = 1.0 - g * xr, di = -g * xi, d2 = dr * dr + di * di;
+  nr = 1.0, ni = 0.0;
+  if (ba->first == TSBATHE_STAGE_TRAPEZOIDAL) nr += g * xr, ni += g * xi;
+  dr = 1.0 - g * xr, di = -g * xi, d2 = dr * dr + di * di;
   wr = c.a1 * (nr * dr + ni * di) / d2 - c.a0, wi = c.a1 * (ni * dr - nr * di) / d2;
   dr = 1.0 - b * xr, di = -b * xi, d2 = dr * dr + di * di;
   *yr = (wr * dr + wi * di) / d2;
@@ -207,6 +220,7 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
 
   Options Database Keys:
 + -ts_bathe_gamma <0.5>                      - split of the step, dimensionless
+. -ts_bathe_first_stage <trapezoidal,backward> - rule of stage 1
 . -ts_bathe_reaction <trapezoidal,implicit>  - treatment of a set-valued reaction in stage 1
 . -ts_bathe_error <embedded,doubling,none>   - error estimate
 . -ts_bathe_order <1>                        - order p assumed by doubling

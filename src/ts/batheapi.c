@@ -45,7 +45,7 @@ PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma)
              "-ts_bathe_gamma is %.6g, expected a number in (0, 1)", (double)gamma);
   if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
   ba->gamma = gamma;
-  SlipBatheSetUp(gamma, &ba->c);
+  if (ba->first == TSBATHE_STAGE_TRAPEZOIDAL) SlipBatheSetUp(gamma, &ba->c);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -71,6 +71,70 @@ PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma)
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
   *gamma = ba->gamma;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheSetFirstStage - the rule of stage 1
+
+  Logically collective
+
+  Input Parameters:
++ ts   - of type TSBATHE, ignored otherwise
+- rule - TSBATHE_STAGE_TRAPEZOIDAL, to t + gamma h, or TSBATHE_STAGE_BACKWARD, to t + (1 - 1/sqrt 2) h
+
+  Options Database Key:
+. -ts_bathe_first_stage <trapezoidal,backward> - the same
+
+  Level: intermediate
+
+  Notes:
+  With the backward rule the step is Alexander's second formula of order two, L-stable and algebraically stable; gamma and
+  the treatment of the reaction, which no stage averages then, do not count. It is for steps that are long against the
+  times of inertia and radiation, such as those of a fault that creeps between events: the trapezoidal rule repeats
+  there with the opposite sign what the forces of the start lack in balance, and a slip rate goes on and off in turn.
+  Faults that are loaded, heal or have no inertia use it unless the option says otherwise.
+
+.seealso: TSBATHE, TSBatheGetFirstStage(), TSBatheSetGamma(), TSBatheSetReactionType()
+@*/
+PetscErrorCode TSBatheSetFirstStage(TS ts, TSBatheFirstStage rule)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
+  PetscValidLogicalCollectiveEnum(ts, rule, 2);
+  if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
+  ba->first = rule;
+  if (rule == TSBATHE_STAGE_BACKWARD)
+    SlipBatheSetUpBackward(&ba->c);
+  else
+    SlipBatheSetUp(ba->gamma, &ba->c);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheGetFirstStage - the rule of stage 1
+
+  Not collective
+
+  Input Parameter:
+. ts - of type TSBATHE
+
+  Output Parameter:
+. rule - trapezoidal or backward
+
+  Level: intermediate
+
+.seealso: TSBatheSetFirstStage()
+@*/
+PetscErrorCode TSBatheGetFirstStage(TS ts, TSBatheFirstStage *rule)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *rule = ba->first;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -262,7 +326,7 @@ PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *order = ba->con && ba->reaction == TSBATHE_REACTION_IMPLICIT ? 1 : 2;
+  *order = ba->con && ba->reaction == TSBATHE_REACTION_IMPLICIT && ba->first == TSBATHE_STAGE_TRAPEZOIDAL ? 1 : 2;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

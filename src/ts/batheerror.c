@@ -77,14 +77,15 @@ PetscErrorCode TSBatheEmbeddedError(TS ts, PetscReal h, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const SlipBathe c = ba->c;
+  const PetscBool trapezoidal = ba->first == TSBATHE_STAGE_TRAPEZOIDAL ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBegin;
-  /* stage 1: (w1 - w0) / (gamma h / 2) = k0 + k1 (+ A^-1 (r1 - r0) when the reaction is implicit) */
+  /* stage 1: (w1 - w0) / (gamma h / 2) = k0 + k1 (+ A^-1 (r1 - r0) when the reaction is implicit), or k1 gamma h */
   PetscCall(VecWAXPY(ba->K1, -1.0, ba->X0, ba->Y[0]));
-  PetscCall(VecScale(ba->K1, 2.0 / (ba->gamma * h)));
-  PetscCall(VecAXPY(ba->K1, -1.0, ba->K0));
+  PetscCall(VecScale(ba->K1, 1.0 / (c.theta[0] * h)));
+  if (trapezoidal) PetscCall(VecAXPY(ba->K1, -1.0, ba->K0));
   PetscCall(VecZeroEntries(e));
-  if (ba->con && ba->reaction == TSBATHE_REACTION_IMPLICIT) {
+  if (ba->con && trapezoidal && ba->reaction == TSBATHE_REACTION_IMPLICIT) {
     PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->r1, e, ba->ctx));
     PetscCall((*ba->ops->add_reaction)(ba->con, -1.0, ba->r0, e, ba->ctx));
     PetscCall((*ba->ops->solve_mass)(ba->con, e, e, ba->ctx));
@@ -111,13 +112,21 @@ PetscErrorCode TSBatheDoublingError(TS ts, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Weighted norm of E with the tolerances of the TS, relative to the larger of the two solutions compared */
+/* The problem's norm of E, or the weighted one with the tolerances of the TS, relative to the larger of the two
+   solutions compared */
 PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const SlipProblemOps *problem;
   PetscReal enorma, enormr;
 
   PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem));
+  if (problem && problem->error) {
+    PetscCall((*problem->error)(ts, ba->E, ba->X0, ba->Y[1], norm));
+    *norm = SlipBatheRoundError(*norm);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecWAXPY(ba->K1, -1.0, ba->E, ba->Y[1]));
   PetscCall(TSErrorWeightedNorm(ts, ba->Y[1], ba->K1, type, norm, &enorma, &enormr));
   *norm = SlipBatheRoundError(*norm);

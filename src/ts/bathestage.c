@@ -100,7 +100,12 @@ static PetscErrorCode TSBatheStageOne(TS ts, PetscReal t, Vec w0, Vec r0, Vec w1
   PetscFunctionBegin;
   PetscCall(VecCopy(w0, ba->base));
   PetscCall(VecCopy(w0, w1));
-  if (ba->con) {
+  if (ba->first == TSBATHE_STAGE_BACKWARD) {
+    if (ba->con)
+      PetscCall(TSBatheSolveConstrained(ts, 1.0, NULL, w1, ba->r1, resnorm));
+    else
+      PetscCall(TSBatheSolveSmooth(ts, NULL, w1, resnorm));
+  } else if (ba->con) {
     PetscBool trapezoidal = ba->reaction == TSBATHE_REACTION_TRAPEZOIDAL ? PETSC_TRUE : PETSC_FALSE;
 
     PetscCall((*ba->ops->smooth)(ba->con, t, w0, ba->Fs, ba->ctx));
@@ -126,7 +131,7 @@ PetscErrorCode TSBatheSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, V
   *resnorm = 0.0;
   ba->last.solves++;
 
-  ba->stage_time = t + ba->gamma * h;
+  ba->stage_time = t + c.gamma * h;
   ba->theta = c.theta[0] * h;
   PetscCall(TSPreStage(ts, ba->stage_time));
   PetscCall(TSBatheStageOne(ts, t, w0, r0, w1, &res));

@@ -2,6 +2,9 @@
 #include <slipstep/private/slipts.h>
 #include <petsctime.h>
 
+/* Factor on a step that would have gone past an instability: years become the seconds of its growth in a few attempts. */
+static const PetscReal unstable_factor = 0.1;
+
 /* Does the attempt run step doubling? Not when the controller has no use for an error and nobody asked for it
    explicitly */
 static PetscErrorCode TSBatheWantsDoubling(TS ts, PetscBool *flg)
@@ -84,7 +87,7 @@ static PetscErrorCode TSBatheSingle(TS ts, PetscReal h, PetscReal *residual, Pet
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSBatheEndDerivative(ts, h, ba->X0, ba->Y[0], ba->Y[1], ba->K2));
   PetscCall(VecCopy(ba->Y[0], ba->Wm));
-  ba->share = ba->gamma;
+  ba->share = ba->c.gamma;
   if (ba->error != TSBATHE_ERROR_EMBEDDED || !ba->k0_known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSBatheEmbeddedError(ts, h, ba->E));
   PetscCall(TSBatheErrorNorm(ts, NORM_2, &ba->last.error));
@@ -213,7 +216,8 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   if (ba->con) {
     /* Stage 2's reaction of an cell that has just stopped holds the impulse that stopped it. Carried into the next
        trapezoidal stage it would push the cell off again: what rests is held by the static balance. */
-    if (!ba->r_given) PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
+    if (!ba->r_given && (fresh || !unchanged || ba->first == TSBATHE_STAGE_TRAPEZOIDAL))
+      PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
     ba->r_given = PETSC_FALSE;
     PetscCall(VecCopy(ba->r, ba->r0));
   }
@@ -262,6 +266,7 @@ static PetscErrorCode TSBatheFailed(TS ts)
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscErrorCode (*f)(TSAdapt, TS, PetscReal, PetscReal *);
   PetscReal residual, h = ba->last.dt;
+  PetscBool unstable = PETSC_FALSE;
   PetscInt worst;
 
   PetscFunctionBegin;
@@ -282,9 +287,26 @@ static PetscErrorCode TSBatheFailed(TS ts)
       PetscCall((*f)(ts->adapt, ts, h, &h));
     else
       h = ts->time_step; /* TSAdaptCheckStage() has scaled it by scale_solve_failed */
+    if (ba->con) PetscCall(SlipConstraintWasUnstable(ba->con, &unstable));
+    if (unstable) h = PetscMin(h, ba->last.dt * unstable_factor);
     PetscCall(TSBatheSetStep(ts, h));
   }
   PetscCall(TSBatheRunMonitors(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The end of a step that was taken, in vec_sol */
+static PetscErrorCode TSBatheAccept(TS ts, PetscReal time)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  ba->status = TS_STEP_COMPLETE;
+  ba->last.accepted = PETSC_TRUE;
+  ba->accepted++;
+  ts->ptime = time;
+  PetscCall(PetscObjectGetId((PetscObject)ts->vec_sol, &ba->sol_id));
+  PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &ba->sol_state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -299,29 +321,69 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscBool *accept)
   ba->status = TS_STEP_PENDING;
   PetscCall(VecCopy(ba->Y[1], ts->vec_sol));
   PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next, accept));
-  ba->status = *accept ? TS_STEP_COMPLETE : TS_STEP_INCOMPLETE;
-  ba->last.accepted = *accept;
-  if (*accept) {
-    ba->accepted++;
-    ts->ptime += ts->time_step;
-    PetscCall(PetscObjectGetId((PetscObject)ts->vec_sol, &ba->sol_id));
-    PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &ba->sol_state));
-  } else
+  ba->status = TS_STEP_INCOMPLETE;
+  if (*accept)
+    PetscCall(TSBatheAccept(ts, ts->ptime + ts->time_step));
+  else
     PetscCall(TSBatheRestore(ts));
   ts->time_step = next;
   PetscCall(TSBatheRunMonitors(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A step that needs no solve: the problem knows until when all of it rests. No controller is asked. */
+static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, PetscBool *rested)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const PetscReal t = ts->ptime;
+  PetscReal end = t, h = ts->time_step;
+
+  PetscFunctionBegin;
+  *rested = PETSC_FALSE;
+  if (!ba->con || !problem || !problem->rest) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall((*problem->rest)(ts, t, ts->max_time, ts->vec_sol, ba->Wm, ba->Y[1], &end, &h));
+  if (!(end > t)) PetscFunctionReturn(PETSC_SUCCESS);
+  *rested = PETSC_TRUE;
+  ba->share = 0.5;
+  ba->failures = 0;
+  ba->attempts++;
+  ba->last = (SlipAttempt){.step = ts->steps, .time = t, .dt = end - t, .converged = PETSC_TRUE};
+  PetscCall(VecZeroEntries(ba->E));
+  PetscCall(VecCopy(ba->Y[1], ba->Y[0]));
+  PetscCall(VecCopy(ba->Y[1], ts->vec_sol));
+  PetscCall(SlipConstraintInitialReaction(ba->con, end, ts->vec_sol, ba->r));
+  PetscCall(TSBatheStartDerivative(ts, end, ts->vec_sol, ba->r, ba->K2, &ba->k2_known));
+  PetscCall(TSBatheAccept(ts, end));
+  PetscCall(TSBatheSetStep(ts, h));
+  PetscCall(TSBatheRunMonitors(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Steps end where the loading has a corner. */
+static PetscErrorCode TSBatheMeetCorner(TS ts, const SlipProblemOps *problem)
+{
+  PetscReal corner = PETSC_MAX_REAL;
+
+  PetscFunctionBegin;
+  if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &corner));
+  if (ts->time_step > corner - ts->ptime) ts->time_step = corner - ts->ptime;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode TSStep_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const SlipProblemOps *problem;
   PetscInt rejections = 0;
   PetscBool ok, accept;
 
   PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem));
   PetscCall(TSBatheBeginStep(ts));
   ba->status = TS_STEP_INCOMPLETE;
+  PetscCall(TSBatheRest(ts, problem, &accept));
+  if (accept) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSBatheMeetCorner(ts, problem));
   while (!ts->reason && ba->status != TS_STEP_COMPLETE) {
     PetscCall(TSBatheAttempt(ts, &ok));
     accept = PETSC_FALSE;

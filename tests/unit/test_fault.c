@@ -319,7 +319,7 @@ static void elimination(void **state)
   ok(SlipFaultConstraintStage(fault, &stage));
   ok(SlipFaultConstraintResidual(fault, v, r)); /* G(v) = omega r */
   ok(SlipFaultConstraintLift(fault, v, w));
-  ok(SlipFaultSmooth(fault, w, F));
+  ok(SlipFaultSmooth(fault, 0, w, F));
   ok(VecGetArray(w, &a));
   ok(VecGetArray(base, &b));
   ok(VecGetArray(ex, &c));
@@ -364,7 +364,7 @@ static void power_balance(void **state)
   ok(VecSetRandom(w, random));
   ok(VecSetRandom(r, random));
   ok(VecScale(r, 1e7));
-  ok(SlipFaultSmooth(fault, w, F));
+  ok(SlipFaultSmooth(fault, 0, w, F));
   ok(VecGetArray(w, &a));
   ok(VecGetArrayWrite(u, &x));
   for (PetscInt i = 0; i < 12; i++) x[i] = a[3 * i + 1];

@@ -96,7 +96,7 @@ static PetscErrorCode CheckCone(TS ts, const SlipAttempt *attempt, Vec w, void *
   PetscCall(SlipConstraintGetContext(con, &fault));
   PetscCall(TSBatheGetReaction(ts, &r));
   PetscCall(VecDuplicate(r, &q));
-  PetscCall(SlipFaultStrength(fault, w, q));
+  PetscCall(SlipFaultStrength(fault, 0, w, q));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(r, &tau));
   PetscCall(VecGetArrayRead(q, &b));

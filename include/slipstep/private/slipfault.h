@@ -39,6 +39,12 @@ typedef enum {
   FAULT_FRICTION_DROP,
   FAULT_FRICTION_SLIP,
   FAULT_FRICTION_RATE,
+  FAULT_HEALING_TIME,
+  FAULT_INITIAL_TRACTION,
+  FAULT_STRESSING_RATE,
+  FAULT_INJECTION_PRESSURE,
+  FAULT_INJECTION_DIFFUSIVITY,
+  FAULT_INJECTION_STOP,
   FAULT_INITIAL_PERTURBATION,
   FAULT_VELOCITY_SCALE,
   FAULT_OUTPUT_INTERVAL,
@@ -73,6 +79,8 @@ typedef enum {
   FAULT_CACHE_DIR,
   FAULT_PARAMETERS,
   FAULT_MESH,
+  FAULT_PORE_PRESSURE,
+  FAULT_INJECTION,
   FAULT_OUTPUT,
   FAULT_OUTPUT_FIELDS,
   FAULT_CHECKPOINT,
@@ -96,9 +104,32 @@ typedef enum {
   FIELD_FRICTION_SLIP,
   FIELD_FRICTION_RATE,
   FIELD_LOADING_RATE,
+  FIELD_HEALING_TIME,
+  FIELD_INITIAL_TRACTION,
+  FIELD_STRESSING_RATE,
   FAULT_NUM_FIELDS
 } SlipFaultFieldId;
 PETSC_EXTERN const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS]; /* the parameter each field replaces */
+
+/* Shear load and pore pressure in time; what is of the time `time` is made by SlipFaultLoadAt() */
+typedef struct {
+  PetscBool known;              /* the following is of this time */
+  PetscReal time;               /* [s] */
+  PetscBool shears;             /* there is an initial traction or a stressing rate */
+  PetscBool pressed;            /* there is a pore pressure */
+  Vec shear;                    /* w (T0 + t dT/dt), w the weights [Pa] */
+  PetscReal *stress;            /* [n] effective normal stress, at least 0 [Pa]; NULL: that of the field */
+  Vec drive, hold;              /* of a fault at rest: rate of its load, K v_inf + w dT/dt [Pa/s], and H v_inf [Pa] */
+  Vec diagonal[2];              /* of K and H */
+  PetscInt rows;                /* of -fault_pore_pressure */
+  PetscReal *times, *record;    /* [rows] [s], [rows][n] [Pa] */
+  PetscReal *distance2;         /* [n] of the cells from -fault_injection, squared [m^2]; NULL: none */
+  PetscReal diffusion_time;     /* least distance2/(4 D) [s] */
+  SlipFaultPressureFn function; /* of SlipFaultSetPressureFunction(), with its context and [n] values of it */
+  void *ctx;
+  PetscReal *own;
+  PetscBool opened; /* it was said that cells are without strength */
+} SlipFaultLoads;
 
 /* Which state vector sums belong to, and how it was then */
 typedef struct {
@@ -117,6 +148,9 @@ typedef enum {
   SUM_U_KU,    /* sum u K u */
   SUM_V_KU,    /* sum v K u */
   SUM_VINF_KU, /* sum v_inf K u */
+  SUM_VINF,
+  SUM_U_T,       /* sum u T, T the shear load */
+  SUM_LOADING_T, /* sum v_inf T - u dT/dt */
   SUM_STRENGTH,
   SUM_WEAKENING, /* what the strength still exceeds its residual by */
   SUM_PUSH,      /* what the elastic force along the motion exceeds the strength by */
@@ -213,6 +247,12 @@ struct _p_SlipFault {
   PetscReal *field[FAULT_NUM_FIELDS];   /* [n] parameters cell by cell */
   const char *source[FAULT_NUM_FIELDS]; /* where they come from, for views; NULL: the scalar parameters */
   PetscBool loaded;                     /* some v_inf is not zero */
+  PetscBool inertia;                    /* -fault_inertia */
+  PetscBool initial_unstable;           /* -fault_initial_unstable */
+  PetscBool heals;                      /* some healing time is not never */
+  PetscBool driven;   /* by loading, stressing, pressure or healing, or without inertia: quiet times without end */
+  PetscReal *healing; /* [n] 1/t_h [1/s]; NULL: 0 */
+  SlipFaultLoads loads;
 
   /* ---- operators, and what is derived from the parameters ---- */
   const SlipFrictionLaw *law;
@@ -224,6 +264,7 @@ struct _p_SlipFault {
   Vec work[3];
 
   /* ---- the critical state, and the means by which observations are made dimensionless ---- */
+  PetscBool has_critical;       /* else what follows of uc is zero: the start is given, and no solve with K needed */
   Vec uc;                       /* K^-1 q(0): displacement at the instability, positive [m] */
   PetscReal mean_dc;            /* mean d_c [m] */
   PetscReal mean_uc;            /* mean uc [m] */
@@ -273,13 +314,26 @@ PETSC_EXTERN PetscErrorCode SlipFaultMeshWrite(SlipFault fault, SlipH5 *h);
 PETSC_EXTERN PetscErrorCode SlipFaultWeightsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum);
 PETSC_EXTERN PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x);
+PETSC_EXTERN PetscErrorCode SlipFaultCellArea(SlipFault fault, PetscInt i, PetscReal *area);
 PETSC_EXTERN PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, Vec w, Vec F);
-PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, Vec w, Vec q);
+PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F);
+PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q);
+/* loads.c */
+PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultLoadAt(SlipFault fault, PetscReal t);
+PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(SlipFault fault, PetscReal t, PetscReal *next);
+PETSC_EXTERN PetscErrorCode SlipFaultPressureScale(SlipFault fault, PetscReal t, PetscReal duration, PetscReal *scale);
+PETSC_EXTERN PetscReal SlipExponentialIntegral(PetscReal x);
+/* rest.c */
+PETSC_EXTERN PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after,
+                                          PetscReal *end, PetscReal *h);
+/* tolerance.c */
+PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1, PetscReal *E);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscInt row[],
                                              PetscReal value[]);
@@ -295,7 +349,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal error[],
                                                 PetscReal *final, PetscInt *solves);
 PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);
-PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest);
+PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal *rest);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
 
 /* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */

@@ -4,11 +4,12 @@
 
 /* ---- stage.c: what the stage operator is made of ---- */
 typedef struct {
-  Mat K, H;          /* borrowed */
-  PetscReal mass;    /* [kg/m^2] */
-  PetscReal theta;   /* [s] */
-  PetscReal scale;   /* of K against the kernel of its grid; 0 without a grid */
-  PetscReal damping; /* H = damping * sqrt(K); 0 when unknown */
+  Mat K, H;            /* borrowed */
+  PetscReal mass;      /* [kg/m^2] */
+  PetscReal theta;     /* [s] */
+  PetscReal scale;     /* of K against the kernel of its grid; 0 without a grid */
+  PetscReal damping;   /* H = damping * sqrt(K); 0 when unknown */
+  PetscReal radiation; /* H = radiation * I; 0 when it is not */
 } SlipStageParts;
 PETSC_INTERN PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts);
 
@@ -36,6 +37,7 @@ typedef struct {
   SlipCirculant strike;      /* both operands are per wavenumber: one pair of FFTs serves both; NULL otherwise */
   PetscReal *blocks;         /* [nk][nz][nz] spectral part of B */
   PetscReal damping;         /* H = damping * sqrt(K) as far as known, else 0 */
+  PetscReal radiation;       /* H = radiation times the weights, else 0 */
   PetscReal scale;           /* of K against the kernel */
   SlipGather gather;
   PetscReal *y; /* [N] */

@@ -74,3 +74,6 @@ PETSC_INTERN PetscErrorCode SlipSpectralRootBlocks(SlipCirculant strike, PetscRe
 /* Largest eigenvalue of the part in blocks. Collective. */
 PETSC_INTERN PetscErrorCode SlipSpectralNorm(MPI_Comm comm, SlipSpectral *c, PetscReal factor, PetscReal scale,
                                              PetscReal *norm);
+
+/* ---- radiation.c ---- */
+PETSC_INTERN PetscErrorCode SlipRadiationGet(Mat H, PetscReal *eta);

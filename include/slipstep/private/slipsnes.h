@@ -11,7 +11,10 @@ struct _p_SlipConstraint {
   Vec x;     /* layout of the reduced unknowns, also work */
   Vec w;     /* full, work; on first use */
 
+  PetscBool refuse; /* solves fail where the Jacobian on the sliding set is not positive definite */
+
   /* one stage */
+  PetscBool unstable;     /* the last solve failed for that */
   PetscReal omega;        /* weight of the reaction */
   PetscReal scale;        /* characteristic traction by which residuals are divided */
   Vec r;                  /* reaction of the last solve */

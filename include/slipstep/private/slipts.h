@@ -16,8 +16,9 @@ struct TSBatheMonitor {
 
 typedef struct {
   /* what the user chose */
-  PetscReal gamma;              /* split of the step, in (0, 1) */
-  SlipBathe c;                  /* its numbers */
+  PetscReal gamma;              /* split of the step, in (0, 1), with a trapezoidal stage 1 */
+  TSBatheFirstStage first;      /* rule of stage 1 */
+  SlipBathe c;                  /* numbers of both */
   TSBatheReactionType reaction; /* treatment of the reaction in stage 1 */
   TSBatheError error;           /* error estimate */
   PetscBool error_set;          /* chosen explicitly, so that adapt none does not switch doubling off */

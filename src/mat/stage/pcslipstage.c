@@ -83,7 +83,8 @@ static PetscErrorCode PCSlipStageSetUpSymbol(PCSlipStage *c, const SlipStagePart
     smallest = PetscMax(smallest, PC_SMALLEST * parts->theta * parts->scale * values[i]);
   for (PetscInt i = 0; i < nk * count; i++) {
     const PetscReal k = parts->scale * values[i];
-    const PetscReal symbol = parts->mass / parts->theta + parts->damping * PetscSqrtReal(k) + parts->theta * k;
+    const PetscReal symbol =
+      parts->mass / parts->theta + parts->radiation + parts->damping * PetscSqrtReal(k) + parts->theta * k;
 
     c->f[i] = 1 / PetscMax(PetscMax(symbol + slope, (1 - PC_SLOPE_LIMIT) * symbol), smallest);
   }

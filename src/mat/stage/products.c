@@ -62,15 +62,17 @@ static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = (mass / theta) W x + theta y */
+/* y = (mass / theta + radiation) W x + theta y */
 static PetscErrorCode StageAddInertia(SlipStageContext *s, Vec x, Vec y)
 {
+  const PetscReal diagonal = s->mass / s->theta + s->radiation;
+
   PetscFunctionBegin;
   if (s->weights) {
     PetscCall(VecPointwiseMult(s->work, s->weights, x));
-    PetscCall(VecAXPBY(y, s->mass / s->theta, s->theta, s->work));
+    PetscCall(VecAXPBY(y, diagonal, s->theta, s->work));
   } else
-    PetscCall(VecAXPBY(y, s->mass / s->theta, s->theta, x));
+    PetscCall(VecAXPBY(y, diagonal, s->theta, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -100,7 +102,7 @@ PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y)
   if (s->mean > 0) {
     PetscCall(VecScale(y, s->mean));
     if (s->correction) PetscCall(SlipSecantAdd(s->correction, x, y));
-  } else {
+  } else if (!(s->radiation > 0)) {
     PetscCall(MatMult(s->H, x, s->work));
     PetscCall(VecAXPY(y, 1, s->work));
   }

@@ -115,13 +115,14 @@ static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
   PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliptoeplitz", &plane));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)s->H, &slow, "sliplanczos", "slipwaves", ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "slipspectral", &spectral));
+  PetscCall(SlipRadiationGet(s->H, &s->radiation));
   s->assemble = (PetscBool)(denseK && denseH && N <= SLIP_STAGE_ASSEMBLE_MAX);
   PetscCall(SlipViscosityGetFactor(s->H, &s->damping));
   PetscCall(SlipGridOf(s->K, &g));
   if (g) PetscCall(SlipGridScale(s->K, &s->scale));
   approximate = s->jacobian == JACOBIAN_AUTO ? (PetscBool)(slow || (spectral && g && g->nz > SLIP_BLOCKS_MAX))
                                              : (PetscBool)(s->jacobian == JACOBIAN_APPROXIMATE);
-  if (plane || !(s->damping > 0)) approximate = PETSC_FALSE;
+  if (plane || !(s->damping > 0) || !(s->mass > 0)) approximate = PETSC_FALSE;
   if (plane && g) PetscCall(SlipToeplitzOf(s->K, &s->plane));
   PetscCall(SlipSpectralGetBlocks(s->H, &strike, &viscosity));
   if (!denseK && strike && !approximate) PetscCall(StageFuse(s, strike));
@@ -226,7 +227,7 @@ static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
   Input Parameters:
 + K    - stiffness [Pa/m]
 . H    - viscosity [Pa s/m] with the same distribution
-- mass - inertia per unit area [kg/m^2], positive
+- mass - inertia per unit area [kg/m^2], zero or positive
 
   Output Parameter:
 . B - matrix of type "slipstage" [Pa s/m]; set theta before using it
@@ -250,8 +251,8 @@ PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B)
   PetscInt m, N, mH, NH;
 
   PetscFunctionBegin;
-  PetscCheck(mass > 0 && PetscIsNormalReal(mass), comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "Inertia per unit area must be positive and finite, not %g kg/m^2", (double)mass);
+  PetscCheck(mass >= 0 && !PetscIsInfOrNanReal(mass), comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Inertia per unit area must be zero or positive and finite, not %g kg/m^2", (double)mass);
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(MatGetSize(H, &NH, NULL));
@@ -490,6 +491,6 @@ PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts)
   PetscFunctionBegin;
   PetscCall(StageContext(B, &s));
   PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
-  *parts = (SlipStageParts){s->K, s->H, s->mass, s->theta, s->scale, s->damping};
+  *parts = (SlipStageParts){s->K, s->H, s->mass, s->theta, s->scale, s->damping, s->radiation};
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,0 +1,398 @@
+/* What loads and unclamps a fault in time: the shear stress that is there at the start and its rate, and the pore
+   pressure, from a record, a function or a point source. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
+#include <math.h>
+
+#define NEVER PETSC_MAX_REAL
+/* Times that differ by so little are one: a step that ends at a corner may miss it by rounding. */
+#define SAME_TIME 1e-12
+
+/* ---- the record of -fault_pore_pressure ---- */
+
+/* Row of the record before t, and what share of the way to the next one t is; constant beyond the ends */
+static PetscInt Interval(const SlipFaultLoads *loads, PetscReal t, PetscReal *share)
+{
+  PetscInt low = 0, high = loads->rows - 1;
+
+  *share = 0;
+  if (t <= loads->times[0]) return 0;
+  if (t >= loads->times[high]) return high;
+  while (high - low > 1) {
+    const PetscInt middle = (low + high) / 2;
+
+    if (loads->times[middle] <= t)
+      low = middle;
+    else
+      high = middle;
+  }
+  *share = (t - loads->times[low]) / (loads->times[high] - loads->times[low]);
+  return low;
+}
+
+static void RecordPressure(const SlipFaultLoads *loads, PetscInt n, PetscReal t, PetscReal p[])
+{
+  PetscReal share;
+  const PetscInt row = Interval(loads, t, &share);
+  const PetscReal *a = loads->record + (size_t)row * n, *b = share > 0 ? a + n : a;
+
+  for (PetscInt i = 0; i < n; i++) p[i] += (1 - share) * a[i] + share * b[i];
+}
+
+/* Rank 0: times [rows] and pressures [rows][N] of the open file, checked */
+static PetscErrorCode ReadRecord(SlipFault fault, SlipH5 *h, PetscInt *rows, PetscReal **times, PetscReal **pressure)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  const PetscInt any = -1, nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+  PetscInt dims[3], ndim, want[3] = {0, nz, nx};
+  PetscBool said, flat;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5CheckUnits(h, "/time", "s", &said));
+  PetscCall(SlipH5CheckUnits(h, "/pressure", "Pa", &said));
+  PetscCall(SlipH5ReadRealSized(h, "/time", 1, &any, "m times", dims, times));
+  *rows = dims[0];
+  for (PetscInt k = 0; k < *rows; k++)
+    PetscCheck(isfinite((*times)[k]) && (!k || (*times)[k] > (*times)[k - 1]), PETSC_COMM_SELF,
+               PETSC_ERR_FILE_UNEXPECTED,
+               "%s (-%sfault_pore_pressure): /time[%" PetscInt_FMT
+               "] is %.9g s, expected finite times, each later than the one before",
+               h->name, prefix, k, (double)(*times)[k]);
+  want[0] = *rows;
+  PetscCall(SlipH5GetRank(h, "/pressure", &ndim));
+  flat = ndim == 2 ? PETSC_TRUE : PETSC_FALSE;
+  if (flat || fault->mesh.n) want[1] = fault->N;
+  PetscCall(SlipH5ReadRealSized(h, "/pressure", flat || fault->mesh.n ? 2 : 3, want,
+                                "a row of Nz x Nx or N cells for each of /time", dims, pressure));
+  for (size_t k = 0; k < (size_t)*rows * (size_t)fault->N; k++)
+    PetscCheck(isfinite((*pressure)[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s (-%sfault_pore_pressure): /pressure has %.6g in row %zu, cell %zu, expected a finite number of Pa",
+               h->name, prefix, (double)(*pressure)[k], k / (size_t)fault->N, k % (size_t)fault->N);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Each process keeps the columns of its own cells. */
+static PetscErrorCode LoadRecord(SlipFault fault)
+{
+  SlipFaultLoads *loads = &fault->loads;
+  PetscReal *times = NULL, *all = NULL, *row;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (!rank) {
+    ierr = SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_pore_pressure", fault->text[FAULT_PORE_PRESSURE], &h);
+    if (!ierr) {
+      ierr = ReadRecord(fault, &h, &loads->rows, &times, &all);
+      PetscCall(SlipH5Close(&h));
+    }
+  }
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCallMPI(MPI_Bcast(&loads->rows, 1, MPIU_INT, 0, fault->comm));
+  PetscCall(PetscMalloc1(loads->rows, &loads->times));
+  PetscCall(PetscMalloc1((size_t)loads->rows * PetscMax(fault->n, 1), &loads->record));
+  PetscCall(PetscMalloc1(fault->N, &row));
+  if (!rank) PetscCall(PetscArraycpy(loads->times, times, loads->rows));
+  PetscCallMPI(MPI_Bcast(loads->times, (PetscMPIInt)loads->rows, MPIU_REAL, 0, fault->comm));
+  for (PetscInt k = 0; k < loads->rows; k++) {
+    if (!rank) PetscCall(PetscArraycpy(row, all + (size_t)k * fault->N, fault->N));
+    PetscCallMPI(MPI_Bcast(row, (PetscMPIInt)fault->N, MPIU_REAL, 0, fault->comm));
+    for (PetscInt i = 0; i < fault->n; i++) {
+      const PetscInt e = fault->start + i;
+
+      loads->record[(size_t)k * fault->n + i] = row[fault->order ? fault->order[e] : e];
+    }
+  }
+  PetscCall(PetscFree(row));
+  PetscCall(PetscFree(times));
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the point source of -fault_injection ---- */
+
+/*
+  E1(x), x > 0, the exponential integral: the series to x = 1, Lentz' continued fraction beyond (Abramowitz & Stegun
+  1964, 5.1.11 and 5.1.22).
+*/
+PetscReal SlipExponentialIntegral(PetscReal x)
+{
+  const PetscReal euler = 0.57721566490153286061;
+  PetscReal sum, term = 1, b = x + 1, c = 1e300, d = 1 / b;
+
+  if (x > 700) return 0;
+  if (x <= 1) {
+    sum = -PetscLogReal(x) - euler;
+    for (PetscInt k = 1; k < 40; k++) {
+      term *= -x / (PetscReal)k;
+      sum -= term / (PetscReal)k;
+    }
+    return sum;
+  }
+  sum = d;
+  for (PetscInt k = 1; k < 200; k++) {
+    const PetscReal a = -(PetscReal)(k * k);
+
+    b += 2;
+    d = 1 / (a * d + b);
+    c = b + a / c;
+    term = c * d;
+    sum *= term;
+    if (PetscAbsReal(term - 1) < PETSC_MACHINE_EPSILON) break;
+  }
+  return sum * PetscExpReal(-x);
+}
+
+/* p = p* [E1(r^2/(4 D t)) - E1(r^2/(4 D (t - stop)))]; a cell around the source has the pressure of its equivalent
+   radius' mean, for which r is kept away from 0 */
+static void SourcePressure(SlipFault fault, PetscReal t, PetscReal p[])
+{
+  const SlipFaultLoads *loads = &fault->loads;
+  const PetscReal scale = fault->value[FAULT_INJECTION_PRESSURE];
+  const PetscReal stop = fault->value[FAULT_INJECTION_STOP], D = fault->value[FAULT_INJECTION_DIFFUSIVITY];
+
+  for (PetscInt i = 0; i < fault->n; i++) {
+    if (t > 0) p[i] += scale * SlipExponentialIntegral(loads->distance2[i] / (4 * D * t));
+    if (stop > 0 && t > stop) p[i] -= scale * SlipExponentialIntegral(loads->distance2[i] / (4 * D * (t - stop)));
+  }
+}
+
+/* "x,z" [m] */
+static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal point[2])
+{
+  char **part;
+  int n;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrToArray(text, ',', &n, &part));
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  for (int k = 0; k < 2 && k < n && !ierr; k++) ierr = PetscOptionsStringToReal(part[k], &point[k]);
+  PetscCall(PetscPopErrorHandler());
+  PetscCall(PetscStrToArrayDestroy(n, part));
+  PetscCheck(n == 2 && !ierr && isfinite(point[0]) && isfinite(point[1]), fault->comm, PETSC_ERR_ARG_WRONG,
+             "-%sfault_injection is \"%s\", expected two numbers x,z of m: along strike, and depth",
+             SlipFaultPrefix(fault), text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SourceSetUp(SlipFault fault)
+{
+  SlipFaultLoads *loads = &fault->loads;
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscReal point[2] = {0, 0};
+
+  PetscFunctionBegin;
+  PetscCall(ParsePoint(fault, fault->text[FAULT_INJECTION], point));
+  PetscCheck(fault->value[FAULT_INJECTION_PRESSURE] != 0 && fault->value[FAULT_INJECTION_DIFFUSIVITY] > 0, fault->comm,
+             PETSC_ERR_ARG_INCOMP,
+             "-%sfault_injection %s needs -%sfault_injection_pressure [Pa] and -%sfault_injection_diffusivity [m^2/s]",
+             prefix, fault->text[FAULT_INJECTION], prefix, prefix);
+  PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->distance2));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    PetscReal x, z, area;
+
+    PetscCall(SlipFaultCellCentre(fault, fault->start + i, &x, &z));
+    PetscCall(SlipFaultCellArea(fault, i, &area));
+    /* The mean of -ln r^2 over a disc of the cell's area is that of r^2 = area/(pi e): E1 is that logarithm near the
+       source. */
+    loads->distance2[i] =
+      PetscMax(PetscSqr(x - point[0]) + PetscSqr(z - point[1]), area / (PETSC_PI * PetscExpReal(1)));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- all together ---- */
+
+/* The pore pressure of the cells of this process at t [Pa] */
+static PetscErrorCode Pressure(SlipFault fault, PetscReal t, PetscReal p[])
+{
+  SlipFaultLoads *loads = &fault->loads;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(p, fault->n));
+  if (loads->rows) RecordPressure(loads, fault->n, t, p);
+  if (loads->distance2) SourcePressure(fault, t, p);
+  if (loads->function) {
+    PetscCall((*loads->function)(fault, t, fault->n, loads->own, loads->ctx));
+    for (PetscInt i = 0; i < fault->n; i++) p[i] += loads->own[i];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A cell whose pressure exceeds its normal stress opens: it has no strength. Said once. */
+static PetscErrorCode ReportOpening(SlipFault fault, PetscReal t, PetscInt opened)
+{
+  PetscFunctionBegin;
+  if (fault->loads.opened) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &opened, 1, MPIU_INT, MPI_SUM, fault->comm));
+  if (!opened) PetscFunctionReturn(PETSC_SUCCESS);
+  fault->loads.opened = PETSC_TRUE;
+  PetscCall(PetscPrintf(fault->comm,
+                        "At %.6g s the pore pressure exceeds the normal stress in %" PetscInt_FMT
+                        " cells: they open, without strength (said once)\n",
+                        (double)t, opened));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  SlipFaultLoadAt - shear load and effective normal stress of the time t, for all that reads them next
+
+  Collective. Does nothing when they do not depend on time or are of that time already.
+*/
+PetscErrorCode SlipFaultLoadAt(SlipFault fault, PetscReal t)
+{
+  SlipFaultLoads *loads = &fault->loads;
+  PetscInt opened = 0;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  if (loads->known && (loads->time == t || !(loads->shears || loads->pressed))) {
+    loads->time = t;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (loads->shears) {
+    PetscCall(VecGetArrayWrite(loads->shear, &a));
+    for (PetscInt i = 0; i < fault->n; i++)
+      a[i] = fault->weight[i] * (fault->field[FIELD_INITIAL_TRACTION][i] + t * fault->field[FIELD_STRESSING_RATE][i]);
+    PetscCall(VecRestoreArrayWrite(loads->shear, &a));
+  }
+  if (loads->pressed) {
+    PetscCall(Pressure(fault, t, loads->stress));
+    for (PetscInt i = 0; i < fault->n; i++) {
+      loads->stress[i] = fault->field[FIELD_NORMAL_STRESS][i] - loads->stress[i];
+      if (loads->stress[i] > 0) continue;
+      loads->stress[i] = 0;
+      opened++;
+    }
+    PetscCall(ReportOpening(fault, t, opened));
+  }
+  loads->time = t;
+  loads->known = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The next corner of the record or of the source after t */
+PetscErrorCode SlipFaultNextCorner(SlipFault fault, PetscReal t, PetscReal *next)
+{
+  const SlipFaultLoads *loads = &fault->loads;
+  const PetscReal after = t + SAME_TIME * PetscAbsReal(t), stop = fault->value[FAULT_INJECTION_STOP];
+
+  PetscFunctionBegin;
+  *next = NEVER;
+  if (loads->distance2 && stop > after) *next = stop;
+  if (loads->rows && after < loads->times[loads->rows - 1]) {
+    PetscReal share;
+    const PetscInt row = after < loads->times[0] ? 0 : Interval(loads, after, &share) + 1;
+
+    *next = PetscMin(*next, loads->times[row]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* For how long after t the pressure is as good as linear in time: what a search for an onset may step over */
+PetscErrorCode SlipFaultPressureScale(SlipFault fault, PetscReal t, PetscReal duration, PetscReal *scale)
+{
+  const SlipFaultLoads *loads = &fault->loads;
+  const PetscReal stop = fault->value[FAULT_INJECTION_STOP];
+
+  PetscFunctionBegin;
+  *scale = NEVER;
+  if (loads->function) *scale = duration / 1000;
+  if (loads->distance2) {
+    const PetscReal since = stop > 0 && t >= stop ? t - stop : t;
+
+    *scale = PetscMin(*scale, since / 20 + fault->loads.diffusion_time / 1000);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After the cells and the weights are known */
+PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
+{
+  SlipFaultLoads *loads = &fault->loads;
+  PetscInt any[3] = {0, 0, 0};
+  PetscReal least = NEVER;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->n; i++) {
+    if (fault->field[FIELD_INITIAL_TRACTION][i] != 0 || fault->field[FIELD_STRESSING_RATE][i] != 0) any[0] = 1;
+    if (fault->field[FIELD_STRESSING_RATE][i] != 0) any[1] = 1;
+    if (fault->field[FIELD_HEALING_TIME][i] > 0) any[2] = 1;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 3, MPIU_INT, MPI_MAX, fault->comm));
+  loads->shears = any[0] ? PETSC_TRUE : PETSC_FALSE;
+  fault->heals = any[2] ? PETSC_TRUE : PETSC_FALSE;
+  if (fault->text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
+  if (fault->text[FAULT_INJECTION][0]) PetscCall(SourceSetUp(fault));
+  loads->pressed = loads->rows || loads->distance2 || loads->function ? PETSC_TRUE : PETSC_FALSE;
+  fault->driven =
+    fault->loaded || any[1] || fault->heals || loads->pressed || !fault->inertia ? PETSC_TRUE : PETSC_FALSE;
+  if (loads->pressed) PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->stress));
+  if (loads->function) PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->own));
+  if (fault->heals) {
+    PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->healing));
+    for (PetscInt i = 0; i < fault->n; i++) {
+      const PetscReal time = fault->field[FIELD_HEALING_TIME][i];
+
+      fault->healing[i] = time > 0 ? 1 / time : 0;
+    }
+  }
+  for (PetscInt i = 0; i < fault->n && loads->distance2; i++)
+    least = PetscMin(least, loads->distance2[i] / (4 * fault->value[FAULT_INJECTION_DIFFUSIVITY]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  loads->diffusion_time = least;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
+{
+  SlipFaultLoads *loads = &fault->loads;
+
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&loads->shear));
+  PetscCall(VecDestroy(&loads->drive));
+  PetscCall(VecDestroy(&loads->hold));
+  for (int k = 0; k < 2; k++) PetscCall(VecDestroy(&loads->diagonal[k]));
+  PetscCall(PetscFree(loads->times));
+  PetscCall(PetscFree(loads->record));
+  PetscCall(PetscFree(loads->distance2));
+  PetscCall(PetscFree(loads->stress));
+  PetscCall(PetscFree(loads->own));
+  PetscCall(PetscFree(fault->healing));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultSetPressureFunction - pore pressure in time and space from the caller's function
+
+  Logically collective; before SlipFaultSetUp().
+
+  Input Parameters:
++ fault    - the fault
+. function - fills p [n] with the pore pressure [Pa] of the n cells of this process at the time t [s], in the order of the
+             state; smooth in time
+- ctx      - given to the function, kept
+
+  Level: intermediate
+
+  Notes:
+  The strength is mu (sigma_n - p), never below 0. It adds to -fault_pore_pressure and -fault_injection. The end of rest is
+  looked for in thousandths of the run's duration: pressure that comes and goes within less may be missed.
+
+  Errors: PETSC_ERR_ORDER after SlipFaultSetUp()
+
+.seealso: SlipFaultSetField(), SlipFaultSetUp()
+@*/
+PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFaultPressureFn function, void *ctx)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER,
+             "call SlipFaultSetPressureFunction() before SlipFaultSetUp()");
+  fault->loads.function = function;
+  fault->loads.ctx = ctx;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
