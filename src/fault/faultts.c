@@ -177,6 +177,19 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Friction of 1e8 Pa balances slip rates of 1e-9 m/s that radiation damping makes 1e-3 Pa of. */
+static PetscErrorCode ConfigureDriven(TS ts)
+{
+  const PetscReal residual = 1e-13;
+  SNES snes;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheSetFirstStage(ts, TSBATHE_STAGE_BACKWARD));
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, residual, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
 {
   PetscFunctionBegin;
@@ -216,7 +229,7 @@ PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
   PetscCall(TSSetType(ts, TSBATHE));
   PetscCall(TSSetRHSFunction(ts, NULL, SlipFaultRHS, fault));
   PetscCall(TSBatheSetConstraint(ts, fault->con));
-  if (fault->driven) PetscCall(TSBatheSetFirstStage(ts, TSBATHE_STAGE_BACKWARD));
+  if (fault->driven) PetscCall(ConfigureDriven(ts));
   PetscCall(SlipFaultSetTolerances(fault, ts));
   PetscCall(TSSetMaxTime(ts, SLIP_FAULT_MAX_TIME));
   PetscCall(TSSetMaxSteps(ts, PETSC_MAX_INT));

@@ -25,7 +25,7 @@ typedef struct {
 } Rest;
 
 /* K v_inf + w dT/dt, H v_inf and the diagonals of both matrices, once */
-static PetscErrorCode SetUp(SlipFault fault)
+PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
 {
   SlipFaultLoads *loads = &fault->loads;
   PetscReal *d;
@@ -256,7 +256,7 @@ static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
 
   PetscFunctionBegin;
   *r = (Rest){.fault = fault, .t = t};
-  PetscCall(SetUp(fault));
+  PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultLoadAt(fault, t));
   PetscCall(SlipFaultGetFriction(fault, &r->friction));
   PetscCall(VecStrideGather(w, 1, u, INSERT_VALUES));

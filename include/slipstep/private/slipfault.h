@@ -330,6 +330,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(SlipFault fault, PetscReal t, Pe
 PETSC_EXTERN PetscErrorCode SlipFaultPressureScale(SlipFault fault, PetscReal t, PetscReal duration, PetscReal *scale);
 PETSC_EXTERN PetscReal SlipExponentialIntegral(PetscReal x);
 /* rest.c */
+PETSC_EXTERN PetscErrorCode SlipFaultRestSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after,
                                           PetscReal *end, PetscReal *h);
 /* tolerance.c */
