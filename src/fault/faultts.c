@@ -101,12 +101,13 @@ static PetscErrorCode Rest_Fault(TS ts, PetscReal t, PetscReal limit, Vec w, Vec
 static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
   SlipFault fault;
-  PetscReal rtol;
+  PetscReal rtol, h;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
-  PetscCall(SlipFaultErrorNorm(fault, rtol, e, w0, w1, E));
+  PetscCall(TSGetTimeStep(ts, &h));
+  PetscCall(SlipFaultErrorNorm(fault, rtol, h, e, w0, w1, E));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
