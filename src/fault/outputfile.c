@@ -27,7 +27,7 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
 
   PetscFunctionBegin;
   (void)ts;
-  (void)t;
+  PetscCall(SlipFaultStationsRow(((SlipFault)ctx)->output, t, w));
   PetscCall(SlipFaultGetObservables((SlipFault)ctx, w, r, &o));
   {
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
@@ -203,6 +203,7 @@ static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
   PetscFunctionBegin;
   (void)run;
   if (!out->rank) ierr = out->resumed ? SlipFaultOutputCut(out) : SlipFaultOutputCreateFields(out);
+  if (!out->rank && !ierr) ierr = SlipFaultStationsLayout(out);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   if (out->resumed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->uc, &x));
@@ -219,8 +220,23 @@ static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: an entry of /fields. The traction is the static one of the state, which the next step starts from: where a
-   cell has just come to rest it does not contain the impulse that stopped it. */
+/* The static one of the state, which the next step starts from: where a cell has just come to rest it does not contain the
+   impulse that stopped it. Computed once for a state. */
+PetscErrorCode SlipFaultOutputTraction(SlipFaultOutput out, PetscReal time, Vec w)
+{
+  SlipFaultMoment *known = &out->traction_moment, now;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectGetId((PetscObject)w, &now.id));
+  PetscCall(PetscObjectStateGet((PetscObject)w, &now.state));
+  if (out->traction && now.id == known->id && now.state == known->state) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!out->traction) PetscCall(VecDuplicate(out->fault->uc, &out->traction));
+  PetscCall(SlipConstraintInitialReaction(out->fault->con, time, w, out->traction));
+  *known = now;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: an entry of /fields */
 PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -231,8 +247,7 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
   PetscCall(VecScatterBegin(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   if (out->wanted[OUTPUT_TRACTION]) {
-    if (!out->traction) PetscCall(VecDuplicate(out->fault->uc, &out->traction));
-    PetscCall(SlipConstraintInitialReaction(out->fault->con, time, w, out->traction));
+    PetscCall(SlipFaultOutputTraction(out, time, w));
     PetscCall(VecScatterBegin(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   }

@@ -43,6 +43,15 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                             "Slip rate that the observation \"velocity\" is measured in"},
   [FAULT_OUTPUT_INTERVAL] = {"output_interval", 1, "steps", 1, NONE, SHUT, WHOLE,
                              "Accepted steps from one entry of /fields to the next"},
+  [FAULT_OUTPUT_SLIP_INTERVAL] = {"output_slip_interval", 0, "m", 0, NONE, SHUT, REAL,
+                                  "An entry of /fields when some cell has slipped by that since the last; 0: not so"},
+  [FAULT_OUTPUT_TIME_INTERVAL] = {"output_time_interval", 0, "s", 0, NONE, SHUT, REAL,
+                                  "An entry of /fields at the first step at or after each multiple; 0: not so"},
+  [FAULT_OUTPUT_RATE_CHANGE] = {"output_rate_change", 0, "", 0, NONE, SHUT, REAL,
+                                "An entry of /fields when the largest slip rate has grown or fallen by this factor "
+                                "since the last; 0: not so"},
+  [FAULT_OUTPUT_COMPRESSION] = {"output_compression", 0, "", 0, 10, SHUT, WHOLE,
+                                "Level of deflate, with bytes shuffled, that /fields is compressed by; 0: not at all"},
   [FAULT_HMAT_TOLERANCE] = {"hmat_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
                             "Relative error of the low-rank blocks of -fault_operator hmat"},
   [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
@@ -83,6 +92,10 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
   [FAULT_OUTPUT_FIELDS] = {"output_fields", "slip_rate,slip,displacement,traction", NULL,
                            "Fields to write, separated by commas"},
+  [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Numbers of /fields in the output"},
+  [FAULT_STATIONS] = {"stations", "", NULL,
+                      "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, whose cells are written to /stations of "
+                      "-fault_output at every accepted step"},
   [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart"},
   [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to go on from"},
 };
@@ -135,7 +148,7 @@ static PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipFaultReal *p
 /*@C
   SlipFaultSetReal - set a scalar parameter of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except velocity_scale and output_interval).
+  Logically collective; before SlipFaultSetUp() only (except velocity_scale and output_*).
 
   Input Parameters:
 + fault - the fault
@@ -155,10 +168,12 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
-  PetscCheck(!fault->setup || id == FAULT_VELOCITY_SCALE || id == FAULT_OUTPUT_INTERVAL, fault->comm,
-             PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
+  PetscCheck(!fault->setup || id == FAULT_VELOCITY_SCALE ||
+               (id >= FAULT_OUTPUT_INTERVAL && id <= FAULT_OUTPUT_COMPRESSION),
+             fault->comm, PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
   PetscCall(SlipFaultCheckReal(fault, &SlipFaultReals[id], value));
   fault->value[id] = value;
+  if (id == FAULT_OUTPUT_INTERVAL) fault->interval_given = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -230,7 +245,7 @@ static PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char 
 /*@C
   SlipFaultSetString - set a named choice or a file name of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except output and output_fields).
+  Logically collective; before SlipFaultSetUp() only (except output, output_* and stations).
 
   Input Parameters:
 + fault - the fault
@@ -253,7 +268,7 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
 
     PetscCall(PetscStrcmp(name, p->name, &same));
     if (!same) continue;
-    PetscCheck(!fault->setup || i == FAULT_OUTPUT || i == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
+    PetscCheck(!fault->setup || (i >= FAULT_OUTPUT && i <= FAULT_STATIONS), fault->comm, PETSC_ERR_ARG_WRONGSTATE,
                "%s must be set before SlipFaultSetUp()", name);
     if (p->choices) {
       char list[256];
@@ -333,6 +348,7 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
              "-%s%s has no value, expected %s", SlipFaultPrefix(fault), option + 1,
              p->choices              ? list
              : id == FAULT_CACHE_DIR ? "the name of an existing directory"
+             : id == FAULT_STATIONS  ? "points \"x,z;x,z\" in m"
                                      : "the name of a file");
   if (set) PetscCall(SlipFaultSetString(fault, p->name, value));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -389,6 +405,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_check_error"));
+  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_progress"));
   PetscCall(PetscSNPrintf(start, sizeof(start), "%sfault_start_", prefix));
   PetscCall(SlipCheckLinearOptions(fault->comm, options, start));
   PetscObjectOptionsBegin((PetscObject)fault);
@@ -403,6 +420,11 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscCall(PetscOptionsBool("-fault_output_overwrite",
                              "Throw the rows of an unfinished FILE.part of -fault_output away (default no)",
                              "SlipFaultOutputStart", fault->output_overwrite, &fault->output_overwrite, NULL));
+  fault->progress.wanted = PETSC_TRUE;
+  PetscCall(PetscOptionsBool("-fault_progress",
+                             "Print how far the run is, every few seconds on a terminal, else once a minute, and what "
+                             "a long set-up does (default yes)",
+                             "SlipFaultOutputStart", fault->progress.wanted, &fault->progress.wanted, NULL));
   PetscCall(SlipFaultWarnOfGrid(fault));
   PetscCall(PetscViewerDestroy(&fault->viewer));
   PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",
@@ -429,8 +451,8 @@ PetscErrorCode SlipFaultDeclareOptions(void)
   static char names[2048];
 
   PetscFunctionBegin;
-  PetscCall(
-    PetscStrncpy(names, "check_error view stiffness_view output_overwrite start_ksp_* start_pc_*", sizeof(names)));
+  PetscCall(PetscStrncpy(names, "check_error view stiffness_view output_overwrite progress start_ksp_* start_pc_*",
+                         sizeof(names)));
   for (PetscInt i = 0; i < FAULT_NUM_REALS + FAULT_NUM_STRINGS; i++) {
     PetscCall(PetscStrlcat(names, " ", sizeof(names)));
     PetscCall(PetscStrlcat(

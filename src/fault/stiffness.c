@@ -259,6 +259,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCheckChoices(fault));
+  PetscCall(SlipFaultProgressSetUp(fault, "stiffness K"));
   if (fault->text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));
   else
@@ -273,8 +274,10 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->uc, &fault->s0));
   PetscCall(SlipFaultFillVec(fault, FIELD_LOADING_RATE, PETSC_FALSE, fault->vinf));
   PetscCall(SlipFaultFillVec(fault, FIELD_NORMAL_STRESS, PETSC_TRUE, fault->work[0]));
+  PetscCall(SlipFaultProgressSetUp(fault, "K^-1 of the normal stress"));
   PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->uc));
   PetscCall(SlipFaultViewStiffness(fault));
+  PetscCall(SlipFaultProgressSetUp(fault, "viscosity H"));
   PetscCall(
     MatCreateSlipViscosity(fault->K, fault->mass, zeta, zeta > 0 ? fault->text[FAULT_VISCOSITY] : "none", &fault->H));
   PetscCall(MatSlipViscositySetTolerance(fault->H, fault->value[FAULT_KRYLOV_TOLERANCE]));
@@ -332,6 +335,7 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   fault->mean_q0 = sum[0] / fault->N;
   fault->mean_dc = sum[1] / fault->N;
   PetscCall(VecScale(fault->uc, sum[2] / fault->N));
+  PetscCall(SlipFaultProgressSetUp(fault, "K^-1 of the strength, the critical state"));
   PetscCall(SlipFaultSolveStiffness(fault, q0, fault->uc));
   PetscCall(VecDot(fault->uc, q0, &fault->critical_energy));
   PetscCall(SlipFaultWeightedSum(fault, fault->uc, &fault->mean_uc));
