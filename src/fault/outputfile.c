@@ -150,25 +150,42 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the fields of an earlier run, cut */
+static PetscErrorCode FieldStorage(SlipFault fault, SlipH5Storage *storage)
+{
+  PetscFunctionBegin;
+  *storage = (SlipH5Storage){.deflate = (PetscInt)fault->value[FAULT_OUTPUT_COMPRESSION]};
+  PetscCall(PetscStrcmp(fault->text[FAULT_OUTPUT_PRECISION], "single", &storage->single));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: the fields of an earlier run, cut; they go on as they are stored */
 static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
 {
   SlipH5 *h = SlipOutputFile(out->run);
+  const char *prefix = SlipFaultPrefix(out->fault);
+  SlipH5Storage storage, stored;
   PetscInt found, wanted = 1;
   char path[64];
 
   PetscFunctionBegin;
+  PetscCall(FieldStorage(out->fault, &storage));
   PetscCall(SlipH5SetRows(h, "/fields/time", out->nfields));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;
     wanted++;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
     PetscCall(SlipH5SetRows(h, path, out->nfields));
+    PetscCall(SlipH5GetStorage(h, path, &stored));
+    PetscCheck(stored.single == storage.single && stored.deflate == storage.deflate, PETSC_COMM_SELF,
+               PETSC_ERR_FILE_UNEXPECTED,
+               "%s in %s is stored otherwise: expected -%sfault_output_precision %s -%sfault_output_compression "
+               "%" PetscInt_FMT ", or another -%sfault_output",
+               path, h->name, prefix, stored.single ? "single" : "double", prefix, stored.deflate, prefix);
   }
   PetscCall(SlipH5CountMembers(h, "/fields", &found));
   PetscCheck(found == wanted, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "/fields in %s has other datasets than the %" PetscInt_FMT " that -%sfault_output_fields names", h->name,
-             wanted - 1, SlipFaultPrefix(out->fault));
+             wanted - 1, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,14 +195,16 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   SlipFault fault = out->fault;
   SlipH5 *h = SlipOutputFile(out->run);
   PetscInt dims[2], ndim = FieldShape(fault, dims);
+  SlipH5Storage storage;
   char path[64];
 
   PetscFunctionBegin;
+  PetscCall(FieldStorage(fault, &storage));
   PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5CreateSeries(h, path, ndim, dims, PETSC_FALSE, OutputFields[f].unit));
+    PetscCall(SlipH5CreateStoredSeries(h, path, ndim, dims, &storage, OutputFields[f].unit));
   }
   PetscCall(SlipFaultOutputAxes(out));
   PetscFunctionReturn(PETSC_SUCCESS);
