@@ -195,6 +195,22 @@ PetscErrorCode SlipFaultStationsLayout(SlipFaultOutput out)
 
 /* ---- their rows ---- */
 
+/* Collective, also for /fields. The traction is the static one of the state, which the next step starts from: where a cell has just come to rest it does not contain the
+   impulse that stopped it. Computed once for a state. */
+PetscErrorCode SlipFaultOutputTraction(SlipFaultOutput out, PetscReal time, Vec w)
+{
+  SlipFaultMoment *known = &out->traction_moment, now;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectGetId((PetscObject)w, &now.id));
+  PetscCall(PetscObjectStateGet((PetscObject)w, &now.state));
+  if (out->traction && now.id == known->id && now.state == known->state) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!out->traction) PetscCall(VecDuplicate(out->fault->uc, &out->traction));
+  PetscCall(SlipConstraintInitialReaction(out->fault->con, time, w, out->traction));
+  *known = now;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The start, which slip counts from */
 PetscErrorCode SlipFaultStationsStart(SlipFaultOutput out, PetscReal time, Vec w)
 {
