@@ -7,7 +7,11 @@ PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
 
   PetscFunctionBegin;
   if (!out) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipOutputDestroy(&out->run));
+  if (out->run) { /* it did not finish */
+    PetscCall(SlipOutputDestroy(&out->run));
+    PetscCall(SlipFaultXdmfFlushed(out, PETSC_TRUE));
+  }
+  PetscCall(PetscFree(out->xdmf.time));
   PetscCall(VecScatterDestroy(&out->gather_w));
   PetscCall(VecScatterDestroy(&out->gather_r));
   PetscCall(VecDestroy(&out->w0));
@@ -241,6 +245,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   PetscCall(SlipOutputAddResult(run, "mean_slip", "final mean slip", "m", obs.mean_slip));
   PetscCall(SlipFaultRunErrorReport(fault, ts, run, obs.mean_slip));
   PetscCall(SlipOutputFinish(&run, wall_setup, wall_solve));
+  if (out && !out->rank) PetscCall(SlipFaultXdmfFinish(out));
   PetscCall(SlipFaultOutputDestroy(&fault->output));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

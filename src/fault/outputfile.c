@@ -41,6 +41,15 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
 
 static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx);
 
+static PetscErrorCode SlipFaultOutputFlushed(SlipOutput run, void *ctx)
+{
+  SlipFaultOutput out = ((SlipFault)ctx)->output;
+
+  PetscFunctionBegin;
+  if (out && out->run == run) PetscCall(SlipFaultXdmfFlushed(out, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: which fields -fault_output_fields names, and the output of the run. */
 PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
 {
@@ -49,6 +58,7 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   int n;
 
   PetscFunctionBegin;
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) out->name[f] = OutputFields[f].name;
   PetscCall(PetscStrToArray(fault->text[FAULT_OUTPUT_FIELDS], ',', &n, &names));
   for (int i = 0; i < n; i++) {
     PetscBool same = PETSC_FALSE;
@@ -67,6 +77,7 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   PetscCall(SlipOutputSetOption(out->run, SlipFaultPrefix(fault), "fault_output", fault->output_overwrite));
   out->run->kind.restart = "fault_restart";
   out->run->layout = SlipFaultOutputLayout;
+  out->run->flushed = SlipFaultOutputFlushed;
   out->run->moving_only = PETSC_TRUE; /* for friction_power: a product with K less for each row */
   PetscCall(SlipOutputAddRun(out->run, "stiffness_scaling_factor", fault->scaling));
   PetscCall(SlipOutputAddRun(out->run, "time_scale", fault->tstar));
@@ -223,6 +234,7 @@ static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
   (void)run;
   if (!out->rank) ierr = out->resumed ? SlipFaultOutputCut(out) : SlipFaultOutputCreateFields(out);
   if (!out->rank && !ierr) ierr = SlipFaultStationsLayout(out);
+  if (!out->rank && !ierr) ierr = SlipFaultXdmfLayout(out);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   if (out->resumed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->uc, &x));
@@ -255,6 +267,7 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
     PetscCall(VecScatterEnd(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   }
   if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
+  if (!out->rank && !ierr) ierr = SlipFaultXdmfAdd(out, time);
   out->nfields++;
   PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->fault->comm, ierr));

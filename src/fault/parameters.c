@@ -386,10 +386,16 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 
   Options Database Keys:
 + -fault_<name> <value>           - -help lists them with unit and default
+. -fault_progress <yes>           - print how far a run is
+. -fault_output_xdmf <yes>        - write FILE.xdmf beside FILE of -fault_output
 . -fault_view                     - print all of them after set-up, and the operators with their memory
 - -fault_stiffness_view <viewer>  - write K after scaling, for example to binary:K.bin
 
   Level: beginner
+
+  Note:
+  Only a fault that has read its options prints lines of progress (-fault_progress) and writes an XDMF file beside its output
+  (-fault_output_xdmf).
 
   Errors: PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_UNKNOWN_TYPE, naming the option and what was
   expected, for a value that is no number, out of bounds, missing or not one of the choices
@@ -406,6 +412,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_check_error"));
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_progress"));
+  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_output_xdmf"));
   PetscCall(PetscSNPrintf(start, sizeof(start), "%sfault_start_", prefix));
   PetscCall(SlipCheckLinearOptions(fault->comm, options, start));
   PetscObjectOptionsBegin((PetscObject)fault);
@@ -420,6 +427,10 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscCall(PetscOptionsBool("-fault_output_overwrite",
                              "Throw the rows of an unfinished FILE.part of -fault_output away (default no)",
                              "SlipFaultOutputStart", fault->output_overwrite, &fault->output_overwrite, NULL));
+  fault->output_xdmf = PETSC_TRUE;
+  PetscCall(PetscOptionsBool("-fault_output_xdmf",
+                             "Write FILE.xdmf beside FILE of -fault_output, for ParaView's XDMF Reader (default yes)",
+                             "SlipFaultOutputStart", fault->output_xdmf, &fault->output_xdmf, NULL));
   fault->progress.wanted = PETSC_TRUE;
   PetscCall(PetscOptionsBool("-fault_progress",
                              "Print how far the run is, every few seconds on a terminal, else once a minute, and what "
@@ -451,7 +462,8 @@ PetscErrorCode SlipFaultDeclareOptions(void)
   static char names[2048];
 
   PetscFunctionBegin;
-  PetscCall(PetscStrncpy(names, "check_error view stiffness_view output_overwrite progress start_ksp_* start_pc_*",
+  PetscCall(PetscStrncpy(names,
+                         "check_error view stiffness_view output_overwrite output_xdmf progress start_ksp_* start_pc_*",
                          sizeof(names)));
   for (PetscInt i = 0; i < FAULT_NUM_REALS + FAULT_NUM_STRINGS; i++) {
     PetscCall(PetscStrlcat(names, " ", sizeof(names)));

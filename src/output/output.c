@@ -123,6 +123,7 @@ static PetscErrorCode SlipOutputFlush(SlipOutput out)
   if (!out->policy_known) PetscCall(SlipOutputPolicy(out));
   PetscCall(SlipOutputWall(out));
   PetscCall(SlipH5Flush(&out->file));
+  if (out->flushed) PetscCall((*out->flushed)(out, out->ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -354,6 +354,17 @@ typedef struct {
   PetscReal *row;  /* [5 n] */
 } SlipFaultStations;
 
+/* xdmf.c: what makes the output open in ParaView; rank 0 */
+typedef struct {
+  PetscBool wanted;
+  char target[PETSC_MAX_PATH_LEN]; /* the output's final name */
+  PetscInt n, size;                /* entries of /fields, room for */
+  PetscReal *time;                 /* theirs [s] */
+  PetscInt written;                /* entries in the file */
+  int failed;                      /* errno of the last attempt to write it, or 0 */
+  PetscLogDouble last, cost;       /* when that was, and how long it took [s] */
+} SlipFaultXdmf;
+
 /* outputwhen.c: what decides about the next entry of /fields */
 typedef struct {
   PetscBool known;      /* there was an entry, or a checkpoint that remembers it */
@@ -368,15 +379,17 @@ struct _n_SlipFaultOutput {
   PetscMPIInt rank;
   SlipOutput run; /* the file, /run, /steps, /series, /result and the summary */
   PetscBool wanted[OUTPUT_NUM_FIELDS];
-  PetscBool resumed, started; /* goes on in the file of an earlier run; TSSolve() has said where it starts */
-  PetscInt nfields;           /* entries of /fields */
-  PetscInt last_field_step;   /* step of the newest of them */
-  Vec w0, r0;                 /* state and reaction gathered on rank 0 */
+  const char *name[OUTPUT_NUM_FIELDS]; /* of the fields */
+  PetscBool resumed, started;          /* goes on in the file of an earlier run; TSSolve() has said where it starts */
+  PetscInt nfields;                    /* entries of /fields */
+  PetscInt last_field_step;            /* step of the newest of them */
+  Vec w0, r0;                          /* state and reaction gathered on rank 0 */
   Vec traction;
   SlipFaultMoment traction_moment; /* of the state that traction is of */
   VecScatter gather_w, gather_r;
   SlipFaultStations stations;
   SlipFaultWhen when;
+  SlipFaultXdmf xdmf;
 };
 
 PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, no file as yet */
@@ -390,6 +403,13 @@ PETSC_EXTERN PetscErrorCode SlipFaultStationsLayout(SlipFaultOutput out); /* ran
 PETSC_EXTERN PetscErrorCode SlipFaultStationsStart(SlipFaultOutput out, PetscReal time, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultStationsRow(SlipFaultOutput out, PetscReal time, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultStationsDestroy(SlipFaultOutput out);
+
+/* Rank 0: what the output needs for it, before it is live; an entry; the output is flushed, for the last time or not; the
+   output has its final name */
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out);
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfAdd(SlipFaultOutput out, PetscReal time);
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfFlushed(SlipFaultOutput out, PetscBool last);
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfFinish(SlipFaultOutput out);
 
 PETSC_EXTERN PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscReal time, Vec w,

@@ -39,8 +39,9 @@ struct _n_SlipOutput {
   PetscMPIInt rank;
   PetscBool wanted, begun; /* there is to be a file; it is there */
   char name[PETSC_MAX_PATH_LEN], prefix[SLIP_OUTPUT_NAME], option[SLIP_OUTPUT_NAME], restart[SLIP_OUTPUT_NAME];
-  SlipH5Kind kind;                                        /* with those strings */
-  PetscErrorCode (*layout)(SlipOutput output, void *ctx); /* collective: what the problem adds to a new file */
+  SlipH5Kind kind;                                         /* with those strings */
+  PetscErrorCode (*layout)(SlipOutput output, void *ctx);  /* collective: what the problem adds to a new file */
+  PetscErrorCode (*flushed)(SlipOutput output, void *ctx); /* rank 0, or NULL: what is done when the file was flushed */
   PetscBool moving_only; /* the rows of series use the reaction only where something moves */
   PetscBool resumed;     /* the file is that of an earlier run, cut to these rows */
   PetscInt resume_steps, resume_series;
