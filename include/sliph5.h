@@ -33,6 +33,13 @@ typedef struct {
   PetscInt stride;
 } SlipH5Rows;
 
+/* How the numbers of a series are stored */
+typedef struct {
+  PetscBool integer; /* 64-bit integers instead of doubles */
+  PetscBool single;  /* single precision instead of doubles */
+  PetscInt deflate;  /* level of compression, 1 to 9, with bytes shuffled; 0: none */
+} SlipH5Storage;
+
 PETSC_EXTERN PetscErrorCode SlipH5OpenRead(const char file[],
                                            SlipH5 *h); /* PETSC_ERR_FILE_OPEN: missing, truncated or not HDF5 */
 /* Likewise, and errors name the option that named the file: its prefix, or NULL, and its name without dash. */
@@ -99,6 +106,9 @@ PETSC_EXTERN PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], 
    PetscReal. ndim counts the fixed dimensions (0: a scalar a row). */
 PETSC_EXTERN PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
                                                PetscBool integer, const char units[]);
+PETSC_EXTERN PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
+                                                     const SlipH5Storage *storage, const char units[]);
+PETSC_EXTERN PetscErrorCode SlipH5GetStorage(SlipH5 *h, const char path[], SlipH5Storage *storage);
 PETSC_EXTERN PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[]);
 PETSC_EXTERN PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[], PetscInt rows);
 PETSC_EXTERN PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows); /* fewer than there are */

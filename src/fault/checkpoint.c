@@ -119,9 +119,10 @@ static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
    cell by cell. */
 static PetscBool MayChange(PetscInt id)
 {
-  static const SlipFaultRealId free_ones[] = {FAULT_OUTPUT_INTERVAL,       FAULT_KRYLOV_TOLERANCE, FAULT_RATE_TOLERANCE,
-                                              FAULT_CHECKPOINT_INTERVAL,   FAULT_RESTART_DT,       FAULT_WALL_LIMIT,
-                                              FAULT_NORMAL_STRESS_GRADIENT};
+  static const SlipFaultRealId free_ones[] = {
+    FAULT_OUTPUT_INTERVAL,    FAULT_OUTPUT_SLIP_INTERVAL, FAULT_OUTPUT_TIME_INTERVAL,  FAULT_OUTPUT_RATE_CHANGE,
+    FAULT_OUTPUT_COMPRESSION, FAULT_KRYLOV_TOLERANCE,     FAULT_RATE_TOLERANCE,        FAULT_CHECKPOINT_INTERVAL,
+    FAULT_RESTART_DT,         FAULT_WALL_LIMIT,           FAULT_NORMAL_STRESS_GRADIENT};
 
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(free_ones); i++)
     if (id == (PetscInt)free_ones[i]) return PETSC_TRUE;
@@ -270,6 +271,7 @@ static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
   if (!SlipStateIsLoading(s)) PetscCall(SlipFaultOutputSync(fault, rows));
   PetscCall(SlipStateGroup(s, "output"));
   PetscCall(SlipStateInt(s, "rows", 3, rows));
+  PetscCall(SlipFaultOutputState(fault, s));
   if (SlipStateIsLoading(s)) PetscCall(ResumeOutput(fault, ts, rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

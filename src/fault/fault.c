@@ -30,6 +30,7 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
   f->comm = PetscObjectComm((PetscObject)f);
   f->scaling = 1;
   f->inertia = PETSC_TRUE;
+  f->events = -1;
   for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) f->value[i] = SlipFaultReals[i].value;
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
     PetscCall(PetscStrncpy(f->text[i], SlipFaultStrings[i].value, sizeof(f->text[i])));
@@ -69,6 +70,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
   fault->setup = PETSC_TRUE;
+  PetscCall(SlipFaultProgressSetUpEnd(fault));
   if (fault->viewer) {
     PetscCall(PetscViewerPushFormat(fault->viewer, fault->format));
     PetscCall(SlipFaultView(fault, fault->viewer));

@@ -7,32 +7,54 @@ PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
 
   PetscFunctionBegin;
   if (!out) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipOutputDestroy(&out->run));
+  if (out->run) { /* it did not finish */
+    PetscCall(SlipOutputDestroy(&out->run));
+    PetscCall(SlipFaultXdmfFlushed(out, PETSC_TRUE));
+  }
+  PetscCall(PetscFree(out->xdmf.time));
   PetscCall(VecScatterDestroy(&out->gather_w));
   PetscCall(VecScatterDestroy(&out->gather_r));
   PetscCall(VecDestroy(&out->w0));
   PetscCall(VecDestroy(&out->r0));
   PetscCall(VecDestroy(&out->traction));
+  PetscCall(VecDestroy(&out->when.entry_u));
+  PetscCall(SlipFaultStationsDestroy(out));
   PetscCall(PetscFree(*output));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor: /fields for the start and every n-th step; the start of a run that is continued is in the file. */
+/* What the start is to slip, rates and stations; of a run that goes on, its checkpoint knows */
+static PetscErrorCode SlipFaultOutputBegin(SlipFaultOutput out, PetscReal time, Vec w)
+{
+  PetscFunctionBegin;
+  if (!out->resumed || !out->stations.known) PetscCall(SlipFaultStationsStart(out, time, w));
+  if (!out->resumed || !out->when.known) PetscCall(SlipFaultOutputWasWritten(out, time, w));
+  out->when.time = time;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSMonitor: /fields for the start and the steps after which they are due; the start of a run that is continued is in the
+   file. */
 static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
   SlipFaultOutput out = fault->output;
-  const PetscInt interval = (PetscInt)fault->value[FAULT_OUTPUT_INTERVAL];
-  PetscBool written;
+  PetscBool due;
 
   PetscFunctionBegin;
   (void)ts;
   if (step < 0 || !out) PetscFunctionReturn(PETSC_SUCCESS);
-  written = out->started ? step == out->last_field_step : out->resumed;
-  if (!out->started && out->resumed) out->last_field_step = step - step % interval;
+  if (!out->started) {
+    due = !out->resumed ? PETSC_TRUE : PETSC_FALSE;
+    PetscCall(SlipFaultOutputBegin(out, time, w));
+  } else if (step == out->last_field_step)
+    due = PETSC_FALSE;
+  else
+    PetscCall(SlipFaultOutputIsDue(out, step, time, w, &due));
   out->started = PETSC_TRUE;
-  if (written || step % interval != 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!due) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultOutputFields(out, time, w));
+  PetscCall(SlipFaultOutputWasWritten(out, time, w));
   out->last_field_step = step;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -69,6 +91,11 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(SlipFaultRunErrorStart(fault, ts));
+  PetscCall(SlipFaultProgressStart(fault, ts));
+  PetscCheck(fault->text[FAULT_OUTPUT][0] || !fault->text[FAULT_STATIONS][0], fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_stations %s is written to the output: expected -%sfault_output", SlipFaultPrefix(fault),
+             fault->text[FAULT_STATIONS], SlipFaultPrefix(fault));
+  PetscCall(SlipFaultOutputWhenCheck(fault));
   if (!fault->text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
   PetscCall(PetscNew(&out));
@@ -79,6 +106,8 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   if (!out->rank) ierr = SlipH5CheckCreateKind(&kind, fault->text[FAULT_OUTPUT]);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCall(SlipFaultOutputCreateRun(out, ts));
+  PetscCall(SlipFaultStationsSetUp(out));
+  PetscCall(SlipFaultOutputSize(out, ts));
   PetscCall(SlipFaultCreateState(fault, &w));
   PetscCall(SlipFaultGatherCreate(fault, w, &out->gather_w, &out->w0));
   PetscCall(SlipFaultGatherCreate(fault, fault->uc, &out->gather_r, &out->r0));
@@ -216,6 +245,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   PetscCall(SlipOutputAddResult(run, "mean_slip", "final mean slip", "m", obs.mean_slip));
   PetscCall(SlipFaultRunErrorReport(fault, ts, run, obs.mean_slip));
   PetscCall(SlipOutputFinish(&run, wall_setup, wall_solve));
+  if (out && !out->rank) PetscCall(SlipFaultXdmfFinish(out));
   PetscCall(SlipFaultOutputDestroy(&fault->output));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -28,6 +28,7 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
   PetscFunctionBegin;
   (void)ts;
   PetscCall(SlipFaultLoadAt((SlipFault)ctx, t));
+  PetscCall(SlipFaultStationsRow(((SlipFault)ctx)->output, t, w));
   PetscCall(SlipFaultGetObservables((SlipFault)ctx, w, r, &o));
   {
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
@@ -41,6 +42,15 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
 
 static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx);
 
+static PetscErrorCode SlipFaultOutputFlushed(SlipOutput run, void *ctx)
+{
+  SlipFaultOutput out = ((SlipFault)ctx)->output;
+
+  PetscFunctionBegin;
+  if (out && out->run == run) PetscCall(SlipFaultXdmfFlushed(out, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: which fields -fault_output_fields names, and the output of the run. */
 PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
 {
@@ -49,6 +59,7 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   int n;
 
   PetscFunctionBegin;
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) out->name[f] = OutputFields[f].name;
   PetscCall(PetscStrToArray(fault->text[FAULT_OUTPUT_FIELDS], ',', &n, &names));
   for (int i = 0; i < n; i++) {
     PetscBool same = PETSC_FALSE;
@@ -67,6 +78,7 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   PetscCall(SlipOutputSetOption(out->run, SlipFaultPrefix(fault), "fault_output", fault->output_overwrite));
   out->run->kind.restart = "fault_restart";
   out->run->layout = SlipFaultOutputLayout;
+  out->run->flushed = SlipFaultOutputFlushed;
   out->run->moving_only = PETSC_TRUE; /* for friction_power: a product with K less for each row */
   PetscCall(SlipOutputAddRun(out->run, "stiffness_scaling_factor", fault->scaling));
   PetscCall(SlipOutputAddRun(out->run, "time_scale", fault->tstar));
@@ -150,25 +162,42 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the fields of an earlier run, cut */
+static PetscErrorCode FieldStorage(SlipFault fault, SlipH5Storage *storage)
+{
+  PetscFunctionBegin;
+  *storage = (SlipH5Storage){.deflate = (PetscInt)fault->value[FAULT_OUTPUT_COMPRESSION]};
+  PetscCall(PetscStrcmp(fault->text[FAULT_OUTPUT_PRECISION], "single", &storage->single));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: the fields of an earlier run, cut; they go on as they are stored */
 static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
 {
   SlipH5 *h = SlipOutputFile(out->run);
+  const char *prefix = SlipFaultPrefix(out->fault);
+  SlipH5Storage storage, stored;
   PetscInt found, wanted = 1;
   char path[64];
 
   PetscFunctionBegin;
+  PetscCall(FieldStorage(out->fault, &storage));
   PetscCall(SlipH5SetRows(h, "/fields/time", out->nfields));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;
     wanted++;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
     PetscCall(SlipH5SetRows(h, path, out->nfields));
+    PetscCall(SlipH5GetStorage(h, path, &stored));
+    PetscCheck(stored.single == storage.single && stored.deflate == storage.deflate, PETSC_COMM_SELF,
+               PETSC_ERR_FILE_UNEXPECTED,
+               "%s in %s is stored otherwise: expected -%sfault_output_precision %s -%sfault_output_compression "
+               "%" PetscInt_FMT ", or another -%sfault_output",
+               path, h->name, prefix, stored.single ? "single" : "double", prefix, stored.deflate, prefix);
   }
   PetscCall(SlipH5CountMembers(h, "/fields", &found));
   PetscCheck(found == wanted, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "/fields in %s has other datasets than the %" PetscInt_FMT " that -%sfault_output_fields names", h->name,
-             wanted - 1, SlipFaultPrefix(out->fault));
+             wanted - 1, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,14 +207,16 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   SlipFault fault = out->fault;
   SlipH5 *h = SlipOutputFile(out->run);
   PetscInt dims[2], ndim = FieldShape(fault, dims);
+  SlipH5Storage storage;
   char path[64];
 
   PetscFunctionBegin;
+  PetscCall(FieldStorage(fault, &storage));
   PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5CreateSeries(h, path, ndim, dims, PETSC_FALSE, OutputFields[f].unit));
+    PetscCall(SlipH5CreateStoredSeries(h, path, ndim, dims, &storage, OutputFields[f].unit));
   }
   PetscCall(SlipFaultOutputAxes(out));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -203,6 +234,8 @@ static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
   PetscFunctionBegin;
   (void)run;
   if (!out->rank) ierr = out->resumed ? SlipFaultOutputCut(out) : SlipFaultOutputCreateFields(out);
+  if (!out->rank && !ierr) ierr = SlipFaultStationsLayout(out);
+  if (!out->rank && !ierr) ierr = SlipFaultXdmfLayout(out);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   if (out->resumed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->uc, &x));
@@ -219,8 +252,7 @@ static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: an entry of /fields. The traction is the static one of the state, which the next step starts from: where a
-   cell has just come to rest it does not contain the impulse that stopped it. */
+/* Collective: an entry of /fields */
 PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -231,12 +263,12 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
   PetscCall(VecScatterBegin(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   if (out->wanted[OUTPUT_TRACTION]) {
-    if (!out->traction) PetscCall(VecDuplicate(out->fault->uc, &out->traction));
-    PetscCall(SlipConstraintInitialReaction(out->fault->con, time, w, out->traction));
+    PetscCall(SlipFaultOutputTraction(out, time, w));
     PetscCall(VecScatterBegin(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   }
   if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
+  if (!out->rank && !ierr) ierr = SlipFaultXdmfAdd(out, time);
   out->nfields++;
   PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->fault->comm, ierr));

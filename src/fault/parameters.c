@@ -53,6 +53,15 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                             "Slip rate that the observation \"velocity\" is measured in"},
   [FAULT_OUTPUT_INTERVAL] = {"output_interval", 1, "steps", 1, NONE, SHUT, WHOLE,
                              "Accepted steps from one entry of /fields to the next"},
+  [FAULT_OUTPUT_SLIP_INTERVAL] = {"output_slip_interval", 0, "m", 0, NONE, SHUT, REAL,
+                                  "An entry of /fields when some cell has slipped by that since the last; 0: not so"},
+  [FAULT_OUTPUT_TIME_INTERVAL] = {"output_time_interval", 0, "s", 0, NONE, SHUT, REAL,
+                                  "An entry of /fields at the first step at or after each multiple; 0: not so"},
+  [FAULT_OUTPUT_RATE_CHANGE] = {"output_rate_change", 0, "", 0, NONE, SHUT, REAL,
+                                "An entry of /fields when the largest slip rate has grown or fallen by this factor "
+                                "since the last; 0: not so"},
+  [FAULT_OUTPUT_COMPRESSION] = {"output_compression", 0, "", 0, 10, SHUT, WHOLE,
+                                "Level of deflate, with bytes shuffled, that /fields is compressed by; 0: not at all"},
   [FAULT_HMAT_TOLERANCE] = {"hmat_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
                             "Relative error of the low-rank blocks of -fault_operator hmat"},
   [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
@@ -98,6 +107,10 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
   [FAULT_OUTPUT_FIELDS] = {"output_fields", "slip_rate,slip,displacement,traction", NULL,
                            "Fields to write, separated by commas"},
+  [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Numbers of /fields in the output"},
+  [FAULT_STATIONS] = {"stations", "", NULL,
+                      "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, whose cells are written to /stations of "
+                      "-fault_output at every accepted step"},
   [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart"},
   [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to go on from"},
 };
@@ -152,7 +165,7 @@ static PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipFaultReal *p
 /*@C
   SlipFaultSetReal - set a scalar parameter of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except velocity_scale and output_interval).
+  Logically collective; before SlipFaultSetUp() only (except velocity_scale and output_*).
 
   Input Parameters:
 + fault - the fault
@@ -172,10 +185,12 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
-  PetscCheck(!fault->setup || id == FAULT_VELOCITY_SCALE || id == FAULT_OUTPUT_INTERVAL, fault->comm,
-             PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
+  PetscCheck(!fault->setup || id == FAULT_VELOCITY_SCALE ||
+               (id >= FAULT_OUTPUT_INTERVAL && id <= FAULT_OUTPUT_COMPRESSION),
+             fault->comm, PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
   PetscCall(SlipFaultCheckReal(fault, &SlipFaultReals[id], value));
   fault->value[id] = value;
+  if (id == FAULT_OUTPUT_INTERVAL) fault->interval_given = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -247,7 +262,7 @@ static PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char 
 /*@C
   SlipFaultSetString - set a named choice or a file name of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except output and output_fields).
+  Logically collective; before SlipFaultSetUp() only (except output, output_* and stations).
 
   Input Parameters:
 + fault - the fault
@@ -270,7 +285,7 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
 
     PetscCall(PetscStrcmp(name, p->name, &same));
     if (!same) continue;
-    PetscCheck(!fault->setup || i == FAULT_OUTPUT || i == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
+    PetscCheck(!fault->setup || (i >= FAULT_OUTPUT && i <= FAULT_STATIONS), fault->comm, PETSC_ERR_ARG_WRONGSTATE,
                "%s must be set before SlipFaultSetUp()", name);
     if (p->choices) {
       char list[256];
@@ -350,6 +365,7 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
              "-%s%s has no value, expected %s", SlipFaultPrefix(fault), option + 1,
              p->choices              ? list
              : id == FAULT_CACHE_DIR ? "the name of an existing directory"
+             : id == FAULT_STATIONS  ? "points \"x,z;x,z\" in m"
                                      : "the name of a file");
   if (set) PetscCall(SlipFaultSetString(fault, p->name, value));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -387,10 +403,16 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 
   Options Database Keys:
 + -fault_<name> <value>           - -help lists them with unit and default
+. -fault_progress <yes>           - print how far a run is
+. -fault_output_xdmf <yes>        - write FILE.xdmf beside FILE of -fault_output
 . -fault_view                     - print all of them after set-up, and the operators with their memory
 - -fault_stiffness_view <viewer>  - write K after scaling, for example to binary:K.bin
 
   Level: beginner
+
+  Note:
+  Only a fault that has read its options prints lines of progress (-fault_progress) and writes an XDMF file beside its output
+  (-fault_output_xdmf).
 
   Errors: PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_UNKNOWN_TYPE, naming the option and what was
   expected, for a value that is no number, out of bounds, missing or not one of the choices
@@ -408,6 +430,8 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_check_error"));
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_inertia"));
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_initial_unstable"));
+  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_progress"));
+  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_output_xdmf"));
   PetscCall(PetscSNPrintf(start, sizeof(start), "%sfault_start_", prefix));
   PetscCall(SlipCheckLinearOptions(fault->comm, options, start));
   PetscObjectOptionsBegin((PetscObject)fault);
@@ -429,6 +453,15 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscCall(PetscOptionsBool("-fault_output_overwrite",
                              "Throw the rows of an unfinished FILE.part of -fault_output away (default no)",
                              "SlipFaultOutputStart", fault->output_overwrite, &fault->output_overwrite, NULL));
+  fault->output_xdmf = PETSC_TRUE;
+  PetscCall(PetscOptionsBool("-fault_output_xdmf",
+                             "Write FILE.xdmf beside FILE of -fault_output, for ParaView's XDMF Reader (default yes)",
+                             "SlipFaultOutputStart", fault->output_xdmf, &fault->output_xdmf, NULL));
+  fault->progress.wanted = PETSC_TRUE;
+  PetscCall(PetscOptionsBool("-fault_progress",
+                             "Print how far the run is, every few seconds on a terminal, else once a minute, and what "
+                             "a long set-up does (default yes)",
+                             "SlipFaultOutputStart", fault->progress.wanted, &fault->progress.wanted, NULL));
   PetscCall(SlipFaultWarnOfGrid(fault));
   PetscCall(PetscViewerDestroy(&fault->viewer));
   PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",
@@ -455,9 +488,10 @@ PetscErrorCode SlipFaultDeclareOptions(void)
   static char names[2048];
 
   PetscFunctionBegin;
-  PetscCall(PetscStrncpy(
-    names, "check_error inertia initial_unstable view stiffness_view output_overwrite start_ksp_* start_pc_*",
-    sizeof(names)));
+  PetscCall(PetscStrncpy(names,
+                         "check_error inertia initial_unstable view stiffness_view output_overwrite output_xdmf progress "
+                         "start_ksp_* start_pc_*",
+                         sizeof(names)));
   for (PetscInt i = 0; i < FAULT_NUM_REALS + FAULT_NUM_STRINGS; i++) {
     PetscCall(PetscStrlcat(names, " ", sizeof(names)));
     PetscCall(PetscStrlcat(

@@ -270,6 +270,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "traction", &traction));
   PetscCall(PetscStrcmp(fault->text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
   fault->has_critical = !traction || scaled ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipFaultProgressSetUp(fault, "stiffness K"));
   if (fault->text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));
   else
@@ -285,9 +286,13 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(SlipFaultFillVec(fault, FIELD_LOADING_RATE, PETSC_FALSE, fault->vinf));
   PetscCall(SlipFaultFillVec(fault, FIELD_NORMAL_STRESS, PETSC_TRUE, fault->work[0]));
   PetscCall(VecZeroEntries(fault->uc));
-  if (fault->has_critical) PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->uc));
+  if (fault->has_critical) {
+    PetscCall(SlipFaultProgressSetUp(fault, "K^-1 of the normal stress"));
+    PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->uc));
+  }
   if (fault->loads.shears) PetscCall(VecDuplicate(fault->uc, &fault->loads.shear));
   PetscCall(SlipFaultViewStiffness(fault));
+  PetscCall(SlipFaultProgressSetUp(fault, "viscosity H"));
   PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "radiation", &radiation));
   if (radiation) /* G/(2 cs), cs = sqrt(G/rho) */
     PetscCall(MatCreateSlipRadiation(
@@ -352,6 +357,7 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   fault->mean_drop = sum[3] / fault->N;
   if (!fault->has_critical) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecScale(fault->uc, sum[2] / fault->N));
+  PetscCall(SlipFaultProgressSetUp(fault, "K^-1 of the strength, the critical state"));
   PetscCall(SlipFaultSolveStiffness(fault, q0, fault->uc));
   PetscCall(VecDot(fault->uc, q0, &fault->critical_energy));
   PetscCall(SlipFaultWeightedSum(fault, fault->uc, &fault->mean_uc));

@@ -69,6 +69,23 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipOutputAddTable(SlipOutput out, const char group[], PetscInt n, const SlipOutputColumn column[])
+{
+  PetscFunctionBegin;
+  PetscCall(PetscRealloc((size_t)(out->nmore + 1) * sizeof(*out->more), &out->more));
+  PetscCall(
+    SlipTableCreate(&out->more[out->nmore], &out->file, group, n, column, out->resumed ? out->resume_series : -1));
+  out->nmore++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipOutputAddRow(SlipOutput out, PetscInt k, const PetscReal row[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipTableAdd(&out->more[k], &out->file, row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Rank 0: the rows before an error that ends the program */
 static PetscErrorCode SlipOutputLast(void *ctx)
 {
@@ -77,6 +94,7 @@ static PetscErrorCode SlipOutputLast(void *ctx)
   PetscFunctionBegin;
   PetscCall(SlipTableFlush(&out->steps, &out->file));
   PetscCall(SlipTableFlush(&out->series, &out->file));
+  for (PetscInt k = 0; k < out->nmore; k++) PetscCall(SlipTableFlush(&out->more[k], &out->file));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -105,6 +123,7 @@ static PetscErrorCode SlipOutputFlush(SlipOutput out)
   if (!out->policy_known) PetscCall(SlipOutputPolicy(out));
   PetscCall(SlipOutputWall(out));
   PetscCall(SlipH5Flush(&out->file));
+  if (out->flushed) PetscCall((*out->flushed)(out, out->ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -547,6 +566,7 @@ PetscErrorCode SlipOutputDestroy(SlipOutput *output)
   }
   if (out->wanted) PetscCall(SlipErrorBcast(out->comm, ierr));
   PetscCall(VecDestroy(&out->reaction));
+  PetscCall(PetscFree(out->more));
   PetscCall(PetscContainerSetPointer(out->box, NULL)); /* the TS, if it is still there, keeps the box */
   PetscCall(PetscContainerDestroy(&out->box));
   PetscCall(PetscFree(*output));

@@ -12,7 +12,7 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
   PetscFunctionBegin;
   PetscCheck(ncolumns <= SLIP_TABLE_COLUMNS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "%" PetscInt_FMT " columns in %s, expected at most %d", ncolumns, group, SLIP_TABLE_COLUMNS);
-  t->group = group;
+  PetscCall(PetscStrncpy(t->group, group, sizeof(t->group)));
   t->ncolumns = ncolumns;
   t->nrows = 0;
   t->written = PetscMax(rows, 0);

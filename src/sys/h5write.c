@@ -6,6 +6,7 @@
 #define SLIP_H5_MAX_DIM 4
 #define SLIP_H5_CHUNK 65536   /* size of a series' chunk aimed at [bytes] */
 #define SLIP_H5_MAX_CHUNK 256 /* rows a chunk has at most */
+#define SLIP_H5_CACHE 1048576 /* size of what HDF5 keeps of a dataset's chunks unless told otherwise [bytes] */
 
 /* Intermediate groups are made on the way. */
 static hid_t SlipH5Dataset(SlipH5 *h, const char path[], hid_t type, hid_t space, hid_t dcpl)
@@ -261,6 +262,72 @@ PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char at
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+  The shape of a series' chunks, whose fixed dimensions are in chunk already; size: of a number [bytes].
+
+  A chunk that is compressed has one row, so that it is written once: another row in it would compress to another size
+  and move it, and what it leaves is lost to a file that is read while it grows. Nor is it larger than HDF5's cache,
+  for readers of a part.
+*/
+static void SlipH5Chunk(PetscInt ndim, const SlipH5Storage *storage, hsize_t size, hsize_t chunk[])
+{
+  hsize_t row = size, least;
+
+  for (PetscInt d = 1; d <= ndim; d++) row *= chunk[d];
+  chunk[0] = storage->deflate ? 1 : PetscMax(1, PetscMin(SLIP_H5_MAX_CHUNK, SLIP_H5_CHUNK / row));
+  if (!storage->deflate || !ndim || row <= SLIP_H5_CACHE) return;
+  least = row / chunk[1];
+  chunk[1] = PetscMax(1, SLIP_H5_CACHE / least);
+}
+
+/*@C
+  SlipH5CreateStoredSeries - SlipH5CreateSeries() with a choice of how numbers are stored
+
+  Not collective.
+
+  Input Parameters:
++ h, path, ndim, dims, units - as of SlipH5CreateSeries()
+- storage                    - their type, and whether they are compressed
+
+  Level: developer
+
+  Errors: those of SlipH5CreateSeries(), and PETSC_ERR_SUP when this HDF5 cannot compress
+
+.seealso: SlipH5CreateSeries(), SlipH5GetStorage()
+@*/
+PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
+                                        const SlipH5Storage *storage, const char units[])
+{
+  const hid_t type = storage->integer ? H5T_STD_I64LE : storage->single ? H5T_IEEE_F32LE : H5T_IEEE_F64LE;
+  hsize_t shape[SLIP_H5_MAX_DIM] = {0}, limit[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], row = 1;
+  hid_t space, dcpl, set;
+
+  PetscFunctionBegin;
+  PetscCheck(ndim >= 0 && ndim < SLIP_H5_MAX_DIM, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "%" PetscInt_FMT " fixed dimensions, expected 0 to %d", ndim, SLIP_H5_MAX_DIM - 1);
+  for (PetscInt d = 0; d < ndim; d++) row *= shape[d + 1] = limit[d + 1] = chunk[d + 1] = (hsize_t)dims[d];
+  PetscCheck(row > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "a fixed dimension of %s is zero", path);
+  PetscCheck(!storage->deflate || H5Zfilter_avail(H5Z_FILTER_DEFLATE) > 0, PETSC_COMM_SELF, PETSC_ERR_SUP,
+             "%s cannot be compressed: this HDF5 has no zlib", path);
+  limit[0] = H5S_UNLIMITED;
+  SlipH5Chunk(ndim, storage, H5Tget_size(type), chunk);
+  space = H5Screate_simple((int)ndim + 1, shape, limit);
+  dcpl = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_chunk(dcpl, (int)ndim + 1, chunk);
+  if (storage->deflate) {
+    H5Pset_shuffle(dcpl);
+    H5Pset_deflate(dcpl, (unsigned)storage->deflate);
+  }
+  set = SlipH5Dataset(h, path, type, space, dcpl);
+  H5Pclose(dcpl);
+  H5Sclose(space);
+  PetscCheck(set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot create dataset %s in %s", path, h->name);
+  PetscCheck(H5Dclose(set) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot create dataset %s in %s", path,
+             h->name);
+  if (units) PetscCall(SlipH5WriteAttrString(h, path, "units", units));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipH5CreateSeries - create a dataset whose first dimension grows with SlipH5Append()
 
@@ -279,31 +346,58 @@ PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char at
   Errors: PETSC_ERR_ARG_OUTOFRANGE for another number of dimensions or an empty one, PETSC_ERR_FILE_WRITE when the path
   exists or cannot be written
 
-.seealso: SlipH5Append()
+.seealso: SlipH5Append(), SlipH5CreateStoredSeries()
 @*/
 PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], PetscBool integer,
                                   const char units[])
 {
-  hsize_t shape[SLIP_H5_MAX_DIM] = {0}, limit[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], row = 8;
-  hid_t space, dcpl, set;
+  const SlipH5Storage storage = {.integer = integer};
 
   PetscFunctionBegin;
-  PetscCheck(ndim >= 0 && ndim < SLIP_H5_MAX_DIM, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "%" PetscInt_FMT " fixed dimensions, expected 0 to %d", ndim, SLIP_H5_MAX_DIM - 1);
-  for (PetscInt d = 0; d < ndim; d++) row *= shape[d + 1] = limit[d + 1] = chunk[d + 1] = (hsize_t)dims[d];
-  PetscCheck(row > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "a fixed dimension of %s is zero", path);
-  limit[0] = H5S_UNLIMITED;
-  chunk[0] = PetscMax(1, PetscMin(SLIP_H5_MAX_CHUNK, SLIP_H5_CHUNK / row));
-  space = H5Screate_simple((int)ndim + 1, shape, limit);
-  dcpl = H5Pcreate(H5P_DATASET_CREATE);
-  H5Pset_chunk(dcpl, (int)ndim + 1, chunk);
-  set = SlipH5Dataset(h, path, integer ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, dcpl);
+  PetscCall(SlipH5CreateStoredSeries(h, path, ndim, dims, &storage, units));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5GetStorage - how the numbers of a dataset are stored
+
+  Not collective.
+
+  Input Parameters:
++ h    - file
+- path - the dataset
+
+  Output Parameter:
+. storage - as of SlipH5CreateStoredSeries()
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED when there is no such dataset
+
+.seealso: SlipH5CreateStoredSeries()
+@*/
+PetscErrorCode SlipH5GetStorage(SlipH5 *h, const char path[], SlipH5Storage *storage)
+{
+  const hid_t set = H5Dopen2(h->id, path, H5P_DEFAULT);
+  unsigned level[1] = {0}, flags;
+  size_t n = 1;
+  hid_t type, dcpl;
+
+  PetscFunctionBegin;
+  PetscCheck(set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has no dataset %s%s", h->name, path, h->source);
+  type = H5Dget_type(set);
+  dcpl = H5Dget_create_plist(set);
+  storage->integer = H5Tget_class(type) == H5T_INTEGER ? PETSC_TRUE : PETSC_FALSE;
+  storage->single = !storage->integer && H5Tget_size(type) == sizeof(float) ? PETSC_TRUE : PETSC_FALSE;
+  for (int i = 0; i < H5Pget_nfilters(dcpl); i++) {
+    n = 1;
+    if (H5Pget_filter2(dcpl, (unsigned)i, &flags, &n, level, 0, NULL, NULL) == H5Z_FILTER_DEFLATE) break;
+    level[0] = 0;
+  }
+  storage->deflate = (PetscInt)level[0];
   H5Pclose(dcpl);
-  H5Sclose(space);
-  PetscCheck(set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot create dataset %s in %s", path, h->name);
-  PetscCheck(H5Dclose(set) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot create dataset %s in %s", path,
-             h->name);
-  if (units) PetscCall(SlipH5WriteAttrString(h, path, "units", units));
+  H5Tclose(type);
+  H5Dclose(set);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -383,16 +477,18 @@ PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[],
   PetscFunctionBegin;
   if (rows <= 0) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < n; i++) {
-    hsize_t bytes = sizeof(PetscReal), chunks;
+    hsize_t bytes = sizeof(PetscReal), chunks, parts = 1;
 
     PetscCall(SlipH5OpenSeries(h, series[i].path, &set, &rank, shape, chunk));
     H5Dclose(set);
     for (int d = 0; d < rank; d++) bytes *= chunk[d];
+    for (int d = 1; d < rank; d++) parts *= (shape[d] + chunk[d] - 1) / chunk[d];
     chunks = (shape[0] + (hsize_t)rows + chunk[0] - 1) / chunk[0] - (shape[0] + chunk[0] - 1) / chunk[0];
-    /* and for the index, whose blocks grow as the square root of the number of chunks */
+    /* and for the index, whose blocks grow as the square root of the number of chunks; what is compressed never takes
+       more, as HDF5 leaves chunks alone that it would make larger */
     if (chunks)
-      room +=
-        (PetscInt64)(chunks * (bytes + 64)) + 512 + 64 * (PetscInt64)PetscSqrtReal((PetscReal)(shape[0] / chunk[0]));
+      room += (PetscInt64)(chunks * parts * (bytes + 64)) + 512 +
+              64 * (PetscInt64)PetscSqrtReal((PetscReal)(parts * (shape[0] / chunk[0])));
     if (!i) row = shape[0];
   }
   reason = SlipH5MakeRoom(h, room);

@@ -49,16 +49,17 @@ def clean(folder):
         os.remove(os.path.join(folder, name))
 
 
-def killed(folder):
+def killed(folder, *more):
     """SIGKILL: the file that is there, if any, can be read by everybody."""
+    clean(folder)
     begin = time.monotonic()
-    subprocess.run(RUN + ["-fault_output", "run.h5"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(RUN + ["-fault_output", "run.h5", *more], cwd=folder, check=True, stdout=subprocess.DEVNULL)
     length = time.monotonic() - begin
     assert check_rows(os.path.join(folder, "run.h5"), 1) == STEPS
     found = []
     for _ in range(2 * MOMENTS):
         clean(folder)
-        run = subprocess.Popen(RUN + ["-fault_output", "run.h5"], cwd=folder, stdout=subprocess.DEVNULL)
+        run = subprocess.Popen(RUN + ["-fault_output", "run.h5", *more], cwd=folder, stdout=subprocess.DEVNULL)
         time.sleep(random.uniform(0, length))
         run.kill()
         run.wait()
@@ -68,7 +69,7 @@ def killed(folder):
             found.append(check_rows(part, 0, 1))  # 1 just before it gets its name
         elif os.path.exists(whole):
             found.append(check_rows(whole, 1))
-    print(f"killed {2 * MOMENTS} times: rows {found}")
+    print(f"killed {2 * MOMENTS} times, {' '.join(more) or 'as by default'}: rows {found}")
 
 
 def read_by_scripts(folder):
@@ -114,10 +115,16 @@ def stopped_by_disk(run, folder, older, reasons):
 
 
 def start(folder, older, **more):
+    """A run with an older file; every second one writes single numbers, compressed."""
     clean(folder)
+    start.runs += 1
+    storage = ["-fault_output_precision", "single", "-fault_output_compression", "6"] if start.runs % 2 else []
     with open(os.path.join(folder, "run.h5"), "wb") as file:
         file.write(older)
-    return subprocess.Popen(RUN + ["-fault_output", "run.h5"], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, **more)
+    return subprocess.Popen(RUN + ["-fault_output", "run.h5"] + storage, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, **more)
+
+
+start.runs = 0
 
 
 def wait_for(run, path, size):
@@ -177,6 +184,7 @@ def filled(folder, older, size):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         killed(folder)
+        killed(folder, "-fault_output_precision", "single", "-fault_output_compression", "4", "-fault_stations", "1000,1000;2000,2000")
         read_by_scripts(folder)
         clean(folder)
         with h5py.File(os.path.join(folder, "run.h5"), "w") as file:

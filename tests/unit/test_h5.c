@@ -117,6 +117,41 @@ static void series(void **state)
   ok(SlipH5Close(&h));
 }
 
+/* Values that single precision holds come back as they were, from one chunk a row or, of 2 MB, from several; and the
+   storage is what was asked for. */
+static void stored_series(void **state)
+{
+  const SlipH5Storage want[] = {{.single = PETSC_TRUE}, {.deflate = 1}, {.single = PETSC_TRUE, .deflate = 9}};
+  const PetscInt small[2] = {2, 3}, large[2] = {511, 513};
+
+  (void)state;
+  for (size_t k = 0; k < sizeof(want) / sizeof(want[0]); k++) {
+    for (int big = 0; big < 2; big++) {
+      const PetscInt *d = big ? large : small, n = d[0] * d[1], rows = 3;
+      SlipH5 h;
+      SlipH5Storage found;
+      PetscInt dims[3];
+      PetscReal *a, *x;
+
+      ok(PetscMalloc1(rows * n, &a));
+      for (PetscInt i = 0; i < rows * n; i++) a[i] = (PetscReal)(i % 8191) / 64;
+      ok(SlipH5Create(file, &h));
+      ok(SlipH5CreateStoredSeries(&h, "/fields/a", 2, d, &want[k], "m"));
+      for (PetscInt row = 0; row < rows; row++) ok(SlipH5Append(&h, "/fields/a", 1, a + row * n));
+      ok(SlipH5Close(&h));
+      ok(SlipH5OpenRead(file, &h));
+      ok(SlipH5ReadReal(&h, "/fields/a", 3, dims, &x));
+      assert_true(dims[0] == rows && dims[1] == d[0] && dims[2] == d[1]);
+      assert_memory_equal(a, x, rows * n * sizeof(*a));
+      ok(SlipH5GetStorage(&h, "/fields/a", &found));
+      assert_true(found.single == want[k].single && found.deflate == want[k].deflate && !found.integer);
+      ok(SlipH5Close(&h));
+      ok(PetscFree(a));
+      ok(PetscFree(x));
+    }
+  }
+}
+
 static void broken_files(void **state)
 {
   SlipH5 h;
@@ -249,4 +284,4 @@ static int RemoveFile(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(NameFile, RemoveFile, round_trip, series, sizes, broken_files)
+SLIP_TESTS_WITH(NameFile, RemoveFile, round_trip, series, stored_series, sizes, broken_files)

@@ -48,6 +48,10 @@ typedef enum {
   FAULT_INITIAL_PERTURBATION,
   FAULT_VELOCITY_SCALE,
   FAULT_OUTPUT_INTERVAL,
+  FAULT_OUTPUT_SLIP_INTERVAL,
+  FAULT_OUTPUT_TIME_INTERVAL,
+  FAULT_OUTPUT_RATE_CHANGE,
+  FAULT_OUTPUT_COMPRESSION,
   FAULT_HMAT_TOLERANCE,
   FAULT_KRYLOV_TOLERANCE,
   FAULT_RATE_TOLERANCE,
@@ -83,6 +87,8 @@ typedef enum {
   FAULT_INJECTION,
   FAULT_OUTPUT,
   FAULT_OUTPUT_FIELDS,
+  FAULT_OUTPUT_PRECISION,
+  FAULT_STATIONS,
   FAULT_CHECKPOINT,
   FAULT_RESTART,
   FAULT_NUM_STRINGS
@@ -185,6 +191,17 @@ typedef struct {
 
 typedef struct _n_SlipFaultOutput *SlipFaultOutput;
 
+/* ---- progress.c: what a run prints while it goes ---- */
+typedef struct {
+  PetscBool wanted;             /* -fault_progress */
+  PetscBool repetition;         /* what runs is that of -fault_check_error */
+  PetscInt wait;                /* steps until rank 0 is asked again whether a line is due */
+  PetscReal start;              /* model time at the start of the run, or where it goes on [s] */
+  PetscLogDouble setup;         /* when the set-up began [s]; 0: it did not */
+  PetscLogDouble begin;         /* when the run began [s]; 0: it did not */
+  PetscLogDouble printed, step; /* when the last line and the last step were [s] */
+} SlipFaultProgress;
+
 /* ---- errors of a run; formulas in slipestimate.c, courseestimate.c and slipcheck.c ---- */
 typedef struct {
   PetscInt n, size; /* nodes, room for */
@@ -232,6 +249,8 @@ struct _p_SlipFault {
   PetscInt ngiven[FAULT_NUM_FIELDS];
   PetscBool check_error;      /* -fault_check_error */
   PetscBool output_overwrite; /* -fault_output_overwrite */
+  PetscBool output_xdmf;      /* -fault_output_xdmf */
+  PetscBool interval_given;   /* output_interval was set */
   PetscViewer viewer;         /* -fault_view */
   PetscViewerFormat format;
   PetscViewer stiffness_viewer; /* -fault_stiffness_view */
@@ -286,6 +305,8 @@ struct _p_SlipFault {
   SlipFaultEstimates estimates;
   SlipFaultOutput output;
   SlipFaultRunError run_error;
+  SlipFaultProgress progress;
+  PetscInt events; /* so far, for lines of progress; who counts them sets it; -1: nobody does */
 };
 
 /* The fault of argument arg has been set up. */
@@ -354,6 +375,14 @@ PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec e
 PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal *rest);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
 
+PETSC_EXTERN PetscErrorCode SlipFaultProgressStart(SlipFault fault, TS ts); /* collective */
+/* Rank 0 prints what the set-up begins with, where it is long: on a terminal, or after a second. */
+PETSC_EXTERN PetscErrorCode SlipFaultProgressSetUp(SlipFault fault, const char what[]);
+PETSC_EXTERN PetscErrorCode SlipFaultProgressSetUpEnd(SlipFault fault);
+PETSC_EXTERN PetscBool SlipFaultProgressDue(PetscBool terminal, PetscReal elapsed, PetscReal since);
+/* A time in fitting units: "12.5 s", "3.2 h", "113.4 years" */
+PETSC_EXTERN void SlipFaultTimeText(PetscReal seconds, char text[], size_t len);
+
 /* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
 /* Fields of /fields; the first three are components of the state, the last is the reaction. */
 typedef enum {
@@ -364,18 +393,82 @@ typedef enum {
   OUTPUT_NUM_FIELDS
 } SlipOutputFieldId;
 
+/* stations.c: points whose cells are recorded at every accepted step */
+typedef struct {
+  PetscReal x, z;      /* asked for [m] */
+  PetscReal centre[3]; /* x, y, z of the cell's centre [m] */
+  PetscInt cell;       /* in the order of the file or grid */
+  PetscInt local;      /* number among this rank's cells, -1: of another rank */
+  PetscReal u0;        /* displacement at the start [m] */
+} SlipFaultStation;
+
+typedef struct {
+  PetscInt n;
+  SlipFaultStation *station;
+  PetscBool known; /* a checkpoint says where they began */
+  PetscReal start; /* time of the start [s] */
+  PetscReal *row;  /* [5 n] */
+} SlipFaultStations;
+
+/* xdmf.c: what makes the output open in ParaView; rank 0 */
+typedef struct {
+  PetscBool wanted;
+  char target[PETSC_MAX_PATH_LEN]; /* the output's final name */
+  PetscInt n, size;                /* entries of /fields, room for */
+  PetscReal *time;                 /* theirs [s] */
+  PetscInt written;                /* entries in the file */
+  int failed;                      /* errno of the last attempt to write it, or 0 */
+  PetscLogDouble last, cost;       /* when that was, and how long it took [s] */
+} SlipFaultXdmf;
+
+/* outputwhen.c: what decides about the next entry of /fields */
+typedef struct {
+  PetscBool known;      /* there was an entry, or a checkpoint that remembers it */
+  PetscReal time;       /* of the last accepted step [s] */
+  PetscReal entry_time; /* of the newest entry [s] */
+  PetscReal entry_rate; /* largest slip rate then [m/s] */
+  Vec entry_u;          /* displacement then [m]; NULL without -fault_output_slip_interval */
+} SlipFaultWhen;
+
 struct _n_SlipFaultOutput {
   SlipFault fault; /* borrowed */
   PetscMPIInt rank;
   SlipOutput run; /* the file, /run, /steps, /series, /result and the summary */
   PetscBool wanted[OUTPUT_NUM_FIELDS];
-  PetscBool resumed, started; /* goes on in the file of an earlier run; TSSolve() has said where it starts */
-  PetscInt nfields;           /* entries of /fields */
-  PetscInt last_field_step;   /* step of the newest of them */
-  Vec w0, r0;                 /* state and reaction gathered on rank 0 */
+  const char *name[OUTPUT_NUM_FIELDS]; /* of the fields */
+  PetscBool resumed, started;          /* goes on in the file of an earlier run; TSSolve() has said where it starts */
+  PetscInt nfields;                    /* entries of /fields */
+  PetscInt last_field_step;            /* step of the newest of them */
+  Vec w0, r0;                          /* state and reaction gathered on rank 0 */
   Vec traction;
+  SlipFaultMoment traction_moment; /* of the state that traction is of */
   VecScatter gather_w, gather_r;
+  SlipFaultStations stations;
+  SlipFaultWhen when;
+  SlipFaultXdmf xdmf;
 };
 
 PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, no file as yet */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w);
+/* Collective: out->traction of a state, the static one, weighted by area */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputTraction(SlipFaultOutput out, PetscReal time, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s); /* collective: what it remembers */
+
+PETSC_EXTERN PetscErrorCode SlipFaultStationsSetUp(SlipFaultOutput out);
+PETSC_EXTERN PetscErrorCode SlipFaultStationsLayout(SlipFaultOutput out); /* rank 0: groups, or cut */
+PETSC_EXTERN PetscErrorCode SlipFaultStationsStart(SlipFaultOutput out, PetscReal time, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultStationsRow(SlipFaultOutput out, PetscReal time, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultStationsDestroy(SlipFaultOutput out);
+
+/* Rank 0: what the output needs for it, before it is live; an entry; the output is flushed, for the last time or not; the
+   output has its final name */
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out);
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfAdd(SlipFaultOutput out, PetscReal time);
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfFlushed(SlipFaultOutput out, PetscBool last);
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfFinish(SlipFaultOutput out);
+
+PETSC_EXTERN PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscReal time, Vec w,
+                                                 PetscBool *due);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts); /* prints it */

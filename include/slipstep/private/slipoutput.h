@@ -7,7 +7,7 @@
 #define SLIP_TABLE_ROWS 64
 #define SLIP_TABLE_COLUMNS 32
 typedef struct {
-  const char *group;
+  char group[64];
   SlipOutputColumn column[SLIP_TABLE_COLUMNS];
   PetscInt ncolumns, nrows;
   PetscInt written; /* rows in the file */
@@ -39,8 +39,9 @@ struct _n_SlipOutput {
   PetscMPIInt rank;
   PetscBool wanted, begun; /* there is to be a file; it is there */
   char name[PETSC_MAX_PATH_LEN], prefix[SLIP_OUTPUT_NAME], option[SLIP_OUTPUT_NAME], restart[SLIP_OUTPUT_NAME];
-  SlipH5Kind kind;                                        /* with those strings */
-  PetscErrorCode (*layout)(SlipOutput output, void *ctx); /* collective: what the problem adds to a new file */
+  SlipH5Kind kind;                                         /* with those strings */
+  PetscErrorCode (*layout)(SlipOutput output, void *ctx);  /* collective: what the problem adds to a new file */
+  PetscErrorCode (*flushed)(SlipOutput output, void *ctx); /* rank 0, or NULL: what is done when the file was flushed */
   PetscBool moving_only; /* the rows of series use the reaction only where something moves */
   PetscBool resumed;     /* the file is that of an earlier run, cut to these rows */
   PetscInt resume_steps, resume_series;
@@ -51,6 +52,8 @@ struct _n_SlipOutput {
   PetscInt ncolumns;
   SlipH5 file; /* rank 0 */
   SlipTable steps, series;
+  PetscInt nmore;
+  SlipTable *more; /* of SlipOutputAddTable(), with as many rows as series */
   SlipOutputRowFn row;
   void *ctx;
   PetscBool started; /* TSSolve() has begun, and its last step is */
@@ -69,6 +72,11 @@ PETSC_INTERN PetscErrorCode SlipOutputBegin(SlipOutput output);
 /* For problems that write more than series: the file, to be used on rank 0 alone; NULL when there is none or
    elsewhere. */
 PETSC_INTERN SlipH5 *SlipOutputFile(SlipOutput output);
+/* Rank 0. For problems that write further tables with rows like those of series: add them, by columns with "time", when the
+   layout is made, and a row to the k-th of them with each row of series. */
+PETSC_INTERN PetscErrorCode SlipOutputAddTable(SlipOutput output, const char group[], PetscInt n,
+                                               const SlipOutputColumn column[]);
+PETSC_INTERN PetscErrorCode SlipOutputAddRow(SlipOutput output, PetscInt k, const PetscReal row[]);
 /* Rank 0: attributes of /run that are known at the start, and the end of the file */
 PETSC_INTERN PetscErrorCode SlipOutputRun(SlipOutput output);
 PETSC_INTERN PetscErrorCode SlipOutputPolicy(SlipOutput output);

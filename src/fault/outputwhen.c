@@ -1,0 +1,184 @@
+/* When the next entry of /fields is due, by steps, slip, time or slip rate, whichever is first; and how much disk they take. */
+#include <slipstep/private/slipfault.h>
+#include <math.h>
+#include <stdio.h>
+
+/* Of two times that are told apart, one may be rounded. */
+#define WHEN_ROUNDING 1e-12
+
+static PetscBool ByStep(SlipFault fault)
+{
+  const PetscBool other = fault->value[FAULT_OUTPUT_SLIP_INTERVAL] > 0 ||
+                              fault->value[FAULT_OUTPUT_TIME_INTERVAL] > 0 || fault->value[FAULT_OUTPUT_RATE_CHANGE] > 0
+                            ? PETSC_TRUE
+                            : PETSC_FALSE;
+
+  return !other || fault->interval_given ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault)
+{
+  const PetscReal factor = fault->value[FAULT_OUTPUT_RATE_CHANGE];
+
+  PetscFunctionBegin;
+  PetscCheck(factor == 0 || factor > 1, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-%sfault_output_rate_change is %g, expected a factor > 1, or 0", SlipFaultPrefix(fault), (double)factor);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest |slip| [m] of a cell since the newest entry, from du/dt = v - v_inf. Collective. */
+static PetscErrorCode SlipSinceEntry(SlipFaultOutput out, PetscReal time, Vec w, PetscReal *largest)
+{
+  SlipFault fault = out->fault;
+  const PetscReal dt = time - out->when.entry_time, *vinf = fault->field[FIELD_LOADING_RATE], *a, *u;
+  const SlipArrays arrays[] = {{w, .read = &a}, {out->when.entry_u, .read = &u}};
+
+  PetscFunctionBegin;
+  *largest = 0;
+  PetscCall(SlipArraysGet(2, arrays));
+  for (PetscInt i = 0; i < fault->n; i++)
+    *largest = PetscMax(*largest, PetscAbsReal(a[3 * i + 1] - u[i] + vinf[i] * dt));
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest |v| [m/s]; at least the tolerance of the integrator, below which rates mean nothing. Collective. */
+static PetscErrorCode LargestRate(SlipFault fault, Vec w, PetscReal *rate)
+{
+  PetscReal tolerance;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetReal(fault, "rate_tolerance", &tolerance));
+  PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, rate));
+  *rate = PetscMax(*rate, tolerance);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: is an entry due for the state after this step? */
+PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscReal time, Vec w, PetscBool *due)
+{
+  SlipFault fault = out->fault;
+  SlipFaultWhen *when = &out->when;
+  const PetscReal interval = fault->value[FAULT_OUTPUT_TIME_INTERVAL], slip = fault->value[FAULT_OUTPUT_SLIP_INTERVAL];
+  const PetscReal factor = fault->value[FAULT_OUTPUT_RATE_CHANGE], more = 1 + WHEN_ROUNDING;
+
+  PetscFunctionBegin;
+  *due = ByStep(fault) && step % (PetscInt)fault->value[FAULT_OUTPUT_INTERVAL] == 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (interval > 0 && PetscFloorReal(time * more / interval) > PetscFloorReal(when->time * more / interval))
+    *due = PETSC_TRUE;
+  when->time = time;
+  if (!*due && slip > 0) {
+    PetscReal largest;
+
+    PetscCall(SlipSinceEntry(out, time, w, &largest));
+    *due = largest >= slip ? PETSC_TRUE : PETSC_FALSE;
+  }
+  if (!*due && factor > 0) {
+    PetscReal rate;
+
+    PetscCall(LargestRate(fault, w, &rate));
+    *due = rate >= factor * when->entry_rate || rate * factor <= when->entry_rate ? PETSC_TRUE : PETSC_FALSE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: an entry of this state was written, from which slip and rate count. */
+PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Vec w)
+{
+  SlipFault fault = out->fault;
+  SlipFaultWhen *when = &out->when;
+
+  PetscFunctionBegin;
+  when->known = PETSC_TRUE;
+  when->time = when->entry_time = time;
+  if (fault->value[FAULT_OUTPUT_RATE_CHANGE] > 0) PetscCall(LargestRate(fault, w, &when->entry_rate));
+  if (fault->value[FAULT_OUTPUT_SLIP_INTERVAL] > 0) {
+    if (!when->entry_u) PetscCall(VecDuplicate(fault->uc, &when->entry_u));
+    PetscCall(VecStrideGather(w, 1, when->entry_u, INSERT_VALUES));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A checkpoint's part: the newest entry of /fields, and where stations began. What the run of before did not need is
+   counted from where this one goes on. */
+PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s)
+{
+  SlipFaultOutput out = fault->output;
+  SlipFaultStations none = {0}, *list = out ? &out->stations : &none;
+  SlipFaultWhen nothing = {0}, *when = out ? &out->when : &nothing;
+  const PetscBool rate = out && fault->value[FAULT_OUTPUT_RATE_CHANGE] > 0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscBool slip = when->entry_u || (SlipStateIsLoading(s) && out && fault->value[FAULT_OUTPUT_SLIP_INTERVAL] > 0)
+                     ? PETSC_TRUE
+                     : PETSC_FALSE;
+  PetscBool known = when->known, has_rate = rate, has_slip = slip;
+  PetscInt stations = list->n, last = out ? out->last_field_step : 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateBool(s, "entry", &known));
+  PetscCall(SlipStateInt(s, "entry_step", 1, &last));
+  PetscCall(SlipStateReal(s, "entry_time", 1, &when->entry_time));
+  PetscCall(SlipStateBool(s, "entry_has_rate", &has_rate));
+  PetscCall(SlipStateReal(s, "entry_rate", 1, &when->entry_rate));
+  PetscCall(SlipStateBool(s, "entry_has_displacement", &has_slip));
+  if (has_slip && slip) {
+    if (!when->entry_u) PetscCall(VecDuplicate(fault->uc, &when->entry_u));
+    PetscCall(SlipStateVec(s, "entry_displacement", when->entry_u));
+  }
+  PetscCall(SlipStateInt(s, "stations", 1, &stations));
+  for (PetscInt k = 0; k < list->n && stations == list->n; k++) {
+    char name[64];
+    PetscInt cell = list->station[k].cell;
+
+    PetscCall(PetscSNPrintf(name, sizeof(name), "station_%" PetscInt_FMT "_cell", k));
+    PetscCall(SlipStateInt(s, name, 1, &cell));
+    if (cell != list->station[k].cell) stations = -1;
+    PetscCall(PetscSNPrintf(name, sizeof(name), "station_%" PetscInt_FMT "_displacement", k));
+    PetscCall(SlipStateReal(s, name, 1, &list->station[k].u0));
+  }
+  PetscCall(SlipStateReal(s, "station_start", 1, &list->start));
+  if (!SlipStateIsLoading(s) || !out) PetscFunctionReturn(PETSC_SUCCESS);
+  out->last_field_step = last;
+  when->known = known && (has_rate || !rate) && (has_slip || !slip) ? PETSC_TRUE : PETSC_FALSE;
+  list->known = stations == list->n ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- their size ---- */
+
+static void SizeText(PetscReal bytes, char text[], size_t len)
+{
+  static const char *const unit[] = {"bytes", "kB", "MB", "GB", "TB"};
+  size_t k = 0;
+
+  for (; bytes >= 1000 && k + 1 < PETSC_STATIC_ARRAY_LENGTH(unit); k++) bytes /= 1000;
+  (void)snprintf(text, len, "%.3g %s", (double)bytes, unit[k]);
+}
+
+/* Prints what an entry of /fields takes, and all of them where their number has a bound, else a thousand. Collective. */
+PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts)
+{
+  SlipFault fault = out->fault;
+  const PetscReal interval = fault->value[FAULT_OUTPUT_TIME_INTERVAL];
+  const PetscBool bounded = interval > 0 && !ByStep(fault) && fault->value[FAULT_OUTPUT_SLIP_INTERVAL] == 0 &&
+                                fault->value[FAULT_OUTPUT_RATE_CHANGE] == 0
+                              ? PETSC_TRUE
+                              : PETSC_FALSE;
+  const char *most = fault->value[FAULT_OUTPUT_COMPRESSION] > 0 ? "at most " : "";
+  PetscReal bytes = sizeof(PetscReal), entries = 1000, begin, end;
+  PetscBool single;
+  char one[32], all[32];
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->text[FAULT_OUTPUT_PRECISION], "single", &single));
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++)
+    if (out->wanted[f]) bytes += (PetscReal)fault->N * (single ? sizeof(float) : sizeof(double));
+  PetscCall(TSGetTime(ts, &begin));
+  PetscCall(TSGetMaxTime(ts, &end));
+  if (bounded) entries = PetscMax(PetscFloorReal(end / interval) - PetscFloorReal(begin / interval), 0) + 2;
+  SizeText(bytes, one, sizeof(one));
+  SizeText(bytes * entries, all, sizeof(all));
+  PetscCall(PetscPrintf(fault->comm, "%-24s %s%s an entry of /fields, %s%s for %s%.0f\n", "output:", most, one, most,
+                        all, bounded ? "the entries of the run, at most " : "", (double)entries));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,192 @@
+/* -fault_progress: a line every few seconds on a terminal, and once a minute elsewhere, says how far a run is and when it will
+   be done; a set-up of seconds says what it does. */
+#define _POSIX_C_SOURCE 200809L
+#include <slipstep/private/slipfault.h>
+#include <petsctime.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define PROGRESS_FIRST 2        /* first line on a terminal after [s] */
+#define PROGRESS_TERMINAL 5     /* from one line to the next on a terminal [s] */
+#define PROGRESS_FILE 60        /* and elsewhere [s] */
+#define PROGRESS_SETUP 1        /* a set-up is long from here on [s] */
+#define PROGRESS_CLEAR "\033[K" /* the terminal's line */
+#define PROGRESS_AGREE 0.25     /* ranks agree about a line so often [s] */
+#define PROGRESS_UNASKED 1000   /* and after so many steps at the latest */
+
+/* A time in fitting units: less than 120 of them, except years. */
+void SlipFaultTimeText(PetscReal seconds, char text[], size_t len)
+{
+  static const struct {
+    const char *name;
+    PetscReal length; /* [s] */
+  } units[] = {{"s", 1}, {"min", 60}, {"h", 3600}, {"days", 86400}, {"years", 365.25 * 86400}};
+  static const PetscReal last[] = {120, 120 * 60, 48 * 3600, 2 * 365.25 * 86400}; /* [s] */
+  size_t k = 0;
+
+  while (k < PETSC_STATIC_ARRAY_LENGTH(last) && PetscAbsReal(seconds) >= last[k]) k++;
+  (void)snprintf(text, len, "%.4g %s", (double)(seconds / units[k].length), units[k].name);
+}
+
+/* Is a line due? elapsed: since the run began, since: since the last line, or likewise [s] */
+PetscBool SlipFaultProgressDue(PetscBool terminal, PetscReal elapsed, PetscReal since)
+{
+  if (!terminal) return since >= PROGRESS_FILE ? PETSC_TRUE : PETSC_FALSE;
+  return since >= (since < elapsed ? PROGRESS_TERMINAL : PROGRESS_FIRST) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/*
+  Does somebody read stdout as it is written? Open MPI gives its processes pseudo-terminals whatever the stdout of mpirun is,
+  so that below it the one of the parent counts.
+*/
+static PetscBool IsTerminal(void)
+{
+  char link[64], name[64];
+  ssize_t n;
+
+  if (!isatty(STDOUT_FILENO)) return PETSC_FALSE;
+  if (!getenv("OMPI_COMM_WORLD_RANK")) return PETSC_TRUE;
+  (void)snprintf(link, sizeof(link), "/proc/%ld/fd/1", (long)getppid());
+  n = readlink(link, name, sizeof(name) - 1);
+  if (n < 0) return PETSC_FALSE;
+  name[n] = '\0';
+  return !strncmp(name, "/dev/pts/", 9) || !strncmp(name, "/dev/tty", 8) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* ---- the set-up ---- */
+
+/* On a terminal a line is overwritten by the next, so that a short set-up leaves no trace. */
+PetscErrorCode SlipFaultProgressSetUp(SlipFault fault, const char what[])
+{
+  SlipFaultProgress *p = &fault->progress;
+  const PetscBool terminal = IsTerminal();
+  PetscMPIInt rank;
+  PetscLogDouble now;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (rank || !p->wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscTime(&now));
+  if (p->setup == 0) p->setup = now;
+  if (terminal)
+    PetscCall(
+      PetscPrintf(PETSC_COMM_SELF, "\r" PROGRESS_CLEAR "set-up of %" PetscInt_FMT " cells: %s", fault->N, what));
+  else if (now - p->setup >= PROGRESS_SETUP)
+    PetscCall(PetscPrintf(PETSC_COMM_SELF, "set-up of %" PetscInt_FMT " cells, after %.1f s: %s\n", fault->N,
+                          (double)(now - p->setup), what));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultProgressSetUpEnd(SlipFault fault)
+{
+  SlipFaultProgress *p = &fault->progress;
+  PetscLogDouble now;
+
+  PetscFunctionBegin;
+  if (p->setup == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (IsTerminal()) PetscCall(PetscPrintf(PETSC_COMM_SELF, "\r" PROGRESS_CLEAR));
+  PetscCall(PetscTime(&now));
+  if (now - p->setup >= PROGRESS_SETUP)
+    PetscCall(PetscPrintf(PETSC_COMM_SELF, "set-up of %" PetscInt_FMT " cells took %.1f s\n", fault->N,
+                          (double)(now - p->setup)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the run ---- */
+
+/* Rank 0: the line. rate: the largest slip rate [m/s] */
+static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscReal rate, PetscLogDouble now)
+{
+  const SlipFaultProgress *p = &fault->progress;
+  char at[64], end[64], left[64], events[64] = "", text[128] = "";
+  PetscReal last;
+  PetscInt steps, rejected, attempts, accepted;
+  PetscBool bathe;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetMaxTime(ts, &last));
+  PetscCall(TSGetStepNumber(ts, &steps));
+  PetscCall(TSGetStepRejections(ts, &rejected));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  if (bathe) {
+    PetscCall(TSBatheGetTotals(ts, &attempts, &accepted, NULL, NULL, NULL));
+    rejected = attempts - accepted;
+  }
+  SlipFaultTimeText(time, at, sizeof(at));
+  SlipFaultTimeText(last, end, sizeof(end));
+  if (fault->events >= 0 && !p->repetition)
+    (void)snprintf(events, sizeof(events), ", %lld events", (long long)fault->events);
+  if (time > p->start && last > time) {
+    SlipFaultTimeText((now - p->begin) * ((last - time) / (time - p->start)), left, sizeof(left));
+    (void)snprintf(text, sizeof(text), ", %s left", left);
+  }
+  PetscCall(PetscPrintf(PETSC_COMM_SELF,
+                        "%stime %s of %s (%.1f %%), largest slip rate %.3g m/s, %" PetscInt_FMT " steps, %" PetscInt_FMT
+                        " rejected%s%s\n",
+                        p->repetition ? "check of the error: " : "", at, end, (double)(100 * time / last), (double)rate,
+                        steps, rejected, events, text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0 decides; word[0]: whether a line is due, word[1]: the number of steps until it is asked again */
+static PetscErrorCode Ask(SlipFaultProgress *p, PetscLogDouble now, int word[2])
+{
+  const PetscReal since = (PetscReal)(now - p->printed);
+
+  PetscFunctionBegin;
+  word[0] = SlipFaultProgressDue(IsTerminal(), (PetscReal)(now - p->begin), since);
+  word[1] = now > p->step ? (int)PetscMin(PROGRESS_AGREE / (now - p->step), PROGRESS_UNASKED) : PROGRESS_UNASKED;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Begin(SlipFaultProgress *p, PetscReal time, PetscBool repetition)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&p->begin));
+  p->printed = p->step = p->begin;
+  p->start = time;
+  p->wait = 0;
+  p->repetition = repetition;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSMonitor */
+static PetscErrorCode ProgressMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  SlipFaultProgress *p = &fault->progress;
+  PetscMPIInt rank;
+  PetscLogDouble now;
+  PetscReal rate;
+  int word[2] = {0, 0};
+
+  PetscFunctionBegin;
+  if (step < 0 || !p->wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  if (p->begin == 0 || p->repetition != fault->run_error.off) {
+    PetscCall(Begin(p, time, fault->run_error.off));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscTime(&now));
+  if (p->wait-- <= 0) {
+    PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+    if (!rank) PetscCall(Ask(p, now, word));
+    PetscCallMPI(MPI_Bcast(word, 2, MPI_INT, 0, fault->comm));
+    p->wait = word[1];
+  }
+  p->step = now;
+  if (!word[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
+  if (!rank) PetscCall(PrintLine(fault, ts, time, rate, now));
+  p->printed = now;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultProgressStart(SlipFault fault, TS ts)
+{
+  PetscFunctionBegin;
+  fault->progress.begin = 0;
+  if (fault->progress.wanted) PetscCall(TSMonitorSet(ts, ProgressMonitor, fault, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

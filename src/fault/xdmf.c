@@ -1,0 +1,260 @@
+/* -fault_output_xdmf: a text file beside the output, by which ParaView opens it. FILE.part has FILE.part.xdmf, replaced as a
+   whole from time to time, and FILE has FILE.xdmf, so that a run that goes on, one that was killed and one that has ended can
+   all be looked at. It lists the entries of /fields; cells are quadrilaterals, whose corners are in /xdmf of the output.
+
+   ParaView's "XDMF Reader" (vtkXdmfReader) takes it; its Xdmf3 readers do not know hyperslabs, parts of a dataset. */
+#define _POSIX_C_SOURCE 200809L
+#include <slipstep/private/slipfault.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <petsctime.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#define XDMF_SHARE 100 /* the file is written again after so many times what that took, except at the end */
+
+/* Rank 0, as all that follows: corners [points][3] and their numbers for each cell [N][4], in the order of the output. Cells of
+   a grid share corners, so that fields can be drawn smoothly; those of a mesh need not meet at them. */
+static PetscErrorCode Corners(SlipFault fault, PetscInt *npoints, PetscReal **points, PetscInt **cells)
+{
+  static const PetscReal side[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}; /* along strike, in depth */
+  const SlipCells *c = &fault->mesh;
+  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+  PetscReal *p;
+  PetscInt *q;
+
+  PetscFunctionBegin;
+  *npoints = c->n ? 4 * c->n : (nx + 1) * (nz + 1);
+  PetscCall(PetscMalloc2(3 * *npoints, points, 4 * fault->N, cells));
+  p = *points;
+  q = *cells;
+  for (PetscInt e = 0; e < c->n; e++)
+    for (PetscInt k = 0; k < 4; k++) {
+      *p++ = c->x[e] + side[k][0] * c->length[e];
+      *p++ = c->y[e];
+      *p++ = -(c->z[e] + side[k][1] * c->width[e]);
+      *q++ = 4 * e + k;
+    }
+  if (c->n) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt j = 0; j <= nz; j++)
+    for (PetscInt i = 0; i <= nx; i++) {
+      *p++ = i * fault->value[FAULT_LENGTH_X] / nx;
+      *p++ = 0;
+      *p++ = -(fault->value[FAULT_DEPTH_TOP] + j * fault->value[FAULT_LENGTH_Z] / nz);
+    }
+  for (PetscInt e = 0; e < fault->N; e++) {
+    const PetscInt first = e / nx * (nx + 1) + e % nx;
+
+    *q++ = first;
+    *q++ = first + 1;
+    *q++ = first + nx + 2;
+    *q++ = first + nx + 1;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteCorners(SlipFault fault, SlipH5 *h)
+{
+  PetscInt dims[2] = {0, 3}, *cells;
+  PetscReal *points;
+
+  PetscFunctionBegin;
+  PetscCall(Corners(fault, &dims[0], &points, &cells));
+  PetscCall(SlipH5WriteReal(h, "/xdmf/points", 2, dims, points, "m"));
+  dims[0] = fault->N;
+  dims[1] = 4;
+  PetscCall(SlipH5WriteInt(h, "/xdmf/cells", 2, dims, cells, NULL));
+  PetscCall(PetscFree2(points, cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out)
+{
+  SlipFaultXdmf *x = &out->xdmf;
+  SlipH5 *h = SlipOutputFile(out->run);
+  char name[PETSC_MAX_PATH_LEN + 16];
+  PetscBool has;
+
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS && out->fault->output_xdmf; f++) x->wanted = x->wanted || out->wanted[f];
+  if (!x->wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrncpy(x->target, h->target, sizeof(x->target)));
+  PetscCall(SlipH5Has(h, "/xdmf/cells", &has));
+  if (!has) PetscCall(WriteCorners(out->fault, h));
+  if (out->resumed) {
+    PetscCall(SlipH5ReadReal(h, "/fields/time", 1, &x->n, &x->time));
+    x->size = x->n;
+  }
+  (void)snprintf(name, sizeof(name), "%s.part.xdmf", x->target);
+  unlink(name); /* of an earlier run, with entries that are no more */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultXdmfAdd(SlipFaultOutput out, PetscReal time)
+{
+  SlipFaultXdmf *x = &out->xdmf;
+
+  PetscFunctionBegin;
+  if (!x->wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  if (x->n == x->size) {
+    x->size = 2 * x->size + 64;
+    PetscCall(PetscRealloc((size_t)x->size * sizeof(*x->time), &x->time));
+  }
+  x->time[x->n++] = time;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the text ---- */
+
+/* The output's name as it is written in XML, without its folder */
+static void Escape(const char name[], const char ending[], char text[], size_t len)
+{
+  const char *c = strrchr(name, '/');
+  size_t n = 0;
+
+  for (c = c ? c + 1 : name; *c && n + 8 < len; c++) {
+    const char *as = *c == '&' ? "&amp;" : *c == '<' ? "&lt;" : *c == '>' ? "&gt;" : NULL;
+
+    n += (size_t)(as ? snprintf(text + n, len - n, "%s", as) : snprintf(text + n, len - n, "%c", *c));
+  }
+  (void)snprintf(text + n, len - n, "%s", ending);
+}
+
+/* One entry; h5: the output's name in XML */
+static void PutEntry(SlipFaultOutput out, FILE *f, const char h5[], PetscInt k)
+{
+  const SlipFault fault = out->fault;
+  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ], N = fault->N;
+  const PetscInt points = fault->mesh.n ? 4 * N : (nx + 1) * (nz + 1);
+  const int bytes = !strcmp(fault->text[FAULT_OUTPUT_PRECISION], "single") ? 4 : 8;
+  char slab[96], part[64], all[96];
+
+  if (fault->mesh.n) {
+    (void)snprintf(slab, sizeof(slab), "%lld 0 1 1 1 %lld", (long long)k, (long long)N);
+    (void)snprintf(part, sizeof(part), "1 %lld", (long long)N);
+  } else {
+    (void)snprintf(slab, sizeof(slab), "%lld 0 0 1 1 1 1 %lld %lld", (long long)k, (long long)nz, (long long)nx);
+    (void)snprintf(part, sizeof(part), "1 %lld %lld", (long long)nz, (long long)nx);
+  }
+  (void)snprintf(all, sizeof(all), "%lld%s", (long long)out->xdmf.n, part + 1);
+  fprintf(f, "   <Grid Name=\"fault\" GridType=\"Uniform\">\n    <Time Value=\"%.17g\"/>\n", (double)out->xdmf.time[k]);
+  fprintf(
+    f,
+    "    <Topology TopologyType=\"Quadrilateral\" NumberOfElements=\"%lld\">\n"
+    "     <DataItem Dimensions=\"%lld 4\" NumberType=\"Int\" Precision=\"8\" Format=\"HDF\">%s:/xdmf/cells</DataItem>\n"
+    "    </Topology>\n",
+    (long long)N, (long long)N, h5);
+  fprintf(f,
+          "    <Geometry GeometryType=\"XYZ\">\n"
+          "     <DataItem Dimensions=\"%lld 3\" NumberType=\"Float\" Precision=\"8\" "
+          "Format=\"HDF\">%s:/xdmf/points</DataItem>\n"
+          "    </Geometry>\n",
+          (long long)points, h5);
+  for (PetscInt i = 0; i < OUTPUT_NUM_FIELDS; i++) {
+    if (!out->wanted[i]) continue;
+    fprintf(f,
+            "    <Attribute Name=\"%s\" AttributeType=\"Scalar\" Center=\"Cell\">\n"
+            "     <DataItem ItemType=\"HyperSlab\" Type=\"HyperSlab\" Dimensions=\"%s\">\n"
+            "      <DataItem Dimensions=\"3 %d\" Format=\"XML\">%s</DataItem>\n"
+            "      <DataItem Dimensions=\"%s\" NumberType=\"Float\" Precision=\"%d\" "
+            "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
+            "     </DataItem>\n    </Attribute>\n",
+            out->name[i], part, fault->mesh.n ? 2 : 3, slab, all, bytes, h5, out->name[i]);
+  }
+  fprintf(f, "   </Grid>\n");
+}
+
+/* In memory; NULL when there is not enough */
+static char *Text(SlipFaultOutput out, const char ending[], size_t *len)
+{
+  char h5[PETSC_MAX_PATH_LEN], *text = NULL;
+  FILE *f = open_memstream(&text, len);
+
+  if (!f) return NULL;
+  Escape(out->xdmf.target, ending, h5, sizeof(h5));
+  fprintf(f, "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n <Domain>\n"
+             "  <Grid Name=\"fault\" GridType=\"Collection\" CollectionType=\"Temporal\">\n");
+  for (PetscInt k = 0; k < out->xdmf.n; k++) PutEntry(out, f, h5, k);
+  fprintf(f, "  </Grid>\n </Domain>\n</Xdmf>\n");
+  if (fclose(f)) {
+    free(text);
+    text = NULL;
+  }
+  return text;
+}
+
+/* Beside, and then in its place; 0, or errno */
+static int Replace(const char name[], const char text[], size_t len)
+{
+  char beside[PETSC_MAX_PATH_LEN + 32];
+  struct rlimit limit;
+  int fd, reason = 0;
+
+  /* beyond this limit there is a signal, whose default ends the process */
+  if (!getrlimit(RLIMIT_FSIZE, &limit) && limit.rlim_cur != RLIM_INFINITY && len > limit.rlim_cur) return EFBIG;
+  (void)snprintf(beside, sizeof(beside), "%s.new", name);
+  fd = open(beside, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
+  if (fd < 0) return errno;
+  for (size_t done = 0; done < len && !reason;) {
+    const ssize_t n = write(fd, text + done, len - done);
+
+    if (n < 0 && errno != EINTR) reason = errno;
+    if (n > 0) done += (size_t)n;
+  }
+  if (close(fd) && !reason) reason = errno;
+  if (!reason && rename(beside, name)) reason = errno;
+  if (reason) unlink(beside);
+  return reason;
+}
+
+/* ending: "" or ".part" */
+static PetscErrorCode Write(SlipFaultOutput out, const char ending[])
+{
+  SlipFaultXdmf *x = &out->xdmf;
+  char name[PETSC_MAX_PATH_LEN + 16], *text;
+  PetscLogDouble begin;
+  size_t len = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&begin));
+  (void)snprintf(name, sizeof(name), "%s%s.xdmf", x->target, ending);
+  text = Text(out, ending, &len);
+  x->failed = text ? Replace(name, text, len) : ENOMEM;
+  free(text);
+  x->written = x->n;
+  PetscCall(PetscTime(&x->last));
+  x->cost = x->last - begin;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The output is on the disk with all its entries. What cannot be written now is tried again later: the run goes on. */
+PetscErrorCode SlipFaultXdmfFlushed(SlipFaultOutput out, PetscBool last)
+{
+  SlipFaultXdmf *x = &out->xdmf;
+  PetscLogDouble now;
+
+  PetscFunctionBegin;
+  if (!x->wanted || (x->n == x->written && !x->failed)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscTime(&now));
+  if (last || now - x->last >= XDMF_SHARE * x->cost) PetscCall(Write(out, ".part"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The output has its name. */
+PetscErrorCode SlipFaultXdmfFinish(SlipFaultOutput out)
+{
+  SlipFaultXdmf *x = &out->xdmf;
+  char part[PETSC_MAX_PATH_LEN + 16];
+
+  PetscFunctionBegin;
+  if (!x->wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Write(out, ""));
+  (void)snprintf(part, sizeof(part), "%s.part.xdmf", x->target);
+  unlink(part);
+  if (x->failed) PetscCall(SlipWarning("cannot write %s.xdmf: %s", x->target, strerror(x->failed)));
+  x->wanted = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

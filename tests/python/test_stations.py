@@ -1,0 +1,108 @@
+#!/usr/bin/env python3
+"""-fault_stations: the cells that contain the points are recorded at every accepted step, with the numbers that /fields and
+/series have, on grids, meshes and ranks, and over a restart."""
+import os
+import subprocess
+import sys
+import unittest
+
+from scripts import SOURCE, ScriptTest
+
+import h5py
+import numpy as np
+
+FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
+GRID = ["-fault_nx", "6", "-fault_nz", "5", "-ts_max_time", "4"]
+UNITS = {"time": "s", "slip": "m", "slip_rate": "m/s", "traction": "Pa", "state": "m"}
+# Displacements are of 0.5 m, so that their differences are rounded by 1e-16 m each step: slip to 1e-14 m
+ROUNDING = 1e-14
+
+
+class Stations(ScriptTest):
+    def fault(self, *options, ranks=1, code=0):
+        command = [FAULT, *options] if ranks == 1 else ["mpirun", "--oversubscribe", "-n", str(ranks), FAULT, *options]
+        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return done.stderr
+
+    def mesh(self):
+        """Two planes with an offset of 1000 m, which overlap along strike."""
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells", "5", "4",
+                        "--ratio", "2", "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True, capture_output=True)
+        with h5py.File(self.path("mesh")) as file:
+            return file["cells"][...]
+
+    def compare(self, name, cells):
+        """Each station with the fields, which have an entry for the start and every step, and with /series."""
+        with h5py.File(self.path(name)) as file:
+            self.assertEqual(list(file["stations"]), [str(k) for k in range(len(cells))])
+            time = file["series/time"][...]
+            self.assertGreater(len(time), 10)
+            fields = {key: file[f"fields/{key}"][1:].reshape(len(time), -1) for key in ("slip", "slip_rate", "traction")}
+            for k, cell in enumerate(cells):
+                station = file[f"stations/{k}"]
+                self.assertEqual({key: data.attrs["units"].decode() for key, data in station.items()}, UNITS)
+                self.assertEqual(station.attrs["cell"], cell)
+                np.testing.assert_array_equal(station["time"], time)
+                np.testing.assert_array_equal(station["slip_rate"], fields["slip_rate"][:, cell])
+                np.testing.assert_array_equal(station["state"], fields["slip"][:, cell])
+                # a weight is divided out by one rounding here and two there
+                np.testing.assert_allclose(station["traction"], fields["traction"][:, cell], rtol=1e-15)
+                np.testing.assert_allclose(station["slip"], fields["slip"][:, cell], rtol=0, atol=ROUNDING)
+
+    def test_grid(self):
+        """Edges and corners, and loading, of which slip knows nothing. Cells are 500 m x 600 m."""
+        points = "250,300; 3000 , 3000;1600,1e3"
+        self.fault(*GRID, "-fault_loading_rate", "1e-3", "-fault_output", "a.h5", "-fault_stations", points)
+        self.compare("a.h5", [0, 29, 9])
+        with h5py.File(self.path("a.h5")) as file:
+            attributes = file["stations/2"].attrs
+            self.assertEqual([attributes[key] for key in ("x", "z", "cell_x", "cell_z")], [1600, 1000, 1750, 900])
+
+    def test_slip_is_signed(self):
+        """A fault loaded from rest: slip is the integral of the rate, by the trapezoidal rule of each stage to 1 % on 1000 steps."""
+        self.fault(*GRID, "-fault_loading_rate", "-0.01", "-fault_initial", "rest", "-fault_friction_residual", "0", "-fault_friction_drop", "0",
+                   "-ts_max_time", "3", "-ts_adapt_type", "none", "-ts_dt", "0.003", "-fault_output", "a.h5", "-fault_stations", "1000,1000")
+        with h5py.File(self.path("a.h5")) as file:
+            station = {key: data[...] for key, data in file["stations/0"].items()}
+        integral = np.sum(0.5 * (station["slip_rate"][1:] + station["slip_rate"][:-1]) * np.diff(station["time"]))
+        self.assertLess(station["slip"][-1], 0)
+        self.assertGreater(station["state"][-1], 0)
+        self.assertAlmostEqual(integral / (station["slip"][-1] - station["slip"][0]), 1, delta=0.01)
+
+    def test_mesh_on_ranks(self):
+        cells = self.mesh()
+        asked = [7, 33, 12]
+        points = ";".join(f"{x:.17g},{y:.17g},{z:.17g}" for x, y, z in cells[asked, :3])
+        for ranks in (1, 2):
+            self.fault("-fault_mesh", "mesh", "-ts_max_time", "3", "-fault_output", f"{ranks}.h5", "-fault_stations", points, ranks=ranks)
+            self.compare(f"{ranks}.h5", asked)
+        with h5py.File(self.path("2.h5")) as file:
+            np.testing.assert_array_equal([file["stations/1"].attrs["cell_" + key] for key in "xyz"], cells[33, :3])
+        message = self.fault("-fault_mesh", "mesh", "-fault_output", "b.h5", "-fault_stations", "1500,1500", code=1)
+        self.assertIn("which several planes have: expected x,y,z", message)
+
+    def test_restart(self):
+        """The rows of a run that was stopped and went on are those of the unbroken one, bit by bit."""
+        mine = [*GRID, "-fault_stations", "1000,1000;2000,2000"]
+        self.fault(*mine, "-fault_output", "whole.h5")
+        self.fault(*mine, "-fault_output", "part.h5", "-fault_checkpoint", "state", "-ts_max_steps", "8", code=3)
+        self.fault(*mine, "-fault_output", "part.h5", "-fault_restart", "state")
+        with h5py.File(self.path("whole.h5")) as whole, h5py.File(self.path("part.h5")) as part:
+            for k in "01":
+                for key, data in whole[f"stations/{k}"].items():
+                    np.testing.assert_array_equal(data, part[f"stations/{k}/{key}"])
+        for points in ("1000,1000", "1000,1000;1,1", "1000,1000;2000,2000;1,1"):
+            message = self.fault(*GRID, "-fault_output", "part.h5", "-fault_restart", "state", "-fault_stations", points, code=1)
+            self.assertIn("expected the same ones, or another -fault_output", message)
+
+    def test_errors(self):
+        self.assertIn("expected -fault_output", self.fault(*GRID, "-fault_stations", "1,1", code=1))
+        for points, message in (("1", 'the point "1"'), ("1,2,3,4", '"1,2,3,4"'), ("a,b", '"a,b"'), ("1,nan", '"1,nan"'), ("1,2 m", '"1,2 m"'),
+                                (";", 'is ";"'), ("1,1;3001,1", "3001,1 outside the fault"), ("1,-1", "the nearest is at x = 250")):
+            self.assertIn(message, self.fault(*GRID, "-fault_output", "a.h5", "-fault_stations", points, code=1))
+        self.assertFalse(os.path.exists(self.path("a.h5")))
+
+
+if __name__ == "__main__":
+    unittest.main()

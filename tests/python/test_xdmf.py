@@ -1,0 +1,169 @@
+#!/usr/bin/env python3
+"""FILE.xdmf beside -fault_output: well formed at every moment, with the cells where they are, the fields by name, times and values of
+the HDF5 file. Read here as the format says, and by ParaView's own reader (vtkXdmfReader, of Debian's python3-paraview) where it is."""
+import os
+import subprocess
+import sys
+import time
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+from scripts import SOURCE, ScriptTest
+
+import h5py
+import numpy as np
+
+from slipstep_output import open_file
+
+try:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+    from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
+except ImportError:
+    vtkXdmfReader = None
+
+FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
+GRID = ["-fault_nx", "6", "-fault_nz", "5", "-fault_depth_top", "1000", "-ts_max_time", "4"]
+FIELDS = {"slip_rate", "slip", "displacement", "traction"}
+
+
+def item(folder, node):
+    """The array of a DataItem."""
+    children = list(node)
+    if node.get("ItemType") == "HyperSlab":
+        start, stride, count = item(folder, children[0]).astype(int)
+        data = item(folder, children[1])
+        data = data[tuple(slice(a, a + b * c, b) for a, b, c in zip(start, stride, count))]
+    elif node.get("Format") == "XML":
+        data = np.array(node.text.split(), dtype=float)
+    else:
+        name, path = node.text.strip().split(":")
+        with open_file(os.path.join(folder, name), "") as file:
+            data = file[path][: int(node.get("Dimensions").split()[0])]  # a run that goes on has more meanwhile
+        assert data.dtype.kind == {"Int": "i", "Float": "f"}[node.get("NumberType")] and data.dtype.itemsize == int(node.get("Precision"))
+    return data.reshape([int(n) for n in node.get("Dimensions").split()])
+
+
+def by_format(path):
+    """Times, and for each corners of cells [N, 4, 3] and a dict of fields [N]."""
+    folder = os.path.dirname(path)
+    root = ElementTree.parse(path).getroot()
+    assert root.tag == "Xdmf"
+    times, entries = [], []
+    for grid in root.find("Domain/Grid[@CollectionType='Temporal']").findall("Grid"):
+        times.append(float(grid.find("Time").get("Value")))
+        cells = item(folder, grid.find("Topology/DataItem"))
+        assert grid.find("Topology").get("TopologyType") == "Quadrilateral" and int(grid.find("Topology").get("NumberOfElements")) == len(cells)
+        corners = item(folder, grid.find("Geometry/DataItem"))[cells]
+        assert all(node.get("Center") == "Cell" for node in grid.findall("Attribute"))
+        entries.append((corners, {node.get("Name"): item(folder, node.find("DataItem")).reshape(-1) for node in grid.findall("Attribute")}))
+    return np.array(times), entries
+
+
+def by_vtk(path):
+    reader = vtkXdmfReader()
+    reader.SetFileName(path)
+    reader.UpdateInformation()
+    times = reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+    entries = []
+    for now in times:
+        reader.UpdateTimeStep(now)
+        grid = reader.GetOutputDataObject(0)
+        while grid.IsA("vtkMultiBlockDataSet"):
+            grid = grid.GetBlock(0)
+        assert all(grid.GetCellType(e) == 9 for e in range(grid.GetNumberOfCells()))  # VTK_QUAD
+        points = vtk_to_numpy(grid.GetPoints().GetData())
+        cells = np.array([[grid.GetCell(e).GetPointId(k) for k in range(4)] for e in range(grid.GetNumberOfCells())])
+        data = grid.GetCellData()
+        entries.append((points[cells], {data.GetArrayName(k): vtk_to_numpy(data.GetArray(k)) for k in range(data.GetNumberOfArrays())}))
+    return np.array(times), entries
+
+
+READERS = [by_format] + ([by_vtk] if vtkXdmfReader else [])
+
+
+class Xdmf(ScriptTest):
+    def fault(self, *options, ranks=1, code=0):
+        command = [FAULT, *options] if ranks == 1 else ["mpirun", "--oversubscribe", "-n", str(ranks), FAULT, *options]
+        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
+        self.assertEqual(done.returncode, code, done.stderr)
+
+    def compare(self, xdmf, h5, centre, size, least=10, readers=READERS):
+        """centre [N, 3] with depths downwards, size [N, 2]. The number of entries"""
+        for read in readers:
+            times, entries = read(self.path(xdmf))
+            with open_file(self.path(h5), "") as file:  # after the text, as it may grow
+                want = {key: file[f"fields/{key}"][...].reshape(len(file[f"fields/{key}"]), -1) for key in file["fields"] if key != "time"}
+                expected = file["fields/time"][...]
+            self.assertGreaterEqual(len(times), least)
+            np.testing.assert_array_equal(times, expected[: len(times)])
+            for k, (corners, fields) in enumerate(entries):
+                self.assertEqual(set(fields), set(want))
+                for key, values in fields.items():
+                    np.testing.assert_array_equal(values, want[key][k], f"{key} {k}")
+                # corners are sums of numbers of up to 1e4 m, in double precision or, by vtk, in single
+                np.testing.assert_allclose(corners.mean(axis=1), centre * [1, 1, -1], rtol=0, atol=1e-3)
+                np.testing.assert_allclose(corners[:, 2] - corners[:, 0], np.column_stack([size[:, 0], 0 * size[:, 0], -size[:, 1]]), rtol=0, atol=2e-3)
+                np.testing.assert_allclose(corners[:, 1, 2], corners[:, 0, 2], rtol=0, atol=0)  # the first edge is along strike
+        return len(times)
+
+    def grid(self):
+        z, x = np.meshgrid(1000 + 600 * (np.arange(5) + 0.5), 500 * (np.arange(6) + 0.5), indexing="ij")
+        return np.column_stack([x.ravel(), 0 * x.ravel(), z.ravel()]), np.tile([500.0, 600.0], (30, 1))
+
+    def test_grid(self):
+        for name, options in (("a.h5", []), ("of & two.h5", ["-fault_output_precision", "single", "-fault_output_compression", "5"]),
+                              ("fewer.h5", ["-fault_output_fields", "slip,traction", "-fault_output_time_interval", "0.3"])):
+            self.fault(*GRID, "-fault_output", name, *options)
+            self.compare(name + ".xdmf", name, *self.grid())
+        self.assertEqual(sorted(os.listdir(self.folder.name)), sorted(n + e for n in ("a.h5", "of & two.h5", "fewer.h5") for e in ("", ".xdmf")))
+
+    def test_mesh_on_ranks(self):
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells", "5", "4", "--ratio", "2",
+                        "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True, capture_output=True)
+        with h5py.File(self.path("mesh")) as file:
+            cells = file["cells"][...]
+        for ranks in (1, 2):
+            self.fault("-fault_mesh", "mesh", "-ts_max_time", "3", "-fault_output", f"{ranks}.h5", ranks=ranks)
+            self.compare(f"{ranks}.h5.xdmf", f"{ranks}.h5", cells[:, :3], cells[:, 3:])
+
+    def test_while_it_goes(self):
+        """At every moment FILE.part.xdmf can be read, with FILE.part; it grows; a kill leaves both, and a restart goes on. Plain readers,
+        as that of vtk, are refused while a flush is written, a moment that comes ten times a second here."""
+        slow = [FAULT, *GRID[:-1], "1e4", "-ts_adapt_type", "none", "-ts_dt", "1e-3", "-fault_output", "a.h5", "-fault_output_interval", "50",
+                "-fault_checkpoint", "state", "-fault_checkpoint_interval", "0.2"]
+        run = subprocess.Popen(slow, cwd=self.folder.name, stdout=subprocess.DEVNULL)
+        self.addCleanup(run.wait)
+        self.addCleanup(run.kill)
+        seen, end = [], time.monotonic() + 60
+        while time.monotonic() < end and (len(set(seen)) < 4 or not os.path.exists(self.path("state.previous"))):
+            self.assertIsNone(run.poll())
+            if os.path.exists(self.path("a.h5.part.xdmf")):
+                seen.append(self.compare("a.h5.part.xdmf", "a.h5.part", *self.grid(), least=1, readers=[by_format]))
+        run.kill()
+        run.wait()
+        self.assertEqual(seen, sorted(seen))
+        self.assertGreaterEqual(len(set(seen)), 4)
+        self.compare("a.h5.part.xdmf", "a.h5.part", *self.grid(), least=seen[-1])
+        self.assertFalse(os.path.exists(self.path("a.h5.xdmf")))
+        self.fault(*slow[1:], "-fault_restart", "state", "-ts_max_steps", "1", code=3)
+        n = self.compare("a.h5.xdmf", "a.h5", *self.grid(), least=2)
+        with h5py.File(self.path("a.h5")) as file:
+            self.assertEqual(n, len(file["fields/time"]))
+        self.assertFalse(os.path.exists(self.path("a.h5.part.xdmf")))
+
+    def test_none(self):
+        """Neither without fields nor where it is not wanted."""
+        self.fault(*GRID, "-fault_output", "a.h5", "-fault_output_xdmf", "no")
+        self.fault(*GRID, "-fault_output", "b.h5", "-fault_output_fields", "")
+        self.assertEqual(sorted(os.listdir(self.folder.name)), ["a.h5", "b.h5"])
+        with h5py.File(self.path("a.h5")) as file:
+            self.assertNotIn("xdmf", file)
+
+    @unittest.skipUnless(vtkXdmfReader, "vtkXdmfReader is missing: apt-get install python3-paraview (0.7 GB)")
+    def test_vtk_was_there(self):
+        self.assertIn(by_vtk, READERS)
+
+
+if __name__ == "__main__":
+    unittest.main()
