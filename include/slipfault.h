@@ -53,6 +53,9 @@ typedef struct {
 /* r: reaction, may be NULL */
 PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs);
 
+/* Elastic shear stress on each cell [Pa], positive where it drives slip forward */
+PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T);
+
 /* -fault_output: attaches monitors that write the file of slipoutput.h, with /mesh (x, z of the centres [m],
    per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction as [n, Nz, Nx], or [n, N] of a
    mesh); finish writes /result and /run and renames into place. */

@@ -97,6 +97,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   *fault = NULL;
   if (--((PetscObject)f)->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultOutputDestroy(&f->output));
+  PetscCall(SlipFaultCatalogueDestroy(&f->catalogue));
   PetscCall(SlipFaultRunErrorDestroy(f));
   PetscCall(SlipConstraintDestroy(&f->con));
   PetscCall(PetscViewerDestroy(&f->viewer));
@@ -104,7 +105,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->field[i]));
   for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->given[i]));
   {
-    Vec *vecs[] = {&f->work[0], &f->work[1], &f->work[2], &f->uc, &f->vinf, &f->c, &f->u0, &f->s0};
+    Vec *vecs[] = {&f->work[0], &f->work[1], &f->work[2], &f->uc, &f->vinf, &f->kvinf, &f->c, &f->u0, &f->s0};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   }

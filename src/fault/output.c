@@ -69,6 +69,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(SlipFaultRunErrorStart(fault, ts));
+  PetscCall(SlipFaultCatalogueStart(fault, ts));
   if (!fault->text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
   PetscCall(PetscNew(&out));
@@ -214,6 +215,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   } else
     PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run));
   PetscCall(SlipOutputAddResult(run, "mean_slip", "final mean slip", "m", obs.mean_slip));
+  PetscCall(SlipFaultCatalogueFinish(fault, run));
   PetscCall(SlipFaultRunErrorReport(fault, ts, run, obs.mean_slip));
   PetscCall(SlipOutputFinish(&run, wall_setup, wall_solve));
   PetscCall(SlipFaultOutputDestroy(&fault->output));

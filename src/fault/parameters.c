@@ -55,6 +55,8 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                         "Next step of a run that goes on; 0: the checkpoint's"},
   [FAULT_WALL_LIMIT] = {"wall_limit", 0, "s", 0, NONE, SHUT, REAL,
                         "Wall time of the program before which the run stops, with a checkpoint; 0: none"},
+  [FAULT_EVENT_RATE] = {"event_rate", 1e-3, "m/s", 0, NONE, OPEN, REAL,
+                        "Slip rate of a cell from which on an event of -fault_catalogue lasts"},
 };
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
@@ -83,6 +85,7 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
   [FAULT_OUTPUT_FIELDS] = {"output_fields", "slip_rate,slip,displacement,traction", NULL,
                            "Fields to write, separated by commas"},
+  [FAULT_CATALOGUE] = {"catalogue", "", NULL, "HDF5 file to write a row of every event of the run to"},
   [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart"},
   [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to go on from"},
 };
@@ -230,7 +233,7 @@ static PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char 
 /*@C
   SlipFaultSetString - set a named choice or a file name of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except output and output_fields).
+  Logically collective; before SlipFaultSetUp() only (except output, output_fields and catalogue).
 
   Input Parameters:
 + fault - the fault
@@ -253,8 +256,8 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
 
     PetscCall(PetscStrcmp(name, p->name, &same));
     if (!same) continue;
-    PetscCheck(!fault->setup || i == FAULT_OUTPUT || i == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
-               "%s must be set before SlipFaultSetUp()", name);
+    PetscCheck(!fault->setup || i == FAULT_OUTPUT || i == FAULT_OUTPUT_FIELDS || i == FAULT_CATALOGUE, fault->comm,
+               PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
     if (p->choices) {
       char list[256];
       PetscBool found;
@@ -389,6 +392,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_check_error"));
+  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_catalogue_maps"));
   PetscCall(PetscSNPrintf(start, sizeof(start), "%sfault_start_", prefix));
   PetscCall(SlipCheckLinearOptions(fault->comm, options, start));
   PetscObjectOptionsBegin((PetscObject)fault);
@@ -400,9 +404,14 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
     "Repeat the run with every step computed in four parts, for its errors: costs five times its Bathe solves more "
     "(default: no; the estimate that is always printed is free)",
     "SlipFaultOutputFinish", fault->check_error, &fault->check_error, NULL));
-  PetscCall(PetscOptionsBool("-fault_output_overwrite",
-                             "Throw the rows of an unfinished FILE.part of -fault_output away (default no)",
-                             "SlipFaultOutputStart", fault->output_overwrite, &fault->output_overwrite, NULL));
+  PetscCall(PetscOptionsBool(
+    "-fault_output_overwrite",
+    "Throw the rows of an unfinished FILE.part of -fault_output and -fault_catalogue away (default no)",
+    "SlipFaultOutputStart", fault->output_overwrite, &fault->output_overwrite, NULL));
+  PetscCall(
+    PetscOptionsBool("-fault_catalogue_maps",
+                     "Write slip and rupture time of every cell for each event of -fault_catalogue (default no)",
+                     "SlipFaultOutputStart", fault->catalogue_maps, &fault->catalogue_maps, NULL));
   PetscCall(SlipFaultWarnOfGrid(fault));
   PetscCall(PetscViewerDestroy(&fault->viewer));
   PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",
@@ -429,8 +438,8 @@ PetscErrorCode SlipFaultDeclareOptions(void)
   static char names[2048];
 
   PetscFunctionBegin;
-  PetscCall(
-    PetscStrncpy(names, "check_error view stiffness_view output_overwrite start_ksp_* start_pc_*", sizeof(names)));
+  PetscCall(PetscStrncpy(
+    names, "check_error view stiffness_view output_overwrite catalogue_maps start_ksp_* start_pc_*", sizeof(names)));
   for (PetscInt i = 0; i < FAULT_NUM_REALS + FAULT_NUM_STRINGS; i++) {
     PetscCall(PetscStrlcat(names, " ", sizeof(names)));
     PetscCall(PetscStrlcat(

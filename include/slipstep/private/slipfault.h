@@ -48,6 +48,7 @@ typedef enum {
   FAULT_CHECKPOINT_INTERVAL,
   FAULT_RESTART_DT,
   FAULT_WALL_LIMIT,
+  FAULT_EVENT_RATE,
   FAULT_NUM_REALS
 } SlipFaultRealId;
 
@@ -75,6 +76,7 @@ typedef enum {
   FAULT_MESH,
   FAULT_OUTPUT,
   FAULT_OUTPUT_FIELDS,
+  FAULT_CATALOGUE,
   FAULT_CHECKPOINT,
   FAULT_RESTART,
   FAULT_NUM_STRINGS
@@ -150,6 +152,7 @@ typedef struct {
 } SlipFaultMode;
 
 typedef struct _n_SlipFaultOutput *SlipFaultOutput;
+typedef struct _n_SlipFaultCatalogue *SlipFaultCatalogue;
 
 /* ---- errors of a run; formulas in slipestimate.c, courseestimate.c and slipcheck.c ---- */
 typedef struct {
@@ -198,6 +201,7 @@ struct _p_SlipFault {
   PetscInt ngiven[FAULT_NUM_FIELDS];
   PetscBool check_error;      /* -fault_check_error */
   PetscBool output_overwrite; /* -fault_output_overwrite */
+  PetscBool catalogue_maps;   /* -fault_catalogue_maps */
   PetscViewer viewer;         /* -fault_view */
   PetscViewerFormat format;
   PetscViewer stiffness_viewer; /* -fault_stiffness_view */
@@ -221,6 +225,7 @@ struct _p_SlipFault {
   PetscReal tstar;   /* Ly sqrt(rho/G) [s] */
   PetscReal scaling; /* factor that K was multiplied with */
   Vec vinf;          /* loading rate [m/s] */
+  Vec kvinf;         /* K vinf [Pa/s], once it is needed */
   Vec work[3];
 
   /* ---- the critical state, and the means by which observations are made dimensionless ---- */
@@ -244,6 +249,8 @@ struct _p_SlipFault {
   SlipFaultMode mode;
   SlipFaultEstimates estimates;
   SlipFaultOutput output;
+  SlipFaultCatalogue catalogue; /* NULL: none */
+  PetscInt events;              /* of the run so far, as the catalogue counts them */
   SlipFaultRunError run_error;
 };
 
@@ -298,6 +305,14 @@ PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec e
 PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, Vec w, PetscReal *rest);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
 
+/* Sums over the cells: power[0] of (v - v_inf) H (v - v_inf), [1] of v_inf H (v - v_inf), [2] of -v r, or q |v|. */
+PETSC_EXTERN PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power[3]);
+
+/* ---- stress.c: elastic stress and energy, and what loading does ---- */
+PETSC_EXTERN PetscReal SlipFaultMeanArea(SlipFault fault); /* of a cell [m^2] */
+PETSC_EXTERN PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy); /* [J] */
+PETSC_EXTERN PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power);   /* [W] */
+
 /* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
 /* Fields of /fields; the first three are components of the state, the last is the reaction. */
 typedef enum {
@@ -323,3 +338,73 @@ struct _n_SlipFaultOutput {
 
 PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, no file as yet */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w);
+/* Shape of a field in a file, [Nz, Nx], or [n] for a mesh: number of dimensions */
+PETSC_EXTERN PetscInt SlipFaultFieldShape(SlipFault fault, PetscInt dims[2]);
+PETSC_EXTERN PetscErrorCode SlipFaultWriteAxes(SlipFault fault, SlipH5 *h); /* rank 0: centres of the cells */
+
+/* ---- catalogue.c, cataloguefile.c: events, a row each ---- */
+typedef enum { WORK_RADIATED, WORK_DISSIPATED, WORK_LOADING, FAULT_NUM_WORKS } SlipFaultWorkId;
+
+/* The event under way */
+typedef struct {
+  PetscReal onset;                 /* [s] */
+  PetscReal elastic, kinetic;      /* energies at the onset [J] */
+  PetscReal work[FAULT_NUM_WORKS]; /* since then [J] */
+  PetscReal peak;                  /* largest slip rate so far [m/s] */
+  PetscReal time[2], rate[2];      /* ends of the last two steps [s], largest slip rates there [m/s] */
+  PetscInt cell;                   /* hypocentre, as the file numbers cells */
+  PetscInt steps;
+} SlipFaultEvent;
+
+typedef enum {
+  EVENT_ONSET,
+  EVENT_END,
+  EVENT_X,
+  EVENT_Y,
+  EVENT_Z,
+  EVENT_CELL,
+  EVENT_AREA,
+  EVENT_MEAN_SLIP,
+  EVENT_MAX_SLIP,
+  EVENT_DIRECTION,
+  EVENT_MOMENT,
+  EVENT_MAGNITUDE,
+  EVENT_STRESS_DROP,
+  EVENT_PEAK_SLIP_RATE,
+  EVENT_ELASTIC_ENERGY,
+  EVENT_KINETIC_ENERGY,
+  EVENT_DISSIPATED_ENERGY,
+  EVENT_RADIATED_ENERGY,
+  EVENT_LOADING_WORK,
+  EVENT_LEDGER,
+  EVENT_STEPS,
+  EVENT_NUM_COLUMNS
+} SlipEventColumn;
+
+struct _n_SlipFaultCatalogue {
+  SlipFault fault; /* borrowed */
+  PetscMPIInt rank;
+  PetscBool maps;           /* slip and rupture time of each cell as well */
+  PetscBool begun, resumed; /* the file is there; it is that of an earlier run, cut */
+  PetscBool started;        /* TSSolve() has said where it starts */
+  SlipH5Kind kind;
+  SlipH5 file;                      /* rank 0 */
+  PetscReal last_end;               /* of the newest row [s] */
+  PetscBool active;                 /* an event is under way */
+  SlipFaultEvent event;             /* and how far it is */
+  Vec u0, stress0;                  /* displacement [m] and shear stress [Pa] at its onset */
+  Vec rupture;                      /* when each cell exceeded the rate, after the onset [s]; -1: not yet */
+  Vec cut, stress, slip;            /* work: state within a step, shear stress [Pa], slip of the event [m] */
+  PetscBool power_known;            /* that of the end of the last step is */
+  PetscReal power[FAULT_NUM_WORKS]; /* [W] */
+  VecScatter gather;                /* maps, on rank 0 */
+  Vec map[2];
+};
+
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s);
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run);
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueDestroy(SlipFaultCatalogue *catalogue);
+/* The file; collective */
+PETSC_EXTERN PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat); /* unless it is there */
+PETSC_EXTERN PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat, const PetscReal row[]);
