@@ -19,12 +19,10 @@
 PetscErrorCode SlipFaultCatalogueDestroy(SlipFaultCatalogue *catalogue)
 {
   SlipFaultCatalogue cat = *catalogue;
-  PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   if (!cat) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!cat->rank) ierr = SlipH5Abandon(&cat->file);
-  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
+  PetscCall(SlipCatalogueClose(cat, PETSC_FALSE));
   {
     Vec *vecs[] = {&cat->u0,     &cat->stress0, &cat->rupture, &cat->cut,
                    &cat->stress, &cat->slip,    &cat->map[0],  &cat->map[1]};
@@ -385,6 +383,7 @@ static PetscErrorCode SlipFaultEventMonitor(TS ts, PetscInt step, PetscReal time
   PetscFunctionBegin;
   if (step < 0 || !cat) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipCatalogueBegin(cat));
+  PetscCall(SlipCatalogueFlush(cat));
   PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &max));
   if (!cat->started) { /* the state that TSSolve() starts from */
     cat->started = PETSC_TRUE;
@@ -508,16 +507,13 @@ PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s)
   SlipFaultCatalogue cat = fault->catalogue;
   const char *prefix = SlipFaultPrefix(fault);
   PetscReal rate = fault->value[FAULT_EVENT_RATE];
-  PetscErrorCode ierr = PETSC_SUCCESS;
   PetscBool has;
 
   PetscFunctionBegin;
   if (!cat) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStateHas(s, "catalogue", &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!SlipStateIsLoading(s)) PetscCall(SlipCatalogueBegin(cat));
-  if (!SlipStateIsLoading(s) && !cat->rank) ierr = SlipH5Sync(&cat->file);
-  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  if (!SlipStateIsLoading(s)) PetscCall(SlipCatalogueSync(cat));
   PetscCall(SlipStateGroup(s, "catalogue"));
   PetscCall(SlipStateReal(s, "event_rate", 1, &rate));
   PetscCheck(rate == fault->value[FAULT_EVENT_RATE], fault->comm, PETSC_ERR_ARG_INCOMP,
@@ -535,7 +531,6 @@ PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s)
 PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run)
 {
   SlipFaultCatalogue cat = fault->catalogue;
-  PetscErrorCode ierr = PETSC_SUCCESS;
   char when[32], line[128];
 
   PetscFunctionBegin;
@@ -548,8 +543,7 @@ PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run)
     PetscCall(PetscPrintf(fault->comm, "%s", line));
   }
   PetscCall(SlipOutputAddResult(run, "events", "events", NULL, (PetscReal)fault->events));
-  if (!cat->rank) ierr = SlipH5Close(&cat->file);
-  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(SlipCatalogueClose(cat, PETSC_TRUE));
   PetscCall(SlipFaultCatalogueDestroy(&fault->catalogue));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

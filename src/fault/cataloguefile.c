@@ -54,15 +54,11 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   SlipFault fault = cat->fault;
   PetscInt dims[2], ndim = SlipFaultFieldShape(fault, dims);
   SlipH5 *h = &cat->file;
-  char path[64];
 
   PetscFunctionBegin;
   PetscCall(SlipH5CreateKind(&cat->kind, fault->text[FAULT_CATALOGUE], h));
   PetscCall(WriteAttributes(cat));
-  for (PetscInt c = 0; c < EVENT_NUM_COLUMNS; c++) {
-    PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", Columns[c].name));
-    PetscCall(SlipH5CreateSeries(h, path, 0, NULL, Columns[c].integer, Columns[c].unit));
-  }
+  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, -1));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
     PetscCall(SlipH5CreateSeries(h, Maps[m], ndim, dims, PETSC_FALSE, MapUnits[m]));
   PetscCall(SlipFaultWriteAxes(fault, h));
@@ -100,17 +96,23 @@ static PetscErrorCode CheckLast(SlipFaultCatalogue cat)
 static PetscErrorCode Continue(SlipFaultCatalogue cat)
 {
   SlipH5 *h = &cat->file;
-  char path[64];
 
   PetscFunctionBegin;
   PetscCall(SlipH5CreateCopy(&cat->kind, NULL, cat->fault->text[FAULT_CATALOGUE], h));
   PetscCall(CheckLast(cat));
-  for (PetscInt c = 0; c < EVENT_NUM_COLUMNS; c++) {
-    PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", Columns[c].name));
-    PetscCall(SlipH5SetRows(h, path, cat->fault->events));
-  }
+  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, cat->fault->events));
   for (PetscInt m = 0; m < 2 && cat->maps; m++) PetscCall(SlipH5SetRows(h, Maps[m], cat->fault->events));
   PetscCall(SlipH5Live(h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: the rows before an error that ends the program */
+static PetscErrorCode Last(void *ctx)
+{
+  SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
+
+  PetscFunctionBegin;
+  PetscCall(SlipTableFlush(&cat->table, &cat->file));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -124,35 +126,28 @@ PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat)
   if (!cat->rank) ierr = cat->resumed ? Continue(cat) : Create(cat);
   PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
   cat->begun = PETSC_TRUE;
+  cat->file.last = Last;
+  cat->file.ctx = cat;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: a row, and the maps that were gathered. It is in the file at once, as there may be no other for hours. */
-static PetscErrorCode WriteRow(SlipFaultCatalogue cat, const PetscReal row[])
+/* Rank 0: the maps that were gathered */
+static PetscErrorCode WriteMaps(SlipFaultCatalogue cat)
 {
-  char path[EVENT_NUM_COLUMNS][64];
-  SlipH5Rows series[EVENT_NUM_COLUMNS + 2];
   const PetscReal *slip;
   PetscReal *time;
   const SlipArrays arrays[] = {{cat->map[0], .read = &slip}, {cat->map[1], .write = &time}};
-  PetscInt n;
 
   PetscFunctionBegin;
-  for (PetscInt c = 0; c < EVENT_NUM_COLUMNS; c++) {
-    PetscCall(PetscSNPrintf(path[c], sizeof(path[c]), "/%s", Columns[c].name));
-    series[c] = (SlipH5Rows){path[c], &row[c], 1};
+  PetscCall(SlipArraysGet(2, arrays));
+  for (PetscInt e = 0; e < cat->fault->N; e++)
+    if (time[e] < 0) time[e] = (PetscReal)NAN;
+  {
+    const SlipH5Rows series[2] = {{Maps[0], slip, 1}, {Maps[1], time, 1}};
+
+    PetscCall(SlipH5AppendAll(&cat->file, 2, series, 1));
   }
-  if (cat->maps) {
-    PetscCall(SlipArraysGet(2, arrays));
-    for (PetscInt e = 0; e < cat->fault->N; e++)
-      if (time[e] < 0) time[e] = (PetscReal)NAN;
-    series[EVENT_NUM_COLUMNS] = (SlipH5Rows){Maps[0], slip, 1};
-    series[EVENT_NUM_COLUMNS + 1] = (SlipH5Rows){Maps[1], time, 1};
-  }
-  n = EVENT_NUM_COLUMNS + (cat->maps ? 2 : 0);
-  PetscCall(SlipH5AppendAll(&cat->file, n, series, 1));
-  if (cat->maps) PetscCall(SlipArraysRestore(2, arrays));
-  PetscCall(SlipH5Flush(&cat->file));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -168,8 +163,68 @@ PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat, const PetscReal row[])
     PetscCall(VecScatterBegin(cat->gather, from[m], cat->map[m], INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(cat->gather, from[m], cat->map[m], INSERT_VALUES, SCATTER_FORWARD));
   }
-  if (!cat->rank) ierr = WriteRow(cat, row);
+  if (!cat->rank) ierr = SlipTableAdd(&cat->table, &cat->file, row);
+  if (!cat->rank && !ierr && cat->maps) ierr = WriteMaps(cat);
+  cat->unflushed = PETSC_TRUE;
   PetscCall(SlipLogOutputEnd());
+  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: all rows to the disk */
+static PetscErrorCode Flush(SlipFaultCatalogue cat)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipTableFlush(&cat->table, &cat->file));
+  PetscCall(SlipH5Flush(&cat->file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: rows to the disk, so often that it costs a hundredth of the time; asked after every step, as the next event
+   may be hours away */
+PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscInt due = 0;
+
+  PetscFunctionBegin;
+  if (!cat->unflushed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!cat->rank) {
+    PetscBool now;
+
+    PetscCall(SlipH5FlushIsDue(&cat->file, &now));
+    if (now) ierr = Flush(cat);
+    due = now ? 1 : 0;
+  }
+  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
+  PetscCallMPI(MPI_Bcast(&due, 1, MPIU_INT, 0, cat->fault->comm));
+  if (due) cat->unflushed = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: all rows to the disk now */
+PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(SlipCatalogueBegin(cat));
+  if (!cat->rank) ierr = SlipTableFlush(&cat->table, &cat->file);
+  if (!cat->rank && !ierr) ierr = SlipH5Sync(&cat->file);
+  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the end of a run, or of one that did not reach it */
+PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  if (!cat->rank && cat->file.id > 0) {
+    if (cat->file.live) ierr = SlipTableFlush(&cat->table, &cat->file);
+    if (!ierr) ierr = complete ? SlipH5Close(&cat->file) : SlipH5Abandon(&cat->file);
+  }
   PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -389,6 +389,8 @@ struct _n_SlipFaultCatalogue {
   PetscBool started;        /* TSSolve() has said where it starts */
   SlipH5Kind kind;
   SlipH5 file;                      /* rank 0 */
+  PetscBool unflushed;              /* rows that are not on the disk */
+  SlipTable table;                  /* rank 0: the columns */
   PetscReal last_end;               /* of the newest row [s] */
   PetscBool active;                 /* an event is under way */
   SlipFaultEvent event;             /* and how far it is */
@@ -407,4 +409,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput
 PETSC_EXTERN PetscErrorCode SlipFaultCatalogueDestroy(SlipFaultCatalogue *catalogue);
 /* The file; collective */
 PETSC_EXTERN PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat); /* unless it is there */
+PETSC_EXTERN PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat); /* when it is due */
+PETSC_EXTERN PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat);
+PETSC_EXTERN PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete);
 PETSC_EXTERN PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat, const PetscReal row[]);
