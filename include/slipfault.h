@@ -56,7 +56,12 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec 
 /* Elastic shear stress on each cell [Pa], positive where it drives slip forward */
 PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T);
 
-/* -fault_output: attaches monitors that write the file of slipoutput.h, with /mesh (x, z of the centres [m],
+/* -fault_catalogue: a row an event in a file of its own: /onset, /end, /x, /y, /z, /cell, /area, /mean_slip, /max_slip,
+   /direction, /moment, /magnitude, /stress_drop, /peak_slip_rate, /elastic_energy, /kinetic_energy, /dissipated_energy,
+   /radiated_energy, /loading_work, /ledger, /steps [event], /mesh (centres), and /maps/slip, /maps/rupture_time as
+   [event, Nz, Nx], or [event, N] of a mesh; output/README.md says what they are. SlipFaultOutputStart() and
+   SlipFaultOutputFinish() begin and end it.
+   -fault_output: attaches monitors that write the file of slipoutput.h, with /mesh (x, z of the centres [m],
    per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction as [n, Nz, Nx], or [n, N] of a
    mesh); finish writes /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);

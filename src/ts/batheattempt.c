@@ -199,6 +199,8 @@ PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *der
   been computed in halves (-ts_bathe_error doubling) or other parts, the inner state is the end of the last but one, and
   the weights are those of the quadratic through the three.
 
+  Errors: PETSC_ERR_ORDER before a step was accepted
+
 .seealso: TSBatheGetEstimates(), TSBatheGetGamma(), TSInterpolate()
 @*/
 PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[3], Vec state[3])
