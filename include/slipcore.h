@@ -190,6 +190,12 @@ PETSC_EXTERN void SlipBatheSetUp(PetscReal gamma, SlipBathe *c);
 PETSC_EXTERN void SlipBatheSetUpBackward(SlipBathe *c);
 PETSC_EXTERN PetscReal SlipBatheRoundError(PetscReal error); /* an estimate, to the digits that mean something */
 
+/* ---- event.c: of a catalogue of events ---- */
+PETSC_EXTERN PetscReal SlipEventCrossing(PetscReal slow, PetscReal fast, PetscReal bound);
+PETSC_EXTERN PetscReal SlipEventRate(PetscReal a, PetscReal b, PetscReal share);
+PETSC_EXTERN PetscReal SlipEventPeak(const PetscReal t[3], const PetscReal y[3]);
+PETSC_EXTERN PetscReal SlipEventMagnitude(PetscReal moment);
+
 /* ---- observation.c: what a policy may be told ---- */
 /* Of any run. h, E and residuals are those of the last attempt. */
 typedef struct {

@@ -57,7 +57,15 @@ typedef struct {
 /* r: reaction, may be NULL */
 PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs);
 
-/* -fault_output: attaches monitors that write the file of slipoutput.h, with /mesh (x, z of the centres [m],
+/* Elastic shear stress on each cell [Pa], positive where it drives slip forward */
+PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T);
+
+/* -fault_catalogue: a row an event in a file of its own: /onset, /end, /x, /y, /z, /cell, /area, /mean_slip, /max_slip,
+   /direction, /moment, /magnitude, /stress_drop, /peak_slip_rate, /elastic_energy, /kinetic_energy, /dissipated_energy,
+   /radiated_energy, /loading_work, /ledger, /steps [event], /mesh (centres), and /maps/slip, /maps/rupture_time as
+   [event, Nz, Nx], or [event, N] of a mesh; output/README.md says what they are. SlipFaultOutputStart() and
+   SlipFaultOutputFinish() begin and end it.
+   -fault_output: attaches monitors that write the file of slipoutput.h, with /mesh (x, z of the centres [m],
    per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction as [n, Nz, Nx], or [n, N] of a
    mesh), and of -fault_stations /stations/K (K = 0, 1, ...; time, slip, slip_rate, traction, state at every accepted
    step; attributes x, z, cell, cell_x, cell_z); /xdmf (corners of the cells) and FILE.xdmf beside it; finish writes /result and /run and renames into place. */

@@ -21,6 +21,7 @@ typedef struct {
    an unfinished one is continued. Each may be NULL. */
 typedef struct {
   const char *prefix, *option, *restart;
+  const char *discard; /* the option by which one that is there is thrown away; NULL: option_overwrite */
   PetscBool growing;   /* rows will be appended: it is to be readable all the time, and never lost */
   PetscBool overwrite; /* rows of an unfinished one that is there may go */
   PetscInt block;      /* bytes before those of HDF5, for something else: 0, or a power of two from 512 on */

@@ -60,6 +60,8 @@ PETSC_EXTERN PetscErrorCode TSBatheMonitorCancel(TS ts);
    end. */
 PETSC_EXTERN PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *derivative);
 PETSC_EXTERN PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order);
+/* Integrals over the last accepted step: states, borrowed, at shares of it, with their weights */
+PETSC_EXTERN PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[3], Vec state[3]);
 /* Same steps and estimates, finer solution; told of the state [v, u, s per cell] at the end of each part */
 typedef PetscErrorCode (*TSBathePartFn)(TS ts, PetscReal time, Vec w, void *ctx);
 PETSC_EXTERN PetscErrorCode TSBatheSetParts(TS ts, PetscInt parts, TSBathePartFn told, void *ctx);

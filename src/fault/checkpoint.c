@@ -120,9 +120,9 @@ static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
 static PetscBool MayChange(PetscInt id)
 {
   static const SlipFaultRealId free_ones[] = {
-    FAULT_OUTPUT_INTERVAL,    FAULT_OUTPUT_SLIP_INTERVAL, FAULT_OUTPUT_TIME_INTERVAL,  FAULT_OUTPUT_RATE_CHANGE,
-    FAULT_OUTPUT_COMPRESSION, FAULT_KRYLOV_TOLERANCE,     FAULT_RATE_TOLERANCE,        FAULT_CHECKPOINT_INTERVAL,
-    FAULT_RESTART_DT,         FAULT_WALL_LIMIT,           FAULT_NORMAL_STRESS_GRADIENT};
+    FAULT_OUTPUT_INTERVAL,    FAULT_OUTPUT_SLIP_INTERVAL, FAULT_OUTPUT_TIME_INTERVAL,   FAULT_OUTPUT_RATE_CHANGE,
+    FAULT_OUTPUT_COMPRESSION, FAULT_KRYLOV_TOLERANCE,     FAULT_RATE_TOLERANCE,         FAULT_CHECKPOINT_INTERVAL,
+    FAULT_RESTART_DT,         FAULT_WALL_LIMIT,           FAULT_NORMAL_STRESS_GRADIENT, FAULT_EVENT_RATE};
 
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(free_ones); i++)
     if (id == (PetscInt)free_ones[i]) return PETSC_TRUE;
@@ -273,6 +273,7 @@ static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
   PetscCall(SlipStateInt(s, "rows", 3, rows));
   PetscCall(SlipFaultOutputState(fault, s));
   if (SlipStateIsLoading(s)) PetscCall(ResumeOutput(fault, ts, rows));
+  PetscCall(SlipFaultCatalogueState(fault, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -424,6 +425,8 @@ PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscAssertPointer(code, 3);
   PetscCall(SlipCheckpointFinish(ts, code));
-  if (*code) PetscCall(SlipFaultOutputDestroy(&fault->output)); /* stays unfinished */
+  if (!*code) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultOutputDestroy(&fault->output)); /* they stay unfinished */
+  PetscCall(SlipFaultCatalogueDestroy(&fault->catalogue));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

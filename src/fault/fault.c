@@ -129,6 +129,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   *fault = NULL;
   if (--((PetscObject)f)->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultOutputDestroy(&f->output));
+  PetscCall(SlipFaultCatalogueDestroy(&f->catalogue));
   PetscCall(SlipFaultRunErrorDestroy(f));
   PetscCall(SlipConstraintDestroy(&f->con));
   PetscCall(PetscViewerDestroy(&f->viewer));

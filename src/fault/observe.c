@@ -205,14 +205,14 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sums over the cells: power[0] of (v - v_inf) H (v - v_inf), [1] of v_inf H (v - v_inf), [2] of -v r, or q |v|. */
-static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscReal power[3])
+PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power[3])
 {
   Vec rel = fault->work[0], hv = fault->work[1], q = fault->work[2];
   const PetscReal *a, *f, *vinf = fault->field[FIELD_LOADING_RATE];
   PetscReal *b;
 
   PetscFunctionBegin;
+  PetscCall(PetscArrayzero(power, 3));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(rel, &b));
   for (PetscInt i = 0; i < fault->n; i++) b[i] = a[3 * i] - vinf[i];
@@ -259,13 +259,13 @@ static PetscErrorCode SlipFaultAddPowers(SlipFault fault, Vec w, Vec r, PetscRea
 PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs)
 {
   const SlipFaultSums *s;
-  PetscReal power[3] = {0, 0, 0};
+  PetscReal power[3];
   const PetscReal N = (PetscReal)fault->N;
 
   PetscFunctionBegin;
   PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
   PetscCall(SlipFaultGetSums(fault, w, &s));
-  PetscCall(SlipFaultAddPowers(fault, w, r, power));
+  PetscCall(SlipFaultGetPowers(fault, w, r, power));
   obs->mean_slip_rate = s->sum[SUM_V] / N;
   obs->max_slip_rate = s->max_v;
   /* The state heals: slip is what the displacement is relative to the far field. */

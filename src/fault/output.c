@@ -60,8 +60,8 @@ static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time
 }
 
 /*@
-  SlipFaultOutputStart - open -fault_output and attach the monitors that write it, and the one that estimates the
-  slip's error
+  SlipFaultOutputStart - open -fault_output and -fault_catalogue and attach the monitors that write them, and the one that
+  estimates the slip's error
 
   Collective; after TSSetFromOptions(), before TSSolve().
 
@@ -69,9 +69,16 @@ static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time
 + fault - the fault
 - ts    - the TS that it configured
 
+  Options Database Keys:
++ -fault_output <F.h5>          - file for the run
+. -fault_catalogue <F.h5>       - file for its events, a row each; every one is also a line on standard output
+. -fault_event_rate <1e-3>      - slip rate of a cell from which on an event lasts [m/s]
+- -fault_catalogue_maps <no>    - slip and rupture time of every cell as well
+
   Level: intermediate
 
-  Errors: PETSC_ERR_FILE_OPEN when the file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field.
+  Errors: PETSC_ERR_FILE_OPEN when a file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field, PETSC_ERR_SUP
+  for a catalogue with another integrator than TSBATHE.
 
   Notes:
   The content goes to FILE.part, made at the start of TSSolve(), which takes FILE's name in SlipFaultOutputFinish(): a run
@@ -96,6 +103,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
              "-%sfault_stations %s is written to the output: expected -%sfault_output", SlipFaultPrefix(fault),
              fault->text[FAULT_STATIONS], SlipFaultPrefix(fault));
   PetscCall(SlipFaultOutputWhenCheck(fault));
+  PetscCall(SlipFaultCatalogueStart(fault, ts));
   if (!fault->text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
   PetscCall(PetscNew(&out));
@@ -243,6 +251,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   } else
     PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run));
   PetscCall(SlipOutputAddResult(run, "mean_slip", "final mean slip", "m", obs.mean_slip));
+  PetscCall(SlipFaultCatalogueFinish(fault, run));
   PetscCall(SlipFaultRunErrorReport(fault, ts, run, obs.mean_slip));
   PetscCall(SlipOutputFinish(&run, wall_setup, wall_solve));
   if (out && !out->rank) PetscCall(SlipFaultXdmfFinish(out));

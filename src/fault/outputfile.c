@@ -85,32 +85,30 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Shape of a field in the file, [Nz, Nx], or [n] for a mesh. */
-static PetscInt FieldShape(SlipFault fault, PetscInt dims[2])
+PetscInt SlipFaultFieldShape(SlipFault fault, PetscInt dims[2])
 {
   dims[0] = fault->mesh.n ? (PetscInt)fault->value[FAULT_NX] : (PetscInt)fault->value[FAULT_NZ];
   dims[1] = (PetscInt)fault->value[FAULT_NX];
   return fault->mesh.n ? 1 : 2;
 }
 
-static PetscErrorCode SlipFaultOutputAxes(SlipFaultOutput out)
+PetscErrorCode SlipFaultWriteAxes(SlipFault fault, SlipH5 *h)
 {
-  SlipFault fault = out->fault;
   const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
   PetscReal *x, *z, other;
 
   PetscFunctionBegin;
   if (fault->mesh.n) {
-    PetscCall(SlipFaultMeshWrite(fault, SlipOutputFile(out->run)));
+    PetscCall(SlipFaultMeshWrite(fault, h));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscMalloc2(nx, &x, nz, &z));
   for (PetscInt i = 0; i < nx; i++) PetscCall(SlipFaultCellCentre(fault, i, &x[i], &other));
   for (PetscInt i = 0; i < nz; i++) PetscCall(SlipFaultCellCentre(fault, i * nx, &other, &z[i]));
-  PetscCall(SlipH5WriteReal(SlipOutputFile(out->run), "/mesh/x", 1, &nx, x, "m"));
-  PetscCall(SlipH5WriteReal(SlipOutputFile(out->run), "/mesh/z", 1, &nz, z, "m"));
-  PetscCall(SlipH5WriteAttrInt(SlipOutputFile(out->run), "/mesh", "nx", nx));
-  PetscCall(SlipH5WriteAttrInt(SlipOutputFile(out->run), "/mesh", "nz", nz));
+  PetscCall(SlipH5WriteReal(h, "/mesh/x", 1, &nx, x, "m"));
+  PetscCall(SlipH5WriteReal(h, "/mesh/z", 1, &nz, z, "m"));
+  PetscCall(SlipH5WriteAttrInt(h, "/mesh", "nx", nx));
+  PetscCall(SlipH5WriteAttrInt(h, "/mesh", "nz", nz));
   PetscCall(PetscFree2(x, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -120,7 +118,7 @@ static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[
 {
   SlipFault fault = out->fault;
   const PetscReal *a;
-  PetscInt dims[2], ndim = FieldShape(fault, dims);
+  PetscInt dims[2], ndim = SlipFaultFieldShape(fault, dims);
   char path[64];
   PetscErrorCode ierr = PETSC_SUCCESS;
 
@@ -206,7 +204,7 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
 {
   SlipFault fault = out->fault;
   SlipH5 *h = SlipOutputFile(out->run);
-  PetscInt dims[2], ndim = FieldShape(fault, dims);
+  PetscInt dims[2], ndim = SlipFaultFieldShape(fault, dims);
   SlipH5Storage storage;
   char path[64];
 
@@ -218,7 +216,7 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
     PetscCall(SlipH5CreateStoredSeries(h, path, ndim, dims, &storage, OutputFields[f].unit));
   }
-  PetscCall(SlipFaultOutputAxes(out));
+  PetscCall(SlipFaultWriteAxes(fault, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

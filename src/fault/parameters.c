@@ -74,6 +74,8 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                         "Next step of a run that goes on; 0: the checkpoint's"},
   [FAULT_WALL_LIMIT] = {"wall_limit", 0, "s", 0, NONE, SHUT, REAL,
                         "Wall time of the program before which the run stops, with a checkpoint; 0: none"},
+  [FAULT_EVENT_RATE] = {"event_rate", 1e-3, "m/s", 0, NONE, OPEN, REAL,
+                        "Slip rate of a cell from which on an event of -fault_catalogue lasts"},
 };
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
@@ -111,6 +113,7 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_STATIONS] = {"stations", "", NULL,
                       "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, whose cells are written to /stations of "
                       "-fault_output at every accepted step"},
+  [FAULT_CATALOGUE] = {"catalogue", "", NULL, "HDF5 file to write a row of every event of the run to"},
   [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart"},
   [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to go on from"},
 };
@@ -262,7 +265,7 @@ static PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char 
 /*@C
   SlipFaultSetString - set a named choice or a file name of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except output, output_* and stations).
+  Logically collective; before SlipFaultSetUp() only (except output, output_*, stations and catalogue).
 
   Input Parameters:
 + fault - the fault
@@ -285,7 +288,7 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
 
     PetscCall(PetscStrcmp(name, p->name, &same));
     if (!same) continue;
-    PetscCheck(!fault->setup || (i >= FAULT_OUTPUT && i <= FAULT_STATIONS), fault->comm, PETSC_ERR_ARG_WRONGSTATE,
+    PetscCheck(!fault->setup || (i >= FAULT_OUTPUT && i <= FAULT_CATALOGUE), fault->comm, PETSC_ERR_ARG_WRONGSTATE,
                "%s must be set before SlipFaultSetUp()", name);
     if (p->choices) {
       char list[256];
@@ -432,6 +435,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_initial_unstable"));
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_progress"));
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_output_xdmf"));
+  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_catalogue_maps"));
   PetscCall(PetscSNPrintf(start, sizeof(start), "%sfault_start_", prefix));
   PetscCall(SlipCheckLinearOptions(fault->comm, options, start));
   PetscObjectOptionsBegin((PetscObject)fault);
@@ -450,9 +454,6 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscCall(PetscOptionsBool("-fault_initial_unstable",
                              "With -fault_initial traction: cells may start above their strength (default no)",
                              "SlipFaultSetInitialState", fault->initial_unstable, &fault->initial_unstable, NULL));
-  PetscCall(PetscOptionsBool("-fault_output_overwrite",
-                             "Throw the rows of an unfinished FILE.part of -fault_output away (default no)",
-                             "SlipFaultOutputStart", fault->output_overwrite, &fault->output_overwrite, NULL));
   fault->output_xdmf = PETSC_TRUE;
   PetscCall(PetscOptionsBool("-fault_output_xdmf",
                              "Write FILE.xdmf beside FILE of -fault_output, for ParaView's XDMF Reader (default yes)",
@@ -462,6 +463,14 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
                              "Print how far the run is, every few seconds on a terminal, else once a minute, and what "
                              "a long set-up does (default yes)",
                              "SlipFaultOutputStart", fault->progress.wanted, &fault->progress.wanted, NULL));
+  PetscCall(PetscOptionsBool(
+    "-fault_output_overwrite",
+    "Throw the rows of an unfinished FILE.part of -fault_output and -fault_catalogue away (default no)",
+    "SlipFaultOutputStart", fault->output_overwrite, &fault->output_overwrite, NULL));
+  PetscCall(
+    PetscOptionsBool("-fault_catalogue_maps",
+                     "Write slip and rupture time of every cell for each event of -fault_catalogue (default no)",
+                     "SlipFaultOutputStart", fault->catalogue_maps, &fault->catalogue_maps, NULL));
   PetscCall(SlipFaultWarnOfGrid(fault));
   PetscCall(PetscViewerDestroy(&fault->viewer));
   PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",
@@ -488,10 +497,11 @@ PetscErrorCode SlipFaultDeclareOptions(void)
   static char names[2048];
 
   PetscFunctionBegin;
-  PetscCall(PetscStrncpy(names,
-                         "check_error inertia initial_unstable view stiffness_view output_overwrite output_xdmf progress "
-                         "start_ksp_* start_pc_*",
-                         sizeof(names)));
+  PetscCall(
+    PetscStrncpy(names,
+                 "check_error inertia initial_unstable view stiffness_view output_overwrite output_xdmf progress "
+                 "catalogue_maps start_ksp_* start_pc_*",
+                 sizeof(names)));
   for (PetscInt i = 0; i < FAULT_NUM_REALS + FAULT_NUM_STRINGS; i++) {
     PetscCall(PetscStrlcat(names, " ", sizeof(names)));
     PetscCall(PetscStrlcat(

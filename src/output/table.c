@@ -2,7 +2,7 @@
 #include <slipstep/private/slipoutput.h>
 #include <slipcompat.h>
 
-/* One series group/name per column. Rank 0 only, as the rest of this file. */
+/* One series group/name per column; group "" is the root. Rank 0 only, as the rest of this file. */
 PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
                                const SlipOutputColumn column[], PetscInt rows)
 {
@@ -24,6 +24,7 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
     else
       PetscCall(SlipH5SetRows(h, path, rows));
   }
+  if (!group[0]) PetscFunctionReturn(PETSC_SUCCESS); /* the root has groups as well */
   PetscCall(SlipH5CountMembers(h, group, &found));
   PetscCheck(found == ncolumns, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s in %s has %" PetscInt_FMT " datasets, expected the %" PetscInt_FMT " of this run%s", group, h->name,

@@ -134,7 +134,8 @@ static PetscErrorCode SlipH5KeepRows(const SlipH5 *h, const SlipH5Kind *kind)
   if (kind->option) {
     char name[128];
 
-    PetscCall(PetscSNPrintf(name, sizeof(name), ", or throw it away with -%s%s_overwrite", prefix, kind->option));
+    PetscCall(PetscSNPrintf(name, sizeof(name), ", or throw it away with -%s%s%s", prefix,
+                            kind->discard ? kind->discard : kind->option, kind->discard ? "" : "_overwrite"));
     PetscCall(PetscStrlcat(advice, name, sizeof(advice)));
   }
   PetscCheck(id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is there, and cannot be read: %s%s", part, advice,

@@ -25,6 +25,21 @@ PetscErrorCode SlipStateGroup(SlipState s, const char name[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipStateHas(SlipState s, const char group[], PetscBool *has)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  char path[64];
+
+  PetscFunctionBegin;
+  *has = PETSC_TRUE;
+  if (!s->loading) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", group));
+  if (!s->rank) ierr = SlipH5Has(&s->file, path, has);
+  PetscCall(SlipErrorBcast(s->comm, ierr));
+  PetscCallMPI(MPI_Bcast(has, 1, MPIU_BOOL, 0, s->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SlipStatePath(SlipState s, const char name[], char path[], size_t len)
 {
   PetscFunctionBegin;

@@ -178,6 +178,52 @@ PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *der
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  TSBatheGetQuadrature - states of the last step, by which an integral over it is computed as the method integrates
+
+  Not collective
+
+  Input Parameter:
+. ts - of type TSBATHE, after an accepted step and before the next one
+
+  Output Parameters:
++ share  - of the step at which each of the three states is, from 0 to 1
+. weight - of the states: the integral of f(w) is the step times the sum of weight_i f(state_i)
+- state  - at the start, at an inner point and at the end, borrowed
+
+  Level: advanced
+
+  Notes:
+  The inner state is that of the first stage, and the weights are the method's own, by which it forms the solution of the
+  stages' derivatives: of dw/dt the integral is the step's change to the last bits of the solver. Where the solution has
+  been computed in halves (-ts_bathe_error doubling) or other parts, the inner state is the end of the last but one, and
+  the weights are those of the quadratic through the three.
+
+  Errors: PETSC_ERR_ORDER before a step was accepted
+
+.seealso: TSBatheGetEstimates(), TSBatheGetGamma(), TSInterpolate()
+@*/
+PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[3], Vec state[3])
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  PetscCheck(ba->last.accepted, PetscObjectComm((PetscObject)ts), PETSC_ERR_ORDER, "no step was accepted yet");
+  share[0] = 0.0;
+  share[1] = ba->share;
+  share[2] = 1.0;
+  state[0] = ba->X0;
+  state[1] = ba->Wm;
+  state[2] = ba->Y[1];
+  PetscCall(PetscArraycpy(weight, ba->c.weight, 3));
+  if (ba->last.solves == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  weight[1] = 1.0 / (6.0 * ba->share * (1.0 - ba->share));
+  weight[2] = (2.0 - 3.0 * ba->share) / (6.0 * (1.0 - ba->share));
+  weight[0] = 1.0 - weight[1] - weight[2];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   TSBatheSetParts - compute the solution of every step in parts, the error estimate being that of the whole
 

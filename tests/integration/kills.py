@@ -41,7 +41,10 @@ CASES = [
     ("mesh", 1, MESH + " -ts_rtol 1e-4"),
     ("grid on 2 ranks", 2, "-fault_nx 6 -fault_nz 5 -ts_max_time 4"),
     ("mesh on 2 ranks", 2, MESH + " -ts_rtol 1e-4"),
+    ("loaded", 1, "-fault_nx 1 -fault_nz 1 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law rate_weakening -ts_max_time 4e9"),
 ]
+# of a catalogue: of the loaded fault it has many events, in the others one is under way
+EVENTS = ["-fault_catalogue_maps", "-fault_catalogue"]
 
 
 def start(build, ranks, options):
@@ -96,7 +99,7 @@ def broken_run(build, ranks, options, number, moments, interval):
     met = 0
     complaint = ""
     for moment in [*moments, None]:
-        more = ["-fault_output", "broken.h5", "-fault_checkpoint", "state.h5", "-fault_checkpoint_interval", interval]
+        more = [*EVENTS, "broken_events.h5", "-fault_output", "broken.h5", "-fault_checkpoint", "state.h5", "-fault_checkpoint_interval", interval]
         more += ["-fault_restart", "state.h5"] if state_exists() else ["-fault_output_overwrite"]
         run = start(build, ranks, options + more)
         if moment is not None:
@@ -126,6 +129,8 @@ def differences(a, b):
             found.append(name)
 
     a.visititems(compare)
+    if "result" not in a:
+        return found
     names = set(a["result"].attrs) | set(b["result"].attrs)
     for name in sorted(n for n in names if not n.startswith("wall")):
         if name not in a["result"].attrs or name not in b["result"].attrs:
@@ -158,7 +163,7 @@ def main():
             make += ["--cells", "6", "6", "--ratio", "3", "--offset", "1000", "--shift", "500"]
             subprocess.run(make, check=True, stdout=subprocess.DEVNULL)
             begin = time.time()
-            whole = start(build, ranks, options + ["-fault_output", "whole.h5"])
+            whole = start(build, ranks, options + [*EVENTS, "whole_events.h5", "-fault_output", "whole.h5"])
             out, err = whole.communicate(timeout=300)
             if whole.returncode:
                 print(f"{name}: exit code {whole.returncode}: {err}")
@@ -175,14 +180,15 @@ def main():
                 n, complaint = broken_run(build, ranks, options, number, moments, chance.choice(["0.01", "0.05", "0.2"]))
                 met += n
                 if not complaint:
-                    with h5py.File("whole.h5") as a, h5py.File("broken.h5") as b:
-                        complaint = ", ".join(differences(a, b))
+                    for end_of_name in (".h5", "_events.h5"):
+                        with h5py.File("whole" + end_of_name) as a, h5py.File("broken" + end_of_name) as b:
+                            complaint += ", ".join(differences(a, b))
                 if complaint:
                     wrong += 1
                     print(f"{name}: ended at {moments}: {complaint}")
             with h5py.File("whole.h5") as a:
-                steps = len(a["series/time"])
-            print(f"{name}: {steps} steps, {runs} runs ended {met} times by SIG{args.signal}, {wrong} wrong", flush=True)
+                steps, events = len(a["series/time"]), int(a["result"].attrs["events"])
+            print(f"{name}: {steps} steps, {events} events, {runs} runs ended {met} times by SIG{args.signal}, {wrong} wrong", flush=True)
             failed = failed or wrong > 0
             os.chdir("/")
     return 1 if failed else 0

@@ -10,7 +10,7 @@ fault=$bin/fault
 here=$SLIPSTEP_SOURCE/tests/integration
 grid=(-fault_nx 6 -fault_nz 5)
 
-for which in "KILL heuristic" "KILL rl" "KILL fft" "TERM dsp" "TERM grid on 2"; do
+for which in "KILL heuristic" "KILL rl" "KILL fft" "KILL loaded" "TERM dsp" "TERM grid on 2"; do
   "$SLIPSTEP_PYTHON" "$here/kills.py" "$SLIPSTEP_BUILD" --moments 1 --signal "${which%% *}" --only "${which#* }" ||
     fail "$which"
 done

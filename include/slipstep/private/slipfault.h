@@ -58,6 +58,7 @@ typedef enum {
   FAULT_CHECKPOINT_INTERVAL,
   FAULT_RESTART_DT,
   FAULT_WALL_LIMIT,
+  FAULT_EVENT_RATE,
   FAULT_NUM_REALS
 } SlipFaultRealId;
 
@@ -89,6 +90,7 @@ typedef enum {
   FAULT_OUTPUT_FIELDS,
   FAULT_OUTPUT_PRECISION,
   FAULT_STATIONS,
+  FAULT_CATALOGUE,
   FAULT_CHECKPOINT,
   FAULT_RESTART,
   FAULT_NUM_STRINGS
@@ -190,6 +192,7 @@ typedef struct {
 } SlipFaultMode;
 
 typedef struct _n_SlipFaultOutput *SlipFaultOutput;
+typedef struct _n_SlipFaultCatalogue *SlipFaultCatalogue;
 
 /* ---- progress.c: what a run prints while it goes ---- */
 typedef struct {
@@ -251,6 +254,7 @@ struct _p_SlipFault {
   PetscBool output_overwrite; /* -fault_output_overwrite */
   PetscBool output_xdmf;      /* -fault_output_xdmf */
   PetscBool interval_given;   /* output_interval was set */
+  PetscBool catalogue_maps;   /* -fault_catalogue_maps */
   PetscViewer viewer;         /* -fault_view */
   PetscViewerFormat format;
   PetscViewer stiffness_viewer; /* -fault_stiffness_view */
@@ -304,9 +308,10 @@ struct _p_SlipFault {
   SlipFaultMode mode;
   SlipFaultEstimates estimates;
   SlipFaultOutput output;
+  SlipFaultCatalogue catalogue; /* NULL: none */
+  PetscInt events;              /* of the run so far, as the catalogue counts them; -1: nobody does */
   SlipFaultRunError run_error;
   SlipFaultProgress progress;
-  PetscInt events; /* so far, for lines of progress; who counts them sets it; -1: nobody does */
 };
 
 /* The fault of argument arg has been set up. */
@@ -382,6 +387,13 @@ PETSC_EXTERN PetscErrorCode SlipFaultProgressSetUpEnd(SlipFault fault);
 PETSC_EXTERN PetscBool SlipFaultProgressDue(PetscBool terminal, PetscReal elapsed, PetscReal since);
 /* A time in fitting units: "12.5 s", "3.2 h", "113.4 years" */
 PETSC_EXTERN void SlipFaultTimeText(PetscReal seconds, char text[], size_t len);
+/* Sums over the cells: power[0] of (v - v_inf) H (v - v_inf), [1] of v_inf H (v - v_inf), [2] of -v r, or q |v|. */
+PETSC_EXTERN PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power[3]);
+
+/* ---- stress.c: elastic stress and energy, and what loading does ---- */
+PETSC_EXTERN PetscReal SlipFaultMeanArea(SlipFault fault); /* of a cell [m^2] */
+PETSC_EXTERN PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy); /* [J] */
+PETSC_EXTERN PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power);   /* [W] */
 
 /* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
 /* Fields of /fields; the first three are components of the state, the last is the reaction. */
@@ -472,3 +484,78 @@ PETSC_EXTERN PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt s
                                                  PetscBool *due);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts); /* prints it */
+/* Shape of a field in a file, [Nz, Nx], or [n] for a mesh: number of dimensions */
+PETSC_EXTERN PetscInt SlipFaultFieldShape(SlipFault fault, PetscInt dims[2]);
+PETSC_EXTERN PetscErrorCode SlipFaultWriteAxes(SlipFault fault, SlipH5 *h); /* rank 0: centres of the cells */
+
+/* ---- catalogue.c, cataloguefile.c: events, a row each ---- */
+typedef enum { WORK_RADIATED, WORK_DISSIPATED, WORK_LOADING, FAULT_NUM_WORKS } SlipFaultWorkId;
+
+/* The event under way */
+typedef struct {
+  PetscReal onset;                 /* [s] */
+  PetscReal elastic, kinetic;      /* energies at the onset [J] */
+  PetscReal work[FAULT_NUM_WORKS]; /* since then [J] */
+  PetscReal peak;                  /* largest slip rate so far [m/s] */
+  PetscReal time[2], rate[2];      /* ends of the last two steps [s], largest slip rates there [m/s] */
+  PetscInt cell;                   /* hypocentre, as the file numbers cells */
+  PetscInt steps;
+} SlipFaultEvent;
+
+typedef enum {
+  EVENT_ONSET,
+  EVENT_END,
+  EVENT_X,
+  EVENT_Y,
+  EVENT_Z,
+  EVENT_CELL,
+  EVENT_AREA,
+  EVENT_MEAN_SLIP,
+  EVENT_MAX_SLIP,
+  EVENT_DIRECTION,
+  EVENT_MOMENT,
+  EVENT_MAGNITUDE,
+  EVENT_STRESS_DROP,
+  EVENT_PEAK_SLIP_RATE,
+  EVENT_ELASTIC_ENERGY,
+  EVENT_KINETIC_ENERGY,
+  EVENT_DISSIPATED_ENERGY,
+  EVENT_RADIATED_ENERGY,
+  EVENT_LOADING_WORK,
+  EVENT_LEDGER,
+  EVENT_STEPS,
+  EVENT_NUM_COLUMNS
+} SlipEventColumn;
+
+struct _n_SlipFaultCatalogue {
+  SlipFault fault; /* borrowed */
+  PetscMPIInt rank;
+  PetscBool maps;           /* slip and rupture time of each cell as well */
+  PetscBool begun, resumed; /* the file is there; it is that of an earlier run, cut */
+  PetscBool started;        /* TSSolve() has said where it starts */
+  SlipH5Kind kind;
+  SlipH5 file;                      /* rank 0 */
+  PetscBool unflushed;              /* rows that are not on the disk */
+  SlipTable table;                  /* rank 0: the columns */
+  PetscReal last_end;               /* of the newest row [s] */
+  PetscBool active;                 /* an event is under way */
+  SlipFaultEvent event;             /* and how far it is */
+  Vec u0, stress0;                  /* displacement [m] and shear stress [Pa] at its onset */
+  Vec rupture;                      /* when each cell exceeded the rate, after the onset [s]; -1: not yet */
+  Vec cut, stress, slip;            /* work: state within a step, shear stress [Pa], slip of the event [m] */
+  PetscBool power_known;            /* that of the end of the last step is */
+  PetscReal power[FAULT_NUM_WORKS]; /* [W] */
+  VecScatter gather;                /* maps, on rank 0 */
+  Vec map[2];
+};
+
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s);
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run);
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueDestroy(SlipFaultCatalogue *catalogue);
+/* The file; collective */
+PETSC_EXTERN PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat); /* unless it is there */
+PETSC_EXTERN PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat); /* when it is due */
+PETSC_EXTERN PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat);
+PETSC_EXTERN PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete);
+PETSC_EXTERN PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat, const PetscReal row[]);

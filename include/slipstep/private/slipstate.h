@@ -26,6 +26,8 @@ PETSC_INTERN PetscErrorCode SlipStateCells(SlipState state, PetscInt cells, cons
 /* ---- state.c: visiting ---- */
 PETSC_INTERN PetscBool SlipStateIsLoading(SlipState state);
 PETSC_INTERN PetscErrorCode SlipStateGroup(SlipState state, const char name[]); /* what follows belongs to it */
+/* *has: the file has, or is to have, such a group */
+PETSC_INTERN PetscErrorCode SlipStateHas(SlipState state, const char group[], PetscBool *has);
 PETSC_INTERN PetscErrorCode SlipStateReal(SlipState state, const char name[], PetscInt n, PetscReal x[]);
 PETSC_INTERN PetscErrorCode SlipStateInt(SlipState state, const char name[], PetscInt n, PetscInt x[]);
 PETSC_INTERN PetscErrorCode SlipStateBool(SlipState state, const char name[], PetscBool *x);

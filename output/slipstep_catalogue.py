@@ -1,0 +1,47 @@
+"""Read the catalogue of a run, -fault_catalogue: Catalogue(path) and its events in SI units, also while the run goes on.
+
+    from slipstep_catalogue import Catalogue
+    catalogue = Catalogue("events.h5")
+    catalogue.event["onset"], catalogue.event["magnitude"]   # one value per event
+    catalogue.map("slip")                                    # [n, Nz, Nx], or [n, N] of a mesh
+"""
+
+import os
+
+import h5py
+
+from slipstep_output import OutputError, _plain, open_file
+
+
+class Catalogue:
+    """Everything but the maps is in memory after construction; the file is not kept open.
+
+    event      dict of arrays, one value per event, in the order of the file
+    units      dict of their units
+    attributes dict: event_rate [m/s], shear_modulus [Pa], ...
+    mesh       dict: x, z cell centres [m]; of irregular cells also y, length, width [m]
+    complete   whether the run has ended
+    """
+
+    def __init__(self, path):
+        self.path = os.fspath(path)
+        with open_file(self.path, "fault -fault_catalogue writes it") as file:
+            if _plain(file.attrs.get("format", "")) != "slipstep-catalogue":
+                raise OutputError(f"{self.path}: no catalogue of events, as fault -fault_catalogue writes it")
+            self.attributes = {name: _plain(value) for name, value in file.attrs.items()}
+            columns = {name: data for name, data in file.items() if isinstance(data, h5py.Dataset)}
+            self.count = min(len(data) for data in columns.values())  # while a row is written they may differ
+            for name in ("slip", "rupture_time"):
+                if f"maps/{name}" in file:
+                    self.count = min(self.count, len(file["maps"][name]))
+            self.event = {name: data[:self.count] for name, data in columns.items()}
+            self.units = {name: _plain(data.attrs["units"]) for name, data in columns.items()}
+            self.mesh = {name: data[()] for name, data in file["mesh"].items()}
+        self.complete = bool(self.attributes["complete"])
+
+    def map(self, name):
+        """"slip" [m] or "rupture_time" [s] after the onset, NaN where a cell stayed below the rate; with -fault_catalogue_maps."""
+        with open_file(self.path, "fault -fault_catalogue writes it") as file:
+            if f"maps/{name}" not in file:
+                raise OutputError(f"{self.path}: no /maps/{name}; fault -fault_catalogue_maps writes it")
+            return file[f"maps/{name}"][:self.count]

@@ -1,0 +1,550 @@
+/* -fault_catalogue: events of a run, from the first cell whose slip rate exceeds -fault_event_rate to the last that does.
+
+   The rates at the ends of accepted steps say which steps belong to an event; onset and end are where they pass the bound
+   within the first and the last of these (core/event.c), and the part of the two that lies outside is taken off again. Of
+   that part, in which every cell is slower than the bound, the integrals are those of a trapezoidal rule. Between events a
+   step costs one reduction. In an event it costs two products with H, as every integral has the nodes and the weights by
+   which the integrator itself forms displacements of slip rates (TSBatheGetQuadrature()): a cheaper rule, such as the two
+   ends alone, would cost the ledger its order, or the sign of its error where a stage has stopped a cell. Products with K
+   are needed at the onset and the end alone. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
+#include <math.h>
+#include <stdio.h>
+
+/* Of several that are the fastest to this relative difference, the one with the least number counts: rounding, and so the
+   number of ranks, does not choose. */
+#define EVENT_TIE 1e-6
+
+PetscErrorCode SlipFaultCatalogueDestroy(SlipFaultCatalogue *catalogue)
+{
+  SlipFaultCatalogue cat = *catalogue;
+
+  PetscFunctionBegin;
+  if (!cat) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipCatalogueClose(cat, PETSC_FALSE));
+  {
+    Vec *vecs[] = {&cat->u0,     &cat->stress0, &cat->rupture, &cat->cut,
+                   &cat->stress, &cat->slip,    &cat->map[0],  &cat->map[1]};
+
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+  }
+  PetscCall(VecScatterDestroy(&cat->gather));
+  PetscCall(PetscFree(*catalogue));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- sums of a state ---- */
+
+/* M v.v/2 of the whole fault [J] */
+static PetscErrorCode KineticEnergy(SlipFault fault, Vec w, PetscReal *energy)
+{
+  const PetscReal *a;
+  PetscReal sum = 0;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < fault->n; i++) sum += fault->weight[i] * PetscSqr(a[3 * i]);
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  *energy = fault->inertia ? 0.5 * fault->mass * SlipFaultMeanArea(fault) * sum : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Powers of a state [W]; a product with H */
+static PetscErrorCode Powers(SlipFault fault, PetscReal t, Vec w, PetscReal power[FAULT_NUM_WORKS])
+{
+  const PetscReal area = SlipFaultMeanArea(fault);
+  PetscReal sum[3], loading;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultLoadAt(fault, t));
+  PetscCall(SlipFaultGetPowers(fault, w, NULL, sum));
+  PetscCall(SlipFaultLoadingPower(fault, t, w, &loading));
+  power[WORK_RADIATED] = area * sum[0];
+  power[WORK_DISSIPATED] = area * sum[2];
+  power[WORK_LOADING] = loading - area * sum[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void AddWork(SlipFaultCatalogue cat, PetscReal time, const PetscReal power[])
+{
+  for (PetscInt k = 0; k < FAULT_NUM_WORKS; k++) cat->event.work[k] += time * power[k];
+}
+
+/* ---- parts of a step ---- */
+
+typedef struct {
+  PetscReal begin, dt; /* [s] */
+  Vec a, b;            /* states at its ends */
+} Step;
+
+/* The least share of the way from slow, where no such cell is above the rate, to fast after which one is */
+static PetscErrorCode FirstCrossing(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal *share)
+{
+  SlipFault fault = cat->fault;
+  const PetscReal rate = fault->value[FAULT_EVENT_RATE];
+  const PetscReal *a, *b;
+  const SlipArrays arrays[] = {{slow, .read = &a}, {fast, .read = &b}};
+
+  PetscFunctionBegin;
+  *share = 1;
+  PetscCall(SlipArraysGet(2, arrays));
+  for (PetscInt i = 0; i < fault->n; i++)
+    if (PetscAbsReal(b[3 * i]) > rate) *share = PetscMin(*share, SlipEventCrossing(a[3 * i], b[3 * i], rate));
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, share, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Cells that are above the rate at the end of a step for the first time in this event */
+static PetscErrorCode MarkRuptured(SlipFaultCatalogue cat, const Step *step)
+{
+  SlipFault fault = cat->fault;
+  const PetscReal rate = fault->value[FAULT_EVENT_RATE], begin = step->begin - cat->event.onset;
+  const PetscReal *a, *b;
+  PetscReal *t;
+  const SlipArrays arrays[] = {{step->a, .read = &a}, {step->b, .read = &b}, {cat->rupture, .write = &t}};
+
+  PetscFunctionBegin;
+  PetscCall(SlipArraysGet(3, arrays));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    if (t[i] >= 0 || PetscAbsReal(b[3 * i]) <= rate) continue;
+    /* one that was above it all along when the run began has no crossing */
+    t[i] =
+      PetscAbsReal(a[3 * i]) > rate ? 0 : PetscMax(0, begin + step->dt * SlipEventCrossing(a[3 * i], b[3 * i], rate));
+  }
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* State at a share of the way from slow to fast, dt away from slow, negative when it is the earlier one: the displacements
+   go with the mean of the two rates, from the side on which they are small. */
+static PetscErrorCode Cut(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal share, PetscReal dt)
+{
+  SlipFault fault = cat->fault;
+  const PetscReal *a, *b, *vinf = fault->field[FIELD_LOADING_RATE];
+  PetscReal *c;
+  const SlipArrays arrays[] = {{slow, .read = &a}, {fast, .read = &b}, {cat->cut, .write = &c}};
+
+  PetscFunctionBegin;
+  PetscCall(SlipArraysGet(3, arrays));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal v = SlipEventRate(a[3 * i], b[3 * i], share);
+
+    c[3 * i] = v;
+    c[3 * i + 1] = a[3 * i + 1] + dt * (0.5 * (a[3 * i] + v) - vinf[i]);
+    c[3 * i + 2] = a[3 * i + 2] + dt * 0.5 * (PetscAbsReal(a[3 * i]) + PetscAbsReal(v));
+  }
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The step's share of all integrals, and of the largest slip rate */
+static PetscErrorCode AddStep(SlipFaultCatalogue cat, TS ts, const Step *step, PetscReal max)
+{
+  SlipFaultEvent *e = &cat->event;
+  PetscReal share[3], weight[3];
+  Vec node[3];
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetQuadrature(ts, share, weight, node));
+  if (!cat->power_known) PetscCall(Powers(cat->fault, step->begin, node[0], cat->power));
+  AddWork(cat, step->dt * weight[0], cat->power);
+  for (PetscInt k = 1; k < 3; k++) {
+    PetscCall(Powers(cat->fault, step->begin + share[k] * step->dt, node[k], cat->power));
+    AddWork(cat, step->dt * weight[k], cat->power);
+  }
+  cat->power_known = PETSC_TRUE;
+  {
+    const PetscReal time[] = {e->time[0], e->time[1], step->begin + step->dt}, rate[] = {e->rate[0], e->rate[1], max};
+
+    e->peak = PetscMax(e->peak, e->steps ? SlipEventPeak(time, rate) : max);
+    PetscCall(PetscArraycpy(e->time, time + 1, 2));
+    PetscCall(PetscArraycpy(e->rate, rate + 1, 2));
+  }
+  e->steps++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- an event ---- */
+
+/* The fastest cell of a state, as the file numbers cells */
+static PetscErrorCode FastestCell(SlipFault fault, Vec w, PetscReal max, PetscInt *cell)
+{
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  *cell = fault->N;
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscInt c = fault->order ? fault->order[fault->start + i] : fault->start + i;
+
+    if (PetscAbsReal(a[3 * i]) >= max * (1 - EVENT_TIE)) *cell = PetscMin(*cell, c);
+  }
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cell, 1, MPIU_INT, MPI_MIN, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* w: state at the onset; fast, max: the one in which cells were first seen above the rate, and the largest there */
+static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w, Vec fast, PetscReal max)
+{
+  SlipFault fault = cat->fault;
+  SlipFaultEvent *e = &cat->event;
+
+  PetscFunctionBegin;
+  *e = (SlipFaultEvent){.onset = onset, .peak = max};
+  cat->active = PETSC_TRUE;
+  cat->power_known = PETSC_FALSE;
+  PetscCall(VecStrideGather(w, 1, cat->u0, INSERT_VALUES));
+  PetscCall(SlipFaultStress(fault, onset, w, cat->stress0));
+  PetscCall(SlipFaultElasticEnergy(fault, onset, w, &e->elastic));
+  PetscCall(KineticEnergy(fault, w, &e->kinetic));
+  PetscCall(VecSet(cat->rupture, -1));
+  PetscCall(FastestCell(fault, fast, max, &e->cell));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first step of an event, in which the rate is passed */
+static PetscErrorCode Onset(SlipFaultCatalogue cat, const Step *step, PetscReal max)
+{
+  SlipFaultEvent *e = &cat->event;
+  PetscReal share, start, power[FAULT_NUM_WORKS];
+
+  PetscFunctionBegin;
+  PetscCall(FirstCrossing(cat, step->a, step->b, &share));
+  PetscCall(Cut(cat, step->a, step->b, share, share * step->dt));
+  PetscCall(BeginEvent(cat, step->begin + share * step->dt, cat->cut, step->b, max));
+  PetscCall(VecStrideNorm(step->a, 0, NORM_INFINITY, &start));
+  e->time[1] = step->begin;
+  e->rate[1] = start;
+  PetscCall(Powers(cat->fault, step->begin, step->a, cat->power));
+  cat->power_known = PETSC_TRUE;
+  PetscCall(Powers(cat->fault, e->onset, cat->cut, power));
+  AddWork(cat, -0.5 * share * step->dt, cat->power);
+  AddWork(cat, -0.5 * share * step->dt, power);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Slip of the event up to the state w of time t; sums over the cells: [0] of slip, [1] of area, [2] of slip and [3] of
+   stress drop of those that ruptured, areas over their mean; the largest slip forward and backward */
+static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscReal sum[4], PetscReal largest[2])
+{
+  SlipFault fault = cat->fault;
+  const PetscReal time = t - cat->event.onset, *a, *u0, *stress0, *stress, *rupture, *vinf;
+  PetscReal *slip;
+  const SlipArrays arrays[] = {{w, .read = &a},
+                               {cat->u0, .read = &u0},
+                               {cat->stress0, .read = &stress0},
+                               {cat->stress, .read = &stress},
+                               {cat->rupture, .read = &rupture},
+                               {fault->vinf, .read = &vinf},
+                               {cat->slip, .write = &slip}};
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultStress(fault, t, w, cat->stress));
+  PetscCall(PetscArrayzero(sum, 4));
+  largest[0] = largest[1] = 0;
+  PetscCall(SlipArraysGet(7, arrays));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal weight = fault->weight[i];
+
+    slip[i] = a[3 * i + 1] - u0[i] + vinf[i] * time;
+    sum[0] += weight * slip[i];
+    largest[0] = PetscMax(largest[0], slip[i]);
+    largest[1] = PetscMax(largest[1], -slip[i]);
+    if (rupture[i] < 0) continue;
+    sum[1] += weight;
+    sum[2] += weight * slip[i];
+    sum[3] += weight * (stress0[i] - stress[i]);
+  }
+  PetscCall(SlipArraysRestore(7, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 2, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Hypocentre(SlipFault fault, PetscInt cell, PetscReal place[3])
+{
+  const SlipCells *mesh = &fault->mesh;
+
+  PetscFunctionBegin;
+  place[1] = 0;
+  if (mesh->n) {
+    place[0] = mesh->x[cell];
+    place[1] = mesh->y[cell];
+    place[2] = mesh->z[cell];
+  } else
+    PetscCall(SlipFaultCellCentre(fault, cell, &place[0], &place[2]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The row of the event that ends in the state w; its slip, and how far along it, are in cat->slip. */
+static PetscErrorCode FillRow(SlipFaultCatalogue cat, PetscReal end, Vec w, PetscReal row[EVENT_NUM_COLUMNS])
+{
+  SlipFault fault = cat->fault;
+  const SlipFaultEvent *e = &cat->event;
+  const PetscReal area = SlipFaultMeanArea(fault);
+  PetscReal sum[4], largest[2], place[3], elastic, kinetic, along;
+
+  PetscFunctionBegin;
+  PetscCall(SumUp(cat, end, w, sum, largest));
+  PetscCall(SlipFaultElasticEnergy(fault, end, w, &elastic));
+  PetscCall(KineticEnergy(fault, w, &kinetic));
+  PetscCall(Hypocentre(fault, e->cell, place));
+  along = sum[0] < 0 ? -1 : 1;
+  PetscCall(VecScale(cat->slip, along));
+  row[EVENT_ONSET] = e->onset;
+  row[EVENT_END] = end;
+  row[EVENT_X] = place[0];
+  row[EVENT_Y] = place[1];
+  row[EVENT_Z] = place[2];
+  row[EVENT_CELL] = (PetscReal)e->cell;
+  row[EVENT_AREA] = area * sum[1];
+  row[EVENT_MEAN_SLIP] = along * sum[2] / sum[1];
+  row[EVENT_MAX_SLIP] = largest[along > 0 ? 0 : 1];
+  row[EVENT_DIRECTION] = along;
+  row[EVENT_MOMENT] = fault->value[FAULT_SHEAR_MODULUS] * area * PetscAbsReal(sum[0]);
+  row[EVENT_MAGNITUDE] = SlipEventMagnitude(row[EVENT_MOMENT]);
+  row[EVENT_STRESS_DROP] = along * sum[3] / sum[1];
+  row[EVENT_PEAK_SLIP_RATE] = e->peak;
+  row[EVENT_ELASTIC_ENERGY] = elastic - e->elastic;
+  row[EVENT_KINETIC_ENERGY] = kinetic - e->kinetic;
+  row[EVENT_DISSIPATED_ENERGY] = e->work[WORK_DISSIPATED];
+  row[EVENT_RADIATED_ENERGY] = e->work[WORK_RADIATED];
+  row[EVENT_LOADING_WORK] = e->work[WORK_LOADING];
+  row[EVENT_LEDGER] = (row[EVENT_ELASTIC_ENERGY] + row[EVENT_KINETIC_ENERGY] + e->work[WORK_DISSIPATED] +
+                       e->work[WORK_RADIATED] - e->work[WORK_LOADING]) /
+                      PetscAbsReal(row[EVENT_ELASTIC_ENERGY]);
+  row[EVENT_STEPS] = (PetscReal)e->steps;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A time in a unit that fits */
+static void FormatTime(PetscReal t, char text[32])
+{
+  static const struct {
+    PetscReal from, unit; /* [s] */
+    const char *name;
+  } units[] = {{2 * 31557600.0, 31557600, "years"}, {2 * 86400.0, 86400, "days"}, {7200, 3600, "h"}, {0, 1, "s"}};
+  int k = 0;
+
+  while (PetscAbsReal(t) < units[k].from) k++;
+  (void)snprintf(text, 32, "%.*g %s", k ? 4 : 7, (double)(t / units[k].unit), units[k].name);
+}
+
+static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
+{
+  char when[32], lasted[32], line[256];
+
+  PetscFunctionBegin;
+  FormatTime(row[EVENT_ONSET], when);
+  FormatTime(row[EVENT_END] - row[EVENT_ONSET], lasted);
+  (void)snprintf(
+    line, sizeof(line), "event %lld  t %s  Mw %.2f  x %.4g km  z %.4g km  slip %.3g m  drop %.3g MPa  %s\n",
+    (long long)fault->events, when, (double)row[EVENT_MAGNITUDE], (double)row[EVENT_X] / 1e3,
+    (double)row[EVENT_Z] / 1e3, (double)row[EVENT_MEAN_SLIP], (double)row[EVENT_STRESS_DROP] / 1e6, lasted);
+  PetscCall(PetscPrintf(fault->comm, "%s", line));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The last step of an event, in which the rate is passed again */
+static PetscErrorCode End(SlipFaultCatalogue cat, const Step *step)
+{
+  SlipFault fault = cat->fault;
+  PetscReal share, end, row[EVENT_NUM_COLUMNS], power[FAULT_NUM_WORKS];
+
+  PetscFunctionBegin;
+  PetscCall(FirstCrossing(cat, step->b, step->a, &share));
+  end = step->begin + (1 - share) * step->dt;
+  PetscCall(Cut(cat, step->b, step->a, share, -share * step->dt));
+  PetscCall(Powers(fault, end, cat->cut, power));
+  AddWork(cat, -0.5 * share * step->dt, cat->power);
+  AddWork(cat, -0.5 * share * step->dt, power);
+  PetscCall(FillRow(cat, end, cat->cut, row));
+  PetscCall(SlipCatalogueAdd(cat, row));
+  cat->active = cat->power_known = PETSC_FALSE;
+  cat->last_end = end;
+  fault->events++;
+  PetscCall(PrintEvent(fault, row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSMonitor */
+static PetscErrorCode SlipFaultEventMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  SlipFaultCatalogue cat = fault->catalogue;
+  SlipAttempt attempt;
+  PetscReal max, share[3], weight[3];
+  Vec node[3];
+  Step now;
+
+  PetscFunctionBegin;
+  if (step < 0 || !cat) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipCatalogueBegin(cat));
+  PetscCall(SlipCatalogueFlush(cat));
+  PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &max));
+  if (!cat->started) { /* the state that TSSolve() starts from */
+    cat->started = PETSC_TRUE;
+    if (cat->active || max <= fault->value[FAULT_EVENT_RATE]) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(BeginEvent(cat, time, w, w, max));
+    PetscCall(MarkRuptured(cat, &(Step){time, 0, w, w}));
+    cat->event.time[1] = time;
+    cat->event.rate[1] = max;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!cat->active && max <= fault->value[FAULT_EVENT_RATE]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSBatheGetLastAttempt(ts, &attempt));
+  PetscCall(TSBatheGetQuadrature(ts, share, weight, node));
+  now = (Step){attempt.time, attempt.dt, node[0], w};
+  if (!cat->active) PetscCall(Onset(cat, &now, max));
+  PetscCall(MarkRuptured(cat, &now));
+  PetscCall(AddStep(cat, ts, &now, max));
+  if (max <= fault->value[FAULT_EVENT_RATE]) PetscCall(End(cat, &now));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a run ---- */
+
+/* Collective: -fault_catalogue, if there is one */
+PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
+{
+  const char *prefix = SlipFaultPrefix(fault), *file = fault->text[FAULT_CATALOGUE];
+  SlipFaultCatalogue cat;
+  PetscBool same;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  fault->events = 0;
+  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!fault->catalogue, fault->comm, PETSC_ERR_ORDER, "the catalogue of the last run was not finished");
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &same));
+  PetscCheck(same, fault->comm, PETSC_ERR_SUP, "-%sfault_catalogue works with -ts_type bathe, not %s", prefix,
+             ((PetscObject)ts)->type_name);
+  PetscCall(PetscStrcmp(file, fault->text[FAULT_OUTPUT], &same));
+  PetscCheck(!same, fault->comm, PETSC_ERR_FILE_OPEN,
+             "-%sfault_catalogue and -%sfault_output are both %s, expected two files", prefix, prefix, file);
+  PetscCall(PetscNew(&cat));
+  fault->catalogue = cat;
+  cat->fault = fault;
+  cat->maps = fault->catalogue_maps;
+  cat->file.id = -1;
+  cat->kind = (SlipH5Kind){.prefix = prefix,
+                           .option = "fault_catalogue",
+                           .restart = "fault_restart",
+                           .discard = "fault_output_overwrite",
+                           .growing = PETSC_TRUE,
+                           .overwrite = fault->output_overwrite};
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &cat->rank));
+  if (!cat->rank) {
+    const SlipH5Kind name = {.prefix = prefix, .option = "fault_catalogue"};
+
+    ierr = SlipH5CheckCreateKind(&name, file);
+  }
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  {
+    Vec *vecs[] = {&cat->u0, &cat->stress0, &cat->rupture, &cat->stress, &cat->slip};
+
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDuplicate(fault->uc, vecs[i]));
+  }
+  PetscCall(SlipFaultCreateState(fault, &cat->cut));
+  if (cat->maps) PetscCall(SlipFaultGatherCreate(fault, cat->slip, &cat->gather, &cat->map[0]));
+  if (cat->maps) PetscCall(VecDuplicate(cat->map[0], &cat->map[1]));
+  PetscCall(TSMonitorSet(ts, SlipFaultEventMonitor, fault, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The event under way */
+static PetscErrorCode VisitEvent(SlipState s, SlipFaultCatalogue cat)
+{
+  SlipFaultEvent *e = &cat->event;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateReal(s, "onset", 1, &e->onset));
+  PetscCall(SlipStateReal(s, "elastic", 1, &e->elastic));
+  PetscCall(SlipStateReal(s, "kinetic", 1, &e->kinetic));
+  PetscCall(SlipStateReal(s, "work", FAULT_NUM_WORKS, e->work));
+  PetscCall(SlipStateReal(s, "peak", 1, &e->peak));
+  PetscCall(SlipStateReal(s, "time", 2, e->time));
+  PetscCall(SlipStateReal(s, "rate", 2, e->rate));
+  PetscCall(SlipStateInt(s, "cell", 1, &e->cell));
+  PetscCall(SlipStateInt(s, "steps", 1, &e->steps));
+  PetscCall(SlipStateVec(s, "displacement", cat->u0));
+  PetscCall(SlipStateVec(s, "stress", cat->stress0));
+  PetscCall(SlipStateVec(s, "rupture_time", cat->rupture));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* In the file of the run as it was, or from here in a new one. */
+static PetscErrorCode Resume(SlipFaultCatalogue cat)
+{
+  SlipFault fault = cat->fault;
+  const char *file = fault->text[FAULT_CATALOGUE];
+  char target[PETSC_MAX_PATH_LEN] = "", part[PETSC_MAX_PATH_LEN + 8];
+  PetscBool exists[2] = {PETSC_FALSE, PETSC_FALSE};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  if (!cat->rank) ierr = SlipH5Follow(file, "", target);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", target));
+  if (!cat->rank) {
+    PetscCall(PetscTestFile(part, 'r', &exists[0]));
+    PetscCall(PetscTestFile(file, 'r', &exists[1]));
+  }
+  PetscCallMPI(MPI_Bcast(exists, 2, MPIU_BOOL, 0, fault->comm));
+  cat->resumed = exists[0] || exists[1] ? PETSC_TRUE : PETSC_FALSE;
+  if (!cat->resumed && fault->events)
+    PetscCall(PetscPrintf(fault->comm, "Neither %s nor %s is there: the catalogue begins here\n", part, file));
+  PetscCall(SlipCatalogueBegin(cat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: what a checkpoint remembers of the catalogue. One of a run without it has none: the catalogue begins there. */
+PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s)
+{
+  SlipFaultCatalogue cat = fault->catalogue;
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscReal rate = fault->value[FAULT_EVENT_RATE];
+  PetscBool has;
+
+  PetscFunctionBegin;
+  if (!cat) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStateHas(s, "catalogue", &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!SlipStateIsLoading(s)) PetscCall(SlipCatalogueSync(cat));
+  PetscCall(SlipStateGroup(s, "catalogue"));
+  PetscCall(SlipStateReal(s, "event_rate", 1, &rate));
+  PetscCheck(rate == fault->value[FAULT_EVENT_RATE], fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_event_rate is %g m/s, was %g m/s in -%sfault_restart %s", prefix,
+             (double)fault->value[FAULT_EVENT_RATE], (double)rate, prefix, fault->text[FAULT_RESTART]);
+  PetscCall(SlipStateInt(s, "events", 1, &fault->events));
+  PetscCall(SlipStateReal(s, "last_end", 1, &cat->last_end));
+  PetscCall(SlipStateBool(s, "active", &cat->active));
+  if (cat->active) PetscCall(VisitEvent(s, cat));
+  if (SlipStateIsLoading(s)) PetscCall(Resume(cat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the end of the run. The file is complete, and its summary says how many events there were. */
+PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run)
+{
+  SlipFaultCatalogue cat = fault->catalogue;
+  char when[32], line[128];
+
+  PetscFunctionBegin;
+  if (!cat) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipCatalogueBegin(cat));
+  if (cat->active) {
+    FormatTime(cat->event.onset, when);
+    (void)snprintf(line, sizeof(line),
+                   "The event that began at t %s goes on at the end of the run: it is not in the catalogue\n", when);
+    PetscCall(PetscPrintf(fault->comm, "%s", line));
+  }
+  PetscCall(SlipOutputAddResult(run, "events", "events", NULL, (PetscReal)fault->events));
+  PetscCall(SlipCatalogueClose(cat, PETSC_TRUE));
+  PetscCall(SlipFaultCatalogueDestroy(&fault->catalogue));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,230 @@
+/* The file of -fault_catalogue: a dataset of each column, with an entry for each event, the mesh, and maps. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
+#include <math.h>
+
+/* The columns, in the order of the enumeration */
+static const SlipOutputColumn Columns[EVENT_NUM_COLUMNS] = {
+  [EVENT_ONSET] = {"onset", "s", PETSC_FALSE},
+  [EVENT_END] = {"end", "s", PETSC_FALSE},
+  [EVENT_X] = {"x", "m", PETSC_FALSE},
+  [EVENT_Y] = {"y", "m", PETSC_FALSE},
+  [EVENT_Z] = {"z", "m", PETSC_FALSE},
+  [EVENT_CELL] = {"cell", "1", PETSC_TRUE},
+  [EVENT_AREA] = {"area", "m^2", PETSC_FALSE},
+  [EVENT_MEAN_SLIP] = {"mean_slip", "m", PETSC_FALSE},
+  [EVENT_MAX_SLIP] = {"max_slip", "m", PETSC_FALSE},
+  [EVENT_DIRECTION] = {"direction", "1", PETSC_TRUE},
+  [EVENT_MOMENT] = {"moment", "N m", PETSC_FALSE},
+  [EVENT_MAGNITUDE] = {"magnitude", "1", PETSC_FALSE},
+  [EVENT_STRESS_DROP] = {"stress_drop", "Pa", PETSC_FALSE},
+  [EVENT_PEAK_SLIP_RATE] = {"peak_slip_rate", "m/s", PETSC_FALSE},
+  [EVENT_ELASTIC_ENERGY] = {"elastic_energy", "J", PETSC_FALSE},
+  [EVENT_KINETIC_ENERGY] = {"kinetic_energy", "J", PETSC_FALSE},
+  [EVENT_DISSIPATED_ENERGY] = {"dissipated_energy", "J", PETSC_FALSE},
+  [EVENT_RADIATED_ENERGY] = {"radiated_energy", "J", PETSC_FALSE},
+  [EVENT_LOADING_WORK] = {"loading_work", "J", PETSC_FALSE},
+  [EVENT_LEDGER] = {"ledger", "1", PETSC_FALSE},
+  [EVENT_STEPS] = {"steps", "1", PETSC_TRUE},
+};
+
+static const char *const Maps[2] = {"/maps/slip", "/maps/rupture_time"}, *const MapUnits[2] = {"m", "s"};
+
+static PetscErrorCode WriteAttributes(SlipFaultCatalogue cat)
+{
+  SlipFault fault = cat->fault;
+  SlipH5 *h = &cat->file;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5WriteAttrString(h, "/", "format", "slipstep-catalogue"));
+  PetscCall(SlipH5WriteAttrInt(h, "/", "version", 1));
+  PetscCall(SlipH5WriteAttrString(h, "/", "library_version", SLIPSTEP_VERSION));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "shear_modulus", fault->value[FAULT_SHEAR_MODULUS]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "event_rate", fault->value[FAULT_EVENT_RATE]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "fault_area", SlipFaultMeanArea(fault) * (PetscReal)fault->N));
+  if (fault->mesh.n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5WriteAttrReal(h, "/", "length_x", fault->value[FAULT_LENGTH_X]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "length_z", fault->value[FAULT_LENGTH_Z]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "depth_top", fault->value[FAULT_DEPTH_TOP]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Create(SlipFaultCatalogue cat)
+{
+  SlipFault fault = cat->fault;
+  PetscInt dims[2], ndim = SlipFaultFieldShape(fault, dims);
+  SlipH5 *h = &cat->file;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5CreateKind(&cat->kind, fault->text[FAULT_CATALOGUE], h));
+  PetscCall(WriteAttributes(cat));
+  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, -1));
+  for (PetscInt m = 0; m < 2 && cat->maps; m++)
+    PetscCall(SlipH5CreateSeries(h, Maps[m], ndim, dims, PETSC_FALSE, MapUnits[m]));
+  PetscCall(SlipFaultWriteAxes(fault, h));
+  PetscCall(SlipH5Live(h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is the file the catalogue that the checkpoint was written with? */
+static PetscErrorCode CheckLast(SlipFaultCatalogue cat)
+{
+  SlipFault fault = cat->fault;
+  const char *prefix = SlipFaultPrefix(fault);
+  const PetscInt rows = fault->events;
+  PetscReal *end = NULL;
+  PetscBool has, same = PETSC_FALSE;
+  PetscInt n = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Has(&cat->file, "/end", &has));
+  if (has) PetscCall(SlipH5ReadReal(&cat->file, "/end", 1, &n, &end));
+  if (has && n >= rows && (!rows || end[rows - 1] == cat->last_end)) same = PETSC_TRUE;
+  PetscCall(PetscFree(end));
+  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-%sfault_catalogue) is not the catalogue that -%sfault_restart %s was written with: it has no event "
+             "%" PetscInt_FMT " that ended at %.9g s; give the name of that one, or of a file that is not there",
+             fault->text[FAULT_CATALOGUE], prefix, prefix, fault->text[FAULT_RESTART], rows, (double)cat->last_end);
+  PetscCall(SlipH5Has(&cat->file, "/maps", &has));
+  PetscCheck(has == cat->maps, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-%sfault_catalogue) has %s maps, which goes on: expected -%sfault_catalogue_maps %s",
+             fault->text[FAULT_CATALOGUE], prefix, has ? "" : "no", prefix, has ? "yes" : "no");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The file of an earlier run, cut to the events of the checkpoint */
+static PetscErrorCode Continue(SlipFaultCatalogue cat)
+{
+  SlipH5 *h = &cat->file;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5CreateCopy(&cat->kind, NULL, cat->fault->text[FAULT_CATALOGUE], h));
+  PetscCall(CheckLast(cat));
+  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, cat->fault->events));
+  for (PetscInt m = 0; m < 2 && cat->maps; m++) PetscCall(SlipH5SetRows(h, Maps[m], cat->fault->events));
+  PetscCall(SlipH5Live(h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: the rows before an error that ends the program */
+static PetscErrorCode Last(void *ctx)
+{
+  SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
+
+  PetscFunctionBegin;
+  PetscCall(SlipTableFlush(&cat->table, &cat->file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the file, unless it is there */
+PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  if (cat->begun) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!cat->rank) ierr = cat->resumed ? Continue(cat) : Create(cat);
+  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
+  cat->begun = PETSC_TRUE;
+  cat->file.last = Last;
+  cat->file.ctx = cat;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: the maps that were gathered */
+static PetscErrorCode WriteMaps(SlipFaultCatalogue cat)
+{
+  const PetscReal *slip;
+  PetscReal *time;
+  const SlipArrays arrays[] = {{cat->map[0], .read = &slip}, {cat->map[1], .write = &time}};
+
+  PetscFunctionBegin;
+  PetscCall(SlipArraysGet(2, arrays));
+  for (PetscInt e = 0; e < cat->fault->N; e++)
+    if (time[e] < 0) time[e] = (PetscReal)NAN;
+  {
+    const SlipH5Rows series[2] = {{Maps[0], slip, 1}, {Maps[1], time, 1}};
+
+    PetscCall(SlipH5AppendAll(&cat->file, 2, series, 1));
+  }
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the row of an event, with its maps */
+PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat, const PetscReal row[])
+{
+  const Vec from[2] = {cat->slip, cat->rupture};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(SlipLogOutputBegin());
+  for (PetscInt m = 0; m < 2 && cat->maps; m++) {
+    PetscCall(VecScatterBegin(cat->gather, from[m], cat->map[m], INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(cat->gather, from[m], cat->map[m], INSERT_VALUES, SCATTER_FORWARD));
+  }
+  if (!cat->rank) ierr = SlipTableAdd(&cat->table, &cat->file, row);
+  if (!cat->rank && !ierr && cat->maps) ierr = WriteMaps(cat);
+  cat->unflushed = PETSC_TRUE;
+  PetscCall(SlipLogOutputEnd());
+  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: all rows to the disk */
+static PetscErrorCode Flush(SlipFaultCatalogue cat)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipTableFlush(&cat->table, &cat->file));
+  PetscCall(SlipH5Flush(&cat->file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: rows to the disk, so often that it costs a hundredth of the time; asked after every step, as the next event
+   may be hours away */
+PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscInt due = 0;
+
+  PetscFunctionBegin;
+  if (!cat->unflushed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!cat->rank) {
+    PetscBool now;
+
+    PetscCall(SlipH5FlushIsDue(&cat->file, &now));
+    if (now) ierr = Flush(cat);
+    due = now ? 1 : 0;
+  }
+  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
+  PetscCallMPI(MPI_Bcast(&due, 1, MPIU_INT, 0, cat->fault->comm));
+  if (due) cat->unflushed = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: all rows to the disk now */
+PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(SlipCatalogueBegin(cat));
+  if (!cat->rank) ierr = SlipTableFlush(&cat->table, &cat->file);
+  if (!cat->rank && !ierr) ierr = SlipH5Sync(&cat->file);
+  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the end of a run, or of one that did not reach it */
+PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  if (!cat->rank && cat->file.id > 0) {
+    if (cat->file.live) ierr = SlipTableFlush(&cat->table, &cat->file);
+    if (!ierr) ierr = complete ? SlipH5Close(&cat->file) : SlipH5Abandon(&cat->file);
+  }
+  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,84 @@
+/* The elastic shear stress of a fault, its energy, and what loading does: here, and nowhere else, stands what acts on a
+   cell besides friction and viscosity. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipmatcells.h>
+#include <slipstep/private/slipsys.h>
+
+/* What rows with a weight of one stand for */
+PetscReal SlipFaultMeanArea(SlipFault fault)
+{
+  if (fault->mesh.n) return 0.5 / SlipCellsUnit(&fault->mesh);
+  return fault->value[FAULT_LENGTH_X] * fault->value[FAULT_LENGTH_Z] / (PetscReal)fault->N;
+}
+
+/*@
+  SlipFaultStress - elastic shear stress on each cell
+
+  Collective; after SlipFaultSetUp()
+
+  Input Parameters:
++ fault - the fault
+. t     - time of the state [s]
+- w     - state, of SlipFaultCreateState()
+
+  Output Parameter:
+. T - shear stress [Pa], one number for each cell in the distribution of the state, positive where it drives slip forward
+
+  Level: intermediate
+
+  Notes:
+  T0 + t dT/dt - K u, per area of the cell itself, also on meshes, where rows of K are weighted by area; T0 and dT/dt are
+  the fields initial_traction and stressing_rate. It costs a product with K. Friction and viscosity are not part of it.
+
+.seealso: SlipFaultGetObservables(), SlipFaultGetOperators()
+@*/
+PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
+{
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(w, VEC_CLASSID, 3);
+  PetscValidHeaderSpecific(T, VEC_CLASSID, 4);
+  PetscCall(SlipFaultLoadAt(fault, t));
+  PetscCall(VecStrideGather(w, 1, fault->work[0], INSERT_VALUES));
+  PetscCall(MatMult(fault->K, fault->work[0], T));
+  if (fault->loads.shear) PetscCall(VecAXPY(T, -1, fault->loads.shear));
+  PetscCall(VecGetArray(T, &a));
+  for (PetscInt i = 0; i < fault->n; i++) a[i] /= -fault->weight[i];
+  PetscCall(VecRestoreArray(T, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* u K u/2 - u T, T the shear load, of the whole fault [J]; a product with K. Collective. */
+PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy)
+{
+  PetscReal load = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultLoadAt(fault, t));
+  PetscCall(VecStrideGather(w, 1, fault->work[0], INSERT_VALUES));
+  PetscCall(MatMult(fault->K, fault->work[0], fault->work[1]));
+  PetscCall(VecDot(fault->work[0], fault->work[1], energy));
+  if (fault->loads.shear) PetscCall(VecDot(fault->work[0], fault->loads.shear, &load));
+  *energy = (0.5 * *energy - load) * SlipFaultMeanArea(fault);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What loading adds to the elastic energy, v_inf (T - K u) - u dT/dt [W]: with K v_inf + dT/dt, computed once, no product.
+   Collective. */
+PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power)
+{
+  PetscReal load = 0;
+
+  PetscFunctionBegin;
+  *power = 0;
+  if (!fault->driven) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultLoadAt(fault, t));
+  PetscCall(SlipFaultRestSetUp(fault));
+  PetscCall(VecStrideGather(w, 1, fault->work[0], INSERT_VALUES));
+  PetscCall(VecDot(fault->loads.drive, fault->work[0], power));
+  if (fault->loads.shear) PetscCall(VecDot(fault->vinf, fault->loads.shear, &load));
+  *power = (load - *power) * SlipFaultMeanArea(fault);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,226 @@
+"""-fault_catalogue of whole programs: what its numbers mean, by hand from the run's output; ranks, meshes, restarts, kills; CSV."""
+
+import csv
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import scripts
+
+import h5py
+import numpy as np
+
+from slipstep_catalogue import Catalogue
+
+os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")  # as in test_output_whole.py
+BUILD, SOURCE = os.environ["SLIPSTEP_BUILD"], os.environ["SLIPSTEP_SOURCE"]
+FAULT = os.path.join(BUILD, "bin", "fault")
+GRID = ("-fault_nx", "6", "-fault_nz", "5")
+G = 30e9
+# of stick slip: 13 events in 1e9 s
+LOADED = ("-fault_nx", "1", "-fault_nz", "1", "-fault_loading_rate", "1e-9", "-fault_initial", "rest", "-fault_friction_law", "rate_weakening")
+FIXED = ("onset", "end", "x", "z", "area", "mean_slip", "max_slip", "moment", "magnitude", "stress_drop", "peak_slip_rate")
+
+
+class CatalogueTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name):
+        return os.path.join(self.folder.name, name)
+
+    def fault(self, *options, ranks=1, code=0):
+        command = (["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []) + [FAULT, *options]
+        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return done.stdout + done.stderr
+
+    def same(self, a, b, tolerance):
+        """Two catalogues, relative to the largest value of each column"""
+        a, b = Catalogue(self.path(a)), Catalogue(self.path(b))
+        self.assertEqual(a.count, b.count)
+        for name in a.event:
+            if name in ("ledger", "kinetic_energy", "loading_work"):  # differences of much larger numbers
+                continue
+            np.testing.assert_allclose(a.event[name], b.event[name], rtol=tolerance, err_msg=name)
+        return a, b
+
+    def test_numbers_by_hand(self):
+        said = self.fault(*GRID, "-fault_catalogue", "events.h5", "-fault_catalogue_maps", "-fault_output", "run.h5")
+        catalogue = Catalogue(self.path("events.h5"))
+        self.assertTrue(catalogue.complete and catalogue.count == 1 and set(FIXED) <= set(catalogue.event))
+        event = {name: values[0] for name, values in catalogue.event.items()}
+        self.assertRegex(said, r"(?m)^events: +1$")
+        line = re.search(r"(?m)^event 1  t ([\d.]+) s  Mw ([\d.]+)  x ([\d.]+) km  z ([\d.]+) km  slip ([\d.]+) m  drop ([\d.]+) MPa  ([\d.]+) s$", said)
+        for text, value in zip(line.groups(), (event["onset"], event["magnitude"], event["x"] / 1e3, event["z"] / 1e3, event["mean_slip"],
+                                               event["stress_drop"] / 1e6, event["end"] - event["onset"])):
+            self.assertAlmostEqual(float(text), value, delta=0.006 * value)  # three digits
+        with h5py.File(self.path("run.h5")) as file:
+            t, v, s = (file[f"fields/{name}"][()] for name in ("time", "slip_rate", "slip"))
+            self.assertEqual(file["result"].attrs["events"], 1)
+        largest = v.max(axis=(1, 2))
+        first = np.argmax(largest > 1e-3)  # steps are the run's: what is between them is interpolated
+        last = len(t) - 1 - np.argmax(largest[::-1] > 1e-3)
+        self.assertTrue(t[first - 1] < event["onset"] < t[first] and t[last] < event["end"] <= t[last + 1])
+        self.assertAlmostEqual(event["onset"], np.interp(np.log(1e-3), np.log(largest[first - 1:first + 1]), t[first - 1:first + 1]), delta=1e-6)
+        self.assertEqual(int(event["cell"]), int(np.argmax(v[first])))
+        self.assertEqual((event["x"], event["z"]), (500 * (event["cell"] % 6 + 0.5), 600 * (event["cell"] // 6 + 0.5)))
+        self.assertEqual(event["area"], 300e3 * (v.max(axis=0) > 1e-3).sum())
+        # within the part of the two outer steps that is slower than the event rate
+        slip, outer = s[last + 1] - s[first - 1], 1e-3 * (t[first] - t[first - 1] + t[last + 1] - t[last])
+        maps = catalogue.map("slip")[0]
+        self.assertTrue((maps <= slip + 1e-12).all() and (maps >= slip - outer).all())
+        self.assertAlmostEqual(event["mean_slip"], maps.mean(), delta=1e-12)
+        self.assertAlmostEqual(event["max_slip"], maps.max(), delta=1e-15)
+        self.assertAlmostEqual(event["moment"] / (G * 300e3 * maps.sum()), 1, delta=1e-12)
+        self.assertAlmostEqual(event["magnitude"], 2 / 3 * (np.log10(event["moment"]) - 9.1), delta=1e-12)
+        self.assertTrue(largest.max() <= event["peak_slip_rate"] < 1.01 * largest.max())
+        rupture = catalogue.map("rupture_time")[0]
+        for e in np.ndindex(5, 6):
+            k = np.argmax(v[(slice(None), *e)] > 1e-3)
+            self.assertTrue(t[k - 1] - 1e-9 <= rupture[e] + event["onset"] <= t[k] + 1e-9)
+        self.assertLess(abs(event["ledger"]), 2e-4)  # of steps at the reference tolerances; measured 3e-5
+        total = event["elastic_energy"] + event["kinetic_energy"] + event["dissipated_energy"] + event["radiated_energy"] - event["loading_work"]
+        self.assertAlmostEqual(event["ledger"], total / -event["elastic_energy"], delta=1e-12)
+
+    def test_ranks_and_meshes(self):
+        """A mesh of the grid's cells is the grid; the order in which processes number its cells does not show."""
+        make = [sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), self.path("mesh.h5")]
+        subprocess.run([*make, "uniform", "--cells", "6", "5"], check=True, stdout=subprocess.DEVNULL)
+        steps = ("-ts_adapt_type", "none", "-ts_dt", "0.1", "-fault_catalogue_maps", "-fault_catalogue")
+        self.fault(*GRID, *steps, "grid.h5")
+        for ranks in (1, 2):
+            self.fault("-fault_mesh", "mesh.h5", *steps, f"mesh{ranks}.h5", ranks=ranks)
+            # rounding, which 300 steps amplify
+            grid, mesh = self.same("grid.h5", f"mesh{ranks}.h5", 1e-8)
+            for name in ("slip", "rupture_time"):
+                np.testing.assert_allclose(mesh.map(name), grid.map(name).reshape(1, 30), rtol=1e-6, atol=1e-9)
+        self.fault(*GRID, *steps, "grid2.h5", ranks=2)
+        self.same("grid.h5", "grid2.h5", 1e-8)
+        subprocess.run([*make, "parallel", "--cells", "5", "4", "--ratio", "3", "--offset", "800"], check=True, stdout=subprocess.DEVNULL)
+        two = ("-fault_mesh", "mesh.h5", "-fault_stiffness_scaling", "mean_slip", *steps)
+        self.fault(*two, "two.h5")
+        self.fault(*two, "both.h5", ranks=2)
+        catalogue, _ = self.same("two.h5", "both.h5", 1e-8)
+        area = catalogue.mesh["length"] * catalogue.mesh["width"]
+        for slip, rupture, moment, mean, size, y, cell in zip(
+                catalogue.map("slip"), catalogue.map("rupture_time"),
+                *(catalogue.event[name] for name in ("moment", "mean_slip", "area", "y", "cell"))):
+            broke = np.isfinite(rupture)
+            self.assertAlmostEqual(moment / (G * (slip * area).sum()), 1, delta=1e-12)
+            self.assertAlmostEqual(size / area[broke].sum(), 1, delta=1e-12)
+            self.assertAlmostEqual(mean / ((slip * area)[broke].sum() / size), 1, delta=1e-12)
+            self.assertEqual(y, catalogue.mesh["y"][int(cell)])
+
+    def test_cells_of_other_areas(self):
+        """Cells that differ by nine in area break otherwise than those of a grid (here by 10 % in slip), but the stress that a metre of slip
+        releases, and the energy that a moment does, are the fault's: measured 0.4 and 1.6 % apart. Unweighted rows would make them 50 %."""
+        make = [sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), self.path("mesh.h5")]
+        subprocess.run([*make, "graded", "--cells", "16", "14", "--ratio", "3"], check=True, stdout=subprocess.DEVNULL)
+        self.fault("-fault_nx", "16", "-fault_nz", "14", "-fault_catalogue", "grid.h5")
+        self.fault("-fault_mesh", "mesh.h5", "-fault_catalogue", "mesh_events.h5")
+        grid, mesh = (Catalogue(self.path(name)).event for name in ("grid.h5", "mesh_events.h5"))
+        for over, under, tolerance in (("stress_drop", "mean_slip", 0.01), ("elastic_energy", "moment", 0.03), ("area", "area", 1e-12)):
+            self.assertAlmostEqual(mesh[over][0] / mesh[under][0] / (grid[over][0] / grid[under][0]), 1, delta=tolerance)
+        self.assertLess(abs(mesh["ledger"][0]), 2e-4)
+
+    def test_restart_within_an_event(self):
+        for ranks, other, options in ((1, 1, GRID), (1, 2, GRID)):
+            events = ("-fault_catalogue_maps", "-fault_catalogue")
+            self.fault(*options, *events, "whole.h5", ranks=ranks)
+            said = self.fault(*options, *events, "cut.h5", "-fault_checkpoint", "state.h5", "-fault_output_overwrite", "-ts_max_time", "9", ranks=ranks)
+            self.assertRegex(said, r"(?m)^The event that began at t 4\.7\d+ s goes on at the end of the run: it is not in the catalogue$")
+            self.assertEqual(Catalogue(self.path("cut.h5")).count, 0)
+            self.fault(*options, *events, "short.h5", "-fault_checkpoint", "state.h5", "-fault_output_overwrite", "-ts_max_steps", "37", ranks=ranks, code=3)
+            self.fault(*options, *events, "short.h5", "-fault_restart", "state.h5", ranks=other)
+            whole, short = self.same("whole.h5", "short.h5", 0 if ranks == other else 1e-6)
+            self.assertEqual(whole.count, 1)
+            np.testing.assert_allclose(short.map("slip"), whole.map("slip"), rtol=1e-6)
+            # without the file, and with a checkpoint that knows no catalogue
+            os.remove(self.path("short.h5"))
+            self.fault(*options, *events, "short.h5", "-fault_restart", "state.h5")
+            self.same("whole.h5", "short.h5", 1e-6)
+            self.assertIn("expected -fault_catalogue_maps yes", self.fault(*options, events[1], "whole.h5", "-fault_restart", "state.h5", code=1))
+            self.assertIn("-fault_event_rate is 0.01 m/s, was 0.001 m/s", self.fault(
+                *options, *events, "short.h5", "-fault_event_rate", "0.01", "-fault_restart", "state.h5", code=1))
+            os.remove(self.path("state.h5"))
+            self.fault(*options, "-fault_checkpoint", "state.h5", "-ts_max_steps", "37", code=3)
+            self.fault(*options, *events, "late.h5", "-fault_restart", "state.h5")
+            self.assertTrue(9 < Catalogue(self.path("late.h5")).event["onset"][0] < 13.4)  # from the checkpoint on
+            for name in ("whole.h5", "short.h5", "late.h5", "cut.h5", "state.h5"):
+                os.remove(self.path(name))
+
+    def test_many_events_and_a_kill(self):
+        run = (*LOADED, "-fault_catalogue", "events.h5")
+        self.fault(*run, "-ts_max_time", "1e13", "-ts_max_steps", "4000", code=3)
+        whole = Catalogue(self.path("events.h5"))
+        self.assertGreater(whole.count, 20)
+        self.assertTrue((whole.event["onset"][1:] > whole.event["end"][:-1]).all() and (whole.event["end"] > whole.event["onset"]).all())
+        self.assertLess(abs(whole.event["ledger"]).max(), 1e-3)  # measured 1.1e-4
+        # of one cell the slip is what the loading has brought from one event to the next, but for creep before and after
+        brought = 1e-9 * np.diff(whole.event["onset"])
+        np.testing.assert_allclose(whole.event["mean_slip"][1:], brought, rtol=0.1)
+        with open(self.path("events.h5"), "rb") as file:
+            older = file.read()
+        process = subprocess.Popen([FAULT, *run, "-ts_max_time", "1e13"], cwd=self.folder.name, stdout=subprocess.DEVNULL)
+        part, rows = self.path("events.h5.part"), 0
+        until = time.monotonic() + 60
+        while rows < 2 and time.monotonic() < until:
+            time.sleep(0.05)
+            if os.path.exists(part):
+                with h5py.File(part, "r", swmr=True) as file:
+                    rows = len(file["end"])
+        process.kill()
+        process.wait()
+        killed = Catalogue(part)
+        self.assertGreaterEqual(killed.count, 2)
+        self.assertFalse(killed.complete)
+        n = min(killed.count, whole.count)
+        for name in whole.event:
+            np.testing.assert_array_equal(killed.event[name][:n], whole.event[name][:n])
+        with open(self.path("events.h5"), "rb") as file:
+            self.assertEqual(file.read(), older)
+        said = self.fault(*run, "-ts_max_time", "1e3", code=1)
+        self.assertIn("rows of an unfinished run: continue it with -fault_restart CHECKPOINT", said)
+        self.assertIn("throw it away with -fault_output_overwrite", said)
+        self.fault(*run, "-ts_max_time", "1e3", "-fault_output_overwrite")
+        self.assertEqual(Catalogue(self.path("events.h5")).count, 0)
+
+    def test_csv(self):
+        self.fault(*LOADED, "-ts_max_time", "2e9", "-fault_catalogue", "events.h5")
+        script = os.path.join(scripts.OUTPUT, "catalogue_csv.py")
+        done = subprocess.run([sys.executable, script, self.path("events.h5"), self.path("events.csv")], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+        shown = subprocess.run([sys.executable, script, self.path("events.h5")], capture_output=True, text=True)
+        with open(self.path("events.csv"), encoding="utf-8") as file:
+            text = file.read()
+        self.assertEqual(shown.stdout, text)
+        rows = list(csv.DictReader(text.splitlines()))
+        catalogue = Catalogue(self.path("events.h5"))
+        self.assertEqual(len(rows), catalogue.count)
+        for name, values in catalogue.event.items():
+            unit = catalogue.units[name]
+            self.assertEqual([float(row[name if unit == "1" else f"{name} [{unit}]"]) for row in rows], values.tolist())
+        for wrong, message in ((self.path("missing.h5"), "no such file"), (self.path("events.csv"), "not a complete HDF5 file"),
+                               (os.path.join(SOURCE, "training/policies/fault.h5"), "no catalogue of events")):
+            done = subprocess.run([sys.executable, script, wrong], capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
+            self.assertIn(message, done.stderr)
+
+    def test_refused(self):
+        for options, message in ((("-fault_event_rate", "0"), "-fault_event_rate is 0, expected a number > 0 m/s"),
+                                 (("-fault_catalogue", "no/events.h5"), "no/events.h5"),
+                                 (("-fault_catalogue", "a.h5", "-fault_output", "a.h5"), "expected two files"),
+                                 (("-fault_catalogue_maps", "maybe"), "-fault_catalogue_maps")):
+            said = self.fault(*GRID, *options, code=1)
+            self.assertIn(message, said)
+            self.assertEqual(said.count("\n"), 1, said)
+
+
+if __name__ == "__main__":
+    unittest.main()
