@@ -59,3 +59,9 @@ class PictureTest(ScriptTest):
         self.assertEqual(found, code, err)
         self.assertRegex(err.splitlines()[-1], f"^{module}.py: .*{message}")
         self.assertTrue(code == 2 or err.count("\n") == 1, err)
+
+    def look(self, path):
+        """A picture is there, with the many colours of maps and smooth lines, not only axes."""
+        from PIL import Image
+        with Image.open(path) as image:
+            self.assertGreater(len(image.convert("RGB").resize((400, 400), Image.Resampling.NEAREST).getcolors(160000)), 50, path)

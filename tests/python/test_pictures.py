@@ -7,7 +7,6 @@ from scripts import PictureTest
 import century
 import h5py
 import numpy as np
-from PIL import Image
 
 from slipstep_fields import Fields, events, largest_event, rupture_times
 from slipstep_maps import planes_of
@@ -125,24 +124,19 @@ class FieldsTest(PictureTest):
 
 
 class Pictures(PictureTest):
-    def size(self, path):
-        with Image.open(path) as image:
-            pixels = np.asarray(image.convert("RGB"))
-        self.assertGreater(len(np.unique(pixels.reshape(-1, 3), axis=0)), 50, path)  # maps are there, not only axes
-        return image.size
-
     def test_kinds(self):
         grid = century.write_run(self.path("grid.h5"), shape=(10, 20), step=0.5)
-        for arguments, suffix in (((), ""), (("--time", "31.31y", "50y", "--field", "slip"), "_snapshots"), (("--kind", "space-time", "--against", "step", "--along", "depth", "--at", "7"), "_space-time")):
+        for arguments, suffix in (((), ""), (("--time", "31.31y", "50y", "--field", "slip"), "_snapshots"),
+                                  (("--kind", "space-time", "--against", "step", "--along", "depth", "--at", "7"), "_space-time")):
             self.assertEqual(self.plot("plot_run", grid, *arguments), f"Figure: {self.path('grid')}{suffix}.png\n")
-            self.size(self.path(f"grid{suffix}.png"))
+            self.look(self.path(f"grid{suffix}.png"))
 
     def test_kinds_on_irregular_cells(self):
         mesh = century.write_run(self.path("mesh.h5"), cells=century.graded(), planes=2, step=0.5)
         for arguments in (("--kind", "rupture", "--log-rate", "--range", "1e-9", "1", "--time", f"{century.EVENTS[-1][0] * YEAR + 2}"),
                           ("--kind", "space-time", "--at", "max", "--field", "slip")):
             self.plot("plot_run", mesh, *arguments, "--figure", self.path("mesh.png"))
-            self.size(self.path("mesh.png"))
+            self.look(self.path("mesh.png"))
 
     def test_colours_begin_at_zero(self):
         """The colour bar of a slip rate, and limits of the user's own, as the scale of the drawn image."""

@@ -7,7 +7,6 @@ from scripts import PictureTest
 import century
 import h5py
 import numpy as np
-from PIL import Image
 
 from slipstep_catalogue import Catalogue, b_value, completeness
 from slipstep_cumulative import Course, between, during
@@ -93,11 +92,6 @@ class Cumulative(PictureTest):
 
 
 class Pictures(PictureTest):
-    def look(self, path):
-        with Image.open(path) as image:
-            pixels = np.asarray(image.convert("RGB"))
-        self.assertGreater(len(np.unique(pixels.reshape(-1, 3), axis=0)), 50)
-
     def test_catalogue_with_its_run(self):
         events = century.write_catalogue(self.path("c.h5"))
         run = century.write_run(self.path("run.h5"))
