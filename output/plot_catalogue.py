@@ -28,18 +28,21 @@ from slipstep_snapshots import Layout, contours_of
 from slipstep_time import Clock, seconds, written
 
 FITTED = 30  # events from the magnitude of completeness on, below which no b is worth a line
-CIRCLES = 300  # of the largest events
+MANY = 300  # events, beyond which only the largest have stems and circles
+LARGEST = 60
 
 
 def draw_times(axes, events, clock):
     """A stem and a dot for each event."""
-    magnitude = events["magnitude"]
-    known = np.isfinite(magnitude)
-    time, magnitude = clock(events["onset"][known]), magnitude[known]
+    known = np.isfinite(events["magnitude"])
+    order = np.argsort(events["magnitude"][known])[::-1]
+    time, magnitude = clock(events["onset"][known][order]), events["magnitude"][known][order]
     bottom = np.floor(2 * magnitude.min() - 0.2) / 2
-    many = len(time) > 200
-    axes.vlines(time, bottom, magnitude, color=RUN_STYLES[0]["color"], linewidth=0.5 if many else 1.0, alpha=0.4 if many else 0.7)
-    axes.plot(time, magnitude, linestyle="", marker="o", markersize=2.5 if many else 5, color=RUN_STYLES[0]["color"], markeredgewidth=0)
+    many = len(time) > MANY
+    stems = slice(None, LARGEST if many else None)
+    axes.vlines(time[stems], bottom, magnitude[stems], color=RUN_STYLES[0]["color"], linewidth=0.8, alpha=0.7)
+    axes.plot(time, magnitude, linestyle="", marker="o", markersize=2 if many else 5, color=RUN_STYLES[0]["color"], markeredgewidth=0,
+              alpha=0.5 if len(time) > 10 * MANY else 1)
     axes.set(title=f"{len(events)} events", xlabel=clock.label, ylabel="moment magnitude", ylim=(bottom, magnitude.max() + 0.3))
 
 
@@ -62,19 +65,20 @@ def draw_frequency(axes, magnitude):
 
 
 def draw_places(canvas, axes, events):
-    """Circles of the ruptured areas around the hypocentres, the largest events on top of each other, small ones last."""
-    order = np.argsort(events["area"])[::-1]
+    """Hypocentres, large events on top, and circles of the ruptured areas around them."""
+    order = np.argsort(events["area"])
     x, z, radius, magnitude = (column[order] for column in (events["x"] / 1e3, events["z"] / 1e3, np.sqrt(events["area"] / np.pi) / 1e3,
                                                             events["magnitude"]))
-    sized = slice(None, CIRCLES)
+    many = len(x) > MANY
+    sized = slice(-LARGEST if many else None, None)
     norm = plt.Normalize(np.nanmin(magnitude), np.nanmax(magnitude))
     colours = plt.get_cmap("viridis_r")
     circles = EllipseCollection(2 * radius[sized], 2 * radius[sized], np.zeros(len(radius[sized])), units="xy", offsets=np.stack([x, z], axis=1)[sized],
-                                offset_transform=axes.transData, edgecolors=colours(norm(magnitude[sized])), facecolors="none", linewidths=1.2)
+                                offset_transform=axes.transData, edgecolors=colours(norm(magnitude[sized])), facecolors="none", linewidths=1.2, zorder=4)
     axes.add_collection(circles)
-    dots = axes.scatter(x, z, c=magnitude, norm=norm, cmap=colours, s=10 if len(x) > 100 else 22, linewidth=0, zorder=3)
+    dots = axes.scatter(x, z, c=magnitude, norm=norm, cmap=colours, s=5 if many else 22, linewidth=0, zorder=3)
     x0, x1, z0, z1 = extent_of(planes_of(events)) if events.mesh else (x.min() - 1, x.max() + 1, z.min() - 1, z.max() + 1)
-    axes.set(title="Hypocentres, circles of the ruptured area", xlabel="along strike (km)", ylabel="depth (km)", aspect="equal", xlim=(x0, x1), ylim=(z1, z0))
+    axes.set(title=f"Hypocentres, circles of {'the largest areas' if many else 'the ruptured area'}", xlabel="along strike (km)", ylabel="depth (km)", aspect="equal", xlim=(x0, x1), ylim=(z1, z0))
     axes.spines[:].set_visible(True)
     for axis, ticks in ((axes.xaxis, 6), (axes.yaxis, 5)):
         axis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))

@@ -79,7 +79,8 @@ class Fields:
             return self._drawn(file[f"fields/{self.kind.source}"], self._outer)
 
     def _drawn(self, data, rows):
-        values = np.array([data[row] for row in rows])
+        together = (np.diff(rows) == 1).all()
+        values = data[rows[0]:rows[-1] + 1] if together else np.array([data[row] for row in rows])
         return self.kind.scale * (drop(data[self._outer[0]], values) if self.name == "stress_drop" else values)
 
     def chunks(self, rows=None):
@@ -127,11 +128,13 @@ def events(times, rates, threshold=RUPTURE_RATE):
     return [(times[max(a - 1, 0)], times[min(b + 1, last_row)]) for a, b in zip(first, last)]
 
 
-def largest_event(run, threshold=RUPTURE_RATE):
-    """The event of the largest mean slip rate, from the series; the whole run where nothing is that fast."""
+def event_around(run, begin, end):
+    """The event of the series that holds these times [s]; None where they are not within a single one."""
     time, rate = (np.concatenate(([0.0], run.series[name])) for name in ("time", "max_slip_rate"))
+    return next(((first, last) for first, last in events(time, rate) if first <= begin and end <= last), None)
+
+
+def largest_event(run):
+    """The event of the largest mean slip rate, from the series; the whole run where nothing is that fast."""
     peak = run.series["time"][run.peak]
-    for begin, end in events(time, rate, threshold):
-        if begin <= peak <= end:
-            return begin, end
-    return 0.0, time[-1]
+    return event_around(run, peak, peak) or (0.0, run.series["time"][-1])

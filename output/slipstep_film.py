@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
-from slipstep_fields import RUPTURE_RATE, Fields, events
+from slipstep_fields import Fields, events
 from slipstep_maps import Span, colour_bar
 from slipstep_output import OutputError
 from slipstep_panels import RED, RUN_STYLES, plt

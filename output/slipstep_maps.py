@@ -86,6 +86,8 @@ class Plane:
         axes.set(xlim=(low_x, high_x), ylim=(high_z, low_z))
         axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
         axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+        if self.shape and self.shape[0] == 1:
+            axes.set_yticks([self.z.mean()])  # the file does not say how wide a single row is
 
     @property
     def extent(self):

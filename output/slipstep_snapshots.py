@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slipstep_fields import RUPTURE_RATE, Fields, drop, largest_event, rupture_times
+from slipstep_fields import Fields, event_around, largest_event, rupture_times
 from slipstep_maps import Span, colour_bar, extent_of, planes_of
 from slipstep_output import OutputError
 from slipstep_panels import plt, use_style
@@ -97,17 +97,50 @@ def since(clock):
     return f" (times since {clock.since})" if clock.since else ""
 
 
+def clock_of(run, times, years):
+    """Of snapshots: those within one event count from its begin, others from the run's."""
+    event = event_around(run, times.min(), times.max())
+    if event and not years:
+        return Clock(*event)
+    return Clock(0.0 if len(times) == 1 else times.min(), times.max(), years)
+
+
 def snapshots(run, name, times, window=None, log=False, wanted=None, years=None):
     """A field at several times."""
     if not times and window is None and name in ("slip_rate", "stress_drop"):
         window = largest_event(run)
     fields = Fields(run, name, window)
     rows = chosen_rows(fields, times)
-    clock = Clock(*(fields.times[[rows.min(), rows.max()]] if len(rows) > 1 else (0.0, fields.times[rows[0]])), years)
+    clock = clock_of(run, fields.times[rows], years)
+    if min(planes_of(run)[0].shape or (2, 2)) == 1:
+        return curves(run, fields, rows, clock, log, wanted)
     layout = Layout(run, len(rows), columns_of(run, len(rows)))
     draw_snapshots(layout.canvas, layout, fields, rows, clock, log, wanted)
     layout.canvas.suptitle(f"{run.title}: {fields.kind.title.lower()}{since(clock)}")
     return layout.canvas
+
+
+def curves(run, fields, rows, clock, log, wanted):
+    """Snapshots of a fault that is a single row of cells: a curve for each time."""
+    use_style()
+    canvas, axes = plt.subplots(figsize=(WIDTH, 5.0), layout="constrained")
+    plane = planes_of(run)[0]
+    across = plane.shape[0] == 1
+    shades = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, len(rows)))
+    maps = fields.maps(rows).reshape(len(rows), -1)
+    for shade, row, values in zip(shades, rows, np.abs(maps) if log else maps):
+        axes.plot((plane.x if across else plane.z).mean(axis=0), np.where(values > 0, values, np.nan) if log else values, color=shade,
+                  label=clock.text(fields.times[row]))
+    axes.set(xlabel="along strike (km)" if across else "depth (km)", ylabel=fields.label)
+    if log:
+        axes.set_yscale("log")
+    elif fields.kind.limits == "zero":
+        axes.set_ylim(bottom=min(0.0, axes.dataLim.y0))
+    if wanted:
+        axes.set_ylim(wanted)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    canvas.suptitle(f"{run.title}: {fields.kind.title.lower()}{since(clock)}")
+    return canvas
 
 
 def rupture(run, times, window=None, log=False, wanted=None, years=None):

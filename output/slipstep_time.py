@@ -11,12 +11,14 @@ NAMES = {"s": "s", "h": "hours", "d": "days", "y": "years"}
 LIMITS = (("s", 3 * 3600.0), ("h", 3 * 86400.0), ("d", YEAR))  # the unit of a span up to so many seconds; years beyond
 
 
+TIME = r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)(s|min|h|d|y)?"
+
+
 def seconds(text):
-    """A time of the command line, "12.5" or "250y", in seconds."""
-    match = re.fullmatch(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)(s|min|h|d|y)?", text)
-    if not match:
-        raise argparse.ArgumentTypeError(f"{text} is no time, expected seconds or a number with s, min, h, d or y, as 12.5 or 250y")
-    return float(match[1]) * SECONDS[match[2] or "s"]
+    """A time of the command line in seconds: "12.5", "250y", or a sum as "96.4y+2.5s"."""
+    if not re.fullmatch(rf"{TIME}(?:\+{TIME})*", text):
+        raise argparse.ArgumentTypeError(f"{text} is no time, expected seconds or numbers with s, min, h, d or y, as 12.5, 250y or 96.4y+2s")
+    return sum(float(number) * SECONDS[unit or "s"] for number, unit in re.findall(TIME, text))
 
 
 def unit_of(span, years=None):

@@ -17,10 +17,10 @@ from slipstep_time import YEAR, Clock, seconds
 
 class Times(unittest.TestCase):
     def test_units_of_the_command_line(self):
-        self.assertEqual([seconds(text) for text in ("12.5", "2min", "3h", "1d", "250y", "-.5", "1e3s")],
-                         [12.5, 120, 10800, 86400, 250 * YEAR, -0.5, 1000])
-        for text in ("", "3x", "y", "1 y", "nan", "1e"):
-            with self.assertRaisesRegex(Exception, "expected seconds or a number with s, min, h, d or y"):
+        self.assertEqual([seconds(text) for text in ("12.5", "2min", "3h", "1d", "250y", "-.5", "1e+3s", "96.4y+2+1e2min")],
+                         [12.5, 120, 10800, 86400, 250 * YEAR, -0.5, 1000, 96.4 * YEAR + 6002])
+        for text in ("", "3x", "y", "1 y", "nan", "1e", "1y+", "1y2"):
+            with self.assertRaisesRegex(Exception, "expected seconds or numbers with s, min, h, d or y"):
                 seconds(text)
 
     def test_clock_takes_the_unit_that_fits(self):
@@ -137,6 +137,17 @@ class Pictures(PictureTest):
                           ("--kind", "space-time", "--at", "max", "--field", "slip")):
             self.plot("plot_run", mesh, *arguments, "--figure", self.path("mesh.png"))
             self.look(self.path("mesh.png"))
+
+    def test_a_single_row_of_cells_has_curves(self):
+        from slipstep_snapshots import snapshots
+        run = Run(century.write_run(self.path("row.h5"), shape=(1, 40)))
+        onset = century.EVENTS[-1][0] * YEAR
+        for log in (False, True):
+            lines = snapshots(run, "slip_rate", [onset + 3, onset + 1], log=log).axes[0].lines
+            self.assertEqual([line.get_label() for line in lines], ["3.00 s", "1.00 s"])
+            rate = century.state((np.arange(40) + 0.5) * 500, np.full(40, 5000.0), onset + 1)[1]
+            np.testing.assert_allclose(lines[1].get_ydata(), np.where(log & (rate == 0), np.nan, rate), atol=1e-6)
+            np.testing.assert_allclose(lines[1].get_xdata(), (np.arange(40) + 0.5) / 2)
 
     def test_colours_begin_at_zero(self):
         """The colour bar of a slip rate, and limits of the user's own, as the scale of the drawn image."""
