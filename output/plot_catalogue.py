@@ -18,8 +18,8 @@ need("h5py", "numpy", "matplotlib")
 import numpy as np
 from matplotlib.collections import EllipseCollection
 from matplotlib.ticker import MaxNLocator
-from slipstep_catalogue import Catalogue, b_value, completeness
 from slipstep_cumulative import courses, draw_cumulative, warn
+from slipstep_events import Events, b_value, completeness
 from slipstep_fields import KINDS
 from slipstep_maps import Span, colour_bar, extent_of, planes_of
 from slipstep_output import OutputError, Run
@@ -77,7 +77,7 @@ def draw_places(canvas, axes, events):
                                 offset_transform=axes.transData, edgecolors=colours(norm(magnitude[sized])), facecolors="none", linewidths=1.2, zorder=4)
     axes.add_collection(circles)
     dots = axes.scatter(x, z, c=magnitude, norm=norm, cmap=colours, s=5 if many else 22, linewidth=0, zorder=3)
-    x0, x1, z0, z1 = extent_of(planes_of(events)) if events.mesh else (x.min() - 1, x.max() + 1, z.min() - 1, z.max() + 1)
+    x0, x1, z0, z1 = extent_of(planes_of(events))
     axes.set(title=f"Hypocentres, circles of {'the largest areas' if many else 'the ruptured area'}", xlabel="along strike (km)", ylabel="depth (km)", aspect="equal", xlim=(x0, x1), ylim=(z1, z0))
     axes.spines[:].set_visible(True)
     for axis, ticks in ((axes.xaxis, 6), (axes.yaxis, 5)):
@@ -100,31 +100,31 @@ def figure(events, lines, years):
     draw_places(canvas, canvas.add_subplot(grid[1, 1]), events)
     pairs = np.stack([events["onset"], events["end"]], axis=1)
     poor = [draw_cumulative(canvas.add_subplot(grid[2 + k, :]), course, pairs) for k, course in enumerate(lines)]
-    canvas.suptitle(os.path.basename(events.path))
+    canvas.suptitle(os.path.basename(events.path) + ("" if events.complete else " (unfinished)"))
     return canvas, max(poor, default=0)
 
 
 def event_figure(events, number):
     """Slip of one event with contours of the time of rupture."""
-    slip = events.map("slip", number)
+    slip, broke = events.map_of("slip", number), events.map_of("rupture_time", number)
     layout = Layout(events, 1, 1)
     block = layout.fill(layout.canvas)[0]
     kind = KINDS["slip"]
-    norm = Span().see(slip[np.isfinite(slip)]).norm(kind)
-    clock = Clock(0.0, max(events["end"][number] - events["onset"][number], 1e-9))
-    head = "Slip"
-    if "rupture_time" in events.maps:
-        broke = clock(np.where(slip > 0, events.map("rupture_time", number), np.nan) - events["onset"][number])
-        head, levels = contours_of(broke, clock)
+    norm = Span().see(slip).norm(kind)
+    onset, duration = events["onset"][number], events["end"][number] - events["onset"][number]
+    clock = Clock(0.0, duration)
+    broke = clock(broke)
+    head, levels = contours_of(broke, clock)
     artists = layout.draw(block, slip, norm, kind.colours, head, True)
-    if "rupture_time" in events.maps:
-        for plane, axes in zip(layout.planes, block if len(levels) else ()):
+    for plane, axes in zip(layout.planes, block):
+        if len(levels):
             plane.contour(axes, plane.values(broke), levels)
-    star = block[0].plot(events["x"][number] / 1e3, events["z"][number] / 1e3, marker="*", markersize=14, color="white", markeredgecolor="black")
-    star[0].set_clip_on(False)
+        if plane.y in (None, events.event.get("y", [0] * len(events))[number]):
+            star, = axes.plot(events["x"][number] / 1e3, events["z"][number] / 1e3, marker="*", markersize=14, color="white", markeredgecolor="black")
+            star.set_clip_on(False)
     colour_bar(layout.canvas, artists[0], norm, "slip (m)", ax=block, location="bottom", shrink=0.7, aspect=35, pad=0.02)
-    layout.canvas.suptitle(f"Event {number + 1} at {written(events['onset'][number])}: M {events['magnitude'][number]:.2f}, "
-                           f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, {events['end'][number] - events['onset'][number]:.3g} s")
+    layout.canvas.suptitle(f"Event {number + 1} at {written(onset)}: M {events['magnitude'][number]:.2f}, "
+                           f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, {duration:.3g} s")
     return layout.canvas
 
 
@@ -163,7 +163,8 @@ def main():
     suffix = f"_event_{options.event}" if options.event else ""
     target = options.figure or os.path.splitext(options.catalogue)[0] + suffix + ".png"
     try:
-        events = Catalogue(options.catalogue)
+        events = Events(options.catalogue)
+        events.warn("plot_catalogue.py")
         if options.event:
             number = int(np.nanargmax(events["moment"])) if options.event == "largest" else int(options.event) - 1
             event_figure(events, number).savefig(target)

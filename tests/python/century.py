@@ -126,19 +126,19 @@ def columns():
     return {name: (np.array(column), unit) for name, unit, column in zip(names, units, zip(*rows))}
 
 
-def write_catalogue(path, data=None, maps=True, skip=()):
+def write_catalogue(path, data=None, maps=True, skip=(), complete=1):
     """The catalogue, of EVENTS or of columns {name: (values, unit)} of one's own; skip: datasets to leave out."""
     x, z, _, _ = cells = grid()
     with h5py.File(path, "w") as file:
+        file.attrs.update({"format": "slipstep-catalogue", "version": 1, "complete": complete, "event_rate": 1e-3, "shear_modulus": MODULUS})
         for name, (values, unit) in (data or columns()).items():
             if name not in skip:
                 put(file, name, values, unit)
-        if "mesh" not in skip:
-            write_mesh(file, cells, False, 1)
+        write_mesh(file, cells, False, 1)
         if maps and data is None:
             found = [rupture(event, x, z, 1e9) for event in EVENTS]
             put(file, "maps/slip", np.array([slip for slip, _, _ in found]).reshape(-1, 20, 40), "m")
-            put(file, "maps/rupture_time", np.array([event[0] * YEAR + front for event, (_, _, front) in zip(EVENTS, found)]).reshape(-1, 20, 40), "s")
+            put(file, "maps/rupture_time", np.array([front for _, _, front in found]).reshape(-1, 20, 40), "s")
     return path
 
 

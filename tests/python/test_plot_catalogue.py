@@ -8,8 +8,8 @@ import century
 import h5py
 import numpy as np
 
-from slipstep_catalogue import Catalogue, b_value, completeness
 from slipstep_cumulative import Course, between, during
+from slipstep_events import Events, b_value, completeness
 from slipstep_maps import planes_of
 from slipstep_output import OutputError, Run
 from slipstep_spacetime import Line
@@ -18,33 +18,37 @@ from slipstep_time import YEAR
 
 class Reading(PictureTest):
     def test_columns_and_maps(self):
-        events = Catalogue(century.write_catalogue(self.path("c.h5")))
+        events = Events(century.write_catalogue(self.path("c.h5")))
         self.assertEqual(len(events), 5)
         np.testing.assert_array_equal(events["onset"], [event[0] * YEAR for event in century.EVENTS])
         self.assertEqual((events.shape, events.planes), ((20, 40), None))
-        slip = events.map("slip", 4)
+        slip = events.map_of("slip", 4)
         self.assertAlmostEqual(slip.max(), events["max_slip"][4])
         self.assertAlmostEqual((slip * 500 * 500).sum() * century.MODULUS / events["moment"][4], 1)
 
     def test_a_catalogue_that_grows(self):
-        """Columns of one that is written may differ in length: the least counts."""
-        path = century.write_catalogue(self.path("c.h5"), skip=("onset",))
+        """Columns of one that is written may differ in length: the least counts, and a picture says that it is unfinished."""
+        path = century.write_catalogue(self.path("c.h5"), skip=("onset",), complete=0)
         with h5py.File(path, "r+") as file:
             century.put(file, "onset", [1.0, 2.0, 3.0], "s")
-        events = Catalogue(path)
+        events = Events(path)
         self.assertEqual((len(events), len(events["magnitude"])), (3, 3))
+        code, _, err = self.main("plot_catalogue", path, "--event", "3")
+        self.assertEqual(code, 0)
+        self.assertRegex(err, r"^plot_catalogue.py: .*c.h5 is unfinished: complete = 0, its last event is at 3 s\n$")
 
     def test_bad_files(self):
         none = {name: (values[:0], unit) for name, (values, unit) in century.columns().items()}
-        for name, message, options in (("a.h5", "dataset /moment is missing, expected a file of -fault_catalogue", {"skip": ("moment",)}),
-                                       ("b.h5", "no event is there yet", {"data": none})):
+        for name, message, options in (("a.h5", "dataset /moment is missing; it has area, end, ", {"skip": ("moment",)}),
+                                       ("b.h5", "no event is there$", {"data": none}),
+                                       ("d.h5", "no event is there yet", {"data": none, "complete": 0})):
             with self.assertRaisesRegex(OutputError, f"{name}: {message}"):
-                Catalogue(century.write_catalogue(self.path(name), **options))
+                Events(century.write_catalogue(self.path(name), **options))
         path = century.write_catalogue(self.path("c.h5"))
         with h5py.File(path, "r+") as file:
             file["onset"].attrs["units"] = "years"
         with self.assertRaisesRegex(OutputError, 'c.h5: /onset has units "years", expected "s"'):
-            Catalogue(path)
+            Events(path)
 
 
 class Laws(unittest.TestCase):
@@ -101,7 +105,7 @@ class Pictures(PictureTest):
     def test_many_events_of_irregular_cells(self):
         data = century.many()
         data["magnitude"][0][7] = np.nan  # of no moment
-        events = century.write_catalogue(self.path("c.h5"), data, skip=("mesh",))
+        events = century.write_catalogue(self.path("c.h5"), data)
         run = century.write_run(self.path("run.h5"), cells=century.graded(), step=2.0)
         code, _, err = self.main("plot_catalogue", events, run, "--along", "depth", "--at", "3", "--every", "10y", "--every-event", "0.5")
         self.assertEqual(code, 0, err)
@@ -121,11 +125,11 @@ class Pictures(PictureTest):
         run = century.write_run(self.path("run.h5"), fields=("slip_rate",), shape=(4, 8), step=1.0)
         for message, arguments, code in ((r"c.h5: no event 6, expected a number from 1 to 5", (events, "--event", "6"), 1),
                                          (r"c.h5: no event 0, expected a number from 1 to 5", (events, "--event", "0"), 1),
-                                         (r"bare.h5: no /maps/slip; expected a catalogue with the maps of its events", (bare, "--event", "1"), 1),
+                                         (r"bare.h5: no /maps/slip; fault -fault_catalogue_maps writes it", (bare, "--event", "1"), 1),
                                          (r"run.h5: field slip was not stored", (events, run), 1),
-                                         (r"run.h5: dataset /onset is missing, expected a file of -fault_catalogue", (run,), 1),
+                                         (r"run.h5: no catalogue of events, as fault -fault_catalogue writes it", (run,), 1),
                                          (r"c.h5: group /steps is missing", (events, events), 1),
-                                         (r"none.h5: no such file; a run writes it with -fault_catalogue", (self.path("none.h5"),), 1),
+                                         (r"none.h5: no such file; fault -fault_catalogue writes it", (self.path("none.h5"),), 1),
                                          (r"error: --at needs RUN", (events, "--at", "3"), 2),
                                          (r"error: --event is two, expected a number from 1 on, or largest", (events, "--event", "two"), 2),
                                          (r"error: --every is 0 s, expected a time > 0", (events, run, "--every", "0"), 2)):
