@@ -8,8 +8,8 @@ import century
 import h5py
 import numpy as np
 
-from slipstep_fields import Fields, events, largest_event, rupture_times
-from slipstep_maps import planes_of
+from slipstep_fields import KINDS, Fields, events, largest_event, rupture_times
+from slipstep_maps import Span, planes_of
 from slipstep_output import OutputError, Run
 from slipstep_spacetime import Line, along_line, resample
 from slipstep_time import YEAR, Clock, seconds
@@ -111,6 +111,8 @@ class FieldsTest(PictureTest):
         expected = [np.searchsorted(bounds, event[0] * YEAR) - 1 for event in century.EVENTS]
         np.testing.assert_array_equal(fast, expected)
         self.assertEqual(columns.max(), values.max())
+        _, gap = resample(np.array([0.0, 1.0, 9.0, 10.0]), np.array([[0.0], [5.0], [1.0], [2.0]]), 10, True)
+        np.testing.assert_array_equal(gap.ravel(), (0, 5, 1, 1, 1, 1, 1, 1, 1, 2))  # the two ends of the gap are 5 and 1
         _, linear = resample(np.array([0.0, 1.0, 3.0]), np.array([[0.0], [1.0], [5.0]]), 3, False)
         np.testing.assert_allclose(linear.ravel(), (0.5, 2, 4))
 
@@ -158,6 +160,9 @@ class Pictures(PictureTest):
             image = next(axes.images[0] for axes in canvas.axes if axes.images)
             self.assertEqual(image.norm.vmin, limits[0])
             self.assertTrue(limits[1] is None or image.norm.vmax == limits[1])
+        for name, low, high in (("slip", 0, 3), ("traction", 2, 3), ("stress_drop", -3, 3)):  # of values from 2 to 3
+            norm = Span().see(np.array([2.0, 3.0])).norm(KINDS[name])
+            self.assertEqual((norm.vmin, norm.vmax), (low, high))
 
     def test_bad_input(self):
         run = century.write_run(self.path("run.h5"), fields=("slip_rate",), shape=(4, 8), step=1.0)
