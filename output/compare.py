@@ -16,8 +16,9 @@ from slipstep_modules import need
 
 need("h5py", "numpy", "matplotlib")
 import numpy as np
+from slipstep_maps import draw_map
 from slipstep_output import OutputError, Run
-from slipstep_panels import RUN_STYLES, draw_map, draw_reference, draw_series, draw_steps, plt, use_style
+from slipstep_panels import RUN_STYLES, draw_reference, draw_series, draw_steps, plt, use_style
 
 
 def arguments():

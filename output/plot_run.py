@@ -1,8 +1,12 @@
 #!/usr/bin/env python3
 """Plot one run: of a fault slip rate and slip against time and maps near the peak and at the end, of other models their series;
-step size and error estimate against time.
+step size and error estimate against time. Or of a fault: snapshots, a rupture, a space-time picture, a film.
 
-    output/plot_run.py output/fault.h5 [--figure OUT.png]
+    output/plot_run.py RUN.h5 [--figure OUT.png]
+    output/plot_run.py RUN.h5 --time 2 4 8 --field slip_rate --log-rate     a field at some times
+    output/plot_run.py RUN.h5 --kind rupture                                the largest event, or the one in --window
+    output/plot_run.py RUN.h5 --kind space-time --along strike --at 5       against time, or --against step
+    output/plot_run.py RUN.h5 --film OUT.mp4                                or OUT.gif
 """
 
 import argparse
@@ -13,87 +17,182 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from slipstep_modules import need
 
 need("h5py", "numpy", "matplotlib")
+from slipstep_film import film
+from slipstep_maps import draw_map
 from slipstep_output import OutputError, Run
-from slipstep_panels import RED, RUN_STYLES, draw_map, draw_series, draw_steps, log_scale, plt, use_style
+from slipstep_panels import RED, RUN_STYLES, draw_series, draw_steps, log_scale, plt, use_style
+from slipstep_snapshots import rupture, snapshots
+from slipstep_spacetime import space_time
+from slipstep_time import Clock, seconds
+
+# What each kind of picture takes; all take --figure (the film has its own), --range, --years and --log-rate.
+KINDS = {"overview": set(), "snapshots": {"time", "field", "window"}, "rupture": {"time", "window"},
+         "space-time": {"field", "window", "along", "at", "against"}, "film": {"field", "window", "fps", "frames"}}
 
 
-def draw_error(axes, run, style):
+def draw_error(axes, run, style, clock):
     """Local error estimate of each attempt that has one, with the limit 1 of the tolerances."""
     known = run.steps["error"] > 0
     for chosen, marker in ((known & run.accepted, {"color": style["color"]}), (known & run.rejected, {"color": RED})):
-        axes.plot(run.steps["time"][chosen], run.steps["error"][chosen], linestyle="", marker="o", markersize=4, **marker)
+        axes.plot(clock(run.steps["time"][chosen]), run.steps["error"][chosen], linestyle="", marker="o", markersize=4, **marker)
     axes.axhline(1.0, color="black", linewidth=0.8, linestyle="--")
     log_scale(axes)
-    axes.set(title="Error estimate (1 is the tolerance)", xlabel="time (s)", ylabel="weighted RMS")
+    axes.set(title="Error estimate (1 is the tolerance)", xlabel=clock.label, ylabel="weighted RMS")
 
 
-def draw_columns(axes, run, units):
+def draw_columns(axes, run, units, clock):
     """Every column of the series that is in one of these units."""
     styles = RUN_STYLES + [dict(style, marker=".") for style in RUN_STYLES]
     for style, (name, unit) in zip(styles, (item for item in run.columns.items() if item[1] in units)):
-        draw_series(axes, run, name, style, f"{name} ({unit})")
-    axes.set_xlabel("time (s)")
+        draw_series(axes, run, name, style, f"{name} ({unit})", clock)
+    axes.set_xlabel(clock.label)
     axes.legend()
 
 
-def small_figure(run):
+def draw_attempts(axes, run, style, clock):
+    """Step sizes, in seconds whatever the unit of time."""
+    draw_steps(axes, run, style, "attempt", clock)
+    axes.set(title="Step size", xlabel=clock.label, ylabel="step (s)")
+    axes.legend()
+
+
+def small_figure(run, clock):
     """Any other model: the first series' unit apart from the others."""
     use_style()
     canvas, ((first, second), (steps, error)) = plt.subplots(2, 2, figsize=(11, 7.4), layout="constrained")
     units = list(dict.fromkeys(run.columns.values()))
-    draw_columns(first, run, units[:1])
-    draw_columns(second, run, units[1:] or units)
-    draw_steps(steps, run, RUN_STYLES[0], "attempt")
-    steps.set(title="Step size", xlabel="time (s)", ylabel="step (s)")
-    steps.legend()
-    draw_error(error, run, RUN_STYLES[0])
+    draw_columns(first, run, units[:1], clock)
+    draw_columns(second, run, units[1:] or units, clock)
+    draw_attempts(steps, run, RUN_STYLES[0], clock)
+    draw_error(error, run, RUN_STYLES[0], clock)
     canvas.suptitle(f"{run.title}: {run.result['accepted']} accepted, {run.result['rejected']} rejected")
     return canvas
 
 
-def figure(run):
+def draw_rates(axes, run, style, clock, log):
+    """Largest and mean slip rate."""
+    draw_series(axes, run, "max_slip_rate", {"color": "#9a9a9a", "marker": ".", "zorder": 1}, "largest", clock)
+    draw_series(axes, run, "mean_slip_rate", style, "mean", clock)
+    axes.set(title="Slip rate", xlabel=clock.label, ylabel="slip rate (m/s)")
+    if log and (run.series["max_slip_rate"] > 0).any():
+        log_scale(axes)
+    axes.legend()
+
+
+def figure(run, clock, log, wanted=None):
     """Time series above, maps of the fields that the run stored below."""
     use_style()
     stored = [name for name in ("slip_rate", "slip") if name in run.field_names]
     canvas, axes = plt.subplots(3 if stored else 2, 2, figsize=(11, 11 if stored else 7.4), layout="constrained", squeeze=False)
-    style, other = RUN_STYLES[0], {"color": "#9a9a9a", "marker": ".", "zorder": 1}
+    style = RUN_STYLES[0]
     (rate, slip), (steps, error) = axes[:2]
-    draw_series(rate, run, "max_slip_rate", other, "largest")
-    draw_series(rate, run, "mean_slip_rate", style, "mean")
-    rate.set(title="Slip rate", xlabel="time (s)", ylabel="slip rate (m/s)")
-    rate.legend()
-    draw_series(slip, run, "mean_slip", style, "mean slip")
-    slip.set(title="Mean slip", xlabel="time (s)", ylabel="slip (m)")
-    draw_steps(steps, run, style, "attempt")
-    steps.set(title="Step size", xlabel="time (s)", ylabel="step (s)")
-    steps.legend()
-    draw_error(error, run, style)
-    if stored:
-        for plane in axes[2][len(stored):]:
-            plane.set_axis_off()
-        times = {"slip_rate": run.series["time"][run.peak], "slip": run.series["time"][-1]}
-        labels = {"slip_rate": ("Slip rate", "slip rate (m/s)"), "slip": ("Slip", "slip (m)")}
-        for plane, name in zip(axes[2], stored):
-            time = draw_map(plane, run, name, times[name], labels[name][1])
-            plane.set_title(f"{labels[name][0]} at {time:.1f} s")
+    draw_rates(rate, run, style, clock, log)
+    draw_series(slip, run, "mean_slip", style, "mean slip", clock)
+    slip.set(title="Mean slip", xlabel=clock.label, ylabel="slip (m)")
+    draw_attempts(steps, run, style, clock)
+    draw_error(error, run, style, clock)
+    for plane in axes[2][len(stored):] if stored else ():
+        plane.set_axis_off()
+    times = {"slip_rate": run.series["time"][run.peak], "slip": run.series["time"][-1]}
+    labels = {"slip_rate": ("Slip rate", "slip rate (m/s)"), "slip": ("Slip", "slip (m)")}
+    for plane, name in zip(axes[2] if stored else (), stored):
+        time = draw_map(plane, run, name, times[name], labels[name][1], log and name == "slip_rate", wanted if name == "slip_rate" else None)
+        plane.set_title(f"{labels[name][0]} at {clock.text(time)}")
     canvas.suptitle(f"{run.title}: {run.result['accepted']} accepted, {run.result['rejected']} rejected, "
                     f"{'final ' if run.complete else ''}mean slip {run.result['mean_slip']:.4f} m")
     return canvas
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+def place(text):
+    return text if text in ("max", "mean") else float(text)
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("run", metavar="FILE", help="output file of a run")
-    parser.add_argument("--figure", metavar="PNG", help="file to write, default FILE with .png")
+    parser.add_argument("--figure", metavar="PNG", help="file to write, default FILE with .png; its ending chooses the format (png, pdf, svg)")
+    parser.add_argument("--kind", choices=[kind for kind in KINDS if kind != "film"],
+                        help="the picture; default: snapshots with --time or --field, else overview")
+    parser.add_argument("--time", nargs="+", type=seconds, metavar="T", help="of snapshots: seconds, or a number with s, min, h, d, y, as 250y")
+    parser.add_argument("--field", metavar="NAME", help="one of /fields, or stress_drop; default slip_rate, of space-time slip_rate and slip")
+    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="draw only this part of the run; times as of --time")
+    parser.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="ends of the colour bar of the field, in its unit")
+    parser.add_argument("--along", choices=("strike", "depth"), help="of space-time: the line, default strike")
+    parser.add_argument("--at", type=place, metavar="KM", help="of space-time: where the line is in the other direction, or max, or mean "
+                        "over that direction; default the middle")
+    parser.add_argument("--against", choices=("time", "step"), help="of space-time: default time")
+    parser.add_argument("--years", action=argparse.BooleanOptionalAction, help="time in years, default for more than one year")
+    parser.add_argument("--log-rate", action=argparse.BooleanOptionalAction, help="slip rate on a logarithmic scale, default for "
+                        "space-time, film and more than one year")
+    parser.add_argument("--film", metavar="FILE", help="write a film, FILE.mp4 (needs ffmpeg) or FILE.gif, a frame for each row of /fields")
+    parser.add_argument("--fps", type=float, help="frames of the film a second, default 15")
+    parser.add_argument("--frames", type=int, help="frames of the film at most, default 500")
     options = parser.parse_args()
-    target = options.figure or os.path.splitext(options.run)[0] + ".png"
+    check(parser, options)
+    return options
+
+
+def check(parser, options):
+    """Options that do not fit together, or whose values make no sense."""
+    if options.film and (options.kind or options.figure):
+        parser.error(f"--film writes no other picture: leave --{'kind' if options.kind else 'figure'} out")
+    options.kind = "film" if options.film else options.kind or ("snapshots" if options.time or options.field else "overview")
+    for name in sorted(set.union(*KINDS.values()) - KINDS[options.kind]):
+        if getattr(options, name) is not None:
+            takers = " or ".join("--film" if kind == "film" else f"--kind {kind}" for kind in KINDS if name in KINDS[kind])
+            parser.error(f"--{name} is not for {'--film' if options.film else '--kind ' + options.kind}; expected with {takers}")
+    for name in ("range", "window"):
+        pair = getattr(options, name)
+        if pair and not pair[0] < pair[1]:
+            parser.error(f"--{name} is {pair[0]:g} {pair[1]:g}, expected the lower one first")
+    for name in ("fps", "frames"):
+        value = getattr(options, name)
+        if value is not None and not value > 0:
+            parser.error(f"--{name} is {value:g}, expected a number > 0")
+    if options.kind == "space-time" and options.range and not options.field:
+        parser.error("--range needs --field NAME with --kind space-time, which draws two fields")
+
+
+def is_log(run, options):
+    """Whether slip rates are drawn on a logarithmic scale."""
+    if options.log_rate is not None:
+        return options.log_rate
+    return options.kind in ("space-time", "film") or options.kind == "overview" and run.is_fault and Clock(0.0, run.series["time"][-1]).unit == "y"
+
+
+def picture(run, options):
+    """The figure of the kind that is asked for."""
+    log, common = is_log(run, options), {"wanted": options.range, "years": options.years}
+    field = options.field or "slip_rate"
+    if options.kind == "snapshots":
+        return snapshots(run, field, options.time, options.window, log and field == "slip_rate", **common)
+    if options.kind == "rupture":
+        return rupture(run, options.time, options.window, log, **common)
+    if options.kind == "space-time":
+        fields = [options.field] if options.field else [name for name in ("slip_rate", "slip") if name in run.field_names] or ["slip_rate"]
+        return space_time(run, fields, options.along or "strike", options.at, options.against or "time", options.window, log, **common)
+    clock = Clock(0.0, run.series["time"][-1], options.years)
+    return figure(run, clock, log, options.range) if run.is_fault else small_figure(run, clock)
+
+
+def main():
+    options = arguments()
+    suffix = "" if options.kind == "overview" else f"_{options.kind}"
+    target = options.film or options.figure or os.path.splitext(options.run)[0] + suffix + ".png"
     try:
         run = Run(options.run)
         run.warn("plot_run.py")
-        (figure if run.is_fault else small_figure)(run).savefig(target)
-    except (OutputError, OSError) as error:
+        if options.kind != "overview":
+            run.require_fault(f"--{'film' if options.film else 'kind ' + options.kind}")
+        if options.film:
+            shown, rows = film(run, target, options.field or "slip_rate", options.window, is_log(run, options), options.range, options.years,
+                               options.fps or 15.0, options.frames or 500)
+            print(f"Film: {target}, {shown} of {rows} rows of /fields")
+        else:
+            picture(run, options).savefig(target)
+            print(f"Figure: {target}")
+    except (OutputError, OSError, ValueError) as error:
         sys.exit(f"plot_run.py: {error}")
-    print(f"Figure: {target}")
 
 
 if __name__ == "__main__":

@@ -48,7 +48,29 @@ def open_file(path, writer):
             raise OutputError(f"{path}: not a complete HDF5 file ({error})") from error
 
 
-class Run:
+class Cells:
+    """What has the cells of a fault in a dict mesh: x, z, and of irregular cells y, length, width [m]."""
+
+    @property
+    def shape(self):
+        """(Nz, Nx), from the cell centres whether those are per axis or per cell."""
+        return len(np.unique(self.mesh["z"])), len(np.unique(self.mesh["x"]))
+
+    @property
+    def axes(self):
+        """Cell centres along strike and in depth [m]."""
+        return np.unique(self.mesh["x"]), np.unique(self.mesh["z"])
+
+    @property
+    def planes(self):
+        """Of a mesh of irregular cells: offset y across strike [m] of each of its planes and the numbers of their cells, front
+        to back; None on a grid."""
+        if "length" not in self.mesh:
+            return None
+        return [(y, np.flatnonzero(self.mesh["y"] == y)) for y in np.unique(self.mesh["y"])]
+
+
+class Run(Cells):
     """One run. Everything but the fields is in memory after construction; the file is not kept open.
 
     steps   dict of arrays, one value per attempt: time at its start [s], dt [s], error, ...
@@ -147,24 +169,6 @@ class Run:
         """What only a fault has is asked for."""
         if not self.is_fault:
             raise OutputError(f"{self.path}: not the output of a fault (/series has {', '.join(self.columns)}); {purpose} needs one")
-
-    @property
-    def shape(self):
-        """(Nz, Nx), from the cell centres whether those are per axis or per cell."""
-        return len(np.unique(self.mesh["z"])), len(np.unique(self.mesh["x"]))
-
-    @property
-    def axes(self):
-        """Cell centres along strike and in depth [m]."""
-        return np.unique(self.mesh["x"]), np.unique(self.mesh["z"])
-
-    @property
-    def planes(self):
-        """Of a mesh of irregular cells: offset y across strike [m] of each of its planes and the numbers of their cells, front
-        to back; None on a grid."""
-        if "length" not in self.mesh:
-            return None
-        return [(y, np.flatnonzero(self.mesh["y"] == y)) for y in np.unique(self.mesh["y"])]
 
     @property
     def rejected(self):

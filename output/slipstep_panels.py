@@ -7,7 +7,6 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.collections import PolyCollection
 from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter
 from PIL import Image
 
@@ -63,17 +62,17 @@ def draw_reference(axes, run, name, label):
     axes.plot(run.series["time"], run.series[name], color=REFERENCE, linewidth=3.5, alpha=0.7, label=label, zorder=1)
 
 
-def draw_series(axes, run, name, style, label):
-    """One quantity against time, every accepted step marked."""
+def draw_series(axes, run, name, style, label, clock=np.asarray):
+    """One quantity against time, every accepted step marked; clock: times in the unit of the axis."""
     small = len(run.series["time"]) > 60
-    axes.plot(run.series["time"], run.series[name], color=style["color"], marker=style["marker"], markersize=2.5 if small else 5,
+    axes.plot(clock(run.series["time"]), run.series[name], color=style["color"], marker=style["marker"], markersize=2.5 if small else 5,
               markeredgewidth=0, linewidth=1.0, label=label, zorder=style["zorder"])
 
 
-def draw_steps(axes, run, style, label):
+def draw_steps(axes, run, style, label, clock=np.asarray):
     """Step size of each attempt at the time it started; rejected attempts in red, with the run's marker."""
-    time, dt, rejected = run.steps["time"], run.steps["dt"], run.rejected
-    axes.step(np.append(time[~rejected], time[~rejected][-1:] + dt[~rejected][-1:]),
+    time, dt, rejected = clock(run.steps["time"]), run.steps["dt"], run.rejected
+    axes.step(np.append(time[~rejected], clock(run.steps["time"][~rejected][-1:] + dt[~rejected][-1:])),
               np.append(dt[~rejected], dt[~rejected][-1:]), where="post", color=style["color"], linewidth=1.0, alpha=0.6, zorder=1)
     axes.plot(time[~rejected], dt[~rejected], linestyle="", color=style["color"], marker=style["marker"], markersize=4.5 if len(dt) < 100 else 3,
               markeredgewidth=0, label=f"{label}, accepted", zorder=style["zorder"])
@@ -81,45 +80,3 @@ def draw_steps(axes, run, style, label):
     axes.plot(time[rejected], dt[rejected], linestyle="", marker=style["marker"], markersize=6.5 if few else 5, markerfacecolor="none",
               markeredgecolor=RED, markeredgewidth=1.5 if few else 0.8, label=f"{label}, rejected ({rejected.sum()})", zorder=style["zorder"])
     log_scale(axes)
-
-
-def draw_planes(axes, run, values, label, cmap):
-    """values [N] on the cells of each plane, in axes of its own with a common scale and common positions along strike."""
-    x, z, half_x, half_z = (f * run.mesh[k] / 1e3 for k, f in (("x", 1), ("z", 1), ("length", 0.5), ("width", 0.5)))
-    planes = run.planes
-    share = 1 / len(planes)
-    axes.set_axis_off()
-    for k, (y, cells) in enumerate(planes):
-        plane = axes.inset_axes([0.08, 1 - (k + 1) * share + 0.2 * share * (len(planes) > 1), 0.84,
-                                 share * (0.7 if len(planes) > 1 else 1)])
-        corners = [[(x[e] + i * half_x[e], z[e] + j * half_z[e]) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-                   for e in cells]
-        image = PolyCollection(corners, array=values[cells], cmap=cmap, edgecolor="face", linewidth=0.2)
-        image.set_clim(values.min(), values.max())
-        plane.add_collection(image)
-        plane.set(xlim=((x - half_x).min(), (x + half_x).max()), ylim=((z + half_z).max(), (z - half_z).min()),
-                  aspect="equal", ylabel="depth (km)")
-        plane.grid(False)
-        if len(planes) > 1:
-            plane.set_title(f"plane at y = {y:g} m", fontsize="small")
-    plane.set_xlabel("along strike (km)")
-    axes.figure.colorbar(image, cax=axes.inset_axes([0.97, 0.1, 0.03, 0.8]), label=label)
-
-
-def draw_map(axes, run, name, time, label, cmap="magma"):
-    """A field over the fault plane, depth downwards, near a time [s]; returns the stored time. Parallel planes of irregular
-    cells lie one below the other."""
-    stored, values = run.field_at(name, time)
-    if run.planes:
-        draw_planes(axes, run, values, label, cmap)
-        return stored
-    x, z = (centres / 1e3 for centres in run.axes)
-    half_x, half_z = (0.5 * (c[1] - c[0]) if len(c) > 1 else 0.5 * max(abs(c[0]), 1e-3) for c in (x, z))
-    extent = (x[0] - half_x, x[-1] + half_x, z[-1] + half_z, z[0] - half_z)
-    image = axes.imshow(values, extent=extent, cmap=cmap, aspect="equal", interpolation="nearest")
-    axes.figure.colorbar(image, cax=axes.inset_axes([1.04, 0.0, 0.05, 1.0]), label=label)
-    axes.set_anchor("W")
-    axes.set_xlabel("along strike (km)")
-    axes.set_ylabel("depth (km)")
-    axes.grid(False)
-    return stored

@@ -1,11 +1,15 @@
 """What the tests of the scripts in output/ share: the folder on Python's path, and a test case with a folder for its
 files."""
 
+import contextlib
+import importlib
+import io
 import os
 import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 OUTPUT = os.path.join(SOURCE, "output")
@@ -25,3 +29,39 @@ class ScriptTest(unittest.TestCase):
 
     def script(self, name, *arguments):
         return subprocess.run([sys.executable, os.path.join(OUTPUT, name), *arguments], capture_output=True, text=True)
+
+
+class PictureTest(ScriptTest):
+    """Scripts within this process: most of a picture's time is that of starting Python and Matplotlib."""
+
+    def main(self, module, *arguments):
+        """Exit code, output and error output of main() of a script."""
+        out, err, code = io.StringIO(), io.StringIO(), 0
+        script = importlib.import_module(module)
+        with mock.patch.object(sys, "argv", [f"{module}.py", *arguments]), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            try:
+                script.main()
+            except SystemExit as stop:
+                code = stop.code if isinstance(stop.code, int) else 1
+                err.write("" if isinstance(stop.code, int) else f"{stop.code}\n")
+        importlib.import_module("slipstep_panels").plt.close("all")
+        return code, out.getvalue(), err.getvalue()
+
+    def plot(self, module, *arguments):
+        """What a script prints that succeeds without a warning."""
+        code, out, err = self.main(module, *arguments)
+        self.assertEqual((code, err), (0, ""))
+        return out
+
+    def refused(self, module, message, *arguments, code=1):
+        """A script ends with one line that has a message; with code 2 after the usage."""
+        found, _, err = self.main(module, *arguments)
+        self.assertEqual(found, code, err)
+        self.assertRegex(err.splitlines()[-1], f"^{module}.py: .*{message}")
+        self.assertTrue(code == 2 or err.count("\n") == 1, err)
+
+    def look(self, path):
+        """A picture is there, with the many colours of maps and smooth lines, not only axes."""
+        from PIL import Image
+        with Image.open(path) as image:
+            self.assertGreater(len(image.convert("RGB").resize((400, 400), Image.Resampling.NEAREST).getcolors(160000)), 50, path)

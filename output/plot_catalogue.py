@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+"""Plot a catalogue of events: magnitude against time, magnitude and frequency, where they were; with the run that had them,
+cumulative slip along a line. Or one event: its slip and when each cell broke.
+
+    output/plot_catalogue.py CATALOGUE.h5 [RUN.h5] [--figure OUT.png]
+    output/plot_catalogue.py CATALOGUE.h5 RUN.h5 --along depth --at 10 --every 5y --every-event 1
+    output/plot_catalogue.py CATALOGUE.h5 --event 3          or --event largest
+"""
+
+import argparse
+import os
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from slipstep_modules import need
+
+need("h5py", "numpy", "matplotlib")
+import numpy as np
+from matplotlib.collections import EllipseCollection
+from matplotlib.ticker import MaxNLocator
+from slipstep_cumulative import courses, draw_cumulative, warn
+from slipstep_events import Events, b_value, completeness
+from slipstep_fields import KINDS
+from slipstep_maps import Span, colour_bar, extent_of, planes_of
+from slipstep_output import OutputError, Run
+from slipstep_panels import RUN_STYLES, log_scale, plt, use_style
+from slipstep_snapshots import Layout, contours_of
+from slipstep_time import Clock, seconds, written
+
+FITTED = 30  # events from the magnitude of completeness on, below which no b is worth a line
+MANY = 300  # events, beyond which only the largest have stems and circles
+LARGEST = 60
+
+
+def draw_times(axes, events, clock):
+    """A stem and a dot for each event."""
+    known = np.isfinite(events["magnitude"])
+    order = np.argsort(events["magnitude"][known])[::-1]
+    time, magnitude = clock(events["onset"][known][order]), events["magnitude"][known][order]
+    bottom = np.floor(2 * magnitude.min() - 0.2) / 2
+    many = len(time) > MANY
+    stems = slice(None, LARGEST if many else None)
+    axes.vlines(time[stems], bottom, magnitude[stems], color=RUN_STYLES[0]["color"], linewidth=0.8, alpha=0.7)
+    axes.plot(time, magnitude, linestyle="", marker="o", markersize=2 if many else 5, color=RUN_STYLES[0]["color"], markeredgewidth=0,
+              alpha=0.5 if len(time) > 10 * MANY else 1)
+    axes.set(title=f"{len(events)} events", xlabel=clock.label, ylabel="moment magnitude", ylim=(bottom, magnitude.max() + 0.3))
+
+
+def draw_frequency(axes, magnitude):
+    """How many events have at least each magnitude, and the law of Gutenberg and Richter where there are enough."""
+    magnitude = np.sort(magnitude[np.isfinite(magnitude)])
+    count = len(magnitude) - np.arange(len(magnitude))
+    axes.plot(magnitude, count, linestyle="", marker="o", markersize=3.5, color=RUN_STYLES[0]["color"], markeredgewidth=0)
+    least = completeness(magnitude)
+    above = (magnitude >= least).sum()
+    if above >= FITTED and magnitude[-1] > least:
+        b, error = b_value(magnitude, least)
+        reach = np.array([least, min(magnitude[-1], least + np.log10(above) / b)])
+        axes.plot(reach, above * 10 ** (-b * (reach - least)), color="black", linewidth=1.2, linestyle="--",
+                      label=f"b = {b:.2f} ± {error:.2f} (M ≥ {least:.1f})")
+        axes.legend()
+    axes.set(title="Magnitude and frequency", xlabel="moment magnitude M", ylabel="events of at least M")
+    log_scale(axes)
+    axes.set_ylim(0.7, 1.6 * len(magnitude))
+
+
+def draw_places(canvas, axes, events):
+    """Hypocentres, large events on top, and circles of the ruptured areas around them."""
+    order = np.argsort(events["area"])
+    x, z, radius, magnitude = (column[order] for column in (events["x"] / 1e3, events["z"] / 1e3, np.sqrt(events["area"] / np.pi) / 1e3,
+                                                            events["magnitude"]))
+    many = len(x) > MANY
+    sized = slice(-LARGEST if many else None, None)
+    norm = plt.Normalize(np.nanmin(magnitude), np.nanmax(magnitude))
+    colours = plt.get_cmap("viridis_r")
+    circles = EllipseCollection(2 * radius[sized], 2 * radius[sized], np.zeros(len(radius[sized])), units="xy", offsets=np.stack([x, z], axis=1)[sized],
+                                offset_transform=axes.transData, edgecolors=colours(norm(magnitude[sized])), facecolors="none", linewidths=1.2, zorder=4)
+    axes.add_collection(circles)
+    dots = axes.scatter(x, z, c=magnitude, norm=norm, cmap=colours, s=5 if many else 22, linewidth=0, zorder=3)
+    x0, x1, z0, z1 = extent_of(planes_of(events))
+    axes.set(title=f"Hypocentres, circles of {'the largest areas' if many else 'the ruptured area'}", xlabel="along strike (km)", ylabel="depth (km)", aspect="equal", xlim=(x0, x1), ylim=(z1, z0))
+    axes.spines[:].set_visible(True)
+    for axis, ticks in ((axes.xaxis, 6), (axes.yaxis, 5)):
+        axis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
+    axes.grid(False)
+    colour_bar(canvas, dots, norm, "moment magnitude", ax=axes, location="bottom", shrink=0.8, aspect=30, pad=0.02)
+
+
+def figure(events, lines, years):
+    """All events; lines: courses of slip, one for each plane, or none. The figure, and the number of events with too few rows."""
+    use_style()
+    tall = [4.6 if course.line.along == "strike" else 5.4 for course in lines]
+    canvas = plt.figure(figsize=(11, 7.2 + sum(tall)), layout="constrained")
+    grid = canvas.add_gridspec(2 + len(lines), 2, height_ratios=[3.0, 4.2, *tall], width_ratios=(1, 1.35))
+    clock = Clock(0.0, max(events["end"].max(), *(course.times[-1] for course in lines), 0.0), years)
+    top = canvas.add_subplot(grid[0, :])
+    draw_times(top, events, clock)
+    top.set_xlim(0, float(clock(clock.span)))
+    draw_frequency(canvas.add_subplot(grid[1, 0]), events["magnitude"])
+    draw_places(canvas, canvas.add_subplot(grid[1, 1]), events)
+    pairs = np.stack([events["onset"], events["end"]], axis=1)
+    poor = [draw_cumulative(canvas.add_subplot(grid[2 + k, :]), course, pairs) for k, course in enumerate(lines)]
+    canvas.suptitle(os.path.basename(events.path) + ("" if events.complete else " (unfinished)"))
+    return canvas, max(poor, default=0)
+
+
+def event_figure(events, number):
+    """Slip of one event with contours of the time of rupture."""
+    slip, broke = events.map_of("slip", number), events.map_of("rupture_time", number)
+    layout = Layout(events, 1, 1)
+    block = layout.fill(layout.canvas)[0]
+    kind = KINDS["slip"]
+    norm = Span().see(slip).norm(kind)
+    onset, duration = events["onset"][number], events["end"][number] - events["onset"][number]
+    clock = Clock(0.0, duration)
+    broke = clock(broke)
+    head, levels = contours_of(broke, clock)
+    artists = layout.draw(block, slip, norm, kind.colours, head, True)
+    for plane, axes in zip(layout.planes, block):
+        if len(levels):
+            plane.contour(axes, plane.values(broke), levels)
+        if plane.y in (None, events.event.get("y", [0] * len(events))[number]):
+            star, = axes.plot(events["x"][number] / 1e3, events["z"][number] / 1e3, marker="*", markersize=14, color="white", markeredgecolor="black")
+            star.set_clip_on(False)
+    colour_bar(layout.canvas, artists[0], norm, "slip (m)", ax=block, location="bottom", shrink=0.7, aspect=35, pad=0.02)
+    layout.canvas.suptitle(f"Event {number + 1} at {written(onset)}: M {events['magnitude'][number]:.2f}, "
+                           f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, {duration:.3g} s")
+    return layout.canvas
+
+
+def place(text):
+    return text if text in ("max", "mean") else float(text)
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("catalogue", metavar="CATALOGUE", help="file of -fault_catalogue")
+    parser.add_argument("run", metavar="RUN", nargs="?", help="output file of the run, for cumulative slip")
+    parser.add_argument("--figure", metavar="PNG", help="file to write, default CATALOGUE with .png; its ending chooses the format")
+    parser.add_argument("--event", metavar="N", help="draw this one alone: its number from 1 on, or largest")
+    parser.add_argument("--field", metavar="NAME", help="field of the run that is the slip, default slip")
+    parser.add_argument("--along", choices=("strike", "depth"), help="the line of cumulative slip, default strike")
+    parser.add_argument("--at", type=place, metavar="KM", help="where it is in the other direction, or max, or mean over that direction; default the middle")
+    parser.add_argument("--every", type=seconds, metavar="T", help="interval of the lines between events: seconds, or a number with s, min, h, d, y, as 5y")
+    parser.add_argument("--every-event", type=seconds, metavar="T", help="interval of the lines during events, default 1 s")
+    parser.add_argument("--years", action=argparse.BooleanOptionalAction, help="time in years, default for more than one year")
+    options = parser.parse_args()
+    for name in ("field", "along", "at", "every", "every_event"):
+        value = getattr(options, name)
+        if value is not None and not options.run:
+            parser.error(f"--{name.replace('_', '-')} needs RUN, the output file of the run")
+        if name.startswith("every") and value is not None and not value > 0:
+            parser.error(f"--{name.replace('_', '-')} is {value:g} s, expected a time > 0")
+    if options.event is not None and options.run:
+        parser.error("--event draws one event of the catalogue: leave RUN out")
+    if options.event not in (None, "largest") and not options.event.isdigit():
+        parser.error(f"--event is {options.event}, expected a number from 1 on, or largest")
+    return options
+
+
+def main():
+    options = arguments()
+    suffix = f"_event_{options.event}" if options.event else ""
+    target = options.figure or os.path.splitext(options.catalogue)[0] + suffix + ".png"
+    try:
+        events = Events(options.catalogue)
+        events.warn("plot_catalogue.py")
+        if options.event:
+            number = int(np.nanargmax(events["moment"])) if options.event == "largest" else int(options.event) - 1
+            event_figure(events, number).savefig(target)
+        else:
+            lines = []
+            if options.run:
+                run = Run(options.run)
+                run.warn("plot_catalogue.py")
+                run.require_fault("plot_catalogue.py")
+                lines = courses(run, options.field or "slip", options.along or "strike", options.at, options.every, options.every_event or 1.0)
+            canvas, poor = figure(events, lines, options.years)
+            canvas.savefig(target)
+            if poor:
+                warn("plot_catalogue.py", run, poor, lines[0])
+    except (OutputError, OSError, ValueError) as error:
+        sys.exit(f"plot_catalogue.py: {error}")
+    print(f"Figure: {target}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,106 @@
+"""Cumulative slip along a line as seismologists draw it: solid lines at equal times between events, dashed ones at equal, much
+shorter times during them."""
+
+import sys
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.ticker import MaxNLocator
+
+from slipstep_fields import Fields
+from slipstep_maps import planes_of
+from slipstep_snapshots import round_step
+from slipstep_spacetime import Line, along_line
+from slipstep_time import NAMES, SECONDS
+
+SOLID, DASHED = "#0062a5", "#d9541e"
+LINES = 40  # solid ones where no interval is given
+
+
+def interpolate(times, values, wanted):
+    """Rows of values [n, m] at other times, linear between."""
+    right = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
+    share = np.clip((wanted - times[right - 1]) / (times[right] - times[right - 1]), 0, 1)[:, None]
+    return (1 - share) * values[right - 1] + share * values[right]
+
+
+def between(end, interval, events):
+    """Multiples of an interval up to an end that are not within any event."""
+    wanted = np.arange(np.floor(end / interval * (1 + 1e-12)) + 1) * interval
+    inside = np.zeros(len(wanted), dtype=bool)
+    for onset, last in events:
+        inside |= (wanted > onset) & (wanted < last)
+    return wanted[~inside]
+
+
+def during(times, onset, end, interval):
+    """Times at an interval from an onset to an end, and True; where the stored ones are further apart than twice that, so that lines
+    between them would be made up, the stored ones, and False."""
+    wanted = onset + np.arange(np.floor((end - onset) / interval * (1 + 1e-12)) + 1) * interval
+    right = np.searchsorted(times, wanted, side="right")
+    gap = times[np.clip(right, 0, len(times) - 1)] - times[np.clip(right - 1, 0, len(times) - 1)]
+    near = (gap <= 2 * interval) & (right > 0) & (right < len(times))
+    if near.mean() > 0.5:
+        return wanted[near], True
+    return times[(times >= onset) & (times <= end)], False
+
+
+class Course:
+    """Slip along a line of a run, with the intervals at which it is drawn."""
+
+    def __init__(self, run, line, name, every=None, every_event=1.0):
+        self.line = line
+        self.fields = Fields(run, name)
+        self.times = self.fields.times
+        self.values = along_line(self.fields, line)
+        span = max(self.times[-1], 1e-300)
+        unit = SECONDS["y" if span > SECONDS["y"] else "s"]
+        self.every, self.every_event = every or round_step(span / unit, LINES) * unit, every_event
+
+    def lines(self, events):
+        """Slip [n, m] between events, and during them; the number of events with too few rows."""
+        events = [(onset, end) for onset, end in events if onset < self.times[-1]]
+        solid = interpolate(self.times, self.values, between(self.times[-1], self.every, events))
+        inside = [during(self.times, onset, end, self.every_event) for onset, end in events]
+        dashed = np.concatenate([np.zeros(0), *(times for times, _ in inside)])
+        return solid, interpolate(self.times, self.values, dashed), sum(not dense for _, dense in inside)
+
+
+def draw_cumulative(axes, course, events):
+    """Slip upwards over distance along strike, or to the right over depth; the number of events with too few rows."""
+    line = course.line
+    solid, dashed, poor = course.lines(events)
+    for values, colour, style, width in ((dashed, DASHED, (0, (4, 2)), 0.7), (solid, SOLID, "solid", 1.0)):
+        pairs = [(line.centres, row) if line.along == "strike" else (row, line.centres) for row in values]
+        axes.add_collection(LineCollection([np.stack(pair, axis=1) for pair in pairs], colors=colour, linestyles=style, linewidths=width))
+    low, high = min(0.0, course.values.min()), course.values.max() * 1.03 or 1.0
+    distance, slip = (line.edges[0], line.edges[-1]), (low, high)
+    if line.along == "strike":
+        axes.set(xlim=distance, ylim=slip, xlabel=line.label, ylabel=f"cumulative {course.fields.label}")
+    else:
+        axes.set(xlim=slip, ylim=distance[::-1], xlabel=f"cumulative {course.fields.label}", ylabel=line.label)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
+    axes.plot([], [], color=SOLID, label=f"every {plain(course.every)}")
+    axes.plot([], [], color=DASHED, linestyle=(0, (4, 2)), linewidth=1.0, label=f"every {plain(course.every_event)} during events")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
+    axes.set_title(f"Cumulative slip {line.where}")
+    return poor
+
+
+def plain(interval):
+    """An interval in words: "5 years", "1 s"."""
+    unit = "y" if interval >= SECONDS["y"] else "d" if interval >= 3 * SECONDS["d"] else "s"
+    value = interval / SECONDS[unit]
+    return f"{value:g} {NAMES[unit] if value != 1 or unit == 's' else NAMES[unit][:-1]}"
+
+
+def courses(run, name, along, at, every, every_event):
+    """One for each plane of a run."""
+    return [Course(run, Line(plane, along, at), name, every, every_event) for plane in planes_of(run)]
+
+
+def warn(program, run, poor, course):
+    if poor:
+        print(f"{program}: {run.path} has too few rows of /fields in {poor} events for a line every {plain(course.every_event)}: those have lines at their rows; "
+              "run with a smaller -fault_output_interval", file=sys.stderr)

@@ -1,0 +1,140 @@
+"""Fields of a run as pictures need them: rows of /fields read when they are asked for, and what follows from them, the static
+stress drop and the times of rupture.
+
+    fields = Fields(run, "slip_rate", window=(0, 20))
+    fields.times, fields.maps([3, 7])                # [n], [2, Nz, Nx] or [2, N]
+"""
+
+import collections
+
+import numpy as np
+
+from slipstep_output import OutputError, _plain
+
+RUPTURE_RATE = 1e-3  # m/s: what slips faster is in an event
+CHUNK = 128  # rows that are in memory at once
+
+# source: the dataset; scale: from its unit to the one drawn; limits: "zero" begins colours at 0, "even" puts 0 in the middle
+Kind = collections.namedtuple("Kind", "source title unit scale colours limits")
+KINDS = {
+    "slip_rate": Kind("slip_rate", "Slip rate", "m/s", 1.0, "magma", "zero"),
+    "slip": Kind("slip", "Slip", "m", 1.0, "viridis", "zero"),
+    "displacement": Kind("displacement", "Displacement", "m", 1.0, "viridis", "free"),
+    "traction": Kind("traction", "Shear traction", "MPa", 1e-6, "cividis", "free"),
+    "stress_drop": Kind("traction", "Static stress drop", "MPa", 1e-6, "coolwarm", "even"),
+}
+
+
+def kind_of(name, unit):
+    """How a field is drawn; one without a row above in its own unit."""
+    if name in KINDS:
+        return KINDS[name]
+    scale = 1e-6 if unit == "Pa" else 1.0
+    return Kind(name, name.replace("_", " ").capitalize(), "MPa" if unit == "Pa" else unit, scale, "viridis", "free")
+
+
+class Fields:
+    """The rows of one field within a window of time."""
+
+    def __init__(self, run, name, window=None):
+        self.run, self.name, self.window = run, name, window
+        source = KINDS[name].source if name in KINDS else name
+        with run._open() as file:
+            group = file.get("fields")
+            if group is None or "time" not in group or source not in group or source == "time":
+                raise OutputError(f"{run.path}: field {source} was not stored (there are: {', '.join(run.field_names) or 'none'}); "
+                                  f"run with -fault_output_fields {source}")
+            data = group[source]
+            rows = min(len(group["time"]), len(data))
+            times = group["time"][:rows]
+            self.kind = kind_of(name, _plain(data.attrs.get("units", "")))
+            self._check_shape(data)
+        low, high = window or (-np.inf, np.inf)
+        self.rows = np.flatnonzero((times >= low) & (times <= high))
+        self.times = times[self.rows]
+        if not len(self.rows):
+            part = f" between {low:g} and {high:g} s; it has {rows} rows from {times[0]:g} to {times[-1]:g} s" if rows else ""
+            raise OutputError(f"{run.path}: /fields/{source} has no rows{part}")
+        after = int(np.searchsorted(times, high))
+        self._outer = max(int(np.searchsorted(times, low, side="right")) - 1, 0), min(after, rows - 1)
+
+    def _check_shape(self, data):
+        expected = (len(self.run.mesh["x"]),) if self.run.planes else self.run.shape
+        if data.shape[1:] != expected:
+            raise OutputError(f"{self.run.path}: {data.name} is {data.shape[1:]} at each time, expected {expected} as the cells of /mesh")
+
+    @property
+    def label(self):
+        return f"{self.kind.title.lower()} ({self.kind.unit})"
+
+    def maps(self, rows):
+        """Maps [n, Nz, Nx], or [n, N] of irregular cells, of some rows of the window, in the unit of the label."""
+        with self.run._open() as file:
+            data = file[f"fields/{self.kind.source}"]
+            return self._drawn(data, [self.rows[row] for row in rows])
+
+    def outer(self):
+        """The maps at the begin and the end of the window, or at the next rows outside of it."""
+        with self.run._open() as file:
+            return self._drawn(file[f"fields/{self.kind.source}"], self._outer)
+
+    def _drawn(self, data, rows):
+        together = (np.diff(rows) == 1).all()
+        values = data[rows[0]:rows[-1] + 1] if together else np.array([data[row] for row in rows])
+        return self.kind.scale * (drop(data[self._outer[0]], values) if self.name == "stress_drop" else values)
+
+    def chunks(self, rows=None):
+        """(rows, maps) a few rows at a time, so that a long run fits into memory."""
+        rows = np.arange(len(self.rows)) if rows is None else np.asarray(rows)
+        for k in range(0, len(rows), CHUNK):
+            yield rows[k:k + CHUNK], self.maps(rows[k:k + CHUNK])
+
+    def row_at(self, time):
+        """The row nearest to a time [s], which must lie within the window's rows."""
+        first, last = self.times[0], self.times[-1]
+        slack = 1e-6 * max(abs(first), abs(last))
+        if not first - slack <= time <= last + slack:
+            raise OutputError(f"{self.run.path}: no field at {time:g} s, expected a time from {first:g} to {last:g} s"
+                              + (", as in the window (--window BEGIN END takes another)" if self.window else ""))
+        return int(np.argmin(np.abs(self.times - time)))
+
+
+def drop(start, traction):
+    """Static stress drop: how much the traction, which resists slip, has fallen from the start in its own direction."""
+    reference = start if np.any(start) else traction[-1]
+    return (start - traction) * np.sign(reference.sum())
+
+
+def rupture_times(fields, threshold=RUPTURE_RATE):
+    """When the slip rate of each cell first passes a threshold [s], linear between stored rows; nan where it never does."""
+    found = before = previous = None
+    for rows, maps in fields.chunks():
+        for time, rate in zip(fields.times[rows], np.abs(maps)):
+            if found is None:
+                found = np.where(rate >= threshold, time, np.nan)
+            else:
+                fresh = np.isnan(found) & (rate >= threshold)
+                share = (threshold - before[fresh]) / (rate[fresh] - before[fresh])
+                found[fresh] = previous + share * (time - previous)
+            before, previous = rate, time
+    return found
+
+
+def events(times, rates, threshold=RUPTURE_RATE):
+    """(begin, end) of the stretches of time in which the largest slip rate is above a threshold, with the rows around them."""
+    fast = np.concatenate(([False], rates >= threshold, [False]))
+    first, last = np.flatnonzero(fast[1:] & ~fast[:-1]), np.flatnonzero(fast[:-1] & ~fast[1:]) - 1
+    last_row = len(times) - 1
+    return [(times[max(a - 1, 0)], times[min(b + 1, last_row)]) for a, b in zip(first, last)]
+
+
+def event_around(run, begin, end):
+    """The event of the series that holds these times [s]; None where they are not within a single one."""
+    time, rate = (np.concatenate(([0.0], run.series[name])) for name in ("time", "max_slip_rate"))
+    return next(((first, last) for first, last in events(time, rate) if first <= begin and end <= last), None)
+
+
+def largest_event(run):
+    """The event of the largest mean slip rate, from the series; the whole run where nothing is that fast."""
+    peak = run.series["time"][run.peak]
+    return event_around(run, peak, peak) or (0.0, run.series["time"][-1])

@@ -1,0 +1,192 @@
+"""Maps of a fault: its planes of equal or irregular cells, depth downwards, their colours and contours."""
+
+import numpy as np
+from matplotlib.collections import Collection, PolyCollection
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import Triangulation
+
+from slipstep_fields import Fields
+from slipstep_output import OutputError
+from slipstep_panels import plt
+
+DECADES = 13  # of a logarithmic scale at most
+
+
+def edges(centres, others):
+    """Edges of equal cells from their centres; of a single row those of squares, by the centres in the other direction."""
+    spaced = centres if len(centres) > 1 else others
+    half = 0.5 * (spaced[1] - spaced[0]) if len(spaced) > 1 else 0.5 * max(abs(centres[0]), 1e-3)
+    return np.append(centres - half, centres[-1] + half)
+
+
+class Plane:
+    """Cells of one plane: low and high edges along strike and in depth [km], and which of a map's values are theirs."""
+
+    def __init__(self, run, y=None, cells=None):
+        self.y, self.cells = y, cells
+        if cells is None:
+            x, z = (axis / 1e3 for axis in run.axes)
+            x, z = edges(x, z), edges(z, x)
+            self.shape = len(z) - 1, len(x) - 1
+            self.x, self.z = (np.stack([e[:-1], e[1:]]) for e in (x, z))
+            self.x, self.z = np.tile(self.x, self.shape[0]), np.repeat(self.z, self.shape[1], axis=1)
+        else:
+            x, z, length, width = (run.mesh[name][cells] / 1e3 for name in ("x", "z", "length", "width"))
+            self.shape = None
+            self.x, self.z = np.stack([x - length / 2, x + length / 2]), np.stack([z - width / 2, z + width / 2])
+        self.name = "" if y is None else f"plane at y = {y:g} m"
+
+    def values(self, maps):
+        """Those of its cells, [..., N], from maps [..., Nz, Nx] or [..., N]."""
+        return maps.reshape(*maps.shape[:-2], -1) if self.cells is None else maps[..., self.cells]
+
+    def draw(self, axes, values, norm, colours):
+        """Values of its cells [N]; the artist, whose set_array() takes others."""
+        colours = colour_map(colours)
+        corners = np.stack([self.x[[0, 1, 1, 0]], self.z[[0, 0, 1, 1]]], axis=-1).swapaxes(0, 1)
+        if self.shape:
+            extent = (self.x.min(), self.x.max(), self.z.max(), self.z.min())
+            artist = axes.imshow(values.reshape(self.shape), norm=norm, cmap=colours, extent=extent, interpolation="nearest")
+            take = artist.set_data
+            artist.show = lambda new: take(new.reshape(self.shape))
+        else:
+            artist = PolyCollection(corners, array=values, norm=norm, cmap=colours, edgecolor="face", linewidth=0.2)
+            axes.add_collection(artist)
+            artist.show = artist.set_array
+        axes.set(aspect="equal" if 0.1 < np.ptp(self.z) / np.ptp(self.x) < 10 else "auto", ylabel="depth (km)")
+        axes.spines[:].set_visible(True)
+        axes.grid(False)
+        return artist
+
+    def contour(self, axes, values, levels):
+        """Lines of equal value through the cells' centres, with their values; where those are nan there are none."""
+        x, z = self.x.mean(axis=0), self.z.mean(axis=0)
+        good = np.isfinite(values)
+        if good.sum() < 4 or np.ptp(x[good]) == 0 or np.ptp(z[good]) == 0:
+            return
+        style = {"levels": levels, "colors": "black", "linewidths": 0.9}
+        if self.shape and min(self.shape) > 1:
+            lines = axes.contour(x.reshape(self.shape)[0], z.reshape(self.shape)[:, 0], values.reshape(self.shape), **style)
+        else:
+            mesh = Triangulation(x, z)
+            mesh.set_mask(~good[mesh.triangles].all(axis=1))
+            if mesh.mask.all():
+                return
+            lines = axes.tricontour(mesh, np.where(good, values, 0), **style)
+        halo = [withStroke(linewidth=2.2, foreground="white", alpha=0.7)]
+        for line in [lines] if isinstance(lines, Collection) else lines.collections:  # one artist from Matplotlib 3.8 on
+            line.set_path_effects(halo)
+        plt.setp(axes.clabel(lines, fmt="%g", fontsize=8), path_effects=halo)
+
+    def frame(self, axes, extent=None):
+        """Limits of its own, or those shared with others."""
+        low_x, high_x, low_z, high_z = extent or self.extent
+        axes.set(xlim=(low_x, high_x), ylim=(high_z, low_z))
+        axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+        axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+        if self.shape and self.shape[0] == 1:
+            axes.set_yticks([self.z.mean()])  # the file does not say how wide a single row is
+
+    @property
+    def extent(self):
+        return self.x.min(), self.x.max(), self.z.min(), self.z.max()
+
+
+def planes_of(run):
+    """The planes of a run, front to back; a grid has one."""
+    if not run.planes:
+        return [Plane(run)]
+    found = [Plane(run, y, cells) for y, cells in run.planes]
+    if len(found) == 1:
+        found[0].name = ""
+    return found
+
+
+def extent_of(planes):
+    """Limits that hold every plane."""
+    x0, x1, z0, z1 = np.array([plane.extent for plane in planes]).T
+    return x0.min(), x1.max(), z0.min(), z1.max()
+
+
+def norm_of(kind, low, high, smallest, log=False, wanted=None):
+    """Colours for values between low and high; smallest: about the least positive one; wanted: limits of the user's own."""
+    if wanted:
+        low, high = wanted
+        if log and low <= 0:
+            raise OutputError(f"--range begins at {low:g}, expected a number > 0 on a logarithmic scale (--no-log-rate: a linear one)")
+        return LogNorm(low, high) if log else Normalize(low, high)
+    if log:
+        high = high if high > 0 else 1.0
+        bottom = 10.0 ** np.floor(np.log10(smallest if 0 < smallest < high else high) - 0.3)  # what creeps is not as what rests
+        return LogNorm(min(max(bottom, high * 10.0 ** -DECADES), high / 100), high)
+    if kind.limits == "even":
+        high = max(abs(low), abs(high)) or 1.0
+        return Normalize(-high, high)
+    if kind.limits == "zero":
+        low, high = min(0.0, low if low < -0.01 * high else 0.0), max(high, 0.0)
+    return Normalize(low, high if high > low else low + (abs(low) or 1.0))
+
+
+def colour_map(name):
+    """A map of colours in which the logarithm of 0 counts as below the scale."""
+    colours = plt.get_cmap(name).copy()
+    colours.set_bad(colours(0.0))
+    return colours
+
+
+class Span:
+    """Least, largest and about the least positive value of maps that pass by."""
+
+    def __init__(self):
+        self.low, self.high, self.smallest = np.inf, -np.inf, []
+
+    def see(self, values):
+        self.low, self.high = min(self.low, values.min()), max(self.high, values.max())
+        positive = values[values > 0]
+        if len(positive):
+            self.smallest.append(np.quantile(positive, 0.05))
+        return self
+
+    def norm(self, kind, log=False, wanted=None):
+        return norm_of(kind, self.low, self.high, np.quantile(self.smallest, 0.05) if self.smallest else 0.0, log, wanted)
+
+
+def colour_bar(canvas, artist, norm, label, extend=None, **place):
+    """A bar with an arrow towards values below a logarithmic scale: a cell at rest has the slip rate 0."""
+    if extend is None:
+        extend = "min" if isinstance(norm, LogNorm) else "neither"
+    bar = canvas.colorbar(artist, label=label, extend=extend, **place)
+    if not isinstance(norm, LogNorm):
+        bar.locator = MaxNLocator(6, steps=[1, 2, 5, 10])
+        bar.formatter.set_powerlimits((-3, 4))
+        bar.update_ticks()
+    return bar
+
+
+def draw_map(axes, run, name, time, label, log=False, wanted=None):
+    """A field over the fault plane, depth downwards, near a time [s]; returns the stored time. Parallel planes of irregular
+    cells lie one below the other."""
+    fields = Fields(run, name)
+    row = int(np.argmin(np.abs(fields.times - time)))
+    values = fields.maps([row])[0]
+    planes = planes_of(run)
+    values = np.abs(values) if log else values
+    norm = Span().see(values).norm(fields.kind, log, wanted)
+    share = 1 / len(planes)
+    many = len(planes) > 1
+    if many:
+        axes.set_axis_off()
+    for k, plane in enumerate(planes):
+        own = axes.inset_axes([0.08, 1 - (k + 1) * share + 0.2 * share, 0.84, 0.7 * share]) if many else axes
+        artist = plane.draw(own, plane.values(values), norm, fields.kind.colours)
+        plane.frame(own, extent_of(planes))
+        if many:
+            own.set_title(plane.name, fontsize="small", fontweight="normal")
+            own.tick_params(labelbottom=k == len(planes) - 1)
+    own.set_xlabel("along strike (km)")
+    if not many:
+        axes.set_anchor("W")
+    colour_bar(axes.figure, artist, norm, label, cax=axes.inset_axes([0.97, 0.1, 0.03, 0.8] if many else [1.04, 0.0, 0.05, 1.0]))
+    return fields.times[row]

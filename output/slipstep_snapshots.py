@@ -1,0 +1,189 @@
+"""Pictures of a rupture: a field at several times, when each cell broke, and what came of it."""
+
+import numpy as np
+
+from slipstep_fields import Fields, event_around, largest_event, rupture_times
+from slipstep_maps import Span, colour_bar, extent_of, planes_of
+from slipstep_output import OutputError
+from slipstep_panels import plt, use_style
+from slipstep_time import Clock
+
+COUNT = 6  # snapshots where no times are asked for
+WIDTH = 11.0  # inches
+
+
+def round_step(span, lines):
+    """1, 2 or 5 times a power of ten: an interval of which some so many make a span."""
+    raw = span / lines
+    power = 10.0 ** np.floor(np.log10(raw))
+    return power * next(k for k in (1, 2, 5, 10) if k * power >= raw * (1 - 1e-9))
+
+
+class Layout:
+    """Maps of the planes of a fault in a grid: blocks of one panel for each plane, below each other."""
+
+    def __init__(self, run, blocks, columns, extra=0):
+        use_style()
+        self.planes = planes_of(run)
+        self.extent = extent_of(self.planes)
+        columns = min(columns, blocks)
+        self.rows = -(-blocks // columns)
+        ratio = np.clip((self.extent[3] - self.extent[2]) / (self.extent[1] - self.extent[0]), 0.15, 2.0)
+        height = WIDTH / columns * 0.8 * ratio + 0.45
+        self.canvas = plt.figure(figsize=(WIDTH, 1.1 + height * len(self.planes) * self.rows + extra), layout="constrained")
+        self.canvas.get_layout_engine().set(h_pad=0.06, w_pad=0.06)
+        self.columns, self.blocks = columns, blocks
+
+    def fill(self, parent):
+        """Axes [block][plane] within a figure or part of one; labels only at its rim."""
+        many = len(self.planes)
+        grid = parent.subplots(self.rows * many, self.columns, squeeze=False, sharex=True, sharey=True)
+        blocks = [[grid[(k // self.columns) * many + p, k % self.columns] for p in range(many)]
+                  for k in range(self.rows * self.columns)]
+        for block in blocks[self.blocks:]:
+            for axes in block:
+                axes.remove()
+        for k, block in enumerate(blocks[:self.blocks]):
+            below = k + self.columns >= self.blocks
+            block[-1].set_xlabel("along strike (km)" if below else "")
+            block[-1].tick_params(labelbottom=below)
+        return blocks[:self.blocks]
+
+    def draw(self, block, values, norm, colours, title, first):
+        """One map over the panels of a block; the artists."""
+        artists = []
+        for axes, plane in zip(block, self.planes):
+            label = axes.get_xlabel()
+            artists.append(plane.draw(axes, plane.values(values), norm, colours))
+            plane.frame(axes, self.extent)
+            axes.set(xlabel=label, ylabel="depth (km)" if first else "")
+            axes.set_title(", ".join(filter(None, (title if axes is block[0] else "", plane.name))), fontsize=10, fontweight="normal")
+        return artists
+
+
+def columns_of(run, count):
+    """Panels beside each other, fewer for long faults; four make a square."""
+    if count == 4:
+        return 2
+    x0, x1, z0, z1 = extent_of(planes_of(run))
+    return min(count, 3 if (x1 - x0) < 3.5 * (z1 - z0) else 2 if (x1 - x0) < 7 * (z1 - z0) else 1)
+
+
+def spread(times, count):
+    """About so many rows at equal times, none twice."""
+    wanted = np.linspace(times[0], times[-1], count + 2)[1:-1]
+    return np.unique([np.argmin(np.abs(times - time)) for time in wanted])
+
+
+def chosen_rows(fields, times, count=COUNT):
+    """Rows nearest to the times asked for, else some at equal distances."""
+    if not times:
+        return spread(fields.times, count)
+    return np.array([fields.row_at(time) for time in times])
+
+
+def draw_snapshots(canvas, layout, fields, rows, clock, log, wanted):
+    """Maps of a field at some rows under one scale of colours."""
+    maps = fields.maps(rows)
+    maps = np.abs(maps) if log else maps
+    norm = Span().see(maps).norm(fields.kind, log, wanted)
+    blocks = layout.fill(canvas)
+    for k, (block, values) in enumerate(zip(blocks, maps)):
+        artists = layout.draw(block, values, norm, fields.kind.colours, clock.text(fields.times[rows[k]]), k % layout.columns == 0)
+    colour_bar(canvas, artists[0], norm, fields.label, ax=[axes for block in blocks for axes in block], shrink=0.8, aspect=30, pad=0.02)
+
+
+def since(clock):
+    return f" (times since {clock.since})" if clock.since else ""
+
+
+def clock_of(run, times, years):
+    """Of snapshots: those within one event count from its begin, others from the run's."""
+    event = event_around(run, times.min(), times.max())
+    if event and not years:
+        return Clock(*event)
+    return Clock(0.0 if len(times) == 1 else times.min(), times.max(), years)
+
+
+def snapshots(run, name, times, window=None, log=False, wanted=None, years=None):
+    """A field at several times."""
+    if not times and window is None and name in ("slip_rate", "stress_drop"):
+        window = largest_event(run)
+    fields = Fields(run, name, window)
+    rows = chosen_rows(fields, times)
+    clock = clock_of(run, fields.times[rows], years)
+    if min(planes_of(run)[0].shape or (2, 2)) == 1:
+        return curves(run, fields, rows, clock, log, wanted)
+    layout = Layout(run, len(rows), columns_of(run, len(rows)))
+    draw_snapshots(layout.canvas, layout, fields, rows, clock, log, wanted)
+    layout.canvas.suptitle(f"{run.title}: {fields.kind.title.lower()}{since(clock)}")
+    return layout.canvas
+
+
+def curves(run, fields, rows, clock, log, wanted):
+    """Snapshots of a fault that is a single row of cells: a curve for each time."""
+    use_style()
+    canvas, axes = plt.subplots(figsize=(WIDTH, 5.0), layout="constrained")
+    plane = planes_of(run)[0]
+    across = plane.shape[0] == 1
+    shades = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, len(rows)))
+    maps = fields.maps(rows).reshape(len(rows), -1)
+    for shade, row, values in zip(shades, rows, np.abs(maps) if log else maps):
+        axes.plot((plane.x if across else plane.z).mean(axis=0), np.where(values > 0, values, np.nan) if log else values, color=shade,
+                  label=clock.text(fields.times[row]))
+    axes.set(xlabel="along strike (km)" if across else "depth (km)", ylabel=fields.label)
+    if log:
+        axes.set_yscale("log")
+    elif fields.kind.limits == "zero":
+        axes.set_ylim(bottom=min(0.0, axes.dataLim.y0))
+    if wanted:
+        axes.set_ylim(wanted)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    canvas.suptitle(f"{run.title}: {fields.kind.title.lower()}{since(clock)}")
+    return canvas
+
+
+def rupture(run, times, window=None, log=False, wanted=None, years=None):
+    """Slip rate at several times, below them slip with contours of the time of rupture, and the static stress drop."""
+    window = window or largest_event(run)
+    rates = Fields(run, "slip_rate", window)
+    missing = [name for name in ("slip", "traction") if name not in run.field_names]
+    if missing:
+        raise OutputError(f"{run.path}: field {missing[0]} was not stored; a picture of a rupture needs slip_rate, slip and traction: "
+                          "run with -fault_output_fields slip_rate,slip,traction")
+    rows = chosen_rows(rates, times)
+    clock = Clock(*rates.times[[0, -1]], years)
+    layout = Layout(run, len(rows), columns_of(run, len(rows)))
+    result = Layout(run, 2, 2)
+    plt.close(result.canvas)
+    height = layout.canvas.get_figheight(), result.canvas.get_figheight()
+    layout.canvas.set_figheight(sum(height))
+    above, below = layout.canvas.subfigures(2, 1, height_ratios=height)
+    draw_snapshots(above, layout, rates, rows, clock, log, wanted)
+    above.suptitle(f"{run.title}: slip rate{since(clock)}")
+    draw_result(below, result, run, rates, clock)
+    return layout.canvas
+
+
+def contours_of(broke, clock):
+    """A title that names their interval, and the times of rupture at which there are contours, in the clock's unit."""
+    good = broke[np.isfinite(broke)]
+    if not len(good) or np.ptp(good) == 0:
+        return "Slip", []
+    step = round_step(np.ptp(good), 8)
+    return f"Slip, rupture time every {step:g} {clock.name}", np.arange(np.floor(good.min() / step) + 1, np.ceil(good.max() / step)) * step
+
+
+def draw_result(canvas, layout, run, rates, clock):
+    """Slip during a window with contours of the time of rupture, and the static stress drop."""
+    slip, drops = Fields(run, "slip", rates.window), Fields(run, "stress_drop", rates.window)
+    first, final = slip.outer()
+    broke = clock(rupture_times(rates))
+    blocks = layout.fill(canvas)
+    title, levels = contours_of(broke, clock)
+    for k, (fields, values, head) in enumerate(((slip, final - first, title), (drops, drops.outer()[1], drops.kind.title))):
+        norm = Span().see(values).norm(fields.kind)
+        artists = layout.draw(blocks[k], values, norm, fields.kind.colours, head, k == 0)
+        for plane, axes in zip(layout.planes, blocks[k] if k == 0 and len(levels) else ()):
+            plane.contour(axes, plane.values(broke), levels)
+        colour_bar(canvas, artists[0], norm, fields.label, ax=blocks[k], location="bottom", shrink=0.7, aspect=30, pad=0.02)

@@ -1,0 +1,143 @@
+"""Lines along a fault and what happens on them: a field against time or against the stored steps."""
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from slipstep_fields import Fields
+from slipstep_maps import Span, colour_bar, colour_map, planes_of
+from slipstep_output import OutputError
+from slipstep_panels import plt, use_style
+from slipstep_time import Clock
+
+COLUMNS = 500  # of a picture against time: some dots of it each, so that none is lost in drawing
+
+
+class Line:
+    """Intervals along strike, or in depth, and the cells of one plane on each.
+
+    along  "strike" or "depth"
+    at     where the line is in the other direction [km], or "max" or "mean" over that direction; None: in the middle
+    """
+
+    def __init__(self, plane, along="strike", at=None):
+        self.plane, self.along = plane, along
+        here, across = (plane.x, plane.z) if along == "strike" else (plane.z, plane.x)
+        low, high = across.min(), across.max()
+        self.name = "depth" if along == "strike" else "x ="
+        self.at = 0.5 * (low + high) if at is None else at
+        self.weight = across[1] - across[0]
+        if isinstance(self.at, float):
+            if not low <= self.at <= high:
+                raise OutputError(f"--at is {self.at:g} km, expected a number between {low:g} and {high:g}, where the fault is")
+            chosen = (across[0] <= self.at) & (self.at < across[1]) | (across[1] == high) & (self.at == high)
+        else:
+            chosen = np.ones(here.shape[1], dtype=bool)
+        cells = np.flatnonzero(chosen)
+        corners = np.unique(np.round(here[:, cells], 9))
+        middle = 0.5 * (corners[1:] + corners[:-1])
+        over = [cells[(here[0, cells] <= m) & (m <= here[1, cells])] for m in middle]
+        filled = np.array([len(cells) > 0 for cells in over])
+        if not filled.all():
+            raise OutputError(f"the line at {self.at} km leaves the cells of the mesh at {middle[~filled][0]:g} km; give another --at")
+        self.edges, self.centres, self.over = corners, middle, over
+
+    @property
+    def label(self):
+        return "along strike (km)" if self.along == "strike" else "depth (km)"
+
+    @property
+    def where(self):
+        """In words, for titles."""
+        other = "depth" if self.along == "strike" else "strike"
+        if isinstance(self.at, float):
+            place = f"at a depth of {self.at:.3g} km" if self.along == "strike" else f"at {self.at:.3g} km along strike"
+        else:
+            place = {"max": f"(largest over {other})", "mean": f"(mean over {other})"}[self.at]
+        return ", ".join(filter(None, (place, self.plane.name)))
+
+    def values(self, maps):
+        """[n, intervals] of maps [n, ...]."""
+        values = self.plane.values(maps)
+        if self.at == "max":
+            columns = [values[:, cells].max(axis=1) for cells in self.over]
+        elif self.at == "mean":
+            columns = [np.average(values[:, cells], axis=1, weights=self.weight[cells]) for cells in self.over]
+        else:
+            columns = [values[:, cells[0]] for cells in self.over]
+        return np.stack(columns, axis=1)
+
+
+def along_line(fields, line):
+    """All rows of a field on a line, [n, intervals]."""
+    return np.concatenate([line.values(maps) for _, maps in fields.chunks()])
+
+
+def resample(times, values, count, largest):
+    """Equal columns of a picture between the first and the last time: the largest value within each, so that no event is too
+    short to be seen, and between rows the smaller of both neighbours; or the value at its middle, linear between rows."""
+    bounds = np.linspace(times[0], times[-1], count + 1)
+    middle = 0.5 * (bounds[1:] + bounds[:-1])
+    right = np.clip(np.searchsorted(times, middle), 1, len(times) - 1)
+    if not largest:
+        share = ((middle - times[right - 1]) / (times[right] - times[right - 1]))[:, None]
+        return bounds, (1 - share) * values[right - 1] + share * values[right]
+    found = np.minimum(values[right - 1], values[right])
+    column = np.clip(((times - times[0]) / (times[-1] - times[0]) * count).astype(int), 0, count - 1)
+    np.maximum.at(found, column, values)
+    return bounds, found
+
+
+def draw_time_ticks(axes, fields, clock):
+    """Times of some rows above a picture against steps."""
+    ticks = [tick for tick in axes.get_xticks() if 0 <= tick < len(fields.times)]
+    top = axes.secondary_xaxis("top")
+    rows = np.clip(np.round(ticks).astype(int), 0, len(fields.times) - 1)
+    top.set_xticks(ticks, [clock.text(fields.times[row]).split(" ")[0] for row in rows])
+    top.set_xlabel(clock.label)
+    top.spines["top"].set_visible(True)
+
+
+def draw_space_time(axes, fields, line, clock, against, log, wanted):
+    """A field on a line: distance upwards (depth downwards), time or steps to the right."""
+    values = along_line(fields, line)
+    values = np.abs(values) if log else values
+    norm = Span().see(values).norm(fields.kind, log, wanted)
+    rows = np.arange(len(values))
+    rate = fields.name == "slip_rate"
+    if against == "time":
+        bounds, values = resample(fields.times, values, COLUMNS, rate)
+        bounds = clock(bounds)
+    elif len(rows) > 2 * COLUMNS:
+        bounds, values = resample(rows.astype(float), values, COLUMNS, rate)
+    else:
+        bounds = np.append(rows, len(rows)) - 0.5
+    image = axes.pcolormesh(bounds, line.edges, values.T, norm=norm, cmap=colour_map(fields.kind.colours), rasterized=True)
+    if line.along == "depth":
+        axes.invert_yaxis()
+    axes.grid(False)
+    axes.set(ylabel=line.label)
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.set_title(f"{fields.kind.title} {line.where}", fontsize=10, fontweight="normal", pad=6)
+    colour_bar(axes.figure, image, norm, fields.label, ax=axes, pad=0.01, aspect=18)
+
+
+def space_time(run, names, along="strike", at=None, against="time", window=None, log=True, wanted=None, years=None):
+    """Fields on a line of each plane against time, below each other."""
+    use_style()
+    fields = [Fields(run, name, window) for name in names]
+    short = [field for field in fields if len(field.times) < 2]
+    if short:
+        raise OutputError(f"{run.path}: a space-time picture needs two rows of /fields, {short[0].kind.source} has one in this window")
+    lines = [Line(plane, along, at) for plane in planes_of(run)]
+    count = len(lines) * len(fields)
+    canvas, axes = plt.subplots(count, 1, figsize=(11, 1.2 + 3.2 * count), layout="constrained", squeeze=False,
+                                sharex=True)
+    clock = Clock(fields[0].times[0], fields[0].times[-1], years)
+    panels = [(line, field) for line in lines for field in fields]
+    for own, (line, field) in zip(axes[:, 0], panels):
+        draw_space_time(own, field, line, clock, against, log and field.name == "slip_rate", wanted if len(fields) == 1 else None)
+    axes[-1, 0].set_xlabel(clock.label if against == "time" else "stored step")
+    if against == "step":
+        draw_time_ticks(axes[0, 0], fields[0], clock)
+    canvas.suptitle(run.title)
+    return canvas

@@ -1,0 +1,193 @@
+"""Pictures and films of a run by plot_run.py, on a synthetic century of circular ruptures and on irregular cells."""
+
+import unittest
+
+from scripts import PictureTest
+
+import century
+import h5py
+import numpy as np
+
+from slipstep_fields import KINDS, Fields, events, largest_event, rupture_times
+from slipstep_maps import Span, planes_of
+from slipstep_output import OutputError, Run
+from slipstep_spacetime import Line, along_line, resample
+from slipstep_time import YEAR, Clock, seconds
+
+
+class Times(unittest.TestCase):
+    def test_units_of_the_command_line(self):
+        self.assertEqual([seconds(text) for text in ("12.5", "2min", "3h", "1d", "250y", "-.5", "1e+3s", "96.4y+2+1e2min")],
+                         [12.5, 120, 10800, 86400, 250 * YEAR, -0.5, 1000, 96.4 * YEAR + 6002])
+        for text in ("", "3x", "y", "1 y", "nan", "1e", "1y+", "1y2"):
+            with self.assertRaisesRegex(Exception, "expected seconds or numbers with s, min, h, d or y"):
+                seconds(text)
+
+    def test_clock_takes_the_unit_that_fits(self):
+        for begin, end, years, label in ((0, 30, None, "time (s)"), (0, 86400, None, "time (hours)"), (0, 30 * 86400, None, "time (days)"),
+                                         (0, 500 * YEAR, None, "time (years)"), (0, 500 * YEAR, False, "time (days)"), (0, 30, True, "time (years)"),
+                                         (113.25 * YEAR, 113.25 * YEAR + 20, None, "time since 113.25 years (s)")):
+            self.assertEqual(Clock(begin, end, years).label, label)
+        self.assertEqual(Clock(0, 30)(12.5), 12.5)
+        self.assertEqual(Clock(0, 500 * YEAR).text(96.44 * YEAR), "96.4 years")
+        self.assertEqual(Clock(0, 30).text(8.251), "8.3 s")
+        # 8.25 s after the begin, which is known to 4e-7 s at 3.6e9 s
+        self.assertAlmostEqual(float(Clock(113.25 * YEAR, 113.25 * YEAR + 20)(113.25 * YEAR + 8.25)), 8.25, delta=1e-6)
+
+
+class FieldsTest(PictureTest):
+    def test_rupture_times_are_those_of_the_front(self):
+        """Rows every 0.1 s, linear between: a cell breaks between the last row at rest and the first above 1 mm/s. Its rate grows by
+        2 m/s^2 at first, so that it is above in the row after the front: at most 0.1 s late, never early."""
+        run = Run(century.write_run(self.path("run.h5"), step=0.1))
+        window = largest_event(run)
+        onset = century.EVENTS[-1][0] * YEAR
+        self.assertAlmostEqual(window[0], onset, delta=0.2)
+        found = rupture_times(Fields(run, "slip_rate", window)).ravel() - onset
+        x, z, _, _ = century.grid()
+        slip, _, front = century.rupture(century.EVENTS[-1], x, z, 1e9)
+        np.testing.assert_array_equal(np.isfinite(found), slip > 0)
+        late = (found - front)[slip > 0.05]
+        self.assertLess(late.max(), 0.1 + 1e-6)
+        self.assertGreater(late.min(), -0.1 - 1e-6)
+
+    def test_stress_drop_is_stiffness_times_slip(self):
+        run = Run(century.write_run(self.path("run.h5")))
+        drops = Fields(run, "stress_drop", largest_event(run))
+        x, z, _, _ = century.grid()
+        slip, _, _ = century.rupture(century.EVENTS[-1], x, z, 1e9)
+        # in MPa; seconds of loading change it by 1e-8 MPa, and creep below 8 km likewise
+        np.testing.assert_allclose(drops.outer()[1].ravel(), century.STIFFNESS * 1e-6 * slip, atol=1e-6)
+        with h5py.File(run.path, "r+") as file:  # the other sense of slip has the same drop
+            file["fields/traction"][...] *= -1
+        np.testing.assert_allclose(Fields(run, "stress_drop", largest_event(run)).outer()[1].ravel(), century.STIFFNESS * 1e-6 * slip, atol=1e-6)
+
+    def test_window_begins_at_the_row_before_it(self):
+        """A drop is measured from the last row before an event, not from the first one within it."""
+        run = Run(century.write_run(self.path("run.h5")))
+        onset = century.EVENTS[-1][0] * YEAR
+        fields = Fields(run, "slip", (onset + 0.3, onset + 1.1))  # rows every 0.25 s
+        np.testing.assert_allclose(fields.times - onset, (0.5, 0.75, 1.0), atol=1e-6)
+        outer = [century.state(*century.grid()[:2], onset + time)[0] for time in (0.25, 1.25)]
+        # times of 3e9 s are known to 5e-7 s, slip rates are up to 1 m/s
+        np.testing.assert_allclose(fields.outer().reshape(2, -1), outer, atol=1e-6)
+
+    def test_events_are_where_rates_are_high(self):
+        times, rates = np.arange(8.0), np.array([0, 1, 1, 0, 0, 1, 0, 1.0])
+        self.assertEqual(events(times, rates, 0.5), [(0, 3), (4, 6), (6, 7)])
+
+    def test_lines_meet_the_cells_that_they_cross(self):
+        run = Run(century.write_run(self.path("run.h5")))
+        slip = Fields(run, "slip")
+        plane, = planes_of(run)
+        _, maps = run.field("slip")
+        for line, expected in ((Line(plane, "strike", 6.3), maps[:, 12]), (Line(plane, "depth", 20.0), maps[:, :, 39]),
+                               (Line(plane, "strike", "max"), maps.max(axis=1)), (Line(plane, "depth", "mean"), maps.mean(axis=2))):
+            # sums of 40 numbers in another order
+            np.testing.assert_allclose(along_line(slip, line), expected, rtol=1e-13)
+        np.testing.assert_allclose(Line(plane).edges, np.linspace(0, 20, 41))
+
+    def test_lines_of_irregular_cells(self):
+        """Rows of the mesh: on a line at one depth each cell has an interval of its own; means have areas as weights."""
+        x, z, length, width = century.graded()
+        run = Run(century.write_run(self.path("run.h5"), cells=century.graded(), planes=2))
+        second = planes_of(run)[1]
+        self.assertEqual(second.name, "plane at y = 2000 m")
+        slip = Fields(run, "slip")
+        maps = slip.maps([len(slip.times) - 1])[:, 200:]
+        line = Line(second, "strike", 4.5)
+        np.testing.assert_allclose(line.edges, np.append((x - length / 2)[:20], 20000) / 1e3, atol=1e-9)
+        np.testing.assert_array_equal(line.values(slip.maps([len(slip.times) - 1])), maps[:, 80:100])
+        mean = Line(second, "depth", "mean").values(slip.maps([len(slip.times) - 1]))[0]
+        np.testing.assert_allclose(mean, (maps[0] * length).reshape(10, 20).sum(axis=1) / 20000, rtol=1e-12)
+
+    def test_columns_keep_every_event(self):
+        """A century in 500 columns: seconds of slip are in the column of their time, and gaps have the smaller neighbour."""
+        run = Run(century.write_run(self.path("run.h5")))
+        rates = Fields(run, "slip_rate")
+        values = along_line(rates, Line(planes_of(run)[0], "strike", "max"))
+        bounds, columns = resample(rates.times, values, 500, True)
+        fast = np.flatnonzero((columns > 1e-3).any(axis=1))
+        expected = [np.searchsorted(bounds, event[0] * YEAR) - 1 for event in century.EVENTS]
+        np.testing.assert_array_equal(fast, expected)
+        self.assertEqual(columns.max(), values.max())
+        _, gap = resample(np.array([0.0, 1.0, 9.0, 10.0]), np.array([[0.0], [5.0], [1.0], [2.0]]), 10, True)
+        np.testing.assert_array_equal(gap.ravel(), (0, 5, 1, 1, 1, 1, 1, 1, 1, 2))  # the two ends of the gap are 5 and 1
+        _, linear = resample(np.array([0.0, 1.0, 3.0]), np.array([[0.0], [1.0], [5.0]]), 3, False)
+        np.testing.assert_allclose(linear.ravel(), (0.5, 2, 4))
+
+    def test_maps_of_another_shape_are_refused(self):
+        path = century.write_run(self.path("run.h5"))
+        with h5py.File(path, "r+") as file:
+            del file["mesh/x"]
+            file["mesh/x"] = np.arange(7.0)
+        with self.assertRaisesRegex(OutputError, r"run.h5: /fields/slip is \(20, 40\) at each time, expected \(20, 7\) as the cells of /mesh"):
+            Fields(Run(path), "slip")
+
+
+class Pictures(PictureTest):
+    def test_kinds(self):
+        grid = century.write_run(self.path("grid.h5"), shape=(10, 20), step=0.5)
+        for arguments, suffix in (((), ""), (("--time", "31.31y", "50y", "--field", "slip"), "_snapshots"),
+                                  (("--kind", "space-time", "--against", "step", "--along", "depth", "--at", "7"), "_space-time")):
+            self.assertEqual(self.plot("plot_run", grid, *arguments), f"Figure: {self.path('grid')}{suffix}.png\n")
+            self.look(self.path(f"grid{suffix}.png"))
+
+    def test_kinds_on_irregular_cells(self):
+        mesh = century.write_run(self.path("mesh.h5"), cells=century.graded(), planes=2, step=0.5)
+        for arguments in (("--kind", "rupture", "--log-rate", "--range", "1e-9", "1", "--time", f"{century.EVENTS[-1][0] * YEAR + 2}"),
+                          ("--kind", "space-time", "--at", "max", "--field", "slip")):
+            self.plot("plot_run", mesh, *arguments, "--figure", self.path("mesh.png"))
+            self.look(self.path("mesh.png"))
+
+    def test_a_single_row_of_cells_has_curves(self):
+        from slipstep_snapshots import snapshots
+        run = Run(century.write_run(self.path("row.h5"), shape=(1, 40)))
+        onset = century.EVENTS[-1][0] * YEAR
+        for log in (False, True):
+            lines = snapshots(run, "slip_rate", [onset + 3, onset + 1], log=log).axes[0].lines
+            self.assertEqual([line.get_label() for line in lines], ["3.00 s", "1.00 s"])
+            rate = century.state((np.arange(40) + 0.5) * 500, np.full(40, 5000.0), onset + 1)[1]
+            np.testing.assert_allclose(lines[1].get_ydata(), np.where(log & (rate == 0), np.nan, rate), atol=1e-6)
+            np.testing.assert_allclose(lines[1].get_xdata(), (np.arange(40) + 0.5) / 2)
+
+    def test_colours_begin_at_zero(self):
+        """The colour bar of a slip rate, and limits of the user's own, as the scale of the drawn image."""
+        from slipstep_snapshots import snapshots
+        run = Run(century.write_run(self.path("run.h5")))
+        for arguments, limits in (({}, (0, None)), ({"wanted": (0.2, 0.4)}, (0.2, 0.4)), ({"log": True, "wanted": (1e-9, 1)}, (1e-9, 1))):
+            canvas = snapshots(run, "slip_rate", [century.EVENTS[-1][0] * YEAR + 2], **arguments)
+            image = next(axes.images[0] for axes in canvas.axes if axes.images)
+            self.assertEqual(image.norm.vmin, limits[0])
+            self.assertTrue(limits[1] is None or image.norm.vmax == limits[1])
+        for name, low, high in (("slip", 0, 3), ("traction", 2, 3), ("stress_drop", -3, 3)):  # of values from 2 to 3
+            norm = Span().see(np.array([2.0, 3.0])).norm(KINDS[name])
+            self.assertEqual((norm.vmin, norm.vmax), (low, high))
+
+    def test_bad_input(self):
+        run = century.write_run(self.path("run.h5"), fields=("slip_rate",), shape=(4, 8), step=1.0)
+        plain = century.write_run(self.path("none.h5"), fields=(), shape=(4, 8), step=1.0)
+        for message, arguments in (
+                ("run.h5: no field at 1.57.*e.10 s, expected a time from 0 to 3.47.*e.09 s", (run, "--time", "500y")),
+                ("run.h5: field slip was not stored; a picture of a rupture needs .* -fault_output_fields slip_rate,slip,traction", (run, "--kind", "rupture")),
+                ("run.h5: field mood was not stored .there are: slip_rate.; run with -fault_output_fields mood", (run, "--field", "mood")),
+                ("none.h5: field slip_rate was not stored .there are: none", (plain, "--kind", "space-time")),
+                ("--at is 11 km, expected a number between 0 and 10", (run, "--kind", "space-time", "--at", "11")),
+                ("--range begins at 0, expected a number > 0 on a logarithmic scale", (run, "--kind", "space-time", "--field", "slip_rate", "--range", "0", "1")),
+                ("/fields/slip_rate has no rows between .* s", (run, "--kind", "rupture", "--window", "10y", "10.1y")),
+                ("--film is .*film.avi, expected a name that ends with .mp4 or .gif", (run, "--film", self.path("film.avi"))),
+                ("--film is .*film.gif, but there is no folder", (run, "--film", self.path("no/film.gif"))),
+                ("missing.h5: no such file", (self.path("missing.h5"), "--film", self.path("film.gif")))):
+            with self.subTest(message):
+                self.refused("plot_run", message, *arguments)
+        for message, arguments in (("error: argument --time: 3x is no time", ("--time", "3x")),
+                                   ("error: --along is not for --kind rupture; expected with --kind space-time", ("--kind", "rupture", "--along", "depth")),
+                                   ("error: --range is 2 1, expected the lower one first", ("--range", "2", "1")),
+                                   ("error: --fps is 0, expected a number > 0", ("--film", "a.gif", "--fps", "0")),
+                                   ("error: --fps is not for --kind overview; expected with --film", ("--fps", "3"))):
+            with self.subTest(message):
+                self.refused("plot_run", message, run, *arguments, code=2)
+
+
+if __name__ == "__main__":
+    unittest.main()

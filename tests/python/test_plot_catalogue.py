@@ -1,0 +1,141 @@
+"""Pictures of a catalogue by plot_catalogue.py, on synthetic ones in the format of -fault_catalogue."""
+
+import unittest
+
+from scripts import PictureTest
+
+import century
+import h5py
+import numpy as np
+
+from slipstep_cumulative import Course, between, during
+from slipstep_events import Events, b_value, completeness
+from slipstep_maps import planes_of
+from slipstep_output import OutputError, Run
+from slipstep_spacetime import Line
+from slipstep_time import YEAR
+
+
+class Reading(PictureTest):
+    def test_columns_and_maps(self):
+        events = Events(century.write_catalogue(self.path("c.h5")))
+        self.assertEqual(len(events), 5)
+        np.testing.assert_array_equal(events["onset"], [event[0] * YEAR for event in century.EVENTS])
+        self.assertEqual((events.shape, events.planes), ((20, 40), None))
+        slip = events.map_of("slip", 4)
+        self.assertAlmostEqual(slip.max(), events["max_slip"][4])
+        self.assertAlmostEqual((slip * 500 * 500).sum() * century.MODULUS / events["moment"][4], 1)
+
+    def test_a_catalogue_that_grows(self):
+        """Columns of one that is written may differ in length: the least counts, and a picture says that it is unfinished."""
+        path = century.write_catalogue(self.path("c.h5"), skip=("onset",), complete=0)
+        with h5py.File(path, "r+") as file:
+            century.put(file, "onset", [1.0, 2.0, 3.0], "s")
+        events = Events(path)
+        self.assertEqual((len(events), len(events["magnitude"])), (3, 3))
+        code, _, err = self.main("plot_catalogue", path, "--event", "3")
+        self.assertEqual(code, 0)
+        self.assertRegex(err, r"^plot_catalogue.py: .*c.h5 is unfinished: complete = 0, its last event is at 3 s\n$")
+
+    def test_bad_files(self):
+        none = {name: (values[:0], unit) for name, (values, unit) in century.columns().items()}
+        for name, message, options in (("a.h5", "dataset /moment is missing; it has area, end, ", {"skip": ("moment",)}),
+                                       ("b.h5", "no event is there$", {"data": none}),
+                                       ("d.h5", "no event is there yet", {"data": none, "complete": 0})):
+            with self.assertRaisesRegex(OutputError, f"{name}: {message}"):
+                Events(century.write_catalogue(self.path(name), **options))
+        path = century.write_catalogue(self.path("c.h5"))
+        with h5py.File(path, "r+") as file:
+            file["onset"].attrs["units"] = "years"
+        with self.assertRaisesRegex(OutputError, 'c.h5: /onset has units "years", expected "s"'):
+            Events(path)
+
+
+class Laws(unittest.TestCase):
+    def test_b_of_a_known_law(self):
+        """20000 magnitudes of an exponential law with b = 0.9, and fewer small ones: b within three standard errors, 0.02."""
+        random = np.random.default_rng(5)
+        magnitude = 3 + random.exponential(1 / (0.9 * np.log(10)), 20000)
+        magnitude = np.concatenate([magnitude, random.uniform(2, 3, 2000)])  # not all that there are
+        least = completeness(magnitude)
+        self.assertAlmostEqual(least, 3.0, delta=1e-9)
+        b, error = b_value(magnitude, least)
+        self.assertAlmostEqual(b, 0.9, delta=3 * error)
+        self.assertAlmostEqual(error, 0.9 / np.sqrt(20000), delta=1e-4)
+
+    def test_times_between_events(self):
+        np.testing.assert_allclose(between(50.0, 10.0, [(9.0, 11.0), (30.0, 31.0)]), (0, 20, 30, 40, 50))
+
+    def test_times_during_an_event(self):
+        """Lines between rows that are close, at rows that are not."""
+        close, dense = during(np.arange(0, 10, 0.3), 3.05, 6.0, 1.0)
+        self.assertTrue(dense)
+        np.testing.assert_allclose(close, (3.05, 4.05, 5.05))
+        far, dense = during(np.array([0.0, 3.0, 6.0, 9.0]), 2.0, 7.0, 1.0)
+        self.assertFalse(dense)
+        np.testing.assert_array_equal(far, (3, 6))
+
+
+class Cumulative(PictureTest):
+    def test_lines_are_the_slip_of_their_times(self):
+        """Every 5 years outside of events, and every second within the last one, against the synthetic slip itself."""
+        run = Run(century.write_run(self.path("run.h5")))
+        course = Course(run, Line(planes_of(run)[0], "depth", 10.2), "slip", 5 * YEAR, 1.0)
+        onset, end = century.EVENTS[-1][0] * YEAR, century.EVENTS[-1][0] * YEAR + century.duration(century.EVENTS[-1])
+        solid, dashed, poor = course.lines([(onset, end)])
+        self.assertEqual((len(solid), len(dashed), poor), (23, 6, 0))
+        x, z = np.full(20, 10250.0), (np.arange(20) + 0.5) * 500
+        expected = np.array([century.state(x, z, time)[0] for time in np.arange(23) * 5 * YEAR])
+        # linear between rows that are at most 4.1 years apart and on which slip is linear but for events, which have rows of their own
+        np.testing.assert_allclose(solid, expected, atol=1e-6)
+        expected = np.array([century.state(x, z, onset + k)[0] for k in range(6)])
+        # rows are 0.25 s apart and times of 3e9 s known to 5e-7 s, at slip rates up to 1.1 m/s
+        np.testing.assert_allclose(dashed, expected, atol=1e-6)
+        _, rows, poor = Course(run, Line(planes_of(run)[0]), "slip", None, 0.01).lines([(onset, end)])
+        self.assertEqual((len(rows), poor), (24, 1))  # 5.8 s of rows every 0.25 s, too far apart for lines every 0.01 s
+
+
+class Pictures(PictureTest):
+    def test_catalogue_with_its_run(self):
+        events = century.write_catalogue(self.path("c.h5"))
+        run = century.write_run(self.path("run.h5"))
+        self.assertEqual(self.plot("plot_catalogue", events, run), f"Figure: {self.path('c.png')}\n")
+        self.look(self.path("c.png"))
+
+    def test_many_events_of_irregular_cells(self):
+        data = century.many()
+        data["magnitude"][0][7] = np.nan  # of no moment
+        events = century.write_catalogue(self.path("c.h5"), data)
+        run = century.write_run(self.path("run.h5"), cells=century.graded(), step=2.0)
+        code, _, err = self.main("plot_catalogue", events, run, "--along", "depth", "--at", "3", "--every", "10y", "--every-event", "0.5")
+        self.assertEqual(code, 0, err)
+        self.assertRegex(err, r"^plot_catalogue.py: .*run.h5 has too few rows of /fields in \d+ events for a line every 0.5 s: .* "
+                         r"-fault_output_interval\n$")
+        self.look(self.path("c.png"))
+
+    def test_one_event(self):
+        events = century.write_catalogue(self.path("c.h5"))
+        for number in ("2", "largest"):
+            self.plot("plot_catalogue", events, "--event", number)
+            self.look(self.path(f"c_event_{number}.png"))
+
+    def test_bad_input(self):
+        events = century.write_catalogue(self.path("c.h5"))
+        bare = century.write_catalogue(self.path("bare.h5"), maps=False)
+        run = century.write_run(self.path("run.h5"), fields=("slip_rate",), shape=(4, 8), step=1.0)
+        for message, arguments, code in ((r"c.h5: no event 6, expected a number from 1 to 5", (events, "--event", "6"), 1),
+                                         (r"c.h5: no event 0, expected a number from 1 to 5", (events, "--event", "0"), 1),
+                                         (r"bare.h5: no /maps/slip; fault -fault_catalogue_maps writes it", (bare, "--event", "1"), 1),
+                                         (r"run.h5: field slip was not stored", (events, run), 1),
+                                         (r"run.h5: no catalogue of events, as fault -fault_catalogue writes it", (run,), 1),
+                                         (r"c.h5: group /steps is missing", (events, events), 1),
+                                         (r"none.h5: no such file; fault -fault_catalogue writes it", (self.path("none.h5"),), 1),
+                                         (r"error: --at needs RUN", (events, "--at", "3"), 2),
+                                         (r"error: --event is two, expected a number from 1 on, or largest", (events, "--event", "two"), 2),
+                                         (r"error: --every is 0 s, expected a time > 0", (events, run, "--every", "0"), 2)):
+            with self.subTest(message):
+                self.refused("plot_catalogue", message, *arguments, code=code)
+
+
+if __name__ == "__main__":
+    unittest.main()
