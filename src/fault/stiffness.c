@@ -96,6 +96,7 @@ static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
   PetscCall(SlipFaultMeshStiffness(fault, &cells));
   if (cells) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscStrcmp(fault->text[FAULT_KERNEL], "full_space", &grid.full_space));
+  PetscCall(PetscStrcmp(fault->text[FAULT_STIFFNESS_AVERAGE], "cell", &grid.cell_average));
   PetscCall(MatCreateSlipStiffness(fault->comm, &grid, fault->text[FAULT_OPERATOR], &fault->K));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -230,25 +231,33 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
 {
   const char *type = fault->text[FAULT_OPERATOR], *file = fault->text[FAULT_STIFFNESS_FILE];
   const char *mesh = fault->text[FAULT_MESH], *prefix = SlipFaultPrefix(fault);
-  PetscBool fft, hmat, spectral;
+  PetscBool fft, hmat, spectral, cell;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(type, "fft", &fft));
   PetscCall(PetscStrcmp(type, "hmat", &hmat));
   PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "spectral", &spectral));
+  PetscCall(PetscStrcmp(fault->text[FAULT_STIFFNESS_AVERAGE], "cell", &cell));
+  PetscCheck(!file[0] || !cell, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_stiffness_average cell cannot average the entries of -%sfault_stiffness_file %s: expected no "
+             "average",
+             prefix, prefix, file);
   PetscCheck(!file[0] || (!fft && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_operator %s cannot store the entries of -%sfault_stiffness_file %s: expected dense or auto",
              prefix, type, prefix, file);
-  PetscCheck(!spectral || (!file[0] && !mesh[0] && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_viscosity spectral needs a uniform grid with -%sfault_operator dense or fft, but -%s%s %s is "
-             "given: expected -%sfault_viscosity sqrtm, lanczos or none",
-             prefix, prefix, prefix,
+  PetscCheck(!spectral || (!file[0] && !mesh[0] && !hmat && !cell), fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_viscosity spectral needs a uniform grid with -%sfault_operator dense or fft and "
+             "-%sfault_stiffness_average centre, but -%s%s %s is given: expected -%sfault_viscosity sqrtm, lanczos or "
+             "none",
+             prefix, prefix, prefix, prefix,
              file[0]   ? "fault_stiffness_file"
              : mesh[0] ? "fault_mesh"
-                       : "fault_operator",
+             : hmat    ? "fault_operator"
+                       : "fault_stiffness_average",
              file[0]   ? file
              : mesh[0] ? mesh
-                       : type,
+             : hmat    ? type
+                       : "cell",
              prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
