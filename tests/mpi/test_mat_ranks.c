@@ -9,6 +9,7 @@ static const SlipGrid Grids[] = {
   {9, 7, 2700.0, 2450.0, 0.0, 30e9, 0.25, PETSC_FALSE, PETSC_FALSE},
   {6, 11, 3000.0, 2200.0, 500.0, 30e9, 0.31, PETSC_FALSE, PETSC_FALSE},
   {7, 5, 1000.0, 1000.0, 0.0, 30e9, 0.25, PETSC_TRUE, PETSC_FALSE},
+  {9, 6, 2700.0, 2100.0, 0.0, 30e9, 0.25, PETSC_FALSE, PETSC_TRUE},
 };
 #define MASS (2500.0 * 3000.0)
 #define ZETA (0.8 / 3)
@@ -204,6 +205,7 @@ static void test_lean_viscosities_do_not_depend_on_ranks(void **state)
     for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(rows); t++) {
       Mat K, H, K_serial, H_serial;
 
+      if (Grids[g].cell_average && t != 1) continue; /* they do not know the border's cells */
       ok(MatCreateSlipStiffness(PETSC_COMM_WORLD, &Grids[g], "fft", &K));
       ok(MatSlipStiffnessSetFromOptions(K));
       ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grids[g], "fft", &K_serial));
