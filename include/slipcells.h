@@ -1,6 +1,7 @@
 /* Irregular meshes: rectangular cells on parallel vertical strike-slip planes, and their stiffness. */
 #pragma once
 #include <petscmat.h>
+#include <slipelasticity.h>
 
 /* Cells in any order; every process holds all of them. */
 typedef struct {
@@ -13,7 +14,7 @@ typedef struct {
   PetscBool full_space;       /* leave out the free surface */
   const PetscInt *order;      /* cell of each row of the stiffness [n]; NULL: cell i is row i, shares by PETSC_DECIDE */
   PetscInt nlocal;            /* rows of this process, where there is an order */
-  PetscBool cell_average;     /* K_ij is the average over cell i, not the value at its centre */
+  SlipAverage average;        /* K_ij is the average over cell i, or the value at its centre */
   const PetscReal *edges;     /* with that: MatCreateSlipCellStiffness() fills it in its own copy */
 } SlipCells;
 

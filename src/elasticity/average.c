@@ -189,8 +189,7 @@ static PetscReal FarForce(PetscReal G, PetscReal nu, const SlipRectangle *r, con
   Notes:
   Times the receiver's area it is the force on the receiver, which is symmetric in both rectangles. An edge that both
   have in common would give it an infinite part, of the logarithm of the distance from the edge: a line has a core
-  instead, SLIP_CORE_INNER of a cell where cells of a grid meet, SLIP_CORE_BORDER of it where they end. Rectangles without
-  such a line do not depend on it. Edges at the free surface cancel with those of the image.
+  instead, of SLIP_CORE_CELL cells for example. Rectangles without such a line do not depend on it. Edges at the free surface cancel with those of the image.
 
   Rectangles that are more than 16 of their sides away from each other are integrated by quadrature over the smaller one,
   to 1e-11 of the value, as the corners' sum loses its digits there.
@@ -222,22 +221,23 @@ PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRectangle *rece
 /*
   SlipAverageDirect_Private - SlipKernelAverage() of equal cells of one plane without the free surface
 */
-PetscReal SlipAverageDirect_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal dz, PetscReal a, PetscReal b)
+PetscReal SlipAverageDirect_Private(PetscReal G, PetscReal nu, PetscReal core, PetscReal dx, PetscReal dz, PetscReal a,
+                                    PetscReal b)
 {
-  const PetscReal core[2] = {SLIP_CORE_INNER * a, SLIP_CORE_INNER * b};
+  const PetscReal cores[2] = {core * a, core * b};
   const SlipRectangle receiver = {dx, 0, dz, a, b}, source = {0, 0, 0, a, b};
 
-  return SlipKernelAverage(G, nu, &receiver, &source, core, PETSC_TRUE);
+  return SlipKernelAverage(G, nu, &receiver, &source, cores, PETSC_TRUE);
 }
 
 /*
   SlipAverageSurface_Private - the free surface's share of it, part[0] - z_i z_j part[1] for cells at the depths z_i, z_j;
   the parts are functions of dx and of the sum of the two depths only
 */
-void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal depth_sum, PetscReal a, PetscReal b,
-                                PetscReal part[2])
+void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscReal core, PetscReal dx, PetscReal depth_sum,
+                                PetscReal a, PetscReal b, PetscReal part[2])
 {
-  const PetscReal core[2] = {SLIP_CORE_INNER * a, SLIP_CORE_INNER * b};
+  const PetscReal cores[2] = {core * a, core * b};
   PetscReal factor = Factor(G, nu) / (a * b);
   Pair p;
 
@@ -255,7 +255,7 @@ void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscRe
     /* z_i^2 = z_i (z_i + z_j) - z_i z_j: the terms linear in z_i cancel, as the average is symmetric */
     return;
   }
-  PairOf(dx, 0, a, b, a, b, core, &p);
+  PairOf(dx, 0, a, b, a, b, cores, &p);
   ImageSums(&p, nu, 0.5 * depth_sum, b, 0.5 * depth_sum, b, part);
   part[0] *= factor;
   part[1] *= factor;

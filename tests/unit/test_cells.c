@@ -166,12 +166,12 @@ static void uniform_cells_are_the_grid(void **state)
   MatsDestroy(&S, &K);
 }
 
-static void all_forms_agree(SlipCells cells, const SlipGrid *grid)
+static void all_forms_agree(SlipCells cells, SlipAverage average, SlipGrid *grid)
 {
   Mat dense, hmat, K;
   PetscReal norm, error;
 
-  cells.cell_average = PETSC_TRUE;
+  cells.average = average;
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 0.5, &dense));
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "hmat", 1e-8, &hmat));
   ok(MatNorm(dense, NORM_FROBENIUS, &norm));
@@ -181,6 +181,7 @@ static void all_forms_agree(SlipCells cells, const SlipGrid *grid)
   print_message("hierarchical averages: error %g\n", (double)(error / norm));
   assert_true(error > 0 && error < 1e-8 * norm);
   if (grid) {
+    grid->average = average;
     ok(MatCreateSlipStiffness(PETSC_COMM_SELF, grid, "dense", &K));
     ok(MatAXPY(K, -1, dense, SAME_NONZERO_PATTERN));
     ok(MatNorm(K, NORM_FROBENIUS, &error));
@@ -191,24 +192,20 @@ static void all_forms_agree(SlipCells cells, const SlipGrid *grid)
 }
 
 /* Averages over cells: hierarchical is dense to its tolerance; a mesh that is the grid has the grid's stiffness, whose
-   border is found from the cells; so has one whose cells are listed in another order. */
+   border is found from the cells. */
 static void averages_of_cells(void **state)
 {
   static Mesh uniform, graded;
-  const SlipGrid grid = {.nx = 25,
-                         .nz = 20,
-                         .length_x = 2500,
-                         .length_z = 2000,
-                         .shear_modulus = 30e9,
-                         .poisson_ratio = 0.3,
-                         .cell_average = PETSC_TRUE};
+  SlipGrid grid = {.nx = 25, .nz = 20, .length_x = 2500, .length_z = 2000, .shear_modulus = 30e9, .poisson_ratio = 0.3};
 
   (void)state;
   AddPlane(&uniform, 25, 20, 1, 0);
-  all_forms_agree(CellsOf(&uniform), &grid);
+  all_forms_agree(CellsOf(&uniform), SLIP_AVERAGE_CELL, &grid);
+  all_forms_agree(CellsOf(&uniform), SLIP_AVERAGE_WHOLE, &grid);
   AddPlane(&graded, 30, 20, 4, 0);
   AddPlane(&graded, 20, 15, 2, 150);
-  all_forms_agree(CellsOf(&graded), NULL);
+  all_forms_agree(CellsOf(&graded), SLIP_AVERAGE_CELL, NULL);
+  all_forms_agree(CellsOf(&graded), SLIP_AVERAGE_WHOLE, NULL);
 }
 
 /* The stress of uniform slip on a mesh is that of the whole rectangle, averaged over its cells, whatever they are, but
@@ -232,7 +229,7 @@ static void uneven_cells_leave_nothing_between(void **state)
   Add(&mesh, -2 * h, 0, 12 * h, 4 * h, 12 * h);
   Add(&mesh, 10 * h, 0, 12 * h, 4 * h, 12 * h);
   cells = CellsOf(&mesh);
-  cells.cell_average = PETSC_TRUE;
+  cells.average = SLIP_AVERAGE_WHOLE;
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 0.5, &S));
   ok(MatCreateVecs(S, &one, &force));
   ok(VecSet(one, 1));

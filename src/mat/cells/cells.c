@@ -135,8 +135,9 @@ static PetscReal AreaTimesAverage(const SlipCells *c, PetscInt i, PetscInt j)
 {
   const SlipRectangle receiver = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i]};
   const SlipRectangle source = {c->x[j], c->y[j], c->z[j], c->length[j], c->width[j]};
-  const PetscReal core[2] = {SLIP_CORE_INNER * PetscSqrtReal(receiver.length * source.length),
-                             SLIP_CORE_INNER * PetscSqrtReal(receiver.width * source.width)};
+  const PetscReal share = SlipAverageCore(c->average);
+  const PetscReal core[2] = {share * PetscSqrtReal(receiver.length * source.length),
+                             share * PetscSqrtReal(receiver.width * source.width)};
 
   return receiver.length * receiver.width *
            SlipKernelAverage(c->shear_modulus, c->poisson_ratio, &receiver, &source, core, c->full_space) +
@@ -145,7 +146,7 @@ static PetscReal AreaTimesAverage(const SlipCells *c, PetscInt i, PetscInt j)
 
 PetscReal SlipCellsEntry(const SlipCells *c, PetscReal unit, PetscInt i, PetscInt j)
 {
-  if (c->cell_average) return 2 * unit * AreaTimesAverage(c, i, j);
+  if (c->average) return 2 * unit * AreaTimesAverage(c, i, j);
   return unit * (AreaTimesKernel(c, i, j) + AreaTimesKernel(c, j, i));
 }
 

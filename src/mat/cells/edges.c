@@ -1,7 +1,7 @@
 /*
   Which edges of irregular cells are shared with which, as averages over cells need to know (average.c): an edge of the
-  cell itself has the core of what lies beyond it, the geometric mean of both cells' where there is one, and another
-  where slip ends. Uniform slip of two cells then leaves nothing of the edge between them.
+  cell itself has the core of what lies beyond it, the geometric mean of both cells' where there is one, and perhaps
+  another where slip ends. Uniform slip of two cells then leaves nothing of the edge between them.
 */
 #include <slipcompat.h>
 #include <slipstep/private/slipelasticity.h>
@@ -88,7 +88,7 @@ static PetscErrorCode AddEdges(const View *w, PetscReal force[])
     const PetscBool surface = (PetscBool)(w->along_strike && i % 2 == 0 && !w->c->full_space &&
                                           w->u[e] - 0.5 * w->across[e] <= Touch(w->c, e, e));
 
-    if (free[i] > Touch(w->c, e, e) && !surface) Add(w, e, free[i], SLIP_CORE_BORDER / SLIP_CORE_INNER, force);
+    if (free[i] > Touch(w->c, e, e) && !surface) Add(w, e, free[i], SlipAverageBorderRatio(w->c->average), force);
   }
   PetscCall(PetscFree2(edge, free));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -6,7 +6,7 @@
 
 typedef struct {
   SlipGrid grid;
-  Vec border;           /* averages over cells: what those at the border have beyond the grid's kernel; else NULL */
+  Vec border;           /* SLIP_AVERAGE_WHOLE: what cells at the border have beyond the grid's kernel; else NULL */
   Vec work;             /* with border */
   SlipToeplitz plane;   /* borrowed from the matrix itself; NULL with blocks */
   SlipCirculant strike; /* borrowed from the matrix itself, with blocks */
@@ -180,6 +180,6 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
   PetscCall(SlipShellCreate(comm, PETSC_DECIDE, N, "slipfft", &ops, c, K));
   PetscCall(PetscObjectComposeFunction((PetscObject)*K, "MatSlipStiffnessSetDepth_C", FFTSetDepth));
   PetscCall(MatGetOwnershipRange(*K, &c->start, &c->end));
-  if (grid->cell_average) PetscCall(CreateBorder(*K, c));
+  if (grid->average == SLIP_AVERAGE_WHOLE) PetscCall(CreateBorder(*K, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

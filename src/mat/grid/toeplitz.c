@@ -23,15 +23,16 @@
 /* Averages over cells have that form as they are, K = T + A - z z' q (average.c). */
 static void AverageRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[])
 {
+  const PetscReal core = SlipAverageCore(g->average);
   const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz;
   const PetscReal G = g->shear_modulus, nu = g->poisson_ratio, s = 2 * g->depth_top + (PetscReal)(r + 1) * b;
 
   for (PetscInt d = 0; d < nk; d++) {
     const PetscReal dx = (PetscReal)d * a;
 
-    row[3 * d] = r < g->nz ? SlipAverageDirect_Private(G, nu, dx, (PetscReal)r * b, a, b) : 0;
+    row[3 * d] = r < g->nz ? SlipAverageDirect_Private(G, nu, core, dx, (PetscReal)r * b, a, b) : 0;
     row[3 * d + 1] = row[3 * d + 2] = 0;
-    if (!g->full_space) SlipAverageSurface_Private(G, nu, dx, s, a, b, row + 3 * d + 1);
+    if (!g->full_space) SlipAverageSurface_Private(G, nu, core, dx, s, a, b, row + 3 * d + 1);
   }
 }
 
@@ -70,7 +71,7 @@ static PetscErrorCode KernelsByWave(SlipToeplitz p, MPI_Comm comm, PetscReal **k
   for (PetscInt r = 0; r < l.rows; r++) {
     PetscReal *row = rows + (size_t)r * 3 * nk;
 
-    (*(p->grid.cell_average ? AverageRow : KernelRow))(&p->grid, l.row_start + r, nk, row);
+    (*(p->grid.average ? AverageRow : KernelRow))(&p->grid, l.row_start + r, nk, row);
     fftw_execute_r2r(cosine, row, row);
   }
   PetscCall(SlipTranspose(comm, depths, nk, 3, rows, *kernels));
