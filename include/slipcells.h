@@ -1,6 +1,7 @@
 /* Irregular meshes: rectangular cells on parallel vertical strike-slip planes, and their stiffness. */
 #pragma once
 #include <petscmat.h>
+#include <slipelasticity.h>
 
 /* Cells in any order; every process holds all of them. */
 typedef struct {
@@ -13,6 +14,8 @@ typedef struct {
   PetscBool full_space;       /* leave out the free surface */
   const PetscInt *order;      /* cell of each row of the stiffness [n]; NULL: cell i is row i, shares by PETSC_DECIDE */
   PetscInt nlocal;            /* rows of this process, where there is an order */
+  SlipAverage average;        /* K_ij is the average over cell i, or the value at its centre */
+  const PetscReal *edges;     /* with that: MatCreateSlipCellStiffness() fills it in its own copy */
 } SlipCells;
 
 /* Refuses cells that are not finite, have no extent, reach above the surface or overlap; source names where they come
@@ -25,7 +28,7 @@ PETSC_EXTERN PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *c
                                                PetscInt **order, PetscInt *nlocal);
 
 /* Area-weighted stiffness, symmetric: S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)) [Pa/m], K_ij the stress drop at the
-   centre of cell i for unit slip on cell j. type: "dense", "hmat" (hierarchical, to the relative tolerance) or "auto".
+   centre of cell i, or on its average, for unit slip on cell j. type: "dense", "hmat" (hierarchical, to the relative tolerance) or "auto".
    Rows are distributed as cells->order says. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
                                                        PetscReal tolerance, Mat *S);

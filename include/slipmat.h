@@ -13,6 +13,7 @@ typedef struct {
   PetscReal shear_modulus; /* G [Pa] */
   PetscReal poisson_ratio; /* nu, in (-1, 0.5) */
   PetscBool full_space;    /* leave out the free surface */
+  SlipAverage average;     /* of the stress drop over the receiving cell, or its value at the centre */
 } SlipGrid;
 
 /* ---- stiffness ----

@@ -149,7 +149,8 @@ static PetscErrorCode CompareMesh(Differences *d, SlipFault fault)
 /* Refuses the checkpoint of another run, naming what differs. */
 static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
 {
-  static const SlipFaultStringId choices[] = {FAULT_FRICTION_LAW, FAULT_KERNEL, FAULT_INITIAL, FAULT_STIFFNESS_SCALING};
+  static const SlipFaultStringId choices[] = {FAULT_FRICTION_LAW, FAULT_KERNEL, FAULT_INITIAL, FAULT_STIFFNESS_AVERAGE,
+                                              FAULT_STIFFNESS_SCALING};
   Differences d = {.s = s};
   PetscBool cells;
   PetscReal value;

@@ -86,6 +86,7 @@ static PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, SlipCell
                        .shear_modulus = fault->value[FAULT_SHEAR_MODULUS],
                        .poisson_ratio = fault->value[FAULT_POISSON_RATIO]};
   PetscCall(PetscStrcmp(fault->text[FAULT_KERNEL], "full_space", &cells->full_space));
+  PetscCall(SlipFaultAverage(fault, &cells->average));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

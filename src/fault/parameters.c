@@ -88,6 +88,10 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_VISCOSITY] = {"viscosity", "sqrtm", "|sqrtm|spectral|lanczos|radiation|none|",
                        "Viscosity H: exact matrix square root, per wavenumber, exact by Lanczos' method, radiation "
                        "damping G/(2 cs), or zero"},
+  [FAULT_STIFFNESS_AVERAGE] =
+    {"stiffness_average", "centre", "|centre|cell|whole|",
+     "Where the stress of slip is taken: at centres of cells, or averaged over them, for slip "
+     "that may end anywhere, or for faults that slide as a whole"},
   [FAULT_STIFFNESS_FILE] =
     {"stiffness_file", "", NULL,
      "Stiffness from F.h5[:/dataset] (default /stiffness), [N,N] in Pa/m, instead of the kernel"},

@@ -80,6 +80,18 @@ static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average)
+{
+  const char *text = fault->text[FAULT_STIFFNESS_AVERAGE];
+  PetscBool cell, whole;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(text, "cell", &cell));
+  PetscCall(PetscStrcmp(text, "whole", &whole));
+  *average = cell ? SLIP_AVERAGE_CELL : whole ? SLIP_AVERAGE_WHOLE : SLIP_AVERAGE_CENTRE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
 {
   SlipGrid grid = {.nx = (PetscInt)fault->value[FAULT_NX],
@@ -96,6 +108,7 @@ static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
   PetscCall(SlipFaultMeshStiffness(fault, &cells));
   if (cells) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscStrcmp(fault->text[FAULT_KERNEL], "full_space", &grid.full_space));
+  PetscCall(SlipFaultAverage(fault, &grid.average));
   PetscCall(MatCreateSlipStiffness(fault->comm, &grid, fault->text[FAULT_OPERATOR], &fault->K));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -231,25 +244,35 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
   const char *type = fault->text[FAULT_OPERATOR], *file = fault->text[FAULT_STIFFNESS_FILE];
   const char *mesh = fault->text[FAULT_MESH], *prefix = SlipFaultPrefix(fault);
   PetscBool fft, hmat, spectral, none, radiation;
+  SlipAverage average;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(type, "fft", &fft));
   PetscCall(PetscStrcmp(type, "hmat", &hmat));
   PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "spectral", &spectral));
+  PetscCall(SlipFaultAverage(fault, &average));
+  PetscCheck(!file[0] || !average, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_stiffness_average %s cannot average the entries of -%sfault_stiffness_file %s: expected no "
+             "average",
+             prefix, fault->text[FAULT_STIFFNESS_AVERAGE], prefix, file);
   PetscCheck(!file[0] || (!fft && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_operator %s cannot store the entries of -%sfault_stiffness_file %s: expected dense or auto",
              prefix, type, prefix, file);
-  PetscCheck(!spectral || (!file[0] && !mesh[0] && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_viscosity spectral needs a uniform grid with -%sfault_operator dense or fft, but -%s%s %s is "
-             "given: expected -%sfault_viscosity sqrtm, lanczos or none",
-             prefix, prefix, prefix,
-             file[0]   ? "fault_stiffness_file"
-             : mesh[0] ? "fault_mesh"
-                       : "fault_operator",
-             file[0]   ? file
-             : mesh[0] ? mesh
-                       : type,
-             prefix);
+  PetscCheck(
+    !spectral || (!file[0] && !mesh[0] && !hmat && average != SLIP_AVERAGE_WHOLE), fault->comm, PETSC_ERR_ARG_INCOMP,
+    "-%sfault_viscosity spectral needs a uniform grid with -%sfault_operator dense or fft and "
+    "-%sfault_stiffness_average centre or cell, but -%s%s %s is given: expected -%sfault_viscosity sqrtm, lanczos or "
+    "none",
+    prefix, prefix, prefix, prefix,
+    file[0]   ? "fault_stiffness_file"
+    : mesh[0] ? "fault_mesh"
+    : hmat    ? "fault_operator"
+              : "fault_stiffness_average",
+    file[0]   ? file
+    : mesh[0] ? mesh
+    : hmat    ? type
+              : "whole",
+    prefix);
   PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "none", &none));
   PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "radiation", &radiation));
   PetscCheck(fault->inertia || (!none && (radiation || fault->value[FAULT_DAMPING_RATIO] > 0)), fault->comm,

@@ -32,7 +32,7 @@ typedef struct {
 
 static PetscErrorCode CreateGridStiffness(Bench *b, const char type[])
 {
-  const SlipGrid grid = {b->n, b->n, LENGTH, LENGTH, 0, MODULUS, 0.25, PETSC_FALSE};
+  const SlipGrid grid = {b->n, b->n, LENGTH, LENGTH, 0, MODULUS, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
 
   PetscFunctionBeginUser;
   PetscCall(MatCreateSlipStiffness(b->comm, &grid, type, &b->K));

@@ -65,6 +65,14 @@ static Mat Stiffness(const Mesh *m, const char *type, PetscReal tolerance)
   return S;
 }
 
+static PetscReal EntryOf(Mat A, PetscInt i)
+{
+  PetscScalar value;
+
+  ok(MatGetValues(A, 1, &i, 1, &i, &value));
+  return value;
+}
+
 static PetscReal Distance(Mat A, Mat B, Vec x)
 {
   PetscReal distance;
@@ -156,6 +164,90 @@ static void uniform_cells_are_the_grid(void **state)
   ok(MatNorm(S, NORM_FROBENIUS, &error));
   assert_true(error < 1e-12 * norm);
   MatsDestroy(&S, &K);
+}
+
+static void all_forms_agree(SlipCells cells, SlipAverage average, SlipGrid *grid)
+{
+  Mat dense, hmat, K;
+  PetscReal norm, error;
+
+  cells.average = average;
+  ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 0.5, &dense));
+  ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "hmat", 1e-8, &hmat));
+  ok(MatNorm(dense, NORM_FROBENIUS, &norm));
+  ok(MatConvert(hmat, MATDENSE, MAT_INPLACE_MATRIX, &hmat));
+  ok(MatAXPY(hmat, -1, dense, SAME_NONZERO_PATTERN));
+  ok(MatNorm(hmat, NORM_FROBENIUS, &error));
+  print_message("hierarchical averages: error %g\n", (double)(error / norm));
+  assert_true(error > 0 && error < 1e-8 * norm);
+  if (grid) {
+    grid->average = average;
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, grid, "dense", &K));
+    ok(MatAXPY(K, -1, dense, SAME_NONZERO_PATTERN));
+    ok(MatNorm(K, NORM_FROBENIUS, &error));
+    assert_true(error < 1e-12 * norm);
+    ok(MatDestroy(&K));
+  }
+  MatsDestroy(&dense, &hmat);
+}
+
+/* Averages over cells: hierarchical is dense to its tolerance; a mesh that is the grid has the grid's stiffness, whose
+   border is found from the cells. */
+static void averages_of_cells(void **state)
+{
+  static Mesh uniform, graded;
+  SlipGrid grid = {.nx = 25, .nz = 20, .length_x = 2500, .length_z = 2000, .shear_modulus = 30e9, .poisson_ratio = 0.3};
+
+  (void)state;
+  AddPlane(&uniform, 25, 20, 1, 0);
+  all_forms_agree(CellsOf(&uniform), SLIP_AVERAGE_CELL, &grid);
+  all_forms_agree(CellsOf(&uniform), SLIP_AVERAGE_WHOLE, &grid);
+  AddPlane(&graded, 30, 20, 4, 0);
+  AddPlane(&graded, 20, 15, 2, 150);
+  all_forms_agree(CellsOf(&graded), SLIP_AVERAGE_CELL, NULL);
+  all_forms_agree(CellsOf(&graded), SLIP_AVERAGE_WHOLE, NULL);
+}
+
+/* The stress of uniform slip on a mesh is that of the whole rectangle, averaged over its cells, whatever they are, but
+   for the border's core: large cells beside small ones share parts of their edges. */
+static void uneven_cells_leave_nothing_between(void **state)
+{
+  static Mesh mesh;
+  const PetscReal h = 100;
+  SlipCells cells;
+  Mat S;
+  Vec one, force;
+  const PetscScalar *f;
+  PetscReal unit;
+
+  (void)state;
+  Add(&mesh, 2 * h, 0, 12 * h, 4 * h, 4 * h); /* one large cell, 4 x 4 small ones beside it, and a frame of cells */
+  for (int i = 0; i < 4; i++)
+    for (int k = 0; k < 4; k++) Add(&mesh, (4.5 + i) * h, 0, (10.5 + k) * h, h, h);
+  Add(&mesh, 4 * h, 0, 8 * h, 8 * h, 4 * h);
+  Add(&mesh, 4 * h, 0, 16 * h, 8 * h, 4 * h);
+  Add(&mesh, -2 * h, 0, 12 * h, 4 * h, 12 * h);
+  Add(&mesh, 10 * h, 0, 12 * h, 4 * h, 12 * h);
+  cells = CellsOf(&mesh);
+  cells.average = SLIP_AVERAGE_WHOLE;
+  ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 0.5, &S));
+  ok(MatCreateVecs(S, &one, &force));
+  ok(VecSet(one, 1));
+  ok(MatMult(S, one, force));
+  ok(VecGetArrayRead(force, &f));
+  unit = mesh.n / (16 * 12 * h * h);
+  for (PetscInt i = 0; i < 17; i++) {
+    const SlipRectangle whole = {4 * h, 0, 12 * h, 16 * h, 12 * h};
+    const SlipRectangle cell = {mesh.x[i], 0, mesh.z[i], mesh.length[i], mesh.width[i]};
+    const PetscReal core[2] = {1, 1};
+    const PetscReal expected =
+      unit * cell.length * cell.width * SlipKernelAverage(30e9, 0.3, &cell, &whole, core, PETSC_FALSE);
+
+    assert_true(PetscAbsReal(f[i] - expected) < 1e-12 * EntryOf(S, i));
+  }
+  ok(VecRestoreArrayRead(force, &f));
+  VecsDestroy(&one, &force);
+  ok(MatDestroy(&S));
 }
 
 /* Betti: the force on a large cell from slip on a small one, A_i K_ij averaged over the large one, equals A_j K_ji up
@@ -397,5 +489,6 @@ static void distant_faults_decouple(void **state)
   remove("test_cells_near.h5");
 }
 
-SLIP_TESTS(hierarchical_to_the_tolerance, uniform_cells_are_the_grid, reciprocity_weighs_by_area, viscosity_is_the_root,
+SLIP_TESTS(hierarchical_to_the_tolerance, uniform_cells_are_the_grid, averages_of_cells,
+           uneven_cells_leave_nothing_between, reciprocity_weighs_by_area, viscosity_is_the_root,
            stage_weighs_the_inertia, bad_cells_are_refused, run_on_uniform_cells_is_the_grids, distant_faults_decouple)

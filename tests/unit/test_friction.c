@@ -3,7 +3,7 @@
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 
-static const SlipFriction p = {0.5, 0.1, 0.08, 0.05};
+static const SlipFriction p = {0.5, 0.1, 0.08, 0.05, 0};
 
 static PetscReal Value(const SlipFrictionLaw *law, PetscReal s, PetscReal v)
 {

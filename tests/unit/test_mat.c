@@ -5,10 +5,13 @@
 #define MASS (2500.0 * 3000.0)
 #define ZETA (0.8 / 3)
 
-static const SlipGrid Even = {10, 10, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE};
-static const SlipGrid Odd = {9, 12, 2000.0, 3600.0, 700.0, 30e9, 0.1, PETSC_FALSE};
-static const SlipGrid Line = {13, 1, 2000.0, 100.0, 700.0, 30e9, 0.25, PETSC_FALSE};
-static const SlipGrid Column = {1, 8, 500.0, 3600.0, 0.0, 30e9, 0.25, PETSC_TRUE};
+static const SlipGrid Even = {10, 10, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+static const SlipGrid Odd = {9, 12, 2000.0, 3600.0, 700.0, 30e9, 0.1, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+static const SlipGrid Line = {13, 1, 2000.0, 100.0, 700.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+static const SlipGrid Average = {11, 9, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_WHOLE};
+static const SlipGrid AverageDeep = {7, 40, 1000.0, 4000.0, 300.0, 30e9, 0.3, PETSC_FALSE, SLIP_AVERAGE_WHOLE};
+static const SlipGrid AverageFull = {40, 1, 4000.0, 90.0, 0.0, 30e9, 0.2, PETSC_TRUE, SLIP_AVERAGE_CELL};
+static const SlipGrid Column = {1, 8, 500.0, 3600.0, 0.0, 30e9, 0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE};
 
 static PetscReal EntryOf(Mat A, PetscInt i, PetscInt j)
 {
@@ -61,7 +64,7 @@ static PetscReal SquareError(Mat K, Mat H)
 static void test_viscosity_squares_to_stiffness(void **state)
 {
   static const char *const types[] = {"dense", "fft"};
-  const SlipGrid *const grids[] = {&Even, &Odd, &Line, &Column};
+  const SlipGrid *const grids[] = {&Even, &Odd, &Line, &Column, &Average};
 
   (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++)
@@ -110,6 +113,48 @@ static PetscReal DiagonalError(Mat A)
   return error / norm;
 }
 
+/* Averages over cells: the diagonal of all forms, in all of which the border's cells are the stiffer ones; entries from
+   the public average. */
+static void test_average_on_grids(void **state)
+{
+  const SlipGrid *const grids[] = {&Average, &AverageDeep, &AverageFull};
+
+  (void)state;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
+    const SlipGrid *g = grids[k];
+    const PetscReal a = g->length_x / g->nx, b = g->length_z / g->nz;
+    const PetscReal share = g->average == SLIP_AVERAGE_WHOLE ? SLIP_CORE_INNER : SLIP_CORE_CELL;
+    const PetscReal core[2] = {share * a, share * b};
+    const char *const depth[] = {"blocks", "transform"};
+    Mat dense;
+
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, g, "dense", &dense));
+    for (PetscInt i = 0; i < g->nx * g->nz; i += 7)
+      for (PetscInt j = 0; j < g->nx * g->nz; j++) {
+        const SlipRectangle receiver = {(i % g->nx) * a, 0, g->depth_top + (i / g->nx + 0.5) * b, a, b};
+        const SlipRectangle source = {(j % g->nx) * a, 0, g->depth_top + (j / g->nx + 0.5) * b, a, b};
+        const PetscReal kernel =
+          SlipKernelAverage(g->shear_modulus, g->poisson_ratio, &receiver, &source, core, g->full_space);
+
+        /* rounding, of the image up to 80 cells away: corners of 80 ln 80 */
+        if (i != j) assert_true(PetscAbsReal(EntryOf(dense, i, j) - kernel) < 1e-12 * EntryOf(dense, i, i));
+        if (i == j) assert_true(EntryOf(dense, i, i) > kernel - 1e-13 * kernel);
+      }
+    for (int t = 0; t < 2; t++) {
+      Mat K;
+
+      ok(MatCreateSlipStiffness(PETSC_COMM_SELF, g, "fft", &K));
+      ok(MatSlipStiffnessSetDepth(K, depth[t]));
+      ok(MatScale(K, 1.7));
+      if (!t) ok(MatScale(dense, 1.7));
+      assert_true(DiagonalError(K) < 1e-12);
+      assert_true(Distance(K, dense) < 1e-12);
+      ok(MatDestroy(&K));
+    }
+    ok(MatDestroy(&dense));
+  }
+}
+
 /* 1e-12: rounding of transforms of at most 50 points. The exact root may be off by 1e-10; its products round terms of
    4e-6 of the norm in single precision, 3e-13. */
 static void test_fft_is_dense(void **state)
@@ -144,9 +189,9 @@ static void test_fft_is_dense(void **state)
    hundred points; A and z z' q cancel at most by a small factor, as both are below s^2 q. */
 static void test_transform_is_dense(void **state)
 {
-  const SlipGrid deep = {3, 67, 300.0, 6700.0, 50.0, 30e9, 0.3, PETSC_FALSE};
-  const SlipGrid buried = {5, 9, 1000.0, 1800.0, 20e3, 30e9, 0.25, PETSC_FALSE};
-  const SlipGrid full = {7, 6, 1000.0, 900.0, 0.0, 30e9, 0.2, PETSC_TRUE};
+  const SlipGrid deep = {3, 67, 300.0, 6700.0, 50.0, 30e9, 0.3, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+  const SlipGrid buried = {5, 9, 1000.0, 1800.0, 20e3, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+  const SlipGrid full = {7, 6, 1000.0, 900.0, 0.0, 30e9, 0.2, PETSC_TRUE, SLIP_AVERAGE_CENTRE};
   const SlipGrid *const grids[] = {&deep, &buried, &full, &Even, &Odd, &Line, &Column};
 
   (void)state;
@@ -169,7 +214,7 @@ static void test_transform_is_dense(void **state)
    grid needs several rounds with a basis smaller than the whole space (6 nz of 12 nz at first). */
 static void test_sketched_root(void **state)
 {
-  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
   const SlipGrid *const grids[] = {&wide, &Even, &Odd, &Line, &Column};
 
   (void)state;
@@ -195,7 +240,7 @@ static void test_sketched_root(void **state)
 /* A loose tolerance is kept too, and buys a smaller correction; one below rounding is refused with a message. */
 static void test_root_tolerance(void **state)
 {
-  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
   PetscReal distance;
   Mat K[2], H[2];
 
@@ -222,7 +267,7 @@ static void test_root_tolerance(void **state)
 /* The root by another algorithm: Denman & Beavers (1976), Y -> (Y + Z^-1)/2, Z -> (Z + Y^-1)/2, on M^-1 K. */
 static void test_viscosity_by_denman_beavers(void **state)
 {
-  const SlipGrid grid = {5, 4, 1500.0, 1600.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+  const SlipGrid grid = {5, 4, 1500.0, 1600.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
   Mat K, H, Y, Z, identity, inverseY, inverseZ;
   const PetscInt N = 20;
 
@@ -402,6 +447,6 @@ static void test_bad_grids(void **state)
   AssertGridRefused(g, "dense", "Shear modulus");
 }
 
-SLIP_TESTS(test_dense_entries, test_viscosity_squares_to_stiffness, test_fft_is_dense, test_transform_is_dense,
-           test_sketched_root, test_root_tolerance, test_viscosity_by_denman_beavers, test_other_viscosities, test_auto,
-           test_zero_damping, test_stage_is_the_sum, test_entries, test_bad_grids)
+SLIP_TESTS(test_dense_entries, test_average_on_grids, test_viscosity_squares_to_stiffness, test_fft_is_dense,
+           test_transform_is_dense, test_sketched_root, test_root_tolerance, test_viscosity_by_denman_beavers,
+           test_other_viscosities, test_auto, test_zero_damping, test_stage_is_the_sum, test_entries, test_bad_grids)

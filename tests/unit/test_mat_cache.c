@@ -11,7 +11,7 @@
 #define ZETA (0.8 / 3)
 
 /* Dense roots are kept from 1500 rows on. */
-static const SlipGrid Dense = {38, 40, 3000.0, 2600.0, 0.0, 30e9, 0.25, PETSC_FALSE};
+static const SlipGrid Dense = {38, 40, 3000.0, 2600.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
 
 /* Name of the only file in dir; the test fails when there are none or more. */
 static void OnlyFile(const char dir[], char name[PETSC_MAX_PATH_LEN])

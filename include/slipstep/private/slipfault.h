@@ -79,6 +79,7 @@ typedef enum {
   FAULT_INITIAL,
   FAULT_OPERATOR,
   FAULT_VISCOSITY,
+  FAULT_STIFFNESS_AVERAGE,
   FAULT_STIFFNESS_FILE,
   FAULT_STIFFNESS_SCALING,
   FAULT_CACHE_DIR,
@@ -334,6 +335,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultFieldNames(char names[], size_t len);
 PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault); /* K, its scaling, H, B */
 PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);  /* uc and what observables are measured in */
 PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault);      /* cells of -fault_mesh */
+PETSC_EXTERN PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average); /* that was chosen */
 PETSC_EXTERN PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, PetscBool *done);
 PETSC_EXTERN PetscErrorCode SlipFaultGatherCreate(SlipFault fault, Vec x, VecScatter *scatter, Vec *x0);
 PETSC_EXTERN PetscErrorCode SlipFaultMeshWrite(SlipFault fault, SlipH5 *h);

@@ -22,6 +22,9 @@ typedef struct {
 } SlipCellKey;
 PETSC_INTERN int SlipCellKeyCompare(const void *a, const void *b); /* for qsort() */
 
+/* ---- edges.c: shared and free edges, for averages over cells; [n], PetscFree() it ---- */
+PETSC_INTERN PetscErrorCode SlipCellsEdges(const SlipCells *cells, PetscReal **force);
+
 /* ---- clusters.c: a binary tree of cells that are close to each other ---- */
 typedef struct {
   PetscInt start, end;      /* its cells are perm[start, end) */

@@ -11,6 +11,7 @@ PETSC_INTERN PetscErrorCode SlipGridOf(Mat K,
                                        const SlipGrid **grid); /* borrowed; NULL when K is not on a uniform grid */
 /* Symmetrised kernel of the grid for all depths, d cells apart along strike: block[iz * nz + jz], unscaled [Pa/m]. */
 PETSC_INTERN PetscReal SlipGridEntry(const SlipGrid *grid, PetscInt d, PetscInt iz, PetscInt jz);
+PETSC_INTERN PetscReal SlipGridBorder(const SlipGrid *grid, PetscInt ix, PetscInt iz); /* the diagonal's share */
 PETSC_INTERN void SlipGridKernel(const SlipGrid *grid, PetscInt d, PetscReal block[]);
 
 /* Entry (0, 0) on every rank. Collective. */
@@ -59,6 +60,7 @@ PETSC_INTERN PetscErrorCode SlipCirculantCreate(MPI_Comm comm, const SlipGrid *g
 PETSC_INTERN PetscErrorCode SlipCirculantDestroy(SlipCirculant *strike);
 PETSC_INTERN SlipTransposedFFT SlipCirculantPencil(SlipCirculant s);
 PETSC_INTERN PetscErrorCode SlipCirculantOf(Mat K, SlipCirculant *strike); /* borrowed from K; NULL without a grid */
+PETSC_INTERN PetscErrorCode SlipCirculantOfGrid(Mat K, const SlipGrid *grid, SlipCirculant *strike); /* not NULL */
 PETSC_INTERN void SlipCirculantGet(SlipCirculant s, const SlipGrid **grid, PetscInt *period, PetscInt *nk,
                                    const PetscReal **symbol);
 PETSC_INTERN PetscReal SlipCirculantBytes(Mat K); /* of K's engine on this process, 0 while it has none */
@@ -77,7 +79,8 @@ typedef struct {
   PetscReal *hankel, *product; /* the same, complex */
 } SlipToeplitzSymbol;
 PETSC_INTERN PetscErrorCode SlipToeplitzOf(Mat K, SlipToeplitz *plane); /* borrowed from K; NULL without a grid */
-PETSC_INTERN PetscReal SlipToeplitzBytes(SlipToeplitz plane);           /* on this process */
+PETSC_INTERN PetscErrorCode SlipToeplitzOfGrid(Mat K, const SlipGrid *grid, SlipToeplitz *plane); /* not NULL */
+PETSC_INTERN PetscReal SlipToeplitzBytes(SlipToeplitz plane);                                     /* on this process */
 PETSC_INTERN const SlipToeplitzSymbol *SlipToeplitzStiffness(SlipToeplitz plane);
 PETSC_INTERN PetscErrorCode SlipToeplitzApply(SlipToeplitz plane, PetscReal scale, const SlipToeplitzSymbol *symbol,
                                               Vec x, Vec y);

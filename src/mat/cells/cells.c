@@ -2,12 +2,10 @@
 #include <slipmat.h>
 #include <slipsys.h>
 #include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 #include <math.h>
 #include <stdlib.h>
-
-/* Edges that differ by less than this share of the smaller cell touch. */
-#define SLIP_CELLS_TOUCH 1e-6
 
 /* ---- checks ---- */
 
@@ -24,10 +22,10 @@ static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, co
     PetscCheck(k < 3 || value[k] > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
                "%s: row %" PetscInt_FMT " has %s = %g m, expected > 0", source, i, name[k], (double)value[k]);
   }
-  PetscCheck(
-    c->full_space || c->z[i] - 0.5 * c->width[i] >= -SLIP_CELLS_TOUCH * c->width[i], comm, PETSC_ERR_ARG_OUTOFRANGE,
-    "%s: the cell of row %" PetscInt_FMT " reaches above the surface: its centre at depth %g m, its width %g m", source,
-    i, (double)c->z[i], (double)c->width[i]);
+  PetscCheck(c->full_space || c->z[i] - 0.5 * c->width[i] >= -SLIP_TOUCH * c->width[i], comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "%s: the cell of row %" PetscInt_FMT
+             " reaches above the surface: its centre at depth %g m, its width %g m",
+             source, i, (double)c->z[i], (double)c->width[i]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -43,7 +41,7 @@ int SlipCellKeyCompare(const void *a, const void *b)
 static PetscBool Overlap(const SlipCells *c, PetscInt i, PetscInt j)
 {
   const PetscReal side =
-    PetscMin(PetscMin(c->length[i], c->width[i]), PetscMin(c->length[j], c->width[j])) * SLIP_CELLS_TOUCH;
+    PetscMin(PetscMin(c->length[i], c->width[i]), PetscMin(c->length[j], c->width[j])) * SLIP_TOUCH;
 
   return PetscAbsReal(c->y[i] - c->y[j]) <= side &&
              PetscAbsReal(c->x[i] - c->x[j]) < 0.5 * (c->length[i] + c->length[j]) - side &&
@@ -132,8 +130,23 @@ static PetscReal AreaTimesKernel(const SlipCells *c, PetscInt i, PetscInt j)
                           c->length[j], c->width[j], c->full_space);
 }
 
+/* The force on cell i; between two cells an edge that both have has the mean core (edges.c). */
+static PetscReal AreaTimesAverage(const SlipCells *c, PetscInt i, PetscInt j)
+{
+  const SlipRectangle receiver = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i]};
+  const SlipRectangle source = {c->x[j], c->y[j], c->z[j], c->length[j], c->width[j]};
+  const PetscReal share = SlipAverageCore(c->average);
+  const PetscReal core[2] = {share * PetscSqrtReal(receiver.length * source.length),
+                             share * PetscSqrtReal(receiver.width * source.width)};
+
+  return receiver.length * receiver.width *
+           SlipKernelAverage(c->shear_modulus, c->poisson_ratio, &receiver, &source, core, c->full_space) +
+         (i == j ? c->edges[i] : 0);
+}
+
 PetscReal SlipCellsEntry(const SlipCells *c, PetscReal unit, PetscInt i, PetscInt j)
 {
+  if (c->average) return 2 * unit * AreaTimesAverage(c, i, j);
   return unit * (AreaTimesKernel(c, i, j) + AreaTimesKernel(c, j, i));
 }
 

@@ -196,23 +196,31 @@ PetscErrorCode MatSlipStiffnessSetShare(Mat K, PetscBool share)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The engine of a stiffness, made at first use and kept with it: NULL when K is not on a uniform grid. */
-PetscErrorCode SlipCirculantOf(Mat K, SlipCirculant *strike)
+/* The engine of this grid for a stiffness, made at first use and kept with it. */
+PetscErrorCode SlipCirculantOfGrid(Mat K, const SlipGrid *grid, SlipCirculant *strike)
 {
-  const SlipGrid *grid;
   const PetscBool *set;
   PetscBool share;
 
   PetscFunctionBegin;
-  *strike = NULL;
-  PetscCall(SlipGridOf(K, &grid));
-  if (!grid) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipObjectQueryData((PetscObject)K, "SlipCirculant", strike));
   if (*strike) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipObjectQueryData((PetscObject)K, "SlipShare", &set));
   share = set ? *set : (PetscBool)(grid->nz > SLIP_SHARE_MIN);
   PetscCall(SlipCirculantCreate(share ? PetscObjectComm((PetscObject)K) : PETSC_COMM_SELF, grid, strike));
   PetscCall(SlipObjectComposeData((PetscObject)K, "SlipCirculant", *strike, StrikeDestroy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* That of the grid of K: NULL when K is not on a uniform grid. */
+PetscErrorCode SlipCirculantOf(Mat K, SlipCirculant *strike)
+{
+  const SlipGrid *grid;
+
+  PetscFunctionBegin;
+  *strike = NULL;
+  PetscCall(SlipGridOf(K, &grid));
+  if (grid) PetscCall(SlipCirculantOfGrid(K, grid, strike));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -41,12 +41,42 @@ PetscErrorCode SlipGridOf(Mat K, const SlipGrid **grid)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The same as averages over cells, all of whose edges are shared; symmetric as it is. */
+static PetscReal AverageEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
+{
+  const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz, dx = (PetscReal)d * a;
+  const PetscReal zi = g->depth_top + ((PetscReal)iz + 0.5) * b, zj = g->depth_top + ((PetscReal)jz + 0.5) * b;
+  const PetscReal G = g->shear_modulus,
+                  direct = SlipAverageDirect_Private(G, g->poisson_ratio, SlipAverageCore(g->average), dx,
+                                                     (PetscReal)PetscAbsInt(iz - jz) * b, a, b);
+  PetscReal part[2];
+
+  if (g->full_space) return direct;
+  SlipAverageSurface_Private(G, g->poisson_ratio, SlipAverageCore(g->average), dx,
+                             2 * g->depth_top + (PetscReal)(iz + jz + 1) * b, a, b, part);
+  return direct + part[0] - zi * zj * part[1];
+}
+
+/* What averages over the cells at the border have on the diagonal beyond SlipGridEntry(), unscaled [Pa/m]: no cell
+   shares their outer edges. The free surface is no edge. */
+PetscReal SlipGridBorder(const SlipGrid *g, PetscInt ix, PetscInt iz)
+{
+  const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz;
+  const PetscReal G = g->shear_modulus, nu = g->poisson_ratio, ratio = SlipAverageBorderRatio(g->average);
+  const PetscBool top = (PetscBool)(iz == 0 && (g->full_space || g->depth_top > SLIP_TOUCH * PetscMin(a, b)));
+  const int in_depth = (ix == 0) + (ix == g->nx - 1), along_strike = (top ? 1 : 0) + (iz == g->nz - 1);
+
+  return in_depth * SlipAverageBorder_Private(G, nu, PETSC_FALSE, a, 1, ratio) +
+         along_strike * SlipAverageBorder_Private(G, nu, PETSC_TRUE, b, 1, ratio);
+}
+
 /* Symmetrised kernel between depths iz and jz, d cells apart along strike, unscaled [Pa/m]. */
 PetscReal SlipGridEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
 {
   const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz, G = g->shear_modulus;
   const PetscReal zi = g->depth_top + ((PetscReal)iz + 0.5) * b, zj = g->depth_top + ((PetscReal)jz + 0.5) * b;
 
+  if (g->average) return AverageEntry(g, d, iz, jz);
   if (g->full_space) return SlipKernelFullSpace(G, g->poisson_ratio, (PetscReal)d * a, (PetscReal)(iz - jz) * b, a, b);
   if (iz == jz) return SlipKernelHalfSpace(G, g->poisson_ratio, (PetscReal)d * a, zi, zj, a, b);
   return 0.5 * (SlipKernelHalfSpace(G, g->poisson_ratio, (PetscReal)d * a, zi, zj, a, b) +

@@ -5,6 +5,9 @@
 #include <slipstep/private/slipmatgrid.h>
 
 typedef struct {
+  SlipGrid grid;
+  Vec border;           /* SLIP_AVERAGE_WHOLE: what cells at the border have beyond the grid's kernel; else NULL */
+  Vec work;             /* with border */
   SlipToeplitz plane;   /* borrowed from the matrix itself; NULL with blocks */
   SlipCirculant strike; /* borrowed from the matrix itself, with blocks */
   PetscInt depth;       /* row of Depths */
@@ -21,33 +24,29 @@ static const char *const Depths[] = {"auto", "blocks", "transform"};
 /* At first use: how depth is treated, and the engine of that. */
 static PetscErrorCode MatSetUp_SlipFFT(Mat K, FFTContext *c)
 {
-  const SlipGrid *grid;
   PetscInt N;
 
   PetscFunctionBegin;
   if (c->ready) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipGridOf(K, &grid));
-  c->transform = (PetscBool)(c->depth == 2 || (c->depth == 0 && grid->nz > SLIP_BLOCKS_MAX));
+  c->transform = (PetscBool)(c->depth == 2 || (c->depth == 0 && c->grid.nz > SLIP_BLOCKS_MAX));
   if (c->transform)
-    PetscCall(SlipToeplitzOf(K, &c->plane));
+    PetscCall(SlipToeplitzOfGrid(K, &c->grid, &c->plane));
   else {
     PetscCall(MatGetSize(K, &N, NULL));
     PetscCall(PetscMalloc1(N, &c->y));
-    PetscCall(SlipCirculantOf(K, &c->strike));
+    PetscCall(SlipCirculantOfGrid(K, &c->grid, &c->strike));
     PetscCall(SlipGatherCreate(K, SlipCirculantPencil(c->strike), &c->gather));
   }
   c->ready = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
+/* y = scale * (kernel of the grid) x */
+static PetscErrorCode KernelMult(FFTContext *c, Vec x, Vec y)
 {
-  FFTContext *c;
   const PetscReal *px, *symbol;
 
   PetscFunctionBegin;
-  PetscCall(MatShellGetContext(K, &c));
-  PetscCall(MatSetUp_SlipFFT(K, c));
   if (c->transform) {
     PetscCall(SlipToeplitzApply(c->plane, c->scale, SlipToeplitzStiffness(c->plane), x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -60,26 +59,39 @@ static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
+{
+  FFTContext *c;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(K, &c));
+  PetscCall(MatSetUp_SlipFFT(K, c));
+  PetscCall(KernelMult(c, x, y));
+  if (!c->border) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecPointwiseMult(c->work, c->border, x));
+  PetscCall(VecAXPY(y, c->scale, c->work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode FFTGetDiagonal(Mat K, Vec d)
 {
   FFTContext *c;
-  const SlipGrid *grid;
   PetscReal *pd;
   PetscInt depth = -1;
   PetscReal entry = 0;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
-  PetscCall(SlipGridOf(K, &grid));
   PetscCall(VecGetArrayWrite(d, &pd));
   for (PetscInt i = c->start; i < c->end; i++) {
-    if (i / grid->nx != depth) {
-      depth = i / grid->nx;
-      entry = c->scale * SlipGridEntry(grid, 0, depth, depth);
+    if (i / c->grid.nx != depth) {
+      depth = i / c->grid.nx;
+      entry = c->scale * SlipGridEntry(&c->grid, 0, depth, depth);
     }
     pd[i - c->start] = entry;
   }
   PetscCall(VecRestoreArrayWrite(d, &pd));
+  if (c->border) PetscCall(VecAXPY(d, c->scale, c->border));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,10 +113,11 @@ static PetscErrorCode FFTGetInfo(Mat K, MatInfoType flag, MatInfo *info)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
   PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(SlipInfoFill(K,
-                         SlipCirculantBytes(K) + (c->plane ? SlipToeplitzBytes(c->plane) : 0) +
-                           SlipGatherBytes(&c->gather) + (PetscReal)sizeof(PetscReal) * (PetscReal)(c->y ? N : 0),
-                         flag, info));
+  PetscCall(SlipInfoFill(
+    K,
+    SlipCirculantBytes(K) + (c->plane ? SlipToeplitzBytes(c->plane) : 0) + SlipGatherBytes(&c->gather) +
+      (PetscReal)sizeof(PetscReal) * (PetscReal)((c->y ? N : 0) + (c->border ? 2 * (c->end - c->start) : 0)),
+    flag, info));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -132,8 +145,24 @@ static PetscErrorCode FFTDestroy(Mat K)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
   PetscCall(SlipGatherDestroy(&c->gather));
+  PetscCall(VecDestroy(&c->border));
+  PetscCall(VecDestroy(&c->work));
   PetscCall(PetscFree(c->y));
   PetscCall(PetscFree(c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CreateBorder(Mat K, FFTContext *c)
+{
+  PetscReal *b;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(K, &c->border, NULL));
+  PetscCall(VecDuplicate(c->border, &c->work));
+  PetscCall(VecGetArrayWrite(c->border, &b));
+  for (PetscInt i = c->start; i < c->end; i++)
+    b[i - c->start] = SlipGridBorder(&c->grid, i % c->grid.nx, i / c->grid.nx);
+  PetscCall(VecRestoreArrayWrite(c->border, &b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -147,8 +176,10 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
   PetscFunctionBegin;
   PetscCall(PetscNew(&c));
   c->scale = 1;
+  c->grid = *grid;
   PetscCall(SlipShellCreate(comm, PETSC_DECIDE, N, "slipfft", &ops, c, K));
   PetscCall(PetscObjectComposeFunction((PetscObject)*K, "MatSlipStiffnessSetDepth_C", FFTSetDepth));
   PetscCall(MatGetOwnershipRange(*K, &c->start, &c->end));
+  if (grid->average == SLIP_AVERAGE_WHOLE) PetscCall(CreateBorder(*K, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -20,6 +20,22 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
 
+/* Averages over cells have that form as they are, K = T + A - z z' q (average.c). */
+static void AverageRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[])
+{
+  const PetscReal core = SlipAverageCore(g->average);
+  const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz;
+  const PetscReal G = g->shear_modulus, nu = g->poisson_ratio, s = 2 * g->depth_top + (PetscReal)(r + 1) * b;
+
+  for (PetscInt d = 0; d < nk; d++) {
+    const PetscReal dx = (PetscReal)d * a;
+
+    row[3 * d] = r < g->nz ? SlipAverageDirect_Private(G, nu, core, dx, (PetscReal)r * b, a, b) : 0;
+    row[3 * d + 1] = row[3 * d + 2] = 0;
+    if (!g->full_space) SlipAverageSurface_Private(G, nu, core, dx, s, a, b, row + 3 * d + 1);
+  }
+}
+
 /* The three kernels at every distance along strike for depth index r (z - z' = r b, s = 2 top + (r + 1) b), [nk][3]. */
 static void KernelRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[])
 {
@@ -55,7 +71,7 @@ static PetscErrorCode KernelsByWave(SlipToeplitz p, MPI_Comm comm, PetscReal **k
   for (PetscInt r = 0; r < l.rows; r++) {
     PetscReal *row = rows + (size_t)r * 3 * nk;
 
-    KernelRow(&p->grid, l.row_start + r, nk, row);
+    (*(p->grid.average ? AverageRow : KernelRow))(&p->grid, l.row_start + r, nk, row);
     fftw_execute_r2r(cosine, row, row);
   }
   PetscCall(SlipTranspose(comm, depths, nk, 3, rows, *kernels));
@@ -228,7 +244,18 @@ PetscReal SlipToeplitzBytes(SlipToeplitz p)
          SlipTransposedFFTBytes(p->pencil);
 }
 
-/* The engine of a stiffness, made at first use and kept with it: NULL when K is not on a uniform grid. Collective. */
+/* The engine of this grid for a stiffness, made at first use and kept with it. Collective. */
+PetscErrorCode SlipToeplitzOfGrid(Mat K, const SlipGrid *grid, SlipToeplitz *plane)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipToeplitz", plane));
+  if (*plane) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PlaneCreate(K, grid, plane));
+  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipToeplitz", *plane, PlaneDestroy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* That of the grid of K: NULL when K is not on a uniform grid. Collective. */
 PetscErrorCode SlipToeplitzOf(Mat K, SlipToeplitz *plane)
 {
   const SlipGrid *grid;
@@ -236,11 +263,7 @@ PetscErrorCode SlipToeplitzOf(Mat K, SlipToeplitz *plane)
   PetscFunctionBegin;
   *plane = NULL;
   PetscCall(SlipGridOf(K, &grid));
-  if (!grid) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipObjectQueryData((PetscObject)K, "SlipToeplitz", plane));
-  if (*plane) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PlaneCreate(K, grid, plane));
-  PetscCall(SlipObjectComposeData((PetscObject)K, "SlipToeplitz", *plane, PlaneDestroy));
+  if (grid) PetscCall(SlipToeplitzOfGrid(K, grid, plane));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

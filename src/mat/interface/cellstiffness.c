@@ -94,6 +94,10 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
   A_i / mean(A) of MatSlipGetWeights(): M, tau and the friction stay per unit area, all operators are symmetric,
   and u.S u / (2 N) is the mean elastic energy per unit area. On cells of one size S = (K + K')/2.
 
+  By cells->average K_ij is the average over cell i of SlipKernelAverage(), and reciprocity is exact. The core of an edge is
+  SLIP_CORE_CELL of the geometric mean of the extents across it of the cells that share it, or of the cell's own where no
+  cell follows. With SLIP_AVERAGE_WHOLE it is SLIP_CORE_INNER of the former, SLIP_CORE_BORDER of the latter.
+
   Errors: those of SlipCellsCheck(), PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_OUTOFRANGE for the tolerance
 
   Level: intermediate
@@ -104,6 +108,8 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
                                           Mat *S)
 {
   const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes);
+  SlipCells own;
+  PetscReal *edges = NULL;
   PetscInt k;
   PetscBool match = PETSC_FALSE, automatic;
   const char *asked = type;
@@ -121,7 +127,11 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
              "The stiffness of an irregular mesh cannot be of type \"%s\"; known: dense, hmat, auto", type);
   PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
-  PetscCall(SlipCellTypes[k].create(comm, cells, tolerance, S));
+  own = *cells;
+  if (own.average) PetscCall(SlipCellsEdges(cells, &edges));
+  own.edges = edges;
+  PetscCall(SlipCellTypes[k].create(comm, &own, tolerance, S));
+  PetscCall(PetscFree(edges));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipLogProducts(*S, SLIP_StiffnessMult));
   PetscCall(PetscStrcmp(asked, "auto", &automatic));

@@ -18,11 +18,14 @@ static PetscErrorCode ViscosityCreate_None(Mat K, PetscReal factor, Mat *H)
 
 /* Up to so many cells a hierarchical stiffness has a dense root; beyond, Lanczos' method applies it. */
 #define SLIP_ROOT_DENSE_MAX 3000
+/* The same for averages over the cells of a grid, whose products by transforms are cheaper. */
+#define SLIP_ROOT_AVERAGE_MAX 1000
 
-/* The root takes after the stiffness: spectral plus low rank or Lanczos' method for an FFT, Lanczos' method for a large
-   hierarchical one, else dense. */
+/* The root takes after the stiffness: spectral plus low rank or Lanczos' method for an FFT, Lanczos' method for many
+   cells of hierarchical storage or of averages, else dense. */
 static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
 {
+  const SlipGrid *grid;
   PetscBool fft, hmat;
   PetscInt N;
 
@@ -30,9 +33,10 @@ static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(PetscObjectTypeCompare((PetscObject)K, "slipfft", &fft));
   PetscCall(PetscObjectTypeCompare((PetscObject)K, "sliphmat", &hmat));
-  if (fft)
+  PetscCall(SlipGridOf(K, &grid));
+  if (fft && grid)
     PetscCall(SlipViscosityCreate_SpectralExact(K, factor, H));
-  else if (hmat && N > SLIP_ROOT_DENSE_MAX)
+  else if ((fft && N > SLIP_ROOT_AVERAGE_MAX) || (hmat && N > SLIP_ROOT_DENSE_MAX))
     PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
   else
     PetscCall(SlipViscosityCreate_DenseRoot(K, factor, H));

@@ -1,0 +1,272 @@
+/*
+  Stress drop of a rectangular strike-slip dislocation averaged over a receiving rectangle of a parallel vertical plane.
+
+  The density of dislocation_offset.c is integrated in x, c and z, over source and receiver. The integral is a sum over
+  the corners of both, the signs sx, tx, sz, tz = +-1 of a corner multiplied, of
+
+     direct     -(1 - nu) Q(x, rho) - P(s, r) + y^2 R / r^2                     of x and s = z - c,
+     image   -[ -(1 - nu) Q(x, rho) - (3 - 4 nu) (P(w, r) - y^2 / (R + w)) - 4 (1 - nu)(1 - 2 nu) g4
+               - 2 (z c g2 - w g3 + g4) ]                                        of x and w = z + c,
+
+     P(s, r) = |s| ln((|s| + R) / r) - R     with d_ss P = 1 / R,     Q(x, rho) = P with x for s, rho for r,
+
+  r^2 = x^2 + y^2, rho^2 = y^2 + s^2, R^2 = r^2 + s^2, and g2, g3, g4 the antiderivatives in w, of their order, of
+  g0 = d_yy (1 / R): of a function z c g0(z + c) the antiderivative in z and c is z c g2 - w g3 + g4.
+
+  Where an edge of the source lies on one of the receiver (x = 0 or s = 0 on y = 0) the average does not exist: the
+  traction falls as 1 / distance on both sides of an edge, and its integral grows as the logarithm of the distance. It
+  is what a dislocation's line energy is, and treated as there: the edge has a core, r or rho of its lines is the core
+  and not 0. Cores belong to lines, whose energy is that of the jump of slip across them, so that the average stays
+  exactly symmetric and the sum over the parts of a cell is that of the whole.
+*/
+#include <slipstep/private/slipelasticity.h>
+
+/* Largest sides away from which corners lose more digits than a quadrature of FAR_POINTS^2 of the smaller rectangle:
+   both are off by 1e-11 of the entry there, and of 1e-15 of a diagonal one. */
+#define FAR_SIDES 16
+#define FAR_POINTS 4
+
+static const PetscReal FarNode[FAR_POINTS] = {-0.43056815579702629, -0.16999052179242813, 0.16999052179242813,
+                                              0.43056815579702629}; /* of sides */
+static const PetscReal FarWeight[FAR_POINTS] = {0.17392742256872684, 0.3260725774312731, 0.3260725774312731,
+                                                0.17392742256872684};
+
+/* A line along t on which a corner lies: its distance, or its core where it goes through the receiver's edge. */
+static PetscReal LineDistance(PetscReal u, PetscReal y, PetscReal core)
+{
+  return u == 0 && y == 0 ? core : PetscSqrtReal(u * u + y * y);
+}
+
+/* |t| ln((|t| + R) / distance) - R */
+static PetscReal Line(PetscReal t, PetscReal distance, PetscReal R)
+{
+  const PetscReal s = PetscAbsReal(t);
+
+  return s > 0 ? s * PetscLogReal((s + R) / distance) - R : -R;
+}
+
+/* Differences of the corners of two intervals whose centres are d apart; one within touch of 0 is 0. The same two
+   come out once, of weight -2. */
+static PetscInt Differences(PetscReal d, PetscReal a, PetscReal b, PetscReal touch, PetscReal value[4],
+                            PetscReal weight[4])
+{
+  const PetscInt n = a == b ? 3 : 4;
+  const PetscReal outer = 0.5 * (a + b), inner = 0.5 * (a - b);
+
+  value[0] = d - outer;
+  value[1] = d - inner;
+  value[n - 2] = d + inner;
+  value[n - 1] = d + outer;
+  weight[0] = weight[n - 1] = 1;
+  weight[1] = weight[2] = -1;
+  if (n == 3) {
+    weight[1] = -2;
+    weight[2] = 1;
+  }
+  for (PetscInt i = 0; i < n; i++)
+    if (PetscAbsReal(value[i]) <= touch) value[i] = 0;
+  return n;
+}
+
+/* Two rectangles, as their corners see each other. */
+typedef struct {
+  PetscInt nx;
+  PetscReal x[4], weight[4], y;
+  PetscReal core[2]; /* of edges in depth, across which x goes, and of those along strike */
+  PetscReal touch;   /* [m] */
+} Pair;
+
+static PetscReal Direct(const Pair *p, PetscReal nu, PetscReal s)
+{
+  PetscReal sum = 0;
+
+  for (PetscInt i = 0; i < p->nx; i++) {
+    const PetscReal x = p->x[i], y2 = p->y * p->y, R = PetscSqrtReal(x * x + y2 + s * s);
+    const PetscReal r = LineDistance(x, p->y, p->core[0]), rho = LineDistance(s, p->y, p->core[1]);
+
+    sum -= p->weight[i] * ((1 - nu) * Line(x, rho, R) + Line(s, r, R) - (y2 > 0 ? y2 * R / (r * r) : 0));
+  }
+  return sum;
+}
+
+/* The image's terms without the product of the two depths, and the factor of that. Where R = 0, on the surface, the
+   product is 0 and its factor is left out. */
+static void Image(const Pair *p, PetscReal nu, PetscReal w, PetscReal *rest, PetscReal *product)
+{
+  *rest = *product = 0;
+  for (PetscInt i = 0; i < p->nx; i++) {
+    const PetscReal x = p->x[i], y2 = p->y * p->y, R = PetscSqrtReal(x * x + y2 + w * w), t = R + w;
+    const PetscReal rho = LineDistance(w, p->y, p->core[1]);
+    PetscReal L, P, U, g2, g3, g4;
+
+    if (R == 0) continue;
+    L = PetscLogReal(t);
+    P = w * L - R;
+    U = (R * R + R * w + w * w) / (6 * t) + 0.5 * P;
+    g2 = -1 / t + y2 / (R * t * t);
+    g3 = -0.5 * (w / t + L) - 0.5 * y2 / (t * t);
+    g4 = -U + y2 * (2 * R + w) / (6 * t * t);
+    *rest += p->weight[i] * (-(1 - nu) * Line(x, rho, R) - (3 - 4 * nu) * (P - y2 / t) -
+                             4 * (1 - nu) * (1 - 2 * nu) * g4 + 2 * w * g3 - 2 * g4);
+    *product -= p->weight[i] * 2 * g2;
+  }
+}
+
+static PetscReal DirectSum(const Pair *p, PetscReal nu, PetscReal dz, PetscReal b, PetscReal b_source)
+{
+  PetscReal s[4], weight[4], sum = 0;
+  const PetscInt n = Differences(dz, b, b_source, p->touch, s, weight);
+
+  for (PetscInt k = 0; k < n; k++) sum += weight[k] * Direct(p, nu, s[k]);
+  return sum;
+}
+
+/* part[0] - z_i z_j part[1] is the image's sum for rectangles centred at the depths z_i and z_j. */
+static void ImageSums(const Pair *p, PetscReal nu, PetscReal z, PetscReal b, PetscReal z_source, PetscReal b_source,
+                      PetscReal part[2])
+{
+  part[0] = part[1] = 0;
+  for (int i = -1; i <= 1; i += 2)
+    for (int j = -1; j <= 1; j += 2) {
+      const PetscReal own = 0.5 * i * b, other = 0.5 * j * b_source, w = z + z_source + (own + other);
+      PetscReal rest, product;
+
+      Image(p, nu, w > p->touch ? w : 0, &rest, &product);
+      part[0] += i * j * (rest + (z * other + z_source * own + own * other) * product);
+      part[1] -= i * j * product;
+    }
+}
+
+static PetscReal Factor(PetscReal G, PetscReal nu)
+{
+  return G / (4 * PETSC_PI * (1 - nu));
+}
+
+static void PairOf(PetscReal dx, PetscReal dy, PetscReal a, PetscReal b, PetscReal a_source, PetscReal b_source,
+                   const PetscReal core[2], Pair *p)
+{
+  p->touch = SLIP_TOUCH * PetscMin(PetscMin(a, b), PetscMin(a_source, b_source));
+  p->y = PetscAbsReal(dy) <= p->touch ? 0 : dy;
+  p->core[0] = core[0];
+  p->core[1] = core[1];
+  p->nx = Differences(dx, a, a_source, p->touch, p->x, p->weight);
+}
+
+static PetscBool IsFar(PetscReal dx, PetscReal dy, PetscReal dz, PetscReal side)
+{
+  return (PetscBool)(dx * dx + dy * dy + dz * dz > PetscSqr(FAR_SIDES * side));
+}
+
+/* The force on the receiver by quadrature over it; its partner is the larger one, whose stress is exact. */
+static PetscReal FarForce(PetscReal G, PetscReal nu, const SlipRectangle *r, const SlipRectangle *s,
+                          PetscBool full_space)
+{
+  PetscReal sum = 0;
+
+  for (int i = 0; i < FAR_POINTS; i++)
+    for (int k = 0; k < FAR_POINTS; k++)
+      sum += FarWeight[i] * FarWeight[k] *
+             SlipKernelOffset(G, nu, r->x + FarNode[i] * r->length - s->x, r->y - s->y, r->z + FarNode[k] * r->width,
+                              s->z, s->length, s->width, full_space);
+  return r->length * r->width * sum;
+}
+
+/*@
+  SlipKernelAverage - stress drop averaged over a receiving rectangle for unit strike slip on another one
+
+  Not collective, pure
+
+  Input Parameters:
++ G          - shear modulus [Pa]
+. nu         - Poisson's ratio, in (-1, 0.5), dimensionless
+. receiver   - the rectangle over which the stress is averaged
+. source     - the rectangle that slips, on the same plane or a parallel one
+. core       - cores of the lines on which edges of both lie, positive [m]: of edges in depth, of edges along strike
+- full_space - leave out the free surface
+
+  Output: average of the drop of the stress xy over the receiver [Pa/m]
+
+  Notes:
+  Times the receiver's area it is the force on the receiver, which is symmetric in both rectangles. An edge that both
+  have in common would give it an infinite part, of the logarithm of the distance from the edge: a line has a core
+  instead, of SLIP_CORE_CELL cells for example. Rectangles without such a line do not depend on it. Edges at the free surface cancel with those of the image.
+
+  Rectangles that are more than 16 of their sides away from each other are integrated by quadrature over the smaller one,
+  to 1e-11 of the value, as the corners' sum loses its digits there.
+
+  Level: intermediate
+
+.seealso: SlipKernelOffset(), MatCreateSlipCellStiffness(), MatCreateSlipStiffness()
+@*/
+PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRectangle *receiver, const SlipRectangle *source,
+                            const PetscReal core[2], PetscBool full_space)
+{
+  const SlipRectangle *r = receiver, *s = source;
+  const PetscReal area = r->length * r->width, dx = r->x - s->x, dy = r->y - s->y, dz = r->z - s->z;
+  const PetscReal side = PetscMax(PetscMax(r->length, r->width), PetscMax(s->length, s->width));
+  PetscReal sum, image[2];
+  Pair p;
+
+  if (IsFar(dx, dy, dz, side))
+    return (area > s->length * s->width ? FarForce(G, nu, s, r, full_space) : FarForce(G, nu, r, s, full_space)) / area;
+  PairOf(dx, dy, r->length, r->width, s->length, s->width, core, &p);
+  sum = DirectSum(&p, nu, dz, r->width, s->width);
+  if (!full_space) {
+    ImageSums(&p, nu, r->z, r->width, s->z, s->width, image);
+    sum += image[0] - r->z * s->z * image[1];
+  }
+  return Factor(G, nu) / area * sum;
+}
+
+/*
+  SlipAverageDirect_Private - SlipKernelAverage() of equal cells of one plane without the free surface
+*/
+PetscReal SlipAverageDirect_Private(PetscReal G, PetscReal nu, PetscReal core, PetscReal dx, PetscReal dz, PetscReal a,
+                                    PetscReal b)
+{
+  const PetscReal cores[2] = {core * a, core * b};
+  const SlipRectangle receiver = {dx, 0, dz, a, b}, source = {0, 0, 0, a, b};
+
+  return SlipKernelAverage(G, nu, &receiver, &source, cores, PETSC_TRUE);
+}
+
+/*
+  SlipAverageSurface_Private - the free surface's share of it, part[0] - z_i z_j part[1] for cells at the depths z_i, z_j;
+  the parts are functions of dx and of the sum of the two depths only
+*/
+void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscReal core, PetscReal dx, PetscReal depth_sum,
+                                PetscReal a, PetscReal b, PetscReal part[2])
+{
+  const PetscReal cores[2] = {core * a, core * b};
+  PetscReal factor = Factor(G, nu) / (a * b);
+  Pair p;
+
+  if (IsFar(dx, 0, depth_sum, PetscMax(a, b))) {
+    part[0] = part[1] = 0;
+    for (int i = 0; i < FAR_POINTS; i++)
+      for (int k = 0; k < FAR_POINTS; k++) {
+        const PetscReal z = FarNode[k] * b, weight = FarWeight[i] * FarWeight[k];
+        PetscReal centre[3];
+
+        SlipKernelSurface_Private(G, nu, dx + FarNode[i] * a, depth_sum + z, a, b, centre);
+        part[0] += weight * (centre[0] + z * (centre[1] + z * centre[2]));
+        part[1] += weight * centre[2];
+      }
+    /* z_i^2 = z_i (z_i + z_j) - z_i z_j: the terms linear in z_i cancel, as the average is symmetric */
+    return;
+  }
+  PairOf(dx, 0, a, b, a, b, cores, &p);
+  ImageSums(&p, nu, 0.5 * depth_sum, b, 0.5 * depth_sum, b, part);
+  part[0] *= factor;
+  part[1] *= factor;
+}
+
+/*
+  SlipAverageBorder_Private - what one edge of a cell adds to its own SlipKernelAverage() [Pa/m] where its core is not the
+  one that was used but ratio times that, along share of the edge; normal is the cell's extent across the edge
+*/
+PetscReal SlipAverageBorder_Private(PetscReal G, PetscReal nu, PetscBool along_strike, PetscReal normal,
+                                    PetscReal share, PetscReal ratio)
+{
+  return -2 * Factor(G, nu) * (along_strike ? 1 - nu : 1) * share / normal * PetscLogReal(ratio);
+}

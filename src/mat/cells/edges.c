@@ -1,0 +1,108 @@
+/*
+  Which edges of irregular cells are shared with which, as averages over cells need to know (average.c): an edge of the
+  cell itself has the core of what lies beyond it, the geometric mean of both cells' where there is one, and perhaps
+  another where slip ends. Uniform slip of two cells then leaves nothing of the edge between them.
+*/
+#include <slipcompat.h>
+#include <slipstep/private/slipelasticity.h>
+#include <slipstep/private/slipmatcells.h>
+#include <stdlib.h>
+
+/* Cells seen across their edges of one kind: centres and extents across, and along the edges. */
+typedef struct {
+  const SlipCells *c;
+  const PetscReal *u, *across, *v, *along;
+  PetscBool along_strike;
+} View;
+
+static PetscReal Touch(const SlipCells *c, PetscInt i, PetscInt j)
+{
+  return SLIP_TOUCH * PetscMin(PetscMin(c->length[i], c->width[i]), PetscMin(c->length[j], c->width[j]));
+}
+
+/* Length on which the far edge of i and the near one of j lie on each other, 0 where they do not. */
+static PetscReal Shared(const View *w, PetscInt i, PetscInt j)
+{
+  const PetscReal touch = Touch(w->c, i, j);
+  const PetscReal gap = (w->u[j] - 0.5 * w->across[j]) - (w->u[i] + 0.5 * w->across[i]);
+  const PetscReal low = PetscMax(w->v[i] - 0.5 * w->along[i], w->v[j] - 0.5 * w->along[j]);
+  const PetscReal top = PetscMin(w->v[i] + 0.5 * w->along[i], w->v[j] + 0.5 * w->along[j]);
+
+  if (PetscAbsReal(gap) > touch || PetscAbsReal(w->c->y[i] - w->c->y[j]) > touch || top - low <= touch) return 0;
+  return top - low;
+}
+
+static void Add(const View *w, PetscInt i, PetscReal length, PetscReal ratio, PetscReal force[])
+{
+  force[i] += w->across[i] * w->along[i] *
+              SlipAverageBorder_Private(w->c->shear_modulus, w->c->poisson_ratio, w->along_strike, w->across[i],
+                                        length / w->along[i], ratio);
+}
+
+/* First of the sorted near edges at or beyond u. */
+static PetscInt First(PetscInt n, const SlipCellKey edge[], PetscReal u)
+{
+  PetscInt low = 0, top = n;
+
+  while (low < top) {
+    const PetscInt middle = (low + top) / 2;
+
+    if (edge[middle].key < u)
+      low = middle + 1;
+    else
+      top = middle;
+  }
+  return low;
+}
+
+/* free[2 i], free[2 i + 1]: length of i's near and far edge that no other cell has. */
+static PetscErrorCode AddEdges(const View *w, PetscReal force[])
+{
+  const PetscInt n = w->c->n;
+  PetscReal *free;
+  SlipCellKey *edge; /* near ones */
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(n, &edge, 2 * n, &free));
+  for (PetscInt i = 0; i < n; i++) {
+    edge[i] = (SlipCellKey){w->u[i] - 0.5 * w->across[i], i};
+    free[2 * i] = free[2 * i + 1] = w->along[i];
+  }
+  qsort(edge, (size_t)n, sizeof(*edge), SlipCellKeyCompare);
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal far = w->u[i] + 0.5 * w->across[i], reach = Touch(w->c, i, i);
+
+    for (PetscInt k = First(n, edge, far - reach); k < n && edge[k].key <= far + reach; k++) {
+      const PetscInt j = edge[k].cell;
+      const PetscReal length = Shared(w, i, j), ratio = PetscSqrtReal(w->across[j] / w->across[i]);
+
+      if (length == 0) continue;
+      Add(w, i, length, ratio, force);
+      Add(w, j, length, 1 / ratio, force);
+      free[2 * i + 1] -= length;
+      free[2 * j] -= length;
+    }
+  }
+  for (PetscInt i = 0; i < 2 * n; i++) {
+    const PetscInt e = i / 2;
+    const PetscBool surface = (PetscBool)(w->along_strike && i % 2 == 0 && !w->c->full_space &&
+                                          w->u[e] - 0.5 * w->across[e] <= Touch(w->c, e, e));
+
+    if (free[i] > Touch(w->c, e, e) && !surface) Add(w, e, free[i], SlipAverageBorderRatio(w->c->average), force);
+  }
+  PetscCall(PetscFree2(edge, free));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* force [n], PetscFree() it: what its own edges add to the force of each cell on itself. */
+PetscErrorCode SlipCellsEdges(const SlipCells *c, PetscReal **force)
+{
+  const View strike = {c, c->x, c->length, c->z, c->width, PETSC_FALSE};
+  const View depth = {c, c->z, c->width, c->x, c->length, PETSC_TRUE};
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(c->n, force));
+  PetscCall(AddEdges(&strike, *force));
+  PetscCall(AddEdges(&depth, *force));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
