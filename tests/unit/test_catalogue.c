@@ -43,7 +43,7 @@ static PetscErrorCode CheckQuadrature(TS ts, const SlipAttempt *attempt, Vec w, 
   PetscCall(TSBatheGetConstraint(ts, &con));
   PetscCall(SlipConstraintGetContext(con, &fault));
   PetscCall(TSBatheGetQuadrature(ts, share, weight, node));
-  PetscCheck(share[0] == 0 && share[1] == 0.5 && share[2] == 1, PETSC_COMM_SELF, PETSC_ERR_PLIB, "shares");
+  PetscCheck(share[0] == 0 && share[1] > 0 && share[1] < 1 && share[2] == 1, PETSC_COMM_SELF, PETSC_ERR_PLIB, "shares");
   for (PetscInt k = 0; k < 3; k++) PetscCall(VecGetArrayRead(node[k], &a[k]));
   PetscCall(VecGetArrayRead(fault->vinf, &vinf));
   for (PetscInt i = 0; i < fault->n; i++) {
@@ -165,9 +165,10 @@ static Outcome Run(const char law[], PetscReal loading, PetscReal rate, PetscRea
 
 /* Error of the balance relative to the elastic change, with 150, 300, 600 and 1200 steps, measured: unloaded 9.1e-7 2.3e-7
    7.1e-8 1.1e-8, loaded at a rate of a quarter of the bound, where the work of loading is 6 % of that change, 2.0e-6 4.2e-7
-   1.0e-7 3.0e-8. That is the method's order: a factor of 64 in all for 8 times the steps, half of which is asked for as
-   cells stop at other places within their steps. Onset and end, which a step has in its middle, have the same order: their
-   errors go from 6e-3 and 6e-3 s to below 1e-3 and 3e-3 s of steps of 0.2 and 0.05 s. */
+   1.0e-7 3.0e-8 (9.2e-7 to 2.0e-8 with a backward first stage). That is the method's order: a factor of 64 in all for 8
+   times the steps, half of which is asked for as cells stop at other places within their steps. Onset and end, which a step
+   has in its middle, have the same order: their errors go from 6e-3 and 6e-3 s to below 1e-3 and 3e-3 s of steps of 0.2 and
+   0.05 s. So do slip and peak rate, 2e-4 to 4e-4 with the longest steps. */
 static void ledger(void **state)
 {
   static const struct {
@@ -180,7 +181,10 @@ static void ledger(void **state)
     const Outcome middle = Run("exponential_slip_weakening", cases[c].loading, cases[c].rate, 30, 600);
     const Outcome fine = Run("exponential_slip_weakening", cases[c].loading, cases[c].rate, 30, 1200);
 
-    print_message("ledger %g %g\n", (double)coarse.row[EVENT_LEDGER], (double)fine.row[EVENT_LEDGER]);
+    print_message("ledger %g %g, slip %g %g, peak %g\n", (double)coarse.row[EVENT_LEDGER],
+                  (double)fine.row[EVENT_LEDGER], (double)(coarse.row[EVENT_MEAN_SLIP] / fine.row[EVENT_MEAN_SLIP] - 1),
+                  (double)(middle.row[EVENT_MEAN_SLIP] / fine.row[EVENT_MEAN_SLIP] - 1),
+                  (double)(coarse.row[EVENT_PEAK_SLIP_RATE] / fine.row[EVENT_PEAK_SLIP_RATE] - 1));
     assert_int_equal(1, coarse.events);
     assert_int_equal(1, fine.events);
     assert_true(fabs(coarse.row[EVENT_LEDGER]) < 4e-6);
@@ -192,7 +196,7 @@ static void ledger(void **state)
     assert_true(fabs(middle.row[EVENT_ONSET] - fine.row[EVENT_ONSET]) < 1e-3);
     assert_true(fabs(coarse.row[EVENT_END] - fine.row[EVENT_END]) < 8e-3);
     assert_true(fabs(middle.row[EVENT_END] - fine.row[EVENT_END]) < 3e-3);
-    assert_true(fabs(coarse.row[EVENT_MEAN_SLIP] / fine.row[EVENT_MEAN_SLIP] - 1) < 3e-4);
+    assert_true(fabs(coarse.row[EVENT_MEAN_SLIP] / fine.row[EVENT_MEAN_SLIP] - 1) < 5e-4);
     assert_true(fabs(coarse.row[EVENT_PEAK_SLIP_RATE] / fine.row[EVENT_PEAK_SLIP_RATE] - 1) < 6e-4);
   }
 }
