@@ -403,6 +403,7 @@ static PetscErrorCode SlipFaultEventMonitor(TS ts, PetscInt step, PetscReal time
   PetscCall(MarkRuptured(cat, &now));
   PetscCall(AddStep(cat, ts, &now, max));
   if (max <= fault->value[FAULT_EVENT_RATE]) PetscCall(End(cat, &now));
+  PetscCall(SlipFaultLoadAt(fault, time)); /* an event ends before its last step */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
