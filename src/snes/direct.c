@@ -5,20 +5,23 @@
 #include <slipstep/private/slipsys.h>
 #include <petscblaslapack.h>
 
-/* A dense copy of B with local rows at hand: B itself, or what it composes as "MatSlipGetDense_C" (Mat, Mat *) */
-static PetscErrorCode SlipGetDense(Mat B, Mat *dense)
+/* B = scale times a dense matrix with local rows at hand plus a diagonal: B itself and NULL, or what it composes as
+   "MatSlipGetDense_C" (Mat, Mat *, PetscReal *, Vec *) */
+static PetscErrorCode SlipGetDense(Mat B, Mat *dense, PetscReal *scale, Vec *diagonal)
 {
   PetscBool flg;
-  PetscErrorCode (*f)(Mat, Mat *);
+  PetscErrorCode (*f)(Mat, Mat *, PetscReal *, Vec *);
 
   PetscFunctionBegin;
   *dense = NULL;
+  *diagonal = NULL;
+  *scale = 1.0;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)B, &flg, MATSEQDENSE, MATMPIDENSE, ""));
   if (flg)
     *dense = B;
   else {
     PetscCall(PetscObjectQueryFunction((PetscObject)B, "MatSlipGetDense_C", &f));
-    if (f) PetscCall((*f)(B, dense));
+    if (f) PetscCall((*f)(B, dense, scale, diagonal));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -53,26 +56,27 @@ static PetscErrorCode SlipSlidingSet(Vec mask, PetscInt *nloc, PetscInt **loc, P
 }
 
 /* The rows of J_ss owned here, n entries each, and their right-hand sides */
-static PetscErrorCode SlipPackRows(Mat dense, Vec slope, Vec rhs, PetscInt nloc, const PetscInt loc[], PetscInt n,
-                                   const PetscInt glob[], PetscInt first, PetscScalar rows[], PetscScalar b[])
+static PetscErrorCode SlipPackRows(Mat dense, PetscReal scale, Vec diagonal, Vec slope, Vec rhs, PetscInt nloc,
+                                   const PetscInt loc[], PetscInt n, const PetscInt glob[], PetscInt first,
+                                   PetscScalar rows[], PetscScalar b[])
 {
   Mat local;
   PetscInt lda;
-  const PetscScalar *a, *d, *f;
-  const SlipArrays arrays[] = {{slope, .read = &d}, {rhs, .read = &f}};
+  const PetscScalar *a, *d, *f, *more = NULL;
+  const SlipArrays arrays[] = {{slope, .read = &d}, {rhs, .read = &f}, {diagonal, .read = &more}};
 
   PetscFunctionBegin;
   PetscCall(MatDenseGetLocalMatrix(dense, &local));
   PetscCall(MatDenseGetLDA(local, &lda));
   PetscCall(MatDenseGetArrayRead(local, &a));
-  PetscCall(SlipArraysGet(2, arrays));
+  PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt j = 0; j < n; j++)
-    for (PetscInt i = 0; i < nloc; i++) rows[i * n + j] = a[loc[i] + lda * glob[j]];
+    for (PetscInt i = 0; i < nloc; i++) rows[i * n + j] = scale * a[loc[i] + lda * glob[j]];
   for (PetscInt i = 0; i < nloc; i++) {
-    rows[i * n + first + i] += d[loc[i]];
+    rows[i * n + first + i] += d[loc[i]] + (more ? more[loc[i]] : 0.0);
     b[i] = f[loc[i]];
   }
-  PetscCall(SlipArraysRestore(2, arrays));
+  PetscCall(SlipArraysRestore(3, arrays));
   PetscCall(MatDenseRestoreArrayRead(local, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -145,7 +149,8 @@ PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, Pets
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)mask);
   Mat dense;
-  PetscReal sum;
+  Vec diagonal;
+  PetscReal sum, scale;
   PetscInt n, nloc = 0, *loc, *glob;
   PetscMPIInt *counts, *displs, rank;
   PetscScalar *rows, *A, *b, *mine, *y;
@@ -162,12 +167,12 @@ PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, Pets
     *done = PETSC_TRUE;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipGetDense(B, &dense));
+  PetscCall(SlipGetDense(B, &dense, &scale, &diagonal));
   if (!dense) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(SlipSlidingSet(mask, &nloc, &loc, &counts, &displs, &glob));
   PetscCall(PetscMalloc4(nloc * n, &rows, nloc, &mine, n * n, &A, n, &b));
-  PetscCall(SlipPackRows(dense, slope, rhs, nloc, loc, n, glob, displs[rank], rows, mine));
+  PetscCall(SlipPackRows(dense, scale, diagonal, slope, rhs, nloc, loc, n, glob, displs[rank], rows, mine));
   PetscCall(MatIsSymmetricKnown(dense, &told, &symmetric));
   PetscCall(SlipGatherSolve(comm, !told || symmetric ? PETSC_TRUE : PETSC_FALSE, n, nloc, rows, mine, counts, displs, A,
                             b, pd));

@@ -27,12 +27,15 @@ PETSC_INTERN PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *kn
 PETSC_INTERN PetscErrorCode PCCreate_SlipStage(PC pc);
 
 typedef struct {
-  Mat K, H;                  /* stiffness and viscosity, referenced */
-  PetscReal mass;            /* [kg/m^2] */
-  Vec weights;               /* of the rows of K and H, borrowed from K; NULL when all are 1 */
-  PetscReal theta;           /* [s] */
-  PetscBool assemble;        /* both operands are dense and small enough for B to be formed at each theta */
-  Mat assembled;             /* B as MATDENSE, or NULL */
+  Mat K, H;           /* stiffness and viscosity, referenced */
+  PetscReal mass;     /* [kg/m^2] */
+  Vec weights;        /* of the rows of K and H, borrowed from K; NULL when all are 1 */
+  PetscReal theta;    /* [s] */
+  PetscBool assemble; /* both operands are dense and small enough for B to be formed at each theta */
+  Mat assembled;      /* B as MATDENSE, or NULL */
+  Mat entries;        /* K as MATDENSE, for StageGetEntries(), once it is asked for */
+  Vec diagonal;       /* (mass / theta + radiation) times the weights, at this theta */
+  PetscReal diagonal_theta;
   PetscReal assembled_theta; /* theta of assembled or of blocks */
   SlipCirculant strike;      /* both operands are per wavenumber: one pair of FFTs serves both; NULL otherwise */
   PetscReal *blocks;         /* [nk][nz][nz] spectral part of B */
