@@ -21,9 +21,9 @@
 */
 #include <slipstep/private/slipelasticity.h>
 
-/* Largest sides away from which corners lose more digits than a quadrature of FAR_POINTS^2 of the smaller rectangle:
-   both are off by 1e-11 of the entry there, and of 1e-15 of a diagonal one. */
-#define FAR_SIDES 16
+/* So many of its sides away from the other rectangle the smaller one is integrated by quadrature, of FAR_POINTS^2: off by
+   (4 FAR_SIDES)^(-2 FAR_POINTS) = 1e-12 of the entry, where corners lose as many digits, and more of them farther away. */
+#define FAR_SIDES 8
 #define FAR_POINTS 4
 
 static const PetscReal FarNode[FAR_POINTS] = {-0.43056815579702629, -0.16999052179242813, 0.16999052179242813,
@@ -152,9 +152,13 @@ static void PairOf(PetscReal dx, PetscReal dy, PetscReal a, PetscReal b, PetscRe
   p->nx = Differences(dx, a, a_source, p->touch, p->x, p->weight);
 }
 
-static PetscBool IsFar(PetscReal dx, PetscReal dy, PetscReal dz, PetscReal side)
+/* Of a rectangle from the centre of another one */
+static PetscReal Distance(const SlipRectangle *from, const SlipRectangle *to)
 {
-  return (PetscBool)(dx * dx + dy * dy + dz * dz > PetscSqr(FAR_SIDES * side));
+  const PetscReal x = PetscMax(0, PetscAbsReal(to->x - from->x) - 0.5 * to->length);
+  const PetscReal z = PetscMax(0, PetscAbsReal(to->z - from->z) - 0.5 * to->width);
+
+  return PetscSqrtReal(x * x + PetscSqr(to->y - from->y) + z * z);
 }
 
 /* The force on the receiver by quadrature over it; its partner is the larger one, whose stress is exact. */
@@ -191,8 +195,8 @@ static PetscReal FarForce(PetscReal G, PetscReal nu, const SlipRectangle *r, con
   have in common would give it an infinite part, of the logarithm of the distance from the edge: a line has a core
   instead, of SLIP_CORE_CELL cells for example. Rectangles without such a line do not depend on it. Edges at the free surface cancel with those of the image.
 
-  Rectangles that are more than 16 of their sides away from each other are integrated by quadrature over the smaller one,
-  to 1e-11 of the value, as the corners' sum loses its digits there.
+  A rectangle that is more than 8 of its sides away from a larger one is integrated by quadrature, to 1e-12 of the value,
+  as the corners' sum loses its digits there.
 
   Level: intermediate
 
@@ -203,12 +207,12 @@ PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRectangle *rece
 {
   const SlipRectangle *r = receiver, *s = source;
   const PetscReal area = r->length * r->width, dx = r->x - s->x, dy = r->y - s->y, dz = r->z - s->z;
-  const PetscReal side = PetscMax(PetscMax(r->length, r->width), PetscMax(s->length, s->width));
+  const SlipRectangle *small = area > s->length * s->width ? s : r, *large = small == r ? s : r;
   PetscReal sum, image[2];
   Pair p;
 
-  if (IsFar(dx, dy, dz, side))
-    return (area > s->length * s->width ? FarForce(G, nu, s, r, full_space) : FarForce(G, nu, r, s, full_space)) / area;
+  if (Distance(small, large) > FAR_SIDES * PetscMax(small->length, small->width))
+    return FarForce(G, nu, small, large, full_space) / area;
   PairOf(dx, dy, r->length, r->width, s->length, s->width, core, &p);
   sum = DirectSum(&p, nu, dz, r->width, s->width);
   if (!full_space) {
@@ -241,7 +245,7 @@ void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscReal core, Petsc
   PetscReal factor = Factor(G, nu) / (a * b);
   Pair p;
 
-  if (IsFar(dx, 0, depth_sum, PetscMax(a, b))) {
+  if (dx * dx + depth_sum * depth_sum > PetscSqr((FAR_SIDES + 0.5) * PetscMax(a, b))) {
     part[0] = part[1] = 0;
     for (int i = 0; i < FAR_POINTS; i++)
       for (int k = 0; k < FAR_POINTS; k++) {

@@ -308,6 +308,18 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
   SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no choice \"%s\"", name);
 }
 
+PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average)
+{
+  const char *text = fault->text[FAULT_STIFFNESS_AVERAGE];
+  PetscBool cell, whole;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(text, "cell", &cell));
+  PetscCall(PetscStrcmp(text, "whole", &whole));
+  *average = cell ? SLIP_AVERAGE_CELL : whole ? SLIP_AVERAGE_WHOLE : SLIP_AVERAGE_CENTRE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* PETSc's own message for a value that is no number does not name the option. */
 static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipFaultReal *p, const char option[])
 {

@@ -80,18 +80,6 @@ static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average)
-{
-  const char *text = fault->text[FAULT_STIFFNESS_AVERAGE];
-  PetscBool cell, whole;
-
-  PetscFunctionBegin;
-  PetscCall(PetscStrcmp(text, "cell", &cell));
-  PetscCall(PetscStrcmp(text, "whole", &whole));
-  *average = cell ? SLIP_AVERAGE_CELL : whole ? SLIP_AVERAGE_WHOLE : SLIP_AVERAGE_CENTRE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
 {
   SlipGrid grid = {.nx = (PetscInt)fault->value[FAULT_NX],
@@ -258,21 +246,21 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
   PetscCheck(!file[0] || (!fft && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_operator %s cannot store the entries of -%sfault_stiffness_file %s: expected dense or auto",
              prefix, type, prefix, file);
-  PetscCheck(
-    !spectral || (!file[0] && !mesh[0] && !hmat && average != SLIP_AVERAGE_WHOLE), fault->comm, PETSC_ERR_ARG_INCOMP,
-    "-%sfault_viscosity spectral needs a uniform grid with -%sfault_operator dense or fft and "
-    "-%sfault_stiffness_average centre or cell, but -%s%s %s is given: expected -%sfault_viscosity sqrtm, lanczos or "
-    "none",
-    prefix, prefix, prefix, prefix,
-    file[0]   ? "fault_stiffness_file"
-    : mesh[0] ? "fault_mesh"
-    : hmat    ? "fault_operator"
-              : "fault_stiffness_average",
-    file[0]   ? file
-    : mesh[0] ? mesh
-    : hmat    ? type
-              : "whole",
-    prefix);
+  PetscCheck(!spectral || (!file[0] && !mesh[0] && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_viscosity spectral needs a uniform grid with -%sfault_operator dense or fft, but -%s%s %s is "
+             "given: expected -%sfault_viscosity sqrtm, lanczos or none",
+             prefix, prefix, prefix,
+             file[0]   ? "fault_stiffness_file"
+             : mesh[0] ? "fault_mesh"
+                       : "fault_operator",
+             file[0]   ? file
+             : mesh[0] ? mesh
+                       : type,
+             prefix);
+  PetscCheck(!spectral || average != SLIP_AVERAGE_WHOLE, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_viscosity spectral does not know the border of -%sfault_stiffness_average whole: expected "
+             "-%sfault_viscosity sqrtm, lanczos or none, or -%sfault_stiffness_average cell",
+             prefix, prefix, prefix, prefix);
   PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "none", &none));
   PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "radiation", &radiation));
   PetscCheck(fault->inertia || (!none && (radiation || fault->value[FAULT_DAMPING_RATIO] > 0)), fault->comm,
