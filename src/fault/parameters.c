@@ -387,7 +387,7 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
   Options Database Keys:
 + -fault_<name> <value>           - -help lists them with unit and default
 . -fault_progress <yes>           - print how far a run is
-. -fault_output_xdmf <yes>        - write FILE.xdmf beside FILE of -fault_output
+. -fault_output_xdmf <yes>        - write FILE.xdmf2 beside FILE of -fault_output
 . -fault_view                     - print all of them after set-up, and the operators with their memory
 - -fault_stiffness_view <viewer>  - write K after scaling, for example to binary:K.bin
 
@@ -429,7 +429,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
                              "SlipFaultOutputStart", fault->output_overwrite, &fault->output_overwrite, NULL));
   fault->output_xdmf = PETSC_TRUE;
   PetscCall(PetscOptionsBool("-fault_output_xdmf",
-                             "Write FILE.xdmf beside FILE of -fault_output, for ParaView's XDMF Reader (default yes)",
+                             "Write FILE.xdmf2 beside FILE of -fault_output, for ParaView (default yes)",
                              "SlipFaultOutputStart", fault->output_xdmf, &fault->output_xdmf, NULL));
   fault->progress.wanted = PETSC_TRUE;
   PetscCall(PetscOptionsBool("-fault_progress",
