@@ -394,8 +394,8 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
   Level: beginner
 
   Note:
-  Only a fault that has read its options prints lines of progress (-fault_progress) and writes an XDMF file beside its output
-  (-fault_output_xdmf).
+  Only a fault that has read its options prints lines of progress (-fault_progress) and writes an XDMF file beside its
+  output (-fault_output_xdmf).
 
   Errors: PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_UNKNOWN_TYPE, naming the option and what was
   expected, for a value that is no number, out of bounds, missing or not one of the choices

@@ -1,9 +1,10 @@
-/* -fault_output_xdmf: a text file beside the output, by which ParaView opens it. FILE.part has FILE.part.xdmf2, replaced as a
-   whole from time to time, and FILE has FILE.xdmf2, so that a run that goes on, one that was killed and one that has ended can
-   all be looked at. It lists the entries of /fields; cells are quadrilaterals, whose corners are in /xdmf of the output.
+/* -fault_output_xdmf: a text file beside the output, by which ParaView opens it. FILE.part has FILE.part.xdmf2,
+   replaced as a whole from time to time, and FILE has FILE.xdmf2, so that a run that goes on, one that was killed
+   and one that has ended can all be looked at. It lists the entries of /fields; cells are quadrilaterals, whose
+   corners are in /xdmf of the output.
 
-   By this ending ParaView takes its "XDMF Reader" (vtkXdmfReader). With .xdmf it offers its Xdmf3 readers too, and opens those
-   in scripts, which know no hyperslabs, parts of a dataset, and would show cells without fields. */
+   By this ending ParaView takes its "XDMF Reader" (vtkXdmfReader). With .xdmf it offers its Xdmf3 readers too, and
+   opens those in scripts, which know no hyperslabs, parts of a dataset, and would show cells without fields. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipfault.h>
 #include <errno.h>
@@ -17,8 +18,9 @@
 
 #define XDMF_SHARE 100 /* the file is written again after so many times what that took, except at the end */
 
-/* Rank 0, as all that follows: corners [points][3] and their numbers for each cell [N][4], in the order of the output. Cells of
-   a grid share corners, so that fields can be drawn smoothly; those of a mesh need not meet at them. */
+/* Rank 0, as all that follows: corners [points][3] and their numbers for each cell [N][4], in the order of the
+   output. Cells of a grid share corners, so that fields can be drawn smoothly; those of a mesh need not meet at
+   them. */
 static PetscErrorCode Corners(SlipFault fault, PetscInt *npoints, PetscReal **points, PetscInt **cells)
 {
   static const PetscReal side[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}; /* along strike, in depth */
