@@ -33,8 +33,8 @@ static PetscErrorCode SlipFaultOutputBegin(SlipFaultOutput out, PetscReal time, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor: /fields for the start and the steps after which they are due; the start of a run that is continued is in the
-   file. */
+/* TSMonitor: /fields for the start and the steps after which they are due; the start of a run that is continued is
+   in the file. */
 static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;

@@ -1,4 +1,5 @@
-/* When the next entry of /fields is due, by steps, slip, time or slip rate, whichever is first; and how much disk they take. */
+/* When the next entry of /fields is due, by steps, slip, time or slip rate, whichever is first; and how much disk
+   they take. */
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 #include <stdio.h>
@@ -155,7 +156,8 @@ static void SizeText(PetscReal bytes, char text[], size_t len)
   (void)snprintf(text, len, "%.3g %s", (double)bytes, unit[k]);
 }
 
-/* Prints what an entry of /fields takes, and all of them where their number has a bound, else a thousand. Collective. */
+/* Prints what an entry of /fields takes, and all of them where their number has a bound, else a thousand.
+   Collective. */
 PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts)
 {
   SlipFault fault = out->fault;

@@ -423,15 +423,15 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
   Options Database Keys:
 + -fault_<name> <value>           - -help lists them with unit and default
 . -fault_progress <yes>           - print how far a run is
-. -fault_output_xdmf <yes>        - write FILE.xdmf beside FILE of -fault_output
+. -fault_output_xdmf <yes>        - write FILE.xdmf2 beside FILE of -fault_output
 . -fault_view                     - print all of them after set-up, and the operators with their memory
 - -fault_stiffness_view <viewer>  - write K after scaling, for example to binary:K.bin
 
   Level: beginner
 
   Note:
-  Only a fault that has read its options prints lines of progress (-fault_progress) and writes an XDMF file beside its output
-  (-fault_output_xdmf).
+  Only a fault that has read its options prints lines of progress (-fault_progress) and writes an XDMF file beside its
+  output (-fault_output_xdmf).
 
   Errors: PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_UNKNOWN_TYPE, naming the option and what was
   expected, for a value that is no number, out of bounds, missing or not one of the choices
@@ -472,7 +472,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
                              "SlipFaultSetInitialState", fault->initial_unstable, &fault->initial_unstable, NULL));
   fault->output_xdmf = PETSC_TRUE;
   PetscCall(PetscOptionsBool("-fault_output_xdmf",
-                             "Write FILE.xdmf beside FILE of -fault_output, for ParaView's XDMF Reader (default yes)",
+                             "Write FILE.xdmf2 beside FILE of -fault_output, for ParaView (default yes)",
                              "SlipFaultOutputStart", fault->output_xdmf, &fault->output_xdmf, NULL));
   fault->progress.wanted = PETSC_TRUE;
   PetscCall(PetscOptionsBool("-fault_progress",

@@ -1,5 +1,5 @@
-/* -fault_progress: a line every few seconds on a terminal, and once a minute elsewhere, says how far a run is and when it will
-   be done; a set-up of seconds says what it does. */
+/* -fault_progress: a line every few seconds on a terminal, and once a minute elsewhere, says how far a run is and
+   when it will be done; a set-up of seconds says what it does. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipfault.h>
 #include <petsctime.h>
@@ -38,8 +38,8 @@ PetscBool SlipFaultProgressDue(PetscBool terminal, PetscReal elapsed, PetscReal 
 }
 
 /*
-  Does somebody read stdout as it is written? Open MPI gives its processes pseudo-terminals whatever the stdout of mpirun is,
-  so that below it the one of the parent counts.
+  Does somebody read stdout as it is written? Open MPI gives its processes pseudo-terminals whatever the stdout of
+  mpirun is, so that below it the one of the parent counts.
 */
 static PetscBool IsTerminal(void)
 {

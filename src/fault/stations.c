@@ -1,5 +1,6 @@
-/* -fault_stations: points of the fault whose cells are recorded at every accepted step, in the groups /stations/0, /stations/1, ... of the output.
-   Their rows are those of /series, so that a checkpoint's count of the one is that of the other. */
+/* -fault_stations: points of the fault whose cells are recorded at every accepted step, in the groups /stations/0,
+   /stations/1, ... of the output. Their rows are those of /series, so that a checkpoint's count of the one is that
+   of the other. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
 #include <stdlib.h>
@@ -195,8 +196,8 @@ PetscErrorCode SlipFaultStationsLayout(SlipFaultOutput out)
 
 /* ---- their rows ---- */
 
-/* Collective, also for /fields. The traction is the static one of the state, which the next step starts from: where a cell has just come to rest it does not contain the
-   impulse that stopped it. Computed once for a state. */
+/* Collective, also for /fields. The traction is the static one of the state, which the next step starts from: where
+   a cell has just come to rest it does not contain the impulse that stopped it. Computed once for a state. */
 PetscErrorCode SlipFaultOutputTraction(SlipFaultOutput out, PetscReal time, Vec w)
 {
   SlipFaultMoment *known = &out->traction_moment, now;

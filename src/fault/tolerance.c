@@ -10,8 +10,9 @@
 /* Wanted errors in units of the relative tolerance: of the slip and the state over d_c, and of the slip rate over the
    largest one, which the next steps forget unless it grows */
 static const PetscReal of_slip = 1, of_rate = 10;
-/* The slip of a step over d_c, cubed, likewise: what a step of second order leaves of a strength that falls as
-   exp(-s/d_c), whatever the embedded estimate sees of it in cells that begin or cease to slip within the step. */
+/* What a step of second order leaves of a strength that falls with slip, likewise: the slip over d_c, cubed, times the
+   share of the weakening rate that the cell still has; whatever the embedded estimate sees of it in cells that begin or
+   cease to slip within the step. */
 static const PetscReal of_cube = 0.5;
 
 /* Without inertia the rate is what the balance makes of the slip, and changes with it at once: its error is that of the
@@ -41,6 +42,15 @@ static PetscErrorCode RateError(SlipFault fault, Vec e, PetscReal *largest, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rate of weakening of cell i in the state s, over d_c and the friction drop: at most 1 */
+static PetscReal Weakening(const SlipFrictionCells *friction, PetscInt i, PetscReal s)
+{
+  PetscReal mu, ds, dv;
+
+  SlipFrictionEvaluate(friction, i, s, 0, &mu, &ds, &dv);
+  return friction->drop[i] > 0 ? PetscMin(1, -ds * friction->slip[i] / friction->drop[i]) : 0;
+}
+
 /*
   SlipFaultErrorNorm - the largest of the cells' errors over the wanted ones
 
@@ -49,11 +59,13 @@ static PetscErrorCode RateError(SlipFault fault, Vec e, PetscReal *largest, Pets
 PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
   const PetscReal *a, *b, *c, *vinf = fault->field[FIELD_LOADING_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
-  PetscReal largest[4] = {0, 0, 0, 0}; /* error of slips over d_c, of rates, rate, slip over d_c */
+  PetscReal largest[4] = {0, 0, 0, 0}; /* error of slips over d_c, of rates, rate, cubes */
   PetscReal slow = PETSC_MAX_REAL, tolerance = 0, wanted;
   const SlipArrays arrays[] = {{e, .read = &a}, {w0, .read = &b}, {w1, .read = &c}};
+  SlipFrictionCells friction;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
   if (!PetscIsNanReal(fault->value[FAULT_RATE_TOLERANCE])) tolerance = fault->value[FAULT_RATE_TOLERANCE];
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(RateError(fault, e, &largest[1], &slow));
@@ -63,14 +75,16 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, 
     const PetscReal rate = PetscMax(PetscAbsReal(b[3 * i]), PetscAbsReal(c[3 * i]));
 
     if (!(error / slip[i] <= largest[0])) largest[0] = error / slip[i];
-    largest[3] = PetscMax(largest[3], PetscAbsReal(c[3 * i + 1] - b[3 * i + 1] + h * vinf[i]) / slip[i]);
+    largest[3] =
+      PetscMax(largest[3], Weakening(&friction, i, b[3 * i + 2]) *
+                             PetscPowRealInt(PetscAbsReal(c[3 * i + 1] - b[3 * i + 1] + h * vinf[i]) / slip[i], 3));
     largest[2] = PetscMax(largest[2], PetscMax(rate, PetscAbsReal(vinf[i])));
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 4, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &slow, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   wanted = of_rate * rtol * (largest[2] + rtol * slow) + tolerance;
-  *E = PetscMax(largest[0] / (of_slip * rtol), PetscPowRealInt(largest[3], 3) / (of_cube * rtol));
+  *E = PetscMax(largest[0] / (of_slip * rtol), largest[3] / (of_cube * rtol));
   if (wanted > 0) *E = PetscMax(*E, largest[1] / wanted);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,8 +1,10 @@
-/* -fault_output_xdmf: a text file beside the output, by which ParaView opens it. FILE.part has FILE.part.xdmf, replaced as a
-   whole from time to time, and FILE has FILE.xdmf, so that a run that goes on, one that was killed and one that has ended can
-   all be looked at. It lists the entries of /fields; cells are quadrilaterals, whose corners are in /xdmf of the output.
+/* -fault_output_xdmf: a text file beside the output, by which ParaView opens it. FILE.part has FILE.part.xdmf2,
+   replaced as a whole from time to time, and FILE has FILE.xdmf2, so that a run that goes on, one that was killed
+   and one that has ended can all be looked at. It lists the entries of /fields; cells are quadrilaterals, whose
+   corners are in /xdmf of the output.
 
-   ParaView's "XDMF Reader" (vtkXdmfReader) takes it; its Xdmf3 readers do not know hyperslabs, parts of a dataset. */
+   By this ending ParaView takes its "XDMF Reader" (vtkXdmfReader). With .xdmf it offers its Xdmf3 readers too, and
+   opens those in scripts, which know no hyperslabs, parts of a dataset, and would show cells without fields. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipfault.h>
 #include <errno.h>
@@ -16,8 +18,9 @@
 
 #define XDMF_SHARE 100 /* the file is written again after so many times what that took, except at the end */
 
-/* Rank 0, as all that follows: corners [points][3] and their numbers for each cell [N][4], in the order of the output. Cells of
-   a grid share corners, so that fields can be drawn smoothly; those of a mesh need not meet at them. */
+/* Rank 0, as all that follows: corners [points][3] and their numbers for each cell [N][4], in the order of the
+   output. Cells of a grid share corners, so that fields can be drawn smoothly; those of a mesh need not meet at
+   them. */
 static PetscErrorCode Corners(SlipFault fault, PetscInt *npoints, PetscReal **points, PetscInt **cells)
 {
   static const PetscReal side[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}; /* along strike, in depth */
@@ -75,20 +78,26 @@ PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out)
 {
   SlipFaultXdmf *x = &out->xdmf;
   SlipH5 *h = SlipOutputFile(out->run);
-  char name[PETSC_MAX_PATH_LEN + 16];
+  char name[PETSC_MAX_PATH_LEN + 16], *slash;
   PetscBool has;
 
   PetscFunctionBegin;
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS && out->fault->output_xdmf; f++) x->wanted = x->wanted || out->wanted[f];
   if (!x->wanted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscStrncpy(x->target, h->target, sizeof(x->target)));
+  slash = strrchr(x->target, '/');
+  if (strchr(slash ? slash : x->target, ':')) { /* which ends a file's name in XDMF */
+    PetscCall(SlipWarning("no %s.xdmf2 is written, as its form has no name with a colon", x->target));
+    x->wanted = PETSC_FALSE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipH5Has(h, "/xdmf/cells", &has));
   if (!has) PetscCall(WriteCorners(out->fault, h));
   if (out->resumed) {
     PetscCall(SlipH5ReadReal(h, "/fields/time", 1, &x->n, &x->time));
     x->size = x->n;
   }
-  (void)snprintf(name, sizeof(name), "%s.part.xdmf", x->target);
+  (void)snprintf(name, sizeof(name), "%s.part.xdmf2", x->target);
   unlink(name); /* of an earlier run, with entries that are no more */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -220,7 +229,7 @@ static PetscErrorCode Write(SlipFaultOutput out, const char ending[])
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&begin));
-  (void)snprintf(name, sizeof(name), "%s%s.xdmf", x->target, ending);
+  (void)snprintf(name, sizeof(name), "%s%s.xdmf2", x->target, ending);
   text = Text(out, ending, &len);
   x->failed = text ? Replace(name, text, len) : ENOMEM;
   free(text);
@@ -252,9 +261,9 @@ PetscErrorCode SlipFaultXdmfFinish(SlipFaultOutput out)
   PetscFunctionBegin;
   if (!x->wanted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Write(out, ""));
-  (void)snprintf(part, sizeof(part), "%s.part.xdmf", x->target);
+  (void)snprintf(part, sizeof(part), "%s.part.xdmf2", x->target);
   unlink(part);
-  if (x->failed) PetscCall(SlipWarning("cannot write %s.xdmf: %s", x->target, strerror(x->failed)));
+  if (x->failed) PetscCall(SlipWarning("cannot write %s.xdmf2: %s", x->target, strerror(x->failed)));
   x->wanted = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

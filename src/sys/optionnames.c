@@ -18,7 +18,7 @@ typedef struct {
    the list to the sources. */
 static const SlipNames SlipLibrary[] = {
   {"slip_", "traceback"},
-  {"ts_bathe_", "gamma reaction error order max_failures"},
+  {"ts_bathe_", "gamma first_stage reaction error order max_failures"},
   {"ts_adapt_heuristic_", "growth failure_factor"},
   {"ts_adapt_pi_", "filter g1 g2 kappa ratio_min ratio_max failure_factor"},
   {"ts_adapt_rl_", "policy problem accuracy measure max_failures error_ceiling strict"},

@@ -87,6 +87,12 @@ class When(ScriptTest):
             times.append(self.fields(f"{ranks}.h5")[0])
         self.assertGreater(len(times[0]), 8)
         np.testing.assert_allclose(times[0], times[1], rtol=1e-9)  # sums in another order differ by rounding
+        # and on from a checkpoint of the other number of ranks, whose cells are numbered in another way
+        for before, after in ((1, 2), (2, 1)):
+            name = f"{before}{after}"
+            self.fault("-fault_output", f"{name}.h5", "-fault_checkpoint", f"{name}.state", "-ts_max_steps", "30", *rules, ranks=before, grid=mesh, code=3)
+            self.fault("-fault_output", f"{name}.h5", "-fault_restart", f"{name}.state", *rules, ranks=after, grid=mesh)
+            np.testing.assert_allclose(self.fields(f"{name}.h5")[0], times[0], rtol=1e-9)
 
     def test_errors(self):
         for option, value, message in (("rate_change", "1", "expected a factor > 1"), ("rate_change", "-2", "expected a number >= 0"),

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""FILE.xdmf beside -fault_output: well formed at every moment, with the cells where they are, the fields by name, times and values of
+"""FILE.xdmf2 beside -fault_output: well formed at every moment, with the cells where they are, the fields by name, times and values of
 the HDF5 file. Read here as the format says, and by ParaView's own reader (vtkXdmfReader, of Debian's python3-paraview) where it is."""
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -87,6 +88,7 @@ class Xdmf(ScriptTest):
         command = [FAULT, *options] if ranks == 1 else ["mpirun", "--oversubscribe", "-n", str(ranks), FAULT, *options]
         done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
         self.assertEqual(done.returncode, code, done.stderr)
+        return done.stderr
 
     def compare(self, xdmf, h5, centre, size, least=10, readers=READERS):
         """centre [N, 3] with depths downwards, size [N, 2]. The number of entries"""
@@ -115,8 +117,8 @@ class Xdmf(ScriptTest):
         for name, options in (("a.h5", []), ("of & two.h5", ["-fault_output_precision", "single", "-fault_output_compression", "5"]),
                               ("fewer.h5", ["-fault_output_fields", "slip,traction", "-fault_output_time_interval", "0.3"])):
             self.fault(*GRID, "-fault_output", name, *options)
-            self.compare(name + ".xdmf", name, *self.grid())
-        self.assertEqual(sorted(os.listdir(self.folder.name)), sorted(n + e for n in ("a.h5", "of & two.h5", "fewer.h5") for e in ("", ".xdmf")))
+            self.compare(name + ".xdmf2", name, *self.grid())
+        self.assertEqual(sorted(os.listdir(self.folder.name)), sorted(n + e for n in ("a.h5", "of & two.h5", "fewer.h5") for e in ("", ".xdmf2")))
 
     def test_mesh_on_ranks(self):
         subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells", "5", "4", "--ratio", "2",
@@ -125,10 +127,10 @@ class Xdmf(ScriptTest):
             cells = file["cells"][...]
         for ranks in (1, 2):
             self.fault("-fault_mesh", "mesh", "-ts_max_time", "3", "-fault_output", f"{ranks}.h5", ranks=ranks)
-            self.compare(f"{ranks}.h5.xdmf", f"{ranks}.h5", cells[:, :3], cells[:, 3:])
+            self.compare(f"{ranks}.h5.xdmf2", f"{ranks}.h5", cells[:, :3], cells[:, 3:])
 
     def test_while_it_goes(self):
-        """At every moment FILE.part.xdmf can be read, with FILE.part; it grows; a kill leaves both, and a restart goes on. Plain readers,
+        """At every moment FILE.part.xdmf2 can be read, with FILE.part; it grows; a kill leaves both, and a restart goes on. Plain readers,
         as that of vtk, are refused while a flush is written, a moment that comes ten times a second here."""
         slow = [FAULT, *GRID[:-1], "1e4", "-ts_adapt_type", "none", "-ts_dt", "1e-3", "-fault_output", "a.h5", "-fault_output_interval", "50",
                 "-fault_checkpoint", "state", "-fault_checkpoint_interval", "0.2"]
@@ -138,27 +140,36 @@ class Xdmf(ScriptTest):
         seen, end = [], time.monotonic() + 60
         while time.monotonic() < end and (len(set(seen)) < 4 or not os.path.exists(self.path("state.previous"))):
             self.assertIsNone(run.poll())
-            if os.path.exists(self.path("a.h5.part.xdmf")):
-                seen.append(self.compare("a.h5.part.xdmf", "a.h5.part", *self.grid(), least=1, readers=[by_format]))
+            if os.path.exists(self.path("a.h5.part.xdmf2")):
+                seen.append(self.compare("a.h5.part.xdmf2", "a.h5.part", *self.grid(), least=1, readers=[by_format]))
         run.kill()
         run.wait()
         self.assertEqual(seen, sorted(seen))
         self.assertGreaterEqual(len(set(seen)), 4)
-        self.compare("a.h5.part.xdmf", "a.h5.part", *self.grid(), least=seen[-1])
-        self.assertFalse(os.path.exists(self.path("a.h5.xdmf")))
+        self.compare("a.h5.part.xdmf2", "a.h5.part", *self.grid(), least=seen[-1])
+        self.assertFalse(os.path.exists(self.path("a.h5.xdmf2")))
         self.fault(*slow[1:], "-fault_restart", "state", "-ts_max_steps", "1", code=3)
-        n = self.compare("a.h5.xdmf", "a.h5", *self.grid(), least=2)
+        n = self.compare("a.h5.xdmf2", "a.h5", *self.grid(), least=2)
         with h5py.File(self.path("a.h5")) as file:
             self.assertEqual(n, len(file["fields/time"]))
-        self.assertFalse(os.path.exists(self.path("a.h5.part.xdmf")))
+        self.assertFalse(os.path.exists(self.path("a.h5.part.xdmf2")))
 
     def test_none(self):
-        """Neither without fields nor where it is not wanted."""
+        """Neither without fields nor where it is not wanted, or has a name that XDMF does not know."""
+        self.assertIn("no c:d.h5.xdmf2 is written", self.fault(*GRID, "-fault_output", "c:d.h5"))
         self.fault(*GRID, "-fault_output", "a.h5", "-fault_output_xdmf", "no")
         self.fault(*GRID, "-fault_output", "b.h5", "-fault_output_fields", "")
-        self.assertEqual(sorted(os.listdir(self.folder.name)), ["a.h5", "b.h5"])
+        self.assertEqual(sorted(os.listdir(self.folder.name)), ["a.h5", "b.h5", "c:d.h5"])
         with h5py.File(self.path("a.h5")) as file:
             self.assertNotIn("xdmf", file)
+
+    @unittest.skipUnless(shutil.which("pvpython"), "pvpython is missing: apt-get install python3-paraview (0.7 GB)")
+    def test_paraview_chooses_the_reader(self):
+        self.fault(*GRID, "-fault_output", "a.h5")
+        with open(self.path("open.py"), "w") as file:
+            file.write(f"from paraview.simple import *\nprint(sorted(OpenDataFile({self.path('a.h5.xdmf2')!r}).CellData.keys()))\n")
+        done = subprocess.run(["pvpython", "--force-offscreen-rendering", self.path("open.py")], capture_output=True, text=True)
+        self.assertIn(str(sorted(FIELDS)), done.stdout, done.stderr)
 
     @unittest.skipUnless(vtkXdmfReader, "vtkXdmfReader is missing: apt-get install python3-paraview (0.7 GB)")
     def test_vtk_was_there(self):

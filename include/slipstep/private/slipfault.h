@@ -474,8 +474,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultStationsStart(SlipFaultOutput out, PetscRea
 PETSC_EXTERN PetscErrorCode SlipFaultStationsRow(SlipFaultOutput out, PetscReal time, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultStationsDestroy(SlipFaultOutput out);
 
-/* Rank 0: what the output needs for it, before it is live; an entry; the output is flushed, for the last time or not; the
-   output has its final name */
+/* Rank 0: what the output needs for it, before it is live; an entry; the output is flushed, for the last time or
+   not; the output has its final name */
 PETSC_EXTERN PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out);
 PETSC_EXTERN PetscErrorCode SlipFaultXdmfAdd(SlipFaultOutput out, PetscReal time);
 PETSC_EXTERN PetscErrorCode SlipFaultXdmfFlushed(SlipFaultOutput out, PetscBool last);
