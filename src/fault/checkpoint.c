@@ -146,11 +146,36 @@ static PetscErrorCode CompareMesh(Differences *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The record of -fault_pore_pressure by its content, whatever its file is called; sums of hashes do not depend on who
+   holds which cells. A function of SlipFaultSetPressureFunction() is the caller's to keep. */
+static PetscErrorCode CompareRecord(Differences *d, SlipFault fault)
+{
+  const SlipFaultLoads *loads = &fault->loads;
+  uint64_t hash = 0;
+  char digest[64] = "no record";
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->n && loads->rows; i++) {
+    const PetscInt e = fault->start + i;
+    const PetscReal number = (PetscReal)(fault->order ? fault->order[e] : e);
+    uint64_t cell = SlipHashReals(SLIP_HASH_START, &number, 1);
+
+    cell = SlipHashReals(cell, loads->times, (size_t)loads->rows);
+    for (PetscInt k = 0; k < loads->rows; k++) cell = SlipHashReals(cell, &loads->record[(size_t)k * fault->n + i], 1);
+    hash += cell;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &hash, 1, MPI_UINT64_T, MPI_SUM, fault->comm));
+  if (loads->rows) (void)snprintf(digest, sizeof(digest), "of %lld times, %016" PRIx64, (long long)loads->rows, hash);
+  PetscCall(CompareText(d, "pore_pressure", digest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Refuses the checkpoint of another run, naming what differs. */
 static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
 {
   static const SlipFaultStringId choices[] = {FAULT_FRICTION_LAW, FAULT_KERNEL, FAULT_INITIAL, FAULT_STIFFNESS_AVERAGE,
                                               FAULT_STIFFNESS_SCALING};
+  const char *injection = fault->text[FAULT_INJECTION];
   Differences d = {.s = s};
   PetscBool cells;
   PetscReal value;
@@ -166,6 +191,8 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
   }
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(choices); i++)
     PetscCall(CompareText(&d, SlipFaultStrings[choices[i]].name, fault->text[choices[i]]));
+  PetscCall(CompareText(&d, "injection", injection[0] ? injection : "none"));
+  PetscCall(CompareText(&d, "inertia", fault->inertia ? "yes" : "no"));
   PetscCall(CompareMesh(&d, fault));
   PetscCall(CompareType(&d, "operator", fault->K));
   PetscCall(CompareType(&d, "viscosity", fault->H));
@@ -175,6 +202,7 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
 
     PetscCall(CompareCells(&d, fault, p->name, p->unit, fault->field[f]));
   }
+  if (cells) PetscCall(CompareRecord(&d, fault));
   if (!d.text[0]) PetscCall(CompareReal(&d, "scaling_of_stiffness", fault->scaling, "", CHECKPOINT_SAME));
   if (!d.text[0]) PetscCall(CompareReal(&d, "critical_energy", fault->critical_energy, "Pa m", CHECKPOINT_SAME));
   PetscCheck(!d.text[0], fault->comm, PETSC_ERR_ARG_INCOMP, "-%sfault_restart %s is the checkpoint of another run: %s",

@@ -83,6 +83,7 @@ static PetscErrorCode Corner_Fault(TS ts, PetscReal t, PetscReal *next)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
+  PetscCall(SlipFaultReportOpening(fault, t));
   PetscCall(SlipFaultNextCorner(fault, t, next));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -48,10 +48,13 @@ static PetscErrorCode ReadRecord(SlipFault fault, SlipH5 *h, PetscInt *rows, Pet
   PetscBool said, flat;
 
   PetscFunctionBegin;
+  PetscCall(SlipH5CheckNames(h, "time pressure"));
   PetscCall(SlipH5CheckUnits(h, "/time", "s", &said));
   PetscCall(SlipH5CheckUnits(h, "/pressure", "Pa", &said));
   PetscCall(SlipH5ReadRealSized(h, "/time", 1, &any, "m times", dims, times));
   *rows = dims[0];
+  PetscCheck(*rows > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-%sfault_pore_pressure): /time is empty, expected at least one time", h->name, prefix);
   for (PetscInt k = 0; k < *rows; k++)
     PetscCheck(isfinite((*times)[k]) && (!k || (*times)[k] > (*times)[k - 1]), PETSC_COMM_SELF,
                PETSC_ERR_FILE_UNEXPECTED,
@@ -222,21 +225,6 @@ static PetscErrorCode Pressure(SlipFault fault, PetscReal t, PetscReal p[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A cell whose pressure exceeds its normal stress opens: it has no strength. Said once. */
-static PetscErrorCode ReportOpening(SlipFault fault, PetscReal t, PetscInt opened)
-{
-  PetscFunctionBegin;
-  if (fault->loads.opened) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &opened, 1, MPIU_INT, MPI_SUM, fault->comm));
-  if (!opened) PetscFunctionReturn(PETSC_SUCCESS);
-  fault->loads.opened = PETSC_TRUE;
-  PetscCall(PetscPrintf(fault->comm,
-                        "At %.6g s the pore pressure exceeds the normal stress in %" PetscInt_FMT
-                        " cells: they open, without strength (said once)\n",
-                        (double)t, opened));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
   SlipFaultLoadAt - shear load and effective normal stress of the time t, for all that reads them next
 
@@ -245,7 +233,6 @@ static PetscErrorCode ReportOpening(SlipFault fault, PetscReal t, PetscInt opene
 PetscErrorCode SlipFaultLoadAt(SlipFault fault, PetscReal t)
 {
   SlipFaultLoads *loads = &fault->loads;
-  PetscInt opened = 0;
   PetscReal *a;
 
   PetscFunctionBegin;
@@ -261,16 +248,36 @@ PetscErrorCode SlipFaultLoadAt(SlipFault fault, PetscReal t)
   }
   if (loads->pressed) {
     PetscCall(Pressure(fault, t, loads->stress));
-    for (PetscInt i = 0; i < fault->n; i++) {
-      loads->stress[i] = fault->field[FIELD_NORMAL_STRESS][i] - loads->stress[i];
-      if (loads->stress[i] > 0) continue;
-      loads->stress[i] = 0;
-      opened++;
-    }
-    PetscCall(ReportOpening(fault, t, opened));
+    for (PetscInt i = 0; i < fault->n; i++)
+      loads->stress[i] = PetscMax(fault->field[FIELD_NORMAL_STRESS][i] - loads->stress[i], 0);
   }
   loads->time = t;
   loads->known = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  SlipFaultReportOpening - say once that cells have opened: their pressure exceeds their normal stress, and they have no
+  strength
+
+  Collective; for times that the run has reached, not those that an attempt or a search for an onset looks at.
+*/
+PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
+{
+  SlipFaultLoads *loads = &fault->loads;
+  PetscInt opened = 0;
+
+  PetscFunctionBegin;
+  if (loads->opened || !loads->pressed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultLoadAt(fault, t));
+  for (PetscInt i = 0; i < fault->n; i++) opened += loads->stress[i] <= 0 ? 1 : 0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &opened, 1, MPIU_INT, MPI_SUM, fault->comm));
+  if (!opened) PetscFunctionReturn(PETSC_SUCCESS);
+  loads->opened = PETSC_TRUE;
+  PetscCall(PetscPrintf(fault->comm,
+                        "At %.6g s the pore pressure exceeds the normal stress in %" PetscInt_FMT
+                        " cells: they open, without strength (said once)\n",
+                        (double)t, opened));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -326,6 +333,13 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
   loads->shears = any[0] ? PETSC_TRUE : PETSC_FALSE;
   fault->heals = any[2] ? PETSC_TRUE : PETSC_FALSE;
   if (fault->text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
+  PetscCheck(fault->text[FAULT_INJECTION][0] ||
+               (fault->value[FAULT_INJECTION_PRESSURE] == 0 && fault->value[FAULT_INJECTION_DIFFUSIVITY] == 0 &&
+                fault->value[FAULT_INJECTION_STOP] == 0),
+             fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_injection_pressure, -%sfault_injection_diffusivity and -%sfault_injection_stop need the point "
+             "of -%sfault_injection x,z",
+             SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault));
   if (fault->text[FAULT_INJECTION][0]) PetscCall(SourceSetUp(fault));
   loads->pressed = loads->rows || loads->distance2 || loads->function ? PETSC_TRUE : PETSC_FALSE;
   fault->driven =

@@ -3,7 +3,11 @@
    What such runs are about are the times and the slips of events. A slip is right when it is so against d_c, in which
    strength changes; a slip rate against the largest one of the fault now. Each cell counts by itself, as an event begins
    in a few of them. While all is slow, rates do not count: they jump whenever a cell joins or leaves those that slide,
-   within the time that inertia or radiation take for one cell, in which a slow slip is no slip at all. */
+   within the time that inertia or radiation take for one cell, in which a slow slip is no slip at all.
+
+   A cell of constant friction has no d_c: its strength does not fall with slip, nothing there is unstable, and without
+   inertia stages that end in balance are exact whatever the step while slip goes on in one direction. Its slip is right
+   when it is so against the largest displacement of the fault so far, the only slip that such a run knows of. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 
@@ -14,25 +18,52 @@ static const PetscReal of_slip = 1, of_rate = 10;
    share of the weakening rate that the cell still has; whatever the embedded estimate sees of it in cells that begin or
    cease to slip within the step. */
 static const PetscReal of_cube = 0.5;
+/* Of the slip of constant friction over the largest displacement */
+static const PetscReal of_displacement = 10;
+
+/* The slip against which that of a cell counts [m]: in cells of constant friction so much of the largest displacement
+   that errors may be of_displacement times as large. *weakens: it is d_c */
+static PetscReal SlipScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal displacement,
+                           PetscBool *weakens)
+{
+  *weakens = SlipFrictionExcess(friction, i, 0, 0) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return *weakens ? fault->field[FIELD_FRICTION_SLIP][i] : of_displacement / of_slip * displacement;
+}
+
+/* The largest |u| of a state [m]; SLIP_FAULT_ATOL: it has not moved. Collective. */
+static PetscErrorCode LargestDisplacement(SlipFault fault, Vec w, PetscReal *largest)
+{
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  *largest = SLIP_FAULT_ATOL;
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < fault->n; i++) *largest = PetscMax(*largest, PetscAbsReal(a[3 * i + 1]));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Without inertia the rate is what the balance makes of the slip, and changes with it at once: its error is that of the
    slip times K/(H + theta K) of the cell. K/H would do for short steps; in long ones the next stage takes most of such an
    error away again. slow: the least of the cells' rates d_c over the time that inertia or radiation take. */
-static PetscErrorCode RateError(SlipFault fault, Vec e, PetscReal *largest, PetscReal *slow)
+static PetscErrorCode RateError(SlipFault fault, PetscReal displacement, Vec e, PetscReal *largest, PetscReal *slow)
 {
-  const PetscReal *slip = fault->field[FIELD_FRICTION_SLIP];
+  SlipFrictionCells friction;
   const PetscReal *a, *k, *viscosity;
   const SlipArrays arrays[] = {
     {e, .read = &a}, {fault->loads.diagonal[0], .read = &k}, {fault->loads.diagonal[1], .read = &viscosity}};
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
+    PetscBool weakens;
     const PetscReal times =
       fault->inertia ? PetscSqrtReal(k[i] / (fault->mass * fault->weight[i])) : k[i] / viscosity[i];
     PetscReal error = PetscAbsReal(a[3 * i]);
 
-    *slow = PetscMin(*slow, slip[i] * times);
+    *slow = PetscMin(*slow, SlipScale(fault, &friction, i, displacement, &weakens) * times);
     if (!fault->inertia)
       error = PetscMax(PetscAbsReal(a[3 * i + 1]), PetscAbsReal(a[3 * i + 2])) *
               (k[i] / (viscosity[i] + fault->theta * k[i]));
@@ -42,13 +73,13 @@ static PetscErrorCode RateError(SlipFault fault, Vec e, PetscReal *largest, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rate of weakening of cell i in the state s, over d_c and the friction drop: at most 1 */
+/* Rate of weakening with slip of cell i, which weakens, in the state s, over the friction drop by d_c: at most 1 */
 static PetscReal Weakening(const SlipFrictionCells *friction, PetscInt i, PetscReal s)
 {
   PetscReal mu, ds, dv;
 
   SlipFrictionEvaluate(friction, i, s, 0, &mu, &ds, &dv);
-  return friction->drop[i] > 0 ? PetscMin(1, -ds * friction->slip[i] / friction->drop[i]) : 0;
+  return PetscMin(1, -ds * friction->slip[i] / friction->drop[i]);
 }
 
 /*
@@ -58,26 +89,29 @@ static PetscReal Weakening(const SlipFrictionCells *friction, PetscInt i, PetscR
 */
 PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
-  const PetscReal *a, *b, *c, *vinf = fault->field[FIELD_LOADING_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
+  const PetscReal *a, *b, *c, *vinf = fault->field[FIELD_LOADING_RATE];
   PetscReal largest[4] = {0, 0, 0, 0}; /* error of slips over d_c, of rates, rate, cubes */
-  PetscReal slow = PETSC_MAX_REAL, tolerance = 0, wanted;
+  PetscReal slow = PETSC_MAX_REAL, tolerance = 0, wanted, displacement;
   const SlipArrays arrays[] = {{e, .read = &a}, {w0, .read = &b}, {w1, .read = &c}};
   SlipFrictionCells friction;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, &friction));
   if (!PetscIsNanReal(fault->value[FAULT_RATE_TOLERANCE])) tolerance = fault->value[FAULT_RATE_TOLERANCE];
   PetscCall(SlipFaultRestSetUp(fault));
-  PetscCall(RateError(fault, e, &largest[1], &slow));
+  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(LargestDisplacement(fault, w1, &displacement));
+  PetscCall(RateError(fault, displacement, e, &largest[1], &slow));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscReal error = PetscMax(PetscAbsReal(a[3 * i + 1]), PetscAbsReal(a[3 * i + 2]));
     const PetscReal rate = PetscMax(PetscAbsReal(b[3 * i]), PetscAbsReal(c[3 * i]));
 
-    if (!(error / slip[i] <= largest[0])) largest[0] = error / slip[i];
-    largest[3] =
-      PetscMax(largest[3], Weakening(&friction, i, b[3 * i + 2]) *
-                             PetscPowRealInt(PetscAbsReal(c[3 * i + 1] - b[3 * i + 1] + h * vinf[i]) / slip[i], 3));
+    PetscBool weakens;
+    const PetscReal slip = SlipScale(fault, &friction, i, displacement, &weakens);
+    const PetscReal moved = PetscAbsReal(c[3 * i + 1] - b[3 * i + 1] + h * vinf[i]) / slip;
+
+    if (!(error / slip <= largest[0])) largest[0] = error / slip;
+    if (weakens) largest[3] = PetscMax(largest[3], Weakening(&friction, i, b[3 * i + 2]) * PetscPowRealInt(moved, 3));
     largest[2] = PetscMax(largest[2], PetscMax(rate, PetscAbsReal(vinf[i])));
   }
   PetscCall(SlipArraysRestore(3, arrays));

@@ -354,6 +354,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec 
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadAt(SlipFault fault, PetscReal t);
+PETSC_EXTERN PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t);
 PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(SlipFault fault, PetscReal t, PetscReal *next);
 PETSC_EXTERN PetscErrorCode SlipFaultPressureScale(SlipFault fault, PetscReal t, PetscReal duration, PetscReal *scale);
 PETSC_EXTERN PetscReal SlipExponentialIntegral(PetscReal x);
