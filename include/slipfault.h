@@ -66,7 +66,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w,
    [event, Nz, Nx], or [event, N] of a mesh; output/README.md says what they are. SlipFaultOutputStart() and
    SlipFaultOutputFinish() begin and end it.
    -fault_output: attaches monitors that write the file of slipoutput.h, with /mesh (x, z of the centres [m],
-   per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction as [n, Nz, Nx], or [n, N] of a
+   per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction, state as [n, Nz, Nx], or [n, N] of a
    mesh), and of -fault_stations /stations/K (K = 0, 1, ...; time, slip, slip_rate, traction, state at every accepted
    step; attributes x, z, cell, cell_x, cell_z); /xdmf (corners of the cells) and FILE.xdmf2 beside it; finish writes
    /result and /run and renames into place. */

@@ -259,7 +259,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power
 PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs)
 {
   const SlipFaultSums *s;
-  PetscReal power[3];
+  PetscReal power[3], start;
   const PetscReal N = (PetscReal)fault->N;
 
   PetscFunctionBegin;
@@ -268,8 +268,12 @@ PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultO
   PetscCall(SlipFaultGetPowers(fault, w, r, power));
   obs->mean_slip_rate = s->sum[SUM_V] / N;
   obs->max_slip_rate = s->max_v;
-  /* The state heals: slip is what the displacement is relative to the far field. */
-  obs->mean_slip = (fault->heals ? s->sum[SUM_U] + fault->loads.time * s->sum[SUM_VINF] : s->sum[SUM_S]) / N;
+  obs->mean_slip = s->sum[SUM_S] / N;
+  obs->mean_slip = s->sum[SUM_S] / N;
+  PetscCall(SlipFaultStartShare(fault, &start));
+  /* A state that heals is no slip: that is the displacement relative to the start and the far field. */
+  if (fault->heals)
+    obs->mean_slip = (s->sum[SUM_U] + fault->loads.time * s->sum[SUM_VINF]) / N - start * fault->mean_uc;
   obs->mean_displacement = s->sum[SUM_U] / N;
   obs->sliding_fraction = s->sum[SUM_SLIDING] / N;
   obs->kinetic = fault->inertia ? fault->mass * s->sum[SUM_V2] / (2 * N) : 0;

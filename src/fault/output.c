@@ -17,6 +17,8 @@ PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
   PetscCall(VecDestroy(&out->w0));
   PetscCall(VecDestroy(&out->r0));
   PetscCall(VecDestroy(&out->traction));
+  PetscCall(VecDestroy(&out->start0));
+  PetscCall(VecDestroy(&out->vinf0));
   PetscCall(VecDestroy(&out->when.entry_u));
   PetscCall(SlipFaultStationsDestroy(out));
   PetscCall(PetscFree(*output));

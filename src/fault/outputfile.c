@@ -19,6 +19,7 @@ static const struct {
   [OUTPUT_DISPLACEMENT] = {"displacement", "m", 1},
   [OUTPUT_SLIP] = {"slip", "m", 2},
   [OUTPUT_TRACTION] = {"traction", "Pa", -1},
+  [OUTPUT_STATE] = {"state", "m", 2},
 };
 
 static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx)
@@ -69,7 +70,7 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
       if (same) out->wanted[f] = PETSC_TRUE;
     }
     PetscCheck(same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-               "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement or traction",
+               "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction or state",
                SlipFaultPrefix(fault), names[i]);
   }
   PetscCall(PetscStrToArrayDestroy(n, names));
@@ -133,13 +134,49 @@ static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rank 0: slip [N] of a fault that heals, whose state s is none, from the gathered state; NULL for others. Free it. */
+static PetscErrorCode SlipOfDisplacement(SlipFaultOutput out, PetscReal time, const PetscReal w[], PetscReal **slip)
+{
+  const PetscReal *u, *v;
+
+  PetscFunctionBegin;
+  *slip = NULL;
+  if (!out->start0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(out->fault->N, slip));
+  PetscCall(VecGetArrayRead(out->start0, &u));
+  PetscCall(VecGetArrayRead(out->vinf0, &v));
+  for (PetscInt e = 0; e < out->fault->N; e++) (*slip)[e] = w[3 * e + 1] - u[e] + time * v[e];
+  PetscCall(VecRestoreArrayRead(out->vinf0, &v));
+  PetscCall(VecRestoreArrayRead(out->start0, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: what the slip of a fault that heals is relative to */
+static PetscErrorCode GatherStart(SlipFaultOutput out)
+{
+  SlipFault fault = out->fault;
+  PetscReal share;
+
+  PetscFunctionBegin;
+  if (!fault->heals || out->start0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultStartShare(fault, &share));
+  PetscCall(VecDuplicate(out->r0, &out->start0));
+  PetscCall(VecDuplicate(out->r0, &out->vinf0));
+  PetscCall(VecScatterBegin(out->gather_r, fault->uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_r, fault->uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScale(out->start0, share));
+  PetscCall(VecScatterBegin(out->gather_r, fault->vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_r, fault->vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Rank 0: one entry of every field wanted, from the gathered state and reaction; the reaction is weighted by area. */
 static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
 {
   const SlipCells *mesh = &out->fault->mesh;
   const PetscReal unit = mesh->n ? 2 * SlipCellsUnit(mesh) : 1;
   const PetscReal *w;
-  PetscReal *r;
+  PetscReal *r, *slip;
   char path[OUTPUT_NUM_FIELDS][64];
   SlipH5Rows series[1 + OUTPUT_NUM_FIELDS] = {{"/fields/time", &time, 1}};
   PetscInt n = 1;
@@ -148,14 +185,18 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt e = 0; e < mesh->n; e++) r[e] /= unit * mesh->length[e] * mesh->width[e];
+  PetscCall(SlipOfDisplacement(out, time, w, &slip));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     const PetscInt c = OutputFields[f].component;
 
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path[f], sizeof(path[f]), "/fields/%s", OutputFields[f].name));
-    series[n++] = c < 0 ? (SlipH5Rows){path[f], r, 1} : (SlipH5Rows){path[f], w + c, 3};
+    series[n++] = c < 0                             ? (SlipH5Rows){path[f], r, 1}
+                  : f == OUTPUT_SLIP && out->start0 ? (SlipH5Rows){path[f], slip, 1}
+                                                    : (SlipH5Rows){path[f], w + c, 3};
   }
   PetscCall(SlipH5AppendAll(SlipOutputFile(out->run), n, series, 1));
+  PetscCall(PetscFree(slip));
   PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -258,6 +299,7 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
   PetscFunctionBegin;
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputBegin(out->run));
+  PetscCall(GatherStart(out));
   PetscCall(VecScatterBegin(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   if (out->wanted[OUTPUT_TRACTION]) {

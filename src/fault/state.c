@@ -34,6 +34,17 @@ PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The displacement of the start over uc; 0 without stress, or where it is given */
+PetscErrorCode SlipFaultStartShare(SlipFault fault, PetscReal *share)
+{
+  PetscBool critical;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
+  *share = critical ? -(1 + fault->value[FAULT_INITIAL_PERTURBATION]) : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* No cell may start above its strength. */
 static PetscErrorCode CheckTraction(SlipFault fault)
 {
@@ -97,7 +108,7 @@ static PetscErrorCode CheckTraction(SlipFault fault)
 @*/
 PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
 {
-  const PetscReal factor = -(1 + fault->value[FAULT_INITIAL_PERTURBATION]);
+  PetscReal factor;
   PetscBool critical, traction;
   PetscReal *a;
   const PetscReal *uc;
@@ -110,6 +121,7 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   PetscCall(VecZeroEntries(w));
   if (traction && !fault->initial_unstable) PetscCall(CheckTraction(fault));
   if (!critical) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultStartShare(fault, &factor));
   PetscCall(VecGetArray(w, &a));
   PetscCall(VecGetArrayRead(fault->uc, &uc));
   for (PetscInt i = 0; i < fault->n; i++) a[3 * i + 1] = factor * uc[i];

@@ -350,6 +350,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, 
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F);
 PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q);
+PETSC_EXTERN PetscErrorCode SlipFaultStartShare(SlipFault fault, PetscReal *share); /* state.c */
 /* loads.c */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);
@@ -399,12 +400,13 @@ PETSC_EXTERN PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t,
 PETSC_EXTERN PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power);   /* [W] */
 
 /* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
-/* Fields of /fields; the first three are components of the state, the last is the reaction. */
+/* Fields of /fields: components of the state, but traction, the reaction; and slip of a fault that heals, which is not s */
 typedef enum {
   OUTPUT_SLIP_RATE,
   OUTPUT_DISPLACEMENT,
   OUTPUT_SLIP,
   OUTPUT_TRACTION,
+  OUTPUT_STATE,
   OUTPUT_NUM_FIELDS
 } SlipOutputFieldId;
 
@@ -456,6 +458,7 @@ struct _n_SlipFaultOutput {
   PetscInt last_field_step;            /* step of the newest of them */
   Vec w0, r0;                          /* state and reaction gathered on rank 0 */
   Vec traction;
+  Vec start0, vinf0; /* rank 0, of a fault that heals: displacement of the start [m] and loading rate [m/s] */
   SlipFaultMoment traction_moment; /* of the state that traction is of */
   VecScatter gather_w, gather_r;
   SlipFaultStations stations;
