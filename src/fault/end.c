@@ -40,10 +40,8 @@ PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete)
                           "stiffness:", text, SlipFaultPrefix(fault)));
   }
   if (moving)
-    PetscCall(PetscSNPrintf(text, sizeof(text),
-                            "%" PetscInt_FMT " of %" PetscInt_FMT
-                            " cells slide: the error of a slip that goes on is not estimated",
-                            moving, fault->N));
+    PetscCall(PetscSNPrintf(text, sizeof(text), "%" PetscInt_FMT " of %" PetscInt_FMT " cells slide%s", moving,
+                            fault->N, fault->driven ? "" : ": the error of a slip that goes on is not estimated"));
   else
     PetscCall(PetscSNPrintf(text, sizeof(text), "all cells rest"));
   PetscCall(SlipReportEnd(ts, text, complete));

@@ -187,7 +187,7 @@ PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCall(Reset(est));
   est->known = PETSC_FALSE; /* until a step is accepted */
-  /* Nothing is known of sequences of events but by repetition. */
+  /* The estimate is of a single event: nothing is known of sequences but by repetition. */
   if (fault->driven && !fault->check_error) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultCourseStart(fault, ts));
   if (!bathe) PetscFunctionReturn(PETSC_SUCCESS);
@@ -238,9 +238,7 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
   PetscCall(TSBatheGetReactionType(ts, &reaction));
   PetscCall(TSBatheGetError(ts, &estimate));
   *why = NULL;
-  if (fault->driven)
-    *why = "not of faults that are loaded, heal or have no inertia";
-  else if (!est->known)
+  if (!est->known)
     *why = "no estimates of its steps";
   else if (est->moving > 0)
     *why = "the fault still slides";
@@ -410,7 +408,7 @@ PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, P
   PetscCall(WantedAccuracy(ts, &wanted));
   if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  if (bathe) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
+  if (bathe && !fault->driven) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
   if (fault->check_error) PetscCall(ReportCheck(fault, ts, run, wanted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
