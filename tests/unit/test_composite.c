@@ -36,4 +36,37 @@ static void weights(void **state)
   }
 }
 
-SLIP_TESTS(weights)
+/* Both stages backward. Alexander's (1977) coefficients: gamma (2 - gamma) = 1/2, weights of x^0 and x^1, stage 1 the
+   backward rule to gamma, stage 2 from base = a1 w1 - a0 w0. The function of y' = z y at z -> -infinity is 0 (L-stable), and
+   at -1 that of the trapezoidal split 2 - sqrt 2, whose denominator and order are the same. 1e-14: rounding. */
+static void backward(void **state)
+{
+  const PetscReal z = -1;
+  PetscReal node[3], w[2];
+  SlipBathe c, t;
+
+  (void)state;
+  SlipBatheSetUpBackward(&c);
+  SlipBatheSetUp(2 - sqrt(2), &t);
+  assert_true(fabs(c.gamma * (2 - c.gamma) - 0.5) < 1e-15);
+  assert_true(c.theta[0] == c.gamma && c.theta[1] == c.gamma);
+  node[0] = 0, node[1] = c.gamma, node[2] = 1;
+  for (int k = 0; k <= 2; k++) {
+    PetscReal step = 0, error = 0;
+
+    for (int i = 0; i < 3; i++) {
+      step += c.weight[i] * pow(node[i], k);
+      error += c.error[i] * pow(node[i], k);
+    }
+    if (k < 2) assert_true(fabs(step - 1.0 / (k + 1)) < 1e-14);
+    assert_true(fabs(error - (step - 1.0 / (k + 1))) < 1e-14);
+  }
+  assert_true(fabs(c.error[0] - (1 - c.gamma) / c.divisor) < 1e-14);
+  assert_true(fabs(c.error[2] - c.gamma / c.divisor) < 1e-14);
+  w[0] = (c.a1 / (1 - c.theta[0] * z) - c.a0) / (1 - c.theta[1] * z);
+  w[1] = (t.a1 * (1 + t.theta[0] * z) / (1 - t.theta[0] * z) - t.a0) / (1 - t.theta[1] * z);
+  assert_true(fabs(w[0] - w[1]) < 1e-14);
+  assert_true(fabs((c.a1 / (1 + c.theta[0] * 1e9) - c.a0) / (1 + c.theta[1] * 1e9)) < 1e-8);
+}
+
+SLIP_TESTS(weights, backward)

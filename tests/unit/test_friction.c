@@ -62,4 +62,34 @@ static void values(void **state)
   assert_null(law);
 }
 
-SLIP_TESTS(derivatives, values)
+/* Healing, ds/dt = |v| - s/t_h. At rest the solution is s0 exp(-t/t_h). A stage that is implicit by theta is the backward
+   rule: s = s0 + theta (|v| - s/t_h), whose error over n steps of t/n is t^2/(2 n) |s''| to first order: twice as many
+   steps halve it within the next order, 1/n. 1e-15: rounding of numbers below 1. */
+static void healing(void **state)
+{
+  const PetscReal one[] = {0.1}, rate[] = {0.25}, v[] = {-0.03}, s0 = 0.3, t = 2,
+                  exact = 0.12 + (0.3 - 0.12) * exp(-0.5);
+  const SlipFrictionCells cells = {SlipFrictionLaws, one, one, one, one, one, NULL, rate};
+  PetscReal error[2];
+
+  (void)state;
+  assert_true(fabs(SlipFrictionStateAtRest(&cells, 0, s0, t) - s0 * exp(-0.5)) < 1e-15);
+  for (int k = 0; k < 2; k++) {
+    const int n = 1000 << k;
+    PetscReal s = s0, ds, mu, dmu_ds, dmu_dv, ds_dv;
+
+    for (int i = 0; i < n; i++) {
+      const PetscReal before = s;
+
+      SlipFrictionStateAdvance(&cells, 1, t / n, &before, v, 1, &s);
+      SlipFrictionStateRate(&cells, 1, 1, &s, v, &ds);
+      assert_true(fabs(s - before - t / n * ds) < 1e-15);
+    }
+    SlipFrictionStage(&cells, 0, t, s0, v[0], &mu, &dmu_ds, &dmu_dv, &ds_dv);
+    assert_true(fabs(ds_dv - t / (1 + t * rate[0])) < 1e-15);
+    error[k] = s - exact;
+  }
+  assert_true(fabs(error[0] / error[1] - 2) < 5e-3);
+}
+
+SLIP_TESTS(derivatives, values, healing)

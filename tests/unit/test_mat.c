@@ -386,6 +386,44 @@ static void test_stage_is_the_sum(void **state)
   MatsDestroy(&B, &H, &K);
 }
 
+/* Radiation damping without inertia: B = eta I + theta K, by products and by what solvers that factor blocks ask for */
+static void test_radiation(void **state)
+{
+  const PetscReal eta = 4.33e6, theta = 0.7;
+  const char *types[] = {"dense", "fft"};
+
+  (void)state;
+  for (int t = 0; t < 2; t++) {
+    PetscErrorCode (*entries)(Mat, Mat *, PetscReal *, Vec *);
+    Mat K, H, B, dense, part, known;
+    PetscReal scale;
+    Vec diagonal;
+
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Even, types[t], &K));
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Even, "dense", &known));
+    ok(MatCreateSlipRadiation(K, eta, &H));
+    ok(MatCreateSlipStage(K, H, 0, &B));
+    ok(MatSlipStageSetTheta(B, theta));
+    ok(MatConvert(B, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+    ok(PetscObjectQueryFunction((PetscObject)B, "MatSlipGetDense_C", &entries));
+    ok((*entries)(B, &part, &scale, &diagonal));
+    for (PetscInt i = 0; i < 100; i += 7)
+      for (PetscInt j = 0; j < 100; j++) {
+        const PetscReal expected = (i == j ? eta : 0) + theta * EntryOf(known, i, j);
+        PetscReal d;
+
+        ok(VecGetValues(diagonal, 1, &i, &d));
+        /* a transform's rounding, of the order of 1e-15 of the diagonal times the logarithm of its length */
+        assert_true(PetscAbsReal(EntryOf(dense, i, j) - expected) < 1e-13 * (eta + theta * EntryOf(known, i, i)));
+        assert_true(PetscAbsReal(scale * EntryOf(part, i, j) + (i == j ? d : 0) - expected) <
+                    1e-13 * (eta + theta * EntryOf(known, i, i)));
+      }
+    ok(MatDestroy(&dense));
+    ok(MatDestroy(&known));
+    MatsDestroy(&B, &H, &K);
+  }
+}
+
 /* ---- errors ---- */
 
 static void AssertEntriesRefused(PetscInt N, const PetscReal *entries, const char *words)
@@ -449,4 +487,5 @@ static void test_bad_grids(void **state)
 
 SLIP_TESTS(test_dense_entries, test_average_on_grids, test_viscosity_squares_to_stiffness, test_fft_is_dense,
            test_transform_is_dense, test_sketched_root, test_root_tolerance, test_viscosity_by_denman_beavers,
-           test_other_viscosities, test_auto, test_zero_damping, test_stage_is_the_sum, test_entries, test_bad_grids)
+           test_other_viscosities, test_auto, test_zero_damping, test_stage_is_the_sum, test_radiation, test_entries,
+           test_bad_grids)
