@@ -10,7 +10,9 @@ enum { MAX_BISECTIONS = 200, MAX_PIECES = 100000000 };
 /* Pieces of the search, in which |f| - q is taken to have no more than one root: shares of the healing time, and of the
    time since the search began, as healing slows down with it */
 static const PetscReal piece_of_healing = 0.05, piece_of_past = 0.1;
-/* A first step after the onset, in times of the growth of the cell that starts, or of the rest where it does not grow */
+/* A first step after the onset, in times of the growth of the cell that starts. Where it does not grow, a share of the
+   rest, which is as long as rounding makes it where the cell has only just stopped, and half the time at least in which
+   the cell finds its rate. */
 static const PetscReal step_of_growth = 0.5, step_of_rest = 1e-3;
 
 typedef struct {
@@ -204,7 +206,7 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
 {
   SlipFault fault = r->fault;
   const PetscReal *k, *viscosity;
-  PetscReal excess, growth = -PETSC_MAX_REAL;
+  PetscReal excess, rate[2] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL}; /* of growth, of relaxation */
   PetscInt i;
 
   PetscFunctionBegin;
@@ -221,14 +223,19 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
     damping = viscosity[i] + dv * stress;
     stiffness = k[i] + ds * stress;
     if (M > 0 && PetscSqr(damping) >= 4 * M * stiffness)
-      growth = (-damping + PetscSqrtReal(PetscSqr(damping) - 4 * M * stiffness)) / (2 * M);
+      rate[0] = (-damping + PetscSqrtReal(PetscSqr(damping) - 4 * M * stiffness)) / (2 * M);
     else if (M == 0 && damping > 0)
-      growth = -stiffness / damping;
+      rate[0] = -stiffness / damping;
+    if (stiffness > 0) rate[1] = M > 0 ? PetscSqrtReal(stiffness / M) : -rate[0];
     PetscCall(VecRestoreArrayRead(fault->loads.diagonal[1], &viscosity));
     PetscCall(VecRestoreArrayRead(fault->loads.diagonal[0], &k));
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &growth, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  *h = growth > 0 ? step_of_growth / growth : step_of_rest * rest;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, 2, MPIU_REAL, MPIU_MAX, fault->comm));
+  *h = step_of_rest * rest;
+  if (rate[0] > 0)
+    *h = step_of_growth / rate[0];
+  else if (rate[1] > 0)
+    *h = PetscMax(*h, step_of_growth / rate[1]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

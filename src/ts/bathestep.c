@@ -383,6 +383,8 @@ PetscErrorCode TSStep_Bathe(TS ts)
   ba->status = TS_STEP_INCOMPLETE;
   PetscCall(TSBatheRest(ts, problem, &accept));
   if (accept) PetscFunctionReturn(PETSC_SUCCESS);
+  /* What a controller remembers of the steps before a rest says nothing of those after it. */
+  if (ba->last.accepted && !ba->last.solves) ts->steprestart = PETSC_TRUE;
   PetscCall(TSBatheMeetCorner(ts, problem));
   while (!ts->reason && ba->status != TS_STEP_COMPLETE) {
     PetscCall(TSBatheAttempt(ts, &ok));
