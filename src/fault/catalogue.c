@@ -418,7 +418,7 @@ PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
-  fault->events = 0;
+  fault->events = file[0] ? 0 : -1;
   if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->catalogue, fault->comm, PETSC_ERR_ORDER, "the catalogue of the last run was not finished");
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &same));

@@ -18,16 +18,13 @@ static const PetscReal of_slip = 1, of_rate = 10;
    share of the weakening rate that the cell still has; whatever the embedded estimate sees of it in cells that begin or
    cease to slip within the step. */
 static const PetscReal of_cube = 0.5;
-/* Of the slip of constant friction over the largest displacement */
-static const PetscReal of_displacement = 10;
 
-/* The slip against which that of a cell counts [m]: in cells of constant friction so much of the largest displacement
-   that errors may be of_displacement times as large. *weakens: it is d_c */
+/* The slip against which that of a cell counts [m]. *weakens: it is d_c, else the largest displacement */
 static PetscReal SlipScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal displacement,
                            PetscBool *weakens)
 {
   *weakens = SlipFrictionExcess(friction, i, 0, 0) > 0 ? PETSC_TRUE : PETSC_FALSE;
-  return *weakens ? fault->field[FIELD_FRICTION_SLIP][i] : of_displacement / of_slip * displacement;
+  return *weakens ? fault->field[FIELD_FRICTION_SLIP][i] : displacement;
 }
 
 /* The largest |u| of a state [m]; SLIP_FAULT_ATOL: it has not moved. Collective. */

@@ -337,6 +337,7 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, PetscBoo
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const PetscReal t = ts->ptime;
   PetscReal end = t, h = ts->time_step;
+  PetscBool constant;
 
   PetscFunctionBegin;
   *rested = PETSC_FALSE;
@@ -354,7 +355,8 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, PetscBoo
   PetscCall(SlipConstraintInitialReaction(ba->con, end, ts->vec_sol, ba->r));
   PetscCall(TSBatheStartDerivative(ts, end, ts->vec_sol, ba->r, ba->K2, &ba->k2_known));
   PetscCall(TSBatheAccept(ts, end));
-  PetscCall(TSBatheSetStep(ts, h));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  PetscCall(TSBatheSetStep(ts, constant ? ts->time_step : h));
   PetscCall(TSBatheRunMonitors(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
