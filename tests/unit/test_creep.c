@@ -1,0 +1,138 @@
+/* One cell under loading: creep by long steps with both rules of the first stage, the start under a traction against the
+   critical one, and the steps of a cell that loses its damping. */
+#include "unit.h"
+#include "faultstart.h"
+#include <slipstep/private/slipfault.h>
+#include <math.h>
+#include <string.h>
+
+static const PetscReal sigma = 50e6, drop = 0.1, residual = 0.5, v_inf = 1e-9, side = 1000;
+
+static PetscReal Stiffness(void)
+{
+  return 30e9 * sqrt(2) / PETSC_PI * (7.0 / 3) / side; /* of a square in a full space, nu = 1/4 */
+}
+
+/* One square cell that weakens by share of its stiffness */
+static SlipFault Fault(const char law[], const char initial[], PetscReal share)
+{
+  SlipFault fault;
+
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetReal(fault, "nx", 1));
+  ok(SlipFaultSetReal(fault, "nz", 1));
+  ok(SlipFaultSetReal(fault, "length_x", side));
+  ok(SlipFaultSetReal(fault, "length_z", side));
+  ok(SlipFaultSetReal(fault, "normal_stress", sigma));
+  ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
+  ok(SlipFaultSetReal(fault, "friction_drop", drop));
+  ok(SlipFaultSetReal(fault, "friction_residual", residual));
+  ok(SlipFaultSetReal(fault, "friction_slip", sigma * drop / (share * Stiffness())));
+  ok(SlipFaultSetString(fault, "kernel", "full_space"));
+  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
+  ok(SlipFaultSetString(fault, "friction_law", law));
+  ok(SlipFaultSetString(fault, "initial", initial));
+  return fault;
+}
+
+/* Slip rates after each step from the fourth on, over the loading rate */
+typedef struct {
+  PetscReal least, largest;
+} Rates;
+
+static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
+{
+  Rates *rates = (Rates *)ctx;
+  const PetscReal *a;
+  PetscReal v;
+
+  PetscFunctionBegin;
+  (void)ts;
+  (void)t;
+  PetscCall(VecGetArrayRead(w, &a));
+  v = a[0] / v_inf;
+  PetscCall(VecRestoreArrayRead(w, &a));
+  if (step < 4) rates->least = rates->largest = v;
+  rates->least = PetscMin(rates->least, v);
+  rates->largest = PetscMax(rates->largest, v);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static Rates Creep(TSBatheFirstStage rule, PetscReal excess, PetscBool inertia)
+{
+  SlipFault fault = Fault("linear_slip_weakening", "traction", 0.5);
+  Rates rates = {0};
+  TS ts;
+  Vec w;
+
+  ok(SlipFaultSetReal(fault, "initial_traction", (1 + excess) * (residual + drop) * sigma));
+  fault->initial_unstable = PETSC_TRUE;
+  ok(SlipFaultSetReal(fault, "loading_rate", v_inf));
+  ok(SlipFaultSetInertia(fault, inertia));
+  ok(FaultStart(fault, TSADAPTNONE, 1e6, 1e8, &w, &ts));
+  ok(TSBatheSetFirstStage(ts, rule));
+  ok(TSMonitorSet(ts, Watch, &rates, NULL));
+  ok(TSSolve(ts, w));
+  ok(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+  ok(SlipFaultDestroy(&fault));
+  return rates;
+}
+
+/* Three years of creep by a hundred steps, each a million times as long as inertia takes, from a state without slip rate
+   that is at the strength, or above it by what one step loads. Strength falls by half the stiffness: K (v - v_inf) =
+   K v/2, so that v = 2 v_inf. The trapezoidal rule alone would repeat what the rate of a step's start is off by with the
+   other sign; the backward formula after it takes that away, so neither rule toggles here. */
+static void creep_does_not_toggle(void **state)
+{
+  (void)state;
+  for (int k = 0; k < 6; k++) {
+    const TSBatheFirstStage rule = k < 2 ? TSBATHE_STAGE_TRAPEZOIDAL : TSBATHE_STAGE_BACKWARD;
+    const Rates rates = Creep(rule, k % 2 ? 1e-3 : 0, k < 4 ? PETSC_TRUE : PETSC_FALSE);
+
+    /* radiation leaves H/(K theta) = 1e-6 of an excess in each step */
+    assert_true(fabs(rates.least / 2 - 1) < 1e-5 && fabs(rates.largest / 2 - 1) < 1e-5);
+  }
+}
+
+/* Slip and slip rate at the end of an event */
+static void Event(const char initial[], PetscReal end, PetscReal *slip, PetscReal *rate)
+{
+  SlipFault fault = Fault("exponential_slip_weakening", initial, 3);
+  const PetscReal *a;
+  TS ts;
+  Vec w;
+
+  /* the critical start's excess of 1e-5 */
+  if (!strcmp(initial, "traction"))
+    ok(SlipFaultSetReal(fault, "initial_traction", (1 + 1e-5) * (residual + drop) * sigma));
+  fault->initial_unstable = PETSC_TRUE;
+  ok(FaultStart(fault, TSADAPTNONE, 0.01, end, &w, &ts));
+  ok(TSSolve(ts, w));
+  ok(VecGetArrayRead(w, &a));
+  *rate = a[0];
+  *slip = a[2];
+  ok(VecRestoreArrayRead(w, &a));
+  ok(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+  ok(SlipFaultDestroy(&fault));
+}
+
+/* The same stress, by the displacement that makes it or given: the two differ by rounding of the balance, 1e-16 of the
+   strength, in an excess of 1e-5 of it, so by 1e-11 of the slip rates that grow from it. */
+static void traction_is_critical_start(void **state)
+{
+  const PetscReal ends[] = {1, 2, 20};
+
+  (void)state;
+  for (int k = 0; k < 3; k++) {
+    PetscReal slip[2], rate[2];
+
+    Event("critical", ends[k], &slip[0], &rate[0]);
+    Event("traction", ends[k], &slip[1], &rate[1]);
+    assert_true(slip[0] > 0 && fabs(slip[1] / slip[0] - 1) < 1e-9);
+    assert_true(fabs(rate[1] - rate[0]) <= 1e-9 * rate[0]);
+  }
+}
+
+SLIP_TESTS(creep_does_not_toggle, traction_is_critical_start)
