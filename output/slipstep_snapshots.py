@@ -170,7 +170,7 @@ def contours_of(broke, clock):
     good = broke[np.isfinite(broke)]
     if not len(good) or np.ptp(good) == 0:
         return "Slip", []
-    step = round_step(np.ptp(good), 8)
+    step = round_step(np.ptp(good), 12)
     return f"Slip, rupture time every {step:g} {clock.name}", np.arange(np.floor(good.min() / step) + 1, np.ceil(good.max() / step)) * step
 
 

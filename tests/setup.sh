@@ -1,6 +1,7 @@
 # Shared set-up of tests/run.sh and examples/quickstart.sh. Source it, then call
 #   slipstep_setup [extra package...]    install what is missing, set the environment, find a python
 #   slipstep_build DIR [cmake argument...]
+#   slipstep_ready                       both for an example, into build/, unless SLIPSTEP_BUILD names a build
 # Debian 12 and 13 and Ubuntu 24.04 call these packages alike. With PETSC_DIR set, PETSc and what it was built with are
 # the user's own; SLIPSTEP_SKIP_PACKAGES=1 skips the packages altogether.
 
@@ -105,4 +106,23 @@ slipstep_build() {
   [ -f "$build/CMakeCache.txt" ] || set -- -G Ninja "$@"
   cmake -S . -B "$build" "$@"
   cmake --build "$build" -j 2
+}
+
+# What an example runs is in $SLIPSTEP_BUILD/bin, and it writes to $SLIPSTEP_OUTPUT. A new build has no tests, one that has
+# them keeps them.
+slipstep_ready() {
+  local options=()
+  SLIPSTEP_OUTPUT=${SLIPSTEP_OUTPUT:-output}
+  [ -d "$SLIPSTEP_OUTPUT" ] || slipstep_die "SlipStep: SLIPSTEP_OUTPUT is $SLIPSTEP_OUTPUT, expected a folder"
+  if [ -n "${SLIPSTEP_BUILD:-}" ]; then
+    [ -x "$SLIPSTEP_BUILD/bin/fault" ] ||
+      slipstep_die "SlipStep: SLIPSTEP_BUILD is $SLIPSTEP_BUILD, expected a build's folder with bin/fault in it"
+    slipstep_environment
+    slipstep_find_python
+    return
+  fi
+  slipstep_setup
+  [ -e build/CMakeCache.txt ] || options=(-DBUILD_TESTING=OFF)
+  slipstep_build build "${options[@]}"
+  SLIPSTEP_BUILD=build
 }

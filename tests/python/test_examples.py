@@ -1,0 +1,66 @@
+"""The examples of one command, small: they end with their pictures, go on where they were stopped, and say what is missing."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+from scripts import SOURCE, PictureTest
+
+import h5py
+import numpy as np
+
+sys.path.insert(0, os.path.join(SOURCE, "examples"))
+import make_fault
+
+
+class ExamplesTest(PictureTest):
+    def environment(self, **more):
+        return dict(os.environ, SLIPSTEP_OUTPUT=self.folder.name, SLIPSTEP_PYTHON=sys.executable, **more)
+
+    def example(self, name, *options, code=0, **more):
+        done = subprocess.run([os.path.join(SOURCE, "examples", name), *options], capture_output=True, text=True, env=self.environment(**more))
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done
+
+    def test_rupture(self):
+        """It breaks from the patch outwards: the corner that is farthest from it breaks last of the four, if it does."""
+        self.example("rupture.sh", "-fault_catalogue_maps", CELLS="20 10")
+        self.look(self.path("rupture_rupture.png"))
+        with h5py.File(self.path("rupture_events.h5")) as file:
+            x, z, broke = file["x"][0], file["z"][0], file["maps/rupture_time"][0]
+        self.assertLess(np.hypot(x - 5000, z - 6000), 2000 + 1000)
+        corners = np.nan_to_num(broke[[0, 0, -1, -1], [0, -1, 0, -1]], nan=np.inf)
+        self.assertEqual(corners.max(), corners[[1, 3]].max())
+
+    def test_what_is_missing_is_named(self):
+        for more, message in (({"SLIPSTEP_BUILD": "nowhere"}, "SLIPSTEP_BUILD is nowhere, expected a build's folder with bin/fault in it"),
+                              ({"SLIPSTEP_OUTPUT": "nowhere"}, "SLIPSTEP_OUTPUT is nowhere, expected a folder")):
+            done = subprocess.run([os.path.join(SOURCE, "examples", "rupture.sh")], capture_output=True, text=True, env={**self.environment(), **more})
+            self.assertEqual((done.returncode, done.stderr), (1, f"SlipStep: {message}\n"))
+        done = self.example("rupture.sh", "-fault_nucleation", "3", code=1, CELLS="4 2")
+        self.assertIn("-fault_nucleation", done.stderr)
+        self.assertFalse(os.path.exists(self.path("rupture_rupture.png")))
+
+
+class FieldsTest(unittest.TestCase):
+    def test_random_field(self):
+        """Mean 0, variance 1, and the correlation of von Karman's field, over 200 seeds: r^H K_H(r) is 0.84 at a third of the correlation
+        length and 0.13 at two and a half for H = 3/4; each average is known to 1/sqrt(200) = 0.07, three of which are allowed."""
+        x = np.array([0.0, 1000 / 3, 2500.0])
+        values = np.array([make_fault.random_field(x, 0 * x, 1000.0, np.random.default_rng(seed)) for seed in range(200)])
+        self.assertLess(abs(values.mean()), 0.21)
+        np.testing.assert_allclose((values * values[:, :1]).mean(axis=0), self.correlation(x / 1000), atol=0.21)
+
+    @staticmethod
+    def correlation(r):
+        """The integral over time of exp(-r^2/(4 t) - t) t^(H-1) / Gamma(H): r^H K_H(r), normed."""
+        t = np.exp(np.linspace(-30, 5, 20001))
+        weight = t ** make_fault.HURST * np.exp(-t)  # dt = t dlog t
+        return np.array([(weight * np.exp(-one**2 / (4 * t))).sum() for one in r]) / weight.sum()
+
+
+if __name__ == "__main__":
+    unittest.main()
