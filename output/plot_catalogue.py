@@ -29,6 +29,7 @@ from slipstep_time import Clock, seconds, written
 
 FITTED = 30  # events from the magnitude of completeness on, below which no b is worth a line
 MANY = 300  # events, beyond which only the largest have stems and circles
+CIRCLES = 5  # and so many circles: in a long catalogue the largest events all break the whole fault
 LARGEST = 60
 
 
@@ -70,7 +71,7 @@ def draw_places(canvas, axes, events):
     x, z, radius, magnitude = (column[order] for column in (events["x"] / 1e3, events["z"] / 1e3, np.sqrt(events["area"] / np.pi) / 1e3,
                                                             events["magnitude"]))
     many = len(x) > MANY
-    sized = slice(-LARGEST if many else None, None)
+    sized = slice(-CIRCLES if many else None, None)
     norm = plt.Normalize(np.nanmin(magnitude), np.nanmax(magnitude))
     colours = plt.get_cmap("viridis_r")
     circles = EllipseCollection(2 * radius[sized], 2 * radius[sized], np.zeros(len(radius[sized])), units="xy", offsets=np.stack([x, z], axis=1)[sized],
