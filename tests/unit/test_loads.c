@@ -228,9 +228,10 @@ static void opening(void **state)
   (void)state;
   (void)Slip(NULL, 4.9e7, &closed);
   assert_true(stress[0] == 0 && stress[1] == 0 && closed == -1);
-  /* Slip follows the load within H/K, some 3000 m/(2 cs) = 0.4 s: 17 s and more after all cells have opened the two are
-     the same to a tenth of the tolerance of steps, 1e-3, and 1 % of slip is left to come where the load has just ended. */
-  assert_true(fabs(once / twice - 1) < 1e-4 && fabs(once / just - 1) < 0.02);
+  /* Slip follows the load within H/K, some 3000 m/(2 cs) = 0.4 s: 16 s and more after all cells have opened the two are
+     the same but for what steps of seconds may err, 1 % of the largest displacement each (tolerance.c), of which the next
+     ones damp nine tenths and more. 1 % of slip is left to come where the load has just ended. */
+  assert_true(fabs(once / twice - 1) < 2e-3 && fabs(once / just - 1) < 0.02);
 }
 
 SLIP_TESTS(exponential_integral, record, source, disc_of_the_source, function, opening)
