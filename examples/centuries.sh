@@ -4,13 +4,13 @@
 # space-time picture and the largest event. Stopped, by Ctrl-C for example, it goes on when it is started again.
 #
 #   examples/centuries.sh [OPTION...]                          options of build/bin/fault
-#   YEARS=2000 CELLS="80 40" SEED=7 examples/centuries.sh      longer, finer cells, another fault
+#   YEARS=2000 CELLS="60 30" SEED=7 examples/centuries.sh      longer, finer cells, another fault
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh
 
-read -r nx nz <<<"${CELLS:-40 20}"
-seconds=$(awk -v years="${YEARS:-500}" 'BEGIN { printf "%.10g", years * 3.15576e7 }')
+read -r nx nz <<<"${CELLS:-32 16}"
+seconds=$(awk -v years="${YEARS:-500}" 'BEGIN { printf "%.15g", years * 3.15576e7 }')
 slipstep_ready
 name=$SLIPSTEP_OUTPUT/centuries
 state=$name.state.h5
@@ -24,7 +24,7 @@ else
   again=(-fault_output_overwrite)
 fi
 "$SLIPSTEP_BUILD/bin/fault" -options_file examples/fault_centuries.opts -fault_nx "$nx" -fault_nz "$nz" \
-  -fault_parameters "${name}_fields.h5" -ts_max_time "$seconds" -fault_output "$name.h5" \
+  -fault_length_x 20000 -fault_length_z 10000 -fault_parameters "${name}_fields.h5" -ts_max_time "$seconds" -fault_output "$name.h5" \
   -fault_catalogue "${name}_events.h5" -fault_catalogue_maps -fault_checkpoint "$state" -fault_checkpoint_interval 60 \
   "${again[@]}" "$@"
 "$SLIPSTEP_PYTHON" output/plot_catalogue.py "${name}_events.h5" "$name.h5"

@@ -103,4 +103,4 @@ def courses(run, name, along, at, every, every_event):
 def warn(program, run, poor, course):
     if poor:
         print(f"{program}: {run.path} has too few rows of /fields in {poor} events for a line every {plain(course.every_event)}: those have lines at their rows; "
-              "run with a smaller -fault_output_interval", file=sys.stderr)
+              "run with a smaller -fault_output_interval or -fault_output_slip_interval", file=sys.stderr)

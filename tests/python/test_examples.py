@@ -14,6 +14,8 @@ import numpy as np
 
 sys.path.insert(0, os.path.join(SOURCE, "examples"))
 import make_fault
+import triggering
+from slipstep_time import YEAR
 
 
 class ExamplesTest(PictureTest):
@@ -35,6 +37,39 @@ class ExamplesTest(PictureTest):
         corners = np.nan_to_num(broke[[0, 0, -1, -1], [0, -1, 0, -1]], nan=np.inf)
         self.assertEqual(corners.max(), corners[[1, 3]].max())
 
+    def test_centuries_go_on_where_they_were_stopped(self):
+        """Ctrl-C, which goes to the whole group, ends a run that would never end by itself; the second start ends it, with rows and events
+        of both in the files."""
+        small = {"CELLS": "8 4", "SEED": "2"}
+        script = os.path.join(SOURCE, "examples", "centuries.sh")
+        state = self.path("centuries.state.h5")
+        with open(self.path("log"), "w") as log:
+            run = subprocess.Popen([script, "-fault_checkpoint_interval", "0.1"], stdout=log, stderr=log, start_new_session=True,
+                                   env=self.environment(YEARS="1e7", **small))
+            while not os.path.exists(state) and run.poll() is None:
+                time.sleep(0.05)
+            if run.poll() is None:
+                os.killpg(run.pid, signal.SIGINT)
+            self.assertNotEqual(run.wait(), 0)
+        with open(self.path("log")) as log:
+            self.assertIn("stopped by SIGINT", log.read())
+        with h5py.File(state) as file:
+            stopped = file["ts"].attrs["time"] / YEAR
+        done = self.example("centuries.sh", YEARS=str(stopped + 100), **small)
+        self.assertIn(f"this one goes on from {state}", done.stdout)
+        for picture in ("centuries_events.png", "centuries_events_event_largest.png", "centuries_space-time.png"):
+            self.look(self.path(picture))
+        with h5py.File(self.path("centuries.h5")) as file:
+            times = file["fields/time"][...] / YEAR
+        self.assertTrue((np.diff(times) > 0).all())
+        self.assertEqual((times[0], times[-1]), (0, stopped + 100))
+        with h5py.File(self.path("centuries_events.h5")) as file:
+            self.assertGreater(file["onset"][-1] / YEAR, stopped)
+
+    def test_triggering(self):
+        self.example("triggering.sh", CELLS="4 2", YEARS="150")
+        self.look(self.path("triggering.png"))
+
     def test_what_is_missing_is_named(self):
         for more, message in (({"SLIPSTEP_BUILD": "nowhere"}, "SLIPSTEP_BUILD is nowhere, expected a build's folder with bin/fault in it"),
                               ({"SLIPSTEP_OUTPUT": "nowhere"}, "SLIPSTEP_OUTPUT is nowhere, expected a folder")):
@@ -43,6 +78,13 @@ class ExamplesTest(PictureTest):
         done = self.example("rupture.sh", "-fault_nucleation", "3", code=1, CELLS="4 2")
         self.assertIn("-fault_nucleation", done.stderr)
         self.assertFalse(os.path.exists(self.path("rupture_rupture.png")))
+
+
+class TriggeredTest(unittest.TestCase):
+    def test_events_that_follow_others(self):
+        others = np.array([10.0, 10.5, 50.0])
+        np.testing.assert_array_equal(triggering.follow(np.array([9.9, 10.2, 11.4, 11.6, 50.0]), others), [False, True, True, False, True])
+        self.assertAlmostEqual(triggering.by_chance(others, 100.0), (0.5 + 1 + 1) / 100)
 
 
 class FieldsTest(unittest.TestCase):
