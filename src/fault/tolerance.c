@@ -88,7 +88,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, 
 {
   const PetscReal *a, *b, *c, *vinf = fault->field[FIELD_LOADING_RATE];
   PetscReal largest[4] = {0, 0, 0, 0}; /* error of slips over d_c, of rates, rate, cubes */
-  PetscReal slow = PETSC_MAX_REAL, tolerance = 0, wanted, displacement;
+  PetscReal slow = PETSC_MAX_REAL, tolerance = 0, wanted, displacement, swing;
   const SlipArrays arrays[] = {{e, .read = &a}, {w0, .read = &b}, {w1, .read = &c}};
   SlipFrictionCells friction;
 
@@ -117,5 +117,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, 
   wanted = of_rate * rtol * (largest[2] + rtol * slow) + tolerance;
   *E = PetscMax(largest[0] / (of_slip * rtol), largest[3] / (of_cube * rtol));
   if (wanted > 0) *E = PetscMax(*E, largest[1] / wanted);
+  PetscCall(SlipFaultSwing(fault, w1, &swing));
+  *E = PetscMax(*E, PetscPowRealInt(swing, 3));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,7 +1,9 @@
-"""Events of one block that is loaded and heals, against other means (oneblock.py) and a closed form."""
+"""Events of one block that is loaded and heals, against other means (oneblock.py) and a closed form; nucleation at the length of the theory;
+rate weakening that swings; operators."""
 
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
 from math import exp, log, pi, sqrt
@@ -9,9 +11,13 @@ from math import exp, log, pi, sqrt
 import scripts
 from oneblock import Block
 
+import h5py
 import numpy as np
 
 from slipstep_catalogue import Catalogue
+
+sys.path.insert(0, os.path.join(scripts.SOURCE, "tests", "benchmarks"))
+import nucleation
 
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")  # as in test_output_whole.py
 FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
@@ -97,6 +103,41 @@ class SequencesTest(unittest.TestCase):
         np.testing.assert_allclose(np.diff(event["onset"]), D / LOADING + creep, rtol=1e-4)
         # from no stress to the strength at rest
         self.assertAlmostEqual(event["onset"][0] / (SIGMA * (RESIDUAL + DROP) / K / LOADING), 1, delta=1e-6)
+
+    def test_nucleation(self):
+        """Antiplane slip that weakens linearly (nucleation.py), 10 % with 20 cells in the critical length."""
+        found, _, _ = nucleation.length(FAULT, 200)
+        self.assertAlmostEqual(found / nucleation.CRITICAL, 1, delta=0.1)
+
+    def grid(self, *options, years=500):
+        """Events of 20 x 10 km, 10 x 5 cells whose strengths differ"""
+        path = os.path.join(self.folder.name, "events.h5")
+        with h5py.File(os.path.join(self.folder.name, "strength.h5"), "w") as file:
+            file["friction_drop"] = 0.08 + 0.04 * np.random.default_rng(1).random((5, 10))
+        command = [FAULT, "-fault_nx", 10, "-fault_nz", 5, "-fault_length_x", 20e3, "-fault_length_z", 10e3, "-fault_normal_stress", SIGMA,
+                   "-fault_normal_stress_gradient", 0, "-fault_parameters", "strength.h5", "-fault_initial", "rest", "-fault_loading_rate", LOADING,
+                   "-ts_adapt_type", "heuristic", "-fault_progress", "no", "-fault_catalogue", path, "-ts_max_time", years * 3.15576e7, *options]
+        done = subprocess.run([str(word) for word in command], cwd=self.folder.name, capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        event = Catalogue(path).event
+        os.remove(path)
+        return event, int(done.stdout.split("Bathe solves:")[1].split()[0])
+
+    def test_rate_weakening(self):
+        """Cells whose strength falls with rate by more than viscosity damps swing about the loading rate and stick, every few seconds: 500
+        years would take 1e9 steps, of which no more are taken than events need."""
+        event, solves = self.grid("-fault_friction_law", "rate_weakening")
+        self.assertGreater(len(event["onset"]), 1)
+        self.assertLess(solves, 1000 * len(event["onset"]))
+
+    def test_operators(self):
+        """The first events differ by the error of hmat, 1e-8 of K, and by rounding; an event's slip multiplies either by less than a hundred."""
+        runs = [self.grid("-fault_friction_slip", 0.2, "-fault_healing_time", 3.15576e7, "-fault_viscosity", "radiation", "-fault_inertia", "no",
+                          "-fault_operator", operator, years=330)[0] for operator in ("dense", "fft", "hmat")]
+        self.assertGreater(len(runs[0]["onset"]), 1)
+        for run in runs[1:]:
+            for column in ("onset", "mean_slip", "magnitude"):
+                np.testing.assert_allclose(run[column][:2], runs[0][column][:2], rtol=1e-6)
 
 
 if __name__ == "__main__":

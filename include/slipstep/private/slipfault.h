@@ -364,6 +364,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultRestSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after,
                                           PetscReal *end, PetscReal *h);
 /* tolerance.c */
+PETSC_EXTERN PetscErrorCode SlipFaultSwing(SlipFault fault, Vec w, PetscReal *ratio);
 PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, Vec e, Vec w0, Vec w1,
                                                PetscReal *E);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums);

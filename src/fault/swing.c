@@ -1,0 +1,79 @@
+/* Instability by the loss of damping: where strength falls with the slip rate by more than the viscosity, a cell that is
+   stiff swings about the rate of loading and sticks within seconds, over and over, which long steps average: it creeps.
+   Where stiffness is small against the loss, as it is in large parts that slide together, motion runs away. The matrices
+   of long stages are positive definite there too, and their steps would go past the event: they are errors while what
+   slides runs away, for a cell by itself, or for the slip rates that there are. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
+
+/* A stage's theta over the time of growth */
+static const PetscReal share = 0.5;
+
+/* The time in which a motion with mass m, damping d and stiffness k grows, if it does so without swinging */
+static PetscReal Time(PetscReal m, PetscReal d, PetscReal k)
+{
+  const PetscReal root = d * d - 4 * m * k;
+
+  return d < 0 && root > 0 ? 2 * m / (-d + PetscSqrtReal(root)) : PETSC_MAX_REAL;
+}
+
+/*
+  SlipFaultSwing - the stage's theta over the longest one that follows what runs away, 0 where nothing does
+
+  Collective; at the last stage, w: the state at its end. A product with H and one with K where strength falls with rate.
+*/
+PetscErrorCode SlipFaultSwing(SlipFault fault, Vec w, PetscReal *ratio)
+{
+  Vec v = fault->work[0], d = fault->work[1], Kv = fault->work[2];
+  const PetscReal *a, *k, *h, *dv, *rate;
+  SlipFrictionCells friction;
+  PetscReal sum[3] = {0, 0, 0}, least = PETSC_MAX_REAL; /* v M v, v (H + D) v, v K v */
+  PetscBool weakens = PETSC_FALSE;
+  PetscReal *slope;
+
+  PetscFunctionBegin;
+  *ratio = 0;
+  if (!fault->inertia) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(VecGetArrayRead(fault->loads.diagonal[0], &k));
+  PetscCall(VecGetArrayRead(fault->loads.diagonal[1], &h));
+  PetscCall(VecGetArrayWrite(Kv, &slope));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    PetscReal mu, dmu_ds, dmu_dv;
+
+    slope[i] = 0;
+    if (a[3 * i] == 0) continue;
+    SlipFrictionEvaluate(&friction, i, a[3 * i + 2], PetscAbsReal(a[3 * i]), &mu, &dmu_ds, &dmu_dv);
+    slope[i] = dmu_dv * friction.stress[i] * fault->weight[i];
+    if (slope[i] < 0) weakens = PETSC_TRUE;
+    if (h[i] + slope[i] < 0) least = PetscMin(least, Time(fault->mass * fault->weight[i], h[i] + slope[i], k[i]));
+  }
+  PetscCall(VecRestoreArrayWrite(Kv, &slope));
+  PetscCall(VecRestoreArrayRead(fault->loads.diagonal[1], &h));
+  PetscCall(VecRestoreArrayRead(fault->loads.diagonal[0], &k));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &weakens, 1, MPIU_BOOL, MPI_LOR, fault->comm));
+  if (!weakens) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecStrideGather(w, 0, v, INSERT_VALUES));
+  PetscCall(MatMult(fault->H, v, d));
+  PetscCall(VecGetArrayRead(v, &rate));
+  PetscCall(VecGetArrayRead(d, &dv));
+  PetscCall(VecGetArrayRead(Kv, &h));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    sum[0] += fault->mass * fault->weight[i] * PetscSqr(rate[i]);
+    sum[1] += rate[i] * (dv[i] + h[i] * rate[i]);
+  }
+  PetscCall(VecRestoreArrayRead(Kv, &h));
+  PetscCall(VecRestoreArrayRead(d, &dv));
+  PetscCall(VecRestoreArrayRead(v, &rate));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, fault->comm));
+  if (sum[1] < 0) {
+    PetscCall(MatMult(fault->K, v, Kv));
+    PetscCall(VecDot(v, Kv, &sum[2]));
+    least = PetscMin(least, Time(sum[0], sum[1], sum[2]));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  *ratio = fault->theta / (share * least);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
