@@ -19,7 +19,7 @@ integral_0^1 E1(lambda^2 x^2) x/sqrt(1 - x^2) dx = T, T = (f sigma - tau0)/(f p*
 
 `shut-in`: the line after the end of the injection at 100 days: where pressure falls the crack sticks again, from the middle
 outwards, while its edge goes on, for which there is no closed form; compared with a model of its own, of the antiplane
-kernel of strips in closed form, half as wide as the program's cells, and the increments of slip >= 0 of a complementarity problem in 600 equal steps.
+kernel of strips in closed form, half as wide as the program's cells, with the increments of slip >= 0 of a complementarity problem in 600 equal steps.
 
 The edge in a run is where slip^(2/3), extrapolated from the outermost cells that have slipped, vanishes: the slip at an
 edge without singular stress goes as its distance^(3/2).
