@@ -35,14 +35,15 @@ def between(end, interval, events):
 
 def during(times, onset, end, interval):
     """Times at an interval from an onset to an end, and True; where the stored ones are further apart than twice that, so that lines
-    between them would be made up, the stored ones, and False."""
+    between them would be made up, the stored ones, one in each interval at most, and False."""
     wanted = onset + np.arange(np.floor((end - onset) / interval * (1 + 1e-12)) + 1) * interval
     right = np.searchsorted(times, wanted, side="right")
     gap = times[np.clip(right, 0, len(times) - 1)] - times[np.clip(right - 1, 0, len(times) - 1)]
     near = (gap <= 2 * interval) & (right > 0) & (right < len(times))
     if near.mean() > 0.5:
         return wanted[near], True
-    return times[(times >= onset) & (times <= end)], False
+    stored = times[(times >= onset) & (times <= end)]
+    return stored[np.unique(np.floor((stored - onset) / interval), return_index=True)[1]], False
 
 
 class Course:
