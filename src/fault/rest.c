@@ -11,9 +11,9 @@ enum { MAX_BISECTIONS = 200, MAX_PIECES = 100000000 };
    time since the search began, as healing slows down with it */
 static const PetscReal piece_of_healing = 0.05, piece_of_past = 0.1;
 /* A first step after the onset, in times of the growth of the cell that starts. Where it does not grow, a share of the
-   rest, which is as long as rounding makes it where the cell has only just stopped, and half the time at least in which
-   the cell finds its rate. */
-static const PetscReal step_of_growth = 0.5, step_of_rest = 1e-3, steps_of_swing = 100;
+   rest, which is as long as rounding makes it where the cell has only just stopped, and at least a fiftieth of the time
+   in which the cell finds its rate, or a hundred of them where it would swing. */
+static const PetscReal step_of_growth = 0.5, step_of_rest = 1e-3, step_of_relaxation = 0.02, steps_of_swing = 100;
 
 typedef struct {
   SlipFault fault;
@@ -228,7 +228,7 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
       rate[0] = -stiffness / damping;
     if (stiffness > 0) rate[1] = M > 0 ? PetscSqrtReal(stiffness / M) : -rate[0];
     /* It would swing and stick again within the step: long ones average that. */
-    if (M > 0 && damping < 0) rate[1] *= step_of_growth / steps_of_swing;
+    if (M > 0 && damping < 0) rate[1] *= step_of_relaxation / steps_of_swing;
     PetscCall(VecRestoreArrayRead(fault->loads.diagonal[1], &viscosity));
     PetscCall(VecRestoreArrayRead(fault->loads.diagonal[0], &k));
   }
@@ -237,7 +237,7 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
   if (rate[0] > 0)
     *h = step_of_growth / rate[0];
   else if (rate[1] > 0)
-    *h = PetscMax(*h, step_of_growth / rate[1]);
+    *h = PetscMax(*h, step_of_relaxation / rate[1]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
