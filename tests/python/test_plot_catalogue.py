@@ -110,7 +110,7 @@ class Pictures(PictureTest):
         code, _, err = self.main("plot_catalogue", events, run, "--along", "depth", "--at", "3", "--every", "10y", "--every-event", "0.5")
         self.assertEqual(code, 0, err)
         self.assertRegex(err, r"^plot_catalogue.py: .*run.h5 has too few rows of /fields in \d+ events for a line every 0.5 s: .* "
-                         r"-fault_output_interval\n$")
+                         r"-fault_output_interval or -fault_output_slip_interval\n$")
         self.look(self.path("c.png"))
 
     def test_one_event(self):
