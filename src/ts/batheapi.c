@@ -92,7 +92,7 @@ PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma)
   With the backward rule the step is Alexander's second formula of order two, L-stable and algebraically stable; gamma and
   the treatment of the reaction, which no stage averages then, do not count. It is for steps that are long against the
   times of inertia and radiation, such as those of a fault that creeps between events: the trapezoidal rule repeats
-  there with the opposite sign what the forces of the start lack in balance, and a slip rate goes on and off in turn.
+  there with the opposite sign what the forces of the start lack in balance.
   Faults that are loaded, heal or have no inertia use it unless the option says otherwise.
 
 .seealso: TSBATHE, TSBatheGetFirstStage(), TSBatheSetGamma(), TSBatheSetReactionType()
