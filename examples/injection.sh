@@ -1,19 +1,16 @@
 #!/usr/bin/env bash
 # Fluid injected for 20 days into a fault near failure: installs what is missing (Debian 12), builds into build/, draws a
 # random initial stress, simulates 40 days, and plots the run, its catalogue and its largest event.
+#
+#   examples/injection.sh [OPTION...]    options of build/bin/fault
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh
 
-stress=output/injection_stress.h5
-run=output/injection.h5
-catalogue=output/injection_catalogue.h5
-
-slipstep_setup
-# no tests in a new build; one that has them keeps them
-options=()
-[ -e build/CMakeCache.txt ] || options=(-DBUILD_TESTING=OFF)
-slipstep_build build "${options[@]}"
+slipstep_ready
+stress=$SLIPSTEP_OUTPUT/injection_stress.h5
+run=$SLIPSTEP_OUTPUT/injection.h5
+catalogue=$SLIPSTEP_OUTPUT/injection_catalogue.h5
 rm -f "$stress"
 "$SLIPSTEP_PYTHON" - "$stress" <<'PY'
 import sys
@@ -30,8 +27,8 @@ with h5py.File(sys.argv[1], "w") as f:
     f["initial_traction"] = np.minimum(22e6 + 1.2e6 * field / field.std(), 23.8e6)
     f["initial_traction"].attrs["units"] = "Pa"
 PY
-build/bin/fault -options_file examples/injection.opts -fault_parameters "$stress" \
-  -fault_output "$run" -fault_catalogue "$catalogue" -fault_output_overwrite
+"$SLIPSTEP_BUILD/bin/fault" -options_file examples/injection.opts -fault_parameters "$stress" \
+  -fault_output "$run" -fault_catalogue "$catalogue" -fault_output_overwrite "$@"
 "$SLIPSTEP_PYTHON" output/plot_run.py "$run" --kind space-time --against time
 "$SLIPSTEP_PYTHON" output/plot_catalogue.py "$catalogue" "$run"
-"$SLIPSTEP_PYTHON" output/plot_catalogue.py "$catalogue" --event largest --figure output/injection_event.png
+"$SLIPSTEP_PYTHON" output/plot_catalogue.py "$catalogue" --event largest --figure "$SLIPSTEP_OUTPUT/injection_event.png"
