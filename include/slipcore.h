@@ -18,11 +18,12 @@ typedef struct {
    [m], v = |slip rate| [m/s]. */
 typedef void (*SlipFrictionFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
                                PetscReal *dmu_dv);
-/* A row of the table of laws; formula is what -help and messages say. */
+/* A row of the table of laws; formula is what -help and messages say, by_rate whether mu depends on v. */
 typedef struct {
   const char *name;
   SlipFrictionFn eval;
   const char *formula;
+  PetscBool by_rate;
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ends with a NULL name */
 PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);

@@ -20,11 +20,11 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[],
 PETSC_EXTERN PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char value[]);
 /* A parameter cell by cell, as a dataset of -fault_parameters would: values [n = nx nz, or the cells of a mesh in
    the order of its file], all on every rank. */
+PETSC_EXTERN PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[]);
 /* Pore pressure p [n] in Pa of the n cells of this process at t [s], in the order of the state */
 typedef PetscErrorCode (*SlipFaultPressureFn)(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx);
 PETSC_EXTERN PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia);
 PETSC_EXTERN PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFaultPressureFn function, void *ctx);
-PETSC_EXTERN PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[]);
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters, critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipFaultDestroy(SlipFault *fault);

@@ -53,11 +53,11 @@ static void Constant(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal 
 }
 
 const SlipFrictionLaw SlipFrictionLaws[] = {
-  {"exponential_slip_weakening", ExponentialSlipWeakening, "residual + drop exp(-s/slip)"},
-  {"linear_slip_weakening", LinearSlipWeakening, "residual + drop max(0, 1 - s/slip)"},
-  {"rate_weakening", RateWeakening, "residual + drop/(1 + |v|/rate)"},
-  {"constant", Constant, "residual"},
-  {NULL, NULL, NULL},
+  {"exponential_slip_weakening", ExponentialSlipWeakening, "residual + drop exp(-s/slip)", PETSC_FALSE},
+  {"linear_slip_weakening", LinearSlipWeakening, "residual + drop max(0, 1 - s/slip)", PETSC_FALSE},
+  {"rate_weakening", RateWeakening, "residual + drop/(1 + |v|/rate)", PETSC_TRUE},
+  {"constant", Constant, "residual", PETSC_FALSE},
+  {NULL, NULL, NULL, PETSC_FALSE},
 };
 
 /*

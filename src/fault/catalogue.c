@@ -265,21 +265,6 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Hypocentre(SlipFault fault, PetscInt cell, PetscReal place[3])
-{
-  const SlipCells *mesh = &fault->mesh;
-
-  PetscFunctionBegin;
-  place[1] = 0;
-  if (mesh->n) {
-    place[0] = mesh->x[cell];
-    place[1] = mesh->y[cell];
-    place[2] = mesh->z[cell];
-  } else
-    PetscCall(SlipFaultCellCentre(fault, cell, &place[0], &place[2]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The row of the event that ends in the state w; its slip, and how far along it, are in cat->slip. */
 static PetscErrorCode FillRow(SlipFaultCatalogue cat, PetscReal end, Vec w, PetscReal row[EVENT_NUM_COLUMNS])
 {
@@ -292,7 +277,7 @@ static PetscErrorCode FillRow(SlipFaultCatalogue cat, PetscReal end, Vec w, Pets
   PetscCall(SumUp(cat, end, w, sum, largest));
   PetscCall(SlipFaultElasticEnergy(fault, end, w, &elastic));
   PetscCall(KineticEnergy(fault, w, &kinetic));
-  PetscCall(Hypocentre(fault, e->cell, place));
+  PetscCall(SlipFaultPlaceOf(fault, e->cell, place, NULL));
   along = sum[0] < 0 ? -1 : 1;
   PetscCall(VecScale(cat->slip, along));
   row[EVENT_ONSET] = e->onset;

@@ -21,18 +21,32 @@ PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Area of the i-th cell of this process [m^2] */
-PetscErrorCode SlipFaultCellArea(SlipFault fault, PetscInt i, PetscReal *area)
+/* Centre (x along strike, y across, z depth), length and width [m] of a cell in the order of the grid or of the mesh's
+   file; size may be NULL */
+PetscErrorCode SlipFaultPlaceOf(SlipFault fault, PetscInt e, PetscReal centre[3], PetscReal size[2])
 {
-  PetscFunctionBegin;
-  if (fault->mesh.n) {
-    const PetscInt e = SlipCellsAt(&fault->mesh, fault->start + i);
+  const SlipCells *mesh = &fault->mesh;
 
-    *area = fault->mesh.length[e] * fault->mesh.width[e];
-  } else
-    *area =
-      fault->value[FAULT_LENGTH_X] / fault->value[FAULT_NX] * fault->value[FAULT_LENGTH_Z] / fault->value[FAULT_NZ];
+  PetscFunctionBegin;
+  if (mesh->n) {
+    centre[0] = mesh->x[e];
+    centre[1] = mesh->y[e];
+    centre[2] = mesh->z[e];
+  } else {
+    PetscCall(SlipFaultCellCentre(fault, e, &centre[0], &centre[2]));
+    centre[1] = 0;
+  }
+  if (!size) PetscFunctionReturn(PETSC_SUCCESS);
+  size[0] = mesh->n ? mesh->length[e] : fault->value[FAULT_LENGTH_X] / fault->value[FAULT_NX];
+  size[1] = mesh->n ? mesh->width[e] : fault->value[FAULT_LENGTH_Z] / fault->value[FAULT_NZ];
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What rows with a weight of one stand for */
+PetscReal SlipFaultMeanArea(SlipFault fault)
+{
+  if (fault->mesh.n) return 0.5 / SlipCellsUnit(&fault->mesh);
+  return fault->value[FAULT_LENGTH_X] * fault->value[FAULT_LENGTH_Z] / (PetscReal)fault->N;
 }
 
 /* Values [N] of all cells, those of a mesh in the order of its file: each process takes those of its own. */

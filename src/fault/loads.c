@@ -195,10 +195,10 @@ static PetscErrorCode SourceSetUp(SlipFault fault)
              prefix, fault->text[FAULT_INJECTION], prefix, prefix);
   PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->distance2));
   for (PetscInt i = 0; i < fault->n; i++) {
-    PetscReal x, z, area;
+    const PetscReal area = fault->weight[i] * SlipFaultMeanArea(fault);
+    PetscReal x, z;
 
     PetscCall(SlipFaultCellCentre(fault, fault->start + i, &x, &z));
-    PetscCall(SlipFaultCellArea(fault, i, &area));
     /* The mean of -ln r^2 over a disc of the cell's area is that of r^2 = area/(pi e): E1 is that logarithm near the
        source. */
     loads->distance2[i] =
@@ -321,7 +321,7 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
 {
   SlipFaultLoads *loads = &fault->loads;
   PetscInt any[3] = {0, 0, 0};
-  PetscReal least = NEVER;
+  PetscReal least = NEVER, fastest = 0;
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < fault->n; i++) {
@@ -352,12 +352,14 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
       const PetscReal time = fault->field[FIELD_HEALING_TIME][i];
 
       fault->healing[i] = time > 0 ? 1 / time : 0;
+      fastest = PetscMax(fastest, fault->healing[i]);
     }
   }
   for (PetscInt i = 0; i < fault->n && loads->distance2; i++)
     least = PetscMin(least, loads->distance2[i] / (4 * fault->value[FAULT_INJECTION_DIFFUSIVITY]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   loads->diffusion_time = least;
+  PetscCallMPI(MPI_Allreduce(&fastest, &loads->fastest_healing, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -134,11 +134,10 @@ static PetscErrorCode LinearOnset(Rest *r, PetscReal limit, PetscReal *rest)
 static PetscErrorCode Piece(Rest *r, PetscReal dt, PetscReal limit, PetscReal *piece)
 {
   SlipFault fault = r->fault;
-  PetscReal healing = 0, pressure, corner;
+  const PetscReal healing = fault->loads.fastest_healing;
+  PetscReal pressure, corner;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < fault->n && fault->healing; i++) healing = PetscMax(healing, fault->healing[i]);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &healing, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscCall(SlipFaultPressureScale(fault, r->t + dt, limit, &pressure));
   PetscCall(SlipFaultNextCorner(fault, r->t + dt, &corner));
   *piece = limit - dt;

@@ -17,27 +17,6 @@ enum { STATION_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns) };
 
 /* ---- where they are ---- */
 
-/* Centre, length and width of a cell in the order of the file or grid */
-static PetscErrorCode CellAt(SlipFault fault, PetscInt e, PetscReal centre[3], PetscReal size[2])
-{
-  const SlipCells *mesh = &fault->mesh;
-
-  PetscFunctionBegin;
-  if (mesh->n) {
-    centre[0] = mesh->x[e];
-    centre[1] = mesh->y[e];
-    centre[2] = mesh->z[e];
-    size[0] = mesh->length[e];
-    size[1] = mesh->width[e];
-  } else {
-    PetscCall(SlipFaultCellCentre(fault, e, &centre[0], &centre[2]));
-    centre[1] = 0;
-    size[0] = fault->value[FAULT_LENGTH_X] / fault->value[FAULT_NX];
-    size[1] = fault->value[FAULT_LENGTH_Z] / fault->value[FAULT_NZ];
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The first cell that contains the point, or the nearest one: inside says which. y: NULL when it was not given. planes:
    cells of several planes contain it */
 static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, SlipFaultStation *s, PetscBool *inside,
@@ -51,7 +30,7 @@ static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, SlipFaultSta
     PetscReal dx, dz, off;
     PetscBool in;
 
-    PetscCall(CellAt(fault, e, centre, size));
+    PetscCall(SlipFaultPlaceOf(fault, e, centre, size));
     dx = PetscAbsReal(s->x - centre[0]);
     dz = PetscAbsReal(s->z - centre[2]);
     off = y ? PetscAbsReal(*y - centre[1]) : 0;

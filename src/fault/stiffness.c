@@ -271,6 +271,33 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Without inertia a cell whose strength falls with rate by more than viscosity gains has no slip rate to balance it. */
+static PetscErrorCode CheckBalance(SlipFault fault)
+{
+  SlipFrictionCells friction;
+  PetscReal worst = 0; /* loss of damping over viscosity */
+  const PetscReal *h;
+
+  PetscFunctionBegin;
+  if (fault->inertia || !fault->law->by_rate) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(MatGetDiagonal(fault->H, fault->work[0]));
+  PetscCall(VecGetArrayRead(fault->work[0], &h));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    PetscReal mu, ds, dv;
+
+    SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
+    worst = PetscMax(worst, -dv * fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i] / h[i]);
+  }
+  PetscCall(VecRestoreArrayRead(fault->work[0], &h));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCheck(worst < 1, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_inertia no: the strength of -%sfault_friction_law %s falls with slip rate %.3g times as fast as "
+             "viscosity grows, so that no slip rate is in balance: expected less than 1 times, or inertia",
+             SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->law->name, (double)worst);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
   const PetscReal zeta = fault->value[FAULT_DAMPING_RATIO];
@@ -313,6 +340,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
       MatCreateSlipViscosity(fault->K, fault->mass, zeta, zeta > 0 ? fault->text[FAULT_VISCOSITY] : "none", &fault->H));
   PetscCall(MatSlipViscositySetTolerance(fault->H, fault->value[FAULT_KRYLOV_TOLERANCE]));
   PetscCall(MatSlipViscositySetFromOptions(fault->H)); /* its own option wins */
+  PetscCall(CheckBalance(fault));
   PetscCall(MatCreateSlipStage(fault->K, fault->H, fault->inertia ? fault->mass : 0, &fault->B));
   PetscCall(MatSlipStageSetFromOptions(fault->B));
   PetscFunctionReturn(PETSC_SUCCESS);

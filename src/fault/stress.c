@@ -1,15 +1,7 @@
 /* The elastic shear stress of a fault, its energy, and what loading does: here, and nowhere else, stands what acts on a
    cell besides friction and viscosity. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipmatcells.h>
 #include <slipstep/private/slipsys.h>
-
-/* What rows with a weight of one stand for */
-PetscReal SlipFaultMeanArea(SlipFault fault)
-{
-  if (fault->mesh.n) return 0.5 / SlipCellsUnit(&fault->mesh);
-  return fault->value[FAULT_LENGTH_X] * fault->value[FAULT_LENGTH_Z] / (PetscReal)fault->N;
-}
 
 /*@
   SlipFaultStress - elastic shear stress on each cell

@@ -33,7 +33,7 @@ PetscErrorCode SlipFaultSwing(SlipFault fault, Vec w, PetscReal *ratio)
 
   PetscFunctionBegin;
   *ratio = 0;
-  if (!fault->inertia) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->inertia || !fault->law->by_rate) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(fault->loads.diagonal[0], &k));

@@ -87,7 +87,7 @@ static PetscReal Weakening(const SlipFrictionCells *friction, PetscInt i, PetscR
 PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
   const PetscReal *a, *b, *c, *vinf = fault->field[FIELD_LOADING_RATE];
-  PetscReal largest[4] = {0, 0, 0, 0}; /* error of slips over d_c, of rates, rate, cubes */
+  PetscReal largest[5] = {0, 0, 0, 0, 0}; /* error of slips over d_c, of rates, rate, cubes, minus slow */
   PetscReal slow = PETSC_MAX_REAL, tolerance = 0, wanted, displacement, swing;
   const SlipArrays arrays[] = {{e, .read = &a}, {w0, .read = &b}, {w1, .read = &c}};
   SlipFrictionCells friction;
@@ -112,9 +112,9 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, 
     largest[2] = PetscMax(largest[2], PetscMax(rate, PetscAbsReal(vinf[i])));
   }
   PetscCall(SlipArraysRestore(3, arrays));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 4, MPIU_REAL, MPIU_MAX, fault->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &slow, 1, MPIU_REAL, MPIU_MIN, fault->comm));
-  wanted = of_rate * rtol * (largest[2] + rtol * slow) + tolerance;
+  largest[4] = -slow;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 5, MPIU_REAL, MPIU_MAX, fault->comm));
+  wanted = of_rate * rtol * (largest[2] - rtol * largest[4]) + tolerance;
   *E = PetscMax(largest[0] / (of_slip * rtol), largest[3] / (of_cube * rtol));
   if (wanted > 0) *E = PetscMax(*E, largest[1] / wanted);
   PetscCall(SlipFaultSwing(fault, w1, &swing));

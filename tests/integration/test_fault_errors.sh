@@ -322,6 +322,10 @@ done
 grep -q "fault: warning: -fault_nx does nothing: the cells of -fault_mesh mesh.h5 count" err.txt ||
   fail "-fault_nx beside -fault_mesh"
 
+# A strength that falls with rate faster than viscosity grows leaves no slip rate without inertia.
+refuses "-fault_inertia no" "rate_weakening" "no slip rate is in balance" -- "$fault" -fault_inertia no -fault_viscosity radiation \
+  -fault_friction_law rate_weakening -fault_friction_rate 1e-3
+
 # More ranks than cells.
 refuses "fault: error: 5 processes for 4 cells" -- mpirun --oversubscribe -n 5 "$fault" -fault_mesh mesh.h5
 

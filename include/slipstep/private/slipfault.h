@@ -133,6 +133,7 @@ typedef struct {
   PetscInt rows;                /* of -fault_pore_pressure */
   PetscReal *times, *record;    /* [rows] [s], [rows][n] [Pa] */
   PetscReal *distance2;         /* [n] of the cells from -fault_injection, squared [m^2]; NULL: none */
+  PetscReal fastest_healing;    /* largest 1/t_h [1/s] */
   PetscReal diffusion_time;     /* least distance2/(4 D) [s] */
   SlipFaultPressureFn function; /* of SlipFaultSetPressureFunction(), with its context and [n] values of it */
   void *ctx;
@@ -342,7 +343,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultMeshWrite(SlipFault fault, SlipH5 *h);
 PETSC_EXTERN PetscErrorCode SlipFaultWeightsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum);
 PETSC_EXTERN PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x);
-PETSC_EXTERN PetscErrorCode SlipFaultCellArea(SlipFault fault, PetscInt i, PetscReal *area);
+PETSC_EXTERN PetscReal SlipFaultMeanArea(SlipFault fault); /* of a cell [m^2] */
+PETSC_EXTERN PetscErrorCode SlipFaultPlaceOf(SlipFault fault, PetscInt e, PetscReal centre[3], PetscReal size[2]);
 PETSC_EXTERN PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
@@ -396,7 +398,6 @@ PETSC_EXTERN void SlipFaultTimeText(PetscReal seconds, char text[], size_t len);
 PETSC_EXTERN PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power[3]);
 
 /* ---- stress.c: elastic stress and energy, and what loading does ---- */
-PETSC_EXTERN PetscReal SlipFaultMeanArea(SlipFault fault); /* of a cell [m^2] */
 PETSC_EXTERN PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy); /* [J] */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power);   /* [W] */
 

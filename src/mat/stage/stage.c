@@ -111,11 +111,11 @@ static PetscErrorCode StageGetEntries(Mat B, Mat *dense, PetscReal *scale, Vec *
     PetscBool already;
 
     PetscCall(PetscObjectTypeCompareAny((PetscObject)s->K, &already, MATSEQDENSE, MATMPIDENSE, ""));
-    if (already)
+    if (already) {
       PetscCall(PetscObjectReference((PetscObject)s->K));
-    else
+      s->entries = s->K;
+    } else
       PetscCall(MatConvert(s->K, MATDENSE, MAT_INITIAL_MATRIX, &s->entries));
-    if (already) s->entries = s->K;
     PetscCall(MatSetOption(s->entries, MAT_SYMMETRIC, PETSC_TRUE));
     PetscCall(MatCreateVecs(s->K, NULL, &s->diagonal));
   }
