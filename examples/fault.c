@@ -17,7 +17,7 @@ static PetscErrorCode Run(void)
   TS ts;
   TSAdapt adapt;
   Vec w;
-  PetscBool only_help, complete;
+  PetscBool only_help, complete, bathe;
   int stopped;
   PetscLogDouble begin, ready, end;
 
@@ -36,8 +36,9 @@ static PetscErrorCode Run(void)
   PetscCall(TSCreate(PETSC_COMM_WORLD, &ts));
   PetscCall(SlipFaultConfigureTS(fault, ts));
   PetscCall(TSSetSolution(ts, w));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
+  if (bathe) PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(SlipCheckSolverOptions(ts));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckOptions(ts));

@@ -7,34 +7,53 @@
 /* ---- friction.c: laws, and what makes of them the strength of a stage ---- */
 /* Of one cell. A law that needs more adds a member here and an array to SlipFrictionCells. */
 typedef struct {
-  PetscReal residual; /* mu_d */
-  PetscReal drop;     /* dmu */
-  PetscReal slip;     /* d_c [m] */
-  PetscReal rate;     /* v_c [m/s] */
-  PetscReal healing;  /* 1/t_h [1/s]; 0: the state never heals */
+  PetscReal residual;       /* mu_d */
+  PetscReal drop;           /* dmu */
+  PetscReal slip;           /* d_c [m] */
+  PetscReal rate;           /* v_c [m/s] */
+  PetscReal healing;        /* 1/t_h [1/s]; 0: the state never heals */
+  PetscReal a, b;           /* direct effect and evolution effect of rate-and-state friction */
+  PetscReal reference;      /* f_0, its steady friction at the rate V_0 */
+  PetscReal reference_rate; /* V_0 [m/s] */
+  PetscBool slip_law;       /* its state evolves by the slip law, not the aging law */
+  const void *ctx;          /* of the law */
 } SlipFriction;
 
-/* What mu(s, v) exceeds its residual by, and its derivatives with respect to s [1/m] and v [s/m]; s >= 0 cumulative slip
-   [m], v = |slip rate| [m/s]. */
+/* What mu(s, v) exceeds its residual by, and its derivatives with respect to s and v [s/m]; s the state, the cumulative
+   slip >= 0 [m] of laws without a state of their own; v = |slip rate| [m/s]. */
 typedef void (*SlipFrictionFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
                                PetscReal *dmu_dv);
-/* A row of the table of laws; formula is what -help and messages say, by_rate whether mu depends on v. */
+/* ds/dt of a law's own state and its derivatives with respect to s, nowhere positive, and v */
+typedef void (*SlipStateFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate, PetscReal *drate_ds,
+                            PetscReal *drate_dv);
+/* A row of the table of laws; formula is what -help and messages say, by_rate whether mu depends on v. A smooth law has mu
+   = 0 at v = 0 and grows with v, at least with the help of radiation damping: its cells always slide. steady is the state
+   at which ds/dt = 0 with the rate v. */
 typedef struct {
   const char *name;
   SlipFrictionFn eval;
   const char *formula;
   PetscBool by_rate;
+  PetscBool smooth;
+  SlipStateFn state; /* NULL: s is the slip of both signs, ds/dt = |v| - s/t_h */
+  PetscReal (*steady)(const SlipFriction *p, PetscReal v);
+  const void *ctx; /* handed to the functions in SlipFriction */
 } SlipFrictionLaw;
-PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ends with a NULL name */
+PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ours; ends with a NULL name */
 PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
+PETSC_EXTERN PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law);
+PETSC_EXTERN const SlipFrictionLaw *SlipFrictionNext(const SlipFrictionLaw *law); /* NULL: the first; NULL at the end */
 
 /* Of many cells; borrowed arrays [n]. */
 typedef struct {
   const SlipFrictionLaw *law;
   const PetscReal *residual, *drop, *slip, *rate;
-  const PetscReal *stress;  /* effective normal stress [Pa] */
-  const PetscReal *weight;  /* of the cells' rows; NULL: 1 */
-  const PetscReal *healing; /* NULL: 0 */
+  const PetscReal *stress;            /* effective normal stress [Pa] */
+  const PetscReal *weight;            /* of the cells' rows; NULL: 1 */
+  const PetscReal *healing;           /* NULL: 0 */
+  const PetscReal *a, *b, *reference; /* NULL where no law needs them */
+  PetscReal reference_rate;           /* [m/s] */
+  PetscBool slip_law;
 } SlipFrictionCells;
 
 PETSC_EXTERN void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,
@@ -50,6 +69,20 @@ PETSC_EXTERN void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, 
 PETSC_EXTERN void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal theta,
                                            const PetscReal s0[], const PetscReal v[], PetscInt stride, PetscReal s[]);
 PETSC_EXTERN PetscReal SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, PetscReal s0, PetscReal t);
+PETSC_EXTERN PetscReal SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v);
+PETSC_EXTERN PetscReal SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscReal mu, PetscReal v);
+/* ratestate.c */
+PETSC_EXTERN void SlipRateAndState(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
+                                   PetscReal *dmu_dv);
+PETSC_EXTERN void SlipRateAndStateRate(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate,
+                                       PetscReal *drate_ds, PetscReal *drate_dv);
+PETSC_EXTERN PetscReal SlipRateAndStateSteady(const SlipFriction *p, PetscReal v);
+PETSC_EXTERN PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s,
+                                              PetscReal sigma, PetscReal eta, PetscReal tau);
+PETSC_EXTERN void SlipRateAndStateBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
+                                          PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[]);
+PETSC_EXTERN void SlipFrictionBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
+                                      PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[]);
 
 /* ---- cone.c ---- */
 /* Where x - rho g lies: inside the shrinkage interval (sticking), beyond it (sliding one way or the other), or on a row

@@ -113,7 +113,8 @@ typedef struct {
      current solution, asked once a state. */
   PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row);
   PetscErrorCode (*observe)(TS ts, PetscInt n, const PetscInt row[], PetscReal value[]);
-  PetscBool measures; /* its errors are those that -ts_adapt_rl_measure names; no: it has one of its own */
+  PetscBool any_integrator; /* it has no constraint: types other than TSBATHE solve it as well */
+  PetscBool measures;       /* its errors are those that -ts_adapt_rl_measure names; no: it has one of its own */
 } SlipProblemOps;
 
 PETSC_EXTERN PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem);

@@ -3,10 +3,13 @@
    is written here and nowhere else. */
 #include <slipcompat.h>
 #include <slipcore.h>
+#include <stdlib.h>
 
 /* Slip and slip rate beyond which no law weakens any more; finite, so that laws can divide by them. */
 #define WEAK_SLIP 1e30
 #define WEAK_RATE 1e30
+
+enum { FRICTION_REGISTERED = 64, STATE_MAX_IT = 100 };
 
 static void ExponentialSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess,
                                      PetscReal *dmu_ds, PetscReal *dmu_dv)
@@ -53,12 +56,29 @@ static void Constant(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal 
 }
 
 const SlipFrictionLaw SlipFrictionLaws[] = {
-  {"exponential_slip_weakening", ExponentialSlipWeakening, "residual + drop exp(-s/slip)", PETSC_FALSE},
-  {"linear_slip_weakening", LinearSlipWeakening, "residual + drop max(0, 1 - s/slip)", PETSC_FALSE},
-  {"rate_weakening", RateWeakening, "residual + drop/(1 + |v|/rate)", PETSC_TRUE},
-  {"constant", Constant, "residual", PETSC_FALSE},
-  {NULL, NULL, NULL, PETSC_FALSE},
+  {"exponential_slip_weakening", ExponentialSlipWeakening, "residual + drop exp(-s/slip)", .by_rate = PETSC_FALSE},
+  {"linear_slip_weakening", LinearSlipWeakening, "residual + drop max(0, 1 - s/slip)", .by_rate = PETSC_FALSE},
+  {"rate_weakening", RateWeakening, "residual + drop/(1 + |v|/rate)", .by_rate = PETSC_TRUE},
+  {"constant", Constant, "residual", .by_rate = PETSC_FALSE},
+  {"rate_and_state", SlipRateAndState, "a asinh(|v|/(2 V0) exp((f0 + b ln(V0 theta/slip))/a))", .by_rate = PETSC_TRUE,
+   .smooth = PETSC_TRUE, .state = SlipRateAndStateRate, .steady = SlipRateAndStateSteady},
+  {.name = NULL},
 };
+
+/* ---- the table, which users may add to ---- */
+
+/* Rows of others, in the order in which they came */
+static SlipFrictionLaw *registered[FRICTION_REGISTERED];
+static PetscInt nregistered = 0;
+
+const SlipFrictionLaw *SlipFrictionNext(const SlipFrictionLaw *law)
+{
+  if (!law) return SlipFrictionLaws;
+  for (PetscInt k = 0; k < nregistered; k++)
+    if (law == registered[k]) return k + 1 < nregistered ? registered[k + 1] : NULL;
+  if (law[1].name) return law + 1;
+  return nregistered ? registered[0] : NULL;
+}
 
 /*
   SlipFrictionFind - the friction law of a name
@@ -69,7 +89,7 @@ PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law)
 {
   PetscFunctionBegin;
   *law = NULL;
-  for (const SlipFrictionLaw *l = SlipFrictionLaws; l->name; l++) {
+  for (const SlipFrictionLaw *l = SlipFrictionNext(NULL); l; l = SlipFrictionNext(l)) {
     PetscBool same;
 
     PetscCall(PetscStrcmp(name, l->name, &same));
@@ -78,24 +98,86 @@ PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- the state: the slip s of both signs, which rest lets heal: ds/dt = |v| - s/t_h ---- */
+/*
+  SlipFrictionRegister - one more row of the table
 
-static PetscReal StateRate(const SlipFriction *p, PetscReal s, PetscReal rate)
+  Not collective. The row is copied, its strings and its context are not. PETSC_ERR_ARG_WRONG for a name that is taken,
+  a row without functions, and too many rows.
+*/
+PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law)
 {
-  return rate - s * p->healing;
+  const SlipFrictionLaw *same;
+
+  PetscFunctionBegin;
+  PetscCheck(law->name && law->name[0] && law->eval && law->formula, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "A friction law needs a name, a function and a formula");
+  PetscCheck(!law->smooth || law->state, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "The smooth friction law %s needs the rate of its state", law->name);
+  PetscCheck(!law->state || law->steady, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "The friction law %s has a state but no steady one", law->name);
+  PetscCall(SlipFrictionFind(law->name, &same));
+  PetscCheck(!same, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "There is a friction law %s already", law->name);
+  PetscCheck(nregistered < FRICTION_REGISTERED, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "The friction law %s would be one of more than %d", law->name, FRICTION_REGISTERED);
+  /* until the process ends: faults refer to it */
+  registered[nregistered] = (SlipFrictionLaw *)malloc(sizeof(*law));
+  PetscCheck(registered[nregistered], PETSC_COMM_SELF, PETSC_ERR_MEM, "No memory for the friction law %s", law->name);
+  *registered[nregistered++] = *law;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the state: a law's own, or the slip s of both signs, which rest lets heal: ds/dt = |v| - s/t_h ---- */
+
+static PetscReal StateRate(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s, PetscReal rate)
+{
+  PetscReal f, ds, dv;
+
+  if (!law->state) return rate - s * p->healing;
+  law->state(p, s, rate, &f, &ds, &dv);
+  return f;
+}
+
+/* The root of s - s0 - theta ds/dt(s), which grows with s, by Newton's method; ds: its derivative with respect to the
+   rate. The rates of our own laws are concave in s, so that from the second iterate on it comes from below; a law that
+   is not is halved back into what brackets the root. */
+static PetscReal OwnStateAdvance(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, PetscReal s0,
+                                 PetscReal rate, PetscReal *ds)
+{
+  PetscReal s = s0, low = -PETSC_MAX_REAL, high = PETSC_MAX_REAL, f, f_s, f_v;
+
+  for (int it = 0; it < STATE_MAX_IT; it++) {
+    PetscReal g, next;
+
+    law->state(p, s, rate, &f, &f_s, &f_v);
+    g = s - s0 - theta * f;
+    if (g > 0)
+      high = PetscMin(high, s);
+    else
+      low = PetscMax(low, s);
+    next = s - g / (1 - theta * f_s);
+    if ((next >= high || next <= low) && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL && g != 0)
+      next = 0.5 * (low + high);
+    if (PetscAbsReal(next - s) <= PETSC_MACHINE_EPSILON * PetscMax(PetscAbsReal(s), 1)) break;
+    s = next;
+  }
+  law->state(p, s, rate, &f, &f_s, &f_v);
+  *ds = theta * f_v / (1 - theta * f_s);
+  return s;
 }
 
 /* At the end of a stage that is implicit by theta, s = s0 + theta ds/dt, and its derivative with respect to the rate
    there */
-static PetscReal StateAdvance(const SlipFriction *p, PetscReal theta, PetscReal s0, PetscReal rate, PetscReal *ds)
+static PetscReal StateAdvance(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, PetscReal s0,
+                              PetscReal rate, PetscReal *ds)
 {
   const PetscReal share = 1 / (1 + theta * p->healing);
 
+  if (law->state) return OwnStateAdvance(law, p, theta, s0, rate, ds);
   *ds = theta * share;
   return (s0 + theta * rate) * share;
 }
 
-/* After t [s] of rest, exactly */
+/* After t [s] of rest, exactly; smooth laws never rest */
 static PetscReal StateAtRest(const SlipFriction *p, PetscReal s0, PetscReal t)
 {
   return p->healing > 0 ? s0 * PetscExpReal(-t * p->healing) : s0;
@@ -105,9 +187,17 @@ static PetscReal StateAtRest(const SlipFriction *p, PetscReal s0, PetscReal t)
 
 static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
 {
-  const SlipFriction p = {f->residual[i], f->drop[i], f->slip[i], f->rate[i], f->healing ? f->healing[i] : 0};
-
-  return p;
+  return (SlipFriction){.residual = f->residual[i],
+                        .drop = f->drop[i],
+                        .slip = f->slip[i],
+                        .rate = f->rate[i],
+                        .healing = f->healing ? f->healing[i] : 0,
+                        .a = f->a ? f->a[i] : 0,
+                        .b = f->b ? f->b[i] : 0,
+                        .reference = f->reference ? f->reference[i] : 0,
+                        .reference_rate = f->reference_rate,
+                        .slip_law = f->slip_law,
+                        .ctx = f->law->ctx};
 }
 
 /* mu of cell i and its derivatives */
@@ -117,7 +207,7 @@ void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, PetscReal s, P
   const SlipFriction p = At(f, i);
 
   f->law->eval(&p, s, v, mu, dmu_ds, dmu_dv);
-  *mu = p.residual + *mu;
+  if (!f->law->smooth) *mu = p.residual + *mu;
 }
 
 /* What mu of cell i exceeds its residual by */
@@ -130,9 +220,10 @@ PetscReal SlipFrictionExcess(const SlipFrictionCells *f, PetscInt i, PetscReal s
   return excess;
 }
 
-/* mu of cell i after all weakening */
+/* mu of cell i after all weakening; a smooth law has no such end */
 PetscReal SlipFrictionWeakest(const SlipFrictionCells *f, PetscInt i)
 {
+  if (f->law->smooth) return 0;
   return f->residual[i] + SlipFrictionExcess(f, i, WEAK_SLIP, WEAK_RATE);
 }
 
@@ -142,10 +233,10 @@ void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, 
                        PetscReal *mu, PetscReal *dmu_ds, PetscReal *dmu_dv, PetscReal *ds_dv)
 {
   const SlipFriction p = At(f, i);
-  const PetscReal rate = PetscAbsReal(v), s = StateAdvance(&p, theta, s0, rate, ds_dv);
+  const PetscReal rate = PetscAbsReal(v), s = StateAdvance(f->law, &p, theta, s0, rate, ds_dv);
 
   f->law->eval(&p, s, rate, mu, dmu_ds, dmu_dv);
-  *mu = p.residual + *mu;
+  if (!f->law->smooth) *mu = p.residual + *mu;
 }
 
 /* q = mu sigma w [Pa] at the end of a stage (theta 0: of the state s0), and, unless dq is NULL, dq/d|v|. s0 and v have a
@@ -170,7 +261,7 @@ void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, PetscInt stri
   for (PetscInt i = 0; i < n; i++) {
     const SlipFriction p = At(f, i);
 
-    ds[stride * i] = StateRate(&p, s[stride * i], PetscAbsReal(v[stride * i]));
+    ds[stride * i] = StateRate(f->law, &p, s[stride * i], PetscAbsReal(v[stride * i]));
   }
 }
 
@@ -182,7 +273,7 @@ void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal 
     const SlipFriction p = At(f, i);
     PetscReal ds;
 
-    s[stride * i] = StateAdvance(&p, theta, s0[i], PetscAbsReal(v[i]), &ds);
+    s[stride * i] = StateAdvance(f->law, &p, theta, s0[i], PetscAbsReal(v[i]), &ds);
   }
 }
 
@@ -192,4 +283,49 @@ PetscReal SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, PetscR
   const SlipFriction p = At(f, i);
 
   return StateAtRest(&p, s0, t);
+}
+
+/* The state of cell i at which nothing changes with the rate v */
+PetscReal SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v)
+{
+  const SlipFriction p = At(f, i);
+
+  return f->law->steady ? f->law->steady(&p, PetscAbsReal(v)) : 0;
+}
+
+/* The state in which the friction of cell i is mu with the rate v, by Newton's method from the steady one; NaN if there is
+   none. Rate-and-state friction is almost linear in its state. */
+PetscReal SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscReal mu, PetscReal v)
+{
+  const SlipFriction p = At(f, i);
+  PetscReal s = f->law->steady(&p, PetscAbsReal(v)), now, ds, dv;
+
+  for (int it = 0; it < STATE_MAX_IT; it++) {
+    PetscReal change;
+
+    f->law->eval(&p, s, PetscAbsReal(v), &now, &ds, &dv);
+    change = (mu - now) / ds;
+    if (PetscIsInfOrNanReal(change)) return change - change;
+    s += change;
+    if (PetscAbsReal(change) <= 4 * PETSC_MACHINE_EPSILON * PetscMax(PetscAbsReal(s), 1)) return s;
+  }
+  return s;
+}
+
+/* The slip rates v [n] at which friction and radiation damping balance the traction: w sigma mu(s, |v|) sign(v) + w eta v =
+   tau [Pa], w the weights, and, unless ds is NULL, the rates of the state; s and ds have the stride. For smooth laws. */
+void SlipFrictionBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[], PetscInt stride,
+                         const PetscReal s[], PetscReal v[], PetscReal ds[])
+{
+  if (f->law->eval == SlipRateAndState) {
+    SlipRateAndStateBalance(f, n, eta, tau, stride, s, v, ds);
+    return;
+  }
+  for (PetscInt i = 0; i < n; i++) {
+    const SlipFriction p = At(f, i);
+    const PetscReal weight = f->weight ? f->weight[i] : 1;
+
+    v[i] = SlipFrictionBalanceOne(f->law, &p, s[stride * i], f->stress[i], eta, tau[i] / weight);
+    if (ds) ds[stride * i] = StateRate(f->law, &p, s[stride * i], PetscAbsReal(v[i]));
+  }
 }

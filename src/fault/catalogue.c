@@ -24,8 +24,8 @@ PetscErrorCode SlipFaultCatalogueDestroy(SlipFaultCatalogue *catalogue)
   if (!cat) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipCatalogueClose(cat, PETSC_FALSE));
   {
-    Vec *vecs[] = {&cat->u0,     &cat->stress0, &cat->rupture, &cat->cut,
-                   &cat->stress, &cat->slip,    &cat->map[0],  &cat->map[1]};
+    Vec *vecs[] = {&cat->u0,   &cat->stress0, &cat->rupture, &cat->cut,   &cat->stress,
+                   &cat->slip, &cat->map[0],  &cat->map[1],  &cat->before};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   }
@@ -134,9 +134,45 @@ static PetscErrorCode Cut(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal 
 
     c[3 * i] = v;
     c[3 * i + 1] = a[3 * i + 1] + dt * (0.5 * (a[3 * i] + v) - vinf[i]);
-    c[3 * i + 2] = a[3 * i + 2] + dt * 0.5 * (PetscAbsReal(a[3 * i]) + PetscAbsReal(v));
+    c[3 * i + 2] = fault->law->state ? a[3 * i + 2] + share * (b[3 * i + 2] - a[3 * i + 2])
+                                     : a[3 * i + 2] + dt * 0.5 * (PetscAbsReal(a[3 * i]) + PetscAbsReal(v));
   }
   PetscCall(SlipArraysRestore(3, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Nodes and weights of the last step, which ends in w: those of TSBATHE, or the two ends */
+static PetscErrorCode GetQuadrature(SlipFaultCatalogue cat, TS ts, Vec w, PetscReal share[3], PetscReal weight[3],
+                                    Vec node[3])
+{
+  PetscFunctionBegin;
+  if (!cat->before) {
+    PetscCall(TSBatheGetQuadrature(ts, share, weight, node));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  share[0] = share[1] = 0;
+  share[2] = 1;
+  weight[0] = weight[2] = 0.5;
+  weight[1] = 0;
+  node[0] = node[1] = cat->before;
+  node[2] = w;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* When it began [s] and how long it was [s] */
+static PetscErrorCode GetLastStep(SlipFaultCatalogue cat, TS ts, PetscReal time, PetscReal *begin, PetscReal *dt)
+{
+  SlipAttempt attempt;
+
+  PetscFunctionBegin;
+  if (cat->before) {
+    *begin = cat->time_before;
+    *dt = time - cat->time_before;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(TSBatheGetLastAttempt(ts, &attempt));
+  *begin = attempt.time;
+  *dt = attempt.dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -148,10 +184,11 @@ static PetscErrorCode AddStep(SlipFaultCatalogue cat, TS ts, const Step *step, P
   Vec node[3];
 
   PetscFunctionBegin;
-  PetscCall(TSBatheGetQuadrature(ts, share, weight, node));
+  PetscCall(GetQuadrature(cat, ts, step->b, share, weight, node));
   if (!cat->power_known) PetscCall(Powers(cat->fault, step->begin, node[0], cat->power));
   AddWork(cat, step->dt * weight[0], cat->power);
   for (PetscInt k = 1; k < 3; k++) {
+    if (weight[k] == 0) continue;
     PetscCall(Powers(cat->fault, step->begin + share[k] * step->dt, node[k], cat->power));
     AddWork(cat, step->dt * weight[k], cat->power);
   }
@@ -356,22 +393,17 @@ static PetscErrorCode End(SlipFaultCatalogue cat, const Step *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor */
-static PetscErrorCode SlipFaultEventMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+/* A step that ended in w, or the state that TSSolve() starts from */
+static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w)
 {
-  SlipFault fault = (SlipFault)ctx;
-  SlipFaultCatalogue cat = fault->catalogue;
-  SlipAttempt attempt;
-  PetscReal max, share[3], weight[3];
+  SlipFault fault = cat->fault;
+  PetscReal max, begin = 0, dt = 0, share[3], weight[3];
   Vec node[3];
   Step now;
 
   PetscFunctionBegin;
-  if (step < 0 || !cat) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipCatalogueBegin(cat));
-  PetscCall(SlipCatalogueFlush(cat));
   PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &max));
-  if (!cat->started) { /* the state that TSSolve() starts from */
+  if (!cat->started) {
     cat->started = PETSC_TRUE;
     if (cat->active || max <= fault->value[FAULT_EVENT_RATE]) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(BeginEvent(cat, time, w, w, max));
@@ -381,14 +413,30 @@ static PetscErrorCode SlipFaultEventMonitor(TS ts, PetscInt step, PetscReal time
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!cat->active && max <= fault->value[FAULT_EVENT_RATE]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSBatheGetLastAttempt(ts, &attempt));
-  PetscCall(TSBatheGetQuadrature(ts, share, weight, node));
-  now = (Step){attempt.time, attempt.dt, node[0], w};
+  PetscCall(GetLastStep(cat, ts, time, &begin, &dt));
+  PetscCall(GetQuadrature(cat, ts, w, share, weight, node));
+  now = (Step){begin, dt, node[0], w};
   if (!cat->active) PetscCall(Onset(cat, &now, max));
   PetscCall(MarkRuptured(cat, &now));
   PetscCall(AddStep(cat, ts, &now, max));
   if (max <= fault->value[FAULT_EVENT_RATE]) PetscCall(End(cat, &now));
   PetscCall(SlipFaultLoadAt(fault, time)); /* an event ends before its last step */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSMonitor */
+static PetscErrorCode SlipFaultEventMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  SlipFaultCatalogue cat = ((SlipFault)ctx)->catalogue;
+
+  PetscFunctionBegin;
+  if (step < 0 || !cat) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipCatalogueBegin(cat));
+  PetscCall(SlipCatalogueFlush(cat));
+  PetscCall(Follow(cat, ts, time, w));
+  if (!cat->before) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecCopy(w, cat->before));
+  cat->time_before = time;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -399,15 +447,16 @@ PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
 {
   const char *prefix = SlipFaultPrefix(fault), *file = fault->text[FAULT_CATALOGUE];
   SlipFaultCatalogue cat;
-  PetscBool same;
+  PetscBool same, bathe;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   fault->events = file[0] ? 0 : -1;
   if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->catalogue, fault->comm, PETSC_ERR_ORDER, "the catalogue of the last run was not finished");
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &same));
-  PetscCheck(same, fault->comm, PETSC_ERR_SUP, "-%sfault_catalogue works with -ts_type bathe, not %s", prefix,
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCheck(bathe || fault->law->smooth, fault->comm, PETSC_ERR_SUP,
+             "-%sfault_catalogue works with -ts_type bathe, not %s, unless friction is smooth (rate_and_state)", prefix,
              ((PetscObject)ts)->type_name);
   PetscCall(PetscStrcmp(file, fault->text[FAULT_OUTPUT], &same));
   PetscCheck(!same, fault->comm, PETSC_ERR_FILE_OPEN,
@@ -436,6 +485,7 @@ PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDuplicate(fault->uc, vecs[i]));
   }
   PetscCall(SlipFaultCreateState(fault, &cat->cut));
+  if (!bathe) PetscCall(SlipFaultCreateState(fault, &cat->before));
   if (cat->maps) PetscCall(SlipFaultGatherCreate(fault, cat->slip, &cat->gather, &cat->map[0]));
   if (cat->maps) PetscCall(VecDuplicate(cat->map[0], &cat->map[1]));
   PetscCall(TSMonitorSet(ts, SlipFaultEventMonitor, fault, NULL));

@@ -99,7 +99,7 @@ static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal 
 {
   const PetscInt want[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
   const PetscInt ndim = fault->mesh.n ? 1 : 2; /* a mesh's fields are [n] */
-  char path[64], names[256], source[PETSC_MAX_PATH_LEN + 64];
+  char path[64], names[512], source[PETSC_MAX_PATH_LEN + 64];
   PetscInt found = 0;
 
   PetscFunctionBegin;
@@ -170,7 +170,8 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   Input Parameters:
 + fault  - the fault
 . name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate", "loading_rate",
-           "healing_time", "initial_traction" or "stressing_rate"
+           "healing_time", "initial_traction", "stressing_rate", "friction_a", "friction_b", "friction_reference",
+           "initial_rate", "initial_state" or "creep"
 . n      - number of cells, nx nz (of all ranks), or cells of a mesh
 - values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
            rank; copied
@@ -202,10 +203,12 @@ PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n,
     fault->ngiven[f] = n;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-          "a fault has no field \"%s\"; expected normal_stress, friction_residual, friction_drop, friction_slip, "
-          "friction_rate, loading_rate, healing_time, initial_traction or stressing_rate",
-          name);
+  {
+    char names[512];
+
+    PetscCall(SlipFaultFieldNames(names, sizeof(names)));
+    SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no field \"%s\"; expected one of %s", name, names);
+  }
 }
 
 PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)

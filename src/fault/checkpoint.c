@@ -173,8 +173,8 @@ static PetscErrorCode CompareRecord(Differences *d, SlipFault fault)
 /* Refuses the checkpoint of another run, naming what differs. */
 static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
 {
-  static const SlipFaultStringId choices[] = {FAULT_FRICTION_LAW, FAULT_KERNEL, FAULT_INITIAL, FAULT_STIFFNESS_AVERAGE,
-                                              FAULT_STIFFNESS_SCALING};
+  static const SlipFaultStringId choices[] = {FAULT_FRICTION_LAW, FAULT_STATE_LAW,         FAULT_KERNEL,
+                                              FAULT_INITIAL,      FAULT_STIFFNESS_AVERAGE, FAULT_STIFFNESS_SCALING};
   const char *injection = fault->text[FAULT_INJECTION];
   Differences d = {.s = s};
   PetscBool cells;
@@ -200,7 +200,7 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS && cells; f++) {
     const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
 
-    PetscCall(CompareCells(&d, fault, p->name, p->unit, fault->field[f]));
+    if (SlipFaultHasField(fault, f)) PetscCall(CompareCells(&d, fault, p->name, p->unit, fault->field[f]));
   }
   if (cells) PetscCall(CompareRecord(&d, fault));
   if (!d.text[0]) PetscCall(CompareReal(&d, "scaling_of_stiffness", fault->scaling, "", CHECKPOINT_SAME));

@@ -72,7 +72,12 @@ PetscErrorCode SlipFaultGetFriction(SlipFault fault, SlipFrictionCells *friction
                         .rate = fault->field[FIELD_FRICTION_RATE],
                         .stress = fault->loads.stress ? fault->loads.stress : fault->field[FIELD_NORMAL_STRESS],
                         .weight = fault->weight,
-                        .healing = fault->healing};
+                        .healing = fault->healing,
+                        .a = fault->field[FIELD_FRICTION_A],
+                        .b = fault->field[FIELD_FRICTION_B],
+                        .reference = fault->field[FIELD_FRICTION_REFERENCE],
+                        .reference_rate = fault->value[FAULT_FRICTION_REFERENCE_RATE],
+                        .slip_law = fault->slip_law};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

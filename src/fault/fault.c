@@ -59,16 +59,18 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFrictionFind(fault->text[FAULT_FRICTION_LAW], &fault->law));
+  PetscCall(SlipFaultChooseDefaults(fault));
   PetscCall(SlipFaultMeshSetUp(fault));
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
   fault->mass = fault->value[FAULT_DENSITY] * thickness;
   fault->tstar = thickness * PetscSqrtReal(fault->value[FAULT_DENSITY] / fault->value[FAULT_SHEAR_MODULUS]);
-  PetscCall(SlipFrictionFind(fault->text[FAULT_FRICTION_LAW], &fault->law));
   PetscCall(SlipFaultCellsSetUp(fault));
   PetscCall(SlipFaultWeightsSetUp(fault));
   PetscCall(SlipFaultLoadsSetUp(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
+  PetscCall(SlipFaultBalanceSetUp(fault));
   fault->setup = PETSC_TRUE;
   PetscCall(SlipFaultProgressSetUpEnd(fault));
   if (fault->viewer) {
@@ -104,6 +106,7 @@ PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia)
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetInertia() before SlipFaultSetUp()");
   fault->inertia = inertia;
+  fault->inertia_given = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -142,6 +145,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   }
   PetscCall(SlipFaultLoadsDestroy(f));
+  PetscCall(SlipFaultBalanceDestroy(f));
   PetscCall(PetscFree(f->weight));
   PetscCall(SlipCellsDestroy(&f->mesh));
   PetscCall(PetscFree(f->order));

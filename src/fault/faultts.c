@@ -133,18 +133,6 @@ static const SlipProblemOps FaultProblem = {.name = Name_Fault,
                                             .find = Find_Fault,
                                             .observe = Observe_Fault,
                                             .measures = PETSC_TRUE};
-/* Of a fault that rests for years between events */
-static const SlipProblemOps DrivenFaultProblem = {.name = Name_Fault,
-                                                  .time_scale = TimeScale_Fault,
-                                                  .untrained = Untrained_Fault,
-                                                  .rest_time = RestTime_Fault,
-                                                  .corner = Corner_Fault,
-                                                  .rest = Rest_Fault,
-                                                  .error = Error_Fault,
-                                                  .find = Find_Fault,
-                                                  .observe = Observe_Fault,
-                                                  .measures = PETSC_TRUE};
-
 /* dw/dt = A^-1 F_s(w), the smooth part: what integrators without the constraint see. */
 static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 {
@@ -192,11 +180,50 @@ static PetscErrorCode ConfigureDriven(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
+static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
 {
   PetscFunctionBegin;
+  PetscCall(SlipFaultConstraintCreate(fault));
+  PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
+  PetscCall(TSSetType(ts, TSBATHE));
+  PetscCall(TSSetRHSFunction(ts, NULL, SlipFaultRHS, fault));
+  PetscCall(TSBatheSetConstraint(ts, fault->con));
+  if (fault->driven) PetscCall(ConfigureDriven(ts));
+  PetscCall(SlipFaultSetTolerances(fault, ts));
+  PetscCall(TSSetTimeStep(ts, SLIP_FAULT_FIRST_STEP * fault->tstar));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Smooth friction without inertia is an explicit problem, unless the options ask for TSBATHE. */
+static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
+{
+  char type[64] = "";
+  const char *prefix;
+
+  PetscFunctionBegin;
+  *is = PETSC_FALSE;
+  if (!fault->law->smooth || fault->inertia || fault->balance.eta == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetOptionsPrefix(ts, &prefix));
+  PetscCall(PetscOptionsGetString(((PetscObject)ts)->options, prefix, "-ts_type", type, sizeof(type), NULL));
+  PetscCall(PetscStrcmp(type, TSBATHE, is));
+  *is = !*is;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_explicit)
+{
+  SlipProblemOps *problem = &fault->problem;
+
+  PetscFunctionBegin;
+  *problem = FaultProblem;
+  problem->any_integrator = is_explicit;
+  if (fault->driven) { /* it rests for years between events */
+    problem->corner = Corner_Fault;
+    problem->rest = fault->law->smooth ? NULL : Rest_Fault;
+    problem->error = fault->law->smooth ? NULL : Error_Fault;
+  }
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));
-  PetscCall(TSSetSlipProblem(ts, fault->driven ? &DrivenFaultProblem : &FaultProblem));
+  PetscCall(TSSetSlipProblem(ts, problem));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -223,22 +250,21 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts)
 @*/
 PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
 {
+  PetscBool is_explicit;
+
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
-  PetscCall(SlipFaultConstraintCreate(fault));
-  PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
-  PetscCall(TSSetType(ts, TSBATHE));
-  PetscCall(TSSetRHSFunction(ts, NULL, SlipFaultRHS, fault));
-  PetscCall(TSBatheSetConstraint(ts, fault->con));
-  if (fault->driven) PetscCall(ConfigureDriven(ts));
-  PetscCall(SlipFaultSetTolerances(fault, ts));
+  PetscCall(IsExplicit(fault, ts, &is_explicit));
+  if (is_explicit)
+    PetscCall(SlipFaultBalanceConfigure(fault, ts));
+  else
+    PetscCall(ConfigureBathe(fault, ts));
   PetscCall(TSSetMaxTime(ts, SLIP_FAULT_MAX_TIME));
   PetscCall(TSSetMaxSteps(ts, PETSC_MAX_INT));
   PetscCall(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
   PetscCall(TSSetMaxSNESFailures(ts, SLIP_UNLIMITED));
   PetscCall(TSSetMaxStepRejections(ts, SLIP_UNLIMITED));
-  PetscCall(TSSetTimeStep(ts, SLIP_FAULT_FIRST_STEP * fault->tstar));
-  PetscCall(SlipFaultAttach(fault, ts));
+  PetscCall(SlipFaultAttach(fault, ts, is_explicit));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -330,7 +330,7 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
     if (fault->field[FIELD_HEALING_TIME][i] > 0) any[2] = 1;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 3, MPIU_INT, MPI_MAX, fault->comm));
-  loads->shears = any[0] ? PETSC_TRUE : PETSC_FALSE;
+  loads->shears = any[0] || fault->law->smooth ? PETSC_TRUE : PETSC_FALSE; /* what balances a smooth law's start */
   fault->heals = any[2] ? PETSC_TRUE : PETSC_FALSE;
   if (fault->text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
   PetscCheck(fault->text[FAULT_INJECTION][0] ||
@@ -342,8 +342,9 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
              SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault));
   if (fault->text[FAULT_INJECTION][0]) PetscCall(SourceSetUp(fault));
   loads->pressed = loads->rows || loads->distance2 || loads->function ? PETSC_TRUE : PETSC_FALSE;
-  fault->driven =
-    fault->loaded || any[1] || fault->heals || loads->pressed || !fault->inertia ? PETSC_TRUE : PETSC_FALSE;
+  fault->driven = fault->loaded || any[1] || fault->heals || loads->pressed || !fault->inertia || fault->law->smooth
+                    ? PETSC_TRUE
+                    : PETSC_FALSE;
   if (loads->pressed) PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->stress));
   if (loads->function) PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->own));
   if (fault->heals) {

@@ -269,10 +269,9 @@ PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultO
   obs->mean_slip_rate = s->sum[SUM_V] / N;
   obs->max_slip_rate = s->max_v;
   obs->mean_slip = s->sum[SUM_S] / N;
-  obs->mean_slip = s->sum[SUM_S] / N;
   PetscCall(SlipFaultStartShare(fault, &start));
   /* A state that heals is no slip: that is the displacement relative to the start and the far field. */
-  if (fault->heals)
+  if (fault->heals || fault->law->state)
     obs->mean_slip = (s->sum[SUM_U] + fault->loads.time * s->sum[SUM_VINF]) / N - start * fault->mean_uc;
   obs->mean_displacement = s->sum[SUM_U] / N;
   obs->sliding_fraction = s->sum[SUM_SLIDING] / N;

@@ -18,6 +18,7 @@ PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
   PetscCall(VecDestroy(&out->r0));
   PetscCall(VecDestroy(&out->traction));
   PetscCall(VecDestroy(&out->start0));
+  PetscCall(VecDestroy(&out->shown));
   PetscCall(VecDestroy(&out->vinf0));
   PetscCall(VecDestroy(&out->when.entry_u));
   PetscCall(SlipFaultStationsDestroy(out));

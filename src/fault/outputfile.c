@@ -158,7 +158,7 @@ static PetscErrorCode GatherStart(SlipFaultOutput out)
   PetscReal share;
 
   PetscFunctionBegin;
-  if (!fault->heals || out->start0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!(fault->heals || fault->law->state) || out->start0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultStartShare(fault, &share));
   PetscCall(VecDuplicate(out->r0, &out->start0));
   PetscCall(VecDuplicate(out->r0, &out->vinf0));
@@ -255,7 +255,8 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5CreateStoredSeries(h, path, ndim, dims, &storage, OutputFields[f].unit));
+    PetscCall(SlipH5CreateStoredSeries(h, path, ndim, dims, &storage,
+                                       f == OUTPUT_STATE ? SlipFaultStateUnit(fault) : OutputFields[f].unit));
   }
   PetscCall(SlipFaultWriteAxes(fault, h));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -281,6 +282,7 @@ static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
     const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
 
+    if (!SlipFaultHasField(fault, f)) continue;
     PetscCall(VecGetArrayWrite(x, &a));
     PetscCall(PetscArraycpy(a, fault->field[f], fault->n));
     PetscCall(VecRestoreArrayWrite(x, &a));
@@ -291,17 +293,37 @@ static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective: the state with what outputs call it: w itself, or a copy */
+static PetscErrorCode ShowState(SlipFaultOutput out, Vec w, Vec *shown)
+{
+  SlipFault fault = out->fault;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  *shown = w;
+  if (!out->wanted[OUTPUT_STATE] || !fault->law->state) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!out->shown) PetscCall(VecDuplicate(w, &out->shown));
+  PetscCall(VecCopy(w, out->shown));
+  PetscCall(VecGetArray(out->shown, &a));
+  for (PetscInt i = 0; i < fault->n; i++) a[3 * i + 2] = SlipFaultShownState(fault, i, a[3 * i + 2]);
+  PetscCall(VecRestoreArray(out->shown, &a));
+  *shown = out->shown;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: an entry of /fields */
 PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
+  Vec shown;
 
   PetscFunctionBegin;
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputBegin(out->run));
   PetscCall(GatherStart(out));
-  PetscCall(VecScatterBegin(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(out->gather_w, w, out->w0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(ShowState(out, w, &shown));
+  PetscCall(VecScatterBegin(out->gather_w, shown, out->w0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_w, shown, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   if (out->wanted[OUTPUT_TRACTION]) {
     PetscCall(SlipFaultOutputTraction(out, time, w));
     PetscCall(VecScatterBegin(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));

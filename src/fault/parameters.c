@@ -37,10 +37,24 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                            "Weakening slip d_c of the slip weakening laws"},
   [FAULT_FRICTION_RATE] = {"friction_rate", 0.1, "m/s", 0, NONE, OPEN, REAL,
                            "Weakening rate v_c of the rate weakening law"},
+  [FAULT_FRICTION_A] = {"friction_a", 0.01, "", 0, NONE, OPEN, REAL, "Direct effect a of rate-and-state friction"},
+  [FAULT_FRICTION_B] = {"friction_b", 0.015, "", 0, NONE, SHUT, REAL,
+                        "Evolution effect b of rate-and-state friction; its d_c is friction_slip"},
+  [FAULT_FRICTION_REFERENCE] = {"friction_reference", 0.6, "", 0, NONE, SHUT, REAL,
+                                "Steady rate-and-state friction f0 at the rate V0"},
+  [FAULT_FRICTION_REFERENCE_RATE] = {"friction_reference_rate", 1e-6, "m/s", 0, NONE, OPEN, REAL,
+                                     "Reference rate V0 of rate-and-state friction"},
   [FAULT_HEALING_TIME] = {"healing_time", 0, "s", 0, NONE, SHUT, REAL,
                           "Time t_h in which the friction state heals, ds/dt = |v| - s/t_h; 0: never"},
   [FAULT_INITIAL_TRACTION] = {"initial_traction", 0, "Pa", ANY, NONE, SHUT, REAL,
                               "Shear stress at the start, positive along positive slip"},
+  [FAULT_INITIAL_RATE] = {"initial_rate", (PetscReal)NAN, "m/s", ANY, NONE, SHUT, REAL,
+                          "Slip rate at the start of rate-and-state friction (default: loading_rate)"},
+  [FAULT_INITIAL_STATE] = {"initial_state", (PetscReal)NAN, "s", 0, NONE, OPEN, REAL,
+                           "State theta at the start of rate-and-state friction (default: steady at loading_rate, or "
+                           "what balances initial_traction)"},
+  [FAULT_CREEP] = {"creep", 0, "", 0, NONE, SHUT, REAL,
+                   "Not zero: the cell slips at the loading rate, whatever its stress"},
   [FAULT_STRESSING_RATE] = {"stressing_rate", 0, "Pa/s", ANY, NONE, SHUT, REAL, "Rate of the shear stress"},
   [FAULT_INJECTION_PRESSURE] = {"injection_pressure", 0, "Pa", ANY, NONE, SHUT, REAL,
                                 "Pressure scale p* of -fault_injection: p = p* E1(r^2/(4 D t))"},
@@ -80,14 +94,17 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening", "|rows of SlipFrictionLaws|", "Friction law"},
+  [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|", "Evolution of the state of rate-and-state friction"},
   [FAULT_KERNEL] = {"kernel", "half_space", "|half_space|full_space|",
                     "Elastic medium: with or without the free surface"},
-  [FAULT_INITIAL] = {"initial", "critical", "|critical|rest|traction|",
-                     "Start: at the frictional instability, unstressed, or under the shear stress initial_traction"},
+  [FAULT_INITIAL] =
+    {"initial", "auto", "|auto|critical|rest|traction|rate|",
+     "Start: at the frictional instability, unstressed, under the shear stress initial_traction, or with "
+     "initial_rate under the stress that balances it; auto: critical, of rate-and-state friction rate"},
   [FAULT_OPERATOR] = {"operator", "auto", "|dense|fft|hmat|auto|", "Storage of the stiffness"},
-  [FAULT_VISCOSITY] = {"viscosity", "sqrtm", "|sqrtm|spectral|lanczos|radiation|none|",
+  [FAULT_VISCOSITY] = {"viscosity", "auto", "|auto|sqrtm|spectral|lanczos|radiation|none|",
                        "Viscosity H: exact matrix square root, per wavenumber, exact by Lanczos' method, radiation "
-                       "damping G/(2 cs), or zero"},
+                       "damping G/(2 cs), or zero; auto: sqrtm, of rate-and-state friction radiation"},
   [FAULT_STIFFNESS_AVERAGE] =
     {"stiffness_average", "centre", "|centre|cell|whole|",
      "Where the stress of slip is taken: at centres of cells, or averaged over them, for slip "
@@ -123,11 +140,21 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
 };
 
 const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS] = {
-  [FIELD_NORMAL_STRESS] = FAULT_NORMAL_STRESS,   [FIELD_FRICTION_RESIDUAL] = FAULT_FRICTION_RESIDUAL,
-  [FIELD_FRICTION_DROP] = FAULT_FRICTION_DROP,   [FIELD_FRICTION_SLIP] = FAULT_FRICTION_SLIP,
-  [FIELD_FRICTION_RATE] = FAULT_FRICTION_RATE,   [FIELD_LOADING_RATE] = FAULT_LOADING_RATE,
-  [FIELD_HEALING_TIME] = FAULT_HEALING_TIME,     [FIELD_INITIAL_TRACTION] = FAULT_INITIAL_TRACTION,
+  [FIELD_NORMAL_STRESS] = FAULT_NORMAL_STRESS,
+  [FIELD_FRICTION_RESIDUAL] = FAULT_FRICTION_RESIDUAL,
+  [FIELD_FRICTION_DROP] = FAULT_FRICTION_DROP,
+  [FIELD_FRICTION_SLIP] = FAULT_FRICTION_SLIP,
+  [FIELD_FRICTION_RATE] = FAULT_FRICTION_RATE,
+  [FIELD_LOADING_RATE] = FAULT_LOADING_RATE,
+  [FIELD_HEALING_TIME] = FAULT_HEALING_TIME,
+  [FIELD_INITIAL_TRACTION] = FAULT_INITIAL_TRACTION,
   [FIELD_STRESSING_RATE] = FAULT_STRESSING_RATE,
+  [FIELD_FRICTION_A] = FAULT_FRICTION_A,
+  [FIELD_FRICTION_B] = FAULT_FRICTION_B,
+  [FIELD_FRICTION_REFERENCE] = FAULT_FRICTION_REFERENCE,
+  [FIELD_INITIAL_RATE] = FAULT_INITIAL_RATE,
+  [FIELD_INITIAL_STATE] = FAULT_INITIAL_STATE,
+  [FIELD_CREEP] = FAULT_CREEP,
 };
 
 static PetscErrorCode SlipFaultFindReal(SlipFault fault, const char name[], PetscInt *id)
@@ -248,7 +275,7 @@ static PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char 
 
   PetscFunctionBegin;
   if (p == &SlipFaultStrings[FAULT_FRICTION_LAW])
-    for (const SlipFrictionLaw *law = SlipFrictionLaws; law->name; law++) {
+    for (const SlipFrictionLaw *law = SlipFrictionNext(NULL); law; law = SlipFrictionNext(law)) {
       PetscCall(PetscStrlcat(all, law->name, sizeof(all)));
       PetscCall(PetscStrlcat(all, "|", sizeof(all)));
     }
@@ -443,6 +470,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   const char *prefix = SlipFaultPrefix(fault);
   PetscOptions options = ((PetscObject)fault)->options;
   char start[128];
+  PetscBool set;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
@@ -465,8 +493,9 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
     "SlipFaultOutputFinish", fault->check_error, &fault->check_error, NULL));
   PetscCall(PetscOptionsBool("-fault_inertia",
                              "Inertia M = rho Ly; without it (no) the balance is that of friction, elasticity and "
-                             "viscosity alone (default yes)",
-                             "SlipFaultSetInertia", fault->inertia, &fault->inertia, NULL));
+                             "viscosity alone (default yes, of rate-and-state friction no)",
+                             "SlipFaultSetInertia", fault->inertia, &fault->inertia, &set));
+  if (set) fault->inertia_given = PETSC_TRUE;
   PetscCall(PetscOptionsBool("-fault_initial_unstable",
                              "With -fault_initial traction: cells may start above their strength (default no)",
                              "SlipFaultSetInitialState", fault->initial_unstable, &fault->initial_unstable, NULL));

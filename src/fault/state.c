@@ -119,6 +119,10 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
   PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "traction", &traction));
   PetscCall(VecZeroEntries(w));
+  if (fault->law->smooth) {
+    PetscCall(SlipFaultBalanceStart(fault, w));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (traction && !fault->initial_unstable) PetscCall(CheckTraction(fault));
   if (!critical) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultStartShare(fault, &factor));

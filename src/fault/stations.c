@@ -13,7 +13,7 @@ static const SlipOutputColumn Columns[] = {
   {"time", "s", PETSC_FALSE},      {"slip", "m", PETSC_FALSE},  {"slip_rate", "m/s", PETSC_FALSE},
   {"traction", "Pa", PETSC_FALSE}, {"state", "m", PETSC_FALSE},
 };
-enum { STATION_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns) };
+enum { STATION_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns), STATION_STATE = STATION_COLUMNS - 1 };
 
 /* ---- where they are ---- */
 
@@ -161,13 +161,16 @@ static PetscErrorCode CheckPlaces(SlipFaultOutput out)
 PetscErrorCode SlipFaultStationsLayout(SlipFaultOutput out)
 {
   SlipH5 *h = SlipOutputFile(out->run);
+  SlipOutputColumn columns[STATION_COLUMNS];
   char group[64];
 
   PetscFunctionBegin;
+  PetscCall(PetscArraycpy(columns, Columns, STATION_COLUMNS));
+  columns[STATION_STATE].unit = SlipFaultStateUnit(out->fault);
   if (out->resumed) PetscCall(CheckPlaces(out));
   for (PetscInt k = 0; k < out->stations.n; k++) {
     PetscCall(PetscSNPrintf(group, sizeof(group), "/stations/%" PetscInt_FMT, k));
-    PetscCall(SlipOutputAddTable(out->run, group, STATION_COLUMNS, Columns));
+    PetscCall(SlipOutputAddTable(out->run, group, STATION_COLUMNS, columns));
     if (!out->resumed) PetscCall(WritePlace(out->fault, h, group, &out->stations.station[k]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -186,7 +189,10 @@ PetscErrorCode SlipFaultOutputTraction(SlipFaultOutput out, PetscReal time, Vec 
   PetscCall(PetscObjectStateGet((PetscObject)w, &now.state));
   if (out->traction && now.id == known->id && now.state == known->state) PetscFunctionReturn(PETSC_SUCCESS);
   if (!out->traction) PetscCall(VecDuplicate(out->fault->uc, &out->traction));
-  PetscCall(SlipConstraintInitialReaction(out->fault->con, time, w, out->traction));
+  if (out->fault->law->smooth)
+    PetscCall(SlipFaultSmoothTraction(out->fault, time, w, out->traction));
+  else
+    PetscCall(SlipConstraintInitialReaction(out->fault->con, time, w, out->traction));
   *known = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -233,7 +239,7 @@ PetscErrorCode SlipFaultStationsRow(SlipFaultOutput out, PetscReal time, Vec w)
     row[1] = a[3 * i + 1] - s->u0 + vinf[i] * (time - list->start);
     row[2] = a[3 * i];
     row[3] = r[i] / fault->weight[i];
-    row[4] = a[3 * i + 2];
+    row[STATION_STATE] = SlipFaultShownState(fault, i, a[3 * i + 2]);
   }
   PetscCall(VecRestoreArrayRead(out->traction, &r));
   PetscCall(VecRestoreArrayRead(w, &a));

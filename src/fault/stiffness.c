@@ -279,7 +279,7 @@ static PetscErrorCode CheckBalance(SlipFault fault)
   const PetscReal *h;
 
   PetscFunctionBegin;
-  if (fault->inertia || !fault->law->by_rate) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->inertia || !fault->law->by_rate || fault->law->smooth) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(MatGetDiagonal(fault->H, fault->work[0]));
   PetscCall(VecGetArrayRead(fault->work[0], &h));
@@ -307,7 +307,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(SlipFaultCheckChoices(fault));
   PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "traction", &traction));
   PetscCall(PetscStrcmp(fault->text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
-  fault->has_critical = !traction || scaled ? PETSC_TRUE : PETSC_FALSE;
+  fault->has_critical = !(traction || fault->law->smooth) || scaled ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipFaultProgressSetUp(fault, "stiffness K"));
   if (fault->text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));

@@ -192,6 +192,7 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
   for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) {
     const PetscInt field = SlipFaultFieldOf((SlipFaultRealId)i);
 
+    if (fault->setup && field >= 0 && !SlipFaultHasField(fault, field)) continue;
     if (fault->setup && field >= 0) {
       PetscCall(ViewField(fault, field, viewer));
       continue;

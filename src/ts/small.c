@@ -147,15 +147,17 @@ static PetscErrorCode CheckNumbers(TS ts)
 @*/
 PetscErrorCode TSBatheCheckOptions(TS ts)
 {
+  const SlipProblemOps *problem;
   PetscBool bathe;
   TSType type;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
   PetscCall(TSGetType(ts, &type));
+  PetscCall(TSGetSlipProblem(ts, &problem));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  PetscCheck(bathe, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP, "-ts_type %s knows no friction, expected " TSBATHE,
-             type);
+  PetscCheck(bathe || (problem && problem->any_integrator), PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
+             "-ts_type %s knows no friction, expected " TSBATHE, type);
   PetscCall(CheckNumbers(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

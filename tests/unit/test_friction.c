@@ -3,7 +3,7 @@
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 
-static const SlipFriction p = {0.5, 0.1, 0.08, 0.05, 0};
+static const SlipFriction p = {.residual = 0.5, .drop = 0.1, .slip = 0.08, .rate = 0.05};
 
 static PetscReal Value(const SlipFrictionLaw *law, PetscReal s, PetscReal v)
 {
@@ -69,7 +69,8 @@ static void healing(void **state)
 {
   const PetscReal one[] = {0.1}, rate[] = {0.25}, v[] = {-0.03}, s0 = 0.3, t = 2,
                   exact = 0.12 + (0.3 - 0.12) * exp(-0.5);
-  const SlipFrictionCells cells = {SlipFrictionLaws, one, one, one, one, one, NULL, rate};
+  const SlipFrictionCells cells = {
+    .law = SlipFrictionLaws, .residual = one, .drop = one, .slip = one, .rate = one, .stress = one, .healing = rate};
   PetscReal error[2];
 
   (void)state;

@@ -39,8 +39,15 @@ typedef enum {
   FAULT_FRICTION_DROP,
   FAULT_FRICTION_SLIP,
   FAULT_FRICTION_RATE,
+  FAULT_FRICTION_A,
+  FAULT_FRICTION_B,
+  FAULT_FRICTION_REFERENCE,
+  FAULT_FRICTION_REFERENCE_RATE,
   FAULT_HEALING_TIME,
   FAULT_INITIAL_TRACTION,
+  FAULT_INITIAL_RATE,
+  FAULT_INITIAL_STATE,
+  FAULT_CREEP,
   FAULT_STRESSING_RATE,
   FAULT_INJECTION_PRESSURE,
   FAULT_INJECTION_DIFFUSIVITY,
@@ -75,6 +82,7 @@ PETSC_EXTERN const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS];
 
 typedef enum {
   FAULT_FRICTION_LAW,
+  FAULT_STATE_LAW,
   FAULT_KERNEL,
   FAULT_INITIAL,
   FAULT_OPERATOR,
@@ -116,6 +124,12 @@ typedef enum {
   FIELD_HEALING_TIME,
   FIELD_INITIAL_TRACTION,
   FIELD_STRESSING_RATE,
+  FIELD_FRICTION_A,
+  FIELD_FRICTION_B,
+  FIELD_FRICTION_REFERENCE,
+  FIELD_INITIAL_RATE,
+  FIELD_INITIAL_STATE,
+  FIELD_CREEP,
   FAULT_NUM_FIELDS
 } SlipFaultFieldId;
 PETSC_EXTERN const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS]; /* the parameter each field replaces */
@@ -192,6 +206,16 @@ typedef struct {
   PetscReal sum[FAULT_NUM_MODE];
   SlipFaultMoment moment;
 } SlipFaultMode;
+
+/* balance.c */
+typedef struct {
+  PetscReal eta;      /* radiation damping [Pa s/m] */
+  PetscReal rtol;     /* that the tolerances were made of */
+  PetscBool known;    /* rate is that of the last right-hand side */
+  PetscReal time;     /* of it [s] */
+  Vec u, rate, force; /* its displacement [m], slip rate [m/s], and K u [Pa] */
+  PetscBool *creeps;  /* [n] cells that slip at the loading rate; NULL: none */
+} SlipFaultBalance;
 
 typedef struct _n_SlipFaultOutput *SlipFaultOutput;
 typedef struct _n_SlipFaultCatalogue *SlipFaultCatalogue;
@@ -273,8 +297,10 @@ struct _p_SlipFault {
   const char *source[FAULT_NUM_FIELDS]; /* where they come from, for views; NULL: the scalar parameters */
   PetscBool loaded;                     /* some v_inf is not zero */
   PetscBool inertia;                    /* -fault_inertia */
+  PetscBool inertia_given;              /* else the law decides */
   PetscBool initial_unstable;           /* -fault_initial_unstable */
   PetscBool heals;                      /* some healing time is not never */
+  PetscBool slip_law;                   /* -fault_state_law slip */
   PetscBool driven;   /* by loading, stressing, pressure or healing, or without inertia: quiet times without end */
   PetscReal *healing; /* [n] 1/t_h [1/s]; NULL: 0 */
   SlipFaultLoads loads;
@@ -304,6 +330,11 @@ struct _p_SlipFault {
   SlipConstraint con;
   PetscReal theta;
   Vec c, u0, s0;
+
+  SlipProblemOps problem; /* what its TS tells controllers */
+
+  /* ---- of a smooth law: the slip rates of the state asked about last ---- */
+  SlipFaultBalance balance;
 
   /* ---- what is known of the state and of the run ---- */
   SlipFaultSums sums;
@@ -365,6 +396,17 @@ PETSC_EXTERN PetscReal SlipExponentialIntegral(PetscReal x);
 PETSC_EXTERN PetscErrorCode SlipFaultRestSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after,
                                           PetscReal *end, PetscReal *h);
+/* balance.c: faults whose cells always slide */
+PETSC_EXTERN PetscErrorCode SlipFaultChooseDefaults(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultBalanceConfigure(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault);
+PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field); /* its law reads it */
+PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w,
+                                                    Vec r);                           /* -q sign(v), weighted */
+PETSC_EXTERN PetscReal SlipFaultShownState(SlipFault fault, PetscInt i, PetscReal s); /* as outputs have it */
+PETSC_EXTERN const char *SlipFaultStateUnit(SlipFault fault);
 /* tolerance.c */
 PETSC_EXTERN PetscErrorCode SlipFaultSwing(SlipFault fault, Vec w, PetscReal *ratio);
 PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, Vec e, Vec w0, Vec w1,
@@ -460,6 +502,7 @@ struct _n_SlipFaultOutput {
   PetscInt last_field_step;            /* step of the newest of them */
   Vec w0, r0;                          /* state and reaction gathered on rank 0 */
   Vec traction;
+  Vec shown;         /* state as /fields have it, where that is not w */
   Vec start0, vinf0; /* rank 0, of a fault that heals: displacement of the start [m] and loading rate [m/s] */
   SlipFaultMoment traction_moment; /* of the state that traction is of */
   VecScatter gather_w, gather_r;
@@ -550,6 +593,8 @@ struct _n_SlipFaultCatalogue {
   SlipFaultEvent event;             /* and how far it is */
   Vec u0, stress0;                  /* displacement [m] and shear stress [Pa] at its onset */
   Vec rupture;                      /* when each cell exceeded the rate, after the onset [s]; -1: not yet */
+  Vec before;                       /* with other integrators than TSBATHE: state of the step before, else NULL */
+  PetscReal time_before;            /* its time [s] */
   Vec cut, stress, slip;            /* work: state within a step, shear stress [Pa], slip of the event [m] */
   PetscBool power_known;            /* that of the end of the last step is */
   PetscReal power[FAULT_NUM_WORKS]; /* [W] */

@@ -1,0 +1,317 @@
+/*
+  Rate-and-state friction (Dieterich 1979, Ruina 1983), regularised at zero slip rate (Rice & Ben-Zion 1996; Lapusta et al.
+  2000), with the state psi = ln(V0 theta/d_c), dimensionless:
+
+     mu = a asinh( V/(2 V0) exp((f0 + b psi)/a) ),
+     dpsi/dt = V0/d_c exp(-psi) - V/d_c                    aging law, dtheta/dt = 1 - V theta/d_c
+     dpsi/dt = -V/d_c (ln(V/V0) + psi)                     slip law, dtheta/dt = -(V theta/d_c) ln(V theta/d_c)
+
+  and the slip rate at which friction and radiation damping eta V balance a shear stress.
+*/
+#include <slipcompat.h>
+#include <slipcore.h>
+#include <math.h>
+
+/* ln(V/(2 V0)) + (f0 + b psi)/a, whose exponential is the argument of asinh: the logarithm, as a small a makes it large. */
+static PetscReal Argument(const SlipFriction *p, PetscReal s, PetscReal v)
+{
+  return PetscLogReal(v / (2 * p->reference_rate)) + (p->reference + p->b * s) / p->a;
+}
+
+void SlipRateAndState(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
+                      PetscReal *dmu_dv)
+{
+  PetscReal x, small, share;
+
+  *mu = *dmu_ds = 0;
+  *dmu_dv =
+    p->a * PetscMin(PetscExpReal(PetscMin((p->reference + p->b * s) / p->a, 700)) / (2 * p->reference_rate), 1e300);
+  if (v <= 0) return;
+  x = Argument(p, s, v);
+  small = PetscExpReal(-PetscAbsReal(x));
+  /* asinh(e^x) = x + ln(1 + sqrt(1 + e^-2x)) */
+  *mu = p->a * (x > 0 ? x + PetscLogReal(1 + PetscSqrtReal(1 + small * small)) : asinh(small));
+  share = x > 0 ? 1 / PetscSqrtReal(1 + small * small) : small / PetscSqrtReal(1 + small * small);
+  *dmu_ds = p->b * share;
+  *dmu_dv = p->a * share / v;
+}
+
+void SlipRateAndStateRate(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate, PetscReal *drate_ds,
+                          PetscReal *drate_dv)
+{
+  const PetscReal aging = p->reference_rate / p->slip * PetscExpReal(-s);
+  PetscReal excess;
+
+  if (p->slip_law) {
+    excess = v > 0 ? PetscLogReal(v / p->reference_rate) + s : 0;
+    *rate = -v / p->slip * excess;
+    *drate_ds = -v / p->slip;
+    *drate_dv = -(excess + 1) / p->slip;
+    return;
+  }
+  *rate = aging - v / p->slip;
+  *drate_ds = -aging;
+  *drate_dv = -1 / p->slip;
+}
+
+/* theta = d_c/V */
+PetscReal SlipRateAndStateSteady(const SlipFriction *p, PetscReal v)
+{
+  return PetscLogReal(p->reference_rate / v);
+}
+
+/* ---- the balance of one cell ---- */
+
+/* sigma mu(s, v) + eta v - tau and its derivative with respect to ln v */
+static PetscReal Excess(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s, PetscReal sigma, PetscReal eta,
+                        PetscReal tau, PetscReal v, PetscReal *slope)
+{
+  PetscReal mu, ds, dv;
+
+  law->eval(p, s, v, &mu, &ds, &dv);
+  *slope = (sigma * dv + eta) * v;
+  return sigma * mu + eta * v - tau;
+}
+
+/*
+  The slip rate v of one cell, sigma mu(s, |v|) sign(v) + eta v = tau, by Newton's method in ln v inside a bracket, for any
+  smooth law, sigma >= 0 and eta > 0. Without friction v is tau/eta, which bounds it; below that the bracket is opened until
+  it holds the root, by factors that square themselves, so that 300 decades take nine of them.
+*/
+PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s, PetscReal sigma,
+                                 PetscReal eta, PetscReal tau)
+{
+  enum { MAX_IT = 200 };
+  const PetscReal load = PetscAbsReal(tau), least = PetscLogReal(1e-300);
+  PetscReal high = PetscLogReal(load / eta), low = high, x, open = 1, slope;
+
+  if (load == 0 || PetscIsInfOrNanReal(high)) return tau / eta;
+  for (;;) {
+    low = PetscMax(low - open, least);
+    if (low <= least || Excess(law, p, s, sigma, eta, load, PetscExpReal(low), &slope) <= 0) break;
+    high = low;
+    open *= 2;
+  }
+  x = 0.5 * (low + high);
+  for (int it = 0; it < MAX_IT; it++) {
+    const PetscReal g = Excess(law, p, s, sigma, eta, load, PetscExpReal(x), &slope);
+    PetscReal next = x - g / slope;
+
+    if (g > 0)
+      high = x;
+    else
+      low = x;
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    if (PetscAbsReal(next - x) <= 2 * PETSC_MACHINE_EPSILON * PetscMax(PetscAbsReal(x), 1)) {
+      x = next;
+      break;
+    }
+    x = next;
+  }
+  return tau < 0 ? -PetscExpReal(x) : PetscExpReal(x);
+}
+
+/* ---- the balance of many cells ---- */
+
+/* Exponential and logarithm that compilers make vector code of: no calls, no branches, no errors. To 2 ulp; Exp() takes what
+   it is given as at least -708 and at most 709, Log() needs a positive normal number. */
+typedef union {
+  double x;
+  uint64_t bits;
+} Word;
+
+#define ROUNDER 6755399441055744.0 /* 1.5 * 2^52: what is added to it is rounded to a whole number in its low bits */
+#define LN2_HIGH 6.93147180369123816490e-01
+#define LN2_LOW 1.90821492927058770002e-10
+
+static inline double Exp(double x)
+{
+  Word k, scale;
+  double r, sum;
+
+  x = x < -708 ? -708 : (x > 709 ? 709 : x);
+  k.x = x * 1.44269504088896340736 + ROUNDER;
+  r = x - (k.x - ROUNDER) * LN2_HIGH - (k.x - ROUNDER) * LN2_LOW;
+  /* Taylor's series: |r| <= ln 2/2, so that the term left out is below 1e-17 */
+  sum = 1 + r * (1.0 / 13);
+  sum = 1 + r * (1.0 / 12) * sum;
+  sum = 1 + r * (1.0 / 11) * sum;
+  sum = 1 + r * (1.0 / 10) * sum;
+  sum = 1 + r * (1.0 / 9) * sum;
+  sum = 1 + r * (1.0 / 8) * sum;
+  sum = 1 + r * (1.0 / 7) * sum;
+  sum = 1 + r * (1.0 / 6) * sum;
+  sum = 1 + r * (1.0 / 5) * sum;
+  sum = 1 + r * (1.0 / 4) * sum;
+  sum = 1 + r * (1.0 / 3) * sum;
+  sum = 1 + r * (1.0 / 2) * sum;
+  sum = 1 + r * sum;
+  scale.bits = (k.bits + 1023) << 52;
+  return sum * scale.x;
+}
+
+/* x = 2^exponent m, m in [sqrt(1/2), sqrt(2)): (m - 1)/(m + 1), at most 0.172 */
+static inline double Split(double x, double *exponent)
+{
+  const uint64_t sqrt_half = 0x3fe6a09e667f3bcdULL;
+  Word m, e;
+  uint64_t shift;
+
+  m.x = x;
+  shift = (m.bits - sqrt_half + (2048ULL << 52)) >> 52; /* 2048: it is not to be negative */
+  e.bits = 0x4330000000000000ULL | shift;
+  *exponent = e.x - (4503599627370496.0 + 2048);
+  m.bits -= (shift - 2048) << 52;
+  return (m.x - 1) / (m.x + 1);
+}
+
+static inline double Log(double x)
+{
+  double exponent, s = Split(x, &exponent), s2 = s * s, sum;
+
+  sum = 1.0 / 21; /* the term left out is below 1e-17 */
+  sum = 1.0 / 19 + s2 * sum;
+  sum = 1.0 / 17 + s2 * sum;
+  sum = 1.0 / 15 + s2 * sum;
+  sum = 1.0 / 13 + s2 * sum;
+  sum = 1.0 / 11 + s2 * sum;
+  sum = 1.0 / 9 + s2 * sum;
+  sum = 1.0 / 7 + s2 * sum;
+  sum = 1.0 / 5 + s2 * sum;
+  sum = 1.0 / 3 + s2 * sum;
+  return exponent * LN2_LOW + (2 * s * s2 * sum + (2 * s + exponent * LN2_HIGH));
+}
+
+/* The same with an error of 1e-5, relative, and 1e-4 */
+static inline double RoughExp(double x)
+{
+  Word k, scale;
+  double r;
+
+  x = x < -708 ? -708 : (x > 709 ? 709 : x);
+  k.x = x * 1.44269504088896340736 + ROUNDER;
+  r = x - (k.x - ROUNDER) * (LN2_HIGH + LN2_LOW);
+  scale.bits = (k.bits + 1023) << 52;
+  return scale.x * (1 + r * (1 + r * (1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120))))));
+}
+
+static inline double RoughLog(double x)
+{
+  double exponent, s = Split(x, &exponent);
+
+  return exponent * (LN2_HIGH + LN2_LOW) + 2 * s * (1 + s * s * (1.0 / 3));
+}
+
+/* The step of fourth order of Fritsch et al. (1973) towards w + ln w = L */
+static inline double Fritsch(double L, double w, double log_w)
+{
+  const double z = L - log_w - w, q = 2 * (1 + w) * (1 + w + 2.0 / 3 * z);
+
+  return w * (1 + z / (1 + w) * (q - z) / (q - 2 * z));
+}
+
+/* The solution w of w + ln w = L, Lambert's W(e^L): a guess to a percent (Winitzki 2003), and two steps of fourth order, the
+   first of which may be as rough as its logarithm. L >= -708 */
+static inline double LambertOfExp(double L)
+{
+  const double x = RoughExp(L > 20 ? 20 : L), more = RoughLog(1 + x), p = L > 20 ? L : (x < 1e-3 ? x : more);
+  const double guess = p * (1 - RoughLog(1 + p) / (2 + p)), w = Fritsch(L, guess, RoughLog(guess));
+
+  return Fritsch(L, w, Log(w));
+}
+
+/* Where the closed form below stands: y is large enough, and ln V in the range of numbers */
+#define SINH_IS_EXP 10.0
+#define LEAST_LOG (-700.0)
+
+/*
+  With y = mu/a the balance is  a sigma y + eta 2 V0 e^-Q sinh y = tau,  Q = (f0 + b psi)/a. Where sinh is e^y/2 it is
+  w + ln w = L in w = eta V/(a sigma), L = tau/(a sigma) - Q + ln(eta V0/(a sigma)). One step of Newton's method adds the other
+  half of sinh: what is left is of the order of e^-4y, below rounding from y = 10 on. The few cells below that are solved one
+  by one. One loop over cells without branches or calls, for vector units.
+*/
+static inline __attribute__((always_inline)) void BalanceLoop(const SlipFrictionCells *f, PetscInt n, PetscReal eta,
+                                                              const PetscReal *restrict tau, PetscInt stride,
+                                                              const PetscReal *restrict s, PetscReal *restrict v)
+{
+  const PetscReal *restrict a = f->a, *restrict b = f->b, *restrict f0 = f->reference, *restrict stress = f->stress;
+  const PetscReal *restrict weight = f->weight, scale = eta * f->reference_rate;
+
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal strength = a[i] * stress[i], inverse = 1 / strength;
+    const PetscReal load = PetscAbsReal(tau[i]) / (weight ? weight[i] : 1) * inverse;
+    const PetscReal L = load - (f0[i] + b[i] * s[stride * i]) / a[i] + Log(scale * inverse);
+    const PetscReal w = LambertOfExp(L), y = load - w, tail = RoughExp(-2 * y);
+    const PetscReal V = w * strength / eta * (1 + w * tail / (1 + w * (1 + tail))) * (1 - tail);
+    const PetscReal signed_V = tau[i] < 0 ? -V : V;
+
+    /* a number that no balance has marks the others */
+    v[i] = (y > SINH_IS_EXP) & (L > LEAST_LOG) & (strength > 0) ? signed_V : PETSC_MAX_REAL;
+  }
+}
+
+static inline __attribute__((always_inline)) void AgingLoop(const SlipFrictionCells *f, PetscInt n, PetscInt stride,
+                                                            const PetscReal *restrict s, const PetscReal *restrict v,
+                                                            PetscReal *restrict ds)
+{
+  for (PetscInt i = 0; i < n; i++)
+    ds[stride * i] = (f->reference_rate * Exp(-s[stride * i]) - PetscAbsReal(v[i])) / f->slip[i];
+}
+
+static inline __attribute__((always_inline)) void SlipLoop(const SlipFrictionCells *f, PetscInt n, PetscInt stride,
+                                                           const PetscReal *restrict s, const PetscReal *restrict v,
+                                                           PetscReal *restrict ds)
+{
+  const PetscReal inverse = 1 / f->reference_rate;
+
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal rate = PetscAbsReal(v[i]), least = rate > 1e-300 ? rate : 1e-300;
+
+    ds[stride * i] = -rate / f->slip[i] * (Log(least * inverse) + s[stride * i]);
+  }
+}
+
+/* For the machine that the program meets, not only for the one that compiled it */
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
+  !defined(__SANITIZE_ADDRESS__)
+  #define VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
+#else
+  #define VECTOR
+#endif
+
+VECTOR static void BalanceCells(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
+                                PetscInt stride, const PetscReal s[], PetscReal v[])
+{
+  BalanceLoop(f, n, eta, tau, stride, s, v);
+}
+
+VECTOR static void AgingCells(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
+                              const PetscReal v[], PetscReal ds[])
+{
+  AgingLoop(f, n, stride, s, v, ds);
+}
+
+VECTOR static void SlipCells(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
+                             const PetscReal v[], PetscReal ds[])
+{
+  SlipLoop(f, n, stride, s, v, ds);
+}
+
+void SlipRateAndStateBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
+                             PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[])
+{
+  BalanceCells(f, n, eta, tau, stride, s, v);
+  for (PetscInt i = 0; i < n; i++) {
+    const SlipFriction p = {
+      .a = f->a[i], .b = f->b[i], .reference = f->reference[i], .reference_rate = f->reference_rate};
+
+    if (v[i] == PETSC_MAX_REAL)
+      v[i] =
+        SlipFrictionBalanceOne(f->law, &p, s[stride * i], f->stress[i], eta, tau[i] / (f->weight ? f->weight[i] : 1));
+  }
+  if (!ds) return;
+  if (f->slip_law)
+    SlipCells(f, n, stride, s, v, ds);
+  else
+    AgingCells(f, n, stride, s, v, ds);
+}

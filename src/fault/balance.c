@@ -1,0 +1,363 @@
+/* Faults whose friction is smooth, such as rate-and-state friction: every cell always slides, at the rate at which friction,
+   elasticity and radiation damping balance. Without inertia the slip rate is a function of displacement and state,
+
+      T - K u - eta (v - v_inf) = sigma mu(s, |v|) sign(v),   du/dt = v - v_inf,   ds/dt of the law,
+
+   an explicit problem in (u, s) with one product with K for each right-hand side. The component v of the state vector
+   has no rate of its own: after a step it is made that of the balance, for all who read it. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipmatviscosity.h>
+#include <math.h>
+
+#define BALANCE_RTOL 1e-4       /* default tolerance, as other codes have it */
+#define BALANCE_FIRST_STEP 0.01 /* over the time in which the fastest cell slips its d_c */
+
+/* ---- set-up ---- */
+
+static PetscErrorCode Choose(SlipFault fault, PetscInt id, const char smooth[], const char other[])
+{
+  PetscBool automatic;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->text[id], "auto", &automatic));
+  if (automatic) PetscCall(PetscStrncpy(fault->text[id], fault->law->smooth ? smooth : other, sizeof(fault->text[id])));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What "auto" is for the law, and whether there is inertia. */
+PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscBool critical, rest, rate;
+
+  PetscFunctionBegin;
+  if (!fault->inertia_given) fault->inertia = fault->law->smooth ? PETSC_FALSE : PETSC_TRUE;
+  PetscCall(Choose(fault, FAULT_VISCOSITY, fault->inertia ? "sqrtm" : "radiation", "sqrtm"));
+  PetscCall(Choose(fault, FAULT_INITIAL, "rate", "critical"));
+  PetscCall(PetscStrcmp(fault->text[FAULT_STATE_LAW], "slip", &fault->slip_law));
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "rest", &rest));
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "rate", &rate));
+  PetscCheck(
+    !fault->law->smooth || !(critical || rest), fault->comm, PETSC_ERR_ARG_INCOMP,
+    "-%sfault_initial %s does not go with -%sfault_friction_law %s, whose cells always slide: expected rate or "
+    "traction",
+    prefix, fault->text[FAULT_INITIAL], prefix, fault->law->name);
+  PetscCheck(fault->law->smooth || !rate, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_initial rate needs rate-and-state friction, not -%sfault_friction_law %s", prefix, prefix,
+             fault->law->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The state that theta [s] is; of a law of another's, the number itself */
+static PetscReal StateOfTheta(SlipFault fault, PetscInt i, PetscReal theta)
+{
+  if (fault->law->eval != SlipRateAndState) return theta;
+  return PetscLogReal(fault->value[FAULT_FRICTION_REFERENCE_RATE] * theta / fault->field[FIELD_FRICTION_SLIP][i]);
+}
+
+/* What outputs call the state: theta [s] of rate-and-state friction, else the number itself */
+PetscReal SlipFaultShownState(SlipFault fault, PetscInt i, PetscReal s)
+{
+  if (fault->law->eval != SlipRateAndState) return s;
+  return fault->field[FIELD_FRICTION_SLIP][i] / fault->value[FAULT_FRICTION_REFERENCE_RATE] * PetscExpReal(s);
+}
+
+const char *SlipFaultStateUnit(SlipFault fault)
+{
+  return fault->law->eval == SlipRateAndState ? "s" : fault->law->state ? "1" : "m";
+}
+
+/* Does the fault's law read this field? */
+PetscBool SlipFaultHasField(SlipFault fault, PetscInt field)
+{
+  return field < FIELD_FRICTION_A || fault->law->smooth ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscErrorCode FindCreep(SlipFault fault)
+{
+  PetscInt any = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->n; i++) any |= fault->field[FIELD_CREEP][i] != 0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
+  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(fault->law->smooth && !fault->inertia, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_creep needs rate-and-state friction without inertia", SlipFaultPrefix(fault));
+  PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->balance.creeps));
+  for (PetscInt i = 0; i < fault->n; i++)
+    fault->balance.creeps[i] = fault->field[FIELD_CREEP][i] != 0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rate and state that were not given, as far as that does not need the stress. Fields keep theta. */
+static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *friction, PetscBool traction)
+{
+  PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *theta = fault->field[FIELD_INITIAL_STATE];
+  const PetscReal *vinf = fault->field[FIELD_LOADING_RATE], *load = fault->field[FIELD_INITIAL_TRACTION];
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscInt bad = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal steady = PetscAbsReal(vinf[i]) > 0 ? vinf[i] : rate[i];
+
+    if (isnan(rate[i])) rate[i] = vinf[i];
+    if (!isnan(theta[i])) continue;
+    if (!traction)
+      theta[i] = SlipFaultShownState(fault, i, SlipFrictionSteady(friction, i, steady));
+    else
+      theta[i] = SlipFaultShownState(
+        fault, i, SlipFrictionStateOf(friction, i, PetscAbsReal(load[i]) / friction->stress[i], rate[i]));
+    if (!isfinite(theta[i])) bad = 1;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bad, 1, MPIU_INT, MPI_MAX, fault->comm));
+  PetscCheck(!bad, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "the state of -%sfault_friction_law %s at the start is not known: expected -%sfault_initial_state, or "
+             "-%sfault_initial_rate or -%sfault_loading_rate other than 0",
+             prefix, fault->law->name, prefix, prefix, prefix);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* T0 = sigma mu + H (v - v_inf): what balances the start. Overwrites work[0] and work[1]. */
+static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *friction)
+{
+  const PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *vinf = fault->field[FIELD_LOADING_RATE], *f;
+  PetscReal *x;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(fault->work[0], &x));
+  for (PetscInt i = 0; i < fault->n; i++) x[i] = rate[i] - vinf[i];
+  PetscCall(VecRestoreArrayWrite(fault->work[0], &x));
+  PetscCall(MatMult(fault->H, fault->work[0], fault->work[1]));
+  PetscCall(VecGetArrayRead(fault->work[1], &f));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    PetscReal mu, ds, dv;
+
+    SlipFrictionEvaluate(friction, i, StateOfTheta(fault, i, fault->field[FIELD_INITIAL_STATE][i]),
+                         PetscAbsReal(rate[i]), &mu, &ds, &dv);
+    fault->field[FIELD_INITIAL_TRACTION][i] = (rate[i] < 0 ? -mu : mu) * friction->stress[i] + f[i] / fault->weight[i];
+  }
+  PetscCall(VecRestoreArrayRead(fault->work[1], &f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After the operators are known. The start, and what right-hand sides need. */
+PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
+{
+  SlipFaultBalance *b = &fault->balance;
+  SlipFrictionCells friction;
+  PetscBool traction;
+
+  PetscFunctionBegin;
+  PetscCall(FindCreep(fault));
+  if (!fault->law->smooth) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipRadiationGet(fault->H, &b->eta));
+  PetscCall(VecDuplicate(fault->uc, &b->u));
+  PetscCall(VecDuplicate(fault->uc, &b->rate));
+  PetscCall(VecDuplicate(fault->uc, &b->force));
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "traction", &traction));
+  PetscCall(SlipFaultLoadAt(fault, 0));
+  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(FillStart(fault, &friction, traction));
+  if (!traction) PetscCall(FillTraction(fault, &friction));
+  fault->loads.known = PETSC_FALSE; /* the initial traction has changed */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault)
+{
+  SlipFaultBalance *b = &fault->balance;
+
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&b->u));
+  PetscCall(VecDestroy(&b->rate));
+  PetscCall(VecDestroy(&b->force));
+  PetscCall(PetscFree(b->creeps));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- slip rates ---- */
+
+/* b->rate of the state w at t, and unless F is NULL its rates */
+static PetscErrorCode Rates(SlipFault fault, PetscReal t, Vec w, Vec F)
+{
+  SlipFaultBalance *b = &fault->balance;
+  const PetscReal *vinf = fault->field[FIELD_LOADING_RATE], *weight = fault->weight, eta = b->eta;
+  const PetscReal *a, *force, *shear;
+  PetscReal *tau, *v, *f = NULL;
+  SlipFrictionCells friction;
+  const SlipArrays arrays[] = {
+    {w, .read = &a},        {b->force, .read = &force},      {fault->loads.shear, .read = &shear},
+    {b->rate, .write = &v}, {fault->work[0], .write = &tau}, {F, .write = &f}};
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultLoadAt(fault, t));
+  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(VecStrideGather(w, 1, b->u, INSERT_VALUES));
+  PetscCall(MatMult(fault->K, b->u, b->force));
+  PetscCall(SlipArraysGet(F ? 6 : 5, arrays));
+  for (PetscInt i = 0; i < fault->n; i++) tau[i] = shear[i] - force[i] + eta * weight[i] * vinf[i];
+  SlipFrictionBalance(&friction, fault->n, eta, tau, 3, a + 2, v, f ? f + 2 : NULL);
+  for (PetscInt i = 0; i < fault->n && b->creeps; i++) {
+    if (!b->creeps[i]) continue;
+    v[i] = vinf[i];
+    if (f) f[3 * i + 2] = 0;
+  }
+  for (PetscInt i = 0; i < fault->n && f; i++) {
+    f[3 * i] = 0;
+    f[3 * i + 1] = v[i] - vinf[i];
+  }
+  PetscCall(SlipArraysRestore(F ? 6 : 5, arrays));
+  PetscCall(PetscLogFlops(120.0 * (PetscLogDouble)fault->n));
+  b->time = t;
+  b->known = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Put b->rate into the state w. */
+static PetscErrorCode PutRates(SlipFault fault, Vec w)
+{
+  const PetscReal *v;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(fault->balance.rate, &v));
+  PetscCall(VecGetArray(w, &a));
+  for (PetscInt i = 0; i < fault->n; i++) a[3 * i] = v[i];
+  PetscCall(VecRestoreArray(w, &a));
+  PetscCall(VecRestoreArrayRead(fault->balance.rate, &v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The state of the start */
+PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
+{
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArray(w, &a));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    a[3 * i] = fault->field[FIELD_INITIAL_RATE][i];
+    a[3 * i + 2] = StateOfTheta(fault, i, fault->field[FIELD_INITIAL_STATE][i]);
+  }
+  PetscCall(VecRestoreArray(w, &a));
+  if (fault->inertia || fault->balance.eta == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Rates(fault, 0, w, NULL)); /* "traction" with a state of its own has another rate */
+  PetscCall(PutRates(fault, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The friction of a state, as the reaction that it is in other laws */
+PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w, Vec r)
+{
+  const PetscReal *a;
+  PetscReal *q;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultStrength(fault, t, w, r));
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(VecGetArray(r, &q));
+  for (PetscInt i = 0; i < fault->n; i++) q[i] *= a[3 * i] > 0 ? -1 : 1;
+  PetscCall(VecRestoreArray(r, &q));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the TS ---- */
+
+/* |e_u| <= rtol d_c and |e_s| <= rtol in every cell, whatever the size of u and s: the friction of a cell changes with
+   either by the same. Made anew when rtol has changed. */
+static PetscErrorCode SetTolerances(SlipFault fault, TS ts, PetscReal rtol)
+{
+  Vec atol, none;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultCreateState(fault, &atol));
+  PetscCall(VecDuplicate(atol, &none));
+  PetscCall(VecGetArrayWrite(atol, &a));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    a[3 * i] = 1;
+    a[3 * i + 1] = rtol * fault->field[FIELD_FRICTION_SLIP][i];
+    a[3 * i + 2] = rtol;
+  }
+  PetscCall(VecRestoreArrayWrite(atol, &a));
+  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, rtol, none));
+  fault->balance.rtol = rtol;
+  PetscCall(VecDestroy(&none));
+  PetscCall(VecDestroy(&atol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  PetscReal rtol;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  if (rtol != fault->balance.rtol) PetscCall(SetTolerances(fault, ts, rtol));
+  PetscCall(Rates(fault, t, w, F));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Was the last right-hand side that of the step's end? */
+static PetscErrorCode EndIsKnown(SlipFault fault, TS ts, PetscReal t, PetscBool *known)
+{
+  PetscBool rk;
+
+  PetscFunctionBegin;
+  *known = PETSC_FALSE;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
+  if (!rk || !fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSRKGetTableau(ts, NULL, NULL, NULL, NULL, NULL, NULL, NULL, known));
+  if (PetscAbsReal(fault->balance.time - t) > 4 * PETSC_MACHINE_EPSILON * PetscAbsReal(t)) *known = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSPostEvaluate: after a step, before monitors. To PETSc the state has not changed: otherwise the next step would begin
+   anew, without the last right-hand side of this one. */
+static PetscErrorCode SlipFaultAfterStep(TS ts)
+{
+  PetscObjectState state;
+  SlipFault fault;
+  PetscBool known;
+  PetscReal t;
+  Vec w;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(PetscObjectStateGet((PetscObject)w, &state));
+  PetscCall(EndIsKnown(fault, ts, t, &known));
+  if (!known) PetscCall(Rates(fault, t, w, NULL));
+  PetscCall(PutRates(fault, w));
+  PetscCall(PetscObjectStateSet((PetscObject)w, state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The explicit problem, for Runge-Kutta pairs */
+PetscErrorCode SlipFaultBalanceConfigure(SlipFault fault, TS ts)
+{
+  const PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
+  PetscReal time = PETSC_MAX_REAL;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->n; i++)
+    if (rate[i] != 0) time = PetscMin(time, slip[i] / PetscAbsReal(rate[i]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &time, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
+  PetscCall(TSSetType(ts, TSRK));
+  PetscCall(TSRKSetType(ts, TSRK3BS));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTBASIC));
+  PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
+  PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));
+  PetscCall(SetTolerances(fault, ts, BALANCE_RTOL));
+  PetscCall(TSSetTimeStep(ts, BALANCE_FIRST_STEP * (time < PETSC_MAX_REAL ? time : fault->tstar)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
