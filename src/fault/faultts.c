@@ -257,7 +257,7 @@ PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(IsExplicit(fault, ts, &is_explicit));
   if (is_explicit)
-    PetscCall(SlipFaultBalanceConfigure(fault, ts));
+    PetscCall(SlipFaultExplicitConfigure(fault, ts));
   else
     PetscCall(ConfigureBathe(fault, ts));
   PetscCall(TSSetMaxTime(ts, SLIP_FAULT_MAX_TIME));

@@ -39,7 +39,7 @@ static void parameters(void **state)
   fails(SlipFaultSetString(fault, "friction_law", "velcro"), "-fault_friction_law is \"velcro\", expected one of "
                                                              "exponential_slip_weakening, linear_slip_weakening, "
                                                              "rate_weakening, constant");
-  fails(SlipFaultSetString(fault, "initial", "a|b"), "expected one of critical, rest");
+  fails(SlipFaultSetString(fault, "initial", "a|b"), "expected one of auto, critical, rest");
   fails(SlipFaultSetString(fault, "color", "red"), "no choice \"color\"");
   ok(SlipFaultDestroy(&fault));
 }

@@ -400,7 +400,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscRea
 PETSC_EXTERN PetscErrorCode SlipFaultChooseDefaults(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultBalanceConfigure(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */
+PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts); /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault);
 PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field); /* its law reads it */
 PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w,

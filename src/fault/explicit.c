@@ -1,0 +1,100 @@
+/* Rate-and-state friction without inertia as an explicit TS: tolerances, right-hand side, and what follows a step. */
+#include <slipstep/private/slipfault.h>
+
+#define EXPLICIT_RTOL 1e-4       /* default tolerance, as other codes have it */
+#define EXPLICIT_FIRST_STEP 0.01 /* over the time in which the fastest cell slips its d_c */
+
+/* |e_u| <= rtol d_c and |e_s| <= rtol in every cell, whatever the size of u and s: the friction of a cell changes with
+   either by the same. Made anew when rtol has changed. */
+static PetscErrorCode SetTolerances(SlipFault fault, TS ts, PetscReal rtol)
+{
+  Vec atol, none;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultCreateState(fault, &atol));
+  PetscCall(VecDuplicate(atol, &none));
+  PetscCall(VecGetArrayWrite(atol, &a));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    a[3 * i] = 1;
+    a[3 * i + 1] = rtol * fault->field[FIELD_FRICTION_SLIP][i];
+    a[3 * i + 2] = rtol;
+  }
+  PetscCall(VecRestoreArrayWrite(atol, &a));
+  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, rtol, none));
+  fault->balance.rtol = rtol;
+  PetscCall(VecDestroy(&none));
+  PetscCall(VecDestroy(&atol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  PetscReal rtol;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  if (rtol != fault->balance.rtol) PetscCall(SetTolerances(fault, ts, rtol));
+  PetscCall(SlipFaultRates(fault, t, w, F));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Was the last right-hand side that of the step's end? */
+static PetscErrorCode EndIsKnown(SlipFault fault, TS ts, PetscReal t, PetscBool *known)
+{
+  PetscBool rk;
+
+  PetscFunctionBegin;
+  *known = PETSC_FALSE;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
+  if (!rk || !fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSRKGetTableau(ts, NULL, NULL, NULL, NULL, NULL, NULL, NULL, known));
+  if (PetscAbsReal(fault->balance.time - t) > 4 * PETSC_MACHINE_EPSILON * PetscAbsReal(t)) *known = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSPostEvaluate: after a step, before monitors. To PETSc the state has not changed: otherwise the next step would begin
+   anew, without the last right-hand side of this one. */
+static PetscErrorCode SlipFaultAfterStep(TS ts)
+{
+  PetscObjectState state;
+  SlipFault fault;
+  PetscBool known;
+  PetscReal t;
+  Vec w;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(PetscObjectStateGet((PetscObject)w, &state));
+  PetscCall(EndIsKnown(fault, ts, t, &known));
+  if (!known) PetscCall(SlipFaultRates(fault, t, w, NULL));
+  PetscCall(SlipFaultPutRates(fault, w));
+  PetscCall(PetscObjectStateSet((PetscObject)w, state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The explicit problem, for Runge-Kutta pairs */
+PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
+{
+  const PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
+  PetscReal time = PETSC_MAX_REAL;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->n; i++)
+    if (rate[i] != 0) time = PetscMin(time, slip[i] / PetscAbsReal(rate[i]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &time, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
+  PetscCall(TSSetType(ts, TSRK));
+  PetscCall(TSRKSetType(ts, TSRK3BS));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTBASIC));
+  PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
+  PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));
+  PetscCall(SetTolerances(fault, ts, EXPLICIT_RTOL));
+  PetscCall(TSSetTimeStep(ts, EXPLICIT_FIRST_STEP * (time < PETSC_MAX_REAL ? time : fault->tstar)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
