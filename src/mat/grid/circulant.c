@@ -24,9 +24,9 @@ struct _n_SlipCirculant {
   PetscReal *column;        /* [4][nz], of one wavenumber */
 };
 
-/* Cells in depth beyond which ranks share the work: measured on 2 ranks, at 50 x 50 shared products take 0.6 times
-   those of one rank, whole ones 1.07 times. */
-#define SLIP_SHARE_MIN 40
+/* Cells in depth beyond which ranks share the work: measured on 2 ranks, shared products take 35 us where whole ones take 55
+   at 100 x 40, and 28 us against 44 at 100 x 32. */
+#define SLIP_SHARE_MIN 30
 
 /* Smallest even length of at least n whose prime factors are 2, 3 and 5. */
 PetscInt SlipGoodLength(PetscInt n)
@@ -156,7 +156,7 @@ static PetscErrorCode StrikeDestroy(SlipContainerArg arg)
 
   Input Parameters:
 + K     - stiffness on a uniform grid
-- share - unless set: more than 40 cells deep, as small grids are multiplied faster than told of
+- share - unless set: more than 30 cells deep
 
   Options Database Key:
 . -mat_slip_share - the same, for MatSlipStiffnessSetFromOptions()
