@@ -329,3 +329,68 @@ void SlipFrictionBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, 
     if (ds) ds[stride * i] = StateRate(f->law, &p, s[stride * i], PetscAbsReal(v[i]));
   }
 }
+
+/* ---- a stage of one cell of a smooth law ---- */
+
+/* omega w sigma mu + D v - load at the stage's end, and its derivative with respect to ln v */
+static PetscReal StageExcess(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
+                             PetscReal v, PetscReal *slope)
+{
+  const PetscReal strength = c->omega * (f->weight ? f->weight[i] : 1) * f->stress[i];
+  PetscReal mu, ds, dv, ds_dv;
+
+  SlipFrictionStage(f, i, c->theta, c->s0, v, &mu, &ds, &dv, &ds_dv);
+  *slope = (strength * (dv + ds_dv * ds) + c->diagonal) * v;
+  return strength * mu + c->diagonal * v - load;
+}
+
+/* ln v to begin with: that of the guess, if it goes the right way; else of the state that rest would lead to, which
+   leaves the cell stronger than it is, so that this is below the root */
+static PetscReal StageStart(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
+                            PetscReal guess)
+{
+  const SlipFriction p = At(f, i);
+  const PetscReal strength = c->omega * (f->weight ? f->weight[i] : 1) * f->stress[i];
+  PetscReal ds;
+
+  if (guess > 0) return PetscMin(PetscLogReal(guess), PetscLogReal(load / c->diagonal));
+  return PetscLogReal(
+    SlipFrictionBalanceOne(f->law, &p, StateAdvance(f->law, &p, c->theta, c->s0, 0, &ds), strength, c->diagonal, load));
+}
+
+/*
+  SlipFrictionStageRate - the slip rate v of cell i alone at the end of a stage, D v + omega w sigma mu(s(v), |v|) sign(v)
+  = load, of a smooth law
+
+  s(v) = s0 + theta ds/dt is the state there. Newton's method in ln v inside a bracket, from the guess or the rate that it
+  finds itself. Without the state's change friction grows with v, and the root is the only one. With it a long stage
+  can weaken faster than D v grows: then the root next to the guess is taken, and *stable is false where none is at which the
+  sum grows without a fall in between.
+*/
+PetscReal SlipFrictionStageRate(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
+                                PetscReal guess, PetscBool *stable)
+{
+  const PetscReal size = PetscAbsReal(load), sign = load < 0 ? -1 : 1, up = 1, down = 4;
+  PetscReal low = -PETSC_MAX_REAL, high = PETSC_MAX_REAL, x, slope = 1;
+
+  *stable = PETSC_TRUE;
+  if (size == 0 || PetscIsInfOrNanReal(size) || !(f->stress[i] > 0)) return load / c->diagonal;
+  x = StageStart(f, i, c, size, sign * guess);
+  for (int it = 0; it < STATE_MAX_IT; it++) {
+    const PetscReal g = StageExcess(f, i, c, size, PetscExpReal(x), &slope);
+    PetscReal next = slope > 0 ? x - g / slope : x - down;
+
+    if (g < 0 && slope <= 0) break;
+    if (g > 0)
+      high = PetscMin(high, x);
+    else
+      low = PetscMax(low, x);
+    next = PetscClipInterval(next, x - down, x + up);
+    if ((next <= low || next >= high) && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL && g != 0)
+      next = 0.5 * (low + high);
+    if (PetscAbsReal(next - x) <= 8 * PETSC_MACHINE_EPSILON * PetscMax(PetscAbsReal(x), 1)) break;
+    x = next;
+  }
+  if (!(slope > 0)) *stable = PETSC_FALSE;
+  return sign * PetscExpReal(x);
+}

@@ -30,7 +30,7 @@ enum {
    an approximation the method is an inexact Newton method: residuals remain those of con->B, and so do its
    solutions. Where the approximate Jacobian is positive definite but the true one is not, iterations are repelled,
    so that the wrong branch is as unreachable as with the true one. */
-static PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact, Mat *A)
+PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact, Mat *A)
 {
   PetscErrorCode (*f)(Mat, Mat *);
 
@@ -139,6 +139,10 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   PetscFunctionBegin;
   PetscCall(SlipConstraintQuery(snes, &con));
   con->unstable = PETSC_FALSE;
+  if (con->ops->solve_cells) {
+    PetscCall(SlipSmoothBoundSolve(snes, con, x));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipConstraintBegin(con, x));
   PetscCall(SlipConstraintEvaluate(con, NULL, x));
   SlipSearchForget(&ss->search, con->merit);

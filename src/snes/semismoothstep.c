@@ -6,8 +6,7 @@
 static const PetscReal inexact = 5e-3;
 
 /* Krylov solve of (A + diag(slope)) dx = rhs on the sliding set; pd is false when the matrix shows itself indefinite */
-static PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec slope, PetscBool *ok,
-                                           PetscBool *pd)
+PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec slope, PetscBool *ok, PetscBool *pd)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
   Vec rhs = ss->slip.work[SEMISMOOTH_RHS], dx = ss->slip.work[SEMISMOOTH_DX];
