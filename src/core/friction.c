@@ -9,6 +9,9 @@
 #define WEAK_SLIP 1e30
 #define WEAK_RATE 1e30
 
+/* A step of Newton's method, over the unknown, whose square is below rounding: what is left after it */
+#define NEWTON_ENOUGH 1e-9
+
 enum { FRICTION_REGISTERED = 64, STATE_MAX_IT = 100 };
 
 static void ExponentialSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess,
@@ -147,6 +150,7 @@ static PetscReal OwnStateAdvance(const SlipFrictionLaw *law, const SlipFriction 
 
   for (int it = 0; it < STATE_MAX_IT; it++) {
     PetscReal g, next;
+    PetscBool enough;
 
     law->state(p, s, rate, &f, &f_s, &f_v);
     g = s - s0 - theta * f;
@@ -155,10 +159,11 @@ static PetscReal OwnStateAdvance(const SlipFrictionLaw *law, const SlipFriction 
     else
       low = PetscMax(low, s);
     next = s - g / (1 - theta * f_s);
-    if ((next >= high || next <= low) && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL && g != 0)
+    enough = PetscAbsReal(next - s) <= NEWTON_ENOUGH * PetscMax(PetscAbsReal(s), 1) ? PETSC_TRUE : PETSC_FALSE;
+    if (!enough && (next >= high || next <= low) && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL)
       next = 0.5 * (low + high);
-    if (PetscAbsReal(next - s) <= PETSC_MACHINE_EPSILON * PetscMax(PetscAbsReal(s), 1)) break;
     s = next;
+    if (enough) break;
   }
   law->state(p, s, rate, &f, &f_s, &f_v);
   *ds = theta * f_v / (1 - theta * f_s);
@@ -379,6 +384,7 @@ PetscReal SlipFrictionStageRate(const SlipFrictionCells *f, PetscInt i, const Sl
   for (int it = 0; it < STATE_MAX_IT; it++) {
     const PetscReal g = StageExcess(f, i, c, size, PetscExpReal(x), &slope);
     PetscReal next = slope > 0 ? x - g / slope : x - down;
+    PetscBool enough;
 
     if (g < 0 && slope <= 0) break;
     if (g > 0)
@@ -386,10 +392,11 @@ PetscReal SlipFrictionStageRate(const SlipFrictionCells *f, PetscInt i, const Sl
     else
       low = PetscMax(low, x);
     next = PetscClipInterval(next, x - down, x + up);
-    if ((next <= low || next >= high) && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL && g != 0)
+    enough = PetscAbsReal(next - x) <= NEWTON_ENOUGH * PetscMax(PetscAbsReal(x), 1) ? PETSC_TRUE : PETSC_FALSE;
+    if (!enough && (next <= low || next >= high) && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL)
       next = 0.5 * (low + high);
-    if (PetscAbsReal(next - x) <= 8 * PETSC_MACHINE_EPSILON * PetscMax(PetscAbsReal(x), 1)) break;
     x = next;
+    if (enough) break;
   }
   if (!(slope > 0)) *stable = PETSC_FALSE;
   return sign * PetscExpReal(x);
