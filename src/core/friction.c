@@ -141,12 +141,13 @@ static PetscReal StateRate(const SlipFrictionLaw *law, const SlipFriction *p, Pe
 }
 
 /* The root of s - s0 - theta ds/dt(s), which grows with s, by Newton's method; ds: its derivative with respect to the
-   rate. The rates of our own laws are concave in s, so that from the second iterate on it comes from below; a law that
-   is not is halved back into what brackets the root. */
+   rate. It is between s0 and the steady state of the rate. The rates of our own laws are concave in s, so that from the second
+   iterate on it comes from below; where that starts too far away, or a law is not concave, the bracket is halved. */
 static PetscReal OwnStateAdvance(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, PetscReal s0,
                                  PetscReal rate, PetscReal *ds)
 {
-  PetscReal s = s0, low = -PETSC_MAX_REAL, high = PETSC_MAX_REAL, f, f_s, f_v;
+  const PetscReal steady = law->steady(p, rate);
+  PetscReal s = s0, low = PetscMin(s0, steady), high = PetscMax(s0, steady), f, f_s, f_v;
 
   for (int it = 0; it < STATE_MAX_IT; it++) {
     PetscReal g, next;

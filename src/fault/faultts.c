@@ -184,6 +184,7 @@ static PetscErrorCode ConfigureDriven(TS ts)
    all cells alike, and the diagonal is most of the Jacobian in steps that are exact enough. */
 static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
 {
+  const PetscReal residual = 1e-11; /* of 1e7 Pa; a sigma, what ln v makes, is some 1e5 Pa */
   PetscReal step;
   SNES snes;
   KSP ksp;
@@ -191,7 +192,7 @@ static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESSetType(snes, SNESSEMISMOOTH));
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, residual, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(SNESGetKSP(snes, &ksp));
   PetscCall(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
   PetscCall(KSPGetPC(ksp, &pc));

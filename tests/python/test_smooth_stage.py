@@ -5,7 +5,7 @@ import os
 import subprocess
 import tempfile
 import unittest
-from math import exp, log, pi, sqrt
+from math import log, pi, sqrt
 
 import scripts
 
@@ -56,7 +56,7 @@ class Reference:
     def run(self, end):
         """times at which the first cell passes the threshold, and its state at the end"""
         crossing = lambda t, y: np.max(y[:self.n]) - log(THRESHOLD)
-        done = solve_ivp(self.rate, (0, end), self.start, "Radau", rtol=1e-9, atol=1e-10, events=crossing, first_step=1.0)
+        done = solve_ivp(self.rate, (0, end), self.start, "Radau", rtol=1e-8, atol=1e-9, events=crossing, first_step=1.0)
         assert done.success, done.message
         n = self.n
         return done.t_events[0], np.exp(done.y[:n, -1]), done.y[n:2 * n, -1] + LOADING * end, np.exp(done.y[2 * n:, -1]) * SLIP / V0
@@ -85,22 +85,24 @@ class SmoothStageTest(unittest.TestCase):
     ONE = ("-fault_nx", 1, "-fault_nz", 1)
 
     def test_without_inertia(self):
-        """The events of the explicit run at 1e-9, two of them in 344 years. The wanted error of a step, of order h^3, sums up as rtol^(2/3):
-        at 1e-4 times were 4e-5 off, and ten times less rtol makes that 4.6 times less; twice the one and half the other are asked."""
+        """Onsets and ends of the explicit run at 1e-9, four events in 380 years. The local error, of order h^3, sums up as rtol^(2/3): ten times
+        less makes the error 4.6 times less, of the first event 4.2 times, from 1.6e-3 on. Times of the others were 2.0e-5 off at 1e-4 and 2.3e-6 at
+        1e-5; twice as much is allowed."""
         end = ("-ts_max_time", 1.2e10)
-        want = self.run_fault(*self.ONE, *end, "-ts_rk_type", "5dp", "-ts_rtol", 1e-9)
-        error = []
-        for rtol in (1e-4, 1e-5):
-            got = self.run_fault(*self.ONE, *end, "-ts_type", "bathe", "-ts_rtol", rtol)
-            self.assertEqual(len(got[0]), 4)
-            error.append(abs(got[0][2] / want[0][2] - 1))
-            np.testing.assert_allclose(got[2], want[2], rtol=20 * rtol)
-        self.assertLess(error[0], 1e-4)
-        self.assertLess(error[1], error[0] / 2)
+        want = self.run_fault(*self.ONE, *end, "-ts_rk_type", "5dp", "-ts_rtol", 1e-9)[0]
+        self.assertEqual(len(want), 8)
+        first = []
+        for rtol, tolerance in ((1e-4, 4e-5), (1e-5, 4e-6)):
+            got = self.run_fault(*self.ONE, *end, "-ts_type", "bathe", "-ts_rtol", rtol)[0]
+            self.assertEqual(len(got), len(want))
+            first.append(abs(got[0] / want[0] - 1))
+            np.testing.assert_allclose(got[2:], want[2:], rtol=tolerance)
+        self.assertLess(first[0], 3e-3)
+        self.assertLess(first[1], first[0] / 3)
 
     def test_order(self):
         """Constant steps through the start of an instability: half the step has a quarter of the error, to the next order, the step over the
-        time in which it grows, some 3e6 s."""
+        time in which it grows, some 3e6 s, over a hundred: orders were 1.999 to 2.000."""
         end = ("-ts_max_time", 8e6, "-ts_adapt_type", "none")
         want = self.run_fault(*self.ONE, "-ts_max_time", 8e6, "-ts_rk_type", "5dp", "-ts_rtol", 1e-10)
         error = []
@@ -108,16 +110,17 @@ class SmoothStageTest(unittest.TestCase):
             got = self.run_fault(*self.ONE, *end, "-ts_type", "bathe", "-ts_dt", step)
             error.append([abs(x[0] / y[0] - 1) for x, y in zip(got[1:], want[1:])])
         for k in range(3):
-            self.assertAlmostEqual(log(error[1][k] / error[2][k], 2), 2, delta=0.1)
+            self.assertAlmostEqual(log(error[1][k] / error[2][k], 2), 2, delta=0.01)
 
     @unittest.skipIf(solve_ivp is None, "needs scipy")
     def test_with_inertia(self):
-        """One cell and 3 x 2 cells, through their first event."""
+        """One cell through its first event"""
         one = np.array([[G * sqrt(2) / pi * (7 / 3) / SIDE]])
         self.compare(one, np.array([START]), *self.ONE)
 
     @unittest.skipIf(solve_ivp is None, "needs scipy")
     def test_several_cells_with_inertia(self):
+        """3 x 2 cells, which break one after the other: six events"""
         x, z = np.meshgrid(np.arange(3.0), np.arange(2.0))
         distance = np.hypot(x.ravel()[:, None] - x.ravel(), z.ravel()[:, None] - z.ravel())
         K = -4e5 / np.maximum(distance, 1)**3
@@ -129,13 +132,15 @@ class SmoothStageTest(unittest.TestCase):
             f["initial_rate"] = start.reshape(2, 3)
         self.compare(K, start, "-fault_nx", 3, "-fault_nz", 2, "-fault_stiffness_file", "K.h5:/K", "-fault_parameters", "p.h5")
 
-    def compare(self, K, start, *options, end=1.6e7):
+    def compare(self, K, start, *options, end=1.8e7):
+        """At 1e-5 times were 1e-5 off and slips 1.6e-5, ten times less at 1e-6; three times that is allowed. States at the end, long after the
+        events, were 4e-4 off."""
         want = Reference(K, start).run(end)
         got = self.run_fault(*options, "-fault_inertia", "yes", "-ts_max_time", end, "-ts_rtol", 1e-5)
         self.assertEqual(len(got[0]), len(want[0]))
-        np.testing.assert_allclose(got[0], want[0], rtol=1e-4)
-        for x, y in zip(got[2:], want[2:]):
-            np.testing.assert_allclose(x, y, rtol=1e-3)
+        np.testing.assert_allclose(got[0], want[0], rtol=3e-5)
+        np.testing.assert_allclose(got[2], want[2], rtol=5e-5)
+        np.testing.assert_allclose(got[3], want[3], rtol=1e-3)
 
 
 if __name__ == "__main__":
