@@ -264,8 +264,8 @@ static void many_cells(void **state)
       }
 }
 
-/* A cell that balances at 1e-9 m/s now, at four times the normal stress at which its own stiffness would keep it stable, has
-   long broken at the end of a stage in which it slips 20 d_c: refused. In one in which it slips a hundredth of d_c it is not. */
+/* Cells that would go on at 1e-9 m/s but for the state, at many times the normal stress at which their stiffness keeps them stable,
+   have long broken at the end of a stage in which that makes 5 d_c: refused. One in which it makes a hundredth of d_c is not. */
 static void instability(void **state)
 {
   (void)state;
@@ -277,13 +277,15 @@ static void instability(void **state)
     PetscInt its;
     Vec x;
 
-    Create(long_stage ? 1e9 : 5e5, -1, &s, &con);
+    Create(long_stage ? 2.5e8 : 5e5, -1, &s, &con);
     for (PetscInt i = 0; i < N; i++) {
-      s.sigma[i] = 100e6;
+      s.sigma[i] = 400e6;
       s.s0[i] = 9;
     }
-    ok(VecSet(s.l.load, 100e6 * Friction(PETSC_FALSE, 0, 9, 1e-9)));
     ok(VecDuplicate(s.l.load, &x));
+    ok(VecSet(x, 1e-9));
+    ok(MatMult(s.l.B, x, s.l.load));
+    ok(VecShift(s.l.load, 400e6 * Friction(PETSC_FALSE, 0, 9, 1e-9)));
     reason = Solve(con, 1e-9, 1, x, &its);
     ok(SlipConstraintWasUnstable(con, &unstable));
     assert_int_equal(reason < 0, long_stage);
