@@ -265,6 +265,10 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   30 s (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first
   step 0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()).
 
+  Smooth friction (rate_and_state) without inertia makes it an explicit TS of type rk, unless the options say -ts_type
+  bathe; with inertia it is bathe, with errors relative to d_c and the slip rate and a first step of a hundredth of the
+  time in which the fastest cell slips its d_c.
+
   Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 
   Level: beginner
