@@ -12,7 +12,7 @@
 /* A step of Newton's method, over the unknown, whose square is below rounding: what is left after it */
 #define NEWTON_ENOUGH 1e-9
 
-enum { FRICTION_REGISTERED = 64, STATE_MAX_IT = 100 };
+enum { FRICTION_REGISTERED = 64, STATE_MAX_IT = 300 };
 
 static void ExponentialSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess,
                                      PetscReal *dmu_ds, PetscReal *dmu_dv)
@@ -140,14 +140,14 @@ static PetscReal StateRate(const SlipFrictionLaw *law, const SlipFriction *p, Pe
   return f;
 }
 
-/* The root of s - s0 - theta ds/dt(s), which grows with s, by Newton's method; ds: its derivative with respect to the
-   rate. It is between s0 and the steady state of the rate. The rates of our own laws are concave in s, so that from the second
-   iterate on it comes from below; where that starts too far away, or a law is not concave, the bracket is halved. */
+/* The root of s - s0 - theta ds/dt(s), which grows with s, by Newton's method; ds: its derivative with respect to the rate.
+   It is between s0 and the steady state of the rate. A step that leaves what brackets the root, one after the residual has
+   grown, and every eighth (far from the root, where an exponential rules, Newton's steps are of length 1) is of bisection. */
 static PetscReal OwnStateAdvance(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, PetscReal s0,
                                  PetscReal rate, PetscReal *ds)
 {
   const PetscReal steady = law->steady(p, rate);
-  PetscReal s = s0, low = PetscMin(s0, steady), high = PetscMax(s0, steady), f, f_s, f_v;
+  PetscReal s = s0, low = PetscMin(s0, steady), high = PetscMax(s0, steady), before = PETSC_MAX_REAL, f, f_s, f_v;
 
   for (int it = 0; it < STATE_MAX_IT; it++) {
     PetscReal g, next;
@@ -155,14 +155,17 @@ static PetscReal OwnStateAdvance(const SlipFrictionLaw *law, const SlipFriction 
 
     law->state(p, s, rate, &f, &f_s, &f_v);
     g = s - s0 - theta * f;
+    if (PetscAbsReal(g) <= PETSC_MACHINE_EPSILON * (PetscAbsReal(s) + PetscAbsReal(s0))) break;
     if (g > 0)
       high = PetscMin(high, s);
     else
       low = PetscMax(low, s);
     next = s - g / (1 - theta * f_s);
     enough = PetscAbsReal(next - s) <= NEWTON_ENOUGH * PetscMax(PetscAbsReal(s), 1) ? PETSC_TRUE : PETSC_FALSE;
-    if (!enough && (next >= high || next <= low) && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL)
+    if (!enough && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL &&
+        (!(next < high && next > low) || PetscAbsReal(g) > before || it % 8 == 7))
       next = 0.5 * (low + high);
+    before = PetscAbsReal(g);
     s = next;
     if (enough) break;
   }
