@@ -1,8 +1,8 @@
 /* Rate-and-state friction without inertia as an explicit TS: tolerances, right-hand side, and what follows a step. */
 #include <slipstep/private/slipfault.h>
 
-#define EXPLICIT_RTOL 1e-4       /* default tolerance, as other codes have it */
-#define EXPLICIT_FIRST_STEP 0.01 /* over the time in which the fastest cell slips its d_c */
+#define EXPLICIT_RTOL 1e-4 /* default tolerance, as other codes have it */
+#define FIRST_STEP 0.01    /* over the time in which the fastest cell slips its d_c */
 
 /* |e_u| <= rtol d_c and |e_s| <= rtol in every cell, whatever the size of u and s: the friction of a cell changes with
    either by the same. Made anew when rtol has changed. */
@@ -104,17 +104,27 @@ PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The explicit problem, for Runge-Kutta pairs */
-PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
+/* The first step of a smooth law [s], explicit or not */
+PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
 {
   const PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
   PetscReal time = PETSC_MAX_REAL;
-  TSAdapt adapt;
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < fault->n; i++)
     if (rate[i] != 0) time = PetscMin(time, slip[i] / PetscAbsReal(rate[i]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &time, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  *step = FIRST_STEP * (time < PETSC_MAX_REAL ? time : fault->tstar);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The explicit problem, for Runge-Kutta pairs */
+PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
+{
+  PetscReal step;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
   PetscCall(TSSetType(ts, TSRK));
   PetscCall(TSRKSetType(ts, TSRK3BS));
@@ -123,6 +133,7 @@ PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
   PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
   PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));
   PetscCall(SetTolerances(fault, ts, EXPLICIT_RTOL));
-  PetscCall(TSSetTimeStep(ts, EXPLICIT_FIRST_STEP * (time < PETSC_MAX_REAL ? time : fault->tstar)));
+  PetscCall(SlipFaultFirstStep(fault, &step));
+  PetscCall(TSSetTimeStep(ts, step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
