@@ -86,10 +86,18 @@ PETSC_EXTERN void SlipRateAndStateRate(const SlipFriction *p, PetscReal s, Petsc
 PETSC_EXTERN PetscReal SlipRateAndStateSteady(const SlipFriction *p, PetscReal v);
 PETSC_EXTERN PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s,
                                               PetscReal sigma, PetscReal eta, PetscReal tau);
-PETSC_EXTERN void SlipRateAndStateBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
-                                          PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[]);
-PETSC_EXTERN void SlipFrictionBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
-                                      PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[]);
+/* Of the balance of a cell: ln(eta V0/(a sigma)) - f0/a, b/a, 1/(a sigma w) [1/Pa], a sigma/eta [m/s] */
+typedef struct {
+  PetscReal *offset, *slope, *inverse, *scale;
+} SlipRateAndStateConstants;
+PETSC_EXTERN void SlipRateAndStateSetConstants(const SlipFrictionCells *f, PetscInt n, PetscReal eta,
+                                               const SlipRateAndStateConstants *c);
+PETSC_EXTERN void SlipRateAndStateBalance(const SlipFrictionCells *f, const SlipRateAndStateConstants *constants,
+                                          PetscInt n, PetscReal eta, const PetscReal tau[], PetscInt stride,
+                                          const PetscReal s[], PetscReal v[], PetscReal ds[]);
+PETSC_EXTERN void SlipFrictionBalance(const SlipFrictionCells *f, const SlipRateAndStateConstants *constants,
+                                      PetscInt n, PetscReal eta, const PetscReal tau[], PetscInt stride,
+                                      const PetscReal s[], PetscReal v[], PetscReal ds[]);
 
 /* ---- adams.c ---- */
 enum { SLIP_ADAMS_NODES = 10 };

@@ -323,12 +323,14 @@ PetscReal SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscReal 
 }
 
 /* The slip rates v [n] at which friction and radiation damping balance the traction: w sigma mu(s, |v|) sign(v) + w eta v =
-   tau [Pa], w the weights, and, unless ds is NULL, the rates of the state; s and ds have the stride. For smooth laws. */
-void SlipFrictionBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[], PetscInt stride,
-                         const PetscReal s[], PetscReal v[], PetscReal ds[])
+   tau [Pa], w the weights, and, unless ds is NULL, the rates of the state; s and ds have the stride. For smooth laws.
+   constants: of SlipRateAndStateSetConstants(), for the law rate_and_state, or NULL */
+void SlipFrictionBalance(const SlipFrictionCells *f, const SlipRateAndStateConstants *constants, PetscInt n,
+                         PetscReal eta, const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
+                         PetscReal ds[])
 {
   if (f->law->eval == SlipRateAndState) {
-    SlipRateAndStateBalance(f, n, eta, tau, stride, s, v, ds);
+    SlipRateAndStateBalance(f, constants, n, eta, tau, stride, s, v, ds);
     return;
   }
   for (PetscInt i = 0; i < n; i++) {

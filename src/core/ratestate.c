@@ -230,56 +230,8 @@ static inline double LambertOfExp(double L)
 #define SINH_IS_EXP 10.0
 #define LEAST_LOG (-700.0)
 
-/*
-  With y = mu/a the balance is  a sigma y + eta 2 V0 e^-Q sinh y = tau,  Q = (f0 + b psi)/a. Where sinh is e^y/2 it is
-  w + ln w = L in w = eta V/(a sigma), L = tau/(a sigma) - Q + ln(eta V0/(a sigma)). One step of Newton's method adds the other
-  half of sinh: what is left is of the order of e^-4y, below rounding from y = 10 on. The few cells below that are solved one
-  by one. One loop over cells without branches or calls, for vector units.
-*/
-static inline __attribute__((always_inline)) void BalanceLoop(const SlipFrictionCells *f, PetscInt n, PetscReal eta,
-                                                              const PetscReal *restrict tau, PetscInt stride,
-                                                              const PetscReal *restrict s, PetscReal *restrict v)
-{
-  const PetscReal *restrict a = f->a, *restrict b = f->b, *restrict f0 = f->reference, *restrict stress = f->stress;
-  const PetscReal *restrict weight = f->weight, scale = eta * f->reference_rate;
-
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal strength = a[i] * stress[i], inverse = 1 / strength;
-    const PetscReal load = PetscAbsReal(tau[i]) / (weight ? weight[i] : 1) * inverse;
-    const PetscReal L = load - (f0[i] + b[i] * s[stride * i]) / a[i] + Log(scale * inverse);
-    const PetscReal w = LambertOfExp(L), y = load - w, tail = RoughExp(-2 * y);
-    const PetscReal V = w * strength / eta * (1 + w * tail / (1 + w * (1 + tail))) * (1 - tail);
-    const PetscReal signed_V = tau[i] < 0 ? -V : V;
-
-    /* a number that no balance has marks the others */
-    v[i] = (y > SINH_IS_EXP) & (L > LEAST_LOG) & (strength > 0) ? signed_V : PETSC_MAX_REAL;
-  }
-}
-
-static inline __attribute__((always_inline)) void AgingLoop(const SlipFrictionCells *f, PetscInt n, PetscInt stride,
-                                                            const PetscReal *restrict s, const PetscReal *restrict v,
-                                                            PetscReal *restrict ds)
-{
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal age = -s[stride * i];
-
-    ds[stride * i] =
-      (f->reference_rate * Exp(age < MOST_HEALING ? age : MOST_HEALING) - PetscAbsReal(v[i])) / f->slip[i];
-  }
-}
-
-static inline __attribute__((always_inline)) void SlipLoop(const SlipFrictionCells *f, PetscInt n, PetscInt stride,
-                                                           const PetscReal *restrict s, const PetscReal *restrict v,
-                                                           PetscReal *restrict ds)
-{
-  const PetscReal inverse = 1 / f->reference_rate;
-
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal rate = PetscAbsReal(v[i]), least = rate > 1e-300 ? rate : 1e-300;
-
-    ds[stride * i] = -rate / f->slip[i] * (Log(least * inverse) + s[stride * i]);
-  }
-}
+/* Cells at a time: their numbers stay in the nearest cache, one after another, whatever the stride of the state is. */
+enum { CHUNK = 256 };
 
 /* For the machine that the program meets, not only for the one that compiled it */
 #if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
@@ -289,27 +241,82 @@ static inline __attribute__((always_inline)) void SlipLoop(const SlipFrictionCel
   #define VECTOR
 #endif
 
-/* The loops, compiled for several machines */
-VECTOR static void BalanceCells(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
-                                PetscInt stride, const PetscReal s[], PetscReal v[])
+/*
+  With y = mu/a the balance is  a sigma y + eta 2 V0 e^-Q sinh y = tau,  Q = (f0 + b psi)/a. Where sinh is e^y/2 it is
+  w + ln w = L in w = eta V/(a sigma), L = tau/(a sigma) - Q + ln(eta V0/(a sigma)). One step of Newton's method adds the other
+  half of sinh: what is left is of the order of e^-4y, below rounding from y = 10 on. The few cells below that are solved one
+  by one. One loop over cells without branches or calls, for vector units.
+*/
+VECTOR static void BalanceChunk(PetscInt n, const SlipRateAndStateConstants *c, const PetscReal *restrict tau,
+                                const PetscReal *restrict s, PetscReal *restrict v)
 {
-  BalanceLoop(f, n, eta, tau, stride, s, v);
+  const PetscReal *restrict offset = c->offset, *restrict slope = c->slope, *restrict inverse = c->inverse;
+  const PetscReal *restrict scale = c->scale;
+
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal load = PetscAbsReal(tau[i]) * inverse[i], L = load + offset[i] - slope[i] * s[i];
+    const PetscReal w = LambertOfExp(L), y = load - w, tail = RoughExp(-2 * y);
+    const PetscReal V = w * scale[i] * (1 + w * tail / (1 + w * (1 + tail))) * (1 - tail);
+    const PetscReal signed_V = tau[i] < 0 ? -V : V;
+
+    /* a number that no balance has marks the others */
+    v[i] = (y > SINH_IS_EXP) & (L > LEAST_LOG) & (scale[i] > 0) ? signed_V : PETSC_MAX_REAL;
+  }
 }
 
-/* Of the aging law */
-VECTOR static void AgingCells(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
-                              const PetscReal v[], PetscReal ds[])
+VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, const PetscReal *restrict a,
+                                  const PetscReal *restrict b, const PetscReal *restrict f0,
+                                  const PetscReal *restrict stress, const SlipRateAndStateConstants *c)
 {
-  AgingLoop(f, n, stride, s, v, ds);
+  PetscReal *restrict offset = c->offset, *restrict slope = c->slope, *restrict inverse = c->inverse;
+  PetscReal *restrict scale = c->scale;
+
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal strength = a[i] * stress[i];
+
+    inverse[i] = 1 / strength;
+    scale[i] = strength / eta;
+    slope[i] = b[i] / a[i];
+    offset[i] = Log(eta * V0 * inverse[i]) - f0[i] / a[i];
+  }
 }
 
-/* Of the slip law */
-VECTOR static void SlipCells(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
-                             const PetscReal v[], PetscReal ds[])
+VECTOR static void AgingChunk(PetscInt n, PetscReal V0, const PetscReal *restrict slip, const PetscReal *restrict s,
+                              const PetscReal *restrict v, PetscReal *restrict ds)
 {
-  SlipLoop(f, n, stride, s, v, ds);
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal age = -s[i];
+
+    ds[i] = (V0 * Exp(age < MOST_HEALING ? age : MOST_HEALING) - PetscAbsReal(v[i])) / slip[i];
+  }
 }
 
+VECTOR static void SlipChunk(PetscInt n, PetscReal V0, const PetscReal *restrict slip, const PetscReal *restrict s,
+                             const PetscReal *restrict v, PetscReal *restrict ds)
+{
+  const PetscReal inverse = 1 / V0;
+
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal rate = PetscAbsReal(v[i]), least = rate > 1e-300 ? rate : 1e-300;
+
+    ds[i] = -rate / slip[i] * (Log(least * inverse) + s[i]);
+  }
+}
+
+static SlipRateAndStateConstants ConstantsAt(const SlipRateAndStateConstants *c, PetscInt i)
+{
+  return (SlipRateAndStateConstants){c->offset + i, c->slope + i, c->inverse + i, c->scale + i};
+}
+
+/* What SlipRateAndStateBalance() needs of each cell, for as long as its normal stress does not change: arrays [n] of c */
+void SlipRateAndStateSetConstants(const SlipFrictionCells *f, PetscInt n, PetscReal eta,
+                                  const SlipRateAndStateConstants *c)
+{
+  ConstantsChunk(n, eta, f->reference_rate, f->a, f->b, f->reference, f->stress, c);
+  for (PetscInt i = 0; i < n && f->weight; i++) c->inverse[i] /= f->weight[i];
+}
+
+/* A cell that the closed form does not hold for */
 static PetscReal BalanceCell(const SlipFrictionCells *f, PetscInt i, PetscReal eta, PetscReal tau, PetscReal s)
 {
   const SlipFriction p = {
@@ -318,16 +325,36 @@ static PetscReal BalanceCell(const SlipFrictionCells *f, PetscInt i, PetscReal e
   return SlipFrictionBalanceOne(f->law, &p, s, f->stress[i], eta, tau / (f->weight ? f->weight[i] : 1));
 }
 
-/* SlipFrictionBalance() of this law */
-void SlipRateAndStateBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
-                             PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[])
+/* SlipFrictionBalance() of this law; constants: as above, or NULL */
+void SlipRateAndStateBalance(const SlipFrictionCells *f, const SlipRateAndStateConstants *constants, PetscInt n,
+                             PetscReal eta, const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
+                             PetscReal ds[])
 {
-  BalanceCells(f, n, eta, tau, stride, s, v);
-  for (PetscInt i = 0; i < n; i++)
-    if (v[i] == PETSC_MAX_REAL) v[i] = BalanceCell(f, i, eta, tau[i], s[stride * i]);
-  if (!ds) return;
-  if (f->slip_law)
-    SlipCells(f, n, stride, s, v, ds);
-  else
-    AgingCells(f, n, stride, s, v, ds);
+  PetscReal own[4][CHUNK], state[CHUNK], rate[CHUNK];
+  const SlipRateAndStateConstants here = {own[0], own[1], own[2], own[3]};
+
+  for (PetscInt start = 0; start < n; start += CHUNK) {
+    const PetscInt m = PetscMin(CHUNK, n - start);
+    SlipRateAndStateConstants c = here;
+
+    if (constants)
+      c = ConstantsAt(constants, start);
+    else {
+      SlipFrictionCells part = *f;
+
+      part.a += start;
+      part.b += start;
+      part.reference += start;
+      part.stress += start;
+      if (part.weight) part.weight += start;
+      SlipRateAndStateSetConstants(&part, m, eta, &c);
+    }
+    for (PetscInt i = 0; i < m; i++) state[i] = s[stride * (start + i)];
+    BalanceChunk(m, &c, tau + start, state, v + start);
+    for (PetscInt i = start; i < start + m; i++)
+      if (v[i] == PETSC_MAX_REAL) v[i] = BalanceCell(f, i, eta, tau[i], s[stride * i]);
+    if (!ds) continue;
+    (*(f->slip_law ? SlipChunk : AgingChunk))(m, f->reference_rate, f->slip + start, state, v + start, rate);
+    for (PetscInt i = 0; i < m; i++) ds[stride * (start + i)] = rate[i];
+  }
 }

@@ -160,6 +160,13 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
   PetscCall(FillStart(fault, &friction, traction));
   if (!traction) PetscCall(FillTraction(fault, &friction));
   fault->loads.known = PETSC_FALSE; /* the initial traction has changed */
+  if (b->eta > 0 && fault->law->eval == SlipRateAndState && !fault->loads.pressed) {
+    const PetscInt n = fault->n;
+
+    PetscCall(PetscMalloc1(4 * n + 1, &b->kept));
+    b->constants = (SlipRateAndStateConstants){b->kept, b->kept + n, b->kept + 2 * n, b->kept + 3 * n};
+    SlipRateAndStateSetConstants(&friction, n, b->eta, &b->constants);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -173,6 +180,7 @@ PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault)
   PetscCall(VecDestroy(&b->force));
   PetscCall(VecDestroy(&b->first));
   PetscCall(PetscFree(b->creeps));
+  PetscCall(PetscFree(b->kept));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -197,7 +205,8 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(MatMult(fault->K, b->u, b->force));
   PetscCall(SlipArraysGet(F ? 6 : 5, arrays));
   for (PetscInt i = 0; i < fault->n; i++) tau[i] = shear[i] - force[i] + eta * weight[i] * vinf[i];
-  SlipFrictionBalance(&friction, fault->n, eta, tau, 3, a + 2, v, f ? f + 2 : NULL);
+  SlipFrictionBalance(&friction, fault->loads.pressed || !b->kept ? NULL : &b->constants, fault->n, eta, tau, 3, a + 2,
+                      v, f ? f + 2 : NULL);
   for (PetscInt i = 0; i < fault->n && b->creeps; i++) {
     if (!b->creeps[i]) continue;
     v[i] = vinf[i];

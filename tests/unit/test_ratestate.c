@@ -66,7 +66,8 @@ static void balance(void **state)
 {
   enum { MAX = 4096 };
   static PetscReal a[MAX], b[MAX], f0[MAX], slip[MAX], sigma[MAX], weight[MAX], tau[MAX], s[3 * MAX], v[MAX], got[MAX],
-    ds[3 * MAX], allowed[MAX];
+    ds[3 * MAX], allowed[MAX], kept[4][MAX];
+  const SlipRateAndStateConstants constants = {kept[0], kept[1], kept[2], kept[3]};
   SlipFrictionCells f = {.law = Law(),
                          .a = a,
                          .b = b,
@@ -99,9 +100,10 @@ static void balance(void **state)
                     fabs(tau[n]) / weight[n] / ((stress * mu_v + ETA) * rate) + fabs(log(rate)));
       assert_true(++n < MAX);
     }
+  SlipRateAndStateSetConstants(&f, n, ETA, &constants);
   for (int slip_law = 0; slip_law < 2; slip_law++) {
     f.slip_law = (PetscBool)slip_law;
-    SlipFrictionBalance(&f, n, ETA, tau, 3, s, got, ds);
+    SlipFrictionBalance(&f, slip_law ? &constants : NULL, n, ETA, tau, 3, s, got, ds);
     for (PetscInt i = 0; i < n; i++) {
       const PetscReal rate = fabs(got[i]), aging = 1e-6 / slip[i] * exp(-s[3 * i]);
       const PetscReal expected = slip_law ? -rate / slip[i] * (log(rate / 1e-6) + s[3 * i]) : aging - rate / slip[i];
@@ -123,7 +125,7 @@ static void extremes(void **state)
   PetscReal v[4];
 
   (void)state;
-  SlipFrictionBalance(&f, 4, ETA, tau, 1, s, v, NULL);
+  SlipFrictionBalance(&f, NULL, 4, ETA, tau, 1, s, v, NULL);
   assert_true(fabs(v[0] - 1) < 4 * EPS && v[1] == 0 && fabs(v[2] + 2) < 8 * EPS);
   /* f0 at the rate V0: the friction of 6e6 Pa less eta V0 */
   assert_true(fabs(v[3] / 1e-6 - 1) < 1e-4 && v[3] < 1e-6);
@@ -218,7 +220,7 @@ static void registered(void **state)
   law.name = "other";
   law.state = NULL;
   fails(SlipFrictionRegister(&law), "needs the rate of its state");
-  SlipFrictionBalance(&f, 2, ETA, tau, 1, s, v, NULL);
+  SlipFrictionBalance(&f, NULL, 2, ETA, tau, 1, s, v, NULL);
   for (int i = 0; i < 2; i++) {
     const SlipFriction p = {.a = a[i], .b = b[i], .reference = f0[i], .slip = slip[i], .reference_rate = 1e-6};
 

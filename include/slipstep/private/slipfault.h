@@ -217,6 +217,8 @@ typedef struct {
   Vec first;          /* those of the first step of a run that goes on from a checkpoint; NULL: to be computed */
   Vec u, rate, force; /* its displacement [m], slip rate [m/s], and K u [Pa] */
   PetscBool *creeps;  /* [n] cells that slip at the loading rate; NULL: none */
+  PetscReal *kept;    /* what constants point to; NULL where the normal stress changes */
+  SlipRateAndStateConstants constants;
 } SlipFaultBalance;
 
 typedef struct _n_SlipFaultOutput *SlipFaultOutput;
