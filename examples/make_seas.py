@@ -87,10 +87,13 @@ def arguments():
 def main():
     a = arguments()
     made = {"bp5": bp5, "bp1": bp1, "bp6": bp6}[a.benchmark](a.cell)
-    with h5py.File(a.output, "w") as file:
-        for name, (values, unit) in made.items():
-            file[name] = values
-            file[name].attrs["units"] = unit
+    try:
+        with h5py.File(a.output, "w") as file:
+            for name, (values, unit) in made.items():
+                file[name] = values
+                file[name].attrs["units"] = unit
+    except OSError as error:
+        sys.exit(f"make_seas.py: {a.output}: {error}")
     if a.benchmark == "bp6":
         z, times = centres(DEPTH["bp6"], a.cell) - DEPTH["bp6"] / 2, record()
         with h5py.File(os.path.splitext(a.output)[0] + "_pressure.h5", "w") as file:

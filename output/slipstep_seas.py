@@ -5,7 +5,7 @@ doi:10.1029/2021JB023519; Erickson and Jiang (2018), SEAS Benchmark Problem BP1-
 columns, units and the order of headers are those that the public codes HBI, EQquasi and Thrase write.
 
 Lines of a header begin with #, then comes a line with the names of the columns, then rows of numbers: times in s, slips in m, slip rates as
-log10 of m/s, stresses in MPa, states as log10 of s. A component that does not slip has the rate NOTHING.
+log10 of m/s, stresses in MPa, states as log10 of s. The component that no fault of ours slips along has the rate NOTHING.
 """
 
 import os
@@ -15,7 +15,7 @@ import numpy as np
 from slipstep_fields import Fields, rupture_times
 from slipstep_output import OutputError, _plain
 
-NOTHING = 1e-30  # m/s: what the logarithm of a rate of 0 is taken of
+NOTHING = 1e-30  # m/s
 FRONT_RATE = 0.1  # m/s: a cell of BP5 breaks when it is that fast first
 NEVER = 1e9  # s: the time of cells that do not break
 ORIGIN = 50e3  # BP5's x2 = 0 [m] along strike
@@ -33,7 +33,8 @@ BENCHMARKS = {
 
 
 def log_rate(rate):
-    return np.log10(np.maximum(np.abs(rate), NOTHING))
+    """What is locked may creep at 1e-40 m/s; a rate of 0 counts as the least number."""
+    return np.log10(np.maximum(np.abs(rate), np.finfo(float).tiny))
 
 
 def stations_of(run):
@@ -83,8 +84,8 @@ class Writer:
             file.write("".join(f"# {line}\n" for line in lines) + " ".join(columns) + "\n# Here is the data.\n")
             for row in more:
                 file.write(row + "\n")
-            np.savetxt(file, rows, fmt=["%.15e" if column in ("t", "x2", "x3") else "%.8e" for column in columns]
-                       if rows.shape[1] == len(columns) else "%.9e")
+            fmt = ["%.15e" if column in ("t", "x2", "x3") else "%.8e" for column in columns]
+            np.savetxt(file, rows, fmt=fmt + ["%.8e"] * (rows.shape[1] - len(columns)))
         self.paths.append(path)
         return path
 
@@ -95,7 +96,7 @@ class Writer:
         values = {"t": station["time"], "slip": station["slip"], "slip_rate": log_rate(station["slip_rate"]), "shear_stress": -station["traction"] / 1e6,
                   "state": np.log10(station["state"])}
         none = np.zeros(len(station["time"]))
-        values.update({"slip_2": values["slip"], "slip_3": none, "slip_rate_2": values["slip_rate"], "slip_rate_3": log_rate(none),
+        values.update({"slip_2": values["slip"], "slip_3": none, "slip_rate_2": values["slip_rate"], "slip_rate_3": none + np.log10(NOTHING),
                        "shear_stress_2": values["shear_stress"], "shear_stress_3": none})
         x, z = station["x"] - ORIGIN, station["z"]
         name = f"fltst_strk{x / 1e3:+03.0f}dp{z / 1e3:+03.0f}.txt" if self.benchmark == "bp5" else f"fltst_dp{z / 100:03.0f}"
@@ -122,7 +123,7 @@ class Writer:
         slip, rate = Fields(self.run, "slip"), Fields(self.run, "slip_rate")
         rows = [np.column_stack([slip.times[at], log_rate(rates).reshape(len(at), -1).max(axis=1), slips.reshape(len(at), -1)])
                 for (at, slips), (_, rates) in zip(slip.chunks(), rate.chunks())]
-        depths = " ".join(f"{z:.9e}" for z in (0, 0, *self.run.axes[1]))
+        depths = " ".join(f"{z:.8e}" for z in (0, 0, *self.run.axes[1]))
         self.write("slip.dat", ("t", "max_slip_rate", "slip"), np.concatenate(rows), "on fault",
                    ["First line of data: 0, 0 and depths (m) of the slips", "Columns from #3 on: slip at these depths"], steps=False, more=[depths])
 

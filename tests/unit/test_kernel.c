@@ -251,9 +251,9 @@ static PetscReal Antiplane(PetscReal z_receiver, PetscReal z_source, PetscReal w
   return drop / (2 * PETSC_PI);
 }
 
-/* So it is in the middle of long cells, whatever Poisson's ratio. What the ends at +-a/2 add is of the order (d/a)^2 of it,
-   with d the distance to source or image, of 80 at most here; the next term is of the order d/a of that, of which 0.2 in
-   the ratio of 4 is 13 times. */
+/* So it is in the middle of long cells, whatever Poisson's ratio. What the ends at +-a/2 add is (d/a)^2 times 1.3 of it at
+   most, with d the distance to source or image, of 80 at most here; the next term is of the order d/a of that, of which
+   0.2 in the ratio of 4 is 13 times. */
 static void test_long_cells_are_antiplane(void **state)
 {
   const PetscReal nu[] = {0, 0.25, 0.45}, width = 0.2, a = 1e4;
@@ -267,8 +267,8 @@ static void test_long_cells_are_antiplane(void **state)
       const PetscReal error = SlipKernelHalfSpace(1, nu[n], 0, r, s, a, width) / half - 1;
       const PetscReal other = SlipKernelHalfSpace(1, nu[n], 0, r, s, 2 * a, width) / half - 1;
 
-      assert_true(PetscAbsReal(error) < PetscSqr(80 / a));
-      assert_true(PetscAbsReal(SlipKernelFullSpace(1, nu[n], 0, r - s, a, width) / full - 1) < PetscSqr(80 / a));
+      assert_true(PetscAbsReal(error) < 2 * PetscSqr(80 / a));
+      assert_true(PetscAbsReal(SlipKernelFullSpace(1, nu[n], 0, r - s, a, width) / full - 1) < 2 * PetscSqr(80 / a));
       if (PetscAbsReal(other) > 1e-9) assert_true(PetscAbsReal(error / other - 4) < 0.2);
     }
 }
