@@ -4,13 +4,12 @@ numbers of cells along strike and in depth.
 
     make_seas.py bp5 OUT.h5 --cell 2000       BP5-QD: 100 km x 40 km
     make_seas.py bp1 OUT.h5 --cell 200        BP1-QD: one long cell along strike, 40 km deep
-    make_seas.py bp6 OUT.h5 --cell 50         BP6-QD: likewise, 12 km around the injection, and OUT_pressure.h5 for -fault_pore_pressure
+    make_seas.py bp6 OUT.h5 --cell 100        BP6-QD: likewise, 40 km around the injection, and OUT_pressure.h5 for -fault_pore_pressure
 
 What is the same in all cells is in examples/seas_bp5.opts, seas_bp1.opts and seas_bp6.opts. A cell of BP5 has the parameters of its centre.
 """
 
 import argparse
-import math
 import os
 import sys
 
@@ -20,13 +19,10 @@ from slipstep_modules import need
 need("h5py", "numpy")
 import h5py
 import numpy as np
+from slipstep_seas import ORIGIN, STOP, pressure
 
-DAY = 86400.0
-# Depth of the fault [m]
-DEPTH = {"bp5": 40e3, "bp1": 40e3, "bp6": 12e3}
-STRIKE = 100e3  # of BP5 [m]
-# BP6: hydraulic diffusivity [m^2/s], compressibility [1/Pa], porosity, flux [m/s], its end and that of the record [s]
-ALPHA, BETA, PHI, FLUX, STOP, END = 0.1, 1e-8, 0.1, 1.25e-6, 100 * DAY, 2 * 365.25 * DAY
+DEPTH, STRIKE = 40e3, 100e3  # of the faults, and of BP5 [m]
+END = 2 * 3.15576e7  # of the record of pressure [s]: the benchmark's two years
 
 
 def centres(length, cell):
@@ -36,7 +32,7 @@ def centres(length, cell):
 def bp5(cell):
     """a = 0.004 in the core |x| < 30 km, 4 km < z < 16 km, 0.04 beyond a transition of 2 km; the patch at the western end of the core
     begins at 0.03 m/s and has a shorter d_c. theta = d_c/(1e-9 m/s) everywhere."""
-    x, z = np.meshgrid(centres(STRIKE, cell) - STRIKE / 2, centres(DEPTH["bp5"], cell))
+    x, z = np.meshgrid(centres(STRIKE, cell) - STRIKE / 2, centres(DEPTH, cell))
     share = np.clip(np.maximum(abs(z - 10e3) - 6e3, abs(x) - 30e3) / 2e3, 0, 1)
     patch = (x > -30e3) & (x < -18e3) & (z > 4e3) & (z < 16e3)
     slip = np.where(patch, 0.13, 0.14)
@@ -46,24 +42,13 @@ def bp5(cell):
 
 def bp1(cell):
     """a = 0.010 above 15 km, 0.025 below 18 km, linear between."""
-    z = centres(DEPTH["bp1"], cell)[:, None]
+    z = centres(DEPTH, cell)[:, None]
     return {"friction_a": (np.interp(z, [15e3, 18e3], [0.010, 0.025]), "1")}
 
 
 def bp6(cell):
     """Uniform: what varies is the pressure."""
-    return {"friction_a": (np.full((round(DEPTH["bp6"] / cell), 1), 0.007), "1")}
-
-
-def pressure(z, t):
-    """Of BP6 [Pa] at distances z [m] from the injection, which has a constant flux until STOP: the solution of diffusion on a line."""
-    def spread(t):
-        if t <= 0:
-            return np.zeros_like(z)
-        x = abs(z) / math.sqrt(4 * ALPHA * t)
-        return math.sqrt(t) * (np.exp(-x * x) / math.sqrt(math.pi) - x * np.vectorize(math.erfc)(x))
-
-    return FLUX / (BETA * PHI * math.sqrt(ALPHA)) * (spread(t) - spread(t - STOP))
+    return {"friction_a": (np.full((round(DEPTH / cell), 1), 0.007), "1")}
 
 
 def record():
@@ -71,14 +56,17 @@ def record():
     return np.unique(np.concatenate([STOP * np.linspace(0, 1, 201) ** 2, STOP + (END - STOP) * np.linspace(0, 1, 301) ** 2]))
 
 
+MAKE = {"bp1": bp1, "bp5": bp5, "bp6": bp6}
+
+
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("benchmark", choices=sorted(DEPTH))
+    parser.add_argument("benchmark", choices=sorted(MAKE))
     parser.add_argument("output", metavar="OUT.h5")
     parser.add_argument("--cell", type=float, required=True, metavar="M", help="side of the cells, in depth [m]")
     a = parser.parse_args()
-    # the cells must fill the fault, and the core of BP5 and BP6's injection point lie on edges of cells
-    unit = {"bp5": 4e3, "bp1": 1e3, "bp6": 1e3}[a.benchmark]
+    # edges of cells are where the properties of BP5 change
+    unit = 1e3 if a.benchmark == "bp1" else 4e3
     if not a.cell > 0 or abs(unit / a.cell - round(unit / a.cell)) > 1e-9:
         parser.error(f"--cell is {a.cell:g} m, expected {unit:g} m or a whole part of it, as {unit / 2:g} or {unit / 4:g}")
     return a
@@ -86,7 +74,7 @@ def arguments():
 
 def main():
     a = arguments()
-    made = {"bp5": bp5, "bp1": bp1, "bp6": bp6}[a.benchmark](a.cell)
+    made = MAKE[a.benchmark](a.cell)
     try:
         with h5py.File(a.output, "w") as file:
             for name, (values, unit) in made.items():
@@ -95,7 +83,7 @@ def main():
     except OSError as error:
         sys.exit(f"make_seas.py: {a.output}: {error}")
     if a.benchmark == "bp6":
-        z, times = centres(DEPTH["bp6"], a.cell) - DEPTH["bp6"] / 2, record()
+        z, times = centres(DEPTH, a.cell) - ORIGIN["bp6"], record()
         with h5py.File(os.path.splitext(a.output)[0] + "_pressure.h5", "w") as file:
             file["time"] = times
             file["pressure"] = np.array([pressure(z, t) for t in times])[:, :, None]

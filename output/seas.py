@@ -3,9 +3,10 @@
 
     output/seas.py bp5 RUN.h5 CATALOGUE.h5 [--folder DIR] [--figure OUT.png]
     output/seas.py bp1 RUN.h5 CATALOGUE.h5
+    output/seas.py bp6 RUN.h5 CATALOGUE.h5
 
-bp5: fltst_strk*dp*.txt, global.dat, rupture.dat; bp1: fltst_dp*, slip.dat. slipstep_seas.py says what is in them. examples/seas_bp5.sh and
-examples/seas_bp1.sh make the runs.
+bp5: fltst_strk*dp*.txt, global.dat, rupture.dat; bp1: fltst_dp*, slip.dat; bp6: fltst_strk*, global.dat, slip.dat. slipstep_seas.py says
+what is in them. examples/seas_bp5.sh, seas_bp1.sh and seas_bp6.sh make the runs.
 """
 
 import argparse
@@ -17,14 +18,16 @@ from slipstep_modules import need
 
 need("h5py", "numpy", "matplotlib")
 import numpy as np
+from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
+from slipstep_catalogue import Catalogue
 from slipstep_cumulative import Course, draw_cumulative
 from slipstep_events import Events
+from slipstep_fields import KINDS, RUPTURE_RATE
 from slipstep_maps import Span, colour_bar, planes_of
 from slipstep_output import OutputError, Run
 from slipstep_panels import RED, REFERENCE, RUN_STYLES, log_scale, plt, save, use_style
-from slipstep_fields import KINDS, RUPTURE_RATE
-from slipstep_seas import BENCHMARKS, FRONT_RATE, first_event, front, write_files
+from slipstep_seas import BENCHMARKS, DAY, FRONT_RATE, ORIGIN, STOP, cycles, first_event, front, name_of, pressure, write_files
 from slipstep_spacetime import Line
 from slipstep_time import YEAR
 
@@ -32,17 +35,12 @@ from slipstep_time import YEAR
 # of 1 km, BP1 with cells of 25 to 100 m
 PUBLISHED = {"bp5": (235.4, "other codes: 235.4 years"), "bp1": (78.2, "other codes: 78.2 years")}
 STEADY = 2  # intervals that the start still shows in: the later ones are averaged
-PAUSE = YEAR  # events that begin earlier after the one before belong to it: a rupture may pause
+SNAPSHOTS = (5, 10, 25, 50, 100, 200, 400, 730)  # days, of BP6
 SHOWN = 600 * YEAR  # of BP1's cumulative slip
 
 
-def cycles(events):
-    """Numbers of the events that begin a cycle."""
-    return np.flatnonzero(np.append(np.inf, events["onset"][1:] - events["end"][:-1]) > PAUSE)
-
-
 def intervals(events):
-    """Years from each of them to the next."""
+    """Years from each cycle's event to the next."""
     return np.diff(events["onset"][cycles(events)]) / YEAR
 
 
@@ -121,6 +119,52 @@ def draw_slip(axes, benchmark, run, events):
     axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
 
 
+def injection_summary(run):
+    """Of BP6, a line each."""
+    time, rate = run.series["time"], run.series["max_slip_rate"]
+    times, slip = run.field("slip")
+    middle = slip.shape[1] // 2
+    yield f"largest slip rate: {rate.max():.4g} m/s at {time[rate.argmax()] / DAY:.2f} days"
+    for days in (STOP / DAY, times[-1] / DAY):
+        if days <= times[-1] / DAY * (1 + 1e-9):
+            yield f"slip at the injection after {days:.4g} days: {np.interp(days * DAY, times, slip[:, middle, 0]):.5f} m"
+
+
+def injection_figure(run):
+    """BP6: pressure and slip at some times, and the slip rate over all, with lines of equal pressure."""
+    use_style()
+    canvas = plt.figure(figsize=(11, 10), layout="constrained")
+    grid = canvas.add_gridspec(2, 2, height_ratios=(3, 4))
+    times, slip = run.field("slip")
+    rates = run.field("slip_rate")[1][:, :, 0]
+    z = (run.axes[1] - ORIGIN["bp6"]) / 1e3
+    chosen = [days for days in SNAPSHOTS if days * DAY <= times[-1]]
+    colours = plt.get_cmap("viridis")(np.linspace(0, 0.92, len(chosen)))
+    left, right = canvas.add_subplot(grid[0, 0]), canvas.add_subplot(grid[0, 1])
+    for days, colour in zip(chosen, colours):
+        left.plot(z, pressure(1e3 * z, days * DAY) / 1e6, color=colour, label=f"{days} days")
+        right.plot(z, [np.interp(days * DAY, times, column) for column in slip[:, :, 0].T], color=colour)
+    left.set(title="Pore pressure", ylabel="MPa")
+    right.set(title="Slip", ylabel="m")
+    left.legend(fontsize=9)
+    reach = 1.3 * abs(z[slip[-1, :, 0] > 1e-3]).max(initial=1.0)
+    for axes in (left, right):
+        axes.set(xlabel="distance from the injection (km)", xlim=(-reach, reach))
+    axes = canvas.add_subplot(grid[1, :])
+    norm = LogNorm(1e-13, rates.max())
+    image = axes.pcolormesh(times / DAY, z, np.maximum(rates, 1e-13).T, norm=norm, cmap="magma", shading="nearest", rasterized=True)
+    p = np.array([pressure(1e3 * z, t) for t in times]) / 1e6
+    lines = axes.contour(times / DAY, z, p.T, levels=[0.1, 0.8, 2, 4], colors="white", linewidths=0.9)
+    axes.clabel(lines, fmt="%g MPa", fontsize=8)
+    axes.axvline(STOP / DAY, color="white", linestyle=(0, (4, 2)), linewidth=0.9)
+    axes.set(title="Slip rate, with lines of equal pore pressure; dashed: end of the injection", xlabel="time (days)",
+             ylabel="distance from the injection (km)", ylim=(-reach, reach))
+    axes.grid(False)
+    colour_bar(canvas, image, norm, "slip rate (m/s)", ax=axes, pad=0.01, aspect=25)
+    canvas.suptitle(f"SEAS {name_of('bp6', run)}, cells of {np.diff(run.axes[1])[0]:g} m: {run.title}")
+    return canvas
+
+
 def figure(benchmark, run, events):
     use_style()
     rows = (2.6, 3.4, 5.0) if benchmark == "bp5" else (2.6, 6.0)
@@ -131,7 +175,7 @@ def figure(benchmark, run, events):
     if benchmark == "bp5":
         draw_front(canvas, canvas.add_subplot(grid[1, 1]), run, events)
     draw_slip(canvas.add_subplot(grid[2, :] if benchmark == "bp5" else grid[1, 1]), benchmark, run, events)
-    canvas.suptitle(f"SEAS {BENCHMARKS[benchmark]['name']}, cells of {np.diff(run.axes[1])[0]:g} m: {run.title}")
+    canvas.suptitle(f"SEAS {name_of(benchmark, run)}, cells of {np.diff(run.axes[1])[0]:g} m: {run.title}")
     return canvas
 
 
@@ -150,16 +194,17 @@ def main():
     stem = os.path.splitext(options.run)[0]
     target = options.figure or stem + ".png"
     try:
-        run, events = Run(options.run), Events(options.catalogue)
+        injection = options.benchmark == "bp6"  # which has no events
+        run, events = Run(options.run), (Catalogue if injection else Events)(options.catalogue)
         run.warn("seas.py")
         if run.planes or len(run.axes[1]) < 2:
             raise OutputError(f"{run.path}: expected a run on a grid, with two rows of cells at least")
         paths = write_files(options.benchmark, run, events, options.folder or stem)
-        canvas = figure(options.benchmark, run, events)
+        canvas = injection_figure(run) if injection else figure(options.benchmark, run, events)
         save(canvas, target) if target.endswith(".png") else canvas.savefig(target)
     except (OutputError, OSError, ValueError) as error:
         sys.exit(f"seas.py: {error}")
-    for line in summary(events):
+    for line in injection_summary(run) if injection else summary(events):
         print(line)
     print(f"Files: {len(paths)} in {os.path.dirname(paths[0])}")
     print(f"Figure: {target}")

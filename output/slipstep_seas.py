@@ -1,13 +1,14 @@
 """Files of the benchmarks of SEAS, Sequences of Earthquakes and Aseismic Slip (strike.scec.org/cvws/seas), from the output of a run.
 
-Formats: Jiang and Erickson (2020), SEAS Benchmark Problems BP5-QD and BP5-FD, in the supplement of Jiang et al. (2022),
-doi:10.1029/2021JB023519; Erickson and Jiang (2018), SEAS Benchmark Problem BP1-QD; Erickson et al., BP6-QD (SEAS_BP6_Nov18.pdf). Names of
-columns, units and the order of headers are those that the public codes HBI, EQquasi and Thrase write.
+The benchmarks are described by Jiang and Erickson (2020), SEAS Benchmark Problems BP5-QD and BP5-FD, in the supplement of Jiang et al. (2022),
+doi:10.1029/2021JB023519; Erickson and Jiang (2018), SEAS Benchmark Problem BP1-QD; and for BP6-QD by SEAS_BP6_Nov18.pdf (Lambert et al. 2025).
+Files, columns, units and headers are those that public codes write for them: HBI, EQquasi, TriBIE, Thrase.jl.
 
 Lines of a header begin with #, then comes a line with the names of the columns, then rows of numbers: times in s, slips in m, slip rates as
 log10 of m/s, stresses in MPa, states as log10 of s. The component that no fault of ours slips along has the rate NOTHING.
 """
 
+import math
 import os
 
 import numpy as np
@@ -17,19 +18,50 @@ from slipstep_output import OutputError, _plain
 
 NOTHING = 1e-30  # m/s
 FRONT_RATE = 0.1  # m/s: a cell of BP5 breaks when it is that fast first
+PAUSE = 3.15576e7  # s: events that begin earlier after the one before belong to it, as a rupture may pause
 NEVER = 1e9  # s: the time of cells that do not break
-ORIGIN = 50e3  # BP5's x2 = 0 [m] along strike
+ORIGIN = {"bp5": 50e3, "bp6": 20e3}  # where BP5's x2 and BP6's z are 0 [m], along strike and in depth
+DAY = 86400.0
+# BP6: hydraulic diffusivity [m^2/s], compressibility [1/Pa], porosity, flux [m/s], its end [s]
+ALPHA, BETA, PHI, FLUX, STOP = 0.1, 1e-8, 0.1, 1.25e-6, 100 * DAY
 
 COLUMNS = {"t": "Time (s)", "slip": "Slip (m)", "slip_2": "Slip_2 (m)", "slip_3": "Slip_3 (m)", "slip_rate": "Slip rate (log10 m/s)",
            "slip_rate_2": "Slip_rate_2 (log10 m/s)", "slip_rate_3": "Slip_rate_3 (log10 m/s)", "shear_stress": "Shear stress (MPa)",
            "shear_stress_2": "Shear_stress_2 (MPa)", "shear_stress_3": "Shear_stress_3 (MPa)", "pore_pressure": "Pore pressure (MPa)",
-           "state": "State (log10 s)", "max_slip_rate": "Max_slip_rate (log10 m/s)", "moment_rate": "Moment_rate (N-m/s)",
-           "x2": "Position along strike (m)", "x3": "Depth (m)"}
-# name: as the benchmark calls itself; station: the name of a station's file, its columns in order
+           "darcy_vel": "Darcy velocity (m/s)", "state": "State (log10 s)", "max_slip_rate": "Max_slip_rate (log10 m/s)",
+           "moment_rate": "Moment_rate (N-m/s)", "moment_density_rate": "Moment density rate (N/s)", "x2": "Position along strike (m)", "x3": "Depth (m)"}
+# Names, and the columns of the files of stations
 BENCHMARKS = {
     "bp1": {"name": "BP1-QD", "station": ("t", "slip", "slip_rate", "shear_stress", "state")},
     "bp5": {"name": "BP5-QD", "station": ("t", "slip_2", "slip_3", "slip_rate_2", "slip_rate_3", "shear_stress_2", "shear_stress_3", "state")},
+    "bp6": {"name": "BP6-QD-A", "station": ("t", "slip", "slip_rate", "shear_stress", "pore_pressure", "darcy_vel", "state")},
 }
+erfc = np.vectorize(math.erfc, otypes=[float])
+
+
+def scaled(z, t):
+    """|z| over sqrt(4 ALPHA t); before the start so large that nothing of the pressure is there."""
+    return np.where(t > 0, np.abs(z) / np.sqrt(4 * ALPHA * np.where(t > 0, t, 1)), 1e3)
+
+
+def pressure(z, t):
+    """Of BP6 [Pa] at distances z [m] from the injection, which has a constant flux until STOP: the solution of diffusion on a line."""
+    def spread(t):
+        x = scaled(z, t)
+        return np.sqrt(np.maximum(t, 0)) * (np.exp(-x * x) / math.sqrt(math.pi) - x * erfc(x))
+
+    return FLUX / (BETA * PHI * math.sqrt(ALPHA)) * (spread(t) - spread(t - STOP))
+
+
+def darcy(z, t):
+    """Its flux [m/s], - ALPHA BETA PHI dp/dz: half of the injection's goes to each side."""
+    return FLUX / 2 * np.sign(z) * (erfc(scaled(z, t)) - erfc(scaled(z, t - STOP)))
+
+
+def name_of(benchmark, run):
+    """As the benchmark calls itself: BP6 has a letter for each law of the state."""
+    slip = "-fault_state_law slip" in run.run.get("options", "")
+    return "BP6-QD-S" if benchmark == "bp6" and slip else BENCHMARKS[benchmark]["name"]
 
 
 def log_rate(rate):
@@ -74,7 +106,7 @@ class Writer:
         """Rows [n, columns]; more: lines of numbers that come before them."""
         path = os.path.join(self.folder, name)
         time = self.run.series["time"]
-        lines = ["This is the file header:", f"problem=SEAS Benchmark {BENCHMARKS[self.benchmark]['name']}",
+        lines = ["This is the file header:", f"problem=SEAS Benchmark {name_of(self.benchmark, self.run)}",
                  f"code=SlipStep {self.run.run.get('slipstep_version', '')}".rstrip(), f"element_size={self.side:g} m"]
         if steps and len(time) > 1:
             lines += [f"minimum_time_step={np.diff(time).min():.4g}", f"maximum_time_step={np.diff(time).max():.4g}", f"num_time_steps={len(time)}"]
@@ -91,30 +123,39 @@ class Writer:
 
     def station(self, station):
         """One file. The traction of a run resists slip: the benchmark's shear stress is its negative. BP5's have x2 and x3 in whole km in
-        their names, BP1's and BP6's tenths of a km."""
+        their names, BP1's and BP6's the depth in tenths of a km."""
         wanted = BENCHMARKS[self.benchmark]["station"]
         values = {"t": station["time"], "slip": station["slip"], "slip_rate": log_rate(station["slip_rate"]), "shear_stress": -station["traction"] / 1e6,
                   "state": np.log10(station["state"])}
         none = np.zeros(len(station["time"]))
         values.update({"slip_2": values["slip"], "slip_3": none, "slip_rate_2": values["slip_rate"], "slip_rate_3": none + np.log10(NOTHING),
                        "shear_stress_2": values["shear_stress"], "shear_stress_3": none})
-        x, z = station["x"] - ORIGIN, station["z"]
-        name = f"fltst_strk{x / 1e3:+03.0f}dp{z / 1e3:+03.0f}.txt" if self.benchmark == "bp5" else f"fltst_dp{z / 100:03.0f}"
-        own = f"x2 = {station['cell_x'] - ORIGIN:g} m, x3 = {station['cell_z']:g} m" if self.benchmark == "bp5" else f"z = {station['cell_z']:g} m"
-        self.write(name, wanted, np.stack([values[column] for column in wanted], axis=1), f"on fault, centre of the cell that has the station: {own}",
-                   ["Slip along strike only: component 3 has no slip and no stress, and the rate 1e-30 m/s"] if "slip_3" in wanted else [])
+        x, z = station["cell_x"] - ORIGIN["bp5"], station["cell_z"] - (ORIGIN["bp6"] if self.benchmark == "bp6" else 0)
+        if "pore_pressure" in wanted:
+            values.update(pore_pressure=pressure(z, station["time"]) / 1e6, darcy_vel=darcy(z, station["time"]))
+        own = f"x2 = {x:g} m, x3 = {z:g} m" if self.benchmark == "bp5" else f"z = {z:g} m"
+        notes = ["Slip along strike only: component 3 has no slip and no stress, and the rate 1e-30 m/s"] if "slip_3" in wanted else []
+        self.write(self.station_name(station), wanted, np.stack([values[column] for column in wanted], axis=1),
+                   f"on fault, centre of the cell that has the station: {own}", notes)
+
+    def station_name(self, station):
+        x, z = station["x"], station["z"]
+        if self.benchmark == "bp5":
+            return f"fltst_strk{(x - ORIGIN['bp5']) / 1e3:+03.0f}dp{z / 1e3:+03.0f}.txt"
+        return f"fltst_strk{(z - ORIGIN['bp6']) / 100:+03.0f}" if self.benchmark == "bp6" else f"fltst_dp{z / 100:03.0f}"
 
     def totals(self):
-        """global.dat: the moment rate is that of the whole fault."""
+        """global.dat: the moment rate is that of the whole fault, of BP6 over its length along strike."""
         series, fault = self.run.series, self.events.attributes
-        moment = fault["shear_modulus"] * fault["fault_area"] * series["mean_slip_rate"]
-        self.write("global.dat", ("t", "max_slip_rate", "moment_rate"), np.stack([series["time"], log_rate(series["max_slip_rate"]), moment], axis=1), "frictional domain")
+        rate = "moment_rate" if self.benchmark == "bp5" else "moment_density_rate"
+        moment = fault["shear_modulus"] * fault["fault_area"] * series["mean_slip_rate"] / (1 if self.benchmark == "bp5" else fault["length_x"])
+        self.write("global.dat", ("t", "max_slip_rate", rate), np.stack([series["time"], log_rate(series["max_slip_rate"]), moment], axis=1), "frictional domain")
 
     def rupture(self, window):
         """rupture.dat: when each cell was first faster than FRONT_RATE, of the first event."""
         broke = front(self.run, window)
         x, z = np.meshgrid(*self.run.axes)
-        rows = np.stack([x - ORIGIN, z, np.nan_to_num(broke, nan=NEVER)], axis=-1).reshape(-1, 3)
+        rows = np.stack([x - ORIGIN["bp5"], z, np.nan_to_num(broke, nan=NEVER)], axis=-1).reshape(-1, 3)
         self.write("rupture.dat", ("x2", "x3", "t"), rows, "", [f"First event: when a cell is first faster than {FRONT_RATE:g} m/s; {NEVER:g} where it never is"],
                    steps=False)
 
@@ -123,7 +164,8 @@ class Writer:
         slip, rate = Fields(self.run, "slip"), Fields(self.run, "slip_rate")
         rows = [np.column_stack([slip.times[at], log_rate(rates).reshape(len(at), -1).max(axis=1), slips.reshape(len(at), -1)])
                 for (at, slips), (_, rates) in zip(slip.chunks(), rate.chunks())]
-        depths = " ".join(f"{z:.8e}" for z in (0, 0, *self.run.axes[1]))
+        z = self.run.axes[1] - (ORIGIN["bp6"] if self.benchmark == "bp6" else 0)
+        depths = " ".join(f"{place:.8e}" for place in (0, 0, *z))
         self.write("slip.dat", ("t", "max_slip_rate", "slip"), np.concatenate(rows), "on fault",
                    ["First line of data: 0, 0 and depths (m) of the slips", "Columns from #3 on: slip at these depths"], steps=False, more=[depths])
 
@@ -133,9 +175,16 @@ def front(run, window):
     return rupture_times(Fields(run, "slip_rate", window), FRONT_RATE)
 
 
+def cycles(events):
+    """Number of the largest event of each cycle."""
+    apart = np.append(True, events["onset"][1:] - events["end"][:-1] > PAUSE)
+    cycle = np.cumsum(apart)
+    return np.array([np.flatnonzero(cycle == k)[np.argmax(events["moment"][cycle == k])] for k in range(1, cycle[-1] + 1)])
+
+
 def first_event(events):
-    """(begin, end) of the first event [s]"""
-    return 0.0, events["end"][0] + 1.0
+    """From the start to the end of the first cycle's largest event [s]"""
+    return 0.0, events["end"][cycles(events)[0]] + 1.0
 
 
 def write_files(benchmark, run, events, folder):
@@ -143,8 +192,9 @@ def write_files(benchmark, run, events, folder):
     writer = Writer(benchmark, run, events, folder)
     for station in stations_of(run):
         writer.station(station)
-    if benchmark == "bp5":
+    if benchmark != "bp1":
         writer.totals()
+    if benchmark == "bp5":
         writer.rupture(first_event(events))
     else:
         writer.profiles()
