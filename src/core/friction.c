@@ -9,7 +9,7 @@
 #define WEAK_SLIP 1e30
 #define WEAK_RATE 1e30
 
-enum { FRICTION_REGISTERED = 64, STATE_MAX_IT = 100 };
+enum { FRICTION_REGISTERED = 64, STATE_MAX_IT = 300 };
 
 static void ExponentialSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess,
                                      PetscReal *dmu_ds, PetscReal *dmu_dv)
@@ -137,26 +137,29 @@ static PetscReal StateRate(const SlipFrictionLaw *law, const SlipFriction *p, Pe
   return f;
 }
 
-/* The root of s - s0 - theta ds/dt(s), which grows with s, by Newton's method; ds: its derivative with respect to the
-   rate. The rates of our own laws are concave in s, so that from the second iterate on it comes from below; a law that
-   is not is halved back into what brackets the root. */
+/* The root of s - s0 - theta ds/dt(s), which grows with s, by Newton's method; ds: its derivative with respect to the rate.
+   A step that leaves what brackets the root, one after the residual has grown, and every eighth (far from the root, where
+   an exponential rules, Newton's steps are of length 1) is of bisection. */
 static PetscReal OwnStateAdvance(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, PetscReal s0,
                                  PetscReal rate, PetscReal *ds)
 {
-  PetscReal s = s0, low = -PETSC_MAX_REAL, high = PETSC_MAX_REAL, f, f_s, f_v;
+  PetscReal s = s0, low = -PETSC_MAX_REAL, high = PETSC_MAX_REAL, before = PETSC_MAX_REAL, f, f_s, f_v;
 
   for (int it = 0; it < STATE_MAX_IT; it++) {
     PetscReal g, next;
 
     law->state(p, s, rate, &f, &f_s, &f_v);
     g = s - s0 - theta * f;
+    if (PetscAbsReal(g) <= PETSC_MACHINE_EPSILON * (PetscAbsReal(s) + PetscAbsReal(s0))) break;
     if (g > 0)
       high = PetscMin(high, s);
     else
       low = PetscMax(low, s);
     next = s - g / (1 - theta * f_s);
-    if ((next >= high || next <= low) && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL && g != 0)
+    if (low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL &&
+        (!(next < high && next > low) || PetscAbsReal(g) > before || it % 8 == 7))
       next = 0.5 * (low + high);
+    before = PetscAbsReal(g);
     if (PetscAbsReal(next - s) <= PETSC_MACHINE_EPSILON * PetscMax(PetscAbsReal(s), 1)) break;
     s = next;
   }

@@ -171,6 +171,7 @@ PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault)
   PetscCall(VecDestroy(&b->u));
   PetscCall(VecDestroy(&b->rate));
   PetscCall(VecDestroy(&b->force));
+  PetscCall(VecDestroy(&b->first));
   PetscCall(PetscFree(b->creeps));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

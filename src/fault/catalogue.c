@@ -559,6 +559,10 @@ PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s)
   PetscCall(SlipStateInt(s, "events", 1, &fault->events));
   PetscCall(SlipStateReal(s, "last_end", 1, &cat->last_end));
   PetscCall(SlipStateBool(s, "active", &cat->active));
+  if (cat->before) {
+    PetscCall(SlipStateReal(s, "time_before", 1, &cat->time_before));
+    PetscCall(SlipStateVec(s, "before", cat->before));
+  }
   if (cat->active) PetscCall(VisitEvent(s, cat));
   if (SlipStateIsLoading(s)) PetscCall(Resume(cat));
   PetscFunctionReturn(PETSC_SUCCESS);

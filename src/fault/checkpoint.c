@@ -292,6 +292,7 @@ static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
   PetscCall(VisitParameters(s, fault));
   PetscCall(SlipStateCells(s, fault->N, fault->order));
   PetscCall(SlipStateTS(s, ts));
+  PetscCall(SlipFaultExplicitState(fault, s, ts));
   PetscCall(SlipStateAdapt(s, ts));
   PetscCall(SlipStateObject(s, "stiffness", (PetscObject)fault->K));
   PetscCall(SlipStateObject(s, "viscosity", (PetscObject)fault->H));
@@ -375,7 +376,7 @@ static PetscErrorCode CheckFile(SlipFault fault)
 
   Input Parameters:
 + fault - the fault
-- ts    - the TS that it configured, of type TSBATHE
+- ts    - the TS that it configured, of type TSBATHE, or TSRK with rate-and-state friction
 
   Options Database Keys:
 + -fault_checkpoint <F.h5>           - file for the state of the run; the one before it stays as F.h5.previous
@@ -389,7 +390,7 @@ static PetscErrorCode CheckFile(SlipFault fault)
   Notes:
   A run that goes on is the same run: on as many processes with the same bits, on others to rounding. Solver, controller
   and output options may differ from those of the checkpoint; a run with another mesh, parameter or operator is
-  refused. A larger -ts_max_time lengthens a run that has reached its end.
+  refused. The controller dsp, which is PETSc's, forgets its last two errors. A larger -ts_max_time lengthens a run that has reached its end.
 
   After `SlipSignalsPush()`, SIGTERM, SIGINT, SIGUSR1 and SIGXCPU stop the run after the step in work, with a checkpoint:
   ask `SlipFaultCheckpointFinish()` after TSSolve().
@@ -409,15 +410,18 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
                                    .ctx = fault};
   SlipCheckpointPlan named = plan;
   char restart[128];
-  PetscBool bathe;
+  PetscBool bathe, rk;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  PetscCheck(bathe || (!plan.file[0] && !fault->text[FAULT_RESTART][0]), fault->comm, PETSC_ERR_SUP,
-             "-%sfault_checkpoint and -%sfault_restart work with -ts_type bathe, not %s", prefix, prefix,
-             ((PetscObject)ts)->type_name);
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
+  PetscCheck(
+    bathe || (rk && fault->law->smooth) || (!plan.file[0] && !fault->text[FAULT_RESTART][0]), fault->comm,
+    PETSC_ERR_SUP,
+    "-%sfault_checkpoint and -%sfault_restart work with -ts_type bathe, or rk and rate-and-state friction, not %s",
+    prefix, prefix, ((PetscObject)ts)->type_name);
   PetscCall(CheckFile(fault));
   if (fault->text[FAULT_RESTART][0]) PetscCall(Restart(fault, ts));
   PetscCall(PetscSNPrintf(restart, sizeof(restart), "-%sfault_restart", prefix));

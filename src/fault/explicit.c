@@ -31,12 +31,18 @@ static PetscErrorCode SetTolerances(SlipFault fault, TS ts, PetscReal rtol)
 static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  SlipFaultBalance *b = &fault->balance;
   PetscReal rtol;
 
   PetscFunctionBegin;
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
-  if (rtol != fault->balance.rtol) PetscCall(SetTolerances(fault, ts, rtol));
-  PetscCall(SlipFaultRates(fault, t, w, F));
+  if (rtol != b->rtol) PetscCall(SetTolerances(fault, ts, rtol));
+  if (b->first)
+    PetscCall(VecCopy(b->first, F));
+  else
+    PetscCall(SlipFaultRates(fault, t, w, F));
+  PetscCall(VecDestroy(&b->first));
+  b->F = F;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -73,6 +79,25 @@ static PetscErrorCode SlipFaultAfterStep(TS ts)
   if (!known) PetscCall(SlipFaultRates(fault, t, w, NULL));
   PetscCall(SlipFaultPutRates(fault, w));
   PetscCall(PetscObjectStateSet((PetscObject)w, state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A checkpoint's part: the rates that the next step takes over from the last stage of the one before, which differ from
+   those of the state by rounding */
+PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
+{
+  SlipFaultBalance *b = &fault->balance;
+  PetscBool known = PETSC_FALSE;
+  PetscReal t;
+
+  PetscFunctionBegin;
+  if (!fault->law->smooth) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetTime(ts, &t));
+  if (!SlipStateIsLoading(s) && b->F) PetscCall(EndIsKnown(fault, ts, t, &known));
+  PetscCall(SlipStateBool(s, "rates_known", &known));
+  if (!known) PetscFunctionReturn(PETSC_SUCCESS);
+  if (SlipStateIsLoading(s)) PetscCall(SlipFaultCreateState(fault, &b->first));
+  PetscCall(SlipStateVec(s, "rates", SlipStateIsLoading(s) ? b->first : b->F));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

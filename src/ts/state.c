@@ -36,6 +36,23 @@ static PetscErrorCode SlipStateTotals(SlipState s, TS_Bathe *ba)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What every TS has */
+static PetscErrorCode SlipStateAny(SlipState s, TS ts)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipStateGroup(s, "ts"));
+  PetscCall(SlipStateReal(s, "time", 1, &ts->ptime));
+  PetscCall(SlipStateReal(s, "time_before", 1, &ts->ptime_prev));
+  PetscCall(SlipStateReal(s, "dt", 1, &ts->time_step));
+  PetscCall(SlipStateInt(s, "step", 1, &ts->steps));
+  PetscCall(SlipStateInt(s, "rejections", 1, &ts->reject));
+  PetscCall(SlipStateInt(s, "snes_iterations", 1, &ts->snes_its));
+  PetscCall(SlipStateInt(s, "ksp_iterations", 1, &ts->ksp_its));
+  PetscCall(SlipStateInt(s, "snes_failures", 1, &ts->num_snes_failures));
+  PetscCall(SlipStateBool(s, "begins_anew", &ts->steprestart));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The end of the last step: interpolation to the final time has put another state in its place. */
 static Vec SlipStateEnd(TS ts)
 {
@@ -61,30 +78,29 @@ static PetscErrorCode SlipStateInterpolation(SlipState s, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective; between two steps, ts of type TSBATHE with its solution set. */
+/* Collective; between two steps, the solution set. Of types other than TSBATHE what PETSc lets one see: problems add what
+   those take over from the step before. */
 PetscErrorCode SlipStateTS(SlipState s, TS ts)
 {
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  TS_Bathe *ba;
   PetscObjectId id;
   PetscObjectState state;
   PetscBool unchanged;
 
   PetscFunctionBegin;
   PetscCall(TSSetUp(ts));
+  PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
+  if (!ba) {
+    PetscCall(SlipStateAny(s, ts));
+    PetscCall(SlipStateVec(s, "solution", ts->vec_sol));
+    if (SlipStateIsLoading(s)) ts->steprestart = PETSC_TRUE; /* it has no stage of a step before */
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscObjectGetId((PetscObject)ts->vec_sol, &id));
   PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));
   unchanged =
     (id == ba->sol_id && state == ba->sol_state) || SlipStateEnd(ts) != ts->vec_sol ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(SlipStateGroup(s, "ts"));
-  PetscCall(SlipStateReal(s, "time", 1, &ts->ptime));
-  PetscCall(SlipStateReal(s, "time_before", 1, &ts->ptime_prev));
-  PetscCall(SlipStateReal(s, "dt", 1, &ts->time_step));
-  PetscCall(SlipStateInt(s, "step", 1, &ts->steps));
-  PetscCall(SlipStateInt(s, "rejections", 1, &ts->reject));
-  PetscCall(SlipStateInt(s, "snes_iterations", 1, &ts->snes_its));
-  PetscCall(SlipStateInt(s, "ksp_iterations", 1, &ts->ksp_its));
-  PetscCall(SlipStateInt(s, "snes_failures", 1, &ts->num_snes_failures));
-  PetscCall(SlipStateBool(s, "begins_anew", &ts->steprestart));
+  PetscCall(SlipStateAny(s, ts));
   PetscCall(SlipStateVec(s, "solution", SlipStateIsLoading(s) ? ts->vec_sol : SlipStateEnd(ts)));
   PetscCall(SlipStateTotals(s, ba));
   PetscCall(SlipStateAttempt(s, &ba->last));

@@ -1,0 +1,230 @@
+/* Rate-and-state friction and the balance of slip rates, against long double arithmetic and against themselves backwards. */
+#include "../unit.h"
+#include <slipcore.h>
+#include <math.h>
+
+#define ETA 4.62444e6 /* [Pa s/m] */
+#define EPS PETSC_MACHINE_EPSILON
+
+static const SlipFrictionLaw *Law(void)
+{
+  const SlipFrictionLaw *law;
+
+  ok(SlipFrictionFind("rate_and_state", &law));
+  assert_non_null(law);
+  return law;
+}
+
+static SlipFriction Parameters(PetscReal a)
+{
+  return (SlipFriction){.a = a, .b = 0.03, .slip = 0.14, .reference = 0.6, .reference_rate = 1e-6};
+}
+
+/* The formula as it is written, in more digits */
+static long double Formula(const SlipFriction *p, long double s, long double v)
+{
+  return p->a * asinhl(v / (2 * (long double)p->reference_rate) * expl((p->reference + p->b * s) / p->a));
+}
+
+/* mu to rounding: of an argument of asinh with a logarithm of up to (f0 + b psi)/a, whose rounding it adds. */
+static void friction(void **state)
+{
+  const PetscReal a[] = {0.002, 0.004, 0.01, 0.04}, s[] = {-13, 0, 7, 10};
+  const SlipFrictionLaw *law = Law();
+
+  (void)state;
+  for (size_t i = 0; i < 4; i++)
+    for (size_t j = 0; j < 4; j++)
+      for (PetscReal v = 1e-25; v < 1e4; v *= 7) {
+        const SlipFriction p = Parameters(a[i]);
+        const PetscReal terms = a[i] * fabs(log(v / 2e-6)) + 0.6 + 0.03 * fabs(s[j]), h = 1e-3;
+        PetscReal mu, ds, dv;
+        long double slope;
+
+        law->eval(&p, s[j], v, &mu, &ds, &dv);
+        assert_true(fabs(mu - (PetscReal)Formula(&p, s[j], v)) <= 4 * EPS * terms);
+        /* central differences in ln v and s: off by h^2/6 of third derivatives, which are at most 1/a^2 times the first
+           in s where asinh bends */
+        slope = (Formula(&p, s[j], v * expl(h)) - Formula(&p, s[j], v * expl(-h))) / (2 * h);
+        assert_true(fabs(dv * v - (PetscReal)slope) <= 1e-6 * fabs((PetscReal)slope) + 1e-30);
+        slope = (Formula(&p, s[j] + h, v) - Formula(&p, s[j] - h, v)) / (2 * h);
+        assert_true(fabs(ds - (PetscReal)slope) <= (1e-6 + pow(h * p.b / a[i], 2)) * fabs((PetscReal)slope) + 1e-30);
+      }
+  {
+    const SlipFriction p = Parameters(0.004);
+    PetscReal mu, ds, dv;
+
+    law->eval(&p, 3, 0, &mu, &ds, &dv);
+    assert_true(mu == 0 && ds == 0 && dv > 0 && isfinite(dv));
+    assert_true(fabs(law->steady(&p, 1e-9) - log(1e-6 / 1e-9)) < 1e-14); /* theta = d_c/v */
+  }
+}
+
+/* v over 30 decades and both signs, from the traction that belongs to it. The traction is known to EPS of itself, which
+   is EPS tau/(dtau/dln v) of v. Few of these cells are those of the closed form; the rest goes one by one. */
+static void balance(void **state)
+{
+  enum { MAX = 4096 };
+  static PetscReal a[MAX], b[MAX], f0[MAX], slip[MAX], sigma[MAX], weight[MAX], tau[MAX], s[3 * MAX], v[MAX], got[MAX],
+    ds[3 * MAX], allowed[MAX];
+  SlipFrictionCells f = {.law = Law(),
+                         .a = a,
+                         .b = b,
+                         .reference = f0,
+                         .slip = slip,
+                         .stress = sigma,
+                         .weight = weight,
+                         .reference_rate = 1e-6};
+  PetscInt n = 0;
+
+  (void)state;
+  for (PetscReal rate = 1e-26; rate < 1e4; rate *= 5.3)
+    for (int k = 0; k < 24; k++) {
+      const SlipFriction p = Parameters((PetscReal[]){0.0005, 0.004, 0.01, 0.04}[k % 4]);
+      const PetscReal stress = (PetscReal[]){25e6, 1e3, 1e-3}[k / 4 % 3];
+      PetscReal mu, mu_s, mu_v;
+
+      a[n] = p.a;
+      b[n] = p.b;
+      f0[n] = p.reference;
+      slip[n] = p.slip;
+      sigma[n] = stress;
+      weight[n] = 1 + 0.5 * (k % 5);
+      s[3 * n] = -13 + k;
+      v[n] = k % 2 ? -rate : rate;
+      SlipRateAndState(&p, s[3 * n], rate, &mu, &mu_s, &mu_v);
+      tau[n] = weight[n] * (stress * mu + ETA * rate) * (k % 2 ? -1 : 1);
+      allowed[n] = 16 * EPS *
+                   (1 + (0.6 + 0.03 * fabs(s[3 * n])) / p.a * p.a * stress / ((stress * mu_v + ETA) * rate) +
+                    fabs(tau[n]) / weight[n] / ((stress * mu_v + ETA) * rate) + fabs(log(rate)));
+      assert_true(++n < MAX);
+    }
+  for (int slip_law = 0; slip_law < 2; slip_law++) {
+    f.slip_law = (PetscBool)slip_law;
+    SlipFrictionBalance(&f, n, ETA, tau, 3, s, got, ds);
+    for (PetscInt i = 0; i < n; i++) {
+      const PetscReal rate = fabs(got[i]), aging = 1e-6 / slip[i] * exp(-s[3 * i]);
+      const PetscReal expected = slip_law ? -rate / slip[i] * (log(rate / 1e-6) + s[3 * i]) : aging - rate / slip[i];
+
+      /* at 1e-26 m/s a small argument of asinh is below rounding of a traction that stands for it */
+      assert_true(fabs(got[i] / v[i] - 1) <= allowed[i]);
+      assert_true(fabs(ds[3 * i] - expected) <= 8 * EPS * (aging + rate / slip[i] * (1 + fabs(log(rate / 1e-6)) + 26)));
+    }
+  }
+}
+
+/* No normal stress leaves radiation damping, no traction no slip rate; and each neighbour is left alone. */
+static void extremes(void **state)
+{
+  const PetscReal a[] = {0.01, 0.01, 0.01, 0.01}, f0[] = {0.6, 0.6, 0.6, 0.6}, slip[] = {1, 1, 1, 1};
+  const PetscReal sigma[] = {0, 1e7, 0, 1e7}, tau[] = {ETA, 0, -2 * ETA, 6e6}, s[] = {0, 0, 0, 0};
+  const SlipFrictionCells f = {
+    .law = Law(), .a = a, .b = a, .reference = f0, .slip = slip, .stress = sigma, .reference_rate = 1e-6};
+  PetscReal v[4];
+
+  (void)state;
+  SlipFrictionBalance(&f, 4, ETA, tau, 1, s, v, NULL);
+  assert_true(fabs(v[0] - 1) < 4 * EPS && v[1] == 0 && fabs(v[2] + 2) < 8 * EPS);
+  /* f0 at the rate V0: the friction of 6e6 Pa less eta V0 */
+  assert_true(fabs(v[3] / 1e-6 - 1) < 1e-4 && v[3] < 1e-6);
+}
+
+/* An implicit stage of the state, and its derivative by differences */
+static void advance(void **state)
+{
+  const PetscReal a[] = {0.01}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14};
+  SlipFrictionCells f = {.law = Law(),
+                         .a = a,
+                         .b = b,
+                         .reference = f0,
+                         .slip = slip,
+                         .residual = f0,
+                         .drop = f0,
+                         .rate = f0,
+                         .reference_rate = 1e-6};
+
+  (void)state;
+  for (int slip_law = 0; slip_law < 2; slip_law++)
+    for (PetscReal v = 1e-15; v < 10; v *= 30)
+      for (PetscReal theta = 1e-4; theta < 1e9; theta *= 50) {
+        const PetscReal s0[] = {6.9}, h = 1e-5;
+        PetscReal s, rate, mu, ds, dv, slope, side[2];
+
+        f.slip_law = (PetscBool)slip_law;
+        SlipFrictionStateAdvance(&f, 1, theta, s0, &v, 1, &s);
+        SlipFrictionStateRate(&f, 1, 1, &s, &v, &rate);
+        /* terms of the rate are larger than it where they cancel */
+        assert_true(fabs(s - s0[0] - theta * rate) <=
+                    8 * EPS * (1 + fabs(s)) *
+                      (10 + theta * (1e-6 / 0.14 * exp(-s) + v / 0.14 * (1 + fabs(log(v / 1e-6))))));
+        SlipFrictionStage(&f, 0, theta, s0[0], v, &mu, &ds, &dv, &slope);
+        for (int k = 0; k < 2; k++) {
+          const PetscReal other = v * (1 + (k ? h : -h));
+
+          SlipFrictionStateAdvance(&f, 1, theta, s0, &other, 1, &side[k]);
+        }
+        assert_true(fabs(slope * v - (side[1] - side[0]) / (2 * h)) <= 1e-6 * (fabs(slope * v) + 1) / h * 1e-3);
+      }
+}
+
+/* The state in which friction is what it is: there and back */
+static void state_of(void **unused)
+{
+  const PetscReal a[] = {0.004}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14};
+  const SlipFrictionCells f = {.law = Law(),
+                               .a = a,
+                               .b = b,
+                               .reference = f0,
+                               .slip = slip,
+                               .residual = f0,
+                               .drop = f0,
+                               .rate = f0,
+                               .reference_rate = 1e-6};
+
+  (void)unused;
+  for (PetscReal s = -10; s < 12; s += 1.7) {
+    PetscReal mu, ds, dv;
+
+    SlipFrictionEvaluate(&f, 0, s, 1e-9, &mu, &ds, &dv);
+    if (mu > 0.1) assert_true(fabs(SlipFrictionStateOf(&f, 0, mu, 1e-9) - s) < 1e-11);
+  }
+}
+
+/* A law of somebody else's, here the same one, takes the way of one cell at a time. */
+static void registered(void **state)
+{
+  SlipFrictionLaw law = *Law();
+  const PetscReal a[] = {0.004, 0.04}, b[] = {0.03, 0.03}, f0[] = {0.6, 0.6}, slip[] = {0.14, 0.14};
+  const PetscReal sigma[] = {25e6, 25e6}, tau[] = {19e6, -13e6}, s[] = {6.9, 6.9};
+  SlipFrictionCells f = {.law = Law(),
+                         .a = a,
+                         .b = b,
+                         .reference = f0,
+                         .slip = slip,
+                         .stress = sigma,
+                         .residual = f0,
+                         .drop = f0,
+                         .rate = f0,
+                         .reference_rate = 1e-6};
+  const SlipFrictionLaw *found;
+  PetscReal v[2], w[2];
+
+  (void)state;
+  law.name = "mine";
+  ok(SlipFrictionRegister(&law));
+  ok(SlipFrictionFind("mine", &found));
+  assert_string_equal("mine", found->name);
+  fails(SlipFrictionRegister(&law), "There is a friction law mine already");
+  law.name = "other";
+  law.state = NULL;
+  fails(SlipFrictionRegister(&law), "needs the rate of its state");
+  SlipFrictionBalance(&f, 2, ETA, tau, 1, s, v, NULL);
+  for (int i = 0; i < 2; i++) {
+    const SlipFriction p = {.a = a[i], .b = b[i], .reference = f0[i], .slip = slip[i], .reference_rate = 1e-6};
+
+    w[i] = SlipFrictionBalanceOne(found, &p, s[i], sigma[i], ETA, tau[i]);
+    assert_true(fabs(v[i] / w[i] - 1) < 1e-12); /* EPS tau/(a sigma), 200 here, and some */
+  }
+}
+
+SLIP_TESTS(friction, balance, extremes, advance, state_of, registered)
