@@ -84,6 +84,10 @@ PETSC_EXTERN void SlipRateAndStateBalance(const SlipFrictionCells *f, PetscInt n
 PETSC_EXTERN void SlipFrictionBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
                                       PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[]);
 
+/* ---- adams.c ---- */
+enum { SLIP_ADAMS_NODES = 10 };
+PETSC_EXTERN void SlipAdamsWeights(PetscInt n, const PetscReal node[], PetscReal weight[]);
+
 /* ---- cone.c ---- */
 /* Where x - rho g lies: inside the shrinkage interval (sticking), beyond it (sliding one way or the other), or on a row
    that has no bound and therefore always "slides". */

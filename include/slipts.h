@@ -4,6 +4,7 @@
 #include <slipsnes.h>
 
 #define TSBATHE "bathe"
+#define TSADAMS "adams" /* explicit, of variable order; adams.c */
 
 /* Treatment of the reaction in stage 1: by the mean of start and end (second order), or at the end (first order). */
 typedef enum { TSBATHE_REACTION_TRAPEZOIDAL, TSBATHE_REACTION_IMPLICIT } TSBatheReactionType;
@@ -80,6 +81,8 @@ PETSC_EXTERN PetscErrorCode SlipSmallConfigureTSByMembers(
   PetscErrorCode (*bound)(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx), void *ctx);
 /* The last line of a summary: when a run ended, and why it did before its final time. */
 PETSC_EXTERN PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *complete);
+
+PETSC_EXTERN PetscErrorCode TSAdamsSetMaxOrder(TS ts, PetscInt order);
 
 /* Composed functions by which TSBATHE, controllers and problems meet without including each other:
    on TSAdapt

@@ -12,6 +12,10 @@
 #include <slipcore.h>
 #include <math.h>
 
+/* No state of nature has psi below -200; what a step that is far too long makes of it is to be a number, so that the step
+   can be rejected. */
+#define MOST_HEALING 200.0
+
 /* ln(V/(2 V0)) + (f0 + b psi)/a, whose exponential is the argument of asinh: the logarithm, as a small a makes it large. */
 static PetscReal Argument(const SlipFriction *p, PetscReal s, PetscReal v)
 {
@@ -39,7 +43,7 @@ void SlipRateAndState(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal
 void SlipRateAndStateRate(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate, PetscReal *drate_ds,
                           PetscReal *drate_dv)
 {
-  const PetscReal aging = p->reference_rate / p->slip * PetscExpReal(-s);
+  const PetscReal aging = p->reference_rate / p->slip * PetscExpReal(PetscMin(-s, MOST_HEALING));
   PetscReal excess;
 
   if (p->slip_law) {
@@ -254,8 +258,12 @@ static inline __attribute__((always_inline)) void AgingLoop(const SlipFrictionCe
                                                             const PetscReal *restrict s, const PetscReal *restrict v,
                                                             PetscReal *restrict ds)
 {
-  for (PetscInt i = 0; i < n; i++)
-    ds[stride * i] = (f->reference_rate * Exp(-s[stride * i]) - PetscAbsReal(v[i])) / f->slip[i];
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal age = -s[stride * i];
+
+    ds[stride * i] =
+      (f->reference_rate * Exp(age < MOST_HEALING ? age : MOST_HEALING) - PetscAbsReal(v[i])) / f->slip[i];
+  }
 }
 
 static inline __attribute__((always_inline)) void SlipLoop(const SlipFrictionCells *f, PetscInt n, PetscInt stride,

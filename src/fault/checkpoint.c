@@ -416,12 +416,12 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
-  PetscCheck(
-    bathe || (rk && fault->law->smooth) || (!plan.file[0] && !fault->text[FAULT_RESTART][0]), fault->comm,
-    PETSC_ERR_SUP,
-    "-%sfault_checkpoint and -%sfault_restart work with -ts_type bathe, or rk and rate-and-state friction, not %s",
-    prefix, prefix, ((PetscObject)ts)->type_name);
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &rk, TSRK, TSADAMS, ""));
+  PetscCheck(bathe || (rk && fault->law->smooth) || (!plan.file[0] && !fault->text[FAULT_RESTART][0]), fault->comm,
+             PETSC_ERR_SUP,
+             "-%sfault_checkpoint and -%sfault_restart work with -ts_type bathe, or rk or adams and rate-and-state "
+             "friction, not %s",
+             prefix, prefix, ((PetscObject)ts)->type_name);
   PetscCall(CheckFile(fault));
   if (fault->text[FAULT_RESTART][0]) PetscCall(Restart(fault, ts));
   PetscCall(PetscSNPrintf(restart, sizeof(restart), "-%sfault_restart", prefix));

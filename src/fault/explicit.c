@@ -49,13 +49,15 @@ static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 /* Was the last right-hand side that of the step's end? */
 static PetscErrorCode EndIsKnown(SlipFault fault, TS ts, PetscReal t, PetscBool *known)
 {
-  PetscBool rk;
+  PetscBool rk, adams;
 
   PetscFunctionBegin;
   *known = PETSC_FALSE;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
-  if (!rk || !fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSRKGetTableau(ts, NULL, NULL, NULL, NULL, NULL, NULL, NULL, known));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &adams));
+  if (!(rk || adams) || !fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
+  *known = adams;
+  if (rk) PetscCall(TSRKGetTableau(ts, NULL, NULL, NULL, NULL, NULL, NULL, NULL, known));
   if (PetscAbsReal(fault->balance.time - t) > 4 * PETSC_MACHINE_EPSILON * PetscAbsReal(t)) *known = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -87,11 +89,12 @@ static PetscErrorCode SlipFaultAfterStep(TS ts)
 PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
 {
   SlipFaultBalance *b = &fault->balance;
-  PetscBool known = PETSC_FALSE;
+  PetscBool known = PETSC_FALSE, rk;
   PetscReal t;
 
   PetscFunctionBegin;
-  if (!fault->law->smooth) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
+  if (!fault->law->smooth || !rk) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetTime(ts, &t));
   if (!SlipStateIsLoading(s) && b->F) PetscCall(EndIsKnown(fault, ts, t, &known));
   PetscCall(SlipStateBool(s, "rates_known", &known));

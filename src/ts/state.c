@@ -93,7 +93,8 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   if (!ba) {
     PetscCall(SlipStateAny(s, ts));
     PetscCall(SlipStateVec(s, "solution", ts->vec_sol));
-    if (SlipStateIsLoading(s)) ts->steprestart = PETSC_TRUE; /* it has no stage of a step before */
+    if (SlipStateIsLoading(s)) ts->steprestart = PETSC_TRUE;      /* it has no stage of a step before, */
+    PetscCall(SlipStateObject(s, "integrator", (PetscObject)ts)); /* unless it says so */
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscObjectGetId((PetscObject)ts->vec_sol, &id));

@@ -82,6 +82,7 @@ PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
 PETSC_INTERN PetscErrorCode SNESTSFormFunction_Bathe(SNES, Vec, Vec, TS);
 PETSC_INTERN PetscErrorCode SNESTSFormJacobian_Bathe(SNES, Vec, Mat, Mat, TS);
 PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);
+PETSC_INTERN PetscErrorCode TSCreate_Adams(TS);
 
 /* ---- state.c: for checkpoints ---- */
 PETSC_INTERN PetscErrorCode SlipStateTS(SlipState, TS);

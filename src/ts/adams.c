@@ -1,0 +1,444 @@
+/* TSADAMS as a PETSc TS type: explicit Adams formulas of variable step and order, predicted, evaluated, corrected and
+   evaluated again: two right-hand sides a step, one for an attempt that is rejected, whatever the order.
+
+   With the derivatives f_n, f_n-1, ... of accepted steps in hand, order k (that of the predictor) is
+      y* = y_n + the integral of the polynomial through f_n ... f_n-k+1,      f* = f(t_n+1, y*),
+      y_n+1 = y_n + that of the one through f*, f_n ... f_n-k+1 (order k + 1),  f_n+1 = f(t_n+1, y_n+1),
+   and the error estimate is what the oldest of these nodes changes, which is of order h^(k + 1). The same difference with a
+   node less or more says what orders k - 1 and k + 1 would do; the next step has the order that promises the longest
+   (Shampine & Gordon 1975). Where stability limits the step, the estimates of high orders grow first, and the order falls. */
+#include <slipstep/private/slipts.h>
+
+/* A neighbouring order must promise a step longer by this factor. */
+#define ADAMS_RAISE 1.2
+#define ADAMS_LOWER 1.05
+
+enum { ADAMS_MAX = SLIP_ADAMS_NODES - 2, ADAMS_SLOTS = ADAMS_MAX + 3 };
+
+typedef struct {
+  PetscInt max_order; /* of the predictor */
+  PetscInt order;     /* of the attempt */
+  PetscInt next;      /* of the step after it */
+  PetscInt n;         /* derivatives in hand */
+  PetscInt since;     /* accepted steps with this order */
+  Vec rate[ADAMS_SLOTS];
+  PetscReal time[ADAMS_SLOTS]; /* theirs, newest first [s] */
+  Vec start;                   /* state at the start of the step */
+  Vec star;                    /* f* */
+  Vec y, error;
+  PetscReal before;    /* time at the start of the last accepted step [s] */
+  PetscBool estimated; /* norm is that of this attempt */
+  NormType type;
+  PetscReal norm;
+} TS_Adams;
+
+static PetscErrorCode TSReset_Adams(TS ts)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < ADAMS_SLOTS; i++) PetscCall(VecDestroy(&ad->rate[i]));
+  PetscCall(VecDestroy(&ad->start));
+  PetscCall(VecDestroy(&ad->star));
+  PetscCall(VecDestroy(&ad->y));
+  PetscCall(VecDestroy(&ad->error));
+  ad->n = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSDestroy_Adams(TS ts)
+{
+  PetscFunctionBegin;
+  PetscCall(TSReset_Adams(ts));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, NULL));
+  PetscCall(PetscFree(ts->data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSSetUp_Adams(TS ts)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  Vec *vecs[] = {&ad->start, &ad->star, &ad->y, &ad->error};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++)
+    if (!*vecs[i]) PetscCall(VecDuplicate(ts->vec_sol, vecs[i]));
+  for (PetscInt i = 0; i < ad->max_order + 3; i++)
+    if (!ad->rate[i]) PetscCall(VecDuplicate(ts->vec_sol, &ad->rate[i]));
+  PetscCall(TSGetAdapt(ts, &ts->adapt));
+  PetscCall(TSAdaptCandidatesClear(ts->adapt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSSetFromOptions_Adams(TS ts, SlipOptionItems PetscOptionsObject)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  PetscInt order = ad->max_order;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscOptionsHeadBegin(PetscOptionsObject, "Adams integrator options");
+  PetscCall(PetscOptionsInt("-ts_adams_max_order", "Highest order of the predictor; the step is one better",
+                            "TSAdamsSetMaxOrder", order, &order, &set));
+  if (set) PetscCall(TSAdamsSetMaxOrder(ts, order));
+  PetscOptionsHeadEnd();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSView_Adams(TS ts, PetscViewer viewer)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  PetscBool ascii;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  if (ascii)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  predictor of order %" PetscInt_FMT ", at most %" PetscInt_FMT "\n",
+                                     ad->order, ad->max_order));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSAdamsSetMaxOrder - the highest order of the predictor
+
+  Logically collective; before TSSetUp()
+
+  Input Parameters:
++ ts    - of type TSADAMS, ignored otherwise
+- order - from 1 to 8; steps are of one order more
+
+  Options Database Key:
+. -ts_adams_max_order <5> - the same
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for another order
+
+.seealso: TSADAMS
+@*/
+PetscErrorCode TSAdamsSetMaxOrder(TS ts, PetscInt order)
+{
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &same));
+  if (!same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(order >= 1 && order <= ADAMS_MAX, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_adams_max_order is %" PetscInt_FMT ", expected a whole number from 1 to %d", order, ADAMS_MAX);
+  ((TS_Adams *)ts->data)->max_order = order;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a step ---- */
+
+/* x += h sum of weight[j] rate[j], star first when it has a weight */
+static PetscErrorCode AddRates(TS ts, PetscReal h, PetscReal star, PetscInt n, const PetscReal weight[], Vec x)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  PetscScalar a[ADAMS_SLOTS + 1];
+  Vec v[ADAMS_SLOTS + 1];
+  PetscInt m = 0;
+
+  PetscFunctionBegin;
+  if (star != 0) {
+    a[m] = h * star;
+    v[m++] = ad->star;
+  }
+  for (PetscInt j = 0; j < n; j++) {
+    a[m] = h * weight[j];
+    v[m++] = ad->rate[j];
+  }
+  PetscCall(VecMAXPY(x, m, a, v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Weights of the corrector with k derivatives beside f*; [0] is that of f* */
+static void Corrector(const TS_Adams *ad, PetscReal t, PetscReal h, PetscInt k, PetscReal weight[])
+{
+  PetscReal node[SLIP_ADAMS_NODES] = {1};
+
+  for (PetscInt j = 0; j < k; j++) node[j + 1] = (ad->time[j] - t) / h;
+  SlipAdamsWeights(k + 1, node, weight);
+}
+
+/* The estimate of order k: what its oldest derivative changes */
+static PetscErrorCode Estimate(TS ts, PetscInt k, Vec e)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  const PetscReal h = ts->time_step;
+  PetscReal more[SLIP_ADAMS_NODES], less[SLIP_ADAMS_NODES];
+
+  PetscFunctionBegin;
+  Corrector(ad, ts->ptime, h, k, more);
+  Corrector(ad, ts->ptime, h, k - 1, less);
+  for (PetscInt j = 0; j < k; j++) more[j] -= less[j];
+  PetscCall(VecZeroEntries(e));
+  PetscCall(AddRates(ts, h, more[0], k, more + 1, e));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Norm(TS ts, PetscInt k, NormType type, PetscReal *norm)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  PetscReal absolute, relative;
+
+  PetscFunctionBegin;
+  PetscCall(Estimate(ts, k, ad->error));
+  PetscCall(VecAYPX(ad->error, 1, ts->vec_sol));
+  PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, ad->error, type, norm, &absolute, &relative));
+  /* a step that is far too long; and one so short that nothing is left, which controllers divide by */
+  *norm = PetscIsInfOrNanReal(*norm) ? 1e10 : PetscMax(*norm, 1e-10);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How much longer a step of order k may be by its estimate */
+static PetscReal Promise(PetscReal norm, PetscInt k)
+{
+  return PetscPowReal(norm, -1 / (PetscReal)(k + 1));
+}
+
+/* The order of the next step, and the norm of its estimate in this one */
+static PetscErrorCode ChooseOrder(TS ts, NormType type, PetscReal *norm)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  const PetscInt k = ad->order;
+  PetscReal promise = Promise(*norm, k), other;
+
+  PetscFunctionBegin;
+  ad->next = k;
+  if (k > 1) {
+    PetscCall(Norm(ts, k - 1, type, &other));
+    if (Promise(other, k - 1) > ADAMS_LOWER * promise) {
+      promise = Promise(other, k - 1);
+      ad->next = k - 1;
+      *norm = other;
+    }
+  }
+  if (ad->next < k || k >= ad->max_order || ad->n <= k || ad->since < k) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Norm(ts, k + 1, type, &other));
+  if (Promise(other, k + 1) <= ADAMS_RAISE * promise) PetscFunctionReturn(PETSC_SUCCESS);
+  ad->next = k + 1;
+  *norm = other;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The norm that goes with the order of the next step, once an attempt, whoever asks */
+static PetscErrorCode TSEvaluateWLTE_Adams(TS ts, NormType type, PetscInt *order, PetscReal *wlte)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+
+  PetscFunctionBegin;
+  if (!ad->estimated || ad->type != type) {
+    PetscCall(Norm(ts, ad->order, type, &ad->norm));
+    PetscCall(ChooseOrder(ts, type, &ad->norm));
+    ad->estimated = PETSC_TRUE;
+    ad->type = type;
+  }
+  *wlte = ad->norm;
+  if (order) *order = ad->next + 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* vec_sol at the end of an attempt */
+static PetscErrorCode Attempt(TS ts)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  const PetscReal t = ts->ptime, h = ts->time_step;
+  const PetscInt k = ad->order;
+  PetscReal node[SLIP_ADAMS_NODES], weight[SLIP_ADAMS_NODES];
+
+  PetscFunctionBegin;
+  ad->estimated = PETSC_FALSE;
+  ad->next = k;
+  for (PetscInt j = 0; j < k; j++) node[j] = (ad->time[j] - t) / h;
+  SlipAdamsWeights(k, node, weight);
+  PetscCall(VecCopy(ad->start, ad->y));
+  PetscCall(AddRates(ts, h, 0, k, weight, ad->y));
+  PetscCall(TSPreStage(ts, t + h));
+  PetscCall(TSComputeRHSFunction(ts, t + h, ad->y, ad->star));
+  Corrector(ad, t, h, k, weight);
+  PetscCall(VecCopy(ad->start, ts->vec_sol));
+  PetscCall(AddRates(ts, h, weight[0], k, weight + 1, ts->vec_sol));
+  PetscCall(TSPostStage(ts, t + h, 0, &ts->vec_sol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One more derivative, at the front; what falls off the end is its memory. */
+static PetscErrorCode PushRate(TS ts)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  const PetscInt last = ad->max_order + 2;
+  Vec free_one = ad->rate[last];
+
+  PetscFunctionBegin;
+  for (PetscInt j = last; j > 0; j--) {
+    ad->rate[j] = ad->rate[j - 1];
+    ad->time[j] = ad->time[j - 1];
+  }
+  ad->rate[0] = free_one;
+  ad->time[0] = ts->ptime;
+  ad->n = PetscMin(ad->n + 1, ad->max_order + 1);
+  PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, ad->rate[0]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Begin anew from one derivative: the order grows again, a step at a time. */
+static PetscErrorCode Begin(TS ts)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+
+  PetscFunctionBegin;
+  ad->n = 0;
+  ad->order = 1;
+  ad->since = 0;
+  PetscCall(PushRate(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Steps end where the loading has a corner. */
+static PetscErrorCode MeetCorner(TS ts, PetscBool *met)
+{
+  const SlipProblemOps *problem;
+  PetscReal corner = PETSC_MAX_REAL;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem));
+  if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &corner));
+  *met = ts->time_step >= corner - ts->ptime ? PETSC_TRUE : PETSC_FALSE;
+  if (*met) ts->time_step = corner - ts->ptime;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Accept(TS ts, PetscReal next_h, PetscBool corner)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+
+  PetscFunctionBegin;
+  if (!ad->estimated) ad->next = PetscMin(PetscMin(ad->order + 1, ad->n), ad->max_order); /* as constant steps are */
+  ad->before = ts->ptime;
+  ts->ptime += ts->time_step;
+  ts->time_step = next_h;
+  ad->since = ad->next == ad->order ? ad->since + 1 : 0;
+  ad->order = ad->next;
+  if (corner)
+    PetscCall(Begin(ts));
+  else
+    PetscCall(PushRate(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSStep_Adams(TS ts)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  PetscInt rejections = 0;
+  PetscBool accept = PETSC_FALSE, corner = PETSC_FALSE;
+  PetscReal next_h;
+
+  PetscFunctionBegin;
+  if (ts->steprestart || !ad->n) PetscCall(Begin(ts));
+  PetscCall(VecCopy(ts->vec_sol, ad->start));
+  while (!ts->reason) {
+    PetscCall(MeetCorner(ts, &corner));
+    PetscCall(Attempt(ts));
+    PetscCall(TSAdaptCandidatesClear(ts->adapt));
+    PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, ad->order + 1, 1, 1.0, 1.0, PETSC_TRUE));
+    PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, &accept));
+    if (accept) {
+      PetscCall(Accept(ts, next_h, corner));
+      break;
+    }
+    PetscCall(VecCopy(ad->start, ts->vec_sol));
+    ts->time_step = next_h;
+    ad->order = ad->next < ad->order ? ad->next : ad->order;
+    ad->since = 0;
+    ts->reject++;
+    if (++rejections > ts->max_reject && ts->max_reject >= 0) ts->reason = TS_DIVERGED_STEP_REJECTED;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSRollBack_Adams(TS ts)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(ad->start, ts->vec_sol));
+  ts->steprestart = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Hermite's cubic between the ends of the last step */
+static PetscErrorCode TSInterpolate_Adams(TS ts, PetscReal t, Vec x)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  const PetscReal h = ts->ptime - ad->before, s = (t - ad->before) / h;
+  const PetscScalar a[] = {s * s * (3 - 2 * s), h * s * (1 - s) * (1 - s), h * s * s * (s - 1)};
+  Vec v[] = {ts->vec_sol, ad->rate[1], ad->rate[0]};
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(ad->start, ad->y));
+  PetscCall(VecScale(ad->y, 1 - a[0]));
+  PetscCall(VecMAXPY(ad->y, 3, a, v));
+  PetscCall(VecCopy(ad->y, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a checkpoint needs beside time, step and state */
+static PetscErrorCode State_Adams(TS ts, SlipState s)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateCount(s, "derivatives", ADAMS_MAX + 1, &ad->n));
+  PetscCall(SlipStateInt(s, "order", 1, &ad->order));
+  PetscCall(SlipStateInt(s, "steps_with_it", 1, &ad->since));
+  PetscCall(SlipStateReal(s, "times", ad->n, ad->time));
+  if (SlipStateIsLoading(s) && ad->n > ad->max_order + 1)
+    SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_INCOMP,
+            "-ts_adams_max_order is %" PetscInt_FMT ", but the checkpoint has %" PetscInt_FMT " derivatives",
+            ad->max_order, ad->n);
+  PetscCall(SlipStateVecs(s, "derivative", ad->n, ad->rate));
+  if (SlipStateIsLoading(s)) ts->steprestart = ad->n ? PETSC_FALSE : PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+  TSADAMS - "adams": explicit Adams formulas of variable step and order, predictor and corrector, two right-hand sides a step
+
+  Options Database Key:
+. -ts_adams_max_order <5> - highest order of the predictor
+
+  Level: beginner
+
+  Notes:
+  For problems whose right-hand side (TSSetRHSFunction()) is smooth and dear: explicit pairs of Runge and Kutta take 3
+  (3bs) to 6 (5dp) of them a step. The order is chosen anew each step from 1 to the highest. TSAdapt types basic, dsp, pi,
+  heuristic and rl control the step by the estimate of the order that comes next.
+
+  References:
+. * - L. F. Shampine, M. K. Gordon, Computer Solution of Ordinary Differential Equations, Freeman, 1975.
+
+.seealso: TSAdamsSetMaxOrder(), TSRK, TSBATHE
+M*/
+PetscErrorCode TSCreate_Adams(TS ts)
+{
+  TS_Adams *ad;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&ad));
+  ts->data = ad;
+  ad->max_order = 5;
+  ts->ops->reset = TSReset_Adams;
+  ts->ops->destroy = TSDestroy_Adams;
+  ts->ops->view = TSView_Adams;
+  ts->ops->setup = TSSetUp_Adams;
+  ts->ops->setfromoptions = TSSetFromOptions_Adams;
+  ts->ops->step = TSStep_Adams;
+  ts->ops->evaluatewlte = TSEvaluateWLTE_Adams;
+  ts->ops->rollback = TSRollBack_Adams;
+  ts->ops->interpolate = TSInterpolate_Adams;
+  ts->default_adapt_type = TSADAPTBASIC;
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, State_Adams));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
