@@ -81,8 +81,8 @@ class SeasTest(PictureTest):
         run, events, said = self.run_benchmark("bp5", 2000, 480)
         self.assertIn("Files: 12 in ", said)
         self.look(self.path("run.png"))
-        # 235.565 and 469.105 years with cells of 2 km; tolerances 10 times tighter move them by 0.02 and 0.04, and rounding by less
-        np.testing.assert_allclose(events["onset"] / YEAR, [0, 235.56, 469.10], atol=0.1)
+        # 235.585 and 469.138 years are those of a prototype in numpy with rtol 1e-6; here 235.567 and 469.103, and 0.002 away with rtol 1e-4
+        np.testing.assert_allclose(events["onset"] / YEAR, [0, 235.585, 469.138], atol=0.05)
         # other codes: moments 1.78e20 to 1.80e20 N m, largest slip rates of 0.98 in the first event and 1.07 to 1.12 m/s later
         np.testing.assert_allclose(events["moment"], 1.79e20, rtol=0.01)
         np.testing.assert_allclose(events["peak_slip_rate"], [0.98, 1.09, 1.09], rtol=0.03)
@@ -167,6 +167,8 @@ class SeasTest(PictureTest):
         np.testing.assert_allclose(rows[1:, 2:], slip[:, :, 0], rtol=1e-8)
 
     def test_bp6(self):
+        """The first step, of a hundredth of the 127 years in which a cell slips its d_c, is far too long: the states that it leads to are
+        rejected."""
         run, _, said = self.run_benchmark("bp6", 400, 200 * 86400 / YEAR, "-ts_rtol", "1e-5")
         self.look(self.path("run.png"))
         self.assertRegex(said, r"largest slip rate: .* days\nslip at the injection after 100 days: .* m\nslip at the injection after 200 days: .* m\nFiles: 11 in ")
