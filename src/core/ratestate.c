@@ -305,18 +305,20 @@ VECTOR static void SlipCells(const SlipFrictionCells *f, PetscInt n, PetscInt st
   SlipLoop(f, n, stride, s, v, ds);
 }
 
+static PetscReal BalanceCell(const SlipFrictionCells *f, PetscInt i, PetscReal eta, PetscReal tau, PetscReal s)
+{
+  const SlipFriction p = {
+    .a = f->a[i], .b = f->b[i], .reference = f->reference[i], .reference_rate = f->reference_rate};
+
+  return SlipFrictionBalanceOne(f->law, &p, s, f->stress[i], eta, tau / (f->weight ? f->weight[i] : 1));
+}
+
 void SlipRateAndStateBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
                              PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[])
 {
   BalanceCells(f, n, eta, tau, stride, s, v);
-  for (PetscInt i = 0; i < n; i++) {
-    const SlipFriction p = {
-      .a = f->a[i], .b = f->b[i], .reference = f->reference[i], .reference_rate = f->reference_rate};
-
-    if (v[i] == PETSC_MAX_REAL)
-      v[i] =
-        SlipFrictionBalanceOne(f->law, &p, s[stride * i], f->stress[i], eta, tau[i] / (f->weight ? f->weight[i] : 1));
-  }
+  for (PetscInt i = 0; i < n; i++)
+    if (v[i] == PETSC_MAX_REAL) v[i] = BalanceCell(f, i, eta, tau[i], s[stride * i]);
   if (!ds) return;
   if (f->slip_law)
     SlipCells(f, n, stride, s, v, ds);

@@ -242,6 +242,11 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   30 s (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first
   step 0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()).
 
+  With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u and the
+  state are integrated, one product with K for a right-hand side, v is made that of the balance after each step. The type is
+  TSRK (3bs), rtol 1e-4 means errors of 1e-4 d_c in u and 1e-4 in ln theta, the first step is 0.01 of the time in which the
+  fastest cell slips its d_c. -ts_type bathe solves it implicitly.
+
   Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 
   Level: beginner
