@@ -1,8 +1,10 @@
 /* Rate-and-state friction without inertia as an explicit TS: tolerances, right-hand side, and what follows a step. */
 #include <slipstep/private/slipfault.h>
 
-#define EXPLICIT_RTOL 1e-4 /* default tolerance, as other codes have it */
-#define FIRST_STEP 0.01    /* over the time in which the fastest cell slips its d_c */
+#define EXPLICIT_RTOL 1e-4         /* default tolerance, as other codes have it */
+#define FIRST_STEP 0.01            /* over the time in which the fastest cell slips its d_c */
+#define EXPLICIT_LARGEST_STATE 500 /* ln(V0 theta/d_c), whose exponential is 1e217 */
+#define EXPLICIT_FARTHEST 1e6      /* from where loading would have a cell be [m] */
 
 /* |e_u| <= rtol d_c and |e_s| <= rtol in every cell, whatever the size of u and s: the friction of a cell changes with
    either by the same. Made anew when rtol has changed. */
@@ -43,6 +45,30 @@ static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
     PetscCall(SlipFaultRates(fault, t, w, F));
   PetscCall(VecDestroy(&b->first));
   b->F = F;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSSetFunctionDomainError(). TSRK takes a rejected step back by subtracting what it had added, which leaves the state
+   wrong by rounding of that: what a step that is far too long leads to (rates go as V0 exp(-psi)/d_c) must be rejected
+   before it is added. The new state of pairs whose last stage is the step's end is a stage as well. */
+static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
+{
+  PetscBool good = PETSC_TRUE;
+  PetscReal bound = PETSC_MAX_REAL;
+  const PetscReal *a;
+  SlipFault fault;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  (void)t;
+  PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
+  if (fault->law->eval == SlipRateAndState) bound = EXPLICIT_LARGEST_STATE;
+  PetscCall(VecGetLocalSize(w, &n));
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < n && good; i += 3)
+    good = PetscAbsReal(a[i + 1]) < EXPLICIT_FARTHEST && PetscAbsReal(a[i + 2]) < bound ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(&good, accept, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -131,6 +157,7 @@ PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTBASIC));
   PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
+  PetscCall(TSSetFunctionDomainError(ts, InDomain));
   PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));
   PetscCall(SetTolerances(fault, ts, EXPLICIT_RTOL));
   PetscCall(SlipFaultFirstStep(fault, &step));

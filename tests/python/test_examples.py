@@ -71,6 +71,13 @@ class ExamplesTest(PictureTest):
         self.example("triggering.sh", CELLS="4 2", YEARS="150")
         self.look(self.path("triggering.png"))
 
+    def test_seas(self):
+        """test_seas.py has what they find."""
+        for name, more in (("seas_bp5", {"CELL": "4000", "YEARS": "0.1"}), ("seas_bp1", {"CELL": "200", "YEARS": "200"}), ("seas_bp6", {"CELL": "400", "YEARS": "0.4"})):
+            done = self.example(f"{name}.sh", "-fault_progress", "no", **more)
+            self.assertRegex(done.stdout, r"(?m)^(cycles: 1, |largest slip rate: )")
+            self.look(self.path(f"{name}.png"))
+
     def test_what_is_missing_is_named(self):
         for more, message in (({"SLIPSTEP_BUILD": "nowhere"}, "SLIPSTEP_BUILD is nowhere, expected a build's folder with bin/fault in it"),
                               ({"SLIPSTEP_OUTPUT": "nowhere"}, "SLIPSTEP_OUTPUT is nowhere, expected a folder")):

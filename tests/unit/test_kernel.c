@@ -240,6 +240,39 @@ static void test_cells_add_up(void **state)
   assert_true(PetscAbsReal(sum - SlipKernelFullSpace(1, 0.25, 0, 0, 2 * reach + 1, 2 * reach + 1)) < 1e-10);
 }
 
+/* The stress drop of unit slip on a strip of an endless fault: that of a screw dislocation at each edge, G/(2 pi d) at the
+   distance d (Segall 2010, section 2.2), with its image above a free surface. */
+static PetscReal Antiplane(PetscReal z_receiver, PetscReal z_source, PetscReal width, PetscBool surface)
+{
+  const PetscReal top = z_source - width / 2, bottom = z_source + width / 2;
+  PetscReal drop = 1 / (bottom - z_receiver) - 1 / (top - z_receiver);
+
+  if (surface) drop += 1 / (bottom + z_receiver) - 1 / (top + z_receiver);
+  return drop / (2 * PETSC_PI);
+}
+
+/* So it is in the middle of long cells, whatever Poisson's ratio. What the ends at +-a/2 add is (d/a)^2 times 1.3 of it at
+   most, with d the distance to source or image, of 80 at most here; the next term is of the order d/a of that, of which
+   0.2 in the ratio of 4 is 13 times. */
+static void test_long_cells_are_antiplane(void **state)
+{
+  const PetscReal nu[] = {0, 0.25, 0.45}, width = 0.2, a = 1e4;
+  const PetscReal depth[][2] = {{0.1, 0.1}, {0.1, 39.9}, {20.1, 0.1}, {39.9, 39.7}};
+
+  (void)state;
+  for (size_t n = 0; n < sizeof(nu) / sizeof(nu[0]); n++)
+    for (size_t k = 0; k < sizeof(depth) / sizeof(depth[0]); k++) {
+      const PetscReal r = depth[k][0], s = depth[k][1];
+      const PetscReal half = Antiplane(r, s, width, PETSC_TRUE), full = Antiplane(r, s, width, PETSC_FALSE);
+      const PetscReal error = SlipKernelHalfSpace(1, nu[n], 0, r, s, a, width) / half - 1;
+      const PetscReal other = SlipKernelHalfSpace(1, nu[n], 0, r, s, 2 * a, width) / half - 1;
+
+      assert_true(PetscAbsReal(error) < 2 * PetscSqr(80 / a));
+      assert_true(PetscAbsReal(SlipKernelFullSpace(1, nu[n], 0, r - s, a, width) / full - 1) < 2 * PetscSqr(80 / a));
+      if (PetscAbsReal(other) > 1e-9) assert_true(PetscAbsReal(error / other - 4) < 0.2);
+    }
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -249,6 +282,7 @@ int main(void)
     cmocka_unit_test(test_half_space_self),
     cmocka_unit_test(test_offset_against_integration),
     cmocka_unit_test(test_cells_add_up),
+    cmocka_unit_test(test_long_cells_are_antiplane),
   };
 
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""Fields for -fault_parameters of the benchmarks of SEAS, Sequences of Earthquakes and Aseismic Slip (strike.scec.org/cvws/seas); prints the
+numbers of cells along strike and in depth.
+
+    make_seas.py bp5 OUT.h5 --cell 2000       BP5-QD: 100 km x 40 km
+    make_seas.py bp1 OUT.h5 --cell 200        BP1-QD: one long cell along strike, 40 km deep
+    make_seas.py bp6 OUT.h5 --cell 100        BP6-QD: likewise, 40 km around the injection, and OUT_pressure.h5 for -fault_pore_pressure
+
+What is the same in all cells is in examples/seas_bp5.opts, seas_bp1.opts and seas_bp6.opts. A cell of BP5 has the parameters of its centre.
+"""
+
+import argparse
+import os
+import sys
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "output"))
+from slipstep_modules import need
+
+need("h5py", "numpy")
+import h5py
+import numpy as np
+from slipstep_seas import ORIGIN, STOP, pressure
+
+DEPTH, STRIKE = 40e3, 100e3  # of the faults, and of BP5 [m]
+END = 2 * 3.15576e7  # of the record of pressure [s]: the benchmark's two years
+
+
+def centres(length, cell):
+    return (np.arange(round(length / cell)) + 0.5) * cell
+
+
+def bp5(cell):
+    """a = 0.004 in the core |x| < 30 km, 4 km < z < 16 km, 0.04 beyond a transition of 2 km; the patch at the western end of the core
+    begins at 0.03 m/s and has a shorter d_c. theta = d_c/(1e-9 m/s) everywhere."""
+    x, z = np.meshgrid(centres(STRIKE, cell) - STRIKE / 2, centres(DEPTH, cell))
+    share = np.clip(np.maximum(abs(z - 10e3) - 6e3, abs(x) - 30e3) / 2e3, 0, 1)
+    patch = (x > -30e3) & (x < -18e3) & (z > 4e3) & (z < 16e3)
+    slip = np.where(patch, 0.13, 0.14)
+    return {"friction_a": (0.004 + share * 0.036, "1"), "friction_slip": (slip, "m"),
+            "initial_rate": (np.where(patch, 0.03, 1e-9), "m/s"), "initial_state": (slip / 1e-9, "s")}
+
+
+def bp1(cell):
+    """a = 0.010 above 15 km, 0.025 below 18 km, linear between."""
+    z = centres(DEPTH, cell)[:, None]
+    return {"friction_a": (np.interp(z, [15e3, 18e3], [0.010, 0.025]), "1")}
+
+
+def bp6(cell):
+    """Uniform: what varies is the pressure."""
+    return {"friction_a": (np.full((round(DEPTH / cell), 1), 0.007), "1")}
+
+
+def record():
+    """Times [s] of the record, which is linear between: dense where the pressure goes as a root of time."""
+    return np.unique(np.concatenate([STOP * np.linspace(0, 1, 201) ** 2, STOP + (END - STOP) * np.linspace(0, 1, 301) ** 2]))
+
+
+MAKE = {"bp1": bp1, "bp5": bp5, "bp6": bp6}
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("benchmark", choices=sorted(MAKE))
+    parser.add_argument("output", metavar="OUT.h5")
+    parser.add_argument("--cell", type=float, required=True, metavar="M", help="side of the cells, in depth [m]")
+    a = parser.parse_args()
+    # edges of cells are where the properties of BP5 change
+    unit = 1e3 if a.benchmark == "bp1" else 4e3
+    if not a.cell > 0 or abs(unit / a.cell - round(unit / a.cell)) > 1e-9:
+        parser.error(f"--cell is {a.cell:g} m, expected {unit:g} m or a whole part of it, as {unit / 2:g} or {unit / 4:g}")
+    return a
+
+
+def main():
+    a = arguments()
+    made = MAKE[a.benchmark](a.cell)
+    try:
+        with h5py.File(a.output, "w") as file:
+            for name, (values, unit) in made.items():
+                file[name] = values
+                file[name].attrs["units"] = unit
+    except OSError as error:
+        sys.exit(f"make_seas.py: {a.output}: {error}")
+    if a.benchmark == "bp6":
+        z, times = centres(DEPTH, a.cell) - ORIGIN["bp6"], record()
+        with h5py.File(os.path.splitext(a.output)[0] + "_pressure.h5", "w") as file:
+            file["time"] = times
+            file["pressure"] = np.array([pressure(z, t) for t in times])[:, :, None]
+    rows, columns = made["friction_a"][0].shape
+    print(columns, rows)
+
+
+if __name__ == "__main__":
+    main()

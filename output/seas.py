@@ -1,0 +1,214 @@
+#!/usr/bin/env python3
+"""The files of a SEAS benchmark from a run of it, and a picture: how often it breaks beside what other codes have found.
+
+    output/seas.py bp5 RUN.h5 CATALOGUE.h5 [--folder DIR] [--figure OUT.png]
+    output/seas.py bp1 RUN.h5 CATALOGUE.h5
+    output/seas.py bp6 RUN.h5 CATALOGUE.h5
+
+bp5: fltst_strk*dp*.txt, global.dat, rupture.dat; bp1: fltst_dp*, slip.dat; bp6: fltst_strk*, global.dat, slip.dat. slipstep_seas.py says
+what is in them. examples/seas_bp5.sh, seas_bp1.sh and seas_bp6.sh make the runs.
+"""
+
+import argparse
+import os
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from slipstep_modules import need
+
+need("h5py", "numpy", "matplotlib")
+import numpy as np
+from matplotlib.colors import LogNorm
+from matplotlib.ticker import MaxNLocator
+from slipstep_catalogue import Catalogue
+from slipstep_cumulative import Course, draw_cumulative
+from slipstep_events import Events
+from slipstep_fields import KINDS, RUPTURE_RATE
+from slipstep_maps import Span, colour_bar, planes_of
+from slipstep_output import OutputError, Run
+from slipstep_panels import RED, REFERENCE, RUN_STYLES, log_scale, plt, save, use_style
+from slipstep_seas import BENCHMARKS, DAY, FRONT_RATE, ORIGIN, STOP, cycles, first_event, front, name_of, pressure, write_files
+from slipstep_spacetime import Line
+from slipstep_time import YEAR
+
+# Recurrence [years] once cycles repeat, of boundary-element codes, as github.com/thwbecker/interact has found and compared it: BP5 with cells
+# of 1 km, BP1 with cells of 25 to 100 m
+PUBLISHED = {"bp5": (235.4, "other codes: 235.4 years"), "bp1": (78.2, "other codes: 78.2 years")}
+STEADY = 2  # intervals that the start still shows in: the later ones are averaged
+SNAPSHOTS = (5, 10, 25, 50, 100, 200, 400, 730)  # days, of BP6
+SHOWN = 600 * YEAR  # of BP1's cumulative slip
+
+
+def intervals(events):
+    """Years from each cycle's event to the next."""
+    return np.diff(events["onset"][cycles(events)]) / YEAR
+
+
+def recurrence(events):
+    """Mean of the intervals that repeat [years]; nan where there are none."""
+    later = intervals(events)[STEADY:]
+    return later.mean() if len(later) else np.nan
+
+
+def summary(events):
+    """What is compared with other codes, a line each."""
+    repeated = recurrence(events)
+    first = cycles(events)
+    yield f"cycles: {len(first)}, the first from {events['onset'][0] / YEAR:.3f} years on"
+    if len(first) > 1:
+        yield f"first interval: {intervals(events)[0]:.3f} years"
+    if np.isfinite(repeated):
+        yield f"recurrence from cycle {STEADY + 1} on: {repeated:.3f} years"
+    for name, scale, unit, digits in (("peak_slip_rate", 1, "m/s", 3), ("mean_slip", 1, "m", 3), ("stress_drop", 1e-6, "MPa", 3), ("moment", 1, "N m", 4)):
+        values = scale * events[name][first]
+        yield f"{name.replace('_', ' ')}: {values[0]:.{digits}g} {unit} first, {values[-1]:.{digits}g} {unit} last"
+    duration = (events["end"] - events["onset"])[first]
+    yield f"above {RUPTURE_RATE:g} m/s for {duration[0]:.0f} s first, {duration[-1]:.0f} s last"
+
+
+def draw_rate(axes, run, events):
+    time = run.series["time"] / YEAR
+    axes.plot(time, run.series["max_slip_rate"], color=RUN_STYLES[0]["color"], linewidth=0.9)
+    axes.axhline(RUPTURE_RATE, color=RED, linewidth=0.8, linestyle=(0, (4, 2)), label="an event is faster")
+    axes.set(title=f"Largest slip rate: {len(cycles(events))} cycles", xlabel="time (years)", ylabel="m/s", xlim=(0, time[-1]))
+    log_scale(axes)
+    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.12))
+
+
+def draw_recurrence(axes, events, benchmark):
+    years = intervals(events)
+    number = np.arange(1, len(years) + 1)
+    value, label = PUBLISHED[benchmark]
+    axes.axhline(value, color=REFERENCE, linewidth=3.5, alpha=0.7, label=label)
+    repeated = recurrence(events)
+    axes.plot(number, years, **{**RUN_STYLES[0], "linestyle": "", "markersize": 6}, markeredgewidth=0,
+              label=f"SlipStep: {repeated:.2f} years" if np.isfinite(repeated) else "SlipStep")
+    reach = max(0.02 * value, 1.15 * abs(years - value).max()) if len(years) else 0.02 * value
+    axes.set(title="From one event to the next", xlabel="interval", ylabel="years", xlim=(0.5, max(len(years), 1) + 0.5), ylim=(value - reach, value + reach))
+    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.legend(loc="best")
+
+
+def draw_front(canvas, axes, run, events):
+    """The rupture front of the first event, over the slip at its end."""
+    plane, = planes_of(run)
+    window = first_event(events)
+    slip = np.asarray(run.field_at("slip", window[1])[1])
+    norm = Span().see(slip).norm(KINDS["slip"])
+    artist = plane.draw(axes, plane.values(slip), norm, KINDS["slip"].colours)
+    broke = plane.values(front(run, window))
+    if np.isfinite(broke).any():
+        plane.contour(axes, broke, np.arange(5, np.nanmax(broke), 5))
+    plane.frame(axes)
+    axes.set(title=f"First event: when {FRONT_RATE:g} m/s was reached (s)", xlabel="along strike (km)")
+    colour_bar(canvas, artist, norm, "slip (m)", ax=axes, location="bottom", shrink=0.8, aspect=30, pad=0.02)
+
+
+def draw_slip(axes, benchmark, run, events):
+    """Cumulative slip: of BP5 at a depth of 10 km, of BP1 over depth for the first cycles."""
+    plane, = planes_of(run)
+    pairs = np.stack([events["onset"], events["end"]], axis=1)
+    if benchmark == "bp5":
+        draw_cumulative(axes, Course(run, Line(plane, "strike", 10.0), "slip", None, 10.0), pairs)
+        return
+    course = Course(run, Line(plane, "depth"), "slip", 5 * YEAR, 10.0)
+    draw_cumulative(axes, course, pairs)
+    shown = min(SHOWN, course.times[-1])
+    axes.set(xlim=(0, 1.03 * course.values[course.times <= shown].max()))
+    axes.set_title(f"Cumulative slip, {shown / YEAR:.0f} years", pad=22)
+    axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
+
+
+def injection_summary(run):
+    """Of BP6, a line each."""
+    time, rate = run.series["time"], run.series["max_slip_rate"]
+    times, slip = run.field("slip")
+    middle = slip.shape[1] // 2
+    yield f"largest slip rate: {rate.max():.4g} m/s at {time[rate.argmax()] / DAY:.2f} days"
+    for days in (STOP / DAY, times[-1] / DAY):
+        if days <= times[-1] / DAY * (1 + 1e-9):
+            yield f"slip at the injection after {days:.4g} days: {np.interp(days * DAY, times, slip[:, middle, 0]):.5f} m"
+
+
+def injection_figure(run):
+    """BP6: pressure and slip at some times, and the slip rate over all, with lines of equal pressure."""
+    use_style()
+    canvas = plt.figure(figsize=(11, 10), layout="constrained")
+    grid = canvas.add_gridspec(2, 2, height_ratios=(3, 4))
+    times, slip = run.field("slip")
+    rates = run.field("slip_rate")[1][:, :, 0]
+    z = (run.axes[1] - ORIGIN["bp6"]) / 1e3
+    chosen = [days for days in SNAPSHOTS if days * DAY <= times[-1]]
+    colours = plt.get_cmap("viridis")(np.linspace(0, 0.92, len(chosen)))
+    left, right = canvas.add_subplot(grid[0, 0]), canvas.add_subplot(grid[0, 1])
+    for days, colour in zip(chosen, colours):
+        left.plot(z, pressure(1e3 * z, days * DAY) / 1e6, color=colour, label=f"{days} days")
+        right.plot(z, [np.interp(days * DAY, times, column) for column in slip[:, :, 0].T], color=colour)
+    left.set(title="Pore pressure", ylabel="MPa")
+    right.set(title="Slip", ylabel="m")
+    left.legend(fontsize=9)
+    reach = 1.3 * abs(z[slip[-1, :, 0] > 1e-3]).max(initial=1.0)
+    for axes in (left, right):
+        axes.set(xlabel="distance from the injection (km)", xlim=(-reach, reach))
+    axes = canvas.add_subplot(grid[1, :])
+    norm = LogNorm(1e-13, rates.max())
+    image = axes.pcolormesh(times / DAY, z, np.maximum(rates, 1e-13).T, norm=norm, cmap="magma", shading="nearest", rasterized=True)
+    p = np.array([pressure(1e3 * z, t) for t in times]) / 1e6
+    lines = axes.contour(times / DAY, z, p.T, levels=[0.1, 0.8, 2, 4], colors="white", linewidths=0.9)
+    axes.clabel(lines, fmt="%g MPa", fontsize=8)
+    axes.axvline(STOP / DAY, color="white", linestyle=(0, (4, 2)), linewidth=0.9)
+    axes.set(title="Slip rate, with lines of equal pore pressure; dashed: end of the injection", xlabel="time (days)",
+             ylabel="distance from the injection (km)", ylim=(-reach, reach))
+    axes.grid(False)
+    colour_bar(canvas, image, norm, "slip rate (m/s)", ax=axes, pad=0.01, aspect=25)
+    canvas.suptitle(f"SEAS {name_of('bp6', run)}, cells of {np.diff(run.axes[1])[0]:g} m: {run.title}")
+    return canvas
+
+
+def figure(benchmark, run, events):
+    use_style()
+    rows = (2.6, 3.4, 5.0) if benchmark == "bp5" else (2.6, 6.0)
+    canvas = plt.figure(figsize=(11, sum(rows)), layout="constrained")
+    grid = canvas.add_gridspec(len(rows), 2, height_ratios=rows, width_ratios=(1, 1.5))
+    draw_rate(canvas.add_subplot(grid[0, :]), run, events)
+    draw_recurrence(canvas.add_subplot(grid[1, 0]), events, benchmark)
+    if benchmark == "bp5":
+        draw_front(canvas, canvas.add_subplot(grid[1, 1]), run, events)
+    draw_slip(canvas.add_subplot(grid[2, :] if benchmark == "bp5" else grid[1, 1]), benchmark, run, events)
+    canvas.suptitle(f"SEAS {name_of(benchmark, run)}, cells of {np.diff(run.axes[1])[0]:g} m: {run.title}")
+    return canvas
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("benchmark", choices=sorted(BENCHMARKS))
+    parser.add_argument("run", metavar="RUN", help="output file of the run")
+    parser.add_argument("catalogue", metavar="CATALOGUE", help="file of its -fault_catalogue")
+    parser.add_argument("--folder", metavar="DIR", help="where the benchmark's files go, default RUN without .h5")
+    parser.add_argument("--figure", metavar="PNG", help="file to write, default RUN with .png; its ending chooses the format")
+    return parser.parse_args()
+
+
+def main():
+    options = arguments()
+    stem = os.path.splitext(options.run)[0]
+    target = options.figure or stem + ".png"
+    try:
+        injection = options.benchmark == "bp6"  # which has no events
+        run, events = Run(options.run), (Catalogue if injection else Events)(options.catalogue)
+        run.warn("seas.py")
+        if run.planes or len(run.axes[1]) < 2:
+            raise OutputError(f"{run.path}: expected a run on a grid, with two rows of cells at least")
+        paths = write_files(options.benchmark, run, events, options.folder or stem)
+        canvas = injection_figure(run) if injection else figure(options.benchmark, run, events)
+        save(canvas, target) if target.endswith(".png") else canvas.savefig(target)
+    except (OutputError, OSError, ValueError) as error:
+        sys.exit(f"seas.py: {error}")
+    for line in injection_summary(run) if injection else summary(events):
+        print(line)
+    print(f"Files: {len(paths)} in {os.path.dirname(paths[0])}")
+    print(f"Figure: {target}")
+
+
+if __name__ == "__main__":
+    main()

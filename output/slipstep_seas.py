@@ -1,0 +1,201 @@
+"""Files of the benchmarks of SEAS, Sequences of Earthquakes and Aseismic Slip (strike.scec.org/cvws/seas), from the output of a run.
+
+The benchmarks are described by Jiang and Erickson (2020), SEAS Benchmark Problems BP5-QD and BP5-FD, in the supplement of Jiang et al. (2022),
+doi:10.1029/2021JB023519; Erickson and Jiang (2018), SEAS Benchmark Problem BP1-QD; and for BP6-QD by SEAS_BP6_Nov18.pdf (Lambert et al. 2025).
+Files, columns, units and headers are those that public codes write for them: HBI, EQquasi, TriBIE, Thrase.jl.
+
+Lines of a header begin with #, then comes a line with the names of the columns, then rows of numbers: times in s, slips in m, slip rates as
+log10 of m/s, stresses in MPa, states as log10 of s. The component that no fault of ours slips along has the rate NOTHING.
+"""
+
+import math
+import os
+
+import numpy as np
+
+from slipstep_fields import Fields, rupture_times
+from slipstep_output import OutputError, _plain
+
+NOTHING = 1e-30  # m/s
+FRONT_RATE = 0.1  # m/s: a cell of BP5 breaks when it is that fast first
+PAUSE = 3.15576e7  # s: events that begin earlier after the one before belong to it, as a rupture may pause
+NEVER = 1e9  # s: the time of cells that do not break
+ORIGIN = {"bp5": 50e3, "bp6": 20e3}  # where BP5's x2 and BP6's z are 0 [m], along strike and in depth
+DAY = 86400.0
+# BP6: hydraulic diffusivity [m^2/s], compressibility [1/Pa], porosity, flux [m/s], its end [s]
+ALPHA, BETA, PHI, FLUX, STOP = 0.1, 1e-8, 0.1, 1.25e-6, 100 * DAY
+
+COLUMNS = {"t": "Time (s)", "slip": "Slip (m)", "slip_2": "Slip_2 (m)", "slip_3": "Slip_3 (m)", "slip_rate": "Slip rate (log10 m/s)",
+           "slip_rate_2": "Slip_rate_2 (log10 m/s)", "slip_rate_3": "Slip_rate_3 (log10 m/s)", "shear_stress": "Shear stress (MPa)",
+           "shear_stress_2": "Shear_stress_2 (MPa)", "shear_stress_3": "Shear_stress_3 (MPa)", "pore_pressure": "Pore pressure (MPa)",
+           "darcy_vel": "Darcy velocity (m/s)", "state": "State (log10 s)", "max_slip_rate": "Max_slip_rate (log10 m/s)",
+           "moment_rate": "Moment_rate (N-m/s)", "moment_density_rate": "Moment density rate (N/s)", "x2": "Position along strike (m)", "x3": "Depth (m)"}
+# Names, and the columns of the files of stations
+BENCHMARKS = {
+    "bp1": {"name": "BP1-QD", "station": ("t", "slip", "slip_rate", "shear_stress", "state")},
+    "bp5": {"name": "BP5-QD", "station": ("t", "slip_2", "slip_3", "slip_rate_2", "slip_rate_3", "shear_stress_2", "shear_stress_3", "state")},
+    "bp6": {"name": "BP6-QD-A", "station": ("t", "slip", "slip_rate", "shear_stress", "pore_pressure", "darcy_vel", "state")},
+}
+erfc = np.vectorize(math.erfc, otypes=[float])
+
+
+def scaled(z, t):
+    """|z| over sqrt(4 ALPHA t); before the start so large that nothing of the pressure is there."""
+    return np.where(t > 0, np.abs(z) / np.sqrt(4 * ALPHA * np.where(t > 0, t, 1)), 1e3)
+
+
+def pressure(z, t):
+    """Of BP6 [Pa] at distances z [m] from the injection, which has a constant flux until STOP: the solution of diffusion on a line."""
+    def spread(t):
+        x = scaled(z, t)
+        return np.sqrt(np.maximum(t, 0)) * (np.exp(-x * x) / math.sqrt(math.pi) - x * erfc(x))
+
+    return FLUX / (BETA * PHI * math.sqrt(ALPHA)) * (spread(t) - spread(t - STOP))
+
+
+def darcy(z, t):
+    """Its flux [m/s], - ALPHA BETA PHI dp/dz: half of the injection's goes to each side."""
+    return FLUX / 2 * np.sign(z) * (erfc(scaled(z, t)) - erfc(scaled(z, t - STOP)))
+
+
+def name_of(benchmark, run):
+    """As the benchmark calls itself: BP6 has a letter for each law of the state."""
+    slip = "-fault_state_law slip" in run.run.get("options", "")
+    return "BP6-QD-S" if benchmark == "bp6" and slip else BENCHMARKS[benchmark]["name"]
+
+
+def log_rate(rate):
+    """What is locked may creep at 1e-40 m/s; a rate of 0 counts as the least number."""
+    return np.log10(np.maximum(np.abs(rate), np.finfo(float).tiny))
+
+
+def stations_of(run):
+    """Of -fault_stations, in their order: dicts of arrays, one value per accepted step, and of x, z, cell_x, cell_z [m]."""
+    with run._open() as file:
+        group = file.get("stations")
+        if group is None or not len(group):
+            raise OutputError(f"{run.path}: no /stations; run with -fault_stations, as the benchmark's options file has them")
+        rows = len(run.series["time"])
+        found = []
+        for k in range(len(group)):
+            station = {key: _plain(value) for key, value in group[str(k)].attrs.items()}
+            station.update((key, data[:rows]) for key, data in group[str(k)].items())
+            if _plain(group[f"{k}/state"].attrs["units"]) != "s":
+                raise OutputError(f"{run.path}: the state of its stations is not a time: expected a run with -fault_friction_law rate_and_state")
+            found.append(station)
+    return found
+
+
+class Writer:
+    """Files of one run in a folder.
+
+    paths   of the files so far
+    """
+
+    def __init__(self, benchmark, run, events, folder):
+        self.benchmark, self.run, self.events, self.folder, self.paths = benchmark, run, events, folder, []
+        os.makedirs(folder, exist_ok=True)
+
+    @property
+    def side(self):
+        """Side of a cell, in depth [m]."""
+        z = self.run.axes[1]
+        return z[1] - z[0]
+
+    def write(self, name, columns, rows, location="", notes=(), steps=True, more=()):
+        """Rows [n, columns]; more: lines of numbers that come before them."""
+        path = os.path.join(self.folder, name)
+        time = self.run.series["time"]
+        lines = ["This is the file header:", f"problem=SEAS Benchmark {name_of(self.benchmark, self.run)}",
+                 f"code=SlipStep {self.run.run.get('slipstep_version', '')}".rstrip(), f"element_size={self.side:g} m"]
+        if steps and len(time) > 1:
+            lines += [f"minimum_time_step={np.diff(time).min():.4g}", f"maximum_time_step={np.diff(time).max():.4g}", f"num_time_steps={len(time)}"]
+        lines += [f"location={location}"] if location else []
+        lines += [*notes, *(f"Column #{k + 1} = {COLUMNS[column]}" for k, column in enumerate(columns)), "The line below lists the names of the data fields"]
+        with open(path, "w", encoding="ascii") as file:
+            file.write("".join(f"# {line}\n" for line in lines) + " ".join(columns) + "\n# Here is the data.\n")
+            for row in more:
+                file.write(row + "\n")
+            fmt = ["%.15e" if column in ("t", "x2", "x3") else "%.8e" for column in columns]
+            np.savetxt(file, rows, fmt=fmt + ["%.8e"] * (rows.shape[1] - len(columns)))
+        self.paths.append(path)
+        return path
+
+    def station(self, station):
+        """One file. The traction of a run resists slip: the benchmark's shear stress is its negative. BP5's have x2 and x3 in whole km in
+        their names, BP1's and BP6's the depth in tenths of a km."""
+        wanted = BENCHMARKS[self.benchmark]["station"]
+        values = {"t": station["time"], "slip": station["slip"], "slip_rate": log_rate(station["slip_rate"]), "shear_stress": -station["traction"] / 1e6,
+                  "state": np.log10(station["state"])}
+        none = np.zeros(len(station["time"]))
+        values.update({"slip_2": values["slip"], "slip_3": none, "slip_rate_2": values["slip_rate"], "slip_rate_3": none + np.log10(NOTHING),
+                       "shear_stress_2": values["shear_stress"], "shear_stress_3": none})
+        x, z = station["cell_x"] - ORIGIN["bp5"], station["cell_z"] - (ORIGIN["bp6"] if self.benchmark == "bp6" else 0)
+        if "pore_pressure" in wanted:
+            values.update(pore_pressure=pressure(z, station["time"]) / 1e6, darcy_vel=darcy(z, station["time"]))
+        own = f"x2 = {x:g} m, x3 = {z:g} m" if self.benchmark == "bp5" else f"z = {z:g} m"
+        notes = ["Slip along strike only: component 3 has no slip and no stress, and the rate 1e-30 m/s"] if "slip_3" in wanted else []
+        self.write(self.station_name(station), wanted, np.stack([values[column] for column in wanted], axis=1),
+                   f"on fault, centre of the cell that has the station: {own}", notes)
+
+    def station_name(self, station):
+        x, z = station["x"], station["z"]
+        if self.benchmark == "bp5":
+            return f"fltst_strk{(x - ORIGIN['bp5']) / 1e3:+03.0f}dp{z / 1e3:+03.0f}.txt"
+        return f"fltst_strk{(z - ORIGIN['bp6']) / 100:+03.0f}" if self.benchmark == "bp6" else f"fltst_dp{z / 100:03.0f}"
+
+    def totals(self):
+        """global.dat: the moment rate is that of the whole fault, of BP6 over its length along strike."""
+        series, fault = self.run.series, self.events.attributes
+        rate = "moment_rate" if self.benchmark == "bp5" else "moment_density_rate"
+        moment = fault["shear_modulus"] * fault["fault_area"] * series["mean_slip_rate"] / (1 if self.benchmark == "bp5" else fault["length_x"])
+        self.write("global.dat", ("t", "max_slip_rate", rate), np.stack([series["time"], log_rate(series["max_slip_rate"]), moment], axis=1), "frictional domain")
+
+    def rupture(self, window):
+        """rupture.dat: when each cell was first faster than FRONT_RATE, of the first event."""
+        broke = front(self.run, window)
+        x, z = np.meshgrid(*self.run.axes)
+        rows = np.stack([x - ORIGIN["bp5"], z, np.nan_to_num(broke, nan=NEVER)], axis=-1).reshape(-1, 3)
+        self.write("rupture.dat", ("x2", "x3", "t"), rows, "", [f"First event: when a cell is first faster than {FRONT_RATE:g} m/s; {NEVER:g} where it never is"],
+                   steps=False)
+
+    def profiles(self):
+        """slip.dat: a row with two zeros and the depths [m], then time, largest slip rate and slip at each depth."""
+        slip, rate = Fields(self.run, "slip"), Fields(self.run, "slip_rate")
+        rows = [np.column_stack([slip.times[at], log_rate(rates).reshape(len(at), -1).max(axis=1), slips.reshape(len(at), -1)])
+                for (at, slips), (_, rates) in zip(slip.chunks(), rate.chunks())]
+        z = self.run.axes[1] - (ORIGIN["bp6"] if self.benchmark == "bp6" else 0)
+        depths = " ".join(f"{place:.8e}" for place in (0, 0, *z))
+        self.write("slip.dat", ("t", "max_slip_rate", "slip"), np.concatenate(rows), "on fault",
+                   ["First line of data: 0, 0 and depths (m) of the slips", "Columns from #3 on: slip at these depths"], steps=False, more=[depths])
+
+
+def front(run, window):
+    """Times [Nz, Nx] when cells first pass FRONT_RATE in a window, nan where they do not."""
+    return rupture_times(Fields(run, "slip_rate", window), FRONT_RATE)
+
+
+def cycles(events):
+    """Number of the largest event of each cycle."""
+    apart = np.append(True, events["onset"][1:] - events["end"][:-1] > PAUSE)
+    cycle = np.cumsum(apart)
+    return np.array([np.flatnonzero(cycle == k)[np.argmax(events["moment"][cycle == k])] for k in range(1, cycle[-1] + 1)])
+
+
+def first_event(events):
+    """From the start to the end of the first cycle's largest event [s]"""
+    return 0.0, events["end"][cycles(events)[0]] + 1.0
+
+
+def write_files(benchmark, run, events, folder):
+    """All files of a benchmark; their paths."""
+    writer = Writer(benchmark, run, events, folder)
+    for station in stations_of(run):
+        writer.station(station)
+    if benchmark != "bp1":
+        writer.totals()
+    if benchmark == "bp5":
+        writer.rupture(first_event(events))
+    else:
+        writer.profiles()
+    return writer.paths
