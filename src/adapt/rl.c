@@ -34,6 +34,23 @@ static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A policy may have been trained with a tolerance that follows the dial; -ts_rtol goes before. */
+static PetscErrorCode SetTolerance_RL(TSAdapt adapt, TS ts)
+{
+  const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
+  PetscReal factor, power;
+  PetscBool follows, powered, given;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_RTOL_FACTOR, &factor, &follows));
+  PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_RTOL_POWER, &power, &powered));
+  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, ((PetscObject)ts)->prefix, "-ts_rtol", &given));
+  if (!follows || given) PetscFunctionReturn(PETSC_SUCCESS);
+  factor *= PetscPowReal(rl->observer.run.accuracy, powered ? power : 0);
+  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, factor, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A solve begins: the state of now is the start. */
 static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
 {
@@ -52,6 +69,7 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   } else {
     PetscCall(SlipPolicyGetFile(rl->policy, &source));
     PetscCall(SlipPolicyIsRelative(rl->policy, &rl->relative));
+    PetscCall(SetTolerance_RL(adapt, ts));
     PetscCall(SlipPolicyGetStepBounds(rl->policy, o->run.tstar, o->run.max_time, &o->run.dt_min, &o->run.dt_max));
   }
   PetscCall(SlipObserverFindRows(o, rl->n, rl->seen, source));

@@ -1,7 +1,10 @@
 /* Rate-and-state friction without inertia as an explicit TS: tolerances, right-hand side, and what follows a step. */
 #include <slipstep/private/slipfault.h>
+#include <slipadapt.h>
+#include <slippolicy.h>
 
 #define EXPLICIT_RTOL 1e-4       /* default tolerance, as other codes have it */
+#define EXPLICIT_ACCURACY 1e-3   /* default dial of the policy for cycles, in recurrences */
 #define EXPLICIT_FIRST_STEP 0.01 /* over the time in which the fastest cell slips its d_c */
 
 /* |e_u| <= rtol d_c and |e_s| <= rtol in every cell, whatever the size of u and s: the friction of a cell changes with
@@ -104,22 +107,34 @@ PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The explicit problem, for Runge-Kutta pairs */
+/* Adams' formulas, their steps by the policy for cycles where it is there; other integrators have controllers of their own. */
+static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
+{
+  char file[PETSC_MAX_PATH_LEN];
+  PetscBool found;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyFindDefault(fault->comm, "cycles", file, sizeof(file), &found));
+  PetscCall(TSSetType(ts, TSADAMS));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, found ? TSADAPTRL : TSADAPTBASIC));
+  PetscCall(TSAdaptRLSetAccuracy(adapt, EXPLICIT_ACCURACY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The explicit problem */
 PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
 {
   const PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
   PetscReal time = PETSC_MAX_REAL;
-  TSAdapt adapt;
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < fault->n; i++)
     if (rate[i] != 0) time = PetscMin(time, slip[i] / PetscAbsReal(rate[i]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &time, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
-  PetscCall(TSSetType(ts, TSRK));
-  PetscCall(TSRKSetType(ts, TSRK3BS));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, TSADAPTBASIC));
+  PetscCall(ChooseIntegrator(fault, ts));
   PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
   PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));
   PetscCall(SetTolerances(fault, ts, EXPLICIT_RTOL));
