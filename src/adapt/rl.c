@@ -494,6 +494,7 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(TSAdaptReset_RL(adapt));
+  SlipAdaptLeave(adapt, &rl->heuristic.base);
   PetscCall(Compose_RL(adapt, PETSC_FALSE));
   PetscCall(SlipPolicyDestroy(&rl->policy));
   PetscCall(PetscFree2(rl->seen, rl->obs));

@@ -173,7 +173,7 @@ static void keeps_dial(void **state)
   ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
   ok(SlipPolicyLoad(p, file));
   for (uint64_t seed = 1; seed < 3; seed++) {
-    const PetscReal dial[] = {5e-3, 5e-4};
+    const PetscReal dial[] = {1e-3, 3e-4};
     CycleEpisode e;
     CycleResult r;
 
@@ -238,10 +238,36 @@ static void is_found(void **state)
   }
 }
 
+/* The default of the law, and that options which choose another controller find PETSc's safety factors, not rl's */
+static void is_default(void **state)
+{
+  SlipFault fault = fault_of(1e-6);
+  PetscReal safety, reject, accuracy;
+  PetscBool is;
+  TSAdapt adapt;
+  TS ts;
+
+  (void)state;
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipFaultConfigureTS(fault, ts));
+  ok(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &is));
+  assert_true(is);
+  ok(TSGetAdapt(ts, &adapt));
+  ok(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &is));
+  assert_true(is);
+  ok(TSAdaptRLGetAccuracy(adapt, &accuracy));
+  assert_true(accuracy == (PetscReal)1e-3);
+  ok(TSAdaptSetType(adapt, TSADAPTBASIC));
+  ok(TSAdaptGetSafety(adapt, &safety, &reject));
+  assert_true(safety == (PetscReal)0.9 && reject == (PetscReal)0.5);
+  ok(TSDestroy(&ts));
+  ok(SlipFaultDestroy(&fault));
+}
+
 static int StartPackage(void **state)
 {
   (void)state;
   return (int)SlipStepInitializePackage();
 }
 
-SLIP_TESTS_WITH(StartPackage, NULL, relaxation, stability, keeps_dial, is_found)
+SLIP_TESTS_WITH(StartPackage, NULL, relaxation, stability, keeps_dial, is_found, is_default)

@@ -13,7 +13,7 @@ enum { TRAIN_STREAM, VALID_STREAM, GENERATION_STREAM };
 enum { UNITS = 3, DIALS = 3 };
 #define RATIO_MAX 10                              /* of steps, as basic's limits */
 static const PetscReal Dial[2] = {1e-4, 1e-2};    /* range of the training */
-static const PetscReal Trusted[2] = {1e-4, 2e-3}; /* and of the file: beyond, coarser faults than these lose events */
+static const PetscReal Trusted[2] = {1e-4, 1e-3}; /* and of the file: beyond, coarser faults than these lose events */
 static const PetscReal Judged[DIALS] = {3e-4, 1e-3, 5e-3}; /* of the validation */
 
 /* What is observed, scaled and shifted, and the start: the elementary controller's ratio of steps by the error, and that to
@@ -116,7 +116,7 @@ static PetscErrorCode OptionsSet(MPI_Comm comm, CyclesOptions *o)
 
   PetscFunctionBegin;
   *o = (CyclesOptions){
-    .episodes = 16, .batch = 6, .validation = 8, .population = 12, .generations = 60, .interval = 5, .sigma = 0.04};
+    .episodes = 16, .batch = 6, .validation = 8, .population = 12, .generations = 25, .interval = 5, .sigma = 0.04};
   PetscOptionsBegin(comm, NULL, "Training the policy for cycles by CMA-ES", "train");
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   PetscCall(
