@@ -522,6 +522,9 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   followed by one of 0.9 h at most, or 0.5 h when the one before was rejected too, a failed solve by h/2, and the
   first step is the TS's own. Where PETSc shortens the step after a failed solve, it does not grow for four attempts.
 
+  A policy with the attribute rtol_factor was trained with a tolerance that follows the dial a: -ts_rtol is rtol_factor
+  a^rtol_power unless the option is given.
+
   With a TS other than bathe, failed solves stay PETSc's business (-ts_adapt_scale_solve_failed), the residual counts as
   0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.
 

@@ -12,12 +12,17 @@ import argparse
 import os
 import re
 import subprocess
+import sys
 import tempfile
 
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(ROOT, "output"))
+from slipstep_modules import need
+
+need("h5py", "numpy")
 import h5py
 import numpy as np
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 YEAR = 3.15576e7
 COMMON = {"fault_friction_law": "rate_and_state", "fault_normal_stress_gradient": 0, "fault_loading_rate": 1e-9, "fault_shear_modulus": 32.03812e9,
           "fault_density": 2670}
@@ -69,7 +74,9 @@ def run(program, folder, fault, options):
                "-fault_output_overwrite", "-fault_progress", "no", "-log_view", ":" + log, *options]
     for name, value in {**COMMON, **numbers}.items():
         command += ["-" + name, value]
-    if subprocess.run([str(word) for word in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=600).returncode:
+    try:
+        subprocess.run([str(word) for word in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=120, check=True)
+    except subprocess.SubprocessError:  # of one that a controller has driven into the wall as well
         return None
     with h5py.File(catalogue) as f:
         onset = f["onset"][()] / YEAR
