@@ -71,6 +71,13 @@ PETSC_EXTERN void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt 
 PETSC_EXTERN PetscReal SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, PetscReal s0, PetscReal t);
 PETSC_EXTERN PetscReal SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v);
 PETSC_EXTERN PetscReal SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscReal mu, PetscReal v);
+/* One cell in a stage of a smooth law: D [Pa s/m] of the stage operator, weight of the reaction, theta [s] and the state
+   that it starts from */
+typedef struct {
+  PetscReal diagonal, omega, theta, s0;
+} SlipFrictionStageCell;
+PETSC_EXTERN PetscReal SlipFrictionStageRate(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c,
+                                             PetscReal load, PetscReal guess, PetscBool *stable);
 /* ratestate.c */
 PETSC_EXTERN void SlipRateAndState(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
                                    PetscReal *dmu_dv);
@@ -135,6 +142,9 @@ static inline PetscReal SlipConeReaction(PetscReal omega, PetscReal x, PetscReal
 PETSC_EXTERN void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
                                   const PetscReal q[], const PetscReal dq[], const PetscReal rho[], PetscReal F[],
                                   PetscReal mask[], PetscReal slope[]);
+PETSC_EXTERN void SlipConeSmooth(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
+                                 const PetscReal q[], const PetscReal dq[], const PetscReal mask[], PetscReal F[],
+                                 PetscReal slope[]);
 PETSC_EXTERN void SlipConeFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal q[],
                                  const PetscReal rho[], PetscReal x[], PetscReal r[]);
 PETSC_EXTERN void SlipConeProject(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],

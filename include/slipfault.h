@@ -23,6 +23,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[
 PETSC_EXTERN PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[]);
 /* Pore pressure p [n] in Pa of the n cells of this process at t [s], in the order of the state */
 typedef PetscErrorCode (*SlipFaultPressureFn)(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx);
+PETSC_EXTERN PetscErrorCode
+SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law); /* a row of one's own; slipcore.h */
 PETSC_EXTERN PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia);
 PETSC_EXTERN PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFaultPressureFn function, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters, critical state */

@@ -179,9 +179,9 @@ static PetscErrorCode SlidersSolveMass(SlipConstraint con, Vec F, Vec k, void *c
 static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal (*entry)(PetscInt, PetscInt, PetscInt),
                                            PetscReal mass, PetscReal eta, Sliders *p)
 {
-  const SlipConstraintOps ops = {SlidersStage, LinearResidual, LinearJacobian,     SlidersBound,     SlidersReduce,
-                                 SlidersLift,  SlidersSmooth,  SlidersAddReaction, SlidersSolveMass, SlidersBoundState,
-                                 NULL};
+  const SlipConstraintOps ops = {
+    SlidersStage,       LinearResidual,   LinearJacobian,    SlidersBound, SlidersReduce, SlidersLift, SlidersSmooth,
+    SlidersAddReaction, SlidersSolveMass, SlidersBoundState, NULL,         NULL,          NULL};
   PetscInt first, last;
 
   PetscFunctionBegin;

@@ -39,6 +39,16 @@ void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const Pet
   }
 }
 
+/* The same where the bound is smooth and nothing sticks: F = g + omega q sign(x), 0 where mask is 0 as x is prescribed there */
+void SlipConeSmooth(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
+                    const PetscReal dq[], const PetscReal mask[], PetscReal F[], PetscReal slope[])
+{
+  for (PetscInt i = 0; i < n; i++) {
+    F[i] = mask[i] != 0 ? g[i] + (x[i] < 0 ? -omega : omega) * q[i] : 0;
+    slope[i] = omega * dq[i];
+  }
+}
+
 /* x becomes exactly zero where it sticks, or slides against its own direction by less than the tolerance; r is its
    reaction */
 void SlipConeFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal q[], const PetscReal rho[],

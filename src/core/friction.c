@@ -9,6 +9,9 @@
 #define WEAK_SLIP 1e30
 #define WEAK_RATE 1e30
 
+/* A step of Newton's method, over the unknown, whose square is below rounding: what is left after it */
+#define NEWTON_ENOUGH 1e-9
+
 enum { FRICTION_REGISTERED = 64, STATE_MAX_IT = 300 };
 
 static void ExponentialSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess,
@@ -71,6 +74,7 @@ const SlipFrictionLaw SlipFrictionLaws[] = {
 static SlipFrictionLaw *registered[FRICTION_REGISTERED];
 static PetscInt nregistered = 0;
 
+/* The rows one after another: the first after NULL, NULL after the last */
 const SlipFrictionLaw *SlipFrictionNext(const SlipFrictionLaw *law)
 {
   if (!law) return SlipFrictionLaws;
@@ -138,15 +142,17 @@ static PetscReal StateRate(const SlipFrictionLaw *law, const SlipFriction *p, Pe
 }
 
 /* The root of s - s0 - theta ds/dt(s), which grows with s, by Newton's method; ds: its derivative with respect to the rate.
-   A step that leaves what brackets the root, one after the residual has grown, and every eighth (far from the root, where
-   an exponential rules, Newton's steps are of length 1) is of bisection. */
+   It is between s0 and the steady state of the rate. A step that leaves what brackets the root, one after the residual has
+   grown, and every eighth (far from the root, where an exponential rules, Newton's steps are of length 1) is of bisection. */
 static PetscReal OwnStateAdvance(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, PetscReal s0,
                                  PetscReal rate, PetscReal *ds)
 {
-  PetscReal s = s0, low = -PETSC_MAX_REAL, high = PETSC_MAX_REAL, before = PETSC_MAX_REAL, f, f_s, f_v;
+  const PetscReal steady = law->steady(p, rate);
+  PetscReal s = s0, low = PetscMin(s0, steady), high = PetscMax(s0, steady), before = PETSC_MAX_REAL, f, f_s, f_v;
 
   for (int it = 0; it < STATE_MAX_IT; it++) {
     PetscReal g, next;
+    PetscBool enough;
 
     law->state(p, s, rate, &f, &f_s, &f_v);
     g = s - s0 - theta * f;
@@ -156,12 +162,13 @@ static PetscReal OwnStateAdvance(const SlipFrictionLaw *law, const SlipFriction 
     else
       low = PetscMax(low, s);
     next = s - g / (1 - theta * f_s);
-    if (low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL &&
+    enough = PetscAbsReal(next - s) <= NEWTON_ENOUGH * PetscMax(PetscAbsReal(s), 1) ? PETSC_TRUE : PETSC_FALSE;
+    if (!enough && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL &&
         (!(next < high && next > low) || PetscAbsReal(g) > before || it % 8 == 7))
       next = 0.5 * (low + high);
     before = PetscAbsReal(g);
-    if (PetscAbsReal(next - s) <= PETSC_MACHINE_EPSILON * PetscMax(PetscAbsReal(s), 1)) break;
     s = next;
+    if (enough) break;
   }
   law->state(p, s, rate, &f, &f_s, &f_v);
   *ds = theta * f_v / (1 - theta * f_s);
@@ -331,4 +338,71 @@ void SlipFrictionBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, 
     v[i] = SlipFrictionBalanceOne(f->law, &p, s[stride * i], f->stress[i], eta, tau[i] / weight);
     if (ds) ds[stride * i] = StateRate(f->law, &p, s[stride * i], PetscAbsReal(v[i]));
   }
+}
+
+/* ---- a stage of one cell of a smooth law ---- */
+
+/* omega w sigma mu + D v - load at the stage's end, and its derivative with respect to ln v */
+static PetscReal StageExcess(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
+                             PetscReal v, PetscReal *slope)
+{
+  const PetscReal strength = c->omega * (f->weight ? f->weight[i] : 1) * f->stress[i];
+  PetscReal mu, ds, dv, ds_dv;
+
+  SlipFrictionStage(f, i, c->theta, c->s0, v, &mu, &ds, &dv, &ds_dv);
+  *slope = (strength * (dv + ds_dv * ds) + c->diagonal) * v;
+  return strength * mu + c->diagonal * v - load;
+}
+
+/* ln v to begin with: that of the guess, if it goes the right way; else of the state that rest would lead to, which
+   leaves the cell stronger than it is, so that this is below the root */
+static PetscReal StageStart(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
+                            PetscReal guess)
+{
+  const SlipFriction p = At(f, i);
+  const PetscReal strength = c->omega * (f->weight ? f->weight[i] : 1) * f->stress[i];
+  PetscReal ds;
+
+  if (guess > 0) return PetscMin(PetscLogReal(guess), PetscLogReal(load / c->diagonal));
+  return PetscLogReal(
+    SlipFrictionBalanceOne(f->law, &p, StateAdvance(f->law, &p, c->theta, c->s0, 0, &ds), strength, c->diagonal, load));
+}
+
+/*
+  SlipFrictionStageRate - the slip rate v of cell i alone at the end of a stage, D v + omega w sigma mu(s(v), |v|) sign(v)
+  = load, of a smooth law
+
+  s(v) = s0 + theta ds/dt is the state there. Newton's method in ln v inside a bracket, from the guess or the rate that it
+  finds itself. Without the state's change friction grows with v, and the root is the only one. With it a long stage
+  can weaken faster than D v grows: then the root next to the guess is taken, and *stable is false where none is at which the
+  sum grows without a fall in between.
+*/
+PetscReal SlipFrictionStageRate(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
+                                PetscReal guess, PetscBool *stable)
+{
+  const PetscReal size = PetscAbsReal(load), sign = load < 0 ? -1 : 1, up = 1, down = 4;
+  PetscReal low = -PETSC_MAX_REAL, high = PETSC_MAX_REAL, x, slope = 1;
+
+  *stable = PETSC_TRUE;
+  if (size == 0 || PetscIsInfOrNanReal(size) || !(f->stress[i] > 0)) return load / c->diagonal;
+  x = StageStart(f, i, c, size, sign * guess);
+  for (int it = 0; it < STATE_MAX_IT; it++) {
+    const PetscReal g = StageExcess(f, i, c, size, PetscExpReal(x), &slope);
+    PetscReal next = slope > 0 ? x - g / slope : x - down;
+    PetscBool enough;
+
+    if (g < 0 && slope <= 0) break;
+    if (g > 0)
+      high = PetscMin(high, x);
+    else
+      low = PetscMax(low, x);
+    next = PetscClipInterval(next, x - down, x + up);
+    enough = PetscAbsReal(next - x) <= NEWTON_ENOUGH * PetscMax(PetscAbsReal(x), 1) ? PETSC_TRUE : PETSC_FALSE;
+    if (!enough && (next <= low || next >= high) && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL)
+      next = 0.5 * (low + high);
+    x = next;
+    if (enough) break;
+  }
+  if (!(slope > 0)) *stable = PETSC_FALSE;
+  return sign * PetscExpReal(x);
 }

@@ -22,6 +22,7 @@ static PetscReal Argument(const SlipFriction *p, PetscReal s, PetscReal v)
   return PetscLogReal(v / (2 * p->reference_rate)) + (p->reference + p->b * s) / p->a;
 }
 
+/* mu and its derivatives (v >= 0): a SlipFrictionFn */
 void SlipRateAndState(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
                       PetscReal *dmu_dv)
 {
@@ -40,6 +41,7 @@ void SlipRateAndState(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal
   *dmu_dv = p->a * share / v;
 }
 
+/* dpsi/dt and its derivatives: a SlipStateFn */
 void SlipRateAndStateRate(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate, PetscReal *drate_ds,
                           PetscReal *drate_dv)
 {
@@ -287,36 +289,42 @@ static inline __attribute__((always_inline)) void SlipLoop(const SlipFrictionCel
   #define VECTOR
 #endif
 
+/* The loops, compiled for several machines */
 VECTOR static void BalanceCells(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
                                 PetscInt stride, const PetscReal s[], PetscReal v[])
 {
   BalanceLoop(f, n, eta, tau, stride, s, v);
 }
 
+/* Of the aging law */
 VECTOR static void AgingCells(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
                               const PetscReal v[], PetscReal ds[])
 {
   AgingLoop(f, n, stride, s, v, ds);
 }
 
+/* Of the slip law */
 VECTOR static void SlipCells(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
                              const PetscReal v[], PetscReal ds[])
 {
   SlipLoop(f, n, stride, s, v, ds);
 }
 
+static PetscReal BalanceCell(const SlipFrictionCells *f, PetscInt i, PetscReal eta, PetscReal tau, PetscReal s)
+{
+  const SlipFriction p = {
+    .a = f->a[i], .b = f->b[i], .reference = f->reference[i], .reference_rate = f->reference_rate};
+
+  return SlipFrictionBalanceOne(f->law, &p, s, f->stress[i], eta, tau / (f->weight ? f->weight[i] : 1));
+}
+
+/* SlipFrictionBalance() of this law */
 void SlipRateAndStateBalance(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
                              PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[])
 {
   BalanceCells(f, n, eta, tau, stride, s, v);
-  for (PetscInt i = 0; i < n; i++) {
-    const SlipFriction p = {
-      .a = f->a[i], .b = f->b[i], .reference = f->reference[i], .reference_rate = f->reference_rate};
-
-    if (v[i] == PETSC_MAX_REAL)
-      v[i] =
-        SlipFrictionBalanceOne(f->law, &p, s[stride * i], f->stress[i], eta, tau[i] / (f->weight ? f->weight[i] : 1));
-  }
+  for (PetscInt i = 0; i < n; i++)
+    if (v[i] == PETSC_MAX_REAL) v[i] = BalanceCell(f, i, eta, tau[i], s[stride * i]);
   if (!ds) return;
   if (f->slip_law)
     SlipCells(f, n, stride, s, v, ds);

@@ -161,6 +161,48 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Smooth laws: each cell's own balance */
+static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec f, Vec x, PetscBool *unstable,
+                                 void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  const PetscBool *creeps = fault->balance.creeps;
+  SlipFrictionCells friction;
+  const PetscReal *d, *load, *s0, *vinf;
+  PetscReal *v;
+  const SlipArrays arrays[] = {
+    {D, .read = &d}, {f, .read = &load}, {fault->s0, .read = &s0}, {fault->vinf, .read = &vinf}, {x, .write = &v}};
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipArraysGet(5, arrays));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const SlipFrictionStageCell cell = {.diagonal = d[i], .omega = omega, .theta = fault->theta, .s0 = s0[i]};
+    PetscBool stable = PETSC_TRUE;
+
+    v[i] = creeps && creeps[i] ? vinf[i] : SlipFrictionStageRate(&friction, i, &cell, load[i], v[i], &stable);
+    if (!stable) *unstable = PETSC_TRUE;
+  }
+  PetscCall(SlipArraysRestore(5, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Prescribed(SlipConstraint con, Vec mask, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  PetscReal *m;
+
+  PetscFunctionBegin;
+  (void)con;
+  if (!fault->balance.creeps) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArray(mask, &m));
+  for (PetscInt i = 0; i < fault->n; i++)
+    if (fault->balance.creeps[i]) m[i] = 0;
+  PetscCall(VecRestoreArray(mask, &m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
 {
   PetscFunctionBegin;
@@ -186,6 +228,8 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
     a[3 * i + U] = u0[i] + fault->theta * v[i];
   }
   SlipFrictionStateAdvance(&friction, fault->n, fault->theta, s0, v, 3, a + S);
+  for (PetscInt i = 0; i < fault->n && fault->balance.creeps; i++)
+    if (fault->balance.creeps[i]) a[3 * i + S] = s0[i];
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -223,6 +267,8 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
     b[3 * i + U] = r[i];
   }
   SlipFrictionStateRate(&friction, fault->n, 3, a + S, a + V, b + S);
+  for (PetscInt i = 0; i < fault->n && fault->balance.creeps; i++)
+    if (fault->balance.creeps[i]) b[3 * i + S] = 0;
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -291,8 +337,20 @@ static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, 
 
 PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
 {
-  const SlipConstraintOps ops = {Stage,  Residual,    Jacobian,  Bound,      Reduce, Lift,
-                                 Smooth, AddReaction, SolveMass, BoundState, AtRest};
+  const PetscBool smooth = fault->law->smooth;
+  const SlipConstraintOps ops = {Stage,
+                                 Residual,
+                                 Jacobian,
+                                 Bound,
+                                 Reduce,
+                                 Lift,
+                                 Smooth,
+                                 AddReaction,
+                                 SolveMass,
+                                 BoundState,
+                                 AtRest,
+                                 smooth ? SolveCells : NULL,
+                                 smooth ? Prescribed : NULL};
 
   PetscFunctionBegin;
   if (!fault->con) PetscCall(SlipConstraintCreate(fault->comm, &ops, fault, fault->uc, &fault->con));

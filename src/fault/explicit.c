@@ -3,9 +3,9 @@
 #include <slipadapt.h>
 #include <slippolicy.h>
 
-#define EXPLICIT_RTOL 1e-4       /* default tolerance, as other codes have it */
-#define EXPLICIT_ACCURACY 1e-3   /* default dial of the policy for cycles, in recurrences */
-#define EXPLICIT_FIRST_STEP 0.01 /* over the time in which the fastest cell slips its d_c */
+#define EXPLICIT_RTOL 1e-4     /* default tolerance, as other codes have it */
+#define EXPLICIT_ACCURACY 1e-3 /* default dial of the policy for cycles, in recurrences */
+#define FIRST_STEP 0.01        /* over the time in which the fastest cell slips its d_c */
 
 /* |e_u| <= rtol d_c and |e_s| <= rtol in every cell, whatever the size of u and s: the friction of a cell changes with
    either by the same. Made anew when rtol has changed. */
@@ -107,6 +107,20 @@ PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The first step of a smooth law [s], explicit or not */
+PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
+{
+  const PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
+  PetscReal time = PETSC_MAX_REAL;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->n; i++)
+    if (rate[i] != 0) time = PetscMin(time, slip[i] / PetscAbsReal(rate[i]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &time, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  *step = FIRST_STEP * (time < PETSC_MAX_REAL ? time : fault->tstar);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Adams' formulas, their steps by the policy for cycles where it is there; other integrators have controllers of their own. */
 static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
 {
@@ -126,18 +140,15 @@ static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
 /* The explicit problem */
 PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
 {
-  const PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
-  PetscReal time = PETSC_MAX_REAL;
+  PetscReal step;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < fault->n; i++)
-    if (rate[i] != 0) time = PetscMin(time, slip[i] / PetscAbsReal(rate[i]));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &time, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
   PetscCall(ChooseIntegrator(fault, ts));
   PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
   PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));
   PetscCall(SetTolerances(fault, ts, EXPLICIT_RTOL));
-  PetscCall(TSSetTimeStep(ts, EXPLICIT_FIRST_STEP * (time < PETSC_MAX_REAL ? time : fault->tstar)));
+  PetscCall(SlipFaultFirstStep(fault, &step));
+  PetscCall(TSSetTimeStep(ts, step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -182,6 +182,28 @@ static PetscErrorCode ConfigureDriven(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A smooth law makes the Jacobian's diagonal range over decades, from cell to cell: what is to be small is the force, in
+   all cells alike, and the diagonal is most of the Jacobian in steps that are exact enough. */
+static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
+{
+  const PetscReal residual = 1e-11; /* of 1e7 Pa; a sigma, what ln v makes, is some 1e5 Pa */
+  PetscReal step;
+  SNES snes;
+  KSP ksp;
+  PC pc;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, residual, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCJACOBI));
+  PetscCall(SlipFaultFirstStep(fault, &step));
+  PetscCall(TSSetTimeStep(ts, step));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
 {
   PetscFunctionBegin;
@@ -193,6 +215,7 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
   if (fault->driven) PetscCall(ConfigureDriven(ts));
   PetscCall(SlipFaultSetTolerances(fault, ts));
   PetscCall(TSSetTimeStep(ts, SLIP_FAULT_FIRST_STEP * fault->tstar));
+  if (fault->law->smooth) PetscCall(ConfigureSmooth(fault, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -222,7 +245,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   if (fault->driven) { /* it rests for years between events */
     problem->corner = Corner_Fault;
     problem->rest = fault->law->smooth ? NULL : Rest_Fault;
-    problem->error = fault->law->smooth ? NULL : Error_Fault;
+    problem->error = is_explicit ? NULL : Error_Fault;
   }
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));
   PetscCall(TSSetSlipProblem(ts, problem));
@@ -243,6 +266,12 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise) and rtol 1e-3, max time
   30 s (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first
   step 0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()).
+
+  With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u and the
+  state are integrated, one product with K for a right-hand side, v is made that of the balance after each step. The type is
+  TSRK (3bs), rtol 1e-4 means errors of 1e-4 d_c in u and 1e-4 in ln theta, the first step is 0.01 of the time in which the
+  fastest cell slips its d_c. With -ts_type bathe among the options, and with inertia, it is bathe, with errors relative to
+  d_c and the slip rate.
 
   Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 

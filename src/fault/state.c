@@ -89,12 +89,16 @@ static PetscErrorCode CheckTraction(SlipFault fault)
   Collective. "critical": v = 0, s = 0, u = -(1 + perturbation) K^-1 q(0), so that -K u slightly exceeds the strength
   everywhere; "rest" and "traction": all zero. The shear stress is T0 - K u, T0 the field initial_traction.
 
+  With rate-and-state friction u = 0, and "rate" takes v and theta from the fields initial_rate and initial_state and makes
+  T0 what balances them, sigma mu + H (v - v_inf); "traction" has T0 given, and v follows from theta, or theta from v where
+  initial_state is not given.
+
   Input Parameters:
 + fault - the fault
 - w     - of SlipFaultCreateState(); overwritten
 
   Options Database Keys:
-+ -fault_initial <critical,rest,traction> - which start
++ -fault_initial <auto,critical,rest,traction,rate> - which start; auto: rate with smooth friction, else critical
 . -fault_initial_perturbation <1e-5>      - relative excess of the critical start, dimensionless
 . -fault_initial_traction <T0>            - shear stress of "traction" [Pa], or a field of -fault_parameters
 - -fault_initial_unstable <no>            - "traction" may exceed the strength: the fault begins to slip at once

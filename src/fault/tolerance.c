@@ -79,6 +79,29 @@ static PetscReal Weakening(const SlipFrictionCells *friction, PetscInt i, PetscR
   return PetscMin(1, -ds * friction->slip[i] / friction->drop[i]);
 }
 
+/* Of a smooth law: a slip counts against d_c, the state, a logarithm, and with inertia the slip rate against itself by the same
+   share, as each then changes the friction by as much. Without inertia the rate is what the balance makes of the others. */
+static PetscErrorCode SmoothErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1, PetscReal *E)
+{
+  const PetscReal *a, *b, *c, *vinf = fault->field[FIELD_LOADING_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
+  const SlipArrays arrays[] = {{e, .read = &a}, {w0, .read = &b}, {w1, .read = &c}};
+  PetscReal largest = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipArraysGet(3, arrays));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    const PetscReal rate = PetscMax(PetscMax(PetscAbsReal(b[3 * i]), PetscAbsReal(c[3 * i])), PetscAbsReal(vinf[i]));
+    PetscReal error = PetscMax(PetscAbsReal(a[3 * i + 1]) / slip[i], PetscAbsReal(a[3 * i + 2]));
+
+    if (fault->inertia && rate > 0) error = PetscMax(error, PetscAbsReal(a[3 * i]) / rate);
+    if (!(error <= largest)) largest = error; /* takes what is no number */
+  }
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  *E = largest / rtol;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
   SlipFaultErrorNorm - the largest of the cells' errors over the wanted ones
 
@@ -93,6 +116,10 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, 
   SlipFrictionCells friction;
 
   PetscFunctionBegin;
+  if (fault->law->smooth) {
+    PetscCall(SmoothErrorNorm(fault, rtol, e, w0, w1, E));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (!PetscIsNanReal(fault->value[FAULT_RATE_TOLERANCE])) tolerance = fault->value[FAULT_RATE_TOLERANCE];
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetFriction(fault, &friction));

@@ -53,6 +53,9 @@ static PetscErrorCode SNESSolve_Projection(SNES snes)
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintQuery(snes, &con));
+  PetscCheck(!con->ops->solve_cells, PetscObjectComm((PetscObject)snes), PETSC_ERR_SUP,
+             "-%ssnes_type projection cannot solve with a smooth bound: use semismooth",
+             ((PetscObject)snes)->prefix ? ((PetscObject)snes)->prefix : "");
   PetscCall(SlipConstraintBegin(con, x));
   PetscCall(VecCopy(con->rho, work[PROJECTION_RHO]));
   PetscCall(SlipConstraintEvaluate(con, NULL, x));

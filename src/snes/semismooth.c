@@ -26,22 +26,6 @@ enum {
   model_project = 8  /* after so many of them projection steps help the sliding set to settle */
 };
 
-/* The operator of the linear solves: con->B, or what it composes as "MatSlipGetApproximation_C" (Mat, Mat *). With
-   an approximation the method is an inexact Newton method: residuals remain those of con->B, and so do its
-   solutions. Where the approximate Jacobian is positive definite but the true one is not, iterations are repelled,
-   so that the wrong branch is as unreachable as with the true one. */
-static PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact, Mat *A)
-{
-  PetscErrorCode (*f)(Mat, Mat *);
-
-  PetscFunctionBegin;
-  *A = con->B;
-  if (exact) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectQueryFunction((PetscObject)con->B, "MatSlipGetApproximation_C", &f));
-  if (f) PetscCall((*f)(con->B, A));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* What is left of a residual when nothing but the error of dG/dx x, of rounding or of the operator's own, is. */
 static PetscErrorCode SlipSemismoothFloor(SlipConstraint con, PetscReal *floor)
 {
@@ -139,6 +123,10 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   PetscFunctionBegin;
   PetscCall(SlipConstraintQuery(snes, &con));
   con->unstable = PETSC_FALSE;
+  if (con->ops->solve_cells) {
+    PetscCall(SlipSmoothBoundSolve(snes, con, x));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipConstraintBegin(con, x));
   PetscCall(SlipConstraintEvaluate(con, NULL, x));
   SlipSearchForget(&ss->search, con->merit);
@@ -238,6 +226,9 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
   G(y) + A (x - y) for G(x), y the last iterate, to a hundredth of its residual, by Newton steps that are not counted as
   iterations, and needs the operator itself once. How many iterations that takes depends on the quality of A alone;
   -info shows the steps, -snes_view counts them.
+
+  A bound that is smooth and 0 at x = 0 (solve_cells of SlipConstraintOps) has no cone: Newton's method then eliminates each
+  cell by itself, and a stage that goes past an instability always fails (SlipConstraintWasUnstable()).
 
 .seealso: SNESPROJECTION, SNESSetSlipConstraint(), MatCreateSlipJacobian()
 M*/

@@ -5,9 +5,24 @@
 /* Relative tolerance of a linear solve with an approximate operator, which is off by more than that. */
 static const PetscReal inexact = 5e-3;
 
+/* The operator of the linear solves: con->B, or what it composes as "MatSlipGetApproximation_C" (Mat, Mat *). With
+   an approximation the method is an inexact Newton method: residuals remain those of con->B, and so do its
+   solutions. Where the approximate Jacobian is positive definite but the true one is not, iterations are repelled,
+   so that the wrong branch is as unreachable as with the true one. */
+PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact, Mat *A)
+{
+  PetscErrorCode (*f)(Mat, Mat *);
+
+  PetscFunctionBegin;
+  *A = con->B;
+  if (exact) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectQueryFunction((PetscObject)con->B, "MatSlipGetApproximation_C", &f));
+  if (f) PetscCall((*f)(con->B, A));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Krylov solve of (A + diag(slope)) dx = rhs on the sliding set; pd is false when the matrix shows itself indefinite */
-static PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec slope, PetscBool *ok,
-                                           PetscBool *pd)
+PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec slope, PetscBool *ok, PetscBool *pd)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
   Vec rhs = ss->slip.work[SEMISMOOTH_RHS], dx = ss->slip.work[SEMISMOOTH_DX];

@@ -46,6 +46,9 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
   PetscCheck(dmin > 0.0, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
              "The stage operator has the diagonal entry %g; it must be positive definite", (double)dmin);
   PetscCall(VecReciprocal(con->rho));
+  if (!con->ops->solve_cells) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecSet(con->mask, 1.0));
+  if (con->ops->prescribed) PetscCall((*con->ops->prescribed)(con, con->mask, con->ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -75,7 +78,10 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *
   PetscCall((*con->ops->bound)(con, x, con->q, con->dq, con->ctx));
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(SlipArraysGet(8, arrays));
-  SlipConeNatural(n, con->omega, xx, g, q, dq, rho, F, mask, slope);
+  if (con->ops->solve_cells)
+    SlipConeSmooth(n, con->omega, xx, g, q, dq, mask, F, slope);
+  else
+    SlipConeNatural(n, con->omega, xx, g, q, dq, rho, F, mask, slope);
   PetscCall(SlipArraysRestore(8, arrays));
   PetscCall(VecNorm(con->F, NORM_2, &con->merit));
   PetscCall(VecNorm(con->F, NORM_INFINITY, &con->norm));
@@ -102,7 +108,10 @@ PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetOwnershipRange(x, &rstart, NULL));
   PetscCall(SlipArraysGet(6, arrays));
-  SlipConeFinish(n, con->omega, g, q, rho, xx, r);
+  if (con->ops->solve_cells)
+    for (PetscInt i = 0; i < n; i++) r[i] = xx[i] > 0 ? -q[i] : q[i];
+  else
+    SlipConeFinish(n, con->omega, g, q, rho, xx, r);
   for (PetscInt i = 0; i < n; i++) {
     /* NaN counts as the largest */
     if (PetscAbsReal(F[i]) <= mine.value) continue;

@@ -330,6 +330,7 @@ static PetscErrorCode Accept(TS ts, PetscReal next_h, PetscBool corner)
   TS_Adams *ad = (TS_Adams *)ts->data;
 
   PetscFunctionBegin;
+  if (!ad->estimated) ad->next = PetscMin(PetscMin(ad->order + 1, ad->n), ad->max_order); /* as constant steps are */
   ad->before = ts->ptime;
   ts->ptime += ts->time_step;
   ts->time_step = next_h;

@@ -408,6 +408,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step); /* of smooth laws [s] */
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault);
 PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field); /* its law reads it */
 PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w,

@@ -38,7 +38,6 @@ typedef struct {
 typedef struct _n_SlipTransposedFFT {
   PetscInt nx, nz, period;
   SlipLayout layout;  /* [nz][nk] complex */
-  PetscReal *row;     /* [period] */
   PetscReal *by_wave; /* [local nk][nz] complex */
   struct _n_SlipTransposedFFTPlans *plans;
 } * SlipTransposedFFT;
@@ -68,6 +67,8 @@ PETSC_INTERN PetscErrorCode SlipCirculantGetEigen(SlipCirculant s, const PetscRe
 PETSC_INTERN PetscErrorCode SlipCirculantFormBlocks(SlipCirculant s, const PetscReal f[], PetscReal blocks[]);
 PETSC_INTERN PetscErrorCode SlipCirculantApply(SlipCirculant s, PetscReal scale, const PetscReal blocks[],
                                                const PetscReal x[], PetscReal y[]);
+PETSC_INTERN PetscErrorCode SlipCirculantApplyStiffness(SlipCirculant s, PetscReal scale, const PetscReal x[],
+                                                        PetscReal y[]);
 PETSC_INTERN PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal scale, const PetscReal blocks[],
                                                    PetscInt parity, PetscInt count, const PetscReal X[], PetscReal Y[]);
 

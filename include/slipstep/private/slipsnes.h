@@ -74,6 +74,7 @@ enum {
   SEMISMOOTH_RHO,    /* of the projection steps */
   SEMISMOOTH_ZERO,   /* no slope */
   SEMISMOOTH_OFFSET, /* of the model */
+  SEMISMOOTH_LOAD,   /* of the cells, of a smooth bound */
   SEMISMOOTH_NWORK
 };
 
@@ -92,5 +93,11 @@ PETSC_INTERN PetscErrorCode SlipSemismoothDirection(SNES, SlipConstraint, Mat A,
 /* Direction and search from x, the point evaluated last, the it-th of them, towards a residual of tolerance */
 PETSC_INTERN PetscErrorCode SlipSemismoothStep(SNES, SlipConstraint, const SlipStageModel *, PetscInt it,
                                                PetscReal tolerance, Vec x, PetscBool *ok);
+/* con->B, or its approximation */
+PETSC_INTERN PetscErrorCode SlipSemismoothOperator(SlipConstraint, PetscBool exact, Mat *A);
+/* Krylov solve with A and the slope for SEMISMOOTH_DX; pd is false when the matrix shows itself indefinite */
+PETSC_INTERN PetscErrorCode SlipSemismoothKrylov(SNES, SlipConstraint, Mat A, Vec slope, PetscBool *ok, PetscBool *pd);
+/* smoothbound.c: the whole solve where the bound is smooth */
+PETSC_INTERN PetscErrorCode SlipSmoothBoundSolve(SNES, SlipConstraint, Vec x);
 /* A few projection steps */
 PETSC_INTERN PetscErrorCode SlipSemismoothProject(SNES, SlipConstraint, const SlipStageModel *, Vec x);

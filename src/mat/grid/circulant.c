@@ -6,27 +6,27 @@
 #include <slipmat.h>
 #include <petscblaslapack.h>
 #include <fftw3.h>
+#include <stdlib.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
 
 struct _n_SlipCirculant {
   SlipGrid grid;
   MPI_Comm comm;            /* whose ranks share the wavenumbers; PETSC_COMM_SELF when this process has them all */
-  SlipTransposedFFT pencil; /* NULL when it has */
+  PetscBool shared;         /* it has not */
+  SlipTransposedFFT pencil; /* of comm */
   PetscInt nk;              /* wavenumbers of this process */
   PetscInt period;          /* P, even, with small prime factors */
   PetscReal *symbol;        /* [nk][nz][nz], K per wavenumber, unscaled [Pa/m] */
+  PetscReal *halves;        /* [nk] halves of its blocks, see Half(); NULL until asked for */
   PetscReal *vectors;       /* [nk][nz][nz], eigenvector i of block k is row i; NULL until asked for */
   PetscReal *values;        /* [nk][nz], eigenvalues, those below zero set to zero */
-  PetscReal *field;         /* [nz][P] */
-  PetscReal *re, *im;       /* [nk][nz], transform of field */
-  PetscReal *re2, *im2;     /* [nk][nz] */
-  fftw_plan forward, backward;
+  PetscReal *column;        /* [4][nz], of one wavenumber */
 };
 
-/* Cells in depth beyond which ranks share the work: measured on 2 ranks, at 50 x 50 shared products take 0.6 times
-   those of one rank, whole ones 1.07 times. */
-#define SLIP_SHARE_MIN 40
+/* Cells in depth beyond which ranks share the work: measured on 2 ranks, shared products take 35 us where whole ones take 55
+   at 100 x 40, and 28 us against 44 at 100 x 32. */
+#define SLIP_SHARE_MIN 30
 
 /* Smallest even length of at least n whose prime factors are 2, 3 and 5. */
 PetscInt SlipGoodLength(PetscInt n)
@@ -52,18 +52,6 @@ static PetscErrorCode CosineTransform(PetscInt nk, PetscInt nz, PetscReal a[])
   PetscCheck(plan, PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan a cosine transform of length %d", length);
   fftw_execute(plan);
   fftw_destroy_plan(plan);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode StrikePlan(SlipCirculant s)
-{
-  const int nz = (int)s->grid.nz, P = (int)s->period;
-  const fftw_iodim along = {P, 1, nz}, rows = {nz, P, 1}, back = {P, nz, 1}, back_rows = {nz, 1, P};
-
-  PetscFunctionBegin;
-  s->forward = fftw_plan_guru_split_dft_r2c(1, &along, 1, &rows, s->field, s->re, s->im, FFTW_ESTIMATE);
-  s->backward = fftw_plan_guru_split_dft_c2r(1, &back, 1, &back_rows, s->re2, s->im2, s->field, FFTW_ESTIMATE);
-  PetscCheck(s->forward && s->backward, PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan transforms of length %d", P);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -99,6 +87,15 @@ static PetscErrorCode SymbolDistributed(SlipCirculant s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* From the start of a line of cache on, which a vector of eight numbers fills; free with free(). */
+static PetscErrorCode AllocateLines(size_t count, PetscReal **a)
+{
+  PetscFunctionBegin;
+  *a = (PetscReal *)aligned_alloc(64, (count + 7) / 8 * 64);
+  PetscCheck(*a, PETSC_COMM_SELF, PETSC_ERR_MEM, "No memory for %zu numbers", count);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* With more than one rank in comm, each has some wavenumbers and rows of cells. Collective. */
 PetscErrorCode SlipCirculantCreate(MPI_Comm comm, const SlipGrid *grid, SlipCirculant *strike)
 {
@@ -112,22 +109,16 @@ PetscErrorCode SlipCirculantCreate(MPI_Comm comm, const SlipGrid *grid, SlipCirc
   s->grid = *grid;
   s->comm = comm;
   s->period = SlipGoodLength(2 * grid->nx - 1);
-  s->nk = s->period / 2 + 1;
-  if (size > 1) {
-    PetscCall(SlipTransposedFFTCreate(comm, grid->nx, nz, s->period, &s->pencil));
-    s->nk = s->pencil->layout.columns;
+  s->shared = (PetscBool)(size > 1);
+  PetscCall(SlipTransposedFFTCreate(comm, grid->nx, nz, s->period, &s->pencil));
+  PetscCall(AllocateLines((size_t)4 * nz, &s->column));
+  s->nk = s->pencil->layout.columns;
+  if (s->shared)
     PetscCall(SymbolDistributed(s));
-    PetscCall(PetscCalloc1(2 * nz, &s->re));
-  } else {
+  else {
     PetscCall(PetscMalloc1((size_t)s->nk * zz, &s->symbol));
-    PetscCall(PetscCalloc1(s->period * nz, &s->field));
-    PetscCall(PetscCalloc1(s->nk * nz, &s->re));
-    PetscCall(PetscCalloc1(s->nk * nz, &s->im));
-    PetscCall(PetscCalloc1(s->nk * nz, &s->re2));
-    PetscCall(PetscCalloc1(s->nk * nz, &s->im2));
     for (PetscInt d = 0; d < s->nk; d++) SlipGridKernel(grid, d, s->symbol + (size_t)d * zz);
     PetscCall(CosineTransform(s->nk, nz, s->symbol));
-    PetscCall(StrikePlan(s));
   }
   *strike = s;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -139,15 +130,10 @@ PetscErrorCode SlipCirculantDestroy(SlipCirculant *strike)
 
   PetscFunctionBegin;
   if (!s) PetscFunctionReturn(PETSC_SUCCESS);
-  if (s->forward) fftw_destroy_plan(s->forward);
-  if (s->backward) fftw_destroy_plan(s->backward);
   PetscCall(SlipTransposedFFTDestroy(&s->pencil));
-  PetscCall(PetscFree(s->field));
-  PetscCall(PetscFree(s->re));
-  PetscCall(PetscFree(s->im));
-  PetscCall(PetscFree(s->re2));
-  PetscCall(PetscFree(s->im2));
+  free(s->column);
   PetscCall(PetscFree(s->symbol));
+  free(s->halves);
   PetscCall(PetscFree2(s->vectors, s->values));
   PetscCall(PetscFree(s));
   *strike = NULL;
@@ -170,7 +156,7 @@ static PetscErrorCode StrikeDestroy(SlipContainerArg arg)
 
   Input Parameters:
 + K     - stiffness on a uniform grid
-- share - unless set: more than 40 cells deep, as small grids are multiplied faster than told of
+- share - unless set: more than 30 cells deep
 
   Options Database Key:
 . -mat_slip_share - the same, for MatSlipStiffnessSetFromOptions()
@@ -236,7 +222,7 @@ void SlipCirculantGet(SlipCirculant s, const SlipGrid **grid, PetscInt *period, 
 /* The ranks' share of the work; NULL when every rank has all of it. */
 SlipTransposedFFT SlipCirculantPencil(SlipCirculant s)
 {
-  return s->pencil;
+  return s->shared ? s->pencil : NULL;
 }
 
 PetscErrorCode SlipCirculantGetEigen(SlipCirculant s, const PetscReal **values, const PetscReal **vectors)
@@ -290,7 +276,7 @@ PetscErrorCode SlipCirculantFormBlocks(SlipCirculant s, const PetscReal f[], Pet
 static PetscErrorCode LogFlops(SlipCirculant s, PetscInt reads)
 {
   const PetscLogDouble nz = (PetscLogDouble)s->grid.nz, P = (PetscLogDouble)s->period;
-  const PetscLogDouble rows = s->pencil ? (PetscLogDouble)s->pencil->layout.rows : nz;
+  const PetscLogDouble rows = (PetscLogDouble)s->pencil->layout.rows;
 
   PetscFunctionBegin;
   PetscCall(
@@ -298,56 +284,139 @@ static PetscErrorCode LogFlops(SlipCirculant s, PetscInt reads)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void StrikePad(SlipCirculant s, const PetscReal x[])
-{
-  const PetscInt nx = s->grid.nx, nz = s->grid.nz, P = s->period;
+/* For the machine that the program meets, not only for the one that compiled it */
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
+  !defined(__SANITIZE_ADDRESS__)
+  #define VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
+#else
+  #define VECTOR
+#endif
 
-  for (PetscInt iz = 0; iz < nz; iz++) {
-    for (PetscInt ix = 0; ix < nx; ix++) s->field[iz * P + ix] = x[iz * nx + ix];
-    for (PetscInt ix = nx; ix < P; ix++) s->field[iz * P + ix] = 0;
+/* Eight numbers, wherever they lie */
+typedef double Eight __attribute__((vector_size(64), aligned(8), may_alias));
+#define EIGHT(p) (*(Eight *)(p))
+
+/* Of 8 vectors, their sums */
+static inline __attribute__((always_inline)) void Sums(const Eight a[8], PetscReal sums[8])
+{
+  Eight b[4], c[2];
+
+  for (int i = 0; i < 4; i++)
+    b[i] = __builtin_shufflevector(a[2 * i], a[2 * i + 1], 0, 8, 2, 10, 4, 12, 6, 14) +
+           __builtin_shufflevector(a[2 * i], a[2 * i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+  for (int i = 0; i < 2; i++)
+    c[i] = __builtin_shufflevector(b[2 * i], b[2 * i + 1], 0, 1, 8, 9, 4, 5, 12, 13) +
+           __builtin_shufflevector(b[2 * i], b[2 * i + 1], 2, 3, 10, 11, 6, 7, 14, 15);
+  EIGHT(sums) = __builtin_shufflevector(c[0], c[1], 0, 1, 2, 3, 8, 9, 10, 11) +
+                __builtin_shufflevector(c[0], c[1], 4, 5, 6, 7, 12, 13, 14, 15);
+}
+
+/* y += A x in two vectors of length n for four columns a of the symmetric A, from j on, which lie apart, in rows i0 to
+   i0 + 7, and y += A' x as well for rows from i0 + 8 on, as far as a multiple of 8. */
+static inline __attribute__((always_inline)) void FourColumns(PetscInt n, PetscInt i0, PetscInt j, const PetscReal a[],
+                                                              PetscInt apart, const PetscReal x[], PetscReal y[])
+{
+  const PetscReal *x2 = x + n;
+  PetscReal *y2 = y + n, sums[8];
+  Eight dot[8] = {{0}, {0}, {0}, {0}, {0}, {0}, {0}, {0}};
+  Eight y0 = EIGHT(y + i0), y20 = EIGHT(y2 + i0);
+
+  for (int c = 0; c < 4; c++) {
+    const Eight entries = EIGHT(a + c * apart + i0);
+
+    y0 += entries * x[j + c];
+    y20 += entries * x2[j + c];
+  }
+  EIGHT(y + i0) = y0;
+  EIGHT(y2 + i0) = y20;
+  if (i0 + 16 > n) return;
+  for (PetscInt i = i0 + 8; i + 8 <= n; i += 8) {
+    const Eight xi = EIGHT(x + i), x2i = EIGHT(x2 + i);
+    Eight yi = EIGHT(y + i), y2i = EIGHT(y2 + i);
+
+    for (int c = 0; c < 4; c++) {
+      const Eight entries = EIGHT(a + c * apart + i);
+
+      yi += entries * x[j + c];
+      y2i += entries * x2[j + c];
+      dot[c] += entries * xi;
+      dot[4 + c] += entries * x2i;
+    }
+    EIGHT(y + i) = yi;
+    EIGHT(y2 + i) = y2i;
+  }
+  Sums(dot, sums);
+  for (int c = 0; c < 4; c++) {
+    y[j + c] += sums[c];
+    y2[j + c] += sums[4 + c];
   }
 }
 
-static void StrikeUnpad(SlipCirculant s, PetscReal scale, PetscReal y[])
+/* A column in full: y += A x, and y[j] += A' x for rows below most */
+static inline __attribute__((always_inline)) void OneColumn(PetscInt n, PetscInt most, PetscInt j, const PetscReal a[],
+                                                            const PetscReal x[], PetscReal y[])
 {
-  const PetscInt nx = s->grid.nx, nz = s->grid.nz, P = s->period;
+  const PetscReal xj = x[j];
+  PetscReal sum = 0;
 
-  for (PetscInt iz = 0; iz < nz; iz++)
-    for (PetscInt ix = 0; ix < nx; ix++) y[iz * nx + ix] = scale / (PetscReal)P * s->field[iz * P + ix];
+  for (PetscInt i = 0; i < n; i++) y[i] += a[i] * xj;
+  for (PetscInt i = 0; i < most; i++) sum += a[i] * x[i];
+  y[j] += sum;
 }
 
-/* Transform of the zero-padded field x[nz][nx]. */
-static void StrikeForward(SlipCirculant s, const PetscReal x[])
+/* f = A f for n complex numbers f, A [n][n] real and symmetric or half of it; column [4][n] is room for real and imaginary
+   parts. Half of A is read, once: blocks of many wavenumbers do not fit into fast memory otherwise. */
+VECTOR static void SymmetricProduct(PetscInt n, PetscBool half, const PetscReal A[], PetscReal f[], PetscReal column[])
 {
-  StrikePad(s, x);
-  fftw_execute(s->forward);
-}
+  const PetscInt most = n - n % 8;
+  PetscReal *x = column, *x2 = x + n, *y = x2 + n, *y2 = y + n;
 
-static void StrikeBackward(SlipCirculant s, PetscReal scale, PetscReal y[])
-{
-  fftw_execute(s->backward);
-  StrikeUnpad(s, scale, y);
-}
-
-/* Entries of a piece of a block: OpenBLAS starts threads from 9,216, which at these sizes cost more than they save, and
-   a hundredfold more when another process holds a core. Both vectors use a piece while it is in cache. */
-#define SLIP_PIECE 8192
-
-/* y = A x for two vectors, A symmetric. */
-static void SymmetricProduct(PetscInt nz, const PetscReal A[], const PetscReal x[], const PetscReal x2[], PetscReal y[],
-                             PetscReal y2[])
-{
-  const PetscScalar one = 1, zero = 0;
-  const PetscBLASInt n = (PetscBLASInt)nz, inc = 1;
-  const PetscInt most = PetscMax(1, SLIP_PIECE / nz);
-
-  for (PetscInt start = 0; start < nz; start += most) {
-    const PetscBLASInt rows = (PetscBLASInt)PetscMin(most, nz - start);
-    const PetscReal *piece = A + (size_t)start * nz;
-
-    BLASgemv_("T", &n, &rows, &one, piece, &n, x, &inc, &zero, y + start, &inc);
-    BLASgemv_("T", &n, &rows, &one, piece, &n, x2, &inc, &zero, y2 + start, &inc);
+  for (PetscInt i = 0; i < n; i++) {
+    x[i] = f[2 * i];
+    x2[i] = f[2 * i + 1];
+    y[i] = y2[i] = 0;
   }
+  for (PetscInt j = 0; j < most; j += 4) {
+    const PetscInt i0 = j - j % 8, apart = half ? n - i0 : n;
+
+    FourColumns(n, i0, j, half ? A - i0 : A, apart, x, y);
+    A += 4 * apart;
+  }
+  for (PetscInt j = most; j < n; j++, A += n) {
+    OneColumn(n, most, j, A, x, y);
+    OneColumn(n, most, j, A, x2, y2);
+  }
+  for (PetscInt i = 0; i < n; i++) {
+    f[2 * i] = y[i];
+    f[2 * i + 1] = y2[i];
+  }
+}
+
+/* Half of a symmetric A [n][n] as SymmetricProduct() reads it, one number after the other: columns from the first row of
+   their eight on, those left over whole. How many numbers; half may be NULL. */
+static size_t Half(PetscInt n, const PetscReal A[], PetscReal half[])
+{
+  size_t count = 0;
+
+  for (PetscInt j = 0; j < n; j++)
+    for (PetscInt i = j < n - n % 8 ? j - j % 8 : 0; i < n; i++, count++)
+      if (half) half[count] = A[j * n + i];
+  return count;
+}
+
+/* With every wavenumber's block, or their halves. */
+static PetscErrorCode ApplyBlocks(SlipCirculant s, PetscReal scale, PetscBool half, size_t size,
+                                  const PetscReal blocks[], const PetscReal x[], PetscReal y[])
+{
+  const PetscInt nz = s->grid.nz;
+
+  PetscFunctionBegin;
+  PetscCall(LogFlops(s, 1));
+  PetscCall(SlipTransposedFFTForward(s->pencil, x));
+  for (PetscInt k = 0; k < s->nk; k++)
+    SymmetricProduct(nz, half, blocks + (size_t)k * size, s->pencil->by_wave + (size_t)k * 2 * nz, s->column);
+  PetscCall(SlipTransposedFFTBackward(s->pencil, scale, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* y = scale * (operator with these symmetric blocks) x; x and y are [nz][nx], or this rank's rows of it where ranks
@@ -355,48 +424,41 @@ static void SymmetricProduct(PetscInt nz, const PetscReal A[], const PetscReal x
 PetscErrorCode SlipCirculantApply(SlipCirculant s, PetscReal scale, const PetscReal blocks[], const PetscReal x[],
                                   PetscReal y[])
 {
-  const PetscInt nz = s->grid.nz, nk = s->nk;
+  PetscFunctionBegin;
+  PetscCall(ApplyBlocks(s, scale, PETSC_FALSE, (size_t)s->grid.nz * s->grid.nz, blocks, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-  const PetscScalar one = 1, zero = 0;
-  const PetscBLASInt n = (PetscBLASInt)nz, two = 2;
+/* The same with the stiffness itself, faster: its blocks are read one number after the other, half of each. */
+PetscErrorCode SlipCirculantApplyStiffness(SlipCirculant s, PetscReal scale, const PetscReal x[], PetscReal y[])
+{
+  const PetscInt nz = s->grid.nz;
+  const size_t size = Half(nz, NULL, NULL);
 
   PetscFunctionBegin;
-  PetscCall(LogFlops(s, 1));
-  if (s->pencil) {
-    PetscCall(SlipTransposedFFTForward(s->pencil, x));
-    for (PetscInt k = 0; k < nk; k++) {
-      PetscReal *f = s->pencil->by_wave + (size_t)k * 2 * nz; /* nz complex, by columns a 2 x nz matrix */
-
-      PetscCallBLAS("BLASgemm", BLASgemm_("N", "N", &two, &n, &n, &one, f, &two, blocks + (size_t)k * nz * nz, &n,
-                                          &zero, s->re, &two));
-      PetscCall(PetscArraycpy(f, s->re, 2 * nz));
-    }
-    PetscCall(SlipTransposedFFTBackward(s->pencil, scale, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  if (!s->halves) {
+    PetscCall(AllocateLines((size_t)s->nk * size, &s->halves));
+    for (PetscInt k = 0; k < s->nk; k++) (void)Half(nz, s->symbol + (size_t)k * nz * nz, s->halves + (size_t)k * size);
   }
-  StrikeForward(s, x);
-  for (PetscInt k = 0; k < nk; k++)
-    SymmetricProduct(nz, blocks + (size_t)k * nz * nz, s->re + k * nz, s->im + k * nz, s->re2 + k * nz,
-                     s->im2 + k * nz);
-  StrikeBackward(s, scale, y);
+  PetscCall(ApplyBlocks(s, scale, PETSC_TRUE, size, s->halves, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Turns the transform of a field of one mirror parity about the middle of the row into real numbers (direction 1), and
    those back into the transform (-1): the phase of the middle is all that is complex, but for a factor i when odd. */
-static void Unwind(SlipCirculant s, PetscInt parity, PetscInt direction, PetscInt k, PetscReal re[], PetscReal im[],
-                   PetscReal real[])
+static void Unwind(SlipCirculant s, PetscInt parity, PetscInt direction, PetscInt k, PetscReal real[])
 {
   const PetscReal phase = PETSC_PI * (PetscReal)k * (PetscReal)(s->grid.nx - 1) / (PetscReal)s->period;
   const PetscReal a = parity ? PetscSinReal(phase) : PetscCosReal(phase);
   const PetscReal b = parity ? PetscCosReal(phase) : -PetscSinReal(phase);
+  PetscReal *f = s->pencil->by_wave + (size_t)k * 2 * s->grid.nz;
 
   for (PetscInt i = 0; i < s->grid.nz; i++) {
     if (direction > 0)
-      real[i] = a * re[i] + b * im[i];
+      real[i] = a * f[2 * i] + b * f[2 * i + 1];
     else {
-      re[i] = a * real[i];
-      im[i] = b * real[i];
+      f[2 * i] = a * real[i];
+      f[2 * i + 1] = b * real[i];
     }
   }
 }
@@ -414,17 +476,15 @@ PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal scale, const Pe
   PetscFunctionBegin;
   PetscCall(PetscMalloc2((size_t)nk * wide, &f, (size_t)nk * wide, &g));
   for (PetscInt b = 0; b < count; b++) {
-    StrikeForward(s, X + (size_t)b * N);
-    for (PetscInt k = 0; k < nk; k++)
-      Unwind(s, parity, 1, k, s->re + k * nz, s->im + k * nz, f + (size_t)k * wide + b * nz);
+    PetscCall(SlipTransposedFFTForward(s->pencil, X + (size_t)b * N));
+    for (PetscInt k = 0; k < nk; k++) Unwind(s, parity, 1, k, f + (size_t)k * wide + b * nz);
   }
   for (PetscInt k = 0; k < nk; k++)
     PetscCallBLAS("BLASgemm", BLASgemm_("T", "N", &n, &m, &n, &one, blocks + (size_t)k * nz * nz, &n,
                                         f + (size_t)k * wide, &n, &zero, g + (size_t)k * wide, &n));
   for (PetscInt b = 0; b < count; b++) {
-    for (PetscInt k = 0; k < nk; k++)
-      Unwind(s, parity, -1, k, s->re2 + k * nz, s->im2 + k * nz, g + (size_t)k * wide + b * nz);
-    StrikeBackward(s, scale, Y + (size_t)b * N);
+    for (PetscInt k = 0; k < nk; k++) Unwind(s, parity, -1, k, g + (size_t)k * wide + b * nz);
+    PetscCall(SlipTransposedFFTBackward(s->pencil, scale, Y + (size_t)b * N));
   }
   PetscCall(PetscFree2(f, g));
   for (PetscInt b = 0; b < count; b++) PetscCall(LogFlops(s, 1));
@@ -440,6 +500,6 @@ PetscReal SlipCirculantBytes(Mat K)
   (void)SlipObjectQueryData((PetscObject)K, "SlipCirculant", &s);
   if (!s) return 0;
   numbers = (PetscReal)s->nk * (PetscReal)(s->grid.nz * s->grid.nz) * (s->vectors ? 2 : 1);
-  if (!s->pencil) numbers += (PetscReal)s->grid.nz * (PetscReal)(s->period + 4 * s->nk);
-  return (PetscReal)sizeof(PetscReal) * numbers + (s->pencil ? SlipTransposedFFTBytes(s->pencil) : 0);
+  if (s->halves) numbers += (PetscReal)s->nk * (PetscReal)Half(s->grid.nz, NULL, NULL);
+  return (PetscReal)sizeof(PetscReal) * numbers + SlipTransposedFFTBytes(s->pencil);
 }

@@ -44,16 +44,15 @@ static PetscErrorCode MatSetUp_SlipFFT(Mat K, FFTContext *c)
 /* y = scale * (kernel of the grid) x */
 static PetscErrorCode KernelMult(FFTContext *c, Vec x, Vec y)
 {
-  const PetscReal *px, *symbol;
+  const PetscReal *px;
 
   PetscFunctionBegin;
   if (c->transform) {
     PetscCall(SlipToeplitzApply(c->plane, c->scale, SlipToeplitzStiffness(c->plane), x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  SlipCirculantGet(c->strike, NULL, NULL, NULL, &symbol);
   PetscCall(SlipGatherGet(&c->gather, x, &px));
-  PetscCall(SlipCirculantApply(c->strike, c->scale, symbol, px, c->y));
+  PetscCall(SlipCirculantApplyStiffness(c->strike, c->scale, px, c->y));
   PetscCall(SlipGatherRestore(&c->gather, x, &px));
   PetscCall(SlipGatherPut(&c->gather, c->y, y));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -162,7 +162,7 @@ PetscErrorCode MatSlipStiffnessSetFromOptions(Mat K)
                                "In depth: dense blocks per wavenumber (blocks), transforms as along strike "
                                "(transform), or the faster one (auto)",
                                "MatSlipStiffnessSetDepth", depth, depth, sizeof(depth), &set_depth));
-  PetscCall(PetscOptionsBool("-mat_slip_share", "Spread wavenumbers over the ranks (default: more than 40 cells deep)",
+  PetscCall(PetscOptionsBool("-mat_slip_share", "Spread wavenumbers over the ranks (default: more than 30 cells deep)",
                              "MatSlipStiffnessSetShare", share, &share, &set_share));
   PetscOptionsEnd();
   if (set_depth) PetscCall(MatSlipStiffnessSetDepth(K, depth));

@@ -1,0 +1,83 @@
+static const char help[] =
+  "A friction law of one's own: rate-and-state friction whose evolution effect ends at a cut-off rate.\n"
+  "  friction_law -fault_friction_law cut_off -fault_friction_rate 1e-2 -fault_loading_rate 1e-9 -ts_max_time 1e10\n"
+  "All else is as in fault.\n\n";
+
+#include <slipstep.h>
+#include <math.h>
+
+/*
+  Friction that weakens with the slip rate up to a cut-off rate v_c (-fault_friction_rate) and strengthens beyond it (Okubo
+  1989; Shibazaki & Shimamoto 2007), regularised as rate-and-state friction is:
+
+     mu = a asinh( v/(2 V0) exp((f0 + b g)/a) ),   g = ln(exp(psi) + V0/v_c),   exp(psi) = V0 theta/d_c
+
+  s is psi. A law fills in mu and its derivatives with respect to s and v.
+*/
+static void CutOff(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds, PetscReal *dmu_dv)
+{
+  const PetscReal end = p->reference_rate / p->rate;
+
+  SlipRateAndState(p, log(exp(s) + end), v, mu, dmu_ds, dmu_dv);
+  *dmu_ds *= exp(s) / (exp(s) + end);
+}
+
+/* The rate of s and its derivatives: the aging or the slip law, which are there to be used. */
+static void Evolve(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate, PetscReal *drate_ds,
+                   PetscReal *drate_dv)
+{
+  SlipRateAndStateRate(p, s, v, rate, drate_ds, drate_dv);
+}
+
+/* Where nothing changes at the rate v: theta = d_c/v */
+static PetscReal Steady(const SlipFriction *p, PetscReal v)
+{
+  return log(p->reference_rate / v);
+}
+
+static PetscErrorCode Run(void)
+{
+  const SlipFrictionLaw law = {.name = "cut_off",
+                               .eval = CutOff,
+                               .formula = "a asinh(|v|/(2 V0) exp((f0 + b ln(V0 theta/slip + V0/rate))/a))",
+                               .by_rate = PETSC_TRUE,
+                               .smooth = PETSC_TRUE,
+                               .state = Evolve,
+                               .steady = Steady};
+  PetscBool complete;
+  SlipFault fault;
+  TS ts;
+  Vec w;
+
+  PetscFunctionBeginUser;
+  PetscCall(SlipFaultRegisterFrictionLaw(&law)); /* before the options are read */
+  PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
+  PetscCall(SlipFaultSetString(fault, "friction_law", "cut_off"));
+  PetscCall(SlipFaultSetFromOptions(fault));
+  PetscCall(SlipFaultSetUp(fault));
+  PetscCall(SlipFaultCreateState(fault, &w));
+  PetscCall(SlipFaultSetInitialState(fault, w));
+  PetscCall(TSCreate(PETSC_COMM_WORLD, &ts));
+  PetscCall(SlipFaultConfigureTS(fault, ts));
+  PetscCall(TSSetSolution(ts, w));
+  PetscCall(TSSetFromOptions(ts));
+  PetscCall(SlipFaultOutputStart(fault, ts));
+  PetscCall(TSSolve(ts, w));
+  PetscCall(SlipFaultOutputFinish(fault, ts, 0, 0));
+  PetscCall(SlipFaultReportEnd(fault, ts, &complete));
+  PetscCall(VecDestroy(&w));
+  PetscCall(TSDestroy(&ts));
+  PetscCall(SlipFaultDestroy(&fault));
+  PetscFunctionReturn(0);
+}
+
+int main(int argc, char **argv)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(SlipErrorHandlerPush("friction_law"));
+  PetscCall(Run());
+  PetscCall(PetscFinalize());
+  return 0;
+}

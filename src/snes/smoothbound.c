@@ -1,0 +1,144 @@
+/* SNES "semismooth" where the bound is smooth and 0 at rest, as that of rate-and-state friction: G(x) + omega Q(x) = 0, Q(x) =
+   q(|x|) sign(x). Nothing sticks, and no cone is needed; but Q grows like the logarithm of x over thirty decades, in which
+   Newton's method in x gets nowhere.
+
+   Each cell for itself is a scalar equation. With D = diag(B) and f = D x - G(x), what the others leave it,
+   D y + omega Q(y) = f has a root y = S(f), found in ln y. Newton's method on x = S(f(x)), nonlinear elimination of the cells,
+   has the Jacobian S' (B + omega Q'(y)), so that its step from y is that of Newton's method in x, (B + omega Q') dx = -F(y),
+   followed by the elimination at y + dx. There G is linear: by the step's own equation
+     f = D (y + dx) + omega (Q + Q' dx)
+   needs no further product. Every cell is moved to where its own friction balances what the linear step left it, in its own
+   decade. One product with B an iteration, and those of the linear solve. */
+#include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipsys.h>
+
+/* Iterations in a row that an approximate operator may fail to halve the residual */
+enum { patience = 4 };
+
+/* dx of (A + slope) dx = -F on the rows that nobody prescribes; ok is false where that is not positive definite: the stage
+   goes past an instability. */
+static PetscErrorCode Direction(SNES snes, SlipConstraint con, Mat A, PetscBool *ok)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  Vec rhs = ss->slip.work[SEMISMOOTH_RHS], dx = ss->slip.work[SEMISMOOTH_DX];
+  PetscBool done, pd;
+
+  PetscFunctionBegin;
+  PetscCall(VecPointwiseMult(rhs, con->mask, con->F));
+  PetscCall(VecScale(rhs, -1.0));
+  PetscCall(SlipDirectSolve(A, con->mask, con->slope, rhs, dx, ss->direct_max, &done, &pd));
+  if (done) {
+    snes->linear_its++;
+    ss->n_direct++;
+    *ok = pd;
+  } else
+    PetscCall(SlipSemismoothKrylov(snes, con, A, con->slope, ok, &pd));
+  if (!pd) {
+    PetscCall(PetscInfo(snes, "Indefinite Jacobian: the step would go past an instability\n"));
+    con->unstable = PETSC_TRUE;
+    *ok = PETSC_FALSE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the cells are left with after the step lambda dx: rest + lambda change. */
+static PetscErrorCode SetUpLoads(SNES snes, SlipConstraint con, Vec x)
+{
+  const Vec *work = ((SNES_Semismooth *)snes->data)->slip.work;
+  Vec D = work[SEMISMOOTH_RHO], rest = work[SEMISMOOTH_OFFSET], change = work[SEMISMOOTH_RHS];
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(con->rho, D));
+  PetscCall(VecReciprocal(D));
+  PetscCall(VecPointwiseMult(rest, D, x));
+  PetscCall(VecAXPY(rest, -1.0, con->g));
+  PetscCall(VecWAXPY(change, 1.0, D, con->slope));
+  PetscCall(VecPointwiseMult(change, change, work[SEMISMOOTH_DX]));
+  PetscCall(VecAXPY(change, 1.0, con->F));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* x where the cells balance after the step lambda dx from XS, evaluated; not when one of them has no stable balance. */
+static PetscErrorCode MoveTo(SNES snes, SlipConstraint con, PetscReal lambda, Vec x, PetscBool *unstable)
+{
+  const Vec *work = ((SNES_Semismooth *)snes->data)->slip.work;
+
+  PetscFunctionBegin;
+  *unstable = PETSC_FALSE;
+  PetscCall(VecWAXPY(work[SEMISMOOTH_LOAD], lambda, work[SEMISMOOTH_RHS], work[SEMISMOOTH_OFFSET]));
+  PetscCall(VecCopy(work[SEMISMOOTH_XS], x));
+  PetscCall(
+    (*con->ops->solve_cells)(con, con->omega, work[SEMISMOOTH_RHO], work[SEMISMOOTH_LOAD], x, unstable, con->ctx));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, unstable, 1, MPIU_BOOL, MPI_LOR, PetscObjectComm((PetscObject)con)));
+  if (!*unstable) PetscCall(SlipConstraintEvaluate(con, NULL, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The longest of the steps dx, dx/2, ... that lowers the residual; *ok is false when none does */
+static PetscErrorCode Step(SNES snes, SlipConstraint con, Mat A, PetscInt it, Vec x, PetscBool *ok)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  PetscBool unstable = PETSC_FALSE, found = PETSC_FALSE;
+  PetscReal lambda = 1.0;
+
+  PetscFunctionBegin;
+  PetscCall(Direction(snes, con, A, ok));
+  if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SetUpLoads(snes, con, x));
+  PetscCall(VecCopy(x, ss->slip.work[SEMISMOOTH_XS]));
+  for (PetscInt k = 0; k <= SLIP_SEARCH_HALVINGS && !found; k++, lambda *= 0.5) {
+    PetscCall(MoveTo(snes, con, lambda, x, &unstable));
+    if (!unstable) found = SlipSearchAccepts(&ss->search, lambda, con->merit);
+  }
+  if (found) {
+    SlipSearchRemember(&ss->search, it, con->merit);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (unstable) PetscCall(PetscInfo(snes, "Cells without a stable balance: the step would go past an instability\n"));
+  con->unstable = unstable;
+  *ok = PETSC_FALSE;
+  PetscCall(VecCopy(ss->slip.work[SEMISMOOTH_XS], x));
+  PetscCall(SlipConstraintEvaluate(con, NULL, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipSmoothBoundSolve(SNES snes, SlipConstraint con, Vec x)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  SNESConvergedReason reason;
+  PetscBool ok, exact = PETSC_FALSE;
+  PetscInt slow = 0;
+  PetscReal last;
+  Mat A;
+
+  PetscFunctionBegin;
+  PetscCall(SlipConstraintBegin(con, x));
+  PetscCall(SlipConstraintEvaluate(con, NULL, x));
+  SlipSearchForget(&ss->search, con->merit);
+  PetscCall(SlipConstraintReport(snes, con, 0, &reason));
+  for (PetscInt it = 1; reason == SNES_CONVERGED_ITERATING; it++) {
+    PetscTryTypeMethod(snes, update, snes->iter);
+    last = con->norm;
+    if (it > 1) PetscCall(SlipConstraintJacobian(con, x));
+    PetscCall(SlipSemismoothOperator(con, exact, &A));
+    PetscCall(Step(snes, con, A, it, x, &ok));
+    if (!ok && !con->unstable && con->norm <= SLIP_SEARCH_RTOL) { /* rounding is what is left */
+      snes->reason = SNES_CONVERGED_FNORM_ABS;
+      break;
+    }
+    if (!ok) {
+      snes->reason = con->unstable ? SNES_DIVERGED_LINEAR_SOLVE : SNES_DIVERGED_LINE_SEARCH;
+      break;
+    }
+    PetscCall(SlipConstraintReport(snes, con, it, &reason));
+    slow = con->norm > 0.5 * last ? slow + 1 : 0;
+    if (slow && reason == SNES_CONVERGED_ITERATING && con->norm <= SLIP_SEARCH_RTOL && A == con->B)
+      snes->reason = reason = SNES_CONVERGED_FNORM_ABS;
+    if (slow >= patience && A != con->B) {
+      exact = PETSC_TRUE;
+      ss->n_exact++;
+    }
+  }
+  PetscCall(SlipConstraintFinish(con, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

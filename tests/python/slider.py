@@ -1,0 +1,64 @@
+"""One block with rate-and-state friction, by other means than the program's: ln V, psi = ln(V0 theta/d_c) and u as differential
+equations, the first by differentiating the balance in time, so that no balance is ever solved; in extended precision, by
+extrapolation of the midpoint rule (Gragg 1965, Bulirsch & Stoer 1966)."""
+
+import numpy as np
+
+Real = np.longdouble
+STEPS = [2, 4, 6, 8, 10, 12, 14, 16]  # of the midpoint rule: order 16
+
+
+class Slider:
+    def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15):
+        self.K, self.eta, self.sigma, self.a, self.b, self.slip, self.reference, self.V0, self.loading = map(
+            Real, (K, eta, sigma, a, b, slip, reference, rate, loading))
+        self.law, self.tolerance = law, Real(tolerance)
+
+    def change(self, y):
+        """d(ln V, psi, u)/dt; y[2] is slip beyond that of the loading"""
+        V = np.exp(y[0])
+        if self.law == "aging":
+            state = self.V0 / self.slip * np.exp(-y[1]) - V / self.slip
+        else:
+            state = -V / self.slip * (y[0] - np.log(self.V0) + y[1])
+        # sigma mu(V, psi) + eta V = T - K u: mu = a asinh(x), x = V/(2 V0) exp((f0 + b psi)/a)
+        x = V / (2 * self.V0) * np.exp((self.reference + self.b * y[1]) / self.a)
+        share = x / np.sqrt(1 + x * x)
+        by_log_rate = self.sigma * self.a * share + self.eta * V
+        return np.array([(-self.K * (V - self.loading) - self.sigma * self.b * share * state) / by_log_rate, state,
+                         V - self.loading], dtype=Real)
+
+    def friction(self, log_rate, psi):
+        x = np.exp(log_rate) / (2 * self.V0) * np.exp((self.reference + self.b * psi) / self.a)
+        return self.a * np.log(x + np.sqrt(1 + x * x))
+
+    def stride(self, y, h):
+        """State after h, and the difference of the last two columns of the table"""
+        rows = []
+        for n in STEPS:
+            step = h / n
+            before, now = y, y + step * self.change(y)
+            for _ in range(n - 1):
+                before, now = now, before + 2 * step * self.change(now)
+            # Gragg's last step
+            rows.append((before + now + step * self.change(now)) / 2)
+        table, last = list(rows), None
+        for column in range(1, len(STEPS)):
+            last = table[-1]
+            table = [table[i + 1] + (table[i + 1] - table[i]) / ((Real(STEPS[i + column]) / STEPS[i]) ** 2 - 1)
+                     for i in range(len(table) - 1)]
+        return table[0], table[0] - last
+
+    def run(self, log_rate, psi, end, step=None):
+        """(ln V, psi, u) at the end [s]"""
+        y, t, h = np.array([log_rate, psi, 0], dtype=Real), Real(0), Real(step or end / 1e4)
+        end, scale = Real(end), np.array([1, 1, self.slip], dtype=Real)
+        while t < end:
+            h = min(h, end - t)
+            new, error = self.stride(y, h)
+            size = np.max(np.abs(error) / scale) / self.tolerance
+            if np.isfinite(size) and size <= 1:
+                y, t = new, t + h
+            h *= min(2, max(Real(0.2), Real(0.8) * size ** (-1 / Real(15)))) if np.isfinite(size) and size > 0 else (
+                Real(0.2) if not np.isfinite(size) else 2)
+        return y

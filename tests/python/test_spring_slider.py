@@ -1,0 +1,102 @@
+#!/usr/bin/env python3
+"""Rate-and-state friction of one block: runs against a reference in extended precision, the steady state, the stiffness at which
+it becomes unstable, and runs that go on from checkpoints."""
+
+import os
+import subprocess
+import unittest
+
+from scripts import ScriptTest
+from slider import Slider
+
+import h5py
+import numpy as np
+
+FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
+SIGMA, A, B, SLIP, F0, V0, LOADING = 10e6, 0.01, 0.015, 0.01, 0.6, 1e-6, 1e-9
+G, RHO = 30e9, 2500.0
+ETA = 0.5 * np.sqrt(G * RHO)
+CRITICAL = SIGMA * (B - A) / SLIP  # stiffness [Pa/m] (Ruina 1983); eta V/sigma is 1e-9 of it
+
+
+class SpringSlider(ScriptTest):
+    def fault(self, K, end, *options, name="o.h5", code=0):
+        with h5py.File(self.path("k.h5"), "w") as file:
+            file["stiffness"] = np.array([[K]])
+        command = [FAULT, "-fault_nx", "1", "-fault_nz", "1", "-fault_stiffness_file", "k.h5", "-fault_friction_law", "rate_and_state",
+                   "-fault_normal_stress", str(SIGMA), "-fault_normal_stress_gradient", "0", "-fault_friction_a", str(A),
+                   "-fault_friction_b", str(B), "-fault_friction_slip", str(SLIP), "-fault_loading_rate", str(LOADING),
+                   "-fault_shear_modulus", str(G), "-fault_density", str(RHO), "-ts_max_time", repr(end),
+                   "-fault_output", name, "-fault_output_interval", "1000000", "-fault_stations", "1500,1500", *options]
+        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return done.stdout
+
+    def station(self, name="o.h5"):
+        with h5py.File(self.path(name)) as file:
+            return {key: data[...] for key, data in file["stations/0"].items()}
+
+    def test_reference(self):
+        """Half of the critical stiffness, from 100 times the loading rate: through an event, of 0.2 m/s after 8e4 s, to the quiet
+        after it, and through a second one after 5.24e8 s. 1e-10, relative: local errors of 1e-13 in a thousand steps, and roundings
+        of a traction by 1e-16, of which T/(a sigma), 60 times as much, is that of a slip rate."""
+        for law, ends in (("aging", (6e6, 5.3e8)), ("slip", (6e6,))):
+            slider = Slider(0.5 * CRITICAL, ETA, SIGMA, A, B, SLIP, F0, V0, LOADING, law)
+            psi = np.log(V0 / LOADING)
+            for end in ends:
+                log_rate, state, u = slider.run(np.log(np.longdouble(100 * LOADING)), np.longdouble(psi), end, 1e3)
+                for integrator in (("-ts_rk_type", "8vr"), ("-ts_type", "adams", "-ts_adams_max_order", "8")):
+                    self.fault(0.5 * CRITICAL, end, "-fault_initial_rate", repr(100 * LOADING), "-fault_state_law", law, "-ts_rtol", "1e-13",
+                               *integrator)
+                    last = {key: values[-1] for key, values in self.station().items()}
+                    self.assertEqual(last["time"], end)
+                    with self.subTest(law=law, end=end, integrator=integrator):
+                        self.assertLess(abs(last["slip_rate"] / float(np.exp(log_rate)) - 1), 1e-10)
+                        self.assertLess(abs(last["state"] / float(SLIP / V0 * np.exp(state)) - 1), 1e-10)
+                        self.assertLess(abs(last["slip"] / float(u + LOADING * end) - 1), 1e-10)
+                        self.assertLess(abs(-last["traction"] / float(SIGMA * slider.friction(log_rate, state)) - 1), 1e-11)  # mu is 0.6, and a of it goes with ln V
+
+    def test_steady(self):
+        """Steady sliding at the loading rate stays, above the critical stiffness, for 1e4 d_c/v."""
+        self.fault(2 * CRITICAL, 1e11, "-ts_rtol", "1e-6")
+        s = self.station()
+        # explicit steps grow until they are unstable, and what grows then is seen when it is as large as the tolerance
+        np.testing.assert_allclose(s["slip_rate"], LOADING, rtol=1e-5)
+        np.testing.assert_allclose(s["state"], SLIP / LOADING, rtol=1e-5)
+
+    def test_stability(self):
+        """One percent above the critical stiffness a disturbance decays and one percent below it grows, as fast as the
+        eigenvalues of the linear equations say. Their real part is 1/4 of a percent of the rate V/d_c, so that in 20 periods a
+        disturbance changes by a factor of 1.6; 1 %: of a disturbance of 1e-4 the square is left out, local errors are 1e-10."""
+        for factor in (0.99, 1.01):
+            K = factor * CRITICAL
+            # (ln V, psi) about steady sliding: sigma a dlnV/dt = -K V dlnV - sigma b dpsi/dt, dpsi/dt = -V/d_c (dlnV + dpsi)
+            rate = LOADING / SLIP
+            matrix = np.array([[-K * LOADING / (SIGMA * A) + B / A * rate, B / A * rate], [-rate, -rate]])
+            value = np.linalg.eigvals(matrix)[0]
+            period = 2 * np.pi / abs(value.imag)
+            self.assertEqual(value.real > 0, factor < 1)
+            self.fault(K, 21 * period, "-fault_initial_rate", repr(LOADING * (1 + 1e-4)), "-ts_rtol", "1e-10", "-ts_rk_type", "5dp")
+            s = self.station()
+            x, time = np.abs(np.log(s["slip_rate"] / LOADING)), s["time"]
+            first, last = (np.max(x[(time > k * period) & (time < (k + 1) * period)]) for k in (0, 20))
+            self.assertLess(abs(last / first / np.exp(20 * period * value.real) - 1), 0.01)
+
+    def test_restart(self):
+        """A run that is stopped and goes on is the same, bit by bit."""
+        for integrator in (("-ts_rk_type", "3bs"), ("-ts_type", "adams")):
+            whole, part = f"whole{integrator[1]}.h5", f"part{integrator[1]}.h5"
+            options = ("-fault_initial_rate", repr(100 * LOADING), "-ts_rtol", "1e-6", *integrator)
+            self.fault(0.5 * CRITICAL, 1e7, *options, name=whole)
+            self.fault(0.5 * CRITICAL, 1e7, *options, "-ts_max_steps", "60", "-fault_checkpoint", "c.chk", name=part, code=3)
+            self.fault(0.5 * CRITICAL, 1e7, *options, "-fault_restart", "c.chk", "-fault_checkpoint", "c.chk", name=part)
+            one, two = self.station(whole), self.station(part)
+            for key in one:
+                np.testing.assert_array_equal(one[key], two[key])
+            for file in ("c.chk", "c.chk.previous"):
+                if os.path.exists(self.path(file)):
+                    os.remove(self.path(file))
+
+
+if __name__ == "__main__":
+    unittest.main()
