@@ -305,6 +305,7 @@ typedef struct {
   PetscReal push;                 /* what the elastic force along the motion exceeds the strength by [Pa] */
   /* of v, where all rest of uc: as critical_stiffness and critical_weakening [1/s^2] */
   PetscReal mode_stiffness, mode_weakening;
+  PetscReal relaxation; /* largest eigenvalue of K times largest change of v with the stress [1/s]; 0: not known */
   PetscBool estimated;  /* the last attempt says the following */
   PetscReal slip_error; /* |error of s| [m] */
   PetscReal growth;     /* sum of d|v|/dt of sliding cells [m/s^2] */
@@ -316,7 +317,8 @@ enum {
   SLIP_READS_RESIDUAL = 4,  /* the residuals */
   SLIP_READS_ESTIMATES = 8, /* slip_error and growth */
   SLIP_READS_MODE = 16,     /* mode_stiffness and mode_weakening: another product with K */
-  SLIP_READS_ATTEMPTS = 32  /* the attempts so far */
+  SLIP_READS_ATTEMPTS = 32, /* the attempts so far */
+  SLIP_READS_STIFFNESS = 64 /* relaxation: no product with K, unlike the other numbers of a fault's state */
 };
 
 /* A row: what it reads (above), its formula, its meaning. */

@@ -56,6 +56,9 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name
 /* Attribute: the longest step [T*] while anything moves. Where a policy has it and the problem rests (SlipProblemOps of
    slipts.h), the step goes to the end of the rest whatever the policy says. */
 #define SLIP_POLICY_MOVING_DT_MAX "moving_dt_max"
+/* Attributes: with the dial at a, the tolerance -ts_rtol of the run is factor a^power */
+#define SLIP_POLICY_RTOL_FACTOR "rtol_factor"
+#define SLIP_POLICY_RTOL_POWER "rtol_power"
 /* Attribute: the observation whose power of ten multiplies every step, so that the action is in units of a time that the
    problem knows at every moment. */
 #define SLIP_POLICY_STEP_FACTOR "step_factor"

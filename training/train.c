@@ -5,6 +5,7 @@ static const char help[] =
   "  mpirun -n 2 train -train_algorithm filter   (a classical controller, tuned: options of -ts_adapt_type pi)\n"
   "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
   "  train -train_algorithm cmaes -train_problem ode -train_output ode.h5   (the general policy, for any TS)\n"
+  "  train -train_algorithm cmaes -train_problem cycles -train_output cycles.h5   (cycles of rate-and-state faults)\n"
   "  train -train_steps 20000 -train_output policy.h5 -train_log curve.h5\n"
   "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-cell faults)\n"
   "  mpirun -n 2 train -train_alpha 1,2,4 -train_seed 1,2 -train_output policy.h5    (six trainings, two at a time)\n"
@@ -13,6 +14,7 @@ static const char help[] =
   "Drawn by -train_random:\n";
 
 #include "cmaes/cmatrain.h"
+#include "cycles/cycles.h"
 #include "ode/ode.h"
 #include "offpolicy/sweep.h"
 #include "problems/problems.h"
@@ -72,13 +74,19 @@ static PetscErrorCode Run(PetscInt *failed)
   EnvRun run;
   EnvInstance instance;
   char algorithm[32] = "", problem[32] = "";
-  PetscBool only_help, evolution, filter, general, steps;
+  PetscBool only_help, evolution, filter, general, cycles, steps;
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetString(NULL, NULL, "-train_algorithm", algorithm, sizeof(algorithm), NULL));
   PetscCall(PetscStrcmp(algorithm, "cmaes", &evolution));
   PetscCall(PetscOptionsGetString(NULL, NULL, "-train_problem", problem, sizeof(problem), NULL));
   PetscCall(PetscStrcmp(problem, "ode", &general));
+  PetscCall(PetscStrcmp(problem, "cycles", &cycles));
+  if (evolution && cycles) {
+    PetscCall(CyclesTrain(PETSC_COMM_WORLD));
+    PetscCall(SlipWarnOfUnusedOptions());
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (evolution && general) {
     PetscCall(OdeTrain(PETSC_COMM_WORLD));
     PetscCall(SlipWarnOfUnusedOptions());

@@ -76,9 +76,16 @@ PetscErrorCode TSAdaptChooseAfterFailure_Error(TSAdapt adapt, TS ts, PetscReal h
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+void SlipAdaptLeave(TSAdapt adapt, const SlipAdaptByError *ctx)
+{
+  adapt->safety = ctx->safety;
+  adapt->reject_safety = ctx->reject_safety;
+}
+
 static PetscErrorCode TSAdaptDestroy_Error(TSAdapt adapt)
 {
   PetscFunctionBegin;
+  SlipAdaptLeave(adapt, (const SlipAdaptByError *)adapt->data);
   PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)adapt, SLIP_STATE_METHOD, NULL));
   PetscCall(PetscFree(adapt->data));
@@ -91,6 +98,8 @@ PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, Slip
   PetscFunctionBegin;
   ctx->next = next;
   ctx->failure = 0.6;
+  ctx->safety = adapt->safety;
+  ctx->reject_safety = adapt->reject_safety;
   adapt->data = ctx;
   adapt->ops->choose = TSAdaptChoose_Error;
   adapt->ops->destroy = TSAdaptDestroy_Error;

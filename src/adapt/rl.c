@@ -34,6 +34,23 @@ static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A policy may have been trained with a tolerance that follows the dial; -ts_rtol goes before. */
+static PetscErrorCode SetTolerance_RL(TSAdapt adapt, TS ts)
+{
+  const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
+  PetscReal factor, power;
+  PetscBool follows, powered, given;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_RTOL_FACTOR, &factor, &follows));
+  PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_RTOL_POWER, &power, &powered));
+  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, ((PetscObject)ts)->prefix, "-ts_rtol", &given));
+  if (!follows || given) PetscFunctionReturn(PETSC_SUCCESS);
+  factor *= PetscPowReal(rl->observer.run.accuracy, powered ? power : 0);
+  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, factor, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A solve begins: the state of now is the start. */
 static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
 {
@@ -52,6 +69,7 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   } else {
     PetscCall(SlipPolicyGetFile(rl->policy, &source));
     PetscCall(SlipPolicyIsRelative(rl->policy, &rl->relative));
+    PetscCall(SetTolerance_RL(adapt, ts));
     PetscCall(SlipPolicyGetStepBounds(rl->policy, o->run.tstar, o->run.max_time, &o->run.dt_min, &o->run.dt_max));
   }
   PetscCall(SlipObserverFindRows(o, rl->n, rl->seen, source));
@@ -476,6 +494,7 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(TSAdaptReset_RL(adapt));
+  SlipAdaptLeave(adapt, &rl->heuristic.base);
   PetscCall(Compose_RL(adapt, PETSC_FALSE));
   PetscCall(SlipPolicyDestroy(&rl->policy));
   PetscCall(PetscFree2(rl->seen, rl->obs));
@@ -502,6 +521,9 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   is taken where a problem has none of its own) goes by the error estimate: E > 1 rejects the attempt, a rejected step is
   followed by one of 0.9 h at most, or 0.5 h when the one before was rejected too, a failed solve by h/2, and the
   first step is the TS's own. Where PETSc shortens the step after a failed solve, it does not grow for four attempts.
+
+  A policy with the attribute rtol_factor was trained with a tolerance that follows the dial a: -ts_rtol is rtol_factor
+  a^rtol_power unless the option is given.
 
   With a TS other than bathe, failed solves stay PETSc's business (-ts_adapt_scale_solve_failed), the residual counts as
   0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.

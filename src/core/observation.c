@@ -337,6 +337,11 @@ static PetscReal LogPeakRatio(const SlipFaultNumbers *f)
   return f->rate > 0 ? LogWithin(f->peak / f->rate, (PetscReal)1, (PetscReal)50) : 0;
 }
 
+static PetscReal LogRelaxation(const SlipFaultNumbers *f)
+{
+  return LogWithin(f->relaxation * f->tstar, (PetscReal)1e-30, (PetscReal)1e30);
+}
+
 /* h, E and residuals are those of the last attempt. What follows "else" serves problems that do not supply the row;
    rows without a formula of any run are those of faults. */
 const SlipObservation SlipObservations[] = {
@@ -407,6 +412,10 @@ const SlipObservation SlipObservations[] = {
   {"kinetic", SLIP_READS_STATE, NULL, Kinetic, "of a fault: v'Mv/(uc'K uc)"},
   {"log_energy_rate", SLIP_READS_STATE, NULL, LogEnergyRate,
    "of a fault: log10 of the elastic energy's change per time T*, over the critical energy"},
+  {"log_relaxation", SLIP_READS_STATE | SLIP_READS_STIFFNESS, NULL, LogRelaxation,
+   "of a fault without inertia whose friction is smooth: log10(T* r), r = largest eigenvalue of K times the largest "
+   "change of v with the stress, 1/(eta + sigma dmu/dv), in [-30, 30]: explicit steps longer than 2 to 3 over r are "
+   "unstable; -30 for others"},
   {Change, 0, NULL, NULL, "before a name: the value less that at the accepted step before; 0 at the start"},
   {NULL, 0, NULL, NULL, NULL},
 };

@@ -1,7 +1,10 @@
 /* Rate-and-state friction without inertia as an explicit TS: tolerances, right-hand side, and what follows a step. */
 #include <slipstep/private/slipfault.h>
+#include <slipadapt.h>
+#include <slippolicy.h>
 
 #define EXPLICIT_RTOL 1e-4         /* default tolerance, as other codes have it */
+#define EXPLICIT_ACCURACY 1e-3     /* default dial of the policy for cycles, in recurrences */
 #define FIRST_STEP 0.01            /* over the time in which the fastest cell slips its d_c */
 #define EXPLICIT_LARGEST_STATE 500 /* ln(V0 theta/d_c), whose exponential is 1e217 */
 #define EXPLICIT_FARTHEST 1e6      /* from where loading would have a cell be [m] */
@@ -144,18 +147,30 @@ PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The explicit problem, for Runge-Kutta pairs */
-PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
+/* Adams' formulas, their steps by the policy for cycles where it is there; other integrators have controllers of their own. */
+static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
 {
-  PetscReal step;
+  char file[PETSC_MAX_PATH_LEN];
+  PetscBool found;
   TSAdapt adapt;
 
   PetscFunctionBegin;
-  PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
-  PetscCall(TSSetType(ts, TSRK));
-  PetscCall(TSRKSetType(ts, TSRK3BS));
+  PetscCall(SlipPolicyFindDefault(fault->comm, "cycles", file, sizeof(file), &found));
+  PetscCall(TSSetType(ts, TSADAMS));
   PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, TSADAPTBASIC));
+  PetscCall(TSAdaptSetType(adapt, found ? TSADAPTRL : TSADAPTBASIC));
+  PetscCall(TSAdaptRLSetAccuracy(adapt, EXPLICIT_ACCURACY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The explicit problem */
+PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
+{
+  PetscReal step;
+
+  PetscFunctionBegin;
+  PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
+  PetscCall(ChooseIntegrator(fault, ts));
   PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
   PetscCall(TSSetFunctionDomainError(ts, InDomain));
   PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));

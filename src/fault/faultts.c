@@ -57,9 +57,11 @@ static PetscErrorCode TimeScale_Fault(TS ts, PetscReal *tstar)
 
 static PetscErrorCode Name_Fault(TS ts, const char **name)
 {
+  SlipFault fault;
+
   PetscFunctionBegin;
-  (void)ts;
-  *name = "fault";
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  *name = fault->problem.any_integrator ? "cycles" : "fault";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -105,6 +105,7 @@ static void fault_rows(void **state)
                         .critical_stiffness = 25,
                         .critical_weakening = 32, /* root -3 + sqrt(9 - 25 + 32) = 1, so T_g = 1/5.5 */
                         .push = -0.75 * 5 * 2,    /* as much as w |v| M */
+                        .relaxation = 50,
                         .mode_stiffness = 4,
                         .mode_weakening = 18.56}; /* root -1.2 + sqrt(1.44 - 4 + 18.56) = 2.8, so T_g = 1/3.4 */
   const struct {
@@ -135,7 +136,8 @@ static void fault_rows(void **state)
               {"damping_ratio", 0.6},
               {"log_peak_ratio", log10(1.25 / 0.75)},
               {"kinetic", 0.5},
-              {"log_energy_rate", log10(12)}};
+              {"log_energy_rate", log10(12)},
+              {"log_relaxation", 2}};
   size_t rows = 0;
 
   (void)state;

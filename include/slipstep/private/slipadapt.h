@@ -22,10 +22,12 @@ PETSC_INTERN PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscRea
 typedef PetscReal (*SlipAdaptNextFn)(TSAdapt adapt, TS ts, PetscReal h, PetscReal E, PetscReal q, PetscBool *accept);
 typedef struct {
   SlipAdaptNextFn next;
-  PetscReal failure; /* factor on the step when a solve did not converge */
+  PetscReal failure;               /* factor on the step when a solve did not converge */
+  PetscReal safety, reject_safety; /* of the TSAdapt before it had this type, which the next type finds again */
 } SlipAdaptByError;
 PETSC_INTERN PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, SlipAdaptNextFn next,
                                                    PetscErrorCode (*state)(TSAdapt, SlipState));
+PETSC_INTERN void SlipAdaptLeave(TSAdapt adapt, const SlipAdaptByError *ctx); /* the type goes */
 /* What it makes TSAdapt and TSBATHE call */
 PETSC_INTERN PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
                                                 PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter);

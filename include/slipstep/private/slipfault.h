@@ -216,6 +216,7 @@ typedef struct {
   Vec F;              /* its rates, borrowed from the TS */
   Vec first;          /* those of the first step of a run that goes on from a checkpoint; NULL: to be computed */
   Vec u, rate, force; /* its displacement [m], slip rate [m/s], and K u [Pa] */
+  PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: nobody has asked */
   PetscBool *creeps;  /* [n] cells that slip at the loading rate; NULL: none */
   PetscReal *kept;    /* what constants point to; NULL where the normal stress changes */
   SlipRateAndStateConstants constants;

@@ -1,0 +1,274 @@
+/* What the policy for cycles rests on: how fast stress relaxes, how long stable steps of TSADAMS are, and that it is found
+   and keeps its dial. */
+#include "policies.h"
+#include "cycles/cycles.h"
+#include <slipcore.h>
+#include <petscblaslapack.h>
+#include <petscts.h>
+#include <math.h>
+
+enum { NX = 6, NZ = 5, N = NX * NZ };
+
+/* BP5's cells of 8 km, those of its rim strengthening; the third begins a thousand times faster */
+static SlipFault fault_of(PetscReal rate)
+{
+  PetscReal a[N], v[N];
+  SlipFault fault;
+
+  for (PetscInt i = 0; i < N; i++) {
+    a[i] = i % NX == 0 || i / NX == NZ - 1 ? 0.04 : 0.01;
+    v[i] = i == 2 ? rate : 1e-9;
+  }
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
+  ok(SlipFaultSetReal(fault, "nx", NX));
+  ok(SlipFaultSetReal(fault, "nz", NZ));
+  ok(SlipFaultSetReal(fault, "length_x", NX * 8e3));
+  ok(SlipFaultSetReal(fault, "length_z", NZ * 8e3));
+  ok(SlipFaultSetReal(fault, "friction_b", 0.03));
+  ok(SlipFaultSetReal(fault, "friction_slip", 0.14));
+  ok(SlipFaultSetReal(fault, "normal_stress", 25e6));
+  ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
+  ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+  ok(SlipFaultSetField(fault, "friction_a", N, a));
+  ok(SlipFaultSetField(fault, "initial_rate", N, v));
+  ok(SlipFaultSetUp(fault));
+  return fault;
+}
+
+static double largest_eigenvalue(Mat K)
+{
+  PetscBLASInt n = N, lwork = 10 * N, info;
+  PetscReal A[N * N], value[N], work[10 * N];
+  Vec x, y;
+
+  ok(MatCreateVecs(K, &x, &y));
+  for (PetscInt j = 0; j < N; j++) {
+    const PetscReal *a;
+
+    ok(VecZeroEntries(x));
+    ok(VecSetValue(x, j, 1, INSERT_VALUES));
+    ok(VecAssemblyBegin(x));
+    ok(VecAssemblyEnd(x));
+    ok(MatMult(K, x, y));
+    ok(VecGetArrayRead(y, &a));
+    for (PetscInt i = 0; i < N; i++) A[j * N + i] = a[i];
+    ok(VecRestoreArrayRead(y, &a));
+  }
+  LAPACKsyev_("N", "U", &n, A, &n, value, work, &lwork, &info);
+  assert_int_equal(info, 0);
+  VecsDestroy(&x, &y);
+  return value[N - 1];
+}
+
+/* log_relaxation of the start, as a policy is told it, against LAPACK and the rate as a function of stress by differences:
+   power iteration finds the eigenvalue from below, to 1 % */
+static void relaxation(void **state)
+{
+  const PetscReal rate[] = {1e-6, 1};
+
+  (void)state;
+  for (int k = 0; k < 2; k++) {
+    SlipFault fault = fault_of(rate[k]);
+    const double sigma_a = 25e6 * 0.01;
+    double stiffness, change, want;
+    PetscReal G, rho;
+    const SlipProblemOps *problem;
+    PetscReal tstar, value;
+    PetscInt row;
+    TSAdapt adapt;
+    Mat K;
+    Vec w;
+    TS ts;
+
+    ok(SlipFaultGetReal(fault, "shear_modulus", &G));
+    ok(SlipFaultGetReal(fault, "density", &rho));
+    ok(SlipFaultGetOperators(fault, &K, NULL, NULL));
+    ok(SlipFaultGetTimeScale(fault, &tstar));
+    stiffness = largest_eigenvalue(K);
+    /* sigma a asinh(X) grows by sigma a/v (1 - ...) with v: X is at least e^30 here */
+    change = 1 / (sqrt(G * rho) / 2 + sigma_a / (double)rate[k]);
+    want = log10(stiffness * change * (double)tstar);
+    ok(SlipFaultCreateState(fault, &w));
+    ok(SlipFaultSetInitialState(fault, w));
+    ok(TSCreate(PETSC_COMM_SELF, &ts));
+    ok(SlipFaultConfigureTS(fault, ts));
+    ok(TSSetSolution(ts, w));
+    ok(TSGetAdapt(ts, &adapt));
+    ok(TSGetSlipProblem(ts, &problem));
+    ok((*problem->find)(ts, "log_relaxation", &row));
+    ok((*problem->observe)(ts, 1, &row, &value));
+    if (value > want + 1e-6 || value < want - 0.005) fail_msg("%.6f, expected %.6f", (double)value, want);
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&w));
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
+/* ---- TSADAMS ---- */
+
+static PetscErrorCode Decay(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)ts, (void)t, (void)ctx;
+  PetscCall(VecCopy(y, f));
+  PetscCall(VecScale(f, -1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y' = -y from 1 with constant steps by formulas of order 2 */
+static double decayed(PetscReal h, PetscInt steps)
+{
+  PetscReal value;
+  TSAdapt adapt;
+  Vec y;
+  TS ts;
+
+  ok(VecCreateSeq(PETSC_COMM_SELF, 1, &y));
+  ok(VecSet(y, 1));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(TSSetType(ts, TSADAMS));
+  ok(TSAdamsSetMaxOrder(ts, 1));
+  ok(TSSetRHSFunction(ts, NULL, Decay, NULL));
+  ok(TSSetTimeStep(ts, h));
+  ok(TSSetMaxSteps(ts, steps));
+  ok(TSSetMaxTime(ts, 1e9));
+  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_STEPOVER));
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTNONE));
+  ok(TSSolve(ts, y));
+  ok(VecMax(y, NULL, &value));
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&y));
+  return (double)value;
+}
+
+/* With f* = (1 + z) z y_n, z = -h, the step is y_n+1 = y_n + w_0 f* + z (w_1 y_n + w_2 y_n-1), the weights of twice (5, 8,
+   -1)/12 less (1, 1, 0)/2: (2, 5, -1)/6. r^2 = r (1 + z 7/6 + z^2/3) - z/6 has |r| = 1 first at r = -1: 2 + 4 z/3 + z^2/3 = 0 has no
+   root; at r = 1: z (z + 3)/3 = 0, so steps are stable to 3 (trapezoids after Euler: 2). */
+static void stability(void **state)
+{
+  double error[2];
+
+  (void)state;
+  assert_true(fabs(decayed(2.9, 400)) < 1e-3);
+  assert_true(fabs(decayed(3.1, 400)) > 1e3);
+  for (int k = 0; k < 2; k++) error[k] = fabs(decayed(0.02 / (1 + k), 50 * (1 + k)) - exp(-1));
+  assert_true(fabs(log2(error[0] / error[1]) - 2) < 0.1); /* the next term is smaller by h */
+}
+
+/* ---- the policy ---- */
+
+/* The policy that is there for the problem cycles keeps its dial on faults that it has not seen, with fewer products than
+   basic at its usual tolerance takes. Seeds of the training lie elsewhere. The error of five events, as that of the tenth, is
+   a sample: twice the dial may pass. */
+static void keeps_dial(void **state)
+{
+  char file[PETSC_MAX_PATH_LEN];
+  PetscBool found;
+  SlipPolicy p;
+
+  (void)state;
+  ok(SlipPolicyFindDefault(PETSC_COMM_SELF, "cycles", file, sizeof(file), &found));
+  assert_true(found);
+  ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+  ok(SlipPolicyLoad(p, file));
+  for (uint64_t seed = 1; seed < 3; seed++) {
+    const PetscReal dial[] = {1e-3, 3e-4};
+    CycleEpisode e;
+    CycleResult r;
+
+    ok(CycleEpisodeCreate(seed, &e));
+    for (int k = 0; k < 2; k++) {
+      ok(CycleEpisodeRun(&e, p, dial[k], 0, &r));
+      assert_true(r.good);
+      if (r.error > 2 * dial[k])
+        fail_msg("fault %d: error %g at the dial %g", (int)seed, (double)r.error, (double)dial[k]);
+    }
+    ok(CycleEpisodeDestroy(&e));
+  }
+  ok(SlipPolicyDestroy(&p));
+}
+
+/* -ts_adapt_type rl finds it, with adams and with rk, and takes the tolerance from the dial unless -ts_rtol is given. */
+static void is_found(void **state)
+{
+  const char *const types[] = {TSADAMS, TSRK};
+
+  (void)state;
+  for (int k = 0; k < 4; k++) {
+    SlipFault fault = fault_of(1e-6);
+    const char *name;
+    PetscReal rtol;
+    SlipPolicy p;
+    TSAdapt adapt;
+    Vec w;
+    TS ts;
+
+    if (k > 1) ok(PetscOptionsSetValue(NULL, "-ts_rtol", "3e-5"));
+    ok(SlipFaultCreateState(fault, &w));
+    ok(SlipFaultSetInitialState(fault, w));
+    ok(TSCreate(PETSC_COMM_SELF, &ts));
+    ok(SlipFaultConfigureTS(fault, ts));
+    ok(TSSetType(ts, types[k % 2]));
+    ok(TSGetAdapt(ts, &adapt));
+    ok(TSAdaptSetType(adapt, TSADAPTRL));
+    ok(TSAdaptRLSetAccuracy(adapt, 1e-3));
+    ok(TSSetMaxTime(ts, 1e7));
+    ok(TSSetFromOptions(ts));
+    ok(TSSolve(ts, w));
+    ok(TSAdaptRLGetPolicy(adapt, &p));
+    ok(SlipPolicyGetAttribute(p, "problem", &name));
+    assert_string_equal(name, "cycles");
+    ok(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+    if (k > 1) {
+      assert_true(rtol == (PetscReal)3e-5);
+    } else {
+      PetscReal factor, power;
+      PetscBool has;
+
+      ok(SlipPolicyGetNumber(p, SLIP_POLICY_RTOL_FACTOR, &factor, &has));
+      assert_true(has);
+      ok(SlipPolicyGetNumber(p, SLIP_POLICY_RTOL_POWER, &power, &has));
+      assert_true(fabs(rtol / (factor * pow(1e-3, power)) - 1) < 1e-12);
+    }
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&w));
+    ok(SlipFaultDestroy(&fault));
+    ok(PetscOptionsClearValue(NULL, "-ts_rtol"));
+  }
+}
+
+/* The default of the law, and that options which choose another controller find PETSc's safety factors, not rl's */
+static void is_default(void **state)
+{
+  SlipFault fault = fault_of(1e-6);
+  PetscReal safety, reject, accuracy;
+  PetscBool is;
+  TSAdapt adapt;
+  TS ts;
+
+  (void)state;
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipFaultConfigureTS(fault, ts));
+  ok(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &is));
+  assert_true(is);
+  ok(TSGetAdapt(ts, &adapt));
+  ok(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &is));
+  assert_true(is);
+  ok(TSAdaptRLGetAccuracy(adapt, &accuracy));
+  assert_true(accuracy == (PetscReal)1e-3);
+  ok(TSAdaptSetType(adapt, TSADAPTBASIC));
+  ok(TSAdaptGetSafety(adapt, &safety, &reject));
+  assert_true(safety == (PetscReal)0.9 && reject == (PetscReal)0.5);
+  ok(TSDestroy(&ts));
+  ok(SlipFaultDestroy(&fault));
+}
+
+static int StartPackage(void **state)
+{
+  (void)state;
+  return (int)SlipStepInitializePackage();
+}
+
+SLIP_TESTS_WITH(StartPackage, NULL, relaxation, stability, keeps_dial, is_found, is_default)
