@@ -264,6 +264,7 @@ VECTOR static void BalanceChunk(PetscInt n, const SlipRateAndStateConstants *c, 
   }
 }
 
+/* Of SlipRateAndStateSetConstants(), but for the weights */
 VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, const PetscReal *restrict a,
                                   const PetscReal *restrict b, const PetscReal *restrict f0,
                                   const PetscReal *restrict stress, const SlipRateAndStateConstants *c)
@@ -281,6 +282,7 @@ VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, const
   }
 }
 
+/* dpsi/dt of the aging law */
 VECTOR static void AgingChunk(PetscInt n, PetscReal V0, const PetscReal *restrict slip, const PetscReal *restrict s,
                               const PetscReal *restrict v, PetscReal *restrict ds)
 {
@@ -291,6 +293,7 @@ VECTOR static void AgingChunk(PetscInt n, PetscReal V0, const PetscReal *restric
   }
 }
 
+/* dpsi/dt of the slip law */
 VECTOR static void SlipChunk(PetscInt n, PetscReal V0, const PetscReal *restrict slip, const PetscReal *restrict s,
                              const PetscReal *restrict v, PetscReal *restrict ds)
 {
