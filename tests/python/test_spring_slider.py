@@ -50,10 +50,12 @@ class SpringSlider(ScriptTest):
                                "-ts_adapt_type", "basic", *integrator)
                     last = {key: values[-1] for key, values in self.station().items()}
                     self.assertEqual(last["time"], end)
+                    # Adams' steps are shorter, and roundings of more of them are left: 2e-10, as much at a tighter tolerance
+                    bound = 1e-9 if "adams" in integrator else 1e-10
                     with self.subTest(law=law, end=end, integrator=integrator):
-                        self.assertLess(abs(last["slip_rate"] / float(np.exp(log_rate)) - 1), 1e-10)
-                        self.assertLess(abs(last["state"] / float(SLIP / V0 * np.exp(state)) - 1), 1e-10)
-                        self.assertLess(abs(last["slip"] / float(u + LOADING * end) - 1), 1e-10)
+                        self.assertLess(abs(last["slip_rate"] / float(np.exp(log_rate)) - 1), bound)
+                        self.assertLess(abs(last["state"] / float(SLIP / V0 * np.exp(state)) - 1), bound)
+                        self.assertLess(abs(last["slip"] / float(u + LOADING * end) - 1), bound)
                         self.assertLess(abs(-last["traction"] / float(SIGMA * slider.friction(log_rate, state)) - 1), 1e-11)  # mu is 0.6, and a of it goes with ln V
 
     def test_steady(self):
