@@ -188,31 +188,46 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* dv/dtau of the balance of cell i, 1/(eta + sigma dmu/dv). force: K u; load: the shear load. Where rate-and-state friction is
+   ten times a, which the balance tells without an exponential, dmu/dv is a/v to 1e-9. */
+static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal s,
+                            PetscReal v, PetscReal load, PetscReal force)
+{
+  const PetscReal eta = fault->balance.eta, rate = PetscAbsReal(v);
+  PetscReal mu, ds, dv;
+
+  if (fault->law->eval == SlipRateAndState) {
+    const PetscReal direct = friction->a[i] * friction->stress[i], vinf = fault->field[FIELD_LOADING_RATE][i];
+    const PetscReal strength = PetscAbsReal((load - force) / fault->weight[i] + eta * vinf) - eta * rate;
+
+    if (strength > 10 * direct) return rate / (eta * rate + direct);
+  }
+  SlipFrictionEvaluate(friction, i, s, rate, &mu, &ds, &dv);
+  return 1 / (eta + friction->stress[i] * dv);
+}
+
 /* Of the rates that the last right-hand side found, as those in w are of the step's start while it is judged; 0 where rates
    follow from momentum or jump */
 static PetscErrorCode Relaxation(SlipFault fault, Vec w, PetscReal *relaxation)
 {
   SlipFaultBalance *b = &fault->balance;
   SlipFrictionCells friction;
-  const PetscReal *a, *v;
+  const PetscReal *a, *v, *force, *load;
   PetscReal most = 0;
+  const SlipArrays arrays[] = {
+    {w, .read = &a}, {b->rate, .read = &v}, {b->force, .read = &force}, {fault->loads.shear, .read = &load}};
 
   PetscFunctionBegin;
   *relaxation = 0;
   if (!fault->law->smooth || fault->inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
   if (b->stiffest == 0) PetscCall(LargestEigenvalue(fault, &b->stiffest));
   PetscCall(SlipFaultGetFriction(fault, &friction));
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayRead(b->rate, &v));
+  PetscCall(SlipArraysGet(4, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
-    PetscReal mu, ds, dv;
-
     if (b->creeps && b->creeps[i]) continue;
-    SlipFrictionEvaluate(&friction, i, a[3 * i + 2], PetscAbsReal(v[i]), &mu, &ds, &dv);
-    most = PetscMax(most, 1 / (b->eta + friction.stress[i] * dv));
+    most = PetscMax(most, Compliance(fault, &friction, i, a[3 * i + 2], v[i], load[i], force[i]));
   }
-  PetscCall(VecRestoreArrayRead(b->rate, &v));
-  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SlipArraysRestore(4, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   *relaxation = b->stiffest * most;
   PetscFunctionReturn(PETSC_SUCCESS);
