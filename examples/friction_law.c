@@ -74,9 +74,8 @@ static PetscErrorCode Run(void)
 int main(int argc, char **argv)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(SlipProgramInitialize(&argc, &argv, "friction_law", help));
   PetscCall(SlipStepInitializePackage());
-  PetscCall(SlipErrorHandlerPush("friction_law"));
   PetscCall(Run());
   PetscCall(PetscFinalize());
   return 0;

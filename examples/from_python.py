@@ -6,6 +6,7 @@
 All options are PETSc's database, as in C: -ts_adapt_type pi, -fault_nx 20, -ts_monitor, ... On several ranks (mpirun -n 2)
 the fault is distributed, and every rank integrates the other two.
 """
+import ctypes
 import os
 import sys
 
@@ -54,6 +55,9 @@ def ode():
     J.setUp()
     ts = new_ts(PETSc.COMM_SELF, end, 1e-3, 1e-5, 1e-5)
     ts.setType("bathe")
+    adapt = ctypes.c_void_p()  # steps by heuristic unless -ts_adapt_type says otherwise, as small() and Fault have them
+    slipstep.call("TSGetAdapt", ts, ctypes.byref(adapt))
+    slipstep.call("TSAdaptSetType", adapt, "heuristic")
     ts.setRHSFunction(rhs, y.duplicate())
     ts.setRHSJacobian(jacobian, J)
     ts.setFromOptions()
@@ -90,18 +94,15 @@ def fault():
     fault = slipstep.Fault(nx=10, nz=10)
     fault.configure(ts)
     ts.setFromOptions()
-    w = ts.getSolution()
-    ts.solve(w)
-    slip = w.strideSum(2) / (w.getSize() // 3)  # a cell has v, u and s
-    report("fault", ts, f"mean slip {slip:.6f} m at {ts.getTime():g} s")
+    ts.solve(ts.getSolution())  # fault.solve(ts) for files: -fault_output, -fault_catalogue, ...
+    slip, traction, z = fault.values(ts, "slip"), fault.values(ts, "traction"), fault.centres()[2]
+    report("fault", ts, f"mean slip {slip.mean():.6f} m at {ts.getTime():g} s, largest {slip.max():.4f} m at "
+           f"{z.flat[slip.argmax()]:g} m of depth, shear stress up to {abs(traction).max() / 1e6:.1f} MPa")
     fault.destroy()
 
 
 def main():
     slipstep.load()  # after PetscInitialize(), which petsc4py has called: the types are registered here
-    options = PETSc.Options()
-    if "ts_adapt_type" not in options:
-        options["ts_adapt_type"] = "heuristic"
     PETSc.Sys.Print(f"SlipStep {slipstep.version()} on PETSc {'.'.join(map(str, PETSc.Sys.getVersion()))}")
     ode()
     spring()

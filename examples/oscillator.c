@@ -105,9 +105,9 @@ int main(int argc, char **argv)
   Vec w;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(SlipProgramInitialize(&argc, &argv, "oscillator",
+                                  help)); /* errors are one line, not a traceback for PETSc's authors */
   PetscCall(SlipStepInitializePackage());
-  PetscCall(SlipErrorHandlerPush("oscillator")); /* errors are one line, not a traceback for PETSc's authors */
   PetscCall(SlipDeclareOptions("oscillator_", "mass stiffness friction normal start output"));
   PetscCall(SlipCheckOptionNames()); /* what is mistyped */
   PetscCall(SetFromOptions(&o, file));

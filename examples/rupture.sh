@@ -3,12 +3,12 @@
 # into build/, makes fields of strength and stress, simulates them, and draws slip rate, rupture times and stress drop.
 #
 #   examples/rupture.sh [OPTION...]             options of build/bin/fault, as -ts_max_time 60
-#   CELLS="80 40" SEED=7 examples/rupture.sh    finer cells, another fault
+#   CELLS="80 40" SEED=7 examples/rupture.sh    coarser cells, another fault
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh
 
-read -r nx nz <<<"${CELLS:-50 25}"
+read -r nx nz <<<"${CELLS:-168 84}"
 slipstep_ready
 name=$SLIPSTEP_OUTPUT/rupture
 "$SLIPSTEP_PYTHON" examples/make_fault.py "${name}_fields.h5" --cells "$nx" "$nz" --size 20000 10000 --slip 0.1 \

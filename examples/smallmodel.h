@@ -150,9 +150,8 @@ static inline int RunProgram(int argc, char **argv, const Program *program)
   PetscBool complete = PETSC_TRUE;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscInitialize(&argc, &argv, NULL, program->help));
+  PetscCall(SlipProgramInitialize(&argc, &argv, program->name, program->help));
   PetscCall(SlipStepInitializePackage());
-  PetscCall(SlipErrorHandlerPush(program->name));
   PetscCall(SlipDeclareOptions(program->prefix, program->own));
   PetscCall(Main(program, &complete));
   PetscCall(PetscFinalize());

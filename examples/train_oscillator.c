@@ -151,9 +151,8 @@ int main(int argc, char **argv)
                                     .dt_max = 3};
 
   PetscFunctionBeginUser;
-  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(SlipProgramInitialize(&argc, &argv, "train_oscillator", help));
   PetscCall(SlipStepInitializePackage());
-  PetscCall(SlipErrorHandlerPush("train_oscillator"));
   PetscCall(SlipTrain(PETSC_COMM_WORLD, &problem));
   PetscCall(SlipWarnOfUnusedOptions());
   PetscCall(PetscFinalize());

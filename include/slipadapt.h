@@ -9,6 +9,7 @@
 #define TSADAPTPI "pi"
 
 PETSC_EXTERN PetscErrorCode SlipAdaptInitializePackage(void); /* called by what creates objects; again does nothing */
+PETSC_EXTERN PetscErrorCode SlipAdaptSetNorm(TSAdapt adapt, NormType type);
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicy(TSAdapt adapt, SlipPolicy policy);
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[]);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy);
@@ -30,6 +31,7 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decision
 /* Runs unlike those of the training go on by the heuristic, unless strict. */
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal *time);
+PETSC_EXTERN PetscErrorCode TSAdaptRLGetHeir(TSAdapt adapt, TSAdaptType *type);
 
 /* A trainer sits where the policy would: called once before the first step (last == NULL) and once after every attempt,
    with the observation vector named in names; returns the next step [s]. guarded is true when a guard rail will

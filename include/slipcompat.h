@@ -70,6 +70,14 @@ typedef PetscErrorCodeFn SlipMatFn;
 #else
   #define SLIP_SNES_DIVERGED_NAN SNES_DIVERGED_FUNCTION_NANORINF
 #endif
+/* The option of the first step; the other name is taken as well, see SlipErrorHandlerPush(). */
+#if PETSC_VERSION_LT(3, 25, 0)
+  #define SLIP_TS_DT "ts_dt"
+  #define SLIP_TS_DT_OTHER "ts_time_step"
+#else
+  #define SLIP_TS_DT "ts_time_step"
+  #define SLIP_TS_DT_OTHER "ts_dt"
+#endif
 /* The function that destroys what a PetscContainer holds gets the pointer until 3.22, the pointer's address from 3.23:
      static PetscErrorCode XDestroy_Container(SlipContainerArg arg) { X *x = SlipContainerArgPointer(arg); ... } */
 #if PETSC_VERSION_LT(3, 23, 0)

@@ -70,6 +70,8 @@ PETSC_EXTERN void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt 
                                            const PetscReal s0[], const PetscReal v[], PetscInt stride, PetscReal s[]);
 PETSC_EXTERN PetscReal SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, PetscReal s0, PetscReal t);
 PETSC_EXTERN PetscReal SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v);
+PETSC_EXTERN void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, PetscReal v, PetscReal *fall,
+                                        PetscReal *critical);
 PETSC_EXTERN PetscReal SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscReal mu, PetscReal v);
 /* One cell in a stage of a smooth law: D [Pa s/m] of the stage operator, weight of the reaction, theta [s] and the state
    that it starts from */

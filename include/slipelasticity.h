@@ -19,7 +19,7 @@ typedef struct {
 /* Where the stress of slip on a cell is taken, and what cores edges have, in units of a cell's extent across them. */
 typedef enum {
   SLIP_AVERAGE_CENTRE, /* the value at the centre */
-  SLIP_AVERAGE_CELL,   /* the average over the cell; one core, for slip that may end at any edge */
+  SLIP_AVERAGE_CELL,   /* the average over the cell; one core, for slip that is made to end at some edge */
   SLIP_AVERAGE_WHOLE   /* the same; a core inside and another at the border, for faults all of whose cells slide */
 } SlipAverage;
 /* The one at which cracks of 10 to 60 cells across have the exact slip in their middle, measured. */

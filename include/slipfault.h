@@ -21,6 +21,17 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[
 /* A parameter cell by cell, as a dataset of -fault_parameters would: values [n = nx nz, or the cells of a mesh in
    the order of its file], all on every rank. */
 PETSC_EXTERN PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[]);
+/* Switches: "inertia", "initial_unstable", "check_error", "output_overwrite", "output_xdmf", "progress", "catalogue_maps" */
+PETSC_EXTERN PetscErrorCode SlipFaultSetBool(SlipFault fault, const char name[], PetscBool value);
+PETSC_EXTERN PetscErrorCode SlipFaultGetString(SlipFault fault, const char name[], char value[], size_t len);
+/* Of all cells, in the order of the grid or of the mesh's file, on every rank; after SlipFaultSetUp() */
+PETSC_EXTERN PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n, PetscReal values[]);
+PETSC_EXTERN PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, PetscReal x[], PetscReal y[],
+                                                PetscReal z[]);
+PETSC_EXTERN PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const char name[], PetscInt n,
+                                                   PetscReal values[]);
+PETSC_EXTERN PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char column[], PetscInt size, PetscInt *n,
+                                               PetscReal values[]);
 /* Pore pressure p [n] in Pa of the n cells of this process at t [s], in the order of the state */
 typedef PetscErrorCode (*SlipFaultPressureFn)(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx);
 PETSC_EXTERN PetscErrorCode
@@ -67,9 +78,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w,
    /radiated_energy, /loading_work, /ledger, /steps [event], /mesh (centres), and /maps/slip, /maps/rupture_time as
    [event, Nz, Nx], or [event, N] of a mesh; output/README.md says what they are. SlipFaultOutputStart() and
    SlipFaultOutputFinish() begin and end it.
-   -fault_output: attaches monitors that write the file of slipoutput.h, with /mesh (x, z of the centres [m],
-   per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction, state as [n, Nz, Nx], or [n, N] of a
-   mesh), and of -fault_stations /stations/K (K = 0, 1, ...; time, slip, slip_rate, traction, state at every accepted
+   -fault_output: attaches monitors that write the file of slipoutput.h, with /parameters (scalars and choices), /mesh (x, z
+   of the centres [m], per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction, state,
+   pore_pressure as [n, Nz, Nx], or [n, N] of a mesh), and of -fault_stations /stations/K (K = 0, 1, ...; time, slip, slip_rate, traction, state at every accepted
    step; attributes x, z, cell, cell_x, cell_z); /xdmf (corners of the cells) and FILE.xdmf2 beside it; finish writes
    /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
@@ -82,3 +93,4 @@ PETSC_EXTERN PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code);
 PETSC_EXTERN PetscErrorCode SlipFaultDeclareOptions(void);
 PETSC_EXTERN PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete);
+PETSC_EXTERN PetscErrorCode SlipFaultReportStop(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);

@@ -21,6 +21,8 @@ PETSC_EXTERN PetscLogStage SLIP_STAGE_SETUP, SLIP_STAGE_RUN, SLIP_STAGE_OUTPUT;
 /* Entry point that PETSc calls for -dll_prepend libslipstep.so */
 PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_slipstep(void);
 
+/* Programs: PetscInitialize() with SlipErrorHandlerPush(), -version, and -help of our options alone. */
+PETSC_EXTERN PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program[], const char help[]);
 /* Programs: errors end with one line on stderr ("program: error: message") unless -slip_traceback is given. */
 PETSC_EXTERN PetscErrorCode SlipErrorHandlerPush(const char program[]);
 /* Exit code of a program whose run has not reached its end, without an error; beside it 1 is an error, and 128 and more
@@ -34,6 +36,8 @@ PETSC_EXTERN PetscErrorCode SlipCheckNumberOption(MPI_Comm comm, PetscOptions op
 PETSC_EXTERN PetscErrorCode SlipCheckFiniteOption(MPI_Comm comm, const char option[]);
 PETSC_EXTERN PetscErrorCode SlipCheckBoolOption(MPI_Comm comm, PetscOptions options, const char prefix[],
                                                 const char option[]);
+/* 90s, 10min, 12h, 20d, 100y in options that are times become seconds. */
+PETSC_EXTERN PetscErrorCode SlipExpandTimes(PetscOptions options);
 PETSC_EXTERN PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const char prefix[]);
 /* Programs: the names, with blanks between, of the options with a prefix that is theirs (without dashes; "word*" for
    all that begin so). */
@@ -41,6 +45,7 @@ PETSC_EXTERN PetscErrorCode SlipDeclareOptions(const char prefix[], const char n
 /* Programs, first of all: an option with a prefix of ours that is not known, or a word that is no option's, ends them. */
 PETSC_EXTERN PetscErrorCode SlipCheckOptionNames(void);
 PETSC_EXTERN PetscErrorCode SlipCheckOptionWords(PetscInt n, const char *const words[], const char where[]);
+PETSC_EXTERN PetscErrorCode SlipCheckOwnOptions(MPI_Comm comm, PetscOptions options, const char prefix[]);
 /* Programs, before the solve: a warning for each option that nothing has read, an error for one that is nearly known. */
 PETSC_EXTERN PetscErrorCode SlipCheckUnusedOptions(void);
 /* A warning for each option that nothing has read: most often they are mistyped. */

@@ -99,10 +99,12 @@ typedef struct {
   PetscErrorCode (*time_scale)(TS ts, PetscReal *tstar); /* T* [s]; NULL: 1 s */
   PetscErrorCode (*untrained)(TS ts, const char **why);  /* why no policy was trained for the like of it, asked once a
                                                                   run; NULL: one may have been */
-  PetscErrorCode (*rest_time)(TS ts, PetscReal *rest);   /* for how long the current state stays exactly at rest,
+  const char *controller; /* the classical type of TSAdapt for it, which -ts_adapt_type rl hands a run over to; NULL:
+                             TSADAPTHEURISTIC */
+  PetscErrorCode (*rest_time)(TS ts, PetscReal *rest); /* for how long the current state stays exactly at rest,
                                                                   in s; 0 when something moves or is about to,
                                                                   PETSC_MAX_REAL for ever */
-  /* Asked by TSBATHE before a step: the next time at which its loading has a corner, [s] and after t; steps end there.
+  /* Asked by TSBATHE and TSADAMS before a step: the next time at which its loading has a corner, [s] and after t; steps end there.
      PETSC_MAX_REAL: none */
   PetscErrorCode (*corner)(TS ts, PetscReal t, PetscReal *next);
   /* Likewise: does the state w of time t [s] stay at rest beyond t? Then *end is until when, at most limit; half and
@@ -112,6 +114,12 @@ typedef struct {
   /* The norm of the estimate e of the error of a step from w0 to w1, at most 1 where it is as wanted; NULL: the weighted
      one of the TS */
   PetscErrorCode (*error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E);
+  /* Asked by TSADAMS at the end t [s] of a step, after the right-hand side there: makes those components of the state w that no
+     derivative goes into follow from the others */
+  PetscErrorCode (*finish)(TS ts, PetscReal t, Vec w);
+  /* Likewise, and after it: the fastest rate at which the solution relaxes at the state w [1/s], which bounds stable steps under
+     controllers that observe no such thing; 0: not known */
+  PetscErrorCode (*relaxation)(TS ts, Vec w, PetscReal *rate);
   /* Observations of its own: number of the row of a name, -1 for none, asked once a run; values of rows [n] in the
      current solution, asked once a state. */
   PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row);

@@ -19,7 +19,7 @@ import numpy as np
 from matplotlib.collections import EllipseCollection
 from matplotlib.ticker import MaxNLocator
 from slipstep_cumulative import courses, draw_cumulative, warn
-from slipstep_events import Events, b_value, completeness
+from slipstep_events import Events
 from slipstep_fields import KINDS
 from slipstep_maps import Span, colour_bar, extent_of, planes_of
 from slipstep_output import OutputError, Run
@@ -27,7 +27,6 @@ from slipstep_panels import RUN_STYLES, log_scale, plt, use_style
 from slipstep_snapshots import Layout, contours_of
 from slipstep_time import Clock, seconds, written
 
-FITTED = 30  # events from the magnitude of completeness on, below which no b is worth a line
 MANY = 300  # events, beyond which only the largest have stems and circles
 CIRCLES = 5  # and so many circles: in a long catalogue the largest events all break the whole fault
 LARGEST = 60
@@ -44,22 +43,25 @@ def draw_times(axes, events, clock):
     axes.vlines(time[stems], bottom, magnitude[stems], color=RUN_STYLES[0]["color"], linewidth=0.8, alpha=0.7)
     axes.plot(time, magnitude, linestyle="", marker="o", markersize=2 if many else 5, color=RUN_STYLES[0]["color"], markeredgewidth=0,
               alpha=0.5 if len(time) > 10 * MANY else 1)
-    axes.set(title=f"{len(events)} events", xlabel=clock.label, ylabel="moment magnitude", ylim=(bottom, magnitude.max() + 0.3))
+    axes.set(title="1 event" if len(events) == 1 else f"{len(events)} events", xlabel=clock.label, ylabel="moment magnitude", ylim=(bottom, magnitude.max() + 0.3))
 
 
-def draw_frequency(axes, magnitude):
-    """How many events have at least each magnitude, and the law of Gutenberg and Richter where there are enough."""
-    magnitude = np.sort(magnitude[np.isfinite(magnitude)])
+def draw_frequency(axes, events):
+    """How many events have at least each magnitude, that of one cell, and the law of Gutenberg and Richter of larger ones where there are enough."""
+    magnitude = np.sort(events["magnitude"][np.isfinite(events["magnitude"])])
     count = len(magnitude) - np.arange(len(magnitude))
     axes.plot(magnitude, count, linestyle="", marker="o", markersize=3.5, color=RUN_STYLES[0]["color"], markeredgewidth=0)
-    least = completeness(magnitude)
-    above = (magnitude >= least).sum()
-    if above >= FITTED and magnitude[-1] > least:
-        b, error = b_value(magnitude, least)
+    if events.cell_magnitude is not None:
+        axes.axvline(events.cell_magnitude, color="0.5", linewidth=1.2, linestyle=":", label=f"one cell (M {events.cell_magnitude:.1f})")
+    law = events.fit()
+    if isinstance(law, str):
+        axes.plot([], [], linestyle="", label=law)
+    else:
+        least, b, error, above = law
         reach = np.array([least, min(magnitude[-1], least + np.log10(above) / b)])
         axes.plot(reach, above * 10 ** (-b * (reach - least)), color="black", linewidth=1.2, linestyle="--",
-                      label=f"b = {b:.2f} ± {error:.2f} (M ≥ {least:.1f})")
-        axes.legend()
+                  label=f"b = {b:.2f} ± {error:.2f} (M ≥ {least:.1f}, several cells)")
+    axes.legend()
     axes.set(title="Magnitude and frequency", xlabel="moment magnitude M", ylabel="events of at least M")
     log_scale(axes)
     axes.set_ylim(0.7, 1.6 * len(magnitude))
@@ -72,7 +74,8 @@ def draw_places(canvas, axes, events):
                                                             events["magnitude"]))
     many = len(x) > MANY
     sized = slice(-CIRCLES if many else None, None)
-    norm = plt.Normalize(np.nanmin(magnitude), np.nanmax(magnitude))
+    least, most = np.nanmin(magnitude), np.nanmax(magnitude)
+    norm = plt.Normalize(least, most) if most > least else plt.Normalize(least - 0.5, least + 0.5)
     colours = plt.get_cmap("viridis_r")
     circles = EllipseCollection(2 * radius[sized], 2 * radius[sized], np.zeros(len(radius[sized])), units="xy", offsets=np.stack([x, z], axis=1)[sized],
                                 offset_transform=axes.transData, edgecolors=colours(norm(magnitude[sized])), facecolors="none", linewidths=1.2, zorder=4)
@@ -97,7 +100,7 @@ def figure(events, lines, years):
     top = canvas.add_subplot(grid[0, :])
     draw_times(top, events, clock)
     top.set_xlim(0, float(clock(clock.span)))
-    draw_frequency(canvas.add_subplot(grid[1, 0]), events["magnitude"])
+    draw_frequency(canvas.add_subplot(grid[1, 0]), events)
     draw_places(canvas, canvas.add_subplot(grid[1, 1]), events)
     pairs = np.stack([events["onset"], events["end"]], axis=1)
     poor = [draw_cumulative(canvas.add_subplot(grid[2 + k, :]), course, pairs) for k, course in enumerate(lines)]

@@ -37,7 +37,7 @@ def draw_error(axes, run, style, clock):
         axes.plot(clock(run.steps["time"][chosen]), run.steps["error"][chosen], linestyle="", marker="o", markersize=4, **marker)
     axes.axhline(1.0, color="black", linewidth=0.8, linestyle="--")
     log_scale(axes)
-    axes.set(title="Error estimate (1 is the tolerance)", xlabel=clock.label, ylabel="weighted RMS")
+    axes.set(title="Error estimate (1 is the tolerance)", xlabel=clock.label, ylabel="error over the tolerance")
 
 
 def draw_columns(axes, run, units, clock):
@@ -56,15 +56,30 @@ def draw_attempts(axes, run, style, clock):
     axes.legend()
 
 
+def attempt_panels(run):
+    """Rows of panels for what the file has of attempts: files of older versions have none of explicit integrators, and constant steps
+    have no error estimate."""
+    if not len(run.steps["dt"]):
+        return []
+    return [["steps", "error"]] if (run.steps["error"] > 0).any() else [["steps", "steps"]]
+
+
+def draw_attempt_panels(axes, run, style, clock):
+    if "steps" in axes:
+        draw_attempts(axes["steps"], run, style, clock)
+    if "error" in axes:
+        draw_error(axes["error"], run, style, clock)
+
+
 def small_figure(run, clock):
     """Any other model: the first series' unit apart from the others."""
     use_style()
-    canvas, ((first, second), (steps, error)) = plt.subplots(2, 2, figsize=(11, 7.4), layout="constrained")
+    rows = [["first", "second"], *attempt_panels(run)]
+    canvas, axes = plt.subplot_mosaic(rows, figsize=(11, 3.7 * len(rows)), layout="constrained")
     units = list(dict.fromkeys(run.columns.values()))
-    draw_columns(first, run, units[:1], clock)
-    draw_columns(second, run, units[1:] or units, clock)
-    draw_attempts(steps, run, RUN_STYLES[0], clock)
-    draw_error(error, run, RUN_STYLES[0], clock)
+    draw_columns(axes["first"], run, units[:1], clock)
+    draw_columns(axes["second"], run, units[1:] or units, clock)
+    draw_attempt_panels(axes, run, RUN_STYLES[0], clock)
     canvas.suptitle(f"{run.title}: {run.result['accepted']} accepted, {run.result['rejected']} rejected")
     return canvas
 
@@ -83,19 +98,17 @@ def figure(run, clock, log, wanted=None):
     """Time series above, maps of the fields that the run stored below."""
     use_style()
     stored = [name for name in ("slip_rate", "slip") if name in run.field_names]
-    canvas, axes = plt.subplots(3 if stored else 2, 2, figsize=(11, 11 if stored else 7.4), layout="constrained", squeeze=False)
+    maps = [f"map of {name}" for name in stored]
+    rows = [["rate", "slip"], *attempt_panels(run), *([maps + ["."] * (2 - len(maps))] if maps else [])]
+    canvas, axes = plt.subplot_mosaic(rows, figsize=(11, 3.7 * len(rows)), layout="constrained")
     style = RUN_STYLES[0]
-    (rate, slip), (steps, error) = axes[:2]
-    draw_rates(rate, run, style, clock, log)
-    draw_series(slip, run, "mean_slip", style, "mean slip", clock)
-    slip.set(title="Mean slip", xlabel=clock.label, ylabel="slip (m)")
-    draw_attempts(steps, run, style, clock)
-    draw_error(error, run, style, clock)
-    for plane in axes[2][len(stored):] if stored else ():
-        plane.set_axis_off()
+    draw_rates(axes["rate"], run, style, clock, log)
+    draw_series(axes["slip"], run, "mean_slip", style, "mean slip", clock)
+    axes["slip"].set(title="Mean slip", xlabel=clock.label, ylabel="slip (m)")
+    draw_attempt_panels(axes, run, style, clock)
     times = {"slip_rate": run.series["time"][run.peak], "slip": run.series["time"][-1]}
     labels = {"slip_rate": ("Slip rate", "slip rate (m/s)"), "slip": ("Slip", "slip (m)")}
-    for plane, name in zip(axes[2] if stored else (), stored):
+    for plane, name in zip((axes[name] for name in maps), stored):
         time = draw_map(plane, run, name, times[name], labels[name][1], log and name == "slip_rate", wanted if name == "slip_rate" else None)
         plane.set_title(f"{labels[name][0]} at {clock.text(time)}")
     canvas.suptitle(f"{run.title}: {run.result['accepted']} accepted, {run.result['rejected']} rejected, "

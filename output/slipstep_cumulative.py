@@ -11,7 +11,7 @@ from slipstep_fields import Fields
 from slipstep_maps import planes_of
 from slipstep_snapshots import round_step
 from slipstep_spacetime import Line, along_line
-from slipstep_time import NAMES, SECONDS
+from slipstep_time import NAMES, SECONDS, unit_of
 
 SOLID, DASHED = "#0062a5", "#d9541e"
 LINES = 40  # solid ones where no interval is given
@@ -55,7 +55,7 @@ class Course:
         self.times = self.fields.times
         self.values = along_line(self.fields, line)
         span = max(self.times[-1], 1e-300)
-        unit = SECONDS["y" if span > SECONDS["y"] else "s"]
+        unit = SECONDS[unit_of(span)]
         self.every, self.every_event = every or round_step(span / unit, LINES) * unit, every_event
 
     def lines(self, events):
@@ -90,8 +90,8 @@ def draw_cumulative(axes, course, events):
 
 
 def plain(interval):
-    """An interval in words: "5 years", "1 s"."""
-    unit = "y" if interval >= SECONDS["y"] else "d" if interval >= 3 * SECONDS["d"] else "s"
+    """An interval in the largest unit in which it is a short number: "5 years", "2 days", "1 s"."""
+    unit = next((unit for unit in ("y", "d", "h") if interval >= SECONDS[unit] and len(f"{interval / SECONDS[unit]:g}") <= 3), "s")
     value = interval / SECONDS[unit]
     return f"{value:g} {NAMES[unit] if value != 1 or unit == 's' else NAMES[unit][:-1]}"
 

@@ -12,6 +12,9 @@ from slipstep_output import OutputError
 from slipstep_panels import plt
 
 DECADES = 13  # of a logarithmic scale at most
+FEW = 0.01  # of all cells, at either end of a scale, are few
+STRETCHED = 2 / 3  # where those few need a scale longer than the others' by more than half, they are beyond it
+EXTEND = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
 
 
 def edges(centres, others):
@@ -137,26 +140,34 @@ def colour_map(name):
 
 
 class Span:
-    """Least, largest and about the least positive value of maps that pass by."""
+    """Least, largest and about the least positive value of maps that pass by; and what nearly all values lie between."""
 
     def __init__(self):
         self.low, self.high, self.smallest = np.inf, -np.inf, []
+        self.most = np.array([np.inf, -np.inf])
 
     def see(self, values):
         self.low, self.high = min(self.low, values.min()), max(self.high, values.max())
+        low, high = np.quantile(values, (FEW, 1 - FEW), method="closest_observation")
+        self.most = np.array([min(self.most[0], low), max(self.most[1], high)])
         positive = values[values > 0]
         if len(positive):
             self.smallest.append(np.quantile(positive, 0.05))
         return self
 
     def norm(self, kind, log=False, wanted=None):
-        return norm_of(kind, self.low, self.high, np.quantile(self.smallest, 0.05) if self.smallest else 0.0, log, wanted)
+        """Of a field with values of both signs, single cells do not choose the scale where they would stretch it."""
+        low, high = self.low, self.high
+        if kind.limits == "even" and 0 < abs(self.most).max() < STRETCHED * max(abs(low), abs(high)):
+            low, high = self.most
+        return norm_of(kind, low, high, np.quantile(self.smallest, 0.05) if self.smallest else 0.0, log, wanted)
 
 
 def colour_bar(canvas, artist, norm, label, extend=None, **place):
-    """A bar with an arrow towards values below a logarithmic scale: a cell at rest has the slip rate 0."""
+    """A bar with arrows towards values beyond it, and below a logarithmic scale: a cell at rest has the slip rate 0."""
     if extend is None:
-        extend = "min" if isinstance(norm, LogNorm) else "neither"
+        values = artist.get_array()
+        extend = EXTEND[isinstance(norm, LogNorm) or values.min() < norm.vmin, values.max() > norm.vmax]
     bar = canvas.colorbar(artist, label=label, extend=extend, **place)
     if not isinstance(norm, LogNorm):
         bar.locator = MaxNLocator(6, steps=[1, 2, 5, 10])
@@ -165,27 +176,39 @@ def colour_bar(canvas, artist, norm, label, extend=None, **place):
     return bar
 
 
+PANEL = 1.6  # width over height of a panel of the overview, about
+
+
+def columns_for(planes):
+    """How many maps beside each other make those of all planes largest in a panel."""
+    x0, x1, z0, z1 = extent_of(planes)
+    size = {columns: min(PANEL / columns / (x1 - x0), 1 / -(-len(planes) // columns) / (z1 - z0)) for columns in range(1, len(planes) + 1)}
+    return max(size, key=size.get)
+
+
 def draw_map(axes, run, name, time, label, log=False, wanted=None):
     """A field over the fault plane, depth downwards, near a time [s]; returns the stored time. Parallel planes of irregular
-    cells lie one below the other."""
+    cells lie beside each other or one below the other, as their maps are larger."""
     fields = Fields(run, name)
     row = int(np.argmin(np.abs(fields.times - time)))
     values = fields.maps([row])[0]
     planes = planes_of(run)
     values = np.abs(values) if log else values
     norm = Span().see(values).norm(fields.kind, log, wanted)
-    share = 1 / len(planes)
     many = len(planes) > 1
+    columns = columns_for(planes) if many else 1
+    height, width = 1 / -(-len(planes) // columns), 0.9 / columns
     if many:
         axes.set_axis_off()
     for k, plane in enumerate(planes):
-        own = axes.inset_axes([0.08, 1 - (k + 1) * share + 0.2 * share, 0.84, 0.7 * share]) if many else axes
+        below, column = k + columns >= len(planes), k % columns
+        own = axes.inset_axes([0.06 + column * width, 1 - (k // columns + 0.8) * height, 0.9 * width, 0.7 * height]) if many else axes
         artist = plane.draw(own, plane.values(values), norm, fields.kind.colours)
         plane.frame(own, extent_of(planes))
+        own.set(xlabel="along strike (km)" if below else "", ylabel=own.get_ylabel() if column == 0 else "")
         if many:
             own.set_title(plane.name, fontsize="small", fontweight="normal")
-            own.tick_params(labelbottom=k == len(planes) - 1)
-    own.set_xlabel("along strike (km)")
+            own.tick_params(labelbottom=below, labelleft=column == 0)
     if not many:
         axes.set_anchor("W")
     colour_bar(axes.figure, artist, norm, label, cax=axes.inset_axes([0.97, 0.1, 0.03, 0.8] if many else [1.04, 0.0, 0.05, 1.0]))

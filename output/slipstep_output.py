@@ -14,6 +14,8 @@ import sys
 import h5py
 import numpy as np
 
+from slipstep_time import written
+
 STEPS = ("time", "dt", "accepted", "error", "converged", "newton_iterations", "linear_iterations", "reason", "wall")
 RESULT = ("accepted", "rejected", "solves", "newton_iterations", "linear_iterations", "wall_time_setup", "wall_time_solve")
 # Besides, of a fault:
@@ -138,12 +140,12 @@ class Run(Cells):
     @property
     def title(self):
         """The name of the file, and that its run has not ended."""
-        return os.path.basename(self.path) + ("" if self.complete else f" (unfinished, to {self.series['time'][-1]:g} s)")
+        return os.path.basename(self.path) + ("" if self.complete else f" (unfinished, to {written(self.series['time'][-1])})")
 
     def warn(self, program):
         """One line on stderr for a run that has not ended."""
         if not self.complete:
-            print(f"{program}: {self.path} is unfinished: complete = 0, its rows end at {self.series['time'][-1]:g} s", file=sys.stderr)
+            print(f"{program}: {self.path} is unfinished: complete = 0, its rows end at {written(self.series['time'][-1])}", file=sys.stderr)
 
     def _attributes(self, file, name, required):
         if name not in file:

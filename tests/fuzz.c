@@ -23,7 +23,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { timeout = 20, initial = 1 };           /* [s] of a child; its exit code when a file was refused */
+enum { timeout = 200, initial = 1 };          /* [s] of a child; its exit code when a file was refused */
 static const long most = 1536L * 1024 * 1024; /* bytes that a child may have resident; fuzz.py allows less */
 #define CACHE_KEY "version 2, a key of tests/fuzz.c"
 

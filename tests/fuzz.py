@@ -4,7 +4,7 @@
     tests/fuzz.py [--count 2000] [--seed 1] [--keep DIR] [KIND ...]
 
 KIND: policy, mesh, parameters, stiffness, cache (read by tests/fuzz.c), checkpoint (by the program fault, where it has
--fault_restart) and zip (by training/import_sb3.py). A mutant is a good file with flipped bits, other numbers, pieces cut out,
+-fault_restart), catalogue and output (by a run that goes on in them) and zip (by training/import_sb3.py). A mutant is a good file with flipped bits, other numbers, pieces cut out,
 doubled or missing, or a dataset or attribute of another type, rank, size or value, a missing or additional one, links in its
 place. Its number and --seed alone decide what it is. Each must be read within 20 s and 1 GB, and be refused with one message
 or accepted; where the file has a checksum, only with the content that it was taken of. Crashes whose innermost frame is in
@@ -39,7 +39,8 @@ import numpy as np
 
 BUILD = os.path.abspath(os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build")))
 READER = os.path.join(BUILD, "tests", "fuzz")
-TIMEOUT = 20  # [s]
+TIMEOUT = 200  # [s], on a busy machine as well
+HUNG = f"signal {int(signal.SIGALRM)}"
 MEMORY = 1 << 20  # [kB]
 CHUNK = 200  # mutants that are on the disk at a time
 ENVIRONMENT = dict(os.environ, OPENBLAS_NUM_THREADS="1", OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
@@ -245,10 +246,11 @@ def make_stiffness(folder):
 
 def crash_report(path, kind):
     """Frames of a crash on one mutant: of the reader's standard error, or for the program by gdb where there is one."""
-    if kind == "checkpoint":
+    if kind in ("checkpoint", "catalogue", "output"):
         if not shutil.which("gdb"):
             return ""
-        return subprocess.run(["gdb", "-batch", "-ex", "run", "-ex", "bt", "--args", *RUN, "-no_signal_handler", "-fault_restart", path],
+        command = [*RUN, "-fault_restart", path] if kind == "checkpoint" else resumed(kind, path)
+        return subprocess.run(["gdb", "-batch", "-ex", "run", "-ex", "bt", "--args", *command, "-no_signal_handler"],
                               env=ENVIRONMENT, capture_output=True, text=True, errors="replace", timeout=10 * TIMEOUT).stdout
     return subprocess.run([READER, kind], input=path + "\n", env=ENVIRONMENT, capture_output=True, text=True, errors="replace").stderr
 
@@ -309,24 +311,29 @@ def mutate_checkpoint(rng, seed, path):
         file.write(head + bytes(CHECKPOINT_BLOCK - len(head)) + content)
 
 
+def run_program(path, command):
+    """Result of a run of `command` for the mutant `path`, its text the final slip or the message."""
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        begin = time.time()
+        child = subprocess.Popen(command, env=ENVIRONMENT, stdout=out, stderr=err, preexec_fn=lambda: signal.alarm(TIMEOUT))
+        _, status, used = os.wait4(child.pid, 0)
+        child.returncode = status
+        out.seek(0), err.seek(0)
+        slip = re.search(rb"final mean slip: *(\S+)", out.read())
+        error = err.read().decode(errors="replace").strip()
+    code = os.waitstatus_to_exitcode(status)
+    end = f"signal {-code}" if code < 0 else "accepted" if code == 0 else "refused" if code == 1 and error else f"exit {code}"
+    text = error.replace("\n", " | ") if code else slip[1].decode() if slip else "no slip"
+    return Result(path, end, time.time() - begin, used.ru_maxrss, text)
+
+
 def read_with_program(paths):
     results = []
     for path in paths:
-        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-            begin = time.time()
-            child = subprocess.Popen([*RUN, "-fault_restart", path], env=ENVIRONMENT, stdout=out, stderr=err,
-                                     preexec_fn=lambda: signal.alarm(TIMEOUT))
-            _, status, used = os.wait4(child.pid, 0)
-            child.returncode = status
-            out.seek(0), err.seek(0)
-            slip = re.search(rb"final mean slip: *(\S+)", out.read())
-            error = err.read().decode(errors="replace").strip()
-        code = os.waitstatus_to_exitcode(status)
-        end = f"signal {-code}" if code < 0 else "accepted" if code == 0 else "refused" if code == 1 and error else f"exit {code}"
-        text = error.replace("\n", " | ") if code else slip[1].decode() if slip else "no slip"
-        if not code and not has_checksum_of_seed(path):
-            text = "none"  # of what it became: it may differ
-        results.append(Result(path, end, time.time() - begin, used.ru_maxrss, text))
+        result = run_program(path, [*RUN, "-fault_restart", path])
+        if result.end == "accepted" and not has_checksum_of_seed(path):
+            result = result._replace(text="none")  # of what it became: it may differ
+        results.append(result)
     return results
 
 
@@ -336,6 +343,43 @@ def has_checksum_of_seed(path):
         return True  # it is the seed
     with open(path, "rb") as file, open(seed, "rb") as good:
         return file.read(CHECKPOINT_BLOCK) == good.read(CHECKPOINT_BLOCK)
+
+
+# ---- catalogue, output: gone on with by the program ----
+
+EVENTS = [FAULT, *"-fault_nx 1 -fault_nz 1 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law rate_weakening".split()]
+EVENTS += ["-fault_catalogue_maps", "-ts_max_time", "4e9"]
+
+
+def make_grown(kind):
+    """The file of a run that was stopped after some events, with the run's checkpoint beside it."""
+    def make(folder):
+        path = os.path.join(folder, "seed.h5")
+        subprocess.run([*EVENTS, "-ts_max_time", "2e9", f"-fault_{kind}", path, "-fault_checkpoint", os.path.join(folder, "state")],
+                       env=ENVIRONMENT, capture_output=True)
+        if not os.path.exists(path):
+            sys.exit(f"fault -fault_{kind} wrote no file")
+        return path
+    return make
+
+
+def resumed(kind, path):
+    """The run that goes on in a copy of `path`."""
+    folder = os.path.dirname(path)
+    state = next(name for name in (os.path.join(folder, "state"), os.path.join(os.path.dirname(folder), "state")) if os.path.exists(name))
+    shutil.copyfile(path, path + ".copy")
+    return [*EVENTS, f"-fault_{kind}", path + ".copy", "-fault_restart", state]
+
+
+def read_grown(kind):
+    def read(paths):
+        results = []
+        for path in paths:
+            results.append(run_program(path, resumed(kind, path)))
+            for left in glob.glob(glob.escape(path + ".copy") + "*"):
+                os.remove(left)
+        return results
+    return read
 
 
 # ---- zip: read by import_sb3.py ----
@@ -467,6 +511,7 @@ KINDS = {
        for name, make in (("policy", make_by_reader("policy")), ("mesh", make_mesh), ("parameters", make_parameters),
                           ("stiffness", make_stiffness), ("cache", make_by_reader("cache")))},
     "checkpoint": Kind(make_checkpoint, mutate_checkpoint, read_with_program, True),
+    **{name: Kind(make_grown(name), mutate_hdf5, read_grown(name), False) for name in ("catalogue", "output")},
     "zip": Kind(make_zip, mutate_zip, read_zips, False),
 }
 
@@ -523,7 +568,7 @@ def fuzz(kind, count, seed_number, keep):
             for number, result in enumerate(KINDS[kind].read(paths), begin):
                 rule = broken_rule(kind, result, first.text)
                 slowest, largest = max(slowest, result.seconds), max(largest, result.memory)
-                if rule and rule == result.end and kind != "zip" and in_hdf5(crash_report(result.path, kind)):
+                if rule and rule == result.end and rule != HUNG and kind != "zip" and in_hdf5(crash_report(result.path, kind)):
                     ends["crashed in HDF5"] += 1
                     print(f"{kind} {number}: {rule} inside HDF5 {h5py.version.hdf5_version}")
                 elif rule:

@@ -1,6 +1,7 @@
 # Shared set-up of tests/run.sh and examples/quickstart.sh. Source it, then call
 #   slipstep_setup [extra package...]    install what is missing, set the environment, find a python
 #   slipstep_build DIR [cmake argument...]
+#   slipstep_count FILE                  how many tests of a run of ctest passed, failed and were skipped
 #   slipstep_ready                       both for an example, into build/, unless SLIPSTEP_BUILD names a build
 # Debian 12 and 13 and Ubuntu 24.04 call these packages alike. With PETSC_DIR set, PETSc and what it was built with are
 # the user's own; SLIPSTEP_SKIP_PACKAGES=1 skips the packages altogether.
@@ -10,6 +11,16 @@ SLIPSTEP_PACKAGES=(build-essential cmake ninja-build pkg-config libfftw3-dev lib
 SLIPSTEP_PETSC_PACKAGES=(libpetsc-real-dev libopenmpi-dev openmpi-bin libhdf5-openmpi-dev libopenblas0-pthread
   libopenblas-pthread-dev libmetis-dev)
 SLIPSTEP_SYSTEMS="debian 12, debian 13, ubuntu 24.04" # that install by themselves
+
+# What tests need besides, one a line: clang-format 14 where there is one, and petsc4py for Debian's PETSc; with another
+# PETSc the test of slipstep.py looks for that one's.
+slipstep_test_packages() {
+  echo libcmocka-dev
+  case $(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") in
+    "debian 12" | "ubuntu 24.04") echo clang-format-14 ;;
+  esac
+  [ -n "${PETSC_DIR:-}" ] || echo python3-petsc4py-real
+}
 
 slipstep_die() {
   printf '%s\n' "$*" >&2
@@ -106,6 +117,17 @@ slipstep_build() {
   [ -f "$build/CMakeCache.txt" ] || set -- -G Ninja "$@"
   cmake -S . -B "$build" "$@"
   cmake --build "$build" -j 2
+}
+
+# Of the file that `ctest --output-junit` writes; .ci/run adds such lines up.
+slipstep_count() {
+  [ -s "$1" ] || set -- /dev/null
+  awk -F '"' '/^\t>/ { exit }
+    /^\t(tests|failures|skipped|disabled)=/ { sub(/^\t/, "", $1); n[$1] = $2 }
+    END {
+      skipped = n["skipped="] + n["disabled="]
+      printf "%d passed, %d failed, %d skipped\n", n["tests="] - n["failures="] - skipped, n["failures="], skipped
+    }' "$1"
 }
 
 # What an example runs is in $SLIPSTEP_BUILD/bin, and it writes to $SLIPSTEP_OUTPUT. A new build has no tests, one that has

@@ -41,9 +41,8 @@ int main(int argc, char **argv)
   PetscBool only_help = PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscInitialize(&argc, &argv, NULL, help));
+  PetscCall(SlipProgramInitialize(&argc, &argv, "evaluate", help));
   PetscCall(SlipStepInitializePackage());
-  PetscCall(SlipErrorHandlerPush("evaluate"));
   PetscCall(SlipDeclareOptions("evaluate_", names));
   PetscCall(SlipCheckOptionNames());
   PetscCall(EvaluateOptionsSet(&o));

@@ -135,9 +135,8 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(ProblemDescribeDraws(ranges, sizeof(ranges)));
   PetscCall(PetscSNPrintf(manual, sizeof(manual), "%s%s\n\n", help, ranges));
-  PetscCall(PetscInitialize(&argc, &argv, NULL, manual));
+  PetscCall(SlipProgramInitialize(&argc, &argv, "train", manual));
   PetscCall(SlipStepInitializePackage());
-  PetscCall(SlipErrorHandlerPush("train"));
   PetscCall(SlipDeclareOptions("train_", names));
   PetscCall(SlipCheckOptionNames());
   PetscCall(Run(&failed));

@@ -42,12 +42,42 @@ PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  SlipAdaptSetNorm - the norm in which a controller sees the error of a step
+
+  Logically collective; before TSSetFromOptions(), whose -ts_adapt_wnormtype goes before
+
+  Input Parameters:
++ adapt - of any type
+- type  - `NORM_2`, PETSc's default: the root mean square over the components of the state, in which the error of one of them
+          counts the less the more there are; `NORM_INFINITY`: the largest of them
+
+  Options Database Key:
+. -ts_adapt_wnormtype <2> - the same; infinity in explicit runs of a SlipFault
+
+  Level: advanced
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for another norm
+
+.seealso: SlipFaultConfigureTS(), TSErrorWeightedNorm()
+@*/
+PetscErrorCode SlipAdaptSetNorm(TSAdapt adapt, NormType type)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
+  PetscCheck(type == NORM_2 || type == NORM_INFINITY, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+             "norm %s of the error of a step; expected NORM_2 or NORM_INFINITY",
+             type >= NORM_1 && type <= NORM_1_AND_2 ? NormTypes[type] : "of an unknown number");
+  adapt->wnormtype = type;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
   A TSAdapt type that goes by the error estimate: the next step and whether this one is accepted follow from E and q by
   the type's own rule. Without an estimate there is nothing to go by: the step is accepted and kept.
 */
-PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
-                                   PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+static PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                          PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
   const SlipAdaptByError *ctx = (const SlipAdaptByError *)adapt->data;
   PetscReal E, q = 1;
@@ -68,7 +98,7 @@ PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, PetscInt *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSAdaptChooseAfterFailure_Error(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
+static PetscErrorCode TSAdaptChooseAfterFailure_Error(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
 {
   PetscFunctionBegin;
   *h_next = ((const SlipAdaptByError *)adapt->data)->failure * h_failed;
@@ -76,16 +106,13 @@ PetscErrorCode TSAdaptChooseAfterFailure_Error(TSAdapt adapt, TS ts, PetscReal h
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void SlipAdaptLeave(TSAdapt adapt, const SlipAdaptByError *ctx)
-{
-  adapt->safety = ctx->safety;
-  adapt->reject_safety = ctx->reject_safety;
-}
-
 static PetscErrorCode TSAdaptDestroy_Error(TSAdapt adapt)
 {
+  const SlipAdaptByError *ctx = (const SlipAdaptByError *)adapt->data;
+
   PetscFunctionBegin;
-  SlipAdaptLeave(adapt, (const SlipAdaptByError *)adapt->data);
+  adapt->safety = ctx->safety;
+  adapt->reject_safety = ctx->reject_safety;
   PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)adapt, SLIP_STATE_METHOD, NULL));
   PetscCall(PetscFree(adapt->data));

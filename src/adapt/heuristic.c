@@ -1,6 +1,12 @@
 /* TSADAPTHEURISTIC: accept when the error estimate is at most 1, and size the next step from it. */
 #include <slipstep/private/slipadapt.h>
 
+typedef struct {
+  SlipAdaptByError base;
+  PetscReal growth; /* c_up, largest ratio of successive steps */
+  PetscBool again;  /* the attempt before was rejected too */
+} TSAdapt_Heuristic;
+
 /* Where E falls slower than h^(1/q), h E^-q creeps towards E = 1 from above without getting there: a step that was
    rejected before is cut further. */
 static PetscReal Next_Heuristic(TSAdapt adapt, TS ts, PetscReal h, PetscReal E, PetscReal q, PetscBool *accept)
@@ -16,7 +22,7 @@ static PetscReal Next_Heuristic(TSAdapt adapt, TS ts, PetscReal h, PetscReal E, 
   return next;
 }
 
-PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
+static PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
 {
   TSAdapt_Heuristic *ctx = (TSAdapt_Heuristic *)adapt->data;
 
@@ -49,18 +55,6 @@ static PetscErrorCode SlipState_Heuristic(TSAdapt adapt, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipAdaptCreateHeuristic(TSAdapt adapt, TSAdapt_Heuristic *ctx)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_Heuristic, SlipState_Heuristic));
-  ctx->growth = 2;
-  adapt->safety = 1;
-  adapt->reject_safety = 0.9;
-  adapt->ops->setfromoptions = TSAdaptSetFromOptions_Heuristic;
-  adapt->ops->view = TSAdaptView_Heuristic;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*MC
   TSADAPTHEURISTIC - the controller of textbooks, without a filter
 
@@ -85,6 +79,11 @@ PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&ctx));
-  PetscCall(SlipAdaptCreateHeuristic(adapt, ctx));
+  PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_Heuristic, SlipState_Heuristic));
+  ctx->growth = 2;
+  adapt->safety = 1;
+  adapt->reject_safety = 0.9;
+  adapt->ops->setfromoptions = TSAdaptSetFromOptions_Heuristic;
+  adapt->ops->view = TSAdaptView_Heuristic;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -13,9 +13,14 @@
    would otherwise take the step back to where it failed each time */
 #define HOLD 4
 
+/* So many decisions are looked at together, and a run whose time left is so many times what they covered will not end: at
+   0.1 ms a step, in three hours at least. */
+#define PACE_DECISIONS 10000
+#define PACE_WINDOWS 10000
+
 /*
-  A run goes on by the heuristic, by this controller's context and step limits, as one of -ts_adapt_type heuristic would
-  from here. An actor learns from such runs, and -ts_adapt_rl_strict wants the policy whatever it is worth.
+  A run goes on by a classical controller, as one of that type would from here. An actor learns from such runs, and
+  -ts_adapt_rl_strict wants the policy whatever it is worth.
 */
 static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
 {
@@ -25,12 +30,12 @@ static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
   if (rl->actor || rl->strict || rl->handed) PetscFunctionReturn(PETSC_SUCCESS);
   rl->handed = PETSC_TRUE;
   rl->handover_time = ts->ptime;
+  PetscCall(TSAdaptRLHeirCreate_Private(adapt));
   if (rl->told) PetscFunctionReturn(PETSC_SUCCESS);
   rl->told = PETSC_TRUE;
   PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
-                        "At time %g s rl hands the run over to heuristic, because %s (-ts_adapt_rl_strict keeps the "
-                        "policy)\n",
-                        (double)ts->ptime, why));
+                        "At time %g s rl hands the run over to %s, because %s (-ts_adapt_rl_strict keeps the policy)\n",
+                        (double)ts->ptime, TSAdaptRLHeirType_Private(rl), why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -79,7 +84,7 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   rl->outside_run = 0;
   rl->hold = 0;
   rl->solves_failed = ts->num_snes_failures;
-  rl->heuristic.again = PETSC_FALSE;
+  rl->paced = 0;
   if (o->problem && o->problem->untrained && !rl->relative) PetscCall((*o->problem->untrained)(ts, &why));
   if (why) PetscCall(HandOver_RL(adapt, ts, why));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -157,6 +162,27 @@ static PetscErrorCode WatchRange_RL(TSAdapt adapt, TS ts, PetscInt outside)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The guard rail against a fault that creeps: to a policy of single events it moves, and steps are shares of T* as long as
+   anything moves. Without -ts_adapt_rl_strict such a run is handed over; relative steps grow. */
+static PetscErrorCode WatchPace_RL(TSAdapt adapt)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+  const SlipRunNumbers *run = &rl->observer.run;
+  const PetscReal covered = run->time - rl->pace_time;
+
+  PetscFunctionBegin;
+  if (rl->paced++ % PACE_DECISIONS) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(
+    rl->paced == 1 || !rl->strict || rl->relative || covered * PACE_WINDOWS >= run->max_time - run->time,
+    PetscObjectComm((PetscObject)adapt), PETSC_ERR_CONV_FAILED,
+    "-ts_adapt_rl_strict keeps a policy whose last %d steps covered %g s, at time %g s, of %g s that are left: "
+    "expected a run like those of its training. Without the option it goes on by %s",
+    PACE_DECISIONS, (double)covered, (double)run->time, (double)(run->max_time - run->time),
+    TSAdaptRLHeirType_Private(rl));
+  rl->pace_time = run->time;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Observe, and ask the actor or the policy for the next step. */
 static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, PetscBool guarded, PetscReal *h)
 {
@@ -189,6 +215,7 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
     if (limited && problem && problem->rest_time) PetscCall((*problem->rest_time)(ts, &rest));
     if (limited) *h = SlipControlRest(*h, limit * o->run.tstar, rest, o->run.max_time - o->run.time);
     PetscCall(WatchRange_RL(adapt, ts, outside));
+    PetscCall(WatchPace_RL(adapt));
   }
   *h = PetscClipInterval(*h, adapt->dt_min, adapt->dt_max);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -256,8 +283,8 @@ static PetscErrorCode TSAdaptChoose_RL(TSAdapt adapt, TS ts, PetscReal h, PetscI
     PetscCall(Converged_RL(adapt, ts, h, next_h, accept));
     *wlte = rl->observer.last.error;
   }
-  /* of the attempt that hands over too: the heuristic judges it */
-  if (rl->handed) PetscCall(TSAdaptChoose_Error(adapt, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
+  /* of the attempt that hands over too: the one that goes on judges it */
+  if (rl->handed) PetscCall(TSAdaptRLHeirChoose_Private(adapt, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -291,7 +318,7 @@ static PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscRe
   PetscFunctionBegin;
   if (!rl->begun) PetscCall(Begin_RL(adapt, ts));
   if (!rl->handed) PetscCall(Failed_RL(adapt, ts, h_failed, h_next));
-  if (rl->handed) PetscCall(TSAdaptChooseAfterFailure_Error(adapt, ts, h_failed, h_next));
+  if (rl->handed) PetscCall(TSAdaptRLHeirAfterFailure_Private(adapt, ts, h_failed, h_next));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -328,7 +355,8 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
                              "Larger error estimates reject and shrink the step; 0: every converged step is accepted",
                              "", rl->error_ceiling, &rl->error_ceiling, NULL));
   PetscCall(PetscOptionsReal("-ts_adapt_rl_accuracy",
-                             "Wanted relative error of the run, 1e-4 to 1e-1, for policies that observe it",
+                             "Wanted relative error of the run, 1e-4 to 1e-1, for policies that observe it; beyond the "
+                             "range that a policy was trained for, as 1e-3 to 1e-1, the end of that is used, and said",
                              "TSAdaptRLSetAccuracy", accuracy, &accuracy, &dial));
   PetscCall(PetscOptionsString("-ts_adapt_rl_measure",
                                "Which error that is: history (the largest of all), final_slip or event_time (default: "
@@ -336,10 +364,11 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
                                "TSAdaptRLSetMeasure", rl->measure ? rl->measure->name : SlipMeasures[0].name, measure,
                                sizeof(measure), &measured));
   PetscCall(PetscOptionsBool("-ts_adapt_rl_strict",
-                             "Keep to the policy in runs unlike those of its training, which go on by heuristic else",
+                             "Keep to the policy in runs unlike those of its training, which otherwise go on by a "
+                             "classical controller (default no)",
                              "TSAdaptRLSetStrict", rl->strict, &rl->strict, NULL));
   PetscOptionsHeadEnd();
-  PetscCall(TSAdaptSetFromOptions_Heuristic(adapt, PetscOptionsObject));
+  PetscCall(TSAdaptRLHeirOptions_Private(adapt, PetscOptionsObject));
   if (dial) PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
   if (measured) PetscCall(TSAdaptRLSetMeasure(adapt, measure));
   PetscCheck(rl->max_failures >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
@@ -381,9 +410,10 @@ static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
                                    ", failed attempts %" PetscInt_FMT ", halved steps %" PetscInt_FMT
                                    ", rejected by the ceiling %" PetscInt_FMT "\n",
                                    rl->decisions, rl->outside, rl->failures, rl->halvings, rl->ceilings));
-  if (rl->strict) PetscCall(PetscViewerASCIIPrintf(viewer, "never handed over to heuristic\n"));
+  if (rl->strict) PetscCall(PetscViewerASCIIPrintf(viewer, "never handed over\n"));
   if (rl->handed)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "handed over to heuristic at time %g s\n", (double)rl->handover_time));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "handed over to %s at time %g s\n", ((PetscObject)rl->heir)->type_name,
+                                     (double)rl->handover_time));
   PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -394,6 +424,8 @@ static PetscErrorCode TSAdaptReset_RL(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(SlipObserverReset(&rl->observer));
+  PetscCall(TSAdaptDestroy(&rl->heir));
+  rl->handed = PETSC_FALSE;
   /* a policy that was found, not given, is looked for again: the next problem may be another */
   if (rl->default_of[0]) PetscCall(SlipPolicyDestroy(&rl->policy));
   rl->default_of[0] = 0;
@@ -436,9 +468,14 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   PetscCall(SlipStateReal(s, "handover_time", 1, &rl->handover_time));
   PetscCall(SlipStateBool(s, "told", &rl->told));
   PetscCall(SlipStateInt(s, "outside_in_a_row", 1, &rl->outside_run));
-  PetscCall(SlipStateBool(s, "again", &rl->heuristic.again));
+  if (rl->handed && !rl->heir) PetscCall(TSAdaptRLHeirCreate_Private(adapt));
+  if (rl->handed) PetscCall(SlipStateController(s, "heir", rl->heir));
   PetscCall(SlipPolicyGetHash(rl->policy, &hash));
   PetscCall(SlipStateSame(s, "policy", hash, &same));
+  if (!same)
+    PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
+                          "The run goes on by another policy than its checkpoint's (-ts_adapt_rl_policy), of hash %s\n",
+                          hash));
   if (!same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStateAttempt(s, &rl->observer.last));
   PetscCall(SlipStateBool(s, "started", &run->started));
@@ -494,7 +531,6 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(TSAdaptReset_RL(adapt));
-  SlipAdaptLeave(adapt, &rl->heuristic.base);
   PetscCall(Compose_RL(adapt, PETSC_FALSE));
   PetscCall(SlipPolicyDestroy(&rl->policy));
   PetscCall(PetscFree2(rl->seen, rl->obs));
@@ -513,9 +549,12 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   repeated with the heuristic's h (E/ceiling)^(-q), limited to [0.1, 0.9] h; observations outside the training range are
   counted and reported once.
 
-  A run is handed over to TSADAPTHEURISTIC, for good and with one line of message, when the problem says that no policy
-  was trained for the like of it (a fault that is loaded), at the start, or when three decisions in a row had an
-  observation outside the training range. From there it is a run of that type, with its options and -ts_rtol.
+  A run is handed over to a classical controller, for good and with one line of message, when the problem says that no
+  policy was trained for the like of it (a fault that is loaded), at the start, or when three decisions in a row had an
+  observation outside the training range. The problem names the controller (SlipProblemOps), else it is
+  TSADAPTHEURISTIC. From there it is a run of that type, with its options and -ts_rtol. Where -ts_adapt_rl_strict forbids
+  that and 10,000 decisions have covered less than 1e-4 of the time left, as on a fault that creeps, the run ends with an
+  error.
 
   A policy whose steps are multiples of the last one (unit "h" of its action, as those of the general policy ode.h5, which
   is taken where a problem has none of its own) goes by the error estimate: E > 1 rejects the attempt, a rejected step is
@@ -547,7 +586,7 @@ PetscErrorCode TSAdaptCreate_RL(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&rl));
-  PetscCall(SlipAdaptCreateHeuristic(adapt, &rl->heuristic));
+  adapt->data = rl;
   rl->max_failures = SLIP_MAX_FAILURES;
   rl->accuracy = TSADAPTRL_ACCURACY_DEFAULT;
   PetscCall(Compose_RL(adapt, PETSC_TRUE));

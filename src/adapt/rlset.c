@@ -187,10 +187,12 @@ PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy)
   PetscFunctionBegin;
   PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   PetscValidLogicalCollectiveReal(adapt, accuracy, 2);
-  PetscCheck(accuracy >= TSADAPTRL_ACCURACY_MIN && accuracy <= TSADAPTRL_ACCURACY_MAX,
-             PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
-             "-ts_adapt_rl_accuracy is %g; expected a relative error between %g and %g", (double)accuracy,
-             TSADAPTRL_ACCURACY_MIN, TSADAPTRL_ACCURACY_MAX);
+  PetscCheck(
+    accuracy >= TSADAPTRL_ACCURACY_MIN && accuracy <= TSADAPTRL_ACCURACY_MAX, PetscObjectComm((PetscObject)adapt),
+    PETSC_ERR_ARG_OUTOFRANGE,
+    "-ts_adapt_rl_accuracy is %g; expected a relative error between %g and %g, and in a policy's own range, which "
+    "each has within these",
+    (double)accuracy, TSADAPTRL_ACCURACY_MIN, TSADAPTRL_ACCURACY_MAX);
   if (rl) rl->accuracy = rl->observer.run.accuracy = accuracy;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -259,7 +261,7 @@ PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decisions, PetscInt *
 
   Input Parameters:
 + adapt  - the controller
-- strict - `PETSC_TRUE`: never hand a run over to `TSADAPTHEURISTIC`
+- strict - `PETSC_TRUE`: never hand a run over to a classical controller
 
   Options Database Key:
 . -ts_adapt_rl_strict - the same
@@ -279,7 +281,7 @@ PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict)
 }
 
 /*@
-  TSAdaptRLGetHandover - whether the run goes on by `TSADAPTHEURISTIC`, and since when
+  TSAdaptRLGetHandover - whether the run goes on by a classical controller, and since when
 
   Not collective
 
@@ -292,7 +294,7 @@ PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict)
 
   Level: intermediate
 
-.seealso: TSADAPTRL, TSAdaptRLSetStrict()
+.seealso: TSADAPTRL, TSAdaptRLSetStrict(), TSAdaptRLGetHeir()
 @*/
 PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal *time)
 {
@@ -302,6 +304,31 @@ PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal 
   PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   if (handed) *handed = rl ? rl->handed : PETSC_FALSE;
   if (time) *time = rl ? rl->handover_time : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  TSAdaptRLGetHeir - the type of the controller that the run goes on by once it was handed over
+
+  Not collective
+
+  Input Parameter:
+. adapt - the controller
+
+  Output Parameter:
+. type - of `TSAdapt`, borrowed; `NULL` when the run was not handed over or the type of adapt is not `TSADAPTRL`
+
+  Level: intermediate
+
+.seealso: TSADAPTRL, TSAdaptRLGetHandover()
+@*/
+PetscErrorCode TSAdaptRLGetHeir(TSAdapt adapt, TSAdaptType *type)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
+  *type = rl && rl->handed ? ((PetscObject)rl->heir)->type_name : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -44,19 +44,28 @@ static PetscErrorCode SlipState_DSP(TSAdapt adapt, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective; between two steps, after SlipStateTS(). Another controller than the file's begins without memory. */
-PetscErrorCode SlipStateAdapt(SlipState s, TS ts)
+/* A controller of any type; another one than the file's begins without memory. */
+PetscErrorCode SlipStateController(SlipState s, const char name[], TSAdapt adapt)
 {
-  TSAdapt adapt;
   PetscBool dsp;
 
   PetscFunctionBegin;
-  PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTDSP, &dsp));
   if (dsp) PetscCall(PetscObjectComposeFunction((PetscObject)adapt, SLIP_STATE_METHOD, SlipState_DSP));
-  if (SlipStateIsLoading(s)) PetscTryMethod(adapt, "TSAdaptResume_C", (TSAdapt, TS), (adapt, ts));
-  PetscCall(SlipStateObject(s, "adapt", (PetscObject)adapt));
+  PetscCall(SlipStateObject(s, name, (PetscObject)adapt));
   if (dsp) PetscCall(PetscObjectComposeFunction((PetscObject)adapt, SLIP_STATE_METHOD, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective; between two steps, after SlipStateTS(). */
+PetscErrorCode SlipStateAdapt(SlipState s, TS ts)
+{
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  if (SlipStateIsLoading(s)) PetscTryMethod(adapt, "TSAdaptResume_C", (TSAdapt, TS), (adapt, ts));
+  PetscCall(SlipStateController(s, "adapt", adapt));
   PetscCall(SlipStateInt(s, "just_decreased", 1, &adapt->timestepjustdecreased));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -32,7 +32,7 @@ typedef struct {
   TS ts; /* borrowed */
   MPI_Comm comm;
   PetscMPIInt rank;
-  char file[PETSC_MAX_PATH_LEN], restart[128];
+  char file[PETSC_MAX_PATH_LEN], restart[128], option[64];
   PetscReal interval, limit;
   SlipCheckpointFn visit;
   void *ctx;
@@ -153,6 +153,7 @@ PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
   PetscCallMPI(MPI_Comm_rank(c->comm, &c->rank));
   PetscCall(PetscStrncpy(c->file, plan->file, sizeof(c->file)));
   PetscCall(PetscStrncpy(c->restart, plan->restart, sizeof(c->restart)));
+  PetscCall(PetscStrncpy(c->option, plan->option ? plan->option : "checkpoint", sizeof(c->option)));
   c->interval = plan->interval;
   c->limit = plan->wall_limit > 0 ? plan->wall_limit : PETSC_MAX_REAL;
   c->visit = plan->visit;
@@ -239,7 +240,8 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
     PetscCall(SlipWarning("stopped by %s at time %g s after %d steps; to go on: %s", who, (double)c->ts->ptime,
                           (int)c->ts->steps, command));
   } else
-    PetscCall(SlipWarning("stopped by %s at time %g s after %d steps, without a checkpoint to go on from", who,
-                          (double)c->ts->ptime, (int)c->ts->steps));
+    PetscCall(
+      SlipWarning("stopped by %s at time %g s after %d steps, without a checkpoint to go on from: no -%s was given",
+                  who, (double)c->ts->ptime, (int)c->ts->steps, c->option));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -303,6 +303,22 @@ PetscReal SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v
   return f->law->steady ? f->law->steady(&p, PetscAbsReal(v)) : 0;
 }
 
+/* Of a law with a state of its own, where that is steady at the rate v > 0: what mu falls by per metre of slip that the state
+   follows (b/d_c of rate-and-state friction), and the stiffness over the normal stress below which steady slip is unstable
+   ((b - a)/d_c; Ruina 1983), not positive where it is stable. With x' = f(x, v) of the state x, they are -mu_x f_v and
+   mu_v f_x - mu_x f_v. */
+void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, PetscReal v, PetscReal *fall, PetscReal *critical)
+{
+  const SlipFriction p = At(f, i);
+  const PetscReal s = f->law->steady(&p, v);
+  PetscReal mu, mu_s, mu_v, rate, rate_s, rate_v;
+
+  f->law->eval(&p, s, v, &mu, &mu_s, &mu_v);
+  f->law->state(&p, s, v, &rate, &rate_s, &rate_v);
+  *fall = -mu_s * rate_v;
+  *critical = mu_v * rate_s - mu_s * rate_v;
+}
+
 /* The state in which the friction of cell i is mu with the rate v, by Newton's method from the steady one; NaN if there is
    none. Rate-and-state friction is almost linear in its state. */
 PetscReal SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscReal mu, PetscReal v)

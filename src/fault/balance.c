@@ -10,28 +10,48 @@
 #include <slipstep/private/slipmatviscosity.h>
 #include <math.h>
 
+/* Slip rate over the loading rate of cells that weaken, at the default start: a stress that is 7 a sigma below the steady
+   one, about what an event leaves, so that the start is forgotten before cells reach their strength */
+#define START_LOCKED 1e-3
+
 /* ---- set-up ---- */
 
-static PetscErrorCode Choose(SlipFault fault, PetscInt id, const char smooth[], const char other[])
+static PetscErrorCode Choose(SlipFault fault, PetscInt id, const char choice[])
 {
   PetscBool automatic;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->text[id], "auto", &automatic));
-  if (automatic) PetscCall(PetscStrncpy(fault->text[id], fault->law->smooth ? smooth : other, sizeof(fault->text[id])));
+  if (automatic) PetscCall(PetscStrncpy(fault->text[id], choice, sizeof(fault->text[id])));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What "auto" is for the law, and whether there is inertia. */
+/* Inertia is a lumped mass, not waves: what a rupture passes through is better described by radiation damping alone. It stays
+   the default where all slides at once, as from the critical start, where the strength falls with the slip rate, which
+   has no balance without it, and where there is no viscosity to limit slip rates. */
+static PetscErrorCode ChooseInertia(SlipFault fault, PetscBool traction)
+{
+  PetscBool none;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "none", &none));
+  if (fault->inertia_given) PetscFunctionReturn(PETSC_SUCCESS);
+  fault->inertia = fault->law->smooth || (traction && !fault->law->by_rate && !none) ? PETSC_FALSE : PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What "auto" is for the law and the start, and whether there is inertia. */
 PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
-  PetscBool critical, rest, rate;
+  PetscBool critical, rest, rate, traction;
 
   PetscFunctionBegin;
-  if (!fault->inertia_given) fault->inertia = fault->law->smooth ? PETSC_FALSE : PETSC_TRUE;
-  PetscCall(Choose(fault, FAULT_VISCOSITY, fault->inertia ? "sqrtm" : "radiation", "sqrtm"));
-  PetscCall(Choose(fault, FAULT_INITIAL, "rate", "critical"));
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "traction", &traction));
+  PetscCall(ChooseInertia(fault, traction));
+  PetscCall(
+    Choose(fault, FAULT_VISCOSITY, fault->law->smooth || (traction && !fault->inertia) ? "radiation" : "sqrtm"));
+  PetscCall(Choose(fault, FAULT_INITIAL, fault->law->smooth ? "rate" : "critical"));
   PetscCall(PetscStrcmp(fault->text[FAULT_STATE_LAW], "slip", &fault->slip_law));
   PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
   PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "rest", &rest));
@@ -88,7 +108,19 @@ static PetscErrorCode FindCreep(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rate and state that were not given, as far as that does not need the stress. Fields keep theta. */
+/* Is steady slip at this rate unstable where the surroundings are soft enough? */
+PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate)
+{
+  PetscReal fall, critical;
+
+  if (rate == 0) return PETSC_FALSE;
+  SlipFrictionWeakening(friction, i, PetscAbsReal(rate), &fall, &critical);
+  return critical > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Rate and state that were not given, as far as that does not need the stress. Fields keep theta. All cells at the rate of
+   loading, with the state that is steady there, would be an equilibrium, and where cells weaken an unstable one, which only
+   rounding leaves: unless a rate is given cells that weaken begin locked, as some time after an event. */
 static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *friction, PetscBool traction)
 {
   PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *theta = fault->field[FIELD_INITIAL_STATE];
@@ -100,7 +132,12 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscReal steady = PetscAbsReal(vinf[i]) > 0 ? vinf[i] : rate[i];
 
-    if (isnan(rate[i])) rate[i] = vinf[i];
+    if (isnan(rate[i])) {
+      const PetscBool creeps = fault->balance.creeps && fault->balance.creeps[i] ? PETSC_TRUE : PETSC_FALSE;
+
+      rate[i] = vinf[i];
+      if (!traction && !creeps && SlipFaultRateWeakens(friction, i, vinf[i])) rate[i] *= START_LOCKED;
+    }
     if (!isnan(theta[i])) continue;
     if (!traction)
       theta[i] = SlipFaultShownState(fault, i, SlipFrictionSteady(friction, i, steady));
@@ -179,6 +216,7 @@ PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault)
   PetscCall(VecDestroy(&b->rate));
   PetscCall(VecDestroy(&b->force));
   PetscCall(VecDestroy(&b->first));
+  PetscCall(VecDestroy(&b->seen));
   PetscCall(PetscFree(b->creeps));
   PetscCall(PetscFree(b->kept));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -235,6 +273,7 @@ PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
   for (PetscInt i = 0; i < fault->n; i++) a[3 * i] = v[i];
   PetscCall(VecRestoreArray(w, &a));
   PetscCall(VecRestoreArrayRead(fault->balance.rate, &v));
+  fault->balance.put++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

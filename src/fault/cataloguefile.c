@@ -1,5 +1,6 @@
-/* The file of -fault_catalogue: a dataset of each column, with an entry for each event, the mesh, and maps. */
-#include <slipstep/private/slipfault.h>
+/* The file of -fault_catalogue: a dataset of each column, with an entry for each event, the mesh, and maps; and what a
+   checkpoint keeps of a catalogue. */
+#include <slipstep/private/slipfaultrecord.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 
@@ -41,6 +42,7 @@ static PetscErrorCode WriteAttributes(SlipFaultCatalogue cat)
   PetscCall(SlipH5WriteAttrString(h, "/", "library_version", SLIPSTEP_VERSION));
   PetscCall(SlipH5WriteAttrReal(h, "/", "shear_modulus", fault->value[FAULT_SHEAR_MODULUS]));
   PetscCall(SlipH5WriteAttrReal(h, "/", "event_rate", fault->value[FAULT_EVENT_RATE]));
+  PetscCall(SlipH5WriteAttrInt(h, "/", "weakens", fault->resolution.weakens ? 1 : 0));
   PetscCall(SlipH5WriteAttrReal(h, "/", "fault_area", SlipFaultMeanArea(fault) * (PetscReal)fault->N));
   if (fault->mesh.n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipH5WriteAttrReal(h, "/", "length_x", fault->value[FAULT_LENGTH_X]));
@@ -58,7 +60,7 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   PetscFunctionBegin;
   PetscCall(SlipH5CreateKind(&cat->kind, fault->text[FAULT_CATALOGUE], h));
   PetscCall(WriteAttributes(cat));
-  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, -1));
+  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, NULL, -1));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
     PetscCall(SlipH5CreateSeries(h, Maps[m], ndim, dims, PETSC_FALSE, MapUnits[m]));
   PetscCall(SlipFaultWriteAxes(fault, h));
@@ -100,7 +102,7 @@ static PetscErrorCode Continue(SlipFaultCatalogue cat)
   PetscFunctionBegin;
   PetscCall(SlipH5CreateCopy(&cat->kind, NULL, cat->fault->text[FAULT_CATALOGUE], h));
   PetscCall(CheckLast(cat));
-  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, cat->fault->events));
+  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, NULL, cat->fault->events));
   for (PetscInt m = 0; m < 2 && cat->maps; m++) PetscCall(SlipH5SetRows(h, Maps[m], cat->fault->events));
   PetscCall(SlipH5Live(h));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -226,5 +228,87 @@ PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete)
     if (!ierr) ierr = complete ? SlipH5Close(&cat->file) : SlipH5Abandon(&cat->file);
   }
   PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a checkpoint ---- */
+
+/* The event under way */
+static PetscErrorCode VisitEvent(SlipState s, SlipFaultCatalogue cat)
+{
+  SlipFaultEvent *e = &cat->event;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateReal(s, "onset", 1, &e->onset));
+  PetscCall(SlipStateReal(s, "elastic", 1, &e->elastic));
+  PetscCall(SlipStateReal(s, "kinetic", 1, &e->kinetic));
+  PetscCall(SlipStateReal(s, "work", FAULT_NUM_WORKS, e->work));
+  PetscCall(SlipStateReal(s, "peak", 1, &e->peak));
+  PetscCall(SlipStateReal(s, "time", 2, e->time));
+  PetscCall(SlipStateReal(s, "rate", 2, e->rate));
+  PetscCall(SlipStateInt(s, "cell", 1, &e->cell));
+  PetscCall(SlipStateInt(s, "steps", 1, &e->steps));
+  PetscCall(SlipStateVec(s, "displacement", cat->u0));
+  PetscCall(SlipStateVec(s, "stress", cat->stress0));
+  PetscCall(SlipStateVec(s, "rupture_time", cat->rupture));
+  PetscCall(SlipStateBool(s, "ended", &cat->ended));
+  if (!cat->ended) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStateReal(s, "row", EVENT_NUM_COLUMNS, cat->row));
+  PetscCall(SlipStateVec(s, "slip", cat->slip));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* In the file of the run as it was, or from here in a new one. */
+static PetscErrorCode Resume(SlipFaultCatalogue cat)
+{
+  SlipFault fault = cat->fault;
+  const char *file = fault->text[FAULT_CATALOGUE];
+  char target[PETSC_MAX_PATH_LEN] = "", part[PETSC_MAX_PATH_LEN + 8];
+  PetscBool exists[2] = {PETSC_FALSE, PETSC_FALSE};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  if (!cat->rank) ierr = SlipH5Follow(file, "", target);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", target));
+  if (!cat->rank) {
+    PetscCall(PetscTestFile(part, 'r', &exists[0]));
+    PetscCall(PetscTestFile(file, 'r', &exists[1]));
+  }
+  PetscCallMPI(MPI_Bcast(exists, 2, MPIU_BOOL, 0, fault->comm));
+  cat->resumed = exists[0] || exists[1] ? PETSC_TRUE : PETSC_FALSE;
+  if (!cat->resumed && fault->events)
+    PetscCall(PetscPrintf(fault->comm, "Neither %s nor %s is there: the catalogue begins here\n", part, file));
+  PetscCall(SlipCatalogueBegin(cat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: what a checkpoint remembers of the catalogue. One of a run without it has none: the catalogue begins there. */
+PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s)
+{
+  SlipFaultCatalogue cat = fault->catalogue;
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscReal rate = fault->value[FAULT_EVENT_RATE];
+  PetscBool has;
+
+  PetscFunctionBegin;
+  if (!cat) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStateHas(s, "catalogue", &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!SlipStateIsLoading(s)) PetscCall(SlipCatalogueSync(cat));
+  PetscCall(SlipStateGroup(s, "catalogue"));
+  PetscCall(SlipStateReal(s, "event_rate", 1, &rate));
+  PetscCheck(rate == fault->value[FAULT_EVENT_RATE], fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_event_rate is %g m/s, was %g m/s in -%sfault_restart %s", prefix,
+             (double)fault->value[FAULT_EVENT_RATE], (double)rate, prefix, fault->text[FAULT_RESTART]);
+  PetscCall(SlipStateInt(s, "events", 1, &fault->events));
+  PetscCall(SlipStateReal(s, "last_end", 1, &cat->last_end));
+  PetscCall(SlipStateBool(s, "active", &cat->active));
+  if (cat->before) {
+    PetscCall(SlipStateReal(s, "time_before", 1, &cat->time_before));
+    PetscCall(SlipStateVec(s, "before", cat->before));
+  }
+  if (cat->active) PetscCall(VisitEvent(s, cat));
+  if (SlipStateIsLoading(s)) PetscCall(Resume(cat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,5 @@
 /* Checkpoints of a fault's run: which run a file is of, and all that this one remembers. */
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultrecord.h>
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipcheckpoint.h>
@@ -120,9 +120,10 @@ static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
 static PetscBool MayChange(PetscInt id)
 {
   static const SlipFaultRealId free_ones[] = {
-    FAULT_OUTPUT_INTERVAL,    FAULT_OUTPUT_SLIP_INTERVAL, FAULT_OUTPUT_TIME_INTERVAL,   FAULT_OUTPUT_RATE_CHANGE,
-    FAULT_OUTPUT_COMPRESSION, FAULT_KRYLOV_TOLERANCE,     FAULT_RATE_TOLERANCE,         FAULT_CHECKPOINT_INTERVAL,
-    FAULT_RESTART_DT,         FAULT_WALL_LIMIT,           FAULT_NORMAL_STRESS_GRADIENT, FAULT_EVENT_RATE};
+    FAULT_OUTPUT_INTERVAL,     FAULT_OUTPUT_SLIP_INTERVAL, FAULT_OUTPUT_TIME_INTERVAL, FAULT_OUTPUT_RATE_CHANGE,
+    FAULT_OUTPUT_SIZE,         FAULT_OUTPUT_COMPRESSION,   FAULT_KRYLOV_TOLERANCE,     FAULT_RATE_TOLERANCE,
+    FAULT_CHECKPOINT_INTERVAL, FAULT_RESTART_DT,           FAULT_WALL_LIMIT,           FAULT_NORMAL_STRESS_GRADIENT,
+    FAULT_EVENT_RATE};
 
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(free_ones); i++)
     if (id == (PetscInt)free_ones[i]) return PETSC_TRUE;
@@ -143,6 +144,20 @@ static PetscErrorCode CompareMesh(Differences *d, SlipFault fault)
     hash = SlipHashReals(hash, numbers[k], (size_t)mesh->n);
   if (mesh->n) (void)snprintf(digest, sizeof(digest), "of %lld cells, %016" PRIx64, (long long)mesh->n, hash);
   PetscCall(CompareText(d, "mesh", digest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The entries of -fault_stiffness_file as they were read, whatever the file is called: scaling differs by rounding. A
+   stiffness that is computed is known by mesh, kernel and elastic moduli. */
+static PetscErrorCode CompareStiffness(Differences *d, SlipFault fault)
+{
+  char digest[128] = "no entries of a file";
+
+  PetscFunctionBegin;
+  if (fault->text[FAULT_STIFFNESS_FILE][0])
+    (void)snprintf(digest, sizeof(digest), "of %lld x %lld entries of a file, %016" PRIx64, (long long)fault->N,
+                   (long long)fault->N, fault->read);
+  PetscCall(CompareText(d, "stiffness", digest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -194,6 +209,7 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
   PetscCall(CompareText(&d, "injection", injection[0] ? injection : "none"));
   PetscCall(CompareText(&d, "inertia", fault->inertia ? "yes" : "no"));
   PetscCall(CompareMesh(&d, fault));
+  PetscCall(CompareStiffness(&d, fault));
   PetscCall(CompareType(&d, "operator", fault->K));
   PetscCall(CompareType(&d, "viscosity", fault->H));
   cells = d.text[0] ? PETSC_FALSE : PETSC_TRUE; /* as many as they were */
@@ -376,7 +392,7 @@ static PetscErrorCode CheckFile(SlipFault fault)
 
   Input Parameters:
 + fault - the fault
-- ts    - the TS that it configured, of type TSBATHE, or TSRK with rate-and-state friction
+- ts    - the TS that it configured, of type TSBATHE, or TSRK or TSADAMS with smooth friction
 
   Options Database Keys:
 + -fault_checkpoint <F.h5>           - file for the state of the run; the one before it stays as F.h5.previous
@@ -390,7 +406,9 @@ static PetscErrorCode CheckFile(SlipFault fault)
   Notes:
   A run that goes on is the same run: on as many processes with the same bits, on others to rounding. Solver, controller
   and output options may differ from those of the checkpoint; a run with another mesh, parameter or operator is
-  refused. The controller dsp, which is PETSc's, forgets its last two errors. A larger -ts_max_time lengthens a run that has reached its end.
+  refused. The memory of the controller is part of it, that of dsp, which is PETSc's, as well; another controller begins
+  without memory. A policy other than the checkpoint's is announced. A larger -ts_max_time lengthens a run that has reached
+  its end.
 
   After `SlipSignalsPush()`, SIGTERM, SIGINT, SIGUSR1 and SIGXCPU stop the run after the step in work, with a checkpoint:
   ask `SlipFaultCheckpointFinish()` after TSSolve().
@@ -426,6 +444,7 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   if (fault->text[FAULT_RESTART][0]) PetscCall(Restart(fault, ts));
   PetscCall(PetscSNPrintf(restart, sizeof(restart), "-%sfault_restart", prefix));
   named.restart = restart;
+  named.option = "fault_checkpoint";
   PetscCall(SlipCheckpointStart(ts, &named));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -447,9 +466,10 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   Level: intermediate
 
   Note:
-  The output of a run that was stopped ends here, unfinished: do not call `SlipFaultOutputFinish()` then.
+  The output of a run that was stopped ends here, unfinished: call `SlipFaultReportStop()` then in place of
+  `SlipFaultOutputFinish()`.
 
-.seealso: SlipFaultCheckpointStart()
+.seealso: SlipFaultCheckpointStart(), SlipFaultReportStop()
 @*/
 PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code)
 {

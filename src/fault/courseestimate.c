@@ -29,15 +29,17 @@ enum {
 PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, PetscReal time, Vec w)
 {
   PetscReal sum[2] = {0, 0};
-  const PetscReal *a;
+  const PetscReal *a, *slip;
+  const SlipArrays arrays[] = {{w, .read = &a}, {fault->work[2], .read = &slip}};
 
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(SlipFaultGetSlip(fault, time, w, fault->work[2]));
+  PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->n; i++) {
     sum[SUM_RATE] += fault->weight[i] * PetscAbsReal(a[3 * i]);
-    sum[SUM_SLIPS] += fault->weight[i] * a[3 * i + 2];
+    sum[SUM_SLIPS] += fault->weight[i] * slip[i];
   }
-  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, fault->comm));
   while (course->n && course->node[course->n - 1].time >= time) course->n--;
   if (course->n == course->size) {

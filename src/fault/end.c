@@ -1,4 +1,4 @@
-/* What a summary says of the end of a fault's run. */
+/* What a summary says of the end of a fault's run, one that was stopped among them. */
 #include <slipstep/private/slipfault.h>
 #include <stdio.h>
 
@@ -45,5 +45,41 @@ PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete)
   else
     PetscCall(PetscSNPrintf(text, sizeof(text), "all cells rest"));
   PetscCall(SlipReportEnd(ts, text, complete));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultReportStop - print the summary of a run that was stopped before its end: steps, final mean slip, wall times, when
+  and where it ended. Its output stays unfinished
+
+  Collective; after SlipFaultCheckpointFinish() has said that the run was stopped.
+
+  Input Parameters:
++ fault      - the fault
+. ts         - the TS that it configured
+. wall_setup - wall time of set-up [s]
+- wall_solve - wall time of TSSolve() [s]
+
+  Level: intermediate
+
+.seealso: SlipFaultCheckpointFinish(), SlipFaultReportEnd()
+@*/
+PetscErrorCode SlipFaultReportStop(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve)
+{
+  SlipFaultObservables obs;
+  PetscBool complete;
+  SlipOutput run;
+  Vec w;
+
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(SlipFaultGetObservables(fault, w, NULL, &obs));
+  PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run));
+  PetscCall(SlipOutputAddResult(run, "mean_slip", "mean slip so far", "m", obs.mean_slip));
+  PetscCall(SlipOutputAddResult(run, "max_slip_rate", "largest slip rate", "m/s", obs.max_slip_rate));
+  PetscCall(SlipOutputFinish(&run, wall_setup, wall_solve));
+  PetscCall(SlipFaultReportEnd(fault, ts, &complete));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

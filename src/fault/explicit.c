@@ -1,9 +1,10 @@
 /* Rate-and-state friction without inertia as an explicit TS: tolerances, right-hand side, and what follows a step. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipts.h>
 #include <slipadapt.h>
 #include <slippolicy.h>
 
-#define EXPLICIT_RTOL 1e-4         /* default tolerance, as other codes have it */
+#define EXPLICIT_RTOL 1e-3         /* default tolerance, of the worst cell */
 #define EXPLICIT_ACCURACY 1e-3     /* default dial of the policy for cycles, in recurrences */
 #define FIRST_STEP 0.01            /* over the time in which the fastest cell slips its d_c */
 #define EXPLICIT_LARGEST_STATE 500 /* ln(V0 theta/d_c), whose exponential is 1e217 */
@@ -38,15 +39,19 @@ static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
   SlipFault fault = (SlipFault)ctx;
   SlipFaultBalance *b = &fault->balance;
   PetscReal rtol;
+  Vec *stage = NULL;
 
   PetscFunctionBegin;
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   if (rtol != b->rtol) PetscCall(SetTolerances(fault, ts, rtol));
-  if (b->first)
+  if (b->first) PetscCall(TSGetStages(ts, NULL, &stage)); /* of TSRK */
+  if (b->first && w == stage[0]) { /* the first stage of each attempt at the first step of a run that goes on */
     PetscCall(VecCopy(b->first, F));
-  else
+    ts->steprestart = PETSC_FALSE; /* to its controller */
+  } else {
     PetscCall(SlipFaultRates(fault, t, w, F));
-  PetscCall(VecDestroy(&b->first));
+    b->sides++;
+  }
   b->F = F;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -75,46 +80,87 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Was the last right-hand side that of the step's end? */
+/* Was the last right-hand side of TSRK that of the step's end? */
 static PetscErrorCode EndIsKnown(SlipFault fault, TS ts, PetscReal t, PetscBool *known)
 {
-  PetscBool rk, adams;
+  PetscBool rk;
 
   PetscFunctionBegin;
   *known = PETSC_FALSE;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &adams));
-  if (!(rk || adams) || !fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
-  *known = adams;
-  if (rk) PetscCall(TSRKGetTableau(ts, NULL, NULL, NULL, NULL, NULL, NULL, NULL, known));
+  if (!rk || !fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSRKGetTableau(ts, NULL, NULL, NULL, NULL, NULL, NULL, NULL, known));
   if (PetscAbsReal(fault->balance.time - t) > 4 * PETSC_MACHINE_EPSILON * PetscAbsReal(t)) *known = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSPostEvaluate: after a step, before monitors. To PETSc the state has not changed: otherwise the next step would begin
-   anew, without the last right-hand side of this one. */
+/* TSADAMS asks for the slip rates within its step: those of its last right-hand side. */
+PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w)
+{
+  SlipFault fault;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
+  if (fault->balance.time != t) PetscCall(SlipFaultRates(fault, t, w, NULL));
+  PetscCall(SlipFaultPutRates(fault, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSPostEvaluate: after a step of PETSc's own types, before monitors. To PETSc the state has not changed: otherwise the next step
+   would begin anew, without the last right-hand side of this one. Ours know by SlipFaultMoment. */
 static PetscErrorCode SlipFaultAfterStep(TS ts)
 {
   PetscObjectState state;
   SlipFault fault;
-  PetscBool known;
+  PetscBool known, adams, good;
   PetscReal t;
   Vec w;
 
   PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &adams));
+  if (adams) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
+  PetscCall(VecDestroy(&fault->balance.first));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(PetscObjectStateGet((PetscObject)w, &state));
   PetscCall(EndIsKnown(fault, ts, t, &known));
-  if (!known) PetscCall(SlipFaultRates(fault, t, w, NULL));
+  if (!known) {
+    PetscCall(InDomain(ts, t, w, &good)); /* no stage was this state */
+    PetscCheck(good, fault->comm, PETSC_ERR_FP,
+               "At time %g s a step ended in what is no state of the fault, not refused by -ts_adapt_type; expected a "
+               "shorter step: a smaller -ts_rtol, or -ts_rk_type 3bs or 5dp, which see it",
+               (double)t);
+    PetscCall(SlipFaultRates(fault, t, w, NULL));
+  }
   PetscCall(SlipFaultPutRates(fault, w));
   PetscCall(PetscObjectStateSet((PetscObject)w, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A checkpoint's part: the rates that the next step takes over from the last stage of the one before, which differ from
-   those of the state by rounding */
+/* *seen: the state that a controller observes, with its slip rates. While an attempt is judged, w is its end but for the rates, which
+   are still those of the start: one right-hand side more, of the state itself, as the last one was of another. */
+PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, Vec w, Vec *seen)
+{
+  SlipFaultBalance *b = &fault->balance;
+  PetscReal t, h;
+
+  PetscFunctionBegin;
+  *seen = w;
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(TSGetTimeStep(ts, &h));
+  if (!b->known || !(b->time > t))
+    PetscFunctionReturn(PETSC_SUCCESS); /* no stage beyond now: no attempt is under way */
+  if (!b->seen) PetscCall(VecDuplicate(w, &b->seen));
+  PetscCall(VecCopy(w, b->seen));
+  PetscCall(SlipFaultRates(fault, t + h, b->seen, NULL));
+  PetscCall(SlipFaultPutRates(fault, b->seen));
+  *seen = b->seen;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A checkpoint's part: the rates of the last stage of the step before, which differ from those of the state by rounding,
+   where the next step takes them over. TSRK asks for them where a step begins anew, which the next one does to it alone. */
 PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -125,11 +171,14 @@ PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
   if (!fault->law->smooth || !rk) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetTime(ts, &t));
-  if (!SlipStateIsLoading(s) && b->F) PetscCall(EndIsKnown(fault, ts, t, &known));
+  if (SlipStateIsLoading(s)) PetscCall(VecDestroy(&b->first));
+  if (!SlipStateIsLoading(s) && b->F && !ts->steprestart) PetscCall(EndIsKnown(fault, ts, t, &known));
+  if (b->first) known = PETSC_TRUE; /* no step since the last checkpoint */
   PetscCall(SlipStateBool(s, "rates_known", &known));
   if (!known) PetscFunctionReturn(PETSC_SUCCESS);
   if (SlipStateIsLoading(s)) PetscCall(SlipFaultCreateState(fault, &b->first));
-  PetscCall(SlipStateVec(s, "rates", SlipStateIsLoading(s) ? b->first : b->F));
+  PetscCall(SlipStateVec(s, "rates", b->first ? b->first : b->F));
+  if (SlipStateIsLoading(s)) PetscCall(TSRestartStep(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -147,7 +196,8 @@ PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adams' formulas, their steps by the policy for cycles where it is there; other integrators have controllers of their own. */
+/* Adams' formulas, their steps by the policy for cycles where it is there; other integrators have controllers of their own. All see
+   the error of the worst cell: a mean over the cells hides one that goes unstable, the more so the more others are quiet. */
 static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
 {
   char file[PETSC_MAX_PATH_LEN];
@@ -160,6 +210,7 @@ static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, found ? TSADAPTRL : TSADAPTBASIC));
   PetscCall(TSAdaptRLSetAccuracy(adapt, EXPLICIT_ACCURACY));
+  PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,5 +1,5 @@
 /* A fault's life: create, set up, state, destroy. */
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultrecord.h>
 #include <slipstep/private/slipmatcells.h>
 
 /*@
@@ -71,8 +71,10 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
   PetscCall(SlipFaultBalanceSetUp(fault));
+  PetscCall(SlipFaultResolutionSetUp(fault));
   fault->setup = PETSC_TRUE;
   PetscCall(SlipFaultProgressSetUpEnd(fault));
+  PetscCall(SlipFaultWarn(fault));
   if (fault->viewer) {
     PetscCall(PetscViewerPushFormat(fault->viewer, fault->format));
     PetscCall(SlipFaultView(fault, fault->viewer));
@@ -82,7 +84,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
 }
 
 /*@
-  SlipFaultSetInertia - does the fault have inertia?
+  SlipFaultSetInertia - sets whether the fault has inertia
 
   Logically collective; before SlipFaultSetUp()
 

@@ -1,7 +1,6 @@
 /* The fault as a TS problem. */
 #include <slipstep/private/slipfault.h>
 
-#define SLIP_FAULT_RTOL 1e-3     /* reference tolerance, as SLIP_FAULT_ATOL */
 #define SLIP_FAULT_MAX_TIME 30.0 /* [s] */
 /* First step over T*: the instability grows from a relative excess of 1e-5, so anything well below T* is safe. */
 #define SLIP_FAULT_FIRST_STEP 0.01
@@ -28,19 +27,22 @@ static PetscErrorCode Find_Fault(TS ts, const char name[], PetscInt *row)
 
 static PetscErrorCode Observe_Fault(TS ts, PetscInt n, const PetscInt row[], PetscReal value[])
 {
-  PetscBool estimates = PETSC_FALSE;
+  PetscBool estimates = PETSC_FALSE, state = PETSC_FALSE;
   SlipFault fault;
   Vec w, error, derivative;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
   PetscCall(TSGetSolution(ts, &w));
-  for (PetscInt i = 0; i < n; i++)
+  for (PetscInt i = 0; i < n; i++) {
     if (SlipObservations[row[i]].reads & SLIP_READS_ESTIMATES) estimates = PETSC_TRUE;
+    if (!(SlipObservations[row[i]].reads & SLIP_READS_STIFFNESS)) state = PETSC_TRUE;
+  }
   if (estimates) {
     PetscCall(TSBatheGetEstimates(ts, &error, NULL, &derivative));
     PetscCall(SlipFaultKeepEstimates(fault, w, error, derivative));
   }
+  if (state && fault->problem.any_integrator) PetscCall(SlipFaultObservedState(fault, ts, w, &w));
   PetscCall(SlipFaultObserve(fault, w, n, row, value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -128,6 +130,16 @@ static PetscErrorCode RestTime_Fault(TS ts, PetscReal *rest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode Relaxation_Fault(TS ts, Vec w, PetscReal *rate)
+{
+  SlipFault fault;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  PetscCall(SlipFaultRelaxation(fault, w, rate));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static const SlipProblemOps FaultProblem = {.name = Name_Fault,
                                             .time_scale = TimeScale_Fault,
                                             .untrained = Untrained_Fault,
@@ -164,7 +176,7 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
     a[3 * i + 1] = a[3 * i + 2] = SLIP_FAULT_ATOL;
   }
   PetscCall(VecRestoreArray(atol, &a));
-  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, SLIP_FAULT_RTOL, NULL));
+  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, fault->rtol, NULL));
   PetscCall(VecDestroy(&atol));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -206,6 +218,8 @@ static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
 
 static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
 {
+  TSAdapt adapt;
+
   PetscFunctionBegin;
   PetscCall(SlipFaultConstraintCreate(fault));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
@@ -214,6 +228,8 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
   PetscCall(TSBatheSetConstraint(ts, fault->con));
   if (fault->driven) PetscCall(ConfigureDriven(ts));
   PetscCall(SlipFaultSetTolerances(fault, ts));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, fault->problem.controller));
   PetscCall(TSSetTimeStep(ts, SLIP_FAULT_FIRST_STEP * fault->tstar));
   if (fault->law->smooth) PetscCall(ConfigureSmooth(fault, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -240,8 +256,9 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   SlipProblemOps *problem = &fault->problem;
 
   PetscFunctionBegin;
-  *problem = FaultProblem;
   problem->any_integrator = is_explicit;
+  problem->finish = is_explicit ? SlipFaultFinishStep : NULL;
+  problem->relaxation = is_explicit ? Relaxation_Fault : NULL;
   if (fault->driven) { /* it rests for years between events */
     problem->corner = Corner_Fault;
     problem->rest = fault->law->smooth ? NULL : Rest_Fault;
@@ -263,21 +280,24 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
 
   Notes:
   Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
-  tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise) and rtol 1e-3, max time
-  30 s (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first
-  step 0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()).
+  tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise), max time 30 s
+  (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step
+  0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()). Controller and rtol (-ts_adapt_type,
+  -ts_rtol): heuristic and 1e-3 from the instability and under a pore pressure, pi and 1e-3 from another start, dsp and
+  1e-4 for a fault that is loaded or heals; heuristic and 1e-3 with smooth friction.
 
   With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u and the
   state are integrated, one product with K for a right-hand side, v is made that of the balance after each step. The type is
-  TSRK (3bs), rtol 1e-4 means errors of 1e-4 d_c in u and 1e-4 in ln theta, the first step is 0.01 of the time in which the
-  fastest cell slips its d_c. With -ts_type bathe among the options, and with inertia, it is bathe, with errors relative to
-  d_c and the slip rate.
+  TSADAMS, under TSADAPTRL by the policy for cycles at the accuracy 1e-3, or TSADAPTBASIC where there is no such policy; rtol
+  1e-3, where the policy sets none, means errors of 1e-3 d_c in u and 1e-3 in ln theta of the worst cell (SlipAdaptSetNorm()),
+  the first step is 0.01 of the time in which the fastest cell slips its d_c. With -ts_type bathe among the options, and with
+  inertia, it is bathe, with errors relative to d_c and the slip rate.
 
   Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
 
   Level: beginner
 
-.seealso: SlipFaultCreateState(), SlipFaultSetInitialState(), TSBATHE
+.seealso: SlipFaultCreateState(), SlipFaultSetInitialState(), SlipAdaptSetNorm(), TSADAMS, TSBATHE
 @*/
 PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
 {
@@ -287,6 +307,8 @@ PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(IsExplicit(fault, ts, &is_explicit));
+  fault->problem = FaultProblem;
+  SlipFaultChooseSteps(fault, is_explicit);
   if (is_explicit)
     PetscCall(SlipFaultExplicitConfigure(fault, ts));
   else

@@ -162,9 +162,21 @@ static void SourcePressure(SlipFault fault, PetscReal t, PetscReal p[])
   }
 }
 
-/* "x,z" [m] */
-static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal point[2])
+/* More than one plane: then x and z alone are no point. Cells of one plane have the very same y, as the file's. */
+static PetscBool HasPlanes(SlipFault fault)
 {
+  const SlipCells *mesh = &fault->mesh;
+
+  for (PetscInt e = 1; e < mesh->n; e++)
+    if (mesh->y[e] != mesh->y[0]) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* The point [x, y, z], from "x,z", or "x,y,z" where there are planes [m] */
+static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal point[3])
+{
+  const PetscBool planes = HasPlanes(fault);
+  const int want = planes ? 3 : 2;
   char **part;
   int n;
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -172,12 +184,16 @@ static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal p
   PetscFunctionBegin;
   PetscCall(PetscStrToArray(text, ',', &n, &part));
   PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  for (int k = 0; k < 2 && k < n && !ierr; k++) ierr = PetscOptionsStringToReal(part[k], &point[k]);
+  for (int k = 0; k < want && k < n && !ierr; k++) ierr = PetscOptionsStringToReal(part[k], &point[k]);
   PetscCall(PetscPopErrorHandler());
   PetscCall(PetscStrToArrayDestroy(n, part));
-  PetscCheck(n == 2 && !ierr && isfinite(point[0]) && isfinite(point[1]), fault->comm, PETSC_ERR_ARG_WRONG,
-             "-%sfault_injection is \"%s\", expected two numbers x,z of m: along strike, and depth",
-             SlipFaultPrefix(fault), text);
+  PetscCheck(n == want && !ierr && isfinite(point[0]) && isfinite(point[1]) && isfinite(point[want - 1]), fault->comm,
+             PETSC_ERR_ARG_WRONG, "-%sfault_injection is \"%s\", expected %s", SlipFaultPrefix(fault), text,
+             planes ? "three numbers x,y,z of m, as the mesh has several planes: along strike, across, and depth"
+                    : "two numbers x,z of m: along strike, and depth");
+  if (planes) PetscFunctionReturn(PETSC_SUCCESS);
+  point[2] = point[1];
+  point[1] = fault->mesh.n ? fault->mesh.y[0] : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -185,7 +201,7 @@ static PetscErrorCode SourceSetUp(SlipFault fault)
 {
   SlipFaultLoads *loads = &fault->loads;
   const char *prefix = SlipFaultPrefix(fault);
-  PetscReal point[2] = {0, 0};
+  PetscReal point[3] = {0, 0, 0};
 
   PetscFunctionBegin;
   PetscCall(ParsePoint(fault, fault->text[FAULT_INJECTION], point));
@@ -196,13 +212,14 @@ static PetscErrorCode SourceSetUp(SlipFault fault)
   PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->distance2));
   for (PetscInt i = 0; i < fault->n; i++) {
     const PetscReal area = fault->weight[i] * SlipFaultMeanArea(fault);
-    PetscReal x, z;
+    const PetscInt e = fault->start + i;
+    PetscReal centre[3], distance2 = 0;
 
-    PetscCall(SlipFaultCellCentre(fault, fault->start + i, &x, &z));
+    PetscCall(SlipFaultPlaceOf(fault, fault->order ? fault->order[e] : e, centre, NULL));
+    for (int k = 0; k < 3; k++) distance2 += PetscSqr(centre[k] - point[k]);
     /* The mean of -ln r^2 over a disc of the cell's area is that of r^2 = area/(pi e): E1 is that logarithm near the
        source. */
-    loads->distance2[i] =
-      PetscMax(PetscSqr(x - point[0]) + PetscSqr(z - point[1]), area / (PETSC_PI * PetscExpReal(1)));
+    loads->distance2[i] = PetscMax(distance2, area / (PETSC_PI * PetscExpReal(1)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -210,7 +227,7 @@ static PetscErrorCode SourceSetUp(SlipFault fault)
 /* ---- all together ---- */
 
 /* The pore pressure of the cells of this process at t [Pa] */
-static PetscErrorCode Pressure(SlipFault fault, PetscReal t, PetscReal p[])
+PetscErrorCode SlipFaultPressure(SlipFault fault, PetscReal t, PetscReal p[])
 {
   SlipFaultLoads *loads = &fault->loads;
 
@@ -220,7 +237,13 @@ static PetscErrorCode Pressure(SlipFault fault, PetscReal t, PetscReal p[])
   if (loads->distance2) SourcePressure(fault, t, p);
   if (loads->function) {
     PetscCall((*loads->function)(fault, t, fault->n, loads->own, loads->ctx));
-    for (PetscInt i = 0; i < fault->n; i++) p[i] += loads->own[i];
+    for (PetscInt i = 0; i < fault->n; i++) {
+      PetscCheck(isfinite(loads->own[i]), PETSC_COMM_SELF, PETSC_ERR_FP,
+                 "the function of SlipFaultSetPressureFunction() gives %g Pa at %.9g s in cell %" PetscInt_FMT
+                 ", expected a finite number",
+                 (double)loads->own[i], (double)t, fault->start + i);
+      p[i] += loads->own[i];
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -247,7 +270,7 @@ PetscErrorCode SlipFaultLoadAt(SlipFault fault, PetscReal t)
     PetscCall(VecRestoreArrayWrite(loads->shear, &a));
   }
   if (loads->pressed) {
-    PetscCall(Pressure(fault, t, loads->stress));
+    PetscCall(SlipFaultPressure(fault, t, loads->stress));
     for (PetscInt i = 0; i < fault->n; i++)
       loads->stress[i] = PetscMax(fault->field[FIELD_NORMAL_STRESS][i] - loads->stress[i], 0);
   }
@@ -338,13 +361,12 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
                 fault->value[FAULT_INJECTION_STOP] == 0),
              fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_injection_pressure, -%sfault_injection_diffusivity and -%sfault_injection_stop need the point "
-             "of -%sfault_injection x,z",
+             "of -%sfault_injection x,z, or x,y,z where there are several planes",
              SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault));
   if (fault->text[FAULT_INJECTION][0]) PetscCall(SourceSetUp(fault));
   loads->pressed = loads->rows || loads->distance2 || loads->function ? PETSC_TRUE : PETSC_FALSE;
-  fault->driven = fault->loaded || any[1] || fault->heals || loads->pressed || !fault->inertia || fault->law->smooth
-                    ? PETSC_TRUE
-                    : PETSC_FALSE;
+  fault->sequence = fault->loaded || any[1] || fault->heals ? PETSC_TRUE : PETSC_FALSE;
+  fault->driven = fault->sequence || loads->pressed || !fault->inertia || fault->law->smooth ? PETSC_TRUE : PETSC_FALSE;
   if (loads->pressed) PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->stress));
   if (loads->function) PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->own));
   if (fault->heals) {
@@ -399,7 +421,7 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
   The strength is mu (sigma_n - p), never below 0. It adds to -fault_pore_pressure and -fault_injection. The end of rest is
   looked for in thousandths of the run's duration: pressure that comes and goes within less may be missed.
 
-  Errors: PETSC_ERR_ORDER after SlipFaultSetUp()
+  Errors: PETSC_ERR_ORDER after SlipFaultSetUp(); of the run PETSC_ERR_FP for a pressure that is not finite
 
 .seealso: SlipFaultSetField(), SlipFaultSetUp()
 @*/

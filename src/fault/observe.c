@@ -47,17 +47,22 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are sums of this moment those of the state w of now? */
-static PetscErrorCode IsNow(Vec w, const SlipFaultMoment *moment, SlipFaultMoment *now, PetscBool *same)
+PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known, SlipFaultMoment *now,
+                              PetscBool *same)
 {
   PetscFunctionBegin;
   PetscCall(PetscObjectGetId((PetscObject)w, &now->id));
   PetscCall(PetscObjectStateGet((PetscObject)w, &now->state));
-  *same = now->id == moment->id && now->state == moment->state ? PETSC_TRUE : PETSC_FALSE;
+  now->time = fault->loads.shears || fault->loads.pressed ? t : 0;
+  now->rates = fault->balance.put;
+  *same = now->id == known->id && now->state == known->state && now->time == known->time && now->rates == known->rates
+            ? PETSC_TRUE
+            : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sums of a state, computed (one product with K, two reductions) only when the state has changed. */
+/* The sums of a state under the load of the time asked about last, computed (one product with K, two reductions) only when either
+   has changed. */
 PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums)
 {
   SlipFaultSums *c = &fault->sums;
@@ -66,7 +71,7 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **su
 
   PetscFunctionBegin;
   *sums = c;
-  PetscCall(IsNow(w, &c->moment, &now, &same));
+  PetscCall(SlipFaultIsNow(fault, fault->loads.time, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecStrideGather(w, 1, fault->work[0], INSERT_VALUES));
   PetscCall(MatMult(fault->K, fault->work[0], fault->work[1]));
@@ -112,7 +117,7 @@ static PetscErrorCode GetMode(SlipFault fault, Vec w, PetscBool moves, const Sli
 
   PetscFunctionBegin;
   *mode = c;
-  PetscCall(IsNow(w, &c->moment, &now, &same));
+  PetscCall(SlipFaultIsNow(fault, fault->loads.time, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   if (moves)
     PetscCall(VecStrideGather(w, 0, x, INSERT_VALUES));
@@ -208,7 +213,7 @@ static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *fric
 
 /* Of the rates that the last right-hand side found, as those in w are of the step's start while it is judged; 0 where rates
    follow from momentum or jump */
-static PetscErrorCode Relaxation(SlipFault fault, Vec w, PetscReal *relaxation)
+PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation)
 {
   SlipFaultBalance *b = &fault->balance;
   SlipFrictionCells friction;
@@ -287,7 +292,7 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscI
     if (!(SlipObservations[row[i]].reads & SLIP_READS_STIFFNESS))
       sums = PETSC_TRUE;
     else
-      PetscCall(Relaxation(fault, w, &known.relaxation));
+      PetscCall(SlipFaultRelaxation(fault, w, &known.relaxation));
   }
   if (sums) PetscCall(KnowSums(fault, w, &known));
   for (PetscInt i = 0; i < n && !mode; i++)

@@ -1,5 +1,5 @@
 /* Output of a fault: what it adds to that of any run, by a monitor of its fields. */
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultrecord.h>
 
 PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
 {
@@ -16,6 +16,8 @@ PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
   PetscCall(VecScatterDestroy(&out->gather_r));
   PetscCall(VecDestroy(&out->w0));
   PetscCall(VecDestroy(&out->r0));
+  PetscCall(VecDestroy(&out->p0));
+  PetscCall(VecDestroy(&out->pressure));
   PetscCall(VecDestroy(&out->traction));
   PetscCall(VecDestroy(&out->start0));
   PetscCall(VecDestroy(&out->shown));
@@ -74,14 +76,16 @@ static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time
 
   Options Database Keys:
 + -fault_output <F.h5>          - file for the run
+. -fault_output_size <1e8>      - what its fields take at most where no other option says when they are written [bytes]
 . -fault_catalogue <F.h5>       - file for its events, a row each; every one is also a line on standard output
-. -fault_event_rate <1e-3>      - slip rate of a cell from which on an event lasts [m/s]
+. -fault_event_rate <1e-3>      - slip rate of a cell from which on an event lasts, until all are below a tenth [m/s]
 - -fault_catalogue_maps <no>    - slip and rupture time of every cell as well
 
   Level: intermediate
 
-  Errors: PETSC_ERR_FILE_OPEN when a file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field, PETSC_ERR_SUP
-  for a catalogue with another integrator than TSBATHE.
+  Errors: PETSC_ERR_FILE_OPEN when a file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field,
+  PETSC_ERR_ARG_INCOMP for the pore pressure of a fault that has none, PETSC_ERR_SUP for a catalogue with another integrator
+  than TSBATHE unless friction is smooth.
 
   Notes:
   The content goes to FILE.part, made at the start of TSSolve(), which takes FILE's name in SlipFaultOutputFinish(): a run
@@ -100,6 +104,10 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
+  PetscCall(SlipFaultCheckFileNames(fault)); /* as SlipFaultSetString() may have set them */
+  fault->balance.sides = 0;
+  PetscCall(SlipLogGetProducts(&fault->products));
+  PetscCall(SlipFaultReportSteps(fault, ts));
   PetscCall(SlipFaultRunErrorStart(fault, ts));
   PetscCall(SlipFaultProgressStart(fault, ts));
   PetscCheck(fault->text[FAULT_OUTPUT][0] || !fault->text[FAULT_STATIONS][0], fault->comm, PETSC_ERR_ARG_INCOMP,
@@ -107,11 +115,13 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
              fault->text[FAULT_STATIONS], SlipFaultPrefix(fault));
   PetscCall(SlipFaultOutputWhenCheck(fault));
   PetscCall(SlipFaultCatalogueStart(fault, ts));
+  PetscCall(SlipFaultResolutionPrint(fault));
   if (!fault->text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
   PetscCall(PetscNew(&out));
   fault->output = out;
   out->fault = fault;
+  out->ts = ts;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &out->rank));
   kind = (SlipH5Kind){.prefix = SlipFaultPrefix(fault), .option = "fault_output"};
   if (!out->rank) ierr = SlipH5CheckCreateKind(&kind, fault->text[FAULT_OUTPUT]);
@@ -217,11 +227,15 @@ static PetscErrorCode SlipFaultOutputLastFields(SlipFaultOutput out, TS ts)
 
   Options Database Key:
 . -fault_check_error - repeat the run with every step computed in four parts, for a Richardson estimate of its errors;
-                       five times the Bathe solves of the run more
+                       five times the Bathe solves of the run more; with TSBATHE only
 
   Level: intermediate
 
   Notes:
+  Attributes of /result, where friction weakens and there are several cells: least_resolution, the cells in the least
+  cohesive zone (in the least length of nucleation where there is none), and cells_fail_alone, the share of the cells that
+  weaken which can fail by themselves.
+
   When the fault rests at the end, the summary has an estimate of the error that `TSAdaptRLGetMeasure()` names (of the
   history with controllers that have no measure), which nine in ten runs stay below and for which
   `SlipFaultOutputStart()` must have been called, or the reason why it is unknown. A policy that observes log_accuracy
@@ -239,11 +253,13 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   SlipFaultOutput out = fault->output;
   SlipFaultObservables obs;
   SlipOutput run = NULL;
+  PetscInt products;
   Vec w;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
+  PetscCall(SlipLogGetProducts(&products));
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(SlipFaultGetObservables(fault, w, NULL, &obs));
   if (out) {
@@ -253,7 +269,11 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
     out->run = NULL;
   } else
     PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run));
+  if (fault->problem.any_integrator)
+    PetscCall(SlipOutputAddResult(run, "right_hand_sides", "right-hand sides", NULL, fault->balance.sides));
+  PetscCall(SlipOutputAddResult(run, "products", "products with K", NULL, products - fault->products));
   PetscCall(SlipOutputAddResult(run, "mean_slip", "final mean slip", "m", obs.mean_slip));
+  PetscCall(SlipFaultResolutionResult(fault, run));
   PetscCall(SlipFaultCatalogueFinish(fault, run));
   PetscCall(SlipFaultRunErrorReport(fault, ts, run, obs.mean_slip));
   PetscCall(SlipOutputFinish(&run, wall_setup, wall_solve));

@@ -1,5 +1,5 @@
 /* What the output file of a run holds: its layout, the mesh, and the fields. */
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultrecord.h>
 #include <slipstep/private/slipmatcells.h>
 #include <slipstep/private/slipsys.h>
 
@@ -9,35 +9,50 @@ static const SlipOutputColumn SeriesColumns[] = {
   {"sliding_fraction", "1", PETSC_FALSE},   {"kinetic_energy", "J/m^2", PETSC_FALSE},
   {"elastic_energy", "J/m^2", PETSC_FALSE}, {"viscous_power", "W/m^2", PETSC_FALSE},
   {"friction_power", "W/m^2", PETSC_FALSE}, {"loading_power", "W/m^2", PETSC_FALSE},
+  {"moment_rate", "N m/s", PETSC_FALSE},
 };
+enum { SERIES_MOMENT_RATE = PETSC_STATIC_ARRAY_LENGTH(SeriesColumns) - 1 };
 
+enum { OF_REACTION = -1, OF_PRESSURE = -2 };
 static const struct {
   const char *name, *unit;
-  PetscInt component; /* of the state's block; -1: the reaction */
+  PetscInt component; /* of the state's block, or one of the following */
 } OutputFields[OUTPUT_NUM_FIELDS] = {
   [OUTPUT_SLIP_RATE] = {"slip_rate", "m/s", 0},
   [OUTPUT_DISPLACEMENT] = {"displacement", "m", 1},
   [OUTPUT_SLIP] = {"slip", "m", 2},
-  [OUTPUT_TRACTION] = {"traction", "Pa", -1},
+  [OUTPUT_TRACTION] = {"traction", "Pa", OF_REACTION},
   [OUTPUT_STATE] = {"state", "m", 2},
+  [OUTPUT_PORE_PRESSURE] = {"pore_pressure", "Pa", OF_PRESSURE},
 };
 
 static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
+  const SlipFaultSums *sums;
   SlipFaultObservables o;
 
   PetscFunctionBegin;
   (void)ts;
-  PetscCall(SlipFaultLoadAt((SlipFault)ctx, t));
-  PetscCall(SlipFaultStationsRow(((SlipFault)ctx)->output, t, w));
-  PetscCall(SlipFaultGetObservables((SlipFault)ctx, w, r, &o));
+  PetscCall(SlipFaultLoadAt(fault, t));
+  PetscCall(SlipFaultStationsRow(fault->output, t, w));
+  PetscCall(SlipFaultGetObservables(fault, w, r, &o));
+  PetscCall(SlipFaultGetSums(fault, w, &sums));
   {
+    const PetscReal moment = fault->value[FAULT_SHEAR_MODULUS] * SlipFaultMeanArea(fault) * sums->sum[SUM_V];
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
                                 o.sliding_fraction, o.kinetic,       o.elastic,   o.viscous_power,
-                                o.friction_power,   o.loading_power};
+                                o.friction_power,   o.loading_power, moment};
 
     PetscCall(PetscArraycpy(row, values, PETSC_STATIC_ARRAY_LENGTH(values)));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultOutputSides(void *ctx, PetscInt *n)
+{
+  PetscFunctionBegin;
+  *n = ((SlipFault)ctx)->balance.sides;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -69,10 +84,15 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
       PetscCall(PetscStrcmp(names[i], OutputFields[f].name, &same));
       if (same) out->wanted[f] = PETSC_TRUE;
     }
-    PetscCheck(same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-               "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction or state",
-               SlipFaultPrefix(fault), names[i]);
+    PetscCheck(
+      same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+      "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction, state or pore_pressure",
+      SlipFaultPrefix(fault), names[i]);
   }
+  PetscCheck(!out->wanted[OUTPUT_PORE_PRESSURE] || fault->loads.pressed, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_output_fields has pore_pressure, but the fault has none: expected -%sfault_pore_pressure or "
+             "-%sfault_injection",
+             SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault));
   PetscCall(PetscStrToArrayDestroy(n, names));
   PetscCall(SlipOutputCreate(ts, fault->text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns), SeriesColumns,
                              SlipFaultOutputSeries, fault, &out->run));
@@ -80,7 +100,9 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   out->run->kind.restart = "fault_restart";
   out->run->layout = SlipFaultOutputLayout;
   out->run->flushed = SlipFaultOutputFlushed;
-  out->run->moving_only = PETSC_TRUE; /* for friction_power: a product with K less for each row */
+  out->run->sides = SlipFaultOutputSides;
+  out->run->entries[1 + SERIES_MOMENT_RATE] = 1; /* faults: all planes are one */
+  out->run->moving_only = PETSC_TRUE;            /* for friction_power: a product with K less for each row */
   PetscCall(SlipOutputAddRun(out->run, "stiffness_scaling_factor", fault->scaling));
   PetscCall(SlipOutputAddRun(out->run, "time_scale", fault->tstar));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -176,14 +198,15 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
   const SlipCells *mesh = &out->fault->mesh;
   const PetscReal unit = mesh->n ? 2 * SlipCellsUnit(mesh) : 1;
   const PetscReal *w;
+  const PetscReal *p;
   PetscReal *r, *slip;
   char path[OUTPUT_NUM_FIELDS][64];
   SlipH5Rows series[1 + OUTPUT_NUM_FIELDS] = {{"/fields/time", &time, 1}};
   PetscInt n = 1;
-  const SlipArrays arrays[] = {{out->w0, .read = &w}, {out->r0, .write = &r}};
+  const SlipArrays arrays[] = {{out->w0, .read = &w}, {out->r0, .write = &r}, {out->p0, .read = &p}};
 
   PetscFunctionBegin;
-  PetscCall(SlipArraysGet(2, arrays));
+  PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt e = 0; e < mesh->n; e++) r[e] /= unit * mesh->length[e] * mesh->width[e];
   PetscCall(SlipOfDisplacement(out, time, w, &slip));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
@@ -191,13 +214,14 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
 
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path[f], sizeof(path[f]), "/fields/%s", OutputFields[f].name));
-    series[n++] = c < 0                             ? (SlipH5Rows){path[f], r, 1}
+    series[n++] = c == OF_REACTION                  ? (SlipH5Rows){path[f], r, 1}
+                  : c == OF_PRESSURE                ? (SlipH5Rows){path[f], p, 1}
                   : f == OUTPUT_SLIP && out->start0 ? (SlipH5Rows){path[f], slip, 1}
                                                     : (SlipH5Rows){path[f], w + c, 3};
   }
   PetscCall(SlipH5AppendAll(SlipOutputFile(out->run), n, series, 1));
   PetscCall(PetscFree(slip));
-  PetscCall(SlipArraysRestore(2, arrays));
+  PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -240,6 +264,34 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* One number for all cells that says what is computed, and not how it is written */
+static PetscBool IsScalar(SlipFault fault, PetscInt id)
+{
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++)
+    if (id == (PetscInt)SlipFaultFields[f]) return PETSC_FALSE;
+  return id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.n && id <= FAULT_DEPTH_TOP) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Rank 0: /parameters, what the run has of the fault besides fields */
+static PetscErrorCode WriteParameters(SlipFault fault, SlipH5 *h)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5Group(h, "/parameters"));
+  for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
+    PetscReal value;
+
+    if (!IsScalar(fault, id)) continue;
+    PetscCall(SlipFaultGetReal(fault, SlipFaultReals[id].name, &value));
+    PetscCall(SlipH5WriteAttrReal(h, "/parameters", SlipFaultReals[id].name, value));
+  }
+  for (PetscInt id = 0; id <= FAULT_STIFFNESS_SCALING; id++)
+    if (SlipFaultStrings[id].choices || id == FAULT_FRICTION_LAW)
+      PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, fault->text[id]));
+  PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->inertia));
+  PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", SlipFaultMeanArea(fault) * (PetscReal)fault->N));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Rank 0: series of the fields, and the axes or cells */
 static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
 {
@@ -251,6 +303,7 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
 
   PetscFunctionBegin;
   PetscCall(FieldStorage(fault, &storage));
+  PetscCall(WriteParameters(fault, h));
   PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;
@@ -311,6 +364,23 @@ static PetscErrorCode ShowState(SlipFaultOutput out, Vec w, Vec *shown)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective: the pore pressure of a time, gathered */
+static PetscErrorCode GatherPressure(SlipFaultOutput out, PetscReal time)
+{
+  SlipFault fault = out->fault;
+  PetscReal *p;
+
+  PetscFunctionBegin;
+  if (!out->pressure) PetscCall(VecDuplicate(fault->uc, &out->pressure));
+  if (!out->p0) PetscCall(VecDuplicate(out->r0, &out->p0));
+  PetscCall(VecGetArrayWrite(out->pressure, &p));
+  PetscCall(SlipFaultPressure(fault, time, p));
+  PetscCall(VecRestoreArrayWrite(out->pressure, &p));
+  PetscCall(VecScatterBegin(out->gather_r, out->pressure, out->p0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_r, out->pressure, out->p0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: an entry of /fields */
 PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
 {
@@ -329,6 +399,7 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
     PetscCall(VecScatterBegin(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   }
+  if (out->wanted[OUTPUT_PORE_PRESSURE]) PetscCall(GatherPressure(out, time));
   if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
   if (!out->rank && !ierr) ierr = SlipFaultXdmfAdd(out, time);
   out->nfields++;

@@ -1,20 +1,87 @@
-/* When the next entry of /fields is due, by steps, slip, time or slip rate, whichever is first; and how much disk
-   they take. */
-#include <slipstep/private/slipfault.h>
+/* When the next entry of /fields is due: by steps, slip, time or slip rate, whichever is first, or by what they may take;
+   and how much disk they take.
+
+   Without a rule, all entries take at most -fault_output_size. A share of them may be of steps in a row, at the start, which
+   is all that short runs of small faults have; the others become free as the run proceeds, half of them as time passes, half
+   as the mean slip does, which is known beforehand of a fault that starts at its instability or is loaded. An event that
+   takes seconds of centuries so has entries by its share of all slip. */
+#include <slipstep/private/slipfaultrecord.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* Of two times that are told apart, one may be rounded. */
 #define WHEN_ROUNDING 1e-12
 
+/* Share of the entries that may be of steps in a row */
+#define WHEN_AT_ONCE 0.2
+
+static PetscBool ByOther(SlipFault fault)
+{
+  return fault->value[FAULT_OUTPUT_SLIP_INTERVAL] > 0 || fault->value[FAULT_OUTPUT_TIME_INTERVAL] > 0 ||
+             fault->value[FAULT_OUTPUT_RATE_CHANGE] > 0
+           ? PETSC_TRUE
+           : PETSC_FALSE;
+}
+
 static PetscBool ByStep(SlipFault fault)
 {
-  const PetscBool other = fault->value[FAULT_OUTPUT_SLIP_INTERVAL] > 0 ||
-                              fault->value[FAULT_OUTPUT_TIME_INTERVAL] > 0 || fault->value[FAULT_OUTPUT_RATE_CHANGE] > 0
-                            ? PETSC_TRUE
-                            : PETSC_FALSE;
+  return !ByOther(fault) || fault->interval_given ? PETSC_TRUE : PETSC_FALSE;
+}
 
-  return !other || fault->interval_given ? PETSC_TRUE : PETSC_FALSE;
+/* What an entry takes [bytes] */
+static PetscReal EntrySize(SlipFaultOutput out)
+{
+  PetscReal bytes = sizeof(PetscReal);
+  size_t number = sizeof(double);
+
+  if (!strcmp(out->fault->text[FAULT_OUTPUT_PRECISION], "single")) number = sizeof(float);
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++)
+    if (out->wanted[f]) bytes += (PetscReal)out->fault->N * (PetscReal)number;
+  return bytes;
+}
+
+/* How far a run is, from 0 to 1. Collective. */
+static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, PetscReal *progress)
+{
+  SlipFault fault = out->fault;
+  const PetscReal *vinf = fault->field[FIELD_LOADING_RATE], *a;
+  PetscReal sum[2] = {0, 0}, share, end, slip;
+  PetscBool critical;
+  TS ts = out->ts;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCall(SlipFaultStartShare(fault, &share));
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
+  *progress = end > 0 ? PetscMin(PetscMax(time / end, 0), 1) : 1;
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    sum[0] += fault->weight[i] * a[3 * i + 1];
+    sum[1] += fault->weight[i] * vinf[i];
+  }
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, fault->comm));
+  slip = PetscAbsReal(sum[1]) / (PetscReal)fault->N * end + (critical ? fault->drop_slip : 0);
+  if (slip > 0)
+    *progress =
+      0.5 * (*progress +
+             PetscMin(PetscAbsReal((sum[0] + sum[1] * time) / (PetscReal)fault->N - share * fault->mean_uc) / slip, 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is there an entry left for this state? The last one is for the end of the run. Collective. */
+static PetscErrorCode IsLeft(SlipFaultOutput out, PetscReal time, Vec w, PetscBool *left)
+{
+  const PetscReal most = out->when.most, next = (PetscReal)(out->nfields + 2);
+  PetscReal progress;
+
+  PetscFunctionBegin;
+  *left = next <= PetscMax(2, WHEN_AT_ONCE * most) ? PETSC_TRUE : PETSC_FALSE;
+  if (*left || next > most) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Progress(out, time, w, &progress));
+  *left = next <= most * (WHEN_AT_ONCE + (1 - WHEN_AT_ONCE) * progress) ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault)
@@ -65,6 +132,10 @@ PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscRea
   const PetscReal factor = fault->value[FAULT_OUTPUT_RATE_CHANGE], more = 1 + WHEN_ROUNDING;
 
   PetscFunctionBegin;
+  if (when->most > 0) {
+    PetscCall(IsLeft(out, time, w, due));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   *due = ByStep(fault) && step % (PetscInt)fault->value[FAULT_OUTPUT_INTERVAL] == 0 ? PETSC_TRUE : PETSC_FALSE;
   if (interval > 0 && PetscFloorReal(time * more / interval) > PetscFloorReal(when->time * more / interval))
     *due = PETSC_TRUE;
@@ -101,6 +172,20 @@ PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What the run has cost so far */
+static PetscErrorCode VisitCounts(SlipFault fault, SlipState s)
+{
+  PetscInt now, products;
+
+  PetscFunctionBegin;
+  PetscCall(SlipLogGetProducts(&now));
+  products = now - fault->products;
+  PetscCall(SlipStateInt(s, "products", 1, &products));
+  PetscCall(SlipStateInt(s, "right_hand_sides", 1, &fault->balance.sides));
+  fault->products = now - products;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A checkpoint's part: the newest entry of /fields, and where stations began. What the run of before did not need is
    counted from where this one goes on. */
 PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s)
@@ -116,6 +201,7 @@ PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s)
   PetscInt stations = list->n, last = out ? out->last_field_step : 0;
 
   PetscFunctionBegin;
+  PetscCall(VisitCounts(fault, s));
   PetscCall(SlipStateBool(s, "entry", &known));
   PetscCall(SlipStateInt(s, "entry_step", 1, &last));
   PetscCall(SlipStateReal(s, "entry_time", 1, &when->entry_time));
@@ -156,31 +242,36 @@ static void SizeText(PetscReal bytes, char text[], size_t len)
   (void)snprintf(text, len, "%.3g %s", (double)bytes, unit[k]);
 }
 
-/* Prints what an entry of /fields takes, and all of them where their number has a bound, else a thousand.
-   Collective. */
+/* How many entries there may be; prints what one takes, and all of them where their number has a bound, else those of a
+   thousand steps. Collective. */
 PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts)
 {
   SlipFault fault = out->fault;
-  const PetscReal interval = fault->value[FAULT_OUTPUT_TIME_INTERVAL];
+  const PetscReal interval = fault->value[FAULT_OUTPUT_TIME_INTERVAL], bytes = EntrySize(out);
   const PetscBool bounded = interval > 0 && !ByStep(fault) && fault->value[FAULT_OUTPUT_SLIP_INTERVAL] == 0 &&
                                 fault->value[FAULT_OUTPUT_RATE_CHANGE] == 0
                               ? PETSC_TRUE
                               : PETSC_FALSE;
-  const char *most = fault->value[FAULT_OUTPUT_COMPRESSION] > 0 ? "at most " : "";
-  PetscReal bytes = sizeof(PetscReal), entries = 1000, begin, end;
-  PetscBool single;
-  char one[32], all[32];
+  const char *most = fault->value[FAULT_OUTPUT_COMPRESSION] > 0 ? "at most " : "", *most_of_all = most;
+  PetscReal entries = ByOther(fault) ? 1000 : 1000 / fault->value[FAULT_OUTPUT_INTERVAL], begin, end;
+  char one[32], all[32], text[64];
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->text[FAULT_OUTPUT_PRECISION], "single", &single));
-  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++)
-    if (out->wanted[f]) bytes += (PetscReal)fault->N * (single ? sizeof(float) : sizeof(double));
   PetscCall(TSGetTime(ts, &begin));
   PetscCall(TSGetMaxTime(ts, &end));
-  if (bounded) entries = PetscMax(PetscFloorReal(end / interval) - PetscFloorReal(begin / interval), 0) + 2;
+  out->when.most = 0;
+  (void)snprintf(text, sizeof(text), ByOther(fault) ? "for 1000" : "for every 1000 steps");
+  if (bounded) {
+    entries = PetscMax(PetscFloorReal(end / interval) - PetscFloorReal(begin / interval), 0) + 2;
+    (void)snprintf(text, sizeof(text), "for the entries of the run, at most %.0f", (double)entries);
+  } else if (!ByOther(fault) && !fault->interval_given && fault->value[FAULT_OUTPUT_SIZE] > 0) {
+    entries = out->when.most = PetscMax(PetscFloorReal(fault->value[FAULT_OUTPUT_SIZE] / bytes), 2);
+    most_of_all = "at most ";
+    (void)snprintf(text, sizeof(text), "in all (-%sfault_output_size)", SlipFaultPrefix(fault));
+  }
   SizeText(bytes, one, sizeof(one));
   SizeText(bytes * entries, all, sizeof(all));
-  PetscCall(PetscPrintf(fault->comm, "%-24s %s%s an entry of /fields, %s%s for %s%.0f\n", "output:", most, one, most,
-                        all, bounded ? "the entries of the run, at most " : "", (double)entries));
+  PetscCall(PetscPrintf(fault->comm, "%-24s %s%s an entry of /fields, %s%s %s\n", "output:", most, one, most_of_all,
+                        all, text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -48,8 +48,10 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                           "Time t_h in which the friction state heals, ds/dt = |v| - s/t_h; 0: never"},
   [FAULT_INITIAL_TRACTION] = {"initial_traction", 0, "Pa", ANY, NONE, SHUT, REAL,
                               "Shear stress at the start, positive along positive slip"},
-  [FAULT_INITIAL_RATE] = {"initial_rate", (PetscReal)NAN, "m/s", ANY, NONE, SHUT, REAL,
-                          "Slip rate at the start of rate-and-state friction (default: loading_rate)"},
+  [FAULT_INITIAL_RATE] =
+    {"initial_rate", (PetscReal)NAN, "m/s", ANY, NONE, SHUT, REAL,
+     "Slip rate at the start of rate-and-state friction (default: loading_rate, and a thousandth of it in "
+     "cells that weaken, unless -fault_initial is traction)"},
   [FAULT_INITIAL_STATE] = {"initial_state", (PetscReal)NAN, "s", 0, NONE, OPEN, REAL,
                            "State theta at the start of rate-and-state friction (default: steady at loading_rate, or "
                            "what balances initial_traction)"},
@@ -74,6 +76,10 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_OUTPUT_RATE_CHANGE] = {"output_rate_change", 0, "", 0, NONE, SHUT, REAL,
                                 "An entry of /fields when the largest slip rate has grown or fallen by this factor "
                                 "since the last; 0: not so"},
+  [FAULT_OUTPUT_SIZE] = {"output_size", 1e8, "bytes", 0, NONE, SHUT, REAL,
+                         "What /fields takes at most where none of the other options says when there is an entry: one "
+                         "after each step while a fifth of it lasts, the rest by the time and slip that pass; 0: no "
+                         "bound"},
   [FAULT_OUTPUT_COMPRESSION] = {"output_compression", 0, "", 0, 10, SHUT, WHOLE,
                                 "Level of deflate, with bytes shuffled, that /fields is compressed by; 0: not at all"},
   [FAULT_HMAT_TOLERANCE] = {"hmat_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
@@ -88,8 +94,9 @@ const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
                         "Next step of a run that goes on; 0: the checkpoint's"},
   [FAULT_WALL_LIMIT] = {"wall_limit", 0, "s", 0, NONE, SHUT, REAL,
                         "Wall time of the program before which the run stops, with a checkpoint; 0: none"},
-  [FAULT_EVENT_RATE] = {"event_rate", 1e-3, "m/s", 0, NONE, OPEN, REAL,
-                        "Slip rate of a cell from which on an event of -fault_catalogue lasts"},
+  [FAULT_EVENT_RATE] =
+    {"event_rate", 1e-3, "m/s", 0, NONE, OPEN, REAL,
+     "Slip rate of a cell from which on an event of -fault_catalogue lasts, until all are below a tenth of it"},
 };
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
@@ -104,11 +111,12 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_OPERATOR] = {"operator", "auto", "|dense|fft|hmat|auto|", "Storage of the stiffness"},
   [FAULT_VISCOSITY] = {"viscosity", "auto", "|auto|sqrtm|spectral|lanczos|radiation|none|",
                        "Viscosity H: exact matrix square root, per wavenumber, exact by Lanczos' method, radiation "
-                       "damping G/(2 cs), or zero; auto: sqrtm, of rate-and-state friction radiation"},
+                       "damping G/(2 cs), or zero; auto: sqrtm; radiation of rate-and-state friction and, "
+                       "without inertia, of -fault_initial traction"},
   [FAULT_STIFFNESS_AVERAGE] =
     {"stiffness_average", "centre", "|centre|cell|whole|",
-     "Where the stress of slip is taken: at centres of cells, or averaged over them, for slip "
-     "that may end anywhere, or for faults that slide as a whole"},
+     "Where the stress of slip is taken: at centres of cells, or averaged over them, for slip whose edge "
+     "is prescribed, or for faults that slide as a whole"},
   [FAULT_STIFFNESS_FILE] =
     {"stiffness_file", "", NULL,
      "Stiffness from F.h5[:/dataset] (default /stiffness), [N,N] in Pa/m, instead of the kernel"},
@@ -126,10 +134,13 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                   "place of the grid and its extents"},
   [FAULT_PORE_PRESSURE] = {"pore_pressure", "", NULL,
                            "HDF5 file of pore pressure in time, /time [m] in s and /pressure [m,Nz,Nx] or [m,N] in Pa"},
-  [FAULT_INJECTION] = {"injection", "", NULL, "Point x,z [m] of the fault at which fluid is injected from time 0 on"},
+  [FAULT_INJECTION] = {"injection", "", NULL,
+                       "Point x,z [m] of the fault, x,y,z where a mesh has several planes, at which fluid is injected "
+                       "from time 0 on"},
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
-  [FAULT_OUTPUT_FIELDS] = {"output_fields", "slip_rate,slip,displacement,traction", NULL,
-                           "Fields to write, separated by commas"},
+  [FAULT_OUTPUT_FIELDS] =
+    {"output_fields", "slip_rate,slip,displacement,traction", NULL,
+     "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state, pore_pressure"},
   [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Numbers of /fields in the output"},
   [FAULT_STATIONS] = {"stations", "", NULL,
                       "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, whose cells are written to /stations of "
@@ -364,8 +375,8 @@ static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipFaultReal 
   ierr = p->integer ? PetscOptionsStringToInt(text, &i) : PetscOptionsStringToReal(text, &x);
   PetscCall(PetscPopErrorHandler());
   SlipFaultDescribeBounds(p, bounds, sizeof(bounds));
-  PetscCheck(!ierr, fault->comm, PETSC_ERR_ARG_WRONG, "-%s%s is \"%s\", expected %s", SlipFaultPrefix(fault),
-             option + 1, text, bounds);
+  PetscCheck(!ierr, fault->comm, PETSC_ERR_ARG_WRONG, "-%s%s is \"%s\", expected %s%s", SlipFaultPrefix(fault),
+             option + 1, text, bounds, SlipIsTimeOption(option + 1) ? ", or with " SLIP_TIME_UNITS " behind it" : "");
   if (!p->integer)
     PetscCall(SlipFaultCheckReal(fault, p, x)); /* NaN is refused by PETSc from 3.22 on, without a name */
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -374,7 +385,7 @@ static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipFaultReal 
 static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, SlipOptionItems PetscOptionsObject)
 {
   const SlipFaultReal *p = &SlipFaultReals[id];
-  char option[64], help[256];
+  char option[64], help[256], text[64];
   PetscReal value;
   PetscBool set;
 
@@ -389,6 +400,9 @@ static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, Sli
 
     PetscCall(PetscOptionsInt(option, help, "SlipFaultSetReal", whole, &whole, &set));
     value = (PetscReal)whole;
+  } else if (PetscIsNanReal(value)) { /* a default that others decide; as a number PETSc refuses it from 3.22 on */
+    PetscCall(PetscOptionsString(option, help, "SlipFaultSetReal", "derived", text, sizeof(text), &set));
+    if (set) PetscCall(PetscOptionsStringToReal(text, &value));
   } else
     PetscCall(PetscOptionsReal(option, help, "SlipFaultSetReal", value, &value, &set));
   if (set) PetscCall(SlipFaultSetReal(fault, p->name, value));
@@ -456,9 +470,9 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 
   Level: beginner
 
-  Note:
+  Notes:
   Only a fault that has read its options prints lines of progress (-fault_progress) and writes an XDMF file beside its
-  output (-fault_output_xdmf).
+  output (-fault_output_xdmf). Times may have a unit, see SlipExpandTimes().
 
   Errors: PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_UNKNOWN_TYPE, naming the option and what was
   expected, for a value that is no number, out of bounds, missing or not one of the choices
@@ -474,6 +488,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscCall(SlipExpandTimes(options));
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_check_error"));
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_inertia"));
   PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_initial_unstable"));
@@ -493,7 +508,8 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
     "SlipFaultOutputFinish", fault->check_error, &fault->check_error, NULL));
   PetscCall(PetscOptionsBool("-fault_inertia",
                              "Inertia M = rho Ly; without it (no) the balance is that of friction, elasticity and "
-                             "viscosity alone (default yes, of rate-and-state friction no)",
+                             "viscosity alone (default yes; no of rate-and-state friction, and of slip weakening with "
+                             "-fault_initial traction unless -fault_viscosity is none)",
                              "SlipFaultSetInertia", fault->inertia, &fault->inertia, &set));
   if (set) fault->inertia_given = PETSC_TRUE;
   PetscCall(PetscOptionsBool("-fault_initial_unstable",
@@ -503,6 +519,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscCall(PetscOptionsBool("-fault_output_xdmf",
                              "Write FILE.xdmf2 beside FILE of -fault_output, for ParaView (default yes)",
                              "SlipFaultOutputStart", fault->output_xdmf, &fault->output_xdmf, NULL));
+  fault->speaks = PETSC_TRUE;
   fault->progress.wanted = PETSC_TRUE;
   PetscCall(PetscOptionsBool("-fault_progress",
                              "Print how far the run is, every few seconds on a terminal, else once a minute, and what "
@@ -517,6 +534,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
                      "Write slip and rupture time of every cell for each event of -fault_catalogue (default no)",
                      "SlipFaultOutputStart", fault->catalogue_maps, &fault->catalogue_maps, NULL));
   PetscCall(SlipFaultWarnOfGrid(fault));
+  PetscCall(SlipFaultCheckFileNames(fault)); /* viewers open theirs at once */
   PetscCall(PetscViewerDestroy(&fault->viewer));
   PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",
                                &fault->viewer, &fault->format, NULL));
@@ -539,9 +557,10 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
 @*/
 PetscErrorCode SlipFaultDeclareOptions(void)
 {
-  static char names[2048];
+  static char names[2048], times[1024];
 
   PetscFunctionBegin;
+  times[0] = '\0';
   PetscCall(
     PetscStrncpy(names,
                  "check_error inertia initial_unstable view stiffness_view output_overwrite output_xdmf progress "
@@ -552,6 +571,12 @@ PetscErrorCode SlipFaultDeclareOptions(void)
     PetscCall(PetscStrlcat(
       names, i < FAULT_NUM_REALS ? SlipFaultReals[i].name : SlipFaultStrings[i - FAULT_NUM_REALS].name, sizeof(names)));
   }
+  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) {
+    if (SlipFaultReals[i].unit[0] != 's' || SlipFaultReals[i].unit[1]) continue;
+    PetscCall(PetscStrlcat(times, " fault_", sizeof(times)));
+    PetscCall(PetscStrlcat(times, SlipFaultReals[i].name, sizeof(times)));
+  }
+  PetscCall(SlipDeclareTimes(times));
   PetscCall(SlipDeclareOptions("fault_", names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -15,6 +15,8 @@
 #define PROGRESS_CLEAR "\033[K" /* the terminal's line */
 #define PROGRESS_AGREE 0.25     /* ranks agree about a line so often [s] */
 #define PROGRESS_UNASKED 1000   /* and after so many steps at the latest */
+#define PROGRESS_OVER 10        /* an event is over below the event rate over this, as in the catalogue */
+#define PROGRESS_REACH 20       /* a run is not longer than so many times what is known of it */
 
 /* A time in fitting units: less than 120 of them, except years. */
 void SlipFaultTimeText(PetscReal seconds, char text[], size_t len)
@@ -53,6 +55,39 @@ static PetscBool IsTerminal(void)
   if (n < 0) return PETSC_FALSE;
   name[n] = '\0';
   return !strncmp(name, "/dev/pts/", 9) || !strncmp(name, "/dev/tty", 8) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* ---- how long it will take ---- */
+
+/* What is known of the wall time of a run: of a fault that is driven, in which seconds take as long as years, that it has so
+   far rested or has been through cycles, each from the onset of an event to that of another. now, rate: wall and model time
+   [s], largest slip rate and the rate of events [m/s] */
+void SlipFaultProgressSee(SlipFaultProgress *p, PetscLogDouble now, PetscReal time, PetscReal rate, PetscReal bound)
+{
+  if (!p->fast && rate > bound) {
+    p->fast = PETSC_TRUE;
+    if (!p->onsets++) {
+      p->first = now;
+      p->first_time = time;
+    }
+    p->newest = now;
+    p->newest_time = time;
+  } else if (rate <= bound / PROGRESS_OVER)
+    p->fast = PETSC_FALSE;
+}
+
+/* Wall time that is left at a wall and a model time [s]; negative: nobody knows */
+PetscReal SlipFaultProgressLeft(const SlipFaultProgress *p, PetscBool driven, PetscLogDouble now, PetscReal time,
+                                PetscReal end)
+{
+  const PetscReal cycles = p->newest_time - p->first_time;
+
+  if (time <= p->start || end <= time) return -1;
+  if (!driven || !p->onsets) return (PetscReal)(now - p->begin) * ((end - time) / (time - p->start));
+  if (cycles <= 0 || end - p->newest_time > PROGRESS_REACH * cycles) return -1;
+  /* from the newest onset, since which a part has passed */
+  return PetscMax((PetscReal)(p->newest - p->first) * ((end - p->newest_time) / cycles) - (PetscReal)(now - p->newest),
+                  0);
 }
 
 /* ---- the set-up ---- */
@@ -101,7 +136,7 @@ static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscRea
 {
   const SlipFaultProgress *p = &fault->progress;
   char at[64], end[64], left[64], events[64] = "", text[128] = "";
-  PetscReal last;
+  PetscReal last, wait;
   PetscInt steps, rejected, attempts, accepted;
   PetscBool bathe;
 
@@ -117,9 +152,10 @@ static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscRea
   SlipFaultTimeText(time, at, sizeof(at));
   SlipFaultTimeText(last, end, sizeof(end));
   if (fault->events >= 0 && !p->repetition)
-    (void)snprintf(events, sizeof(events), ", %lld events", (long long)fault->events);
-  if (time > p->start && last > time) {
-    SlipFaultTimeText((now - p->begin) * ((last - time) / (time - p->start)), left, sizeof(left));
+    (void)snprintf(events, sizeof(events), ", %lld event%s", (long long)fault->events, fault->events == 1 ? "" : "s");
+  wait = SlipFaultProgressLeft(p, fault->driven, now, time, last);
+  if (wait >= 0) {
+    SlipFaultTimeText(wait, left, sizeof(left));
     (void)snprintf(text, sizeof(text), ", %s left", left);
   }
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
@@ -147,7 +183,8 @@ static PetscErrorCode Begin(SlipFaultProgress *p, PetscReal time, PetscBool repe
   PetscCall(PetscTime(&p->begin));
   p->printed = p->step = p->begin;
   p->start = time;
-  p->wait = 0;
+  p->wait = p->onsets = 0;
+  p->fast = PETSC_FALSE;
   p->repetition = repetition;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -159,17 +196,21 @@ static PetscErrorCode ProgressMonitor(TS ts, PetscInt step, PetscReal time, Vec 
   SlipFaultProgress *p = &fault->progress;
   PetscMPIInt rank;
   PetscLogDouble now;
-  PetscReal rate;
+  PetscReal rate = 0;
   int word[2] = {0, 0};
 
   PetscFunctionBegin;
   if (step < 0 || !p->wanted) PetscFunctionReturn(PETSC_SUCCESS);
   if (p->begin == 0 || p->repetition != fault->run_error.off) {
+    PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
     PetscCall(Begin(p, time, fault->run_error.off));
+    SlipFaultProgressSee(p, p->begin, time, rate, fault->value[FAULT_EVENT_RATE]);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscTime(&now));
   if (p->wait-- <= 0) {
+    PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
+    SlipFaultProgressSee(p, now, time, rate, fault->value[FAULT_EVENT_RATE]);
     PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
     if (!rank) PetscCall(Ask(p, now, word));
     PetscCallMPI(MPI_Bcast(word, 2, MPI_INT, 0, fault->comm));
@@ -177,7 +218,6 @@ static PetscErrorCode ProgressMonitor(TS ts, PetscInt step, PetscReal time, Vec 
   }
   p->step = now;
   if (!word[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
   if (!rank) PetscCall(PrintLine(fault, ts, time, rate, now));
   p->printed = now;
   PetscFunctionReturn(PETSC_SUCCESS);

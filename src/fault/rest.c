@@ -81,8 +81,8 @@ static PetscReal Force(const Rest *r, PetscInt i)
   return (r->shear ? r->shear[i] : 0) + r->hold[i] - r->ku[i];
 }
 
-/* The largest |f| - q of all cells after dt of rest, relative to q at the start of the cell, and the cell of this process
-   that has it, -1 elsewhere. Collective. */
+/* The largest |f| - q of all cells after dt of rest [Pa], and the cell of this process that has it, -1 elsewhere.
+   Collective. */
 static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt *cell)
 {
   SlipFault fault = r->fault;

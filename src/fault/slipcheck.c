@@ -64,18 +64,20 @@ static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* RMS over the area of the difference of two slips, over that of the second one */
-static PetscErrorCode FieldError(SlipFault fault, Vec run, Vec reference, PetscReal *error)
+/* RMS over the area of the difference of two slips at t, over that of the second one */
+static PetscErrorCode FieldError(SlipFault fault, PetscReal t, Vec run, Vec reference, PetscReal *error)
 {
   PetscReal sum[2] = {0, 0};
   const PetscReal *a, *b;
-  const SlipArrays arrays[] = {{run, .read = &a}, {reference, .read = &b}};
+  const SlipArrays arrays[] = {{fault->work[1], .read = &a}, {fault->work[2], .read = &b}};
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetSlip(fault, t, run, fault->work[1]));
+  PetscCall(SlipFaultGetSlip(fault, t, reference, fault->work[2]));
   PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 2; i < 3 * fault->n; i += 3) {
-    sum[0] += fault->weight[i / 3] * PetscSqr(a[i] - b[i]);
-    sum[1] += fault->weight[i / 3] * PetscSqr(b[i]);
+  for (PetscInt i = 0; i < fault->n; i++) {
+    sum[0] += fault->weight[i] * PetscSqr(a[i] - b[i]);
+    sum[1] += fault->weight[i] * PetscSqr(b[i]);
   }
   PetscCall(SlipArraysRestore(2, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, fault->comm));
@@ -112,7 +114,7 @@ PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, Petsc
   } else {
     leading = 1 / (1 - PetscPowReal(CHECK_PARTS, -order));
     SlipCourseCompare(course->n, course->node, fine->n, fine->node, error);
-    PetscCall(FieldError(fault, end, w, &error[SLIP_ERROR_FIELD]));
+    PetscCall(FieldError(fault, time, end, w, &error[SLIP_ERROR_FIELD]));
     for (PetscInt k = 0; k < SLIP_NUM_ERRORS; k++) error[k] *= leading;
     *final = (1 - fine->node[fine->n - 1].slip / course->node[course->n - 1].slip) * leading;
   }

@@ -187,6 +187,11 @@ PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCall(Reset(est));
   est->known = PETSC_FALSE; /* until a step is accepted */
+  PetscCheck(
+    bathe || !fault->check_error, fault->comm, PETSC_ERR_SUP,
+    "-%sfault_check_error computes each step in parts, which -ts_type %s does not: expected -ts_type bathe, or a "
+    "second run with another -ts_rtol",
+    SlipFaultPrefix(fault), ((PetscObject)ts)->type_name);
   /* The estimate is of a single event: nothing is known of sequences but by repetition. */
   if (fault->driven && !fault->check_error) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultCourseStart(fault, ts));

@@ -91,7 +91,9 @@ static PetscErrorCode CheckTraction(SlipFault fault)
 
   With rate-and-state friction u = 0, and "rate" takes v and theta from the fields initial_rate and initial_state and makes
   T0 what balances them, sigma mu + H (v - v_inf); "traction" has T0 given, and v follows from theta, or theta from v where
-  initial_state is not given.
+  initial_state is not given. Where no initial_rate is given it is the loading rate, and with "rate" a thousandth of that in
+  cells that weaken with the rate: all of them at the loading rate, in the state that is steady there, would be an unstable
+  equilibrium.
 
   Input Parameters:
 + fault - the fault
@@ -135,5 +137,22 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   for (PetscInt i = 0; i < fault->n; i++) a[3 * i + 1] = factor * uc[i];
   PetscCall(VecRestoreArrayRead(fault->uc, &uc));
   PetscCall(VecRestoreArray(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* slip [m] of the state w at t: s, or where that is the state of friction the displacement since the start and that of the
+   loading */
+PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip)
+{
+  const PetscReal *vinf = fault->field[FIELD_LOADING_RATE], *a, *uc;
+  const PetscBool state = fault->heals || fault->law->state ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal share, *s;
+  const SlipArrays arrays[] = {{w, .read = &a}, {fault->uc, .read = &uc}, {slip, .write = &s}};
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultStartShare(fault, &share));
+  PetscCall(SlipArraysGet(3, arrays));
+  for (PetscInt i = 0; i < fault->n; i++) s[i] = state ? a[3 * i + 1] - share * uc[i] + t * vinf[i] : a[3 * i + 2];
+  PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

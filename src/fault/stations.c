@@ -1,7 +1,7 @@
 /* -fault_stations: points of the fault whose cells are recorded at every accepted step, in the groups /stations/0,
    /stations/1, ... of the output. Their rows are those of /series, so that a checkpoint's count of the one is that
    of the other. */
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultrecord.h>
 #include <slipstep/private/slipmatcells.h>
 #include <stdlib.h>
 #include <string.h>
@@ -178,21 +178,31 @@ PetscErrorCode SlipFaultStationsLayout(SlipFaultOutput out)
 
 /* ---- their rows ---- */
 
-/* Collective, also for /fields. The traction is the static one of the state, which the next step starts from: where
-   a cell has just come to rest it does not contain the impulse that stopped it. Computed once for a state. */
+/* Collective. The traction is the static one of the state, which the next step starts from: where a cell has just come to
+   rest it does not contain the impulse that stopped it. Weighted by area. */
+PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r)
+{
+  PetscFunctionBegin;
+  PetscCheck(fault->law->smooth || fault->con, fault->comm, PETSC_ERR_ORDER,
+             "the traction is known after SlipFaultConfigureTS()");
+  if (fault->law->smooth)
+    PetscCall(SlipFaultSmoothTraction(fault, time, w, r));
+  else
+    PetscCall(SlipConstraintInitialReaction(fault->con, time, w, r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective, also for /fields. Computed once for a state. */
 PetscErrorCode SlipFaultOutputTraction(SlipFaultOutput out, PetscReal time, Vec w)
 {
   SlipFaultMoment *known = &out->traction_moment, now;
+  PetscBool same;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectGetId((PetscObject)w, &now.id));
-  PetscCall(PetscObjectStateGet((PetscObject)w, &now.state));
-  if (out->traction && now.id == known->id && now.state == known->state) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultIsNow(out->fault, time, w, known, &now, &same));
+  if (out->traction && same) PetscFunctionReturn(PETSC_SUCCESS);
   if (!out->traction) PetscCall(VecDuplicate(out->fault->uc, &out->traction));
-  if (out->fault->law->smooth)
-    PetscCall(SlipFaultSmoothTraction(out->fault, time, w, out->traction));
-  else
-    PetscCall(SlipConstraintInitialReaction(out->fault->con, time, w, out->traction));
+  PetscCall(SlipFaultTraction(out->fault, time, w, out->traction));
   *known = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -71,7 +71,9 @@ static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (!rank) ierr = SlipFaultReadStiffness(fault, &entries);
+  if (!rank && !ierr) fault->read = SlipHashReals(SLIP_HASH_START, entries, (size_t)fault->N * (size_t)fault->N);
   ierr = SlipErrorBcast(fault->comm, ierr);
+  if (!ierr) PetscCallMPI(MPI_Bcast(&fault->read, 1, MPI_UINT64_T, 0, fault->comm));
   if (!ierr)
     ierr =
       MatCreateSlipStiffnessFromEntries(fault->comm, fault->N, entries, fault->text[FAULT_STIFFNESS_FILE], &fault->K);

@@ -164,6 +164,8 @@ static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
 - viewer - an ASCII viewer, NULL for standard output
 
   Notes:
+  After SlipFaultSetUp() also whether there is inertia, and how many cells a cohesive zone has.
+
   Of K, H, the stage operator B and its preconditioner: the type and why it was chosen, the memory on the rank that has
   the most and in all, the compression against a dense matrix, ranks of low-rank blocks; what the cache did.
 
@@ -208,7 +210,14 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
   if (fault->setup) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "time scale T*: %g s\n", (double)fault->tstar));
     PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %.6g\n", (double)fault->scaling));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "inertia: %s\n", fault->inertia ? "yes" : "no"));
     PetscCall(PetscViewerASCIIPrintf(viewer, "friction: %s\n", fault->law->formula));
+    if (fault->resolution.known) {
+      char text[256];
+
+      PetscCall(SlipFaultResolutionText(fault, text, sizeof(text)));
+      PetscCall(PetscViewerASCIIPrintf(viewer, "resolution: %s\n", text));
+    }
     PetscCall(ViewOperators(fault, viewer));
   }
   PetscCall(PetscViewerASCIIPopTab(viewer));

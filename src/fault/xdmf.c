@@ -6,7 +6,7 @@
    By this ending ParaView takes its "XDMF Reader" (vtkXdmfReader). With .xdmf it offers its Xdmf3 readers too, and
    opens those in scripts, which know no hyperslabs, parts of a dataset, and would show cells without fields. */
 #define _POSIX_C_SOURCE 200809L
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultrecord.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <petsctime.h>

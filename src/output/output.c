@@ -1,4 +1,4 @@
-/* Output of a run of any TS problem: the monitors that fill /steps and /series, and the summary at its end. */
+/* Output of a run of any TS problem: the monitor that fills /series, and the summary at its end. */
 #include <slipstep/private/slipoutput.h>
 #include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
@@ -8,26 +8,7 @@
 #include <petsctime.h>
 
 /* The TS knows its output by this name, and its monitors find it there: they stay when the output is gone. */
-static const char key[] = "SlipOutput", key_monitored[] = "SlipOutputMonitored";
-
-static const SlipOutputColumn StepColumns[] = {
-  {"time", "s", PETSC_FALSE},
-  {"dt", "s", PETSC_FALSE},
-  {"accepted", NULL, PETSC_TRUE},
-  {"error", "1", PETSC_FALSE},
-  {"converged", NULL, PETSC_TRUE},
-  {"newton_iterations", NULL, PETSC_TRUE},
-  {"linear_iterations", NULL, PETSC_TRUE},
-  {"solves", NULL, PETSC_TRUE},
-  {"residual", "1", PETSC_FALSE},
-  {"reason", NULL, PETSC_TRUE},
-  {"wall", "s", PETSC_FALSE},
-};
-
-SlipH5 *SlipOutputFile(SlipOutput out)
-{
-  return out->begun && !out->rank ? &out->file : NULL;
-}
+static const char key[] = SLIP_OUTPUT_KEY, key_monitored[] = "SlipOutputMonitored";
 
 /* Borrowed: the static reaction of the state, which the next step starts from; NULL when the integrator has none. That of
    the last step's end, which costs nothing, also holds the impulse that has stopped what came to rest. */
@@ -51,123 +32,6 @@ static PetscErrorCode SlipOutputReaction(SlipOutput out, PetscReal t, Vec w, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the file with /run, /result and the tables; its layout is complete when the problem has added to it. */
-static PetscErrorCode SlipOutputOpen(SlipOutput out)
-{
-  SlipH5 *h = &out->file;
-
-  PetscFunctionBegin;
-  if (out->resumed)
-    PetscCall(SlipH5CreateCopy(&out->kind, NULL, out->name, h));
-  else
-    PetscCall(SlipH5CreateKind(&out->kind, out->name, h));
-  PetscCall(SlipOutputRun(out));
-  PetscCall(SlipTableCreate(&out->steps, h, "/steps", PETSC_STATIC_ARRAY_LENGTH(StepColumns), StepColumns,
-                            out->resumed ? out->resume_steps : -1));
-  PetscCall(
-    SlipTableCreate(&out->series, h, "/series", out->ncolumns, out->column, out->resumed ? out->resume_series : -1));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipOutputAddTable(SlipOutput out, const char group[], PetscInt n, const SlipOutputColumn column[])
-{
-  PetscFunctionBegin;
-  PetscCall(PetscRealloc((size_t)(out->nmore + 1) * sizeof(*out->more), &out->more));
-  PetscCall(
-    SlipTableCreate(&out->more[out->nmore], &out->file, group, n, column, out->resumed ? out->resume_series : -1));
-  out->nmore++;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipOutputAddRow(SlipOutput out, PetscInt k, const PetscReal row[])
-{
-  PetscFunctionBegin;
-  PetscCall(SlipTableAdd(&out->more[k], &out->file, row));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Rank 0: the rows before an error that ends the program */
-static PetscErrorCode SlipOutputLast(void *ctx)
-{
-  SlipOutput out = (SlipOutput)ctx;
-
-  PetscFunctionBegin;
-  PetscCall(SlipTableFlush(&out->steps, &out->file));
-  PetscCall(SlipTableFlush(&out->series, &out->file));
-  for (PetscInt k = 0; k < out->nmore; k++) PetscCall(SlipTableFlush(&out->more[k], &out->file));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipOutputBegin(SlipOutput out)
-{
-  PetscErrorCode ierr = PETSC_SUCCESS;
-
-  PetscFunctionBegin;
-  if (!out->wanted || out->begun) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!out->rank) ierr = SlipOutputOpen(out);
-  PetscCall(SlipErrorBcast(out->comm, ierr));
-  out->begun = PETSC_TRUE;
-  if (out->layout) PetscCall((*out->layout)(out, out->ctx));
-  if (!out->rank) ierr = SlipH5Live(&out->file);
-  PetscCall(SlipErrorBcast(out->comm, ierr));
-  out->file.last = SlipOutputLast;
-  out->file.ctx = out;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Rank 0, as the next */
-static PetscErrorCode SlipOutputFlush(SlipOutput out)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipOutputLast(out));
-  if (!out->policy_known) PetscCall(SlipOutputPolicy(out));
-  PetscCall(SlipOutputWall(out));
-  PetscCall(SlipH5Flush(&out->file));
-  if (out->flushed) PetscCall((*out->flushed)(out, out->ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A row, and what was collected to disk from time to time */
-static PetscErrorCode SlipOutputRow(SlipOutput out, SlipTable *table, const PetscReal row[])
-{
-  PetscBool due;
-
-  PetscFunctionBegin;
-  PetscCall(SlipTableAdd(table, &out->file, row));
-  PetscCall(SlipH5FlushIsDue(&out->file, &due));
-  if (due) PetscCall(SlipOutputFlush(out));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipOutputAttemptMonitor(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
-{
-  const PetscReal row[] = {attempt->time,
-                           attempt->dt,
-                           attempt->accepted,
-                           attempt->error,
-                           attempt->converged,
-                           (PetscReal)attempt->newton,
-                           (PetscReal)attempt->linear,
-                           (PetscReal)attempt->solves,
-                           attempt->residual,
-                           (PetscReal)attempt->reason,
-                           attempt->wall};
-  SlipOutput out;
-  PetscErrorCode ierr = PETSC_SUCCESS;
-
-  PetscFunctionBegin;
-  (void)w;
-  (void)ctx;
-  PetscCall(SlipObjectQueryData((PetscObject)ts, key, &out));
-  if (!out || !out->wanted || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipLogOutputBegin());
-  PetscCall(SlipOutputBegin(out));
-  if (!out->rank) ierr = SlipOutputRow(out, &out->steps, row);
-  PetscCall(SlipLogOutputEnd());
-  PetscCall(SlipErrorBcast(out->comm, ierr));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* TSMonitor: the file at the start of TSSolve(), then a row of /series for each accepted step. */
 static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
@@ -182,6 +46,7 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
   if (step < 0 || !out || !out->wanted || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputBegin(out));
+  PetscCall(SlipOutputAttemptsStep(out, step, time));
   if (out->started && step != out->last_step) { /* not for the state that TSSolve() starts from */
     PetscCall(SlipOutputReaction(out, time, w, &r));
     PetscCall((*out->row)(ts, time, w, r, row + 1, out->ctx));
@@ -189,6 +54,7 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
   }
   out->started = PETSC_TRUE;
   out->last_step = step;
+  PetscCall(PetscTime(&out->attempts.begin));
   PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(out->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -215,7 +81,7 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
   Errors: PETSC_ERR_FILE_OPEN when the file cannot be created.
 
   Notes:
-  /steps gets a row per attempt when ts is of type bathe, /series one per accepted step. The content goes to FILE.part,
+  /steps gets a row per attempt, /series one per accepted step. The content goes to FILE.part,
   made at the start of TSSolve(), which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE as
   it was. FILE.part can be read while the run goes on and after it was killed: it holds whole rows, and its attribute
   "complete" is 0. One with rows is not overwritten, see SlipOutputSetOption().
@@ -231,7 +97,6 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
   const MPI_Comm comm = PetscObjectComm((PetscObject)ts);
   SlipOutput out;
   void *other, *monitored;
-  PetscBool bathe;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
@@ -267,8 +132,7 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
   PetscCall(SlipObjectQueryData((PetscObject)ts, key_monitored, &monitored));
   if (monitored) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSMonitorSet(ts, SlipOutputStepMonitor, NULL, NULL));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  if (bathe) PetscCall(TSBatheMonitorSet(ts, SlipOutputAttemptMonitor, NULL, NULL));
+  PetscCall(SlipOutputAttemptsStart(ts));
   PetscCall(SlipObjectComposeData((PetscObject)ts, key_monitored, ts, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -453,11 +317,13 @@ PetscErrorCode SlipOutputClose(SlipOutput out)
   if (bathe) {
     PetscCall(TSBatheGetTotals(out->ts, &attempts, &t->accepted, &t->solves, &t->newton, &t->linear));
     t->rejected = attempts - t->accepted;
+    t->implicit = PETSC_TRUE;
   } else {
     PetscCall(TSGetStepNumber(out->ts, &t->accepted));
     PetscCall(TSGetStepRejections(out->ts, &t->rejected));
     PetscCall(TSGetSNESIterations(out->ts, &t->newton));
     PetscCall(TSGetKSPIterations(out->ts, &t->linear));
+    t->implicit = t->newton > 0 ? PETSC_TRUE : PETSC_FALSE;
   }
 
   /* what the guard rails of a policy did; in the summary what should worry */
@@ -471,7 +337,14 @@ PetscErrorCode SlipOutputClose(SlipOutput out)
     PetscCall(
       SlipOutputAddResult(out, "policy_halvings", halvings ? "halved after failures" : NULL, "steps", halvings));
     PetscCall(TSAdaptRLGetHandover(adapt, &handed, &time));
-    if (handed) PetscCall(SlipOutputAddResult(out, "policy_handover_time", "handed to heuristic at", "s", time));
+    if (handed) {
+      TSAdaptType heir;
+      char label[SLIP_OUTPUT_NAME];
+
+      PetscCall(TSAdaptRLGetHeir(adapt, &heir));
+      PetscCall(PetscSNPrintf(label, sizeof(label), "handed to %s at", heir));
+      PetscCall(SlipOutputAddResult(out, "policy_handover_time", label, "s", time));
+    }
   }
   out->closed = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -482,9 +355,11 @@ static PetscErrorCode SlipOutputPrint(SlipOutput out, const SlipOutputTotals *t)
   PetscFunctionBegin;
   PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "accepted steps:", t->accepted));
   PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "rejected steps:", t->rejected));
-  PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "Bathe solves:", t->solves));
-  PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "Newton iterations:", t->newton));
-  PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "linear iterations:", t->linear));
+  if (t->implicit) {
+    PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "Bathe solves:", t->solves));
+    PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "Newton iterations:", t->newton));
+    PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "linear iterations:", t->linear));
+  }
   for (PetscInt i = 0; i < out->nresults; i++) {
     const SlipOutputNumber *r = &out->result[i];
     char label[SLIP_OUTPUT_NAME + 1];
@@ -557,9 +432,12 @@ PetscErrorCode SlipOutputDestroy(SlipOutput *output)
 {
   SlipOutput out = *output;
   PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscInt owners;
 
   PetscFunctionBegin;
   if (!out) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectGetReference((PetscObject)out->box, &owners));
+  if (owners == 1) out->policy_known = PETSC_TRUE; /* the TS was destroyed before, and knows no policy any more */
   if (out->file.id > 0) {
     if (out->file.live) ierr = SlipOutputFlush(out);
     if (!ierr) ierr = SlipH5Abandon(&out->file);

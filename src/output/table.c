@@ -4,10 +4,10 @@
 
 /* One series group/name per column; group "" is the root. Rank 0 only, as the rest of this file. */
 PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
-                               const SlipOutputColumn column[], PetscInt rows)
+                               const SlipOutputColumn column[], const PetscInt entries[], PetscInt rows)
 {
   char path[128];
-  PetscInt found;
+  PetscInt found, numbers = 0;
 
   PetscFunctionBegin;
   PetscCheck(ncolumns <= SLIP_TABLE_COLUMNS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
@@ -17,10 +17,17 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
   t->nrows = 0;
   t->written = PetscMax(rows, 0);
   for (PetscInt c = 0; c < ncolumns; c++) {
+    const PetscInt ndim = entries && entries[c] ? 1 : 0;
+
     t->column[c] = column[c];
+    t->entries[c] = ndim ? entries[c] : 1;
+    t->first[c] = numbers;
+    numbers += t->entries[c];
+    PetscCheck(numbers <= SLIP_TABLE_COLUMNS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "%" PetscInt_FMT " numbers in a row of %s, expected at most %d", numbers, group, SLIP_TABLE_COLUMNS);
     PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", group, column[c].name));
     if (rows < 0)
-      PetscCall(SlipH5CreateSeries(h, path, 0, NULL, column[c].integer, column[c].unit));
+      PetscCall(SlipH5CreateSeries(h, path, ndim, t->entries + c, column[c].integer, column[c].unit));
     else
       PetscCall(SlipH5SetRows(h, path, rows));
   }
@@ -40,7 +47,7 @@ PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h)
   PetscFunctionBegin;
   for (PetscInt c = 0; c < t->ncolumns; c++) {
     PetscCall(PetscSNPrintf(path[c], sizeof(path[c]), "%s/%s", t->group, t->column[c].name));
-    series[c] = (SlipH5Rows){path[c], t->value[c], 1};
+    series[c] = (SlipH5Rows){path[c], t->value[t->first[c]], 1};
   }
   PetscCall(SlipH5AppendAll(h, t->ncolumns, series, t->nrows));
   t->written += t->nrows;
@@ -51,7 +58,8 @@ PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h)
 PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[])
 {
   PetscFunctionBegin;
-  for (PetscInt c = 0; c < t->ncolumns; c++) t->value[c][t->nrows] = row[c];
+  for (PetscInt c = 0; c < t->ncolumns; c++)
+    PetscCall(PetscArraycpy(&t->value[t->first[c]][0] + t->entries[c] * t->nrows, row + t->first[c], t->entries[c]));
   if (++t->nrows == SLIP_TABLE_ROWS) PetscCall(SlipTableFlush(t, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

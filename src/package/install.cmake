@@ -40,7 +40,7 @@ foreach(_name ${SLIPSTEP_IMPORTED})
   string(TOUPPER ${_name} _upper)
   string(APPEND SLIPSTEP_IMPORTED_TARGETS "  _slipstep_import(${_name} \"${SLIPSTEP_${_upper}_LIBRARIES}\" \"${SLIPSTEP_${_upper}_INCLUDES}\")\n")
 endforeach()
-find_file(SLIPSTEP_PETSC_HEADER petscversion.h PATHS ${PETSC_INCLUDE_DIRS} NO_DEFAULT_PATH NO_CACHE)
+set(SLIPSTEP_PETSC_HEADER ${SLIPSTEP_PETSC_HEADERS}/petscversion.h)
 install(EXPORT slipstepTargets NAMESPACE slipstep:: DESTINATION ${_package})
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/slipstepConfig.cmake.in ${PROJECT_BINARY_DIR}/slipstepConfig.cmake
                               INSTALL_DESTINATION ${_package})

@@ -16,6 +16,7 @@ objects are handles, numbers are arguments. Errors are PETSc.Error, as petsc4py'
 import collections
 import ctypes
 import os
+import time
 import traceback
 
 import numpy as np
@@ -26,6 +27,10 @@ REALS = ctypes.POINTER(ctypes.c_double)
 FORCE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, REALS, REALS, ctypes.c_void_p)
 BOUND = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, REALS, REALS, REALS, ctypes.c_void_p)
 PETSC_ERR_USER = 83
+PETSC_ERR_ARG_UNKNOWN_TYPE = 86
+FILES = ("output", "catalogue", "checkpoint", "restart", "stations")  # what Fault.solve() writes and reads, and ts.solve() does not
+EVENT = ("onset", "end", "x", "y", "z", "cell", "area", "mean_slip", "max_slip", "direction", "moment", "magnitude", "stress_drop",
+         "peak_slip_rate", "elastic_energy", "kinetic_energy", "dissipated_energy", "radiated_energy", "loading_work", "ledger", "steps")
 
 Totals = collections.namedtuple("Totals", "attempts accepted solves newton linear")
 _library = None
@@ -85,7 +90,11 @@ def version():
 
 
 def totals(ts):
-    """Attempts, accepted steps, Bathe solves, Newton and linear iterations since ts.solve() began."""
+    """Attempts, accepted steps, Bathe solves, Newton and linear iterations since ts.solve() began. Types other than bathe,
+    as that of rate-and-state friction, have no Bathe solves: 0."""
+    if ts.getType() != "bathe":
+        accepted = ts.getStepNumber()
+        return Totals(accepted + ts.getStepRejections(), accepted, 0, ts.getSNESIterations(), ts.getKSPIterations())
     numbers = [INT(0) for _ in Totals._fields]
     call("TSBatheGetTotals", ts, *map(ctypes.byref, numbers))
     return Totals(*(number.value for number in numbers))
@@ -119,10 +128,13 @@ def small(ts, mass, rows, force, jacobian, bound):
 
 
 class Fault:
-    """The strike-slip fault (slipfault.h): the case "3 km" with one cell until parameters are set."""
+    """The strike-slip fault (slipfault.h): the case "3 km" with one cell until parameters are set. What has one number a
+    cell is an array [nz, nx] in the order of the grid, or [1, n] of the rows of a mesh, on every rank."""
 
     def __init__(self, comm=None, **parameters):
         self.handle = ctypes.c_void_p()
+        self._state = {"solving": False}  # shared with monitors, which do not keep the fault alive
+        self._fields, self._switches = {}, {}
         load()
         # A communicator as an argument is a pointer with Open MPI and a number with MPICH: take that of an object.
         of, found = PETSc.TS().create(comm), ctypes.c_void_p()
@@ -131,33 +143,148 @@ class Fault:
         self.set(**parameters)
 
     def set(self, **parameters):
-        """Parameters by the names of their options without "fault_": numbers, texts, and arrays for fields."""
+        """Parameters by the names of their options without "fault_": numbers, texts, True and False (inertia=False), and
+        arrays for fields, [nz, nx], or [n] of all cells iz * nx + ix, or of the rows of a mesh."""
+        fields = {}
         for name, value in parameters.items():
             if isinstance(value, str):
                 call("SlipFaultSetString", self, name, value)
+            elif isinstance(value, (bool, np.bool_)):
+                call("SlipFaultSetBool", self, name, value)
+                self._switches[name] = value
             elif np.ndim(value):
-                field = np.ascontiguousarray(value, dtype=np.float64).ravel()
-                call("SlipFaultSetField", self, name, field.size, field)
+                fields[name] = np.array(value, dtype=np.float64)
             else:
                 call("SlipFaultSetReal", self, name, float(value))
+                self._fields.pop(name, None)
+        for name, field in fields.items():  # when nx and nz are known
+            if field.size == np.prod(self.shape):
+                self._check_shape(name, field)
+            call("SlipFaultSetField", self, name, field.size, field.ravel())
+            self._fields[name] = field
 
-    def get(self, name):
+    @property
+    def shape(self):
+        """(nz, nx), that of fields; (1, n) of a mesh."""
+        return int(self._real("nz")), int(self._real("nx"))
+
+    def _check_shape(self, name, field):
+        if field.ndim > 1 and field.shape != self.shape:
+            raise ValueError(f"{name} has the shape {field.shape}, expected (nz, nx) = {self.shape}, or one dimension")
+
+    def _real(self, name):
         value = ctypes.c_double()
         call("SlipFaultGetReal", self, name, ctypes.byref(value))
         return value.value
+
+    def get(self, name):
+        """A parameter: a number or text; a field, as "normal_stress", is its array [nz, nx] once configure() was called."""
+        if self._state.get("ready"):
+            try:
+                return self._cells("SlipFaultGetField", name)
+            except PETSc.Error as error:
+                if error.ierr != PETSC_ERR_ARG_UNKNOWN_TYPE:
+                    raise
+        if name in self._fields:
+            return self._fields[name].copy()
+        try:
+            return self._real(name)
+        except PETSc.Error as number:
+            text = ctypes.create_string_buffer(4096)
+            try:
+                call("SlipFaultGetString", self, name, text, ctypes.c_size_t(len(text)))
+            except PETSc.Error:
+                raise number from None
+            return os.fsdecode(text.value)
+
+    def _cells(self, function, *arguments):
+        values = np.zeros(self.shape)
+        call(function, self, *arguments, values.size, values)
+        return values
+
+    def centres(self):
+        """x along strike, y across, z depth [m] of the cells, each [nz, nx]; after configure()."""
+        x, y, z = (np.zeros(self.shape) for _ in range(3))
+        call("SlipFaultGetCentres", self, x.size, x, y, z)
+        return x, y, z
+
+    def values(self, ts, name):
+        """Of the state that ts has now: "slip_rate" [m/s], "slip", "displacement" [m], "traction", "stress" [Pa], "state", as
+        [nz, nx], on every rank."""
+        return self._cells("SlipFaultGetCellValues", float(ts.getTime()), ts.getSolution(), name)
+
+    def events(self):
+        """The catalogue (catalogue="F.h5") after solve(): an array with a row an event and a member for each column."""
+        count = INT(0)
+        call("SlipFaultGetEvents", self, EVENT[0], 0, ctypes.byref(count), None)
+        rows = np.zeros(count.value, dtype=[(name, np.float64) for name in EVENT])
+        for name in EVENT:
+            column = np.zeros(count.value)
+            call("SlipFaultGetEvents", self, name, column.size, ctypes.byref(count), column)
+            rows[name] = column
+        return rows
 
     def configure(self, ts, options=True):
         """Make ts integrate the fault from its start: options (-fault_*), set-up, constraint, and the state in the TS.
         Its local part has a row v, u, s for each cell: ts.getSolution().getArray().reshape(-1, 3) [m/s, m, m]."""
         state = ctypes.c_void_p()
         if options:
+            prefix = ctypes.c_char_p()
+            call("SlipFaultGetOptionsPrefix", self, ctypes.byref(prefix))
+            call("SlipCheckOwnOptions", self._comm(ts), None, prefix)
             call("SlipFaultSetFromOptions", self)
+            given, database = (prefix.value or b"").decode(), PETSc.Options()
+            for name, value in self._switches.items():  # those that are on whenever options are read
+                if not database.hasName(f"{given}fault_{name}"):
+                    call("SlipFaultSetBool", self, name, value)
         call("SlipFaultSetUp", self)
+        self._state["ready"] = True
+        for name, field in self._fields.items():  # options may have changed nx and nz
+            self._check_shape(name, field)
         call("SlipFaultCreateState", self, ctypes.byref(state))
         call("SlipFaultSetInitialState", self, state)
         call("SlipFaultConfigureTS", self, ts)
         call("TSSetSolution", ts, state)
         call("VecDestroy", ctypes.byref(state))
+        if options:
+            call("SlipCheckSolverOptions", ts)
+        self._guard(ts)
+
+    @staticmethod
+    def _comm(ts):
+        found = ctypes.c_void_p()
+        call("PetscObjectGetComm", ts, ctypes.byref(found))
+        return found
+
+    def _guard(self, ts):
+        files, shared = [name for name in FILES if self.get(name)], self._state
+        if not files:
+            return
+
+        def guard(ts, step, time, w):
+            if not shared["solving"]:
+                raise RuntimeError(f"{', '.join(files)} of the fault: expected fault.solve(ts), which writes files, not ts.solve()")
+
+        ts.setMonitor(guard)
+
+    def solve(self, ts):
+        """What the program `fault` does after its set-up: ts.solve() with the files of output, catalogue, stations, checkpoint
+        and restart, and the summary. After ts.setFromOptions(). True when the run has reached its end."""
+        code, complete = ctypes.c_int(0), ctypes.c_int(0)
+        call("SlipFaultOutputStart", self, ts)
+        call("SlipFaultCheckpointStart", self, ts)
+        begin, self._state["solving"] = time.time(), True
+        try:
+            ts.solve(ts.getSolution())
+        finally:
+            self._state["solving"] = False
+        call("SlipFaultCheckpointFinish", self, ts, ctypes.byref(code))
+        if code.value:
+            call("SlipFaultReportStop", self, ts, 0.0, time.time() - begin)
+            return False
+        call("SlipFaultOutputFinish", self, ts, 0.0, time.time() - begin)
+        call("SlipFaultReportEnd", self, ts, ctypes.byref(complete))
+        return bool(complete.value)
 
     def destroy(self):
         if self.handle and not PETSc.Sys.isFinalized():

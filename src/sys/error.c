@@ -76,14 +76,22 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   return code;
 }
 
+static PetscBool begun = PETSC_FALSE; /* the handler has been there since before PetscInitialize() */
+
+/* The handler for errors of PetscInitialize() itself. PETSc forgets it with the program: memory of this time is not its
+   own debugging allocator's to free. */
+PetscErrorCode SlipErrorHandlerBegin(void)
+{
+  PetscFunctionBegin;
+  if (!begun) PetscCall(PetscPushErrorHandler(SlipErrorHandler, NULL));
+  begun = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* PETSc calls the first step -ts_time_step from 3.25 on, and warns of -ts_dt: both names do with every version. */
 static PetscErrorCode SlipRenameStep(void)
 {
-#if PETSC_VERSION_LT(3, 25, 0)
-  const char *const given = "-ts_time_step", *const known = "-ts_dt";
-#else
-  const char *const given = "-ts_dt", *const known = "-ts_time_step";
-#endif
+  const char *const given = "-" SLIP_TS_DT_OTHER, *const known = "-" SLIP_TS_DT;
   const char *value;
   char copy[64];
   PetscBool set;
@@ -116,7 +124,7 @@ static PetscErrorCode SlipRenameStep(void)
 
   Programs then take both -ts_dt and -ts_time_step, as PETSc calls it from 3.25 on, with every version.
 
-.seealso: SlipCheckSolverOptions(), SlipErrorBcast()
+.seealso: SlipProgramInitialize(), SlipCheckSolverOptions(), SlipErrorBcast()
 @*/
 PetscErrorCode SlipErrorHandlerPush(const char program[])
 {
@@ -130,8 +138,8 @@ PetscErrorCode SlipErrorHandlerPush(const char program[])
   PetscCall(PetscOptionsBool("-slip_traceback", "Show where an error happened, for reports of bugs (default no)",
                              "SlipErrorHandlerPush", traceback, &traceback, NULL));
   PetscOptionsEnd();
-  if (traceback) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscPushErrorHandler(SlipErrorHandler, NULL));
+  if (traceback && !begun) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPushErrorHandler(traceback ? PetscTraceBackErrorHandler : SlipErrorHandler, NULL));
   PetscCall(PetscRegisterFinalize(PetscPopErrorHandler)); /* PETSc does not free its stack of handlers */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

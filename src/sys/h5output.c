@@ -137,8 +137,9 @@ static int SlipH5CopyBytes(const char from[], int to)
 @*/
 PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const char file[], SlipH5 *h)
 {
-  char part[PETSC_MAX_PATH_LEN];
+  char part[PETSC_MAX_PATH_LEN], object[PETSC_MAX_PATH_LEN] = "";
   SlipH5Kind claim = *kind;
+  PetscBool whole;
   hid_t properties;
   int reason;
 
@@ -157,9 +158,12 @@ PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const
   properties = SlipH5Access(kind->growing);
   h->id = H5Fopen(h->name, H5F_ACC_RDWR, properties);
   H5Pclose(properties);
-  if (h->id < 0) {
+  whole = h->id >= 0 ? SlipH5IsWhole(h->id, object) : PETSC_FALSE;
+  if (!whole) {
+    if (h->id >= 0) (void)SlipH5CloseId(h->id);
     SlipH5Release(h, PETSC_FALSE);
-    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is damaged%s", from, h->source);
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is damaged%s%s%s: expected a whole file, or none%s", from,
+            object[0] ? ": /" : "", object, object[0] ? " cannot be read" : "", h->source);
   }
   SlipH5Enlist(h);
   SlipErrorAtEnd(SlipH5End);

@@ -56,8 +56,12 @@ typedef struct {
   PetscLogEvent event;
 } Product;
 
+/* Products with K of this process so far, see SlipLogGetProducts() */
+static PetscInt products;
+
 static PetscErrorCode LoggedMult(Mat A, Vec x, Vec y)
 {
+  const PetscInt before = products;
   const Product *product;
 
   PetscFunctionBegin;
@@ -65,6 +69,7 @@ static PetscErrorCode LoggedMult(Mat A, Vec x, Vec y)
   PetscCall(PetscLogEventBegin(product->event, A, x, y, 0));
   PetscCall((*product->mult)(A, x, y));
   PetscCall(PetscLogEventEnd(product->event, A, x, y, 0));
+  if (products == before && product->event != SLIP_ViscosityMult) products++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -87,6 +92,17 @@ PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event)
   product->event = event;
   PetscCall(SlipObjectComposeData((PetscObject)A, "SlipProduct", product, SlipContainerDestroyDefault));
   PetscCall(MatSetOperation(A, MATOP_MULT, SlipMatShellFn(LoggedMult)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  Products with K so far in this process: one for each with K or with a stage operator that contains it, or as many as these
+  are made of, and those that a viscosity is made of. Solves with parts of a dense matrix have none.
+*/
+PetscErrorCode SlipLogGetProducts(PetscInt *n)
+{
+  PetscFunctionBegin;
+  *n = products;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -18,6 +18,8 @@ typedef struct {
    the list to the sources. */
 static const SlipNames SlipLibrary[] = {
   {"slip_", "traceback"},
+  {"slipstep_", "version"},
+  {"ts_adams_", "max_order"},
   {"ts_bathe_", "gamma first_stage reaction error order max_failures"},
   {"ts_adapt_heuristic_", "growth failure_factor"},
   {"ts_adapt_pi_", "filter g1 g2 kappa ratio_min ratio_max failure_factor"},
@@ -30,6 +32,18 @@ static const SlipNames SlipLibrary[] = {
 };
 static SlipNames SlipDeclared[SLIP_MAX_DECLARED];
 static int SlipNumDeclared;
+
+/* Options of PETSc's that runs of ours read, beside the numbers of options.c: what a mistyped one was meant to be. */
+static const SlipNames SlipPetsc[] = {
+  {"ts_", "type exact_final_time monitor monitor_cancel view rk_type error_if_step_fails save_trajectory"},
+  {"ts_adapt_", "type always_accept clip monitor wnormtype dsp_filter dsp_pid"},
+  {"snes_", "type monitor view converged_reason linesearch_type lag_jacobian"},
+  {"ksp_", "type monitor monitor_true_residual view converged_reason norm_type gmres_restart pc_side"},
+  {"pc_", "type factor_levels factor_mat_ordering_type view"},
+};
+/* Those of all PETSc's that every run needs, for -help of a program's own options */
+static const char SlipEssential[] = "ts_type ts_max_time ts_max_steps ts_dt ts_time_step ts_rtol ts_adapt_type "
+                                    "ts_adapt_dt_min ts_adapt_dt_max snes_type";
 
 /* Options that PETSc reads during the solve, by their ends, and those that it reads when it ends. */
 static const char *const SlipReadInSolve[] = {"_view", "_view_solution", "_view_pre", "_converged_reason"};
@@ -136,11 +150,22 @@ static void SlipNearer(const char word[], const char prefix[], const char names[
   }
 }
 
-/* " did you mean -x?" of the nearest name that an error or warning can offer: a third of its letters may differ */
-static void SlipSuggest(const char dash[], const char nearest[], int distance, char text[], size_t len)
+/* Letters of the nearest name behind what both have in common up to a _: the "fault_" of all is no likeness */
+static int SlipOwnLength(const char word[], const char nearest[])
+{
+  size_t common = 0;
+
+  for (size_t k = 0; nearest[k] && tolower((unsigned char)word[k]) == tolower((unsigned char)nearest[k]); k++)
+    if (nearest[k] == '_') common = k + 1;
+  return (int)strlen(nearest + common);
+}
+
+/* ": did you mean -x?" of the nearest name, of whose own letters a third may differ; "" when it is not near */
+static void SlipSuggest(const char word[], const char dash[], const char nearest[], int distance, char text[],
+                        size_t len)
 {
   text[0] = '\0';
-  if (distance <= PetscMax(2, (int)strlen(nearest) / 3))
+  if (distance <= PetscMax(1, SlipOwnLength(word, nearest) / 3))
     (void)PetscSNPrintf(text, len, ": did you mean %s%s?", dash, nearest);
 }
 
@@ -152,11 +177,22 @@ PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[
 
   PetscFunctionBegin;
   SlipNearer(word, "", names, &distance, nearest);
-  SlipSuggest("", nearest, distance, text, len);
+  SlipSuggest(word, "", nearest, distance, text, len);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The nearest option that is known, ours or a number that PETSc's solvers read */
+/* Does the name belong to another class of PETSc's than the option? -dm_view is no -ts_view. */
+static PetscBool SlipIsOfOtherClass(const char name[], const char option[])
+{
+  static const char *const classes[] = {"ts_", "snes_", "ksp_", "pc_", "mat_", "vec_", "dm_", "is_", "tao_"};
+
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(classes); i++)
+    if (!strncasecmp(name, classes[i], strlen(classes[i])))
+      return strncasecmp(option, classes[i], strlen(classes[i])) ? PETSC_TRUE : PETSC_FALSE;
+  return PETSC_FALSE;
+}
+
+/* The nearest option that is known, ours or one of PETSc's that runs of ours read */
 static int SlipNearestOption(const char name[], char nearest[SLIP_NAME_LENGTH])
 {
   const SlipNames *list;
@@ -164,8 +200,27 @@ static int SlipNearestOption(const char name[], char nearest[SLIP_NAME_LENGTH])
   const char *option;
 
   for (size_t i = 0; (list = SlipList(i)); i++) SlipNearer(name, list->prefix, list->names, &distance, nearest);
-  for (size_t i = 0; (option = SlipNumberOption(i)); i++) SlipNearer(name, "", option, &distance, nearest);
+  for (size_t i = 0; (option = SlipNumberOption(i)); i++)
+    if (!SlipIsOfOtherClass(name, option)) SlipNearer(name, "", option, &distance, nearest);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipPetsc); i++)
+    if (!SlipIsOfOtherClass(name, SlipPetsc[i].prefix))
+      SlipNearer(name, SlipPetsc[i].prefix, SlipPetsc[i].names, &distance, nearest);
   return distance;
+}
+
+/* Ours by its full name, or one of PETSc's that every run needs */
+PetscBool SlipIsHelpOption(const char name[])
+{
+  const SlipNames essential = {"", SlipEssential}, *list;
+
+  for (size_t i = 0; (list = i ? SlipList(i - 1) : &essential); i++) {
+    const char *place = list->names;
+    char each[SLIP_NAME_LENGTH];
+
+    while (SlipNextName(list->prefix, &place, each))
+      if (!strcasecmp(name, each)) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
 }
 
 /* Does the name begin with a prefix of ours, and is it known? */
@@ -248,7 +303,7 @@ PetscErrorCode SlipCheckOptionWords(PetscInt n, const char *const words[], const
                "%s%s begins with another sign than the dash of options, expected -%s", word, where, word + dash);
     PetscCall(PetscOptionsValidKey(word, &key));
     if (key) PetscCall(SlipCheckSpelling(word + 1, where));
-    SlipSuggest("-", nearest, SlipNearestOption(word, nearest), hint, sizeof(hint));
+    SlipSuggest(word, "-", nearest, SlipNearestOption(word, nearest), hint, sizeof(hint));
     PetscCheck(key || value, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
                "%s%s follows no option, expected one word after each: lists have commas, patterns quotes%s", word,
                where, hint);
@@ -288,10 +343,49 @@ PetscErrorCode SlipCheckOptionNames(void)
 
     PetscCall(SlipCheckSpelling(names[i], "")); /* of files and the environment */
     if (!SlipIsOurs(names[i], &known) || known) continue;
-    SlipSuggest("-", nearest, SlipNearestOption(names[i], nearest), hint, sizeof(hint));
+    SlipSuggest(names[i], "-", nearest, SlipNearestOption(names[i], nearest), hint, sizeof(hint));
     SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "there is no option -%s%s", names[i], hint);
   }
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipCheckOwnOptions - refuse options that begin like those of the library and are not known, and no others
+
+  Not collective; in a language or program whose words and other options are its own.
+
+  Input Parameters:
++ comm    - the processes that fail together
+. options - the database, NULL for the global one
+- prefix  - what names begin with, for two faults in one program; NULL for none
+
+  Level: developer
+
+  Errors: PETSC_ERR_ARG_WRONG, with the option and the nearest one that is known
+
+.seealso: SlipCheckOptionNames(), SlipDeclareOptions()
+@*/
+PetscErrorCode SlipCheckOwnOptions(MPI_Comm comm, PetscOptions options, const char prefix[])
+{
+  const size_t len = prefix ? strlen(prefix) : 0;
+  PetscInt n;
+  char **names, **values;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsLeftGet(options, &n, &names, &values));
+  for (PetscInt i = 0; i < n; i++) {
+    char nearest[SLIP_NAME_LENGTH] = "", hint[SLIP_NAME_LENGTH + 32], dash[SLIP_NAME_LENGTH];
+    const char *name = names[i] + len;
+    PetscBool known;
+
+    if (len && strncasecmp(names[i], prefix, len)) continue;
+    if (!SlipIsOurs(name, &known) || known) continue;
+    PetscCall(PetscSNPrintf(dash, sizeof(dash), "-%s", prefix ? prefix : ""));
+    SlipSuggest(name, dash, nearest, SlipNearestOption(name, nearest), hint, sizeof(hint));
+    SETERRQ(comm, PETSC_ERR_ARG_WRONG, "there is no option -%s%s", names[i], hint);
+  }
+  PetscCall(PetscOptionsLeftRestore(options, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -328,9 +422,10 @@ static PetscErrorCode SlipCheckUnused(PetscBool before)
     const int distance = SlipNearestOption(names[i], nearest);
     PetscBool known;
 
-    SlipSuggest("-", nearest, distance ? distance : SLIP_NAME_LENGTH, hint, sizeof(hint));
-    /* two letters of a name of eight or more, one of shorter ones: no option of PETSc's is so near to one of these */
-    PetscCheck(!before || !distance || SlipIsOurs(names[i], &known) || distance > (strlen(nearest) < 8 ? 1 : 2),
+    SlipSuggest(names[i], "-", nearest, distance ? distance : SLIP_NAME_LENGTH, hint, sizeof(hint));
+    /* two letters of eight or more, one of fewer: no option of PETSc's that we do not know is so near to one we do */
+    PetscCheck(!before || !hint[0] || SlipIsOurs(names[i], &known) ||
+                 distance > (SlipOwnLength(names[i], nearest) < 8 ? 1 : 2),
                PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "nothing reads the option -%s%s", names[i], hint);
     if (SlipIsReadLater(names[i], !before)) continue;
     if (!rank) PetscCall(SlipWarning("nothing has read the option -%s%s", names[i], hint));

@@ -40,6 +40,7 @@ static const SlipNumber SlipSolverNumbers[] = {
   {"-ts_adapt_pi_ratio_max", ANY, NONE, SLIP_INFINITE, ""}, {"-ts_adapt_pi_failure_factor", ANY, NONE, 0, ""},
   {"-ts_adapt_rl_accuracy", ANY, NONE, 0, ""}, {"-ts_adapt_rl_error_ceiling", ANY, NONE, SLIP_INFINITE, ""},
   {"-ts_adapt_rl_max_failures", ANY, NONE, SLIP_WHOLE, ""},
+  {"-ts_adams_max_order", ANY, NONE, SLIP_WHOLE, ""},
   {"-ts_bathe_gamma", ANY, NONE, 0, ""}, {"-ts_bathe_order", ANY, NONE, SLIP_WHOLE, ""},
   {"-ts_bathe_max_failures", ANY, NONE, SLIP_WHOLE, ""},
   /* a stage below -snes_atol is taken as it is: residuals are relative to the strength, which the critical start
@@ -86,8 +87,9 @@ static PetscErrorCode SlipParseNumber(MPI_Comm comm, const char prefix[], const 
   number = PetscOptionsStringToReal(text, value);
   if (whole) integer = PetscOptionsStringToInt(text, &unused);
   PetscCall(PetscPopErrorHandler());
-  PetscCheck(!number && !integer, comm, PETSC_ERR_ARG_WRONG, "\"%s\" is not a %snumber (-%s%s)", text,
-             number ? "" : "whole ", prefix ? prefix : "", option + 1);
+  PetscCheck(!number && !integer, comm, PETSC_ERR_ARG_WRONG, "\"%s\" is not a %snumber (-%s%s)%s", text,
+             number ? "" : "whole ", prefix ? prefix : "", option + 1,
+             SlipIsTimeOption(option + 1) ? ", nor one with " SLIP_TIME_UNITS " behind it" : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -283,7 +285,7 @@ PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const
 /*@
   SlipCheckSolverOptions - refuse values of PETSc's options that PETSc refuses without naming the option: types that are
   not known, texts that are no numbers or no whole ones, numbers out of their bounds, bounds of the step in the wrong
-  order
+  order. Times with a unit, as -ts_max_time 100y, are made seconds
 
   Collective; before TSSetFromOptions().
 
@@ -294,7 +296,7 @@ PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_WRONG or PETSC_ERR_ARG_OUTOFRANGE, each with the option in brackets.
 
-.seealso: TSBatheCheckOptions(), SlipErrorHandlerPush()
+.seealso: SlipExpandTimes(), TSBatheCheckOptions(), SlipErrorHandlerPush()
 @*/
 PetscErrorCode SlipCheckSolverOptions(TS ts)
 {
@@ -314,6 +316,7 @@ PetscErrorCode SlipCheckSolverOptions(TS ts)
   PetscCall(PetscObjectGetComm((PetscObject)ts, &u.comm));
   PetscCall(PetscObjectGetOptions((PetscObject)ts, &options));
   PetscCall(PetscObjectGetOptionsPrefix((PetscObject)ts, &u.prefix));
+  PetscCall(SlipExpandTimes(options));
   PetscCall(TSInitializePackage());
   PetscCall(SNESInitializePackage());
   PetscCall(KSPInitializePackage());

@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #define STATE_FORMAT "slipstep-checkpoint"
-#define STATE_VERSION 1
+#define STATE_VERSION 2
 #define STATE_BLOCK 512    /* bytes before those of HDF5, which wants a power of two from 512 on */
 #define STATE_WORDS 131072 /* words that are hashed at a time */
 #define STATE_PREVIOUS ".previous"
@@ -54,6 +54,7 @@ static PetscErrorCode StateChecksum(FILE *f, const char name[], uint64_t *checks
 /* Why the file is not a state as it was written, or NULL. */
 static PetscErrorCode StateVerify(const char name[], const char **why)
 {
+  static const char format[] = STATE_FORMAT " " PetscStringize(STATE_VERSION) "\n";
   FILE *f = fopen(name, "rb");
   char found[STATE_BLOCK], block[STATE_BLOCK];
   uint64_t checksum, bytes;
@@ -64,6 +65,9 @@ static PetscErrorCode StateVerify(const char name[], const char **why)
   if (!f) PetscFunctionReturn(PETSC_SUCCESS);
   if (fread(found, 1, STATE_BLOCK, f) != STATE_BLOCK || memcmp(found, STATE_FORMAT " ", strlen(STATE_FORMAT) + 1))
     *why = "it is no checkpoint of a run";
+  else if (memcmp(found, format, strlen(format)))
+    *why = "it is of another format than " PetscStringize(
+      STATE_VERSION) ": a run goes on with the version of SlipStep that began it";
   else {
     PetscErrorCode ierr = StateChecksum(f, name, &checksum, &bytes);
 

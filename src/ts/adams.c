@@ -7,7 +7,10 @@
       f_n+1 = f(t_n+1, y_n+1),
    and the error estimate is what the oldest of these nodes changes, which is of order h^(k + 1). The same difference with a
    node less or more says what orders k - 1 and k + 1 would do; the next step has the order that promises the longest
-   (Shampine & Gordon 1975). Where stability limits the step, the estimates of high orders grow first, and the order falls. */
+   (Shampine & Gordon 1975). Where stability limits the step, the estimates of high orders grow first, and the order falls.
+
+   Nodes are at sums of steps, not at differences of times: after centuries the rounding of time is a part of the shortest steps that an
+   estimate would see, and ask for shorter ones yet. */
 #include <slipstep/private/slipts.h>
 
 /* A neighbouring order must promise a step longer by this factor. */
@@ -16,6 +19,10 @@
 /* Norm of the estimate where a step has left all bounds, and those: squares of anything less are numbers */
 #define FAR_TOO_LONG 1e10
 #define BOUNDS 1e100
+/* Relaxation times of the longest step */
+#define ADAMS_STABLE 3
+/* Attempts in a row that are refused before the formulas begin anew */
+#define RESTART_AFTER 2
 /* Corrector k + 1 and so many times its difference to corrector k + 2: 1 more would be of order k + 2. With 2 the error is
    that of 0 with the other sign, and on the negative real axis steps are stable to 2.98 instead of 2.38 (k = 2), 2.38
    instead of 1.93 (k = 3). */
@@ -24,15 +31,16 @@
 enum { ADAMS_MAX = SLIP_ADAMS_NODES - 2, ADAMS_SLOTS = ADAMS_MAX + 3 };
 
 typedef struct {
-  PetscInt max_order; /* of the predictor */
-  PetscInt order;     /* of the attempt */
-  PetscInt next;      /* of the step after it */
-  PetscInt n;         /* derivatives in hand */
-  PetscInt since;     /* accepted steps with this order */
+  PetscInt max_order;  /* of the predictor */
+  PetscInt order;      /* of the attempt */
+  PetscInt next;       /* of the step after it */
+  PetscInt n;          /* derivatives in hand */
+  PetscInt since;      /* accepted steps with this order */
+  PetscInt rejections; /* attempts of this step that were refused */
   Vec rate[ADAMS_SLOTS];
-  PetscReal time[ADAMS_SLOTS]; /* theirs, newest first [s] */
-  Vec start;                   /* state at the start of the step */
-  Vec star;                    /* f* */
+  PetscReal age[ADAMS_SLOTS]; /* how long ago they were, newest first, as sums of steps [s] */
+  Vec start;                  /* state at the start of the step */
+  Vec star;                   /* f* */
   Vec y, error;
   PetscReal before;    /* time at the start of the last accepted step [s] */
   PetscBool estimated; /* norm is that of this attempt */
@@ -162,11 +170,11 @@ static PetscErrorCode AddRates(TS ts, PetscReal h, PetscReal star, PetscInt n, c
 }
 
 /* Weights of the corrector with k derivatives beside f*; [0] is that of f* */
-static void Corrector(const TS_Adams *ad, PetscReal t, PetscReal h, PetscInt k, PetscReal weight[])
+static void Corrector(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal weight[])
 {
   PetscReal node[SLIP_ADAMS_NODES] = {1};
 
-  for (PetscInt j = 0; j < k; j++) node[j + 1] = (ad->time[j] - t) / h;
+  for (PetscInt j = 0; j < k; j++) node[j + 1] = -ad->age[j] / h;
   SlipAdamsWeights(k + 1, node, weight);
 }
 
@@ -178,8 +186,8 @@ static PetscErrorCode Estimate(TS ts, PetscInt k, Vec e)
   PetscReal more[SLIP_ADAMS_NODES], less[SLIP_ADAMS_NODES];
 
   PetscFunctionBegin;
-  Corrector(ad, ts->ptime, h, k, more);
-  Corrector(ad, ts->ptime, h, k - 1, less);
+  Corrector(ad, h, k, more);
+  Corrector(ad, h, k - 1, less);
   for (PetscInt j = 0; j < k; j++) more[j] -= less[j];
   PetscCall(VecZeroEntries(e));
   PetscCall(AddRates(ts, h, more[0], k, more + 1, e));
@@ -250,8 +258,17 @@ static PetscErrorCode TSEvaluateWLTE_Adams(TS ts, NormType type, PetscInt *order
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* vec_sol at the end of an attempt */
-static PetscErrorCode Attempt(TS ts)
+/* Of a stage or of a step's end: is it a state of the problem? */
+static PetscErrorCode CheckState(TS ts, PetscReal t, Vec y, PetscBool *good)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipGuardState(y, good));
+  if (*good) PetscCall(TSFunctionDomainError(ts, t, y, good));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* vec_sol at the end of an attempt; not good: it left the domain of the right-hand side, and vec_sol is nothing */
+static PetscErrorCode Attempt(TS ts, PetscBool *good)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
   const PetscReal t = ts->ptime, h = ts->time_step;
@@ -262,20 +279,23 @@ static PetscErrorCode Attempt(TS ts)
   PetscFunctionBegin;
   ad->estimated = PETSC_FALSE;
   ad->next = k;
-  for (PetscInt j = 0; j < k; j++) node[j] = (ad->time[j] - t) / h;
+  for (PetscInt j = 0; j < k; j++) node[j] = -ad->age[j] / h;
   SlipAdamsWeights(k, node, weight);
   PetscCall(VecCopy(ad->start, ad->y));
   PetscCall(AddRates(ts, h, 0, k, weight, ad->y));
   PetscCall(TSPreStage(ts, t + h));
+  PetscCall(CheckState(ts, t + h, ad->y, good));
+  if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSComputeRHSFunction(ts, t + h, ad->y, ad->star));
-  Corrector(ad, t, h, k, weight);
+  Corrector(ad, h, k, weight);
   if (more) {
-    Corrector(ad, t, h, k + 1, beyond);
+    Corrector(ad, h, k + 1, beyond);
     for (PetscInt j = 0; j < k + 2; j++) weight[j] += ADAMS_BEYOND * (beyond[j] - weight[j]);
   }
   PetscCall(VecCopy(ad->start, ts->vec_sol));
   PetscCall(AddRates(ts, h, weight[0], more ? k + 1 : k, weight + 1, ts->vec_sol));
   PetscCall(TSPostStage(ts, t + h, 0, &ts->vec_sol));
+  PetscCall(CheckState(ts, t + h, ts->vec_sol, good));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -289,10 +309,10 @@ static PetscErrorCode PushRate(TS ts)
   PetscFunctionBegin;
   for (PetscInt j = last; j > 0; j--) {
     ad->rate[j] = ad->rate[j - 1];
-    ad->time[j] = ad->time[j - 1];
+    ad->age[j] = ad->age[j - 1];
   }
   ad->rate[0] = free_one;
-  ad->time[0] = ts->ptime;
+  ad->age[0] = 0;
   ad->n = PetscMin(ad->n + 1, ad->max_order + 1);
   PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, ad->rate[0]));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -325,14 +345,31 @@ static PetscErrorCode MeetCorner(TS ts, PetscBool *met)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Steps are stable to some three relaxation times. A learned controller observes them, and constant steps are the user's; others go by
+   an error that shows an instability when it is there. */
+static PetscErrorCode BoundStep(TS ts, const SlipProblemOps *problem)
+{
+  PetscBool left;
+  PetscReal rate;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &left, TSADAPTNONE, TSADAPTHISTORY, "rl", ""));
+  if (left) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall((*problem->relaxation)(ts, ts->vec_sol, &rate));
+  if (rate > 0) ts->time_step = PetscMin(ts->time_step, ADAMS_STABLE / rate);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Accept(TS ts, PetscReal next_h, PetscBool corner)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
+  const SlipProblemOps *problem;
 
   PetscFunctionBegin;
   if (!ad->estimated) ad->next = PetscMin(PetscMin(ad->order + 1, ad->n), ad->max_order); /* as constant steps are */
   ad->before = ts->ptime;
   ts->ptime += ts->time_step;
+  for (PetscInt j = 0; j < ad->n; j++) ad->age[j] += ts->time_step;
   ts->time_step = next_h;
   ad->since = ad->next == ad->order ? ad->since + 1 : 0;
   ad->order = ad->next;
@@ -340,36 +377,69 @@ static PetscErrorCode Accept(TS ts, PetscReal next_h, PetscBool corner)
     PetscCall(Begin(ts));
   else
     PetscCall(PushRate(ts));
+  PetscCall(TSGetSlipProblem(ts, &problem));
+  if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol));
+  if (problem && problem->relaxation) PetscCall(BoundStep(ts, problem));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The step after an attempt that left the domain: the controller's, or PETSc's share of it */
+static PetscErrorCode AfterFailure(TS ts, PetscReal *next_h)
+{
+  PetscErrorCode (*choose)(TSAdapt, TS, PetscReal, PetscReal *);
+
+  PetscFunctionBegin;
+  *next_h = ts->time_step * ts->adapt->scale_solve_failed;
+  PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseAfterFailure_C", &choose));
+  if (choose) PetscCall((*choose)(ts->adapt, ts, ts->time_step, next_h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Back to the step's start. Derivatives of steps before say nothing of one that is much shorter than those: where it was refused
+   more than once, or led nowhere, only that of the start is kept, and the order grows again. */
+static PetscErrorCode Retry(TS ts, PetscReal next_h, PetscBool good)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(ad->start, ts->vec_sol));
+  ts->time_step = next_h;
+  ts->reject++;
+  ad->rejections++;
+  ad->order = PetscMin(ad->next, ad->order);
+  ad->since = 0;
+  if (!good || ad->rejections >= RESTART_AFTER) ad->n = ad->order = 1;
+  if (ad->rejections > ts->max_reject && ts->max_reject >= 0) ts->reason = TS_DIVERGED_STEP_REJECTED;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode TSStep_Adams(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  PetscInt rejections = 0;
-  PetscBool accept = PETSC_FALSE, corner = PETSC_FALSE;
-  PetscReal next_h;
+  PetscBool accept = PETSC_FALSE, corner = PETSC_FALSE, constant, good;
+  PetscReal whole = ts->time_step, next_h;
 
   PetscFunctionBegin;
   if (ts->steprestart || !ad->n) PetscCall(Begin(ts));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
   PetscCall(VecCopy(ts->vec_sol, ad->start));
-  while (!ts->reason) {
+  ad->rejections = 0;
+  while (!ts->reason && !accept) {
+    PetscCall(SlipGuardStep(ts));
+    whole = ts->time_step;
     PetscCall(MeetCorner(ts, &corner));
-    PetscCall(Attempt(ts));
-    PetscCall(TSAdaptCandidatesClear(ts->adapt));
-    PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, ad->order + 1, 1, 1.0, 1.0, PETSC_TRUE));
-    PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, &accept));
-    if (accept) {
-      PetscCall(Accept(ts, next_h, corner));
-      break;
-    }
-    PetscCall(VecCopy(ad->start, ts->vec_sol));
-    ts->time_step = next_h;
-    ad->order = ad->next < ad->order ? ad->next : ad->order;
-    ad->since = 0;
-    ts->reject++;
-    if (++rejections > ts->max_reject && ts->max_reject >= 0) ts->reason = TS_DIVERGED_STEP_REJECTED;
+    PetscCall(Attempt(ts, &good));
+    if (good) {
+      PetscCall(TSAdaptCandidatesClear(ts->adapt));
+      PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, ad->order + 1, 1, 1.0, 1.0, PETSC_TRUE));
+      PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, &accept));
+    } else
+      PetscCall(AfterFailure(ts, &next_h));
+    if (!accept) PetscCall(Retry(ts, next_h, good));
   }
+  if (!accept) PetscFunctionReturn(PETSC_SUCCESS);
+  if (constant && corner) next_h = SlipStepAfterCorner(ts, ts->ptime + ts->time_step, whole);
+  PetscCall(Accept(ts, next_h, corner));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -408,7 +478,7 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   PetscCall(SlipStateCount(s, "derivatives", ADAMS_MAX + 1, &ad->n));
   PetscCall(SlipStateInt(s, "order", 1, &ad->order));
   PetscCall(SlipStateInt(s, "steps_with_it", 1, &ad->since));
-  PetscCall(SlipStateReal(s, "times", ad->n, ad->time));
+  PetscCall(SlipStateReal(s, "ages", ad->n, ad->age));
   if (SlipStateIsLoading(s) && ad->n > ad->max_order + 1)
     SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_INCOMP,
             "-ts_adams_max_order is %" PetscInt_FMT ", but the checkpoint has %" PetscInt_FMT " derivatives",
@@ -429,7 +499,9 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   Notes:
   For problems whose right-hand side (TSSetRHSFunction()) is smooth and dear: explicit pairs of Runge and Kutta take 3
   (3bs) to 6 (5dp) of them a step. The order is chosen anew each step from 1 to the highest. TSAdapt types basic, dsp, pi,
-  heuristic and rl control the step by the estimate of the order that comes next.
+  heuristic and rl control the step by the estimate of the order that comes next. An attempt that leaves the domain of the
+  right-hand side (TSSetFunctionDomainError()), or is no number, is refused, and so are steps below the rounding of time, by an error.
+  After two refused attempts the formulas begin anew at order 1.
 
   References:
 . * - L. F. Shampine, M. K. Gordon, Computer Solution of Ordinary Differential Equations, Freeman, 1975.

@@ -136,6 +136,7 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
   else
     PetscCall(TSBatheSingle(ts, h, &ba->last.residual, ok));
   if (*ok && ba->parts > 1) PetscCall(TSBatheInParts(ts, h, (doubling ? 2 : 1) * ba->parts, &parts_residual, ok));
+  if (*ok) PetscCall(SlipGuardState(ba->Y[1], ok));
   PetscCall(PetscTime(&end));
   ba->last.converged = *ok;
   ba->last.wall = end - begin;
@@ -361,14 +362,17 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, PetscBoo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Steps end where the loading has a corner. */
-static PetscErrorCode TSBatheMeetCorner(TS ts, const SlipProblemOps *problem)
+/* Steps end where the loading has a corner. *whole: the step that was cut for it, 0 where none was [s] */
+static PetscErrorCode TSBatheMeetCorner(TS ts, const SlipProblemOps *problem, PetscReal *whole)
 {
   PetscReal corner = PETSC_MAX_REAL;
 
   PetscFunctionBegin;
+  *whole = 0;
   if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &corner));
-  if (ts->time_step > corner - ts->ptime) ts->time_step = corner - ts->ptime;
+  if (ts->time_step <= corner - ts->ptime) PetscFunctionReturn(PETSC_SUCCESS);
+  *whole = ts->time_step;
+  ts->time_step = corner - ts->ptime;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -377,7 +381,8 @@ PetscErrorCode TSStep_Bathe(TS ts)
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const SlipProblemOps *problem;
   PetscInt rejections = 0;
-  PetscBool ok, accept;
+  PetscBool ok, accept, constant;
+  PetscReal whole, cut;
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem));
@@ -387,8 +392,10 @@ PetscErrorCode TSStep_Bathe(TS ts)
   if (accept) PetscFunctionReturn(PETSC_SUCCESS);
   /* What a controller remembers of the steps before a rest says nothing of those after it. */
   if (ba->last.accepted && !ba->last.solves) ts->steprestart = PETSC_TRUE;
-  PetscCall(TSBatheMeetCorner(ts, problem));
+  PetscCall(TSBatheMeetCorner(ts, problem, &whole));
+  cut = ts->time_step;
   while (!ts->reason && ba->status != TS_STEP_COMPLETE) {
+    PetscCall(SlipGuardStep(ts));
     PetscCall(TSBatheAttempt(ts, &ok));
     accept = PETSC_FALSE;
     if (ok)
@@ -404,5 +411,8 @@ PetscErrorCode TSStep_Bathe(TS ts)
                           ts->steps, rejections));
     }
   }
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  if (constant && whole > 0 && ba->last.accepted && ba->last.dt == cut)
+    ts->time_step = SlipStepAfterCorner(ts, ts->ptime, whole);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -41,6 +41,8 @@ PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *complete)
   if (!*complete) {
     if (reason == TS_CONVERGED_ITS)
       (void)snprintf(why, sizeof(why), "stopped by -ts_max_steps %lld at ", (long long)steps);
+    else if (reason == TS_CONVERGED_USER)
+      (void)snprintf(why, sizeof(why), "stopped on demand at ");
     else
       (void)snprintf(why, sizeof(why), "stopped (%s) at ", TSConvergedReasons[reason]);
     (void)snprintf(line, sizeof(line), "%st = %g of %g s", why, (double)time, (double)end);

@@ -98,7 +98,7 @@ static PetscErrorCode CheckNumberOfSteps(TS ts, PetscReal dt, PetscReal duration
   if (constant) longest = dt;
   PetscCheck(duration <= SLIP_MAX_RUN * longest, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
              "-%s is %.6g s, of which a run of %.6g s takes %.3g, expected at most %.6g steps",
-             constant ? "ts_dt" : "ts_adapt_dt_max", (double)longest, (double)duration, (double)(duration / longest),
+             constant ? SLIP_TS_DT : "ts_adapt_dt_max", (double)longest, (double)duration, (double)(duration / longest),
              SLIP_MAX_RUN);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -116,7 +116,7 @@ static PetscErrorCode CheckNumbers(TS ts)
   PetscCall(TSGetMaxTime(ts, &end));
   PetscCall(TSGetMaxSteps(ts, &steps));
   PetscCall(TSGetTolerances(ts, &atol, NULL, &rtol, NULL));
-  PetscCheck(dt > 0 && isfinite(dt), comm, PETSC_ERR_ARG_OUTOFRANGE, "-ts_dt is %.6g, expected a number > 0 s",
+  PetscCheck(dt > 0 && isfinite(dt), comm, PETSC_ERR_ARG_OUTOFRANGE, "-" SLIP_TS_DT " is %.6g, expected a number > 0 s",
              (double)dt);
   PetscCheck(end > time && isfinite(end), comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_max_time is %.6g, expected a number > %.6g s, the start", (double)end, (double)time);

@@ -78,8 +78,8 @@ static PetscErrorCode SlipStateInterpolation(SlipState s, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective; between two steps, the solution set. Of types other than TSBATHE what PETSc lets one see: problems add what
-   those take over from the step before. */
+/* Collective; between two steps, the solution set. TSADAMS has a part of its own; that of TSRK, which is
+   PETSc's, is the problem's. */
 PetscErrorCode SlipStateTS(SlipState s, TS ts)
 {
   TS_Bathe *ba;
@@ -93,8 +93,7 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   if (!ba) {
     PetscCall(SlipStateAny(s, ts));
     PetscCall(SlipStateVec(s, "solution", ts->vec_sol));
-    if (SlipStateIsLoading(s)) ts->steprestart = PETSC_TRUE;      /* it has no stage of a step before, */
-    PetscCall(SlipStateObject(s, "integrator", (PetscObject)ts)); /* unless it says so */
+    PetscCall(SlipStateObject(s, "integrator", (PetscObject)ts));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscObjectGetId((PetscObject)ts->vec_sol, &id));

@@ -4,7 +4,7 @@ ones, on BP5 at 2 km, BP1 at 200 m and two faults that no policy was trained on.
 
     cycles.py [--faults bp5,bp1,core,strip] [--policy FILE.h5] [--program build/bin/fault]
 
-The error is the largest of those of the events after the first, over the last recurrence, against adams under basic at -ts_rtol 1e-8. A run counts at
+The error is the largest of those of the events after the first, over the last recurrence, against adams under basic at -ts_rtol 1e-7. A run counts at
 an error if it, and every tighter one of its family, is as good: the cheapest such run of each family is printed.
 """
 
@@ -27,8 +27,8 @@ YEAR = 3.15576e7
 COMMON = {"fault_friction_law": "rate_and_state", "fault_normal_stress_gradient": 0, "fault_loading_rate": 1e-9, "fault_shear_modulus": 32.03812e9,
           "fault_density": 2670}
 FAMILIES = [(f"{rk} {adapt}", ["-ts_type", "rk", "-ts_rk_type", rk, "-ts_adapt_type", adapt], "-ts_rtol", tolerances)
-            for rk, tolerances in (("3bs", "1e-3 3e-4 1e-4 3e-5 1e-5"), ("5dp", "1e-4 3e-5 1e-5 5e-6 1e-6")) for adapt in ("basic", "dsp")]
-FAMILIES += [(f"adams {adapt}", ["-ts_type", "adams", "-ts_adapt_type", adapt], "-ts_rtol", "3e-4 1e-4 3e-5 1e-5 1e-6") for adapt in ("basic", "dsp")]
+            for rk, tolerances in (("3bs", "1e-2 3e-3 1e-3 3e-4 1e-4"), ("5dp", "1e-3 3e-4 1e-4 5e-5 1e-5")) for adapt in ("basic", "dsp")]
+FAMILIES += [(f"adams {adapt}", ["-ts_type", "adams", "-ts_adapt_type", adapt], "-ts_rtol", "3e-3 1e-3 3e-4 1e-4 1e-5") for adapt in ("basic", "dsp")]
 RL = ["-ts_type", "adams", "-ts_adapt_type", "rl"]
 DIALS = "2e-3 1e-3 5e-4 3e-4 2e-4 1e-4"
 ERRORS = [3e-3, 2e-3, 1e-3, 5e-4, 3e-4, 1e-4, 5e-5]
@@ -103,7 +103,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for name in args.faults.split(","):
             fault = {"bp5": bp5, "bp1": bp1, "core": core, "strip": strip}[name]()
-            reference = run(args.program, folder, fault, ["-ts_type", "adams", "-ts_adapt_type", "basic", "-ts_rtol", "1e-8"])[0]
+            reference = run(args.program, folder, fault, ["-ts_type", "adams", "-ts_adapt_type", "basic", "-ts_rtol", "1e-7"])[0]
             table = {}
             for family, options, key, values in FAMILIES + [("learned", rl, "-ts_adapt_rl_accuracy", DIALS)]:
                 for value in reversed(values.split()):

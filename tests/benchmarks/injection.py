@@ -197,8 +197,16 @@ def circle_slip(a, t, r):
     return 4 / (np.pi * G) * math.sqrt(a * a - r * r) * (drop @ (wq * np.sin(q))) @ wy
 
 
-def circle_run(build, folder, n, options=()):
-    """Edge, and slip of the cells in the middle, over the exact ones less 1 at three times [3, 2], steps."""
+def circle_moment(a, t):
+    """Slip integrated over the crack [m^3]: by reciprocity the drop times the slip 4/(pi G) sqrt(a^2 - r^2) of a uniform unit drop; r = a sin q."""
+    x, w = np.polynomial.legendre.leggauss(400)
+    q, w = (x + 1) * np.pi / 4, w * np.pi / 4
+    drop = FRICTION * SOURCE * (exponential_integral((a * np.sin(q)) ** 2 / (4 * ALPHA * t)) - CIRCLE_T)
+    return 8 / G * a**3 * np.sum(w * drop * np.cos(q) ** 2 * np.sin(q))
+
+
+def circle_solve(build, folder, n, options=()):
+    """Times, slip [m, n, n], steps, distances of cells from the middle [n, n], side of a cell, lambda."""
     number = circle_lambda(CIRCLE_T)
     half = 1.1 * number * math.sqrt(4 * ALPHA * CIRCLE_END)
     t, slip, accepted, rejected = run(build, folder, [
@@ -208,7 +216,18 @@ def circle_run(build, folder, n, options=()):
         "-fault_initial_traction", str(FRICTION * (SIGMA - CIRCLE_T * SOURCE)), "-ts_max_time", str(CIRCLE_END), *options])
     h = 2 * half / n
     z = (np.arange(n) + 0.5) * h - half
-    r = np.hypot(*np.meshgrid(z, z))
+    return t, slip, (accepted, rejected), np.hypot(*np.meshgrid(z, z)), h, number
+
+
+def circle_moment_error(build, folder, n, options=()):
+    """Moment at the end over the exact one less 1"""
+    t, slip, _, _, h, number = circle_solve(build, folder, n, options)
+    return slip[-1].sum() * h * h / circle_moment(number * math.sqrt(4 * ALPHA * t[-1]), t[-1]) - 1
+
+
+def circle_run(build, folder, n, options=()):
+    """Edge, and slip of the cells in the middle, over the exact ones less 1 at three times [3, 2], steps."""
+    t, slip, steps, r, h, number = circle_solve(build, folder, n, options)
     table = []
     for share in CIRCLE_SHARES:
         i = int(np.argmin(abs(t - share * CIRCLE_END)))
@@ -217,7 +236,7 @@ def circle_run(build, folder, n, options=()):
         which &= r > r[which].max() - 4 * h
         line = np.polyfit(r[which], slip[i][which] ** (2 / 3), 1)
         table.append((-line[1] / line[0] / a - 1, slip[i].max() / circle_slip(a, t[i], r.min()) - 1))
-    return np.array(table), (accepted, rejected)
+    return np.array(table), steps
 
 
 def line_errors(build, folder, n):

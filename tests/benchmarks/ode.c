@@ -199,7 +199,7 @@ static PetscErrorCode RunOne(const Reference *r, Method method, const char contr
   PetscFunctionBeginUser;
   PetscCall(SetUp(r, method, tol, &run, &ts, &y));
   PetscCall(SetController(ts, controller));
-  PetscCall(PetscPushErrorHandler(PetscIgnoreErrorHandler, NULL));
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
   ierr = TSSolve(ts, y);
   PetscCall(PetscPopErrorHandler());
   PetscCall(TSGetConvergedReason(ts, &reason));

@@ -5,7 +5,7 @@
 
 Each case (controller, grid or mesh, number of ranks) is run once unbroken. Then runs of it are ended by the signal at
 random moments after the first step, some of them several times over, and continued until they end by themselves, up to
-the given number of moments that met a run. All datasets and the attributes of /result are compared bit for bit, wall times aside. Prints a
+the given number of moments that met a run. All datasets and the attributes of /result are compared bit for bit, wall times and products aside. Prints a
 line a case; exit code 1 when anything differs or a stop was not announced. test_checkpoint.sh runs it with few moments.
 """
 import argparse
@@ -41,7 +41,7 @@ CASES = [
     ("mesh", 1, MESH + " -ts_rtol 1e-4"),
     ("grid on 2 ranks", 2, "-fault_nx 6 -fault_nz 5 -ts_max_time 4"),
     ("mesh on 2 ranks", 2, MESH + " -ts_rtol 1e-4"),
-    ("loaded", 1, "-fault_nx 1 -fault_nz 1 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law rate_weakening -ts_max_time 4e9"),
+    ("loaded", 1, "-fault_nx 1 -fault_nz 1 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law rate_weakening -ts_max_time 4e9 -ts_adapt_type rl"),
 ]
 # of a catalogue: of the loaded fault it has many events, in the others one is under way
 EVENTS = ["-fault_catalogue_maps", "-fault_catalogue"]
@@ -60,7 +60,7 @@ def begins(build, ranks, options):
     run = start(build, ranks, options + ["-ts_monitor"])
     run.stdout.readline()
     first = time.time() - begin
-    run.communicate(timeout=300)
+    run.communicate(timeout=1000)
     return first
 
 
@@ -106,7 +106,7 @@ def broken_run(build, ranks, options, number, moments, interval):
             time.sleep(moment)
             if run.poll() is None:
                 end(run, ranks, number)
-        out, err = run.communicate(timeout=300)
+        out, err = run.communicate(timeout=1000)
         if run.returncode == 0:
             return met, complaint
         met += 1
@@ -132,7 +132,7 @@ def differences(a, b):
     if "result" not in a:
         return found
     names = set(a["result"].attrs) | set(b["result"].attrs)
-    for name in sorted(n for n in names if not n.startswith("wall")):
+    for name in sorted(n for n in names if not n.startswith("wall") and n != "products"):  # what a restart itself needs is in these
         if name not in a["result"].attrs or name not in b["result"].attrs:
             found.append("result:" + name)
         elif np.asarray(a["result"].attrs[name]).tobytes() != np.asarray(b["result"].attrs[name]).tobytes():
@@ -164,7 +164,7 @@ def main():
             subprocess.run(make, check=True, stdout=subprocess.DEVNULL)
             begin = time.time()
             whole = start(build, ranks, options + [*EVENTS, "whole_events.h5", "-fault_output", "whole.h5"])
-            out, err = whole.communicate(timeout=300)
+            out, err = whole.communicate(timeout=1000)
             if whole.returncode:
                 print(f"{name}: exit code {whole.returncode}: {err}")
                 failed = True
@@ -179,6 +179,8 @@ def main():
                 moments = [chance.uniform(first, wall) for _ in range(chance.choice([1, 1, 2, 3]))]
                 n, complaint = broken_run(build, ranks, options, number, moments, chance.choice(["0.01", "0.05", "0.2"]))
                 met += n
+                if not n:  # it may be faster than those that were measured, beside less other work
+                    first, wall = 0.9 * first, 0.9 * wall
                 if not complaint:
                     for end_of_name in (".h5", "_events.h5"):
                         with h5py.File("whole" + end_of_name) as a, h5py.File("broken" + end_of_name) as b:

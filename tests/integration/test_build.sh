@@ -53,6 +53,19 @@ if PETSC_DIR="$work/empty" cmake build >log 2>&1; then fail "a build folder chan
 tr -s ' \n' ' ' <log | grep -q "this build folder was made for the PETSc of" || fail "no message on a changed PETSc: $(cat log)"
 cmake build >log 2>&1 || fail "configuring again without PETSC_DIR: $(cat log)"
 
+# without cmocka a build has the other tests
+cat >pkg-config <<SH
+#!/bin/sh
+case " \$* " in *cmocka*) exit 1 ;; esac
+exec $(command -v pkg-config) "\$@"
+SH
+chmod +x pkg-config
+environment=(PETSC_DIR="$(dirname "$libdir")")
+configure -DBUILD_TESTING=ON -DPKG_CONFIG_EXECUTABLE="$work/pkg-config" || fail "no build without cmocka: $said"
+[[ "$said" == *"no cmocka"* ]] || fail "nothing is said of the missing cmocka: $said"
+kinds=$(ctest --test-dir build -N | sed -n 's/^ *Test *#[0-9]*: \([a-z]*\)\..*/\1/p' | sort -u | tr '\n' ' ')
+[ "$kinds" = "integration python " ] || fail "kinds of tests without cmocka: $kinds"
+
 # another HDF5 than PETSc's, where the system has one
 used=$(ldd "$(ls "$libdir"/libpetsc*.so | head -n 1)" | sed -n 's/^\s*libhdf5[^ ]* => \([^ ]*\).*/\1/p' | head -n 1)
 for other in /usr/lib/*/libhdf5_serial.so.*[0-9]; do

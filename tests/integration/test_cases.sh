@@ -9,7 +9,7 @@ set -u
 run() {
   local name=$1 program=$2
   shift 2
-  if ! timeout 100 "$bin/$program" "-${program}_output" "$name.h5" "$@" >"$name.txt" 2>"$name.err" || [ -s "$name.err" ]; then
+  if ! timeout $hang "$bin/$program" "-${program}_output" "$name.h5" "$@" >"$name.txt" 2>"$name.err" || [ -s "$name.err" ]; then
     fail "$program $*: $(cat "$name.err")"
   fi
 }
@@ -73,7 +73,7 @@ def check(name, truth, text):
         print(f"FAILED: {name}: {text}")
         bad = 1
 
-STEPS = {"time", "dt", "accepted", "error", "converged", "newton_iterations", "linear_iterations", "solves", "residual",
+STEPS = {"time", "dt", "accepted", "error", "converged", "newton_iterations", "linear_iterations", "solves", "residual", "right_hand_sides",
          "reason", "wall"}
 SERIES = {"sliding_mode": {"w", "reaction", "energy", "exact", "exact_reaction"},
           "circuit": {"V1", "V2", "i", "reaction", "energy"}, "oscillator": {"v", "x", "reaction", "energy"}}

@@ -89,6 +89,53 @@ refuses "grid.h5" "no checkpoint" "-fault_checkpoint" -- "${run[@]}" -fault_chec
 refuses "no/c.h5" "-fault_checkpoint" -- "${run[@]}" -fault_checkpoint no/c.h5
 refuses "dt.h5" "not the output" -- "${run[@]}" "${other[@]}" -ts_max_time 5 -fault_output dt.h5
 
+# The entries of a stiffness file, whatever it is called; on other ranks they are the same.
+"$SLIPSTEP_PYTHON" - <<'P'
+import h5py
+import numpy as np
+distance = np.abs(np.subtract.outer(np.arange(4), np.arange(4)))
+for name, factor in (("one.h5", 1), ("same.h5", 1), ("twice.h5", 2)):
+    with h5py.File(name, "w") as file:
+        file["stiffness"] = factor * np.where(distance, -1e6 / (1 + distance ** 2), 1e7)
+# a checkpoint of the first version of the format
+good = open("grid.state", "rb").read()
+open("older.state", "wb").write(good.replace(b"slipstep-checkpoint 2\n", b"slipstep-checkpoint 1\n", 1))
+P
+file=("$fault" -fault_nx 2 -fault_nz 2 -fault_viscosity none -ts_max_time 4)
+"${file[@]}" -fault_stiffness_file one.h5 -ts_max_steps 5 -fault_checkpoint file.state >/dev/null
+[ $? = 3 ] || fail "a stiffness file"
+mpirun --oversubscribe -n 2 "${file[@]}" -fault_stiffness_file same.h5 -fault_restart file.state >/dev/null 2>err.txt ||
+  fail "a copy of the stiffness file on 2 ranks: $(cat err.txt)"
+refuses "file.state" "stiffness is of 4 x 4 entries" -- "${file[@]}" -fault_stiffness_file twice.h5 -fault_restart file.state
+refuses "file.state" "stiffness is no entries" -- "${file[@]}" -fault_restart file.state
+refuses "older.state" "another format than 2" -- "${run[@]}" -fault_restart older.state
+
+# ---- one name for two files, links and what the run makes of names included: refused before anything is written ----
+ln -s grid.state soft.state
+ln grid.state hard.state
+sum=$(cksum <grid.state)
+for pair in "-fault_catalogue grid.state" "-fault_output ./grid.state" "-fault_catalogue soft.state" "-fault_output hard.state" \
+  "-fault_output grid.state.previous"; do
+  refuses "-fault_restart grid.state" "${pair% *}" -- "${run[@]}" "${other[@]}" $pair
+done
+refuses "-fault_output x.h5" "-fault_catalogue x.h5.xdmf2" -- "${run[@]}" -fault_output x.h5 -fault_catalogue x.h5.xdmf2
+refuses "-fault_output x.state.previous" "-fault_checkpoint x.state" -- "${run[@]}" -fault_output x.state.previous -fault_checkpoint x.state
+refuses "-fault_output x.h5" "-fault_checkpoint scratch/../x.h5.part" -- "${run[@]}" -fault_output x.h5 -fault_checkpoint scratch/../x.h5.part
+refuses "-fault_output x.h5" "-fault_stiffness_view x.h5" -- "${run[@]}" -fault_output x.h5 -fault_stiffness_view binary:x.h5
+refuses "-fault_parameters one.h5" "-fault_checkpoint one.h5" -- "${run[@]}" -fault_parameters one.h5 -fault_checkpoint one.h5
+[ "$(cksum <grid.state)" = "$sum" ] && [ ! -e x.h5 ] || fail "a run with one name for two files wrote one"
+
+# ---- a damaged catalogue at a restart is refused within seconds ----
+events=("$fault" -fault_nx 1 -fault_nz 1 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law rate_weakening)
+"${events[@]}" -ts_max_time 2e9 -fault_catalogue events.h5 -fault_checkpoint events.state >/dev/null || fail "a catalogue"
+"$SLIPSTEP_PYTHON" - <<'P'
+content = bytearray(open("events.h5", "rb").read())
+place = content.find(b"EAIB")  # the first index block of a column
+content[place + 20] ^= 1
+open("damaged.h5", "wb").write(content)
+P
+refuses "damaged.h5 is damaged" "-fault_catalogue" -- "${events[@]}" -ts_max_time 4e9 -fault_catalogue damaged.h5 -fault_restart events.state
+
 # Every bit counts; the file before is taken instead.
 "$SLIPSTEP_PYTHON" - <<'P'
 import random
@@ -112,13 +159,13 @@ cp grid.state flipped9.previous
 [ "$(wc -l <err.txt)" = 1 ] || fail "more than one warning: $(cat err.txt)"
 
 # ---- stopped ----
-slow=("${grid[@]}" -ts_adapt_type none -ts_dt 1e-5)
-# stops SIGNAL CODE -- command
+slow=("${grid[@]}" -ts_adapt_type none -ts_dt 1e-5 -fault_checkpoint_interval 0.1)
+# stops SIGNAL CODE -- command; after its first checkpoint
 stops() {
   local signal=$1 expected=$2 code=0
   shift 3
   "$@" >out.txt 2>err.txt &
-  sleep 1.5
+  until [ -e "a b.state" ] || ! kill -0 $! 2>/dev/null; do sleep 0.05; done
   kill -"$signal" $! || fail "it ended by itself: $(cat err.txt)"
   wait $! || code=$?
   [ $code = "$expected" ] || fail "exit code $code after SIG$signal, expected $expected: $(cat err.txt)"
@@ -137,6 +184,6 @@ code=0
 [ $code = 152 ] && grep -q "stopped by the wall limit of 3 s" err.txt || fail "wall limit: exit code $code, $(cat err.txt)"
 command=$(sed -n 's/.*to go on: //p' err.txt)
 code=0
-eval "timeout 20 $command -ts_max_steps 1" >out.txt 2>&1 || code=$?
+eval "timeout $hang $command -ts_max_steps 1 -fault_wall_limit 0" >out.txt 2>&1 || code=$?
 [ $code = 3 ] && grep -q "goes on from limit.state" out.txt || fail "\"$command\": exit code $code, $(cat out.txt)"
 exit $failed

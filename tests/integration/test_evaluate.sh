@@ -23,7 +23,7 @@ grep -q "160 cells of this matrix, 160 were there" again.txt || fail "runs again
 : >b.txt
 mpirun --oversubscribe -n 2 "$bin/evaluate" "${matrix[@]}" -evaluate_problems fault,sliding_mode -evaluate_output b.h5 >b.txt 2>&1 &
 launcher=$!
-for _ in $(seq 300); do [ "$(grep -c '^\[' b.txt)" -ge 12 ] && break; sleep 0.05; done
+until [ "$(grep -c '^\[' b.txt)" -ge 12 ] || ! kill -0 $launcher 2>/dev/null; do sleep 0.05; done
 pids=$(pgrep -P $launcher -f "$bin/evaluate" || true)
 kill -9 $pids $launcher 2>/dev/null
 wait $launcher 2>/dev/null

@@ -189,7 +189,7 @@ expect "-fault_length_x is nan, expected a number > 0 and < 4e+07 m" "${mesh[@]}
 expect "-fault_normal_stress is nan, expected a number >= 0 Pa" "${mesh[@]}" -fault_normal_stress nan
 expect "$dt is 0, expected a number > 0 s" "${mesh[@]}" -ts_dt 0
 expect "$dt is nan, expected a number > 0 s" "${mesh[@]}" -ts_dt nan
-expect "(-ts_dt)" "${mesh[@]}" -ts_dt abc
+expect "($dt)" "${mesh[@]}" -ts_dt abc
 expect "-ts_max_time is -1, expected a number > 0 s" "${mesh[@]}" -ts_max_time -1
 expect "-ts_max_steps is -4, expected a whole number >= 0" "${mesh[@]}" -ts_max_steps -4
 expect "-ts_adapt_dt_min is -1, expected a number >= 0 s" "${mesh[@]}" -ts_adapt_dt_min -1
@@ -261,8 +261,12 @@ expect "cannot write not.h5: it is there and is not an HDF5 file; expected anoth
 expect "Too many levels of symbolic links" -fault_output round.h5
 "$SLIPSTEP_PYTHON" -c 'import h5py, numpy; h5py.File("stress.h5", "w")["normal_stress"] = numpy.full((2, 2), 1e7)'
 ln -s stress.h5 input.h5
-expect "(-fault_output): it is read by this run as well (-fault_parameters)" -fault_nx 2 -fault_nz 2 -fault_parameters stress.h5 -fault_output input.h5
-expect "(-fault_output): it is read by this run as well (-ts_adapt_rl_policy)" "${rl[@]}" -ts_adapt_rl_policy p_good.h5 -fault_output ./p_good.h5
+expect "-fault_parameters stress.h5 and -fault_output input.h5 are of one file" -fault_nx 2 -fault_nz 2 -fault_parameters stress.h5 -fault_output input.h5
+expect "-ts_adapt_rl_policy p_good.h5 and -fault_output ./p_good.h5 are of one file" "${rl[@]}" -ts_adapt_rl_policy p_good.h5 -fault_output ./p_good.h5
+code=0
+"$fault" -fault_friction_law rate_and_state -fault_loading_rate 1e-9 -ts_max_time 1 -fault_check_error >/dev/null 2>err.txt || code=$?
+[ $code = 1 ] && grep -q "error: -fault_check_error .* -ts_type adams .* expected -ts_type bathe" err.txt ||
+  fail "-fault_check_error of explicit steps: exit code $code, $(cat err.txt)"
 ln -s k.h5 new.h5.part
 if "$fault" -fault_nx 2 -fault_nz 2 -fault_output new.h5 >out.txt 2>err.txt; then fail "FILE.part was a link"; fi
 grep -qF "new.h5.part is a link" err.txt || fail "FILE.part is a link: $(cat err.txt)"
@@ -283,15 +287,19 @@ for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/su
   cmp -s old.h5 reference || fail "$option on two ranks: old.h5 was touched"
 done
 
-# A second run with the output of one that is writing is refused, and does the first no harm. 6000 steps take seconds.
+# A second run with the output of one that is writing is refused, and does the first no harm. The
+# first waits while the second starts.
 rm -f old.h5
 "$fault" -fault_nx 10 -fault_nz 10 -ts_adapt_type none -ts_bathe_error none -ts_dt 5e-3 -fault_output_fields slip -fault_output old.h5 \
   >first.txt 2>&1 &
 first=$!
-for _ in $(seq 200); do [ -e old.h5.part ] && break; sleep 0.05; done
-if timeout 100 "$fault" -fault_nx 2 -fault_nz 2 -fault_output old.h5 >out.txt 2>err.txt; then fail "two runs with one output"; fi
+until [ -e old.h5.part ] || ! kill -0 $first 2>/dev/null; do sleep 0.05; done
+sleep 0.1 # it takes hold of the file as it makes it
+kill -STOP $first
+if timeout $hang "$fault" -fault_nx 2 -fault_nz 2 -fault_output old.h5 >out.txt 2>err.txt; then fail "two runs with one output"; fi
 grep -qF "fault: error: cannot write old.h5: another program is writing old.h5.part (-fault_output)" err.txt ||
   fail "two runs with one output: $(cat err.txt)"
+kill -CONT $first
 wait $first || fail "the first of two runs with one output: $(cat first.txt)"
 "$SLIPSTEP_PYTHON" - <<'PY' || fail "the first of two runs with one output has lost data"
 import h5py
@@ -306,7 +314,7 @@ PY
 "$fault" -fault_nx 2 -fault_nz 1 -ts_max_time 2 >one.txt 2>err.txt || failed=1
 for storage in "-fault_operator auto" "-fault_operator fft" "-fault_operator hmat -fault_viscosity lanczos"; do
   read -r -a args <<<"$storage"
-  timeout 100 mpirun --oversubscribe -n 4 "$fault" -fault_nx 2 -fault_nz 1 -ts_max_time 2 "${args[@]}" >out.txt 2>err.txt
+  timeout $hang mpirun --oversubscribe -n 4 "$fault" -fault_nx 2 -fault_nz 1 -ts_max_time 2 "${args[@]}" >out.txt 2>err.txt
   code=$?
   if [ $code = 0 ]; then
     paste <(grep "final mean slip" one.txt) <(grep "final mean slip" out.txt) |

@@ -55,11 +55,22 @@ expect() { refuses "$1" -- "$fault" "${tiny[@]}" -fault_output run.h5 "${@:2}"; 
 expect "there is no option -fault_lenght_x: did you mean -fault_length_x?" -fault_lenght_x 3
 expect "there is no option -FAULT_kernal: did you mean -fault_kernel?" -FAULT_kernal full_space
 expect "there is no option -fault_bogus" -fault_bogus
+refuses_hint() { # OPTION: unknown, and near to nothing
+  "$fault" "${tiny[@]}" "$1" 60 >out.txt 2>err.txt && fail "no error with $1"
+  grep -qF "there is no option $1" err.txt || fail "$1: $(cat err.txt)"
+  grep -qF "did you mean" err.txt && fail "a hint at another option: $(cat err.txt)"
+}
+for option in -fault_dip -fault_ab -fault_initial_foo -ts_bathe_x; do refuses_hint $option; done
+expect "there is no option -fault_output_time_intervall: did you mean -fault_output_time_interval?" -fault_output_time_intervall 1
+expect "there is no option -ts_adams_max_ordr: did you mean -ts_adams_max_order?" -ts_adams_max_ordr 3
 expect "there is no option -ts_bathe_gama: did you mean -ts_bathe_gamma?" -ts_bathe_gama 0.5
 expect "there is no option -ts_adapt_rl_acuracy: did you mean -ts_adapt_rl_accuracy?" -ts_adapt_rl_acuracy 1e-3
 expect "there is no option -mat_slipsqrtm_setupp: did you mean -mat_slipsqrtm_setup?" -mat_slipsqrtm_setupp auto
 expect "nothing reads the option -fualt_nz: did you mean -fault_nz?" -fualt_nz 3
 expect "nothing reads the option -ts_max_tmie: did you mean -ts_max_time?" -ts_max_tmie 5
+expect "nothing reads the option -ts_adaptt_type: did you mean -ts_adapt_type?" -ts_adaptt_type pi
+expect "nothing reads the option -snes_typ: did you mean -snes_type?" -snes_typ semismooth
+expect "nothing reads the option -ksp_tpye: did you mean -ksp_type?" -ksp_tpye cg
 expect "--fault_nx has two dashes, expected -fault_nx" --fault_nx 3
 expect "-fault_nx=3 has an equals sign, expected -fault_nx 3" -fault_nx=3
 expect "–fault_nx begins with another sign than the dash of options, expected -fault_nx" –fault_nx 3
@@ -93,10 +104,49 @@ warns() { # WARNING OPTION...: once, and before an error at the first step
 warns "nothing has read the option -ts_adapt_rl_accuracy" -ts_adapt_rl_accuracy 1e-3
 warns "nothing has read the option -pc_factor_levels" -pc_factor_levels 1
 warns "nothing has read the option -train_steps" -train_steps 3
+# PETSc's own, near to others that are known here, but not ours to refuse
+warns "nothing has read the option -dm_type" -dm_type da
 "$fault" "${tiny[@]}" -log_view :log.txt -snes_view :view.txt -snes_converged_reason :view.txt -ts_view :view.txt -ksp_rtol 1e-6 \
   -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3 -mat_slipstage_jacobian exact -pc_type jacobi -citations :cite.txt -fault_view \
   -fault_start_ksp_type cg >out.txt 2>err.txt || fail "options that are read: $(cat err.txt)"
 [ ! -s err.txt ] || fail "options that are read: $(cat err.txt)"
+
+# Files of options that cannot be read: one line, and nothing of PETSc's.
+printf -- '-options_file no.opts\n' >nested.opts
+for file in no.opts nested.opts; do
+  refuses "no.opts" -- "$fault" -options_file $file
+  [ "$(wc -l <err.txt)" = 1 ] || fail "more than a line: $(cat err.txt)"
+done
+"$fault" -options_file no.opts 2>err.txt
+[ $? = 1 ] || fail "the exit code of a missing -options_file: $(cat err.txt)"
+
+# Versions and help.
+for program in "$bin"/*; do
+  for option in -version --version -slipstep_version; do
+    "$program" $option >out.txt 2>err.txt || fail "$program $option: $(cat err.txt)"
+    for name in "SlipStep [0-9]+\.[0-9]+\.[0-9]+$" "^PETSc [0-9.]+$" "^MPI: ." "^HDF5 [0-9.]+$"; do
+      grep -qE "$name" out.txt || fail "$program $option says no $name: $(cat out.txt)"
+    done
+    [ "$(wc -l <out.txt)" = 4 ] || fail "$program $option: $(cat out.txt)"
+  done
+done
+mpirun --oversubscribe -n 2 "$fault" -version >out.txt 2>err.txt || fail "-version on two ranks: $(cat err.txt)"
+[ "$(grep -c "^PETSc" out.txt)" = 1 ] || fail "-version on two ranks: $(cat out.txt)"
+"$fault" -help >all.txt 2>err.txt || fail "-help: $(cat err.txt)"
+for words in "" fault; do # a pager that is left before the end
+  read -r -a words <<<"$words"
+  { "$fault" -help "${words[@]}" 2>err.txt || true; } | head -1 >one.txt
+  [ -s one.txt ] && [ ! -s err.txt ] || fail "-help ${words[*]} into a pager: $(cat err.txt)"
+done
+head -1 all.txt | grep -q "fault -help fault" || fail "-help does not begin with where ours are"
+"$fault" -help fault >out.txt 2>err.txt || fail "-help fault: $(cat err.txt)"
+for option in fault_nx fault_friction_law fault_check_error fault_view fault_sweep ts_bathe_gamma ts_max_time ts_adapt_type; do
+  grep -q -- "-$option\b" out.txt || fail "-help fault has no -$option"
+done
+grep -qE -- "-(ksp_|pc_type|fault_start_ksp|malloc|log_view|fp_trap)" out.txt && fail "-help fault has options of PETSc's"
+grep -qE -- "-ksp_" all.txt || fail "-help has none of PETSc's"
+"$bin/circuit" -help circuit >out.txt 2>err.txt || fail "-help circuit: $(cat err.txt)"
+grep -q -- "-circuit_c1" out.txt || fail "-help circuit: $(cat out.txt)"
 
 # Numbers and choices, by name.
 expect "-snes_atol is inf, expected a number >= 0 and <= 1e-08" -snes_atol inf
@@ -105,7 +155,7 @@ for option in snes_rtol snes_stol ksp_rtol fault_start_ksp_rtol; do
   for value in nan -1 1 inf; do expect "-$option is $value, expected a number >= 0 and < 1" -$option $value; done
 done
 for option in snes_atol ksp_atol ksp_divtol fault_start_ksp_atol fault_start_ksp_divtol ts_rtol ts_atol ts_init_time \
-  ts_max_time ts_adapt_dt_min ts_adapt_dt_max ts_adapt_safety ts_adapt_pi_g1 ts_adapt_heuristic_growth ts_dt; do
+  ts_max_time ts_adapt_dt_min ts_adapt_dt_max ts_adapt_safety ts_adapt_pi_g1 ts_adapt_heuristic_growth "${dt#-}"; do
   expect "-$option is nan, expected a" -$option nan
 done
 expect "-fault_start_ksp_max_it is -3, expected a whole number >= 0" -fault_start_ksp_max_it -3
@@ -134,6 +184,12 @@ refuses '-train_random is "maybe"' -- "$bin/train" -train_random maybe
 refuses '-evaluate_quick is "maybe"' -- "$bin/evaluate" -evaluate_quick maybe
 refuses '-ts_adapt_safety is 2' -- "$bin/evaluate" -evaluate_quick -evaluate_output e.h5 -ts_adapt_safety 2
 rm -f e.h5
+
+# Times with a unit.
+expect '"100q" is not a number (-ts_max_time), nor one with s, min, h, d or y' -ts_max_time 100q
+expect '-fault_healing_time is "5m"' -fault_healing_time 5m
+expect "-fault_healing_time is -3.15576e+07, expected a number >= 0 s" -fault_healing_time -1y
+expect '"1y" is not a number (-ts_rtol)' -ts_rtol 1y
 
 # Inputs: names, units, metres.
 expect "misspelt.h5 holds /normal_stres, which nothing reads" -fault_parameters misspelt.h5
@@ -185,6 +241,22 @@ for program in circuit sliding_mode oscillator; do
   ends 3 'stopped by -ts_max_steps 5 at t = ' "$bin/$program" -ts_max_steps 5
 done
 ends 0 't = 1 s' "$fault" "${tiny[@]}" -ts_adapt_type none -ts_dt 0.1 -ts_max_steps 10
+ends 0 't = 6 s' "$fault" -fault_nx 2 -fault_nz 2 -ts_max_time 0.1min
+ends 0 't = 6 s' "$bin/oscillator" -ts_max_time 0.1min
+printf -- '-ts_max_time 0.1min\n-ts_max_time 0.2min\n' >minutes.txt
+ends 0 't = 12 s' "$fault" -fault_nx 2 -fault_nz 2 -fault_sweep minutes.txt
+
+# A run that a signal stops says what it has done, also without a checkpoint.
+"$fault" -fault_nx 8 -fault_nz 8 -ts_adapt_type none -ts_dt 1e-7 >out.txt 2>err.txt &
+job=$!
+sleep 2
+kill -USR1 $job
+wait $job
+code=$?
+[ $code = 138 ] || fail "exit code $code after SIGUSR1: $(cat err.txt)"
+grep -qE "^accepted steps: +[1-9]" out.txt || fail "no summary of a run that was stopped: $(cat out.txt)"
+grep -qE "^end: +stopped on demand at t = [0-9.e-]+ of 30 s" out.txt || fail "no end of a run that was stopped: $(cat out.txt)"
+grep -qE "SIGUSR1 at time [0-9.e-]+ s after [1-9][0-9]* steps.*-fault_checkpoint" err.txt || fail "stopped: $(cat err.txt)"
 printf -- '-fault_nx 2 -fault_nz 2 -ts_max_steps 3\n-fault_nx 2 -fault_nz 2 -ts_max_time 1\n' >two.txt
 ends 3 't = 1 s' "$fault" -fault_sweep two.txt
 exit $failed

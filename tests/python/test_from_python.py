@@ -4,9 +4,13 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 import unittest
 
 from scripts import SOURCE
+
+import h5py
+import numpy as np
 
 BUILD = os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build"))
 MODULE = os.path.join(BUILD, "lib", "python3")
@@ -117,6 +121,96 @@ for name in ("upper_", "lower_"):
         upper, lower = (line.split() for line in done.stdout.splitlines() if "er_ " in line)  # newer PETSc adds unused options
         self.assertEqual((upper[1], lower[1]), ("3000.0", "5000.0"))
         self.assertNotEqual(upper[2], lower[2])
+
+    def test_a_run_is_the_programs(self):
+        """Without a word about the controller, of TSBATHE and of rate-and-state friction: the same steps to the last bit."""
+        smooth = dict(friction_law="rate_and_state", friction_slip=0.05, loading_rate=1e-9, normal_stress=5e7, normal_stress_gradient=0)
+        for parameters, end in (({}, "30"), (smooth, "20y")):
+            with tempfile.TemporaryDirectory() as folder:
+                names = [os.path.join(folder, name) for name in ("python.h5", "program.h5")]
+                self.run_code(f"""
+slipstep.load()
+fault, ts = slipstep.Fault(nx=6, nz=4, output={names[0]!r}, progress=False, **{parameters!r}), PETSc.TS().create()
+fault.configure(ts)
+ts.setFromOptions()
+assert fault.solve(ts)
+done = slipstep.totals(ts)
+assert done.accepted > 10 and done.attempts >= done.accepted, done
+""", "-ts_max_time", end)
+                options = [word for name, value in parameters.items() for word in (f"-fault_{name}", str(value))]
+                self.program("fault", (), "-fault_nx", "6", "-fault_nz", "4", "-fault_output", names[1], "-ts_max_time", end, *options)
+                with h5py.File(names[0]) as one, h5py.File(names[1]) as two:
+                    for path in ("series/time", "series/mean_slip", "fields/slip_rate", "fields/traction"):
+                        self.assertTrue(np.array_equal(one[path], two[path]), path)
+
+    def test_arrays(self):
+        """Fields, centres, values and events as numpy arrays are those of the files; a turned array is refused."""
+        for ranks in (None, 2):
+            with tempfile.TemporaryDirectory() as folder:
+                code = PRELUDE + f"""
+import numpy as np
+slipstep.load()
+stress = 2e7 + 1e5 * np.arange(12.0).reshape(3, 4)
+for wrong in (dict(nx=4, nz=3), dict(nz=3)):
+    fault = slipstep.Fault(**wrong)
+    try:
+        fault.set(nx=4, normal_stress=stress.T)
+        sys.exit("an array [nx, nz] was taken for one [nz, nx]")
+    except ValueError as error:
+        assert "normal_stress" in str(error) and "(3, 4)" in str(error), error
+fault = slipstep.Fault(nx=4, nz=3, normal_stress=stress, output={folder!r} + "/o.h5", catalogue={folder!r} + "/c.h5", progress=False)
+assert (fault.get("normal_stress") == stress).all()
+ts = PETSc.TS().create()
+fault.configure(ts)
+ts.setFromOptions()
+assert (fault.get("normal_stress") == stress).all() and (fault.get("friction_drop") == 0.1).all()
+assert fault.get("nx") == 4 and fault.get("kernel") == "half_space"
+fails("colour", fault.get, "colour")
+assert fault.solve(ts)
+events = fault.events()
+assert len(events) == 1 and events["moment"][0] > 0 and events["onset"][0] < events["end"][0]
+x, y, z = fault.centres()
+assert (x[0] == 750 * (np.arange(4) + 0.5)).all() and (z[:, 0] == 1000 * (np.arange(3) + 0.5)).all() and not y.any()
+values = {{name: fault.values(ts, name) for name in ("slip", "traction", "slip_rate", "displacement", "stress")}}
+if PETSc.COMM_WORLD.rank == 0:
+    np.savez({folder!r} + "/a.npz", events=events, **values)
+"""
+                done = python("-c", code, ranks=ranks)
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                with np.load(os.path.join(folder, "a.npz")) as got, h5py.File(os.path.join(folder, "o.h5")) as out, \
+                        h5py.File(os.path.join(folder, "c.h5")) as events:
+                    for name in ("slip", "traction", "slip_rate", "displacement"):
+                        self.assertTrue(np.array_equal(got[name], out["fields"][name][-1]), name)
+                    # at rest friction holds what elasticity pulls by, but for products with K in another order
+                    np.testing.assert_allclose(got["stress"], -got["traction"], rtol=1e-9)
+                    self.assertEqual(got["events"]["moment"][0], events["moment"][0])
+                    self.assertEqual(set(got["events"].dtype.names), {name for name in events if isinstance(events[name], h5py.Dataset)})
+
+    def test_options_are_not_ignored(self):
+        self.run_code("""
+slipstep.load()
+fails("there is no option -fault_lenght_x: did you mean -fault_length_x?", slipstep.Fault().configure, PETSc.TS().create())
+PETSc.Options().delValue("fault_lenght_x")
+fails("kernl", lambda: slipstep.Fault(kernl="full_space"))
+fault = slipstep.Fault(nx=3, nz=3, inertia=False, initial_unstable=True, viscosity="radiation", initial="traction", initial_traction=5e7,
+                       normal_stress=5e7, normal_stress_gradient=0, progress=False)
+ts = PETSc.TS().create()
+fault.configure(ts)          # 50 MPa exceed the strength, 30 MPa: refused unless initial_unstable
+ts.setFromOptions()
+assert ts.getMaxTime() == 6.0, ts.getMaxTime()
+ts.solve(ts.getSolution())
+fails("must be set before", lambda: fault.set(initial_unstable=False))
+fails("before SlipFaultSetUp()", lambda: fault.set(inertia=True))
+fails('no switch "nonsense"', lambda: slipstep.Fault(nonsense=True))
+fault, ts = slipstep.Fault(catalogue="c.h5", progress=False), PETSc.TS().create()
+fault.configure(ts)
+try:
+    ts.solve(ts.getSolution())
+    sys.exit("ts.solve() without the files that were asked for")
+except RuntimeError as error:  # later petsc4py raises it as the cause of an error of its own
+    said = f"{error} {error.__cause__}"
+    assert "catalogue" in said and "fault.solve" in said, said
+""", "-fault_lenght_x", "5000", "-ts_max_time", "0.1min", "--of-the-script", "word")
 
     def test_errors(self):
         done = self.run_code("""

@@ -106,6 +106,7 @@ class Links(ScriptTest):
         for program in (["fault"], ["train"]):
             run = subprocess.run([os.path.join(BUILD, "bin", program[0]), "-help"], capture_output=True, text=True, cwd=self.folder.name)
             for name, value in re.findall(r"^ *(-\w+):? <(?:now )?([^ :>]*)(?: : [^>]*)?>", run.stdout, re.M):
+                self.assertNotEqual(value.lower().rstrip("."), "nan", name)  # PETSc 3.22 and later end the run
                 known.setdefault(name, value)
         compared, found = 0, []
         for path in pages():

@@ -8,7 +8,7 @@ import unittest
 
 from scripts import SOURCE, ScriptTest
 
-OURS = ("slip", "fault", "ts_bathe", "ts_adapt_heuristic", "ts_adapt_pi", "ts_adapt_rl", "snes_slip", "mat_slip", "pc_slipstage", "circuit",
+OURS = ("slip", "fault", "ts_adams", "ts_bathe", "ts_adapt_heuristic", "ts_adapt_pi", "ts_adapt_rl", "snes_slip", "mat_slip", "pc_slipstage", "circuit",
         "sliding_mode", "oscillator", "train", "evaluate")
 FOREIGN = {"fault_start_ksp_*", "fault_start_pc_*"}  # PETSc reads them
 TEXT = r'((?:"[^"]*"\s*)+)'
@@ -62,6 +62,14 @@ class Options(ScriptTest):
         self.assertGreater(len(known), 150)
         self.assertEqual(sorted(read(self.code) - known), [], "read, but not declared: a program would refuse it")
         self.assertEqual(sorted(known - read(self.code) - FOREIGN), [], "declared, but nobody reads it")
+
+    def test_every_prefix_is_in_the_list(self):
+        """What our objects read begins with one of the prefixes above: others would not be looked at by the test before."""
+        call = re.compile(r'PetscOptions(?:Bool|EList|Enum|FList|Int|IntArray|Real|RealArray|String|Viewer)\(\s*"-(\w+)"')
+        names = {name for content in self.code.values() for name in call.findall(content)}
+        self.assertGreater(len(names), 50)
+        petsc = set(re.findall(r'\{"-(\w+)"', self.code["src/sys/options.c"])) - declared(self.code)
+        self.assertEqual(sorted(name for name in names - petsc if not name.startswith(OURS)), [])
 
     def test_every_list_is_found(self):
         """The patterns above find the declarations of every prefix."""

@@ -102,6 +102,35 @@ class When(ScriptTest):
             self.assertIn(f"-fault_output_{option} is", text)
             self.assertIn(message, text)
 
+    def test_default(self):
+        """Without a rule every step has an entry, or as many as fit: a fifth of them at once, the others by time and slip, as here; the
+        start and the end are among them, and a run in two parts has the same ones."""
+        self.fault("-fault_output", "every.h5", "-fault_output_interval", "1")
+        every = self.fields("every.h5")
+        self.fault("-fault_output", "all.h5")
+        for mine, theirs in zip(self.fields("all.h5"), every):
+            np.testing.assert_array_equal(mine, theirs)
+        with h5py.File(self.path("every.h5")) as file:  # what a fault from its instability slips by
+            stress, drop, residual = (file[f"mesh/{name}"][...].mean() for name in ("normal_stress", "friction_drop", "friction_residual"))
+            start = file["mesh/critical_displacement"][...].mean()
+        expected = 30 * 1e-3 + start * drop / (drop + residual)
+        time, slip = every[0][:, 0], (every[1] - every[1][0]).mean(axis=1) + 1e-3 * every[0][:, 0]
+        progress = 0.5 * (time / 30 + np.minimum(abs(slip) / expected, 1))
+        for most in (5, 20):
+            found = [0]
+            for i in range(1, len(time)):
+                if len(found) + 2 <= max(2, 0.2 * most) or len(found) + 2 <= most * (0.2 + 0.8 * progress[i]):
+                    found.append(i)
+            found = found if found[-1] == len(time) - 1 else found + [len(time) - 1]
+            self.assertLess(most // 2, len(found))
+            self.assertLessEqual(len(found), most)
+            size = ["-fault_output_size", str(968 * most + 100)]
+            self.fault("-fault_output", "some.h5", *size)
+            np.testing.assert_array_equal(self.fields("some.h5")[0], every[0][found])
+        self.fault("-fault_output", "two.h5", "-fault_checkpoint", "state", "-ts_max_steps", "23", *size, code=3)
+        self.fault("-fault_output", "two.h5", "-fault_restart", "state", *size)
+        np.testing.assert_array_equal(self.fields("two.h5")[0], every[0][found])
+
     def test_storage(self):
         """Single precision is the double rounded; compression changes no value and takes less."""
         size = {}
@@ -134,7 +163,11 @@ class When(ScriptTest):
 
     def test_size(self):
         """An entry has 8 bytes of time, and 4 fields of 30 doubles."""
-        self.assertIn("output: 968 bytes an entry of /fields, 968 kB for 1000\n", re.sub(" +", " ", self.fault("-fault_output", "a.h5")))
+        for options, all_of_them in (([], "at most 100 MB in all (-fault_output_size)"), (["-fault_output_interval", "1"], "968 kB for every 1000 steps"),
+                                     (["-fault_output_size", "0"], "968 kB for every 1000 steps"), (["-fault_output_interval", "5"], "194 kB for every 1000 steps"),
+                                     (["-fault_output_rate_change", "2"], "968 kB for 1000")):
+            text = re.sub(" +", " ", self.fault("-fault_output", "a.h5", *options))
+            self.assertIn(f"output: 968 bytes an entry of /fields, {all_of_them}\n", text)
         text = self.fault("-fault_output", "a.h5", "-fault_output_time_interval", "2.5", "-fault_output_precision", "single", "-fault_output_compression", "1")
         self.assertIn("at most 488 bytes an entry of /fields, at most 6.83 kB for the entries of the run, at most 14\n", text)
         with h5py.File(self.path("a.h5")) as file:

@@ -23,6 +23,7 @@ FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 MOMENTS = int(sys.argv[1]) if len(sys.argv) > 1 else 3
 STEP, STEPS = 0.0625, 480  # [s]; 3.2 kB of fields a step
 RUN = [FAULT, "-fault_nx", "10", "-fault_nz", "10", "-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", str(STEP),
+       "-fault_output_interval", "1",
        "-fault_output_overwrite"]
 random.seed(11)
 
@@ -100,7 +101,7 @@ def read_by_scripts(folder):
 
 def stopped_by_disk(run, folder, older, reasons):
     """After the disk was full: the program says so, is not killed, and leaves whole rows and the older file. Its rows."""
-    message = run.communicate(timeout=100)[1].decode()
+    message = run.communicate(timeout=1000)[1].decode()
     part = os.path.join(folder, "run.h5.part")
     if run.returncode == 0:  # there was enough after all
         return check_rows(os.path.join(folder, "run.h5"), 1)
@@ -137,12 +138,12 @@ def limited(folder, older, size):
     """RLIMIT_FSIZE: files end at a random size, for the whole run or for 3 s of it; Open MPI 5 writes files of its own when it begins."""
     found = []
     probe = RUN[:5] + ["-ts_max_time", "1e-3"]
-    early = not subprocess.run(probe, cwd=folder, capture_output=True, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size // 20, resource.RLIM_INFINITY))).returncode
     for again in (False, True):
         for _ in range(MOMENTS):
             limit = random.randrange(size)
-            if early:
-                run = start(folder, older, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY)))
+            limited_to = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))}
+            if not subprocess.run(probe, cwd=folder, capture_output=True, **limited_to).returncode:
+                run = start(folder, older, **limited_to)
             else:
                 run = start(folder, older)
                 wait_for(run, os.path.join(folder, "run.h5.part"), 1)

@@ -8,8 +8,9 @@ import century
 import h5py
 import numpy as np
 
+from plot_run import attempt_panels, figure
 from slipstep_fields import KINDS, Fields, events, largest_event, rupture_times
-from slipstep_maps import Span, planes_of
+from slipstep_maps import Span, columns_for, planes_of
 from slipstep_output import OutputError, Run
 from slipstep_spacetime import Line, along_line, resample
 from slipstep_time import YEAR, Clock, seconds
@@ -33,6 +34,47 @@ class Times(unittest.TestCase):
         self.assertEqual(Clock(0, 30).text(8.251), "8.3 s")
         # 8.25 s after the begin, which is known to 4e-7 s at 3.6e9 s
         self.assertAlmostEqual(float(Clock(113.25 * YEAR, 113.25 * YEAR + 20)(113.25 * YEAR + 8.25)), 8.25, delta=1e-6)
+
+
+class Scales(unittest.TestCase):
+    def test_single_cells_do_not_choose_the_scale_of_a_stress_drop(self):
+        values = np.linspace(-1, 5, 1000)
+        self.assertEqual(Span().see(values).norm(KINDS["stress_drop"]).vmax, 5)
+        values[[3, 500]] = -60, 40
+        norm = Span().see(values).norm(KINDS["stress_drop"])
+        self.assertEqual((-norm.vmin, norm.vmax), (norm.vmax, norm.vmax))
+        self.assertAlmostEqual(norm.vmax, 5, delta=0.1)  # that of which a hundredth is larger
+        self.assertEqual(Span().see(values).norm(KINDS["slip"]).vmax, 40)
+
+    def test_planes_lie_where_their_maps_are_larger(self):
+        class Box:
+            def __init__(self, length, width):
+                self.extent = 0, length, 0, width
+
+        for length, width, planes, columns in ((3, 3, 2, 2), (20, 5, 2, 1), (3, 3, 4, 2), (1, 3, 3, 3), (3, 3, 1, 1)):
+            self.assertEqual(columns_for([Box(length, width)] * planes), columns, (length, width, planes))
+
+
+class Overview(PictureTest):
+    def test_panels_are_of_what_is_there(self):
+        """An unfinished run is named in the unit of its axes; without error estimates or attempts there is no panel for them."""
+        path = century.write_run(self.path("run.h5"))
+        with h5py.File(path, "r+") as file:
+            file.attrs["complete"] = 0
+            end = file["series/time"][-1]
+        self.assertEqual(Run(path).title, f"run.h5 (unfinished, to {end / YEAR:.3f}".rstrip("0").rstrip(".") + " years)")
+        self.assertEqual(attempt_panels(Run(path)), [["steps", "error"]])
+        clock = Clock(0.0, end)
+        for change, panels in (("error", ["Step size"]), ("none", [])):
+            with h5py.File(path, "r+") as file:
+                for name in list(file["steps"]):
+                    data = file[f"steps/{name}"][...]
+                    del file[f"steps/{name}"]
+                    century.put(file, f"steps/{name}", data[:0] if change == "none" else -1 + 0 * data if name == "error" else data, "s")
+            canvas = figure(Run(path), clock, True)
+            titles = [axes.get_title(loc="left") for axes in canvas.axes]
+            self.assertEqual([title for title in titles if title in ("Step size", "Error estimate (1 is the tolerance)")], panels)
+            canvas.savefig(self.path("overview.png"))
 
 
 class FieldsTest(PictureTest):

@@ -8,7 +8,7 @@ import century
 import h5py
 import numpy as np
 
-from slipstep_cumulative import Course, between, during
+from slipstep_cumulative import Course, between, during, plain
 from slipstep_events import Events, b_value, completeness
 from slipstep_maps import planes_of
 from slipstep_output import OutputError, Run
@@ -63,6 +63,10 @@ class Laws(unittest.TestCase):
         self.assertAlmostEqual(b, 0.9, delta=3 * error)
         self.assertAlmostEqual(error, 0.9 / np.sqrt(20000), delta=1e-4)
 
+    def test_intervals_in_words(self):
+        for interval, words in ((1, "1 s"), (86400, "1 day"), (2 * 86400, "2 days"), (43200, "12 hours"), (100000, "100000 s"), (5 * YEAR, "5 years")):
+            self.assertEqual(plain(interval), words)
+
     def test_times_between_events(self):
         np.testing.assert_allclose(between(50.0, 10.0, [(9.0, 11.0), (30.0, 31.0)]), (0, 20, 30, 40, 50))
 
@@ -74,6 +78,43 @@ class Laws(unittest.TestCase):
         far, dense = during(np.array([0.0, 3.0, 6.0, 9.0]), 2.0, 7.0, 1.0)
         self.assertFalse(dense)
         np.testing.assert_array_equal(far, (3, 6))
+
+
+class Fit(PictureTest):
+    """Which events have a b, on cells of 500 m: a crack of 3 MPa over one of them has M 3.39, over one and a half 3.57."""
+
+    def events(self, data, **attributes):
+        path = century.write_catalogue(self.path("c.h5"), data, skip=())
+        with h5py.File(path, "r+") as file:
+            file.attrs.update(attributes)
+        return Events(path)
+
+    def test_events_of_one_cell_are_left_out(self):
+        data = century.many(4000)
+        events = self.events(data)
+        self.assertEqual(events.cell_magnitude, np.median(data["magnitude"][0][data["area"][0] < 1.5 * 500 * 500]))
+        least, b, error, above = events.fit()
+        self.assertGreater(least, 3.56)
+        self.assertEqual(above, (data["magnitude"][0] >= least).sum())
+        self.assertAlmostEqual(b, 1.0, delta=3 * error)
+        # as many again, each over one cell, with magnitudes around 3.2 up to 4: fitted alike
+        more = {name: (np.concatenate([values, values]), unit) for name, (values, unit) in data.items()}
+        more["area"][0][4000:] = 500.0 * 500.0
+        more["magnitude"][0][4000:] = np.linspace(2.4, 4, 4000)
+        self.assertEqual(self.events(more).fit(), (least, b, error, above))
+
+    def test_nothing_to_fit(self):
+        large = Events(century.write_catalogue(self.path("large.h5"), century.many(100, smallest=3.6)))
+        self.assertAlmostEqual(large.cell_magnitude, (np.log10(16 / 7 * 3e6 * (500 * 500 / np.pi) ** 1.5) - 9.1) / 1.5)
+        few = century.many(100)  # 27 of them in the mean are larger than one and a half cells
+        self.assertRegex(self.events(few).fit(), "^no b: 2[0-9] events of several cells")
+        narrow = century.many(4000)
+        keep = (narrow["magnitude"][0] > 3.5) & (narrow["magnitude"][0] < 4.05)
+        self.assertRegex(self.events({name: (values[keep], unit) for name, (values, unit) in narrow.items()}).fit(), r"of M 3\.[67] to 4\.0$")
+        self.assertEqual(self.events(century.many(4000), weakens=0).fit(), "no b: friction weakens nowhere")
+        for path in (century.write_catalogue(self.path("a.h5")), century.write_catalogue(self.path("b.h5"), century.many(4000))):
+            self.plot("plot_catalogue", path)
+            self.look(path.replace(".h5", ".png"))
 
 
 class Cumulative(PictureTest):

@@ -49,7 +49,7 @@ class SequencesTest(unittest.TestCase):
         if os.path.exists(path):
             os.remove(path)
         command = [FAULT, *map(str, BLOCK), "-fault_friction_slip", str(slip), "-fault_healing_time", str(healing), "-ts_max_time", f"{end:.17g}", *options]
-        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True, timeout=120)
+        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True, timeout=1000)
         self.assertEqual(done.returncode, 0, done.stderr)
         return Catalogue(path).event
 
@@ -117,7 +117,7 @@ class SequencesTest(unittest.TestCase):
         command = [FAULT, "-fault_nx", 10, "-fault_nz", 5, "-fault_length_x", 20e3, "-fault_length_z", 10e3, "-fault_normal_stress", SIGMA,
                    "-fault_normal_stress_gradient", 0, "-fault_parameters", "strength.h5", "-fault_initial", "rest", "-fault_loading_rate", LOADING,
                    "-ts_adapt_type", "heuristic", "-fault_progress", "no", "-fault_catalogue", path, "-ts_max_time", years * 3.15576e7, *options]
-        done = subprocess.run([str(word) for word in command], cwd=self.folder.name, capture_output=True, text=True, timeout=120)
+        done = subprocess.run([str(word) for word in command], cwd=self.folder.name, capture_output=True, text=True, timeout=1000)
         self.assertEqual(done.returncode, 0, done.stderr)
         event = Catalogue(path).event
         os.remove(path)
@@ -152,7 +152,7 @@ class FrontTest(unittest.TestCase):
                    "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0, "-fault_friction_slip", 0.25, "-fault_parameters", "fields.h5",
                    "-fault_initial", "traction", "-fault_initial_unstable", "-fault_viscosity", "radiation", "-fault_inertia", "no", "-ts_adapt_type", "heuristic",
                    "-ts_max_time", 20, "-fault_progress", "no", "-fault_event_rate", 0.05, "-fault_catalogue", path, "-fault_catalogue_maps"]
-        done = subprocess.run([str(word) for word in command], cwd=folder, capture_output=True, text=True, timeout=120)
+        done = subprocess.run([str(word) for word in command], cwd=folder, capture_output=True, text=True, timeout=1000)
         self.assertEqual(done.returncode, 0, done.stderr)
         with h5py.File(path) as file:
             times = file["maps/rupture_time"][0] + file["onset"][0]

@@ -26,7 +26,7 @@ class SpringSlider(ScriptTest):
         command = [os.path.join(os.path.dirname(FAULT), program), "-fault_nx", "1", "-fault_nz", "1", "-fault_stiffness_file", "k.h5", "-fault_friction_law", "rate_and_state",
                    "-fault_normal_stress", str(SIGMA), "-fault_normal_stress_gradient", "0", "-fault_friction_a", str(A),
                    "-fault_friction_b", str(B), "-fault_friction_slip", str(SLIP), "-fault_loading_rate", str(LOADING),
-                   "-fault_shear_modulus", str(G), "-fault_density", str(RHO), "-ts_max_time", repr(end),
+                   "-fault_shear_modulus", str(G), "-fault_density", str(RHO), "-ts_max_time", repr(float(end)),
                    "-fault_output", name, "-fault_output_interval", "1000000", "-fault_stations", "1500,1500", *options]
         done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
         self.assertEqual(done.returncode, code, done.stderr)
@@ -60,7 +60,7 @@ class SpringSlider(ScriptTest):
 
     def test_steady(self):
         """Steady sliding at the loading rate stays, above the critical stiffness, for 1e4 d_c/v."""
-        self.fault(2 * CRITICAL, 1e11, "-ts_rtol", "1e-6", "-ts_type", "rk", "-ts_adapt_type", "basic")
+        self.fault(2 * CRITICAL, 1e11, "-fault_initial_rate", repr(LOADING), "-ts_rtol", "1e-6", "-ts_type", "rk", "-ts_adapt_type", "basic")
         s = self.station()
         # explicit steps grow until they are unstable, and what grows then is seen when it is as large as the tolerance
         np.testing.assert_allclose(s["slip_rate"], LOADING, rtol=1e-5)

@@ -96,6 +96,24 @@ class Stations(ScriptTest):
             message = self.fault(*GRID, "-fault_output", "part.h5", "-fault_restart", "state", "-fault_stations", points, code=1)
             self.assertIn("expected the same ones, or another -fault_output", message)
 
+    def test_stations_that_begin_at_a_restart(self):
+        """Slip counts from where the stations begin, and loading with it: in an output that begins at a restart the slip of a fault that slides one
+        way is what the state has grown by since the checkpoint."""
+        mine = [*GRID, "-fault_loading_rate", "0.01"]
+        self.fault(*mine, "-fault_checkpoint", "state", "-fault_output", "early.h5", "-ts_max_time", "3")
+        self.fault(*mine, "-fault_restart", "state", "-fault_output", "late.h5", "-fault_stations", "1250,900;1750,2100", "-ts_max_time", "6")
+        with h5py.File(self.path("early.h5")) as file:
+            self.assertEqual(file["fields/time"][-1], 3)
+            before = file["fields/slip"][-1].ravel()
+        with h5py.File(self.path("late.h5")) as file:
+            for k in "01":
+                station = {key: data[...] for key, data in file[f"stations/{k}"].items()}
+                self.assertGreater(station["time"][0], 3)
+                self.assertGreaterEqual(station["slip_rate"].min(), 0)
+                self.assertGreater(station["slip"][-1], 0.01)
+                slip = station["state"] - before[file[f"stations/{k}"].attrs["cell"]]
+                np.testing.assert_allclose(station["slip"], slip, rtol=0, atol=ROUNDING)
+
     def test_errors(self):
         self.assertIn("expected -fault_output", self.fault(*GRID, "-fault_stations", "1,1", code=1))
         for points, message in (("1", 'the point "1"'), ("1,2,3,4", '"1,2,3,4"'), ("a,b", '"a,b"'), ("1,nan", '"1,nan"'), ("1,2 m", '"1,2 m"'),

@@ -34,7 +34,7 @@ class Runs(unittest.TestCase):
     def run_fault(cls, *options):
         """Datasets of a run, attributes of its /result, and what it printed as "text"."""
         path = os.path.join(cls.room.name, "run.h5")
-        done = subprocess.run([FAULT, *options, "-fault_output", path], capture_output=True, text=True, env=ALONE, timeout=100)
+        done = subprocess.run([FAULT, *options, "-fault_output", path], capture_output=True, text=True, env=ALONE, timeout=1000)
         assert done.returncode == 0, done.stderr
         found = {"text": done.stdout}
         with h5py.File(path) as file:
@@ -44,10 +44,10 @@ class Runs(unittest.TestCase):
 
 
 class Handover(Runs):
-    """rl hands a loaded fault over to heuristic."""
+    """rl hands a run that no policy was trained for over to the controller that its kind takes by default."""
     STUDY = ["-fault_stiffness_scaling", "mean_slip"]
     BLOCK = [*STUDY, "-fault_nx", "1", "-fault_nz", "1", "-fault_friction_law", "rate_weakening", "-fault_loading_rate", "1e-2", "-ts_max_time", "510"]
-    LINE = "At time 0. s rl hands the run over to heuristic, because the fault is loaded or heals or has no inertia"
+    LINE = "At time 0. s rl hands the run over to dsp, because the fault is loaded or heals or has no inertia"
 
     @staticmethod
     def events(run):
@@ -56,19 +56,47 @@ class Handover(Runs):
         return int(((rate[1:] > 0) & (rate[:-1] == 0)).sum())
 
     def test_block(self):
-        """A block under loading: all numbers are those of heuristic, with its options. The policy alone slips too
-        often."""
-        for more in ([], ["-ts_adapt_heuristic_growth", "1.5", "-ts_rtol", "1e-2"]):
-            ours, theirs = (self.run_fault(*self.BLOCK, "-ts_adapt_type", name, *more) for name in ("rl", "heuristic"))
-            for name, value in theirs.items():
-                if isinstance(value, np.ndarray):
-                    self.assertTrue(np.array_equal(ours[name], value), f"{name} is not that of heuristic")
+        """A block under loading: all numbers are those of dsp, with its options, and those of the default. The policy
+        alone slips too often."""
+        for more in ([], ["-ts_adapt_dsp_filter", "H211b", "-ts_adapt_safety", "0.8", "-ts_rtol", "1e-2"]):
+            ours, theirs = (self.run_fault(*self.BLOCK, "-ts_adapt_type", name, *more) for name in ("rl", "dsp"))
+            self.same(ours, theirs)
             self.assertEqual(ours["text"].count("hands the run over"), 1)
             self.assertIn(self.LINE, ours["text"])
-            self.assertIn("handed to heuristic at:  0 s", ours["text"])
+            self.assertIn("handed to dsp at:        0 s", ours["text"])
             self.assertEqual(ours["policy_handover_time"], 0)
             if not more:
                 self.assertEqual(self.events(ours), 32)
+                default = self.run_fault(*self.BLOCK)
+                self.same(default, theirs)
+                self.assertEqual(default["text"].count("-ts_adapt_type dsp -ts_rtol 0.0001"), 1)
+
+    def same(self, ours, theirs):
+        for name, value in theirs.items():
+            if isinstance(value, np.ndarray):
+                self.assertTrue(np.array_equal(ours[name], value), f"{name} differs")
+
+    def test_rupture(self):
+        """A block under more than its strength, without loading: pi, with its options; an option is not overridden."""
+        block = ["-fault_nx", "1", "-fault_nz", "1", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0", "-fault_initial", "traction",
+                 "-fault_initial_traction", "31e6", "-fault_initial_unstable", "-fault_inertia", "no", "-fault_viscosity", "radiation", "-ts_max_time", "20"]
+        ours, theirs, default = (self.run_fault(*block, *more, "-ts_adapt_pi_filter", "PI42") for more in (
+            ["-ts_adapt_type", "rl"], ["-ts_adapt_type", "pi"], []))
+        self.same(ours, theirs)
+        self.same(default, theirs)
+        self.assertIn("hands the run over to pi", ours["text"])
+        self.assertIn("-ts_adapt_type pi -ts_rtol 0.001", default["text"])
+        other = self.run_fault(*block, "-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3")
+        self.assertNotEqual(other["accepted"], theirs["accepted"])
+        self.assertNotIn("-ts_adapt_type", other["text"])
+
+    def test_strict_on_creep(self):
+        """A block that creeps: by its policy's steps of 0.1 s a thousand years would take 3e11 of them."""
+        run = subprocess.run([FAULT, "-fault_nx", "1", "-fault_nz", "1", "-fault_normal_stress", "50e6", "-fault_friction_law", "constant", "-fault_initial",
+                              "rest", "-fault_loading_rate", "1e-9", "-fault_inertia", "no", "-fault_viscosity", "radiation", "-ts_max_time", "3.2e10",
+                              "-ts_adapt_type", "rl", "-ts_adapt_rl_strict", "-fault_progress", "no"], capture_output=True, text=True, timeout=300)
+        self.assertEqual(run.returncode, 1)
+        self.assertIn("-ts_adapt_rl_strict", run.stderr)
 
     def test_strict(self):
         run = self.run_fault(*self.BLOCK, "-ts_adapt_type", "rl", "-ts_adapt_rl_measure", "final_slip", "-ts_adapt_rl_strict")

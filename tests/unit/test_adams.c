@@ -1,4 +1,4 @@
-/* TSADAMS and its weights: exactness, order, error against tolerance, cost, interpolation. */
+/* TSADAMS and its weights: exactness, order, error against tolerance, cost, interpolation, attempts that are refused. */
 #include "../unit.h"
 #include <slipcore.h>
 #include <math.h>
@@ -210,6 +210,239 @@ static void interpolation(void **state)
   assert_true(log2(error[0] / error[1]) > 3.5); /* the cubic is off by h^4 */
 }
 
+/* ---- attempts that are refused ---- */
+
+/* y' = -y, whose domain ends once: at the first state asked about in the step after refuse_at accepted ones */
+static PetscInt refuse_at;
+
+static PetscErrorCode Fall(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)ts, (void)t, (void)ctx;
+  PetscCall(VecCopy(y, f));
+  PetscCall(VecScale(f, -1));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode FallJacobian(TS ts, PetscReal t, Vec y, Mat A, Mat B, void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)ts, (void)t, (void)y, (void)A, (void)ctx;
+  PetscCall(MatZeroEntries(B));
+  PetscCall(MatShift(B, -1));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Inside(TS ts, PetscReal t, Vec y, PetscBool *inside)
+{
+  PetscInt step;
+
+  PetscFunctionBeginUser;
+  (void)t, (void)y;
+  PetscCall(TSGetStepNumber(ts, &step));
+  *inside = step == refuse_at ? PETSC_FALSE : PETSC_TRUE;
+  if (!*inside) refuse_at = -1;
+  PetscFunctionReturn(0);
+}
+
+static void MakeScalar(TS *ts, Vec *y, const char type[], const char adapt[], TSRHSFunction rate, PetscReal dt,
+                       PetscReal end)
+{
+  TSAdapt a;
+
+  ok(VecCreateSeq(PETSC_COMM_SELF, 1, y));
+  ok(TSCreate(PETSC_COMM_SELF, ts));
+  ok(TSSetProblemType(*ts, TS_NONLINEAR));
+  ok(TSSetType(*ts, type));
+  ok(TSSetRHSFunction(*ts, NULL, rate, NULL));
+  ok(TSSetTimeStep(*ts, dt));
+  ok(TSSetMaxTime(*ts, end));
+  ok(TSSetMaxSteps(*ts, 1000000));
+  ok(TSSetMaxStepRejections(*ts, -1));
+  ok(TSSetExactFinalTime(*ts, TS_EXACTFINALTIME_MATCHSTEP));
+  ok(TSGetAdapt(*ts, &a));
+  ok(TSAdaptSetType(a, adapt));
+}
+
+static PetscReal value[16], when[16];
+
+static PetscErrorCode Keep(TS ts, PetscInt step, PetscReal t, Vec y, void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)ts, (void)ctx;
+  if (step < 16) {
+    PetscCall(VecMax(y, NULL, &value[step]));
+    when[step] = t;
+  }
+  PetscFunctionReturn(0);
+}
+
+/* An attempt that leaves the domain is followed by one of a quarter of its step (PETSc's scale for solves that failed) and of the lowest
+   order, by which one step is Euler's and the trapezoids after it, to rounding: y (1 - h + h^2/2). */
+static void begins_anew(void **state)
+{
+  const PetscReal h = 0.1 / 4;
+  TS ts;
+  Vec y;
+
+  (void)state;
+  MakeScalar(&ts, &y, TSADAMS, TSADAPTNONE, Fall, 0.1, 1);
+  ok(VecSet(y, 1));
+  ok(TSSetFunctionDomainError(ts, Inside));
+  ok(TSMonitorSet(ts, Keep, NULL, NULL));
+  refuse_at = 6;
+  ok(TSSolve(ts, y));
+  assert_true(refuse_at == -1 && fabs(when[7] - when[6] - h) < 1e-14);
+  assert_true(fabs(value[7] / value[6] - (1 - h + h * h / 2)) < 1e-14);
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&y));
+}
+
+/* y' = 2 - y from 0, 2 - 2 exp(-t), up to y = 1, beyond which the rate is no number */
+static PetscErrorCode Edge(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
+{
+  PetscScalar a;
+
+  PetscFunctionBeginUser;
+  (void)ts, (void)t, (void)ctx;
+  PetscCall(VecGetValues(y, 1, (const PetscInt[]){0}, &a));
+  PetscCall(VecSet(f, a < 1 ? 2 - a : NAN));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode IsNumber(TS ts, PetscInt step, PetscReal t, Vec y, void *ctx)
+{
+  PetscReal a;
+
+  PetscFunctionBeginUser;
+  (void)ts, (void)step, (void)t, (void)ctx;
+  PetscCall(VecSum(y, &a));
+  assert_true(isfinite(a));
+  PetscFunctionReturn(0);
+}
+
+/* States that are no numbers are refused under every controller, and where no shorter step helps the run ends and names time and step,
+   which is below the rounding of time by then. 0.01: constant steps of 0.05 are exact to 0.05^2. */
+static void numbers_only(void **state)
+{
+  const char *const adapts[] = {TSADAPTNONE, TSADAPTBASIC, TSADAPTDSP, TSADAPTPI, TSADAPTHEURISTIC};
+
+  (void)state;
+  for (int k = 0; k < 10; k++) {
+    TS ts;
+    Vec y;
+    PetscReal a;
+
+    MakeScalar(&ts, &y, TSADAMS, adapts[k / 2], Edge, 0.05, k % 2 ? 110 : 100.69);
+    ok(VecSet(y, 0));
+    ok(TSSetTime(ts, 100));
+    ok(TSMonitorSet(ts, IsNumber, NULL, NULL));
+    if (k % 2) {
+      fails(TSSolve(ts, y), "below the rounding of that time");
+    } else {
+      ok(TSSolve(ts, y));
+      ok(VecMax(y, NULL, &a));
+      assert_true(fabs(a - (2 - 2 * exp(-0.69))) < 0.01);
+    }
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&y));
+  }
+}
+
+/* Constant steps that a corner of the loading cuts go on as they were. */
+static PetscErrorCode Corner(TS ts, PetscReal t, PetscReal *next)
+{
+  PetscFunctionBeginUser;
+  (void)ts;
+  *next = t < 0.375 ? 0.375 : PETSC_MAX_REAL;
+  PetscFunctionReturn(0);
+}
+
+static void corner(void **state)
+{
+  static const SlipProblemOps problem = {.corner = Corner};
+  const PetscReal want[] = {0, 0.25, 0.375, 0.625, 0.875, 1.125, 1.375};
+  const char *const types[] = {TSADAMS, TSBATHE};
+
+  (void)state;
+  for (int k = 0; k < 2; k++) {
+    PetscInt steps;
+    TS ts;
+    Vec y;
+    Mat J;
+
+    MakeScalar(&ts, &y, types[k], TSADAPTNONE, Fall, 0.25, 1.375);
+    ok(VecSet(y, 1));
+    ok(MatCreateSeqDense(PETSC_COMM_SELF, 1, 1, NULL, &J));
+    ok(TSSetRHSJacobian(ts, J, J, FallJacobian, NULL));
+    ok(TSSetSlipProblem(ts, &problem));
+    ok(TSMonitorSet(ts, Keep, NULL, NULL));
+    ok(TSSolve(ts, y));
+    ok(TSGetStepNumber(ts, &steps));
+    assert_int_equal(steps, 6);
+    for (PetscInt i = 0; i <= 6; i++) assert_true(when[i] == want[i]);
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&y));
+    ok(MatDestroy(&J));
+  }
+}
+
+/* Controllers that go by the error keep below three relaxation times where the problem knows them, constant steps stay. */
+static PetscErrorCode Relaxes(TS ts, Vec w, PetscReal *rate)
+{
+  PetscFunctionBeginUser;
+  (void)ts, (void)w;
+  *rate = 100;
+  PetscFunctionReturn(0);
+}
+
+static void bounded(void **state)
+{
+  static const SlipProblemOps problem = {.relaxation = Relaxes};
+  const char *const adapts[] = {TSADAPTBASIC, TSADAPTPI, TSADAPTNONE};
+
+  (void)state;
+  for (int k = 0; k < 3; k++) {
+    TS ts;
+    Vec y;
+
+    MakeScalar(&ts, &y, TSADAMS, adapts[k], Fall, 0.0625, 1);
+    ok(VecSet(y, 1));
+    ok(TSSetTolerances(ts, 1e-2, NULL, 1e-2, NULL));
+    ok(TSSetSlipProblem(ts, &problem));
+    ok(TSMonitorSet(ts, Keep, NULL, NULL));
+    ok(TSSolve(ts, y));
+    for (int i = 2; i < 16; i++) assert_true(fabs(when[i] - when[i - 1] - (k < 2 ? 0.03 : 0.0625)) < 1e-14);
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&y));
+  }
+}
+
+/* Late times, whose rounding is a thousandth of a step, cost no steps where the rate does not know of time: 2 % for the rounding of
+   the time that is integrated. */
+static void late(void **state)
+{
+  PetscInt steps[2];
+
+  (void)state;
+  for (int k = 0; k < 2; k++) {
+    const PetscReal start = k ? 1e10 : 0; /* rounded to 1.9e-6 */
+    PetscReal x[2];
+    TS ts;
+    Vec u;
+
+    Make(&ts, &u, TSADAMS, 1e-3);
+    ok(TSSetTolerances(ts, 1e-11, NULL, 1e-11, NULL));
+    ok(TSSetTime(ts, start));
+    ok(TSSetMaxTime(ts, start + END));
+    End(ts, u, x);
+    ok(TSGetStepNumber(ts, &steps[k]));
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&u));
+  }
+  if (abs((int)(steps[1] - steps[0])) > steps[0] / 50) fail_msg("%d and %d steps", (int)steps[0], (int)steps[1]);
+}
+
 static void refuses(void **state)
 {
   TS ts;
@@ -224,4 +457,4 @@ static void refuses(void **state)
   ok(TSDestroy(&ts));
 }
 
-SLIP_TESTS(weights, order, adaptive, interpolation, refuses)
+SLIP_TESTS(weights, order, adaptive, interpolation, begins_anew, numbers_only, corner, bounded, late, refuses)

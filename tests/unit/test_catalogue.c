@@ -1,7 +1,7 @@
 /* The catalogue of events: its formulas by hand, the integrator's quadrature, the ledger of energy. */
 #include "unit.h"
 #include "faultstart.h"
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultrecord.h>
 #include <math.h>
 #include "tempdir.h"
 

@@ -1,5 +1,5 @@
 /* One cell under loading: creep by long steps with both rules of the first stage, the start under a traction against the
-   critical one, and the steps of a cell that loses its damping. */
+   critical one, and what of a displacement is slip. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
@@ -107,6 +107,7 @@ static void Event(const char initial[], PetscReal end, PetscReal *slip, PetscRea
   if (!strcmp(initial, "traction"))
     ok(SlipFaultSetReal(fault, "initial_traction", (1 + 1e-5) * (residual + drop) * sigma));
   fault->initial_unstable = PETSC_TRUE;
+  ok(SlipFaultSetInertia(fault, PETSC_TRUE)); /* a traction alone would be without */
   ok(FaultStart(fault, TSADAPTNONE, 0.01, end, &w, &ts));
   ok(TSSolve(ts, w));
   ok(VecGetArrayRead(w, &a));
@@ -135,4 +136,49 @@ static void traction_is_critical_start(void **state)
   }
 }
 
-SLIP_TESTS(creep_does_not_toggle, traction_is_critical_start)
+/* What a step's slip asks of its length: SlipFaultErrorNorm() of a step of h that slips by so much under a loading rate,
+   without an error of its own */
+static PetscReal ErrorOf(PetscReal loading, PetscReal h, PetscReal slip)
+{
+  SlipFault fault = Fault("exponential_slip_weakening", "traction", 0.5);
+  PetscReal *a, E;
+  Vec e, w[2];
+
+  ok(SlipFaultSetReal(fault, "loading_rate", loading));
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultCreateState(fault, &e));
+  for (int k = 0; k < 2; k++) {
+    ok(SlipFaultCreateState(fault, &w[k]));
+    ok(VecGetArray(w[k], &a));
+    a[0] = slip / h;
+    a[1] = 0.5 + k * (slip - loading * h);
+    a[2] = k * slip;
+    ok(VecRestoreArray(w[k], &a));
+  }
+  ok(SlipFaultErrorNorm(fault, 1e-3, h, e, w[0], w[1], &E));
+  VecsDestroy(&e, &w[0], &w[1]);
+  ok(SlipFaultDestroy(&fault));
+  return E;
+}
+
+/* du/dt = v - v_inf: a step that slips weakens a cell by its slip, not by its displacement, which is another one under
+   loading and none where the cell creeps along with it. A rest of ten years does not weaken. */
+static void loading_is_no_slip(void **state)
+{
+  const PetscReal h = 3e8, slips[] = {0.01, 0.3, 0.6};
+  PetscReal smaller = 0;
+
+  (void)state;
+  for (int k = 0; k < 3; k++) {
+    const PetscReal unloaded = ErrorOf(0, h, slips[k]);
+
+    assert_true(unloaded > smaller);
+    /* displacements of 0.5 m are rounded by 1e-16 m */
+    assert_true(fabs(ErrorOf(v_inf, h, slips[k]) / unloaded - 1) < 1e-12);
+    assert_true(fabs(ErrorOf(-v_inf, h, slips[k]) / unloaded - 1) < 1e-12);
+    smaller = unloaded;
+  }
+  assert_true(fabs(ErrorOf(v_inf, h, 0)) < 1e-12 && fabs(ErrorOf(-v_inf, h, 0)) < 1e-12);
+}
+
+SLIP_TESTS(creep_does_not_toggle, traction_is_critical_start, loading_is_no_slip)

@@ -1,4 +1,5 @@
-/* What loads a fault in time: the exponential integral, pressure by a record, a source and a function, corners, opening. */
+/* What loads a fault in time: the exponential integral, pressure by a record, a source and a function, corners, opening,
+   and the start. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
@@ -145,6 +146,48 @@ static void source(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
+/* Two planes 5 km apart: a cell of the other one has the pressure of its distance in space, whatever the file's order. */
+static void source_of_planes(void **state)
+{
+  const PetscReal p = 2e6, D = 0.5, t = 3e7, h = 1000, apart = 5000, y = 300;
+  const PetscReal cells[] = {0, y + apart, 5000,  h,         h,    0, y, 5000, h,         h,    2 * h, y, 5000,
+                             h, h,         2 * h, y + apart, 6500, h, h, 0,    y + apart, 6500, h,     h};
+  const PetscInt dims[2] = {5, 5};
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+  SlipFault fault;
+  SlipH5 h5;
+
+  (void)state;
+  assert_int_equal(0, TempDirMake("planes", dir));
+  snprintf(file, sizeof(file), "%s/m.h5", dir);
+  ok(SlipH5Create(file, &h5));
+  ok(SlipH5WriteReal(&h5, "/cells", 2, dims, cells, "m"));
+  ok(SlipH5Close(&h5));
+  for (int wrong = 0; wrong < 2; wrong++) {
+    ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+    ok(SlipFaultSetReal(fault, "normal_stress", 5e7));
+    ok(SlipFaultSetString(fault, "mesh", file));
+    ok(SlipFaultSetString(fault, "injection", wrong ? "0,5000" : "0,300,5000"));
+    ok(SlipFaultSetReal(fault, "injection_pressure", p));
+    ok(SlipFaultSetReal(fault, "injection_diffusivity", D));
+    if (wrong)
+      fails(SlipFaultSetUp(fault), "-fault_injection is \"0,5000\", expected three numbers x,y,z");
+    else
+      ok(SlipFaultSetUp(fault));
+    for (PetscInt i = 0; i < 5 && !wrong; i++) {
+      const PetscReal *c = cells + 5 * (fault->order ? fault->order[i] : i);
+      const PetscReal r2 = c[0] * c[0] + (c[1] - y) * (c[1] - y) + (c[2] - 5000) * (c[2] - 5000);
+      const PetscReal stress = fault->field[FIELD_NORMAL_STRESS][i];
+
+      ok(SlipFaultLoadAt(fault, t)); /* within the rounding of the stress that p is taken from */
+      assert_true(fabs(stress - fault->loads.stress[i] -
+                       p * Quadrature(PetscMax(r2, h * h / (PETSC_PI * exp(1))) / (4 * D * t))) < 1e-6);
+    }
+    ok(SlipFaultDestroy(&fault));
+  }
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
 /* The mean of -ln r^2 over the disc of a cell's area around the source is that of its own r^2: what E1 is there */
 static void disc_of_the_source(void **state)
 {
@@ -234,4 +277,39 @@ static void opening(void **state)
   assert_true(fabs(once / twice - 1) < 2e-3 && fabs(once / just - 1) < 0.02);
 }
 
-SLIP_TESTS(exponential_integral, record, source, disc_of_the_source, function, opening)
+static PetscErrorCode Steady(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
+{
+  (void)fault;
+  (void)t;
+  for (PetscInt i = 0; i < n; i++) p[i] = *(PetscReal *)ctx;
+  return PETSC_SUCCESS;
+}
+
+/* The strength that a start may not exceed is mu (sigma - p) with the pressure of that time, which may be a suction too. */
+static void start_under_pressure(void **state)
+{
+  const PetscReal mu = 0.6;
+
+  (void)state;
+  for (int k = 0; k < 6; k++) {
+    PetscReal pressure = 1e7 * (k / 2 - 1);
+    SlipFault fault = Fault();
+    Vec w;
+
+    ok(SlipFaultSetString(fault, "friction_law", "constant"));
+    ok(SlipFaultSetReal(fault, "friction_residual", mu));
+    ok(SlipFaultSetReal(fault, "initial_traction", (k % 2 ? 1.001 : 0.999) * mu * (5e7 - pressure)));
+    ok(SlipFaultSetPressureFunction(fault, Steady, &pressure));
+    ok(SlipFaultSetUp(fault));
+    ok(SlipFaultCreateState(fault, &w));
+    if (k % 2)
+      fails(SlipFaultSetInitialState(fault, w), "fault_initial traction");
+    else
+      ok(SlipFaultSetInitialState(fault, w));
+    ok(VecDestroy(&w));
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
+SLIP_TESTS(exponential_integral, record, source, source_of_planes, disc_of_the_source, function, opening,
+           start_under_pressure)

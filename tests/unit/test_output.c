@@ -4,6 +4,7 @@
 #include "tempdir.h"
 #include <sliph5.h>
 #include <fcntl.h>
+#include <math.h>
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -165,6 +166,92 @@ static void resumes(void **state)
   VecsDestroy(&w, &half);
 }
 
+/* ---- integrators that do not tell of their attempts ---- */
+
+/* A step that is longer is left in its second stage. */
+#define LONGEST 0.3
+static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
+{
+  PetscReal begin;
+
+  PetscFunctionBegin;
+  (void)w;
+  PetscCall(TSGetTime(ts, &begin));
+  *accept = t - begin < LONGEST ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscReal *Column(SlipH5 *h, const char path[], PetscInt want)
+{
+  PetscInt n;
+  PetscReal *x;
+
+  ok(SlipH5ReadReal(h, path, 1, &n, &x));
+  assert_int_equal(want, n);
+  return x;
+}
+
+/* dw/dt = -w from 1 by an explicit pair whose first steps are ten times too long for the domain and then for the tolerance:
+   /steps has all attempts, each begins where the accepted ones before it end, and those that a stage ended say so */
+static void attempts(void **state)
+{
+  static const SlipOutputColumn column = {"w", "m", PETSC_FALSE};
+  PetscInt accepted, rejected, failed = 0, refused = 0, taken = 0;
+  PetscReal *time, *dt, *accept, *converged, *error, now = 0;
+  SlipOutput out;
+  TSAdapt adapt;
+  SlipH5 h;
+  Vec w;
+  TS ts;
+
+  (void)state;
+  ok(VecCreateSeq(PETSC_COMM_SELF, 1, &w));
+  ok(VecSet(w, 1));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(TSSetRHSFunction(ts, NULL, Decay, NULL));
+  ok(TSSetType(ts, TSRK));
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTBASIC));
+  ok(TSSetFunctionDomainError(ts, InDomain));
+  ok(TSSetTolerances(ts, 1e-9, NULL, 1e-9, NULL));
+  ok(TSSetTimeStep(ts, 3.));
+  ok(TSSetMaxTime(ts, 0.25));
+  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_STEPOVER));
+  ok(TSSetSolution(ts, w));
+  ok(SlipOutputCreate(ts, "rk.h5", 1, &column, Row, NULL, &out));
+  ok(TSSolve(ts, w));
+  ok(TSGetStepNumber(ts, &accepted));
+  ok(TSGetStepRejections(ts, &rejected));
+  ok(SlipOutputFinish(&out, 0, 0));
+  ok(SlipH5OpenRead("rk.h5", &h));
+  time = Column(&h, "/steps/time", accepted + rejected);
+  dt = Column(&h, "/steps/dt", accepted + rejected);
+  accept = Column(&h, "/steps/accepted", accepted + rejected);
+  converged = Column(&h, "/steps/converged", accepted + rejected);
+  error = Column(&h, "/steps/error", accepted + rejected);
+  for (PetscInt k = 0; k < accepted + rejected; k++) {
+    assert_true(fabs(time[k] - now) < 1e-14);
+    if (converged[k] == 0) {
+      /* each a quarter of the one before */
+      assert_true(fabs(dt[k] - 3. / pow(4, (double)failed++)) < 1e-14 && dt[k] / 2 >= LONGEST && error[k] < 0);
+    } else if (accept[k] == 0) {
+      assert_true(error[k] > 1);
+      refused++;
+    } else {
+      assert_true(error[k] <= 1);
+      now += dt[k];
+      taken++;
+    }
+  }
+  assert_true(failed == 2 && refused > 0);
+  assert_int_equal(accepted, taken);
+  assert_true(now >= 0.25);
+  ok(SlipH5Close(&h));
+  PetscFree(time), PetscFree(dt), PetscFree(accept), PetscFree(converged), PetscFree(error);
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
+}
+
 static int Enter(void **state)
 {
   (void)state;
@@ -177,4 +264,4 @@ static int Leave(void **state)
   return chdir(cwd) || TempDirRemove(dir);
 }
 
-SLIP_TESTS_WITH(Enter, Leave, resumes)
+SLIP_TESTS_WITH(Enter, Leave, resumes, attempts)

@@ -27,24 +27,13 @@ typedef struct {
 } SlipAdaptByError;
 PETSC_INTERN PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, SlipAdaptNextFn next,
                                                    PetscErrorCode (*state)(TSAdapt, SlipState));
-PETSC_INTERN void SlipAdaptLeave(TSAdapt adapt, const SlipAdaptByError *ctx); /* the type goes */
-/* What it makes TSAdapt and TSBATHE call */
-PETSC_INTERN PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
-                                                PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter);
-PETSC_INTERN PetscErrorCode TSAdaptChooseAfterFailure_Error(TSAdapt adapt, TS ts, PetscReal h_failed,
-                                                            PetscReal *h_next);
 PETSC_INTERN PetscErrorCode SlipAdaptFailureOption(TSAdapt adapt, SlipOptionItems PetscOptionsObject,
                                                    const char option[]);
 
-/* ---- heuristic.c ---- */
-typedef struct {
-  SlipAdaptByError base;
-  PetscReal growth; /* c_up, largest ratio of successive steps */
-  PetscBool again;  /* the attempt before was rejected too */
-} TSAdapt_Heuristic;
-/* All of the type, in a context that begins with ctx */
-PETSC_INTERN PetscErrorCode SlipAdaptCreateHeuristic(TSAdapt adapt, TSAdapt_Heuristic *ctx);
-PETSC_INTERN PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionItems PetscOptionsObject);
+/* ---- watch.c ---- */
+/* What is known of an attempt of any TS that asks its controller: time, dt, converged, accepted, error */
+typedef PetscErrorCode (*SlipAdaptWatchFn)(TS ts, const SlipAttempt *attempt);
+PETSC_INTERN PetscErrorCode SlipAdaptWatch(TS ts, SlipAdaptWatchFn told);
 
 /* ---- observe.c ---- */
 typedef struct {
@@ -66,7 +55,6 @@ PETSC_INTERN PetscErrorCode SlipObserve(SlipObserver *o, PetscInt n, SlipObserve
 
 /* ---- rl.c, rlset.c: context of TSADAPTRL ---- */
 typedef struct {
-  TSAdapt_Heuristic heuristic; /* first: the controller that takes a run over */
   SlipPolicy policy;
   char problem[64];       /* whose default policy to take; empty: ask the TS */
   char default_of[64];    /* the problem whose default policy is; empty: it was given */
@@ -87,11 +75,15 @@ typedef struct {
   PetscInt steps;  /* accepted steps at the last call, to notice another solve */
   /* handing over */
   PetscBool strict;        /* never */
-  PetscBool handed;        /* the run under way goes on by the heuristic */
+  PetscBool handed;        /* the run under way goes on by heir */
+  TSAdapt heir;            /* the controller that it goes on by, rlheir.c; NULL before that */
+  PetscBool from_options;  /* which has options */
   PetscReal handover_time; /* since then [s] */
   PetscInt outside_run;    /* decisions in a row with an observation outside the training range */
   PetscBool told;          /* the line of message was printed */
   /* guard rails */
+  PetscInt paced;          /* decisions since the one at pace_time */
+  PetscReal pace_time;     /* [s] */
   PetscInt max_failures;   /* failed attempts in a row before steps are halved */
   PetscReal error_ceiling; /* larger error estimates reject; 0: none */
   PetscInt solves_failed;  /* of the TS, at the last attempt */
@@ -103,6 +95,16 @@ typedef struct {
   PetscInt ceilings;  /* steps rejected by the ceiling */
   PetscInt outside;   /* decisions with an observation outside the training range */
 } TSAdapt_RL;
+
+/* rlheir.c */
+PETSC_INTERN const char *TSAdaptRLHeirType_Private(const TSAdapt_RL *rl);
+PETSC_INTERN PetscErrorCode TSAdaptRLHeirOptions_Private(TSAdapt adapt, SlipOptionItems PetscOptionsObject);
+PETSC_INTERN PetscErrorCode TSAdaptRLHeirCreate_Private(TSAdapt adapt);
+PETSC_INTERN PetscErrorCode TSAdaptRLHeirChoose_Private(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc,
+                                                        PetscReal *next_h, PetscBool *accept, PetscReal *wlte,
+                                                        PetscReal *wltea, PetscReal *wlter);
+PETSC_INTERN PetscErrorCode TSAdaptRLHeirAfterFailure_Private(TSAdapt adapt, TS ts, PetscReal h_failed,
+                                                              PetscReal *h_next);
 
 /* rlmeasure.c */
 PETSC_INTERN PetscErrorCode TSAdaptRLFindDefault_Private(TSAdapt adapt, const char problem[], char file[], size_t len,
@@ -128,4 +130,5 @@ PETSC_INTERN PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts); /
 PETSC_INTERN PetscErrorCode TSAdaptRLForgetDefault_Private(TSAdapt adapt);
 
 /* ---- state.c: for checkpoints ---- */
+PETSC_INTERN PetscErrorCode SlipStateController(SlipState s, const char name[], TSAdapt adapt);
 PETSC_INTERN PetscErrorCode SlipStateAdapt(SlipState s, TS ts);

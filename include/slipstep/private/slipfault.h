@@ -1,4 +1,5 @@
-/* Inside the fault: its tables (parameters, choices, friction laws, observables) and its data. */
+/* Inside the fault: its data, and what its files need of each other. Its parameters are in slipfaultparameters.h, what a run
+   leaves behind in slipfaultrecord.h. */
 #pragma once
 #include <petsc/private/petscimpl.h>
 #include <slipfault.h>
@@ -10,129 +11,9 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipoutput.h>
 #include <slipstep/private/slipcheckpoint.h>
+#include <slipstep/private/slipfaultparameters.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
-
-/* ---- parameters ---- */
-/* What can be metres of a fault: along strike the Earth's circumference, which coordinates of a map keep to as well; in
-   depth more than the 700 km below which no rock breaks. */
-#define FAULT_MAX_REACH 4e7
-#define FAULT_MAX_DEPTH 1e6
-
-/* Reference absolute tolerance of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
-#define SLIP_FAULT_ATOL 1e-10
-typedef enum {
-  FAULT_NX,
-  FAULT_NZ,
-  FAULT_LENGTH_X,
-  FAULT_LENGTH_Z,
-  FAULT_DEPTH_TOP,
-  FAULT_THICKNESS,
-  FAULT_SHEAR_MODULUS,
-  FAULT_POISSON_RATIO,
-  FAULT_DENSITY,
-  FAULT_DAMPING_RATIO,
-  FAULT_LOADING_RATE,
-  FAULT_NORMAL_STRESS,
-  FAULT_NORMAL_STRESS_GRADIENT,
-  FAULT_FRICTION_RESIDUAL,
-  FAULT_FRICTION_DROP,
-  FAULT_FRICTION_SLIP,
-  FAULT_FRICTION_RATE,
-  FAULT_FRICTION_A,
-  FAULT_FRICTION_B,
-  FAULT_FRICTION_REFERENCE,
-  FAULT_FRICTION_REFERENCE_RATE,
-  FAULT_HEALING_TIME,
-  FAULT_INITIAL_TRACTION,
-  FAULT_INITIAL_RATE,
-  FAULT_INITIAL_STATE,
-  FAULT_CREEP,
-  FAULT_STRESSING_RATE,
-  FAULT_INJECTION_PRESSURE,
-  FAULT_INJECTION_DIFFUSIVITY,
-  FAULT_INJECTION_STOP,
-  FAULT_INITIAL_PERTURBATION,
-  FAULT_VELOCITY_SCALE,
-  FAULT_OUTPUT_INTERVAL,
-  FAULT_OUTPUT_SLIP_INTERVAL,
-  FAULT_OUTPUT_TIME_INTERVAL,
-  FAULT_OUTPUT_RATE_CHANGE,
-  FAULT_OUTPUT_COMPRESSION,
-  FAULT_HMAT_TOLERANCE,
-  FAULT_KRYLOV_TOLERANCE,
-  FAULT_RATE_TOLERANCE,
-  FAULT_CHECKPOINT_INTERVAL,
-  FAULT_RESTART_DT,
-  FAULT_WALL_LIMIT,
-  FAULT_EVENT_RATE,
-  FAULT_NUM_REALS
-} SlipFaultRealId;
-
-typedef struct {
-  const char *name; /* option without "fault_" */
-  PetscReal value;  /* default; NaN: derived when not given */
-  const char *unit; /* "" for numbers */
-  PetscReal lower, upper;
-  PetscBool open;    /* lower bound excluded (the upper one always is) */
-  PetscBool integer; /* whole numbers only */
-  const char *help;
-} SlipFaultReal;
-PETSC_EXTERN const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS];
-
-typedef enum {
-  FAULT_FRICTION_LAW,
-  FAULT_STATE_LAW,
-  FAULT_KERNEL,
-  FAULT_INITIAL,
-  FAULT_OPERATOR,
-  FAULT_VISCOSITY,
-  FAULT_STIFFNESS_AVERAGE,
-  FAULT_STIFFNESS_FILE,
-  FAULT_STIFFNESS_SCALING,
-  FAULT_CACHE_DIR,
-  FAULT_PARAMETERS,
-  FAULT_MESH,
-  FAULT_PORE_PRESSURE,
-  FAULT_INJECTION,
-  FAULT_OUTPUT,
-  FAULT_OUTPUT_FIELDS,
-  FAULT_OUTPUT_PRECISION,
-  FAULT_STATIONS,
-  FAULT_CATALOGUE,
-  FAULT_CHECKPOINT,
-  FAULT_RESTART,
-  FAULT_NUM_STRINGS
-} SlipFaultStringId;
-
-typedef struct {
-  const char *name;
-  const char *value;   /* default */
-  const char *choices; /* "|a|b|", or NULL for a file name or list */
-  const char *help;
-} SlipFaultString;
-PETSC_EXTERN const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS];
-
-/* Per-cell fields, in the order of the enumeration above. */
-typedef enum {
-  FIELD_NORMAL_STRESS,
-  FIELD_FRICTION_RESIDUAL,
-  FIELD_FRICTION_DROP,
-  FIELD_FRICTION_SLIP,
-  FIELD_FRICTION_RATE,
-  FIELD_LOADING_RATE,
-  FIELD_HEALING_TIME,
-  FIELD_INITIAL_TRACTION,
-  FIELD_STRESSING_RATE,
-  FIELD_FRICTION_A,
-  FIELD_FRICTION_B,
-  FIELD_FRICTION_REFERENCE,
-  FIELD_INITIAL_RATE,
-  FIELD_INITIAL_STATE,
-  FIELD_CREEP,
-  FAULT_NUM_FIELDS
-} SlipFaultFieldId;
-PETSC_EXTERN const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS]; /* the parameter each field replaces */
 
 /* Shear load and pore pressure in time; what is of the time `time` is made by SlipFaultLoadAt() */
 typedef struct {
@@ -155,10 +36,13 @@ typedef struct {
   PetscBool opened; /* it was said that cells are without strength */
 } SlipFaultLoads;
 
-/* Which state vector sums belong to, and how it was then */
+/* All that what was computed of a state depends on: the vector and how it was then, the load, and the slip rates, which TSRK is not
+   told of when they are put into its solution */
 typedef struct {
   PetscObjectId id;
   PetscObjectState state;
+  PetscReal time;   /* of the load, 0 where it is always the same [s] */
+  PetscInt64 rates; /* how often rates were put into states */
 } SlipFaultMoment;
 
 /* ---- sums over the cells that observables are made of ---- */
@@ -213,9 +97,12 @@ typedef struct {
   PetscReal rtol;     /* that the tolerances were made of */
   PetscBool known;    /* rate is that of the last right-hand side */
   PetscReal time;     /* of it [s] */
+  PetscInt sides;     /* right-hand sides of the run so far */
   Vec F;              /* its rates, borrowed from the TS */
   Vec first;          /* those of the first step of a run that goes on from a checkpoint; NULL: to be computed */
   Vec u, rate, force; /* its displacement [m], slip rate [m/s], and K u [Pa] */
+  PetscInt64 put;     /* how often it was put into a state */
+  Vec seen;           /* an attempt's end with its rates, which a controller observes; NULL: none has */
   PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: nobody has asked */
   PetscBool *creeps;  /* [n] cells that slip at the loading rate; NULL: none */
   PetscReal *kept;    /* what constants point to; NULL where the normal stress changes */
@@ -227,14 +114,32 @@ typedef struct _n_SlipFaultCatalogue *SlipFaultCatalogue;
 
 /* ---- progress.c: what a run prints while it goes ---- */
 typedef struct {
-  PetscBool wanted;             /* -fault_progress */
-  PetscBool repetition;         /* what runs is that of -fault_check_error */
-  PetscInt wait;                /* steps until rank 0 is asked again whether a line is due */
-  PetscReal start;              /* model time at the start of the run, or where it goes on [s] */
-  PetscLogDouble setup;         /* when the set-up began [s]; 0: it did not */
-  PetscLogDouble begin;         /* when the run began [s]; 0: it did not */
-  PetscLogDouble printed, step; /* when the last line and the last step were [s] */
+  PetscBool wanted;                  /* -fault_progress */
+  PetscBool repetition;              /* what runs is that of -fault_check_error */
+  PetscInt wait;                     /* steps until rank 0 is asked again whether a line is due */
+  PetscReal start;                   /* model time at the start of the run, or where it goes on [s] */
+  PetscLogDouble setup;              /* when the set-up began [s]; 0: it did not */
+  PetscLogDouble begin;              /* when the run began [s]; 0: it did not */
+  PetscLogDouble printed, step;      /* when the last line and the last step were [s] */
+  PetscBool fast;                    /* an event is under way */
+  PetscInt onsets;                   /* of events so far */
+  PetscLogDouble first, newest;      /* when the first and the newest of them were [s] */
+  PetscReal first_time, newest_time; /* in the model [s] */
 } SlipFaultProgress;
+
+/* ---- resolution.c: the lengths of a rupture against the cells ---- */
+typedef struct {
+  PetscBool weakens;    /* some cell weakens */
+  PetscBool known;      /* it does, and there are several cells: what follows is valid */
+  PetscBool zone;       /* the length is that of a cohesive zone, else of nucleation */
+  PetscReal least;      /* of length over cell, of all cells that weaken */
+  PetscReal length;     /* there [m] */
+  PetscReal cell;       /* there [m] */
+  PetscReal wanted;     /* what the field asks least to be */
+  PetscReal alone;      /* share of the cells that weaken which can fail alone */
+  PetscReal nucleation; /* least length of nucleation [m] */
+  PetscReal critical;   /* mean of the stiffness below which slip is unstable, of the cells that weaken [Pa/m] */
+} SlipFaultResolution;
 
 /* ---- errors of a run; formulas in slipestimate.c, courseestimate.c and slipcheck.c ---- */
 typedef struct {
@@ -286,6 +191,7 @@ struct _p_SlipFault {
   PetscBool output_xdmf;      /* -fault_output_xdmf */
   PetscBool interval_given;   /* output_interval was set */
   PetscBool catalogue_maps;   /* -fault_catalogue_maps */
+  PetscBool speaks;           /* its options were read: it warns, and prints what it found */
   PetscViewer viewer;         /* -fault_view */
   PetscViewerFormat format;
   PetscViewer stiffness_viewer; /* -fault_stiffness_view */
@@ -306,6 +212,7 @@ struct _p_SlipFault {
   PetscBool initial_unstable;           /* -fault_initial_unstable */
   PetscBool heals;                      /* some healing time is not never */
   PetscBool slip_law;                   /* -fault_state_law slip */
+  PetscBool sequence;                   /* by loading, stressing or healing events may follow each other */
   PetscBool driven;   /* by loading, stressing, pressure or healing, or without inertia: quiet times without end */
   PetscReal *healing; /* [n] 1/t_h [1/s]; NULL: 0 */
   SlipFaultLoads loads;
@@ -316,7 +223,9 @@ struct _p_SlipFault {
   PetscReal mass;    /* rho Ly [kg/m^2] */
   PetscReal tstar;   /* Ly sqrt(rho/G) [s] */
   PetscReal scaling; /* factor that K was multiplied with */
-  Vec vinf;          /* loading rate [m/s] */
+  uint64_t read;     /* hash of the entries of -fault_stiffness_file as they were read; the same on all ranks */
+  SlipFaultResolution resolution;
+  Vec vinf; /* loading rate [m/s] */
   Vec work[3];
 
   /* ---- the critical state, and the means by which observations are made dimensionless ---- */
@@ -337,6 +246,7 @@ struct _p_SlipFault {
   Vec c, u0, s0;
 
   SlipProblemOps problem; /* what its TS tells controllers */
+  PetscReal rtol;         /* the default of -ts_rtol, with problem.controller */
 
   /* ---- of a smooth law: the slip rates of the state asked about last ---- */
   SlipFaultBalance balance;
@@ -347,6 +257,7 @@ struct _p_SlipFault {
   SlipFaultEstimates estimates;
   SlipFaultOutput output;
   SlipFaultCatalogue catalogue; /* NULL: none */
+  PetscInt products;            /* with K of this process, before the run */
   PetscInt events;              /* of the run so far, as the catalogue counts them; -1: nobody does */
   SlipFaultRunError run_error;
   SlipFaultProgress progress;
@@ -373,6 +284,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault); /* K, its 
 PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);  /* uc and what observables are measured in */
 PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault);      /* cells of -fault_mesh */
 PETSC_EXTERN PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average); /* that was chosen */
+/* steps.c */
+PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
+PETSC_INTERN PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, PetscBool *done);
 PETSC_EXTERN PetscErrorCode SlipFaultGatherCreate(SlipFault fault, Vec x, VecScatter *scatter, Vec *x0);
 PETSC_EXTERN PetscErrorCode SlipFaultMeshWrite(SlipFault fault, SlipH5 *h);
@@ -389,10 +303,13 @@ PETSC_EXTERN PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec 
 PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F);
 PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q);
 PETSC_EXTERN PetscErrorCode SlipFaultStartShare(SlipFault fault, PetscReal *share); /* state.c */
+PETSC_EXTERN PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip);
+PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* filenames.c */
 /* loads.c */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadAt(SlipFault fault, PetscReal t);
+PETSC_EXTERN PetscErrorCode SlipFaultPressure(SlipFault fault, PetscReal t, PetscReal p[]); /* [n] [Pa] */
 PETSC_EXTERN PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t);
 PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(SlipFault fault, PetscReal t, PetscReal *next);
 PETSC_EXTERN PetscErrorCode SlipFaultPressureScale(SlipFault fault, PetscReal t, PetscReal duration, PetscReal *scale);
@@ -407,8 +324,19 @@ PETSC_EXTERN PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */
 PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
+PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
+/* resolution.c */
+PETSC_EXTERN PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultResolutionText(SlipFault fault, char text[], size_t len); /* for views and lines */
+PETSC_EXTERN PetscErrorCode SlipFaultResolutionPrint(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultResolutionResult(SlipFault fault, SlipOutput run);
+PETSC_EXTERN PetscErrorCode SlipFaultResolutionWarn(SlipFault fault);
+/* warn.c */
+PETSC_EXTERN PetscErrorCode SlipFaultWarn(SlipFault fault);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, Vec w, Vec *seen);
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step); /* of smooth laws [s] */
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault);
@@ -421,6 +349,11 @@ PETSC_EXTERN const char *SlipFaultStateUnit(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultSwing(SlipFault fault, Vec w, PetscReal *ratio);
 PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, Vec e, Vec w0, Vec w1,
                                                PetscReal *E);
+/* observe.c. Is what is known of a moment that of the state w of now, with the load of time t? */
+PETSC_EXTERN PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known,
+                                           SlipFaultMoment *now, PetscBool *same);
+/* The fastest relaxation of stress by a cell's own slip [1/s], of the rates of the last right-hand side; 0: of no explicit problem */
+PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscInt row[],
                                              PetscReal value[]);
@@ -444,6 +377,10 @@ PETSC_EXTERN PetscErrorCode SlipFaultProgressStart(SlipFault fault, TS ts); /* c
 PETSC_EXTERN PetscErrorCode SlipFaultProgressSetUp(SlipFault fault, const char what[]);
 PETSC_EXTERN PetscErrorCode SlipFaultProgressSetUpEnd(SlipFault fault);
 PETSC_EXTERN PetscBool SlipFaultProgressDue(PetscBool terminal, PetscReal elapsed, PetscReal since);
+PETSC_EXTERN void SlipFaultProgressSee(SlipFaultProgress *p, PetscLogDouble now, PetscReal time, PetscReal rate,
+                                       PetscReal bound);
+PETSC_EXTERN PetscReal SlipFaultProgressLeft(const SlipFaultProgress *p, PetscBool driven, PetscLogDouble now,
+                                             PetscReal time, PetscReal end);
 /* A time in fitting units: "12.5 s", "3.2 h", "113.4 years" */
 PETSC_EXTERN void SlipFaultTimeText(PetscReal seconds, char text[], size_t len);
 /* Sums over the cells: power[0] of (v - v_inf) H (v - v_inf), [1] of v_inf H (v - v_inf), [2] of -v r, or q |v|. */
@@ -452,173 +389,3 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, Pe
 /* ---- stress.c: elastic stress and energy, and what loading does ---- */
 PETSC_EXTERN PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy); /* [J] */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power);   /* [W] */
-
-/* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
-/* Fields of /fields: components of the state, but traction, the reaction; and slip of a fault that heals, which is not s */
-typedef enum {
-  OUTPUT_SLIP_RATE,
-  OUTPUT_DISPLACEMENT,
-  OUTPUT_SLIP,
-  OUTPUT_TRACTION,
-  OUTPUT_STATE,
-  OUTPUT_NUM_FIELDS
-} SlipOutputFieldId;
-
-/* stations.c: points whose cells are recorded at every accepted step */
-typedef struct {
-  PetscReal x, z;      /* asked for [m] */
-  PetscReal centre[3]; /* x, y, z of the cell's centre [m] */
-  PetscInt cell;       /* in the order of the file or grid */
-  PetscInt local;      /* number among this rank's cells, -1: of another rank */
-  PetscReal u0;        /* displacement at the start [m] */
-} SlipFaultStation;
-
-typedef struct {
-  PetscInt n;
-  SlipFaultStation *station;
-  PetscBool known; /* a checkpoint says where they began */
-  PetscReal start; /* time of the start [s] */
-  PetscReal *row;  /* [5 n] */
-} SlipFaultStations;
-
-/* xdmf.c: what makes the output open in ParaView; rank 0 */
-typedef struct {
-  PetscBool wanted;
-  char target[PETSC_MAX_PATH_LEN]; /* the output's final name */
-  PetscInt n, size;                /* entries of /fields, room for */
-  PetscReal *time;                 /* theirs [s] */
-  PetscInt written;                /* entries in the file */
-  int failed;                      /* errno of the last attempt to write it, or 0 */
-  PetscLogDouble last, cost;       /* when that was, and how long it took [s] */
-} SlipFaultXdmf;
-
-/* outputwhen.c: what decides about the next entry of /fields */
-typedef struct {
-  PetscBool known;      /* there was an entry, or a checkpoint that remembers it */
-  PetscReal time;       /* of the last accepted step [s] */
-  PetscReal entry_time; /* of the newest entry [s] */
-  PetscReal entry_rate; /* largest slip rate then [m/s] */
-  Vec entry_u;          /* displacement then [m]; NULL without -fault_output_slip_interval */
-} SlipFaultWhen;
-
-struct _n_SlipFaultOutput {
-  SlipFault fault; /* borrowed */
-  PetscMPIInt rank;
-  SlipOutput run; /* the file, /run, /steps, /series, /result and the summary */
-  PetscBool wanted[OUTPUT_NUM_FIELDS];
-  const char *name[OUTPUT_NUM_FIELDS]; /* of the fields */
-  PetscBool resumed, started;          /* goes on in the file of an earlier run; TSSolve() has said where it starts */
-  PetscInt nfields;                    /* entries of /fields */
-  PetscInt last_field_step;            /* step of the newest of them */
-  Vec w0, r0;                          /* state and reaction gathered on rank 0 */
-  Vec traction;
-  Vec shown;         /* state as /fields have it, where that is not w */
-  Vec start0, vinf0; /* rank 0, of a fault that heals: displacement of the start [m] and loading rate [m/s] */
-  SlipFaultMoment traction_moment; /* of the state that traction is of */
-  VecScatter gather_w, gather_r;
-  SlipFaultStations stations;
-  SlipFaultWhen when;
-  SlipFaultXdmf xdmf;
-};
-
-PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, no file as yet */
-PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w);
-/* Collective: out->traction of a state, the static one, weighted by area */
-PETSC_EXTERN PetscErrorCode SlipFaultOutputTraction(SlipFaultOutput out, PetscReal time, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s); /* collective: what it remembers */
-
-PETSC_EXTERN PetscErrorCode SlipFaultStationsSetUp(SlipFaultOutput out);
-PETSC_EXTERN PetscErrorCode SlipFaultStationsLayout(SlipFaultOutput out); /* rank 0: groups, or cut */
-PETSC_EXTERN PetscErrorCode SlipFaultStationsStart(SlipFaultOutput out, PetscReal time, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultStationsRow(SlipFaultOutput out, PetscReal time, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultStationsDestroy(SlipFaultOutput out);
-
-/* Rank 0: what the output needs for it, before it is live; an entry; the output is flushed, for the last time or
-   not; the output has its final name */
-PETSC_EXTERN PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out);
-PETSC_EXTERN PetscErrorCode SlipFaultXdmfAdd(SlipFaultOutput out, PetscReal time);
-PETSC_EXTERN PetscErrorCode SlipFaultXdmfFlushed(SlipFaultOutput out, PetscBool last);
-PETSC_EXTERN PetscErrorCode SlipFaultXdmfFinish(SlipFaultOutput out);
-
-PETSC_EXTERN PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault);
-PETSC_EXTERN PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscReal time, Vec w,
-                                                 PetscBool *due);
-PETSC_EXTERN PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts); /* prints it */
-/* Shape of a field in a file, [Nz, Nx], or [n] for a mesh: number of dimensions */
-PETSC_EXTERN PetscInt SlipFaultFieldShape(SlipFault fault, PetscInt dims[2]);
-PETSC_EXTERN PetscErrorCode SlipFaultWriteAxes(SlipFault fault, SlipH5 *h); /* rank 0: centres of the cells */
-
-/* ---- catalogue.c, cataloguefile.c: events, a row each ---- */
-typedef enum { WORK_RADIATED, WORK_DISSIPATED, WORK_LOADING, FAULT_NUM_WORKS } SlipFaultWorkId;
-
-/* The event under way */
-typedef struct {
-  PetscReal onset;                 /* [s] */
-  PetscReal elastic, kinetic;      /* energies at the onset [J] */
-  PetscReal work[FAULT_NUM_WORKS]; /* since then [J] */
-  PetscReal peak;                  /* largest slip rate so far [m/s] */
-  PetscReal time[2], rate[2];      /* ends of the last two steps [s], largest slip rates there [m/s] */
-  PetscInt cell;                   /* hypocentre, as the file numbers cells */
-  PetscInt steps;
-} SlipFaultEvent;
-
-typedef enum {
-  EVENT_ONSET,
-  EVENT_END,
-  EVENT_X,
-  EVENT_Y,
-  EVENT_Z,
-  EVENT_CELL,
-  EVENT_AREA,
-  EVENT_MEAN_SLIP,
-  EVENT_MAX_SLIP,
-  EVENT_DIRECTION,
-  EVENT_MOMENT,
-  EVENT_MAGNITUDE,
-  EVENT_STRESS_DROP,
-  EVENT_PEAK_SLIP_RATE,
-  EVENT_ELASTIC_ENERGY,
-  EVENT_KINETIC_ENERGY,
-  EVENT_DISSIPATED_ENERGY,
-  EVENT_RADIATED_ENERGY,
-  EVENT_LOADING_WORK,
-  EVENT_LEDGER,
-  EVENT_STEPS,
-  EVENT_NUM_COLUMNS
-} SlipEventColumn;
-
-struct _n_SlipFaultCatalogue {
-  SlipFault fault; /* borrowed */
-  PetscMPIInt rank;
-  PetscBool maps;           /* slip and rupture time of each cell as well */
-  PetscBool begun, resumed; /* the file is there; it is that of an earlier run, cut */
-  PetscBool started;        /* TSSolve() has said where it starts */
-  SlipH5Kind kind;
-  SlipH5 file;                      /* rank 0 */
-  PetscBool unflushed;              /* rows that are not on the disk */
-  SlipTable table;                  /* rank 0: the columns */
-  PetscReal last_end;               /* of the newest row [s] */
-  PetscBool active;                 /* an event is under way */
-  SlipFaultEvent event;             /* and how far it is */
-  Vec u0, stress0;                  /* displacement [m] and shear stress [Pa] at its onset */
-  Vec rupture;                      /* when each cell exceeded the rate, after the onset [s]; -1: not yet */
-  Vec before;                       /* with other integrators than TSBATHE: state of the step before, else NULL */
-  PetscReal time_before;            /* its time [s] */
-  Vec cut, stress, slip;            /* work: state within a step, shear stress [Pa], slip of the event [m] */
-  PetscBool power_known;            /* that of the end of the last step is */
-  PetscReal power[FAULT_NUM_WORKS]; /* [W] */
-  VecScatter gather;                /* maps, on rank 0 */
-  Vec map[2];
-};
-
-PETSC_EXTERN PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts);
-PETSC_EXTERN PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s);
-PETSC_EXTERN PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run);
-PETSC_EXTERN PetscErrorCode SlipFaultCatalogueDestroy(SlipFaultCatalogue *catalogue);
-/* The file; collective */
-PETSC_EXTERN PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat); /* unless it is there */
-PETSC_EXTERN PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat); /* when it is due */
-PETSC_EXTERN PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat);
-PETSC_EXTERN PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete);
-PETSC_EXTERN PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat, const PetscReal row[]);

@@ -2,6 +2,7 @@
 #pragma once
 #include <slipoutput.h>
 #include <sliph5.h>
+#include <slipts.h>
 
 /* A group of series with one row per event, kept until SLIP_TABLE_ROWS rows are there. */
 #define SLIP_TABLE_ROWS 64
@@ -10,13 +11,16 @@ typedef struct {
   char group[64];
   SlipOutputColumn column[SLIP_TABLE_COLUMNS];
   PetscInt ncolumns, nrows;
-  PetscInt written; /* rows in the file */
+  PetscInt entries[SLIP_TABLE_COLUMNS]; /* numbers of a column in a row */
+  PetscInt first[SLIP_TABLE_COLUMNS];   /* of them, in value */
+  PetscInt written;                     /* rows in the file */
   PetscReal value[SLIP_TABLE_COLUMNS][SLIP_TABLE_ROWS];
 } SlipTable;
 
-/* rows >= 0: the table is there, and is cut to so many */
+/* entries [ncolumns], or NULL: a row has so many numbers in a column, whose dataset is [n, entries]; 0: one, and [n].
+   rows >= 0: the table is there, and is cut to so many */
 PETSC_INTERN PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
-                                            const SlipOutputColumn column[], PetscInt rows);
+                                            const SlipOutputColumn column[], const PetscInt entries[], PetscInt rows);
 PETSC_INTERN PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[]);
 PETSC_INTERN PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h);
 
@@ -28,9 +32,23 @@ typedef struct {
 } SlipOutputNumber;
 
 typedef struct {
+  PetscBool implicit; /* what follows rejected is there */
   PetscInt accepted, rejected, solves, newton, linear;
   PetscReal wall_setup, wall_solve; /* [s] */
 } SlipOutputTotals;
+
+/* By this name the TS knows its output */
+#define SLIP_OUTPUT_KEY "SlipOutput"
+
+/* attempts.c: attempts of integrators other than TSBATHE */
+typedef struct {
+  SlipAttempt last;        /* the newest */
+  PetscBool judged;        /* it was accepted, and its row is to be written */
+  PetscReal time;          /* at the end of the last step [s] */
+  PetscInt newton, linear; /* of the TS, at the last row */
+  PetscInt sides;          /* right-hand sides, likewise */
+  PetscLogDouble begin;    /* when that was, or when the step began [s] */
+} SlipOutputAttempts;
 
 struct _n_SlipOutput {
   TS ts;              /* borrowed */
@@ -42,6 +60,7 @@ struct _n_SlipOutput {
   SlipH5Kind kind;                                         /* with those strings */
   PetscErrorCode (*layout)(SlipOutput output, void *ctx);  /* collective: what the problem adds to a new file */
   PetscErrorCode (*flushed)(SlipOutput output, void *ctx); /* rank 0, or NULL: what is done when the file was flushed */
+  PetscErrorCode (*sides)(void *ctx, PetscInt *n);         /* right-hand sides of a problem that counts them, or NULL */
   PetscBool moving_only; /* the rows of series use the reaction only where something moves */
   PetscBool resumed;     /* the file is that of an earlier run, cut to these rows */
   PetscInt resume_steps, resume_series;
@@ -49,9 +68,11 @@ struct _n_SlipOutput {
   PetscLogDouble begin;                        /* when the output was created */
   PetscReal wall, setup_before, solve_before;  /* of earlier runs that this one continues [s] */
   SlipOutputColumn column[SLIP_TABLE_COLUMNS]; /* of series */
+  PetscInt entries[SLIP_TABLE_COLUMNS];        /* of theirs, see SlipTableCreate() */
   PetscInt ncolumns;
   SlipH5 file; /* rank 0 */
   SlipTable steps, series;
+  SlipOutputAttempts attempts;
   PetscInt nmore;
   SlipTable *more; /* of SlipOutputAddTable(), with as many rows as series */
   SlipOutputRowFn row;
@@ -77,6 +98,12 @@ PETSC_INTERN SlipH5 *SlipOutputFile(SlipOutput output);
 PETSC_INTERN PetscErrorCode SlipOutputAddTable(SlipOutput output, const char group[], PetscInt n,
                                                const SlipOutputColumn column[]);
 PETSC_INTERN PetscErrorCode SlipOutputAddRow(SlipOutput output, PetscInt k, const PetscReal row[]);
+/* Rank 0: all rows to the file; a row, and what was collected to disk from time to time */
+PETSC_INTERN PetscErrorCode SlipOutputFlush(SlipOutput output);
+PETSC_INTERN PetscErrorCode SlipOutputRow(SlipOutput output, SlipTable *table, const PetscReal row[]);
+/* attempts.c. Start: for a TS, once; Step: when a step has ended, or TSSolve() begins */
+PETSC_INTERN PetscErrorCode SlipOutputAttemptsStart(TS ts);
+PETSC_INTERN PetscErrorCode SlipOutputAttemptsStep(SlipOutput output, PetscInt step, PetscReal time);
 /* Rank 0: attributes of /run that are known at the start, and the end of the file */
 PETSC_INTERN PetscErrorCode SlipOutputRun(SlipOutput output);
 PETSC_INTERN PetscErrorCode SlipOutputPolicy(SlipOutput output);

@@ -32,8 +32,15 @@ PETSC_INTERN PetscErrorCode SlipObjectQueryData(PetscObject obj, const char name
 PETSC_INTERN const char *
 SlipNumberOption(size_t i); /* name of the i-th number of PETSc's solvers, NULL after the last */
 
+/* ---- optiontimes.c ---- */
+#define SLIP_TIME_UNITS "s, min, h, d or y" /* for messages */
+/* Full names, without dash and with blanks between, of options that are times in s; borrowed: constant text */
+PETSC_INTERN PetscErrorCode SlipDeclareTimes(const char names[]);
+PETSC_INTERN PetscBool SlipIsTimeOption(const char name[]); /* without dash, a prefix before it or not */
+
 /* ---- optionnames.c ---- */
 PETSC_INTERN PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[], size_t len);
+PETSC_INTERN PetscBool SlipIsHelpOption(const char name[]); /* ours, or PETSc's that every run needs */
 
 /* ---- log.c ---- */
 /* Events are nested where the work is: a product with B may hold products with K and H, the output those of its
@@ -49,6 +56,7 @@ PETSC_INTERN PetscLogEvent SLIP_Output;  /* gathering and writing */
 
 PETSC_INTERN PetscErrorCode SlipLogRegister(void); /* all of them; again does nothing */
 PETSC_INTERN PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event);
+PETSC_INTERN PetscErrorCode SlipLogGetProducts(PetscInt *n);
 /* The stage and the event of output, around it. */
 PETSC_INTERN PetscErrorCode SlipLogOutputBegin(void);
 PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);
@@ -63,6 +71,20 @@ PETSC_INTERN PetscErrorCode SlipH5Follow(const char file[], const char source[],
 PETSC_INTERN PetscErrorCode SlipH5Refuse(const SlipH5 *h, const char file[], int reason);
 PETSC_INTERN PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], SlipH5 *h);
 PETSC_INTERN hsize_t SlipH5MostRows(hid_t id); /* of the longest series of an open file */
+/* ---- filenames.c ---- */
+#define SLIP_FILE_ENDINGS 8
+typedef struct {
+  char option[96];               /* that names it, with its dash */
+  char name[PETSC_MAX_PATH_LEN]; /* "": no file */
+  const char
+    *endings[SLIP_FILE_ENDINGS + 1]; /* what the run adds to the name: "" for the file itself; NULL ends them */
+  PetscBool written;                 /* or read */
+  PetscInt family;                   /* others of it may be the same file; 0: none */
+} SlipNamedFile;
+PETSC_INTERN PetscErrorCode SlipFilesCheckNames(MPI_Comm comm, PetscInt n, const SlipNamedFile file[]);
+/* ---- h5whole.c ---- */
+PETSC_INTERN hid_t SlipH5OpenWritten(const char file[]);
+PETSC_INTERN PetscBool SlipH5IsWhole(hid_t id, char object[PETSC_MAX_PATH_LEN]);
 
 /* ---- h5output.c: the two halves of SlipH5Close() of a file that was written, for what is to be done in between ---- */
 PETSC_INTERN PetscErrorCode SlipH5CloseBeside(SlipH5 *h);
@@ -71,6 +93,7 @@ PETSC_INTERN PetscErrorCode SlipH5PutInPlace(SlipH5 *h);
 /* ---- error.c ---- */
 /* What is to be done before the error handler of a program ends it; false: exit() would crash */
 PETSC_INTERN void SlipErrorAtEnd(PetscBool (*end)(void));
+PETSC_INTERN PetscErrorCode SlipErrorHandlerBegin(void); /* before PetscInitialize() */
 
 /* ---- h5fail.c ---- */
 /* Raises the error of a write, reason being errno after it. sound: HDF5 itself did not fail. The file is closed. */

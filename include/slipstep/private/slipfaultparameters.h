@@ -1,0 +1,124 @@
+/* The parameters of a fault: tables of numbers, of choices and of the fields that may replace numbers cell by cell. */
+#pragma once
+#include <petscsys.h>
+
+/* What can be metres of a fault: along strike the Earth's circumference, which coordinates of a map keep to as well; in
+   depth more than the 700 km below which no rock breaks. */
+#define FAULT_MAX_REACH 4e7
+#define FAULT_MAX_DEPTH 1e6
+
+/* Reference absolute tolerance of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
+#define SLIP_FAULT_ATOL 1e-10
+typedef enum {
+  FAULT_NX,
+  FAULT_NZ,
+  FAULT_LENGTH_X,
+  FAULT_LENGTH_Z,
+  FAULT_DEPTH_TOP,
+  FAULT_THICKNESS,
+  FAULT_SHEAR_MODULUS,
+  FAULT_POISSON_RATIO,
+  FAULT_DENSITY,
+  FAULT_DAMPING_RATIO,
+  FAULT_LOADING_RATE,
+  FAULT_NORMAL_STRESS,
+  FAULT_NORMAL_STRESS_GRADIENT,
+  FAULT_FRICTION_RESIDUAL,
+  FAULT_FRICTION_DROP,
+  FAULT_FRICTION_SLIP,
+  FAULT_FRICTION_RATE,
+  FAULT_FRICTION_A,
+  FAULT_FRICTION_B,
+  FAULT_FRICTION_REFERENCE,
+  FAULT_FRICTION_REFERENCE_RATE,
+  FAULT_HEALING_TIME,
+  FAULT_INITIAL_TRACTION,
+  FAULT_INITIAL_RATE,
+  FAULT_INITIAL_STATE,
+  FAULT_CREEP,
+  FAULT_STRESSING_RATE,
+  FAULT_INJECTION_PRESSURE,
+  FAULT_INJECTION_DIFFUSIVITY,
+  FAULT_INJECTION_STOP,
+  FAULT_INITIAL_PERTURBATION,
+  FAULT_VELOCITY_SCALE,
+  FAULT_OUTPUT_INTERVAL,
+  FAULT_OUTPUT_SLIP_INTERVAL,
+  FAULT_OUTPUT_TIME_INTERVAL,
+  FAULT_OUTPUT_RATE_CHANGE,
+  FAULT_OUTPUT_SIZE,
+  FAULT_OUTPUT_COMPRESSION,
+  FAULT_HMAT_TOLERANCE,
+  FAULT_KRYLOV_TOLERANCE,
+  FAULT_RATE_TOLERANCE,
+  FAULT_CHECKPOINT_INTERVAL,
+  FAULT_RESTART_DT,
+  FAULT_WALL_LIMIT,
+  FAULT_EVENT_RATE,
+  FAULT_NUM_REALS
+} SlipFaultRealId;
+
+typedef struct {
+  const char *name; /* option without "fault_" */
+  PetscReal value;  /* default; NaN: derived when not given */
+  const char *unit; /* "" for numbers */
+  PetscReal lower, upper;
+  PetscBool open;    /* lower bound excluded (the upper one always is) */
+  PetscBool integer; /* whole numbers only */
+  const char *help;
+} SlipFaultReal;
+PETSC_EXTERN const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS];
+
+typedef enum {
+  FAULT_FRICTION_LAW,
+  FAULT_STATE_LAW,
+  FAULT_KERNEL,
+  FAULT_INITIAL,
+  FAULT_OPERATOR,
+  FAULT_VISCOSITY,
+  FAULT_STIFFNESS_AVERAGE,
+  FAULT_STIFFNESS_FILE,
+  FAULT_STIFFNESS_SCALING,
+  FAULT_CACHE_DIR,
+  FAULT_PARAMETERS,
+  FAULT_MESH,
+  FAULT_PORE_PRESSURE,
+  FAULT_INJECTION,
+  FAULT_OUTPUT,
+  FAULT_OUTPUT_FIELDS,
+  FAULT_OUTPUT_PRECISION,
+  FAULT_STATIONS,
+  FAULT_CATALOGUE,
+  FAULT_CHECKPOINT,
+  FAULT_RESTART,
+  FAULT_NUM_STRINGS
+} SlipFaultStringId;
+
+typedef struct {
+  const char *name;
+  const char *value;   /* default */
+  const char *choices; /* "|a|b|", or NULL for a file name or list */
+  const char *help;
+} SlipFaultString;
+PETSC_EXTERN const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS];
+
+/* Per-cell fields, in the order of the enumeration above. */
+typedef enum {
+  FIELD_NORMAL_STRESS,
+  FIELD_FRICTION_RESIDUAL,
+  FIELD_FRICTION_DROP,
+  FIELD_FRICTION_SLIP,
+  FIELD_FRICTION_RATE,
+  FIELD_LOADING_RATE,
+  FIELD_HEALING_TIME,
+  FIELD_INITIAL_TRACTION,
+  FIELD_STRESSING_RATE,
+  FIELD_FRICTION_A,
+  FIELD_FRICTION_B,
+  FIELD_FRICTION_REFERENCE,
+  FIELD_INITIAL_RATE,
+  FIELD_INITIAL_STATE,
+  FIELD_CREEP,
+  FAULT_NUM_FIELDS
+} SlipFaultFieldId;
+PETSC_EXTERN const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS]; /* the parameter each field replaces */

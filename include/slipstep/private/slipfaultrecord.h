@@ -1,0 +1,180 @@
+/* What a run of a fault leaves behind: its output with fields, stations and the file for ParaView, and the catalogue of events. */
+#pragma once
+#include <slipstep/private/slipfault.h>
+
+/* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
+/* Fields of /fields: components of the state, but traction, the reaction; pore pressure, of the time; and slip of a fault
+   that heals, which is not s */
+typedef enum {
+  OUTPUT_SLIP_RATE,
+  OUTPUT_DISPLACEMENT,
+  OUTPUT_SLIP,
+  OUTPUT_TRACTION,
+  OUTPUT_STATE,
+  OUTPUT_PORE_PRESSURE,
+  OUTPUT_NUM_FIELDS
+} SlipOutputFieldId;
+
+/* stations.c: points whose cells are recorded at every accepted step */
+typedef struct {
+  PetscReal x, z;      /* asked for [m] */
+  PetscReal centre[3]; /* x, y, z of the cell's centre [m] */
+  PetscInt cell;       /* in the order of the file or grid */
+  PetscInt local;      /* number among this rank's cells, -1: of another rank */
+  PetscReal u0;        /* displacement at the start [m] */
+} SlipFaultStation;
+
+typedef struct {
+  PetscInt n;
+  SlipFaultStation *station;
+  PetscBool known; /* a checkpoint says where they began */
+  PetscReal start; /* time of the start [s] */
+  PetscReal *row;  /* [5 n] */
+} SlipFaultStations;
+
+/* xdmf.c: what makes the output open in ParaView; rank 0 */
+typedef struct {
+  PetscBool wanted;
+  char target[PETSC_MAX_PATH_LEN]; /* the output's final name */
+  PetscInt n, size;                /* entries of /fields, room for */
+  PetscReal *time;                 /* theirs [s] */
+  PetscInt written;                /* entries in the file */
+  int failed;                      /* errno of the last attempt to write it, or 0 */
+  PetscLogDouble last, cost;       /* when that was, and how long it took [s] */
+} SlipFaultXdmf;
+
+/* outputwhen.c: what decides about the next entry of /fields */
+typedef struct {
+  PetscBool known;      /* there was an entry, or a checkpoint that remembers it */
+  PetscReal time;       /* of the last accepted step [s] */
+  PetscReal entry_time; /* of the newest entry [s] */
+  PetscReal entry_rate; /* largest slip rate then [m/s] */
+  Vec entry_u;          /* displacement then [m]; NULL without -fault_output_slip_interval */
+  PetscReal most;       /* entries there may be, by -fault_output_size; 0: no bound */
+} SlipFaultWhen;
+
+struct _n_SlipFaultOutput {
+  SlipFault fault; /* borrowed */
+  PetscMPIInt rank;
+  TS ts;          /* borrowed */
+  SlipOutput run; /* the file, /run, /steps, /series, /result and the summary */
+  PetscBool wanted[OUTPUT_NUM_FIELDS];
+  const char *name[OUTPUT_NUM_FIELDS]; /* of the fields */
+  PetscBool resumed, started;          /* goes on in the file of an earlier run; TSSolve() has said where it starts */
+  PetscInt nfields;                    /* entries of /fields */
+  PetscInt last_field_step;            /* step of the newest of them */
+  Vec w0, r0, p0;                      /* state, reaction and pore pressure gathered on rank 0 */
+  Vec traction, pressure;
+  Vec shown;         /* state as /fields have it, where that is not w */
+  Vec start0, vinf0; /* rank 0, of a fault that heals: displacement of the start [m] and loading rate [m/s] */
+  SlipFaultMoment traction_moment; /* of the state that traction is of */
+  VecScatter gather_w, gather_r;
+  SlipFaultStations stations;
+  SlipFaultWhen when;
+  SlipFaultXdmf xdmf;
+};
+
+PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, no file as yet */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r);
+/* Collective: out->traction of a state, the static one, weighted by area */
+PETSC_EXTERN PetscErrorCode SlipFaultOutputTraction(SlipFaultOutput out, PetscReal time, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s); /* collective: what it remembers */
+
+PETSC_EXTERN PetscErrorCode SlipFaultStationsSetUp(SlipFaultOutput out);
+PETSC_EXTERN PetscErrorCode SlipFaultStationsLayout(SlipFaultOutput out); /* rank 0: groups, or cut */
+PETSC_EXTERN PetscErrorCode SlipFaultStationsStart(SlipFaultOutput out, PetscReal time, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultStationsRow(SlipFaultOutput out, PetscReal time, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultStationsDestroy(SlipFaultOutput out);
+
+/* Rank 0: what the output needs for it, before it is live; an entry; the output is flushed, for the last time or
+   not; the output has its final name */
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out);
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfAdd(SlipFaultOutput out, PetscReal time);
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfFlushed(SlipFaultOutput out, PetscBool last);
+PETSC_EXTERN PetscErrorCode SlipFaultXdmfFinish(SlipFaultOutput out);
+
+PETSC_EXTERN PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscReal time, Vec w,
+                                                 PetscBool *due);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts); /* prints it */
+/* Shape of a field in a file, [Nz, Nx], or [n] for a mesh: number of dimensions */
+PETSC_EXTERN PetscInt SlipFaultFieldShape(SlipFault fault, PetscInt dims[2]);
+PETSC_EXTERN PetscErrorCode SlipFaultWriteAxes(SlipFault fault, SlipH5 *h); /* rank 0: centres of the cells */
+
+/* ---- catalogue.c, cataloguefile.c: events, a row each ---- */
+typedef enum { WORK_RADIATED, WORK_DISSIPATED, WORK_LOADING, FAULT_NUM_WORKS } SlipFaultWorkId;
+
+/* The event under way */
+typedef struct {
+  PetscReal onset;                 /* [s] */
+  PetscReal elastic, kinetic;      /* energies at the onset [J] */
+  PetscReal work[FAULT_NUM_WORKS]; /* since then [J] */
+  PetscReal peak;                  /* largest slip rate so far [m/s] */
+  PetscReal time[2], rate[2];      /* ends of the last two steps [s], largest slip rates there [m/s] */
+  PetscInt cell;                   /* hypocentre, as the file numbers cells */
+  PetscInt steps;
+} SlipFaultEvent;
+
+typedef enum {
+  EVENT_ONSET,
+  EVENT_END,
+  EVENT_X,
+  EVENT_Y,
+  EVENT_Z,
+  EVENT_CELL,
+  EVENT_AREA,
+  EVENT_MEAN_SLIP,
+  EVENT_MAX_SLIP,
+  EVENT_DIRECTION,
+  EVENT_MOMENT,
+  EVENT_MAGNITUDE,
+  EVENT_STRESS_DROP,
+  EVENT_PEAK_SLIP_RATE,
+  EVENT_ELASTIC_ENERGY,
+  EVENT_KINETIC_ENERGY,
+  EVENT_DISSIPATED_ENERGY,
+  EVENT_RADIATED_ENERGY,
+  EVENT_LOADING_WORK,
+  EVENT_LEDGER,
+  EVENT_STEPS,
+  EVENT_NUM_COLUMNS
+} SlipEventColumn;
+
+struct _n_SlipFaultCatalogue {
+  SlipFault fault; /* borrowed */
+  PetscMPIInt rank;
+  PetscBool maps;           /* slip and rupture time of each cell as well */
+  PetscBool begun, resumed; /* the file is there; it is that of an earlier run, cut */
+  PetscBool started;        /* TSSolve() has said where it starts */
+  SlipH5Kind kind;
+  SlipH5 file;                      /* rank 0 */
+  PetscBool unflushed;              /* rows that are not on the disk */
+  SlipTable table;                  /* rank 0: the columns */
+  PetscReal last_end;               /* of the newest row [s] */
+  PetscBool active;                 /* an event is under way */
+  PetscBool ended;                  /* it is slower than its bound, and has this row unless it goes on */
+  PetscReal row[EVENT_NUM_COLUMNS]; /* its slip is in slip */
+  SlipFaultEvent event;             /* and how far it is */
+  Vec u0, stress0;                  /* displacement [m] and shear stress [Pa] at its onset */
+  Vec rupture;                      /* when each cell exceeded the rate, after the onset [s]; -1: not yet */
+  Vec before;                       /* with other integrators than TSBATHE: state of the step before, else NULL */
+  PetscReal time_before;            /* its time [s] */
+  Vec cut, stress, slip;            /* work: state within a step, shear stress [Pa], slip of the event [m] */
+  PetscBool power_known;            /* that of the end of the last step is */
+  PetscReal power[FAULT_NUM_WORKS]; /* [W] */
+  VecScatter gather;                /* maps, on rank 0 */
+  Vec map[2];
+};
+
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s);
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run);
+PETSC_EXTERN PetscErrorCode SlipFaultCatalogueDestroy(SlipFaultCatalogue *catalogue);
+/* The file; collective */
+PETSC_EXTERN PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat); /* unless it is there */
+PETSC_EXTERN PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat); /* when it is due */
+PETSC_EXTERN PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat);
+PETSC_EXTERN PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete);
+PETSC_EXTERN PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat, const PetscReal row[]);

@@ -1,0 +1,68 @@
+/* Attempts of integrators that do not tell of them, such as PETSc's: what they ask their controller, and what it answers.
+   Attempts that a stage has ended are not asked about. They are counted among the rejections of the TS, and each has made the
+   step shorter by the factor of TSAdaptSetScaleSolveFailed(), so that their steps are known as well. */
+#include <slipstep/private/slipadapt.h>
+#include <slipstep/private/slipsys.h>
+
+static const char key[] = "SlipAdaptWatch";
+
+typedef struct {
+  PetscErrorCode (*choose)(TSAdapt, TS, PetscReal, PetscInt *, PetscReal *, PetscBool *, PetscReal *, PetscReal *,
+                           PetscReal *); /* of the controller */
+  SlipAdaptWatchFn told;
+  PetscInt rejected; /* attempts that were told of */
+} Watch;
+
+/* Those of before the attempt h that ended in a stage */
+static PetscErrorCode TellFailed(Watch *watch, TSAdapt adapt, TS ts, PetscReal h)
+{
+  PetscInt rejected;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetStepRejections(ts, &rejected));
+  for (; watch->rejected < rejected; watch->rejected++)
+    PetscCall((*watch->told)(
+      ts, &(SlipAttempt){.time = ts->ptime,
+                         .dt = h / PetscPowReal(adapt->scale_solve_failed, (PetscReal)(rejected - watch->rejected)),
+                         .error = -1}));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSAdaptChoose_Watched(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                            PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+{
+  Watch *watch;
+
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)adapt, key, &watch));
+  PetscCall((*watch->choose)(adapt, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
+  PetscCall(TellFailed(watch, adapt, ts, h));
+  if (!*accept) watch->rejected++;
+  PetscCall((*watch->told)(
+    ts, &(SlipAttempt){.time = ts->ptime, .dt = h, .converged = PETSC_TRUE, .accepted = *accept, .error = *wlte}));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  SlipAdaptWatch - be told of each attempt of a TS with its controller from now on; between steps, and again where the type of
+  the controller may have changed since
+*/
+PetscErrorCode SlipAdaptWatch(TS ts, SlipAdaptWatchFn told)
+{
+  TSAdapt adapt;
+  Watch *watch;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(SlipObjectQueryData((PetscObject)adapt, key, &watch));
+  if (!watch) {
+    PetscCall(PetscNew(&watch));
+    PetscCall(SlipObjectComposeData((PetscObject)adapt, key, watch, SlipContainerDestroyDefault));
+  }
+  PetscCall(TSGetStepRejections(ts, &watch->rejected));
+  watch->told = told;
+  if (!adapt->ops->choose || adapt->ops->choose == TSAdaptChoose_Watched) PetscFunctionReturn(PETSC_SUCCESS);
+  watch->choose = adapt->ops->choose;
+  adapt->ops->choose = TSAdaptChoose_Watched;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

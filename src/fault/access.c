@@ -1,0 +1,317 @@
+/* What other languages ask of a fault: switches by their names, texts, and numbers of all cells as arrays. */
+#include <slipstep/private/slipfaultrecord.h>
+#include <stddef.h>
+
+/* Switches by the names of their options; late: they may be set after SlipFaultSetUp() */
+static const struct {
+  const char *name;
+  size_t offset;
+  PetscBool late;
+} Switches[] = {
+  {"check_error", offsetof(struct _p_SlipFault, check_error), PETSC_TRUE},
+  {"initial_unstable", offsetof(struct _p_SlipFault, initial_unstable), PETSC_FALSE},
+  {"output_overwrite", offsetof(struct _p_SlipFault, output_overwrite), PETSC_TRUE},
+  {"output_xdmf", offsetof(struct _p_SlipFault, output_xdmf), PETSC_TRUE},
+  {"progress", offsetof(struct _p_SlipFault, progress.wanted), PETSC_TRUE},
+  {"catalogue_maps", offsetof(struct _p_SlipFault, catalogue_maps), PETSC_TRUE},
+};
+
+/*@C
+  SlipFaultSetBool - switch something of the fault on or off
+
+  Logically collective; before SlipFaultSetUp() (inertia and initial_unstable) or SlipFaultOutputStart()
+
+  Input Parameters:
++ fault - the fault
+. name  - "inertia", "initial_unstable", "check_error", "output_overwrite", "output_xdmf", "progress" or "catalogue_maps":
+          the option's name without "fault_"
+- value - what the option would be
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown name, PETSC_ERR_ARG_WRONGSTATE after SlipFaultSetUp()
+
+.seealso: SlipFaultSetReal(), SlipFaultSetString(), SlipFaultSetInertia()
+@*/
+PetscErrorCode SlipFaultSetBool(SlipFault fault, const char name[], PetscBool value)
+{
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscCall(PetscStrcmp(name, "inertia", &same));
+  if (same) {
+    PetscCall(SlipFaultSetInertia(fault, value));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Switches); i++) {
+    PetscCall(PetscStrcmp(name, Switches[i].name, &same));
+    if (!same) continue;
+    PetscCheck(!fault->setup || Switches[i].late, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
+               "%s must be set before SlipFaultSetUp()", name);
+    *(PetscBool *)((char *)fault + Switches[i].offset) = value;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no switch \"%s\"", name);
+}
+
+/*@C
+  SlipFaultGetString - a named choice or a file name of the fault
+
+  Not collective
+
+  Input Parameters:
++ fault - the fault
+. name  - the option's name without "fault_", for example "catalogue"
+- len   - size of value [characters, with the final zero]
+
+  Output Parameter:
+. value - "" for a file that was not named; cut where it is too long
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown name
+
+.seealso: SlipFaultSetString(), SlipFaultGetReal()
+@*/
+PetscErrorCode SlipFaultGetString(SlipFault fault, const char name[], char value[], size_t len)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++) {
+    PetscBool same;
+
+    PetscCall(PetscStrcmp(name, SlipFaultStrings[i].name, &same));
+    if (!same) continue;
+    PetscCall(PetscStrncpy(value, fault->text[i], len));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no choice \"%s\"", name);
+}
+
+/* Numbers of this process' cells, local [n], as those of all cells, on every process, in the order of the grid or of the
+   mesh's file. Collective. */
+static PetscErrorCode GatherAll(SlipFault fault, const PetscReal local[], PetscReal all[])
+{
+  PetscMPIInt size, rank, *count, *start;
+  PetscReal *row;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(fault->comm, &size));
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCall(PetscMalloc3(size, &count, size, &start, fault->N, &row));
+  count[rank] = (PetscMPIInt)fault->n;
+  start[rank] = (PetscMPIInt)fault->start;
+  PetscCallMPI(MPI_Allgather(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, count, 1, MPI_INT, fault->comm));
+  PetscCallMPI(MPI_Allgather(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, start, 1, MPI_INT, fault->comm));
+  PetscCallMPI(MPI_Allgatherv(local, count[rank], MPIU_REAL, row, count, start, MPIU_REAL, fault->comm));
+  for (PetscInt e = 0; e < fault->N; e++) all[fault->order ? fault->order[e] : e] = row[e];
+  PetscCall(PetscFree3(count, start, row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CheckSize(SlipFault fault, PetscInt n)
+{
+  PetscFunctionBegin;
+  PetscCheck(n == fault->N, fault->comm, PETSC_ERR_ARG_SIZ,
+             "room for %" PetscInt_FMT " cells, expected the %" PetscInt_FMT " of the fault", n, fault->N);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultGetField - a parameter of all cells, wherever it comes from
+
+  Collective; after SlipFaultSetUp()
+
+  Input Parameters:
++ fault - the fault
+. name  - one that SlipFaultSetField() takes, for example "normal_stress"
+- n     - number of cells, of all processes
+
+  Output Parameter:
+. values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every process
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for a name without a field, PETSC_ERR_ARG_SIZ for another number of cells
+
+.seealso: SlipFaultSetField(), SlipFaultGetCellValues(), SlipFaultGetCentres()
+@*/
+PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n, PetscReal values[])
+{
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscCall(CheckSize(fault, n));
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    PetscBool same;
+
+    PetscCall(PetscStrcmp(name, SlipFaultReals[SlipFaultFields[f]].name, &same));
+    if (!same) continue;
+    PetscCall(GatherAll(fault, fault->field[f], values));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no field \"%s\"", name);
+}
+
+/*@
+  SlipFaultGetCentres - where the cells are
+
+  Not collective; after SlipFaultSetUp()
+
+  Input Parameters:
++ fault - the fault
+- n     - number of cells, of all processes
+
+  Output Parameters:
++ x - [n] centres along strike [m]
+. y - [n] across, 0 of a grid [m]
+- z - [n] depths [m]
+
+  Level: intermediate
+
+  Note:
+  Cells are in the order of SlipFaultGetField().
+
+  Errors: PETSC_ERR_ARG_SIZ for another number of cells
+
+.seealso: SlipFaultGetField()
+@*/
+PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, PetscReal x[], PetscReal y[], PetscReal z[])
+{
+  PetscReal centre[3];
+
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscCall(CheckSize(fault, n));
+  for (PetscInt e = 0; e < n; e++) {
+    PetscCall(SlipFaultPlaceOf(fault, e, centre, NULL));
+    x[e] = centre[0];
+    y[e] = centre[1];
+    z[e] = centre[2];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultGetCellValues - what a state is in all cells
+
+  Collective; after SlipFaultSetUp(), for the traction after SlipFaultConfigureTS()
+
+  Input Parameters:
++ fault - the fault
+. t     - time of the state [s]
+. w     - state, of SlipFaultCreateState()
+. name  - "slip_rate" [m/s], "displacement" [m], relative to the far field, "slip" [m], since the start, "state" or
+          "traction" [Pa], as outputs have them, or "stress" [Pa], the elastic shear stress of SlipFaultStress()
+- n     - number of cells, of all processes
+
+  Output Parameter:
+. values - [n], in the unit of the name, in the order of SlipFaultGetField(), the same on every process
+
+  Level: intermediate
+
+  Notes:
+  The slip of a fault that heals or has a state of its own is that of the displacement and the far field since time 0.
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another name, PETSC_ERR_ARG_SIZ for another number of cells
+
+.seealso: SlipFaultGetField(), SlipFaultStress()
+@*/
+PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const char name[], PetscInt n,
+                                      PetscReal values[])
+{
+  enum { RATE, DISPLACEMENT, SLIP, STATE, TRACTION, STRESS, COUNT };
+  static const char *const names[COUNT] = {"slip_rate", "displacement", "slip", "state", "traction", "stress"};
+  const PetscReal *a, *u;
+  PetscReal *local, share;
+  PetscInt k;
+  PetscBool same = PETSC_FALSE;
+  Vec T;
+
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(w, VEC_CLASSID, 3);
+  PetscCall(CheckSize(fault, n));
+  for (k = 0; k < COUNT && !same; k++) PetscCall(PetscStrcmp(name, names[k], &same));
+  k--;
+  PetscCheck(same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "a state has no \"%s\", expected slip_rate, displacement, slip, state, traction or stress", name);
+  PetscCall(VecDuplicate(fault->uc, &T));
+  if (k == STRESS) PetscCall(SlipFaultStress(fault, t, w, T));
+  if (k == TRACTION) PetscCall(SlipFaultTraction(fault, t, w, T));
+  PetscCall(SlipFaultStartShare(fault, &share));
+  PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &local));
+  PetscCall(VecGetArrayRead(k >= TRACTION ? T : w, &a));
+  PetscCall(VecGetArrayRead(fault->uc, &u));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    if (k == STRESS)
+      local[i] = a[i];
+    else if (k == TRACTION)
+      local[i] = a[i] / fault->weight[i];
+    else if (k == STATE)
+      local[i] = SlipFaultShownState(fault, i, a[3 * i + 2]);
+    else if (k == SLIP && (fault->heals || fault->law->state))
+      local[i] = a[3 * i + 1] - share * u[i] + t * fault->field[FIELD_LOADING_RATE][i];
+    else
+      local[i] = a[3 * i + (k == RATE ? 0 : k == DISPLACEMENT ? 1 : 2)];
+  }
+  PetscCall(VecRestoreArrayRead(fault->uc, &u));
+  PetscCall(VecRestoreArrayRead(k >= TRACTION ? T : w, &a));
+  PetscCall(VecDestroy(&T));
+  PetscCall(GatherAll(fault, local, values));
+  PetscCall(PetscFree(local));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultGetEvents - a column of the catalogue of a run
+
+  Collective; after SlipFaultOutputFinish()
+
+  Input Parameters:
++ fault  - the fault
+. column - "onset", "moment", ...: a dataset of -fault_catalogue
+- size   - room in values
+
+  Output Parameters:
++ n      - number of events
+- values - [n] as far as there is room, in SI units; the same on every process; NULL: only n is wanted
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ORDER without -fault_catalogue; those of a file that cannot be read, or has no such column
+
+.seealso: SlipFaultOutputFinish(), SlipFaultSetString()
+@*/
+PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char column[], PetscInt size, PetscInt *n, PetscReal values[])
+{
+  const char *file = fault->text[FAULT_CATALOGUE];
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscReal *data = NULL;
+  PetscMPIInt rank;
+  char path[64];
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscCheck(file[0], fault->comm, PETSC_ERR_ORDER, "there are no events without -%sfault_catalogue",
+             SlipFaultPrefix(fault));
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", column));
+  *n = 0;
+  if (!rank) {
+    ierr = SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_catalogue", file, &h);
+    if (!ierr) {
+      ierr = SlipH5ReadReal(&h, path, 1, n, &data);
+      PetscCall(SlipH5Close(&h));
+    }
+  }
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, fault->comm));
+  if (values) {
+    if (!rank) PetscCall(PetscArraycpy(values, data, PetscMin(size, *n)));
+    PetscCallMPI(MPI_Bcast(values, (PetscMPIInt)PetscMin(size, *n), MPIU_REAL, 0, fault->comm));
+  }
+  PetscCall(PetscFree(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,85 @@
+/* The names of all files that a fault's run reads and writes, before one is opened. */
+#include <slipstep/private/slipfault.h>
+#include <string.h>
+
+/* A run goes on from the checkpoint that it writes. */
+#define FAMILY_STATE 1
+
+/* Temporary files are made under locks beside the file (h5claim.c), the checkpoint before stays (statefile.c). */
+#define GROWING "", ".part", ".part.new"
+
+/* Options that are no strings of the fault: of viewers, TYPE:FILE[:FORMAT], and of others that it only looks at, once it was
+   said which options nobody has read */
+#define A_VIEWER FAULT_NUM_STRINGS
+#define ANOTHER (FAULT_NUM_STRINGS + 1)
+
+/* Options of files, and endings of files that the run makes of a name */
+static const struct {
+  const char *option;
+  PetscInt id;
+  PetscBool written;
+  PetscInt family;
+  const char *endings[SLIP_FILE_ENDINGS + 1];
+} SlipFaultFiles[] = {
+  {"fault_mesh", FAULT_MESH, PETSC_FALSE, 0, {""}},
+  {"fault_parameters", FAULT_PARAMETERS, PETSC_FALSE, 0, {""}},
+  {"fault_stiffness_file", FAULT_STIFFNESS_FILE, PETSC_FALSE, 0, {""}},
+  {"fault_pore_pressure", FAULT_PORE_PRESSURE, PETSC_FALSE, 0, {""}},
+  {"ts_adapt_rl_policy", ANOTHER, PETSC_FALSE, 0, {""}},
+  {"fault_restart", FAULT_RESTART, PETSC_FALSE, FAMILY_STATE, {"", ".previous"}},
+  {"fault_output", FAULT_OUTPUT, PETSC_TRUE, 0, {GROWING, ".xdmf2", ".part.xdmf2"}},
+  {"fault_catalogue", FAULT_CATALOGUE, PETSC_TRUE, 0, {GROWING}},
+  {"fault_checkpoint", FAULT_CHECKPOINT, PETSC_TRUE, FAMILY_STATE, {"", ".previous", ".part.new"}},
+  {"fault_stiffness_view", A_VIEWER, PETSC_TRUE, 0, {""}},
+  {"fault_view", A_VIEWER, PETSC_TRUE, 0, {""}},
+  {"log_view", A_VIEWER, PETSC_TRUE, 0, {""}},
+};
+enum { NUM_FILES = PETSC_STATIC_ARRAY_LENGTH(SlipFaultFiles) };
+
+/* The file of an option that is no string of the fault, if it has one */
+static PetscErrorCode FileOf(SlipFault fault, const char option[], PetscBool viewer, char file[PETSC_MAX_PATH_LEN])
+{
+  char value[PETSC_MAX_PATH_LEN] = "", name[96], *begin, *end;
+
+  PetscFunctionBegin;
+  file[0] = '\0';
+  PetscCall(PetscSNPrintf(name, sizeof(name), "-%s", option));
+  PetscCall(PetscOptionsGetString(((PetscObject)fault)->options,
+                                  strncmp(option, "fault_", 6) ? NULL : ((PetscObject)fault)->prefix, name, value,
+                                  sizeof(value), NULL));
+  if (!viewer) PetscCall(PetscStrncpy(file, value, PETSC_MAX_PATH_LEN));
+  begin = viewer ? strchr(value, ':') : NULL;
+  if (!begin) PetscFunctionReturn(PETSC_SUCCESS);
+  end = strchr(begin + 1, ':');
+  if (end) *end = '\0';
+  PetscCall(PetscStrncpy(file, begin + 1, PETSC_MAX_PATH_LEN));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: PETSC_ERR_FILE_OPEN when two options name one file that one of them writes */
+PetscErrorCode SlipFaultCheckFileNames(SlipFault fault)
+{
+  SlipNamedFile *file;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(NUM_FILES, &file));
+  for (PetscInt i = 0; i < (PetscInt)NUM_FILES; i++) {
+    const char *option = SlipFaultFiles[i].option;
+    char *dataset = NULL;
+
+    PetscCall(PetscSNPrintf(file[i].option, sizeof(file[i].option), "-%s%s",
+                            strncmp(option, "fault_", 6) ? "" : SlipFaultPrefix(fault), option));
+    if (SlipFaultFiles[i].id < FAULT_NUM_STRINGS)
+      PetscCall(PetscStrncpy(file[i].name, fault->text[SlipFaultFiles[i].id], sizeof(file[i].name)));
+    else if (SlipFaultFiles[i].id == A_VIEWER || fault->setup)
+      PetscCall(FileOf(fault, option, SlipFaultFiles[i].id == A_VIEWER ? PETSC_TRUE : PETSC_FALSE, file[i].name));
+    if (SlipFaultFiles[i].id == FAULT_STIFFNESS_FILE) dataset = strstr(file[i].name, ":/");
+    if (dataset) *dataset = '\0';
+    file[i].written = SlipFaultFiles[i].written;
+    file[i].family = SlipFaultFiles[i].family;
+    for (PetscInt e = 0; e < SLIP_FILE_ENDINGS; e++) file[i].endings[e] = SlipFaultFiles[i].endings[e];
+  }
+  PetscCall(SlipFilesCheckNames(fault->comm, NUM_FILES, file));
+  PetscCall(PetscFree(file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,188 @@
+/* Do cells resolve a rupture? Where friction weakens it sets lengths of its own, and cells must be smaller: else what
+   cells do is of the mesh, and each can fail by itself. With W [Pa/m] what the strength falls by per metre of slip, K_c
+   [Pa/m] the stiffness below which slip is unstable, and the shear modulus G of antiplane slip, which makes shorter
+   lengths than the G/(1 - nu) of inplane slip:
+
+     rate and state    cohesive zone L_b = G/W, W = b sigma/d_c (Rubin & Ampuero 2005); K_c = sigma (b - a)/d_c (Ruina
+                       1983), nucleation h* = (2/pi) G/K_c (Rice 1993)
+     slip weakening    cohesive zone (9 pi/32) G/W (Day et al. 2005), W = K_c = -dq/ds at the start, dmu sigma/d_c;
+                       nucleation 1.158 G/W (Uenishi & Rice 2003)
+     rate weakening    no cohesive zone: strength falls at once. Motion runs away where damping is lost, d = dq/d|v| + H
+                       < 0, and K < K_c = d^2/(4 M) (swing.c); nucleation (2/pi) G/K_c
+
+   A cell can fail alone where its own stiffness K_ii is below K_c. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipmatcells.h>
+#include <slipsys.h>
+#include <stdio.h>
+
+/* Cells that a cohesive zone must have: Day et al. (2005) for ruptures, and Jiang et al. (2022) for cycles */
+#define CELLS_OF_ZONE 3
+#define CELLS_OF_NUCLEATION 1
+
+/* What a cell's friction sets: the length of its cohesive zone, 0: none, and of nucleation [m], and K_c [Pa/m]; false
+   where it does not weaken. damping: H of the cell [Pa s/m] */
+static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal damping,
+                         PetscReal length[2], PetscReal *critical)
+{
+  const PetscReal G = fault->value[FAULT_SHEAR_MODULUS], sigma = fault->field[FIELD_NORMAL_STRESS][i];
+  PetscReal mu, ds, dv, rate;
+
+  if (fault->law->state) {
+    rate = PetscAbsReal(fault->field[FIELD_LOADING_RATE][i]);
+    if (rate == 0) rate = fault->value[FAULT_FRICTION_REFERENCE_RATE];
+    SlipFrictionWeakening(friction, i, rate, &ds, critical);
+    *critical *= sigma;
+    length[0] = ds > 0 ? G / (ds * sigma) : 0;
+    length[1] = 2 / PETSC_PI * G / *critical;
+    return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
+  }
+  SlipFrictionEvaluate(friction, i, 0, 0, &mu, &ds, &dv);
+  if (fault->law->by_rate) {
+    const PetscReal loss = dv * sigma + damping;
+
+    length[0] = 0;
+    *critical = loss < 0 && fault->inertia ? loss * loss / (4 * fault->mass) : 0;
+    length[1] = 2 / PETSC_PI * G / *critical;
+    return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
+  }
+  *critical = -ds * sigma;
+  length[0] = 9 * PETSC_PI / 32 * G / *critical;
+  length[1] = 1.158 * G / *critical;
+  return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The longer side of a cell; a side along which a grid has no other cell does not count, as antiplane faults have cells
+   of 10,000 km along strike. */
+static PetscReal Extent(SlipFault fault, PetscInt i)
+{
+  const SlipCells *mesh = &fault->mesh;
+  PetscReal side[2];
+
+  if (mesh->n) {
+    const PetscInt e = SlipCellsAt(mesh, fault->start + i);
+
+    return PetscMax(mesh->length[e], mesh->width[e]);
+  }
+  side[0] = fault->value[FAULT_LENGTH_X] / fault->value[FAULT_NX];
+  side[1] = fault->value[FAULT_LENGTH_Z] / fault->value[FAULT_NZ];
+  if (fault->value[FAULT_NX] == 1) return side[1];
+  return fault->value[FAULT_NZ] == 1 ? side[0] : PetscMax(side[0], side[1]);
+}
+
+/* After the start is known. One cell is the whole fault: nothing is to be resolved. */
+PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
+{
+  SlipFaultResolution *r = &fault->resolution;
+  Vec k = fault->work[0], h = fault->work[1];
+  PetscReal best[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL}; /* ratio, its length, nucleation */
+  PetscReal count[3] = {0, 0, 0}; /* cells that weaken, that can fail alone, and sum of K_c */
+  const PetscReal *stiffness, *damping;
+  SlipFrictionCells friction;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetDiagonal(fault->K, k));
+  if (fault->law->by_rate && !fault->law->state) PetscCall(MatGetDiagonal(fault->H, h));
+  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(VecGetArrayRead(k, &stiffness));
+  PetscCall(VecGetArrayRead(h, &damping));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    PetscReal length[2], critical, ratio;
+
+    if (fault->balance.creeps && fault->balance.creeps[i]) continue;
+    if (!Lengths(fault, &friction, i, damping[i] / fault->weight[i], length, &critical)) continue;
+    count[0]++;
+    if (stiffness[i] / fault->weight[i] < critical) count[1]++;
+    count[2] += critical;
+    best[2] = PetscMin(best[2], length[1]);
+    if (length[0] == 0) length[0] = length[1];
+    ratio = length[0] / Extent(fault, i);
+    if (ratio < best[0]) {
+      best[0] = ratio;
+      best[1] = length[0];
+    }
+  }
+  PetscCall(VecRestoreArrayRead(h, &damping));
+  PetscCall(VecRestoreArrayRead(k, &stiffness));
+  r->least = best[0];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &r->least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  if (best[0] > r->least) best[1] = PETSC_MAX_REAL; /* another process has it */
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, best + 1, 2, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 3, MPIU_REAL, MPIU_SUM, fault->comm));
+  r->weakens = count[0] > 0 ? PETSC_TRUE : PETSC_FALSE;
+  r->known = r->weakens && fault->N > 1 ? PETSC_TRUE : PETSC_FALSE;
+  r->zone = fault->law->state || !fault->law->by_rate ? PETSC_TRUE : PETSC_FALSE;
+  r->wanted = r->zone ? CELLS_OF_ZONE : CELLS_OF_NUCLEATION;
+  r->length = best[1];
+  r->cell = r->known ? best[1] / r->least : 0;
+  r->nucleation = best[2];
+  r->alone = r->weakens ? count[1] / count[0] : 0;
+  r->critical = r->weakens ? count[2] / count[0] : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* "0.64 cells of 1000 m in a cohesive zone of 640 m, nucleation over 1222 m, 100 % of the cells that weaken can fail
+   alone" */
+PetscErrorCode SlipFaultResolutionText(SlipFault fault, char text[], size_t len)
+{
+  const SlipFaultResolution *r = &fault->resolution;
+
+  PetscFunctionBegin;
+  (void)snprintf(
+    text, len,
+    "%.3g cells of %.4g m in the least %s of %.4g m, nucleation over %.4g m at least, %.3g %% of the cells "
+    "that weaken can fail alone",
+    (double)r->least, (double)r->cell, r->zone ? "cohesive zone" : "length of nucleation", (double)r->length,
+    (double)r->nucleation, (double)(100 * r->alone));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A line before the run. Collective. */
+PetscErrorCode SlipFaultResolutionPrint(SlipFault fault)
+{
+  char text[256];
+
+  PetscFunctionBegin;
+  if (!fault->resolution.known || !fault->progress.wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultResolutionText(fault, text, sizeof(text)));
+  PetscCall(PetscPrintf(fault->comm, "%-24s %s\n", "resolution:", text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* For /result and the summary */
+PetscErrorCode SlipFaultResolutionResult(SlipFault fault, SlipOutput run)
+{
+  const SlipFaultResolution *r = &fault->resolution;
+
+  PetscFunctionBegin;
+  if (!r->known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipOutputAddResult(run, "least_resolution", "least resolution",
+                                r->zone ? "cells in a cohesive zone" : "cells in a length of nucleation", r->least));
+  PetscCall(SlipOutputAddResult(run, "cells_fail_alone", "cells that fail alone", "of those that weaken", r->alone));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0. A fault that starts at its instability and is not loaded slides as a whole: there is no front to resolve. */
+PetscErrorCode SlipFaultResolutionWarn(SlipFault fault)
+{
+  const SlipFaultResolution *r = &fault->resolution;
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscBool critical;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
+  if (!r->known || r->least >= r->wanted || (critical && !fault->driven)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (r->zone)
+    PetscCall(SlipWarning("a cohesive zone of %.4g m has %.3g cells of %.4g m, expected at least %d (Day et al. 2005), "
+                          "and %.3g %% of the cells that weaken can fail alone: smaller cells (-%sfault_nx, "
+                          "-%sfault_nz), or a larger -%sfault_friction_slip",
+                          (double)r->length, (double)r->least, (double)r->cell, CELLS_OF_ZONE, (double)(100 * r->alone),
+                          prefix, prefix, prefix));
+  else
+    PetscCall(SlipWarning("cells of %.4g m are larger than the length of %.4g m over which slip becomes unstable (Rice "
+                          "1993): %.3g %% of the cells that weaken can fail alone: smaller cells (-%sfault_nx, "
+                          "-%sfault_nz), or a larger -%sfault_friction_rate",
+                          (double)r->cell, (double)r->length, (double)(100 * r->alone), prefix, prefix, prefix));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

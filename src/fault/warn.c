@@ -1,0 +1,188 @@
+/* What a run is warned of before it begins, a line each: numbers that no fault has, as in other units; starts and
+   thicknesses that decide a result in silence; what the equations leave out. Only a fault whose options were read
+   speaks, and rank 0 for all. */
+#include <slipstep/private/slipfault.h>
+#include <slipsys.h>
+#include <math.h>
+
+/* ---- units ---- */
+
+/* The largest magnitude that a parameter has on a fault in nature or in a laboratory, and what a smaller or a larger
+   one looks like. 0 is plausible everywhere. */
+static const struct {
+  SlipFaultRealId id;
+  PetscReal least, most;
+  const char *small, *large;
+} plausible[] = {
+  {FAULT_LENGTH_X, 100, FAULT_MAX_REACH, "km", ""}, /* a fault of a laboratory is warned of as well */
+  {FAULT_LENGTH_Z, 100, FAULT_MAX_DEPTH, "km", ""},
+  {FAULT_THICKNESS, 1, FAULT_MAX_REACH, "km", ""},
+  {FAULT_SHEAR_MODULUS, 1e7, 1e12, "GPa", "less than a Pa"},
+  {FAULT_DENSITY, 100, 3e4, "g/cm^3", "g/m^3"},
+  {FAULT_NORMAL_STRESS, 1e4, 1e10, "MPa", "less than a Pa"},
+  {FAULT_NORMAL_STRESS_GRADIENT, 100, 1e6, "MPa/km", "Pa/km"},
+  {FAULT_FRICTION_RESIDUAL, 1e-3, 2, "hundreds", "per cent"},
+  {FAULT_FRICTION_DROP, 1e-6, 2, "hundreds", "per cent"},
+  {FAULT_FRICTION_REFERENCE, 1e-3, 2, "hundreds", "per cent"},
+  {FAULT_FRICTION_A, 1e-5, 0.3, "hundreds", "per cent"},
+  {FAULT_FRICTION_B, 1e-5, 0.3, "hundreds", "per cent"},
+  {FAULT_FRICTION_SLIP, 1e-7, 20, "km", "mm"},
+  {FAULT_LOADING_RATE, 1e-15, 0.1, "km/s", "mm a year"},
+  {FAULT_INITIAL_TRACTION, 1e3, 1e10, "MPa", "less than a Pa"},
+  {FAULT_INJECTION_PRESSURE, 100, 1e10, "MPa", "less than a Pa"},
+};
+
+/* The largest magnitude of a parameter, of all cells where it comes from a file or an array. Collective. */
+static PetscErrorCode LargestMagnitude(SlipFault fault, SlipFaultRealId id, PetscReal *largest, const char **source)
+{
+  PetscFunctionBegin;
+  *source = NULL;
+  *largest = PetscAbsReal(fault->value[id]);
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+    if (SlipFaultFields[f] != id || !fault->source[f]) continue;
+    *source = fault->source[f];
+    *largest = 0;
+    for (PetscInt i = 0; i < fault->n; i++) *largest = PetscMax(*largest, PetscAbsReal(fault->field[f][i]));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
+{
+  const char *prefix = SlipFaultPrefix(fault), *source;
+
+  PetscFunctionBegin;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(plausible); k++) {
+    const SlipFaultReal *p = &SlipFaultReals[plausible[k].id];
+    const PetscBool extent =
+      plausible[k].id == FAULT_LENGTH_X || plausible[k].id == FAULT_LENGTH_Z ? PETSC_TRUE : PETSC_FALSE;
+    PetscReal x;
+    PetscBool small;
+
+    if (extent && fault->mesh.n) continue; /* the file of the mesh has its own check */
+    PetscCall(LargestMagnitude(fault, plausible[k].id, &x, &source));
+    if (rank || x == 0 || isnan(x) || (x >= plausible[k].least && x <= plausible[k].most)) continue;
+    small = x < plausible[k].least ? PETSC_TRUE : PETSC_FALSE;
+    PetscCall(SlipWarning("%s%s%s%s is %s%.6g%s%s, as if it were in %s: expected %s%s, %g to %g%s%s",
+                          source ? source : "-", source ? ": /" : prefix, source ? "" : "fault_", p->name,
+                          source ? "at most " : "", (double)x, p->unit[0] ? " " : "", p->unit,
+                          small ? plausible[k].small : plausible[k].large, source ? "a largest value" : "a number",
+                          p->unit[0] ? "" : " without unit", (double)plausible[k].least, (double)plausible[k].most,
+                          p->unit[0] ? " " : "", p->unit));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the start of rate-and-state friction ---- */
+
+/* Relative deviations from the steady rate and state, below which a cell starts steady */
+#define STEADY 1e-3
+
+/* Every cell at the loading rate with the state that is steady there is an equilibrium; where cells weaken, and the
+   fault is not too small for it, it is unstable, and rounding alone would decide when the first event comes.
+   Collective. */
+static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
+{
+  const PetscReal width = PetscMin(fault->value[FAULT_LENGTH_X], fault->value[FAULT_LENGTH_Z]);
+  const SlipFaultResolution *r = &fault->resolution;
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscInt moves = 0, weakens = 0;
+  SlipFrictionCells friction;
+
+  PetscFunctionBegin;
+  if (!fault->law->smooth || fault->loads.pressed || !r->weakens) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->N == 1 ? r->alone == 0 : r->nucleation > width) PetscFunctionReturn(PETSC_SUCCESS); /* stable */
+  PetscCall(SlipFaultLoadAt(fault, 0));
+  PetscCall(SlipFaultGetFriction(fault, &friction));
+  for (PetscInt i = 0; i < fault->n && !moves; i++) {
+    const PetscReal vinf = fault->field[FIELD_LOADING_RATE][i], rate = PetscAbsReal(vinf);
+    const PetscReal load = fault->field[FIELD_INITIAL_TRACTION][i] * (vinf < 0 ? -1 : 1);
+    PetscReal mu, ds, dv, s;
+
+    if (fault->field[FIELD_STRESSING_RATE][i] != 0 || vinf == 0) moves = 1;
+    if (moves || (fault->balance.creeps && fault->balance.creeps[i])) continue;
+    s = SlipFrictionSteady(&friction, i, vinf);
+    SlipFrictionEvaluate(&friction, i, s, rate, &mu, &ds, &dv);
+    /* the traction and the state give the rate */
+    if (PetscAbsReal(load - mu * friction.stress[i]) > STEADY * dv * rate * friction.stress[i] ||
+        PetscAbsReal(fault->field[FIELD_INITIAL_STATE][i] / SlipFaultShownState(fault, i, s) - 1) > STEADY)
+      moves = 1;
+    else if (SlipFaultRateWeakens(&friction, i, vinf))
+      weakens = 1;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moves, 1, MPIU_INT, MPI_MAX, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &weakens, 1, MPIU_INT, MPI_MAX, fault->comm));
+  if (moves || !weakens || rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipWarning("every cell starts in the steady state of its loading rate, and cells weaken: an unstable "
+                        "equilibrium, so that rounding decides when the first event comes: expected no "
+                        "-%sfault_initial_rate (cells that weaken then start locked), or fields initial_rate or "
+                        "initial_state of -%sfault_parameters that begin another way in a patch",
+                        prefix, prefix));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- inertia ---- */
+
+/* A front passes a cohesive zone, of about G/W, while the cells in it gain speed: with the mass rho Ly and the
+   weakening W that takes sqrt(rho Ly/W), so that ruptures run at cs sqrt(G/(W Ly)) times a number of the order of one.
+   That of examples/rupture.sh, G/W = 600 m, had 0.381, 0.737, 1.177 and 1.599 km/s with Ly = 20, 4, 1 and 0.25 km, and
+   1.935 km/s without inertia: 1/v^2 = 1/v0^2 + 1/v1^2 with v0 without it and v1 = 0.53 to 0.65 of the above. */
+#define FRONT_SPEED 0.6
+/* of cs: what nearly all earthquakes exceed */
+#define SLOW_FRONT 0.3
+
+static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  const PetscReal zone = fault->value[FAULT_SHEAR_MODULUS] / fault->resolution.critical; /* G/W */
+  PetscReal thickness, speed;
+  PetscBool critical;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
+  if (rank || !fault->inertia || !fault->resolution.known || fault->law->by_rate || fault->law->state || critical)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
+  speed = FRONT_SPEED * PetscSqrtReal(zone / thickness);
+  if (speed >= SLOW_FRONT) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(
+    SlipWarning("-%sfault_thickness is %.6g m%s, whose inertia lets ruptures run at some %.2g of the shear wave "
+                "speed: expected at most %.2g m, for %g of it, or -%sfault_inertia no with -%sfault_viscosity "
+                "radiation",
+                prefix, (double)thickness, isnan(fault->value[FAULT_THICKNESS]) ? " (of -fault_length_x)" : "",
+                (double)speed, (double)(zone * PetscSqr(FRONT_SPEED / SLOW_FRONT)), SLOW_FRONT, prefix, prefix));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- planes ---- */
+
+static PetscErrorCode WarnOfPlanes(SlipFault fault, PetscMPIInt rank)
+{
+  const SlipCells *mesh = &fault->mesh;
+  PetscBool several = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 1; i < mesh->n && !several; i++) several = mesh->y[i] != mesh->y[0] ? PETSC_TRUE : PETSC_FALSE;
+  if (several && !rank)
+    PetscCall(SlipWarning("slip on one plane of -%sfault_mesh %s does not change the normal stress on the others here: "
+                          "only shear stress passes between planes",
+                          SlipFaultPrefix(fault), fault->text[FAULT_MESH]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective, at the end of the set-up */
+PetscErrorCode SlipFaultWarn(SlipFault fault)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  if (!fault->speaks) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCall(WarnOfUnits(fault, rank));
+  PetscCall(WarnOfPlanes(fault, rank));
+  PetscCall(WarnOfSteadyStart(fault, rank));
+  PetscCall(WarnOfThickness(fault, rank));
+  if (!rank) PetscCall(SlipFaultResolutionWarn(fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,119 @@
+/* Times with a unit behind the number, as 100y: made seconds in the database, before PETSc or anybody else reads them. */
+#include <slipsys.h>
+#include <slipcompat.h>
+#include <slipstep/private/slipsys.h>
+#include <ctype.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+enum { SLIP_MAX_TIMES = 16 };
+
+/* m is none of them: it could be minutes, months or metres. */
+static const struct {
+  const char *name;
+  PetscReal seconds;
+} SlipTimeUnits[] = {{"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}, {"y", 365.25 * 86400}};
+
+static const char SlipSolverTimes[] = "ts_dt ts_time_step ts_init_time ts_max_time ts_adapt_dt_min ts_adapt_dt_max";
+static const char *SlipTimes[SLIP_MAX_TIMES]; /* names of options, with blanks between */
+static int SlipNumTimes;
+
+static PetscErrorCode SlipForgetTimes(void)
+{
+  SlipNumTimes = 0;
+  return PETSC_SUCCESS;
+}
+
+PetscErrorCode SlipDeclareTimes(const char names[])
+{
+  PetscFunctionBegin;
+  for (int i = 0; i < SlipNumTimes; i++)
+    if (SlipTimes[i] == names) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(SlipNumTimes < SLIP_MAX_TIMES, PETSC_COMM_SELF, PETSC_ERR_PLIB, "more than %d lists of times",
+             SLIP_MAX_TIMES);
+  if (!SlipNumTimes) PetscCall(PetscRegisterFinalize(SlipForgetTimes));
+  SlipTimes[SlipNumTimes++] = names;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is the name, of which a prefix may be the beginning, that of the option? */
+static PetscBool SlipNamesOption(const char name[], const char option[], size_t len)
+{
+  const size_t n = strlen(name);
+
+  if (n < len || strncasecmp(name + n - len, option, len)) return PETSC_FALSE;
+  return n == len || name[n - len - 1] == '_' ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Is the name one of a list, or one of it behind a prefix? */
+static PetscBool SlipIsListed(const char name[], const char names[])
+{
+  for (const char *c = names + strspn(names, " "); *c; c += strspn(c, " ")) {
+    const size_t len = strcspn(c, " ");
+
+    if (SlipNamesOption(name, c, len)) return PETSC_TRUE;
+    c += len;
+  }
+  return PETSC_FALSE;
+}
+
+PetscBool SlipIsTimeOption(const char name[])
+{
+  if (SlipIsListed(name, SlipSolverTimes)) return PETSC_TRUE;
+  for (int i = 0; i < SlipNumTimes; i++)
+    if (SlipIsListed(name, SlipTimes[i])) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* "1.5h" as seconds; false for a text without a unit, or that is no number with one */
+static PetscBool SlipParseTime(const char text[], PetscReal *seconds)
+{
+  char *unit;
+  const double number = strtod(text, &unit);
+
+  if (unit == text || !isdigit((unsigned char)text[strspn(text, "+-.")])) return PETSC_FALSE;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(SlipTimeUnits); k++) {
+    *seconds = (PetscReal)number * SlipTimeUnits[k].seconds;
+    if (!strcmp(unit, SlipTimeUnits[k].name)) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/*@C
+  SlipExpandTimes - replaces times with a unit in the options database by their seconds: 90s, 10min, 12h, 20d, 100y, a
+  year having 365.25 days
+
+  Not collective; SlipFaultSetFromOptions() and SlipCheckSolverOptions() call it, before anything is read.
+
+  Input Parameter:
+. options - the database, NULL for the global one
+
+  Level: developer
+
+  Notes:
+  Times are the options of PETSc's TS (-ts_max_time, -ts_dt, -ts_init_time, -ts_adapt_dt_min and _max) and the numbers of
+  a fault in seconds, with any prefix. What is no number with one of these units stays as it is, for whoever reads it to
+  refuse.
+
+.seealso: SlipCheckSolverOptions(), SlipFaultSetFromOptions()
+@*/
+PetscErrorCode SlipExpandTimes(PetscOptions options)
+{
+  PetscInt n;
+  char **names, **values, option[256], text[64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsLeftGet(options, &n, &names, &values));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscReal seconds;
+
+    if (!values[i] || !SlipIsTimeOption(names[i]) || !SlipParseTime(values[i], &seconds)) continue;
+    (void)snprintf(option, sizeof(option), "-%s", names[i]);
+    (void)snprintf(text, sizeof(text), "%.17g", (double)seconds);
+    PetscCall(PetscOptionsSetValue(options, option, text));
+  }
+  PetscCall(PetscOptionsLeftRestore(options, &n, &names, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,182 @@
+/* The beginning of a program: PetscInitialize() with errors of one line, -version, and -help of our options alone. */
+#define _POSIX_C_SOURCE 200809L /* setenv() */
+#include <slipsys.h>
+#include <slipcompat.h>
+#include <slipstep/private/slipsys.h>
+#include <hdf5.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- -version ---- */
+
+static PetscBool SlipProgramWantsVersion(int argc, char **argv)
+{
+  static const char *const names[] = {"-version", "--version", "-slipstep_version"};
+
+  for (int i = 1; i < argc; i++)
+    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(names); k++)
+      if (!strcmp(argv[i], names[k])) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Prints the versions of what runs, on one process, and ends the program. PETSc is not begun: it would add its own. */
+static void SlipProgramShowVersion(int *argc, char ***argv, const char program[])
+{
+  PetscInt major = 0, minor = 0, patch = 0;
+  unsigned h5[3] = {0, 0, 0};
+  char mpi[MPI_MAX_LIBRARY_VERSION_STRING] = "";
+  int rank = 0, len = 0;
+
+  if (MPI_Init(argc, argv)) exit(EXIT_FAILURE);
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Get_library_version(mpi, &len);
+  mpi[strcspn(mpi, "\n")] = '\0';
+  if (!rank && !PetscGetVersionNumber(&major, &minor, &patch, NULL) && H5get_libversion(&h5[0], &h5[1], &h5[2]) >= 0)
+    printf("%s of SlipStep %s\nPETSc %d.%d.%d\nMPI: %s\nHDF5 %u.%u.%u\n", program, SLIPSTEP_VERSION, (int)major,
+           (int)minor, (int)patch, mpi, h5[0], h5[1], h5[2]);
+  fflush(stdout);
+  MPI_Finalize();
+  exit(EXIT_SUCCESS);
+}
+
+/* ---- -help PROGRAM ---- */
+
+/* What is printed line by line, of which options of PETSc's are left out, and headings that then have none */
+static struct {
+  char line[4096], heading[4096];
+  PetscBool shown; /* the last option was */
+} SlipHelp;
+
+/* A line "  -name: ..." or "  -name <now ...": the option's name, else NULL */
+static const char *SlipHelpOption(const char line[], char name[], size_t len)
+{
+  const char *dash = line + strspn(line, " ");
+  size_t n;
+
+  if (dash[0] != '-' || dash[1] == '-') return NULL;
+  n = strcspn(dash + 1, ": <\n");
+  if (!n || n >= len) return NULL;
+  memcpy(name, dash + 1, n);
+  name[n] = '\0';
+  return name;
+}
+
+static void SlipHelpLine(const char line[])
+{
+  char name[128];
+
+  if (SlipHelpOption(line, name, sizeof(name))) {
+    SlipHelp.shown = SlipIsHelpOption(name);
+    if (!SlipHelp.shown) return;
+    fputs(SlipHelp.heading, stdout);
+    SlipHelp.heading[0] = '\0';
+    fputs(line, stdout);
+  } else if (!strncmp(line, "    ", 4)) { /* more of an option */
+    if (SlipHelp.shown) fputs(line, stdout);
+  } else if (line[0] != '-' && line[0] != '\n')
+    (void)snprintf(SlipHelp.heading, sizeof(SlipHelp.heading), "%s", line);
+}
+
+static PetscErrorCode (*print)(FILE *, const char[], va_list); /* PETSc's */
+
+/* Takes the place of PetscVFPrintf, by which PETSc prints help in pieces of lines */
+static PetscErrorCode SlipHelpPrint(FILE *file, const char format[], va_list args)
+{
+  const size_t size = sizeof(SlipHelp.line), before = strlen(SlipHelp.line);
+  char *end;
+
+  PetscFunctionBegin;
+  if (file != stdout) {
+    PetscCall((*print)(file, format, args));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscVSNPrintf(SlipHelp.line + before, size - before, format, NULL, args));
+  while ((end = strchr(SlipHelp.line, '\n'))) {
+    char rest[sizeof(SlipHelp.line)];
+
+    (void)snprintf(rest, sizeof(rest), "%s", end + 1);
+    end[1] = '\0';
+    SlipHelpLine(SlipHelp.line);
+    (void)snprintf(SlipHelp.line, size, "%s", rest);
+  }
+  if (strlen(SlipHelp.line) > size / 2) SlipHelp.line[0] = '\0'; /* no line of options is so long */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes the program's name after -help away, which PETSc refuses there */
+static PetscBool SlipProgramTakeHelp(int *argc, char **argv, const char program[])
+{
+  for (int i = 1; i + 1 < *argc; i++) {
+    if (strcmp(argv[i], "-help") || strcmp(argv[i + 1], program)) continue;
+    for (int k = i + 1; k < *argc; k++) argv[k] = argv[k + 1];
+    (*argc)--;
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Help may go to a pager that is left before its end. PETSc's handler makes a long error of that, and only an option keeps it
+   away from PetscInitialize(), which prints most of the help. */
+static void SlipProgramLeavePagers(int argc, char **argv)
+{
+  const char *options = getenv("PETSC_OPTIONS");
+  char more[4096];
+
+  for (int i = 1; i < argc; i++) {
+    if (strcmp(argv[i], "-help") && strcmp(argv[i], "-h")) continue;
+    if (snprintf(more, sizeof(more), "%s -no_signal_handler", options ? options : "") < (int)sizeof(more))
+      (void)setenv("PETSC_OPTIONS", more, 1);
+    return;
+  }
+}
+
+/* ---- the beginning ---- */
+
+/*@C
+  SlipProgramInitialize - PetscInitialize() of a program of SlipStep's: its errors end the program with one line, -version
+  prints the versions of all that runs, and -help with the program's name the options of SlipStep alone
+
+  Collective on MPI_COMM_WORLD; in place of PetscInitialize().
+
+  Input Parameters:
++ argc    - of main()
+. argv    - of main()
+. program - its name
+- help    - what it does, for -help
+
+  Options Database Keys:
++ -version        - print the versions of SlipStep, PETSc, MPI and HDF5, and end with exit code 0; also --version
+. -help           - print all options, those of PETSc as well
+- -help <program> - print those of SlipStep, and the few of PETSc that every run needs
+
+  Level: intermediate
+
+  Notes:
+  SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well.
+
+.seealso: SlipErrorHandlerPush(), SlipStepInitializePackage(), SlipCheckOptionNames()
+@*/
+PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program[], const char help[])
+{
+  static char text[8192]; /* PETSc keeps the pointer until it is printed */
+  PetscBool own;
+
+  PetscFunctionBegin;
+  if (SlipProgramWantsVersion(*argc, *argv)) SlipProgramShowVersion(argc, argv, program);
+  SlipProgramLeavePagers(*argc, *argv);
+  own = SlipProgramTakeHelp(argc, *argv, program);
+  PetscCall(SlipErrorHandlerBegin());
+  if (own) {
+    print = PetscVFPrintf;
+    PetscVFPrintf = SlipHelpPrint;
+  }
+  (void)snprintf(text, sizeof(text),
+                 "%s -help %s prints the options of SlipStep alone, %s -help those of PETSc as well. -options_file F "
+                 "reads options from a file, -version says what runs.\n\n%s",
+                 program, program, program, help);
+  PetscCall(PetscInitialize(argc, argv, NULL, text));
+  if (own && !PetscGlobalRank) fputs(text, stdout);
+  PetscCall(SlipErrorHandlerPush(program));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,38 @@
+/* What no integrator may go on with: a step that time does not resolve, and a state that is no number. */
+#include <slipstep/private/slipts.h>
+
+/* Before an attempt with ts->time_step. A step below the rounding of time goes nowhere; runs of centuries at tight tolerances get along
+   with some four times that, at the onset of an event. The rest of a run to its final time may be that short. */
+PetscErrorCode SlipGuardStep(TS ts)
+{
+  const PetscReal t = ts->ptime, h = ts->time_step;
+  const PetscReal least = PETSC_MACHINE_EPSILON * PetscAbsReal(t);
+  const char *adapt = ts->adapt ? ((PetscObject)ts->adapt)->type_name : NULL;
+
+  PetscFunctionBegin;
+  if (h >= least || t + h >= ts->max_time) PetscFunctionReturn(PETSC_SUCCESS);
+  SETERRQ(
+    PetscObjectComm((PetscObject)ts), PETSC_ERR_CONV_FAILED,
+    "At time %.15g s the next step is %g s, below the rounding of that time; expected at least %g s (-ts_type %s, "
+    "-ts_adapt_type %s, -ts_adapt_dt_min %g s)",
+    (double)t, (double)h, (double)least, ((PetscObject)ts)->type_name, adapt ? adapt : "none",
+    (double)(ts->adapt ? ts->adapt->dt_min : 0));
+}
+
+PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole)
+{
+  const PetscReal left = ts->max_time - end;
+
+  return ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP && left > 0 ? PetscMin(whole, left) : whole;
+}
+
+/* Is every component a number? In the sum of all what is none remains, on any number of ranks. */
+PetscErrorCode SlipGuardState(Vec w, PetscBool *good)
+{
+  PetscScalar sum;
+
+  PetscFunctionBegin;
+  PetscCall(VecSum(w, &sum));
+  *good = PetscIsInfOrNanScalar(sum) ? PETSC_FALSE : PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

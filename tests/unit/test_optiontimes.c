@@ -1,0 +1,72 @@
+/* Times with a unit in the options database: which options, which units, what stays as it is. */
+#include "unit.h"
+#include <stdlib.h>
+
+static void check(PetscOptions options, const char option[], const char want[])
+{
+  char text[64];
+  PetscBool set;
+
+  ok(PetscOptionsGetString(options, NULL, option, text, sizeof(text), &set));
+  assert_true(set);
+  if (strcmp(text, want)) fail_msg("%s is %s, expected %s", option, text, want);
+}
+
+static void expand(void **state)
+{
+  static const struct {
+    const char *option, *given, *want;
+  } rows[] = {{"-ts_max_time", "100y", "3155760000"},
+              {"-ts_dt", "1.5h", "5400"},
+              {"-ts_adapt_dt_min", "2min", "120"},
+              {"-ts_adapt_dt_max", "1e2d", "8640000"},
+              {"-fault_healing_time", "90s", "90"},
+              {"-fault_injection_stop", "20d", "1728000"},
+              {"-fault_output_time_interval", "0.1y", "3155760"},
+              {"-upper_fault_wall_limit", "12h", "43200"},
+              {"-upper_ts_init_time", "-1d", "-86400"},
+              {"-fault_checkpoint_interval", "30", "30"}, /* what stays */
+              {"-fault_restart_dt", "1 y", "1 y"},
+              {"-fault_initial_state", "1m", "1m"},
+              {"-ts_time_step", "infinity", "infinity"},
+              {"-fault_length_x", "3d", "3d"},
+              {"-default_ts_rtol", "1y", "1y"},
+              {"-ts_max_times", "1y", "1y"}};
+  PetscOptions options;
+
+  (void)state;
+  ok(PetscOptionsCreate(&options));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++)
+    ok(PetscOptionsSetValue(options, rows[i].option, rows[i].given));
+  for (int again = 0; again < 2; again++) ok(SlipExpandTimes(options)); /* twice is once */
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++) check(options, rows[i].option, rows[i].want);
+  ok(PetscOptionsDestroy(&options));
+}
+
+/* A fault and a TS read them, each from its own database. */
+static void read_by_objects(void **state)
+{
+  PetscReal value;
+  SlipFault fault;
+  TS ts;
+
+  (void)state;
+  ok(PetscOptionsSetValue(NULL, "-upper_fault_healing_time", "2y"));
+  ok(PetscOptionsSetValue(NULL, "-ts_max_time", "3h"));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetOptionsPrefix(fault, "upper_"));
+  ok(SlipFaultSetFromOptions(fault));
+  ok(SlipFaultGetReal(fault, "healing_time", &value));
+  assert_true(value == 2 * 365.25 * 86400);
+  ok(SlipFaultDestroy(&fault));
+  ok(PetscOptionsSetValue(NULL, "-ts_max_time", "3h"));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipCheckSolverOptions(ts));
+  ok(TSSetFromOptions(ts));
+  ok(TSGetMaxTime(ts, &value));
+  assert_true(value == 3 * 3600);
+  ok(TSDestroy(&ts));
+  ok(PetscOptionsClear(NULL));
+}
+
+SLIP_TESTS(expand, read_by_objects)

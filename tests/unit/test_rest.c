@@ -1,0 +1,248 @@
+/* The rest of a fault: when it ends under stressing, healing and pressure, and the state at its middle and its end, from
+   the formulas of one cell. */
+#include "unit.h"
+#include <slipstep/private/slipfault.h>
+#include <math.h>
+#include "cells.h"
+#include "tempdir.h"
+
+static const PetscReal sigma = 50e6, residual = 0.5, drop = 0.1, weakening = 0.05;
+
+/* One square cell of 1 km with the strength sigma (residual + drop exp(-s/weakening)) */
+static SlipFault Cell(void)
+{
+  SlipFault fault;
+
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetReal(fault, "nx", 1));
+  ok(SlipFaultSetReal(fault, "nz", 1));
+  ok(SlipFaultSetReal(fault, "length_x", 1000));
+  ok(SlipFaultSetReal(fault, "length_z", 1000));
+  ok(SlipFaultSetReal(fault, "normal_stress", sigma));
+  ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
+  ok(SlipFaultSetReal(fault, "friction_residual", residual));
+  ok(SlipFaultSetReal(fault, "friction_drop", drop));
+  ok(SlipFaultSetReal(fault, "friction_slip", weakening));
+  ok(SlipFaultSetString(fault, "friction_law", "exponential_slip_weakening"));
+  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
+  ok(SlipFaultSetString(fault, "initial", "traction"));
+  return fault;
+}
+
+/* What SlipFaultRest() says of a fault without slip rate */
+typedef struct {
+  PetscReal end, u[3], s[3]; /* displacement and state of the first cell at the start, the middle and the end */
+} Rest;
+
+static Rest RestOf(SlipFault fault, PetscReal t, PetscReal limit, PetscReal u, PetscReal s)
+{
+  Rest rest = {.u = {u}, .s = {s}};
+  PetscReal *a, h;
+  Vec w[3];
+
+  for (int k = 0; k < 3; k++) ok(SlipFaultCreateState(fault, &w[k]));
+  ok(VecGetArray(w[0], &a));
+  for (PetscInt i = 0; i < fault->n; i++) {
+    a[3 * i + 1] = u;
+    a[3 * i + 2] = s;
+  }
+  ok(VecRestoreArray(w[0], &a));
+  ok(SlipFaultRest(fault, t, limit, w[0], w[1], w[2], &rest.end, &h));
+  for (int k = 1; k < 3; k++) {
+    ok(VecGetArray(w[k], &a));
+    assert_true(rest.end == t || a[0] == 0);
+    rest.u[k] = a[1];
+    rest.s[k] = a[2];
+    ok(VecRestoreArray(w[k], &a));
+  }
+  VecsDestroy(&w[0], &w[1], &w[2]);
+  return rest;
+}
+
+/* ---- healing ---- */
+
+static PetscReal Strength(PetscReal s)
+{
+  return sigma * (residual + drop * exp(-s / weakening));
+}
+
+/* The first t [healing times] at which traction + rate t reaches the strength of a state that was s: steps of 1e-4, far
+   shorter than any course of the strength, then bisection to rounding */
+static PetscReal FirstRoot(PetscReal traction, PetscReal rate, PetscReal s)
+{
+  PetscReal low = 0, high = 0;
+
+  while (traction + rate * high < Strength(s * exp(-high))) {
+    low = high;
+    high += 1e-4;
+    assert_true(high < 1000);
+  }
+  for (int k = 0; k < 60; k++) {
+    const PetscReal middle = 0.5 * (low + high);
+
+    if (traction + rate * middle < Strength(s * exp(-middle)))
+      low = middle;
+    else
+      high = middle;
+  }
+  return high;
+}
+
+/* The strength of a cell that has slipped by many d_c stays low, rises when s is some d_c, and ends at its height. A force
+   that grows by a constant rate exceeds it just before that rise, for half of the healing time and again much later. The
+   search must find the first time, wherever it is within five healing times: its pieces are a twentieth of the healing time
+   and a tenth of the past, together less than the half of one. A strength that does not heal is reached later, or never. */
+static void healing(void **state)
+{
+  const PetscReal time = 3e7, before = 2,
+                  width = 0.5; /* s in d_c at the middle of the excess, its length in healing times */
+
+  (void)state;
+  for (PetscInt k = 0; k <= 60; k++) {
+    const PetscReal start = before * exp(0.3 + 0.05 * (PetscReal)k), middle = log(start / before);
+    /* the force is tangent to the strength at the middle, but for what makes the excess so long */
+    const PetscReal rate = (Strength(weakening * start * exp(-middle - 0.5 * width)) -
+                            Strength(weakening * start * exp(-middle + 0.5 * width))) /
+                           width;
+    const PetscReal traction = Strength(weakening * before * exp(0.5 * width)) - rate * (middle - 0.5 * width);
+    const PetscReal root = FirstRoot(traction, rate, weakening * start);
+    SlipFault fault = Cell();
+    Rest rest;
+
+    assert_true(fabs(root - (middle - 0.5 * width)) < 1e-9); /* it enters there and leaves at the other end */
+    ok(SlipFaultSetReal(fault, "healing_time", time));
+    ok(SlipFaultSetReal(fault, "initial_traction", traction));
+    ok(SlipFaultSetReal(fault, "stressing_rate", rate / time));
+    ok(SlipFaultSetUp(fault));
+    rest = RestOf(fault, 0, 1000 * time, 0, weakening * start);
+    /* rounding of forces of 3e7 Pa over their difference, which grows by 1e5 Pa and more in a healing time */
+    if (!(fabs(rest.end / time - root) < 1e-11))
+      fail_msg("slip begins after %.15g healing times, not %.15g", (double)(rest.end / time), (double)root);
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
+/* A rest changes the displacement by the loading and the state by healing alone, du/dt = -v_inf and ds/dt = -s/t_h: at its
+   end, and halfway, where a rest of half the length ends. */
+static void states(void **state)
+{
+  const PetscReal time = 3e7, v = 1e-9, u = 0.3, s = 0.4, begin = 1e8;
+
+  (void)state;
+  for (int heals = 0; heals < 2; heals++) {
+    SlipFault fault = Cell();
+    PetscReal length;
+    Rest all, part;
+
+    if (heals) ok(SlipFaultSetReal(fault, "healing_time", time));
+    ok(SlipFaultSetReal(fault, "loading_rate", v));
+    ok(SlipFaultSetReal(fault, "initial_traction", 2e7));
+    ok(SlipFaultSetUp(fault));
+    all = RestOf(fault, begin, 1e12, u, s);
+    length = all.end - begin;
+    assert_true(length > time && all.end < 1e12);
+    for (int k = 1; k <= 2; k++) {
+      const PetscReal dt = 0.5 * k * length;
+
+      assert_true(fabs(all.u[k] - (u - v * dt)) < 1e-15 * (u + v * length));
+      assert_true(fabs(all.s[k] - (heals ? s * exp(-dt / time) : s)) < 1e-12 * s);
+    }
+    part = RestOf(fault, begin, begin + length / 2, u, s);
+    assert_true(part.end == begin + length / 2);
+    /* half of the length is rounded with the times */
+    assert_true(fabs(part.u[2] - all.u[1]) < 1e-15 * (u + v * length) && fabs(part.s[2] - all.s[1]) < 1e-12 * s);
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
+/* ---- stress ---- */
+
+/* A stressing rate is one per area: a cell reaches its strength when it says so, whatever its area. Cells of 1, 2 and 3 ha,
+   the middle one the strongest, then the others. */
+static void areas(void **state)
+{
+  const PetscReal cells[] = {50, 150, 250, 0, 0, 0, 50, 100, 150, 100, 100, 100, 100, 200, 300};
+  const SlipCells mesh = CellsOfColumns(3, cells);
+  const PetscReal rate[] = {0.1, 0.25, 0.2}, start = 2e7;
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+
+  (void)state;
+  assert_int_equal(0, TempDirMake("rest", dir));
+  snprintf(file, sizeof(file), "%s/mesh.h5", dir);
+  ok(WriteCells(file, &mesh));
+  for (int first = 0; first < 3; first++) {
+    PetscReal rates[3], force[3];
+    SlipFault fault = Cell();
+    Rest rest;
+
+    for (int k = 0; k < 3; k++) {
+      rates[k] = (k == first ? 10 : 1) * rate[k];
+      force[k] = start;
+    }
+    ok(SlipFaultSetString(fault, "mesh", file));
+    ok(SlipFaultSetField(fault, "stressing_rate", 3, rates));
+    ok(SlipFaultSetField(fault, "initial_traction", 3, force));
+    ok(SlipFaultSetUp(fault));
+    assert_true(fabs(fault->weight[2] / fault->weight[0] - 3) < 1e-12);
+    rest = RestOf(fault, 0, 1e12, 0, 0);
+    assert_true(fabs(rest.end / ((Strength(0) - start) / rates[first]) - 1) < 1e-12);
+    ok(SlipFaultDestroy(&fault));
+  }
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
+/* ---- pressure ---- */
+
+static const PetscReal p = 1e6, D = 1, stop = 1e8, distance = 632.4555320336759; /* r^2/(4 D) = 1e5 s */
+
+static PetscReal SourceAt(PetscReal since)
+{
+  const PetscReal time = distance * distance / (4 * D);
+
+  return p * (SlipExponentialIntegral(time / (stop + since)) - (since > 0 ? SlipExponentialIntegral(time / since) : 0));
+}
+
+/* After three years of injection the pressure at a distance rises on for hours after the stop and then falls: a cell that
+   it brings to its strength within that time begins to slip then, though it is far below it days later. */
+static void pressure_after_the_stop(void **state)
+{
+  PetscReal low = 0, high = 1e5, height;
+  SlipFault fault = Cell();
+  Rest rest;
+
+  (void)state;
+  while (high - low > 1) { /* where its rate, exp(-time/t)/t less the same since the stop, is zero */
+    const PetscReal middle = 0.5 * (low + high), time = distance * distance / (4 * D);
+
+    if (exp(-time / (stop + middle)) / (stop + middle) > exp(-time / middle) / middle)
+      low = middle;
+    else
+      high = middle;
+  }
+  assert_true(high > 3600 && high < 1e-3 * stop);
+  height = 0.5 * (SourceAt(0) + SourceAt(high));
+  assert_true(SourceAt(10 * high) < SourceAt(0));
+  low = 0;
+  while (high - low > 1e-6) {
+    const PetscReal middle = 0.5 * (low + high);
+
+    if (SourceAt(middle) < height)
+      low = middle;
+    else
+      high = middle;
+  }
+  ok(SlipFaultSetString(fault, "friction_law", "constant"));
+  ok(SlipFaultSetReal(fault, "initial_traction", residual * (sigma - height)));
+  ok(SlipFaultSetString(fault, "injection", "1132.4555320336759,500"));
+  ok(SlipFaultSetReal(fault, "injection_pressure", p));
+  ok(SlipFaultSetReal(fault, "injection_diffusivity", D));
+  ok(SlipFaultSetReal(fault, "injection_stop", stop));
+  ok(SlipFaultSetUp(fault));
+  rest = RestOf(fault, stop, 10 * stop, 0, 0);
+  /* rounding of stresses of 5e7 Pa, of which pressure takes 0.01 Pa in a second, is 1e-6 s */
+  if (!(fabs(rest.end - stop - high) < 1e-4))
+    fail_msg("slip begins %.9g s after the stop, not %.9g", (double)(rest.end - stop), (double)high);
+  ok(SlipFaultDestroy(&fault));
+}
+
+SLIP_TESTS(healing, states, areas, pressure_after_the_stop)
