@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
-# Both commands of the README in other releases of Debian than this machine's, by hand, as root, with the network:
+# Both commands of the README in other releases of Debian than this machine's, as root, with the network:
 #   tests/other_systems.sh [--keep DIR] [--64] [--clang] [--ctest "ARGUMENTS"] [release...]      default: trixie
 # Each release becomes a folder of its own by debootstrap, below DIR (where a later run finds it) or a temporary one. A
 # clone of what is committed here is put in, examples/quickstart.sh and tests/run.sh are run there, and it is said what
 # passed. sid has the newest PETSc; --64 then builds against the PETSc with 64-bit PetscInt and --clang by clang, each
 # in a build folder of its own, and runs the tests. --ctest passes arguments to ctest, such as "-L unit".
-# SLIPSTEP_MIRROR names another mirror of Debian than debootstrap's.
+# SLIPSTEP_MIRROR names another mirror of Debian than debootstrap's. The exit code is 1 when something failed there, and
+# 77 when nothing did but a release could not be had: no root, no network, no right to mount.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh
 
-usage() { sed -n '2,9s/^# \{0,1\}//p' "$0"; exit "${1:-1}"; }
+usage() { sed -n '2,10s/^# \{0,1\}//p' "$0"; exit "${1:-1}"; }
 
 keep="" wide="" clang="" ctest=""
 while [ $# != 0 ]; do
@@ -26,8 +27,17 @@ while [ $# != 0 ]; do
   shift
 done
 [ $# != 0 ] || set -- trixie
-[ "$(id -u)" = 0 ] || slipstep_die "tests/other_systems.sh: debootstrap and chroot need root"
-command -v debootstrap >/dev/null || slipstep_die "tests/other_systems.sh: no debootstrap; apt-get install debootstrap"
+for release in "$@"; do
+  # its name is a folder of ours, below which things are removed
+  [[ $release =~ ^[a-z]+$ ]] || slipstep_die "tests/other_systems.sh: \"$release\" is no release of Debian, expected a name such as trixie or sid"
+done
+
+status=0
+unavailable() { # RELEASE WHY: one line, for a reason that is not ours
+  echo "tests/other_systems.sh: not run in $1: $2"
+  [ $status != 0 ] || status=77
+}
+if [ "$(id -u)" != 0 ]; then unavailable "$*" "debootstrap and chroot need root"; exit $status; fi
 if [ -n "$keep" ]; then
   room=$(mkdir -p "$keep" && cd "$keep" && pwd -P)
 else
@@ -35,27 +45,45 @@ else
 fi
 # A second run there would change mounts and clones under the first.
 exec 9>"$room/.lock"
-flock -n 9 || slipstep_die "tests/other_systems.sh: another one is at work in $room"
+if ! flock -n 9; then unavailable "$*" "another run is at work in $room"; exit $status; fi
 clone=/srv/slipstep # within a release's folder: no path of this machine
 
 # Mounts go before anything is removed, and a folder that still has some is left alone: they are this machine's own.
 mounted=()
-leave() {
+dismount() {
   local i
   for ((i = ${#mounted[@]} - 1; i >= 0; i--)); do umount -R "${mounted[i]}" || umount -R -l "${mounted[i]}" || true; done
   mounted=()
-  if [ -z "$keep" ]; then
-    if grep -qF " $room/" /proc/mounts; then echo "left, with mounts: $room" >&2; else rm -rf --one-file-system "$room"; fi
+}
+leave() {
+  dismount
+  if [ -z "$keep" ]; then discard "$room"; fi
+}
+discard() { # FOLDER
+  if grep -qF " $1/" /proc/mounts; then
+    echo "left, with mounts: $1" >&2
+    return 1
   fi
+  rm -rf --one-file-system "$1"
 }
 trap leave EXIT
 trap 'exit 1' INT TERM
 
-enter() { # ROOT: what programs expect of a system, from this machine; devices are the few that are needed
-  local root=$1
-  mountpoint -q "$root/proc" || { mount -t proc proc "$root/proc"; mounted+=("$root/proc"); }
-  mountpoint -q "$root/sys" || { mount --rbind /sys "$root/sys"; mount --make-rslave "$root/sys"; mounted+=("$root/sys"); } # hwloc complains without
-  mountpoint -q "$root/dev" || { mount --rbind /dev "$root/dev"; mount --make-rslave "$root/dev"; mounted+=("$root/dev"); }
+# ROOT: what programs expect of a system, from this machine; devices are the few that are needed. Mounts that a run left
+# which was killed are taken over. A slave's unmounting does not reach this machine.
+enter() {
+  local root=$1 folder
+  for folder in proc sys dev; do # hwloc complains without sys
+    if mountpoint -q "$root/$folder"; then
+      true
+    elif [ $folder = proc ]; then
+      mount -t proc proc "$root/proc" 2>/dev/null || return 1
+    else
+      mount --rbind "/$folder" "$root/$folder" 2>/dev/null || return 1
+    fi
+    mount --make-rslave "$root/$folder" || return 1
+    mounted+=("$root/$folder")
+  done
 }
 
 # inside ROOT LOG COMMAND...: nothing of this machine's environment gets in
@@ -63,10 +91,47 @@ inside() {
   local root=$1 log=$2
   shift 2
   nice -n 19 chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
-    bash -c "cd $clone && $*" >"$log" 2>&1 9>&-
+    bash -c "$*" >"$log" 2>&1 </dev/null 9>&-
 }
 
-status=0
+# Whether a folder is a release as debootstrap leaves it: the folder /debootstrap is there until that has ended, and
+# dpkg knows of nothing half done (or can end it).
+complete() { # ROOT
+  [ -x "$1/usr/bin/dpkg" ] && [ ! -e "$1/debootstrap" ] || return 1
+  inside "$1" /dev/null "dpkg --configure -a && [ -z \"\$(dpkg --audit)\" ] && git --version && test -e /etc/ssl/certs/ca-certificates.crt"
+}
+
+reason() { # LOG: what apt-get or debootstrap complained of last
+  grep -a '^[EW]: ' "$1" | tail -n 1 | grep . || tail -n 1 "$1"
+}
+
+bootstrap() { # RELEASE ROOT LOG: fails with a reason, in why
+  why="an incomplete $2 is in the way"
+  if [ -e "$2" ]; then discard "$2" || return 1; fi
+  why="no debootstrap, and it could not be installed"
+  if ! command -v debootstrap >/dev/null; then
+    (slipstep_install debootstrap) >"$3" 2>&1 || return 1
+    command -v debootstrap >/dev/null || return 1
+  fi
+  mkdir -p "$2"
+  # one hour: a slow mirror, but not one that never answers
+  timeout 3600 debootstrap --variant=minbase --include=git,ca-certificates "$1" "$2" ${SLIPSTEP_MIRROR:+"$SLIPSTEP_MIRROR"} >"$3" 2>&1 </dev/null ||
+    { why="debootstrap failed: $(reason "$3")"; return 1; }
+}
+
+# The packages of both commands, before they ask for them: a server that does not answer is told from a package that the
+# release does not have, which is left for the commands to say.
+download() { # ROOT LOG
+  local apt="apt-get -q -y -o Acquire::http::Timeout=60 -o Acquire::Retries=2"
+  inside "$1" "$2" ". $clone/tests/setup.sh
+    packages=(\$(slipstep_missing \"\${SLIPSTEP_PACKAGES[@]}\" \"\${SLIPSTEP_PETSC_PACKAGES[@]}\" \$(slipstep_test_packages)))
+    if [ \${#packages[@]} = 0 ]; then exit 0; fi
+    $apt -o APT::Update::Error-Mode=any update || exit 1
+    install='install --no-install-recommends'
+    $apt \$install --simulate \"\${packages[@]}\" || exit 0
+    $apt \$install --download-only \"\${packages[@]}\""
+}
+
 report() { # RESULT LOG WHAT
   printf '%-7s %s\n' "$1" "$3" | tee -a "$room/report.txt"
   if [ "$1" != passed ]; then
@@ -77,32 +142,33 @@ report() { # RESULT LOG WHAT
 
 # ROOT LOG WHAT COMMAND...: runs one command and says how many tests passed, where it runs tests
 attempt() {
-  local root=$1 log=$2 what=$3 result=passed count
+  local root=$1 log=$2 what=$3 result=passed count begin=$SECONDS
   shift 3
-  inside "$root" "$log" "$@" || result=FAILED
-  count=$(grep -ao '[0-9]*% tests passed, .*' "$log" | tail -n 1 || true)
-  report $result "$log" "$what${count:+: $count}"
+  inside "$root" "$log" "cd $clone && $*" || result=FAILED
   grep -a '^Format check\|\*\*\*\(Failed\|Timeout\|Exception\|Skipped\)' "$log" | sed 's/^/        /' || true
+  count=$(grep -a '^Tests: ' "$log" | tail -n 1 || true)
+  report $result "$log" "$what ($(((SECONDS - begin + 30) / 60)) min)${count:+. $count}"
 }
 
 for release in "$@"; do
-  # its name is a folder of ours, below which things are removed
-  [[ $release =~ ^[a-z]+$ ]] || slipstep_die "tests/other_systems.sh: \"$release\" is no release of Debian, expected a name such as trixie or sid"
-  root="$room/$release" logs="$room/$release.logs"
-  mkdir -p "$root" "$logs"
-  if [ ! -e "$logs/ready" ]; then
+  root="$room/$release" logs="$room/$release.logs" why=""
+  mkdir -p "$logs"
+  if ! complete "$root"; then
     echo "== $release: debootstrap and git =="
-    debootstrap --variant=minbase --include=git,ca-certificates "$release" "$root" ${SLIPSTEP_MIRROR:+"$SLIPSTEP_MIRROR"} >"$logs/debootstrap.log" 2>&1 ||
-      slipstep_die "tests/other_systems.sh: debootstrap failed: $(tail -n 3 "$logs/debootstrap.log")"
-    touch "$logs/ready"
+    bootstrap "$release" "$root" "$logs/debootstrap.log" || { unavailable "$release" "$why"; continue; }
   fi
-  enter "$root"
+  enter "$root" || { dismount; unavailable "$release" "/proc, /sys and /dev cannot be mounted there"; continue; }
   cp -L /etc/resolv.conf "$root/etc/resolv.conf" 2>/dev/null || true
   # what is needed to reach packages here is needed there
-  for file in /etc/apt/apt.conf /etc/apt/apt.conf.d/*proxy*; do [ ! -e "$file" ] || cp "$file" "$root$file"; done
+  for file in $(grep -ls '^ *Acquire' /etc/apt/apt.conf /etc/apt/apt.conf.d/*); do cp "$file" "$root$file"; done
   rm -rf --one-file-system "${root:?}${clone:?}"
   git clone -q --no-hardlinks . "$root$clone"
   echo "== $release: $(cat "$root/etc/debian_version"), commit $(git rev-parse --short HEAD) =="
+  if ! download "$root" "$logs/download.log"; then
+    dismount
+    unavailable "$release" "its packages cannot be had: $(reason "$logs/download.log")"
+    continue
+  fi
   attempt "$root" "$logs/quickstart.log" "$release: examples/quickstart.sh" examples/quickstart.sh
   attempt "$root" "$logs/run.log" "$release: tests/run.sh" tests/run.sh "$ctest"
   inside "$root" "$logs/versions.log" "dpkg-query -W -f '\${Package} \${Version}\n' gcc libpetsc-real-dev libopenmpi-dev libhdf5-openmpi-dev cmake python3 python3-numpy" || true
@@ -115,5 +181,6 @@ for release in "$@"; do
     attempt "$root" "$logs/clang.log" "$release: clang" "apt-get -q -y install --no-install-recommends clang &&
       export CC=clang SLIPSTEP_BUILD_DIR=build-clang && tests/run.sh $ctest"
   fi
+  dismount
 done
 exit $status
