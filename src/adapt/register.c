@@ -8,9 +8,9 @@ static PetscErrorCode Register_Adapt(void)
   PetscFunctionBegin;
   PetscCall(SlipPolicyInitializePackage());
   PetscCall(SlipTSInitializePackage());
-#define CONTROLLER(type, create) PetscCall(TSAdaptRegister(type, create));
-#include <slipcontrollers.h>
-#undef CONTROLLER
+  PetscCall(TSAdaptRegister(TSADAPTRL, TSAdaptCreate_RL));
+  PetscCall(TSAdaptRegister(TSADAPTHEURISTIC, TSAdaptCreate_Heuristic));
+  PetscCall(TSAdaptRegister(TSADAPTPI, TSAdaptCreate_PI));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

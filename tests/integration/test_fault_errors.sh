@@ -113,7 +113,7 @@ expect '-fault_density is "heavy", expected a number > 0 kg/m^3' -fault_density 
 expect '-fault_friction_law is "velcro", expected one of exponential_slip_weakening' -fault_friction_law velcro
 expect '-fault_operator is "sparse", expected one of' -fault_operator sparse
 expect '-fault_initial is "later", expected one of auto, critical, rest' -fault_initial later
-expect "cache directory no/dir (-fault_cache_dir): no such directory" -fault_cache_dir no/dir
+expect "cache directory no/dir: no such directory" -fault_cache_dir no/dir
 expect "none.h5" -fault_stiffness_file none.h5
 expect "not.h5 is not an HDF5 file" -fault_stiffness_file not.h5
 expect "truncated.h5" -fault_stiffness_file truncated.h5

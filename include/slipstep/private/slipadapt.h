@@ -6,10 +6,10 @@
 #include <slipcore.h>
 #include <slipstep/private/slipstate.h>
 
-/* The controllers: TSAdaptCreate_NAME() of each file that has one. CMake lists them, so that a controller is one file. */
-#define CONTROLLER(type, create) PETSC_EXTERN PetscErrorCode create(TSAdapt adapt);
-#include <slipcontrollers.h>
-#undef CONTROLLER
+/* The controllers, which register.c names */
+PETSC_EXTERN PetscErrorCode TSAdaptCreate_RL(TSAdapt adapt);
+PETSC_EXTERN PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt);
+PETSC_EXTERN PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt);
 
 /* ---- adapterror.c ---- */
 /* Weighted local error E of the step just computed, -1 when the TS gives none, and its exponent q. */

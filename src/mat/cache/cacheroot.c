@@ -108,8 +108,7 @@ PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[])
     good = is_dir ? 1 : 0;
   }
   PetscCallMPI(MPI_Bcast(&good, 1, MPI_INT, 0, comm));
-  PetscCheck(good, comm, PETSC_ERR_FILE_OPEN,
-             "cache directory %s (-fault_cache_dir): no such directory, or it cannot be read", dir);
+  PetscCheck(good, comm, PETSC_ERR_FILE_OPEN, "cache directory %s: no such directory, or it cannot be read", dir);
   PetscCall(PetscStrallocpy(dir, &copy));
   PetscCall(SlipObjectComposeData((PetscObject)K, "SlipCacheDir", copy, SlipContainerDestroyDefault));
   PetscCall(SlipFingerprintCompose(K));

@@ -139,9 +139,9 @@ static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, 
     PetscBool whole;
 
     PetscCheck(*m <= LANCZOS_MAX, PetscObjectComm((PetscObject)l->S), PETSC_ERR_NOT_CONVERGED,
-               "A product with the viscosity did not reach %g in %d Lanczos steps: raise -fault_krylov_tolerance or "
-               "-mat_slipsqrtm_tolerance",
-               (double)l->tolerance, LANCZOS_MAX);
+               "A product with the viscosity did not reach its tolerance %g in %d Lanczos steps: raise it by "
+               "-%smat_slipsqrtm_tolerance",
+               (double)l->tolerance, LANCZOS_MAX, ((PetscObject)l->S)->prefix ? ((PetscObject)l->S)->prefix : "");
     PetscCall(Step(l, *m - 1));
     whole = (PetscBool)((l->orthogonal && *m == N) || l->beta[*m - 1] <= 1e-14 * l->alpha[0]);
     if (whole || *m >= before + PetscMax(1, (PetscInt)(LANCZOS_SHARE * (PetscReal)before))) {
