@@ -20,7 +20,7 @@ need("h5py", "numpy", "matplotlib")
 import numpy as np
 
 sys.dont_write_bytecode = True
-import course
+import slipstep_course as course
 import held_out_cases
 from held_out import ROOT, chosen_cases, learned
 from held_out_run import Bench, BenchmarkError

@@ -32,7 +32,7 @@ import h5py
 import numpy as np
 
 sys.dont_write_bytecode = True
-import course
+import slipstep_course as course
 import verdict_cases
 import held_out_run
 from held_out_run import BenchmarkError, Job, execute, read_course
