@@ -8,12 +8,12 @@ static const struct {
   size_t offset;
   PetscBool late;
 } Switches[] = {
-  {"check_error", offsetof(struct _p_SlipFault, check_error), PETSC_TRUE},
-  {"initial_unstable", offsetof(struct _p_SlipFault, initial_unstable), PETSC_FALSE},
-  {"output_overwrite", offsetof(struct _p_SlipFault, output_overwrite), PETSC_TRUE},
-  {"output_xdmf", offsetof(struct _p_SlipFault, output_xdmf), PETSC_TRUE},
-  {"progress", offsetof(struct _p_SlipFault, progress.wanted), PETSC_TRUE},
-  {"catalogue_maps", offsetof(struct _p_SlipFault, catalogue_maps), PETSC_TRUE},
+  {"check_error", offsetof(struct _p_SlipFault, options.check_error), PETSC_TRUE},
+  {"initial_unstable", offsetof(struct _p_SlipFault, options.initial_unstable), PETSC_FALSE},
+  {"output_overwrite", offsetof(struct _p_SlipFault, options.output_overwrite), PETSC_TRUE},
+  {"output_xdmf", offsetof(struct _p_SlipFault, options.output_xdmf), PETSC_TRUE},
+  {"progress", offsetof(struct _p_SlipFault, run.progress.wanted), PETSC_TRUE},
+  {"catalogue_maps", offsetof(struct _p_SlipFault, options.catalogue_maps), PETSC_TRUE},
 };
 
 /*@C
@@ -83,7 +83,7 @@ PetscErrorCode SlipFaultGetString(SlipFault fault, const char name[], char value
 
     PetscCall(PetscStrcmp(name, SlipFaultStrings[i].name, &same));
     if (!same) continue;
-    PetscCall(PetscStrncpy(value, fault->text[i], len));
+    PetscCall(PetscStrncpy(value, fault->options.text[i], len));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no choice \"%s\"", name);
@@ -99,13 +99,13 @@ static PetscErrorCode GatherAll(SlipFault fault, const PetscReal local[], PetscR
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(fault->comm, &size));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  PetscCall(PetscMalloc3(size, &count, size, &start, fault->N, &row));
-  count[rank] = (PetscMPIInt)fault->n;
-  start[rank] = (PetscMPIInt)fault->start;
+  PetscCall(PetscMalloc3(size, &count, size, &start, fault->mesh.N, &row));
+  count[rank] = (PetscMPIInt)fault->mesh.n;
+  start[rank] = (PetscMPIInt)fault->mesh.start;
   PetscCallMPI(MPI_Allgather(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, count, 1, MPI_INT, fault->comm));
   PetscCallMPI(MPI_Allgather(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, start, 1, MPI_INT, fault->comm));
   PetscCallMPI(MPI_Allgatherv(local, count[rank], MPIU_REAL, row, count, start, MPIU_REAL, fault->comm));
-  for (PetscInt e = 0; e < fault->N; e++) all[fault->order ? fault->order[e] : e] = row[e];
+  for (PetscInt e = 0; e < fault->mesh.N; e++) all[fault->mesh.order ? fault->mesh.order[e] : e] = row[e];
   PetscCall(PetscFree3(count, start, row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -113,8 +113,8 @@ static PetscErrorCode GatherAll(SlipFault fault, const PetscReal local[], PetscR
 static PetscErrorCode CheckSize(SlipFault fault, PetscInt n)
 {
   PetscFunctionBegin;
-  PetscCheck(n == fault->N, fault->comm, PETSC_ERR_ARG_SIZ,
-             "room for %" PetscInt_FMT " cells, expected the %" PetscInt_FMT " of the fault", n, fault->N);
+  PetscCheck(n == fault->mesh.N, fault->comm, PETSC_ERR_ARG_SIZ,
+             "room for %" PetscInt_FMT " cells, expected the %" PetscInt_FMT " of the fault", n, fault->mesh.N);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -147,7 +147,7 @@ PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n,
 
     PetscCall(PetscStrcmp(name, SlipFaultReals[SlipFaultFields[f]].name, &same));
     if (!same) continue;
-    PetscCall(GatherAll(fault, fault->field[f], values));
+    PetscCall(GatherAll(fault, fault->fields.cell[f], values));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no field \"%s\"", name);
@@ -236,26 +236,28 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
   k--;
   PetscCheck(same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
              "a state has no \"%s\", expected slip_rate, displacement, slip, state, traction or stress", name);
-  PetscCall(VecDuplicate(fault->uc, &T));
+  PetscCall(VecDuplicate(fault->critical.uc, &T));
   if (k == STRESS) PetscCall(SlipFaultStress(fault, t, w, T));
   if (k == TRACTION) PetscCall(SlipFaultTraction(fault, t, w, T));
   PetscCall(SlipFaultStartShare(fault, &share));
-  PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &local));
+  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &local));
   PetscCall(VecGetArrayRead(k >= TRACTION ? T : w, &a));
-  PetscCall(VecGetArrayRead(fault->uc, &u));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  PetscCall(VecGetArrayRead(fault->critical.uc, &u));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     if (k == STRESS)
       local[i] = a[i];
     else if (k == TRACTION)
-      local[i] = a[i] / fault->weight[i];
+      local[i] = a[i] / fault->mesh.weight[i];
     else if (k == STATE)
-      local[i] = SlipFaultShownState(fault, i, a[3 * i + 2]);
-    else if (k == SLIP && (fault->heals || fault->law->state))
-      local[i] = a[3 * i + 1] - share * u[i] + t * fault->field[FIELD_LOADING_RATE][i];
+      local[i] = SlipFaultShownState(fault, i, a[SlipFaultStateAt(fault, i)]);
+    else if (k == SLIP && (fault->kind.heals || fault->friction.law->state))
+      local[i] = a[SlipFaultDisplacementAt(fault, i)] - share * u[i] + t * fault->fields.cell[FIELD_LOADING_RATE][i];
     else
-      local[i] = a[3 * i + (k == RATE ? 0 : k == DISPLACEMENT ? 1 : 2)];
+      local[i] = a[k == RATE           ? SlipFaultRateAt(fault, i)
+                   : k == DISPLACEMENT ? SlipFaultDisplacementAt(fault, i)
+                                       : SlipFaultStateAt(fault, i)];
   }
-  PetscCall(VecRestoreArrayRead(fault->uc, &u));
+  PetscCall(VecRestoreArrayRead(fault->critical.uc, &u));
   PetscCall(VecRestoreArrayRead(k >= TRACTION ? T : w, &a));
   PetscCall(VecDestroy(&T));
   PetscCall(GatherAll(fault, local, values));
@@ -285,7 +287,7 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
 @*/
 PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char column[], PetscInt size, PetscInt *n, PetscReal values[])
 {
-  const char *file = fault->text[FAULT_CATALOGUE];
+  const char *file = fault->options.text[FAULT_CATALOGUE];
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscReal *data = NULL;
   PetscMPIInt rank;

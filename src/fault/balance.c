@@ -21,8 +21,8 @@ static PetscErrorCode Choose(SlipFault fault, PetscInt id, const char choice[])
   PetscBool automatic;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->text[id], "auto", &automatic));
-  if (automatic) PetscCall(PetscStrncpy(fault->text[id], choice, sizeof(fault->text[id])));
+  PetscCall(PetscStrcmp(fault->options.text[id], "auto", &automatic));
+  if (automatic) PetscCall(PetscStrncpy(fault->options.text[id], choice, sizeof(fault->options.text[id])));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -34,9 +34,10 @@ static PetscErrorCode ChooseInertia(SlipFault fault, PetscBool traction)
   PetscBool none;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "none", &none));
-  if (fault->inertia_given) PetscFunctionReturn(PETSC_SUCCESS);
-  fault->inertia = fault->law->smooth || (traction && !fault->law->by_rate && !none) ? PETSC_FALSE : PETSC_TRUE;
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "none", &none));
+  if (fault->options.inertia_given) PetscFunctionReturn(PETSC_SUCCESS);
+  fault->kind.inertia =
+    fault->friction.law->smooth || (traction && !fault->friction.law->by_rate && !none) ? PETSC_FALSE : PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -47,49 +48,51 @@ PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
   PetscBool critical, rest, rate, traction;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "traction", &traction));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
   PetscCall(ChooseInertia(fault, traction));
-  PetscCall(
-    Choose(fault, FAULT_VISCOSITY, fault->law->smooth || (traction && !fault->inertia) ? "radiation" : "sqrtm"));
-  PetscCall(Choose(fault, FAULT_INITIAL, fault->law->smooth ? "rate" : "critical"));
-  PetscCall(PetscStrcmp(fault->text[FAULT_STATE_LAW], "slip", &fault->slip_law));
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "rest", &rest));
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "rate", &rate));
+  PetscCall(Choose(fault, FAULT_VISCOSITY,
+                   fault->friction.law->smooth || (traction && !fault->kind.inertia) ? "radiation" : "sqrtm"));
+  PetscCall(Choose(fault, FAULT_INITIAL, fault->friction.law->smooth ? "rate" : "critical"));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_STATE_LAW], "slip", &fault->friction.slip_law));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "rest", &rest));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "rate", &rate));
   PetscCheck(
-    !fault->law->smooth || !(critical || rest), fault->comm, PETSC_ERR_ARG_INCOMP,
+    !fault->friction.law->smooth || !(critical || rest), fault->comm, PETSC_ERR_ARG_INCOMP,
     "-%sfault_initial %s does not go with -%sfault_friction_law %s, whose cells always slide: expected rate or "
     "traction",
-    prefix, fault->text[FAULT_INITIAL], prefix, fault->law->name);
-  PetscCheck(fault->law->smooth || !rate, fault->comm, PETSC_ERR_ARG_INCOMP,
+    prefix, fault->options.text[FAULT_INITIAL], prefix, fault->friction.law->name);
+  PetscCheck(fault->friction.law->smooth || !rate, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_initial rate needs rate-and-state friction, not -%sfault_friction_law %s", prefix, prefix,
-             fault->law->name);
+             fault->friction.law->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The state that theta [s] is; of a law of another's, the number itself */
 static PetscReal StateOfTheta(SlipFault fault, PetscInt i, PetscReal theta)
 {
-  if (fault->law->eval != SlipRateAndState) return theta;
-  return PetscLogReal(fault->value[FAULT_FRICTION_REFERENCE_RATE] * theta / fault->field[FIELD_FRICTION_SLIP][i]);
+  if (fault->friction.law->eval != SlipRateAndState) return theta;
+  return PetscLogReal(fault->options.value[FAULT_FRICTION_REFERENCE_RATE] * theta /
+                      fault->fields.cell[FIELD_FRICTION_SLIP][i]);
 }
 
 /* What outputs call the state: theta [s] of rate-and-state friction, else the number itself */
 PetscReal SlipFaultShownState(SlipFault fault, PetscInt i, PetscReal s)
 {
-  if (fault->law->eval != SlipRateAndState) return s;
-  return fault->field[FIELD_FRICTION_SLIP][i] / fault->value[FAULT_FRICTION_REFERENCE_RATE] * PetscExpReal(s);
+  if (fault->friction.law->eval != SlipRateAndState) return s;
+  return fault->fields.cell[FIELD_FRICTION_SLIP][i] / fault->options.value[FAULT_FRICTION_REFERENCE_RATE] *
+         PetscExpReal(s);
 }
 
 const char *SlipFaultStateUnit(SlipFault fault)
 {
-  return fault->law->eval == SlipRateAndState ? "s" : fault->law->state ? "1" : "m";
+  return fault->friction.law->eval == SlipRateAndState ? "s" : fault->friction.law->state ? "1" : "m";
 }
 
 /* Does the fault's law read this field? */
 PetscBool SlipFaultHasField(SlipFault fault, PetscInt field)
 {
-  return field < FIELD_FRICTION_A || fault->law->smooth ? PETSC_TRUE : PETSC_FALSE;
+  return field < FIELD_FRICTION_A || fault->friction.law->smooth ? PETSC_TRUE : PETSC_FALSE;
 }
 
 static PetscErrorCode FindCreep(SlipFault fault)
@@ -97,14 +100,14 @@ static PetscErrorCode FindCreep(SlipFault fault)
   PetscInt any = 0;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < fault->n; i++) any |= fault->field[FIELD_CREEP][i] != 0;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) any |= fault->fields.cell[FIELD_CREEP][i] != 0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(fault->law->smooth && !fault->inertia, fault->comm, PETSC_ERR_ARG_INCOMP,
+  PetscCheck(fault->friction.law->smooth && !fault->kind.inertia, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_creep needs rate-and-state friction without inertia", SlipFaultPrefix(fault));
-  PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->balance.creeps));
-  for (PetscInt i = 0; i < fault->n; i++)
-    fault->balance.creeps[i] = fault->field[FIELD_CREEP][i] != 0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->balance.creeps));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    fault->balance.creeps[i] = fault->fields.cell[FIELD_CREEP][i] != 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -123,13 +126,13 @@ PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, Pe
    rounding leaves: unless a rate is given cells that weaken begin locked, as some time after an event. */
 static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *friction, PetscBool traction)
 {
-  PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *theta = fault->field[FIELD_INITIAL_STATE];
-  const PetscReal *vinf = fault->field[FIELD_LOADING_RATE], *load = fault->field[FIELD_INITIAL_TRACTION];
+  PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *theta = fault->fields.cell[FIELD_INITIAL_STATE];
+  const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *load = fault->fields.cell[FIELD_INITIAL_TRACTION];
   const char *prefix = SlipFaultPrefix(fault);
   PetscInt bad = 0;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal steady = PetscAbsReal(vinf[i]) > 0 ? vinf[i] : rate[i];
 
     if (isnan(rate[i])) {
@@ -150,28 +153,29 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
   PetscCheck(!bad, fault->comm, PETSC_ERR_ARG_INCOMP,
              "the state of -%sfault_friction_law %s at the start is not known: expected -%sfault_initial_state, or "
              "-%sfault_initial_rate or -%sfault_loading_rate other than 0",
-             prefix, fault->law->name, prefix, prefix, prefix);
+             prefix, fault->friction.law->name, prefix, prefix, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* T0 = sigma mu + H (v - v_inf): what balances the start. Overwrites work[0] and work[1]. */
 static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *friction)
 {
-  const PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *vinf = fault->field[FIELD_LOADING_RATE], *f;
+  const PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *vinf = fault->fields.cell[FIELD_LOADING_RATE], *f;
   PetscReal *x;
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayWrite(fault->work[0], &x));
-  for (PetscInt i = 0; i < fault->n; i++) x[i] = rate[i] - vinf[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = rate[i] - vinf[i];
   PetscCall(VecRestoreArrayWrite(fault->work[0], &x));
-  PetscCall(MatMult(fault->H, fault->work[0], fault->work[1]));
+  PetscCall(MatMult(fault->operators.H, fault->work[0], fault->work[1]));
   PetscCall(VecGetArrayRead(fault->work[1], &f));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(friction, i, StateOfTheta(fault, i, fault->field[FIELD_INITIAL_STATE][i]),
+    SlipFrictionEvaluate(friction, i, StateOfTheta(fault, i, fault->fields.cell[FIELD_INITIAL_STATE][i]),
                          PetscAbsReal(rate[i]), &mu, &ds, &dv);
-    fault->field[FIELD_INITIAL_TRACTION][i] = (rate[i] < 0 ? -mu : mu) * friction->stress[i] + f[i] / fault->weight[i];
+    fault->fields.cell[FIELD_INITIAL_TRACTION][i] =
+      (rate[i] < 0 ? -mu : mu) * friction->stress[i] + f[i] / fault->mesh.weight[i];
   }
   PetscCall(VecRestoreArrayRead(fault->work[1], &f));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -186,19 +190,19 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(FindCreep(fault));
-  if (!fault->law->smooth) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipRadiationGet(fault->H, &b->eta));
-  PetscCall(VecDuplicate(fault->uc, &b->u));
-  PetscCall(VecDuplicate(fault->uc, &b->rate));
-  PetscCall(VecDuplicate(fault->uc, &b->force));
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "traction", &traction));
+  if (!fault->friction.law->smooth) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipRadiationGet(fault->operators.H, &b->eta));
+  PetscCall(VecDuplicate(fault->critical.uc, &b->u));
+  PetscCall(VecDuplicate(fault->critical.uc, &b->rate));
+  PetscCall(VecDuplicate(fault->critical.uc, &b->force));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
   PetscCall(SlipFaultLoadAt(fault, 0));
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(FillStart(fault, &friction, traction));
   if (!traction) PetscCall(FillTraction(fault, &friction));
   fault->loads.known = PETSC_FALSE; /* the initial traction has changed */
-  if (b->eta > 0 && fault->law->eval == SlipRateAndState && !fault->loads.pressed) {
-    const PetscInt n = fault->n;
+  if (b->eta > 0 && fault->friction.law->eval == SlipRateAndState && !fault->loads.pressed) {
+    const PetscInt n = fault->mesh.n;
 
     PetscCall(PetscMalloc1(4 * n + 1, &b->kept));
     b->constants = (SlipRateAndStateConstants){b->kept, b->kept + n, b->kept + 2 * n, b->kept + 3 * n};
@@ -228,7 +232,7 @@ PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault)
 PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFaultBalance *b = &fault->balance;
-  const PetscReal *vinf = fault->field[FIELD_LOADING_RATE], *weight = fault->weight, eta = b->eta;
+  const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *weight = fault->mesh.weight, eta = b->eta;
   const PetscReal *a, *force, *shear;
   PetscReal *tau, *v, *f = NULL;
   SlipFrictionCells friction;
@@ -239,23 +243,23 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscFunctionBegin;
   PetscCall(SlipFaultLoadAt(fault, t));
   PetscCall(SlipFaultGetFriction(fault, &friction));
-  PetscCall(VecStrideGather(w, 1, b->u, INSERT_VALUES));
-  PetscCall(MatMult(fault->K, b->u, b->force));
+  PetscCall(VecStrideGather(w, fault->layout.displacement, b->u, INSERT_VALUES));
+  PetscCall(MatMult(fault->operators.K, b->u, b->force));
   PetscCall(SlipArraysGet(F ? 6 : 5, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) tau[i] = shear[i] - force[i] + eta * weight[i] * vinf[i];
-  SlipFrictionBalance(&friction, fault->loads.pressed || !b->kept ? NULL : &b->constants, fault->n, eta, tau, 3, a + 2,
-                      v, f ? f + 2 : NULL);
-  for (PetscInt i = 0; i < fault->n && b->creeps; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) tau[i] = shear[i] - force[i] + eta * weight[i] * vinf[i];
+  SlipFrictionBalance(&friction, fault->loads.pressed || !b->kept ? NULL : &b->constants, fault->mesh.n, eta, tau,
+                      fault->layout.block, a + fault->layout.state, v, f ? f + fault->layout.state : NULL);
+  for (PetscInt i = 0; i < fault->mesh.n && b->creeps; i++) {
     if (!b->creeps[i]) continue;
     v[i] = vinf[i];
-    if (f) f[3 * i + 2] = 0;
+    if (f) f[SlipFaultStateAt(fault, i)] = 0;
   }
-  for (PetscInt i = 0; i < fault->n && f; i++) {
-    f[3 * i] = 0;
-    f[3 * i + 1] = v[i] - vinf[i];
+  for (PetscInt i = 0; i < fault->mesh.n && f; i++) {
+    f[SlipFaultRateAt(fault, i)] = 0;
+    f[SlipFaultDisplacementAt(fault, i)] = v[i] - vinf[i];
   }
   PetscCall(SlipArraysRestore(F ? 6 : 5, arrays));
-  PetscCall(PetscLogFlops(120.0 * (PetscLogDouble)fault->n));
+  PetscCall(PetscLogFlops(120.0 * (PetscLogDouble)fault->mesh.n));
   b->time = t;
   b->known = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -270,7 +274,7 @@ PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(fault->balance.rate, &v));
   PetscCall(VecGetArray(w, &a));
-  for (PetscInt i = 0; i < fault->n; i++) a[3 * i] = v[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) a[SlipFaultRateAt(fault, i)] = v[i];
   PetscCall(VecRestoreArray(w, &a));
   PetscCall(VecRestoreArrayRead(fault->balance.rate, &v));
   fault->balance.put++;
@@ -284,12 +288,12 @@ PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
 
   PetscFunctionBegin;
   PetscCall(VecGetArray(w, &a));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    a[3 * i] = fault->field[FIELD_INITIAL_RATE][i];
-    a[3 * i + 2] = StateOfTheta(fault, i, fault->field[FIELD_INITIAL_STATE][i]);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    a[SlipFaultRateAt(fault, i)] = fault->fields.cell[FIELD_INITIAL_RATE][i];
+    a[SlipFaultStateAt(fault, i)] = StateOfTheta(fault, i, fault->fields.cell[FIELD_INITIAL_STATE][i]);
   }
   PetscCall(VecRestoreArray(w, &a));
-  if (fault->inertia || fault->balance.eta == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->kind.inertia || fault->balance.eta == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultRates(fault, 0, w, NULL)); /* "traction" with a state of its own has another rate */
   PetscCall(SlipFaultPutRates(fault, w));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -305,7 +309,7 @@ PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w, Vec 
   PetscCall(SlipFaultStrength(fault, t, w, r));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArray(r, &q));
-  for (PetscInt i = 0; i < fault->n; i++) q[i] *= a[3 * i] > 0 ? -1 : 1;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) q[i] *= a[SlipFaultRateAt(fault, i)] > 0 ? -1 : 1;
   PetscCall(VecRestoreArray(r, &q));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscFunctionReturn(PETSC_SUCCESS);

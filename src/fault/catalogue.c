@@ -50,10 +50,10 @@ static PetscErrorCode KineticEnergy(SlipFault fault, Vec w, PetscReal *energy)
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->n; i++) sum += fault->weight[i] * PetscSqr(a[3 * i]);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) sum += fault->mesh.weight[i] * PetscSqr(a[SlipFaultRateAt(fault, i)]);
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
-  *energy = fault->inertia ? 0.5 * fault->mass * SlipFaultMeanArea(fault) * sum : 0;
+  *energy = fault->kind.inertia ? 0.5 * fault->operators.mass * SlipFaultMeanArea(fault) * sum : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,15 +89,16 @@ typedef struct {
 static PetscErrorCode FirstCrossing(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal *share)
 {
   SlipFault fault = cat->fault;
-  const PetscReal rate = fault->value[FAULT_EVENT_RATE];
+  const PetscReal rate = fault->options.value[FAULT_EVENT_RATE];
   const PetscReal *a, *b;
   const SlipArrays arrays[] = {{slow, .read = &a}, {fast, .read = &b}};
 
   PetscFunctionBegin;
   *share = 1;
   PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < fault->n; i++)
-    if (PetscAbsReal(b[3 * i]) > rate) *share = PetscMin(*share, SlipEventCrossing(a[3 * i], b[3 * i], rate));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    if (PetscAbsReal(b[SlipFaultRateAt(fault, i)]) > rate)
+      *share = PetscMin(*share, SlipEventCrossing(a[SlipFaultRateAt(fault, i)], b[SlipFaultRateAt(fault, i)], rate));
   PetscCall(SlipArraysRestore(2, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, share, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -107,18 +108,20 @@ static PetscErrorCode FirstCrossing(SlipFaultCatalogue cat, Vec slow, Vec fast, 
 static PetscErrorCode MarkRuptured(SlipFaultCatalogue cat, const Step *step)
 {
   SlipFault fault = cat->fault;
-  const PetscReal rate = fault->value[FAULT_EVENT_RATE], begin = step->begin - cat->event.onset;
+  const PetscReal rate = fault->options.value[FAULT_EVENT_RATE], begin = step->begin - cat->event.onset;
   const PetscReal *a, *b;
   PetscReal *t;
   const SlipArrays arrays[] = {{step->a, .read = &a}, {step->b, .read = &b}, {cat->rupture, .write = &t}};
 
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    if (t[i] >= 0 || PetscAbsReal(b[3 * i]) <= rate) continue;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    if (t[i] >= 0 || PetscAbsReal(b[SlipFaultRateAt(fault, i)]) <= rate) continue;
     /* one that was above it all along when the run began has no crossing */
-    t[i] =
-      PetscAbsReal(a[3 * i]) > rate ? 0 : PetscMax(0, begin + step->dt * SlipEventCrossing(a[3 * i], b[3 * i], rate));
+    t[i] = PetscAbsReal(a[SlipFaultRateAt(fault, i)]) > rate
+             ? 0
+             : PetscMax(0, begin + step->dt * SlipEventCrossing(a[SlipFaultRateAt(fault, i)],
+                                                                b[SlipFaultRateAt(fault, i)], rate));
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -129,19 +132,22 @@ static PetscErrorCode MarkRuptured(SlipFaultCatalogue cat, const Step *step)
 static PetscErrorCode Cut(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal share, PetscReal dt)
 {
   SlipFault fault = cat->fault;
-  const PetscReal *a, *b, *vinf = fault->field[FIELD_LOADING_RATE];
+  const PetscReal *a, *b, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   PetscReal *c;
   const SlipArrays arrays[] = {{slow, .read = &a}, {fast, .read = &b}, {cat->cut, .write = &c}};
 
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal v = SlipEventRate(a[3 * i], b[3 * i], share);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal v = SlipEventRate(a[SlipFaultRateAt(fault, i)], b[SlipFaultRateAt(fault, i)], share);
 
-    c[3 * i] = v;
-    c[3 * i + 1] = a[3 * i + 1] + dt * (0.5 * (a[3 * i] + v) - vinf[i]);
-    c[3 * i + 2] = fault->law->state ? a[3 * i + 2] + share * (b[3 * i + 2] - a[3 * i + 2])
-                                     : a[3 * i + 2] + dt * 0.5 * (PetscAbsReal(a[3 * i]) + PetscAbsReal(v));
+    c[SlipFaultRateAt(fault, i)] = v;
+    c[SlipFaultDisplacementAt(fault, i)] =
+      a[SlipFaultDisplacementAt(fault, i)] + dt * (0.5 * (a[SlipFaultRateAt(fault, i)] + v) - vinf[i]);
+    c[SlipFaultStateAt(fault, i)] =
+      fault->friction.law->state
+        ? a[SlipFaultStateAt(fault, i)] + share * (b[SlipFaultStateAt(fault, i)] - a[SlipFaultStateAt(fault, i)])
+        : a[SlipFaultStateAt(fault, i)] + dt * 0.5 * (PetscAbsReal(a[SlipFaultRateAt(fault, i)]) + PetscAbsReal(v));
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -218,12 +224,12 @@ static PetscErrorCode FastestCell(SlipFault fault, Vec w, PetscReal max, PetscIn
   const PetscReal *a;
 
   PetscFunctionBegin;
-  *cell = fault->N;
+  *cell = fault->mesh.N;
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscInt c = fault->order ? fault->order[fault->start + i] : fault->start + i;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscInt c = fault->mesh.order ? fault->mesh.order[fault->mesh.start + i] : fault->mesh.start + i;
 
-    if (PetscAbsReal(a[3 * i]) >= max * (1 - EVENT_TIE)) *cell = PetscMin(*cell, c);
+    if (PetscAbsReal(a[SlipFaultRateAt(fault, i)]) >= max * (1 - EVENT_TIE)) *cell = PetscMin(*cell, c);
   }
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cell, 1, MPIU_INT, MPI_MIN, fault->comm));
@@ -240,7 +246,7 @@ static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w,
   *e = (SlipFaultEvent){.onset = onset, .peak = max};
   cat->active = PETSC_TRUE;
   cat->power_known = PETSC_FALSE;
-  PetscCall(VecStrideGather(w, 1, cat->u0, INSERT_VALUES));
+  PetscCall(VecStrideGather(w, fault->layout.displacement, cat->u0, INSERT_VALUES));
   PetscCall(SlipFaultStress(fault, onset, w, cat->stress0));
   PetscCall(SlipFaultElasticEnergy(fault, onset, w, &e->elastic));
   PetscCall(KineticEnergy(fault, w, &e->kinetic));
@@ -259,7 +265,7 @@ static PetscErrorCode Onset(SlipFaultCatalogue cat, const Step *step, PetscReal 
   PetscCall(FirstCrossing(cat, step->a, step->b, &share));
   PetscCall(Cut(cat, step->a, step->b, share, share * step->dt));
   PetscCall(BeginEvent(cat, step->begin + share * step->dt, cat->cut, step->b, max));
-  PetscCall(VecStrideNorm(step->a, 0, NORM_INFINITY, &start));
+  PetscCall(VecStrideNorm(step->a, cat->fault->layout.rate, NORM_INFINITY, &start));
   e->time[1] = step->begin;
   e->rate[1] = start;
   PetscCall(Powers(cat->fault, step->begin, step->a, cat->power));
@@ -282,7 +288,7 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
                                {cat->stress0, .read = &stress0},
                                {cat->stress, .read = &stress},
                                {cat->rupture, .read = &rupture},
-                               {fault->vinf, .read = &vinf},
+                               {fault->operators.vinf, .read = &vinf},
                                {cat->slip, .write = &slip}};
 
   PetscFunctionBegin;
@@ -290,10 +296,10 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
   PetscCall(PetscArrayzero(sum, 4));
   largest[0] = largest[1] = 0;
   PetscCall(SlipArraysGet(7, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal weight = fault->weight[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal weight = fault->mesh.weight[i];
 
-    slip[i] = a[3 * i + 1] - u0[i] + vinf[i] * time;
+    slip[i] = a[SlipFaultDisplacementAt(fault, i)] - u0[i] + vinf[i] * time;
     sum[0] += weight * slip[i];
     largest[0] = PetscMax(largest[0], slip[i]);
     largest[1] = PetscMax(largest[1], -slip[i]);
@@ -333,7 +339,7 @@ static PetscErrorCode FillRow(SlipFaultCatalogue cat, PetscReal end, Vec w, Pets
   row[EVENT_MEAN_SLIP] = along * sum[2] / sum[1];
   row[EVENT_MAX_SLIP] = largest[along > 0 ? 0 : 1];
   row[EVENT_DIRECTION] = along;
-  row[EVENT_MOMENT] = fault->value[FAULT_SHEAR_MODULUS] * area * PetscAbsReal(sum[0]);
+  row[EVENT_MOMENT] = fault->options.value[FAULT_SHEAR_MODULUS] * area * PetscAbsReal(sum[0]);
   row[EVENT_MAGNITUDE] = SlipEventMagnitude(row[EVENT_MOMENT]);
   row[EVENT_STRESS_DROP] = along * sum[3] / sum[1];
   row[EVENT_PEAK_SLIP_RATE] = e->peak;
@@ -371,7 +377,7 @@ static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
   FormatTime(row[EVENT_END] - row[EVENT_ONSET], lasted);
   (void)snprintf(
     line, sizeof(line), "event %lld  t %s  Mw %.2f  x %.4g km  z %.4g km  slip %.3g m  drop %.3g MPa  %s\n",
-    (long long)fault->events, when, (double)row[EVENT_MAGNITUDE], (double)row[EVENT_X] / 1e3,
+    (long long)fault->run.events, when, (double)row[EVENT_MAGNITUDE], (double)row[EVENT_X] / 1e3,
     (double)row[EVENT_Z] / 1e3, (double)row[EVENT_MEAN_SLIP], (double)row[EVENT_STRESS_DROP] / 1e6, lasted);
   PetscCall(PetscPrintf(fault->comm, "%s", line));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -404,7 +410,7 @@ static PetscErrorCode Close(SlipFaultCatalogue cat)
   PetscCall(SlipCatalogueAdd(cat, cat->row));
   cat->active = cat->ended = cat->power_known = PETSC_FALSE;
   cat->last_end = cat->row[EVENT_END];
-  cat->fault->events++;
+  cat->fault->run.events++;
   PetscCall(PrintEvent(cat->fault, cat->row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -413,13 +419,13 @@ static PetscErrorCode Close(SlipFaultCatalogue cat)
 static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w)
 {
   SlipFault fault = cat->fault;
-  const PetscReal rate = fault->value[FAULT_EVENT_RATE];
+  const PetscReal rate = fault->options.value[FAULT_EVENT_RATE];
   PetscReal max, begin = 0, dt = 0, share[3], weight[3];
   Vec node[3];
   Step now;
 
   PetscFunctionBegin;
-  PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &max));
+  PetscCall(VecStrideNorm(w, cat->fault->layout.rate, NORM_INFINITY, &max));
   if (!cat->started) {
     cat->started = PETSC_TRUE;
     if (cat->active || max <= rate) PetscFunctionReturn(PETSC_SUCCESS);
@@ -448,7 +454,7 @@ static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec 
 /* TSMonitor */
 static PetscErrorCode SlipFaultEventMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
-  SlipFaultCatalogue cat = ((SlipFault)ctx)->catalogue;
+  SlipFaultCatalogue cat = ((SlipFault)ctx)->run.catalogue;
 
   PetscFunctionBegin;
   if (step < 0 || !cat) PetscFunctionReturn(PETSC_SUCCESS);
@@ -466,33 +472,33 @@ static PetscErrorCode SlipFaultEventMonitor(TS ts, PetscInt step, PetscReal time
 /* Collective: -fault_catalogue, if there is one */
 PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
 {
-  const char *prefix = SlipFaultPrefix(fault), *file = fault->text[FAULT_CATALOGUE];
+  const char *prefix = SlipFaultPrefix(fault), *file = fault->options.text[FAULT_CATALOGUE];
   SlipFaultCatalogue cat;
   PetscBool same, bathe;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
-  fault->events = file[0] ? 0 : -1;
+  fault->run.events = file[0] ? 0 : -1;
   if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(!fault->catalogue, fault->comm, PETSC_ERR_ORDER, "the catalogue of the last run was not finished");
+  PetscCheck(!fault->run.catalogue, fault->comm, PETSC_ERR_ORDER, "the catalogue of the last run was not finished");
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  PetscCheck(bathe || fault->law->smooth, fault->comm, PETSC_ERR_SUP,
+  PetscCheck(bathe || fault->friction.law->smooth, fault->comm, PETSC_ERR_SUP,
              "-%sfault_catalogue works with -ts_type bathe, not %s, unless friction is smooth (rate_and_state)", prefix,
              ((PetscObject)ts)->type_name);
-  PetscCall(PetscStrcmp(file, fault->text[FAULT_OUTPUT], &same));
+  PetscCall(PetscStrcmp(file, fault->options.text[FAULT_OUTPUT], &same));
   PetscCheck(!same, fault->comm, PETSC_ERR_FILE_OPEN,
              "-%sfault_catalogue and -%sfault_output are both %s, expected two files", prefix, prefix, file);
   PetscCall(PetscNew(&cat));
-  fault->catalogue = cat;
+  fault->run.catalogue = cat;
   cat->fault = fault;
-  cat->maps = fault->catalogue_maps;
+  cat->maps = fault->options.catalogue_maps;
   cat->file.id = -1;
   cat->kind = (SlipH5Kind){.prefix = prefix,
                            .option = "fault_catalogue",
                            .restart = "fault_restart",
                            .discard = "fault_output_overwrite",
                            .growing = PETSC_TRUE,
-                           .overwrite = fault->output_overwrite};
+                           .overwrite = fault->options.output_overwrite};
   PetscCallMPI(MPI_Comm_rank(fault->comm, &cat->rank));
   if (!cat->rank) {
     const SlipH5Kind name = {.prefix = prefix, .option = "fault_catalogue"};
@@ -503,7 +509,7 @@ PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
   {
     Vec *vecs[] = {&cat->u0, &cat->stress0, &cat->rupture, &cat->stress, &cat->slip};
 
-    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDuplicate(fault->uc, vecs[i]));
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDuplicate(fault->critical.uc, vecs[i]));
   }
   PetscCall(SlipFaultCreateState(fault, &cat->cut));
   if (!bathe) PetscCall(SlipFaultCreateState(fault, &cat->before));
@@ -516,7 +522,7 @@ PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
 /* Collective: the end of the run. The file is complete, and its summary says how many events there were. */
 PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run)
 {
-  SlipFaultCatalogue cat = fault->catalogue;
+  SlipFaultCatalogue cat = fault->run.catalogue;
   char when[32], line[128];
 
   PetscFunctionBegin;
@@ -529,8 +535,8 @@ PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run)
                    "The event that began at t %s goes on at the end of the run: it is not in the catalogue\n", when);
     PetscCall(PetscPrintf(fault->comm, "%s", line));
   }
-  PetscCall(SlipOutputAddResult(run, "events", "events", NULL, (PetscReal)fault->events));
+  PetscCall(SlipOutputAddResult(run, "events", "events", NULL, (PetscReal)fault->run.events));
   PetscCall(SlipCatalogueClose(cat, PETSC_TRUE));
-  PetscCall(SlipFaultCatalogueDestroy(&fault->catalogue));
+  PetscCall(SlipFaultCatalogueDestroy(&fault->run.catalogue));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -40,14 +40,14 @@ static PetscErrorCode WriteAttributes(SlipFaultCatalogue cat)
   PetscCall(SlipH5WriteAttrString(h, "/", "format", "slipstep-catalogue"));
   PetscCall(SlipH5WriteAttrInt(h, "/", "version", 1));
   PetscCall(SlipH5WriteAttrString(h, "/", "library_version", SLIPSTEP_VERSION));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "shear_modulus", fault->value[FAULT_SHEAR_MODULUS]));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "event_rate", fault->value[FAULT_EVENT_RATE]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "shear_modulus", fault->options.value[FAULT_SHEAR_MODULUS]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "event_rate", fault->options.value[FAULT_EVENT_RATE]));
   PetscCall(SlipH5WriteAttrInt(h, "/", "weakens", fault->resolution.weakens ? 1 : 0));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "fault_area", SlipFaultMeanArea(fault) * (PetscReal)fault->N));
-  if (fault->mesh.n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5WriteAttrReal(h, "/", "length_x", fault->value[FAULT_LENGTH_X]));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "length_z", fault->value[FAULT_LENGTH_Z]));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "depth_top", fault->value[FAULT_DEPTH_TOP]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "fault_area", SlipFaultMeanArea(fault) * (PetscReal)fault->mesh.N));
+  if (fault->mesh.cells.n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5WriteAttrReal(h, "/", "length_x", fault->options.value[FAULT_LENGTH_X]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "length_z", fault->options.value[FAULT_LENGTH_Z]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "depth_top", fault->options.value[FAULT_DEPTH_TOP]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -58,7 +58,7 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   SlipH5 *h = &cat->file;
 
   PetscFunctionBegin;
-  PetscCall(SlipH5CreateKind(&cat->kind, fault->text[FAULT_CATALOGUE], h));
+  PetscCall(SlipH5CreateKind(&cat->kind, fault->options.text[FAULT_CATALOGUE], h));
   PetscCall(WriteAttributes(cat));
   PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, NULL, -1));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
@@ -73,7 +73,7 @@ static PetscErrorCode CheckLast(SlipFaultCatalogue cat)
 {
   SlipFault fault = cat->fault;
   const char *prefix = SlipFaultPrefix(fault);
-  const PetscInt rows = fault->events;
+  const PetscInt rows = fault->run.events;
   PetscReal *end = NULL;
   PetscBool has, same = PETSC_FALSE;
   PetscInt n = 0;
@@ -86,11 +86,12 @@ static PetscErrorCode CheckLast(SlipFaultCatalogue cat)
   PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s (-%sfault_catalogue) is not the catalogue that -%sfault_restart %s was written with: it has no event "
              "%" PetscInt_FMT " that ended at %.9g s; give the name of that one, or of a file that is not there",
-             fault->text[FAULT_CATALOGUE], prefix, prefix, fault->text[FAULT_RESTART], rows, (double)cat->last_end);
+             fault->options.text[FAULT_CATALOGUE], prefix, prefix, fault->options.text[FAULT_RESTART], rows,
+             (double)cat->last_end);
   PetscCall(SlipH5Has(&cat->file, "/maps", &has));
   PetscCheck(has == cat->maps, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s (-%sfault_catalogue) has %s maps, which goes on: expected -%sfault_catalogue_maps %s",
-             fault->text[FAULT_CATALOGUE], prefix, has ? "" : "no", prefix, has ? "yes" : "no");
+             fault->options.text[FAULT_CATALOGUE], prefix, has ? "" : "no", prefix, has ? "yes" : "no");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -100,10 +101,10 @@ static PetscErrorCode Continue(SlipFaultCatalogue cat)
   SlipH5 *h = &cat->file;
 
   PetscFunctionBegin;
-  PetscCall(SlipH5CreateCopy(&cat->kind, NULL, cat->fault->text[FAULT_CATALOGUE], h));
+  PetscCall(SlipH5CreateCopy(&cat->kind, NULL, cat->fault->options.text[FAULT_CATALOGUE], h));
   PetscCall(CheckLast(cat));
-  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, NULL, cat->fault->events));
-  for (PetscInt m = 0; m < 2 && cat->maps; m++) PetscCall(SlipH5SetRows(h, Maps[m], cat->fault->events));
+  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, NULL, cat->fault->run.events));
+  for (PetscInt m = 0; m < 2 && cat->maps; m++) PetscCall(SlipH5SetRows(h, Maps[m], cat->fault->run.events));
   PetscCall(SlipH5Live(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -142,7 +143,7 @@ static PetscErrorCode WriteMaps(SlipFaultCatalogue cat)
 
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt e = 0; e < cat->fault->N; e++)
+  for (PetscInt e = 0; e < cat->fault->mesh.N; e++)
     if (time[e] < 0) time[e] = (PetscReal)NAN;
   {
     const SlipH5Rows series[2] = {{Maps[0], slip, 1}, {Maps[1], time, 1}};
@@ -262,7 +263,7 @@ static PetscErrorCode VisitEvent(SlipState s, SlipFaultCatalogue cat)
 static PetscErrorCode Resume(SlipFaultCatalogue cat)
 {
   SlipFault fault = cat->fault;
-  const char *file = fault->text[FAULT_CATALOGUE];
+  const char *file = fault->options.text[FAULT_CATALOGUE];
   char target[PETSC_MAX_PATH_LEN] = "", part[PETSC_MAX_PATH_LEN + 8];
   PetscBool exists[2] = {PETSC_FALSE, PETSC_FALSE};
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -277,7 +278,7 @@ static PetscErrorCode Resume(SlipFaultCatalogue cat)
   }
   PetscCallMPI(MPI_Bcast(exists, 2, MPIU_BOOL, 0, fault->comm));
   cat->resumed = exists[0] || exists[1] ? PETSC_TRUE : PETSC_FALSE;
-  if (!cat->resumed && fault->events)
+  if (!cat->resumed && fault->run.events)
     PetscCall(PetscPrintf(fault->comm, "Neither %s nor %s is there: the catalogue begins here\n", part, file));
   PetscCall(SlipCatalogueBegin(cat));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -286,9 +287,9 @@ static PetscErrorCode Resume(SlipFaultCatalogue cat)
 /* Collective: what a checkpoint remembers of the catalogue. One of a run without it has none: the catalogue begins there. */
 PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s)
 {
-  SlipFaultCatalogue cat = fault->catalogue;
+  SlipFaultCatalogue cat = fault->run.catalogue;
   const char *prefix = SlipFaultPrefix(fault);
-  PetscReal rate = fault->value[FAULT_EVENT_RATE];
+  PetscReal rate = fault->options.value[FAULT_EVENT_RATE];
   PetscBool has;
 
   PetscFunctionBegin;
@@ -298,10 +299,10 @@ PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s)
   if (!SlipStateIsLoading(s)) PetscCall(SlipCatalogueSync(cat));
   PetscCall(SlipStateGroup(s, "catalogue"));
   PetscCall(SlipStateReal(s, "event_rate", 1, &rate));
-  PetscCheck(rate == fault->value[FAULT_EVENT_RATE], fault->comm, PETSC_ERR_ARG_INCOMP,
+  PetscCheck(rate == fault->options.value[FAULT_EVENT_RATE], fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_event_rate is %g m/s, was %g m/s in -%sfault_restart %s", prefix,
-             (double)fault->value[FAULT_EVENT_RATE], (double)rate, prefix, fault->text[FAULT_RESTART]);
-  PetscCall(SlipStateInt(s, "events", 1, &fault->events));
+             (double)fault->options.value[FAULT_EVENT_RATE], (double)rate, prefix, fault->options.text[FAULT_RESTART]);
+  PetscCall(SlipStateInt(s, "events", 1, &fault->run.events));
   PetscCall(SlipStateReal(s, "last_end", 1, &cat->last_end));
   PetscCall(SlipStateBool(s, "active", &cat->active));
   if (cat->before) {

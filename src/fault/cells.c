@@ -8,16 +8,16 @@
    [m]. */
 PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z)
 {
-  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+  const PetscInt nx = (PetscInt)fault->options.value[FAULT_NX], nz = (PetscInt)fault->options.value[FAULT_NZ];
 
   PetscFunctionBegin;
-  if (fault->mesh.n) {
-    *x = fault->mesh.x[SlipCellsAt(&fault->mesh, e)];
-    *z = fault->mesh.z[SlipCellsAt(&fault->mesh, e)];
+  if (fault->mesh.cells.n) {
+    *x = fault->mesh.cells.x[SlipCellsAt(&fault->mesh.cells, e)];
+    *z = fault->mesh.cells.z[SlipCellsAt(&fault->mesh.cells, e)];
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  *x = ((e % nx) + 0.5) * fault->value[FAULT_LENGTH_X] / nx;
-  *z = fault->value[FAULT_DEPTH_TOP] + ((e / nx) + 0.5) * fault->value[FAULT_LENGTH_Z] / nz;
+  *x = ((e % nx) + 0.5) * fault->options.value[FAULT_LENGTH_X] / nx;
+  *z = fault->options.value[FAULT_DEPTH_TOP] + ((e / nx) + 0.5) * fault->options.value[FAULT_LENGTH_Z] / nz;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -25,7 +25,7 @@ PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, Pe
    file; size may be NULL */
 PetscErrorCode SlipFaultPlaceOf(SlipFault fault, PetscInt e, PetscReal centre[3], PetscReal size[2])
 {
-  const SlipCells *mesh = &fault->mesh;
+  const SlipCells *mesh = &fault->mesh.cells;
 
   PetscFunctionBegin;
   if (mesh->n) {
@@ -37,26 +37,26 @@ PetscErrorCode SlipFaultPlaceOf(SlipFault fault, PetscInt e, PetscReal centre[3]
     centre[1] = 0;
   }
   if (!size) PetscFunctionReturn(PETSC_SUCCESS);
-  size[0] = mesh->n ? mesh->length[e] : fault->value[FAULT_LENGTH_X] / fault->value[FAULT_NX];
-  size[1] = mesh->n ? mesh->width[e] : fault->value[FAULT_LENGTH_Z] / fault->value[FAULT_NZ];
+  size[0] = mesh->n ? mesh->length[e] : fault->options.value[FAULT_LENGTH_X] / fault->options.value[FAULT_NX];
+  size[1] = mesh->n ? mesh->width[e] : fault->options.value[FAULT_LENGTH_Z] / fault->options.value[FAULT_NZ];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* What rows with a weight of one stand for */
 PetscReal SlipFaultMeanArea(SlipFault fault)
 {
-  if (fault->mesh.n) return 0.5 / SlipCellsUnit(&fault->mesh);
-  return fault->value[FAULT_LENGTH_X] * fault->value[FAULT_LENGTH_Z] / (PetscReal)fault->N;
+  if (fault->mesh.cells.n) return 0.5 / SlipCellsUnit(&fault->mesh.cells);
+  return fault->options.value[FAULT_LENGTH_X] * fault->options.value[FAULT_LENGTH_Z] / (PetscReal)fault->mesh.N;
 }
 
 /* Values [N] of all cells, those of a mesh in the order of its file: each process takes those of its own. */
 static void SlipFaultTakeField(SlipFault fault, PetscInt f, const char source[], const PetscReal values[])
 {
-  fault->source[f] = source;
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscInt e = fault->start + i;
+  fault->fields.source[f] = source;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscInt e = fault->mesh.start + i;
 
-    fault->field[f][i] = values[fault->order ? fault->order[e] : e];
+    fault->fields.cell[f][i] = values[fault->mesh.order ? fault->mesh.order[e] : e];
   }
 }
 
@@ -79,10 +79,10 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], 
 {
   const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
   const PetscBool open = p->open || f == FIELD_NORMAL_STRESS ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt nx = (PetscInt)fault->value[FAULT_NX];
+  const PetscInt nx = (PetscInt)fault->options.value[FAULT_NX];
 
   PetscFunctionBegin;
-  for (PetscInt e = 0; e < fault->N; e++) {
+  for (PetscInt e = 0; e < fault->mesh.N; e++) {
     const PetscBool low = open ? (data[e] > p->lower) : (data[e] >= p->lower);
     const PetscBool good = low && data[e] < p->upper && isfinite(data[e]);
 
@@ -97,8 +97,8 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], 
 /* On rank 0, from the open file: data [field][N] and which fields the file holds. */
 static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal data[], PetscInt has[])
 {
-  const PetscInt want[2] = {(PetscInt)fault->value[FAULT_NZ], (PetscInt)fault->value[FAULT_NX]};
-  const PetscInt ndim = fault->mesh.n ? 1 : 2; /* a mesh's fields are [n] */
+  const PetscInt want[2] = {(PetscInt)fault->options.value[FAULT_NZ], (PetscInt)fault->options.value[FAULT_NX]};
+  const PetscInt ndim = fault->mesh.cells.n ? 1 : 2; /* a mesh's fields are [n] */
   char path[64], names[512], source[PETSC_MAX_PATH_LEN + 64];
   PetscInt found = 0;
 
@@ -119,9 +119,9 @@ static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal 
     found++;
     PetscCall(SlipH5CheckUnits(h, path, SlipFaultReals[SlipFaultFields[f]].unit, &flg));
     PetscCall(SlipH5ReadRealSized(h, path, ndim, want + 2 - ndim,
-                                  fault->mesh.n ? "one for each cell of -fault_mesh" : "Nz x Nx", dims, &read));
+                                  fault->mesh.cells.n ? "one for each cell of -fault_mesh" : "Nz x Nx", dims, &read));
     PetscCall(SlipFaultCheckField(fault, source, f, read));
-    PetscCall(PetscArraycpy(data + (size_t)f * fault->N, read, fault->N));
+    PetscCall(PetscArraycpy(data + (size_t)f * fault->mesh.N, read, fault->mesh.N));
     PetscCall(PetscFree(read));
   }
   PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s holds none of the fields %s", source, names);
@@ -139,9 +139,9 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  PetscCall(PetscMalloc1((size_t)fault->N * FAULT_NUM_FIELDS, &data));
+  PetscCall(PetscMalloc1((size_t)fault->mesh.N * FAULT_NUM_FIELDS, &data));
   if (!rank) {
-    ierr = SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_parameters", fault->text[FAULT_PARAMETERS], &h);
+    ierr = SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_parameters", fault->options.text[FAULT_PARAMETERS], &h);
     if (!ierr) {
       ierr = SlipFaultReadFields(fault, &h, data, has);
       PetscCall(SlipH5Close(&h));
@@ -152,11 +152,11 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   PetscCall(ierr);
   PetscCallMPI(MPI_Bcast(has, FAULT_NUM_FIELDS, MPIU_INT, 0, fault->comm));
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    PetscReal *values = data + (size_t)f * fault->N;
+    PetscReal *values = data + (size_t)f * fault->mesh.N;
 
     if (!has[f]) continue;
-    PetscCallMPI(MPI_Bcast(values, (PetscMPIInt)fault->N, MPIU_REAL, 0, fault->comm));
-    SlipFaultTakeField(fault, f, fault->text[FAULT_PARAMETERS], values);
+    PetscCallMPI(MPI_Bcast(values, (PetscMPIInt)fault->mesh.N, MPIU_REAL, 0, fault->comm));
+    SlipFaultTakeField(fault, f, fault->options.text[FAULT_PARAMETERS], values);
   }
   PetscCall(PetscFree(data));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -197,10 +197,10 @@ PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n,
 
     PetscCall(PetscStrcmp(name, SlipFaultReals[SlipFaultFields[f]].name, &same));
     if (!same) continue;
-    PetscCall(PetscFree(fault->given[f]));
-    PetscCall(PetscMalloc1(PetscMax(n, 1), &fault->given[f]));
-    PetscCall(PetscArraycpy(fault->given[f], values, n));
-    fault->ngiven[f] = n;
+    PetscCall(PetscFree(fault->fields.given[f]));
+    PetscCall(PetscMalloc1(PetscMax(n, 1), &fault->fields.given[f]));
+    PetscCall(PetscArraycpy(fault->fields.given[f], values, n));
+    fault->fields.ngiven[f] = n;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   {
@@ -213,7 +213,7 @@ PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n,
 
 PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
 {
-  const PetscReal nx = fault->value[FAULT_NX], nz = fault->value[FAULT_NZ];
+  const PetscReal nx = fault->options.value[FAULT_NX], nz = fault->options.value[FAULT_NZ];
   const char *prefix = SlipFaultPrefix(fault);
   PetscReal low = PETSC_MAX_REAL;
   PetscInt any = 0;
@@ -221,44 +221,44 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
 
   PetscFunctionBegin;
   /* distribution */
-  PetscCheck(3 * nx * nz < (PetscReal)PETSC_MAX_INT, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck((PetscReal)fault->layout.block * nx * nz < (PetscReal)PETSC_MAX_INT, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-%sfault_nx %g times -%sfault_nz %g is more than this build's integers hold", prefix, (double)nx, prefix,
              (double)nz);
-  fault->N = (PetscInt)nx * (PetscInt)nz;
+  fault->mesh.N = (PetscInt)nx * (PetscInt)nz;
   PetscCallMPI(MPI_Comm_size(fault->comm, &size));
-  PetscCheck(size <= fault->N, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(size <= fault->mesh.N, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "%d processes for %" PetscInt_FMT " cells (-%sfault_nx times -%sfault_nz): expected at most one process "
              "per cell",
-             (int)size, fault->N, prefix, prefix);
-  fault->n = fault->mesh.n ? fault->mesh.nlocal : PETSC_DECIDE;
-  PetscCall(PetscSplitOwnership(fault->comm, &fault->n, &fault->N));
-  fault->start = 0;
-  PetscCallMPI(MPI_Exscan(&fault->n, &fault->start, 1, MPIU_INT, MPI_SUM, fault->comm));
+             (int)size, fault->mesh.N, prefix, prefix);
+  fault->mesh.n = fault->mesh.cells.n ? fault->mesh.cells.nlocal : PETSC_DECIDE;
+  PetscCall(PetscSplitOwnership(fault->comm, &fault->mesh.n, &fault->mesh.N));
+  fault->mesh.start = 0;
+  PetscCallMPI(MPI_Exscan(&fault->mesh.n, &fault->mesh.start, 1, MPIU_INT, MPI_SUM, fault->comm));
 
   /* fields: what the scalar parameters give, then what SlipFaultSetField() and the file give instead */
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->field[f]));
-    for (PetscInt i = 0; i < fault->n; i++) fault->field[f][i] = fault->value[SlipFaultFields[f]];
+    PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->fields.cell[f]));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) fault->fields.cell[f][i] = fault->options.value[SlipFaultFields[f]];
   }
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal x, z;
 
-    PetscCall(SlipFaultCellCentre(fault, fault->start + i, &x, &z));
-    fault->field[FIELD_NORMAL_STRESS][i] += fault->value[FAULT_NORMAL_STRESS_GRADIENT] * z;
+    PetscCall(SlipFaultCellCentre(fault, fault->mesh.start + i, &x, &z));
+    fault->fields.cell[FIELD_NORMAL_STRESS][i] += fault->options.value[FAULT_NORMAL_STRESS_GRADIENT] * z;
   }
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    if (!fault->given[f]) continue;
-    PetscCheck(fault->ngiven[f] == fault->N, fault->comm, PETSC_ERR_ARG_SIZ,
+    if (!fault->fields.given[f]) continue;
+    PetscCheck(fault->fields.ngiven[f] == fault->mesh.N, fault->comm, PETSC_ERR_ARG_SIZ,
                "SlipFaultSetField(): %s was given for %" PetscInt_FMT " cells, expected %" PetscInt_FMT,
-               SlipFaultReals[SlipFaultFields[f]].name, fault->ngiven[f], fault->N);
-    PetscCall(SlipFaultCheckField(fault, "SlipFaultSetField()", f, fault->given[f]));
-    SlipFaultTakeField(fault, f, "SlipFaultSetField()", fault->given[f]);
+               SlipFaultReals[SlipFaultFields[f]].name, fault->fields.ngiven[f], fault->mesh.N);
+    PetscCall(SlipFaultCheckField(fault, "SlipFaultSetField()", f, fault->fields.given[f]));
+    SlipFaultTakeField(fault, f, "SlipFaultSetField()", fault->fields.given[f]);
   }
-  if (fault->text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
+  if (fault->options.text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
 
-  for (PetscInt i = 0; i < fault->n; i++) {
-    low = PetscMin(low, fault->field[FIELD_NORMAL_STRESS][i]);
-    any = any || fault->field[FIELD_LOADING_RATE][i] != 0;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    low = PetscMin(low, fault->fields.cell[FIELD_NORMAL_STRESS][i]);
+    any = any || fault->fields.cell[FIELD_LOADING_RATE][i] != 0;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &low, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
@@ -266,6 +266,6 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
              "the least effective normal stress is %.6g Pa, expected > 0: raise -%sfault_normal_stress or "
              "-%sfault_normal_stress_gradient",
              (double)low, prefix, prefix);
-  fault->loaded = any ? PETSC_TRUE : PETSC_FALSE;
+  fault->kind.loaded = any ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

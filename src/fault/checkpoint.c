@@ -78,9 +78,9 @@ static PetscErrorCode CompareCells(Differences *d, SlipFault fault, const char n
   char values[96], digest[128], then[128];
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscInt e = fault->start + i;
-    const PetscReal entry[] = {(PetscReal)(fault->order ? fault->order[e] : e), x[i]};
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscInt e = fault->mesh.start + i;
+    const PetscReal entry[] = {(PetscReal)(fault->mesh.order ? fault->mesh.order[e] : e), x[i]};
 
     hash += SlipHashReals(SLIP_HASH_START, entry, 2);
     range[0] = PetscMin(range[0], x[i]);
@@ -94,7 +94,7 @@ static PetscErrorCode CompareCells(Differences *d, SlipFault fault, const char n
     (void)snprintf(values, sizeof(values), "%.9g", (double)range[0]);
   else
     (void)snprintf(values, sizeof(values), "%.9g to %.9g, in the mean %.9g", (double)range[0], -(double)range[1],
-                   (double)(sum / (PetscReal)fault->N));
+                   (double)(sum / (PetscReal)fault->mesh.N));
   (void)snprintf(digest, sizeof(digest), "%016" PRIx64 " %s%s%s", hash, values, unit[0] ? " " : "", unit);
   PetscCall(PetscStrncpy(then, digest, sizeof(then)));
   PetscCall(SlipStateString(d->s, name, then, sizeof(then)));
@@ -134,7 +134,7 @@ static PetscBool MayChange(PetscInt id)
 
 static PetscErrorCode CompareMesh(Differences *d, SlipFault fault)
 {
-  const SlipCells *mesh = &fault->mesh;
+  const SlipCells *mesh = &fault->mesh.cells;
   const PetscReal *const numbers[] = {mesh->x, mesh->y, mesh->z, mesh->length, mesh->width};
   uint64_t hash = SLIP_HASH_START;
   char digest[64] = "no mesh";
@@ -154,9 +154,9 @@ static PetscErrorCode CompareStiffness(Differences *d, SlipFault fault)
   char digest[128] = "no entries of a file";
 
   PetscFunctionBegin;
-  if (fault->text[FAULT_STIFFNESS_FILE][0])
-    (void)snprintf(digest, sizeof(digest), "of %lld x %lld entries of a file, %016" PRIx64, (long long)fault->N,
-                   (long long)fault->N, fault->read);
+  if (fault->options.text[FAULT_STIFFNESS_FILE][0])
+    (void)snprintf(digest, sizeof(digest), "of %lld x %lld entries of a file, %016" PRIx64, (long long)fault->mesh.N,
+                   (long long)fault->mesh.N, fault->operators.read);
   PetscCall(CompareText(d, "stiffness", digest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -170,13 +170,14 @@ static PetscErrorCode CompareRecord(Differences *d, SlipFault fault)
   char digest[64] = "no record";
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < fault->n && loads->rows; i++) {
-    const PetscInt e = fault->start + i;
-    const PetscReal number = (PetscReal)(fault->order ? fault->order[e] : e);
+  for (PetscInt i = 0; i < fault->mesh.n && loads->rows; i++) {
+    const PetscInt e = fault->mesh.start + i;
+    const PetscReal number = (PetscReal)(fault->mesh.order ? fault->mesh.order[e] : e);
     uint64_t cell = SlipHashReals(SLIP_HASH_START, &number, 1);
 
     cell = SlipHashReals(cell, loads->times, (size_t)loads->rows);
-    for (PetscInt k = 0; k < loads->rows; k++) cell = SlipHashReals(cell, &loads->record[(size_t)k * fault->n + i], 1);
+    for (PetscInt k = 0; k < loads->rows; k++)
+      cell = SlipHashReals(cell, &loads->record[(size_t)k * fault->mesh.n + i], 1);
     hash += cell;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &hash, 1, MPI_UINT64_T, MPI_SUM, fault->comm));
@@ -190,7 +191,7 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
 {
   static const SlipFaultStringId choices[] = {FAULT_FRICTION_LAW, FAULT_STATE_LAW,         FAULT_KERNEL,
                                               FAULT_INITIAL,      FAULT_STIFFNESS_AVERAGE, FAULT_STIFFNESS_SCALING};
-  const char *injection = fault->text[FAULT_INJECTION];
+  const char *injection = fault->options.text[FAULT_INJECTION];
   Differences d = {.s = s};
   PetscBool cells;
   PetscReal value;
@@ -205,24 +206,24 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
     PetscCall(CompareReal(&d, p->name, value, p->unit, 0));
   }
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(choices); i++)
-    PetscCall(CompareText(&d, SlipFaultStrings[choices[i]].name, fault->text[choices[i]]));
+    PetscCall(CompareText(&d, SlipFaultStrings[choices[i]].name, fault->options.text[choices[i]]));
   PetscCall(CompareText(&d, "injection", injection[0] ? injection : "none"));
-  PetscCall(CompareText(&d, "inertia", fault->inertia ? "yes" : "no"));
+  PetscCall(CompareText(&d, "inertia", fault->kind.inertia ? "yes" : "no"));
   PetscCall(CompareMesh(&d, fault));
   PetscCall(CompareStiffness(&d, fault));
-  PetscCall(CompareType(&d, "operator", fault->K));
-  PetscCall(CompareType(&d, "viscosity", fault->H));
+  PetscCall(CompareType(&d, "operator", fault->operators.K));
+  PetscCall(CompareType(&d, "viscosity", fault->operators.H));
   cells = d.text[0] ? PETSC_FALSE : PETSC_TRUE; /* as many as they were */
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS && cells; f++) {
     const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
 
-    if (SlipFaultHasField(fault, f)) PetscCall(CompareCells(&d, fault, p->name, p->unit, fault->field[f]));
+    if (SlipFaultHasField(fault, f)) PetscCall(CompareCells(&d, fault, p->name, p->unit, fault->fields.cell[f]));
   }
   if (cells) PetscCall(CompareRecord(&d, fault));
-  if (!d.text[0]) PetscCall(CompareReal(&d, "scaling_of_stiffness", fault->scaling, "", CHECKPOINT_SAME));
-  if (!d.text[0]) PetscCall(CompareReal(&d, "critical_energy", fault->critical_energy, "Pa m", CHECKPOINT_SAME));
+  if (!d.text[0]) PetscCall(CompareReal(&d, "scaling_of_stiffness", fault->operators.scaling, "", CHECKPOINT_SAME));
+  if (!d.text[0]) PetscCall(CompareReal(&d, "critical_energy", fault->critical.energy, "Pa m", CHECKPOINT_SAME));
   PetscCheck(!d.text[0], fault->comm, PETSC_ERR_ARG_INCOMP, "-%sfault_restart %s is the checkpoint of another run: %s",
-             SlipFaultPrefix(fault), fault->text[FAULT_RESTART], d.text);
+             SlipFaultPrefix(fault), fault->options.text[FAULT_RESTART], d.text);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -231,7 +232,7 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
 /* The course, and the estimates of its errors */
 static PetscErrorCode VisitEstimate(SlipState s, SlipFault fault)
 {
-  SlipFaultRunError *est = &fault->run_error;
+  SlipFaultRunError *est = &fault->run.error;
 
   PetscFunctionBegin;
   PetscCall(SlipStateGroup(s, "estimate"));
@@ -264,14 +265,14 @@ static PetscErrorCode CheckRow(SlipFault fault, const char file[], PetscInt row,
     same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
     "%s (-%sfault_output) is not the output that -%sfault_restart %s was written with: it has no row %" PetscInt_FMT
     " of time %.9g s; give the name of that one, or of a file that is not there",
-    file, prefix, prefix, fault->text[FAULT_RESTART], row, (double)time);
+    file, prefix, prefix, fault->options.text[FAULT_RESTART], row, (double)time);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* In the file of the run as it was, or from here in a new one. */
 static PetscErrorCode ResumeOutput(SlipFault fault, TS ts, const PetscInt rows[3])
 {
-  const char *file = fault->text[FAULT_OUTPUT];
+  const char *file = fault->options.text[FAULT_OUTPUT];
   char target[PETSC_MAX_PATH_LEN] = "", part[PETSC_MAX_PATH_LEN + 8];
   PetscBool exists[2] = {PETSC_FALSE, PETSC_FALSE};
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -306,13 +307,13 @@ static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
 
   PetscFunctionBegin;
   PetscCall(VisitParameters(s, fault));
-  PetscCall(SlipStateCells(s, fault->N, fault->order));
+  PetscCall(SlipStateCells(s, fault->mesh.N, fault->mesh.order));
   PetscCall(SlipStateTS(s, ts));
   PetscCall(SlipFaultExplicitState(fault, s, ts));
   PetscCall(SlipStateAdapt(s, ts));
-  PetscCall(SlipStateObject(s, "stiffness", (PetscObject)fault->K));
-  PetscCall(SlipStateObject(s, "viscosity", (PetscObject)fault->H));
-  PetscCall(SlipStateObject(s, "stage", (PetscObject)fault->B));
+  PetscCall(SlipStateObject(s, "stiffness", (PetscObject)fault->operators.K));
+  PetscCall(SlipStateObject(s, "viscosity", (PetscObject)fault->operators.H));
+  PetscCall(SlipStateObject(s, "stage", (PetscObject)fault->operators.B));
   PetscCall(VisitEstimate(s, fault));
   if (!SlipStateIsLoading(s)) PetscCall(SlipFaultOutputSync(fault, rows));
   PetscCall(SlipStateGroup(s, "output"));
@@ -329,7 +330,7 @@ static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
 static PetscErrorCode RestartStep(SlipFault fault, TS ts)
 {
   const char *prefix;
-  const PetscReal dt = fault->value[FAULT_RESTART_DT];
+  const PetscReal dt = fault->options.value[FAULT_RESTART_DT];
   PetscReal step;
   PetscBool given, renamed; /* as PETSc calls it from 3.25 on */
 
@@ -356,28 +357,28 @@ static PetscErrorCode Restart(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(source, sizeof(source), "-%sfault_restart", SlipFaultPrefix(fault)));
-  PetscCall(SlipStateOpen(fault->comm, fault->text[FAULT_RESTART], source, &s));
+  PetscCall(SlipStateOpen(fault->comm, fault->options.text[FAULT_RESTART], source, &s));
   PetscCall(Visit(s, ts, fault));
   PetscCall(SlipStateClose(&s));
   PetscCall(RestartStep(fault, ts));
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(PetscPrintf(fault->comm, "The run goes on from %s at time %g s after %" PetscInt_FMT " steps\n",
-                        fault->text[FAULT_RESTART], (double)time, step));
+                        fault->options.text[FAULT_RESTART], (double)time, step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* An older checkpoint is not lost to a run that does not go on from it. */
 static PetscErrorCode CheckFile(SlipFault fault)
 {
-  const char *file = fault->text[FAULT_CHECKPOINT], *prefix = SlipFaultPrefix(fault);
+  const char *file = fault->options.text[FAULT_CHECKPOINT], *prefix = SlipFaultPrefix(fault);
   PetscBool exists, same;
 
   PetscFunctionBegin;
   if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStateCheckCreate(fault->comm, prefix, "fault_checkpoint", file, &exists));
-  PetscCall(PetscStrcmp(file, fault->text[FAULT_RESTART], &same));
-  if (fault->output_overwrite) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrcmp(file, fault->options.text[FAULT_RESTART], &same));
+  if (fault->options.output_overwrite) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!exists || same, fault->comm, PETSC_ERR_FILE_OPEN,
              "%s is there already (-%sfault_checkpoint): go on from it with -%sfault_restart %s, or throw it away with "
              "-%sfault_output_overwrite",
@@ -421,9 +422,9 @@ static PetscErrorCode CheckFile(SlipFault fault)
 PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
 {
   const char *prefix = SlipFaultPrefix(fault);
-  const SlipCheckpointPlan plan = {.file = fault->text[FAULT_CHECKPOINT],
-                                   .interval = fault->value[FAULT_CHECKPOINT_INTERVAL],
-                                   .wall_limit = fault->value[FAULT_WALL_LIMIT],
+  const SlipCheckpointPlan plan = {.file = fault->options.text[FAULT_CHECKPOINT],
+                                   .interval = fault->options.value[FAULT_CHECKPOINT_INTERVAL],
+                                   .wall_limit = fault->options.value[FAULT_WALL_LIMIT],
                                    .visit = Visit,
                                    .ctx = fault};
   SlipCheckpointPlan named = plan;
@@ -435,13 +436,13 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &rk, TSRK, TSADAMS, ""));
-  PetscCheck(bathe || (rk && fault->law->smooth) || (!plan.file[0] && !fault->text[FAULT_RESTART][0]), fault->comm,
-             PETSC_ERR_SUP,
+  PetscCheck(bathe || (rk && fault->friction.law->smooth) || (!plan.file[0] && !fault->options.text[FAULT_RESTART][0]),
+             fault->comm, PETSC_ERR_SUP,
              "-%sfault_checkpoint and -%sfault_restart work with -ts_type bathe, or rk or adams and rate-and-state "
              "friction, not %s",
              prefix, prefix, ((PetscObject)ts)->type_name);
   PetscCall(CheckFile(fault));
-  if (fault->text[FAULT_RESTART][0]) PetscCall(Restart(fault, ts));
+  if (fault->options.text[FAULT_RESTART][0]) PetscCall(Restart(fault, ts));
   PetscCall(PetscSNPrintf(restart, sizeof(restart), "-%sfault_restart", prefix));
   named.restart = restart;
   named.option = "fault_checkpoint";
@@ -479,7 +480,7 @@ PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code)
   PetscAssertPointer(code, 3);
   PetscCall(SlipCheckpointFinish(ts, code));
   if (!*code) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultOutputDestroy(&fault->output)); /* they stay unfinished */
-  PetscCall(SlipFaultCatalogueDestroy(&fault->catalogue));
+  PetscCall(SlipFaultOutputDestroy(&fault->run.output)); /* they stay unfinished */
+  PetscCall(SlipFaultCatalogueDestroy(&fault->run.catalogue));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,25 +3,6 @@
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
-/* Positions in a block of the state. */
-enum { V, U, S };
-
-/* x_i = w[3 i + which] */
-static PetscErrorCode SlipFaultExtract(Vec w, PetscInt which, Vec x)
-{
-  const PetscReal *a;
-  PetscReal *b;
-  PetscInt n;
-  const SlipArrays arrays[] = {{w, .read = &a}, {x, .write = &b}};
-
-  PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < n; i++) b[i] = a[3 * i + which];
-  PetscCall(SlipArraysRestore(2, arrays));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (w M/theta) base_v + ex_v, w: the weights. Without
    inertia the balance is that of the stage's end alone. */
 static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage)
@@ -29,17 +10,20 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   const PetscReal theta = stage->theta;
   const PetscReal *base, *ex = NULL, *vinf;
   PetscReal *c, *u0, *s0;
-  const SlipArrays arrays[] = {{stage->base, .read = &base}, {stage->explicit_part, .read = &ex},
-                               {fault->vinf, .read = &vinf}, {fault->c, .write = &c},
-                               {fault->u0, .write = &u0},    {fault->s0, .write = &s0}};
+  const SlipArrays arrays[] = {{stage->base, .read = &base},           {stage->explicit_part, .read = &ex},
+                               {fault->operators.vinf, .read = &vinf}, {fault->stage.c, .write = &c},
+                               {fault->stage.u0, .write = &u0},        {fault->stage.s0, .write = &s0}};
 
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(6, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     c[i] = 0;
-    if (fault->inertia) c[i] = fault->weight[i] * (fault->mass / theta) * base[3 * i + V] + (ex ? ex[3 * i + V] : 0);
-    u0[i] = base[3 * i + U] + theta * ((ex ? ex[3 * i + U] : 0) - vinf[i]);
-    s0[i] = base[3 * i + S] + theta * (ex ? ex[3 * i + S] : 0);
+    if (fault->kind.inertia)
+      c[i] = fault->mesh.weight[i] * (fault->operators.mass / theta) * base[SlipFaultRateAt(fault, i)] +
+             (ex ? ex[SlipFaultRateAt(fault, i)] : 0);
+    u0[i] =
+      base[SlipFaultDisplacementAt(fault, i)] + theta * ((ex ? ex[SlipFaultDisplacementAt(fault, i)] : 0) - vinf[i]);
+    s0[i] = base[SlipFaultStateAt(fault, i)] + theta * (ex ? ex[SlipFaultStateAt(fault, i)] : 0);
   }
   PetscCall(SlipArraysRestore(6, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -65,19 +49,19 @@ PetscErrorCode SlipFaultGetFriction(SlipFault fault, SlipFrictionCells *friction
 {
   PetscFunctionBegin;
   *friction =
-    (SlipFrictionCells){.law = fault->law,
-                        .residual = fault->field[FIELD_FRICTION_RESIDUAL],
-                        .drop = fault->field[FIELD_FRICTION_DROP],
-                        .slip = fault->field[FIELD_FRICTION_SLIP],
-                        .rate = fault->field[FIELD_FRICTION_RATE],
-                        .stress = fault->loads.stress ? fault->loads.stress : fault->field[FIELD_NORMAL_STRESS],
-                        .weight = fault->weight,
-                        .healing = fault->healing,
-                        .a = fault->field[FIELD_FRICTION_A],
-                        .b = fault->field[FIELD_FRICTION_B],
-                        .reference = fault->field[FIELD_FRICTION_REFERENCE],
-                        .reference_rate = fault->value[FAULT_FRICTION_REFERENCE_RATE],
-                        .slip_law = fault->slip_law};
+    (SlipFrictionCells){.law = fault->friction.law,
+                        .residual = fault->fields.cell[FIELD_FRICTION_RESIDUAL],
+                        .drop = fault->fields.cell[FIELD_FRICTION_DROP],
+                        .slip = fault->fields.cell[FIELD_FRICTION_SLIP],
+                        .rate = fault->fields.cell[FIELD_FRICTION_RATE],
+                        .stress = fault->loads.stress ? fault->loads.stress : fault->fields.cell[FIELD_NORMAL_STRESS],
+                        .weight = fault->mesh.weight,
+                        .healing = fault->friction.healing,
+                        .a = fault->fields.cell[FIELD_FRICTION_A],
+                        .b = fault->fields.cell[FIELD_FRICTION_B],
+                        .reference = fault->fields.cell[FIELD_FRICTION_REFERENCE],
+                        .reference_rate = fault->options.value[FAULT_FRICTION_REFERENCE_RATE],
+                        .slip_law = fault->friction.slip_law};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -85,17 +69,17 @@ PetscErrorCode SlipFaultGetFriction(SlipFault fault, SlipFrictionCells *friction
 PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
 {
   PetscFunctionBegin;
-  fault->theta = stage->theta;
+  fault->stage.theta = stage->theta;
   PetscCall(SlipFaultLoadAt(fault, stage->t));
-  PetscCall(MatSlipStageSetTheta(fault->B, stage->theta));
+  PetscCall(MatSlipStageSetTheta(fault->operators.B, stage->theta));
   PetscCall(SlipFaultEliminate(fault, stage));
-  PetscCall(MatMult(fault->K, fault->u0, fault->work[0]));
-  PetscCall(VecAXPY(fault->c, -1, fault->work[0]));
-  if (fault->loaded) {
-    PetscCall(MatMult(fault->H, fault->vinf, fault->work[0]));
-    PetscCall(VecAXPY(fault->c, 1, fault->work[0]));
+  PetscCall(MatMult(fault->operators.K, fault->stage.u0, fault->work[0]));
+  PetscCall(VecAXPY(fault->stage.c, -1, fault->work[0]));
+  if (fault->kind.loaded) {
+    PetscCall(MatMult(fault->operators.H, fault->operators.vinf, fault->work[0]));
+    PetscCall(VecAXPY(fault->stage.c, 1, fault->work[0]));
   }
-  if (fault->loads.shear) PetscCall(VecAXPY(fault->c, 1, fault->loads.shear));
+  if (fault->loads.shear) PetscCall(VecAXPY(fault->stage.c, 1, fault->loads.shear));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -111,8 +95,8 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ct
 PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g)
 {
   PetscFunctionBegin;
-  PetscCall(MatMult(fault->B, x, g));
-  PetscCall(VecAXPY(g, -1, fault->c));
+  PetscCall(MatMult(fault->operators.B, x, g));
+  PetscCall(VecAXPY(g, -1, fault->stage.c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -129,7 +113,7 @@ static PetscErrorCode AtRest(SlipConstraint con, Vec g, void *ctx)
 {
   PetscFunctionBegin;
   (void)con;
-  PetscCall(VecCopy(((SlipFault)ctx)->c, g));
+  PetscCall(VecCopy(((SlipFault)ctx)->stage.c, g));
   PetscCall(VecScale(g, -1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -139,7 +123,7 @@ static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
   PetscFunctionBegin;
   (void)con;
   (void)x;
-  *B = ((SlipFault)ctx)->B;
+  *B = ((SlipFault)ctx)->operators.B;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -150,13 +134,13 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   SlipFrictionCells friction;
   const PetscReal *v, *s0;
   PetscReal *a, *b = NULL;
-  const SlipArrays arrays[] = {{x, .read = &v}, {fault->s0, .read = &s0}, {q, .write = &a}, {dq, .write = &b}};
+  const SlipArrays arrays[] = {{x, .read = &v}, {fault->stage.s0, .read = &s0}, {q, .write = &a}, {dq, .write = &b}};
 
   PetscFunctionBegin;
   (void)con;
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipArraysGet(4, arrays));
-  SlipFrictionStrength(&friction, fault->n, fault->theta, 1, s0, v, a, b);
+  SlipFrictionStrength(&friction, fault->mesh.n, fault->stage.theta, 1, s0, v, a, b);
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -170,15 +154,18 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
   SlipFrictionCells friction;
   const PetscReal *d, *load, *s0, *vinf;
   PetscReal *v;
-  const SlipArrays arrays[] = {
-    {D, .read = &d}, {f, .read = &load}, {fault->s0, .read = &s0}, {fault->vinf, .read = &vinf}, {x, .write = &v}};
+  const SlipArrays arrays[] = {{D, .read = &d},
+                               {f, .read = &load},
+                               {fault->stage.s0, .read = &s0},
+                               {fault->operators.vinf, .read = &vinf},
+                               {x, .write = &v}};
 
   PetscFunctionBegin;
   (void)con;
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipArraysGet(5, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const SlipFrictionStageCell cell = {.diagonal = d[i], .omega = omega, .theta = fault->theta, .s0 = s0[i]};
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const SlipFrictionStageCell cell = {.diagonal = d[i], .omega = omega, .theta = fault->stage.theta, .s0 = s0[i]};
     PetscBool stable = PETSC_TRUE;
 
     v[i] = creeps && creeps[i] ? vinf[i] : SlipFrictionStageRate(&friction, i, &cell, load[i], v[i], &stable);
@@ -197,7 +184,7 @@ static PetscErrorCode Prescribed(SlipConstraint con, Vec mask, void *ctx)
   (void)con;
   if (!fault->balance.creeps) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetArray(mask, &m));
-  for (PetscInt i = 0; i < fault->n; i++)
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
     if (fault->balance.creeps[i]) m[i] = 0;
   PetscCall(VecRestoreArray(mask, &m));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -207,8 +194,7 @@ static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
 {
   PetscFunctionBegin;
   (void)con;
-  (void)ctx;
-  PetscCall(SlipFaultExtract(w, V, x));
+  PetscCall(VecStrideGather(w, ((SlipFault)ctx)->layout.rate, x, INSERT_VALUES));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -218,18 +204,20 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
   SlipFrictionCells friction;
   const PetscReal *v, *u0, *s0;
   PetscReal *a;
-  const SlipArrays arrays[] = {{x, .read = &v}, {fault->u0, .read = &u0}, {fault->s0, .read = &s0}, {w, .write = &a}};
+  const SlipArrays arrays[] = {
+    {x, .read = &v}, {fault->stage.u0, .read = &u0}, {fault->stage.s0, .read = &s0}, {w, .write = &a}};
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipArraysGet(4, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    a[3 * i + V] = v[i];
-    a[3 * i + U] = u0[i] + fault->theta * v[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    a[SlipFaultRateAt(fault, i)] = v[i];
+    a[SlipFaultDisplacementAt(fault, i)] = u0[i] + fault->stage.theta * v[i];
   }
-  SlipFrictionStateAdvance(&friction, fault->n, fault->theta, s0, v, 3, a + S);
-  for (PetscInt i = 0; i < fault->n && fault->balance.creeps; i++)
-    if (fault->balance.creeps[i]) a[3 * i + S] = s0[i];
+  SlipFrictionStateAdvance(&friction, fault->mesh.n, fault->stage.theta, s0, v, fault->layout.block,
+                           a + fault->layout.state);
+  for (PetscInt i = 0; i < fault->mesh.n && fault->balance.creeps; i++)
+    if (fault->balance.creeps[i]) a[SlipFaultStateAt(fault, i)] = s0[i];
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -254,21 +242,22 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscFunctionBegin;
   PetscCall(SlipFaultLoadAt(fault, t));
   PetscCall(SlipFaultGetFriction(fault, &friction));
-  PetscCall(SlipFaultExtract(w, U, u));
-  PetscCall(SlipFaultExtract(w, V, rel));
-  if (fault->loaded) PetscCall(VecAXPY(rel, -1, fault->vinf));
-  PetscCall(MatMult(fault->K, u, force));
-  PetscCall(MatMult(fault->H, rel, u));
+  PetscCall(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
+  PetscCall(VecStrideGather(w, fault->layout.rate, rel, INSERT_VALUES));
+  if (fault->kind.loaded) PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
+  PetscCall(MatMult(fault->operators.K, u, force));
+  PetscCall(MatMult(fault->operators.H, rel, u));
   PetscCall(VecAXPY(force, 1, u));
   if (fault->loads.shear) PetscCall(VecAXPY(force, -1, fault->loads.shear));
   PetscCall(SlipArraysGet(4, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    b[3 * i + V] = -f[i];
-    b[3 * i + U] = r[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    b[SlipFaultRateAt(fault, i)] = -f[i];
+    b[SlipFaultDisplacementAt(fault, i)] = r[i];
   }
-  SlipFrictionStateRate(&friction, fault->n, 3, a + S, a + V, b + S);
-  for (PetscInt i = 0; i < fault->n && fault->balance.creeps; i++)
-    if (fault->balance.creeps[i]) b[3 * i + S] = 0;
+  SlipFrictionStateRate(&friction, fault->mesh.n, fault->layout.block, a + fault->layout.state, a + fault->layout.rate,
+                        b + fault->layout.state);
+  for (PetscInt i = 0; i < fault->mesh.n && fault->balance.creeps; i++)
+    if (fault->balance.creeps[i]) b[SlipFaultStateAt(fault, i)] = 0;
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -283,6 +272,7 @@ static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec Fs, voi
 
 static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
   const PetscReal *tau;
   PetscReal *f;
   const SlipArrays arrays[] = {{r, .read = &tau}, {F, .write = &f}};
@@ -290,7 +280,7 @@ static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F,
   PetscFunctionBegin;
   (void)con;
   PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < ((SlipFault)ctx)->n; i++) f[3 * i + V] += a * tau[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) f[SlipFaultRateAt(fault, i)] += a * tau[i];
   PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -304,8 +294,9 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
   (void)con;
   if (F != k) PetscCall(VecCopy(F, k));
   PetscCall(VecGetArray(k, &a));
-  for (PetscInt i = 0; i < fault->n; i++)
-    a[3 * i + V] = fault->inertia ? a[3 * i + V] / (fault->mass * fault->weight[i]) : 0;
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    a[SlipFaultRateAt(fault, i)] =
+      fault->kind.inertia ? a[SlipFaultRateAt(fault, i)] / (fault->operators.mass * fault->mesh.weight[i]) : 0;
   PetscCall(VecRestoreArray(k, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -322,7 +313,8 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
   PetscCall(SlipFaultLoadAt(fault, t));
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipArraysGet(2, arrays));
-  SlipFrictionStrength(&friction, fault->n, 0, 3, a + S, a + V, b, NULL);
+  SlipFrictionStrength(&friction, fault->mesh.n, 0, fault->layout.block, a + fault->layout.state,
+                       a + fault->layout.rate, b, NULL);
   PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -337,7 +329,7 @@ static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, 
 
 PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
 {
-  const PetscBool smooth = fault->law->smooth;
+  const PetscBool smooth = fault->friction.law->smooth;
   const SlipConstraintOps ops = {Stage,
                                  Residual,
                                  Jacobian,
@@ -353,8 +345,9 @@ PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
                                  smooth ? Prescribed : NULL};
 
   PetscFunctionBegin;
-  if (!fault->con) PetscCall(SlipConstraintCreate(fault->comm, &ops, fault, fault->uc, &fault->con));
-  fault->con->number = fault->order;
-  PetscCall(SlipConstraintSetRefuseUnstable(fault->con, fault->driven));
+  if (!fault->stage.con)
+    PetscCall(SlipConstraintCreate(fault->comm, &ops, fault, fault->critical.uc, &fault->stage.con));
+  fault->stage.con->number = fault->mesh.order;
+  PetscCall(SlipConstraintSetRefuseUnstable(fault->stage.con, fault->kind.driven));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

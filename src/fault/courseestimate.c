@@ -35,9 +35,9 @@ PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, Pets
   PetscFunctionBegin;
   PetscCall(SlipFaultGetSlip(fault, time, w, fault->work[2]));
   PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    sum[SUM_RATE] += fault->weight[i] * PetscAbsReal(a[3 * i]);
-    sum[SUM_SLIPS] += fault->weight[i] * slip[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    sum[SUM_RATE] += fault->mesh.weight[i] * PetscAbsReal(a[SlipFaultRateAt(fault, i)]);
+    sum[SUM_SLIPS] += fault->mesh.weight[i] * slip[i];
   }
   PetscCall(SlipArraysRestore(2, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, fault->comm));
@@ -47,7 +47,7 @@ PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, Pets
     PetscCall(PetscRealloc((size_t)course->size * sizeof(*course->node), &course->node));
   }
   course->node[course->n++] =
-    (SlipCourseNode){.time = time, .slip = sum[SUM_SLIPS] / fault->N, .rate = sum[SUM_RATE] / fault->N};
+    (SlipCourseNode){.time = time, .slip = sum[SUM_SLIPS] / fault->mesh.N, .rate = sum[SUM_RATE] / fault->mesh.N};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -55,7 +55,7 @@ PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, Pets
 static PetscErrorCode Record(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  SlipFaultRunError *est = &fault->run_error;
+  SlipFaultRunError *est = &fault->run.error;
 
   PetscFunctionBegin;
   (void)ts;
@@ -68,7 +68,7 @@ static PetscErrorCode Record(TS ts, PetscInt step, PetscReal time, Vec w, void *
 PetscErrorCode SlipFaultCourseStart(SlipFault fault, TS ts)
 {
   PetscFunctionBegin;
-  fault->run_error.course.n = 0;
+  fault->run.error.course.n = 0;
   PetscCall(TSMonitorSet(ts, Record, fault, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -76,8 +76,8 @@ PetscErrorCode SlipFaultCourseStart(SlipFault fault, TS ts)
 /* For checkpoints, in the group of the estimate */
 PetscErrorCode SlipFaultCourseState(SlipFault fault, SlipState s)
 {
-  SlipFaultCourse *course = &fault->run_error.course;
-  SlipFaultTiming *timing = &fault->run_error.timing;
+  SlipFaultCourse *course = &fault->run.error.course;
+  SlipFaultTiming *timing = &fault->run.error.timing;
 
   PetscFunctionBegin;
   PetscCall(SlipStateReal(s, "excess", 2, timing->excess));
@@ -107,14 +107,15 @@ static PetscErrorCode TimingSums(SlipFault fault, Vec w, Vec e, Vec d, PetscReal
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(sum, TIMING_SUMS));
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal v = a[3 * i], weight = fault->weight[i], inertia = fault->mass * weight;
-    const PetscReal acceleration = v != 0 ? c[3 * i] : 0;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal v = a[SlipFaultRateAt(fault, i)], weight = fault->mesh.weight[i],
+                    inertia = fault->operators.mass * weight;
+    const PetscReal acceleration = v != 0 ? c[SlipFaultRateAt(fault, i)] : 0;
 
     sum[SUM_RATE] += weight * PetscAbsReal(v);
-    sum[SUM_SLIPS] += weight * a[3 * i + 2];
-    sum[SUM_ALONG] += weight * b[3 * i + 2];
-    sum[SUM_EXCESS] += inertia * (v * b[3 * i] - acceleration * b[3 * i + 2]);
+    sum[SUM_SLIPS] += weight * a[SlipFaultStateAt(fault, i)];
+    sum[SUM_ALONG] += weight * b[SlipFaultStateAt(fault, i)];
+    sum[SUM_EXCESS] += inertia * (v * b[SlipFaultRateAt(fault, i)] - acceleration * b[SlipFaultStateAt(fault, i)]);
     sum[SUM_VIGOUR] += inertia * v * v;
     sum[SUM_GROWTH] += weight * PetscSign(v) * acceleration;
   }
@@ -134,7 +135,7 @@ static PetscReal MeanInverse(PetscReal x0, PetscReal x1)
 /* After an accepted step with a local error e, which is to be multiplied by scale */
 PetscErrorCode SlipFaultTimingStep(SlipFault fault, TS ts, const SlipAttempt *attempt, Vec w, Vec e, PetscReal scale)
 {
-  SlipFaultRunError *est = &fault->run_error;
+  SlipFaultRunError *est = &fault->run.error;
   SlipFaultTiming *timing = &est->timing;
   const PetscReal h = attempt->dt, decay = PetscExpReal(-est->decay * h);
   const SlipCourseNode *last = est->course.n ? &est->course.node[est->course.n - 1] : NULL;
@@ -145,8 +146,8 @@ PetscErrorCode SlipFaultTimingStep(SlipFault fault, TS ts, const SlipAttempt *at
   PetscCall(TSBatheGetEstimates(ts, NULL, NULL, &d));
   if (!d || !last) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TimingSums(fault, w, e, d, sum));
-  growth = sum[SUM_GROWTH] / fault->N;
-  timing->bend = PetscMax(timing->bend, PetscAbsReal(h * (last->rate - sum[SUM_RATE] / fault->N) / 32 +
+  growth = sum[SUM_GROWTH] / fault->mesh.N;
+  timing->bend = PetscMax(timing->bend, PetscAbsReal(h * (last->rate - sum[SUM_RATE] / fault->mesh.N) / 32 +
                                                      h * h * (timing->acceleration + growth) / 64));
   timing->acceleration = growth;
   for (PetscInt k = 0; k < 2; k++) {

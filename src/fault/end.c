@@ -31,17 +31,18 @@ PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->n; i++) moving += a[3 * i] != 0;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) moving += a[SlipFaultRateAt(fault, i)] != 0;
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moving, 1, MPIU_INT, MPI_SUM, fault->comm));
-  if (fault->scaling != 1) {
-    (void)snprintf(text, sizeof(text), "%.6g", (double)fault->scaling); /* PETSc's %g differs */
+  if (fault->operators.scaling != 1) {
+    (void)snprintf(text, sizeof(text), "%.6g", (double)fault->operators.scaling); /* PETSc's %g differs */
     PetscCall(PetscPrintf(fault->comm, "%-24s multiplied by %s (-%sfault_stiffness_scaling mean_slip)\n",
                           "stiffness:", text, SlipFaultPrefix(fault)));
   }
   if (moving)
     PetscCall(PetscSNPrintf(text, sizeof(text), "%" PetscInt_FMT " of %" PetscInt_FMT " cells slide%s", moving,
-                            fault->N, fault->driven ? "" : ": the error of a slip that goes on is not estimated"));
+                            fault->mesh.N,
+                            fault->kind.driven ? "" : ": the error of a slip that goes on is not estimated"));
   else
     PetscCall(PetscSNPrintf(text, sizeof(text), "all cells rest"));
   PetscCall(SlipReportEnd(ts, text, complete));

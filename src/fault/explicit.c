@@ -21,10 +21,10 @@ static PetscErrorCode SetTolerances(SlipFault fault, TS ts, PetscReal rtol)
   PetscCall(SlipFaultCreateState(fault, &atol));
   PetscCall(VecDuplicate(atol, &none));
   PetscCall(VecGetArrayWrite(atol, &a));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    a[3 * i] = 1;
-    a[3 * i + 1] = rtol * fault->field[FIELD_FRICTION_SLIP][i];
-    a[3 * i + 2] = rtol;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    a[SlipFaultRateAt(fault, i)] = 1;
+    a[SlipFaultDisplacementAt(fault, i)] = rtol * fault->fields.cell[FIELD_FRICTION_SLIP][i];
+    a[SlipFaultStateAt(fault, i)] = rtol;
   }
   PetscCall(VecRestoreArrayWrite(atol, &a));
   PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, rtol, none));
@@ -70,7 +70,7 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
   PetscFunctionBegin;
   (void)t;
   PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
-  if (fault->law->eval == SlipRateAndState) bound = EXPLICIT_LARGEST_STATE;
+  if (fault->friction.law->eval == SlipRateAndState) bound = EXPLICIT_LARGEST_STATE;
   PetscCall(VecGetLocalSize(w, &n));
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < n && good; i += 3)
@@ -169,7 +169,7 @@ PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
-  if (!fault->law->smooth || !rk) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->friction.law->smooth || !rk) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetTime(ts, &t));
   if (SlipStateIsLoading(s)) PetscCall(VecDestroy(&b->first));
   if (!SlipStateIsLoading(s) && b->F && !ts->steprestart) PetscCall(EndIsKnown(fault, ts, t, &known));
@@ -185,14 +185,14 @@ PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
 /* The first step of a smooth law [s], explicit or not */
 PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
 {
-  const PetscReal *rate = fault->field[FIELD_INITIAL_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
+  const PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *slip = fault->fields.cell[FIELD_FRICTION_SLIP];
   PetscReal time = PETSC_MAX_REAL;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < fault->n; i++)
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
     if (rate[i] != 0) time = PetscMin(time, slip[i] / PetscAbsReal(rate[i]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &time, 1, MPIU_REAL, MPIU_MIN, fault->comm));
-  *step = FIRST_STEP * (time < PETSC_MAX_REAL ? time : fault->tstar);
+  *step = FIRST_STEP * (time < PETSC_MAX_REAL ? time : fault->operators.tstar);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -28,12 +28,13 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
                               SlipFaultDestroy, SlipFaultView));
   PetscCall(PetscObjectChangeTypeName((PetscObject)f, "strike_slip"));
   f->comm = PetscObjectComm((PetscObject)f);
-  f->scaling = 1;
-  f->inertia = PETSC_TRUE;
-  f->events = -1;
-  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) f->value[i] = SlipFaultReals[i].value;
+  f->layout = (SlipFaultLayout){.block = 3, .rate = 0, .displacement = 1, .state = 2};
+  f->operators.scaling = 1;
+  f->kind.inertia = PETSC_TRUE;
+  f->run.events = -1;
+  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) f->options.value[i] = SlipFaultReals[i].value;
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
-    PetscCall(PetscStrncpy(f->text[i], SlipFaultStrings[i].value, sizeof(f->text[i])));
+    PetscCall(PetscStrncpy(f->options.text[i], SlipFaultStrings[i].value, sizeof(f->options.text[i])));
   *fault = f;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -59,12 +60,13 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFrictionFind(fault->text[FAULT_FRICTION_LAW], &fault->law));
+  PetscCall(SlipFrictionFind(fault->options.text[FAULT_FRICTION_LAW], &fault->friction.law));
   PetscCall(SlipFaultChooseDefaults(fault));
   PetscCall(SlipFaultMeshSetUp(fault));
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
-  fault->mass = fault->value[FAULT_DENSITY] * thickness;
-  fault->tstar = thickness * PetscSqrtReal(fault->value[FAULT_DENSITY] / fault->value[FAULT_SHEAR_MODULUS]);
+  fault->operators.mass = fault->options.value[FAULT_DENSITY] * thickness;
+  fault->operators.tstar =
+    thickness * PetscSqrtReal(fault->options.value[FAULT_DENSITY] / fault->options.value[FAULT_SHEAR_MODULUS]);
   PetscCall(SlipFaultCellsSetUp(fault));
   PetscCall(SlipFaultWeightsSetUp(fault));
   PetscCall(SlipFaultLoadsSetUp(fault));
@@ -75,10 +77,10 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   fault->setup = PETSC_TRUE;
   PetscCall(SlipFaultProgressSetUpEnd(fault));
   PetscCall(SlipFaultWarn(fault));
-  if (fault->viewer) {
-    PetscCall(PetscViewerPushFormat(fault->viewer, fault->format));
-    PetscCall(SlipFaultView(fault, fault->viewer));
-    PetscCall(PetscViewerPopFormat(fault->viewer));
+  if (fault->options.viewer) {
+    PetscCall(PetscViewerPushFormat(fault->options.viewer, fault->options.format));
+    PetscCall(SlipFaultView(fault, fault->options.viewer));
+    PetscCall(PetscViewerPopFormat(fault->options.viewer));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -107,8 +109,8 @@ PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetInertia() before SlipFaultSetUp()");
-  fault->inertia = inertia;
-  fault->inertia_given = PETSC_TRUE;
+  fault->kind.inertia = inertia;
+  fault->options.inertia_given = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -165,27 +167,28 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscValidHeaderSpecific(f, SLIP_FAULT_CLASSID, 1);
   *fault = NULL;
   if (--((PetscObject)f)->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultOutputDestroy(&f->output));
-  PetscCall(SlipFaultCatalogueDestroy(&f->catalogue));
+  PetscCall(SlipFaultOutputDestroy(&f->run.output));
+  PetscCall(SlipFaultCatalogueDestroy(&f->run.catalogue));
   PetscCall(SlipFaultRunErrorDestroy(f));
-  PetscCall(SlipConstraintDestroy(&f->con));
-  PetscCall(PetscViewerDestroy(&f->viewer));
-  PetscCall(PetscViewerDestroy(&f->stiffness_viewer));
-  for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->field[i]));
-  for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->given[i]));
+  PetscCall(SlipConstraintDestroy(&f->stage.con));
+  PetscCall(PetscViewerDestroy(&f->options.viewer));
+  PetscCall(PetscViewerDestroy(&f->options.stiffness_viewer));
+  for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->fields.cell[i]));
+  for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->fields.given[i]));
   {
-    Vec *vecs[] = {&f->work[0], &f->work[1], &f->work[2], &f->uc, &f->vinf, &f->c, &f->u0, &f->s0};
+    Vec *vecs[] = {&f->work[0],        &f->work[1], &f->work[2],  &f->critical.uc,
+                   &f->operators.vinf, &f->stage.c, &f->stage.u0, &f->stage.s0};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   }
   PetscCall(SlipFaultLoadsDestroy(f));
   PetscCall(SlipFaultBalanceDestroy(f));
-  PetscCall(PetscFree(f->weight));
-  PetscCall(SlipCellsDestroy(&f->mesh));
-  PetscCall(PetscFree(f->order));
-  PetscCall(MatDestroy(&f->B));
-  PetscCall(MatDestroy(&f->H));
-  PetscCall(MatDestroy(&f->K));
+  PetscCall(PetscFree(f->mesh.weight));
+  PetscCall(SlipCellsDestroy(&f->mesh.cells));
+  PetscCall(PetscFree(f->mesh.order));
+  PetscCall(MatDestroy(&f->operators.B));
+  PetscCall(MatDestroy(&f->operators.H));
+  PetscCall(MatDestroy(&f->operators.K));
   PetscCall(PetscHeaderDestroy(&f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -303,9 +306,9 @@ PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal 
 {
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
-  if (K) *K = fault->K;
-  if (H) *H = fault->H;
-  if (mass) *mass = fault->mass;
+  if (K) *K = fault->operators.K;
+  if (H) *H = fault->operators.H;
+  if (mass) *mass = fault->operators.mass;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -331,6 +334,6 @@ PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar)
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscAssertPointer(tstar, 2);
-  *tstar = fault->tstar;
+  *tstar = fault->operators.tstar;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

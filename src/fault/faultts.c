@@ -75,8 +75,8 @@ static PetscErrorCode Untrained_Fault(TS ts, const char **why)
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
   *why = NULL;
-  if (fault->driven) *why = "the fault is loaded or heals or has no inertia, which no policy was trained for";
-  if (!fault->driven && !fault->has_critical)
+  if (fault->kind.driven) *why = "the fault is loaded or heals or has no inertia, which no policy was trained for";
+  if (!fault->kind.driven && !fault->critical.known)
     *why = "the fault does not start from its instability, whose scales the policy needs (-fault_initial)";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -157,7 +157,8 @@ static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
   (void)ts;
   PetscCall(SlipFaultSmooth(fault, t, w, F));
   PetscCall(VecGetArray(F, &a));
-  for (PetscInt i = 0; i < fault->n; i++) a[3 * i] /= fault->mass * fault->weight[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    a[SlipFaultRateAt(fault, i)] /= fault->operators.mass * fault->mesh.weight[i];
   PetscCall(VecRestoreArray(F, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -171,12 +172,12 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
   PetscCall(SlipFaultGetReal(fault, "rate_tolerance", &rate));
   PetscCall(SlipFaultCreateState(fault, &atol));
   PetscCall(VecGetArray(atol, &a));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    a[3 * i] = rate;
-    a[3 * i + 1] = a[3 * i + 2] = SLIP_FAULT_ATOL;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    a[SlipFaultRateAt(fault, i)] = rate;
+    a[SlipFaultDisplacementAt(fault, i)] = a[SlipFaultStateAt(fault, i)] = SLIP_FAULT_ATOL;
   }
   PetscCall(VecRestoreArray(atol, &a));
-  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, fault->rtol, NULL));
+  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, fault->kind.rtol, NULL));
   PetscCall(VecDestroy(&atol));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -225,13 +226,13 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
   PetscCall(TSSetType(ts, TSBATHE));
   PetscCall(TSSetRHSFunction(ts, NULL, SlipFaultRHS, fault));
-  PetscCall(TSBatheSetConstraint(ts, fault->con));
-  if (fault->driven) PetscCall(ConfigureDriven(ts));
+  PetscCall(TSBatheSetConstraint(ts, fault->stage.con));
+  if (fault->kind.driven) PetscCall(ConfigureDriven(ts));
   PetscCall(SlipFaultSetTolerances(fault, ts));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, fault->problem.controller));
-  PetscCall(TSSetTimeStep(ts, SLIP_FAULT_FIRST_STEP * fault->tstar));
-  if (fault->law->smooth) PetscCall(ConfigureSmooth(fault, ts));
+  PetscCall(TSSetTimeStep(ts, SLIP_FAULT_FIRST_STEP * fault->operators.tstar));
+  if (fault->friction.law->smooth) PetscCall(ConfigureSmooth(fault, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -243,7 +244,8 @@ static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
 
   PetscFunctionBegin;
   *is = PETSC_FALSE;
-  if (!fault->law->smooth || fault->inertia || fault->balance.eta == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->friction.law->smooth || fault->kind.inertia || fault->balance.eta == 0)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
   PetscCall(PetscOptionsGetString(((PetscObject)ts)->options, prefix, "-ts_type", type, sizeof(type), NULL));
   PetscCall(PetscStrcmp(type, TSBATHE, is));
@@ -259,9 +261,9 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   problem->any_integrator = is_explicit;
   problem->finish = is_explicit ? SlipFaultFinishStep : NULL;
   problem->relaxation = is_explicit ? Relaxation_Fault : NULL;
-  if (fault->driven) { /* it rests for years between events */
+  if (fault->kind.driven) { /* it rests for years between events */
     problem->corner = Corner_Fault;
-    problem->rest = fault->law->smooth ? NULL : Rest_Fault;
+    problem->rest = fault->friction.law->smooth ? NULL : Rest_Fault;
     problem->error = is_explicit ? NULL : Error_Fault;
   }
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));

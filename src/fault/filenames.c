@@ -70,7 +70,7 @@ PetscErrorCode SlipFaultCheckFileNames(SlipFault fault)
     PetscCall(PetscSNPrintf(file[i].option, sizeof(file[i].option), "-%s%s",
                             strncmp(option, "fault_", 6) ? "" : SlipFaultPrefix(fault), option));
     if (SlipFaultFiles[i].id < FAULT_NUM_STRINGS)
-      PetscCall(PetscStrncpy(file[i].name, fault->text[SlipFaultFiles[i].id], sizeof(file[i].name)));
+      PetscCall(PetscStrncpy(file[i].name, fault->options.text[SlipFaultFiles[i].id], sizeof(file[i].name)));
     else if (SlipFaultFiles[i].id == A_VIEWER || fault->setup)
       PetscCall(FileOf(fault, option, SlipFaultFiles[i].id == A_VIEWER ? PETSC_TRUE : PETSC_FALSE, file[i].name));
     if (SlipFaultFiles[i].id == FAULT_STIFFNESS_FILE) dataset = strstr(file[i].name, ":/");

@@ -43,7 +43,7 @@ static void RecordPressure(const SlipFaultLoads *loads, PetscInt n, PetscReal t,
 static PetscErrorCode ReadRecord(SlipFault fault, SlipH5 *h, PetscInt *rows, PetscReal **times, PetscReal **pressure)
 {
   const char *prefix = SlipFaultPrefix(fault);
-  const PetscInt any = -1, nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+  const PetscInt any = -1, nx = (PetscInt)fault->options.value[FAULT_NX], nz = (PetscInt)fault->options.value[FAULT_NZ];
   PetscInt dims[3], ndim, want[3] = {0, nz, nx};
   PetscBool said, flat;
 
@@ -64,13 +64,13 @@ static PetscErrorCode ReadRecord(SlipFault fault, SlipH5 *h, PetscInt *rows, Pet
   want[0] = *rows;
   PetscCall(SlipH5GetRank(h, "/pressure", &ndim));
   flat = ndim == 2 ? PETSC_TRUE : PETSC_FALSE;
-  if (flat || fault->mesh.n) want[1] = fault->N;
-  PetscCall(SlipH5ReadRealSized(h, "/pressure", flat || fault->mesh.n ? 2 : 3, want,
+  if (flat || fault->mesh.cells.n) want[1] = fault->mesh.N;
+  PetscCall(SlipH5ReadRealSized(h, "/pressure", flat || fault->mesh.cells.n ? 2 : 3, want,
                                 "a row of Nz x Nx or N cells for each of /time", dims, pressure));
-  for (size_t k = 0; k < (size_t)*rows * (size_t)fault->N; k++)
+  for (size_t k = 0; k < (size_t)*rows * (size_t)fault->mesh.N; k++)
     PetscCheck(isfinite((*pressure)[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
                "%s (-%sfault_pore_pressure): /pressure has %.6g in row %zu, cell %zu, expected a finite number of Pa",
-               h->name, prefix, (double)(*pressure)[k], k / (size_t)fault->N, k % (size_t)fault->N);
+               h->name, prefix, (double)(*pressure)[k], k / (size_t)fault->mesh.N, k % (size_t)fault->mesh.N);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -86,7 +86,8 @@ static PetscErrorCode LoadRecord(SlipFault fault)
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (!rank) {
-    ierr = SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_pore_pressure", fault->text[FAULT_PORE_PRESSURE], &h);
+    ierr =
+      SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_pore_pressure", fault->options.text[FAULT_PORE_PRESSURE], &h);
     if (!ierr) {
       ierr = ReadRecord(fault, &h, &loads->rows, &times, &all);
       PetscCall(SlipH5Close(&h));
@@ -95,17 +96,17 @@ static PetscErrorCode LoadRecord(SlipFault fault)
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCallMPI(MPI_Bcast(&loads->rows, 1, MPIU_INT, 0, fault->comm));
   PetscCall(PetscMalloc1(loads->rows, &loads->times));
-  PetscCall(PetscMalloc1((size_t)loads->rows * PetscMax(fault->n, 1), &loads->record));
-  PetscCall(PetscMalloc1(fault->N, &row));
+  PetscCall(PetscMalloc1((size_t)loads->rows * PetscMax(fault->mesh.n, 1), &loads->record));
+  PetscCall(PetscMalloc1(fault->mesh.N, &row));
   if (!rank) PetscCall(PetscArraycpy(loads->times, times, loads->rows));
   PetscCallMPI(MPI_Bcast(loads->times, (PetscMPIInt)loads->rows, MPIU_REAL, 0, fault->comm));
   for (PetscInt k = 0; k < loads->rows; k++) {
-    if (!rank) PetscCall(PetscArraycpy(row, all + (size_t)k * fault->N, fault->N));
-    PetscCallMPI(MPI_Bcast(row, (PetscMPIInt)fault->N, MPIU_REAL, 0, fault->comm));
-    for (PetscInt i = 0; i < fault->n; i++) {
-      const PetscInt e = fault->start + i;
+    if (!rank) PetscCall(PetscArraycpy(row, all + (size_t)k * fault->mesh.N, fault->mesh.N));
+    PetscCallMPI(MPI_Bcast(row, (PetscMPIInt)fault->mesh.N, MPIU_REAL, 0, fault->comm));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+      const PetscInt e = fault->mesh.start + i;
 
-      loads->record[(size_t)k * fault->n + i] = row[fault->order ? fault->order[e] : e];
+      loads->record[(size_t)k * fault->mesh.n + i] = row[fault->mesh.order ? fault->mesh.order[e] : e];
     }
   }
   PetscCall(PetscFree(row));
@@ -153,10 +154,11 @@ PetscReal SlipExponentialIntegral(PetscReal x)
 static void SourcePressure(SlipFault fault, PetscReal t, PetscReal p[])
 {
   const SlipFaultLoads *loads = &fault->loads;
-  const PetscReal scale = fault->value[FAULT_INJECTION_PRESSURE];
-  const PetscReal stop = fault->value[FAULT_INJECTION_STOP], D = fault->value[FAULT_INJECTION_DIFFUSIVITY];
+  const PetscReal scale = fault->options.value[FAULT_INJECTION_PRESSURE];
+  const PetscReal stop = fault->options.value[FAULT_INJECTION_STOP],
+                  D = fault->options.value[FAULT_INJECTION_DIFFUSIVITY];
 
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     if (t > 0) p[i] += scale * SlipExponentialIntegral(loads->distance2[i] / (4 * D * t));
     if (stop > 0 && t > stop) p[i] -= scale * SlipExponentialIntegral(loads->distance2[i] / (4 * D * (t - stop)));
   }
@@ -165,7 +167,7 @@ static void SourcePressure(SlipFault fault, PetscReal t, PetscReal p[])
 /* More than one plane: then x and z alone are no point. Cells of one plane have the very same y, as the file's. */
 static PetscBool HasPlanes(SlipFault fault)
 {
-  const SlipCells *mesh = &fault->mesh;
+  const SlipCells *mesh = &fault->mesh.cells;
 
   for (PetscInt e = 1; e < mesh->n; e++)
     if (mesh->y[e] != mesh->y[0]) return PETSC_TRUE;
@@ -193,7 +195,7 @@ static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal p
                     : "two numbers x,z of m: along strike, and depth");
   if (planes) PetscFunctionReturn(PETSC_SUCCESS);
   point[2] = point[1];
-  point[1] = fault->mesh.n ? fault->mesh.y[0] : 0;
+  point[1] = fault->mesh.cells.n ? fault->mesh.cells.y[0] : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -204,18 +206,19 @@ static PetscErrorCode SourceSetUp(SlipFault fault)
   PetscReal point[3] = {0, 0, 0};
 
   PetscFunctionBegin;
-  PetscCall(ParsePoint(fault, fault->text[FAULT_INJECTION], point));
-  PetscCheck(fault->value[FAULT_INJECTION_PRESSURE] != 0 && fault->value[FAULT_INJECTION_DIFFUSIVITY] > 0, fault->comm,
-             PETSC_ERR_ARG_INCOMP,
+  PetscCall(ParsePoint(fault, fault->options.text[FAULT_INJECTION], point));
+  PetscCheck(fault->options.value[FAULT_INJECTION_PRESSURE] != 0 &&
+               fault->options.value[FAULT_INJECTION_DIFFUSIVITY] > 0,
+             fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_injection %s needs -%sfault_injection_pressure [Pa] and -%sfault_injection_diffusivity [m^2/s]",
-             prefix, fault->text[FAULT_INJECTION], prefix, prefix);
-  PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->distance2));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal area = fault->weight[i] * SlipFaultMeanArea(fault);
-    const PetscInt e = fault->start + i;
+             prefix, fault->options.text[FAULT_INJECTION], prefix, prefix);
+  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &loads->distance2));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal area = fault->mesh.weight[i] * SlipFaultMeanArea(fault);
+    const PetscInt e = fault->mesh.start + i;
     PetscReal centre[3], distance2 = 0;
 
-    PetscCall(SlipFaultPlaceOf(fault, fault->order ? fault->order[e] : e, centre, NULL));
+    PetscCall(SlipFaultPlaceOf(fault, fault->mesh.order ? fault->mesh.order[e] : e, centre, NULL));
     for (int k = 0; k < 3; k++) distance2 += PetscSqr(centre[k] - point[k]);
     /* The mean of -ln r^2 over a disc of the cell's area is that of r^2 = area/(pi e): E1 is that logarithm near the
        source. */
@@ -232,16 +235,16 @@ PetscErrorCode SlipFaultPressure(SlipFault fault, PetscReal t, PetscReal p[])
   SlipFaultLoads *loads = &fault->loads;
 
   PetscFunctionBegin;
-  PetscCall(PetscArrayzero(p, fault->n));
-  if (loads->rows) RecordPressure(loads, fault->n, t, p);
+  PetscCall(PetscArrayzero(p, fault->mesh.n));
+  if (loads->rows) RecordPressure(loads, fault->mesh.n, t, p);
   if (loads->distance2) SourcePressure(fault, t, p);
   if (loads->function) {
-    PetscCall((*loads->function)(fault, t, fault->n, loads->own, loads->ctx));
-    for (PetscInt i = 0; i < fault->n; i++) {
+    PetscCall((*loads->function)(fault, t, fault->mesh.n, loads->own, loads->ctx));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
       PetscCheck(isfinite(loads->own[i]), PETSC_COMM_SELF, PETSC_ERR_FP,
                  "the function of SlipFaultSetPressureFunction() gives %g Pa at %.9g s in cell %" PetscInt_FMT
                  ", expected a finite number",
-                 (double)loads->own[i], (double)t, fault->start + i);
+                 (double)loads->own[i], (double)t, fault->mesh.start + i);
       p[i] += loads->own[i];
     }
   }
@@ -265,14 +268,15 @@ PetscErrorCode SlipFaultLoadAt(SlipFault fault, PetscReal t)
   }
   if (loads->shears) {
     PetscCall(VecGetArrayWrite(loads->shear, &a));
-    for (PetscInt i = 0; i < fault->n; i++)
-      a[i] = fault->weight[i] * (fault->field[FIELD_INITIAL_TRACTION][i] + t * fault->field[FIELD_STRESSING_RATE][i]);
+    for (PetscInt i = 0; i < fault->mesh.n; i++)
+      a[i] = fault->mesh.weight[i] *
+             (fault->fields.cell[FIELD_INITIAL_TRACTION][i] + t * fault->fields.cell[FIELD_STRESSING_RATE][i]);
     PetscCall(VecRestoreArrayWrite(loads->shear, &a));
   }
   if (loads->pressed) {
     PetscCall(SlipFaultPressure(fault, t, loads->stress));
-    for (PetscInt i = 0; i < fault->n; i++)
-      loads->stress[i] = PetscMax(fault->field[FIELD_NORMAL_STRESS][i] - loads->stress[i], 0);
+    for (PetscInt i = 0; i < fault->mesh.n; i++)
+      loads->stress[i] = PetscMax(fault->fields.cell[FIELD_NORMAL_STRESS][i] - loads->stress[i], 0);
   }
   loads->time = t;
   loads->known = PETSC_TRUE;
@@ -293,7 +297,7 @@ PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
   PetscFunctionBegin;
   if (loads->opened || !loads->pressed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultLoadAt(fault, t));
-  for (PetscInt i = 0; i < fault->n; i++) opened += loads->stress[i] <= 0 ? 1 : 0;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) opened += loads->stress[i] <= 0 ? 1 : 0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &opened, 1, MPIU_INT, MPI_SUM, fault->comm));
   if (!opened) PetscFunctionReturn(PETSC_SUCCESS);
   loads->opened = PETSC_TRUE;
@@ -308,7 +312,7 @@ PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
 PetscErrorCode SlipFaultNextCorner(SlipFault fault, PetscReal t, PetscReal *next)
 {
   const SlipFaultLoads *loads = &fault->loads;
-  const PetscReal after = t + SAME_TIME * PetscAbsReal(t), stop = fault->value[FAULT_INJECTION_STOP];
+  const PetscReal after = t + SAME_TIME * PetscAbsReal(t), stop = fault->options.value[FAULT_INJECTION_STOP];
 
   PetscFunctionBegin;
   *next = NEVER;
@@ -326,7 +330,7 @@ PetscErrorCode SlipFaultNextCorner(SlipFault fault, PetscReal t, PetscReal *next
 PetscErrorCode SlipFaultPressureScale(SlipFault fault, PetscReal t, PetscReal duration, PetscReal *scale)
 {
   const SlipFaultLoads *loads = &fault->loads;
-  const PetscReal stop = fault->value[FAULT_INJECTION_STOP];
+  const PetscReal stop = fault->options.value[FAULT_INJECTION_STOP];
 
   PetscFunctionBegin;
   *scale = NEVER;
@@ -347,39 +351,43 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
   PetscReal least = NEVER, fastest = 0;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < fault->n; i++) {
-    if (fault->field[FIELD_INITIAL_TRACTION][i] != 0 || fault->field[FIELD_STRESSING_RATE][i] != 0) any[0] = 1;
-    if (fault->field[FIELD_STRESSING_RATE][i] != 0) any[1] = 1;
-    if (fault->field[FIELD_HEALING_TIME][i] > 0) any[2] = 1;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    if (fault->fields.cell[FIELD_INITIAL_TRACTION][i] != 0 || fault->fields.cell[FIELD_STRESSING_RATE][i] != 0)
+      any[0] = 1;
+    if (fault->fields.cell[FIELD_STRESSING_RATE][i] != 0) any[1] = 1;
+    if (fault->fields.cell[FIELD_HEALING_TIME][i] > 0) any[2] = 1;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 3, MPIU_INT, MPI_MAX, fault->comm));
-  loads->shears = any[0] || fault->law->smooth ? PETSC_TRUE : PETSC_FALSE; /* what balances a smooth law's start */
-  fault->heals = any[2] ? PETSC_TRUE : PETSC_FALSE;
-  if (fault->text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
-  PetscCheck(fault->text[FAULT_INJECTION][0] ||
-               (fault->value[FAULT_INJECTION_PRESSURE] == 0 && fault->value[FAULT_INJECTION_DIFFUSIVITY] == 0 &&
-                fault->value[FAULT_INJECTION_STOP] == 0),
+  loads->shears =
+    any[0] || fault->friction.law->smooth ? PETSC_TRUE : PETSC_FALSE; /* what balances a smooth law's start */
+  fault->kind.heals = any[2] ? PETSC_TRUE : PETSC_FALSE;
+  if (fault->options.text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
+  PetscCheck(fault->options.text[FAULT_INJECTION][0] || (fault->options.value[FAULT_INJECTION_PRESSURE] == 0 &&
+                                                         fault->options.value[FAULT_INJECTION_DIFFUSIVITY] == 0 &&
+                                                         fault->options.value[FAULT_INJECTION_STOP] == 0),
              fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_injection_pressure, -%sfault_injection_diffusivity and -%sfault_injection_stop need the point "
              "of -%sfault_injection x,z, or x,y,z where there are several planes",
              SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault));
-  if (fault->text[FAULT_INJECTION][0]) PetscCall(SourceSetUp(fault));
+  if (fault->options.text[FAULT_INJECTION][0]) PetscCall(SourceSetUp(fault));
   loads->pressed = loads->rows || loads->distance2 || loads->function ? PETSC_TRUE : PETSC_FALSE;
-  fault->sequence = fault->loaded || any[1] || fault->heals ? PETSC_TRUE : PETSC_FALSE;
-  fault->driven = fault->sequence || loads->pressed || !fault->inertia || fault->law->smooth ? PETSC_TRUE : PETSC_FALSE;
-  if (loads->pressed) PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->stress));
-  if (loads->function) PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &loads->own));
-  if (fault->heals) {
-    PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->healing));
-    for (PetscInt i = 0; i < fault->n; i++) {
-      const PetscReal time = fault->field[FIELD_HEALING_TIME][i];
+  fault->kind.sequence = fault->kind.loaded || any[1] || fault->kind.heals ? PETSC_TRUE : PETSC_FALSE;
+  fault->kind.driven = fault->kind.sequence || loads->pressed || !fault->kind.inertia || fault->friction.law->smooth
+                         ? PETSC_TRUE
+                         : PETSC_FALSE;
+  if (loads->pressed) PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &loads->stress));
+  if (loads->function) PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &loads->own));
+  if (fault->kind.heals) {
+    PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->friction.healing));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+      const PetscReal time = fault->fields.cell[FIELD_HEALING_TIME][i];
 
-      fault->healing[i] = time > 0 ? 1 / time : 0;
-      fastest = PetscMax(fastest, fault->healing[i]);
+      fault->friction.healing[i] = time > 0 ? 1 / time : 0;
+      fastest = PetscMax(fastest, fault->friction.healing[i]);
     }
   }
-  for (PetscInt i = 0; i < fault->n && loads->distance2; i++)
-    least = PetscMin(least, loads->distance2[i] / (4 * fault->value[FAULT_INJECTION_DIFFUSIVITY]));
+  for (PetscInt i = 0; i < fault->mesh.n && loads->distance2; i++)
+    least = PetscMin(least, loads->distance2[i] / (4 * fault->options.value[FAULT_INJECTION_DIFFUSIVITY]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   loads->diffusion_time = least;
   PetscCallMPI(MPI_Allreduce(&fastest, &loads->fastest_healing, 1, MPIU_REAL, MPIU_MAX, fault->comm));
@@ -400,7 +408,7 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
   PetscCall(PetscFree(loads->distance2));
   PetscCall(PetscFree(loads->stress));
   PetscCall(PetscFree(loads->own));
-  PetscCall(PetscFree(fault->healing));
+  PetscCall(PetscFree(fault->friction.healing));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

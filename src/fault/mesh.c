@@ -46,7 +46,7 @@ static PetscErrorCode SlipFaultMeshRead(SlipFault fault, PetscInt *n, PetscReal 
   PetscBool has, same, metres = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_mesh", fault->text[FAULT_MESH], &h));
+  PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_mesh", fault->options.text[FAULT_MESH], &h));
   PetscCall(SlipFaultFieldNames(names, sizeof(names)));
   PetscCall(SlipH5Has(&h, MESH_DATASET, &has));
   if (has) {
@@ -83,9 +83,9 @@ static PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, SlipCell
                        .z = column[2],
                        .length = column[3],
                        .width = column[4],
-                       .shear_modulus = fault->value[FAULT_SHEAR_MODULUS],
-                       .poisson_ratio = fault->value[FAULT_POISSON_RATIO]};
-  PetscCall(PetscStrcmp(fault->text[FAULT_KERNEL], "full_space", &cells->full_space));
+                       .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
+                       .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO]};
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &cells->full_space));
   PetscCall(SlipFaultAverage(fault, &cells->average));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -93,7 +93,7 @@ static PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, SlipCell
 /* The extents of all cells take the place of the grid's; a mesh counts as one row of n cells. */
 static void SlipFaultMeshExtents(SlipFault fault)
 {
-  const SlipCells *c = &fault->mesh;
+  const SlipCells *c = &fault->mesh.cells;
   PetscReal low[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, top[2] = {PETSC_MIN_REAL, PETSC_MIN_REAL};
 
   for (PetscInt i = 0; i < c->n; i++) {
@@ -102,17 +102,17 @@ static void SlipFaultMeshExtents(SlipFault fault)
     low[1] = PetscMin(low[1], c->z[i] - 0.5 * c->width[i]);
     top[1] = PetscMax(top[1], c->z[i] + 0.5 * c->width[i]);
   }
-  fault->value[FAULT_NX] = (PetscReal)c->n;
-  fault->value[FAULT_NZ] = 1;
-  fault->value[FAULT_LENGTH_X] = top[0] - low[0];
-  fault->value[FAULT_LENGTH_Z] = top[1] - low[1];
-  fault->value[FAULT_DEPTH_TOP] = PetscMax(low[1], 0);
+  fault->options.value[FAULT_NX] = (PetscReal)c->n;
+  fault->options.value[FAULT_NZ] = 1;
+  fault->options.value[FAULT_LENGTH_X] = top[0] - low[0];
+  fault->options.value[FAULT_LENGTH_Z] = top[1] - low[1];
+  fault->options.value[FAULT_DEPTH_TOP] = PetscMax(low[1], 0);
 }
 
 /* Collective: the cells of -fault_mesh on every process, checked. */
 PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
 {
-  const char *file = fault->text[FAULT_MESH];
+  const char *file = fault->options.text[FAULT_MESH];
   const char *prefix = SlipFaultPrefix(fault);
   char source[PETSC_MAX_PATH_LEN + 64];
   PetscReal *rows = NULL, *column[MESH_NUM_COLUMNS];
@@ -122,38 +122,38 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
 
   PetscFunctionBegin;
   if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(!fault->text[FAULT_STIFFNESS_FILE][0], fault->comm, PETSC_ERR_ARG_INCOMP,
+  PetscCheck(!fault->options.text[FAULT_STIFFNESS_FILE][0], fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_stiffness_file %s and -%sfault_mesh %s exclude each other", prefix,
-             fault->text[FAULT_STIFFNESS_FILE], prefix, file);
+             fault->options.text[FAULT_STIFFNESS_FILE], prefix, file);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (!rank) ierr = SlipFaultMeshRead(fault, &n, &rows);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCallMPI(MPI_Bcast(&n, 1, MPIU_INT, 0, fault->comm));
-  PetscCall(SlipFaultCellsCreate(fault, n, &fault->mesh, column));
+  PetscCall(SlipFaultCellsCreate(fault, n, &fault->mesh.cells, column));
   for (PetscInt k = 0; k < MESH_NUM_COLUMNS; k++) {
     for (PetscInt i = 0; !rank && i < n; i++) column[k][i] = rows[(size_t)i * MESH_NUM_COLUMNS + k];
     PetscCallMPI(MPI_Bcast(column[k], (PetscMPIInt)n, MPIU_REAL, 0, fault->comm));
   }
   PetscCall(PetscFree(rows));
   PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", file, prefix));
-  PetscCall(SlipCellsCheck(fault->comm, &fault->mesh, source));
+  PetscCall(SlipCellsCheck(fault->comm, &fault->mesh.cells, source));
   SlipFaultMeshExtents(fault);
-  PetscCall(
-    SlipCellsPartition(fault->comm, &fault->mesh, fault->text[FAULT_OPERATOR], &fault->order, &fault->mesh.nlocal));
-  fault->mesh.order = fault->order;
+  PetscCall(SlipCellsPartition(fault->comm, &fault->mesh.cells, fault->options.text[FAULT_OPERATOR], &fault->mesh.order,
+                               &fault->mesh.cells.nlocal));
+  fault->mesh.cells.order = fault->mesh.order;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The grid's cells as cells, for hierarchical storage. */
 static PetscErrorCode SlipFaultCellsOfGrid(SlipFault fault, SlipCells *cells)
 {
-  const PetscReal a = fault->value[FAULT_LENGTH_X] / fault->value[FAULT_NX];
-  const PetscReal b = fault->value[FAULT_LENGTH_Z] / fault->value[FAULT_NZ];
+  const PetscReal a = fault->options.value[FAULT_LENGTH_X] / fault->options.value[FAULT_NX];
+  const PetscReal b = fault->options.value[FAULT_LENGTH_Z] / fault->options.value[FAULT_NZ];
   PetscReal *column[MESH_NUM_COLUMNS];
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultCellsCreate(fault, fault->N, cells, column));
-  for (PetscInt e = 0; e < fault->N; e++) {
+  PetscCall(SlipFaultCellsCreate(fault, fault->mesh.N, cells, column));
+  for (PetscInt e = 0; e < fault->mesh.N; e++) {
     PetscCall(SlipFaultCellCentre(fault, e, &column[0][e], &column[2][e]));
     column[1][e] = 0;
     column[3][e] = a;
@@ -165,8 +165,8 @@ static PetscErrorCode SlipFaultCellsOfGrid(SlipFault fault, SlipCells *cells)
 /* Collective: K of the mesh, or of the grid in hierarchical storage; done is false when it is neither. */
 PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, PetscBool *done)
 {
-  const char *type = fault->text[FAULT_OPERATOR];
-  SlipCells cells = fault->mesh;
+  const char *type = fault->options.text[FAULT_OPERATOR];
+  SlipCells cells = fault->mesh.cells;
   PetscBool fft, hmat;
 
   PetscFunctionBegin;
@@ -177,25 +177,26 @@ PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, PetscBool *done)
   PetscCheck(!cells.n || !fft, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_operator fft needs a uniform grid, but -%sfault_mesh %s is an irregular one: expected dense, "
              "hmat or auto",
-             SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->text[FAULT_MESH]);
-  if (!fault->mesh.n) PetscCall(SlipFaultCellsOfGrid(fault, &cells));
-  PetscCall(MatCreateSlipCellStiffness(fault->comm, &cells, type, fault->value[FAULT_HMAT_TOLERANCE], &fault->K));
-  if (!fault->mesh.n) PetscCall(SlipCellsDestroy(&cells));
+             SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->options.text[FAULT_MESH]);
+  if (!fault->mesh.cells.n) PetscCall(SlipFaultCellsOfGrid(fault, &cells));
+  PetscCall(MatCreateSlipCellStiffness(fault->comm, &cells, type, fault->options.value[FAULT_HMAT_TOLERANCE],
+                                       &fault->operators.K));
+  if (!fault->mesh.cells.n) PetscCall(SlipCellsDestroy(&cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Weights of the rows from the areas of the cells, 1 on a grid. */
 PetscErrorCode SlipFaultWeightsSetUp(SlipFault fault)
 {
-  const SlipCells *c = &fault->mesh;
+  const SlipCells *c = &fault->mesh.cells;
   const PetscReal unit = c->n ? 2 * SlipCellsUnit(c) : 0;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(PetscMax(fault->n, 1), &fault->weight));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscInt e = c->n ? SlipCellsAt(c, fault->start + i) : 0;
+  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->mesh.weight));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscInt e = c->n ? SlipCellsAt(c, fault->mesh.start + i) : 0;
 
-    fault->weight[i] = c->n ? c->length[e] * c->width[e] * unit : 1;
+    fault->mesh.weight[i] = c->n ? c->length[e] * c->width[e] * unit : 1;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -208,7 +209,7 @@ PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum)
   PetscFunctionBegin;
   *sum = 0;
   PetscCall(VecGetArrayRead(x, &a));
-  for (PetscInt i = 0; i < fault->n; i++) *sum += fault->weight[i] * a[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) *sum += fault->mesh.weight[i] * a[i];
   PetscCall(VecRestoreArrayRead(x, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -224,10 +225,10 @@ PetscErrorCode SlipFaultGatherCreate(SlipFault fault, Vec x, VecScatter *scatter
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCall(VecGetSize(x, &size));
-  block = size / fault->N;
-  n = rank ? 0 : fault->N;
+  block = size / fault->mesh.N;
+  n = rank ? 0 : fault->mesh.N;
   PetscCall(PetscMalloc1(n, &cell));
-  for (PetscInt e = 0; e < n; e++) cell[fault->order ? fault->order[e] : e] = e;
+  for (PetscInt e = 0; e < n; e++) cell[fault->mesh.order ? fault->mesh.order[e] : e] = e;
   PetscCall(ISCreateBlock(fault->comm, block, n, cell, PETSC_OWN_POINTER, &from));
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, n * block, x0));
   PetscCall(VecScatterCreate(x, from, *x0, NULL, scatter));
@@ -238,7 +239,7 @@ PetscErrorCode SlipFaultGatherCreate(SlipFault fault, Vec x, VecScatter *scatter
 /* Rank 0: the cells, in place of a grid's axes. */
 PetscErrorCode SlipFaultMeshWrite(SlipFault fault, SlipH5 *h)
 {
-  const SlipCells *c = &fault->mesh;
+  const SlipCells *c = &fault->mesh.cells;
 
   PetscFunctionBegin;
   PetscCall(SlipH5WriteReal(h, "/mesh/x", 1, &c->n, c->x, "m"));

@@ -14,8 +14,9 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal v = a[3 * i], u = a[3 * i + 1], s = a[3 * i + 2], weight = fault->weight[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal v = a[SlipFaultRateAt(fault, i)], u = a[SlipFaultDisplacementAt(fault, i)],
+                    s = a[SlipFaultStateAt(fault, i)], weight = fault->mesh.weight[i];
     const PetscReal weak = SlipFrictionWeakest(&friction, i);
     PetscReal mu, ds, dv, q;
 
@@ -28,14 +29,14 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
     sum[SUM_SLIDING] += v != 0 ? weight : 0;
     sum[SUM_U_KU] += u * f[i];
     sum[SUM_V_KU] += v * f[i];
-    sum[SUM_VINF_KU] += fault->field[FIELD_LOADING_RATE][i] * f[i];
-    sum[SUM_VINF] += weight * fault->field[FIELD_LOADING_RATE][i];
+    sum[SUM_VINF_KU] += fault->fields.cell[FIELD_LOADING_RATE][i] * f[i];
+    sum[SUM_VINF] += weight * fault->fields.cell[FIELD_LOADING_RATE][i];
     if (fault->loads.shears) {
-      const PetscReal rate = fault->field[FIELD_STRESSING_RATE][i];
-      const PetscReal shear = fault->field[FIELD_INITIAL_TRACTION][i] + fault->loads.time * rate;
+      const PetscReal rate = fault->fields.cell[FIELD_STRESSING_RATE][i];
+      const PetscReal shear = fault->fields.cell[FIELD_INITIAL_TRACTION][i] + fault->loads.time * rate;
 
       sum[SUM_U_T] += weight * u * shear;
-      sum[SUM_LOADING_T] += weight * (fault->field[FIELD_LOADING_RATE][i] * shear - u * rate);
+      sum[SUM_LOADING_T] += weight * (fault->fields.cell[FIELD_LOADING_RATE][i] * shear - u * rate);
     }
     sum[SUM_WEAKENING] += (mu - weak) * (weight * friction.stress[i]);
     q = mu * (weight * friction.stress[i]);
@@ -65,7 +66,7 @@ PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFau
    has changed. */
 PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums)
 {
-  SlipFaultSums *c = &fault->sums;
+  SlipFaultSums *c = &fault->known.sums;
   SlipFaultMoment now;
   PetscBool same;
 
@@ -73,8 +74,8 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **su
   *sums = c;
   PetscCall(SlipFaultIsNow(fault, fault->loads.time, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecStrideGather(w, 1, fault->work[0], INSERT_VALUES));
-  PetscCall(MatMult(fault->K, fault->work[0], fault->work[1]));
+  PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
+  PetscCall(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
   PetscCall(SlipFaultAddUp(fault, w, fault->work[1], c->sum, &c->max_v));
@@ -94,14 +95,15 @@ static PetscErrorCode AddMode(SlipFault fault, Vec w, Vec x, Vec kx, PetscReal s
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal weight = fault->weight[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal weight = fault->mesh.weight[i];
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(&friction, i, a[3 * i + 2], PetscAbsReal(a[3 * i]), &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], PetscAbsReal(a[SlipFaultRateAt(fault, i)]), &mu,
+                         &ds, &dv);
     sum[MODE_STIFFNESS] += b[i] * f[i];
     sum[MODE_WEAKENING] -= ds * (weight * friction.stress[i]) * PetscSqr(b[i]);
-    sum[MODE_INERTIA] += fault->mass * weight * PetscSqr(b[i]);
+    sum[MODE_INERTIA] += fault->operators.mass * weight * PetscSqr(b[i]);
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -110,7 +112,7 @@ static PetscErrorCode AddMode(SlipFault fault, Vec w, Vec x, Vec kx, PetscReal s
 /* The sums of what moves, or where all rest of uc; computed only when the state has changed. */
 static PetscErrorCode GetMode(SlipFault fault, Vec w, PetscBool moves, const SlipFaultMode **mode)
 {
-  SlipFaultMode *c = &fault->mode;
+  SlipFaultMode *c = &fault->known.mode;
   Vec x = fault->work[0];
   SlipFaultMoment now;
   PetscBool same;
@@ -120,11 +122,11 @@ static PetscErrorCode GetMode(SlipFault fault, Vec w, PetscBool moves, const Sli
   PetscCall(SlipFaultIsNow(fault, fault->loads.time, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   if (moves)
-    PetscCall(VecStrideGather(w, 0, x, INSERT_VALUES));
+    PetscCall(VecStrideGather(w, fault->layout.rate, x, INSERT_VALUES));
   else
-    PetscCall(VecCopy(fault->uc, x));
+    PetscCall(VecCopy(fault->critical.uc, x));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
-  PetscCall(MatMult(fault->K, x, fault->work[1]));
+  PetscCall(MatMult(fault->operators.K, x, fault->work[1]));
   PetscCall(AddMode(fault, w, x, fault->work[1], c->sum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));
   c->moment = now;
@@ -139,7 +141,7 @@ static PetscErrorCode GetMode(SlipFault fault, Vec w, PetscBool moves, const Sli
 */
 PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative)
 {
-  SlipFaultEstimates *c = &fault->estimates;
+  SlipFaultEstimates *c = &fault->known.estimates;
   const PetscReal *a, *e = NULL, *d = NULL;
   const SlipArrays arrays[] = {{w, .read = &a}, {error, .read = &e}, {derivative, .read = &d}};
 
@@ -147,11 +149,12 @@ PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec der
   PetscCall(PetscMemzero(c, sizeof(*c)));
   if (!error && !derivative) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal v = a[3 * i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal v = a[SlipFaultRateAt(fault, i)];
 
-    if (error) c->sum[ESTIMATE_SLIP_ERROR] += fault->weight[i] * PetscAbsReal(e[3 * i + 2]);
-    if (derivative && v != 0) c->sum[ESTIMATE_GROWTH] += fault->weight[i] * PetscSign(v) * d[3 * i];
+    if (error) c->sum[ESTIMATE_SLIP_ERROR] += fault->mesh.weight[i] * PetscAbsReal(e[SlipFaultStateAt(fault, i)]);
+    if (derivative && v != 0)
+      c->sum[ESTIMATE_GROWTH] += fault->mesh.weight[i] * PetscSign(v) * d[SlipFaultRateAt(fault, i)];
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_ESTIMATES, MPIU_REAL, MPIU_SUM, fault->comm));
@@ -172,8 +175,8 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayWrite(x, &a));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscInt cell = fault->order ? fault->order[fault->start + i] : fault->start + i;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscInt cell = fault->mesh.order ? fault->mesh.order[fault->mesh.start + i] : fault->mesh.start + i;
 
     a[i] = PetscSinReal(2 + (PetscReal)3.7 * (PetscReal)cell);
   }
@@ -181,9 +184,9 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
   PetscCall(VecNormalize(x, NULL));
   *largest = 0;
   for (PetscInt k = 0; k < POWER_PRODUCTS; k++) {
-    PetscCall(MatMult(fault->K, x, y));
+    PetscCall(MatMult(fault->operators.K, x, y));
     PetscCall(VecGetArray(y, &a));
-    for (PetscInt i = 0; i < fault->n; i++) a[i] /= fault->weight[i];
+    for (PetscInt i = 0; i < fault->mesh.n; i++) a[i] /= fault->mesh.weight[i];
     PetscCall(VecRestoreArray(y, &a));
     PetscCall(VecNorm(y, NORM_2, &norm));
     *largest = norm;
@@ -201,9 +204,9 @@ static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *fric
   const PetscReal eta = fault->balance.eta, rate = PetscAbsReal(v);
   PetscReal mu, ds, dv;
 
-  if (fault->law->eval == SlipRateAndState) {
-    const PetscReal direct = friction->a[i] * friction->stress[i], vinf = fault->field[FIELD_LOADING_RATE][i];
-    const PetscReal strength = PetscAbsReal((load - force) / fault->weight[i] + eta * vinf) - eta * rate;
+  if (fault->friction.law->eval == SlipRateAndState) {
+    const PetscReal direct = friction->a[i] * friction->stress[i], vinf = fault->fields.cell[FIELD_LOADING_RATE][i];
+    const PetscReal strength = PetscAbsReal((load - force) / fault->mesh.weight[i] + eta * vinf) - eta * rate;
 
     if (strength > 10 * direct) return rate / (eta * rate + direct);
   }
@@ -224,13 +227,13 @@ PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation
 
   PetscFunctionBegin;
   *relaxation = 0;
-  if (!fault->law->smooth || fault->inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->friction.law->smooth || fault->kind.inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
   if (b->stiffest == 0) PetscCall(LargestEigenvalue(fault, &b->stiffest));
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipArraysGet(4, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     if (b->creeps && b->creeps[i]) continue;
-    most = PetscMax(most, Compliance(fault, &friction, i, a[3 * i + 2], v[i], load[i], force[i]));
+    most = PetscMax(most, Compliance(fault, &friction, i, a[SlipFaultStateAt(fault, i)], v[i], load[i], force[i]));
   }
   PetscCall(SlipArraysRestore(4, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
@@ -241,7 +244,7 @@ PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation
 /* What follows from the sums */
 static PetscErrorCode KnowSums(SlipFault fault, Vec w, SlipFaultNumbers *known)
 {
-  const PetscReal N = (PetscReal)fault->N;
+  const PetscReal N = (PetscReal)fault->mesh.N;
   const SlipFaultSums *s;
 
   PetscFunctionBegin;
@@ -254,7 +257,7 @@ static PetscErrorCode KnowSums(SlipFault fault, Vec w, SlipFaultNumbers *known)
   known->slip = s->sum[SUM_S] / N;
   known->sliding = s->sum[SUM_SLIDING] / N;
   known->energy = s->sum[SUM_U_KU];
-  known->kinetic = fault->mass * s->sum[SUM_V2];
+  known->kinetic = fault->operators.mass * s->sum[SUM_V2];
   known->power = s->sum[SUM_V_KU];
   known->strength = s->sum[SUM_STRENGTH] / N;
   known->weakening = s->sum[SUM_WEAKENING] / N;
@@ -265,28 +268,28 @@ static PetscErrorCode KnowSums(SlipFault fault, Vec w, SlipFaultNumbers *known)
 /* Values of the rows of SlipObservations in the state w */
 PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscInt row[], PetscReal value[])
 {
-  const PetscReal N = (PetscReal)fault->N;
+  const PetscReal N = (PetscReal)fault->mesh.N;
   const SlipFaultMode *mode = NULL;
   PetscBool undamped, sums = PETSC_FALSE;
-  SlipFaultNumbers known = {.tstar = fault->tstar,
-                            .velocity_scale = fault->value[FAULT_VELOCITY_SCALE],
-                            .mean_dc = fault->mean_dc,
-                            .mean_uc = fault->mean_uc,
-                            .mean_q0 = fault->mean_q0,
-                            .mean_drop = fault->mean_drop,
-                            .drop_slip = fault->drop_slip,
-                            .critical_energy = fault->critical_energy,
-                            .mass = fault->mass,
-                            .estimated = fault->estimates.known,
-                            .slip_error = fault->estimates.sum[ESTIMATE_SLIP_ERROR] / N,
-                            .growth = fault->estimates.sum[ESTIMATE_GROWTH]};
+  SlipFaultNumbers known = {.tstar = fault->operators.tstar,
+                            .velocity_scale = fault->options.value[FAULT_VELOCITY_SCALE],
+                            .mean_dc = fault->critical.mean_dc,
+                            .mean_uc = fault->critical.mean_uc,
+                            .mean_q0 = fault->critical.mean_q0,
+                            .mean_drop = fault->critical.mean_drop,
+                            .drop_slip = fault->critical.drop_slip,
+                            .critical_energy = fault->critical.energy,
+                            .mass = fault->operators.mass,
+                            .estimated = fault->known.estimates.known,
+                            .slip_error = fault->known.estimates.sum[ESTIMATE_SLIP_ERROR] / N,
+                            .growth = fault->known.estimates.sum[ESTIMATE_GROWTH]};
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "none", &undamped));
-  known.damping_ratio = undamped ? 0 : fault->value[FAULT_DAMPING_RATIO];
-  if (fault->critical_inertia > 0) {
-    known.critical_stiffness = fault->critical_energy / fault->critical_inertia;
-    known.critical_weakening = fault->critical_weakening / fault->critical_inertia;
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "none", &undamped));
+  known.damping_ratio = undamped ? 0 : fault->options.value[FAULT_DAMPING_RATIO];
+  if (fault->critical.inertia > 0) {
+    known.critical_stiffness = fault->critical.energy / fault->critical.inertia;
+    known.critical_weakening = fault->critical.weakening / fault->critical.inertia;
   }
   for (PetscInt i = 0; i < n; i++) {
     if (!(SlipObservations[row[i]].reads & SLIP_READS_STIFFNESS))
@@ -308,25 +311,26 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscI
 PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power[3])
 {
   Vec rel = fault->work[0], hv = fault->work[1], q = fault->work[2];
-  const PetscReal *a, *f, *vinf = fault->field[FIELD_LOADING_RATE];
+  const PetscReal *a, *f, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   PetscReal *b;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(rel, &b));
-  for (PetscInt i = 0; i < fault->n; i++) b[i] = a[3 * i] - vinf[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) b[i] = a[SlipFaultRateAt(fault, i)] - vinf[i];
   PetscCall(VecRestoreArrayWrite(rel, &b));
-  PetscCall(MatMult(fault->H, rel, hv));
+  PetscCall(MatMult(fault->operators.H, rel, hv));
   if (!r) PetscCall(SlipFaultStrength(fault, fault->loads.time, w, q));
   PetscCall(VecGetArrayRead(hv, &f));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    power[0] += (a[3 * i] - vinf[i]) * f[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    power[0] += (a[SlipFaultRateAt(fault, i)] - vinf[i]) * f[i];
     power[1] += vinf[i] * f[i];
   }
   PetscCall(VecRestoreArrayRead(hv, &f));
   PetscCall(VecGetArrayRead(r ? r : q, &f));
-  for (PetscInt i = 0; i < fault->n; i++) power[2] += r ? -a[3 * i] * f[i] : PetscAbsReal(a[3 * i]) * f[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    power[2] += r ? -a[SlipFaultRateAt(fault, i)] * f[i] : PetscAbsReal(a[SlipFaultRateAt(fault, i)]) * f[i];
   PetscCall(VecRestoreArrayRead(r ? r : q, &f));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, power, 3, MPIU_REAL, MPIU_SUM, fault->comm));
@@ -360,7 +364,7 @@ PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultO
 {
   const SlipFaultSums *s;
   PetscReal power[3], start;
-  const PetscReal N = (PetscReal)fault->N;
+  const PetscReal N = (PetscReal)fault->mesh.N;
 
   PetscFunctionBegin;
   PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
@@ -371,11 +375,11 @@ PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultO
   obs->mean_slip = s->sum[SUM_S] / N;
   PetscCall(SlipFaultStartShare(fault, &start));
   /* A state that heals is no slip: that is the displacement relative to the start and the far field. */
-  if (fault->heals || fault->law->state)
-    obs->mean_slip = (s->sum[SUM_U] + fault->loads.time * s->sum[SUM_VINF]) / N - start * fault->mean_uc;
+  if (fault->kind.heals || fault->friction.law->state)
+    obs->mean_slip = (s->sum[SUM_U] + fault->loads.time * s->sum[SUM_VINF]) / N - start * fault->critical.mean_uc;
   obs->mean_displacement = s->sum[SUM_U] / N;
   obs->sliding_fraction = s->sum[SUM_SLIDING] / N;
-  obs->kinetic = fault->inertia ? fault->mass * s->sum[SUM_V2] / (2 * N) : 0;
+  obs->kinetic = fault->kind.inertia ? fault->operators.mass * s->sum[SUM_V2] / (2 * N) : 0;
   obs->elastic = (s->sum[SUM_U_KU] / 2 - s->sum[SUM_U_T]) / N;
   obs->viscous_power = power[0] / N;
   obs->friction_power = power[2] / N;

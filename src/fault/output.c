@@ -43,7 +43,7 @@ static PetscErrorCode SlipFaultOutputBegin(SlipFaultOutput out, PetscReal time, 
 static PetscErrorCode SlipFaultFieldMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  SlipFaultOutput out = fault->output;
+  SlipFaultOutput out = fault->run.output;
   PetscBool due;
 
   PetscFunctionBegin;
@@ -106,32 +106,32 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(SlipFaultCheckFileNames(fault)); /* as SlipFaultSetString() may have set them */
   fault->balance.sides = 0;
-  PetscCall(SlipLogGetProducts(&fault->products));
+  PetscCall(SlipLogGetProducts(&fault->run.products));
   PetscCall(SlipFaultReportSteps(fault, ts));
   PetscCall(SlipFaultRunErrorStart(fault, ts));
   PetscCall(SlipFaultProgressStart(fault, ts));
-  PetscCheck(fault->text[FAULT_OUTPUT][0] || !fault->text[FAULT_STATIONS][0], fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_stations %s is written to the output: expected -%sfault_output", SlipFaultPrefix(fault),
-             fault->text[FAULT_STATIONS], SlipFaultPrefix(fault));
+  PetscCheck(fault->options.text[FAULT_OUTPUT][0] || !fault->options.text[FAULT_STATIONS][0], fault->comm,
+             PETSC_ERR_ARG_INCOMP, "-%sfault_stations %s is written to the output: expected -%sfault_output",
+             SlipFaultPrefix(fault), fault->options.text[FAULT_STATIONS], SlipFaultPrefix(fault));
   PetscCall(SlipFaultOutputWhenCheck(fault));
   PetscCall(SlipFaultCatalogueStart(fault, ts));
   PetscCall(SlipFaultResolutionPrint(fault));
-  if (!fault->text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(!fault->output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
+  if (!fault->options.text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!fault->run.output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
   PetscCall(PetscNew(&out));
-  fault->output = out;
+  fault->run.output = out;
   out->fault = fault;
   out->ts = ts;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &out->rank));
   kind = (SlipH5Kind){.prefix = SlipFaultPrefix(fault), .option = "fault_output"};
-  if (!out->rank) ierr = SlipH5CheckCreateKind(&kind, fault->text[FAULT_OUTPUT]);
+  if (!out->rank) ierr = SlipH5CheckCreateKind(&kind, fault->options.text[FAULT_OUTPUT]);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCall(SlipFaultOutputCreateRun(out, ts));
   PetscCall(SlipFaultStationsSetUp(out));
   PetscCall(SlipFaultOutputSize(out, ts));
   PetscCall(SlipFaultCreateState(fault, &w));
   PetscCall(SlipFaultGatherCreate(fault, w, &out->gather_w, &out->w0));
-  PetscCall(SlipFaultGatherCreate(fault, fault->uc, &out->gather_r, &out->r0));
+  PetscCall(SlipFaultGatherCreate(fault, fault->critical.uc, &out->gather_r, &out->r0));
   PetscCall(VecDestroy(&w));
   PetscCall(TSMonitorSet(ts, SlipFaultFieldMonitor, fault, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -156,7 +156,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
 @*/
 PetscErrorCode SlipFaultOutputSync(SlipFault fault, PetscInt rows[3])
 {
-  SlipFaultOutput out = fault->output;
+  SlipFaultOutput out = fault->run.output;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
@@ -188,7 +188,7 @@ PetscErrorCode SlipFaultOutputSync(SlipFault fault, PetscInt rows[3])
 @*/
 PetscErrorCode SlipFaultOutputResume(SlipFault fault, const PetscInt rows[3])
 {
-  SlipFaultOutput out = fault->output;
+  SlipFaultOutput out = fault->run.output;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
@@ -250,7 +250,7 @@ static PetscErrorCode SlipFaultOutputLastFields(SlipFaultOutput out, TS ts)
 @*/
 PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve)
 {
-  SlipFaultOutput out = fault->output;
+  SlipFaultOutput out = fault->run.output;
   SlipFaultObservables obs;
   SlipOutput run = NULL;
   PetscInt products;
@@ -271,13 +271,13 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
     PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run));
   if (fault->problem.any_integrator)
     PetscCall(SlipOutputAddResult(run, "right_hand_sides", "right-hand sides", NULL, fault->balance.sides));
-  PetscCall(SlipOutputAddResult(run, "products", "products with K", NULL, products - fault->products));
+  PetscCall(SlipOutputAddResult(run, "products", "products with K", NULL, products - fault->run.products));
   PetscCall(SlipOutputAddResult(run, "mean_slip", "final mean slip", "m", obs.mean_slip));
   PetscCall(SlipFaultResolutionResult(fault, run));
   PetscCall(SlipFaultCatalogueFinish(fault, run));
   PetscCall(SlipFaultRunErrorReport(fault, ts, run, obs.mean_slip));
   PetscCall(SlipOutputFinish(&run, wall_setup, wall_solve));
   if (out && !out->rank) PetscCall(SlipFaultXdmfFinish(out));
-  PetscCall(SlipFaultOutputDestroy(&fault->output));
+  PetscCall(SlipFaultOutputDestroy(&fault->run.output));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -35,11 +35,11 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
   PetscFunctionBegin;
   (void)ts;
   PetscCall(SlipFaultLoadAt(fault, t));
-  PetscCall(SlipFaultStationsRow(fault->output, t, w));
+  PetscCall(SlipFaultStationsRow(fault->run.output, t, w));
   PetscCall(SlipFaultGetObservables(fault, w, r, &o));
   PetscCall(SlipFaultGetSums(fault, w, &sums));
   {
-    const PetscReal moment = fault->value[FAULT_SHEAR_MODULUS] * SlipFaultMeanArea(fault) * sums->sum[SUM_V];
+    const PetscReal moment = fault->options.value[FAULT_SHEAR_MODULUS] * SlipFaultMeanArea(fault) * sums->sum[SUM_V];
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
                                 o.sliding_fraction, o.kinetic,       o.elastic,   o.viscous_power,
                                 o.friction_power,   o.loading_power, moment};
@@ -60,7 +60,7 @@ static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx);
 
 static PetscErrorCode SlipFaultOutputFlushed(SlipOutput run, void *ctx)
 {
-  SlipFaultOutput out = ((SlipFault)ctx)->output;
+  SlipFaultOutput out = ((SlipFault)ctx)->run.output;
 
   PetscFunctionBegin;
   if (out && out->run == run) PetscCall(SlipFaultXdmfFlushed(out, PETSC_FALSE));
@@ -76,7 +76,7 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
 
   PetscFunctionBegin;
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) out->name[f] = OutputFields[f].name;
-  PetscCall(PetscStrToArray(fault->text[FAULT_OUTPUT_FIELDS], ',', &n, &names));
+  PetscCall(PetscStrToArray(fault->options.text[FAULT_OUTPUT_FIELDS], ',', &n, &names));
   for (int i = 0; i < n; i++) {
     PetscBool same = PETSC_FALSE;
 
@@ -94,34 +94,34 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
              "-%sfault_injection",
              SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault));
   PetscCall(PetscStrToArrayDestroy(n, names));
-  PetscCall(SlipOutputCreate(ts, fault->text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns), SeriesColumns,
-                             SlipFaultOutputSeries, fault, &out->run));
-  PetscCall(SlipOutputSetOption(out->run, SlipFaultPrefix(fault), "fault_output", fault->output_overwrite));
+  PetscCall(SlipOutputCreate(ts, fault->options.text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns),
+                             SeriesColumns, SlipFaultOutputSeries, fault, &out->run));
+  PetscCall(SlipOutputSetOption(out->run, SlipFaultPrefix(fault), "fault_output", fault->options.output_overwrite));
   out->run->kind.restart = "fault_restart";
   out->run->layout = SlipFaultOutputLayout;
   out->run->flushed = SlipFaultOutputFlushed;
   out->run->sides = SlipFaultOutputSides;
   out->run->entries[1 + SERIES_MOMENT_RATE] = 1; /* faults: all planes are one */
   out->run->moving_only = PETSC_TRUE;            /* for friction_power: a product with K less for each row */
-  PetscCall(SlipOutputAddRun(out->run, "stiffness_scaling_factor", fault->scaling));
-  PetscCall(SlipOutputAddRun(out->run, "time_scale", fault->tstar));
+  PetscCall(SlipOutputAddRun(out->run, "stiffness_scaling_factor", fault->operators.scaling));
+  PetscCall(SlipOutputAddRun(out->run, "time_scale", fault->operators.tstar));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscInt SlipFaultFieldShape(SlipFault fault, PetscInt dims[2])
 {
-  dims[0] = fault->mesh.n ? (PetscInt)fault->value[FAULT_NX] : (PetscInt)fault->value[FAULT_NZ];
-  dims[1] = (PetscInt)fault->value[FAULT_NX];
-  return fault->mesh.n ? 1 : 2;
+  dims[0] = fault->mesh.cells.n ? (PetscInt)fault->options.value[FAULT_NX] : (PetscInt)fault->options.value[FAULT_NZ];
+  dims[1] = (PetscInt)fault->options.value[FAULT_NX];
+  return fault->mesh.cells.n ? 1 : 2;
 }
 
 PetscErrorCode SlipFaultWriteAxes(SlipFault fault, SlipH5 *h)
 {
-  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+  const PetscInt nx = (PetscInt)fault->options.value[FAULT_NX], nz = (PetscInt)fault->options.value[FAULT_NZ];
   PetscReal *x, *z, other;
 
   PetscFunctionBegin;
-  if (fault->mesh.n) {
+  if (fault->mesh.cells.n) {
     PetscCall(SlipFaultMeshWrite(fault, h));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -164,10 +164,11 @@ static PetscErrorCode SlipOfDisplacement(SlipFaultOutput out, PetscReal time, co
   PetscFunctionBegin;
   *slip = NULL;
   if (!out->start0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(out->fault->N, slip));
+  PetscCall(PetscMalloc1(out->fault->mesh.N, slip));
   PetscCall(VecGetArrayRead(out->start0, &u));
   PetscCall(VecGetArrayRead(out->vinf0, &v));
-  for (PetscInt e = 0; e < out->fault->N; e++) (*slip)[e] = w[3 * e + 1] - u[e] + time * v[e];
+  for (PetscInt e = 0; e < out->fault->mesh.N; e++)
+    (*slip)[e] = w[SlipFaultDisplacementAt(out->fault, e)] - u[e] + time * v[e];
   PetscCall(VecRestoreArrayRead(out->vinf0, &v));
   PetscCall(VecRestoreArrayRead(out->start0, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -180,22 +181,22 @@ static PetscErrorCode GatherStart(SlipFaultOutput out)
   PetscReal share;
 
   PetscFunctionBegin;
-  if (!(fault->heals || fault->law->state) || out->start0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!(fault->kind.heals || fault->friction.law->state) || out->start0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultStartShare(fault, &share));
   PetscCall(VecDuplicate(out->r0, &out->start0));
   PetscCall(VecDuplicate(out->r0, &out->vinf0));
-  PetscCall(VecScatterBegin(out->gather_r, fault->uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(out->gather_r, fault->uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterBegin(out->gather_r, fault->critical.uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_r, fault->critical.uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScale(out->start0, share));
-  PetscCall(VecScatterBegin(out->gather_r, fault->vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(out->gather_r, fault->vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterBegin(out->gather_r, fault->operators.vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_r, fault->operators.vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Rank 0: one entry of every field wanted, from the gathered state and reaction; the reaction is weighted by area. */
 static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
 {
-  const SlipCells *mesh = &out->fault->mesh;
+  const SlipCells *mesh = &out->fault->mesh.cells;
   const PetscReal unit = mesh->n ? 2 * SlipCellsUnit(mesh) : 1;
   const PetscReal *w;
   const PetscReal *p;
@@ -228,8 +229,8 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
 static PetscErrorCode FieldStorage(SlipFault fault, SlipH5Storage *storage)
 {
   PetscFunctionBegin;
-  *storage = (SlipH5Storage){.deflate = (PetscInt)fault->value[FAULT_OUTPUT_COMPRESSION]};
-  PetscCall(PetscStrcmp(fault->text[FAULT_OUTPUT_PRECISION], "single", &storage->single));
+  *storage = (SlipH5Storage){.deflate = (PetscInt)fault->options.value[FAULT_OUTPUT_COMPRESSION]};
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_OUTPUT_PRECISION], "single", &storage->single));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -269,7 +270,7 @@ static PetscBool IsScalar(SlipFault fault, PetscInt id)
 {
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++)
     if (id == (PetscInt)SlipFaultFields[f]) return PETSC_FALSE;
-  return id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.n && id <= FAULT_DEPTH_TOP) ? PETSC_TRUE : PETSC_FALSE;
+  return id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.cells.n && id <= FAULT_DEPTH_TOP) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Rank 0: /parameters, what the run has of the fault besides fields */
@@ -286,9 +287,9 @@ static PetscErrorCode WriteParameters(SlipFault fault, SlipH5 *h)
   }
   for (PetscInt id = 0; id <= FAULT_STIFFNESS_SCALING; id++)
     if (SlipFaultStrings[id].choices || id == FAULT_FRICTION_LAW)
-      PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, fault->text[id]));
-  PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->inertia));
-  PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", SlipFaultMeanArea(fault) * (PetscReal)fault->N));
+      PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, fault->options.text[id]));
+  PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->kind.inertia));
+  PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", SlipFaultMeanArea(fault) * (PetscReal)fault->mesh.N));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -319,7 +320,7 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
 static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  SlipFaultOutput out = fault->output;
+  SlipFaultOutput out = fault->run.output;
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscReal *a;
   Vec x;
@@ -331,18 +332,18 @@ static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
   if (!out->rank && !ierr) ierr = SlipFaultXdmfLayout(out);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   if (out->resumed) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(fault->uc, &x));
+  PetscCall(VecDuplicate(fault->critical.uc, &x));
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
     const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
 
     if (!SlipFaultHasField(fault, f)) continue;
     PetscCall(VecGetArrayWrite(x, &a));
-    PetscCall(PetscArraycpy(a, fault->field[f], fault->n));
+    PetscCall(PetscArraycpy(a, fault->fields.cell[f], fault->mesh.n));
     PetscCall(VecRestoreArrayWrite(x, &a));
     PetscCall(SlipFaultOutputCells(out, p->name, p->unit, x));
   }
   PetscCall(VecDestroy(&x));
-  if (fault->has_critical) PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", fault->uc));
+  if (fault->critical.known) PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", fault->critical.uc));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -354,11 +355,12 @@ static PetscErrorCode ShowState(SlipFaultOutput out, Vec w, Vec *shown)
 
   PetscFunctionBegin;
   *shown = w;
-  if (!out->wanted[OUTPUT_STATE] || !fault->law->state) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!out->wanted[OUTPUT_STATE] || !fault->friction.law->state) PetscFunctionReturn(PETSC_SUCCESS);
   if (!out->shown) PetscCall(VecDuplicate(w, &out->shown));
   PetscCall(VecCopy(w, out->shown));
   PetscCall(VecGetArray(out->shown, &a));
-  for (PetscInt i = 0; i < fault->n; i++) a[3 * i + 2] = SlipFaultShownState(fault, i, a[3 * i + 2]);
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    a[SlipFaultStateAt(fault, i)] = SlipFaultShownState(fault, i, a[SlipFaultStateAt(fault, i)]);
   PetscCall(VecRestoreArray(out->shown, &a));
   *shown = out->shown;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -371,7 +373,7 @@ static PetscErrorCode GatherPressure(SlipFaultOutput out, PetscReal time)
   PetscReal *p;
 
   PetscFunctionBegin;
-  if (!out->pressure) PetscCall(VecDuplicate(fault->uc, &out->pressure));
+  if (!out->pressure) PetscCall(VecDuplicate(fault->critical.uc, &out->pressure));
   if (!out->p0) PetscCall(VecDuplicate(out->r0, &out->p0));
   PetscCall(VecGetArrayWrite(out->pressure, &p));
   PetscCall(SlipFaultPressure(fault, time, p));

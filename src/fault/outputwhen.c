@@ -18,15 +18,15 @@
 
 static PetscBool ByOther(SlipFault fault)
 {
-  return fault->value[FAULT_OUTPUT_SLIP_INTERVAL] > 0 || fault->value[FAULT_OUTPUT_TIME_INTERVAL] > 0 ||
-             fault->value[FAULT_OUTPUT_RATE_CHANGE] > 0
+  return fault->options.value[FAULT_OUTPUT_SLIP_INTERVAL] > 0 || fault->options.value[FAULT_OUTPUT_TIME_INTERVAL] > 0 ||
+             fault->options.value[FAULT_OUTPUT_RATE_CHANGE] > 0
            ? PETSC_TRUE
            : PETSC_FALSE;
 }
 
 static PetscBool ByStep(SlipFault fault)
 {
-  return !ByOther(fault) || fault->interval_given ? PETSC_TRUE : PETSC_FALSE;
+  return !ByOther(fault) || fault->options.interval_given ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* What an entry takes [bytes] */
@@ -35,9 +35,9 @@ static PetscReal EntrySize(SlipFaultOutput out)
   PetscReal bytes = sizeof(PetscReal);
   size_t number = sizeof(double);
 
-  if (!strcmp(out->fault->text[FAULT_OUTPUT_PRECISION], "single")) number = sizeof(float);
+  if (!strcmp(out->fault->options.text[FAULT_OUTPUT_PRECISION], "single")) number = sizeof(float);
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++)
-    if (out->wanted[f]) bytes += (PetscReal)out->fault->N * (PetscReal)number;
+    if (out->wanted[f]) bytes += (PetscReal)out->fault->mesh.N * (PetscReal)number;
   return bytes;
 }
 
@@ -45,7 +45,7 @@ static PetscReal EntrySize(SlipFaultOutput out)
 static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, PetscReal *progress)
 {
   SlipFault fault = out->fault;
-  const PetscReal *vinf = fault->field[FIELD_LOADING_RATE], *a;
+  const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a;
   PetscReal sum[2] = {0, 0}, share, end, slip;
   PetscBool critical;
   TS ts = out->ts;
@@ -53,20 +53,21 @@ static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, Petsc
   PetscFunctionBegin;
   PetscCall(TSGetMaxTime(ts, &end));
   PetscCall(SlipFaultStartShare(fault, &share));
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
   *progress = end > 0 ? PetscMin(PetscMax(time / end, 0), 1) : 1;
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    sum[0] += fault->weight[i] * a[3 * i + 1];
-    sum[1] += fault->weight[i] * vinf[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    sum[0] += fault->mesh.weight[i] * a[SlipFaultDisplacementAt(fault, i)];
+    sum[1] += fault->mesh.weight[i] * vinf[i];
   }
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, fault->comm));
-  slip = PetscAbsReal(sum[1]) / (PetscReal)fault->N * end + (critical ? fault->drop_slip : 0);
+  slip = PetscAbsReal(sum[1]) / (PetscReal)fault->mesh.N * end + (critical ? fault->critical.drop_slip : 0);
   if (slip > 0)
-    *progress =
-      0.5 * (*progress +
-             PetscMin(PetscAbsReal((sum[0] + sum[1] * time) / (PetscReal)fault->N - share * fault->mean_uc) / slip, 1));
+    *progress = 0.5 * (*progress + PetscMin(PetscAbsReal((sum[0] + sum[1] * time) / (PetscReal)fault->mesh.N -
+                                                         share * fault->critical.mean_uc) /
+                                              slip,
+                                            1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -86,7 +87,7 @@ static PetscErrorCode IsLeft(SlipFaultOutput out, PetscReal time, Vec w, PetscBo
 
 PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault)
 {
-  const PetscReal factor = fault->value[FAULT_OUTPUT_RATE_CHANGE];
+  const PetscReal factor = fault->options.value[FAULT_OUTPUT_RATE_CHANGE];
 
   PetscFunctionBegin;
   PetscCheck(factor == 0 || factor > 1, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
@@ -98,14 +99,14 @@ PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault)
 static PetscErrorCode SlipSinceEntry(SlipFaultOutput out, PetscReal time, Vec w, PetscReal *largest)
 {
   SlipFault fault = out->fault;
-  const PetscReal dt = time - out->when.entry_time, *vinf = fault->field[FIELD_LOADING_RATE], *a, *u;
+  const PetscReal dt = time - out->when.entry_time, *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a, *u;
   const SlipArrays arrays[] = {{w, .read = &a}, {out->when.entry_u, .read = &u}};
 
   PetscFunctionBegin;
   *largest = 0;
   PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < fault->n; i++)
-    *largest = PetscMax(*largest, PetscAbsReal(a[3 * i + 1] - u[i] + vinf[i] * dt));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    *largest = PetscMax(*largest, PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)] - u[i] + vinf[i] * dt));
   PetscCall(SlipArraysRestore(2, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -118,7 +119,7 @@ static PetscErrorCode LargestRate(SlipFault fault, Vec w, PetscReal *rate)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetReal(fault, "rate_tolerance", &tolerance));
-  PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, rate));
+  PetscCall(VecStrideNorm(w, fault->layout.rate, NORM_INFINITY, rate));
   *rate = PetscMax(*rate, tolerance);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -128,15 +129,16 @@ PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscRea
 {
   SlipFault fault = out->fault;
   SlipFaultWhen *when = &out->when;
-  const PetscReal interval = fault->value[FAULT_OUTPUT_TIME_INTERVAL], slip = fault->value[FAULT_OUTPUT_SLIP_INTERVAL];
-  const PetscReal factor = fault->value[FAULT_OUTPUT_RATE_CHANGE], more = 1 + WHEN_ROUNDING;
+  const PetscReal interval = fault->options.value[FAULT_OUTPUT_TIME_INTERVAL],
+                  slip = fault->options.value[FAULT_OUTPUT_SLIP_INTERVAL];
+  const PetscReal factor = fault->options.value[FAULT_OUTPUT_RATE_CHANGE], more = 1 + WHEN_ROUNDING;
 
   PetscFunctionBegin;
   if (when->most > 0) {
     PetscCall(IsLeft(out, time, w, due));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  *due = ByStep(fault) && step % (PetscInt)fault->value[FAULT_OUTPUT_INTERVAL] == 0 ? PETSC_TRUE : PETSC_FALSE;
+  *due = ByStep(fault) && step % (PetscInt)fault->options.value[FAULT_OUTPUT_INTERVAL] == 0 ? PETSC_TRUE : PETSC_FALSE;
   if (interval > 0 && PetscFloorReal(time * more / interval) > PetscFloorReal(when->time * more / interval))
     *due = PETSC_TRUE;
   when->time = time;
@@ -164,10 +166,10 @@ PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Ve
   PetscFunctionBegin;
   when->known = PETSC_TRUE;
   when->time = when->entry_time = time;
-  if (fault->value[FAULT_OUTPUT_RATE_CHANGE] > 0) PetscCall(LargestRate(fault, w, &when->entry_rate));
-  if (fault->value[FAULT_OUTPUT_SLIP_INTERVAL] > 0) {
-    if (!when->entry_u) PetscCall(VecDuplicate(fault->uc, &when->entry_u));
-    PetscCall(VecStrideGather(w, 1, when->entry_u, INSERT_VALUES));
+  if (fault->options.value[FAULT_OUTPUT_RATE_CHANGE] > 0) PetscCall(LargestRate(fault, w, &when->entry_rate));
+  if (fault->options.value[FAULT_OUTPUT_SLIP_INTERVAL] > 0) {
+    if (!when->entry_u) PetscCall(VecDuplicate(fault->critical.uc, &when->entry_u));
+    PetscCall(VecStrideGather(w, fault->layout.displacement, when->entry_u, INSERT_VALUES));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -179,10 +181,10 @@ static PetscErrorCode VisitCounts(SlipFault fault, SlipState s)
 
   PetscFunctionBegin;
   PetscCall(SlipLogGetProducts(&now));
-  products = now - fault->products;
+  products = now - fault->run.products;
   PetscCall(SlipStateInt(s, "products", 1, &products));
   PetscCall(SlipStateInt(s, "right_hand_sides", 1, &fault->balance.sides));
-  fault->products = now - products;
+  fault->run.products = now - products;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -190,13 +192,14 @@ static PetscErrorCode VisitCounts(SlipFault fault, SlipState s)
    counted from where this one goes on. */
 PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s)
 {
-  SlipFaultOutput out = fault->output;
+  SlipFaultOutput out = fault->run.output;
   SlipFaultStations none = {0}, *list = out ? &out->stations : &none;
   SlipFaultWhen nothing = {0}, *when = out ? &out->when : &nothing;
-  const PetscBool rate = out && fault->value[FAULT_OUTPUT_RATE_CHANGE] > 0 ? PETSC_TRUE : PETSC_FALSE;
-  PetscBool slip = when->entry_u || (SlipStateIsLoading(s) && out && fault->value[FAULT_OUTPUT_SLIP_INTERVAL] > 0)
-                     ? PETSC_TRUE
-                     : PETSC_FALSE;
+  const PetscBool rate = out && fault->options.value[FAULT_OUTPUT_RATE_CHANGE] > 0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscBool slip =
+    when->entry_u || (SlipStateIsLoading(s) && out && fault->options.value[FAULT_OUTPUT_SLIP_INTERVAL] > 0)
+      ? PETSC_TRUE
+      : PETSC_FALSE;
   PetscBool known = when->known, has_rate = rate, has_slip = slip;
   PetscInt stations = list->n, last = out ? out->last_field_step : 0;
 
@@ -209,7 +212,7 @@ PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s)
   PetscCall(SlipStateReal(s, "entry_rate", 1, &when->entry_rate));
   PetscCall(SlipStateBool(s, "entry_has_displacement", &has_slip));
   if (has_slip && slip) {
-    if (!when->entry_u) PetscCall(VecDuplicate(fault->uc, &when->entry_u));
+    if (!when->entry_u) PetscCall(VecDuplicate(fault->critical.uc, &when->entry_u));
     PetscCall(SlipStateVec(s, "entry_displacement", when->entry_u));
   }
   PetscCall(SlipStateInt(s, "stations", 1, &stations));
@@ -247,13 +250,13 @@ static void SizeText(PetscReal bytes, char text[], size_t len)
 PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts)
 {
   SlipFault fault = out->fault;
-  const PetscReal interval = fault->value[FAULT_OUTPUT_TIME_INTERVAL], bytes = EntrySize(out);
-  const PetscBool bounded = interval > 0 && !ByStep(fault) && fault->value[FAULT_OUTPUT_SLIP_INTERVAL] == 0 &&
-                                fault->value[FAULT_OUTPUT_RATE_CHANGE] == 0
+  const PetscReal interval = fault->options.value[FAULT_OUTPUT_TIME_INTERVAL], bytes = EntrySize(out);
+  const PetscBool bounded = interval > 0 && !ByStep(fault) && fault->options.value[FAULT_OUTPUT_SLIP_INTERVAL] == 0 &&
+                                fault->options.value[FAULT_OUTPUT_RATE_CHANGE] == 0
                               ? PETSC_TRUE
                               : PETSC_FALSE;
-  const char *most = fault->value[FAULT_OUTPUT_COMPRESSION] > 0 ? "at most " : "", *most_of_all = most;
-  PetscReal entries = ByOther(fault) ? 1000 : 1000 / fault->value[FAULT_OUTPUT_INTERVAL], begin, end;
+  const char *most = fault->options.value[FAULT_OUTPUT_COMPRESSION] > 0 ? "at most " : "", *most_of_all = most;
+  PetscReal entries = ByOther(fault) ? 1000 : 1000 / fault->options.value[FAULT_OUTPUT_INTERVAL], begin, end;
   char one[32], all[32], text[64];
 
   PetscFunctionBegin;
@@ -264,8 +267,8 @@ PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts)
   if (bounded) {
     entries = PetscMax(PetscFloorReal(end / interval) - PetscFloorReal(begin / interval), 0) + 2;
     (void)snprintf(text, sizeof(text), "for the entries of the run, at most %.0f", (double)entries);
-  } else if (!ByOther(fault) && !fault->interval_given && fault->value[FAULT_OUTPUT_SIZE] > 0) {
-    entries = out->when.most = PetscMax(PetscFloorReal(fault->value[FAULT_OUTPUT_SIZE] / bytes), 2);
+  } else if (!ByOther(fault) && !fault->options.interval_given && fault->options.value[FAULT_OUTPUT_SIZE] > 0) {
+    entries = out->when.most = PetscMax(PetscFloorReal(fault->options.value[FAULT_OUTPUT_SIZE] / bytes), 2);
     most_of_all = "at most ";
     (void)snprintf(text, sizeof(text), "in all (-%sfault_output_size)", SlipFaultPrefix(fault));
   }

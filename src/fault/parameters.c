@@ -234,8 +234,8 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
                (id >= FAULT_OUTPUT_INTERVAL && id <= FAULT_OUTPUT_COMPRESSION),
              fault->comm, PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
   PetscCall(SlipFaultCheckReal(fault, &SlipFaultReals[id], value));
-  fault->value[id] = value;
-  if (id == FAULT_OUTPUT_INTERVAL) fault->interval_given = PETSC_TRUE;
+  fault->options.value[id] = value;
+  if (id == FAULT_OUTPUT_INTERVAL) fault->options.interval_given = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -266,12 +266,12 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
-  *value = fault->value[id];
-  if (id == FAULT_THICKNESS && isnan(*value)) *value = fault->value[FAULT_LENGTH_X];
+  *value = fault->options.value[id];
+  if (id == FAULT_THICKNESS && isnan(*value)) *value = fault->options.value[FAULT_LENGTH_X];
   if (id == FAULT_RATE_TOLERANCE && isnan(*value)) {
     PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
-    *value =
-      SLIP_FAULT_ATOL / thickness * PetscSqrtReal(fault->value[FAULT_SHEAR_MODULUS] / fault->value[FAULT_DENSITY]);
+    *value = SLIP_FAULT_ATOL / thickness *
+             PetscSqrtReal(fault->options.value[FAULT_SHEAR_MODULUS] / fault->options.value[FAULT_DENSITY]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -340,7 +340,7 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
       PetscCheck(found, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "-%sfault_%s is \"%s\", expected one of %s",
                  SlipFaultPrefix(fault), name, value, list);
     }
-    PetscCall(PetscStrncpy(fault->text[i], value, sizeof(fault->text[i])));
+    PetscCall(PetscStrncpy(fault->options.text[i], value, sizeof(fault->options.text[i])));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no choice \"%s\"", name);
@@ -348,7 +348,7 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
 
 PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average)
 {
-  const char *text = fault->text[FAULT_STIFFNESS_AVERAGE];
+  const char *text = fault->options.text[FAULT_STIFFNESS_AVERAGE];
   PetscBool cell, whole;
 
   PetscFunctionBegin;
@@ -420,7 +420,8 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
   if (p->choices) PetscCall(SlipFaultListChoices(p, NULL, list, sizeof(list), NULL));
   PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s%s", p->help, p->choices ? "; one of " : "", list,
                           p->value[0] ? "" : " (default none)"));
-  PetscCall(PetscOptionsString(option, help, "SlipFaultSetString", fault->text[id], value, sizeof(value), &set));
+  PetscCall(
+    PetscOptionsString(option, help, "SlipFaultSetString", fault->options.text[id], value, sizeof(value), &set));
   PetscCheck(!set || value[0] || id == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONG,
              "-%s%s has no value, expected %s", SlipFaultPrefix(fault), option + 1,
              p->choices              ? list
@@ -440,7 +441,7 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(grid) && fault->text[FAULT_MESH][0] && !rank; i++) {
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(grid) && fault->options.text[FAULT_MESH][0] && !rank; i++) {
     char option[64];
     PetscBool set;
 
@@ -448,7 +449,7 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
     PetscCall(PetscOptionsHasName(((PetscObject)fault)->options, ((PetscObject)fault)->prefix, option, &set));
     if (set)
       PetscCall(SlipWarning("-%s%s does nothing: the cells of -%sfault_mesh %s count", prefix, option + 1, prefix,
-                            fault->text[FAULT_MESH]));
+                            fault->options.text[FAULT_MESH]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -505,42 +506,43 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
     "-fault_check_error",
     "Repeat the run with every step computed in four parts, for its errors: costs five times its Bathe solves more "
     "(default: no; the estimate that is always printed is free)",
-    "SlipFaultOutputFinish", fault->check_error, &fault->check_error, NULL));
+    "SlipFaultOutputFinish", fault->options.check_error, &fault->options.check_error, NULL));
   PetscCall(PetscOptionsBool("-fault_inertia",
                              "Inertia M = rho Ly; without it (no) the balance is that of friction, elasticity and "
                              "viscosity alone (default yes; no of rate-and-state friction, and of slip weakening with "
                              "-fault_initial traction unless -fault_viscosity is none)",
-                             "SlipFaultSetInertia", fault->inertia, &fault->inertia, &set));
-  if (set) fault->inertia_given = PETSC_TRUE;
-  PetscCall(PetscOptionsBool("-fault_initial_unstable",
-                             "With -fault_initial traction: cells may start above their strength (default no)",
-                             "SlipFaultSetInitialState", fault->initial_unstable, &fault->initial_unstable, NULL));
-  fault->output_xdmf = PETSC_TRUE;
+                             "SlipFaultSetInertia", fault->kind.inertia, &fault->kind.inertia, &set));
+  if (set) fault->options.inertia_given = PETSC_TRUE;
+  PetscCall(PetscOptionsBool(
+    "-fault_initial_unstable", "With -fault_initial traction: cells may start above their strength (default no)",
+    "SlipFaultSetInitialState", fault->options.initial_unstable, &fault->options.initial_unstable, NULL));
+  fault->options.output_xdmf = PETSC_TRUE;
   PetscCall(PetscOptionsBool("-fault_output_xdmf",
                              "Write FILE.xdmf2 beside FILE of -fault_output, for ParaView (default yes)",
-                             "SlipFaultOutputStart", fault->output_xdmf, &fault->output_xdmf, NULL));
-  fault->speaks = PETSC_TRUE;
-  fault->progress.wanted = PETSC_TRUE;
+                             "SlipFaultOutputStart", fault->options.output_xdmf, &fault->options.output_xdmf, NULL));
+  fault->options.speaks = PETSC_TRUE;
+  fault->run.progress.wanted = PETSC_TRUE;
   PetscCall(PetscOptionsBool("-fault_progress",
                              "Print how far the run is, every few seconds on a terminal, else once a minute, and what "
                              "a long set-up does (default yes)",
-                             "SlipFaultOutputStart", fault->progress.wanted, &fault->progress.wanted, NULL));
+                             "SlipFaultOutputStart", fault->run.progress.wanted, &fault->run.progress.wanted, NULL));
   PetscCall(PetscOptionsBool(
     "-fault_output_overwrite",
     "Throw the rows of an unfinished FILE.part of -fault_output and -fault_catalogue away (default no)",
-    "SlipFaultOutputStart", fault->output_overwrite, &fault->output_overwrite, NULL));
+    "SlipFaultOutputStart", fault->options.output_overwrite, &fault->options.output_overwrite, NULL));
   PetscCall(
     PetscOptionsBool("-fault_catalogue_maps",
                      "Write slip and rupture time of every cell for each event of -fault_catalogue (default no)",
-                     "SlipFaultOutputStart", fault->catalogue_maps, &fault->catalogue_maps, NULL));
+                     "SlipFaultOutputStart", fault->options.catalogue_maps, &fault->options.catalogue_maps, NULL));
   PetscCall(SlipFaultWarnOfGrid(fault));
   PetscCall(SlipFaultCheckFileNames(fault)); /* viewers open theirs at once */
-  PetscCall(PetscViewerDestroy(&fault->viewer));
+  PetscCall(PetscViewerDestroy(&fault->options.viewer));
   PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",
-                               &fault->viewer, &fault->format, NULL));
-  PetscCall(PetscViewerDestroy(&fault->stiffness_viewer));
+                               &fault->options.viewer, &fault->options.format, NULL));
+  PetscCall(PetscViewerDestroy(&fault->options.stiffness_viewer));
   PetscCall(PetscOptionsViewer("-fault_stiffness_view", "Write K [Pa/m] after scaling, for example to binary:K.bin",
-                               "SlipFaultSetUp", &fault->stiffness_viewer, &fault->stiffness_format, NULL));
+                               "SlipFaultSetUp", &fault->options.stiffness_viewer, &fault->options.stiffness_format,
+                               NULL));
   PetscOptionsEnd();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

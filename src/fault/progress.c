@@ -95,7 +95,7 @@ PetscReal SlipFaultProgressLeft(const SlipFaultProgress *p, PetscBool driven, Pe
 /* On a terminal a line is overwritten by the next, so that a short set-up leaves no trace. */
 PetscErrorCode SlipFaultProgressSetUp(SlipFault fault, const char what[])
 {
-  SlipFaultProgress *p = &fault->progress;
+  SlipFaultProgress *p = &fault->run.progress;
   const PetscBool terminal = IsTerminal();
   PetscMPIInt rank;
   PetscLogDouble now;
@@ -107,16 +107,16 @@ PetscErrorCode SlipFaultProgressSetUp(SlipFault fault, const char what[])
   if (p->setup == 0) p->setup = now;
   if (terminal)
     PetscCall(
-      PetscPrintf(PETSC_COMM_SELF, "\r" PROGRESS_CLEAR "set-up of %" PetscInt_FMT " cells: %s", fault->N, what));
+      PetscPrintf(PETSC_COMM_SELF, "\r" PROGRESS_CLEAR "set-up of %" PetscInt_FMT " cells: %s", fault->mesh.N, what));
   else if (now - p->setup >= PROGRESS_SETUP)
-    PetscCall(PetscPrintf(PETSC_COMM_SELF, "set-up of %" PetscInt_FMT " cells, after %.1f s: %s\n", fault->N,
+    PetscCall(PetscPrintf(PETSC_COMM_SELF, "set-up of %" PetscInt_FMT " cells, after %.1f s: %s\n", fault->mesh.N,
                           (double)(now - p->setup), what));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipFaultProgressSetUpEnd(SlipFault fault)
 {
-  SlipFaultProgress *p = &fault->progress;
+  SlipFaultProgress *p = &fault->run.progress;
   PetscLogDouble now;
 
   PetscFunctionBegin;
@@ -124,7 +124,7 @@ PetscErrorCode SlipFaultProgressSetUpEnd(SlipFault fault)
   if (IsTerminal()) PetscCall(PetscPrintf(PETSC_COMM_SELF, "\r" PROGRESS_CLEAR));
   PetscCall(PetscTime(&now));
   if (now - p->setup >= PROGRESS_SETUP)
-    PetscCall(PetscPrintf(PETSC_COMM_SELF, "set-up of %" PetscInt_FMT " cells took %.1f s\n", fault->N,
+    PetscCall(PetscPrintf(PETSC_COMM_SELF, "set-up of %" PetscInt_FMT " cells took %.1f s\n", fault->mesh.N,
                           (double)(now - p->setup)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -134,7 +134,7 @@ PetscErrorCode SlipFaultProgressSetUpEnd(SlipFault fault)
 /* Rank 0: the line. rate: the largest slip rate [m/s] */
 static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscReal rate, PetscLogDouble now)
 {
-  const SlipFaultProgress *p = &fault->progress;
+  const SlipFaultProgress *p = &fault->run.progress;
   char at[64], end[64], left[64], events[64] = "", text[128] = "";
   PetscReal last, wait;
   PetscInt steps, rejected, attempts, accepted;
@@ -151,9 +151,10 @@ static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscRea
   }
   SlipFaultTimeText(time, at, sizeof(at));
   SlipFaultTimeText(last, end, sizeof(end));
-  if (fault->events >= 0 && !p->repetition)
-    (void)snprintf(events, sizeof(events), ", %lld event%s", (long long)fault->events, fault->events == 1 ? "" : "s");
-  wait = SlipFaultProgressLeft(p, fault->driven, now, time, last);
+  if (fault->run.events >= 0 && !p->repetition)
+    (void)snprintf(events, sizeof(events), ", %lld event%s", (long long)fault->run.events,
+                   fault->run.events == 1 ? "" : "s");
+  wait = SlipFaultProgressLeft(p, fault->kind.driven, now, time, last);
   if (wait >= 0) {
     SlipFaultTimeText(wait, left, sizeof(left));
     (void)snprintf(text, sizeof(text), ", %s left", left);
@@ -193,7 +194,7 @@ static PetscErrorCode Begin(SlipFaultProgress *p, PetscReal time, PetscBool repe
 static PetscErrorCode ProgressMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  SlipFaultProgress *p = &fault->progress;
+  SlipFaultProgress *p = &fault->run.progress;
   PetscMPIInt rank;
   PetscLogDouble now;
   PetscReal rate = 0;
@@ -201,16 +202,16 @@ static PetscErrorCode ProgressMonitor(TS ts, PetscInt step, PetscReal time, Vec 
 
   PetscFunctionBegin;
   if (step < 0 || !p->wanted) PetscFunctionReturn(PETSC_SUCCESS);
-  if (p->begin == 0 || p->repetition != fault->run_error.off) {
-    PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
-    PetscCall(Begin(p, time, fault->run_error.off));
-    SlipFaultProgressSee(p, p->begin, time, rate, fault->value[FAULT_EVENT_RATE]);
+  if (p->begin == 0 || p->repetition != fault->run.error.off) {
+    PetscCall(VecStrideNorm(w, fault->layout.rate, NORM_INFINITY, &rate));
+    PetscCall(Begin(p, time, fault->run.error.off));
+    SlipFaultProgressSee(p, p->begin, time, rate, fault->options.value[FAULT_EVENT_RATE]);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscTime(&now));
   if (p->wait-- <= 0) {
-    PetscCall(VecStrideNorm(w, 0, NORM_INFINITY, &rate));
-    SlipFaultProgressSee(p, now, time, rate, fault->value[FAULT_EVENT_RATE]);
+    PetscCall(VecStrideNorm(w, fault->layout.rate, NORM_INFINITY, &rate));
+    SlipFaultProgressSee(p, now, time, rate, fault->options.value[FAULT_EVENT_RATE]);
     PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
     if (!rank) PetscCall(Ask(p, now, word));
     PetscCallMPI(MPI_Bcast(word, 2, MPI_INT, 0, fault->comm));
@@ -226,7 +227,7 @@ static PetscErrorCode ProgressMonitor(TS ts, PetscInt step, PetscReal time, Vec 
 PetscErrorCode SlipFaultProgressStart(SlipFault fault, TS ts)
 {
   PetscFunctionBegin;
-  fault->progress.begin = 0;
-  if (fault->progress.wanted) PetscCall(TSMonitorSet(ts, ProgressMonitor, fault, NULL));
+  fault->run.progress.begin = 0;
+  if (fault->run.progress.wanted) PetscCall(TSMonitorSet(ts, ProgressMonitor, fault, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -26,12 +26,12 @@
 static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal damping,
                          PetscReal length[2], PetscReal *critical)
 {
-  const PetscReal G = fault->value[FAULT_SHEAR_MODULUS], sigma = fault->field[FIELD_NORMAL_STRESS][i];
+  const PetscReal G = fault->options.value[FAULT_SHEAR_MODULUS], sigma = fault->fields.cell[FIELD_NORMAL_STRESS][i];
   PetscReal mu, ds, dv, rate;
 
-  if (fault->law->state) {
-    rate = PetscAbsReal(fault->field[FIELD_LOADING_RATE][i]);
-    if (rate == 0) rate = fault->value[FAULT_FRICTION_REFERENCE_RATE];
+  if (fault->friction.law->state) {
+    rate = PetscAbsReal(fault->fields.cell[FIELD_LOADING_RATE][i]);
+    if (rate == 0) rate = fault->options.value[FAULT_FRICTION_REFERENCE_RATE];
     SlipFrictionWeakening(friction, i, rate, &ds, critical);
     *critical *= sigma;
     length[0] = ds > 0 ? G / (ds * sigma) : 0;
@@ -39,11 +39,11 @@ static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, Pet
     return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
   }
   SlipFrictionEvaluate(friction, i, 0, 0, &mu, &ds, &dv);
-  if (fault->law->by_rate) {
+  if (fault->friction.law->by_rate) {
     const PetscReal loss = dv * sigma + damping;
 
     length[0] = 0;
-    *critical = loss < 0 && fault->inertia ? loss * loss / (4 * fault->mass) : 0;
+    *critical = loss < 0 && fault->kind.inertia ? loss * loss / (4 * fault->operators.mass) : 0;
     length[1] = 2 / PETSC_PI * G / *critical;
     return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
   }
@@ -57,18 +57,18 @@ static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, Pet
    of 10,000 km along strike. */
 static PetscReal Extent(SlipFault fault, PetscInt i)
 {
-  const SlipCells *mesh = &fault->mesh;
+  const SlipCells *mesh = &fault->mesh.cells;
   PetscReal side[2];
 
   if (mesh->n) {
-    const PetscInt e = SlipCellsAt(mesh, fault->start + i);
+    const PetscInt e = SlipCellsAt(mesh, fault->mesh.start + i);
 
     return PetscMax(mesh->length[e], mesh->width[e]);
   }
-  side[0] = fault->value[FAULT_LENGTH_X] / fault->value[FAULT_NX];
-  side[1] = fault->value[FAULT_LENGTH_Z] / fault->value[FAULT_NZ];
-  if (fault->value[FAULT_NX] == 1) return side[1];
-  return fault->value[FAULT_NZ] == 1 ? side[0] : PetscMax(side[0], side[1]);
+  side[0] = fault->options.value[FAULT_LENGTH_X] / fault->options.value[FAULT_NX];
+  side[1] = fault->options.value[FAULT_LENGTH_Z] / fault->options.value[FAULT_NZ];
+  if (fault->options.value[FAULT_NX] == 1) return side[1];
+  return fault->options.value[FAULT_NZ] == 1 ? side[0] : PetscMax(side[0], side[1]);
 }
 
 /* After the start is known. One cell is the whole fault: nothing is to be resolved. */
@@ -82,18 +82,18 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
   SlipFrictionCells friction;
 
   PetscFunctionBegin;
-  PetscCall(MatGetDiagonal(fault->K, k));
-  if (fault->law->by_rate && !fault->law->state) PetscCall(MatGetDiagonal(fault->H, h));
+  PetscCall(MatGetDiagonal(fault->operators.K, k));
+  if (fault->friction.law->by_rate && !fault->friction.law->state) PetscCall(MatGetDiagonal(fault->operators.H, h));
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(VecGetArrayRead(k, &stiffness));
   PetscCall(VecGetArrayRead(h, &damping));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal length[2], critical, ratio;
 
     if (fault->balance.creeps && fault->balance.creeps[i]) continue;
-    if (!Lengths(fault, &friction, i, damping[i] / fault->weight[i], length, &critical)) continue;
+    if (!Lengths(fault, &friction, i, damping[i] / fault->mesh.weight[i], length, &critical)) continue;
     count[0]++;
-    if (stiffness[i] / fault->weight[i] < critical) count[1]++;
+    if (stiffness[i] / fault->mesh.weight[i] < critical) count[1]++;
     count[2] += critical;
     best[2] = PetscMin(best[2], length[1]);
     if (length[0] == 0) length[0] = length[1];
@@ -111,8 +111,8 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, best + 1, 2, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 3, MPIU_REAL, MPIU_SUM, fault->comm));
   r->weakens = count[0] > 0 ? PETSC_TRUE : PETSC_FALSE;
-  r->known = r->weakens && fault->N > 1 ? PETSC_TRUE : PETSC_FALSE;
-  r->zone = fault->law->state || !fault->law->by_rate ? PETSC_TRUE : PETSC_FALSE;
+  r->known = r->weakens && fault->mesh.N > 1 ? PETSC_TRUE : PETSC_FALSE;
+  r->zone = fault->friction.law->state || !fault->friction.law->by_rate ? PETSC_TRUE : PETSC_FALSE;
   r->wanted = r->zone ? CELLS_OF_ZONE : CELLS_OF_NUCLEATION;
   r->length = best[1];
   r->cell = r->known ? best[1] / r->least : 0;
@@ -144,7 +144,7 @@ PetscErrorCode SlipFaultResolutionPrint(SlipFault fault)
   char text[256];
 
   PetscFunctionBegin;
-  if (!fault->resolution.known || !fault->progress.wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->resolution.known || !fault->run.progress.wanted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultResolutionText(fault, text, sizeof(text)));
   PetscCall(PetscPrintf(fault->comm, "%-24s %s\n", "resolution:", text));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -171,8 +171,8 @@ PetscErrorCode SlipFaultResolutionWarn(SlipFault fault)
   PetscBool critical;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
-  if (!r->known || r->least >= r->wanted || (critical && !fault->driven)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
+  if (!r->known || r->least >= r->wanted || (critical && !fault->kind.driven)) PetscFunctionReturn(PETSC_SUCCESS);
   if (r->zone)
     PetscCall(SlipWarning("a cohesive zone of %.4g m has %.3g cells of %.4g m, expected at least %d (Day et al. 2005), "
                           "and %.3g %% of the cells that weaken can fail alone: smaller cells (-%sfault_nx, "

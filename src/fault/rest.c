@@ -34,20 +34,21 @@ PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
 
   PetscFunctionBegin;
   if (loads->drive) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(fault->uc, &loads->drive));
-  PetscCall(VecDuplicate(fault->uc, &loads->hold));
-  for (int k = 0; k < 2; k++) PetscCall(VecDuplicate(fault->uc, &loads->diagonal[k]));
-  PetscCall(MatGetDiagonal(fault->K, loads->diagonal[0]));
-  PetscCall(MatGetDiagonal(fault->H, loads->diagonal[1]));
-  if (fault->loaded) {
-    PetscCall(MatMult(fault->H, fault->vinf, loads->hold));
-    PetscCall(MatMult(fault->K, fault->vinf, loads->drive));
+  PetscCall(VecDuplicate(fault->critical.uc, &loads->drive));
+  PetscCall(VecDuplicate(fault->critical.uc, &loads->hold));
+  for (int k = 0; k < 2; k++) PetscCall(VecDuplicate(fault->critical.uc, &loads->diagonal[k]));
+  PetscCall(MatGetDiagonal(fault->operators.K, loads->diagonal[0]));
+  PetscCall(MatGetDiagonal(fault->operators.H, loads->diagonal[1]));
+  if (fault->kind.loaded) {
+    PetscCall(MatMult(fault->operators.H, fault->operators.vinf, loads->hold));
+    PetscCall(MatMult(fault->operators.K, fault->operators.vinf, loads->drive));
   } else {
     PetscCall(VecZeroEntries(loads->hold));
     PetscCall(VecZeroEntries(loads->drive));
   }
   PetscCall(VecGetArray(loads->drive, &d));
-  for (PetscInt i = 0; i < fault->n; i++) d[i] += fault->weight[i] * fault->field[FIELD_STRESSING_RATE][i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    d[i] += fault->mesh.weight[i] * fault->fields.cell[FIELD_STRESSING_RATE][i];
   PetscCall(VecRestoreArray(loads->drive, &d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -59,7 +60,8 @@ static PetscErrorCode Moves(SlipFault fault, Vec w, PetscBool *moves)
   PetscFunctionBegin;
   *moves = PETSC_FALSE;
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->n && !*moves; i++) *moves = a[3 * i] != 0 ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt i = 0; i < fault->mesh.n && !*moves; i++)
+    *moves = a[SlipFaultRateAt(fault, i)] != 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moves, 1, MPIU_BOOL, MPI_LOR, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -70,9 +72,10 @@ static PetscReal Strength(const Rest *r, PetscInt i, PetscReal dt)
 {
   PetscReal mu, ds, dv;
 
-  SlipFrictionEvaluate(&r->friction, i, SlipFrictionStateAtRest(&r->friction, i, r->w[3 * i + 2], dt), 0, &mu, &ds,
+  SlipFrictionEvaluate(&r->friction, i,
+                       SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(r->fault, i)], dt), 0, &mu, &ds,
                        &dv);
-  return mu * r->fault->weight[i] * r->friction.stress[i];
+  return mu * r->fault->mesh.weight[i] * r->friction.stress[i];
 }
 
 /* f of cell i at the start, without the rate [Pa] */
@@ -96,7 +99,7 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (fault->loads.pressed) PetscCall(SlipFaultLoadAt(fault, r->t + dt));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal f = PetscAbsReal(Force(r, i) + dt * r->drive[i]), q = Strength(r, i, dt);
     const PetscReal e = f - q;
 
@@ -118,7 +121,7 @@ static PetscErrorCode LinearOnset(Rest *r, PetscReal limit, PetscReal *rest)
 
   PetscFunctionBegin;
   *rest = limit;
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal f = Force(r, i), d = r->drive[i], q = Strength(r, i, 0);
 
     if (PetscAbsReal(f) > q)
@@ -192,7 +195,7 @@ static PetscErrorCode SearchOnset(Rest *r, PetscReal limit, PetscReal *rest)
 static PetscErrorCode Onset(Rest *r, PetscReal limit, PetscReal *rest)
 {
   PetscFunctionBegin;
-  if (r->fault->heals || r->fault->loads.pressed)
+  if (r->fault->kind.heals || r->fault->loads.pressed)
     PetscCall(SearchOnset(r, limit, rest));
   else
     PetscCall(LinearOnset(r, limit, rest));
@@ -211,13 +214,14 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
   PetscFunctionBegin;
   PetscCall(Excess(r, rest, &excess, &i));
   if (i >= 0) {
-    const PetscReal M = fault->inertia ? fault->mass * fault->weight[i] : 0;
-    const PetscReal stress = r->friction.stress[i] * fault->weight[i];
+    const PetscReal M = fault->kind.inertia ? fault->operators.mass * fault->mesh.weight[i] : 0;
+    const PetscReal stress = r->friction.stress[i] * fault->mesh.weight[i];
     PetscReal mu, ds, dv, damping, stiffness;
 
     PetscCall(VecGetArrayRead(fault->loads.diagonal[0], &k));
     PetscCall(VecGetArrayRead(fault->loads.diagonal[1], &viscosity));
-    SlipFrictionEvaluate(&r->friction, i, SlipFrictionStateAtRest(&r->friction, i, r->w[3 * i + 2], rest), 0, &mu, &ds,
+    SlipFrictionEvaluate(&r->friction, i,
+                         SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(fault, i)], rest), 0, &mu, &ds,
                          &dv);
     damping = viscosity[i] + dv * stress;
     stiffness = k[i] + ds * stress;
@@ -243,15 +247,16 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
 /* w after dt of rest */
 static PetscErrorCode StateAfter(const Rest *r, PetscReal dt, Vec after)
 {
-  const PetscReal *vinf = r->fault->field[FIELD_LOADING_RATE];
+  const PetscReal *vinf = r->fault->fields.cell[FIELD_LOADING_RATE];
   PetscReal *b;
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayWrite(after, &b));
-  for (PetscInt i = 0; i < r->fault->n; i++) {
-    b[3 * i] = 0;
-    b[3 * i + 1] = r->w[3 * i + 1] - dt * vinf[i];
-    b[3 * i + 2] = SlipFrictionStateAtRest(&r->friction, i, r->w[3 * i + 2], dt);
+  for (PetscInt i = 0; i < r->fault->mesh.n; i++) {
+    b[SlipFaultRateAt(r->fault, i)] = 0;
+    b[SlipFaultDisplacementAt(r->fault, i)] = r->w[SlipFaultDisplacementAt(r->fault, i)] - dt * vinf[i];
+    b[SlipFaultStateAt(r->fault, i)] =
+      SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(r->fault, i)], dt);
   }
   PetscCall(VecRestoreArrayWrite(after, &b));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -267,8 +272,8 @@ static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultLoadAt(fault, t));
   PetscCall(SlipFaultGetFriction(fault, &r->friction));
-  PetscCall(VecStrideGather(w, 1, u, INSERT_VALUES));
-  PetscCall(MatMult(fault->K, u, ku));
+  PetscCall(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
+  PetscCall(MatMult(fault->operators.K, u, ku));
   PetscCall(VecCopy(fault->loads.shear ? fault->loads.shear : fault->loads.hold, u));
   PetscCall(VecGetArrayRead(w, &r->w));
   PetscCall(VecGetArrayRead(ku, &r->ku));
@@ -307,7 +312,7 @@ PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal 
   PetscFunctionBegin;
   *rest = 0;
   PetscCall(Moves(fault, w, &moves));
-  if (moves || fault->heals || fault->loads.pressed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (moves || fault->kind.heals || fault->loads.pressed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestBegin(fault, t, w, &r));
   PetscCall(LinearOnset(&r, PETSC_MAX_REAL, rest));
   PetscCall(RestEnd(w, &r));

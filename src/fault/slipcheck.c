@@ -15,7 +15,7 @@
 /* Before the run: remember where it begins */
 PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts)
 {
-  SlipFaultRunError *est = &fault->run_error;
+  SlipFaultRunError *est = &fault->run.error;
   Vec w;
 
   PetscFunctionBegin;
@@ -37,14 +37,14 @@ static PetscErrorCode RecordPart(TS ts, PetscReal time, Vec w, void *ctx)
 
   PetscFunctionBegin;
   (void)ts;
-  PetscCall(SlipFaultCourseAdd(fault, &fault->run_error.fine, time, w));
+  PetscCall(SlipFaultCourseAdd(fault, &fault->run.error.fine, time, w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The run from its start in parts of steps; w is its end */
 static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
 {
-  SlipFaultRunError *est = &fault->run_error;
+  SlipFaultRunError *est = &fault->run.error;
   TSAdapt adapt;
 
   PetscFunctionBegin;
@@ -75,9 +75,9 @@ static PetscErrorCode FieldError(SlipFault fault, PetscReal t, Vec run, Vec refe
   PetscCall(SlipFaultGetSlip(fault, t, run, fault->work[1]));
   PetscCall(SlipFaultGetSlip(fault, t, reference, fault->work[2]));
   PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    sum[0] += fault->weight[i] * PetscSqr(a[i] - b[i]);
-    sum[1] += fault->weight[i] * PetscSqr(b[i]);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    sum[0] += fault->mesh.weight[i] * PetscSqr(a[i] - b[i]);
+    sum[1] += fault->mesh.weight[i] * PetscSqr(b[i]);
   }
   PetscCall(SlipArraysRestore(2, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, fault->comm));
@@ -91,15 +91,15 @@ static PetscErrorCode FieldError(SlipFault fault, PetscReal t, Vec run, Vec refe
 PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal error[], PetscReal *final,
                                    PetscInt *solves)
 {
-  SlipFaultOutput fields = fault->output;
-  const SlipFaultCourse *course = &fault->run_error.course, *fine = &fault->run_error.fine;
+  SlipFaultOutput fields = fault->run.output;
+  const SlipFaultCourse *course = &fault->run.error.course, *fine = &fault->run.error.fine;
   PetscReal order, time, reached, leading;
   PetscInt step;
   Vec w, end;
 
   PetscFunctionBegin;
   PetscCall(SlipOutputClose(run));
-  fault->output = NULL; /* no fields of it */
+  fault->run.output = NULL; /* no fields of it */
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetStepNumber(ts, &step));
@@ -122,6 +122,6 @@ PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, Petsc
   PetscCall(TSSetTime(ts, time));
   PetscCall(TSSetStepNumber(ts, step));
   PetscCall(VecDestroy(&end));
-  fault->output = fields;
+  fault->run.output = fields;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

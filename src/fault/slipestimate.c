@@ -75,13 +75,15 @@ static PetscErrorCode DecayRate(SlipFault fault, PetscReal *rate)
   PetscBool none;
 
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(fault->uc, &uc));
-  for (PetscInt i = 0; i < fault->n; i++) inertia += fault->mass * fault->weight[i] * PetscSqr(uc[i]);
-  PetscCall(VecRestoreArrayRead(fault->uc, &uc));
+  PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    inertia += fault->operators.mass * fault->mesh.weight[i] * PetscSqr(uc[i]);
+  PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &inertia, 1, MPIU_REAL, MPI_SUM, fault->comm));
-  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "none", &none));
-  *rate =
-    none || inertia <= 0 ? 0 : 2 * fault->value[FAULT_DAMPING_RATIO] * PetscSqrtReal(fault->critical_energy / inertia);
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "none", &none));
+  *rate = none || inertia <= 0
+            ? 0
+            : 2 * fault->options.value[FAULT_DAMPING_RATIO] * PetscSqrtReal(fault->critical.energy / inertia);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -98,18 +100,19 @@ static PetscErrorCode StepSums(SlipFault fault, Vec w, Vec e, PetscReal sum[STEP
   PetscCall(PetscArrayzero(sum, STEP_SUMS));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(u, &x));
-  for (PetscInt i = 0; i < fault->n; i++) x[i] = a[3 * i + 1];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = a[SlipFaultDisplacementAt(fault, i)];
   PetscCall(VecRestoreArrayWrite(u, &x));
-  PetscCall(MatMult(fault->K, u, ku));
+  PetscCall(MatMult(fault->operators.K, u, ku));
   PetscCall(VecGetArrayRead(e, &b));
   PetscCall(VecGetArrayRead(ku, &f));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal v = a[3 * i], s = a[3 * i + 2], weight = fault->weight[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal v = a[SlipFaultRateAt(fault, i)], s = a[SlipFaultStateAt(fault, i)], weight = fault->mesh.weight[i];
     PetscReal mu, ds, dv, q;
 
     SlipFrictionEvaluate(&friction, i, s, PetscAbsReal(v), &mu, &ds, &dv);
-    q = mu * (weight * fault->field[FIELD_NORMAL_STRESS][i]);
-    sum[STEP_WORK] += fault->mass * weight * v * b[3 * i] + f[i] * b[3 * i + 1] + q * b[3 * i + 2];
+    q = mu * (weight * fault->fields.cell[FIELD_NORMAL_STRESS][i]);
+    sum[STEP_WORK] += fault->operators.mass * weight * v * b[SlipFaultRateAt(fault, i)] +
+                      f[i] * b[SlipFaultDisplacementAt(fault, i)] + q * b[SlipFaultStateAt(fault, i)];
     sum[STEP_RESTRAINT] += (f[i] + q) * s;
     sum[STEP_SLIP] += weight * s;
     sum[STEP_MOVING] += v != 0 ? weight * s : 0;
@@ -124,8 +127,8 @@ static PetscErrorCode StepSums(SlipFault fault, Vec w, Vec e, PetscReal sum[STEP
 /* All rest: what the changes of P amount to becomes an error of the slip */
 static PetscErrorCode Settle(SlipFault fault, const PetscReal sum[])
 {
-  SlipFaultRunError *est = &fault->run_error;
-  const PetscReal mean = sum[STEP_SLIP] / fault->N;
+  SlipFaultRunError *est = &fault->run.error;
+  const PetscReal mean = sum[STEP_SLIP] / fault->mesh.N;
 
   PetscFunctionBegin;
   if (mean <= 0) PetscFunctionReturn(PETSC_SUCCESS);
@@ -153,12 +156,12 @@ static PetscErrorCode Reset(SlipFaultRunError *est)
 static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  SlipFaultRunError *est = &fault->run_error;
+  SlipFaultRunError *est = &fault->run.error;
   PetscReal sum[STEP_SUMS], scale, decay, moving;
   Vec e;
 
   PetscFunctionBegin;
-  if (!attempt->accepted || est->off || fault->driven) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!attempt->accepted || est->off || fault->kind.driven) PetscFunctionReturn(PETSC_SUCCESS);
   if (attempt->step == 0) PetscCall(Reset(est));
   PetscCall(TSBatheGetEstimates(ts, &e, &scale, NULL));
   if (!e) est->known = PETSC_FALSE;
@@ -179,7 +182,7 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
 /* Before TSSolve() */
 PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts)
 {
-  SlipFaultRunError *est = &fault->run_error;
+  SlipFaultRunError *est = &fault->run.error;
   PetscBool bathe;
   PetscObjectId id;
 
@@ -188,16 +191,16 @@ PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts)
   PetscCall(Reset(est));
   est->known = PETSC_FALSE; /* until a step is accepted */
   PetscCheck(
-    bathe || !fault->check_error, fault->comm, PETSC_ERR_SUP,
+    bathe || !fault->options.check_error, fault->comm, PETSC_ERR_SUP,
     "-%sfault_check_error computes each step in parts, which -ts_type %s does not: expected -ts_type bathe, or a "
     "second run with another -ts_rtol",
     SlipFaultPrefix(fault), ((PetscObject)ts)->type_name);
   /* The estimate is of a single event: nothing is known of sequences but by repetition. */
-  if (fault->driven && !fault->check_error) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->kind.driven && !fault->options.check_error) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultCourseStart(fault, ts));
   if (!bathe) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(DecayRate(fault, &est->decay));
-  if (fault->check_error) PetscCall(SlipFaultCheckStart(fault, ts));
+  if (fault->options.check_error) PetscCall(SlipFaultCheckStart(fault, ts));
   PetscCall(PetscObjectGetId((PetscObject)ts, &id));
   if (est->id != id)
     PetscCall(TSBatheMonitorSet(ts, EstimateStep, fault, NULL)); /* once for a TS, whatever runs it does */
@@ -235,7 +238,7 @@ static PetscReal TwoDigits(PetscReal x)
 /* What the estimate was not calibrated for; NULL: nothing */
 static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const char **why)
 {
-  const SlipFaultRunError *est = &fault->run_error;
+  const SlipFaultRunError *est = &fault->run.error;
   TSBatheReactionType reaction;
   TSBatheError estimate;
 
@@ -247,7 +250,7 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
     *why = "no estimates of its steps";
   else if (est->moving > 0)
     *why = "the fault still slides";
-  else if (fault->law != SlipFrictionLaws)
+  else if (fault->friction.law != SlipFrictionLaws)
     *why = "not calibrated for this friction law";
   else if (reaction != TSBATHE_REACTION_TRAPEZOIDAL || estimate != TSBATHE_ERROR_EMBEDDED)
     *why = "not calibrated for this integrator";
@@ -325,7 +328,7 @@ static PetscErrorCode Verdict(SlipOutput run, const char attribute[], PetscReal 
 /* What the run knows without doing more */
 static PetscErrorCode ReportEstimates(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip, PetscReal wanted)
 {
-  const SlipFaultRunError *est = &fault->run_error;
+  const SlipFaultRunError *est = &fault->run.error;
   PetscReal measure[NUM_ESTIMATES], error;
   SlipFaultEstimate judged;
   PetscInt steps;
@@ -413,16 +416,16 @@ PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, P
   PetscCall(WantedAccuracy(ts, &wanted));
   if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  if (bathe && !fault->driven) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
-  if (fault->check_error) PetscCall(ReportCheck(fault, ts, run, wanted));
+  if (bathe && !fault->kind.driven) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
+  if (fault->options.check_error) PetscCall(ReportCheck(fault, ts, run, wanted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipFaultRunErrorDestroy(SlipFault fault)
 {
   PetscFunctionBegin;
-  PetscCall(VecDestroy(&fault->run_error.start));
-  PetscCall(PetscFree(fault->run_error.course.node));
-  PetscCall(PetscFree(fault->run_error.fine.node));
+  PetscCall(VecDestroy(&fault->run.error.start));
+  PetscCall(PetscFree(fault->run.error.course.node));
+  PetscCall(PetscFree(fault->run.error.fine.node));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -27,8 +27,8 @@ PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
   SlipFaultCheckSetUp(fault, 1);
   PetscAssertPointer(w, 2);
   PetscCall(VecCreate(fault->comm, w));
-  PetscCall(VecSetSizes(*w, 3 * fault->n, 3 * fault->N));
-  PetscCall(VecSetBlockSize(*w, 3));
+  PetscCall(VecSetSizes(*w, fault->layout.block * fault->mesh.n, fault->layout.block * fault->mesh.N));
+  PetscCall(VecSetBlockSize(*w, fault->layout.block));
   PetscCall(VecSetType(*w, VECSTANDARD));
   PetscCall(VecZeroEntries(*w));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -40,8 +40,8 @@ PetscErrorCode SlipFaultStartShare(SlipFault fault, PetscReal *share)
   PetscBool critical;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
-  *share = critical ? -(1 + fault->value[FAULT_INITIAL_PERTURBATION]) : 0;
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
+  *share = critical ? -(1 + fault->options.value[FAULT_INITIAL_PERTURBATION]) : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -57,14 +57,14 @@ static PetscErrorCode CheckTraction(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(SlipFaultLoadAt(fault, 0));
   PetscCall(SlipFaultGetFriction(fault, &friction));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal load = PetscAbsReal(fault->field[FIELD_INITIAL_TRACTION][i]);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal load = PetscAbsReal(fault->fields.cell[FIELD_INITIAL_TRACTION][i]);
     PetscReal mu, ds, dv, x, z;
 
     SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
     if (load <= mu * friction.stress[i] * (1 + tiny)) continue;
     above++;
-    PetscCall(SlipFaultCellCentre(fault, fault->start + i, &x, &z));
+    PetscCall(SlipFaultCellCentre(fault, fault->mesh.start + i, &x, &z));
     box[0] = PetscMax(box[0], -x);
     box[1] = PetscMax(box[1], x);
     box[2] = PetscMax(box[2], -z);
@@ -78,8 +78,8 @@ static PetscErrorCode CheckTraction(SlipFault fault)
              "-%sfault_initial traction exceeds the strength in %" PetscInt_FMT " of %" PetscInt_FMT
              " cells, at x %.6g to %.6g m and z %.6g to %.6g m, by up to %.6g Pa: expected at most the strength, or "
              "-%sfault_initial_unstable when slip is to begin there at once",
-             prefix, above, fault->N, (double)-box[0], (double)box[1], (double)-box[2], (double)box[3], (double)most,
-             prefix);
+             prefix, above, fault->mesh.N, (double)-box[0], (double)box[1], (double)-box[2], (double)box[3],
+             (double)most, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,20 +122,20 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(w, VEC_CLASSID, 2);
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "traction", &traction));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
   PetscCall(VecZeroEntries(w));
-  if (fault->law->smooth) {
+  if (fault->friction.law->smooth) {
     PetscCall(SlipFaultBalanceStart(fault, w));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (traction && !fault->initial_unstable) PetscCall(CheckTraction(fault));
+  if (traction && !fault->options.initial_unstable) PetscCall(CheckTraction(fault));
   if (!critical) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultStartShare(fault, &factor));
   PetscCall(VecGetArray(w, &a));
-  PetscCall(VecGetArrayRead(fault->uc, &uc));
-  for (PetscInt i = 0; i < fault->n; i++) a[3 * i + 1] = factor * uc[i];
-  PetscCall(VecRestoreArrayRead(fault->uc, &uc));
+  PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) a[SlipFaultDisplacementAt(fault, i)] = factor * uc[i];
+  PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
   PetscCall(VecRestoreArray(w, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -144,15 +144,16 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
    loading */
 PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip)
 {
-  const PetscReal *vinf = fault->field[FIELD_LOADING_RATE], *a, *uc;
-  const PetscBool state = fault->heals || fault->law->state ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a, *uc;
+  const PetscBool state = fault->kind.heals || fault->friction.law->state ? PETSC_TRUE : PETSC_FALSE;
   PetscReal share, *s;
-  const SlipArrays arrays[] = {{w, .read = &a}, {fault->uc, .read = &uc}, {slip, .write = &s}};
+  const SlipArrays arrays[] = {{w, .read = &a}, {fault->critical.uc, .read = &uc}, {slip, .write = &s}};
 
   PetscFunctionBegin;
   PetscCall(SlipFaultStartShare(fault, &share));
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) s[i] = state ? a[3 * i + 1] - share * uc[i] + t * vinf[i] : a[3 * i + 2];
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    s[i] = state ? a[SlipFaultDisplacementAt(fault, i)] - share * uc[i] + t * vinf[i] : a[SlipFaultStateAt(fault, i)];
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -26,7 +26,7 @@ static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, SlipFaultSta
 
   PetscFunctionBegin;
   *inside = *planes = PETSC_FALSE;
-  for (PetscInt e = 0; e < fault->N; e++) {
+  for (PetscInt e = 0; e < fault->mesh.N; e++) {
     PetscReal dx, dz, off;
     PetscBool in;
 
@@ -51,8 +51,8 @@ static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, SlipFaultSta
 static void FindLocal(SlipFault fault, SlipFaultStation *s)
 {
   s->local = -1;
-  for (PetscInt i = 0; i < fault->n; i++)
-    if ((fault->order ? fault->order[fault->start + i] : fault->start + i) == s->cell) s->local = i;
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    if ((fault->mesh.order ? fault->mesh.order[fault->mesh.start + i] : fault->mesh.start + i) == s->cell) s->local = i;
 }
 
 /* One point of the list: two or three numbers with commas between */
@@ -91,13 +91,13 @@ PetscErrorCode SlipFaultStationsSetUp(SlipFaultOutput out)
 {
   SlipFault fault = out->fault;
   SlipFaultStations *list = &out->stations;
-  const char *text = fault->text[FAULT_STATIONS], *prefix = SlipFaultPrefix(fault);
+  const char *text = fault->options.text[FAULT_STATIONS], *prefix = SlipFaultPrefix(fault);
   char **point;
   int n;
 
   PetscFunctionBegin;
   if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(strlen(text) + 1 < sizeof(fault->text[FAULT_STATIONS]), fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(strlen(text) + 1 < sizeof(fault->options.text[FAULT_STATIONS]), fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-%sfault_stations is too long, expected less than %d characters", prefix, PETSC_MAX_PATH_LEN - 1);
   PetscCall(PetscStrToArray(text, ';', &n, &point));
   PetscCheck(n > 0, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_stations is \"%s\", expected points \"x,z;x,z\" in m",
@@ -125,7 +125,7 @@ static PetscErrorCode WritePlace(SlipFault fault, SlipH5 *h, const char group[],
   PetscCall(SlipH5WriteAttrReal(h, group, "z", s->z));
   PetscCall(SlipH5WriteAttrInt(h, group, "cell", s->cell));
   PetscCall(SlipH5WriteAttrReal(h, group, "cell_x", s->centre[0]));
-  if (fault->mesh.n) PetscCall(SlipH5WriteAttrReal(h, group, "cell_y", s->centre[1]));
+  if (fault->mesh.cells.n) PetscCall(SlipH5WriteAttrReal(h, group, "cell_y", s->centre[1]));
   PetscCall(SlipH5WriteAttrReal(h, group, "cell_z", s->centre[2]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -183,12 +183,12 @@ PetscErrorCode SlipFaultStationsLayout(SlipFaultOutput out)
 PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r)
 {
   PetscFunctionBegin;
-  PetscCheck(fault->law->smooth || fault->con, fault->comm, PETSC_ERR_ORDER,
+  PetscCheck(fault->friction.law->smooth || fault->stage.con, fault->comm, PETSC_ERR_ORDER,
              "the traction is known after SlipFaultConfigureTS()");
-  if (fault->law->smooth)
+  if (fault->friction.law->smooth)
     PetscCall(SlipFaultSmoothTraction(fault, time, w, r));
   else
-    PetscCall(SlipConstraintInitialReaction(fault->con, time, w, r));
+    PetscCall(SlipConstraintInitialReaction(fault->stage.con, time, w, r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -201,7 +201,7 @@ PetscErrorCode SlipFaultOutputTraction(SlipFaultOutput out, PetscReal time, Vec 
   PetscFunctionBegin;
   PetscCall(SlipFaultIsNow(out->fault, time, w, known, &now, &same));
   if (out->traction && same) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!out->traction) PetscCall(VecDuplicate(out->fault->uc, &out->traction));
+  if (!out->traction) PetscCall(VecDuplicate(out->fault->critical.uc, &out->traction));
   PetscCall(SlipFaultTraction(out->fault, time, w, out->traction));
   *known = now;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -218,7 +218,7 @@ PetscErrorCode SlipFaultStationsStart(SlipFaultOutput out, PetscReal time, Vec w
   PetscCall(PetscArrayzero(list->row, list->n));
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt k = 0; k < list->n; k++)
-    if (list->station[k].local >= 0) list->row[k] = a[3 * list->station[k].local + 1];
+    if (list->station[k].local >= 0) list->row[k] = a[SlipFaultDisplacementAt(out->fault, list->station[k].local)];
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, list->row, (PetscMPIInt)list->n, MPIU_REAL, MPIU_SUM, out->fault->comm));
   for (PetscInt k = 0; k < list->n; k++) list->station[k].u0 = list->row[k];
@@ -230,7 +230,7 @@ PetscErrorCode SlipFaultStationsRow(SlipFaultOutput out, PetscReal time, Vec w)
 {
   SlipFault fault = out->fault;
   SlipFaultStations *list = &out->stations;
-  const PetscReal *a, *r, *vinf = fault->field[FIELD_LOADING_RATE];
+  const PetscReal *a, *r, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
@@ -246,10 +246,10 @@ PetscErrorCode SlipFaultStationsRow(SlipFaultOutput out, PetscReal time, Vec w)
 
     if (i < 0) continue;
     row[0] = time;
-    row[1] = a[3 * i + 1] - s->u0 + vinf[i] * (time - list->start);
-    row[2] = a[3 * i];
-    row[3] = r[i] / fault->weight[i];
-    row[STATION_STATE] = SlipFaultShownState(fault, i, a[3 * i + 2]);
+    row[1] = a[SlipFaultDisplacementAt(fault, i)] - s->u0 + vinf[i] * (time - list->start);
+    row[2] = a[SlipFaultRateAt(fault, i)];
+    row[3] = r[i] / fault->mesh.weight[i];
+    row[STATION_STATE] = SlipFaultShownState(fault, i, a[SlipFaultStateAt(fault, i)]);
   }
   PetscCall(VecRestoreArrayRead(out->traction, &r));
   PetscCall(VecRestoreArrayRead(w, &a));

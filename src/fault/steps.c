@@ -14,12 +14,12 @@
 */
 void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit)
 {
-  const PetscBool smooth = fault->law->smooth, events = (PetscBool)(fault->sequence && !smooth);
-  const PetscBool classical = (PetscBool)(fault->has_critical || fault->loads.pressed || smooth);
+  const PetscBool smooth = fault->friction.law->smooth, events = (PetscBool)(fault->kind.sequence && !smooth);
+  const PetscBool classical = (PetscBool)(fault->critical.known || fault->loads.pressed || smooth);
 
   fault->problem.controller = events ? TSADAPTDSP : classical ? TSADAPTHEURISTIC : TSADAPTPI;
   if (is_explicit) fault->problem.controller = NULL; /* the integrator's */
-  fault->rtol = events ? SLIP_SEQUENCE_RTOL : SLIP_FAULT_RTOL;
+  fault->kind.rtol = events ? SLIP_SEQUENCE_RTOL : SLIP_FAULT_RTOL;
 }
 
 /* Says what of a run that is not the study's its options leave to the fault. */
@@ -34,15 +34,15 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCall(PetscOptionsHasName(options, prefix, "-ts_adapt_type", &type));
   PetscCall(PetscOptionsHasName(options, prefix, "-ts_rtol", &rtol));
-  if (!bathe || (type && rtol) || (!fault->sequence && !fault->loads.pressed && fault->has_critical))
+  if (!bathe || (type && rtol) || (!fault->kind.sequence && !fault->loads.pressed && fault->critical.known))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscPrintf(fault->comm, "%-24s ", "steps:"));
   if (!type) PetscCall(PetscPrintf(fault->comm, "-ts_adapt_type %s%s", fault->problem.controller, rtol ? "" : " "));
-  if (!rtol) PetscCall(PetscPrintf(fault->comm, "-ts_rtol %g", (double)fault->rtol));
+  if (!rtol) PetscCall(PetscPrintf(fault->comm, "-ts_rtol %g", (double)fault->kind.rtol));
   PetscCall(PetscPrintf(fault->comm, ", the default for %s\n",
-                        fault->law->smooth     ? "rate-and-state friction"
-                        : fault->sequence      ? "a fault that is loaded or heals"
-                        : fault->loads.pressed ? "a fault under a pore pressure"
-                                               : "a rupture from a given stress"));
+                        fault->friction.law->smooth ? "rate-and-state friction"
+                        : fault->kind.sequence      ? "a fault that is loaded or heals"
+                        : fault->loads.pressed      ? "a fault under a pore pressure"
+                                                    : "a rupture from a given stress"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

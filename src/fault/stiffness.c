@@ -31,7 +31,7 @@ static PetscErrorCode SlipFaultCheckEntries(SlipFault fault, const char file[], 
                                             const PetscReal entries[])
 {
   const char *prefix = SlipFaultPrefix(fault);
-  const size_t N = (size_t)fault->N;
+  const size_t N = (size_t)fault->mesh.N;
 
   PetscFunctionBegin;
   for (size_t k = 0; k < N * N; k++)
@@ -46,13 +46,13 @@ static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entrie
 {
   char file[PETSC_MAX_PATH_LEN], dataset[PETSC_MAX_PATH_LEN];
   SlipH5 h;
-  const PetscInt want[2] = {fault->N, fault->N};
+  const PetscInt want[2] = {fault->mesh.N, fault->mesh.N};
   PetscInt dims[2];
   PetscBool said;
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultSplitPath(fault->text[FAULT_STIFFNESS_FILE], file, dataset, sizeof(file)));
+  PetscCall(SlipFaultSplitPath(fault->options.text[FAULT_STIFFNESS_FILE], file, dataset, sizeof(file)));
   PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_stiffness_file", file, &h));
   ierr = SlipH5CheckUnits(&h, dataset, "Pa/m", &said);
   if (!ierr) ierr = SlipH5ReadRealSized(&h, dataset, 2, want, "N x N with N = nx nz", dims, entries);
@@ -71,12 +71,13 @@ static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (!rank) ierr = SlipFaultReadStiffness(fault, &entries);
-  if (!rank && !ierr) fault->read = SlipHashReals(SLIP_HASH_START, entries, (size_t)fault->N * (size_t)fault->N);
+  if (!rank && !ierr)
+    fault->operators.read = SlipHashReals(SLIP_HASH_START, entries, (size_t)fault->mesh.N * (size_t)fault->mesh.N);
   ierr = SlipErrorBcast(fault->comm, ierr);
-  if (!ierr) PetscCallMPI(MPI_Bcast(&fault->read, 1, MPI_UINT64_T, 0, fault->comm));
+  if (!ierr) PetscCallMPI(MPI_Bcast(&fault->operators.read, 1, MPI_UINT64_T, 0, fault->comm));
   if (!ierr)
-    ierr =
-      MatCreateSlipStiffnessFromEntries(fault->comm, fault->N, entries, fault->text[FAULT_STIFFNESS_FILE], &fault->K);
+    ierr = MatCreateSlipStiffnessFromEntries(fault->comm, fault->mesh.N, entries,
+                                             fault->options.text[FAULT_STIFFNESS_FILE], &fault->operators.K);
   PetscCall(PetscFree(entries));
   PetscCall(ierr);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -84,22 +85,22 @@ static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
 
 static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
 {
-  SlipGrid grid = {.nx = (PetscInt)fault->value[FAULT_NX],
-                   .nz = (PetscInt)fault->value[FAULT_NZ],
-                   .length_x = fault->value[FAULT_LENGTH_X],
-                   .length_z = fault->value[FAULT_LENGTH_Z],
-                   .depth_top = fault->value[FAULT_DEPTH_TOP],
-                   .shear_modulus = fault->value[FAULT_SHEAR_MODULUS],
-                   .poisson_ratio = fault->value[FAULT_POISSON_RATIO]};
+  SlipGrid grid = {.nx = (PetscInt)fault->options.value[FAULT_NX],
+                   .nz = (PetscInt)fault->options.value[FAULT_NZ],
+                   .length_x = fault->options.value[FAULT_LENGTH_X],
+                   .length_z = fault->options.value[FAULT_LENGTH_Z],
+                   .depth_top = fault->options.value[FAULT_DEPTH_TOP],
+                   .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
+                   .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO]};
 
   PetscBool cells = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultMeshStiffness(fault, &cells));
   if (cells) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscStrcmp(fault->text[FAULT_KERNEL], "full_space", &grid.full_space));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &grid.full_space));
   PetscCall(SlipFaultAverage(fault, &grid.average));
-  PetscCall(MatCreateSlipStiffness(fault->comm, &grid, fault->text[FAULT_OPERATOR], &fault->K));
+  PetscCall(MatCreateSlipStiffness(fault->comm, &grid, fault->options.text[FAULT_OPERATOR], &fault->operators.K));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -110,7 +111,7 @@ static PetscErrorCode SlipFaultRefine(SlipFault fault, KSP ksp, Vec b, Vec x)
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
-  PetscCall(MatMult(fault->K, x, r));
+  PetscCall(MatMult(fault->operators.K, x, r));
   PetscCall(VecAYPX(r, -1, b));
   PetscCall(KSPSolve(ksp, r, d));
   PetscCall(KSPGetConvergedReason(ksp, &reason));
@@ -140,15 +141,15 @@ PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
   PetscCall(KSPCreate(fault->comm, &ksp));
   PetscCall(KSPSetOptionsPrefix(ksp, ((PetscObject)fault)->prefix));
   PetscCall(KSPAppendOptionsPrefix(ksp, "fault_start_"));
-  PetscCall(KSPSetOperators(ksp, fault->K, fault->K));
+  PetscCall(KSPSetOperators(ksp, fault->operators.K, fault->operators.K));
   PetscCall(KSPSetType(ksp, KSPCG));
-  PetscCall(KSPSetTolerances(ksp, 1e-7, 0, 1e10, PetscMax(1000, 10 * fault->N)));
+  PetscCall(KSPSetTolerances(ksp, 1e-7, 0, 1e10, PetscMax(1000, 10 * fault->mesh.N)));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCSLIPSTAGE));
   PetscCall(KSPSetFromOptions(ksp));
   for (PetscInt pass = 0; pass < 3; pass++) PetscCall(SlipFaultRefine(fault, ksp, b, x));
   PetscCall(KSPDestroy(&ksp));
-  PetscCall(MatMult(fault->K, x, r));
+  PetscCall(MatMult(fault->operators.K, x, r));
   PetscCall(VecAYPX(r, -1, b));
   PetscCall(VecNorm(r, NORM_2, &left));
   PetscCall(VecNorm(b, NORM_2, &all));
@@ -168,21 +169,21 @@ static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(x));
   PetscCall(SlipFaultSolveStiffness(fault, sigma, x));
-  PetscCall(PetscStrcmp(fault->text[FAULT_STIFFNESS_SCALING], "mean_slip", &scale));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "mean_slip", &scale));
   if (!scale) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
   PetscCall(SlipFaultWeightedSum(fault, x, &mean_slip));
   PetscCall(VecSum(sigma, &mean_stress));
-  fault->scaling = mean_slip * fault->value[FAULT_SHEAR_MODULUS] / (mean_stress * thickness);
-  PetscCall(MatScale(fault->K, fault->scaling));
-  PetscCall(VecScale(x, 1 / fault->scaling));
+  fault->operators.scaling = mean_slip * fault->options.value[FAULT_SHEAR_MODULUS] / (mean_stress * thickness);
+  PetscCall(MatScale(fault->operators.K, fault->operators.scaling));
+  PetscCall(VecScale(x, 1 / fault->operators.scaling));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Rows and columns in the order of the mesh's file. */
 static PetscErrorCode SlipFaultReorder(SlipFault fault, Mat *dense)
 {
-  const size_t N = (size_t)fault->N;
+  const size_t N = (size_t)fault->mesh.N;
   PetscReal *a, *b = NULL;
 
   PetscFunctionBegin;
@@ -190,9 +191,9 @@ static PetscErrorCode SlipFaultReorder(SlipFault fault, Mat *dense)
   PetscCall(MatDestroy(dense));
   if (a) PetscCall(PetscMalloc1(N * N, &b));
   for (size_t i = 0; i < N && a; i++)
-    for (size_t j = 0; j < N; j++) b[(size_t)fault->order[i] * N + (size_t)fault->order[j]] = a[i * N + j];
+    for (size_t j = 0; j < N; j++) b[(size_t)fault->mesh.order[i] * N + (size_t)fault->mesh.order[j]] = a[i * N + j];
   PetscCall(PetscFree(a));
-  PetscCall(SlipDenseScatter(fault->comm, PETSC_DECIDE, fault->N, b, dense));
+  PetscCall(SlipDenseScatter(fault->comm, PETSC_DECIDE, fault->mesh.N, b, dense));
   PetscCall(PetscFree(b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -202,17 +203,17 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault)
   Mat dense;
 
   PetscFunctionBegin;
-  if (!fault->stiffness_viewer) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(fault->N <= SLIP_FAULT_MAX_DENSE, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+  if (!fault->options.stiffness_viewer) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(fault->mesh.N <= SLIP_FAULT_MAX_DENSE, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-%sfault_stiffness_view writes %" PetscInt_FMT " x %" PetscInt_FMT " numbers, expected at most %d cells",
-             SlipFaultPrefix(fault), fault->N, fault->N, SLIP_FAULT_MAX_DENSE);
-  PetscCall(MatConvert(fault->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
-  if (fault->order) PetscCall(SlipFaultReorder(fault, &dense));
-  PetscCall(PetscViewerPushFormat(fault->stiffness_viewer, fault->stiffness_format));
-  PetscCall(MatView(dense, fault->stiffness_viewer));
-  PetscCall(PetscViewerPopFormat(fault->stiffness_viewer));
+             SlipFaultPrefix(fault), fault->mesh.N, fault->mesh.N, SLIP_FAULT_MAX_DENSE);
+  PetscCall(MatConvert(fault->operators.K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  if (fault->mesh.order) PetscCall(SlipFaultReorder(fault, &dense));
+  PetscCall(PetscViewerPushFormat(fault->options.stiffness_viewer, fault->options.stiffness_format));
+  PetscCall(MatView(dense, fault->options.stiffness_viewer));
+  PetscCall(PetscViewerPopFormat(fault->options.stiffness_viewer));
   PetscCall(MatDestroy(&dense));
-  PetscCall(PetscViewerDestroy(&fault->stiffness_viewer)); /* closes the file */
+  PetscCall(PetscViewerDestroy(&fault->options.stiffness_viewer)); /* closes the file */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -223,7 +224,8 @@ static PetscErrorCode SlipFaultFillVec(SlipFault fault, PetscInt field, PetscBoo
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayWrite(x, &a));
-  for (PetscInt i = 0; i < fault->n; i++) a[i] = fault->field[field][i] * (weighted ? fault->weight[i] : 1);
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    a[i] = fault->fields.cell[field][i] * (weighted ? fault->mesh.weight[i] : 1);
   PetscCall(VecRestoreArrayWrite(x, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -231,20 +233,20 @@ static PetscErrorCode SlipFaultFillVec(SlipFault fault, PetscInt field, PetscBoo
 /* Choices that have no meaning without the uniform grid whose kernel they use, before anything is computed. */
 static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
 {
-  const char *type = fault->text[FAULT_OPERATOR], *file = fault->text[FAULT_STIFFNESS_FILE];
-  const char *mesh = fault->text[FAULT_MESH], *prefix = SlipFaultPrefix(fault);
+  const char *type = fault->options.text[FAULT_OPERATOR], *file = fault->options.text[FAULT_STIFFNESS_FILE];
+  const char *mesh = fault->options.text[FAULT_MESH], *prefix = SlipFaultPrefix(fault);
   PetscBool fft, hmat, spectral, none, radiation;
   SlipAverage average;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(type, "fft", &fft));
   PetscCall(PetscStrcmp(type, "hmat", &hmat));
-  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "spectral", &spectral));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "spectral", &spectral));
   PetscCall(SlipFaultAverage(fault, &average));
   PetscCheck(!file[0] || !average, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_stiffness_average %s cannot average the entries of -%sfault_stiffness_file %s: expected no "
              "average",
-             prefix, fault->text[FAULT_STIFFNESS_AVERAGE], prefix, file);
+             prefix, fault->options.text[FAULT_STIFFNESS_AVERAGE], prefix, file);
   PetscCheck(!file[0] || (!fft && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_operator %s cannot store the entries of -%sfault_stiffness_file %s: expected dense or auto",
              prefix, type, prefix, file);
@@ -263,10 +265,10 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
              "-%sfault_viscosity spectral does not know the border of -%sfault_stiffness_average whole: expected "
              "-%sfault_viscosity sqrtm, lanczos or none, or -%sfault_stiffness_average cell",
              prefix, prefix, prefix, prefix);
-  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "none", &none));
-  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "radiation", &radiation));
-  PetscCheck(fault->inertia || (!none && (radiation || fault->value[FAULT_DAMPING_RATIO] > 0)), fault->comm,
-             PETSC_ERR_ARG_INCOMP,
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "none", &none));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "radiation", &radiation));
+  PetscCheck(fault->kind.inertia || (!none && (radiation || fault->options.value[FAULT_DAMPING_RATIO] > 0)),
+             fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_inertia no needs a viscosity, which limits slip rates in its place: expected -%sfault_viscosity "
              "radiation, or another but none with -%sfault_damping_ratio > 0",
              prefix, prefix, prefix);
@@ -281,70 +283,74 @@ static PetscErrorCode CheckBalance(SlipFault fault)
   const PetscReal *h;
 
   PetscFunctionBegin;
-  if (fault->inertia || !fault->law->by_rate || fault->law->smooth) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->kind.inertia || !fault->friction.law->by_rate || fault->friction.law->smooth)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetFriction(fault, &friction));
-  PetscCall(MatGetDiagonal(fault->H, fault->work[0]));
+  PetscCall(MatGetDiagonal(fault->operators.H, fault->work[0]));
   PetscCall(VecGetArrayRead(fault->work[0], &h));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
 
     SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
-    worst = PetscMax(worst, -dv * fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i] / h[i]);
+    worst = PetscMax(worst, -dv * fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i] / h[i]);
   }
   PetscCall(VecRestoreArrayRead(fault->work[0], &h));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscCheck(worst < 1, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_inertia no: the strength of -%sfault_friction_law %s falls with slip rate %.3g times as fast as "
              "viscosity grows, so that no slip rate is in balance: expected less than 1 times, or inertia",
-             SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->law->name, (double)worst);
+             SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->friction.law->name, (double)worst);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
-  const PetscReal zeta = fault->value[FAULT_DAMPING_RATIO];
+  const PetscReal zeta = fault->options.value[FAULT_DAMPING_RATIO];
   PetscBool traction, scaled, radiation;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCheckChoices(fault));
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "traction", &traction));
-  PetscCall(PetscStrcmp(fault->text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
-  fault->has_critical = !(traction || fault->law->smooth) || scaled ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
+  fault->critical.known = !(traction || fault->friction.law->smooth) || scaled ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipFaultProgressSetUp(fault, "stiffness K"));
-  if (fault->text[FAULT_STIFFNESS_FILE][0])
+  if (fault->options.text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));
   else
     PetscCall(SlipFaultComputeStiffness(fault));
-  PetscCall(MatSetOptionsPrefix(fault->K, ((PetscObject)fault)->prefix)); /* H and B take it over */
-  PetscCall(MatSlipStiffnessSetFromOptions(fault->K));
-  PetscCall(MatSlipStiffnessSetCacheDir(fault->K, fault->text[FAULT_CACHE_DIR]));
-  PetscCall(MatCreateVecs(fault->K, &fault->uc, &fault->c));
-  for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->uc, &fault->work[i]));
-  PetscCall(VecDuplicate(fault->uc, &fault->vinf));
-  PetscCall(VecDuplicate(fault->uc, &fault->u0));
-  PetscCall(VecDuplicate(fault->uc, &fault->s0));
-  PetscCall(SlipFaultFillVec(fault, FIELD_LOADING_RATE, PETSC_FALSE, fault->vinf));
+  PetscCall(MatSetOptionsPrefix(fault->operators.K, ((PetscObject)fault)->prefix)); /* H and B take it over */
+  PetscCall(MatSlipStiffnessSetFromOptions(fault->operators.K));
+  PetscCall(MatSlipStiffnessSetCacheDir(fault->operators.K, fault->options.text[FAULT_CACHE_DIR]));
+  PetscCall(MatCreateVecs(fault->operators.K, &fault->critical.uc, &fault->stage.c));
+  for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->critical.uc, &fault->work[i]));
+  PetscCall(VecDuplicate(fault->critical.uc, &fault->operators.vinf));
+  PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.u0));
+  PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.s0));
+  PetscCall(SlipFaultFillVec(fault, FIELD_LOADING_RATE, PETSC_FALSE, fault->operators.vinf));
   PetscCall(SlipFaultFillVec(fault, FIELD_NORMAL_STRESS, PETSC_TRUE, fault->work[0]));
-  PetscCall(VecZeroEntries(fault->uc));
-  if (fault->has_critical) {
+  PetscCall(VecZeroEntries(fault->critical.uc));
+  if (fault->critical.known) {
     PetscCall(SlipFaultProgressSetUp(fault, "K^-1 of the normal stress"));
-    PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->uc));
+    PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->critical.uc));
   }
-  if (fault->loads.shears) PetscCall(VecDuplicate(fault->uc, &fault->loads.shear));
+  if (fault->loads.shears) PetscCall(VecDuplicate(fault->critical.uc, &fault->loads.shear));
   PetscCall(SlipFaultViewStiffness(fault));
   PetscCall(SlipFaultProgressSetUp(fault, "viscosity H"));
-  PetscCall(PetscStrcmp(fault->text[FAULT_VISCOSITY], "radiation", &radiation));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "radiation", &radiation));
   if (radiation) /* G/(2 cs), cs = sqrt(G/rho) */
     PetscCall(MatCreateSlipRadiation(
-      fault->K, 0.5 * PetscSqrtReal(fault->value[FAULT_SHEAR_MODULUS] * fault->value[FAULT_DENSITY]), &fault->H));
+      fault->operators.K,
+      0.5 * PetscSqrtReal(fault->options.value[FAULT_SHEAR_MODULUS] * fault->options.value[FAULT_DENSITY]),
+      &fault->operators.H));
   else
-    PetscCall(
-      MatCreateSlipViscosity(fault->K, fault->mass, zeta, zeta > 0 ? fault->text[FAULT_VISCOSITY] : "none", &fault->H));
-  PetscCall(MatSlipViscositySetTolerance(fault->H, fault->value[FAULT_KRYLOV_TOLERANCE]));
-  PetscCall(MatSlipViscositySetFromOptions(fault->H)); /* its own option wins */
+    PetscCall(MatCreateSlipViscosity(fault->operators.K, fault->operators.mass, zeta,
+                                     zeta > 0 ? fault->options.text[FAULT_VISCOSITY] : "none", &fault->operators.H));
+  PetscCall(MatSlipViscositySetTolerance(fault->operators.H, fault->options.value[FAULT_KRYLOV_TOLERANCE]));
+  PetscCall(MatSlipViscositySetFromOptions(fault->operators.H)); /* its own option wins */
   PetscCall(CheckBalance(fault));
-  PetscCall(MatCreateSlipStage(fault->K, fault->H, fault->inertia ? fault->mass : 0, &fault->B));
-  PetscCall(MatSlipStageSetFromOptions(fault->B));
+  PetscCall(MatCreateSlipStage(fault->operators.K, fault->operators.H, fault->kind.inertia ? fault->operators.mass : 0,
+                               &fault->operators.B));
+  PetscCall(MatSlipStageSetFromOptions(fault->operators.B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -357,18 +363,18 @@ static PetscErrorCode CriticalMode(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, &friction));
-  PetscCall(VecGetArrayRead(fault->uc, &uc));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
 
     SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
-    sum[0] -= ds * (fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]) * PetscSqr(uc[i]);
-    sum[1] += fault->mass * fault->weight[i] * PetscSqr(uc[i]);
+    sum[0] -= ds * (fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i]) * PetscSqr(uc[i]);
+    sum[1] += fault->operators.mass * fault->mesh.weight[i] * PetscSqr(uc[i]);
   }
-  PetscCall(VecRestoreArrayRead(fault->uc, &uc));
+  PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, fault->comm));
-  fault->critical_weakening = sum[0];
-  fault->critical_inertia = sum[1];
+  fault->critical.weakening = sum[0];
+  fault->critical.inertia = sum[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -383,27 +389,28 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(VecGetArrayWrite(q0, &q));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
-    q[i] = mu * (fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]);
+    q[i] = mu * (fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i]);
     sum[0] += q[i];
-    sum[1] += fault->weight[i] * fault->field[FIELD_FRICTION_SLIP][i];
+    sum[1] += fault->mesh.weight[i] * fault->fields.cell[FIELD_FRICTION_SLIP][i];
     sum[2] += mu;
-    sum[3] += (mu - SlipFrictionWeakest(&friction, i)) * (fault->weight[i] * fault->field[FIELD_NORMAL_STRESS][i]);
+    sum[3] +=
+      (mu - SlipFrictionWeakest(&friction, i)) * (fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i]);
   }
   PetscCall(VecRestoreArrayWrite(q0, &q));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_REAL, MPIU_SUM, fault->comm));
-  fault->mean_q0 = sum[0] / fault->N;
-  fault->mean_dc = sum[1] / fault->N;
-  fault->mean_drop = sum[3] / fault->N;
-  if (!fault->has_critical) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecScale(fault->uc, sum[2] / fault->N));
+  fault->critical.mean_q0 = sum[0] / fault->mesh.N;
+  fault->critical.mean_dc = sum[1] / fault->mesh.N;
+  fault->critical.mean_drop = sum[3] / fault->mesh.N;
+  if (!fault->critical.known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecScale(fault->critical.uc, sum[2] / fault->mesh.N));
   PetscCall(SlipFaultProgressSetUp(fault, "K^-1 of the strength, the critical state"));
-  PetscCall(SlipFaultSolveStiffness(fault, q0, fault->uc));
-  PetscCall(VecDot(fault->uc, q0, &fault->critical_energy));
-  PetscCall(SlipFaultWeightedSum(fault, fault->uc, &fault->mean_uc));
-  fault->mean_uc /= fault->N;
-  fault->drop_slip = fault->mean_drop / fault->mean_q0 * fault->mean_uc;
+  PetscCall(SlipFaultSolveStiffness(fault, q0, fault->critical.uc));
+  PetscCall(VecDot(fault->critical.uc, q0, &fault->critical.energy));
+  PetscCall(SlipFaultWeightedSum(fault, fault->critical.uc, &fault->critical.mean_uc));
+  fault->critical.mean_uc /= fault->mesh.N;
+  fault->critical.drop_slip = fault->critical.mean_drop / fault->critical.mean_q0 * fault->critical.mean_uc;
   PetscCall(CriticalMode(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

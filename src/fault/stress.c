@@ -33,11 +33,11 @@ PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
   PetscValidHeaderSpecific(w, VEC_CLASSID, 3);
   PetscValidHeaderSpecific(T, VEC_CLASSID, 4);
   PetscCall(SlipFaultLoadAt(fault, t));
-  PetscCall(VecStrideGather(w, 1, fault->work[0], INSERT_VALUES));
-  PetscCall(MatMult(fault->K, fault->work[0], T));
+  PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
+  PetscCall(MatMult(fault->operators.K, fault->work[0], T));
   if (fault->loads.shear) PetscCall(VecAXPY(T, -1, fault->loads.shear));
   PetscCall(VecGetArray(T, &a));
-  for (PetscInt i = 0; i < fault->n; i++) a[i] /= -fault->weight[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) a[i] /= -fault->mesh.weight[i];
   PetscCall(VecRestoreArray(T, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -49,8 +49,8 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
 
   PetscFunctionBegin;
   PetscCall(SlipFaultLoadAt(fault, t));
-  PetscCall(VecStrideGather(w, 1, fault->work[0], INSERT_VALUES));
-  PetscCall(MatMult(fault->K, fault->work[0], fault->work[1]));
+  PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
+  PetscCall(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
   PetscCall(VecDot(fault->work[0], fault->work[1], energy));
   if (fault->loads.shear) PetscCall(VecDot(fault->work[0], fault->loads.shear, &load));
   *energy = (0.5 * *energy - load) * SlipFaultMeanArea(fault);
@@ -65,12 +65,12 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
 
   PetscFunctionBegin;
   *power = 0;
-  if (!fault->driven) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->kind.driven) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultLoadAt(fault, t));
   PetscCall(SlipFaultRestSetUp(fault));
-  PetscCall(VecStrideGather(w, 1, fault->work[0], INSERT_VALUES));
+  PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
   PetscCall(VecDot(fault->loads.drive, fault->work[0], power));
-  if (fault->loads.shear) PetscCall(VecDot(fault->vinf, fault->loads.shear, &load));
+  if (fault->loads.shear) PetscCall(VecDot(fault->operators.vinf, fault->loads.shear, &load));
   *power = (load - *power) * SlipFaultMeanArea(fault);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -33,21 +33,23 @@ PetscErrorCode SlipFaultSwing(SlipFault fault, Vec w, PetscReal *ratio)
 
   PetscFunctionBegin;
   *ratio = 0;
-  if (!fault->inertia || !fault->law->by_rate) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->kind.inertia || !fault->friction.law->by_rate) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(fault->loads.diagonal[0], &k));
   PetscCall(VecGetArrayRead(fault->loads.diagonal[1], &h));
   PetscCall(VecGetArrayWrite(Kv, &slope));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, dmu_ds, dmu_dv;
 
     slope[i] = 0;
-    if (a[3 * i] == 0) continue;
-    SlipFrictionEvaluate(&friction, i, a[3 * i + 2], PetscAbsReal(a[3 * i]), &mu, &dmu_ds, &dmu_dv);
-    slope[i] = dmu_dv * friction.stress[i] * fault->weight[i];
+    if (a[SlipFaultRateAt(fault, i)] == 0) continue;
+    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], PetscAbsReal(a[SlipFaultRateAt(fault, i)]), &mu,
+                         &dmu_ds, &dmu_dv);
+    slope[i] = dmu_dv * friction.stress[i] * fault->mesh.weight[i];
     if (slope[i] < 0) weakens = PETSC_TRUE;
-    if (h[i] + slope[i] < 0) least = PetscMin(least, Time(fault->mass * fault->weight[i], h[i] + slope[i], k[i]));
+    if (h[i] + slope[i] < 0)
+      least = PetscMin(least, Time(fault->operators.mass * fault->mesh.weight[i], h[i] + slope[i], k[i]));
   }
   PetscCall(VecRestoreArrayWrite(Kv, &slope));
   PetscCall(VecRestoreArrayRead(fault->loads.diagonal[1], &h));
@@ -55,13 +57,13 @@ PetscErrorCode SlipFaultSwing(SlipFault fault, Vec w, PetscReal *ratio)
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &weakens, 1, MPIU_BOOL, MPI_LOR, fault->comm));
   if (!weakens) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecStrideGather(w, 0, v, INSERT_VALUES));
-  PetscCall(MatMult(fault->H, v, d));
+  PetscCall(VecStrideGather(w, fault->layout.rate, v, INSERT_VALUES));
+  PetscCall(MatMult(fault->operators.H, v, d));
   PetscCall(VecGetArrayRead(v, &rate));
   PetscCall(VecGetArrayRead(d, &dv));
   PetscCall(VecGetArrayRead(Kv, &h));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    sum[0] += fault->mass * fault->weight[i] * PetscSqr(rate[i]);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    sum[0] += fault->operators.mass * fault->mesh.weight[i] * PetscSqr(rate[i]);
     sum[1] += rate[i] * (dv[i] + h[i] * rate[i]);
   }
   PetscCall(VecRestoreArrayRead(Kv, &h));
@@ -69,11 +71,11 @@ PetscErrorCode SlipFaultSwing(SlipFault fault, Vec w, PetscReal *ratio)
   PetscCall(VecRestoreArrayRead(v, &rate));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, fault->comm));
   if (sum[1] < 0) {
-    PetscCall(MatMult(fault->K, v, Kv));
+    PetscCall(MatMult(fault->operators.K, v, Kv));
     PetscCall(VecDot(v, Kv, &sum[2]));
     least = PetscMin(least, Time(sum[0], sum[1], sum[2]));
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
-  *ratio = fault->theta / (share * least);
+  *ratio = fault->stage.theta / (share * least);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

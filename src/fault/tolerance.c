@@ -24,7 +24,7 @@ static PetscReal SlipScale(SlipFault fault, const SlipFrictionCells *friction, P
                            PetscBool *weakens)
 {
   *weakens = SlipFrictionExcess(friction, i, 0, 0) > 0 ? PETSC_TRUE : PETSC_FALSE;
-  return *weakens ? fault->field[FIELD_FRICTION_SLIP][i] : displacement;
+  return *weakens ? fault->fields.cell[FIELD_FRICTION_SLIP][i] : displacement;
 }
 
 /* The largest |u| of a state [m]; SLIP_FAULT_ATOL: it has not moved. Collective. */
@@ -35,7 +35,8 @@ static PetscErrorCode LargestDisplacement(SlipFault fault, Vec w, PetscReal *lar
   PetscFunctionBegin;
   *largest = SLIP_FAULT_ATOL;
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->n; i++) *largest = PetscMax(*largest, PetscAbsReal(a[3 * i + 1]));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    *largest = PetscMax(*largest, PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)]));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -54,16 +55,17 @@ static PetscErrorCode RateError(SlipFault fault, PetscReal displacement, Vec e, 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscBool weakens;
     const PetscReal times =
-      fault->inertia ? PetscSqrtReal(k[i] / (fault->mass * fault->weight[i])) : k[i] / viscosity[i];
-    PetscReal error = PetscAbsReal(a[3 * i]);
+      fault->kind.inertia ? PetscSqrtReal(k[i] / (fault->operators.mass * fault->mesh.weight[i])) : k[i] / viscosity[i];
+    PetscReal error = PetscAbsReal(a[SlipFaultRateAt(fault, i)]);
 
     *slow = PetscMin(*slow, SlipScale(fault, &friction, i, displacement, &weakens) * times);
-    if (!fault->inertia)
-      error = PetscMax(PetscAbsReal(a[3 * i + 1]), PetscAbsReal(a[3 * i + 2])) *
-              (k[i] / (viscosity[i] + fault->theta * k[i]));
+    if (!fault->kind.inertia)
+      error =
+        PetscMax(PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)]), PetscAbsReal(a[SlipFaultStateAt(fault, i)])) *
+        (k[i] / (viscosity[i] + fault->stage.theta * k[i]));
     if (!(error <= *largest)) *largest = error; /* takes what is no number */
   }
   PetscCall(SlipArraysRestore(3, arrays));
@@ -83,17 +85,21 @@ static PetscReal Weakening(const SlipFrictionCells *friction, PetscInt i, PetscR
    share, as each then changes the friction by as much. Without inertia the rate is what the balance makes of the others. */
 static PetscErrorCode SmoothErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
-  const PetscReal *a, *b, *c, *vinf = fault->field[FIELD_LOADING_RATE], *slip = fault->field[FIELD_FRICTION_SLIP];
+  const PetscReal *a, *b, *c, *vinf = fault->fields.cell[FIELD_LOADING_RATE],
+                              *slip = fault->fields.cell[FIELD_FRICTION_SLIP];
   const SlipArrays arrays[] = {{e, .read = &a}, {w0, .read = &b}, {w1, .read = &c}};
   PetscReal largest = 0;
 
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal rate = PetscMax(PetscMax(PetscAbsReal(b[3 * i]), PetscAbsReal(c[3 * i])), PetscAbsReal(vinf[i]));
-    PetscReal error = PetscMax(PetscAbsReal(a[3 * i + 1]) / slip[i], PetscAbsReal(a[3 * i + 2]));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal rate =
+      PetscMax(PetscMax(PetscAbsReal(b[SlipFaultRateAt(fault, i)]), PetscAbsReal(c[SlipFaultRateAt(fault, i)])),
+               PetscAbsReal(vinf[i]));
+    PetscReal error = PetscMax(PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)]) / slip[i],
+                               PetscAbsReal(a[SlipFaultStateAt(fault, i)]));
 
-    if (fault->inertia && rate > 0) error = PetscMax(error, PetscAbsReal(a[3 * i]) / rate);
+    if (fault->kind.inertia && rate > 0) error = PetscMax(error, PetscAbsReal(a[SlipFaultRateAt(fault, i)]) / rate);
     if (!(error <= largest)) largest = error; /* takes what is no number */
   }
   PetscCall(SlipArraysRestore(3, arrays));
@@ -109,33 +115,39 @@ static PetscErrorCode SmoothErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Ve
 */
 PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
-  const PetscReal *a, *b, *c, *vinf = fault->field[FIELD_LOADING_RATE];
+  const PetscReal *a, *b, *c, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   PetscReal largest[5] = {0, 0, 0, 0, 0}; /* error of slips over d_c, of rates, rate, cubes, minus slow */
   PetscReal slow = PETSC_MAX_REAL, tolerance = 0, wanted, displacement, swing;
   const SlipArrays arrays[] = {{e, .read = &a}, {w0, .read = &b}, {w1, .read = &c}};
   SlipFrictionCells friction;
 
   PetscFunctionBegin;
-  if (fault->law->smooth) {
+  if (fault->friction.law->smooth) {
     PetscCall(SmoothErrorNorm(fault, rtol, e, w0, w1, E));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (!PetscIsNanReal(fault->value[FAULT_RATE_TOLERANCE])) tolerance = fault->value[FAULT_RATE_TOLERANCE];
+  if (!PetscIsNanReal(fault->options.value[FAULT_RATE_TOLERANCE]))
+    tolerance = fault->options.value[FAULT_RATE_TOLERANCE];
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetFriction(fault, &friction));
   PetscCall(LargestDisplacement(fault, w1, &displacement));
   PetscCall(RateError(fault, displacement, e, &largest[1], &slow));
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscReal error = PetscMax(PetscAbsReal(a[3 * i + 1]), PetscAbsReal(a[3 * i + 2]));
-    const PetscReal rate = PetscMax(PetscAbsReal(b[3 * i]), PetscAbsReal(c[3 * i]));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal error =
+      PetscMax(PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)]), PetscAbsReal(a[SlipFaultStateAt(fault, i)]));
+    const PetscReal rate =
+      PetscMax(PetscAbsReal(b[SlipFaultRateAt(fault, i)]), PetscAbsReal(c[SlipFaultRateAt(fault, i)]));
 
     PetscBool weakens;
     const PetscReal slip = SlipScale(fault, &friction, i, displacement, &weakens);
-    const PetscReal moved = PetscAbsReal(c[3 * i + 1] - b[3 * i + 1] + h * vinf[i]) / slip;
+    const PetscReal moved =
+      PetscAbsReal(c[SlipFaultDisplacementAt(fault, i)] - b[SlipFaultDisplacementAt(fault, i)] + h * vinf[i]) / slip;
 
     if (!(error / slip <= largest[0])) largest[0] = error / slip;
-    if (weakens) largest[3] = PetscMax(largest[3], Weakening(&friction, i, b[3 * i + 2]) * PetscPowRealInt(moved, 3));
+    if (weakens)
+      largest[3] =
+        PetscMax(largest[3], Weakening(&friction, i, b[SlipFaultStateAt(fault, i)]) * PetscPowRealInt(moved, 3));
     largest[2] = PetscMax(largest[2], PetscMax(rate, PetscAbsReal(vinf[i])));
   }
   PetscCall(SlipArraysRestore(3, arrays));

@@ -15,7 +15,7 @@ static void Size(PetscReal bytes, char text[32])
 /* What a matrix or preconditioner holds: bytes most on one rank, in all, and of a dense matrix. */
 static PetscErrorCode ViewMemory(SlipFault fault, const char what[], PetscReal most, PetscReal all, PetscViewer viewer)
 {
-  const PetscReal N = (PetscReal)fault->N, dense = N * N * (PetscReal)sizeof(PetscScalar);
+  const PetscReal N = (PetscReal)fault->mesh.N, dense = N * N * (PetscReal)sizeof(PetscScalar);
   char one[32], sum[32];
 
   PetscFunctionBegin;
@@ -62,20 +62,20 @@ static PetscErrorCode CreatePreconditioner(SlipFault fault, PC *pc)
   PetscReal theta;
 
   PetscFunctionBegin;
-  PetscCall(MatSlipStageGetTheta(fault->B, &theta));
-  PetscCall(MatSlipStageSetTheta(fault->B, fault->tstar));
+  PetscCall(MatSlipStageGetTheta(fault->operators.B, &theta));
+  PetscCall(MatSlipStageSetTheta(fault->operators.B, fault->operators.tstar));
   PetscCall(PCCreate(fault->comm, pc));
   PetscCall(PCSetType(*pc, PCSLIPSTAGE));
-  PetscCall(PCSetOperators(*pc, fault->B, fault->B));
+  PetscCall(PCSetOperators(*pc, fault->operators.B, fault->operators.B));
   PetscCall(PCSetUp(*pc));
-  if (theta > 0) PetscCall(MatSlipStageSetTheta(fault->B, theta));
+  if (theta > 0) PetscCall(MatSlipStageSetTheta(fault->operators.B, theta));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
 {
   PetscErrorCode (*memory)(PC, PetscReal *);
-  PetscInt least = fault->n, most = fault->n;
+  PetscInt least = fault->mesh.n, most = fault->mesh.n;
   const char *why, *cache;
   PetscReal resident, bytes = 0, largest, all;
   PetscLogDouble mine;
@@ -88,12 +88,12 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_INT, MPI_MIN, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_INT, MPI_MAX, fault->comm));
   PetscCall(PetscViewerASCIIPrintf(
-    viewer, "cells: %" PetscInt_FMT " on %d ranks, %" PetscInt_FMT " to %" PetscInt_FMT " on each\n", fault->N,
+    viewer, "cells: %" PetscInt_FMT " on %d ranks, %" PetscInt_FMT " to %" PetscInt_FMT " on each\n", fault->mesh.N,
     (int)size, least, most));
   PetscCall(CreatePreconditioner(fault, &pc));
-  PetscCall(ViewMatrix(fault, "stiffness K", "K", fault->K, viewer));
-  PetscCall(ViewMatrix(fault, "viscosity H", "H", fault->H, viewer));
-  PetscCall(ViewMatrix(fault, "stage operator B", "B, beside K and H", fault->B, viewer));
+  PetscCall(ViewMatrix(fault, "stiffness K", "K", fault->operators.K, viewer));
+  PetscCall(ViewMatrix(fault, "viscosity H", "H", fault->operators.H, viewer));
+  PetscCall(ViewMatrix(fault, "stage operator B", "B, beside K and H", fault->operators.B, viewer));
   PetscCall(PetscObjectQueryFunction((PetscObject)pc, "PCSlipGetMemory_C", &memory));
   if (memory) PetscCall((*memory)(pc, &bytes));
   PetscCallMPI(MPI_Allreduce(&bytes, &largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
@@ -103,10 +103,10 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
   PetscCall(ViewMemory(fault, "the preconditioner, beside what it shares with K", memory ? largest : -1, all, viewer));
   PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscCall(PCDestroy(&pc));
-  PetscCall(MatSlipGetNotes(fault->K, &why, &cache));
+  PetscCall(MatSlipGetNotes(fault->operators.K, &why, &cache));
   PetscCall(PetscViewerASCIIPrintf(viewer, "cache: %s\n",
                                    cache[0] ? cache
-                                   : fault->text[FAULT_CACHE_DIR][0]
+                                   : fault->options.text[FAULT_CACHE_DIR][0]
                                      ? "not used, this viscosity is set up quickly or not at all"
                                      : "none (-fault_cache_dir)"));
   PetscCall(PetscMemoryGetCurrentUsage(&mine));
@@ -130,16 +130,16 @@ static PetscInt SlipFaultFieldOf(SlipFaultRealId id)
 static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
 {
   const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
-  const char *from = fault->source[f];
+  const char *from = fault->fields.source[f];
   PetscReal range[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, sums[2] = {0, 0}; /* least, and least of the negative */
   char text[128];
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < fault->n; i++) {
-    range[0] = PetscMin(range[0], fault->field[f][i]);
-    range[1] = PetscMin(range[1], -fault->field[f][i]);
-    sums[0] += fault->weight[i] * fault->field[f][i];
-    sums[1] += fault->weight[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    range[0] = PetscMin(range[0], fault->fields.cell[f][i]);
+    range[1] = PetscMin(range[1], -fault->fields.cell[f][i]);
+    sums[0] += fault->mesh.weight[i] * fault->fields.cell[f][i];
+    sums[1] += fault->mesh.weight[i];
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, range, 2, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, fault->comm));
@@ -206,12 +206,12 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
   }
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
     PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,
-                                     fault->text[i][0] ? fault->text[i] : "(none)"));
+                                     fault->options.text[i][0] ? fault->options.text[i] : "(none)"));
   if (fault->setup) {
-    PetscCall(PetscViewerASCIIPrintf(viewer, "time scale T*: %g s\n", (double)fault->tstar));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %.6g\n", (double)fault->scaling));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "inertia: %s\n", fault->inertia ? "yes" : "no"));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "friction: %s\n", fault->law->formula));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "time scale T*: %g s\n", (double)fault->operators.tstar));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %.6g\n", (double)fault->operators.scaling));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "inertia: %s\n", fault->kind.inertia ? "yes" : "no"));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "friction: %s\n", fault->friction.law->formula));
     if (fault->resolution.known) {
       char text[256];
 

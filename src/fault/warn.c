@@ -37,12 +37,12 @@ static PetscErrorCode LargestMagnitude(SlipFault fault, SlipFaultRealId id, Pets
 {
   PetscFunctionBegin;
   *source = NULL;
-  *largest = PetscAbsReal(fault->value[id]);
+  *largest = PetscAbsReal(fault->options.value[id]);
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    if (SlipFaultFields[f] != id || !fault->source[f]) continue;
-    *source = fault->source[f];
+    if (SlipFaultFields[f] != id || !fault->fields.source[f]) continue;
+    *source = fault->fields.source[f];
     *largest = 0;
-    for (PetscInt i = 0; i < fault->n; i++) *largest = PetscMax(*largest, PetscAbsReal(fault->field[f][i]));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) *largest = PetscMax(*largest, PetscAbsReal(fault->fields.cell[f][i]));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -60,7 +60,7 @@ static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
     PetscReal x;
     PetscBool small;
 
-    if (extent && fault->mesh.n) continue; /* the file of the mesh has its own check */
+    if (extent && fault->mesh.cells.n) continue; /* the file of the mesh has its own check */
     PetscCall(LargestMagnitude(fault, plausible[k].id, &x, &source));
     if (rank || x == 0 || isnan(x) || (x >= plausible[k].least && x <= plausible[k].most)) continue;
     small = x < plausible[k].least ? PETSC_TRUE : PETSC_FALSE;
@@ -84,29 +84,29 @@ static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
    Collective. */
 static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
 {
-  const PetscReal width = PetscMin(fault->value[FAULT_LENGTH_X], fault->value[FAULT_LENGTH_Z]);
+  const PetscReal width = PetscMin(fault->options.value[FAULT_LENGTH_X], fault->options.value[FAULT_LENGTH_Z]);
   const SlipFaultResolution *r = &fault->resolution;
   const char *prefix = SlipFaultPrefix(fault);
   PetscInt moves = 0, weakens = 0;
   SlipFrictionCells friction;
 
   PetscFunctionBegin;
-  if (!fault->law->smooth || fault->loads.pressed || !r->weakens) PetscFunctionReturn(PETSC_SUCCESS);
-  if (fault->N == 1 ? r->alone == 0 : r->nucleation > width) PetscFunctionReturn(PETSC_SUCCESS); /* stable */
+  if (!fault->friction.law->smooth || fault->loads.pressed || !r->weakens) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->mesh.N == 1 ? r->alone == 0 : r->nucleation > width) PetscFunctionReturn(PETSC_SUCCESS); /* stable */
   PetscCall(SlipFaultLoadAt(fault, 0));
   PetscCall(SlipFaultGetFriction(fault, &friction));
-  for (PetscInt i = 0; i < fault->n && !moves; i++) {
-    const PetscReal vinf = fault->field[FIELD_LOADING_RATE][i], rate = PetscAbsReal(vinf);
-    const PetscReal load = fault->field[FIELD_INITIAL_TRACTION][i] * (vinf < 0 ? -1 : 1);
+  for (PetscInt i = 0; i < fault->mesh.n && !moves; i++) {
+    const PetscReal vinf = fault->fields.cell[FIELD_LOADING_RATE][i], rate = PetscAbsReal(vinf);
+    const PetscReal load = fault->fields.cell[FIELD_INITIAL_TRACTION][i] * (vinf < 0 ? -1 : 1);
     PetscReal mu, ds, dv, s;
 
-    if (fault->field[FIELD_STRESSING_RATE][i] != 0 || vinf == 0) moves = 1;
+    if (fault->fields.cell[FIELD_STRESSING_RATE][i] != 0 || vinf == 0) moves = 1;
     if (moves || (fault->balance.creeps && fault->balance.creeps[i])) continue;
     s = SlipFrictionSteady(&friction, i, vinf);
     SlipFrictionEvaluate(&friction, i, s, rate, &mu, &ds, &dv);
     /* the traction and the state give the rate */
     if (PetscAbsReal(load - mu * friction.stress[i]) > STEADY * dv * rate * friction.stress[i] ||
-        PetscAbsReal(fault->field[FIELD_INITIAL_STATE][i] / SlipFaultShownState(fault, i, s) - 1) > STEADY)
+        PetscAbsReal(fault->fields.cell[FIELD_INITIAL_STATE][i] / SlipFaultShownState(fault, i, s) - 1) > STEADY)
       moves = 1;
     else if (SlipFaultRateWeakens(&friction, i, vinf))
       weakens = 1;
@@ -135,13 +135,14 @@ static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
 static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
 {
   const char *prefix = SlipFaultPrefix(fault);
-  const PetscReal zone = fault->value[FAULT_SHEAR_MODULUS] / fault->resolution.critical; /* G/W */
+  const PetscReal zone = fault->options.value[FAULT_SHEAR_MODULUS] / fault->resolution.critical; /* G/W */
   PetscReal thickness, speed;
   PetscBool critical;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->text[FAULT_INITIAL], "critical", &critical));
-  if (rank || !fault->inertia || !fault->resolution.known || fault->law->by_rate || fault->law->state || critical)
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
+  if (rank || !fault->kind.inertia || !fault->resolution.known || fault->friction.law->by_rate ||
+      fault->friction.law->state || critical)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
   speed = FRONT_SPEED * PetscSqrtReal(zone / thickness);
@@ -150,7 +151,7 @@ static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
     SlipWarning("-%sfault_thickness is %.6g m%s, whose inertia lets ruptures run at some %.2g of the shear wave "
                 "speed: expected at most %.2g m, for %g of it, or -%sfault_inertia no with -%sfault_viscosity "
                 "radiation",
-                prefix, (double)thickness, isnan(fault->value[FAULT_THICKNESS]) ? " (of -fault_length_x)" : "",
+                prefix, (double)thickness, isnan(fault->options.value[FAULT_THICKNESS]) ? " (of -fault_length_x)" : "",
                 (double)speed, (double)(zone * PetscSqr(FRONT_SPEED / SLOW_FRONT)), SLOW_FRONT, prefix, prefix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -159,7 +160,7 @@ static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
 
 static PetscErrorCode WarnOfPlanes(SlipFault fault, PetscMPIInt rank)
 {
-  const SlipCells *mesh = &fault->mesh;
+  const SlipCells *mesh = &fault->mesh.cells;
   PetscBool several = PETSC_FALSE;
 
   PetscFunctionBegin;
@@ -167,7 +168,7 @@ static PetscErrorCode WarnOfPlanes(SlipFault fault, PetscMPIInt rank)
   if (several && !rank)
     PetscCall(SlipWarning("slip on one plane of -%sfault_mesh %s does not change the normal stress on the others here: "
                           "only shear stress passes between planes",
-                          SlipFaultPrefix(fault), fault->text[FAULT_MESH]));
+                          SlipFaultPrefix(fault), fault->options.text[FAULT_MESH]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,7 +178,7 @@ PetscErrorCode SlipFaultWarn(SlipFault fault)
   PetscMPIInt rank;
 
   PetscFunctionBegin;
-  if (!fault->speaks) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->options.speaks) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCall(WarnOfUnits(fault, rank));
   PetscCall(WarnOfPlanes(fault, rank));

@@ -24,14 +24,14 @@
 static PetscErrorCode Corners(SlipFault fault, PetscInt *npoints, PetscReal **points, PetscInt **cells)
 {
   static const PetscReal side[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}; /* along strike, in depth */
-  const SlipCells *c = &fault->mesh;
-  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ];
+  const SlipCells *c = &fault->mesh.cells;
+  const PetscInt nx = (PetscInt)fault->options.value[FAULT_NX], nz = (PetscInt)fault->options.value[FAULT_NZ];
   PetscReal *p;
   PetscInt *q;
 
   PetscFunctionBegin;
   *npoints = c->n ? 4 * c->n : (nx + 1) * (nz + 1);
-  PetscCall(PetscMalloc2(3 * *npoints, points, 4 * fault->N, cells));
+  PetscCall(PetscMalloc2(3 * *npoints, points, 4 * fault->mesh.N, cells));
   p = *points;
   q = *cells;
   for (PetscInt e = 0; e < c->n; e++)
@@ -44,11 +44,11 @@ static PetscErrorCode Corners(SlipFault fault, PetscInt *npoints, PetscReal **po
   if (c->n) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt j = 0; j <= nz; j++)
     for (PetscInt i = 0; i <= nx; i++) {
-      *p++ = i * fault->value[FAULT_LENGTH_X] / nx;
+      *p++ = i * fault->options.value[FAULT_LENGTH_X] / nx;
       *p++ = 0;
-      *p++ = -(fault->value[FAULT_DEPTH_TOP] + j * fault->value[FAULT_LENGTH_Z] / nz);
+      *p++ = -(fault->options.value[FAULT_DEPTH_TOP] + j * fault->options.value[FAULT_LENGTH_Z] / nz);
     }
-  for (PetscInt e = 0; e < fault->N; e++) {
+  for (PetscInt e = 0; e < fault->mesh.N; e++) {
     const PetscInt first = e / nx * (nx + 1) + e % nx;
 
     *q++ = first;
@@ -67,7 +67,7 @@ static PetscErrorCode WriteCorners(SlipFault fault, SlipH5 *h)
   PetscFunctionBegin;
   PetscCall(Corners(fault, &dims[0], &points, &cells));
   PetscCall(SlipH5WriteReal(h, "/xdmf/points", 2, dims, points, "m"));
-  dims[0] = fault->N;
+  dims[0] = fault->mesh.N;
   dims[1] = 4;
   PetscCall(SlipH5WriteInt(h, "/xdmf/cells", 2, dims, cells, NULL));
   PetscCall(PetscFree2(points, cells));
@@ -82,7 +82,8 @@ PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out)
   PetscBool has;
 
   PetscFunctionBegin;
-  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS && out->fault->output_xdmf; f++) x->wanted = x->wanted || out->wanted[f];
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS && out->fault->options.output_xdmf; f++)
+    x->wanted = x->wanted || out->wanted[f];
   if (!x->wanted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscStrncpy(x->target, h->target, sizeof(x->target)));
   slash = strrchr(x->target, '/');
@@ -136,12 +137,13 @@ static void Escape(const char name[], const char ending[], char text[], size_t l
 static void PutEntry(SlipFaultOutput out, FILE *f, const char h5[], PetscInt k)
 {
   const SlipFault fault = out->fault;
-  const PetscInt nx = (PetscInt)fault->value[FAULT_NX], nz = (PetscInt)fault->value[FAULT_NZ], N = fault->N;
-  const PetscInt points = fault->mesh.n ? 4 * N : (nx + 1) * (nz + 1);
-  const int bytes = !strcmp(fault->text[FAULT_OUTPUT_PRECISION], "single") ? 4 : 8;
+  const PetscInt nx = (PetscInt)fault->options.value[FAULT_NX], nz = (PetscInt)fault->options.value[FAULT_NZ],
+                 N = fault->mesh.N;
+  const PetscInt points = fault->mesh.cells.n ? 4 * N : (nx + 1) * (nz + 1);
+  const int bytes = !strcmp(fault->options.text[FAULT_OUTPUT_PRECISION], "single") ? 4 : 8;
   char slab[96], part[64], all[96];
 
-  if (fault->mesh.n) {
+  if (fault->mesh.cells.n) {
     (void)snprintf(slab, sizeof(slab), "%lld 0 1 1 1 %lld", (long long)k, (long long)N);
     (void)snprintf(part, sizeof(part), "1 %lld", (long long)N);
   } else {
@@ -171,7 +173,7 @@ static void PutEntry(SlipFaultOutput out, FILE *f, const char h5[], PetscInt k)
             "      <DataItem Dimensions=\"%s\" NumberType=\"Float\" Precision=\"%d\" "
             "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
             "     </DataItem>\n    </Attribute>\n",
-            out->name[i], part, fault->mesh.n ? 2 : 3, slab, all, bytes, h5, out->name[i]);
+            out->name[i], part, fault->mesh.cells.n ? 2 : 3, slab, all, bytes, h5, out->name[i]);
   }
   fprintf(f, "   </Grid>\n");
 }

@@ -169,18 +169,19 @@ static PetscErrorCode WorstCell(SlipFault fault)
   PetscCall(SNESCreate(PETSC_COMM_WORLD, &snes));
   PetscCall(SNESSetType(snes, SNESSEMISMOOTH));
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 0, PETSC_DEFAULT));
-  PetscCall(SNESSetSlipConstraint(snes, fault->con));
+  PetscCall(SNESSetSlipConstraint(snes, fault->stage.con));
   PetscCall(SlipFaultCreateState(fault, &w));
-  PetscCall(VecDuplicate(fault->uc, &x));
-  PetscCall(VecDuplicate(fault->uc, &r));
+  PetscCall(VecDuplicate(fault->critical.uc, &x));
+  PetscCall(VecDuplicate(fault->critical.uc, &r));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
     const SlipStage stage = {.theta = 1e-2, .omega = 1, .base = w};
     PetscInt found;
 
     PetscCall(VecZeroEntries(w));
     PetscCall(VecZeroEntries(x));
-    for (PetscInt i = fault->start; i < fault->start + fault->n; i++)
-      if ((fault->order ? fault->order[i] : i) == rows[k]) PetscCall(VecSetValue(w, 3 * i, 1e3, INSERT_VALUES));
+    for (PetscInt i = fault->mesh.start; i < fault->mesh.start + fault->mesh.n; i++)
+      if ((fault->mesh.order ? fault->mesh.order[i] : i) == rows[k])
+        PetscCall(VecSetValue(w, 3 * i, 1e3, INSERT_VALUES));
     PetscCall(VecAssemblyBegin(w));
     PetscCall(VecAssemblyEnd(w));
     PetscCall(SNESSlipSolveStage(snes, &stage, x, r, NULL));
@@ -218,9 +219,9 @@ static PetscErrorCode GiveField(void)
   PetscCall(SlipFaultSetReal(fault, "thickness", 2000));
   PetscCall(SlipFaultSetField(fault, "normal_stress", N, stress));
   PetscCall(SlipFaultSetUp(fault));
-  for (PetscInt i = 0; i < fault->n; i++) {
-    const PetscInt e = fault->start + i, row = fault->order ? fault->order[e] : e;
-    const PetscReal got = fault->field[FIELD_NORMAL_STRESS][i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscInt e = fault->mesh.start + i, row = fault->mesh.order ? fault->mesh.order[e] : e;
+    const PetscReal got = fault->fields.cell[FIELD_NORMAL_STRESS][i];
 
     PetscCheck(got == stress[row], PETSC_COMM_SELF, PETSC_ERR_PLIB, "the cell of row %d has %.1f Pa, given were %.1f",
                (int)row, (double)got, (double)stress[row]);

@@ -45,14 +45,14 @@ static PetscErrorCode CheckQuadrature(TS ts, const SlipAttempt *attempt, Vec w, 
   PetscCall(TSBatheGetQuadrature(ts, share, weight, node));
   PetscCheck(share[0] == 0 && share[1] > 0 && share[1] < 1 && share[2] == 1, PETSC_COMM_SELF, PETSC_ERR_PLIB, "shares");
   for (PetscInt k = 0; k < 3; k++) PetscCall(VecGetArrayRead(node[k], &a[k]));
-  PetscCall(VecGetArrayRead(fault->vinf, &vinf));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  PetscCall(VecGetArrayRead(fault->operators.vinf, &vinf));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal sum = 0;
 
     for (PetscInt k = 0; k < 3; k++) sum += attempt->dt * weight[k] * (a[k][3 * i] - vinf[i]);
     *worst = PetscMax(*worst, fabs(a[2][3 * i + 1] - a[0][3 * i + 1] - sum));
   }
-  PetscCall(VecRestoreArrayRead(fault->vinf, &vinf));
+  PetscCall(VecRestoreArrayRead(fault->operators.vinf, &vinf));
   for (PetscInt k = 0; k < 3; k++) PetscCall(VecRestoreArrayRead(node[k], &a[k]));
   (void)w;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -148,7 +148,7 @@ static Outcome Run(const char law[], PetscReal loading, PetscReal rate, PetscRea
   ok(SlipFaultOutputFinish(fault, ts, 0, 0));
   ok(SlipFaultGetObservables(fault, w, NULL, &out.final));
   ok(VecStrideGather(w, 2, fault->work[0], INSERT_VALUES));
-  ok(MatMult(fault->K, fault->work[0], fault->work[1]));
+  ok(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
   ok(VecSum(fault->work[1], &out.drop));
   out.drop /= 30;
   ok(SlipH5OpenRead(file, &h));
@@ -156,7 +156,7 @@ static Outcome Run(const char law[], PetscReal loading, PetscReal rate, PetscRea
     out.row[columns[c].id] = Read(&h, columns[c].name, &out.events);
   ok(SlipH5Close(&h));
   assert_int_equal(0, TempDirRemove(folder));
-  assert_int_equal(out.events, fault->events);
+  assert_int_equal(out.events, fault->run.events);
   ok(VecDestroy(&w));
   ok(TSDestroy(&ts));
   ok(SlipFaultDestroy(&fault));

@@ -80,7 +80,7 @@ static void Solve(const char file[], Course *course)
   ok(SlipFaultSetReal(fault, "loading_rate", loading));
   ok(SlipFaultSetReal(fault, "event_rate", rate));
   ok(SlipFaultSetString(fault, "catalogue", file));
-  fault->catalogue_maps = PETSC_TRUE;
+  fault->options.catalogue_maps = PETSC_TRUE;
   ok(FaultStart(fault, TSADAPTNONE, step_length, STEPS * step_length, &w, &ts));
   ok(SlipFaultOutputStart(fault, ts));
   ok(TSMonitorSet(ts, Watch, course, NULL));

@@ -66,7 +66,7 @@ static Rates Creep(TSBatheFirstStage rule, PetscReal excess, PetscBool inertia)
   Vec w;
 
   ok(SlipFaultSetReal(fault, "initial_traction", (1 + excess) * (residual + drop) * sigma));
-  fault->initial_unstable = PETSC_TRUE;
+  fault->options.initial_unstable = PETSC_TRUE;
   ok(SlipFaultSetReal(fault, "loading_rate", v_inf));
   ok(SlipFaultSetInertia(fault, inertia));
   ok(FaultStart(fault, TSADAPTNONE, 1e6, 1e8, &w, &ts));
@@ -106,7 +106,7 @@ static void Event(const char initial[], PetscReal end, PetscReal *slip, PetscRea
   /* the critical start's excess of 1e-5 */
   if (!strcmp(initial, "traction"))
     ok(SlipFaultSetReal(fault, "initial_traction", (1 + 1e-5) * (residual + drop) * sigma));
-  fault->initial_unstable = PETSC_TRUE;
+  fault->options.initial_unstable = PETSC_TRUE;
   ok(SlipFaultSetInertia(fault, PETSC_TRUE)); /* a traction alone would be without */
   ok(FaultStart(fault, TSADAPTNONE, 0.01, end, &w, &ts));
   ok(TSSolve(ts, w));

@@ -106,10 +106,10 @@ static void two_faults(void **state)
   ok(MatGetOptionsPrefix(K, &prefix));
   assert_string_equal(prefix, "lower_");
   /* by their views, as Lanczos' method is exact for so few cells */
-  assert_non_null(strstr(ViewOf(upper->H), "relative tolerance 0.5,"));
-  assert_non_null(strstr(ViewOf(lower->H), "relative tolerance 1e-10,"));
-  assert_string_equal(lower->law->name, "constant");
-  assert_string_equal(upper->law->name, "exponential_slip_weakening");
+  assert_non_null(strstr(ViewOf(upper->operators.H), "relative tolerance 0.5,"));
+  assert_non_null(strstr(ViewOf(lower->operators.H), "relative tolerance 1e-10,"));
+  assert_string_equal(lower->friction.law->name, "constant");
+  assert_string_equal(upper->friction.law->name, "exponential_slip_weakening");
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options); i++) ok(PetscOptionsClearValue(NULL, options[i][0]));
 
   /* a reference, and that of a TS, keep it alive */
@@ -141,7 +141,7 @@ static void normal_stress(void **state)
   ok(SlipFaultSetReal(fault, "depth_top", 200));
   ok(SlipFaultSetUp(fault));
   /* centre of the last row: 200 m + 2500 m; both terms are exact in doubles */
-  assert_true(fault->field[FIELD_NORMAL_STRESS][5] == 1e6 + 15e3 * 2700);
+  assert_true(fault->fields.cell[FIELD_NORMAL_STRESS][5] == 1e6 + 15e3 * 2700);
   fails(SlipFaultSetReal(fault, "nx", 3), "before SlipFaultSetUp");
   ok(SlipFaultDestroy(&fault));
   fault = Make(1, 1);
@@ -160,15 +160,15 @@ static void scaling_and_critical_state(void **state)
   (void)state;
   ok(SlipFaultSetString(fault, "stiffness_scaling", "mean_slip"));
   ok(SlipFaultSetUp(fault));
-  VecsDuplicate(fault->uc, &sigma, &x);
-  for (PetscInt e = 0; e < 9; e++) ok(VecSetValue(sigma, e, fault->field[FIELD_NORMAL_STRESS][e], INSERT_VALUES));
+  VecsDuplicate(fault->critical.uc, &sigma, &x);
+  for (PetscInt e = 0; e < 9; e++) ok(VecSetValue(sigma, e, fault->fields.cell[FIELD_NORMAL_STRESS][e], INSERT_VALUES));
   ok(VecAssemblyBegin(sigma));
   ok(VecAssemblyEnd(sigma));
   ok(SlipFaultSolveStiffness(fault, sigma, x));
   ok(VecSum(x, &mean));
   ok(VecSum(sigma, &stress));
   assert_true(fabs(mean / (stress * 3000 / 30e9) - 1) < 1e-11);
-  ok(MatMult(fault->K, fault->uc, x)); /* K uc = 0.6 sigma */
+  ok(MatMult(fault->operators.K, fault->critical.uc, x)); /* K uc = 0.6 sigma */
   ok(VecAXPY(x, -0.6, sigma));
   ok(VecNorm(x, NORM_INFINITY, &norm));
   ok(VecNorm(sigma, NORM_INFINITY, &sum));
@@ -185,8 +185,8 @@ static void elasticity_is_left_alone(void **state)
 
   (void)state;
   ok(SlipFaultSetUp(fault));
-  assert_true(fault->scaling == 1);
-  ok(MatGetDiagonal(fault->K, fault->work[0]));
+  assert_true(fault->operators.scaling == 1);
+  ok(MatGetDiagonal(fault->operators.K, fault->work[0]));
   ok(VecMax(fault->work[0], NULL, &K));
   assert_true(fabs(K / (0.311646 * 30e9 / 1000) - 1) < 2e-6);
   ok(SlipFaultDestroy(&fault));
@@ -222,9 +222,9 @@ static void field_file(void **state)
   WriteField(file, "/friction_slip", 2, 3, data);
   ok(SlipFaultSetString(fault, "parameters", file));
   ok(SlipFaultSetUp(fault));
-  assert_memory_equal(data, fault->field[FIELD_FRICTION_SLIP], sizeof(data));
-  assert_true(fault->field[FIELD_FRICTION_DROP][5] == 0.1);
-  assert_true(fabs(fault->mean_dc - 0.35) < 1e-15);
+  assert_memory_equal(data, fault->fields.cell[FIELD_FRICTION_SLIP], sizeof(data));
+  assert_true(fault->fields.cell[FIELD_FRICTION_DROP][5] == 0.1);
+  assert_true(fabs(fault->critical.mean_dc - 0.35) < 1e-15);
   ok(SlipFaultDestroy(&fault));
   Refuses(2, 3, "parameters", file, "has shape [2, 3], expected [3, 2], Nz x Nx");
   data[4] = -0.5;
@@ -250,7 +250,7 @@ static void stiffness_file(void **state)
   ok(SlipFaultSetString(fault, "stiffness_file", "test_fault_stiffness.h5:/run/K"));
   ok(SlipFaultSetString(fault, "stiffness_scaling", "none"));
   ok(SlipFaultSetUp(fault));
-  ok(MatNorm(fault->K, NORM_FROBENIUS, &x));
+  ok(MatNorm(fault->operators.K, NORM_FROBENIUS, &x));
   assert_true(fabs(x - sqrt(20.) * 1e7) < 1e-8); /* one rounding of a number of 4.5e7 is 7e-9 */
   ok(SlipFaultDestroy(&fault));
   Refuses(2, 1, "stiffness_file", file, "has no dataset /stiffness");
@@ -277,12 +277,12 @@ static void stiffness_view(void **state)
   ok(PetscOptionsClearValue(NULL, "-fault_stiffness_view"));
   ok(SlipFaultSetString(fault, "stiffness_scaling", "mean_slip"));
   ok(SlipFaultSetUp(fault));
-  assert_true(fault->scaling != 1);
+  assert_true(fault->operators.scaling != 1);
   ok(PetscViewerBinaryOpen(PETSC_COMM_SELF, file, FILE_MODE_READ, &viewer));
   ok(MatCreate(PETSC_COMM_SELF, &K));
   ok(MatSetType(K, MATDENSE));
   ok(MatLoad(K, viewer));
-  ok(MatConvert(fault->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  ok(MatConvert(fault->operators.K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
   ok(MatEqual(K, dense, &same));
   assert_true(same);
   MatsDestroy(&dense, &K);
@@ -308,7 +308,7 @@ static void elimination(void **state)
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &base));
   VecsDuplicate(base, &ex, &w, &F);
-  VecsDuplicate(fault->uc, &v, &r);
+  VecsDuplicate(fault->critical.uc, &v, &r);
   ok(PetscRandomCreate(PETSC_COMM_SELF, &random));
   ok(PetscRandomSetInterval(random, -1, 1));
   ok(VecSetRandom(base, random));
@@ -328,7 +328,7 @@ static void elimination(void **state)
   for (PetscInt i = 0; i < 6; i++) {
     const PetscReal *wi = a + 3 * i, *bi = b + 3 * i, *ci = c + 3 * i, *fi = f + 3 * i;
 
-    assert_true(fabs(fault->mass / 0.37 * (wi[0] - bi[0]) - (fi[0] + ci[0] + g[i])) < 1e-4);
+    assert_true(fabs(fault->operators.mass / 0.37 * (wi[0] - bi[0]) - (fi[0] + ci[0] + g[i])) < 1e-4);
     assert_true(fabs((wi[1] - bi[1]) / 0.37 - (fi[1] + ci[1])) < 1e-12); /* numbers of size 1 */
     assert_true(fabs((wi[2] - bi[2]) / 0.37 - (fi[2] + ci[2])) < 1e-12);
   }
@@ -358,7 +358,7 @@ static void power_balance(void **state)
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
   ok(VecDuplicate(w, &F));
-  VecsDuplicate(fault->uc, &r, &ku, &u);
+  VecsDuplicate(fault->critical.uc, &r, &ku, &u);
   ok(PetscRandomCreate(PETSC_COMM_SELF, &random));
   ok(PetscRandomSetInterval(random, -0.1, 0.1));
   ok(VecSetRandom(w, random));
@@ -369,7 +369,7 @@ static void power_balance(void **state)
   ok(VecGetArrayWrite(u, &x));
   for (PetscInt i = 0; i < 12; i++) x[i] = a[3 * i + 1];
   ok(VecRestoreArrayWrite(u, &x));
-  ok(MatMult(fault->K, u, ku));
+  ok(MatMult(fault->operators.K, u, ku));
   ok(VecGetArray(F, &f));
   ok(VecGetArrayRead(ku, &k));
   ok(VecGetArrayRead(r, &q));

@@ -100,7 +100,7 @@ static PetscErrorCode CheckCone(TS ts, const SlipAttempt *attempt, Vec w, void *
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(r, &tau));
   PetscCall(VecGetArrayRead(q, &b));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal v = a[3 * i];
 
     cone->worst = PetscMax(cone->worst, fabs(tau[i]) / b[i] - 1);

@@ -80,7 +80,7 @@ static SlipFault Fault(void)
 static PetscReal PressureAt(SlipFault fault, PetscReal t, PetscInt e)
 {
   ok(SlipFaultLoadAt(fault, t));
-  return fault->field[FIELD_NORMAL_STRESS][e] - fault->loads.stress[e];
+  return fault->fields.cell[FIELD_NORMAL_STRESS][e] - fault->loads.stress[e];
 }
 
 static PetscReal CornerAfter(SlipFault fault, PetscReal t)
@@ -175,9 +175,9 @@ static void source_of_planes(void **state)
     else
       ok(SlipFaultSetUp(fault));
     for (PetscInt i = 0; i < 5 && !wrong; i++) {
-      const PetscReal *c = cells + 5 * (fault->order ? fault->order[i] : i);
+      const PetscReal *c = cells + 5 * (fault->mesh.order ? fault->mesh.order[i] : i);
       const PetscReal r2 = c[0] * c[0] + (c[1] - y) * (c[1] - y) + (c[2] - 5000) * (c[2] - 5000);
-      const PetscReal stress = fault->field[FIELD_NORMAL_STRESS][i];
+      const PetscReal stress = fault->fields.cell[FIELD_NORMAL_STRESS][i];
 
       ok(SlipFaultLoadAt(fault, t)); /* within the rounding of the stress that p is taken from */
       assert_true(fabs(stress - fault->loads.stress[i] -

@@ -153,8 +153,8 @@ static void start_of_rate_and_state(void **state)
     for (PetscInt i = 0; i < N; i++) {
       const PetscBool locked = (k == 0 || k == 3) && i % 2 ? PETSC_TRUE : PETSC_FALSE;
 
-      Same(fault->field[FIELD_INITIAL_RATE][i], sign * vinf * (locked ? 1e-3 : 1));
-      if (k != 2) Same(fault->field[FIELD_INITIAL_STATE][i], slip / vinf);
+      Same(fault->fields.cell[FIELD_INITIAL_RATE][i], sign * vinf * (locked ? 1e-3 : 1));
+      if (k != 2) Same(fault->fields.cell[FIELD_INITIAL_STATE][i], slip / vinf);
     }
     ok(SlipFaultDestroy(&fault));
   }
@@ -191,8 +191,8 @@ static void inertia_and_viscosity(void **state)
     ok(SlipFaultSetReal(fault, "initial_traction", 0.5 * sigma));
     if (rows[k].given >= 0) ok(SlipFaultSetInertia(fault, rows[k].given ? PETSC_TRUE : PETSC_FALSE));
     ok(SlipFaultSetUp(fault));
-    assert_int_equal(fault->inertia, rows[k].inertia);
-    assert_string_equal(fault->text[FAULT_VISCOSITY], rows[k].becomes);
+    assert_int_equal(fault->kind.inertia, rows[k].inertia);
+    assert_string_equal(fault->options.text[FAULT_VISCOSITY], rows[k].becomes);
     ok(SlipFaultDestroy(&fault));
   }
 }

@@ -42,7 +42,7 @@ static Rest RestOf(SlipFault fault, PetscReal t, PetscReal limit, PetscReal u, P
 
   for (int k = 0; k < 3; k++) ok(SlipFaultCreateState(fault, &w[k]));
   ok(VecGetArray(w[0], &a));
-  for (PetscInt i = 0; i < fault->n; i++) {
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
     a[3 * i + 1] = u;
     a[3 * i + 2] = s;
   }
@@ -183,7 +183,7 @@ static void areas(void **state)
     ok(SlipFaultSetField(fault, "stressing_rate", 3, rates));
     ok(SlipFaultSetField(fault, "initial_traction", 3, force));
     ok(SlipFaultSetUp(fault));
-    assert_true(fabs(fault->weight[2] / fault->weight[0] - 3) < 1e-12);
+    assert_true(fabs(fault->mesh.weight[2] / fault->mesh.weight[0] - 3) < 1e-12);
     rest = RestOf(fault, 0, 1e12, 0, 0);
     assert_true(fabs(rest.end / ((Strength(0) - start) / rates[first]) - 1) < 1e-12);
     ok(SlipFaultDestroy(&fault));

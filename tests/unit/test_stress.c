@@ -32,7 +32,7 @@ static SlipFault Fault(void)
   ok(SlipFaultSetField(fault, "stressing_rate", N, stressing));
   ok(SlipFaultSetField(fault, "loading_rate", N, loading));
   ok(SlipFaultSetUp(fault));
-  assert_true(fault->weight[N - 1] != fault->weight[0]);
+  assert_true(fault->mesh.weight[N - 1] != fault->mesh.weight[0]);
   assert_int_equal(0, TempDirRemove(dir));
   return fault;
 }
@@ -46,7 +46,7 @@ static Vec State(SlipFault fault, PetscReal scale, PetscReal dt)
   ok(SlipFaultCreateState(fault, &w));
   ok(VecGetArray(w, &a));
   for (PetscInt i = 0; i < N; i++)
-    a[3 * i + 1] = scale * (1 + cos(5 * (double)i)) - dt * fault->field[FIELD_LOADING_RATE][i];
+    a[3 * i + 1] = scale * (1 + cos(5 * (double)i)) - dt * fault->fields.cell[FIELD_LOADING_RATE][i];
   ok(VecRestoreArray(w, &a));
   return w;
 }
@@ -67,7 +67,7 @@ static void energy(void **state)
   Vec from = State(fault, 0.1, 0), to = State(fault, 0.25, 1e8), stress[2];
 
   (void)state;
-  VecsDuplicate(fault->uc, &stress[0], &stress[1]);
+  VecsDuplicate(fault->critical.uc, &stress[0], &stress[1]);
   for (int k = 0; k < 2; k++) {
     const PetscReal t = 3e8 * k, fall = EnergyOf(fault, t, from) - EnergyOf(fault, t, to), *a, *b, *x, *y;
     PetscReal work = 0;
@@ -79,7 +79,7 @@ static void energy(void **state)
     ok(VecGetArrayRead(stress[0], &x));
     ok(VecGetArrayRead(stress[1], &y));
     for (PetscInt i = 0; i < N; i++)
-      work += fault->weight[i] * SlipFaultMeanArea(fault) * 0.5 * (x[i] + y[i]) * (b[3 * i + 1] - a[3 * i + 1]);
+      work += fault->mesh.weight[i] * SlipFaultMeanArea(fault) * 0.5 * (x[i] + y[i]) * (b[3 * i + 1] - a[3 * i + 1]);
     ok(VecRestoreArrayRead(stress[1], &y));
     ok(VecRestoreArrayRead(stress[0], &x));
     ok(VecRestoreArrayRead(to, &b));
@@ -95,7 +95,8 @@ static void energy(void **state)
 
     ok(VecGetArrayRead(stress[0], &x));
     for (PetscInt i = 0; i < N; i++)
-      assert_true(fabs(x[i] / (fault->field[FIELD_INITIAL_TRACTION][i] + 1e8 * fault->field[FIELD_STRESSING_RATE][i]) -
+      assert_true(fabs(x[i] / (fault->fields.cell[FIELD_INITIAL_TRACTION][i] +
+                               1e8 * fault->fields.cell[FIELD_STRESSING_RATE][i]) -
                        1) < 1e-14);
     ok(VecRestoreArrayRead(stress[0], &x));
   }

@@ -177,15 +177,14 @@ typedef struct {
   PetscBool off;        /* the repetition is no run to estimate */
 } SlipFaultRunError;
 
-struct _p_SlipFault {
-  PETSCHEADER(int);
-  MPI_Comm comm; /* of the header, for short */
+/* ---- the parts of a fault, each filled by the file that is named, in the order of SlipFaultSetUp() ---- */
 
-  /* ---- what the user chose ---- */
+/* parameters.c: what the user chose; nothing else writes here */
+typedef struct {
   PetscReal value[FAULT_NUM_REALS];
   char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
-  PetscReal *given[FAULT_NUM_FIELDS]; /* of SlipFaultSetField(): all cells, [nx nz]; NULL: the scalar parameter */
-  PetscInt ngiven[FAULT_NUM_FIELDS];
+  PetscBool inertia_given;    /* else the law decides */
+  PetscBool initial_unstable; /* -fault_initial_unstable */
   PetscBool check_error;      /* -fault_check_error */
   PetscBool output_overwrite; /* -fault_output_overwrite */
   PetscBool output_xdmf;      /* -fault_output_xdmf */
@@ -196,72 +195,134 @@ struct _p_SlipFault {
   PetscViewerFormat format;
   PetscViewer stiffness_viewer; /* -fault_stiffness_view */
   PetscViewerFormat stiffness_format;
+} SlipFaultOptions;
 
-  PetscBool setup; /* SlipFaultSetUp() was called: what follows is valid */
-
-  /* ---- cells ---- */
+/* mesh.c: the cells and who owns them */
+typedef struct {
   PetscInt N, n, start; /* all, of this rank, the first of this rank */
-  SlipCells mesh;       /* of -fault_mesh in the file's order, owned; n = 0 for a grid */
+  SlipCells cells;      /* of -fault_mesh in the file's order, owned; n = 0 for a grid */
   PetscInt *order;      /* [N] row of the file for each cell of a mesh; NULL for a grid */
   PetscReal *weight; /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
-  PetscReal *field[FAULT_NUM_FIELDS];   /* [n] parameters cell by cell */
-  const char *source[FAULT_NUM_FIELDS]; /* where they come from, for views; NULL: the scalar parameters */
-  PetscBool loaded;                     /* some v_inf is not zero */
-  PetscBool inertia;                    /* -fault_inertia */
-  PetscBool inertia_given;              /* else the law decides */
-  PetscBool initial_unstable;           /* -fault_initial_unstable */
-  PetscBool heals;                      /* some healing time is not never */
-  PetscBool slip_law;                   /* -fault_state_law slip */
-  PetscBool sequence;                   /* by loading, stressing or healing events may follow each other */
-  PetscBool driven;   /* by loading, stressing, pressure or healing, or without inertia: quiet times without end */
-  PetscReal *healing; /* [n] 1/t_h [1/s]; NULL: 0 */
-  SlipFaultLoads loads;
+} SlipFaultMesh;
 
-  /* ---- operators, and what is derived from the parameters ---- */
+/* cells.c: parameters cell by cell */
+typedef struct {
+  PetscReal *given[FAULT_NUM_FIELDS]; /* of SlipFaultSetField(): all cells, [nx nz]; NULL: the scalar parameter */
+  PetscInt ngiven[FAULT_NUM_FIELDS];
+  PetscReal *cell[FAULT_NUM_FIELDS];    /* [n] */
+  const char *source[FAULT_NUM_FIELDS]; /* where they come from, for views; NULL: the scalar parameters */
+} SlipFaultCellFields;
+
+/* Where the numbers of a cell are in a state, and in its rates and errors; block numbers a cell */
+typedef struct {
+  PetscInt block;
+  PetscInt rate;         /* slip rate [m/s] */
+  PetscInt displacement; /* relative to the far field [m] */
+  PetscInt state;        /* of friction: cumulative slip [m], or what the law has in its place */
+} SlipFaultLayout;
+
+/* The friction of the cells, but for their normal stress, which the loads know */
+typedef struct {
   const SlipFrictionLaw *law;
+  PetscBool slip_law; /* -fault_state_law slip */
+  PetscReal *healing; /* [n] 1/t_h [1/s]; NULL: 0 */
+} SlipFaultFriction;
+
+/* What sort of problem the parameters make */
+typedef struct {
+  PetscBool loaded;   /* some v_inf is not zero */
+  PetscBool inertia;  /* -fault_inertia */
+  PetscBool heals;    /* some healing time is not never */
+  PetscBool sequence; /* by loading, stressing or healing events may follow each other */
+  PetscBool driven;   /* by loading, stressing, pressure or healing, or without inertia: quiet times without end */
+  PetscReal rtol;     /* the default of -ts_rtol, with the problem's controller */
+} SlipFaultKind;
+
+/* stiffness.c */
+typedef struct {
   Mat K, H, B;       /* stiffness after scaling [Pa/m], viscosity [Pa s/m], stage operator */
   PetscReal mass;    /* rho Ly [kg/m^2] */
   PetscReal tstar;   /* Ly sqrt(rho/G) [s] */
   PetscReal scaling; /* factor that K was multiplied with */
   uint64_t read;     /* hash of the entries of -fault_stiffness_file as they were read; the same on all ranks */
-  SlipFaultResolution resolution;
-  Vec vinf; /* loading rate [m/s] */
-  Vec work[3];
+  Vec vinf;          /* loading rate [m/s] */
+} SlipFaultOperators;
 
-  /* ---- the critical state, and the means by which observations are made dimensionless ---- */
-  PetscBool has_critical;       /* else what follows of uc is zero: the start is given, and no solve with K needed */
-  Vec uc;                       /* K^-1 q(0): displacement at the instability, positive [m] */
-  PetscReal mean_dc;            /* mean d_c [m] */
-  PetscReal mean_uc;            /* mean uc [m] */
-  PetscReal mean_q0;            /* mean strength at the start [Pa] */
-  PetscReal mean_drop;          /* mean of q(0) - q after all weakening [Pa] */
-  PetscReal drop_slip;          /* mean uc times mean strength drop over mean q0: slip that the drop implies [m] */
-  PetscReal critical_energy;    /* uc' K uc [Pa m], the sum over all cells */
-  PetscReal critical_weakening; /* uc (-dq/ds) uc at the start [Pa m], likewise */
-  PetscReal critical_inertia;   /* uc M uc [kg], likewise, over the mean area */
+/* The critical state, and the means by which observations are made dimensionless */
+typedef struct {
+  PetscBool known;     /* else uc and what follows of it is zero: the start is given, and no solve with K needed */
+  Vec uc;              /* K^-1 q(0): displacement at the instability, positive [m] */
+  PetscReal mean_dc;   /* mean d_c [m] */
+  PetscReal mean_uc;   /* mean uc [m] */
+  PetscReal mean_q0;   /* mean strength at the start [Pa] */
+  PetscReal mean_drop; /* mean of q(0) - q after all weakening [Pa] */
+  PetscReal drop_slip; /* mean uc times mean strength drop over mean q0: slip that the drop implies [m] */
+  PetscReal energy;    /* uc' K uc [Pa m], the sum over all cells */
+  PetscReal weakening; /* uc (-dq/ds) uc at the start [Pa m], likewise */
+  PetscReal inertia;   /* uc M uc [kg], likewise, over the mean area */
+} SlipFaultCritical;
 
-  /* ---- the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r ---- */
+/* constraint.c: the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
+typedef struct {
   SlipConstraint con;
   PetscReal theta;
   Vec c, u0, s0;
+} SlipFaultStage;
 
-  SlipProblemOps problem; /* what its TS tells controllers */
-  PetscReal rtol;         /* the default of -ts_rtol, with problem.controller */
-
-  /* ---- of a smooth law: the slip rates of the state asked about last ---- */
-  SlipFaultBalance balance;
-
-  /* ---- what is known of the state and of the run ---- */
+/* observe.c: what is known of the state asked about last */
+typedef struct {
   SlipFaultSums sums;
   SlipFaultMode mode;
   SlipFaultEstimates estimates;
+} SlipFaultKnown;
+
+/* A run, and those who observe it */
+typedef struct {
   SlipFaultOutput output;
   SlipFaultCatalogue catalogue; /* NULL: none */
   PetscInt products;            /* with K of this process, before the run */
   PetscInt events;              /* of the run so far, as the catalogue counts them; -1: nobody does */
-  SlipFaultRunError run_error;
+  SlipFaultRunError error;
   SlipFaultProgress progress;
+} SlipFaultRun;
+
+struct _p_SlipFault {
+  PETSCHEADER(int);
+  MPI_Comm comm; /* of the header, for short */
+  SlipFaultOptions options;
+  PetscBool setup; /* SlipFaultSetUp() was called: what follows is valid */
+  SlipFaultMesh mesh;
+  SlipFaultLayout layout;
+  SlipFaultCellFields fields;
+  SlipFaultFriction friction;
+  SlipFaultLoads loads;
+  SlipFaultKind kind;
+  SlipFaultOperators operators;
+  SlipFaultCritical critical;
+  SlipFaultStage stage;
+  SlipFaultBalance balance; /* of a smooth law: the slip rates of the state asked about last */
+  SlipFaultResolution resolution;
+  SlipProblemOps problem; /* what its TS tells controllers */
+  SlipFaultKnown known;
+  SlipFaultRun run;
+  Vec work[3];
 };
+
+/* Entries of cell i of this rank in a state */
+static inline PetscInt SlipFaultRateAt(SlipFault fault, PetscInt i)
+{
+  return fault->layout.block * i + fault->layout.rate;
+}
+
+static inline PetscInt SlipFaultDisplacementAt(SlipFault fault, PetscInt i)
+{
+  return fault->layout.block * i + fault->layout.displacement;
+}
+
+static inline PetscInt SlipFaultStateAt(SlipFault fault, PetscInt i)
+{
+  return fault->layout.block * i + fault->layout.state;
+}
 
 /* The fault of argument arg has been set up. */
 #define SlipFaultCheckSetUp(fault, arg)                                                                                \
