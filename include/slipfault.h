@@ -5,6 +5,8 @@
 #include <slipcore.h>
 #include <slipsnes.h>
 #include <slipts.h>
+#include <slipsys.h>
+#include <slipoutput.h>
 
 /* A fault: its mesh, parameters and operators. */
 typedef struct _p_SlipFault *SlipFault;
@@ -85,6 +87,20 @@ PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w,
    /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);
+/* Who watches runs of faults; any function may be NULL, see SlipFaultRegisterObserver() */
+typedef struct {
+  const char *name;
+  PetscErrorCode (*create)(SlipFault fault, TS ts, PetscBool *wanted, void **ctx);
+  PetscErrorCode (*layout)(SlipFault fault, SlipOutput output, void *ctx);
+  PetscErrorCode (*start)(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx);
+  PetscErrorCode (*step)(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx);
+  PetscErrorCode (*visit)(SlipFault fault, SlipState state, void *ctx);
+  PetscErrorCode (*finish)(SlipFault fault, TS ts, SlipOutput output, void *ctx);
+  PetscErrorCode (*destroy)(void **ctx);
+  void *ctx;         /* the first that create gets */
+  PetscBool repeats; /* it sees the repetition of -fault_check_error as well */
+} SlipFaultObserver;
+PETSC_EXTERN PetscErrorCode SlipFaultRegisterObserver(const SlipFaultObserver *observer);
 /* For checkpoints: rows of /steps, /series and /fields; see SlipOutputSync() and SlipOutputResume() */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputSync(SlipFault fault, PetscInt rows[3]);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputResume(SlipFault fault, const PetscInt rows[3]);

@@ -26,6 +26,13 @@ PETSC_EXTERN PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt 
 /* The option that named the file, for messages, and whether rows of an unfinished FILE.part may go */
 PETSC_EXTERN PetscErrorCode SlipOutputSetOption(SlipOutput output, const char prefix[], const char option[],
                                                 PetscBool overwrite);
+/* Further tables, with a row for each row of /series, of observers and the like */
+PETSC_EXTERN PetscErrorCode SlipOutputAddTable(SlipOutput output, const char group[], PetscInt n,
+                                               const SlipOutputColumn column[], const PetscInt entries[],
+                                               PetscInt *table);
+PETSC_EXTERN PetscErrorCode SlipOutputAddRows(SlipOutput output, PetscInt table, PetscInt n, const PetscReal row[]);
+PETSC_EXTERN PetscErrorCode SlipOutputAddAttribute(SlipOutput output, const char group[], const char name[],
+                                                   PetscReal value);
 /* For checkpoints. Sync: bring all rows to the disk, and count them. Resume, before TSSolve(): go on in the file of an
    earlier run, FILE.part or else FILE, cut to these rows. Both do nothing, with 0 rows, where there is no file. */
 PETSC_EXTERN PetscErrorCode SlipOutputSync(SlipOutput output, PetscInt *steps, PetscInt *series);

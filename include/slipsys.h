@@ -59,3 +59,13 @@ PETSC_EXTERN PetscErrorCode SlipErrorBcast(MPI_Comm comm, PetscErrorCode code);
 PETSC_EXTERN PetscErrorCode SlipSignalsPush(void);
 PETSC_EXTERN PetscErrorCode SlipSignalsPop(void);
 PETSC_EXTERN PetscErrorCode SlipSignalsCaught(int *number); /* 0: none */
+
+/* What a run remembers from one step to the next, in a checkpoint that is written or read. Who remembers something visits it by
+   the same calls in both directions: they write it, or put what was written in its place. Collective; numbers are the same on
+   all ranks, names are those of a group of the object's own. */
+typedef struct _n_SlipState *SlipState;
+PETSC_EXTERN PetscBool SlipStateIsLoading(SlipState state);
+PETSC_EXTERN PetscErrorCode SlipStateReal(SlipState state, const char name[], PetscInt n, PetscReal x[]);
+PETSC_EXTERN PetscErrorCode SlipStateInt(SlipState state, const char name[], PetscInt n, PetscInt x[]);
+PETSC_EXTERN PetscErrorCode SlipStateBool(SlipState state, const char name[], PetscBool *x);
+PETSC_EXTERN PetscErrorCode SlipStateVec(SlipState state, const char name[], Vec x);

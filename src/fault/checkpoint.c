@@ -320,6 +320,7 @@ static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
   PetscCall(SlipStateInt(s, "rows", 3, rows));
   PetscCall(SlipFaultOutputState(fault, s));
   if (SlipStateIsLoading(s)) PetscCall(ResumeOutput(fault, ts, rows));
+  PetscCall(SlipFaultObserversVisit(fault, s));
   PetscCall(SlipFaultCatalogueState(fault, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -481,6 +482,7 @@ PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code)
   PetscCall(SlipCheckpointFinish(ts, code));
   if (!*code) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultOutputDestroy(&fault->run.output)); /* they stay unfinished */
+  PetscCall(SlipFaultObserversDestroy(fault));
   PetscCall(SlipFaultCatalogueDestroy(&fault->run.catalogue));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -168,6 +168,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   *fault = NULL;
   if (--((PetscObject)f)->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultOutputDestroy(&f->run.output));
+  PetscCall(SlipFaultObserversDestroy(f));
   PetscCall(SlipFaultCatalogueDestroy(&f->run.catalogue));
   PetscCall(SlipFaultRunErrorDestroy(f));
   PetscCall(SlipConstraintDestroy(&f->stage.con));

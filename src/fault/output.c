@@ -18,12 +18,10 @@ PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
   PetscCall(VecDestroy(&out->r0));
   PetscCall(VecDestroy(&out->p0));
   PetscCall(VecDestroy(&out->pressure));
-  PetscCall(VecDestroy(&out->traction));
   PetscCall(VecDestroy(&out->start0));
   PetscCall(VecDestroy(&out->shown));
   PetscCall(VecDestroy(&out->vinf0));
   PetscCall(VecDestroy(&out->when.entry_u));
-  PetscCall(SlipFaultStationsDestroy(out));
   PetscCall(PetscFree(*output));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -32,7 +30,6 @@ PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output)
 static PetscErrorCode SlipFaultOutputBegin(SlipFaultOutput out, PetscReal time, Vec w)
 {
   PetscFunctionBegin;
-  if (!out->resumed || !out->stations.known) PetscCall(SlipFaultStationsStart(out, time, w));
   if (!out->resumed || !out->when.known) PetscCall(SlipFaultOutputWasWritten(out, time, w));
   out->when.time = time;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -110,14 +107,12 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(SlipFaultReportSteps(fault, ts));
   PetscCall(SlipFaultRunErrorStart(fault, ts));
   PetscCall(SlipFaultProgressStart(fault, ts));
-  PetscCheck(fault->options.text[FAULT_OUTPUT][0] || !fault->options.text[FAULT_STATIONS][0], fault->comm,
-             PETSC_ERR_ARG_INCOMP, "-%sfault_stations %s is written to the output: expected -%sfault_output",
-             SlipFaultPrefix(fault), fault->options.text[FAULT_STATIONS], SlipFaultPrefix(fault));
   PetscCall(SlipFaultOutputWhenCheck(fault));
   PetscCall(SlipFaultCatalogueStart(fault, ts));
   PetscCall(SlipFaultResolutionPrint(fault));
-  if (!fault->options.text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->run.output, fault->comm, PETSC_ERR_ORDER, "the output of the last run was not finished");
+  PetscCall(SlipFaultObserversCreate(fault, ts)); /* before the monitor that writes /series */
+  if (!fault->options.text[FAULT_OUTPUT][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&out));
   fault->run.output = out;
   out->fault = fault;
@@ -127,7 +122,6 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   if (!out->rank) ierr = SlipH5CheckCreateKind(&kind, fault->options.text[FAULT_OUTPUT]);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCall(SlipFaultOutputCreateRun(out, ts));
-  PetscCall(SlipFaultStationsSetUp(out));
   PetscCall(SlipFaultOutputSize(out, ts));
   PetscCall(SlipFaultCreateState(fault, &w));
   PetscCall(SlipFaultGatherCreate(fault, w, &out->gather_w, &out->w0));
@@ -275,9 +269,11 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   PetscCall(SlipOutputAddResult(run, "mean_slip", "final mean slip", "m", obs.mean_slip));
   PetscCall(SlipFaultResolutionResult(fault, run));
   PetscCall(SlipFaultCatalogueFinish(fault, run));
+  PetscCall(SlipFaultObserversFinish(fault, ts, run));
   PetscCall(SlipFaultRunErrorReport(fault, ts, run, obs.mean_slip));
   PetscCall(SlipOutputFinish(&run, wall_setup, wall_solve));
   if (out && !out->rank) PetscCall(SlipFaultXdmfFinish(out));
+  PetscCall(SlipFaultObserversDestroy(fault));
   PetscCall(SlipFaultOutputDestroy(&fault->run.output));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

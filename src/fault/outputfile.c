@@ -35,7 +35,6 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
   PetscFunctionBegin;
   (void)ts;
   PetscCall(SlipFaultLoadAt(fault, t));
-  PetscCall(SlipFaultStationsRow(fault->run.output, t, w));
   PetscCall(SlipFaultGetObservables(fault, w, r, &o));
   PetscCall(SlipFaultGetSums(fault, w, &sums));
   {
@@ -98,6 +97,7 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
                              SeriesColumns, SlipFaultOutputSeries, fault, &out->run));
   PetscCall(SlipOutputSetOption(out->run, SlipFaultPrefix(fault), "fault_output", fault->options.output_overwrite));
   out->run->kind.restart = "fault_restart";
+  fault->run.file = out->run;
   out->run->layout = SlipFaultOutputLayout;
   out->run->flushed = SlipFaultOutputFlushed;
   out->run->sides = SlipFaultOutputSides;
@@ -326,11 +326,10 @@ static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
   Vec x;
 
   PetscFunctionBegin;
-  (void)run;
   if (!out->rank) ierr = out->resumed ? SlipFaultOutputCut(out) : SlipFaultOutputCreateFields(out);
-  if (!out->rank && !ierr) ierr = SlipFaultStationsLayout(out);
   if (!out->rank && !ierr) ierr = SlipFaultXdmfLayout(out);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(SlipFaultObserversLayout(fault, run));
   if (out->resumed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &x));
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
@@ -386,8 +385,9 @@ static PetscErrorCode GatherPressure(SlipFaultOutput out, PetscReal time)
 /* Collective: an entry of /fields */
 PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
 {
+  SlipFault fault = out->fault;
   PetscErrorCode ierr = PETSC_SUCCESS;
-  Vec shown;
+  Vec shown, traction;
 
   PetscFunctionBegin;
   PetscCall(SlipLogOutputBegin());
@@ -397,15 +397,15 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
   PetscCall(VecScatterBegin(out->gather_w, shown, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_w, shown, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   if (out->wanted[OUTPUT_TRACTION]) {
-    PetscCall(SlipFaultOutputTraction(out, time, w));
-    PetscCall(VecScatterBegin(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(out->gather_r, out->traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(SlipFaultStepTraction(fault, time, w, &traction));
+    PetscCall(VecScatterBegin(out->gather_r, traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(out->gather_r, traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   }
   if (out->wanted[OUTPUT_PORE_PRESSURE]) PetscCall(GatherPressure(out, time));
   if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
   if (!out->rank && !ierr) ierr = SlipFaultXdmfAdd(out, time);
   out->nfields++;
   PetscCall(SlipLogOutputEnd());
-  PetscCall(SlipErrorBcast(out->fault->comm, ierr));
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -188,12 +188,11 @@ static PetscErrorCode VisitCounts(SlipFault fault, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A checkpoint's part: the newest entry of /fields, and where stations began. What the run of before did not need is
-   counted from where this one goes on. */
+/* A checkpoint's part: the newest entry of /fields. What the run of before did not need is counted from where this one
+   goes on. */
 PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s)
 {
   SlipFaultOutput out = fault->run.output;
-  SlipFaultStations none = {0}, *list = out ? &out->stations : &none;
   SlipFaultWhen nothing = {0}, *when = out ? &out->when : &nothing;
   const PetscBool rate = out && fault->options.value[FAULT_OUTPUT_RATE_CHANGE] > 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscBool slip =
@@ -201,7 +200,7 @@ PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s)
       ? PETSC_TRUE
       : PETSC_FALSE;
   PetscBool known = when->known, has_rate = rate, has_slip = slip;
-  PetscInt stations = list->n, last = out ? out->last_field_step : 0;
+  PetscInt last = out ? out->last_field_step : 0;
 
   PetscFunctionBegin;
   PetscCall(VisitCounts(fault, s));
@@ -215,22 +214,9 @@ PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s)
     if (!when->entry_u) PetscCall(VecDuplicate(fault->critical.uc, &when->entry_u));
     PetscCall(SlipStateVec(s, "entry_displacement", when->entry_u));
   }
-  PetscCall(SlipStateInt(s, "stations", 1, &stations));
-  for (PetscInt k = 0; k < list->n && stations == list->n; k++) {
-    char name[64];
-    PetscInt cell = list->station[k].cell;
-
-    PetscCall(PetscSNPrintf(name, sizeof(name), "station_%" PetscInt_FMT "_cell", k));
-    PetscCall(SlipStateInt(s, name, 1, &cell));
-    if (cell != list->station[k].cell) stations = -1;
-    PetscCall(PetscSNPrintf(name, sizeof(name), "station_%" PetscInt_FMT "_displacement", k));
-    PetscCall(SlipStateReal(s, name, 1, &list->station[k].u0));
-  }
-  PetscCall(SlipStateReal(s, "station_start", 1, &list->start));
   if (!SlipStateIsLoading(s) || !out) PetscFunctionReturn(PETSC_SUCCESS);
   out->last_field_step = last;
   when->known = known && (has_rate || !rate) && (has_slip || !slip) ? PETSC_TRUE : PETSC_FALSE;
-  list->known = stations == list->n ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -100,6 +100,7 @@ PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, Petsc
   PetscFunctionBegin;
   PetscCall(SlipOutputClose(run));
   fault->run.output = NULL; /* no fields of it */
+  fault->run.started = PETSC_FALSE;
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetStepNumber(ts, &step));

@@ -1,7 +1,7 @@
 /* -fault_stations: points of the fault whose cells are recorded at every accepted step, in the groups /stations/0,
    /stations/1, ... of the output. Their rows are those of /series, so that a checkpoint's count of the one is that
    of the other. */
-#include <slipstep/private/slipfaultrecord.h>
+#include <slipstep/private/slipfaultobservers.h>
 #include <slipstep/private/slipmatcells.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,12 +15,29 @@ static const SlipOutputColumn Columns[] = {
 };
 enum { STATION_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns), STATION_STATE = STATION_COLUMNS - 1 };
 
+typedef struct {
+  PetscReal x, z;      /* asked for [m] */
+  PetscReal centre[3]; /* x, y, z of the cell's centre [m] */
+  PetscInt cell;       /* in the order of the file or grid */
+  PetscInt local;      /* number among this rank's cells, -1: of another rank */
+  PetscReal u0;        /* displacement at the start [m] */
+} Station;
+
+typedef struct {
+  PetscInt n;
+  Station *station;
+  PetscBool known;   /* a checkpoint says where they began */
+  PetscReal start;   /* time of the start [s] */
+  PetscReal *row;    /* [5 n] */
+  SlipOutput output; /* which has their tables, from this one on; NULL: none, there are no stations */
+  PetscInt table;
+} Stations;
+
 /* ---- where they are ---- */
 
 /* The first cell that contains the point, or the nearest one: inside says which. y: NULL when it was not given. planes:
    cells of several planes contain it */
-static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, SlipFaultStation *s, PetscBool *inside,
-                               PetscBool *planes)
+static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, PetscBool *inside, PetscBool *planes)
 {
   PetscReal centre[3] = {0}, size[2] = {0}, least = PETSC_MAX_REAL;
 
@@ -48,7 +65,7 @@ static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, SlipFaultSta
 }
 
 /* This rank's number of the cell */
-static void FindLocal(SlipFault fault, SlipFaultStation *s)
+static void FindLocal(SlipFault fault, Station *s)
 {
   s->local = -1;
   for (PetscInt i = 0; i < fault->mesh.n; i++)
@@ -56,7 +73,7 @@ static void FindLocal(SlipFault fault, SlipFaultStation *s)
 }
 
 /* One point of the list: two or three numbers with commas between */
-static PetscErrorCode ReadStation(SlipFault fault, const char point[], SlipFaultStation *s)
+static PetscErrorCode ReadStation(SlipFault fault, const char point[], Station *s)
 {
   const char *prefix = SlipFaultPrefix(fault), *c = point;
   PetscReal number[3];
@@ -87,16 +104,21 @@ static PetscErrorCode ReadStation(SlipFault fault, const char point[], SlipFault
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultStationsSetUp(SlipFaultOutput out)
+static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
-  SlipFault fault = out->fault;
-  SlipFaultStations *list = &out->stations;
   const char *text = fault->options.text[FAULT_STATIONS], *prefix = SlipFaultPrefix(fault);
+  Stations *list;
   char **point;
   int n;
 
   PetscFunctionBegin;
+  (void)ts;
+  (void)wanted; /* also without stations, as checkpoints say so */
+  PetscCall(PetscNew(&list));
+  *ctx = list;
   if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(fault->options.text[FAULT_OUTPUT][0], fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_stations %s is written to the output: expected -%sfault_output", prefix, text, prefix);
   PetscCheck(strlen(text) + 1 < sizeof(fault->options.text[FAULT_STATIONS]), fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-%sfault_stations is too long, expected less than %d characters", prefix, PETSC_MAX_PATH_LEN - 1);
   PetscCall(PetscStrToArray(text, ';', &n, &point));
@@ -109,16 +131,19 @@ PetscErrorCode SlipFaultStationsSetUp(SlipFaultOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultStationsDestroy(SlipFaultOutput out)
+static PetscErrorCode StationsDestroy(void **ctx)
 {
+  Stations *list = (Stations *)*ctx;
+
   PetscFunctionBegin;
-  PetscCall(PetscFree2(out->stations.station, out->stations.row));
+  PetscCall(PetscFree2(list->station, list->row));
+  PetscCall(PetscFree(*ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- their groups ---- */
 
-static PetscErrorCode WritePlace(SlipFault fault, SlipH5 *h, const char group[], const SlipFaultStation *s)
+static PetscErrorCode WritePlace(SlipFault fault, SlipH5 *h, const char group[], const Station *s)
 {
   PetscFunctionBegin;
   PetscCall(SlipH5WriteAttrReal(h, group, "x", s->x));
@@ -130,11 +155,10 @@ static PetscErrorCode WritePlace(SlipFault fault, SlipH5 *h, const char group[],
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A file that goes on has the same stations. */
-static PetscErrorCode CheckPlaces(SlipFaultOutput out)
+/* Rank 0: a file that goes on has the same stations. */
+static PetscErrorCode CheckPlaces(SlipFault fault, SlipH5 *h, const Stations *list)
 {
-  SlipH5 *h = SlipOutputFile(out->run);
-  const char *prefix = SlipFaultPrefix(out->fault);
+  const char *prefix = SlipFaultPrefix(fault);
   PetscInt n = 0, cell = -1;
   char group[64];
   PetscBool has;
@@ -142,105 +166,89 @@ static PetscErrorCode CheckPlaces(SlipFaultOutput out)
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h, "/stations", &has));
   if (has) PetscCall(SlipH5CountMembers(h, "/stations", &n));
-  PetscCheck(n == out->stations.n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+  PetscCheck(n == list->n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s has %" PetscInt_FMT " stations, but -%sfault_stations %" PetscInt_FMT
              ": expected the same ones, or another -%sfault_output",
-             h->name, n, prefix, out->stations.n, prefix);
+             h->name, n, prefix, list->n, prefix);
   for (PetscInt k = 0; k < n; k++) {
     PetscCall(PetscSNPrintf(group, sizeof(group), "/stations/%" PetscInt_FMT, k));
     PetscCall(SlipH5ReadAttrInt(h, group, "cell", &cell));
-    PetscCheck(cell == out->stations.station[k].cell, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+    PetscCheck(cell == list->station[k].cell, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
                "%s has station %" PetscInt_FMT " in cell %" PetscInt_FMT ", -%sfault_stations in cell %" PetscInt_FMT
                ": expected the same ones, or another -%sfault_output",
-               h->name, k, cell, prefix, out->stations.station[k].cell, prefix);
+               h->name, k, cell, prefix, list->station[k].cell, prefix);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the groups with their tables, or those of an earlier run, cut as /series is */
-PetscErrorCode SlipFaultStationsLayout(SlipFaultOutput out)
+/* The groups with their tables, or those of an earlier run, cut as /series is */
+static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *ctx)
 {
-  SlipH5 *h = SlipOutputFile(out->run);
+  Stations *list = (Stations *)ctx;
+  SlipH5 *h = SlipOutputFile(output);
   SlipOutputColumn columns[STATION_COLUMNS];
+  PetscErrorCode ierr = PETSC_SUCCESS;
   char group[64];
 
   PetscFunctionBegin;
+  list->output = output;
   PetscCall(PetscArraycpy(columns, Columns, STATION_COLUMNS));
-  columns[STATION_STATE].unit = SlipFaultStateUnit(out->fault);
-  if (out->resumed) PetscCall(CheckPlaces(out));
-  for (PetscInt k = 0; k < out->stations.n; k++) {
+  columns[STATION_STATE].unit = SlipFaultStateUnit(fault);
+  if (h && output->resumed) ierr = CheckPlaces(fault, h, list);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  for (PetscInt k = 0; k < list->n; k++) {
+    PetscInt table;
+
     PetscCall(PetscSNPrintf(group, sizeof(group), "/stations/%" PetscInt_FMT, k));
-    PetscCall(SlipOutputAddTable(out->run, group, STATION_COLUMNS, columns));
-    if (!out->resumed) PetscCall(WritePlace(out->fault, h, group, &out->stations.station[k]));
+    PetscCall(SlipOutputAddTable(output, group, STATION_COLUMNS, columns, NULL, &table));
+    if (!k) list->table = table;
+    if (h && !output->resumed) ierr = WritePlace(fault, h, group, &list->station[k]);
+    PetscCall(SlipErrorBcast(fault->comm, ierr));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- their rows ---- */
 
-/* Collective. The traction is the static one of the state, which the next step starts from: where a cell has just come to
-   rest it does not contain the impulse that stopped it. Weighted by area. */
-PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r)
+/* What slip counts from, unless a checkpoint has said it */
+static PetscErrorCode StationsStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
 {
-  PetscFunctionBegin;
-  PetscCheck(fault->friction.law->smooth || fault->stage.con, fault->comm, PETSC_ERR_ORDER,
-             "the traction is known after SlipFaultConfigureTS()");
-  if (fault->friction.law->smooth)
-    PetscCall(SlipFaultSmoothTraction(fault, time, w, r));
-  else
-    PetscCall(SlipConstraintInitialReaction(fault->stage.con, time, w, r));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Collective, also for /fields. Computed once for a state. */
-PetscErrorCode SlipFaultOutputTraction(SlipFaultOutput out, PetscReal time, Vec w)
-{
-  SlipFaultMoment *known = &out->traction_moment, now;
-  PetscBool same;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultIsNow(out->fault, time, w, known, &now, &same));
-  if (out->traction && same) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!out->traction) PetscCall(VecDuplicate(out->fault->critical.uc, &out->traction));
-  PetscCall(SlipFaultTraction(out->fault, time, w, out->traction));
-  *known = now;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The start, which slip counts from */
-PetscErrorCode SlipFaultStationsStart(SlipFaultOutput out, PetscReal time, Vec w)
-{
-  SlipFaultStations *list = &out->stations;
+  Stations *list = (Stations *)ctx;
   const PetscReal *a;
 
   PetscFunctionBegin;
+  (void)ts;
+  if (!list->output || (list->output->resumed && list->known)) PetscFunctionReturn(PETSC_SUCCESS);
   list->start = time;
   PetscCall(PetscArrayzero(list->row, list->n));
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt k = 0; k < list->n; k++)
-    if (list->station[k].local >= 0) list->row[k] = a[SlipFaultDisplacementAt(out->fault, list->station[k].local)];
+    if (list->station[k].local >= 0) list->row[k] = a[SlipFaultDisplacementAt(fault, list->station[k].local)];
   PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, list->row, (PetscMPIInt)list->n, MPIU_REAL, MPIU_SUM, out->fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, list->row, (PetscMPIInt)list->n, MPIU_REAL, MPIU_SUM, fault->comm));
   for (PetscInt k = 0; k < list->n; k++) list->station[k].u0 = list->row[k];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective, with each row of /series. Slip is what du/dt = v - v_inf makes of it, signed. */
-PetscErrorCode SlipFaultStationsRow(SlipFaultOutput out, PetscReal time, Vec w)
+/* Slip is what du/dt = v - v_inf makes of it, signed. */
+static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
-  SlipFault fault = out->fault;
-  SlipFaultStations *list = &out->stations;
+  Stations *list = (Stations *)ctx;
   const PetscReal *a, *r, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
-  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+  Vec traction;
 
   PetscFunctionBegin;
+  (void)ts;
+  (void)step;
   if (!list->n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultOutputTraction(out, time, w));
+  PetscCall(SlipLogOutputBegin());
+  PetscCall(SlipFaultStepTraction(fault, time, w, &traction));
   PetscCall(PetscArrayzero(list->row, STATION_COLUMNS * list->n));
   PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayRead(out->traction, &r));
+  PetscCall(VecGetArrayRead(traction, &r));
   for (PetscInt k = 0; k < list->n; k++) {
-    const SlipFaultStation *s = &list->station[k];
+    const Station *s = &list->station[k];
     const PetscInt i = s->local;
     PetscReal *row = list->row + STATION_COLUMNS * k;
 
@@ -251,12 +259,45 @@ PetscErrorCode SlipFaultStationsRow(SlipFaultOutput out, PetscReal time, Vec w)
     row[3] = r[i] / fault->mesh.weight[i];
     row[STATION_STATE] = SlipFaultShownState(fault, i, a[SlipFaultStateAt(fault, i)]);
   }
-  PetscCall(VecRestoreArrayRead(out->traction, &r));
+  PetscCall(VecRestoreArrayRead(traction, &r));
   PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCallMPI(MPI_Reduce(out->rank ? list->row : MPI_IN_PLACE, list->row, (PetscMPIInt)(STATION_COLUMNS * list->n),
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCallMPI(MPI_Reduce(rank ? list->row : MPI_IN_PLACE, list->row, (PetscMPIInt)(STATION_COLUMNS * list->n),
                           MPIU_REAL, MPIU_SUM, 0, fault->comm));
-  for (PetscInt k = 0; k < list->n && !out->rank && !ierr; k++)
-    ierr = SlipOutputAddRow(out->run, k, list->row + STATION_COLUMNS * k);
-  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(SlipOutputAddRows(list->output, list->table, list->n, list->row));
+  PetscCall(SlipLogOutputEnd());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Where they began. Those that the run of before did not have begin where this one goes on. */
+static PetscErrorCode StationsVisit(SlipFault fault, SlipState s, void *ctx)
+{
+  Stations *list = (Stations *)ctx;
+  PetscInt stations = list->n;
+
+  PetscFunctionBegin;
+  (void)fault;
+  PetscCall(SlipStateGroup(s, "output"));
+  PetscCall(SlipStateInt(s, "stations", 1, &stations));
+  for (PetscInt k = 0; k < list->n && stations == list->n; k++) {
+    char name[64];
+    PetscInt cell = list->station[k].cell;
+
+    PetscCall(PetscSNPrintf(name, sizeof(name), "station_%" PetscInt_FMT "_cell", k));
+    PetscCall(SlipStateInt(s, name, 1, &cell));
+    if (cell != list->station[k].cell) stations = -1;
+    PetscCall(PetscSNPrintf(name, sizeof(name), "station_%" PetscInt_FMT "_displacement", k));
+    PetscCall(SlipStateReal(s, name, 1, &list->station[k].u0));
+  }
+  PetscCall(SlipStateReal(s, "station_start", 1, &list->start));
+  if (SlipStateIsLoading(s)) list->known = stations == list->n ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const SlipFaultObserver SlipFaultStations = {.name = "stations",
+                                             .create = StationsCreate,
+                                             .layout = StationsLayout,
+                                             .start = StationsStart,
+                                             .step = StationsStep,
+                                             .visit = StationsVisit,
+                                             .destroy = StationsDestroy};

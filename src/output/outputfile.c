@@ -42,20 +42,108 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipOutputAddTable(SlipOutput out, const char group[], PetscInt n, const SlipOutputColumn column[])
+/*@C
+  SlipOutputAddTable - a table with a row for each row of /series
+
+  Collective; while the file of a run is made, as in the function layout of a SlipFaultObserver
+
+  Input Parameters:
++ output  - the output
+. group   - of its datasets, such as "/stations/0"
+. n       - columns, at most 32; the first is by use time
+. column  - their names and units [n]; the strings are borrowed
+- entries - numbers of a column in a row [n], whose dataset is then [rows, entries], 0 for one number and [rows]; NULL: one
+            each; at most 32 in a row
+
+  Output Parameter:
+. table - its number, for SlipOutputAddRows()
+
+  Level: advanced
+
+  Notes:
+  In the file of a run that goes on the table is there, and is cut to its rows of then. Before each row of /series, so for each
+  accepted step and not for the start, SlipOutputAddRows() must be called.
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED when the file of a run that goes on has no such table
+
+.seealso: SlipOutputAddRows(), SlipOutputAddAttribute(), SlipFaultRegisterObserver()
+@*/
+PetscErrorCode SlipOutputAddTable(SlipOutput out, const char group[], PetscInt n, const SlipOutputColumn column[],
+                                  const PetscInt entries[], PetscInt *table)
 {
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
   PetscFunctionBegin;
+  PetscCheck(out->begun && !out->started, out->comm, PETSC_ERR_ORDER, "tables are added while the file is made");
   PetscCall(PetscRealloc((size_t)(out->nmore + 1) * sizeof(*out->more), &out->more));
-  PetscCall(SlipTableCreate(&out->more[out->nmore], &out->file, group, n, column, NULL,
-                            out->resumed ? out->resume_series : -1));
-  out->nmore++;
+  if (!out->rank)
+    ierr = SlipTableCreate(&out->more[out->nmore], &out->file, group, n, column, entries,
+                           out->resumed ? out->resume_series : -1);
+  PetscCall(SlipErrorBcast(out->comm, ierr));
+  *table = out->nmore++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipOutputAddRow(SlipOutput out, PetscInt k, const PetscReal row[])
+/*@
+  SlipOutputAddRows - a row for each of some tables
+
+  Collective; once for each row of /series, before it, as in the function step of a SlipFaultObserver
+
+  Input Parameters:
++ output - the output
+. table  - number of the first table
+. n      - how many tables get a row
+- row    - their rows one after the other, each of the numbers of all columns, in SI units; those of rank 0 are written
+
+  Level: advanced
+
+  Errors: PETSC_ERR_FILE_WRITE when the file cannot be written
+
+.seealso: SlipOutputAddTable()
+@*/
+PetscErrorCode SlipOutputAddRows(SlipOutput out, PetscInt table, PetscInt n, const PetscReal row[])
 {
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
   PetscFunctionBegin;
-  PetscCall(SlipTableAdd(&out->more[k], &out->file, row));
+  PetscCheck(table >= 0 && n >= 0 && table + n <= out->nmore, out->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "rows for tables %" PetscInt_FMT " to %" PetscInt_FMT ", there are %" PetscInt_FMT, table, table + n - 1,
+             out->nmore);
+  for (SlipTable *t = out->more + table; !out->rank && t < out->more + table + n && !ierr; t++) {
+    const PetscInt last = t->ncolumns - 1;
+
+    ierr = SlipTableAdd(t, &out->file, row);
+    row += t->first[last] + t->entries[last];
+  }
+  PetscCall(SlipErrorBcast(out->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipOutputAddAttribute - a number that describes a table of the file
+
+  Collective; while the file is made, after SlipOutputAddTable()
+
+  Input Parameters:
++ output - the output
+. group  - of the table
+. name   - of the attribute
+- value  - the number, in SI units
+
+  Level: advanced
+
+  Notes:
+  The file of a run that goes on has it already, and keeps it.
+
+.seealso: SlipOutputAddTable(), SlipOutputAddResult()
+@*/
+PetscErrorCode SlipOutputAddAttribute(SlipOutput out, const char group[], const char name[], PetscReal value)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  if (!out->rank && !out->resumed) ierr = SlipH5WriteAttrReal(&out->file, group, name, value);
+  PetscCall(SlipErrorBcast(out->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -9,6 +9,18 @@
 
 #define SLIP_STATE_PIECE 1048576 /* entries of a vector that rank 0 holds at a time */
 
+/*@
+  SlipStateIsLoading - is a checkpoint read, or written?
+
+  Not collective
+
+  Input Parameter:
+. state - the checkpoint
+
+  Level: advanced
+
+.seealso: SlipStateReal(), SlipFaultRegisterObserver()
+@*/
 PetscBool SlipStateIsLoading(SlipState s)
 {
   return s->loading;
@@ -69,6 +81,23 @@ static PetscErrorCode SlipStateArray(SlipState s, const char name[], PetscInt n,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@C
+  SlipStateReal - write numbers to a checkpoint, or read them
+
+  Collective
+
+  Input Parameters:
++ state - the checkpoint
+. name  - of an attribute for one number, of a dataset for several
+. n     - how many
+- x     - the numbers [n], in SI units, the same on all ranks; reading puts those of the file here
+
+  Level: advanced
+
+  Errors: PETSC_ERR_FILE_WRITE; PETSC_ERR_FILE_READ and PETSC_ERR_FILE_UNEXPECTED when the file has no such numbers
+
+.seealso: SlipStateInt(), SlipStateVec(), SlipFaultRegisterObserver()
+@*/
 PetscErrorCode SlipStateReal(SlipState s, const char name[], PetscInt n, PetscReal x[])
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -86,6 +115,23 @@ PetscErrorCode SlipStateReal(SlipState s, const char name[], PetscInt n, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@C
+  SlipStateInt - write integers to a checkpoint, or read them
+
+  Collective
+
+  Input Parameters:
++ state - the checkpoint
+. name  - of an attribute for one number, of a dataset for several
+. n     - how many
+- x     - the numbers [n], the same on all ranks, of several each at most 2^53; reading puts those of the file here
+
+  Level: advanced
+
+  Errors: those of SlipStateReal()
+
+.seealso: SlipStateReal(), SlipStateBool()
+@*/
 PetscErrorCode SlipStateInt(SlipState s, const char name[], PetscInt n, PetscInt x[])
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -118,6 +164,22 @@ PetscErrorCode SlipStateCount(SlipState s, const char name[], PetscInt most, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@C
+  SlipStateBool - write a switch to a checkpoint, or read it
+
+  Collective
+
+  Input Parameters:
++ state - the checkpoint
+. name  - of an attribute, 0 or 1
+- x     - the switch, the same on all ranks; reading puts that of the file here
+
+  Level: advanced
+
+  Errors: those of SlipStateReal()
+
+.seealso: SlipStateInt()
+@*/
 PetscErrorCode SlipStateBool(SlipState s, const char name[], PetscBool *x)
 {
   PetscInt number = *x ? 1 : 0;
@@ -295,6 +357,22 @@ static PetscErrorCode SlipStateScatter(SlipState s, hid_t set, PetscErrorCode *f
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@C
+  SlipStateVec - write a vector to a checkpoint, or read it
+
+  Collective
+
+  Input Parameters:
++ state - the checkpoint
+. name  - of a dataset
+- x     - the vector; reading puts the entries of the file here, each where its cell is now, whatever the number of ranks
+
+  Level: advanced
+
+  Errors: those of SlipStateReal()
+
+.seealso: SlipStateReal(), SlipFaultCreateState()
+@*/
 PetscErrorCode SlipStateVec(SlipState s, const char name[], Vec x)
 {
   PetscErrorCode failed = PETSC_SUCCESS;

@@ -276,8 +276,21 @@ typedef struct {
   SlipFaultEstimates estimates;
 } SlipFaultKnown;
 
+/* stepvalues.c: each of the moment beside it */
+typedef struct {
+  Vec traction;   /* static, weighted by area */
+  PetscReal rate; /* largest |v| [m/s] */
+  SlipFaultMoment traction_moment, rate_moment;
+} SlipFaultStepValues;
+
 /* A run, and those who observe it */
 typedef struct {
+  SlipOutput file;                 /* /run, /steps, /series, and what observers add; NULL: none */
+  struct _n_SlipFaultWatch *watch; /* [nwatch] of observers.c */
+  PetscInt nwatch;
+  PetscBool started; /* they know what TSSolve() starts from */
+  PetscInt step;     /* the last that they were told of */
+  SlipFaultStepValues values;
   SlipFaultOutput output;
   SlipFaultCatalogue catalogue; /* NULL: none */
   PetscInt products;            /* with K of this process, before the run */

@@ -1,6 +1,6 @@
 /* What a run of a fault leaves behind: its output with fields, stations and the file for ParaView, and the catalogue of events. */
 #pragma once
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultobservers.h>
 
 /* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
 /* Fields of /fields: components of the state, but traction, the reaction; pore pressure, of the time; and slip of a fault
@@ -14,23 +14,6 @@ typedef enum {
   OUTPUT_PORE_PRESSURE,
   OUTPUT_NUM_FIELDS
 } SlipOutputFieldId;
-
-/* stations.c: points whose cells are recorded at every accepted step */
-typedef struct {
-  PetscReal x, z;      /* asked for [m] */
-  PetscReal centre[3]; /* x, y, z of the cell's centre [m] */
-  PetscInt cell;       /* in the order of the file or grid */
-  PetscInt local;      /* number among this rank's cells, -1: of another rank */
-  PetscReal u0;        /* displacement at the start [m] */
-} SlipFaultStation;
-
-typedef struct {
-  PetscInt n;
-  SlipFaultStation *station;
-  PetscBool known; /* a checkpoint says where they began */
-  PetscReal start; /* time of the start [s] */
-  PetscReal *row;  /* [5 n] */
-} SlipFaultStations;
 
 /* xdmf.c: what makes the output open in ParaView; rank 0 */
 typedef struct {
@@ -64,28 +47,17 @@ struct _n_SlipFaultOutput {
   PetscInt nfields;                    /* entries of /fields */
   PetscInt last_field_step;            /* step of the newest of them */
   Vec w0, r0, p0;                      /* state, reaction and pore pressure gathered on rank 0 */
-  Vec traction, pressure;
+  Vec pressure;
   Vec shown;         /* state as /fields have it, where that is not w */
   Vec start0, vinf0; /* rank 0, of a fault that heals: displacement of the start [m] and loading rate [m/s] */
-  SlipFaultMoment traction_moment; /* of the state that traction is of */
   VecScatter gather_w, gather_r;
-  SlipFaultStations stations;
   SlipFaultWhen when;
   SlipFaultXdmf xdmf;
 };
 
 PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, no file as yet */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r);
-/* Collective: out->traction of a state, the static one, weighted by area */
-PETSC_EXTERN PetscErrorCode SlipFaultOutputTraction(SlipFaultOutput out, PetscReal time, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s); /* collective: what it remembers */
-
-PETSC_EXTERN PetscErrorCode SlipFaultStationsSetUp(SlipFaultOutput out);
-PETSC_EXTERN PetscErrorCode SlipFaultStationsLayout(SlipFaultOutput out); /* rank 0: groups, or cut */
-PETSC_EXTERN PetscErrorCode SlipFaultStationsStart(SlipFaultOutput out, PetscReal time, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultStationsRow(SlipFaultOutput out, PetscReal time, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultStationsDestroy(SlipFaultOutput out);
 
 /* Rank 0: what the output needs for it, before it is live; an entry; the output is flushed, for the last time or
    not; the output has its final name */

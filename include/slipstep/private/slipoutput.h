@@ -93,11 +93,6 @@ PETSC_INTERN PetscErrorCode SlipOutputBegin(SlipOutput output);
 /* For problems that write more than series: the file, to be used on rank 0 alone; NULL when there is none or
    elsewhere. */
 PETSC_INTERN SlipH5 *SlipOutputFile(SlipOutput output);
-/* Rank 0. For problems that write further tables with rows like those of series: add them, by columns with "time",
-   when the layout is made, and a row to the k-th of them with each row of series. */
-PETSC_INTERN PetscErrorCode SlipOutputAddTable(SlipOutput output, const char group[], PetscInt n,
-                                               const SlipOutputColumn column[]);
-PETSC_INTERN PetscErrorCode SlipOutputAddRow(SlipOutput output, PetscInt k, const PetscReal row[]);
 /* Rank 0: all rows to the file; a row, and what was collected to disk from time to time */
 PETSC_INTERN PetscErrorCode SlipOutputFlush(SlipOutput output);
 PETSC_INTERN PetscErrorCode SlipOutputRow(SlipOutput output, SlipTable *table, const PetscReal row[]);

@@ -3,10 +3,7 @@
 #pragma once
 #include <petscvec.h>
 #include <slipcompat.h>
-
-/* A file that is written, or read, visited in the same order. All functions are collective, numbers are the same on all
-   ranks, and vectors are stored in the order of their entries. */
-typedef struct _n_SlipState *SlipState;
+#include <slipsys.h>
 
 /* An object that has a memory composes this with a function (object, SlipState); the object's type is checked before. */
 #define SLIP_STATE_METHOD "SlipState_C"
@@ -23,18 +20,13 @@ PETSC_INTERN PetscErrorCode SlipStateCheckCreate(MPI_Comm comm, const char prefi
 /* Before vectors of cells whose numbers depend on the number of ranks: order [cells] are their rows in the mesh's file */
 PETSC_INTERN PetscErrorCode SlipStateCells(SlipState state, PetscInt cells, const PetscInt order[]);
 
-/* ---- state.c: visiting ---- */
-PETSC_INTERN PetscBool SlipStateIsLoading(SlipState state);
+/* ---- state.c: visiting; numbers and vectors in slipsys.h ---- */
 PETSC_INTERN PetscErrorCode SlipStateGroup(SlipState state, const char name[]); /* what follows belongs to it */
 /* *has: the file has, or is to have, such a group */
 PETSC_INTERN PetscErrorCode SlipStateHas(SlipState state, const char group[], PetscBool *has);
-PETSC_INTERN PetscErrorCode SlipStateReal(SlipState state, const char name[], PetscInt n, PetscReal x[]);
-PETSC_INTERN PetscErrorCode SlipStateInt(SlipState state, const char name[], PetscInt n, PetscInt x[]);
-PETSC_INTERN PetscErrorCode SlipStateBool(SlipState state, const char name[], PetscBool *x);
 PETSC_INTERN PetscErrorCode SlipStateString(SlipState state, const char name[], char x[], size_t len);
 PETSC_INTERN PetscErrorCode SlipStateCount(SlipState state, const char name[], PetscInt most,
                                            PetscInt *n); /* 0 to most */
-PETSC_INTERN PetscErrorCode SlipStateVec(SlipState state, const char name[], Vec x);
 PETSC_INTERN PetscErrorCode SlipStateVecs(SlipState state, const char name[], PetscInt n,
                                           const Vec x[]); /* name_0, ... */
 /* *same: what is visited now is what was written, as x says. Its type, for example; what differs is left out. */

@@ -1,0 +1,56 @@
+/* What several observers need of the end of a step: who asks first has it computed, the others get the same. What is known is known
+   of a state under the load of a time (SlipFaultMoment). Sums over the cells are in observe.c. */
+#include <slipstep/private/slipfaultobservers.h>
+
+/* Collective. The traction is the static one of the state, which the next step starts from: where a cell has just come to
+   rest it does not contain the impulse that stopped it. Weighted by area. */
+PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r)
+{
+  PetscFunctionBegin;
+  PetscCheck(fault->friction.law->smooth || fault->stage.con, fault->comm, PETSC_ERR_ORDER,
+             "the traction is known after SlipFaultConfigureTS()");
+  if (fault->friction.law->smooth)
+    PetscCall(SlipFaultSmoothTraction(fault, time, w, r));
+  else
+    PetscCall(SlipConstraintInitialReaction(fault->stage.con, time, w, r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultStepTraction(SlipFault fault, PetscReal time, Vec w, Vec *traction)
+{
+  SlipFaultStepValues *known = &fault->run.values;
+  SlipFaultMoment now;
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultIsNow(fault, time, w, &known->traction_moment, &now, &same));
+  if (!known->traction) PetscCall(VecDuplicate(fault->critical.uc, &known->traction));
+  *traction = known->traction;
+  if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultTraction(fault, time, w, known->traction));
+  known->traction_moment = now;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest |v| [m/s] */
+PetscErrorCode SlipFaultStepRate(SlipFault fault, PetscReal time, Vec w, PetscReal *largest)
+{
+  SlipFaultStepValues *known = &fault->run.values;
+  SlipFaultMoment now;
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultIsNow(fault, time, w, &known->rate_moment, &now, &same));
+  if (!same) PetscCall(VecStrideNorm(w, fault->layout.rate, NORM_INFINITY, &known->rate));
+  known->rate_moment = now;
+  *largest = known->rate;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultStepValuesDestroy(SlipFault fault)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&fault->run.values.traction));
+  fault->run.values = (SlipFaultStepValues){0};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
