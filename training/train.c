@@ -14,8 +14,7 @@ static const char help[] =
   "Drawn by -train_random:\n";
 
 #include "cmaes/cmatrain.h"
-#include "cycles/cycles.h"
-#include "ode/ode.h"
+#include "common/options.h"
 #include "offpolicy/sweep.h"
 #include "problems/problems.h"
 #include "steps/steps.h"
@@ -33,95 +32,53 @@ static const char names[] =
   "problem progress quantiles random restarts resume reward rtol seed sigma singles smoothing smoothing_clip "
   "steps steps_least steps_most transfer validation validation_interval within";
 
-/* The options that make `pi` the tuned filter, at any accuracy */
-static PetscErrorCode RunFilter(void)
+static PetscErrorCode TrainCMA(MPI_Comm comm, PetscInt *failed)
 {
-  FilterOptions o;
-  FilterScore score;
-  TunedFilter best;
-  PetscBool only_help;
-
-  PetscFunctionBeginUser;
-  PetscCall(FilterOptionsSet(PETSC_COMM_WORLD, &o));
-  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
-  if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(FilterTune(PETSC_COMM_WORLD, &o, &best, &score));
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD,
-                        "-ts_adapt_type pi -ts_adapt_pi_g1 %.4g -ts_adapt_pi_g2 %.4g -ts_adapt_pi_kappa %.4g "
-                        "-ts_adapt_pi_ratio_min %.4g -ts_adapt_pi_ratio_max %.4g\n"
-                        "-ts_rtol %.4g a^%.4g for an accuracy a\n",
-                        (double)best.filter.g1, (double)best.filter.g2, (double)best.filter.kappa,
-                        (double)best.filter.r_min, (double)best.filter.r_max, (double)best.factor, (double)best.power));
-  PetscCall(SlipWarnOfUnusedOptions());
-  PetscFunctionReturn(PETSC_SUCCESS);
+  (void)failed;
+  return CMATrain(comm, NULL);
 }
 
-/* Of several ranks the first trains and the others wait. */
-static PetscErrorCode RunOne(const TrainOptions *o)
+static PetscErrorCode TrainFilter(MPI_Comm comm, PetscInt *failed)
 {
-  PetscMPIInt rank;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
-  if (!rank) PetscCall(TrainerTrain(o));
-  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  (void)failed;
+  return FilterTune(comm);
 }
+
+static PetscErrorCode TrainSteps(MPI_Comm comm, PetscInt *failed)
+{
+  (void)failed;
+  return StepsRun(comm);
+}
+
+/* The table of trainers. train reads options of its own, which -help shows; failed: how many of several trainings did */
+static const struct {
+  const char *name, *meaning;
+  PetscErrorCode (*train)(MPI_Comm comm, PetscInt *failed);
+} Trainers[] = {{"tqc", "truncated quantile critics", SweepTrain},
+                {"td3", "TD3", SweepTrain},
+                {"cmaes", "CMA-ES, with an accuracy dial", TrainCMA},
+                {"filter", "a classical controller, tuned", TrainFilter},
+                {"steps", "the best steps that there are", TrainSteps}};
+enum { TRAINERS = PETSC_STATIC_ARRAY_LENGTH(Trainers) };
 
 static PetscErrorCode Run(PetscInt *failed)
 {
-  TrainOptions o;
-  EnvRun run;
-  EnvInstance instance;
-  char algorithm[32] = "", problem[32] = "";
-  PetscBool only_help, evolution, filter, general, cycles, steps;
+  const char *known[TRAINERS + 1] = {NULL};
+  char text[512] = "Trainer";
+  PetscInt k = 0;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscOptionsGetString(NULL, NULL, "-train_algorithm", algorithm, sizeof(algorithm), NULL));
-  PetscCall(PetscStrcmp(algorithm, "cmaes", &evolution));
-  PetscCall(PetscOptionsGetString(NULL, NULL, "-train_problem", problem, sizeof(problem), NULL));
-  PetscCall(PetscStrcmp(problem, "ode", &general));
-  PetscCall(PetscStrcmp(problem, "cycles", &cycles));
-  if (evolution && cycles) {
-    PetscCall(CyclesTrain(PETSC_COMM_WORLD));
-    PetscCall(SlipWarnOfUnusedOptions());
-    PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < TRAINERS; ++i) {
+    known[i] = Trainers[i].name;
+    PetscCall(PetscStrlcat(text, i ? "; " : ": ", sizeof(text)));
+    PetscCall(PetscStrlcat(text, Trainers[i].name, sizeof(text)));
+    PetscCall(PetscStrlcat(text, ", ", sizeof(text)));
+    PetscCall(PetscStrlcat(text, Trainers[i].meaning, sizeof(text)));
   }
-  if (evolution && general) {
-    PetscCall(OdeTrain(PETSC_COMM_WORLD));
-    PetscCall(SlipWarnOfUnusedOptions());
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (evolution) {
-    PetscCall(CMATrain(PETSC_COMM_WORLD, NULL));
-    PetscCall(SlipWarnOfUnusedOptions());
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(PetscStrcmp(algorithm, "filter", &filter));
-  if (filter) {
-    PetscCall(RunFilter());
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(PetscStrcmp(algorithm, "steps", &steps));
-  if (steps) {
-    PetscCall(StepsRun(PETSC_COMM_WORLD));
-    PetscCall(SlipWarnOfUnusedOptions());
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(TrainOptionsSet(PETSC_COMM_WORLD, &o));
-  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
-  if (only_help) { /* the options of the problem and of TS */
-    PetscCall(EnvInstanceCreate(&o.env, NULL, PETSC_FALSE, &instance));
-    PetscCall(o.env.problem->create(&o.env, &instance, &run));
-    PetscCall(o.env.problem->destroy(&run));
-    PetscCall(TrainOptionsFree(&o));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (SweepCount(&o) > 1)
-    PetscCall(SweepRun(PETSC_COMM_WORLD, &o, failed));
-  else
-    PetscCall(RunOne(&o));
-  PetscCall(TrainOptionsFree(&o));
+  PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Trainers, which have options of their own", "train");
+  PetscCall(OptionChoice(PetscOptionsObject, "-train_algorithm", text, known, &k));
+  PetscOptionsEnd();
+  PetscCall((*Trainers[k].train)(PETSC_COMM_WORLD, failed));
   PetscCall(SlipWarnOfUnusedOptions());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,7 +1,7 @@
 /* Episodes of the trainer: cost, references, and runs that depend on nothing but the episode, the policy and the
    dial. */
 #include "policies.h"
-#include "cmaes/cmatrain.h"
+#include "problems/episodes.h"
 #include <math.h>
 
 /* Constant steps h [T*] that the dial scales: y = atanh(log10 h/2) + slope (log_accuracy + 2). */
@@ -296,7 +296,7 @@ static void plain_small(void **state)
                     .dt_max_unit = "T*"};
     EpisodeResult a, l;
     SlipPolicy p;
-    Episode *e;
+    EpisodeSmall e;
 
     for (int i = 0; i < NAMES; i++) o.names[i] = (char *)row[k].names[i], o.scale[i] = 1;
     for (int i = 0; i < NAMES * HIDDEN; i++) w[i] = 0.4 * RandomNormal(&random);
@@ -306,15 +306,15 @@ static void plain_small(void **state)
     ok(SlipPolicyAddLayer(p, NAMES, HIDDEN, w, b, SLIP_ACTIVATION_TANH));
     ok(SlipPolicyAddLayer(p, HIDDEN, 1, out, &bias, SLIP_ACTIVATION_LINEAR));
     ok(SlipPolicySetAction(p, -1, 1, o.dt_min, "T*", o.dt_max, "T*", PETSC_TRUE));
-    ok(EpisodeCreateSmall(&o, seed, &e));
-    ok(EpisodeRun(e, p, 1e-2, &a));
-    ok(EpisodeRunLibrary(e, p, 1e-2, &l));
+    ok(EpisodeSmallCreate(&o, seed, &e));
+    ok(EpisodeSmallRun(e, p, 1e-2, NULL, NULL, &a));
+    ok(EpisodeSmallRunLibrary(e, p, 1e-2, NULL, NULL, &l));
     print_message("%s: %d and %d solves, error %.3e, difference %.1e\n", o.problem->name, (int)a.solves, (int)l.solves,
                   l.error, fabs(a.error - l.error));
     assert_int_equal(a.solves, l.solves);
     assert_true(a.done == 1 && l.done == 1);
     assert_true(l.error > 0 && fabs(a.error - l.error) < 1e-6);
-    ok(EpisodeDestroy(&e));
+    ok(EpisodeSmallDestroy((void **)&e));
     ok(SlipPolicyDestroy(&p));
   }
 }

@@ -1,5 +1,6 @@
 /* Tuning a digital filter: runs under one, and what the tuning's numbers mean. */
 #include "unit.h"
+#include "problems/episodes.h"
 #include "tuning/filter.h"
 #include <math.h>
 #include <slipstep.h>

@@ -85,6 +85,7 @@ static void test_bare_runs(void **state)
     Constant c;
     EnvResult r;
 
+    if (!ProblemTable[k]->create) continue;
     ok(PetscSNPrintf(text, sizeof(text), "-train_problem %s -train_reward balanced", ProblemTable[k]->name));
     o = Options(text);
     o.env.reward = NULL;
@@ -148,6 +149,8 @@ static void test_draws(void **state)
     Environment env;
     EnvResult r;
     Random r1, r2;
+
+    if (!p->create) continue;
     Constant c = {.action = 0};
 
     RandomSeed(&r1, 4);
@@ -175,5 +178,39 @@ static void test_draws(void **state)
   }
 }
 
+/* Every row for CMA-ES: the policy at the start runs through an episode of one cell to its end, and a second time to the
+   same bits, whatever its dial was in between. */
+static void test_episodes(void **state)
+{
+  const PetscReal unmoved[2] = {0, 0};
+
+  (void)state;
+  for (PetscInt k = 0; ProblemTable[k]; ++k) {
+    const CMAProblem *cma = ProblemTable[k]->cma;
+    CMAOptions o = {.problem = ProblemTable[k]};
+    EpisodeResult r[3];
+    SlipPolicy policy;
+    void *episode;
+    double *w;
+
+    assert_true(cma || ProblemTable[k]->create); /* else nobody could train on it */
+    if (!cma) continue;
+    ok((*cma->setup)(&o));
+    ok(PetscCalloc1(CMACount(&o), &w));
+    (*cma->start)(&o, w);
+    ok(CMAPolicy(&o, w, unmoved, &policy));
+    ok((*cma->create)(&o, 1, 1, &episode));
+    for (int i = 0; i < 3; ++i) ok((*cma->run)(episode, policy, i == 1 ? 1e-3 : 1e-2, &r[i]));
+    print_message("%s: %d solves, cost %g\n", ProblemTable[k]->name, (int)r[0].solves, (double)r[0].cost);
+    assert_true(r[0].done == 1 && r[0].solves > 1 && r[0].error > 0 && isfinite(r[0].cost));
+    assert_true(r[0].solves == r[2].solves && r[0].cost == r[2].cost && r[0].error == r[2].error);
+    assert_true(cma->dial == CMA_DIAL_NONE || r[1].solves > r[0].solves);
+    ok((*cma->destroy)(&episode));
+    ok(SlipPolicyDestroy(&policy));
+    ok(PetscFree(w));
+    for (PetscInt i = 0; i < o.nobs; ++i) ok(PetscFree(o.names[i]));
+  }
+}
+
 SLIP_TESTS(test_first_observations, test_bare_runs, test_errors_are_of_second_order, test_effects_bound_the_error,
-           test_draws)
+           test_draws, test_episodes)

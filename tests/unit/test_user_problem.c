@@ -71,6 +71,8 @@ static PetscErrorCode Destroy(void **instance)
 
 static const char *const names[] = {"log_accuracy", "log_time_left", NULL};
 static const SlipTrainProblem Decay = {"decay", Draw, Error, Destroy, names, 0.01, 1};
+static const Problem row = {.name = "decay", .cma = &CMAUser, .user = &Decay};
+static const CMAOptions options = {.problem = &row};
 
 /* Steps that follow the dial only */
 static SlipPolicy Policy(void)
@@ -108,14 +110,14 @@ static void test_wrong_tables(void **state)
 
 static void test_wrong_ts(void **state)
 {
-  Episode *e;
+  void *e;
 
   (void)state;
   ok(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
   kind = EULER;
-  assert_int_equal(EpisodeCreateUser(&Decay, 1, &e), PETSC_ERR_ARG_WRONG);
+  assert_int_equal((*CMAUser.create)(&options, 1, 1, &e), PETSC_ERR_ARG_WRONG);
   kind = ENDLESS;
-  assert_int_equal(EpisodeCreateUser(&Decay, 1, &e), PETSC_ERR_ARG_OUTOFRANGE);
+  assert_int_equal((*CMAUser.create)(&options, 1, 1, &e), PETSC_ERR_ARG_OUTOFRANGE);
   ok(PetscPopErrorHandler());
   alive = 0; /* a training ends there */
 }
@@ -126,19 +128,19 @@ static void test_runs_repeat(void **state)
 {
   SlipPolicy policy = Policy();
   EpisodeResult a, b, c;
-  Episode *e;
+  void *e;
 
   (void)state;
   kind = GOOD;
-  ok(EpisodeCreateUser(&Decay, 1, &e));
-  ok(EpisodeRun(e, policy, 1e-1, &a));
-  ok(EpisodeRun(e, policy, 1e-3, &b));
-  ok(EpisodeRun(e, policy, 1e-1, &c));
+  ok((*CMAUser.create)(&options, 1, 1, &e));
+  ok((*CMAUser.run)(e, policy, 1e-1, &a));
+  ok((*CMAUser.run)(e, policy, 1e-3, &b));
+  ok((*CMAUser.run)(e, policy, 1e-1, &c));
   assert_true(a.done == 1 && b.done == 1 && a.failures == 0);
   assert_true(b.solves > a.solves && b.error < a.error && a.error > 0 && a.error < 1. / PetscSqr(a.solves - 1));
   assert_int_equal(a.solves, c.solves);
   assert_true(a.error == c.error);
-  ok(EpisodeDestroy(&e));
+  ok((*CMAUser.destroy)(&e));
   ok(SlipPolicyDestroy(&policy));
   assert_int_equal(alive, 0);
 }
@@ -148,21 +150,21 @@ static void test_runs_that_do_not_end(void **state)
 {
   SlipPolicy policy = Policy();
   EpisodeResult r;
-  Episode *e;
+  void *e;
 
   (void)state;
   kind = LONG; /* 400 steps of 1 s at most */
-  ok(EpisodeCreateUser(&Decay, 1, &e));
-  ok(EpisodeRun(e, policy, 1e-1, &r));
-  assert_true(r.solves == EPISODE_MAX_STEPS && r.done < 0.05 && EpisodeCost(&r, 1e-1) > 10);
-  ok(EpisodeDestroy(&e));
+  ok((*CMAUser.create)(&options, 1, 1, &e));
+  ok((*CMAUser.run)(e, policy, 1e-1, &r));
+  assert_true(r.solves == EPISODE_MAX_STEPS && r.done < 0.05 && r.cost > 10);
+  ok((*CMAUser.destroy)(&e));
   kind = FAILING; /* from half way */
-  ok(EpisodeCreateUser(&Decay, 1, &e));
+  ok((*CMAUser.create)(&options, 1, 1, &e));
   for (int i = 0; i < 2; ++i) {
-    ok(EpisodeRun(e, policy, 1e-1, &r));
-    assert_true(r.done < 0.6 && r.failures > 0 && EpisodeCost(&r, 1e-1) > 10);
+    ok((*CMAUser.run)(e, policy, 1e-1, &r));
+    assert_true(r.done < 0.6 && r.failures > 0 && r.cost > 10);
   }
-  ok(EpisodeDestroy(&e));
+  ok((*CMAUser.destroy)(&e));
   ok(SlipPolicyDestroy(&policy));
 }
 

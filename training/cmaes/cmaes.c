@@ -199,3 +199,27 @@ PetscErrorCode CMAESTell(CMAES *es, const double x[], const double f[])
   es->sigma *= exp(PetscMin(1, es->cs / es->damps * (norm / es->chi - 1)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode CMAESGeneration(CMAES *es, MPI_Comm comm, Random *random, CMAESFn fn, void *ctx, PetscReal *best,
+                               PetscReal *median)
+{
+  PetscMPIInt rank, size;
+  double *x, *f;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscMalloc2(es->n * es->lambda, &x, es->lambda, &f));
+  PetscCall(CMAESAsk(es, random, x));
+  for (PetscInt k = 0; k < es->lambda; ++k) {
+    f[k] = 0;
+    if (k % size == rank) PetscCall((*fn)(x + k * es->n, ctx, &f[k]));
+  }
+  if (size > 1) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, f, (PetscMPIInt)es->lambda, MPI_DOUBLE, MPI_SUM, comm));
+  PetscCall(CMAESTell(es, x, f));
+  PetscCall(PetscSortReal(es->lambda, f));
+  if (best) *best = f[0];
+  if (median) *median = f[es->lambda / 2];
+  PetscCall(PetscFree2(x, f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -11,12 +11,12 @@ PetscErrorCode CMAStorePolicy(CMATrainer *t)
   SlipPolicy p;
 
   PetscFunctionBegin;
-  if (t->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  if (t->loop.rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CMAPolicy(&t->o, t->best, t->shift, &p));
-  PetscCall(SlipPolicySetRange(p, t->obs_min, t->obs_max));
+  if (t->cma->watch || t->cma->range) PetscCall(SlipPolicySetRange(p, t->obs_min, t->obs_max));
   PetscCall(SlipPolicySetAttribute(p, "algorithm", "cmaes"));
-  PetscCall(SlipPolicySetAttribute(p, "problem", t->o.user ? t->o.user->name : ProblemPolicy(t->o.problem)));
-  if (!t->o.small) PetscCall(SlipPolicySetAttribute(p, SLIP_POLICY_MEASURE, SlipMeasures[0].name));
+  PetscCall(SlipPolicySetAttribute(p, "problem", ProblemPolicy(t->o.problem)));
+  if (t->cma->measure) PetscCall(SlipPolicySetAttribute(p, SLIP_POLICY_MEASURE, t->cma->measure));
   PetscCall(PolicySetNumber(p, "generations", "%.0f", (double)t->best_generation));
   PetscCall(PolicySetNumber(p, "training_runs", "%.0f", (double)t->evaluations));
   PetscCall(PolicySetNumber(p, "validation_cost", "%.5f", (double)t->score.cost));
@@ -37,7 +37,7 @@ typedef struct {
 
 static void ListArrays(CMATrainer *t, CMAArray a[ARRAYS])
 {
-  CMAES *es = &t->es;
+  CMAES *es = &t->loop.es;
   const PetscInt n = es->n;
   const CMAArray list[ARRAYS] = {{"/mean", es->mean, n}, {"/path_sigma", es->ps, n}, {"/path_covariance", es->pc, n},
                                  {"/C", es->C, n * n},   {"/B", es->B, n * n},       {"/D", es->D, n},
@@ -54,7 +54,7 @@ PetscErrorCode CMACheckpointWrite(CMATrainer *t)
   SlipH5 h;
 
   PetscFunctionBegin;
-  if (t->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  if (t->loop.rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscTime(&now));
   PetscCall(SlipH5Create(t->o.checkpoint, &h));
   PetscCall(SlipH5WriteAttrString(&h, "/", "format", CHECKPOINT_FORMAT));
@@ -66,16 +66,16 @@ PetscErrorCode CMACheckpointWrite(CMATrainer *t)
     dims[0] = a[i].n;
     PetscCall(SlipH5WriteReal(&h, a[i].path, 1, dims, a[i].data, NULL));
   }
-  const PetscReal x[NUMBERS] = {t->es.sigma,
-                                (PetscReal)t->es.generation,
-                                (PetscReal)t->generation,
+  const PetscReal x[NUMBERS] = {t->loop.es.sigma,
+                                (PetscReal)t->loop.es.generation,
+                                (PetscReal)t->loop.es.generation,
                                 (PetscReal)t->evaluations,
                                 (PetscReal)t->best_generation,
                                 t->score.cost,
                                 t->score.solves,
                                 t->score.within,
                                 t->score.error,
-                                t->before + (PetscReal)(now - t->begin)};
+                                t->loop.before + (PetscReal)(now - t->loop.begin)};
   dims[0] = NUMBERS;
   PetscCall(SlipH5WriteReal(&h, "/counters", 1, dims, x, NULL));
   PetscCall(SlipH5Close(&h));
@@ -96,13 +96,12 @@ PetscErrorCode CMACheckpointRead(CMATrainer *t)
   for (PetscInt i = 0; i < ARRAYS; ++i)
     PetscCall(CheckpointReadArray(&h, a[i].path, a[i].n, sizeof(double), a[i].data));
   PetscCall(CheckpointReadArray(&h, "/counters", NUMBERS, sizeof(double), x));
-  t->es.sigma = x[0];
-  t->es.generation = (PetscInt64)x[1];
-  t->generation = (PetscInt64)x[2];
+  t->loop.es.sigma = x[0];
+  t->loop.es.generation = (PetscInt64)x[1]; /* x[2] is the same */
   t->evaluations = (PetscInt64)x[3];
   t->best_generation = (PetscInt64)x[4];
-  t->score = (CMAScore){x[5], x[6], x[7], x[8], {{0}}}; /* the last ones are found again */
-  t->before = x[9];
+  t->score = (CMAScore){.cost = x[5], .solves = x[6], .within = x[7], .error = x[8]}; /* the others are found again */
+  t->loop.before = x[9];
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -131,7 +130,7 @@ PetscErrorCode CMALogOpen(CMATrainer *t)
   SlipH5Kind kind;
 
   PetscFunctionBegin;
-  if (t->rank || !t->o.log[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (t->loop.rank || !t->o.log[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&t->log));
   PetscCall(CurveKind(&kind));
   PetscCall(SlipH5CreateKind(&kind, t->o.log, &t->log->h5));
@@ -142,22 +141,22 @@ PetscErrorCode CMALogOpen(CMATrainer *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CMALogRow(CMATrainer *t, PetscReal best, PetscReal median, const CMAScore *score)
+PetscErrorCode CMALogRow(CMATrainer *t, const CMAScore *score)
 {
   PetscLogDouble now;
 
   PetscFunctionBegin;
   if (!t->log) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscTime(&now));
-  const PetscReal row[COLUMNS] = {(PetscReal)t->generation,
+  const PetscReal row[COLUMNS] = {(PetscReal)t->loop.es.generation,
                                   (PetscReal)t->evaluations,
-                                  best,
-                                  median,
-                                  t->es.sigma,
+                                  t->loop.best,
+                                  t->loop.median,
+                                  t->loop.es.sigma,
                                   score->cost,
                                   score->solves,
                                   score->within,
-                                  t->before + (PetscReal)(now - t->begin)};
+                                  t->loop.before + (PetscReal)(now - t->loop.begin)};
   PetscCall(CurveAppend(&t->log->h5, COLUMNS, Columns, row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -8,17 +8,17 @@ static const char names[] =
   "late_singles layers log log_overwrite minutes observations output population resume seed sigma singles validation "
   "validation_interval within";
 
-PetscErrorCode CMATrain(MPI_Comm comm, const SlipTrainProblem *user)
+PetscErrorCode CMATrain(MPI_Comm comm, const Problem *problem)
 {
   CMAOptions o;
   CMATrainer t;
   PetscBool only_help;
 
   PetscFunctionBegin;
-  PetscCall(CMAOptionsSet(comm, user, &o));
+  PetscCall(CMAOptionsSet(comm, problem, &o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) {
-    for (PetscInt i = 0; i < o.nobs; ++i) PetscCall(PetscFree(o.names[i]));
+    PetscCall(CMAOptionsFree(&o));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(CMATrainerCreate(comm, &o, &t));
@@ -92,6 +92,8 @@ PetscErrorCode SlipTrain(MPI_Comm comm, const SlipTrainProblem *problem)
   PetscCall(SlipDeclareOptions("train_", names));
   PetscCall(SlipCheckOptionNames());
   PetscCall(CheckProblem(comm, problem));
-  PetscCall(CMATrain(comm, problem));
+  const Problem row = {.name = problem->name, .cma = &CMAUser, .user = problem};
+
+  PetscCall(CMATrain(comm, &row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -6,21 +6,29 @@
 #define SHIFT_MIN (-1.0)
 #define SHIFT_STEP 0.02
 
-enum { ROW = 4 }; /* of a run: cost, ln solves, within, ln(error/dial) */
+/* Of a run: cost, ln solves, within, ln(error/dial), failures, attempts, solves over the usual */
+enum { COST, SOLVES, WITHIN, ERROR, FAILURES, ATTEMPTS, USUAL, ROW };
 
 static PetscErrorCode ValidationRun(const CMATrainer *t, const CMASet *set, SlipPolicy policy, PetscInt k,
-                                    PetscReal row[ROW])
+                                    PetscInt dials, PetscReal row[ROW])
 {
-  const PetscReal x = ((PetscReal)(k % VALID_DIALS) + ((PetscReal)(k / VALID_DIALS % 7) + 0.5) / 7) / VALID_DIALS;
-  const PetscReal dial = t->o.low * PetscPowReal(t->o.high / t->o.low, x);
+  const PetscReal x = ((PetscReal)(k % dials) + ((PetscReal)(k / dials % 7) + 0.5) / 7) / (PetscReal)dials;
+  PetscReal dial = 1;
   EpisodeResult r;
 
   PetscFunctionBegin;
-  PetscCall(EpisodeRun(set->episode[k / VALID_DIALS], policy, dial, &r));
-  row[0] = EpisodeCost(&r, dial);
-  row[1] = PetscLogReal((PetscReal)r.solves);
-  row[2] = r.error <= dial && r.done == 1 ? 1 : 0;
-  row[3] = PetscLogReal(PetscMax(r.error / dial, (PetscReal)1e-6));
+  if (t->cma->judged)
+    dial = t->cma->judged[k % dials];
+  else if (t->cma->dial != CMA_DIAL_NONE)
+    dial = t->o.low * PetscPowReal(t->o.high / t->o.low, x);
+  PetscCall((*t->cma->run)(set->episode[k / dials], policy, dial, &r));
+  row[COST] = r.cost;
+  row[SOLVES] = PetscLogReal((PetscReal)r.solves);
+  row[WITHIN] = r.error <= dial && r.done == 1 ? 1 : 0;
+  row[ERROR] = PetscLogReal(PetscMax(r.error / dial, (PetscReal)1e-6));
+  row[FAILURES] = (PetscReal)r.failures;
+  row[ATTEMPTS] = (PetscReal)r.attempts;
+  row[USUAL] = r.usual > 0 ? (PetscReal)r.solves / r.usual : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -28,30 +36,34 @@ static PetscErrorCode ValidationRun(const CMATrainer *t, const CMASet *set, Slip
 PetscErrorCode CMAValidate(CMATrainer *t, const CMASet *set, const double weights[], const PetscReal shift[2],
                            CMAScore *score)
 {
-  const PetscInt runs = set->n * VALID_DIALS, of_kind[CMA_KINDS] = {set->nsingle, set->n - set->nsingle};
-  PetscReal *row, sum[ROW] = {0, 0, 0, 0};
+  const PetscInt dials = t->cma->dial == CMA_DIAL_NONE ? 1 : CMA_DIALS, runs = set->n * dials;
+  const PetscInt of_kind[CMA_KINDS] = {set->nsingle, set->n - set->nsingle};
+  PetscReal *row, sum[ROW] = {0};
   SlipPolicy policy;
 
   PetscFunctionBegin;
   PetscCall(PetscCalloc1(ROW * runs, &row));
   PetscCall(CMAPolicy(&t->o, weights, shift, &policy));
-  for (PetscInt k = t->rank; k < runs; k += t->size) PetscCall(ValidationRun(t, set, policy, k, &row[ROW * k]));
+  for (PetscInt k = t->loop.rank; k < runs; k += t->loop.size)
+    PetscCall(ValidationRun(t, set, policy, k, dials, &row[ROW * k]));
   PetscCall(SlipPolicyDestroy(&policy));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, row, (PetscMPIInt)(ROW * runs), MPIU_REAL, MPIU_SUM, t->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, row, (PetscMPIInt)(ROW * runs), MPIU_REAL, MPIU_SUM, t->loop.comm));
   *score = (CMAScore){0};
   for (PetscInt k = 0; k < runs; ++k) {
-    const PetscInt kind = k / VALID_DIALS < set->nsingle ? 0 : 1;
+    const PetscInt kind = k / dials < set->nsingle ? 0 : 1;
 
     for (PetscInt i = 0; i < ROW; ++i) sum[i] += row[ROW * k + i] / (PetscReal)runs;
-    score->kept[kind][k % VALID_DIALS] += row[ROW * k + 2] / (PetscReal)of_kind[kind];
+    score->kept[kind][k % dials] += row[ROW * k + WITHIN] / (PetscReal)of_kind[kind];
   }
   PetscCall(PetscFree(row));
   for (PetscInt kind = 0; kind < CMA_KINDS; ++kind)
-    for (PetscInt i = 0; i < VALID_DIALS && !of_kind[kind]; ++i) score->kept[kind][i] = 1;
-  score->cost = sum[0];
-  score->solves = PetscExpReal(sum[1]);
-  score->within = sum[2];
-  score->error = PetscExpReal(sum[3]);
+    for (PetscInt i = 0; i < CMA_DIALS && !of_kind[kind]; ++i) score->kept[kind][i] = 1;
+  score->cost = sum[COST];
+  score->solves = PetscExpReal(sum[SOLVES]);
+  score->within = sum[WITHIN];
+  score->error = PetscExpReal(sum[ERROR]);
+  score->failures = sum[FAILURES] / sum[ATTEMPTS];
+  score->over_usual = sum[USUAL];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -66,13 +78,13 @@ static PetscReal KeptInThird(const CMAScore *score, PetscInt third)
 
 /* For each third of the dial's range the largest move with which the wanted share keeps the dial. Where no move gets so
    far, as at accuracies beyond the reach of the steps' bounds, the share that one does get to takes its place. */
-static PetscErrorCode FindShifts(CMATrainer *t, const CMASet *set, PetscReal shift[VALID_DIALS],
-                                 PetscReal target[VALID_DIALS])
+static PetscErrorCode FindShifts(CMATrainer *t, const CMASet *set, PetscReal shift[CMA_DIALS],
+                                 PetscReal target[CMA_DIALS])
 {
   CMAScore score;
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < VALID_DIALS; ++k) {
+  for (PetscInt k = 0; k < CMA_DIALS; ++k) {
     shift[k] = SHIFT_MIN;
     target[k] = -1;
   }
@@ -81,7 +93,7 @@ static PetscErrorCode FindShifts(CMATrainer *t, const CMASet *set, PetscReal shi
     PetscInt left = 0;
 
     PetscCall(CMAValidate(t, set, t->best, move, &score));
-    for (PetscInt k = 0; k < VALID_DIALS; ++k) {
+    for (PetscInt k = 0; k < CMA_DIALS; ++k) {
       const PetscReal kept = PetscMin(KeptInThird(&score, k), t->o.within);
 
       if (kept > target[k]) {
@@ -95,9 +107,9 @@ static PetscErrorCode FindShifts(CMATrainer *t, const CMASet *set, PetscReal shi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscBool KeepsEverywhere(const CMAScore *score, const PetscReal target[VALID_DIALS])
+static PetscBool KeepsEverywhere(const CMAScore *score, const PetscReal target[CMA_DIALS])
 {
-  for (PetscInt k = 0; k < VALID_DIALS; ++k)
+  for (PetscInt k = 0; k < CMA_DIALS; ++k)
     if (KeptInThird(score, k) < target[k]) return PETSC_FALSE;
   return PETSC_TRUE;
 }
@@ -108,8 +120,8 @@ static PetscBool KeepsEverywhere(const CMAScore *score, const PetscReal target[V
    them needed. */
 PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set)
 {
-  const PetscReal third = PetscLog10Real(t->o.high / t->o.low) / VALID_DIALS;
-  PetscReal shift[VALID_DIALS], target[VALID_DIALS], lowest;
+  const PetscReal third = PetscLog10Real(t->o.high / t->o.low) / CMA_DIALS;
+  PetscReal shift[CMA_DIALS], target[CMA_DIALS], lowest;
   const CMAScore *score = &t->score;
 
   PetscFunctionBegin;
@@ -123,7 +135,7 @@ PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set)
     PetscCall(CMAValidate(t, set, t->best, t->shift, &t->score));
   }
   PetscCall(PetscPrintf(
-    t->comm,
+    t->loop.comm,
     "dial moved by %.2f decades in the middle of its range and %.2f a decade: cost %7.4f  solves %5.1f  within "
     "dial %5.1f %% (thirds of its range: single cells %.1f, %.1f, %.1f, meshes %.1f, %.1f, %.1f)  error/dial "
     "%6.3f\n",

@@ -67,3 +67,16 @@ double RandomLog(Random *r, double low, double high)
 {
   return low * exp(log(high / low) * RandomUniform(r));
 }
+
+uint64_t RandomStream(PetscInt seed, PetscInt stream, PetscInt64 k)
+{
+  return (uint64_t)seed * 0x9e3779b97f4a7c15u + (uint64_t)(1000000 * (PetscInt64)stream + k);
+}
+
+uint64_t RandomStreamHashed(PetscInt seed, PetscInt stream, PetscInt64 k)
+{
+  Random r;
+
+  RandomSeed(&r, ((uint64_t)seed << 34) + ((uint64_t)stream << 32) + (uint64_t)k);
+  return r.s[0];
+}

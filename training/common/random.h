@@ -15,3 +15,7 @@ PETSC_INTERN double RandomUniform(Random *r);                      /* [0, 1) */
 PETSC_INTERN double RandomNormal(Random *r);                       /* N(0, 1) */
 PETSC_INTERN uint64_t RandomIndex(Random *r, uint64_t n);          /* 0 .. n-1 */
 PETSC_INTERN double RandomLog(Random *r, double low, double high); /* log-uniform in [low, high] */
+/* Seeds of the k-th of a stream of things that are drawn, of all trainings with one seed: by counting, streams being a
+   million apart, or by hashing */
+PETSC_INTERN uint64_t RandomStream(PetscInt seed, PetscInt stream, PetscInt64 k);
+PETSC_INTERN uint64_t RandomStreamHashed(PetscInt seed, PetscInt stream, PetscInt64 k);

@@ -31,5 +31,3 @@ PETSC_INTERN PetscErrorCode CycleEpisodeRun(CycleEpisode *e, SlipPolicy policy, 
                                             CycleResult *r);
 /* ln of the products over the usual ones, and of the error over the accuracy when it is larger */
 PETSC_INTERN double CycleCost(const CycleEpisode *e, const CycleResult *r, PetscReal accuracy);
-
-PETSC_INTERN PetscErrorCode CyclesTrain(MPI_Comm comm);

@@ -127,6 +127,19 @@ static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal ob
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+const char *ProblemPolicy(const Problem *p)
+{
+  return p->policy_problem ? p->policy_problem : p->name;
+}
+
+const Preset *ProblemPreset(const Problem *p, const char reward[])
+{
+  const Preset *row = p->presets;
+
+  while (row->reward && strcmp(row->reward, reward)) ++row;
+  return row;
+}
+
 PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[])
 {
   PetscFunctionBegin;

@@ -38,6 +38,8 @@ typedef struct {
   PetscBool stopped;
 } Environment;
 
+PETSC_INTERN const char *ProblemPolicy(const Problem *p); /* the problem that its policies are for */
+PETSC_INTERN const Preset *ProblemPreset(const Problem *p, const char reward[]);
 PETSC_INTERN PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[]); /* [ndraw] */
 /* Copies of names in place of those that are there, and what brings each to order one: the network sees value * scale +
    offset. */

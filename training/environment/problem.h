@@ -4,12 +4,14 @@
 #pragma once
 #include "common/random.h"
 #include "reward.h"
+#include "sliptrain.h"
 
 #define ENV_MAX_OBS 16
 #define ENV_MAX_DRAW 12
 #define ENV_MAX_ERRORS 3
 
 typedef struct _Problem Problem;
+typedef struct _CMAProblem CMAProblem; /* cmaproblem.h */
 
 typedef struct {
   const Problem *problem;
@@ -111,6 +113,7 @@ struct _Problem {
   const char *atol_unit;
   PetscInt nerrors;
   const char *errors[ENV_MAX_ERRORS]; /* what EnvResult.error holds, the most important one first */
+  /* Step by step, for TQC and TD3; create NULL: not for these. */
   /* A run at its start, TS ready for TSSolve() but for the step limits and the controller. */
   PetscErrorCode (*create)(const EnvOptions *o, const EnvInstance *instance, EnvRun *run);
   PetscErrorCode (*destroy)(EnvRun *run);
@@ -124,6 +127,8 @@ struct _Problem {
   PetscErrorCode (*judge_step)(EnvJudge judge, EnvRun *run, PetscReal t, PetscReal *effect);
   PetscErrorCode (*judge_errors)(EnvJudge judge, EnvRun *run, PetscReal error[]); /* [nerrors], after TSSolve() */
   PetscErrorCode (*judge_destroy)(EnvJudge *judge);
+  const CMAProblem *cma;        /* NULL: not for -train_algorithm cmaes */
+  const SlipTrainProblem *user; /* a user's table; NULL: one of ours */
   const Evaluation *evaluation; /* NULL: it is only trained on */
 };
 

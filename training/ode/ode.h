@@ -70,6 +70,3 @@ PETSC_INTERN PetscErrorCode OdeEpisodeDestroy(OdeEpisode *e);
 PETSC_INTERN PetscErrorCode OdeEpisodeRun(const OdeEpisode *e, SlipPolicy policy, double tol, OdeResult *r);
 /* Logarithm of the work over what basic needs for the same error; bounded */
 PETSC_INTERN double OdeEpisodeCost(const OdeEpisode *e, const OdeResult *r);
-
-/* ---- odetrain.c ---- */
-PETSC_INTERN PetscErrorCode OdeTrain(MPI_Comm comm); /* by the -train_ options */

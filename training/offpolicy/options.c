@@ -49,25 +49,14 @@ static PetscErrorCode SetPreset(EnvOptions *o)
 static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptionsObject)
 {
   const char *const costs[] = {"iterations", "wall", NULL};
-  char problem[64] = "fault", reward[64] = "published", *names[ENV_MAX_OBS];
+  char reward[64] = "published", *names[ENV_MAX_OBS];
   char low[64], high[64], atol[256];
   PetscInt n = ENV_MAX_OBS, cost = 0;
   PetscBool set;
-  Family *family;
 
   PetscFunctionBegin;
-  PetscCall(PetscOptionsString(
-    "-train_problem",
-    "What is simulated: fault, fault_dial, sliding_mode or circuit (parameters: -fault_, -sliding_mode_, "
-    "-circuit_ options)",
-    NULL, problem, problem, sizeof(problem), NULL));
-  PetscCall(ProblemFind(problem, &e->problem));
-  PetscCall(PetscNew(&family));
-  PetscCall(FamilyOption(PetscOptionsObject, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, family));
-  if (family->n)
-    e->family = family;
-  else
-    PetscCall(PetscFree(family));
+  PetscCall(ProblemOption(PetscOptionsObject, PETSC_FALSE, &e->problem));
+  PetscCall(FamilyOption(PetscOptionsObject, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, &e->family));
   PetscCall(PetscOptionsString(
     "-train_reward",
     "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure), accuracy (price of an attempt plus alpha times the "
@@ -182,9 +171,8 @@ static PetscErrorCode ParseLearner(PetscBool td3, LearnerOptions *n, SlipOptionI
 
 static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsObject)
 {
-  const char *const algorithms[] = {"tqc", "td3", "cmaes", "filter", "steps", NULL};
   AgentOptions *a = &o->agent;
-  PetscInt algorithm = 0;
+  char algorithm[32] = "tqc";
   PetscReal buffer = 1e6, starts = 100;
   const NumberOption row[] = {
     OPTION_REAL("-train_buffer", "Capacity of the replay buffer in transitions", &buffer, 1, PETSC_MAX_REAL),
@@ -192,11 +180,8 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
   PetscBool td3;
 
   PetscFunctionBegin;
-  PetscCall(OptionChoice(
-    PetscOptionsObject, "-train_algorithm",
-    "Learner: tqc, td3, or cmaes, filter or steps (with options of their own: -train_algorithm cmaes -help)",
-    algorithms, &algorithm));
-  td3 = algorithm == 1 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-train_algorithm", algorithm, sizeof(algorithm), NULL));
+  PetscCall(PetscStrcmp(algorithm, LearnerTD3.name, &td3));
   a->learner = td3 ? &LearnerTD3 : &LearnerTQC;
   a->networks = (LearnerOptions){.obs = o->env.nobs,
                                  .act = 1,

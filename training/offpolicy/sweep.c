@@ -8,7 +8,7 @@
 
 enum { NEXT, DONE, FAILED, COUNTERS }; /* of the queue */
 
-PetscInt SweepCount(const TrainOptions *o)
+static PetscInt SweepCount(const TrainOptions *o)
 {
   return o->nalpha * o->nseed;
 }
@@ -82,7 +82,7 @@ static PetscErrorCode Report(Queue *q, const TrainOptions *one, PetscInt jobs, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *failed)
+static PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *failed)
 {
   const PetscInt jobs = SweepCount(o);
   PetscLogDouble begin;
@@ -108,5 +108,40 @@ PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *failed)
   PetscCallMPI(MPI_Barrier(comm));
   PetscCall(QueueRaise(&q, FAILED, 0, failed));
   PetscCall(QueueDestroy(&q));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The options of the problem and of TS are those that a run reads. */
+static PetscErrorCode ShowHelp(const TrainOptions *o)
+{
+  EnvInstance instance;
+  EnvRun run;
+
+  PetscFunctionBegin;
+  PetscCall(EnvInstanceCreate(&o->env, NULL, PETSC_FALSE, &instance));
+  PetscCall(o->env.problem->create(&o->env, &instance, &run));
+  PetscCall(o->env.problem->destroy(&run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SweepTrain(MPI_Comm comm, PetscInt *failed)
+{
+  TrainOptions o;
+  PetscBool only_help;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCall(TrainOptionsSet(comm, &o));
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (only_help) {
+    PetscCall(ShowHelp(&o));
+  } else if (SweepCount(&o) > 1) {
+    PetscCall(SweepRun(comm, &o, failed));
+  } else { /* the first rank trains and the others wait */
+    if (!rank) PetscCall(TrainerTrain(&o));
+    PetscCallMPI(MPI_Barrier(comm));
+  }
+  PetscCall(TrainOptionsFree(&o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

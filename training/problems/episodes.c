@@ -303,12 +303,7 @@ PetscErrorCode EpisodeDestroy(Episode **episode)
 {
   PetscFunctionBegin;
   if (!*episode) PetscFunctionReturn(PETSC_SUCCESS);
-  if ((*episode)->small)
-    PetscCall(EpisodeSmallDestroy(&(*episode)->small));
-  else if ((*episode)->user)
-    PetscCall(EpisodeUserDestroy(*episode));
-  else
-    PetscCall(Release(*episode));
+  PetscCall(Release(*episode));
   PetscCall(TableClear(&(*episode)->reference));
   PetscCall(TableClear(&(*episode)->run));
   PetscCall(PetscFree(*episode));
@@ -350,33 +345,34 @@ void EpisodeConclude(const Episode *e, PetscInt solves, PetscInt accepted, Episo
 {
   const PetscReal end = CourseNodes(&e->run)[e->run.n - 1].time;
 
-  r->solves = solves;
-  r->failures = solves - accepted;
+  *r = (EpisodeResult){.solves = solves, .attempts = solves, .failures = solves - accepted};
   SlipCourseCompare(e->run.n, CourseNodes(&e->run), e->reference.n, CourseNodes(&e->reference), r->errors);
   r->errors[SLIP_ERROR_FIELD] = e->field_error;
   r->error = SlipMeasureOf(e->measure, r->errors);
   r->done = AtEnd(e, end) ? 1 : end / e->tmax;
 }
 
-PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
+PetscErrorCode EpisodeSolve(Episode *e, SlipPolicy policy, PetscReal accuracy, PetscInt *accepted, PetscInt *solves)
 {
-  PetscInt attempts, accepted, solves, newton, linear;
+  PetscInt attempts, newton, linear;
   TSAdapt adapt;
 
   PetscFunctionBegin;
-  if (e->small) {
-    PetscCall(EpisodeSmallRunLibrary(e->small, policy, accuracy, NULL, NULL, result));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(EpisodeRewind(e, accuracy));
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(TSAdaptRLSetPolicy(adapt, policy));
   PetscCall(TSSolve(e->ts, e->w));
-  PetscCall(TSBatheGetTotals(e->ts, &attempts, &accepted, &solves, &newton, &linear));
-  if (e->user)
-    PetscCall(EpisodeUserConclude(e, solves, accepted, result));
-  else
-    EpisodeConclude(e, solves, accepted, result);
+  PetscCall(TSBatheGetTotals(e->ts, &attempts, accepted, solves, &newton, &linear));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
+{
+  PetscInt accepted, solves;
+
+  PetscFunctionBegin;
+  PetscCall(EpisodeSolve(e, policy, accuracy, &accepted, &solves));
+  EpisodeConclude(e, solves, accepted, result);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -388,12 +384,8 @@ PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, Epi
   PetscBool known;
 
   PetscFunctionBegin;
-  if (e->small) {
-    PetscCall(EpisodeSmallRun(e->small, policy, accuracy, NULL, NULL, result));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(PlainRowsFind(policy, NULL, &n, row, &known));
-  if (!known || e->user) {
+  if (!known) {
     PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -470,17 +462,12 @@ static PetscErrorCode WatchingActor(TSAdapt adapt, TS ts, PetscInt n, const Pets
 PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn, void *ctx)
 {
   Watch watch = {e, policy, fn, ctx};
-  EpisodeResult result;
   const char *const *names;
   PetscReal dt[2];
   PetscInt n;
   TSAdapt adapt;
 
   PetscFunctionBegin;
-  if (e->small) {
-    PetscCall(EpisodeSmallRun(e->small, policy, accuracy, fn, ctx, &result));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(EpisodeRewind(e, accuracy));
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(SlipPolicyGetObservations(policy, &n, &names));

@@ -4,10 +4,9 @@
 #pragma once
 #include "problems.h"
 #include "family.h"
+#include "environment/cmaproblem.h"
 #include "environment/plainfilter.h"
 #include "common/table.h"
-#include "sliptrain.h"
-#include <slipcore.h>
 #include <slipstep.h>
 
 #define EPISODE_MAX_CELLS 144 /* of a drawn mesh, 12 x 12 */
@@ -43,12 +42,9 @@ static inline const SlipCourseNode *CourseNodes(const Table *path)
   return (const SlipCourseNode *)path->data;
 }
 
-typedef struct _EpisodeSmall *EpisodeSmall;
-
+/* Of a drawn fault; a user's problem has user and instance, ts, w and times in place of a fault */
 typedef struct {
-  EpisodeSmall small; /* another problem than the fault (episodesmall.c); nothing of what follows is used then */
-  const SlipTrainProblem
-    *user; /* a user's problem (episodeuser.c), and its instance; of what follows ts, w and times */
+  const SlipTrainProblem *user;
   void *instance;
   PetscReal begin;   /* time of the start [s] */
   PetscInt failures; /* of its solves in a row, in the run under way */
@@ -69,13 +65,6 @@ typedef struct {
   const SlipMeasure *measure; /* of EpisodeResult.error */
 } Episode;
 
-typedef struct {
-  PetscInt solves, failures;
-  PetscReal error;                   /* by the episode's measure; of other problems their first error */
-  PetscReal errors[SLIP_NUM_ERRORS]; /* of a fault */
-  PetscReal done;                    /* share of the duration that was reached: 1 when finished */
-} EpisodeResult;
-
 /* A run that has not ended after this many accepted steps is cut off. */
 #define EPISODE_MAX_STEPS 400
 
@@ -86,29 +75,18 @@ PETSC_INTERN PetscErrorCode EpisodeCreate(const Family *family, uint64_t seed, P
 PETSC_INTERN PetscErrorCode EpisodeCreateFault(SlipFault fault, PetscReal tmax, Episode **episode);
 /* Steps dt [n] [s] without objects, and one to the end; a step that fails ends the run. */
 PETSC_INTERN PetscErrorCode EpisodeRunSteps(Episode *e, PetscInt n, const double dt[], EpisodeResult *result);
-/* Another problem of the table, an instance drawn at random; the error of its runs is the problem's first one. o:
-   problem, observations and bounds of the step. */
-PETSC_INTERN PetscErrorCode EpisodeCreateSmall(const EnvOptions *o, uint64_t seed, Episode **episode);
-PETSC_INTERN PetscErrorCode EpisodeSmallDestroy(EpisodeSmall *small);
-/* An instance of a user's problem */
-PETSC_INTERN PetscErrorCode EpisodeCreateUser(const SlipTrainProblem *user, uint64_t seed, Episode **episode);
-PETSC_INTERN PetscErrorCode EpisodeUserDestroy(Episode *e);
-PETSC_INTERN PetscErrorCode EpisodeUserConclude(const Episode *e, PetscInt solves, PetscInt accepted,
-                                                EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeDestroy(Episode **episode);
 /* Without objects when that knows what the policy observes, else by the library; the latter always with
    EpisodeRunLibrary(). */
 PETSC_INTERN PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
+/* The latter without its result: what the TS took; a user's problem too */
+PETSC_INTERN PetscErrorCode EpisodeSolve(Episode *e, SlipPolicy policy, PetscReal accuracy, PetscInt *accepted,
+                                         PetscInt *solves);
 /* Under a digital filter, with the fault's tolerances but for rtol; drawn faults only. */
 PETSC_INTERN PetscErrorCode EpisodeRunFilter(Episode *e, const SlipFilter *filter, PetscReal rtol,
                                              EpisodeResult *result);
-/* The same, with an observer of every observation vector [n] of the policy. */
-typedef void (*EpisodeWatchFn)(PetscInt n, const PetscReal obs[], void *ctx);
-PETSC_INTERN PetscErrorCode EpisodeSmallRun(EpisodeSmall small, SlipPolicy policy, PetscReal accuracy,
-                                            EpisodeWatchFn fn, void *ctx, EpisodeResult *result); /* fn: NULL allowed */
-PETSC_INTERN PetscErrorCode EpisodeSmallRunLibrary(EpisodeSmall small, SlipPolicy policy, PetscReal accuracy,
-                                                   EpisodeWatchFn fn, void *ctx, EpisodeResult *result); /* likewise */
+/* By the library, with an observer of every observation vector of the policy; a user's problem too */
 PETSC_INTERN PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn,
                                          void *ctx);
 
@@ -123,3 +101,28 @@ PETSC_INTERN void EpisodeConclude(const Episode *e, PetscInt solves, PetscInt ac
 PETSC_INTERN PetscReal EpisodeCost(const EpisodeResult *r, PetscReal accuracy);
 /* 0 below half the dial, 1 at the dial, and growing like its logarithm beyond: x = error over what is allowed. */
 PETSC_INTERN PetscReal EpisodePenalty(PetscReal x);
+
+/* ---- small models of the table (episodesmall.c); the error of a run is the problem's first one ---- */
+typedef struct _EpisodeSmall *EpisodeSmall;
+/* o: problem, observations and bounds of the step */
+PETSC_INTERN PetscErrorCode EpisodeSmallCreate(const EnvOptions *o, uint64_t seed, EpisodeSmall *episode);
+PETSC_INTERN PetscErrorCode EpisodeSmallDestroy(void **episode); /* EpisodeSmall * */
+/* Without objects when that knows what the policy observes, else by the library; the latter always with
+   EpisodeSmallRunLibrary(). fn: NULL allowed */
+PETSC_INTERN PetscErrorCode EpisodeSmallRun(EpisodeSmall e, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn,
+                                            void *ctx, EpisodeResult *result);
+PETSC_INTERN PetscErrorCode EpisodeSmallRunLibrary(EpisodeSmall e, SlipPolicy policy, PetscReal accuracy,
+                                                   EpisodeWatchFn fn, void *ctx, EpisodeResult *result);
+
+/* ---- policies with an accuracy dial, of these and of users' problems (episodeuser.c): dialnetwork.c ---- */
+PETSC_INTERN void DialStart(const CMAOptions *o, double w[]);
+PETSC_INTERN PetscErrorCode DialPolicy(const CMAOptions *o, const double w[], SlipPolicy policy);
+PETSC_INTERN PetscErrorCode DialSay(const CMAScore *score, char text[], size_t len);
+
+/* What their rows share: of the problem, and of its defaults */
+#define CMA_DIAL                                                                                                       \
+  .episodes = "episodes", .seed = RandomStream, .stream = 1, .dial = CMA_DIAL_SPREAD, .start = DialStart,              \
+  .policy = DialPolicy, .say = DialSay
+#define CMA_DIAL_DEFAULTS                                                                                              \
+  .layers = 1, .activation = SLIP_ACTIVATION_TANH, .side = 7, .sigma = 0.1, .high = TSADAPTRL_ACCURACY_MAX,            \
+  .within = 0.97

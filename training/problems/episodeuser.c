@@ -39,14 +39,16 @@ static PetscErrorCode Check(const Episode *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EpisodeCreateUser(const SlipTrainProblem *user, uint64_t seed, Episode **episode)
+static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)
 {
+  const SlipTrainProblem *user = o->problem->user;
   const SlipProblemOps *ops;
   PetscReal longest;
   TSAdapt adapt;
   Episode *e;
 
   PetscFunctionBegin;
+  (void)side;
   PetscCall(PetscNew(&e));
   *episode = e;
   e->user = user;
@@ -75,28 +77,72 @@ PetscErrorCode EpisodeCreateUser(const SlipTrainProblem *user, uint64_t seed, Ep
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EpisodeUserDestroy(Episode *e)
+static PetscErrorCode Destroy(void **episode)
 {
+  Episode *e = (Episode *)*episode;
+
   PetscFunctionBegin;
   PetscCall(VecDestroy(&e->start));
   PetscCall((*e->user->destroy)(&e->instance));
+  PetscCall(TableClear(&e->run));
+  PetscCall(PetscFree(*episode));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EpisodeUserConclude(const Episode *e, PetscInt solves, PetscInt accepted, EpisodeResult *r)
+static PetscErrorCode Run(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *r)
 {
+  Episode *e = (Episode *)episode;
   TSConvergedReason reason;
+  PetscInt solves, accepted;
   PetscReal t;
 
   PetscFunctionBegin;
+  PetscCall(EpisodeSolve(e, policy, accuracy, &accepted, &solves));
   PetscCall(TSGetTime(e->ts, &t));
   PetscCall(TSGetConvergedReason(e->ts, &reason));
-  *r = (EpisodeResult){.solves = solves, .failures = solves - accepted, .error = UNFINISHED_ERROR};
+  *r = (EpisodeResult){.solves = solves, .attempts = solves, .failures = solves - accepted, .error = UNFINISHED_ERROR};
   r->done = (t - e->begin) / (e->tmax - e->begin);
   if (reason == TS_CONVERGED_TIME || r->done >= 1 - 1e-10) {
     r->done = 1;
     PetscCall((*e->user->error)(e->instance, e->ts, e->w, &r->error));
     if (PetscIsInfOrNanReal(r->error)) r->error = WORST_ERROR;
   }
+  r->cost = EpisodeCost(r, accuracy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+#define DIAL_LOW 3e-3
+
+/* Runs are the library's, some ten times slower than those of small models without objects. */
+static PetscErrorCode SetUpTraining(CMAOptions *o)
+{
+  const SlipTrainProblem *user = o->problem->user;
+
+  PetscFunctionBegin;
+  *o = (CMAOptions){.problem = o->problem,
+                    .hidden = 6,
+                    CMA_DIAL_DEFAULTS,
+                    .dt_min = user->dt_min,
+                    .dt_max = user->dt_max,
+                    .dt_max_unit = "T*",
+                    .nsingle = 128,
+                    .batch_single = 16,
+                    .late_single = 16,
+                    .validation = 40,
+                    .calibration = 60,
+                    .population = 12,
+                    .diagonal = 60,
+                    .generations = 160,
+                    .interval = 20,
+                    .low = DIAL_LOW};
+  PetscCall(CMAObservationsSet(o, user->observations));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Watch(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn, void *ctx)
+{
+  return EpisodeWatch((Episode *)episode, policy, accuracy, fn, ctx);
+}
+
+const CMAProblem CMAUser = {CMA_DIAL,   .setup = SetUpTraining, .create = Create, .destroy = Destroy,
+                            .run = Run, .watch = Watch};

@@ -176,13 +176,13 @@ const char *FamilyChoose(const FamilyLine *line, Random *random)
   return line->choice[RandomIndex(random, (uint64_t)line->nchoices)];
 }
 
-PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, PetscBool allowed, Family *family)
+PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, PetscBool allowed, void **family)
 {
   char file[PETSC_MAX_PATH_LEN] = "";
   PetscBool set;
 
   PetscFunctionBegin;
-  family->n = 0;
+  *family = NULL;
   PetscCall(PetscOptionsString("-train_family", "File of the faults to train on: options with ranges", NULL, file, file,
                                sizeof(file), &set));
   PetscCheck(!set || allowed, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
@@ -190,6 +190,9 @@ PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, PetscBool allowe
              "fault_dial");
   PetscCheck(!set || file[0], PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
              "-train_family has no value, expected the name of a file");
-  if (set) PetscCall(FamilyRead(PETSC_COMM_WORLD, file, family));
+  if (set) {
+    PetscCall(PetscNew((Family **)family));
+    PetscCall(FamilyRead(PETSC_COMM_WORLD, file, (Family *)*family));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

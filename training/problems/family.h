@@ -24,8 +24,9 @@ typedef struct {
   FamilyLine line[FAMILY_MAX_LINES];
 } Family;
 
-/* -train_family between PetscOptionsBegin() and PetscOptionsEnd(), allowed with the problem fault_dial; n is 0 without it */
-PETSC_INTERN PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, PetscBool allowed, Family *family);
+/* -train_family between PetscOptionsBegin() and PetscOptionsEnd(), allowed with the problem fault_dial; family:
+   a Family, to be freed; NULL without it */
+PETSC_INTERN PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, PetscBool allowed, void **family);
 /* On every rank. An error names the file, the line and what was expected. */
 PETSC_INTERN PetscErrorCode FamilyRead(MPI_Comm comm, const char file[], Family *family);
 /* The line of a name; NULL: none */

@@ -210,6 +210,73 @@ static const Preset DialPresets[] = {
          "change_log_mode_rate", "log_slip_error", "seen_growth", "sliding_fraction", "log_peak_ratio"),
 };
 
+/* ---- for CMA-ES ---- */
+
+#define DIAL_LOW 1e-3 /* finer accuracies of the whole history take hundreds of steps */
+
+static PetscErrorCode SetUpTraining(CMAOptions *o)
+{
+  const Preset *preset = &DialPresets[0];
+
+  PetscFunctionBegin;
+  *o = (CMAOptions){.problem = o->problem,
+                    .family = o->family,
+                    .hidden = 12,
+                    CMA_DIAL_DEFAULTS,
+                    .dt_min = preset->dt_min,
+                    .dt_max = preset->dt_max,
+                    .moving = 30,
+                    .dt_max_unit = "T*",
+                    .nsingle = 400,
+                    .nmesh = 200,
+                    .batch_single = 24,
+                    .batch_mesh = 20,
+                    .late_generations = 800,
+                    .late_single = 90,
+                    .late_mesh = 60,
+                    .validation = 60,
+                    .calibration = 100,
+                    .population = 24,
+                    .diagonal = 200,
+                    .generations = 2600,
+                    .interval = 50,
+                    .low = DIAL_LOW};
+  PetscCall(CMAObservationsSet(o, preset->names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CreateForCMA(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)
+{
+  return EpisodeCreate((const Family *)o->family, seed, side, (Episode **)episode);
+}
+
+static PetscErrorCode DestroyForCMA(void **episode)
+{
+  return EpisodeDestroy((Episode **)episode);
+}
+
+static PetscErrorCode RunForCMA(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
+{
+  PetscFunctionBegin;
+  PetscCall(EpisodeRun((Episode *)episode, policy, accuracy, result));
+  result->cost = EpisodeCost(result, accuracy);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WatchForCMA(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn, void *ctx)
+{
+  return EpisodeWatch((Episode *)episode, policy, accuracy, fn, ctx);
+}
+
+const CMAProblem CMAFault = {CMA_DIAL,
+                             .kinds = PETSC_TRUE,
+                             .measure = "history",
+                             .setup = SetUpTraining,
+                             .create = CreateForCMA,
+                             .destroy = DestroyForCMA,
+                             .run = RunForCMA,
+                             .watch = WatchForCMA};
+
 const Problem ProblemDial = {.name = "fault_dial",
                              .policy_problem = "fault",
                              .meaning =
@@ -219,4 +286,5 @@ const Problem ProblemDial = {.name = "fault_dial",
                              .presets = DialPresets,
                              PROBLEM_FAULT_TOLERANCES,
                              PROBLEM_ERRORS("history of slip over the dial"),
-                             PROBLEM_FUNCTIONS(Create)};
+                             PROBLEM_FUNCTIONS(Create),
+                             .cma = &CMAFault};

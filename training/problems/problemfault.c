@@ -328,4 +328,5 @@ const Problem ProblemFault = {.name = "fault",
                               PROBLEM_FAULT_TOLERANCES,
                               PROBLEM_ERRORS("final mean slip", "peak slip rate", "time of nine tenths of the slip"),
                               PROBLEM_FUNCTIONS(Create),
+                              .cma = &CMAFault,
                               .evaluation = &EvaluationFault};

@@ -3,17 +3,28 @@
 #include "common/options.h"
 #include <slipcompat.h>
 
-const Problem *const ProblemTable[] = {&ProblemFault, &ProblemDial, &ProblemSlidingMode, &ProblemCircuit, NULL};
+const Problem *const ProblemTable[] = {&ProblemFault,  &ProblemDial, &ProblemSlidingMode, &ProblemCircuit, &ProblemOde,
+                                       &ProblemCycles, NULL};
 
-PetscErrorCode ProblemFind(const char name[], const Problem **row)
+PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, PetscBool by_cma, const Problem **row)
 {
   const char *names[PETSC_STATIC_ARRAY_LENGTH(ProblemTable)] = {NULL};
-  PetscInt k;
+  const Problem *rows[PETSC_STATIC_ARRAY_LENGTH(ProblemTable)];
+  char text[512] = "What is simulated";
+  PetscInt n = 0, k = 0;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; ProblemTable[i]; ++i) names[i] = ProblemTable[i]->name;
-  PetscCall(OptionFind("-train_problem", name, names, &k));
-  *row = ProblemTable[k];
+  for (PetscInt i = 0; ProblemTable[i]; ++i) {
+    if (by_cma ? !ProblemTable[i]->cma : !ProblemTable[i]->create) continue;
+    PetscCall(PetscStrlcat(text, n ? "; " : ": ", sizeof(text)));
+    PetscCall(PetscStrlcat(text, ProblemTable[i]->name, sizeof(text)));
+    PetscCall(PetscStrlcat(text, ", ", sizeof(text)));
+    PetscCall(PetscStrlcat(text, ProblemTable[i]->meaning, sizeof(text)));
+    rows[n] = ProblemTable[i];
+    names[n++] = ProblemTable[i]->name;
+  }
+  PetscCall(OptionChoice(PetscOptionsObject, "-train_problem", text, names, &k));
+  *row = rows[k];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -26,6 +37,7 @@ PetscErrorCode ProblemDescribeDraws(char text[], size_t len)
   for (PetscInt k = 0; ProblemTable[k]; ++k) {
     const Problem *p = ProblemTable[k];
 
+    if (!p->ndraw) continue;
     PetscCall(PetscSNPrintf(row, sizeof(row), "%s  %s: ", k ? "\n" : "", p->name));
     PetscCall(PetscStrlcat(text, row, len));
     for (PetscInt i = 0; i < p->ndraw; ++i) {
@@ -35,17 +47,4 @@ PetscErrorCode ProblemDescribeDraws(char text[], size_t len)
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-const char *ProblemPolicy(const Problem *p)
-{
-  return p->policy_problem ? p->policy_problem : p->name;
-}
-
-const Preset *ProblemPreset(const Problem *p, const char reward[])
-{
-  const Preset *row = p->presets;
-
-  while (row->reward && strcmp(row->reward, reward)) ++row;
-  return row;
 }

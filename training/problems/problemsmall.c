@@ -1,7 +1,8 @@
 /* Small systems as problems to train on: the sliding mode controller and the circuit, with the models of slipmodels.h. Both are dissipative: two solutions of the same system approach each other in the norm of the energy.
    So the error that a step leaves at its end bounds what it changes in the exact continuation, and the sum of these
    errors bounds that of the run. */
-#include "problemsmall.h"
+#include "problems.h"
+#include "environment/smallerrors.h"
 #include <slipmodels.h>
 #include <slipcompat.h>
 
@@ -209,8 +210,8 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
 /* ---- rows of the table ---- */
 
 #define SMALL_PROBLEM(Model, rtol_, atol_, unit)                                                                       \
-  .model = &Slip##Model##Ops, .evaluation = &Evaluation##Model, PROBLEM_DRAWS(Model##Draws), .apply = Apply##Model,    \
-  .presets = Model##Presets, .rtol = rtol_, .atol = atol_, .atol_unit = unit,                                          \
+  .model = &Slip##Model##Ops, .cma = &CMASmall, .evaluation = &Evaluation##Model, PROBLEM_DRAWS(Model##Draws),         \
+  .apply = Apply##Model, .presets = Model##Presets, .rtol = rtol_, .atol = atol_, .atol_unit = unit,                   \
   PROBLEM_ERRORS("relative L2 norm", "relative L2 norm, the run linear between its steps"), PROBLEM_FUNCTIONS(Create)
 
 enum { SLIDING_AMPLITUDE, SLIDING_START, SLIDING_DURATION, SLIDING_COUNT };
@@ -275,24 +276,3 @@ static const Preset CircuitPresets[] = {
 const Problem ProblemCircuit = {.name = "circuit",
                                 .meaning = "the circuit with an ideal Zener diode of the -circuit_ options",
                                 SMALL_PROBLEM(Circuit, 1e-6, 1e-8, "V and A")};
-
-PetscErrorCode ProblemSmallPlain(const EnvRun *run, PlainSmall *p)
-{
-  const SlipModel model = (SlipModel)run->model;
-  PetscReal J[SLIP_MODEL_STATES * SLIP_MODEL_STATES] = {0};
-  const PetscInt n = model->ops->n;
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  *p = (PlainSmall){
-    .n = n, .q = model->bound, .tstar = run->tstar, .tmax = run->tmax, .model = model, .force = model->ops->load};
-  PetscCall((*model->ops->jacobian)(0, model->start, J, model));
-  for (PetscInt i = 0; i < n; ++i) {
-    p->A[i] = model->mass[i];
-    p->start[i] = model->start[i];
-    for (PetscInt j = 0; j < n; ++j) p->G[i][j] = J[i * n + j];
-  }
-  PetscCall(TSGetAdapt(run->ts, &adapt));
-  PetscCall(TSAdaptGetStepLimits(adapt, &p->dt_low, &p->dt_high));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}

@@ -9,15 +9,27 @@
 #define SPREAD 0.5     /* of starts that are drawn */
 #define REST_TAIL 1.05 /* a start's steps end a little after the reference rests */
 
-static PetscErrorCode Error(Episode *e, PetscInt n, const double x[], double *error)
+/* One search: the best steps so far */
+typedef struct {
+  Episode *episode;
+  PetscInt n;
+  double *best, error; /* [n] */
+} Search;
+
+/* CMAESFn: the error of the steps exp(x) */
+static PetscErrorCode Error(const double x[], void *ctx, double *error)
 {
+  Search *s = (Search *)ctx;
   double dt[EPISODE_MAX_STEPS];
   EpisodeResult r;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < n; ++i) dt[i] = exp(x[i]);
-  PetscCall(EpisodeRunSteps(e, n, dt, &r));
+  for (PetscInt i = 0; i < s->n; ++i) dt[i] = exp(x[i]);
+  PetscCall(EpisodeRunSteps(s->episode, s->n, dt, &r));
   *error = r.done < 1 || isnan(r.error) ? FAILED * (2 - r.done) : r.error;
+  if (*error >= s->error) PetscFunctionReturn(PETSC_SUCCESS);
+  s->error = *error;
+  PetscCall(PetscArraycpy(s->best, x, s->n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -40,7 +52,8 @@ static void Start(const Episode *e, const StepsPlan *fewer, PetscInt k, Random *
 static PetscErrorCode SearchOnce(const StepsOptions *o, Episode *e, const StepsPlan *fewer, PetscInt k, PetscInt n,
                                  double best[], double *error)
 {
-  double *x, *f, *start;
+  Search search = {e, n, best, PETSC_MAX_REAL};
+  double *start;
   Random random;
   CMAES es;
 
@@ -50,19 +63,9 @@ static PetscErrorCode SearchOnce(const StepsOptions *o, Episode *e, const StepsP
   Start(e, fewer, k, &random, n, start);
   PetscCall(CMAESCreate(n, o->population, start, SIGMA, &es));
   PetscCall(PetscFree(start));
-  PetscCall(PetscMalloc2(n * es.lambda, &x, es.lambda, &f));
-  *error = PETSC_MAX_REAL;
-  for (PetscInt g = 0; g < o->generations; ++g) {
-    PetscCall(CMAESAsk(&es, &random, x));
-    for (PetscInt i = 0; i < es.lambda; ++i) {
-      PetscCall(Error(e, n, x + i * n, &f[i]));
-      if (f[i] >= *error) continue;
-      *error = f[i];
-      PetscCall(PetscArraycpy(best, x + i * n, n));
-    }
-    PetscCall(CMAESTell(&es, x, f));
-  }
-  PetscCall(PetscFree2(x, f));
+  for (PetscInt g = 0; g < o->generations; ++g)
+    PetscCall(CMAESGeneration(&es, PETSC_COMM_SELF, &random, Error, &search, NULL, NULL));
+  *error = search.error;
   PetscCall(CMAESDestroy(&es));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,21 +2,22 @@
    function of seven numbers; a population is spread over the ranks. */
 #include "filter.h"
 #include "common/options.h"
+#include "cmaes/cmaloop.h"
+#include "problems/episodes.h"
 #include <math.h>
-#include <petsctime.h>
-#include <slipblas.h>
 #include <slipcompat.h>
 
-#define TRAIN_STREAM 6000000 /* seeds that no training of policies has */
-#define VALID_STREAM 7000000
-#define GENERATION_STREAM 8000000
+enum { TRAIN_STREAM = 6, VALID_STREAM, GENERATION_STREAM }; /* seeds that no training of policies has */
 
-static uint64_t StreamSeed(PetscInt seed, PetscInt64 stream, PetscInt64 k)
-{
-  return (uint64_t)seed * 0x9e3779b97f4a7c15u + (uint64_t)(stream + k);
-}
+typedef struct {
+  PetscInt nsingle, nmesh, side; /* episodes of one cell, of meshes; cells along a side */
+  PetscInt validation;           /* other episodes of each kind */
+  PetscInt population, generations, interval, seed;
+  PetscReal sigma, minutes;
+  PetscReal low, high; /* range of the accuracy */
+} FilterOptions;
 
-PetscErrorCode FilterOptionsSet(MPI_Comm comm, FilterOptions *o)
+static PetscErrorCode OptionsSet(MPI_Comm comm, FilterOptions *o)
 {
   const NumberOption row[] = {
     OPTION_INTEGER("-train_singles", "Episodes of one cell", &o->nsingle, 1, 100000),
@@ -79,12 +80,16 @@ void FilterStart(double x[])
 /* ---- episodes ---- */
 
 typedef struct {
+  PetscReal cost, solves, within, error; /* means; share of runs within the accuracy; geometric mean of error over it */
+} FilterScore;
+
+typedef struct {
   PetscInt n, singles; /* single cells first */
   Episode **episode;   /* [n] */
   PetscReal *accuracy; /* [n] spread evenly over the logarithmic range; which episode has which is random as they are */
 } FilterSet;
 
-static PetscErrorCode SetCreate(const FilterOptions *o, PetscInt64 stream, PetscInt singles, PetscInt meshes,
+static PetscErrorCode SetCreate(const FilterOptions *o, PetscInt stream, PetscInt singles, PetscInt meshes,
                                 FilterSet *set)
 {
   PetscFunctionBegin;
@@ -93,7 +98,7 @@ static PetscErrorCode SetCreate(const FilterOptions *o, PetscInt64 stream, Petsc
   for (PetscInt i = 0; i < set->n; ++i) {
     const PetscInt k = i < singles ? i : i - singles, n = i < singles ? singles : meshes;
 
-    PetscCall(EpisodeCreate(NULL, StreamSeed(o->seed, stream, i), i < singles ? 1 : o->side, &set->episode[i]));
+    PetscCall(EpisodeCreate(NULL, RandomStream(o->seed, stream, i), i < singles ? 1 : o->side, &set->episode[i]));
     set->accuracy[i] = o->low * PetscPowReal(o->high / o->low, ((PetscReal)k + (PetscReal)0.5) / (PetscReal)n);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -133,81 +138,85 @@ static PetscErrorCode Score(const FilterSet *set, const double x[], FilterScore 
 
 /* ---- the tuning ---- */
 
-static PetscErrorCode Generation(MPI_Comm comm, const FilterOptions *o, const FilterSet *set, CMAES *es)
-{
-  PetscMPIInt rank, size;
-  FilterScore score;
-  Random random;
-  double *x, *f;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  RandomSeed(&random, StreamSeed(o->seed, GENERATION_STREAM, es->generation));
-  PetscCall(PetscMalloc2(es->n * es->lambda, &x, es->lambda, &f));
-  PetscCall(CMAESAsk(es, &random, x));
-  for (PetscInt k = 0; k < es->lambda; ++k) {
-    f[k] = 0;
-    if (k % size != rank) continue;
-    PetscCall(Score(set, x + k * es->n, &score));
-    f[k] = (double)score.cost;
-  }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, f, (PetscMPIInt)es->lambda, MPI_DOUBLE, MPI_SUM, comm));
-  PetscCall(CMAESTell(es, x, f));
-  PetscCall(PetscFree2(x, f));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Progress(MPI_Comm comm, PetscInt64 generation, const char what[], const FilterScore *s)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscPrintf(
-    comm, "generation %4" PetscInt64_FMT "  %s: cost %7.4f  solves %5.1f  within %5.1f %%  error/accuracy %6.3f\n",
-    generation, what, (double)s->cost, (double)s->solves, 100 * (double)s->within, (double)s->error));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The same on every rank: whether wall time is left */
-static PetscErrorCode TimeIsLeft(MPI_Comm comm, const FilterOptions *o, PetscLogDouble begin, PetscMPIInt *left)
-{
-  PetscLogDouble now;
-
-  PetscFunctionBegin;
-  PetscCall(PetscTime(&now));
-  *left = o->minutes <= 0 || now - begin < 60 * (PetscLogDouble)o->minutes;
-  PetscCallMPI(MPI_Bcast(left, 1, MPI_INT, 0, comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode FilterTune(MPI_Comm comm, const FilterOptions *o, TunedFilter *best, FilterScore *score)
-{
-  double start[FILTER_PARAMETERS];
-  PetscLogDouble begin;
-  PetscMPIInt left = 1;
+typedef struct {
+  CMALoop loop;
   FilterSet set;
-  CMAES es;
+  FilterOptions o;
+  double start[FILTER_PARAMETERS];
+} Tuning;
+
+static PetscErrorCode Cost(const double x[], void *ctx, double *cost)
+{
+  FilterScore score;
 
   PetscFunctionBegin;
-  SlipBLASSetNumThreads(1); /* the ranks have the cores already, and the order of sums stays */
-  PetscCall(PetscTime(&begin));
-  FilterStart(start);
-  PetscCall(CMAESCreate(FILTER_PARAMETERS, o->population, start, (double)o->sigma, &es));
-  PetscCall(SetCreate(o, TRAIN_STREAM, o->nsingle, o->nmesh, &set));
-  while (left && es.generation < o->generations) {
-    PetscCall(Generation(comm, o, &set, &es));
-    PetscCall(TimeIsLeft(comm, o, begin, &left));
-    if (left && es.generation % o->interval && es.generation < o->generations) continue;
-    PetscCall(Score(&set, es.mean, score));
-    PetscCall(Progress(comm, es.generation, "mean", score));
-  }
-  PetscCall(SetDestroy(&set));
-  PetscCall(SetCreate(o, VALID_STREAM, o->validation, o->nmesh ? o->validation : 0, &set));
-  PetscCall(Score(&set, start, score));
-  PetscCall(Progress(comm, 0, "other episodes", score));
-  PetscCall(Score(&set, es.mean, score));
-  PetscCall(Progress(comm, es.generation, "other episodes", score));
-  FilterOfNumbers(es.mean, best);
-  PetscCall(SetDestroy(&set));
-  PetscCall(CMAESDestroy(&es));
+  PetscCall(Score(&((Tuning *)ctx)->set, x, &score));
+  *cost = (double)score.cost;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Say(const Tuning *t, PetscInt64 generation, const char what[], const double x[])
+{
+  FilterScore s;
+
+  PetscFunctionBegin;
+  PetscCall(Score(&t->set, x, &s));
+  PetscCall(PetscPrintf(t->loop.comm,
+                        "generation %4" PetscInt64_FMT
+                        "  %s: cost %7.4f  solves %5.1f  within %5.1f %%  error/accuracy %6.3f\n",
+                        generation, what, (double)s.cost, (double)s.solves, 100 * (double)s.within, (double)s.error));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Validate(void *ctx)
+{
+  const Tuning *t = (const Tuning *)ctx;
+
+  return Say(t, t->loop.es.generation, "mean", t->loop.es.mean);
+}
+
+/* Start and end on other episodes, and the options that make `pi` the tuned filter, at any accuracy */
+static PetscErrorCode Finish(void *ctx)
+{
+  Tuning *t = (Tuning *)ctx;
+  TunedFilter best;
+
+  PetscFunctionBegin;
+  PetscCall(SetDestroy(&t->set));
+  PetscCall(SetCreate(&t->o, VALID_STREAM, t->o.validation, t->o.nmesh ? t->o.validation : 0, &t->set));
+  PetscCall(Say(t, 0, "other episodes", t->start));
+  PetscCall(Say(t, t->loop.es.generation, "other episodes", t->loop.es.mean));
+  FilterOfNumbers(t->loop.es.mean, &best);
+  PetscCall(PetscPrintf(t->loop.comm,
+                        "-ts_adapt_type pi -ts_adapt_pi_g1 %.4g -ts_adapt_pi_g2 %.4g -ts_adapt_pi_kappa %.4g "
+                        "-ts_adapt_pi_ratio_min %.4g -ts_adapt_pi_ratio_max %.4g\n"
+                        "-ts_rtol %.4g a^%.4g for an accuracy a\n",
+                        (double)best.filter.g1, (double)best.filter.g2, (double)best.filter.kappa,
+                        (double)best.filter.r_min, (double)best.filter.r_max, (double)best.factor, (double)best.power));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FilterTune(MPI_Comm comm)
+{
+  static const CMALoopOps ops = {NULL, Cost, Validate, Finish};
+  PetscBool only_help;
+  Tuning t;
+
+  PetscFunctionBegin;
+  PetscCall(OptionsSet(comm, &t.o));
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
+  t.loop = (CMALoop){.generations = t.o.generations,
+                     .interval = t.o.interval,
+                     .minutes = t.o.minutes,
+                     .seed = RandomStream,
+                     .seeds = t.o.seed,
+                     .stream = GENERATION_STREAM};
+  FilterStart(t.start);
+  PetscCall(CMALoopCreate(comm, FILTER_PARAMETERS, t.o.population, t.start, (double)t.o.sigma, &t.loop));
+  PetscCall(SetCreate(&t.o, TRAIN_STREAM, t.o.nsingle, t.o.nmesh, &t.set));
+  PetscCall(CMALoopRun(&t.loop, &ops, &t));
+  PetscCall(SetDestroy(&t.set));
+  PetscCall(CMALoopDestroy(&t.loop));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

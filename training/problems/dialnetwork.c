@@ -1,8 +1,8 @@
-/* The network of -train_algorithm cmaes: its weights as a policy, and where CMA-ES begins. That is a network that a
-   person could have written: steps of a constant length that follows the dial, and one to the end when all cells rest;
+/* Policies with an accuracy dial: their steps, and where CMA-ES begins. That is a network that a person could have
+   written: steps of a constant length that follows the dial, and one to the end when all cells rest;
    for other problems than the fault, three quarters of the way up the bounds at the coarsest dial, following the order of
    the method, and longer as the energy falls. */
-#include "cmatrain.h"
+#include "episodes.h"
 #include <slipcompat.h>
 #include <math.h>
 
@@ -18,50 +18,18 @@
 #define STEP_FACTOR "log_growth_time" /* where a policy observes it, its steps are in units of that time */
 #define SLIDING_SHARE 0.1             /* a smaller share of sliding cells than this counts as rest */
 
-PetscInt CMACountWeights(const CMAOptions *o)
+PetscErrorCode DialPolicy(const CMAOptions *o, const double w[], SlipPolicy policy)
 {
-  return o->nobs * o->hidden + o->hidden + (o->layers - 1) * (o->hidden + 1) * o->hidden + o->hidden + 1;
-}
-
-/* Position of an observation; -1: not observed. */
-static PetscInt Find(const CMAOptions *o, const char name[])
-{
-  for (PetscInt i = 0; i < o->nobs; ++i)
-    if (!strcmp(o->names[i], name)) return i;
-  return -1;
-}
-
-PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2], SlipPolicy *policy)
-{
-  PetscInt in = o->nobs;
-  PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS];
-  const double *w = weights;
+  char text[32];
 
   PetscFunctionBegin;
-  PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, policy));
-  for (PetscInt i = 0; i < o->nobs; ++i) {
-    scale[i] = o->scale[i];
-    offset[i] = o->offset[i];
-    if (strcmp(o->names[i], "log_accuracy")) continue;
-    /* x + shift[0] + shift[1] (x - middle) in place of x */
-    scale[i] *= 1 + shift[1];
-    offset[i] += o->scale[i] * (shift[0] - shift[1] * 0.5 * PetscLog10Real(o->low * o->high));
-  }
-  PetscCall(SlipPolicySetObservations(*policy, o->nobs, (const char *const *)o->names, scale, offset));
-  for (PetscInt l = 0; l < o->layers; ++l) {
-    PetscCall(SlipPolicyAddLayer(*policy, in, o->hidden, w, w + in * o->hidden, SLIP_ACTIVATION_TANH));
-    w += (in + 1) * o->hidden;
-    in = o->hidden;
-  }
-  PetscCall(SlipPolicyAddLayer(*policy, in, 1, w, w + in, SLIP_ACTIVATION_LINEAR));
-  PetscCall(SlipPolicySetAction(*policy, -1, 1, o->dt_min, "T*", o->dt_max, o->dt_max_unit, PETSC_TRUE));
+  (void)w;
+  PetscCall(SlipPolicySetAction(policy, -1, 1, o->dt_min, "T*", o->dt_max, o->dt_max_unit, PETSC_TRUE));
   if (o->moving > 0) {
-    char text[32];
-
     PetscCall(PetscSNPrintf(text, sizeof(text), "%g", (double)o->moving));
-    PetscCall(SlipPolicySetAttribute(*policy, SLIP_POLICY_MOVING_DT_MAX, text));
+    PetscCall(SlipPolicySetAttribute(policy, SLIP_POLICY_MOVING_DT_MAX, text));
   }
-  if (Find(o, STEP_FACTOR) >= 0) PetscCall(SlipPolicySetAttribute(*policy, SLIP_POLICY_STEP_FACTOR, STEP_FACTOR));
+  if (CMAFind(o, STEP_FACTOR) >= 0) PetscCall(SlipPolicySetAttribute(policy, SLIP_POLICY_STEP_FACTOR, STEP_FACTOR));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -73,20 +41,19 @@ static void AddTerm(const CMAOptions *o, PetscInt i, double factor, double row[]
   *bias -= factor * o->offset[i] / o->scale[i];
 }
 
-/* weights [CMACountWeights()] */
-void CMAStart(const CMAOptions *o, double weights[])
+void DialStart(const CMAOptions *o, double weights[])
 {
   const double low = log10(o->dt_min), high = log10(o->dt_max), middle = 0.5 * (low + high);
   const double half = strcmp(o->dt_max_unit, "T*") ? HALF_RANGE : 0.5 * (high - low);
-  const double power = o->small ? SMALL_POWER : START_POWER;
-  const PetscInt hidden = o->hidden, sliding = Find(o, "sliding_fraction"), converged = Find(o, "converged");
+  const PetscBool small = o->problem->cma->kinds ? PETSC_FALSE : PETSC_TRUE;
+  const double power = small ? SMALL_POWER : START_POWER;
+  const PetscInt hidden = o->hidden, sliding = CMAFind(o, "sliding_fraction"), converged = CMAFind(o, "converged");
   double *w = weights, *bias = w + o->nobs * hidden;
 
-  for (PetscInt i = 0; i < CMACountWeights(o); ++i) weights[i] = 0;
   /* unit 0: log10 h less its middle, times the slope */
-  bias[0] = NEAR_LINEAR * ((o->small ? SMALL_START * half : log10(START_STEP) - middle) - power * log10(o->high));
-  AddTerm(o, Find(o, "log_accuracy"), NEAR_LINEAR * power, w, &bias[0]);
-  if (o->small) AddTerm(o, Find(o, "log_energy"), NEAR_LINEAR * SMALL_ENERGY, w, &bias[0]);
+  bias[0] = NEAR_LINEAR * ((small ? SMALL_START * half : log10(START_STEP) - middle) - power * log10(o->high));
+  AddTerm(o, CMAFind(o, "log_accuracy"), NEAR_LINEAR * power, w, &bias[0]);
+  if (small) AddTerm(o, CMAFind(o, "log_energy"), NEAR_LINEAR * SMALL_ENERGY, w, &bias[0]);
   /* unit 1: positive when everything rests after a first step */
   if (hidden > 1 && sliding >= 0 && converged >= 0) {
     bias[1] = 2 - 4;
@@ -100,4 +67,13 @@ void CMAStart(const CMAOptions *o, double weights[])
   }
   w[0] = 1 / (NEAR_LINEAR * half);
   if (hidden > 1 && sliding >= 0 && converged >= 0) w[1] = w[hidden] = 1;
+}
+
+PetscErrorCode DialSay(const CMAScore *score, char text[], size_t len)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(text, len, "cost %7.4f  solves %5.1f  within dial %5.1f %%  error/dial %6.3f",
+                          (double)score->cost, (double)score->solves, 100 * (double)score->within,
+                          (double)score->error));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,0 +1,173 @@
+/* Cycles of events as a problem for CMA-ES: a network of three units that begins as the smaller of what the error estimate
+   and the stability of explicit steps allow. */
+#include "cycles.h"
+#include "environment/cmaproblem.h"
+#include "common/files.h"
+#include <slipcompat.h>
+#include <math.h>
+
+enum { UNITS = 3 };
+#define RATIO_MAX 10                              /* of steps, as basic's limits */
+static const PetscReal Dial[2] = {1e-4, 1e-2};    /* range of the training */
+static const PetscReal Trusted[2] = {1e-4, 1e-3}; /* and of the file: beyond, coarser faults than these lose events */
+static const PetscReal Judged[CMA_DIALS] = {3e-4, 1e-3, 5e-3}; /* of the validation */
+
+/* What is observed, scaled and shifted, and the start: the elementary controller's ratio of steps by the error, and that to
+   the longest stable step, which grows with the dial. The scale is also how little a weight counts beside others. */
+static const struct {
+  const char *name;
+  double scale, offset, error, stable;
+} Rows[] = {{"log_error_step", 1, 0, 1, 0},   {"change_log_error_step", 1, 0, 0, 0},   {"log_step_ratio", 1, 0, 0, 0},
+            {"rejected", 1, 0, 0, 0},         {SLIP_OBSERVES_ACCURACY, 1, 3, 0, 0.12}, {"log_step", 0.1, 0, 0, -1},
+            {"log_relaxation", 0.1, 0, 0, -1}};
+enum { ROWS = PETSC_STATIC_ARRAY_LENGTH(Rows), WEIGHTS = (ROWS + 2) * UNITS + 1 };
+#define ERROR_BIAS (-0.046) /* log10 of the safety factor */
+#define STABLE_BIAS 0.48    /* log10 of the step at the dial 1e-3 in units of the relaxation time: 3 */
+#define RTOL_START 2e-2     /* tolerance at the dial 1e-3, of the worst cell */
+#define RTOL_POWER 1
+#define RTOL_SCALE 4 /* of the last two numbers: they may move so much faster than weights */
+
+static PetscErrorCode SetUp(CMAOptions *o)
+{
+  const char *names[ROWS + 1] = {NULL};
+
+  PetscFunctionBegin;
+  *o = (CMAOptions){.problem = o->problem,
+                    .hidden = UNITS,
+                    .layers = 1,
+                    .activation = SLIP_ACTIVATION_RELU,
+                    .more = 2,
+                    .nsingle = 16,
+                    .batch_single = 6,
+                    .validation = 8,
+                    .population = 12,
+                    .diagonal = 100000000, /* always */
+                    .generations = 25,
+                    .interval = 5,
+                    .sigma = 0.04,
+                    .low = Dial[0],
+                    .high = Dial[1]};
+  for (PetscInt i = 0; i < ROWS; ++i) names[i] = Rows[i].name;
+  PetscCall(CMAObservationsSet(o, names));
+  for (PetscInt i = 0; i < ROWS; ++i) {
+    o->scale[i] = Rows[i].scale;
+    o->offset[i] = Rows[i].offset;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* min(e, s) = e - relu(e - s); e itself is relu(e) - relu(-e) */
+static void Start(const CMAOptions *o, double w[])
+{
+  double *bias = w + ROWS * UNITS, *out = bias + UNITS;
+
+  (void)o;
+  for (PetscInt i = 0; i < ROWS; ++i) {
+    const double e = Rows[i].error / Rows[i].scale, s = Rows[i].stable / Rows[i].scale;
+
+    w[i] = e;
+    w[ROWS + i] = -e;
+    w[2 * ROWS + i] = e - s;
+  }
+  bias[0] = ERROR_BIAS;
+  bias[1] = -ERROR_BIAS;
+  bias[2] = ERROR_BIAS - STABLE_BIAS;
+  out[0] = 1;
+  out[1] = out[2] = -1;
+  w[WEIGHTS] = log(RTOL_START) / RTOL_SCALE;
+  w[WEIGHTS + 1] = (double)RTOL_POWER / RTOL_SCALE;
+}
+
+static void SetRange(const CMAOptions *o, const PetscReal dial[2], PetscReal low[], PetscReal high[])
+{
+  for (PetscInt i = 0; i < o->nobs; ++i) { /* others than the dial have no range that a run could leave */
+    low[i] = -1000;
+    high[i] = 1000;
+  }
+  low[CMAFind(o, SLIP_OBSERVES_ACCURACY)] = PetscLog10Real(dial[0]);
+  high[CMAFind(o, SLIP_OBSERVES_ACCURACY)] = PetscLog10Real(dial[1]);
+}
+
+static void Range(const CMAOptions *o, PetscReal low[], PetscReal high[])
+{
+  SetRange(o, Trusted, low, high);
+}
+
+static PetscErrorCode Policy(const CMAOptions *o, const double w[], SlipPolicy policy)
+{
+  const double power = RTOL_SCALE * w[WEIGHTS + 1];
+  PetscReal low[ROWS], high[ROWS];
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicySetAction(policy, -1, 1, (PetscReal)1 / RATIO_MAX, "h", RATIO_MAX, "h", PETSC_TRUE));
+  SetRange(o, Dial, low, high);
+  PetscCall(SlipPolicySetRange(policy, low, high));
+  PetscCall(PolicySetNumber(policy, SLIP_POLICY_RTOL_FACTOR, "%.6g", exp(RTOL_SCALE * w[WEIGHTS]) * pow(1e-3, -power)));
+  PetscCall(PolicySetNumber(policy, SLIP_POLICY_RTOL_POWER, "%.6g", power));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)
+{
+  CycleEpisode *e;
+
+  PetscFunctionBegin;
+  (void)o, (void)side;
+  PetscCall(PetscNew(&e));
+  PetscCall(CycleEpisodeCreate(seed, e));
+  *episode = e;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Destroy(void **episode)
+{
+  PetscFunctionBegin;
+  PetscCall(CycleEpisodeDestroy((CycleEpisode *)*episode));
+  PetscCall(PetscFree(*episode));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
+{
+  CycleEpisode *e = (CycleEpisode *)episode;
+  CycleResult r;
+
+  PetscFunctionBegin;
+  PetscCall(CycleEpisodeRun(e, policy, accuracy, 0, &r));
+  *result = (EpisodeResult){.solves = r.products,
+                            .attempts = r.steps + r.rejected,
+                            .failures = r.rejected,
+                            .error = r.error,
+                            .done = r.good ? 1 : 0,
+                            .cost = CycleCost(e, &r, accuracy),
+                            .usual = (PetscReal)e->usual};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Say(const CMAScore *score, char text[], size_t len)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(text, len, "cost %7.4f  dial kept %3.0f %%  products %6.4f of basic's", (double)score->cost,
+                          100 * (double)score->within, (double)score->over_usual));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const CMAProblem CMACycles = {.episodes = "faults",
+                                     .seed = RandomStreamHashed,
+                                     .stream = 3,
+                                     .first = 1,
+                                     .dial = CMA_DIAL_DRAWN,
+                                     .judged = Judged,
+                                     .start_counts = PETSC_TRUE,
+                                     .measure = "history",
+                                     .setup = SetUp,
+                                     .start = Start,
+                                     .policy = Policy,
+                                     .range = Range,
+                                     .create = Create,
+                                     .destroy = Destroy,
+                                     .run = Run,
+                                     .say = Say};
+
+const Problem ProblemCycles = {
+  .name = "cycles", .meaning = "cycles of events of small rate-and-state faults", .cma = &CMACycles};
