@@ -80,7 +80,7 @@ static PetscErrorCode Find(TS ts, const char name[], PetscInt *row)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Observe(TS ts, PetscInt n, const PetscInt row[], PetscReal value[])
+static PetscErrorCode Observe(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[])
 {
   OscillatorCycle cycle;
   PetscReal tstar = 1;
@@ -89,6 +89,7 @@ static PetscErrorCode Observe(TS ts, PetscInt n, const PetscInt row[], PetscReal
   Vec w;
 
   PetscFunctionBeginUser;
+  (void)t;
   PetscCall(TSGetApplicationContext(ts, &o));
   PetscCall(TimeScale(ts, &tstar));
   PetscCall(TSGetSolution(ts, &w));

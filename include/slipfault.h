@@ -58,7 +58,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal *mass); /* borrowed */
 /* borrowed arrays of the local cells */
-PETSC_EXTERN PetscErrorCode SlipFaultGetFriction(SlipFault fault, SlipFrictionCells *friction);
+PETSC_EXTERN PetscErrorCode SlipFaultGetFriction(SlipFault fault, PetscReal t, SlipFrictionCells *friction);
 PETSC_EXTERN PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar); /* T* = Ly sqrt(rho/G) [s] */
 
 typedef struct {
@@ -70,7 +70,8 @@ typedef struct {
   PetscReal viscous_power, friction_power, loading_power; /* mean [W/m^2], instantaneous */
 } SlipFaultObservables;
 /* r: reaction, may be NULL */
-PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs);
+PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, PetscReal t, Vec w, Vec r,
+                                                    SlipFaultObservables *obs);
 
 /* Elastic shear stress on each cell [Pa], positive where it drives slip forward */
 PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T);

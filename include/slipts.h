@@ -121,9 +121,10 @@ typedef struct {
      controllers that observe no such thing; 0: not known */
   PetscErrorCode (*relaxation)(TS ts, Vec w, PetscReal *rate);
   /* Observations of its own: number of the row of a name, -1 for none, asked once a run; values of rows [n] in the
-     current solution, asked once a state. */
+     current solution, which is of the time t [s], asked once a state. TSGetTime() is the step's start until the controller
+     has chosen. */
   PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row);
-  PetscErrorCode (*observe)(TS ts, PetscInt n, const PetscInt row[], PetscReal value[]);
+  PetscErrorCode (*observe)(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[]);
   PetscBool any_integrator; /* it has no constraint: types other than TSBATHE solve it as well */
   PetscBool measures;       /* its errors are those that -ts_adapt_rl_measure names; no: it has one of its own */
 } SlipProblemOps;

@@ -49,10 +49,10 @@ static inline PetscErrorCode Find_Scripted(TS ts, const char name[], PetscInt *r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static inline PetscErrorCode Observe_Scripted(TS ts, PetscInt n, const PetscInt row[], PetscReal value[])
+static inline PetscErrorCode Observe_Scripted(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[])
 {
   PetscFunctionBegin;
-  (void)ts;
+  (void)ts, (void)t;
   for (PetscInt i = 0; i < n; i++) {
     assert_int_equal(0, (int)row[i]);
     value[i] = script.energy;

@@ -131,7 +131,7 @@ PetscErrorCode SlipObserve(SlipObserver *o, PetscInt n, SlipObserved seen[], Pet
   o->run.error = o->last.error;
   o->run.residual = o->last.residual;
   o->run.dt = o->last.dt;
-  if (state_changed && o->nown) PetscCall((*o->problem->observe)(o->ts, o->nown, o->own, o->value));
+  if (state_changed && o->nown) PetscCall((*o->problem->observe)(o->ts, o->run.time, o->nown, o->own, o->value));
   for (PetscInt i = 0; i < n; i++) {
     PetscReal value;
 

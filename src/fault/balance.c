@@ -196,11 +196,11 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->critical.uc, &b->rate));
   PetscCall(VecDuplicate(fault->critical.uc, &b->force));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
-  PetscCall(SlipFaultLoadAt(fault, 0));
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(FillStart(fault, &friction, traction));
   if (!traction) PetscCall(FillTraction(fault, &friction));
-  fault->loads.known = PETSC_FALSE; /* the initial traction has changed */
+  PetscCall(SlipLoadDestroy(&fault->known.load)); /* the initial traction has changed */
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   if (b->eta > 0 && fault->friction.law->eval == SlipRateAndState && !fault->loads.pressed) {
     const PetscInt n = fault->mesh.n;
 
@@ -236,16 +236,20 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   const PetscReal *a, *force, *shear;
   PetscReal *tau, *v, *f = NULL;
   SlipFrictionCells friction;
-  const SlipArrays arrays[] = {
-    {w, .read = &a},        {b->force, .read = &force},      {fault->loads.shear, .read = &shear},
-    {b->rate, .write = &v}, {fault->work[0], .write = &tau}, {F, .write = &f}};
+  const SlipFaultLoad *load;
+  const SlipArrays arrays[] = {{w, .read = &a},
+                               {b->force, .read = &force},
+                               {b->rate, .write = &v},
+                               {fault->work[0], .write = &tau},
+                               {F, .write = &f}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultLoadAt(fault, t));
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(VecStrideGather(w, fault->layout.displacement, b->u, INSERT_VALUES));
   PetscCall(MatMult(fault->operators.K, b->u, b->force));
-  PetscCall(SlipArraysGet(F ? 6 : 5, arrays));
+  PetscCall(SlipArraysGet(F ? 5 : 4, arrays));
+  PetscCall(VecGetArrayRead(load->shear, &shear));
   for (PetscInt i = 0; i < fault->mesh.n; i++) tau[i] = shear[i] - force[i] + eta * weight[i] * vinf[i];
   SlipFrictionBalance(&friction, fault->loads.pressed || !b->kept ? NULL : &b->constants, fault->mesh.n, eta, tau,
                       fault->layout.block, a + fault->layout.state, v, f ? f + fault->layout.state : NULL);
@@ -258,7 +262,8 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
     f[SlipFaultRateAt(fault, i)] = 0;
     f[SlipFaultDisplacementAt(fault, i)] = v[i] - vinf[i];
   }
-  PetscCall(SlipArraysRestore(F ? 6 : 5, arrays));
+  PetscCall(VecRestoreArrayRead(load->shear, &shear));
+  PetscCall(SlipArraysRestore(F ? 5 : 4, arrays));
   PetscCall(PetscLogFlops(120.0 * (PetscLogDouble)fault->mesh.n));
   b->time = t;
   b->known = PETSC_TRUE;

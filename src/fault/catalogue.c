@@ -64,8 +64,7 @@ static PetscErrorCode Powers(SlipFault fault, PetscReal t, Vec w, PetscReal powe
   PetscReal sum[3], loading;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultLoadAt(fault, t));
-  PetscCall(SlipFaultGetPowers(fault, w, NULL, sum));
+  PetscCall(SlipFaultGetPowers(fault, t, w, NULL, sum));
   PetscCall(SlipFaultLoadingPower(fault, t, w, &loading));
   power[WORK_RADIATED] = area * sum[0];
   power[WORK_DISSIPATED] = area * sum[2];
@@ -447,7 +446,6 @@ static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec 
   else if (!cat->ended)
     PetscCall(End(cat, &now));
   if (cat->ended && max <= rate / EVENT_OVER) PetscCall(Close(cat));
-  PetscCall(SlipFaultLoadAt(fault, time)); /* an event ends before its last step */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -32,45 +32,51 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
 /*@
   SlipFaultGetFriction - the friction of the cells of this process, for SlipFrictionStrength() and its like
 
-  Not collective; after SlipFaultSetUp()
+  Collective; after SlipFaultSetUp()
 
-  Input Parameter:
-. fault - the fault
+  Input Parameters:
++ fault - the fault
+- t     - time of the effective normal stress [s], which a pore pressure changes
 
   Output Parameter:
 . friction - law and parameters, borrowed arrays in the order of the state; the effective normal stress [Pa] counts with
-             the weights of the cells, area over mean area
+             the weights of the cells, area over mean area, and is valid until the fault is asked about another time
 
   Level: advanced
 
 .seealso: SlipFaultGetOperators(), SlipFrictionStrength()
 @*/
-PetscErrorCode SlipFaultGetFriction(SlipFault fault, SlipFrictionCells *friction)
+PetscErrorCode SlipFaultGetFriction(SlipFault fault, PetscReal t, SlipFrictionCells *friction)
 {
+  const SlipFaultLoad *load;
+
   PetscFunctionBegin;
-  *friction =
-    (SlipFrictionCells){.law = fault->friction.law,
-                        .residual = fault->fields.cell[FIELD_FRICTION_RESIDUAL],
-                        .drop = fault->fields.cell[FIELD_FRICTION_DROP],
-                        .slip = fault->fields.cell[FIELD_FRICTION_SLIP],
-                        .rate = fault->fields.cell[FIELD_FRICTION_RATE],
-                        .stress = fault->loads.stress ? fault->loads.stress : fault->fields.cell[FIELD_NORMAL_STRESS],
-                        .weight = fault->mesh.weight,
-                        .healing = fault->friction.healing,
-                        .a = fault->fields.cell[FIELD_FRICTION_A],
-                        .b = fault->fields.cell[FIELD_FRICTION_B],
-                        .reference = fault->fields.cell[FIELD_FRICTION_REFERENCE],
-                        .reference_rate = fault->options.value[FAULT_FRICTION_REFERENCE_RATE],
-                        .slip_law = fault->friction.slip_law};
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  *friction = (SlipFrictionCells){.law = fault->friction.law,
+                                  .residual = fault->fields.cell[FIELD_FRICTION_RESIDUAL],
+                                  .drop = fault->fields.cell[FIELD_FRICTION_DROP],
+                                  .slip = fault->fields.cell[FIELD_FRICTION_SLIP],
+                                  .rate = fault->fields.cell[FIELD_FRICTION_RATE],
+                                  .stress = load->stress,
+                                  .weight = fault->mesh.weight,
+                                  .healing = fault->friction.healing,
+                                  .a = fault->fields.cell[FIELD_FRICTION_A],
+                                  .b = fault->fields.cell[FIELD_FRICTION_B],
+                                  .reference = fault->fields.cell[FIELD_FRICTION_REFERENCE],
+                                  .reference_rate = fault->options.value[FAULT_FRICTION_REFERENCE_RATE],
+                                  .slip_law = fault->friction.slip_law};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* c = (M/theta) base_v + ex_v + H v_inf - K u0 + T */
 PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
 {
+  const SlipFaultLoad *load;
+
   PetscFunctionBegin;
+  fault->stage.time = stage->t;
   fault->stage.theta = stage->theta;
-  PetscCall(SlipFaultLoadAt(fault, stage->t));
+  PetscCall(SlipFaultGetLoad(fault, stage->t, &load));
   PetscCall(MatSlipStageSetTheta(fault->operators.B, stage->theta));
   PetscCall(SlipFaultEliminate(fault, stage));
   PetscCall(MatMult(fault->operators.K, fault->stage.u0, fault->work[0]));
@@ -79,7 +85,7 @@ PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
     PetscCall(MatMult(fault->operators.H, fault->operators.vinf, fault->work[0]));
     PetscCall(VecAXPY(fault->stage.c, 1, fault->work[0]));
   }
-  if (fault->loads.shear) PetscCall(VecAXPY(fault->stage.c, 1, fault->loads.shear));
+  if (load->shear) PetscCall(VecAXPY(fault->stage.c, 1, load->shear));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -138,7 +144,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 
   PetscFunctionBegin;
   (void)con;
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(4, arrays));
   SlipFrictionStrength(&friction, fault->mesh.n, fault->stage.theta, 1, s0, v, a, b);
   PetscCall(SlipArraysRestore(4, arrays));
@@ -162,7 +168,7 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
 
   PetscFunctionBegin;
   (void)con;
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const SlipFrictionStageCell cell = {.diagonal = d[i], .omega = omega, .theta = fault->stage.theta, .s0 = s0[i]};
@@ -208,7 +214,7 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
     {x, .read = &v}, {fault->stage.u0, .read = &u0}, {fault->stage.s0, .read = &s0}, {w, .write = &a}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(4, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     a[SlipFaultRateAt(fault, i)] = v[i];
@@ -234,21 +240,22 @@ static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
 PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFrictionCells friction;
+  const SlipFaultLoad *load;
   Vec rel = fault->work[0], u = fault->work[1], force = fault->work[2];
   const PetscReal *a, *r, *f;
   PetscReal *b;
   const SlipArrays arrays[] = {{w, .read = &a}, {rel, .read = &r}, {force, .read = &f}, {F, .write = &b}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultLoadAt(fault, t));
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
   PetscCall(VecStrideGather(w, fault->layout.rate, rel, INSERT_VALUES));
   if (fault->kind.loaded) PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
   PetscCall(MatMult(fault->operators.K, u, force));
   PetscCall(MatMult(fault->operators.H, rel, u));
   PetscCall(VecAXPY(force, 1, u));
-  if (fault->loads.shear) PetscCall(VecAXPY(force, -1, fault->loads.shear));
+  if (load->shear) PetscCall(VecAXPY(force, -1, load->shear));
   PetscCall(SlipArraysGet(4, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     b[SlipFaultRateAt(fault, i)] = -f[i];
@@ -310,8 +317,7 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
   const SlipArrays arrays[] = {{w, .read = &a}, {q, .write = &b}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultLoadAt(fault, t));
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   SlipFrictionStrength(&friction, fault->mesh.n, 0, fault->layout.block, a + fault->layout.state,
                        a + fault->layout.rate, b, NULL);

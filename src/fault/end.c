@@ -70,13 +70,15 @@ PetscErrorCode SlipFaultReportStop(SlipFault fault, TS ts, PetscReal wall_setup,
   SlipFaultObservables obs;
   PetscBool complete;
   SlipOutput run;
+  PetscReal t;
   Vec w;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(TSGetSolution(ts, &w));
-  PetscCall(SlipFaultGetObservables(fault, w, NULL, &obs));
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(SlipFaultGetObservables(fault, t, w, NULL, &obs));
   PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run));
   PetscCall(SlipOutputAddResult(run, "mean_slip", "mean slip so far", "m", obs.mean_slip));
   PetscCall(SlipOutputAddResult(run, "max_slip_rate", "largest slip rate", "m/s", obs.max_slip_rate));

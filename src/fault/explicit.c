@@ -138,22 +138,20 @@ static PetscErrorCode SlipFaultAfterStep(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* *seen: the state that a controller observes, with its slip rates. While an attempt is judged, w is its end but for the rates, which
-   are still those of the start: one right-hand side more, of the state itself, as the last one was of another. */
-PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, Vec w, Vec *seen)
+/* *seen: the state w of t that a controller observes, with its slip rates. While an attempt is judged, w is its end but for the
+   rates, which are still those of the start: one right-hand side more, of the state itself, as the last one was of another. */
+PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w, Vec *seen)
 {
   SlipFaultBalance *b = &fault->balance;
-  PetscReal t, h;
+  PetscReal start;
 
   PetscFunctionBegin;
   *seen = w;
-  PetscCall(TSGetTime(ts, &t));
-  PetscCall(TSGetTimeStep(ts, &h));
-  if (!b->known || !(b->time > t))
-    PetscFunctionReturn(PETSC_SUCCESS); /* no stage beyond now: no attempt is under way */
+  PetscCall(TSGetTime(ts, &start));
+  if (!(t > start)) PetscFunctionReturn(PETSC_SUCCESS); /* no attempt is under way */
   if (!b->seen) PetscCall(VecDuplicate(w, &b->seen));
   PetscCall(VecCopy(w, b->seen));
-  PetscCall(SlipFaultRates(fault, t + h, b->seen, NULL));
+  PetscCall(SlipFaultRates(fault, t, b->seen, NULL));
   PetscCall(SlipFaultPutRates(fault, b->seen));
   *seen = b->seen;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -25,7 +25,7 @@ static PetscErrorCode Find_Fault(TS ts, const char name[], PetscInt *row)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Observe_Fault(TS ts, PetscInt n, const PetscInt row[], PetscReal value[])
+static PetscErrorCode Observe_Fault(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[])
 {
   PetscBool estimates = PETSC_FALSE, state = PETSC_FALSE;
   SlipFault fault;
@@ -42,8 +42,8 @@ static PetscErrorCode Observe_Fault(TS ts, PetscInt n, const PetscInt row[], Pet
     PetscCall(TSBatheGetEstimates(ts, &error, NULL, &derivative));
     PetscCall(SlipFaultKeepEstimates(fault, w, error, derivative));
   }
-  if (state && fault->problem.any_integrator) PetscCall(SlipFaultObservedState(fault, ts, w, &w));
-  PetscCall(SlipFaultObserve(fault, w, n, row, value));
+  if (state && fault->problem.any_integrator) PetscCall(SlipFaultObservedState(fault, ts, t, w, &w));
+  PetscCall(SlipFaultObserve(fault, t, w, n, row, value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -88,7 +88,7 @@ static PetscErrorCode Corner_Fault(TS ts, PetscReal t, PetscReal *next)
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
   PetscCall(SlipFaultReportOpening(fault, t));
-  PetscCall(SlipFaultNextCorner(fault, t, next));
+  *next = SlipLoadsNextCorner(&fault->loads, t);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -106,13 +106,14 @@ static PetscErrorCode Rest_Fault(TS ts, PetscReal t, PetscReal limit, Vec w, Vec
 static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
   SlipFault fault;
-  PetscReal rtol, h;
+  PetscReal rtol, t, h;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetTimeStep(ts, &h));
-  PetscCall(SlipFaultErrorNorm(fault, rtol, h, e, w0, w1, E));
+  PetscCall(SlipFaultErrorNorm(fault, rtol, t + h, h, e, w0, w1, E));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -151,16 +151,13 @@ PetscReal SlipExponentialIntegral(PetscReal x)
 
 /* p = p* [E1(r^2/(4 D t)) - E1(r^2/(4 D (t - stop)))]; a cell around the source has the pressure of its equivalent
    radius' mean, for which r is kept away from 0 */
-static void SourcePressure(SlipFault fault, PetscReal t, PetscReal p[])
+static void SourcePressure(const SlipFaultSource *source, PetscInt n, PetscReal t, PetscReal p[])
 {
-  const SlipFaultLoads *loads = &fault->loads;
-  const PetscReal scale = fault->options.value[FAULT_INJECTION_PRESSURE];
-  const PetscReal stop = fault->options.value[FAULT_INJECTION_STOP],
-                  D = fault->options.value[FAULT_INJECTION_DIFFUSIVITY];
+  const PetscReal scale = source->pressure, stop = source->stop, D = source->diffusivity;
 
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    if (t > 0) p[i] += scale * SlipExponentialIntegral(loads->distance2[i] / (4 * D * t));
-    if (stop > 0 && t > stop) p[i] -= scale * SlipExponentialIntegral(loads->distance2[i] / (4 * D * (t - stop)));
+  for (PetscInt i = 0; i < n; i++) {
+    if (t > 0) p[i] += scale * SlipExponentialIntegral(source->distance2[i] / (4 * D * t));
+    if (stop > 0 && t > stop) p[i] -= scale * SlipExponentialIntegral(source->distance2[i] / (4 * D * (t - stop)));
   }
 }
 
@@ -201,18 +198,27 @@ static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal p
 
 static PetscErrorCode SourceSetUp(SlipFault fault)
 {
-  SlipFaultLoads *loads = &fault->loads;
+  SlipFaultSource *source = &fault->loads.source;
   const char *prefix = SlipFaultPrefix(fault);
-  PetscReal point[3] = {0, 0, 0};
+  PetscReal point[3] = {0, 0, 0}, least = NEVER;
 
   PetscFunctionBegin;
-  PetscCall(ParsePoint(fault, fault->options.text[FAULT_INJECTION], point));
-  PetscCheck(fault->options.value[FAULT_INJECTION_PRESSURE] != 0 &&
-               fault->options.value[FAULT_INJECTION_DIFFUSIVITY] > 0,
+  PetscCheck(fault->options.text[FAULT_INJECTION][0] || (fault->options.value[FAULT_INJECTION_PRESSURE] == 0 &&
+                                                         fault->options.value[FAULT_INJECTION_DIFFUSIVITY] == 0 &&
+                                                         fault->options.value[FAULT_INJECTION_STOP] == 0),
              fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_injection_pressure, -%sfault_injection_diffusivity and -%sfault_injection_stop need the point "
+             "of -%sfault_injection x,z, or x,y,z where there are several planes",
+             prefix, prefix, prefix, prefix);
+  if (!fault->options.text[FAULT_INJECTION][0]) PetscFunctionReturn(PETSC_SUCCESS);
+  source->pressure = fault->options.value[FAULT_INJECTION_PRESSURE];
+  source->diffusivity = fault->options.value[FAULT_INJECTION_DIFFUSIVITY];
+  source->stop = fault->options.value[FAULT_INJECTION_STOP];
+  PetscCall(ParsePoint(fault, fault->options.text[FAULT_INJECTION], point));
+  PetscCheck(source->pressure != 0 && source->diffusivity > 0, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_injection %s needs -%sfault_injection_pressure [Pa] and -%sfault_injection_diffusivity [m^2/s]",
              prefix, fault->options.text[FAULT_INJECTION], prefix, prefix);
-  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &loads->distance2));
+  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &source->distance2));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal area = fault->mesh.weight[i] * SlipFaultMeanArea(fault);
     const PetscInt e = fault->mesh.start + i;
@@ -222,29 +228,29 @@ static PetscErrorCode SourceSetUp(SlipFault fault)
     for (int k = 0; k < 3; k++) distance2 += PetscSqr(centre[k] - point[k]);
     /* The mean of -ln r^2 over a disc of the cell's area is that of r^2 = area/(pi e): E1 is that logarithm near the
        source. */
-    loads->distance2[i] = PetscMax(distance2, area / (PETSC_PI * PetscExpReal(1)));
+    source->distance2[i] = PetscMax(distance2, area / (PETSC_PI * PetscExpReal(1)));
+    least = PetscMin(least, source->distance2[i] / (4 * source->diffusivity));
   }
+  PetscCallMPI(MPI_Allreduce(&least, &source->time, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- all together ---- */
 
 /* The pore pressure of the cells of this process at t [Pa] */
-PetscErrorCode SlipFaultPressure(SlipFault fault, PetscReal t, PetscReal p[])
+PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
 {
-  SlipFaultLoads *loads = &fault->loads;
-
   PetscFunctionBegin;
-  PetscCall(PetscArrayzero(p, fault->mesh.n));
-  if (loads->rows) RecordPressure(loads, fault->mesh.n, t, p);
-  if (loads->distance2) SourcePressure(fault, t, p);
+  PetscCall(PetscArrayzero(p, loads->n));
+  if (loads->rows) RecordPressure(loads, loads->n, t, p);
+  if (loads->source.distance2) SourcePressure(&loads->source, loads->n, t, p);
   if (loads->function) {
-    PetscCall((*loads->function)(fault, t, fault->mesh.n, loads->own, loads->ctx));
-    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscCall((*loads->function)(loads->fault, t, loads->n, loads->own, loads->ctx));
+    for (PetscInt i = 0; i < loads->n; i++) {
       PetscCheck(isfinite(loads->own[i]), PETSC_COMM_SELF, PETSC_ERR_FP,
                  "the function of SlipFaultSetPressureFunction() gives %g Pa at %.9g s in cell %" PetscInt_FMT
                  ", expected a finite number",
-                 (double)loads->own[i], (double)t, fault->mesh.start + i);
+                 (double)loads->own[i], (double)t, loads->fault->mesh.start + i);
       p[i] += loads->own[i];
     }
   }
@@ -252,34 +258,53 @@ PetscErrorCode SlipFaultPressure(SlipFault fault, PetscReal t, PetscReal p[])
 }
 
 /*
-  SlipFaultLoadAt - shear load and effective normal stress of the time t, for all that reads them next
+  SlipLoadsEvaluate - shear load and effective normal stress at the time t
 
-  Collective. Does nothing when they do not depend on time or are of that time already.
+  Collective. A pure function: the same t gives the same bits, whatever was asked before. out is zero before the first
+  call and keeps its arrays, which SlipLoadDestroy() frees; nothing is computed when it is of that time already.
 */
-PetscErrorCode SlipFaultLoadAt(SlipFault fault, PetscReal t)
+PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipFaultLoad *out)
 {
-  SlipFaultLoads *loads = &fault->loads;
   PetscReal *a;
 
   PetscFunctionBegin;
-  if (loads->known && (loads->time == t || !(loads->shears || loads->pressed))) {
-    loads->time = t;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  if (out->stress && (out->time == t || !SlipLoadsVary(loads))) PetscFunctionReturn(PETSC_SUCCESS);
   if (loads->shears) {
-    PetscCall(VecGetArrayWrite(loads->shear, &a));
-    for (PetscInt i = 0; i < fault->mesh.n; i++)
-      a[i] = fault->mesh.weight[i] *
-             (fault->fields.cell[FIELD_INITIAL_TRACTION][i] + t * fault->fields.cell[FIELD_STRESSING_RATE][i]);
-    PetscCall(VecRestoreArrayWrite(loads->shear, &a));
+    if (!out->shear) {
+      PetscCall(VecCreate(loads->fault->comm, &out->shear));
+      PetscCall(VecSetSizes(out->shear, loads->n, PETSC_DETERMINE));
+      PetscCall(VecSetType(out->shear, VECSTANDARD));
+    }
+    PetscCall(VecGetArrayWrite(out->shear, &a));
+    for (PetscInt i = 0; i < loads->n; i++) a[i] = loads->weight[i] * (loads->traction[i] + t * loads->rate[i]);
+    PetscCall(VecRestoreArrayWrite(out->shear, &a));
   }
+  out->stress = loads->normal;
   if (loads->pressed) {
-    PetscCall(SlipFaultPressure(fault, t, loads->stress));
-    for (PetscInt i = 0; i < fault->mesh.n; i++)
-      loads->stress[i] = PetscMax(fault->fields.cell[FIELD_NORMAL_STRESS][i] - loads->stress[i], 0);
+    if (!out->own) PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &out->own));
+    PetscCall(SlipLoadsPressure(loads, t, out->own));
+    for (PetscInt i = 0; i < loads->n; i++) out->own[i] = PetscMax(loads->normal[i] - out->own[i], 0);
+    out->stress = out->own;
   }
-  loads->time = t;
-  loads->known = PETSC_TRUE;
+  out->time = t;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipLoadDestroy(SlipFaultLoad *load)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&load->shear));
+  PetscCall(PetscFree(load->own));
+  *load = (SlipFaultLoad){0};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The load at t, borrowed until somebody asks for that of another time */
+PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoad **load)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipLoadsEvaluate(&fault->loads, t, &fault->known.load));
+  *load = &fault->known.load;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -291,16 +316,16 @@ PetscErrorCode SlipFaultLoadAt(SlipFault fault, PetscReal t)
 */
 PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
 {
-  SlipFaultLoads *loads = &fault->loads;
+  const SlipFaultLoad *load;
   PetscInt opened = 0;
 
   PetscFunctionBegin;
-  if (loads->opened || !loads->pressed) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultLoadAt(fault, t));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) opened += loads->stress[i] <= 0 ? 1 : 0;
+  if (fault->loads.opened || !fault->loads.pressed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) opened += load->stress[i] <= 0 ? 1 : 0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &opened, 1, MPIU_INT, MPI_SUM, fault->comm));
   if (!opened) PetscFunctionReturn(PETSC_SUCCESS);
-  loads->opened = PETSC_TRUE;
+  fault->loads.opened = PETSC_TRUE;
   PetscCall(PetscPrintf(fault->comm,
                         "At %.6g s the pore pressure exceeds the normal stress in %" PetscInt_FMT
                         " cells: they open, without strength (said once)\n",
@@ -308,38 +333,47 @@ PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The next corner of the record or of the source after t */
-PetscErrorCode SlipFaultNextCorner(SlipFault fault, PetscReal t, PetscReal *next)
+/* The next corner of the record or of the source after t; PETSC_MAX_REAL: there is none */
+PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t)
 {
-  const SlipFaultLoads *loads = &fault->loads;
-  const PetscReal after = t + SAME_TIME * PetscAbsReal(t), stop = fault->options.value[FAULT_INJECTION_STOP];
+  const PetscReal after = t + SAME_TIME * PetscAbsReal(t), stop = loads->source.stop;
+  PetscReal next = NEVER, share;
 
-  PetscFunctionBegin;
-  *next = NEVER;
-  if (loads->distance2 && stop > after) *next = stop;
-  if (loads->rows && after < loads->times[loads->rows - 1]) {
-    PetscReal share;
-    const PetscInt row = after < loads->times[0] ? 0 : Interval(loads, after, &share) + 1;
-
-    *next = PetscMin(*next, loads->times[row]);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  if (loads->source.distance2 && stop > after) next = stop;
+  if (loads->rows && after < loads->times[loads->rows - 1])
+    next = PetscMin(next, loads->times[after < loads->times[0] ? 0 : Interval(loads, after, &share) + 1]);
+  return next;
 }
 
 /* For how long after t the pressure is as good as linear in time: what a search for an onset may step over */
-PetscErrorCode SlipFaultPressureScale(SlipFault fault, PetscReal t, PetscReal duration, PetscReal *scale)
+PetscReal SlipLoadsPressureScale(const SlipFaultLoads *loads, PetscReal t, PetscReal duration)
 {
-  const SlipFaultLoads *loads = &fault->loads;
-  const PetscReal stop = fault->options.value[FAULT_INJECTION_STOP];
+  const PetscReal stop = loads->source.stop, scale = loads->function ? duration / 1000 : NEVER;
+
+  if (!loads->source.distance2) return scale;
+  return PetscMin(scale, (stop > 0 && t >= stop ? t - stop : t) / 20 + loads->source.time / 1000);
+}
+
+/* What sort of problem the loads and the healing make */
+static PetscErrorCode KindSetUp(SlipFault fault, PetscBool stressed, PetscBool heals)
+{
+  SlipFaultKind *kind = &fault->kind;
+  PetscReal fastest = 0;
 
   PetscFunctionBegin;
-  *scale = NEVER;
-  if (loads->function) *scale = duration / 1000;
-  if (loads->distance2) {
-    const PetscReal since = stop > 0 && t >= stop ? t - stop : t;
+  kind->heals = heals;
+  kind->sequence = kind->loaded || stressed || heals ? PETSC_TRUE : PETSC_FALSE;
+  kind->driven =
+    kind->sequence || fault->loads.pressed || !kind->inertia || fault->friction.law->smooth ? PETSC_TRUE : PETSC_FALSE;
+  if (!heals) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->friction.healing));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal time = fault->fields.cell[FIELD_HEALING_TIME][i];
 
-    *scale = PetscMin(*scale, since / 20 + fault->loads.diffusion_time / 1000);
+    fault->friction.healing[i] = time > 0 ? 1 / time : 0;
+    fastest = PetscMax(fastest, fault->friction.healing[i]);
   }
+  PetscCallMPI(MPI_Allreduce(&fastest, &fault->loads.fastest_healing, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -348,49 +382,27 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
 {
   SlipFaultLoads *loads = &fault->loads;
   PetscInt any[3] = {0, 0, 0};
-  PetscReal least = NEVER, fastest = 0;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    if (fault->fields.cell[FIELD_INITIAL_TRACTION][i] != 0 || fault->fields.cell[FIELD_STRESSING_RATE][i] != 0)
-      any[0] = 1;
-    if (fault->fields.cell[FIELD_STRESSING_RATE][i] != 0) any[1] = 1;
+  loads->fault = fault;
+  loads->n = fault->mesh.n;
+  loads->weight = fault->mesh.weight;
+  loads->traction = fault->fields.cell[FIELD_INITIAL_TRACTION];
+  loads->rate = fault->fields.cell[FIELD_STRESSING_RATE];
+  loads->normal = fault->fields.cell[FIELD_NORMAL_STRESS];
+  for (PetscInt i = 0; i < loads->n; i++) {
+    if (loads->traction[i] != 0 || loads->rate[i] != 0) any[0] = 1;
+    if (loads->rate[i] != 0) any[1] = 1;
     if (fault->fields.cell[FIELD_HEALING_TIME][i] > 0) any[2] = 1;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 3, MPIU_INT, MPI_MAX, fault->comm));
-  loads->shears =
-    any[0] || fault->friction.law->smooth ? PETSC_TRUE : PETSC_FALSE; /* what balances a smooth law's start */
-  fault->kind.heals = any[2] ? PETSC_TRUE : PETSC_FALSE;
+  /* a smooth law's start is balanced by a traction */
+  loads->shears = any[0] || fault->friction.law->smooth ? PETSC_TRUE : PETSC_FALSE;
   if (fault->options.text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
-  PetscCheck(fault->options.text[FAULT_INJECTION][0] || (fault->options.value[FAULT_INJECTION_PRESSURE] == 0 &&
-                                                         fault->options.value[FAULT_INJECTION_DIFFUSIVITY] == 0 &&
-                                                         fault->options.value[FAULT_INJECTION_STOP] == 0),
-             fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_injection_pressure, -%sfault_injection_diffusivity and -%sfault_injection_stop need the point "
-             "of -%sfault_injection x,z, or x,y,z where there are several planes",
-             SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault));
-  if (fault->options.text[FAULT_INJECTION][0]) PetscCall(SourceSetUp(fault));
-  loads->pressed = loads->rows || loads->distance2 || loads->function ? PETSC_TRUE : PETSC_FALSE;
-  fault->kind.sequence = fault->kind.loaded || any[1] || fault->kind.heals ? PETSC_TRUE : PETSC_FALSE;
-  fault->kind.driven = fault->kind.sequence || loads->pressed || !fault->kind.inertia || fault->friction.law->smooth
-                         ? PETSC_TRUE
-                         : PETSC_FALSE;
-  if (loads->pressed) PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &loads->stress));
-  if (loads->function) PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &loads->own));
-  if (fault->kind.heals) {
-    PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->friction.healing));
-    for (PetscInt i = 0; i < fault->mesh.n; i++) {
-      const PetscReal time = fault->fields.cell[FIELD_HEALING_TIME][i];
-
-      fault->friction.healing[i] = time > 0 ? 1 / time : 0;
-      fastest = PetscMax(fastest, fault->friction.healing[i]);
-    }
-  }
-  for (PetscInt i = 0; i < fault->mesh.n && loads->distance2; i++)
-    least = PetscMin(least, loads->distance2[i] / (4 * fault->options.value[FAULT_INJECTION_DIFFUSIVITY]));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
-  loads->diffusion_time = least;
-  PetscCallMPI(MPI_Allreduce(&fastest, &loads->fastest_healing, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCall(SourceSetUp(fault));
+  if (loads->function) PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &loads->own));
+  loads->pressed = loads->rows || loads->source.distance2 || loads->function ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(KindSetUp(fault, (PetscBool)any[1], (PetscBool)any[2]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -399,16 +411,15 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
   SlipFaultLoads *loads = &fault->loads;
 
   PetscFunctionBegin;
-  PetscCall(VecDestroy(&loads->shear));
   PetscCall(VecDestroy(&loads->drive));
   PetscCall(VecDestroy(&loads->hold));
   for (int k = 0; k < 2; k++) PetscCall(VecDestroy(&loads->diagonal[k]));
   PetscCall(PetscFree(loads->times));
   PetscCall(PetscFree(loads->record));
-  PetscCall(PetscFree(loads->distance2));
-  PetscCall(PetscFree(loads->stress));
+  PetscCall(PetscFree(loads->source.distance2));
   PetscCall(PetscFree(loads->own));
   PetscCall(PetscFree(fault->friction.healing));
+  PetscCall(SlipLoadDestroy(&fault->known.load));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -420,7 +431,7 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
   Input Parameters:
 + fault    - the fault
 . function - fills p [n] with the pore pressure [Pa] of the n cells of this process at the time t [s], in the order of the
-             state; smooth in time
+             state; smooth in time, and of the time alone: times come in any order
 - ctx      - given to the function, kept
 
   Level: intermediate

@@ -5,14 +5,14 @@
 #include <slipcompat.h>
 
 /* This rank's part of the sums, weighted by area; ku = K u is weighted already. */
-static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal sum[], PetscReal *max_v)
+static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku, PetscReal sum[], PetscReal *max_v)
 {
   SlipFrictionCells friction;
   const PetscReal *a, *f;
   const SlipArrays arrays[] = {{w, .read = &a}, {ku, .read = &f}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal v = a[SlipFaultRateAt(fault, i)], u = a[SlipFaultDisplacementAt(fault, i)],
@@ -33,7 +33,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, Vec w, Vec ku, PetscReal s
     sum[SUM_VINF] += weight * fault->fields.cell[FIELD_LOADING_RATE][i];
     if (fault->loads.shears) {
       const PetscReal rate = fault->fields.cell[FIELD_STRESSING_RATE][i];
-      const PetscReal shear = fault->fields.cell[FIELD_INITIAL_TRACTION][i] + fault->loads.time * rate;
+      const PetscReal shear = fault->fields.cell[FIELD_INITIAL_TRACTION][i] + t * rate;
 
       sum[SUM_U_T] += weight * u * shear;
       sum[SUM_LOADING_T] += weight * (fault->fields.cell[FIELD_LOADING_RATE][i] * shear - u * rate);
@@ -54,7 +54,7 @@ PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFau
   PetscFunctionBegin;
   PetscCall(PetscObjectGetId((PetscObject)w, &now->id));
   PetscCall(PetscObjectStateGet((PetscObject)w, &now->state));
-  now->time = fault->loads.shears || fault->loads.pressed ? t : 0;
+  now->time = SlipLoadsVary(&fault->loads) ? t : 0;
   now->rates = fault->balance.put;
   *same = now->id == known->id && now->state == known->state && now->time == known->time && now->rates == known->rates
             ? PETSC_TRUE
@@ -62,9 +62,8 @@ PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFau
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sums of a state under the load of the time asked about last, computed (one product with K, two reductions) only when either
-   has changed. */
-PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums)
+/* The sums of the state w of time t, computed (one product with K, two reductions) only when either has changed. */
+PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums)
 {
   SlipFaultSums *c = &fault->known.sums;
   SlipFaultMoment now;
@@ -72,13 +71,13 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **su
 
   PetscFunctionBegin;
   *sums = c;
-  PetscCall(SlipFaultIsNow(fault, fault->loads.time, w, &c->moment, &now, &same));
+  PetscCall(SlipFaultIsNow(fault, t, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
   PetscCall(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
-  PetscCall(SlipFaultAddUp(fault, w, fault->work[1], c->sum, &c->max_v));
+  PetscCall(SlipFaultAddUp(fault, t, w, fault->work[1], c->sum, &c->max_v));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->max_v, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   c->moment = now;
@@ -86,14 +85,14 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **su
 }
 
 /* x: displacements or rates [n], kx = K x, w: the state in which they weaken the strength */
-static PetscErrorCode AddMode(SlipFault fault, Vec w, Vec x, Vec kx, PetscReal sum[])
+static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, PetscReal sum[])
 {
   SlipFrictionCells friction;
   const PetscReal *a, *b, *f;
   const SlipArrays arrays[] = {{w, .read = &a}, {x, .read = &b}, {kx, .read = &f}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal weight = fault->mesh.weight[i];
@@ -109,8 +108,8 @@ static PetscErrorCode AddMode(SlipFault fault, Vec w, Vec x, Vec kx, PetscReal s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sums of what moves, or where all rest of uc; computed only when the state has changed. */
-static PetscErrorCode GetMode(SlipFault fault, Vec w, PetscBool moves, const SlipFaultMode **mode)
+/* The sums of what moves, or where all rest of uc; computed only when the state or its time has changed. */
+static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool moves, const SlipFaultMode **mode)
 {
   SlipFaultMode *c = &fault->known.mode;
   Vec x = fault->work[0];
@@ -119,7 +118,7 @@ static PetscErrorCode GetMode(SlipFault fault, Vec w, PetscBool moves, const Sli
 
   PetscFunctionBegin;
   *mode = c;
-  PetscCall(SlipFaultIsNow(fault, fault->loads.time, w, &c->moment, &now, &same));
+  PetscCall(SlipFaultIsNow(fault, t, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   if (moves)
     PetscCall(VecStrideGather(w, fault->layout.rate, x, INSERT_VALUES));
@@ -127,7 +126,7 @@ static PetscErrorCode GetMode(SlipFault fault, Vec w, PetscBool moves, const Sli
     PetscCall(VecCopy(fault->critical.uc, x));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
   PetscCall(MatMult(fault->operators.K, x, fault->work[1]));
-  PetscCall(AddMode(fault, w, x, fault->work[1], c->sum));
+  PetscCall(AddMode(fault, t, w, x, fault->work[1], c->sum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -222,33 +221,36 @@ PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation
   SlipFrictionCells friction;
   const PetscReal *a, *v, *force, *load;
   PetscReal most = 0;
-  const SlipArrays arrays[] = {
-    {w, .read = &a}, {b->rate, .read = &v}, {b->force, .read = &force}, {fault->loads.shear, .read = &load}};
+  const SlipFaultLoad *of_now;
+  const SlipArrays arrays[] = {{w, .read = &a}, {b->rate, .read = &v}, {b->force, .read = &force}};
 
   PetscFunctionBegin;
   *relaxation = 0;
   if (!fault->friction.law->smooth || fault->kind.inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
   if (b->stiffest == 0) PetscCall(LargestEigenvalue(fault, &b->stiffest));
-  PetscCall(SlipFaultGetFriction(fault, &friction));
-  PetscCall(SlipArraysGet(4, arrays));
+  PetscCall(SlipFaultGetLoad(fault, b->time, &of_now));
+  PetscCall(SlipFaultGetFriction(fault, b->time, &friction));
+  PetscCall(SlipArraysGet(3, arrays));
+  PetscCall(VecGetArrayRead(of_now->shear, &load));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     if (b->creeps && b->creeps[i]) continue;
     most = PetscMax(most, Compliance(fault, &friction, i, a[SlipFaultStateAt(fault, i)], v[i], load[i], force[i]));
   }
-  PetscCall(SlipArraysRestore(4, arrays));
+  PetscCall(VecRestoreArrayRead(of_now->shear, &load));
+  PetscCall(SlipArraysRestore(3, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   *relaxation = b->stiffest * most;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* What follows from the sums */
-static PetscErrorCode KnowSums(SlipFault fault, Vec w, SlipFaultNumbers *known)
+static PetscErrorCode KnowSums(SlipFault fault, PetscReal t, Vec w, SlipFaultNumbers *known)
 {
   const PetscReal N = (PetscReal)fault->mesh.N;
   const SlipFaultSums *s;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetSums(fault, w, &s));
+  PetscCall(SlipFaultGetSums(fault, t, w, &s));
   known->velocity = s->sum[SUM_V] / N;
   known->rate = s->sum[SUM_ABS_V] / N;
   known->peak = s->max_v;
@@ -266,7 +268,8 @@ static PetscErrorCode KnowSums(SlipFault fault, Vec w, SlipFaultNumbers *known)
 }
 
 /* Values of the rows of SlipObservations in the state w */
-PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscInt row[], PetscReal value[])
+PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
+                                PetscReal value[])
 {
   const PetscReal N = (PetscReal)fault->mesh.N;
   const SlipFaultMode *mode = NULL;
@@ -297,9 +300,9 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscI
     else
       PetscCall(SlipFaultRelaxation(fault, w, &known.relaxation));
   }
-  if (sums) PetscCall(KnowSums(fault, w, &known));
+  if (sums) PetscCall(KnowSums(fault, t, w, &known));
   for (PetscInt i = 0; i < n && !mode; i++)
-    if (SlipObservations[row[i]].reads & SLIP_READS_MODE) PetscCall(GetMode(fault, w, known.peak != 0, &mode));
+    if (SlipObservations[row[i]].reads & SLIP_READS_MODE) PetscCall(GetMode(fault, t, w, known.peak != 0, &mode));
   if (mode && mode->sum[MODE_INERTIA] > 0) {
     known.mode_stiffness = mode->sum[MODE_STIFFNESS] / mode->sum[MODE_INERTIA];
     known.mode_weakening = mode->sum[MODE_WEAKENING] / mode->sum[MODE_INERTIA];
@@ -308,7 +311,7 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power[3])
+PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3])
 {
   Vec rel = fault->work[0], hv = fault->work[1], q = fault->work[2];
   const PetscReal *a, *f, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
@@ -321,7 +324,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power
   for (PetscInt i = 0; i < fault->mesh.n; i++) b[i] = a[SlipFaultRateAt(fault, i)] - vinf[i];
   PetscCall(VecRestoreArrayWrite(rel, &b));
   PetscCall(MatMult(fault->operators.H, rel, hv));
-  if (!r) PetscCall(SlipFaultStrength(fault, fault->loads.time, w, q));
+  if (!r) PetscCall(SlipFaultStrength(fault, t, w, q));
   PetscCall(VecGetArrayRead(hv, &f));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     power[0] += (a[SlipFaultRateAt(fault, i)] - vinf[i]) * f[i];
@@ -344,6 +347,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power
 
   Input Parameters:
 + fault - the fault
+. t     - time of the state [s]
 . w     - state
 - r     - friction traction [Pa], one per cell and weighted by area as TSBatheGetReaction() gives it, or NULL for
         -q(w) sign(v)
@@ -352,7 +356,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power
 . obs - the means; d(kinetic + elastic)/dt + viscous_power + friction_power = loading_power, with
         kinetic = M v.v/2, elastic = u.K u/2 - T.u, viscous = (v - v_inf).H (v - v_inf), friction = -v.r and
         loading = -v_inf.(K u - T + H (v - v_inf)) - dT/dt.u, each divided by the number of cells; T is the shear stress
-        of -fault_initial_traction and -fault_stressing_rate at the time that the fault was last asked about
+        of -fault_initial_traction and -fault_stressing_rate at t
 
   Level: intermediate
 
@@ -360,7 +364,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power
 
 .seealso: SlipFaultConfigureTS()
 @*/
-PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultObservables *obs)
+PetscErrorCode SlipFaultGetObservables(SlipFault fault, PetscReal t, Vec w, Vec r, SlipFaultObservables *obs)
 {
   const SlipFaultSums *s;
   PetscReal power[3], start;
@@ -368,15 +372,15 @@ PetscErrorCode SlipFaultGetObservables(SlipFault fault, Vec w, Vec r, SlipFaultO
 
   PetscFunctionBegin;
   PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
-  PetscCall(SlipFaultGetSums(fault, w, &s));
-  PetscCall(SlipFaultGetPowers(fault, w, r, power));
+  PetscCall(SlipFaultGetSums(fault, t, w, &s));
+  PetscCall(SlipFaultGetPowers(fault, t, w, r, power));
   obs->mean_slip_rate = s->sum[SUM_V] / N;
   obs->max_slip_rate = s->max_v;
   obs->mean_slip = s->sum[SUM_S] / N;
   PetscCall(SlipFaultStartShare(fault, &start));
   /* A state that heals is no slip: that is the displacement relative to the start and the far field. */
   if (fault->kind.heals || fault->friction.law->state)
-    obs->mean_slip = (s->sum[SUM_U] + fault->loads.time * s->sum[SUM_VINF]) / N - start * fault->critical.mean_uc;
+    obs->mean_slip = (s->sum[SUM_U] + t * s->sum[SUM_VINF]) / N - start * fault->critical.mean_uc;
   obs->mean_displacement = s->sum[SUM_U] / N;
   obs->sliding_fraction = s->sum[SUM_SLIDING] / N;
   obs->kinetic = fault->kind.inertia ? fault->operators.mass * s->sum[SUM_V2] / (2 * N) : 0;

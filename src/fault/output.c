@@ -248,6 +248,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   SlipFaultObservables obs;
   SlipOutput run = NULL;
   PetscInt products;
+  PetscReal t;
   Vec w;
 
   PetscFunctionBegin;
@@ -255,7 +256,8 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(SlipLogGetProducts(&products));
   PetscCall(TSGetSolution(ts, &w));
-  PetscCall(SlipFaultGetObservables(fault, w, NULL, &obs));
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(SlipFaultGetObservables(fault, t, w, NULL, &obs));
   if (out) {
     PetscCall(SlipOutputBegin(out->run));
     PetscCall(SlipFaultOutputLastFields(out, ts));

@@ -34,9 +34,8 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
 
   PetscFunctionBegin;
   (void)ts;
-  PetscCall(SlipFaultLoadAt(fault, t));
-  PetscCall(SlipFaultGetObservables(fault, w, r, &o));
-  PetscCall(SlipFaultGetSums(fault, w, &sums));
+  PetscCall(SlipFaultGetObservables(fault, t, w, r, &o));
+  PetscCall(SlipFaultGetSums(fault, t, w, &sums));
   {
     const PetscReal moment = fault->options.value[FAULT_SHEAR_MODULUS] * SlipFaultMeanArea(fault) * sums->sum[SUM_V];
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
@@ -375,7 +374,7 @@ static PetscErrorCode GatherPressure(SlipFaultOutput out, PetscReal time)
   if (!out->pressure) PetscCall(VecDuplicate(fault->critical.uc, &out->pressure));
   if (!out->p0) PetscCall(VecDuplicate(out->r0, &out->p0));
   PetscCall(VecGetArrayWrite(out->pressure, &p));
-  PetscCall(SlipFaultPressure(fault, time, p));
+  PetscCall(SlipLoadsPressure(&fault->loads, time, p));
   PetscCall(VecRestoreArrayWrite(out->pressure, &p));
   PetscCall(VecScatterBegin(out->gather_r, out->pressure, out->p0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_r, out->pressure, out->p0, INSERT_VALUES, SCATTER_FORWARD));

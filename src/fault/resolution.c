@@ -84,7 +84,7 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(MatGetDiagonal(fault->operators.K, k));
   if (fault->friction.law->by_rate && !fault->friction.law->state) PetscCall(MatGetDiagonal(fault->operators.H, h));
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(VecGetArrayRead(k, &stiffness));
   PetscCall(VecGetArrayRead(h, &damping));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {

@@ -67,7 +67,7 @@ static PetscErrorCode Moves(SlipFault fault, Vec w, PetscBool *moves)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* q of cell i after dt of rest [Pa]; SlipFaultLoadAt() was called for that time */
+/* q of cell i after dt of rest [Pa]; the friction is of that time */
 static PetscReal Strength(const Rest *r, PetscInt i, PetscReal dt)
 {
   PetscReal mu, ds, dv;
@@ -98,7 +98,7 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (fault->loads.pressed) PetscCall(SlipFaultLoadAt(fault, r->t + dt));
+  PetscCall(SlipFaultGetFriction(fault, r->t + dt, &r->friction));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal f = PetscAbsReal(Force(r, i) + dt * r->drive[i]), q = Strength(r, i, dt);
     const PetscReal e = f - q;
@@ -138,11 +138,10 @@ static PetscErrorCode Piece(Rest *r, PetscReal dt, PetscReal limit, PetscReal *p
 {
   SlipFault fault = r->fault;
   const PetscReal healing = fault->loads.fastest_healing;
-  PetscReal pressure, corner;
+  const PetscReal pressure = SlipLoadsPressureScale(&fault->loads, r->t + dt, limit);
+  const PetscReal corner = SlipLoadsNextCorner(&fault->loads, r->t + dt);
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultPressureScale(fault, r->t + dt, limit, &pressure));
-  PetscCall(SlipFaultNextCorner(fault, r->t + dt, &corner));
   *piece = limit - dt;
   if (healing > 0) *piece = PetscMin(*piece, piece_of_healing / healing + piece_of_past * dt);
   *piece = PetscMin(*piece, PetscMin(pressure, corner - (r->t + dt)));
@@ -266,19 +265,20 @@ static PetscErrorCode StateAfter(const Rest *r, PetscReal dt, Vec after)
 static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
 {
   Vec u = fault->work[0], ku = fault->work[1];
+  const SlipFaultLoad *load;
 
   PetscFunctionBegin;
   *r = (Rest){.fault = fault, .t = t};
   PetscCall(SlipFaultRestSetUp(fault));
-  PetscCall(SlipFaultLoadAt(fault, t));
-  PetscCall(SlipFaultGetFriction(fault, &r->friction));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  PetscCall(SlipFaultGetFriction(fault, t, &r->friction));
   PetscCall(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
   PetscCall(MatMult(fault->operators.K, u, ku));
-  PetscCall(VecCopy(fault->loads.shear ? fault->loads.shear : fault->loads.hold, u));
+  PetscCall(VecCopy(load->shear ? load->shear : fault->loads.hold, u));
   PetscCall(VecGetArrayRead(w, &r->w));
   PetscCall(VecGetArrayRead(ku, &r->ku));
   PetscCall(VecGetArrayRead(u, &r->shear));
-  if (!fault->loads.shear) r->shear = NULL;
+  if (!load->shear) r->shear = NULL;
   PetscCall(VecGetArrayRead(fault->loads.hold, &r->hold));
   PetscCall(VecGetArrayRead(fault->loads.drive, &r->drive));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -88,7 +88,7 @@ static PetscErrorCode DecayRate(SlipFault fault, PetscReal *rate)
 }
 
 /* Of the state w after a step and the error e of it; one product with K */
-static PetscErrorCode StepSums(SlipFault fault, Vec w, Vec e, PetscReal sum[STEP_SUMS])
+static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, PetscReal sum[STEP_SUMS])
 {
   SlipFrictionCells friction;
   Vec u = fault->work[0], ku = fault->work[1];
@@ -96,7 +96,7 @@ static PetscErrorCode StepSums(SlipFault fault, Vec w, Vec e, PetscReal sum[STEP
   PetscReal *x;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(PetscArrayzero(sum, STEP_SUMS));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(u, &x));
@@ -166,7 +166,7 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   PetscCall(TSBatheGetEstimates(ts, &e, &scale, NULL));
   if (!e) est->known = PETSC_FALSE;
   if (!est->known) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(StepSums(fault, w, e, sum));
+  PetscCall(StepSums(fault, attempt->time + attempt->dt, w, e, sum));
   PetscCall(SlipFaultTimingStep(fault, ts, attempt, w, e, scale));
   moving = sum[STEP_SLIP] > 0 ? sum[STEP_MOVING] / sum[STEP_SLIP] : 1;
   decay = PetscExpReal(-est->decay * attempt->dt * (est->moving + moving) / 2);

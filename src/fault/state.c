@@ -55,8 +55,7 @@ static PetscErrorCode CheckTraction(SlipFault fault)
   PetscInt above = 0;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultLoadAt(fault, 0));
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal load = PetscAbsReal(fault->fields.cell[FIELD_INITIAL_TRACTION][i]);
     PetscReal mu, ds, dv, x, z;

@@ -285,7 +285,7 @@ static PetscErrorCode CheckBalance(SlipFault fault)
   PetscFunctionBegin;
   if (fault->kind.inertia || !fault->friction.law->by_rate || fault->friction.law->smooth)
     PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(MatGetDiagonal(fault->operators.H, fault->work[0]));
   PetscCall(VecGetArrayRead(fault->work[0], &h));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -333,7 +333,6 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
     PetscCall(SlipFaultProgressSetUp(fault, "K^-1 of the normal stress"));
     PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->critical.uc));
   }
-  if (fault->loads.shears) PetscCall(VecDuplicate(fault->critical.uc, &fault->loads.shear));
   PetscCall(SlipFaultViewStiffness(fault));
   PetscCall(SlipFaultProgressSetUp(fault, "viscosity H"));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "radiation", &radiation));
@@ -362,7 +361,7 @@ static PetscErrorCode CriticalMode(SlipFault fault)
   const PetscReal *uc;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
@@ -387,7 +386,7 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   Vec q0 = fault->work[0];
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(VecGetArrayWrite(q0, &q));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);

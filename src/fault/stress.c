@@ -26,16 +26,17 @@
 @*/
 PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
 {
+  const SlipFaultLoad *load;
   PetscReal *a;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(w, VEC_CLASSID, 3);
   PetscValidHeaderSpecific(T, VEC_CLASSID, 4);
-  PetscCall(SlipFaultLoadAt(fault, t));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
   PetscCall(MatMult(fault->operators.K, fault->work[0], T));
-  if (fault->loads.shear) PetscCall(VecAXPY(T, -1, fault->loads.shear));
+  if (load->shear) PetscCall(VecAXPY(T, -1, load->shear));
   PetscCall(VecGetArray(T, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) a[i] /= -fault->mesh.weight[i];
   PetscCall(VecRestoreArray(T, &a));
@@ -45,15 +46,16 @@ PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
 /* u K u/2 - u T, T the shear load, of the whole fault [J]; a product with K. Collective. */
 PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy)
 {
-  PetscReal load = 0;
+  const SlipFaultLoad *load;
+  PetscReal work = 0;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultLoadAt(fault, t));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
   PetscCall(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
   PetscCall(VecDot(fault->work[0], fault->work[1], energy));
-  if (fault->loads.shear) PetscCall(VecDot(fault->work[0], fault->loads.shear, &load));
-  *energy = (0.5 * *energy - load) * SlipFaultMeanArea(fault);
+  if (load->shear) PetscCall(VecDot(fault->work[0], load->shear, &work));
+  *energy = (0.5 * *energy - work) * SlipFaultMeanArea(fault);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -61,16 +63,17 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
    Collective. */
 PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power)
 {
-  PetscReal load = 0;
+  const SlipFaultLoad *load;
+  PetscReal work = 0;
 
   PetscFunctionBegin;
   *power = 0;
   if (!fault->kind.driven) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultLoadAt(fault, t));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
   PetscCall(VecDot(fault->loads.drive, fault->work[0], power));
-  if (fault->loads.shear) PetscCall(VecDot(fault->operators.vinf, fault->loads.shear, &load));
-  *power = (load - *power) * SlipFaultMeanArea(fault);
+  if (load->shear) PetscCall(VecDot(fault->operators.vinf, load->shear, &work));
+  *power = (work - *power) * SlipFaultMeanArea(fault);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

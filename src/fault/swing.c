@@ -20,9 +20,9 @@ static PetscReal Time(PetscReal m, PetscReal d, PetscReal k)
 /*
   SlipFaultSwing - the stage's theta over the longest one that follows what runs away, 0 where nothing does
 
-  Collective; at the last stage, w: the state at its end. A product with H and one with K where strength falls with rate.
+  Collective; at the last stage, w: the state at its end, t. A product with H and one with K where strength falls with rate.
 */
-PetscErrorCode SlipFaultSwing(SlipFault fault, Vec w, PetscReal *ratio)
+PetscErrorCode SlipFaultSwing(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio)
 {
   Vec v = fault->work[0], d = fault->work[1], Kv = fault->work[2];
   const PetscReal *a, *k, *h, *dv, *rate;
@@ -34,7 +34,7 @@ PetscErrorCode SlipFaultSwing(SlipFault fault, Vec w, PetscReal *ratio)
   PetscFunctionBegin;
   *ratio = 0;
   if (!fault->kind.inertia || !fault->friction.law->by_rate) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(fault->loads.diagonal[0], &k));
   PetscCall(VecGetArrayRead(fault->loads.diagonal[1], &h));

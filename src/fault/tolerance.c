@@ -45,7 +45,8 @@ static PetscErrorCode LargestDisplacement(SlipFault fault, Vec w, PetscReal *lar
 /* Without inertia the rate is what the balance makes of the slip, and changes with it at once: its error is that of the
    slip times K/(H + theta K) of the cell. K/H would do for short steps; in long ones the next stage takes most of such an
    error away again. slow: the least of the cells' rates d_c over the time that inertia or radiation take. */
-static PetscErrorCode RateError(SlipFault fault, PetscReal displacement, Vec e, PetscReal *largest, PetscReal *slow)
+static PetscErrorCode RateError(SlipFault fault, PetscReal t, PetscReal displacement, Vec e, PetscReal *largest,
+                                PetscReal *slow)
 {
   SlipFrictionCells friction;
   const PetscReal *a, *k, *viscosity;
@@ -53,7 +54,7 @@ static PetscErrorCode RateError(SlipFault fault, PetscReal displacement, Vec e, 
     {e, .read = &a}, {fault->loads.diagonal[0], .read = &k}, {fault->loads.diagonal[1], .read = &viscosity}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscBool weakens;
@@ -111,9 +112,10 @@ static PetscErrorCode SmoothErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Ve
 /*
   SlipFaultErrorNorm - the largest of the cells' errors over the wanted ones
 
-  Collective. e: local error of a step h from w0 to w1.
+  Collective. e: local error of a step h from w0 to w1, the state of the time t.
 */
-PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, Vec e, Vec w0, Vec w1, PetscReal *E)
+PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, PetscReal h, Vec e, Vec w0, Vec w1,
+                                  PetscReal *E)
 {
   const PetscReal *a, *b, *c, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   PetscReal largest[5] = {0, 0, 0, 0, 0}; /* error of slips over d_c, of rates, rate, cubes, minus slow */
@@ -129,9 +131,9 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, 
   if (!PetscIsNanReal(fault->options.value[FAULT_RATE_TOLERANCE]))
     tolerance = fault->options.value[FAULT_RATE_TOLERANCE];
   PetscCall(SlipFaultRestSetUp(fault));
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(LargestDisplacement(fault, w1, &displacement));
-  PetscCall(RateError(fault, displacement, e, &largest[1], &slow));
+  PetscCall(RateError(fault, t, displacement, e, &largest[1], &slow));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal error =
@@ -156,7 +158,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, 
   wanted = of_rate * rtol * (largest[2] - rtol * largest[4]) + tolerance;
   *E = PetscMax(largest[0] / (of_slip * rtol), largest[3] / (of_cube * rtol));
   if (wanted > 0) *E = PetscMax(*E, largest[1] / wanted);
-  PetscCall(SlipFaultSwing(fault, w1, &swing));
+  PetscCall(SlipFaultSwing(fault, t, w1, &swing));
   *E = PetscMax(*E, PetscPowRealInt(swing, 3));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

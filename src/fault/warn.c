@@ -93,8 +93,7 @@ static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
   PetscFunctionBegin;
   if (!fault->friction.law->smooth || fault->loads.pressed || !r->weakens) PetscFunctionReturn(PETSC_SUCCESS);
   if (fault->mesh.N == 1 ? r->alone == 0 : r->nucleation > width) PetscFunctionReturn(PETSC_SUCCESS); /* stable */
-  PetscCall(SlipFaultLoadAt(fault, 0));
-  PetscCall(SlipFaultGetFriction(fault, &friction));
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   for (PetscInt i = 0; i < fault->mesh.n && !moves; i++) {
     const PetscReal vinf = fault->fields.cell[FIELD_LOADING_RATE][i], rate = PetscAbsReal(vinf);
     const PetscReal load = fault->fields.cell[FIELD_INITIAL_TRACTION][i] * (vinf < 0 ? -1 : 1);

@@ -173,10 +173,8 @@ static PetscErrorCode Find_Model(TS ts, const char name[], PetscInt *row)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSGetTime() is the step's start until the controller has chosen. */
-static PetscErrorCode Observe_Model(TS ts, PetscInt n, const PetscInt row[], PetscReal value[])
+static PetscErrorCode Observe_Model(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[])
 {
-  SlipAttempt last;
   SlipModel model;
   Vec w;
   const PetscScalar *a;
@@ -184,12 +182,11 @@ static PetscErrorCode Observe_Model(TS ts, PetscInt n, const PetscInt row[], Pet
   PetscFunctionBegin;
   PetscCall(TSGetApplicationContext(ts, &model));
   PetscCall(TSGetSolution(ts, &w));
-  PetscCall(TSBatheGetLastAttempt(ts, &last));
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < n; i++) {
     const SlipModelObservation *o = &model->ops->observations[row[i]];
 
-    value[i] = (*o->value)(model, last.time + last.dt, a, o->k);
+    value[i] = (*o->value)(model, t, a, o->k);
   }
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscFunctionReturn(PETSC_SUCCESS);

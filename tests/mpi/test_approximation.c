@@ -24,7 +24,7 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSSolve(ts, w));
   PetscCall(TSGetStepNumber(ts, steps));
-  PetscCall(SlipFaultGetObservables(fault, w, NULL, &obs));
+  PetscCall(SlipFaultGetObservables(fault, 15, w, NULL, &obs));
   *slip = obs.mean_slip;
   for (int i = 0; options[i]; i += 2) PetscCall(PetscOptionsClearValue(NULL, options[i]));
   PetscCall(SlipFaultDestroy(&fault));

@@ -33,12 +33,12 @@ static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *ou
   PetscCall(SlipFaultOutputStart(fault, ts));
   PetscCall(TSSolve(ts, w));
   PetscCall(SlipFaultOutputFinish(fault, ts, 0, 0));
-  PetscCall(SlipFaultGetObservables(fault, w, NULL, &out->obs));
+  PetscCall(SlipFaultGetObservables(fault, 15, w, NULL, &out->obs));
   PetscCall(TSGetSlipProblem(ts, &problem));
   PetscCall(SlipFaultDestroy(&fault)); /* the TS keeps it */
   PetscCall((*problem->find)(ts, "energy", &row));
   PetscCheck(row >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault does not know its energy");
-  PetscCall((*problem->observe)(ts, 1, &row, &out->energy));
+  PetscCall((*problem->observe)(ts, 15, 1, &row, &out->energy));
   PetscCall(VecNorm(w, NORM_2, &out->norm));
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));

@@ -142,11 +142,11 @@ static Outcome Run(const char law[], PetscReal loading, PetscReal rate, PetscRea
   ok(SlipFaultSetString(fault, "friction_law", law));
   ok(SlipFaultSetString(fault, "catalogue", file));
   ok(FaultStart(fault, TSADAPTNONE, time / steps, time, &w, &ts));
-  ok(SlipFaultGetObservables(fault, w, NULL, &out.start));
+  ok(SlipFaultGetObservables(fault, 0, w, NULL, &out.start));
   ok(SlipFaultOutputStart(fault, ts));
   ok(TSSolve(ts, w));
   ok(SlipFaultOutputFinish(fault, ts, 0, 0));
-  ok(SlipFaultGetObservables(fault, w, NULL, &out.final));
+  ok(SlipFaultGetObservables(fault, time, w, NULL, &out.final));
   ok(VecStrideGather(w, 2, fault->work[0], INSERT_VALUES));
   ok(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
   ok(VecSum(fault->work[1], &out.drop));

@@ -423,7 +423,7 @@ static void RunFault(const char file[], const char type[], const char scaling[],
   ok(SlipFaultSetString(fault, "stiffness_scaling", scaling));
   ok(FaultStart(fault, TSADAPTHEURISTIC, 0, 10, &w, &ts));
   ok(TSSolve(ts, w));
-  ok(SlipFaultGetObservables(fault, w, NULL, &o));
+  ok(SlipFaultGetObservables(fault, 10, w, NULL, &o));
   *slip = o.mean_slip;
   ok(TSGetStepNumber(ts, steps));
   ok(VecDestroy(&w));

@@ -155,7 +155,7 @@ static PetscReal ErrorOf(PetscReal loading, PetscReal h, PetscReal slip)
     a[2] = k * slip;
     ok(VecRestoreArray(w[k], &a));
   }
-  ok(SlipFaultErrorNorm(fault, 1e-3, h, e, w[0], w[1], &E));
+  ok(SlipFaultErrorNorm(fault, 1e-3, h, h, e, w[0], w[1], &E));
   VecsDestroy(&e, &w[0], &w[1]);
   ok(SlipFaultDestroy(&fault));
   return E;

@@ -378,7 +378,7 @@ static void power_balance(void **state)
   ok(VecRestoreArrayRead(ku, &k));
   ok(VecRestoreArray(F, &f));
   ok(VecRestoreArray(w, &a));
-  ok(SlipFaultGetObservables(fault, w, r, &o));
+  ok(SlipFaultGetObservables(fault, 0, w, r, &o));
   assert_true(o.viscous_power > 0);
   assert_true(fabs(rate + o.viscous_power + o.friction_power - o.loading_power) <
               1e-12 * (fabs(rate) + o.viscous_power + fabs(o.friction_power) + fabs(o.loading_power)));
@@ -393,7 +393,7 @@ static PetscReal ObserveFault(SlipFault fault, Vec w, const char name[])
   PetscReal value;
 
   assert_true(row >= 0);
-  ok(SlipFaultObserve(fault, w, 1, &row, &value));
+  ok(SlipFaultObserve(fault, 0, w, 1, &row, &value));
   return value;
 }
 

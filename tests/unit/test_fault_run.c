@@ -38,7 +38,7 @@ static PetscReal FinalSlip(PetscInt n, PetscInt steps, TSBatheReactionType react
   ok(SlipFaultCreate(PETSC_COMM_SELF, &c.fault));
   Open(&c, n, n, 30, steps);
   ok(TSSolve(c.ts, c.w));
-  ok(SlipFaultGetObservables(c.fault, c.w, NULL, &o));
+  ok(SlipFaultGetObservables(c.fault, 30, c.w, NULL, &o));
   Close(&c);
   return o.mean_slip;
 }
@@ -160,11 +160,10 @@ static PetscErrorCode AddBalance(TS ts, PetscInt step, PetscReal time, Vec w, vo
   Vec r;
 
   PetscFunctionBegin;
-  (void)time;
   PetscCall(TSBatheGetConstraint(ts, &con));
   PetscCall(SlipConstraintGetContext(con, &fault));
   PetscCall(TSBatheGetReaction(ts, &r));
-  PetscCall(SlipFaultGetObservables(fault, w, r, &now));
+  PetscCall(SlipFaultGetObservables(fault, time, w, r, &now));
   if (step > 0) {
     const PetscReal lost =
       b->step / 2 * (now.viscous_power + now.friction_power + b->last.viscous_power + b->last.friction_power);

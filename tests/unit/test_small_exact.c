@@ -122,7 +122,7 @@ static PetscErrorCode WatchLoad(TS ts, PetscInt step, PetscReal time, Vec w, voi
   ok(TSGetSlipProblem(ts, &problem));
   ok((*problem->find)(ts, "load", &row));
   assert_true(row >= 0);
-  ok((*problem->observe)(ts, 1, &row, &value));
+  ok((*problem->observe)(ts, time, 1, &row, &value));
   assert_true(fabs(value - fabs(m->D * sin(m->omega * time)) / m->k) < 1e-12);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -445,7 +445,7 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   PetscCall(VecGetSize(start, &n));
   p->n = n /= 3;
   PetscCall(SlipFaultGetOperators(fault, &K, &H, &mass));
-  PetscCall(SlipFaultGetFriction(fault, &p->friction));
+  PetscCall(SlipFaultGetFriction(fault, 0, &p->friction));
   PetscCall(SlipFaultGetTimeScale(fault, &tstar));
   PetscCall(SlipFaultGetReal(fault, "initial_perturbation", &perturbation));
   PetscCall(SlipFaultGetReal(fault, "velocity_scale", &scale));

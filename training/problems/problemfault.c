@@ -217,7 +217,8 @@ static PetscErrorCode Continue(const EnvOptions *o, EnvRun *fine, Vec w, Vec r, 
   PetscCall(TSSetConvergedReason(fine->ts, TS_CONVERGED_ITERATING));
   if (r) PetscCall(TSBatheSetInitialReaction(fine->ts, r));
   if (t < fine->tmax) PetscCall(TSSolve(fine->ts, fine->w));
-  PetscCall(SlipFaultGetObservables((SlipFault)fine->model, fine->w, NULL, &seen));
+  PetscCall(TSGetTime(fine->ts, &t));
+  PetscCall(SlipFaultGetObservables((SlipFault)fine->model, t, fine->w, NULL, &seen));
   future->slip = seen.mean_slip;
   future->time = FuturePassage(future);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -289,9 +290,11 @@ static PetscErrorCode JudgeStep(EnvJudge j, EnvRun *run, PetscReal t, PetscReal 
 static PetscErrorCode JudgeErrors(EnvJudge j, EnvRun *run, PetscReal error[])
 {
   SlipFaultObservables seen;
+  PetscReal t;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetObservables((SlipFault)run->model, run->w, NULL, &seen));
+  PetscCall(TSGetTime(run->ts, &t));
+  PetscCall(SlipFaultGetObservables((SlipFault)run->model, t, run->w, NULL, &seen));
   error[0] = seen.mean_slip / j->start.slip - 1;
   error[1] = j->met.rate / j->start.rate - 1;
   error[2] = FuturePassage(&j->met) / j->start.time - 1;

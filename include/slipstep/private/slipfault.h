@@ -11,30 +11,10 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipoutput.h>
 #include <slipstep/private/slipcheckpoint.h>
+#include <slipstep/private/slipfaultloads.h>
 #include <slipstep/private/slipfaultparameters.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
-
-/* Shear load and pore pressure in time; what is of the time `time` is made by SlipFaultLoadAt() */
-typedef struct {
-  PetscBool known;              /* the following is of this time */
-  PetscReal time;               /* [s] */
-  PetscBool shears;             /* there is an initial traction or a stressing rate */
-  PetscBool pressed;            /* there is a pore pressure */
-  Vec shear;                    /* w (T0 + t dT/dt), w the weights [Pa] */
-  PetscReal *stress;            /* [n] effective normal stress, at least 0 [Pa]; NULL: that of the field */
-  Vec drive, hold;              /* of a fault at rest: rate of its load, K v_inf + w dT/dt [Pa/s], and H v_inf [Pa] */
-  Vec diagonal[2];              /* of K and H */
-  PetscInt rows;                /* of -fault_pore_pressure */
-  PetscReal *times, *record;    /* [rows] [s], [rows][n] [Pa] */
-  PetscReal *distance2;         /* [n] of the cells from -fault_injection, squared [m^2]; NULL: none */
-  PetscReal fastest_healing;    /* largest 1/t_h [1/s] */
-  PetscReal diffusion_time;     /* least distance2/(4 D) [s] */
-  SlipFaultPressureFn function; /* of SlipFaultSetPressureFunction(), with its context and [n] values of it */
-  void *ctx;
-  PetscReal *own;
-  PetscBool opened; /* it was said that cells are without strength */
-} SlipFaultLoads;
 
 /* All that what was computed of a state depends on: the vector and how it was then, the load, and the slip rates, which TSRK is not
    told of when they are put into its solution */
@@ -265,12 +245,13 @@ typedef struct {
 /* constraint.c: the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
 typedef struct {
   SlipConstraint con;
-  PetscReal theta;
+  PetscReal time, theta; /* [s] */
   Vec c, u0, s0;
 } SlipFaultStage;
 
 /* observe.c: what is known of the state asked about last */
 typedef struct {
+  SlipFaultLoad load; /* that of the time asked about last */
   SlipFaultSums sums;
   SlipFaultMode mode;
   SlipFaultEstimates estimates;
@@ -382,12 +363,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* filenam
 /* loads.c */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);
-PETSC_EXTERN PetscErrorCode SlipFaultLoadAt(SlipFault fault, PetscReal t);
-PETSC_EXTERN PetscErrorCode SlipFaultPressure(SlipFault fault, PetscReal t, PetscReal p[]); /* [n] [Pa] */
+PETSC_EXTERN PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoad **load);
 PETSC_EXTERN PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t);
-PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(SlipFault fault, PetscReal t, PetscReal *next);
-PETSC_EXTERN PetscErrorCode SlipFaultPressureScale(SlipFault fault, PetscReal t, PetscReal duration, PetscReal *scale);
-PETSC_EXTERN PetscReal SlipExponentialIntegral(PetscReal x);
 /* rest.c */
 PETSC_EXTERN PetscErrorCode SlipFaultRestSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after,
@@ -410,7 +387,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultWarn(SlipFault fault);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, Vec w, Vec *seen);
+PETSC_EXTERN PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w, Vec *seen);
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step); /* of smooth laws [s] */
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault);
@@ -420,16 +397,16 @@ PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t
 PETSC_EXTERN PetscReal SlipFaultShownState(SlipFault fault, PetscInt i, PetscReal s); /* as outputs have it */
 PETSC_EXTERN const char *SlipFaultStateUnit(SlipFault fault);
 /* tolerance.c */
-PETSC_EXTERN PetscErrorCode SlipFaultSwing(SlipFault fault, Vec w, PetscReal *ratio);
-PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal h, Vec e, Vec w0, Vec w1,
-                                               PetscReal *E);
+PETSC_EXTERN PetscErrorCode SlipFaultSwing(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio);
+PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, PetscReal h, Vec e, Vec w0,
+                                               Vec w1, PetscReal *E);
 /* observe.c. Is what is known of a moment that of the state w of now, with the load of time t? */
 PETSC_EXTERN PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known,
                                            SlipFaultMoment *now, PetscBool *same);
 /* The fastest relaxation of stress by a cell's own slip [1/s], of the rates of the last right-hand side; 0: of no explicit problem */
 PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation);
-PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, Vec w, const SlipFaultSums **sums);
-PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, Vec w, PetscInt n, const PetscInt row[],
+PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums);
+PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
                                              PetscReal value[]);
 PETSC_EXTERN PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip);
@@ -458,7 +435,7 @@ PETSC_EXTERN PetscReal SlipFaultProgressLeft(const SlipFaultProgress *p, PetscBo
 /* A time in fitting units: "12.5 s", "3.2 h", "113.4 years" */
 PETSC_EXTERN void SlipFaultTimeText(PetscReal seconds, char text[], size_t len);
 /* Sums over the cells: power[0] of (v - v_inf) H (v - v_inf), [1] of v_inf H (v - v_inf), [2] of -v r, or q |v|. */
-PETSC_EXTERN PetscErrorCode SlipFaultGetPowers(SlipFault fault, Vec w, Vec r, PetscReal power[3]);
+PETSC_EXTERN PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3]);
 
 /* ---- stress.c: elastic stress and energy, and what loading does ---- */
 PETSC_EXTERN PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy); /* [J] */

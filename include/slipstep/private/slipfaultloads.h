@@ -1,0 +1,48 @@
+/* What loads and unclamps a fault: shear load and effective normal stress as a function of time. */
+#pragma once
+#include <slipfault.h>
+
+/* The point source of -fault_injection */
+typedef struct {
+  PetscReal *distance2;                  /* [n] of the cells from it, squared [m^2]; NULL: there is none */
+  PetscReal pressure, diffusivity, stop; /* [Pa], [m^2/s], [s] */
+  PetscReal time;                        /* least distance2/(4 D) [s] */
+} SlipFaultSource;
+
+typedef struct {
+  SlipFault fault;                                    /* that they are of */
+  PetscInt n;                                         /* its cells of this process */
+  const PetscReal *weight, *traction, *rate, *normal; /* [n] borrowed: area over mean area, T0, dT/dt, normal stress */
+  PetscBool shears;                                   /* there is a T0 or a dT/dt */
+  PetscBool pressed;                                  /* there is a pore pressure */
+  PetscInt rows;                                      /* of -fault_pore_pressure */
+  PetscReal *times, *record;                          /* [rows] [s], [rows][n] [Pa] */
+  SlipFaultSource source;
+  SlipFaultPressureFn function; /* of SlipFaultSetPressureFunction(), with its context and [n] values of it */
+  void *ctx;
+  PetscReal *own;
+  PetscBool opened;          /* it was said that cells are without strength */
+  Vec drive, hold;           /* of a fault at rest: rate of its load, K v_inf + w dT/dt [Pa/s], and H v_inf [Pa] */
+  Vec diagonal[2];           /* of K and H */
+  PetscReal fastest_healing; /* largest 1/t_h [1/s] */
+} SlipFaultLoads;
+
+/* What acts at a time; zero before the first SlipLoadsEvaluate() */
+typedef struct {
+  PetscReal time;          /* [s] */
+  Vec shear;               /* w (T0 + t dT/dt), w the weights [Pa]; NULL: none at any time */
+  const PetscReal *stress; /* [n] effective normal stress, at least 0 [Pa] */
+  PetscReal *own;          /* where it is not that of the field */
+} SlipFaultLoad;
+
+static inline PetscBool SlipLoadsVary(const SlipFaultLoads *loads)
+{
+  return loads->shears || loads->pressed ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PETSC_EXTERN PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipFaultLoad *out);
+PETSC_EXTERN PetscErrorCode SlipLoadDestroy(SlipFaultLoad *load);
+PETSC_EXTERN PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]); /* [n] [Pa] */
+PETSC_EXTERN PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t);
+PETSC_EXTERN PetscReal SlipLoadsPressureScale(const SlipFaultLoads *loads, PetscReal t, PetscReal duration);
+PETSC_EXTERN PetscReal SlipExponentialIntegral(PetscReal x);
