@@ -354,26 +354,13 @@ static PetscErrorCode FillRow(SlipFaultCatalogue cat, PetscReal end, Vec w, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A time in a unit that fits */
-static void FormatTime(PetscReal t, char text[32])
-{
-  static const struct {
-    PetscReal from, unit; /* [s] */
-    const char *name;
-  } units[] = {{2 * 31557600.0, 31557600, "years"}, {2 * 86400.0, 86400, "days"}, {7200, 3600, "h"}, {0, 1, "s"}};
-  int k = 0;
-
-  while (PetscAbsReal(t) < units[k].from) k++;
-  (void)snprintf(text, 32, "%.*g %s", k ? 4 : 7, (double)(t / units[k].unit), units[k].name);
-}
-
 static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
 {
   char when[32], lasted[32], line[256];
 
   PetscFunctionBegin;
-  FormatTime(row[EVENT_ONSET], when);
-  FormatTime(row[EVENT_END] - row[EVENT_ONSET], lasted);
+  SlipTimeText(row[EVENT_ONSET], 7, when, sizeof(when));
+  SlipTimeText(row[EVENT_END] - row[EVENT_ONSET], 4, lasted, sizeof(lasted));
   (void)snprintf(
     line, sizeof(line), "event %lld  t %s  Mw %.2f  x %.4g km  z %.4g km  slip %.3g m  drop %.3g MPa  %s\n",
     (long long)fault->run.events, when, (double)row[EVENT_MAGNITUDE], (double)row[EVENT_X] / 1e3,
@@ -528,7 +515,7 @@ PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run)
   PetscCall(SlipCatalogueBegin(cat));
   if (cat->active && cat->ended) PetscCall(Close(cat));
   if (cat->active) {
-    FormatTime(cat->event.onset, when);
+    SlipTimeText(cat->event.onset, 7, when, sizeof(when));
     (void)snprintf(line, sizeof(line),
                    "The event that began at t %s goes on at the end of the run: it is not in the catalogue\n", when);
     PetscCall(PetscPrintf(fault->comm, "%s", line));

@@ -18,20 +18,6 @@
 #define PROGRESS_OVER 10        /* an event is over below the event rate over this, as in the catalogue */
 #define PROGRESS_REACH 20       /* a run is not longer than so many times what is known of it */
 
-/* A time in fitting units: less than 120 of them, except years. */
-void SlipFaultTimeText(PetscReal seconds, char text[], size_t len)
-{
-  static const struct {
-    const char *name;
-    PetscReal length; /* [s] */
-  } units[] = {{"s", 1}, {"min", 60}, {"h", 3600}, {"days", 86400}, {"years", 365.25 * 86400}};
-  static const PetscReal last[] = {120, 120 * 60, 48 * 3600, 2 * 365.25 * 86400}; /* [s] */
-  size_t k = 0;
-
-  while (k < PETSC_STATIC_ARRAY_LENGTH(last) && PetscAbsReal(seconds) >= last[k]) k++;
-  (void)snprintf(text, len, "%.4g %s", (double)(seconds / units[k].length), units[k].name);
-}
-
 /* Is a line due? elapsed: since the run began, since: since the last line, or likewise [s] */
 PetscBool SlipFaultProgressDue(PetscBool terminal, PetscReal elapsed, PetscReal since)
 {
@@ -149,14 +135,14 @@ static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscRea
     PetscCall(TSBatheGetTotals(ts, &attempts, &accepted, NULL, NULL, NULL));
     rejected = attempts - accepted;
   }
-  SlipFaultTimeText(time, at, sizeof(at));
-  SlipFaultTimeText(last, end, sizeof(end));
+  SlipTimeText(time, 4, at, sizeof(at));
+  SlipTimeText(last, 4, end, sizeof(end));
   if (fault->run.events >= 0 && !p->repetition)
     (void)snprintf(events, sizeof(events), ", %lld event%s", (long long)fault->run.events,
                    fault->run.events == 1 ? "" : "s");
   wait = SlipFaultProgressLeft(p, fault->kind.driven, now, time, last);
   if (wait >= 0) {
-    SlipFaultTimeText(wait, left, sizeof(left));
+    SlipTimeText(wait, 4, left, sizeof(left));
     (void)snprintf(text, sizeof(text), ", %s left", left);
   }
   PetscCall(PetscPrintf(PETSC_COMM_SELF,

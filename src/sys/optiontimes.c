@@ -1,4 +1,5 @@
-/* Times with a unit behind the number, as 100y: made seconds in the database, before PETSc or anybody else reads them. */
+/* Times with units: those of options, as 100y, are made seconds in the database, before PETSc or anybody else reads them;
+   those of messages are written in the unit that fits. */
 #include <slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
@@ -12,9 +13,13 @@ enum { SLIP_MAX_TIMES = 16 };
 
 /* m is none of them: it could be minutes, months or metres. */
 static const struct {
-  const char *name;
-  PetscReal seconds;
-} SlipTimeUnits[] = {{"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}, {"y", 365.25 * 86400}};
+  const char *name, *word;
+  PetscReal seconds, end; /* times below end are written in it [s] */
+} SlipTimeUnits[] = {{"s", "s", 1, 120},
+                     {"min", "min", 60, 120 * 60},
+                     {"h", "h", 3600, 48 * 3600},
+                     {"d", "days", 86400, 2 * 365.25 * 86400},
+                     {"y", "years", 365.25 * 86400, PETSC_MAX_REAL}};
 
 static const char SlipSolverTimes[] = "ts_dt ts_time_step ts_init_time ts_max_time ts_adapt_dt_min ts_adapt_dt_max";
 static const char *SlipTimes[SLIP_MAX_TIMES]; /* names of options, with blanks between */
@@ -116,4 +121,12 @@ PetscErrorCode SlipExpandTimes(PetscOptions options)
   }
   PetscCall(PetscOptionsLeftRestore(options, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void SlipTimeText(PetscReal seconds, int digits, char text[], size_t len)
+{
+  size_t k = 0;
+
+  while (k + 1 < PETSC_STATIC_ARRAY_LENGTH(SlipTimeUnits) && PetscAbsReal(seconds) >= SlipTimeUnits[k].end) k++;
+  (void)snprintf(text, len, "%.*g %s", digits, (double)(seconds / SlipTimeUnits[k].seconds), SlipTimeUnits[k].word);
 }

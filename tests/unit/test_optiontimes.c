@@ -1,5 +1,6 @@
-/* Times with a unit in the options database: which options, which units, what stays as it is. */
+/* Times with a unit in the options database: which options, which units, what stays as it is; and times in messages. */
 #include "unit.h"
+#include <slipstep/private/slipsys.h>
 #include <stdlib.h>
 
 static void check(PetscOptions options, const char option[], const char want[])
@@ -69,4 +70,29 @@ static void read_by_objects(void **state)
   ok(PetscOptionsClear(NULL));
 }
 
-SLIP_TESTS(expand, read_by_objects)
+static void expect_time(PetscReal seconds, const char want[])
+{
+  char text[64];
+
+  SlipTimeText(seconds, 4, text, sizeof(text));
+  assert_string_equal(want, text);
+}
+
+static void written(void **state)
+{
+  (void)state;
+  expect_time(0, "0 s");
+  expect_time(1e-3, "0.001 s");
+  expect_time(119.5, "119.5 s");
+  expect_time(120, "2 min");
+  expect_time(7199, "120 min");
+  expect_time(7200, "2 h");
+  expect_time(47 * 3600, "47 h");
+  expect_time(48 * 3600, "2 days");
+  expect_time(365 * 86400., "365 days");
+  expect_time(2 * 365.25 * 86400, "2 years");
+  expect_time(113.44 * 365.25 * 86400, "113.4 years");
+  expect_time(-3600, "-60 min");
+}
+
+SLIP_TESTS(expand, read_by_objects, written)

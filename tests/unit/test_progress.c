@@ -1,32 +1,7 @@
-/* Lines of progress: when they are due, times in fitting units, and how long a run will take. */
+/* Lines of progress: when they are due, and how long a run will take. */
 #include "unit.h"
 #include <slipstep/private/slipfault.h>
 #include <math.h>
-
-static void expect_time(PetscReal seconds, const char want[])
-{
-  char text[64];
-
-  SlipFaultTimeText(seconds, text, sizeof(text));
-  assert_string_equal(want, text);
-}
-
-static void times(void **state)
-{
-  (void)state;
-  expect_time(0, "0 s");
-  expect_time(1e-3, "0.001 s");
-  expect_time(119.5, "119.5 s");
-  expect_time(120, "2 min");
-  expect_time(7199, "120 min");
-  expect_time(7200, "2 h");
-  expect_time(47 * 3600, "47 h");
-  expect_time(48 * 3600, "2 days");
-  expect_time(365 * 86400., "365 days");
-  expect_time(2 * 365.25 * 86400, "2 years");
-  expect_time(113.44 * 365.25 * 86400, "113.4 years");
-  expect_time(-3600, "-60 min");
-}
 
 /* elapsed and since [s]; before the first line they are the same */
 static void due(void **state)
@@ -70,4 +45,4 @@ static void left(void **state)
   assert_true(SlipFaultProgressLeft(&p, PETSC_TRUE, 1015, 30 * year, 100 * year) < 0);
 }
 
-SLIP_TESTS(times, due, left)
+SLIP_TESTS(due, left)

@@ -432,8 +432,6 @@ PETSC_EXTERN void SlipFaultProgressSee(SlipFaultProgress *p, PetscLogDouble now,
                                        PetscReal bound);
 PETSC_EXTERN PetscReal SlipFaultProgressLeft(const SlipFaultProgress *p, PetscBool driven, PetscLogDouble now,
                                              PetscReal time, PetscReal end);
-/* A time in fitting units: "12.5 s", "3.2 h", "113.4 years" */
-PETSC_EXTERN void SlipFaultTimeText(PetscReal seconds, char text[], size_t len);
 /* Sums over the cells: power[0] of (v - v_inf) H (v - v_inf), [1] of v_inf H (v - v_inf), [2] of -v r, or q |v|. */
 PETSC_EXTERN PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3]);
 

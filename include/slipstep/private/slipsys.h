@@ -37,6 +37,8 @@ SlipNumberOption(size_t i); /* name of the i-th number of PETSc's solvers, NULL 
 /* Full names, without dash and with blanks between, of options that are times in s; borrowed: constant text */
 PETSC_INTERN PetscErrorCode SlipDeclareTimes(const char names[]);
 PETSC_INTERN PetscBool SlipIsTimeOption(const char name[]); /* without dash, a prefix before it or not */
+/* A time to so many digits in the unit that fits: "12.5 s", "3.2 h", "113.4 years" */
+PETSC_EXTERN void SlipTimeText(PetscReal seconds, int digits, char text[], size_t len);
 
 /* ---- optionnames.c ---- */
 PETSC_INTERN PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[], size_t len);
