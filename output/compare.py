@@ -11,11 +11,10 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from slipstep_modules import need
 
 need("h5py", "numpy", "matplotlib")
-import numpy as np
+from slipstep_course import Course, from_start, history, passage
 from slipstep_maps import draw_map
 from slipstep_output import OutputError, Run
 from slipstep_panels import RUN_STYLES, draw_reference, draw_series, draw_steps, plt, use_style
@@ -59,32 +58,18 @@ def slip_error(run, reference):
     return run.result["mean_slip"] / reference.result["mean_slip"] - 1.0
 
 
-def course(run, time):
-    """Mean slip at times [s]: between accepted steps the cubic of slip and slip rate there."""
-    nodes, slip, rate = (np.concatenate(([0.0], run.series[name])) for name in ("time", "mean_slip", "mean_slip_rate"))
-    i = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, len(nodes) - 2)
-    h = nodes[i + 1] - nodes[i]
-    x = np.clip((time - nodes[i]) / h, 0, 1)
-    return (slip[i] * (1 + 2 * x) * (1 - x) ** 2 + slip[i + 1] * x**2 * (3 - 2 * x)
-            + h * x * (1 - x) * (rate[i] * (1 - x) - rate[i + 1] * x))
-
-
-def times(run):
-    return np.linspace(0.0, run.series["time"][-1], 100001)
+def course_of(run):
+    return Course(*from_start(run.series))
 
 
 def history_error(run, reference):
     """The largest difference of mean slip at any time, over the reference's final one."""
-    time = times(reference)
-    return np.abs(course(run, time) - course(reference, time)).max() / reference.result["mean_slip"]
+    return history(course_of(run), course_of(reference))
 
 
 def half_slip_time(run):
     """When the mean slip passes half of its end [s]."""
-    if run.result["mean_slip"] <= 0:
-        return float("nan")
-    time = times(run)
-    return time[np.argmax(course(run, time) >= 0.5 * run.series["mean_slip"][-1])]
+    return passage(course_of(run), 0.5) if run.result["mean_slip"] > 0 else float("nan")
 
 
 def table(runs, reference):

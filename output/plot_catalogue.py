@@ -11,7 +11,6 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from slipstep_modules import need
 
 need("h5py", "numpy", "matplotlib")
@@ -25,6 +24,7 @@ from slipstep_maps import Span, colour_bar, extent_of, planes_of
 from slipstep_output import OutputError, Run
 from slipstep_panels import RUN_STYLES, log_scale, plt, use_style
 from slipstep_snapshots import Layout, contours_of
+from slipstep_spacetime import place
 from slipstep_time import Clock, seconds, written
 
 MANY = 300  # events, beyond which only the largest have stems and circles
@@ -130,10 +130,6 @@ def event_figure(events, number):
     layout.canvas.suptitle(f"Event {number + 1} at {written(onset)}: M {events['magnitude'][number]:.2f}, "
                            f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, {duration:.3g} s")
     return layout.canvas
-
-
-def place(text):
-    return text if text in ("max", "mean") else float(text)
 
 
 def arguments():

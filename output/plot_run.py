@@ -13,7 +13,6 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from slipstep_modules import need
 
 need("h5py", "numpy", "matplotlib")
@@ -22,7 +21,7 @@ from slipstep_maps import draw_map
 from slipstep_output import OutputError, Run
 from slipstep_panels import RED, RUN_STYLES, draw_series, draw_steps, log_scale, plt, use_style
 from slipstep_snapshots import rupture, snapshots
-from slipstep_spacetime import space_time
+from slipstep_spacetime import place, space_time
 from slipstep_time import Clock, seconds
 
 # What each kind of picture takes; all take --figure (the film has its own), --range, --years and --log-rate.
@@ -114,10 +113,6 @@ def figure(run, clock, log, wanted=None):
     canvas.suptitle(f"{run.title}: {run.result['accepted']} accepted, {run.result['rejected']} rejected, "
                     f"{'final ' if run.complete else ''}mean slip {run.result['mean_slip']:.4f} m")
     return canvas
-
-
-def place(text):
-    return text if text in ("max", "mean") else float(text)
 
 
 def arguments():

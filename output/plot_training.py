@@ -11,7 +11,6 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from slipstep_modules import need
 
 need("h5py", "numpy", "matplotlib")

@@ -36,18 +36,23 @@ class CourseError(Exception):
 @dataclasses.dataclass
 class Course:
     """time [s], slip [m] and rate [m/s], one value per accepted step and the start; field: final slip of each cell [m];
-    area of each cell, in any unit; NumPy arrays."""
+    area of each cell, in any unit; NumPy arrays, the last two None where nobody asks for them."""
     time: np.ndarray
     slip: np.ndarray
     rate: np.ndarray
-    field: np.ndarray
-    area: np.ndarray
+    field: np.ndarray = None
+    area: np.ndarray = None
+
+
+def from_start(series):
+    """time, slip and rate of a run that started at rest at time 0, from its /series."""
+    return [np.append(0, series[name][()]) for name in ("time", "mean_slip", "mean_slip_rate")]
 
 
 def read(path):
     """The course of a run that started at rest at time 0, from its file (-fault_output with the field slip)."""
     with h5py.File(path) as file:
-        series = [np.append(0, file[f"series/{name}"][()]) for name in ("time", "mean_slip", "mean_slip_rate")]
+        series = from_start(file["series"])
         field = file["fields/slip"][-1].ravel()
         mesh = file["mesh"]
         area = mesh["length"][()] * mesh["width"][()] if "length" in mesh else np.ones(len(field))
@@ -70,11 +75,20 @@ def value(c, x):
     return c[0] + x * (c[1] + x * (c[2] + x * c[3]))
 
 
+def interval_of(course, times):
+    return np.clip(np.searchsorted(course.time, times, side="right") - 1, 0, len(course.time) - 2)
+
+
+def slip_at(course, times):
+    """The course's cubics at some times."""
+    k = interval_of(course, times)
+    return value(hermite(course)[:, k], times - course.time[k])
+
+
 def refine(course, times):
     """The course's cubics on the intervals of times, which contain its own."""
-    c = hermite(course)
-    k = np.clip(np.searchsorted(course.time, times[:-1], side="right") - 1, 0, c.shape[1] - 1)
-    x, c = times[:-1] - course.time[k], c[:, k]
+    k = interval_of(course, times[:-1])
+    x, c = times[:-1] - course.time[k], hermite(course)[:, k]
     return np.array([value(c, x), c[1] + x * (2 * c[2] + 3 * x * c[3]), c[2] + 3 * x * c[3], c[3]])
 
 
@@ -121,17 +135,20 @@ def peak(course):
     return float(max(course.rate.max(), (c[1] + x * (2 * c[2] + 3 * x * c[3])).max()))
 
 
+def history(run, reference):
+    """The largest difference of mean slip at any time, over the final one of the reference."""
+    times = np.append(np.union1d(run.time[:-1], reference.time[:-1]), reference.time[-1])
+    return largest(refine(run, times) - refine(reference, times), np.diff(times)) / reference.slip[-1]
+
+
 def errors(run, reference):
     """The parts of a run's error, by name, and the signed `slip_error` of its final mean slip."""
     if abs(run.time[-1] - reference.time[-1]) > SAME_END * reference.time[-1]:
         raise CourseError(f"a run ends at {run.time[-1]:.10g} s and its reference at {reference.time[-1]:.10g} s; expected the same end")
-    times = np.append(np.union1d(run.time[:-1], reference.time[:-1]), reference.time[-1])
-    last = reference.slip[-1]
     rise = passage(reference, 0.9) - passage(reference, 0.1)
     difference = run.field - reference.field
-    slip_error = float(run.slip[-1] / last - 1)
-    return {"slip_error": slip_error, "final": abs(slip_error),
-            "history": largest(refine(run, times) - refine(reference, times), np.diff(times)) / last,
+    slip_error = float(run.slip[-1] / reference.slip[-1] - 1)
+    return {"slip_error": slip_error, "final": abs(slip_error), "history": history(run, reference),
             "shift": abs(passage(run, 0.5) - passage(reference, 0.5)) / rise,
             "peak": abs(peak(run) / peak(reference) - 1),
             "field": float(np.sqrt((run.area * difference ** 2).sum() / (run.area * reference.field ** 2).sum()))}

@@ -12,6 +12,11 @@ from slipstep_time import Clock
 COLUMNS = 500  # of a picture against time: some dots of it each, so that none is lost in drawing
 
 
+def place(text):
+    """What --at says: "max", "mean" or km."""
+    return text if text in ("max", "mean") else float(text)
+
+
 class Line:
     """Intervals along strike, or in depth, and the cells of one plane on each.
 

@@ -12,7 +12,7 @@ import sys
 
 import numpy as np
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from slipstep_course import Course, slip_at
 from slipstep_output import OutputError, _plain, open_file
 
 FORMAT = "slipstep-evaluation"
@@ -29,15 +29,6 @@ def _columns(dataset):
 def integral(time, values):
     """Trapezoidal rule."""
     return 0.5 * np.sum(np.diff(time) * (values[1:] + values[:-1]))
-
-
-def hermite(time, values, rates, at):
-    """Cubics through values and rates at some times, evaluated at others within them."""
-    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
-    h = time[i + 1] - time[i]
-    x = np.clip((at - time[i]) / h, 0.0, 1.0)
-    return (values[i] * (1 + 2 * x) * (1 - x)**2 + values[i + 1] * x**2 * (3 - 2 * x)
-            + h * x * (1 - x) * (rates[i] * (1 - x) - rates[i + 1] * x))
 
 
 class Cell:
@@ -67,8 +58,8 @@ class Cell:
         reference, own = self.study.reference(self.case), self.series()
         time = reference["time"]
         if self["problem"] == "fault":
-            found = hermite(own["time"], own["mean_slip"], own["mean_slip_rate"], time)
-            return float(np.abs(found - reference["mean_slip"]).max() / abs(reference["mean_slip"][-1]))
+            found = Course(own["time"], own["mean_slip"], own["mean_slip_rate"])
+            return float(np.abs(slip_at(found, time) - reference["mean_slip"]).max() / abs(reference["mean_slip"][-1]))
         states = [name for name in reference if name not in ("time", "reaction")]
         error = sum((np.interp(time, own["time"], own[name]) - reference[name])**2 for name in states)
         size = sum(reference[name]**2 for name in states) if self["problem"] != "sliding_mode" else np.ones_like(time)

@@ -15,7 +15,8 @@ import numpy as np
 from plot_study import shown_policies, transfers
 from results_table import advantage, contents, equal_accuracy, fill, number, processor_time, published
 from slipstep_output import OutputError, Run
-from slipstep_study import Study, cheapest, envelope, family, hermite
+from slipstep_course import Course, slip_at
+from slipstep_study import Study, cheapest, envelope, family
 
 COLUMNS = "time s, mean_slip m, mean_slip_rate m/s, max_slip_rate m/s"
 CASE = "fault_3km_25x25"
@@ -160,7 +161,7 @@ class StudyTest(ScriptTest):
         self.assertAlmostEqual(study.one(policy="p_alpha_1", error="embedded")["history_error"], 0.01, places=9)
         # y = t^3 is its own cubic, also across a single step
         time, at = np.array([0.0, 2.0]), np.linspace(0, 2, 7)
-        np.testing.assert_allclose(hermite(time, time**3, 3 * time**2, at), at**3, atol=1e-14)
+        np.testing.assert_allclose(slip_at(Course(time, time**3, 3 * time**2), at), at**3, atol=1e-14)
 
     def test_published_ratios_carry_errors_and_failures(self):
         text = published(Study(write_study(self.path("s.h5"))))
