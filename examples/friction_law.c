@@ -41,7 +41,7 @@ static PetscErrorCode Run(void)
                                .eval = CutOff,
                                .formula = "a asinh(|v|/(2 V0) exp((f0 + b ln(V0 theta/slip + V0/rate))/a))",
                                .by_rate = PETSC_TRUE,
-                               .smooth = PETSC_TRUE,
+                               .always_slides = PETSC_TRUE,
                                .state = Evolve,
                                .steady = Steady};
   PetscBool complete;

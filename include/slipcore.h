@@ -26,18 +26,36 @@ typedef void (*SlipFrictionFn)(const SlipFriction *p, PetscReal s, PetscReal v, 
 /* ds/dt of a law's own state and its derivatives with respect to s, nowhere positive, and v */
 typedef void (*SlipStateFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate, PetscReal *drate_ds,
                             PetscReal *drate_dv);
-/* A row of the table of laws; formula is what -help and messages say, by_rate whether mu depends on v. A smooth law has mu
-   = 0 at v = 0 and grows with v, at least with the help of radiation damping: its cells always slide. steady is the state
-   at which ds/dt = 0 with the rate v. */
+/* A number of a law in others, for example the steady state at a rate */
+typedef PetscReal (*SlipFrictionNumberFn)(const SlipFriction *p, PetscReal x);
+/* The friction of many cells, below */
+typedef struct _n_SlipFrictionCells SlipFrictionCells;
+/* SlipFrictionBalance() of many cells at once; kept: numbers of SlipFrictionKeep(), or NULL */
+typedef void (*SlipFrictionBalanceFn)(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
+                                      const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
+                                      PetscReal ds[]);
+/* kept [nkept n]: what balances of these cells need that no state changes; eta: radiation damping [Pa s/m] */
+typedef void (*SlipFrictionKeepFn)(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[]);
+/* A row of the table of laws: functions and traits. What may be NULL or 0 says what that means. */
 typedef struct {
   const char *name;
   SlipFrictionFn eval;
-  const char *formula;
-  PetscBool by_rate;
-  PetscBool smooth;
-  SlipStateFn state; /* NULL: s is the slip of both signs, ds/dt = |v| - s/t_h */
-  PetscReal (*steady)(const SlipFriction *p, PetscReal v);
-  const void *ctx; /* handed to the functions in SlipFriction */
+  const char *formula;         /* what -help and messages say */
+  PetscBool by_rate;           /* mu depends on v */
+  PetscBool always_slides;     /* mu is 0 at v = 0 and grows with v, at least with the help of radiation damping */
+  SlipStateFn state;           /* NULL: s is the slip of both signs, ds/dt = |v| - s/t_h */
+  SlipFrictionNumberFn steady; /* the state at which ds/dt = 0 with the rate v */
+  const void *ctx;             /* handed to the functions in SlipFriction */
+  /* the state as users give it and outputs show it */
+  const char *state_unit;        /* NULL: "1" of a state of the law's own, "m" of slip */
+  SlipFrictionNumberFn shown;    /* of s; NULL: s itself */
+  SlipFrictionNumberFn of_shown; /* s of it */
+  PetscReal largest_state;       /* |s| that only a step far too long leads to; 0: none is known */
+  /* short cuts, for speed */
+  PetscReal (*direct)(const SlipFriction *p); /* a, where mu > 10 a has dmu/dv = a/v to 1e-9; NULL: nowhere */
+  SlipFrictionBalanceFn balance;              /* NULL: cell by cell, by Newton's method */
+  SlipFrictionKeepFn keep; /* the numbers of kept, for as long as the normal stress does not change */
+  PetscInt nkept;          /* of a cell */
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ours; ends with a NULL name */
 PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
@@ -45,7 +63,7 @@ PETSC_EXTERN PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law);
 PETSC_EXTERN const SlipFrictionLaw *SlipFrictionNext(const SlipFrictionLaw *law); /* NULL: the first; NULL at the end */
 
 /* Of many cells; borrowed arrays [n]. */
-typedef struct {
+struct _n_SlipFrictionCells {
   const SlipFrictionLaw *law;
   const PetscReal *residual, *drop, *slip, *rate;
   const PetscReal *stress;            /* effective normal stress [Pa] */
@@ -54,7 +72,7 @@ typedef struct {
   const PetscReal *a, *b, *reference; /* NULL where no law needs them */
   PetscReal reference_rate;           /* [m/s] */
   PetscBool slip_law;
-} SlipFrictionCells;
+};
 
 PETSC_EXTERN void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,
                                        PetscReal *dmu_ds, PetscReal *dmu_dv);
@@ -69,11 +87,15 @@ PETSC_EXTERN void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, 
 PETSC_EXTERN void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal theta,
                                            const PetscReal s0[], const PetscReal v[], PetscInt stride, PetscReal s[]);
 PETSC_EXTERN PetscReal SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, PetscReal s0, PetscReal t);
+PETSC_EXTERN PetscReal SlipFrictionShown(const SlipFrictionCells *f, PetscInt i, PetscReal s);
+PETSC_EXTERN PetscReal SlipFrictionOfShown(const SlipFrictionCells *f, PetscInt i, PetscReal shown);
+PETSC_EXTERN const char *SlipFrictionStateUnit(const SlipFrictionLaw *law);
+PETSC_EXTERN PetscReal SlipFrictionDirect(const SlipFrictionCells *f, PetscInt i);
 PETSC_EXTERN PetscReal SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v);
 PETSC_EXTERN void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, PetscReal v, PetscReal *fall,
                                         PetscReal *critical);
 PETSC_EXTERN PetscReal SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscReal mu, PetscReal v);
-/* One cell in a stage of a smooth law: D [Pa s/m] of the stage operator, weight of the reaction, theta [s] and the state
+/* One cell in a stage that always slides: D [Pa s/m] of the stage operator, weight of the reaction, theta [s] and the state
    that it starts from */
 typedef struct {
   PetscReal diagonal, omega, theta, s0;
@@ -88,18 +110,17 @@ PETSC_EXTERN void SlipRateAndStateRate(const SlipFriction *p, PetscReal s, Petsc
 PETSC_EXTERN PetscReal SlipRateAndStateSteady(const SlipFriction *p, PetscReal v);
 PETSC_EXTERN PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s,
                                               PetscReal sigma, PetscReal eta, PetscReal tau);
-/* Of the balance of a cell: ln(eta V0/(a sigma)) - f0/a, b/a, 1/(a sigma w) [1/Pa], a sigma/eta [m/s] */
-typedef struct {
-  PetscReal *offset, *slope, *inverse, *scale;
-} SlipRateAndStateConstants;
-PETSC_EXTERN void SlipRateAndStateSetConstants(const SlipFrictionCells *f, PetscInt n, PetscReal eta,
-                                               const SlipRateAndStateConstants *c);
-PETSC_EXTERN void SlipRateAndStateBalance(const SlipFrictionCells *f, const SlipRateAndStateConstants *constants,
-                                          PetscInt n, PetscReal eta, const PetscReal tau[], PetscInt stride,
-                                          const PetscReal s[], PetscReal v[], PetscReal ds[]);
-PETSC_EXTERN void SlipFrictionBalance(const SlipFrictionCells *f, const SlipRateAndStateConstants *constants,
-                                      PetscInt n, PetscReal eta, const PetscReal tau[], PetscInt stride,
-                                      const PetscReal s[], PetscReal v[], PetscReal ds[]);
+PETSC_EXTERN PetscReal SlipRateAndStateTheta(const SlipFriction *p, PetscReal s);
+PETSC_EXTERN PetscReal SlipRateAndStateOfTheta(const SlipFriction *p, PetscReal theta);
+PETSC_EXTERN PetscReal SlipRateAndStateDirect(const SlipFriction *p);
+enum { SLIP_RATE_AND_STATE_KEPT = 4 };
+PETSC_EXTERN void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[]);
+PETSC_EXTERN void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
+                                          const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
+                                          PetscReal ds[]);
+PETSC_EXTERN void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
+                                      const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
+                                      PetscReal ds[]);
 
 /* ---- adams.c ---- */
 enum { SLIP_ADAMS_NODES = 10 };

@@ -64,7 +64,10 @@ const SlipFrictionLaw SlipFrictionLaws[] = {
   {"rate_weakening", RateWeakening, "residual + drop/(1 + |v|/rate)", .by_rate = PETSC_TRUE},
   {"constant", Constant, "residual", .by_rate = PETSC_FALSE},
   {"rate_and_state", SlipRateAndState, "a asinh(|v|/(2 V0) exp((f0 + b ln(V0 theta/slip))/a))", .by_rate = PETSC_TRUE,
-   .smooth = PETSC_TRUE, .state = SlipRateAndStateRate, .steady = SlipRateAndStateSteady},
+   .always_slides = PETSC_TRUE, .state = SlipRateAndStateRate, .steady = SlipRateAndStateSteady, .state_unit = "s",
+   .shown = SlipRateAndStateTheta, .of_shown = SlipRateAndStateOfTheta, .largest_state = 500, /* exp(500) is 1e217 */
+   .direct = SlipRateAndStateDirect, .balance = SlipRateAndStateBalance, .keep = SlipRateAndStateKeep,
+   .nkept = SLIP_RATE_AND_STATE_KEPT},
   {.name = NULL},
 };
 
@@ -115,10 +118,12 @@ PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law)
   PetscFunctionBegin;
   PetscCheck(law->name && law->name[0] && law->eval && law->formula, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
              "A friction law needs a name, a function and a formula");
-  PetscCheck(!law->smooth || law->state, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "The smooth friction law %s needs the rate of its state", law->name);
+  PetscCheck(!law->always_slides || law->state, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "The friction law %s, whose cells always slide, needs the rate of its state", law->name);
   PetscCheck(!law->state || law->steady, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
              "The friction law %s has a state but no steady one", law->name);
+  PetscCheck(!law->shown == !law->of_shown && (!law->keep || (law->balance && law->nkept > 0)), PETSC_COMM_SELF,
+             PETSC_ERR_ARG_WRONG, "The friction law %s has one of two functions that belong together", law->name);
   PetscCall(SlipFrictionFind(law->name, &same));
   PetscCheck(!same, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "There is a friction law %s already", law->name);
   PetscCheck(nregistered < FRICTION_REGISTERED, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
@@ -187,7 +192,7 @@ static PetscReal StateAdvance(const SlipFrictionLaw *law, const SlipFriction *p,
   return (s0 + theta * rate) * share;
 }
 
-/* After t [s] of rest, exactly; smooth laws never rest */
+/* After t [s] of rest, exactly; cells that always slide never rest */
 static PetscReal StateAtRest(const SlipFriction *p, PetscReal s0, PetscReal t)
 {
   return p->healing > 0 ? s0 * PetscExpReal(-t * p->healing) : s0;
@@ -217,7 +222,7 @@ void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, PetscReal s, P
   const SlipFriction p = At(f, i);
 
   f->law->eval(&p, s, v, mu, dmu_ds, dmu_dv);
-  if (!f->law->smooth) *mu = p.residual + *mu;
+  if (!f->law->always_slides) *mu = p.residual + *mu;
 }
 
 /* What mu of cell i exceeds its residual by */
@@ -230,10 +235,10 @@ PetscReal SlipFrictionExcess(const SlipFrictionCells *f, PetscInt i, PetscReal s
   return excess;
 }
 
-/* mu of cell i after all weakening; a smooth law has no such end */
+/* mu of cell i after all weakening; where cells always slide there is no such end */
 PetscReal SlipFrictionWeakest(const SlipFrictionCells *f, PetscInt i)
 {
-  if (f->law->smooth) return 0;
+  if (f->law->always_slides) return 0;
   return f->residual[i] + SlipFrictionExcess(f, i, WEAK_SLIP, WEAK_RATE);
 }
 
@@ -246,7 +251,7 @@ void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, 
   const PetscReal rate = PetscAbsReal(v), s = StateAdvance(f->law, &p, theta, s0, rate, ds_dv);
 
   f->law->eval(&p, s, rate, mu, dmu_ds, dmu_dv);
-  if (!f->law->smooth) *mu = p.residual + *mu;
+  if (!f->law->always_slides) *mu = p.residual + *mu;
 }
 
 /* q = mu sigma w [Pa] at the end of a stage (theta 0: of the state s0), and, unless dq is NULL, dq/d|v|. s0 and v have a
@@ -295,6 +300,36 @@ PetscReal SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, PetscR
   return StateAtRest(&p, s0, t);
 }
 
+/* What outputs call the state s of cell i, and what users give */
+PetscReal SlipFrictionShown(const SlipFrictionCells *f, PetscInt i, PetscReal s)
+{
+  const SlipFriction p = At(f, i);
+
+  return f->law->shown ? f->law->shown(&p, s) : s;
+}
+
+/* The state of cell i that outputs call this */
+PetscReal SlipFrictionOfShown(const SlipFrictionCells *f, PetscInt i, PetscReal shown)
+{
+  const SlipFriction p = At(f, i);
+
+  return f->law->of_shown ? f->law->of_shown(&p, shown) : shown;
+}
+
+/* Of the state as users give it and outputs show it */
+const char *SlipFrictionStateUnit(const SlipFrictionLaw *law)
+{
+  return law->state_unit ? law->state_unit : law->state ? "1" : "m";
+}
+
+/* dmu/d ln v of cell i, to 1e-9 where mu is more than ten times that; infinite where it is not known without the state */
+PetscReal SlipFrictionDirect(const SlipFrictionCells *f, PetscInt i)
+{
+  const SlipFriction p = At(f, i);
+
+  return f->law->direct ? f->law->direct(&p) : PETSC_INFINITY;
+}
+
 /* The state of cell i at which nothing changes with the rate v */
 PetscReal SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v)
 {
@@ -339,14 +374,13 @@ PetscReal SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscReal 
 }
 
 /* The slip rates v [n] at which friction and radiation damping balance the traction: w sigma mu(s, |v|) sign(v) + w eta v =
-   tau [Pa], w the weights, and, unless ds is NULL, the rates of the state; s and ds have the stride. For smooth laws.
-   constants: of SlipRateAndStateSetConstants(), for the law rate_and_state, or NULL */
-void SlipFrictionBalance(const SlipFrictionCells *f, const SlipRateAndStateConstants *constants, PetscInt n,
-                         PetscReal eta, const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
-                         PetscReal ds[])
+   tau [Pa], w the weights, and, unless ds is NULL, the rates of the state; s and ds have the stride. For laws whose cells
+   always slide. kept [nkept n]: what the law's function keep made of f and eta, or NULL */
+void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
+                         const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[])
 {
-  if (f->law->eval == SlipRateAndState) {
-    SlipRateAndStateBalance(f, constants, n, eta, tau, stride, s, v, ds);
+  if (f->law->balance) {
+    f->law->balance(f, kept, n, eta, tau, stride, s, v, ds);
     return;
   }
   for (PetscInt i = 0; i < n; i++) {
@@ -358,7 +392,7 @@ void SlipFrictionBalance(const SlipFrictionCells *f, const SlipRateAndStateConst
   }
 }
 
-/* ---- a stage of one cell of a smooth law ---- */
+/* ---- a stage of one cell that always slides ---- */
 
 /* omega w sigma mu + D v - load at the stage's end, and its derivative with respect to ln v */
 static PetscReal StageExcess(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
@@ -388,7 +422,7 @@ static PetscReal StageStart(const SlipFrictionCells *f, PetscInt i, const SlipFr
 
 /*
   SlipFrictionStageRate - the slip rate v of cell i alone at the end of a stage, D v + omega w sigma mu(s(v), |v|) sign(v)
-  = load, of a smooth law
+  = load, of a law whose cells always slide
 
   s(v) = s0 + theta ds/dt is the state there. Newton's method in ln v inside a bracket, from the guess or the rate that it
   finds itself. Without the state's change friction grows with v, and the root is the only one. With it a long stage

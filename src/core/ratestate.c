@@ -66,6 +66,24 @@ PetscReal SlipRateAndStateSteady(const SlipFriction *p, PetscReal v)
   return PetscLogReal(p->reference_rate / v);
 }
 
+/* theta [s] of psi, as outputs show the state */
+PetscReal SlipRateAndStateTheta(const SlipFriction *p, PetscReal s)
+{
+  return p->slip / p->reference_rate * PetscExpReal(s);
+}
+
+/* s = ln(V0 theta/d_c) of theta [s] */
+PetscReal SlipRateAndStateOfTheta(const SlipFriction *p, PetscReal theta)
+{
+  return PetscLogReal(p->reference_rate * theta / p->slip);
+}
+
+/* dmu/d ln v where friction is much more than a */
+PetscReal SlipRateAndStateDirect(const SlipFriction *p)
+{
+  return p->a;
+}
+
 /* ---- the balance of one cell ---- */
 
 /* sigma mu(s, v) + eta v - tau and its derivative with respect to ln v */
@@ -81,7 +99,7 @@ static PetscReal Excess(const SlipFrictionLaw *law, const SlipFriction *p, Petsc
 
 /*
   The slip rate v of one cell, sigma mu(s, |v|) sign(v) + eta v = tau, by Newton's method in ln v inside a bracket, for any
-  smooth law, sigma >= 0 and eta > 0. Without friction v is tau/eta, which bounds it; below that the bracket is opened until
+  law whose cells always slide, sigma >= 0 and eta > 0. Without friction v is tau/eta, which bounds it; below that the bracket is opened until
   it holds the root, by factors that square themselves, so that 300 decades take nine of them.
 */
 PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s, PetscReal sigma,
@@ -230,6 +248,17 @@ static inline double LambertOfExp(double L)
 #define SINH_IS_EXP 10.0
 #define LEAST_LOG (-700.0)
 
+/* Of the balance of a cell: ln(eta V0/(a sigma)) - f0/a, b/a, 1/(a sigma w) [1/Pa], a sigma/eta [m/s] */
+typedef struct {
+  PetscReal *offset, *slope, *inverse, *scale;
+} Constants;
+
+/* Those from cell i on of n cells, as they are kept one array behind the other */
+static Constants ConstantsAt(PetscReal kept[], PetscInt n, PetscInt i)
+{
+  return (Constants){kept + i, kept + n + i, kept + 2 * n + i, kept + 3 * n + i};
+}
+
 /* Cells at a time: their numbers stay in the nearest cache, one after another, whatever the stride of the state is. */
 enum { CHUNK = 256 };
 
@@ -247,7 +276,7 @@ enum { CHUNK = 256 };
   half of sinh: what is left is of the order of e^-4y, below rounding from y = 10 on. The few cells below that are solved one
   by one. One loop over cells without branches or calls, for vector units.
 */
-VECTOR static void BalanceChunk(PetscInt n, const SlipRateAndStateConstants *c, const PetscReal *restrict tau,
+VECTOR static void BalanceChunk(PetscInt n, const Constants *c, const PetscReal *restrict tau,
                                 const PetscReal *restrict s, PetscReal *restrict v)
 {
   const PetscReal *restrict offset = c->offset, *restrict slope = c->slope, *restrict inverse = c->inverse;
@@ -264,10 +293,10 @@ VECTOR static void BalanceChunk(PetscInt n, const SlipRateAndStateConstants *c, 
   }
 }
 
-/* Of SlipRateAndStateSetConstants(), but for the weights */
+/* Of SlipRateAndStateKeep(), but for the weights */
 VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, const PetscReal *restrict a,
                                   const PetscReal *restrict b, const PetscReal *restrict f0,
-                                  const PetscReal *restrict stress, const SlipRateAndStateConstants *c)
+                                  const PetscReal *restrict stress, const Constants *c)
 {
   PetscReal *restrict offset = c->offset, *restrict slope = c->slope, *restrict inverse = c->inverse;
   PetscReal *restrict scale = c->scale;
@@ -306,17 +335,13 @@ VECTOR static void SlipChunk(PetscInt n, PetscReal V0, const PetscReal *restrict
   }
 }
 
-static SlipRateAndStateConstants ConstantsAt(const SlipRateAndStateConstants *c, PetscInt i)
+/* What SlipRateAndStateBalance() needs of each cell, for as long as its normal stress does not change: kept [4 n] */
+void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[])
 {
-  return (SlipRateAndStateConstants){c->offset + i, c->slope + i, c->inverse + i, c->scale + i};
-}
+  const Constants c = ConstantsAt(kept, n, 0);
 
-/* What SlipRateAndStateBalance() needs of each cell, for as long as its normal stress does not change: arrays [n] of c */
-void SlipRateAndStateSetConstants(const SlipFrictionCells *f, PetscInt n, PetscReal eta,
-                                  const SlipRateAndStateConstants *c)
-{
-  ConstantsChunk(n, eta, f->reference_rate, f->a, f->b, f->reference, f->stress, c);
-  for (PetscInt i = 0; i < n && f->weight; i++) c->inverse[i] /= f->weight[i];
+  ConstantsChunk(n, eta, f->reference_rate, f->a, f->b, f->reference, f->stress, &c);
+  for (PetscInt i = 0; i < n && f->weight; i++) c.inverse[i] /= f->weight[i];
 }
 
 /* A cell that the closed form does not hold for */
@@ -328,21 +353,17 @@ static PetscReal BalanceCell(const SlipFrictionCells *f, PetscInt i, PetscReal e
   return SlipFrictionBalanceOne(f->law, &p, s, f->stress[i], eta, tau / (f->weight ? f->weight[i] : 1));
 }
 
-/* SlipFrictionBalance() of this law; constants: as above, or NULL */
-void SlipRateAndStateBalance(const SlipFrictionCells *f, const SlipRateAndStateConstants *constants, PetscInt n,
-                             PetscReal eta, const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
-                             PetscReal ds[])
+/* SlipFrictionBalance() of this law; kept: as above, or NULL */
+void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
+                             const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[])
 {
-  PetscReal own[4][CHUNK], state[CHUNK], rate[CHUNK];
-  const SlipRateAndStateConstants here = {own[0], own[1], own[2], own[3]};
+  PetscReal here[SLIP_RATE_AND_STATE_KEPT * CHUNK], state[CHUNK], rate[CHUNK];
 
   for (PetscInt start = 0; start < n; start += CHUNK) {
     const PetscInt m = PetscMin(CHUNK, n - start);
-    SlipRateAndStateConstants c = here;
+    const Constants c = kept ? ConstantsAt((PetscReal *)kept, n, start) : ConstantsAt(here, m, 0);
 
-    if (constants)
-      c = ConstantsAt(constants, start);
-    else {
+    if (!kept) {
       SlipFrictionCells part = *f;
 
       part.a += start;
@@ -350,7 +371,7 @@ void SlipRateAndStateBalance(const SlipFrictionCells *f, const SlipRateAndStateC
       part.reference += start;
       part.stress += start;
       if (part.weight) part.weight += start;
-      SlipRateAndStateSetConstants(&part, m, eta, &c);
+      SlipRateAndStateKeep(&part, m, eta, here);
     }
     for (PetscInt i = 0; i < m; i++) state[i] = s[stride * (start + i)];
     BalanceChunk(m, &c, tau + start, state, v + start);

@@ -1,4 +1,4 @@
-/* Faults whose friction is smooth, such as rate-and-state friction: every cell always slides, at the rate at which friction,
+/* Faults whose cells always slide, by rate-and-state friction and the like, at the rate at which friction,
    elasticity and radiation damping balance. Without inertia the slip rate is a function of displacement and state,
 
       T - K u - eta (v - v_inf) = sigma mu(s, |v|) sign(v),   du/dt = v - v_inf,   ds/dt of the law,
@@ -36,8 +36,9 @@ static PetscErrorCode ChooseInertia(SlipFault fault, PetscBool traction)
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "none", &none));
   if (fault->options.inertia_given) PetscFunctionReturn(PETSC_SUCCESS);
-  fault->kind.inertia =
-    fault->friction.law->smooth || (traction && !fault->friction.law->by_rate && !none) ? PETSC_FALSE : PETSC_TRUE;
+  fault->kind.inertia = fault->friction.law->always_slides || (traction && !fault->friction.law->by_rate && !none)
+                          ? PETSC_FALSE
+                          : PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -51,48 +52,21 @@ PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
   PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
   PetscCall(ChooseInertia(fault, traction));
   PetscCall(Choose(fault, FAULT_VISCOSITY,
-                   fault->friction.law->smooth || (traction && !fault->kind.inertia) ? "radiation" : "sqrtm"));
-  PetscCall(Choose(fault, FAULT_INITIAL, fault->friction.law->smooth ? "rate" : "critical"));
+                   fault->friction.law->always_slides || (traction && !fault->kind.inertia) ? "radiation" : "sqrtm"));
+  PetscCall(Choose(fault, FAULT_INITIAL, fault->friction.law->always_slides ? "rate" : "critical"));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STATE_LAW], "slip", &fault->friction.slip_law));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "rest", &rest));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "rate", &rate));
   PetscCheck(
-    !fault->friction.law->smooth || !(critical || rest), fault->comm, PETSC_ERR_ARG_INCOMP,
+    !fault->friction.law->always_slides || !(critical || rest), fault->comm, PETSC_ERR_ARG_INCOMP,
     "-%sfault_initial %s does not go with -%sfault_friction_law %s, whose cells always slide: expected rate or "
     "traction",
     prefix, fault->options.text[FAULT_INITIAL], prefix, fault->friction.law->name);
-  PetscCheck(fault->friction.law->smooth || !rate, fault->comm, PETSC_ERR_ARG_INCOMP,
+  PetscCheck(fault->friction.law->always_slides || !rate, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_initial rate needs rate-and-state friction, not -%sfault_friction_law %s", prefix, prefix,
              fault->friction.law->name);
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The state that theta [s] is; of a law of another's, the number itself */
-static PetscReal StateOfTheta(SlipFault fault, PetscInt i, PetscReal theta)
-{
-  if (fault->friction.law->eval != SlipRateAndState) return theta;
-  return PetscLogReal(fault->options.value[FAULT_FRICTION_REFERENCE_RATE] * theta /
-                      fault->fields.cell[FIELD_FRICTION_SLIP][i]);
-}
-
-/* What outputs call the state: theta [s] of rate-and-state friction, else the number itself */
-PetscReal SlipFaultShownState(SlipFault fault, PetscInt i, PetscReal s)
-{
-  if (fault->friction.law->eval != SlipRateAndState) return s;
-  return fault->fields.cell[FIELD_FRICTION_SLIP][i] / fault->options.value[FAULT_FRICTION_REFERENCE_RATE] *
-         PetscExpReal(s);
-}
-
-const char *SlipFaultStateUnit(SlipFault fault)
-{
-  return fault->friction.law->eval == SlipRateAndState ? "s" : fault->friction.law->state ? "1" : "m";
-}
-
-/* Does the fault's law read this field? */
-PetscBool SlipFaultHasField(SlipFault fault, PetscInt field)
-{
-  return field < FIELD_FRICTION_A || fault->friction.law->smooth ? PETSC_TRUE : PETSC_FALSE;
 }
 
 static PetscErrorCode FindCreep(SlipFault fault)
@@ -103,7 +77,7 @@ static PetscErrorCode FindCreep(SlipFault fault)
   for (PetscInt i = 0; i < fault->mesh.n; i++) any |= fault->fields.cell[FIELD_CREEP][i] != 0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(fault->friction.law->smooth && !fault->kind.inertia, fault->comm, PETSC_ERR_ARG_INCOMP,
+  PetscCheck(fault->friction.law->always_slides && !fault->kind.inertia, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_creep needs rate-and-state friction without inertia", SlipFaultPrefix(fault));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->balance.creeps));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
@@ -172,7 +146,7 @@ static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *fri
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(friction, i, StateOfTheta(fault, i, fault->fields.cell[FIELD_INITIAL_STATE][i]),
+    SlipFrictionEvaluate(friction, i, SlipFrictionOfShown(friction, i, fault->fields.cell[FIELD_INITIAL_STATE][i]),
                          PetscAbsReal(rate[i]), &mu, &ds, &dv);
     fault->fields.cell[FIELD_INITIAL_TRACTION][i] =
       (rate[i] < 0 ? -mu : mu) * friction->stress[i] + f[i] / fault->mesh.weight[i];
@@ -190,7 +164,7 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(FindCreep(fault));
-  if (!fault->friction.law->smooth) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->friction.law->always_slides) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipRadiationGet(fault->operators.H, &b->eta));
   PetscCall(VecDuplicate(fault->critical.uc, &b->u));
   PetscCall(VecDuplicate(fault->critical.uc, &b->rate));
@@ -201,12 +175,9 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
   if (!traction) PetscCall(FillTraction(fault, &friction));
   PetscCall(SlipLoadDestroy(&fault->known.load)); /* the initial traction has changed */
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
-  if (b->eta > 0 && fault->friction.law->eval == SlipRateAndState && !fault->loads.pressed) {
-    const PetscInt n = fault->mesh.n;
-
-    PetscCall(PetscMalloc1(4 * n + 1, &b->kept));
-    b->constants = (SlipRateAndStateConstants){b->kept, b->kept + n, b->kept + 2 * n, b->kept + 3 * n};
-    SlipRateAndStateSetConstants(&friction, n, b->eta, &b->constants);
+  if (b->eta > 0 && friction.law->keep && !fault->loads.pressed) {
+    PetscCall(PetscMalloc1(friction.law->nkept * fault->mesh.n + 1, &b->kept));
+    friction.law->keep(&friction, fault->mesh.n, b->eta, b->kept);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -251,8 +222,8 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(SlipArraysGet(F ? 5 : 4, arrays));
   PetscCall(VecGetArrayRead(load->shear, &shear));
   for (PetscInt i = 0; i < fault->mesh.n; i++) tau[i] = shear[i] - force[i] + eta * weight[i] * vinf[i];
-  SlipFrictionBalance(&friction, fault->loads.pressed || !b->kept ? NULL : &b->constants, fault->mesh.n, eta, tau,
-                      fault->layout.block, a + fault->layout.state, v, f ? f + fault->layout.state : NULL);
+  SlipFrictionBalance(&friction, b->kept, fault->mesh.n, eta, tau, fault->layout.block, a + fault->layout.state, v,
+                      f ? f + fault->layout.state : NULL);
   for (PetscInt i = 0; i < fault->mesh.n && b->creeps; i++) {
     if (!b->creeps[i]) continue;
     v[i] = vinf[i];
@@ -289,13 +260,14 @@ PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
 /* The state of the start */
 PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
 {
+  const SlipFrictionCells friction = SlipFaultCellFriction(fault, NULL);
   PetscReal *a;
 
   PetscFunctionBegin;
   PetscCall(VecGetArray(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     a[SlipFaultRateAt(fault, i)] = fault->fields.cell[FIELD_INITIAL_RATE][i];
-    a[SlipFaultStateAt(fault, i)] = StateOfTheta(fault, i, fault->fields.cell[FIELD_INITIAL_STATE][i]);
+    a[SlipFaultStateAt(fault, i)] = SlipFrictionOfShown(&friction, i, fault->fields.cell[FIELD_INITIAL_STATE][i]);
   }
   PetscCall(VecRestoreArray(w, &a));
   if (fault->kind.inertia || fault->balance.eta == 0) PetscFunctionReturn(PETSC_SUCCESS);

@@ -467,7 +467,7 @@ PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
   if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!fault->run.catalogue, fault->comm, PETSC_ERR_ORDER, "the catalogue of the last run was not finished");
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  PetscCheck(bathe || fault->friction.law->smooth, fault->comm, PETSC_ERR_SUP,
+  PetscCheck(bathe || fault->friction.law->always_slides, fault->comm, PETSC_ERR_SUP,
              "-%sfault_catalogue works with -ts_type bathe, not %s, unless friction is smooth (rate_and_state)", prefix,
              ((PetscObject)ts)->type_name);
   PetscCall(PetscStrcmp(file, fault->options.text[FAULT_OUTPUT], &same));

@@ -437,7 +437,8 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &rk, TSRK, TSADAMS, ""));
-  PetscCheck(bathe || (rk && fault->friction.law->smooth) || (!plan.file[0] && !fault->options.text[FAULT_RESTART][0]),
+  PetscCheck(bathe || (rk && fault->friction.law->always_slides) ||
+               (!plan.file[0] && !fault->options.text[FAULT_RESTART][0]),
              fault->comm, PETSC_ERR_SUP,
              "-%sfault_checkpoint and -%sfault_restart work with -ts_type bathe, or rk or adams and rate-and-state "
              "friction, not %s",

@@ -52,19 +52,7 @@ PetscErrorCode SlipFaultGetFriction(SlipFault fault, PetscReal t, SlipFrictionCe
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  *friction = (SlipFrictionCells){.law = fault->friction.law,
-                                  .residual = fault->fields.cell[FIELD_FRICTION_RESIDUAL],
-                                  .drop = fault->fields.cell[FIELD_FRICTION_DROP],
-                                  .slip = fault->fields.cell[FIELD_FRICTION_SLIP],
-                                  .rate = fault->fields.cell[FIELD_FRICTION_RATE],
-                                  .stress = load->stress,
-                                  .weight = fault->mesh.weight,
-                                  .healing = fault->friction.healing,
-                                  .a = fault->fields.cell[FIELD_FRICTION_A],
-                                  .b = fault->fields.cell[FIELD_FRICTION_B],
-                                  .reference = fault->fields.cell[FIELD_FRICTION_REFERENCE],
-                                  .reference_rate = fault->options.value[FAULT_FRICTION_REFERENCE_RATE],
-                                  .slip_law = fault->friction.slip_law};
+  *friction = SlipFaultCellFriction(fault, load->stress);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -335,7 +323,7 @@ static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, 
 
 PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
 {
-  const PetscBool smooth = fault->friction.law->smooth;
+  const PetscBool smooth = fault->friction.law->always_slides;
   const SlipConstraintOps ops = {Stage,
                                  Residual,
                                  Jacobian,

@@ -4,11 +4,10 @@
 #include <slipadapt.h>
 #include <slippolicy.h>
 
-#define EXPLICIT_RTOL 1e-3         /* default tolerance, of the worst cell */
-#define EXPLICIT_ACCURACY 1e-3     /* default dial of the policy for cycles, in recurrences */
-#define FIRST_STEP 0.01            /* over the time in which the fastest cell slips its d_c */
-#define EXPLICIT_LARGEST_STATE 500 /* ln(V0 theta/d_c), whose exponential is 1e217 */
-#define EXPLICIT_FARTHEST 1e6      /* from where loading would have a cell be [m] */
+#define EXPLICIT_RTOL 1e-3     /* default tolerance, of the worst cell */
+#define EXPLICIT_ACCURACY 1e-3 /* default dial of the policy for cycles, in recurrences */
+#define FIRST_STEP 0.01        /* over the time in which the fastest cell slips its d_c */
+#define EXPLICIT_FARTHEST 1e6  /* from where loading would have a cell be [m] */
 
 /* |e_u| <= rtol d_c and |e_s| <= rtol in every cell, whatever the size of u and s: the friction of a cell changes with
    either by the same. Made anew when rtol has changed. */
@@ -70,7 +69,7 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
   PetscFunctionBegin;
   (void)t;
   PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
-  if (fault->friction.law->eval == SlipRateAndState) bound = EXPLICIT_LARGEST_STATE;
+  if (fault->friction.law->largest_state > 0) bound = fault->friction.law->largest_state;
   PetscCall(VecGetLocalSize(w, &n));
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < n && good; i += 3)
@@ -167,7 +166,7 @@ PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
-  if (!fault->friction.law->smooth || !rk) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->friction.law->always_slides || !rk) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetTime(ts, &t));
   if (SlipStateIsLoading(s)) PetscCall(VecDestroy(&b->first));
   if (!SlipStateIsLoading(s) && b->F && !ts->steprestart) PetscCall(EndIsKnown(fault, ts, t, &known));

@@ -92,7 +92,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
 
   Input Parameters:
 + fault   - the fault
-- inertia - PETSC_TRUE (the default but for smooth friction), or PETSC_FALSE: M = 0, the quasi-dynamic balance H (v - v_inf) + K u = T + tau, in
+- inertia - PETSC_TRUE (the default but for laws whose cells always slide), or PETSC_FALSE: M = 0, the quasi-dynamic balance H (v - v_inf) + K u = T + tau, in
             which H, still made with M = rho Ly or radiation damping, limits slip rates
 
   Options Database Key:
@@ -111,38 +111,6 @@ PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia)
   PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetInertia() before SlipFaultSetUp()");
   fault->kind.inertia = inertia;
   fault->options.inertia_given = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipFaultRegisterFrictionLaw - one more choice of -fault_friction_law
-
-  Not collective, on every process; before the options of a fault are read
-
-  Input Parameter:
-. law - its name; mu and its derivatives with respect to the state s and to v = |slip rate| [m/s]; a formula for -help; and,
-        for a law with a state of its own, the rate of s with its derivatives and the s that is steady at a rate. Copied;
-        strings and context stay the caller's
-
-  Level: advanced
-
-  Notes:
-  All functions are pure, of one cell, whose parameters they find in SlipFriction. A law without a state of its own gets the
-  slip of both signs as s and gives what mu exceeds -fault_friction_residual by; |tau| <= sigma mu is its bound. A smooth law
-  gives mu itself, 0 at v = 0 and growing with v: its cells always slide, and without inertia the fault is an explicit problem
-  for TSRK and TSADAMS. The rate of s must not grow with s. The field initial_state is s itself.
-
-  See examples/friction_law.c.
-
-  Errors: PETSC_ERR_ARG_WRONG for a name that is taken and for a law without the functions that it needs
-
-.seealso: SlipFaultSetString(), SlipFaultSetFromOptions()
-@*/
-PetscErrorCode SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law)
-{
-  PetscFunctionBegin;
-  PetscAssertPointer(law, 1);
-  PetscCall(SlipFrictionRegister(law));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

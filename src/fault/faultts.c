@@ -233,7 +233,7 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, fault->problem.controller));
   PetscCall(TSSetTimeStep(ts, SLIP_FAULT_FIRST_STEP * fault->operators.tstar));
-  if (fault->friction.law->smooth) PetscCall(ConfigureSmooth(fault, ts));
+  if (fault->friction.law->always_slides) PetscCall(ConfigureSmooth(fault, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -245,7 +245,7 @@ static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
 
   PetscFunctionBegin;
   *is = PETSC_FALSE;
-  if (!fault->friction.law->smooth || fault->kind.inertia || fault->balance.eta == 0)
+  if (!fault->friction.law->always_slides || fault->kind.inertia || fault->balance.eta == 0)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
   PetscCall(PetscOptionsGetString(((PetscObject)ts)->options, prefix, "-ts_type", type, sizeof(type), NULL));
@@ -264,7 +264,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   problem->relaxation = is_explicit ? Relaxation_Fault : NULL;
   if (fault->kind.driven) { /* it rests for years between events */
     problem->corner = Corner_Fault;
-    problem->rest = fault->friction.law->smooth ? NULL : Rest_Fault;
+    problem->rest = fault->friction.law->always_slides ? NULL : Rest_Fault;
     problem->error = is_explicit ? NULL : Error_Fault;
   }
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));

@@ -363,8 +363,9 @@ static PetscErrorCode KindSetUp(SlipFault fault, PetscBool stressed, PetscBool h
   PetscFunctionBegin;
   kind->heals = heals;
   kind->sequence = kind->loaded || stressed || heals ? PETSC_TRUE : PETSC_FALSE;
-  kind->driven =
-    kind->sequence || fault->loads.pressed || !kind->inertia || fault->friction.law->smooth ? PETSC_TRUE : PETSC_FALSE;
+  kind->driven = kind->sequence || fault->loads.pressed || !kind->inertia || fault->friction.law->always_slides
+                   ? PETSC_TRUE
+                   : PETSC_FALSE;
   if (!heals) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->friction.healing));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -397,7 +398,7 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 3, MPIU_INT, MPI_MAX, fault->comm));
   /* a smooth law's start is balanced by a traction */
-  loads->shears = any[0] || fault->friction.law->smooth ? PETSC_TRUE : PETSC_FALSE;
+  loads->shears = any[0] || fault->friction.law->always_slides ? PETSC_TRUE : PETSC_FALSE;
   if (fault->options.text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
   PetscCall(SourceSetUp(fault));
   if (loads->function) PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &loads->own));

@@ -195,20 +195,17 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* dv/dtau of the balance of cell i, 1/(eta + sigma dmu/dv). force: K u; load: the shear load. Where rate-and-state friction is
-   ten times a, which the balance tells without an exponential, dmu/dv is a/v to 1e-9. */
+/* dv/dtau of the balance of cell i, 1/(eta + sigma dmu/dv). force: K u; load: the shear load. Where the law has a short cut, the
+   balance tells without an exponential whether it holds. */
 static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal s,
                             PetscReal v, PetscReal load, PetscReal force)
 {
-  const PetscReal eta = fault->balance.eta, rate = PetscAbsReal(v);
+  const PetscReal eta = fault->balance.eta, rate = PetscAbsReal(v), vinf = fault->fields.cell[FIELD_LOADING_RATE][i];
+  const PetscReal direct = SlipFrictionDirect(friction, i) * friction->stress[i];
+  const PetscReal strength = PetscAbsReal((load - force) / fault->mesh.weight[i] + eta * vinf) - eta * rate;
   PetscReal mu, ds, dv;
 
-  if (fault->friction.law->eval == SlipRateAndState) {
-    const PetscReal direct = friction->a[i] * friction->stress[i], vinf = fault->fields.cell[FIELD_LOADING_RATE][i];
-    const PetscReal strength = PetscAbsReal((load - force) / fault->mesh.weight[i] + eta * vinf) - eta * rate;
-
-    if (strength > 10 * direct) return rate / (eta * rate + direct);
-  }
+  if (strength > 10 * direct) return rate / (eta * rate + direct);
   SlipFrictionEvaluate(friction, i, s, rate, &mu, &ds, &dv);
   return 1 / (eta + friction->stress[i] * dv);
 }
@@ -226,7 +223,7 @@ PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation
 
   PetscFunctionBegin;
   *relaxation = 0;
-  if (!fault->friction.law->smooth || fault->kind.inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->friction.law->always_slides || fault->kind.inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
   if (b->stiffest == 0) PetscCall(LargestEigenvalue(fault, &b->stiffest));
   PetscCall(SlipFaultGetLoad(fault, b->time, &of_now));
   PetscCall(SlipFaultGetFriction(fault, b->time, &friction));

@@ -124,7 +124,7 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
   PetscCall(VecZeroEntries(w));
-  if (fault->friction.law->smooth) {
+  if (fault->friction.law->always_slides) {
     PetscCall(SlipFaultBalanceStart(fault, w));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -14,7 +14,7 @@
 */
 void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit)
 {
-  const PetscBool smooth = fault->friction.law->smooth, events = (PetscBool)(fault->kind.sequence && !smooth);
+  const PetscBool smooth = fault->friction.law->always_slides, events = (PetscBool)(fault->kind.sequence && !smooth);
   const PetscBool classical = (PetscBool)(fault->critical.known || fault->loads.pressed || smooth);
 
   fault->problem.controller = events ? TSADAPTDSP : classical ? TSADAPTHEURISTIC : TSADAPTPI;
@@ -40,9 +40,9 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
   if (!type) PetscCall(PetscPrintf(fault->comm, "-ts_adapt_type %s%s", fault->problem.controller, rtol ? "" : " "));
   if (!rtol) PetscCall(PetscPrintf(fault->comm, "-ts_rtol %g", (double)fault->kind.rtol));
   PetscCall(PetscPrintf(fault->comm, ", the default for %s\n",
-                        fault->friction.law->smooth ? "rate-and-state friction"
-                        : fault->kind.sequence      ? "a fault that is loaded or heals"
-                        : fault->loads.pressed      ? "a fault under a pore pressure"
-                                                    : "a rupture from a given stress"));
+                        fault->friction.law->always_slides ? "rate-and-state friction"
+                        : fault->kind.sequence             ? "a fault that is loaded or heals"
+                        : fault->loads.pressed             ? "a fault under a pore pressure"
+                                                           : "a rupture from a given stress"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

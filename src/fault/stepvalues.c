@@ -7,9 +7,9 @@
 PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r)
 {
   PetscFunctionBegin;
-  PetscCheck(fault->friction.law->smooth || fault->stage.con, fault->comm, PETSC_ERR_ORDER,
+  PetscCheck(fault->friction.law->always_slides || fault->stage.con, fault->comm, PETSC_ERR_ORDER,
              "the traction is known after SlipFaultConfigureTS()");
-  if (fault->friction.law->smooth)
+  if (fault->friction.law->always_slides)
     PetscCall(SlipFaultSmoothTraction(fault, time, w, r));
   else
     PetscCall(SlipConstraintInitialReaction(fault->stage.con, time, w, r));

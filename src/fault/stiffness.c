@@ -283,7 +283,7 @@ static PetscErrorCode CheckBalance(SlipFault fault)
   const PetscReal *h;
 
   PetscFunctionBegin;
-  if (fault->kind.inertia || !fault->friction.law->by_rate || fault->friction.law->smooth)
+  if (fault->kind.inertia || !fault->friction.law->by_rate || fault->friction.law->always_slides)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(MatGetDiagonal(fault->operators.H, fault->work[0]));
@@ -312,7 +312,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(SlipFaultCheckChoices(fault));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
-  fault->critical.known = !(traction || fault->friction.law->smooth) || scaled ? PETSC_TRUE : PETSC_FALSE;
+  fault->critical.known = !(traction || fault->friction.law->always_slides) || scaled ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipFaultProgressSetUp(fault, "stiffness K"));
   if (fault->options.text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));

@@ -124,7 +124,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   SlipFrictionCells friction;
 
   PetscFunctionBegin;
-  if (fault->friction.law->smooth) {
+  if (fault->friction.law->always_slides) {
     PetscCall(SmoothErrorNorm(fault, rtol, e, w0, w1, E));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

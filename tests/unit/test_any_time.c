@@ -88,7 +88,7 @@ static Vec State(SlipFault fault, int k)
   ok(SlipFaultSetInitialState(fault, w));
   ok(VecGetArray(w, &a));
   for (PetscInt i = 0; i < N && k; i++) {
-    a[3 * i] = fault->friction.law->smooth ? 1e-9 * (1 + sin(i + k)) + 1e-12 : PetscMax(0, 0.1 * sin(i + 2 * k));
+    a[3 * i] = fault->friction.law->always_slides ? 1e-9 * (1 + sin(i + k)) + 1e-12 : PetscMax(0, 0.1 * sin(i + 2 * k));
     a[3 * i + 1] += 1e-3 * k * sin(3 * i);
     a[3 * i + 2] += 0.1 * k * fabs(cos(i));
   }
@@ -149,7 +149,7 @@ static PetscInt Rest(SlipFault fault, PetscReal t, Vec w, PetscReal out[])
   ok(VecDuplicate(w, &half));
   ok(VecDuplicate(w, &after));
   ok(VecZeroEntries(after));
-  if (!fault->friction.law->smooth) ok(SlipFaultRest(fault, t, t + 1e9, w, half, after, &end, &h));
+  if (!fault->friction.law->always_slides) ok(SlipFaultRest(fault, t, t + 1e9, w, half, after, &end, &h));
   out[0] = end;
   out[1] = h;
   ok(SlipFaultRestTime(fault, t, w, &out[2]));

@@ -66,8 +66,7 @@ static void balance(void **state)
 {
   enum { MAX = 4096 };
   static PetscReal a[MAX], b[MAX], f0[MAX], slip[MAX], sigma[MAX], weight[MAX], tau[MAX], s[3 * MAX], v[MAX], got[MAX],
-    ds[3 * MAX], allowed[MAX], kept[4][MAX];
-  const SlipRateAndStateConstants constants = {kept[0], kept[1], kept[2], kept[3]};
+    ds[3 * MAX], allowed[MAX], kept[SLIP_RATE_AND_STATE_KEPT * MAX];
   SlipFrictionCells f = {.law = Law(),
                          .a = a,
                          .b = b,
@@ -100,10 +99,10 @@ static void balance(void **state)
                     fabs(tau[n]) / weight[n] / ((stress * mu_v + ETA) * rate) + fabs(log(rate)));
       assert_true(++n < MAX);
     }
-  SlipRateAndStateSetConstants(&f, n, ETA, &constants);
+  Law()->keep(&f, n, ETA, kept);
   for (int slip_law = 0; slip_law < 2; slip_law++) {
     f.slip_law = (PetscBool)slip_law;
-    SlipFrictionBalance(&f, slip_law ? &constants : NULL, n, ETA, tau, 3, s, got, ds);
+    SlipFrictionBalance(&f, slip_law ? kept : NULL, n, ETA, tau, 3, s, got, ds);
     for (PetscInt i = 0; i < n; i++) {
       const PetscReal rate = fabs(got[i]), aging = 1e-6 / slip[i] * exp(-s[3 * i]);
       const PetscReal expected = slip_law ? -rate / slip[i] * (log(rate / 1e-6) + s[3 * i]) : aging - rate / slip[i];

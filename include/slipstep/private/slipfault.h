@@ -85,8 +85,7 @@ typedef struct {
   Vec seen;           /* an attempt's end with its rates, which a controller observes; NULL: none has */
   PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: nobody has asked */
   PetscBool *creeps;  /* [n] cells that slip at the loading rate; NULL: none */
-  PetscReal *kept;    /* what constants point to; NULL where the normal stress changes */
-  SlipRateAndStateConstants constants;
+  PetscReal *kept;    /* what the law keeps of each cell; NULL where the normal stress changes */
 } SlipFaultBalance;
 
 typedef struct _n_SlipFaultOutput *SlipFaultOutput;
@@ -294,7 +293,7 @@ struct _p_SlipFault {
   SlipFaultOperators operators;
   SlipFaultCritical critical;
   SlipFaultStage stage;
-  SlipFaultBalance balance; /* of a smooth law: the slip rates of the state asked about last */
+  SlipFaultBalance balance; /* where all cells slide: the slip rates of the state asked about last */
   SlipFaultResolution resolution;
   SlipProblemOps problem; /* what its TS tells controllers */
   SlipFaultKnown known;
@@ -371,6 +370,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscRea
                                           PetscReal *end, PetscReal *h);
 /* balance.c: faults whose cells always slide */
 PETSC_EXTERN PetscErrorCode SlipFaultChooseDefaults(SlipFault fault);
+PETSC_INTERN SlipFrictionCells SlipFaultCellFriction(SlipFault fault, const PetscReal stress[]);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */
@@ -389,7 +389,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w, Vec *seen);
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts);
-PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step); /* of smooth laws [s] */
+PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step); /* where all cells slide [s] */
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault);
 PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field); /* its law reads it */
 PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w,
