@@ -39,13 +39,13 @@ static PetscBool SlipH5IsAmong(const char name[], const char names[])
 @*/
 PetscErrorCode SlipH5CheckNames(SlipH5 *h, const char names[])
 {
-  char name[256], hint[256];
+  char name[256], hint[SLIP_HINT_LENGTH];
 
   PetscFunctionBegin;
   for (hsize_t i = 0;
        H5Lget_name_by_idx(h->id, "/", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof(name), H5P_DEFAULT) >= 0; i++) {
     if (SlipH5IsAmong(name, names)) continue;
-    PetscCall(SlipSuggestName(name, names, hint, sizeof(hint)));
+    PetscCall(SlipSuggestName(name, names, hint));
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s holds /%s, which nothing reads, expected some of %s%s%s",
             h->name, name, names, h->source, hint);
   }
@@ -71,13 +71,13 @@ PetscErrorCode SlipH5CheckNames(SlipH5 *h, const char names[])
 @*/
 PetscErrorCode SlipH5CheckAttributes(SlipH5 *h, const char path[], const char names[])
 {
-  char name[256], hint[256];
+  char name[256], hint[SLIP_HINT_LENGTH];
 
   PetscFunctionBegin;
   for (hsize_t i = 0;
        H5Aget_name_by_idx(h->id, path, H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof(name), H5P_DEFAULT) >= 0; i++) {
     if (SlipH5IsAmong(name, names) || isupper((unsigned char)name[0]) || name[0] == '_') continue;
-    PetscCall(SlipSuggestName(name, names, hint, sizeof(hint)));
+    PetscCall(SlipSuggestName(name, names, hint));
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
             "%s of %s has the attribute \"%s\", which nothing reads, expected some of %s%s%s", path, h->name, name,
             names, h->source, hint);

@@ -8,23 +8,23 @@
 #include <string.h>
 #include <strings.h>
 
-enum { SLIP_NAME_LENGTH = 128, SLIP_MAX_DECLARED = 32 };
+enum { SLIP_NAME_LENGTH = SLIP_HINT_LENGTH - 32, SLIP_MAX_DECLARED = 32 };
 
 typedef struct {
   const char *prefix, *names;
 } SlipNames;
 
-/* Options that the library reads, but for those of faults, which declare theirs from their tables. test_options.py holds
-   the list to the sources. */
+/* Options that the library reads, but for those of faults, which declare theirs from their tables, and for the numbers of
+   options.c. test_options.py holds the list to the sources. */
 static const SlipNames SlipLibrary[] = {
   {"slip_", "traceback"},
   {"slipstep_", "version"},
-  {"ts_adams_", "max_order"},
-  {"ts_bathe_", "gamma first_stage reaction error order max_failures"},
-  {"ts_adapt_heuristic_", "growth failure_factor"},
-  {"ts_adapt_pi_", "filter g1 g2 kappa ratio_min ratio_max failure_factor"},
-  {"ts_adapt_rl_", "policy problem accuracy measure max_failures error_ceiling strict"},
-  {"snes_slip_", "direct_max"},
+  {"ts_adams_", ""},
+  {"ts_bathe_", "first_stage reaction error"},
+  {"ts_adapt_heuristic_", ""},
+  {"ts_adapt_pi_", "filter"},
+  {"ts_adapt_rl_", "policy problem measure strict"},
+  {"snes_slip_", ""},
   {"mat_slip", "_share fft_depth spectral_type sqrtm_setup sqrtm_tolerance stage_jacobian"},
   {"pc_slipstage_", "type"},
   {"circuit_", "case c1 c2 r l m start unit"},
@@ -150,34 +150,34 @@ static void SlipNearer(const char word[], const char prefix[], const char names[
   }
 }
 
-/* Letters of the nearest name behind what both have in common up to a _: the "fault_" of all is no likeness */
-static int SlipOwnLength(const char word[], const char nearest[])
+/* ": did you mean -x?" of the nearest name, of whose own letters a third may differ; "" when it is not near. Its own letters
+   are those behind what both have in common up to a _: the "fault_" of all is no likeness. Returns the distance where it
+   is at most two of eight own letters or more, or one of fewer: no option of PETSc's that we do not know is so near to one
+   we do; else SLIP_NAME_LENGTH. */
+static int SlipSuggest(const char word[], const char dash[], const char nearest[], int distance,
+                       char text[SLIP_HINT_LENGTH])
 {
   size_t common = 0;
+  int own;
 
   for (size_t k = 0; nearest[k] && tolower((unsigned char)word[k]) == tolower((unsigned char)nearest[k]); k++)
     if (nearest[k] == '_') common = k + 1;
-  return (int)strlen(nearest + common);
-}
-
-/* ": did you mean -x?" of the nearest name, of whose own letters a third may differ; "" when it is not near */
-static void SlipSuggest(const char word[], const char dash[], const char nearest[], int distance, char text[],
-                        size_t len)
-{
+  own = (int)strlen(nearest + common);
   text[0] = '\0';
-  if (distance <= PetscMax(1, SlipOwnLength(word, nearest) / 3))
-    (void)PetscSNPrintf(text, len, ": did you mean %s%s?", dash, nearest);
+  if (distance > PetscMax(1, own / 3)) return SLIP_NAME_LENGTH;
+  (void)PetscSNPrintf(text, SLIP_HINT_LENGTH, ": did you mean %s%s?", dash, nearest);
+  return distance <= (own < 8 ? 1 : 2) ? distance : SLIP_NAME_LENGTH;
 }
 
 /* A word's nearest name among names, which blanks separate, as text that ends a message: ": did you mean NAME?", or "" */
-PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[], size_t len)
+PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[SLIP_HINT_LENGTH])
 {
   char nearest[SLIP_NAME_LENGTH] = "";
   int distance = SLIP_NAME_LENGTH;
 
   PetscFunctionBegin;
   SlipNearer(word, "", names, &distance, nearest);
-  SlipSuggest(word, "", nearest, distance, text, len);
+  (void)SlipSuggest(word, "", nearest, distance, text);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -192,9 +192,10 @@ static PetscBool SlipIsOfOtherClass(const char name[], const char option[])
   return PETSC_FALSE;
 }
 
-/* The nearest option that is known, ours or one of PETSc's that runs of ours read */
-static int SlipNearestOption(const char name[], char nearest[SLIP_NAME_LENGTH])
+/* Suggests the nearest option that is known, ours or one of PETSc's that runs of ours read */
+static int SlipSuggestOption(const char name[], const char dash[], char hint[SLIP_HINT_LENGTH])
 {
+  char nearest[SLIP_NAME_LENGTH] = "";
   const SlipNames *list;
   int distance = SLIP_NAME_LENGTH;
   const char *option;
@@ -205,45 +206,49 @@ static int SlipNearestOption(const char name[], char nearest[SLIP_NAME_LENGTH])
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipPetsc); i++)
     if (!SlipIsOfOtherClass(name, SlipPetsc[i].prefix))
       SlipNearer(name, SlipPetsc[i].prefix, SlipPetsc[i].names, &distance, nearest);
-  return distance;
+  return SlipSuggest(name, dash, nearest, distance, hint);
 }
 
-/* Ours by its full name, or one of PETSc's that every run needs */
-PetscBool SlipIsHelpOption(const char name[])
+/* Is the name in a list? patterns: a name there that ends with * stands for all that begin so */
+static PetscBool SlipIsListed(const char name[], const SlipNames *list, PetscBool patterns)
 {
-  const SlipNames essential = {"", SlipEssential}, *list;
+  const char *place = list->names;
+  char each[SLIP_NAME_LENGTH];
 
-  for (size_t i = 0; (list = i ? SlipList(i - 1) : &essential); i++) {
-    const char *place = list->names;
-    char each[SLIP_NAME_LENGTH];
+  while (SlipNextName(list->prefix, &place, each)) {
+    const size_t last = strlen(each) - 1;
 
-    while (SlipNextName(list->prefix, &place, each))
-      if (!strcasecmp(name, each)) return PETSC_TRUE;
+    if (each[last] == '*' ? patterns && !strncasecmp(name, each, last) : !strcasecmp(name, each)) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
 
 /* Does the name begin with a prefix of ours, and is it known? */
-static PetscBool SlipIsOurs(const char name[], PetscBool *known)
+static PetscBool SlipIsOurs(const char name[], PetscBool patterns, PetscBool *known)
 {
   const SlipNames *list;
+  const char *option;
   PetscBool ours = PETSC_FALSE;
 
   *known = PETSC_FALSE;
   for (size_t i = 0; (list = SlipList(i)) && !*known; i++) {
-    const char *place = list->names;
-    char each[SLIP_NAME_LENGTH];
-
     if (strncasecmp(name, list->prefix, strlen(list->prefix))) continue;
     ours = PETSC_TRUE;
-    while (!*known && SlipNextName(list->prefix, &place, each)) {
-      const size_t len = strlen(each);
-      const PetscBool all = each[len - 1] == '*' ? PETSC_TRUE : PETSC_FALSE;
-
-      *known = (all ? !strncasecmp(name, each, len - 1) : !strcasecmp(name, each)) ? PETSC_TRUE : PETSC_FALSE;
-    }
+    *known = SlipIsListed(name, list, patterns);
   }
+  for (size_t i = 0; ours && !*known && (option = SlipNumberOption(i)); i++)
+    *known = strcasecmp(name, option) ? PETSC_FALSE : PETSC_TRUE;
   return ours;
+}
+
+/* Ours by its full name, or one of PETSc's that every run needs */
+PetscBool SlipIsHelpOption(const char name[])
+{
+  const SlipNames essential = {"", SlipEssential};
+  PetscBool known;
+
+  return (SlipIsOurs(name, PETSC_FALSE, &known) && known) || SlipIsListed(name, &essential, PETSC_FALSE) ? PETSC_TRUE
+                                                                                                         : PETSC_FALSE;
 }
 
 /* ---- words ---- */
@@ -297,18 +302,42 @@ PetscErrorCode SlipCheckOptionWords(PetscInt n, const char *const words[], const
   for (PetscInt i = 0; i < n; i++) {
     const char *word = words[i];
     const size_t dash = SlipForeignDash(word);
-    char nearest[SLIP_NAME_LENGTH] = "", hint[SLIP_NAME_LENGTH + 32];
+    char hint[SLIP_HINT_LENGTH];
 
     PetscCheck(!dash, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
                "%s%s begins with another sign than the dash of options, expected -%s", word, where, word + dash);
     PetscCall(PetscOptionsValidKey(word, &key));
     if (key) PetscCall(SlipCheckSpelling(word + 1, where));
-    SlipSuggest(word, "-", nearest, SlipNearestOption(word, nearest), hint, sizeof(hint));
+    if (!key && !value) (void)SlipSuggestOption(word, "-", hint);
     PetscCheck(key || value, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
                "%s%s follows no option, expected one word after each: lists have commas, patterns quotes%s", word,
                where, hint);
     value = key;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses options of ours that are not known; words: and those of anybody that a dash or an equals sign spoils */
+static PetscErrorCode SlipCheckNames(MPI_Comm comm, PetscOptions options, const char prefix[], PetscBool words)
+{
+  const size_t len = strlen(prefix);
+  PetscInt n;
+  char **names, **values;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsLeftGet(options, &n, &names, &values));
+  for (PetscInt i = 0; i < n; i++) {
+    const char *name = names[i] + len;
+    char hint[SLIP_HINT_LENGTH], dash[SLIP_NAME_LENGTH];
+    PetscBool known;
+
+    if (words) PetscCall(SlipCheckSpelling(names[i], "")); /* of files and the environment */
+    if (strncasecmp(names[i], prefix, len) || !SlipIsOurs(name, PETSC_TRUE, &known) || known) continue;
+    PetscCall(PetscSNPrintf(dash, sizeof(dash), "-%s", prefix));
+    (void)SlipSuggestOption(name, dash, hint);
+    SETERRQ(comm, PETSC_ERR_ARG_WRONG, "there is no option -%s%s", names[i], hint);
+  }
+  PetscCall(PetscOptionsLeftRestore(options, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -329,24 +358,13 @@ PetscErrorCode SlipCheckOptionWords(PetscInt n, const char *const words[], const
 @*/
 PetscErrorCode SlipCheckOptionNames(void)
 {
-  PetscInt n;
-  char **names, **values, **words;
+  char **words;
   int argc;
 
   PetscFunctionBegin;
   PetscCall(PetscGetArgs(&argc, &words));
   if (argc > 1) PetscCall(SlipCheckOptionWords(argc - 1, (const char *const *)words + 1, ""));
-  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
-  for (PetscInt i = 0; i < n; i++) {
-    char nearest[SLIP_NAME_LENGTH] = "", hint[SLIP_NAME_LENGTH + 32];
-    PetscBool known;
-
-    PetscCall(SlipCheckSpelling(names[i], "")); /* of files and the environment */
-    if (!SlipIsOurs(names[i], &known) || known) continue;
-    SlipSuggest(names[i], "-", nearest, SlipNearestOption(names[i], nearest), hint, sizeof(hint));
-    SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "there is no option -%s%s", names[i], hint);
-  }
-  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  PetscCall(SlipCheckNames(PETSC_COMM_WORLD, NULL, "", PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -368,24 +386,8 @@ PetscErrorCode SlipCheckOptionNames(void)
 @*/
 PetscErrorCode SlipCheckOwnOptions(MPI_Comm comm, PetscOptions options, const char prefix[])
 {
-  const size_t len = prefix ? strlen(prefix) : 0;
-  PetscInt n;
-  char **names, **values;
-
   PetscFunctionBegin;
-  PetscCall(PetscOptionsLeftGet(options, &n, &names, &values));
-  for (PetscInt i = 0; i < n; i++) {
-    char nearest[SLIP_NAME_LENGTH] = "", hint[SLIP_NAME_LENGTH + 32], dash[SLIP_NAME_LENGTH];
-    const char *name = names[i] + len;
-    PetscBool known;
-
-    if (len && strncasecmp(names[i], prefix, len)) continue;
-    if (!SlipIsOurs(name, &known) || known) continue;
-    PetscCall(PetscSNPrintf(dash, sizeof(dash), "-%s", prefix ? prefix : ""));
-    SlipSuggest(name, dash, nearest, SlipNearestOption(name, nearest), hint, sizeof(hint));
-    SETERRQ(comm, PETSC_ERR_ARG_WRONG, "there is no option -%s%s", names[i], hint);
-  }
-  PetscCall(PetscOptionsLeftRestore(options, &n, &names, &values));
+  PetscCall(SlipCheckNames(comm, options, prefix ? prefix : "", PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -418,14 +420,12 @@ static PetscErrorCode SlipCheckUnused(PetscBool before)
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
   for (PetscInt i = 0; i < n; i++) {
-    char option[SLIP_NAME_LENGTH + 1], nearest[SLIP_NAME_LENGTH] = "", hint[SLIP_NAME_LENGTH + 32];
-    const int distance = SlipNearestOption(names[i], nearest);
+    char option[SLIP_NAME_LENGTH + 1], hint[SLIP_HINT_LENGTH];
+    const int distance = SlipSuggestOption(names[i], "-", hint);
     PetscBool known;
 
-    SlipSuggest(names[i], "-", nearest, distance ? distance : SLIP_NAME_LENGTH, hint, sizeof(hint));
-    /* two letters of eight or more, one of fewer: no option of PETSc's that we do not know is so near to one we do */
-    PetscCheck(!before || !hint[0] || SlipIsOurs(names[i], &known) ||
-                 distance > (SlipOwnLength(names[i], nearest) < 8 ? 1 : 2),
+    if (!distance) hint[0] = '\0'; /* it is one that is known */
+    PetscCheck(!before || !distance || distance == SLIP_NAME_LENGTH || SlipIsOurs(names[i], PETSC_TRUE, &known),
                PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "nothing reads the option -%s%s", names[i], hint);
     if (SlipIsReadLater(names[i], !before)) continue;
     if (!rank) PetscCall(SlipWarning("nothing has read the option -%s%s", names[i], hint));

@@ -31,6 +31,8 @@ def declared(code):
         pairs += [(m[1], m[2]) for m in re.finditer(r'Program program = \{\s*"\w+",\s*help,\s*"(\w+)",\s*"([^"]*)"', content)]
     pairs.append(("fault_", text(re.search(r"PetscStrncpy\(\s*names,\s*" + TEXT, code["src/fault/parameters.c"])[1])))
     pairs.append(("fault_", " ".join(fault_table(code))))
+    numbers = re.findall(r'\{"-(\w+)"', code["src/sys/options.c"])
+    found |= {name for name in numbers if any(name.startswith(prefix) for prefix in re.findall(r'\{"(\w+)",', table))}
     for prefix, names in pairs:
         found |= {prefix + name for name in names.split()}
     return found

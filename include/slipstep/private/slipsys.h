@@ -41,7 +41,8 @@ PETSC_INTERN PetscBool SlipIsTimeOption(const char name[]); /* without dash, a p
 PETSC_EXTERN void SlipTimeText(PetscReal seconds, int digits, char text[], size_t len);
 
 /* ---- optionnames.c ---- */
-PETSC_INTERN PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[], size_t len);
+#define SLIP_HINT_LENGTH 160
+PETSC_INTERN PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[SLIP_HINT_LENGTH]);
 PETSC_INTERN PetscBool SlipIsHelpOption(const char name[]); /* ours, or PETSc's that every run needs */
 
 /* ---- log.c ---- */
