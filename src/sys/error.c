@@ -12,18 +12,17 @@
 #define SLIP_ABORT_WAIT 5.0 /* time that other ranks leave rank 0 to print and abort [s] */
 #define SLIP_SPEAK_WAIT 1.0 /* time that other ranks leave rank 0 to report an error that all ranks meet alone [s] */
 
-/* "program: kind: message" on stderr, after what is on its way to stdout. */
+/* "program: kind: message" on stderr, after what is on its way to stdout; in one piece, or mpirun's own lines come between. */
 static void SlipSpeak(const char kind[], const char format[], va_list args)
 {
-  char path[PETSC_MAX_PATH_LEN] = "slipstep";
+  char path[PETSC_MAX_PATH_LEN] = "slipstep", message[2 * PETSC_MAX_PATH_LEN];
   const char *slash;
 
   (void)PetscGetProgramName(path, sizeof(path));
   slash = strrchr(path, '/');
+  (void)vsnprintf(message, sizeof(message), format, args);
   fflush(stdout);
-  fprintf(stderr, "%s: %s: ", slash ? slash + 1 : path, kind);
-  vfprintf(stderr, format, args);
-  fprintf(stderr, "\n");
+  fprintf(stderr, "%s: %s: %s\n", slash ? slash + 1 : path, kind, message);
   fflush(stderr);
 }
 
