@@ -26,18 +26,23 @@ static PetscErrorCode SlipH5Write(SlipH5 *h, const char path[], PetscInt ndim, c
   hsize_t shape[SLIP_H5_MAX_DIM] = {0}, n = 1;
   hid_t space, set;
   herr_t err = -1;
+  int reason;
 
   PetscFunctionBegin;
   PetscCheck(ndim >= 0 && ndim <= SLIP_H5_MAX_DIM, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "%" PetscInt_FMT " dimensions, expected 0 to %d", ndim, SLIP_H5_MAX_DIM);
   for (PetscInt d = 0; d < ndim; d++) n *= shape[d] = (hsize_t)dims[d];
+  reason = SlipH5MakeRoom(h, (PetscInt64)(n * H5Tget_size(file_type)));
+  if (reason) PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "dataset %s to %s", path, h->name));
+  errno = 0;
   space = ndim ? H5Screate_simple((int)ndim, shape, NULL) : H5Screate(H5S_SCALAR);
   set = SlipH5Dataset(h, path, file_type, space, H5P_DEFAULT);
   H5Sclose(space);
+  PetscCheck(set >= 0 || errno, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write dataset %s to %s", path, h->name);
   if (set >= 0) err = n ? H5Dwrite(set, mem_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) : 0;
   if (set >= 0 && H5Dclose(set) < 0) err = -1;
-  if (h->failed) PetscCall(SlipH5WriteFailed(h, 0, "dataset %s to %s", path, h->name));
-  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write dataset %s to %s", path, h->name);
+  reason = errno;
+  if (err < 0) PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "dataset %s to %s", path, h->name));
   if (units) PetscCall(SlipH5WriteAttrString(h, path, "units", units));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -152,10 +157,12 @@ static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char a
   hid_t object, space, type, id = -1;
   herr_t err = -1;
   PetscBool has;
+  int reason;
 
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h, path, &has));
   if (!has) PetscCall(SlipH5Group(h, path));
+  errno = 0;
   object = H5Oopen(h->id, path, H5P_DEFAULT); /* HDF5 1.10 cannot write what H5Aopen_by_name() opens */
   if (H5Aexists(object, attr) > 0) {
     id = H5Aopen(object, attr, H5P_DEFAULT);
@@ -174,10 +181,11 @@ static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char a
     if (H5Aclose(id) < 0) err = -1;
   }
   if (H5Oclose(object) < 0) err = -1;
+  reason = errno;
   H5Sclose(space);
-  if (h->failed) PetscCall(SlipH5WriteFailed(h, 0, "attribute %s of %s to %s", attr, path, h->name));
-  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write attribute %s of %s to %s", attr, path,
-             h->name);
+  PetscCheck(err >= 0 || reason, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write attribute %s of %s to %s", attr,
+             path, h->name);
+  if (err < 0) PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "attribute %s of %s to %s", attr, path, h->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -393,27 +401,29 @@ PetscErrorCode SlipH5GetStorage(SlipH5 *h, const char path[], SlipH5Storage *sto
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A series opened, with its shape */
-static PetscErrorCode SlipH5OpenSeries(SlipH5 *h, const char path[], hid_t *set, int *rank, hsize_t shape[])
+/* A series opened, with its shape and that of its chunks */
+static PetscErrorCode SlipH5OpenSeries(SlipH5 *h, const char path[], hid_t *set, int *rank, hsize_t shape[],
+                                       hsize_t chunk[])
 {
-  hsize_t limit[SLIP_H5_MAX_DIM];
-  hid_t space;
+  hid_t space, dcpl;
 
   PetscFunctionBegin;
   *set = H5Dopen2(h->id, path, H5P_DEFAULT);
   PetscCheck(*set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "no dataset %s in %s to append to", path, h->name);
   space = H5Dget_space(*set);
+  dcpl = H5Dget_create_plist(*set);
   *rank = H5Sget_simple_extent_ndims(space);
-  if (*rank < 1 || *rank > SLIP_H5_MAX_DIM || H5Sget_simple_extent_dims(space, shape, limit) != *rank ||
-      limit[0] != H5S_UNLIMITED)
+  if (*rank < 1 || *rank > SLIP_H5_MAX_DIM || H5Pget_chunk(dcpl, *rank, chunk) != *rank ||
+      H5Sget_simple_extent_dims(space, shape, NULL) != *rank)
     *rank = -1;
+  H5Pclose(dcpl);
   H5Sclose(space);
   if (*rank < 0) H5Dclose(*set);
   PetscCheck(*rank >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "%s in %s is no series", path, h->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows behind those that are there */
+/* Rows behind those that are there; 0, or -1 with errno */
 static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t rows, const SlipH5Rows *series)
 {
   const hsize_t stride = (hsize_t)series->stride;
@@ -438,7 +448,7 @@ static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t row
 }
 
 /*@C
-  SlipH5AppendAll - append rows to several series
+  SlipH5AppendAll - append rows to several series: to all of them or, when the disk is full, to none
 
   Not collective.
 
@@ -458,20 +468,43 @@ static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t row
 @*/
 PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[], PetscInt rows)
 {
-  hsize_t shape[SLIP_H5_MAX_DIM], row;
+  hsize_t shape[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], row = 0;
+  PetscInt64 room = 0;
   hid_t set;
   herr_t err;
-  int rank;
+  int rank, reason;
 
   PetscFunctionBegin;
   if (rows <= 0) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < n; i++) {
-    PetscCall(SlipH5OpenSeries(h, series[i].path, &set, &rank, shape));
+    hsize_t bytes = sizeof(PetscReal), chunks, parts = 1;
+
+    PetscCall(SlipH5OpenSeries(h, series[i].path, &set, &rank, shape, chunk));
+    H5Dclose(set);
+    for (int d = 0; d < rank; d++) bytes *= chunk[d];
+    for (int d = 1; d < rank; d++) parts *= (shape[d] + chunk[d] - 1) / chunk[d];
+    chunks = (shape[0] + (hsize_t)rows + chunk[0] - 1) / chunk[0] - (shape[0] + chunk[0] - 1) / chunk[0];
+    /* and for the index, whose blocks grow as the square root of the number of chunks; what is compressed never takes
+       more, as HDF5 leaves chunks alone that it would make larger */
+    if (chunks)
+      room += (PetscInt64)(chunks * parts * (bytes + 64)) + 512 +
+              64 * (PetscInt64)PetscSqrtReal((PetscReal)(parts * (shape[0] / chunk[0])));
+    if (!i) row = shape[0];
+  }
+  reason = SlipH5MakeRoom(h, room);
+  if (reason)
+    PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "row %llu of %s to %s", (unsigned long long)row, series[0].path,
+                                h->name));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscCall(SlipH5OpenSeries(h, series[i].path, &set, &rank, shape, chunk));
     row = shape[0];
+    errno = 0;
     err = SlipH5AppendRows(set, rank, shape, (hsize_t)rows, &series[i]);
     if (H5Dclose(set) < 0) err = -1;
-    if (err < 0 || h->failed)
-      PetscCall(SlipH5WriteFailed(h, EIO, "row %llu of %s to %s", (unsigned long long)row, series[i].path, h->name));
+    reason = errno;
+    if (err < 0)
+      PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "row %llu of %s to %s", (unsigned long long)row,
+                                  series[i].path, h->name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -520,20 +553,22 @@ PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const P
 @*/
 PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows)
 {
-  hsize_t shape[SLIP_H5_MAX_DIM], found;
+  hsize_t shape[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], found;
   hid_t set;
-  int rank;
+  int rank, reason;
   herr_t err = 0;
 
   PetscFunctionBegin;
-  PetscCall(SlipH5OpenSeries(h, path, &set, &rank, shape));
+  PetscCall(SlipH5OpenSeries(h, path, &set, &rank, shape, chunk));
   found = shape[0];
+  errno = 0;
   shape[0] = (hsize_t)rows;
   if (found > shape[0]) err = H5Dset_extent(set, shape);
   if (H5Dclose(set) < 0) err = -1;
+  reason = errno;
   PetscCheck(found >= shape[0], PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s in %s has %llu rows, expected %" PetscInt_FMT " or more%s", path, h->name, (unsigned long long)found,
              rows, h->source);
-  if (err < 0 || h->failed) PetscCall(SlipH5WriteFailed(h, EIO, "%s to %s", path, h->name));
+  if (err < 0) PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "%s to %s", path, h->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,7 +4,6 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <hdf5.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -154,8 +153,7 @@ static void SlipProgramLeavePagers(int argc, char **argv)
   Level: intermediate
 
   Notes:
-  SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well. SIGXFSZ is
-  ignored: a file that reaches its limit is an error, as a full disk is.
+  SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well.
 
 .seealso: SlipErrorHandlerPush(), SlipStepInitializePackage(), SlipCheckOptionNames()
 @*/
@@ -169,7 +167,6 @@ PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program
   SlipProgramLeavePagers(*argc, *argv);
   own = SlipProgramTakeHelp(argc, *argv, program);
   PetscCall(SlipErrorHandlerBegin());
-  (void)signal(SIGXFSZ, SIG_IGN); /* a file at its limit is an error of writing, as a full disk is */
   if (own) {
     print = PetscVFPrintf;
     PetscVFPrintf = SlipHelpPrint;

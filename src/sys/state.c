@@ -235,15 +235,18 @@ static PetscErrorCode SlipStatePiece(SlipState s, hid_t set, PetscInt start, Pet
   const hsize_t first = (hsize_t)start, count = (hsize_t)n;
   const hid_t space = H5Dget_space(set), memory = H5Screate_simple(1, &count, NULL);
   herr_t err = H5Sselect_hyperslab(space, H5S_SELECT_SET, &first, NULL, &count, NULL);
+  int reason;
 
   PetscFunctionBegin;
+  errno = 0;
   if (err >= 0)
     err = s->loading ? H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, a)
                      : H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, a);
+  reason = errno;
   H5Sclose(memory);
   H5Sclose(space);
-  if ((err < 0 && !s->loading) || s->file.failed)
-    PetscCall(SlipH5WriteFailed(&s->file, EIO, "a vector to %s", s->file.name));
+  if (err < 0 && !s->loading)
+    PetscCall(SlipH5WriteFailed(&s->file, reason, PETSC_FALSE, "a vector to %s", s->file.name));
   PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read a vector in %s%s", s->file.name,
              s->file.source);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -255,7 +258,7 @@ static PetscErrorCode SlipStateDataset(SlipState s, const char path[], PetscInt 
   const hsize_t size = (hsize_t)N;
   hsize_t found[4] = {0};
   hid_t space;
-  int rank = 0;
+  int rank = 0, reason;
 
   PetscFunctionBegin;
   if (s->loading) {
@@ -271,6 +274,8 @@ static PetscErrorCode SlipStateDataset(SlipState s, const char path[], PetscInt 
                "%s has no dataset %s of %" PetscInt_FMT " numbers%s", s->file.name, path, N, s->file.source);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  reason = SlipH5MakeRoom(&s->file, (PetscInt64)(size * sizeof(PetscReal)));
+  if (reason) PetscCall(SlipH5WriteFailed(&s->file, reason, PETSC_TRUE, "dataset %s to %s", path, s->file.name));
   space = H5Screate_simple(1, &size, NULL);
   *set = H5Dcreate2(s->file.id, path, H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   H5Sclose(space);

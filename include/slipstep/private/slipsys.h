@@ -94,19 +94,24 @@ PETSC_INTERN PetscErrorCode SlipH5CloseBeside(SlipH5 *h);
 PETSC_INTERN PetscErrorCode SlipH5PutInPlace(SlipH5 *h);
 
 /* ---- error.c ---- */
-PETSC_INTERN void SlipErrorAtEnd(void (*end)(void));     /* before the error handler of a program ends it */
+/* What is to be done before the error handler of a program ends it; false: exit() would crash */
+PETSC_INTERN void SlipErrorAtEnd(PetscBool (*end)(void));
 PETSC_INTERN PetscErrorCode SlipErrorHandlerBegin(void); /* before PetscInitialize() */
 
 /* ---- h5fail.c ---- */
-/* Raises the error of a write, for the driver's reason or else this errno. The file is closed. */
-PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, const char format[], ...)
-  PETSC_ATTRIBUTE_FORMAT(3, 4);
+/* Raises the error of a write, reason being errno after it. sound: HDF5 itself did not fail. The file is closed. */
+PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const char format[], ...)
+  PETSC_ATTRIBUTE_FORMAT(4, 5);
 
 #define SLIP_H5_WRITTEN 16                 /* files that a process writes at a time */
 PETSC_INTERN SlipH5 *SlipH5Written(int i); /* NULL: none */
 PETSC_INTERN void SlipH5Enlist(SlipH5 *h);
 PETSC_INTERN void SlipH5Release(SlipH5 *h, PetscBool keep); /* the descriptor, and the file unless it is kept */
-PETSC_INTERN void SlipH5CloseAsIs(SlipH5 *h, int reason);   /* reason: nothing more is written; 0: it may be */
+PETSC_INTERN void SlipH5CloseNowhere(SlipH5 *h);
+PETSC_INTERN int SlipH5CloseId(hid_t id);   /* 0, or errno */
+PETSC_INTERN PetscBool SlipH5IsStuck(void); /* HDF5's clean-up at exit would crash */
 
-/* ---- h5driver.c ---- */
-PETSC_INTERN void SlipH5SetDriver(SlipH5 *h, hid_t access);
+/* ---- h5space.c ---- */
+PETSC_INTERN int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes); /* 0, or errno */
+PETSC_INTERN int SlipH5MakeReadable(int fd);                  /* 0, or errno */
+PETSC_INTERN int SlipH5Trim(int fd);                          /* 0, or errno */
