@@ -136,7 +136,8 @@ report() { # RESULT LOG WHAT
   printf '%-7s %s\n' "$1" "$3" | tee -a "$room/report.txt"
   if [ "$1" != passed ]; then
     status=1
-    tail -n 30 "$2" | sed 's/^/        /'
+    # what the failed tests printed, or else the end
+    { sed -n '/^---- failed: /,$p' "$2" | grep . || tail -n 30 "$2"; } | sed 's/^/        /'
   fi
 }
 

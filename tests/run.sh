@@ -31,10 +31,15 @@ build=${SLIPSTEP_BUILD_DIR:-build}
 pkg-config --exists cmocka || slipstep_die "tests/run.sh: no cmocka, which unit and mpi tests need (Debian's libcmocka-dev)"
 slipstep_build "$build" -DBUILD_TESTING=ON -DSLIPSTEP_PYTHON="$SLIPSTEP_PYTHON"
 
-status=0
+status=0 failures=""
 ran=$(cd "$build" && pwd -P)/tests.xml
 rm -f "$ran"
-ctest --test-dir "$build" --output-on-failure --no-tests=error -j 2 --output-junit "$ran" "$@" || status=1
-check_format || status=1 # near the end, where it is seen
+ctest --test-dir "$build" --output-on-failure --no-tests=error -j 2 --output-junit "$ran" "$@" || failures=yes
+# near the end, where it is seen
+if [ -n "$failures" ]; then
+  status=1
+  slipstep_failures "$build"
+fi
+check_format || status=1
 echo "Tests: $(slipstep_count "$ran")"
 exit $status

@@ -2,6 +2,7 @@
 #   slipstep_setup [extra package...]    install what is missing, set the environment, find a python
 #   slipstep_build DIR [cmake argument...]
 #   slipstep_count FILE                  how many tests of a run of ctest passed, failed and were skipped
+#   slipstep_failures DIR                what the failed tests of that run in build folder DIR printed, the end of it
 #   slipstep_ready                       both for an example, into build/, unless SLIPSTEP_BUILD names a build
 # Debian 12 and 13 and Ubuntu 24.04 call these packages alike. With PETSC_DIR set, PETSc and what it was built with are
 # the user's own; SLIPSTEP_SKIP_PACKAGES=1 skips the packages altogether.
@@ -128,6 +129,25 @@ slipstep_count() {
       skipped = n["skipped="] + n["disabled="]
       printf "%d passed, %d failed, %d skipped\n", n["tests="] - n["failures="] - skipped, n["failures="], skipped
     }' "$1"
+}
+
+# From ctest's log and its list of what failed, which a run without failures leaves as it was: call it after one with
+# some. Kept logs of CI are the ends of theirs, so this belongs there.
+slipstep_failures() {
+  local logs=$1/Testing/Temporary
+  [ -s "$logs/LastTestsFailed.log" ] || return 0
+  awk -v lines=40 'NR == FNR { failed[substr($0, index($0, ":") + 1)]; next }
+    !within && /^[0-9]+\/[0-9]+ Test: / { name = $3 }
+    !within && /^Output:$/ { within = 1; n = -1; next }
+    /^<end of output>$/ {
+      if (within && name in failed) {
+        first = (n > lines) ? n - lines : 0
+        printf("---- failed: %s%s\n", name, first ? ", the last " lines " of " n " lines" : "")
+        for (i = first; i < n; i++) print "     " said[i]
+      }
+      within = 0
+    }
+    within { if (n >= 0) said[n] = $0; n++ }' "$logs/LastTestsFailed.log" "$logs/LastTest.log"
 }
 
 # What an example runs is in $SLIPSTEP_BUILD/bin, and it writes to $SLIPSTEP_OUTPUT. A new build has no tests, one that has
