@@ -22,10 +22,24 @@ SlipH5 *SlipH5Written(int i)
   return i < SLIP_H5_WRITTEN ? written[i] : NULL;
 }
 
+/* While files are written, one that reaches the limit of sizes (RLIMIT_FSIZE) is an error of the write: by default there is
+   a signal that ends the process. SlipH5MakeRoom() knows of the limit, but it may be lowered after that. */
+static void SlipH5IgnoreLimitSignal(PetscBool ignore)
+{
+  static PetscBool ignored = PETSC_FALSE;
+  struct sigaction action;
+
+  if (ignore == ignored || sigaction(SIGXFSZ, NULL, &action)) return;
+  if (action.sa_handler != (ignore ? SIG_DFL : SIG_IGN)) return; /* a handler of the program's */
+  action.sa_handler = ignore ? SIG_IGN : SIG_DFL;
+  if (!sigaction(SIGXFSZ, &action, NULL)) ignored = ignore;
+}
+
 void SlipH5Enlist(SlipH5 *h)
 {
   int i = 0;
 
+  SlipH5IgnoreLimitSignal(PETSC_TRUE);
   while (i < SLIP_H5_WRITTEN - 1 && written[i]) i++;
   written[i] = h;
 }
@@ -33,12 +47,17 @@ void SlipH5Enlist(SlipH5 *h)
 /* Gives up what was claimed */
 void SlipH5Release(SlipH5 *h, PetscBool keep)
 {
-  for (int i = 0; i < SLIP_H5_WRITTEN; i++)
+  PetscBool more = PETSC_FALSE;
+
+  for (int i = 0; i < SLIP_H5_WRITTEN; i++) {
     if (written[i] == h) written[i] = NULL;
+    if (written[i]) more = PETSC_TRUE;
+  }
   if (h->fd >= 0 && !keep) unlink(h->name);
   if (h->fd >= 0) close(h->fd);
   h->fd = -1;
   h->id = -1;
+  if (!more) SlipH5IgnoreLimitSignal(PETSC_FALSE);
 }
 
 /* HDF5 could not close a file: its clean-up at exit is to be avoided */
@@ -64,7 +83,6 @@ PetscBool SlipH5IsStuck(void)
 */
 void SlipH5CloseNowhere(SlipH5 *h)
 {
-  struct sigaction ignore = {.sa_handler = SIG_IGN}, before;
   struct rlimit limit, all;
   void *handle = NULL;
   int nowhere = -1;
@@ -76,13 +94,11 @@ void SlipH5CloseNowhere(SlipH5 *h)
   if (nowhere >= 0 && H5Fget_vfd_handle(h->id, H5P_DEFAULT, &handle) >= 0 && handle)
     (void)dup2(nowhere, *(int *)handle);
   if (nowhere >= 0) close(nowhere);
-  (void)sigaction(SIGXFSZ, &ignore, &before);
   (void)getrlimit(RLIMIT_FSIZE, &limit);
   all = (struct rlimit){limit.rlim_max, limit.rlim_max};
   (void)setrlimit(RLIMIT_FSIZE, &all);
   if (H5Fclose(h->id) < 0) stuck = PETSC_TRUE;
   (void)setrlimit(RLIMIT_FSIZE, &limit);
-  (void)sigaction(SIGXFSZ, &before, NULL);
 }
 
 PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const char format[], ...)
@@ -98,7 +114,8 @@ PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const c
   va_end(args);
   if (!reason && h->fd >= 0 && !fstatvfs(h->fd, &disk) && !disk.f_bavail) reason = ENOSPC; /* HDF5 kept it to itself */
   if (h->id > 0) {
-    const PetscBool keep = live && sound && H5Fflush(h->id, H5F_SCOPE_LOCAL) >= 0 ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool keep =
+      live && sound && !SlipH5IsBeyondLimit(h->fd) && H5Fflush(h->id, H5F_SCOPE_LOCAL) >= 0 ? PETSC_TRUE : PETSC_FALSE;
 
     if (!keep)
       SlipH5CloseNowhere(h);

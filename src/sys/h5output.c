@@ -79,6 +79,7 @@ PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH
 
   PetscFunctionBegin;
   PetscCall(SlipH5Claim(kind, file, h));
+  SlipH5Enlist(h);
   access = SlipH5Access(kind->growing);
   creation = H5Pcreate(H5P_FILE_CREATE);
   if (kind->block) H5Pset_userblock(creation, (hsize_t)kind->block);
@@ -91,7 +92,6 @@ PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH
     SlipH5Release(h, PETSC_FALSE);
     PetscCall(SlipH5Refuse(h, h->name, reason ? reason : EIO));
   }
-  SlipH5Enlist(h);
   SlipErrorAtEnd(SlipH5End);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -146,6 +146,7 @@ PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const
   PetscFunctionBegin;
   claim.overwrite = PETSC_TRUE;
   PetscCall(SlipH5Claim(&claim, file, h));
+  SlipH5Enlist(h);
   PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", h->target));
   if (!from) from = access(part, F_OK) ? h->target : part;
   reason = SlipH5CopyBytes(from, h->fd);
@@ -165,7 +166,6 @@ PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is damaged%s%s%s: expected a whole file, or none%s", from,
             object[0] ? ": /" : "", object, object[0] ? " cannot be read" : "", h->source);
   }
-  SlipH5Enlist(h);
   SlipErrorAtEnd(SlipH5End);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -81,6 +81,24 @@ int SlipH5Trim(int fd)
   return ftruncate(fd, (off_t)end) ? errno : 0;
 }
 
+/* May bytes up to this end be written, as far as RLIMIT_FSIZE goes? */
+static PetscBool SlipH5LimitAllows(off_t end)
+{
+  struct rlimit limit;
+
+  return getrlimit(RLIMIT_FSIZE, &limit) || limit.rlim_cur == RLIM_INFINITY || (rlim_t)end <= limit.rlim_cur
+           ? PETSC_TRUE
+           : PETSC_FALSE;
+}
+
+/* The limit was lowered below the length of the file: what is in its reserved space cannot be written either. */
+PetscBool SlipH5IsBeyondLimit(int fd)
+{
+  struct stat info;
+
+  return fd >= 0 && !fstat(fd, &info) && !SlipH5LimitAllows(info.st_size) ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /*
   Takes the disk space of what is to be written before HDF5 begins: a full disk is then found out while the file is
   whole, and HDF5 meets none. File systems that cannot reserve leave it to the checks of each write. A growing file
@@ -88,7 +106,6 @@ int SlipH5Trim(int fd)
 */
 int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes)
 {
-  struct rlimit limit;
   struct stat info;
   hsize_t size;
   off_t end;
@@ -98,9 +115,8 @@ int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes)
   if (H5Fget_filesize(h->id, &size) < 0 || fstat(h->fd, &info)) return errno ? errno : EIO;
   h->ahead += bytes;
   end = (off_t)size + (off_t)h->ahead + SLIP_H5_SLACK;
+  if (!SlipH5LimitAllows(end)) return EFBIG; /* also within the file: the limit is that of now */
   if (end <= info.st_size) return 0;
-  /* beyond this limit there is a signal, whose default ends the process */
-  if (!getrlimit(RLIMIT_FSIZE, &limit) && limit.rlim_cur != RLIM_INFINITY && (rlim_t)end > limit.rlim_cur) return EFBIG;
 #if defined(__linux__)
   {
     int failed;

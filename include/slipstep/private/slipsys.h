@@ -103,9 +103,9 @@ PETSC_INTERN PetscErrorCode SlipErrorHandlerBegin(void); /* before PetscInitiali
 PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const char format[], ...)
   PETSC_ATTRIBUTE_FORMAT(4, 5);
 
-#define SLIP_H5_WRITTEN 16                 /* files that a process writes at a time */
-PETSC_INTERN SlipH5 *SlipH5Written(int i); /* NULL: none */
-PETSC_INTERN void SlipH5Enlist(SlipH5 *h);
+#define SLIP_H5_WRITTEN 16                                  /* files that a process writes at a time */
+PETSC_INTERN SlipH5 *SlipH5Written(int i);                  /* NULL: none */
+PETSC_INTERN void SlipH5Enlist(SlipH5 *h);                  /* until it is released */
 PETSC_INTERN void SlipH5Release(SlipH5 *h, PetscBool keep); /* the descriptor, and the file unless it is kept */
 PETSC_INTERN void SlipH5CloseNowhere(SlipH5 *h);
 PETSC_INTERN int SlipH5CloseId(hid_t id);   /* 0, or errno */
@@ -113,5 +113,6 @@ PETSC_INTERN PetscBool SlipH5IsStuck(void); /* HDF5's clean-up at exit would cra
 
 /* ---- h5space.c ---- */
 PETSC_INTERN int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes); /* 0, or errno */
+PETSC_INTERN PetscBool SlipH5IsBeyondLimit(int fd);           /* of the size of files */
 PETSC_INTERN int SlipH5MakeReadable(int fd);                  /* 0, or errno */
 PETSC_INTERN int SlipH5Trim(int fd);                          /* 0, or errno */
