@@ -31,3 +31,6 @@ typedef enum {
 /* Average of that drop over the receiver; core: of edges that both have in common. */
 PETSC_EXTERN PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRectangle *receiver,
                                          const SlipRectangle *source, const PetscReal core[2], PetscBool full_space);
+/* Displacement [n][3] of points [n][2] of the free surface for unit strike slip. Okada (1985). */
+PETSC_EXTERN void SlipSurfaceDisplacement(PetscReal nu, const SlipRectangle *source, PetscInt n,
+                                          const PetscReal points[], PetscReal u[]);
