@@ -6,22 +6,6 @@
 static const char *const ControllerNames[] = {TSADAPTHEURISTIC, TSADAPTPI, TSADAPTDSP, TSADAPTBASIC,
                                               TSADAPTNONE,      TSADAPTRL, NULL};
 
-/* Index of a word in a list that ends with NULL. */
-static PetscErrorCode Find(const char option[], const char word[], const char *const list[], PetscInt *index)
-{
-  char names[256] = "";
-  PetscBool same = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  for (*index = 0; list[*index]; ++*index) {
-    PetscCall(PetscStrcmp(word, list[*index], &same));
-    if (same) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(PetscStrlcat(names, " ", sizeof(names)));
-    PetscCall(PetscStrlcat(names, list[*index], sizeof(names)));
-  }
-  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s has %s, expected some of:%s", option, word, names);
-}
-
 /* Lists are read with room for one entry too many, which PETSc would drop without a word. */
 #define ROOM (EVALUATE_MAX + 1)
 static PetscErrorCode CheckCount(const char option[], PetscInt n)
@@ -46,7 +30,7 @@ static PetscErrorCode Words(SlipOptionItems PetscOptionsObject, const char optio
   if (!set) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CheckCount(option, found));
   *n = found;
-  for (PetscInt i = 0; i < found; i++) PetscCall(Find(option, words[i], list, &index[i]));
+  for (PetscInt i = 0; i < found; i++) PetscCall(OptionFind(option, words[i], list, &index[i]));
   for (PetscInt i = 0; i < found; i++) PetscCall(PetscFree(words[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -77,15 +61,6 @@ static PetscErrorCode Numbers(SlipOptionItems PetscOptionsObject, const char opt
     else
       real[i] = x;
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Quick(EvaluateOptions *o)
-{
-  PetscFunctionBegin;
-  o->nsizes = o->nmeshes = o->nerrors = o->nreactions = o->repetitions = 1;
-  o->meshes[0] = 5;
-  o->coarser = 10;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -293,7 +268,11 @@ PetscErrorCode EvaluateOptionsSet(EvaluateOptions *o)
     "A matrix of seconds: 3 km, 5 x 5 cells, the default integrator, one run each, coarse references; other "
     "options still apply",
     NULL, quick, &quick, NULL));
-  if (quick) PetscCall(Quick(o));
+  if (quick) {
+    o->nsizes = o->nmeshes = o->nerrors = o->nreactions = o->repetitions = 1;
+    o->meshes[0] = 5;
+    o->coarser = 10;
+  }
   PetscCall(Axes(o, PetscOptionsObject));
   PetscCall(Limits(o, PetscOptionsObject));
   PetscCall(Policies(o, PetscOptionsObject));

@@ -52,7 +52,10 @@ typedef struct {
 /* One learner. All functions take what create filled. */
 typedef struct {
   const char *name;
-  size_t size; /* of what create fills */
+  size_t size;      /* of what create fills */
+  PetscInt critics; /* defaults */
+  PetscReal lr;
+  PetscBool gsde; /* it has state-dependent exploration, and by default; otherwise Gaussian only */
   PetscErrorCode (*create)(const LearnerOptions *o, Random *r, void *learner);
   PetscErrorCode (*destroy)(void *learner);
   /* Action in [-1, 1] at obs [O]: exploring, a uniformly random one before the learner has learnt (warm-up), or the
@@ -65,7 +68,7 @@ typedef struct {
   void (*policy)(void *learner, DenseShape *layers, PetscBool *clamp);
 } Learner;
 
-PETSC_INTERN const Learner LearnerTQC, LearnerTD3;
+PETSC_INTERN const Learner LearnerTQC, LearnerTD3; /* rows of Learners[] in options.c */
 
 /* Widths between first and last: DenseShape of a network with the given hidden layers. out 0: hidden layers only. */
 PETSC_INTERN void LearnerShape(PetscInt nets, PetscInt in, PetscInt hidden, const PetscInt width[], PetscInt out,

@@ -123,7 +123,7 @@ static PetscErrorCode ParseWidths(SlipOptionItems PetscOptionsObject, const char
 
 /* Networks and their training. TD3 has Gaussian noise only; TQC either gSDE, or a Gaussian of which the actor learns the
    deviation. */
-static PetscErrorCode ParseLearner(PetscBool td3, LearnerOptions *n, SlipOptionItems PetscOptionsObject)
+static PetscErrorCode ParseLearner(const Learner *learner, LearnerOptions *n, SlipOptionItems PetscOptionsObject)
 {
   const char *const noises[] = {"gsde", "gaussian", NULL};
   PetscInt hidden = 64;
@@ -132,7 +132,7 @@ static PetscErrorCode ParseLearner(PetscBool td3, LearnerOptions *n, SlipOptionI
     OPTION_COUNT("-train_critics", "Critics (default: tqc 5, td3 2; the published tqc policies had 2)", &n->critics),
     OPTION_COUNT("-train_quantiles", "Quantiles of each critic (tqc)", &n->quantiles),
     OPTION_COUNT("-train_batch", "Transitions in a gradient step", &n->batch)};
-  PetscInt noise = td3 ? 1 : 0;
+  PetscInt noise = learner->gsde ? 0 : 1;
 
   PetscFunctionBegin;
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(first), first));
@@ -149,8 +149,8 @@ static PetscErrorCode ParseLearner(PetscBool td3, LearnerOptions *n, SlipOptionI
                          "deviation; td3: of -train_noise_sigma)",
                          noises, &noise));
   n->gaussian = noise ? PETSC_TRUE : PETSC_FALSE;
-  PetscCheck(n->gaussian || !td3, PETSC_COMM_SELF, PETSC_ERR_SUP,
-             "-train_noise gsde needs -train_algorithm tqc; td3 has gaussian");
+  PetscCheck(n->gaussian || learner->gsde, PETSC_COMM_SELF, PETSC_ERR_SUP,
+             "-train_noise gsde needs -train_algorithm tqc; %s has gaussian", learner->name);
   PetscCall(PetscOptionsDeprecated("-train_drop", "-train_drop_quantiles", "0.2.0", NULL));
   const NumberOption row[] = {
     OPTION_INTEGER("-train_drop_quantiles", "Largest target quantiles dropped, per critic (tqc)", &n->drop, 0,
@@ -169,6 +169,8 @@ static PetscErrorCode ParseLearner(PetscBool td3, LearnerOptions *n, SlipOptionI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static const Learner *const Learners[] = {&LearnerTQC, &LearnerTD3};
+
 static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsObject)
 {
   AgentOptions *a = &o->agent;
@@ -177,26 +179,26 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
   const NumberOption row[] = {
     OPTION_REAL("-train_buffer", "Capacity of the replay buffer in transitions", &buffer, 1, PETSC_MAX_REAL),
     OPTION_REAL("-train_learning_starts", "Steps with random actions before learning", &starts, 0, PETSC_MAX_REAL)};
-  PetscBool td3;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsGetString(NULL, NULL, "-train_algorithm", algorithm, sizeof(algorithm), NULL));
-  PetscCall(PetscStrcmp(algorithm, LearnerTD3.name, &td3));
-  a->learner = td3 ? &LearnerTD3 : &LearnerTQC;
+  a->learner = Learners[0];
+  for (size_t i = 1; i < PETSC_STATIC_ARRAY_LENGTH(Learners); ++i)
+    if (!strcmp(algorithm, Learners[i]->name)) a->learner = Learners[i];
   a->networks = (LearnerOptions){.obs = o->env.nobs,
                                  .act = 1,
-                                 .critics = td3 ? 2 : 5,
+                                 .critics = a->learner->critics,
                                  .quantiles = 25,
                                  .drop = 2,
                                  .batch = 256,
-                                 .lr = td3 ? 1e-3 : 3e-4,
+                                 .lr = a->learner->lr,
                                  .gamma = 0.99,
                                  .tau = 0.005,
                                  .noise = 0.1,
                                  .smoothing = 0.2,
                                  .smoothing_clip = 0.5,
                                  .delay = 2};
-  PetscCall(ParseLearner(td3, &a->networks, PetscOptionsObject));
+  PetscCall(ParseLearner(a->learner, &a->networks, PetscOptionsObject));
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   a->buffer = (PetscInt64)PetscMin(buffer, (PetscReal)o->steps); /* never more than the run can fill */
   a->learning_starts = (PetscInt64)starts;

@@ -3,8 +3,9 @@
 #include "td3.h"
 #include <slipcompat.h>
 
-PetscErrorCode TD3Create(const LearnerOptions *o, Random *r, TD3 *t)
+PetscErrorCode TD3Create(const LearnerOptions *o, Random *r, void *learner)
 {
+  TD3 *t = (TD3 *)learner;
   const size_t AB = (size_t)(o->act * o->batch);
 
   PetscFunctionBegin;
@@ -31,8 +32,9 @@ PetscErrorCode TD3Create(const LearnerOptions *o, Random *r, TD3 *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TD3Destroy(TD3 *t)
+PetscErrorCode TD3Destroy(void *learner)
 {
+  TD3 *t = (TD3 *)learner;
   PetscFunctionBegin;
   PetscCall(PetscFree3(t->actor, t->actor_target, t->actor_grad));
   PetscCall(PetscFree3(t->critics, t->critic_target, t->critic_grad));
@@ -147,16 +149,6 @@ void TD3Update(TD3 *t, const Batch *batch, const Scalar noise[], Losses *losses)
 #if !defined(TRAIN_DOUBLE)
 /* ---- as a learner ---- */
 
-static PetscErrorCode Create(const LearnerOptions *o, Random *r, void *learner)
-{
-  return TD3Create(o, r, (TD3 *)learner);
-}
-
-static PetscErrorCode Destroy(void *learner)
-{
-  return TD3Destroy((TD3 *)learner);
-}
-
 /* The noise is added during the warm-up as well, as Stable-Baselines3 does. */
 static Scalar ActLearner(void *learner, const Scalar obs[], PetscBool explore, PetscBool warm_up, Random *r)
 {
@@ -200,5 +192,6 @@ static void Policy(void *learner, DenseShape *layers, PetscBool *clamp)
   *clamp = PETSC_FALSE;
 }
 
-const Learner LearnerTD3 = {"td3", sizeof(TD3), Create, Destroy, ActLearner, Update, State, Policy};
+const Learner LearnerTD3 = {"td3",      sizeof(TD3), 2,      1e-3,  PETSC_FALSE, TD3Create,
+                            TD3Destroy, ActLearner,  Update, State, Policy};
 #endif

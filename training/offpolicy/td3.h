@@ -18,8 +18,8 @@ typedef struct {
   Scalar *normals;       /* [A][B] */
 } TD3;
 
-PETSC_INTERN PetscErrorCode TD3Create(const LearnerOptions *o, Random *r, TD3 *t);
-PETSC_INTERN PetscErrorCode TD3Destroy(TD3 *t);
+PETSC_INTERN PetscErrorCode TD3Create(const LearnerOptions *o, Random *r, void *learner); /* TD3 * */
+PETSC_INTERN PetscErrorCode TD3Destroy(void *learner);
 /* One gradient step. noise [A][B]: of the target's action, not yet clipped. losses->actor and mean_q keep their values
    in the steps that leave the actor alone. */
 PETSC_INTERN void TD3Update(TD3 *t, const Batch *batch, const Scalar noise[], Losses *losses);

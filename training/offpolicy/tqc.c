@@ -26,8 +26,9 @@ PetscInt TQCNoiseCount(const TQC *t)
   return t->o.gaussian ? 2 * t->o.act * t->o.batch : t->hidden * t->o.act;
 }
 
-PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, TQC *t)
+PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, void *learner)
 {
+  TQC *t = (TQC *)learner;
   const PetscInt H = o->actor[o->actor_layers > 0 ? o->actor_layers - 1 : 0];
   const double bound = 1 / sqrt((double)H);
 
@@ -61,8 +62,9 @@ PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, TQC *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TQCDestroy(TQC *t)
+PetscErrorCode TQCDestroy(void *learner)
 {
+  TQC *t = (TQC *)learner;
   Sample *const s[] = {&t->now, &t->next};
 
   PetscFunctionBegin;
@@ -103,16 +105,6 @@ static void ChooseActions(TQC *t, PetscInt B, const Scalar obs[], const Scalar e
     GSDESample(H, A, B, h, head, bias, eps ? t->sigma : NULL, eps ? t->explore : NULL, &t->now);
   }
   for (PetscInt i = 0; i < A * B; ++i) action[i] = t->now.action[i];
-}
-
-static PetscErrorCode Create(const LearnerOptions *o, Random *r, void *learner)
-{
-  return TQCCreate(o, r, (TQC *)learner);
-}
-
-static PetscErrorCode Destroy(void *learner)
-{
-  return TQCDestroy((TQC *)learner);
 }
 
 /* Exploration is drawn before every step, as Stable-Baselines3 does with sde_sample_freq -1 and train_freq 1, also when
@@ -164,5 +156,6 @@ static void Policy(void *learner, DenseShape *layers, PetscBool *clamp)
   *clamp = t->o.gaussian ? PETSC_FALSE : PETSC_TRUE;
 }
 
-const Learner LearnerTQC = {"tqc", sizeof(TQC), Create, Destroy, ActLearner, Update, State, Policy};
+const Learner LearnerTQC = {"tqc",      sizeof(TQC), 5,      3e-4,  PETSC_TRUE, TQCCreate,
+                            TQCDestroy, ActLearner,  Update, State, Policy};
 #endif

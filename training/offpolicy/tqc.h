@@ -34,8 +34,8 @@ typedef struct {
   Scalar *dqda, *dS, *dg, *dm; /* [A][B] */
 } TQC;
 
-PETSC_INTERN PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, TQC *t);
-PETSC_INTERN PetscErrorCode TQCDestroy(TQC *t);
+PETSC_INTERN PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, void *learner); /* TQC * */
+PETSC_INTERN PetscErrorCode TQCDestroy(void *learner);
 /* Standard normals that one gradient step needs: [H][A], one exploration matrix for the whole batch; without gSDE
    [2][A][B], for obs and next_obs. */
 PETSC_INTERN PetscInt TQCNoiseCount(const TQC *t);
