@@ -170,6 +170,12 @@ static inline PetscReal SlipConeReaction(PetscReal omega, PetscReal x, PetscReal
   return SlipConeClip(g / omega, q);
 }
 
+/* What the elastic force ku exceeds the strength q by along the motion v; of a cell at rest by its size, 0 at least */
+static inline PetscReal SlipConePush(PetscReal v, PetscReal ku, PetscReal q)
+{
+  return v != 0 ? -(v > 0 ? 1 : -1) * ku - q : PetscMax(PetscAbsReal(ku) - q, 0);
+}
+
 PETSC_EXTERN void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
                                   const PetscReal q[], const PetscReal dq[], const PetscReal rho[], PetscReal F[],
                                   PetscReal mask[], PetscReal slope[]);
@@ -264,6 +270,12 @@ typedef struct {
   PetscReal error[3];  /* e = h sum error_i k_i, to third order */
   PetscReal divisor;   /* the same as one difference: e = h/divisor ((1 - gamma) k0 - k1 + gamma k2) */
 } SlipBathe;
+
+/* k2 = (w2 - a1 w1 + a0 w0)/theta, of a step whose stage 2 has theta [s] */
+static inline PetscReal SlipBatheEndRate(const SlipBathe *c, PetscReal theta, PetscReal w0, PetscReal w1, PetscReal w2)
+{
+  return (w2 - c->a1 * w1 + c->a0 * w0) / theta;
+}
 
 PETSC_EXTERN void SlipBatheSetUp(PetscReal gamma, SlipBathe *c);
 PETSC_EXTERN void SlipBatheSetUpBackward(SlipBathe *c);

@@ -41,7 +41,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
     sum[SUM_WEAKENING] += (mu - weak) * (weight * friction.stress[i]);
     q = mu * (weight * friction.stress[i]);
     sum[SUM_STRENGTH] += q;
-    sum[SUM_PUSH] += v != 0 ? -PetscSign(v) * f[i] - q : PetscMax(PetscAbsReal(f[i]) - q, 0);
+    sum[SUM_PUSH] += SlipConePush(v, f[i], q);
     *max_v = PetscMax(*max_v, PetscAbsReal(v));
   }
   PetscCall(SlipArraysRestore(2, arrays));

@@ -1,5 +1,11 @@
 /* See plainfault.h. The stage solver is src/snes/semismooth.c's: Newton's method on the natural residual, without the
-   weakening slope where that makes the Jacobian indefinite. */
+   weakening slope where that makes the Jacobian indefinite.
+
+   Why there are two. Measured on 24 single cells and 20 meshes of up to 7 x 7 cells, a generation of fault.h5's training,
+   runs of TSBATHE with SNESSEMISMOOTH take 12 to 14 times the processor time of these on single cells and 3.8 to 4.9 times
+   on meshes, 5 times in all: objects, checks and monitors cost more than the arithmetic of so few cells. And the library's
+   loop cannot be this one: its operators are products with FFTs or hierarchical matrices, on any number of ranks, with
+   Krylov solves and approximations; here they are entries, solved directly. Shared are the formulas and every decision. */
 #include "plainfault.h"
 #include <slipcompat.h>
 #include <math.h>
@@ -336,7 +342,7 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
     p->v2[i] = v;
     p->u2[i] = base_u[i] + st.theta * v;
     p->slip_error += fabs(h / c.divisor * ((1 - GAMMA) * fabs(p->v[i]) - fabs(v1[i]) + GAMMA * fabs(v)));
-    if (v != 0) p->growth += (v > 0 ? 1 : -1) * (v - c.a1 * v1[i] + c.a0 * p->v[i]) / st.theta;
+    if (v != 0) p->growth += (v > 0 ? 1 : -1) * SlipBatheEndRate(&c, st.theta, p->v[i], v1[i], v);
   }
   return PETSC_TRUE;
 }
@@ -353,7 +359,7 @@ double PlainFaultError(const PlainFault *p, double h, const PetscReal atol[], do
     for (PetscInt k = 0; k < 3; ++k) {
       const double w0 = start[k][i], w1 = p->w1[k * n + i], w2 = end[k][i];
       const double k0 = k == 0 ? p->k0[i] : k == 1 ? p->v[i] : fabs(p->v[i]); /* slip laws: ds/dt = |v| */
-      const double k1 = (w1 - w0) / (c.theta[0] * h) - k0, k2 = (w2 - c.a1 * w1 + c.a0 * w0) / (c.theta[1] * h);
+      const double k1 = (w1 - w0) / (c.theta[0] * h) - k0, k2 = SlipBatheEndRate(&c, c.theta[1] * h, w0, w1, w2);
       const double e = k == 0 && w2 == 0 ? 0 : h * (c.error[0] * k0 + c.error[1] * k1 + c.error[2] * k2);
       const double scaled = e / (atol[3 * i + k] + rtol * PetscMax(fabs(w2), fabs(w2 - e)));
 

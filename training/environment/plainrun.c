@@ -1,19 +1,7 @@
 /* See plainrun.h: the numbers of a plain fault that the library's formulas and rules (slipcore.h) are given. */
 #include "plainrun.h"
-#include "plainrows.h"
 #include <slipcompat.h>
 #include <math.h>
-
-typedef struct {
-  const PlainFault *p;
-  SlipPolicy policy;
-  PetscInt n;
-  SlipObserved seen[PLAIN_MAX_ROWS];
-  SlipRunNumbers run;
-  SlipFaultNumbers fault;
-  PetscBool rests;  /* nothing moves, and no force exceeds its strength */
-  PetscReal moving; /* longest step while anything moves [T*]; 0: no limit, and the policy is asked at rest too */
-} Chooser;
 
 /* What rows of a fault read of its state; whether it rests */
 static PetscBool SumUp(const PlainFault *p, SlipFaultNumbers *f)
@@ -39,7 +27,7 @@ static PetscBool SumUp(const PlainFault *p, SlipFaultNumbers *f)
     f->power += v * ku;
     f->strength += q / n;
     f->weakening += PlainFaultWeakening(p, i) / n;
-    f->push += (v != 0 ? -(v > 0 ? 1 : -1) * ku - q : PetscMax(fabs(ku) - q, 0)) / n;
+    f->push += SlipConePush(v, ku, q) / n;
     if (v != 0 || fabs(ku) > q) rests = PETSC_FALSE;
   }
   f->total_rate = n * f->rate;
@@ -49,63 +37,79 @@ static PetscBool SumUp(const PlainFault *p, SlipFaultNumbers *f)
   return rests;
 }
 
-static PetscErrorCode Choose(Chooser *c, PetscBool state_changed, PetscReal *h)
-{
-  PetscReal obs[PLAIN_MAX_ROWS];
-
-  PetscFunctionBegin;
-  c->fault.estimated = c->run.started;
-  if (state_changed) c->rests = SumUp(c->p, &c->fault);
-  for (PetscInt i = 0; i < c->n; ++i) {
-    SlipObserved *seen = &c->seen[i];
-
-    if (state_changed || !SlipObservedOfState(seen))
-      SlipObservedTake(seen, seen->own == 0 ? (*seen->row->fault)(&c->fault) : (*seen->row->run)(&c->run));
-    obs[i] = seen->value;
-  }
-  PetscCall(SlipPolicyChoose(c->policy, obs, c->run.tstar, c->run.max_time, h, NULL));
-  if (c->moving > 0)
-    *h = SlipControlRest(*h, c->moving * c->run.tstar, c->rests ? PETSC_MAX_REAL : 0, c->run.max_time - c->run.time);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode PlainRun(PlainFault *p, SlipPolicy policy, PetscReal accuracy, PetscReal tmax, PetscInt max_steps,
+PetscErrorCode PlainRun(PlainFault *p, PlainPolicy *policy, PetscReal accuracy, PetscReal tmax, PetscInt max_steps,
                         PlainWatchFn fn, void *ctx, PlainTotals *totals)
 {
-  Chooser c = {.p = p,
-               .policy = policy,
-               .run = {.accuracy = accuracy, .max_time = tmax, .tstar = p->known.tstar},
-               .fault = p->known};
-  SlipRunNumbers *o = &c.run;
-  PetscBool known, has;
-  PetscReal h;
+  SlipRunNumbers *o = &policy->run;
+  SlipFaultNumbers fault = p->known;
+  PetscReal moving,
+    h = 0; /* moving: longest step while anything moves [T*]; 0: no limit, and it is asked at rest too */
+  PetscBool has, rests = PETSC_FALSE, changed = PETSC_TRUE, choose = PETSC_TRUE;
 
   PetscFunctionBegin;
   *totals = (PlainTotals){0, 0, 0};
-  PetscCall(PlainRowsFind(policy, NULL, &c.n, c.seen, &known));
-  PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_SUP, "A plain fault does not know all observations of the policy");
-  PetscCall(SlipPolicyGetNumber(policy, SLIP_POLICY_MOVING_DT_MAX, &c.moving, &has));
-  PetscCall(SlipPolicyGetStepBounds(policy, p->known.tstar, tmax, &o->dt_min, &o->dt_max));
-  PetscCall(Choose(&c, PETSC_TRUE, &h));
-  h = PetscMin(h, tmax);
-  while (o->time < tmax && totals->accepted < max_steps && totals->attempts < 2 * max_steps) {
-    o->converged = PlainFaultAttempt(p, h);
+  PetscCall(PlainPolicyRun(policy, accuracy, p->known.tstar, tmax));
+  PetscCall(SlipPolicyGetNumber(policy->policy, SLIP_POLICY_MOVING_DT_MAX, &moving, &has));
+  while (PETSC_TRUE) {
+    if (choose) {
+      fault.estimated = o->started;
+      if (changed) rests = SumUp(p, &fault);
+      PlainPolicyObserve(policy, &fault, NULL, changed);
+      PetscCall(PlainPolicyChoose(policy, &h));
+      if (moving > 0) h = SlipControlRest(h, moving * o->tstar, rests ? PETSC_MAX_REAL : 0, tmax - o->time);
+    }
+    if (o->started && changed) {
+      h = SlipControlMatch(h, tmax - o->time);
+      PetscCall(fn(p, o->time, ctx));
+    } else
+      h = PetscMin(h, tmax - o->time);
+    if (o->time >= tmax || totals->accepted >= max_steps || totals->attempts >= 2 * max_steps) break;
+    o->converged = changed = PlainFaultAttempt(p, h);
     o->started = PETSC_TRUE;
     o->dt = h;
     totals->attempts++;
-    if (!o->converged) {
-      if (!SlipControlHalve(++o->failures, SLIP_MAX_FAILURES, &h)) PetscCall(Choose(&c, PETSC_FALSE, &h));
-      h = PetscMin(h, tmax - o->time);
-      continue;
-    }
+    choose = changed || !SlipControlHalve(++o->failures, SLIP_MAX_FAILURES, &h) ? PETSC_TRUE : PETSC_FALSE;
+    if (!changed) continue;
     totals->accepted++;
     o->failures = 0;
     o->time += h;
     PlainFaultAccept(p);
-    PetscCall(Choose(&c, PETSC_TRUE, &h));
-    h = SlipControlMatch(h, tmax - o->time);
-    PetscCall(fn(p, o->time, ctx));
   }
   totals->time = o->time;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- under a filter ---- */
+
+#define AFTER_FAILURE (PetscReal)0.6 /* -ts_adapt_pi_failure_factor's default */
+#define POWER (1. / 3)               /* the embedded estimate goes with h^3 */
+
+PetscErrorCode PlainRunFilter(PlainFault *p, const SlipFilter *filter, const PetscReal atol[], PetscReal rtol,
+                              PetscReal dt, PetscReal tmax, PetscInt max_steps, PlainWatchFn fn, void *ctx,
+                              PlainTotals *totals)
+{
+  SlipFilterMemory memory = {.error = 1};
+  PetscReal h = PetscMin(dt, tmax), E;
+  PetscBool accept;
+
+  PetscFunctionBegin;
+  *totals = (PlainTotals){0, 0, 0};
+  while (totals->time < tmax && totals->accepted < max_steps && totals->attempts < 2 * max_steps) {
+    const PetscReal tried = h;
+
+    totals->attempts++;
+    if (!PlainFaultAttempt(p, tried)) {
+      h = PetscMin(AFTER_FAILURE * tried, tmax - totals->time);
+      continue;
+    }
+    E = PlainFaultError(p, tried, atol, rtol);
+    h = tried * SlipControlFilter(filter, &memory, (PetscReal)POWER, E, tried, PETSC_FALSE, &accept);
+    if (!accept) continue;
+    totals->accepted++;
+    totals->time += tried;
+    PlainFaultAccept(p);
+    h = SlipControlMatch(h, tmax - totals->time);
+    PetscCall(fn(p, totals->time, ctx));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,7 +1,8 @@
-/* A run of a plain fault under a policy: what TSSolve() with TSADAPTRL does, and what the library's observations would
-   say. */
+/* Runs of a plain fault: under a policy what TSSolve() with TSADAPTRL does, and what the library's observations would say;
+   under a digital filter what it does with TSADAPTPI. */
 #pragma once
 #include "plainfault.h"
+#include "plainpolicy.h"
 
 typedef struct {
   PetscInt attempts, accepted;
@@ -12,5 +13,9 @@ typedef struct {
 typedef PetscErrorCode (*PlainWatchFn)(const PlainFault *p, double time, void *ctx);
 
 /* From p's state at time 0 to tmax or max_steps accepted steps or twice as many attempts. */
-PETSC_INTERN PetscErrorCode PlainRun(PlainFault *p, SlipPolicy policy, PetscReal accuracy, PetscReal tmax,
+PETSC_INTERN PetscErrorCode PlainRun(PlainFault *p, PlainPolicy *policy, PetscReal accuracy, PetscReal tmax,
                                      PetscInt max_steps, PlainWatchFn fn, void *ctx, PlainTotals *totals);
+/* atol [3 n] of v, u, s of each cell; dt: first step [s]. Ends likewise. */
+PETSC_INTERN PetscErrorCode PlainRunFilter(PlainFault *p, const SlipFilter *filter, const PetscReal atol[],
+                                           PetscReal rtol, PetscReal dt, PetscReal tmax, PetscInt max_steps,
+                                           PlainWatchFn fn, void *ctx, PlainTotals *totals);

@@ -1,6 +1,5 @@
 /* See plainsmall.h. The step of src/ts/bathestep.c; observations and the rules of steps are the library's (slipcore.h). */
 #include "plainsmall.h"
-#include "plainrows.h"
 #include <slipcompat.h>
 
 #define GAMMA 0.5
@@ -71,57 +70,30 @@ static void Step(const PlainSmall *p, PetscReal t, PetscReal h, PetscReal w[])
 
 /* ---- a run ---- */
 
-typedef struct {
-  const PlainSmall *p;
-  SlipPolicy policy;
-  PetscInt n;
-  SlipObserved seen[PLAIN_MAX_ROWS];
-  SlipRunNumbers run;
-  const PetscReal *w;
-} Chooser;
-
-static PetscErrorCode Choose(Chooser *c, PlainSmallWatchFn fn, void *ctx, PetscReal *h)
+static PetscErrorCode Choose(const PlainSmall *p, PlainPolicy *policy, const PetscReal w[], PlainSmallWatchFn fn,
+                             void *ctx, PetscReal *h)
 {
-  const SlipModel model = c->p->model;
-  PetscReal obs[PLAIN_MAX_ROWS];
-
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < c->n; ++i) {
-    SlipObserved *seen = &c->seen[i];
-
-    if (seen->own >= 0) {
-      const SlipModelObservation *row = &model->ops->observations[seen->own];
-
-      obs[i] = SlipObservedTake(seen, (*row->value)(model, c->run.time, c->w, row->k));
-    } else {
-      obs[i] = SlipObservedTake(seen, (*seen->row->run)(&c->run));
-    }
-  }
-  if (fn) fn(c->n, obs, ctx);
-  PetscCall(SlipPolicyChoose(c->policy, obs, c->run.tstar, c->run.max_time, h, NULL));
-  *h = PetscClipInterval(*h, c->p->dt_low, c->p->dt_high);
+  PlainPolicyObserve(policy, NULL, w, PETSC_TRUE);
+  if (fn) fn(policy->n, policy->obs, ctx);
+  PetscCall(PlainPolicyChoose(policy, h));
+  *h = PetscClipInterval(*h, p->dt_low, p->dt_high);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PlainSmallRun(const PlainSmall *p, SlipPolicy policy, PetscReal accuracy, EnvReference reference,
+PetscErrorCode PlainSmallRun(const PlainSmall *p, PlainPolicy *policy, PetscReal accuracy, EnvReference reference,
                              PetscInt max_steps, PlainSmallWatchFn fn, void *ctx, PlainSmallResult *result)
 {
   PetscReal w[SMALL_MAX_STATES] = {p->start[0], p->start[1], p->start[2]}, h;
-  Chooser c = {.p = p,
-               .policy = policy,
-               .w = w,
-               .run = {.accuracy = accuracy, .max_time = p->tmax, .tstar = p->tstar, .converged = PETSC_TRUE}};
-  SlipRunNumbers *o = &c.run;
+  SlipRunNumbers *o = &policy->run;
   SmallErrors errors;
-  PetscBool known;
 
   PetscFunctionBegin;
-  PetscCall(PlainRowsFind(policy, p->model, &c.n, c.seen, &known));
-  PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_SUP, "A plain model does not know all observations of the policy");
-  PetscCall(SlipPolicyGetStepBounds(policy, p->tstar, p->tmax, &o->dt_min, &o->dt_max));
+  PetscCall(PlainPolicyRun(policy, accuracy, p->tstar, p->tmax));
+  o->converged = PETSC_TRUE;
   SmallErrorsStart(reference, w, &errors);
   result->steps = 0;
-  PetscCall(Choose(&c, fn, ctx, &h));
+  PetscCall(Choose(p, policy, w, fn, ctx, &h));
   h = PetscMin(h, p->tmax);
   while (o->time < p->tmax && result->steps < max_steps) {
     Step(p, o->time, h, w);
@@ -130,7 +102,7 @@ PetscErrorCode PlainSmallRun(const PlainSmall *p, SlipPolicy policy, PetscReal a
     o->started = PETSC_TRUE;
     result->steps++;
     SmallErrorsStep(&errors, o->time, w);
-    PetscCall(Choose(&c, fn, ctx, &h));
+    PetscCall(Choose(p, policy, w, fn, ctx, &h));
     h = SlipControlMatch(h, p->tmax - o->time);
   }
   result->finished = o->time >= p->tmax ? PETSC_TRUE : PETSC_FALSE;

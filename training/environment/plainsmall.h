@@ -2,6 +2,7 @@
    say, some ten times faster. The default integrator; systems A dw/dt = G w + f(t) e_0 + F_r e_0 with F_r in -q
    Sign(w_0). */
 #pragma once
+#include "plainpolicy.h"
 #include "smallerrors.h"
 #include <slipstep.h>
 
@@ -25,6 +26,6 @@ typedef struct {
 typedef void (*PlainSmallWatchFn)(PetscInt n, const PetscReal obs[], void *ctx);
 
 /* From the start to tmax or max_steps steps. fn: NULL allowed */
-PETSC_INTERN PetscErrorCode PlainSmallRun(const PlainSmall *p, SlipPolicy policy, PetscReal accuracy,
+PETSC_INTERN PetscErrorCode PlainSmallRun(const PlainSmall *p, PlainPolicy *policy, PetscReal accuracy,
                                           EnvReference reference, PetscInt max_steps, PlainSmallWatchFn fn, void *ctx,
                                           PlainSmallResult *result);

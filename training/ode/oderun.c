@@ -1,5 +1,6 @@
 /* Runs of a random equation under PETSc's controller basic or a policy, its reference, and what a run costs. */
 #include "ode.h"
+#include "environment/plainpolicy.h"
 #include <slipcompat.h>
 #include <math.h>
 
@@ -10,32 +11,25 @@ enum { MOST_POINTS = 20000, TOLERANCES = 7, USUAL_LEAST = 15, USUAL_MOST = 1000 
 
 /* ---- a controller ---- */
 
-typedef struct {
-  SlipPolicy policy; /* NULL: basic */
-  PetscInt n;
-  SlipObserved row[16];
-  SlipRunNumbers run;
-} Controller;
-
-static PetscErrorCode ControllerStart(Controller *c, SlipPolicy policy, double order)
+/* policy NULL: basic */
+static PetscErrorCode ControllerStart(PlainPolicy *c, SlipPolicy policy, double order)
 {
-  const char *const *names;
+  PetscBool known;
 
   PetscFunctionBegin;
-  PetscCall(PetscMemzero(c, sizeof(*c)));
   c->policy = policy;
+  c->run = (SlipRunNumbers){.order = order};
   if (!policy) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PlainPolicyStart(policy, NULL, c, &known));
   c->run.order = order;
-  PetscCall(SlipPolicyGetObservations(policy, &c->n, &names));
-  PetscCheck(c->n <= (PetscInt)PETSC_STATIC_ARRAY_LENGTH(c->row), PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ,
-             "A policy with %" PetscInt_FMT " observations, expected %d at most", c->n,
-             (int)PETSC_STATIC_ARRAY_LENGTH(c->row));
   for (PetscInt i = 0; i < c->n; ++i) {
-    SlipObservedSet(&c->row[i], names[i]);
-    PetscCheck(
-      c->row[i].row && c->row[i].row->run && !(c->row[i].row->reads & (SLIP_READS_STATE | SLIP_READS_RESIDUAL)),
-      PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-      "-train_observations: %s is not known of a plain equation; expected rows of errors and attempts", names[i]);
+    const SlipObservation *row = c->seen[i].row;
+
+    PetscCheck(row && row->run && !(row->reads & (SLIP_READS_STATE | SLIP_READS_RESIDUAL)), PETSC_COMM_SELF,
+               PETSC_ERR_ARG_WRONG,
+               "-train_observations: %s is not known of a plain equation; expected rows of errors and attempts",
+               c->seen[i].name);
+    c->seen[i].own = -1; /* nor a fault */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -49,10 +43,10 @@ static double Basic(double E, double order, PetscBool again)
 }
 
 /* The ratio of the next step to h after a converged attempt, as TSAdaptChoose_RL() has it */
-static PetscErrorCode Next(Controller *c, double E, double h, double *next)
+static PetscErrorCode Next(PlainPolicy *c, double E, double h, double *next)
 {
   const PetscBool accepted = E <= 1 ? PETSC_TRUE : PETSC_FALSE, again = c->run.rejected > 0 ? PETSC_TRUE : PETSC_FALSE;
-  PetscReal obs[16], action;
+  PetscReal action;
 
   PetscFunctionBegin;
   SlipRunAttempt(&c->run, h, PETSC_TRUE, accepted);
@@ -62,10 +56,8 @@ static PetscErrorCode Next(Controller *c, double E, double h, double *next)
     *next = h * Basic(E, c->run.order, again);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  for (PetscInt i = 0; i < c->n; ++i)
-    obs[i] = accepted || !SlipObservedOfState(&c->row[i]) ? SlipObservedTake(&c->row[i], c->row[i].row->run(&c->run))
-                                                          : c->row[i].value;
-  PetscCall(SlipPolicyEvaluate(c->policy, obs, &action, NULL));
+  PlainPolicyObserve(c, NULL, NULL, accepted);
+  PetscCall(SlipPolicyEvaluate(c->policy, c->obs, &action, NULL));
   PetscCall(SlipPolicyActionToStep(c->policy, action, 1, 1, next));
   *next *= h;
   if (!accepted) *next = SlipControlShrink(h, *next, c->run.rejected);
@@ -77,7 +69,7 @@ static PetscErrorCode Next(Controller *c, double E, double h, double *next)
 static PetscErrorCode ReferenceCreate(OdeEpisode *e, double tol, PetscBool *good)
 {
   const PetscInt n = e->ode.n;
-  Controller c;
+  PlainPolicy c;
   OdeStepper s;
   double h = 1e-6 * e->ode.end, next;
 
@@ -85,7 +77,6 @@ static PetscErrorCode ReferenceCreate(OdeEpisode *e, double tol, PetscBool *good
   *good = PETSC_FALSE;
   PetscCall(PetscMalloc3(MOST_POINTS, &e->t, n * MOST_POINTS, &e->y, n * MOST_POINTS, &e->k));
   PetscCall(ControllerStart(&c, NULL, OdeOrder(ODE_DP54)));
-  c.run.order = OdeOrder(ODE_DP54);
   OdeStepperStart(&e->ode, ODE_DP54, tol, &s);
   for (e->n = 0; e->n < MOST_POINTS; e->n++) {
     e->t[e->n] = s.t;
@@ -133,7 +124,7 @@ static double Deviation(const OdeEpisode *e, double t, const double y[], PetscIn
 
 PetscErrorCode OdeEpisodeRun(const OdeEpisode *e, SlipPolicy policy, double tol, OdeResult *r)
 {
-  Controller c;
+  PlainPolicy c;
   OdeStepper s;
   double h = e->first, next, before = 0, now, integral = 0;
   PetscInt at = 0;
@@ -141,7 +132,6 @@ PetscErrorCode OdeEpisodeRun(const OdeEpisode *e, SlipPolicy policy, double tol,
   PetscFunctionBegin;
   PetscCall(PetscMemzero(r, sizeof(*r)));
   PetscCall(ControllerStart(&c, policy, OdeOrder(e->pair)));
-  c.run.order = OdeOrder(e->pair);
   OdeStepperStart(&e->ode, e->pair, tol, &s);
   while (s.t < e->ode.end * (1 - 1e-12) && r->steps + r->rejected + r->failed < e->limit) {
     if (!OdeAttempt(&s, h)) {

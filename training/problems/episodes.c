@@ -1,6 +1,5 @@
 /* Episodes, see episodes.h. */
 #include "episodes.h"
-#include "environment/plainrows.h"
 #include <math.h>
 #include <slipcompat.h>
 
@@ -379,19 +378,18 @@ PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accura
 PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
 {
   PlainTotals totals;
-  SlipObserved row[PLAIN_MAX_ROWS];
-  PetscInt n;
+  PlainPolicy p;
   PetscBool known;
 
   PetscFunctionBegin;
-  PetscCall(PlainRowsFind(policy, NULL, &n, row, &known));
+  PetscCall(PlainPolicyStart(policy, NULL, &p, &known));
   if (!known) {
     PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Forget(e));
   PlainFaultSetState(&e->plain, e->plain_start);
-  PetscCall(PlainRun(&e->plain, policy, accuracy, e->tmax, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
+  PetscCall(PlainRun(&e->plain, &p, accuracy, e->tmax, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
   EpisodeConclude(e, totals.attempts, totals.accepted, result);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

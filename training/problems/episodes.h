@@ -5,7 +5,7 @@
 #include "problems.h"
 #include "family.h"
 #include "environment/cmaproblem.h"
-#include "environment/plainfilter.h"
+#include "environment/plainrun.h"
 #include "common/table.h"
 #include <slipstep.h>
 

@@ -1,7 +1,6 @@
 /* Episodes of the other problems of the table: instances of the environment, which runs them, or the same without
    objects. */
 #include "episodes.h"
-#include "environment/plainrows.h"
 #include "environment/plainsmall.h"
 #include <slipmodels.h>
 #include <slipcompat.h>
@@ -112,17 +111,16 @@ PetscErrorCode EpisodeSmallRun(EpisodeSmall small, SlipPolicy policy, PetscReal 
                                EpisodeResult *result)
 {
   PlainSmallResult r;
-  SlipObserved row[PLAIN_MAX_ROWS];
-  PetscInt n;
+  PlainPolicy p;
   PetscBool known;
 
   PetscFunctionBegin;
-  PetscCall(PlainRowsFind(policy, small->plain.model, &n, row, &known));
+  PetscCall(PlainPolicyStart(policy, small->plain.model, &p, &known));
   if (!known) {
     PetscCall(EpisodeSmallRunLibrary(small, policy, accuracy, fn, ctx, result));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PlainSmallRun(&small->plain, policy, accuracy, small->instance.reference, MAX_ATTEMPTS, fn, ctx, &r));
+  PetscCall(PlainSmallRun(&small->plain, &p, accuracy, small->instance.reference, MAX_ATTEMPTS, fn, ctx, &r));
   *result = Conclude(r.steps, 0, r.error, r.finished);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
