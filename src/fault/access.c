@@ -83,7 +83,7 @@ PetscErrorCode SlipFaultGetString(SlipFault fault, const char name[], char value
 
     PetscCall(PetscStrcmp(name, SlipFaultStrings[i].name, &same));
     if (!same) continue;
-    PetscCall(PetscStrncpy(value, fault->options.text[i], len));
+    PetscCall(PetscStrncpy(value, SlipFaultGetText(fault, i), len));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no choice \"%s\"", name);

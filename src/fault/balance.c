@@ -16,13 +16,14 @@
 
 /* ---- set-up ---- */
 
-static PetscErrorCode Choose(SlipFault fault, PetscInt id, const char choice[])
+/* A choice, or what "auto" is in its place: what the user chose stays as it is */
+static PetscErrorCode Choose(SlipFault fault, SlipFaultStringId id, const char otherwise[], const char **choice)
 {
   PetscBool automatic;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->options.text[id], "auto", &automatic));
-  if (automatic) PetscCall(PetscStrncpy(fault->options.text[id], choice, sizeof(fault->options.text[id])));
+  *choice = automatic ? otherwise : fault->options.text[id];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -35,6 +36,7 @@ static PetscErrorCode ChooseInertia(SlipFault fault, PetscBool traction)
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "none", &none));
+  fault->kind.inertia = fault->options.inertia;
   if (fault->options.inertia_given) PetscFunctionReturn(PETSC_SUCCESS);
   fault->kind.inertia = fault->friction.law->always_slides || (traction && !fault->friction.law->by_rate && !none)
                           ? PETSC_FALSE
@@ -49,20 +51,22 @@ PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
   PetscBool critical, rest, rate, traction;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
+  PetscCall(
+    Choose(fault, FAULT_INITIAL, fault->friction.law->always_slides ? "rate" : "critical", &fault->kind.initial));
+  PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
   PetscCall(ChooseInertia(fault, traction));
   PetscCall(Choose(fault, FAULT_VISCOSITY,
-                   fault->friction.law->always_slides || (traction && !fault->kind.inertia) ? "radiation" : "sqrtm"));
-  PetscCall(Choose(fault, FAULT_INITIAL, fault->friction.law->always_slides ? "rate" : "critical"));
+                   fault->friction.law->always_slides || (traction && !fault->kind.inertia) ? "radiation" : "sqrtm",
+                   &fault->kind.viscosity));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STATE_LAW], "slip", &fault->friction.slip_law));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "rest", &rest));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "rate", &rate));
+  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
+  PetscCall(PetscStrcmp(fault->kind.initial, "rest", &rest));
+  PetscCall(PetscStrcmp(fault->kind.initial, "rate", &rate));
   PetscCheck(
     !fault->friction.law->always_slides || !(critical || rest), fault->comm, PETSC_ERR_ARG_INCOMP,
     "-%sfault_initial %s does not go with -%sfault_friction_law %s, whose cells always slide: expected rate or "
     "traction",
-    prefix, fault->options.text[FAULT_INITIAL], prefix, fault->friction.law->name);
+    prefix, fault->kind.initial, prefix, fault->friction.law->name);
   PetscCheck(fault->friction.law->always_slides || !rate, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_initial rate needs rate-and-state friction, not -%sfault_friction_law %s", prefix, prefix,
              fault->friction.law->name);
@@ -169,7 +173,7 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->critical.uc, &b->u));
   PetscCall(VecDuplicate(fault->critical.uc, &b->rate));
   PetscCall(VecDuplicate(fault->critical.uc, &b->force));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
+  PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(FillStart(fault, &friction, traction));
   if (!traction) PetscCall(FillTraction(fault, &friction));

@@ -206,7 +206,7 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
     PetscCall(CompareReal(&d, p->name, value, p->unit, 0));
   }
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(choices); i++)
-    PetscCall(CompareText(&d, SlipFaultStrings[choices[i]].name, fault->options.text[choices[i]]));
+    PetscCall(CompareText(&d, SlipFaultStrings[choices[i]].name, SlipFaultGetText(fault, choices[i])));
   PetscCall(CompareText(&d, "injection", injection[0] ? injection : "none"));
   PetscCall(CompareText(&d, "inertia", fault->kind.inertia ? "yes" : "no"));
   PetscCall(CompareMesh(&d, fault));

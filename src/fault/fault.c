@@ -30,7 +30,7 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
   f->comm = PetscObjectComm((PetscObject)f);
   f->layout = (SlipFaultLayout){.block = 3, .rate = 0, .displacement = 1, .state = 2};
   f->operators.scaling = 1;
-  f->kind.inertia = PETSC_TRUE;
+  f->options.inertia = PETSC_TRUE;
   f->run.events = -1;
   for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) f->options.value[i] = SlipFaultReals[i].value;
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
@@ -109,7 +109,7 @@ PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetInertia() before SlipFaultSetUp()");
-  fault->kind.inertia = inertia;
+  fault->options.inertia = inertia;
   fault->options.inertia_given = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

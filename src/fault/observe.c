@@ -285,7 +285,7 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n,
                             .growth = fault->known.estimates.sum[ESTIMATE_GROWTH]};
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "none", &undamped));
+  PetscCall(PetscStrcmp(fault->kind.viscosity, "none", &undamped));
   known.damping_ratio = undamped ? 0 : fault->options.value[FAULT_DAMPING_RATIO];
   if (fault->critical.inertia > 0) {
     known.critical_stiffness = fault->critical.energy / fault->critical.inertia;

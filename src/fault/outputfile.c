@@ -286,7 +286,7 @@ static PetscErrorCode WriteParameters(SlipFault fault, SlipH5 *h)
   }
   for (PetscInt id = 0; id <= FAULT_STIFFNESS_SCALING; id++)
     if (SlipFaultStrings[id].choices || id == FAULT_FRICTION_LAW)
-      PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, fault->options.text[id]));
+      PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, SlipFaultGetText(fault, id)));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->kind.inertia));
   PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", SlipFaultMeanArea(fault) * (PetscReal)fault->mesh.N));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -53,7 +53,7 @@ static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, Petsc
   PetscFunctionBegin;
   PetscCall(TSGetMaxTime(ts, &end));
   PetscCall(SlipFaultStartShare(fault, &share));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
+  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
   *progress = end > 0 ? PetscMin(PetscMax(time / end, 0), 1) : 1;
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {

@@ -346,6 +346,14 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
   SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no choice \"%s\"", name);
 }
 
+/* -fault_operator keeps its "auto", which the type of K tells */
+const char *SlipFaultGetText(SlipFault fault, PetscInt id)
+{
+  if (fault->setup && id == FAULT_INITIAL) return fault->kind.initial;
+  if (fault->setup && id == FAULT_VISCOSITY) return fault->kind.viscosity;
+  return fault->options.text[id];
+}
+
 PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average)
 {
   const char *text = fault->options.text[FAULT_STIFFNESS_AVERAGE];
@@ -511,7 +519,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
                              "Inertia M = rho Ly; without it (no) the balance is that of friction, elasticity and "
                              "viscosity alone (default yes; no of rate-and-state friction, and of slip weakening with "
                              "-fault_initial traction unless -fault_viscosity is none)",
-                             "SlipFaultSetInertia", fault->kind.inertia, &fault->kind.inertia, &set));
+                             "SlipFaultSetInertia", fault->options.inertia, &fault->options.inertia, &set));
   if (set) fault->options.inertia_given = PETSC_TRUE;
   PetscCall(PetscOptionsBool(
     "-fault_initial_unstable", "With -fault_initial traction: cells may start above their strength (default no)",

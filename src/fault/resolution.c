@@ -171,7 +171,7 @@ PetscErrorCode SlipFaultResolutionWarn(SlipFault fault)
   PetscBool critical;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
+  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
   if (!r->known || r->least >= r->wanted || (critical && !fault->kind.driven)) PetscFunctionReturn(PETSC_SUCCESS);
   if (r->zone)
     PetscCall(SlipWarning("a cohesive zone of %.4g m has %.3g cells of %.4g m, expected at least %d (Day et al. 2005), "

@@ -80,7 +80,7 @@ static PetscErrorCode DecayRate(SlipFault fault, PetscReal *rate)
     inertia += fault->operators.mass * fault->mesh.weight[i] * PetscSqr(uc[i]);
   PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &inertia, 1, MPIU_REAL, MPI_SUM, fault->comm));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "none", &none));
+  PetscCall(PetscStrcmp(fault->kind.viscosity, "none", &none));
   *rate = none || inertia <= 0
             ? 0
             : 2 * fault->options.value[FAULT_DAMPING_RATIO] * PetscSqrtReal(fault->critical.energy / inertia);

@@ -40,7 +40,7 @@ PetscErrorCode SlipFaultStartShare(SlipFault fault, PetscReal *share)
   PetscBool critical;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
+  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
   *share = critical ? -(1 + fault->options.value[FAULT_INITIAL_PERTURBATION]) : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -121,8 +121,8 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(w, VEC_CLASSID, 2);
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
+  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
+  PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
   PetscCall(VecZeroEntries(w));
   if (fault->friction.law->always_slides) {
     PetscCall(SlipFaultBalanceStart(fault, w));

@@ -241,7 +241,7 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(type, "fft", &fft));
   PetscCall(PetscStrcmp(type, "hmat", &hmat));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "spectral", &spectral));
+  PetscCall(PetscStrcmp(fault->kind.viscosity, "spectral", &spectral));
   PetscCall(SlipFaultAverage(fault, &average));
   PetscCheck(!file[0] || !average, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_stiffness_average %s cannot average the entries of -%sfault_stiffness_file %s: expected no "
@@ -265,8 +265,8 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
              "-%sfault_viscosity spectral does not know the border of -%sfault_stiffness_average whole: expected "
              "-%sfault_viscosity sqrtm, lanczos or none, or -%sfault_stiffness_average cell",
              prefix, prefix, prefix, prefix);
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "none", &none));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "radiation", &radiation));
+  PetscCall(PetscStrcmp(fault->kind.viscosity, "none", &none));
+  PetscCall(PetscStrcmp(fault->kind.viscosity, "radiation", &radiation));
   PetscCheck(fault->kind.inertia || (!none && (radiation || fault->options.value[FAULT_DAMPING_RATIO] > 0)),
              fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_inertia no needs a viscosity, which limits slip rates in its place: expected -%sfault_viscosity "
@@ -310,7 +310,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCheckChoices(fault));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "traction", &traction));
+  PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
   fault->critical.known = !(traction || fault->friction.law->always_slides) || scaled ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipFaultProgressSetUp(fault, "stiffness K"));
@@ -335,7 +335,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   }
   PetscCall(SlipFaultViewStiffness(fault));
   PetscCall(SlipFaultProgressSetUp(fault, "viscosity H"));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "radiation", &radiation));
+  PetscCall(PetscStrcmp(fault->kind.viscosity, "radiation", &radiation));
   if (radiation) /* G/(2 cs), cs = sqrt(G/rho) */
     PetscCall(MatCreateSlipRadiation(
       fault->operators.K,
@@ -343,7 +343,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
       &fault->operators.H));
   else
     PetscCall(MatCreateSlipViscosity(fault->operators.K, fault->operators.mass, zeta,
-                                     zeta > 0 ? fault->options.text[FAULT_VISCOSITY] : "none", &fault->operators.H));
+                                     zeta > 0 ? fault->kind.viscosity : "none", &fault->operators.H));
   PetscCall(MatSlipViscositySetTolerance(fault->operators.H, fault->options.value[FAULT_KRYLOV_TOLERANCE]));
   PetscCall(MatSlipViscositySetFromOptions(fault->operators.H)); /* its own option wins */
   PetscCall(CheckBalance(fault));

@@ -206,7 +206,7 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
   }
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
     PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,
-                                     fault->options.text[i][0] ? fault->options.text[i] : "(none)"));
+                                     fault->options.text[i][0] ? SlipFaultGetText(fault, i) : "(none)"));
   if (fault->setup) {
     PetscCall(PetscViewerASCIIPrintf(viewer, "time scale T*: %g s\n", (double)fault->operators.tstar));
     PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %.6g\n", (double)fault->operators.scaling));

@@ -139,7 +139,7 @@ static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
   PetscBool critical;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_INITIAL], "critical", &critical));
+  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
   if (rank || !fault->kind.inertia || !fault->resolution.known || fault->friction.law->by_rate ||
       fault->friction.law->state || critical)
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -184,6 +184,7 @@ static void inertia_and_viscosity(void **state)
   (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
     SlipFault fault = Fault(rows[k].law, NX, NZ);
+    char text[32];
 
     ok(SlipFaultSetString(fault, "initial", rows[k].initial));
     ok(SlipFaultSetString(fault, "viscosity", rows[k].viscosity));
@@ -192,7 +193,10 @@ static void inertia_and_viscosity(void **state)
     if (rows[k].given >= 0) ok(SlipFaultSetInertia(fault, rows[k].given ? PETSC_TRUE : PETSC_FALSE));
     ok(SlipFaultSetUp(fault));
     assert_int_equal(fault->kind.inertia, rows[k].inertia);
-    assert_string_equal(fault->options.text[FAULT_VISCOSITY], rows[k].becomes);
+    assert_string_equal(fault->kind.viscosity, rows[k].becomes);
+    ok(SlipFaultGetString(fault, "viscosity", text, sizeof(text)));
+    assert_string_equal(text, rows[k].becomes);
+    assert_string_equal(fault->options.text[FAULT_VISCOSITY], rows[k].viscosity); /* what the user chose */
     ok(SlipFaultDestroy(&fault));
   }
 }

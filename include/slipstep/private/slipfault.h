@@ -162,6 +162,7 @@ typedef struct {
 typedef struct {
   PetscReal value[FAULT_NUM_REALS];
   char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
+  PetscBool inertia;          /* -fault_inertia */
   PetscBool inertia_given;    /* else the law decides */
   PetscBool initial_unstable; /* -fault_initial_unstable */
   PetscBool check_error;      /* -fault_check_error */
@@ -209,12 +210,13 @@ typedef struct {
 
 /* What sort of problem the parameters make */
 typedef struct {
-  PetscBool loaded;   /* some v_inf is not zero */
-  PetscBool inertia;  /* -fault_inertia */
-  PetscBool heals;    /* some healing time is not never */
-  PetscBool sequence; /* by loading, stressing or healing events may follow each other */
-  PetscBool driven;   /* by loading, stressing, pressure or healing, or without inertia: quiet times without end */
-  PetscReal rtol;     /* the default of -ts_rtol, with the problem's controller */
+  PetscBool loaded;                /* some v_inf is not zero */
+  const char *initial, *viscosity; /* the choices, "auto" decided */
+  PetscBool inertia;               /* likewise; -fault_inertia */
+  PetscBool heals;                 /* some healing time is not never */
+  PetscBool sequence;              /* by loading, stressing or healing events may follow each other */
+  PetscBool driven; /* by loading, stressing, pressure or healing, or without inertia: quiet times without end */
+  PetscReal rtol;   /* the default of -ts_rtol, with the problem's controller */
 } SlipFaultKind;
 
 /* stiffness.c */
@@ -332,7 +334,8 @@ static inline const char *SlipFaultPrefix(SlipFault fault)
   return prefix ? prefix : "";
 }
 
-PETSC_EXTERN PetscErrorCode SlipFaultCellsSetUp(SlipFault fault); /* fields and distribution */
+PETSC_EXTERN PetscErrorCode SlipFaultCellsSetUp(SlipFault fault);        /* fields and distribution */
+PETSC_INTERN const char *SlipFaultGetText(SlipFault fault, PetscInt id); /* a choice; after set-up without "auto" */
 PETSC_EXTERN PetscErrorCode SlipFaultFieldNames(char names[], size_t len);
 PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault); /* K, its scaling, H, B */
 PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);  /* uc and what observables are measured in */
