@@ -62,7 +62,6 @@ static void FillLayers(const DenseShape *s, PetscInt net, uint32_t tensor, doubl
 static LearnerOptions GoldenOptions(PetscInt critics)
 {
   return (LearnerOptions){.obs = OBS,
-                          .act = 1,
                           .actor_layers = 2,
                           .actor = {WIDTH, WIDTH},
                           .critic_layers = 3,

@@ -13,8 +13,8 @@ static double ActorLoss(TQC *t, const Batch *batch, const Scalar eps[], const Sc
   double loss = 0;
 
   DenseForward(&t->latent, p, BATCH, batch->obs, &t->actor_work);
-  GaussSample(H, 1, BATCH, t->actor_work.out[0], p + t->head_weight, p + t->head_bias, p + t->log_std,
-              p + t->log_std + H, eps, &t->now);
+  GaussSample(H, BATCH, t->actor_work.out[0], p + t->head_weight, p + t->head_bias, p + t->log_std, p + t->log_std + H,
+              eps, &t->now);
   for (int i = 0; i < OBS * BATCH; ++i) t->input[i] = batch->obs[i];
   for (int b = 0; b < BATCH; ++b) t->input[OBS * BATCH + b] = t->now.action[b];
   DenseForward(&t->critic, t->critics, BATCH, t->input, &t->critic_work);
@@ -29,7 +29,6 @@ static double ActorLoss(TQC *t, const Batch *batch, const Scalar eps[], const Sc
 static void test_gradient(void **state)
 {
   const LearnerOptions o = {.obs = OBS,
-                            .act = 1,
                             .actor_layers = 1,
                             .actor = {H},
                             .critic_layers = 2,
@@ -96,7 +95,7 @@ static void test_density(void **state)
     h[i] = 1;
     eps[i] = -8 + 16. * i / (N - 1);
   }
-  GaussSample(1, 1, N, h, head, bias, std_head, std_bias, eps, &s);
+  GaussSample(1, N, h, head, bias, std_head, std_bias, eps, &s);
   assert_true(fabs(mean[0] - 0.4) < 1e-15 && fabs(var[0] - exp(-1.2)) < 1e-15);
   for (int i = 1; i < N; ++i) sum += 0.5 * (exp(logp[i]) + exp(logp[i - 1])) * (action[i] - action[i - 1]);
   /* the 1e-6 in the logarithm is felt where 1 - a^2 is of its size, at eps near 7 */

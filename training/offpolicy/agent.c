@@ -6,7 +6,7 @@
 PetscErrorCode AgentCreate(const AgentOptions *o, uint64_t seed, Agent *a)
 {
   const LearnerOptions *n = &o->networks;
-  const size_t B = (size_t)n->batch, O = (size_t)n->obs, A = (size_t)n->act;
+  const size_t B = (size_t)n->batch, O = (size_t)n->obs;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(a, sizeof(*a)));
@@ -14,9 +14,9 @@ PetscErrorCode AgentCreate(const AgentOptions *o, uint64_t seed, Agent *a)
   RandomSeed(&a->random, seed);
   PetscCall(PetscCalloc1(o->learner->size, (char **)&a->learner));
   PetscCall(o->learner->create(n, &a->random, a->learner));
-  PetscCall(ReplayCreate(n->obs, n->act, o->buffer, &a->replay));
-  PetscCall(PetscCalloc5(O * B, &a->batch.obs, O * B, &a->batch.next_obs, A * B, &a->batch.action, B, &a->batch.reward,
-                         B, &a->batch.done));
+  PetscCall(ReplayCreate(n->obs, o->buffer, &a->replay));
+  PetscCall(PetscCalloc5(O * B, &a->batch.obs, O * B, &a->batch.next_obs, B, &a->batch.action, B, &a->batch.reward, B,
+                         &a->batch.done));
   PetscCall(PetscCalloc2(O, &a->obs, O, &a->next_obs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -52,7 +52,7 @@ void AgentLearn(Agent *a, const PetscReal next_obs[], PetscReal reward, PetscBoo
   if (!a->pending) return;
   a->pending = PETSC_FALSE;
   for (PetscInt i = 0; i < a->o.networks.obs; ++i) a->next_obs[i] = (Scalar)next_obs[i];
-  ReplayAdd(&a->replay, a->obs, a->next_obs, &a->action, (Scalar)reward, terminated ? 1 : 0);
+  ReplayAdd(&a->replay, a->obs, a->next_obs, a->action, (Scalar)reward, terminated ? 1 : 0);
   a->steps++;
   if (a->replay.size <= PetscMin(a->o.learning_starts, a->replay.capacity - 1)) return; /* also after a transfer */
   ReplaySample(&a->replay, &a->random, a->o.networks.batch, &a->batch);

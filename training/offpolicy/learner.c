@@ -14,7 +14,6 @@ void LearnerShape(PetscInt nets, PetscInt in, PetscInt hidden, const PetscInt wi
 PetscErrorCode LearnerCheckOptions(const LearnerOptions *o)
 {
   PetscFunctionBegin;
-  PetscCheck(o->act == 1, PETSC_COMM_SELF, PETSC_ERR_SUP, "A learner chooses 1 action, not %" PetscInt_FMT, o->act);
   PetscCheck(o->critics > 0 && o->batch > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "Critics %" PetscInt_FMT ", batch %" PetscInt_FMT ": both must be positive", o->critics, o->batch);
   PetscCheck(o->actor_layers > 0 && o->actor_layers <= LEARNER_MAX_HIDDEN && o->critic_layers > 0 &&

@@ -8,7 +8,7 @@
 #define LEARNER_COUNTERS 3
 
 typedef struct {
-  PetscInt obs, act;                                  /* O, A */
+  PetscInt obs;                                       /* O; the action is one number */
   PetscInt actor_layers, actor[LEARNER_MAX_HIDDEN];   /* hidden layers of the actor and their widths */
   PetscInt critic_layers, critic[LEARNER_MAX_HIDDEN]; /* of each critic */
   PetscInt critics;                                   /* C */
@@ -26,7 +26,7 @@ typedef struct {
    stops. */
 typedef struct {
   Scalar *obs, *next_obs; /* [O][B] */
-  Scalar *action;         /* [A][B] */
+  Scalar *action;         /* [B] */
   Scalar *reward, *done;  /* [B] */
 } Batch;
 

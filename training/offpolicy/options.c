@@ -186,7 +186,6 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
   for (size_t i = 1; i < PETSC_STATIC_ARRAY_LENGTH(Learners); ++i)
     if (!strcmp(algorithm, Learners[i]->name)) a->learner = Learners[i];
   a->networks = (LearnerOptions){.obs = o->env.nobs,
-                                 .act = 1,
                                  .critics = a->learner->critics,
                                  .quantiles = 25,
                                  .drop = 2,

@@ -6,15 +6,15 @@
 PetscErrorCode TD3Create(const LearnerOptions *o, Random *r, void *learner)
 {
   TD3 *t = (TD3 *)learner;
-  const size_t AB = (size_t)(o->act * o->batch);
+  const size_t B = (size_t)o->batch;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(t, sizeof(*t)));
   PetscCall(LearnerCheckOptions(o));
   t->o = *o;
-  LearnerShape(1, o->obs, o->actor_layers, o->actor, o->act, &t->actor_shape);
-  LearnerShape(o->critics, o->obs + o->act, o->critic_layers, o->critic, 1, &t->critic_shape);
-  LearnerShape(1, o->obs + o->act, o->critic_layers, o->critic, 1, &t->first_critic);
+  LearnerShape(1, o->obs, o->actor_layers, o->actor, 1, &t->actor_shape);
+  LearnerShape(o->critics, o->obs + 1, o->critic_layers, o->critic, 1, &t->critic_shape);
+  LearnerShape(1, o->obs + 1, o->critic_layers, o->critic, 1, &t->first_critic);
   t->nactor = t->actor_shape.count;
   t->ncritic = (size_t)o->critics * t->critic_shape.count;
   PetscCall(PetscMalloc3(t->nactor, &t->actor, t->nactor, &t->actor_target, t->nactor, &t->actor_grad));
@@ -27,8 +27,8 @@ PetscErrorCode TD3Create(const LearnerOptions *o, Random *r, void *learner)
   PetscCall(AdamCreate(t->ncritic, &t->critic_adam));
   PetscCall(DenseWorkCreate(&t->actor_shape, o->batch, &t->actor_work));
   PetscCall(DenseWorkCreate(&t->critic_shape, o->batch, &t->critic_work));
-  PetscCall(PetscCalloc5((size_t)((o->obs + o->act) * o->batch), &t->input, (size_t)o->batch, &t->y, AB, &t->action, AB,
-                         &t->dqda, AB, &t->normals));
+  PetscCall(
+    PetscCalloc5((size_t)((o->obs + 1) * o->batch), &t->input, B, &t->y, B, &t->action, B, &t->dqda, B, &t->normals));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -52,7 +52,7 @@ static void Act(TD3 *t, const Scalar p[], PetscInt B, const Scalar obs[], Scalar
   const Scalar *out = t->actor_work.out[t->actor_shape.layers - 1];
 
   DenseForward(&t->actor_shape, p, B, obs, &t->actor_work);
-  for (PetscInt i = 0; i < t->o.act * B; ++i) action[i] = ScalarTanh(out[i]);
+  for (PetscInt i = 0; i < B; ++i) action[i] = ScalarTanh(out[i]);
 }
 
 static Scalar Clip(Scalar x, Scalar limit)
@@ -63,7 +63,7 @@ static Scalar Clip(Scalar x, Scalar limit)
 /* Critic values [nets][B] at (obs, action), in the work space. */
 static const Scalar *Values(TD3 *t, const DenseShape *s, const Scalar p[], const Scalar obs[], const Scalar action[])
 {
-  const size_t no = (size_t)(t->o.obs * t->o.batch), na = (size_t)(t->o.act * t->o.batch);
+  const size_t no = (size_t)(t->o.obs * t->o.batch), na = (size_t)t->o.batch;
 
   for (size_t i = 0; i < no; ++i) t->input[i] = obs[i];
   for (size_t i = 0; i < na; ++i) t->input[no + i] = action[i];
@@ -78,8 +78,7 @@ static void Targets(TD3 *t, const Batch *batch, const Scalar noise[])
   const Scalar *q;
 
   Act(t, t->actor_target, B, batch->next_obs, t->action);
-  for (PetscInt i = 0; i < t->o.act * B; ++i)
-    t->action[i] = Clip(t->action[i] + Clip(noise[i], (Scalar)t->o.smoothing_clip), 1);
+  for (PetscInt i = 0; i < B; ++i) t->action[i] = Clip(t->action[i] + Clip(noise[i], (Scalar)t->o.smoothing_clip), 1);
   q = Values(t, &t->critic_shape, t->critic_target, batch->next_obs, t->action);
   for (PetscInt b = 0; b < B; ++b) {
     Scalar least = q[b];
@@ -125,9 +124,8 @@ static double ActorStep(TD3 *t, const Batch *batch)
     t->critic_work.delta[last][b] = -1 / (Scalar)B;
   }
   DenseBackward(&t->first_critic, t->critics, B, t->input, &t->critic_work, NULL);
-  for (PetscInt k = 0; k < t->o.act; ++k)
-    DenseInputGradient(&t->first_critic, t->critics, B, &t->critic_work, t->o.obs + k, t->dqda + k * B);
-  for (PetscInt i = 0; i < t->o.act * B; ++i) delta[i] = t->dqda[i] * (1 - t->action[i] * t->action[i]);
+  DenseInputGradient(&t->first_critic, t->critics, B, &t->critic_work, t->o.obs, t->dqda);
+  for (PetscInt i = 0; i < B; ++i) delta[i] = t->dqda[i] * (1 - t->action[i] * t->action[i]);
   DenseBackward(&t->actor_shape, t->actor, B, batch->obs, &t->actor_work, t->actor_grad);
   AdamStep(&t->actor_adam, t->o.lr, t->actor_grad, t->actor);
   return sum / (double)B;
@@ -166,7 +164,7 @@ static void Update(void *learner, const Batch *batch, Random *r, Losses *losses)
 {
   TD3 *t = (TD3 *)learner;
 
-  for (PetscInt i = 0; i < t->o.act * t->o.batch; ++i) t->normals[i] = (Scalar)(t->o.smoothing * RandomNormal(r));
+  for (PetscInt i = 0; i < t->o.batch; ++i) t->normals[i] = (Scalar)(t->o.smoothing * RandomNormal(r));
   TD3Update(t, batch, t->normals, losses);
 }
 

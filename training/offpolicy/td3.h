@@ -12,14 +12,14 @@ typedef struct {
   PetscInt64 updates;
   /* work space */
   DenseWork actor_work, critic_work;
-  Scalar *input;         /* critic input [O+A][B] */
+  Scalar *input;         /* critic input [O+1][B] */
   Scalar *y;             /* targets [B] */
-  Scalar *action, *dqda; /* [A][B] */
-  Scalar *normals;       /* [A][B] */
+  Scalar *action, *dqda; /* [B] */
+  Scalar *normals;       /* [B] */
 } TD3;
 
 PETSC_INTERN PetscErrorCode TD3Create(const LearnerOptions *o, Random *r, void *learner); /* TD3 * */
 PETSC_INTERN PetscErrorCode TD3Destroy(void *learner);
-/* One gradient step. noise [A][B]: of the target's action, not yet clipped. losses->actor and mean_q keep their values
+/* One gradient step. noise [B]: of the target's action, not yet clipped. losses->actor and mean_q keep their values
    in the steps that leave the actor alone. */
 PETSC_INTERN void TD3Update(TD3 *t, const Batch *batch, const Scalar noise[], Losses *losses);

@@ -5,25 +5,25 @@
 static PetscErrorCode TQCCreateWork(TQC *t)
 {
   const LearnerOptions *o = &t->o;
-  const size_t HA = (size_t)(t->hidden * o->act), AB = (size_t)(o->act * o->batch);
+  const size_t H = (size_t)t->hidden, B = (size_t)o->batch;
   Sample *const s[] = {&t->now, &t->next};
 
   PetscFunctionBegin;
   PetscCall(DenseWorkCreate(&t->latent, o->batch, &t->actor_work));
   PetscCall(DenseWorkCreate(&t->critic, o->batch, &t->critic_work));
   for (int k = 0; k < 2; ++k)
-    PetscCall(PetscCalloc7(AB, &s[k]->mean_raw, AB, &s[k]->mean, AB, &s[k]->noise, AB, &s[k]->var, AB, &s[k]->std_raw,
-                           AB, &s[k]->action, (size_t)o->batch, &s[k]->logp));
-  PetscCall(PetscCalloc3(HA, &t->sigma, HA, &t->explore, (size_t)TQCNoiseCount(t), &t->normals));
-  PetscCall(PetscCalloc2((size_t)((o->obs + o->act) * o->batch), &t->input,
-                         (size_t)(o->critics * o->quantiles * o->batch), &t->z));
-  PetscCall(PetscCalloc4(AB, &t->dqda, AB, &t->dS, AB, &t->dg, AB, &t->dm));
+    PetscCall(PetscCalloc7(B, &s[k]->mean_raw, B, &s[k]->mean, B, &s[k]->noise, B, &s[k]->var, B, &s[k]->std_raw, B,
+                           &s[k]->action, (size_t)o->batch, &s[k]->logp));
+  PetscCall(PetscCalloc3(H, &t->sigma, H, &t->explore, (size_t)TQCNoiseCount(t), &t->normals));
+  PetscCall(
+    PetscCalloc2((size_t)((o->obs + 1) * o->batch), &t->input, (size_t)(o->critics * o->quantiles * o->batch), &t->z));
+  PetscCall(PetscCalloc4(B, &t->dqda, B, &t->dS, B, &t->dg, B, &t->dm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscInt TQCNoiseCount(const TQC *t)
 {
-  return t->o.gaussian ? 2 * t->o.act * t->o.batch : t->hidden * t->o.act;
+  return t->o.gaussian ? 2 * t->o.batch : t->hidden;
 }
 
 PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, void *learner)
@@ -40,11 +40,11 @@ PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, void *learner)
   t->o = *o;
   t->hidden = H;
   LearnerShape(1, o->obs, o->actor_layers, o->actor, 0, &t->latent);
-  LearnerShape(o->critics, o->obs + o->act, o->critic_layers, o->critic, o->quantiles, &t->critic);
+  LearnerShape(o->critics, o->obs + 1, o->critic_layers, o->critic, o->quantiles, &t->critic);
   t->head_weight = t->latent.count;
-  t->head_bias = t->head_weight + (size_t)(o->act * H);
-  t->log_std = t->head_bias + (size_t)o->act;
-  t->nactor = t->log_std + (size_t)(H * o->act + (o->gaussian ? o->act : 0));
+  t->head_bias = t->head_weight + (size_t)H;
+  t->log_std = t->head_bias + 1;
+  t->nactor = t->log_std + (size_t)(H + (o->gaussian ? 1 : 0));
   t->ncritic = (size_t)o->critics * t->critic.count;
   t->log_alpha = 0;
   PetscCall(PetscMalloc2(t->nactor, &t->actor, t->nactor, &t->actor_grad));
@@ -86,25 +86,24 @@ PetscErrorCode TQCDestroy(void *learner)
 #if !defined(TRAIN_DOUBLE)
 /* ---- as a learner ---- */
 
-/* Actions [A][B] at obs [O][B], B <= o.batch. eps: standard normals [H][A], without gSDE [A][B]; NULL: the
-   deterministic tanh(mean). */
-static void ChooseActions(TQC *t, PetscInt B, const Scalar obs[], const Scalar eps[], Scalar action[])
+/* The action at obs [O]. eps: standard normals [H], without gSDE one; NULL: the deterministic tanh(mean). */
+static Scalar ChooseAction(TQC *t, const Scalar obs[], const Scalar eps[])
 {
-  const PetscInt H = t->hidden, A = t->o.act;
+  const PetscInt H = t->hidden;
   const Scalar *h = t->actor_work.out[t->latent.layers - 1], *head = t->actor + t->head_weight,
                *bias = t->actor + t->head_bias, *std = t->actor + t->log_std;
 
-  DenseForward(&t->latent, t->actor, B, obs, &t->actor_work);
+  DenseForward(&t->latent, t->actor, 1, obs, &t->actor_work);
   if (t->o.gaussian)
-    GaussSample(H, A, B, h, head, bias, std, std + H * A, eps, &t->now);
+    GaussSample(H, 1, h, head, bias, std, std + H, eps, &t->now);
   else {
-    for (PetscInt i = 0; eps && i < H * A; ++i) {
+    for (PetscInt i = 0; eps && i < H; ++i) {
       t->sigma[i] = ScalarExp(std[i]);
       t->explore[i] = t->sigma[i] * eps[i];
     }
-    GSDESample(H, A, B, h, head, bias, eps ? t->sigma : NULL, eps ? t->explore : NULL, &t->now);
+    GSDESample(H, 1, h, head, bias, eps ? t->sigma : NULL, eps ? t->explore : NULL, &t->now);
   }
-  for (PetscInt i = 0; i < A * B; ++i) action[i] = t->now.action[i];
+  return t->now.action[0];
 }
 
 /* Exploration is drawn before every step, as Stable-Baselines3 does with sde_sample_freq -1 and train_freq 1, also when
@@ -112,13 +111,11 @@ static void ChooseActions(TQC *t, PetscInt B, const Scalar obs[], const Scalar e
 static Scalar ActLearner(void *learner, const Scalar obs[], PetscBool explore, PetscBool warm_up, Random *r)
 {
   TQC *t = (TQC *)learner;
-  const PetscInt n = t->o.gaussian ? t->o.act : t->hidden * t->o.act;
-  Scalar action;
+  const PetscInt n = t->o.gaussian ? 1 : t->hidden;
 
   for (PetscInt i = 0; explore && i < n; ++i) t->normals[i] = (Scalar)RandomNormal(r);
   if (explore && warm_up) return (Scalar)(2 * RandomUniform(r) - 1);
-  ChooseActions(t, 1, obs, explore ? t->normals : NULL, &action);
-  return action;
+  return ChooseAction(t, obs, explore ? t->normals : NULL);
 }
 
 static void Update(void *learner, const Batch *batch, Random *r, Losses *losses)
@@ -152,7 +149,7 @@ static void Policy(void *learner, DenseShape *layers, PetscBool *clamp)
 {
   const TQC *t = (const TQC *)learner;
 
-  LearnerShape(1, t->o.obs, t->o.actor_layers, t->o.actor, t->o.act, layers);
+  LearnerShape(1, t->o.obs, t->o.actor_layers, t->o.actor, 1, layers);
   *clamp = t->o.gaussian ? PETSC_FALSE : PETSC_TRUE;
 }
 

@@ -1,36 +1,36 @@
 /* One gradient step of TQC, in the order of sb3-contrib: entropy coefficient, critics, actor, target critics. */
 #include "tqc.h"
 
-/* Critic input: observations above actions, [O + A][B]. */
+/* Critic input: observations above actions, [O + 1][B]. */
 static void CriticInput(TQC *t, const Scalar obs[], const Scalar action[])
 {
-  const size_t no = (size_t)(t->o.obs * t->o.batch), na = (size_t)(t->o.act * t->o.batch);
+  const size_t no = (size_t)(t->o.obs * t->o.batch), na = (size_t)t->o.batch;
 
   for (size_t i = 0; i < no; ++i) t->input[i] = obs[i];
   for (size_t i = 0; i < na; ++i) t->input[no + i] = action[i];
 }
 
-/* eps: of the Gaussian [A][B]; gSDE's is in t->explore already */
+/* eps: of the Gaussian [B]; gSDE's is in t->explore already */
 static void ActorForward(TQC *t, const Scalar obs[], const Scalar eps[], Sample *s)
 {
-  const PetscInt H = t->hidden, A = t->o.act, B = t->o.batch;
+  const PetscInt H = t->hidden, B = t->o.batch;
   const Scalar *h = t->actor_work.out[t->latent.layers - 1], *head = t->actor + t->head_weight,
                *bias = t->actor + t->head_bias, *std = t->actor + t->log_std;
 
   DenseForward(&t->latent, t->actor, B, obs, &t->actor_work);
   if (t->o.gaussian)
-    GaussSample(H, A, B, h, head, bias, std, std + H * A, eps, s);
+    GaussSample(H, B, h, head, bias, std, std + H, eps, s);
   else
-    GSDESample(H, A, B, h, head, bias, t->sigma, t->explore, s);
+    GSDESample(H, B, h, head, bias, t->sigma, t->explore, s);
 }
 
-/* lambda with the policy's entropy against its target -A; returns the loss and updates lambda. */
+/* lambda with the policy's entropy against its target -1; returns the loss and updates lambda. */
 static double EntropyStep(TQC *t, const Scalar logp[])
 {
   double sum = 0, loss;
   Scalar grad;
 
-  for (PetscInt b = 0; b < t->o.batch; ++b) sum += logp[b] - (Scalar)t->o.act;
+  for (PetscInt b = 0; b < t->o.batch; ++b) sum += logp[b] - 1;
   grad = (Scalar)(-sum / (double)t->o.batch);
   loss = (double)t->log_alpha * (double)grad;
   AdamStep(&t->alpha_adam, t->o.lr, &grad, &t->log_alpha);
@@ -69,9 +69,7 @@ static double CriticValue(TQC *t, const Scalar obs[], const Scalar action[])
     t->critic_work.delta[t->critic.layers - 1][i] = 1 / (Scalar)n;
   }
   DenseBackward(&t->critic, t->critics, B, t->input, &t->critic_work, NULL);
-  for (PetscInt k = 0; k < t->o.act; ++k) {
-    DenseInputGradient(&t->critic, t->critics, B, &t->critic_work, t->o.obs + k, t->dqda + k * B);
-  }
+  DenseInputGradient(&t->critic, t->critics, B, &t->critic_work, t->o.obs, t->dqda);
   return sum / ((double)n * (double)B);
 }
 
@@ -81,7 +79,7 @@ static double CriticValue(TQC *t, const Scalar obs[], const Scalar action[])
      dS = (alpha/B) (n^2/(2 S^2) - 1/(2 S)). */
 static void HeadGradients(TQC *t, Scalar alpha)
 {
-  const PetscInt n = t->o.act * t->o.batch;
+  const PetscInt n = t->o.batch;
   const Scalar B = (Scalar)t->o.batch, kappa = alpha / B;
   const Sample *s = &t->now;
 
@@ -97,48 +95,42 @@ static void HeadGradients(TQC *t, Scalar alpha)
 /* Backward through the mean head and the exploration (the features are not detached). */
 static void GSDEBackward(TQC *t)
 {
-  const PetscInt H = t->hidden, A = t->o.act, B = t->o.batch;
-  const Scalar *h = t->actor_work.out[t->latent.layers - 1], *W = t->actor + t->head_weight;
+  const PetscInt H = t->hidden, B = t->o.batch;
+  const Scalar *h = t->actor_work.out[t->latent.layers - 1], *W = t->actor + t->head_weight, *dg = t->dg, *dm = t->dm,
+               *dS = t->dS;
   Scalar *dh = t->actor_work.delta[t->latent.layers - 1], *gW = t->actor_grad + t->head_weight,
          *gb = t->actor_grad + t->head_bias, *gstd = t->actor_grad + t->log_std;
 
-  for (PetscInt k = 0; k < A; ++k) {
-    const Scalar *dg = t->dg + k * B, *dm = t->dm + k * B, *dS = t->dS + k * B;
+  gb[0] = 0;
+  for (PetscInt b = 0; b < B; ++b) gb[0] += dm[b];
+  for (PetscInt j = 0; j < H; ++j) {
+    const Scalar E = t->explore[j], var = t->sigma[j] * t->sigma[j], w = W[j], *hj = h + j * B;
+    Scalar *dhj = dh + j * B, sum_std = 0, sum_w = 0;
 
-    gb[k] = 0;
-    for (PetscInt b = 0; b < B; ++b) gb[k] += dm[b];
-    for (PetscInt j = 0; j < H; ++j) {
-      const Scalar E = t->explore[j * A + k], var = t->sigma[j * A + k] * t->sigma[j * A + k], w = W[k * H + j],
-                   *hj = h + j * B;
-      Scalar *dhj = dh + j * B, sum_std = 0, sum_w = 0;
-
-      for (PetscInt b = 0; b < B; ++b) {
-        const Scalar d = dm[b] * w + dg[b] * E + 2 * dS[b] * hj[b] * var;
-
-        dhj[b] = k ? dhj[b] + d : d;
-        sum_std += dg[b] * hj[b] * E + 2 * dS[b] * hj[b] * hj[b] * var;
-        sum_w += dm[b] * hj[b];
-      }
-      gstd[j * A + k] = sum_std;
-      gW[k * H + j] = sum_w;
+    for (PetscInt b = 0; b < B; ++b) {
+      dhj[b] = dm[b] * w + dg[b] * E + 2 * dS[b] * hj[b] * var;
+      sum_std += dg[b] * hj[b] * E + 2 * dS[b] * hj[b] * hj[b] * var;
+      sum_w += dm[b] * hj[b];
     }
+    gstd[j] = sum_std;
+    gW[j] = sum_w;
   }
 }
 
 static void GaussBackward(TQC *t)
 {
-  const PetscInt H = t->hidden, A = t->o.act, B = t->o.batch, last = t->latent.layers - 1;
+  const PetscInt H = t->hidden, B = t->o.batch, last = t->latent.layers - 1;
   const Scalar *h = t->actor_work.out[last];
   Scalar *dh = t->actor_work.delta[last], *g = t->actor_grad, *p = t->actor;
 
-  HeadBackward(H, A, B, h, p + t->head_weight, t->dm, PETSC_TRUE, g + t->head_weight, g + t->head_bias, dh);
-  HeadBackward(H, A, B, h, p + t->log_std, t->dS, PETSC_FALSE, g + t->log_std, g + t->log_std + (size_t)(H * A), dh);
+  HeadBackward(H, B, h, p + t->head_weight, t->dm, PETSC_TRUE, g + t->head_weight, g + t->head_bias, dh);
+  HeadBackward(H, B, h, p + t->log_std, t->dS, PETSC_FALSE, g + t->log_std, g + t->log_std + (size_t)H, dh);
 }
 
 static void ActorStep(TQC *t, const Scalar obs[], Scalar alpha)
 {
   if (t->o.gaussian) {
-    GaussGradients(t->o.act, t->o.batch, alpha, t->dqda, &t->now, t->dm, t->dS);
+    GaussGradients(t->o.batch, alpha, t->dqda, &t->now, t->dm, t->dS);
     GaussBackward(t);
   } else {
     HeadGradients(t, alpha);
@@ -150,16 +142,16 @@ static void ActorStep(TQC *t, const Scalar obs[], Scalar alpha)
 
 void TQCUpdate(TQC *t, const Batch *batch, const Scalar eps[], Losses *losses)
 {
-  const PetscInt HA = t->hidden * t->o.act, B = t->o.batch;
+  const PetscInt B = t->o.batch;
   const Scalar alpha =
     ScalarExp(t->log_alpha); /* before its own update: the same in the targets and the actor's loss */
   double mean_logp = 0;
 
-  for (PetscInt i = 0; i < HA && !t->o.gaussian; ++i) {
+  for (PetscInt i = 0; i < t->hidden && !t->o.gaussian; ++i) {
     t->sigma[i] = ScalarExp(t->actor[t->log_std + (size_t)i]);
     t->explore[i] = t->sigma[i] * eps[i];
   }
-  ActorForward(t, batch->next_obs, eps + t->o.act * B * (t->o.gaussian ? 1 : 0), &t->next);
+  ActorForward(t, batch->next_obs, eps + B * (t->o.gaussian ? 1 : 0), &t->next);
   ActorForward(t, batch->obs, eps, &t->now); /* last: its hidden layers are needed for the backward pass */
   losses->alpha = (double)alpha;
   losses->entropy = EntropyStep(t, t->now.logp);
