@@ -105,7 +105,7 @@ static PetscErrorCode GatherAll(SlipFault fault, const PetscReal local[], PetscR
   PetscCallMPI(MPI_Allgather(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, count, 1, MPI_INT, fault->comm));
   PetscCallMPI(MPI_Allgather(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, start, 1, MPI_INT, fault->comm));
   PetscCallMPI(MPI_Allgatherv(local, count[rank], MPIU_REAL, row, count, start, MPIU_REAL, fault->comm));
-  for (PetscInt e = 0; e < fault->mesh.N; e++) all[fault->mesh.order ? fault->mesh.order[e] : e] = row[e];
+  for (PetscInt e = 0; e < fault->mesh.N; e++) all[SlipFaultMeshRowOf(&fault->mesh, e)] = row[e];
   PetscCall(PetscFree3(count, start, row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -178,16 +178,16 @@ PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n,
 @*/
 PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, PetscReal x[], PetscReal y[], PetscReal z[])
 {
-  PetscReal centre[3];
+  SlipFaultCell cell;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscCall(CheckSize(fault, n));
   for (PetscInt e = 0; e < n; e++) {
-    PetscCall(SlipFaultPlaceOf(fault, e, centre, NULL));
-    x[e] = centre[0];
-    y[e] = centre[1];
-    z[e] = centre[2];
+    fault->mesh.kind->cell(&fault->mesh, e, &cell);
+    x[e] = cell.centre[0];
+    y[e] = cell.centre[1];
+    z[e] = cell.centre[2];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -53,14 +53,14 @@ static PetscErrorCode KineticEnergy(SlipFault fault, Vec w, PetscReal *energy)
   for (PetscInt i = 0; i < fault->mesh.n; i++) sum += fault->mesh.weight[i] * PetscSqr(a[SlipFaultRateAt(fault, i)]);
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
-  *energy = fault->kind.inertia ? 0.5 * fault->operators.mass * SlipFaultMeanArea(fault) * sum : 0;
+  *energy = fault->kind.inertia ? 0.5 * fault->operators.mass * fault->mesh.area * sum : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Powers of a state [W]; a product with H */
 static PetscErrorCode Powers(SlipFault fault, PetscReal t, Vec w, PetscReal power[FAULT_NUM_WORKS])
 {
-  const PetscReal area = SlipFaultMeanArea(fault);
+  const PetscReal area = fault->mesh.area;
   PetscReal sum[3], loading;
 
   PetscFunctionBegin;
@@ -226,7 +226,7 @@ static PetscErrorCode FastestCell(SlipFault fault, Vec w, PetscReal max, PetscIn
   *cell = fault->mesh.N;
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscInt c = fault->mesh.order ? fault->mesh.order[fault->mesh.start + i] : fault->mesh.start + i;
+    const PetscInt c = SlipFaultMeshRow(&fault->mesh, i);
 
     if (PetscAbsReal(a[SlipFaultRateAt(fault, i)]) >= max * (1 - EVENT_TIE)) *cell = PetscMin(*cell, c);
   }
@@ -318,21 +318,22 @@ static PetscErrorCode FillRow(SlipFaultCatalogue cat, PetscReal end, Vec w, Pets
 {
   SlipFault fault = cat->fault;
   const SlipFaultEvent *e = &cat->event;
-  const PetscReal area = SlipFaultMeanArea(fault);
-  PetscReal sum[4], largest[2], place[3], elastic, kinetic, along;
+  const PetscReal area = fault->mesh.area;
+  PetscReal sum[4], largest[2], elastic, kinetic, along;
+  SlipFaultCell cell;
 
   PetscFunctionBegin;
   PetscCall(SumUp(cat, end, w, sum, largest));
   PetscCall(SlipFaultElasticEnergy(fault, end, w, &elastic));
   PetscCall(KineticEnergy(fault, w, &kinetic));
-  PetscCall(SlipFaultPlaceOf(fault, e->cell, place, NULL));
+  fault->mesh.kind->cell(&fault->mesh, e->cell, &cell);
   along = sum[2] < 0 ? -1 : 1;
   PetscCall(VecScale(cat->slip, along));
   row[EVENT_ONSET] = e->onset;
   row[EVENT_END] = end;
-  row[EVENT_X] = place[0];
-  row[EVENT_Y] = place[1];
-  row[EVENT_Z] = place[2];
+  row[EVENT_X] = cell.centre[0];
+  row[EVENT_Y] = cell.centre[1];
+  row[EVENT_Z] = cell.centre[2];
   row[EVENT_CELL] = (PetscReal)e->cell;
   row[EVENT_AREA] = area * sum[1];
   row[EVENT_MEAN_SLIP] = along * sum[2] / sum[1];

@@ -43,18 +43,18 @@ static PetscErrorCode WriteAttributes(SlipFaultCatalogue cat)
   PetscCall(SlipH5WriteAttrReal(h, "/", "shear_modulus", fault->options.value[FAULT_SHEAR_MODULUS]));
   PetscCall(SlipH5WriteAttrReal(h, "/", "event_rate", fault->options.value[FAULT_EVENT_RATE]));
   PetscCall(SlipH5WriteAttrInt(h, "/", "weakens", fault->resolution.weakens ? 1 : 0));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "fault_area", SlipFaultMeanArea(fault) * (PetscReal)fault->mesh.N));
-  if (fault->mesh.cells.n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5WriteAttrReal(h, "/", "length_x", fault->options.value[FAULT_LENGTH_X]));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "length_z", fault->options.value[FAULT_LENGTH_Z]));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "depth_top", fault->options.value[FAULT_DEPTH_TOP]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "fault_area", fault->mesh.area * (PetscReal)fault->mesh.N));
+  if (fault->mesh.ndim == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5WriteAttrReal(h, "/", "length_x", fault->mesh.extent[FAULT_LENGTH_X]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "length_z", fault->mesh.extent[FAULT_LENGTH_Z]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "depth_top", fault->mesh.extent[FAULT_DEPTH_TOP]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Create(SlipFaultCatalogue cat)
 {
   SlipFault fault = cat->fault;
-  PetscInt dims[2], ndim = SlipFaultFieldShape(fault, dims);
+  const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
   SlipH5 *h = &cat->file;
 
   PetscFunctionBegin;
@@ -63,7 +63,7 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, NULL, -1));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
     PetscCall(SlipH5CreateSeries(h, Maps[m], ndim, dims, PETSC_FALSE, MapUnits[m]));
-  PetscCall(SlipFaultWriteAxes(fault, h));
+  PetscCall(fault->mesh.kind->write(&fault->mesh, h));
   PetscCall(SlipH5Live(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

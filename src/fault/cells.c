@@ -1,63 +1,13 @@
-/* Cells: their distribution, centres and per-cell parameters, uniform or from -fault_parameters. */
+/* Parameters cell by cell, uniform or from -fault_parameters. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipmatcells.h>
 #include <math.h>
 #include <stdio.h>
-
-/* Centre of cell e (global; a mesh's are numbered by their processes): x along strike from the left end, z depth
-   [m]. */
-PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z)
-{
-  const PetscInt nx = (PetscInt)fault->options.value[FAULT_NX], nz = (PetscInt)fault->options.value[FAULT_NZ];
-
-  PetscFunctionBegin;
-  if (fault->mesh.cells.n) {
-    *x = fault->mesh.cells.x[SlipCellsAt(&fault->mesh.cells, e)];
-    *z = fault->mesh.cells.z[SlipCellsAt(&fault->mesh.cells, e)];
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  *x = ((e % nx) + 0.5) * fault->options.value[FAULT_LENGTH_X] / nx;
-  *z = fault->options.value[FAULT_DEPTH_TOP] + ((e / nx) + 0.5) * fault->options.value[FAULT_LENGTH_Z] / nz;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Centre (x along strike, y across, z depth), length and width [m] of a cell in the order of the grid or of the mesh's
-   file; size may be NULL */
-PetscErrorCode SlipFaultPlaceOf(SlipFault fault, PetscInt e, PetscReal centre[3], PetscReal size[2])
-{
-  const SlipCells *mesh = &fault->mesh.cells;
-
-  PetscFunctionBegin;
-  if (mesh->n) {
-    centre[0] = mesh->x[e];
-    centre[1] = mesh->y[e];
-    centre[2] = mesh->z[e];
-  } else {
-    PetscCall(SlipFaultCellCentre(fault, e, &centre[0], &centre[2]));
-    centre[1] = 0;
-  }
-  if (!size) PetscFunctionReturn(PETSC_SUCCESS);
-  size[0] = mesh->n ? mesh->length[e] : fault->options.value[FAULT_LENGTH_X] / fault->options.value[FAULT_NX];
-  size[1] = mesh->n ? mesh->width[e] : fault->options.value[FAULT_LENGTH_Z] / fault->options.value[FAULT_NZ];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What rows with a weight of one stand for */
-PetscReal SlipFaultMeanArea(SlipFault fault)
-{
-  if (fault->mesh.cells.n) return 0.5 / SlipCellsUnit(&fault->mesh.cells);
-  return fault->options.value[FAULT_LENGTH_X] * fault->options.value[FAULT_LENGTH_Z] / (PetscReal)fault->mesh.N;
-}
 
 /* Values [N] of all cells, those of a mesh in the order of its file: each process takes those of its own. */
 static void SlipFaultTakeField(SlipFault fault, PetscInt f, const char source[], const PetscReal values[])
 {
   fault->fields.source[f] = source;
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscInt e = fault->mesh.start + i;
-
-    fault->fields.cell[f][i] = values[fault->mesh.order ? fault->mesh.order[e] : e];
-  }
+  for (PetscInt i = 0; i < fault->mesh.n; i++) fault->fields.cell[f][i] = values[SlipFaultMeshRow(&fault->mesh, i)];
 }
 
 /* What the root of an input file may hold, which one file can be for all of them: fields, cells, stiffness. */
@@ -79,7 +29,7 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], 
 {
   const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
   const PetscBool open = p->open || f == FIELD_NORMAL_STRESS ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt nx = (PetscInt)fault->options.value[FAULT_NX];
+  const PetscInt nx = fault->mesh.dims[1];
 
   PetscFunctionBegin;
   for (PetscInt e = 0; e < fault->mesh.N; e++) {
@@ -97,8 +47,7 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], 
 /* On rank 0, from the open file: data [field][N] and which fields the file holds. */
 static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal data[], PetscInt has[])
 {
-  const PetscInt want[2] = {(PetscInt)fault->options.value[FAULT_NZ], (PetscInt)fault->options.value[FAULT_NX]};
-  const PetscInt ndim = fault->mesh.cells.n ? 1 : 2; /* a mesh's fields are [n] */
+  const SlipFaultMesh *mesh = &fault->mesh;
   char path[64], names[512], source[PETSC_MAX_PATH_LEN + 64];
   PetscInt found = 0;
 
@@ -118,8 +67,8 @@ static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal 
     if (!flg) continue;
     found++;
     PetscCall(SlipH5CheckUnits(h, path, SlipFaultReals[SlipFaultFields[f]].unit, &flg));
-    PetscCall(SlipH5ReadRealSized(h, path, ndim, want + 2 - ndim,
-                                  fault->mesh.cells.n ? "one for each cell of -fault_mesh" : "Nz x Nx", dims, &read));
+    PetscCall(SlipH5ReadRealSized(h, path, mesh->ndim, mesh->dims,
+                                  mesh->ndim == 1 ? "one for each cell of -fault_mesh" : "Nz x Nx", dims, &read));
     PetscCall(SlipFaultCheckField(fault, source, f, read));
     PetscCall(PetscArraycpy(data + (size_t)f * fault->mesh.N, read, fault->mesh.N));
     PetscCall(PetscFree(read));
@@ -213,38 +162,21 @@ PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n,
 
 PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
 {
-  const PetscReal nx = fault->options.value[FAULT_NX], nz = fault->options.value[FAULT_NZ];
   const char *prefix = SlipFaultPrefix(fault);
   PetscReal low = PETSC_MAX_REAL;
   PetscInt any = 0;
-  PetscMPIInt size;
 
   PetscFunctionBegin;
-  /* distribution */
-  PetscCheck((PetscReal)fault->layout.block * nx * nz < (PetscReal)PETSC_MAX_INT, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-%sfault_nx %g times -%sfault_nz %g is more than this build's integers hold", prefix, (double)nx, prefix,
-             (double)nz);
-  fault->mesh.N = (PetscInt)nx * (PetscInt)nz;
-  PetscCallMPI(MPI_Comm_size(fault->comm, &size));
-  PetscCheck(size <= fault->mesh.N, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "%d processes for %" PetscInt_FMT " cells (-%sfault_nx times -%sfault_nz): expected at most one process "
-             "per cell",
-             (int)size, fault->mesh.N, prefix, prefix);
-  fault->mesh.n = fault->mesh.cells.n ? fault->mesh.cells.nlocal : PETSC_DECIDE;
-  PetscCall(PetscSplitOwnership(fault->comm, &fault->mesh.n, &fault->mesh.N));
-  fault->mesh.start = 0;
-  PetscCallMPI(MPI_Exscan(&fault->mesh.n, &fault->mesh.start, 1, MPIU_INT, MPI_SUM, fault->comm));
-
   /* fields: what the scalar parameters give, then what SlipFaultSetField() and the file give instead */
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
     PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->fields.cell[f]));
     for (PetscInt i = 0; i < fault->mesh.n; i++) fault->fields.cell[f][i] = fault->options.value[SlipFaultFields[f]];
   }
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    PetscReal x, z;
+    SlipFaultCell cell;
 
-    PetscCall(SlipFaultCellCentre(fault, fault->mesh.start + i, &x, &z));
-    fault->fields.cell[FIELD_NORMAL_STRESS][i] += fault->options.value[FAULT_NORMAL_STRESS_GRADIENT] * z;
+    fault->mesh.kind->cell(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i), &cell);
+    fault->fields.cell[FIELD_NORMAL_STRESS][i] += fault->options.value[FAULT_NORMAL_STRESS_GRADIENT] * cell.centre[2];
   }
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
     if (!fault->fields.given[f]) continue;

@@ -79,8 +79,7 @@ static PetscErrorCode CompareCells(Differences *d, SlipFault fault, const char n
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscInt e = fault->mesh.start + i;
-    const PetscReal entry[] = {(PetscReal)(fault->mesh.order ? fault->mesh.order[e] : e), x[i]};
+    const PetscReal entry[] = {(PetscReal)SlipFaultMeshRow(&fault->mesh, i), x[i]};
 
     hash += SlipHashReals(SLIP_HASH_START, entry, 2);
     range[0] = PetscMin(range[0], x[i]);
@@ -134,15 +133,10 @@ static PetscBool MayChange(PetscInt id)
 
 static PetscErrorCode CompareMesh(Differences *d, SlipFault fault)
 {
-  const SlipCells *mesh = &fault->mesh.cells;
-  const PetscReal *const numbers[] = {mesh->x, mesh->y, mesh->z, mesh->length, mesh->width};
-  uint64_t hash = SLIP_HASH_START;
-  char digest[64] = "no mesh";
+  char digest[64];
 
   PetscFunctionBegin;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(numbers) && mesh->n; k++)
-    hash = SlipHashReals(hash, numbers[k], (size_t)mesh->n);
-  if (mesh->n) (void)snprintf(digest, sizeof(digest), "of %lld cells, %016" PRIx64, (long long)mesh->n, hash);
+  PetscCall(fault->mesh.kind->digest(&fault->mesh, digest, sizeof(digest)));
   PetscCall(CompareText(d, "mesh", digest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -171,8 +165,7 @@ static PetscErrorCode CompareRecord(Differences *d, SlipFault fault)
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < fault->mesh.n && loads->rows; i++) {
-    const PetscInt e = fault->mesh.start + i;
-    const PetscReal number = (PetscReal)(fault->mesh.order ? fault->mesh.order[e] : e);
+    const PetscReal number = (PetscReal)SlipFaultMeshRow(&fault->mesh, i);
     uint64_t cell = SlipHashReals(SLIP_HASH_START, &number, 1);
 
     cell = SlipHashReals(cell, loads->times, (size_t)loads->rows);

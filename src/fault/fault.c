@@ -1,6 +1,5 @@
 /* A fault's life: create, set up, state, destroy. */
 #include <slipstep/private/slipfaultrecord.h>
-#include <slipstep/private/slipmatcells.h>
 
 /*@
   SlipFaultCreate - the reference case "3 km" with one cell
@@ -68,7 +67,6 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   fault->operators.tstar =
     thickness * PetscSqrtReal(fault->options.value[FAULT_DENSITY] / fault->options.value[FAULT_SHEAR_MODULUS]);
   PetscCall(SlipFaultCellsSetUp(fault));
-  PetscCall(SlipFaultWeightsSetUp(fault));
   PetscCall(SlipFaultLoadsSetUp(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
@@ -152,9 +150,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   }
   PetscCall(SlipFaultLoadsDestroy(f));
   PetscCall(SlipFaultBalanceDestroy(f));
-  PetscCall(PetscFree(f->mesh.weight));
-  PetscCall(SlipCellsDestroy(&f->mesh.cells));
-  PetscCall(PetscFree(f->mesh.order));
+  PetscCall(SlipFaultMeshDestroy(&f->mesh));
   PetscCall(MatDestroy(&f->operators.B));
   PetscCall(MatDestroy(&f->operators.H));
   PetscCall(MatDestroy(&f->operators.K));

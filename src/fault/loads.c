@@ -43,8 +43,9 @@ static void RecordPressure(const SlipFaultLoads *loads, PetscInt n, PetscReal t,
 static PetscErrorCode ReadRecord(SlipFault fault, SlipH5 *h, PetscInt *rows, PetscReal **times, PetscReal **pressure)
 {
   const char *prefix = SlipFaultPrefix(fault);
-  const PetscInt any = -1, nx = (PetscInt)fault->options.value[FAULT_NX], nz = (PetscInt)fault->options.value[FAULT_NZ];
-  PetscInt dims[3], ndim, want[3] = {0, nz, nx};
+  const SlipFaultMesh *mesh = &fault->mesh;
+  const PetscInt any = -1;
+  PetscInt dims[3], ndim, want[3] = {0, mesh->dims[0], mesh->dims[1]};
   PetscBool said, flat;
 
   PetscFunctionBegin;
@@ -64,8 +65,8 @@ static PetscErrorCode ReadRecord(SlipFault fault, SlipH5 *h, PetscInt *rows, Pet
   want[0] = *rows;
   PetscCall(SlipH5GetRank(h, "/pressure", &ndim));
   flat = ndim == 2 ? PETSC_TRUE : PETSC_FALSE;
-  if (flat || fault->mesh.cells.n) want[1] = fault->mesh.N;
-  PetscCall(SlipH5ReadRealSized(h, "/pressure", flat || fault->mesh.cells.n ? 2 : 3, want,
+  if (flat) want[1] = mesh->N;
+  PetscCall(SlipH5ReadRealSized(h, "/pressure", flat ? 2 : 1 + mesh->ndim, want,
                                 "a row of Nz x Nx or N cells for each of /time", dims, pressure));
   for (size_t k = 0; k < (size_t)*rows * (size_t)fault->mesh.N; k++)
     PetscCheck(isfinite((*pressure)[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
@@ -103,11 +104,8 @@ static PetscErrorCode LoadRecord(SlipFault fault)
   for (PetscInt k = 0; k < loads->rows; k++) {
     if (!rank) PetscCall(PetscArraycpy(row, all + (size_t)k * fault->mesh.N, fault->mesh.N));
     PetscCallMPI(MPI_Bcast(row, (PetscMPIInt)fault->mesh.N, MPIU_REAL, 0, fault->comm));
-    for (PetscInt i = 0; i < fault->mesh.n; i++) {
-      const PetscInt e = fault->mesh.start + i;
-
-      loads->record[(size_t)k * fault->mesh.n + i] = row[fault->mesh.order ? fault->mesh.order[e] : e];
-    }
+    for (PetscInt i = 0; i < fault->mesh.n; i++)
+      loads->record[(size_t)k * fault->mesh.n + i] = row[SlipFaultMeshRow(&fault->mesh, i)];
   }
   PetscCall(PetscFree(row));
   PetscCall(PetscFree(times));
@@ -161,21 +159,12 @@ static void SourcePressure(const SlipFaultSource *source, PetscInt n, PetscReal 
   }
 }
 
-/* More than one plane: then x and z alone are no point. Cells of one plane have the very same y, as the file's. */
-static PetscBool HasPlanes(SlipFault fault)
-{
-  const SlipCells *mesh = &fault->mesh.cells;
-
-  for (PetscInt e = 1; e < mesh->n; e++)
-    if (mesh->y[e] != mesh->y[0]) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
 /* The point [x, y, z], from "x,z", or "x,y,z" where there are planes [m] */
 static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal point[3])
 {
-  const PetscBool planes = HasPlanes(fault);
+  const PetscBool planes = fault->mesh.planes > 1 ? PETSC_TRUE : PETSC_FALSE; /* then x and z alone are no point */
   const int want = planes ? 3 : 2;
+  SlipFaultCell cell;
   char **part;
   int n;
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -192,7 +181,8 @@ static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal p
                     : "two numbers x,z of m: along strike, and depth");
   if (planes) PetscFunctionReturn(PETSC_SUCCESS);
   point[2] = point[1];
-  point[1] = fault->mesh.cells.n ? fault->mesh.cells.y[0] : 0;
+  fault->mesh.kind->cell(&fault->mesh, 0, &cell);
+  point[1] = cell.centre[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -220,12 +210,12 @@ static PetscErrorCode SourceSetUp(SlipFault fault)
              prefix, fault->options.text[FAULT_INJECTION], prefix, prefix);
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &source->distance2));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal area = fault->mesh.weight[i] * SlipFaultMeanArea(fault);
-    const PetscInt e = fault->mesh.start + i;
-    PetscReal centre[3], distance2 = 0;
+    const PetscReal area = fault->mesh.weight[i] * fault->mesh.area;
+    PetscReal distance2 = 0;
+    SlipFaultCell cell;
 
-    PetscCall(SlipFaultPlaceOf(fault, fault->mesh.order ? fault->mesh.order[e] : e, centre, NULL));
-    for (int k = 0; k < 3; k++) distance2 += PetscSqr(centre[k] - point[k]);
+    fault->mesh.kind->cell(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i), &cell);
+    for (int k = 0; k < 3; k++) distance2 += PetscSqr(cell.centre[k] - point[k]);
     /* The mean of -ln r^2 over a disc of the cell's area is that of r^2 = area/(pi e): E1 is that logarithm near the
        source. */
     source->distance2[i] = PetscMax(distance2, area / (PETSC_PI * PetscExpReal(1)));

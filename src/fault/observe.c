@@ -175,7 +175,7 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
   PetscFunctionBegin;
   PetscCall(VecGetArrayWrite(x, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscInt cell = fault->mesh.order ? fault->mesh.order[fault->mesh.start + i] : fault->mesh.start + i;
+    const PetscInt cell = SlipFaultMeshRow(&fault->mesh, i);
 
     a[i] = PetscSinReal(2 + (PetscReal)3.7 * (PetscReal)cell);
   }

@@ -1,6 +1,5 @@
 /* What the output file of a run holds: its layout, the mesh, and the fields. */
 #include <slipstep/private/slipfaultrecord.h>
-#include <slipstep/private/slipmatcells.h>
 #include <slipstep/private/slipsys.h>
 
 static const SlipOutputColumn SeriesColumns[] = {
@@ -37,7 +36,7 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
   PetscCall(SlipFaultGetObservables(fault, t, w, r, &o));
   PetscCall(SlipFaultGetSums(fault, t, w, &sums));
   {
-    const PetscReal moment = fault->options.value[FAULT_SHEAR_MODULUS] * SlipFaultMeanArea(fault) * sums->sum[SUM_V];
+    const PetscReal moment = fault->options.value[FAULT_SHEAR_MODULUS] * fault->mesh.area * sums->sum[SUM_V];
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
                                 o.sliding_fraction, o.kinetic,       o.elastic,   o.viscous_power,
                                 o.friction_power,   o.loading_power, moment};
@@ -107,40 +106,12 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscInt SlipFaultFieldShape(SlipFault fault, PetscInt dims[2])
-{
-  dims[0] = fault->mesh.cells.n ? (PetscInt)fault->options.value[FAULT_NX] : (PetscInt)fault->options.value[FAULT_NZ];
-  dims[1] = (PetscInt)fault->options.value[FAULT_NX];
-  return fault->mesh.cells.n ? 1 : 2;
-}
-
-PetscErrorCode SlipFaultWriteAxes(SlipFault fault, SlipH5 *h)
-{
-  const PetscInt nx = (PetscInt)fault->options.value[FAULT_NX], nz = (PetscInt)fault->options.value[FAULT_NZ];
-  PetscReal *x, *z, other;
-
-  PetscFunctionBegin;
-  if (fault->mesh.cells.n) {
-    PetscCall(SlipFaultMeshWrite(fault, h));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(PetscMalloc2(nx, &x, nz, &z));
-  for (PetscInt i = 0; i < nx; i++) PetscCall(SlipFaultCellCentre(fault, i, &x[i], &other));
-  for (PetscInt i = 0; i < nz; i++) PetscCall(SlipFaultCellCentre(fault, i * nx, &other, &z[i]));
-  PetscCall(SlipH5WriteReal(h, "/mesh/x", 1, &nx, x, "m"));
-  PetscCall(SlipH5WriteReal(h, "/mesh/z", 1, &nz, z, "m"));
-  PetscCall(SlipH5WriteAttrInt(h, "/mesh", "nx", nx));
-  PetscCall(SlipH5WriteAttrInt(h, "/mesh", "nz", nz));
-  PetscCall(PetscFree2(x, z));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A reduced vector's values, gathered, as the dataset /mesh/name. Collective. */
 static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[], const char unit[], Vec x)
 {
   SlipFault fault = out->fault;
   const PetscReal *a;
-  PetscInt dims[2], ndim = SlipFaultFieldShape(fault, dims);
+  const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
   char path[64];
   PetscErrorCode ierr = PETSC_SUCCESS;
 
@@ -195,8 +166,7 @@ static PetscErrorCode GatherStart(SlipFaultOutput out)
 /* Rank 0: one entry of every field wanted, from the gathered state and reaction; the reaction is weighted by area. */
 static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
 {
-  const SlipCells *mesh = &out->fault->mesh.cells;
-  const PetscReal unit = mesh->n ? 2 * SlipCellsUnit(mesh) : 1;
+  const SlipFaultMesh *mesh = &out->fault->mesh;
   const PetscReal *w;
   const PetscReal *p;
   PetscReal *r, *slip;
@@ -207,7 +177,12 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
 
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt e = 0; e < mesh->n; e++) r[e] /= unit * mesh->length[e] * mesh->width[e];
+  for (PetscInt e = 0; e < mesh->N && mesh->unit > 0; e++) {
+    SlipFaultCell cell;
+
+    mesh->kind->cell(mesh, e, &cell);
+    r[e] /= mesh->unit * cell.size[0] * cell.size[1];
+  }
   PetscCall(SlipOfDisplacement(out, time, w, &slip));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     const PetscInt c = OutputFields[f].component;
@@ -269,7 +244,7 @@ static PetscBool IsScalar(SlipFault fault, PetscInt id)
 {
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++)
     if (id == (PetscInt)SlipFaultFields[f]) return PETSC_FALSE;
-  return id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.cells.n && id <= FAULT_DEPTH_TOP) ? PETSC_TRUE : PETSC_FALSE;
+  return id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.ndim == 1 && id <= FAULT_DEPTH_TOP) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Rank 0: /parameters, what the run has of the fault besides fields */
@@ -288,7 +263,7 @@ static PetscErrorCode WriteParameters(SlipFault fault, SlipH5 *h)
     if (SlipFaultStrings[id].choices || id == FAULT_FRICTION_LAW)
       PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, SlipFaultGetText(fault, id)));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->kind.inertia));
-  PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", SlipFaultMeanArea(fault) * (PetscReal)fault->mesh.N));
+  PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", fault->mesh.area * (PetscReal)fault->mesh.N));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -297,7 +272,7 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
 {
   SlipFault fault = out->fault;
   SlipH5 *h = SlipOutputFile(out->run);
-  PetscInt dims[2], ndim = SlipFaultFieldShape(fault, dims);
+  const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
   SlipH5Storage storage;
   char path[64];
 
@@ -311,7 +286,7 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
     PetscCall(SlipH5CreateStoredSeries(h, path, ndim, dims, &storage,
                                        f == OUTPUT_STATE ? SlipFaultStateUnit(fault) : OutputFields[f].unit));
   }
-  PetscCall(SlipFaultWriteAxes(fault, h));
+  PetscCall(fault->mesh.kind->write(&fault->mesh, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -266,8 +266,8 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
-  *value = fault->options.value[id];
-  if (id == FAULT_THICKNESS && isnan(*value)) *value = fault->options.value[FAULT_LENGTH_X];
+  *value = fault->mesh.kind && id <= FAULT_DEPTH_TOP ? fault->mesh.extent[id] : fault->options.value[id];
+  if (id == FAULT_THICKNESS && isnan(*value)) PetscCall(SlipFaultGetReal(fault, "length_x", value));
   if (id == FAULT_RATE_TOLERANCE && isnan(*value)) {
     PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
     *value = SLIP_FAULT_ATOL / thickness *

@@ -13,7 +13,6 @@
    A cell can fail alone where its own stiffness K_ii is below K_c. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
-#include <slipstep/private/slipmatcells.h>
 #include <slipsys.h>
 #include <stdio.h>
 
@@ -57,18 +56,13 @@ static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, Pet
    of 10,000 km along strike. */
 static PetscReal Extent(SlipFault fault, PetscInt i)
 {
-  const SlipCells *mesh = &fault->mesh.cells;
-  PetscReal side[2];
+  const SlipFaultMesh *mesh = &fault->mesh;
+  SlipFaultCell cell;
 
-  if (mesh->n) {
-    const PetscInt e = SlipCellsAt(mesh, fault->mesh.start + i);
-
-    return PetscMax(mesh->length[e], mesh->width[e]);
-  }
-  side[0] = fault->options.value[FAULT_LENGTH_X] / fault->options.value[FAULT_NX];
-  side[1] = fault->options.value[FAULT_LENGTH_Z] / fault->options.value[FAULT_NZ];
-  if (fault->options.value[FAULT_NX] == 1) return side[1];
-  return fault->options.value[FAULT_NZ] == 1 ? side[0] : PetscMax(side[0], side[1]);
+  mesh->kind->cell(mesh, SlipFaultMeshRow(mesh, i), &cell);
+  if (mesh->ndim == 2 && mesh->dims[1] == 1) return cell.size[1];
+  if (mesh->ndim == 2 && mesh->dims[0] == 1) return cell.size[0];
+  return PetscMax(cell.size[0], cell.size[1]);
 }
 
 /* After the start is known. One cell is the whole fault: nothing is to be resolved. */

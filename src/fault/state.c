@@ -58,16 +58,17 @@ static PetscErrorCode CheckTraction(SlipFault fault)
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal load = PetscAbsReal(fault->fields.cell[FIELD_INITIAL_TRACTION][i]);
-    PetscReal mu, ds, dv, x, z;
+    PetscReal mu, ds, dv;
+    SlipFaultCell cell;
 
     SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
     if (load <= mu * friction.stress[i] * (1 + tiny)) continue;
     above++;
-    PetscCall(SlipFaultCellCentre(fault, fault->mesh.start + i, &x, &z));
-    box[0] = PetscMax(box[0], -x);
-    box[1] = PetscMax(box[1], x);
-    box[2] = PetscMax(box[2], -z);
-    box[3] = PetscMax(box[3], z);
+    fault->mesh.kind->cell(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i), &cell);
+    box[0] = PetscMax(box[0], -cell.centre[0]);
+    box[1] = PetscMax(box[1], cell.centre[0]);
+    box[2] = PetscMax(box[2], -cell.centre[2]);
+    box[3] = PetscMax(box[3], cell.centre[2]);
     most = PetscMax(most, load - mu * friction.stress[i]);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &above, 1, MPIU_INT, MPI_SUM, fault->comm));

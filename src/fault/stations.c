@@ -2,7 +2,6 @@
    /stations/1, ... of the output. Their rows are those of /series, so that a checkpoint's count of the one is that
    of the other. */
 #include <slipstep/private/slipfaultobservers.h>
-#include <slipstep/private/slipmatcells.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,7 +38,8 @@ typedef struct {
    cells of several planes contain it */
 static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, PetscBool *inside, PetscBool *planes)
 {
-  PetscReal centre[3] = {0}, size[2] = {0}, least = PETSC_MAX_REAL;
+  PetscReal least = PETSC_MAX_REAL;
+  SlipFaultCell cell;
 
   PetscFunctionBegin;
   *inside = *planes = PETSC_FALSE;
@@ -47,19 +47,20 @@ static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, 
     PetscReal dx, dz, off;
     PetscBool in;
 
-    PetscCall(SlipFaultPlaceOf(fault, e, centre, size));
-    dx = PetscAbsReal(s->x - centre[0]);
-    dz = PetscAbsReal(s->z - centre[2]);
-    off = y ? PetscAbsReal(*y - centre[1]) : 0;
-    in = dx <= (0.5 + STATION_EDGE) * size[0] && dz <= (0.5 + STATION_EDGE) * size[1] && off <= STATION_EDGE * size[0]
+    fault->mesh.kind->cell(&fault->mesh, e, &cell);
+    dx = PetscAbsReal(s->x - cell.centre[0]);
+    dz = PetscAbsReal(s->z - cell.centre[2]);
+    off = y ? PetscAbsReal(*y - cell.centre[1]) : 0;
+    in = dx <= (0.5 + STATION_EDGE) * cell.size[0] && dz <= (0.5 + STATION_EDGE) * cell.size[1] &&
+             off <= STATION_EDGE * cell.size[0]
            ? PETSC_TRUE
            : PETSC_FALSE;
-    if (*inside && in && centre[1] != s->centre[1]) *planes = PETSC_TRUE;
+    if (*inside && in && cell.centre[1] != s->centre[1]) *planes = PETSC_TRUE;
     if (*inside || (!in && dx * dx + dz * dz + off * off >= least)) continue;
     *inside = in;
     least = dx * dx + dz * dz + off * off;
     s->cell = e;
-    PetscCall(PetscArraycpy(s->centre, centre, 3));
+    PetscCall(PetscArraycpy(s->centre, cell.centre, 3));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -69,7 +70,7 @@ static void FindLocal(SlipFault fault, Station *s)
 {
   s->local = -1;
   for (PetscInt i = 0; i < fault->mesh.n; i++)
-    if ((fault->mesh.order ? fault->mesh.order[fault->mesh.start + i] : fault->mesh.start + i) == s->cell) s->local = i;
+    if (SlipFaultMeshRow(&fault->mesh, i) == s->cell) s->local = i;
 }
 
 /* One point of the list: two or three numbers with commas between */
@@ -150,7 +151,7 @@ static PetscErrorCode WritePlace(SlipFault fault, SlipH5 *h, const char group[],
   PetscCall(SlipH5WriteAttrReal(h, group, "z", s->z));
   PetscCall(SlipH5WriteAttrInt(h, group, "cell", s->cell));
   PetscCall(SlipH5WriteAttrReal(h, group, "cell_x", s->centre[0]));
-  if (fault->mesh.cells.n) PetscCall(SlipH5WriteAttrReal(h, group, "cell_y", s->centre[1]));
+  if (fault->mesh.ndim == 1) PetscCall(SlipH5WriteAttrReal(h, group, "cell_y", s->centre[1]));
   PetscCall(SlipH5WriteAttrReal(h, group, "cell_z", s->centre[2]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

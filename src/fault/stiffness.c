@@ -83,27 +83,6 @@ static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultComputeStiffness(SlipFault fault)
-{
-  SlipGrid grid = {.nx = (PetscInt)fault->options.value[FAULT_NX],
-                   .nz = (PetscInt)fault->options.value[FAULT_NZ],
-                   .length_x = fault->options.value[FAULT_LENGTH_X],
-                   .length_z = fault->options.value[FAULT_LENGTH_Z],
-                   .depth_top = fault->options.value[FAULT_DEPTH_TOP],
-                   .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
-                   .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO]};
-
-  PetscBool cells = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultMeshStiffness(fault, &cells));
-  if (cells) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &grid.full_space));
-  PetscCall(SlipFaultAverage(fault, &grid.average));
-  PetscCall(MatCreateSlipStiffness(fault->comm, &grid, fault->options.text[FAULT_OPERATOR], &fault->operators.K));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* x += K^-1 (b - K x), once. */
 static PetscErrorCode SlipFaultRefine(SlipFault fault, KSP ksp, Vec b, Vec x)
 {
@@ -317,7 +296,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   if (fault->options.text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));
   else
-    PetscCall(SlipFaultComputeStiffness(fault));
+    PetscCall(fault->mesh.kind->stiffness(fault, &fault->operators.K));
   PetscCall(MatSetOptionsPrefix(fault->operators.K, ((PetscObject)fault)->prefix)); /* H and B take it over */
   PetscCall(MatSlipStiffnessSetFromOptions(fault->operators.K));
   PetscCall(MatSlipStiffnessSetCacheDir(fault->operators.K, fault->options.text[FAULT_CACHE_DIR]));

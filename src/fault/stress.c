@@ -55,7 +55,7 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
   PetscCall(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
   PetscCall(VecDot(fault->work[0], fault->work[1], energy));
   if (load->shear) PetscCall(VecDot(fault->work[0], load->shear, &work));
-  *energy = (0.5 * *energy - work) * SlipFaultMeanArea(fault);
+  *energy = (0.5 * *energy - work) * fault->mesh.area;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -74,6 +74,6 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
   PetscCall(VecDot(fault->loads.drive, fault->work[0], power));
   if (load->shear) PetscCall(VecDot(fault->operators.vinf, load->shear, &work));
-  *power = (work - *power) * SlipFaultMeanArea(fault);
+  *power = (work - *power) * fault->mesh.area;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

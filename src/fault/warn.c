@@ -60,7 +60,7 @@ static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
     PetscReal x;
     PetscBool small;
 
-    if (extent && fault->mesh.cells.n) continue; /* the file of the mesh has its own check */
+    if (extent && fault->mesh.ndim == 1) continue; /* the file of the mesh has its own check */
     PetscCall(LargestMagnitude(fault, plausible[k].id, &x, &source));
     if (rank || x == 0 || isnan(x) || (x >= plausible[k].least && x <= plausible[k].most)) continue;
     small = x < plausible[k].least ? PETSC_TRUE : PETSC_FALSE;
@@ -84,7 +84,7 @@ static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
    Collective. */
 static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
 {
-  const PetscReal width = PetscMin(fault->options.value[FAULT_LENGTH_X], fault->options.value[FAULT_LENGTH_Z]);
+  const PetscReal width = PetscMin(fault->mesh.extent[FAULT_LENGTH_X], fault->mesh.extent[FAULT_LENGTH_Z]);
   const SlipFaultResolution *r = &fault->resolution;
   const char *prefix = SlipFaultPrefix(fault);
   PetscInt moves = 0, weakens = 0;
@@ -159,12 +159,8 @@ static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
 
 static PetscErrorCode WarnOfPlanes(SlipFault fault, PetscMPIInt rank)
 {
-  const SlipCells *mesh = &fault->mesh.cells;
-  PetscBool several = PETSC_FALSE;
-
   PetscFunctionBegin;
-  for (PetscInt i = 1; i < mesh->n && !several; i++) several = mesh->y[i] != mesh->y[0] ? PETSC_TRUE : PETSC_FALSE;
-  if (several && !rank)
+  if (fault->mesh.planes > 1 && !rank)
     PetscCall(SlipWarning("slip on one plane of -%sfault_mesh %s does not change the normal stress on the others here: "
                           "only shear stress passes between planes",
                           SlipFaultPrefix(fault), fault->options.text[FAULT_MESH]));

@@ -18,59 +18,22 @@
 
 #define XDMF_SHARE 100 /* the file is written again after so many times what that took, except at the end */
 
-/* Rank 0, as all that follows: corners [points][3] and their numbers for each cell [N][4], in the order of the
-   output. Cells of a grid share corners, so that fields can be drawn smoothly; those of a mesh need not meet at
-   them. */
-static PetscErrorCode Corners(SlipFault fault, PetscInt *npoints, PetscReal **points, PetscInt **cells)
-{
-  static const PetscReal side[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}; /* along strike, in depth */
-  const SlipCells *c = &fault->mesh.cells;
-  const PetscInt nx = (PetscInt)fault->options.value[FAULT_NX], nz = (PetscInt)fault->options.value[FAULT_NZ];
-  PetscReal *p;
-  PetscInt *q;
-
-  PetscFunctionBegin;
-  *npoints = c->n ? 4 * c->n : (nx + 1) * (nz + 1);
-  PetscCall(PetscMalloc2(3 * *npoints, points, 4 * fault->mesh.N, cells));
-  p = *points;
-  q = *cells;
-  for (PetscInt e = 0; e < c->n; e++)
-    for (PetscInt k = 0; k < 4; k++) {
-      *p++ = c->x[e] + side[k][0] * c->length[e];
-      *p++ = c->y[e];
-      *p++ = -(c->z[e] + side[k][1] * c->width[e]);
-      *q++ = 4 * e + k;
-    }
-  if (c->n) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt j = 0; j <= nz; j++)
-    for (PetscInt i = 0; i <= nx; i++) {
-      *p++ = i * fault->options.value[FAULT_LENGTH_X] / nx;
-      *p++ = 0;
-      *p++ = -(fault->options.value[FAULT_DEPTH_TOP] + j * fault->options.value[FAULT_LENGTH_Z] / nz);
-    }
-  for (PetscInt e = 0; e < fault->mesh.N; e++) {
-    const PetscInt first = e / nx * (nx + 1) + e % nx;
-
-    *q++ = first;
-    *q++ = first + 1;
-    *q++ = first + nx + 2;
-    *q++ = first + nx + 1;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
+/* Rank 0, as all that follows: corners [npoints][3], z upward, and their numbers for each cell [N][4], in the order of the
+   output */
 static PetscErrorCode WriteCorners(SlipFault fault, SlipH5 *h)
 {
-  PetscInt dims[2] = {0, 3}, *cells;
-  PetscReal *points;
+  const SlipFaultMesh *mesh = &fault->mesh;
+  const PetscInt points[2] = {mesh->npoints, 3}, cells[2] = {mesh->N, 4};
+  PetscInt *corners;
+  PetscReal *place;
 
   PetscFunctionBegin;
-  PetscCall(Corners(fault, &dims[0], &points, &cells));
-  PetscCall(SlipH5WriteReal(h, "/xdmf/points", 2, dims, points, "m"));
-  dims[0] = fault->mesh.N;
-  dims[1] = 4;
-  PetscCall(SlipH5WriteInt(h, "/xdmf/cells", 2, dims, cells, NULL));
-  PetscCall(PetscFree2(points, cells));
+  PetscCall(PetscMalloc2(3 * mesh->npoints, &place, 4 * mesh->N, &corners));
+  PetscCall(mesh->kind->corners(mesh, place, corners));
+  for (PetscInt p = 0; p < mesh->npoints; p++) place[3 * p + 2] *= -1;
+  PetscCall(SlipH5WriteReal(h, "/xdmf/points", 2, points, place, "m"));
+  PetscCall(SlipH5WriteInt(h, "/xdmf/cells", 2, cells, corners, NULL));
+  PetscCall(PetscFree2(place, corners));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -137,13 +100,11 @@ static void Escape(const char name[], const char ending[], char text[], size_t l
 static void PutEntry(SlipFaultOutput out, FILE *f, const char h5[], PetscInt k)
 {
   const SlipFault fault = out->fault;
-  const PetscInt nx = (PetscInt)fault->options.value[FAULT_NX], nz = (PetscInt)fault->options.value[FAULT_NZ],
-                 N = fault->mesh.N;
-  const PetscInt points = fault->mesh.cells.n ? 4 * N : (nx + 1) * (nz + 1);
+  const PetscInt N = fault->mesh.N, nz = fault->mesh.dims[0], nx = fault->mesh.dims[1], ndim = fault->mesh.ndim;
   const int bytes = !strcmp(fault->options.text[FAULT_OUTPUT_PRECISION], "single") ? 4 : 8;
   char slab[96], part[64], all[96];
 
-  if (fault->mesh.cells.n) {
+  if (ndim == 1) {
     (void)snprintf(slab, sizeof(slab), "%lld 0 1 1 1 %lld", (long long)k, (long long)N);
     (void)snprintf(part, sizeof(part), "1 %lld", (long long)N);
   } else {
@@ -163,7 +124,7 @@ static void PutEntry(SlipFaultOutput out, FILE *f, const char h5[], PetscInt k)
           "     <DataItem Dimensions=\"%lld 3\" NumberType=\"Float\" Precision=\"8\" "
           "Format=\"HDF\">%s:/xdmf/points</DataItem>\n"
           "    </Geometry>\n",
-          (long long)points, h5);
+          (long long)fault->mesh.npoints, h5);
   for (PetscInt i = 0; i < OUTPUT_NUM_FIELDS; i++) {
     if (!out->wanted[i]) continue;
     fprintf(f,
@@ -173,7 +134,7 @@ static void PutEntry(SlipFaultOutput out, FILE *f, const char h5[], PetscInt k)
             "      <DataItem Dimensions=\"%s\" NumberType=\"Float\" Precision=\"%d\" "
             "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
             "     </DataItem>\n    </Attribute>\n",
-            out->name[i], part, fault->mesh.cells.n ? 2 : 3, slab, all, bytes, h5, out->name[i]);
+            out->name[i], part, 1 + (int)ndim, slab, all, bytes, h5, out->name[i]);
   }
   fprintf(f, "   </Grid>\n");
 }

@@ -79,7 +79,7 @@ static void energy(void **state)
     ok(VecGetArrayRead(stress[0], &x));
     ok(VecGetArrayRead(stress[1], &y));
     for (PetscInt i = 0; i < N; i++)
-      work += fault->mesh.weight[i] * SlipFaultMeanArea(fault) * 0.5 * (x[i] + y[i]) * (b[3 * i + 1] - a[3 * i + 1]);
+      work += fault->mesh.weight[i] * fault->mesh.area * 0.5 * (x[i] + y[i]) * (b[3 * i + 1] - a[3 * i + 1]);
     ok(VecRestoreArrayRead(stress[1], &y));
     ok(VecRestoreArrayRead(stress[0], &x));
     ok(VecRestoreArrayRead(to, &b));

@@ -12,6 +12,7 @@
 #include <slipstep/private/slipoutput.h>
 #include <slipstep/private/slipcheckpoint.h>
 #include <slipstep/private/slipfaultloads.h>
+#include <slipstep/private/slipfaultmesh.h>
 #include <slipstep/private/slipfaultparameters.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
@@ -177,14 +178,6 @@ typedef struct {
   PetscViewerFormat stiffness_format;
 } SlipFaultOptions;
 
-/* mesh.c: the cells and who owns them */
-typedef struct {
-  PetscInt N, n, start; /* all, of this rank, the first of this rank */
-  SlipCells cells;      /* of -fault_mesh in the file's order, owned; n = 0 for a grid */
-  PetscInt *order;      /* [N] row of the file for each cell of a mesh; NULL for a grid */
-  PetscReal *weight; /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
-} SlipFaultMesh;
-
 /* cells.c: parameters cell by cell */
 typedef struct {
   PetscReal *given[FAULT_NUM_FIELDS]; /* of SlipFaultSetField(): all cells, [nx nz]; NULL: the scalar parameter */
@@ -334,25 +327,16 @@ static inline const char *SlipFaultPrefix(SlipFault fault)
   return prefix ? prefix : "";
 }
 
-PETSC_EXTERN PetscErrorCode SlipFaultCellsSetUp(SlipFault fault);        /* fields and distribution */
+PETSC_EXTERN PetscErrorCode SlipFaultCellsSetUp(SlipFault fault);        /* fields */
 PETSC_INTERN const char *SlipFaultGetText(SlipFault fault, PetscInt id); /* a choice; after set-up without "auto" */
 PETSC_EXTERN PetscErrorCode SlipFaultFieldNames(char names[], size_t len);
 PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault); /* K, its scaling, H, B */
 PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);  /* uc and what observables are measured in */
-PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault);      /* cells of -fault_mesh */
 PETSC_EXTERN PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average); /* that was chosen */
 /* steps.c */
 PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
 PETSC_INTERN PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts);
-PETSC_EXTERN PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, PetscBool *done);
-PETSC_EXTERN PetscErrorCode SlipFaultGatherCreate(SlipFault fault, Vec x, VecScatter *scatter, Vec *x0);
-PETSC_EXTERN PetscErrorCode SlipFaultMeshWrite(SlipFault fault, SlipH5 *h);
-PETSC_EXTERN PetscErrorCode SlipFaultWeightsSetUp(SlipFault fault);
-PETSC_EXTERN PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum);
 PETSC_EXTERN PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x);
-PETSC_EXTERN PetscReal SlipFaultMeanArea(SlipFault fault); /* of a cell [m^2] */
-PETSC_EXTERN PetscErrorCode SlipFaultPlaceOf(SlipFault fault, PetscInt e, PetscReal centre[3], PetscReal size[2]);
-PETSC_EXTERN PetscErrorCode SlipFaultCellCentre(SlipFault fault, PetscInt e, PetscReal *x, PetscReal *z);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g);

@@ -1,0 +1,64 @@
+/* The mesh of a fault: its cells, where they are, and who owns them. A kind of mesh is a row of functions, in a file of its
+   own; nobody else asks which kind it is. */
+#pragma once
+#include <slipfault.h>
+#include <slipcells.h>
+#include <sliph5.h>
+#include <slipstep/private/slipfaultparameters.h>
+
+/* A cell; x along the strike of all planes, y to its right, z down [m] */
+typedef struct {
+  PetscReal centre[3];
+  PetscReal size[2];         /* along strike and down dip [m] */
+  PetscReal direction[3][3]; /* unit vectors: along strike, down dip, and their normal towards the hanging wall */
+  PetscInt plane;            /* to which it belongs, from 0 */
+} SlipFaultCell;
+
+typedef struct _SlipFaultMesh SlipFaultMesh;
+
+/* A row of a file, or the number iz nx + ix in a grid, names a cell; those of this process are cells start, start + 1 ... */
+typedef struct {
+  PetscErrorCode (*create)(SlipFault fault); /* all but n, start and weight */
+  void (*cell)(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *cell);
+  PetscErrorCode (*stiffness)(SlipFault fault, Mat *K);
+  PetscErrorCode (*write)(const SlipFaultMesh *mesh, SlipH5 *h); /* /mesh of a file */
+  PetscErrorCode (*corners)(const SlipFaultMesh *mesh, PetscReal points[],
+                            PetscInt corners[]);                                /* [npoints][3], [N][4] */
+  PetscErrorCode (*digest)(const SlipFaultMesh *mesh, char text[], size_t len); /* says whether two are the same */
+} SlipFaultMeshKind;
+
+struct _SlipFaultMesh {
+  const SlipFaultMeshKind *kind;         /* NULL before SlipFaultSetUp() */
+  PetscInt N, n, start;                  /* all, of this rank, the first of this rank */
+  PetscInt ndim, dims[2];                /* shape of a number for each cell in files: [nz][nx], or [N] */
+  PetscInt npoints;                      /* corners of all cells, those that cells share counted once */
+  PetscInt planes;                       /* on which the cells are */
+  PetscReal extent[FAULT_DEPTH_TOP + 1]; /* what SlipFaultGetReal() says of FAULT_NX, FAULT_NZ, FAULT_LENGTH_X ... */
+  PetscReal area;                        /* mean of a cell [m^2] */
+  PetscReal unit;                        /* the reciprocal [1/m^2]; 0 where all cells have the same area */
+  PetscReal *weight; /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
+  PetscInt *order;   /* [N] row of each cell; NULL: they are the same */
+  PetscInt *plane;   /* [N] of each row; NULL: there is one */
+  SlipCells cells;   /* of a list, in the order of its rows, owned */
+};
+
+/* Row of cell i of this process */
+static inline PetscInt SlipFaultMeshRow(const SlipFaultMesh *mesh, PetscInt i)
+{
+  return mesh->order ? mesh->order[mesh->start + i] : mesh->start + i;
+}
+
+/* Row of a cell of any process */
+static inline PetscInt SlipFaultMeshRowOf(const SlipFaultMesh *mesh, PetscInt e)
+{
+  return mesh->order ? mesh->order[e] : e;
+}
+
+PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshGrid; /* meshgrid.c: the uniform grid of the options */
+PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshList; /* meshlist.c: the cells of -fault_mesh */
+PETSC_INTERN PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, SlipCells *cells, PetscReal *column[5]);
+
+PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault); /* cells, their owners and weights; collective */
+PETSC_EXTERN PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh);
+PETSC_EXTERN PetscErrorCode SlipFaultGatherCreate(SlipFault fault, Vec x, VecScatter *scatter, Vec *x0);
+PETSC_EXTERN PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum);
