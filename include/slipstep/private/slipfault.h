@@ -13,6 +13,7 @@
 #include <slipstep/private/slipcheckpoint.h>
 #include <slipstep/private/slipfaultloads.h>
 #include <slipstep/private/slipfaultmesh.h>
+#include <slipstep/private/slipfaultoperators.h>
 #include <slipstep/private/slipfaultparameters.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
@@ -212,30 +213,6 @@ typedef struct {
   PetscReal rtol;   /* the default of -ts_rtol, with the problem's controller */
 } SlipFaultKind;
 
-/* stiffness.c */
-typedef struct {
-  Mat K, H, B;       /* stiffness after scaling [Pa/m], viscosity [Pa s/m], stage operator */
-  PetscReal mass;    /* rho Ly [kg/m^2] */
-  PetscReal tstar;   /* Ly sqrt(rho/G) [s] */
-  PetscReal scaling; /* factor that K was multiplied with */
-  uint64_t read;     /* hash of the entries of -fault_stiffness_file as they were read; the same on all ranks */
-  Vec vinf;          /* loading rate [m/s] */
-} SlipFaultOperators;
-
-/* The critical state, and the means by which observations are made dimensionless */
-typedef struct {
-  PetscBool known;     /* else uc and what follows of it is zero: the start is given, and no solve with K needed */
-  Vec uc;              /* K^-1 q(0): displacement at the instability, positive [m] */
-  PetscReal mean_dc;   /* mean d_c [m] */
-  PetscReal mean_uc;   /* mean uc [m] */
-  PetscReal mean_q0;   /* mean strength at the start [Pa] */
-  PetscReal mean_drop; /* mean of q(0) - q after all weakening [Pa] */
-  PetscReal drop_slip; /* mean uc times mean strength drop over mean q0: slip that the drop implies [m] */
-  PetscReal energy;    /* uc' K uc [Pa m], the sum over all cells */
-  PetscReal weakening; /* uc (-dq/ds) uc at the start [Pa m], likewise */
-  PetscReal inertia;   /* uc M uc [kg], likewise, over the mean area */
-} SlipFaultCritical;
-
 /* constraint.c: the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
 typedef struct {
   SlipConstraint con;
@@ -330,13 +307,10 @@ static inline const char *SlipFaultPrefix(SlipFault fault)
 PETSC_EXTERN PetscErrorCode SlipFaultCellsSetUp(SlipFault fault);        /* fields */
 PETSC_INTERN const char *SlipFaultGetText(SlipFault fault, PetscInt id); /* a choice; after set-up without "auto" */
 PETSC_EXTERN PetscErrorCode SlipFaultFieldNames(char names[], size_t len);
-PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault); /* K, its scaling, H, B */
-PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);  /* uc and what observables are measured in */
 PETSC_EXTERN PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average); /* that was chosen */
 /* steps.c */
 PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
 PETSC_INTERN PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts);
-PETSC_EXTERN PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g);
