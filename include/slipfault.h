@@ -102,9 +102,6 @@ typedef struct {
   PetscBool repeats; /* it sees the repetition of -fault_check_error as well */
 } SlipFaultObserver;
 PETSC_EXTERN PetscErrorCode SlipFaultRegisterObserver(const SlipFaultObserver *observer);
-/* For checkpoints: rows of /steps, /series and /fields; see SlipOutputSync() and SlipOutputResume() */
-PETSC_EXTERN PetscErrorCode SlipFaultOutputSync(SlipFault fault, PetscInt rows[3]);
-PETSC_EXTERN PetscErrorCode SlipFaultOutputResume(SlipFault fault, const PetscInt rows[3]);
 /* -fault_checkpoint, -fault_restart, -fault_wall_limit; the end of the run: exit code of one that was stopped, else 0. */
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code);

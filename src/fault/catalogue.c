@@ -22,24 +22,6 @@
    number of ranks, does not choose. */
 #define EVENT_TIE 1e-6
 
-PetscErrorCode SlipFaultCatalogueDestroy(SlipFaultCatalogue *catalogue)
-{
-  SlipFaultCatalogue cat = *catalogue;
-
-  PetscFunctionBegin;
-  if (!cat) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipCatalogueClose(cat, PETSC_FALSE));
-  {
-    Vec *vecs[] = {&cat->u0,   &cat->stress0, &cat->rupture, &cat->cut,   &cat->stress,
-                   &cat->slip, &cat->map[0],  &cat->map[1],  &cat->before};
-
-    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
-  }
-  PetscCall(VecScatterDestroy(&cat->gather));
-  PetscCall(PetscFree(*catalogue));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* ---- sums of a state ---- */
 
 /* M v.v/2 of the whole fault [J] */
@@ -402,7 +384,7 @@ static PetscErrorCode Close(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step that ended in w, or the state that TSSolve() starts from */
+/* A step that ended in w */
 static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w)
 {
   SlipFault fault = cat->fault;
@@ -412,16 +394,7 @@ static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec 
   Step now;
 
   PetscFunctionBegin;
-  PetscCall(VecStrideNorm(w, cat->fault->layout.rate, NORM_INFINITY, &max));
-  if (!cat->started) {
-    cat->started = PETSC_TRUE;
-    if (cat->active || max <= rate) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(BeginEvent(cat, time, w, w, max));
-    PetscCall(MarkRuptured(cat, &(Step){time, 0, w, w}));
-    cat->event.time[1] = time;
-    cat->event.rate[1] = max;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  PetscCall(SlipFaultStepRate(fault, time, w, &max));
   if (!cat->active && max <= rate) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(GetLastStep(cat, ts, time, &begin, &dt));
   PetscCall(GetQuadrature(cat, ts, w, share, weight, node));
@@ -437,26 +410,52 @@ static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor */
-static PetscErrorCode SlipFaultEventMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
-{
-  SlipFaultCatalogue cat = ((SlipFault)ctx)->run.catalogue;
+/* ---- a run ---- */
 
+static PetscErrorCode Remember(SlipFaultCatalogue cat, PetscReal time, Vec w)
+{
   PetscFunctionBegin;
-  if (step < 0 || !cat) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipCatalogueBegin(cat));
-  PetscCall(SlipCatalogueFlush(cat));
-  PetscCall(Follow(cat, ts, time, w));
   if (!cat->before) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecCopy(w, cat->before));
   cat->time_before = time;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- a run ---- */
+/* What TSSolve() starts from may be within an event. */
+static PetscErrorCode CatalogueStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
+{
+  SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
+  PetscReal max;
 
-/* Collective: -fault_catalogue, if there is one */
-PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
+  PetscFunctionBegin;
+  (void)ts;
+  PetscCall(SlipCatalogueBegin(cat));
+  PetscCall(SlipCatalogueFlush(cat));
+  PetscCall(SlipFaultStepRate(fault, time, w, &max));
+  if (!cat->active && max > fault->options.value[FAULT_EVENT_RATE]) {
+    PetscCall(BeginEvent(cat, time, w, w, max));
+    PetscCall(MarkRuptured(cat, &(Step){time, 0, w, w}));
+    cat->event.time[1] = time;
+    cat->event.rate[1] = max;
+  }
+  PetscCall(Remember(cat, time, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CatalogueStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
+
+  PetscFunctionBegin;
+  (void)fault;
+  (void)step;
+  PetscCall(SlipCatalogueFlush(cat));
+  PetscCall(Follow(cat, ts, time, w));
+  PetscCall(Remember(cat, time, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
   const char *prefix = SlipFaultPrefix(fault), *file = fault->options.text[FAULT_CATALOGUE];
   SlipFaultCatalogue cat;
@@ -465,8 +464,8 @@ PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   fault->run.events = file[0] ? 0 : -1;
-  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(!fault->run.catalogue, fault->comm, PETSC_ERR_ORDER, "the catalogue of the last run was not finished");
+  *wanted = file[0] ? PETSC_TRUE : PETSC_FALSE;
+  if (!*wanted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCheck(bathe || fault->friction.law->always_slides, fault->comm, PETSC_ERR_SUP,
              "-%sfault_catalogue works with -ts_type bathe, not %s, unless friction is smooth (rate_and_state)", prefix,
@@ -475,7 +474,7 @@ PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
   PetscCheck(!same, fault->comm, PETSC_ERR_FILE_OPEN,
              "-%sfault_catalogue and -%sfault_output are both %s, expected two files", prefix, prefix, file);
   PetscCall(PetscNew(&cat));
-  fault->run.catalogue = cat;
+  *ctx = fault->run.catalogue = cat;
   cat->fault = fault;
   cat->maps = fault->options.catalogue_maps;
   cat->file.id = -1;
@@ -501,18 +500,17 @@ PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts)
   if (!bathe) PetscCall(SlipFaultCreateState(fault, &cat->before));
   if (cat->maps) PetscCall(SlipFaultGatherCreate(fault, cat->slip, &cat->gather, &cat->map[0]));
   if (cat->maps) PetscCall(VecDuplicate(cat->map[0], &cat->map[1]));
-  PetscCall(TSMonitorSet(ts, SlipFaultEventMonitor, fault, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the end of the run. The file is complete, and its summary says how many events there were. */
-PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run)
+/* The file is complete, and the summary says how many events there were. */
+static PetscErrorCode CatalogueFinish(SlipFault fault, TS ts, SlipOutput run, void *ctx)
 {
-  SlipFaultCatalogue cat = fault->run.catalogue;
+  SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
   char when[32], line[128];
 
   PetscFunctionBegin;
-  if (!cat) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)ts;
   PetscCall(SlipCatalogueBegin(cat));
   if (cat->active && cat->ended) PetscCall(Close(cat));
   if (cat->active) {
@@ -523,6 +521,31 @@ PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run)
   }
   PetscCall(SlipOutputAddResult(run, "events", "events", NULL, (PetscReal)fault->run.events));
   PetscCall(SlipCatalogueClose(cat, PETSC_TRUE));
-  PetscCall(SlipFaultCatalogueDestroy(&fault->run.catalogue));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+static PetscErrorCode CatalogueDestroy(void **ctx)
+{
+  SlipFaultCatalogue cat = (SlipFaultCatalogue)*ctx;
+
+  PetscFunctionBegin;
+  cat->fault->run.catalogue = NULL;
+  PetscCall(SlipCatalogueClose(cat, PETSC_FALSE));
+  {
+    Vec *vecs[] = {&cat->u0,   &cat->stress0, &cat->rupture, &cat->cut,   &cat->stress,
+                   &cat->slip, &cat->map[0],  &cat->map[1],  &cat->before};
+
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+  }
+  PetscCall(VecScatterDestroy(&cat->gather));
+  PetscCall(PetscFree(*ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const SlipFaultObserver SlipFaultCatalogueObserver = {.name = "catalogue",
+                                                      .create = CatalogueCreate,
+                                                      .start = CatalogueStart,
+                                                      .step = CatalogueStep,
+                                                      .visit = SlipCatalogueVisit,
+                                                      .finish = CatalogueFinish,
+                                                      .destroy = CatalogueDestroy};

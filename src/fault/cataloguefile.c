@@ -259,41 +259,17 @@ static PetscErrorCode VisitEvent(SlipState s, SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In the file of the run as it was, or from here in a new one. */
-static PetscErrorCode Resume(SlipFaultCatalogue cat)
+/* Collective: what a checkpoint remembers of the catalogue. One of a run without it has none: the catalogue begins there; it goes on in
+   the file of the run as it was, or from here in a new one. */
+PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx)
 {
-  SlipFault fault = cat->fault;
-  const char *file = fault->options.text[FAULT_CATALOGUE];
-  char target[PETSC_MAX_PATH_LEN] = "", part[PETSC_MAX_PATH_LEN + 8];
-  PetscBool exists[2] = {PETSC_FALSE, PETSC_FALSE};
-  PetscErrorCode ierr = PETSC_SUCCESS;
-
-  PetscFunctionBegin;
-  if (!cat->rank) ierr = SlipH5Follow(file, "", target);
-  PetscCall(SlipErrorBcast(fault->comm, ierr));
-  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", target));
-  if (!cat->rank) {
-    PetscCall(PetscTestFile(part, 'r', &exists[0]));
-    PetscCall(PetscTestFile(file, 'r', &exists[1]));
-  }
-  PetscCallMPI(MPI_Bcast(exists, 2, MPIU_BOOL, 0, fault->comm));
-  cat->resumed = exists[0] || exists[1] ? PETSC_TRUE : PETSC_FALSE;
-  if (!cat->resumed && fault->run.events)
-    PetscCall(PetscPrintf(fault->comm, "Neither %s nor %s is there: the catalogue begins here\n", part, file));
-  PetscCall(SlipCatalogueBegin(cat));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Collective: what a checkpoint remembers of the catalogue. One of a run without it has none: the catalogue begins there. */
-PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s)
-{
-  SlipFaultCatalogue cat = fault->run.catalogue;
+  SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
   const char *prefix = SlipFaultPrefix(fault);
   PetscReal rate = fault->options.value[FAULT_EVENT_RATE];
+  char earlier[PETSC_MAX_PATH_LEN + 8];
   PetscBool has;
 
   PetscFunctionBegin;
-  if (!cat) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStateHas(s, "catalogue", &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
   if (!SlipStateIsLoading(s)) PetscCall(SlipCatalogueSync(cat));
@@ -310,6 +286,10 @@ PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s)
     PetscCall(SlipStateVec(s, "before", cat->before));
   }
   if (cat->active) PetscCall(VisitEvent(s, cat));
-  if (SlipStateIsLoading(s)) PetscCall(Resume(cat));
+  if (!SlipStateIsLoading(s)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultFindEarlier(fault, fault->options.text[FAULT_CATALOGUE], "catalogue",
+                                 fault->run.events ? PETSC_TRUE : PETSC_FALSE, earlier));
+  cat->resumed = earlier[0] ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipCatalogueBegin(cat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

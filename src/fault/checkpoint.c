@@ -1,5 +1,5 @@
 /* Checkpoints of a fault's run: which run a file is of, and all that this one remembers. */
-#include <slipstep/private/slipfaultrecord.h>
+#include <slipstep/private/slipfaultobservers.h>
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipcheckpoint.h>
@@ -222,81 +222,10 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
 
 /* ---- the state ---- */
 
-/* The course, and the estimates of its errors */
-static PetscErrorCode VisitEstimate(SlipState s, SlipFault fault)
-{
-  SlipFaultRunError *est = &fault->run.error;
-
-  PetscFunctionBegin;
-  PetscCall(SlipStateGroup(s, "estimate"));
-  PetscCall(SlipStateBool(s, "known", &est->known));
-  PetscCall(SlipStateReal(s, "moving", 1, &est->moving));
-  PetscCall(SlipStateReal(s, "work", 2, est->work));
-  PetscCall(SlipStateReal(s, "slip", 2, est->slip));
-  PetscCall(SlipStateReal(s, "slip_so_far", 1, &est->sum));
-  PetscCall(SlipStateReal(s, "slip_in_stops", 1, &est->late));
-  PetscCall(SlipFaultCourseState(fault, s));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Rank 0: is the row of /series the one of this time? */
-static PetscErrorCode CheckRow(SlipFault fault, const char file[], PetscInt row, PetscReal time)
-{
-  const char *prefix = SlipFaultPrefix(fault);
-  PetscReal *times = NULL;
-  PetscInt n = 0;
-  PetscBool same;
-  SlipH5 h;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5OpenRead(file, &h));
-  PetscCall(SlipH5ReadReal(&h, "/series/time", 1, &n, &times));
-  same = n >= row && (!row || times[row - 1] == time) ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(PetscFree(times));
-  PetscCall(SlipH5Close(&h));
-  PetscCheck(
-    same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-    "%s (-%sfault_output) is not the output that -%sfault_restart %s was written with: it has no row %" PetscInt_FMT
-    " of time %.9g s; give the name of that one, or of a file that is not there",
-    file, prefix, prefix, fault->options.text[FAULT_RESTART], row, (double)time);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* In the file of the run as it was, or from here in a new one. */
-static PetscErrorCode ResumeOutput(SlipFault fault, TS ts, const PetscInt rows[3])
-{
-  const char *file = fault->options.text[FAULT_OUTPUT];
-  char target[PETSC_MAX_PATH_LEN] = "", part[PETSC_MAX_PATH_LEN + 8];
-  PetscBool exists[2] = {PETSC_FALSE, PETSC_FALSE};
-  PetscErrorCode ierr = PETSC_SUCCESS;
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (!rank) ierr = SlipH5Follow(file, "", target);
-  PetscCall(SlipErrorBcast(fault->comm, ierr));
-  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", target));
-  if (!rank) {
-    PetscCall(PetscTestFile(part, 'r', &exists[0]));
-    PetscCall(PetscTestFile(file, 'r', &exists[1]));
-  }
-  PetscCallMPI(MPI_Bcast(exists, 2, MPIU_BOOL, 0, fault->comm));
-  if (!exists[0] && !exists[1]) {
-    PetscCall(PetscPrintf(fault->comm, "Neither %s nor %s is there: the output begins here\n", part, file));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (!rank) ierr = CheckRow(fault, exists[0] ? part : file, rows[1], ts->ptime);
-  PetscCall(SlipErrorBcast(fault->comm, ierr));
-  PetscCall(SlipFaultOutputResume(fault, rows));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Everything: who adds a memory that outlives a step visits it here, or composes SLIP_STATE_METHOD with its object. */
+/* Everything: who adds a memory that outlives a step visits it as an observer, or composes SLIP_STATE_METHOD with its object. */
 static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  PetscInt rows[3];
 
   PetscFunctionBegin;
   PetscCall(VisitParameters(s, fault));
@@ -307,14 +236,7 @@ static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
   PetscCall(SlipStateObject(s, "stiffness", (PetscObject)fault->operators.K));
   PetscCall(SlipStateObject(s, "viscosity", (PetscObject)fault->operators.H));
   PetscCall(SlipStateObject(s, "stage", (PetscObject)fault->operators.B));
-  PetscCall(VisitEstimate(s, fault));
-  if (!SlipStateIsLoading(s)) PetscCall(SlipFaultOutputSync(fault, rows));
-  PetscCall(SlipStateGroup(s, "output"));
-  PetscCall(SlipStateInt(s, "rows", 3, rows));
-  PetscCall(SlipFaultOutputState(fault, s));
-  if (SlipStateIsLoading(s)) PetscCall(ResumeOutput(fault, ts, rows));
   PetscCall(SlipFaultObserversVisit(fault, s));
-  PetscCall(SlipFaultCatalogueState(fault, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -474,9 +396,6 @@ PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscAssertPointer(code, 3);
   PetscCall(SlipCheckpointFinish(ts, code));
-  if (!*code) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultOutputDestroy(&fault->run.output)); /* they stay unfinished */
-  PetscCall(SlipFaultObserversDestroy(fault));
-  PetscCall(SlipFaultCatalogueDestroy(&fault->run.catalogue));
+  if (*code) PetscCall(SlipFaultObserversDestroy(fault)); /* files stay unfinished */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -51,28 +51,6 @@ PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor: the start and every accepted step */
-static PetscErrorCode Record(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
-{
-  SlipFault fault = (SlipFault)ctx;
-  SlipFaultRunError *est = &fault->run.error;
-
-  PetscFunctionBegin;
-  (void)ts;
-  if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultCourseAdd(fault, est->off ? &est->fine : &est->course, time, w));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Before TSSolve(); PETSc does not add the same monitor twice */
-PetscErrorCode SlipFaultCourseStart(SlipFault fault, TS ts)
-{
-  PetscFunctionBegin;
-  fault->run.error.course.n = 0;
-  PetscCall(TSMonitorSet(ts, Record, fault, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* For checkpoints, in the group of the estimate */
 PetscErrorCode SlipFaultCourseState(SlipFault fault, SlipState s)
 {

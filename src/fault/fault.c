@@ -1,5 +1,5 @@
 /* A fault's life: create, set up, state, destroy. */
-#include <slipstep/private/slipfaultrecord.h>
+#include <slipstep/private/slipfaultobservers.h>
 
 /*@
   SlipFaultCreate - the reference case "3 km" with one cell
@@ -133,10 +133,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscValidHeaderSpecific(f, SLIP_FAULT_CLASSID, 1);
   *fault = NULL;
   if (--((PetscObject)f)->refct > 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultOutputDestroy(&f->run.output));
   PetscCall(SlipFaultObserversDestroy(f));
-  PetscCall(SlipFaultCatalogueDestroy(&f->run.catalogue));
-  PetscCall(SlipFaultRunErrorDestroy(f));
   PetscCall(SlipConstraintDestroy(&f->stage.con));
   PetscCall(PetscViewerDestroy(&f->options.viewer));
   PetscCall(PetscViewerDestroy(&f->options.stiffness_viewer));

@@ -1,5 +1,5 @@
 /* The names of all files that a fault's run reads and writes, before one is opened. */
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultobservers.h>
 #include <string.h>
 
 /* A run goes on from the checkpoint that it writes. */
@@ -81,5 +81,29 @@ PetscErrorCode SlipFaultCheckFileNames(SlipFault fault)
   }
   PetscCall(SlipFilesCheckNames(fault->comm, NUM_FILES, file));
   PetscCall(PetscFree(file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFindEarlier(SlipFault fault, const char file[], const char what[], PetscBool say,
+                                    char found[PETSC_MAX_PATH_LEN + 8])
+{
+  char target[PETSC_MAX_PATH_LEN] = "", part[PETSC_MAX_PATH_LEN + 8];
+  PetscBool exists[2] = {PETSC_FALSE, PETSC_FALSE};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (!rank) ierr = SlipH5Follow(file, "", target);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", target));
+  if (!rank) {
+    PetscCall(PetscTestFile(part, 'r', &exists[0]));
+    PetscCall(PetscTestFile(file, 'r', &exists[1]));
+  }
+  PetscCallMPI(MPI_Bcast(exists, 2, MPIU_BOOL, 0, fault->comm));
+  PetscCall(PetscStrncpy(found, exists[0] ? part : exists[1] ? file : "", PETSC_MAX_PATH_LEN + 8));
+  if (!found[0] && say)
+    PetscCall(PetscPrintf(fault->comm, "Neither %s nor %s is there: the %s begins here\n", part, file, what));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,14 +1,15 @@
 /* Who watches a run: rows of one table, ours and those of users, which are created, started, told of each accepted step, visited for
-   checkpoints, finished and destroyed in its order. */
+   checkpoints, finished and destroyed in its order. The file of the run is what they share. */
 #include <slipstep/private/slipfaultobservers.h>
+#include <slipstep/private/slipsys.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* Ours. A new one is a file with its row, and its name here. */
-#define OBSERVERS(ROW) ROW(Stations)
+#define OBSERVERS(ROW) ROW(Progress) ROW(Output) ROW(Xdmf) ROW(Stations) ROW(Catalogue) ROW(Estimate)
 
-#define DECLARE(name) extern const SlipFaultObserver SlipFault##name;
-#define LIST(name) &SlipFault##name,
+#define DECLARE(name) extern const SlipFaultObserver SlipFault##name##Observer;
+#define LIST(name) &SlipFault##name##Observer,
 OBSERVERS(DECLARE)
 static const SlipFaultObserver *const Observers[] = {OBSERVERS(LIST)};
 enum { NUM_OBSERVERS = PETSC_STATIC_ARRAY_LENGTH(Observers) };
@@ -24,9 +25,12 @@ struct _n_SlipFaultWatch {
   void *ctx;
 };
 
+/* The last of ours is the last of all: at its end the estimate of errors may repeat the run. */
 static const SlipFaultObserver *ObserverAt(PetscInt i)
 {
-  return i < NUM_OBSERVERS ? Observers[i] : &registered[i - NUM_OBSERVERS];
+  const PetscInt first = NUM_OBSERVERS - 1;
+
+  return i < first ? Observers[i] : i < first + nregistered ? &registered[i - first] : Observers[first];
 }
 
 /*@C
@@ -98,12 +102,23 @@ static PetscErrorCode SlipFaultObserversMonitor(TS ts, PetscInt step, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
+/* Of the run's file: what it has besides /run, /steps and /series */
+static PetscErrorCode SlipFaultObserversLayout(SlipOutput output, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  const SlipFaultRun *run = &fault->run;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < run->nwatch; i++)
+    if (run->watch[i].row->layout) PetscCall((*run->watch[i].row->layout)(fault, output, run->watch[i].ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
 {
   SlipFaultRun *run = &fault->run;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultObserversDestroy(fault));
   PetscCall(PetscCalloc1(NUM_OBSERVERS + nregistered, &run->watch));
   for (PetscInt i = 0; i < NUM_OBSERVERS + nregistered; i++) {
     const SlipFaultObserver *row = ObserverAt(i);
@@ -113,17 +128,7 @@ PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
     if (row->create) PetscCall((*row->create)(fault, ts, &wanted, &run->watch[run->nwatch].ctx));
     if (wanted) run->nwatch++;
   }
-  PetscCall(TSMonitorSet(ts, SlipFaultObserversMonitor, fault, NULL)); /* PETSc does not add the same monitor twice */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipFaultObserversLayout(SlipFault fault, SlipOutput output)
-{
-  SlipFaultRun *run = &fault->run;
-
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < run->nwatch; i++)
-    if (run->watch[i].row->layout) PetscCall((*run->watch[i].row->layout)(fault, output, run->watch[i].ctx));
+  if (run->file) run->file->layout = SlipFaultObserversLayout;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -151,16 +156,7 @@ PetscErrorCode SlipFaultObserversVisit(SlipFault fault, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultObserversFinish(SlipFault fault, TS ts, SlipOutput output)
-{
-  SlipFaultRun *run = &fault->run;
-
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < run->nwatch; i++)
-    if (run->watch[i].row->finish) PetscCall((*run->watch[i].row->finish)(fault, ts, output, run->watch[i].ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
+/* At the end of a run, or of one that failed or was stopped, whose files stay unfinished */
 PetscErrorCode SlipFaultObserversDestroy(SlipFault fault)
 {
   SlipFaultRun *run = &fault->run;
@@ -170,8 +166,124 @@ PetscErrorCode SlipFaultObserversDestroy(SlipFault fault)
     if (run->watch[i].row->destroy) PetscCall((*run->watch[i].row->destroy)(&run->watch[i].ctx));
   PetscCall(PetscFree(run->watch));
   run->nwatch = 0;
-  run->started = PETSC_FALSE;
-  run->file = NULL;
+  run->started = run->complete = PETSC_FALSE;
   PetscCall(SlipFaultStepValuesDestroy(fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultOutputStart - have a run watched: by what writes -fault_output and -fault_catalogue, estimates the slip's error and prints
+  how far it is, and by the observers of SlipFaultRegisterObserver()
+
+  Collective; after TSSetFromOptions(), before TSSolve().
+
+  Input Parameters:
++ fault - the fault
+- ts    - the TS that it configured
+
+  Options Database Keys:
++ -fault_output <F.h5>          - file for the run
+. -fault_output_size <1e8>      - what its fields take at most where no other option says when they are written [bytes]
+. -fault_catalogue <F.h5>       - file for its events, a row each; every one is also a line on standard output
+. -fault_event_rate <1e-3>      - slip rate of a cell from which on an event lasts, until all are below a tenth [m/s]
+- -fault_catalogue_maps <no>    - slip and rupture time of every cell as well
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_FILE_OPEN when a file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field,
+  PETSC_ERR_ARG_INCOMP for the pore pressure of a fault that has none, PETSC_ERR_SUP for a catalogue with another integrator
+  than TSBATHE unless friction is smooth.
+
+  Notes:
+  The content goes to FILE.part, made at the start of TSSolve(), which takes FILE's name in SlipFaultOutputFinish(): a run
+  that fails leaves an older FILE as it was. FILE.part can be read all the time, see SlipOutputCreate(). slipfault.h
+  describes the layout.
+
+.seealso: SlipFaultOutputFinish(), SlipFaultRegisterObserver(), SlipFaultCheckpointStart()
+@*/
+PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
+{
+  SlipFaultRun *run = &fault->run;
+
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
+  PetscCall(SlipFaultCheckFileNames(fault)); /* as SlipFaultSetString() may have set them */
+  PetscCheck(!run->file && !run->catalogue, fault->comm, PETSC_ERR_ORDER,
+             "the output of the last run was not finished");
+  PetscCall(SlipFaultObserversDestroy(fault));
+  fault->balance.sides = 0;
+  PetscCall(SlipLogGetProducts(&run->products));
+  PetscCall(SlipFaultReportSteps(fault, ts));
+  PetscCall(TSMonitorSet(ts, SlipFaultObserversMonitor, fault, NULL)); /* before that of /series; PETSc has it once */
+  PetscCall(SlipFaultObserversCreate(fault, ts));
+  PetscCall(SlipFaultResolutionPrint(fault)); /* now that nothing is refused any more */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultOutputFinish - print the summary of a run and complete its output file
+
+  Collective; after TSSolve().
+
+  Input Parameters:
++ fault      - the fault
+. ts         - the TS that was solved
+. wall_setup - wall time of set-up [s]
+- wall_solve - wall time of TSSolve() [s]
+
+  Options Database Key:
+. -fault_check_error - repeat the run with every step computed in four parts, for a Richardson estimate of its errors;
+                       five times the Bathe solves of the run more; with TSBATHE only
+
+  Level: intermediate
+
+  Notes:
+  Attributes of /result, where friction weakens and there are several cells: least_resolution, the cells in the least
+  cohesive zone (in the least length of nucleation where there is none), and cells_fail_alone, the share of the cells that
+  weaken which can fail by themselves.
+
+  When the fault rests at the end, the summary has an estimate of the error that `TSAdaptRLGetMeasure()` names (of the
+  history with controllers that have no measure), which nine in ten runs stay below and for which
+  `SlipFaultOutputStart()` must have been called, or the reason why it is unknown. A policy that observes log_accuracy
+  has its dial judged by it: likely met, or unknown; the check says met or not met. Attributes of /result, X being slip
+  (the final mean slip), history and event_time: X_error_estimate, X_error_measure (the estimate before its
+  calibration), slip_error_signed (the first variation, computed minus exact), accuracy_requested,
+  slip_error_estimate_met (of the run's measure: 1 or -1), and with the check X_error_check, slip_error_check_signed,
+  slip_error_check_met (of the run's measure: 1 or 0), check_error_final, check_error_history, check_error_shift,
+  check_error_peak, check_error_field, check_solves.
+
+.seealso: SlipFaultOutputStart(), TSAdaptRLSetMeasure()
+@*/
+PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve)
+{
+  SlipFaultRun *run = &fault->run;
+  SlipFaultObservables obs;
+  SlipOutput file;
+  PetscInt products;
+  PetscReal t;
+  Vec w;
+
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
+  PetscCall(SlipLogGetProducts(&products));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(SlipFaultGetObservables(fault, t, w, NULL, &obs));
+  if (!run->file) PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run->file));
+  file = run->file;
+  PetscCall(SlipOutputBegin(file));
+  if (fault->problem.any_integrator)
+    PetscCall(SlipOutputAddResult(file, "right_hand_sides", "right-hand sides", NULL, fault->balance.sides));
+  PetscCall(SlipOutputAddResult(file, "products", "products with K", NULL, products - run->products));
+  PetscCall(SlipOutputAddResult(file, "mean_slip", "final mean slip", "m", obs.mean_slip));
+  PetscCall(SlipFaultResolutionResult(fault, file));
+  for (PetscInt i = 0; i < run->nwatch; i++)
+    if (run->watch[i].row->finish) PetscCall((*run->watch[i].row->finish)(fault, ts, file, run->watch[i].ctx));
+  run->file = NULL;
+  PetscCall(SlipOutputFinish(&file, wall_setup, wall_solve));
+  run->complete = PETSC_TRUE;
+  PetscCall(SlipFaultObserversDestroy(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

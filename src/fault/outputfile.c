@@ -53,17 +53,6 @@ static PetscErrorCode SlipFaultOutputSides(void *ctx, PetscInt *n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx);
-
-static PetscErrorCode SlipFaultOutputFlushed(SlipOutput run, void *ctx)
-{
-  SlipFaultOutput out = ((SlipFault)ctx)->run.output;
-
-  PetscFunctionBegin;
-  if (out && out->run == run) PetscCall(SlipFaultXdmfFlushed(out, PETSC_FALSE));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Collective: which fields -fault_output_fields names, and the output of the run. */
 PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
 {
@@ -72,7 +61,6 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   int n;
 
   PetscFunctionBegin;
-  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) out->name[f] = OutputFields[f].name;
   PetscCall(PetscStrToArray(fault->options.text[FAULT_OUTPUT_FIELDS], ',', &n, &names));
   for (int i = 0; i < n; i++) {
     PetscBool same = PETSC_FALSE;
@@ -92,18 +80,22 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
              SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault));
   PetscCall(PetscStrToArrayDestroy(n, names));
   PetscCall(SlipOutputCreate(ts, fault->options.text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns),
-                             SeriesColumns, SlipFaultOutputSeries, fault, &out->run));
-  PetscCall(SlipOutputSetOption(out->run, SlipFaultPrefix(fault), "fault_output", fault->options.output_overwrite));
-  out->run->kind.restart = "fault_restart";
-  fault->run.file = out->run;
-  out->run->layout = SlipFaultOutputLayout;
-  out->run->flushed = SlipFaultOutputFlushed;
-  out->run->sides = SlipFaultOutputSides;
-  out->run->entries[1 + SERIES_MOMENT_RATE] = 1; /* faults: all planes are one */
-  out->run->moving_only = PETSC_TRUE;            /* for friction_power: a product with K less for each row */
-  PetscCall(SlipOutputAddRun(out->run, "stiffness_scaling_factor", fault->operators.scaling));
-  PetscCall(SlipOutputAddRun(out->run, "time_scale", fault->operators.tstar));
+                             SeriesColumns, SlipFaultOutputSeries, fault, &fault->run.file));
+  PetscCall(
+    SlipOutputSetOption(fault->run.file, SlipFaultPrefix(fault), "fault_output", fault->options.output_overwrite));
+  fault->run.file->kind.restart = "fault_restart";
+  fault->run.file->sides = SlipFaultOutputSides;
+  fault->run.file->entries[1 + SERIES_MOMENT_RATE] = 1; /* faults: all planes are one */
+  fault->run.file->moving_only = PETSC_TRUE;            /* for friction_power: a product with K less for each row */
+  PetscCall(SlipOutputAddRun(fault->run.file, "stiffness_scaling_factor", fault->operators.scaling));
+  PetscCall(SlipOutputAddRun(fault->run.file, "time_scale", fault->operators.tstar));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Name of a field of /fields */
+const char *SlipFaultOutputField(PetscInt f)
+{
+  return OutputFields[f].name;
 }
 
 /* A reduced vector's values, gathered, as the dataset /mesh/name. Collective. */
@@ -120,7 +112,8 @@ static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[
   PetscCall(VecScatterEnd(out->gather_r, x, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", name));
   PetscCall(VecGetArrayRead(out->r0, &a));
-  if (!out->rank) ierr = SlipH5WriteReal(SlipOutputFile(out->run), path, ndim, dims, a, unit[0] ? unit : "1");
+  if (!out->rank)
+    ierr = SlipH5WriteReal(SlipOutputFile(out->fault->run.file), path, ndim, dims, a, unit[0] ? unit : "1");
   PetscCall(VecRestoreArrayRead(out->r0, &a));
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -194,7 +187,7 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
                   : f == OUTPUT_SLIP && out->start0 ? (SlipH5Rows){path[f], slip, 1}
                                                     : (SlipH5Rows){path[f], w + c, 3};
   }
-  PetscCall(SlipH5AppendAll(SlipOutputFile(out->run), n, series, 1));
+  PetscCall(SlipH5AppendAll(SlipOutputFile(out->fault->run.file), n, series, 1));
   PetscCall(PetscFree(slip));
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -211,7 +204,7 @@ static PetscErrorCode FieldStorage(SlipFault fault, SlipH5Storage *storage)
 /* Rank 0: the fields of an earlier run, cut; they go on as they are stored */
 static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
 {
-  SlipH5 *h = SlipOutputFile(out->run);
+  SlipH5 *h = SlipOutputFile(out->fault->run.file);
   const char *prefix = SlipFaultPrefix(out->fault);
   SlipH5Storage storage, stored;
   PetscInt found, wanted = 1;
@@ -219,12 +212,12 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
 
   PetscFunctionBegin;
   PetscCall(FieldStorage(out->fault, &storage));
-  PetscCall(SlipH5SetRows(h, "/fields/time", out->nfields));
+  PetscCall(SlipH5SetRows(h, "/fields/time", out->fault->run.entries));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;
     wanted++;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5SetRows(h, path, out->nfields));
+    PetscCall(SlipH5SetRows(h, path, out->fault->run.entries));
     PetscCall(SlipH5GetStorage(h, path, &stored));
     PetscCheck(stored.single == storage.single && stored.deflate == storage.deflate, PETSC_COMM_SELF,
                PETSC_ERR_FILE_UNEXPECTED,
@@ -271,7 +264,7 @@ static PetscErrorCode WriteParameters(SlipFault fault, SlipH5 *h)
 static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
 {
   SlipFault fault = out->fault;
-  SlipH5 *h = SlipOutputFile(out->run);
+  SlipH5 *h = SlipOutputFile(out->fault->run.file);
   const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
   SlipH5Storage storage;
   char path[64];
@@ -291,19 +284,17 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
 }
 
 /* Collective: what the file of a fault has besides that of any run */
-static PetscErrorCode SlipFaultOutputLayout(SlipOutput run, void *ctx)
+PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
 {
-  SlipFault fault = (SlipFault)ctx;
-  SlipFaultOutput out = fault->run.output;
+  SlipFaultOutput out = (SlipFaultOutput)ctx;
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscReal *a;
   Vec x;
 
   PetscFunctionBegin;
+  (void)run;
   if (!out->rank) ierr = out->resumed ? SlipFaultOutputCut(out) : SlipFaultOutputCreateFields(out);
-  if (!out->rank && !ierr) ierr = SlipFaultXdmfLayout(out);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
-  PetscCall(SlipFaultObserversLayout(fault, run));
   if (out->resumed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &x));
   for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
@@ -365,7 +356,7 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
 
   PetscFunctionBegin;
   PetscCall(SlipLogOutputBegin());
-  PetscCall(SlipOutputBegin(out->run));
+  PetscCall(SlipOutputBegin(fault->run.file));
   PetscCall(GatherStart(out));
   PetscCall(ShowState(out, w, &shown));
   PetscCall(VecScatterBegin(out->gather_w, shown, out->w0, INSERT_VALUES, SCATTER_FORWARD));
@@ -377,8 +368,8 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
   }
   if (out->wanted[OUTPUT_PORE_PRESSURE]) PetscCall(GatherPressure(out, time));
   if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
-  if (!out->rank && !ierr) ierr = SlipFaultXdmfAdd(out, time);
-  out->nfields++;
+  fault->run.entries++;
+  fault->run.entry_time = time;
   PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);

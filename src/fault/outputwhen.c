@@ -74,7 +74,7 @@ static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, Petsc
 /* Is there an entry left for this state? The last one is for the end of the run. Collective. */
 static PetscErrorCode IsLeft(SlipFaultOutput out, PetscReal time, Vec w, PetscBool *left)
 {
-  const PetscReal most = out->when.most, next = (PetscReal)(out->nfields + 2);
+  const PetscReal most = out->when.most, next = (PetscReal)(out->fault->run.entries + 2);
   PetscReal progress;
 
   PetscFunctionBegin;
@@ -113,13 +113,13 @@ static PetscErrorCode SlipSinceEntry(SlipFaultOutput out, PetscReal time, Vec w,
 }
 
 /* Largest |v| [m/s]; at least the tolerance of the integrator, below which rates mean nothing. Collective. */
-static PetscErrorCode LargestRate(SlipFault fault, Vec w, PetscReal *rate)
+static PetscErrorCode LargestRate(SlipFault fault, PetscReal time, Vec w, PetscReal *rate)
 {
   PetscReal tolerance;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetReal(fault, "rate_tolerance", &tolerance));
-  PetscCall(VecStrideNorm(w, fault->layout.rate, NORM_INFINITY, rate));
+  PetscCall(SlipFaultStepRate(fault, time, w, rate));
   *rate = PetscMax(*rate, tolerance);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -151,7 +151,7 @@ PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscRea
   if (!*due && factor > 0) {
     PetscReal rate;
 
-    PetscCall(LargestRate(fault, w, &rate));
+    PetscCall(LargestRate(fault, time, w, &rate));
     *due = rate >= factor * when->entry_rate || rate * factor <= when->entry_rate ? PETSC_TRUE : PETSC_FALSE;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -166,7 +166,7 @@ PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Ve
   PetscFunctionBegin;
   when->known = PETSC_TRUE;
   when->time = when->entry_time = time;
-  if (fault->options.value[FAULT_OUTPUT_RATE_CHANGE] > 0) PetscCall(LargestRate(fault, w, &when->entry_rate));
+  if (fault->options.value[FAULT_OUTPUT_RATE_CHANGE] > 0) PetscCall(LargestRate(fault, time, w, &when->entry_rate));
   if (fault->options.value[FAULT_OUTPUT_SLIP_INTERVAL] > 0) {
     if (!when->entry_u) PetscCall(VecDuplicate(fault->critical.uc, &when->entry_u));
     PetscCall(VecStrideGather(w, fault->layout.displacement, when->entry_u, INSERT_VALUES));
@@ -190,17 +190,18 @@ static PetscErrorCode VisitCounts(SlipFault fault, SlipState s)
 
 /* A checkpoint's part: the newest entry of /fields. What the run of before did not need is counted from where this one
    goes on. */
-PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s)
+PetscErrorCode SlipFaultOutputState(SlipFaultOutput out, SlipState s)
 {
-  SlipFaultOutput out = fault->run.output;
-  SlipFaultWhen nothing = {0}, *when = out ? &out->when : &nothing;
-  const PetscBool rate = out && fault->options.value[FAULT_OUTPUT_RATE_CHANGE] > 0 ? PETSC_TRUE : PETSC_FALSE;
-  PetscBool slip =
-    when->entry_u || (SlipStateIsLoading(s) && out && fault->options.value[FAULT_OUTPUT_SLIP_INTERVAL] > 0)
+  SlipFault fault = out->fault;
+  const PetscBool file = fault->run.file ? PETSC_TRUE : PETSC_FALSE;
+  SlipFaultWhen nothing = {0}, *when = file ? &out->when : &nothing;
+  const PetscBool rate = file && fault->options.value[FAULT_OUTPUT_RATE_CHANGE] > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool slip =
+    when->entry_u || (SlipStateIsLoading(s) && file && fault->options.value[FAULT_OUTPUT_SLIP_INTERVAL] > 0)
       ? PETSC_TRUE
       : PETSC_FALSE;
   PetscBool known = when->known, has_rate = rate, has_slip = slip;
-  PetscInt last = out ? out->last_field_step : 0;
+  PetscInt last = file ? out->last_field_step : 0;
 
   PetscFunctionBegin;
   PetscCall(VisitCounts(fault, s));
@@ -214,7 +215,7 @@ PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s)
     if (!when->entry_u) PetscCall(VecDuplicate(fault->critical.uc, &when->entry_u));
     PetscCall(SlipStateVec(s, "entry_displacement", when->entry_u));
   }
-  if (!SlipStateIsLoading(s) || !out) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!SlipStateIsLoading(s) || !file) PetscFunctionReturn(PETSC_SUCCESS);
   out->last_field_step = last;
   when->known = known && (has_rate || !rate) && (has_slip || !slip) ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,7 +1,7 @@
 /* -fault_progress: a line every few seconds on a terminal, and once a minute elsewhere, says how far a run is and
    when it will be done; a set-up of seconds says what it does. */
 #define _POSIX_C_SOURCE 200809L
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultobservers.h>
 #include <petsctime.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -164,41 +164,48 @@ static PetscErrorCode Ask(SlipFaultProgress *p, PetscLogDouble now, int word[2])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Begin(SlipFaultProgress *p, PetscReal time, PetscBool repetition)
+static PetscErrorCode ProgressCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
   PetscFunctionBegin;
+  (void)ts;
+  *ctx = &fault->run.progress;
+  *wanted = fault->run.progress.wanted;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ProgressStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
+{
+  SlipFaultProgress *p = (SlipFaultProgress *)ctx;
+  PetscReal rate;
+
+  PetscFunctionBegin;
+  (void)ts;
+  PetscCall(SlipFaultStepRate(fault, time, w, &rate));
   PetscCall(PetscTime(&p->begin));
   p->printed = p->step = p->begin;
   p->start = time;
   p->wait = p->onsets = 0;
   p->fast = PETSC_FALSE;
-  p->repetition = repetition;
+  p->repetition = fault->run.error.off;
+  SlipFaultProgressSee(p, p->begin, time, rate, fault->options.value[FAULT_EVENT_RATE]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor */
-static PetscErrorCode ProgressMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+static PetscErrorCode ProgressStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
-  SlipFault fault = (SlipFault)ctx;
-  SlipFaultProgress *p = &fault->run.progress;
+  SlipFaultProgress *p = (SlipFaultProgress *)ctx;
   PetscMPIInt rank;
   PetscLogDouble now;
   PetscReal rate = 0;
   int word[2] = {0, 0};
 
   PetscFunctionBegin;
-  if (step < 0 || !p->wanted) PetscFunctionReturn(PETSC_SUCCESS);
-  if (p->begin == 0 || p->repetition != fault->run.error.off) {
-    PetscCall(VecStrideNorm(w, fault->layout.rate, NORM_INFINITY, &rate));
-    PetscCall(Begin(p, time, fault->run.error.off));
-    SlipFaultProgressSee(p, p->begin, time, rate, fault->options.value[FAULT_EVENT_RATE]);
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  (void)step;
   PetscCall(PetscTime(&now));
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (p->wait-- <= 0) {
-    PetscCall(VecStrideNorm(w, fault->layout.rate, NORM_INFINITY, &rate));
+    PetscCall(SlipFaultStepRate(fault, time, w, &rate));
     SlipFaultProgressSee(p, now, time, rate, fault->options.value[FAULT_EVENT_RATE]);
-    PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
     if (!rank) PetscCall(Ask(p, now, word));
     PetscCallMPI(MPI_Bcast(word, 2, MPI_INT, 0, fault->comm));
     p->wait = word[1];
@@ -210,10 +217,5 @@ static PetscErrorCode ProgressMonitor(TS ts, PetscInt step, PetscReal time, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultProgressStart(SlipFault fault, TS ts)
-{
-  PetscFunctionBegin;
-  fault->run.progress.begin = 0;
-  if (fault->run.progress.wanted) PetscCall(TSMonitorSet(ts, ProgressMonitor, fault, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+const SlipFaultObserver SlipFaultProgressObserver = {
+  .name = "progress", .create = ProgressCreate, .start = ProgressStart, .step = ProgressStep, .repeats = PETSC_TRUE};

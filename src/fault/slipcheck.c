@@ -91,7 +91,6 @@ static PetscErrorCode FieldError(SlipFault fault, PetscReal t, Vec run, Vec refe
 PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal error[], PetscReal *final,
                                    PetscInt *solves)
 {
-  SlipFaultOutput fields = fault->run.output;
   const SlipFaultCourse *course = &fault->run.error.course, *fine = &fault->run.error.fine;
   PetscReal order, time, reached, leading;
   PetscInt step;
@@ -99,8 +98,7 @@ PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, Petsc
 
   PetscFunctionBegin;
   PetscCall(SlipOutputClose(run));
-  fault->run.output = NULL; /* no fields of it */
-  fault->run.started = PETSC_FALSE;
+  fault->run.started = PETSC_FALSE; /* for observers that watch the repetition */
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetStepNumber(ts, &step));
@@ -123,6 +121,5 @@ PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, Petsc
   PetscCall(TSSetTime(ts, time));
   PetscCall(TSSetStepNumber(ts, step));
   PetscCall(VecDestroy(&end));
-  fault->run.output = fields;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

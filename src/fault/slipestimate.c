@@ -14,7 +14,7 @@
    Cells stop one after another, and the share of dP that their slip has taken by then decays no more: the decay
    goes with the share of the slip on cells that still slide. For one cell under slip weakening all this is the
    exact first variation. */
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultobservers.h>
 #include <slipadapt.h>
 
 /*
@@ -179,14 +179,16 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Before TSSolve() */
-PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts)
+/* Also where nothing is estimated, as checkpoints say so */
+static PetscErrorCode EstimateCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
   SlipFaultRunError *est = &fault->run.error;
   PetscBool bathe;
   PetscObjectId id;
 
   PetscFunctionBegin;
+  (void)wanted;
+  *ctx = fault;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCall(Reset(est));
   est->known = PETSC_FALSE; /* until a step is accepted */
@@ -196,9 +198,9 @@ PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts)
     "second run with another -ts_rtol",
     SlipFaultPrefix(fault), ((PetscObject)ts)->type_name);
   /* The estimate is of a single event: nothing is known of sequences but by repetition. */
-  if (fault->kind.driven && !fault->options.check_error) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultCourseStart(fault, ts));
-  if (!bathe) PetscFunctionReturn(PETSC_SUCCESS);
+  est->recorded = !fault->kind.driven || fault->options.check_error ? PETSC_TRUE : PETSC_FALSE;
+  if (est->recorded) est->course.n = 0;
+  if (!est->recorded || !bathe) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(DecayRate(fault, &est->decay));
   if (fault->options.check_error) PetscCall(SlipFaultCheckStart(fault, ts));
   PetscCall(PetscObjectGetId((PetscObject)ts, &id));
@@ -332,7 +334,7 @@ static PetscErrorCode ReportEstimates(SlipFault fault, TS ts, SlipOutput run, Pe
   PetscReal measure[NUM_ESTIMATES], error;
   SlipFaultEstimate judged;
   PetscInt steps;
-  const char *why;
+  const char *why = NULL;
   char ask[64], text[128], name[64];
 
   PetscFunctionBegin;
@@ -406,12 +408,19 @@ static PetscErrorCode ReportCheck(SlipFault fault, TS ts, SlipOutput run, PetscR
   below it (of the final slip, where |signed| was four times the accuracy, it was missed in 84 % of 141 runs, and a run that
   misses by less shows nothing).
 */
-PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip)
+static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, void *ctx)
 {
-  PetscReal wanted;
+  SlipFaultObservables obs;
+  PetscReal wanted, t, mean_slip;
   PetscBool bathe;
+  Vec w;
 
   PetscFunctionBegin;
+  (void)ctx;
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(SlipFaultGetObservables(fault, t, w, NULL, &obs));
+  mean_slip = obs.mean_slip;
   if (mean_slip <= 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(WantedAccuracy(ts, &wanted));
   if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
@@ -421,11 +430,61 @@ PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultRunErrorDestroy(SlipFault fault)
+/* The start and every accepted step */
+static PetscErrorCode EstimateStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
 {
+  SlipFaultRunError *est = &fault->run.error;
+
   PetscFunctionBegin;
-  PetscCall(VecDestroy(&fault->run.error.start));
-  PetscCall(PetscFree(fault->run.error.course.node));
-  PetscCall(PetscFree(fault->run.error.fine.node));
+  (void)ts;
+  (void)ctx;
+  if (est->recorded) PetscCall(SlipFaultCourseAdd(fault, est->off ? &est->fine : &est->course, time, w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+static PetscErrorCode EstimateNext(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)step;
+  PetscCall(EstimateStart(fault, ts, time, w, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The course, and the estimates of its errors */
+static PetscErrorCode EstimateVisit(SlipFault fault, SlipState s, void *ctx)
+{
+  SlipFaultRunError *est = &fault->run.error;
+
+  PetscFunctionBegin;
+  (void)ctx;
+  PetscCall(SlipStateGroup(s, "estimate"));
+  PetscCall(SlipStateBool(s, "known", &est->known));
+  PetscCall(SlipStateReal(s, "moving", 1, &est->moving));
+  PetscCall(SlipStateReal(s, "work", 2, est->work));
+  PetscCall(SlipStateReal(s, "slip", 2, est->slip));
+  PetscCall(SlipStateReal(s, "slip_so_far", 1, &est->sum));
+  PetscCall(SlipStateReal(s, "slip_in_stops", 1, &est->late));
+  PetscCall(SlipFaultCourseState(fault, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode EstimateDestroy(void **ctx)
+{
+  SlipFaultRunError *est = &((SlipFault)*ctx)->run.error;
+
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&est->start));
+  PetscCall(PetscFree(est->course.node));
+  PetscCall(PetscFree(est->fine.node));
+  est->course = est->fine = (SlipFaultCourse){0};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const SlipFaultObserver SlipFaultEstimateObserver = {.name = "estimate",
+                                                     .create = EstimateCreate,
+                                                     .start = EstimateStart,
+                                                     .step = EstimateNext,
+                                                     .visit = EstimateVisit,
+                                                     .finish = EstimateFinish,
+                                                     .destroy = EstimateDestroy,
+                                                     .repeats = PETSC_TRUE};

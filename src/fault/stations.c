@@ -295,10 +295,10 @@ static PetscErrorCode StationsVisit(SlipFault fault, SlipState s, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const SlipFaultObserver SlipFaultStations = {.name = "stations",
-                                             .create = StationsCreate,
-                                             .layout = StationsLayout,
-                                             .start = StationsStart,
-                                             .step = StationsStep,
-                                             .visit = StationsVisit,
-                                             .destroy = StationsDestroy};
+const SlipFaultObserver SlipFaultStationsObserver = {.name = "stations",
+                                                     .create = StationsCreate,
+                                                     .layout = StationsLayout,
+                                                     .start = StationsStart,
+                                                     .step = StationsStep,
+                                                     .visit = StationsVisit,
+                                                     .destroy = StationsDestroy};

@@ -16,6 +16,19 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+/* All of it on rank 0 */
+typedef struct {
+  SlipFault fault;
+  PetscBool wanted;
+  PetscBool field[OUTPUT_NUM_FIELDS]; /* which the output has */
+  char target[PETSC_MAX_PATH_LEN];    /* the output's final name */
+  PetscInt n, size;                   /* entries of /fields, room for */
+  PetscReal *time;                    /* theirs [s] */
+  PetscInt written;                   /* entries in the file */
+  int failed;                         /* errno of the last attempt to write it, or 0 */
+  PetscLogDouble last, cost;          /* when that was, and how long it took [s] */
+} Xdmf;
+
 #define XDMF_SHARE 100 /* the file is written again after so many times what that took, except at the end */
 
 /* Rank 0, as all that follows: corners [npoints][3], z upward, and their numbers for each cell [N][4], in the order of the
@@ -37,16 +50,31 @@ static PetscErrorCode WriteCorners(SlipFault fault, SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out)
+static PetscErrorCode XdmfCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
-  SlipFaultXdmf *x = &out->xdmf;
-  SlipH5 *h = SlipOutputFile(out->run);
+  Xdmf *x;
+
+  PetscFunctionBegin;
+  (void)ts;
+  *wanted = fault->run.file && fault->options.output_xdmf ? PETSC_TRUE : PETSC_FALSE;
+  if (!*wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscNew(&x));
+  x->fault = fault;
+  *ctx = x;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LayOut(Xdmf *x, SlipOutput output, SlipH5 *h)
+{
   char name[PETSC_MAX_PATH_LEN + 16], *slash;
   PetscBool has;
 
   PetscFunctionBegin;
-  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS && out->fault->options.output_xdmf; f++)
-    x->wanted = x->wanted || out->wanted[f];
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
+    PetscCall(PetscSNPrintf(name, sizeof(name), "/fields/%s", SlipFaultOutputField(f)));
+    PetscCall(SlipH5Has(h, name, &x->field[f]));
+    x->wanted = x->wanted || x->field[f];
+  }
   if (!x->wanted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscStrncpy(x->target, h->target, sizeof(x->target)));
   slash = strrchr(x->target, '/');
@@ -56,8 +84,8 @@ PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipH5Has(h, "/xdmf/cells", &has));
-  if (!has) PetscCall(WriteCorners(out->fault, h));
-  if (out->resumed) {
+  if (!has) PetscCall(WriteCorners(x->fault, h));
+  if (output->resumed) {
     PetscCall(SlipH5ReadReal(h, "/fields/time", 1, &x->n, &x->time));
     x->size = x->n;
   }
@@ -66,17 +94,47 @@ PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultXdmfAdd(SlipFaultOutput out, PetscReal time)
+/* The newest entry of /fields, unless it is known */
+static PetscErrorCode Add(Xdmf *x)
 {
-  SlipFaultXdmf *x = &out->xdmf;
+  const SlipFaultRun *run = &x->fault->run;
 
   PetscFunctionBegin;
-  if (!x->wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!x->wanted || x->n == run->entries) PetscFunctionReturn(PETSC_SUCCESS);
   if (x->n == x->size) {
     x->size = 2 * x->size + 64;
     PetscCall(PetscRealloc((size_t)x->size * sizeof(*x->time), &x->time));
   }
-  x->time[x->n++] = time;
+  x->time[x->n++] = run->entry_time;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode XdmfStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)fault;
+  (void)ts;
+  (void)time;
+  (void)w;
+  PetscCall(Add((Xdmf *)ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode XdmfStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)step;
+  PetscCall(XdmfStart(fault, ts, time, w, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode XdmfFinish(SlipFault fault, TS ts, SlipOutput output, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)fault;
+  (void)ts;
+  (void)output;
+  PetscCall(Add((Xdmf *)ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,9 +155,9 @@ static void Escape(const char name[], const char ending[], char text[], size_t l
 }
 
 /* One entry; h5: the output's name in XML */
-static void PutEntry(SlipFaultOutput out, FILE *f, const char h5[], PetscInt k)
+static void PutEntry(const Xdmf *x, FILE *f, const char h5[], PetscInt k)
 {
-  const SlipFault fault = out->fault;
+  const SlipFault fault = x->fault;
   const PetscInt N = fault->mesh.N, nz = fault->mesh.dims[0], nx = fault->mesh.dims[1], ndim = fault->mesh.ndim;
   const int bytes = !strcmp(fault->options.text[FAULT_OUTPUT_PRECISION], "single") ? 4 : 8;
   char slab[96], part[64], all[96];
@@ -111,8 +169,8 @@ static void PutEntry(SlipFaultOutput out, FILE *f, const char h5[], PetscInt k)
     (void)snprintf(slab, sizeof(slab), "%lld 0 0 1 1 1 1 %lld %lld", (long long)k, (long long)nz, (long long)nx);
     (void)snprintf(part, sizeof(part), "1 %lld %lld", (long long)nz, (long long)nx);
   }
-  (void)snprintf(all, sizeof(all), "%lld%s", (long long)out->xdmf.n, part + 1);
-  fprintf(f, "   <Grid Name=\"fault\" GridType=\"Uniform\">\n    <Time Value=\"%.17g\"/>\n", (double)out->xdmf.time[k]);
+  (void)snprintf(all, sizeof(all), "%lld%s", (long long)x->n, part + 1);
+  fprintf(f, "   <Grid Name=\"fault\" GridType=\"Uniform\">\n    <Time Value=\"%.17g\"/>\n", (double)x->time[k]);
   fprintf(
     f,
     "    <Topology TopologyType=\"Quadrilateral\" NumberOfElements=\"%lld\">\n"
@@ -126,7 +184,7 @@ static void PutEntry(SlipFaultOutput out, FILE *f, const char h5[], PetscInt k)
           "    </Geometry>\n",
           (long long)fault->mesh.npoints, h5);
   for (PetscInt i = 0; i < OUTPUT_NUM_FIELDS; i++) {
-    if (!out->wanted[i]) continue;
+    if (!x->field[i]) continue;
     fprintf(f,
             "    <Attribute Name=\"%s\" AttributeType=\"Scalar\" Center=\"Cell\">\n"
             "     <DataItem ItemType=\"HyperSlab\" Type=\"HyperSlab\" Dimensions=\"%s\">\n"
@@ -134,22 +192,22 @@ static void PutEntry(SlipFaultOutput out, FILE *f, const char h5[], PetscInt k)
             "      <DataItem Dimensions=\"%s\" NumberType=\"Float\" Precision=\"%d\" "
             "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
             "     </DataItem>\n    </Attribute>\n",
-            out->name[i], part, 1 + (int)ndim, slab, all, bytes, h5, out->name[i]);
+            SlipFaultOutputField(i), part, 1 + (int)ndim, slab, all, bytes, h5, SlipFaultOutputField(i));
   }
   fprintf(f, "   </Grid>\n");
 }
 
 /* In memory; NULL when there is not enough */
-static char *Text(SlipFaultOutput out, const char ending[], size_t *len)
+static char *Text(const Xdmf *x, const char ending[], size_t *len)
 {
   char h5[PETSC_MAX_PATH_LEN], *text = NULL;
   FILE *f = open_memstream(&text, len);
 
   if (!f) return NULL;
-  Escape(out->xdmf.target, ending, h5, sizeof(h5));
+  Escape(x->target, ending, h5, sizeof(h5));
   fprintf(f, "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n <Domain>\n"
              "  <Grid Name=\"fault\" GridType=\"Collection\" CollectionType=\"Temporal\">\n");
-  for (PetscInt k = 0; k < out->xdmf.n; k++) PutEntry(out, f, h5, k);
+  for (PetscInt k = 0; k < x->n; k++) PutEntry(x, f, h5, k);
   fprintf(f, "  </Grid>\n </Domain>\n</Xdmf>\n");
   if (fclose(f)) {
     free(text);
@@ -183,9 +241,8 @@ static int Replace(const char name[], const char text[], size_t len)
 }
 
 /* ending: "" or ".part" */
-static PetscErrorCode Write(SlipFaultOutput out, const char ending[])
+static PetscErrorCode Write(Xdmf *x, const char ending[])
 {
-  SlipFaultXdmf *x = &out->xdmf;
   char name[PETSC_MAX_PATH_LEN + 16], *text;
   PetscLogDouble begin;
   size_t len = 0;
@@ -193,7 +250,7 @@ static PetscErrorCode Write(SlipFaultOutput out, const char ending[])
   PetscFunctionBegin;
   PetscCall(PetscTime(&begin));
   (void)snprintf(name, sizeof(name), "%s%s.xdmf2", x->target, ending);
-  text = Text(out, ending, &len);
+  text = Text(x, ending, &len);
   x->failed = text ? Replace(name, text, len) : ENOMEM;
   free(text);
   x->written = x->n;
@@ -203,30 +260,61 @@ static PetscErrorCode Write(SlipFaultOutput out, const char ending[])
 }
 
 /* The output is on the disk with all its entries. What cannot be written now is tried again later: the run goes on. */
-PetscErrorCode SlipFaultXdmfFlushed(SlipFaultOutput out, PetscBool last)
+static PetscErrorCode Flushed(Xdmf *x, PetscBool last)
 {
-  SlipFaultXdmf *x = &out->xdmf;
   PetscLogDouble now;
 
   PetscFunctionBegin;
   if (!x->wanted || (x->n == x->written && !x->failed)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscTime(&now));
-  if (last || now - x->last >= XDMF_SHARE * x->cost) PetscCall(Write(out, ".part"));
+  if (last || now - x->last >= XDMF_SHARE * x->cost) PetscCall(Write(x, ".part"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The output has its name. */
-PetscErrorCode SlipFaultXdmfFinish(SlipFaultOutput out)
+static PetscErrorCode XdmfFlushed(SlipOutput output, void *ctx)
 {
-  SlipFaultXdmf *x = &out->xdmf;
+  PetscFunctionBegin;
+  (void)output;
+  PetscCall(Flushed((Xdmf *)ctx, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode XdmfLayout(SlipFault fault, SlipOutput output, void *ctx)
+{
+  SlipH5 *h = SlipOutputFile(output);
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  if (h) ierr = LayOut((Xdmf *)ctx, output, h);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  output->flushed = XdmfFlushed;
+  output->flushed_ctx = ctx;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The output has its name, or stays unfinished. */
+static PetscErrorCode XdmfDestroy(void **ctx)
+{
+  Xdmf *x = (Xdmf *)*ctx;
   char part[PETSC_MAX_PATH_LEN + 16];
 
   PetscFunctionBegin;
-  if (!x->wanted) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Write(out, ""));
-  (void)snprintf(part, sizeof(part), "%s.part.xdmf2", x->target);
-  unlink(part);
-  if (x->failed) PetscCall(SlipWarning("cannot write %s.xdmf2: %s", x->target, strerror(x->failed)));
-  x->wanted = PETSC_FALSE;
+  if (x->wanted && x->fault->run.complete) {
+    PetscCall(Write(x, ""));
+    (void)snprintf(part, sizeof(part), "%s.part.xdmf2", x->target);
+    unlink(part);
+    if (x->failed) PetscCall(SlipWarning("cannot write %s.xdmf2: %s", x->target, strerror(x->failed)));
+  } else
+    PetscCall(Flushed(x, PETSC_TRUE));
+  PetscCall(PetscFree(x->time));
+  PetscCall(PetscFree(*ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+const SlipFaultObserver SlipFaultXdmfObserver = {.name = "xdmf",
+                                                 .create = XdmfCreate,
+                                                 .layout = XdmfLayout,
+                                                 .start = XdmfStart,
+                                                 .step = XdmfStep,
+                                                 .finish = XdmfFinish,
+                                                 .destroy = XdmfDestroy};

@@ -184,7 +184,7 @@ PetscErrorCode SlipOutputFlush(SlipOutput out)
   if (!out->policy_known) PetscCall(SlipOutputPolicy(out));
   PetscCall(SlipOutputWall(out));
   PetscCall(SlipH5Flush(&out->file));
-  if (out->flushed) PetscCall((*out->flushed)(out, out->ctx));
+  if (out->flushed) PetscCall((*out->flushed)(out, out->flushed_ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

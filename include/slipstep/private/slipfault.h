@@ -90,7 +90,6 @@ typedef struct {
   PetscReal *kept;    /* what the law keeps of each cell; NULL where the normal stress changes */
 } SlipFaultBalance;
 
-typedef struct _n_SlipFaultOutput *SlipFaultOutput;
 typedef struct _n_SlipFaultCatalogue *SlipFaultCatalogue;
 
 /* ---- progress.c: what a run prints while it goes ---- */
@@ -140,14 +139,15 @@ typedef struct {
 } SlipFaultTiming;
 
 typedef struct {
-  PetscObjectId id;  /* of the TS that has the monitor */
-  PetscBool known;   /* every accepted step so far had an error estimate */
-  PetscReal moving;  /* share of the slip that is on cells which still slide, at the end of the last step */
-  PetscReal decay;   /* of changes of the energy [1/s] */
-  PetscReal work[2]; /* changes of the energy by local errors, carried to now, and by their magnitudes [J/m^2] */
-  PetscReal slip[2]; /* errors of the mean slip that have become final, likewise [m] */
-  PetscReal sum;     /* of the slip at the end of the last step [m] */
-  PetscReal late;    /* what of it was made in steps in which cells came to rest [m] */
+  PetscObjectId id;   /* of the TS that has the monitor */
+  PetscBool recorded; /* the course is */
+  PetscBool known;    /* every accepted step so far had an error estimate */
+  PetscReal moving;   /* share of the slip that is on cells which still slide, at the end of the last step */
+  PetscReal decay;    /* of changes of the energy [1/s] */
+  PetscReal work[2];  /* changes of the energy by local errors, carried to now, and by their magnitudes [J/m^2] */
+  PetscReal slip[2];  /* errors of the mean slip that have become final, likewise [m] */
+  PetscReal sum;      /* of the slip at the end of the last step [m] */
+  PetscReal late;     /* what of it was made in steps in which cells came to rest [m] */
   SlipFaultTiming timing;
   SlipFaultCourse course; /* the start and the ends of accepted steps */
   /* -fault_check_error */
@@ -243,8 +243,10 @@ typedef struct {
   PetscBool started; /* they know what TSSolve() starts from */
   PetscInt step;     /* the last that they were told of */
   SlipFaultStepValues values;
-  SlipFaultOutput output;
-  SlipFaultCatalogue catalogue; /* NULL: none */
+  PetscBool complete;           /* the file has its name */
+  PetscInt entries;             /* of /fields */
+  PetscReal entry_time;         /* of the newest [s] */
+  SlipFaultCatalogue catalogue; /* borrowed, for SlipFaultGetEvents(); NULL: none */
   PetscInt products;            /* with K of this process, before the run */
   PetscInt events;              /* of the run so far, as the catalogue counts them; -1: nobody does */
   SlipFaultRunError error;
@@ -369,11 +371,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscRea
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
                                              PetscReal value[]);
-PETSC_EXTERN PetscErrorCode SlipFaultRunErrorStart(SlipFault fault, TS ts);
-PETSC_EXTERN PetscErrorCode SlipFaultRunErrorReport(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip);
-PETSC_EXTERN PetscErrorCode SlipFaultRunErrorDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, PetscReal time, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultCourseStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCourseState(SlipFault fault, SlipState s);
 PETSC_EXTERN PetscErrorCode SlipFaultTimingStep(SlipFault fault, TS ts, const SlipAttempt *attempt, Vec w, Vec e,
                                                 PetscReal scale);
@@ -382,9 +380,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutp
                                                 PetscReal *final, PetscInt *solves);
 PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);
 PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal *rest);
-PETSC_EXTERN PetscErrorCode SlipFaultOutputDestroy(SlipFaultOutput *output);
 
-PETSC_EXTERN PetscErrorCode SlipFaultProgressStart(SlipFault fault, TS ts); /* collective */
 /* Rank 0 prints what the set-up begins with, where it is long: on a terminal, or after a second. */
 PETSC_EXTERN PetscErrorCode SlipFaultProgressSetUp(SlipFault fault, const char what[]);
 PETSC_EXTERN PetscErrorCode SlipFaultProgressSetUpEnd(SlipFault fault);

@@ -2,12 +2,12 @@
 #pragma once
 #include <slipstep/private/slipfault.h>
 
-/* Before TSSolve(), after SlipFaultSetUp(): contexts of all that have something to do in this run, and their monitor */
-PETSC_INTERN PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts);
-PETSC_INTERN PetscErrorCode SlipFaultObserversLayout(SlipFault fault, SlipOutput output); /* while the file is made */
-PETSC_INTERN PetscErrorCode SlipFaultObserversVisit(SlipFault fault, SlipState state);    /* a checkpoint's part */
-PETSC_INTERN PetscErrorCode SlipFaultObserversFinish(SlipFault fault, TS ts, SlipOutput output);
-PETSC_INTERN PetscErrorCode SlipFaultObserversDestroy(SlipFault fault); /* at the end of a run, or of one that failed */
+PETSC_INTERN PetscErrorCode SlipFaultObserversVisit(SlipFault fault, SlipState state); /* a checkpoint's part */
+PETSC_INTERN PetscErrorCode SlipFaultObserversDestroy(SlipFault fault);
+
+/* filenames.c. Collective: the file of an earlier run to go on in, FILE.part or FILE; "": there is none, and a line says so */
+PETSC_INTERN PetscErrorCode SlipFaultFindEarlier(SlipFault fault, const char file[], const char what[], PetscBool say,
+                                                 char found[PETSC_MAX_PATH_LEN + 8]);
 
 /* stepvalues.c: what several need of the end of a step, computed once for a state w and a time. Collective, borrowed. */
 PETSC_INTERN PetscErrorCode SlipFaultStepTraction(SlipFault fault, PetscReal time, Vec w, Vec *traction);

@@ -15,17 +15,6 @@ typedef enum {
   OUTPUT_NUM_FIELDS
 } SlipOutputFieldId;
 
-/* xdmf.c: what makes the output open in ParaView; rank 0 */
-typedef struct {
-  PetscBool wanted;
-  char target[PETSC_MAX_PATH_LEN]; /* the output's final name */
-  PetscInt n, size;                /* entries of /fields, room for */
-  PetscReal *time;                 /* theirs [s] */
-  PetscInt written;                /* entries in the file */
-  int failed;                      /* errno of the last attempt to write it, or 0 */
-  PetscLogDouble last, cost;       /* when that was, and how long it took [s] */
-} SlipFaultXdmf;
-
 /* outputwhen.c: what decides about the next entry of /fields */
 typedef struct {
   PetscBool known;      /* there was an entry, or a checkpoint that remembers it */
@@ -36,35 +25,26 @@ typedef struct {
   PetscReal most;       /* entries there may be, by -fault_output_size; 0: no bound */
 } SlipFaultWhen;
 
-struct _n_SlipFaultOutput {
+typedef struct {
   SlipFault fault; /* borrowed */
   PetscMPIInt rank;
-  TS ts;          /* borrowed */
-  SlipOutput run; /* the file, /run, /steps, /series, /result and the summary */
+  TS ts; /* borrowed */
   PetscBool wanted[OUTPUT_NUM_FIELDS];
-  const char *name[OUTPUT_NUM_FIELDS]; /* of the fields */
-  PetscBool resumed, started;          /* goes on in the file of an earlier run; TSSolve() has said where it starts */
-  PetscInt nfields;                    /* entries of /fields */
-  PetscInt last_field_step;            /* step of the newest of them */
-  Vec w0, r0, p0;                      /* state, reaction and pore pressure gathered on rank 0 */
+  PetscBool resumed;        /* goes on in the file of an earlier run */
+  PetscInt last_field_step; /* step of the newest entry of /fields */
+  Vec w0, r0, p0;           /* state, reaction and pore pressure gathered on rank 0 */
   Vec pressure;
   Vec shown;         /* state as /fields have it, where that is not w */
   Vec start0, vinf0; /* rank 0, of a fault that heals: displacement of the start [m] and loading rate [m/s] */
   VecScatter gather_w, gather_r;
   SlipFaultWhen when;
-  SlipFaultXdmf xdmf;
-};
+} * SlipFaultOutput;
 
 PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, no file as yet */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultOutputState(SlipFault fault, SlipState s); /* collective: what it remembers */
-
-/* Rank 0: what the output needs for it, before it is live; an entry; the output is flushed, for the last time or
-   not; the output has its final name */
-PETSC_EXTERN PetscErrorCode SlipFaultXdmfLayout(SlipFaultOutput out);
-PETSC_EXTERN PetscErrorCode SlipFaultXdmfAdd(SlipFaultOutput out, PetscReal time);
-PETSC_EXTERN PetscErrorCode SlipFaultXdmfFlushed(SlipFaultOutput out, PetscBool last);
-PETSC_EXTERN PetscErrorCode SlipFaultXdmfFinish(SlipFaultOutput out);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput output, void *ctx);
+PETSC_EXTERN const char *SlipFaultOutputField(PetscInt f);
+PETSC_EXTERN PetscErrorCode SlipFaultOutputState(SlipFaultOutput out, SlipState s); /* collective: what it remembers */
 
 PETSC_EXTERN PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscReal time, Vec w,
@@ -117,7 +97,6 @@ struct _n_SlipFaultCatalogue {
   PetscMPIInt rank;
   PetscBool maps;           /* slip and rupture time of each cell as well */
   PetscBool begun, resumed; /* the file is there; it is that of an earlier run, cut */
-  PetscBool started;        /* TSSolve() has said where it starts */
   SlipH5Kind kind;
   SlipH5 file;                      /* rank 0 */
   PetscBool unflushed;              /* rows that are not on the disk */
@@ -138,13 +117,10 @@ struct _n_SlipFaultCatalogue {
   Vec map[2];
 };
 
-PETSC_EXTERN PetscErrorCode SlipFaultCatalogueStart(SlipFault fault, TS ts);
-PETSC_EXTERN PetscErrorCode SlipFaultCatalogueState(SlipFault fault, SlipState s);
-PETSC_EXTERN PetscErrorCode SlipFaultCatalogueFinish(SlipFault fault, SlipOutput run);
-PETSC_EXTERN PetscErrorCode SlipFaultCatalogueDestroy(SlipFaultCatalogue *catalogue);
 /* The file; collective */
 PETSC_EXTERN PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat); /* unless it is there */
 PETSC_EXTERN PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat); /* when it is due */
 PETSC_EXTERN PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat);
 PETSC_EXTERN PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete);
+PETSC_EXTERN PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat, const PetscReal row[]);

@@ -60,9 +60,10 @@ struct _n_SlipOutput {
   SlipH5Kind kind;                                         /* with those strings */
   PetscErrorCode (*layout)(SlipOutput output, void *ctx);  /* collective: what the problem adds to a new file */
   PetscErrorCode (*flushed)(SlipOutput output, void *ctx); /* rank 0, or NULL: what is done when the file was flushed */
-  PetscErrorCode (*sides)(void *ctx, PetscInt *n);         /* right-hand sides of a problem that counts them, or NULL */
-  PetscBool moving_only; /* the rows of series use the reaction only where something moves */
-  PetscBool resumed;     /* the file is that of an earlier run, cut to these rows */
+  void *flushed_ctx;
+  PetscErrorCode (*sides)(void *ctx, PetscInt *n); /* right-hand sides of a problem that counts them, or NULL */
+  PetscBool moving_only;                           /* the rows of series use the reaction only where something moves */
+  PetscBool resumed;                               /* the file is that of an earlier run, cut to these rows */
   PetscInt resume_steps, resume_series;
   Vec reaction;                                /* of SlipOutputReaction() */
   PetscLogDouble begin;                        /* when the output was created */
