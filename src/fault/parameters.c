@@ -145,6 +145,10 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_STATIONS] = {"stations", "", NULL,
                       "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, whose cells are written to /stations of "
                       "-fault_output at every accepted step"},
+  [FAULT_SURFACE_STATIONS] =
+    {"surface_stations", "", NULL,
+     "Points \"x,y;x,y\" [m] of the free surface whose displacement and velocity are written to "
+     "/surface of -fault_output at every accepted step"},
   [FAULT_CATALOGUE] = {"catalogue", "", NULL, "HDF5 file to write a row of every event of the run to"},
   [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart"},
   [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to go on from"},
@@ -307,7 +311,7 @@ static PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char 
 /*@C
   SlipFaultSetString - set a named choice or a file name of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except output, output_*, stations and catalogue).
+  Logically collective; before SlipFaultSetUp() only (except output, output_*, stations, surface_stations and catalogue).
 
   Input Parameters:
 + fault - the fault
@@ -432,10 +436,11 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
     PetscOptionsString(option, help, "SlipFaultSetString", fault->options.text[id], value, sizeof(value), &set));
   PetscCheck(!set || value[0] || id == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONG,
              "-%s%s has no value, expected %s", SlipFaultPrefix(fault), option + 1,
-             p->choices              ? list
-             : id == FAULT_CACHE_DIR ? "the name of an existing directory"
-             : id == FAULT_STATIONS  ? "points \"x,z;x,z\" in m"
-                                     : "the name of a file");
+             p->choices                     ? list
+             : id == FAULT_CACHE_DIR        ? "the name of an existing directory"
+             : id == FAULT_STATIONS         ? "points \"x,z;x,z\" in m"
+             : id == FAULT_SURFACE_STATIONS ? "points \"x,y;x,y\" in m"
+                                            : "the name of a file");
   if (set) PetscCall(SlipFaultSetString(fault, p->name, value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
