@@ -132,8 +132,13 @@ start.runs = 0
 
 
 def wait_for(run, path, size):
-    """Until the file has this size, or the run has ended."""
-    while run.poll() is None and not (os.path.exists(path) and os.path.getsize(path) >= size):
+    """Until the file has this size, or the run has ended, which takes the file's name away."""
+    while run.poll() is None:
+        try:
+            if os.path.getsize(path) >= size:
+                return
+        except FileNotFoundError:  # not yet, or no longer
+            pass
         time.sleep(0.002)
 
 
