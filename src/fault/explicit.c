@@ -64,16 +64,17 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
   PetscReal bound = PETSC_MAX_REAL;
   const PetscReal *a;
   SlipFault fault;
-  PetscInt n;
 
   PetscFunctionBegin;
   (void)t;
   PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
   if (fault->friction.law->largest_state > 0) bound = fault->friction.law->largest_state;
-  PetscCall(VecGetLocalSize(w, &n));
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < n && good; i += 3)
-    good = PetscAbsReal(a[i + 1]) < EXPLICIT_FARTHEST && PetscAbsReal(a[i + 2]) < bound ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt i = 0; i < fault->mesh.n && good; i++)
+    good = PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)]) < EXPLICIT_FARTHEST &&
+               PetscAbsReal(a[SlipFaultStateAt(fault, i)]) < bound
+             ? PETSC_TRUE
+             : PETSC_FALSE;
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(&good, accept, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -114,24 +114,6 @@ static PetscErrorCode SlipFaultObserversLayout(SlipOutput output, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
-{
-  SlipFaultRun *run = &fault->run;
-
-  PetscFunctionBegin;
-  PetscCall(PetscCalloc1(NUM_OBSERVERS + nregistered, &run->watch));
-  for (PetscInt i = 0; i < NUM_OBSERVERS + nregistered; i++) {
-    const SlipFaultObserver *row = ObserverAt(i);
-    PetscBool wanted = PETSC_TRUE;
-
-    run->watch[run->nwatch] = (struct _n_SlipFaultWatch){row, row->ctx};
-    if (row->create) PetscCall((*row->create)(fault, ts, &wanted, &run->watch[run->nwatch].ctx));
-    if (wanted) run->nwatch++;
-  }
-  if (run->file) run->file->layout = SlipFaultObserversLayout;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Our observers have the groups that they have always had, and share some. */
 PetscErrorCode SlipFaultObserversVisit(SlipFault fault, SlipState s)
 {
@@ -168,6 +150,29 @@ PetscErrorCode SlipFaultObserversDestroy(SlipFault fault)
   run->nwatch = 0;
   run->started = run->complete = PETSC_FALSE;
   PetscCall(SlipFaultStepValuesDestroy(fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whoever refuses the run leaves nothing behind of those before. */
+static PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
+{
+  SlipFaultRun *run = &fault->run;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(NUM_OBSERVERS + nregistered, &run->watch));
+  for (PetscInt i = 0; i < NUM_OBSERVERS + nregistered; i++) {
+    const SlipFaultObserver *row = ObserverAt(i);
+    struct _n_SlipFaultWatch *watch = &run->watch[run->nwatch];
+    PetscBool wanted = PETSC_TRUE;
+    PetscErrorCode ierr = 0;
+
+    *watch = (struct _n_SlipFaultWatch){row, row->ctx};
+    if (row->create) ierr = (*row->create)(fault, ts, &wanted, &watch->ctx);
+    if (wanted && (!ierr || watch->ctx != row->ctx)) run->nwatch++;
+    if (ierr) PetscCall(SlipFaultObserversDestroy(fault));
+    PetscCall(ierr);
+  }
+  if (run->file) run->file->layout = SlipFaultObserversLayout;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

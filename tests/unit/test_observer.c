@@ -243,4 +243,29 @@ static void goes_on(void **state)
   assert_int_equal(TempDirRemove(dir), 0);
 }
 
-SLIP_TESTS(registered, goes_on)
+/* A run that is refused when it starts leaves nothing behind: the same fault starts with what was wrong put right. */
+static void refused_start(void **state)
+{
+  SlipFault fault;
+  TS ts;
+  Vec w;
+
+  (void)state;
+  mine = (Mine){0};
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetReal(fault, "nx", 3));
+  ok(SlipFaultSetReal(fault, "nz", 3));
+  ok(FaultStart(fault, TSADAPTNONE, STEP, ROWS * STEP, &w, &ts));
+  ok(SlipFaultSetString(fault, "catalogue", "no_such_folder/events.h5"));
+  fails(SlipFaultOutputStart(fault, ts), "no_such_folder");
+  assert_int_equal(mine.created, mine.destroyed);
+  ok(SlipFaultSetString(fault, "catalogue", ""));
+  ok(SlipFaultOutputStart(fault, ts));
+  assert_int_equal(mine.created, mine.destroyed + 1);
+  ok(VecDestroy(&w));
+  ok(TSDestroy(&ts)); /* it has a reference to the fault */
+  ok(SlipFaultDestroy(&fault));
+  assert_int_equal(mine.created, mine.destroyed);
+}
+
+SLIP_TESTS(registered, goes_on, refused_start)
