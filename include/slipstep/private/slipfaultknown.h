@@ -1,0 +1,85 @@
+/* What is known of a state: sums over its cells, observations, energies and powers, kept for the moment that they were computed of. */
+#pragma once
+#include <slipfault.h>
+#include <slipcore.h>
+#include <slipstep/private/slipfaultloads.h>
+
+/* All that what was computed of a state depends on: the vector and how it was then, the load, and the slip rates, which TSRK is not
+   told of when they are put into its solution */
+typedef struct {
+  PetscObjectId id;
+  PetscObjectState state;
+  PetscReal time;   /* of the load, 0 where it is always the same [s] */
+  PetscInt64 rates; /* how often rates were put into states */
+} SlipFaultMoment;
+
+/* ---- sums over the cells that observables are made of ---- */
+typedef enum {
+  SUM_V,
+  SUM_ABS_V,
+  SUM_V2,
+  SUM_U,
+  SUM_S,
+  SUM_SLIDING,
+  SUM_U_KU,    /* sum u K u */
+  SUM_V_KU,    /* sum v K u */
+  SUM_VINF_KU, /* sum v_inf K u */
+  SUM_VINF,
+  SUM_U_T,       /* sum u T, T the shear load */
+  SUM_LOADING_T, /* sum v_inf T - u dT/dt */
+  SUM_STRENGTH,
+  SUM_WEAKENING, /* what the strength still exceeds its residual by */
+  SUM_PUSH,      /* what the elastic force along the motion exceeds the strength by */
+  FAULT_NUM_SUMS
+} SlipFaultSumId;
+
+typedef struct {
+  PetscReal sum[FAULT_NUM_SUMS];
+  PetscReal max_v; /* max |v| [m/s] */
+  SlipFaultMoment moment;
+} SlipFaultSums;
+
+/* What the integrator's last attempt says: its local error and the derivative of the rate at its end. */
+typedef enum {
+  ESTIMATE_SLIP_ERROR, /* sum |e_s| */
+  ESTIMATE_GROWTH,     /* sum of d|v|/dt over sliding cells */
+  FAULT_NUM_ESTIMATES
+} SlipFaultEstimateId;
+
+typedef struct {
+  PetscBool known;
+  PetscReal sum[FAULT_NUM_ESTIMATES]; /* weighted by area */
+} SlipFaultEstimates;
+
+/* Of the rate, or where all rest of the critical displacement: sums x K x, x (-dq/ds) x and x M x. */
+typedef enum { MODE_STIFFNESS, MODE_WEAKENING, MODE_INERTIA, FAULT_NUM_MODE } SlipFaultModeId;
+
+typedef struct {
+  PetscReal sum[FAULT_NUM_MODE];
+  SlipFaultMoment moment;
+} SlipFaultMode;
+
+/* observe.c: what is known of the state asked about last */
+typedef struct {
+  SlipFaultLoad load; /* that of the time asked about last */
+  SlipFaultSums sums;
+  SlipFaultMode mode;
+  SlipFaultEstimates estimates;
+} SlipFaultKnown;
+
+/* observe.c. Is what is known of a moment that of the state w of now, with the load of time t? */
+PETSC_EXTERN PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known,
+                                           SlipFaultMoment *now, PetscBool *same);
+/* The fastest relaxation of stress by a cell's own slip [1/s], of the rates of the last right-hand side; 0: of no explicit problem */
+PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation);
+PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums);
+PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
+                                             PetscReal value[]);
+PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);
+
+/* Sums over the cells: power[0] of (v - v_inf) H (v - v_inf), [1] of v_inf H (v - v_inf), [2] of -v r, or q |v|. */
+PETSC_EXTERN PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3]);
+
+/* ---- stress.c: elastic stress and energy, and what loading does ---- */
+PETSC_EXTERN PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy); /* [J] */
+PETSC_EXTERN PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power);   /* [W] */

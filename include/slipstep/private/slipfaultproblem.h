@@ -1,0 +1,67 @@
+/* A fault as a problem of a TS: the constraint of a stage, the balance of faults that always slide, rest, tolerances and defaults. */
+#pragma once
+#include <slipfault.h>
+#include <slipcore.h>
+#include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipstate.h>
+
+/* balance.c */
+typedef struct {
+  PetscReal eta;      /* radiation damping [Pa s/m] */
+  PetscReal rtol;     /* that the tolerances were made of */
+  PetscBool known;    /* rate is that of the last right-hand side */
+  PetscReal time;     /* of it [s] */
+  PetscInt sides;     /* right-hand sides of the run so far */
+  Vec F;              /* its rates, borrowed from the TS */
+  Vec first;          /* those of the first step of a run that goes on from a checkpoint; NULL: to be computed */
+  Vec u, rate, force; /* its displacement [m], slip rate [m/s], and K u [Pa] */
+  PetscInt64 put;     /* how often it was put into a state */
+  Vec seen;           /* an attempt's end with its rates, which a controller observes; NULL: none has */
+  PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: nobody has asked */
+  PetscBool *creeps;  /* [n] cells that slip at the loading rate; NULL: none */
+  PetscReal *kept;    /* what the law keeps of each cell; NULL where the normal stress changes */
+} SlipFaultBalance;
+
+/* constraint.c: the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
+typedef struct {
+  SlipConstraint con;
+  PetscReal time, theta; /* [s] */
+  Vec c, u0, s0;
+} SlipFaultStage;
+
+/* steps.c */
+PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
+PETSC_INTERN PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts);
+/* constraint.c */
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g);
+PETSC_EXTERN PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F);
+PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q);
+/* rest.c */
+PETSC_EXTERN PetscErrorCode SlipFaultRestSetUp(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after,
+                                          PetscReal *end, PetscReal *h);
+/* balance.c: faults whose cells always slide */
+PETSC_EXTERN PetscErrorCode SlipFaultChooseDefaults(SlipFault fault);
+PETSC_INTERN SlipFrictionCells SlipFaultCellFriction(SlipFault fault, const PetscReal stress[]);
+PETSC_EXTERN PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */
+PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
+PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
+/* explicit.c */
+PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w, Vec *seen);
+PETSC_EXTERN PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts);
+PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step); /* where all cells slide [s] */
+PETSC_EXTERN PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w,
+                                                    Vec r); /* -q sign(v), weighted */
+/* tolerance.c */
+PETSC_EXTERN PetscErrorCode SlipFaultSwing(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio);
+PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, PetscReal h, Vec e, Vec w0,
+                                               Vec w1, PetscReal *E);
+PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal *rest);
