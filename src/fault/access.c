@@ -1,20 +1,5 @@
 /* What other languages ask of a fault: switches by their names, texts, and numbers of all cells as arrays. */
 #include <slipstep/private/slipfaultrecord.h>
-#include <stddef.h>
-
-/* Switches by the names of their options; late: they may be set after SlipFaultSetUp() */
-static const struct {
-  const char *name;
-  size_t offset;
-  PetscBool late;
-} Switches[] = {
-  {"check_error", offsetof(struct _p_SlipFault, options.check_error), PETSC_TRUE},
-  {"initial_unstable", offsetof(struct _p_SlipFault, options.initial_unstable), PETSC_FALSE},
-  {"output_overwrite", offsetof(struct _p_SlipFault, options.output_overwrite), PETSC_TRUE},
-  {"output_xdmf", offsetof(struct _p_SlipFault, options.output_xdmf), PETSC_TRUE},
-  {"progress", offsetof(struct _p_SlipFault, run.progress.wanted), PETSC_TRUE},
-  {"catalogue_maps", offsetof(struct _p_SlipFault, options.catalogue_maps), PETSC_TRUE},
-};
 
 /*@C
   SlipFaultSetBool - switch something of the fault on or off
@@ -44,12 +29,14 @@ PetscErrorCode SlipFaultSetBool(SlipFault fault, const char name[], PetscBool va
     PetscCall(SlipFaultSetInertia(fault, value));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Switches); i++) {
-    PetscCall(PetscStrcmp(name, Switches[i].name, &same));
+  for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++) {
+    const SlipFaultSwitch *p = &SlipFaultSwitches[i];
+
+    PetscCall(PetscStrcmp(name, p->name, &same));
     if (!same) continue;
-    PetscCheck(!fault->setup || Switches[i].late, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
+    PetscCheck(!fault->setup || p->late, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
                "%s must be set before SlipFaultSetUp()", name);
-    *(PetscBool *)((char *)fault + Switches[i].offset) = value;
+    *(PetscBool *)((char *)fault + p->offset) = value;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no switch \"%s\"", name);

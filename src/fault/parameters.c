@@ -1,6 +1,7 @@
-/* The parameters of a fault: two tables used by options, setters, views and error messages. */
+/* The parameters of a fault: tables used by options, setters, views and error messages, and the setters. */
 #include <slipstep/private/slipfault.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 
 #define NONE PETSC_MAX_REAL
@@ -154,6 +155,30 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to go on from"},
 };
 
+#define AT(member) offsetof(struct _p_SlipFault, member)
+
+const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES] = {
+  {"check_error", AT(options.check_error), PETSC_TRUE, "SlipFaultOutputFinish",
+   "Repeat the run with every step computed in four parts, for its errors: costs five times its Bathe solves more "
+   "(default: no; the estimate that is always printed is free)"},
+  {"inertia", AT(options.inertia), PETSC_FALSE, "SlipFaultSetInertia",
+   "Inertia M = rho Ly; without it (no) the balance is that of friction, elasticity and viscosity alone (default yes; "
+   "no "
+   "of rate-and-state friction, and of slip weakening with -fault_initial traction unless -fault_viscosity is none)"},
+  {"initial_unstable", AT(options.initial_unstable), PETSC_FALSE, "SlipFaultSetInitialState",
+   "With -fault_initial traction: cells may start above their strength (default no)"},
+  {"output_xdmf", AT(options.output_xdmf), PETSC_TRUE, "SlipFaultOutputStart",
+   "Write FILE.xdmf2 beside FILE of -fault_output, for ParaView (default yes)"},
+  {"progress", AT(run.progress.wanted), PETSC_TRUE, "SlipFaultOutputStart",
+   "Print how far the run is, every few seconds on a terminal, else once a minute, and what a long set-up does "
+   "(default "
+   "yes)"},
+  {"output_overwrite", AT(options.output_overwrite), PETSC_TRUE, "SlipFaultOutputStart",
+   "Throw the rows of an unfinished FILE.part of -fault_output and -fault_catalogue away (default no)"},
+  {"catalogue_maps", AT(options.catalogue_maps), PETSC_TRUE, "SlipFaultOutputStart",
+   "Write slip and rupture time of every cell for each event of -fault_catalogue (default no)"},
+};
+
 const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS] = {
   [FIELD_NORMAL_STRESS] = FAULT_NORMAL_STRESS,
   [FIELD_FRICTION_RESIDUAL] = FAULT_FRICTION_RESIDUAL,
@@ -187,7 +212,7 @@ static PetscErrorCode SlipFaultFindReal(SlipFault fault, const char name[], Pets
 }
 
 /* What a parameter's value must be, for example "a number > 0 m"; C's own %g, since PETSc's writes "0." for 0. */
-static void SlipFaultDescribeBounds(const SlipFaultReal *p, char text[], size_t len)
+void SlipFaultDescribeBounds(const SlipFaultReal *p, char text[], size_t len)
 {
   char low[32] = " that is finite", high[32] = "";
 
@@ -197,7 +222,7 @@ static void SlipFaultDescribeBounds(const SlipFaultReal *p, char text[], size_t 
            p->unit);
 }
 
-static PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipFaultReal *p, PetscReal x)
+PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipFaultReal *p, PetscReal x)
 {
   const PetscBool low = p->open ? (x > p->lower) : (x >= p->lower);
   const PetscBool good = low && x < p->upper && isfinite(x) && (!p->integer || x == PetscFloorReal(x));
@@ -282,8 +307,8 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
 
 /* The choices of a parameter as a message lists them; those of the friction law are the rows of its table. *is: value is
    one of them (NULL allowed) */
-static PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[], char list[], size_t len,
-                                           PetscBool *is)
+PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[], char list[], size_t len,
+                                    PetscBool *is)
 {
   char all[256] = "|", key[PETSC_MAX_PATH_LEN + 2], *found;
   size_t k = 0;
@@ -367,231 +392,5 @@ PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average)
   PetscCall(PetscStrcmp(text, "cell", &cell));
   PetscCall(PetscStrcmp(text, "whole", &whole));
   *average = cell ? SLIP_AVERAGE_CELL : whole ? SLIP_AVERAGE_WHOLE : SLIP_AVERAGE_CENTRE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* PETSc's own message for a value that is no number does not name the option. */
-static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipFaultReal *p, const char option[])
-{
-  char text[64], bounds[128];
-  PetscBool set;
-  PetscReal x;
-  PetscInt i;
-  PetscErrorCode ierr;
-
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsGetString(((PetscObject)fault)->options, ((PetscObject)fault)->prefix, option, text,
-                                  sizeof(text), &set));
-  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  ierr = p->integer ? PetscOptionsStringToInt(text, &i) : PetscOptionsStringToReal(text, &x);
-  PetscCall(PetscPopErrorHandler());
-  SlipFaultDescribeBounds(p, bounds, sizeof(bounds));
-  PetscCheck(!ierr, fault->comm, PETSC_ERR_ARG_WRONG, "-%s%s is \"%s\", expected %s%s", SlipFaultPrefix(fault),
-             option + 1, text, bounds, SlipIsTimeOption(option + 1) ? ", or with " SLIP_TIME_UNITS " behind it" : "");
-  if (!p->integer)
-    PetscCall(SlipFaultCheckReal(fault, p, x)); /* NaN is refused by PETSc from 3.22 on, without a name */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, SlipOptionItems PetscOptionsObject)
-{
-  const SlipFaultReal *p = &SlipFaultReals[id];
-  char option[64], help[256], text[64];
-  PetscReal value;
-  PetscBool set;
-
-  PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", p->name));
-  PetscCall(
-    PetscSNPrintf(help, sizeof(help), "%s%s%s%s", p->help, p->unit[0] ? " [" : "", p->unit, p->unit[0] ? "]" : ""));
-  PetscCall(SlipFaultGetReal(fault, p->name, &value));
-  PetscCall(SlipFaultCheckOption(fault, p, option));
-  if (p->integer) {
-    PetscInt whole = (PetscInt)value;
-
-    PetscCall(PetscOptionsInt(option, help, "SlipFaultSetReal", whole, &whole, &set));
-    value = (PetscReal)whole;
-  } else if (PetscIsNanReal(value)) { /* a default that others decide; as a number PETSc refuses it from 3.22 on */
-    PetscCall(PetscOptionsString(option, help, "SlipFaultSetReal", "derived", text, sizeof(text), &set));
-    if (set) PetscCall(PetscOptionsStringToReal(text, &value));
-  } else
-    PetscCall(PetscOptionsReal(option, help, "SlipFaultSetReal", value, &value, &set));
-  if (set) PetscCall(SlipFaultSetReal(fault, p->name, value));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, SlipOptionItems PetscOptionsObject)
-{
-  const SlipFaultString *p = &SlipFaultStrings[id];
-  char option[64], help[384], list[256] = "", value[PETSC_MAX_PATH_LEN];
-  PetscBool set;
-
-  PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", p->name));
-  if (p->choices) PetscCall(SlipFaultListChoices(p, NULL, list, sizeof(list), NULL));
-  PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s%s", p->help, p->choices ? "; one of " : "", list,
-                          p->value[0] ? "" : " (default none)"));
-  PetscCall(
-    PetscOptionsString(option, help, "SlipFaultSetString", fault->options.text[id], value, sizeof(value), &set));
-  PetscCheck(!set || value[0] || id == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONG,
-             "-%s%s has no value, expected %s", SlipFaultPrefix(fault), option + 1,
-             p->choices                     ? list
-             : id == FAULT_CACHE_DIR        ? "the name of an existing directory"
-             : id == FAULT_STATIONS         ? "points \"x,z;x,z\" in m"
-             : id == FAULT_SURFACE_STATIONS ? "points \"x,y;x,y\" in m"
-                                            : "the name of a file");
-  if (set) PetscCall(SlipFaultSetString(fault, p->name, value));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The options that a mesh makes idle: a newcomer who gives both should know which counts. */
-static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
-{
-  const char *prefix = SlipFaultPrefix(fault);
-  static const SlipFaultRealId grid[] = {FAULT_NX, FAULT_NZ, FAULT_LENGTH_X, FAULT_LENGTH_Z, FAULT_DEPTH_TOP};
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(grid) && fault->options.text[FAULT_MESH][0] && !rank; i++) {
-    char option[64];
-    PetscBool set;
-
-    PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", SlipFaultReals[grid[i]].name));
-    PetscCall(PetscOptionsHasName(((PetscObject)fault)->options, ((PetscObject)fault)->prefix, option, &set));
-    if (set)
-      PetscCall(SlipWarning("-%s%s does nothing: the cells of -%sfault_mesh %s count", prefix, option + 1, prefix,
-                            fault->options.text[FAULT_MESH]));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-  SlipFaultSetFromOptions - read every parameter from the options database, as -<prefix>fault_<name>
-
-  Collective.
-
-  Input Parameter:
-. fault - the fault
-
-  Options Database Keys:
-+ -fault_<name> <value>           - -help lists them with unit and default
-. -fault_progress <yes>           - print how far a run is
-. -fault_output_xdmf <yes>        - write FILE.xdmf2 beside FILE of -fault_output
-. -fault_view                     - print all of them after set-up, and the operators with their memory
-- -fault_stiffness_view <viewer>  - write K after scaling, for example to binary:K.bin
-
-  Level: beginner
-
-  Notes:
-  Only a fault that has read its options prints lines of progress (-fault_progress) and writes an XDMF file beside its
-  output (-fault_output_xdmf). Times may have a unit, see SlipExpandTimes().
-
-  Errors: PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_UNKNOWN_TYPE, naming the option and what was
-  expected, for a value that is no number, out of bounds, missing or not one of the choices
-
-.seealso: SlipFaultSetReal(), SlipFaultSetString(), SlipFaultSetOptionsPrefix()
-@*/
-PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
-{
-  const char *prefix = SlipFaultPrefix(fault);
-  PetscOptions options = ((PetscObject)fault)->options;
-  char start[128];
-  PetscBool set;
-
-  PetscFunctionBegin;
-  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
-  PetscCall(SlipExpandTimes(options));
-  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_check_error"));
-  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_inertia"));
-  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_initial_unstable"));
-  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_progress"));
-  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_output_xdmf"));
-  PetscCall(SlipCheckBoolOption(fault->comm, options, prefix, "-fault_catalogue_maps"));
-  PetscCall(PetscSNPrintf(start, sizeof(start), "%sfault_start_", prefix));
-  PetscCall(SlipCheckLinearOptions(fault->comm, options, start));
-  PetscObjectOptionsBegin((PetscObject)fault);
-  for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) PetscCall(SlipFaultRealFromOptions(fault, id, PetscOptionsObject));
-  for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)
-    PetscCall(SlipFaultStringFromOptions(fault, id, PetscOptionsObject));
-  PetscCall(PetscOptionsBool(
-    "-fault_check_error",
-    "Repeat the run with every step computed in four parts, for its errors: costs five times its Bathe solves more "
-    "(default: no; the estimate that is always printed is free)",
-    "SlipFaultOutputFinish", fault->options.check_error, &fault->options.check_error, NULL));
-  PetscCall(PetscOptionsBool("-fault_inertia",
-                             "Inertia M = rho Ly; without it (no) the balance is that of friction, elasticity and "
-                             "viscosity alone (default yes; no of rate-and-state friction, and of slip weakening with "
-                             "-fault_initial traction unless -fault_viscosity is none)",
-                             "SlipFaultSetInertia", fault->options.inertia, &fault->options.inertia, &set));
-  if (set) fault->options.inertia_given = PETSC_TRUE;
-  PetscCall(PetscOptionsBool(
-    "-fault_initial_unstable", "With -fault_initial traction: cells may start above their strength (default no)",
-    "SlipFaultSetInitialState", fault->options.initial_unstable, &fault->options.initial_unstable, NULL));
-  fault->options.output_xdmf = PETSC_TRUE;
-  PetscCall(PetscOptionsBool("-fault_output_xdmf",
-                             "Write FILE.xdmf2 beside FILE of -fault_output, for ParaView (default yes)",
-                             "SlipFaultOutputStart", fault->options.output_xdmf, &fault->options.output_xdmf, NULL));
-  fault->options.speaks = PETSC_TRUE;
-  fault->run.progress.wanted = PETSC_TRUE;
-  PetscCall(PetscOptionsBool("-fault_progress",
-                             "Print how far the run is, every few seconds on a terminal, else once a minute, and what "
-                             "a long set-up does (default yes)",
-                             "SlipFaultOutputStart", fault->run.progress.wanted, &fault->run.progress.wanted, NULL));
-  PetscCall(PetscOptionsBool(
-    "-fault_output_overwrite",
-    "Throw the rows of an unfinished FILE.part of -fault_output and -fault_catalogue away (default no)",
-    "SlipFaultOutputStart", fault->options.output_overwrite, &fault->options.output_overwrite, NULL));
-  PetscCall(
-    PetscOptionsBool("-fault_catalogue_maps",
-                     "Write slip and rupture time of every cell for each event of -fault_catalogue (default no)",
-                     "SlipFaultOutputStart", fault->options.catalogue_maps, &fault->options.catalogue_maps, NULL));
-  PetscCall(SlipFaultWarnOfGrid(fault));
-  PetscCall(SlipFaultCheckFileNames(fault)); /* viewers open theirs at once */
-  PetscCall(PetscViewerDestroy(&fault->options.viewer));
-  PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",
-                               &fault->options.viewer, &fault->options.format, NULL));
-  PetscCall(PetscViewerDestroy(&fault->options.stiffness_viewer));
-  PetscCall(PetscOptionsViewer("-fault_stiffness_view", "Write K [Pa/m] after scaling, for example to binary:K.bin",
-                               "SlipFaultSetUp", &fault->options.stiffness_viewer, &fault->options.stiffness_format,
-                               NULL));
-  PetscOptionsEnd();
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@
-  SlipFaultDeclareOptions - name the options of faults, for SlipCheckOptionNames(): those of the tables, the others that
-  SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state
-
-  Not collective; SlipStepInitializePackage() does it.
-
-  Level: developer
-
-.seealso: SlipDeclareOptions(), SlipFaultSetFromOptions()
-@*/
-PetscErrorCode SlipFaultDeclareOptions(void)
-{
-  static char names[2048], times[1024];
-
-  PetscFunctionBegin;
-  times[0] = '\0';
-  PetscCall(
-    PetscStrncpy(names,
-                 "check_error inertia initial_unstable view stiffness_view output_overwrite output_xdmf progress "
-                 "catalogue_maps start_ksp_* start_pc_*",
-                 sizeof(names)));
-  for (PetscInt i = 0; i < FAULT_NUM_REALS + FAULT_NUM_STRINGS; i++) {
-    PetscCall(PetscStrlcat(names, " ", sizeof(names)));
-    PetscCall(PetscStrlcat(
-      names, i < FAULT_NUM_REALS ? SlipFaultReals[i].name : SlipFaultStrings[i - FAULT_NUM_REALS].name, sizeof(names)));
-  }
-  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) {
-    if (SlipFaultReals[i].unit[0] != 's' || SlipFaultReals[i].unit[1]) continue;
-    PetscCall(PetscStrlcat(times, " fault_", sizeof(times)));
-    PetscCall(PetscStrlcat(times, SlipFaultReals[i].name, sizeof(times)));
-  }
-  PetscCall(SlipDeclareTimes(times));
-  PetscCall(SlipDeclareOptions("fault_", names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

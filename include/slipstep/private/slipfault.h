@@ -145,6 +145,11 @@ static inline const char *SlipFaultPrefix(SlipFault fault)
 PETSC_EXTERN PetscErrorCode SlipFaultCellsSetUp(SlipFault fault);        /* fields */
 PETSC_INTERN const char *SlipFaultGetText(SlipFault fault, PetscInt id); /* a choice; after set-up without "auto" */
 PETSC_EXTERN PetscErrorCode SlipFaultFieldNames(char names[], size_t len);
+/* parameters.c */
+PETSC_INTERN void SlipFaultDescribeBounds(const SlipFaultReal *p, char text[], size_t len);
+PETSC_INTERN PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipFaultReal *p, PetscReal x);
+PETSC_INTERN PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[], char list[], size_t len,
+                                                 PetscBool *is);
 PETSC_EXTERN PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average); /* that was chosen */
 PETSC_EXTERN PetscErrorCode SlipFaultStartShare(SlipFault fault, PetscReal *share);  /* state.c */
 PETSC_EXTERN PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip);

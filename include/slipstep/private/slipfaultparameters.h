@@ -103,6 +103,17 @@ typedef struct {
 } SlipFaultString;
 PETSC_EXTERN const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS];
 
+enum { FAULT_NUM_SWITCHES = 7 };
+/* Options that are yes or no */
+typedef struct {
+  const char *name;
+  size_t offset;      /* of a PetscBool in a fault */
+  PetscBool late;     /* it may be set after SlipFaultSetUp() */
+  const char *manual; /* the page that -help names */
+  const char *help;
+} SlipFaultSwitch;
+PETSC_EXTERN const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES];
+
 /* Per-cell fields, in the order of the enumeration above. */
 typedef enum {
   FIELD_NORMAL_STRESS,
