@@ -120,6 +120,7 @@ expect "k.h5 has no dataset /K" "${mesh[@]}" -fault_stiffness_file k.h5:/K
 expect "/text in k.h5 does not hold numbers" "${mesh[@]}" -fault_stiffness_file k.h5:/text
 expect "k.h5:/asymmetric: the stiffness is not symmetric" "${mesh[@]}" -fault_stiffness_file k.h5:/asymmetric
 expect "k.h5:/indefinite: the stiffness is not positive definite" "${mesh[@]}" -fault_stiffness_file k.h5:/indefinite
+expect "cannot read none.h5: no such file, or no permission (-fault_parameters)" -fault_parameters none.h5
 expect "k.h5 holds /asymmetric, which nothing reads, expected some of normal_stress" "${mesh[@]}" -fault_parameters k.h5
 expect "is a directory" -fault_output .
 expect '-fault_output_fields has "weather"' -fault_output x.h5 -fault_output_fields slip,weather
