@@ -4,8 +4,20 @@
 #include <petscsys.h>
 #include <stdint.h>
 
+/* A number that users give: an option, an argument of setters, for some a field of the cells */
+typedef struct {
+  const char *name;  /* of the option, without what all of them begin with */
+  PetscReal value;   /* default; NaN: derived when not given */
+  const char *unit;  /* "" for numbers */
+  PetscReal lower;   /* PETSC_MIN_REAL: no bound */
+  PetscReal upper;   /* excluded; PETSC_MAX_REAL: no bound */
+  PetscBool open;    /* lower bound excluded as well */
+  PetscBool integer; /* whole numbers only */
+  const char *help;
+} SlipParameter;
+
 /* ---- friction.c: laws, and what makes of them the strength of a stage ---- */
-/* Of one cell. A law that needs more adds a member here and an array to SlipFrictionCells. */
+/* Of one cell */
 typedef struct {
   PetscReal residual;       /* mu_d */
   PetscReal drop;           /* dmu */
@@ -16,6 +28,7 @@ typedef struct {
   PetscReal reference;      /* f_0, its steady friction at the rate V_0 */
   PetscReal reference_rate; /* V_0 [m/s] */
   PetscBool slip_law;       /* its state evolves by the slip law, not the aging law */
+  const PetscReal *own;     /* parameters of the law's own, in the order of their rows */
   const void *ctx;          /* of the law */
 } SlipFriction;
 
@@ -45,6 +58,7 @@ typedef struct {
   PetscBool always_slides;     /* mu is 0 at v = 0 and grows with v, at least with the help of radiation damping */
   SlipStateFn state;           /* NULL: s is the slip of both signs, ds/dt = |v| - s/t_h */
   SlipFrictionNumberFn steady; /* the state at which ds/dt = 0 with the rate v */
+  const SlipParameter *own;    /* parameters that it brings, the last row with a NULL name; NULL: none */
   const void *ctx;             /* handed to the functions in SlipFriction */
   /* the state as users give it and outputs show it */
   const char *state_unit;        /* NULL: "1" of a state of the law's own, "m" of slip */
@@ -72,6 +86,8 @@ struct _n_SlipFrictionCells {
   const PetscReal *a, *b, *reference; /* NULL where no law needs them */
   PetscReal reference_rate;           /* [m/s] */
   PetscBool slip_law;
+  const PetscReal *own; /* [n][nown]; NULL where nown is 0 */
+  PetscInt nown;
 };
 
 PETSC_EXTERN void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,

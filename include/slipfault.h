@@ -37,7 +37,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char colum
 /* Pore pressure p [n] in Pa of the n cells of this process at t [s], in the order of the state */
 typedef PetscErrorCode (*SlipFaultPressureFn)(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx);
 PETSC_EXTERN PetscErrorCode
-SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law); /* a row of one's own; slipcore.h */
+SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law); /* a row of one's own, with parameters; slipcore.h */
 PETSC_EXTERN PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia);
 PETSC_EXTERN PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFaultPressureFn function, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters, critical state */

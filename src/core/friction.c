@@ -108,8 +108,8 @@ PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law)
 /*
   SlipFrictionRegister - one more row of the table
 
-  Not collective. The row is copied, its strings and its context are not. PETSC_ERR_ARG_WRONG for a name that is taken,
-  a row without functions, and too many rows.
+  Not collective. The row is copied; strings, context and parameters of its own, which SlipFaultRegisterFrictionLaw()
+  checks, are not. PETSC_ERR_ARG_WRONG for a name that is taken, a row without functions, and too many rows.
 */
 PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law)
 {
@@ -212,6 +212,7 @@ static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
                         .reference = f->reference ? f->reference[i] : 0,
                         .reference_rate = f->reference_rate,
                         .slip_law = f->slip_law,
+                        .own = f->own ? f->own + f->nown * i : NULL,
                         .ctx = f->law->ctx};
 }
 

@@ -126,18 +126,15 @@ static PetscErrorCode CheckSize(SlipFault fault, PetscInt n)
 @*/
 PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n, PetscReal values[])
 {
+  const PetscInt f = SlipFaultFindField(name);
+
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscCall(CheckSize(fault, n));
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    PetscBool same;
-
-    PetscCall(PetscStrcmp(name, SlipFaultReals[SlipFaultFields[f]].name, &same));
-    if (!same) continue;
-    PetscCall(GatherAll(fault, fault->fields.cell[f], values));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no field \"%s\"", name);
+  PetscCheck(f >= 0 && fault->fields.cell[f], fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no field \"%s\"",
+             name);
+  PetscCall(GatherAll(fault, fault->fields.cell[f], values));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@

@@ -11,36 +11,33 @@ static void SlipFaultTakeField(SlipFault fault, PetscInt f, const char source[],
 }
 
 /* What the root of an input file may hold, which one file can be for all of them: fields, cells, stiffness. */
-PetscErrorCode SlipFaultFieldNames(char names[], size_t len)
+const char *SlipFaultFieldNames(void)
 {
-  PetscFunctionBegin;
-  names[0] = '\0';
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    PetscCall(PetscStrlcat(names, SlipFaultReals[SlipFaultFields[f]].name, len));
-    PetscCall(PetscStrlcat(names, " ", len));
-  }
-  PetscCall(PetscStrlcat(names, "cells stiffness", len));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  static char names[FAULT_MAX_NAMES];
+  const SlipParameter *p;
+  size_t k = 0;
+
+  for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++)
+    k += (size_t)snprintf(names + k, sizeof(names) - k, "%s ", p->name);
+  (void)snprintf(names + k, sizeof(names) - k, "cells stiffness");
+  return names;
 }
 
 /* A field's values must lie in the bounds of its parameter; the normal stress must be positive everywhere. source:
    where they come from */
 static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], PetscInt f, const PetscReal data[])
 {
-  const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
-  const PetscBool open = p->open || f == FIELD_NORMAL_STRESS ? PETSC_TRUE : PETSC_FALSE;
+  SlipParameter p = *SlipFaultFieldRow(f);
   const PetscInt nx = fault->mesh.dims[1];
+  char bounds[128];
 
   PetscFunctionBegin;
-  for (PetscInt e = 0; e < fault->mesh.N; e++) {
-    const PetscBool low = open ? (data[e] > p->lower) : (data[e] >= p->lower);
-    const PetscBool good = low && data[e] < p->upper && isfinite(data[e]);
-
-    PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-               "%s: /%s[%" PetscInt_FMT ", %" PetscInt_FMT "] is %.6g, expected a finite number%s%s%s", source, p->name,
-               e / nx, e % nx, (double)data[e], p->lower > PETSC_MIN_REAL ? (open ? " > 0" : " >= 0") : "",
-               p->unit[0] ? " " : "", p->unit);
-  }
+  if (f == FIELD_NORMAL_STRESS) p.open = PETSC_TRUE;
+  SlipParameterBounds(&p, PETSC_TRUE, bounds, sizeof(bounds));
+  for (PetscInt e = 0; e < fault->mesh.N; e++)
+    PetscCheck(SlipParameterHolds(&p, data[e]), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "%s: /%s[%" PetscInt_FMT ", %" PetscInt_FMT "] is %.6g, expected %s", source, p.name, e / nx, e % nx,
+               (double)data[e], bounds);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -48,25 +45,25 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], 
 static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal data[], PetscInt has[])
 {
   const SlipFaultMesh *mesh = &fault->mesh;
-  char path[64], names[512], source[PETSC_MAX_PATH_LEN + 64];
+  const char *names = SlipFaultFieldNames();
+  const SlipParameter *p;
+  char path[64], source[PETSC_MAX_PATH_LEN + 64];
   PetscInt found = 0;
 
   PetscFunctionBegin;
   (void)snprintf(source, sizeof(source), "%s%s", h->name, h->source);
-  PetscCall(SlipFaultFieldNames(names, sizeof(names)));
   PetscCall(SlipH5CheckNames(h, names));
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    const char *name = SlipFaultReals[SlipFaultFields[f]].name;
+  for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++) {
     PetscInt dims[2];
     PetscReal *read;
     PetscBool flg;
 
-    PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", name));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", p->name));
     PetscCall(SlipH5Has(h, path, &flg));
     has[f] = flg ? 1 : 0;
     if (!flg) continue;
     found++;
-    PetscCall(SlipH5CheckUnits(h, path, SlipFaultReals[SlipFaultFields[f]].unit, &flg));
+    PetscCall(SlipH5CheckUnits(h, path, p->unit, &flg));
     PetscCall(SlipH5ReadRealSized(h, path, mesh->ndim, mesh->dims,
                                   mesh->ndim == 1 ? "one for each cell of -fault_mesh" : "Nz x Nx", dims, &read));
     PetscCall(SlipFaultCheckField(fault, source, f, read));
@@ -82,13 +79,14 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 {
   SlipH5 h;
   PetscReal *data;
-  PetscInt has[FAULT_NUM_FIELDS] = {0};
+  PetscInt has[FAULT_MAX_FIELDS] = {0}, nfields = FAULT_NUM_FIELDS;
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscMPIInt rank;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  PetscCall(PetscMalloc1((size_t)fault->mesh.N * FAULT_NUM_FIELDS, &data));
+  while (SlipFaultFieldRow(nfields)) nfields++;
+  PetscCall(PetscMalloc1((size_t)fault->mesh.N * nfields, &data));
   if (!rank) {
     ierr = SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_parameters", fault->options.text[FAULT_PARAMETERS], &h);
     if (!ierr) {
@@ -99,8 +97,8 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   ierr = SlipErrorBcast(fault->comm, ierr);
   if (ierr) PetscCall(PetscFree(data));
   PetscCall(ierr);
-  PetscCallMPI(MPI_Bcast(has, FAULT_NUM_FIELDS, MPIU_INT, 0, fault->comm));
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+  PetscCallMPI(MPI_Bcast(has, (PetscMPIInt)nfields, MPIU_INT, 0, fault->comm));
+  for (PetscInt f = 0; f < nfields; f++) {
     PetscReal *values = data + (size_t)f * fault->mesh.N;
 
     if (!has[f]) continue;
@@ -120,7 +118,7 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 + fault  - the fault
 . name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate", "loading_rate",
            "healing_time", "initial_traction", "stressing_rate", "friction_a", "friction_b", "friction_reference",
-           "initial_rate", "initial_state" or "creep"
+           "initial_rate", "initial_state", "creep", or a parameter that a law of SlipFaultRegisterFrictionLaw() brings
 . n      - number of cells, nx nz (of all ranks), or cells of a mesh
 - values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
            rank; copied
@@ -138,39 +136,49 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 @*/
 PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[])
 {
+  const PetscInt f = SlipFaultFindField(name);
+
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetField() before SlipFaultSetUp()");
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    PetscBool same;
+  PetscCheck(f >= 0, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no field \"%s\"; expected one of %s", name,
+             SlipFaultFieldNames());
+  PetscCall(PetscFree(fault->fields.given[f]));
+  PetscCall(PetscMalloc1(PetscMax(n, 1), &fault->fields.given[f]));
+  PetscCall(PetscArraycpy(fault->fields.given[f], values, n));
+  fault->fields.ngiven[f] = n;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-    PetscCall(PetscStrcmp(name, SlipFaultReals[SlipFaultFields[f]].name, &same));
-    if (!same) continue;
-    PetscCall(PetscFree(fault->fields.given[f]));
-    PetscCall(PetscMalloc1(PetscMax(n, 1), &fault->fields.given[f]));
-    PetscCall(PetscArraycpy(fault->fields.given[f], values, n));
-    fault->fields.ngiven[f] = n;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  {
-    char names[512];
+/* The parameters that the fault's law brings, cell by cell */
+static PetscErrorCode GatherOwn(SlipFault fault)
+{
+  const PetscReal *cell[FAULT_MAX_OWN];
+  PetscInt n = 0;
 
-    PetscCall(SlipFaultFieldNames(names, sizeof(names)));
-    SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no field \"%s\"; expected one of %s", name, names);
-  }
+  PetscFunctionBegin;
+  for (PetscInt f = FAULT_NUM_FIELDS; SlipFaultFieldRow(f); f++)
+    if (SlipFaultHasField(fault, f)) cell[n++] = fault->fields.cell[f];
+  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n * n, 1), &fault->friction.own));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < n; k++) fault->friction.own[i * n + k] = cell[k][i];
+  fault->friction.nown = n;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
-  PetscReal low = PETSC_MAX_REAL;
+  const SlipParameter *p;
+  PetscReal low = PETSC_MAX_REAL, value;
   PetscInt any = 0;
 
   PetscFunctionBegin;
   /* fields: what the scalar parameters give, then what SlipFaultSetField() and the file give instead */
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+  for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++) {
     PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->fields.cell[f]));
-    for (PetscInt i = 0; i < fault->mesh.n; i++) fault->fields.cell[f][i] = fault->options.value[SlipFaultFields[f]];
+    PetscCall(SlipFaultGetReal(fault, p->name, &value));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) fault->fields.cell[f][i] = value;
   }
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     SlipFaultCell cell;
@@ -178,15 +186,16 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
     fault->mesh.kind->cell(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i), &cell);
     fault->fields.cell[FIELD_NORMAL_STRESS][i] += fault->options.value[FAULT_NORMAL_STRESS_GRADIENT] * cell.centre[2];
   }
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
+  for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++) {
     if (!fault->fields.given[f]) continue;
     PetscCheck(fault->fields.ngiven[f] == fault->mesh.N, fault->comm, PETSC_ERR_ARG_SIZ,
-               "SlipFaultSetField(): %s was given for %" PetscInt_FMT " cells, expected %" PetscInt_FMT,
-               SlipFaultReals[SlipFaultFields[f]].name, fault->fields.ngiven[f], fault->mesh.N);
+               "SlipFaultSetField(): %s was given for %" PetscInt_FMT " cells, expected %" PetscInt_FMT, p->name,
+               fault->fields.ngiven[f], fault->mesh.N);
     PetscCall(SlipFaultCheckField(fault, "SlipFaultSetField()", f, fault->fields.given[f]));
     SlipFaultTakeField(fault, f, "SlipFaultSetField()", fault->fields.given[f]);
   }
   if (fault->options.text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
+  PetscCall(GatherOwn(fault));
 
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     low = PetscMin(low, fault->fields.cell[FIELD_NORMAL_STRESS][i]);

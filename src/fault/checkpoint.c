@@ -126,9 +126,7 @@ static PetscBool MayChange(PetscInt id)
 
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(free_ones); i++)
     if (id == (PetscInt)free_ones[i]) return PETSC_TRUE;
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++)
-    if (id == (PetscInt)SlipFaultFields[f]) return PETSC_TRUE;
-  return PETSC_FALSE;
+  return SlipFaultFieldOf(id) >= 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
 static PetscErrorCode CompareMesh(Differences *d, SlipFault fault)
@@ -186,15 +184,15 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
                                               FAULT_INITIAL,      FAULT_STIFFNESS_AVERAGE, FAULT_STIFFNESS_SCALING};
   const char *injection = fault->options.text[FAULT_INJECTION];
   Differences d = {.s = s};
+  const SlipParameter *p;
   PetscBool cells;
   PetscReal value;
 
   PetscFunctionBegin;
   PetscCall(SlipStateGroup(s, "parameters"));
   for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
-    const SlipFaultReal *p = &SlipFaultReals[id];
-
     if (MayChange(id)) continue;
+    p = SlipFaultRealRow(id);
     PetscCall(SlipFaultGetReal(fault, p->name, &value));
     PetscCall(CompareReal(&d, p->name, value, p->unit, 0));
   }
@@ -207,11 +205,8 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
   PetscCall(CompareType(&d, "operator", fault->operators.K));
   PetscCall(CompareType(&d, "viscosity", fault->operators.H));
   cells = d.text[0] ? PETSC_FALSE : PETSC_TRUE; /* as many as they were */
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS && cells; f++) {
-    const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
-
+  for (PetscInt f = 0; (p = SlipFaultFieldRow(f)) && cells; f++)
     if (SlipFaultHasField(fault, f)) PetscCall(CompareCells(&d, fault, p->name, p->unit, fault->fields.cell[f]));
-  }
   if (cells) PetscCall(CompareRecord(&d, fault));
   if (!d.text[0]) PetscCall(CompareReal(&d, "scaling_of_stiffness", fault->operators.scaling, "", CHECKPOINT_SAME));
   if (!d.text[0]) PetscCall(CompareReal(&d, "critical_energy", fault->critical.energy, "Pa m", CHECKPOINT_SAME));

@@ -1,5 +1,6 @@
 /* A fault's life: create, set up, state, destroy. */
 #include <slipstep/private/slipfaultobservers.h>
+#include <math.h>
 
 /*@
   SlipFaultCreate - the reference case "3 km" with one cell
@@ -31,7 +32,8 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
   f->operators.scaling = 1;
   f->options.inertia = PETSC_TRUE;
   f->run.events = -1;
-  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) f->options.value[i] = SlipFaultReals[i].value;
+  for (PetscInt i = 0; i < FAULT_MAX_REALS; i++)
+    f->options.value[i] = i < FAULT_NUM_REALS ? SlipFaultReals[i].value : (PetscReal)NAN;
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
     PetscCall(PetscStrncpy(f->options.text[i], SlipFaultStrings[i].value, sizeof(f->options.text[i])));
   *fault = f;
@@ -137,8 +139,9 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscCall(SlipConstraintDestroy(&f->stage.con));
   PetscCall(PetscViewerDestroy(&f->options.viewer));
   PetscCall(PetscViewerDestroy(&f->options.stiffness_viewer));
-  for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->fields.cell[i]));
-  for (PetscInt i = 0; i < FAULT_NUM_FIELDS; i++) PetscCall(PetscFree(f->fields.given[i]));
+  for (PetscInt i = 0; i < FAULT_MAX_FIELDS; i++) PetscCall(PetscFree(f->fields.cell[i]));
+  for (PetscInt i = 0; i < FAULT_MAX_FIELDS; i++) PetscCall(PetscFree(f->fields.given[i]));
+  PetscCall(PetscFree(f->friction.own));
   {
     Vec *vecs[] = {&f->work[0],        &f->work[1], &f->work[2],  &f->critical.uc,
                    &f->operators.vinf, &f->stage.c, &f->stage.u0, &f->stage.s0};

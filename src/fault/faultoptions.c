@@ -3,7 +3,7 @@
 #include <string.h>
 
 /* PETSc's own message for a value that is no number does not name the option. */
-static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipFaultReal *p, const char option[])
+static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipParameter *p, const char option[])
 {
   char text[64], bounds[128];
   PetscBool set;
@@ -18,7 +18,7 @@ static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipFaultReal 
   PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
   ierr = p->integer ? PetscOptionsStringToInt(text, &i) : PetscOptionsStringToReal(text, &x);
   PetscCall(PetscPopErrorHandler());
-  SlipFaultDescribeBounds(p, bounds, sizeof(bounds));
+  SlipParameterBounds(p, PETSC_FALSE, bounds, sizeof(bounds));
   PetscCheck(!ierr, fault->comm, PETSC_ERR_ARG_WRONG, "-%s%s is \"%s\", expected %s%s", SlipFaultPrefix(fault),
              option + 1, text, bounds, SlipIsTimeOption(option + 1) ? ", or with " SLIP_TIME_UNITS " behind it" : "");
   if (!p->integer)
@@ -28,8 +28,8 @@ static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipFaultReal 
 
 static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, SlipOptionItems PetscOptionsObject)
 {
-  const SlipFaultReal *p = &SlipFaultReals[id];
-  char option[64], help[256], text[64];
+  const SlipParameter *p = SlipFaultRealRow(id);
+  char option[64], help[512], text[64];
   PetscReal value;
   PetscBool set;
 
@@ -56,7 +56,7 @@ static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, Sli
 static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, SlipOptionItems PetscOptionsObject)
 {
   const SlipFaultString *p = &SlipFaultStrings[id];
-  char option[64], help[384], list[256] = "", value[PETSC_MAX_PATH_LEN];
+  char option[64], help[384 + FAULT_MAX_CHOICES], list[FAULT_MAX_CHOICES] = "", value[PETSC_MAX_PATH_LEN];
   PetscBool set;
 
   PetscFunctionBegin;
@@ -151,7 +151,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscCall(PetscSNPrintf(start, sizeof(start), "%sfault_start_", prefix));
   PetscCall(SlipCheckLinearOptions(fault->comm, options, start));
   PetscObjectOptionsBegin((PetscObject)fault);
-  for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) PetscCall(SlipFaultRealFromOptions(fault, id, PetscOptionsObject));
+  for (PetscInt id = 0; SlipFaultRealRow(id); id++) PetscCall(SlipFaultRealFromOptions(fault, id, PetscOptionsObject));
   for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)
     PetscCall(SlipFaultStringFromOptions(fault, id, PetscOptionsObject));
   fault->options.speaks = fault->options.output_xdmf = fault->run.progress.wanted = PETSC_TRUE;
@@ -178,11 +178,24 @@ static PetscErrorCode AddName(char names[], size_t len, const char before[], con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* All that may follow "fault_", with blanks between */
+PetscErrorCode SlipFaultOptionNames(char names[], size_t len)
+{
+  const SlipParameter *p;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(names, "view stiffness_view start_ksp_* start_pc_*", len));
+  for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++) PetscCall(AddName(names, len, " ", SlipFaultSwitches[i].name));
+  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++) PetscCall(AddName(names, len, " ", SlipFaultStrings[i].name));
+  for (PetscInt i = 0; (p = SlipFaultRealRow(i)); i++) PetscCall(AddName(names, len, " ", p->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
   SlipFaultDeclareOptions - name the options of faults, for SlipCheckOptionNames(): those of the tables, the others that
   SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state
 
-  Not collective; SlipStepInitializePackage() does it.
+  Not collective; SlipStepInitializePackage() does it, and SlipFaultRegisterFrictionLaw() for what a law brings.
 
   Level: developer
 
@@ -190,21 +203,14 @@ static PetscErrorCode AddName(char names[], size_t len, const char before[], con
 @*/
 PetscErrorCode SlipFaultDeclareOptions(void)
 {
-  static char names[2048], times[1024];
+  static char names[FAULT_MAX_NAMES], times[FAULT_MAX_NAMES];
+  const SlipParameter *p;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultOptionNames(names, sizeof(names)));
   times[0] = '\0';
-  PetscCall(PetscStrncpy(names, "view stiffness_view start_ksp_* start_pc_*", sizeof(names)));
-  for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++)
-    PetscCall(AddName(names, sizeof(names), " ", SlipFaultSwitches[i].name));
-  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
-    PetscCall(AddName(names, sizeof(names), " ", SlipFaultStrings[i].name));
-  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) {
-    const SlipFaultReal *p = &SlipFaultReals[i];
-
-    PetscCall(AddName(names, sizeof(names), " ", p->name));
+  for (PetscInt i = 0; (p = SlipFaultRealRow(i)); i++)
     if (!strcmp(p->unit, "s")) PetscCall(AddName(times, sizeof(times), " fault_", p->name));
-  }
   PetscCall(SlipDeclareTimes(times));
   PetscCall(SlipDeclareOptions("fault_", names));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -44,15 +44,14 @@ static PetscErrorCode SlipFaultMeshRead(SlipFault fault, PetscInt *n, PetscReal 
   SlipH5 h;
   const PetscInt want[2] = {-1, MESH_NUM_COLUMNS};
   PetscInt dims[2];
-  char columns[128] = MESH_COLUMNS, names[256];
+  char columns[128] = MESH_COLUMNS;
   PetscBool has, same, metres = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_mesh", fault->options.text[FAULT_MESH], &h));
-  PetscCall(SlipFaultFieldNames(names, sizeof(names)));
   PetscCall(SlipH5Has(&h, MESH_DATASET, &has));
   if (has) {
-    PetscCall(SlipH5CheckNames(&h, names));
+    PetscCall(SlipH5CheckNames(&h, SlipFaultFieldNames()));
     PetscCall(SlipH5CheckAttributes(&h, MESH_DATASET, "columns units"));
     PetscCall(SlipH5CheckUnits(&h, MESH_DATASET, "m", &metres));
   }

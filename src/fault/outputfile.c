@@ -235,9 +235,9 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
 /* One number for all cells that says what is computed, and not how it is written */
 static PetscBool IsScalar(SlipFault fault, PetscInt id)
 {
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++)
-    if (id == (PetscInt)SlipFaultFields[f]) return PETSC_FALSE;
-  return id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.ndim == 1 && id <= FAULT_DEPTH_TOP) ? PETSC_TRUE : PETSC_FALSE;
+  return SlipFaultFieldOf(id) < 0 && id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.ndim == 1 && id <= FAULT_DEPTH_TOP)
+           ? PETSC_TRUE
+           : PETSC_FALSE;
 }
 
 /* Rank 0: /parameters, what the run has of the fault besides fields */
@@ -288,6 +288,7 @@ PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
 {
   SlipFaultOutput out = (SlipFaultOutput)ctx;
   PetscErrorCode ierr = PETSC_SUCCESS;
+  const SlipParameter *p;
   PetscReal *a;
   Vec x;
 
@@ -297,9 +298,7 @@ PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   if (out->resumed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &x));
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
-
+  for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++) {
     if (!SlipFaultHasField(fault, f)) continue;
     PetscCall(VecGetArrayWrite(x, &a));
     PetscCall(PetscArraycpy(a, fault->fields.cell[f], fault->mesh.n));

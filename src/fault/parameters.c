@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
+#include <string.h>
 
 #define NONE PETSC_MAX_REAL
 #define ANY PETSC_MIN_REAL
@@ -12,7 +13,7 @@
 #define REAL PETSC_FALSE
 
 /* Defaults: the reference case "3 km" with one cell. */
-const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS] = {
+const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, "Cells along strike"},
   [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, "Cells in depth"},
   [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, FAULT_MAX_REACH, OPEN, REAL, "Length of the fault along strike"},
@@ -179,60 +180,124 @@ const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES] = {
    "Write slip and rupture time of every cell for each event of -fault_catalogue (default no)"},
 };
 
-const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS] = {
-  [FIELD_NORMAL_STRESS] = FAULT_NORMAL_STRESS,
-  [FIELD_FRICTION_RESIDUAL] = FAULT_FRICTION_RESIDUAL,
-  [FIELD_FRICTION_DROP] = FAULT_FRICTION_DROP,
-  [FIELD_FRICTION_SLIP] = FAULT_FRICTION_SLIP,
-  [FIELD_FRICTION_RATE] = FAULT_FRICTION_RATE,
-  [FIELD_LOADING_RATE] = FAULT_LOADING_RATE,
-  [FIELD_HEALING_TIME] = FAULT_HEALING_TIME,
-  [FIELD_INITIAL_TRACTION] = FAULT_INITIAL_TRACTION,
-  [FIELD_STRESSING_RATE] = FAULT_STRESSING_RATE,
-  [FIELD_FRICTION_A] = FAULT_FRICTION_A,
-  [FIELD_FRICTION_B] = FAULT_FRICTION_B,
-  [FIELD_FRICTION_REFERENCE] = FAULT_FRICTION_REFERENCE,
-  [FIELD_INITIAL_RATE] = FAULT_INITIAL_RATE,
-  [FIELD_INITIAL_STATE] = FAULT_INITIAL_STATE,
-  [FIELD_CREEP] = FAULT_CREEP,
+/* The number that each field replaces; slides: only laws whose cells always slide read it */
+static const struct {
+  SlipFaultRealId real;
+  PetscBool slides;
+} Fields[FAULT_NUM_FIELDS] = {
+  [FIELD_NORMAL_STRESS] = {FAULT_NORMAL_STRESS, PETSC_FALSE},
+  [FIELD_FRICTION_RESIDUAL] = {FAULT_FRICTION_RESIDUAL, PETSC_FALSE},
+  [FIELD_FRICTION_DROP] = {FAULT_FRICTION_DROP, PETSC_FALSE},
+  [FIELD_FRICTION_SLIP] = {FAULT_FRICTION_SLIP, PETSC_FALSE},
+  [FIELD_FRICTION_RATE] = {FAULT_FRICTION_RATE, PETSC_FALSE},
+  [FIELD_LOADING_RATE] = {FAULT_LOADING_RATE, PETSC_FALSE},
+  [FIELD_HEALING_TIME] = {FAULT_HEALING_TIME, PETSC_FALSE},
+  [FIELD_INITIAL_TRACTION] = {FAULT_INITIAL_TRACTION, PETSC_FALSE},
+  [FIELD_STRESSING_RATE] = {FAULT_STRESSING_RATE, PETSC_FALSE},
+  [FIELD_FRICTION_A] = {FAULT_FRICTION_A, PETSC_TRUE},
+  [FIELD_FRICTION_B] = {FAULT_FRICTION_B, PETSC_TRUE},
+  [FIELD_FRICTION_REFERENCE] = {FAULT_FRICTION_REFERENCE, PETSC_TRUE},
+  [FIELD_INITIAL_RATE] = {FAULT_INITIAL_RATE, PETSC_TRUE},
+  [FIELD_INITIAL_STATE] = {FAULT_INITIAL_STATE, PETSC_TRUE},
+  [FIELD_CREEP] = {FAULT_CREEP, PETSC_TRUE},
 };
+
+/* ---- rows of the tables, and behind them those that registered laws bring, which all are fields ---- */
+
+const SlipParameter *SlipFaultOwnRow(PetscInt k, const SlipFrictionLaw **law)
+{
+  if (k >= FAULT_MAX_OWN) return NULL;
+  for (const SlipFrictionLaw *l = SlipFrictionNext(NULL); l; l = SlipFrictionNext(l))
+    for (const SlipParameter *p = l->own; p && p->name; p++) {
+      if (k--) continue;
+      if (law) *law = l;
+      return p;
+    }
+  return NULL;
+}
+
+const SlipParameter *SlipFaultRealRow(PetscInt id)
+{
+  return id < FAULT_NUM_REALS ? &SlipFaultReals[id] : SlipFaultOwnRow(id - FAULT_NUM_REALS, NULL);
+}
+
+const SlipParameter *SlipFaultFieldRow(PetscInt field)
+{
+  return field < FAULT_NUM_FIELDS ? &SlipFaultReals[Fields[field].real]
+                                  : SlipFaultOwnRow(field - FAULT_NUM_FIELDS, NULL);
+}
+
+PetscInt SlipFaultFieldOf(PetscInt id)
+{
+  if (id >= FAULT_NUM_REALS) return id - FAULT_NUM_REALS + FAULT_NUM_FIELDS;
+  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++)
+    if (id == (PetscInt)Fields[f].real) return f;
+  return -1;
+}
+
+PetscInt SlipFaultFindField(const char name[])
+{
+  const SlipParameter *p;
+
+  for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++)
+    if (!strcmp(name, p->name)) return f;
+  return -1;
+}
+
+/* Does the fault's law read this field? */
+PetscBool SlipFaultHasField(SlipFault fault, PetscInt field)
+{
+  const SlipFrictionLaw *law = NULL;
+
+  if (field < FAULT_NUM_FIELDS)
+    return !Fields[field].slides || fault->friction.law->always_slides ? PETSC_TRUE : PETSC_FALSE;
+  (void)SlipFaultOwnRow(field - FAULT_NUM_FIELDS, &law);
+  return law == fault->friction.law ? PETSC_TRUE : PETSC_FALSE;
+}
 
 static PetscErrorCode SlipFaultFindReal(SlipFault fault, const char name[], PetscInt *id)
 {
-  PetscBool same = PETSC_FALSE;
+  const SlipParameter *p;
 
   PetscFunctionBegin;
   *id = 0;
-  for (PetscInt i = 0; i < FAULT_NUM_REALS && !same; i++) {
-    PetscCall(PetscStrcmp(name, SlipFaultReals[i].name, &same));
-    if (same) *id = i;
-  }
-  PetscCheck(same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no number \"%s\"", name);
+  while ((p = SlipFaultRealRow(*id)) && strcmp(name, p->name)) (*id)++;
+  PetscCheck(p, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no number \"%s\"", name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a parameter's value must be, for example "a number > 0 m"; C's own %g, since PETSc's writes "0." for 0. */
-void SlipFaultDescribeBounds(const SlipFaultReal *p, char text[], size_t len)
+/* What a parameter's value, or that of a cell, must be, for example "a number > 0 m"; C's own %g, since PETSc's writes "0."
+   for 0. */
+void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len)
 {
-  char low[32] = " that is finite", high[32] = "";
+  char low[32] = "", high[32] = "";
 
-  if (p->lower > ANY) snprintf(low, sizeof(low), " %s %g", p->open ? ">" : ">=", (double)p->lower);
-  if (p->upper < NONE) snprintf(high, sizeof(high), " and < %g", (double)p->upper);
-  snprintf(text, len, "%s%s%s%s%s", p->integer ? "a whole number" : "a number", low, high, p->unit[0] ? " " : "",
-           p->unit);
+  if (!cell) (void)snprintf(low, sizeof(low), " that is finite");
+  if (p->lower > ANY) (void)snprintf(low, sizeof(low), " %s %g", p->open ? ">" : ">=", (double)p->lower);
+  if (p->upper < NONE) (void)snprintf(high, sizeof(high), " and < %g", (double)p->upper);
+  (void)snprintf(text, len, "%s%s%s%s%s",
+                 p->integer ? "a whole number"
+                 : cell     ? "a finite number"
+                            : "a number",
+                 low, high, p->unit[0] ? " " : "", p->unit);
 }
 
-PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipFaultReal *p, PetscReal x)
+PetscBool SlipParameterHolds(const SlipParameter *p, PetscReal x)
 {
   const PetscBool low = p->open ? (x > p->lower) : (x >= p->lower);
-  const PetscBool good = low && x < p->upper && isfinite(x) && (!p->integer || x == PetscFloorReal(x));
+
+  return low && x < p->upper && isfinite(x) && (!p->integer || x == PetscFloorReal(x)) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipParameter *p, PetscReal x)
+{
   char bounds[128], value[32];
 
   PetscFunctionBegin;
-  SlipFaultDescribeBounds(p, bounds, sizeof(bounds));
-  snprintf(value, sizeof(value), "%g", (double)x);
-  PetscCheck(good, fault->comm, PETSC_ERR_ARG_OUTOFRANGE, "-%sfault_%s is %s, expected %s", SlipFaultPrefix(fault),
-             p->name, value, bounds);
+  SlipParameterBounds(p, PETSC_FALSE, bounds, sizeof(bounds));
+  (void)snprintf(value, sizeof(value), "%g", (double)x);
+  PetscCheck(SlipParameterHolds(p, x), fault->comm, PETSC_ERR_ARG_OUTOFRANGE, "-%sfault_%s is %s, expected %s",
+             SlipFaultPrefix(fault), p->name, value, bounds);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -262,7 +327,7 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
   PetscCheck(!fault->setup || id == FAULT_VELOCITY_SCALE ||
                (id >= FAULT_OUTPUT_INTERVAL && id <= FAULT_OUTPUT_COMPRESSION),
              fault->comm, PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
-  PetscCall(SlipFaultCheckReal(fault, &SlipFaultReals[id], value));
+  PetscCall(SlipFaultCheckReal(fault, SlipFaultRealRow(id), value));
   fault->options.value[id] = value;
   if (id == FAULT_OUTPUT_INTERVAL) fault->options.interval_given = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -296,6 +361,7 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
   *value = fault->mesh.kind && id <= FAULT_DEPTH_TOP ? fault->mesh.extent[id] : fault->options.value[id];
+  if (id >= FAULT_NUM_REALS && isnan(*value)) *value = SlipFaultRealRow(id)->value;
   if (id == FAULT_THICKNESS && isnan(*value)) PetscCall(SlipFaultGetReal(fault, "length_x", value));
   if (id == FAULT_RATE_TOLERANCE && isnan(*value)) {
     PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
@@ -310,7 +376,7 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
 PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[], char list[], size_t len,
                                     PetscBool *is)
 {
-  char all[256] = "|", key[PETSC_MAX_PATH_LEN + 2], *found;
+  char all[FAULT_MAX_CHOICES] = "|", key[PETSC_MAX_PATH_LEN + 2], *found;
   size_t k = 0;
 
   PetscFunctionBegin;
@@ -362,7 +428,7 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
     PetscCheck(!fault->setup || (i >= FAULT_OUTPUT && i <= FAULT_CATALOGUE), fault->comm, PETSC_ERR_ARG_WRONGSTATE,
                "%s must be set before SlipFaultSetUp()", name);
     if (p->choices) {
-      char list[256];
+      char list[FAULT_MAX_CHOICES];
       PetscBool found;
 
       PetscCall(SlipFaultListChoices(p, value, list, sizeof(list), &found));

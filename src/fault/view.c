@@ -117,19 +117,11 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The field that a scalar parameter is the default of; -1: none */
-static PetscInt SlipFaultFieldOf(SlipFaultRealId id)
-{
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++)
-    if (SlipFaultFields[f] == id) return f;
-  return -1;
-}
-
 /* What a run uses of a parameter: least, mean (by area) and largest of all cells, and where they come from when this is
    not the scalar of its name. */
 static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
 {
-  const SlipFaultReal *p = &SlipFaultReals[SlipFaultFields[f]];
+  const SlipParameter *p = SlipFaultFieldRow(f);
   const char *from = fault->fields.source[f];
   PetscReal range[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, sums[2] = {0, 0}; /* least, and least of the negative */
   char text[128];
@@ -177,6 +169,7 @@ static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
 @*/
 PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
 {
+  const SlipParameter *p;
   PetscBool ascii;
   char number[32];
   PetscReal value;
@@ -191,8 +184,8 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
              SlipFaultPrefix(fault));
   PetscCall(PetscObjectPrintClassNamePrefixType((PetscObject)fault, viewer));
   PetscCall(PetscViewerASCIIPushTab(viewer));
-  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++) {
-    const PetscInt field = SlipFaultFieldOf((SlipFaultRealId)i);
+  for (PetscInt i = 0; (p = SlipFaultRealRow(i)); i++) {
+    const PetscInt field = SlipFaultFieldOf(i);
 
     if (fault->setup && field >= 0 && !SlipFaultHasField(fault, field)) continue;
     if (fault->setup && field >= 0) {
@@ -200,9 +193,9 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
       continue;
     }
     if (fault->setup && i == FAULT_NORMAL_STRESS_GRADIENT) continue; /* part of the normal stress, or replaced */
-    PetscCall(SlipFaultGetReal(fault, SlipFaultReals[i].name, &value));
+    PetscCall(SlipFaultGetReal(fault, p->name, &value));
     (void)snprintf(number, sizeof(number), "%g", (double)value);
-    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s\n", SlipFaultReals[i].name, number, SlipFaultReals[i].unit));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s\n", p->name, number, p->unit));
   }
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
     PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,

@@ -35,16 +35,14 @@ static const struct {
 /* The largest magnitude of a parameter, of all cells where it comes from a file or an array. Collective. */
 static PetscErrorCode LargestMagnitude(SlipFault fault, SlipFaultRealId id, PetscReal *largest, const char **source)
 {
+  const PetscInt f = SlipFaultFieldOf(id);
+
   PetscFunctionBegin;
-  *source = NULL;
-  *largest = PetscAbsReal(fault->options.value[id]);
-  for (PetscInt f = 0; f < FAULT_NUM_FIELDS; f++) {
-    if (SlipFaultFields[f] != id || !fault->fields.source[f]) continue;
-    *source = fault->fields.source[f];
-    *largest = 0;
-    for (PetscInt i = 0; i < fault->mesh.n; i++) *largest = PetscMax(*largest, PetscAbsReal(fault->fields.cell[f][i]));
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  }
+  *source = f < 0 ? NULL : fault->fields.source[f];
+  *largest = *source ? 0 : PetscAbsReal(fault->options.value[id]);
+  if (!*source) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) *largest = PetscMax(*largest, PetscAbsReal(fault->fields.cell[f][i]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -54,7 +52,7 @@ static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
 
   PetscFunctionBegin;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(plausible); k++) {
-    const SlipFaultReal *p = &SlipFaultReals[plausible[k].id];
+    const SlipParameter *p = &SlipFaultReals[plausible[k].id];
     const PetscBool extent =
       plausible[k].id == FAULT_LENGTH_X || plausible[k].id == FAULT_LENGTH_Z ? PETSC_TRUE : PETSC_FALSE;
     PetscReal x;
@@ -70,6 +68,26 @@ static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
                           small ? plausible[k].small : plausible[k].large, source ? "a largest value" : "a number",
                           p->unit[0] ? "" : " without unit", (double)plausible[k].least, (double)plausible[k].most,
                           p->unit[0] ? " " : "", p->unit));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what a law brings ---- */
+
+static PetscErrorCode WarnOfOtherLaws(SlipFault fault, PetscMPIInt rank)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  const SlipFrictionLaw *law;
+  const SlipParameter *p;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; (p = SlipFaultOwnRow(k, &law)) && !rank; k++) {
+    const char *source = fault->fields.source[FAULT_NUM_FIELDS + k];
+
+    if (law == fault->friction.law || (!source && isnan(fault->options.value[FAULT_NUM_REALS + k]))) continue;
+    PetscCall(SlipWarning("%s%s%s%s does nothing: it belongs to -%sfault_friction_law %s, which is %s",
+                          source ? source : "-", source ? ": /" : prefix, source ? "" : "fault_", p->name, prefix,
+                          law->name, fault->friction.law->name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -176,6 +194,7 @@ PetscErrorCode SlipFaultWarn(SlipFault fault)
   if (!fault->options.speaks) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCall(WarnOfUnits(fault, rank));
+  PetscCall(WarnOfOtherLaws(fault, rank));
   PetscCall(WarnOfPlanes(fault, rank));
   PetscCall(WarnOfSteadyStart(fault, rank));
   PetscCall(WarnOfThickness(fault, rank));

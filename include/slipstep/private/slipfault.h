@@ -38,7 +38,7 @@ typedef struct {
 
 /* parameters.c: what the user chose; nothing else writes here */
 typedef struct {
-  PetscReal value[FAULT_NUM_REALS];
+  PetscReal value[FAULT_MAX_REALS]; /* NaN: not given, the default of the row is derived or that of a registered law */
   char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
   PetscBool inertia;          /* -fault_inertia */
   PetscBool inertia_given;    /* else the law decides */
@@ -57,10 +57,10 @@ typedef struct {
 
 /* cells.c: parameters cell by cell */
 typedef struct {
-  PetscReal *given[FAULT_NUM_FIELDS]; /* of SlipFaultSetField(): all cells, [nx nz]; NULL: the scalar parameter */
-  PetscInt ngiven[FAULT_NUM_FIELDS];
-  PetscReal *cell[FAULT_NUM_FIELDS];    /* [n] */
-  const char *source[FAULT_NUM_FIELDS]; /* where they come from, for views; NULL: the scalar parameters */
+  PetscReal *given[FAULT_MAX_FIELDS]; /* of SlipFaultSetField(): all cells, [nx nz]; NULL: the scalar parameter */
+  PetscInt ngiven[FAULT_MAX_FIELDS];
+  PetscReal *cell[FAULT_MAX_FIELDS];    /* [n]; NULL: of a law that was registered after the set-up */
+  const char *source[FAULT_MAX_FIELDS]; /* where they come from, for views; NULL: the scalar parameters */
 } SlipFaultCellFields;
 
 /* Where the numbers of a cell are in a state, and in its rates and errors; block numbers a cell */
@@ -76,6 +76,8 @@ typedef struct {
   const SlipFrictionLaw *law;
   PetscBool slip_law; /* -fault_state_law slip */
   PetscReal *healing; /* [n] 1/t_h [1/s]; NULL: 0 */
+  PetscReal *own;     /* [n][nown] parameters that the law brings */
+  PetscInt nown;
 } SlipFaultFriction;
 
 /* What sort of problem the parameters make */
@@ -144,12 +146,14 @@ static inline const char *SlipFaultPrefix(SlipFault fault)
 
 PETSC_EXTERN PetscErrorCode SlipFaultCellsSetUp(SlipFault fault);        /* fields */
 PETSC_INTERN const char *SlipFaultGetText(SlipFault fault, PetscInt id); /* a choice; after set-up without "auto" */
-PETSC_EXTERN PetscErrorCode SlipFaultFieldNames(char names[], size_t len);
+PETSC_INTERN const char *SlipFaultFieldNames(void);
+PETSC_INTERN PetscErrorCode SlipFaultOptionNames(char names[], size_t len);
 /* parameters.c */
-PETSC_INTERN void SlipFaultDescribeBounds(const SlipFaultReal *p, char text[], size_t len);
-PETSC_INTERN PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipFaultReal *p, PetscReal x);
+PETSC_INTERN PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipParameter *p, PetscReal x);
 PETSC_INTERN PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[], char list[], size_t len,
                                                  PetscBool *is);
+PETSC_INTERN PetscBool SlipParameterHolds(const SlipParameter *p, PetscReal x);
+PETSC_INTERN void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len);
 PETSC_EXTERN PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average); /* that was chosen */
 PETSC_EXTERN PetscErrorCode SlipFaultStartShare(SlipFault fault, PetscReal *share);  /* state.c */
 PETSC_EXTERN PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip);

@@ -1,6 +1,13 @@
-/* The parameters of a fault: tables of numbers, of choices and of the fields that may replace numbers cell by cell. */
+/* The parameters of a fault: tables of numbers, of choices, of switches and of the fields that may replace numbers cell by
+   cell. Behind the numbers and fields of the tables come those that registered friction laws bring: ids from
+   FAULT_NUM_REALS and FAULT_NUM_FIELDS on, one law after another. */
 #pragma once
-#include <petscsys.h>
+#include <slipcore.h>
+
+/* At most so many parameters of registered laws, with names of so many characters */
+enum { FAULT_MAX_OWN = 64, FAULT_MAX_NAME = 48 };
+/* Characters of all names of options or of fields, with blanks between, and of a list of choices */
+enum { FAULT_MAX_NAMES = 8192, FAULT_MAX_CHOICES = 4096 };
 
 /* What can be metres of a fault: along strike the Earth's circumference, which coordinates of a map keep to as well; in
    depth more than the 700 km below which no rock breaks. */
@@ -58,16 +65,9 @@ typedef enum {
   FAULT_NUM_REALS
 } SlipFaultRealId;
 
-typedef struct {
-  const char *name; /* option without "fault_" */
-  PetscReal value;  /* default; NaN: derived when not given */
-  const char *unit; /* "" for numbers */
-  PetscReal lower, upper;
-  PetscBool open;    /* lower bound excluded (the upper one always is) */
-  PetscBool integer; /* whole numbers only */
-  const char *help;
-} SlipFaultReal;
-PETSC_EXTERN const SlipFaultReal SlipFaultReals[FAULT_NUM_REALS];
+enum { FAULT_MAX_REALS = FAULT_NUM_REALS + FAULT_MAX_OWN };
+PETSC_EXTERN const SlipParameter SlipFaultReals[FAULT_NUM_REALS];
+PETSC_INTERN const SlipParameter *SlipFaultRealRow(PetscInt id); /* NULL after the last */
 
 typedef enum {
   FAULT_FRICTION_LAW,
@@ -114,7 +114,7 @@ typedef struct {
 } SlipFaultSwitch;
 PETSC_EXTERN const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES];
 
-/* Per-cell fields, in the order of the enumeration above. */
+/* Per-cell fields */
 typedef enum {
   FIELD_NORMAL_STRESS,
   FIELD_FRICTION_RESIDUAL,
@@ -133,4 +133,10 @@ typedef enum {
   FIELD_CREEP,
   FAULT_NUM_FIELDS
 } SlipFaultFieldId;
-PETSC_EXTERN const SlipFaultRealId SlipFaultFields[FAULT_NUM_FIELDS]; /* the parameter each field replaces */
+enum { FAULT_MAX_FIELDS = FAULT_NUM_FIELDS + FAULT_MAX_OWN };
+PETSC_INTERN const SlipParameter *
+SlipFaultFieldRow(PetscInt field);                           /* of the number that it replaces; NULL after the last */
+PETSC_INTERN PetscInt SlipFaultFieldOf(PetscInt id);         /* the field that replaces a number; -1: none */
+PETSC_INTERN PetscInt SlipFaultFindField(const char name[]); /* -1: none */
+/* Row k of those of registered laws, and its law (NULL allowed) */
+PETSC_INTERN const SlipParameter *SlipFaultOwnRow(PetscInt k, const SlipFrictionLaw **law);
