@@ -182,7 +182,7 @@ loaded, rate law: @25 fault {GRID} {WATCH} -fault_friction_law rate_weakening -f
   -fault_viscosity radiation -fault_loading_rate 1e-8 -ts_max_time 4e8 -ts_adapt_type pi
 stressing rate: 2 @20 fault {GRID} {WATCH} -fault_initial rest -fault_stressing_rate 0.1 -fault_healing_time 1e7 \
   -fault_inertia no -fault_viscosity radiation -ts_max_time 3.3e8 -ts_adapt_type dsp
-law of the user's: friction_law 4x3 -fault_friction_law cut_off -fault_friction_rate 1e-2 -fault_loading_rate 1e-9 \
+law of the user's: friction_law 4x3 -fault_friction_law cut_off -fault_cut_off_rate 1e-2 -fault_loading_rate 1e-9 \
   -ts_max_time 1e9
 # pore pressure
 record, constant law: @9 fault {GRID} {PUSHED} {WATCH} -fault_friction_law constant -fault_pore_pressure \

@@ -9,10 +9,11 @@ STEPS = [2, 4, 6, 8, 10, 12, 14, 16]  # of the midpoint rule: order 16
 
 
 class Slider:
-    def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15):
+    def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15, cut_off=np.inf):
         self.K, self.eta, self.sigma, self.a, self.b, self.slip, self.reference, self.V0, self.loading = map(
             Real, (K, eta, sigma, a, b, slip, reference, rate, loading))
         self.law, self.tolerance = law, Real(tolerance)
+        self.floor = self.V0 / Real(cut_off)  # V0 theta/d_c of examples/friction_law.c is as if it were larger by that
 
     def change(self, y):
         """d(ln V, psi, u)/dt; y[2] is slip beyond that of the loading"""
@@ -21,15 +22,16 @@ class Slider:
             state = self.V0 / self.slip * np.exp(-y[1]) - V / self.slip
         else:
             state = -V / self.slip * (y[0] - np.log(self.V0) + y[1])
-        # sigma mu(V, psi) + eta V = T - K u: mu = a asinh(x), x = V/(2 V0) exp((f0 + b psi)/a)
-        x = V / (2 * self.V0) * np.exp((self.reference + self.b * y[1]) / self.a)
+        # sigma mu(V, psi) + eta V = T - K u: mu = a asinh(x), x = V/(2 V0) exp((f0 + b g)/a), g = ln(exp(psi) + floor)
+        age = np.exp(y[1])
+        x = V / (2 * self.V0) * np.exp((self.reference + self.b * np.log(age + self.floor)) / self.a)
         share = x / np.sqrt(1 + x * x)
         by_log_rate = self.sigma * self.a * share + self.eta * V
-        return np.array([(-self.K * (V - self.loading) - self.sigma * self.b * share * state) / by_log_rate, state,
+        return np.array([(-self.K * (V - self.loading) - self.sigma * self.b * share * state * age / (age + self.floor)) / by_log_rate, state,
                          V - self.loading], dtype=Real)
 
     def friction(self, log_rate, psi):
-        x = np.exp(log_rate) / (2 * self.V0) * np.exp((self.reference + self.b * psi) / self.a)
+        x = np.exp(log_rate) / (2 * self.V0) * np.exp((self.reference + self.b * np.log(np.exp(psi) + self.floor)) / self.a)
         return self.a * np.log(x + np.sqrt(1 + x * x))
 
     def stride(self, y, h):

@@ -16,25 +16,26 @@ FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 SIGMA, A, B, SLIP, F0, V0, LOADING = 10e6, 0.01, 0.015, 0.01, 0.6, 1e-6, 1e-9
 G, RHO = 30e9, 2500.0
 ETA = 0.5 * np.sqrt(G * RHO)
+CUT_OFF = ("-fault_friction_law", "cut_off")  # of examples/friction_law.c
 CRITICAL = SIGMA * (B - A) / SLIP  # stiffness [Pa/m] (Ruina 1983); eta V/sigma is 1e-9 of it
 
 
 class SpringSlider(ScriptTest):
-    def fault(self, K, end, *options, name="o.h5", code=0, program="fault"):
+    def fault(self, K, end, *options, name="o.h5", code=0, program="fault", cells=1):
         with h5py.File(self.path("k.h5"), "w") as file:
-            file["stiffness"] = np.array([[K]])
-        command = [os.path.join(os.path.dirname(FAULT), program), "-fault_nx", "1", "-fault_nz", "1", "-fault_stiffness_file", "k.h5", "-fault_friction_law", "rate_and_state",
+            file["stiffness"] = np.eye(cells) * K
+        command = [os.path.join(os.path.dirname(FAULT), program), "-fault_nx", str(cells), "-fault_nz", "1", "-fault_stiffness_file", "k.h5", "-fault_friction_law", "rate_and_state",
                    "-fault_normal_stress", str(SIGMA), "-fault_normal_stress_gradient", "0", "-fault_friction_a", str(A),
                    "-fault_friction_b", str(B), "-fault_friction_slip", str(SLIP), "-fault_loading_rate", str(LOADING),
                    "-fault_shear_modulus", str(G), "-fault_density", str(RHO), "-ts_max_time", repr(float(end)),
                    "-fault_output", name, "-fault_output_interval", "1000000", "-fault_stations", "1500,1500", *options]
         done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
         self.assertEqual(done.returncode, code, done.stderr)
-        return done.stdout
+        return done.stdout + done.stderr
 
-    def station(self, name="o.h5"):
+    def station(self, name="o.h5", number=0):
         with h5py.File(self.path(name)) as file:
-            return {key: data[...] for key, data in file["stations/0"].items()}
+            return {key: data[...] for key, data in file[f"stations/{number}"].items()}
 
     def test_reference(self):
         """Half of the critical stiffness, from 100 times the loading rate: through an event, of 0.2 m/s after 8e4 s, to the quiet
@@ -106,10 +107,69 @@ class SpringSlider(ScriptTest):
         self.fault(0.5 * CRITICAL, 6e6, *end, name="ours.h5")
         slip.append(self.station("ours.h5")["slip"][-1])
         for rate in ("1e30", "1e-3"):
-            self.fault(0.5 * CRITICAL, 6e6, *end, "-fault_friction_law", "cut_off", "-fault_friction_rate", rate, name="o.h5", program="friction_law")
+            self.fault(0.5 * CRITICAL, 6e6, *end, *CUT_OFF, "-fault_cut_off_rate", rate, program="friction_law")
             slip.append(self.station()["slip"][-1])
         self.assertLess(abs(slip[1] / slip[0] - 1), 1e-6)
         self.assertLess(slip[2], 0.9 * slip[0])
+
+    def fields(self, *values):
+        with h5py.File(self.path("fields.h5"), "w") as file:
+            file["cut_off_rate"] = np.array([values])
+            file["cut_off_rate"].attrs["units"] = "m/s"
+
+    def test_own_parameter(self):
+        """Two blocks without a spring between, with a cut-off rate each, through an event: both as the reference has one alone, to
+        the bounds of test_reference; a number for all is a block's own result."""
+        rates, end, places = (1e-3, 3e-2), 6e6, ("-fault_stations", "750,1500;2250,1500")
+        options = ("-fault_initial_rate", repr(100 * LOADING), "-ts_rtol", "1e-13", "-ts_adapt_type", "basic", "-ts_type", "rk", "-ts_rk_type", "8vr", *CUT_OFF)
+        self.fields(*rates)
+        self.fault(0.5 * CRITICAL, end, *options, *places, "-fault_parameters", "fields.h5", program="friction_law", cells=2)
+        with h5py.File(self.path("o.h5")) as file:
+            np.testing.assert_array_equal(file["mesh/cut_off_rate"], [rates])
+            self.assertEqual(file["mesh/cut_off_rate"].attrs["units"], b"m/s")
+        cells = [self.station(number=k) for k in range(2)]
+        self.fault(0.5 * CRITICAL, end, *options, "-fault_cut_off_rate", repr(rates[1]), program="friction_law")
+        for rate, s in zip((*rates, rates[1]), (*cells, self.station())):
+            slider = Slider(0.5 * CRITICAL, ETA, SIGMA, A, B, SLIP, F0, V0, LOADING, cut_off=rate)
+            log_rate, state, u = slider.run(np.log(np.longdouble(100 * LOADING)), np.log(np.longdouble(V0 / LOADING)), end, 1e3)
+            last = {key: values[-1] for key, values in s.items()}
+            with self.subTest(rate=rate):
+                self.assertLess(abs(last["slip_rate"] / float(np.exp(log_rate)) - 1), 1e-9)
+                self.assertLess(abs(last["state"] - float(state)), 1e-9)
+                self.assertLess(abs(last["slip"] / float(u + LOADING * end) - 1), 1e-9)
+
+    def test_own_parameter_restart(self):
+        """A run with a field of the law's own that is stopped goes on bit by bit, and not with another field."""
+        options = ("-fault_initial_rate", repr(100 * LOADING), "-ts_rtol", "1e-6", "-ts_type", "adams", *CUT_OFF, "-fault_parameters", "fields.h5")
+        more = {"program": "friction_law", "cells": 2}
+        self.fields(1e-3, 3e-2)
+        self.fault(0.5 * CRITICAL, 6e6, *options, name="whole.h5", **more)
+        self.fault(0.5 * CRITICAL, 6e6, *options, "-ts_max_steps", "60", "-fault_checkpoint", "c.chk", name="part.h5", code=3, **more)
+        self.fields(1e-3, 2e-2)
+        text = self.fault(0.5 * CRITICAL, 6e6, *options, "-fault_restart", "c.chk", name="other.h5", code=1, **more)
+        self.assertIn("cut_off_rate is", text)
+        self.fields(1e-3, 3e-2)
+        self.fault(0.5 * CRITICAL, 6e6, *options, "-fault_restart", "c.chk", name="part.h5", **more)
+        one, two = self.station("whole.h5"), self.station("part.h5")
+        self.assertGreater(len(one["time"]), 100)
+        for key in one:
+            np.testing.assert_array_equal(one[key], two[key])
+
+    def test_own_parameter_refused(self):
+        """Bad values are refused by the name of option or dataset; what the chosen law does not read is warned of."""
+        for value, words in (("0", ("-fault_cut_off_rate", "> 0 m/s")), ("fast", ("-fault_cut_off_rate", '"fast"')), ("nan", ("-fault_cut_off_rate", "nan"))):
+            text = self.fault(CRITICAL, 1, *CUT_OFF, "-fault_cut_off_rate", value, code=1, program="friction_law")
+            for word in words:
+                self.assertIn(word, text)
+        self.fields(1e-3, -1)
+        text = self.fault(CRITICAL, 1, *CUT_OFF, "-fault_parameters", "fields.h5", code=1, program="friction_law", cells=2)
+        self.assertIn("/cut_off_rate[0, 1] is -1", text)
+        text = self.fault(CRITICAL, 1, *CUT_OFF, "-fault_cut_of_rate", "1", code=1, program="friction_law")
+        self.assertIn("did you mean -fault_cut_off_rate", text)
+        text = self.fault(CRITICAL, 1, "-fault_cut_off_rate", "1", program="friction_law")
+        self.assertIn("warning: -fault_cut_off_rate does nothing", text)
+        text = self.fault(CRITICAL, 1, "-fault_cut_off_rate", "1", code=1)  # of the program without the law
+        self.assertIn("there is no option -fault_cut_off_rate", text)
 
 
 if __name__ == "__main__":
