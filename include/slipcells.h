@@ -9,13 +9,10 @@ typedef struct {
   const PetscReal *x, *y, *z; /* centres [n]: along strike, across, depth [m]; cells of one plane have the same y */
   const PetscReal *length;    /* extent along strike [n], [m] */
   const PetscReal *width;     /* extent in depth [n], [m] */
-  PetscReal shear_modulus;    /* G [Pa] */
-  PetscReal poisson_ratio;    /* nu, in (-1, 0.5) */
-  PetscBool full_space;       /* leave out the free surface */
+  SlipKernel kernel;          /* of K_ij, the stress drop on cell i for unit slip on cell j */
   const PetscInt *order;      /* cell of each row of the stiffness [n]; NULL: cell i is row i, shares by PETSC_DECIDE */
   PetscInt nlocal;            /* rows of this process, where there is an order */
-  SlipAverage average;        /* K_ij is the average over cell i, or the value at its centre */
-  const PetscReal *edges;     /* with that: MatCreateSlipCellStiffness() fills it in its own copy */
+  const PetscReal *edges;     /* of averages: MatCreateSlipCellStiffness() fills it in its own copy */
 } SlipCells;
 
 /* Refuses cells that are not finite, have no extent, reach above the surface or overlap; source names where they come

@@ -1,4 +1,4 @@
-/* Elastic half-space: rectangular dislocations in closed form, as pure functions. */
+/* Elastic half-space: rectangular dislocations in closed form, as pure functions, and the kernels of operators. */
 #pragma once
 #include <petscsys.h>
 
@@ -31,6 +31,56 @@ typedef enum {
 /* Average of that drop over the receiver; core: of edges that both have in common. */
 PETSC_EXTERN PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRectangle *receiver,
                                          const SlipRectangle *source, const PetscReal core[2], PetscBool full_space);
+
+/* Between cells of one size on one plane a kernel depends on their distance only, and not on its sign: */
+typedef enum {
+  SLIP_EVEN_STRIKE = 1, /* along strike, as a uniform grid needs */
+  SLIP_EVEN_DEPTH = 2   /* in depth */
+} SlipKernelSymmetry;
+/* A kind of kernel: a row of functions, below. */
+typedef struct _SlipKernelType SlipKernelType;
+/* What the entries of a stiffness are computed from: a kind of kernel and its parameters. */
+typedef struct {
+  const SlipKernelType *type;
+  PetscReal shear_modulus; /* G [Pa] */
+  PetscReal poisson_ratio; /* nu, in (-1, 0.5) */
+  PetscBool full_space;    /* leave out the free surface */
+  SlipAverage average;     /* of the stress drop over the receiving cell, or its value at the centre */
+  const void *ctx;         /* what else the type's functions need; borrowed */
+} SlipKernel;
+/* A block is [components + normals][components], row-major [Pa/m]: stress drop on the receiver, its
+   shear components before its normal stress, for unit slip on the source. */
+struct _SlipKernelType {
+  const char *name;
+  PetscInt components;  /* of slip and of shear stress; operators take 1 */
+  PetscInt normals;     /* rows of normal stress: 0, or 1 where it changes by slip; operators take 0 */
+  PetscInt symmetry[2]; /* SlipKernelSymmetry, added: below the free surface, in a full space */
+  /* at the receiver's centre */
+  void (*centre)(const SlipKernel *kernel, const SlipRectangle *receiver, const SlipRectangle *source,
+                 PetscReal block[]);
+  /* averaged over the receiver: symmetric times the receiver's area; NULL: refused */
+  void (*average)(const SlipKernel *kernel, const SlipRectangle *receiver, const SlipRectangle *source,
+                  PetscReal block[]);
+  /* The free surface's share of K's symmetric part for cells a x b of one plane at the depths z and z', dx apart along
+     strike: part[0] - z z' part[1], functions of dx and of z + z'. Products by transforms in depth need it; NULL: a
+     grid below a free surface takes a block per wavenumber. */
+  void (*surface)(const SlipKernel *kernel, PetscReal dx, PetscReal depth_sum, PetscReal a, PetscReal b,
+                  PetscReal part[2]);
+  /* What one edge of a cell adds to the cell's average on itself, where the edge's core is ratio times the one that
+     average() took, along share of the edge; normal: the cell's extent across the edge [m]. NULL: nothing. */
+  PetscReal (*edge)(const SlipKernel *kernel, PetscBool along_strike, PetscReal normal, PetscReal share,
+                    PetscReal ratio);
+};
+/* Slip along strike on rectangles of parallel vertical planes, by the functions above. */
+PETSC_EXTERN const SlipKernelType SlipKernelStrikeSlip;
+PETSC_EXTERN PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *kernel);
+/* The block [Pa/m] of a kernel that SlipKernelCheck() accepts. */
+static inline void SlipKernelBlock(const SlipKernel *kernel, const SlipRectangle *receiver, const SlipRectangle *source,
+                                   PetscReal block[])
+{
+  (*(kernel->average ? kernel->type->average : kernel->type->centre))(kernel, receiver, source, block);
+}
+
 /* Displacement [n][3] of points [n][2] of the free surface for unit strike slip. Okada (1985). */
 PETSC_EXTERN void SlipSurfaceDisplacement(PetscReal nu, const SlipRectangle *source, PetscInt n,
                                           const PetscReal points[], PetscReal u[]);

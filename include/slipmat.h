@@ -6,14 +6,11 @@
 
 /* A uniform grid of nx * nz rectangular cells on a vertical strike-slip plane; cell e = iz * nx + ix (x fastest). */
 typedef struct {
-  PetscInt nx, nz;         /* number of cells along strike and in depth */
-  PetscReal length_x;      /* extent along strike [m] */
-  PetscReal length_z;      /* extent in depth [m] */
-  PetscReal depth_top;     /* depth of the upper edge [m], >= 0; 0 touches the free surface */
-  PetscReal shear_modulus; /* G [Pa] */
-  PetscReal poisson_ratio; /* nu, in (-1, 0.5) */
-  PetscBool full_space;    /* leave out the free surface */
-  SlipAverage average;     /* of the stress drop over the receiving cell, or its value at the centre */
+  PetscInt nx, nz;     /* number of cells along strike and in depth */
+  PetscReal length_x;  /* extent along strike [m] */
+  PetscReal length_z;  /* extent in depth [m] */
+  PetscReal depth_top; /* depth of the upper edge [m], >= 0; 0 touches the free surface */
+  SlipKernel kernel;   /* with SLIP_EVEN_STRIKE */
 } SlipGrid;
 
 /* ---- stiffness ----

@@ -12,8 +12,7 @@ static inline SlipCells CellsOfColumns(PetscInt n, const PetscReal data[])
                      .z = data + 2 * n,
                      .length = data + 3 * n,
                      .width = data + 4 * n,
-                     .shear_modulus = 30e9,
-                     .poisson_ratio = 0.25};
+                     .kernel = {.type = &SlipKernelStrikeSlip, .shear_modulus = 30e9, .poisson_ratio = 0.25}};
 }
 
 /* Two parallel faults 300 m apart, nx * nz cells each that grow with depth; n = 2 nx nz cells in data [5][n]. Row k is

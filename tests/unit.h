@@ -1,4 +1,4 @@
-/* What the cmocka tests share: ok() and fails() around calls that return an error code, and main(). */
+/* What the cmocka tests share: ok() and fails() around calls that return an error code, main(), and a rock. */
 #pragma once
 #include <setjmp.h>
 #include <stdarg.h>
@@ -9,6 +9,12 @@
 #include <string.h>
 #include <slipstep.h>
 #include <slipcompat.h>
+
+/* The kernel of vertical strike-slip cells in a rock */
+#define ROCK(nu, full_space, average)                                                                                  \
+  {                                                                                                                    \
+    &SlipKernelStrikeSlip, 30e9, nu, full_space, average, NULL                                                         \
+  }
 
 static char message[4096], raised[256]; /* of the last error, and where it was raised */
 

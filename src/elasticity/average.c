@@ -223,18 +223,6 @@ PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRectangle *rece
 }
 
 /*
-  SlipAverageDirect_Private - SlipKernelAverage() of equal cells of one plane without the free surface
-*/
-PetscReal SlipAverageDirect_Private(PetscReal G, PetscReal nu, PetscReal core, PetscReal dx, PetscReal dz, PetscReal a,
-                                    PetscReal b)
-{
-  const PetscReal cores[2] = {core * a, core * b};
-  const SlipRectangle receiver = {dx, 0, dz, a, b}, source = {0, 0, 0, a, b};
-
-  return SlipKernelAverage(G, nu, &receiver, &source, cores, PETSC_TRUE);
-}
-
-/*
   SlipAverageSurface_Private - the free surface's share of it, part[0] - z_i z_j part[1] for cells at the depths z_i, z_j;
   the parts are functions of dx and of the sum of the two depths only
 */
@@ -266,11 +254,12 @@ void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscReal core, Petsc
 }
 
 /*
-  SlipAverageBorder_Private - what one edge of a cell adds to its own SlipKernelAverage() [Pa/m] where its core is not the
+  SlipAverageEdge_Private - what one edge of a cell adds to its own SlipKernelAverage() [Pa/m] where its core is not the
   one that was used but ratio times that, along share of the edge; normal is the cell's extent across the edge
 */
-PetscReal SlipAverageBorder_Private(PetscReal G, PetscReal nu, PetscBool along_strike, PetscReal normal,
-                                    PetscReal share, PetscReal ratio)
+PetscReal SlipAverageEdge_Private(const SlipKernel *k, PetscBool along_strike, PetscReal normal, PetscReal share,
+                                  PetscReal ratio)
 {
-  return -2 * Factor(G, nu) * (along_strike ? 1 - nu : 1) * share / normal * PetscLogReal(ratio);
+  return -2 * Factor(k->shear_modulus, k->poisson_ratio) * (along_strike ? 1 - k->poisson_ratio : 1) * share / normal *
+         PetscLogReal(ratio);
 }

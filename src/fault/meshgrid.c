@@ -45,9 +45,7 @@ static PetscErrorCode Stiffness_Grid(SlipFault fault, Mat *K)
                    .nz = mesh->dims[0],
                    .length_x = mesh->extent[FAULT_LENGTH_X],
                    .length_z = mesh->extent[FAULT_LENGTH_Z],
-                   .depth_top = mesh->extent[FAULT_DEPTH_TOP],
-                   .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
-                   .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO]};
+                   .depth_top = mesh->extent[FAULT_DEPTH_TOP]};
   PetscBool hmat;
 
   PetscFunctionBegin;
@@ -67,8 +65,7 @@ static PetscErrorCode Stiffness_Grid(SlipFault fault, Mat *K)
     PetscCall(SlipCellsDestroy(&cells));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &grid.full_space));
-  PetscCall(SlipFaultAverage(fault, &grid.average));
+  PetscCall(SlipFaultKernel(fault, &grid.kernel));
   PetscCall(MatCreateSlipStiffness(fault->comm, &grid, type, K));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

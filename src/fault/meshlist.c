@@ -78,16 +78,8 @@ PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, SlipCells *cell
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(MESH_NUM_COLUMNS * (size_t)n, &data));
   for (PetscInt k = 0; k < MESH_NUM_COLUMNS; k++) column[k] = data + (size_t)k * n;
-  *cells = (SlipCells){.n = n,
-                       .x = column[0],
-                       .y = column[1],
-                       .z = column[2],
-                       .length = column[3],
-                       .width = column[4],
-                       .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
-                       .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO]};
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &cells->full_space));
-  PetscCall(SlipFaultAverage(fault, &cells->average));
+  *cells = (SlipCells){.n = n, .x = column[0], .y = column[1], .z = column[2], .length = column[3], .width = column[4]};
+  PetscCall(SlipFaultKernel(fault, &cells->kernel));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

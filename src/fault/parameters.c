@@ -449,7 +449,7 @@ const char *SlipFaultGetText(SlipFault fault, PetscInt id)
   return fault->options.text[id];
 }
 
-PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average)
+PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel)
 {
   const char *text = fault->options.text[FAULT_STIFFNESS_AVERAGE];
   PetscBool cell, whole;
@@ -457,6 +457,12 @@ PetscErrorCode SlipFaultAverage(SlipFault fault, SlipAverage *average)
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(text, "cell", &cell));
   PetscCall(PetscStrcmp(text, "whole", &whole));
-  *average = cell ? SLIP_AVERAGE_CELL : whole ? SLIP_AVERAGE_WHOLE : SLIP_AVERAGE_CENTRE;
+  *kernel = (SlipKernel){.type = &SlipKernelStrikeSlip,
+                         .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
+                         .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO],
+                         .average = cell    ? SLIP_AVERAGE_CELL
+                                    : whole ? SLIP_AVERAGE_WHOLE
+                                            : SLIP_AVERAGE_CENTRE};
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &kernel->full_space));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

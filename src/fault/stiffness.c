@@ -153,14 +153,14 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
   const char *type = fault->options.text[FAULT_OPERATOR], *file = fault->options.text[FAULT_STIFFNESS_FILE];
   const char *mesh = fault->options.text[FAULT_MESH], *prefix = SlipFaultPrefix(fault);
   PetscBool fft, hmat, spectral, none, radiation;
-  SlipAverage average;
+  SlipKernel kernel;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(type, "fft", &fft));
   PetscCall(PetscStrcmp(type, "hmat", &hmat));
   PetscCall(PetscStrcmp(fault->kind.viscosity, "spectral", &spectral));
-  PetscCall(SlipFaultAverage(fault, &average));
-  PetscCheck(!file[0] || !average, fault->comm, PETSC_ERR_ARG_INCOMP,
+  PetscCall(SlipFaultKernel(fault, &kernel));
+  PetscCheck(!file[0] || !kernel.average, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_stiffness_average %s cannot average the entries of -%sfault_stiffness_file %s: expected no "
              "average",
              prefix, fault->options.text[FAULT_STIFFNESS_AVERAGE], prefix, file);
@@ -178,7 +178,7 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
              : mesh[0] ? mesh
                        : type,
              prefix);
-  PetscCheck(!spectral || average != SLIP_AVERAGE_WHOLE, fault->comm, PETSC_ERR_ARG_INCOMP,
+  PetscCheck(!spectral || kernel.average != SLIP_AVERAGE_WHOLE, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_viscosity spectral does not know the border of -%sfault_stiffness_average whole: expected "
              "-%sfault_viscosity sqrtm, lanczos or none, or -%sfault_stiffness_average cell",
              prefix, prefix, prefix, prefix);

@@ -32,7 +32,8 @@ typedef struct {
 
 static PetscErrorCode CreateGridStiffness(Bench *b, const char type[])
 {
-  const SlipGrid grid = {b->n, b->n, LENGTH, LENGTH, 0, MODULUS, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+  const SlipGrid grid = {b->n,   b->n, LENGTH,
+                         LENGTH, 0,    {&SlipKernelStrikeSlip, MODULUS, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE, NULL}};
 
   PetscFunctionBeginUser;
   PetscCall(MatCreateSlipStiffness(b->comm, &grid, type, &b->K));
@@ -45,7 +46,8 @@ static PetscErrorCode CreateCellStiffness(Bench *b, const char type[])
 {
   const PetscInt N = b->n * b->n;
   const PetscReal side = LENGTH / (PetscReal)b->n;
-  SlipCells cells = {.n = N, .shear_modulus = MODULUS, .poisson_ratio = 0.25};
+  SlipCells cells = {.n = N,
+                     .kernel = {.type = &SlipKernelStrikeSlip, .shear_modulus = MODULUS, .poisson_ratio = 0.25}};
   PetscReal *x, *y, *z, *a;
 
   PetscFunctionBeginUser;

@@ -6,11 +6,11 @@
 
 /* Odd and even numbers of cells, neither divisible by 4, so that ranks own different numbers of rows. */
 static const SlipGrid Grids[] = {
-  {9, 7, 2700.0, 2450.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE},
-  {6, 11, 3000.0, 2200.0, 500.0, 30e9, 0.31, PETSC_FALSE, SLIP_AVERAGE_CENTRE},
-  {7, 5, 1000.0, 1000.0, 0.0, 30e9, 0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE},
-  {9, 6, 2700.0, 2100.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_WHOLE},
-  {8, 7, 2700.0, 2100.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CELL},
+  {9, 7, 2700.0, 2450.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+  {6, 11, 3000.0, 2200.0, 500.0, ROCK(0.31, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+  {7, 5, 1000.0, 1000.0, 0.0, ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)},
+  {9, 6, 2700.0, 2100.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_WHOLE)},
+  {8, 7, 2700.0, 2100.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CELL)},
 };
 #define MASS (2500.0 * 3000.0)
 #define ZETA (0.8 / 3)
@@ -206,7 +206,7 @@ static void test_lean_viscosities_do_not_depend_on_ranks(void **state)
     for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(rows); t++) {
       Mat K, H, K_serial, H_serial;
 
-      if (Grids[g].average == SLIP_AVERAGE_WHOLE && t != 1) continue; /* they do not know the border's cells */
+      if (Grids[g].kernel.average == SLIP_AVERAGE_WHOLE && t != 1) continue; /* they do not know the border's cells */
       ok(MatCreateSlipStiffness(PETSC_COMM_WORLD, &Grids[g], "fft", &K));
       ok(MatSlipStiffnessSetFromOptions(K));
       ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grids[g], "fft", &K_serial));
@@ -225,7 +225,7 @@ static void test_lean_viscosities_do_not_depend_on_ranks(void **state)
 /* More ranks than cells: some own nothing. */
 static void test_fewer_cells_than_ranks(void **state)
 {
-  const SlipGrid single = {1, 1, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+  const SlipGrid single = {1, 1, 3000.0, 3000.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
   static const char *const types[] = {"dense", "fft"};
 
   (void)state;

@@ -52,8 +52,7 @@ static SlipCells CellsOf(const Mesh *m)
                      .z = m->z,
                      .length = m->length,
                      .width = m->width,
-                     .shear_modulus = 30e9,
-                     .poisson_ratio = 0.3};
+                     .kernel = ROCK(0.3, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
 }
 
 static Mat Stiffness(const Mesh *m, const char *type, PetscReal tolerance)
@@ -148,7 +147,7 @@ static void uniform_cells_are_the_grid(void **state)
 {
   static Mesh mesh;
   const SlipGrid grid = {
-    .nx = 9, .nz = 7, .length_x = 900, .length_z = 700, .shear_modulus = 30e9, .poisson_ratio = 0.3};
+    .nx = 9, .nz = 7, .length_x = 900, .length_z = 700, .kernel = ROCK(0.3, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
   Mat K, S;
   Vec weights;
   PetscReal norm, error;
@@ -171,7 +170,7 @@ static void all_forms_agree(SlipCells cells, SlipAverage average, SlipGrid *grid
   Mat dense, hmat, K;
   PetscReal norm, error;
 
-  cells.average = average;
+  cells.kernel.average = average;
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 0.5, &dense));
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "hmat", 1e-8, &hmat));
   ok(MatNorm(dense, NORM_FROBENIUS, &norm));
@@ -181,7 +180,7 @@ static void all_forms_agree(SlipCells cells, SlipAverage average, SlipGrid *grid
   print_message("hierarchical averages: error %g\n", (double)(error / norm));
   assert_true(error > 0 && error < 1e-8 * norm);
   if (grid) {
-    grid->average = average;
+    grid->kernel.average = average;
     ok(MatCreateSlipStiffness(PETSC_COMM_SELF, grid, "dense", &K));
     ok(MatAXPY(K, -1, dense, SAME_NONZERO_PATTERN));
     ok(MatNorm(K, NORM_FROBENIUS, &error));
@@ -196,7 +195,8 @@ static void all_forms_agree(SlipCells cells, SlipAverage average, SlipGrid *grid
 static void averages_of_cells(void **state)
 {
   static Mesh uniform, graded;
-  SlipGrid grid = {.nx = 25, .nz = 20, .length_x = 2500, .length_z = 2000, .shear_modulus = 30e9, .poisson_ratio = 0.3};
+  SlipGrid grid = {
+    .nx = 25, .nz = 20, .length_x = 2500, .length_z = 2000, .kernel = ROCK(0.3, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
 
   (void)state;
   AddPlane(&uniform, 25, 20, 1, 0);
@@ -229,7 +229,7 @@ static void uneven_cells_leave_nothing_between(void **state)
   Add(&mesh, -2 * h, 0, 12 * h, 4 * h, 12 * h);
   Add(&mesh, 10 * h, 0, 12 * h, 4 * h, 12 * h);
   cells = CellsOf(&mesh);
-  cells.average = SLIP_AVERAGE_WHOLE;
+  cells.kernel.average = SLIP_AVERAGE_WHOLE;
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 0.5, &S));
   ok(MatCreateVecs(S, &one, &force));
   ok(VecSet(one, 1));

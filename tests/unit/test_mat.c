@@ -5,13 +5,13 @@
 #define MASS (2500.0 * 3000.0)
 #define ZETA (0.8 / 3)
 
-static const SlipGrid Even = {10, 10, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
-static const SlipGrid Odd = {9, 12, 2000.0, 3600.0, 700.0, 30e9, 0.1, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
-static const SlipGrid Line = {13, 1, 2000.0, 100.0, 700.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
-static const SlipGrid Average = {11, 9, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_WHOLE};
-static const SlipGrid AverageDeep = {7, 40, 1000.0, 4000.0, 300.0, 30e9, 0.3, PETSC_FALSE, SLIP_AVERAGE_WHOLE};
-static const SlipGrid AverageFull = {40, 1, 4000.0, 90.0, 0.0, 30e9, 0.2, PETSC_TRUE, SLIP_AVERAGE_CELL};
-static const SlipGrid Column = {1, 8, 500.0, 3600.0, 0.0, 30e9, 0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE};
+static const SlipGrid Even = {10, 10, 3000.0, 3000.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
+static const SlipGrid Odd = {9, 12, 2000.0, 3600.0, 700.0, ROCK(0.1, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
+static const SlipGrid Line = {13, 1, 2000.0, 100.0, 700.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
+static const SlipGrid Average = {11, 9, 3000.0, 2900.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_WHOLE)};
+static const SlipGrid AverageDeep = {7, 40, 1000.0, 4000.0, 300.0, ROCK(0.3, PETSC_FALSE, SLIP_AVERAGE_WHOLE)};
+static const SlipGrid AverageFull = {40, 1, 4000.0, 90.0, 0.0, ROCK(0.2, PETSC_TRUE, SLIP_AVERAGE_CELL)};
+static const SlipGrid Column = {1, 8, 500.0, 3600.0, 0.0, ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)};
 
 static PetscReal EntryOf(Mat A, PetscInt i, PetscInt j)
 {
@@ -123,7 +123,7 @@ static void test_average_on_grids(void **state)
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
     const SlipGrid *g = grids[k];
     const PetscReal a = g->length_x / g->nx, b = g->length_z / g->nz;
-    const PetscReal share = g->average == SLIP_AVERAGE_WHOLE ? SLIP_CORE_INNER : SLIP_CORE_CELL;
+    const PetscReal share = g->kernel.average == SLIP_AVERAGE_WHOLE ? SLIP_CORE_INNER : SLIP_CORE_CELL;
     const PetscReal core[2] = {share * a, share * b};
     const char *const depth[] = {"blocks", "transform"};
     Mat dense;
@@ -133,8 +133,8 @@ static void test_average_on_grids(void **state)
       for (PetscInt j = 0; j < g->nx * g->nz; j++) {
         const SlipRectangle receiver = {(i % g->nx) * a, 0, g->depth_top + (i / g->nx + 0.5) * b, a, b};
         const SlipRectangle source = {(j % g->nx) * a, 0, g->depth_top + (j / g->nx + 0.5) * b, a, b};
-        const PetscReal kernel =
-          SlipKernelAverage(g->shear_modulus, g->poisson_ratio, &receiver, &source, core, g->full_space);
+        const PetscReal kernel = SlipKernelAverage(g->kernel.shear_modulus, g->kernel.poisson_ratio, &receiver, &source,
+                                                   core, g->kernel.full_space);
 
         /* rounding, of the image up to 80 cells away: corners of 80 ln 80 */
         if (i != j) assert_true(PetscAbsReal(EntryOf(dense, i, j) - kernel) < 1e-12 * EntryOf(dense, i, i));
@@ -189,9 +189,9 @@ static void test_fft_is_dense(void **state)
    hundred points; A and z z' q cancel at most by a small factor, as both are below s^2 q. */
 static void test_transform_is_dense(void **state)
 {
-  const SlipGrid deep = {3, 67, 300.0, 6700.0, 50.0, 30e9, 0.3, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
-  const SlipGrid buried = {5, 9, 1000.0, 1800.0, 20e3, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
-  const SlipGrid full = {7, 6, 1000.0, 900.0, 0.0, 30e9, 0.2, PETSC_TRUE, SLIP_AVERAGE_CENTRE};
+  const SlipGrid deep = {3, 67, 300.0, 6700.0, 50.0, ROCK(0.3, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
+  const SlipGrid buried = {5, 9, 1000.0, 1800.0, 20e3, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
+  const SlipGrid full = {7, 6, 1000.0, 900.0, 0.0, ROCK(0.2, PETSC_TRUE, SLIP_AVERAGE_CENTRE)};
   const SlipGrid *const grids[] = {&deep, &buried, &full, &Even, &Odd, &Line, &Column};
 
   (void)state;
@@ -214,7 +214,7 @@ static void test_transform_is_dense(void **state)
    grid needs several rounds with a basis smaller than the whole space (6 nz of 12 nz at first). */
 static void test_sketched_root(void **state)
 {
-  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
   const SlipGrid *const grids[] = {&wide, &Even, &Odd, &Line, &Column};
 
   (void)state;
@@ -240,7 +240,7 @@ static void test_sketched_root(void **state)
 /* A loose tolerance is kept too, and buys a smaller correction; one below rounding is refused with a message. */
 static void test_root_tolerance(void **state)
 {
-  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+  const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
   PetscReal distance;
   Mat K[2], H[2];
 
@@ -267,7 +267,7 @@ static void test_root_tolerance(void **state)
 /* The root by another algorithm: Denman & Beavers (1976), Y -> (Y + Z^-1)/2, Z -> (Z + Y^-1)/2, on M^-1 K. */
 static void test_viscosity_by_denman_beavers(void **state)
 {
-  const SlipGrid grid = {5, 4, 1500.0, 1600.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+  const SlipGrid grid = {5, 4, 1500.0, 1600.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
   Mat K, H, Y, Z, identity, inverseY, inverseZ;
   const PetscInt N = 20;
 
@@ -472,7 +472,7 @@ static void test_bad_grids(void **state)
   g.nx = 0;
   AssertGridRefused(g, "dense", "0 x 10");
   g = Even;
-  g.poisson_ratio = 0.5;
+  g.kernel.poisson_ratio = 0.5;
   AssertGridRefused(g, "fft", "Poisson");
   g = Even;
   g.depth_top = -1;
@@ -481,7 +481,7 @@ static void test_bad_grids(void **state)
   g.length_z = NAN;
   AssertGridRefused(g, "dense", "Length in depth");
   g = Even;
-  g.shear_modulus = 0;
+  g.kernel.shear_modulus = 0;
   AssertGridRefused(g, "dense", "Shear modulus");
 }
 

@@ -22,7 +22,7 @@ static void Fill(Vec x)
 
 static Mat Stiffness(PetscReal depth_top, PetscBool full_space, const char *type)
 {
-  const SlipGrid grid = {SIDE, SIDE, 3000.0, 3000.0, depth_top, 30e9, 0.25, full_space, SLIP_AVERAGE_CENTRE};
+  const SlipGrid grid = {SIDE, SIDE, 3000.0, 3000.0, depth_top, ROCK(0.25, full_space, SLIP_AVERAGE_CENTRE)};
   Mat K;
 
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, type, &K));
@@ -240,8 +240,8 @@ static void test_correction_of_a_grid(void **state)
    away. */
 static void test_root_of_endless_plane(void **state)
 {
-  const SlipGrid small = {6, 6, 600.0, 600.0, 0, 30e9, 0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE},
-                 large = {18, 18, 1800.0, 1800.0, 0, 30e9, 0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE};
+  const SlipGrid small = {6, 6, 600.0, 600.0, 0, ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)},
+                 large = {18, 18, 1800.0, 1800.0, 0, ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)};
   Mat K, H, part, whole;
   PetscReal difference = 0, size = 0;
 
@@ -368,7 +368,7 @@ static void test_viscosities_of_large_grids(void **state)
    field that is almost all new must not be asked for the digits of the little of it that is known. */
 static void test_waves_of_deep_grid(void **state)
 {
-  const SlipGrid grid = {4, 400, 3000.0, 3000.0, 0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+  const SlipGrid grid = {4, 400, 3000.0, 3000.0, 0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
   PetscReal size, distance;
   Mat K, exact, H;
   Vec x, y, z;

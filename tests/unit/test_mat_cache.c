@@ -11,7 +11,7 @@
 #define ZETA (0.8 / 3)
 
 /* Dense roots are kept from 1500 rows on. */
-static const SlipGrid Dense = {38, 40, 3000.0, 2600.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+static const SlipGrid Dense = {38, 40, 3000.0, 2600.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
 
 /* Name of the only file in dir; the test fails when there are none or more. */
 static void OnlyFile(const char dir[], char name[PETSC_MAX_PATH_LEN])
@@ -107,7 +107,7 @@ static void test_dense_root(void **state)
 /* H of a row of n cells of two widths, whose rows are weighted; its stiffness is scaled after the cache is set. */
 static Mat CellViscosity(PetscInt n, PetscReal width, const char dir[])
 {
-  SlipCells cells = {.n = n, .shear_modulus = 30e9, .poisson_ratio = 0.25, .full_space = PETSC_TRUE};
+  SlipCells cells = {.n = n, .kernel = ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)};
   PetscReal *a;
   Mat K, H;
 

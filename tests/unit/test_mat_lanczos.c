@@ -8,7 +8,7 @@
 #define ZETA (0.8 / 3)
 enum { NX = 22, NZ = 18, N = NX * NZ, SIDE = 10 };
 
-static const SlipGrid Grid = {NX, NZ, 3000.0, 2600.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+static const SlipGrid Grid = {NX, NZ, 3000.0, 2600.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
 
 /* H by Lanczos' method, and a dense root of the same stiffness: of a grid, or of irregular cells with weighted rows. */
 static void Create(PetscBool cells, Mat *H, Mat *exact)

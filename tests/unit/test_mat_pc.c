@@ -35,7 +35,7 @@ static PetscErrorCode JacobianMult(Mat J, Vec x, Vec y)
 
 static Mat StageOf(PetscInt n, const char *type)
 {
-  const SlipGrid grid = {n, n, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+  const SlipGrid grid = {n, n, 3000.0, 3000.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
   Mat K, H, B;
 
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, type, &K));
@@ -185,9 +185,9 @@ static void test_symbol_by_plain_sums(void **state)
   static const struct {
     SlipGrid grid;
     PetscInt gap; /* -1: no image */
-  } rows[] = {{{5, 7, 3000.0, 3500.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE}, 0},
-              {{6, 8, 3000.0, 4000.0, 500.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE}, 2},
-              {{7, 5, 3000.0, 2500.0, 0.0, 30e9, 0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE}, -1}};
+  } rows[] = {{{5, 7, 3000.0, 3500.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)}, 0},
+              {{6, 8, 3000.0, 4000.0, 500.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)}, 2},
+              {{7, 5, 3000.0, 2500.0, 0.0, ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)}, -1}};
   const PetscReal theta = 0.4;
 
   (void)state;
@@ -293,7 +293,7 @@ static void test_stiffness_alone(void **state)
 {
   (void)state;
   for (PetscInt n = 25; n <= 100; n *= 2) {
-    const SlipGrid grid = {n, n, 3000.0, 3000.0, 0.0, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE};
+    const SlipGrid grid = {n, n, 3000.0, 3000.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
     Mat K;
     Vec x, b;
     KSP ksp;

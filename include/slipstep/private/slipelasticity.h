@@ -20,9 +20,29 @@ static inline PetscReal SlipAverageBorderRatio(SlipAverage average)
   return average == SLIP_AVERAGE_WHOLE ? SLIP_CORE_BORDER / SLIP_CORE_INNER : 1;
 }
 /* equal cells of a grid */
-PETSC_INTERN PetscReal SlipAverageDirect_Private(PetscReal G, PetscReal nu, PetscReal core, PetscReal dx, PetscReal dz,
-                                                 PetscReal a, PetscReal b);
 PETSC_INTERN void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscReal core, PetscReal dx,
                                              PetscReal depth_sum, PetscReal a, PetscReal b, PetscReal part[2]);
-PETSC_INTERN PetscReal SlipAverageBorder_Private(PetscReal G, PetscReal nu, PetscBool along_strike, PetscReal normal,
-                                                 PetscReal share, PetscReal ratio);
+PETSC_INTERN PetscReal SlipAverageEdge_Private(const SlipKernel *kernel, PetscBool along_strike, PetscReal normal,
+                                               PetscReal share, PetscReal ratio);
+
+/* ---- what operators ask a kernel ---- */
+static inline PetscBool SlipKernelIs(const SlipKernel *kernel, SlipKernelSymmetry symmetry)
+{
+  return (PetscBool)((kernel->type->symmetry[kernel->full_space ? 1 : 0] & (int)symmetry) != 0);
+}
+/* Whether K = T(z - z') + A(z + z') - z z' q(z + z') on a grid, which transforms in depth need. */
+static inline PetscBool SlipKernelTransforms(const SlipKernel *kernel)
+{
+  return (PetscBool)(kernel->type->surface || SlipKernelIs(kernel, SLIP_EVEN_DEPTH));
+}
+/* T of one component: cells a x b of one plane without the free surface. */
+static inline PetscReal SlipKernelDirect(const SlipKernel *kernel, PetscReal dx, PetscReal dz, PetscReal a, PetscReal b)
+{
+  const SlipRectangle receiver = {dx, 0, dz, a, b}, source = {0, 0, 0, a, b};
+  SlipKernel full = *kernel;
+  PetscReal entry;
+
+  full.full_space = PETSC_TRUE;
+  SlipKernelBlock(&full, &receiver, &source, &entry);
+  return entry;
+}

@@ -22,10 +22,10 @@ static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, co
     PetscCheck(k < 3 || value[k] > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
                "%s: row %" PetscInt_FMT " has %s = %g m, expected > 0", source, i, name[k], (double)value[k]);
   }
-  PetscCheck(c->full_space || c->z[i] - 0.5 * c->width[i] >= -SLIP_TOUCH * c->width[i], comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "%s: the cell of row %" PetscInt_FMT
-             " reaches above the surface: its centre at depth %g m, its width %g m",
-             source, i, (double)c->z[i], (double)c->width[i]);
+  PetscCheck(
+    c->kernel.full_space || c->z[i] - 0.5 * c->width[i] >= -SLIP_TOUCH * c->width[i], comm, PETSC_ERR_ARG_OUTOFRANGE,
+    "%s: the cell of row %" PetscInt_FMT " reaches above the surface: its centre at depth %g m, its width %g m", source,
+    i, (double)c->z[i], (double)c->width[i]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -85,8 +85,8 @@ static PetscErrorCode FindOverlap(const SlipCells *c, PetscInt rows[2])
 - source - where they come from, for the messages
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for no cells, rows (counted from 0) with numbers that are not finite or extents that
-  are not positive, cells above the surface, pairs of rows that overlap on one plane (edges may touch), and elastic
-  constants out of range
+  are not positive, cells above the surface, pairs of rows that overlap on one plane (edges may touch); those of
+  SlipKernelCheck()
 
   Level: intermediate
 
@@ -99,10 +99,7 @@ PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char sour
   PetscFunctionBegin;
   PetscCheck(c->n > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "%s: a mesh needs at least one cell, not %" PetscInt_FMT, source,
              c->n);
-  PetscCheck(c->shear_modulus > 0 && isfinite(c->shear_modulus), comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "Shear modulus must be positive and finite, not %g Pa", (double)c->shear_modulus);
-  PetscCheck(c->poisson_ratio > -1 && c->poisson_ratio < 0.5, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "Poisson's ratio must lie in (-1, 0.5), not %g", (double)c->poisson_ratio);
+  PetscCall(SlipKernelCheck(comm, &c->kernel));
   for (PetscInt i = 0; i < c->n; i++) PetscCall(CheckRow(comm, c, i, source));
   PetscCall(FindOverlap(c, rows));
   PetscCheck(rows[0] < 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
@@ -123,31 +120,21 @@ PetscErrorCode SlipCellsDestroy(SlipCells *cells)
 
 /* ---- entries ---- */
 
-static PetscReal AreaTimesKernel(const SlipCells *c, PetscInt i, PetscInt j)
-{
-  return c->length[i] * c->width[i] *
-         SlipKernelOffset(c->shear_modulus, c->poisson_ratio, c->x[i] - c->x[j], c->y[i] - c->y[j], c->z[i], c->z[j],
-                          c->length[j], c->width[j], c->full_space);
-}
-
-/* The force on cell i; between two cells an edge that both have has the mean core (edges.c). */
-static PetscReal AreaTimesAverage(const SlipCells *c, PetscInt i, PetscInt j)
+/* The force on cell i for unit slip on cell j */
+static PetscReal Force(const SlipCells *c, PetscInt i, PetscInt j)
 {
   const SlipRectangle receiver = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i]};
   const SlipRectangle source = {c->x[j], c->y[j], c->z[j], c->length[j], c->width[j]};
-  const PetscReal share = SlipAverageCore(c->average);
-  const PetscReal core[2] = {share * PetscSqrtReal(receiver.length * source.length),
-                             share * PetscSqrtReal(receiver.width * source.width)};
+  PetscReal entry;
 
-  return receiver.length * receiver.width *
-           SlipKernelAverage(c->shear_modulus, c->poisson_ratio, &receiver, &source, core, c->full_space) +
-         (i == j ? c->edges[i] : 0);
+  SlipKernelBlock(&c->kernel, &receiver, &source, &entry);
+  return receiver.length * receiver.width * entry;
 }
 
 PetscReal SlipCellsEntry(const SlipCells *c, PetscReal unit, PetscInt i, PetscInt j)
 {
-  if (c->average) return 2 * unit * AreaTimesAverage(c, i, j);
-  return unit * (AreaTimesKernel(c, i, j) + AreaTimesKernel(c, j, i));
+  if (c->kernel.average) return 2 * unit * (Force(c, i, j) + (i == j ? c->edges[i] : 0));
+  return unit * (Force(c, i, j) + Force(c, j, i));
 }
 
 PetscReal SlipCellsUnit(const SlipCells *c)

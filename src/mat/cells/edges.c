@@ -35,8 +35,7 @@ static PetscReal Shared(const View *w, PetscInt i, PetscInt j)
 static void Add(const View *w, PetscInt i, PetscReal length, PetscReal ratio, PetscReal force[])
 {
   force[i] += w->across[i] * w->along[i] *
-              SlipAverageBorder_Private(w->c->shear_modulus, w->c->poisson_ratio, w->along_strike, w->across[i],
-                                        length / w->along[i], ratio);
+              w->c->kernel.type->edge(&w->c->kernel, w->along_strike, w->across[i], length / w->along[i], ratio);
 }
 
 /* First of the sorted near edges at or beyond u. */
@@ -85,10 +84,11 @@ static PetscErrorCode AddEdges(const View *w, PetscReal force[])
   }
   for (PetscInt i = 0; i < 2 * n; i++) {
     const PetscInt e = i / 2;
-    const PetscBool surface = (PetscBool)(w->along_strike && i % 2 == 0 && !w->c->full_space &&
+    const PetscBool surface = (PetscBool)(w->along_strike && i % 2 == 0 && !w->c->kernel.full_space &&
                                           w->u[e] - 0.5 * w->across[e] <= Touch(w->c, e, e));
 
-    if (free[i] > Touch(w->c, e, e) && !surface) Add(w, e, free[i], SlipAverageBorderRatio(w->c->average), force);
+    if (free[i] > Touch(w->c, e, e) && !surface)
+      Add(w, e, free[i], SlipAverageBorderRatio(w->c->kernel.average), force);
   }
   PetscCall(PetscFree2(edge, free));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -102,6 +102,7 @@ PetscErrorCode SlipCellsEdges(const SlipCells *c, PetscReal **force)
 
   PetscFunctionBegin;
   PetscCall(PetscCalloc1(c->n, force));
+  if (!c->kernel.type->edge) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AddEdges(&strike, *force));
   PetscCall(AddEdges(&depth, *force));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -16,10 +16,11 @@ PetscErrorCode SlipGridCheck(MPI_Comm comm, const SlipGrid *g)
              "Length in depth must be positive and finite, not %g m", (double)g->length_z);
   PetscCheck(g->depth_top >= 0 && !PetscIsInfOrNanReal(g->depth_top), comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Depth of the upper edge must be zero or positive and finite, not %g m", (double)g->depth_top);
-  PetscCheck(g->shear_modulus > 0 && PetscIsNormalReal(g->shear_modulus), comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "Shear modulus must be positive and finite, not %g Pa", (double)g->shear_modulus);
-  PetscCheck(g->poisson_ratio > -1 && g->poisson_ratio < 0.5, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "Poisson's ratio must lie in (-1, 0.5), not %g", (double)g->poisson_ratio);
+  PetscCall(SlipKernelCheck(comm, &g->kernel));
+  PetscCheck(SlipKernelIs(&g->kernel, SLIP_EVEN_STRIKE), comm, PETSC_ERR_SUP,
+             "Kernel \"%s\" is not one of the distance along strike, which a uniform grid needs: expected "
+             "SLIP_EVEN_STRIKE, or MatCreateSlipCellStiffness()",
+             g->kernel.type->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -41,46 +42,43 @@ PetscErrorCode SlipGridOf(Mat K, const SlipGrid **grid)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same as averages over cells, all of whose edges are shared; symmetric as it is. */
-static PetscReal AverageEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
-{
-  const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz, dx = (PetscReal)d * a;
-  const PetscReal zi = g->depth_top + ((PetscReal)iz + 0.5) * b, zj = g->depth_top + ((PetscReal)jz + 0.5) * b;
-  const PetscReal G = g->shear_modulus,
-                  direct = SlipAverageDirect_Private(G, g->poisson_ratio, SlipAverageCore(g->average), dx,
-                                                     (PetscReal)PetscAbsInt(iz - jz) * b, a, b);
-  PetscReal part[2];
-
-  if (g->full_space) return direct;
-  SlipAverageSurface_Private(G, g->poisson_ratio, SlipAverageCore(g->average), dx,
-                             2 * g->depth_top + (PetscReal)(iz + jz + 1) * b, a, b, part);
-  return direct + part[0] - zi * zj * part[1];
-}
-
 /* What averages over the cells at the border have on the diagonal beyond SlipGridEntry(), unscaled [Pa/m]: no cell
    shares their outer edges. The free surface is no edge. */
 PetscReal SlipGridBorder(const SlipGrid *g, PetscInt ix, PetscInt iz)
 {
   const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz;
-  const PetscReal G = g->shear_modulus, nu = g->poisson_ratio, ratio = SlipAverageBorderRatio(g->average);
-  const PetscBool top = (PetscBool)(iz == 0 && (g->full_space || g->depth_top > SLIP_TOUCH * PetscMin(a, b)));
+  const SlipKernel *k = &g->kernel;
+  const PetscReal ratio = SlipAverageBorderRatio(k->average);
+  const PetscBool top = (PetscBool)(iz == 0 && (k->full_space || g->depth_top > SLIP_TOUCH * PetscMin(a, b)));
   const int in_depth = (ix == 0) + (ix == g->nx - 1), along_strike = (top ? 1 : 0) + (iz == g->nz - 1);
 
-  return in_depth * SlipAverageBorder_Private(G, nu, PETSC_FALSE, a, 1, ratio) +
-         along_strike * SlipAverageBorder_Private(G, nu, PETSC_TRUE, b, 1, ratio);
+  if (!k->type->edge) return 0;
+  return in_depth * k->type->edge(k, PETSC_FALSE, a, 1, ratio) +
+         along_strike * k->type->edge(k, PETSC_TRUE, b, 1, ratio);
 }
 
 /* Symmetrised kernel between depths iz and jz, d cells apart along strike, unscaled [Pa/m]. */
 PetscReal SlipGridEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
 {
-  const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz, G = g->shear_modulus;
+  const SlipKernel *k = &g->kernel;
+  const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz, dx = (PetscReal)d * a;
   const PetscReal zi = g->depth_top + ((PetscReal)iz + 0.5) * b, zj = g->depth_top + ((PetscReal)jz + 0.5) * b;
+  const PetscBool even = SlipKernelIs(k, SLIP_EVEN_DEPTH);
+  SlipRectangle receiver = {dx, 0, zi, a, b}, source = {0, 0, zj, a, b};
+  PetscReal entry, other;
 
-  if (g->average) return AverageEntry(g, d, iz, jz);
-  if (g->full_space) return SlipKernelFullSpace(G, g->poisson_ratio, (PetscReal)d * a, (PetscReal)(iz - jz) * b, a, b);
-  if (iz == jz) return SlipKernelHalfSpace(G, g->poisson_ratio, (PetscReal)d * a, zi, zj, a, b);
-  return 0.5 * (SlipKernelHalfSpace(G, g->poisson_ratio, (PetscReal)d * a, zi, zj, a, b) +
-                SlipKernelHalfSpace(G, g->poisson_ratio, (PetscReal)d * a, zj, zi, a, b));
+  if (even || (k->average && k->type->surface)) {
+    PetscReal part[2] = {0, 0};
+
+    if (!even) k->type->surface(k, dx, 2 * g->depth_top + (PetscReal)(iz + jz + 1) * b, a, b, part);
+    return SlipKernelDirect(k, dx, (PetscReal)PetscAbsInt(iz - jz) * b, a, b) + part[0] - zi * zj * part[1];
+  }
+  SlipKernelBlock(k, &receiver, &source, &entry);
+  if (iz == jz || k->average) return entry;
+  receiver.z = zj;
+  source.z = zi;
+  SlipKernelBlock(k, &receiver, &source, &other);
+  return 0.5 * (entry + other);
 }
 
 void SlipGridKernel(const SlipGrid *g, PetscInt d, PetscReal block[])

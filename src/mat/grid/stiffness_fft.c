@@ -28,7 +28,8 @@ static PetscErrorCode MatSetUp_SlipFFT(Mat K, FFTContext *c)
 
   PetscFunctionBegin;
   if (c->ready) PetscFunctionReturn(PETSC_SUCCESS);
-  c->transform = (PetscBool)(c->depth == 2 || (c->depth == 0 && c->grid.nz > SLIP_BLOCKS_MAX));
+  c->transform = (PetscBool)(c->depth == 2 ||
+                             (c->depth == 0 && c->grid.nz > SLIP_BLOCKS_MAX && SlipKernelTransforms(&c->grid.kernel)));
   if (c->transform)
     PetscCall(SlipToeplitzOfGrid(K, &c->grid, &c->plane));
   else {
@@ -133,6 +134,8 @@ static PetscErrorCode FFTSetDepth(Mat K, const char type[])
              "Depth cannot be treated by \"%s\", expected auto, blocks or transform", type);
   PetscCheck(!c->ready || depth == c->depth, PetscObjectComm((PetscObject)K), PETSC_ERR_ORDER,
              "How depth is treated must be chosen before the first product");
+  PetscCheck(depth != 2 || SlipKernelTransforms(&c->grid.kernel), PetscObjectComm((PetscObject)K), PETSC_ERR_SUP,
+             "Kernel \"%s\" has no transforms in depth, expected auto or blocks", c->grid.kernel.type->name);
   c->depth = depth;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -179,6 +182,6 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
   PetscCall(SlipShellCreate(comm, PETSC_DECIDE, N, "slipfft", &ops, c, K));
   PetscCall(PetscObjectComposeFunction((PetscObject)*K, "MatSlipStiffnessSetDepth_C", FFTSetDepth));
   PetscCall(MatGetOwnershipRange(*K, &c->start, &c->end));
-  if (grid->average == SLIP_AVERAGE_WHOLE) PetscCall(CreateBorder(*K, c));
+  if (grid->kernel.average == SLIP_AVERAGE_WHOLE) PetscCall(CreateBorder(*K, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

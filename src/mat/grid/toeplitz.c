@@ -1,13 +1,9 @@
 /*
   Stiffness of a uniform grid by transforms both along strike and in depth, O(N log N), on any number of ranks.
 
-  With s = z + z' the sum of two depths, the surface part constant + z linear + z^2 quadratic (dislocation.c) of the
-  symmetrised kernel is
-
-     c(s) + (z + z')/2 l(s) + (z^2 + z'^2)/2 q(s) = A(s) - z z' q(s),   A = c + s/2 l + s^2/2 q,
-
-  and the full space's T depends on z - z' only. Multiplying by z commutes with transforms along strike, so each
-  wavenumber along strike needs two transforms in depth, of u and of z u, and two back:
+  With s = z + z' the sum of two depths, the surface part of the symmetrised kernel is A(s) - z z' q(s), which
+  SlipKernelType.surface() gives, and the full space's T depends on z - z' only. Multiplying by z commutes with
+  transforms along strike, so each wavenumber along strike needs two transforms in depth, of u and of z u, and two back:
 
      y^(k) = T^(k) u^(k) + A^(k) u^(-k),   w^(k) = q^(k) (z u)^(-k),   K u = y - z w.
 
@@ -20,36 +16,20 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
 
-/* Averages over cells have that form as they are, K = T + A - z z' q (average.c). */
-static void AverageRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[])
-{
-  const PetscReal core = SlipAverageCore(g->average);
-  const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz;
-  const PetscReal G = g->shear_modulus, nu = g->poisson_ratio, s = 2 * g->depth_top + (PetscReal)(r + 1) * b;
-
-  for (PetscInt d = 0; d < nk; d++) {
-    const PetscReal dx = (PetscReal)d * a;
-
-    row[3 * d] = r < g->nz ? SlipAverageDirect_Private(G, nu, core, dx, (PetscReal)r * b, a, b) : 0;
-    row[3 * d + 1] = row[3 * d + 2] = 0;
-    if (!g->full_space) SlipAverageSurface_Private(G, nu, core, dx, s, a, b, row + 3 * d + 1);
-  }
-}
-
 /* The three kernels at every distance along strike for depth index r (z - z' = r b, s = 2 top + (r + 1) b), [nk][3]. */
 static void KernelRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[])
 {
+  const SlipKernel *kernel = &g->kernel;
   const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz;
-  const PetscReal G = g->shear_modulus, nu = g->poisson_ratio, s = 2 * g->depth_top + (PetscReal)(r + 1) * b;
+  const PetscReal s = 2 * g->depth_top + (PetscReal)(r + 1) * b;
+  const PetscBool even = SlipKernelIs(kernel, SLIP_EVEN_DEPTH);
 
   for (PetscInt d = 0; d < nk; d++) {
     const PetscReal dx = (PetscReal)d * a;
-    PetscReal part[3] = {0, 0, 0};
 
-    if (!g->full_space) SlipKernelSurface_Private(G, nu, dx, s, a, b, part);
-    row[3 * d] = r < g->nz ? SlipKernelFullSpace(G, nu, dx, (PetscReal)r * b, a, b) : 0;
-    row[3 * d + 1] = part[0] + s * (0.5 * part[1] + 0.5 * s * part[2]);
-    row[3 * d + 2] = part[2];
+    row[3 * d] = r < g->nz ? SlipKernelDirect(kernel, dx, (PetscReal)r * b, a, b) : 0;
+    row[3 * d + 1] = row[3 * d + 2] = 0;
+    if (!even) kernel->type->surface(kernel, dx, s, a, b, row + 3 * d + 1);
   }
 }
 
@@ -71,7 +51,7 @@ static PetscErrorCode KernelsByWave(SlipToeplitz p, MPI_Comm comm, PetscReal **k
   for (PetscInt r = 0; r < l.rows; r++) {
     PetscReal *row = rows + (size_t)r * 3 * nk;
 
-    (*(p->grid.average ? AverageRow : KernelRow))(&p->grid, l.row_start + r, nk, row);
+    KernelRow(&p->grid, l.row_start + r, nk, row);
     fftw_execute_r2r(cosine, row, row);
   }
   PetscCall(SlipTranspose(comm, depths, nk, 3, rows, *kernels));
@@ -140,7 +120,8 @@ static PetscErrorCode FormStiffness(SlipToeplitz p, MPI_Comm comm)
 
   PetscFunctionBegin;
   PetscCall(KernelsByWave(p, comm, &kernels));
-  PetscCall(SlipToeplitzSetSymbol(p, 3, p->grid.full_space ? 1 : 3, kernels, &p->stiffness));
+  PetscCall(
+    SlipToeplitzSetSymbol(p, 3, SlipKernelIs(&p->grid.kernel, SLIP_EVEN_DEPTH) ? 1 : 3, kernels, &p->stiffness));
   fftw_free(kernels);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

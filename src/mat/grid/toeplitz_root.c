@@ -24,7 +24,7 @@ static PetscErrorCode ChooseImage(SlipToeplitz p)
   const PetscReal gap = 2 * g->depth_top * (PetscReal)g->nz / g->length_z;
 
   PetscFunctionBegin;
-  p->image = (PetscBool)(!g->full_space && gap <= SLIP_IMAGE_GAP * (PetscReal)g->nz);
+  p->image = (PetscBool)(!SlipKernelIs(&g->kernel, SLIP_EVEN_DEPTH) && gap <= SLIP_IMAGE_GAP * (PetscReal)g->nz);
   p->gap = p->image ? (PetscInt)PetscFloorReal(gap + 0.5) : 0;
   p->length = SlipGoodLength(p->image ? 2 * g->nz + p->gap : g->nz);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -75,7 +75,6 @@ static PetscErrorCode FormWaves(SlipToeplitz p)
   const SlipGrid *g = &p->grid;
   const PetscInt nk = p->period / 2 + 1, depths = p->length + 1;
   const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz;
-  const PetscReal G = g->shear_modulus, nu = g->poisson_ratio;
   const SlipLayout l = SlipLayoutOf(p->comm, depths, nk, 1);
   PetscReal *rows;
   fftw_plan strike, depth;
@@ -88,12 +87,8 @@ static PetscErrorCode FormWaves(SlipToeplitz p)
   for (PetscInt r = 0; r < l.rows; r++) {
     PetscReal *row = rows + (size_t)r * nk;
 
-    for (PetscInt d = 0; d < nk; d++) {
-      const PetscReal dx = (PetscReal)d * a, dz = (PetscReal)(l.row_start + r) * b;
-
-      row[d] = g->average ? SlipAverageDirect_Private(G, nu, SlipAverageCore(g->average), dx, dz, a, b)
-                          : SlipKernelFullSpace(G, nu, dx, dz, a, b);
-    }
+    for (PetscInt d = 0; d < nk; d++)
+      row[d] = SlipKernelDirect(&g->kernel, (PetscReal)d * a, (PetscReal)(l.row_start + r) * b, a, b);
     fftw_execute_r2r(strike, row, row);
   }
   PetscCall(SlipTranspose(p->comm, depths, nk, 1, rows, p->symbol));

@@ -94,8 +94,8 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
   A_i / mean(A) of MatSlipGetWeights(): M, tau and the friction stay per unit area, all operators are symmetric,
   and u.S u / (2 N) is the mean elastic energy per unit area. On cells of one size S = (K + K')/2.
 
-  By cells->average K_ij is the average over cell i of SlipKernelAverage(), and reciprocity is exact. The core of an edge is
-  SLIP_CORE_CELL of the geometric mean of the extents across it of the cells that share it, or of the cell's own where no
+  By cells->kernel.average K_ij is the average over cell i of SlipKernelAverage(), and reciprocity is exact. The core of
+  an edge is SLIP_CORE_CELL of the geometric mean of the extents across it of the cells that share it, or of the cell's own where no
   cell follows. With SLIP_AVERAGE_WHOLE it is SLIP_CORE_INNER of the former, SLIP_CORE_BORDER of the latter.
 
   Errors: those of SlipCellsCheck(), PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_OUTOFRANGE for the tolerance
@@ -128,7 +128,7 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
              "The stiffness of an irregular mesh cannot be of type \"%s\"; known: dense, hmat, auto", type);
   PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   own = *cells;
-  if (own.average) PetscCall(SlipCellsEdges(cells, &edges));
+  if (own.kernel.average) PetscCall(SlipCellsEdges(cells, &edges));
   own.edges = edges;
   PetscCall(SlipCellTypes[k].create(comm, &own, tolerance, S));
   PetscCall(PetscFree(edges));

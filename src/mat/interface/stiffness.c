@@ -29,7 +29,7 @@ static PetscErrorCode StiffnessCreate_Dense(MPI_Comm comm, const SlipGrid *g, Ma
       const PetscInt d = PetscAbsInt(i % nx - j % nx);
 
       a[(size_t)j * lda + (i - rstart)] = kernel[((size_t)d * nz + i / nx) * nz + j / nx];
-      if (i == j && g->average == SLIP_AVERAGE_WHOLE)
+      if (i == j && g->kernel.average == SLIP_AVERAGE_WHOLE)
         a[(size_t)j * lda + (i - rstart)] += SlipGridBorder(g, i % nx, i / nx);
     }
   PetscCall(MatDenseRestoreArrayWrite(*K, &a));
@@ -55,7 +55,7 @@ static const struct {
 
   Input Parameters:
 + comm - communicator
-. grid - cells, extents [m] and elastic constants
+. grid - cells, extents [m] and kernel
 - type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact) or "auto"
 
   Output Parameter:
@@ -63,7 +63,7 @@ static const struct {
 
   Notes:
   Entry (i, j) is the stress drop at the centre of cell i for unit slip on cell j. Collocation at centres is not exactly
-  symmetric below a free surface; K is the symmetric part. By grid->average it is the average over cell i of
+  symmetric below a free surface; K is the symmetric part. By grid->kernel.average it is the average over cell i of
   SlipKernelAverage(), symmetric as it is: of SLIP_AVERAGE_CELL with the core SLIP_CORE_CELL of all edges; of
   SLIP_AVERAGE_WHOLE with SLIP_CORE_INNER, and SLIP_CORE_BORDER at the edges of the grid other than the free surface. The
   viscosities "spectral" and "toeplitz" do not know that last K. MatScale(), MatGetDiagonal() and conversion to MATDENSE
@@ -103,8 +103,9 @@ PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const
                        grid->nx * grid->nz > SLIP_DENSE_MAX ? "more than" : "at most", SLIP_DENSE_MAX));
   else
     PetscCall(SlipNote(*K, "SlipWhy", "%s as asked", type));
-  /* K is more than the grid's kernel, which others take apart, where cells at the border differ */
-  if (grid->average != SLIP_AVERAGE_WHOLE) PetscCall(SlipGridCompose(*K, grid));
+  /* Others take the grid's kernel apart by transforms. K is more than that where cells at the border differ. */
+  if (grid->kernel.average != SLIP_AVERAGE_WHOLE && SlipKernelTransforms(&grid->kernel))
+    PetscCall(SlipGridCompose(*K, grid));
   PetscCall(MatSetOption(*K, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatSetOption(*K, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,0 +1,81 @@
+/*
+  Kernels, what the entries of a stiffness are computed from, and the one of vertical strike-slip rectangles: the closed
+  forms of the files beside this one as a row of functions.
+*/
+#include <slipcompat.h>
+#include <slipstep/private/slipelasticity.h>
+
+/*@
+  SlipKernelCheck - refuse a kernel that no stiffness can be computed from
+
+  Not collective, but every process of comm must pass the same kernel
+
+  Input Parameters:
++ comm   - communicator of the error messages
+- kernel - the kernel
+
+  Errors: PETSC_ERR_ARG_NULL without a type, PETSC_ERR_ARG_OUTOFRANGE for elastic constants out of range, PETSC_ERR_SUP
+  for more than one component of slip, rows of normal stress, and averages that the type does not know
+
+  Level: developer
+
+.seealso: SlipKernelBlock(), MatCreateSlipStiffness(), MatCreateSlipCellStiffness()
+@*/
+PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *k)
+{
+  PetscFunctionBegin;
+  PetscCheck(k->type && k->type->centre, comm, PETSC_ERR_ARG_NULL,
+             "A kernel needs a type with a function for the centre, such as SlipKernelStrikeSlip");
+  PetscCheck(k->shear_modulus > 0 && PetscIsNormalReal(k->shear_modulus), comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Shear modulus must be positive and finite, not %g Pa", (double)k->shear_modulus);
+  PetscCheck(k->poisson_ratio > -1 && k->poisson_ratio < 0.5, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Poisson's ratio must lie in (-1, 0.5), not %g", (double)k->poisson_ratio);
+  PetscCheck(k->type->components == 1 && k->type->normals == 0, comm, PETSC_ERR_SUP,
+             "Kernel \"%s\" has %" PetscInt_FMT " components of slip and %" PetscInt_FMT
+             " rows of normal stress, expected 1 and 0",
+             k->type->name, k->type->components, k->type->normals);
+  PetscCheck(k->average == SLIP_AVERAGE_CENTRE || k->type->average, comm, PETSC_ERR_SUP,
+             "Kernel \"%s\" knows no average over a cell, expected SLIP_AVERAGE_CENTRE", k->type->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void Centre_StrikeSlip(const SlipKernel *k, const SlipRectangle *r, const SlipRectangle *s, PetscReal block[])
+{
+  block[0] = SlipKernelOffset(k->shear_modulus, k->poisson_ratio, r->x - s->x, r->y - s->y, r->z, s->z, s->length,
+                              s->width, k->full_space);
+}
+
+/* An edge that both have has the mean core. */
+static void Average_StrikeSlip(const SlipKernel *k, const SlipRectangle *r, const SlipRectangle *s, PetscReal block[])
+{
+  const PetscReal share = SlipAverageCore(k->average);
+  const PetscReal core[2] = {share * PetscSqrtReal(r->length * s->length), share * PetscSqrtReal(r->width * s->width)};
+
+  block[0] = SlipKernelAverage(k->shear_modulus, k->poisson_ratio, r, s, core, k->full_space);
+}
+
+/* Averages have that form as they are; of the values at centres c + z l + z^2 q (dislocation.c) the symmetric part has,
+   as (z + z')/2 l and (z^2 + z'^2)/2 q are s/2 l and s^2/2 q - z z' q, s = z + z'. */
+static void Surface_StrikeSlip(const SlipKernel *k, PetscReal dx, PetscReal s, PetscReal a, PetscReal b,
+                               PetscReal part[2])
+{
+  PetscReal centre[3];
+
+  if (k->average) {
+    SlipAverageSurface_Private(k->shear_modulus, k->poisson_ratio, SlipAverageCore(k->average), dx, s, a, b, part);
+    return;
+  }
+  SlipKernelSurface_Private(k->shear_modulus, k->poisson_ratio, dx, s, a, b, centre);
+  part[0] = centre[0] + s * (0.5 * centre[1] + 0.5 * s * centre[2]);
+  part[1] = centre[2];
+}
+
+const SlipKernelType SlipKernelStrikeSlip = {
+  .name = "strike_slip",
+  .components = 1,
+  .symmetry = {SLIP_EVEN_STRIKE, SLIP_EVEN_STRIKE | SLIP_EVEN_DEPTH},
+  .centre = Centre_StrikeSlip,
+  .average = Average_StrikeSlip,
+  .surface = Surface_StrikeSlip,
+  .edge = SlipAverageEdge_Private,
+};
