@@ -21,7 +21,7 @@ ctest --test-dir "$build" --output-on-failure --no-tests=error -j 2 -L '^(unit|m
 
 room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
-bin=$PWD/$build/bin
+bin=$(cd "$build" && pwd)/bin # the folder may be named from here or from /
 policy=$SLIPSTEP_SOURCE/training/policies/fault.h5
 try() {
   if (cd "$room" && "$@" -malloc_dump >out 2>&1 && ! grep -q "^\[ *[0-9]*\] *[0-9]* bytes" out); then

@@ -186,7 +186,7 @@ done
 for option in ts_rtol ts_adapt_safety ts_bathe_gamma snes_rtol ksp_max_it; do
   expect "\"abc\" is not a number (-$option)" "${mesh[@]}" -$option abc
 done
-expect "-ts_bathe_gamma is 1.5, expected a number in (0, 1)" "${mesh[@]}" -ts_bathe_gamma 1.5
+for gamma in 0 1.5; do expect "-ts_bathe_gamma is $gamma" "${mesh[@]}" -ts_bathe_gamma $gamma; done
 expect "-ts_bathe_order is 0, expected at least 1" "${mesh[@]}" -ts_bathe_order 0
 for option in ts_max_steps ts_max_snes_failures snes_max_it ksp_max_it; do
   expect "\"2.5\" is not a whole number (-$option)" "${mesh[@]}" -$option 2.5
