@@ -3,8 +3,23 @@
 #include <slipstep.h>
 #include <slipcompat.h>
 
+typedef struct {
+  const char *name;
+  PetscReal value;
+} FaultReal;
+
+/* SlipFaultSetReal() of several: FaultSetReals(fault, {"nx", 3}, {"nz", 2}) */
+#define FaultSetReals(fault, ...)                                                                                      \
+  FaultSetRows(fault, sizeof((const FaultReal[]){__VA_ARGS__}) / sizeof(FaultReal), (const FaultReal[]){__VA_ARGS__})
+static inline PetscErrorCode FaultSetRows(SlipFault fault, size_t n, const FaultReal row[])
+{
+  PetscFunctionBegin;
+  for (size_t i = 0; i < n; i++) PetscCall(SlipFaultSetReal(fault, row[i].name, row[i].value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The fault set up, its state, and a TS of it up to time end [s] under a type of TSAdapt; dt [s] is the first step, and
-   every step of TSADAPTNONE; 0 leaves it to the fault. */
+   every step of TSADAPTNONE; NULL and 0 leave these to the fault. */
 static inline PetscErrorCode FaultStart(SlipFault fault, TSAdaptType type, PetscReal dt, PetscReal end, Vec *w, TS *ts)
 {
   TSAdapt adapt;
@@ -16,8 +31,8 @@ static inline PetscErrorCode FaultStart(SlipFault fault, TSAdaptType type, Petsc
   PetscCall(TSCreate(PetscObjectComm((PetscObject)*w), ts));
   PetscCall(SlipFaultConfigureTS(fault, *ts));
   PetscCall(TSGetAdapt(*ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, type));
+  if (type) PetscCall(TSAdaptSetType(adapt, type));
   if (dt > 0) PetscCall(TSSetTimeStep(*ts, dt));
-  PetscCall(TSSetMaxTime(*ts, end));
+  if (end > 0) PetscCall(TSSetMaxTime(*ts, end));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

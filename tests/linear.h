@@ -26,8 +26,7 @@ static inline PetscErrorCode LinearResidual(SlipConstraint con, Vec x, Vec g, vo
 static inline PetscErrorCode LinearJacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
 {
   PetscFunctionBegin;
-  (void)con;
-  (void)x;
+  (void)con, (void)x;
   *B = ((LinearSystem *)ctx)->B;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -35,8 +34,7 @@ static inline PetscErrorCode LinearJacobian(SlipConstraint con, Vec x, Mat *B, v
 static inline PetscErrorCode LinearBound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
   PetscFunctionBegin;
-  (void)con;
-  (void)x;
+  (void)con, (void)x;
   PetscCall(VecSet(q, ((LinearSystem *)ctx)->q));
   if (dq) PetscCall(VecZeroEntries(dq));
   PetscFunctionReturn(PETSC_SUCCESS);

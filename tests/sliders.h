@@ -98,8 +98,7 @@ static PetscErrorCode SlidersBoundState(SlipConstraint con, PetscReal t, Vec w, 
   Sliders *p = (Sliders *)ctx;
 
   PetscFunctionBegin;
-  (void)con;
-  (void)t;
+  (void)con, (void)t;
   PetscCall(SlidersGet(w, 2, p->work));
   PetscCall(SlidersFriction(p, p->work, NULL, 0.0, q, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -108,8 +107,7 @@ static PetscErrorCode SlidersBoundState(SlipConstraint con, PetscReal t, Vec w, 
 static PetscErrorCode SlidersReduce(SlipConstraint con, Vec w, Vec x, void *ctx)
 {
   PetscFunctionBegin;
-  (void)con;
-  (void)ctx;
+  (void)con, (void)ctx;
   PetscCall(SlidersGet(w, 0, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -136,8 +134,7 @@ static PetscErrorCode SlidersSmooth(SlipConstraint con, PetscReal t, Vec w, Vec 
   Vec v, f;
 
   PetscFunctionBegin;
-  (void)con;
-  (void)t;
+  (void)con, (void)t;
   PetscCall(VecDuplicate(p->work, &v));
   PetscCall(VecDuplicate(p->work, &f));
   PetscCall(SlidersGet(w, 0, v));

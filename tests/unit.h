@@ -42,6 +42,12 @@ static inline PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, co
     if (!strstr(message, want)) fail_msg("expected \"%s\" in \"%s\"", want, message);                                  \
   } while (0)
 
+static inline void AssertNear(PetscReal value, PetscReal reference, PetscReal allowed)
+{
+  if (!(PetscAbsReal(value - reference) <= allowed))
+    fail_msg("%.15g, expected %.15g, off by %g", (double)value, (double)reference, (double)(value - reference));
+}
+
 /* Vectors like v, by their addresses */
 #define VecsDuplicate(v, ...)                                                                                          \
   do {                                                                                                                 \
@@ -49,13 +55,11 @@ static inline PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, co
     for (size_t one = 0; one < sizeof(each) / sizeof(*each); one++) ok(VecDuplicate(v, each[one]));                    \
   } while (0)
 
-/* VecDestroy() and MatDestroy() of several, by their addresses */
-#define VecsDestroy(...) DestroyEach(VecDestroy, Vec, __VA_ARGS__)
-#define MatsDestroy(...) DestroyEach(MatDestroy, Mat, __VA_ARGS__)
-#define DestroyEach(Destroy, Type, ...)                                                                                \
+/* Destroys PETSc's objects and ours, of any classes, by their addresses */
+#define ObjectsDestroy(...)                                                                                            \
   do {                                                                                                                 \
-    Type *const each[] = {__VA_ARGS__};                                                                                \
-    for (size_t one = 0; one < sizeof(each) / sizeof(*each); one++) ok(Destroy(each[one]));                            \
+    void *const each[] = {__VA_ARGS__};                                                                                \
+    for (size_t one = 0; one < sizeof(each) / sizeof(*each); one++) ok(PetscObjectDestroy((PetscObject *)each[one]));  \
   } while (0)
 
 /* main() of a program of these tests, between PETSc's start and end; _WITH: setup and teardown of the group. */

@@ -16,8 +16,7 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
   PetscFunctionBegin;
   for (int i = 0; options[i]; i += 2) PetscCall(PetscOptionsSetValue(NULL, options[i], options[i + 1]));
   PetscCall(SlipFaultCreate(comm, &fault));
-  PetscCall(SlipFaultSetReal(fault, "nx", 11));
-  PetscCall(SlipFaultSetReal(fault, "nz", 9));
+  PetscCall(FaultSetReals(fault, {"nx", 11}, {"nz", 9}));
   PetscCall(SlipFaultSetString(fault, "operator", operator));
   PetscCall(SlipFaultSetString(fault, "stiffness_scaling", "mean_slip"));
   PetscCall(FaultStart(fault, TSADAPTNONE, 1.5, 15, &w, &ts));

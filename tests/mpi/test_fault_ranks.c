@@ -24,10 +24,7 @@ static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *ou
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCreate(comm, &fault));
-  PetscCall(SlipFaultSetReal(fault, "nx", NX));
-  PetscCall(SlipFaultSetReal(fault, "nz", NZ));
-  PetscCall(SlipFaultSetReal(fault, "loading_rate", 2e-3));
-  PetscCall(SlipFaultSetReal(fault, "output_interval", 40));
+  PetscCall(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"loading_rate", 2e-3}, {"output_interval", 40}));
   PetscCall(SlipFaultSetString(fault, "output", output));
   PetscCall(FaultStart(fault, TSADAPTNONE, 0.1, 15, &w, &ts));
   PetscCall(SlipFaultOutputStart(fault, ts));

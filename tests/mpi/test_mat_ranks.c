@@ -49,7 +49,7 @@ static PetscReal DistanceToSerial(Mat A, Mat serial)
   ok(VecRestoreArrayRead(y, &py));
   ok(VecRestoreArrayRead(ys, &ps));
   ok(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPIU_REAL, MPI_MAX, PETSC_COMM_WORLD));
-  VecsDestroy(&x, &y, &xs, &ys);
+  ObjectsDestroy(&x, &y, &xs, &ys);
   return worst / norm;
 }
 
@@ -92,7 +92,7 @@ static Operators Create(MPI_Comm comm, const SlipGrid *grid, const char *type)
 
 static void Destroy(Operators *o)
 {
-  MatsDestroy(&o->K, &o->H, &o->B);
+  ObjectsDestroy(&o->K, &o->H, &o->B);
 }
 
 /* Products against one rank's: |K - K'|, |H - H'|, |B - B'|; tolerance 0: not compared */
@@ -182,7 +182,7 @@ static void test_preconditioner_does_not_depend_on_ranks(void **state)
         P_serial = PreconditionerOf(PETSC_COMM_SELF, serial.B, &pc_serial);
 
     assert_true(DistanceToSerial(P, P_serial) < 1e-12);
-    MatsDestroy(&P, &P_serial);
+    ObjectsDestroy(&P, &P_serial);
     ok(PCDestroy(&pc));
     ok(PCDestroy(&pc_serial));
     Destroy(&o);
@@ -217,7 +217,7 @@ static void test_lean_viscosities_do_not_depend_on_ranks(void **state)
       ok(MatSlipViscositySetTolerance(H_serial, 1e-10));
       AssertDefaultLayout(H);
       assert_true(DistanceToSerial(H, H_serial) < rows[t].tolerance);
-      MatsDestroy(&H, &H_serial, &K, &K_serial);
+      ObjectsDestroy(&H, &H_serial, &K, &K_serial);
     }
   ok(PetscOptionsClearValue(NULL, "-mat_slipspectral_type"));
 }

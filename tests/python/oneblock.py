@@ -5,7 +5,7 @@ order with steps by doubling while it slides, its ends and its largest rate by r
 
 Without inertia v follows from u and s. It never slides back here: what would push it back is far below the strength, which is checked."""
 
-from math import exp, log, sqrt
+from math import exp, sqrt
 
 import numpy as np
 

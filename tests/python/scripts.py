@@ -12,6 +12,8 @@ import unittest
 from unittest import mock
 
 SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+BUILD = os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build"))
+FAULT = os.path.join(BUILD, "bin", "fault")
 OUTPUT = os.path.join(SOURCE, "output")
 sys.path.insert(0, OUTPUT)
 from slipstep_modules import need
@@ -29,6 +31,17 @@ class ScriptTest(unittest.TestCase):
 
     def script(self, name, *arguments):
         return subprocess.run([sys.executable, os.path.join(OUTPUT, name), *arguments], capture_output=True, text=True)
+
+
+class FaultTest(ScriptTest):
+    """Runs of the program fault in a folder of their own."""
+
+    def fault(self, *options, ranks=1, code=0, program=FAULT, **more):
+        """What a run prints that ends with this code."""
+        command = (["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []) + [program, *map(str, options)]
+        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True, **more)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return done.stdout + done.stderr
 
 
 class PictureTest(ScriptTest):

@@ -5,11 +5,10 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-import scripts
+from scripts import FAULT, OUTPUT, SOURCE, FaultTest
 
 import h5py
 import numpy as np
@@ -17,8 +16,6 @@ import numpy as np
 from slipstep_catalogue import Catalogue
 
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")  # as in test_output_whole.py
-BUILD, SOURCE = os.environ["SLIPSTEP_BUILD"], os.environ["SLIPSTEP_SOURCE"]
-FAULT = os.path.join(BUILD, "bin", "fault")
 GRID = ("-fault_nx", "6", "-fault_nz", "5")
 G = 30e9
 # of stick slip: 13 events in 1e9 s
@@ -26,20 +23,7 @@ LOADED = ("-fault_nx", "1", "-fault_nz", "1", "-fault_loading_rate", "1e-9", "-f
 FIXED = ("onset", "end", "x", "z", "area", "mean_slip", "max_slip", "moment", "magnitude", "stress_drop", "peak_slip_rate")
 
 
-class CatalogueTest(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.folder.name, name)
-
-    def fault(self, *options, ranks=1, code=0):
-        command = (["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []) + [FAULT, *options]
-        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return done.stdout + done.stderr
-
+class CatalogueTest(FaultTest):
     def same(self, a, b, tolerance):
         """Two catalogues, relative to the largest value of each column"""
         a, b = Catalogue(self.path(a)), Catalogue(self.path(b))
@@ -258,7 +242,7 @@ class CatalogueTest(unittest.TestCase):
 
     def test_csv(self):
         self.fault(*LOADED, "-ts_max_time", "2e9", "-fault_catalogue", "events.h5")
-        script = os.path.join(scripts.OUTPUT, "catalogue_csv.py")
+        script = os.path.join(OUTPUT, "catalogue_csv.py")
         done = subprocess.run([sys.executable, script, self.path("events.h5"), self.path("events.csv")], capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
         shown = subprocess.run([sys.executable, script, self.path("events.h5")], capture_output=True, text=True)

@@ -5,12 +5,11 @@ import os
 import subprocess
 import unittest
 
-from scripts import ScriptTest
+from scripts import FAULT, ScriptTest
 
 import h5py
 import numpy as np
 
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 # rate and state from its unstable steady state, with a first step of three years
 RUN = ("-fault_friction_law", "rate_and_state", "-fault_nx", "6", "-fault_nz", "3", "-fault_length_x", "24e3", "-fault_length_z", "12e3",
        "-fault_kernel", "full_space", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0", "-fault_loading_rate", "1e-9",

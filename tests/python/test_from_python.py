@@ -7,12 +7,11 @@ import sys
 import tempfile
 import unittest
 
-from scripts import SOURCE
+from scripts import BUILD, SOURCE
 
 import h5py
 import numpy as np
 
-BUILD = os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build"))
 MODULE = os.path.join(BUILD, "lib", "python3")
 EXAMPLE = os.path.join(SOURCE, "examples", "from_python.py")
 

@@ -7,9 +7,8 @@ import subprocess
 import sys
 import tempfile
 
-from scripts import SOURCE
+from scripts import BUILD, SOURCE
 
-BUILD = os.environ["SLIPSTEP_BUILD"]
 
 sys.path.insert(0, os.path.join(SOURCE, "tests", "benchmarks"))
 sys.path.insert(0, os.path.join(SOURCE, "examples"))

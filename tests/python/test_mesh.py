@@ -3,26 +3,21 @@
 import os
 import subprocess
 import sys
-import tempfile
 import unittest
 
-import scripts  # noqa: F401: before modules that may be missing
+from scripts import BUILD, SOURCE, ScriptTest
 
 import h5py
 import numpy as np
 
-BUILD, SOURCE = os.environ["SLIPSTEP_BUILD"], os.environ["SLIPSTEP_SOURCE"]
 # the study's scaling of the stiffness, by which these faults break all over
 SCALED = ("-fault_stiffness_scaling", "mean_slip")
 
 
-class Mesh(unittest.TestCase):
+class Mesh(ScriptTest):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.mesh = os.path.join(self.folder.name, "mesh.h5")
-
-    def tearDown(self):
-        self.folder.cleanup()
+        super().setUp()
+        self.mesh = self.path("mesh.h5")
 
     def make(self, *arguments):
         subprocess.run([sys.executable, os.path.join(SOURCE, "examples/make_mesh.py"), self.mesh, *arguments], check=True,

@@ -1,16 +1,13 @@
 #!/usr/bin/env python3
 """What the output of an explicit run of rate-and-state friction holds: attempts and what they cost, moment rate and the parameters that
 it is made of, pore pressure; also of a run that goes on from a checkpoint."""
-import os
-import subprocess
 import unittest
 
-from scripts import ScriptTest
+from scripts import FaultTest
 
 import h5py
 import numpy as np
 
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 YEAR = 31557600.0
 RUN = ["-fault_nx", "6", "-fault_nz", "4", "-fault_length_x", "12e3", "-fault_length_z", "8e3", "-fault_friction_law", "rate_and_state",
        "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0", "-fault_loading_rate", "1e-9", "-fault_initial_rate", "1e-10",
@@ -18,11 +15,9 @@ RUN = ["-fault_nx", "6", "-fault_nz", "4", "-fault_length_x", "12e3", "-fault_le
 ADAMS, RK = ["-ts_adapt_type", "basic"], ["-ts_type", "rk", "-ts_rk_type", "3bs", "-ts_adapt_type", "basic"]
 
 
-class Explicit(ScriptTest):
-    def fault(self, name, *options, code=0):
-        done = subprocess.run([FAULT, *RUN, "-fault_output", name, *options], cwd=self.folder.name, capture_output=True, text=True)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return done.stdout + done.stderr
+class Explicit(FaultTest):
+    def fault(self, name, *options, **more):
+        return super().fault(*RUN, "-fault_output", name, *options, **more)
 
     def test_attempts(self):
         """Rows are all attempts, in order; an attempt has the right-hand sides of its integrator, two of Adams' formulas and one where

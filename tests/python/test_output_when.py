@@ -7,12 +7,11 @@ import subprocess
 import sys
 import unittest
 
-from scripts import SOURCE, ScriptTest
+from scripts import SOURCE, FaultTest
 
 import h5py
 import numpy as np
 
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 GRID = ["-fault_nx", "6", "-fault_nz", "5", "-fault_loading_rate", "1e-3", "-ts_max_time", "30"]
 FLOOR = 1e-10 / (3000 * (2500 / 30e9) ** 0.5)  # the tolerance of slip rates [m/s], below which they do not count
 LOADING = 1e-3  # [m/s]
@@ -32,12 +31,9 @@ def due(time, displacement, rate, steps=0, slip=np.inf, interval=np.inf, factor=
     return found if found[-1] == len(time) - 1 else found + [len(time) - 1]
 
 
-class When(ScriptTest):
-    def fault(self, *options, ranks=1, code=0, grid=GRID):
-        command = [FAULT, *grid, *options] if ranks == 1 else ["mpirun", "--oversubscribe", "-n", str(ranks), FAULT, *grid, *options]
-        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return done.stdout if code == 0 else done.stderr
+class When(FaultTest):
+    def fault(self, *options, grid=GRID, **more):
+        return super().fault(*grid, *options, **more)
 
     def fields(self, name):
         with h5py.File(self.path(name)) as file:

@@ -5,14 +5,12 @@ MOMENTS of each kind (default 3), drawn by a SEED: test_output_whole.py [MOMENTS
 import os
 import random
 import resource
-import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 import time
 
-import scripts  # says what is missing
+from scripts import FAULT, OUTPUT
 
 import h5py
 import numpy as np
@@ -22,7 +20,6 @@ os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
 # Open MPI 5 begins with a file of 16 MB in /dev/shm for its messages, under the limits of sizes below too, whose signal ends the process within
 # MPI_Init(); and what is killed leaves that file, which a later process whose random name is the same takes as its own, without the signal.
 os.environ["OMPI_MCA_btl"] = "self"  # runs on one rank send nothing
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 MOMENTS = int(sys.argv[1]) if len(sys.argv) > 1 else 3
 STEP, STEPS = 0.0625, 480  # [s]; 3.2 kB of fields a step
 RUN = [FAULT, "-fault_nx", "10", "-fault_nz", "10", "-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", str(STEP),
@@ -92,10 +89,10 @@ def read_by_scripts(folder):
     run.wait()
     rows = check_rows(os.path.join(folder, "run.h5.part"), 0)
     for command in (["plot_run.py", "run.h5.part"], ["compare.py", "run.h5.part", "--figure", "c.png"]):
-        done = subprocess.run([sys.executable, os.path.join(scripts.OUTPUT, command[0])] + command[1:], cwd=folder, capture_output=True, text=True)
+        done = subprocess.run([sys.executable, os.path.join(OUTPUT, command[0])] + command[1:], cwd=folder, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         assert f"{command[0]}: run.h5.part is unfinished: complete = 0" in done.stderr and done.stderr.count("\n") == 1, done.stderr
-    done = subprocess.run([sys.executable, os.path.join(scripts.OUTPUT, "plot_run.py"), "run.h5"], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, os.path.join(OUTPUT, "plot_run.py"), "run.h5"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 1 and "run.h5.part is there, of a run that has not ended" in done.stderr, done.stderr
     done = subprocess.run(RUN[:-1] + ["-fault_output", "run.h5"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 1 and "rows of an unfinished run: continue it with -fault_restart CHECKPOINT" in done.stderr

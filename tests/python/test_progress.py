@@ -9,9 +9,8 @@ import subprocess
 import time
 import unittest
 
-from scripts import ScriptTest
+from scripts import FAULT, ScriptTest
 
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 RANKS = ["mpirun", "--oversubscribe", "-n", "2"]
 # Steps without end, each in well under a millisecond
 ENDLESS = ["-fault_nx", "3", "-fault_nz", "3", "-ts_adapt_type", "none", "-ts_dt", "1e-6", "-ts_max_time", "600"]

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import unittest
 
-from scripts import SOURCE, PictureTest
+from scripts import FAULT, SOURCE, PictureTest
 
 import h5py
 import numpy as np
@@ -19,7 +19,6 @@ from slipstep_events import Events
 from slipstep_output import Run
 from slipstep_time import YEAR
 
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 
 
 def read(path):

@@ -6,9 +6,9 @@ import subprocess
 import sys
 import tempfile
 import unittest
-from math import exp, log, pi, sqrt
+from math import log, pi, sqrt
 
-import scripts
+from scripts import FAULT, SOURCE, FaultTest
 from oneblock import Block
 
 import h5py
@@ -16,11 +16,10 @@ import numpy as np
 
 from slipstep_catalogue import Catalogue
 
-sys.path.insert(0, os.path.join(scripts.SOURCE, "tests", "benchmarks"))
+sys.path.insert(0, os.path.join(SOURCE, "tests", "benchmarks"))
 import nucleation
 
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")  # as in test_output_whole.py
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 G, RHO, NU, SIDE, SIGMA, RESIDUAL, DROP, SLIP, LOADING, HEALING = 30e9, 2500.0, 0.25, 1000.0, 50e6, 0.5, 0.1, 0.05, 1e-9, 3.15576e7
 K = G * sqrt(2) / pi * (7 / 3) / SIDE  # of a square in a full space
 H = G / (2 * sqrt(G / RHO))
@@ -29,7 +28,7 @@ BLOCK = ("-fault_nx", 1, "-fault_nz", 1, "-fault_length_x", SIDE, "-fault_length
          "-fault_loading_rate", LOADING, "-fault_viscosity", "radiation", "-fault_progress", "no", "-fault_catalogue", "events.h5")
 
 
-class SequencesTest(unittest.TestCase):
+class SequencesTest(FaultTest):
     @classmethod
     def setUpClass(cls):
         """The first events of the reference; from the fifth on they repeat themselves, to 2e-7 of the interval with inertia."""
@@ -38,20 +37,13 @@ class SequencesTest(unittest.TestCase):
             block = Block(K, H, mass, SIGMA, RESIDUAL, DROP, SLIP, LOADING, HEALING, tolerance=1e-8)
             cls.reference[inertia] = block.run(np.inf, count=6)
 
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-
     def events(self, *options, count=100, slip=SLIP, healing=HEALING, until=None):
         inertia = options[1]
         end = self.expected(inertia, count)[-1, 1] + 1e7 if until is None else until
-        path = os.path.join(self.folder.name, "events.h5")
-        if os.path.exists(path):
-            os.remove(path)
-        command = [FAULT, *map(str, BLOCK), "-fault_friction_slip", str(slip), "-fault_healing_time", str(healing), "-ts_max_time", f"{end:.17g}", *options]
-        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True, timeout=1000)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return Catalogue(path).event
+        if os.path.exists(self.path("events.h5")):
+            os.remove(self.path("events.h5"))
+        self.fault(*BLOCK, "-fault_friction_slip", slip, "-fault_healing_time", healing, "-ts_max_time", f"{end:.17g}", *options, timeout=1000)
+        return Catalogue(self.path("events.h5")).event
 
     def expected(self, inertia, count):
         """onset, end, slip, largest rate, its time of so many events"""

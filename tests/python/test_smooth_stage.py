@@ -2,12 +2,10 @@
 Radau's method of scipy in (ln v, u, psi) with inertia, for one cell and for several."""
 
 import os
-import subprocess
-import tempfile
 import unittest
 from math import log, pi, sqrt
 
-import scripts
+from scripts import FaultTest
 
 import h5py
 import numpy as np
@@ -20,7 +18,6 @@ except ImportError:
     solve_ivp = None
 
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")  # as in test_output_whole.py
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 G, RHO, SIDE, SIGMA, A, B, SLIP, F0, V0, LOADING = 30e9, 2500.0, 20e3, 25e6, 0.012, 0.02, 0.05, 0.6, 1e-6, 1e-9
 START, THETA, ZETA, THICKNESS = 3e-9, 5e7, 0.8 / 3, 3e3
 THRESHOLD = 1e-2
@@ -62,22 +59,15 @@ class Reference:
         return done.t_events[0], np.exp(done.y[:n, -1]), done.y[n:2 * n, -1] + LOADING * end, np.exp(done.y[2 * n:, -1]) * SLIP / V0
 
 
-class SmoothStageTest(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-
+class SmoothStageTest(FaultTest):
     def run_fault(self, *options):
         """times at which the fault passes the threshold, slip rates, slips and states theta at the end"""
         for name in ("events.h5", "run.h5"):
-            path = os.path.join(self.folder.name, name)
-            if os.path.exists(path):
-                os.remove(path)
-        command = [FAULT, *map(str, BASE), "-fault_catalogue", "events.h5", "-fault_output", "run.h5", "-fault_output_fields", "slip_rate,displacement,state", *map(str, options)]
-        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True, timeout=1000)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        event = Catalogue(os.path.join(self.folder.name, "events.h5")).event
-        with h5py.File(os.path.join(self.folder.name, "run.h5")) as f:
+            if os.path.exists(self.path(name)):
+                os.remove(self.path(name))
+        self.fault(*BASE, "-fault_catalogue", "events.h5", "-fault_output", "run.h5", "-fault_output_fields", "slip_rate,displacement,state", *options, timeout=1000)
+        event = Catalogue(self.path("events.h5")).event
+        with h5py.File(self.path("run.h5")) as f:
             last = [f["fields"][name][-1].ravel() for name in ("slip_rate", "displacement", "state")]
             end = f["fields/time"][-1]
         return np.ravel(np.column_stack([event["onset"], event["end"]])), last[0], last[1] + LOADING * end, last[2]

@@ -3,16 +3,14 @@
 it becomes unstable, and runs that go on from checkpoints."""
 
 import os
-import subprocess
 import unittest
 
-from scripts import ScriptTest
+from scripts import BUILD, FaultTest
 from slider import Slider
 
 import h5py
 import numpy as np
 
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 SIGMA, A, B, SLIP, F0, V0, LOADING = 10e6, 0.01, 0.015, 0.01, 0.6, 1e-6, 1e-9
 G, RHO = 30e9, 2500.0
 ETA = 0.5 * np.sqrt(G * RHO)
@@ -20,18 +18,15 @@ CUT_OFF = ("-fault_friction_law", "cut_off")  # of examples/friction_law.c
 CRITICAL = SIGMA * (B - A) / SLIP  # stiffness [Pa/m] (Ruina 1983); eta V/sigma is 1e-9 of it
 
 
-class SpringSlider(ScriptTest):
+class SpringSlider(FaultTest):
     def fault(self, K, end, *options, name="o.h5", code=0, program="fault", cells=1):
         with h5py.File(self.path("k.h5"), "w") as file:
             file["stiffness"] = np.eye(cells) * K
-        command = [os.path.join(os.path.dirname(FAULT), program), "-fault_nx", str(cells), "-fault_nz", "1", "-fault_stiffness_file", "k.h5", "-fault_friction_law", "rate_and_state",
-                   "-fault_normal_stress", str(SIGMA), "-fault_normal_stress_gradient", "0", "-fault_friction_a", str(A),
-                   "-fault_friction_b", str(B), "-fault_friction_slip", str(SLIP), "-fault_loading_rate", str(LOADING),
-                   "-fault_shear_modulus", str(G), "-fault_density", str(RHO), "-ts_max_time", repr(float(end)),
-                   "-fault_output", name, "-fault_output_interval", "1000000", "-fault_stations", "1500,1500", *options]
-        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return done.stdout + done.stderr
+        return super().fault("-fault_nx", cells, "-fault_nz", 1, "-fault_stiffness_file", "k.h5", "-fault_friction_law", "rate_and_state",
+                             "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0, "-fault_friction_a", A, "-fault_friction_b", B,
+                             "-fault_friction_slip", SLIP, "-fault_loading_rate", LOADING, "-fault_shear_modulus", G, "-fault_density", RHO,
+                             "-ts_max_time", repr(float(end)), "-fault_output", name, "-fault_output_interval", 1000000,
+                             "-fault_stations", "1500,1500", *options, code=code, program=os.path.join(BUILD, "bin", program))
 
     def station(self, name="o.h5", number=0):
         with h5py.File(self.path(name)) as file:

@@ -6,25 +6,18 @@ import subprocess
 import sys
 import unittest
 
-from scripts import SOURCE, ScriptTest
+from scripts import SOURCE, FaultTest
 
 import h5py
 import numpy as np
 
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 GRID = ["-fault_nx", "6", "-fault_nz", "5", "-ts_max_time", "4"]
 UNITS = {"time": "s", "slip": "m", "slip_rate": "m/s", "traction": "Pa", "state": "m"}
 # Displacements are of 0.5 m, so that their differences are rounded by 1e-16 m each step: slip to 1e-14 m
 ROUNDING = 1e-14
 
 
-class Stations(ScriptTest):
-    def fault(self, *options, ranks=1, code=0):
-        command = [FAULT, *options] if ranks == 1 else ["mpirun", "--oversubscribe", "-n", str(ranks), FAULT, *options]
-        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return done.stderr
-
+class Stations(FaultTest):
     def mesh(self):
         """Two planes with an offset of 1000 m, which overlap along strike."""
         subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells", "5", "4",

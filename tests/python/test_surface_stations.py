@@ -6,12 +6,11 @@ import subprocess
 import sys
 import unittest
 
-from scripts import SOURCE, ScriptTest
+from scripts import SOURCE, FaultTest
 
 import h5py
 import numpy as np
 
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 GRID = ["-fault_nx", "6", "-fault_nz", "5", "-ts_max_time", "4", "-fault_loading_rate", "1e-3"]
 POINTS = [(1200, 300), (1200, -300), (-4000, 2500), (3700, -0.5)]
 TEXT = ";".join(f"{x},{y}" for x, y in POINTS)
@@ -35,13 +34,7 @@ def okada(x, y, rectangle):
     return -total / (2 * np.pi) * [1, -1, -1]
 
 
-class SurfaceStations(ScriptTest):
-    def fault(self, *options, ranks=1, code=0):
-        command = [FAULT, *options] if ranks == 1 else ["mpirun", "--oversubscribe", "-n", str(ranks), FAULT, *options]
-        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return done.stderr
-
+class SurfaceStations(FaultTest):
     def compare(self, name, cells, loading):
         """With the sum over the cells [N, 5] of what /fields has, an entry for the start and every step; the largest displacement"""
         kernel = np.array([[okada(x, y, cell) for cell in cells] for x, y in POINTS])  # [point, cell, 3]

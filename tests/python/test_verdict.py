@@ -7,16 +7,15 @@ import sys
 import tempfile
 import unittest
 
-import scripts  # noqa: F401: before modules that may be missing
+from scripts import FAULT, SOURCE
 
 import h5py
 import numpy as np
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, os.path.join(scripts.SOURCE, "tests", "benchmarks"))
+sys.path.insert(0, os.path.join(SOURCE, "tests", "benchmarks"))
 import verdict
 
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 # one process without neighbours starts in a quarter of the time
 ALONE = dict(os.environ, OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_pml="ob1", OMPI_MCA_btl="self")
 

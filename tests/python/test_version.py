@@ -5,9 +5,8 @@ import os
 import re
 import unittest
 
-from scripts import SOURCE
+from scripts import BUILD, SOURCE
 
-BUILD = os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build"))
 
 
 def read(*path):

@@ -8,7 +8,7 @@ import sys
 import unittest
 import xml.etree.ElementTree as ElementTree
 
-from scripts import SOURCE, ScriptTest
+from scripts import FAULT, SOURCE, FaultTest
 
 import h5py
 import numpy as np
@@ -22,7 +22,6 @@ try:
 except ImportError:
     vtkXdmfReader = None
 
-FAULT = os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault")
 GRID = ["-fault_nx", "6", "-fault_nz", "5", "-fault_depth_top", "1000", "-ts_max_time", "4"]
 FIELDS = {"slip_rate", "slip", "displacement", "traction"}
 
@@ -82,13 +81,7 @@ def by_vtk(path):
 READERS = [by_format] + ([by_vtk] if vtkXdmfReader else [])
 
 
-class Xdmf(ScriptTest):
-    def fault(self, *options, ranks=1, code=0):
-        command = [FAULT, *options] if ranks == 1 else ["mpirun", "--oversubscribe", "-n", str(ranks), FAULT, *options]
-        done = subprocess.run(command, cwd=self.folder.name, capture_output=True, text=True)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return done.stderr
-
+class Xdmf(FaultTest):
     def compare(self, xdmf, h5, centre, size, least=10, readers=READERS):
         """centre [N, 3] with depths downwards, size [N, 2]. The number of entries"""
         for read in readers:

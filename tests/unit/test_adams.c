@@ -88,8 +88,7 @@ static void Exact(PetscReal x[2])
   ok(TSRKSetType(ts, TSRK8VR));
   ok(TSSetTolerances(ts, 1e-14, NULL, 1e-14, NULL));
   End(ts, u, x);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&u));
+  ObjectsDestroy(&ts, &u);
 }
 
 /* Constant steps: the first one is of order 2 whatever comes later and leaves h^3, so that orders 2 and 3 show. Halving
@@ -115,8 +114,7 @@ static void order(void **state)
       End(ts, u, x);
       error[k] = hypot(x[0] - exact[0], x[1] - exact[1]);
       assert_true(evaluations == 2 * (1600 << k) + 1);
-      ok(TSDestroy(&ts));
-      ok(VecDestroy(&u));
+      ObjectsDestroy(&ts, &u);
     }
     assert_true(fabs(log2(error[0] / error[1]) - (double)(max + 1)) < 0.1);
   }
@@ -134,8 +132,7 @@ static PetscReal Adaptive(const char type[], const char pair[], PetscReal tolera
   ok(TSSetTolerances(ts, tolerance, NULL, tolerance, NULL));
   End(ts, u, x);
   *n = evaluations;
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&u));
+  ObjectsDestroy(&ts, &u);
   return hypot(x[0] - exact[0], x[1] - exact[1]);
 }
 
@@ -204,8 +201,7 @@ static void interpolation(void **state)
     ok(TSMonitorSet(ts, Look, NULL, NULL));
     End(ts, u, x);
     error[k] = worst;
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&u));
+    ObjectsDestroy(&ts, &u);
   }
   assert_true(log2(error[0] / error[1]) > 3.5); /* the cubic is off by h^4 */
 }
@@ -294,8 +290,7 @@ static void begins_anew(void **state)
   ok(TSSolve(ts, y));
   assert_true(refuse_at == -1 && fabs(when[7] - when[6] - h) < 1e-14);
   assert_true(fabs(value[7] / value[6] - (1 - h + h * h / 2)) < 1e-14);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&y));
+  ObjectsDestroy(&ts, &y);
 }
 
 /* y' = 2 - y from 0, 2 - 2 exp(-t), up to y = 1, beyond which the rate is no number */
@@ -344,8 +339,7 @@ static void numbers_only(void **state)
       ok(VecMax(y, NULL, &a));
       assert_true(fabs(a - (2 - 2 * exp(-0.69))) < 0.01);
     }
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&y));
+    ObjectsDestroy(&ts, &y);
   }
 }
 
@@ -381,9 +375,7 @@ static void corner(void **state)
     ok(TSGetStepNumber(ts, &steps));
     assert_int_equal(steps, 6);
     for (PetscInt i = 0; i <= 6; i++) assert_true(when[i] == want[i]);
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&y));
-    ok(MatDestroy(&J));
+    ObjectsDestroy(&ts, &y, &J);
   }
 }
 
@@ -413,8 +405,7 @@ static void bounded(void **state)
     ok(TSMonitorSet(ts, Keep, NULL, NULL));
     ok(TSSolve(ts, y));
     for (int i = 2; i < 16; i++) assert_true(fabs(when[i] - when[i - 1] - (k < 2 ? 0.03 : 0.0625)) < 1e-14);
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&y));
+    ObjectsDestroy(&ts, &y);
   }
 }
 
@@ -437,8 +428,7 @@ static void late(void **state)
     ok(TSSetMaxTime(ts, start + END));
     End(ts, u, x);
     ok(TSGetStepNumber(ts, &steps[k]));
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&u));
+    ObjectsDestroy(&ts, &u);
   }
   if (abs((int)(steps[1] - steps[0])) > steps[0] / 50) fail_msg("%d and %d steps", (int)steps[0], (int)steps[1]);
 }

@@ -1,6 +1,7 @@
 /* What is asked of a fault depends on the time and the state that are named, and on nothing asked before: loads, strength,
    sums, powers, observations, rest and errors in shuffled order are the numbers, bit for bit, that a new fault gives. */
 #include "unit.h"
+#include "faultstart.h"
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
 #include <sliph5.h>
@@ -36,27 +37,19 @@ static PetscErrorCode Pressure(SlipFault fault, PetscReal t, PetscInt n, PetscRe
   return PETSC_SUCCESS;
 }
 
-static void SetReals(SlipFault fault, size_t n, const char *const name[], const PetscReal value[])
-{
-  for (size_t i = 0; i < n; i++) ok(SlipFaultSetReal(fault, name[i], value[i]));
-}
-
 static SlipFault Fault(int which)
 {
-  const char *const all[] = {"nx", "nz", "normal_stress", "normal_stress_gradient", "loading_rate", "stressing_rate"};
-  const PetscReal common[] = {NX, NZ, 5e7, 0, which == SLIDING ? 0 : 1e-9, which == SLIDING ? 0 : 0.05};
-  const char *const source[] = {"injection_pressure", "injection_diffusivity", "injection_stop"};
-  const PetscReal flow[] = {2e6, 0.5, 5e6};
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  SetReals(fault, 6, all, common);
+  ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"normal_stress", 5e7}, {"normal_stress_gradient", 0}));
+  if (which != SLIDING) ok(FaultSetReals(fault, {"loading_rate", 1e-9}, {"stressing_rate", 0.05}));
   if (which == WEAKENING) {
     ok(SlipFaultSetReal(fault, "healing_time", 1e7));
     ok(SlipFaultSetPressureFunction(fault, Pressure, NULL));
   }
   if (which == WEAKENING || which == RATE_STATE) {
-    SetReals(fault, 3, source, flow);
+    ok(FaultSetReals(fault, {"injection_pressure", 2e6}, {"injection_diffusivity", 0.5}, {"injection_stop", 5e6}));
     ok(SlipFaultSetString(fault, "injection", "3000,2000"));
   }
   if (which == RATE_STATE) {
@@ -136,8 +129,7 @@ static PetscInt Stage(SlipFault fault, PetscReal t, Vec w, PetscBool disturbed, 
   ok((*fault->stage.con->ops->bound)(fault->stage.con, x, q, NULL, fault));
   Put(q, out);
   Put(fault->stage.c, out + N);
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&q));
+  ObjectsDestroy(&x, &q);
   return 2 * N;
 }
 
@@ -154,8 +146,7 @@ static PetscInt Rest(SlipFault fault, PetscReal t, Vec w, PetscReal out[])
   out[1] = h;
   ok(SlipFaultRestTime(fault, t, w, &out[2]));
   Put(after, out + 3);
-  ok(VecDestroy(&half));
-  ok(VecDestroy(&after));
+  ObjectsDestroy(&half, &after);
   return 3 + 3 * N;
 }
 
@@ -260,8 +251,7 @@ static void Shuffled(int which)
         used = State(fault, k);
         ok(SlipLoadDestroy(&fault->known.load)); /* the set-up has looked at the start */
         (void)Ask(fault, q, times[j], used, PETSC_TRUE, fresh[q][k][j]);
-        ok(VecDestroy(&used));
-        ok(SlipFaultDestroy(&fault));
+        ObjectsDestroy(&used, &fault);
       }
   fault = Fault(which);
   for (int k = 0; k < STATES; k++) state[k] = State(fault, k);
@@ -281,8 +271,7 @@ static void Shuffled(int which)
     if (q == RATES) ok(VecCopy(state[k], used));
   }
   for (int k = 0; k < STATES; k++) ok(VecDestroy(&state[k]));
-  ok(VecDestroy(&used));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&used, &fault);
 }
 
 static void weakening(void **state)

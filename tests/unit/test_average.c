@@ -1,57 +1,24 @@
 /* Averages over the receiving cell against quadrature of the stress at points, reciprocity, their own parts, and the
    crack whose exact slip fixes the cores. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-#include <slipstep.h>
-#include <slipcompat.h>
+#include "unit.h"
+#include <petscdt.h>
 
 static const PetscReal Ratios[] = {0.25, 0, 0.4, -0.2};
 static const PetscReal Core[2] = {0.1, 0.2}; /* of any size */
 
 #define POINTS 40
-static void Gauss(PetscReal node[POINTS], PetscReal weight[POINTS])
-{
-  for (int i = 0; i < POINTS; i++) {
-    PetscReal x = PetscCosReal(PETSC_PI * (i + 0.75) / (POINTS + 0.5)), slope = 1;
-
-    for (int sweep = 0; sweep < 20; sweep++) {
-      PetscReal p0 = 1, p1 = x;
-
-      for (int k = 2; k <= POINTS; k++) {
-        const PetscReal p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
-
-        p0 = p1;
-        p1 = p2;
-      }
-      slope = POINTS * (x * p1 - p0) / (x * x - 1);
-      x -= p1 / slope;
-    }
-    node[i] = x;
-    weight[i] = 2 / ((1 - x * x) * slope * slope);
-  }
-}
-
 /* Average of the stress at points, which test_kernel.c holds to Mindlin's solution. */
 static PetscReal Quadrature(PetscReal nu, const SlipRectangle *r, const SlipRectangle *s, PetscBool full_space)
 {
   PetscReal node[POINTS], weight[POINTS], sum = 0;
 
-  Gauss(node, weight);
+  ok(PetscDTGaussQuadrature(POINTS, -1, 1, node, weight));
   for (int i = 0; i < POINTS; i++)
     for (int k = 0; k < POINTS; k++)
       sum += 0.25 * weight[i] * weight[k] *
              SlipKernelOffset(1, nu, r->x + 0.5 * node[i] * r->length - s->x, r->y - s->y,
                               r->z + 0.5 * node[k] * r->width, s->z, s->length, s->width, full_space);
   return sum;
-}
-
-static void AssertNear(PetscReal value, PetscReal reference, PetscReal allowed)
-{
-  if (!(PetscAbsReal(value - reference) <= allowed))
-    print_error("%.15g, expected %.15g, off by %g\n", (double)value, (double)reference, (double)(value - reference));
-  assert_true(PetscAbsReal(value - reference) <= allowed);
 }
 
 /* Apart from each other along strike, in depth and across; at the surface; one that is within the shadow of the other
@@ -241,14 +208,5 @@ static void test_waves_fix_the_inner_core(void **state)
   AssertNear(WaveError(SLIP_CORE_CELL, 40), 0.0185 + fine, 1e-3);
 }
 
-int main(void)
-{
-  const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_against_quadrature),    cmocka_unit_test(test_reciprocity),
-    cmocka_unit_test(test_parts_add_up),          cmocka_unit_test(test_far_field),
-    cmocka_unit_test(test_core_is_a_gap),         cmocka_unit_test(test_waves_fix_the_inner_core),
-    cmocka_unit_test(test_crack_fixes_the_cores),
-  };
-
-  return cmocka_run_group_tests(tests, NULL, NULL);
-}
+SLIP_TESTS(test_against_quadrature, test_reciprocity, test_parts_add_up, test_far_field, test_core_is_a_gap,
+           test_waves_fix_the_inner_core, test_crack_fixes_the_cores)

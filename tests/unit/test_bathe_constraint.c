@@ -9,9 +9,7 @@ static const PetscReal mass = 2.0, eta = 0.6, stiffness = 5.0, load = 3.0, stren
 
 static PetscReal entry(PetscInt i, PetscInt j, PetscInt n)
 {
-  (void)i;
-  (void)j;
-  (void)n;
+  (void)i, (void)j, (void)n;
   return stiffness;
 }
 
@@ -108,8 +106,7 @@ static void test_closed_form(void **state)
        O(h^2). */
     assert_true(fabs(Value(w, 1) - Value(w, 2)) < 0.05 * 0.05);
     assert_true(fabs(Value(w, 1) - Displacement(4.0)) < 0.05 * 0.05);
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
+    ObjectsDestroy(&ts, &w);
     ok(SlidersDestroy(&p));
   }
   print_message("closed form: errors %g %g, order %.3f\n", error[0], error[1], log2(error[0] / error[1]));
@@ -152,8 +149,7 @@ static void test_adaptive_arrest(void **state)
     assert_true(Value(w, 0) == 0.0);
     assert_true(fabs(Value(w, 1) - Displacement(4.0)) < 1e-3); /* about ten times rtol times the largest displacement */
     assert_true(steps < 300 && rejected < 60);
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
+    ObjectsDestroy(&ts, &w);
     ok(SlidersDestroy(&p));
   }
 }
@@ -189,8 +185,7 @@ static void test_rollback_restores_reaction(void **state)
   ok(TSStep(ts));
   ok(VecEqual(w, w1, &same));
   assert_true(same);
-  VecsDestroy(&r0, &w0, &w1, &w);
-  ok(TSDestroy(&ts));
+  ObjectsDestroy(&r0, &w0, &w1, &w, &ts);
   ok(SlidersDestroy(&p));
 }
 
@@ -217,8 +212,7 @@ static PetscErrorCode Watch(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 static PetscErrorCode Third(TSAdapt adapt, TS ts, PetscReal h, PetscReal *next)
 {
   PetscFunctionBegin;
-  (void)adapt;
-  (void)ts;
+  (void)adapt, (void)ts;
   *next = h / 3.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -262,8 +256,7 @@ static void test_failure(void **state)
   assert_true(fabs(log.next - 0.9 / 27.0) < 1e-15);
   assert_true(log.residual == 6.0); /* one failed, two not run */
   assert_true(log.v == 0.0);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  ObjectsDestroy(&ts, &w);
   ok(SlidersDestroy(&p));
 }
 
@@ -318,8 +311,7 @@ static void indefinite_start(const char *direct_max)
   assert_true(Value(x, 0) > 1e-3);
   assert_true(mass / 3.0 + eta + 3.0 * stiffness + Value(dq, 0) > 0.0);
   assert_true(Value(r, 0) == -Value(q, 0));
-  ok(SNESDestroy(&snes));
-  VecsDestroy(&x, &r, &q, &dq, &w);
+  ObjectsDestroy(&snes, &x, &r, &q, &dq, &w);
   ok(SlidersDestroy(&p));
 }
 

@@ -6,9 +6,7 @@ static const PetscReal G = 30e9, rho = 2500.0, L = 3000.0, sigma = 15e3 * 1500.0
 
 static PetscReal stiffness(PetscInt i, PetscInt j, PetscInt n)
 {
-  (void)i;
-  (void)j;
-  (void)n;
+  (void)i, (void)j, (void)n;
   return G / L;
 }
 

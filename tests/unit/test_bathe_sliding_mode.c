@@ -35,8 +35,7 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *st, void *ctx)
 static PetscErrorCode Copy(SlipConstraint con, Vec a, Vec b, void *ctx)
 {
   PetscFunctionBegin;
-  (void)con;
-  (void)ctx;
+  (void)con, (void)ctx;
   if (a != b) PetscCall(VecCopy(a, b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -44,9 +43,7 @@ static PetscErrorCode Copy(SlipConstraint con, Vec a, Vec b, void *ctx)
 static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec F, void *ctx)
 {
   PetscFunctionBegin;
-  (void)con;
-  (void)w;
-  (void)ctx;
+  (void)con, (void)w, (void)ctx;
   PetscCall(VecSet(F, D * PetscSinReal(omega * t)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -54,8 +51,7 @@ static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec F, void
 static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
 {
   PetscFunctionBegin;
-  (void)con;
-  (void)ctx;
+  (void)con, (void)ctx;
   PetscCall(VecAXPY(F, a, r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

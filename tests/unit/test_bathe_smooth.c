@@ -14,8 +14,7 @@ static PetscErrorCode RHS(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
   PetscScalar *b;
 
   PetscFunctionBegin;
-  (void)ts;
-  (void)ctx;
+  (void)ts, (void)ctx;
   PetscCall(VecGetArrayRead(y, &a));
   PetscCall(VecGetArray(f, &b));
   b[0] = -2.0 * t * a[0] * a[0];
@@ -31,9 +30,7 @@ static PetscErrorCode RHSJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void 
   PetscScalar v[4];
 
   PetscFunctionBegin;
-  (void)ts;
-  (void)J;
-  (void)ctx;
+  (void)ts, (void)J, (void)ctx;
   PetscCall(VecGetArrayRead(y, &a));
   v[0] = -4.0 * t * a[0];
   v[1] = 0.0;
@@ -151,8 +148,7 @@ static void test_order_two(void **state)
         if (g == 2) ok(TSBatheSetFirstStage(ts, TSBATHE_STAGE_BACKWARD));
         ok(TSSolve(ts, y));
         error[k] = Distance(y, 2.5);
-        ok(VecDestroy(&y));
-        ok(TSDestroy(&ts));
+        ObjectsDestroy(&y, &ts);
       }
       print_message("form %d gamma %d: errors %g %g, order %.3f\n", form, g, error[0], error[1],
                     log2(error[0] / error[1]));
@@ -190,8 +186,7 @@ static void test_estimates_are_third_order(void **state)
       ok(TSEvaluateWLTE(ts, NORM_INFINITY, &order, &wlte[k]));
       assert_int_equal(order, 3); /* the power of h in the estimate, whoever asks */
       truth = Distance(y, 0.5 + h);
-      ok(VecDestroy(&y));
-      ok(TSDestroy(&ts));
+      ObjectsDestroy(&y, &ts);
     }
     print_message("kind %d: estimates %g %g (order %.3f), true local error %g\n", kind, wlte[0], wlte[1],
                   log2(wlte[0] / wlte[1]), truth);
@@ -219,8 +214,7 @@ static void test_interpolation(void **state)
         ok(VecDuplicate(y, &z));
         ok(TSInterpolate(ts, 0.5 + s * h, z));
         error[k] = Distance(z, 0.5 + s * h);
-        VecsDestroy(&z, &y);
-        ok(TSDestroy(&ts));
+        ObjectsDestroy(&z, &y, &ts);
       }
       assert_true(log2(error[0] / error[1]) > 2.8);
     }
@@ -233,8 +227,7 @@ static PetscErrorCode StiffRHS(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
   PetscScalar a;
 
   PetscFunctionBegin;
-  (void)ts;
-  (void)ctx;
+  (void)ts, (void)ctx;
   PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   PetscCall(VecSetValue(f, 0, -1e6 * (a - PetscCosReal(t)) - PetscSinReal(t), INSERT_VALUES));
   PetscCall(VecAssemblyBegin(f));
@@ -245,11 +238,7 @@ static PetscErrorCode StiffRHS(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 static PetscErrorCode StiffJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
 {
   PetscFunctionBegin;
-  (void)ts;
-  (void)t;
-  (void)y;
-  (void)J;
-  (void)ctx;
+  (void)ts, (void)t, (void)y, (void)J, (void)ctx;
   PetscCall(MatSetValue(P, 0, 0, -1e6, INSERT_VALUES));
   PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
@@ -278,9 +267,7 @@ static void test_stiff(void **state)
   ok(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   print_message("stiff: error %g\n", fabs(a - cos(1.0)));
   assert_true(fabs(a - cos(1.0)) < 1e-7); /* h^2/|lambda| is 2.5e-9, the SNES tolerance 1e-8 of the residual */
-  ok(VecDestroy(&y));
-  ok(MatDestroy(&J));
-  ok(TSDestroy(&ts));
+  ObjectsDestroy(&y, &J, &ts);
 }
 
 /* Rolled back, the state is the start's bits, and the same step again gives the same bits */
@@ -311,17 +298,14 @@ static void test_rollback_and_stages(void **state)
   ok(TSStep(ts));
   ok(VecEqual(end, y, &same));
   assert_true(same);
-  VecsDestroy(&start, &end, &y);
-  ok(TSDestroy(&ts));
+  ObjectsDestroy(&start, &end, &y, &ts);
 }
 
 /* An event where y0 = 1/2 (t = 1); it sets y0 to 1/4, so the step must restart */
 static PetscErrorCode Event(TS ts, PetscReal t, Vec y, PetscScalar f[], void *ctx)
 {
   PetscFunctionBegin;
-  (void)ts;
-  (void)t;
-  (void)ctx;
+  (void)ts, (void)t, (void)ctx;
   PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, f));
   f[0] -= 0.5;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -330,9 +314,7 @@ static PetscErrorCode Event(TS ts, PetscReal t, Vec y, PetscScalar f[], void *ct
 static PetscErrorCode PostEvent(TS ts, PetscInt n, PetscInt list[], PetscReal t, Vec y, PetscBool forward, void *ctx)
 {
   PetscFunctionBegin;
-  (void)n;
-  (void)list;
-  (void)forward;
+  (void)n, (void)list, (void)forward;
   *(PetscReal *)ctx = t;
   PetscCall(VecSetValue(y, 0, 0.25, INSERT_VALUES));
   PetscCall(VecAssemblyBegin(y));
@@ -364,8 +346,7 @@ static void test_event_and_restart(void **state)
   assert_true(fabs(a - 1.0 / 7.0) < 1e-4);
   ok(TSBatheGetLastAttempt(ts, &last));
   assert_true(last.accepted && last.error >= 0.0);
-  ok(VecDestroy(&y));
-  ok(TSDestroy(&ts));
+  ObjectsDestroy(&y, &ts);
 }
 
 /* PETSc's controllers. Adaptive ones keep the global error near the tolerance (1e-5; 100 times is generous for 2 s) */
@@ -408,8 +389,7 @@ static void test_petsc_controllers(void **state)
         assert_int_equal(solves, attempts);
       assert_true(Distance(y, t) < (k == 3 ? 2e-2 : 1e-3));
       if (k == 3) assert_int_equal(steps, 7);
-      ok(VecDestroy(&y));
-      ok(TSDestroy(&ts));
+      ObjectsDestroy(&y, &ts);
     }
 }
 
@@ -417,8 +397,7 @@ static void test_petsc_controllers(void **state)
 static PetscErrorCode First(TSAdapt adapt, TS ts, PetscReal *h)
 {
   PetscFunctionBegin;
-  (void)adapt;
-  (void)ts;
+  (void)adapt, (void)ts;
   *h = 100.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -434,8 +413,7 @@ static PetscErrorCode NeedsNot(TSAdapt adapt, PetscBool *flg)
 static PetscErrorCode RecordAttempt(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   PetscFunctionBegin;
-  (void)ts;
-  (void)w;
+  (void)ts, (void)w;
   *(SlipAttempt *)ctx = *attempt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -459,8 +437,7 @@ static void test_controller_hooks(void **state)
     assert_int_equal(seen.solves, needs ? 3 : 1);
     assert_true(needs ? seen.error > 0.0 : seen.error == -1.0);
     assert_true(seen.accepted && seen.converged && seen.residual >= 0.0 && seen.residual < 1e-6);
-    ok(VecDestroy(&y));
-    ok(TSDestroy(&ts));
+    ObjectsDestroy(&y, &ts);
   }
 }
 
@@ -474,9 +451,7 @@ static PetscErrorCode CountAttempt(TS ts, const SlipAttempt *attempt, Vec w, voi
   Counted *c = (Counted *)ctx;
 
   PetscFunctionBegin;
-  (void)ts;
-  (void)attempt;
-  (void)w;
+  (void)ts, (void)attempt, (void)w;
   assert_int_equal(*c->order, c->number);
   *c->order = (*c->order + 1) % 20;
   c->calls++;
@@ -545,8 +520,7 @@ static void test_pairs(void **state)
   ok(TSBatheSetGamma(ts, 0.5));
   fails(TSBatheGetGamma(ts, &gamma), "TS type bdf, expected bathe");
   fails(TSBatheMonitorSet(ts, RecordAttempt, NULL, NULL), "TS type bdf, expected bathe");
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&y));
+  ObjectsDestroy(&ts, &y);
 }
 
 SLIP_TESTS(test_order_two, test_estimates_are_third_order, test_interpolation, test_stiff, test_rollback_and_stages,

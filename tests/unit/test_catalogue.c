@@ -66,16 +66,12 @@ static PetscReal Quadrature(TSBatheError error, PetscInt steps)
   Vec w;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", 4));
-  ok(SlipFaultSetReal(fault, "nz", 3));
-  ok(SlipFaultSetReal(fault, "loading_rate", 1e-3));
+  ok(FaultSetReals(fault, {"nx", 4}, {"nz", 3}, {"loading_rate", 1e-3}));
   ok(FaultStart(fault, TSADAPTNONE, 4. / steps, 4, &w, &ts)); /* while all cells slide */
   ok(TSBatheSetError(ts, error));
   ok(TSBatheMonitorSet(ts, CheckQuadrature, &worst, NULL));
   ok(TSSolve(ts, w));
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
   return worst;
 }
 
@@ -135,10 +131,7 @@ static Outcome Run(const char law[], PetscReal loading, PetscReal rate, PetscRea
   assert_int_equal(0, TempDirMake("catalogue", folder));
   ok(PetscSNPrintf(file, sizeof(file), "%s/events.h5", folder));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", 6));
-  ok(SlipFaultSetReal(fault, "nz", 5));
-  ok(SlipFaultSetReal(fault, "loading_rate", loading));
-  ok(SlipFaultSetReal(fault, "event_rate", rate));
+  ok(FaultSetReals(fault, {"nx", 6}, {"nz", 5}, {"loading_rate", loading}, {"event_rate", rate}));
   ok(SlipFaultSetString(fault, "friction_law", law));
   ok(SlipFaultSetString(fault, "catalogue", file));
   ok(FaultStart(fault, TSADAPTNONE, time / steps, time, &w, &ts));
@@ -157,9 +150,7 @@ static Outcome Run(const char law[], PetscReal loading, PetscReal rate, PetscRea
   ok(SlipH5Close(&h));
   assert_int_equal(0, TempDirRemove(folder));
   assert_int_equal(out.events, fault->run.events);
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
   return out;
 }
 

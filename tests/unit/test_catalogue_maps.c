@@ -75,10 +75,7 @@ static void Solve(const char file[], Course *course)
   Vec w;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", NX));
-  ok(SlipFaultSetReal(fault, "nz", NZ));
-  ok(SlipFaultSetReal(fault, "loading_rate", loading));
-  ok(SlipFaultSetReal(fault, "event_rate", rate));
+  ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"loading_rate", loading}, {"event_rate", rate}));
   ok(SlipFaultSetString(fault, "catalogue", file));
   fault->options.catalogue_maps = PETSC_TRUE;
   ok(FaultStart(fault, TSADAPTNONE, step_length, STEPS * step_length, &w, &ts));
@@ -86,9 +83,7 @@ static void Solve(const char file[], Course *course)
   ok(TSMonitorSet(ts, Watch, course, NULL));
   ok(TSSolve(ts, w));
   ok(SlipFaultOutputFinish(fault, ts, 0, 0));
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
 }
 
 static void one_event(void **state)

@@ -136,8 +136,7 @@ static void hierarchical_to_the_tolerance(void **state)
     ok(VecAXPY(d, -1, e));
     ok(VecNorm(d, NORM_INFINITY, &error));
     assert_true(error <= 1e-15 * norm);
-    VecsDestroy(&d, &e);
-    MatsDestroy(&whole, &H);
+    ObjectsDestroy(&d, &e, &whole, &H);
   }
   ok(MatDestroy(&dense));
 }
@@ -162,7 +161,7 @@ static void uniform_cells_are_the_grid(void **state)
   ok(MatAXPY(S, -1, K, SAME_NONZERO_PATTERN));
   ok(MatNorm(S, NORM_FROBENIUS, &error));
   assert_true(error < 1e-12 * norm);
-  MatsDestroy(&S, &K);
+  ObjectsDestroy(&S, &K);
 }
 
 static void all_forms_agree(SlipCells cells, SlipAverage average, SlipGrid *grid)
@@ -187,7 +186,7 @@ static void all_forms_agree(SlipCells cells, SlipAverage average, SlipGrid *grid
     assert_true(error < 1e-12 * norm);
     ok(MatDestroy(&K));
   }
-  MatsDestroy(&dense, &hmat);
+  ObjectsDestroy(&dense, &hmat);
 }
 
 /* Averages over cells: hierarchical is dense to its tolerance; a mesh that is the grid has the grid's stiffness, whose
@@ -246,8 +245,7 @@ static void uneven_cells_leave_nothing_between(void **state)
     assert_true(PetscAbsReal(f[i] - expected) < 1e-12 * EntryOf(S, i));
   }
   ok(VecRestoreArrayRead(force, &f));
-  VecsDestroy(&one, &force);
-  ok(MatDestroy(&S));
+  ObjectsDestroy(&one, &force, &S);
 }
 
 /* Betti: the force on a large cell from slip on a small one, A_i K_ij averaged over the large one, equals A_j K_ji up
@@ -318,11 +316,9 @@ static void viscosity_is_the_root(void **state)
     ok(VecMin(d[1], NULL, &error));
     assert_true(norm < 1.3 && error > 0.7); /* an estimate for preconditioners */
     for (int t = 0; t < 2; t++) {
-      ok(VecDestroy(&d[t]));
-      ok(MatDestroy(&H[t]));
+      ObjectsDestroy(&d[t], &H[t]);
     }
-    VecsDestroy(&x, &y, &z);
-    ok(MatDestroy(&S));
+    ObjectsDestroy(&x, &y, &z, &S);
   }
 }
 
@@ -362,8 +358,7 @@ static void stage_weighs_the_inertia(void **state)
     ok(VecNorm(z, NORM_2, &error));
     ok(VecNorm(y, NORM_2, &norm));
     assert_true(error < 1e-13 * norm);
-    VecsDestroy(&x, &y, &z);
-    MatsDestroy(&whole, &B, &H, &S);
+    ObjectsDestroy(&x, &y, &z, &whole, &B, &H, &S);
   }
 }
 
@@ -412,13 +407,9 @@ static void RunFault(const char file[], const char type[], const char scaling[],
   if (file) {
     ok(SlipFaultSetString(fault, "mesh", file));
   } else {
-    ok(SlipFaultSetReal(fault, "nx", 9));
-    ok(SlipFaultSetReal(fault, "nz", 7));
-    ok(SlipFaultSetReal(fault, "length_x", 900));
-    ok(SlipFaultSetReal(fault, "length_z", 700));
+    ok(FaultSetReals(fault, {"nx", 9}, {"nz", 7}, {"length_x", 900}, {"length_z", 700}));
   }
-  ok(SlipFaultSetReal(fault, "thickness", 900));
-  ok(SlipFaultSetReal(fault, "friction_slip", 0.02));
+  ok(FaultSetReals(fault, {"thickness", 900}, {"friction_slip", 0.02}));
   ok(SlipFaultSetString(fault, "operator", type));
   ok(SlipFaultSetString(fault, "stiffness_scaling", scaling));
   ok(FaultStart(fault, TSADAPTHEURISTIC, 0, 10, &w, &ts));
@@ -426,9 +417,7 @@ static void RunFault(const char file[], const char type[], const char scaling[],
   ok(SlipFaultGetObservables(fault, 10, w, NULL, &o));
   *slip = o.mean_slip;
   ok(TSGetStepNumber(ts, steps));
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
 }
 
 static void Near(PetscReal value, PetscReal expected, PetscReal tolerance)

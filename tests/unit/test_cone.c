@@ -1,8 +1,5 @@
 /* The pure functions of the cone: projection, regions, natural map, generalised Jacobian. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
+#include "unit.h"
 #include <petscsys.h>
 #include <slipcore.h>
 
@@ -111,16 +108,5 @@ static void test_finish(void **state)
   assert_true(x[3] == 0.0 && r[3] == 1.0 && x[4] == -7.0); /* and the other way; no bound */
 }
 
-int main(void)
-{
-  const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_projections),
-    cmocka_unit_test(test_regions),
-    cmocka_unit_test(test_natural_map_is_zero_at_solutions),
-    cmocka_unit_test(test_slope_is_the_derivative),
-    cmocka_unit_test(test_residual_of_rows_that_slide_backwards),
-    cmocka_unit_test(test_finish),
-  };
-
-  return cmocka_run_group_tests(tests, NULL, NULL);
-}
+SLIP_TESTS(test_projections, test_regions, test_natural_map_is_zero_at_solutions, test_slope_is_the_derivative,
+           test_residual_of_rows_that_slide_backwards, test_finish)

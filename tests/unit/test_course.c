@@ -110,10 +110,4 @@ static void test_measures(void **state)
   assert_null(SlipMeasureFind("slip"));
 }
 
-int main(void)
-{
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_distance), cmocka_unit_test(test_cubic),
-                                     cmocka_unit_test(test_edges), cmocka_unit_test(test_measures)};
-
-  return cmocka_run_group_tests(tests, NULL, NULL);
-}
+SLIP_TESTS(test_distance, test_cubic, test_edges, test_measures)

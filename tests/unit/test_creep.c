@@ -19,15 +19,9 @@ static SlipFault Fault(const char law[], const char initial[], PetscReal share)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", 1));
-  ok(SlipFaultSetReal(fault, "nz", 1));
-  ok(SlipFaultSetReal(fault, "length_x", side));
-  ok(SlipFaultSetReal(fault, "length_z", side));
-  ok(SlipFaultSetReal(fault, "normal_stress", sigma));
-  ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
-  ok(SlipFaultSetReal(fault, "friction_drop", drop));
-  ok(SlipFaultSetReal(fault, "friction_residual", residual));
-  ok(SlipFaultSetReal(fault, "friction_slip", sigma * drop / (share * Stiffness())));
+  ok(FaultSetReals(fault, {"nx", 1}, {"nz", 1}, {"length_x", side}, {"length_z", side}, {"normal_stress", sigma},
+                   {"normal_stress_gradient", 0}, {"friction_drop", drop}, {"friction_residual", residual},
+                   {"friction_slip", sigma * drop / (share * Stiffness())}));
   ok(SlipFaultSetString(fault, "kernel", "full_space"));
   ok(SlipFaultSetString(fault, "viscosity", "radiation"));
   ok(SlipFaultSetString(fault, "friction_law", law));
@@ -47,8 +41,7 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
   PetscReal v;
 
   PetscFunctionBegin;
-  (void)ts;
-  (void)t;
+  (void)ts, (void)t;
   PetscCall(VecGetArrayRead(w, &a));
   v = a[0] / v_inf;
   PetscCall(VecRestoreArrayRead(w, &a));
@@ -73,9 +66,7 @@ static Rates Creep(TSBatheFirstStage rule, PetscReal excess, PetscBool inertia)
   ok(TSBatheSetFirstStage(ts, rule));
   ok(TSMonitorSet(ts, Watch, &rates, NULL));
   ok(TSSolve(ts, w));
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
   return rates;
 }
 
@@ -114,9 +105,7 @@ static void Event(const char initial[], PetscReal end, PetscReal *slip, PetscRea
   *rate = a[0];
   *slip = a[2];
   ok(VecRestoreArrayRead(w, &a));
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
 }
 
 /* The same stress, by the displacement that makes it or given: the two differ by rounding of the balance, 1e-16 of the
@@ -156,8 +145,7 @@ static PetscReal ErrorOf(PetscReal loading, PetscReal h, PetscReal slip)
     ok(VecRestoreArray(w[k], &a));
   }
   ok(SlipFaultErrorNorm(fault, 1e-3, h, h, e, w[0], w[1], &E));
-  VecsDestroy(&e, &w[0], &w[1]);
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&e, &w[0], &w[1], &fault);
   return E;
 }
 

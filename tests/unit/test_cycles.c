@@ -1,6 +1,7 @@
 /* What the policy for cycles rests on: how fast stress relaxes, how long stable steps of TSADAMS are, that it is found and how
    large its errors are, the norm of the error, and that what controllers observe is of the state that they judge. */
 #include "policies.h"
+#include "faultstart.h"
 #include "cycles/cycles.h"
 #include <slipcore.h>
 #include <petscblaslapack.h>
@@ -21,15 +22,9 @@ static SlipFault stressed_fault_of(PetscReal rate, PetscReal stressing)
   }
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
-  ok(SlipFaultSetReal(fault, "nx", NX));
-  ok(SlipFaultSetReal(fault, "nz", NZ));
-  ok(SlipFaultSetReal(fault, "length_x", NX * 8e3));
-  ok(SlipFaultSetReal(fault, "length_z", NZ * 8e3));
-  ok(SlipFaultSetReal(fault, "friction_b", 0.03));
-  ok(SlipFaultSetReal(fault, "friction_slip", 0.14));
-  ok(SlipFaultSetReal(fault, "normal_stress", 25e6));
-  ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
-  ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+  ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"length_x", NX * 8e3}, {"length_z", NZ * 8e3}, {"friction_b", 0.03},
+                   {"friction_slip", 0.14}, {"normal_stress", 25e6}, {"normal_stress_gradient", 0},
+                   {"loading_rate", 1e-9}));
   ok(SlipFaultSetField(fault, "friction_a", N, a));
   ok(SlipFaultSetField(fault, "initial_rate", N, v));
   ok(SlipFaultSetReal(fault, "stressing_rate", stressing));
@@ -63,7 +58,7 @@ static double largest_eigenvalue(Mat K)
   }
   LAPACKsyev_("N", "U", &n, A, &n, value, work, &lwork, &info);
   assert_int_equal(info, 0);
-  VecsDestroy(&x, &y);
+  ObjectsDestroy(&x, &y);
   return value[N - 1];
 }
 
@@ -95,19 +90,14 @@ static void relaxation(void **state)
     /* sigma a asinh(X) grows by sigma a/v (1 - ...) with v: X is at least e^30 here */
     change = 1 / (sqrt(G * rho) / 2 + sigma_a / (double)rate[k]);
     want = log10(stiffness * change * (double)tstar);
-    ok(SlipFaultCreateState(fault, &w));
-    ok(SlipFaultSetInitialState(fault, w));
-    ok(TSCreate(PETSC_COMM_SELF, &ts));
-    ok(SlipFaultConfigureTS(fault, ts));
+    ok(FaultStart(fault, NULL, 0, 0, &w, &ts));
     ok(TSSetSolution(ts, w));
     ok(TSGetAdapt(ts, &adapt));
     ok(TSGetSlipProblem(ts, &problem));
     ok((*problem->find)(ts, "log_relaxation", &row));
     ok((*problem->observe)(ts, 0, 1, &row, &value));
     if (value > want + 1e-6 || value < want - 0.005) fail_msg("%.6f, expected %.6f", (double)value, want);
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
-    ok(SlipFaultDestroy(&fault));
+    ObjectsDestroy(&ts, &w, &fault);
   }
 }
 
@@ -144,8 +134,7 @@ static double decayed(PetscReal h, PetscInt steps)
   ok(TSAdaptSetType(adapt, TSADAPTNONE));
   ok(TSSolve(ts, y));
   ok(VecMax(y, NULL, &value));
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&y));
+  ObjectsDestroy(&ts, &y);
   return (double)value;
 }
 
@@ -216,10 +205,7 @@ static void is_found(void **state)
     TS ts;
 
     if (k > 1) ok(PetscOptionsSetValue(NULL, "-ts_rtol", "3e-5"));
-    ok(SlipFaultCreateState(fault, &w));
-    ok(SlipFaultSetInitialState(fault, w));
-    ok(TSCreate(PETSC_COMM_SELF, &ts));
-    ok(SlipFaultConfigureTS(fault, ts));
+    ok(FaultStart(fault, NULL, 0, 0, &w, &ts));
     ok(TSSetType(ts, types[k % 2]));
     ok(TSGetAdapt(ts, &adapt));
     ok(TSAdaptSetType(adapt, TSADAPTRL));
@@ -242,9 +228,7 @@ static void is_found(void **state)
       ok(SlipPolicyGetNumber(p, SLIP_POLICY_RTOL_POWER, &power, &has));
       assert_true(fabs(rtol / (factor * pow(1e-3, power)) - 1) < 1e-12);
     }
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
-    ok(SlipFaultDestroy(&fault));
+    ObjectsDestroy(&ts, &w, &fault);
     ok(PetscOptionsClearValue(NULL, "-ts_rtol"));
   }
 }
@@ -271,8 +255,7 @@ static void is_default(void **state)
   ok(TSAdaptSetType(adapt, TSADAPTBASIC));
   ok(TSAdaptGetSafety(adapt, &safety, &reject));
   assert_true(safety == (PetscReal)0.9 && reject == (PetscReal)0.5);
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&ts, &fault);
 }
 
 /* ---- the norm of the error ---- */
@@ -296,15 +279,9 @@ static SlipFault corner_of(PetscInt nx)
   }
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
-  ok(SlipFaultSetReal(fault, "nx", (PetscReal)nx));
-  ok(SlipFaultSetReal(fault, "nz", DEPTH));
-  ok(SlipFaultSetReal(fault, "length_x", (PetscReal)nx * 4e3));
-  ok(SlipFaultSetReal(fault, "length_z", DEPTH * 4e3));
-  ok(SlipFaultSetReal(fault, "friction_b", 0.03));
-  ok(SlipFaultSetReal(fault, "friction_slip", 0.14));
-  ok(SlipFaultSetReal(fault, "normal_stress", 25e6));
-  ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
-  ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+  ok(FaultSetReals(fault, {"nx", (PetscReal)nx}, {"nz", DEPTH}, {"length_x", (PetscReal)nx * 4e3},
+                   {"length_z", DEPTH * 4e3}, {"friction_b", 0.03}, {"friction_slip", 0.14}, {"normal_stress", 25e6},
+                   {"normal_stress_gradient", 0}, {"loading_rate", 1e-9}));
   ok(SlipFaultSetField(fault, "friction_a", n, a));
   ok(SlipFaultSetField(fault, "initial_rate", n, v));
   ok(SlipFaultSetField(fault, "creep", n, creep));
@@ -323,10 +300,7 @@ static PetscInt steps_of(PetscInt nx, const char type[], const char adapt[], con
   TS ts;
 
   if (norm) ok(PetscOptionsSetValue(NULL, "-ts_adapt_wnormtype", norm));
-  ok(SlipFaultCreateState(fault, &w));
-  ok(SlipFaultSetInitialState(fault, w));
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(SlipFaultConfigureTS(fault, ts));
+  ok(FaultStart(fault, NULL, 0, 0, &w, &ts));
   ok(TSSetType(ts, type));
   ok(TSGetAdapt(ts, &a));
   ok(TSAdaptSetType(a, adapt));
@@ -334,9 +308,7 @@ static PetscInt steps_of(PetscInt nx, const char type[], const char adapt[], con
   ok(TSSetFromOptions(ts));
   ok(TSSolve(ts, w));
   ok(TSGetStepNumber(ts, &steps));
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&ts, &w, &fault);
   ok(PetscOptionsClearValue(NULL, "-ts_adapt_wnormtype"));
   return steps;
 }
@@ -415,10 +387,7 @@ static void sums_are_of_now(void **state)
     Vec w;
     TS ts;
 
-    ok(SlipFaultCreateState(fault, &w));
-    ok(SlipFaultSetInitialState(fault, w));
-    ok(TSCreate(PETSC_COMM_SELF, &ts));
-    ok(SlipFaultConfigureTS(fault, ts));
+    ok(FaultStart(fault, NULL, 0, 0, &w, &ts));
     if (k) {
       ok(TSSetType(ts, TSRK));
       ok(TSRKSetType(ts, pairs[k]));
@@ -432,9 +401,7 @@ static void sums_are_of_now(void **state)
     compared = 0;
     ok(TSSolve(ts, w));
     assert_true(compared > 50);
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
-    ok(SlipFaultDestroy(&fault));
+    ObjectsDestroy(&ts, &w, &fault);
   }
 }
 
@@ -449,14 +416,11 @@ static void sums_are_of_the_load(void **state)
   TS ts;
 
   (void)state;
-  ok(SlipFaultCreateState(fault, &w));
-  ok(SlipFaultSetInitialState(fault, w));
+  ok(FaultStart(fault, NULL, 0, 0, &w, &ts));
   ok(VecDuplicate(w, &F));
   ok(VecGetArray(w, &a));
   for (PetscInt i = 0; i < N; i++) a[3 * i + 1] = u;
   ok(VecRestoreArray(w, &a));
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(SlipFaultConfigureTS(fault, ts));
   for (int k = 0; k < 5; k++) {
     SlipFaultObservables o;
 
@@ -465,9 +429,7 @@ static void sums_are_of_the_load(void **state)
     if (k == 0) start = o.elastic;
     assert_true(fabs(o.elastic - (start - u * times[k] * rate)) < 1e-12 * fabs(start) + 1e-12 * u * 3e6 * rate);
   }
-  ok(TSDestroy(&ts));
-  VecsDestroy(&w, &F);
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&ts, &w, &F, &fault);
 }
 
 static int StartPackage(void **state)

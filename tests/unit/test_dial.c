@@ -1,5 +1,6 @@
 /* The accuracy dial of TSADAPTRL: option, setter, getter, view, and what a policy that observes it is told. */
 #include "policies.h"
+#include "faultstart.h"
 #include <math.h>
 
 /* The reference fault with one cell for three seconds. */
@@ -17,20 +18,8 @@ static Run start(const char options[])
   ok(PetscOptionsInsertString(NULL, options));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
   ok(SlipFaultSetString(r.fault, "stiffness_scaling", "mean_slip"));
-  ok(SlipFaultSetUp(r.fault));
-  ok(SlipFaultCreateState(r.fault, &r.w));
-  ok(SlipFaultSetInitialState(r.fault, r.w));
-  ok(TSCreate(PETSC_COMM_SELF, &r.ts));
-  ok(SlipFaultConfigureTS(r.fault, r.ts));
-  ok(TSSetMaxTime(r.ts, 3));
+  ok(FaultStart(r.fault, NULL, 0, 3, &r.w, &r.ts));
   return r;
-}
-
-static void end(Run *r)
-{
-  ok(TSDestroy(&r->ts));
-  ok(VecDestroy(&r->w));
-  ok(SlipFaultDestroy(&r->fault));
 }
 
 /* y = tanh(log_accuracy), or of energy */
@@ -62,7 +51,7 @@ static PetscReal first_step(const char options[], const char observation[], Pets
   ok(TSBatheGetLastAttempt(r.ts, &last));
   ok(SlipFaultGetTimeScale(r.fault, &tstar));
   ok(SlipPolicyDestroy(&p));
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
   return last.dt / tstar;
 }
 
@@ -102,7 +91,7 @@ static void dial_is_ignored(void **state)
   remove(file);
   assert_non_null(strstr(text, "accuracy dial 0.01 (ignored: the policy does not observe log_accuracy)"));
   ok(SlipPolicyDestroy(&p));
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
 }
 
 /* A policy that observes the error of slip needs the estimate. */
@@ -121,7 +110,7 @@ static void needs_estimate(void **state)
   assert_int_not_equal(0, (int)TSSolve(r.ts, r.w));
   if (!strstr(message, "needs an error estimate")) fail_msg("unexpected message \"%s\"", message);
   ok(SlipPolicyDestroy(&p));
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
 }
 
 static PetscReal rest_time(Run *r)
@@ -152,11 +141,9 @@ static void rest(void **state)
   ok(VecAssemblyBegin(r.w));
   ok(VecAssemblyEnd(r.w));
   assert_true(rest_time(&r) == 0); /* it moves */
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
-  ok(SlipFaultSetReal(r.fault, "nx", 1));
-  ok(SlipFaultSetReal(r.fault, "nz", 1));
-  ok(SlipFaultSetReal(r.fault, "loading_rate", rate));
+  ok(FaultSetReals(r.fault, {"nx", 1}, {"nz", 1}, {"loading_rate", rate}));
   ok(SlipFaultSetString(r.fault, "stiffness_scaling", "mean_slip"));
   ok(SlipFaultSetUp(r.fault));
   ok(SlipFaultCreateState(r.fault, &r.w));
@@ -164,7 +151,7 @@ static void rest(void **state)
   ok(SlipFaultConfigureTS(r.fault, r.ts));
   /* the stiffness is scaled to G/Ly by a solve to 1e-12 */
   if (fabs(rest_time(&r) / wait - 1) > 1e-9) fail_msg("rest time %.12g s, expected %.12g s", rest_time(&r), wait);
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
 }
 
 static void bounds(void **state)
@@ -185,7 +172,7 @@ static void bounds(void **state)
     assert_int_not_equal(0, (int)TSSetFromOptions(r.ts));
     if (!strstr(message, want[i]) || !strstr(message, "between 0.0001 and 0.1"))
       fail_msg("expected \"%s\" in \"%s\"", want[i], message);
-    end(&r);
+    ObjectsDestroy(&r.ts, &r.w, &r.fault);
   }
 }
 
@@ -202,7 +189,7 @@ static void other_types(void **state)
   ok(TSAdaptRLSetAccuracy(adapt, 0.05));
   ok(TSAdaptRLGetAccuracy(adapt, &seen));
   assert_true(seen == 0);
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
 }
 
 SLIP_TESTS(dial_is_observed, dial_is_ignored, needs_estimate, rest, bounds, other_types)

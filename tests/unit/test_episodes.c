@@ -13,8 +13,7 @@ static SlipPolicy policy(double h, double slope)
 /* EnvActorFn: an action that never changes */
 static PetscErrorCode same(const EnvMoment *m, PetscReal *action, PetscBool *stop, void *ctx)
 {
-  (void)m;
-  (void)stop;
+  (void)m, (void)stop;
   *action = *(const PetscReal *)ctx;
   return 0;
 }
@@ -111,8 +110,7 @@ static void reproducible(void **state)
     ok(EpisodeDestroy(&a));
     ok(EpisodeDestroy(&b));
   }
-  ok(SlipPolicyDestroy(&coarse));
-  ok(SlipPolicyDestroy(&fine));
+  ObjectsDestroy(&coarse, &fine);
 }
 
 /* The whole reference against a run by another controller with a tight tolerance. Second order at steps of 1 % of the

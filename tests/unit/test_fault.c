@@ -1,5 +1,6 @@
 /* The fault without an integrator: parameters and their errors, files, scaling, critical state, elimination, energy. */
 #include "unit.h"
+#include "faultstart.h"
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 #include <unistd.h>
@@ -9,8 +10,7 @@ static SlipFault Make(PetscInt nx, PetscInt nz)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", nx));
-  ok(SlipFaultSetReal(fault, "nz", nz));
+  ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}));
   return fault;
 }
 
@@ -120,9 +120,7 @@ static void two_faults(void **state)
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(SlipFaultConfigureTS(again, ts));
   assert_int_equal(((PetscObject)again)->refct, 2);
-  ok(SlipFaultDestroy(&again));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&lower));
+  ObjectsDestroy(&again, &ts, &lower);
 
   again = Make(2, 3);
   ok(SlipFaultSetOptionsPrefix(again, "third_"));
@@ -137,8 +135,7 @@ static void normal_stress(void **state)
   SlipFault fault = Make(2, 3);
 
   (void)state;
-  ok(SlipFaultSetReal(fault, "normal_stress", 1e6));
-  ok(SlipFaultSetReal(fault, "depth_top", 200));
+  ok(FaultSetReals(fault, {"normal_stress", 1e6}, {"depth_top", 200}));
   ok(SlipFaultSetUp(fault));
   /* centre of the last row: 200 m + 2500 m; both terms are exact in doubles */
   assert_true(fault->fields.cell[FIELD_NORMAL_STRESS][5] == 1e6 + 15e3 * 2700);
@@ -173,8 +170,7 @@ static void scaling_and_critical_state(void **state)
   ok(VecNorm(x, NORM_INFINITY, &norm));
   ok(VecNorm(sigma, NORM_INFINITY, &sum));
   assert_true(norm < 1e-11 * sum);
-  VecsDestroy(&x, &sigma);
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&x, &sigma, &fault);
 }
 
 /* Nobody has asked for a scaling: one cell of 3 km at the surface has 0.311646 G/km, known to these digits. */
@@ -285,9 +281,7 @@ static void stiffness_view(void **state)
   ok(MatConvert(fault->operators.K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
   ok(MatEqual(K, dense, &same));
   assert_true(same);
-  MatsDestroy(&dense, &K);
-  ok(PetscViewerDestroy(&viewer));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&dense, &K, &viewer, &fault);
   unlink(file);
   unlink("test_fault_view.bin.info");
 }
@@ -337,9 +331,7 @@ static void elimination(void **state)
   ok(VecRestoreArray(base, &b));
   ok(VecRestoreArray(ex, &c));
   ok(VecRestoreArray(F, &f));
-  ok(PetscRandomDestroy(&random));
-  VecsDestroy(&base, &ex, &w, &F, &v, &r);
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&random, &base, &ex, &w, &F, &v, &r, &fault);
 }
 
 /* d(kinetic + elastic)/dt + viscous + friction = loading holds instant by instant: with dw/dt = A^-1 (F_s + r) the
@@ -382,9 +374,7 @@ static void power_balance(void **state)
   assert_true(o.viscous_power > 0);
   assert_true(fabs(rate + o.viscous_power + o.friction_power - o.loading_power) <
               1e-12 * (fabs(rate) + o.viscous_power + fabs(o.friction_power) + fabs(o.loading_power)));
-  ok(PetscRandomDestroy(&random));
-  VecsDestroy(&w, &F, &r, &ku, &u);
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&random, &w, &F, &r, &ku, &u, &fault);
 }
 
 static PetscReal ObserveFault(SlipFault fault, Vec w, const char name[])
@@ -422,8 +412,7 @@ static void observations(void **state)
   assert_true(fabs(x - 1. / 9) < 1e-15);
   x = ObserveFault(fault, w, "log_velocity");
   assert_true(fabs(x - log10(0.63 * sqrt(2500 / 30e9) * 3000 / 0.1)) < 1e-13);
-  ok(VecDestroy(&w));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &fault);
 }
 
 SLIP_TESTS(parameters, two_faults, normal_stress, scaling_and_critical_state, elasticity_is_left_alone, field_file,

@@ -15,8 +15,7 @@ typedef struct {
 
 static void Open(Case *c, PetscInt nx, PetscInt nz, PetscReal time, PetscInt steps)
 {
-  ok(SlipFaultSetReal(c->fault, "nx", nx));
-  ok(SlipFaultSetReal(c->fault, "nz", nz));
+  ok(FaultSetReals(c->fault, {"nx", nx}, {"nz", nz}));
   ok(SlipFaultSetString(c->fault, "stiffness_scaling", "mean_slip"));
   c->step = time / steps;
   ok(FaultStart(c->fault, TSADAPTNONE, c->step, time, &c->w, &c->ts));
@@ -25,9 +24,7 @@ static void Open(Case *c, PetscInt nx, PetscInt nz, PetscReal time, PetscInt ste
 
 static void Close(Case *c)
 {
-  ok(VecDestroy(&c->w));
-  ok(TSDestroy(&c->ts));
-  ok(SlipFaultDestroy(&c->fault));
+  ObjectsDestroy(&c->w, &c->ts, &c->fault);
 }
 
 static PetscReal FinalSlip(PetscInt n, PetscInt steps, TSBatheReactionType reaction)

@@ -12,8 +12,7 @@ static const PetscReal last = 1e8; /* until when the pressure is a number [s] */
 
 static PetscErrorCode Ends(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
 {
-  (void)fault;
-  (void)ctx;
+  (void)fault, (void)ctx;
   for (PetscInt i = 0; i < n; i++) p[i] = t > last ? (PetscReal)NAN : 1e6;
   return PETSC_SUCCESS;
 }
@@ -80,11 +79,8 @@ static void Run(TSType type, TSAdaptType adapt)
 
   assert_int_equal(0, TempDirMake("finite", folder));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", NX));
-  ok(SlipFaultSetReal(fault, "nz", NZ));
-  ok(SlipFaultSetReal(fault, "normal_stress", 50e6));
-  ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
-  ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+  ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"normal_stress", 50e6}, {"normal_stress_gradient", 0},
+                   {"loading_rate", 1e-9}));
   ok(SlipFaultSetString(fault, "friction_law", bathe ? "constant" : "rate_and_state"));
   ok(SlipFaultSetString(fault, "viscosity", "radiation"));
   if (bathe) ok(SlipFaultSetString(fault, "initial", "traction"));
@@ -104,9 +100,7 @@ static void Run(TSType type, TSAdaptType adapt)
   fails(TSSolve(ts, w), "SlipFaultSetPressureFunction() gives nan");
   ok(TSGetTime(ts, &time));
   assert_true(time > 0 && time <= last);
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
   for (int k = 0; k < 2; k++) {
     const Count count = Scan(file[k]);
 

@@ -67,11 +67,8 @@ static SlipFault Fault(void)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", NX));
-  ok(SlipFaultSetReal(fault, "nz", NZ));
-  ok(SlipFaultSetReal(fault, "normal_stress", 5e7));
-  ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
-  ok(SlipFaultSetReal(fault, "initial_traction", 1e7));
+  ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"normal_stress", 5e7}, {"normal_stress_gradient", 0},
+                   {"initial_traction", 1e7}));
   ok(SlipFaultSetString(fault, "initial", "traction"));
   return fault;
 }
@@ -125,9 +122,7 @@ static void source(void **state)
 
   (void)state;
   ok(SlipFaultSetString(fault, "injection", "500,750")); /* the centre of the first of the cells of 1000 x 1500 m */
-  ok(SlipFaultSetReal(fault, "injection_pressure", p));
-  ok(SlipFaultSetReal(fault, "injection_diffusivity", D));
-  ok(SlipFaultSetReal(fault, "injection_stop", stop));
+  ok(FaultSetReals(fault, {"injection_pressure", p}, {"injection_diffusivity", D}, {"injection_stop", stop}));
   ok(SlipFaultSetUp(fault));
   for (PetscInt e = 0; e < N; e++) {
     const PetscReal x = 1000 * (PetscReal)(e % NX), z = 1500 * (PetscReal)(e / NX);
@@ -164,8 +159,7 @@ static void source_of_planes(void **state)
     ok(SlipFaultSetReal(fault, "normal_stress", 5e7));
     ok(SlipFaultSetString(fault, "mesh", file));
     ok(SlipFaultSetString(fault, "injection", wrong ? "0,5000" : "0,300,5000"));
-    ok(SlipFaultSetReal(fault, "injection_pressure", p));
-    ok(SlipFaultSetReal(fault, "injection_diffusivity", D));
+    ok(FaultSetReals(fault, {"injection_pressure", p}, {"injection_diffusivity", D}));
     if (wrong)
       fails(SlipFaultSetUp(fault), "-fault_injection is \"0,5000\", expected three numbers x,y,z");
     else
@@ -228,9 +222,7 @@ static PetscReal Slip(const char file[], PetscReal largest, PetscReal *opened)
   ok(SlipFaultGetObservables(fault, 100, w, NULL, &o));
   ok(SlipFaultGetLoad(fault, 100, &load));
   if (opened) *opened = fault->loads.opened ? load->stress[0] : -1;
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
   return o.mean_slip;
 }
 
@@ -275,8 +267,7 @@ static void opening(void **state)
 
 static PetscErrorCode Steady(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
 {
-  (void)fault;
-  (void)t;
+  (void)fault, (void)t;
   for (PetscInt i = 0; i < n; i++) p[i] = *(PetscReal *)ctx;
   return PETSC_SUCCESS;
 }
@@ -293,8 +284,8 @@ static void start_under_pressure(void **state)
     Vec w;
 
     ok(SlipFaultSetString(fault, "friction_law", "constant"));
-    ok(SlipFaultSetReal(fault, "friction_residual", mu));
-    ok(SlipFaultSetReal(fault, "initial_traction", (k % 2 ? 1.001 : 0.999) * mu * (5e7 - pressure)));
+    ok(FaultSetReals(fault, {"friction_residual", mu},
+                     {"initial_traction", (k % 2 ? 1.001 : 0.999) * mu * (5e7 - pressure)}));
     ok(SlipFaultSetPressureFunction(fault, Steady, &pressure));
     ok(SlipFaultSetUp(fault));
     ok(SlipFaultCreateState(fault, &w));
@@ -302,8 +293,7 @@ static void start_under_pressure(void **state)
       fails(SlipFaultSetInitialState(fault, w), "fault_initial traction");
     else
       ok(SlipFaultSetInitialState(fault, w));
-    ok(VecDestroy(&w));
-    ok(SlipFaultDestroy(&fault));
+    ObjectsDestroy(&w, &fault);
   }
 }
 

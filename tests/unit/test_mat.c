@@ -57,7 +57,7 @@ static PetscReal SquareError(Mat K, Mat H)
   ok(MatNorm(denseK, NORM_FROBENIUS, &norm));
   ok(MatAXPY(square, -1, denseK, SAME_NONZERO_PATTERN));
   ok(MatNorm(square, NORM_FROBENIUS, &error));
-  MatsDestroy(&square, &denseK, &denseH);
+  ObjectsDestroy(&square, &denseK, &denseH);
   return error / norm;
 }
 
@@ -75,7 +75,7 @@ static void test_viscosity_squares_to_stiffness(void **state)
       ok(MatScale(K, 0.9)); /* the root must follow MatScale() */
       ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
       assert_true(SquareError(K, H) < 1e-10); /* what the truncated root promises; rounding is 1e-14 */
-      MatsDestroy(&H, &K);
+      ObjectsDestroy(&H, &K);
     }
 }
 
@@ -90,7 +90,7 @@ static PetscReal Distance(Mat A, Mat B)
   ok(MatNorm(denseB, NORM_FROBENIUS, &norm));
   ok(MatAXPY(denseA, -1, denseB, SAME_NONZERO_PATTERN));
   ok(MatNorm(denseA, NORM_FROBENIUS, &error));
-  MatsDestroy(&denseA, &denseB);
+  ObjectsDestroy(&denseA, &denseB);
   return error / norm;
 }
 
@@ -108,8 +108,7 @@ static PetscReal DiagonalError(Mat A)
   ok(VecNorm(e, NORM_INFINITY, &norm));
   ok(VecAXPY(d, -1, e));
   ok(VecNorm(d, NORM_INFINITY, &error));
-  ok(MatDestroy(&dense));
-  VecsDestroy(&d, &e);
+  ObjectsDestroy(&dense, &d, &e);
   return error / norm;
 }
 
@@ -180,7 +179,7 @@ static void test_fft_is_dense(void **state)
     assert_true(Distance(H[1], H[0]) < 1e-10);
     assert_true(Distance(B[1], B[0]) < 1e-10);
     for (int t = 0; t < 2; t++) {
-      MatsDestroy(&K[t], &H[t], &B[t]);
+      ObjectsDestroy(&K[t], &H[t], &B[t]);
     }
   }
 }
@@ -231,7 +230,7 @@ static void test_sketched_root(void **state)
     assert_true(Distance(H[1], H[0]) < 1e-10);
     assert_true(SquareError(K[1], H[1]) < 1e-10);
     for (int t = 0; t < 2; t++) {
-      MatsDestroy(&H[t], &K[t]);
+      ObjectsDestroy(&H[t], &K[t]);
     }
   }
   ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
@@ -294,11 +293,11 @@ static void test_viscosity_by_denman_beavers(void **state)
     ok(MatAXPY(Z, 1, inverseY, SAME_NONZERO_PATTERN));
     ok(MatScale(Y, 0.5));
     ok(MatScale(Z, 0.5));
-    MatsDestroy(&factorY, &factorZ, &inverseY, &inverseZ);
+    ObjectsDestroy(&factorY, &factorZ, &inverseY, &inverseZ);
   }
   ok(MatScale(Y, 2 * ZETA * MASS));
   assert_true(Distance(H, Y) < 1e-11); /* the iteration's rounding grows with the condition of K, about 10 here */
-  MatsDestroy(&identity, &Y, &Z, &H, &K);
+  ObjectsDestroy(&identity, &Y, &Z, &H, &K);
 }
 
 /* The spectral root is near the exact one but not equal (off by a few per cent in norm); "none" is zero. */
@@ -317,7 +316,7 @@ static void test_other_viscosities(void **state)
   assert_true(DiagonalError(spectral) < 1e-12);
   ok(MatNorm(none, NORM_INFINITY, &norm));
   assert_true(norm == 0);
-  MatsDestroy(&K, &exact, &spectral, &none);
+  ObjectsDestroy(&K, &exact, &spectral, &none);
 }
 
 /* "auto" is dense while that is as fast, FFT beyond. */
@@ -354,7 +353,7 @@ static void test_zero_damping(void **state)
     ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &dense));
     ok(MatNorm(dense, NORM_INFINITY, &norm));
     assert_true(norm == 0);
-    MatsDestroy(&dense, &H, &K);
+    ObjectsDestroy(&dense, &H, &K);
   }
 }
 
@@ -383,7 +382,7 @@ static void test_stage_is_the_sum(void **state)
       }
     ok(MatDestroy(&dense));
   }
-  MatsDestroy(&B, &H, &K);
+  ObjectsDestroy(&B, &H, &K);
 }
 
 /* Radiation damping without inertia: B = eta I + theta K, by products and by what solvers that factor blocks ask for */
@@ -418,9 +417,7 @@ static void test_radiation(void **state)
         assert_true(PetscAbsReal(scale * EntryOf(part, i, j) + (i == j ? d : 0) - expected) <
                     1e-13 * (eta + theta * EntryOf(known, i, i)));
       }
-    ok(MatDestroy(&dense));
-    ok(MatDestroy(&known));
-    MatsDestroy(&B, &H, &K);
+    ObjectsDestroy(&dense, &known, &B, &H, &K);
   }
 }
 

@@ -63,9 +63,7 @@ static PetscReal Contraction(Mat B, Mat A)
     ok(VecAXPY(e, -1, r));
     after = Energy(A, e, work);
   }
-  ok(MatDestroy(&factor));
-  ok(ISDestroy(&order));
-  VecsDestroy(&e, &r, &work);
+  ObjectsDestroy(&factor, &order, &e, &r, &work);
   return PetscSqrtReal(after);
 }
 
@@ -88,7 +86,7 @@ static PetscReal WorstContraction(Mat K)
     assert_true(theta == Thetas[k]);
     worst = PetscMax(worst, Contraction(B, A));
   }
-  MatsDestroy(&B, &H);
+  ObjectsDestroy(&B, &H);
   return worst;
 }
 
@@ -131,7 +129,7 @@ static void test_contraction_without_grid(void **state)
   print_message("without a grid: %g, bound %g\n", (double)worst, ZETA / (2 + ZETA));
   assert_true(worst > 0.02 && worst < ZETA / (2 + ZETA) + 1e-10);
   ok(PetscFree(entries));
-  MatsDestroy(&K, &bare);
+  ObjectsDestroy(&K, &bare);
 }
 
 static void FillDirection(Vec x, PetscInt j)
@@ -165,7 +163,7 @@ static void CompareOnDirections(Mat A, Mat B, PetscInt first, PetscInt last, Pet
     *distance = PetscMax(*distance, off / norm);
     *asymmetry = PetscMax(*asymmetry, PetscAbsReal(xAy - yAx) / norm);
   }
-  VecsDestroy(&x, &y, &Ax, &Ay, &Bx);
+  ObjectsDestroy(&x, &y, &Ax, &Ay, &Bx);
 }
 
 /* The approximation at all theta, when directions first to last are known. delta: what it leaves without them */
@@ -212,8 +210,7 @@ static void CheckCorrection(Mat K, PetscReal delta)
     ok(MatSlipStageGetApproximation(B, &A));
   }
   CheckCorrected(B, exact, delta, 29, 29);
-  MatsDestroy(&exact, &root, &B, &H, &K);
-  VecsDestroy(&x, &y);
+  ObjectsDestroy(&exact, &root, &B, &H, &K, &x, &y);
 }
 
 /* Irregular cells, whose rows are weighted */
@@ -249,7 +246,7 @@ static void test_root_of_endless_plane(void **state)
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &small, "fft", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "toeplitz", &H));
   ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &part));
-  MatsDestroy(&H, &K);
+  ObjectsDestroy(&H, &K);
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &large, "dense", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &whole));
   for (PetscInt i = 0; i < 36; i++)
@@ -264,7 +261,7 @@ static void test_root_of_endless_plane(void **state)
     }
   print_message("difference %g of the largest entry\n", (double)(difference / size));
   assert_true(difference < 1e-3 * size);
-  MatsDestroy(&part, &whole, &K);
+  ObjectsDestroy(&part, &whole, &K);
 }
 
 /* One product for all of B against three, and diagonals against the entries: rounding. */
@@ -301,9 +298,7 @@ static void test_fused_product(void **state)
     ok(VecAXPY(z, -1, d));
     ok(VecNorm(z, NORM_2, &distance));
     assert_true(distance < 1e-13 * size);
-    ok(MatDestroy(&dense));
-    VecsDestroy(&x, &y, &z, &d);
-    MatsDestroy(&B, &H, &K);
+    ObjectsDestroy(&dense, &x, &y, &z, &d, &B, &H, &K);
   }
 }
 
@@ -329,7 +324,7 @@ static PetscReal DistanceOfIterates(Mat exact, Mat H)
     ok(VecNorm(z, NORM_2, &distance));
     worst = PetscMax(worst, distance / size);
   }
-  VecsDestroy(&x, &y, &z);
+  ObjectsDestroy(&x, &y, &z);
   return worst;
 }
 
@@ -346,7 +341,7 @@ static PetscReal DistanceOfLanczos(Mat K, const char type[], const char option[]
   ok(MatSlipViscositySetTolerance(H, 1e-10)); /* of the exact root */
   distance = DistanceOfIterates(exact, H);
   print_message("%s: %g\n", type, (double)distance);
-  MatsDestroy(&exact, &H);
+  ObjectsDestroy(&exact, &H);
   return distance;
 }
 
@@ -361,7 +356,7 @@ static void test_viscosities_of_large_grids(void **state)
   assert_true(DistanceOfLanczos(K, "sqrtm", "-mat_slipsqrtm_setup", exact) < 2e-10);
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
   assert_true(DistanceOfLanczos(K, "spectral", "-mat_slipspectral_type", exact) < 1e-11);
-  MatsDestroy(&dense, &K);
+  ObjectsDestroy(&dense, &K);
 }
 
 /* Deep grids take hundreds of Lanczos steps without reorthogonalisation, where a small tolerance meets rounding. A
@@ -400,8 +395,7 @@ static void test_waves_of_deep_grid(void **state)
     print_message("deep: %g\n", (double)(distance / size));
     assert_true(distance <= 1e-11 * size); /* ten times the tolerance, for the sum of increments */
   }
-  VecsDestroy(&x, &y, &z);
-  MatsDestroy(&H, &exact, &K);
+  ObjectsDestroy(&x, &y, &z, &H, &exact, &K);
 }
 
 SLIP_TESTS(test_contraction_on_grids, test_contraction_without_grid, test_correction_of_cells,

@@ -47,7 +47,7 @@ static Mat Viscosity(const SlipGrid *grid, const char dir[], PetscReal scale, Pe
   ok(MatScale(K, scale));
   ok(MatCreateSlipViscosity(K, mass, ZETA, "sqrtm", &H));
   ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &dense));
-  MatsDestroy(&H, &K);
+  ObjectsDestroy(&H, &K);
   return dense;
 }
 
@@ -99,7 +99,7 @@ static void test_dense_root(void **state)
   assert_true(Distance(Viscosity(&Dense, dir, 0.4, 3 * MASS), other) < 1e-13);
   OnlyFile(dir, name);
   assert_true(InodeOf(name) == inode);
-  MatsDestroy(&plain, &other);
+  ObjectsDestroy(&plain, &other);
   assert_int_equal(unlink(name), 0);
   assert_int_equal(rmdir(dir), 0);
 }

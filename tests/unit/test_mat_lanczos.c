@@ -82,8 +82,7 @@ static void test_tolerance(void **state)
       print_message("%s, tolerance %g: error %g\n", cells ? "cells" : "grid", (double)tolerance, (double)worst);
       assert_true(worst < 3 * tolerance);
       assert_true(worst > 1e-4 * tolerance);
-      VecsDestroy(&x, &sum);
-      MatsDestroy(&H, &exact);
+      ObjectsDestroy(&x, &sum, &H, &exact);
     }
 }
 
@@ -110,8 +109,7 @@ static void test_few_digits_are_forgotten(void **state)
     ok(VecAXPY(small, 1e-3, x)); /* both directions are known, but one not well enough */
     print_message("part %g: error %g\n", (double)part, (double)Error(H, exact, small));
     assert_true(Error(H, exact, small) < 3 * tolerance);
-    VecsDestroy(&x, &small, &whole);
-    MatsDestroy(&H, &exact);
+    ObjectsDestroy(&x, &small, &whole, &H, &exact);
   }
 }
 
@@ -146,8 +144,7 @@ static void test_loose_products(void **state)
   assert_true(Error(H, exact, x) < 3 * tolerance); /* near: what is spared is not worth a second product */
   ok(set(B, 0));
   assert_true(Error(H, exact, y) < 3 * tolerance);
-  VecsDestroy(&x, &y);
-  MatsDestroy(&B, &K, &H, &exact);
+  ObjectsDestroy(&x, &y, &B, &K, &H, &exact);
 }
 
 /* Two stiffnesses with prefixes of their own, one plain: each viscosity and stage reads its own options; a setter
@@ -197,10 +194,9 @@ static void test_options_have_one_owner(void **state)
   ok(PetscOptionsClearValue(NULL, "-two_mat_slipsqrtm_setup"));
   ok(PetscOptionsClearValue(NULL, "-two_mat_slipstage_jacobian"));
   for (int k = 0; k < 3; k++) {
-    MatsDestroy(&B[k], &H[k], &K[k]);
+    ObjectsDestroy(&B[k], &H[k], &K[k]);
   }
-  ok(VecDestroy(&x));
-  MatsDestroy(&plain, &exact);
+  ObjectsDestroy(&x, &plain, &exact);
 }
 
 /* Nothing is read from the options database but by SetFromOptions(), with the prefix; what is known too late is said. */
@@ -221,9 +217,7 @@ static void test_stiffness_options(void **state)
   ok(MatMult(K, x, y));
   ok(MatSlipStiffnessSetDepth(K, "transform"));
   fails(MatSlipStiffnessSetDepth(K, "blocks"), "before the first product");
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
-  ok(MatDestroy(&K));
+  ObjectsDestroy(&x, &y, &K);
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
   ok(MatSlipStiffnessSetShare(K, PETSC_TRUE));
   ok(MatSlipStiffnessSetDepth(K, "blocks"));
@@ -232,9 +226,7 @@ static void test_stiffness_options(void **state)
   fails(MatSlipStiffnessSetShare(K, PETSC_FALSE), "before the stiffness is used");
   ok(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
   ok(PetscOptionsClearValue(NULL, "-one_mat_slipfft_depth"));
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
-  ok(MatDestroy(&K));
+  ObjectsDestroy(&x, &y, &K);
 }
 
 SLIP_TESTS(test_tolerance, test_few_digits_are_forgotten, test_loose_products, test_options_have_one_owner,

@@ -42,7 +42,7 @@ static Mat StageOf(PetscInt n, const char *type)
   ok(MatScale(K, 0.46));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
   ok(MatCreateSlipStage(K, H, MASS, &B));
-  MatsDestroy(&K, &H);
+  ObjectsDestroy(&K, &H);
   return B;
 }
 
@@ -82,8 +82,7 @@ static Problem *CreateProblem(Mat B, PetscReal theta, PetscReal share, PetscReal
 
 static void DestroyProblem(Problem *p)
 {
-  ok(MatDestroy(&p->J));
-  VecsDestroy(&p->mask, &p->slope, &p->work);
+  ObjectsDestroy(&p->J, &p->mask, &p->slope, &p->work);
   ok(PetscFree(p));
 }
 
@@ -119,8 +118,7 @@ static PetscInt Solve(Problem *p, const char *pctype)
   ok(VecNorm(b, NORM_2, &bnorm));
   /* the natural norm fell by 1e-8; the 2-norm may differ by the root of the condition of J, at most about 10 here */
   assert_true(rnorm < 1e-6 * bnorm);
-  ok(KSPDestroy(&ksp));
-  VecsDestroy(&x, &b, &r);
+  ObjectsDestroy(&ksp, &x, &b, &r);
   return its;
 }
 
@@ -240,9 +238,7 @@ static void test_symbol_by_plain_sums(void **state)
     }
     print_message("symbol by plain sums, grid %zu: %.1e relative\n", r, (double)(worst / size));
     assert_true(worst < 1e-13 * size);
-    ok(PCDestroy(&pc));
-    VecsDestroy(&e, &y);
-    MatsDestroy(&B, &H, &K);
+    ObjectsDestroy(&pc, &e, &y, &B, &H, &K);
     ok(PetscFree2(kernel, f));
   }
 }
@@ -279,8 +275,7 @@ static void test_symmetric_positive_definite(void **state)
       assert_true(xPx > 0);
       assert_true(PetscAbsReal(xPy - yPx) < 1e-12 * xPx); /* rounding */
     }
-    ok(PCDestroy(&pc));
-    VecsDestroy(&x, &y, &Px, &Py);
+    ObjectsDestroy(&pc, &x, &y, &Px, &Py);
     DestroyProblem(p);
     ok(MatDestroy(&B));
   }
@@ -315,9 +310,7 @@ static void test_stiffness_alone(void **state)
     ok(KSPGetIterationNumber(ksp, &its));
     print_message("stiffness alone, %d x %d: %d iterations\n", (int)n, (int)n, (int)its);
     assert_true(reason > 0 && its <= 15);
-    ok(KSPDestroy(&ksp));
-    VecsDestroy(&x, &b);
-    ok(MatDestroy(&K));
+    ObjectsDestroy(&ksp, &x, &b, &K);
   }
 }
 
@@ -346,9 +339,7 @@ static void test_diagonal_without_grid(void **state)
   ok(MatGetDiagonal(B, x));
   ok(VecGetValues(x, 1, &row, &diagonal));
   assert_true(PetscAbsReal(got * diagonal - 1) < 1e-14);
-  ok(PCDestroy(&pc));
-  VecsDestroy(&x, &y);
-  MatsDestroy(&B, &H, &K);
+  ObjectsDestroy(&pc, &x, &y, &B, &H, &K);
 }
 
 /* Its options are its own, with its prefix; a type that was given up is refused by name. */
@@ -369,8 +360,7 @@ static void test_options(void **state)
   fails(PCSetFromOptions(pc), "-own_pc_slipstage_type is \"blocks\"");
   ok(PetscOptionsClearValue(NULL, "-own_pc_slipstage_type"));
   ok(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
-  ok(PCDestroy(&pc));
-  ok(MatDestroy(&B));
+  ObjectsDestroy(&pc, &B);
 }
 
 SLIP_TESTS(test_iterations, test_options, test_symbol_by_plain_sums, test_symmetric_positive_definite,

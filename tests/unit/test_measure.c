@@ -2,6 +2,7 @@
    training. */
 #define _GNU_SOURCE /* setenv() */
 #include "policies.h"
+#include "faultstart.h"
 #include "tempdir.h"
 #include <math.h>
 #include <stdlib.h>
@@ -21,23 +22,10 @@ static Run start(const char options[])
   ok(PetscOptionsClear(NULL));
   ok(PetscOptionsInsertString(NULL, options));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
-  ok(SlipFaultSetReal(r.fault, "nx", 1));
-  ok(SlipFaultSetReal(r.fault, "nz", 1));
-  ok(SlipFaultSetUp(r.fault));
-  ok(SlipFaultCreateState(r.fault, &r.w));
-  ok(SlipFaultSetInitialState(r.fault, r.w));
-  ok(TSCreate(PETSC_COMM_SELF, &r.ts));
-  ok(SlipFaultConfigureTS(r.fault, r.ts));
+  ok(FaultSetReals(r.fault, {"nx", 1}, {"nz", 1}));
+  ok(FaultStart(r.fault, TSADAPTRL, 0, 0, &r.w, &r.ts));
   ok(TSGetAdapt(r.ts, &r.adapt));
-  ok(TSAdaptSetType(r.adapt, TSADAPTRL));
   return r;
-}
-
-static void end(Run *r)
-{
-  ok(TSDestroy(&r->ts));
-  ok(VecDestroy(&r->w));
-  ok(SlipFaultDestroy(&r->fault));
 }
 
 /* y = tanh(log_accuracy), steps from 1e-2 to 1 T*; trained for dials between two. measure: NULL: it does not say */
@@ -113,7 +101,7 @@ static void chooses(const char options[], const char file[], const char measure[
   assert_string_equal(strrchr(found, '/') + 1, file);
   ok(TSAdaptRLGetMeasure(r.adapt, &found));
   assert_string_equal(found, measure);
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
 }
 
 static void default_policies(void **state)
@@ -167,7 +155,7 @@ static void named(void **state)
     ok(TSAdaptRLGetMeasure(r.adapt, &found));
     if (!row[i].error) assert_string_equal(found, row[i].measure);
     ok(SlipPolicyDestroy(&p));
-    end(&r);
+    ObjectsDestroy(&r.ts, &r.w, &r.fault);
   }
 }
 
@@ -200,7 +188,7 @@ static void setter(void **state)
   ok(TSAdaptRLSetMeasure(r.adapt, "history"));
   ok(TSAdaptRLGetMeasure(r.adapt, &found));
   assert_null(found);
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
 }
 
 /* A problem whose error is its own */
@@ -214,12 +202,12 @@ static void other_problem(void **state)
   ok(TSSetSlipProblem(r.ts, NULL));
   ok(TSAdaptRLSetPolicy(r.adapt, p));
   (void)step(&r, text, sizeof(text), "-ts_adapt_rl_measure final_slip: the problem has one error of its own");
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
   r = start("-ts_adapt_rl_measure history");
   ok(TSSetSlipProblem(r.ts, NULL));
   ok(TSAdaptRLSetPolicy(r.adapt, p));
   (void)step(&r, text, sizeof(text), NULL);
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
   ok(SlipPolicyDestroy(&p));
 }
 
@@ -234,7 +222,7 @@ static PetscReal dialled(const char options[], char text[], size_t len)
   ok(TSAdaptRLGetAccuracy(r.adapt, &dial));
   if (strstr(options, "2e-4")) assert_true(dial == 2e-4); /* what was asked for */
   ok(SlipPolicyDestroy(&p));
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
   return h;
 }
 
@@ -271,11 +259,11 @@ static void alternative(void **state)
   near(step(&r, text, sizeof(text), NULL), pow(10, tanh(log10(3e-3)) - 1));
   assert_non_null(strstr(text, "-ts_adapt_rl_accuracy 0.001: the run uses 0.003, as policy "));
   assert_non_null(strstr(text, "for 0.003 to 0.1; -ts_adapt_rl_measure final_slip goes down to 0.0001\n"));
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
   r = start("-ts_adapt_rl_accuracy 1e-3 -ts_adapt_rl_measure final_slip");
   near(step(&r, text, sizeof(text), NULL), pow(10, tanh(-3) - 1));
   assert_string_equal(text, "");
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
   assert_int_equal(0, unsetenv("SLIPSTEP_POLICY_DIR"));
   assert_int_equal(0, TempDirRemove(dir));
 }
@@ -306,7 +294,7 @@ static void actors(void **state)
   near(seen, -4);
   assert_string_equal(text, "");
   ok(SlipPolicyDestroy(&p));
-  end(&r);
+  ObjectsDestroy(&r.ts, &r.w, &r.fault);
 }
 
 SLIP_TESTS(default_policies, named, setter, other_problem, clipped, alternative, actors)

@@ -1,6 +1,7 @@
 /* What both kinds of mesh say of their cells: places and corners against each other, planes, extents, and that the user's
    options stay as they were. */
 #include "unit.h"
+#include "faultstart.h"
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 #include <string.h>
@@ -48,9 +49,7 @@ static void grid(void **state)
 
   (void)state;
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", NX));
-  ok(SlipFaultSetReal(fault, "nz", NZ));
-  ok(SlipFaultSetReal(fault, "depth_top", 500));
+  ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"depth_top", 500}));
   ok(SlipFaultSetUp(fault));
   CheckCorners(&fault->mesh);
   fault->mesh.kind->cell(&fault->mesh, NX + 2, &cell); /* 1000 x 1500 m, below, at the right */

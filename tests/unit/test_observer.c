@@ -64,8 +64,7 @@ static PetscErrorCode Step(SlipFault fault, TS ts, PetscInt step, PetscReal time
   PetscReal row[3] = {time}, norm;
 
   PetscFunctionBegin;
-  (void)fault;
-  (void)ts;
+  (void)fault, (void)ts;
   assert_int_equal(step, m->last + 1);
   m->last = step;
   m->steps++;
@@ -100,8 +99,7 @@ static PetscErrorCode Finish(SlipFault fault, TS ts, SlipOutput output, void *ct
   Mine *m = (Mine *)ctx;
 
   PetscFunctionBegin;
-  (void)fault;
-  (void)ts;
+  (void)fault, (void)ts;
   assert_ptr_equal(output, m->output);
   PetscCall(SlipOutputAddResult(output, "way", NULL, NULL, m->way));
   m->finished++;
@@ -126,9 +124,7 @@ static PetscInt idle_steps = 0;
 static PetscErrorCode Refuse(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
   PetscFunctionBegin;
-  (void)fault;
-  (void)ts;
-  (void)ctx;
+  (void)fault, (void)ts, (void)ctx;
   *wanted = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -136,12 +132,7 @@ static PetscErrorCode Refuse(SlipFault fault, TS ts, PetscBool *wanted, void **c
 static PetscErrorCode CountIdle(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   PetscFunctionBegin;
-  (void)fault;
-  (void)ts;
-  (void)step;
-  (void)time;
-  (void)w;
-  (void)ctx;
+  (void)fault, (void)ts, (void)step, (void)time, (void)w, (void)ctx;
   idle_steps++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -172,8 +163,7 @@ static void Run(const char output[], const char checkpoint[], const char restart
 
   mine = (Mine){0};
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", 3));
-  ok(SlipFaultSetReal(fault, "nz", 3));
+  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 3}));
   ok(SlipFaultSetString(fault, "output", output));
   if (checkpoint) ok(SlipFaultSetString(fault, "checkpoint", checkpoint));
   if (restart) ok(SlipFaultSetString(fault, "restart", restart));
@@ -191,9 +181,7 @@ static void Run(const char output[], const char checkpoint[], const char restart
   assert_int_equal(mine.destroyed, 1);
   assert_int_equal(mine.starts, 1);
   assert_int_equal(idle_steps, 0);
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
   assert_int_equal(mine.destroyed, 1);
 }
 

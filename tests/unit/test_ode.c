@@ -91,8 +91,7 @@ static void by_petsc(const OdeEpisode *e, SlipPolicy policy, PetscInt *steps, Pe
   ok(TSSolve(ts, *y));
   ok(TSGetStepNumber(ts, steps));
   ok(TSGetStepRejections(ts, rejected));
-  ok(TSDestroy(&ts));
-  ok(MatDestroy(&J));
+  ObjectsDestroy(&ts, &J);
 }
 
 /* Explicit pairs: the same attempts as PETSc's, under basic and under a policy. Rounding differs, and a step more or less

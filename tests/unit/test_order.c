@@ -89,9 +89,7 @@ static void Run(const char type[], const char options[], PetscInt n)
   ok(PetscOptionsClear(NULL));
   wait = n - 1;
   ok(TSSolve(ts, y));
-  ok(TSDestroy(&ts));
-  ok(MatDestroy(&J));
-  ok(VecDestroy(&y));
+  ObjectsDestroy(&ts, &J, &y);
 }
 
 static void exponents(void **state)

@@ -163,7 +163,7 @@ static void resumes(void **state)
     assert_int_equal(2, restarts);
     ok(SlipH5Close(&h));
   }
-  VecsDestroy(&w, &half);
+  ObjectsDestroy(&w, &half);
 }
 
 /* ---- integrators that do not tell of their attempts ---- */
@@ -248,8 +248,7 @@ static void attempts(void **state)
   assert_true(now >= 0.25);
   ok(SlipH5Close(&h));
   PetscFree(time), PetscFree(dt), PetscFree(accept), PetscFree(converged), PetscFree(error);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  ObjectsDestroy(&ts, &w);
 }
 
 static int Enter(void **state)

@@ -176,8 +176,7 @@ static void round_trip(void **state)
   ok(SlipPolicySetAttribute(q, "alpha", "0.2"));
   ok(SlipPolicyGetHash(q, &hash));
   assert_string_not_equal(before, hash);
-  ok(SlipPolicyDestroy(&p));
-  ok(SlipPolicyDestroy(&q));
+  ObjectsDestroy(&p, &q);
 }
 
 /* Unit "h": the step is a factor, whatever the times of the problem are, and a file keeps that. */
@@ -199,8 +198,7 @@ static void relative(void **state)
   assert_true(flag);
   ok(SlipPolicyActionToStep(q, 0.5, 7, PETSC_MAX_REAL, &h));
   assert_true(fabs(h - sqrt(10)) < 1e-14); /* some roundings of pow() */
-  ok(SlipPolicyDestroy(&p));
-  ok(SlipPolicyDestroy(&q));
+  ObjectsDestroy(&p, &q);
 }
 
 /* ---- broken files: each entry spoils one thing in a good file ---- */
@@ -354,8 +352,7 @@ static void broken_files(void **state)
     ok(SlipPolicyEvaluate(p, obs, &b, NULL));
     assert_true(a == b); /* and the policy is still the one it was */
   }
-  ok(SlipPolicyDestroy(&p));
-  ok(SlipPolicyDestroy(&good));
+  ObjectsDestroy(&p, &good);
 }
 
 /* Every bit of the first weights of a file with a checksum, one at a time; then the same file as one of before. */

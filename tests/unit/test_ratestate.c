@@ -20,6 +20,19 @@ static SlipFriction Parameters(PetscReal a)
   return (SlipFriction){.a = a, .b = 0.03, .slip = 0.14, .reference = 0.6, .reference_rate = 1e-6};
 }
 
+static SlipFrictionCells Cells(const PetscReal a[], const PetscReal b[], const PetscReal f0[], const PetscReal slip[])
+{
+  return (SlipFrictionCells){.law = Law(),
+                             .a = a,
+                             .b = b,
+                             .reference = f0,
+                             .slip = slip,
+                             .residual = f0,
+                             .drop = f0,
+                             .rate = f0,
+                             .reference_rate = 1e-6};
+}
+
 /* The formula as it is written, in more digits */
 static long double Formula(const SlipFriction *p, long double s, long double v)
 {
@@ -67,17 +80,12 @@ static void balance(void **state)
   enum { MAX = 4096 };
   static PetscReal a[MAX], b[MAX], f0[MAX], slip[MAX], sigma[MAX], weight[MAX], tau[MAX], s[3 * MAX], v[MAX], got[MAX],
     ds[3 * MAX], allowed[MAX], kept[SLIP_RATE_AND_STATE_KEPT * MAX];
-  SlipFrictionCells f = {.law = Law(),
-                         .a = a,
-                         .b = b,
-                         .reference = f0,
-                         .slip = slip,
-                         .stress = sigma,
-                         .weight = weight,
-                         .reference_rate = 1e-6};
+  SlipFrictionCells f = Cells(a, b, f0, slip);
   PetscInt n = 0;
 
   (void)state;
+  f.stress = sigma;
+  f.weight = weight;
   for (PetscReal rate = 1e-26; rate < 1e4; rate *= 5.3)
     for (int k = 0; k < 24; k++) {
       const SlipFriction p = Parameters((PetscReal[]){0.0005, 0.004, 0.01, 0.04}[k % 4]);
@@ -119,11 +127,11 @@ static void extremes(void **state)
 {
   const PetscReal a[] = {0.01, 0.01, 0.01, 0.01}, f0[] = {0.6, 0.6, 0.6, 0.6}, slip[] = {1, 1, 1, 1};
   const PetscReal sigma[] = {0, 1e7, 0, 1e7}, tau[] = {ETA, 0, -2 * ETA, 6e6}, s[] = {0, 0, 0, 0};
-  const SlipFrictionCells f = {
-    .law = Law(), .a = a, .b = a, .reference = f0, .slip = slip, .stress = sigma, .reference_rate = 1e-6};
+  SlipFrictionCells f = Cells(a, a, f0, slip);
   PetscReal v[4];
 
   (void)state;
+  f.stress = sigma;
   SlipFrictionBalance(&f, NULL, 4, ETA, tau, 1, s, v, NULL);
   assert_true(fabs(v[0] - 1) < 4 * EPS && v[1] == 0 && fabs(v[2] + 2) < 8 * EPS);
   /* f0 at the rate V0: the friction of 6e6 Pa less eta V0 */
@@ -134,15 +142,7 @@ static void extremes(void **state)
 static void advance(void **state)
 {
   const PetscReal a[] = {0.01}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14};
-  SlipFrictionCells f = {.law = Law(),
-                         .a = a,
-                         .b = b,
-                         .reference = f0,
-                         .slip = slip,
-                         .residual = f0,
-                         .drop = f0,
-                         .rate = f0,
-                         .reference_rate = 1e-6};
+  SlipFrictionCells f = Cells(a, b, f0, slip);
 
   (void)state;
   for (int slip_law = 0; slip_law < 2; slip_law++)
@@ -172,15 +172,7 @@ static void advance(void **state)
 static void state_of(void **unused)
 {
   const PetscReal a[] = {0.004}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14};
-  const SlipFrictionCells f = {.law = Law(),
-                               .a = a,
-                               .b = b,
-                               .reference = f0,
-                               .slip = slip,
-                               .residual = f0,
-                               .drop = f0,
-                               .rate = f0,
-                               .reference_rate = 1e-6};
+  SlipFrictionCells f = Cells(a, b, f0, slip);
 
   (void)unused;
   for (PetscReal s = -10; s < 12; s += 1.7) {
@@ -197,20 +189,12 @@ static void registered(void **state)
   SlipFrictionLaw law = *Law();
   const PetscReal a[] = {0.004, 0.04}, b[] = {0.03, 0.03}, f0[] = {0.6, 0.6}, slip[] = {0.14, 0.14};
   const PetscReal sigma[] = {25e6, 25e6}, tau[] = {19e6, -13e6}, s[] = {6.9, 6.9};
-  SlipFrictionCells f = {.law = Law(),
-                         .a = a,
-                         .b = b,
-                         .reference = f0,
-                         .slip = slip,
-                         .stress = sigma,
-                         .residual = f0,
-                         .drop = f0,
-                         .rate = f0,
-                         .reference_rate = 1e-6};
+  SlipFrictionCells f = Cells(a, b, f0, slip);
   const SlipFrictionLaw *found;
   PetscReal v[2], w[2];
 
   (void)state;
+  f.stress = sigma;
   law.name = "mine";
   ok(SlipFrictionRegister(&law));
   ok(SlipFrictionFind("mine", &found));

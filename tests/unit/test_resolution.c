@@ -1,6 +1,7 @@
 /* Defaults that decide results: the lengths of a rupture against the cells, where rate-and-state friction starts, and when a
    fault has inertia. */
 #include "unit.h"
+#include "faultstart.h"
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 #include <string.h>
@@ -14,12 +15,8 @@ static SlipFault Fault(const char law[], PetscReal nx, PetscReal nz)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", nx));
-  ok(SlipFaultSetReal(fault, "nz", nz));
-  ok(SlipFaultSetReal(fault, "length_x", nx * length));
-  ok(SlipFaultSetReal(fault, "length_z", nz * width));
-  ok(SlipFaultSetReal(fault, "normal_stress", sigma));
-  ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
+  ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"length_x", nx * length}, {"length_z", nz * width},
+                   {"normal_stress", sigma}, {"normal_stress_gradient", 0}));
   ok(SlipFaultSetString(fault, "kernel", "full_space"));
   ok(SlipFaultSetString(fault, "friction_law", law));
   return fault;
@@ -89,8 +86,7 @@ static void rate_and_state(void **state)
     PetscReal k;
 
     for (PetscInt i = 0; i < N; i++) dc[i] = i > 1 ? 1e-3 : slip; /* where nothing weakens it does not matter */
-    ok(SlipFaultSetReal(fault, "friction_b", b));
-    ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+    ok(FaultSetReals(fault, {"friction_b", b}, {"loading_rate", 1e-9}));
     ok(SlipFaultSetField(fault, "friction_a", N, a));
     ok(SlipFaultSetField(fault, "friction_slip", N, dc));
     ok(SlipFaultSetField(fault, "creep", N, creep));
@@ -140,9 +136,7 @@ static void start_of_rate_and_state(void **state)
     SlipFault fault = Fault("rate_and_state", NX, NZ);
     const PetscReal sign = k == 3 ? -1 : 1;
 
-    ok(SlipFaultSetReal(fault, "loading_rate", sign * vinf));
-    ok(SlipFaultSetReal(fault, "friction_b", b));
-    ok(SlipFaultSetReal(fault, "friction_slip", slip));
+    ok(FaultSetReals(fault, {"loading_rate", sign * vinf}, {"friction_b", b}, {"friction_slip", slip}));
     ok(SlipFaultSetField(fault, "friction_a", N, a));
     if (k == 1) ok(SlipFaultSetReal(fault, "initial_rate", vinf));
     if (k == 2) {
@@ -188,8 +182,7 @@ static void inertia_and_viscosity(void **state)
 
     ok(SlipFaultSetString(fault, "initial", rows[k].initial));
     ok(SlipFaultSetString(fault, "viscosity", rows[k].viscosity));
-    ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
-    ok(SlipFaultSetReal(fault, "initial_traction", 0.5 * sigma));
+    ok(FaultSetReals(fault, {"loading_rate", 1e-9}, {"initial_traction", 0.5 * sigma}));
     if (rows[k].given >= 0) ok(SlipFaultSetInertia(fault, rows[k].given ? PETSC_TRUE : PETSC_FALSE));
     ok(SlipFaultSetUp(fault));
     assert_int_equal(fault->kind.inertia, rows[k].inertia);

@@ -1,6 +1,7 @@
 /* The rest of a fault: when it ends under stressing, healing and pressure, and the state at its middle and its end, from
    the formulas of one cell. */
 #include "unit.h"
+#include "faultstart.h"
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 #include "cells.h"
@@ -14,15 +15,9 @@ static SlipFault Cell(void)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", 1));
-  ok(SlipFaultSetReal(fault, "nz", 1));
-  ok(SlipFaultSetReal(fault, "length_x", 1000));
-  ok(SlipFaultSetReal(fault, "length_z", 1000));
-  ok(SlipFaultSetReal(fault, "normal_stress", sigma));
-  ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
-  ok(SlipFaultSetReal(fault, "friction_residual", residual));
-  ok(SlipFaultSetReal(fault, "friction_drop", drop));
-  ok(SlipFaultSetReal(fault, "friction_slip", weakening));
+  ok(FaultSetReals(fault, {"nx", 1}, {"nz", 1}, {"length_x", 1000}, {"length_z", 1000}, {"normal_stress", sigma},
+                   {"normal_stress_gradient", 0}, {"friction_residual", residual}, {"friction_drop", drop},
+                   {"friction_slip", weakening}));
   ok(SlipFaultSetString(fault, "friction_law", "exponential_slip_weakening"));
   ok(SlipFaultSetString(fault, "viscosity", "radiation"));
   ok(SlipFaultSetString(fault, "initial", "traction"));
@@ -55,7 +50,7 @@ static Rest RestOf(SlipFault fault, PetscReal t, PetscReal limit, PetscReal u, P
     rest.s[k] = a[2];
     ok(VecRestoreArray(w[k], &a));
   }
-  VecsDestroy(&w[0], &w[1], &w[2]);
+  ObjectsDestroy(&w[0], &w[1], &w[2]);
   return rest;
 }
 
@@ -110,9 +105,7 @@ static void healing(void **state)
     Rest rest;
 
     assert_true(fabs(root - (middle - 0.5 * width)) < 1e-9); /* it enters there and leaves at the other end */
-    ok(SlipFaultSetReal(fault, "healing_time", time));
-    ok(SlipFaultSetReal(fault, "initial_traction", traction));
-    ok(SlipFaultSetReal(fault, "stressing_rate", rate / time));
+    ok(FaultSetReals(fault, {"healing_time", time}, {"initial_traction", traction}, {"stressing_rate", rate / time}));
     ok(SlipFaultSetUp(fault));
     rest = RestOf(fault, 0, 1000 * time, 0, weakening * start);
     /* rounding of forces of 3e7 Pa over their difference, which grows by 1e5 Pa and more in a healing time */
@@ -135,8 +128,7 @@ static void states(void **state)
     Rest all, part;
 
     if (heals) ok(SlipFaultSetReal(fault, "healing_time", time));
-    ok(SlipFaultSetReal(fault, "loading_rate", v));
-    ok(SlipFaultSetReal(fault, "initial_traction", 2e7));
+    ok(FaultSetReals(fault, {"loading_rate", v}, {"initial_traction", 2e7}));
     ok(SlipFaultSetUp(fault));
     all = RestOf(fault, begin, 1e12, u, s);
     length = all.end - begin;
@@ -234,9 +226,7 @@ static void pressure_after_the_stop(void **state)
   ok(SlipFaultSetString(fault, "friction_law", "constant"));
   ok(SlipFaultSetReal(fault, "initial_traction", residual * (sigma - height)));
   ok(SlipFaultSetString(fault, "injection", "1132.4555320336759,500"));
-  ok(SlipFaultSetReal(fault, "injection_pressure", p));
-  ok(SlipFaultSetReal(fault, "injection_diffusivity", D));
-  ok(SlipFaultSetReal(fault, "injection_stop", stop));
+  ok(FaultSetReals(fault, {"injection_pressure", p}, {"injection_diffusivity", D}, {"injection_stop", stop}));
   ok(SlipFaultSetUp(fault));
   rest = RestOf(fault, stop, 10 * stop, 0, 0);
   /* rounding of stresses of 5e7 Pa, of which pressure takes 0.01 Pa in a second, is 1e-6 s */

@@ -46,8 +46,7 @@ static const PetscReal friction = 0.2;
 static PetscErrorCode PendulumForce(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
 {
   PetscFunctionBeginUser;
-  (void)t;
-  (void)ctx;
+  (void)t, (void)ctx;
   F[0] = w[1] + 0.3 * PetscSinReal(w[0]); /* the second term makes the free row nonlinear */
   F[1] = -4 * PetscSinReal(w[0]);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -56,8 +55,7 @@ static PetscErrorCode PendulumForce(PetscReal t, const PetscReal w[], PetscReal 
 static PetscErrorCode PendulumJacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
 {
   PetscFunctionBeginUser;
-  (void)t;
-  (void)ctx;
+  (void)t, (void)ctx;
   J[0] = 0.3 * PetscCosReal(w[0]);
   J[1] = 1;
   J[2] = -4 * PetscCosReal(w[0]);
@@ -67,10 +65,7 @@ static PetscErrorCode PendulumJacobian(PetscReal t, const PetscReal w[], PetscRe
 static PetscErrorCode PendulumBound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
 {
   PetscFunctionBeginUser;
-  (void)t;
-  (void)dq;
-  (void)w;
-  (void)ctx;
+  (void)t, (void)dq, (void)w, (void)ctx;
   q[0] = friction;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -82,8 +77,7 @@ static const PetscReal gyro[2][2] = {{-1, 3}, {-3, -1}};
 static PetscErrorCode GyroForce(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
 {
   PetscFunctionBeginUser;
-  (void)t;
-  (void)ctx;
+  (void)t, (void)ctx;
   for (PetscInt i = 0; i < 2; i++) F[i] = gyro[i][0] * w[0] + gyro[i][1] * w[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -91,9 +85,7 @@ static PetscErrorCode GyroForce(PetscReal t, const PetscReal w[], PetscReal F[],
 static PetscErrorCode GyroJacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
 {
   PetscFunctionBeginUser;
-  (void)t;
-  (void)w;
-  (void)ctx;
+  (void)t, (void)w, (void)ctx;
   for (PetscInt i = 0; i < 4; i++) J[i] = gyro[i / 2][i % 2];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -101,10 +93,7 @@ static PetscErrorCode GyroJacobian(PetscReal t, const PetscReal w[], PetscReal J
 static PetscErrorCode GyroBound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
 {
   PetscFunctionBeginUser;
-  (void)t;
-  (void)w;
-  (void)dq;
-  (void)ctx;
+  (void)t, (void)w, (void)dq, (void)ctx;
   q[0] = q[1] = friction;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -145,8 +134,7 @@ static PetscReal SmallError(const SlipSmall *p, const PetscReal start[], const P
   Steps(ts, w, tmax, n);
   ok(TSBatheGetTotals(ts, NULL, NULL, solves, newton, NULL));
   Get(w, 2, end);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  ObjectsDestroy(&ts, &w);
   return PetscMax(fabs(end[0] - exact[0]), fabs(end[1] - exact[1]));
 }
 
@@ -200,8 +188,7 @@ static void test_rest(void **state)
   Steps(ts, w, 6, 200);
   Get(w, 2, end);
   assert_true(end[0] == 0 && end[1] == 0);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  ObjectsDestroy(&ts, &w);
 }
 
 static void test_bad_input(void **state)
@@ -307,8 +294,7 @@ static void test_exact_departures(void **state)
   print_message("largest error %g; stuck %d, up %d, down %d\n", a.largest, (int)a.stuck, (int)a.up, (int)a.down);
   assert_true(a.stuck > 5000 && a.up > 5000 && a.down > 5000);
   assert_true(a.largest < 9e-5);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  ObjectsDestroy(&ts, &w);
   DestroyModel(&m->model);
 }
 
@@ -335,8 +321,7 @@ static void test_sliding_mode_order(void **state)
     ok(TSBatheGetReaction(ts, &reaction));
     Get(reaction, 1, &r);
     if (i < 2) before[i] = a.largest;
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
+    ObjectsDestroy(&ts, &w);
   }
   print_message("order %.3f before the arrest, largest error %g with it\n", log2(before[0] / before[1]), a.largest);
   assert_true(fabs(log2(before[0] / before[1]) - 2) < 0.05);
@@ -408,8 +393,7 @@ static void CircuitBalance(int which, PetscInt n, PetscReal *left, PetscReal *ri
   *left = b.energy / start;
   *rise = b.rise / start;
   *lacks = fabs(start - b.energy - b.dissipated) / start;
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  ObjectsDestroy(&ts, &w);
   ok(SlipModelDestroy(&model));
 }
 

@@ -51,8 +51,7 @@ static void Run(PetscReal m, PetscReal duration, PetscInt n, Against *a)
   ok(TSMonitorSet(ts, Compare, a, NULL));
   ok(TSSolve(ts, w));
   a->jump = 2 * c->m / c->C1;
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  ObjectsDestroy(&ts, &w);
   ok(SlipModelDestroy(&model));
 }
 
@@ -155,8 +154,7 @@ static void test_sliding_mode_event(void **state)
   ok(SlipModelCreateState(model, &w));
   ok(TSMonitorSet(ts, WatchLoad, m, NULL));
   ok(TSSolve(ts, w));
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  ObjectsDestroy(&ts, &w);
   ok(SlipModelDestroy(&model));
 }
 

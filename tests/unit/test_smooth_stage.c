@@ -193,8 +193,7 @@ static void Create(PetscReal theta, PetscInt fixed, Stage *s, SlipConstraint *co
 static void Destroy(Stage *s, SlipConstraint *con)
 {
   ok(SlipConstraintDestroy(con));
-  ok(MatDestroy(&s->l.B));
-  ok(VecDestroy(&s->l.load));
+  ObjectsDestroy(&s->l.B, &s->l.load);
 }
 
 /* From this rate in all cells, by the direct solver or CG; x is the solution. */
@@ -259,7 +258,7 @@ static void many_cells(void **state)
         }
         assert_true(v[2] < 0);
         ok(VecRestoreArrayRead(x, &v));
-        VecsDestroy(&x, &g);
+        ObjectsDestroy(&x, &g);
         Destroy(&s, &con);
       }
 }
@@ -310,8 +309,7 @@ static void projection(void **state)
   ok(SNESSetType(snes, SNESPROJECTION));
   ok(SNESSetSlipConstraint(snes, con));
   fails(SNESSolve(snes, NULL, x), "smooth");
-  ok(SNESDestroy(&snes));
-  ok(VecDestroy(&x));
+  ObjectsDestroy(&snes, &x);
   Destroy(&s, &con);
 }
 

@@ -100,8 +100,7 @@ static void energy(void **state)
                        1) < 1e-14);
     ok(VecRestoreArrayRead(stress[0], &x));
   }
-  VecsDestroy(&from, &to, &stress[0], &stress[1]);
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&from, &to, &stress[0], &stress[1], &fault);
 }
 
 /* While a fault rests its energy changes by loading alone, du/dt = -v_inf and dT/dt, and is quadratic in time: the power of
@@ -117,8 +116,7 @@ static void loading(void **state)
   (void)state;
   ok(SlipFaultLoadingPower(fault, t, now, &power));
   assert_true(fabs(2 * h * power / change - 1) < 1e-12);
-  VecsDestroy(&before, &now, &after);
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&before, &now, &after, &fault);
 }
 
 SLIP_TESTS(energy, loading)

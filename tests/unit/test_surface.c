@@ -1,20 +1,9 @@
 /* Displacement of the free surface against Okada's table, quadrature of point sources by the solutions of Boussinesq and
    Cerruti, and a screw dislocation; its sides, its parts, and the points at which formulas have 0 / 0. */
+#include "unit.h"
 #include <math.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-#include <slipstep.h>
 
 static const PetscReal Ratios[] = {0.25, 0, 0.4, -0.2};
-
-static void AssertNear(PetscReal value, PetscReal reference, PetscReal allowed)
-{
-  if (!(PetscAbsReal(value - reference) <= allowed))
-    print_error("%.15g, expected %.15g, off by %g\n", (double)value, (double)reference, (double)(value - reference));
-  assert_true(PetscAbsReal(value - reference) <= allowed);
-}
 
 static void Displacement(PetscReal nu, const SlipRectangle *source, PetscReal x, PetscReal y, PetscReal u[3])
 {
@@ -192,13 +181,4 @@ static void test_parts_add_up(void **state)
   }
 }
 
-int main(void)
-{
-  const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_published_values),  cmocka_unit_test(test_against_point_sources),
-    cmocka_unit_test(test_screw_dislocation), cmocka_unit_test(test_trace),
-    cmocka_unit_test(test_parts_add_up),
-  };
-
-  return cmocka_run_group_tests(tests, NULL, NULL);
-}
+SLIP_TESTS(test_published_values, test_against_point_sources, test_screw_dislocation, test_trace, test_parts_add_up)
