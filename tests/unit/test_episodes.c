@@ -58,7 +58,7 @@ static void rewards(void **state)
     assert_true(penalties > 0.1);
     print_message("%d cells: %d solves, penalties %.3f\n", (int)e->plain.n, (int)run.solves, penalties);
     assert_true(fabs(r.total + penalties + (double)run.solves / (2.5 * pow(1e-2, -0.36))) < 1e-8);
-    ok(EpisodeDestroy(&e));
+    ok(EpisodeDestroy((void **)&e));
   }
   ok(SlipPolicyDestroy(&steps));
 }
@@ -107,8 +107,8 @@ static void reproducible(void **state)
     assert_memory_equal(&r[0], &r[3], sizeof(r[0]));
     assert_memory_equal(&r[1], &r[2], sizeof(r[0]));
     assert_true(r[0].solves > 0 && r[0].done == 1 && r[1].error < 0.3);
-    ok(EpisodeDestroy(&a));
-    ok(EpisodeDestroy(&b));
+    ok(EpisodeDestroy((void **)&a));
+    ok(EpisodeDestroy((void **)&b));
   }
   ObjectsDestroy(&coarse, &fine);
 }
@@ -150,7 +150,7 @@ static void reference(void **state)
                   r.errors[0], r.errors[1], r.errors[2], r.errors[3], r.errors[4]);
     assert_true(r.done == 1 && r.error < 1e-4);
     ok(TSDestroy(&ts));
-    ok(EpisodeDestroy(&e));
+    ok(EpisodeDestroy((void **)&e));
   }
 }
 
@@ -189,7 +189,7 @@ static void growth(void **state)
       assert_true(fabs(log(last[1] / first[1]) / (last[0] - first[0]) / lambda - 1) < 0.03);
       found++;
     }
-    ok(EpisodeDestroy(&e));
+    ok(EpisodeDestroy((void **)&e));
   }
 }
 
@@ -253,7 +253,7 @@ static void plain(void **state)
     assert_int_equal(a.failures, l.failures);
     assert_true(fabs(a.error - l.error) < 1e-6 && fabs(a.done - l.done) < 1e-6);
     for (int i = 0; i < SLIP_NUM_ERRORS; i++) assert_true(fabs(a.errors[i] - l.errors[i]) < 1e-6);
-    ok(EpisodeDestroy(&e));
+    ok(EpisodeDestroy((void **)&e));
     ok(SlipPolicyDestroy(&p));
   }
 }

@@ -49,7 +49,7 @@ static void plain_filter(void **state)
     assert_int_equal(a.failures, l.failures);
     assert_true(fabs(a.error - l.error) < 1e-6 && a.done == 1 && l.done == 1);
     ok(TSDestroy(&ts));
-    ok(EpisodeDestroy(&e));
+    ok(EpisodeDestroy((void **)&e));
     ok(PetscOptionsClear(NULL));
   }
 }

@@ -298,13 +298,15 @@ PetscErrorCode EpisodeCreateFault(SlipFault fault, PetscReal tmax, Episode **epi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EpisodeDestroy(Episode **episode)
+PetscErrorCode EpisodeDestroy(void **episode)
 {
+  Episode *e = (Episode *)*episode;
+
   PetscFunctionBegin;
-  if (!*episode) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Release(*episode));
-  PetscCall(TableClear(&(*episode)->reference));
-  PetscCall(TableClear(&(*episode)->run));
+  if (!e) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Release(e));
+  PetscCall(TableClear(&e->reference));
+  PetscCall(TableClear(&e->run));
   PetscCall(PetscFree(*episode));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -375,22 +377,23 @@ PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accura
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
+PetscErrorCode EpisodeRun(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
 {
+  Episode *e = (Episode *)episode;
   PlainTotals totals;
   PlainPolicy p;
   PetscBool known;
 
   PetscFunctionBegin;
   PetscCall(PlainPolicyStart(policy, NULL, &p, &known));
-  if (!known) {
+  if (known) {
+    PetscCall(Forget(e));
+    PlainFaultSetState(&e->plain, e->plain_start);
+    PetscCall(PlainRun(&e->plain, &p, accuracy, e->tmax, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
+    EpisodeConclude(e, totals.attempts, totals.accepted, result);
+  } else
     PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(Forget(e));
-  PlainFaultSetState(&e->plain, e->plain_start);
-  PetscCall(PlainRun(&e->plain, &p, accuracy, e->tmax, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
-  EpisodeConclude(e, totals.attempts, totals.accepted, result);
+  result->cost = EpisodeCost(result, accuracy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -457,8 +460,9 @@ static PetscErrorCode WatchingActor(TSAdapt adapt, TS ts, PetscInt n, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn, void *ctx)
+PetscErrorCode EpisodeWatch(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn, void *ctx)
 {
+  Episode *e = (Episode *)episode;
   Watch watch = {e, policy, fn, ctx};
   const char *const *names;
   PetscReal dt[2];

@@ -75,10 +75,10 @@ PETSC_INTERN PetscErrorCode EpisodeCreate(const Family *family, uint64_t seed, P
 PETSC_INTERN PetscErrorCode EpisodeCreateFault(SlipFault fault, PetscReal tmax, Episode **episode);
 /* Steps dt [n] [s] without objects, and one to the end; a step that fails ends the run. */
 PETSC_INTERN PetscErrorCode EpisodeRunSteps(Episode *e, PetscInt n, const double dt[], EpisodeResult *result);
-PETSC_INTERN PetscErrorCode EpisodeDestroy(Episode **episode);
+PETSC_INTERN PetscErrorCode EpisodeDestroy(void **episode); /* Episode * */
 /* Without objects when that knows what the policy observes, else by the library; the latter always with
    EpisodeRunLibrary(). */
-PETSC_INTERN PetscErrorCode EpisodeRun(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
+PETSC_INTERN PetscErrorCode EpisodeRun(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 /* The latter without its result: what the TS took; a user's problem too */
 PETSC_INTERN PetscErrorCode EpisodeSolve(Episode *e, SlipPolicy policy, PetscReal accuracy, PetscInt *accepted,
@@ -87,7 +87,7 @@ PETSC_INTERN PetscErrorCode EpisodeSolve(Episode *e, SlipPolicy policy, PetscRea
 PETSC_INTERN PetscErrorCode EpisodeRunFilter(Episode *e, const SlipFilter *filter, PetscReal rtol,
                                              EpisodeResult *result);
 /* By the library, with an observer of every observation vector of the policy; a user's problem too */
-PETSC_INTERN PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn,
+PETSC_INTERN PetscErrorCode EpisodeWatch(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn,
                                          void *ctx);
 
 /* The pieces of a run that is done elsewhere, by the episode's TS: back to the start, at a position of the dial; a
@@ -95,6 +95,7 @@ PETSC_INTERN PetscErrorCode EpisodeWatch(Episode *e, SlipPolicy policy, PetscRea
 PETSC_INTERN PetscErrorCode EpisodeRewind(Episode *e, PetscReal accuracy);
 PETSC_INTERN PetscErrorCode EpisodeFollow(Episode *e, PetscReal t, Vec w);
 PETSC_INTERN void PlainMeans(const PlainFault *p, PetscReal *slip, PetscReal *rate); /* of the state [m], [m/s] */
+/* Without a cost */
 PETSC_INTERN void EpisodeConclude(const Episode *e, PetscInt solves, PetscInt accepted, EpisodeResult *result);
 
 /* What a run costs: ln(solves) and penalties for errors beyond the dial. */

@@ -116,12 +116,12 @@ PetscErrorCode EpisodeSmallRun(EpisodeSmall small, SlipPolicy policy, PetscReal 
 
   PetscFunctionBegin;
   PetscCall(PlainPolicyStart(policy, small->plain.model, &p, &known));
-  if (!known) {
+  if (known) {
+    PetscCall(PlainSmallRun(&small->plain, &p, accuracy, small->instance.reference, MAX_ATTEMPTS, fn, ctx, &r));
+    *result = Conclude(r.steps, 0, r.error, r.finished);
+  } else
     PetscCall(EpisodeSmallRunLibrary(small, policy, accuracy, fn, ctx, result));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(PlainSmallRun(&small->plain, &p, accuracy, small->instance.reference, MAX_ATTEMPTS, fn, ctx, &r));
-  *result = Conclude(r.steps, 0, r.error, r.finished);
+  result->cost = EpisodeCost(result, accuracy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -180,19 +180,14 @@ static PetscErrorCode CreateForCMA(const CMAOptions *o, uint64_t seed, PetscInt 
 
 static PetscErrorCode RunForCMA(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
 {
-  PetscFunctionBegin;
-  PetscCall(EpisodeSmallRun((EpisodeSmall)episode, policy, accuracy, NULL, NULL, result));
-  result->cost = EpisodeCost(result, accuracy);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return EpisodeSmallRun((EpisodeSmall)episode, policy, accuracy, NULL, NULL, result);
 }
 
 static PetscErrorCode WatchForCMA(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn, void *ctx)
 {
   EpisodeResult result;
 
-  PetscFunctionBegin;
-  PetscCall(EpisodeSmallRun((EpisodeSmall)episode, policy, accuracy, fn, ctx, &result));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return EpisodeSmallRun((EpisodeSmall)episode, policy, accuracy, fn, ctx, &result);
 }
 
 const CMAProblem CMASmall = {

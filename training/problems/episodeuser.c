@@ -139,10 +139,5 @@ static PetscErrorCode SetUpTraining(CMAOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Watch(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn, void *ctx)
-{
-  return EpisodeWatch((Episode *)episode, policy, accuracy, fn, ctx);
-}
-
 const CMAProblem CMAUser = {CMA_DIAL,   .setup = SetUpTraining, .create = Create, .destroy = Destroy,
-                            .run = Run, .watch = Watch};
+                            .run = Run, .watch = EpisodeWatch};

@@ -55,9 +55,7 @@ static PetscErrorCode Observe(const ProblemCase *c, void *model, PetscReal t, Ve
   MPI_Comm comm;
 
   PetscFunctionBegin;
-  (void)model;
-  (void)t;
-  (void)r;
+  (void)model, (void)t, (void)r;
   PetscCall(VecGetLocalSize(w, &n));
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < n / 3; i++) {

@@ -16,8 +16,7 @@ static PetscErrorCode Observe(const ProblemCase *c, void *model, PetscReal t, Ve
   const PetscScalar *a;
 
   PetscFunctionBegin;
-  (void)model;
-  (void)t;
+  (void)model, (void)t;
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(PetscArraycpy(row, a, c->problem->evaluation->nstates));
   PetscCall(VecRestoreArrayRead(w, &a));
@@ -41,8 +40,7 @@ static PetscErrorCode Create(MPI_Comm comm, const ProblemCase *c, void **model)
 static PetscErrorCode Start(MPI_Comm comm, const ProblemCase *c, void *model, TS *ts, Vec *w)
 {
   PetscFunctionBegin;
-  (void)comm;
-  (void)c;
+  (void)comm, (void)c;
   PetscCall(TSCreate(PETSC_COMM_SELF, ts));
   PetscCall(SlipModelConfigureTS((SlipModel)model, *ts));
   PetscCall(SlipModelCreateState((SlipModel)model, w));

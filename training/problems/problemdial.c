@@ -79,7 +79,7 @@ static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *in
 static PetscErrorCode ReferenceDestroy(EnvReference *reference)
 {
   PetscFunctionBegin;
-  PetscCall(EpisodeDestroy(&(*reference)->episode));
+  PetscCall(EpisodeDestroy((void **)&(*reference)->episode));
   PetscCall(TableClear(&(*reference)->course));
   PetscCall(PetscFree(*reference));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -109,13 +109,12 @@ static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, E
 
 static PetscErrorCode Destroy(EnvRun *run)
 {
-  Episode *own = (Episode *)run->model;
   TSAdapt adapt;
 
   PetscFunctionBegin;
   PetscCall(TSGetAdapt(run->ts, &adapt));
   PetscCall(TSAdaptRLSetActor(adapt, 0, NULL, 0, 0, NULL, NULL));
-  if (own) PetscCall(EpisodeDestroy(&own));
+  PetscCall(EpisodeDestroy(&run->model));
   *run = (EnvRun){.problem = run->problem};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -250,32 +249,14 @@ static PetscErrorCode CreateForCMA(const CMAOptions *o, uint64_t seed, PetscInt 
   return EpisodeCreate((const Family *)o->family, seed, side, (Episode **)episode);
 }
 
-static PetscErrorCode DestroyForCMA(void **episode)
-{
-  return EpisodeDestroy((Episode **)episode);
-}
-
-static PetscErrorCode RunForCMA(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
-{
-  PetscFunctionBegin;
-  PetscCall(EpisodeRun((Episode *)episode, policy, accuracy, result));
-  result->cost = EpisodeCost(result, accuracy);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode WatchForCMA(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn, void *ctx)
-{
-  return EpisodeWatch((Episode *)episode, policy, accuracy, fn, ctx);
-}
-
 const CMAProblem CMAFault = {CMA_DIAL,
                              .kinds = PETSC_TRUE,
                              .measure = "history",
                              .setup = SetUpTraining,
                              .create = CreateForCMA,
-                             .destroy = DestroyForCMA,
-                             .run = RunForCMA,
-                             .watch = WatchForCMA};
+                             .destroy = EpisodeDestroy,
+                             .run = EpisodeRun,
+                             .watch = EpisodeWatch};
 
 const Problem ProblemDial = {.name = "fault_dial",
                              .policy_problem = "fault",

@@ -231,6 +231,6 @@ PetscErrorCode StepsRun(MPI_Comm comm)
   if (!rank && o.output[0]) PetscCall(Write(&o, e, n, plan));
   for (PetscInt k = 0; k < n; ++k) PetscCall(PetscFree(plan[k].log_step));
   PetscCall(PetscFree(plan));
-  PetscCall(EpisodeDestroy(&e));
+  PetscCall(EpisodeDestroy((void **)&e));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -107,7 +107,7 @@ static PetscErrorCode SetCreate(const FilterOptions *o, PetscInt stream, PetscIn
 static PetscErrorCode SetDestroy(FilterSet *set)
 {
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < set->n; ++i) PetscCall(EpisodeDestroy(&set->episode[i]));
+  for (PetscInt i = 0; i < set->n; ++i) PetscCall(EpisodeDestroy((void **)&set->episode[i]));
   PetscCall(PetscFree2(set->episode, set->accuracy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
