@@ -50,9 +50,7 @@ static void RateWeakening(const SlipFriction *p, PetscReal s, PetscReal v, Petsc
 static void Constant(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
                      PetscReal *dmu_dv)
 {
-  (void)p;
-  (void)s;
-  (void)v;
+  (void)p, (void)s, (void)v;
   *excess = 0;
   *dmu_ds = 0;
   *dmu_dv = 0;

@@ -110,16 +110,14 @@ static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], 
   const PetscReal g = 1 / ((const SlipCircuit *)model)->R, values[] = {-g, g, 0, g, -g, 1, 0, -1, 0};
 
   PetscFunctionBegin;
-  (void)t;
-  (void)w;
+  (void)t, (void)w;
   PetscCall(PetscArraycpy(J, values, N * N));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscReal Energy(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
 {
-  (void)t;
-  (void)k;
+  (void)t, (void)k;
   return SlipModelEnergy(model, w) / SlipModelEnergy(model, model->start);
 }
 
@@ -135,8 +133,7 @@ static PetscReal LogEvent(SlipModel model, PetscReal t, const PetscReal w[], Pet
   const PetscReal rate = ((w[1] - w[0]) / c->R - (w[0] > 0 ? c->m : -c->m)) / c->C1;
   const PetscReal left = rate * w[0] < 0 ? -w[0] / rate / PetscSqrtReal(c->L * c->C2) : 10;
 
-  (void)t;
-  (void)k;
+  (void)t, (void)k;
   return PetscLog10Real(PetscClipInterval(left, (PetscReal)1e-3, (PetscReal)10));
 }
 
@@ -145,8 +142,7 @@ static PetscReal LogLevel(SlipModel model, PetscReal t, const PetscReal w[], Pet
   const SlipCircuit *c = (const SlipCircuit *)model;
   const PetscReal level = PetscSqrtReal(2 * SlipModelEnergy(model, w) / c->C1), held = c->m * c->R;
 
-  (void)t;
-  (void)k;
+  (void)t, (void)k;
   return c->m > 0 ? PetscLog10Real(PetscClipInterval(level, 1e-3 * held, 1e3 * held) / held) : 3;
 }
 

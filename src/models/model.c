@@ -131,8 +131,7 @@ PetscErrorCode SlipModelSetUp(SlipModel model)
 static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
 {
   PetscFunctionBegin;
-  (void)t;
-  (void)w;
+  (void)t, (void)w;
   (void)dq; /* zero already */
   q[0] = ((SlipModel)ctx)->bound;
   PetscFunctionReturn(PETSC_SUCCESS);

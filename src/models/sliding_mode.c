@@ -80,9 +80,7 @@ static PetscErrorCode Force(PetscReal t, const PetscReal w[], PetscReal F[], voi
 static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *model)
 {
   PetscFunctionBegin;
-  (void)t;
-  (void)w;
-  (void)model;
+  (void)t, (void)w, (void)model;
   J[0] = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -120,8 +118,7 @@ PetscReal SlipSlidingModeEvent(const SlipSlidingMode *m, PetscReal t, PetscReal 
 
 static PetscReal Ratio(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
 {
-  (void)t;
-  (void)k;
+  (void)t, (void)k;
   return w[0] / PetscAbsReal(model->start[0]);
 }
 
@@ -142,8 +139,7 @@ static PetscReal LogState(SlipModel model, PetscReal t, const PetscReal w[], Pet
 {
   const SlipSlidingMode *m = (const SlipSlidingMode *)model;
 
-  (void)t;
-  (void)k;
+  (void)t, (void)k;
   return m->k > 0 ? PetscLog10Real(PetscMin(PetscAbsReal(w[0]) * m->omega / m->k + 1e-4, 10)) : 1;
 }
 
@@ -151,8 +147,7 @@ static PetscReal LoadRatio(SlipModel model, PetscReal t, const PetscReal w[], Pe
 {
   const SlipSlidingMode *m = (const SlipSlidingMode *)model;
 
-  (void)w;
-  (void)k;
+  (void)w, (void)k;
   return PetscMin(PetscAbsReal(m->D * PetscSinReal(m->omega * t)), 1e3 * m->k) / (m->k > 0 ? m->k : 1);
 }
 
@@ -166,9 +161,7 @@ static PetscReal Bend(SlipModel model, PetscReal t, const PetscReal w[], PetscIn
 
 static PetscReal Rest(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
 {
-  (void)model;
-  (void)t;
-  (void)k;
+  (void)model, (void)t, (void)k;
   return w[0] == 0 ? 1 : 0;
 }
 

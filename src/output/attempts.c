@@ -41,8 +41,7 @@ static PetscErrorCode SlipOutputAttemptMonitor(TS ts, const SlipAttempt *attempt
   SlipOutput out;
 
   PetscFunctionBegin;
-  (void)w;
-  (void)ctx;
+  (void)w, (void)ctx;
   PetscCall(SlipObjectQueryData((PetscObject)ts, SLIP_OUTPUT_KEY, &out));
   if (!out || !out->wanted || out->closed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Add(out, attempt, 0));

@@ -6,10 +6,7 @@ PetscErrorCode ErrorCapture(MPI_Comm comm, int line, const char *function, const
 {
   char *text = (char *)ctx;
 
-  (void)comm;
-  (void)line;
-  (void)function;
-  (void)file;
+  (void)comm, (void)line, (void)function, (void)file;
   if (type == PETSC_ERROR_INITIAL && !text[0]) (void)PetscStrncpy(text, message ? message : "no message", ERROR_TEXT);
   return code;
 }

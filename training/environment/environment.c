@@ -103,8 +103,7 @@ static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal ob
   PetscReal action = 0;
 
   PetscFunctionBegin;
-  (void)adapt;
-  (void)n;
+  (void)adapt, (void)n;
   Observe(env, obs);
   if (last) {
     if (env->o.reward) PetscCall(Judge(env, last, &moment.reward));

@@ -132,10 +132,7 @@ static PetscErrorCode WriteFile(const char name[], const char key[], PetscInt n,
 static PetscErrorCode KeepMessage(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
                                   PetscErrorType type, const char *message, void *ctx)
 {
-  (void)comm;
-  (void)line;
-  (void)function;
-  (void)file;
+  (void)comm, (void)line, (void)function, (void)file;
   if (type == PETSC_ERROR_INITIAL && message) (void)PetscStrncpy((char *)ctx, message, 1024);
   return code;
 }
