@@ -47,6 +47,23 @@ for problem in sliding_mode circuit; do
     fail "a training of $problem: $(cat out.txt)"
   "$bin/$problem" -ts_adapt_type rl -ts_adapt_rl_policy $problem.h5 >run.txt 2>&1 || fail "$problem: $(tail -3 run.txt)"
 done
+# Trainings of the other problems that go on from a checkpoint end in the state of those in one piece, but for the time they took.
+for problem in "ode -train_hidden 2 -train_episodes 8 -train_batch 6 -train_validation 6" "cycles -train_episodes 1 -train_batch 1 -train_validation 1"; do
+  # shellcheck disable=SC2206 # words
+  part=("$bin/train" -train_algorithm cmaes -train_problem $problem -train_population 4 -train_validation_interval 1)
+  { "${part[@]}" -train_generations 2 -train_checkpoint whole.h5 && "${part[@]}" -train_generations 1 -train_checkpoint first.h5 &&
+    "${part[@]}" -train_generations 2 -train_checkpoint second.h5 -train_resume first.h5; } >out.txt 2>&1 || fail "$problem: $(cat out.txt)"
+  "$SLIPSTEP_PYTHON" - <<'EOF' || fail "resumed: $problem"
+import h5py
+import numpy as np
+
+with h5py.File("whole.h5") as whole, h5py.File("first.h5") as first, h5py.File("second.h5") as second:
+    names = [name for name in whole if whole[name].dtype.kind == "f"]
+    assert {"mean", "path_sigma", "C", "best", "counters"} <= set(names) == {name for name in second if second[name].dtype.kind == "f"}
+    assert all(np.array_equal(whole[name][:9], second[name][:9]) if name == "counters" else np.array_equal(whole[name], second[name]) for name in names)
+    assert not np.array_equal(whole["mean"], first["mean"])
+EOF
+done
 # A family of faults: a training, TQC on the same draws, and files that are refused
 family() { printf '%s\n' "$@" >family.opts; }
 cp "$SLIPSTEP_SOURCE/examples/family.opts" good.opts
