@@ -1,5 +1,6 @@
 /* The generalised Jacobian of the natural map, matrix-free: rows of B where sliding, identity where sticking. */
 #include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipsys.h>
 
 /* The parts live on the Mat under these names, where the PC "slipstage" finds them. */
 static const char key_B[] = "SlipStageOperator", key_mask[] = "SlipMask", key_slope[] = "SlipSlope";
@@ -32,17 +33,12 @@ static PetscErrorCode MatMult_SlipJacobian(Mat J, Vec x, Vec y)
   PetscCall(VecPointwiseMult(jac->work[0], jac->mask, x));
   PetscCall(MatMult(jac->B, jac->work[0], jac->work[1]));
   PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(jac->mask, &m));
-  PetscCall(VecGetArrayRead(jac->slope, &d));
-  PetscCall(VecGetArrayRead(x, &xx));
-  PetscCall(VecGetArrayRead(jac->work[1], &z));
-  PetscCall(VecGetArrayWrite(y, &yy));
+  const SlipArrays arrays[] = {
+    {jac->mask, .read = &m}, {jac->slope, .read = &d}, {x, .read = &xx}, {jac->work[1], .read = &z}, {y, .write = &yy}};
+
+  PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < n; i++) yy[i] = m[i] != 0.0 ? z[i] + d[i] * xx[i] : xx[i];
-  PetscCall(VecRestoreArrayWrite(y, &yy));
-  PetscCall(VecRestoreArrayRead(jac->work[1], &z));
-  PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscCall(VecRestoreArrayRead(jac->slope, &d));
-  PetscCall(VecRestoreArrayRead(jac->mask, &m));
+  PetscCall(SlipArraysRestore(5, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -57,13 +53,11 @@ static PetscErrorCode MatGetDiagonal_SlipJacobian(Mat J, Vec diag)
   PetscCall(SlipJacobianGet(J, &jac));
   PetscCall(MatGetDiagonal(jac->B, diag));
   PetscCall(VecGetLocalSize(diag, &n));
-  PetscCall(VecGetArrayRead(jac->mask, &m));
-  PetscCall(VecGetArrayRead(jac->slope, &d));
-  PetscCall(VecGetArray(diag, &v));
+  const SlipArrays arrays[] = {{jac->mask, .read = &m}, {jac->slope, .read = &d}, {diag, .write = &v}};
+
+  PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < n; i++) v[i] = m[i] != 0.0 ? v[i] + d[i] : 1.0;
-  PetscCall(VecRestoreArray(diag, &v));
-  PetscCall(VecRestoreArrayRead(jac->slope, &d));
-  PetscCall(VecRestoreArrayRead(jac->mask, &m));
+  PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 /* Steps of SNES "semismooth" (semismooth.c): direction, search, and what helps active sets that cycle. Their decisions
    are in src/core/search.c. */
 #include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipsys.h>
 
 /* Relative tolerance of a linear solve with an approximate operator, which is off by more than that. */
 static const PetscReal inexact = 5e-3;
@@ -161,15 +162,13 @@ static PetscErrorCode SlipSemismoothSearch(SNES snes, SlipConstraint con, const 
       PetscInt n;
       const PetscScalar *from, *q;
       PetscScalar *to;
+      const SlipArrays arrays[] = {
+        {ss->slip.work[SEMISMOOTH_XS], .read = &from}, {con->q, .read = &q}, {x, .write = &to}};
 
       PetscCall(VecGetLocalSize(x, &n));
-      PetscCall(VecGetArrayRead(ss->slip.work[SEMISMOOTH_XS], &from));
-      PetscCall(VecGetArrayRead(con->q, &q));
-      PetscCall(VecGetArray(x, &to));
+      PetscCall(SlipArraysGet(3, arrays));
       turned = SlipConeStopTurning(n, q, from, to);
-      PetscCall(VecRestoreArray(x, &to));
-      PetscCall(VecRestoreArrayRead(con->q, &q));
-      PetscCall(VecRestoreArrayRead(ss->slip.work[SEMISMOOTH_XS], &from));
+      PetscCall(SlipArraysRestore(3, arrays));
       PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turned, 1, MPIU_BOOL, MPI_LOR, PetscObjectComm((PetscObject)con)));
       if (turned) {
         PetscCall(SlipConstraintEvaluate(con, model, x));

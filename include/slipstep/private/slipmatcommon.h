@@ -1,6 +1,7 @@
 /* Private to src/mat: dense and low-rank matrices, and what shell matrices share. */
 #pragma once
 #include <slipmat.h>
+#include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 
 /* ---- dense.c: whole matrices on one rank; row-major N * N ---- */
@@ -14,7 +15,7 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 
 /* ---- shell.c ---- */
 PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
-/* What a symmetric matrix-free matrix does; scale, info and view may be NULL. */
+/* What a symmetric matrix-free matrix does; scale, info, view and state, for checkpoints, may be NULL. */
 typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
   PetscErrorCode (*diagonal)(Mat, Vec);
@@ -22,9 +23,12 @@ typedef struct {
   PetscErrorCode (*info)(Mat, MatInfoType, MatInfo *);
   PetscErrorCode (*view)(Mat, PetscViewer);
   PetscErrorCode (*destroy)(Mat);
+  PetscErrorCode (*state)(Mat, SlipState);
 } SlipShellOps;
 PETSC_INTERN PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[],
                                             const SlipShellOps *ops, void *ctx, Mat *A);
+PETSC_INTERN PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const SlipShellOps *ops, void *ctx,
+                                                Mat *A); /* rows and ranks of K's */
 /* What -fault_view tells of a matrix, kept with it under a name: how its type was chosen, and what the cache did. */
 PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
 PETSC_INTERN PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text); /* borrowed; "" for none */

@@ -74,19 +74,6 @@ static PetscErrorCode ReadOpen(SlipH5 *h, const char key[], PetscInt n, SlipCach
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadFile(const char name[], const char key[], PetscInt n, SlipCacheItem item[])
-{
-  PetscErrorCode code;
-  SlipH5 h;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5OpenRead(name, &h));
-  code = ReadOpen(&h, key, n, item);
-  PetscCall(SlipH5Close(&h));
-  PetscCall(code);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode WriteOpen(SlipH5 *h, const char key[], PetscInt n, const SlipCacheItem item[])
 {
   char sum[17];
@@ -142,12 +129,17 @@ static PetscErrorCode ReadOrWarn(const char name[], const char key[], PetscInt n
 {
   char message[1024] = "";
   PetscErrorCode code;
+  SlipH5 h;
 
   PetscFunctionBegin;
   PetscCall(PetscTestFile(name, '\0', good));
   if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscPushErrorHandler(KeepMessage, message));
-  code = ReadFile(name, key, n, item);
+  code = SlipH5OpenRead(name, &h);
+  if (!code) {
+    code = ReadOpen(&h, key, n, item);
+    PetscCall(SlipH5Close(&h));
+  }
   PetscCall(PetscPopErrorHandler());
   if (!code) PetscFunctionReturn(PETSC_SUCCESS);
   *good = PETSC_FALSE;
@@ -166,7 +158,7 @@ PetscErrorCode SlipCacheRead(Mat K, const char kind[], const char key[], PetscIn
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   char name[PETSC_MAX_PATH_LEN] = "";
   const char *dir;
-  PetscMPIInt rank, state = 0;
+  PetscMPIInt rank;
 
   PetscFunctionBegin;
   *found = PETSC_FALSE;
@@ -176,10 +168,8 @@ PetscErrorCode SlipCacheRead(Mat K, const char kind[], const char key[], PetscIn
   if (!rank) {
     PetscCall(NameOf(dir, kind, key, name, sizeof(name)));
     PetscCall(ReadOrWarn(name, key, n, item, found));
-    state = *found ? 1 : 0;
   }
-  PetscCallMPI(MPI_Bcast(&state, 1, MPI_INT, 0, comm));
-  *found = state ? PETSC_TRUE : PETSC_FALSE;
+  PetscCallMPI(MPI_Bcast(found, 1, MPIU_BOOL, 0, comm));
   if (*found) PetscCall(SlipNote(K, "SlipCache", "read from %s", name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

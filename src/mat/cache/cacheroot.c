@@ -92,7 +92,8 @@ static PetscErrorCode SlipFingerprintCompose(Mat K)
 PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[])
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
-  PetscMPIInt rank, good = 1;
+  PetscMPIInt rank;
+  PetscBool good;
   char *copy;
 
   PetscFunctionBegin;
@@ -101,13 +102,9 @@ PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[])
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) {
-    PetscBool is_dir;
-
-    PetscCall(PetscTestDirectory(dir, 'r', &is_dir)); /* what cannot be written is a warning when it comes to it */
-    good = is_dir ? 1 : 0;
-  }
-  PetscCallMPI(MPI_Bcast(&good, 1, MPI_INT, 0, comm));
+  if (!rank)
+    PetscCall(PetscTestDirectory(dir, 'r', &good)); /* what cannot be written is a warning when it comes to it */
+  PetscCallMPI(MPI_Bcast(&good, 1, MPIU_BOOL, 0, comm));
   PetscCheck(good, comm, PETSC_ERR_FILE_OPEN, "cache directory %s: no such directory, or it cannot be read", dir);
   PetscCall(PetscStrallocpy(dir, &copy));
   PetscCall(SlipObjectComposeData((PetscObject)K, "SlipCacheDir", copy, SlipContainerDestroyDefault));

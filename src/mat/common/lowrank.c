@@ -8,15 +8,12 @@
 #include <slipstep/private/slipmatcommon.h>
 
 /* A small linear congruential generator (Knuth's MMIX constants), uniform in (-1, 1). */
-static PetscReal NextRandom(uint64_t *state)
-{
-  *state = *state * 6364136223846793005ULL + 1442695040888963407ULL;
-  return (PetscReal)(*state >> 11) / 4503599627370496.0 - 1.0;
-}
-
 void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state)
 {
-  for (size_t i = 0; i < count; i++) a[i] = NextRandom(state);
+  for (size_t i = 0; i < count; i++) {
+    *state = *state * 6364136223846793005ULL + 1442695040888963407ULL;
+    a[i] = (PetscReal)(*state >> 11) / 4503599627370496.0 - 1.0;
+  }
 }
 
 /* Orthonormal basis of the columns of Y (n x r, column-major), in place. */

@@ -53,7 +53,19 @@ PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char
   if (ops->scale) PetscCall(MatShellSetOperation(*A, MATOP_SCALE, SlipMatShellFn(ops->scale)));
   if (ops->info) PetscCall(MatShellSetOperation(*A, MATOP_GETINFO, SlipMatShellFn(ops->info)));
   if (ops->view) PetscCall(MatShellSetOperation(*A, MATOP_VIEW, SlipMatShellFn(ops->view)));
+  if (ops->state) PetscCall(PetscObjectComposeFunction((PetscObject)*A, SLIP_STATE_METHOD, ops->state));
   PetscCall(SlipShellFinish(*A, type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const SlipShellOps *ops, void *ctx, Mat *A)
+{
+  PetscInt m, N;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(K, &N, NULL));
+  PetscCall(MatGetLocalSize(K, &m, NULL));
+  PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, type, ops, ctx, A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -95,26 +95,19 @@ static PetscErrorCode SetUpDiagonal(PCSlipStage *c)
 {
   PetscReal *d;
   const PetscReal *slope = NULL, *mask = NULL;
+  const SlipArrays arrays[] = {{c->inverse, .write = &d}, {c->slope, .read = &slope}, {c->mask, .read = &mask}};
   PetscInt n;
 
   PetscFunctionBegin;
   PetscCall(MatGetDiagonal(c->B, c->inverse));
   PetscCall(VecGetLocalSize(c->inverse, &n));
-  PetscCall(VecGetArray(c->inverse, &d));
-  if (c->slope) {
-    PetscCall(VecGetArrayRead(c->slope, &slope));
-    PetscCall(VecGetArrayRead(c->mask, &mask));
-  }
+  PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal size = PetscAbsReal(d[i]), shifted = size + (slope ? slope[i] * mask[i] : 0);
 
     d[i] = size > 0 ? 1 / PetscMax(shifted, (1 - PC_SLOPE_LIMIT) * size) : 1;
   }
-  if (c->slope) {
-    PetscCall(VecRestoreArrayRead(c->slope, &slope));
-    PetscCall(VecRestoreArrayRead(c->mask, &mask));
-  }
-  PetscCall(VecRestoreArray(c->inverse, &d));
+  PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,17 +170,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* work = P work */
-static PetscErrorCode ApplyInverse(PCSlipStage *c)
-{
-  PetscFunctionBegin;
-  if (c->plane)
-    PetscCall(SlipToeplitzApplyWaves(c->plane, c->f, c->work, c->work));
-  else
-    PetscCall(VecPointwiseMult(c->work, c->work, c->inverse));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
+/* The work vector is P work in between. */
 static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
 {
   PCSlipStage *c = NULL;
@@ -198,25 +181,23 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)pc, "PCSlipStage", &c));
   PetscCall(PetscLogEventBegin(SLIP_PCApply, pc, r, z, 0));
-  if (!c->mask) {
+  if (c->mask)
+    PetscCall(VecPointwiseMult(c->work, c->mask, r));
+  else
     PetscCall(VecCopy(r, c->work));
-    PetscCall(ApplyInverse(c));
+  if (c->plane)
+    PetscCall(SlipToeplitzApplyWaves(c->plane, c->f, c->work, c->work));
+  else
+    PetscCall(VecPointwiseMult(c->work, c->work, c->inverse));
+  if (c->mask) {
+    const SlipArrays arrays[] = {{c->mask, .read = &mask}, {r, .read = &pr}, {c->work, .read = &pw}, {z, .write = &pz}};
+
+    PetscCall(VecGetLocalSize(r, &n));
+    PetscCall(SlipArraysGet(4, arrays));
+    for (PetscInt i = 0; i < n; i++) pz[i] = mask[i] != 0 ? pw[i] : pr[i];
+    PetscCall(SlipArraysRestore(4, arrays));
+  } else
     PetscCall(VecCopy(c->work, z));
-    PetscCall(PetscLogEventEnd(SLIP_PCApply, pc, r, z, 0));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecPointwiseMult(c->work, c->mask, r));
-  PetscCall(ApplyInverse(c));
-  PetscCall(VecGetLocalSize(r, &n));
-  PetscCall(VecGetArrayRead(c->mask, &mask));
-  PetscCall(VecGetArrayRead(r, &pr));
-  PetscCall(VecGetArrayRead(c->work, &pw));
-  PetscCall(VecGetArrayWrite(z, &pz));
-  for (PetscInt i = 0; i < n; i++) pz[i] = mask[i] != 0 ? pw[i] : pr[i];
-  PetscCall(VecRestoreArrayWrite(z, &pz));
-  PetscCall(VecRestoreArrayRead(c->work, &pw));
-  PetscCall(VecRestoreArrayRead(r, &pr));
-  PetscCall(VecRestoreArrayRead(c->mask, &mask));
   PetscCall(PetscLogEventEnd(SLIP_PCApply, pc, r, z, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -212,6 +212,18 @@ static PetscErrorCode Add(SlipSecant c, Vec q, Vec image, PetscReal error)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether a direction of the viscosity has been looked at as it is; what tells. */
+static PetscErrorCode HasSeen(SlipSecant c, Vec q, PetscObjectId *id, PetscObjectState *state, PetscBool *seen)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectGetId((PetscObject)q, id));
+  PetscCall(PetscObjectStateGet((PetscObject)q, state));
+  *seen = PETSC_FALSE;
+  for (PetscInt i = 0; i < c->nseen; i++)
+    if (c->seen[i] == *id && c->state[i] == *state) *seen = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Directions of the viscosity that have come or changed since the last time. */
 static PetscErrorCode Collect(SlipSecant c, const SlipRecycled *known)
 {
@@ -222,10 +234,7 @@ static PetscErrorCode Collect(SlipSecant c, const SlipRecycled *known)
   for (PetscInt j = 0; j < known->n; j++) {
     PetscBool seen = PETSC_FALSE;
 
-    PetscCall(PetscObjectGetId((PetscObject)known->q[j], &id[j]));
-    PetscCall(PetscObjectStateGet((PetscObject)known->q[j], &state[j]));
-    for (PetscInt i = 0; i < c->nseen; i++)
-      if (c->seen[i] == id[j] && c->state[i] == state[j]) seen = PETSC_TRUE;
+    PetscCall(HasSeen(c, known->q[j], &id[j], &state[j], &seen));
     if (!seen) PetscCall(Add(c, known->q[j], known->image[j], known->error[j]));
   }
   c->nseen = known->n;
@@ -307,7 +316,7 @@ PetscErrorCode SlipSecantAdd(SlipSecant c, Vec x, Vec y)
    known's directions, which were looked at. Collective. */
 PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipState s)
 {
-  const PetscInt nseen = c->nseen;
+  const PetscBool loading = SlipStateIsLoading(s);
   char name[32];
 
   PetscFunctionBegin;
@@ -316,29 +325,26 @@ PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipStat
   PetscCall(SlipStateVecs(s, "secant", c->n, c->s));
   PetscCall(SlipStateVecs(s, "secant_image", c->n, c->viscosity));
   PetscCall(SlipStateReal(s, "secant_errors", CORRECTION_MAX, c->error));
-  for (PetscInt j = 0; j < c->n && SlipStateIsLoading(s); j++) {
+  for (PetscInt j = 0; j < c->n && loading; j++) {
     PetscCall(MatMult(c->K, c->s[j], c->stiffness[j]));
     if (c->R) PetscCall(MatMult(c->R, c->s[j], c->cheap[j]));
   }
   /* their bits depend on the directions that there were when they were formed */
   PetscCall(SlipStateReal(s, "secant_products", SMALL * CORRECTION_MAX * CORRECTION_MAX, &c->small[0][0][0]));
-  if (SlipStateIsLoading(s)) c->nseen = 0;
+  if (loading) c->nseen = 0;
   for (PetscInt j = 0; j < known->n; j++) {
-    PetscBool seen = PETSC_FALSE;
-    PetscObjectId id;
     PetscObjectState state;
+    PetscObjectId id;
+    PetscBool seen;
 
-    PetscCall(PetscObjectGetId((PetscObject)known->q[j], &id));
-    PetscCall(PetscObjectStateGet((PetscObject)known->q[j], &state));
-    for (PetscInt i = 0; i < nseen && !SlipStateIsLoading(s); i++)
-      if (c->seen[i] == id && c->state[i] == state) seen = PETSC_TRUE;
+    PetscCall(HasSeen(c, known->q[j], &id, &state, &seen));
     PetscCall(PetscSNPrintf(name, sizeof(name), "seen_%" PetscInt_FMT, j));
     PetscCall(SlipStateBool(s, name, &seen));
-    if (!SlipStateIsLoading(s) || !seen) continue;
+    if (!loading || !seen) continue;
     c->seen[c->nseen] = id;
     c->state[c->nseen++] = state;
   }
-  if (SlipStateIsLoading(s)) c->formed = 0;
-  if (SlipStateIsLoading(s)) c->theta = 0;
+  if (loading) c->formed = 0;
+  if (loading) c->theta = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -200,15 +200,12 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
                             .diagonal = SlipStageGetDiagonal,
                             .info = StageGetInfo,
                             .view = StageView,
-                            .destroy = StageDestroy};
-  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+                            .destroy = StageDestroy,
+                            .state = StageState};
   SlipStageContext *s;
   const char *prefix;
-  PetscInt m, N;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(PetscNew(&s));
   PetscCall(PetscObjectReference((PetscObject)K));
   if (H) PetscCall(PetscObjectReference((PetscObject)H));
@@ -218,11 +215,10 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
   s->mean = mean;
   PetscCall(MatSlipGetWeights(K, &s->weights));
   PetscCall(MatCreateVecs(K, NULL, &s->work));
-  PetscCall(SlipShellCreate(comm, m, N, "slipstage", &ops, s, B));
+  PetscCall(SlipShellCreateLike(K, "slipstage", &ops, s, B));
   PetscCall(MatGetOptionsPrefix(K, &prefix));
   PetscCall(MatSetOptionsPrefix(*B, prefix));
   PetscCall(SlipLogProducts(*B, SLIP_StageMult));
-  PetscCall(PetscObjectComposeFunction((PetscObject)*B, SLIP_STATE_METHOD, StageState));
   if (H) PetscCall(StageSetUp(*B, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -212,24 +212,17 @@ static PetscErrorCode LanczosMult(Mat H, Vec x, Vec y)
 /* On a uniform grid: that of the approximate root. */
 static PetscErrorCode GridDiagonal(Lanczos *l, PetscBool *found)
 {
-  const SlipToeplitzSymbol *root;
-  const PetscReal *diagonal;
   const SlipGrid *grid;
   SlipToeplitz plane;
-  PetscReal scale, *d;
-  PetscInt start, end;
+  PetscReal scale;
 
   PetscFunctionBegin;
   PetscCall(SlipGridOf(l->S, &grid));
   *found = (PetscBool)(grid && !l->root);
   if (!*found) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipToeplitzOf(l->S, &plane));
-  PetscCall(SlipToeplitzGetRoot(plane, &root, &diagonal));
   PetscCall(SlipGridScale(l->S, &scale));
-  PetscCall(VecGetOwnershipRange(l->diagonal, &start, &end));
-  PetscCall(VecGetArrayWrite(l->diagonal, &d));
-  for (PetscInt i = start; i < end; i++) d[i - start] = l->factor * PetscSqrtReal(scale) * diagonal[i / grid->nx];
-  PetscCall(VecRestoreArrayWrite(l->diagonal, &d));
+  PetscCall(SlipToeplitzGetRootDiagonal(plane, l->factor * PetscSqrtReal(scale), l->diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -339,10 +332,6 @@ static PetscErrorCode LanczosDestroy(Mat H)
   PetscCall(VecDestroy(&l->inverse));
   PetscCall(MatDestroy(&l->S));
   PetscCall(PetscFree(l));
-  PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatConvert_sliplanczos_dense_C", NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatSlipViscositySetTolerance_C", NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)H, "MatSlipViscositySetFromOptions_C", NULL));
-  PetscCall(PetscObjectComposeFunction((PetscObject)H, SLIP_STATE_METHOD, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -383,9 +372,15 @@ static PetscErrorCode LanczosState(Mat H, SlipState s)
 
 PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
 {
+  const SlipShellOps ops = {.mult = LanczosMult,
+                            .diagonal = LanczosGetDiagonal,
+                            .info = LanczosGetInfo,
+                            .view = LanczosView,
+                            .destroy = LanczosDestroy,
+                            .state = LanczosState};
   const char *prefix;
   Lanczos *l;
-  PetscInt m, N;
+  PetscInt N;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&l));
@@ -395,24 +390,14 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   l->tolerance = LANCZOS_TOL;
   PetscCall(MatGetSize(S, &N, NULL));
   l->orthogonal = (PetscBool)(N <= LANCZOS_ORTHOGONAL_MAX);
-  PetscCall(MatGetLocalSize(S, &m, NULL));
   PetscCall(MatCreateVecs(S, &l->work, NULL));
   PetscCall(SlipRootWeights(S, &l->root, &l->inverse));
-  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)S), m, m, N, N, l, H));
-  PetscCall(MatShellSetManageScalingShifts(*H));
-  PetscCall(MatShellSetOperation(*H, MATOP_MULT, SlipMatShellFn(LanczosMult)));
-  PetscCall(MatShellSetOperation(*H, MATOP_MULT_TRANSPOSE, SlipMatShellFn(LanczosMult)));
-  PetscCall(MatShellSetOperation(*H, MATOP_GET_DIAGONAL, SlipMatShellFn(LanczosGetDiagonal)));
-  PetscCall(MatShellSetOperation(*H, MATOP_VIEW, SlipMatShellFn(LanczosView)));
-  PetscCall(MatShellSetOperation(*H, MATOP_GETINFO, SlipMatShellFn(LanczosGetInfo)));
-  PetscCall(MatShellSetOperation(*H, MATOP_DESTROY, SlipMatShellFn(LanczosDestroy)));
-  PetscCall(SlipShellFinish(*H, "sliplanczos"));
+  PetscCall(SlipShellCreateLike(S, "sliplanczos", &ops, l, H));
   PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
   PetscCall(MatGetOptionsPrefix(S, &prefix));
   PetscCall(MatSetOptionsPrefix(*H, prefix));
   PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscositySetTolerance_C", LanczosSetTolerance));
   PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscositySetFromOptions_C", LanczosSetFromOptions));
-  PetscCall(PetscObjectComposeFunction((PetscObject)*H, SLIP_STATE_METHOD, LanczosState));
   PetscCall(LanczosSetFromOptions(*H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -81,21 +81,17 @@ PetscErrorCode SlipRadiationGet(Mat H, PetscReal *eta)
 PetscErrorCode MatCreateSlipRadiation(Mat K, PetscReal eta, Mat *H)
 {
   const SlipShellOps ops = {.mult = RadiationMult, .diagonal = RadiationGetDiagonal, .destroy = RadiationDestroy};
-  MPI_Comm comm = PetscObjectComm((PetscObject)K);
   const char *prefix;
   Radiation *r;
-  PetscInt m, N;
 
   PetscFunctionBegin;
-  PetscCheck(eta > 0 && PetscIsNormalReal(eta), comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(eta > 0 && PetscIsNormalReal(eta), PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_OUTOFRANGE,
              "Radiation damping must be positive and finite, not %g Pa s/m", (double)eta);
-  PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(PetscNew(&r));
   r->eta = eta;
   PetscCall(MatSlipGetWeights(K, &r->weights));
   if (r->weights) PetscCall(PetscObjectReference((PetscObject)r->weights));
-  PetscCall(SlipShellCreate(comm, m, N, "slipradiation", &ops, r, H));
+  PetscCall(SlipShellCreateLike(K, "slipradiation", &ops, r, H));
   PetscCall(MatGetOptionsPrefix(K, &prefix));
   PetscCall(MatSetOptionsPrefix(*H, prefix));
   PetscCall(SlipNote(*H, "SlipWhy", "radiation as asked"));

@@ -132,34 +132,31 @@ static PetscErrorCode SketchResidual(Sketch *s, PetscInt columns, PetscReal Y[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A, r columns of old entries, gets room columns of rows entries. */
+static PetscErrorCode Enlarge(PetscReal **A, PetscInt old, PetscInt r, PetscInt rows, PetscInt room)
+{
+  PetscReal *grown;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1((size_t)rows * room, &grown));
+  for (PetscInt k = 0; k < r; k++)
+    PetscCall(PetscArraycpy(grown + (size_t)k * rows, *A + (size_t)k * old, PetscMin(old, rows)));
+  PetscCall(PetscFree(*A));
+  *A = grown;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Reserve(Sketch *s, PetscInt room)
 {
-  PetscReal *grown[4];
   const PetscInt n = s->n, old = s->room;
 
   PetscFunctionBegin;
   if (room <= old) PetscFunctionReturn(PETSC_SUCCESS);
   room = PetscMin(n, PetscMax(room, old + old / 2));
-  PetscCall(PetscMalloc1((size_t)n * room, &grown[0]));
-  PetscCall(PetscMalloc1((size_t)n * room, &grown[1]));
-  PetscCall(PetscMalloc1((size_t)room * room, &grown[2]));
-  PetscCall(PetscMalloc1((size_t)room * room, &grown[3]));
-  if (s->r) {
-    PetscCall(PetscArraycpy(grown[0], s->Q, (size_t)n * s->r));
-    PetscCall(PetscArraycpy(grown[1], s->SQ, (size_t)n * s->r));
-  }
-  for (PetscInt k = 0; k < s->r; k++) {
-    PetscCall(PetscArraycpy(grown[2] + (size_t)k * room, s->T + (size_t)k * old, s->r));
-    PetscCall(PetscArraycpy(grown[3] + (size_t)k * room, s->M + (size_t)k * old, s->r));
-  }
-  PetscCall(PetscFree(s->Q));
-  PetscCall(PetscFree(s->SQ));
-  PetscCall(PetscFree(s->T));
-  PetscCall(PetscFree(s->M));
-  s->Q = grown[0];
-  s->SQ = grown[1];
-  s->T = grown[2];
-  s->M = grown[3];
+  PetscCall(Enlarge(&s->Q, n, s->r, n, room));
+  PetscCall(Enlarge(&s->SQ, n, s->r, n, room));
+  PetscCall(Enlarge(&s->T, old, s->r, room, room));
+  PetscCall(Enlarge(&s->M, old, s->r, room, room));
   s->room = room;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -315,18 +312,6 @@ static PetscErrorCode Finish(Sketch *s, PetscReal cutoff, SlipLowRank *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Destroy(Sketch *s)
-{
-  PetscFunctionBegin;
-  for (PetscInt k = 0; k < FILTERS; k++) PetscCall(PetscFree(s->filter[k]));
-  PetscCall(PetscFree(s->Q));
-  PetscCall(PetscFree(s->SQ));
-  PetscCall(PetscFree(s->T));
-  PetscCall(PetscFree(s->M));
-  PetscCall(PetscFree(s->X));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
   D for one mirror parity, to tolerance relative to the norm of H. One process. blocks: S; square: factor^2 times the
   scale of K. *smallest: an eigenvalue of K in the units of square; *error: what the probes saw, relative. Nothing is
@@ -356,6 +341,11 @@ PetscErrorCode SlipSketchCorrection(SlipCirculant strike, const PetscReal blocks
   }
   *smallest = s.smallest;
   if (s.smallest > 0) PetscCall(Finish(&s, 0.1 * tolerance * high, m));
-  PetscCall(Destroy(&s));
+  for (PetscInt k = 0; k < FILTERS; k++) PetscCall(PetscFree(s.filter[k]));
+  PetscCall(PetscFree(s.Q));
+  PetscCall(PetscFree(s.SQ));
+  PetscCall(PetscFree(s.T));
+  PetscCall(PetscFree(s.M));
+  PetscCall(PetscFree(s.X));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

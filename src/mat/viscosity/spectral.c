@@ -197,9 +197,7 @@ static PetscErrorCode SpectralDestroy(Mat H)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &c));
-  for (PetscInt parity = 0; parity < 2; parity++) {
-    PetscCall(SlipLowRankDestroy(&c->correction[parity]));
-  }
+  for (PetscInt parity = 0; parity < 2; parity++) PetscCall(SlipLowRankDestroy(&c->correction[parity]));
   PetscCall(PetscFree(c->blocks));
   PetscCall(PetscFree3(c->half_x, c->half_y, c->y));
   PetscCall(SlipGatherDestroy(&c->gather));
@@ -262,10 +260,11 @@ PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *
                             .diagonal = SpectralGetDiagonal,
                             .info = SpectralGetInfo,
                             .view = SpectralView,
-                            .destroy = SpectralDestroy};
+                            .destroy = SpectralDestroy,
+                            .state = SpectralState};
   SlipSpectral *c;
   PetscReal scale;
-  PetscInt m, N;
+  PetscInt N;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&c));
@@ -275,10 +274,8 @@ PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *
   PetscCall(SlipGridScale(K, &scale));
   PetscCall(SlipSpectralRootBlocks(c->strike, factor, scale, &c->blocks));
   PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(PetscMalloc3(N, &c->half_x, N, &c->half_y, N, &c->y));
-  PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, "slipspectral", &ops, c, H));
-  PetscCall(PetscObjectComposeFunction((PetscObject)*H, SLIP_STATE_METHOD, SpectralState));
+  PetscCall(SlipShellCreateLike(K, "slipspectral", &ops, c, H));
   PetscCall(SlipGatherCreate(*H, SlipCirculantPencil(c->strike), &c->gather));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -50,7 +50,6 @@ PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H)
   PlaneContext *c;
   const SlipGrid *grid;
   PetscReal scale;
-  PetscInt m, N;
 
   PetscFunctionBegin;
   PetscCall(SlipGridOf(K, &grid));
@@ -62,9 +61,7 @@ PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H)
   PetscCall(SlipToeplitzOf(K, &c->plane));
   PetscCall(SlipGridScale(K, &scale));
   c->factor = factor * PetscSqrtReal(scale);
-  PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(MatGetLocalSize(K, &m, NULL));
-  PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, "sliptoeplitz", &ops, c, H));
+  PetscCall(SlipShellCreateLike(K, "sliptoeplitz", &ops, c, H));
   PetscCall(MatSetOption(*H, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -188,10 +188,10 @@ static PetscErrorCode WavesState(Mat H, SlipState s)
 
 static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
 {
-  const SlipShellOps ops = {.mult = WavesMult, .diagonal = WavesGetDiagonal, .destroy = WavesDestroy};
+  const SlipShellOps ops = {
+    .mult = WavesMult, .diagonal = WavesGetDiagonal, .destroy = WavesDestroy, .state = WavesState};
   WavesContext *w;
   const SlipGrid *grid;
-  PetscInt m, N;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&w));
@@ -205,10 +205,7 @@ static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
   w->max = PetscMin(WAVES_MAX, 2 * grid->nz);
   PetscCall(PetscMalloc1((size_t)(w->max + 1) * 2 * grid->nz, &w->basis));
   PetscCall(PetscMalloc4(w->max, &w->alpha, w->max, &w->beta, w->max, &w->c, w->max, &w->last));
-  PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(MatGetLocalSize(K, &m, NULL));
-  PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, "slipwaves", &ops, w, H));
-  PetscCall(PetscObjectComposeFunction((PetscObject)*H, SLIP_STATE_METHOD, WavesState));
+  PetscCall(SlipShellCreateLike(K, "slipwaves", &ops, w, H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
