@@ -433,27 +433,13 @@ static PetscErrorCode TSAdaptReset_RL(TSAdapt adapt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the problem does not observe itself refers to the start, which then is part of the state. */
-static PetscErrorCode StateOfStart(SlipState s, TSAdapt_RL *rl)
-{
-  PetscBool needed = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  PetscCall(SlipStateReal(s, "norm_of_start", 1, &rl->observer.run.norm0));
-  PetscCall(SlipStateReal(s, "largest_of_start", 1, &rl->observer.run.max0));
-  for (PetscInt i = 0; i < rl->n; i++)
-    if (SlipObservedOfState(&rl->seen[i]) && rl->seen[i].own < 0) needed = PETSC_TRUE;
-  if (needed) PetscCall(SlipStateVec(s, "start", rl->observer.w0));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A solve has begun. Another policy than the file's begins with what it sees next. */
 static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipRunNumbers *run = &rl->observer.run;
   const char *hash;
-  PetscBool same;
+  PetscBool same, start = PETSC_FALSE;
   char name[32];
 
   PetscFunctionBegin;
@@ -493,7 +479,12 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
     PetscCall(SlipStateReal(s, "rejections", 1, &run->rejections));
     PetscCall(SlipStateInt(s, "hold", 1, &rl->hold));
   }
-  PetscCall(StateOfStart(s, rl));
+  /* what the problem does not observe itself refers to the start, which then is part of the state */
+  PetscCall(SlipStateReal(s, "norm_of_start", 1, &rl->observer.run.norm0));
+  PetscCall(SlipStateReal(s, "largest_of_start", 1, &rl->observer.run.max0));
+  for (PetscInt i = 0; i < rl->n; i++)
+    if (SlipObservedOfState(&rl->seen[i]) && rl->seen[i].own < 0) start = PETSC_TRUE;
+  if (start) PetscCall(SlipStateVec(s, "start", rl->observer.w0));
   for (PetscInt i = 0; i < rl->n; i++) {
     PetscCall(PetscSNPrintf(name, sizeof(name), "has_base_%" PetscInt_FMT, i));
     PetscCall(SlipStateBool(s, name, &rl->seen[i].has_base));

@@ -4,18 +4,6 @@
 #define MEASURE_OF_OLD "final_slip" /* policies that do not name their measure */
 #define DIAL_MARGIN 0.1             /* of the range's width: observations as far beyond it count as inside */
 
-/* "a, b or c" */
-static PetscErrorCode Names(char text[], size_t len)
-{
-  PetscFunctionBegin;
-  text[0] = 0;
-  for (const SlipMeasure *row = SlipMeasures; row->name; row++) {
-    PetscCall(PetscStrlcat(text, row == SlipMeasures ? "" : row[1].name ? ", " : " or ", len));
-    PetscCall(PetscStrlcat(text, row->name, len));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@C
   TSAdaptRLSetMeasure - which error of the run the accuracy dial bounds
 
@@ -47,13 +35,17 @@ static PetscErrorCode Names(char text[], size_t len)
 PetscErrorCode TSAdaptRLSetMeasure(TSAdapt adapt, const char measure[])
 {
   TSAdapt_RL *rl = NULL;
-  char names[128];
 
   PetscFunctionBegin;
   PetscCall(TSAdaptRLContext_Private(adapt, &rl));
   PetscAssertPointer(measure, 2);
   if (!SlipMeasureFind(measure)) {
-    PetscCall(Names(names, sizeof(names)));
+    char names[128] = ""; /* "a, b or c" */
+
+    for (const SlipMeasure *row = SlipMeasures; row->name; row++) {
+      PetscCall(PetscStrlcat(names, row == SlipMeasures ? "" : row[1].name ? ", " : " or ", sizeof(names)));
+      PetscCall(PetscStrlcat(names, row->name, sizeof(names)));
+    }
     SETERRQ(PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_UNKNOWN_TYPE,
             "-ts_adapt_rl_measure is \"%s\", expected %s", measure, names);
   }
@@ -106,9 +98,9 @@ PetscErrorCode TSAdaptRLGetMeasure(TSAdapt adapt, const char *measure[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The policy of PROBLEM for a measure, and the name of what it is the default of */
-static PetscErrorCode FindFor(MPI_Comm comm, const char problem[], const char measure[], char file[], size_t len,
-                              PetscBool *found)
+/* The policy of PROBLEM for a measure: PROBLEM_MEASURE.h5 goes before PROBLEM.h5 */
+PetscErrorCode TSAdaptRLFindDefault_Private(MPI_Comm comm, const char problem[], const char measure[], char file[],
+                                            size_t len, PetscBool *found)
 {
   char name[128];
 
@@ -119,18 +111,6 @@ static PetscErrorCode FindFor(MPI_Comm comm, const char problem[], const char me
     PetscCall(SlipPolicyFindDefault(comm, name, file, len, found));
   }
   if (!*found) PetscCall(SlipPolicyFindDefault(comm, problem, file, len, found));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* SlipPolicyFindDefault() for the measure of the run */
-PetscErrorCode TSAdaptRLFindDefault_Private(TSAdapt adapt, const char problem[], char file[], size_t len,
-                                            PetscBool *found)
-{
-  const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
-
-  PetscFunctionBegin;
-  PetscCall(FindFor(PetscObjectComm((PetscObject)adapt), problem, (rl->measure ? rl->measure : SlipMeasures)->name,
-                    file, len, found));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -194,7 +174,7 @@ static PetscErrorCode Alternative(TSAdapt adapt, PetscReal used, char text[], si
   text[0] = 0;
   PetscCall(TSAdaptRLGetMeasure(adapt, &measure));
   if (!rl->default_of[0] || !strcmp(measure, "final_slip") || used < rl->accuracy) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(FindFor(comm, rl->default_of, "final_slip", file, sizeof(file), &found));
+  PetscCall(TSAdaptRLFindDefault_Private(comm, rl->default_of, "final_slip", file, sizeof(file), &found));
   if (!found) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipPolicyCreate(comm, &other));
   PetscCall(SlipPolicyLoad(other, file));

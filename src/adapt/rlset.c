@@ -363,7 +363,9 @@ PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
                source, trained, name, trained);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (name[0]) PetscCall(TSAdaptRLFindDefault_Private(adapt, name, file, sizeof(file), &found));
+  if (name[0])
+    PetscCall(TSAdaptRLFindDefault_Private(comm, name, (rl->measure ? rl->measure : SlipMeasures)->name, file,
+                                           sizeof(file), &found));
   if (!found && !rl->problem[0]) {
     char general[PETSC_MAX_PATH_LEN];
 

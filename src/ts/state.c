@@ -24,18 +24,6 @@ PetscErrorCode SlipStateAttempt(SlipState s, SlipAttempt *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipStateTotals(SlipState s, TS_Bathe *ba)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipStateInt(s, "attempts", 1, &ba->attempts));
-  PetscCall(SlipStateInt(s, "accepted", 1, &ba->accepted));
-  PetscCall(SlipStateInt(s, "solves", 1, &ba->solves));
-  PetscCall(SlipStateInt(s, "newton", 1, &ba->newton));
-  PetscCall(SlipStateInt(s, "linear", 1, &ba->linear));
-  PetscCall(SlipStateInt(s, "failures", 1, &ba->failures));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* What every TS has */
 static PetscErrorCode SlipStateAny(SlipState s, TS ts)
 {
@@ -102,7 +90,12 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
     (id == ba->sol_id && state == ba->sol_state) || SlipStateEnd(ts) != ts->vec_sol ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipStateAny(s, ts));
   PetscCall(SlipStateVec(s, "solution", SlipStateIsLoading(s) ? ts->vec_sol : SlipStateEnd(ts)));
-  PetscCall(SlipStateTotals(s, ba));
+  PetscCall(SlipStateInt(s, "attempts", 1, &ba->attempts));
+  PetscCall(SlipStateInt(s, "accepted", 1, &ba->accepted));
+  PetscCall(SlipStateInt(s, "solves", 1, &ba->solves));
+  PetscCall(SlipStateInt(s, "newton", 1, &ba->newton));
+  PetscCall(SlipStateInt(s, "linear", 1, &ba->linear));
+  PetscCall(SlipStateInt(s, "failures", 1, &ba->failures));
   PetscCall(SlipStateAttempt(s, &ba->last));
   if (ba->con) PetscCall(SlipStateVec(s, "reaction", ba->r));
   PetscCall(SlipStateBool(s, "derivative_known", &ba->k2_known));

@@ -107,8 +107,8 @@ PETSC_INTERN PetscErrorCode TSAdaptRLHeirAfterFailure_Private(TSAdapt adapt, TS 
                                                               PetscReal *h_next);
 
 /* rlmeasure.c */
-PETSC_INTERN PetscErrorCode TSAdaptRLFindDefault_Private(TSAdapt adapt, const char problem[], char file[], size_t len,
-                                                         PetscBool *found);
+PETSC_INTERN PetscErrorCode TSAdaptRLFindDefault_Private(MPI_Comm comm, const char problem[], const char measure[],
+                                                         char file[], size_t len, PetscBool *found);
 PETSC_INTERN PetscErrorCode TSAdaptRLCheckMeasure_Private(TSAdapt adapt, const SlipProblemOps *problem,
                                                           const char name[]);
 PETSC_INTERN PetscErrorCode TSAdaptRLClipDial_Private(TSAdapt adapt, PetscReal *used);
@@ -127,7 +127,6 @@ static inline PetscErrorCode TSAdaptRLContext_Private(TSAdapt adapt, TSAdapt_RL 
 }
 
 PETSC_INTERN PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts); /* the default one when there is none */
-PETSC_INTERN PetscErrorCode TSAdaptRLForgetDefault_Private(TSAdapt adapt);
 
 /* ---- state.c: for checkpoints ---- */
 PETSC_INTERN PetscErrorCode SlipStateController(SlipState s, const char name[], TSAdapt adapt);
