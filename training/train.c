@@ -38,18 +38,6 @@ static PetscErrorCode TrainCMA(MPI_Comm comm, PetscInt *failed)
   return CMATrain(comm, NULL);
 }
 
-static PetscErrorCode TrainFilter(MPI_Comm comm, PetscInt *failed)
-{
-  (void)failed;
-  return FilterTune(comm);
-}
-
-static PetscErrorCode TrainSteps(MPI_Comm comm, PetscInt *failed)
-{
-  (void)failed;
-  return StepsRun(comm);
-}
-
 /* The table of trainers. train reads options of its own, which -help shows; failed: how many of several trainings did */
 static const struct {
   const char *name, *meaning;
@@ -57,8 +45,8 @@ static const struct {
 } Trainers[] = {{"tqc", "truncated quantile critics", SweepTrain},
                 {"td3", "TD3", SweepTrain},
                 {"cmaes", "CMA-ES, with an accuracy dial", TrainCMA},
-                {"filter", "a classical controller, tuned", TrainFilter},
-                {"steps", "the best steps that there are", TrainSteps}};
+                {"filter", "a classical controller, tuned", FilterTune},
+                {"steps", "the best steps that there are", StepsRun}};
 enum { TRAINERS = PETSC_STATIC_ARRAY_LENGTH(Trainers) };
 
 static PetscErrorCode Run(PetscInt *failed)
@@ -70,10 +58,7 @@ static PetscErrorCode Run(PetscInt *failed)
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < TRAINERS; ++i) {
     known[i] = Trainers[i].name;
-    PetscCall(PetscStrlcat(text, i ? "; " : ": ", sizeof(text)));
-    PetscCall(PetscStrlcat(text, Trainers[i].name, sizeof(text)));
-    PetscCall(PetscStrlcat(text, ", ", sizeof(text)));
-    PetscCall(PetscStrlcat(text, Trainers[i].meaning, sizeof(text)));
+    PetscCall(TextAdd(text, sizeof(text), "%s%s, %s", i ? "; " : ": ", Trainers[i].name, Trainers[i].meaning));
   }
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Trainers, which have options of their own", "train");
   PetscCall(OptionChoice(PetscOptionsObject, "-train_algorithm", text, known, &k));

@@ -40,8 +40,7 @@ PetscErrorCode OptionFind(const char option[], const char value[], const char *c
     *index = i;
     PetscCall(PetscStrcmp(value, known[i], &same));
     if (same) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(PetscStrlcat(list, " ", sizeof(list)));
-    PetscCall(PetscStrlcat(list, known[i], sizeof(list)));
+    PetscCall(TextAdd(list, sizeof(list), " %s", known[i]));
   }
   SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not known; expected one of:%s", option, value, list);
 }

@@ -2,6 +2,7 @@
 #pragma once
 #include <petscsys.h>
 #include <slipcompat.h>
+#include <string.h>
 
 /* A number in [low, high], or above low where exclusive; high PETSC_MAX_REAL: no limit. */
 typedef struct {
@@ -29,6 +30,8 @@ typedef struct {
     name, text, NULL, value, 0, PETSC_MAX_REAL, PETSC_TRUE                                                             \
   }
 
+/* Adds a piece to a text of so many bytes, cut where it is too long */
+#define TextAdd(text, len, ...) PetscSNPrintf((text) + strlen(text), (len)-strlen(text), __VA_ARGS__)
 /* Between PetscOptionsBegin() and PetscOptionsEnd() */
 PETSC_INTERN PetscErrorCode OptionsNumbers(SlipOptionItems PetscOptionsObject, size_t n, const NumberOption row[]);
 /* Which of known, which ends with NULL, value is */

@@ -226,3 +226,20 @@ PetscErrorCode EnvRunEpisode(Environment *env, Random *random, EnvActorFn actor,
   PetscCall(EnvInstanceDestroy(&env->o, &instance));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode EnvSetTolerances(TS ts, PetscReal rtol, PetscReal factor)
+{
+  Vec vatol, scaled = NULL;
+  PetscReal atol;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTolerances(ts, &atol, &vatol, NULL, NULL));
+  if (vatol) {
+    PetscCall(VecDuplicate(vatol, &scaled));
+    PetscCall(VecCopy(vatol, scaled));
+    PetscCall(VecScale(scaled, factor));
+  }
+  PetscCall(TSSetTolerances(ts, vatol ? atol : factor * atol, scaled, rtol, NULL));
+  PetscCall(VecDestroy(&scaled));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

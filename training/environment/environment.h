@@ -58,3 +58,5 @@ PETSC_INTERN PetscErrorCode EnvRunInstance(Environment *env, const EnvInstance *
 /* One episode: an instance that random draws when -train_random is set, with a reference when the reward needs it. */
 PETSC_INTERN PetscErrorCode EnvRunEpisode(Environment *env, Random *random, EnvActorFn actor, void *ctx,
                                           EnvResult *result);
+/* The relative tolerance of a TS, or PETSC_DEFAULT for that it has; its absolute ones by a factor */
+PETSC_INTERN PetscErrorCode EnvSetTolerances(TS ts, PetscReal rtol, PetscReal factor);

@@ -416,26 +416,19 @@ void PlainFaultSetState(PlainFault *p, const double w[])
   }
 }
 
-/* Entries of a matrix that may be known by its products only: its columns. */
+/* Entries of a matrix that may be known by its products only */
 static PetscErrorCode Entries(Mat A, PetscInt n, double a[])
 {
-  const PetscScalar *y;
-  Vec unit, column;
+  const PetscScalar *entry;
+  Mat dense;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, &unit, &column));
-  for (PetscInt j = 0; j < n; ++j) {
-    PetscCall(VecZeroEntries(unit));
-    PetscCall(VecSetValue(unit, j, 1, INSERT_VALUES));
-    PetscCall(VecAssemblyBegin(unit));
-    PetscCall(VecAssemblyEnd(unit));
-    PetscCall(MatMult(A, unit, column));
-    PetscCall(VecGetArrayRead(column, &y));
-    for (PetscInt i = 0; i < n; ++i) a[i * n + j] = (double)PetscRealPart(y[i]);
-    PetscCall(VecRestoreArrayRead(column, &y));
-  }
-  PetscCall(VecDestroy(&unit));
-  PetscCall(VecDestroy(&column));
+  PetscCall(MatComputeOperator(A, MATDENSE, &dense));
+  PetscCall(MatDenseGetArrayRead(dense, &entry));
+  for (PetscInt j = 0; j < n; ++j)
+    for (PetscInt i = 0; i < n; ++i) a[i * n + j] = (double)PetscRealPart(entry[j * n + i]);
+  PetscCall(MatDenseRestoreArrayRead(dense, &entry));
+  PetscCall(MatDestroy(&dense));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

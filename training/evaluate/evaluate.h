@@ -102,10 +102,13 @@ PETSC_INTERN PetscErrorCode EvaluateErrors(const Evaluation *p, void *model, con
 /* ---- the file (evaluatefile.c): every write replaces it by a copy with one group more ---- */
 
 PETSC_INTERN PetscErrorCode EvaluateFileCheck(const EvaluateOptions *o); /* rank 0: its format and settings */
-/* Rank 0: is the reference, or the cell, there, did it fail, or was it made with another file of its policy's name and
-   counts for nothing? */
+/* Of a cell: it is there, failed, or was made with another file of its policy's name and counts for nothing */
+typedef struct {
+  PetscBool known, failed, outdated;
+} EvaluateState;
+/* Rank 0: which references are there, and the states of the cells */
 PETSC_INTERN PetscErrorCode EvaluateFileKnown(const EvaluateOptions *o, const EvaluateMatrix *m, PetscBool reference[],
-                                              PetscBool cell[], PetscBool failed[], PetscBool outdated[]);
+                                              EvaluateState cell[]);
 PETSC_INTERN PetscErrorCode EvaluateFileReadReference(const EvaluateOptions *o, const ProblemCase *c,
                                                       EvaluateReference *ref);
 PETSC_INTERN PetscErrorCode EvaluateFileWriteReference(const EvaluateOptions *o, const ProblemCase *c,

@@ -3,6 +3,7 @@
 #include "evaluate.h"
 #include <slipcompat.h>
 #include "common/files.h"
+#include "common/options.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -107,12 +108,8 @@ static PetscErrorCode DescribeSeries(SlipH5 *h, const char group[], const Evalua
   char text[256] = "time s", path[4 * EVALUATE_NAME];
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < p->ncolumns; k++) {
-    PetscCall(PetscStrlcat(text, ", ", sizeof(text)));
-    PetscCall(PetscStrlcat(text, p->columns[k], sizeof(text)));
-    PetscCall(PetscStrlcat(text, " ", sizeof(text)));
-    PetscCall(PetscStrlcat(text, p->units[k], sizeof(text)));
-  }
+  for (PetscInt k = 0; k < p->ncolumns; k++)
+    PetscCall(TextAdd(text, sizeof(text), ", %s %s", p->columns[k], p->units[k]));
   PetscCall(PetscSNPrintf(path, sizeof(path), "%s/series", group));
   PetscCall(SlipH5WriteAttrString(h, path, "columns", text));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -296,29 +293,25 @@ PetscErrorCode EvaluateFileCheck(const EvaluateOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CellKnown(SlipH5 *h, const EvaluateCell *cell, PetscBool *known, PetscBool *failed,
-                                PetscBool *outdated)
+static PetscErrorCode CellKnown(SlipH5 *h, const EvaluateCell *cell, EvaluateState *s)
 {
   char hash[72];
   PetscInt converged = 1;
 
   PetscFunctionBegin;
-  *failed = *outdated = PETSC_FALSE;
-  PetscCall(SlipH5HasAttribute(h, cell->path, "converged", known));
-  if (!*known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5HasAttribute(h, cell->path, "converged", &s->known));
+  if (!s->known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipH5ReadAttrInt(h, cell->path, "converged", &converged));
-  *failed = converged ? PETSC_FALSE : PETSC_TRUE;
+  s->failed = converged ? PETSC_FALSE : PETSC_TRUE;
   if (!cell->policy) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipH5ReadAttrString(h, cell->path, "policy_hash", hash, sizeof(hash)));
-  PetscCall(PetscStrcmp(hash, cell->policy->hash, known)); /* or another policy of this name has been here */
-  if (*known) PetscFunctionReturn(PETSC_SUCCESS);
-  *failed = PETSC_FALSE;
-  *outdated = PETSC_TRUE;
+  PetscCall(PetscStrcmp(hash, cell->policy->hash, &s->known)); /* or another policy of this name has been here */
+  if (!s->known) *s = (EvaluateState){.outdated = PETSC_TRUE};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode EvaluateFileKnown(const EvaluateOptions *o, const EvaluateMatrix *m, PetscBool reference[],
-                                 PetscBool cell[], PetscBool failed[], PetscBool outdated[])
+                                 EvaluateState cell[])
 {
   char path[2 * EVALUATE_NAME];
   SlipH5 h;
@@ -326,15 +319,13 @@ PetscErrorCode EvaluateFileKnown(const EvaluateOptions *o, const EvaluateMatrix 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(reference, m->ncases));
   PetscCall(PetscArrayzero(cell, m->ncells));
-  PetscCall(PetscArrayzero(failed, m->ncells));
-  PetscCall(PetscArrayzero(outdated, m->ncells));
   if (access(o->output, F_OK)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipH5OpenRead(o->output, &h));
   for (PetscInt i = 0; i < m->ncases; i++) {
     PetscCall(PetscSNPrintf(path, sizeof(path), "/references/%s/series", m->cases[i].name));
     PetscCall(SlipH5Has(&h, path, &reference[i]));
   }
-  for (PetscInt i = 0; i < m->ncells; i++) PetscCall(CellKnown(&h, &m->cells[i], &cell[i], &failed[i], &outdated[i]));
+  for (PetscInt i = 0; i < m->ncells; i++) PetscCall(CellKnown(&h, &m->cells[i], &cell[i]));
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

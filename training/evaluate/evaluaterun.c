@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L /* clock_gettime() */
 #include "evaluate.h"
 #include "common/files.h"
+#include "environment/environment.h"
 #include <petsctime.h>
 #include <time.h>
 
@@ -57,26 +58,6 @@ static PetscErrorCode Watch(TS ts, const SlipAttempt *a, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Both tolerances by one factor. */
-static PetscErrorCode ScaleTolerances(TS ts, PetscReal factor)
-{
-  PetscReal atol, rtol;
-  Vec vatol, scaled;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetTolerances(ts, &atol, &vatol, &rtol, NULL));
-  if (!vatol) {
-    PetscCall(TSSetTolerances(ts, factor * atol, NULL, factor * rtol, NULL));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecDuplicate(vatol, &scaled));
-  PetscCall(VecCopy(vatol, scaled));
-  PetscCall(VecScale(scaled, factor));
-  PetscCall(TSSetTolerances(ts, atol, scaled, factor * rtol, NULL));
-  PetscCall(VecDestroy(&scaled));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The accuracy dial, where the controller has one. */
 static PetscErrorCode SetAccuracy(TSAdapt adapt, PetscReal accuracy)
 {
@@ -93,7 +74,7 @@ static PetscErrorCode SetAccuracy(TSAdapt adapt, PetscReal accuracy)
 static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
 {
   TSAdapt adapt;
-  PetscReal end;
+  PetscReal end, rtol;
 
   PetscFunctionBegin;
   PetscCall(TSGetAdapt(ts, &adapt));
@@ -106,7 +87,8 @@ static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
   if (cell->accuracy > 0) PetscCall(SetAccuracy(adapt, cell->accuracy));
   PetscCall(TSBatheSetReactionType(ts, cell->reaction));
   PetscCall(TSBatheSetError(ts, cell->error));
-  PetscCall(ScaleTolerances(ts, cell->tolerance));
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  PetscCall(EnvSetTolerances(ts, cell->tolerance * rtol, cell->tolerance));
   if (cell->steps) {
     PetscCall(TSGetMaxTime(ts, &end));
     PetscCall(TSSetTimeStep(ts, end / (PetscReal)cell->steps));

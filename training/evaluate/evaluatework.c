@@ -205,18 +205,15 @@ static PetscErrorCode WorkThrough(Work *w)
 }
 
 /* What the file holds, as rank 0 sees it. */
-static PetscErrorCode Look(const Work *w, PetscBool reference[], PetscBool cell[], PetscBool failed[],
-                           PetscBool outdated[])
+static PetscErrorCode Look(const Work *w, PetscBool reference[], EvaluateState cell[])
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
-  if (!w->rank) ierr = EvaluateFileKnown(w->o, w->m, reference, cell, failed, outdated);
+  if (!w->rank) ierr = EvaluateFileKnown(w->o, w->m, reference, cell);
   PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
   PetscCallMPI(MPI_Bcast(reference, (PetscMPIInt)w->m->ncases, MPIU_BOOL, 0, PETSC_COMM_WORLD));
-  PetscCallMPI(MPI_Bcast(cell, (PetscMPIInt)w->m->ncells, MPIU_BOOL, 0, PETSC_COMM_WORLD));
-  PetscCallMPI(MPI_Bcast(failed, (PetscMPIInt)w->m->ncells, MPIU_BOOL, 0, PETSC_COMM_WORLD));
-  PetscCallMPI(MPI_Bcast(outdated, (PetscMPIInt)w->m->ncells, MPIU_BOOL, 0, PETSC_COMM_WORLD));
+  PetscCallMPI(MPI_Bcast(cell, (PetscMPIInt)((size_t)w->m->ncells * sizeof(*cell)), MPI_BYTE, 0, PETSC_COMM_WORLD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -240,14 +237,14 @@ static PetscErrorCode AddReferences(Work *w, const PetscBool reference[], const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Summary(const Work *w, PetscInt before, const PetscBool cell[], const PetscBool failed[])
+static PetscErrorCode Summary(const Work *w, PetscInt before, const EvaluateState cell[])
 {
   PetscInt known = 0, bad = 0;
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < w->m->ncells; i++) {
-    known += cell[i];
-    bad += cell[i] && failed[i];
+    known += cell[i].known;
+    bad += cell[i].known && cell[i].failed;
   }
   PetscCall(PetscPrintf(PETSC_COMM_WORLD,
                         "%s: %" PetscInt_FMT " cells of this matrix, %" PetscInt_FMT " were there, %" PetscInt_FMT
@@ -257,23 +254,23 @@ static PetscErrorCode Summary(const Work *w, PetscInt before, const PetscBool ce
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode List(const Work *w, const PetscBool cell[], const PetscBool failed[], const PetscBool outdated[])
+static PetscErrorCode List(const Work *w, const EvaluateState cell[])
 {
   PetscFunctionBegin;
   for (PetscInt i = 0; i < w->m->ncells; i++) {
-    const char *state = outdated[i] ? "outdated" : (failed[i] ? "failed" : (cell[i] ? "done" : "missing"));
+    const char *state = cell[i].outdated ? "outdated" : cell[i].failed ? "failed" : cell[i].known ? "done" : "missing";
 
     PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%-8s %s\n", state, w->m->cells[i].path + 7));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReportOutdated(const Work *w, const PetscBool outdated[])
+static PetscErrorCode ReportOutdated(const Work *w, const EvaluateState cell[])
 {
   PetscInt n = 0;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < w->m->ncells; i++) n += outdated[i];
+  for (PetscInt i = 0; i < w->m->ncells; i++) n += cell[i].outdated;
   if (n)
     PetscCall(PetscPrintf(PETSC_COMM_WORLD,
                           "%s: %" PetscInt_FMT " cells were made with other files of their policies' names and are "
@@ -285,7 +282,8 @@ static PetscErrorCode ReportOutdated(const Work *w, const PetscBool outdated[])
 PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
 {
   Work w = {.o = o, .m = m, .instance = -1};
-  PetscBool *reference, *cell, *now, *failed, *outdated, *needed;
+  PetscBool *reference, *needed;
+  EvaluateState *cell, *now;
   PetscInt before = 0;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
@@ -293,34 +291,34 @@ PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &w.rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &w.size));
   PetscCall(PetscTime(&w.begin));
-  PetscCall(PetscCalloc7(m->ncases, &reference, m->ncells, &cell, m->ncells, &now, m->ncells, &failed, m->ncells,
-                         &outdated, m->ncases, &needed, m->ncases + m->ncells, &w.jobs));
+  PetscCall(PetscCalloc5(m->ncases, &reference, m->ncells, &cell, m->ncells, &now, m->ncases, &needed,
+                         m->ncases + m->ncells, &w.jobs));
   if (!w.rank) ierr = EvaluateFileCheck(o);
   PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
-  PetscCall(Look(&w, reference, cell, failed, outdated));
+  PetscCall(Look(&w, reference, cell));
   for (PetscInt i = 0; i < m->ncells; i++) {
-    if (o->repeat_failed && failed[i]) cell[i] = PETSC_FALSE;
-    before += cell[i];
-    if (!cell[i]) needed[m->cells[i].instance] = PETSC_TRUE;
-    if (!cell[i]) w.total += m->cells[i].weight;
+    if (o->repeat_failed && cell[i].failed) cell[i].known = PETSC_FALSE;
+    before += cell[i].known;
+    if (!cell[i].known) needed[m->cells[i].instance] = PETSC_TRUE;
+    if (!cell[i].known) w.total += m->cells[i].weight;
   }
   if (o->list) {
-    PetscCall(List(&w, cell, failed, outdated));
+    PetscCall(List(&w, cell));
   } else {
-    PetscCall(ReportOutdated(&w, outdated));
+    PetscCall(ReportOutdated(&w, cell));
     PetscCall(AddReferences(&w, reference, needed));
     for (PetscInt i = 0; i < w.njobs; i++) w.total += w.jobs[i].weight;
     if (w.njobs) PetscCall(WorkThrough(&w)); /* cells need them */
     for (PetscInt i = 0; i < w.njobs; i++) w.before += w.jobs[i].weight;
-    PetscCall(Look(&w, reference, now, failed, outdated));
+    PetscCall(Look(&w, reference, now));
     w.njobs = 0;
     for (PetscInt i = 0; i < m->ncells; i++)
-      if (!cell[i] && reference[m->cells[i].instance])
+      if (!cell[i].known && reference[m->cells[i].instance])
         w.jobs[w.njobs++] = (Job){m->cells[i].instance, i, m->cells[i].weight};
     if (w.njobs) PetscCall(WorkThrough(&w));
-    PetscCall(Look(&w, reference, cell, failed, outdated));
-    PetscCall(Summary(&w, before, cell, failed));
+    PetscCall(Look(&w, reference, cell));
+    PetscCall(Summary(&w, before, cell));
   }
-  PetscCall(PetscFree7(reference, cell, now, failed, outdated, needed, w.jobs));
+  PetscCall(PetscFree5(reference, cell, now, needed, w.jobs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

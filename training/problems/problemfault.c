@@ -2,6 +2,7 @@
    continuation. */
 #include "problems.h"
 #include "common/table.h"
+#include "environment/environment.h"
 #include <slipstep.h>
 #include <slipcompat.h>
 
@@ -92,26 +93,6 @@ static PetscErrorCode SetDrawn(SlipFault fault, const PetscReal value[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The fault's own vector of absolute tolerances is 1e-6 in the units of EnvOptions: scale it. */
-static PetscErrorCode SetTolerances(const EnvOptions *o, TS ts)
-{
-  Vec vatol, scaled;
-  PetscReal rtol, atol;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetTolerances(ts, &atol, &vatol, &rtol, NULL));
-  if (o->rtol > 0) rtol = o->rtol;
-  if (o->atol > 0 && vatol) {
-    PetscCall(VecDuplicate(vatol, &scaled));
-    PetscCall(VecCopy(vatol, scaled));
-    PetscCall(VecScale(scaled, o->atol / 1e-6));
-    PetscCall(TSSetTolerances(ts, atol, scaled, rtol, NULL));
-    PetscCall(VecDestroy(&scaled));
-  } else
-    PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, rtol, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, EnvRun *run)
 {
   const PetscReal *drawn = instance->drawn ? instance->value : NULL;
@@ -136,7 +117,8 @@ static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, E
   PetscCall(SlipCheckSolverOptions(run->ts));
   PetscCall(TSSetFromOptions(run->ts));
   if (drawn) PetscCall(TSSetMaxTime(run->ts, drawn[DRAW_DURATION] * run->tstar));
-  PetscCall(SetTolerances(o, run->ts));
+  /* the fault's own vector of absolute tolerances is 1e-6 in the units of EnvOptions */
+  PetscCall(EnvSetTolerances(run->ts, o->rtol > 0 ? o->rtol : PETSC_DEFAULT, o->atol > 0 ? o->atol / 1e-6 : 1));
   PetscCall(TSGetMaxTime(run->ts, &run->tmax));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -16,10 +16,8 @@ PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, PetscBool by_cm
   PetscFunctionBegin;
   for (PetscInt i = 0; ProblemTable[i]; ++i) {
     if (by_cma ? !ProblemTable[i]->cma : !ProblemTable[i]->create) continue;
-    PetscCall(PetscStrlcat(text, n ? "; " : ": ", sizeof(text)));
-    PetscCall(PetscStrlcat(text, ProblemTable[i]->name, sizeof(text)));
-    PetscCall(PetscStrlcat(text, ", ", sizeof(text)));
-    PetscCall(PetscStrlcat(text, ProblemTable[i]->meaning, sizeof(text)));
+    PetscCall(
+      TextAdd(text, sizeof(text), "%s%s, %s", n ? "; " : ": ", ProblemTable[i]->name, ProblemTable[i]->meaning));
     rows[n] = ProblemTable[i];
     names[n++] = ProblemTable[i]->name;
   }
@@ -30,21 +28,16 @@ PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, PetscBool by_cm
 
 PetscErrorCode ProblemDescribeDraws(char text[], size_t len)
 {
-  char row[128];
-
   PetscFunctionBegin;
   text[0] = 0;
   for (PetscInt k = 0; ProblemTable[k]; ++k) {
     const Problem *p = ProblemTable[k];
 
     if (!p->ndraw) continue;
-    PetscCall(PetscSNPrintf(row, sizeof(row), "%s  %s: ", k ? "\n" : "", p->name));
-    PetscCall(PetscStrlcat(text, row, len));
-    for (PetscInt i = 0; i < p->ndraw; ++i) {
-      PetscCall(PetscSNPrintf(row, sizeof(row), "%s%s %.6g..%.6g", i ? ", " : "", p->draw[i].meaning,
-                              (double)p->draw[i].low, (double)p->draw[i].high));
-      PetscCall(PetscStrlcat(text, row, len));
-    }
+    PetscCall(TextAdd(text, len, "%s  %s: ", k ? "\n" : "", p->name));
+    for (PetscInt i = 0; i < p->ndraw; ++i)
+      PetscCall(TextAdd(text, len, "%s%s %.6g..%.6g", i ? ", " : "", p->draw[i].meaning, (double)p->draw[i].low,
+                        (double)p->draw[i].high));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -204,7 +204,7 @@ static PetscErrorCode MakeEpisode(MPI_Comm comm, Episode **e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StepsRun(MPI_Comm comm)
+PetscErrorCode StepsRun(MPI_Comm comm, PetscInt *failed)
 {
   StepsOptions o;
   StepsPlan *plan;
@@ -214,6 +214,7 @@ PetscErrorCode StepsRun(MPI_Comm comm)
   PetscInt n;
 
   PetscFunctionBegin;
+  (void)failed;
   PetscCall(OptionsSet(comm, &o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) PetscFunctionReturn(PETSC_SUCCESS);

@@ -2,4 +2,4 @@
 #pragma once
 #include <petscsys.h>
 
-PETSC_INTERN PetscErrorCode StepsRun(MPI_Comm comm); /* as its options say */
+PETSC_INTERN PetscErrorCode StepsRun(MPI_Comm comm, PetscInt *failed); /* as its options say; failed: nothing */

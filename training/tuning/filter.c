@@ -196,13 +196,14 @@ static PetscErrorCode Finish(void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FilterTune(MPI_Comm comm)
+PetscErrorCode FilterTune(MPI_Comm comm, PetscInt *failed)
 {
   static const CMALoopOps ops = {NULL, Cost, Validate, Finish};
   PetscBool only_help;
   Tuning t;
 
   PetscFunctionBegin;
+  (void)failed;
   PetscCall(OptionsSet(comm, &t.o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) PetscFunctionReturn(PETSC_SUCCESS);

@@ -12,8 +12,9 @@ typedef struct {
   PetscReal factor, power;
 } TunedFilter;
 
-/* The whole, as its options say. Collective; the same on any number of ranks. Prints its progress and what it found. */
-PETSC_INTERN PetscErrorCode FilterTune(MPI_Comm comm);
+/* The whole, as its options say. Collective; the same on any number of ranks. Prints its progress and what it found. failed:
+   nothing */
+PETSC_INTERN PetscErrorCode FilterTune(MPI_Comm comm, PetscInt *failed);
 /* x [FILTER_PARAMETERS]: logarithms and the like, any number of which is a filter */
 PETSC_INTERN void FilterOfNumbers(const double x[], TunedFilter *f);
 PETSC_INTERN void FilterStart(double x[]);
