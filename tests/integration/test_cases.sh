@@ -171,19 +171,19 @@ cp old.h5 reference
 refuses later "for -sliding_mode_case" -- "$bin/sliding_mode" -sliding_mode_case later
 refuses "-sliding_mode_start is 0" -- "$bin/sliding_mode" -sliding_mode_start 0
 refuses "-sliding_mode_frequency is -1" -- "$bin/sliding_mode" -sliding_mode_frequency -1
-refuses "-ts_type theta knows no friction, expected bathe" -- "$bin/sliding_mode" -ts_type theta -sliding_mode_output old.h5
+refuses "-ts_type theta knows no friction" -- "$bin/sliding_mode" -ts_type theta -sliding_mode_output old.h5
 refuses "-sliding_mode_start is nan" -- "$bin/sliding_mode" -sliding_mode_start nan
 refuses "-sliding_mode_amplitude is nan" -- "$bin/sliding_mode" -sliding_mode_amplitude nan
-refuses "-ts_max_time is -1, expected a number > 0 s" -- "$bin/sliding_mode" -ts_max_time -1
-refuses "-ts_max_time is 0.5, expected a number > 2 s, the start" -- "$bin/sliding_mode" -ts_init_time 2
-refuses "-ts_max_time is -1, expected a number > 0 s" -- "$bin/oscillator" -ts_max_time -1
-refuses "$dt is nan, expected a number > 0 s" -- "$bin/oscillator" -ts_dt nan
-refuses "$dt is -1, expected a number > 0 s" -- "$bin/circuit" -ts_dt -1
-refuses "-ts_rtol is -1, expected a number >= 0" -- "$bin/circuit" -ts_rtol -1
+refuses "-ts_max_time is -1" -- "$bin/sliding_mode" -ts_max_time -1
+refuses "-ts_max_time is 0.5" -- "$bin/sliding_mode" -ts_init_time 2
+refuses "-ts_max_time is -1" -- "$bin/oscillator" -ts_max_time -1
+refuses "$dt is nan" -- "$bin/oscillator" -ts_dt nan
+refuses "$dt is -1" -- "$bin/circuit" -ts_dt -1
+refuses "-ts_rtol is -1" -- "$bin/circuit" -ts_rtol -1
 refuses "sliding_mode.h5 was trained for the problem sliding_mode, not for circuit" -- "$bin/circuit" -ts_adapt_type rl \
   -ts_adapt_rl_policy sliding_mode.h5 -circuit_output old.h5
 refuses "-circuit_c1 is 0" -- "$bin/circuit" -circuit_c1 0
-refuses "-circuit_start has 2 numbers, expected 3" -- "$bin/circuit" -circuit_start 1,2
+refuses "-circuit_start has 2 numbers" -- "$bin/circuit" -circuit_start 1,2
 refuses "-circuit_reference is -1" -- "$bin/circuit" -circuit_reference -1
 refuses "-circuit_unit start needs a -circuit_start without zeros" -- "$bin/circuit" -circuit_start 1,0,1 -circuit_unit start
 refuses "none.h5" -- "$bin/circuit" -ts_adapt_type rl -ts_adapt_rl_policy none.h5

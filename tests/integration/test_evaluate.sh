@@ -113,7 +113,7 @@ refuses "is no file of evaluate" "slipstep-policy" -- "$bin/evaluate" "${tiny[@]
 refuses "holds cells with the options" "-fault_friction_slip 0.2" -- "${same[@]}" -fault_friction_slip 0.2
 refuses "-ts_rtol has no place here" -evaluate_tolerances -- "${same[@]}" -ts_rtol 1e-4
 refuses "-evaluate_meshes has -3" -- "${same[@]}" -evaluate_meshes -3
-refuses "-evaluate_spread is -1, expected a number >= 0" -- "${same[@]}" -evaluate_spread -1
+refuses "-evaluate_spread is -1" -- "${same[@]}" -evaluate_spread -1
 refuses "-evaluate_repetitions is 0" -- "${same[@]}" -evaluate_repetitions 0
 refuses "(-evaluate_output)" "No such file or directory" -- "$bin/evaluate" "${tiny[@]}" -evaluate_output no/such/dir.h5
 head -c 3000 a.h5 >cut.h5

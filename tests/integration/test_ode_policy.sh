@@ -8,7 +8,7 @@ build=${SLIPSTEP_BUILD:?} source=${SLIPSTEP_SOURCE:?}
 
 tiny=("$bin/train" -train_algorithm cmaes -train_problem ode -train_hidden 2 -train_episodes 8 -train_batch 6 -train_validation 6
   -train_population 5 -train_generations 3 -train_validation_interval 2)
-refuses "-train_hidden is 0, expected a number >= 1 and <= 256" -- "${tiny[@]}" -train_hidden 0
+refuses "-train_hidden is 0" -- "${tiny[@]}" -train_hidden 0
 refuses "-train_batch is 0" -- "${tiny[@]}" -train_batch 0
 refuses "cannot create no/such/p.h5.part" -- "${tiny[@]}" -train_output no/such/p.h5
 "${tiny[@]}" -train_output a.h5 >out.txt 2>&1 || fail "a training: $(cat out.txt)"

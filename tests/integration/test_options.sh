@@ -71,15 +71,15 @@ expect "nothing reads the option -ts_max_tmie: did you mean -ts_max_time?" -ts_m
 expect "nothing reads the option -ts_adaptt_type: did you mean -ts_adapt_type?" -ts_adaptt_type pi
 expect "nothing reads the option -snes_typ: did you mean -snes_type?" -snes_typ semismooth
 expect "nothing reads the option -ksp_tpye: did you mean -ksp_type?" -ksp_tpye cg
-expect "--fault_nx has two dashes, expected -fault_nx" --fault_nx 3
-expect "-fault_nx=3 has an equals sign, expected -fault_nx 3" -fault_nx=3
+expect "--fault_nx has two dashes" --fault_nx 3
+expect "-fault_nx=3 has an equals sign" -fault_nx=3
 expect "–fault_nx begins with another sign than the dash of options, expected -fault_nx" –fault_nx 3
 expect "–fault_nx begins with another sign than the dash of options, expected -fault_nx" -fault_view –fault_nx 3
 expect "fault_nx follows no option" fault_nx 3
 expect "did you mean -fault_nx?" fault_nx 3
 expect "3 follows no option" -fault_length_x 3 3
 printf -- '-fault_nz=4\n' >equals.opts
-expect "-fault_nz=4 has an equals sign, expected -fault_nz 4" -options_file equals.opts
+expect "-fault_nz=4 has an equals sign" -options_file equals.opts
 printf -- '-fault_nx 2 fault_nz 2\n' >words.txt
 refuses "fault_nz (-fault_sweep) follows no option" -- "$fault" -fault_sweep words.txt
 printf -- '-fault_nx 2 -fault_nzz 2\n' >names.txt
@@ -149,26 +149,26 @@ grep -qE -- "-ksp_" all.txt || fail "-help has none of PETSc's"
 grep -q -- "-circuit_c1" out.txt || fail "-help circuit: $(cat out.txt)"
 
 # Numbers and choices, by name.
-expect "-snes_atol is inf, expected a number >= 0 and <= 1e-08" -snes_atol inf
-expect "-snes_atol is 0.0001, expected" -snes_atol 1e-4
+expect "-snes_atol is inf" -snes_atol inf
+expect "-snes_atol is 0.0001" -snes_atol 1e-4
 for option in snes_rtol snes_stol ksp_rtol fault_start_ksp_rtol; do
-  for value in nan -1 1 inf; do expect "-$option is $value, expected a number >= 0 and < 1" -$option $value; done
+  for value in nan -1 1 inf; do expect "-$option is $value" -$option $value; done
 done
 for option in snes_atol ksp_atol ksp_divtol fault_start_ksp_atol fault_start_ksp_divtol ts_rtol ts_atol ts_init_time \
   ts_max_time ts_adapt_dt_min ts_adapt_dt_max ts_adapt_safety ts_adapt_pi_g1 ts_adapt_heuristic_growth "${dt#-}"; do
-  expect "-$option is nan, expected a" -$option nan
+  expect "-$option is nan" -$option nan
 done
-expect "-fault_start_ksp_max_it is -3, expected a whole number >= 0" -fault_start_ksp_max_it -3
+expect "-fault_start_ksp_max_it is -3" -fault_start_ksp_max_it -3
 expect "(-fault_start_ksp_max_it)" -fault_start_ksp_max_it two
 expect "give -fault_start_ksp_rtol" -fault_start_ksp_rtol 0.9
 expect "there is no type \"nix\" of TSAdapt (-ts_adapt_type)" -ts_adapt_type nix
-expect "-ts_adapt_safety is 2, expected a number > 0 and <= 1" -ts_adapt_safety 2
-expect '-fault_check_error is "maybe", expected yes or no' -fault_check_error maybe
-expect "$dt is 1e-30 s, of which a run of 1 s takes 1e+30, expected at most 1e+09 steps" -ts_adapt_type none -ts_dt 1e-30
+expect "-ts_adapt_safety is 2" -ts_adapt_safety 2
+expect '-fault_check_error is "maybe"' -fault_check_error maybe
+expect "$dt is 1e-30 s, of which a run of 1 s takes 1e+30" -ts_adapt_type none -ts_dt 1e-30
 expect "-ts_adapt_dt_max is 1e-14 s, of which" -ts_adapt_dt_max 1e-14
 expect "the longest step is 1 s, expected a number >= the shortest one, 2 s (-ts_adapt_dt_max)" -ts_adapt_dt_min 2 -ts_adapt_dt_max 1
 for program in circuit sliding_mode oscillator; do
-  refuses "-ts_adapt_dt_max is nan, expected a number > 0 s" -- "$bin/$program" -ts_adapt_dt_max nan
+  refuses "-ts_adapt_dt_max is nan" -- "$bin/$program" -ts_adapt_dt_max nan
   refuses "-snes_atol is inf" -- "$bin/$program" -snes_atol inf
   refuses "$dt is 1e-30 s" -- "$bin/$program" -ts_adapt_type none -ts_dt 1e-30
   refuses "(-ts_max_time)" -- "$bin/$program" -ts_max_time soon
@@ -176,7 +176,7 @@ done
 for option in "circuit -circuit_c1" "circuit -circuit_r" "circuit -circuit_m" "circuit -circuit_reference" "sliding_mode -sliding_mode_gain" \
   "sliding_mode -sliding_mode_frequency" "oscillator -oscillator_mass" "oscillator -oscillator_start"; do
   read -r program name <<<"$option"
-  for value in nan inf; do refuses "$name is $value, expected" -- "$bin/$program" "$name" $value; done
+  for value in nan inf; do refuses "$name is $value" -- "$bin/$program" "$name" $value; done
   refuses "\"abc\" is not a number ($name)" -- "$bin/$program" "$name" abc
 done
 refuses "-circuit_start has nan" -- "$bin/circuit" -circuit_start 1,nan,1
@@ -188,7 +188,7 @@ rm -f e.h5
 # Times with a unit.
 expect '"100q" is not a number (-ts_max_time), nor one with s, min, h, d or y' -ts_max_time 100q
 expect '-fault_healing_time is "5m"' -fault_healing_time 5m
-expect "-fault_healing_time is -3.15576e+07, expected a number >= 0 s" -fault_healing_time -1y
+expect "-fault_healing_time is -3.15576e+07" -fault_healing_time -1y
 expect '"1y" is not a number (-ts_rtol)' -ts_rtol 1y
 
 # Inputs: names, units, metres.
@@ -201,13 +201,13 @@ expect '/normal_stress of fields_mpa.h5 has the units "MPa", expected "Pa" (-fau
 expect '/stiffness of k_km.h5 has the units "1/km", expected "Pa/m" (-fault_stiffness_file)' -fault_stiffness_file k_km.h5
 mesh "the cells reach down to 0.11 m, as if they were in kilometres: expected metres" cells_km.h5
 mesh '/cells of cells_said_km.h5 has the units "km", expected "m" (-fault_mesh)' cells_said_km.h5
-mesh "row 3 of /cells has z = 1e+30, expected metres of a fault, at most 1e+06" cells_deep.h5
-mesh "row 3 of /cells has x = 5e+07, expected metres of a fault, at most 4e+07" cells_far.h5
+mesh "row 3 of /cells has z = 1e+30" cells_deep.h5
+mesh "row 3 of /cells has x = 5e+07" cells_far.h5
 mesh '/cells of cells_attribute.h5 has the attribute "colums", which nothing reads' cells_attribute.h5
 mesh "did you mean columns?" cells_attribute.h5
 mesh "cells_more.h5 holds /friction, which nothing reads" cells_more.h5
-expect "-fault_length_x is 1e+30, expected a number > 0 and < 4e+07 m" -fault_length_x 1e30
-expect "-fault_depth_top is 3e+06, expected" -fault_depth_top 3e6
+expect "-fault_length_x is 1e+30" -fault_length_x 1e30
+expect "-fault_depth_top is 3e+06" -fault_depth_top 3e6
 run() { "$fault" "$@" >out.txt 2>err.txt; }
 run -ts_max_time 0.1 -fault_mesh cells_m.h5 -fault_normal_stress 1e6 || fail "a small mesh that says its units: $(cat err.txt)"
 run "${tiny[@]}" -fault_parameters fields_pa.h5 || fail "fields with units: $(cat err.txt)"

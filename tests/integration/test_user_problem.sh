@@ -7,7 +7,7 @@ tiny=("$bin/train_oscillator" -train_singles 4 -train_batch_singles 3 -train_val
   -train_population 6 -train_hidden 3 -train_generations 3)
 refused=("${tiny[@]}" -train_output refused.h5)
 
-refuses "-train_hidden is 0, expected a number >= 1 and <= 256" -- "${refused[@]}" -train_hidden 0
+refuses "-train_hidden is 0" -- "${refused[@]}" -train_hidden 0
 refuses "there is no option -train_meshes" -- "${refused[@]}" -train_meshes 3
 refuses "expected a longer -train_dt_max" -- "${refused[@]}" -train_dt_min 5
 refuses "which this problem does not know" "nonsense" -- "${refused[@]}" -train_observations log_accuracy,nonsense

@@ -94,7 +94,7 @@ static void two_faults(void **state)
   ok(SlipFaultAppendOptionsPrefix(lower, "wer_"));
   ok(SlipFaultGetOptionsPrefix(lower, &prefix));
   assert_string_equal(prefix, "lower_");
-  fails(SlipFaultSetFromOptions(lower), "-lower_fault_thickness is 0, expected a number > 0 and < 4e+07 m");
+  fails(SlipFaultSetFromOptions(lower), "-lower_fault_thickness is 0");
   ok(PetscOptionsClearValue(NULL, "-lower_fault_thickness"));
   ok(SlipFaultSetFromOptions(lower));
   fails(SlipFaultSetString(lower, "kernel", "none"), "-lower_fault_kernel is \"none\"");
