@@ -48,6 +48,14 @@ static inline void AssertNear(PetscReal value, PetscReal reference, PetscReal al
     fail_msg("%.15g, expected %.15g, off by %g", (double)value, (double)reference, (double)(value - reference));
 }
 
+static inline void SetAdapt(TS ts, TSAdaptType type)
+{
+  TSAdapt adapt;
+
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptSetType(adapt, type));
+}
+
 /* Vectors like v, by their addresses */
 #define VecsDuplicate(v, ...)                                                                                          \
   do {                                                                                                                 \

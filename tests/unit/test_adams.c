@@ -105,12 +105,10 @@ static void order(void **state)
     for (int k = 0; k < 2; k++) {
       TS ts;
       Vec u;
-      TSAdapt adapt;
 
       Make(&ts, &u, TSADAMS, END / (1600 << k));
       ok(TSAdamsSetMaxOrder(ts, max));
-      ok(TSGetAdapt(ts, &adapt));
-      ok(TSAdaptSetType(adapt, TSADAPTNONE));
+      SetAdapt(ts, TSADAPTNONE);
       End(ts, u, x);
       error[k] = hypot(x[0] - exact[0], x[1] - exact[1]);
       assert_true(evaluations == 2 * (1600 << k) + 1);
@@ -192,11 +190,9 @@ static void interpolation(void **state)
   for (int k = 0; k < 2; k++) {
     TS ts;
     Vec u;
-    TSAdapt adapt;
 
     Make(&ts, &u, TSADAMS, END / (50 << k));
-    ok(TSGetAdapt(ts, &adapt));
-    ok(TSAdaptSetType(adapt, TSADAPTNONE));
+    SetAdapt(ts, TSADAPTNONE);
     worst = 0;
     ok(TSMonitorSet(ts, Look, NULL, NULL));
     End(ts, u, x);
@@ -244,8 +240,6 @@ static PetscErrorCode Inside(TS ts, PetscReal t, Vec y, PetscBool *inside)
 static void MakeScalar(TS *ts, Vec *y, const char type[], const char adapt[], TSRHSFunction rate, PetscReal dt,
                        PetscReal end)
 {
-  TSAdapt a;
-
   ok(VecCreateSeq(PETSC_COMM_SELF, 1, y));
   ok(TSCreate(PETSC_COMM_SELF, ts));
   ok(TSSetProblemType(*ts, TS_NONLINEAR));
@@ -256,8 +250,7 @@ static void MakeScalar(TS *ts, Vec *y, const char type[], const char adapt[], TS
   ok(TSSetMaxSteps(*ts, 1000000));
   ok(TSSetMaxStepRejections(*ts, -1));
   ok(TSSetExactFinalTime(*ts, TS_EXACTFINALTIME_MATCHSTEP));
-  ok(TSGetAdapt(*ts, &a));
-  ok(TSAdaptSetType(a, adapt));
+  SetAdapt(*ts, adapt);
 }
 
 static PetscReal value[16], when[16];
@@ -440,7 +433,7 @@ static void refuses(void **state)
   (void)state;
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, TSADAMS));
-  fails(TSAdamsSetMaxOrder(ts, 0), "-ts_adams_max_order is 0, expected a whole number from 1 to 8");
+  fails(TSAdamsSetMaxOrder(ts, 0), "-ts_adams_max_order is 0");
   fails(TSAdamsSetMaxOrder(ts, 9), "-ts_adams_max_order is 9");
   ok(TSSetType(ts, TSRK));
   ok(TSAdamsSetMaxOrder(ts, 99));

@@ -124,7 +124,6 @@ static void test_adaptive_arrest(void **state)
     Sliders p;
     Vec w;
     TS ts;
-    TSAdapt adapt;
     PetscInt steps, rejected;
 
     Setup(&p, &w);
@@ -138,8 +137,7 @@ static void test_adaptive_arrest(void **state)
     ok(TSSetMaxSteps(ts, 10000));
     ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
     ok(TSSetTolerances(ts, 1e-8, NULL, 1e-4, NULL));
-    ok(TSGetAdapt(ts, &adapt));
-    ok(TSAdaptSetType(adapt, TSADAPTBASIC));
+    SetAdapt(ts, TSADAPTBASIC);
     ok(TSSetFromOptions(ts));
     ok(TSSolve(ts, w));
     ok(TSGetStepNumber(ts, &steps));

@@ -116,7 +116,6 @@ static PetscErrorCode Decay(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 static double decayed(PetscReal h, PetscInt steps)
 {
   PetscReal value;
-  TSAdapt adapt;
   Vec y;
   TS ts;
 
@@ -130,8 +129,7 @@ static double decayed(PetscReal h, PetscInt steps)
   ok(TSSetMaxSteps(ts, steps));
   ok(TSSetMaxTime(ts, 1e9));
   ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_STEPOVER));
-  ok(TSGetAdapt(ts, &adapt));
-  ok(TSAdaptSetType(adapt, TSADAPTNONE));
+  SetAdapt(ts, TSADAPTNONE);
   ok(TSSolve(ts, y));
   ok(VecMax(y, NULL, &value));
   ObjectsDestroy(&ts, &y);
@@ -295,15 +293,13 @@ static PetscInt steps_of(PetscInt nx, const char type[], const char adapt[], con
 {
   SlipFault fault = corner_of(nx);
   PetscInt steps;
-  TSAdapt a;
   Vec w;
   TS ts;
 
   if (norm) ok(PetscOptionsSetValue(NULL, "-ts_adapt_wnormtype", norm));
   ok(FaultStart(fault, NULL, 0, 0, &w, &ts));
   ok(TSSetType(ts, type));
-  ok(TSGetAdapt(ts, &a));
-  ok(TSAdaptSetType(a, adapt));
+  SetAdapt(ts, adapt);
   ok(TSSetMaxTime(ts, 300 * 3.15576e7));
   ok(TSSetFromOptions(ts));
   ok(TSSolve(ts, w));
@@ -432,11 +428,5 @@ static void sums_are_of_the_load(void **state)
   ObjectsDestroy(&ts, &w, &F, &fault);
 }
 
-static int StartPackage(void **state)
-{
-  (void)state;
-  return (int)SlipStepInitializePackage();
-}
-
-SLIP_TESTS_WITH(StartPackage, NULL, relaxation, stability, size_of_errors, is_found, is_default, quiet_cells,
-                sums_are_of_now, sums_are_of_the_load)
+SLIP_TESTS(relaxation, stability, size_of_errors, is_found, is_default, quiet_cells, sums_are_of_now,
+           sums_are_of_the_load)

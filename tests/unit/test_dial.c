@@ -160,14 +160,12 @@ static void bounds(void **state)
                                  "-ts_adapt_rl_accuracy -0.01"};
   const char *const want[] = {"-ts_adapt_rl_accuracy is 0.2", "-ts_adapt_rl_accuracy is 1e-05",
                               "-ts_adapt_rl_accuracy is -0.01"};
-  TSAdapt adapt;
 
   (void)state;
   for (int i = 0; i < 3; i++) {
     Run r = start(options[i]);
 
-    ok(TSGetAdapt(r.ts, &adapt));
-    ok(TSAdaptSetType(adapt, TSADAPTRL));
+    SetAdapt(r.ts, TSADAPTRL);
     message[0] = 0;
     assert_int_not_equal(0, (int)TSSetFromOptions(r.ts));
     if (!strstr(message, want[i]) || !strstr(message, "between 0.0001 and 0.1"))

@@ -128,7 +128,6 @@ static void reference(void **state)
   for (uint64_t seed = 1; seed <= 6; seed++) {
     Episode *e;
     EpisodeResult r;
-    TSAdapt adapt;
     TS ts;
     Vec atol;
 
@@ -136,8 +135,7 @@ static void reference(void **state)
     ok(EpisodeRewind(e, 1e-2));
     ok(TSCreate(PETSC_COMM_SELF, &ts));
     ok(SlipFaultConfigureTS(e->fault, ts));
-    ok(TSGetAdapt(ts, &adapt));
-    ok(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
+    SetAdapt(ts, TSADAPTHEURISTIC);
     ok(TSGetTolerances(ts, NULL, &atol, NULL, NULL));
     ok(VecScale(atol, 1e-4)); /* the growth begins from less than what users can see */
     ok(TSSetTolerances(ts, PETSC_DEFAULT, NULL, 1e-7, NULL));

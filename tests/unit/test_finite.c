@@ -71,7 +71,6 @@ static void Run(TSType type, TSAdaptType adapt)
   char folder[TEMPDIR_LENGTH], file[2][TEMPDIR_LENGTH + 24];
   const char *const options[] = {"output", "catalogue"};
   const PetscBool bathe = strcmp(type, TSBATHE) ? PETSC_FALSE : PETSC_TRUE;
-  TSAdapt object;
   PetscReal time;
   SlipFault fault;
   TS ts;
@@ -93,8 +92,7 @@ static void Run(TSType type, TSAdaptType adapt)
   }
   ok(FaultStart(fault, TSADAPTNONE, 1e6, 3 * last, &w, &ts));
   ok(TSSetType(ts, type));
-  ok(TSGetAdapt(ts, &object));
-  ok(TSAdaptSetType(object, adapt));
+  SetAdapt(ts, adapt);
   ok(TSSetMaxSteps(ts, 1000));
   ok(SlipFaultOutputStart(fault, ts));
   fails(TSSolve(ts, w), "SlipFaultSetPressureFunction() gives nan");

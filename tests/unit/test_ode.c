@@ -192,10 +192,4 @@ static void episodes(void **state)
   assert_true(fabs(sum / 12) < 0.1);
 }
 
-static int StartPackage(void **state)
-{
-  (void)state;
-  return (int)SlipStepInitializePackage();
-}
-
-SLIP_TESTS_WITH(StartPackage, NULL, as_petsc, orders, episodes)
+SLIP_TESTS(as_petsc, orders, episodes)

@@ -65,7 +65,6 @@ static PetscErrorCode CreateSpy(TSAdapt adapt)
 static void Run(const char type[], const char options[], PetscInt n)
 {
   PetscScalar entries[] = {-1, 0, 0, -2};
-  TSAdapt adapt;
   Mat J;
   Vec y;
   TS ts;
@@ -84,8 +83,7 @@ static void Run(const char type[], const char options[], PetscInt n)
   ok(TSSetMaxTime(ts, 1));
   ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_STEPOVER));
   ok(TSSetFromOptions(ts));
-  ok(TSGetAdapt(ts, &adapt));
-  ok(TSAdaptSetType(adapt, "spy"));
+  SetAdapt(ts, "spy");
   ok(PetscOptionsClear(NULL));
   wait = n - 1;
   ok(TSSolve(ts, y));

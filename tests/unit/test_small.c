@@ -6,10 +6,7 @@
 /* n constant steps over [0, tmax] of a TS that is configured; w holds the start and receives the end */
 static void Steps(TS ts, Vec w, PetscReal tmax, PetscInt n)
 {
-  TSAdapt adapt;
-
-  ok(TSGetAdapt(ts, &adapt));
-  ok(TSAdaptSetType(adapt, TSADAPTNONE));
+  SetAdapt(ts, TSADAPTNONE);
   ok(TSSetTime(ts, 0));
   ok(TSSetStepNumber(ts, 0));
   ok(TSSetMaxTime(ts, tmax));

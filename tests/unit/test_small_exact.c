@@ -31,7 +31,6 @@ static void Run(PetscReal m, PetscReal duration, PetscInt n, Against *a)
 {
   SlipModel model;
   SlipCircuit *c;
-  TSAdapt adapt;
   TS ts;
   Vec w;
 
@@ -45,8 +44,7 @@ static void Run(PetscReal m, PetscReal duration, PetscInt n, Against *a)
   ok(SlipModelCreateState(model, &w));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(SlipModelConfigureTS(model, ts));
-  ok(TSGetAdapt(ts, &adapt));
-  ok(TSAdaptSetType(adapt, TSADAPTNONE));
+  SetAdapt(ts, TSADAPTNONE);
   ok(TSSetTimeStep(ts, a->dt));
   ok(TSMonitorSet(ts, Compare, a, NULL));
   ok(TSSolve(ts, w));
