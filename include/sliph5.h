@@ -11,6 +11,7 @@ typedef struct {
   char source[64];                   /* for messages: " (-option)" that named the file, or "" */
   int fd;                            /* writing: a descriptor of our own, which holds the lock */
   PetscBool live;                    /* writing: it is target.part, which others may read while it grows */
+  int failed;                        /* writing: errno of a write that failed, after which there is none; 0 */
   PetscInt64 ahead;                  /* bytes that may be written before the next flush ends */
   PetscErrorCode (*last)(void *ctx); /* NULL, or appends rows that are collected, when an error ends the program */
   void *ctx;

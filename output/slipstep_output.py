@@ -44,10 +44,7 @@ def open_file(path, writer):
     try:
         return h5py.File(path, "r")
     except OSError as error:
-        try:
-            return h5py.File(path, "r", swmr=True)  # at the very moment of a flush
-        except (OSError, ValueError):
-            raise OutputError(f"{path}: not a complete HDF5 file ({error})") from error
+        raise OutputError(f"{path}: not a complete HDF5 file ({error})") from error
 
 
 class Cells:

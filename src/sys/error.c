@@ -7,7 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #define SLIP_ABORT_WAIT 5.0 /* time that other ranks leave rank 0 to print and abort [s] */
 #define SLIP_SPEAK_WAIT 1.0 /* time that other ranks leave rank 0 to report an error that all ranks meet alone [s] */
@@ -26,9 +25,9 @@ static void SlipSpeak(const char kind[], const char format[], va_list args)
   fflush(stderr);
 }
 
-static PetscBool (*at_end)(void) = NULL;
+static void (*at_end)(void) = NULL;
 
-void SlipErrorAtEnd(PetscBool (*end)(void))
+void SlipErrorAtEnd(void (*end)(void))
 {
   at_end = end;
 }
@@ -69,7 +68,7 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
     SlipError("%s", general ? general : message && message[0] ? message : "unknown");
   } else
     PetscSleep(SLIP_ABORT_WAIT);
-  if (at_end && !(*at_end)() && world == 1) _exit(EXIT_FAILURE);
+  if (at_end) (*at_end)();
   if (world == 1) exit(EXIT_FAILURE); /* nobody to wait for, and MPI_Abort() is talkative */
   MPI_Abort(MPI_COMM_WORLD, (int)code);
   return code;

@@ -122,7 +122,6 @@ static PetscErrorCode SlipH5KeepRows(const SlipH5 *h, const SlipH5Kind *kind)
   close(fd);
   if (kind->overwrite || !info.st_size) PetscFunctionReturn(PETSC_SUCCESS);
   id = H5Fopen(part, H5F_ACC_RDONLY, H5P_DEFAULT);
-  if (id < 0) id = SlipH5OpenWritten(part);
   if (id >= 0) {
     rows = SlipH5MostRows(id);
     H5Fclose(id);

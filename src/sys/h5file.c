@@ -56,7 +56,6 @@ PetscErrorCode SlipH5OpenReadOption(const char prefix[], const char option[], co
   fclose(probe);
   PetscCheck(H5Fis_hdf5(file) > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is not an HDF5 file%s", file, h->source);
   h->id = H5Fopen(file, H5F_ACC_RDONLY, H5P_DEFAULT);
-  if (h->id < 0) h->id = SlipH5OpenWritten(file);
   PetscCheck(h->id >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is an HDF5 file, but truncated or damaged%s", file,
              h->source);
   if (option) {

@@ -2,7 +2,7 @@
 
    A file is made as FILE.part.new, under a lock of its own, and takes FILE's place when it is complete and on the disk.
    One that grows for the length of a run becomes FILE.part as soon as its layout is there: from then on every reader
-   may open it, after a kill too, and it holds whole rows (h5space.c). A write that fails ends it: the file keeps the
+   may open it, after a kill too, and it holds whole rows (h5driver.c). A write that fails ends it: the file keeps the
    rows that are there. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipsys.h>
@@ -21,8 +21,6 @@
 
 /* ---- creating ---- */
 
-static PetscBool SlipH5End(void);
-
 /* Access properties: nobody's lock but ours; for a file that grows the format that SWMR needs, which HDF5 1.10 reads, and
    no metadata on disk before a flush. */
 static hid_t SlipH5Access(PetscBool growing)
@@ -30,6 +28,7 @@ static hid_t SlipH5Access(PetscBool growing)
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
   H5AC_cache_config_t cache = {.version = H5AC__CURR_CACHE_CONFIG_VERSION};
 
+  SlipH5SetDriver(access);
   H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
 #if H5_VERSION_GE(1, 12, 1) || (H5_VERSION_GE(1, 10, 7) && !H5_VERSION_GE(1, 12, 0))
   H5Pset_file_locking(access, 0, 1);
@@ -92,7 +91,7 @@ PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH
     SlipH5Release(h, PETSC_FALSE);
     PetscCall(SlipH5Refuse(h, h->name, reason ? reason : EIO));
   }
-  SlipErrorAtEnd(SlipH5End);
+  SlipErrorAtEnd(SlipH5AbandonAll);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -150,7 +149,6 @@ PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const
   PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", h->target));
   if (!from) from = access(part, F_OK) ? h->target : part;
   reason = SlipH5CopyBytes(from, h->fd);
-  if (!reason) reason = SlipH5MakeReadable(h->fd);
   if (reason) {
     SlipH5Release(h, PETSC_FALSE);
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot copy %s to %s: %s%s", from, h->name, strerror(reason),
@@ -161,12 +159,13 @@ PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const
   H5Pclose(properties);
   whole = h->id >= 0 ? SlipH5IsWhole(h->id, object) : PETSC_FALSE;
   if (!whole) {
-    if (h->id >= 0) (void)SlipH5CloseId(h->id);
+    h->failed = ECANCELED;
+    (void)SlipH5CloseId(h);
     SlipH5Release(h, PETSC_FALSE);
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s is damaged%s%s%s: expected a whole file, or none%s", from,
             object[0] ? ": /" : "", object, object[0] ? " cannot be read" : "", h->source);
   }
-  SlipErrorAtEnd(SlipH5End);
+  SlipErrorAtEnd(SlipH5AbandonAll);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -269,18 +268,15 @@ PetscErrorCode SlipH5CheckCreate(const char file[])
 PetscErrorCode SlipH5Live(SlipH5 *h)
 {
   char part[PETSC_MAX_PATH_LEN];
-  int reason;
 
   PetscFunctionBegin;
   PetscCall(SlipH5WriteAttrInt(h, "/", "complete", 0));
   PetscCall(SlipH5Flush(h));
-  errno = 0;
-  if (H5Fstart_swmr_write(h->id) < 0) PetscCall(SlipH5WriteFailed(h, errno, PETSC_FALSE, "%s", h->name));
+  if (H5Fstart_swmr_write(h->id) < 0) PetscCall(SlipH5WriteFailed(h, 0, "%s", h->name));
   h->live = PETSC_TRUE;
-  reason = SlipH5MakeReadable(h->fd);
+  PetscCall(SlipH5Flush(h));
   PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", h->target));
-  if (!reason && rename(h->name, part)) reason = errno;
-  if (reason) PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "%s", h->name));
+  if (rename(h->name, part)) PetscCall(SlipH5WriteFailed(h, errno, "%s", h->name));
   PetscCall(PetscStrncpy(h->name, part, sizeof(h->name)));
   PetscCall(PetscTime(&h->flushed));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -303,20 +299,13 @@ PetscErrorCode SlipH5Live(SlipH5 *h)
 PetscErrorCode SlipH5Flush(SlipH5 *h)
 {
   PetscLogDouble begin;
-  int reason = 0;
+  int reason;
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&begin));
   reason = SlipH5MakeRoom(h, 0);
-  if (reason) PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "%s", h->name));
-  if (h->live) reason = SlipH5MakeReadable(h->fd);
-  errno = 0;
-  if (!reason && H5Fflush(h->id, H5F_SCOPE_LOCAL) < 0) {
-    reason = errno;
-    PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "%s", h->name));
-  }
-  if (!reason && h->live) reason = SlipH5MakeReadable(h->fd);
-  if (reason) PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "%s", h->name));
+  if (reason) PetscCall(SlipH5WriteFailed(h, reason, "%s", h->name));
+  if (H5Fflush(h->id, H5F_SCOPE_LOCAL) < 0 || h->failed) PetscCall(SlipH5WriteFailed(h, 0, "%s", h->name));
   h->ahead = 0;
   PetscCall(PetscTime(&h->flushed));
   h->cost = h->flushed - begin;
@@ -367,7 +356,7 @@ PetscErrorCode SlipH5Sync(SlipH5 *h)
 {
   PetscFunctionBegin;
   PetscCall(SlipH5Flush(h));
-  if (fsync(h->fd) && errno != EINVAL) PetscCall(SlipH5WriteFailed(h, errno, PETSC_FALSE, "%s", h->name));
+  if (fsync(h->fd) && errno != EINVAL) PetscCall(SlipH5WriteFailed(h, errno, "%s", h->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -392,10 +381,9 @@ PetscErrorCode SlipH5Abandon(SlipH5 *h)
   if (h->id <= 0) PetscFunctionReturn(PETSC_SUCCESS);
   if (h->live)
     PetscCall(SlipH5Flush(h));
-  else if (h->target[0])
-    SlipH5CloseNowhere(h);
-  if (h->live || !h->target[0]) (void)SlipH5CloseId(h->id);
-  if (h->live) (void)SlipH5Trim(h->fd);
+  else
+    h->failed = ECANCELED;
+  (void)SlipH5CloseId(h);
   SlipH5Release(h, h->live);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -424,7 +412,8 @@ void SlipH5AbandonAll(void)
     if (!h) continue;
     if (h->live && h->last) (void)(*h->last)(h->ctx);
     if (h->id > 0 && h->live && !SlipH5MostRows(h->id)) {
-      SlipH5CloseNowhere(h);
+      h->failed = ECANCELED;
+      (void)SlipH5CloseId(h);
       SlipH5Release(h, PETSC_FALSE);
     } else
       (void)SlipH5Abandon(h);
@@ -432,26 +421,14 @@ void SlipH5AbandonAll(void)
   busy = PETSC_FALSE;
 }
 
-/* Before an error ends the program: may it use exit()? */
-static PetscBool SlipH5End(void)
-{
-  SlipH5AbandonAll();
-  return SlipH5IsStuck() ? PETSC_FALSE : PETSC_TRUE;
-}
-
 /* Closes a file that was written for HDF5; it is complete, but has its temporary name and its lock. */
 PetscErrorCode SlipH5CloseBeside(SlipH5 *h)
 {
-  int reason;
-
   PetscFunctionBegin;
   PetscCall(SlipH5Flush(h)); /* all that is before "complete" */
   if (h->live) PetscCall(SlipH5WriteAttrInt(h, "/", "complete", 1));
   PetscCall(SlipH5Flush(h)); /* what follows is the superblock alone */
-  reason = SlipH5CloseId(h->id);
-  h->id = -1;
-  if (!reason) reason = SlipH5Trim(h->fd);
-  if (reason) PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "%s", h->target));
+  if (SlipH5CloseId(h)) PetscCall(SlipH5WriteFailed(h, 0, "%s", h->target));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -481,7 +458,7 @@ PetscErrorCode SlipH5PutInPlace(SlipH5 *h)
     reason = SlipH5SyncFolder(h->target);
     SlipH5Release(h, PETSC_TRUE);
   }
-  if (reason) PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "%s", h->target));
+  if (reason) PetscCall(SlipH5WriteFailed(h, reason, "%s", h->target));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,23 +2,8 @@
 
    HDF5 takes a block of metadata whose checksum is wrong for one that another process is writing where the file is open for
    SWMR, and reads it 100 times, after twice the time before each: for ever. A file that is damaged must be known as such
-   before it is written in this mode, and be read with fewer attempts in it. */
+   before it is written in this mode. */
 #include <slipstep/private/slipsys.h>
-
-/* Attempts at a block of metadata of a file that is being written: 2^20 ns = 1 ms in all */
-#define SLIP_H5_ATTEMPTS 20
-
-/* A file that another program may be writing, read only; negative: it cannot be opened */
-hid_t SlipH5OpenWritten(const char file[])
-{
-  const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
-  hid_t id;
-
-  H5Pset_metadata_read_attempts(access, SLIP_H5_ATTEMPTS);
-  id = H5Fopen(file, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access);
-  H5Pclose(access);
-  return id;
-}
 
 /* H5Lvisit(): header of an object and, of a dataset, the index of its chunks, which its storage is the sum of; 1: it cannot be
    read */

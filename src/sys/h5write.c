@@ -1,6 +1,5 @@
 /* Writing datasets, attributes and growing series to HDF5 files. */
 #include <slipstep/private/slipsys.h>
-#include <errno.h>
 #include <string.h>
 
 #define SLIP_H5_MAX_DIM 4
@@ -33,16 +32,15 @@ static PetscErrorCode SlipH5Write(SlipH5 *h, const char path[], PetscInt ndim, c
              "%" PetscInt_FMT " dimensions, expected 0 to %d", ndim, SLIP_H5_MAX_DIM);
   for (PetscInt d = 0; d < ndim; d++) n *= shape[d] = (hsize_t)dims[d];
   reason = SlipH5MakeRoom(h, (PetscInt64)(n * H5Tget_size(file_type)));
-  if (reason) PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "dataset %s to %s", path, h->name));
-  errno = 0;
+  if (reason) PetscCall(SlipH5WriteFailed(h, reason, "dataset %s to %s", path, h->name));
   space = ndim ? H5Screate_simple((int)ndim, shape, NULL) : H5Screate(H5S_SCALAR);
   set = SlipH5Dataset(h, path, file_type, space, H5P_DEFAULT);
   H5Sclose(space);
-  PetscCheck(set >= 0 || errno, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write dataset %s to %s", path, h->name);
+  PetscCheck(set >= 0 || h->failed, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write dataset %s to %s", path,
+             h->name);
   if (set >= 0) err = n ? H5Dwrite(set, mem_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) : 0;
   if (set >= 0 && H5Dclose(set) < 0) err = -1;
-  reason = errno;
-  if (err < 0) PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "dataset %s to %s", path, h->name));
+  if (err < 0 || h->failed) PetscCall(SlipH5WriteFailed(h, 0, "dataset %s to %s", path, h->name));
   if (units) PetscCall(SlipH5WriteAttrString(h, path, "units", units));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -157,12 +155,10 @@ static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char a
   hid_t object, space, type, id = -1;
   herr_t err = -1;
   PetscBool has;
-  int reason;
 
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h, path, &has));
   if (!has) PetscCall(SlipH5Group(h, path));
-  errno = 0;
   object = H5Oopen(h->id, path, H5P_DEFAULT); /* HDF5 1.10 cannot write what H5Aopen_by_name() opens */
   if (H5Aexists(object, attr) > 0) {
     id = H5Aopen(object, attr, H5P_DEFAULT);
@@ -181,11 +177,10 @@ static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char a
     if (H5Aclose(id) < 0) err = -1;
   }
   if (H5Oclose(object) < 0) err = -1;
-  reason = errno;
   H5Sclose(space);
-  PetscCheck(err >= 0 || reason, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write attribute %s of %s to %s", attr,
-             path, h->name);
-  if (err < 0) PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "attribute %s of %s to %s", attr, path, h->name));
+  PetscCheck(err >= 0 || h->failed, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write attribute %s of %s to %s",
+             attr, path, h->name);
+  if (h->failed) PetscCall(SlipH5WriteFailed(h, 0, "attribute %s of %s to %s", attr, path, h->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -423,7 +418,7 @@ static PetscErrorCode SlipH5OpenSeries(SlipH5 *h, const char path[], hid_t *set,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows behind those that are there; 0, or -1 with errno */
+/* Rows behind those that are there */
 static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t rows, const SlipH5Rows *series)
 {
   const hsize_t stride = (hsize_t)series->stride;
@@ -493,18 +488,14 @@ PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[],
   }
   reason = SlipH5MakeRoom(h, room);
   if (reason)
-    PetscCall(SlipH5WriteFailed(h, reason, PETSC_TRUE, "row %llu of %s to %s", (unsigned long long)row, series[0].path,
-                                h->name));
+    PetscCall(SlipH5WriteFailed(h, reason, "row %llu of %s to %s", (unsigned long long)row, series[0].path, h->name));
   for (PetscInt i = 0; i < n; i++) {
     PetscCall(SlipH5OpenSeries(h, series[i].path, &set, &rank, shape, chunk));
     row = shape[0];
-    errno = 0;
     err = SlipH5AppendRows(set, rank, shape, (hsize_t)rows, &series[i]);
     if (H5Dclose(set) < 0) err = -1;
-    reason = errno;
-    if (err < 0)
-      PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "row %llu of %s to %s", (unsigned long long)row,
-                                  series[i].path, h->name));
+    if (err < 0 || h->failed)
+      PetscCall(SlipH5WriteFailed(h, 0, "row %llu of %s to %s", (unsigned long long)row, series[i].path, h->name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -555,20 +546,18 @@ PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows)
 {
   hsize_t shape[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], found;
   hid_t set;
-  int rank, reason;
   herr_t err = 0;
+  int rank;
 
   PetscFunctionBegin;
   PetscCall(SlipH5OpenSeries(h, path, &set, &rank, shape, chunk));
   found = shape[0];
-  errno = 0;
   shape[0] = (hsize_t)rows;
   if (found > shape[0]) err = H5Dset_extent(set, shape);
   if (H5Dclose(set) < 0) err = -1;
-  reason = errno;
   PetscCheck(found >= shape[0], PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s in %s has %llu rows, expected %" PetscInt_FMT " or more%s", path, h->name, (unsigned long long)found,
              rows, h->source);
-  if (err < 0) PetscCall(SlipH5WriteFailed(h, reason, PETSC_FALSE, "%s to %s", path, h->name));
+  if (err < 0 || h->failed) PetscCall(SlipH5WriteFailed(h, 0, "%s to %s", path, h->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,7 +4,6 @@
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
-#include <errno.h>
 #include <string.h>
 
 #define SLIP_STATE_PIECE 1048576 /* entries of a vector that rank 0 holds at a time */
@@ -235,18 +234,15 @@ static PetscErrorCode SlipStatePiece(SlipState s, hid_t set, PetscInt start, Pet
   const hsize_t first = (hsize_t)start, count = (hsize_t)n;
   const hid_t space = H5Dget_space(set), memory = H5Screate_simple(1, &count, NULL);
   herr_t err = H5Sselect_hyperslab(space, H5S_SELECT_SET, &first, NULL, &count, NULL);
-  int reason;
 
   PetscFunctionBegin;
-  errno = 0;
   if (err >= 0)
     err = s->loading ? H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, a)
                      : H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, a);
-  reason = errno;
   H5Sclose(memory);
   H5Sclose(space);
-  if (err < 0 && !s->loading)
-    PetscCall(SlipH5WriteFailed(&s->file, reason, PETSC_FALSE, "a vector to %s", s->file.name));
+  if (!s->loading && (err < 0 || s->file.failed))
+    PetscCall(SlipH5WriteFailed(&s->file, 0, "a vector to %s", s->file.name));
   PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read a vector in %s%s", s->file.name,
              s->file.source);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -275,7 +271,7 @@ static PetscErrorCode SlipStateDataset(SlipState s, const char path[], PetscInt 
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   reason = SlipH5MakeRoom(&s->file, (PetscInt64)(size * sizeof(PetscReal)));
-  if (reason) PetscCall(SlipH5WriteFailed(&s->file, reason, PETSC_TRUE, "dataset %s to %s", path, s->file.name));
+  if (reason) PetscCall(SlipH5WriteFailed(&s->file, reason, "dataset %s to %s", path, s->file.name));
   space = H5Screate_simple(1, &size, NULL);
   *set = H5Dcreate2(s->file.id, path, H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   H5Sclose(space);

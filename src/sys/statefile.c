@@ -96,11 +96,9 @@ static PetscErrorCode StateFinish(SlipState s)
   PetscCall(ierr);
   StateBlock(checksum, bytes, block);
   errno = 0;
-  if (pwrite(h->fd, block, STATE_BLOCK, 0) != STATE_BLOCK)
-    PetscCall(SlipH5WriteFailed(h, errno, PETSC_TRUE, "%s", h->target));
+  if (pwrite(h->fd, block, STATE_BLOCK, 0) != STATE_BLOCK) PetscCall(SlipH5WriteFailed(h, errno, "%s", h->target));
   PetscCall(PetscSNPrintf(previous, sizeof(previous), "%s" STATE_PREVIOUS, h->target));
-  if (rename(h->target, previous) && errno != ENOENT)
-    PetscCall(SlipH5WriteFailed(h, errno, PETSC_TRUE, "%s", previous));
+  if (rename(h->target, previous) && errno != ENOENT) PetscCall(SlipH5WriteFailed(h, errno, "%s", previous));
   PetscCall(SlipH5PutInPlace(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

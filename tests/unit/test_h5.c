@@ -1,7 +1,11 @@
 /* HDF5 helpers: what is written is read back bit for bit; broken files are refused by name. */
-#define _DEFAULT_SOURCE /* truncate() */
+#define _GNU_SOURCE /* RTLD_NEXT */
 #include "unit.h"
 #include <sliph5.h>
+#include <dlfcn.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static char file[256];
@@ -152,6 +156,107 @@ static void stored_series(void **state)
   }
 }
 
+/* What HDF5 and the library call to write: it looks at the file after each write. */
+static const char *watched = NULL;
+static int states = 0, refused = 0, behind = 0;
+
+ssize_t pwrite64(int fd, const void *data, size_t n, off_t at);
+ssize_t pwrite64(int fd, const void *data, size_t n, off_t at)
+{
+  static ssize_t (*real)(int, const void *, size_t, off_t) = NULL;
+  unsigned char block[48];
+  struct stat info;
+  uint64_t end = 0;
+  ssize_t done;
+  FILE *f;
+
+  if (!real) *(void **)&real = dlsym(RTLD_NEXT, "pwrite64");
+  done = (*real)(fd, data, n, at);
+  f = watched ? fopen(watched, "rb") : NULL;
+  if (!f) return done;
+  if (fread(block, 1, sizeof(block), f) != sizeof(block) || fstat(fileno(f), &info)) info.st_size = 0;
+  for (int i = 0; i < 8; i++) end |= (uint64_t)block[28 + i] << (8 * i);
+  states++;
+  if (block[11] || end > (uint64_t)info.st_size) refused++;
+  if (end < (uint64_t)info.st_size) behind++;
+  fclose(f);
+  return done;
+}
+
+ssize_t pwrite(int fd, const void *data, size_t n, off_t at)
+{
+  return pwrite64(fd, data, n, at);
+}
+
+/* Every reader may open a growing file after each write to it: no mark of a writer, and its end is that of the file, until
+   that is cut to what is needed. */
+static void growing(void **state)
+{
+  const SlipH5Kind kind = {.growing = PETSC_TRUE};
+  const PetscInt wide = 500;
+  PetscReal row[500] = {0};
+  char part[300];
+  SlipH5 h, reader;
+
+  (void)state;
+  ok(SlipH5CreateKind(&kind, file, &h));
+  ok(SlipH5CreateSeries(&h, "/x", 1, &wide, PETSC_FALSE, "m"));
+  PetscSNPrintf(part, sizeof(part), "%s.part", file);
+  watched = part;
+  ok(SlipH5Live(&h));
+  for (PetscInt i = 0; i < 300; i++) {
+    ok(SlipH5Append(&h, "/x", 1, row));
+    if (i % 50 == 0) ok(SlipH5Flush(&h));
+  }
+  assert_true(states > 100);
+  ok(SlipH5OpenRead(part, &reader));
+  ok(SlipH5Close(&reader));
+  ok(SlipH5Close(&h));
+  watched = NULL;
+  assert_int_equal(0, refused);
+  assert_int_equal(1, behind);
+}
+
+/* Where a program has not begun with SlipProgramInitialize(), a limit of the size of files is an error and no signal; and
+   the rows that were appended before are kept, also those that no flush has brought to the disk. */
+static void full(void **state)
+{
+  const SlipH5Kind kind = {.growing = PETSC_TRUE};
+  const PetscInt wide = 500;
+  PetscReal row[500] = {0}, *x;
+  PetscInt dims[4], rows = 0;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  struct rlimit before, limit;
+  char part[300];
+  SlipH5 h;
+
+  (void)state;
+  PetscSNPrintf(part, sizeof(part), "%s.part", file);
+  getrlimit(RLIMIT_FSIZE, &before);
+  limit = before;
+  limit.rlim_cur = 1000000;
+  ok(SlipH5CreateKind(&kind, file, &h));
+  ok(SlipH5CreateSeries(&h, "/x", 1, &wide, PETSC_FALSE, "m"));
+  ok(SlipH5Live(&h));
+  setrlimit(RLIMIT_FSIZE, &limit);
+  PetscPushErrorHandler(PetscReturnErrorHandler, NULL);
+  while (!ierr && rows < 1000) {
+    row[499] = (PetscReal)++rows;
+    ierr = SlipH5Append(&h, "/x", 1, row);
+  }
+  PetscPopErrorHandler();
+  setrlimit(RLIMIT_FSIZE, &before);
+  assert_int_equal(PETSC_ERR_FILE_WRITE, ierr);
+  assert_true(rows > 100);
+  ok(SlipH5OpenRead(part, &h));
+  ok(SlipH5ReadReal(&h, "/x", 2, dims, &x));
+  ok(SlipH5Close(&h));
+  assert_int_equal(rows - 1, dims[0]);
+  for (PetscInt i = 0; i < dims[0]; i++) assert_true(x[500 * i + 499] == (PetscReal)(i + 1));
+  PetscFree(x);
+  unlink(part);
+}
+
 static void broken_files(void **state)
 {
   SlipH5 h;
@@ -284,4 +389,4 @@ static int RemoveFile(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(NameFile, RemoveFile, round_trip, series, stored_series, sizes, broken_files)
+SLIP_TESTS_WITH(NameFile, RemoveFile, round_trip, series, stored_series, sizes, growing, full, broken_files)

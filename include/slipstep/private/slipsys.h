@@ -86,7 +86,6 @@ typedef struct {
 } SlipNamedFile;
 PETSC_INTERN PetscErrorCode SlipFilesCheckNames(MPI_Comm comm, PetscInt n, const SlipNamedFile file[]);
 /* ---- h5whole.c ---- */
-PETSC_INTERN hid_t SlipH5OpenWritten(const char file[]);
 PETSC_INTERN PetscBool SlipH5IsWhole(hid_t id, char object[PETSC_MAX_PATH_LEN]);
 
 /* ---- h5output.c: the two halves of SlipH5Close() of a file that was written, for what is to be done in between ---- */
@@ -94,25 +93,22 @@ PETSC_INTERN PetscErrorCode SlipH5CloseBeside(SlipH5 *h);
 PETSC_INTERN PetscErrorCode SlipH5PutInPlace(SlipH5 *h);
 
 /* ---- error.c ---- */
-/* What is to be done before the error handler of a program ends it; false: exit() would crash */
-PETSC_INTERN void SlipErrorAtEnd(PetscBool (*end)(void));
+PETSC_INTERN void SlipErrorAtEnd(void (*end)(void));     /* before the error handler of a program ends it */
 PETSC_INTERN PetscErrorCode SlipErrorHandlerBegin(void); /* before PetscInitialize() */
 
 /* ---- h5fail.c ---- */
-/* Raises the error of a write, reason being errno after it. sound: HDF5 itself did not fail. The file is closed. */
-PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, PetscBool sound, const char format[], ...)
-  PETSC_ATTRIBUTE_FORMAT(4, 5);
+/* Raises the error of a write and closes the file. reason: errno of a call of ours, and HDF5 is sound; 0: HDF5 has failed,
+   or its driver */
+PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, const char format[], ...)
+  PETSC_ATTRIBUTE_FORMAT(3, 4);
 
 #define SLIP_H5_WRITTEN 16                                  /* files that a process writes at a time */
 PETSC_INTERN SlipH5 *SlipH5Written(int i);                  /* NULL: none */
 PETSC_INTERN void SlipH5Enlist(SlipH5 *h);                  /* until it is released */
 PETSC_INTERN void SlipH5Release(SlipH5 *h, PetscBool keep); /* the descriptor, and the file unless it is kept */
-PETSC_INTERN void SlipH5CloseNowhere(SlipH5 *h);
-PETSC_INTERN int SlipH5CloseId(hid_t id);   /* 0, or errno */
-PETSC_INTERN PetscBool SlipH5IsStuck(void); /* HDF5's clean-up at exit would crash */
+PETSC_INTERN int SlipH5CloseId(SlipH5 *h);                  /* 0, or errno */
 
-/* ---- h5space.c ---- */
+/* ---- h5driver.c ---- */
+PETSC_INTERN void SlipH5SetDriver(hid_t access);
+PETSC_INTERN int SlipH5SetEnd(const SlipH5 *h, off_t end);    /* 0, or errno */
 PETSC_INTERN int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes); /* 0, or errno */
-PETSC_INTERN PetscBool SlipH5IsBeyondLimit(int fd);           /* of the size of files */
-PETSC_INTERN int SlipH5MakeReadable(int fd);                  /* 0, or errno */
-PETSC_INTERN int SlipH5Trim(int fd);                          /* 0, or errno */
