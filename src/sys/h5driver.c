@@ -92,16 +92,11 @@ static const H5FD_class_t *sec2; /* HDF5's own driver of files */
 /* The file of ours that HDF5 has open; NULL: it was released */
 static SlipH5 *SlipH5DriverFile(H5FD_t *file)
 {
-  struct stat theirs, ours;
+  struct stat info;
   void *handle;
 
-  if ((*sec2->get_handle)(file, H5P_DEFAULT, &handle) < 0 || fstat(*(int *)handle, &theirs)) return NULL;
-  for (int i = 0; i < SLIP_H5_WRITTEN; i++) {
-    SlipH5 *h = SlipH5Written(i);
-
-    if (h && !fstat(h->fd, &ours) && ours.st_dev == theirs.st_dev && ours.st_ino == theirs.st_ino) return h;
-  }
-  return NULL;
+  return (*sec2->get_handle)(file, H5P_DEFAULT, &handle) < 0 || fstat(*(int *)handle, &info) ? NULL
+                                                                                             : SlipH5WrittenAs(&info);
 }
 
 static herr_t SlipH5DriverWrite(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, haddr_t addr, size_t size, const void *data)

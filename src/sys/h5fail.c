@@ -6,13 +6,32 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-static SlipH5 *written[SLIP_H5_WRITTEN];
+/* Also of one whose SlipH5 is gone, as after an error that a program outlives: that one is found no more. */
+typedef struct SlipH5Entry {
+  SlipH5 *h;
+  dev_t device;
+  ino_t inode;
+  struct SlipH5Entry *next;
+} SlipH5Entry;
+static SlipH5Entry *written = NULL;
 
 SlipH5 *SlipH5Written(int i)
 {
-  return i < SLIP_H5_WRITTEN ? written[i] : NULL;
+  const SlipH5Entry *entry = written;
+
+  while (entry && i--) entry = entry->next;
+  return entry ? entry->h : NULL;
+}
+
+SlipH5 *SlipH5WrittenAs(const struct stat *info)
+{
+  const SlipH5Entry *entry = written;
+
+  while (entry && (entry->device != info->st_dev || entry->inode != info->st_ino)) entry = entry->next;
+  return entry ? entry->h : NULL;
 }
 
 /* While files are written, one that reaches the limit of sizes (RLIMIT_FSIZE) is an error of the write: by default there is
@@ -28,29 +47,37 @@ static void SlipH5IgnoreLimitSignal(PetscBool ignore)
   if (!sigaction(SIGXFSZ, &action, NULL)) ignored = ignore;
 }
 
-void SlipH5Enlist(SlipH5 *h)
+PetscErrorCode SlipH5Enlist(SlipH5 *h)
 {
-  int i = 0;
+  struct stat info;
+  SlipH5Entry *entry;
 
+  PetscFunctionBegin;
+  PetscCheck(!fstat(h->fd, &info), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot create %s: %s%s", h->name,
+             strerror(errno), h->source);
+  PetscCall(PetscNew(&entry));
+  *entry = (SlipH5Entry){h, info.st_dev, info.st_ino, written};
+  written = entry;
   SlipH5IgnoreLimitSignal(PETSC_TRUE);
-  while (i < SLIP_H5_WRITTEN - 1 && written[i]) i++;
-  written[i] = h;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Gives up what was claimed */
 void SlipH5Release(SlipH5 *h, PetscBool keep)
 {
-  PetscBool more = PETSC_FALSE;
-
-  for (int i = 0; i < SLIP_H5_WRITTEN; i++) {
-    if (written[i] == h) written[i] = NULL;
-    if (written[i]) more = PETSC_TRUE;
+  for (SlipH5Entry **at = &written, *entry; (entry = *at);) {
+    if (entry->h != h) {
+      at = &entry->next;
+      continue;
+    }
+    *at = entry->next;
+    (void)PetscFree(entry);
   }
   if (h->fd >= 0 && !keep) unlink(h->name);
   if (h->fd >= 0) close(h->fd);
   h->fd = -1;
   h->id = -1;
-  if (!more) SlipH5IgnoreLimitSignal(PETSC_FALSE);
+  if (!written) SlipH5IgnoreLimitSignal(PETSC_FALSE);
 }
 
 /* Closes a file for HDF5; after a write that failed nothing more is written. 0, or errno */

@@ -78,7 +78,7 @@ PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH
 
   PetscFunctionBegin;
   PetscCall(SlipH5Claim(kind, file, h));
-  SlipH5Enlist(h);
+  PetscCall(SlipH5Enlist(h));
   access = SlipH5Access(kind->growing);
   creation = H5Pcreate(H5P_FILE_CREATE);
   if (kind->block) H5Pset_userblock(creation, (hsize_t)kind->block);
@@ -145,7 +145,7 @@ PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const
   PetscFunctionBegin;
   claim.overwrite = PETSC_TRUE;
   PetscCall(SlipH5Claim(&claim, file, h));
-  SlipH5Enlist(h);
+  PetscCall(SlipH5Enlist(h));
   PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", h->target));
   if (!from) from = access(part, F_OK) ? h->target : part;
   reason = SlipH5CopyBytes(from, h->fd);
@@ -403,13 +403,11 @@ PetscErrorCode SlipH5Abandon(SlipH5 *h)
 void SlipH5AbandonAll(void)
 {
   static PetscBool busy = PETSC_FALSE;
+  SlipH5 *h;
 
   if (busy) return; /* an error in what follows */
   busy = PETSC_TRUE;
-  for (int i = 0; i < SLIP_H5_WRITTEN; i++) {
-    SlipH5 *h = SlipH5Written(i);
-
-    if (!h) continue;
+  for (int i = 0; (h = SlipH5Written(i)); i += SlipH5Written(i) == h) {
     if (h->live && h->last) (void)(*h->last)(h->ctx);
     if (h->id > 0 && h->live && !SlipH5MostRows(h->id)) {
       h->failed = ECANCELED;

@@ -3,6 +3,7 @@
 #include <petscmat.h>
 #include <slipcompat.h>
 #include <sliph5.h>
+#include <sys/stat.h>
 
 /* ---- package.c ---- */
 /* Calls what registers a room's classes, types and events, once from PetscInitialize() to PetscFinalize() */
@@ -102,11 +103,11 @@ PETSC_INTERN PetscErrorCode SlipErrorHandlerBegin(void); /* before PetscInitiali
 PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, const char format[], ...)
   PETSC_ATTRIBUTE_FORMAT(3, 4);
 
-#define SLIP_H5_WRITTEN 16                                  /* files that a process writes at a time */
-PETSC_INTERN SlipH5 *SlipH5Written(int i);                  /* NULL: none */
-PETSC_INTERN void SlipH5Enlist(SlipH5 *h);                  /* until it is released */
-PETSC_INTERN void SlipH5Release(SlipH5 *h, PetscBool keep); /* the descriptor, and the file unless it is kept */
-PETSC_INTERN int SlipH5CloseId(SlipH5 *h);                  /* 0, or errno */
+PETSC_INTERN SlipH5 *SlipH5Written(int i);                     /* the i-th file that this process writes, or NULL */
+PETSC_INTERN SlipH5 *SlipH5WrittenAs(const struct stat *info); /* the one that is on this place of the disk, or NULL */
+PETSC_INTERN PetscErrorCode SlipH5Enlist(SlipH5 *h);           /* until it is released */
+PETSC_INTERN void SlipH5Release(SlipH5 *h, PetscBool keep);    /* the descriptor, and the file unless it is kept */
+PETSC_INTERN int SlipH5CloseId(SlipH5 *h);                     /* 0, or errno */
 
 /* ---- h5driver.c ---- */
 PETSC_INTERN void SlipH5SetDriver(hid_t access);
