@@ -13,6 +13,7 @@ typedef struct {
   PetscBool live;                    /* writing: it is target.part, which others may read while it grows */
   int failed;                        /* writing: errno of a write that failed, after which there is none; 0 */
   PetscInt64 ahead;                  /* bytes that may be written before the next flush ends */
+  const char *start;                 /* of SlipH5Kind */
   PetscErrorCode (*last)(void *ctx); /* NULL, or appends rows that are collected, when an error ends the program */
   void *ctx;
   PetscLogDouble flushed, cost; /* when the last flush ended, how long it took [s] */
@@ -23,6 +24,7 @@ typedef struct {
 typedef struct {
   const char *prefix, *option, *restart;
   const char *discard; /* the option by which one that is there is thrown away; NULL: option_overwrite */
+  const char *start;   /* NULL, or a group and /, which has rows from before a run: they are no result */
   PetscBool growing;   /* rows will be appended: it is to be readable all the time, and never lost */
   PetscBool overwrite; /* rows of an unfinished one that is there may go */
   PetscInt block;      /* bytes before those of HDF5, for something else: 0, or a power of two from 512 on */

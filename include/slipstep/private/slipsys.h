@@ -74,7 +74,8 @@ PETSC_INTERN PetscErrorCode SlipH5CheckNoInput(const char file[], const char sou
 PETSC_INTERN PetscErrorCode SlipH5Follow(const char file[], const char source[], char target[PETSC_MAX_PATH_LEN]);
 PETSC_INTERN PetscErrorCode SlipH5Refuse(const SlipH5 *h, const char file[], int reason);
 PETSC_INTERN PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], SlipH5 *h);
-PETSC_INTERN hsize_t SlipH5MostRows(hid_t id); /* of the longest series of an open file */
+/* Of the longest series of an open file but for those of SlipH5Kind.start */
+PETSC_INTERN hsize_t SlipH5MostRows(hid_t id, const char start[]);
 /* ---- filenames.c ---- */
 #define SLIP_FILE_ENDINGS 8
 typedef struct {
