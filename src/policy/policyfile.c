@@ -1,6 +1,6 @@
 /* A policy as an HDF5 file (slippolicy.h): rank 0 reads or writes, all ranks get its numbers and its errors. */
 #include <slipstep/private/slippolicy.h>
-#include <sliph5.h>
+#include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 #include <time.h>
 
@@ -97,28 +97,23 @@ static PetscErrorCode ReadLayers(SlipH5 *h5, SlipPolicy p)
 {
   char group[64];
   PetscBool has;
-  H5G_info_t info;
-  hid_t id;
-  herr_t failed;
+  PetscInt n;
 
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h5, "/layers/0", &has));
   PetscCheck(has, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s has no group /layers/0; expected the first layer there", h5->name);
-  id = H5Gopen2(h5->id, "/layers", H5P_DEFAULT);
-  failed = H5Gget_info(id, &info);
-  if (id >= 0) H5Gclose(id);
-  PetscCheck(failed >= 0 && info.nlinks <= max_layers, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s: /layers has %llu members; expected at most %d", h5->name,
-             failed < 0 ? 0 : (unsigned long long)info.nlinks, (int)max_layers);
+  PetscCall(SlipH5CountMembers(h5, "/layers", &n));
+  PetscCheck(n <= max_layers, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: /layers has %" PetscInt_FMT " members; expected at most %d", h5->name, n, (int)max_layers);
   for (PetscInt k = 0; has; k++) {
     PetscCall(PetscSNPrintf(group, sizeof(group), "/layers/%" PetscInt_FMT, k));
     PetscCall(SlipH5Has(h5, group, &has));
     if (has) PetscCall(ReadLayer(h5, p, group));
   }
-  PetscCheck((PetscInt)info.nlinks == p->nlayers, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+  PetscCheck(n == p->nlayers, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s: /layers has %" PetscInt_FMT " members, but only %" PetscInt_FMT " numbered from 0 on; there is no %s",
-             h5->name, (PetscInt)info.nlinks, p->nlayers, group);
+             h5->name, n, p->nlayers, group);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -149,52 +144,28 @@ static PetscErrorCode ReadAction(SlipH5 *h5, SlipPolicy p)
 
 enum { max_attributes = 64 };
 
-typedef struct {
-  char *name[max_attributes];
-  size_t n;
-} Names;
-
-/* Stops the iteration, with 1, at one attribute too many. */
-static herr_t AddName(hid_t location, const char *name, const H5A_info_t *info, void *ctx)
-{
-  Names *names = (Names *)ctx;
-
-  (void)location;
-  (void)info;
-  if (names->n == max_attributes) return 1;
-  return PetscStrallocpy(name, &names->name[names->n++]) ? -1 : 0;
-}
-
 /* What the file says of the training: every attribute of the root, numbers as text. */
 static PetscErrorCode ReadAttributes(SlipH5 *h5, SlipPolicy p)
 {
-  Names names = {.n = 0};
-  char value[1024];
+  char *name[max_attributes], value[1024];
   PetscReal number;
-  herr_t failed;
+  PetscBool text;
+  PetscInt n;
 
   PetscFunctionBegin;
-  failed = H5Aiterate2(h5->id, H5_INDEX_NAME, H5_ITER_INC, NULL, AddName, &names);
-  for (size_t k = 0; k < names.n && failed; k++) PetscCall(PetscFree(names.name[k]));
-  PetscCheck(failed <= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s: / has more than %d attributes", h5->name,
-             (int)max_attributes);
-  PetscCheck(failed >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "%s: cannot list the attributes of /", h5->name);
-  for (char **name = names.name; name < names.name + names.n; name++) {
-    if (!SlipPolicyOwnAttribute_Private(*name)) {
-      const hid_t attribute = H5Aopen(h5->id, *name, H5P_DEFAULT), type = H5Aget_type(attribute);
-      const H5T_class_t kind = H5Tget_class(type);
-
-      H5Tclose(type);
-      H5Aclose(attribute);
-      if (kind == H5T_STRING) {
-        PetscCall(SlipH5ReadAttrString(h5, "/", *name, value, sizeof(value)));
+  PetscCall(SlipH5GetAttributes(h5, max_attributes, &n, name));
+  for (PetscInt k = 0; k < n; k++) {
+    if (!SlipPolicyOwnAttribute_Private(name[k])) {
+      PetscCall(SlipH5IsText(h5, "/", name[k], &text));
+      if (text) {
+        PetscCall(SlipH5ReadAttrString(h5, "/", name[k], value, sizeof(value)));
       } else {
-        PetscCall(SlipH5ReadAttrReal(h5, "/", *name, &number));
+        PetscCall(SlipH5ReadAttrReal(h5, "/", name[k], &number));
         PetscCall(SlipPolicyNumberText_Private(number, sizeof(value), value));
       }
-      PetscCall(SlipPolicySetAttribute(p, *name, value));
+      PetscCall(SlipPolicySetAttribute(p, name[k], value));
     }
-    PetscCall(PetscFree(*name));
+    PetscCall(PetscFree(name[k]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

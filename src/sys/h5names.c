@@ -22,6 +22,47 @@ static PetscBool SlipH5IsAmong(const char name[], const char names[])
   return PETSC_FALSE;
 }
 
+typedef struct {
+  char **name;
+  PetscInt n, most;
+} SlipH5Names;
+
+/* H5Aiterate2(): stops, with 1, at one attribute too many */
+static herr_t SlipH5AddName(hid_t location, const char *name, const H5A_info_t *info, void *ctx)
+{
+  SlipH5Names *names = (SlipH5Names *)ctx;
+
+  (void)location;
+  (void)info;
+  if (names->n == names->most) return 1;
+  return PetscStrallocpy(name, &names->name[names->n++]) ? -1 : 0;
+}
+
+PetscErrorCode SlipH5GetAttributes(SlipH5 *h, PetscInt most, PetscInt *n, char *names[])
+{
+  SlipH5Names list = {.name = names, .most = most};
+  const herr_t failed = H5Aiterate2(h->id, H5_INDEX_NAME, H5_ITER_INC, NULL, SlipH5AddName, &list);
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < list.n && failed; k++) PetscCall(PetscFree(names[k]));
+  PetscCheck(failed <= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: / has more than %" PetscInt_FMT " attributes", h->name, most);
+  PetscCheck(failed >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "%s: cannot list the attributes of /", h->name);
+  *n = list.n;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipH5IsText(SlipH5 *h, const char path[], const char attr[], PetscBool *text)
+{
+  const hid_t id = H5Aopen_by_name(h->id, path, attr, H5P_DEFAULT, H5P_DEFAULT), type = H5Aget_type(id);
+
+  PetscFunctionBegin;
+  *text = H5Tget_class(type) == H5T_STRING ? PETSC_TRUE : PETSC_FALSE;
+  H5Tclose(type);
+  H5Aclose(id);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipH5CheckNames - refuse a file whose root holds datasets or groups that are not known
 

@@ -1,6 +1,7 @@
 /* Reading datasets and attributes of HDF5 files, with errors that say what was expected. */
 #include <sliph5.h>
 #include <slipcompat.h>
+#include <slipstep/private/slipsys.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -228,6 +229,28 @@ PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, Petsc
 {
   PetscFunctionBegin;
   PetscCall(SlipH5ReadRealSized(h, path, ndim, NULL, NULL, dims, data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipH5ReadPiece(SlipH5 *h, const char path[], PetscInt N, PetscInt start, PetscInt n, PetscReal data[])
+{
+  const hsize_t first = (hsize_t)start, count = (hsize_t)n;
+  const hid_t set = H5Dopen2(h->id, path, H5P_DEFAULT), space = H5Dget_space(set);
+  hsize_t found = 0;
+  hid_t memory;
+  herr_t err;
+
+  PetscFunctionBegin;
+  if (H5Sget_simple_extent_ndims(space) == 1) H5Sget_simple_extent_dims(space, &found, NULL);
+  memory = H5Screate_simple(1, &count, NULL);
+  err = H5Sselect_hyperslab(space, H5S_SELECT_SET, &first, NULL, &count, NULL);
+  if (err >= 0 && found == (hsize_t)N) err = H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, data);
+  H5Sclose(memory);
+  H5Sclose(space);
+  H5Dclose(set);
+  PetscCheck(found == (hsize_t)N, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s has no dataset %s of %" PetscInt_FMT " numbers%s", h->name, path, N, h->source);
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read %s in %s%s", path, h->name, h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -45,6 +45,28 @@ static PetscErrorCode SlipH5Write(SlipH5 *h, const char path[], PetscInt ndim, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipH5WritePiece(SlipH5 *h, const char path[], PetscInt N, PetscInt start, PetscInt n,
+                                const PetscReal data[])
+{
+  const hsize_t size = (hsize_t)N, first = (hsize_t)start, count = (hsize_t)n;
+  const int reason = start ? 0 : SlipH5MakeRoom(h, (PetscInt64)(size * sizeof(PetscReal)));
+  hid_t space, memory, set;
+  herr_t err;
+
+  PetscFunctionBegin;
+  if (reason) PetscCall(SlipH5WriteFailed(h, reason, "dataset %s to %s", path, h->name));
+  space = H5Screate_simple(1, &size, NULL);
+  set = start ? H5Dopen2(h->id, path, H5P_DEFAULT) : SlipH5Dataset(h, path, H5T_IEEE_F64LE, space, H5P_DEFAULT);
+  memory = H5Screate_simple(1, &count, NULL);
+  err = H5Sselect_hyperslab(space, H5S_SELECT_SET, &first, NULL, &count, NULL);
+  if (err >= 0) err = H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, data);
+  H5Sclose(memory);
+  H5Sclose(space);
+  if (set >= 0 && H5Dclose(set) < 0) err = -1;
+  if (err < 0 || h->failed) PetscCall(SlipH5WriteFailed(h, 0, "dataset %s to %s", path, h->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipH5WriteReal - write an array of real numbers as a new dataset of doubles
 

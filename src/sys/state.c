@@ -228,81 +228,22 @@ PetscErrorCode SlipStateObject(SlipState s, const char name[], PetscObject objec
 
 /* ---- vectors ---- */
 
-/* Rank 0: entries start to start + n of a dataset, to or from the file. */
-static PetscErrorCode SlipStatePiece(SlipState s, hid_t set, PetscInt start, PetscInt n, PetscReal a[])
+/* Rank 0: entries start to start + n of a vector of N, to or from the file. */
+static PetscErrorCode SlipStatePiece(SlipState s, const char path[], PetscInt N, PetscInt start, PetscInt n,
+                                     PetscReal a[])
 {
-  const hsize_t first = (hsize_t)start, count = (hsize_t)n;
-  const hid_t space = H5Dget_space(set), memory = H5Screate_simple(1, &count, NULL);
-  herr_t err = H5Sselect_hyperslab(space, H5S_SELECT_SET, &first, NULL, &count, NULL);
-
   PetscFunctionBegin;
-  if (err >= 0)
-    err = s->loading ? H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, a)
-                     : H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, a);
-  H5Sclose(memory);
-  H5Sclose(space);
-  if (!s->loading && (err < 0 || s->file.failed))
-    PetscCall(SlipH5WriteFailed(&s->file, 0, "a vector to %s", s->file.name));
-  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read a vector in %s%s", s->file.name,
-             s->file.source);
+  if (s->loading)
+    PetscCall(SlipH5ReadPiece(&s->file, path, N, start, n, a));
+  else
+    PetscCall(SlipH5WritePiece(&s->file, path, N, start, n, a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the dataset of a vector with N entries, made or opened. */
-static PetscErrorCode SlipStateDataset(SlipState s, const char path[], PetscInt N, hid_t *set)
-{
-  const hsize_t size = (hsize_t)N;
-  hsize_t found[4] = {0};
-  hid_t space;
-  int rank = 0, reason;
-
-  PetscFunctionBegin;
-  if (s->loading) {
-    *set = H5Dopen2(s->file.id, path, H5P_DEFAULT);
-    if (*set >= 0) {
-      space = H5Dget_space(*set);
-      rank = H5Sget_simple_extent_ndims(space);
-      if (rank == 1) H5Sget_simple_extent_dims(space, found, NULL);
-      H5Sclose(space);
-      if (rank != 1 || found[0] != size) H5Dclose(*set);
-    }
-    PetscCheck(*set >= 0 && rank == 1 && found[0] == size, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s has no dataset %s of %" PetscInt_FMT " numbers%s", s->file.name, path, N, s->file.source);
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  reason = SlipH5MakeRoom(&s->file, (PetscInt64)(size * sizeof(PetscReal)));
-  if (reason) PetscCall(SlipH5WriteFailed(&s->file, reason, "dataset %s to %s", path, s->file.name));
-  space = H5Screate_simple(1, &size, NULL);
-  *set = H5Dcreate2(s->file.id, path, H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-  H5Sclose(space);
-  PetscCheck(*set >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write dataset %s to %s", path, s->file.name);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A piece of rank p's entries between it and rank 0, which reads or writes it; what failed before on rank 0 has left
-   nothing to read or write. buffer: rank 0 */
-static PetscErrorCode SlipStateExchange(SlipState s, hid_t set, PetscErrorCode *failed, PetscMPIInt p, PetscInt start,
-                                        PetscInt n, PetscReal mine[], PetscReal buffer[])
-{
-  const PetscMPIInt count = (PetscMPIInt)n;
-  PetscReal *a = p ? buffer : mine;
-
-  PetscFunctionBegin;
-  if (!s->rank) {
-    if (p && !s->loading) PetscCallMPI(MPI_Recv(a, count, MPIU_REAL, p, 0, s->comm, MPI_STATUS_IGNORE));
-    if (!*failed) *failed = SlipStatePiece(s, set, start, n, a);
-    if (p && s->loading) PetscCallMPI(MPI_Send(a, count, MPIU_REAL, p, 0, s->comm));
-  } else if (s->rank == p) {
-    if (s->loading)
-      PetscCallMPI(MPI_Recv(mine, count, MPIU_REAL, 0, 0, s->comm, MPI_STATUS_IGNORE));
-    else
-      PetscCallMPI(MPI_Send(mine, count, MPIU_REAL, 0, 0, s->comm));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* All of a vector, rank by rank */
-static PetscErrorCode SlipStateTransfer(SlipState s, hid_t set, PetscErrorCode *failed, Vec x, PetscReal buffer[])
+/* All of a vector, rank by rank, in pieces between each and rank 0, which reads or writes them; what failed before on rank 0
+   has left nothing to read or write. buffer: rank 0 */
+static PetscErrorCode SlipStateTransfer(SlipState s, const char path[], PetscErrorCode *failed, Vec x,
+                                        PetscReal buffer[])
 {
   const PetscInt *range;
   const PetscReal *read;
@@ -319,9 +260,19 @@ static PetscErrorCode SlipStateTransfer(SlipState s, hid_t set, PetscErrorCode *
     a = (PetscReal *)read;
   }
   for (PetscMPIInt p = 0; p < size; p++)
-    for (PetscInt i = range[p]; i < range[p + 1]; i += SLIP_STATE_PIECE)
-      PetscCall(SlipStateExchange(s, set, failed, p, i, PetscMin(SLIP_STATE_PIECE, range[p + 1] - i),
-                                  s->rank == p ? a + (i - range[p]) : NULL, buffer));
+    for (PetscInt i = range[p]; i < range[p + 1]; i += SLIP_STATE_PIECE) {
+      const PetscInt n = PetscMin(SLIP_STATE_PIECE, range[p + 1] - i);
+      const PetscMPIInt count = (PetscMPIInt)n;
+      PetscReal *piece = s->rank == p ? a + (i - range[p]) : buffer;
+
+      if (s->rank == p && p && !s->loading) PetscCallMPI(MPI_Send(piece, count, MPIU_REAL, 0, 0, s->comm));
+      if (!s->rank && p && !s->loading)
+        PetscCallMPI(MPI_Recv(piece, count, MPIU_REAL, p, 0, s->comm, MPI_STATUS_IGNORE));
+      if (!s->rank && !*failed) *failed = SlipStatePiece(s, path, range[size], i, n, piece);
+      if (!s->rank && p && s->loading) PetscCallMPI(MPI_Send(piece, count, MPIU_REAL, p, 0, s->comm));
+      if (s->rank == p && p && s->loading)
+        PetscCallMPI(MPI_Recv(piece, count, MPIU_REAL, 0, 0, s->comm, MPI_STATUS_IGNORE));
+    }
   if (s->loading)
     PetscCall(VecRestoreArrayWrite(x, &a));
   else
@@ -330,7 +281,8 @@ static PetscErrorCode SlipStateTransfer(SlipState s, hid_t set, PetscErrorCode *
 }
 
 /* Loading where the cells had other numbers: rank 0 puts each entry in its place. */
-static PetscErrorCode SlipStateScatter(SlipState s, hid_t set, PetscErrorCode *failed, Vec x, PetscReal buffer[])
+static PetscErrorCode SlipStateScatter(SlipState s, const char path[], PetscErrorCode *failed, Vec x,
+                                       PetscReal buffer[])
 {
   PetscInt N, block, *index = NULL;
 
@@ -341,7 +293,7 @@ static PetscErrorCode SlipStateScatter(SlipState s, hid_t set, PetscErrorCode *f
   for (PetscInt i = 0; i < N; i += SLIP_STATE_PIECE) {
     const PetscInt n = PetscMin(SLIP_STATE_PIECE, N - i);
 
-    if (!s->rank && !*failed) *failed = SlipStatePiece(s, set, i, n, buffer);
+    if (!s->rank && !*failed) *failed = SlipStatePiece(s, path, N, i, n, buffer);
     if (!s->rank && !*failed) {
       for (PetscInt k = 0; k < n; k++) index[k] = s->place[(i + k) / block] * block + (i + k) % block;
       PetscCall(VecSetValues(x, n, index, buffer, INSERT_VALUES));
@@ -375,23 +327,20 @@ PetscErrorCode SlipStateVec(SlipState s, const char name[], Vec x)
   PetscReal *buffer = NULL;
   PetscInt N, moved = 0;
   char path[128];
-  hid_t set = -1;
 
   PetscFunctionBegin;
   PetscCall(VecGetSize(x, &N));
   PetscCall(SlipStatePath(s, name, path, sizeof(path)));
   if (!s->rank) {
-    failed = SlipStateDataset(s, path, N, &set);
     PetscCall(PetscMalloc1(SLIP_STATE_PIECE, &buffer));
     moved = s->place ? 1 : 0;
   }
   PetscCallMPI(MPI_Bcast(&moved, 1, MPIU_INT, 0, s->comm));
   if (moved && N % s->cells == 0)
-    PetscCall(SlipStateScatter(s, set, &failed, x, buffer));
+    PetscCall(SlipStateScatter(s, path, &failed, x, buffer));
   else
-    PetscCall(SlipStateTransfer(s, set, &failed, x, buffer));
+    PetscCall(SlipStateTransfer(s, path, &failed, x, buffer));
   PetscCall(PetscFree(buffer));
-  if (set >= 0 && H5Dclose(set) < 0 && !failed) failed = PETSC_ERR_FILE_WRITE;
   PetscCall(SlipErrorBcast(s->comm, failed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

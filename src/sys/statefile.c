@@ -226,8 +226,7 @@ PetscErrorCode SlipStateClose(SlipState *state)
 
   PetscFunctionBegin;
   if (!s) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!s->rank && s->loading) H5Fclose(s->file.id);
-  if (!s->rank && !s->loading) ierr = StateFinish(s);
+  if (!s->rank) ierr = s->loading ? SlipH5Close(&s->file) : StateFinish(s);
   PetscCall(SlipErrorBcast(s->comm, ierr));
   PetscCall(PetscFree(s->place));
   PetscCall(PetscFree(*state));

@@ -87,6 +87,15 @@ typedef struct {
   PetscInt family;                   /* others of it may be the same file; 0: none */
 } SlipNamedFile;
 PETSC_INTERN PetscErrorCode SlipFilesCheckNames(MPI_Comm comm, PetscInt n, const SlipNamedFile file[]);
+/* ---- h5names.c ---- */
+/* Names of the attributes of the root, to be freed one by one; more than most are an error */
+PETSC_INTERN PetscErrorCode SlipH5GetAttributes(SlipH5 *h, PetscInt most, PetscInt *n, char *names[]);
+PETSC_INTERN PetscErrorCode SlipH5IsText(SlipH5 *h, const char path[], const char attr[], PetscBool *text);
+/* ---- h5write.c, h5read.c: entries start to start + n of a dataset of N numbers, which is made with the first ---- */
+PETSC_INTERN PetscErrorCode SlipH5WritePiece(SlipH5 *h, const char path[], PetscInt N, PetscInt start, PetscInt n,
+                                             const PetscReal data[]);
+PETSC_INTERN PetscErrorCode SlipH5ReadPiece(SlipH5 *h, const char path[], PetscInt N, PetscInt start, PetscInt n,
+                                            PetscReal data[]);
 /* ---- h5whole.c ---- */
 PETSC_INTERN PetscBool SlipH5IsWhole(hid_t id, char object[PETSC_MAX_PATH_LEN]);
 
