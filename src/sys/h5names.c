@@ -10,15 +10,10 @@
 /* Is name one of names, which blanks separate? */
 static PetscBool SlipH5IsAmong(const char name[], const char names[])
 {
-  const size_t len = strlen(name);
+  char each[SLIP_NAME_LENGTH];
 
-  while (*names) {
-    const size_t word = strcspn(names, " ");
-
-    if (word == len && !strncmp(name, names, len)) return PETSC_TRUE;
-    names += word;
-    names += strspn(names, " ");
-  }
+  while (SlipNextName("", &names, each))
+    if (!strcmp(name, each)) return PETSC_TRUE;
   return PETSC_FALSE;
 }
 

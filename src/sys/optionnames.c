@@ -8,7 +8,7 @@
 #include <string.h>
 #include <strings.h>
 
-enum { SLIP_NAME_LENGTH = SLIP_HINT_LENGTH - 32, SLIP_MAX_DECLARED = 32 };
+enum { SLIP_MAX_DECLARED = 32 };
 
 typedef struct {
   const char *prefix, *names;
@@ -96,20 +96,6 @@ static const SlipNames *SlipList(size_t i)
 
   if (i < library) return &SlipLibrary[i];
   return i - library < (size_t)SlipNumDeclared ? &SlipDeclared[i - library] : NULL;
-}
-
-/* The next of names after *place, which it moves on, behind prefix; false after the last */
-static PetscBool SlipNextName(const char prefix[], const char **place, char name[SLIP_NAME_LENGTH])
-{
-  const char *begin = *place + strspn(*place, " ");
-  const size_t len = strcspn(begin, " "), before = strlen(prefix);
-
-  if (!len || before + len >= SLIP_NAME_LENGTH) return PETSC_FALSE;
-  memcpy(name, prefix, before);
-  memcpy(name + before, begin, len);
-  name[before + len] = '\0';
-  *place = begin + len;
-  return PETSC_TRUE;
 }
 
 /* Letters to insert, remove, replace or swap with their neighbour that make b of a, in any case (the restricted distance

@@ -43,23 +43,16 @@ PetscErrorCode SlipDeclareTimes(const char names[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is the name, of which a prefix may be the beginning, that of the option? */
-static PetscBool SlipNamesOption(const char name[], const char option[], size_t len)
-{
-  const size_t n = strlen(name);
-
-  if (n < len || strncasecmp(name + n - len, option, len)) return PETSC_FALSE;
-  return n == len || name[n - len - 1] == '_' ? PETSC_TRUE : PETSC_FALSE;
-}
-
 /* Is the name one of a list, or one of it behind a prefix? */
 static PetscBool SlipIsListed(const char name[], const char names[])
 {
-  for (const char *c = names + strspn(names, " "); *c; c += strspn(c, " ")) {
-    const size_t len = strcspn(c, " ");
+  const size_t n = strlen(name);
+  char each[SLIP_NAME_LENGTH];
 
-    if (SlipNamesOption(name, c, len)) return PETSC_TRUE;
-    c += len;
+  while (SlipNextName("", &names, each)) {
+    const size_t len = strlen(each);
+
+    if (n >= len && !strcasecmp(name + n - len, each) && (n == len || name[n - len - 1] == '_')) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }

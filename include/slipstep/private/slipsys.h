@@ -41,8 +41,13 @@ PETSC_INTERN PetscBool SlipIsTimeOption(const char name[]); /* without dash, a p
 /* A time to so many digits in the unit that fits: "12.5 s", "3.2 h", "113.4 years" */
 PETSC_EXTERN void SlipTimeText(PetscReal seconds, int digits, char text[], size_t len);
 
+/* ---- words.c ---- */
+#define SLIP_NAME_LENGTH 128
+/* The next of names after *place, which it moves on, behind prefix; false after the last */
+PETSC_INTERN PetscBool SlipNextName(const char prefix[], const char **place, char name[SLIP_NAME_LENGTH]);
+
 /* ---- optionnames.c ---- */
-#define SLIP_HINT_LENGTH 160
+#define SLIP_HINT_LENGTH (SLIP_NAME_LENGTH + 32)
 PETSC_INTERN PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[SLIP_HINT_LENGTH]);
 PETSC_INTERN PetscBool SlipIsHelpOption(const char name[]); /* ours, or PETSc's that every run needs */
 
