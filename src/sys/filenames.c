@@ -48,15 +48,14 @@ static PetscBool SlipFileIsSame(const SlipFilePlace *a, const SlipFilePlace *b)
   return a->exists && b->exists && a->device == b->device && a->number == b->number ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Rank 0: the first two names for one file, or NULL */
-static PetscErrorCode SlipFilesFindPair(PetscInt n, const SlipNamedFile file[], const SlipNamedFile *pair[2],
-                                        char path[PETSC_MAX_PATH_LEN])
+static PetscErrorCode SlipFilesCompare(PetscInt n, const SlipNamedFile file[])
 {
+  const SlipNamedFile *pair[2] = {NULL, NULL};
+  char path[PETSC_MAX_PATH_LEN] = "";
   SlipFilePlace *place;
   PetscInt m = 0;
 
   PetscFunctionBegin;
-  pair[0] = pair[1] = NULL;
   PetscCall(PetscMalloc1(n * SLIP_FILE_ENDINGS, &place));
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt e = 0; e < SLIP_FILE_ENDINGS && file[i].name[0] && file[i].endings[e]; e++, m++) {
@@ -73,16 +72,6 @@ static PetscErrorCode SlipFilesFindPair(PetscInt n, const SlipNamedFile file[], 
       }
     }
   PetscCall(PetscFree(place));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipFilesCompare(PetscInt n, const SlipNamedFile file[])
-{
-  const SlipNamedFile *pair[2];
-  char path[PETSC_MAX_PATH_LEN] = "";
-
-  PetscFunctionBegin;
-  PetscCall(SlipFilesFindPair(n, file, pair, path));
   PetscCheck(!pair[0], PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
              "%s %s and %s %s are of one file, %s: expected names that differ", pair[0]->option, pair[0]->name,
              pair[1]->option, pair[1]->name, path);
