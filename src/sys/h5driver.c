@@ -5,7 +5,7 @@
    that others than SWMR readers refuse it, also after a kill, and writes its length last. Both are in the superblock.
    So we write by HDF5's own driver with two functions replaced: one writes the superblock without the mark and with the
    length of the file, the other leaves this length alone until the file is closed. Of 6684 states between any two writes
-   of two such files, one compressed, plain readers then open all (test_output_whole.py killed()).
+   of two such files, one compressed, plain readers then open all (test_h5.c growing()).
 
    A write that fails is the last one. HDF5 is not told of it: it could not close the file, and its clean-up at the end of
    the program crashes or does not end where it cannot. Who writes asks SlipH5.failed (test_output_whole.py limited()). */

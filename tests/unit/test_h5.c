@@ -257,6 +257,30 @@ static void full(void **state)
   unlink(part);
 }
 
+/* However many files are written at a time, each gets what is written to it. */
+static void many(void **state)
+{
+  enum { FILES = 20 };
+  SlipH5 h[FILES];
+  char name[FILES][300];
+  PetscInt n;
+
+  (void)state;
+  for (int i = 0; i < FILES; i++) {
+    PetscSNPrintf(name[i], sizeof(name[i]), "%s.%d", file, i);
+    ok(SlipH5Create(name[i], &h[i]));
+  }
+  for (int i = 0; i < FILES; i++) ok(SlipH5WriteAttrInt(&h[i], "/", "number", i));
+  for (int i = 0; i < FILES; i++) ok(SlipH5Close(&h[i]));
+  for (int i = 0; i < FILES; i++) {
+    ok(SlipH5OpenRead(name[i], &h[i]));
+    ok(SlipH5ReadAttrInt(&h[i], "/", "number", &n));
+    ok(SlipH5Close(&h[i]));
+    unlink(name[i]);
+    assert_int_equal(i, n);
+  }
+}
+
 static void broken_files(void **state)
 {
   SlipH5 h;
@@ -389,4 +413,4 @@ static int RemoveFile(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(NameFile, RemoveFile, round_trip, series, stored_series, sizes, growing, full, broken_files)
+SLIP_TESTS_WITH(NameFile, RemoveFile, round_trip, series, stored_series, sizes, growing, full, many, broken_files)
