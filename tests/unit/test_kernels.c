@@ -109,7 +109,7 @@ static PetscReal Distance(Mat A, Mat B)
   ok(VecNorm(b, NORM_INFINITY, &most));
   ok(VecAXPY(a, -1, b));
   ok(VecNorm(a, NORM_INFINITY, &diagonal));
-  VecsDestroy(&x, &a, &b);
+  ObjectsDestroy(&x, &a, &b);
   ok(MatDestroy(&A));
   return PetscMax(distance, diagonal / most);
 }
@@ -178,7 +178,7 @@ static void blocks_only(void **state)
   grid.kernel.full_space = PETSC_TRUE; /* there differences in depth are enough */
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "fft", &K[1]));
   ok(MatSlipStiffnessSetDepth(K[1], "transform"));
-  MatsDestroy(&K[1], &direct);
+  ObjectsDestroy(&K[1], &direct);
 }
 
 static void refused(void **state)
