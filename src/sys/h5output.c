@@ -39,6 +39,9 @@ static hid_t SlipH5Access(PetscBool growing)
 #else
   H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
 #endif
+  /* Who writes alone reads what it wrote: where a write failed, the 100 attempts of SWMR, each of which waits twice as long as the
+     one before, would not end. HDF5 takes 1 for its default. */
+  H5Pset_metadata_read_attempts(access, 2);
   H5Pget_mdc_config(access, &cache);
   cache.evictions_enabled = 0;
   cache.incr_mode = H5C_incr__off;
