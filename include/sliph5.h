@@ -13,6 +13,7 @@ typedef struct {
   PetscBool live;                    /* writing: it is target.part, which others may read while it grows */
   int failed;                        /* writing: errno of a write that failed, after which there is none; 0 */
   PetscInt64 ahead;                  /* bytes that may be written before the next flush ends */
+  PetscInt64 end;                    /* live: length of the file as its superblock says it, 0 before that [bytes] */
   const char *start;                 /* of SlipH5Kind */
   PetscErrorCode (*last)(void *ctx); /* NULL, or appends rows that are collected, when an error ends the program */
   void *ctx;

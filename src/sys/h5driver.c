@@ -22,6 +22,8 @@
 
 /* Room for the index of chunks and for HDF5's own blocks [bytes] */
 #define SLIP_H5_SLACK 65536
+/* How many times more than this time a growing file may need the next time */
+#define SLIP_H5_NEXT 4
 
 /* Version 3 of the superblock, with addresses of 8 bytes: HDF5 file format specification, II.A */
 enum { SUPERBLOCK = 48, SUPERBLOCK_FLAGS = 11, SUPERBLOCK_END = 28, SUPERBLOCK_SUM = 44 };
@@ -69,9 +71,9 @@ static PetscBool SlipH5Superblock(unsigned char block[SUPERBLOCK], uint64_t end)
   return PETSC_TRUE;
 }
 
-/* Gives the file this end as its superblock says it; a file that shrinks does so after that, one that grows before.
+/* Lets the superblock say this end of the file, which grows before that where it is shorter, and has the length after that.
    0, or errno */
-int SlipH5SetEnd(const SlipH5 *h, off_t end)
+static int SlipH5SetEnd(SlipH5 *h, off_t end, off_t length)
 {
   unsigned char block[SUPERBLOCK];
   struct stat info;
@@ -79,9 +81,10 @@ int SlipH5SetEnd(const SlipH5 *h, off_t end)
   errno = 0;
   if (fstat(h->fd, &info) || (info.st_size < end && ftruncate(h->fd, end)) ||
       pread(h->fd, block, SUPERBLOCK, 0) != SUPERBLOCK ||
-      (SlipH5Superblock(block, (uint64_t)end) && pwrite(h->fd, block, SUPERBLOCK, 0) != SUPERBLOCK) ||
-      ftruncate(h->fd, end))
+      (SlipH5Superblock(block, (uint64_t)end) && pwrite(h->fd, block, SUPERBLOCK, 0) != SUPERBLOCK))
     return errno ? errno : EIO;
+  h->end = end;
+  if (ftruncate(h->fd, length) && length <= end) return errno; /* beyond the end it is a wish: of a limit of sizes */
   return 0;
 }
 
@@ -108,7 +111,7 @@ static herr_t SlipH5DriverWrite(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, haddr
   errno = 0;
   if (h && !h->failed && !addr && size >= SUPERBLOCK && !fstat(h->fd, &info)) {
     memcpy(block, data, SUPERBLOCK);
-    if (SlipH5Superblock(block, (uint64_t)info.st_size)) {
+    if (SlipH5Superblock(block, (uint64_t)(h->end ? h->end : info.st_size))) {
       if ((*sec2->write)(file, type, dxpl, 0, SUPERBLOCK, block) < 0) h->failed = errno ? errno : EIO;
       addr = SUPERBLOCK;
       size -= SUPERBLOCK;
@@ -125,7 +128,11 @@ static herr_t SlipH5DriverTruncate(H5FD_t *file, hid_t dxpl, hbool_t closing)
   SlipH5 *h = SlipH5DriverFile(file);
 
   (void)dxpl;
-  if (h && !h->failed && closing) h->failed = SlipH5SetEnd(h, (off_t)(*sec2->get_eoa)(file, H5FD_MEM_DEFAULT));
+  if (h && !h->failed && closing) {
+    const off_t end = (off_t)(*sec2->get_eoa)(file, H5FD_MEM_DEFAULT);
+
+    h->failed = SlipH5SetEnd(h, end, end);
+  }
   return 0;
 }
 
@@ -158,28 +165,30 @@ void SlipH5SetDriver(hid_t access)
 /*
   Takes the disk space of what is to be written before HDF5 begins: a full disk is then found out while the file is
   whole, and HDF5 meets none. File systems that cannot reserve leave it to the checks of each write. A growing file
-  also gets that length, so that its superblock covers what the next flush writes. 0, or errno
+  also gets that length, so that its superblock covers what the next flush writes, and length for the next time: readers look
+  at the length of a file before they read its superblock, which must not have grown beyond it by then. 0, or errno
 */
 int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes)
 {
   struct stat info;
   hsize_t size;
-  off_t end;
+  off_t begin, end;
 
   if (h->fd < 0) return 0;
   errno = 0;
   if (H5Fget_filesize(h->id, &size) < 0 || fstat(h->fd, &info)) return errno ? errno : EIO;
   h->ahead += bytes;
+  begin = h->end ? (off_t)h->end : info.st_size;
   end = (off_t)size + (off_t)h->ahead + SLIP_H5_SLACK;
-  if (end <= info.st_size) return 0;
+  if (end <= begin) return 0;
 #if defined(__linux__)
   {
     int failed;
 
-    do failed = fallocate(h->fd, h->live ? 0 : FALLOC_FL_KEEP_SIZE, info.st_size, end - info.st_size);
+    do failed = fallocate(h->fd, FALLOC_FL_KEEP_SIZE, begin, end - begin);
     while (failed && errno == EINTR);
     if (failed && (errno == ENOSPC || errno == EDQUOT || errno == EFBIG || errno == EIO)) return errno;
   }
 #endif
-  return h->live ? SlipH5SetEnd(h, end) : 0;
+  return h->live ? SlipH5SetEnd(h, end, end + SLIP_H5_NEXT * (end - begin) + SLIP_H5_SLACK) : 0;
 }

@@ -126,5 +126,4 @@ PETSC_INTERN int SlipH5CloseId(SlipH5 *h);                     /* 0, or errno */
 
 /* ---- h5driver.c ---- */
 PETSC_INTERN void SlipH5SetDriver(hid_t access);
-PETSC_INTERN int SlipH5SetEnd(const SlipH5 *h, off_t end);    /* 0, or errno */
 PETSC_INTERN int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes); /* 0, or errno */
