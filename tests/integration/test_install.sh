@@ -62,11 +62,11 @@ C
 cat >"$room/user/CMakeLists.txt" <<'CMAKE'
 cmake_minimum_required(VERSION 3.25)
 project(user LANGUAGES C)
-find_package(slipstep 0.2 REQUIRED)
+find_package(slipstep 0.3 REQUIRED)
 add_executable(user user.c)
 target_link_libraries(user PRIVATE slipstep::slipstep)
 CMAKE
-expected="SlipStep 0.2.0 (headers 0.2.0) has TS type bathe"
+expected="SlipStep 0.3.0 (headers 0.3.0) has TS type bathe"
 
 cmake -S "$room/user" -B "$room/user/build" -DCMAKE_PREFIX_PATH="$prefix" >"$room/user.log" || { cat "$room/user.log"; fail "find_package(slipstep)"; }
 cmake --build "$room/user/build" >>"$room/user.log" || { cat "$room/user.log"; fail "building with CMake"; }
@@ -118,7 +118,7 @@ cp "$SLIPSTEP_SOURCE"/examples/train_oscillator.c "$SLIPSTEP_SOURCE"/examples/os
 cat >"$room/train/CMakeLists.txt" <<'CMAKE'
 cmake_minimum_required(VERSION 3.25)
 project(user LANGUAGES C)
-find_package(slipstep 0.2 REQUIRED)
+find_package(slipstep 0.3 REQUIRED)
 add_executable(train train_oscillator.c)
 target_link_libraries(train PRIVATE slipstep::sliptrain)
 CMAKE
