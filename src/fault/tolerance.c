@@ -5,15 +5,19 @@
    in a few of them. While all is slow, rates do not count: they jump whenever a cell joins or leaves those that slide,
    within the time that inertia or radiation take for one cell, in which a slow slip is no slip at all.
 
+   With inertia a rate lasts, and its error is that of the slip which it leads to: times the time in which the cell would
+   swing, against d_c. Relative to the rate itself it would be too loose while an event slips, and too tight while
+   the cell creeps, where long steps do not follow the swing.
+
    A cell of constant friction has no d_c: its strength does not fall with slip, nothing there is unstable, and without
    inertia stages that end in balance are exact whatever the step while slip goes on in one direction. Its slip is right
    when it is so against the largest displacement of the fault so far, the only slip that such a run knows of. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 
-/* Wanted errors in units of the relative tolerance: of the slip and the state over d_c, and of the slip rate over the
-   largest one, which the next steps forget unless it grows */
-static const PetscReal of_slip = 1, of_rate = 10;
+/* Wanted errors in units of the relative tolerance: of the slip and the state over d_c, of the slip rate over the
+   largest one, which the next steps forget unless it grows, and of the slip that a rate leads to, which they keep */
+static const PetscReal of_slip = 1, of_rate = 10, of_swing = 0.05;
 /* What a step of second order leaves of a strength that falls with slip, likewise: the slip over d_c, cubed, times the
    share of the weakening rate that the cell still has; whatever the embedded estimate sees of it in cells that begin or
    cease to slip within the step. */
@@ -44,10 +48,12 @@ static PetscErrorCode LargestDisplacement(SlipFault fault, Vec w, PetscReal *lar
 
 /* Without inertia the rate is what the balance makes of the slip, and changes with it at once: its error is that of the
    slip times K/(H + theta K) of the cell. K/H would do for short steps; in long ones the next stage takes most of such an
-   error away again. slow: the least of the cells' rates d_c over the time that inertia or radiation take. */
-static PetscErrorCode RateError(SlipFault fault, PetscReal t, PetscReal displacement, Vec e, PetscReal *largest,
-                                PetscReal *slow)
+   error away again. slow: the least of the cells' rates d_c over the time that inertia or radiation take. swing: of cells
+   with inertia that weaken with slip, which largest leaves out, the error over the wanted one. */
+static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal tolerance, PetscReal t,
+                                PetscReal displacement, Vec e, PetscReal *largest, PetscReal *slow, PetscReal *swing)
 {
+  const PetscBool lasts = (PetscBool)(fault->kind.inertia && !fault->friction.law->by_rate);
   SlipFrictionCells friction;
   const PetscReal *a, *k, *viscosity;
   const SlipArrays arrays[] = {
@@ -60,9 +66,15 @@ static PetscErrorCode RateError(SlipFault fault, PetscReal t, PetscReal displace
     PetscBool weakens;
     const PetscReal times =
       fault->kind.inertia ? PetscSqrtReal(k[i] / (fault->operators.mass * fault->mesh.weight[i])) : k[i] / viscosity[i];
+    const PetscReal scale = SlipScale(fault, &friction, i, displacement, &weakens) * times;
     PetscReal error = PetscAbsReal(a[SlipFaultRateAt(fault, i)]);
 
-    *slow = PetscMin(*slow, SlipScale(fault, &friction, i, displacement, &weakens) * times);
+    *slow = PetscMin(*slow, scale);
+    if (lasts && weakens) {
+      error /= of_swing * rtol * scale + tolerance;
+      if (!(error <= *swing)) *swing = error;
+      continue;
+    }
     if (!fault->kind.inertia)
       error =
         PetscMax(PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)]), PetscAbsReal(a[SlipFaultStateAt(fault, i)])) *
@@ -118,7 +130,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
                                   PetscReal *E)
 {
   const PetscReal *a, *b, *c, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
-  PetscReal largest[5] = {0, 0, 0, 0, 0}; /* error of slips over d_c, of rates, rate, cubes, minus slow */
+  PetscReal largest[6] = {0, 0, 0, 0, 0, 0}; /* error of slips over d_c, of rates, rate, cubes, minus slow, swing */
   PetscReal slow = PETSC_MAX_REAL, tolerance = 0, wanted, displacement, swing;
   const SlipArrays arrays[] = {{e, .read = &a}, {w0, .read = &b}, {w1, .read = &c}};
   SlipFrictionCells friction;
@@ -133,7 +145,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(LargestDisplacement(fault, w1, &displacement));
-  PetscCall(RateError(fault, t, displacement, e, &largest[1], &slow));
+  PetscCall(RateError(fault, rtol, tolerance, t, displacement, e, &largest[1], &slow, &largest[5]));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal error =
@@ -154,9 +166,9 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   }
   PetscCall(SlipArraysRestore(3, arrays));
   largest[4] = -slow;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 5, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 6, MPIU_REAL, MPIU_MAX, fault->comm));
   wanted = of_rate * rtol * (largest[2] - rtol * largest[4]) + tolerance;
-  *E = PetscMax(largest[0] / (of_slip * rtol), largest[3] / (of_cube * rtol));
+  *E = PetscMax(PetscMax(largest[0] / (of_slip * rtol), largest[3] / (of_cube * rtol)), largest[5]);
   if (wanted > 0) *E = PetscMax(*E, largest[1] / wanted);
   PetscCall(SlipFaultSwing(fault, t, w1, &swing));
   *E = PetscMax(*E, PetscPowRealInt(swing, 3));
