@@ -111,6 +111,10 @@ typedef struct {
      after are the states halfway and at the end, exactly, and *h a step to go on with from there [s]. Otherwise *end =
      t. */
   PetscErrorCode (*rest)(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end, PetscReal *h);
+  /* Asked by TSBATHE after an attempt whose states w0, wm and w1 are at the shares 0, share and 1 of the step; k0 is dw/dt at its
+     start. *stop: when after its start [s] something stops of which the step should not average the stop, PETSC_MAX_REAL: nothing does.
+     Steps end there. */
+  PetscErrorCode (*stop)(TS ts, PetscReal share, Vec w0, Vec wm, Vec w1, Vec k0, PetscReal *stop);
   /* The norm of the estimate e of the error of a step from w0 to w1, at most 1 where it is as wanted; NULL: the weighted
      one of the TS */
   PetscErrorCode (*error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E);

@@ -103,6 +103,20 @@ static PetscErrorCode Rest_Fault(TS ts, PetscReal t, PetscReal limit, Vec w, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode Stop_Fault(TS ts, PetscReal share, Vec w0, Vec wm, Vec w1, Vec k0, PetscReal *stop)
+{
+  const Vec state[] = {w0, wm, w1};
+  SlipFault fault;
+  PetscReal rtol, h;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  PetscCall(TSGetTimeStep(ts, &h));
+  PetscCall(SlipFaultStop(fault, h, rtol, share, state, k0, stop));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
   SlipFault fault;
@@ -266,6 +280,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
     problem->corner = Corner_Fault;
     problem->rest = fault->friction.law->always_slides ? NULL : Rest_Fault;
     problem->error = is_explicit ? NULL : Error_Fault;
+    if (fault->kind.inertia && !fault->friction.law->by_rate) problem->stop = Stop_Fault;
   }
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));
   PetscCall(TSSetSlipProblem(ts, problem));

@@ -4,6 +4,10 @@
 
 /* Factor on a step that would have gone past an instability: years become the seconds of its growth in a few attempts. */
 static const PetscReal unstable_factor = 0.1;
+/* Of a step that is to end at a stop, how far beyond it the step goes, so that what stops sticks at its end, and how near is near
+   enough; attempts at it */
+static const PetscReal beyond_stop = 1e-3, near_stop = 1e-2;
+enum { max_stop_tries = 4 };
 
 /* Does the attempt run step doubling? Not when the controller has no use for an error and nobody asked for it
    explicitly */
@@ -323,9 +327,13 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscBool *accept)
   PetscCall(VecCopy(ba->Y[1], ts->vec_sol));
   PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next, accept));
   ba->status = TS_STEP_INCOMPLETE;
-  if (*accept)
+  if (*accept) {
     PetscCall(TSBatheAccept(ts, ts->ptime + ts->time_step));
-  else
+    if (ba->stops) { /* derivatives jump there */
+      PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
+      ba->k2_known = PETSC_FALSE;
+    }
+  } else
     PetscCall(TSBatheRestore(ts));
   ts->time_step = next;
   PetscCall(TSBatheRunMonitors(ts));
@@ -376,12 +384,37 @@ static PetscErrorCode TSBatheMeetCorner(TS ts, const SlipProblemOps *problem, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Steps end where the problem says that something stops: *again if the attempt is to be repeated with such a step.
+   *whole: the step that was cut for it [s] */
+static PetscErrorCode TSBatheMeetStop(TS ts, const SlipProblemOps *problem, PetscInt *tries, PetscReal *whole,
+                                      PetscBool *again)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal stop = PETSC_MAX_REAL;
+
+  PetscFunctionBegin;
+  *again = PETSC_FALSE;
+  if (problem && problem->stop && ba->k0_known)
+    PetscCall((*problem->stop)(ts, ba->share, ba->X0, ba->Wm, ba->Y[1], ba->K0, &stop));
+  ba->stops = stop < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
+  stop *= 1 + beyond_stop;
+  if (!ba->stops || ts->time_step <= stop * (1 + near_stop) || stop < ts->adapt->dt_min || ++*tries > max_stop_tries)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  *again = PETSC_TRUE;
+  *whole = PetscMax(*whole, ts->time_step);
+  ts->time_step = stop;
+  ts->reject++;
+  PetscCall(TSBatheRestore(ts));
+  PetscCall(TSBatheRunMonitors(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode TSStep_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const SlipProblemOps *problem;
-  PetscInt rejections = 0;
-  PetscBool ok, accept, constant;
+  PetscInt rejections = 0, tries = 0;
+  PetscBool ok, accept, again, constant;
   PetscReal whole, cut;
 
   PetscFunctionBegin;
@@ -397,7 +430,12 @@ PetscErrorCode TSStep_Bathe(TS ts)
   while (!ts->reason && ba->status != TS_STEP_COMPLETE) {
     PetscCall(SlipGuardStep(ts));
     PetscCall(TSBatheAttempt(ts, &ok));
-    accept = PETSC_FALSE;
+    accept = again = PETSC_FALSE;
+    if (ok) PetscCall(TSBatheMeetStop(ts, problem, &tries, &whole, &again));
+    if (again) {
+      cut = ts->time_step;
+      continue;
+    }
     if (ok)
       PetscCall(TSBatheJudge(ts, &accept));
     else

@@ -3,7 +3,8 @@ order with steps by doubling while it slides, its ends and its largest rate by r
 
     M dv/dt + H (v - v_inf) + K u + q(s) = 0,  du/dt = v - v_inf,  ds/dt = v - s/t_h  while v > 0,  q = sigma (mu + dmu exp(-s/d_c))
 
-Without inertia v follows from u and s. It never slides back here: what would push it back is far below the strength, which is checked."""
+Without inertia v follows from u and s. Where the stress after an event exceeds the strength backwards, it slides back: the same equations
+with the signs of u, v and v_inf reversed."""
 
 from math import exp, sqrt
 
@@ -137,7 +138,6 @@ class Block:
     def wait(self, u, s):
         """How long it rests: the only root of the force less the strength beyond their first fall."""
         excess = lambda dt: self.H * self.loading - self.K * (u - self.loading * dt) - self.strength(s * exp(-dt / self.healing))
-        assert abs(self.K * u) < self.sigma * self.residual + self.drop * self.sigma, "it would slide back"
         high = 1e-6 * self.healing
         while excess(high) <= 0:
             high *= 1.5
@@ -154,9 +154,13 @@ class Block:
         """Events from a start without stress, and the times and lengths of rests."""
         t, u, s, self.events, self.rests, self.steps = 0.0, 0.0, 0.0, [], [], 0
         while t < until and len(self.events) < count:
-            dt = self.wait(u, s)
-            self.rests.append((t, dt))
-            t, u, s = t + dt, u - self.loading * dt, s * exp(-dt / self.healing)
-            t, y, rests = self.slide(t, np.array([u, s, 0.0][:self.n]), until, event)
-            u, s = y[0], y[1]
+            sign = -1 if self.K * u - self.H * self.loading > self.strength(s) else 1
+            if sign > 0:
+                dt = self.wait(u, s)
+                self.rests.append((t, dt))
+                t, u, s = t + dt, u - self.loading * dt, s * exp(-dt / self.healing)
+            self.loading *= sign
+            t, y, rests = self.slide(t, np.array([sign * u, s, 0.0][:self.n]), until, event)
+            self.loading *= sign
+            u, s = sign * y[0], y[1]
         return np.array(self.events)

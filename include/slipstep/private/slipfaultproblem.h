@@ -60,6 +60,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w,
                                                     Vec r); /* -q sign(v), weighted */
+/* stop.c */
+PETSC_INTERN PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscReal rtol, PetscReal share,
+                                          const Vec state[3], Vec k0, PetscReal *stop);
 /* tolerance.c */
 PETSC_EXTERN PetscErrorCode SlipFaultSwing(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio);
 PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, PetscReal h, Vec e, Vec w0,

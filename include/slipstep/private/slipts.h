@@ -38,6 +38,7 @@ typedef struct {
   Vec Wm;         /* interpolation: an inner state, at this share of the step */
   PetscReal share;
   PetscBool k0_known, k2_known; /* K0, K2 are those of this step's start and end */
+  PetscBool stops;              /* the attempt ends where something stops (SlipProblemOps) */
   PetscObjectId sol_id;         /* vec_sol as the last step left it: K2 and r belong to it only while it is unchanged */
   PetscObjectState sol_state;
 

@@ -1,0 +1,54 @@
+/* Where in a step a cell stops that has most of the slip rate. With inertia its acceleration jumps there, and a step across the
+   jump has an error of its slip that goes with the square of the step and by where in it the stop is; one that turns back
+   has an error of its rate that goes with the step, which the next ones keep. Steps that end at the stop have neither. Of many
+   cells that slide some stop in every step and count little: they are left to the error estimate. */
+#include <slipstep/private/slipfault.h>
+
+/* The least share of the sum of all slip rates; and the slip that is left to the stop, over d_c and the relative tolerance, below
+   which the stop does not matter */
+static const PetscReal least_share = 0.5, least_slip = 0.03;
+
+/* The root of v in (0, h], by the parabola through v0 with the slope k0 and vm at x; before x when vm is beyond the root */
+static PetscReal Root(PetscReal v0, PetscReal k0, PetscReal vm, PetscReal x, PetscReal h)
+{
+  const PetscReal c = (vm - v0 - k0 * x) / (x * x);
+  PetscReal root, square = k0 * k0 - 4 * c * v0;
+
+  if (vm <= 0) return k0 < 0 ? PetscMin(-v0 / k0, x) : x;
+  root = square >= 0 ? 2 * v0 / (-k0 + PetscSqrtReal(square)) : h;
+  return root > x && root < h ? root : h;
+}
+
+/*
+  SlipFaultStop - when after the start of a step h [s] the cell stops that has most of the slip rate, PETSC_MAX_REAL if it does not
+
+  Collective. state: at the shares 0, share and 1 of the step; k0: the derivative at its start. Slip that is small against
+  rtol d_c does not count.
+*/
+PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscReal rtol, PetscReal share, const Vec state[3], Vec k0,
+                             PetscReal *stop)
+{
+  const PetscReal *a, *b, *c, *d, *slip = fault->fields.cell[FIELD_FRICTION_SLIP];
+  const SlipArrays arrays[] = {
+    {state[0], .read = &a}, {state[1], .read = &b}, {state[2], .read = &c}, {k0, .read = &d}};
+  PetscReal sum = 0;
+
+  PetscFunctionBegin;
+  *stop = PETSC_MAX_REAL;
+  PetscCall(SlipArraysGet(4, arrays));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    sum += fault->mesh.weight[i] * PetscAbsReal(a[SlipFaultRateAt(fault, i)]);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscInt k = SlipFaultRateAt(fault, i);
+    const PetscReal sign = a[k] < 0 ? -1 : 1, v0 = sign * a[k];
+    PetscReal root;
+
+    if (v0 == 0 || sign * c[k] > 0 || fault->mesh.weight[i] * v0 < least_share * sum) continue;
+    root = Root(v0, sign * d[k], sign * b[k], share * h, h);
+    if (v0 * root > least_slip * rtol * slip[i]) *stop = PetscMin(*stop, root);
+  }
+  PetscCall(SlipArraysRestore(4, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, stop, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
