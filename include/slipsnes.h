@@ -46,6 +46,8 @@ typedef struct {
   PetscErrorCode (*solve_cells)(SlipConstraint, PetscReal omega, Vec D, Vec f, Vec x, PetscBool *unstable, void *ctx);
   /* of such a bound: mask = 0 where solve_cells prescribes x, 1 elsewhere; NULL: nowhere */
   PetscErrorCode (*prescribed)(SlipConstraint, Vec mask, void *ctx);
+  /* dq_i/d|x_i| as bound gives it, but at the stage's start, for SlipConstraintSetRefuseUnstable(); NULL: that at the end alone counts */
+  PetscErrorCode (*start_slope)(SlipConstraint, Vec dq, void *ctx);
 } SlipConstraintOps;
 
 PETSC_EXTERN PetscErrorCode SlipSNESInitializePackage(void); /* called by what creates objects; again does nothing */

@@ -178,7 +178,7 @@ static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal 
 {
   const SlipConstraintOps ops = {
     SlidersStage,       LinearResidual,   LinearJacobian,    SlidersBound, SlidersReduce, SlidersLift, SlidersSmooth,
-    SlidersAddReaction, SlidersSolveMass, SlidersBoundState, NULL,         NULL,          NULL};
+    SlidersAddReaction, SlidersSolveMass, SlidersBoundState, NULL,         NULL,          NULL,        NULL};
   PetscInt first, last;
 
   PetscFunctionBegin;

@@ -139,6 +139,30 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* dq_i/d|v_i| of laws that weaken with slip alone, at the state that the stage starts from. Healing, which takes years and which a
+   long stage sets against the weakening, does not count: instabilities take seconds. */
+static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  SlipFrictionCells friction;
+  const PetscReal *s0;
+  PetscReal *slope;
+  const SlipArrays arrays[] = {{fault->stage.s0, .read = &s0}, {dq, .write = &slope}};
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
+  PetscCall(SlipArraysGet(2, arrays));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal mu, ds, dv;
+
+    SlipFrictionEvaluate(&friction, i, s0[i], 0, &mu, &ds, &dv);
+    slope[i] = fault->stage.theta * ds * friction.stress[i] * fault->mesh.weight[i];
+  }
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Smooth laws: each cell's own balance */
 static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec f, Vec x, PetscBool *unstable,
                                  void *ctx)
@@ -336,7 +360,8 @@ PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
                                  BoundState,
                                  AtRest,
                                  smooth ? SolveCells : NULL,
-                                 smooth ? Prescribed : NULL};
+                                 smooth ? Prescribed : NULL,
+                                 fault->friction.law->by_rate ? NULL : StartSlope};
 
   PetscFunctionBegin;
   if (!fault->stage.con)

@@ -20,6 +20,9 @@ static const PetscReal loose_share = 2e-4, loose_from = 1e-8;
 /* Share of an operator's own error that a residual need not go below. */
 static const PetscReal noise_share = 0.3;
 
+/* Slopes of the bound at a stage's start and end, over the diagonal of dG/dx, that differ by less are taken for the same. */
+static const PetscReal small_change = 1e-3;
+
 enum {
   patience = 4,      /* iterations in a row that an approximate operator may fail to halve the residual */
   model_steps = 200, /* Newton steps on a model */
@@ -109,6 +112,33 @@ static PetscErrorCode SlipSemismoothModel(SNES snes, SlipConstraint con, Mat A, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Where stages that go past an instability are refused: is the generalised Jacobian of the cells that slide positive
+   definite with the slope at the stage's start, too? One that is indefinite there and not at the end has an instability
+   in between that grew and went within the stage. */
+static PetscErrorCode SlipSemismoothCheckStart(SNES snes, SlipConstraint con)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  Vec *work = ss->slip.work, slope = work[SEMISMOOTH_XS], rhs = work[SEMISMOOTH_RHS];
+  PetscReal change;
+  PetscBool done, ok, pd;
+
+  PetscFunctionBegin;
+  PetscCall((*con->ops->start_slope)(con, slope, con->ctx));
+  PetscCall(VecScale(slope, con->omega));
+  PetscCall(VecPointwiseMult(slope, slope, con->mask));
+  PetscCall(VecWAXPY(rhs, -1.0, slope, con->slope));
+  PetscCall(VecPointwiseMult(rhs, rhs, con->rho));
+  PetscCall(VecNorm(rhs, NORM_INFINITY, &change));
+  if (change < small_change) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipDirectSolve(con->B, con->mask, slope, rhs, work[SEMISMOOTH_DX], ss->direct_max, &done, &pd));
+  if (!done) PetscCall(SlipSemismoothKrylov(snes, con, con->B, slope, &ok, &pd));
+  if (pd) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(snes, "Indefinite Jacobian at the start: the step would go past an instability\n"));
+  con->unstable = PETSC_TRUE;
+  snes->reason = SNES_DIVERGED_LINEAR_SOLVE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SNESSolve_Semismooth(SNES snes)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
@@ -163,6 +193,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   }
   PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal), (con->B, 0.0));
   if (reason == SNES_CONVERGED_FNORM_RELATIVE) PetscCall(SlipSemismoothPolish(snes, con, exact, x));
+  if (snes->reason > 0 && con->refuse && con->ops->start_slope) PetscCall(SlipSemismoothCheckStart(snes, con));
   PetscCall(SlipConstraintFinish(con, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

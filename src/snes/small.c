@@ -361,7 +361,7 @@ static PetscErrorCode SmallCheck(const SlipSmall *p)
 PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstraint *con)
 {
   const SlipConstraintOps ops = {Stage,       Residual,  Jacobian,   Bound, Reduce, Lift, Smooth,
-                                 AddReaction, SolveMass, BoundState, NULL,  NULL,   NULL};
+                                 AddReaction, SolveMass, BoundState, NULL,  NULL,   NULL, NULL};
   PetscInt n, m, f;
   Small *s;
   Vec x;
