@@ -54,6 +54,7 @@ static PetscErrorCode ParseNumbers(CMAOptions *o, SlipOptionItems PetscOptionsOb
 /* Of faults, small models and users' problems */
 static PetscErrorCode ParseDial(MPI_Comm comm, CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
+  enum { OF_STEPS = 3 }; /* the last ones: others choose ratios of steps */
   const NumberOption row[] = {
     OPTION_INTEGER("-train_layers", "Number of hidden layers", &o->layers, 1, CMA_MAX_LAYERS),
     OPTION_INTEGER("-train_singles", "Episodes of one cell", &o->nsingle, 1, 100000),
@@ -67,25 +68,25 @@ static PetscErrorCode ParseDial(MPI_Comm comm, CMAOptions *o, SlipOptionItems Pe
     OPTION_INTEGER("-train_late_meshes", "Episodes on meshes in one of these", &o->late_mesh, 0, 100000),
     OPTION_INTEGER("-train_calibration", "Episodes of each kind by which the dial is calibrated", &o->calibration, 1,
                    100000),
-    OPTION_REAL("-train_moving_dt_max",
-                "Longest step while anything moves [T*]; what rests is stepped over to the end of its rest. 0: no such "
-                "rule",
-                &o->moving, 0, PETSC_MAX_REAL),
     OPTION_REAL("-train_within",
                 "Share of the calibration's runs, of single cells and of meshes, that shall keep the dial in every "
                 "third of its range: it is moved for that. 0: as trained",
                 &o->within, 0, 1),
-    OPTION_REAL("-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, 1e-12, PETSC_MAX_REAL),
-    OPTION_REAL("-train_dt_max", "Longest step the policy can choose [T*; the circuit: t_max]", &o->dt_max, 1e-12,
-                PETSC_MAX_REAL),
     OPTION_REAL("-train_dial_low", "Lowest position of the accuracy dial", &o->low, TSADAPTRL_ACCURACY_MIN,
                 PETSC_MAX_REAL),
     OPTION_REAL("-train_dial_high", "Highest position of the accuracy dial", &o->high, TSADAPTRL_ACCURACY_MIN,
+                PETSC_MAX_REAL),
+    OPTION_REAL("-train_moving_dt_max",
+                "Longest step while anything moves [T*]; what rests is stepped over to the end of its rest. 0: no such "
+                "rule",
+                &o->moving, 0, PETSC_MAX_REAL),
+    OPTION_REAL("-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, 1e-12, PETSC_MAX_REAL),
+    OPTION_REAL("-train_dt_max", "Longest step the policy can choose [T*; the circuit: t_max]", &o->dt_max, 1e-12,
                 PETSC_MAX_REAL)};
 
   PetscFunctionBegin;
   PetscCall(ParseObservations(o, PetscOptionsObject));
-  PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
+  PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row) - (o->dt_max > 0 ? 0 : OF_STEPS), row));
   if (!o->problem->cma->kinds) o->nmesh = o->batch_mesh = o->late_mesh = 0;
   PetscCheck(o->dt_min < o->dt_max || strcmp(o->dt_max_unit, "T*"), comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_dt_min is %.6g T* and -train_dt_max %.6g T*, expected a longer -train_dt_max", (double)o->dt_min,

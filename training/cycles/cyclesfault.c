@@ -1,5 +1,6 @@
 /* Small faults with cycles of events, drawn at random, and runs of them under a controller. */
 #include "cycles.h"
+#include "environment/libraryrun.h"
 #include <slipcompat.h>
 #include <math.h>
 
@@ -128,37 +129,6 @@ static PetscErrorCode Follow(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetController(TS ts, SlipPolicy policy, PetscReal accuracy, PetscReal rtol)
-{
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  PetscCall(TSSetType(ts, TSADAMS));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, policy ? TSADAPTRL : TSADAPTBASIC));
-  if (policy) {
-    PetscCall(TSAdaptRLSetPolicy(adapt, policy));
-    PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
-    PetscCall(TSAdaptRLSetStrict(adapt, PETSC_TRUE));
-  } else {
-    PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, rtol, NULL));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A controller may drive a run anywhere: an error of the library's is a run that is not good. */
-static PetscErrorCode Solve(TS ts, Vec w, PetscBool *solved)
-{
-  PetscErrorCode code;
-
-  PetscFunctionBegin;
-  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  code = TSSolve(ts, w);
-  PetscCall(PetscPopErrorHandler());
-  *solved = code ? PETSC_FALSE : PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* most: events after which it ends; end [s], steps: so does it there */
 static PetscErrorCode Integrate(SlipFault fault, SlipPolicy policy, PetscReal accuracy, PetscReal rtol, PetscInt most,
                                 PetscReal end, PetscInt steps, CycleResult *r)
@@ -173,12 +143,13 @@ static PetscErrorCode Integrate(SlipFault fault, SlipPolicy policy, PetscReal ac
   PetscCall(SlipFaultSetInitialState(fault, w));
   PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
   PetscCall(SlipFaultConfigureTS(fault, ts));
-  PetscCall(SetController(ts, policy, accuracy, rtol));
+  PetscCall(TSSetType(ts, TSADAMS));
+  PetscCall(RunSetController(ts, policy, accuracy, TSADAPTBASIC, rtol));
   PetscCall(TSSetMaxTime(ts, end));
   PetscCall(TSSetMaxSteps(ts, steps));
   PetscCall(TSSetErrorIfStepFails(ts, PETSC_FALSE));
   PetscCall(TSMonitorSet(ts, Follow, &watch, NULL));
-  PetscCall(Solve(ts, w, &r->good));
+  PetscCall(RunSolve(ts, w, &r->good));
   PetscCall(TSGetStepNumber(ts, &r->steps));
   PetscCall(TSGetStepRejections(ts, &r->rejected));
   r->products = 2 * r->steps + r->rejected;

@@ -2,12 +2,9 @@
    and the stability of explicit steps allow. */
 #include "cycles.h"
 #include "environment/cmaproblem.h"
-#include "common/files.h"
 #include <slipcompat.h>
-#include <math.h>
 
 enum { UNITS = 3 };
-#define RATIO_MAX 10                              /* of steps, as basic's limits */
 static const PetscReal Dial[2] = {1e-4, 1e-2};    /* range of the training */
 static const PetscReal Trusted[2] = {1e-4, 1e-3}; /* and of the file: beyond, coarser faults than these lose events */
 static const PetscReal Judged[CMA_DIALS] = {3e-4, 1e-3, 5e-3}; /* of the validation */
@@ -25,7 +22,7 @@ enum { ROWS = PETSC_STATIC_ARRAY_LENGTH(Rows), WEIGHTS = (ROWS + 2) * UNITS + 1 
 #define STABLE_BIAS 0.48    /* log10 of the step at the dial 1e-3 in units of the relaxation time: 3 */
 #define RTOL_START 2e-2     /* tolerance at the dial 1e-3, of the worst cell */
 #define RTOL_POWER 1
-#define RTOL_SCALE 4 /* of the last two numbers: they may move so much faster than weights */
+#define UNIT 1e-3 /* that dial */
 
 static PetscErrorCode SetUp(CMAOptions *o)
 {
@@ -74,37 +71,17 @@ static void Start(const CMAOptions *o, double w[])
   bias[2] = ERROR_BIAS - STABLE_BIAS;
   out[0] = 1;
   out[1] = out[2] = -1;
-  w[WEIGHTS] = log(RTOL_START) / RTOL_SCALE;
-  w[WEIGHTS + 1] = (double)RTOL_POWER / RTOL_SCALE;
-}
-
-static void SetRange(const CMAOptions *o, const PetscReal dial[2], PetscReal low[], PetscReal high[])
-{
-  for (PetscInt i = 0; i < o->nobs; ++i) { /* others than the dial have no range that a run could leave */
-    low[i] = -1000;
-    high[i] = 1000;
-  }
-  low[CMAFind(o, SLIP_OBSERVES_ACCURACY)] = PetscLog10Real(dial[0]);
-  high[CMAFind(o, SLIP_OBSERVES_ACCURACY)] = PetscLog10Real(dial[1]);
+  CMARatioStart(RTOL_START, RTOL_POWER, w + WEIGHTS);
 }
 
 static void Range(const CMAOptions *o, PetscReal low[], PetscReal high[])
 {
-  SetRange(o, Trusted, low, high);
+  CMADialRange(o, Trusted, low, high);
 }
 
 static PetscErrorCode Policy(const CMAOptions *o, const double w[], SlipPolicy policy)
 {
-  const double power = RTOL_SCALE * w[WEIGHTS + 1];
-  PetscReal low[ROWS], high[ROWS];
-
-  PetscFunctionBegin;
-  PetscCall(SlipPolicySetAction(policy, -1, 1, (PetscReal)1 / RATIO_MAX, "h", RATIO_MAX, "h", PETSC_TRUE));
-  SetRange(o, Dial, low, high);
-  PetscCall(SlipPolicySetRange(policy, low, high));
-  PetscCall(PolicySetNumber(policy, SLIP_POLICY_RTOL_FACTOR, "%.6g", exp(RTOL_SCALE * w[WEIGHTS]) * pow(1e-3, -power)));
-  PetscCall(PolicySetNumber(policy, SLIP_POLICY_RTOL_POWER, "%.6g", power));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return CMARatioPolicy(o, w + WEIGHTS, UNIT, Dial, policy);
 }
 
 static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)

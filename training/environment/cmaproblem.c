@@ -1,7 +1,9 @@
 /* The network that CMA-ES trains, of any problem: its weights as a policy. */
 #include "cmaproblem.h"
 #include "environment.h"
+#include "common/files.h"
 #include <slipcompat.h>
+#include <math.h>
 
 /* An energy of a fault lies in [0, 1] */
 PetscErrorCode CMAObservationsSet(CMAOptions *o, const char *const names[])
@@ -34,6 +36,56 @@ PetscInt CMAFind(const CMAOptions *o, const char name[])
   return -1;
 }
 
+void CMADialRange(const CMAOptions *o, const PetscReal dial[2], PetscReal low[], PetscReal high[])
+{
+  for (PetscInt i = 0; i < o->nobs; ++i) {
+    low[i] = -1000;
+    high[i] = 1000;
+  }
+  low[CMAFind(o, SLIP_OBSERVES_ACCURACY)] = PetscLog10Real(dial[0]);
+  high[CMAFind(o, SLIP_OBSERVES_ACCURACY)] = PetscLog10Real(dial[1]);
+}
+
+void CMARatioStart(double rtol, double power, double number[2])
+{
+  number[0] = log(rtol) / CMA_RTOL_SCALE;
+  number[1] = power / CMA_RTOL_SCALE;
+}
+
+PetscErrorCode CMARatioPolicy(const CMAOptions *o, const double number[2], double unit, const PetscReal dial[2],
+                              SlipPolicy policy)
+{
+  const double power = CMA_RTOL_SCALE * number[1];
+  PetscReal low[CMA_MAX_OBS], high[CMA_MAX_OBS];
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicySetAction(policy, -1, 1, (PetscReal)1 / CMA_RATIO_MAX, "h", CMA_RATIO_MAX, "h", PETSC_TRUE));
+  CMADialRange(o, dial, low, high);
+  PetscCall(SlipPolicySetRange(policy, low, high));
+  PetscCall(
+    PolicySetNumber(policy, SLIP_POLICY_RTOL_FACTOR, "%.6g", exp(CMA_RTOL_SCALE * number[0]) * pow(unit, -power)));
+  PetscCall(PolicySetNumber(policy, SLIP_POLICY_RTOL_POWER, "%.6g", power));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A tolerance that follows the dial follows it where it is moved to. */
+static PetscErrorCode ShiftTolerance(const CMAOptions *o, const PetscReal shift[2], SlipPolicy policy)
+{
+  const PetscReal middle = 0.5 * PetscLog10Real(o->low * o->high);
+  PetscReal factor, power;
+  PetscBool follows, powered;
+
+  PetscFunctionBegin;
+  if (shift[0] == 0 && shift[1] == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipPolicyGetNumber(policy, SLIP_POLICY_RTOL_FACTOR, &factor, &follows));
+  PetscCall(SlipPolicyGetNumber(policy, SLIP_POLICY_RTOL_POWER, &power, &powered));
+  if (!follows || !powered) PetscFunctionReturn(PETSC_SUCCESS);
+  factor *= PetscPowReal(10, power * (shift[0] - shift[1] * middle));
+  PetscCall(PolicySetNumber(policy, SLIP_POLICY_RTOL_FACTOR, "%.6g", (double)factor));
+  PetscCall(PolicySetNumber(policy, SLIP_POLICY_RTOL_POWER, "%.6g", (double)(power * (1 + shift[1]))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2], SlipPolicy *policy)
 {
   const PetscInt dial = CMAFind(o, SLIP_OBSERVES_ACCURACY);
@@ -57,5 +109,6 @@ PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const Pets
   }
   PetscCall(SlipPolicyAddLayer(*policy, in, 1, w, w + in, SLIP_ACTIVATION_LINEAR));
   PetscCall((*o->problem->cma->policy)(o, weights, *policy));
+  PetscCall(ShiftTolerance(o, shift, *policy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

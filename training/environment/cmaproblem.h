@@ -99,6 +99,15 @@ PETSC_INTERN PetscErrorCode CMAObservationsSet(CMAOptions *o, const char *const 
 PETSC_INTERN PetscInt CMACount(const CMAOptions *o); /* weights, and what is trained besides */
 /* Position of an observation; -1: not observed */
 PETSC_INTERN PetscInt CMAFind(const CMAOptions *o, const char name[]);
+/* ---- policies whose step is a ratio to the last one, with a tolerance that follows the dial: the last two numbers that are trained ---- */
+#define CMA_RATIO_MAX 10 /* of steps, as basic's limits */
+#define CMA_RTOL_SCALE 4 /* of the two numbers: they may move so much faster than weights */
+/* A range of the dial for a file; others have none that a run could leave. */
+PETSC_INTERN void CMADialRange(const CMAOptions *o, const PetscReal dial[2], PetscReal low[], PetscReal high[]);
+/* rtol at the dial of the unit, and its power: into the two numbers, and into the attributes of a policy with the range dial */
+PETSC_INTERN void CMARatioStart(double rtol, double power, double number[2]);
+PETSC_INTERN PetscErrorCode CMARatioPolicy(const CMAOptions *o, const double number[2], double unit,
+                                           const PetscReal dial[2], SlipPolicy policy);
 /* shift: decades by which the dial is moved before the network sees it, in the middle of its range, and per decade */
 PETSC_INTERN PetscErrorCode CMAPolicy(const CMAOptions *o, const double w[], const PetscReal shift[2],
                                       SlipPolicy *policy);

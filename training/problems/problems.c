@@ -3,8 +3,8 @@
 #include "common/options.h"
 #include <slipcompat.h>
 
-const Problem *const ProblemTable[] = {&ProblemFault,  &ProblemDial, &ProblemSlidingMode, &ProblemCircuit, &ProblemOde,
-                                       &ProblemCycles, NULL};
+const Problem *const ProblemTable[] = {&ProblemFault, &ProblemDial,   &ProblemSlidingMode, &ProblemCircuit,
+                                       &ProblemOde,   &ProblemCycles, &ProblemRupture,     NULL};
 
 PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, PetscBool by_cma, const Problem **row)
 {

@@ -1,0 +1,330 @@
+/* Small faults that rupture from a patch, drawn at random, and runs of them under a controller. */
+#include "ruptures.h"
+#include "environment/libraryrun.h"
+#include <slipcompat.h>
+#include <math.h>
+
+#define SHEAR 30e9          /* [Pa] */
+#define RESIDUAL 0.5        /* friction after all weakening */
+#define CELL_STIFFNESS 1.05 /* of a square cell by itself, over the shear modulus by its side: sqrt(2)/pi 7/3 */
+#define FULL 0.98           /* the stress outside of the patch is at most this share of the strength */
+#define UNSTABLE 1.01       /* and this one in it */
+#define COARSE_RTOL 1e-2
+#define FADED 1e-3          /* a rupture has ended when the mean rate is this share of its peak */
+#define LEAST_BROKEN 0.1    /* share of the cells that a rupture breaks, not to be drawn again */
+#define LONGEST 400         /* [T*] */
+#define MOST_ATTEMPTS 40000 /* of a reference */
+#define WAVES 40
+#define MARGINAL (PetscReal)1.25
+
+static const PetscInt Meshes[][2] = {{12, 6}, {16, 6}, {10, 10}, {16, 8}, {24, 4}, {20, 6}};
+
+/* ---- a fault ---- */
+
+typedef struct {
+  PetscInt nx, nz;
+  double side, stress, drop, weakening, scatter, length; /* [m], [Pa], mean, over the stiffness, relative, [cells] */
+  double share, patch[3];                                /* of the drop; x, z, radius [cells] */
+  double thickness;                                      /* [m] */
+  PetscBool inertia, exact;                              /* exact: viscosity by the square root */
+} Draw;
+
+static void DrawFault(Random *random, PetscInt larger, Draw *d)
+{
+  const PetscInt *mesh = Meshes[RandomIndex(random, PETSC_STATIC_ARRAY_LENGTH(Meshes))];
+  const double kind = RandomUniform(random);
+
+  d->nx = larger * mesh[0];
+  d->nz = larger * mesh[1];
+  d->side = RandomLog(random, 100, 1000);
+  d->stress = RandomLog(random, 15e6, 100e6);
+  d->drop = RandomLog(random, 0.05, 0.3);
+  d->weakening = RandomLog(random, 0.2, 0.8);
+  d->scatter = 0.3 * RandomUniform(random);
+  d->length = RandomLog(random, 2, 8);
+  d->share = 0.45 + 0.3 * RandomUniform(random);
+  d->patch[2] = (1.2 + 1.3 * RandomUniform(random)) * 0.58 / (CELL_STIFFNESS * d->weakening) + 0.8;
+  d->patch[0] = RandomUniform(random) * (double)d->nx;
+  d->patch[1] = RandomUniform(random) * (double)d->nz;
+  d->thickness = RandomLog(random, 0.3, 1) * d->side * (double)PetscMax(d->nx, d->nz);
+  d->inertia = kind < 0.3 ? PETSC_TRUE : PETSC_FALSE;
+  d->exact = kind < 0.1 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
+{
+  const struct {
+    const char *name;
+    double value;
+  } rows[] = {{"nx", (double)d->nx},
+              {"nz", (double)d->nz},
+              {"length_x", (double)d->nx * d->side},
+              {"length_z", (double)d->nz * d->side},
+              {"thickness", d->thickness},
+              {"shear_modulus", SHEAR},
+              {"normal_stress", d->stress},
+              {"normal_stress_gradient", 0},
+              {"friction_residual", RESIDUAL}};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++)
+    PetscCall(SlipFaultSetReal(fault, rows[i].name, (PetscReal)rows[i].value));
+  PetscCall(SlipFaultSetString(fault, "initial", "traction"));
+  PetscCall(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
+  PetscCall(SlipFaultSetBool(fault, "inertia", d->inertia));
+  PetscCall(SlipFaultSetString(fault, "viscosity", d->exact ? "sqrtm" : "radiation"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of mean 0 and variance 1 over all draws: waves of random directions, whose lengths are from one to eight of the correlation's */
+static void DrawField(Random *random, const Draw *d, PetscReal field[])
+{
+  const PetscInt n = d->nx * d->nz;
+
+  for (PetscInt i = 0; i < n; i++) field[i] = 0;
+  for (PetscInt k = 0; k < WAVES; k++) {
+    const double angle = 2 * PETSC_PI * RandomUniform(random), phase = 2 * PETSC_PI * RandomUniform(random);
+    const double number = 2 * PETSC_PI / (d->length * RandomLog(random, 1, 8));
+
+    for (PetscInt i = 0; i < n; i++)
+      field[i] +=
+        (PetscReal)(sqrt(2.0 / WAVES) *
+                    cos(number * (cos(angle) * ((double)(i % d->nx) + 0.5) + sin(angle) * ((double)(i / d->nx) + 0.5)) +
+                        phase));
+  }
+}
+
+/* weaken [n]: d_c [m] */
+static PetscErrorCode SetFields(Random *random, const Draw *d, SlipFault fault, PetscReal weaken[])
+{
+  const PetscInt n = d->nx * d->nz;
+  PetscReal *drop, *stress;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(n, &drop, n, &stress));
+  DrawField(random, d, drop);
+  DrawField(random, d, stress);
+  for (PetscInt i = 0; i < n; i++) {
+    const double x = (double)(i % d->nx) + 0.5 - d->patch[0], z = (double)(i / d->nx) + 0.5 - d->patch[1];
+    double strength;
+
+    drop[i] = (PetscReal)(d->drop * PetscMax(1 + d->scatter * (double)drop[i], 0.1));
+    strength = (RESIDUAL + (double)drop[i]) * d->stress;
+    stress[i] = (PetscReal)(d->stress * (RESIDUAL + d->share * (1 + d->scatter * (double)stress[i]) * (double)drop[i]));
+    stress[i] = PetscMin(stress[i], (PetscReal)(FULL * strength));
+    if (hypot(x, z) < d->patch[2]) stress[i] = (PetscReal)(UNSTABLE * strength);
+    weaken[i] = (PetscReal)((double)drop[i] * d->stress * d->side / (d->weakening * CELL_STIFFNESS * SHEAR));
+  }
+  PetscCall(SlipFaultSetField(fault, "friction_drop", n, drop));
+  PetscCall(SlipFaultSetField(fault, "friction_slip", n, weaken));
+  PetscCall(SlipFaultSetField(fault, "initial_traction", n, stress));
+  PetscCall(PetscFree2(drop, stress));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a run ---- */
+
+static PetscErrorCode RunDestroy(RuptureRun *r)
+{
+  PetscFunctionBegin;
+  PetscCall(TableClear(&r->course));
+  PetscCall(PetscFree2(r->broke, r->slip));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+typedef struct {
+  const RuptureEpisode *e;
+  RuptureRun *r;
+  PetscReal *before; /* [2 n] slip and rate of each cell at the last step */
+  PetscReal last;    /* [s] */
+  PetscReal peak;    /* largest mean rate so far [m/s] */
+  PetscBool fade;    /* it ends when it has faded */
+} Watch;
+
+/* When a cell's slip, a cubic between two steps, first reaches d_c; share: of the step */
+static PetscReal Crossing(PetscReal s0, PetscReal v0, PetscReal s1, PetscReal v1, PetscReal h, PetscReal weaken)
+{
+  const SlipCourseNode node[2] = {{0, s0, v0}, {h, s1, v1}};
+
+  return SlipCourseTime(2, node, weaken / s1);
+}
+
+static PetscErrorCode Follow(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
+{
+  Watch *watch = (Watch *)ctx;
+  RuptureRun *r = watch->r;
+  PetscReal row[3] = {t, 0, 0};
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < r->n; i++) {
+    const PetscReal v = PetscAbsReal(a[3 * i]), s = a[3 * i + 2];
+
+    row[1] += s / (PetscReal)r->n;
+    row[2] += v / (PetscReal)r->n;
+    if (step > 0 && r->broke[i] < 0 && s >= watch->e->weaken[i])
+      r->broke[i] = watch->last + Crossing(watch->before[2 * i], watch->before[2 * i + 1], s, v, t - watch->last,
+                                           watch->e->weaken[i]);
+    watch->before[2 * i] = r->slip[i] = s;
+    watch->before[2 * i + 1] = v;
+  }
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(TableAdd(&r->course, row));
+  watch->last = t;
+  watch->peak = PetscMax(watch->peak, row[2]);
+  if (watch->fade && row[2] < FADED * watch->peak) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* end [s]: where it ends, or earlier with fade; most: attempts after which it is not good */
+static PetscErrorCode Integrate(const RuptureEpisode *e, SlipPolicy policy, PetscReal accuracy, TSAdaptType type,
+                                PetscReal rtol, PetscReal end, PetscBool fade, PetscInt most, RuptureRun *r)
+{
+  Watch watch = {.e = e, .r = r, .fade = fade};
+  PetscInt attempts, newton, linear;
+  PetscReal t;
+  Vec w;
+  TS ts;
+
+  PetscFunctionBegin;
+  *r = (RuptureRun){.course = {.width = 3}, .n = e->n};
+  PetscCall(PetscMalloc2(e->n, &r->broke, e->n, &r->slip));
+  for (PetscInt i = 0; i < e->n; i++) r->broke[i] = -1;
+  PetscCall(PetscCalloc1(2 * e->n, &watch.before));
+  PetscCall(SlipFaultCreateState(e->fault, &w));
+  PetscCall(SlipFaultSetInitialState(e->fault, w));
+  PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
+  PetscCall(SlipFaultConfigureTS(e->fault, ts));
+  PetscCall(RunSetController(ts, policy, accuracy, type, rtol));
+  PetscCall(TSSetMaxTime(ts, end));
+  PetscCall(TSSetMaxSteps(ts, most));
+  PetscCall(TSSetErrorIfStepFails(ts, PETSC_FALSE));
+  PetscCall(TSMonitorSet(ts, Follow, &watch, NULL));
+  PetscCall(RunSolve(ts, w, &r->good));
+  PetscCall(TSBatheGetTotals(ts, &attempts, &r->accepted, &r->solves, &newton, &linear));
+  PetscCall(TSGetTime(ts, &t));
+  if (!fade && t < end * (1 - 1e-9)) r->good = PETSC_FALSE;
+  PetscCall(TSDestroy(&ts));
+  PetscCall(VecDestroy(&w));
+  PetscCall(PetscFree(watch.before));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const SlipCourseNode *Nodes(const RuptureRun *r)
+{
+  return (const SlipCourseNode *)r->course.data;
+}
+
+/* RMS over the cells that broke in the reference of the error of the time, over the rise time; a cell that broke in one of the two
+   alone counts as 1. Cells whose final slip is close to d_c are left to the error of the field. */
+static PetscReal BreakError(const RuptureEpisode *e, const RuptureRun *r)
+{
+  const PetscReal *a = r->broke, *b = e->reference.broke;
+  PetscReal sum = 0;
+  PetscInt broken = 0;
+
+  for (PetscInt i = 0; i < e->n; i++) {
+    const PetscReal over = e->reference.slip[i] / e->weaken[i];
+
+    if (over > 1 / MARGINAL && over < MARGINAL) continue;
+    if (b[i] >= 0) broken++;
+    if (a[i] < 0 && b[i] < 0) continue;
+    sum += a[i] < 0 || b[i] < 0 ? 1 : PetscMin(1, PetscSqr((a[i] - b[i]) / e->rise));
+  }
+  return PetscSqrtReal(sum / (PetscReal)PetscMax(broken, 1));
+}
+
+static PetscReal FieldError(const RuptureEpisode *e, const RuptureRun *r)
+{
+  PetscReal sum = 0, whole = 0;
+
+  for (PetscInt i = 0; i < e->n; i++) {
+    sum += PetscSqr(r->slip[i] - e->reference.slip[i]);
+    whole += PetscSqr(e->reference.slip[i]);
+  }
+  return PetscSqrtReal(sum / whole);
+}
+
+PetscErrorCode RuptureEpisodeRun(RuptureEpisode *e, SlipPolicy policy, PetscReal accuracy, TSAdaptType type,
+                                 PetscReal rtol, PetscInt *solves, PetscInt *rejected, PetscReal errors[],
+                                 PetscReal *error)
+{
+  RuptureRun r;
+
+  PetscFunctionBegin;
+  PetscCall(Integrate(e, policy, accuracy, type, rtol, e->end, PETSC_FALSE, 20 * e->usual, &r));
+  *solves = r.solves;
+  *rejected = r.solves - r.accepted;
+  for (PetscInt i = 0; i < SLIP_NUM_ERRORS; i++) errors[i] = 1;
+  *error = -1;
+  if (r.good) {
+    SlipCourseCompare(r.course.n, Nodes(&r), e->reference.course.n, Nodes(&e->reference), errors);
+    errors[SLIP_ERROR_FIELD] = FieldError(e, &r);
+    *error = PetscMax(SlipMeasureOf(&SlipMeasures[0], errors), BreakError(e, &r));
+  }
+  PetscCall(RunDestroy(&r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- an episode ---- */
+
+static PetscErrorCode Judge(RuptureEpisode *e, double margin, PetscBool *good)
+{
+  RuptureRun r;
+  PetscReal tstar;
+  PetscInt broken = 0;
+
+  PetscFunctionBegin;
+  *good = PETSC_FALSE;
+  PetscCall(SlipFaultGetTimeScale(e->fault, &tstar));
+  PetscCall(Integrate(e, NULL, 0, TSADAPTPI, COARSE_RTOL, LONGEST * tstar, PETSC_TRUE, 4000, &r));
+  for (PetscInt i = 0; i < e->n; i++) broken += r.broke[i] >= 0 ? 1 : 0;
+  if (r.good && r.course.n > 1) e->end = Nodes(&r)[r.course.n - 1].time * (PetscReal)margin;
+  e->usual = r.solves;
+  *good = r.good && (PetscReal)broken >= LEAST_BROKEN * (PetscReal)e->n ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(RunDestroy(&r));
+  if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(
+    Integrate(e, NULL, 0, TSADAPTPI, RUPTURE_REFERENCE_RTOL, e->end, PETSC_FALSE, MOST_ATTEMPTS, &e->reference));
+  *good = e->reference.good;
+  if (*good)
+    e->rise = SlipCourseTime(e->reference.course.n, Nodes(&e->reference), (PetscReal)0.9) -
+              SlipCourseTime(e->reference.course.n, Nodes(&e->reference), (PetscReal)0.1);
+  else
+    PetscCall(RunDestroy(&e->reference));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RuptureEpisodeCreate(uint64_t seed, PetscInt larger, RuptureEpisode *e)
+{
+  PetscBool good = PETSC_FALSE;
+  Random random;
+
+  PetscFunctionBegin;
+  RandomSeed(&random, seed);
+  while (!good) {
+    Draw d;
+
+    *e = (RuptureEpisode){0};
+    DrawFault(&random, larger, &d);
+    e->n = d.nx * d.nz;
+    PetscCall(PetscMalloc1(e->n, &e->weaken));
+    PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
+    PetscCall(SetNumbers(&d, e->fault));
+    PetscCall(SetFields(&random, &d, e->fault, e->weaken));
+    PetscCall(SlipFaultSetUp(e->fault));
+    PetscCall(Judge(e, 1 + 2 * RandomUniform(&random) * RandomUniform(&random), &good));
+    if (!good) PetscCall(RuptureEpisodeDestroy(e));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RuptureEpisodeDestroy(RuptureEpisode *e)
+{
+  PetscFunctionBegin;
+  PetscCall(RunDestroy(&e->reference));
+  PetscCall(PetscFree(e->weaken));
+  PetscCall(SlipFaultDestroy(&e->fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
