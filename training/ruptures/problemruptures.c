@@ -100,14 +100,16 @@ static PetscErrorCode Destroy(void **episode)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Run(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
+/* Without a policy the classical controller */
+static PetscErrorCode RunUnder(void *episode, SlipPolicy policy, TSAdaptType type, PetscReal setting,
+                               EpisodeResult *result)
 {
   RuptureEpisode *e = (RuptureEpisode *)episode;
   PetscReal errors[SLIP_NUM_ERRORS], error;
   PetscInt solves, rejected;
 
   PetscFunctionBegin;
-  PetscCall(RuptureEpisodeRun(e, policy, accuracy, NULL, 0, &solves, &rejected, errors, &error));
+  PetscCall(RuptureEpisodeRun(e, policy, setting, type, setting, &solves, &rejected, errors, &error));
   *result = (EpisodeResult){.solves = solves,
                             .attempts = solves,
                             .failures = rejected,
@@ -115,10 +117,23 @@ static PetscErrorCode Run(void *episode, SlipPolicy policy, PetscReal accuracy, 
                             .done = error < 0 ? 0 : 1,
                             .usual = (PetscReal)e->usual};
   PetscCall(PetscArraycpy(result->errors, errors, SLIP_NUM_ERRORS));
-  result->cost = error < 0 ? LOST
-                           : PetscLogReal((PetscReal)solves / (PetscReal)e->usual) +
-                               PetscLogReal(PetscClipInterval(error / accuracy, (PetscReal)1, (PetscReal)WORST_ERROR));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
+{
+  PetscFunctionBegin;
+  PetscCall(RunUnder(episode, policy, NULL, accuracy, result));
+  result->cost = result->done < 1
+                   ? LOST
+                   : PetscLogReal((PetscReal)result->solves / result->usual) +
+                       PetscLogReal(PetscClipInterval(result->error / accuracy, (PetscReal)1, (PetscReal)WORST_ERROR));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Classical(void *episode, TSAdaptType type, PetscReal rtol, EpisodeResult *result)
+{
+  return RunUnder(episode, NULL, type, rtol, result);
 }
 
 static PetscErrorCode Say(const CMAScore *score, char text[], size_t len)
@@ -144,6 +159,7 @@ static const CMAProblem CMARuptures = {.episodes = "faults",
                                        .create = Create,
                                        .destroy = Destroy,
                                        .run = Run,
+                                       .classical = Classical,
                                        .say = Say};
 
 const Problem ProblemRupture = {
