@@ -8,6 +8,7 @@
    relative errors of the slip below 2e-6 in all. For one slip event dsp is the better one: 8 x 8 cells without loading
    take 80 solves and 67, and ratio_max = 2 makes them 65. */
 #include <slipstep/private/slipadapt.h>
+#include <string.h>
 
 #define DEFAULT_FILTER 6 /* H211b4 */
 
@@ -64,6 +65,40 @@ static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@C
+  TSAdaptPISetFilter - the named filter of the controller: its exponents and the limits of the ratio of steps
+
+  Logically collective; without effect when the type of adapt is not `TSADAPTPI`
+
+  Input Parameters:
++ adapt - the controller
+- name  - elementary, PI33, PI34, PI42, H211PI, H211b2, H211b4 or fault_history
+
+  Options Database Key:
+. -ts_adapt_pi_filter <H211b4> - the same
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another name
+
+.seealso: TSADAPTPI
+@*/
+PetscErrorCode TSAdaptPISetFilter(TSAdapt adapt, const char name[])
+{
+  PetscBool pi;
+  PetscInt i = 0;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTPI, &pi));
+  if (!pi) PetscFunctionReturn(PETSC_SUCCESS);
+  while (i < SLIP_NUM_FILTERS && strcmp(SlipFilters[i].name, name)) i++;
+  PetscCheck(i < SLIP_NUM_FILTERS, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "-ts_adapt_pi_filter is %s; expected a named filter, as H211b4 or fault_history", name);
+  ((TSAdapt_PI *)adapt->data)->filter = SlipFilters[i];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* TSAdaptView() calls it for ASCII viewers only. */
 static PetscErrorCode TSAdaptView_PI(TSAdapt adapt, PetscViewer viewer)
 {
@@ -107,7 +142,7 @@ static PetscErrorCode SlipState_PI(TSAdapt adapt, SlipState s)
   whole course of slip, with -ts_rtol 0.888 a^1.5: 0.028 for a = 1e-1, 0.00088 for 1e-2. It has limits of the ratio of its
   own, 0.1642 and 18.62.
 
-.seealso: TSADAPTHEURISTIC, TSADAPTRL, TSADAPTDSP
+.seealso: TSAdaptPISetFilter(), TSADAPTHEURISTIC, TSADAPTRL, TSADAPTDSP
 M*/
 PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt)
 {

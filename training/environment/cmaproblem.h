@@ -90,7 +90,8 @@ struct _CMAProblem {
   PetscErrorCode (*create)(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode);
   PetscErrorCode (*destroy)(void **episode);
   PetscErrorCode (*run)(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
-  /* Under a classical controller in place of a policy; its cost is not set. NULL: the problem cannot */
+  /* Under a classical controller in place of a policy, as "dsp" or with a named filter "dsp:PI42"; its cost is not set. NULL: the
+     problem cannot */
   PetscErrorCode (*classical)(void *episode, TSAdaptType type, PetscReal rtol, EpisodeResult *result);
   PetscErrorCode (*watch)(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn, void *ctx);
   PetscErrorCode (*say)(const CMAScore *score, char text[], size_t len); /* of a validation, for the line of progress */

@@ -1,5 +1,6 @@
 /* Episodes, see episodes.h. */
 #include "episodes.h"
+#include "environment/libraryrun.h"
 #include <math.h>
 #include <slipcompat.h>
 
@@ -7,6 +8,8 @@
 #define FIRST_STEP 0.01     /* of a controller that does not choose it, SlipFaultConfigureTS()'s [T*] */
 #define THINNING 10         /* every so many of its steps are kept */
 #define MIN_SLIP 0.2        /* a drawn fault that slips less than this share of what its drop implies is drawn again */
+
+#define CLASSICAL_ATTEMPTS 100000
 
 #define FAMILY_TRIES 50 /* draws of a family in a row that are of no use */
 
@@ -394,6 +397,33 @@ PetscErrorCode EpisodeRun(void *episode, SlipPolicy policy, PetscReal accuracy, 
   } else
     PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
   result->cost = EpisodeCost(result, accuracy);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Its steps are not bounded as those of a policy: a tight tolerance takes many. */
+PetscErrorCode EpisodeRunClassical(void *episode, TSAdaptType type, PetscReal rtol, EpisodeResult *result)
+{
+  Episode *e = (Episode *)episode;
+  PetscInt attempts, accepted, solves, newton, linear;
+  PetscReal rtol_before;
+  TSAdapt adapt;
+  PetscBool solved;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTolerances(e->ts, NULL, NULL, &rtol_before, NULL));
+  PetscCall(EpisodeRewind(e, TSADAPTRL_ACCURACY_MAX));
+  e->attempts_left = CLASSICAL_ATTEMPTS;
+  PetscCall(TSSetMaxSteps(e->ts, CLASSICAL_ATTEMPTS));
+  PetscCall(RunSetController(e->ts, NULL, 0, type, rtol));
+  PetscCall(RunSolve(e->ts, e->w, &solved));
+  PetscCall(TSBatheGetTotals(e->ts, &attempts, &accepted, &solves, &newton, &linear));
+  EpisodeConclude(e, solves, accepted, result);
+  if (!solved) result->done = PetscMin(result->done, (PetscReal)0.99);
+  PetscCall(TSSetTolerances(e->ts, PETSC_DEFAULT, NULL, rtol_before, NULL));
+  PetscCall(TSSetMaxSteps(e->ts, EPISODE_MAX_STEPS));
+  PetscCall(TSGetAdapt(e->ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
+  PetscCall(TSAdaptRLSetStrict(adapt, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

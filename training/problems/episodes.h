@@ -86,6 +86,8 @@ PETSC_INTERN PetscErrorCode EpisodeSolve(Episode *e, SlipPolicy policy, PetscRea
 /* Under a digital filter, with the fault's tolerances but for rtol; drawn faults only. */
 PETSC_INTERN PetscErrorCode EpisodeRunFilter(Episode *e, const SlipFilter *filter, PetscReal rtol,
                                              EpisodeResult *result);
+/* By the library under a classical controller in place of a policy, see CMAProblem */
+PETSC_INTERN PetscErrorCode EpisodeRunClassical(void *episode, TSAdaptType type, PetscReal rtol, EpisodeResult *result);
 /* By the library, with an observer of every observation vector of the policy; a user's problem too */
 PETSC_INTERN PetscErrorCode EpisodeWatch(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn,
                                          void *ctx);

@@ -256,6 +256,7 @@ const CMAProblem CMAFault = {CMA_DIAL,
                              .create = CreateForCMA,
                              .destroy = EpisodeDestroy,
                              .run = EpisodeRun,
+                             .classical = EpisodeRunClassical,
                              .watch = EpisodeWatch};
 
 const Problem ProblemDial = {.name = "fault_dial",

@@ -13,7 +13,7 @@
 #define FADED 1e-3          /* a rupture has ended when the mean rate is this share of its peak */
 #define LEAST_BROKEN 0.1    /* share of the cells that a rupture breaks, not to be drawn again */
 #define LONGEST 400         /* [T*] */
-#define MOST_ATTEMPTS 40000 /* of a reference */
+#define MOST_ATTEMPTS 40000 /* of a reference and of classical controllers */
 #define WAVES 40
 #define MARGINAL (PetscReal)1.25
 
@@ -253,7 +253,8 @@ PetscErrorCode RuptureEpisodeRun(RuptureEpisode *e, SlipPolicy policy, PetscReal
   RuptureRun r;
 
   PetscFunctionBegin;
-  PetscCall(Integrate(e, policy, accuracy, type, rtol, e->end, PETSC_FALSE, 20 * e->usual, &r));
+  PetscCall(
+    Integrate(e, policy, accuracy, type, rtol, e->end, PETSC_FALSE, policy ? 20 * e->usual : MOST_ATTEMPTS, &r));
   *solves = r.solves;
   *rejected = r.solves - r.accepted;
   for (PetscInt i = 0; i < SLIP_NUM_ERRORS; i++) errors[i] = 1;
