@@ -3,6 +3,8 @@ static const char help[] =
   "  mpirun -n 2 train -train_algorithm cmaes -train_output policy.h5   (with an accuracy dial: the default policy)\n"
   "  train -train_algorithm steps -fault_nx 4 -fault_nz 4 -train_output bound.h5   (the best steps that there are)\n"
   "  mpirun -n 2 train -train_algorithm filter   (a classical controller, tuned: options of -ts_adapt_type pi)\n"
+  "  train -train_algorithm tolerances -train_problem rupture   (-ts_rtol of each controller by the accuracy it "
+  "keeps)\n"
   "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
   "  train -train_algorithm cmaes -train_problem ode -train_output ode.h5   (the general policy, for any TS)\n"
   "  train -train_algorithm cmaes -train_problem cycles -train_output cycles.h5   (cycles of rate-and-state faults)\n"
@@ -15,6 +17,7 @@ static const char help[] =
 
 #include "cmaes/cmatrain.h"
 #include "common/options.h"
+#include "dials/tolerances.h"
 #include "offpolicy/sweep.h"
 #include "problems/problems.h"
 #include "steps/steps.h"
@@ -24,7 +27,7 @@ static const char help[] =
 /* What -train_ options there are, of all algorithms; test_options.py holds the list to the sources */
 static const char names[] =
   "algorithm alpha atol batch batch_meshes batch_singles buffer calibration checkpoint "
-  "checkpoint_interval continuation_step cost critic_network critics diagonal dial_high dial_low "
+  "checkpoint_interval continuation_step controllers cost critic_network critics diagonal dial_high dial_low "
   "discount drop drop_quantiles dt_max dt_min episodes evaluate_episodes evaluate_interval family generations "
   "hidden late_generations late_meshes late_singles layers learning_rate learning_starts log log_overwrite "
   "max_attempts mesh_side meshes minutes "
@@ -46,7 +49,8 @@ static const struct {
                 {"td3", "TD3", SweepTrain},
                 {"cmaes", "CMA-ES, with an accuracy dial", TrainCMA},
                 {"filter", "a classical controller, tuned", FilterTune},
-                {"steps", "the best steps that there are", StepsRun}};
+                {"steps", "the best steps that there are", StepsRun},
+                {"tolerances", "of classical controllers, by the accuracy that they keep", TolerancesRun}};
 enum { TRAINERS = PETSC_STATIC_ARRAY_LENGTH(Trainers) };
 
 static PetscErrorCode Run(PetscInt *failed)
