@@ -460,6 +460,8 @@ PETSC_EXTERN PetscBool SlipControlHalve(PetscInt failures, PetscInt max_failures
 PETSC_EXTERN PetscReal SlipControlShrink(PetscReal h, PetscReal next, PetscInt rejected);
 PETSC_EXTERN PetscReal SlipControlRest(PetscReal h, PetscReal limit, PetscReal rest, PetscReal left);
 PETSC_EXTERN PetscReal SlipControlMatch(PetscReal h, PetscReal left);
+PETSC_EXTERN PetscBool SlipControlAtEnd(PetscReal t, PetscReal end);
+PETSC_EXTERN PetscReal SlipControlEnd(PetscReal h, PetscReal t, PetscReal end);
 
 /* ---- hash.c: FNV-1a, of policies and of what caches hold ---- */
 #define SLIP_HASH_START UINT64_C(14695981039346656037)

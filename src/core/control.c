@@ -84,3 +84,17 @@ PetscReal SlipControlMatch(PetscReal h, PetscReal left)
   if ((PetscReal)1.01 * h > left) return left;
   return 2 * h > left ? (PetscReal)0.5 * left : h;
 }
+
+/* Does rounding alone tell a time from the end of a run? */
+PetscBool SlipControlAtEnd(PetscReal t, PetscReal end)
+{
+  return PetscAbsReal(end - t) <= 4 * PETSC_MACHINE_EPSILON * PetscAbsReal(end) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* A step h = end - t, rounded, may end beyond the end when the sum t + h is rounded, too: the longest one that does not. Where t is
+   more than half of the end neither is. */
+PetscReal SlipControlEnd(PetscReal h, PetscReal t, PetscReal end)
+{
+  while (t + h > end && SlipControlAtEnd(t + h, end)) h -= (PetscReal)0.5 * PETSC_MACHINE_EPSILON * h;
+  return h;
+}

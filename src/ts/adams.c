@@ -368,7 +368,7 @@ static PetscErrorCode Accept(TS ts, PetscReal next_h, PetscBool corner)
   PetscFunctionBegin;
   if (!ad->estimated) ad->next = PetscMin(PetscMin(ad->order + 1, ad->n), ad->max_order); /* as constant steps are */
   ad->before = ts->ptime;
-  ts->ptime += ts->time_step;
+  ts->ptime = SlipTimeAfterStep(ts);
   for (PetscInt j = 0; j < ad->n; j++) ad->age[j] += ts->time_step;
   ts->time_step = next_h;
   ad->since = ad->next == ad->order ? ad->since + 1 : 0;

@@ -328,7 +328,7 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscBool *accept)
   PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next, accept));
   ba->status = TS_STEP_INCOMPLETE;
   if (*accept) {
-    PetscCall(TSBatheAccept(ts, ts->ptime + ts->time_step));
+    PetscCall(TSBatheAccept(ts, SlipTimeAfterStep(ts)));
     if (ba->stops) { /* derivatives jump there */
       PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
       ba->k2_known = PETSC_FALSE;

@@ -2,14 +2,19 @@
 #include <slipstep/private/slipts.h>
 
 /* Before an attempt with ts->time_step. A step below the rounding of time goes nowhere; runs of centuries at tight tolerances get along
-   with some four times that, at the onset of an event. The rest of a run to its final time may be that short. */
+   with some four times that, at the onset of an event. The rest of a run to its final time may be that short, and goes beyond it by no
+   rounding: TSAdaptChoose() of PETSc 3.22 ends a run that does. */
 PetscErrorCode SlipGuardStep(TS ts)
 {
-  const PetscReal t = ts->ptime, h = ts->time_step;
+  const PetscReal t = ts->ptime;
+  const PetscReal h = ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP
+                        ? SlipControlEnd(ts->time_step, t, ts->max_time)
+                        : ts->time_step;
   const PetscReal least = PETSC_MACHINE_EPSILON * PetscAbsReal(t);
   const char *adapt = ts->adapt ? ((PetscObject)ts->adapt)->type_name : NULL;
 
   PetscFunctionBegin;
+  ts->time_step = h;
   if (h >= least || t + h >= ts->max_time) PetscFunctionReturn(PETSC_SUCCESS);
   SETERRQ(
     PetscObjectComm((PetscObject)ts), PETSC_ERR_CONV_FAILED,
@@ -17,6 +22,15 @@ PetscErrorCode SlipGuardStep(TS ts)
     "-ts_adapt_type %s, -ts_adapt_dt_min %g s)",
     (double)t, (double)h, (double)least, ((PetscObject)ts)->type_name, adapt ? adapt : "none",
     (double)(ts->adapt ? ts->adapt->dt_min : 0));
+}
+
+/* The time after the step that is taken, that of the end where only rounding is left until then. */
+PetscReal SlipTimeAfterStep(TS ts)
+{
+  const PetscReal time = ts->ptime + ts->time_step, end = ts->max_time;
+  const PetscBool match = ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP ? PETSC_TRUE : PETSC_FALSE;
+
+  return match && time < end && SlipControlAtEnd(time, end) ? end : time;
 }
 
 PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole)

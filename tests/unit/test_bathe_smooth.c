@@ -270,6 +270,43 @@ static void test_stiff(void **state)
   ObjectsDestroy(&y, &J, &ts);
 }
 
+/* A step to the end of a run whose end is rounded: the run ends exactly there, after this one step. */
+static void test_last_step(void **state)
+{
+  const PetscReal end = 63.9; /* half of which and more is a step whose last bit weighs as much as that of the end */
+  PetscInt rounded = 0, steps;
+  PetscReal t;
+  TS ts;
+  Vec y;
+  Mat J;
+
+  (void)state;
+  ok(VecCreateSeq(PETSC_COMM_SELF, 1, &y));
+  ok(MatCreateSeqDense(PETSC_COMM_SELF, 1, 1, NULL, &J));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(TSSetType(ts, TSBATHE));
+  ok(TSSetRHSFunction(ts, NULL, StiffRHS, NULL));
+  ok(TSSetRHSJacobian(ts, J, J, StiffJacobian, NULL));
+  ok(TSSetMaxTime(ts, end));
+  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  for (PetscReal start = 0.1; start < 30; start += 0.317) {
+    const PetscReal h = end - start;
+
+    if (start + h == end) continue;
+    rounded++;
+    ok(VecSet(y, 1));
+    ok(TSSetTime(ts, start));
+    ok(TSSetStepNumber(ts, 0));
+    ok(TSSetTimeStep(ts, h));
+    ok(TSSolve(ts, y));
+    ok(TSGetTime(ts, &t));
+    ok(TSGetStepNumber(ts, &steps));
+    if (t != end || steps != 1) fail_msg("from %.17g: %d steps to %.17g", (double)start, (int)steps, (double)t);
+  }
+  assert_true(rounded > 10);
+  ObjectsDestroy(&y, &J, &ts);
+}
+
 /* Rolled back, the state is the start's bits, and the same step again gives the same bits */
 static void test_rollback_and_stages(void **state)
 {
@@ -523,5 +560,6 @@ static void test_pairs(void **state)
   ObjectsDestroy(&ts, &y);
 }
 
-SLIP_TESTS(test_order_two, test_estimates_are_third_order, test_interpolation, test_stiff, test_rollback_and_stages,
-           test_event_and_restart, test_petsc_controllers, test_controller_hooks, test_attempt_monitors, test_pairs)
+SLIP_TESTS(test_order_two, test_estimates_are_third_order, test_interpolation, test_stiff, test_last_step,
+           test_rollback_and_stages, test_event_and_restart, test_petsc_controllers, test_controller_hooks,
+           test_attempt_monitors, test_pairs)

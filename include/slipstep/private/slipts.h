@@ -88,6 +88,7 @@ PETSC_INTERN PetscErrorCode TSCreate_Adams(TS);
 /* ---- guard.c ---- */
 /* Constant steps go on as they were before one was cut to end at a corner of the loading, at end [s]. whole: that step [s] */
 PETSC_INTERN PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole);
+PETSC_INTERN PetscReal SlipTimeAfterStep(TS ts);
 PETSC_INTERN PetscErrorCode SlipGuardStep(TS ts); /* an error where ts->time_step is below the rounding of time */
 PETSC_INTERN PetscErrorCode SlipGuardState(Vec w, PetscBool *good); /* all of it are numbers; collective */
 
