@@ -59,6 +59,11 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name
 /* Attributes: with the dial at a, the tolerance -ts_rtol of the run is factor a^power */
 #define SLIP_POLICY_RTOL_FACTOR "rtol_factor"
 #define SLIP_POLICY_RTOL_POWER "rtol_power"
+/* Attributes of a policy in units of h: the first step is factor a^power T*, and the attempts after a failed solve in which the
+   step does not grow */
+#define SLIP_POLICY_FIRST_STEP_FACTOR "first_step_factor"
+#define SLIP_POLICY_FIRST_STEP_POWER "first_step_power"
+#define SLIP_POLICY_HOLD "hold"
 /* Attribute: the observation whose power of ten multiplies every step, so that the action is in units of a time that the
    problem knows at every moment. */
 #define SLIP_POLICY_STEP_FACTOR "step_factor"

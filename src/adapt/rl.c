@@ -9,10 +9,6 @@
    heuristic from the third on in 96 % (tests/benchmarks/verdict.py draws such faults). */
 #define OUTSIDE_IN_A_ROW 3
 
-/* Attempts without growth after PETSc has shortened a step because a solve failed: a relative policy, which is not told,
-   would otherwise take the step back to where it failed each time */
-#define HOLD 4
-
 /* So many decisions are looked at together, and a run whose time left is so many times what they covered will not end: at
    0.1 ms a step, in three hours at least. */
 #define PACE_DECISIONS 10000
@@ -39,23 +35,6 @@ static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A policy may have been trained with a tolerance that follows the dial; -ts_rtol goes before. */
-static PetscErrorCode SetTolerance_RL(TSAdapt adapt, TS ts)
-{
-  const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
-  PetscReal factor, power;
-  PetscBool follows, powered, given;
-
-  PetscFunctionBegin;
-  PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_RTOL_FACTOR, &factor, &follows));
-  PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_RTOL_POWER, &power, &powered));
-  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, ((PetscObject)ts)->prefix, "-ts_rtol", &given));
-  if (!follows || given) PetscFunctionReturn(PETSC_SUCCESS);
-  factor *= PetscPowReal(rl->observer.run.accuracy, powered ? power : 0);
-  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, factor, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A solve begins: the state of now is the start. */
 static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
 {
@@ -74,7 +53,8 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   } else {
     PetscCall(SlipPolicyGetFile(rl->policy, &source));
     PetscCall(SlipPolicyIsRelative(rl->policy, &rl->relative));
-    PetscCall(SetTolerance_RL(adapt, ts));
+    PetscCall(TSAdaptRLSetTolerance_Private(adapt, ts));
+    PetscCall(TSAdaptRLFindHold_Private(adapt));
     PetscCall(SlipPolicyGetStepBounds(rl->policy, o->run.tstar, o->run.max_time, &o->run.dt_min, &o->run.dt_max));
   }
   PetscCall(SlipObserverFindRows(o, rl->n, rl->seen, source));
@@ -227,7 +207,11 @@ static PetscErrorCode TSAdaptChooseFirst_RL(TSAdapt adapt, TS ts, PetscReal *h)
 
   PetscFunctionBegin;
   PetscCall(Begin_RL(adapt, ts));
-  if (!rl->handed && !rl->relative) PetscCall(Decide_RL(adapt, ts, PETSC_TRUE, PETSC_FALSE, h));
+  if (rl->handed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (rl->relative)
+    PetscCall(TSAdaptRLFirstStep_Private(adapt, ts, h));
+  else
+    PetscCall(Decide_RL(adapt, ts, PETSC_TRUE, PETSC_FALSE, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -249,7 +233,7 @@ static PetscErrorCode Converged_RL(TSAdapt adapt, TS ts, PetscReal h, PetscReal 
   SlipRunAttempt(&o->run, o->last.dt, PETSC_TRUE, *accept);
   PetscCall(Decide_RL(adapt, ts, *accept, *accept || rl->relative ? PETSC_FALSE : PETSC_TRUE, next_h));
   /* PETSc has shortened the step, maybe more than once, because a solve failed: it does not grow back at once */
-  if (ts->num_snes_failures > rl->solves_failed) rl->hold = HOLD;
+  if (ts->num_snes_failures > rl->solves_failed) rl->hold = rl->hold_after_failure;
   rl->solves_failed = ts->num_snes_failures;
   if (rl->relative && rl->hold > 0) {
     *next_h = PetscMin(*next_h, h);
@@ -550,10 +534,12 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   A policy whose steps are multiples of the last one (unit "h" of its action, as those of the general policy ode.h5, which
   is taken where a problem has none of its own) goes by the error estimate: E > 1 rejects the attempt, a rejected step is
   followed by one of 0.9 h at most, or 0.5 h when the one before was rejected too, a failed solve by h/2, and the
-  first step is the TS's own. Where PETSc shortens the step after a failed solve, it does not grow for four attempts.
+  first step is the TS's own. After a failed solve the step does not grow for four attempts, or as many as the policy's
+  attribute hold says.
 
   A policy with the attribute rtol_factor was trained with a tolerance that follows the dial a: -ts_rtol is rtol_factor
-  a^rtol_power unless the option is given.
+  a^rtol_power unless the option is given, which is said. Likewise the first step is first_step_factor a^first_step_power
+  T* unless -ts_dt is given.
 
   With a TS other than bathe, failed solves stay PETSc's business (-ts_adapt_scale_solve_failed), the residual counts as
   0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.

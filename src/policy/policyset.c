@@ -293,8 +293,15 @@ PetscReal SlipPolicyParseNumber_Private(const char text[])
 }
 
 /* Attributes that a file holds as numbers, when their text is one; all others are strings. */
-static const char *const NumericAttributes[] = {
-  "alpha", "seed", "training_steps", SLIP_POLICY_MOVING_DT_MAX, SLIP_POLICY_RTOL_FACTOR, SLIP_POLICY_RTOL_POWER};
+static const char *const NumericAttributes[] = {"alpha",
+                                                "seed",
+                                                "training_steps",
+                                                SLIP_POLICY_MOVING_DT_MAX,
+                                                SLIP_POLICY_RTOL_FACTOR,
+                                                SLIP_POLICY_RTOL_POWER,
+                                                SLIP_POLICY_FIRST_STEP_FACTOR,
+                                                SLIP_POLICY_FIRST_STEP_POWER,
+                                                SLIP_POLICY_HOLD};
 
 /* Attributes of the root that say what the file is, not what its policy is. */
 PetscBool SlipPolicyOwnAttribute_Private(const char name[])

@@ -344,6 +344,53 @@ static void rl_relative(void **state)
   ok(TSDestroy(&ts));
 }
 
+/* A policy's own numbers: tolerance and first step follow the dial a unless they are given, and after a failed solve two steps do not
+   grow. 5 a and 30 a^0.5 T* at a = 1e-2: 0.05, and 6 s. */
+static void rl_numbers(void **state)
+{
+  const char *const names[] = {"log_error_step"};
+  const struct {
+    const char *name, *value;
+  } attribute[] = {{SLIP_POLICY_RTOL_FACTOR, "5"},
+                   {SLIP_POLICY_RTOL_POWER, "1"},
+                   {SLIP_POLICY_FIRST_STEP_FACTOR, "30"},
+                   {SLIP_POLICY_FIRST_STEP_POWER, "0.5"},
+                   {SLIP_POLICY_HOLD, "2"}};
+  const char *const options[] = {"", "-ts_rtol 0.3 -ts_dt 1.5"};
+  const PetscReal one = 1, zero = 0, error[] = {1};
+
+  (void)state;
+  for (PetscInt given = 0; given < 2; given++) {
+    TS ts = start(TSADAPTRL, options[given], 2);
+    PetscReal rtol;
+    SlipPolicy p;
+
+    ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+    ok(SlipPolicySetObservations(p, 1, names, &one, &zero));
+    ok(SlipPolicyAddLayer(p, 1, 1, &one, &zero, SLIP_ACTIVATION_LINEAR));
+    ok(SlipPolicySetAction(p, -1, 1, 0.1, "h", 10, "h", PETSC_TRUE));
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(attribute); i++)
+      ok(SlipPolicySetAttribute(p, attribute[i].name, attribute[i].value));
+    choose_by(ts, p);
+    ok(TSSetFromOptions(ts));
+    ok(run(ts, 1, error));
+    near(script.tried[0], given ? 1.5 : 6);
+    ok(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+    near(rtol, given ? 0.3 : 0.05);
+    ts->num_snes_failures++;
+    script.last = (SlipAttempt){.converged = PETSC_TRUE, .dt = 1, .error = 1e-9};
+    for (int i = 0; i < 3; i++) {
+      PetscReal next;
+      PetscBool accept;
+
+      ok(TSAdaptChoose(ts->adapt, ts, 1, NULL, &next, &accept));
+      assert_true(accept && (i < 2 ? next == 1 : next > 1));
+    }
+    ok(TSDestroy(&ts));
+  }
+  PetscOptionsClear(NULL);
+}
+
 static void rl_errors(void **state)
 {
   const char *const unknown[] = {"energy", "temperature"}, *const accuracy[] = {"accuracy"}, *const far[] = {"state_3"};
@@ -371,4 +418,4 @@ static void rl_errors(void **state)
 }
 
 SLIP_TESTS_WITH(Register, NULL, rl_observations, rl_fallbacks, rl_guard_rail, rl_ceiling, rl_actor, rl_relative,
-                rl_errors, rl_outside, rl_handover, rl_untrained)
+                rl_numbers, rl_errors, rl_outside, rl_handover, rl_untrained)

@@ -81,13 +81,15 @@ typedef struct {
   PetscReal handover_time; /* since then [s] */
   PetscInt outside_run;    /* decisions in a row with an observation outside the training range */
   PetscBool told;          /* the line of message was printed */
+  PetscBool told_rtol;     /* and that of a tolerance that the policy was not trained with */
   /* guard rails */
-  PetscInt paced;          /* decisions since the one at pace_time */
-  PetscReal pace_time;     /* [s] */
-  PetscInt max_failures;   /* failed attempts in a row before steps are halved */
-  PetscReal error_ceiling; /* larger error estimates reject; 0: none */
-  PetscInt solves_failed;  /* of the TS, at the last attempt */
-  PetscInt hold;           /* attempts left without growth */
+  PetscInt paced;              /* decisions since the one at pace_time */
+  PetscReal pace_time;         /* [s] */
+  PetscInt max_failures;       /* failed attempts in a row before steps are halved */
+  PetscReal error_ceiling;     /* larger error estimates reject; 0: none */
+  PetscInt solves_failed;      /* of the TS, at the last attempt */
+  PetscInt hold;               /* attempts left without growth */
+  PetscInt hold_after_failure; /* so many after a failed solve */
   /* counters */
   PetscInt decisions; /* steps the policy chose */
   PetscInt failures;  /* attempts that did not converge */
@@ -112,6 +114,11 @@ PETSC_INTERN PetscErrorCode TSAdaptRLFindDefault_Private(MPI_Comm comm, const ch
 PETSC_INTERN PetscErrorCode TSAdaptRLCheckMeasure_Private(TSAdapt adapt, const SlipProblemOps *problem,
                                                           const char name[]);
 PETSC_INTERN PetscErrorCode TSAdaptRLClipDial_Private(TSAdapt adapt, PetscReal *used);
+
+/* rlnumbers.c: what a policy says in numbers of its own; all are of the run that begins */
+PETSC_INTERN PetscErrorCode TSAdaptRLSetTolerance_Private(TSAdapt adapt, TS ts);
+PETSC_INTERN PetscErrorCode TSAdaptRLFirstStep_Private(TSAdapt adapt, TS ts, PetscReal *h);
+PETSC_INTERN PetscErrorCode TSAdaptRLFindHold_Private(TSAdapt adapt);
 
 /* rlset.c */
 /* NULL when the controller is of another type */

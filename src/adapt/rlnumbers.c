@@ -1,0 +1,76 @@
+/* TSADAPTRL: what a policy's file says in numbers besides its network: tolerance, first step, caution after a failed solve. */
+#include <slipstep/private/slipadapt.h>
+
+/* Attempts without growth after PETSc has shortened a step because a solve failed: a relative policy, which is not told,
+   would otherwise take the step back to where it failed each time */
+#define HOLD 4
+
+/* factor a^power with the dial at a; has: the policy has such a number */
+static PetscErrorCode OfDial(const TSAdapt_RL *rl, const char factor[], const char power[], PetscReal *number,
+                             PetscBool *has)
+{
+  PetscReal exponent;
+  PetscBool powered;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyGetNumber(rl->policy, factor, number, has));
+  PetscCall(SlipPolicyGetNumber(rl->policy, power, &exponent, &powered));
+  if (*has && powered) *number *= PetscPowReal(rl->observer.run.accuracy, exponent);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Given(TS ts, const char option[], PetscBool *given)
+{
+  return PetscOptionsHasName(((PetscObject)ts)->options, ((PetscObject)ts)->prefix, option, given);
+}
+
+/* -ts_rtol overrides the tolerance with which a policy was trained. */
+PetscErrorCode TSAdaptRLSetTolerance_Private(TSAdapt adapt, TS ts)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+  PetscReal rtol, trained;
+  PetscBool follows, given;
+
+  PetscFunctionBegin;
+  PetscCall(OfDial(rl, SLIP_POLICY_RTOL_FACTOR, SLIP_POLICY_RTOL_POWER, &trained, &follows));
+  if (!follows) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Given(ts, "-ts_rtol", &given));
+  if (!given) {
+    PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, trained, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (rl->told_rtol) PetscFunctionReturn(PETSC_SUCCESS);
+  rl->told_rtol = PETSC_TRUE;
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
+                        "-ts_rtol %g: the policy was trained with %.3g at this dial; leave the option out to "
+                        "keep the accuracy\n",
+                        (double)rtol, (double)trained));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -ts_dt overrides the first step of a policy. */
+PetscErrorCode TSAdaptRLFirstStep_Private(TSAdapt adapt, TS ts, PetscReal *h)
+{
+  const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
+  PetscReal first;
+  PetscBool has, given;
+
+  PetscFunctionBegin;
+  PetscCall(OfDial(rl, SLIP_POLICY_FIRST_STEP_FACTOR, SLIP_POLICY_FIRST_STEP_POWER, &first, &has));
+  PetscCall(Given(ts, "-ts_dt", &given));
+  if (has && !given && rl->observer.run.tstar > 0) *h = first * rl->observer.run.tstar;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TSAdaptRLFindHold_Private(TSAdapt adapt)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+  PetscReal hold;
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_HOLD, &hold, &has));
+  rl->hold_after_failure = has ? (PetscInt)hold : HOLD;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
