@@ -1,0 +1,22 @@
+/* Random fields, see drawnfield.h. */
+#include "drawnfield.h"
+#include <slipcompat.h>
+#include <math.h>
+
+#define WAVES 40
+
+void DrawnField(Random *random, PetscInt nx, PetscInt nz, double length, PetscReal field[])
+{
+  const PetscInt n = nx * nz;
+
+  for (PetscInt i = 0; i < n; i++) field[i] = 0;
+  for (PetscInt k = 0; k < WAVES; k++) {
+    const double angle = 2 * PETSC_PI * RandomUniform(random), phase = 2 * PETSC_PI * RandomUniform(random);
+    const double number = 2 * PETSC_PI / (length * RandomLog(random, 1, 8));
+    const double x = number * cos(angle), z = number * sin(angle);
+
+    for (PetscInt i = 0; i < n; i++)
+      field[i] +=
+        (PetscReal)(sqrt(2.0 / WAVES) * cos(x * ((double)(i % nx) + 0.5) + z * ((double)(i / nx) + 0.5) + phase));
+  }
+}

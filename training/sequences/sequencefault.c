@@ -1,0 +1,130 @@
+/* Small faults that are loaded, weaken with slip and heal, drawn at random. */
+#include "sequences.h"
+#include "environment/drawnfield.h"
+#include <slipcompat.h>
+
+#define SHEAR 30e9          /* [Pa] */
+#define RESIDUAL 0.5        /* friction after all weakening */
+#define CELL_STIFFNESS 1.05 /* of a square cell by itself, over the shear modulus by its side: sqrt(2)/pi 7/3 */
+#define FULL 0.97           /* the stress at the start is at most this share of the strength */
+#define LEAST 0.1           /* of a field, over its mean */
+#define MOST_EVENTS 4       /* that pass before the segments */
+
+static const PetscInt Meshes[][2] = {{1, 1}, {4, 3}, {6, 3}, {8, 4}, {10, 5}, {12, 6}, {16, 8}};
+static const double Chances[] = {0.15, 0.2, 0.2, 0.15, 0.1, 0.1, 0.1}; /* of these */
+
+typedef struct {
+  PetscInt nx, nz;
+  double side, stress, drop, weakening; /* [m], [Pa], mean, over the stiffness of a cell by itself */
+  double scatter, length;               /* relative, [cells] */
+  double share;                         /* of the drop, at the start */
+  double rate;                          /* of loading [m/s] */
+  double healing;                       /* time, over that in which loading makes up for the drop; 0: never */
+  double thickness;                     /* [m] */
+  PetscBool inertia, linear, by_stress, half_space;
+} Draw;
+
+static void DrawMesh(Random *random, Draw *d)
+{
+  double chance = RandomUniform(random);
+  size_t k = 0;
+
+  while (k + 1 < PETSC_STATIC_ARRAY_LENGTH(Meshes) && chance >= Chances[k]) chance -= Chances[k++];
+  d->nx = Meshes[k][0];
+  d->nz = Meshes[k][1];
+}
+
+static void DrawFault(Random *random, Draw *d)
+{
+  DrawMesh(random, d);
+  d->side = RandomLog(random, 300, 3000);
+  d->stress = RandomLog(random, 15e6, 100e6);
+  d->drop = RandomLog(random, 0.05, 0.2);
+  d->weakening = RandomLog(random, 0.5, 4);
+  if (d->nx == 1) d->weakening = RandomLog(random, 1.3, 4); /* it is stable otherwise */
+  d->scatter = RandomUniform(random) < 0.2 ? 0 : 0.3 * RandomUniform(random);
+  d->length = RandomLog(random, 1, 6);
+  d->share = 0.3 + 0.6 * RandomUniform(random);
+  d->rate = RandomLog(random, 1e-10, 1e-8);
+  d->healing = RandomUniform(random) < 0.1 ? 0 : RandomLog(random, 0.003, 0.3);
+  d->thickness = RandomLog(random, 0.3, 1) * d->side * (double)PetscMax(d->nx, d->nz);
+  d->linear = RandomUniform(random) < 0.3 ? PETSC_TRUE : PETSC_FALSE;
+  d->by_stress = RandomUniform(random) < 0.2 ? PETSC_TRUE : PETSC_FALSE;
+  d->half_space = RandomUniform(random) < 0.3 ? PETSC_TRUE : PETSC_FALSE;
+  d->inertia = RandomUniform(random) < 0.25 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The rate at which loading stresses a cell by itself [Pa/s] */
+static double StressingRate(const Draw *d)
+{
+  return CELL_STIFFNESS * SHEAR / (d->side * (double)PetscMin(d->nx, d->nz)) * d->rate;
+}
+
+static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
+{
+  const double recurrence = d->drop * d->stress / StressingRate(d);
+  const struct {
+    const char *name;
+    double value;
+  } rows[] = {{"nx", (double)d->nx},
+              {"nz", (double)d->nz},
+              {"length_x", (double)d->nx * d->side},
+              {"length_z", (double)d->nz * d->side},
+              {"thickness", d->thickness},
+              {"shear_modulus", SHEAR},
+              {"normal_stress", d->stress},
+              {"normal_stress_gradient", 0},
+              {"friction_residual", RESIDUAL},
+              {"loading_rate", d->by_stress ? 0 : d->rate},
+              {"stressing_rate", d->by_stress ? StressingRate(d) : 0},
+              {"healing_time", d->healing * recurrence}};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++)
+    PetscCall(SlipFaultSetReal(fault, rows[i].name, (PetscReal)rows[i].value));
+  PetscCall(SlipFaultSetString(fault, "initial", "traction"));
+  PetscCall(SlipFaultSetString(fault, "viscosity", "radiation"));
+  PetscCall(SlipFaultSetString(fault, "kernel", d->half_space ? "half_space" : "full_space"));
+  PetscCall(
+    SlipFaultSetString(fault, "friction_law", d->linear ? "linear_slip_weakening" : "exponential_slip_weakening"));
+  PetscCall(SlipFaultSetBool(fault, "inertia", d->inertia));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetFields(Random *random, const Draw *d, SlipFault fault)
+{
+  const PetscInt n = d->nx * d->nz;
+  PetscReal *drop, *stress, *weaken;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc3(n, &drop, n, &stress, n, &weaken));
+  DrawnField(random, d->nx, d->nz, d->length, drop);
+  DrawnField(random, d->nx, d->nz, d->length, stress);
+  for (PetscInt i = 0; i < n; i++) {
+    drop[i] = (PetscReal)(d->drop * PetscMax(1 + d->scatter * (double)drop[i], LEAST));
+    stress[i] = (PetscReal)(d->share * PetscMax(1 + d->scatter * (double)stress[i], LEAST));
+    stress[i] = (PetscReal)d->stress * (RESIDUAL + stress[i] * drop[i]);
+    stress[i] = PetscMin(stress[i], (PetscReal)(FULL * d->stress) * (RESIDUAL + drop[i]));
+    weaken[i] = (PetscReal)((double)drop[i] * d->stress * d->side / (d->weakening * CELL_STIFFNESS * SHEAR));
+  }
+  PetscCall(SlipFaultSetField(fault, "friction_drop", n, drop));
+  PetscCall(SlipFaultSetField(fault, "friction_slip", n, weaken));
+  PetscCall(SlipFaultSetField(fault, "initial_traction", n, stress));
+  PetscCall(PetscFree3(drop, stress, weaken));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SequenceFaultDraw(Random *random, SlipFault *fault, PetscInt *n, PetscInt *events)
+{
+  Draw d;
+
+  PetscFunctionBegin;
+  DrawFault(random, &d);
+  *n = d.nx * d.nz;
+  *events = d.healing > 0 ? 1 + (PetscInt)RandomIndex(random, MOST_EVENTS) : 0;
+  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, fault));
+  PetscCall(SetNumbers(&d, *fault));
+  PetscCall(SetFields(random, &d, *fault));
+  PetscCall(SlipFaultSetUp(*fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
