@@ -423,6 +423,8 @@ PETSC_EXTERN PetscReal SlipCourseTime(PetscInt n, const SlipCourseNode c[], Pets
 PETSC_EXTERN PetscReal SlipCoursePeak(PetscInt n, const SlipCourseNode c[]);
 PETSC_EXTERN void SlipCourseCompare(PetscInt n, const SlipCourseNode run[], PetscInt m,
                                     const SlipCourseNode reference[], PetscReal error[]);
+PETSC_EXTERN PetscReal SlipCourseLevy(PetscInt n, const SlipCourseNode run[], PetscInt m,
+                                      const SlipCourseNode reference[]);
 
 /* What -ts_adapt_rl_measure means: the largest of the errors, each times its share */
 typedef struct {

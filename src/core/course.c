@@ -8,6 +8,7 @@
 #define RISE_FROM 0.1 /* the rise time is between these shares of the final slip */
 #define RISE_TO 0.9
 #define PEAK_SHARE 0.2 /* an error of the peak rate counts as a fifth */
+#define CHORDS 16      /* of a cubic, for the Levy distance */
 
 /* In the interval behind a node: values and slopes at its ends in units of its length, y = a + x (b + x (c + x d)). */
 typedef struct {
@@ -176,6 +177,88 @@ void SlipCourseCompare(PetscInt n, const SlipCourseNode run[], PetscInt m, const
   error[SLIP_ERROR_SHIFT] = PetscAbsReal(SlipCourseTime(n, run, HALF) - SlipCourseTime(m, reference, HALF)) / rise;
   error[SLIP_ERROR_PEAK] = PetscAbsReal(SlipCoursePeak(n, run) / peak - 1);
   error[SLIP_ERROR_FIELD] = 0;
+}
+
+/* ---- the Levy distance ---- */
+
+/* A walk along the graph of a course, chord by chord, in coordinates that are turned by 45 degrees: a = time + slip, which grows
+   along the graph, jumps included, and b = slip - time, both over their scales */
+typedef struct {
+  PetscInt n, at; /* nodes, chords behind */
+  const SlipCourseNode *c;
+  PetscReal duration, slip; /* scales */
+  PetscReal highest;        /* slip so far [m] */
+  PetscReal a[2], b[2];     /* ends of the chord; beyond the last one the graph is horizontal */
+} Walk;
+
+static void WalkOn(Walk *w)
+{
+  const PetscInt k = w->at / CHORDS, part = w->at % CHORDS;
+  PetscReal time, slip;
+
+  w->a[0] = w->a[1];
+  w->b[0] = w->b[1];
+  if (k >= w->n - 1 && w->at > 0) {
+    w->a[1] = PETSC_MAX_REAL;
+    return;
+  }
+  if (k < w->n - 1) {
+    const SlipCourseNode *c = w->c + k;
+    const PetscReal h = c[1].time - c[0].time, x = (PetscReal)(part + 1) / CHORDS,
+                    most = 3 * (c[1].slip - c[0].slip) / h;
+    Cubic p;
+
+    /* Faster ends would make it fall within (Fritsch & Carlson 1980): rates before a corner of the loads may be. */
+    Fit(c[0].time, h, c[0].slip, PetscMin(c[0].rate, most), c[1].slip, PetscMin(c[1].rate, most), &p);
+    time = part + 1 == CHORDS ? c[1].time : p.t + x * h;
+    slip = part + 1 == CHORDS ? c[1].slip : PetscMax(Value(&p, x), w->highest);
+  } else {
+    time = w->c[0].time;
+    slip = w->c[0].slip;
+  }
+  w->highest = slip;
+  w->a[1] = time / w->duration + slip / w->slip;
+  w->b[1] = slip / w->slip - time / w->duration;
+  w->at++;
+}
+
+static Walk WalkStart(PetscInt n, const SlipCourseNode c[], PetscReal duration, PetscReal slip)
+{
+  Walk w = {.n = n, .c = c, .duration = duration, .slip = slip, .highest = c[0].slip};
+
+  w.a[0] = w.a[1] = c[0].time / duration + c[0].slip / slip;
+  w.b[0] = w.b[1] = c[0].slip / slip - c[0].time / duration;
+  return w;
+}
+
+static PetscReal WalkAt(const Walk *w, PetscReal a)
+{
+  if (w->a[1] == PETSC_MAX_REAL || a < w->a[0]) return w->b[0] - (a - w->a[0]);
+  return w->a[1] > w->a[0] ? w->b[0] + (a - w->a[0]) / (w->a[1] - w->a[0]) * (w->b[1] - w->b[0]) : w->b[1];
+}
+
+/*
+  SlipCourseLevy - the Levy distance of a run's course from that of a reference
+
+  run [n], reference [m]: nodes in the order of their times, n and m >= 1, whose slips do not fall; the reference has slipped, over
+  a time > 0. The least e such that within e times the duration of the reference, before or after, either has the other's slip to
+  e times the final one. Where slip jumps, as in an event of seconds among months, it is the error of the time, where it rests that
+  of the slip; it is at most the largest difference of slips.
+*/
+PetscReal SlipCourseLevy(PetscInt n, const SlipCourseNode run[], PetscInt m, const SlipCourseNode reference[])
+{
+  const PetscReal duration = reference[m - 1].time - reference[0].time, slip = reference[m - 1].slip;
+  Walk p = WalkStart(n, run, duration, slip), q = WalkStart(m, reference, duration, slip);
+  PetscReal most = 0;
+
+  while (p.a[1] < PETSC_MAX_REAL || q.a[1] < PETSC_MAX_REAL) {
+    const PetscReal a = PetscMin(p.a[1], q.a[1]);
+
+    most = PetscMax(most, (PetscReal)HALF * PetscAbsReal(WalkAt(&p, a) - WalkAt(&q, a)));
+    if (p.a[1] <= a) WalkOn(&p);
+    if (q.a[1] <= a) WalkOn(&q);
+  }
+  return most;
 }
 
 const SlipMeasure SlipMeasures[] = {
