@@ -95,6 +95,17 @@ static PetscReal LogTimeLeft(const SlipRunNumbers *r)
   return LogWithin(left, (PetscReal)1e-3, (PetscReal)1e3);
 }
 
+/* Against the duration, and against the time that has passed: what spreads like the root of time has no other scale */
+static PetscReal LogStepShare(const SlipRunNumbers *r)
+{
+  return r->started && r->max_time < PETSC_MAX_REAL ? LogWithin(r->dt / r->max_time, (PetscReal)1e-9, 1) : -9;
+}
+
+static PetscReal LogStepPast(const SlipRunNumbers *r)
+{
+  return r->started && r->time > 0 ? LogWithin(r->dt / r->time, (PetscReal)1e-6, (PetscReal)1e3) : 0;
+}
+
 static PetscReal LogAccuracy(const SlipRunNumbers *r)
 {
   return PetscLog10Real(r->accuracy);
@@ -359,6 +370,8 @@ const SlipObservation SlipObservations[] = {
   {"time_fraction", 0, TimeFraction, NULL, "time / maximum time; 0 without a maximum"},
   {"log_time_scale", 0, LogTimeScale, NULL, "log10(maximum time / T*); 0 without a maximum"},
   {"log_time_left", 0, LogTimeLeft, NULL, "log10(remaining time / T*) in [-3, 3]; 3 without a maximum time"},
+  {"log_step_share", 0, LogStepShare, NULL, "log10(last step / maximum time) in [-9, 0]; -9 without a maximum"},
+  {"log_step_past", 0, LogStepPast, NULL, "log10(last step / time) in [-6, 3]"},
   {SLIP_OBSERVES_ACCURACY, 0, LogAccuracy, NULL,
    "log10 of the wanted relative error of the run's result (-ts_adapt_rl_accuracy)"},
   {"failures", 0, Failures, NULL, "attempts in a row that did not converge"},

@@ -61,4 +61,21 @@ static void begun(void **state)
   ok(InjectionEpisodeDestroy(&e));
 }
 
-SLIP_TESTS(measured, begun)
+/* A step of an hour after a day, in a run of ten days; before the first attempt there is none. */
+static void observed(void **state)
+{
+  const SlipRunNumbers day = {.started = PETSC_TRUE, .dt = 3600, .time = 86400, .max_time = 864000};
+  SlipRunNumbers endless = day, start = {.max_time = 864000};
+  PetscInt component;
+  const PetscInt share = SlipObservationFind("log_step_share", &component),
+                 past = SlipObservationFind("log_step_past", &component);
+
+  (void)state;
+  endless.max_time = PETSC_MAX_REAL;
+  AssertNear(SlipObservations[share].run(&day), log10(1 / 240.0), 1e-14);
+  AssertNear(SlipObservations[past].run(&day), log10(1 / 24.0), 1e-14);
+  assert_true(SlipObservations[share].run(&endless) == -9);
+  assert_true(SlipObservations[share].run(&start) == -9 && SlipObservations[past].run(&start) == 0);
+}
+
+SLIP_TESTS(measured, begun, observed)

@@ -10,19 +10,23 @@ static const PetscReal Dial[2] = {1e-3, 1e-1};
 static const struct {
   const char *name;
   double scale, offset;
-} Rows[] = {
-  {SLIP_OBSERVES_ACCURACY, 1, 2}, {"log_error_step", 1, 0},          {"log_step_ratio", 1, 0}, {"rejected", 1, 0},
-  {"sliding_fraction", 1, 0},     {"change_sliding_fraction", 2, 0}, {"log_step", 0.3, 0.3},   {"log_velocity", 0.3, 0},
-  {"change_log_velocity", 1, 0},  {"log_peak_ratio", 1, -0.5},       {"growth", 0.3, 0}};
+} Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2}, {"log_error_step", 1, 0},
+            {"log_step_ratio", 1, 0},       {"rejected", 1, 0},
+            {"sliding_fraction", 1, 0},     {"change_sliding_fraction", 2, 0},
+            {"time_fraction", 2, -1},       {"log_step_share", 0.5, 1},
+            {"log_step_past", 0.5, 0.5},    {"log_velocity", 0.2, 1},
+            {"change_log_velocity", 1, 0}};
 enum { ROWS = PETSC_STATIC_ARRAY_LENGTH(Rows), WEIGHTS = (ROWS + 2) * UNITS + 1 };
 enum { ROW_ERROR_STEP = 1 };
 #define LINEAR 0.4      /* slope of the unit that is the elementary controller */
 #define SAFETY (-0.046) /* log10 of its safety factor */
 #define DRAWN 0.3       /* standard deviation of the other units' weights, which nothing reads at the start */
-#define RTOL_START 5e-2 /* tolerance at the dial 1e-2 */
-#define RTOL_POWER 1
+#define RTOL_START 5e-3 /* tolerance at the dial 1e-2 */
+#define RTOL_POWER 2
 #define UNIT 1e-2 /* that dial */
-#define LOST 4    /* cost of a run that did not end */
+#define LOST 6    /* cost of a run that did not end */
+#define FREE 0.8  /* errors up to this share of the dial cost nothing */
+#define STEEP 2   /* cost of an error beyond, a power */
 #define WORST_ERROR 50
 
 static PetscErrorCode SetUp(CMAOptions *o)
@@ -35,10 +39,10 @@ static PetscErrorCode SetUp(CMAOptions *o)
                     .layers = 1,
                     .activation = SLIP_ACTIVATION_TANH,
                     .more = 2,
-                    .nsingle = 64,
+                    .nsingle = 40,
                     .batch_single = 16,
-                    .validation = 12,
-                    .calibration = 48,
+                    .validation = 8,
+                    .calibration = 24,
                     .within = 0.95,
                     .diagonal = 10,
                     .generations = 139,
@@ -127,10 +131,10 @@ static PetscErrorCode Run(void *episode, SlipPolicy policy, PetscReal accuracy, 
 {
   PetscFunctionBegin;
   PetscCall(RunUnder(episode, policy, NULL, accuracy, result));
-  result->cost = result->done < 1
-                   ? LOST
-                   : PetscLogReal((PetscReal)result->solves / result->usual) +
-                       PetscLogReal(PetscClipInterval(result->error / accuracy, (PetscReal)1, (PetscReal)WORST_ERROR));
+  result->cost = result->done < 1 ? LOST
+                                  : PetscLogReal((PetscReal)result->solves / result->usual) +
+                                      STEEP * PetscLogReal(PetscClipInterval(result->error / (FREE * accuracy),
+                                                                             (PetscReal)1, (PetscReal)WORST_ERROR));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
