@@ -23,6 +23,8 @@ typedef struct {
   PetscBool good;  /* it ended, with the events of the reference */
 } CycleResult;
 
+/* A fault that is not set up yet; n: its cells, side: length of the longer side [m], either may be NULL */
+PETSC_INTERN PetscErrorCode CycleFaultDraw(Random *random, SlipFault *fault, PetscInt *n, PetscReal *side);
 /* A fault that has CYCLE_EVENTS events: draws are repeated until one has. */
 PETSC_INTERN PetscErrorCode CycleEpisodeCreate(uint64_t seed, CycleEpisode *e);
 PETSC_INTERN PetscErrorCode CycleEpisodeDestroy(CycleEpisode *e);

@@ -1,11 +1,9 @@
-/* Small faults with cycles of events, drawn at random, and runs of them under a controller. */
+/* Runs of small faults with cycles of events under a controller, explicit. */
 #include "cycles.h"
 #include "environment/libraryrun.h"
 #include <slipcompat.h>
 #include <math.h>
 
-#define SHEAR 32e9      /* [Pa] */
-#define CORE_DEPTH 0.55 /* of the core, over that of the fault */
 #define REFERENCE_RTOL 1e-7
 #define USUAL_RTOL 1e-3
 #define EVENT_RATE 1e-3  /* an event begins when the fastest cell passes it [m/s] */
@@ -14,84 +12,6 @@
 #define MOST_STEPS 30000 /* of a reference */
 #define LOST 4           /* cost of a run that is not good */
 #define WORST_ERROR 50   /* over the accuracy: a larger one costs no more */
-
-static const PetscInt Meshes[][2] = {{16, 8}, {20, 10}, {12, 12}, {24, 6}, {1, 48}, {1, 32}};
-
-/* ---- a fault ---- */
-
-/* In SI units; the weakening core is surrounded by cells that creep, of which the fault is half. */
-typedef struct {
-  PetscInt nx, nz;
-  double cell, stress, a, b, slip, rim; /* a in the core, that of the rim over b */
-} Draw;
-
-/* G d_c/(b sigma): the length over which a rupture front weakens [m] */
-static double FrontLength(const Draw *d)
-{
-  return SHEAR * d->slip / (d->b * d->stress);
-}
-
-static void DrawFault(Random *random, Draw *d)
-{
-  const PetscInt *mesh = Meshes[RandomIndex(random, PETSC_STATIC_ARRAY_LENGTH(Meshes))];
-
-  d->nx = mesh[0];
-  d->nz = mesh[1];
-  d->cell = RandomLog(random, 200, 2500);
-  d->stress = RandomLog(random, 15e6, 60e6);
-  d->b = RandomLog(random, 0.01, 0.03);
-  d->a = d->b * (0.13 + 0.4 * RandomUniform(random));
-  d->rim = 1.15 + RandomUniform(random);
-  d->slip = 1;
-  d->slip = RandomLog(random, 2.5, 4.5) * d->cell / FrontLength(d);
-}
-
-static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
-{
-  const struct {
-    const char *name;
-    double value;
-  } rows[] = {{"nx", (double)d->nx},
-              {"nz", (double)d->nz},
-              {"length_x", d->nx == 1 ? 1e7 : (double)d->nx * d->cell},
-              {"length_z", (double)d->nz * d->cell},
-              {"shear_modulus", SHEAR},
-              {"density", 2670},
-              {"normal_stress", d->stress},
-              {"normal_stress_gradient", 0},
-              {"friction_b", d->b},
-              {"friction_slip", d->slip},
-              {"loading_rate", 1e-9}};
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++)
-    PetscCall(SlipFaultSetReal(fault, rows[i].name, (PetscReal)rows[i].value));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The core reaches from a fifth of the depth to three quarters and over the middle two thirds along strike; a tenth of it, at one end,
-   begins ten times faster than the rest. */
-static PetscErrorCode SetFields(const Draw *d, SlipFault fault)
-{
-  const PetscInt n = d->nx * d->nz;
-  PetscReal *a, *rate;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc2(n, &a, n, &rate));
-  for (PetscInt i = 0; i < n; i++) {
-    const double x = ((double)(i % d->nx) + 0.5) / (double)d->nx - 0.5, z = ((double)(i / d->nx) + 0.5) / (double)d->nz;
-    const PetscBool core =
-      (d->nx == 1 || fabs(x) < 1.0 / 3) && z > 0.2 && z < 0.2 + CORE_DEPTH ? PETSC_TRUE : PETSC_FALSE;
-
-    a[i] = (PetscReal)(core ? d->a : d->b * d->rim);
-    rate[i] = core && (d->nx == 1 ? z > 0.6 : x < -0.2) ? 1e-8 : 1e-9;
-  }
-  PetscCall(SlipFaultSetField(fault, "friction_a", n, a));
-  PetscCall(SlipFaultSetField(fault, "initial_rate", n, rate));
-  PetscCall(PetscFree2(a, rate));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* ---- a run ---- */
 
@@ -212,13 +132,8 @@ PetscErrorCode CycleEpisodeCreate(uint64_t seed, CycleEpisode *e)
   PetscFunctionBegin;
   RandomSeed(&random, seed);
   while (!good) {
-    Draw d;
-
     PetscCall(PetscMemzero(e, sizeof(*e)));
-    DrawFault(&random, &d);
-    PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
-    PetscCall(SetNumbers(&d, e->fault));
-    PetscCall(SetFields(&d, e->fault));
+    PetscCall(CycleFaultDraw(&random, &e->fault, NULL, NULL));
     PetscCall(SlipFaultSetUp(e->fault));
     PetscCall(Judge(e, &good));
     if (!good) PetscCall(SlipFaultDestroy(&e->fault));

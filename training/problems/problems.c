@@ -4,8 +4,8 @@
 #include <slipcompat.h>
 
 const Problem *const ProblemTable[] = {
-  &ProblemFault,  &ProblemDial,    &ProblemSlidingMode, &ProblemCircuit,   &ProblemOde,
-  &ProblemCycles, &ProblemRupture, &ProblemSequence,    &ProblemInjection, NULL};
+  &ProblemFault,   &ProblemDial,     &ProblemSlidingMode, &ProblemCircuit, &ProblemOde, &ProblemCycles,
+  &ProblemRupture, &ProblemSequence, &ProblemInjection,   &ProblemSmooth,  NULL};
 
 PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, PetscBool by_cma, const Problem **row)
 {

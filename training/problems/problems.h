@@ -8,8 +8,8 @@
 
 PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
 PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemSlidingMode, ProblemCircuit;
-PETSC_INTERN const Problem ProblemOde, ProblemCycles, ProblemRupture, ProblemSequence,
-  ProblemInjection; /* wings of their own */
+PETSC_INTERN const Problem ProblemOde, ProblemCycles, ProblemRupture, ProblemSequence, ProblemInjection,
+  ProblemSmooth; /* wings of their own */
 PETSC_INTERN const CMAProblem CMAFault, CMASmall, CMAUser;
 PETSC_INTERN const Evaluation EvaluationFault, EvaluationSlidingMode, EvaluationCircuit;
 /* -train_problem between PetscOptionsBegin() and PetscOptionsEnd(): of those for -train_algorithm cmaes, or of those that
