@@ -26,7 +26,7 @@ static const char help[] =
 
 /* What -train_ options there are, of all algorithms; test_options.py holds the list to the sources */
 static const char names[] =
-  "algorithm alpha atol batch batch_meshes batch_singles buffer calibration checkpoint "
+  "algorithm alpha atol batch batch_meshes batch_singles buffer calibrate calibration checkpoint "
   "checkpoint_interval continuation_step controllers cost critic_network critics diagonal dial_high dial_low "
   "discount drop drop_quantiles dt_max dt_min episodes evaluate_episodes evaluate_interval family generations "
   "hidden late_generations late_meshes late_singles layers learning_rate learning_starts log log_overwrite "

@@ -22,6 +22,7 @@ refuses "nonsense" -- "${refused[@]}" -train_observations log_accuracy,nonsense
 "${tiny[@]}" -train_output p.h5 -train_log l.h5 -train_checkpoint c.h5 >out.txt 2>&1 || fail "a training: $(cat out.txt)"
 grep -q "generation     2 .* validation: .* left " out.txt || fail "no progress: $(cat out.txt)"
 grep -q "dial moved by" out.txt || fail "no calibration: $(cat out.txt)"
+grep -q "the result, on 4 fresh episodes: dial kept by" out.txt || fail "no word on what the result keeps: $(cat out.txt)"
 refuses "no checkpoint of -train_algorithm cmaes" -- "${refused[@]}" -train_resume p.h5
 refuses "it belongs to other networks" -- "${refused[@]}" -train_resume c.h5 -train_hidden 4
 "$SLIPSTEP_PYTHON" - <<'EOF' || fail "the files of the training"
@@ -40,6 +41,38 @@ with h5py.File("l.h5") as log:
     assert list(g["generation"][:]) == [2] and g["runs"][0] == 6 * (3 + 1 + 4 + 1) and g["wall_time"][0] > 0
     assert 0 <= g["within_dial"][0] <= 1 and g["best"][0] <= g["median"][0]
 EOF
+# A dial that is calibrated anew: the same weights, and the policy at a does what the old one does at the dial that a is moved to. What was
+# moved once and is calibrated alike again is the same.
+{ "${tiny[@]}" -train_calibrate p.h5 -train_within 0.5 -train_output moved.h5 && "${tiny[@]}" -train_calibrate moved.h5 -train_within 0.5 -train_output again.h5; } \
+  >out.txt 2>&1 || fail "a calibration: $(cat out.txt)"
+grep -q "before, on 4 fresh" out.txt || fail "what a policy was before: $(cat out.txt)"
+"$SLIPSTEP_PYTHON" - >dial.txt <<'EOF' || fail "what a calibration moves"
+import h5py
+import numpy as np
+
+with h5py.File("p.h5") as p, h5py.File("moved.h5") as moved, h5py.File("again.h5") as again:
+    names = [n.decode() if isinstance(n, bytes) else n for n in p["observation/names"][:]]
+    dial = names.index("log_accuracy")
+    for layer in p["layers"]:
+        assert all(np.array_equal(p[f"layers/{layer}/{k}"], moved[f"layers/{layer}/{k}"]) for k in ("weight", "bias"))
+    scale, offset = ([f[f"observation/{k}"][:] for f in (p, moved, again)] for k in ("scale", "offset"))
+    assert np.array_equal(np.delete(scale[0], dial), np.delete(scale[1], dial)) and np.allclose(scale[1], scale[2], rtol=1e-12)
+    assert np.array_equal(np.delete(offset[0], dial), np.delete(offset[1], dial)) and np.allclose(offset[1], offset[2], rtol=1e-12)
+    assert moved.attrs["measure"] == b"history" and moved.attrs["generations"] == p.attrs["generations"]
+    seen = -2 * scale[1][dial] + offset[1][dial]  # of the dial 1e-2
+    print("%.15g" % 10 ** ((seen - offset[0][dial]) / scale[0][dial]))
+EOF
+run=("$bin/fault" -fault_nx 2 -fault_nz 2 -ts_max_time 3 -ts_adapt_type rl -ts_adapt_rl_strict)
+"${run[@]}" -ts_adapt_rl_policy moved.h5 >new.txt 2>&1 && "${run[@]}" -ts_adapt_rl_policy p.h5 -ts_adapt_rl_accuracy "$(cat dial.txt)" >old.txt 2>&1 ||
+  fail "runs of a calibrated policy: $(cat new.txt old.txt)"
+for line in "Bathe solves" "final mean slip"; do
+  [ "$(grep "^$line" new.txt)" = "$(grep "^$line" old.txt)" ] || fail "the dial is moved to $(cat dial.txt): $(grep "^$line" new.txt old.txt)"
+done
+refuses "missing.h5" -- "${refused[@]}" -train_calibrate missing.h5
+refuses "no -train_resume" -- "${refused[@]}" -train_calibrate p.h5 -train_resume c.h5
+refuses "a policy of the problem fault, expected one of circuit" -- "${refused[@]}" -train_problem circuit -train_calibrate p.h5
+refuses "-train_within above 0" -- "${refused[@]}" -train_calibrate p.h5 -train_within 0
+refuses "/layers/0/weight" -- "${refused[@]}" -train_calibrate p.h5 -train_hidden 4
 "$bin/fault" -fault_nx 2 -fault_nz 2 -ts_max_time 3 -ts_adapt_type rl -ts_adapt_rl_policy p.h5 >run.txt 2>&1 ||
   fail "a run with the policy: $(tail -3 run.txt)"
 for problem in sliding_mode circuit; do
@@ -82,13 +115,52 @@ refuses "line 1: " -- "${refused[@]}" -train_family family.opts
 family "-fault_friction_law linear_slip_weakening|nothing"
 refuses "line 1: " -- "${refused[@]}" -train_family family.opts
 family "-spread_length_x 0.1"
-refuses "expected -spread_ and one of" -- "${refused[@]}" -train_family family.opts
+refuses "line 1: -spread_length_x: a fault has no field" -- "${refused[@]}" -train_family family.opts
 family "-fault_nx 2 -fault_nz 2"
 refuses "expected an option and its value" -- "${refused[@]}" -train_family family.opts
 family "-fault_nx 2" "-fault_nx 3"
 refuses "line 2: -fault_nx stands there twice" -- "${refused[@]}" -train_family family.opts
 family "-fault_friction_slip 50"
 refuses "of 50 faults drawn none slips" -- "${refused[@]}" -train_family family.opts
+family "-fault_length_x"
+refuses "line 1: -fault_length_x: yes is no number" -- "${refused[@]}" -train_family family.opts
+family "-fault_initial_unstable perhaps"
+refuses "line 1: -fault_initial_unstable" -- "${refused[@]}" -train_family family.opts
+family "-weakening 0.5:3"
+refuses "line 1: -weakening: " -- "${refused[@]}" -train_family family.opts
+family "-patch_radius 100"
+refuses "line 1: -patch_radius is for ruptures" -- "${refused[@]}" -train_family family.opts
+# Ruptures from a given stress, which the file makes the problem; a file of fields
+few=(-fault_nx\ 8 -fault_nz\ 4 "-fault_length_x 8e3" "-fault_length_z 4e3" "-fault_normal_stress 50e6" "-fault_normal_stress_gradient 0"
+  "-fault_friction_slip 0.2:0.3" "-fault_inertia no" "-fault_initial traction" "-stress_share 0.6:0.7" "-patch_radius 1.2e3:1.5e3" "-margin 1.5")
+family "${few[@]}" -fault_initial_unstable "-spread_friction_drop 0.1"
+"${tiny[@]}" -train_family family.opts -train_output rupture.h5 >out.txt 2>&1 || fail "a training on ruptures: $(cat out.txt)"
+grep -q "dial 2.2e-02 to 1.0e-01: kept by" out.txt || fail "what it keeps: $(cat out.txt)"
+"$SLIPSTEP_PYTHON" - <<'EOF' || fail "the policy and the fields of ruptures"
+import h5py
+import numpy as np
+
+with h5py.File("rupture.h5") as p:
+    assert p.attrs["problem"] == b"rupture", dict(p.attrs)
+with h5py.File("fields.h5", "w") as f:
+    f["friction_drop"] = np.full((4, 8), 0.12)
+EOF
+family "${few[@]}" -fault_initial_unstable "-fault_parameters fields.h5" "-spread_friction_drop 0.1"
+"${tiny[@]}" -train_family family.opts -train_output fields.h5.policy >out.txt 2>&1 || fail "ruptures with a file of fields: $(cat out.txt)"
+family "${few[@]}" -fault_initial_unstable "-fault_parameters missing.h5"
+refuses "line 14: -fault_parameters: missing.h5 cannot be read" -- "${refused[@]}" -train_family family.opts
+family "${few[@]/-fault_nx 8/-fault_nx 9}" -fault_initial_unstable "-fault_parameters fields.h5"
+refuses "-train_family family.opts: a fault of it cannot be made: " -- "${refused[@]}" -train_family family.opts
+family "${few[@]}"
+refuses "line 9: -fault_initial: expected -fault_initial_unstable" -- "${refused[@]}" -train_family family.opts
+family "${few[@]}" -fault_initial_unstable "-weakening 3"
+refuses "line 14: -weakening is for events from the instability" -- "${refused[@]}" -train_family family.opts
+family "${few[@]}" -fault_initial_unstable "-fault_friction_law rate_and_state"
+refuses "line 14: -fault_friction_law: rate_and_state" -- "${refused[@]}" -train_family family.opts
+family "${few[@]/-stress_share 0.6:0.7/-stress_share 0.01}" -fault_initial_unstable
+refuses "none ruptures" -- "${refused[@]}" -train_family family.opts
+family "${few[@]}" -fault_initial_unstable
+refuses "describes ruptures from a given stress, expected" -- "${refused[@]}" -train_family family.opts -train_problem fault_dial
 refuses "cannot be opened" -- "${refused[@]}" -train_family missing.opts
 refuses "-train_family is for faults with an accuracy dial" -- "$bin/train" -train_family good.opts -train_steps 5
 "$bin/train" -train_algorithm cmaes -help >help.txt 2>&1 || fail "-help"

@@ -1,6 +1,7 @@
 /* What steps of ruptures are trained by: the error of drawn ruptures. */
 #include "unit.h"
 #include "ruptures/ruptures.h"
+#include <stdio.h>
 
 enum { STREAM = 98, LARGE = 106 }; /* of seeds, neither training's nor the benchmark's; one of slips of several d_c */
 
@@ -59,4 +60,79 @@ static void broken(void **state)
   ok(RuptureEpisodeDestroy(&e));
 }
 
-SLIP_TESTS(measured, broken)
+/* ---- of a family ---- */
+
+static void read_family(const char lines[], Family *family)
+{
+  FILE *f = fopen("ruptures.opts", "w");
+
+  assert_non_null(f);
+  assert_true(fputs(lines, f) >= 0);
+  assert_int_equal(fclose(f), 0);
+  ok(FamilyRead(PETSC_COMM_SELF, "ruptures.opts", family));
+}
+
+#define COMMON                                                                                                         \
+  "-fault_nx 12\n-fault_nz 8\n-fault_length_x 6e3\n-fault_length_z 4e3\n-fault_normal_stress 50e6\n"                   \
+  "-fault_normal_stress_gradient 0\n-fault_friction_residual 0.4\n-fault_friction_drop 0.2\n"                          \
+  "-fault_friction_slip 0.3\n-fault_initial traction\n-fault_initial_unstable\n-fault_inertia no\n"                    \
+  "-stress_share 0.5\n"
+enum { CELLS = 96, DRAWS = 200 };
+
+static SlipFault drawn(const Family *family, uint64_t seed, const char field[], PetscReal values[CELLS])
+{
+  PetscReal *weaken, margin;
+  SlipFault fault;
+  Random random;
+  PetscInt n;
+
+  RandomSeed(&random, seed);
+  ok(RuptureDrawOfFamily(family, &random, &fault, &n, &weaken, &margin));
+  assert_int_equal(n, CELLS);
+  ok(SlipFaultGetField(fault, field, CELLS, values));
+  ok(PetscFree(weaken));
+  return fault;
+}
+
+/* Half of the drop above the residual strength, and 2 % above the strength in cells of 500 m whose centres are within 1100 m of
+   the middle of the fault. */
+static void stressed(void **state)
+{
+  PetscReal stress[CELLS];
+  SlipFault fault;
+  Family family;
+
+  (void)state;
+  read_family(COMMON "-patch_radius 1100\n-patch_excess 0.02\n-patch_x 0.5\n-patch_z 0.5\n", &family);
+  assert_true(family.rupture);
+  fault = drawn(&family, 1, "initial_traction", stress);
+  for (PetscInt i = 0; i < CELLS; i++) {
+    const double x = 500 * (i % 12) + 250 - 3000., z = 500 * (i / 12) + 250 - 2000.;
+
+    AssertNear(stress[i], 50e6 * (x * x + z * z < 1100. * 1100. ? 1.02 * 0.6 : 0.5), 1e-6);
+  }
+  ok(SlipFaultDestroy(&fault));
+}
+
+/* The logarithm of a field that varies: over 200 draws its variance in a cell is known to a tenth (root of 2/200), so within
+   four tenths; it differs between cells, and another field does not vary. */
+static void varied(void **state)
+{
+  PetscReal drop[CELLS], slip[CELLS], square = 0;
+  SlipFault fault;
+  Family family;
+
+  (void)state;
+  read_family(COMMON "-spread_friction_drop 0.2\n-correlation 2e3\n", &family);
+  for (PetscInt k = 0; k < DRAWS; k++) {
+    fault = drawn(&family, 100 + (uint64_t)k, "friction_drop", drop);
+    ok(SlipFaultGetField(fault, "friction_slip", CELLS, slip));
+    for (PetscInt i = 0; i < CELLS; i++) AssertNear(slip[i], 0.3, 1e-12);
+    assert_true(drop[0] != drop[CELLS - 1]);
+    square += PetscSqr(PetscLogReal(drop[40] / (PetscReal)0.2)) / DRAWS;
+    ok(SlipFaultDestroy(&fault));
+  }
+  if (PetscAbsReal(square / (PetscReal)0.04 - 1) > (PetscReal)0.4) fail_msg("variance %g", (double)square);
+}
+
+SLIP_TESTS(measured, broken, stressed, varied)

@@ -2,7 +2,7 @@
 #include "cmatrain.h"
 #include "common/files.h"
 #include "common/options.h"
-#include "problems/family.h"
+#include "environment/family.h"
 #include <slipcompat.h>
 
 static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOptionsObject)
@@ -99,20 +99,36 @@ static PetscErrorCode ParseDial(MPI_Comm comm, CMAOptions *o, SlipOptionItems Pe
 
 PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *o)
 {
+  PetscBool set;
+
   PetscFunctionBegin;
   PetscCall(PetscMemzero(o, sizeof(*o)));
   o->problem = problem;
   PetscOptionsBegin(comm, NULL, "Training a step-size policy by CMA-ES", "train");
   if (!problem) {
+    Family *family;
+    PetscBool given;
+
+    PetscCall(FamilyOption(PetscOptionsObject, &family));
     PetscCall(ProblemOption(PetscOptionsObject, PETSC_TRUE, &o->problem));
-    PetscCall(FamilyOption(PetscOptionsObject, o->problem->cma->kinds, &o->family));
+    PetscCall(PetscOptionsHasName(NULL, NULL, "-train_problem", &given));
+    if (family && family->rupture && !given) o->problem = &ProblemRupture;
+    PetscCall(FamilyCheck(family, o->problem->cma->kinds || o->problem == &ProblemRupture ? PETSC_TRUE : PETSC_FALSE,
+                          o->problem == &ProblemRupture ? PETSC_TRUE : PETSC_FALSE));
+    o->family = family;
   }
   PetscCall((*o->problem->cma->setup)(o));
   PetscCall(ParseNumbers(o, PetscOptionsObject));
   if (o->problem->cma->dial == CMA_DIAL_SPREAD) PetscCall(ParseDial(comm, o, PetscOptionsObject));
   PetscCall(TrainSetFiles(PetscOptionsObject, "Checkpoint to write at every validation", o->output, o->log,
                           o->checkpoint, o->resume));
+  PetscCall(PetscOptionsString(
+    "-train_calibrate", "Policy file whose accuracy dial is calibrated anew, by -train_within; nothing is trained",
+    NULL, o->calibrate, o->calibrate, sizeof(o->calibrate), &set));
   PetscOptionsEnd();
+  PetscCheck(!set || (o->calibrate[0] && !o->resume[0]), comm, PETSC_ERR_ARG_WRONG,
+             "-train_calibrate is \"%s\"%s, expected the name of a policy file and no -train_resume", o->calibrate,
+             o->resume[0] ? " beside -train_resume" : "");
   PetscCall(TrainCheckFiles(comm, o->output, o->log, o->checkpoint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

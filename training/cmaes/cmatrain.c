@@ -5,7 +5,8 @@
 
 #define CALIBRATIONS 30 /* validations of a calibration, about */
 
-enum { TRAIN_STREAM, VALID_STREAM, GENERATION_STREAM, CALIBRATION_STREAM }; /* of the problem's seeds */
+/* Of the problem's seeds; the last one is far from all problems' own. */
+enum { TRAIN_STREAM, VALID_STREAM, GENERATION_STREAM, CALIBRATION_STREAM, FRESH_STREAM = 50 };
 
 static const PetscReal unmoved[2] = {0, 0};
 
@@ -54,6 +55,10 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
   (*t->cma->start)(o, t->best);
   PetscCall(CMALoopCreate(comm, n, o->population, t->best, o->sigma, &t->loop));
   if (o->resume[0]) PetscCall(CMACheckpointRead(t));
+  if (o->calibrate[0]) {
+    t->loop.generations = 0;
+    PetscCall(CMAPolicyRead(t));
+  }
   PetscCall(SetCreate(t, TRAIN_STREAM, o->nsingle, o->nmesh, &t->train));
   PetscCall(SetCreate(t, VALID_STREAM, o->validation, t->cma->dial == CMA_DIAL_SPREAD ? o->validation : 0, &t->valid));
   if (o->resume[0]) /* the same unless the episodes are others now */
@@ -245,11 +250,15 @@ static PetscErrorCode Finish(void *ctx)
 
   PetscFunctionBegin;
   if (t->o.within > 0) {
-    CMASet set;
+    CMASet set, fresh;
 
+    PetscCall(SetCreate(t, FRESH_STREAM, t->o.calibration, t->o.calibration, &fresh));
+    if (t->o.calibrate[0]) PetscCall(CMAReport(t, &fresh, "before"));
     PetscCall(SetCreate(t, CALIBRATION_STREAM, t->o.calibration, t->o.calibration, &set));
     PetscCall(CMACalibrate(t, &set));
     PetscCall(SetDestroy(t, &set));
+    PetscCall(CMAReport(t, &fresh, "the result"));
+    PetscCall(SetDestroy(t, &fresh));
   }
   PetscCall(FindRange(t, &t->train));
   if (t->o.output[0]) PetscCall(CMAStorePolicy(t));

@@ -49,10 +49,15 @@ PETSC_INTERN PetscErrorCode CMAValidate(CMATrainer *t, const CMASet *set, const 
 /* Finds t->shift for t->best; t->score becomes that of the set. */
 PETSC_INTERN PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set);
 
-/* ---- files (cmafiles.c), by the first rank ---- */
+/* Says how many runs of fresh draws keep the dial, by thirds of its range, and with how many solves. what: begins the line */
+PETSC_INTERN PetscErrorCode CMAReport(CMATrainer *t, const CMASet *set, const char what[]);
+
+/* ---- files (cmafiles.c, cmaread.c), by the first rank ---- */
 PETSC_INTERN PetscErrorCode CMAStorePolicy(CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMACheckpointWrite(CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMACheckpointRead(CMATrainer *t); /* on every rank */
+/* The policy of o.calibrate as the best one, and the shift of its dial; on every rank */
+PETSC_INTERN PetscErrorCode CMAPolicyRead(CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMALogOpen(CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMALogRow(CMATrainer *t, const CMAScore *score);
 PETSC_INTERN PetscErrorCode CMALogClose(CMATrainer *t);

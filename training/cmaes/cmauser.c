@@ -4,7 +4,8 @@
 
 /* The -train_ options that say something of a user's problem; test_options.py holds the list to the sources */
 static const char names[] =
-  "batch_singles calibration checkpoint diagonal dial_high dial_low dt_max dt_min generations hidden late_generations "
+  "batch_singles calibrate calibration checkpoint diagonal dial_high dial_low dt_max dt_min generations hidden "
+  "late_generations "
   "late_singles layers log log_overwrite minutes observations output population resume seed sigma singles validation "
   "validation_interval within";
 
@@ -69,6 +70,7 @@ static PetscErrorCode CheckProblem(MPI_Comm comm, const SlipTrainProblem *p)
 . -train_validation <40>        - other instances, by which the best policy is chosen
 . -train_calibration <60>       - other ones, by which the dial is calibrated
 . -train_within <0.97>          - share of these that shall keep the dial
+. -train_calibrate <file.h5>    - a policy whose dial is calibrated anew; nothing is trained
 . -train_dial_low <3e-3>        - lowest position of the accuracy dial
 . -train_observations <names>   - in place of the table's
 - -train_seed <0>               - of everything random

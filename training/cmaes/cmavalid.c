@@ -145,3 +145,25 @@ PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set)
     (double)score->error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode CMAReport(CMATrainer *t, const CMASet *set, const char what[])
+{
+  const PetscReal third = PetscLog10Real(t->o.high / t->o.low) / CMA_DIALS;
+  CMAScore score;
+
+  PetscFunctionBegin;
+  PetscCall(CMAValidate(t, set, t->best, t->shift, &score));
+  PetscCall(
+    PetscPrintf(t->loop.comm, "%s, on %" PetscInt_FMT " fresh %s: dial kept by %.1f %%, solves %.1f, error/dial %.3f\n",
+                what, set->n, t->cma->episodes, 100 * (double)score.within, (double)score.solves, (double)score.error));
+  for (PetscInt k = 0; k < CMA_DIALS; ++k) {
+    const PetscReal low = PetscLog10Real(t->o.low) + third * (PetscReal)k;
+
+    PetscCall(PetscPrintf(t->loop.comm, "  dial %.1e to %.1e: kept by %.1f %%", (double)PetscPowReal(10, low),
+                          (double)PetscPowReal(10, low + third), 100 * (double)score.kept[0][k]));
+    if (t->cma->kinds)
+      PetscCall(PetscPrintf(t->loop.comm, " of single cells, %.1f %% of meshes", 100 * (double)score.kept[1][k]));
+    PetscCall(PetscPrintf(t->loop.comm, "\n"));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -3,7 +3,7 @@
 #include "trainer.h"
 #include "common/files.h"
 #include "common/options.h"
-#include "problems/family.h"
+#include "environment/family.h"
 #include "problems/problems.h"
 
 /* What the first policies were trained with; CMA-ES takes these as they are. */
@@ -52,11 +52,14 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
   char reward[64] = "published", *names[ENV_MAX_OBS];
   char low[64], high[64], atol[256];
   PetscInt n = ENV_MAX_OBS, cost = 0;
+  Family *family;
   PetscBool set;
 
   PetscFunctionBegin;
   PetscCall(ProblemOption(PetscOptionsObject, PETSC_FALSE, &e->problem));
-  PetscCall(FamilyOption(PetscOptionsObject, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, &e->family));
+  PetscCall(FamilyOption(PetscOptionsObject, &family));
+  PetscCall(FamilyCheck(family, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, PETSC_FALSE));
+  e->family = family;
   PetscCall(PetscOptionsString(
     "-train_reward",
     "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure), accuracy (price of an attempt plus alpha times the "

@@ -99,6 +99,7 @@ void FaultDrawAtRandom(Random *random, PetscInt side, FaultDraw *d)
   double depth;
 
   d->nreal = d->nstring = 0;
+  d->of_family = PETSC_FALSE;
   d->weakening = Draw(random, WEAKENING);
   d->margin = Draw(random, MARGIN);
   d->limit = LIMIT;
@@ -142,7 +143,8 @@ PetscErrorCode FaultDrawOfFamily(const Family *family, Random *random, PetscInt 
 {
   PetscFunctionBegin;
   d->nreal = d->nstring = 0;
-  d->weakening = 0;
+  d->of_family = PETSC_TRUE;
+  d->weakening = FamilyNumber(family, "weakening", 0, random);
   d->margin = Draw(random, MARGIN);
   d->limit = FAMILY_LIMIT;
   d->nx = FamilyCells(family, "fault_nx", random, side);
@@ -153,7 +155,8 @@ PetscErrorCode FaultDrawOfFamily(const Family *family, Random *random, PetscInt 
     const FamilyLine *line = &family->line[i];
     const char *name = line->name + strlen("fault_");
 
-    if (!strcmp(line->name, "fault_nx") || !strcmp(line->name, "fault_nz")) continue;
+    if (!strcmp(line->name, "fault_nx") || !strcmp(line->name, "fault_nz") || !strcmp(line->name, "weakening"))
+      continue;
     if (!strcmp(line->name, "margin")) {
       d->margin = FamilyDraw(line, random);
     } else if (line->name[0] == 's') {

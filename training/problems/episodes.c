@@ -11,8 +11,6 @@
 
 #define CLASSICAL_ATTEMPTS 100000
 
-#define FAMILY_TRIES 50 /* draws of a family in a row that are of no use */
-
 /* The run has a mean slip [m] and rate [m/s] at time t. A step may come more than once. */
 static PetscErrorCode Follow(Episode *e, PetscReal t, PetscReal slip, PetscReal rate)
 {
@@ -184,14 +182,16 @@ static PetscErrorCode SetFields(Episode *e, const FaultDraw *d, PetscReal slip)
 
   PetscFunctionBegin;
   for (PetscInt f = 0; f < DRAW_FIELDS; ++f) {
-    if (d->weakening > 0)
-      factor = f == DRAW_FRICTION_SLIP ? slip : 1;
+    if (d->weakening > 0 && f == DRAW_FRICTION_SLIP)
+      factor = slip;
+    else if (!d->of_family)
+      factor = 1;
     else if (d->spread[f] == 0)
       continue; /* uniform, or with depth */
     else
       PetscCall(SlipFaultGetReal(e->fault, EpisodeFieldNames[f], &factor));
     for (PetscInt i = 0; i < d->n; ++i) field[i] = factor * d->field[f][i];
-    if (f == DRAW_NORMAL_STRESS && d->weakening == 0) PetscCall(AddDepth(e, d, field));
+    if (f == DRAW_NORMAL_STRESS && d->of_family) PetscCall(AddDepth(e, d, field));
     PetscCall(SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, field));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -201,7 +201,7 @@ static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
 {
   PetscFunctionBegin;
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
-  for (PetscInt i = 0; i < d->nstring; ++i) PetscCall(SlipFaultSetString(e->fault, d->string[i], d->text[i]));
+  for (PetscInt i = 0; i < d->nstring; ++i) PetscCall(FamilySetWord(e->fault, d->string[i], d->text[i]));
   for (PetscInt i = 0; i < d->nreal; ++i) PetscCall(SlipFaultSetReal(e->fault, d->name[i], d->value[i]));
   PetscCall(SetFields(e, d, slip));
   PetscCall(SetUp(e));

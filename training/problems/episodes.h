@@ -3,8 +3,8 @@
    depends on its seed only, not on others or on ranks. Public headers of the library only. */
 #pragma once
 #include "problems.h"
-#include "family.h"
 #include "environment/cmaproblem.h"
+#include "environment/family.h"
 #include "environment/plainrun.h"
 #include "common/table.h"
 #include <slipstep.h>
@@ -25,8 +25,9 @@ typedef struct {
     field[DRAW_FIELDS]
          [EPISODE_MAX_CELLS]; /* see EpisodeFieldNames; of a family relative to the scalar, and friction_slip always */
   PetscReal
-    weakening;      /* at the start over the stiffness, both of the critical displacement: gives friction_slip. 0: of a
+    weakening; /* at the start over the stiffness, both of the critical displacement: gives friction_slip. 0: of a
                             family, which has friction_slip itself */
+  PetscBool of_family;
   PetscReal margin; /* duration over the time at which the reference rests */
   PetscReal limit;  /* the reference gives up after this time, over that of the critical displacement's swing */
 } FaultDraw;

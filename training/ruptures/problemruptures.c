@@ -31,6 +31,7 @@ static PetscErrorCode SetUp(CMAOptions *o)
 
   PetscFunctionBegin;
   *o = (CMAOptions){.problem = o->problem,
+                    .family = o->family,
                     .hidden = UNITS,
                     .layers = 1,
                     .activation = SLIP_ACTIVATION_TANH,
@@ -85,9 +86,9 @@ static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, 
   RuptureEpisode *e;
 
   PetscFunctionBegin;
-  (void)o, (void)side;
+  (void)side;
   PetscCall(PetscNew(&e));
-  PetscCall(RuptureEpisodeCreate(seed, 1, e));
+  PetscCall(o->family ? RuptureEpisodeOfFamily((const Family *)o->family, seed, e) : RuptureEpisodeCreate(seed, 1, e));
   *episode = e;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

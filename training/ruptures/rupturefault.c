@@ -1,5 +1,6 @@
 /* Small faults that rupture from a patch, drawn at random, and runs of them under a controller. */
 #include "ruptures.h"
+#include "common/files.h"
 #include "environment/libraryrun.h"
 #include <slipcompat.h>
 #include <math.h>
@@ -316,6 +317,33 @@ PetscErrorCode RuptureEpisodeCreate(uint64_t seed, PetscInt larger, RuptureEpiso
     PetscCall(SetFields(&random, &d, e->fault, e->weaken));
     PetscCall(SlipFaultSetUp(e->fault));
     PetscCall(Judge(e, 1 + 2 * RandomUniform(&random) * RandomUniform(&random), &good));
+    if (!good) PetscCall(RuptureEpisodeDestroy(e));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RuptureEpisodeOfFamily(const Family *family, uint64_t seed, RuptureEpisode *e)
+{
+  char text[ERROR_TEXT] = "";
+  PetscBool good = PETSC_FALSE;
+  PetscErrorCode code;
+  PetscReal margin;
+  Random random;
+
+  PetscFunctionBegin;
+  RandomSeed(&random, seed);
+  for (PetscInt tries = 0; !good; ++tries) {
+    PetscCheck(
+      tries < FAMILY_TRIES, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+      "-train_family %s: of %d faults drawn none ruptures: expected one whose slip passes friction_slip in a tenth "
+      "of the cells, and then fades within %g T*",
+      family->file, FAMILY_TRIES, (double)LONGEST);
+    *e = (RuptureEpisode){0};
+    PetscCall(PetscPushErrorHandler(ErrorCapture, text));
+    code = RuptureDrawOfFamily(family, &random, &e->fault, &e->n, &e->weaken, &margin);
+    PetscCall(PetscPopErrorHandler());
+    PetscCheck(!code, PETSC_COMM_SELF, code, "-train_family %s: a fault of it cannot be made: %s", family->file, text);
+    PetscCall(Judge(e, (double)margin, &good));
     if (!good) PetscCall(RuptureEpisodeDestroy(e));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,7 +1,7 @@
 /* Ruptures of small faults from a given stress, and runs of them (train -train_algorithm cmaes -train_problem rupture). No policy
    that is shipped was trained on them. */
 #pragma once
-#include "common/random.h"
+#include "environment/family.h"
 #include "common/table.h"
 #include <slipstep.h>
 
@@ -28,6 +28,11 @@ typedef struct {
 #define RUPTURE_REFERENCE_RTOL 1e-5 /* of pi */
 /* A fault that ruptures, of 72 to 128 cells, or so many times more along either side: draws are repeated until one does. */
 PETSC_INTERN PetscErrorCode RuptureEpisodeCreate(uint64_t seed, PetscInt larger, RuptureEpisode *e);
+/* Of a family: rupturefamily.c draws the fault, set up, with d_c [n], to be freed, and its duration over the time in which it
+   fades; fault: NULL where the draw makes no sense */
+PETSC_INTERN PetscErrorCode RuptureEpisodeOfFamily(const Family *family, uint64_t seed, RuptureEpisode *e);
+PETSC_INTERN PetscErrorCode RuptureDrawOfFamily(const Family *family, Random *random, SlipFault *fault, PetscInt *n,
+                                                PetscReal **weaken, PetscReal *margin);
 PETSC_INTERN PetscErrorCode RuptureEpisodeDestroy(RuptureEpisode *e);
 /* Under the policy with the dial at accuracy; without one under a classical controller with the tolerance rtol. errors: of the
    run against the reference; error: the largest by the measure of histories, and of the times at which cells break */

@@ -1,0 +1,102 @@
+/* -train_calibrate: the weights of a policy that is there, and how its dial was moved before. */
+#include "cmatrain.h"
+#include "common/files.h"
+#include <slipcompat.h>
+
+/* Weights in the order of CMAPolicy() */
+static PetscErrorCode ReadLayers(SlipH5 *h, const CMAOptions *o, double w[])
+{
+  PetscInt in = o->nobs, found[2];
+  char path[64];
+
+  PetscFunctionBegin;
+  for (PetscInt l = 0; l <= o->layers; ++l) {
+    const PetscInt out = l < o->layers ? o->hidden : 1, dims[2] = {out, in};
+    PetscReal *weight, *bias;
+
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/layers/%" PetscInt_FMT "/weight", l));
+    PetscCall(SlipH5ReadRealSized(h, path, 2, dims, NULL, found, &weight));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/layers/%" PetscInt_FMT "/bias", l));
+    PetscCall(SlipH5ReadRealSized(h, path, 1, dims, NULL, found, &bias));
+    for (PetscInt i = 0; i < out * in; ++i) *w++ = (double)weight[i];
+    for (PetscInt i = 0; i < out; ++i) *w++ = (double)bias[i];
+    PetscCall(PetscFree(weight));
+    PetscCall(PetscFree(bias));
+    in = out;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Scales are the file's; what it says of the dial beyond the problem's own is how far that was moved. */
+static PetscErrorCode ReadScales(SlipH5 *h, CMATrainer *t)
+{
+  CMAOptions *o = &t->o;
+  const PetscInt dial = CMAFind(o, SLIP_OBSERVES_ACCURACY);
+  const PetscReal middle = 0.5 * PetscLog10Real(o->low * o->high), own[2] = {o->scale[dial], o->offset[dial]};
+  PetscReal *scale, *offset;
+  PetscInt found[1];
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadRealSized(h, "/observation/scale", 1, &o->nobs, NULL, found, &scale));
+  PetscCall(SlipH5ReadRealSized(h, "/observation/offset", 1, &o->nobs, NULL, found, &offset));
+  t->shift[1] = scale[dial] / own[0] - 1;
+  t->shift[0] = (offset[dial] - own[1]) / own[0] + t->shift[1] * middle;
+  PetscCall(PetscArraycpy(o->scale, scale, o->nobs));
+  PetscCall(PetscArraycpy(o->offset, offset, o->nobs));
+  o->scale[dial] = own[0];
+  o->offset[dial] = own[1];
+  PetscCall(PetscFree(scale));
+  PetscCall(PetscFree(offset));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the policy is: of this problem, with these observations; the bounds of its steps become the trainer's. */
+static PetscErrorCode ReadAttributes(SlipPolicy p, CMATrainer *t)
+{
+  CMAOptions *o = &t->o;
+  const char *const *names, *problem;
+  PetscReal number;
+  PetscInt n;
+  PetscBool same, has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyGetAttribute(p, "problem", &problem));
+  PetscCall(PetscStrcmp(problem ? problem : "", ProblemPolicy(o->problem), &same));
+  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "-train_calibrate %s is a policy of the problem %s, expected one of %s (-train_problem)", o->calibrate,
+             problem ? problem : "(none)", ProblemPolicy(o->problem));
+  PetscCall(SlipPolicyGetObservations(p, &n, &names));
+  same = n == o->nobs ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt i = 0; same && i < n; ++i) PetscCall(PetscStrcmp(names[i], o->names[i], &same));
+  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "-train_calibrate %s observes other numbers than -train_observations names", o->calibrate);
+  PetscCall(SlipPolicyGetStepBounds(p, 1, 1, &o->dt_min, &o->dt_max));
+  PetscCall(SlipPolicyGetNumber(p, SLIP_POLICY_MOVING_DT_MAX, &o->moving, &has));
+  if (!has) o->moving = 0;
+  PetscCall(SlipPolicyGetNumber(p, "generations", &number, &has));
+  if (has) t->best_generation = (PetscInt64)number;
+  PetscCall(SlipPolicyGetNumber(p, "training_runs", &number, &has));
+  if (has) t->evaluations = (PetscInt64)number;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CMAPolicyRead(CMATrainer *t)
+{
+  SlipPolicy p;
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  PetscCheck(t->cma->dial == CMA_DIAL_SPREAD && !t->o.more && t->o.within > 0, t->loop.comm, PETSC_ERR_SUP,
+             "-train_calibrate is for networks with an accuracy dial and no tolerance of their own, with -train_within "
+             "above 0; the problem is %s",
+             t->o.problem->name);
+  PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+  PetscCallFile("-train_calibrate", SlipPolicyLoad(p, t->o.calibrate));
+  PetscCall(ReadAttributes(p, t));
+  PetscCall(SlipPolicyDestroy(&p));
+  PetscCallFile("-train_calibrate", SlipH5OpenRead(t->o.calibrate, &h));
+  PetscCallFile("-train_calibrate", ReadScales(&h, t));
+  PetscCallFile("-train_calibrate", ReadLayers(&h, &t->o, t->best));
+  PetscCall(SlipH5Close(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
