@@ -29,4 +29,21 @@ with h5py.File("one.h5") as a, h5py.File("two.h5") as b:
     assert np.all((error > 0) & (error < 0.5)), error
     assert np.allclose(np.nansum(dt, axis=1), 30) and np.all(np.isfinite(dt).sum(axis=1) <= steps)
 EOF
+
+# A rupture from a given stress, by the library: more steps are better, by more than rounding and less than without a search
+refuses "-train_draw has 1 numbers" -- "${search[@]}" -train_draw 98
+rupture=(-fault_nx 6 -fault_nz 3 -fault_length_x 6e3 -fault_length_z 3e3 -fault_normal_stress 50e6 -fault_normal_stress_gradient 0
+  -fault_initial traction -fault_initial_unstable -fault_friction_slip 0.2)
+refuses "of -ts_max_time" -- "${search[@]}" "${rupture[@]}" -fault_initial_traction 29e6 -ts_max_time 20
+"${search[@]}" "${rupture[@]}" -fault_initial_traction 30.5e6 -ts_max_time 20 -train_steps_least 6 -train_steps_most 18 -train_steps_stride 12 \
+  -train_generations 20 -train_restarts 1 -train_output rupture.h5 >rupture.txt 2>&1 || fail "steps of a rupture: $(cat rupture.txt)"
+"$SLIPSTEP_PYTHON" - <<'EOF' || fail "the steps of a rupture: $(cat rupture.txt)"
+import h5py
+import numpy as np
+
+with h5py.File("rupture.h5") as f:
+    steps, error, dt = (f[name][...] for name in ("steps", "error", "dt"))
+assert list(steps) == [6, 18] and np.allclose(np.nansum(dt, axis=1), 20)
+assert 0 < error[1] < error[0] / 3 and error[0] < 0.3, error  # of second order: a ninth for three times the steps
+EOF
 exit $failed

@@ -136,10 +136,12 @@ static PetscErrorCode RunDestroy(RuptureRun *r)
 typedef struct {
   const RuptureEpisode *e;
   RuptureRun *r;
-  PetscReal *before; /* [2 n] slip and rate of each cell at the last step */
-  PetscReal last;    /* [s] */
-  PetscReal peak;    /* largest mean rate so far [m/s] */
-  PetscBool fade;    /* it ends when it has faded */
+  PetscReal *before;   /* [2 n] slip and rate of each cell at the last step */
+  PetscReal last, end; /* [s] */
+  PetscReal peak;      /* largest mean rate so far [m/s] */
+  PetscBool fade;      /* it ends when it has faded */
+  PetscInt nsteps;
+  const double *steps; /* [nsteps] [s], then one to the end; NULL: the controller's */
 } Watch;
 
 /* When a cell's slip, a cubic between two steps, first reaches d_c; share: of the step */
@@ -174,15 +176,22 @@ static PetscErrorCode Follow(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx
   PetscCall(TableAdd(&r->course, row));
   watch->last = t;
   watch->peak = PetscMax(watch->peak, row[2]);
+  if (watch->steps && t < watch->end) {
+    const PetscReal left = watch->end - t, h = step < watch->nsteps ? (PetscReal)watch->steps[step] : left;
+
+    PetscCall(TSSetTimeStep(ts, PetscMin(h, left)));
+  }
   if (watch->fade && row[2] < FADED * watch->peak) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* end [s]: where it ends, or earlier with fade; most: attempts after which it is not good */
-static PetscErrorCode Integrate(const RuptureEpisode *e, SlipPolicy policy, PetscReal accuracy, TSAdaptType type,
-                                PetscReal rtol, PetscReal end, PetscBool fade, PetscInt most, RuptureRun *r)
+/* end [s]: where it ends, or earlier with fade; most: attempts after which it is not good; steps [nsteps]: in place of those of a
+   controller, or NULL */
+static PetscErrorCode IntegrateBy(const RuptureEpisode *e, SlipPolicy policy, PetscReal accuracy, TSAdaptType type,
+                                  PetscReal rtol, PetscReal end, PetscBool fade, PetscInt most, PetscInt nsteps,
+                                  const double steps[], RuptureRun *r)
 {
-  Watch watch = {.e = e, .r = r, .fade = fade};
+  Watch watch = {.e = e, .r = r, .fade = fade, .end = end, .nsteps = nsteps, .steps = steps};
   PetscInt attempts, newton, linear;
   PetscReal t;
   Vec w;
@@ -210,6 +219,12 @@ static PetscErrorCode Integrate(const RuptureEpisode *e, SlipPolicy policy, Pets
   PetscCall(VecDestroy(&w));
   PetscCall(PetscFree(watch.before));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Integrate(const RuptureEpisode *e, SlipPolicy policy, PetscReal accuracy, TSAdaptType type,
+                                PetscReal rtol, PetscReal end, PetscBool fade, PetscInt most, RuptureRun *r)
+{
+  return IntegrateBy(e, policy, accuracy, type, rtol, end, fade, most, 0, NULL, r);
 }
 
 static const SlipCourseNode *Nodes(const RuptureRun *r)
@@ -247,6 +262,30 @@ static PetscReal FieldError(const RuptureEpisode *e, const RuptureRun *r)
   return PetscSqrtReal(sum / whole);
 }
 
+/* The largest of all; negative: the run did not end */
+static void Compare(const RuptureEpisode *e, const RuptureRun *r, PetscReal errors[], PetscReal *error)
+{
+  for (PetscInt i = 0; i < SLIP_NUM_ERRORS; i++) errors[i] = 1;
+  *error = -1;
+  if (!r->good) return;
+  SlipCourseCompare(r->course.n, Nodes(r), e->reference.course.n, Nodes(&e->reference), errors);
+  errors[SLIP_ERROR_FIELD] = FieldError(e, r);
+  *error = PetscMax(SlipMeasureOf(&SlipMeasures[0], errors), BreakError(e, r));
+}
+
+PetscErrorCode RuptureEpisodeRunSteps(RuptureEpisode *e, PetscInt n, const double dt[], PetscReal *error)
+{
+  PetscReal errors[SLIP_NUM_ERRORS];
+  RuptureRun r;
+
+  PetscFunctionBegin;
+  PetscCall(IntegrateBy(e, NULL, 0, TSADAPTNONE, RUPTURE_REFERENCE_RTOL, e->end, PETSC_FALSE, n + 1, n, dt, &r));
+  if (r.solves > r.accepted) r.good = PETSC_FALSE;
+  Compare(e, &r, errors, error);
+  PetscCall(RunDestroy(&r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode RuptureEpisodeRun(RuptureEpisode *e, SlipPolicy policy, PetscReal accuracy, TSAdaptType type,
                                  PetscReal rtol, PetscInt *solves, PetscInt *rejected, PetscReal errors[],
                                  PetscReal *error)
@@ -258,13 +297,7 @@ PetscErrorCode RuptureEpisodeRun(RuptureEpisode *e, SlipPolicy policy, PetscReal
     Integrate(e, policy, accuracy, type, rtol, e->end, PETSC_FALSE, policy ? 20 * e->usual : MOST_ATTEMPTS, &r));
   *solves = r.solves;
   *rejected = r.solves - r.accepted;
-  for (PetscInt i = 0; i < SLIP_NUM_ERRORS; i++) errors[i] = 1;
-  *error = -1;
-  if (r.good) {
-    SlipCourseCompare(r.course.n, Nodes(&r), e->reference.course.n, Nodes(&e->reference), errors);
-    errors[SLIP_ERROR_FIELD] = FieldError(e, &r);
-    *error = PetscMax(SlipMeasureOf(&SlipMeasures[0], errors), BreakError(e, &r));
-  }
+  Compare(e, &r, errors, error);
   PetscCall(RunDestroy(&r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -319,6 +352,30 @@ PetscErrorCode RuptureEpisodeCreate(uint64_t seed, PetscInt larger, RuptureEpiso
     PetscCall(Judge(e, 1 + 2 * RandomUniform(&random) * RandomUniform(&random), &good));
     if (!good) PetscCall(RuptureEpisodeDestroy(e));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RuptureEpisodeOfFault(SlipFault fault, PetscReal end, RuptureEpisode *e)
+{
+  Vec w;
+
+  PetscFunctionBegin;
+  *e = (RuptureEpisode){.fault = fault, .end = end};
+  PetscCall(SlipFaultReference(fault));
+  PetscCall(SlipFaultCreateState(fault, &w));
+  PetscCall(VecGetSize(w, &e->n));
+  PetscCall(VecDestroy(&w));
+  e->n /= 3;
+  PetscCall(PetscMalloc1(e->n, &e->weaken));
+  PetscCall(SlipFaultGetField(fault, "friction_slip", e->n, e->weaken));
+  PetscCall(Integrate(e, NULL, 0, TSADAPTPI, RUPTURE_REFERENCE_RTOL, end, PETSC_FALSE, MOST_ATTEMPTS, &e->reference));
+  PetscCheck(e->reference.good, PETSC_COMM_SELF, PETSC_ERR_NOT_CONVERGED,
+             "The reference, pi at the tolerance %g, does not reach the %g s of -ts_max_time in %d attempts",
+             RUPTURE_REFERENCE_RTOL, (double)end, MOST_ATTEMPTS);
+  PetscCheck(Nodes(&e->reference)[e->reference.course.n - 1].slip > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "Nothing slips in the %g s of -ts_max_time", (double)end);
+  e->rise = SlipCourseTime(e->reference.course.n, Nodes(&e->reference), (PetscReal)0.9) -
+            SlipCourseTime(e->reference.course.n, Nodes(&e->reference), (PetscReal)0.1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

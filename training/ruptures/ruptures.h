@@ -33,6 +33,10 @@ PETSC_INTERN PetscErrorCode RuptureEpisodeCreate(uint64_t seed, PetscInt larger,
 PETSC_INTERN PetscErrorCode RuptureEpisodeOfFamily(const Family *family, uint64_t seed, RuptureEpisode *e);
 PETSC_INTERN PetscErrorCode RuptureDrawOfFamily(const Family *family, Random *random, SlipFault *fault, PetscInt *n,
                                                 PetscReal **weaken, PetscReal *margin);
+/* Of a fault that is set up, until end [s] */
+PETSC_INTERN PetscErrorCode RuptureEpisodeOfFault(SlipFault fault, PetscReal end, RuptureEpisode *e);
+/* Steps dt [n] [s] and one to the end. error: as of RuptureEpisodeRun(), negative where a step fails */
+PETSC_INTERN PetscErrorCode RuptureEpisodeRunSteps(RuptureEpisode *e, PetscInt n, const double dt[], PetscReal *error);
 PETSC_INTERN PetscErrorCode RuptureEpisodeDestroy(RuptureEpisode *e);
 /* Under the policy with the dial at accuracy; without one under a classical controller with the tolerance rtol. errors: of the
    run against the reference; error: the largest by the measure of histories, and of the times at which cells break */

@@ -5,20 +5,33 @@
 #include "common/files.h"
 #include "common/options.h"
 #include "problems/episodes.h"
+#include "ruptures/ruptures.h"
 #include <slipcompat.h>
 #include <math.h>
 
 #define MAX_TIME 30    /* [s], the program fault's */
+#define DRAW_SEED 77   /* of ruptures that are drawn for benchmarks */
 #define FAILED 10      /* error of steps that fail or do not get to the end */
 #define SIGMA 0.25     /* of ln(step) */
 #define SPREAD 0.5     /* of starts that are drawn */
+#define NOISE 0.1      /* of those that follow a reference */
 #define REST_TAIL 1.05 /* a start's steps end a little after the reference rests */
 
 typedef struct {
   PetscInt least, most; /* solves, the one to the end included */
   PetscInt generations, restarts, population, seed;
+  PetscInt stride;  /* from one number of solves to the next */
+  PetscInt draw[2]; /* of a drawn rupture: stream and number */
+  PetscBool drawn;
   char output[PETSC_MAX_PATH_LEN];
 } StepsOptions;
+
+/* The fault whose steps are looked for: from its instability, on plain arrays, or under a given stress, by the library */
+typedef struct {
+  Episode *event;
+  RuptureEpisode *rupture;
+  PetscReal end; /* [s] */
+} Target;
 
 /* What was found for one number of solves. */
 typedef struct {
@@ -31,7 +44,7 @@ typedef struct {
 
 /* One search: the best steps so far */
 typedef struct {
-  Episode *episode;
+  const Target *target;
   PetscInt n;
   double *best, error; /* [n] */
 } Search;
@@ -45,20 +58,44 @@ static PetscErrorCode Error(const double x[], void *ctx, double *error)
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < s->n; ++i) dt[i] = exp(x[i]);
-  PetscCall(EpisodeRunSteps(s->episode, s->n, dt, &r));
-  *error = r.done < 1 || isnan(r.error) ? FAILED * (2 - r.done) : r.error;
+  if (s->target->rupture) {
+    PetscCall(RuptureEpisodeRunSteps(s->target->rupture, s->n, dt, &r.error));
+    *error = r.error < 0 ? FAILED : r.error;
+  } else {
+    PetscCall(EpisodeRunSteps(s->target->event, s->n, dt, &r));
+    *error = r.done < 1 || isnan(r.error) ? FAILED * (2 - r.done) : r.error;
+  }
   if (*error >= s->error) PetscFunctionReturn(PETSC_SUCCESS);
   s->error = *error;
   PetscCall(PetscArraycpy(s->best, x, s->n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The plan for one step less, one of whose steps is halved, and noise; or steps drawn about equal ones */
-static void Start(const Episode *e, const StepsPlan *fewer, PetscInt k, Random *random, PetscInt n, double x[])
+/* Where shares of the steps of a rupture's reference lie: its controller put them where they are needed. */
+static void StartAsReference(const RuptureEpisode *e, Random *random, PetscInt n, double x[])
 {
-  const PetscReal span = REST_TAIL * (e->rest > 0 ? e->rest : e->tmax);
+  const SlipCourseNode *node = (const SlipCourseNode *)e->reference.course.data;
+  const PetscInt steps = e->reference.course.n - 1;
+  PetscReal before = 0;
 
-  if (fewer && fewer->n == n - 1 && n > 1 && k % 2 == 0) {
+  for (PetscInt i = 0; i < n; ++i) {
+    const PetscReal at = (PetscReal)steps * (PetscReal)(i + 1) / (PetscReal)(n + 1);
+    const PetscInt k = PetscMin((PetscInt)at, steps - 1);
+    const PetscReal t = node[k].time + (at - (PetscReal)k) * (node[k + 1].time - node[k].time);
+
+    x[i] = log(PetscMax((double)(t - before), 1e-12 * (double)e->end)) + NOISE * RandomNormal(random);
+    before = t;
+  }
+}
+
+/* The plan for one step less, one of whose steps is halved, and noise; or steps drawn about equal ones */
+static void Start(const Target *target, const StepsPlan *fewer, PetscInt k, Random *random, PetscInt n, double x[])
+{
+  const PetscReal span = REST_TAIL * (target->event && target->event->rest > 0 ? target->event->rest : target->end);
+
+  if (target->rupture && (k % 2 || !fewer || fewer->n != n - 1)) {
+    StartAsReference(target->rupture, random, n, x);
+  } else if (fewer && fewer->n == n - 1 && n > 1 && k % 2 == 0) {
     const PetscInt halved = (PetscInt)RandomIndex(random, (uint64_t)fewer->n);
 
     for (PetscInt i = 0; i < n; ++i) x[i] = fewer->log_step[i > halved ? i - 1 : i];
@@ -69,7 +106,7 @@ static void Start(const Episode *e, const StepsPlan *fewer, PetscInt k, Random *
   }
 }
 
-static PetscErrorCode SearchOnce(const StepsOptions *o, Episode *e, const StepsPlan *fewer, PetscInt k, PetscInt n,
+static PetscErrorCode SearchOnce(const StepsOptions *o, const Target *e, const StepsPlan *fewer, PetscInt k, PetscInt n,
                                  double best[], double *error)
 {
   Search search = {e, n, best, PETSC_MAX_REAL};
@@ -92,7 +129,7 @@ static PetscErrorCode SearchOnce(const StepsOptions *o, Episode *e, const StepsP
 
 /* The best of some searches, started from the plan for one step less (NULL: none) and from steps drawn about equal ones;
    ranks share the searches, and all get the answer, the same on any number of them. plan->log_step is the caller's. */
-static PetscErrorCode SearchAll(MPI_Comm comm, const StepsOptions *o, Episode *e, const StepsPlan *fewer,
+static PetscErrorCode SearchAll(MPI_Comm comm, const StepsOptions *o, const Target *e, const StepsPlan *fewer,
                                 StepsPlan *plan)
 {
   const PetscInt n = plan->n;
@@ -123,19 +160,29 @@ static PetscErrorCode OptionsSet(MPI_Comm comm, StepsOptions *o)
     OPTION_INTEGER("-train_steps_least", "Fewest Bathe solves, the one to the end included", &o->least, 2,
                    EPISODE_MAX_STEPS),
     OPTION_INTEGER("-train_steps_most", "Most Bathe solves", &o->most, 2, EPISODE_MAX_STEPS),
+    OPTION_INTEGER("-train_steps_stride", "From one number of solves to the next", &o->stride, 1, EPISODE_MAX_STEPS),
     OPTION_INTEGER("-train_generations", "Generations of a search", &o->generations, 1, 1e8),
     OPTION_INTEGER("-train_restarts", "Searches for each number of solves, the best of which counts", &o->restarts, 1,
                    1000),
     OPTION_INTEGER("-train_population", "Members of a generation, 0: 4 + 3 ln(steps)", &o->population, 0, 10000),
     OPTION_INTEGER("-train_seed", "Seed of everything random", &o->seed, 0, PETSC_MAX_INT)};
 
+  PetscInt two = 2;
+
   PetscFunctionBegin;
-  *o = (StepsOptions){.least = 4, .most = 40, .generations = 300, .restarts = 8};
+  *o = (StepsOptions){.least = 4, .most = 40, .stride = 1, .generations = 300, .restarts = 8};
   PetscOptionsBegin(comm, NULL, "The best steps of a fault, found by CMA-ES", "train");
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   PetscCall(
     PetscOptionsString("-train_output", "File to write (HDF5)", NULL, o->output, o->output, sizeof(o->output), NULL));
+  PetscCall(
+    PetscOptionsIntArray("-train_draw",
+                         "Stream and number of a rupture that is drawn as by -train_problem rupture, by the seed "
+                         "77, in place of the fault of the options",
+                         NULL, o->draw, &two, &o->drawn));
   PetscOptionsEnd();
+  PetscCheck(!o->drawn || (two == 2 && o->draw[0] >= 0 && o->draw[1] >= 0), comm, PETSC_ERR_ARG_WRONG,
+             "-train_draw has %" PetscInt_FMT " numbers, expected a stream and a number, both >= 0", two);
   PetscCheck(o->least <= o->most, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_steps_least is %" PetscInt_FMT " and -train_steps_most %" PetscInt_FMT ", expected them in order",
              o->least, o->most);
@@ -144,7 +191,7 @@ static PetscErrorCode OptionsSet(MPI_Comm comm, StepsOptions *o)
 }
 
 /* /steps [n]: solves; /error [n]; /dt [n][most]: steps [s], NaN behind the last */
-static PetscErrorCode Write(const StepsOptions *o, const Episode *e, PetscInt n, const StepsPlan plan[])
+static PetscErrorCode Write(const StepsOptions *o, const Target *e, PetscInt n, const StepsPlan plan[])
 {
   const PetscInt dims[2] = {n, o->most};
   PetscReal *solves, *error, *dt;
@@ -160,8 +207,8 @@ static PetscErrorCode Write(const StepsOptions *o, const Episode *e, PetscInt n,
     for (PetscInt i = 0; i < o->most; ++i) {
       PetscReal *step = &dt[k * o->most + i];
 
-      *step = i < plan[k].n ? PetscMin(PetscExpReal(plan[k].log_step[i]), e->tmax - t)
-                            : (i == plan[k].n ? e->tmax - t : (PetscReal)NAN);
+      *step = i < plan[k].n ? PetscMin(PetscExpReal(plan[k].log_step[i]), e->end - t)
+                            : (i == plan[k].n ? e->end - t : (PetscReal)NAN);
       if (i <= plan[k].n) t += *step;
     }
   }
@@ -169,7 +216,7 @@ static PetscErrorCode Write(const StepsOptions *o, const Episode *e, PetscInt n,
   PetscCall(SlipH5WriteAttrString(&h, "/", "format", "slipstep-steps"));
   PetscCall(SlipH5WriteAttrInt(&h, "/", "version", 1));
   PetscCall(SlipH5WriteAttrInt(&h, "/", "seed", o->seed));
-  PetscCall(SlipH5WriteAttrString(&h, "/", "measure", e->measure->name));
+  PetscCall(SlipH5WriteAttrString(&h, "/", "measure", SlipMeasures[0].name));
   PetscCall(SlipH5WriteReal(&h, "/steps", 1, dims, solves, NULL));
   PetscCall(SlipH5WriteReal(&h, "/error", 1, dims, error, NULL));
   PetscCall(SlipH5WriteReal(&h, "/dt", 2, dims, dt, "s"));
@@ -179,13 +226,21 @@ static PetscErrorCode Write(const StepsOptions *o, const Episode *e, PetscInt n,
 }
 
 /* The fault of the -fault_ options, as the program fault makes it, and -ts_max_time */
-static PetscErrorCode MakeEpisode(MPI_Comm comm, Episode **e)
+static PetscErrorCode MakeTarget(MPI_Comm comm, const StepsOptions *o, Target *target)
 {
   PetscReal tmax = MAX_TIME, nx, nz;
-  PetscBool mesh;
+  PetscBool mesh, rupture;
   SlipFault fault;
+  char initial[32];
 
   PetscFunctionBegin;
+  *target = (Target){0};
+  if (o->drawn) {
+    PetscCall(PetscNew(&target->rupture));
+    PetscCall(RuptureEpisodeCreate(RandomStreamHashed(DRAW_SEED, o->draw[0], o->draw[1]), 1, target->rupture));
+    target->end = target->rupture->end;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscOptionsGetReal(NULL, NULL, "-ts_max_time", &tmax, NULL));
   PetscCheck(tmax > 0 && !PetscIsInfOrNanReal(tmax), comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_max_time is %.6g, expected a number > 0 s", (double)tmax);
@@ -193,13 +248,23 @@ static PetscErrorCode MakeEpisode(MPI_Comm comm, Episode **e)
   PetscCall(SlipFaultSetReal(fault, "nx", 1));
   PetscCall(SlipFaultSetReal(fault, "nz", 1));
   PetscCall(SlipFaultSetFromOptions(fault));
+  target->end = tmax;
+  PetscCall(SlipFaultGetString(fault, "initial", initial, sizeof(initial)));
+  PetscCall(PetscStrcmp(initial, "traction", &rupture));
+  if (rupture) {
+    PetscCall(SlipFaultSetUp(fault));
+    PetscCall(PetscNew(&target->rupture));
+    PetscCall(RuptureEpisodeOfFault(fault, tmax, target->rupture));
+    PetscCall(SlipFaultDestroy(&fault));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipFaultGetReal(fault, "nx", &nx));
   PetscCall(SlipFaultGetReal(fault, "nz", &nz));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-fault_mesh", &mesh));
   PetscCheck(!mesh && nx * nz <= EPISODE_MAX_CELLS, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-fault_nx times -fault_nz is %g%s, expected a grid of at most %d cells: its matrices are dense",
              (double)(nx * nz), mesh ? " and there is -fault_mesh" : "", EPISODE_MAX_CELLS);
-  PetscCall(EpisodeCreateFault(fault, tmax, e));
+  PetscCall(EpisodeCreateFault(fault, tmax, &target->event));
   PetscCall(SlipFaultDestroy(&fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -208,7 +273,7 @@ PetscErrorCode StepsRun(MPI_Comm comm, PetscInt *failed)
 {
   StepsOptions o;
   StepsPlan *plan;
-  Episode *e;
+  Target target;
   PetscMPIInt rank;
   PetscBool only_help;
   PetscInt n;
@@ -218,20 +283,22 @@ PetscErrorCode StepsRun(MPI_Comm comm, PetscInt *failed)
   PetscCall(OptionsSet(comm, &o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MakeEpisode(comm, &e));
-  n = o.most - o.least + 1;
+  PetscCall(MakeTarget(comm, &o, &target));
+  n = (o.most - o.least) / o.stride + 1;
   PetscCall(PetscCalloc1(n, &plan));
-  PetscCall(PetscPrintf(comm, "solves  error (%s)\n", e->measure->name));
+  PetscCall(PetscPrintf(comm, "solves  error (%s)\n", SlipMeasures[0].name));
   for (PetscInt k = 0; k < n; ++k) {
-    plan[k].n = o.least + k - 1;
+    plan[k].n = o.least + k * o.stride - 1;
     PetscCall(PetscMalloc1(plan[k].n, &plan[k].log_step));
-    PetscCall(SearchAll(comm, &o, e, k ? &plan[k - 1] : NULL, &plan[k]));
+    PetscCall(SearchAll(comm, &o, &target, k ? &plan[k - 1] : NULL, &plan[k]));
     PetscCall(PetscPrintf(comm, "%6" PetscInt_FMT "  %.3e\n", plan[k].n + 1, (double)plan[k].error));
   }
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank && o.output[0]) PetscCall(Write(&o, e, n, plan));
+  if (!rank && o.output[0]) PetscCall(Write(&o, &target, n, plan));
   for (PetscInt k = 0; k < n; ++k) PetscCall(PetscFree(plan[k].log_step));
   PetscCall(PetscFree(plan));
-  PetscCall(EpisodeDestroy((void **)&e));
+  PetscCall(EpisodeDestroy((void **)&target.event));
+  if (target.rupture) PetscCall(RuptureEpisodeDestroy(target.rupture));
+  PetscCall(PetscFree(target.rupture));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
