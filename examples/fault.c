@@ -1,8 +1,8 @@
 static const char help[] =
   "Strike-slip fault: slip from a frictional instability, or under loading. All units are SI.\n"
   "  fault -fault_nx 25 -fault_nz 25 -ts_adapt_type heuristic -fault_output run.h5\n"
-  "Without options: the 3 km fault of 10 x 10 cells at its instability, for 30 s, with -ts_adapt_type "
-  "heuristic. Ruptures from another start take pi, loaded faults dsp with -ts_rtol 1e-4.\n\n";
+  "Without options: the 3 km fault of 10 x 10 cells at its instability, for 30 s, with errors of 1e-2 "
+  "(-fault_accuracy). Loaded faults take -ts_adapt_type dsp with -ts_rtol 1e-4.\n\n";
 
 #include "sweep.h"
 #include <slipstep.h>

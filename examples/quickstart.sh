@@ -26,7 +26,7 @@ options=()
 slipstep_build build "${options[@]}"
 simulate rl -ts_adapt_type rl
 simulate rl_coarse -ts_adapt_type rl -ts_adapt_rl_accuracy 5e-2
-simulate heuristic -ts_adapt_type heuristic
+simulate heuristic -ts_adapt_type heuristic -ts_rtol 1e-3
 
 printf '\n\n== 3 km fault, 50 x 50 cells ==\n\n'
 "$SLIPSTEP_PYTHON" output/compare.py --reference "$reference" --figure "$figure" \

@@ -11,6 +11,9 @@
 PETSC_EXTERN PetscErrorCode SlipAdaptInitializePackage(void); /* called by what creates objects; again does nothing */
 PETSC_EXTERN PetscErrorCode SlipAdaptSetNorm(TSAdapt adapt, NormType type);
 PETSC_EXTERN PetscErrorCode TSAdaptPISetFilter(TSAdapt adapt, const char name[]);
+/* A type, and after a colon its named filter: "pi:fault_history" */
+PETSC_EXTERN PetscErrorCode SlipAdaptSetController(TSAdapt adapt, const char name[]);
+PETSC_EXTERN PetscErrorCode SlipAdaptGetController(TSAdapt adapt, char name[], size_t len);
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicy(TSAdapt adapt, SlipPolicy policy);
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[]);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy);
@@ -20,6 +23,7 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy
 #define TSADAPTRL_ACCURACY_MAX 1e-1
 #define TSADAPTRL_ACCURACY_DEFAULT 1e-2
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy);
+PETSC_EXTERN PetscErrorCode TSAdaptRLSetDefaultAccuracy(TSAdapt adapt, PetscReal accuracy);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy);
 /* Which error that is: "history", the largest of all; "final_slip"; "event_time". */
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetMeasure(TSAdapt adapt, const char measure[]);
@@ -29,9 +33,10 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLGetMeasure(TSAdapt adapt, const char *measu
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decisions, PetscInt *outside,
                                                PetscInt *failures, PetscInt *halvings);
 
-/* Runs unlike those of the training go on by the heuristic, unless strict. */
+/* Runs unlike those of the training go on by the classical controller of their problem, unless strict. */
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal *time);
+PETSC_EXTERN PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetHeir(TSAdapt adapt, TSAdaptType *type);
 
 /* A trainer sits where the policy would: called once before the first step (last == NULL) and once after every attempt,

@@ -55,6 +55,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w);
 PETSC_EXTERN PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w);
 /* TS of type bathe (changed by -ts_type afterwards), smooth right-hand side, constraint, reference tolerances, max time
    30 s, unlimited rejections and SNES failures, and what controllers ask of it (TSSetSlipProblem()). Call TSSetFromOptions after it. */
+PETSC_EXTERN PetscErrorCode SlipFaultFindTolerance(const char kind[], const char controller[], PetscReal accuracy,
+                                                   PetscReal *rtol);
 PETSC_EXTERN PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal *mass); /* borrowed */
 /* borrowed arrays of the local cells */

@@ -99,8 +99,14 @@ typedef struct {
   PetscErrorCode (*time_scale)(TS ts, PetscReal *tstar); /* T* [s]; NULL: 1 s */
   PetscErrorCode (*untrained)(TS ts, const char **why);  /* why no policy was trained for the like of it, asked once a
                                                                   run; NULL: one may have been */
-  const char *controller; /* the classical type of TSAdapt for it, which -ts_adapt_type rl hands a run over to; NULL:
-                             TSADAPTHEURISTIC */
+  const char
+    *controller; /* the classical type of TSAdapt for it, and after a colon its filter, which -ts_adapt_type rl hands a
+                             run over to; NULL: TSADAPTHEURISTIC */
+  /* Asked by TSBATHE where a solve begins, before its controller chooses the first step and after (chosen): sets the tolerances of
+     ts that the accuracy wanted needs, then remembers those that the controller has set */
+  PetscErrorCode (*begin)(TS ts, PetscBool chosen);
+  /* Asked by TSADAPTRL when it hands a run over, with the accuracy that it was asked for: sets the tolerances of ts for heir */
+  PetscErrorCode (*hand_over)(TS ts, TSAdapt heir, PetscReal accuracy);
   PetscErrorCode (*rest_time)(TS ts, PetscReal *rest); /* for how long the current state stays exactly at rest,
                                                                   in s; 0 when something moves or is about to,
                                                                   PETSC_MAX_REAL for ever */

@@ -99,6 +99,76 @@ PetscErrorCode TSAdaptPISetFilter(TSAdapt adapt, const char name[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@C
+  SlipAdaptSetController - the type of a controller and, after a colon, its named filter
+
+  Logically collective
+
+  Input Parameters:
++ adapt - the controller
+- name  - as "heuristic", "pi:fault_history" (`TSAdaptPISetFilter()`) or "dsp:PI42" (`TSAdaptDSPSetFilter()`)
+
+  Level: advanced
+
+.seealso: SlipAdaptGetController(), TSADAPTPI, TSADAPTDSP
+@*/
+PetscErrorCode SlipAdaptSetController(TSAdapt adapt, const char name[])
+{
+  char type[64], *filter;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
+  PetscCall(PetscStrncpy(type, name, sizeof(type)));
+  PetscCall(PetscStrchr(type, ':', &filter));
+  if (filter) *filter++ = 0;
+  PetscCall(TSAdaptSetType(adapt, type));
+  if (!filter) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSAdaptPISetFilter(adapt, filter));
+  PetscCall(TSAdaptDSPSetFilter(adapt, filter));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipAdaptGetController - the type of a controller and, of `TSADAPTPI` with another named filter than its default one,
+                           that after a colon
+
+  Not collective
+
+  Input Parameters:
++ adapt - the controller
+- len   - bytes of name
+
+  Output Parameter:
+. name - as `SlipAdaptSetController()` takes it; empty: it has no type yet
+
+  Level: advanced
+
+.seealso: SlipAdaptSetController()
+@*/
+PetscErrorCode SlipAdaptGetController(TSAdapt adapt, char name[], size_t len)
+{
+  const SlipFilter *f;
+  TSAdaptType type;
+  PetscBool pi;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
+  PetscCall(TSAdaptGetType(adapt, &type));
+  PetscCall(PetscStrncpy(name, type ? type : "", len));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTPI, &pi));
+  if (!pi) PetscFunctionReturn(PETSC_SUCCESS);
+  f = &((TSAdapt_PI *)adapt->data)->filter;
+  for (PetscInt i = 0; i < SLIP_NUM_FILTERS; i++) {
+    const SlipFilter *row = &SlipFilters[i];
+
+    if (i == DEFAULT_FILTER || f->g1 != row->g1 || f->g2 != row->g2 || f->kappa != row->kappa) continue;
+    PetscCall(PetscStrlcat(name, ":", len));
+    PetscCall(PetscStrlcat(name, row->name, len));
+    break;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* TSAdaptView() calls it for ASCII viewers only. */
 static PetscErrorCode TSAdaptView_PI(TSAdapt adapt, PetscViewer viewer)
 {

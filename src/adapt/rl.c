@@ -26,12 +26,14 @@ static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
   if (rl->actor || rl->strict || rl->handed) PetscFunctionReturn(PETSC_SUCCESS);
   rl->handed = PETSC_TRUE;
   rl->handover_time = ts->ptime;
-  PetscCall(TSAdaptRLHeirCreate_Private(adapt));
+  rl->handover_step = ts->steps;
+  PetscCall(TSAdaptRLHeirCreate_Private(adapt, ts));
   if (rl->told) PetscFunctionReturn(PETSC_SUCCESS);
   rl->told = PETSC_TRUE;
   PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
-                        "At time %g s rl hands the run over to %s, because %s (-ts_adapt_rl_strict keeps the policy)\n",
-                        (double)ts->ptime, TSAdaptRLHeirType_Private(rl), why));
+                        "At time %g s rl hands the run over to %s with -ts_rtol %.3g, because %s (-ts_adapt_rl_strict "
+                        "keeps the policy)\n",
+                        (double)ts->ptime, rl->heir_name, (double)ts->rtol, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -396,8 +398,8 @@ static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
                                    rl->decisions, rl->outside, rl->failures, rl->halvings, rl->ceilings));
   if (rl->strict) PetscCall(PetscViewerASCIIPrintf(viewer, "never handed over\n"));
   if (rl->handed)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "handed over to %s at time %g s\n", ((PetscObject)rl->heir)->type_name,
-                                     (double)rl->handover_time));
+    PetscCall(
+      PetscViewerASCIIPrintf(viewer, "handed over to %s at time %g s\n", rl->heir_name, (double)rl->handover_time));
   PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -436,9 +438,10 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   PetscCall(SlipStateInt(s, "steps", 1, &rl->steps));
   PetscCall(SlipStateBool(s, "handed_over", &rl->handed));
   PetscCall(SlipStateReal(s, "handover_time", 1, &rl->handover_time));
+  PetscCall(SlipStateInt(s, "handover_step", 1, &rl->handover_step));
   PetscCall(SlipStateBool(s, "told", &rl->told));
   PetscCall(SlipStateInt(s, "outside_in_a_row", 1, &rl->outside_run));
-  if (rl->handed && !rl->heir) PetscCall(TSAdaptRLHeirCreate_Private(adapt));
+  if (rl->handed && !rl->heir) PetscCall(TSAdaptRLHeirCreate_Private(adapt, rl->observer.ts));
   if (rl->handed) PetscCall(SlipStateController(s, "heir", rl->heir));
   PetscCall(SlipPolicyGetHash(rl->policy, &hash));
   PetscCall(SlipStateSame(s, "policy", hash, &same));

@@ -4,7 +4,7 @@
 #include <slipts.h>
 
 /* Types that problems name (SlipProblemOps), whose options a run by rl knows too */
-static const char *const Types[] = {TSADAPTHEURISTIC, TSADAPTPI, TSADAPTDSP};
+static const char *const Types[] = {TSADAPTHEURISTIC, TSADAPTPI, TSADAPTDSP, TSADAPTBASIC};
 
 /* The type that goes on: what the problem names, or the heuristic. */
 const char *TSAdaptRLHeirType_Private(const TSAdapt_RL *rl)
@@ -21,7 +21,7 @@ static PetscErrorCode Create(TSAdapt adapt, const char type[], TSAdapt *heir)
   PetscCall(TSAdaptCreate(PetscObjectComm((PetscObject)adapt), heir));
   PetscCall(TSAdaptSetOptionsPrefix(*heir, ((PetscObject)adapt)->prefix));
   PetscCall(PetscObjectSetOptions((PetscObject)*heir, ((PetscObject)adapt)->options));
-  PetscCall(TSAdaptSetType(*heir, type));
+  PetscCall(SlipAdaptSetController(*heir, type));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -62,15 +62,30 @@ static void Share(TSAdapt from, TSAdapt to)
   to->timestepjustdecreased_delay = from->timestepjustdecreased_delay;
 }
 
+/* The problem knows at which tolerance the heir keeps what the policy was asked for. */
+static PetscErrorCode SetTolerance(TSAdapt adapt, TS ts)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+  const SlipProblemOps *problem = rl->observer.problem;
+
+  PetscFunctionBegin;
+  PetscCall(SlipAdaptGetController(rl->heir, rl->heir_name, sizeof(rl->heir_name)));
+  if (problem && problem->hand_over) PetscCall((*problem->hand_over)(ts, rl->heir, rl->observer.run.accuracy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Begin to go on by it, without memory. */
-PetscErrorCode TSAdaptRLHeirCreate_Private(TSAdapt adapt)
+PetscErrorCode TSAdaptRLHeirCreate_Private(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
 
   PetscFunctionBegin;
   PetscCall(TSAdaptDestroy(&rl->heir));
   PetscCall(Create(adapt, TSAdaptRLHeirType_Private(rl), &rl->heir));
-  if (!rl->from_options) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!rl->from_options) {
+    PetscCall(SetTolerance(adapt, ts));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscOptionsBegin(PetscObjectComm((PetscObject)adapt), ((PetscObject)adapt)->prefix, "Controller that goes on", "TS");
   PetscCall(ReadOptions(rl->heir, PetscOptionsObject));
   PetscCall(PetscOptionsReal("-ts_adapt_safety", "Factor on the step that the error allows", "", rl->heir->safety,
@@ -78,6 +93,7 @@ PetscErrorCode TSAdaptRLHeirCreate_Private(TSAdapt adapt)
   PetscCall(PetscOptionsReal("-ts_adapt_reject_safety", "The same after a rejection", "", rl->heir->reject_safety,
                              &rl->heir->reject_safety, NULL));
   PetscOptionsEnd();
+  PetscCall(SetTolerance(adapt, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -193,7 +193,34 @@ PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy)
     "-ts_adapt_rl_accuracy is %g; expected a relative error between %g and %g, and in a policy's own range, which "
     "each has within these",
     (double)accuracy, TSADAPTRL_ACCURACY_MIN, TSADAPTRL_ACCURACY_MAX);
-  if (rl) rl->accuracy = rl->observer.run.accuracy = accuracy;
+  if (!rl) PetscFunctionReturn(PETSC_SUCCESS);
+  rl->accuracy = rl->observer.run.accuracy = accuracy;
+  rl->accuracy_given = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSAdaptRLSetDefaultAccuracy - the accuracy dial where neither `TSAdaptRLSetAccuracy()` nor its option has set it
+
+  Logically collective; without effect when the type of adapt is not `TSADAPTRL`
+
+  Input Parameters:
++ adapt    - the controller
+- accuracy - as of `TSAdaptRLSetAccuracy()`
+
+  Level: developer
+
+.seealso: TSAdaptRLSetAccuracy()
+@*/
+PetscErrorCode TSAdaptRLSetDefaultAccuracy(TSAdapt adapt, PetscReal accuracy)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
+  if (!rl || rl->accuracy_given) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
+  rl->accuracy_given = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -307,6 +334,32 @@ PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  TSAdaptRLGetHandoverStep - how many accepted steps the policy had chosen when the run was handed over
+
+  Not collective
+
+  Input Parameter:
+. adapt - the controller
+
+  Output Parameter:
+. steps - number of accepted steps of the run before that; -1 when it was not handed over or the type of adapt is not
+          `TSADAPTRL`
+
+  Level: intermediate
+
+.seealso: TSADAPTRL, TSAdaptRLGetHandover()
+@*/
+PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
+  *steps = rl && rl->handed ? rl->handover_step : -1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   TSAdaptRLGetHeir - the type of the controller that the run goes on by once it was handed over
 
@@ -316,7 +369,8 @@ PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal 
 . adapt - the controller
 
   Output Parameter:
-. type - of `TSAdapt`, borrowed; `NULL` when the run was not handed over or the type of adapt is not `TSADAPTRL`
+. type - of `TSAdapt`, and after a colon its named filter as of `SlipAdaptGetController()`, borrowed; `NULL` when the run was
+         not handed over or the type of adapt is not `TSADAPTRL`
 
   Level: intermediate
 
@@ -328,7 +382,7 @@ PetscErrorCode TSAdaptRLGetHeir(TSAdapt adapt, TSAdaptType *type)
 
   PetscFunctionBegin;
   PetscCall(TSAdaptRLContext_Private(adapt, &rl));
-  *type = rl && rl->handed ? ((PetscObject)rl->heir)->type_name : NULL;
+  *type = rl && rl->handed ? rl->heir_name : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -118,11 +118,13 @@ static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
    cell by cell. */
 static PetscBool MayChange(PetscInt id)
 {
-  static const SlipFaultRealId free_ones[] = {
-    FAULT_OUTPUT_INTERVAL,     FAULT_OUTPUT_SLIP_INTERVAL, FAULT_OUTPUT_TIME_INTERVAL, FAULT_OUTPUT_RATE_CHANGE,
-    FAULT_OUTPUT_SIZE,         FAULT_OUTPUT_COMPRESSION,   FAULT_KRYLOV_TOLERANCE,     FAULT_RATE_TOLERANCE,
-    FAULT_CHECKPOINT_INTERVAL, FAULT_RESTART_DT,           FAULT_WALL_LIMIT,           FAULT_NORMAL_STRESS_GRADIENT,
-    FAULT_EVENT_RATE};
+  static const SlipFaultRealId free_ones[] = {FAULT_OUTPUT_INTERVAL,      FAULT_OUTPUT_SLIP_INTERVAL,
+                                              FAULT_OUTPUT_TIME_INTERVAL, FAULT_OUTPUT_RATE_CHANGE,
+                                              FAULT_OUTPUT_SIZE,          FAULT_OUTPUT_COMPRESSION,
+                                              FAULT_KRYLOV_TOLERANCE,     FAULT_RATE_TOLERANCE,
+                                              FAULT_CHECKPOINT_INTERVAL,  FAULT_RESTART_DT,
+                                              FAULT_WALL_LIMIT,           FAULT_NORMAL_STRESS_GRADIENT,
+                                              FAULT_EVENT_RATE,           FAULT_ACCURACY};
 
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(free_ones); i++)
     if (id == (PetscInt)free_ones[i]) return PETSC_TRUE;
@@ -227,6 +229,7 @@ static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
   PetscCall(SlipStateCells(s, fault->mesh.N, fault->mesh.order));
   PetscCall(SlipStateTS(s, ts));
   PetscCall(SlipFaultExplicitState(fault, s, ts));
+  if (SlipStateIsLoading(s) && fault->problem.begin) PetscCall((*fault->problem.begin)(ts, PETSC_FALSE));
   PetscCall(SlipStateAdapt(s, ts));
   PetscCall(SlipStateObject(s, "stiffness", (PetscObject)fault->operators.K));
   PetscCall(SlipStateObject(s, "viscosity", (PetscObject)fault->operators.H));

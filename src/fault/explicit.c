@@ -199,6 +199,7 @@ PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
 static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
 {
   char file[PETSC_MAX_PATH_LEN];
+  const PetscReal given = fault->options.value[FAULT_ACCURACY];
   PetscBool found;
   TSAdapt adapt;
 
@@ -207,7 +208,7 @@ static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
   PetscCall(TSSetType(ts, TSADAMS));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, found ? TSADAPTRL : TSADAPTBASIC));
-  PetscCall(TSAdaptRLSetAccuracy(adapt, EXPLICIT_ACCURACY));
+  PetscCall(TSAdaptRLSetAccuracy(adapt, PetscIsNanReal(given) ? (PetscReal)EXPLICIT_ACCURACY : given));
   PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -81,6 +81,26 @@ static PetscErrorCode Untrained_Fault(TS ts, const char **why)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode Begin_Fault(TS ts, PetscBool chosen)
+{
+  SlipFault fault;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  PetscCall(SlipFaultBeginSteps(fault, ts, chosen));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode HandOver_Fault(TS ts, TSAdapt heir, PetscReal accuracy)
+{
+  SlipFault fault;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOfTS(ts, &fault));
+  PetscCall(SlipFaultHandOverSteps(fault, ts, heir, accuracy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Corner_Fault(TS ts, PetscReal t, PetscReal *next)
 {
   SlipFault fault;
@@ -192,7 +212,7 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
     a[SlipFaultDisplacementAt(fault, i)] = a[SlipFaultStateAt(fault, i)] = SLIP_FAULT_ATOL;
   }
   PetscCall(VecRestoreArray(atol, &a));
-  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, fault->kind.rtol, NULL));
+  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, PETSC_DEFAULT, NULL));
   PetscCall(VecDestroy(&atol));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -234,8 +254,6 @@ static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
 
 static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
 {
-  TSAdapt adapt;
-
   PetscFunctionBegin;
   PetscCall(SlipFaultConstraintCreate(fault));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
@@ -244,8 +262,7 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
   PetscCall(TSBatheSetConstraint(ts, fault->stage.con));
   if (fault->kind.driven) PetscCall(ConfigureDriven(ts));
   PetscCall(SlipFaultSetTolerances(fault, ts));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, fault->problem.controller));
+  PetscCall(SlipFaultConfigureSteps(fault, ts));
   PetscCall(TSSetTimeStep(ts, SLIP_FAULT_FIRST_STEP * fault->operators.tstar));
   if (fault->friction.law->always_slides) PetscCall(ConfigureSmooth(fault, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -276,6 +293,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   problem->any_integrator = is_explicit;
   problem->finish = is_explicit ? SlipFaultFinishStep : NULL;
   problem->relaxation = is_explicit ? Relaxation_Fault : NULL;
+  problem->begin = is_explicit ? NULL : Begin_Fault;
+  problem->hand_over = is_explicit ? NULL : HandOver_Fault;
   if (fault->kind.driven) { /* it rests for years between events */
     problem->corner = Corner_Fault;
     problem->rest = fault->friction.law->always_slides ? NULL : Rest_Fault;
@@ -300,13 +319,18 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
   tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise), max time 30 s
   (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step
-  0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()). Controller and rtol (-ts_adapt_type,
-  -ts_rtol): heuristic and 1e-3 from the instability and under a pore pressure, pi and 1e-3 from another start, dsp and
-  1e-4 for a fault that is loaded or heals; heuristic and 1e-3 with smooth friction.
+  0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()). Controller (-ts_adapt_type): pi with the
+  filter fault_history from the instability, pi from another start, dsp for a fault that is loaded or heals, heuristic
+  under a pore pressure and with smooth friction.
+
+  The relative tolerance is set where TSSolve() begins, when the controller is known, unless -ts_rtol is given or
+  TSSetTolerances() was called after this function: from the instability and from another start that at which the
+  controller keeps -fault_accuracy, 1e-2 by default, see SlipFaultFindTolerance(); for other runs and controllers 1e-3, and
+  1e-4 for a fault that is loaded or heals. -fault_accuracy is the dial of TSADAPTRL as well, unless it has one.
 
   With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u and the
   state are integrated, one product with K for a right-hand side, v is made that of the balance after each step. The type is
-  TSADAMS, under TSADAPTRL by the policy for cycles at the accuracy 1e-3, or TSADAPTBASIC where there is no such policy; rtol
+  TSADAMS, under TSADAPTRL by the policy for cycles at the accuracy 1e-3 (-fault_accuracy), or TSADAPTBASIC where there is no such policy; rtol
   1e-3, where the policy sets none, means errors of 1e-3 d_c in u and 1e-3 in ln theta of the worst cell (SlipAdaptSetNorm()),
   the first step is 0.01 of the time in which the fastest cell slips its d_c. With -ts_type bathe among the options, and with
   inertia, it is bathe, with errors relative to d_c and the slip rate.
@@ -315,7 +339,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
 
   Level: beginner
 
-.seealso: SlipFaultCreateState(), SlipFaultSetInitialState(), SlipAdaptSetNorm(), TSADAMS, TSBATHE
+.seealso: SlipFaultFindTolerance(), SlipFaultCreateState(), SlipFaultSetInitialState(), SlipAdaptSetNorm(), TSADAMS, TSBATHE
 @*/
 PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
 {

@@ -283,6 +283,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
     PetscCall(SlipOutputAddResult(file, "right_hand_sides", "right-hand sides", NULL, fault->balance.sides));
   PetscCall(SlipOutputAddResult(file, "products", "products with K", NULL, products - run->products));
   PetscCall(SlipOutputAddResult(file, "mean_slip", "final mean slip", "m", obs.mean_slip));
+  PetscCall(SlipFaultStepsResult(fault, ts, file));
   PetscCall(SlipFaultResolutionResult(fault, file));
   for (PetscInt i = 0; i < run->nwatch; i++)
     if (run->watch[i].row->finish) PetscCall((*run->watch[i].row->finish)(fault, ts, file, run->watch[i].ctx));

@@ -90,6 +90,9 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
                               "Relative error of products with a viscosity that Lanczos' method applies"},
   [FAULT_RATE_TOLERANCE] = {"rate_tolerance", (PetscReal)NAN, "m/s", 0, NONE, OPEN, REAL,
                             "Absolute tolerance of slip rates in the local error (default 1e-10 m over T*)"},
+  [FAULT_ACCURACY] = {"accuracy", (PetscReal)NAN, "", SLIP_FAULT_ACCURACY_MIN, SLIP_FAULT_ACCURACY_MAX, SHUT, REAL,
+                      "Wanted relative error of the run, which sets -ts_rtol of the controllers heuristic, pi, dsp and "
+                      "basic, and -ts_adapt_rl_accuracy (default 1e-2)"},
   [FAULT_CHECKPOINT_INTERVAL] = {"checkpoint_interval", 600, "s", 0, NONE, SHUT, REAL,
                                  "Wall time from one checkpoint to the next"},
   [FAULT_RESTART_DT] = {"restart_dt", 0, "s", 0, NONE, SHUT, REAL,
@@ -266,6 +269,12 @@ static PetscErrorCode SlipFaultFindReal(SlipFault fault, const char name[], Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Upper bounds are excluded, but for this one. */
+static PetscBool MayBeUpper(const SlipParameter *p)
+{
+  return p == &SlipFaultReals[FAULT_ACCURACY] ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* What a parameter's value, or that of a cell, must be, for example "a number > 0 m"; C's own %g, since PETSc's writes "0."
    for 0. */
 void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len)
@@ -274,7 +283,7 @@ void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], si
 
   if (!cell) (void)snprintf(low, sizeof(low), " that is finite");
   if (p->lower > ANY) (void)snprintf(low, sizeof(low), " %s %g", p->open ? ">" : ">=", (double)p->lower);
-  if (p->upper < NONE) (void)snprintf(high, sizeof(high), " and < %g", (double)p->upper);
+  if (p->upper < NONE) (void)snprintf(high, sizeof(high), " and %s %g", MayBeUpper(p) ? "<=" : "<", (double)p->upper);
   (void)snprintf(text, len, "%s%s%s%s%s",
                  p->integer ? "a whole number"
                  : cell     ? "a finite number"
@@ -286,7 +295,9 @@ PetscBool SlipParameterHolds(const SlipParameter *p, PetscReal x)
 {
   const PetscBool low = p->open ? (x > p->lower) : (x >= p->lower);
 
-  return low && x < p->upper && isfinite(x) && (!p->integer || x == PetscFloorReal(x)) ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool high = x < p->upper || (MayBeUpper(p) && x == p->upper);
+
+  return low && high && isfinite(x) && (!p->integer || x == PetscFloorReal(x)) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipParameter *p, PetscReal x)
@@ -304,7 +315,7 @@ PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipParameter *p, Petsc
 /*@C
   SlipFaultSetReal - set a scalar parameter of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except velocity_scale and output_*).
+  Logically collective; before SlipFaultSetUp() only (except velocity_scale, accuracy and output_*).
 
   Input Parameters:
 + fault - the fault
@@ -324,7 +335,7 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
-  PetscCheck(!fault->setup || id == FAULT_VELOCITY_SCALE ||
+  PetscCheck(!fault->setup || id == FAULT_VELOCITY_SCALE || id == FAULT_ACCURACY ||
                (id >= FAULT_OUTPUT_INTERVAL && id <= FAULT_OUTPUT_COMPRESSION),
              fault->comm, PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
   PetscCall(SlipFaultCheckReal(fault, SlipFaultRealRow(id), value));
@@ -334,8 +345,8 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
 }
 
 /*@C
-  SlipFaultGetReal - a scalar parameter of the fault; until they are set, thickness is length_x and rate_tolerance is
-                     1e-10 m over T*
+  SlipFaultGetReal - a scalar parameter of the fault; until they are set, thickness is length_x, rate_tolerance is
+                     1e-10 m over T* and accuracy is 1e-2
 
   Not collective.
 
@@ -363,6 +374,7 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   *value = fault->mesh.kind && id <= FAULT_DEPTH_TOP ? fault->mesh.extent[id] : fault->options.value[id];
   if (id >= FAULT_NUM_REALS && isnan(*value)) *value = SlipFaultRealRow(id)->value;
   if (id == FAULT_THICKNESS && isnan(*value)) PetscCall(SlipFaultGetReal(fault, "length_x", value));
+  if (id == FAULT_ACCURACY && isnan(*value)) *value = SLIP_FAULT_ACCURACY;
   if (id == FAULT_RATE_TOLERANCE && isnan(*value)) {
     PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
     *value = SLIP_FAULT_ATOL / thickness *

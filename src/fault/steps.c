@@ -1,48 +1,296 @@
-/* Which controller and tolerance a run takes that names none. */
+/* Which controller a run takes that names none, and at which tolerance a controller keeps the accuracy that is wanted. */
 #include <slipadapt.h>
 #include <slipstep/private/slipfault.h>
+#include <string.h>
 
-#define SLIP_FAULT_RTOL 1e-3    /* reference tolerance, as SLIP_FAULT_ATOL */
-#define SLIP_SEQUENCE_RTOL 1e-4 /* of events that follow each other */
+/* The tolerances at which a controller keeps these accuracies on random faults of a kind */
+static const PetscReal Accuracies[] = {1e-1, 3e-2, 1e-2, 3e-3, 1e-3};
+enum { ACCURACIES = PETSC_STATIC_ARRAY_LENGTH(Accuracies), CONTROLLERS = 5 };
+typedef struct {
+  const char *controller; /* its type, and a filter after a colon */
+  PetscReal rtol[ACCURACIES];
+} Tolerances;
 
-/*
-  Controller and tolerance of a run that names none, by measurement (tests/benchmarks/README.md). One event from the
-  instability has those of the study. Ruptures from a given stress: pi, which rejects next to nothing where cells break
-  one by one. Events that follow each other: dsp, for the fewest solves, at the tolerance that loses the fewest of them;
-  but under a pore pressure alone heuristic, as filters reject good steps where the error was near 0 before, as after the
-  corners of a record, and with smooth friction, whose events pi finds nine times as inexactly at equal -ts_rtol.
-*/
-void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit)
+typedef enum { KIND_EVENT, KIND_RUPTURE, KIND_SEQUENCE, KIND_INJECTION, KIND_SMOOTH, KINDS } Kind;
+
+/* Kinds of runs. controller is the classical one that is the default and that rl hands over to: the cheapest at the accuracy 1e-2;
+   fine likewise, of finer accuracies than 3e-3. The numbers are those of train -train_algorithm tolerances (training/usage.md); 0: the
+   controller keeps this accuracy at none. */
+static const struct {
+  const char *name, *meaning;
+  const char *policy;            /* whose default policy is made for it */
+  const char *controller, *fine; /* a type, and a filter after a colon */
+  PetscReal rtol;                /* of controllers without a row: those that were not calibrated, rl, constant steps */
+  Tolerances tolerance[CONTROLLERS];
+} Kinds[KINDS] = {
+  [KIND_EVENT] = {"event",
+                  "an event from the instability",
+                  "fault",
+                  "pi:fault_history",
+                  "pi",
+                  1e-3,
+                  {{"heuristic", {0.0257, 0.00413, 0.000866, 0.000137, 8.7e-6}},
+                   {"pi", {1, 0.0062, 0.000826, 0.000128, 1.16e-5}},
+                   {"dsp", {0.0536, 0.00538, 0.000825, 0.000119, 9.5e-6}},
+                   {"basic", {0.0292, 0.00535, 0.00102, 0.000167, 1.48e-5}},
+                   {"pi:fault_history", {0.0207, 0.00386, 0.000733, 9.8e-5, 0}}}},
+  [KIND_RUPTURE] = {"rupture",
+                    "a rupture from a given stress",
+                    "rupture",
+                    "pi",
+                    "pi",
+                    1e-3,
+                    {{"heuristic", {0.173, 0.0582, 0.00985, 0.00172, 0.000483}},
+                     {"pi", {1, 0.131, 0.0238, 0.002, 0.000185}},
+                     {"dsp", {0.532, 0.0928, 0.0199, 0.0034, 0.000368}},
+                     {"basic", {0.178, 0.066, 0.00808, 0.00353, 0.000463}},
+                     {"pi:fault_history", {0.0517, 0.00969, 0.00197, 0.000456, 4.87e-5}}}},
+  [KIND_SEQUENCE] = {"sequence", "a fault that is loaded or heals", "sequence", "dsp", "dsp", 1e-4, {{NULL, {0}}}},
+  [KIND_INJECTION] =
+    {"injection", "a fault under a pore pressure", "injection", "heuristic", "heuristic", 1e-3, {{NULL, {0}}}},
+  [KIND_SMOOTH] =
+    {"smooth", "rate-and-state friction under bathe", "smooth", "heuristic", "heuristic", 1e-3, {{NULL, {0}}}},
+};
+#define FINE 3e-3
+
+static const char *ControllerAt(PetscInt kind, PetscReal accuracy)
 {
-  const PetscBool smooth = fault->friction.law->always_slides, events = (PetscBool)(fault->kind.sequence && !smooth);
-  const PetscBool classical = (PetscBool)(fault->critical.known || fault->loads.pressed || smooth);
-
-  fault->problem.controller = events ? TSADAPTDSP : classical ? TSADAPTHEURISTIC : TSADAPTPI;
-  if (is_explicit) fault->problem.controller = NULL; /* the integrator's */
-  fault->kind.rtol = events ? SLIP_SEQUENCE_RTOL : SLIP_FAULT_RTOL;
+  return accuracy < FINE ? Kinds[kind].fine : Kinds[kind].controller;
 }
 
-/* Says what of a run that is not the study's its options leave to the fault. */
-PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
+/* Logarithms between two columns, and beyond the last ones with their slope */
+static PetscReal Interpolate(const Tolerances *row, PetscReal accuracy)
+{
+  PetscInt k = 0;
+  PetscReal share;
+
+  while (k + 2 < ACCURACIES && row->rtol[k + 2] > 0 && accuracy < Accuracies[k + 1]) k++;
+  share = PetscLogReal(accuracy / Accuracies[k]) / PetscLogReal(Accuracies[k + 1] / Accuracies[k]);
+  return row->rtol[k] * PetscPowReal(row->rtol[k + 1] / row->rtol[k], share);
+}
+
+/* 0: the table has no such controller. Without its filter a type counts as it is by default. */
+static PetscReal Tolerance(PetscInt kind, const char controller[], PetscReal accuracy)
+{
+  const Tolerances *row = Kinds[kind].tolerance;
+  const size_t type = strcspn(controller, ":");
+
+  for (PetscInt i = 0; i < CONTROLLERS && row[i].controller; i++)
+    if (!strcmp(row[i].controller, controller)) return Interpolate(&row[i], accuracy);
+  for (PetscInt i = 0; i < CONTROLLERS && row[i].controller; i++)
+    if (strlen(row[i].controller) == type && !strncmp(row[i].controller, controller, type))
+      return Interpolate(&row[i], accuracy);
+  return 0;
+}
+
+/*@C
+  SlipFaultFindTolerance - the relative tolerance at which a controller keeps an accuracy in 95 % of random faults
+
+  Not collective
+
+  Input Parameters:
++ kind       - of a run: "event" (from the instability), "rupture" (from a given stress), "sequence" (loaded, or healing),
+               "injection" (a pore pressure alone) or "smooth" (rate-and-state friction under TSBATHE)
+. controller - as `SlipAdaptSetController()` takes it
+- accuracy   - relative error of the run, as of -fault_accuracy
+
+  Output Parameter:
+. rtol - the tolerance; 0: none is known for this controller
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another kind
+
+.seealso: SlipFaultConfigureTS()
+@*/
+PetscErrorCode SlipFaultFindTolerance(const char kind[], const char controller[], PetscReal accuracy, PetscReal *rtol)
+{
+  PetscInt k = 0;
+
+  PetscFunctionBegin;
+  while (k < KINDS && strcmp(Kinds[k].name, kind)) k++;
+  PetscCheck(k < KINDS, PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "there is no kind of runs \"%s\", expected event, rupture, sequence, injection or smooth", kind);
+  *rtol = Tolerance(k, controller, accuracy);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a run ---- */
+
+static PetscReal Accuracy(SlipFault fault)
+{
+  const PetscReal given = fault->options.value[FAULT_ACCURACY];
+
+  return PetscIsNanReal(given) ? (PetscReal)SLIP_FAULT_ACCURACY : given;
+}
+
+void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit)
+{
+  const PetscBool smooth = fault->friction.law->always_slides;
+  const PetscInt kind = smooth                  ? KIND_SMOOTH
+                        : fault->kind.sequence  ? KIND_SEQUENCE
+                        : fault->loads.pressed  ? KIND_INJECTION
+                        : fault->critical.known ? KIND_EVENT
+                                                : KIND_RUPTURE;
+
+  fault->steps = (SlipFaultSteps){.kind = kind, .policy = Kinds[kind].policy};
+  fault->problem.controller = is_explicit ? NULL : ControllerAt(kind, Accuracy(fault)); /* NULL: the integrator's */
+}
+
+/* -ts_adapt_type NAME means the type as it is by itself, also where it is the default with a filter. */
+static PetscErrorCode NamesType(TS ts, PetscBool *names)
 {
   const char *prefix;
-  PetscBool bathe, type, rtol;
-  PetscOptions options = ((PetscObject)ts)->options;
 
   PetscFunctionBegin;
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  PetscCall(PetscOptionsHasName(options, prefix, "-ts_adapt_type", &type));
-  PetscCall(PetscOptionsHasName(options, prefix, "-ts_rtol", &rtol));
-  if (!bathe || (type && rtol) || (!fault->kind.sequence && !fault->loads.pressed && fault->critical.known))
+  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, prefix, "-ts_adapt_type", names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Set(SlipFault fault, TS ts, const char controller[], PetscReal accuracy)
+{
+  SlipFaultSteps *steps = &fault->steps;
+
+  PetscFunctionBegin;
+  steps->rtol = Tolerance(steps->kind, controller, accuracy);
+  steps->accuracy = steps->rtol > 0 ? accuracy : 0;
+  if (steps->rtol == 0) steps->rtol = Kinds[steps->kind].rtol;
+  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, steps->rtol, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The default controller and its tolerance */
+PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
+{
+  const char *controller = fault->problem.controller;
+  char type[64];
+  PetscBool named;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(type, controller, sizeof(type)));
+  PetscCall(NamesType(ts, &named));
+  if (named) type[strcspn(type, ":")] = 0;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(SlipAdaptSetController(adapt, type));
+  PetscCall(Set(fault, ts, type, Accuracy(fault)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* SlipProblemOps.begin: the controller is known now. A tolerance that neither the fault nor a policy has set is the user's, as is
+   that of -ts_rtol. */
+PetscErrorCode SlipFaultBeginSteps(SlipFault fault, TS ts, PetscBool chosen)
+{
+  SlipFaultSteps *steps = &fault->steps;
+  const char *prefix;
+  char controller[64];
+  PetscReal rtol, dial;
+  PetscBool option;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  if (chosen) {
+    if (!steps->given) steps->rtol = rtol;
     PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscPrintf(fault->comm, "%-24s ", "steps:"));
-  if (!type) PetscCall(PetscPrintf(fault->comm, "-ts_adapt_type %s%s", fault->problem.controller, rtol ? "" : " "));
-  if (!rtol) PetscCall(PetscPrintf(fault->comm, "-ts_rtol %g", (double)fault->kind.rtol));
-  PetscCall(PetscPrintf(fault->comm, ", the default for %s\n",
-                        fault->friction.law->always_slides ? "rate-and-state friction"
-                        : fault->kind.sequence             ? "a fault that is loaded or heals"
-                        : fault->loads.pressed             ? "a fault under a pore pressure"
-                                                           : "a rupture from a given stress"));
+  }
+  PetscCall(TSGetOptionsPrefix(ts, &prefix));
+  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, prefix, "-ts_rtol", &option));
+  steps->given = option || rtol != steps->rtol ? PETSC_TRUE : PETSC_FALSE;
+  steps->user_rtol = rtol;
+  steps->accuracy = 0;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptRLSetDefaultAccuracy(adapt, Accuracy(fault)));
+  PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
+  if (dial > 0) fault->problem.controller = ControllerAt(steps->kind, dial); /* that rl hands over to */
+  if (steps->given) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
+  PetscCall(Set(fault, ts, controller, Accuracy(fault)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* SlipProblemOps.hand_over */
+PetscErrorCode SlipFaultHandOverSteps(SlipFault fault, TS ts, TSAdapt heir, PetscReal accuracy)
+{
+  const SlipFaultSteps *steps = &fault->steps;
+  char controller[64];
+
+  PetscFunctionBegin;
+  PetscCall(SlipAdaptGetController(heir, controller, sizeof(controller)));
+  if (steps->given)
+    PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, steps->user_rtol, NULL));
+  else
+    PetscCall(Set(fault, ts, controller, accuracy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what is said of it ---- */
+
+/* The controller whose tolerance counts: under rl its heir. empty: none */
+static PetscErrorCode InCharge(TS ts, char controller[], size_t len)
+{
+  PetscBool learned, handed;
+  TSAdaptType heir;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(SlipAdaptGetController(adapt, controller, len));
+  PetscCall(PetscStrcmp(controller, TSADAPTRL, &learned));
+  if (!learned) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSAdaptRLGetHandover(adapt, &handed, NULL));
+  if (handed) PetscCall(TSAdaptRLGetHeir(adapt, &heir));
+  PetscCall(PetscStrncpy(controller, handed ? heir : "", len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Before the run: what follows from the accuracy, and may be chosen otherwise */
+PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
+{
+  const SlipFaultSteps *steps = &fault->steps;
+  char controller[64], *filter;
+  PetscBool bathe, named, constant;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  if (!bathe || !fault->problem.begin) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultBeginSteps(fault, ts, PETSC_FALSE));
+  PetscCall(InCharge(ts, controller, sizeof(controller)));
+  PetscCall(NamesType(ts, &named));
+  PetscCall(PetscStrcmp(controller, TSADAPTNONE, &constant));
+  if ((steps->given && named) || constant || !controller[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrchr(controller, ':', &filter));
+  if (filter) *filter++ = 0;
+  PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type %s", "steps:", controller));
+  if (filter) PetscCall(PetscPrintf(fault->comm, " -ts_adapt_pi_filter %s", filter));
+  if (!steps->given) PetscCall(PetscPrintf(fault->comm, " -ts_rtol %.3g", (double)steps->rtol));
+  if (steps->accuracy > 0)
+    PetscCall(
+      PetscPrintf(fault->comm, ", which keep -%sfault_accuracy %g", SlipFaultPrefix(fault), (double)steps->accuracy));
+  PetscCall(PetscPrintf(fault->comm, ", for %s\n", Kinds[steps->kind].meaning));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After it: /result has rtol, and accuracy where it follows one */
+PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOutput run)
+{
+  const SlipFaultSteps *steps = &fault->steps;
+  char controller[64], label[80], unit[96] = "";
+  PetscReal rtol;
+  PetscBool bathe, constant;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  if (!bathe || !fault->problem.begin) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(InCharge(ts, controller, sizeof(controller)));
+  PetscCall(PetscStrcmp(controller, TSADAPTNONE, &constant));
+  if (!controller[0] || constant) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  PetscCall(PetscSNPrintf(label, sizeof(label), "tolerance of %s", controller));
+  if (steps->accuracy > 0)
+    PetscCall(PetscSNPrintf(unit, sizeof(unit), "for an accuracy of %g", (double)steps->accuracy));
+  PetscCall(SlipOutputAddResult(run, "rtol", label, unit, rtol));
+  if (steps->accuracy > 0) PetscCall(SlipOutputAddResult(run, "accuracy", NULL, NULL, steps->accuracy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

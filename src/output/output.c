@@ -340,8 +340,14 @@ PetscErrorCode SlipOutputClose(SlipOutput out)
     if (handed) {
       TSAdaptType heir;
       char label[SLIP_OUTPUT_NAME];
+      PetscInt steps, all;
 
       PetscCall(TSAdaptRLGetHeir(adapt, &heir));
+      PetscCall(TSAdaptRLGetHandoverStep(adapt, &steps));
+      PetscCall(TSGetStepNumber(out->ts, &all));
+      PetscCall(SlipOutputAddResult(out, "policy_steps", "steps by the policy", NULL, steps));
+      PetscCall(PetscSNPrintf(label, sizeof(label), "steps by %s", heir));
+      PetscCall(SlipOutputAddResult(out, "heir_steps", label, NULL, all - steps));
       PetscCall(PetscSNPrintf(label, sizeof(label), "handed to %s at", heir));
       PetscCall(SlipOutputAddResult(out, "policy_handover_time", label, "s", time));
     }

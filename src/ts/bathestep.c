@@ -184,20 +184,25 @@ static PetscErrorCode TSBatheSetStep(TS ts, PetscReal h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A new run: totals, and the first step if the controller has an opinion */
+/* A new run: totals, tolerances, and the first step if the controller has an opinion */
 static PetscErrorCode TSBatheBeginRun(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const SlipProblemOps *problem;
   PetscErrorCode (*f)(TSAdapt, TS, PetscReal *);
   PetscReal h = ts->time_step;
 
   PetscFunctionBegin;
   ba->attempts = ba->accepted = ba->solves = ba->newton = ba->linear = ba->failures = 0;
   ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
+  PetscCall(TSGetSlipProblem(ts, &problem));
+  if (problem && problem->begin) PetscCall((*problem->begin)(ts, PETSC_FALSE));
   PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseFirst_C", &f));
-  if (!f) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*f)(ts->adapt, ts, &h));
-  PetscCall(TSBatheSetStep(ts, h));
+  if (f) {
+    PetscCall((*f)(ts->adapt, ts, &h));
+    PetscCall(TSBatheSetStep(ts, h));
+  }
+  if (problem && problem->begin) PetscCall((*problem->begin)(ts, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

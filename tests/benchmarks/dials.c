@@ -175,6 +175,35 @@ static PetscErrorCode ClassicalTable(Ladder *l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Each controller at the tolerance of -fault_accuracy */
+static PetscErrorCode LibraryTable(Ladder *l, const char problem[])
+{
+  static const char *const kinds[] = {"rupture", "sequence", "injection", NULL};
+  const char *kind = NULL;
+
+  PetscFunctionBegin;
+  if (!strcmp(problem, "fault_dial")) kind = "event";
+  for (PetscInt i = 0; kinds[i]; i++)
+    if (!strcmp(problem, kinds[i])) kind = kinds[i];
+  if (!kind) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPrintf(PETSC_COMM_SELF,
+                        "| `-fault_accuracy` | controller | `-ts_rtol` | kept | median error | solves |\n"
+                        "|---|---|---|---|---|---|\n"));
+  for (PetscInt d = 0; d < DIALS; d++)
+    for (PetscInt c = 0; c < l->ncontrollers; c++) {
+      LadderScore score;
+      PetscReal rtol;
+
+      PetscCall(SlipFaultFindTolerance(kind, l->controller[c], Dials[d], &rtol));
+      if (rtol == 0) continue;
+      PetscCall(LadderScoreSetting(l, l->controller[c], rtol, Dials[d], &score));
+      PetscCall(PetscPrintf(PETSC_COMM_SELF, "| %g | `%s` | %.3g | %.1f %% | %.2e | %.1f |\n", (double)Dials[d],
+                            l->controller[c], (double)rtol, 100 * (double)score.kept, (double)score.median,
+                            (double)score.solves));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Run(void)
 {
   PetscReal least = (PetscReal)SMALL * Dials[DIALS - 1];
@@ -203,6 +232,7 @@ static PetscErrorCode Run(void)
                         o.problem->name, o.first, o.first + o.cases - 1, o.stream, o.seed));
   if (o.policy[0]) PetscCall(PolicyTable(&l, run));
   PetscCall(ClassicalTable(&l));
+  PetscCall(LibraryTable(&l, o.problem->name));
   PetscCall(PetscFree(run));
   PetscCall(LadderDestroy(&l));
   PetscFunctionReturn(PETSC_SUCCESS);

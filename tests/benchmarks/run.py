@@ -89,7 +89,7 @@ def iteration_cells(sizes, cache):
 
 def run_cells(sizes, cache, extra):
     policy = os.path.join(ROOT, "training", "policies", "fault.h5")
-    controllers = {"rl": ["-ts_adapt_type", "rl", "-ts_adapt_rl_policy", policy], "heuristic": ["-ts_adapt_type", "heuristic"]}
+    controllers = {"rl": ["-ts_adapt_type", "rl", "-ts_adapt_rl_policy", policy], "heuristic": ["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3"]}
     for n in sizes:
         for controller, options in controllers.items():
             for ranks in (1, 2) if n <= RUN_LARGEST[controller] else ():

@@ -67,7 +67,7 @@ def measure(build, ranks, size, options, repeat):
 def main():
     o = arguments()
     policy = os.path.join(ROOT, "training", "policies", "fault.h5")
-    controllers = {"heuristic": ["-ts_adapt_type", "heuristic"],
+    controllers = {"heuristic": ["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3"],
                    "rl": ["-ts_adapt_type", "rl", "-ts_adapt_rl_policy", policy]}
     rows = []
     print("cells  controller  ranks  solves  set-up (s)  solve (s)  spread  plain (s)  plain/ours")

@@ -76,7 +76,7 @@ class Mesh(ScriptTest):
         view = os.path.join(self.folder.name, f"k{ranks}.bin")
         subprocess.run(["mpirun", "--oversubscribe", "-n", str(ranks), os.path.join(BUILD, "bin/fault"), "-fault_mesh",
                         self.mesh, "-fault_output", output, *SCALED, "-fault_stiffness_view", f"binary:{view}", "-ts_max_time",
-                        "6", "-ts_adapt_type", "heuristic", *arguments], check=True, stdout=subprocess.DEVNULL)
+                        "6", "-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3", *arguments], check=True, stdout=subprocess.DEVNULL)
         with h5py.File(output) as file:
             fields = {name: file["fields"][name][()] for name in ("slip", "slip_rate", "traction")}
             fields["normal_stress"] = file["mesh/normal_stress"][()]

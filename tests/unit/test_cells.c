@@ -413,6 +413,7 @@ static void RunFault(const char file[], const char type[], const char scaling[],
   ok(SlipFaultSetString(fault, "operator", type));
   ok(SlipFaultSetString(fault, "stiffness_scaling", scaling));
   ok(FaultStart(fault, TSADAPTHEURISTIC, 0, 10, &w, &ts));
+  ok(TSSetTolerances(ts, PETSC_DEFAULT, NULL, 1e-3, NULL));
   ok(TSSolve(ts, w));
   ok(SlipFaultGetObservables(fault, 10, w, NULL, &o));
   *slip = o.mean_slip;

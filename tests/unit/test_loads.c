@@ -217,6 +217,7 @@ static PetscReal Slip(const char file[], PetscReal largest, PetscReal *opened)
   else
     ok(SlipFaultSetPressureFunction(fault, Growing, &largest));
   ok(FaultStart(fault, "heuristic", 0, 100, &w, &ts));
+  ok(TSSetTolerances(ts, PETSC_DEFAULT, NULL, 1e-3, NULL));
   fails(SlipFaultSetPressureFunction(fault, Growing, &largest), "before SlipFaultSetUp()");
   ok(TSSolve(ts, w));
   ok(SlipFaultGetObservables(fault, 100, w, NULL, &o));

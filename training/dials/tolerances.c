@@ -125,7 +125,7 @@ PetscErrorCode TolerancesRun(MPI_Comm comm, PetscInt *failed)
   if (o.output[0]) PetscCall(Write(&o, &l));
   PetscCall(PetscPrintf(comm, "controller          accuracy   -ts_rtol     kept     median    solves\n"));
   for (PetscInt c = 0; c < l.ncontrollers; c++) PetscCall(Calibrate(&o, &l, c, rtol[c]));
-  PetscCall(PetscPrintf(comm, "For the table of src/fault/dial.c:\n"));
+  PetscCall(PetscPrintf(comm, "For the table of src/fault/steps.c:\n"));
   for (PetscInt c = 0; c < l.ncontrollers; c++) {
     PetscCall(PetscPrintf(comm, "{\"%s\", {", l.controller[c]));
     for (PetscInt a = 0; a < ACCURACIES; a++)

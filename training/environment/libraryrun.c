@@ -2,22 +2,6 @@
 #include "libraryrun.h"
 #include <slipcompat.h>
 
-/* "pi", or "pi:fault_history": a type, and its filter where it has named ones */
-static PetscErrorCode SetClassical(TSAdapt adapt, const char name[])
-{
-  char type[64], *filter;
-
-  PetscFunctionBegin;
-  PetscCall(PetscStrncpy(type, name, sizeof(type)));
-  PetscCall(PetscStrchr(type, ':', &filter));
-  if (filter) *filter++ = 0;
-  PetscCall(TSAdaptSetType(adapt, type));
-  if (!filter) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSAdaptPISetFilter(adapt, filter));
-  PetscCall(TSAdaptDSPSetFilter(adapt, filter));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode RunSetController(TS ts, SlipPolicy policy, PetscReal accuracy, TSAdaptType type, PetscReal rtol)
 {
   TSAdapt adapt;
@@ -30,7 +14,7 @@ PetscErrorCode RunSetController(TS ts, SlipPolicy policy, PetscReal accuracy, TS
     PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
     PetscCall(TSAdaptRLSetStrict(adapt, PETSC_TRUE));
   } else {
-    PetscCall(SetClassical(adapt, type));
+    PetscCall(SlipAdaptSetController(adapt, type));
     PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, rtol, NULL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -67,6 +67,7 @@ typedef struct {
   PetscBool needs_error;      /* an observation reads the error estimate */
   PetscBool relative;         /* the policy's steps are multiples of the last attempt's, which E > 1 rejects */
   PetscReal accuracy;         /* the dial: wanted relative error of the run's result */
+  PetscBool accuracy_given;   /* by the user; else the problem may have another default */
   const SlipMeasure *measure; /* of that error; NULL: that of the policy */
   PetscReal told_dial;        /* this one was clipped, and the line of message printed */
   PetscBool sees_accuracy;    /* an observation reads it */
@@ -77,8 +78,10 @@ typedef struct {
   PetscBool strict;        /* never */
   PetscBool handed;        /* the run under way goes on by heir */
   TSAdapt heir;            /* the controller that it goes on by, rlheir.c; NULL before that */
+  char heir_name[64];      /* its type, and its filter after a colon */
   PetscBool from_options;  /* which has options */
   PetscReal handover_time; /* since then [s] */
+  PetscInt handover_step;  /* accepted steps until then */
   PetscInt outside_run;    /* decisions in a row with an observation outside the training range */
   PetscBool told;          /* the line of message was printed */
   PetscBool told_rtol;     /* and that of a tolerance that the policy was not trained with */
@@ -101,7 +104,7 @@ typedef struct {
 /* rlheir.c */
 PETSC_INTERN const char *TSAdaptRLHeirType_Private(const TSAdapt_RL *rl);
 PETSC_INTERN PetscErrorCode TSAdaptRLHeirOptions_Private(TSAdapt adapt, SlipOptionItems PetscOptionsObject);
-PETSC_INTERN PetscErrorCode TSAdaptRLHeirCreate_Private(TSAdapt adapt);
+PETSC_INTERN PetscErrorCode TSAdaptRLHeirCreate_Private(TSAdapt adapt, TS ts);
 PETSC_INTERN PetscErrorCode TSAdaptRLHeirChoose_Private(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc,
                                                         PetscReal *next_h, PetscBool *accept, PetscReal *wlte,
                                                         PetscReal *wltea, PetscReal *wlter);

@@ -88,7 +88,6 @@ typedef struct {
   PetscBool heals;                 /* some healing time is not never */
   PetscBool sequence;              /* by loading, stressing or healing events may follow each other */
   PetscBool driven; /* by loading, stressing, pressure or healing, or without inertia: quiet times without end */
-  PetscReal rtol;   /* the default of -ts_rtol, with the problem's controller */
 } SlipFaultKind;
 
 struct _p_SlipFault {
@@ -108,6 +107,7 @@ struct _p_SlipFault {
   SlipFaultBalance balance; /* where all cells slide: the slip rates of the state asked about last */
   SlipFaultResolution resolution;
   SlipProblemOps problem; /* what its TS tells controllers */
+  SlipFaultSteps steps;
   SlipFaultKnown known;
   SlipFaultRun run;
   Vec work[3];

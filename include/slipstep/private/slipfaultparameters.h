@@ -16,6 +16,10 @@ enum { FAULT_MAX_NAMES = 8192, FAULT_MAX_CHOICES = 4096 };
 
 /* Reference absolute tolerance of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
 #define SLIP_FAULT_ATOL 1e-10
+/* Default of -fault_accuracy, and what it may be */
+#define SLIP_FAULT_ACCURACY 1e-2
+#define SLIP_FAULT_ACCURACY_MIN 1e-3
+#define SLIP_FAULT_ACCURACY_MAX 1e-1
 typedef enum {
   FAULT_NX,
   FAULT_NZ,
@@ -58,6 +62,7 @@ typedef enum {
   FAULT_HMAT_TOLERANCE,
   FAULT_KRYLOV_TOLERANCE,
   FAULT_RATE_TOLERANCE,
+  FAULT_ACCURACY,
   FAULT_CHECKPOINT_INTERVAL,
   FAULT_RESTART_DT,
   FAULT_WALL_LIMIT,

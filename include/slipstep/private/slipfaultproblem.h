@@ -29,9 +29,21 @@ typedef struct {
   Vec c, u0, s0;
 } SlipFaultStage;
 
-/* steps.c */
+/* steps.c: what controllers go by */
+typedef struct {
+  PetscInt kind;      /* row of the table of kinds of runs */
+  const char *policy; /* whose default policy the kind takes */
+  PetscReal rtol;     /* that the fault, or a policy, has last set; another one is the user's */
+  PetscBool given;    /* the user's counts, which is */
+  PetscReal user_rtol;
+  PetscReal accuracy; /* that rtol was taken for; 0: it follows none */
+} SlipFaultSteps;
 PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
+PETSC_INTERN PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts);
+PETSC_INTERN PetscErrorCode SlipFaultBeginSteps(SlipFault fault, TS ts, PetscBool chosen);
+PETSC_INTERN PetscErrorCode SlipFaultHandOverSteps(SlipFault fault, TS ts, TSAdapt heir, PetscReal accuracy);
 PETSC_INTERN PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts);
+PETSC_INTERN PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOutput run);
 /* constraint.c */
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
