@@ -206,7 +206,7 @@ PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy)
 
   Input Parameters:
 + adapt    - the controller
-- accuracy - as of `TSAdaptRLSetAccuracy()`
+- accuracy - as of `TSAdaptRLSetAccuracy()`, dimensionless
 
   Level: developer
 

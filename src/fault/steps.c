@@ -92,10 +92,10 @@ static PetscReal Tolerance(PetscInt kind, const char controller[], PetscReal acc
 + kind       - of a run: "event" (from the instability), "rupture" (from a given stress), "sequence" (loaded, or healing),
                "injection" (a pore pressure alone) or "smooth" (rate-and-state friction under TSBATHE)
 . controller - as `SlipAdaptSetController()` takes it
-- accuracy   - relative error of the run, as of -fault_accuracy
+- accuracy   - relative error of the run, as of -fault_accuracy, dimensionless
 
   Output Parameter:
-. rtol - the tolerance; 0: none is known for this controller
+. rtol - the tolerance, dimensionless; 0: none is known for this controller
 
   Level: intermediate
 
