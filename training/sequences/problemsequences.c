@@ -3,7 +3,7 @@
 #include "environment/ratiopolicy.h"
 #include <slipcompat.h>
 
-enum { UNITS = 8 };
+enum { UNITS = 4 };
 static const PetscReal Dial[2] = {3e-3, 1e-1};
 
 static const RatioRow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0},
@@ -18,7 +18,7 @@ static const RatioRow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0},
                                 {"log_peak_ratio", 1, -0.5, 0},
                                 {"growth", 0.3, 0, 0}};
 enum { ROWS = PETSC_STATIC_ARRAY_LENGTH(Rows), WEIGHTS = (ROWS + 2) * UNITS + 1 };
-#define RTOL_START 1e-3 /* tolerance at the dial UNIT */
+#define RTOL_START 2e-2 /* tolerance at the dial UNIT */
 #define UNIT 1e-2
 #define LOST 4        /* cost of a run that did not end */
 #define PENALISED 0.7 /* errors cost from this part of the dial on */
@@ -28,15 +28,16 @@ static PetscErrorCode SetUp(CMAOptions *o)
 {
   PetscFunctionBegin;
   *o = (CMAOptions){.problem = o->problem,
-                    .nsingle = 64,
-                    .batch_single = 16,
-                    .validation = 16,
+                    .nsingle = 48,
+                    .batch_single = 20,
+                    .population = 16,
+                    .validation = 12,
                     .calibration = 64,
                     .within = 0.95,
-                    .diagonal = 10,
-                    .generations = 100,
+                    .diagonal = 100000000, /* always */
+                    .generations = 60,
                     .interval = 5,
-                    .sigma = 0.1,
+                    .sigma = 0.08,
                     .low = Dial[0],
                     .high = Dial[1],
                     .side = 2,
