@@ -55,7 +55,7 @@ def ode():
     J.setUp()
     ts = new_ts(PETSc.COMM_SELF, end, 1e-3, 1e-5, 1e-5)
     ts.setType("bathe")
-    adapt = ctypes.c_void_p()  # steps by heuristic unless -ts_adapt_type says otherwise, as small() and Fault have them
+    adapt = ctypes.c_void_p()  # steps by heuristic unless -ts_adapt_type says otherwise, as small() has them
     slipstep.call("TSGetAdapt", ts, ctypes.byref(adapt))
     slipstep.call("TSAdaptSetType", adapt, "heuristic")
     ts.setRHSFunction(rhs, y.duplicate())

@@ -530,7 +530,8 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   A run is handed over to a classical controller, for good and with one line of message, when the problem says that no
   policy was trained for the like of it (a fault that is loaded), at the start, or when three decisions in a row had an
   observation outside the training range. The problem names the controller (SlipProblemOps), else it is
-  TSADAPTHEURISTIC. From there it is a run of that type, with its options and -ts_rtol. Where -ts_adapt_rl_strict forbids
+  TSADAPTHEURISTIC. From there it is a run of that type, with its options and -ts_rtol; without that option the problem
+  sets the tolerance at which that type keeps the dial, where it knows one. Where -ts_adapt_rl_strict forbids
   that and 10,000 decisions have covered less than 1e-4 of the time left, as on a fault that creeps, the run ends with an
   error.
 

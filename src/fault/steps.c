@@ -58,15 +58,16 @@ static const char *ControllerAt(PetscInt kind, PetscReal accuracy)
   return accuracy < FINE ? Kinds[kind].fine : Kinds[kind].controller;
 }
 
-/* Logarithms between two columns, and beyond the last ones with their slope */
+/* Logarithms between two columns; negative: beyond the last one that the controller keeps, by the slope before it */
 static PetscReal Interpolate(const Tolerances *row, PetscReal accuracy)
 {
   PetscInt k = 0;
-  PetscReal share;
+  PetscReal share, rtol;
 
   while (k + 2 < ACCURACIES && row->rtol[k + 2] > 0 && accuracy < Accuracies[k + 1]) k++;
   share = PetscLogReal(accuracy / Accuracies[k]) / PetscLogReal(Accuracies[k + 1] / Accuracies[k]);
-  return row->rtol[k] * PetscPowReal(row->rtol[k + 1] / row->rtol[k], share);
+  rtol = row->rtol[k] * PetscPowReal(row->rtol[k + 1] / row->rtol[k], share);
+  return share > 1 ? -rtol : rtol;
 }
 
 /* 0: the table has no such controller. Without its filter a type counts as it is by default. */
@@ -95,7 +96,7 @@ static PetscReal Tolerance(PetscInt kind, const char controller[], PetscReal acc
 - accuracy   - relative error of the run, as of -fault_accuracy, dimensionless
 
   Output Parameter:
-. rtol - the tolerance, dimensionless; 0: none is known for this controller
+. rtol - the tolerance, dimensionless; 0: none is known for this controller, or it keeps the accuracy at none
 
   Level: intermediate
 
@@ -111,7 +112,7 @@ PetscErrorCode SlipFaultFindTolerance(const char kind[], const char controller[]
   while (k < KINDS && strcmp(Kinds[k].name, kind)) k++;
   PetscCheck(k < KINDS, PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE,
              "there is no kind of runs \"%s\", expected event, rupture, sequence, injection or smooth", kind);
-  *rtol = Tolerance(k, controller, accuracy);
+  *rtol = PetscMax(Tolerance(k, controller, accuracy), 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -161,7 +162,7 @@ static PetscErrorCode Set(SlipFault fault, TS ts, const char controller[], Petsc
   PetscFunctionBegin;
   steps->rtol = Tolerance(steps->kind, controller, accuracy);
   steps->accuracy = steps->rtol > 0 ? accuracy : 0;
-  if (steps->rtol == 0) steps->rtol = Kinds[steps->kind].rtol;
+  steps->rtol = steps->rtol == 0 ? Kinds[steps->kind].rtol : PetscAbsReal(steps->rtol);
   PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, steps->rtol, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

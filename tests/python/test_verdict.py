@@ -86,6 +86,8 @@ class Handover(Runs):
         self.same(default, theirs)
         self.assertIn("hands the run over to pi", ours["text"])
         self.assertRegex(default["text"], r"-ts_adapt_type pi -ts_adapt_pi_filter PI42 -ts_rtol 0\.0\d+, which keep -fault_accuracy 0\.01,")
+        self.assertRegex(default["text"], r"(?m)^tolerance of pi:PI42: +0\.0\d+ for an accuracy of 0\.01$")
+        self.assertEqual((default["accuracy"], default["rtol"]), (0.01, ours["rtol"]))
         self.assertRegex(ours["text"], r"(?m)^steps by the policy: +0$")
         self.assertRegex(ours["text"], rf"(?m)^steps by pi:PI42: +{ours['accepted']:.0f}$")
         other = self.run_fault(*block, "-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3")
@@ -114,13 +116,13 @@ class Handover(Runs):
         self.assertRegex(run["text"], self.LINE)
 
     def test_outside(self):
-        """A duration of 350 T*, longer than any in training: handed over at the third decision, said by one line, and what goes on keeps
-        the accuracy of the dial, 1e-2, against a tight run. The policy alone takes steps that are too long, and is farther off."""
+        """A duration of 350 T*, longer than any in training: handed over at the third decision, said by one line, and what goes
+        on keeps the accuracy of the dial, 1e-2, against a tight run. The policy alone takes steps that are too long, and is farther off."""
         fault = [*self.STUDY, "-fault_nx", "3", "-fault_nz", "3", "-ts_max_time", "300"]
         options = [*fault, "-ts_adapt_type", "rl", "-ts_adapt_rl_measure", "final_slip"]
         run, strict = self.run_fault(*options), self.run_fault(*options, "-ts_adapt_rl_strict")
-        self.assertEqual(len(re.findall(r"hands the run over to pi:fault_history with -ts_rtol [0-9.e-]+, because its observations stay outside the policy's",
-                                        run["text"])), 1)
+        line = r"hands the run over to pi:fault_history with -ts_rtol [0-9.e-]+, because its observations stay outside the policy's"
+        self.assertEqual(len(re.findall(line, run["text"])), 1)
         self.assertEqual(run["policy_outside_range"], 3)
         self.assertTrue(np.array_equal(run["steps/dt"][:2], strict["steps/dt"][:2]))
         later = (run["steps/time"] >= run["policy_handover_time"]) & (run["steps/accepted"] == 1)
