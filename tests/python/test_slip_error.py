@@ -69,7 +69,8 @@ class SlipError(unittest.TestCase):
     def test_safe_side(self):
         """What is printed is rarely too small and seldom useless: between the error and 30 times it for usual
         controllers."""
-        for options in (["-ts_rtol", "1e-2"], ["-ts_rtol", "1e-1"], ["-ts_adapt_type", "basic", "-ts_rtol", "1e-2"],
+        for options in (["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-2"], ["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-1"],
+                        ["-ts_adapt_type", "basic", "-ts_rtol", "1e-2"],
                         ["-ts_adapt_type", "pi", "-ts_rtol", "1e-2"], ["-ts_adapt_type", "dsp", "-ts_rtol", "1e-2"]):
             run = self.run_fault(*ONE, *options)
             ratio = run["slip_error_estimate"] / abs(self.error(run))
@@ -87,8 +88,9 @@ class SlipError(unittest.TestCase):
     def test_check(self):
         """Richardson's estimate of a method of order 2 (1 when implicit): the leading term, so within a factor of two
         here. The repetition leaves no rows and no counts in the output of the run."""
-        for options in (["-ts_rtol", "1e-2"], ["-ts_adapt_type", "none", "-ts_dt", "0.3"], ["-ts_bathe_error", "doubling", "-ts_rtol", "1e-2"],
-                        ["-ts_adapt_type", "dsp", "-ts_rtol", "1e-2"], ["-ts_bathe_reaction", "implicit", "-ts_rtol", "1e-1"]):
+        for options in (["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-2"], ["-ts_adapt_type", "none", "-ts_dt", "0.3"],
+                        ["-ts_adapt_type", "heuristic", "-ts_bathe_error", "doubling", "-ts_rtol", "1e-2"],
+                        ["-ts_adapt_type", "dsp", "-ts_rtol", "1e-2"], ["-ts_adapt_type", "heuristic", "-ts_bathe_reaction", "implicit", "-ts_rtol", "1e-1"]):
             plain = self.run_fault(*ONE, *options)
             run = self.run_fault(*ONE, *options, "-fault_check_error")
             ratio = run["slip_error_check_signed"] / self.error(run)
