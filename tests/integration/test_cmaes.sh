@@ -43,14 +43,15 @@ with h5py.File("l.h5") as log:
 EOF
 # A dial that is calibrated anew: the same weights, and the policy at a does what the old one does at the dial that a is moved to. What was
 # moved once and is calibrated alike again is the same.
-{ "${tiny[@]}" -train_calibrate p.h5 -train_within 0.5 -train_output moved.h5 && "${tiny[@]}" -train_calibrate moved.h5 -train_within 0.5 -train_output again.h5; } \
+{ "${tiny[@]}" -train_within 0 -train_output plain.h5 && "${tiny[@]}" -train_calibrate plain.h5 -train_within 0.5 -train_output moved.h5 &&
+  "${tiny[@]}" -train_calibrate moved.h5 -train_within 0.5 -train_output again.h5; } \
   >out.txt 2>&1 || fail "a calibration: $(cat out.txt)"
 grep -q "before, on 4 fresh" out.txt || fail "what a policy was before: $(cat out.txt)"
 "$SLIPSTEP_PYTHON" - >dial.txt <<'EOF' || fail "what a calibration moves"
 import h5py
 import numpy as np
 
-with h5py.File("p.h5") as p, h5py.File("moved.h5") as moved, h5py.File("again.h5") as again:
+with h5py.File("plain.h5") as p, h5py.File("moved.h5") as moved, h5py.File("again.h5") as again:
     names = [n.decode() if isinstance(n, bytes) else n for n in p["observation/names"][:]]
     dial = names.index("log_accuracy")
     for layer in p["layers"]:
@@ -63,7 +64,7 @@ with h5py.File("p.h5") as p, h5py.File("moved.h5") as moved, h5py.File("again.h5
     print("%.15g" % 10 ** ((seen - offset[0][dial]) / scale[0][dial]))
 EOF
 run=("$bin/fault" -fault_nx 2 -fault_nz 2 -ts_max_time 3 -ts_adapt_type rl -ts_adapt_rl_strict)
-"${run[@]}" -ts_adapt_rl_policy moved.h5 >new.txt 2>&1 && "${run[@]}" -ts_adapt_rl_policy p.h5 -ts_adapt_rl_accuracy "$(cat dial.txt)" >old.txt 2>&1 ||
+"${run[@]}" -ts_adapt_rl_policy moved.h5 >new.txt 2>&1 && "${run[@]}" -ts_adapt_rl_policy plain.h5 -ts_adapt_rl_accuracy "$(cat dial.txt)" >old.txt 2>&1 ||
   fail "runs of a calibrated policy: $(cat new.txt old.txt)"
 for line in "Bathe solves" "final mean slip"; do
   [ "$(grep "^$line" new.txt)" = "$(grep "^$line" old.txt)" ] || fail "the dial is moved to $(cat dial.txt): $(grep "^$line" new.txt old.txt)"
