@@ -63,11 +63,11 @@ static PetscErrorCode Name_Fault(TS ts, const char **name)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
-  *name = fault->problem.any_integrator ? "cycles" : "fault";
+  *name = fault->problem.any_integrator ? "cycles" : fault->steps.policy;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Policies were trained on single events: loading has no end, and its steps last years. */
+/* What policies whose steps are shares of T* were trained for: single events. Loading has no end, and its steps last years. */
 static PetscErrorCode Untrained_Fault(TS ts, const char **why)
 {
   SlipFault fault;

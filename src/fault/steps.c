@@ -18,7 +18,8 @@ typedef enum { KIND_EVENT, KIND_RUPTURE, KIND_SEQUENCE, KIND_INJECTION, KIND_SMO
    controller keeps this accuracy at none. */
 static const struct {
   const char *name, *meaning;
-  const char *policy;            /* whose default policy is made for it */
+  const char
+    *policy; /* the problem whose default policy it takes; "fault", which hands over, where none is made for it */
   const char *controller, *fine; /* a type, and a filter after a colon */
   PetscReal rtol;                /* of controllers without a row: those that were not calibrated, rl, constant steps */
   Tolerances tolerance[CONTROLLERS];
@@ -45,11 +46,11 @@ static const struct {
                      {"dsp", {0.532, 0.0928, 0.0199, 0.0034, 0.000368}},
                      {"basic", {0.178, 0.066, 0.00808, 0.00353, 0.000463}},
                      {"pi:fault_history", {0.0517, 0.00969, 0.00197, 0.000456, 4.87e-5}}}},
-  [KIND_SEQUENCE] = {"sequence", "a fault that is loaded or heals", "sequence", "dsp", "dsp", 1e-4, {{NULL, {0}}}},
+  [KIND_SEQUENCE] = {"sequence", "a fault that is loaded or heals", "fault", "dsp", "dsp", 1e-4, {{NULL, {0}}}},
   [KIND_INJECTION] =
-    {"injection", "a fault under a pore pressure", "injection", "heuristic", "heuristic", 1e-3, {{NULL, {0}}}},
+    {"injection", "a fault under a pore pressure", "fault", "heuristic", "heuristic", 1e-3, {{NULL, {0}}}},
   [KIND_SMOOTH] =
-    {"smooth", "rate-and-state friction under bathe", "smooth", "heuristic", "heuristic", 1e-3, {{NULL, {0}}}},
+    {"smooth", "rate-and-state friction under bathe", "fault", "heuristic", "heuristic", 1e-3, {{NULL, {0}}}},
 };
 #define FINE 3e-3
 

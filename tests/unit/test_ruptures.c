@@ -160,4 +160,103 @@ static void varied(void **state)
   if (PetscAbsReal(square / (PetscReal)0.04 - 1) > (PetscReal)0.4) fail_msg("variance %g", (double)square);
 }
 
-SLIP_TESTS(measured, broken, stepped, stressed, varied)
+/* ---- what is shipped ---- */
+
+/* The policy that is shipped */
+static SlipPolicy Shipped(void)
+{
+  char file[PETSC_MAX_PATH_LEN];
+  SlipPolicy policy;
+  PetscBool found;
+
+  ok(SlipPolicyFindDefault(PETSC_COMM_SELF, "rupture", file, sizeof(file), &found));
+  assert_true(found);
+  ok(SlipPolicyCreate(PETSC_COMM_SELF, &policy));
+  ok(SlipPolicyLoad(policy, file));
+  return policy;
+}
+
+/* Draws that training has not seen: the policy keeps its dial on all, in fewer solves than pi at the largest tolerance with which, and with
+   all smaller ones, pi does. */
+static void shipped(void **state)
+{
+  const PetscReal dial[] = {3e-2, 1e-2}, rtol[] = {1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1};
+  enum { DIALS = PETSC_STATIC_ARRAY_LENGTH(dial), RTOLS = PETSC_STATIC_ARRAY_LENGTH(rtol), DRAWS = 4 };
+  SlipPolicy policy = Shipped();
+  PetscInt solves, ours[DIALS] = {0}, theirs[RTOLS] = {0};
+  PetscReal worst[RTOLS] = {0}, error;
+
+  (void)state;
+  for (PetscInt k = 0; k < DRAWS; k++) {
+    RuptureEpisode e;
+
+    ok(RuptureEpisodeCreate(RandomStreamHashed(77, STREAM, LARGE + k), 1, &e));
+    for (PetscInt i = 0; i < DIALS; i++) {
+      run(&e, policy, dial[i], &solves, &error);
+      if (error > dial[i]) fail_msg("draw %d: %g at the dial %g", (int)k, (double)error, (double)dial[i]);
+      ours[i] += solves;
+    }
+    for (PetscInt i = 0; i < RTOLS; i++) {
+      run(&e, NULL, rtol[i], &solves, &error);
+      theirs[i] += solves;
+      worst[i] = PetscMax(worst[i], error);
+    }
+    ok(RuptureEpisodeDestroy(&e));
+  }
+  for (PetscInt i = 0; i < DIALS; i++) {
+    PetscInt k = 0;
+
+    assert_true(worst[0] <= dial[i]);
+    while (k + 1 < RTOLS && worst[k + 1] <= dial[i]) k++;
+    print_message("dial %g: %d solves, pi %d at -ts_rtol %g\n", (double)dial[i], (int)ours[i], (int)theirs[k],
+                  (double)rtol[k]);
+    assert_true(ours[i] < theirs[k]);
+  }
+  ok(SlipPolicyDestroy(&policy));
+}
+
+/* A fault whose stress is given finds it, and takes its tolerance and first step. */
+static void named(void **state)
+{
+  SlipPolicy policy, expected = Shipped();
+  PetscReal factor, power, rtol, tstar;
+  const char *hash, *same;
+  SlipAttempt attempt;
+  RuptureEpisode e;
+  PetscBool has;
+  TSAdapt adapt;
+  Vec w;
+  TS ts;
+
+  (void)state;
+  ok(RuptureEpisodeCreate(RandomStreamHashed(77, STREAM, LARGE), 1, &e));
+  ok(SlipFaultCreateState(e.fault, &w));
+  ok(SlipFaultSetInitialState(e.fault, w));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipFaultConfigureTS(e.fault, ts));
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTRL));
+  ok(TSAdaptRLSetAccuracy(adapt, 1e-2));
+  ok(TSSetMaxSteps(ts, 1));
+  ok(TSSolve(ts, w));
+  ok(TSAdaptRLGetPolicy(adapt, &policy));
+  ok(SlipPolicyGetHash(policy, &hash));
+  ok(SlipPolicyGetHash(expected, &same));
+  assert_string_equal(hash, same);
+  ok(SlipPolicyGetNumber(policy, SLIP_POLICY_RTOL_FACTOR, &factor, &has));
+  ok(SlipPolicyGetNumber(policy, SLIP_POLICY_RTOL_POWER, &power, &has));
+  ok(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  AssertNear(rtol, factor * PetscPowReal(1e-2, power), 1e-12);
+  ok(SlipPolicyGetNumber(policy, SLIP_POLICY_FIRST_STEP_FACTOR, &factor, &has));
+  ok(SlipPolicyGetNumber(policy, SLIP_POLICY_FIRST_STEP_POWER, &power, &has));
+  ok(SlipFaultGetTimeScale(e.fault, &tstar));
+  ok(TSBatheGetLastAttempt(ts, &attempt));
+  assert_true(attempt.accepted);
+  AssertNear(attempt.dt, factor * PetscPowReal(1e-2, power) * tstar, 1e-12);
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
+  ok(RuptureEpisodeDestroy(&e));
+  ok(SlipPolicyDestroy(&expected));
+}
+
+SLIP_TESTS(measured, broken, stepped, stressed, varied, shipped, named)

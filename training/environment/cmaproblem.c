@@ -52,24 +52,33 @@ void CMARatioStart(double rtol, double power, double number[2])
   number[1] = power / CMA_RTOL_SCALE;
 }
 
+PetscErrorCode CMADialNumberSet(const double number[2], double unit, const char factor[], const char power[],
+                                SlipPolicy policy)
+{
+  const double exponent = CMA_RTOL_SCALE * number[1];
+
+  PetscFunctionBegin;
+  PetscCall(PolicySetNumber(policy, factor, "%.6g", exp(CMA_RTOL_SCALE * number[0]) * pow(unit, -exponent)));
+  PetscCall(PolicySetNumber(policy, power, "%.6g", exponent));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CMARatioPolicy(const CMAOptions *o, const double number[2], double unit, const PetscReal dial[2],
                               SlipPolicy policy)
 {
-  const double power = CMA_RTOL_SCALE * number[1];
   PetscReal low[CMA_MAX_OBS], high[CMA_MAX_OBS];
 
   PetscFunctionBegin;
   PetscCall(SlipPolicySetAction(policy, -1, 1, (PetscReal)1 / CMA_RATIO_MAX, "h", CMA_RATIO_MAX, "h", PETSC_TRUE));
   CMADialRange(o, dial, low, high);
   PetscCall(SlipPolicySetRange(policy, low, high));
-  PetscCall(
-    PolicySetNumber(policy, SLIP_POLICY_RTOL_FACTOR, "%.6g", exp(CMA_RTOL_SCALE * number[0]) * pow(unit, -power)));
-  PetscCall(PolicySetNumber(policy, SLIP_POLICY_RTOL_POWER, "%.6g", power));
+  PetscCall(CMADialNumberSet(number, unit, SLIP_POLICY_RTOL_FACTOR, SLIP_POLICY_RTOL_POWER, policy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A tolerance that follows the dial follows it where it is moved to. */
-static PetscErrorCode ShiftTolerance(const CMAOptions *o, const PetscReal shift[2], SlipPolicy policy)
+/* Numbers that follow the dial follow it where it is moved to. */
+static PetscErrorCode ShiftNumber(const CMAOptions *o, const PetscReal shift[2], const char name[2][32],
+                                  SlipPolicy policy)
 {
   const PetscReal middle = 0.5 * PetscLog10Real(o->low * o->high);
   PetscReal factor, power;
@@ -77,18 +86,20 @@ static PetscErrorCode ShiftTolerance(const CMAOptions *o, const PetscReal shift[
 
   PetscFunctionBegin;
   if (shift[0] == 0 && shift[1] == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipPolicyGetNumber(policy, SLIP_POLICY_RTOL_FACTOR, &factor, &follows));
-  PetscCall(SlipPolicyGetNumber(policy, SLIP_POLICY_RTOL_POWER, &power, &powered));
+  PetscCall(SlipPolicyGetNumber(policy, name[0], &factor, &follows));
+  PetscCall(SlipPolicyGetNumber(policy, name[1], &power, &powered));
   if (!follows || !powered) PetscFunctionReturn(PETSC_SUCCESS);
   factor *= PetscPowReal(10, power * (shift[0] - shift[1] * middle));
-  PetscCall(PolicySetNumber(policy, SLIP_POLICY_RTOL_FACTOR, "%.6g", (double)factor));
-  PetscCall(PolicySetNumber(policy, SLIP_POLICY_RTOL_POWER, "%.6g", (double)(power * (1 + shift[1]))));
+  PetscCall(PolicySetNumber(policy, name[0], "%.6g", (double)factor));
+  PetscCall(PolicySetNumber(policy, name[1], "%.6g", (double)(power * (1 + shift[1]))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2], SlipPolicy *policy)
 {
   const PetscInt dial = CMAFind(o, SLIP_OBSERVES_ACCURACY);
+  static const char moved[][2][32] = {{SLIP_POLICY_RTOL_FACTOR, SLIP_POLICY_RTOL_POWER},
+                                      {SLIP_POLICY_FIRST_STEP_FACTOR, SLIP_POLICY_FIRST_STEP_POWER}};
   PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS];
   const double *w = weights;
   PetscInt in = o->nobs;
@@ -109,6 +120,6 @@ PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const Pets
   }
   PetscCall(SlipPolicyAddLayer(*policy, in, 1, w, w + in, SLIP_ACTIVATION_LINEAR));
   PetscCall((*o->problem->cma->policy)(o, weights, *policy));
-  PetscCall(ShiftTolerance(o, shift, *policy));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(moved); ++i) PetscCall(ShiftNumber(o, shift, moved[i], *policy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

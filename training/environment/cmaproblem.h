@@ -110,6 +110,9 @@ PETSC_INTERN PetscInt CMAFind(const CMAOptions *o, const char name[]);
 PETSC_INTERN void CMADialRange(const CMAOptions *o, const PetscReal dial[2], PetscReal low[], PetscReal high[]);
 /* rtol at the dial of the unit, and its power: into the two numbers, and into the attributes of a policy with the range dial */
 PETSC_INTERN void CMARatioStart(double rtol, double power, double number[2]);
+/* Two numbers like these as attributes factor and power of a policy: factor a^power with the dial at a */
+PETSC_INTERN PetscErrorCode CMADialNumberSet(const double number[2], double unit, const char factor[],
+                                             const char power[], SlipPolicy policy);
 PETSC_INTERN PetscErrorCode CMARatioPolicy(const CMAOptions *o, const double number[2], double unit,
                                            const PetscReal dial[2], SlipPolicy policy);
 /* shift: decades by which the dial is moved before the network sees it, in the middle of its range, and per decade */

@@ -1,10 +1,12 @@
-/* Ruptures from a given stress as a problem for CMA-ES: a network that begins as the elementary controller. */
+/* Ruptures from a given stress as a problem for CMA-ES: a network that begins as a digital filter. */
 #include "ruptures.h"
 #include "environment/cmaproblem.h"
+#include "environment/environment.h"
+#include "common/files.h"
 #include <slipcompat.h>
 
-enum { UNITS = 8 };
-static const PetscReal Dial[2] = {1e-3, 1e-1};
+enum { UNITS = 4 };
+static const PetscReal Dial[2] = {2e-3, 1e-1};
 
 /* What is observed, scaled and shifted to order one */
 static const struct {
@@ -13,17 +15,28 @@ static const struct {
 } Rows[] = {
   {SLIP_OBSERVES_ACCURACY, 1, 2}, {"log_error_step", 1, 0},          {"log_step_ratio", 1, 0}, {"rejected", 1, 0},
   {"sliding_fraction", 1, 0},     {"change_sliding_fraction", 2, 0}, {"log_step", 0.3, 0.3},   {"log_velocity", 0.3, 0},
-  {"change_log_velocity", 1, 0},  {"log_peak_ratio", 1, -0.5},       {"growth", 0.3, 0}};
+  {"change_log_velocity", 1, 0},  {"log_peak_ratio", 1, -0.5},       {"growth", 0.3, 0},       {"weakening", 1, -0.5},
+  {"change_log_error_step", 1, 0}};
 enum { ROWS = PETSC_STATIC_ARRAY_LENGTH(Rows), WEIGHTS = (ROWS + 2) * UNITS + 1 };
-enum { ROW_ERROR_STEP = 1 };
-#define LINEAR 0.4      /* slope of the unit that is the elementary controller */
-#define SAFETY (-0.046) /* log10 of its safety factor */
+enum { ROW_ERROR_STEP = 1, ROW_CHANGE = ROWS - 1 };
+/* The unit that is PI42, h_new = h E_n^(-0.6 q) E_(n-1)^(0.2 q), about estimates of 0.2: few attempts are rejected for E > 1 */
+#define LINEAR 0.4 /* its slope */
+#define PROPORTIONAL 0.4
+#define CHANGE 0.2
+#define TARGET (-0.093) /* 0.4 log10(0.2^(1/3)) */
 #define DRAWN 0.3       /* standard deviation of the other units' weights, which nothing reads at the start */
-#define RTOL_START 5e-2 /* tolerance at the dial 1e-2 */
-#define RTOL_POWER 1
-#define UNIT 1e-2 /* that dial */
-#define LOST 4    /* cost of a run that did not end */
+#define RTOL_START 0.5  /* tolerance at the dial 1e-2 */
+#define RTOL_POWER 1.5
+#define UNIT 1e-2        /* that dial */
+#define FIRST_START 0.03 /* first step at that dial [T*] */
+#define FIRST_POWER 0.4
+#define LOST 6 /* cost of a run that did not end */
 #define WORST_ERROR 50
+#define FREE 0.8     /* errors up to this share of the dial cost nothing */
+#define STEEP 2      /* cost of an error beyond, a power */
+#define SHARE_2 0.06 /* of the faults that are twice as large along either side */
+#define LITTLE 2     /* d_c: where the broken cells slip less in the mean, */
+#define KEPT 0.5     /* this share of the faults is kept */
 
 static PetscErrorCode SetUp(CMAOptions *o)
 {
@@ -35,14 +48,14 @@ static PetscErrorCode SetUp(CMAOptions *o)
                     .hidden = UNITS,
                     .layers = 1,
                     .activation = SLIP_ACTIVATION_TANH,
-                    .more = 2,
-                    .nsingle = 64,
-                    .batch_single = 16,
-                    .validation = 12,
-                    .calibration = 48,
+                    .more = 4,
+                    .nsingle = 36,
+                    .batch_single = 10,
+                    .validation = 6,
+                    .calibration = 16,
                     .within = 0.95,
-                    .diagonal = 10,
-                    .generations = 139,
+                    .diagonal = 40,
+                    .generations = 100,
                     .interval = 5,
                     .sigma = 0.1,
                     .low = Dial[0],
@@ -65,10 +78,12 @@ static void Start(const CMAOptions *o, double w[])
 
   RandomSeed(&random, (uint64_t)o->seed);
   for (PetscInt i = 0; i < (ROWS + 1) * UNITS; ++i) w[i] = DRAWN * RandomNormal(&random);
-  for (PetscInt i = 0; i < ROWS; ++i) w[i] = i == ROW_ERROR_STEP ? LINEAR : 0;
-  bias[0] = LINEAR * SAFETY;
+  for (PetscInt i = 0; i < ROWS; ++i)
+    w[i] = LINEAR * (i == ROW_ERROR_STEP ? PROPORTIONAL : i == ROW_CHANGE ? CHANGE : 0);
+  bias[0] = LINEAR * TARGET;
   out[0] = 1 / LINEAR;
   CMARatioStart(RTOL_START, RTOL_POWER, w + WEIGHTS);
+  CMARatioStart(FIRST_START, FIRST_POWER, w + WEIGHTS + 2);
 }
 
 static void Range(const CMAOptions *o, PetscReal low[], PetscReal high[])
@@ -78,17 +93,50 @@ static void Range(const CMAOptions *o, PetscReal low[], PetscReal high[])
 
 static PetscErrorCode Policy(const CMAOptions *o, const double w[], SlipPolicy policy)
 {
-  return CMARatioPolicy(o, w + WEIGHTS, UNIT, Dial, policy);
+  PetscFunctionBegin;
+  PetscCall(CMARatioPolicy(o, w + WEIGHTS, UNIT, Dial, policy));
+  PetscCall(
+    CMADialNumberSet(w + WEIGHTS + 2, UNIT, SLIP_POLICY_FIRST_STEP_FACTOR, SLIP_POLICY_FIRST_STEP_POWER, policy));
+  PetscCall(PolicySetNumber(policy, SLIP_POLICY_HOLD, "%.6g", 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Mean over the cells that break of their final slip [d_c] */
+static PetscReal Slipped(const RuptureEpisode *e)
+{
+  PetscReal sum = 0;
+  PetscInt broken = 0;
+
+  for (PetscInt i = 0; i < e->n; ++i)
+    if (e->reference.broke[i] >= 0) {
+      sum += e->reference.slip[i] / e->weaken[i];
+      broken++;
+    }
+  return broken ? sum / (PetscReal)broken : 0;
+}
+
+/* Some faults larger, as fronts run farther there; and fewer of those that hardly slip, of which every third would be one */
 static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)
 {
   RuptureEpisode *e;
+  PetscBool kept = PETSC_FALSE;
+  Random random;
 
   PetscFunctionBegin;
   (void)side;
   PetscCall(PetscNew(&e));
-  PetscCall(o->family ? RuptureEpisodeOfFamily((const Family *)o->family, seed, e) : RuptureEpisodeCreate(seed, 1, e));
+  if (o->family) {
+    PetscCall(RuptureEpisodeOfFamily((const Family *)o->family, seed, e));
+    kept = PETSC_TRUE;
+  }
+  RandomSeed(&random, seed);
+  while (!kept) {
+    const PetscInt larger = RandomUniform(&random) < SHARE_2 ? 2 : 1;
+
+    PetscCall(RuptureEpisodeCreate(random.s[0], larger, e));
+    kept = Slipped(e) >= LITTLE || RandomUniform(&random) < KEPT ? PETSC_TRUE : PETSC_FALSE;
+    if (!kept) PetscCall(RuptureEpisodeDestroy(e));
+  }
   *episode = e;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -125,10 +173,10 @@ static PetscErrorCode Run(void *episode, SlipPolicy policy, PetscReal accuracy, 
 {
   PetscFunctionBegin;
   PetscCall(RunUnder(episode, policy, NULL, accuracy, result));
-  result->cost = result->done < 1
-                   ? LOST
-                   : PetscLogReal((PetscReal)result->solves / result->usual) +
-                       PetscLogReal(PetscClipInterval(result->error / accuracy, (PetscReal)1, (PetscReal)WORST_ERROR));
+  result->cost = result->done < 1 ? LOST
+                                  : PetscLogReal((PetscReal)result->solves / result->usual) +
+                                      STEEP * PetscLogReal(PetscClipInterval(result->error / (FREE * accuracy),
+                                                                             (PetscReal)1, (PetscReal)WORST_ERROR));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

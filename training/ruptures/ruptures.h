@@ -1,5 +1,5 @@
-/* Ruptures of small faults from a given stress, and runs of them (train -train_algorithm cmaes -train_problem rupture). No policy
-   that is shipped was trained on them. */
+/* Ruptures of small faults from a given stress, and runs of them (train -train_algorithm cmaes -train_problem rupture),
+   the problem of training/policies/rupture.h5. */
 #pragma once
 #include "environment/family.h"
 #include "common/table.h"
