@@ -48,7 +48,7 @@ static const struct {
                      {"pi:fault_history", {0.0517, 0.00969, 0.00197, 0.000456, 4.87e-5}}}},
   [KIND_SEQUENCE] = {"sequence", "a fault that is loaded or heals", "fault", "dsp", "dsp", 1e-4, {{NULL, {0}}}},
   [KIND_INJECTION] =
-    {"injection", "a fault under a pore pressure", "fault", "heuristic", "heuristic", 1e-3, {{NULL, {0}}}},
+    {"injection", "a fault under a pore pressure", "injection", "heuristic", "heuristic", 1e-3, {{NULL, {0}}}},
   [KIND_SMOOTH] =
     {"smooth", "rate-and-state friction under bathe", "fault", "heuristic", "heuristic", 1e-3, {{NULL, {0}}}},
 };
