@@ -34,7 +34,8 @@ enum { ROW_ERROR_STEP = 1, ROW_CHANGE = ROWS - 1 };
 #define WORST_ERROR 50
 #define FREE 0.8     /* errors up to this share of the dial cost nothing */
 #define STEEP 2      /* cost of an error beyond, a power */
-#define SHARE_2 0.06 /* of the faults that are twice as large along either side */
+#define SHARE_2 0.3  /* of the faults that are twice as large along either side */
+#define SHARE_3 0.04 /* and three times */
 #define LITTLE 2     /* d_c: where the broken cells slip less in the mean, */
 #define KEPT 0.5     /* this share of the faults is kept */
 
@@ -49,13 +50,13 @@ static PetscErrorCode SetUp(CMAOptions *o)
                     .layers = 1,
                     .activation = SLIP_ACTIVATION_TANH,
                     .more = 4,
-                    .nsingle = 36,
-                    .batch_single = 10,
-                    .validation = 6,
-                    .calibration = 16,
+                    .nsingle = 56,
+                    .batch_single = 12,
+                    .validation = 8,
+                    .calibration = 24,
                     .within = 0.95,
                     .diagonal = 40,
-                    .generations = 100,
+                    .generations = 140,
                     .interval = 5,
                     .sigma = 0.1,
                     .low = Dial[0],
@@ -131,7 +132,8 @@ static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, 
   }
   RandomSeed(&random, seed);
   while (!kept) {
-    const PetscInt larger = RandomUniform(&random) < SHARE_2 ? 2 : 1;
+    const double size = RandomUniform(&random);
+    const PetscInt larger = size < SHARE_3 ? 3 : size < SHARE_3 + SHARE_2 ? 2 : 1;
 
     PetscCall(RuptureEpisodeCreate(random.s[0], larger, e));
     kept = Slipped(e) >= LITTLE || RandomUniform(&random) < KEPT ? PETSC_TRUE : PETSC_FALSE;
