@@ -106,7 +106,8 @@ PetscErrorCode TSAdaptPISetFilter(TSAdapt adapt, const char name[])
 
   Input Parameters:
 + adapt - the controller
-- name  - as "heuristic", "pi:fault_history" (`TSAdaptPISetFilter()`) or "dsp:PI42" (`TSAdaptDSPSetFilter()`)
+- name  - as "heuristic", "pi:fault_history" (`TSAdaptPISetFilter()`) or "dsp:PI42" (`TSAdaptDSPSetFilter()`); "pi" without a
+          filter has its default one, whatever it had before
 
   Level: advanced
 
@@ -122,8 +123,8 @@ PetscErrorCode SlipAdaptSetController(TSAdapt adapt, const char name[])
   PetscCall(PetscStrchr(type, ':', &filter));
   if (filter) *filter++ = 0;
   PetscCall(TSAdaptSetType(adapt, type));
+  PetscCall(TSAdaptPISetFilter(adapt, filter ? filter : SlipFilters[DEFAULT_FILTER].name));
   if (!filter) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSAdaptPISetFilter(adapt, filter));
   PetscCall(TSAdaptDSPSetFilter(adapt, filter));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -78,7 +78,7 @@ static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, cell->controller));
+  PetscCall(SlipAdaptSetController(adapt, cell->controller)); /* a fault's may be pi with another filter */
   if (cell->policy) PetscCall(TSAdaptRLSetPolicyFile(adapt, cell->policy->file));
   PetscCall(TSAdaptRLSetStrict(adapt, PETSC_TRUE)); /* it is the policy that is evaluated */
   PetscCall(SlipCheckSolverOptions(ts));
