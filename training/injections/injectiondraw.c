@@ -153,6 +153,7 @@ static PetscErrorCode SetUpWithRecord(const Draw *d, SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(PetscGetTmp(PETSC_COMM_SELF, folder, sizeof(folder)));
+  /* mkdtemp() puts what makes the name unique in place of the X */
   PetscCall(PetscStrlcat(folder, "/slipstep_injection_XXXXXX", sizeof(folder)));
   PetscCheck(mkdtemp(folder), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "Cannot make the directory %s", folder);
   PetscCall(PetscSNPrintf(file, sizeof(file), "%s/pressure.h5", folder));
