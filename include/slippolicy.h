@@ -64,6 +64,8 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name
 #define SLIP_POLICY_FIRST_STEP_FACTOR "first_step_factor"
 #define SLIP_POLICY_FIRST_STEP_POWER "first_step_power"
 #define SLIP_POLICY_HOLD "hold"
+/* Attribute of such a policy: attempts with a larger error estimate are rejected, 1 without it */
+#define SLIP_POLICY_CEILING "error_ceiling"
 /* Attribute: the observation whose power of ten multiplies every step, so that the action is in units of a time that the
    problem knows at every moment. */
 #define SLIP_POLICY_STEP_FACTOR "step_factor"

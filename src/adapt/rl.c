@@ -56,9 +56,9 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
     PetscCall(SlipPolicyGetFile(rl->policy, &source));
     PetscCall(SlipPolicyIsRelative(rl->policy, &rl->relative));
     PetscCall(TSAdaptRLSetTolerance_Private(adapt, ts));
-    PetscCall(TSAdaptRLFindHold_Private(adapt));
     PetscCall(SlipPolicyGetStepBounds(rl->policy, o->run.tstar, o->run.max_time, &o->run.dt_min, &o->run.dt_max));
   }
+  PetscCall(TSAdaptRLFindGuards_Private(adapt));
   PetscCall(SlipObserverFindRows(o, rl->n, rl->seen, source));
   rl->begun = PETSC_TRUE;
   rl->steps = ts->steps;
@@ -222,14 +222,13 @@ static PetscErrorCode Converged_RL(TSAdapt adapt, TS ts, PetscReal h, PetscReal 
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipObserver *o = &rl->observer;
-  const PetscReal ceiling = rl->error_ceiling > 0 ? rl->error_ceiling : (rl->relative ? 1 : 0);
-  const PetscBool limit = ceiling > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool limit = rl->ceiling > 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscReal E, q;
 
   PetscFunctionBegin;
   PetscCall(Record_RL(adapt, ts, h, PETSC_TRUE, rl->needs_error || limit ? PETSC_TRUE : PETSC_FALSE));
   o->run.failures = 0;
-  *accept = !limit || o->last.error <= ceiling || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
+  *accept = !limit || o->last.error <= rl->ceiling || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
   o->last.accepted = *accept;
   if (*accept) o->run.time = ts->ptime + h;
   SlipRunAttempt(&o->run, o->last.dt, PETSC_TRUE, *accept);
@@ -247,7 +246,7 @@ static PetscErrorCode Converged_RL(TSAdapt adapt, TS ts, PetscReal h, PetscReal 
     *next_h = SlipControlShrink(h, *next_h, o->run.rejected);
   } else {
     PetscCall(SlipAdaptEvaluateError(adapt, ts, &q, &E));
-    *next_h = h * SlipControlCeiling(o->last.error, rl->error_ceiling, q);
+    *next_h = h * SlipControlCeiling(o->last.error, rl->ceiling, q);
   }
   PetscCall(
     SlipAdaptCheckMinimum(adapt, ts, *next_h, rl->relative ? "the error estimate" : "-ts_adapt_rl_error_ceiling"));
@@ -338,7 +337,8 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
                             "Failed attempts in a row before steps are halved until one converges, >= 1", "",
                             rl->max_failures, &rl->max_failures, NULL));
   PetscCall(PetscOptionsReal("-ts_adapt_rl_error_ceiling",
-                             "Larger error estimates reject and shrink the step; 0: every converged step is accepted",
+                             "Larger error estimates reject and shrink the step; 0: those that the policy says, "
+                             "else every converged step is accepted",
                              "", rl->error_ceiling, &rl->error_ceiling, NULL));
   PetscCall(PetscOptionsReal("-ts_adapt_rl_accuracy",
                              "Wanted relative error of the run, 1e-4 to 1e-1, for policies that observe it; beyond the "
@@ -390,7 +390,7 @@ static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(viewer, "measure of the error: %s\n", measure));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "guard rails: steps are halved after %" PetscInt_FMT " failures in a row; error ceiling %g (0: none)\n",
-    rl->max_failures, (double)rl->error_ceiling));
+    rl->max_failures, (double)(rl->begun ? rl->ceiling : rl->error_ceiling)));
   PetscCall(PetscViewerASCIIPrintf(viewer,
                                    "decisions %" PetscInt_FMT ", outside the training range %" PetscInt_FMT
                                    ", failed attempts %" PetscInt_FMT ", halved steps %" PetscInt_FMT
@@ -536,9 +536,9 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   error.
 
   A policy whose steps are multiples of the last one (unit "h" of its action, as those of the general policy ode.h5, which
-  is taken where a problem has none of its own) goes by the error estimate: E > 1 rejects the attempt, a rejected step is
-  followed by one of 0.9 h at most, or 0.5 h when the one before was rejected too, a failed solve by h/2, and the
-  first step is the TS's own. After a failed solve the step does not grow for four attempts, or as many as the policy's
+  is taken where a problem has none of its own) goes by the error estimate: E > 1, or above the
+  policy's attribute error_ceiling, rejects the attempt, a rejected step is followed by one of 0.9 h at most, or 0.5 h when the
+  one before was rejected too, a failed solve by h/2, and the first step is the TS's own. After a failed solve the step does not grow for four attempts, or as many as the policy's
   attribute hold says.
 
   A policy with the attribute rtol_factor was trained with a tolerance that follows the dial a: -ts_rtol is rtol_factor
@@ -554,7 +554,7 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
 . -ts_adapt_rl_accuracy <1e-2>       - wanted relative error of the run, for policies that observe log_accuracy
 . -ts_adapt_rl_measure <history>     - which error that is, see TSAdaptRLSetMeasure()
 . -ts_adapt_rl_max_failures <3>      - failed attempts in a row before steps are halved
-. -ts_adapt_rl_error_ceiling <0>     - largest accepted error estimate, 0 for none
+. -ts_adapt_rl_error_ceiling <0>     - largest accepted error estimate; 0: the policy's own, else none
 - -ts_adapt_rl_strict <no>           - never hand a run over
 
   Level: beginner

@@ -1,9 +1,13 @@
-/* TSADAPTRL: what a policy's file says in numbers besides its network: tolerance, first step, caution after a failed solve. */
+/* TSADAPTRL: what a policy's file says in numbers besides its network: tolerance, first step, caution after a failed solve,
+   the error that rejects. */
 #include <slipstep/private/slipadapt.h>
 
 /* Attempts without growth after PETSc has shortened a step because a solve failed: a relative policy, which is not told,
    would otherwise take the step back to where it failed each time */
 #define HOLD 4
+
+/* A relative policy goes by the error estimate: this one rejects. */
+#define CEILING 1
 
 /* factor a^power with the dial at a; has: the policy has such a number */
 static PetscErrorCode OfDial(const TSAdapt_RL *rl, const char factor[], const char power[], PetscReal *number,
@@ -63,14 +67,20 @@ PetscErrorCode TSAdaptRLFirstStep_Private(TSAdapt adapt, TS ts, PetscReal *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSAdaptRLFindHold_Private(TSAdapt adapt)
+/* -ts_adapt_rl_error_ceiling overrides a policy's own ceiling. */
+PetscErrorCode TSAdaptRLFindGuards_Private(TSAdapt adapt)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
-  PetscReal hold;
+  PetscReal number;
   PetscBool has;
 
   PetscFunctionBegin;
-  PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_HOLD, &hold, &has));
-  rl->hold_after_failure = has ? (PetscInt)hold : HOLD;
+  rl->ceiling = rl->error_ceiling;
+  if (rl->actor) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_HOLD, &number, &has));
+  rl->hold_after_failure = has ? (PetscInt)number : HOLD;
+  if (rl->error_ceiling > 0 || !rl->relative) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_CEILING, &number, &has));
+  rl->ceiling = has ? number : CEILING;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -301,7 +301,8 @@ static const char *const NumericAttributes[] = {"alpha",
                                                 SLIP_POLICY_RTOL_POWER,
                                                 SLIP_POLICY_FIRST_STEP_FACTOR,
                                                 SLIP_POLICY_FIRST_STEP_POWER,
-                                                SLIP_POLICY_HOLD};
+                                                SLIP_POLICY_HOLD,
+                                                SLIP_POLICY_CEILING};
 
 /* Attributes of the root that say what the file is, not what its policy is. */
 PetscBool SlipPolicyOwnAttribute_Private(const char name[])

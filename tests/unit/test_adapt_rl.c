@@ -346,18 +346,16 @@ static void rl_relative(void **state)
 }
 
 /* A policy's own numbers: tolerance and first step follow the dial a unless they are given, and after a failed solve two steps do not
-   grow. 5 a and 30 a^0.5 T* at a = 1e-2: 0.05, and 6 s. */
+   grow. 5 a and 30 a^0.5 T* at a = 1e-2: 0.05, and 6 s. An error estimate of 3, or of the option's 2, still passes. */
 static void rl_numbers(void **state)
 {
   const char *const names[] = {"log_error_step"};
   const struct {
     const char *name, *value;
-  } attribute[] = {{SLIP_POLICY_RTOL_FACTOR, "5"},
-                   {SLIP_POLICY_RTOL_POWER, "1"},
-                   {SLIP_POLICY_FIRST_STEP_FACTOR, "30"},
-                   {SLIP_POLICY_FIRST_STEP_POWER, "0.5"},
-                   {SLIP_POLICY_HOLD, "2"}};
-  const char *const options[] = {"", "-ts_rtol 0.3 -ts_dt 1.5"};
+  } attribute[] = {
+    {SLIP_POLICY_RTOL_FACTOR, "5"},        {SLIP_POLICY_RTOL_POWER, "1"}, {SLIP_POLICY_FIRST_STEP_FACTOR, "30"},
+    {SLIP_POLICY_FIRST_STEP_POWER, "0.5"}, {SLIP_POLICY_HOLD, "2"},       {SLIP_POLICY_CEILING, "3"}};
+  const char *const options[] = {"", "-ts_rtol 0.3 -ts_dt 1.5 -ts_adapt_rl_error_ceiling 2"};
   const PetscReal one = 1, zero = 0, error[] = {1};
 
   (void)state;
@@ -386,6 +384,14 @@ static void rl_numbers(void **state)
 
       ok(TSAdaptChoose(ts->adapt, ts, 1, NULL, &next, &accept));
       assert_true(accept && (i < 2 ? next == 1 : next > 1));
+    }
+    for (PetscReal E = 1.5; E < 4.6; E += 1) {
+      PetscReal next;
+      PetscBool accept;
+
+      script.last = (SlipAttempt){.converged = PETSC_TRUE, .dt = 1, .error = E};
+      ok(TSAdaptChoose(ts->adapt, ts, 1, NULL, &next, &accept));
+      assert_true(accept == (E <= (given ? 2 : 3) ? PETSC_TRUE : PETSC_FALSE));
     }
     ok(TSDestroy(&ts));
   }

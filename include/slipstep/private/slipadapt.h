@@ -89,7 +89,8 @@ typedef struct {
   PetscInt paced;              /* decisions since the one at pace_time */
   PetscReal pace_time;         /* [s] */
   PetscInt max_failures;       /* failed attempts in a row before steps are halved */
-  PetscReal error_ceiling;     /* larger error estimates reject; 0: none */
+  PetscReal error_ceiling;     /* larger error estimates reject; 0: the policy's own, or none */
+  PetscReal ceiling;           /* that of the run; 0: none */
   PetscInt solves_failed;      /* of the TS, at the last attempt */
   PetscInt hold;               /* attempts left without growth */
   PetscInt hold_after_failure; /* so many after a failed solve */
@@ -121,7 +122,7 @@ PETSC_INTERN PetscErrorCode TSAdaptRLClipDial_Private(TSAdapt adapt, PetscReal *
 /* rlnumbers.c: what a policy says in numbers of its own; all are of the run that begins */
 PETSC_INTERN PetscErrorCode TSAdaptRLSetTolerance_Private(TSAdapt adapt, TS ts);
 PETSC_INTERN PetscErrorCode TSAdaptRLFirstStep_Private(TSAdapt adapt, TS ts, PetscReal *h);
-PETSC_INTERN PetscErrorCode TSAdaptRLFindHold_Private(TSAdapt adapt);
+PETSC_INTERN PetscErrorCode TSAdaptRLFindGuards_Private(TSAdapt adapt);
 
 /* rlset.c */
 /* NULL when the controller is of another type */
