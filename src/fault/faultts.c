@@ -319,9 +319,11 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
   tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise), max time 30 s
   (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step
-  0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()). Controller (-ts_adapt_type): pi with the
-  filter fault_history from the instability, pi from another start, dsp for a fault that is loaded or heals, heuristic
-  under a pore pressure and with smooth friction.
+  0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()). Controller (-ts_adapt_type): TSADAPTRL
+  from the instability (with inertia), from another start and under a pore pressure, with slip weakening, where its policy is
+  there, -fault_accuracy is one that it was trained for, and no tolerance is given (-ts_rtol, TSSetTolerances(), options of pi
+  and dsp). Else pi with the filter fault_history from the instability, pi from another start, heuristic under a pore pressure
+  and with smooth friction; dsp for a fault that is loaded or heals.
 
   The relative tolerance is set where TSSolve() begins, when the controller is known, unless -ts_rtol is given or
   TSSetTolerances() was called after this function: from the instability and from another start that at which the

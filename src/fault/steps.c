@@ -21,6 +21,7 @@ static const struct {
   const char
     *policy; /* the problem whose default policy it takes; "fault", which hands over, where none is made for it */
   const char *controller, *fine; /* a type, and a filter after a colon */
+  PetscReal learned;             /* the finest accuracy at which rl, by the policy, is the default; 0: nowhere */
   PetscReal rtol;                /* of controllers without a row: those that were not calibrated, rl, constant steps */
   Tolerances tolerance[CONTROLLERS];
 } Kinds[KINDS] = {
@@ -29,6 +30,7 @@ static const struct {
                   "fault",
                   "pi:fault_history",
                   "dsp",
+                  1e-3,
                   1e-3,
                   {{"heuristic", {0.0257, 0.00413, 0.000866, 0.000137, 1.02e-5}},
                    {"pi", {1, 0.0062, 0.000972, 0.00015, 1.16e-5}},
@@ -40,17 +42,18 @@ static const struct {
                     "rupture",
                     "pi",
                     "pi",
+                    2e-3,
                     1e-3,
                     {{"heuristic", {0.173, 0.0582, 0.00985, 0.00172, 0.000483}},
                      {"pi", {1, 0.131, 0.0238, 0.002, 0.000185}},
                      {"dsp", {0.532, 0.0928, 0.0199, 0.0034, 0.000368}},
                      {"basic", {0.178, 0.066, 0.00808, 0.00353, 0.000463}},
                      {"pi:fault_history", {0.0517, 0.00969, 0.00197, 0.000456, 4.87e-5}}}},
-  [KIND_SEQUENCE] = {"sequence", "a fault that is loaded or heals", "fault", "dsp", "dsp", 1e-4, {{NULL, {0}}}},
+  [KIND_SEQUENCE] = {"sequence", "a fault that is loaded or heals", "fault", "dsp", "dsp", 0, 1e-4, {{NULL, {0}}}},
   [KIND_INJECTION] =
-    {"injection", "a fault under a pore pressure", "injection", "heuristic", "heuristic", 1e-3, {{NULL, {0}}}},
+    {"injection", "a fault under a pore pressure", "injection", "heuristic", "heuristic", 3e-3, 1e-3, {{NULL, {0}}}},
   [KIND_SMOOTH] =
-    {"smooth", "rate-and-state friction under bathe", "fault", "heuristic", "heuristic", 1e-3, {{NULL, {0}}}},
+    {"smooth", "rate-and-state friction under bathe", "fault", "heuristic", "heuristic", 0, 1e-3, {{NULL, {0}}}},
 };
 #define FINE 3e-3
 
@@ -139,20 +142,55 @@ void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit)
   fault->problem.controller = is_explicit ? NULL : ControllerAt(kind, Accuracy(fault)); /* NULL: the integrator's */
 }
 
-/* -ts_adapt_type NAME means the type as it is by itself, also where it is the default with a filter. Nobody has read the option yet, and
-   it is checked later: asking for it by name would count as reading. */
-static PetscErrorCode NamesType(TS ts, PetscBool *names)
+/* Whether one of the options of the TS begins like this. Nobody has read them yet, and they are checked later: asking for one by name
+   would count as reading. */
+static PetscErrorCode Names(TS ts, const char beginning[], PetscBool *names)
 {
   char option[128], *all, *found;
   const char *prefix;
 
   PetscFunctionBegin;
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
-  PetscCall(PetscSNPrintf(option, sizeof(option), "-%sts_adapt_type ", prefix ? prefix : ""));
+  PetscCall(PetscSNPrintf(option, sizeof(option), "-%s%s", prefix ? prefix : "", beginning));
   PetscCall(PetscOptionsGetAll(((PetscObject)ts)->options, &all));
   PetscCall(PetscStrstr(all, option, &found));
   *names = found ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -ts_adapt_type NAME means the type as it is by itself, also where it is the default with a filter. */
+static PetscErrorCode NamesType(TS ts, PetscBool *names)
+{
+  return Names(ts, "ts_adapt_type ", names);
+}
+
+/* What policies were trained on and held out with: slip weakening, and under a pore pressure friction that stays as well */
+static PetscBool IsTrainedLaw(PetscInt kind, const char law[])
+{
+  if (!strcmp(law, "exponential_slip_weakening") || !strcmp(law, "linear_slip_weakening")) return PETSC_TRUE;
+  return kind == KIND_INJECTION && !strcmp(law, "constant") ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Whether rl is the default: where it has won, its policy is there, and no option speaks to a classical controller */
+static PetscErrorCode IsLearned(SlipFault fault, TS ts, PetscBool *learned)
+{
+  static const char *const classical[] = {"ts_adapt_type ", "ts_rtol ", "ts_adapt_pi_", "ts_adapt_dsp_",
+                                          "ts_adapt_safety "};
+  const PetscInt kind = fault->steps.kind;
+  char file[PETSC_MAX_PATH_LEN];
+
+  PetscFunctionBegin;
+  *learned = Kinds[kind].learned > 0 && Accuracy(fault) >= Kinds[kind].learned ? PETSC_TRUE : PETSC_FALSE;
+  if (kind == KIND_EVENT && fault->kind.driven) *learned = PETSC_FALSE; /* without inertia */
+  if (!IsTrainedLaw(kind, fault->friction.law->name)) *learned = PETSC_FALSE;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(classical) && *learned; i++) {
+    PetscBool named;
+
+    PetscCall(Names(ts, classical[i], &named));
+    if (named) *learned = PETSC_FALSE;
+  }
+  if (*learned) PetscCall(SlipPolicyFindDefault(fault->comm, Kinds[kind].policy, file, sizeof(file), learned));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -182,7 +220,23 @@ PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
   if (named) type[strcspn(type, ":")] = 0;
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(SlipAdaptSetController(adapt, type));
+  PetscCall(IsLearned(fault, ts, &fault->steps.learned));
+  if (fault->steps.learned) PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
   PetscCall(Set(fault, ts, type, Accuracy(fault)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A policy that is only the default gives way to a tolerance that the user has set. */
+static PetscErrorCode GiveWay(SlipFault fault, TSAdapt adapt)
+{
+  char controller[64];
+  PetscBool rl;
+
+  PetscFunctionBegin;
+  PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
+  PetscCall(PetscStrcmp(controller, TSADAPTRL, &rl));
+  if (rl) PetscCall(SlipAdaptSetController(adapt, fault->problem.controller));
+  fault->steps.learned = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -209,6 +263,7 @@ PetscErrorCode SlipFaultBeginSteps(SlipFault fault, TS ts, PetscBool chosen)
   steps->user_rtol = rtol;
   steps->accuracy = 0;
   PetscCall(TSGetAdapt(ts, &adapt));
+  if (steps->given && steps->learned) PetscCall(GiveWay(fault, adapt));
   PetscCall(TSAdaptRLSetDefaultAccuracy(adapt, Accuracy(fault)));
   PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
   if (dial > 0) fault->problem.controller = ControllerAt(steps->kind, dial); /* that rl hands over to */
@@ -264,6 +319,10 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   if (!bathe || !fault->problem.begin) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultBeginSteps(fault, ts, PETSC_FALSE));
+  if (steps->learned)
+    PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type rl by the policy %s.h5 at -%sfault_accuracy %g, for %s\n",
+                          "steps:", steps->policy, SlipFaultPrefix(fault), (double)Accuracy(fault),
+                          Kinds[steps->kind].meaning));
   PetscCall(InCharge(ts, controller, sizeof(controller)));
   PetscCall(NamesType(ts, &named));
   PetscCall(PetscStrcmp(controller, TSADAPTNONE, &constant));

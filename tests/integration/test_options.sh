@@ -101,7 +101,7 @@ warns() { # WARNING OPTION...: once, and before an error at the first step
   "$fault" "${tiny[@]}" "${@:2}" >out.txt 2>err.txt || fail "$*: $(cat err.txt)"
   [ "$(grep -cF "fault: warning: $1" err.txt)" = 1 ] || fail "not one warning \"$1\": $(cat err.txt)"
 }
-warns "nothing has read the option -ts_adapt_rl_accuracy" -ts_adapt_rl_accuracy 1e-3
+warns "nothing has read the option -ts_adapt_rl_accuracy" -ts_adapt_type pi -ts_adapt_rl_accuracy 1e-3
 warns "nothing has read the option -pc_factor_levels" -pc_factor_levels 1
 warns "nothing has read the option -train_steps" -train_steps 3
 # PETSc's own, near to others that are known here, but not ours to refuse

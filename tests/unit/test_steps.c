@@ -179,8 +179,8 @@ static void precedence(void **state)
     const char *options, *controller;
     PetscReal accuracy, rtol; /* rtol > 0: that, whatever the accuracy */
   } rows[] = {
-    {"", NULL, 1e-2, 0},
-    {"-fault_accuracy 0.05", NULL, 0.05, 0},
+    {"-ts_adapt_safety 0.9", "pi:fault_history", 1e-2, 0},
+    {"-ts_adapt_safety 0.9 -fault_accuracy 0.05", "pi:fault_history", 0.05, 0},
     {"-ts_adapt_type heuristic", "heuristic", 1e-2, 0},
     {"-ts_adapt_type pi -fault_accuracy 0.1", "pi", 0.1, 0},
     {"-ts_adapt_type pi -ts_adapt_pi_filter fault_history -fault_accuracy 0.004", "pi:fault_history", 4e-3, 0},
@@ -208,6 +208,65 @@ static void precedence(void **state)
     assert_true(tolerance(&r) == 7e-5);
     end(&r);
   }
+}
+
+/* rl is the default where its policy is there and trained for the accuracy, until a tolerance is given. */
+static void learned(void **state)
+{
+  const struct {
+    const char *options, *controller, *tolerant; /* and once TSSetTolerances() was called */
+    PetscBool rupture;
+  } rows[] = {{"", "rl", "pi:fault_history", PETSC_FALSE},
+              {"", "rl", "pi", PETSC_TRUE},
+              {"-fault_accuracy 1e-3", "rl", "dsp", PETSC_FALSE},
+              {"-fault_accuracy 2e-3", "rl", "pi", PETSC_TRUE},
+              {"-fault_accuracy 1.9e-3", "pi", "pi", PETSC_TRUE},
+              {"-ts_adapt_rl_accuracy 0.05", "rl", "pi:fault_history", PETSC_FALSE},
+              {"-ts_rtol 1e-3", "pi:fault_history", "pi:fault_history", PETSC_FALSE},
+              {"-ts_rtol 1e-3", "pi", "pi", PETSC_TRUE},
+              {"-ts_adapt_pi_filter PI42", "pi:PI42", "pi:PI42", PETSC_TRUE},
+              {"-ts_adapt_type dsp", "dsp", "dsp", PETSC_FALSE},
+              {"-ts_adapt_type rl", "rl", "rl", PETSC_FALSE},
+              {"-fault_friction_law constant", "pi", "pi", PETSC_TRUE},
+              {"-fault_friction_law linear_slip_weakening", "rl", "pi", PETSC_TRUE},
+              {"-fault_friction_law rate_weakening", "pi:fault_history", "pi:fault_history", PETSC_FALSE},
+              {"-fault_inertia no", "pi:fault_history", "pi:fault_history", PETSC_FALSE},
+              {"-fault_loading_rate 1e-9", "dsp", "dsp", PETSC_FALSE}};
+
+  (void)state;
+  for (PetscInt i = 0; i < (PetscInt)PETSC_STATIC_ARRAY_LENGTH(rows); i++)
+    for (PetscInt tolerant = 0; tolerant < 2; tolerant++) {
+      Run r = start(rows[i].options, rows[i].rupture);
+      PetscReal dial;
+      char name[64];
+      TSAdapt adapt;
+
+      if (tolerant) ok(TSSetTolerances(r.ts, PETSC_DEFAULT, NULL, 1e-3, NULL));
+      ok(TSSolve(r.ts, r.w));
+      ok(TSGetAdapt(r.ts, &adapt));
+      ok(SlipAdaptGetController(adapt, name, sizeof(name)));
+      ok(TSAdaptRLGetAccuracy(adapt, &dial));
+      print_message("%s%s: %s\n", rows[i].rupture ? "rupture " : "", rows[i].options, name);
+      assert_string_equal(name, tolerant ? rows[i].tolerant : rows[i].controller);
+      if (i == 2 && !tolerant) assert_true(dial == 1e-3);
+      end(&r);
+    }
+}
+
+static void without_policies(void **state)
+{
+  char name[64];
+  TSAdapt adapt;
+  Run r;
+
+  (void)state;
+  assert_int_equal(setenv("SLIPSTEP_POLICY_DIR", "/nowhere", 1), 0);
+  r = start("", PETSC_TRUE);
+  assert_int_equal(unsetenv("SLIPSTEP_POLICY_DIR"), 0);
+  ok(TSGetAdapt(r.ts, &adapt));
+  ok(SlipAdaptGetController(adapt, name, sizeof(name)));
+  assert_string_equal(name, "pi");
+  end(&r);
 }
 
 /* The dial of rl, and the tolerance that a run is handed over with: that of the heir by the dial. A rupture is not what the policy of
@@ -259,4 +318,4 @@ static void refused(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-SLIP_TESTS(events, ruptures, calibrated, interpolated, precedence, handed_over, refused)
+SLIP_TESTS(events, ruptures, calibrated, interpolated, precedence, learned, without_policies, handed_over, refused)

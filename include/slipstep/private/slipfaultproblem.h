@@ -33,6 +33,7 @@ typedef struct {
 typedef struct {
   PetscInt kind;      /* row of the table of kinds of runs */
   const char *policy; /* whose default policy the kind takes */
+  PetscBool learned;  /* rl is the default, and nobody has chosen it */
   PetscReal rtol;     /* that the fault, or a policy, has last set; another one is the user's */
   PetscBool given;    /* the user's counts, which is */
   PetscReal user_rtol;
