@@ -322,13 +322,13 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()). Controller (-ts_adapt_type): TSADAPTRL
   from the instability (with inertia), from another start and under a pore pressure, with slip weakening, where its policy is
   there, -fault_accuracy is one that it was trained for, and no tolerance is given (-ts_rtol, TSSetTolerances(), options of pi
-  and dsp). Else pi with the filter fault_history from the instability, pi from another start, heuristic under a pore pressure
-  and with smooth friction; dsp for a fault that is loaded or heals.
+  and dsp). Else pi with the filter fault_history from the instability, pi from another start, basic under a pore pressure and
+  heuristic with smooth friction; dsp for a fault that is loaded or heals.
 
   The relative tolerance is set where TSSolve() begins, when the controller is known, unless -ts_rtol is given or
-  TSSetTolerances() was called after this function: from the instability and from another start that at which the
-  controller keeps -fault_accuracy, 1e-2 by default, see SlipFaultFindTolerance(); for other runs and controllers 1e-3, and
-  1e-4 for a fault that is loaded or heals. -fault_accuracy is the dial of TSADAPTRL as well, unless it has one.
+  TSSetTolerances() was called after this function: that at which the controller keeps -fault_accuracy, 1e-2 by default, see
+  SlipFaultFindTolerance(); with smooth friction and for other controllers 1e-3, and 1e-4 for a fault that is loaded or heals.
+  -fault_accuracy is the dial of TSADAPTRL as well, unless it has one.
 
   With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u and the
   state are integrated, one product with K for a right-hand side, v is made that of the balance after each step. The type is
