@@ -31,5 +31,3 @@ PETSC_INTERN PetscErrorCode CycleEpisodeDestroy(CycleEpisode *e);
 /* Under the policy with the dial at accuracy; without one, under basic with the tolerance rtol */
 PETSC_INTERN PetscErrorCode CycleEpisodeRun(CycleEpisode *e, SlipPolicy policy, PetscReal accuracy, PetscReal rtol,
                                             CycleResult *r);
-/* ln of the products over the usual ones, and of the error over the accuracy when it is larger */
-PETSC_INTERN double CycleCost(const CycleEpisode *e, const CycleResult *r, PetscReal accuracy);

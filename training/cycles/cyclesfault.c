@@ -2,7 +2,6 @@
 #include "cycles.h"
 #include "environment/libraryrun.h"
 #include <slipcompat.h>
-#include <math.h>
 
 #define REFERENCE_RTOL 1e-7
 #define USUAL_RTOL 1e-3
@@ -10,8 +9,6 @@
 #define QUIET_RATE 1e-5  /* and another one only after all were slower [m/s] */
 #define END_AFTER 0.3    /* of the recurrence after the last event, in which none may follow */
 #define MOST_STEPS 30000 /* of a reference */
-#define LOST 4           /* cost of a run that is not good */
-#define WORST_ERROR 50   /* over the accuracy: a larger one costs no more */
 
 /* ---- a run ---- */
 
@@ -89,13 +86,6 @@ PetscErrorCode CycleEpisodeRun(CycleEpisode *e, SlipPolicy policy, PetscReal acc
     r->error += PetscSqr((r->onset[i] - e->onset[i]) / recurrence * CYCLE_JUDGED / (i + 1)) / (CYCLE_EVENTS - 1);
   r->error = PetscSqrtReal(r->error);
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-double CycleCost(const CycleEpisode *e, const CycleResult *r, PetscReal accuracy)
-{
-  if (!r->good) return LOST;
-  return log((double)r->products / (double)e->usual) +
-         log(PetscClipInterval((double)(r->error / accuracy), 1.0, (double)WORST_ERROR));
 }
 
 /* ---- an episode ---- */

@@ -1,7 +1,7 @@
 /* Cycles of events as a problem for CMA-ES: a network of three units that begins as the smaller of what the error estimate
    and the stability of explicit steps allow. */
 #include "cycles.h"
-#include "environment/cmaproblem.h"
+#include "environment/libraryepisode.h"
 #include <slipcompat.h>
 
 enum { UNITS = 3 };
@@ -84,42 +84,34 @@ static PetscErrorCode Policy(const CMAOptions *o, const double w[], SlipPolicy p
   return CMARatioPolicy(o, w + WEIGHTS, UNIT, Dial, policy);
 }
 
-static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)
+static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, void *e)
 {
-  CycleEpisode *e;
-
-  PetscFunctionBegin;
-  (void)o, (void)side;
-  PetscCall(PetscNew(&e));
-  PetscCall(CycleEpisodeCreate(seed, e));
-  *episode = e;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  (void)o;
+  return CycleEpisodeCreate(seed, (CycleEpisode *)e);
 }
 
-static PetscErrorCode Destroy(void **episode)
+static PetscErrorCode Destroy(void *e)
 {
-  PetscFunctionBegin;
-  PetscCall(CycleEpisodeDestroy((CycleEpisode *)*episode));
-  PetscCall(PetscFree(*episode));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return CycleEpisodeDestroy((CycleEpisode *)e);
 }
 
-static PetscErrorCode Run(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
+static PetscErrorCode Run(void *episode, SlipPolicy policy, TSAdaptType type, PetscReal setting, EpisodeResult *result)
 {
   CycleEpisode *e = (CycleEpisode *)episode;
   CycleResult r;
 
   PetscFunctionBegin;
-  PetscCall(CycleEpisodeRun(e, policy, accuracy, 0, &r));
-  *result = (EpisodeResult){.solves = r.products,
-                            .attempts = r.steps + r.rejected,
-                            .failures = r.rejected,
-                            .error = r.error,
-                            .done = r.good ? 1 : 0,
-                            .cost = CycleCost(e, &r, accuracy),
-                            .usual = (PetscReal)e->usual};
+  (void)type;
+  PetscCall(CycleEpisodeRun(e, policy, setting, setting, &r));
+  result->solves = r.products;
+  result->attempts = r.steps + r.rejected;
+  result->failures = r.rejected;
+  result->error = r.good ? r.error : -1;
+  result->usual = (PetscReal)e->usual;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+static const LibraryEpisodes Episodes = {sizeof(CycleEpisode), Create, Destroy, Run, .lost = 4, .free = 1, .steep = 1};
 
 static PetscErrorCode Say(const CMAScore *score, char text[], size_t len)
 {
@@ -129,22 +121,9 @@ static PetscErrorCode Say(const CMAScore *score, char text[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const CMAProblem CMACycles = {.episodes = "faults",
-                                     .seed = RandomStreamHashed,
-                                     .stream = 3,
-                                     .first = 1,
-                                     .dial = CMA_DIAL_DRAWN,
-                                     .judged = Judged,
-                                     .start_counts = PETSC_TRUE,
-                                     .measure = "history",
-                                     .setup = SetUp,
-                                     .start = Start,
-                                     .policy = Policy,
-                                     .range = Range,
-                                     .create = Create,
-                                     .destroy = Destroy,
-                                     .run = Run,
-                                     .say = Say};
+static const CMAProblem CMACycles = {LIBRARY_EPISODES, .episodes = "faults", .stream = 3,    .dial = CMA_DIAL_DRAWN,
+                                     .judged = Judged, .library = &Episodes, .setup = SetUp, .start = Start,
+                                     .policy = Policy, .range = Range,       .say = Say};
 
 const Problem ProblemCycles = {
   .name = "cycles", .meaning = "cycles of events of small rate-and-state faults", .cma = &CMACycles};

@@ -11,6 +11,9 @@ enum {
   CMA_KINDS = 2  /* single cells and meshes; other problems have the first only */
 };
 
+typedef struct _RatioNetwork RatioNetwork;       /* ratiopolicy.h */
+typedef struct _LibraryEpisodes LibraryEpisodes; /* libraryepisode.h */
+
 /* The -train_ options of -train_algorithm cmaes */
 typedef struct {
   const Problem *problem;
@@ -80,6 +83,9 @@ struct _CMAProblem {
   PetscBool kinds;         /* single cells and meshes; options speak of these */
   PetscBool start_counts;  /* the start is validated as well */
   const char *measure;     /* what the dial bounds, for the policy's attribute; NULL: not said */
+  /* What the functions of these headers go by; NULL: the row has others */
+  const RatioNetwork *network;
+  const LibraryEpisodes *library;
   /* Observations, defaults of all numbers, activation. */
   PetscErrorCode (*setup)(CMAOptions *o);
   void (*start)(const CMAOptions *o, double w[]); /* the first mean, w 0 on entry [CMACount()] */

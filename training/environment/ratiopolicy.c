@@ -3,39 +3,63 @@
 #include "common/random.h"
 #include <slipcompat.h>
 
-#define LINEAR 0.4      /* slope of the unit that is the elementary controller */
-#define SAFETY (-0.046) /* log10 of its safety factor */
-#define DRAWN 0.3       /* standard deviation of the other units' weights */
-#define POWER 1         /* of the dial in the tolerance */
+#define LINEAR 0.4 /* slope of the unit that is the controller at the start */
+#define DRAWN 0.3  /* standard deviation of the other units' weights */
 
-PetscErrorCode RatioSetUp(PetscInt rows, const RatioRow row[], PetscInt units, CMAOptions *o)
+PetscErrorCode RatioSetUp(CMAOptions *o)
 {
+  const RatioNetwork *net = o->problem->cma->network;
   const char *names[CMA_MAX_OBS + 1] = {NULL};
 
   PetscFunctionBegin;
-  o->hidden = units;
+  o->hidden = net->units;
   o->layers = 1;
   o->activation = SLIP_ACTIVATION_TANH;
-  o->more = 2;
-  for (PetscInt i = 0; i < rows; ++i) names[i] = row[i].name;
+  o->low = net->dial[0];
+  o->high = net->dial[1];
+  o->more = PetscMax(o->more, 2);
+  for (PetscInt i = 0; i < net->rows; ++i) names[i] = net->row[i].name;
   PetscCall(CMAObservationsSet(o, names));
-  for (PetscInt i = 0; i < rows; ++i) {
-    o->scale[i] = (PetscReal)row[i].scale;
-    o->offset[i] = (PetscReal)row[i].offset;
+  for (PetscInt i = 0; i < net->rows; ++i) {
+    o->scale[i] = (PetscReal)net->row[i].scale;
+    o->offset[i] = (PetscReal)net->row[i].offset;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void RatioStart(const CMAOptions *o, const RatioRow row[], double rtol, double w[])
+PetscInt RatioNumbers(const CMAOptions *o)
 {
+  return CMACount(o) - o->more;
+}
+
+void RatioStart(const CMAOptions *o, double w[])
+{
+  const RatioNetwork *net = o->problem->cma->network;
   const PetscInt n = o->nobs, units = o->hidden;
   double *bias = w + n * units, *out = bias + units;
   Random random;
 
   RandomSeed(&random, (uint64_t)o->seed);
   for (PetscInt i = 0; i < (n + 1) * units; ++i) w[i] = DRAWN * RandomNormal(&random);
-  for (PetscInt i = 0; i < n; ++i) w[i] = LINEAR * row[i].start;
-  bias[0] = LINEAR * SAFETY;
+  for (PetscInt i = 0; i < n; ++i) w[i] = 0;
+  for (PetscInt i = 0; i < net->rows; ++i) {
+    const PetscInt k = CMAFind(o, net->row[i].name); /* -train_observations may have others */
+
+    if (k >= 0) w[k] = LINEAR * net->row[i].start;
+  }
+  bias[0] = LINEAR * net->bias;
   out[0] = 1 / LINEAR;
-  CMARatioStart(rtol, POWER, out + units + 1);
+  CMARatioStart(net->rtol, net->power, w + RatioNumbers(o));
+}
+
+PetscErrorCode RatioPolicy(const CMAOptions *o, const double w[], SlipPolicy policy)
+{
+  const RatioNetwork *net = o->problem->cma->network;
+
+  return CMARatioPolicy(o, w + RatioNumbers(o), net->unit, net->dial, policy);
+}
+
+void RatioRange(const CMAOptions *o, PetscReal low[], PetscReal high[])
+{
+  CMADialRange(o, o->problem->cma->network->dial, low, high);
 }

@@ -1,16 +1,32 @@
-/* Networks of one hidden layer whose step is a ratio to the last one, with a tolerance that follows the dial: how problems set them up
-   and where training starts. */
+/* Networks of one hidden layer whose step is a ratio to the last one, with a tolerance that follows the dial: how problems set them up,
+   where training starts, and the policy. A problem's row names its network and the functions here. */
 #pragma once
 #include "cmaproblem.h"
 
-/* An observation, scaled and shifted to order one; the row log_error_step has start 1 */
+/* An observation, scaled and shifted to order one; start: by how much it moves the logarithm of the ratio at the start. The elementary
+   controller has 1 for log_error_step and 0 for all others. */
 typedef struct {
   const char *name;
   double scale, offset, start;
 } RatioRow;
 
-/* Observations, their scaling, one layer of tanh units; the other numbers of o are the caller's */
-PETSC_INTERN PetscErrorCode RatioSetUp(PetscInt rows, const RatioRow row[], PetscInt units, CMAOptions *o);
-/* The elementary controller in one unit, weights of the others drawn that nothing reads; rtol: tolerance at the dial of the unit, in
-   proportion to the dial */
-PETSC_INTERN void RatioStart(const CMAOptions *o, const RatioRow row[], double rtol, double w[]);
+struct _RatioNetwork {
+  PetscInt rows, units;
+  const RatioRow *row;
+  double bias;       /* log10 of the ratio at the start where all observations are 0 */
+  PetscReal dial[2]; /* range of the training, and of the file */
+  double unit, rtol; /* the tolerance at the start at this dial, */
+  double power;      /* and the power of the dial with which it grows */
+};
+#define RATIO_SAFETY (-0.046) /* bias of the elementary controller: log10 of its safety factor */
+
+/* Observations, their scaling, one layer of tanh units, the range of the dial; the other numbers of o are the caller's */
+PETSC_INTERN PetscErrorCode RatioSetUp(CMAOptions *o);
+/* The digital filter of the rows' starts in one unit, and weights of the others drawn that nothing reads */
+PETSC_INTERN void RatioStart(const CMAOptions *o, double w[]);
+/* The numbers that are trained after the weights: those of the tolerance are the first two */
+PETSC_INTERN PetscInt RatioNumbers(const CMAOptions *o);
+PETSC_INTERN PetscErrorCode RatioPolicy(const CMAOptions *o, const double w[], SlipPolicy policy);
+PETSC_INTERN void RatioRange(const CMAOptions *o, PetscReal low[], PetscReal high[]);
+/* The functions of a problem's row that do nothing else */
+#define RATIO_FUNCTIONS .start = RatioStart, .policy = RatioPolicy, .range = RatioRange

@@ -1,10 +1,8 @@
 /* Segments of sequences of events as a problem for CMA-ES: a network that begins as the elementary controller. */
 #include "sequences.h"
+#include "environment/libraryepisode.h"
 #include "environment/ratiopolicy.h"
 #include <slipcompat.h>
-
-enum { UNITS = 4 };
-static const PetscReal Dial[2] = {3e-3, 1e-1};
 
 static const RatioRow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0},
                                 {"log_error_step", 1, 0, 1},
@@ -17,12 +15,14 @@ static const RatioRow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0},
                                 {"change_log_velocity", 1, 0, 0},
                                 {"log_peak_ratio", 1, -0.5, 0},
                                 {"growth", 0.3, 0, 0}};
-enum { ROWS = PETSC_STATIC_ARRAY_LENGTH(Rows), WEIGHTS = (ROWS + 2) * UNITS + 1 };
-#define RTOL_START 2e-2 /* tolerance at the dial UNIT */
-#define UNIT 1e-2
-#define LOST 4        /* cost of a run that did not end */
-#define PENALISED 0.7 /* errors cost from this part of the dial on */
-#define WORST_ERROR 50
+static const RatioNetwork Network = {.rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
+                                     .units = 4,
+                                     .row = Rows,
+                                     .bias = RATIO_SAFETY,
+                                     .dial = {3e-3, 1e-1},
+                                     .unit = 1e-2,
+                                     .rtol = 2e-2,
+                                     .power = 1};
 
 static PetscErrorCode SetUp(CMAOptions *o)
 {
@@ -38,111 +38,42 @@ static PetscErrorCode SetUp(CMAOptions *o)
                     .generations = 60,
                     .interval = 5,
                     .sigma = 0.08,
-                    .low = Dial[0],
-                    .high = Dial[1],
                     .side = 2,
                     .late_single = 1};
-  PetscCall(RatioSetUp(ROWS, Rows, UNITS, o));
+  PetscCall(RatioSetUp(o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void Start(const CMAOptions *o, double w[])
+static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, void *e)
 {
-  RatioStart(o, Rows, RTOL_START, w);
+  (void)o;
+  return SegmentEpisodeCreate(seed, 0, (SegmentEpisode *)e);
 }
 
-static void Range(const CMAOptions *o, PetscReal low[], PetscReal high[])
+static PetscErrorCode Destroy(void *e)
 {
-  CMADialRange(o, Dial, low, high);
+  return SegmentEpisodeDestroy((SegmentEpisode *)e);
 }
 
-static PetscErrorCode Policy(const CMAOptions *o, const double w[], SlipPolicy policy)
-{
-  return CMARatioPolicy(o, w + WEIGHTS, UNIT, Dial, policy);
-}
-
-static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)
-{
-  SegmentEpisode *e;
-
-  PetscFunctionBegin;
-  (void)o, (void)side;
-  PetscCall(PetscNew(&e));
-  PetscCall(SegmentEpisodeCreate(seed, 0, e));
-  *episode = e;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Destroy(void **episode)
-{
-  PetscFunctionBegin;
-  PetscCall(SegmentEpisodeDestroy((SegmentEpisode *)*episode));
-  PetscCall(PetscFree(*episode));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Without a policy the classical controller */
-static PetscErrorCode RunUnder(void *episode, SlipPolicy policy, TSAdaptType type, PetscReal setting,
-                               EpisodeResult *result)
+static PetscErrorCode Run(void *episode, SlipPolicy policy, TSAdaptType type, PetscReal setting, EpisodeResult *r)
 {
   SegmentEpisode *e = (SegmentEpisode *)episode;
-  PetscReal errors[SEGMENT_NUM_ERRORS], error;
-  PetscInt solves, rejected;
+  PetscReal errors[SEGMENT_NUM_ERRORS];
 
   PetscFunctionBegin;
-  PetscCall(SegmentEpisodeRun(e, policy, setting, type, setting, &solves, &rejected, errors, &error));
-  *result = (EpisodeResult){.solves = solves,
-                            .attempts = solves,
-                            .failures = rejected,
-                            .error = error < 0 ? WORST_ERROR : error,
-                            .done = error < 0 ? 0 : 1,
-                            .usual = (PetscReal)e->usual};
+  PetscCall(SegmentEpisodeRun(e, policy, setting, type, setting, &r->solves, &r->failures, errors, &r->error));
+  r->attempts = r->solves;
+  r->usual = (PetscReal)e->usual;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Run(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
-{
-  const PetscReal from = (PetscReal)PENALISED * accuracy;
+static const LibraryEpisodes Episodes = {
+  sizeof(SegmentEpisode), Create, Destroy, Run, .lost = 4, .free = 0.7, .steep = 1};
 
-  PetscFunctionBegin;
-  PetscCall(RunUnder(episode, policy, NULL, accuracy, result));
-  result->cost = result->done < 1
-                   ? LOST
-                   : PetscLogReal((PetscReal)result->solves / result->usual) +
-                       PetscLogReal(PetscClipInterval(result->error / from, (PetscReal)1, (PetscReal)WORST_ERROR));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Classical(void *episode, TSAdaptType type, PetscReal rtol, EpisodeResult *result)
-{
-  return RunUnder(episode, NULL, type, rtol, result);
-}
-
-static PetscErrorCode Say(const CMAScore *score, char text[], size_t len)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(text, len, "cost %7.4f  dial kept %3.0f %%  solves %6.1f  error/dial %6.3f",
-                          (double)score->cost, 100 * (double)score->within, (double)score->solves,
-                          (double)score->error));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static const CMAProblem CMASequences = {.episodes = "segments",
-                                        .seed = RandomStreamHashed,
-                                        .stream = 11,
-                                        .first = 1,
-                                        .dial = CMA_DIAL_SPREAD,
-                                        .start_counts = PETSC_TRUE,
-                                        .measure = "history",
-                                        .setup = SetUp,
-                                        .start = Start,
-                                        .policy = Policy,
-                                        .range = Range,
-                                        .create = Create,
-                                        .destroy = Destroy,
-                                        .run = Run,
-                                        .classical = Classical,
-                                        .say = Say};
+static const CMAProblem CMASequences = {LIBRARY_EPISODES,     RATIO_FUNCTIONS,         .episodes = "segments",
+                                        .stream = 11,         .dial = CMA_DIAL_SPREAD, .network = &Network,
+                                        .library = &Episodes, .setup = SetUp,          .classical = LibraryClassical,
+                                        .say = LibrarySay};
 
 const Problem ProblemSequence = {
   .name = "sequence", .meaning = "segments of sequences of events of small faults", .cma = &CMASequences};
