@@ -67,6 +67,14 @@ def chosen_cases(bench, seed, begins, limit=None):
     return cases
 
 
+def check_families(begins):
+    """Each word begins some family's name: else there is nothing to compare with."""
+    names = held_out_cases.family_names()
+    for word in begins:
+        if not any(name.startswith(word) for name in names):
+            raise BenchmarkError(f"no classical family begins like {word} (--families); expected the beginning of one of: {'; '.join(names)}")
+
+
 def learned(bench, cases, policy, name, dials, extra=()):
     """Runs of a policy at positions of its dial."""
     jobs = []
@@ -134,6 +142,7 @@ def report(table, chosen, measure):
 def main():
     o = arguments()
     folder = os.path.abspath(o.folder)
+    check_families(o.families)
     os.makedirs(folder, exist_ok=True)
     bench = Bench(os.path.abspath(o.build), folder, o.jobs)
     cases = chosen_cases(bench, o.seed, o.cases, o.limit)

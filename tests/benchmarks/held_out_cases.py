@@ -91,6 +91,10 @@ def classical(case, begins=("",)):
     return (run for run in every_classical(case) if run[0].startswith(tuple(begins)))
 
 
+def family_names():
+    return [family for family, _, _ in families()] + ["constant"]
+
+
 def every_classical(case):
     for k, (family, options, stride) in enumerate(families()):
         start = ["-ts_dt", f"{LONG_START * case.tstar:.6g}"] if family == "heuristic, long start" else []

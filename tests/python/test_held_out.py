@@ -179,6 +179,13 @@ class Benchmark(scripts.ScriptTest):
         wrong = subprocess.run([*command, "--bound", self.path("other.h5")], capture_output=True, text=True)
         self.assertIn("is named as none of the 1 cases; expected for example linear_01.h5", wrong.stderr)
 
+    def test_no_family(self):
+        """A word that begins no family's name is refused before anything runs."""
+        wrong = subprocess.run([sys.executable, os.path.join(BENCHMARKS, "held_out.py"), "--build", self.build, "--folder", self.folder.name,
+                                "--families", "heuristic", "euler"], capture_output=True, text=True)
+        self.assertEqual(wrong.returncode, 1)
+        self.assertRegex(wrong.stderr, r"^held_out.py: no classical family begins like euler \(--families\); expected .* heuristic, safety 0.9; .*; constant$")
+
 
 if __name__ == "__main__":
     sys.exit(unittest.main())
