@@ -143,20 +143,12 @@ static double RecordPressure(const Draw *d, double r, PetscInt k)
   return d->peak * (Spread(x, d->time[k]) - (d->stop > 0 ? Spread(x, d->time[k] - d->stop) : 0)) / sqrt(last);
 }
 
-/* Sets up the fault with a record, which faults read from files. */
-static PetscErrorCode SetUpWithRecord(const Draw *d, SlipFault fault)
+static PetscErrorCode WritePressure(const Draw *d, SlipH5 *h)
 {
   const PetscInt rows = d->corners + 1, n = d->nx * d->nz, dims[2] = {rows, n};
-  char folder[PETSC_MAX_PATH_LEN], file[PETSC_MAX_PATH_LEN + 16];
   PetscReal *pressure, time[MAX_CORNERS + 1];
-  SlipH5 h;
 
   PetscFunctionBegin;
-  PetscCall(PetscGetTmp(PETSC_COMM_SELF, folder, sizeof(folder)));
-  /* mkdtemp() puts what makes the name unique in place of the X */
-  PetscCall(PetscStrlcat(folder, "/slipstep_injection_XXXXXX", sizeof(folder)));
-  PetscCheck(mkdtemp(folder), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "Cannot make the directory %s", folder);
-  PetscCall(PetscSNPrintf(file, sizeof(file), "%s/pressure.h5", folder));
   PetscCall(PetscMalloc1(rows * n, &pressure));
   for (PetscInt k = 0; k < rows; k++) {
     time[k] = (PetscReal)d->time[k];
@@ -166,14 +158,47 @@ static PetscErrorCode SetUpWithRecord(const Draw *d, SlipFault fault)
       pressure[k * n + i] = (PetscReal)RecordPressure(d, d->side * hypot(x, z), k);
     }
   }
-  PetscCall(SlipH5Create(file, &h));
-  PetscCall(SlipH5WriteReal(&h, "/time", 1, dims, time, "s"));
-  PetscCall(SlipH5WriteReal(&h, "/pressure", 2, dims, pressure, "Pa"));
-  PetscCall(SlipH5Close(&h));
+  PetscCall(SlipH5WriteReal(h, "/time", 1, dims, time, "s"));
+  PetscCall(SlipH5WriteReal(h, "/pressure", 2, dims, pressure, "Pa"));
   PetscCall(PetscFree(pressure));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets up the fault with a record, which faults read from files. */
+static PetscErrorCode SetUpFromFile(const Draw *d, const char file[], SlipFault fault)
+{
+  PetscErrorCode code;
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Create(file, &h));
+  code = WritePressure(d, &h);
+  if (code) (void)SlipH5Abandon(&h);
+  PetscCall(code);
+  PetscCall(SlipH5Close(&h));
   PetscCall(SlipFaultSetString(fault, "pore_pressure", file));
   PetscCall(SlipFaultSetUp(fault));
-  PetscCheck(!unlink(file) && !rmdir(folder), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "Cannot remove %s", file);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The file is in a folder of its own, and neither is left where the fault cannot be set up. */
+static PetscErrorCode SetUpWithRecord(const Draw *d, SlipFault fault)
+{
+  char folder[PETSC_MAX_PATH_LEN], file[PETSC_MAX_PATH_LEN + 16];
+  PetscErrorCode code;
+  PetscBool removed;
+
+  PetscFunctionBegin;
+  PetscCall(PetscGetTmp(PETSC_COMM_SELF, folder, sizeof(folder)));
+  /* mkdtemp() puts what makes the name unique in place of the X */
+  PetscCall(PetscStrlcat(folder, "/slipstep_injection_XXXXXX", sizeof(folder)));
+  PetscCheck(mkdtemp(folder), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "Cannot make the directory %s", folder);
+  PetscCall(PetscSNPrintf(file, sizeof(file), "%s/pressure.h5", folder));
+  code = SetUpFromFile(d, file, fault);
+  (void)unlink(file);
+  removed = rmdir(folder) ? PETSC_FALSE : PETSC_TRUE;
+  PetscCall(code);
+  PetscCheck(removed, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "Cannot remove %s", folder);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
