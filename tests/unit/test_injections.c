@@ -1,7 +1,12 @@
 /* What steps of injections are trained by: the error of drawn faults under a pore pressure. */
+#define _XOPEN_SOURCE 700 /* mkdtemp(), SIGXFSZ */
 #include "unit.h"
 #include "injections/injections.h"
 #include <math.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 enum { STREAM = 98, CONSTANT = 3, WEAKENS = 4 }; /* of seeds, neither training's nor the benchmark's */
 
@@ -78,13 +83,50 @@ static void observed(void **state)
   assert_true(SlipObservations[share].run(&start) == -9 && SlipObservations[past].run(&start) == 0);
 }
 
-/* The policy that is shipped, which a fault under a pore pressure finds: it keeps its dial on draws that training has not seen, in less
-   than half of the solves of the classical default; means over 24 others are a tenth and a fifth of these. */
+/* A draw whose record cannot be written, as no file may be larger than this, leaves nothing in the folder of temporary files. */
+static void left_behind(void **state)
+{
+  char folder[] = "injections_XXXXXX";
+  PetscInt failed = 0;
+  struct rlimit limit, small;
+
+  (void)state;
+  assert_non_null(mkdtemp(folder));
+  ok(PetscOptionsSetValue(NULL, "-tmp", folder));
+  assert_int_equal(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  small = limit;
+  small.rlim_cur = 1000;
+  assert_true(signal(SIGXFSZ, SIG_IGN) != SIG_ERR);
+  for (uint64_t seed = 0; seed < 8; seed++) {
+    SlipFault fault = NULL;
+    PetscBool weakens, inertia;
+    PetscErrorCode code;
+    PetscReal end;
+    Random random;
+    PetscInt n;
+
+    RandomSeed(&random, seed);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
+    ok(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+    code = InjectionFaultDraw(&random, &fault, &n, &end, &weakens, &inertia);
+    ok(PetscPopErrorHandler());
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
+    failed += code ? 1 : 0;
+    ok(SlipFaultDestroy(&fault));
+  }
+  assert_true(failed > 0);
+  assert_int_equal(rmdir(folder), 0);
+  ok(PetscOptionsClearValue(NULL, "-tmp"));
+}
+
+/* The policy that is shipped, which a fault under a pore pressure finds, on draws that training has not seen: it keeps its dial in all but
+   two of twelve runs, as it does in 95 % of them (three would miss it in one of fifty such tests), and takes an eighth and a quarter of the
+   solves of the classical default. */
 static void shipped(void **state)
 {
-  const PetscReal dial[] = {1e-1, 1e-2};
-  enum { DIALS = PETSC_STATIC_ARRAY_LENGTH(dial) };
-  PetscInt ours[DIALS] = {0}, theirs = 0, solves, rejected;
+  const PetscReal dial[] = {1e-1, 1e-2}, most[] = {0.2, 0.35};
+  enum { DIALS = PETSC_STATIC_ARRAY_LENGTH(dial), DRAWS = 12 };
+  PetscInt ours[DIALS] = {0}, kept[DIALS] = {0}, theirs = 0, solves, rejected;
   char file[PETSC_MAX_PATH_LEN];
   const char *hash, *same;
   SlipPolicy policy, taken;
@@ -97,7 +139,7 @@ static void shipped(void **state)
   assert_true(found);
   ok(SlipPolicyCreate(PETSC_COMM_SELF, &policy));
   ok(SlipPolicyLoad(policy, file));
-  for (PetscInt k = CONSTANT; k <= WEAKENS; k++) {
+  for (PetscInt k = CONSTANT; k < CONSTANT + DRAWS; k++) {
     InjectionEpisode e;
     TSAdapt adapt;
     Vec w;
@@ -108,7 +150,8 @@ static void shipped(void **state)
     theirs += solves;
     for (PetscInt i = 0; i < DIALS; i++) {
       ok(InjectionEpisodeRun(&e, policy, dial[i], NULL, 0, &solves, &rejected, &errors, &error));
-      if (!(error >= 0 && error <= dial[i])) fail_msg("%g at the dial %g", (double)error, (double)dial[i]);
+      assert_true(error >= 0);
+      kept[i] += error <= dial[i] ? 1 : 0;
       ours[i] += solves;
     }
     ok(SlipFaultCreateState(e.fault, &w));
@@ -127,9 +170,13 @@ static void shipped(void **state)
     ok(VecDestroy(&w));
     ok(InjectionEpisodeDestroy(&e));
   }
-  for (PetscInt i = 0; i < DIALS; i++)
-    if (2 * ours[i] >= theirs) fail_msg("%d solves, heuristic %d", (int)ours[i], (int)theirs);
+  for (PetscInt i = 0; i < DIALS; i++) {
+    print_message("dial %g: kept by %d, %d solves; heuristic %d\n", (double)dial[i], (int)kept[i], (int)ours[i],
+                  (int)theirs);
+    assert_true(kept[i] >= DRAWS - 2);
+    assert_true((PetscReal)ours[i] < most[i] * (PetscReal)theirs);
+  }
   ok(SlipPolicyDestroy(&policy));
 }
 
-SLIP_TESTS(measured, begun, observed, shipped)
+SLIP_TESTS(measured, begun, observed, left_behind, shipped)
