@@ -66,36 +66,19 @@ static PetscErrorCode Follow(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* most: attempts after which it is not good */
-static PetscErrorCode Integrate(const InjectionEpisode *e, SlipPolicy policy, PetscReal accuracy, TSAdaptType type,
-                                PetscReal rtol, PetscInt most, InjectionRun *r)
+/* most: steps after which it is not good */
+static PetscErrorCode Integrate(const InjectionEpisode *e, SlipPolicy policy, TSAdaptType type, PetscReal setting,
+                                PetscInt most, InjectionRun *r)
 {
   Watch watch = {.r = r, .passed = e->passed};
-  PetscInt newton, linear;
-  PetscReal t;
-  Vec w;
-  TS ts;
+  FaultRun run = {policy, type, setting, .end = e->end, .most = most, .follow = Follow, .ctx = &watch};
 
   PetscFunctionBegin;
   *r = (InjectionRun){.course = {.width = 3}, .n = e->n};
   PetscCall(PetscMalloc2(e->n, &r->began, e->n, &r->slip));
   for (PetscInt i = 0; i < e->n; i++) r->began[i] = -1;
   PetscCall(PetscCalloc1(2 * e->n, &watch.before));
-  PetscCall(SlipFaultCreateState(e->fault, &w));
-  PetscCall(SlipFaultSetInitialState(e->fault, w));
-  PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
-  PetscCall(SlipFaultConfigureTS(e->fault, ts));
-  PetscCall(RunSetController(ts, policy, accuracy, type, rtol));
-  PetscCall(TSSetMaxTime(ts, e->end));
-  PetscCall(TSSetMaxSteps(ts, most));
-  PetscCall(TSSetErrorIfStepFails(ts, PETSC_FALSE));
-  PetscCall(TSMonitorSet(ts, Follow, &watch, NULL));
-  PetscCall(RunSolve(ts, w, &r->good));
-  PetscCall(TSBatheGetTotals(ts, &r->attempts, &r->accepted, &r->solves, &newton, &linear));
-  PetscCall(TSGetTime(ts, &t));
-  if (t < e->end * (1 - 1e-9)) r->good = PETSC_FALSE;
-  PetscCall(TSDestroy(&ts));
-  PetscCall(VecDestroy(&w));
+  PetscCall(RunFault(e->fault, &run, &r->solves, &r->rejected, &r->good));
   PetscCall(PetscFree(watch.before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -139,9 +122,9 @@ PetscErrorCode InjectionEpisodeRun(InjectionEpisode *e, SlipPolicy policy, Petsc
   InjectionRun r;
 
   PetscFunctionBegin;
-  PetscCall(Integrate(e, policy, accuracy, type, rtol, policy ? 20 * e->usual : MOST_ATTEMPTS, &r));
+  PetscCall(Integrate(e, policy, type, policy ? accuracy : rtol, policy ? 20 * e->usual : MOST_ATTEMPTS, &r));
   *solves = r.solves;
-  *rejected = r.attempts - r.accepted;
+  *rejected = r.rejected;
   *errors = (InjectionErrors){1, 1, 1};
   *error = -1;
   if (r.good) {
@@ -167,7 +150,7 @@ static PetscErrorCode Judge(InjectionEpisode *e, PetscBool *good)
 
   PetscFunctionBegin;
   e->passed = PETSC_MAX_REAL;
-  PetscCall(Integrate(e, NULL, 0, USUAL_TYPE, USUAL_RTOL, MOST_ATTEMPTS / 8, &r));
+  PetscCall(Integrate(e, NULL, USUAL_TYPE, USUAL_RTOL, MOST_ATTEMPTS / 8, &r));
   for (PetscInt i = 0; i < e->n; i++) most = PetscMax(most, r.slip[i]);
   for (PetscInt i = 0; i < e->n; i++) begun += r.slip[i] > BEGUN * most ? 1 : 0;
   e->passed = (PetscReal)BEGUN * most;
@@ -177,7 +160,7 @@ static PetscErrorCode Judge(InjectionEpisode *e, PetscBool *good)
             : PETSC_FALSE;
   PetscCall(RunDestroy(&r));
   if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Integrate(e, NULL, 0, INJECTION_REFERENCE_TYPE, INJECTION_REFERENCE_RTOL, MOST_ATTEMPTS, &e->reference));
+  PetscCall(Integrate(e, NULL, INJECTION_REFERENCE_TYPE, INJECTION_REFERENCE_RTOL, MOST_ATTEMPTS, &e->reference));
   *good = e->reference.good;
   if (*good) {
     PetscCall(

@@ -8,10 +8,10 @@
 typedef struct {
   Table course;
   PetscInt n;
-  PetscReal *began;                    /* [n] when its slip passed the episode's, negative: it did not [s] */
-  PetscReal *slip;                     /* [n] final [m] */
-  PetscInt solves, attempts, accepted; /* steps at rest take no solve */
-  PetscBool good;                      /* it ended where it was to */
+  PetscReal *began;          /* [n] when its slip passed the episode's, negative: it did not [s] */
+  PetscReal *slip;           /* [n] final [m] */
+  PetscInt solves, rejected; /* steps at rest take no solve */
+  PetscBool good;            /* it ended where it was to */
 } InjectionRun;
 
 /* What an injection's error is the largest of */

@@ -11,7 +11,7 @@ typedef struct {
   PetscInt n;
   PetscReal *broke; /* [n] when its slip passed its d_c, negative: it did not [s] */
   PetscReal *slip;  /* [n] final [m] */
-  PetscInt solves, accepted;
+  PetscInt solves, rejected;
   PetscBool good; /* it ended where it was to */
 } RuptureRun;
 
