@@ -13,7 +13,7 @@ typedef struct {
 } SmoothEvent;
 
 typedef struct {
-  PetscInt n, solves, attempts, accepted;
+  PetscInt n, solves, rejected;
   PetscInt events;                      /* that began */
   PetscInt ended;                       /* and ended */
   SmoothEvent event[SMOOTH_EVENTS + 1]; /* one more, which would be spurious */

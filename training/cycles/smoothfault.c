@@ -90,41 +90,22 @@ static PetscErrorCode Follow(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* events: after which it ends, 0: at the end of the episode; most: attempts after which it is not good */
-static PetscErrorCode Integrate(const SmoothEpisode *e, SlipPolicy policy, PetscReal accuracy, TSAdaptType type,
-                                PetscReal rtol, PetscInt events, PetscInt most, SmoothRun *r)
+/* events: after which it ends, 0: at the end of the episode; most: steps after which it is not good */
+static PetscErrorCode Integrate(const SmoothEpisode *e, SlipPolicy policy, TSAdaptType type, PetscReal setting,
+                                PetscInt events, PetscInt most, SmoothRun *r)
 {
   Watch watch = {.r = r, .most = events};
-  PetscOptions options;
-  PetscInt newton, linear;
-  PetscReal t;
-  Vec w;
-  TS ts;
+  FaultRun run = {policy, type, setting, .end = e->end, .most = most, .follow = Follow, .ctx = &watch};
 
   PetscFunctionBegin;
   PetscCall(RunCreate(e->n, r));
   PetscCall(PetscCalloc1(2 * e->n, &watch.before));
   PetscCall(SlipFaultGetReal(e->fault, "loading_rate", &watch.loading));
-  PetscCall(SlipFaultCreateState(e->fault, &w));
-  PetscCall(SlipFaultSetInitialState(e->fault, w));
-  PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
   PetscCall(
-    PetscOptionsCreate(&options)); /* without inertia the fault is an explicit problem unless they say otherwise */
-  PetscCall(PetscOptionsSetValue(options, "-ts_type", TSBATHE));
-  PetscCall(PetscObjectSetOptions((PetscObject)ts, options));
-  PetscCall(SlipFaultConfigureTS(e->fault, ts));
-  PetscCall(RunSetController(ts, policy, accuracy, type, rtol));
-  PetscCall(TSSetMaxTime(ts, e->end));
-  PetscCall(TSSetMaxSteps(ts, most));
-  PetscCall(TSSetErrorIfStepFails(ts, PETSC_FALSE));
-  PetscCall(TSMonitorSet(ts, Follow, &watch, NULL));
-  PetscCall(RunSolve(ts, w, &r->good));
-  PetscCall(TSBatheGetTotals(ts, &r->attempts, &r->accepted, &r->solves, &newton, &linear));
-  PetscCall(TSGetTime(ts, &t));
-  if (events ? r->ended < events : t < e->end * (1 - 1e-9)) r->good = PETSC_FALSE;
-  PetscCall(TSDestroy(&ts));
-  PetscCall(PetscOptionsDestroy(&options));
-  PetscCall(VecDestroy(&w));
+    PetscOptionsCreate(&run.options)); /* without inertia the fault is an explicit problem unless they say otherwise */
+  PetscCall(PetscOptionsSetValue(run.options, "-ts_type", TSBATHE));
+  PetscCall(RunFault(e->fault, &run, &r->solves, &r->rejected, &r->good));
+  PetscCall(PetscOptionsDestroy(&run.options));
   PetscCall(PetscFree(watch.before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -133,16 +114,14 @@ static PetscErrorCode Integrate(const SmoothEpisode *e, SlipPolicy policy, Petsc
 
 static void CompareEvents(const SmoothEpisode *e, const SmoothEvent *a, const SmoothEvent *b, SmoothErrors *errors)
 {
-  PetscReal sum = 0, whole = 0, moment[2] = {0, 0};
+  PetscReal moment[2] = {0, 0};
 
   for (PetscInt i = 0; i < e->n; i++) {
-    sum += PetscSqr(a->slip[i] - b->slip[i]);
-    whole += PetscSqr(b->slip[i]);
     moment[0] += a->slip[i];
     moment[1] += b->slip[i];
   }
   errors->onset = PetscMax(errors->onset, PetscAbsReal(a->begin - b->begin) / e->recurrence);
-  errors->slip = PetscMax(errors->slip, PetscSqrtReal(sum / whole));
+  errors->slip = PetscMax(errors->slip, RunFieldError(e->n, a->slip, b->slip));
   errors->moment = PetscMax(errors->moment, PetscAbsReal(moment[0] / moment[1] - 1));
 }
 
@@ -153,9 +132,9 @@ PetscErrorCode SmoothEpisodeRun(SmoothEpisode *e, SlipPolicy policy, PetscReal a
   SmoothRun r;
 
   PetscFunctionBegin;
-  PetscCall(Integrate(e, policy, accuracy, type, rtol, 0, policy ? 20 * e->usual : MOST_ATTEMPTS, &r));
+  PetscCall(Integrate(e, policy, type, policy ? accuracy : rtol, 0, policy ? 20 * e->usual : MOST_ATTEMPTS, &r));
   *solves = r.solves;
-  *rejected = r.attempts - r.accepted;
+  *rejected = r.rejected;
   *errors = (SmoothErrors){1, 1, 1};
   *error = r.good ? 1 : -1;
   if (r.good && r.events == SMOOTH_EVENTS && r.ended == SMOOTH_EVENTS) {
@@ -179,13 +158,13 @@ static PetscErrorCode Judge(SmoothEpisode *e, PetscBool *good)
 
   PetscFunctionBegin;
   e->end = PETSC_MAX_REAL;
-  PetscCall(Integrate(e, NULL, 0, SMOOTH_REFERENCE_TYPE, COARSE_RTOL, SMOOTH_EVENTS, MOST_ATTEMPTS / 10, &r));
+  PetscCall(Integrate(e, NULL, SMOOTH_REFERENCE_TYPE, COARSE_RTOL, SMOOTH_EVENTS, MOST_ATTEMPTS / 10, &r));
   e->recurrence = r.event[last].begin - r.event[last - 1].begin;
   e->end = r.event[last].over + (PetscReal)END_AFTER * e->recurrence;
   *good = r.good;
   PetscCall(RunDestroy(&r));
   if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Integrate(e, NULL, 0, SMOOTH_REFERENCE_TYPE, SMOOTH_REFERENCE_RTOL, 0, MOST_ATTEMPTS, &e->reference));
+  PetscCall(Integrate(e, NULL, SMOOTH_REFERENCE_TYPE, SMOOTH_REFERENCE_RTOL, 0, MOST_ATTEMPTS, &e->reference));
   e->recurrence = e->reference.event[last].begin - e->reference.event[last - 1].begin;
   *good = e->reference.good && e->reference.events == SMOOTH_EVENTS && e->reference.ended == SMOOTH_EVENTS
             ? PETSC_TRUE

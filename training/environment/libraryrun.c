@@ -71,6 +71,7 @@ PetscErrorCode RunFault(SlipFault fault, FaultRun *run, PetscInt *solves, PetscI
   PetscFunctionBegin;
   PetscCall(SlipFaultCreateState(fault, &w));
   PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
+  PetscCall(PetscObjectSetOptions((PetscObject)ts, run->options));
   PetscCall(SlipFaultConfigureTS(fault, ts));
   PetscCall(SetStart(fault, run, ts, w));
   PetscCall(RunSetController(ts, run->policy, run->setting, run->type, run->setting));
@@ -89,4 +90,15 @@ PetscErrorCode RunFault(SlipFault fault, FaultRun *run, PetscInt *solves, PetscI
   PetscCall(TSDestroy(&ts));
   PetscCall(VecDestroy(&w));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscReal RunFieldError(PetscInt n, const PetscReal slip[], const PetscReal reference[])
+{
+  PetscReal sum = 0, whole = 0;
+
+  for (PetscInt i = 0; i < n; i++) {
+    sum += PetscSqr(slip[i] - reference[i]);
+    whole += PetscSqr(reference[i]);
+  }
+  return PetscSqrtReal(sum / whole);
 }

@@ -20,7 +20,10 @@ typedef struct {
   /* At the start and after every step; it may end the run by TS_CONVERGED_USER. */
   PetscErrorCode (*follow)(TS, PetscInt, PetscReal, Vec, void *);
   void *ctx;
+  PetscOptions options; /* of the TS in place of the program's; NULL: the program's */
 } FaultRun;
 /* ended: it came to its end, or to where follow ended it; rejected: attempts */
 PETSC_INTERN PetscErrorCode RunFault(SlipFault fault, FaultRun *run, PetscInt *solves, PetscInt *rejected,
                                      PetscBool *ended);
+/* Root mean square difference of the cells' slips, relative */
+PETSC_INTERN PetscReal RunFieldError(PetscInt n, const PetscReal slip[], const PetscReal reference[]);

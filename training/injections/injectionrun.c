@@ -104,17 +104,6 @@ static PetscReal FrontError(const InjectionEpisode *e, const InjectionRun *r)
   return PetscSqrtReal(sum / (PetscReal)PetscMax(begun, 1));
 }
 
-static PetscReal FieldError(const InjectionEpisode *e, const InjectionRun *r)
-{
-  PetscReal sum = 0, whole = 0;
-
-  for (PetscInt i = 0; i < e->n; i++) {
-    sum += PetscSqr(r->slip[i] - e->reference.slip[i]);
-    whole += PetscSqr(e->reference.slip[i]);
-  }
-  return PetscSqrtReal(sum / whole);
-}
-
 PetscErrorCode InjectionEpisodeRun(InjectionEpisode *e, SlipPolicy policy, PetscReal accuracy, TSAdaptType type,
                                    PetscReal rtol, PetscInt *solves, PetscInt *rejected, InjectionErrors *errors,
                                    PetscReal *error)
@@ -130,7 +119,7 @@ PetscErrorCode InjectionEpisodeRun(InjectionEpisode *e, SlipPolicy policy, Petsc
   if (r.good) {
     *errors =
       (InjectionErrors){.course = SlipCourseLevy(r.course.n, Nodes(&r), e->reference.course.n, Nodes(&e->reference)),
-                        .field = FieldError(e, &r),
+                        .field = RunFieldError(e->n, r.slip, e->reference.slip),
                         .front = FrontError(e, &r)};
     *error = PetscMax(PetscMax(errors->course, errors->field), errors->front);
   }

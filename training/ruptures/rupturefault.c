@@ -210,17 +210,6 @@ static PetscReal BreakError(const RuptureEpisode *e, const RuptureRun *r)
   return PetscSqrtReal(sum / (PetscReal)PetscMax(broken, 1));
 }
 
-static PetscReal FieldError(const RuptureEpisode *e, const RuptureRun *r)
-{
-  PetscReal sum = 0, whole = 0;
-
-  for (PetscInt i = 0; i < e->n; i++) {
-    sum += PetscSqr(r->slip[i] - e->reference.slip[i]);
-    whole += PetscSqr(e->reference.slip[i]);
-  }
-  return PetscSqrtReal(sum / whole);
-}
-
 /* The largest of all; negative: the run did not end */
 static void Compare(const RuptureEpisode *e, const RuptureRun *r, PetscReal errors[], PetscReal *error)
 {
@@ -228,7 +217,7 @@ static void Compare(const RuptureEpisode *e, const RuptureRun *r, PetscReal erro
   *error = -1;
   if (!r->good) return;
   SlipCourseCompare(r->course.n, Nodes(r), e->reference.course.n, Nodes(&e->reference), errors);
-  errors[SLIP_ERROR_FIELD] = FieldError(e, r);
+  errors[SLIP_ERROR_FIELD] = RunFieldError(e->n, r->slip, e->reference.slip);
   *error = PetscMax(SlipMeasureOf(&SlipMeasures[0], errors), BreakError(e, r));
 }
 

@@ -215,7 +215,8 @@ static PetscErrorCode Integrate(const SegmentEpisode *e, SlipPolicy policy, TSAd
                                 PetscInt most, SegmentRun *r)
 {
   Watch watch = {.e = e, .r = r};
-  FaultRun run = {policy, type, setting, e->start, e->first, e->step, e->end, most, Follow, &watch};
+  FaultRun run = {policy,          type,          setting,      .start = e->start, .begin = e->first,
+                  .step = e->step, .end = e->end, .most = most, .follow = Follow,  .ctx = &watch};
 
   PetscFunctionBegin;
   *r = (SegmentRun){
