@@ -13,12 +13,14 @@ static const char help[] = "What a policy and classical controllers need for an 
 static const PetscReal Dials[] = {1e-1, 3e-2, 1e-2, 3e-3};
 enum { DIALS = PETSC_STATIC_ARRAY_LENGTH(Dials) };
 #define WITHIN 0.95
-#define SMALL                                                                                                          \
-  0.5 /* classical runs are tightened until their errors are this share of the finest dial and of all the policy's */
+/* Classical runs are tightened until their errors are this share of the finest dial and of all the policy's, or -most_solves is reached: runs
+   at the tightest tolerances, which run out of attempts, took most of the time */
+#define SMALL 0.5
 
 typedef struct {
   const Problem *problem;
   PetscInt seed, stream, first, cases;
+  PetscReal most; /* solves of a classical run beyond which none is tighter, over the policy's most */
   char policy[PETSC_MAX_PATH_LEN], controllers[256];
 } Options;
 
@@ -27,12 +29,17 @@ static PetscErrorCode ReadOptions(Options *o)
   const NumberOption row[] = {OPTION_INTEGER("-seed", "Of the draws", &o->seed, 0, PETSC_MAX_INT),
                               OPTION_INTEGER("-stream", "Of seeds; training has others", &o->stream, 0, 1000000),
                               OPTION_INTEGER("-first", "The first draw of the stream", &o->first, 0, PETSC_MAX_INT),
-                              OPTION_INTEGER("-cases", "Draws", &o->cases, 1, 100000)};
+                              OPTION_INTEGER("-cases", "Draws", &o->cases, 1, 100000),
+                              OPTION_REAL("-most_solves",
+                                          "A classical run with so many times the most solves of the policy on this "
+                                          "draw is the last one of its controller; what it is not exact enough for "
+                                          "counts as none. 0: no limit",
+                                          &o->most, 0, PETSC_MAX_REAL)};
   const char *names[64] = {NULL};
   PetscInt n = 0, k = 0;
 
   PetscFunctionBegin;
-  *o = (Options){.stream = 99, .cases = 40, .controllers = DIAL_CONTROLLERS};
+  *o = (Options){.stream = 99, .cases = 40, .most = 20, .controllers = DIAL_CONTROLLERS};
   for (PetscInt i = 0; ProblemTable[i]; i++)
     if (ProblemTable[i]->cma && ProblemTable[i]->cma->classical) names[n++] = ProblemTable[i]->name;
   PetscOptionsBegin(PETSC_COMM_SELF, NULL, "Dials", "");
@@ -204,9 +211,35 @@ static PetscErrorCode LibraryTable(Ladder *l, const char problem[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* run [DIALS][n], of the policy; 0 where there is none */
+static PetscErrorCode Climb(const Options *o, Ladder *l, const LadderRun run[])
+{
+  PetscInt limited = 0;
+  PetscBool cut;
+
+  PetscFunctionBegin;
+  for (PetscInt e = 0; e < l->n; e++) {
+    PetscReal below = (PetscReal)SMALL * Dials[DIALS - 1], most = 0;
+
+    for (PetscInt d = 0; d < DIALS && o->policy[0]; d++) {
+      below = PetscMin(below, (PetscReal)SMALL * run[d * l->n + e].error);
+      most = PetscMax(most, o->most * (PetscReal)run[d * l->n + e].solves);
+    }
+    for (PetscInt c = 0; c < l->ncontrollers; c++) {
+      PetscCall(LadderClimb(l, e, c, below, (PetscInt)PetscMin(most, (PetscReal)1e9), &cut));
+      limited += cut ? 1 : 0;
+    }
+  }
+  if (limited)
+    PetscCall(PetscPrintf(PETSC_COMM_SELF,
+                          "%" PetscInt_FMT " of %" PetscInt_FMT " pairs of a draw and a classical controller ended at "
+                          "%g times the policy's solves (-most_solves)\n\n",
+                          limited, l->n * l->ncontrollers, (double)o->most));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Run(void)
 {
-  PetscReal least = (PetscReal)SMALL * Dials[DIALS - 1];
   PetscBool only_help;
   LadderRun *run;
   Options o;
@@ -219,17 +252,11 @@ static PetscErrorCode Run(void)
   PetscCall(LadderCreate(o.problem, o.seed, o.stream, o.first, o.cases, o.controllers, &l));
   PetscCall(PetscCalloc1(DIALS * l.n, &run));
   if (o.policy[0]) PetscCall(RunPolicy(&o, &l, run));
-  for (PetscInt e = 0; e < l.n; e++) {
-    PetscReal below = least;
-
-    for (PetscInt d = 0; d < DIALS && o.policy[0]; d++)
-      below = PetscMin(below, (PetscReal)SMALL * run[d * l.n + e].error);
-    for (PetscInt c = 0; c < l.ncontrollers; c++) PetscCall(LadderClimb(&l, e, c, below));
-  }
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
                         "%s: draws %" PetscInt_FMT " to %" PetscInt_FMT " of stream %" PetscInt_FMT
                         ", seed %" PetscInt_FMT "\n\n",
                         o.problem->name, o.first, o.first + o.cases - 1, o.stream, o.seed));
+  PetscCall(Climb(&o, &l, run));
   if (o.policy[0]) PetscCall(PolicyTable(&l, run));
   PetscCall(ClassicalTable(&l));
   PetscCall(LibraryTable(&l, o.problem->name));

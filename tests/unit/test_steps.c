@@ -95,13 +95,17 @@ static void calibrated(void **state)
   const Problem problem = {.name = "factors", .cma = &row};
   PetscReal worst[LADDER_RUNGS];
   LadderScore score;
+  PetscBool cut;
   Ladder l;
 
   (void)state;
   for (PetscInt k = 0; k < 2; k++) {
     spoiled = k ? LadderTolerance(14) : 0;
     ok(LadderCreate(&problem, 0, STREAM, 0, FACTORS, "any", &l));
-    for (PetscInt e = 0; e < FACTORS; e++) ok(LadderClimb(&l, e, 0, 5e-4));
+    for (PetscInt e = 0; e < FACTORS; e++) {
+      ok(LadderClimb(&l, e, 0, 5e-4, 0, &cut));
+      assert_false(cut);
+    }
     LadderWorst(&l, 0, 0.95, worst);
     if (k)
       assert_true(LadderLoosest(worst, 1e-2) < LadderTolerance(14));
@@ -113,6 +117,28 @@ static void calibrated(void **state)
     ok(LadderDestroy(&l));
   }
   spoiled = 0;
+}
+
+/* The solves are one over the tolerance: a limit of 40 ends after rung 7, 56 solves, where the error of the factor 10 is 0.18. Larger errors
+   have the same runs as without the limit, smaller ones none. */
+static void limited(void **state)
+{
+  const CMAProblem row = {.seed = Seed, .setup = SetUp, .create = Create, .destroy = Destroy, .classical = Classical};
+  const Problem problem = {.name = "factors", .cma = &row};
+  PetscReal worst[LADDER_RUNGS];
+  PetscBool cut;
+  Ladder l;
+
+  (void)state;
+  ok(LadderCreate(&problem, 0, STREAM, 9, 1, "any", &l));
+  ok(LadderClimb(&l, 0, 0, 5e-4, 40, &cut));
+  assert_true(cut);
+  assert_int_equal(LadderCheapest(&l, 0, 0.57), (PetscInt)(1 / LadderTolerance(5)));
+  assert_int_equal(LadderCheapest(&l, 0, 0.17), 0);
+  LadderWorst(&l, 0, 1, worst);
+  AssertNear(worst[LADDER_RUNGS - 1], 10 * LadderTolerance(7), 1e-12);
+  assert_true(LadderLoosest(worst, 0.17) < 0);
+  ok(LadderDestroy(&l));
 }
 
 static void interpolated(void **state)
@@ -318,4 +344,5 @@ static void refused(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-SLIP_TESTS(events, ruptures, calibrated, interpolated, precedence, learned, without_policies, handed_over, refused)
+SLIP_TESTS(events, ruptures, calibrated, limited, interpolated, precedence, learned, without_policies, handed_over,
+           refused)

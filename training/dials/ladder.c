@@ -65,16 +65,20 @@ PetscErrorCode LadderRunAt(Ladder *l, PetscInt episode, PetscInt controller, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode LadderClimb(Ladder *l, PetscInt episode, PetscInt controller, PetscReal least)
+PetscErrorCode LadderClimb(Ladder *l, PetscInt episode, PetscInt controller, PetscReal least, PetscInt most,
+                           PetscBool *cut)
 {
-  PetscInt below = 0;
+  PetscInt below = 0, k = 0;
   LadderRun run = {0, 0};
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < LADDER_RUNGS && below < LADDER_BELOW; k++) {
+  *cut = PETSC_FALSE;
+  for (; k < LADDER_RUNGS && below < LADDER_BELOW && !*cut; k++) {
     PetscCall(LadderRunAt(l, episode, controller, k, &run));
     below = run.error < least ? below + 1 : 0;
+    *cut = most > 0 && run.solves > most && below < LADDER_BELOW ? PETSC_TRUE : PETSC_FALSE;
   }
+  for (; k < LADDER_RUNGS && *cut; k++) Rungs(l, episode, controller)[k] = (LadderRun){0, run.error};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -10,7 +10,7 @@ enum {
   LADDER_MAX_CONTROLLERS = 16
 };
 
-/* A run; solves 0: it was not done, as those at looser tolerances were exact enough */
+/* A run; solves 0: it was not done, as those at looser tolerances were exact enough, or too expensive */
 typedef struct {
   PetscInt solves;
   PetscReal error; /* PETSC_MAX_REAL: it did not get to its end */
@@ -30,8 +30,10 @@ typedef struct {
 PETSC_INTERN PetscErrorCode LadderCreate(const Problem *problem, PetscInt seed, PetscInt stream, PetscInt first,
                                          PetscInt n, const char controllers[], Ladder *ladder);
 PETSC_INTERN PetscErrorCode LadderDestroy(Ladder *ladder);
-/* Climbs from the loosest tolerance until errors stay below least. */
-PETSC_INTERN PetscErrorCode LadderClimb(Ladder *ladder, PetscInt episode, PetscInt controller, PetscReal least);
+/* Climbs from the loosest tolerance until errors stay below least, or a run took more than most solves, 0: no limit. cut: that was so;
+   tighter tolerances then count as no better than that run. */
+PETSC_INTERN PetscErrorCode LadderClimb(Ladder *ladder, PetscInt episode, PetscInt controller, PetscReal least,
+                                        PetscInt most, PetscBool *cut);
 /* rtol of a rung, the loosest first */
 PETSC_INTERN PetscReal LadderTolerance(PetscInt rung);
 /* A run at any tolerance, its error as above */

@@ -107,7 +107,7 @@ static PetscErrorCode Write(const Options *o, const Ladder *l)
 PetscErrorCode TolerancesRun(MPI_Comm comm, PetscInt *failed)
 {
   PetscReal rtol[LADDER_MAX_CONTROLLERS][ACCURACIES];
-  PetscBool only_help;
+  PetscBool only_help, cut;
   Options o;
   Ladder l;
 
@@ -119,7 +119,7 @@ PetscErrorCode TolerancesRun(MPI_Comm comm, PetscInt *failed)
   PetscCall(LadderCreate(o.problem, o.seed, o.problem->cma->stream + 3, 0, o.n, o.controllers, &l));
   for (PetscInt e = 0; e < l.n; e++) {
     for (PetscInt c = 0; c < l.ncontrollers; c++)
-      PetscCall(LadderClimb(&l, e, c, (PetscReal)SMALL * Accuracies[ACCURACIES - 1]));
+      PetscCall(LadderClimb(&l, e, c, (PetscReal)SMALL * Accuracies[ACCURACIES - 1], 0, &cut));
     PetscCall(PetscFPrintf(comm, PETSC_STDERR, "%" PetscInt_FMT " of %" PetscInt_FMT " episodes\n", e + 1, l.n));
   }
   if (o.output[0]) PetscCall(Write(&o, &l));
