@@ -8,7 +8,15 @@ static const RatioRow Rows[] = {
   {SLIP_OBSERVES_ACCURACY, 1, 2, 0}, {"log_error_step", 1, 0, 1},     {"change_log_error_step", 1, 0, 0},
   {"log_step_ratio", 1, 0, 0},       {"rejected", 1, 0, 0},           {"log_step", 0.1, 0, 0},
   {"log_velocity", 0.1, 0, 0},       {"change_log_velocity", 1, 0, 0}};
-static const RatioNetwork Network = {.rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
+static const CMAOptions Defaults = {.nsingle = 16,
+                                    .batch_single = 6,
+                                    .validation = 8,
+                                    .calibration = 12,
+                                    .diagonal = 10,
+                                    .generations = 139,
+                                    .sigma = 0.1};
+static const RatioNetwork Network = {.defaults = &Defaults,
+                                     .rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
                                      .units = 8,
                                      .row = Rows,
                                      .bias = RATIO_SAFETY,
@@ -16,25 +24,6 @@ static const RatioNetwork Network = {.rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
                                      .unit = 1e-2,
                                      .rtol = 1e-2,
                                      .power = 1.5};
-
-static PetscErrorCode SetUp(CMAOptions *o)
-{
-  PetscFunctionBegin;
-  *o = (CMAOptions){.problem = o->problem,
-                    .nsingle = 16,
-                    .batch_single = 6,
-                    .validation = 8,
-                    .calibration = 12,
-                    .within = 0.95,
-                    .diagonal = 10,
-                    .generations = 139,
-                    .interval = 5,
-                    .sigma = 0.1,
-                    .side = 2,
-                    .late_single = 1};
-  PetscCall(RatioSetUp(o));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, void *e)
 {
@@ -65,10 +54,9 @@ static PetscErrorCode Run(void *episode, SlipPolicy policy, TSAdaptType type, Pe
 static const LibraryEpisodes Episodes = {sizeof(SmoothEpisode), Create,    Destroy, Run, .lost = 6,
                                          .free = 0.8,           .steep = 2};
 
-static const CMAProblem CMASmooth = {LIBRARY_EPISODES,     RATIO_FUNCTIONS,         .episodes = "faults",
-                                     .stream = 19,         .dial = CMA_DIAL_SPREAD, .network = &Network,
-                                     .library = &Episodes, .setup = SetUp,          .classical = LibraryClassical,
-                                     .say = LibrarySay};
+static const CMAProblem CMASmooth = {
+  LIBRARY_EPISODES,    RATIO_FUNCTIONS,      .episodes = "faults",          .stream = 19,     .dial = CMA_DIAL_SPREAD,
+  .network = &Network, .library = &Episodes, .classical = LibraryClassical, .say = LibrarySay};
 
 const Problem ProblemSmooth = {.name = "smooth",
                                .meaning =

@@ -10,8 +10,17 @@ PetscErrorCode RatioSetUp(CMAOptions *o)
 {
   const RatioNetwork *net = o->problem->cma->network;
   const char *names[CMA_MAX_OBS + 1] = {NULL};
+  const Problem *problem = o->problem;
+  void *family = o->family;
 
   PetscFunctionBegin;
+  *o = *net->defaults;
+  o->problem = problem;
+  o->family = family;
+  o->within = (PetscReal)0.95;
+  o->interval = 5;
+  o->side = 2; /* there are no meshes, and no generations that are late, but options of these */
+  o->late_single = 1;
   o->hidden = net->units;
   o->layers = 1;
   o->activation = SLIP_ACTIVATION_TANH;

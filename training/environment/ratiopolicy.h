@@ -11,6 +11,7 @@ typedef struct {
 } RatioRow;
 
 struct _RatioNetwork {
+  const CMAOptions *defaults; /* what RatioSetUp() does not set */
   PetscInt rows, units;
   const RatioRow *row;
   double bias;       /* log10 of the ratio at the start where all observations are 0 */
@@ -20,7 +21,7 @@ struct _RatioNetwork {
 };
 #define RATIO_SAFETY (-0.046) /* bias of the elementary controller: log10 of its safety factor */
 
-/* Observations, their scaling, one layer of tanh units, the range of the dial; the other numbers of o are the caller's */
+/* The defaults, observations and their scaling, one layer of tanh units, the range of the dial, and what all these problems have */
 PETSC_INTERN PetscErrorCode RatioSetUp(CMAOptions *o);
 /* The digital filter of the rows' starts in one unit, and weights of the others drawn that nothing reads */
 PETSC_INTERN void RatioStart(const CMAOptions *o, double w[]);
@@ -29,4 +30,4 @@ PETSC_INTERN PetscInt RatioNumbers(const CMAOptions *o);
 PETSC_INTERN PetscErrorCode RatioPolicy(const CMAOptions *o, const double w[], SlipPolicy policy);
 PETSC_INTERN void RatioRange(const CMAOptions *o, PetscReal low[], PetscReal high[]);
 /* The functions of a problem's row that do nothing else */
-#define RATIO_FUNCTIONS .start = RatioStart, .policy = RatioPolicy, .range = RatioRange
+#define RATIO_FUNCTIONS .setup = RatioSetUp, .start = RatioStart, .policy = RatioPolicy, .range = RatioRange

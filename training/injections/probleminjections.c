@@ -10,7 +10,15 @@ static const RatioRow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0}, {"log_error_s
                                 {"time_fraction", 2, -1, 0},       {"log_step_share", 0.5, 1, 0},
                                 {"log_step_past", 0.5, 0.5, 0},    {"log_velocity", 0.2, 1, 0},
                                 {"change_log_velocity", 1, 0, 0}};
-static const RatioNetwork Network = {.rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
+static const CMAOptions Defaults = {.nsingle = 40,
+                                    .batch_single = 16,
+                                    .validation = 8,
+                                    .calibration = 24,
+                                    .diagonal = 10,
+                                    .generations = 139,
+                                    .sigma = 0.1};
+static const RatioNetwork Network = {.defaults = &Defaults,
+                                     .rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
                                      .units = 8,
                                      .row = Rows,
                                      .bias = RATIO_SAFETY,
@@ -18,25 +26,6 @@ static const RatioNetwork Network = {.rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
                                      .unit = 1e-2,
                                      .rtol = 5e-3,
                                      .power = 2};
-
-static PetscErrorCode SetUp(CMAOptions *o)
-{
-  PetscFunctionBegin;
-  *o = (CMAOptions){.problem = o->problem,
-                    .nsingle = 40,
-                    .batch_single = 16,
-                    .validation = 8,
-                    .calibration = 24,
-                    .within = 0.95,
-                    .diagonal = 10,
-                    .generations = 139,
-                    .interval = 5,
-                    .sigma = 0.1,
-                    .side = 2,
-                    .late_single = 1};
-  PetscCall(RatioSetUp(o));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, void *e)
 {
@@ -67,10 +56,9 @@ static PetscErrorCode Run(void *episode, SlipPolicy policy, TSAdaptType type, Pe
 static const LibraryEpisodes Episodes = {
   sizeof(InjectionEpisode), Create, Destroy, Run, .lost = 6, .free = 0.8, .steep = 2};
 
-static const CMAProblem CMAInjections = {LIBRARY_EPISODES,     RATIO_FUNCTIONS,         .episodes = "faults",
-                                         .stream = 15,         .dial = CMA_DIAL_SPREAD, .network = &Network,
-                                         .library = &Episodes, .setup = SetUp,          .classical = LibraryClassical,
-                                         .say = LibrarySay};
+static const CMAProblem CMAInjections = {
+  LIBRARY_EPISODES,    RATIO_FUNCTIONS,      .episodes = "faults",          .stream = 15,     .dial = CMA_DIAL_SPREAD,
+  .network = &Network, .library = &Episodes, .classical = LibraryClassical, .say = LibrarySay};
 
 const Problem ProblemInjection = {
   .name = "injection", .meaning = "small faults that slip under a pore pressure", .cma = &CMAInjections};

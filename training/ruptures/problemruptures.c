@@ -31,7 +31,16 @@ static const RatioRow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0},
                                 {"growth", 0.3, 0, 0},
                                 {"weakening", 1, -0.5, 0},
                                 {"change_log_error_step", 1, 0, CHANGE}};
-static const RatioNetwork Network = {.rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
+static const CMAOptions Defaults = {.more = 4, /* the first step besides the tolerance */
+                                    .nsingle = 56,
+                                    .batch_single = 12,
+                                    .validation = 8,
+                                    .calibration = 24,
+                                    .diagonal = 40,
+                                    .generations = 140,
+                                    .sigma = 0.1};
+static const RatioNetwork Network = {.defaults = &Defaults,
+                                     .rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
                                      .units = 4,
                                      .row = Rows,
                                      .bias = TARGET,
@@ -39,27 +48,6 @@ static const RatioNetwork Network = {.rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
                                      .unit = 1e-2,
                                      .rtol = RTOL_START,
                                      .power = RTOL_POWER};
-
-static PetscErrorCode SetUp(CMAOptions *o)
-{
-  PetscFunctionBegin;
-  *o = (CMAOptions){.problem = o->problem,
-                    .family = o->family,
-                    .more = 4, /* the first step besides the tolerance */
-                    .nsingle = 56,
-                    .batch_single = 12,
-                    .validation = 8,
-                    .calibration = 24,
-                    .within = 0.95,
-                    .diagonal = 40,
-                    .generations = 140,
-                    .interval = 5,
-                    .sigma = 0.1,
-                    .side = 2,
-                    .late_single = 1};
-  PetscCall(RatioSetUp(o));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 static void Start(const CMAOptions *o, double w[])
 {
@@ -140,7 +128,7 @@ static const CMAProblem CMARuptures = {LIBRARY_EPISODES,
                                        .dial = CMA_DIAL_SPREAD,
                                        .network = &Network,
                                        .library = &Episodes,
-                                       .setup = SetUp,
+                                       .setup = RatioSetUp,
                                        .start = Start,
                                        .policy = Policy,
                                        .range = RatioRange,

@@ -15,7 +15,16 @@ static const RatioRow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0},
                                 {"change_log_velocity", 1, 0, 0},
                                 {"log_peak_ratio", 1, -0.5, 0},
                                 {"growth", 0.3, 0, 0}};
-static const RatioNetwork Network = {.rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
+static const CMAOptions Defaults = {.nsingle = 48,
+                                    .batch_single = 20,
+                                    .population = 16,
+                                    .validation = 12,
+                                    .calibration = 64,
+                                    .diagonal = 100000000, /* always */
+                                    .generations = 60,
+                                    .sigma = 0.08};
+static const RatioNetwork Network = {.defaults = &Defaults,
+                                     .rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
                                      .units = 4,
                                      .row = Rows,
                                      .bias = RATIO_SAFETY,
@@ -23,26 +32,6 @@ static const RatioNetwork Network = {.rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
                                      .unit = 1e-2,
                                      .rtol = 2e-2,
                                      .power = 1};
-
-static PetscErrorCode SetUp(CMAOptions *o)
-{
-  PetscFunctionBegin;
-  *o = (CMAOptions){.problem = o->problem,
-                    .nsingle = 48,
-                    .batch_single = 20,
-                    .population = 16,
-                    .validation = 12,
-                    .calibration = 64,
-                    .within = 0.95,
-                    .diagonal = 100000000, /* always */
-                    .generations = 60,
-                    .interval = 5,
-                    .sigma = 0.08,
-                    .side = 2,
-                    .late_single = 1};
-  PetscCall(RatioSetUp(o));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, void *e)
 {
@@ -70,10 +59,9 @@ static PetscErrorCode Run(void *episode, SlipPolicy policy, TSAdaptType type, Pe
 static const LibraryEpisodes Episodes = {
   sizeof(SegmentEpisode), Create, Destroy, Run, .lost = 4, .free = 0.7, .steep = 1};
 
-static const CMAProblem CMASequences = {LIBRARY_EPISODES,     RATIO_FUNCTIONS,         .episodes = "segments",
-                                        .stream = 11,         .dial = CMA_DIAL_SPREAD, .network = &Network,
-                                        .library = &Episodes, .setup = SetUp,          .classical = LibraryClassical,
-                                        .say = LibrarySay};
+static const CMAProblem CMASequences = {
+  LIBRARY_EPISODES,    RATIO_FUNCTIONS,      .episodes = "segments",        .stream = 11,     .dial = CMA_DIAL_SPREAD,
+  .network = &Network, .library = &Episodes, .classical = LibraryClassical, .say = LibrarySay};
 
 const Problem ProblemSequence = {
   .name = "sequence", .meaning = "segments of sequences of events of small faults", .cma = &CMASequences};
