@@ -111,7 +111,8 @@ static PetscErrorCode Run(void *episode, SlipPolicy policy, TSAdaptType type, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const LibraryEpisodes Episodes = {sizeof(CycleEpisode), Create, Destroy, Run, .lost = 4, .free = 1, .steep = 1};
+static const LibraryEpisodes Episodes = {sizeof(CycleEpisode), Create,     Destroy, Run, .lost = 4, .free = 1,
+                                         .steep = 1,           .worst = 50};
 
 static PetscErrorCode Say(const CMAScore *score, char text[], size_t len)
 {

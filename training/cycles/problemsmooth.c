@@ -51,8 +51,8 @@ static PetscErrorCode Run(void *episode, SlipPolicy policy, TSAdaptType type, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const LibraryEpisodes Episodes = {sizeof(SmoothEpisode), Create,    Destroy, Run, .lost = 6,
-                                         .free = 0.8,           .steep = 2};
+static const LibraryEpisodes Episodes = {sizeof(SmoothEpisode), Create,     Destroy,    Run, .lost = 6,
+                                         .free = 0.8,           .steep = 2, .worst = 50};
 
 static const CMAProblem CMASmooth = {
   LIBRARY_EPISODES,    RATIO_FUNCTIONS,      .episodes = "faults",          .stream = 19,     .dial = CMA_DIAL_SPREAD,

@@ -2,8 +2,6 @@
 #include "libraryepisode.h"
 #include <slipcompat.h>
 
-#define WORST_ERROR 50 /* of a run that did not end; over what is free a larger one costs no more */
-
 typedef struct {
   const LibraryEpisodes *problem;
   void *own; /* what the problem has of it */
@@ -41,7 +39,7 @@ static PetscErrorCode RunUnder(LibraryEpisode *e, SlipPolicy policy, TSAdaptType
   *r = (EpisodeResult){.done = 1};
   PetscCall((*e->problem->run)(e->own, policy, type, setting, r));
   if (r->error < 0) {
-    r->error = WORST_ERROR;
+    r->error = e->problem->worst;
     r->done = 0;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -56,9 +54,8 @@ PetscErrorCode LibraryRun(void *episode, SlipPolicy policy, PetscReal accuracy, 
   PetscCall(RunUnder(e, policy, NULL, accuracy, r));
   r->cost = p->lost;
   if (r->done == 1)
-    r->cost =
-      PetscLogReal((PetscReal)r->solves / r->usual) +
-      p->steep * PetscLogReal(PetscClipInterval(r->error / (p->free * accuracy), (PetscReal)1, (PetscReal)WORST_ERROR));
+    r->cost = PetscLogReal((PetscReal)r->solves / r->usual) +
+              p->steep * PetscLogReal(PetscClipInterval(r->error / (p->free * accuracy), (PetscReal)1, p->worst));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

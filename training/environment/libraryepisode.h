@@ -12,7 +12,8 @@ struct _LibraryEpisodes {
   PetscErrorCode (*run)(void *e, SlipPolicy policy, TSAdaptType type, PetscReal setting, EpisodeResult *r);
   PetscReal lost;  /* cost of a run that did not end */
   PetscReal free;  /* errors up to this share of the dial cost nothing, */
-  PetscReal steep; /* larger ones this power of them */
+  PetscReal steep; /* larger ones this power of them, */
+  PetscReal worst; /* up to so many times that; the error of a run that did not end */
 };
 
 PETSC_INTERN PetscErrorCode LibraryCreate(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode);

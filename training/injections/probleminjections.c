@@ -54,7 +54,7 @@ static PetscErrorCode Run(void *episode, SlipPolicy policy, TSAdaptType type, Pe
 }
 
 static const LibraryEpisodes Episodes = {
-  sizeof(InjectionEpisode), Create, Destroy, Run, .lost = 6, .free = 0.8, .steep = 2};
+  sizeof(InjectionEpisode), Create, Destroy, Run, .lost = 6, .free = 0.8, .steep = 2, .worst = 50};
 
 static const CMAProblem CMAInjections = {
   LIBRARY_EPISODES,    RATIO_FUNCTIONS,      .episodes = "faults",          .stream = 15,     .dial = CMA_DIAL_SPREAD,

@@ -120,7 +120,7 @@ static PetscErrorCode Run(void *episode, SlipPolicy policy, TSAdaptType type, Pe
 }
 
 static const LibraryEpisodes Episodes = {
-  sizeof(RuptureEpisode), Create, Destroy, Run, .lost = 6, .free = 0.8, .steep = 2};
+  sizeof(RuptureEpisode), Create, Destroy, Run, .lost = 6, .free = 0.8, .steep = 2, .worst = 50};
 
 static const CMAProblem CMARuptures = {LIBRARY_EPISODES,
                                        .episodes = "faults",

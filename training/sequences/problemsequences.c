@@ -57,7 +57,7 @@ static PetscErrorCode Run(void *episode, SlipPolicy policy, TSAdaptType type, Pe
 }
 
 static const LibraryEpisodes Episodes = {
-  sizeof(SegmentEpisode), Create, Destroy, Run, .lost = 4, .free = 0.7, .steep = 1};
+  sizeof(SegmentEpisode), Create, Destroy, Run, .lost = 4, .free = 0.7, .steep = 1, .worst = 50};
 
 static const CMAProblem CMASequences = {
   LIBRARY_EPISODES,    RATIO_FUNCTIONS,      .episodes = "segments",        .stream = 11,     .dial = CMA_DIAL_SPREAD,
