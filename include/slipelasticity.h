@@ -84,3 +84,23 @@ static inline void SlipKernelBlock(const SlipKernel *kernel, const SlipRectangle
 /* Displacement [n][3] of points [n][2] of the free surface for unit strike slip. Okada (1985). */
 PETSC_EXTERN void SlipSurfaceDisplacement(PetscReal nu, const SlipRectangle *source, PetscInt n,
                                           const PetscReal points[], PetscReal u[]);
+
+/* A rectangle of any direction: centre north, east and down, extents along strike and along dip [m], strike and dip after
+   Aki & Richards [degrees]; a row of cells in files. */
+typedef struct {
+  PetscReal x, y, z, length, width, strike, dip;
+} SlipDippingRectangle;
+/* Fields at points [n][3] of slip [3] on it, along strike, up dip and opening, with a free surface or without. Okada (1992). */
+PETSC_EXTERN PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space,
+                                                    const SlipDippingRectangle *source, const PetscReal slip[],
+                                                    PetscInt n, const PetscReal points[], PetscReal u[]);
+PETSC_EXTERN PetscErrorCode SlipDippingGradient(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
+                                                const PetscReal slip[], PetscInt n, const PetscReal points[],
+                                                PetscReal gradient[]);
+PETSC_EXTERN PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space,
+                                              const SlipDippingRectangle *source, const PetscReal slip[], PetscInt n,
+                                              const PetscReal points[], PetscReal stress[]);
+/* Tractions [n][3], along the rake, across it and normal, on planes with directions [n][3][3]. */
+PETSC_EXTERN void SlipPlaneDirections(PetscReal strike, PetscReal dip, PetscReal rake, PetscReal directions[]);
+PETSC_EXTERN void SlipStressTraction(PetscInt n, const PetscReal stress[], const PetscReal directions[],
+                                     PetscReal traction[]);

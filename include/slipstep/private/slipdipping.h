@@ -1,0 +1,70 @@
+/* Private: what the fields of a dipping rectangle are put together from, sums over its corners for some points at once. */
+#pragma once
+#include <slipelasticity.h>
+
+/* So many points at once: what is kept of them fits into the first cache. */
+#define SLIP_LANES 16
+/* What of a point's coordinates is rounding, as a share of the largest length. */
+#define SLIP_ROUNDING 9.094947017729282e-13 /* 2^-40 */
+
+/* Derivatives of the potential V, the integral of 1/R over a rectangle, along its strike x, up its dip t and across it
+   q; what is missing follows from d_xx + d_tt + d_qq = 0. Rows of third[] and fourth[]: so many t and q, the rest x. */
+typedef struct {
+  PetscReal first[3][SLIP_LANES];  /* x t q */
+  PetscReal second[5][SLIP_LANES]; /* xx xt xq tt tq */
+  PetscReal third[7][SLIP_LANES];  /* xxx xxt xxq xtt xtq ttt ttq */
+  PetscReal fourth[9][SLIP_LANES]; /* xxxx xxxt xxxq xxtt xxtq xttt xttq tttt tttq */
+} SlipPotential;
+
+/* Derivatives of X_xx and X_xy, X the integral of w ln(R + w) - R, along x, to the right y and down z. */
+typedef struct {
+  PetscReal along[3][SLIP_LANES], across[3][SLIP_LANES];               /* of X_xx and X_xy: x y z */
+  PetscReal along_second[6][SLIP_LANES], across_second[6][SLIP_LANES]; /* xx yy zz xy xz yz */
+} SlipLogPotential;
+
+/* Points as a rectangle sees them from its centre. */
+typedef struct {
+  PetscInt n; /* at most SLIP_LANES */
+  PetscReal x[SLIP_LANES], t[SLIP_LANES], q[SLIP_LANES];
+  PetscReal rounding[SLIP_LANES]; /* of the coordinates [m] */
+} SlipPlatePoints;
+
+/* A rectangle as its fields need it. Components of its own: along strike, up dip, and across it into the hanging wall; of
+   its image the same, mirrored. */
+typedef struct {
+  PetscReal depth, length, width; /* of the centre; along strike and dip [m] */
+  PetscReal slope[2];             /* y (to the right) and z of up dip, of the image: -cos(dip) and sin(dip) */
+  PetscReal b[3];                 /* slip */
+  PetscReal a, rest;              /* 1/(2 (1 - nu)) and 1 - 2 nu */
+  PetscBool full_space;
+} SlipDipping;
+
+/* ---- dipping.c: 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of points with
+   x and y (as t) from the centre and the depth (as q); below the ground or on it ---- */
+PETSC_INTERN void SlipDippingFields_Private(const SlipDipping *source, const SlipPlatePoints *points,
+                                            PetscBool gradient, PetscReal out[]);
+/* ---- dipping_potential.c ---- */
+PETSC_INTERN void SlipPotential_Private(const SlipPlatePoints *points, PetscReal length, PetscReal width,
+                                        PetscInt lowest, PetscInt highest, SlipPotential *v);
+/* ---- dipping_surface.c; slope: y and z of the direction t ---- */
+PETSC_INTERN void SlipLogPotential_Private(const SlipPlatePoints *points, PetscReal length, PetscReal width,
+                                           const PetscReal slope[2], PetscBool gradient, SlipLogPotential *l);
+
+/* From along strike and to the right to north and east; strike: cosine and sine */
+static inline void SlipTurn(const PetscReal strike[2], PetscReal *along, PetscReal *right)
+{
+  const PetscReal s = *along, y = *right;
+
+  *along = strike[0] * s - strike[1] * y;
+  *right = strike[1] * s + strike[0] * y;
+}
+
+/* Sine and cosine of an angle in degrees, exact at multiples of 90. */
+static inline void SlipDegrees(PetscReal angle, PetscReal *sine, PetscReal *cosine)
+{
+  const PetscReal turn = angle - 360 * PetscFloorReal(angle / 360 + 0.5), size = PetscAbsReal(turn); /* [0, 180] */
+  const PetscReal s = PetscSinReal(PETSC_PI / 180 * (size > 90 ? 180 - size : size));
+
+  *sine = turn < 0 ? -s : s;
+  *cosine = PetscSinReal(PETSC_PI / 180 * (90 - size));
+}

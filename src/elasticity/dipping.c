@@ -1,0 +1,243 @@
+/*
+  Displacement and its gradient by uniform slip on a rectangle of any strike and dip, in closed form.
+
+  Slip b on a plane with the normal n loads an elastic body with the moment G M_jk, M_jk = b_j n_k + n_j b_k + 2 nu/(1 - 2 nu)
+  b_n delta_jk. With Kelvin's solution, V the integral of 1/R over the rectangle, q the distance from its plane and
+  a = 1/(2 (1 - nu)), the displacement of a full space is
+
+     4 pi u_i = -b_i V_n - (1 - a) (n_i U - b_n V_i) + a q U_i,     U = b_j V_j,
+
+  where an index is a derivative: the integral of R has q V as its derivative along n, so that no more than V is needed.
+
+  Mindlin's (1936) solution in the form of Okada (1992) is, in coordinates x, y, z (down) and with R the distance from the
+  image of the source at the depth c, m = (1, 1, -1) and chi = w ln(R + w) - R, w = z + c,
+
+     8 pi G G_ij = (Kelvin) + 2 delta_ij/R - (2 - a) m_i m_j R_ij - 2 (1 - 2 nu) m_i chi_ij
+                   + 2 z m_j ((2 - a) (delta_j3 d_i - delta_i3 d_j) - a c d_ij) 1/R.
+
+  M applied to the source's coordinates gives what is to be added, with V, q, n and b those of the image, its normal and slip
+  mirrored, n' and b' their parts in the image's own directions, and X as in dipping_surface.c:
+
+     4 pi u_i = m_i J_i + z Z_i,      J_i = -b_i V_n + (1 - a) (n_i U - b_n V_i) + (2 - a) q U_i + F_i,
+     Z_i = 4 (1 - a) delta_i3 U_n + 2 T_i - 2 a z U_ni,
+     T_i = -b_3 V_ni - (1 - a) n_3 U_i + a (n_i U_3 + q U_3i) + (1 - a) b_n V_3i,
+     F = 2 (1 - 2 nu) n_y (b_x X_xy + b_y X_yy) + ..., = 2 (1 - 2 nu) sin(dip) (b_x X_xy - b_y X_xx) and a multiple of V,
+
+  the latter in J_i already. Where 1/(1 - 2 nu) was it has cancelled.
+*/
+#include <slipcompat.h>
+#include <slipstep/private/slipdipping.h>
+
+/* V's derivatives at a point, and those along the slip; without the missing ones. */
+typedef struct {
+  PetscReal U1[3], U2[5], U3[7];
+  PetscReal V1[3], V2[5], V3[7];
+} Derivatives;
+
+/* The derivative along e of a tensor of the second, third and fourth order. */
+static void Along2(const PetscReal v[5], const PetscReal e[3], PetscReal d[3])
+{
+  d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
+  d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
+  d[2] = e[0] * v[2] + e[1] * v[4] - e[2] * (v[0] + v[3]);
+}
+
+static void Along3(const PetscReal v[7], const PetscReal e[3], PetscReal d[5])
+{
+  d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
+  d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
+  d[2] = e[0] * v[2] + e[1] * v[4] - e[2] * (v[0] + v[3]);
+  d[3] = e[0] * v[3] + e[1] * v[5] + e[2] * v[6];
+  d[4] = e[0] * v[4] + e[1] * v[6] - e[2] * (v[1] + v[5]);
+}
+
+static void Along4(const PetscReal v[9], const PetscReal e[3], PetscReal d[7])
+{
+  d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
+  d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
+  d[2] = e[0] * v[2] + e[1] * v[4] - e[2] * (v[0] + v[3]);
+  d[3] = e[0] * v[3] + e[1] * v[5] + e[2] * v[6];
+  d[4] = e[0] * v[4] + e[1] * v[6] - e[2] * (v[1] + v[5]);
+  d[5] = e[0] * v[5] + e[1] * v[7] + e[2] * v[8];
+  d[6] = e[0] * v[6] + e[1] * v[8] - e[2] * (v[3] + v[7]);
+}
+
+static void Matrix(const PetscReal v[5], PetscReal m[3][3])
+{
+  m[0][0] = v[0];
+  m[0][1] = m[1][0] = v[1];
+  m[0][2] = m[2][0] = v[2];
+  m[1][1] = v[3];
+  m[1][2] = m[2][1] = v[4];
+  m[2][2] = -v[0] - v[3];
+}
+
+/* Of the point k; from the orders lowest to highest of V. */
+static void DerivativesOf(const SlipPotential *v, PetscInt k, const PetscReal b[3], PetscInt lowest, PetscInt highest,
+                          Derivatives *d)
+{
+  PetscReal fourth[9];
+
+  if (lowest < 2)
+    for (int i = 0; i < 3; i++) d->V1[i] = v->first[i][k];
+  for (int i = 0; i < 5; i++) d->V2[i] = v->second[i][k];
+  for (int i = 0; i < 7; i++) d->V3[i] = v->third[i][k];
+  Along2(d->V2, b, d->U1);
+  Along3(d->V3, b, d->U2);
+  if (highest < 4) return;
+  for (int i = 0; i < 9; i++) fourth[i] = v->fourth[i][k];
+  Along4(fourth, b, d->U3);
+}
+
+/* From the image's directions to x, y, z; those of the rectangle come out mirrored. */
+static void Turn(const PetscReal slope[2], PetscReal v[3])
+{
+  const PetscReal t = v[1], q = v[2];
+
+  v[1] = slope[0] * t + slope[1] * q;
+  v[2] = slope[1] * t - slope[0] * q;
+}
+
+static void TurnBoth(const PetscReal slope[2], PetscReal m[3][3])
+{
+  for (int i = 0; i < 3; i++) Turn(slope, m[i]);
+  for (int j = 0; j < 3; j++) {
+    PetscReal column[3] = {m[0][j], m[1][j], m[2][j]};
+
+    Turn(slope, column);
+    for (int i = 0; i < 3; i++) m[i][j] = column[i];
+  }
+}
+
+/* -b_i V_n + sign (1 - a) (n_i U - b_n V_i) + factor q U_i, of the rectangle (-1, a) and of the image (1, 2 - a) */
+static void Displacement(const SlipDipping *s, const Derivatives *d, PetscReal q, PetscReal sign, PetscReal factor,
+                         PetscReal u[3])
+{
+  const PetscReal c = sign * (1 - s->a);
+
+  for (int i = 0; i < 3; i++) u[i] = -s->b[i] * d->V1[2] - c * s->b[2] * d->V1[i] + factor * q * d->U1[i];
+  u[2] += c * (s->b[0] * d->V1[0] + s->b[1] * d->V1[1] + s->b[2] * d->V1[2]);
+}
+
+/* Its derivatives, g[i][l] of u_i along l */
+static void Gradient(const SlipDipping *s, const Derivatives *d, PetscReal q, PetscReal sign, PetscReal factor,
+                     PetscReal g[3][3])
+{
+  const PetscReal c = sign * (1 - s->a);
+  PetscReal V2[3][3], U2[3][3];
+
+  Matrix(d->V2, V2);
+  Matrix(d->U2, U2);
+  for (int i = 0; i < 3; i++)
+    for (int l = 0; l < 3; l++) g[i][l] = -s->b[i] * V2[2][l] - c * s->b[2] * V2[i][l] + factor * q * U2[i][l];
+  for (int l = 0; l < 3; l++) {
+    g[2][l] += c * d->U1[l];
+    g[l][2] += factor * d->U1[l];
+  }
+}
+
+/* Z_i in the image's directions; down: the direction z in them */
+static void Deep(const SlipDipping *s, const Derivatives *d, const PetscReal down[3], PetscReal q, PetscReal z,
+                 PetscReal Z[3])
+{
+  const PetscReal a = s->a, c = 1 - a;
+  const PetscReal b3 = s->b[1] * down[1] + s->b[2] * down[2], U3 = d->U1[1] * down[1] + d->U1[2] * down[2];
+  const PetscReal normal[3] = {0, 0, 1};
+  PetscReal Vn[3], Vz[3], Uz[3], Un[3];
+
+  Along2(d->V2, normal, Vn);
+  Along2(d->V2, down, Vz);
+  Along2(d->U2, normal, Un);
+  Along2(d->U2, down, Uz);
+  for (int i = 0; i < 3; i++)
+    Z[i] = 4 * c * down[i] * d->U1[2] +
+           2 * (-b3 * Vn[i] - c * down[2] * d->U1[i] + a * (normal[i] * U3 + q * Uz[i]) + c * s->b[2] * Vz[i]) -
+           2 * a * z * Un[i];
+}
+
+/* The derivatives of z Z_i */
+static void DeepGradient(const SlipDipping *s, const Derivatives *d, const PetscReal down[3], PetscReal q, PetscReal z,
+                         PetscReal g[3][3])
+{
+  const PetscReal a = s->a, c = 1 - a, b3 = s->b[1] * down[1] + s->b[2] * down[2], normal[3] = {0, 0, 1};
+  PetscReal Z[3], Un[3], Uz[3], tensor[5], V3n[5], V3z[5], U2[5], U3n[5], U3z[5], rest[3][3];
+
+  Deep(s, d, down, q, z, Z);
+  Along2(d->U2, normal, Un);
+  Along2(d->U2, down, Uz);
+  Along3(d->V3, normal, V3n);
+  Along3(d->V3, down, V3z);
+  Along3(d->U3, normal, U3n);
+  Along3(d->U3, down, U3z);
+  for (int i = 0; i < 5; i++) {
+    U2[i] = d->U2[i];
+    tensor[i] = 2 * (-b3 * V3n[i] - c * down[2] * U2[i] + a * q * U3z[i] + c * s->b[2] * V3z[i]) - 2 * a * z * U3n[i];
+  }
+  Matrix(tensor, rest);
+  for (int i = 0; i < 3; i++)
+    for (int l = 0; l < 3; l++)
+      g[i][l] = down[l] * Z[i] + z * (rest[i][l] + 4 * c * down[i] * Un[l] - 2 * a * down[l] * Un[i] +
+                                      2 * a * (normal[i] * Uz[l] + normal[l] * Uz[i]));
+}
+
+/*
+  SlipDippingFields_Private - 4 pi times the displacement or its gradient at some points
+*/
+void SlipDippingFields_Private(const SlipDipping *s, const SlipPlatePoints *ground, PetscBool gradient, PetscReal out[])
+{
+  const PetscReal ty = s->slope[0], tz = s->slope[1], m[3] = {1, 1, -1}, down[3] = {0, tz, -ty};
+  const PetscReal by = s->b[1] * ty + s->b[2] * tz, surface = 2 * s->rest * tz;
+  const PetscInt size = gradient ? 9 : 3, lowest = gradient ? 2 : 1;
+  SlipPlatePoints p = *ground;
+  SlipPotential v;
+  SlipLogPotential f;
+
+  /* the image has the directions of the rectangle, mirrored: of a point at -z it is what the rectangle is of z */
+  for (PetscInt image = 0; image < (s->full_space ? 1 : 2); image++) {
+    const PetscInt highest = image ? lowest + 2 : 3;
+
+    for (PetscInt k = 0; k < p.n; k++) {
+      const PetscReal y = ground->t[k], z = image ? ground->q[k] + s->depth : s->depth - ground->q[k];
+
+      p.t[k] = ty * y + tz * z;
+      p.q[k] = tz * y - ty * z;
+      if (gradient && PetscAbsReal(p.q[k]) <= p.rounding[k]) p.q[k] = 0;
+    }
+    SlipPotential_Private(&p, s->length, s->width, lowest, highest, &v);
+    if (image && surface != 0) SlipLogPotential_Private(&p, s->length, s->width, s->slope, gradient, &f);
+    for (PetscInt k = 0; k < p.n; k++) {
+      const PetscReal z = ground->q[k], q = p.q[k], sign = image ? 1 : -1, factor = image ? 2 - s->a : s->a;
+      PetscReal *to = out + size * k, u[3], Z[3], g[3][3], deep[3][3];
+      Derivatives d;
+
+      DerivativesOf(&v, k, s->b, lowest, highest, &d);
+      if (gradient) {
+        static const int entry[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+
+        Gradient(s, &d, q, sign, factor, g);
+        TurnBoth(s->slope, g);
+        for (int i = 0; i < 3; i++)
+          for (int l = 0; l < 3; l++) {
+            if (image && surface != 0)
+              g[i][l] += surface * (s->b[0] * f.across_second[entry[i][l]][k] - by * f.along_second[entry[i][l]][k]);
+            to[3 * i + l] = image ? to[3 * i + l] + m[i] * g[i][l] : m[i] * m[l] * g[i][l];
+          }
+        if (!image) continue;
+        DeepGradient(s, &d, down, q, z, deep);
+        TurnBoth(s->slope, deep);
+        for (int i = 0; i < 9; i++) to[i] += deep[i / 3][i % 3];
+      } else {
+        Displacement(s, &d, q, sign, factor, u);
+        Turn(s->slope, u);
+        for (int i = 0; i < 3; i++) {
+          if (image && surface != 0) u[i] += surface * (s->b[0] * f.across[i][k] - by * f.along[i][k]);
+          to[i] = image ? to[i] + m[i] * u[i] : m[i] * u[i];
+        }
+        if (!image) continue;
+        Deep(s, &d, down, q, z, Z);
+        Turn(s->slope, Z);
+        for (int i = 0; i < 3; i++) to[i] += z * Z[i];
+      }
+    }
+  }
+}

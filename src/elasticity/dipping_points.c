@@ -1,0 +1,295 @@
+/*
+  Fields of a dipping rectangle at points of the ground, x north, y east, z down, and tractions on planes of any direction:
+  the frames around dipping.c, and what is refused.
+*/
+#include <slipcompat.h>
+#include <slipstep/private/slipdipping.h>
+#include <slipstep/private/slipelasticity.h>
+
+static PetscErrorCode SlipDippingCheck_Private(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *r)
+{
+  const PetscReal sizes[7] = {r->x, r->y, r->z, r->length, r->width, r->strike, r->dip};
+  PetscReal sine, cosine, top;
+
+  PetscFunctionBegin;
+  for (int i = 0; i < 7; i++)
+    PetscCheck(!PetscIsInfOrNanReal(sizes[i]), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "Entry %d of a rectangle is %g, expected x y z length width strike dip", i, (double)sizes[i]);
+  PetscCheck(nu > -1 && nu < 0.5, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "Poisson's ratio must lie in (-1, 0.5), not %g", (double)nu);
+  PetscCheck(r->length > 0 && r->width > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "Length and width of a rectangle must be positive, not %g and %g m", (double)r->length, (double)r->width);
+  PetscCheck(r->dip > 0 && r->dip <= 90, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "Dip must lie in (0, 90] degrees, not %g", (double)r->dip);
+  if (full_space) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipDegrees(r->dip, &sine, &cosine);
+  top = r->z - 0.5 * r->width * sine;
+  PetscCheck(top >= -SLIP_TOUCH * PetscMin(r->length, r->width), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "The upper edge of a rectangle lies %g m above the ground, expected below it", (double)-top);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void DippingOf(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *r, const PetscReal slip[3],
+                      SlipDipping *s)
+{
+  PetscReal cosine;
+
+  s->depth = r->z;
+  s->length = r->length;
+  s->width = r->width;
+  SlipDegrees(r->dip, &s->slope[1], &cosine);
+  s->slope[0] = -cosine;
+  for (int i = 0; i < 3; i++) s->b[i] = slip[i];
+  s->a = 1 / (2 * (1 - nu));
+  s->rest = 1 - 2 * nu;
+  s->full_space = full_space;
+}
+
+/* Some points along strike, to the right and down. On the rectangle's plane displacement has two values: a point there is
+   moved to the side of the hanging wall, along the ground so that one of the trace gets its limit too. */
+static PetscErrorCode PointsOf(const SlipDipping *s, const SlipDippingRectangle *r, const PetscReal strike[2],
+                               PetscBool gradient, PetscInt n, const PetscReal points[], SlipPlatePoints *p)
+{
+  const PetscReal ty = s->slope[0], tz = s->slope[1];
+  const PetscReal own = PetscAbsReal(r->x) + PetscAbsReal(r->y) + PetscAbsReal(r->z) + r->length + r->width;
+
+  PetscFunctionBegin;
+  p->n = n;
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscReal *at = points + 3 * k, x = at[0] - r->x, y = at[1] - r->y;
+    const PetscReal small = SLIP_ROUNDING * (own + PetscAbsReal(at[0]) + PetscAbsReal(at[1]) + PetscAbsReal(at[2]));
+
+    PetscCheck(s->full_space || at[2] >= -small, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "A point lies %g m above the ground, expected below it", (double)-at[2]);
+    p->x[k] = strike[0] * x + strike[1] * y;
+    p->t[k] = strike[0] * y - strike[1] * x;
+    p->q[k] = s->full_space || at[2] > 0 ? at[2] : 0;
+    p->rounding[k] = gradient ? small : 0;
+    if (!gradient && PetscAbsReal(tz * p->t[k] - ty * (r->z - p->q[k])) <= 0.5 * small * tz) p->t[k] += small;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
+                                             const PetscReal slip[3], PetscBool gradient, PetscInt n,
+                                             const PetscReal points[], PetscReal out[])
+{
+  const PetscInt size = gradient ? 9 : 3;
+  PetscReal strike[2];
+  SlipDipping s;
+
+  PetscFunctionBegin;
+  PetscCall(SlipDippingCheck_Private(nu, full_space, source));
+  SlipDegrees(source->strike, &strike[1], &strike[0]);
+  DippingOf(nu, full_space, source, slip, &s);
+  for (PetscInt first = 0; first < n; first += SLIP_LANES) {
+    SlipPlatePoints p;
+
+    PetscCall(PointsOf(&s, source, strike, gradient, PetscMin(SLIP_LANES, n - first), points + 3 * first, &p));
+    SlipDippingFields_Private(&s, &p, gradient, out + size * first);
+    for (PetscInt k = first; k < first + p.n; k++) {
+      PetscReal *v = out + size * k;
+
+      if (gradient)
+        for (int i = 0; i < 3; i++) SlipTurn(strike, v + 3 * i, v + 3 * i + 1);
+      for (int j = 0; j < size / 3; j++) SlipTurn(strike, v + j, v + (gradient ? 3 : 1) + j);
+      for (int i = 0; i < size; i++) v[i] /= 4 * PETSC_PI;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipDippingDisplacement - displacement of points by uniform slip on a rectangle of any strike and dip
+
+  Not collective, pure
+
+  Input Parameters:
++ nu         - Poisson's ratio, in (-1, 0.5), dimensionless
+. full_space - leave out the free surface z = 0
+. source     - the rectangle that slips, below the free surface or up to it
+. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
+. n          - number of points
+- points     - [n][3] north, east and down [m]; below a free surface or on it
+
+  Output Parameter:
+. u - [n][3] displacement north, east and down, in the unit of slip [m]
+
+  Notes:
+  Lengths may have any one unit. The shear modulus does not matter.
+
+  A point of the rectangle itself, to 1e-12 of the coordinates, counts to the hanging wall; one of the trace of a rectangle
+  that breaks the surface gets the limit along the ground from there. On an edge across which the rectangle slips the
+  displacement has the logarithm of the distance: an edge gets the value at 1e-12 of the coordinates from it. Elsewhere, on
+  extensions of edges too, there is nothing to be minded, at any dip.
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a rectangle without an extent, a dip outside (0, 90] degrees, and
+  rectangles and points above a free surface
+
+  Reference: Okada (1992); the derivation is in the source file dipping.c
+
+  Level: intermediate
+
+.seealso: SlipDippingStress(), SlipDippingRectangle, SlipSurfaceDisplacement()
+@*/
+PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
+                                       const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal u[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipDippingAll_Private(nu, full_space, source, slip, PETSC_FALSE, n, points, u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipDippingGradient - gradient of the displacement of points by uniform slip on a rectangle of any strike and dip
+
+  Not collective, pure
+
+  Input Parameters:
++ nu         - Poisson's ratio, in (-1, 0.5), dimensionless
+. full_space - leave out the free surface z = 0
+. source     - the rectangle that slips, below the free surface or up to it
+. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
+. n          - number of points
+- points     - [n][3] north, east and down [m]; below a free surface or on it
+
+  Output Parameter:
+. gradient - [n][3][3] derivative of the displacement i along j, both north, east and down, dimensionless
+
+  Notes:
+  On an edge of the rectangle, to 1e-12 of the coordinates, the gradient is infinite: what goes with 1 / distance, and changes
+  its sign around the edge, is left out, and the rest is returned. Next to it values are as large as they are.
+
+  Far away, at the distance d from a rectangle of the side a, corners cancel to 1e-16 (d/a)^2 of the value.
+
+  Errors: as of SlipDippingDisplacement()
+
+  Reference: Okada (1992); the derivation is in the source file dipping.c
+
+  Level: intermediate
+
+.seealso: SlipDippingDisplacement(), SlipDippingStress()
+@*/
+PetscErrorCode SlipDippingGradient(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
+                                   const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal gradient[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipDippingAll_Private(nu, full_space, source, slip, PETSC_TRUE, n, points, gradient));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipDippingStress - stress at points by uniform slip on a rectangle of any strike and dip
+
+  Not collective, pure
+
+  Input Parameters:
++ G          - shear modulus [Pa]
+. nu         - Poisson's ratio, in (-1, 0.5), dimensionless
+. full_space - leave out the free surface z = 0
+. source     - the rectangle that slips, below the free surface or up to it
+. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
+. n          - number of points
+- points     - [n][3] north, east and down [m]; below a free surface or on it
+
+  Output Parameter:
+. stress - [n][6] xx, yy, zz, xy, xz, yz with x north, y east, z down; tension is positive [Pa]
+
+  Note: on an edge of the rectangle, where stress is infinite, what is left without the infinite part, as SlipDippingGradient() says
+
+  Errors: as of SlipDippingDisplacement()
+
+  Reference: Okada (1992); the derivation is in the source file dipping.c
+
+  Level: intermediate
+
+.seealso: SlipDippingGradient(), SlipStressTraction(), SlipPlaneDirections()
+@*/
+PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
+                                 const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal stress[])
+{
+  PetscFunctionBegin;
+  for (PetscInt first = 0; first < n; first += SLIP_LANES) {
+    const PetscInt count = PetscMin(SLIP_LANES, n - first);
+    PetscReal gradient[9 * SLIP_LANES];
+
+    PetscCall(SlipDippingAll_Private(nu, full_space, source, slip, PETSC_TRUE, count, points + 3 * first, gradient));
+    for (PetscInt k = 0; k < count; k++) {
+      const PetscReal *g = gradient + 9 * k, volume = 2 * nu / (1 - 2 * nu) * (g[0] + g[4] + g[8]);
+      PetscReal *s = stress + 6 * (first + k);
+
+      for (int i = 0; i < 3; i++) s[i] = G * (2 * g[4 * i] + volume);
+      s[3] = G * (g[1] + g[3]);
+      s[4] = G * (g[2] + g[6]);
+      s[5] = G * (g[5] + g[7]);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipPlaneDirections - directions of a fault plane, after Aki & Richards (1980)
+
+  Not collective, pure
+
+  Input Parameters:
++ strike - clockwise from north; the plane dips to the right of it [degrees]
+. dip    - of the plane from the horizontal [degrees]
+- rake   - in the plane from the strike, positive up dip: 0 left-lateral, 90 thrust [degrees]
+
+  Output Parameter:
+. directions - [3][3] unit vectors, each north, east and down, dimensionless: along the rake, in the plane across it (90 degrees more),
+               and across the plane into the hanging wall; right-handed
+
+  Level: intermediate
+
+.seealso: SlipStressTraction(), SlipDippingRectangle
+@*/
+void SlipPlaneDirections(PetscReal strike, PetscReal dip, PetscReal rake, PetscReal directions[])
+{
+  PetscReal along[2], down[2], turn[2];
+
+  SlipDegrees(strike, &along[1], &along[0]);
+  SlipDegrees(dip, &down[1], &down[0]);
+  SlipDegrees(rake, &turn[1], &turn[0]);
+  for (int i = 0; i < 3; i++) {
+    const PetscReal s = i < 2 ? along[i] : 0, right = i == 0 ? -along[1] : i == 1 ? along[0] : 0, z = i == 2;
+    const PetscReal up = -down[0] * right - down[1] * z;
+
+    directions[i] = turn[0] * s + turn[1] * up;
+    directions[3 + i] = turn[0] * up - turn[1] * s;
+    directions[6 + i] = down[1] * right - down[0] * z;
+  }
+}
+
+/*@
+  SlipStressTraction - traction that stresses make on planes
+
+  Not collective, pure
+
+  Input Parameters:
++ n          - number of stresses and of planes
+. stress     - [n][6] xx, yy, zz, xy, xz, yz, tension positive [Pa]
+- directions - [n][3][3] of the planes, by SlipPlaneDirections(), dimensionless
+
+  Output Parameter:
+. traction - [n][3] of what the foot wall does to the hanging wall: shear along the rake, shear across it, and normal stress,
+             positive in compression [Pa]
+
+  Note: the stress that slip on a rectangle makes at its own centre has the sign of the slip: it is the stress drop, as entries
+  of a stiffness are. Stress that drives slip along the rake has the other sign.
+
+  Level: intermediate
+
+.seealso: SlipDippingStress(), SlipPlaneDirections()
+@*/
+void SlipStressTraction(PetscInt n, const PetscReal stress[], const PetscReal directions[], PetscReal traction[])
+{
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscReal *s = stress + 6 * k, *d = directions + 9 * k, *m = d + 6;
+    const PetscReal t[3] = {s[0] * m[0] + s[3] * m[1] + s[4] * m[2], s[3] * m[0] + s[1] * m[1] + s[5] * m[2],
+                            s[4] * m[0] + s[5] * m[1] + s[2] * m[2]};
+
+    for (int i = 0; i < 3; i++) traction[3 * k + i] = -(t[0] * d[3 * i] + t[1] * d[3 * i + 1] + t[2] * d[3 * i + 2]);
+  }
+}

@@ -1,0 +1,134 @@
+/*
+  Derivatives of the Newtonian potential V of a rectangle, the integral of 1/R over it, in closed form.
+
+  x is a point's distance from a corner along the rectangle's strike, t that up its dip, q the distance from its plane,
+  R^2 = x^2 + t^2 + q^2. V's derivatives are double differences over the corners of
+
+     V_x  ln(R + t)     V_t  ln(R + x)     V_q  -atan(x t / (q R))
+     V_xx x Y     V_xt 1/R     V_xq q Y     V_tt t X     V_tq q X,     Y = 1/(R (R + t)), X = 1/(R (R + x))
+
+  and of the derivatives of these, where with Z = -(2 R + t) / (R^3 (R + t)^2), W = (8 R^2 + 9 R t + 3 t^2) / (R^5 (R + t)^3)
+
+     Y_x = x Z, Y_q = q Z, Z_x = x W, Z_q = q W, Y_t = -1/R^3, Z_t = 3/R^5.
+
+  What does not depend on t, or not on x, cancels in the differences. So ln(R + t) may be -ln(R - t), and Y be -1/(R (R - t)),
+  at both ends of an edge: that is taken where the middle of the edge is at t < 0, and the extension of an edge is a
+  point like others. On the edge itself Y is infinite, and has the factor x or q, which is 0, in all that stress needs.
+*/
+#include <slipstep/private/slipdipping.h>
+
+/* A line along which an edge lies: s = +-1 is the side of its middle, r2 the square of the distance from it. */
+typedef struct {
+  PetscReal sum, Y, Z, W; /* R + s t and those above */
+} Line;
+
+static inline Line LineOf(PetscReal t, PetscReal s, PetscReal r2, PetscReal R, PetscReal inverse)
+{
+  const PetscReal along = s * t, far = R + PetscAbsReal(t), sum = along >= 0 ? far : r2 / far;
+  const PetscReal a = 1 / sum, i2 = inverse * inverse;
+  Line line;
+
+  line.sum = sum;
+  line.Y = s * inverse * a;
+  line.Z = -s * (R + sum) * inverse * i2 * a * a;
+  line.W = s * (3 * sum * (sum + R) + 2 * R * R) * inverse * i2 * i2 * a * a * a;
+  return line;
+}
+
+/* A corner of all points: what both of its lines are and how far it is. */
+static inline void CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal half_length, PetscReal half_width,
+                            PetscReal *x, PetscReal *t, PetscReal *R, Line *up, Line *along)
+{
+  const PetscReal small = p->rounding[k], least = small * small, q2 = p->q[k] * p->q[k];
+  const PetscReal px = p->x[k] + half_length, pt = p->t[k] + half_width;
+  PetscReal x2, t2, R2, inverse;
+
+  *x = PetscAbsReal(px) <= small ? 0 : px;
+  *t = PetscAbsReal(pt) <= small ? 0 : pt;
+  x2 = *x * *x;
+  t2 = *t * *t;
+  R2 = x2 + t2 + q2;
+  *R = PetscSqrtReal(R2 > least ? R2 : least);
+  inverse = 1 / *R;
+  *up = LineOf(*t, p->t[k] < 0 ? -1 : 1, x2 + q2 > least ? x2 + q2 : least, *R, inverse);
+  *along = LineOf(*x, p->x[k] < 0 ? -1 : 1, t2 + q2 > least ? t2 + q2 : least, *R, inverse);
+}
+
+/* The loops have no calls and no branches, so that compilers make vector code of them; fourth is a constant. */
+static inline void Rational(const SlipPlatePoints *p, PetscReal sign, PetscReal half_length, PetscReal half_width,
+                            PetscBool fourth, SlipPotential *restrict v)
+{
+  for (PetscInt k = 0; k < p->n; k++) {
+    const PetscReal q = p->q[k];
+    PetscReal x, t, R, i1, i3;
+    Line Y, X;
+
+    CornerOf(p, k, half_length, half_width, &x, &t, &R, &Y, &X);
+    i1 = sign / R;
+    i3 = i1 / (R * R);
+    v->second[0][k] += sign * x * Y.Y;
+    v->second[1][k] += i1;
+    v->second[2][k] += sign * q * Y.Y;
+    v->second[3][k] += sign * t * X.Y;
+    v->second[4][k] += sign * q * X.Y;
+    v->third[0][k] += sign * (Y.Y + x * x * Y.Z);
+    v->third[1][k] -= x * i3;
+    v->third[2][k] += sign * x * q * Y.Z;
+    v->third[3][k] -= t * i3;
+    v->third[4][k] -= q * i3;
+    v->third[5][k] += sign * (X.Y + t * t * X.Z);
+    v->third[6][k] += sign * t * q * X.Z;
+    if (fourth) {
+      const PetscReal i5 = 3 * i3 / (R * R);
+
+      v->fourth[0][k] += sign * x * (3 * Y.Z + x * x * Y.W);
+      v->fourth[1][k] += x * x * i5 - i3;
+      v->fourth[2][k] += sign * q * (Y.Z + x * x * Y.W);
+      v->fourth[3][k] += x * t * i5;
+      v->fourth[4][k] += x * q * i5;
+      v->fourth[5][k] += t * t * i5 - i3;
+      v->fourth[6][k] += t * q * i5;
+      v->fourth[7][k] += sign * t * (3 * X.Z + t * t * X.W);
+      v->fourth[8][k] += sign * q * (X.Z + t * t * X.W);
+    }
+  }
+}
+
+static void First(const SlipPlatePoints *p, PetscReal sign, PetscReal half_length, PetscReal half_width,
+                  SlipPotential *v)
+{
+  for (PetscInt k = 0; k < p->n; k++) {
+    const PetscReal q = PetscAbsReal(p->q[k]), side = p->q[k] < 0 ? -1 : 1;
+    PetscReal x, t, R;
+    Line up, along;
+
+    CornerOf(p, k, half_length, half_width, &x, &t, &R, &up, &along);
+    v->first[0][k] += sign * (p->t[k] < 0 ? -1 : 1) * PetscLogReal(up.sum);
+    v->first[1][k] += sign * (p->x[k] < 0 ? -1 : 1) * PetscLogReal(along.sum);
+    v->first[2][k] -= sign * side * PetscAtan2Real(x * t, q * R);
+  }
+}
+
+/*
+  SlipPotential_Private - derivatives of V: of the orders lowest to 3, or to 4, where lowest is 1 or 2
+*/
+void SlipPotential_Private(const SlipPlatePoints *p, PetscReal length, PetscReal width, PetscInt lowest,
+                           PetscInt highest, SlipPotential *v)
+{
+  for (PetscInt k = 0; k < p->n; k++) {
+    for (int d = 0; d < 3; d++) v->first[d][k] = 0;
+    for (int d = 0; d < 5; d++) v->second[d][k] = 0;
+    for (int d = 0; d < 7; d++) v->third[d][k] = 0;
+    for (int d = 0; d < 9; d++) v->fourth[d][k] = 0;
+  }
+  for (int i = -1; i <= 1; i += 2)
+    for (int j = -1; j <= 1; j += 2) {
+      const PetscReal half_length = 0.5 * i * length, half_width = 0.5 * j * width;
+
+      if (lowest < 2) First(p, i * j, half_length, half_width, v);
+      if (highest > 3)
+        Rational(p, i * j, half_length, half_width, PETSC_TRUE, v);
+      else
+        Rational(p, i * j, half_length, half_width, PETSC_FALSE, v);
+    }
+}

@@ -1,0 +1,144 @@
+/*
+  Derivatives of X_xx and X_xy, where X is the integral of w ln(R + w) - R over the mirror image of a dipping rectangle:
+  what the free surface adds besides the derivatives of V (dipping.c).
+
+  x, y and w are the distances of a point from a corner of the image along strike, to the right of it and down, and in the
+  image's plane and across it t = y ty + w tz and q = y tz - w ty, ty = -cos(dip), tz = sin(dip). With chi = w ln(R + w) - R
+  and K and N the integrals of chi_x and chi_y along t, X_xx and X_xy are the double differences over the corners of K and N.
+  Their derivatives are integrals of second and third derivatives of chi, of which those with two w are those of 1/R, and
+
+     K_w = A = int x / (R (R + w)) dt           N_w = L = int y / (R (R + w)) dt = (ln(R + w) - tz ln(R + t)) / ty
+     K_y = N_x = (chi_x - tz A) / ty            N_y = (chi_y - tz L) / ty           K_x = -N_y - ln(R + t).
+
+  They are Okada's (1992) I and J, which divide by the cosine of the dip and by its square and have other formulas where it
+  is 0. Here the quotients are taken: w - t = -ty (q + s t), s = ty / (1 + tz), gives
+
+     L = e ln(1 + ty e) / (ty e) + s ln(R + t),  e = -(q + s t) / (R + t)
+     A = -2 / (1 + tz) g atan(s g) / (s g),      g = x / (R + t - s q)
+     1 / (R (R + w)) - tz / (R (R + t)) = ty E,  E = (y + s R) / (R (R + w) (R + t)),
+
+  so that a vertical plane is a dip like others. A point below the ground has R + t > 0, as the image ends at the ground.
+*/
+#include <slipstep/private/slipdipping.h>
+#include <math.h>
+
+/* Below these the functions are summed from their series, to rounding; above they lose a digit. */
+#define SERIES_ATAN 0.3
+#define SERIES_LOG 0.1
+#define TERMS 18
+
+/* (atan(z)/z - 1)/z^2 */
+static PetscReal AtanRest(PetscReal z)
+{
+  const PetscReal z2 = z * z;
+  PetscReal sum = 0;
+
+  if (PetscAbsReal(z) > SERIES_ATAN) return (PetscAtanReal(z) / z - 1) / z2;
+  for (int n = TERMS; n >= 0; n--) sum = -1 / (PetscReal)(2 * n + 3) - z2 * sum;
+  return sum;
+}
+
+/* (ln(1 + z)/z - 1)/z */
+static PetscReal LogRest(PetscReal z)
+{
+  PetscReal sum = 0;
+
+  if (PetscAbsReal(z) > SERIES_LOG) return (log1p(z) / z - 1) / z;
+  for (int n = TERMS; n >= 0; n--) sum = -1 / (PetscReal)(n + 2) - z * sum;
+  return sum;
+}
+
+/* A corner of a point. */
+typedef struct {
+  PetscReal x, y, t, q, w, R;
+  PetscReal Rw, Rt; /* R + w, R + t */
+} Corner;
+
+static inline Corner CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal half_length, PetscReal half_width,
+                              PetscReal ty, PetscReal tz)
+{
+  const PetscReal least = p->rounding[k] * p->rounding[k];
+  Corner c;
+  PetscReal r2, R2;
+
+  c.x = p->x[k] + half_length;
+  c.t = p->t[k] + half_width;
+  c.q = p->q[k];
+  c.y = c.t * ty + c.q * tz;
+  c.w = c.t * tz - c.q * ty;
+  r2 = c.x * c.x + c.q * c.q;
+  R2 = r2 + c.t * c.t;
+  c.R = PetscSqrtReal(R2 > least ? R2 : least);
+  c.w = c.w > 0 ? c.w : 0;
+  c.Rw = c.R + c.w;
+  c.Rt = c.t >= 0 ? c.R + c.t : r2 / (c.R - c.t);
+  return c;
+}
+
+static void First(const SlipPlatePoints *p, PetscReal sign, PetscReal half_length, PetscReal half_width, PetscReal ty,
+                  PetscReal tz, SlipLogPotential *l)
+{
+  const PetscReal up = 1 + tz, s = ty / up;
+
+  for (PetscInt k = 0; k < p->n; k++) {
+    const Corner c = CornerOf(p, k, half_length, half_width, ty, tz);
+    const PetscReal logarithm = PetscLogReal(c.Rt), sum = c.Rt - s * c.q;
+    const PetscReal e = -(c.q + s * c.t) / c.Rt, log_rest = LogRest(ty * e);
+    const PetscReal g = c.x / sum, atan_rest = AtanRest(s * g);
+    const PetscReal A = -2 / up * g * (1 + s * s * g * g * atan_rest);
+    const PetscReal L = e * (1 + ty * e * log_rest) + s * logarithm;
+    const PetscReal Nx = -c.x * (c.q * (2 * tz - 1) + s * (c.R + (1 + 2 * tz) * c.t)) / (up * c.Rw * sum) +
+                         2 * tz / (up * up) * s * g * g * g * atan_rest;
+    const PetscReal Ny =
+      -c.t / c.Rw + tz * (c.q * e / c.Rw + c.t / (up * c.Rt) - e * e * log_rest) - tz / up * logarithm;
+
+    l->along[0][k] -= sign * (Ny + logarithm);
+    l->along[1][k] += sign * Nx;
+    l->along[2][k] += sign * A;
+    l->across[0][k] += sign * Nx;
+    l->across[1][k] += sign * Ny;
+    l->across[2][k] += sign * L;
+  }
+}
+
+static void Second(const SlipPlatePoints *p, PetscReal sign, PetscReal half_length, PetscReal half_width, PetscReal ty,
+                   PetscReal tz, SlipLogPotential *restrict l)
+{
+  const PetscReal up = 1 + tz, s = ty / up;
+
+  for (PetscInt k = 0; k < p->n; k++) {
+    const Corner c = CornerOf(p, k, half_length, half_width, ty, tz);
+    const PetscReal i = 1 / c.R, D = i / c.Rw, Y = i / c.Rt, E = D * (c.y + s * c.R) / c.Rt;
+    const PetscReal B = (c.y * E - tz / (up * c.Rt)) / c.Rw;
+    const PetscReal zz = ty * i + tz * c.q * Y, yz = c.t * D - tz * i + tz * c.q * E;
+    const PetscReal yy = c.y * B - D * (ty * c.R + tz * c.y) + tz * c.t * E;
+
+    l->across_second[0][k] -= sign * (yy + zz);
+    l->across_second[1][k] += sign * yy;
+    l->across_second[2][k] += sign * zz;
+    l->across_second[3][k] += sign * c.x * B;
+    l->across_second[4][k] += sign * c.x * E;
+    l->across_second[5][k] += sign * yz;
+    l->along_second[0][k] -= sign * c.x * (B + Y);
+    l->along_second[1][k] += sign * c.x * B;
+    l->along_second[2][k] += sign * c.x * Y;
+    l->along_second[3][k] -= sign * (yy + zz);
+    l->along_second[4][k] -= sign * (yz + tz * i - ty * c.q * Y);
+    l->along_second[5][k] += sign * c.x * E;
+  }
+}
+
+/*
+  SlipLogPotential_Private - first derivatives of X_xx and X_xy, or the second ones where gradient is true
+*/
+void SlipLogPotential_Private(const SlipPlatePoints *p, PetscReal length, PetscReal width, const PetscReal slope[2],
+                              PetscBool gradient, SlipLogPotential *l)
+{
+  for (PetscInt k = 0; k < p->n; k++) {
+    for (int d = 0; d < 3; d++) l->along[d][k] = l->across[d][k] = 0;
+    for (int d = 0; d < 6; d++) l->along_second[d][k] = l->across_second[d][k] = 0;
+  }
+  for (int i = -1; i <= 1; i += 2)
+    for (int j = -1; j <= 1; j += 2)
+      (*(gradient ? Second : First))(p, i * j, 0.5 * i * length, 0.5 * j * width, slope[0], slope[1], l);
+}
