@@ -45,8 +45,8 @@ static void DippingOf(PetscReal nu, PetscBool full_space, const SlipDippingRecta
   s->full_space = full_space;
 }
 
-/* Some points along strike, to the right and down. On the rectangle's plane displacement has two values: a point there is
-   moved to the side of the hanging wall, along the ground so that one of the trace gets its limit too. */
+/* Some points along strike, to the right and down. On the rectangle displacement has two values: a point there is moved
+   to the side of the hanging wall, along the ground so that one of the trace gets its limit too. */
 static PetscErrorCode PointsOf(const SlipDipping *s, const SlipDippingRectangle *r, const PetscReal strike[2],
                                PetscBool gradient, PetscInt n, const PetscReal points[], SlipPlatePoints *p)
 {
@@ -65,7 +65,13 @@ static PetscErrorCode PointsOf(const SlipDipping *s, const SlipDippingRectangle 
     p->t[k] = strike[0] * y - strike[1] * x;
     p->q[k] = s->full_space || at[2] > 0 ? at[2] : 0;
     p->rounding[k] = gradient ? small : 0;
-    if (!gradient && PetscAbsReal(tz * p->t[k] - ty * (r->z - p->q[k])) <= 0.5 * small * tz) p->t[k] += small;
+    if (!gradient) {
+      const PetscReal t = ty * p->t[k] + tz * (r->z - p->q[k]), q = tz * p->t[k] - ty * (r->z - p->q[k]);
+
+      if (PetscAbsReal(q) <= 0.5 * small * tz && PetscAbsReal(p->x[k]) <= 0.5 * r->length + small &&
+          PetscAbsReal(t) <= 0.5 * r->width + small)
+        p->t[k] += small;
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -118,9 +124,9 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
   Notes:
   Lengths may have any one unit. The shear modulus does not matter.
 
-  A point of the rectangle itself, to 1e-12 of the coordinates, counts to the hanging wall; one of the trace of a rectangle
+  A point of the rectangle itself, to 1e-14 of the coordinates, counts to the hanging wall; one of the trace of a rectangle
   that breaks the surface gets the limit along the ground from there. On an edge across which the rectangle slips the
-  displacement has the logarithm of the distance: an edge gets the value at 1e-12 of the coordinates from it. Elsewhere, on
+  displacement has the logarithm of the distance: an edge gets the value at 1e-14 of the coordinates from it. Elsewhere, on
   extensions of edges too, there is nothing to be minded, at any dip.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a rectangle without an extent, a dip outside (0, 90] degrees, and
@@ -157,7 +163,7 @@ PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space, const
 . gradient - [n][3][3] derivative of the displacement i along j, both north, east and down, dimensionless
 
   Notes:
-  On an edge of the rectangle, to 1e-12 of the coordinates, the gradient is infinite: what goes with 1 / distance, and changes
+  On an edge of the rectangle, to 1e-14 of the coordinates, the gradient is infinite: what goes with 1 / distance, and changes
   its sign around the edge, is left out, and the rest is returned. Next to it values are as large as they are.
 
   Far away, at the distance d from a rectangle of the side a, corners cancel to 1e-16 (d/a)^2 of the value.

@@ -5,7 +5,7 @@
 /* So many points at once: what is kept of them fits into the first cache. */
 #define SLIP_LANES 16
 /* What of a point's coordinates is rounding, as a share of the largest length. */
-#define SLIP_ROUNDING 9.094947017729282e-13 /* 2^-40 */
+#define SLIP_ROUNDING 1.4210854715202004e-14 /* 2^-46, 64 units in the last place */
 
 /* Derivatives of the potential V, the integral of 1/R over a rectangle, along its strike x, up its dip t and across it
    q; what is missing follows from d_xx + d_tt + d_qq = 0. Rows of third[] and fourth[]: so many t and q, the rest x. */
