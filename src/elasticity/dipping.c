@@ -201,7 +201,15 @@ void SlipDippingFields_Private(const SlipDipping *s, const SlipPlatePoints *grou
 
       p.t[k] = ty * y + tz * z;
       p.q[k] = tz * y - ty * z;
-      if (gradient && PetscAbsReal(p.q[k]) <= p.rounding[k]) p.q[k] = 0;
+      p.move[k] = 0;
+      if (PetscAbsReal(p.q[k]) > p.rounding[k]) continue;
+      p.q[k] = 0;
+      /* where displacement has two values, the hanging wall's; along the ground, so that the trace has its limit too */
+      if (gradient || PetscAbsReal(p.x[k]) > 0.5 * s->length + p.rounding[k] ||
+          PetscAbsReal(p.t[k]) > 0.5 * s->width + p.rounding[k])
+        continue;
+      p.q[k] = SLIP_AT_EDGE * p.rounding[k] * tz;
+      p.move[k] = SLIP_AT_EDGE * p.rounding[k] * ty;
     }
     SlipPotential_Private(&p, s->length, s->width, lowest, highest, &v);
     if (image && surface != 0) SlipLogPotential_Private(&p, s->length, s->width, s->slope, gradient, &f);

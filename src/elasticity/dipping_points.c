@@ -45,12 +45,10 @@ static void DippingOf(PetscReal nu, PetscBool full_space, const SlipDippingRecta
   s->full_space = full_space;
 }
 
-/* Some points along strike, to the right and down. On the rectangle displacement has two values: a point there is moved
-   to the side of the hanging wall, along the ground so that one of the trace gets its limit too. */
+/* Some points along strike, to the right and down. */
 static PetscErrorCode PointsOf(const SlipDipping *s, const SlipDippingRectangle *r, const PetscReal strike[2],
-                               PetscBool gradient, PetscInt n, const PetscReal points[], SlipPlatePoints *p)
+                               PetscInt n, const PetscReal points[], SlipPlatePoints *p)
 {
-  const PetscReal ty = s->slope[0], tz = s->slope[1];
   const PetscReal own = PetscAbsReal(r->x) + PetscAbsReal(r->y) + PetscAbsReal(r->z) + r->length + r->width;
 
   PetscFunctionBegin;
@@ -64,14 +62,7 @@ static PetscErrorCode PointsOf(const SlipDipping *s, const SlipDippingRectangle 
     p->x[k] = strike[0] * x + strike[1] * y;
     p->t[k] = strike[0] * y - strike[1] * x;
     p->q[k] = s->full_space || at[2] > 0 ? at[2] : 0;
-    p->rounding[k] = gradient ? small : 0;
-    if (!gradient) {
-      const PetscReal t = ty * p->t[k] + tz * (r->z - p->q[k]), q = tz * p->t[k] - ty * (r->z - p->q[k]);
-
-      if (PetscAbsReal(q) <= 0.5 * small * tz && PetscAbsReal(p->x[k]) <= 0.5 * r->length + small &&
-          PetscAbsReal(t) <= 0.5 * r->width + small)
-        p->t[k] += small;
-    }
+    p->rounding[k] = small;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -91,7 +82,7 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
     SlipPlatePoints p;
 
-    PetscCall(PointsOf(&s, source, strike, gradient, PetscMin(SLIP_LANES, n - first), points + 3 * first, &p));
+    PetscCall(PointsOf(&s, source, strike, PetscMin(SLIP_LANES, n - first), points + 3 * first, &p));
     SlipDippingFields_Private(&s, &p, gradient, out + size * first);
     for (PetscInt k = first; k < first + p.n; k++) {
       PetscReal *v = out + size * k;
@@ -126,7 +117,7 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
 
   A point of the rectangle itself, to 1e-14 of the coordinates, counts to the hanging wall; one of the trace of a rectangle
   that breaks the surface gets the limit along the ground from there. On an edge across which the rectangle slips the
-  displacement has the logarithm of the distance: an edge gets the value at 1e-14 of the coordinates from it. Elsewhere, on
+  displacement has the logarithm of the distance: an edge gets the value at 1e-20 of the coordinates from it. Elsewhere, on
   extensions of edges too, there is nothing to be minded, at any dip.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a rectangle without an extent, a dip outside (0, 90] degrees, and

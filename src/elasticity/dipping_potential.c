@@ -37,19 +37,19 @@ static inline Line LineOf(PetscReal t, PetscReal s, PetscReal r2, PetscReal R, P
 
 /* A corner of all points: what both of its lines are and how far it is. */
 static inline void CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal half_length, PetscReal half_width,
-                            PetscReal *x, PetscReal *t, PetscReal *R, Line *up, Line *along)
+                            PetscReal *x, PetscReal *t, PetscReal *R, PetscReal *i1, Line *up, Line *along)
 {
-  const PetscReal small = p->rounding[k], least = small * small, q2 = p->q[k] * p->q[k];
-  const PetscReal px = p->x[k] + half_length, pt = p->t[k] + half_width;
+  const PetscReal edge = SLIP_AT_EDGE * p->rounding[k], least = edge * edge, q2 = p->q[k] * p->q[k];
   PetscReal x2, t2, R2, inverse;
 
-  *x = PetscAbsReal(px) <= small ? 0 : px;
-  *t = PetscAbsReal(pt) <= small ? 0 : pt;
+  *x = SlipCorner(p->x[k], half_length, p->rounding[k]);
+  *t = SlipCorner(p->t[k], half_width, p->rounding[k]) + p->move[k];
   x2 = *x * *x;
   t2 = *t * *t;
   R2 = x2 + t2 + q2;
   *R = PetscSqrtReal(R2 > least ? R2 : least);
-  inverse = 1 / *R;
+  inverse = R2 > least ? 1 / *R : 0; /* a corner itself: without what is infinite there */
+  *i1 = inverse;
   *up = LineOf(*t, p->t[k] < 0 ? -1 : 1, x2 + q2 > least ? x2 + q2 : least, *R, inverse);
   *along = LineOf(*x, p->x[k] < 0 ? -1 : 1, t2 + q2 > least ? t2 + q2 : least, *R, inverse);
 }
@@ -60,12 +60,13 @@ static inline void Rational(const SlipPlatePoints *p, PetscReal sign, PetscReal 
 {
   for (PetscInt k = 0; k < p->n; k++) {
     const PetscReal q = p->q[k];
-    PetscReal x, t, R, i1, i3;
+    PetscReal x, t, R, i1, i2, i3;
     Line Y, X;
 
-    CornerOf(p, k, half_length, half_width, &x, &t, &R, &Y, &X);
-    i1 = sign / R;
-    i3 = i1 / (R * R);
+    CornerOf(p, k, half_length, half_width, &x, &t, &R, &i1, &Y, &X);
+    i2 = i1 * i1;
+    i1 *= sign;
+    i3 = i1 * i2;
     v->second[0][k] += sign * x * Y.Y;
     v->second[1][k] += i1;
     v->second[2][k] += sign * q * Y.Y;
@@ -79,7 +80,7 @@ static inline void Rational(const SlipPlatePoints *p, PetscReal sign, PetscReal 
     v->third[5][k] += sign * (X.Y + t * t * X.Z);
     v->third[6][k] += sign * t * q * X.Z;
     if (fourth) {
-      const PetscReal i5 = 3 * i3 / (R * R);
+      const PetscReal i5 = 3 * i3 * i2;
 
       v->fourth[0][k] += sign * x * (3 * Y.Z + x * x * Y.W);
       v->fourth[1][k] += x * x * i5 - i3;
@@ -99,10 +100,10 @@ static void First(const SlipPlatePoints *p, PetscReal sign, PetscReal half_lengt
 {
   for (PetscInt k = 0; k < p->n; k++) {
     const PetscReal q = PetscAbsReal(p->q[k]), side = p->q[k] < 0 ? -1 : 1;
-    PetscReal x, t, R;
+    PetscReal x, t, R, inverse;
     Line up, along;
 
-    CornerOf(p, k, half_length, half_width, &x, &t, &R, &up, &along);
+    CornerOf(p, k, half_length, half_width, &x, &t, &R, &inverse, &up, &along);
     v->first[0][k] += sign * (p->t[k] < 0 ? -1 : 1) * PetscLogReal(up.sum);
     v->first[1][k] += sign * (p->x[k] < 0 ? -1 : 1) * PetscLogReal(along.sum);
     v->first[2][k] -= sign * side * PetscAtan2Real(x * t, q * R);

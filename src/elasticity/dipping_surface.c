@@ -52,26 +52,28 @@ static PetscReal LogRest(PetscReal z)
 typedef struct {
   PetscReal x, y, t, q, w, R;
   PetscReal Rw, Rt; /* R + w, R + t */
+  PetscReal i;      /* 1/R, 0 for a corner itself: without what is infinite there */
 } Corner;
 
 static inline Corner CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal half_length, PetscReal half_width,
                               PetscReal ty, PetscReal tz)
 {
-  const PetscReal least = p->rounding[k] * p->rounding[k];
+  const PetscReal edge = SLIP_AT_EDGE * p->rounding[k], least = edge * edge;
   Corner c;
   PetscReal r2, R2;
 
-  c.x = p->x[k] + half_length;
-  c.t = p->t[k] + half_width;
+  c.x = SlipCorner(p->x[k], half_length, p->rounding[k]);
+  c.t = SlipCorner(p->t[k], half_width, p->rounding[k]) + p->move[k];
   c.q = p->q[k];
   c.y = c.t * ty + c.q * tz;
   c.w = c.t * tz - c.q * ty;
   r2 = c.x * c.x + c.q * c.q;
   R2 = r2 + c.t * c.t;
   c.R = PetscSqrtReal(R2 > least ? R2 : least);
+  c.i = R2 > least ? 1 / c.R : 0;
   c.w = c.w > 0 ? c.w : 0;
   c.Rw = c.R + c.w;
-  c.Rt = c.t >= 0 ? c.R + c.t : r2 / (c.R - c.t);
+  c.Rt = c.t >= 0 ? c.R + c.t : (r2 > least ? r2 : least) / (c.R - c.t);
   return c;
 }
 
@@ -108,8 +110,8 @@ static void Second(const SlipPlatePoints *p, PetscReal sign, PetscReal half_leng
 
   for (PetscInt k = 0; k < p->n; k++) {
     const Corner c = CornerOf(p, k, half_length, half_width, ty, tz);
-    const PetscReal i = 1 / c.R, D = i / c.Rw, Y = i / c.Rt, E = D * (c.y + s * c.R) / c.Rt;
-    const PetscReal B = (c.y * E - tz / (up * c.Rt)) / c.Rw;
+    const PetscReal i = c.i, D = i / c.Rw, Y = i / c.Rt, E = D * (c.y + s * c.R) / c.Rt;
+    const PetscReal B = (c.y * E - tz * c.R * i / (up * c.Rt)) / c.Rw;
     const PetscReal zz = ty * i + tz * c.q * Y, yz = c.t * D - tz * i + tz * c.q * E;
     const PetscReal yy = c.y * B - D * (ty * c.R + tz * c.y) + tz * c.t * E;
 

@@ -4,6 +4,8 @@
 
 /* So many points at once: what is kept of them fits into the first cache. */
 #define SLIP_LANES 16
+/* The distance from an edge that a point of the edge is taken to have, as a share of rounding: nothing beside any other length. */
+#define SLIP_AT_EDGE 9.5367431640625e-07 /* 2^-20 */
 /* What of a point's coordinates is rounding, as a share of the largest length. */
 #define SLIP_ROUNDING 1.4210854715202004e-14 /* 2^-46, 64 units in the last place */
 
@@ -26,8 +28,17 @@ typedef struct {
 typedef struct {
   PetscInt n; /* at most SLIP_LANES */
   PetscReal x[SLIP_LANES], t[SLIP_LANES], q[SLIP_LANES];
-  PetscReal rounding[SLIP_LANES]; /* of the coordinates [m] */
+  PetscReal rounding[SLIP_LANES]; /* of the coordinates: what is less from an edge or the plane is on it [m] */
+  PetscReal move[SLIP_LANES];     /* what is to be added to t at corners, less than rounding */
 } SlipPlatePoints;
+
+/* From a corner: an edge's distance of rounding is 0. */
+static inline PetscReal SlipCorner(PetscReal centre, PetscReal half, PetscReal rounding)
+{
+  const PetscReal v = centre + half;
+
+  return PetscAbsReal(v) <= rounding ? 0 : v;
+}
 
 /* A rectangle as its fields need it. Components of its own: along strike, up dip, and across it into the hanging wall; of
    its image the same, mirrored. */
