@@ -86,7 +86,7 @@ PETSC_EXTERN void SlipSurfaceDisplacement(PetscReal nu, const SlipRectangle *sou
                                           const PetscReal points[], PetscReal u[]);
 
 /* A rectangle of any direction: centre north, east and down, extents along strike and along dip [m], strike and dip after
-   Aki & Richards [degrees]; a row of cells in files. */
+   Aki & Richards [deg]; a row of cells in files. */
 typedef struct {
   PetscReal x, y, z, length, width, strike, dip;
 } SlipDippingRectangle;

@@ -23,7 +23,7 @@ LISTS = ("Input Parameter", "Output Parameter", "Input/Output Parameter", "Optio
 # Names of other libraries, where --petsc does not give the headers to look them up in.
 FOREIGN = re.compile(r"(Petsc|PETSC|TS|SNES|KSP|PC|Mat|MAT|Vec|VEC|IS|DM|MPI_)\w*$")
 # How a description says its unit: in brackets, or in words; a state has those of its system. [n] is a shape, not a unit.
-UNIT = re.compile(r"dimensionless|\bstates?\b|\bunits?\b|_unit\b|\bseconds\b|\bbytes\b|\[[^\]]*(?<![\w])(1|m|mm|km|s|Pa|kg|J|N|W|V|T\*|1/s|%)(?![\w*])[^\]]*\]")
+UNIT = re.compile(r"dimensionless|\bstates?\b|\bunits?\b|_unit\b|\bseconds\b|\bbytes\b|\[[^\]]*(?<![\w])(1|m|mm|km|s|deg|Pa|kg|J|N|W|V|T\*|1/s|%)(?![\w*])[^\]]*\]")
 
 
 class Tree:

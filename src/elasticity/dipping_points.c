@@ -230,9 +230,9 @@ PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space
   Not collective, pure
 
   Input Parameters:
-+ strike - clockwise from north; the plane dips to the right of it [degrees]
-. dip    - of the plane from the horizontal [degrees]
-- rake   - in the plane from the strike, positive up dip: 0 left-lateral, 90 thrust [degrees]
++ strike - clockwise from north; the plane dips to the right of it [deg]
+. dip    - of the plane from the horizontal [deg]
+- rake   - in the plane from the strike, positive up dip: 0 left-lateral, 90 thrust [deg]
 
   Output Parameter:
 . directions - [3][3] unit vectors, each north, east and down, dimensionless: along the rake, in the plane across it (90 degrees more),
