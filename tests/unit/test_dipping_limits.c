@@ -163,6 +163,12 @@ static void units(void **state)
       PetscReal slip[3], at[3], to[3], f[12], g[12];
 
       AnyPair(Random(1, 90), &r, slip, at);
+      if (trial % 3 == 0) { /* on an edge, which has no length of its own either */
+        PetscReal d[3][3];
+
+        SlipPlaneDirections(r.strike, r.dip, 0, &d[0][0]);
+        for (int i = 0; i < 3; i++) at[i] = (i == 0 ? r.x : i == 1 ? r.y : r.z) + 0.5 * r.length * d[0][i];
+      }
       s = (SlipDippingRectangle){c * r.x, c * r.y, c * r.z, c * r.length, c * r.width, r.strike, r.dip};
       for (int i = 0; i < 3; i++) to[i] = c * at[i];
       Fields(0.25, PETSC_FALSE, &r, slip, at, f);
