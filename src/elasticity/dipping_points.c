@@ -157,7 +157,7 @@ PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space, const
   On an edge of the rectangle, to 1e-14 of the coordinates, the gradient is infinite: what goes with 1 / distance, and changes
   its sign around the edge, is left out, and the rest is returned. Next to it values are as large as they are.
 
-  Far away, at the distance d from a rectangle of the side a, corners cancel to 1e-16 (d/a)^2 of the value.
+  Far away, at the distance d from a rectangle of the side a, corners cancel to 1e-15 (d/a)^2 of the value.
 
   Errors: as of SlipDippingDisplacement()
 
