@@ -290,7 +290,7 @@ static void sides(void **state)
   }
 }
 
-/* On edges and corners, buried and on the ground, numbers come out: displacement with the logarithm of 1e-14, 32, and stress
+/* On edges and corners, buried and on the ground, numbers come out: displacement with the logarithm of 1e-20, 46, and stress
    without its infinite part. Near an edge its mean around the edge is that, as what goes with 1/r turns its sign. */
 static void edges(void **state)
 {
