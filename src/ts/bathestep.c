@@ -2,8 +2,13 @@
 #include <slipstep/private/slipts.h>
 #include <petsctime.h>
 
-/* Factor on a step that would have gone past an instability: years become the seconds of its growth in a few attempts. */
-static const PetscReal unstable_factor = 0.1;
+/* An attempt that would have gone past an instability says that it comes before the attempt's end, the barrier. Steps go half way
+   there, so that each of them, taken or refused, halves what is unknown. Refused in a row they are cut by more: years become the
+   seconds of its growth in a few attempts. After so many steps in a row that were cut and taken one is not: the instability may have
+   begun, and is followed. */
+static const PetscReal unstable_factor[] = {0.5, 0.2, 0.1};
+enum { most_towards = 2 };
+static const PetscReal no_barrier = PETSC_MAX_REAL;
 /* Of a step that is to end at a stop, how far beyond it the step goes, so that what stops sticks at its end, and how near is near
    enough; attempts at it */
 static const PetscReal beyond_stop = 1e-3, near_stop = 1e-2;
@@ -184,6 +189,44 @@ static PetscErrorCode TSBatheSetStep(TS ts, PetscReal h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode TSBatheIsConstant(TS ts, PetscBool *constant)
+{
+  return PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, constant);
+}
+
+/* The step after one that went past an instability; h: the controller's */
+static PetscErrorCode TSBatheRefused(TS ts, PetscReal *h)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const PetscInt last = PETSC_STATIC_ARRAY_LENGTH(unstable_factor) - 1;
+  PetscBool constant;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheIsConstant(ts, &constant));
+  ba->barrier = constant ? no_barrier : PetscMin(ba->barrier, ts->ptime + ba->last.dt);
+  ba->towards = 0;
+  if (constant)
+    *h = PetscMin(*h, ba->last.dt * unstable_factor[last]);
+  else
+    *h = PetscMin(*h, (ba->barrier - ts->ptime) * unstable_factor[PetscMin(ba->failures - 1, last)]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The step after one that was taken; h: the controller's */
+static void TSBatheApproach(TS ts, PetscReal *h)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const PetscReal limit = unstable_factor[0] * (ba->barrier - ts->ptime);
+
+  if (limit <= 0) ba->barrier = no_barrier;
+  if (limit <= 0 || *h <= limit || ba->towards == most_towards) {
+    ba->towards = 0;
+  } else {
+    ba->towards++;
+    *h = limit;
+  }
+}
+
 /* A new run: totals, tolerances, and the first step if the controller has an opinion */
 static PetscErrorCode TSBatheBeginRun(TS ts)
 {
@@ -193,7 +236,8 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   PetscReal h = ts->time_step;
 
   PetscFunctionBegin;
-  ba->attempts = ba->accepted = ba->solves = ba->newton = ba->linear = ba->failures = 0;
+  ba->attempts = ba->accepted = ba->solves = ba->newton = ba->linear = ba->failures = ba->towards = 0;
+  ba->barrier = no_barrier;
   ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
   PetscCall(TSGetSlipProblem(ts, &problem));
   if (problem && problem->begin) PetscCall((*problem->begin)(ts, PETSC_FALSE));
@@ -292,13 +336,13 @@ static PetscErrorCode TSBatheFailed(TS ts)
             (double)residual, worst);
   }
   if (!ts->reason) {
+    if (ba->con) PetscCall(SlipConstraintWasUnstable(ba->con, &unstable));
     PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseAfterFailure_C", &f));
     if (f)
       PetscCall((*f)(ts->adapt, ts, h, &h));
-    else
+    else if (!unstable)
       h = ts->time_step; /* TSAdaptCheckStage() has scaled it by scale_solve_failed */
-    if (ba->con) PetscCall(SlipConstraintWasUnstable(ba->con, &unstable));
-    if (unstable) h = PetscMin(h, ba->last.dt * unstable_factor);
+    if (unstable) PetscCall(TSBatheRefused(ts, &h));
     PetscCall(TSBatheSetStep(ts, h));
   }
   PetscCall(TSBatheRunMonitors(ts));
@@ -334,6 +378,7 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscBool *accept)
   ba->status = TS_STEP_INCOMPLETE;
   if (*accept) {
     PetscCall(TSBatheAccept(ts, SlipTimeAfterStep(ts)));
+    TSBatheApproach(ts, &next);
     if (ba->stops) { /* derivatives jump there */
       PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
       ba->k2_known = PETSC_FALSE;
@@ -369,7 +414,7 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, PetscBoo
   PetscCall(SlipConstraintInitialReaction(ba->con, end, ts->vec_sol, ba->r));
   PetscCall(TSBatheStartDerivative(ts, end, ts->vec_sol, ba->r, ba->K2, &ba->k2_known));
   PetscCall(TSBatheAccept(ts, end));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  PetscCall(TSBatheIsConstant(ts, &constant));
   PetscCall(TSBatheSetStep(ts, constant ? ts->time_step : h));
   PetscCall(TSBatheRunMonitors(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -454,7 +499,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
                           ts->steps, rejections));
     }
   }
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  PetscCall(TSBatheIsConstant(ts, &constant));
   if (constant && whole > 0 && ba->last.accepted && ba->last.dt == cut)
     ts->time_step = SlipStepAfterCorner(ts, ts->ptime, whole);
   PetscFunctionReturn(PETSC_SUCCESS);

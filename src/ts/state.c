@@ -96,6 +96,8 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   PetscCall(SlipStateInt(s, "newton", 1, &ba->newton));
   PetscCall(SlipStateInt(s, "linear", 1, &ba->linear));
   PetscCall(SlipStateInt(s, "failures", 1, &ba->failures));
+  PetscCall(SlipStateReal(s, "barrier", 1, &ba->barrier));
+  PetscCall(SlipStateInt(s, "towards_barrier", 1, &ba->towards));
   PetscCall(SlipStateAttempt(s, &ba->last));
   if (ba->con) PetscCall(SlipStateVec(s, "reaction", ba->r));
   PetscCall(SlipStateBool(s, "derivative_known", &ba->k2_known));

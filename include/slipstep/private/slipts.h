@@ -58,7 +58,9 @@ typedef struct {
   /* bookkeeping */
   TSStepStatus status;
   SlipAttempt last;
-  PetscInt failures;                                   /* attempts in a row that failed to converge */
+  PetscInt failures; /* attempts in a row that failed to converge */
+  PetscReal barrier; /* where an attempt ended that would have gone past an instability [s] */
+  PetscInt towards;  /* steps in a row that were cut because of it */
   PetscInt attempts, accepted, solves, newton, linear; /* totals since TSSolve() began */
   TSBatheMonitor *monitors;
 } TS_Bathe;
