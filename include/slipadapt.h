@@ -24,6 +24,7 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy
 #define TSADAPTRL_ACCURACY_DEFAULT 1e-2
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy);
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetDefaultAccuracy(TSAdapt adapt, PetscReal accuracy);
+PETSC_EXTERN PetscErrorCode TSAdaptRLIsChosen(TSAdapt adapt, PetscBool *chosen);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy);
 /* Which error that is: "history", the largest of all; "final_slip"; "event_time". */
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetMeasure(TSAdapt adapt, const char measure[]);

@@ -225,6 +225,36 @@ PetscErrorCode TSAdaptRLSetDefaultAccuracy(TSAdapt adapt, PetscReal accuracy)
 }
 
 /*@
+  TSAdaptRLIsChosen - has anybody set something of this controller: a policy, an actor, accuracy, measure or strictness?
+
+  Not collective
+
+  Input Parameter:
+. adapt - the controller
+
+  Output Parameter:
+. chosen - whether; false when the type of adapt is not `TSADAPTRL`, and for a policy that it has found by itself
+
+  Level: developer
+
+  Note:
+  A problem whose default is this controller may take another one where nobody has chosen it.
+
+.seealso: TSAdaptRLSetPolicy(), TSAdaptRLSetActor(), TSAdaptRLSetDefaultAccuracy()
+@*/
+PetscErrorCode TSAdaptRLIsChosen(TSAdapt adapt, PetscBool *chosen)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
+  *chosen = rl && (rl->actor || (rl->policy && !rl->default_of[0]) || rl->accuracy_given || rl->measure || rl->strict)
+              ? PETSC_TRUE
+              : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
   TSAdaptRLGetAccuracy - the accuracy dial
 
   Not collective

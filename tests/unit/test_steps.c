@@ -281,7 +281,7 @@ static void learned(void **state)
               {"-fault_accuracy 1e-3", "rl", "dsp", PETSC_FALSE},
               {"-fault_accuracy 2e-3", "rl", "pi", PETSC_TRUE},
               {"-fault_accuracy 1.9e-3", "pi", "pi", PETSC_TRUE},
-              {"-ts_adapt_rl_accuracy 0.05", "rl", "pi:fault_history", PETSC_FALSE},
+              {"-ts_adapt_rl_accuracy 0.05", "rl", "rl", PETSC_FALSE},
               {"-ts_rtol 1e-3", "pi:fault_history", "pi:fault_history", PETSC_FALSE},
               {"-ts_rtol 1e-3", "pi", "pi", PETSC_TRUE},
               {"-ts_adapt_pi_filter PI42", "pi:PI42", "pi:PI42", PETSC_TRUE},
