@@ -13,6 +13,7 @@
 #define RTOL_POWER 1.5
 #define FIRST_START 0.03 /* first step at that dial [T*] */
 #define FIRST_POWER 0.4
+#define CEILING 3    /* cells that break give estimates beyond 1 without harm */
 #define SHARE_2 0.3  /* of the faults that are twice as large along either side */
 #define SHARE_3 0.04 /* and three times */
 #define LITTLE 2     /* d_c: where the broken cells slip less in the mean, */
@@ -62,6 +63,7 @@ static PetscErrorCode Policy(const CMAOptions *o, const double w[], SlipPolicy p
   PetscCall(CMADialNumberSet(w + RatioNumbers(o) + 2, Network.unit, SLIP_POLICY_FIRST_STEP_FACTOR,
                              SLIP_POLICY_FIRST_STEP_POWER, policy));
   PetscCall(PolicySetNumber(policy, SLIP_POLICY_HOLD, "%.6g", 0));
+  PetscCall(PolicySetNumber(policy, SLIP_POLICY_CEILING, "%.6g", CEILING));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
