@@ -8,6 +8,8 @@
    begun, and is followed. */
 static const PetscReal unstable_factor[] = {0.5, 0.2, 0.1};
 enum { most_towards = 2 };
+static const PetscReal at_barrier =
+  1e-2; /* of the last step: where less than twice that is left, the barrier was reached */
 static const PetscReal no_barrier = PETSC_MAX_REAL;
 /* Of a step that is to end at a stop, how far beyond it the step goes, so that what stops sticks at its end, and how near is near
    enough; attempts at it */
@@ -218,8 +220,8 @@ static void TSBatheApproach(TS ts, PetscReal *h)
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const PetscReal limit = unstable_factor[0] * (ba->barrier - ts->ptime);
 
-  if (limit <= 0) ba->barrier = no_barrier;
-  if (limit <= 0 || *h <= limit || ba->towards == most_towards) {
+  if (limit < at_barrier * ba->last.dt) ba->barrier = no_barrier;
+  if (ba->barrier == no_barrier || *h <= limit || ba->towards == most_towards) {
     ba->towards = 0;
   } else {
     ba->towards++;

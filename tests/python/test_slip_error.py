@@ -140,7 +140,7 @@ class SlipError(unittest.TestCase):
             self.assertEqual(run["slip_error_check_met"], abs(self.error(run)) <= float(wanted))
             for word in (verdict, check):
                 self.assertIn(f"(wanted {wanted}: {word})", run["text"])
-        self.assertNotIn("accuracy_requested", self.run_fault(*ONE))
+        self.assertNotIn("accuracy_requested", self.run_fault(*ONE, "-ts_adapt_type", "pi"))
 
 
 if __name__ == "__main__":
