@@ -536,10 +536,10 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   error.
 
   A policy whose steps are multiples of the last one (unit "h" of its action, as those of the general policy ode.h5, which
-  is taken where a problem has none of its own) goes by the error estimate: E > 1, or above the
-  policy's attribute error_ceiling, rejects the attempt, a rejected step is followed by one of 0.9 h at most, or 0.5 h when the
-  one before was rejected too, a failed solve by h/2, and the first step is the TS's own. After a failed solve the step does not grow for four attempts, or as many as the policy's
-  attribute hold says.
+  is taken where a problem has none of its own) goes by the error estimate: E > 1, or above the policy's attribute
+  error_ceiling, rejects the attempt, a rejected step is followed by one of 0.9 h at most, or 0.5 h when the one before was
+  rejected too, a failed solve by h/2, and the first step is the TS's own. After a failed solve the step does not grow for
+  four attempts, or as many as the policy's attribute hold says.
 
   A policy with the attribute rtol_factor was trained with a tolerance that follows the dial a: -ts_rtol is rtol_factor
   a^rtol_power unless the option is given, which is said. Likewise the first step is first_step_factor a^first_step_power

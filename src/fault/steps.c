@@ -13,10 +13,10 @@ typedef struct {
 
 typedef enum { KIND_EVENT, KIND_RUPTURE, KIND_SEQUENCE, KIND_HEAVY, KIND_INJECTION, KIND_SMOOTH, KINDS } Kind;
 
-#define MARGINAL                                                                                                       \
-  0.01 /* of sequences: looser tolerances keep 1e-1 on segments, but lose events of faults that hardly weaken enough */
-#define STOPS                                                                                                          \
-  5 /* tighter with inertia: what an event is late adds up, so that twenty of them are within an accuracy of 1e-2 */
+/* Of sequences: looser tolerances keep 1e-1 on segments, but lose events of faults that hardly weaken enough. */
+#define MARGINAL 0.01
+/* So much tighter with inertia: what an event is late adds up, and twenty of them are to be within an accuracy of 1e-2. */
+#define STOPS 5
 
 /* Kinds of runs. controller is the classical one that is the default and that rl hands over to: the cheapest at the accuracy 1e-2;
    fine likewise, of finer accuracies than 3e-3. The numbers are those of train -train_algorithm tolerances (training/usage.md); 0: the
@@ -355,16 +355,20 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
 {
   const SlipFaultSteps *steps = &fault->steps;
   char controller[64], *filter;
+  PetscReal dial;
+  TSAdapt adapt;
   PetscBool bathe, named, constant;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   if (!bathe || !fault->problem.begin) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultBeginSteps(fault, ts, PETSC_FALSE));
-  if (steps->learned)
-    PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type rl by the policy %s.h5 at -%sfault_accuracy %g, for %s\n",
-                          "steps:", steps->policy, SlipFaultPrefix(fault), (double)Accuracy(fault),
+  if (steps->learned) {
+    PetscCall(TSGetAdapt(ts, &adapt));
+    PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
+    PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type rl at the accuracy %g, for %s\n", "steps:", (double)dial,
                           Kinds[steps->kind].meaning));
+  }
   PetscCall(InCharge(ts, controller, sizeof(controller)));
   PetscCall(NamesType(ts, &named));
   PetscCall(PetscStrcmp(controller, TSADAPTNONE, &constant));

@@ -8,9 +8,8 @@
    begun, and is followed. */
 static const PetscReal unstable_factor[] = {0.5, 0.2, 0.1};
 enum { most_towards = 2 };
-static const PetscReal at_barrier =
-  1e-2; /* of the last step: where less than twice that is left, the barrier was reached */
-static const PetscReal no_barrier = PETSC_MAX_REAL;
+/* Where less than twice this share of the last step is left, the barrier was reached. */
+static const PetscReal at_barrier = 1e-2, no_barrier = PETSC_MAX_REAL;
 /* Of a step that is to end at a stop, how far beyond it the step goes, so that what stops sticks at its end, and how near is near
    enough; attempts at it */
 static const PetscReal beyond_stop = 1e-3, near_stop = 1e-2;

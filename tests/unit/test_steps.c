@@ -1,10 +1,12 @@
 /* -fault_accuracy: the tolerances that follow from it keep it, and what goes before them. */
+#define _GNU_SOURCE /* setenv() */
 #include "unit.h"
 #include "faultstart.h"
 #include "dials/ladder.h"
 #include "dials/tolerances.h"
 #include "environment/libraryepisode.h"
 #include "ruptures/ruptures.h"
+#include <stdlib.h>
 #include <string.h>
 
 enum { STREAM = 97, MOST_CASES = 40 }; /* of seeds: neither training's nor the benchmark's */
