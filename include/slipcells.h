@@ -1,4 +1,4 @@
-/* Irregular meshes: rectangular cells on parallel vertical strike-slip planes, and their stiffness. */
+/* Irregular meshes: rectangular cells of planes, and their stiffness. */
 #pragma once
 #include <petscmat.h>
 #include <slipelasticity.h>
@@ -6,13 +6,15 @@
 /* Cells in any order; every process holds all of them. */
 typedef struct {
   PetscInt n;
-  const PetscReal *x, *y, *z; /* centres [n]: along strike, across, depth [m]; cells of one plane have the same y */
-  const PetscReal *length;    /* extent along strike [n], [m] */
-  const PetscReal *width;     /* extent in depth [n], [m] */
-  SlipKernel kernel;          /* of K_ij, the stress drop on cell i for unit slip on cell j */
-  const PetscInt *order;      /* cell of each row of the stiffness [n]; NULL: cell i is row i, shares by PETSC_DECIDE */
-  PetscInt nlocal;            /* rows of this process, where there is an order */
-  const PetscReal *edges;     /* of averages: MatCreateSlipCellStiffness() fills it in its own copy */
+  const PetscReal *x, *y,
+    *z; /* centres [n]: north, east and depth [m]; of vertical planes along x: along strike, across */
+  const PetscReal *length;              /* extent along strike [n], [m] */
+  const PetscReal *width;               /* extent along dip [n], [m] */
+  const PetscReal *strike, *dip, *rake; /* [n], after Aki & Richards [deg]; NULL: 0, 90 and 0 of all */
+  SlipKernel kernel;                    /* of K_ij, the stress drop on cell i for unit slip on cell j */
+  const PetscInt *order;  /* cell of each row of the stiffness [n]; NULL: cell i is row i, shares by PETSC_DECIDE */
+  PetscInt nlocal;        /* rows of this process, where there is an order */
+  const PetscReal *edges; /* of averages: MatCreateSlipCellStiffness() fills it in its own copy */
 } SlipCells;
 
 /* Refuses cells that are not finite, have no extent, reach above the surface or overlap; source names where they come
@@ -29,6 +31,10 @@ PETSC_EXTERN PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *c
    Rows are distributed as cells->order says. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
                                                        PetscReal tolerance, Mat *S);
+/* What slip does to normal stress: compression at the centre of cell i for unit slip on cell j [Pa/m], neither symmetric nor
+   weighted. The kernel has a row of normal stress; type and tolerance as above. */
+PETSC_EXTERN PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
+                                                             PetscReal tolerance, Mat *Kn);
 /* The weights A_i / mean(A) of such a stiffness, or NULL when all are 1; borrowed. */
 PETSC_EXTERN PetscErrorCode MatSlipGetWeights(Mat S, Vec *weights);
 

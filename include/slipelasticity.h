@@ -32,6 +32,17 @@ typedef enum {
 PETSC_EXTERN PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRectangle *receiver,
                                          const SlipRectangle *source, const PetscReal core[2], PetscBool full_space);
 
+/* A rectangle of any direction: centre north, east and down, extents along strike and along dip [m], strike and dip after
+   Aki & Richards [deg]; a row of cells in files. */
+typedef struct {
+  PetscReal x, y, z, length, width, strike, dip;
+} SlipDippingRectangle;
+/* One that slips along its rake [deg], along which its shear stress counts too. */
+typedef struct {
+  SlipDippingRectangle rectangle;
+  PetscReal rake;
+} SlipCell;
+
 /* Between cells of one size on one plane a kernel depends on their distance only, and not on its sign: */
 typedef enum {
   SLIP_EVEN_STRIKE = 1, /* along strike, as a uniform grid needs */
@@ -49,18 +60,16 @@ typedef struct {
   const void *ctx;         /* what else the type's functions need; borrowed */
 } SlipKernel;
 /* A block is [components + normals][components], row-major [Pa/m]: stress drop on the receiver, its
-   shear components before its normal stress, for unit slip on the source. */
+   shear components before its normal stress, positive where slip compresses, for unit slip on the source. */
 struct _SlipKernelType {
   const char *name;
   PetscInt components;  /* of slip and of shear stress; operators take 1 */
-  PetscInt normals;     /* rows of normal stress: 0, or 1 where it changes by slip; operators take 0 */
+  PetscInt normals;     /* rows of normal stress: 0, or 1 where it changes by slip */
   PetscInt symmetry[2]; /* SlipKernelSymmetry, added: below the free surface, in a full space */
   /* at the receiver's centre */
-  void (*centre)(const SlipKernel *kernel, const SlipRectangle *receiver, const SlipRectangle *source,
-                 PetscReal block[]);
+  void (*centre)(const SlipKernel *kernel, const SlipCell *receiver, const SlipCell *source, PetscReal block[]);
   /* averaged over the receiver: symmetric times the receiver's area; NULL: refused */
-  void (*average)(const SlipKernel *kernel, const SlipRectangle *receiver, const SlipRectangle *source,
-                  PetscReal block[]);
+  void (*average)(const SlipKernel *kernel, const SlipCell *receiver, const SlipCell *source, PetscReal block[]);
   /* The free surface's share of K's symmetric part for cells a x b of one plane at the depths z and z', dx apart along
      strike: part[0] - z z' part[1], functions of dx and of z + z'. Products by transforms in depth need it; NULL: a
      grid below a free surface takes a block per wavenumber. */
@@ -73,9 +82,11 @@ struct _SlipKernelType {
 };
 /* Slip along strike on rectangles of parallel vertical planes, by the functions above. */
 PETSC_EXTERN const SlipKernelType SlipKernelStrikeSlip;
+/* Slip along their rakes on rectangles of any strike and dip: shear along the receiver's rake, and normal stress. */
+PETSC_EXTERN const SlipKernelType SlipKernelDipping;
 PETSC_EXTERN PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *kernel);
 /* The block [Pa/m] of a kernel that SlipKernelCheck() accepts. */
-static inline void SlipKernelBlock(const SlipKernel *kernel, const SlipRectangle *receiver, const SlipRectangle *source,
+static inline void SlipKernelBlock(const SlipKernel *kernel, const SlipCell *receiver, const SlipCell *source,
                                    PetscReal block[])
 {
   (*(kernel->average ? kernel->type->average : kernel->type->centre))(kernel, receiver, source, block);
@@ -85,11 +96,6 @@ static inline void SlipKernelBlock(const SlipKernel *kernel, const SlipRectangle
 PETSC_EXTERN void SlipSurfaceDisplacement(PetscReal nu, const SlipRectangle *source, PetscInt n,
                                           const PetscReal points[], PetscReal u[]);
 
-/* A rectangle of any direction: centre north, east and down, extents along strike and along dip [m], strike and dip after
-   Aki & Richards [deg]; a row of cells in files. */
-typedef struct {
-  PetscReal x, y, z, length, width, strike, dip;
-} SlipDippingRectangle;
 /* Fields at points [n][3] of slip [3] on it, along strike, up dip and opening, with a free surface or without. Okada (1992). */
 PETSC_EXTERN PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space,
                                                     const SlipDippingRectangle *source, const PetscReal slip[],

@@ -18,6 +18,18 @@ typedef struct {
    The matrix has N = nx * nz rows; the row distribution is PETSc's default one (PETSC_DECIDE) at every rank count.
    Its diagonal is available through MatGetDiagonal and it converts to MATDENSE for checking. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const char *type, Mat *K);
+/* A grid of any dip: length_z is along the dip, from the depth depth_top on. */
+typedef struct {
+  SlipGrid grid;         /* with a kernel that has a row of normal stress, such as SlipKernelDipping */
+  PetscReal dip;         /* [deg] */
+  const PetscReal *rake; /* [nx * nz] of slip and shear stress [deg]; not kept */
+} SlipDippingGrid;
+/* Its stiffness, and unless Kn is NULL what slip does to normal stress: compression at the centre of cell i for unit slip on
+   cell j [Pa/m], not symmetric. */
+PETSC_EXTERN PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGrid *grid, const char *type,
+                                                          Mat *K, Mat *Kn);
+/* f = K u and n = Kn u, with what both need of u computed once; Kn as made with K, or any other. */
+PETSC_EXTERN PetscErrorCode MatSlipStiffnessMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n);
 /* From explicit entries: row-major N*N on rank 0 (NULL elsewhere), checked for symmetry (1e-8 relative) and positive
    definiteness; source names the file and dataset in error messages. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, PetscInt N, const PetscReal *entries,

@@ -1,9 +1,11 @@
 /*
-  Kernels, what the entries of a stiffness are computed from, and the one of vertical strike-slip rectangles: the closed
-  forms of the files beside this one as a row of functions.
+  Kernels, what the entries of a stiffness are computed from: vertical strike-slip rectangles and those of any direction,
+  the closed forms of the files beside this one as rows of functions.
 */
 #include <slipcompat.h>
+#include <slipstep/private/slipdipping.h>
 #include <slipstep/private/slipelasticity.h>
+#include <math.h>
 
 /*@
   SlipKernelCheck - refuse a kernel that no stiffness can be computed from
@@ -15,7 +17,7 @@
 - kernel - the kernel
 
   Errors: PETSC_ERR_ARG_NULL without a type, PETSC_ERR_ARG_OUTOFRANGE for elastic constants out of range, PETSC_ERR_SUP
-  for more than one component of slip, rows of normal stress, and averages that the type does not know
+  for more than one component of slip or row of normal stress, and averages that the type does not know
 
   Level: developer
 
@@ -30,28 +32,32 @@ PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *k)
              "Shear modulus must be positive and finite, not %g Pa", (double)k->shear_modulus);
   PetscCheck(k->poisson_ratio > -1 && k->poisson_ratio < 0.5, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Poisson's ratio must lie in (-1, 0.5), not %g", (double)k->poisson_ratio);
-  PetscCheck(k->type->components == 1 && k->type->normals == 0, comm, PETSC_ERR_SUP,
+  PetscCheck(k->type->components == 1 && k->type->normals >= 0 && k->type->normals <= 1, comm, PETSC_ERR_SUP,
              "Kernel \"%s\" has %" PetscInt_FMT " components of slip and %" PetscInt_FMT
-             " rows of normal stress, expected 1 and 0",
+             " rows of normal stress, expected 1 and at most 1",
              k->type->name, k->type->components, k->type->normals);
   PetscCheck(k->average == SLIP_AVERAGE_CENTRE || k->type->average, comm, PETSC_ERR_SUP,
              "Kernel \"%s\" knows no average over a cell, expected SLIP_AVERAGE_CENTRE", k->type->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void Centre_StrikeSlip(const SlipKernel *k, const SlipRectangle *r, const SlipRectangle *s, PetscReal block[])
+static void Centre_StrikeSlip(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
 {
+  const SlipDippingRectangle *r = &receiver->rectangle, *s = &source->rectangle;
+
   block[0] = SlipKernelOffset(k->shear_modulus, k->poisson_ratio, r->x - s->x, r->y - s->y, r->z, s->z, s->length,
                               s->width, k->full_space);
 }
 
 /* An edge that both have has the mean core. */
-static void Average_StrikeSlip(const SlipKernel *k, const SlipRectangle *r, const SlipRectangle *s, PetscReal block[])
+static void Average_StrikeSlip(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
 {
+  const SlipDippingRectangle *a = &receiver->rectangle, *b = &source->rectangle;
+  const SlipRectangle r = {a->x, a->y, a->z, a->length, a->width}, s = {b->x, b->y, b->z, b->length, b->width};
   const PetscReal share = SlipAverageCore(k->average);
-  const PetscReal core[2] = {share * PetscSqrtReal(r->length * s->length), share * PetscSqrtReal(r->width * s->width)};
+  const PetscReal core[2] = {share * PetscSqrtReal(r.length * s.length), share * PetscSqrtReal(r.width * s.width)};
 
-  block[0] = SlipKernelAverage(k->shear_modulus, k->poisson_ratio, r, s, core, k->full_space);
+  block[0] = SlipKernelAverage(k->shear_modulus, k->poisson_ratio, &r, &s, core, k->full_space);
 }
 
 /* Averages have that form as they are; of the values at centres c + z l + z^2 q (dislocation.c) the symmetric part has,
@@ -78,4 +84,27 @@ const SlipKernelType SlipKernelStrikeSlip = {
   .average = Average_StrikeSlip,
   .surface = Surface_StrikeSlip,
   .edge = SlipAverageEdge_Private,
+};
+
+/* Cells were checked when they were taken: what is refused here has no meaning, and is not a number. */
+static void Centre_Dipping(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
+{
+  const SlipDippingRectangle *r = &receiver->rectangle;
+  const PetscReal centre[3] = {r->x, r->y, r->z};
+  PetscReal slip[3] = {0, 0, 0}, stress[6], directions[9], traction[3];
+
+  SlipDegrees(source->rake, &slip[1], &slip[0]);
+  SlipPlaneDirections(r->strike, r->dip, receiver->rake, directions);
+  if (SlipDippingStress(k->shear_modulus, k->poisson_ratio, k->full_space, &source->rectangle, slip, 1, centre, stress))
+    stress[0] = stress[3] = stress[4] = (PetscReal)NAN;
+  SlipStressTraction(1, stress, directions, traction);
+  block[0] = traction[0];
+  block[1] = traction[2];
+}
+
+const SlipKernelType SlipKernelDipping = {
+  .name = "dipping",
+  .components = 1,
+  .normals = 1,
+  .centre = Centre_Dipping,
 };

@@ -14,27 +14,28 @@
 #define G 30e9
 
 /* What each entry must be; depth: between receiver and source or its image */
-static PetscReal Bump(PetscReal w, const SlipRectangle *r, const SlipRectangle *s, PetscReal depth)
+static PetscReal Bump(PetscReal w, const SlipDippingRectangle *r, const SlipDippingRectangle *s, PetscReal depth)
 {
   const PetscReal R2 = PetscSqr(r->x - s->x) + PetscSqr(r->y - s->y) + PetscSqr(depth);
 
   return G * s->length * s->width / (w * w * w) * PetscPowReal(1 + R2 / (w * w), -1.5);
 }
 
-static PetscReal Expected(PetscReal w, const SlipRectangle *r, const SlipRectangle *s, PetscBool full_space)
+static PetscReal Expected(PetscReal w, const SlipDippingRectangle *r, const SlipDippingRectangle *s,
+                          PetscBool full_space)
 {
   return Bump(w, r, s, r->z - s->z) + (full_space ? 0 : Bump(w, r, s, r->z + s->z));
 }
 
-static void Centre_Bump(const SlipKernel *k, const SlipRectangle *r, const SlipRectangle *s, PetscReal block[])
+static void Centre_Bump(const SlipKernel *k, const SlipCell *r, const SlipCell *s, PetscReal block[])
 {
-  block[0] = Expected(*(const PetscReal *)k->ctx, r, s, k->full_space);
+  block[0] = Expected(*(const PetscReal *)k->ctx, &r->rectangle, &s->rectangle, k->full_space);
 }
 
 static void Surface_Bump(const SlipKernel *k, PetscReal dx, PetscReal depth_sum, PetscReal a, PetscReal b,
                          PetscReal part[2])
 {
-  const SlipRectangle receiver = {dx, 0, 0, a, b}, source = {0, 0, 0, a, b};
+  const SlipDippingRectangle receiver = {dx, 0, 0, a, b, 0, 90}, source = {0, 0, 0, a, b, 0, 90};
 
   part[0] = Bump(*(const PetscReal *)k->ctx, &receiver, &source, depth_sum);
   part[1] = 0;
@@ -80,8 +81,8 @@ static Mat Direct(const SlipCells *c)
   ok(MatDenseGetArrayWrite(K, &a));
   for (PetscInt i = 0; i < c->n; i++)
     for (PetscInt j = 0; j < c->n; j++) {
-      const SlipRectangle r = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i]};
-      const SlipRectangle s = {c->x[j], c->y[j], c->z[j], c->length[j], c->width[j]};
+      const SlipDippingRectangle r = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], 0, 90};
+      const SlipDippingRectangle s = {c->x[j], c->y[j], c->z[j], c->length[j], c->width[j], 0, 90};
       const PetscBool full = c->kernel.full_space;
 
       a[(size_t)j * c->n + i] =

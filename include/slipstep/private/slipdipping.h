@@ -1,6 +1,6 @@
 /* Private: what the fields of a dipping rectangle are put together from, sums over its corners for some points at once. */
 #pragma once
-#include <slipelasticity.h>
+#include <slipstep/private/slipelasticity.h>
 
 /* So many points at once: what is kept of them fits into the first cache. */
 #define SLIP_LANES 16
@@ -68,14 +68,4 @@ static inline void SlipTurn(const PetscReal strike[2], PetscReal *along, PetscRe
 
   *along = strike[0] * s - strike[1] * y;
   *right = strike[1] * s + strike[0] * y;
-}
-
-/* Sine and cosine of an angle in degrees, exact at multiples of 90. */
-static inline void SlipDegrees(PetscReal angle, PetscReal *sine, PetscReal *cosine)
-{
-  const PetscReal turn = angle - 360 * PetscFloorReal(angle / 360 + 0.5), size = PetscAbsReal(turn); /* [0, 180] */
-  const PetscReal s = PetscSinReal(PETSC_PI / 180 * (size > 90 ? 180 - size : size));
-
-  *sine = turn < 0 ? -s : s;
-  *cosine = PetscSinReal(PETSC_PI / 180 * (90 - size));
 }

@@ -5,6 +5,16 @@
 /* Edges that differ by less than this share of the smaller cell's smaller side touch. */
 #define SLIP_TOUCH 1e-6
 
+/* Sine and cosine of an angle in degrees, exact at multiples of 90. */
+static inline void SlipDegrees(PetscReal angle, PetscReal *sine, PetscReal *cosine)
+{
+  const PetscReal turn = angle - 360 * PetscFloorReal(angle / 360 + 0.5), size = PetscAbsReal(turn); /* [0, 180] */
+  const PetscReal s = PetscSinReal(PETSC_PI / 180 * (size > 90 ? 180 - size : size));
+
+  *sine = turn < 0 ? -s : s;
+  *cosine = PetscSinReal(PETSC_PI / 180 * (90 - size));
+}
+
 /* ---- dislocation.c ---- */
 PETSC_INTERN void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal depth_sum, PetscReal a,
                                             PetscReal b, PetscReal part[3]);
@@ -38,7 +48,7 @@ static inline PetscBool SlipKernelTransforms(const SlipKernel *kernel)
 /* T of one component: cells a x b of one plane without the free surface. */
 static inline PetscReal SlipKernelDirect(const SlipKernel *kernel, PetscReal dx, PetscReal dz, PetscReal a, PetscReal b)
 {
-  const SlipRectangle receiver = {dx, 0, dz, a, b}, source = {0, 0, 0, a, b};
+  const SlipCell receiver = {{dx, 0, dz, a, b, 0, 90}, 0}, source = {{0, 0, 0, a, b, 0, 90}, 0};
   SlipKernel full = *kernel;
   PetscReal entry;
 

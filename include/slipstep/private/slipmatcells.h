@@ -6,6 +6,8 @@
 /* ---- cells.c ---- */
 /* S_ij of MatCreateSlipCellStiffness(); unit is 1 / (2 mean(A)). */
 PETSC_INTERN PetscReal SlipCellsEntry(const SlipCells *cells, PetscReal unit, PetscInt i, PetscInt j);
+PETSC_INTERN SlipCell SlipCellsGet(const SlipCells *cells, PetscInt i);
+PETSC_INTERN PetscReal SlipCellsNormal(const SlipCells *cells, PetscInt i, PetscInt j);
 PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);
 PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells); /* whose x owns the memory of all columns */
 PETSC_INTERN PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *cells); /* the weights of its rows, with S */

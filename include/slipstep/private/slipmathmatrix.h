@@ -13,4 +13,5 @@ PETSC_INTERN PetscErrorCode SlipCrossApproximate(SlipEntryFn entry, void *ctx, P
 /* ---- hmatrix.c ---- */
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance,
                                                      Mat *S);
+PETSC_INTERN PetscErrorCode SlipNormalCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, Mat *Kn);
 PETSC_INTERN PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[]);

@@ -11,21 +11,28 @@
 
 static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, const char source[])
 {
-  const PetscReal value[5] = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i]};
-  static const char *const name[5] = {"x", "y", "z", "length", "width"};
+  const SlipCell cell = SlipCellsGet(c, i);
+  const SlipDippingRectangle *r = &cell.rectangle;
+  const PetscReal value[8] = {r->x, r->y, r->z, r->length, r->width, r->strike, r->dip, cell.rake};
+  static const char *const name[8] = {"x", "y", "z", "length", "width", "strike", "dip", "rake"};
+  static const char *const unit[8] = {"m", "m", "m", "m", "m", "degrees", "degrees", "degrees"};
+  PetscReal sine, cosine;
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < 5; k++) {
+  for (PetscInt k = 0; k < 8; k++) {
     PetscCheck(isfinite(value[k]), comm, PETSC_ERR_ARG_OUTOFRANGE,
-               "%s: row %" PetscInt_FMT " has %s = %g m, expected a finite number", source, i, name[k],
-               (double)value[k]);
-    PetscCheck(k < 3 || value[k] > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+               "%s: row %" PetscInt_FMT " has %s = %g %s, expected a finite number", source, i, name[k],
+               (double)value[k], unit[k]);
+    PetscCheck(k < 3 || k > 4 || value[k] > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
                "%s: row %" PetscInt_FMT " has %s = %g m, expected > 0", source, i, name[k], (double)value[k]);
   }
+  PetscCheck(r->dip > 0 && r->dip <= 90, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "%s: row %" PetscInt_FMT " has dip = %g degrees, expected > 0 and at most 90", source, i, (double)r->dip);
+  SlipDegrees(r->dip, &sine, &cosine);
   PetscCheck(
-    c->kernel.full_space || c->z[i] - 0.5 * c->width[i] >= -SLIP_TOUCH * c->width[i], comm, PETSC_ERR_ARG_OUTOFRANGE,
+    c->kernel.full_space || r->z - 0.5 * r->width * sine >= -SLIP_TOUCH * r->width, comm, PETSC_ERR_ARG_OUTOFRANGE,
     "%s: the cell of row %" PetscInt_FMT " reaches above the surface: its centre at depth %g m, its width %g m", source,
-    i, (double)c->z[i], (double)c->width[i]);
+    i, (double)r->z, (double)r->width);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,7 +108,8 @@ PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char sour
              c->n);
   PetscCall(SlipKernelCheck(comm, &c->kernel));
   for (PetscInt i = 0; i < c->n; i++) PetscCall(CheckRow(comm, c, i, source));
-  PetscCall(FindOverlap(c, rows));
+  rows[0] = rows[1] = -1;
+  if (!c->dip) PetscCall(FindOverlap(c, rows));
   PetscCheck(rows[0] < 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "%s: the cells of rows %" PetscInt_FMT " and %" PetscInt_FMT " overlap", source, rows[0], rows[1]);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -120,15 +128,31 @@ PetscErrorCode SlipCellsDestroy(SlipCells *cells)
 
 /* ---- entries ---- */
 
+SlipCell SlipCellsGet(const SlipCells *c, PetscInt i)
+{
+  return (SlipCell){
+    {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], c->strike ? c->strike[i] : 0, c->dip ? c->dip[i] : 90},
+    c->rake ? c->rake[i] : 0};
+}
+
 /* The force on cell i for unit slip on cell j */
 static PetscReal Force(const SlipCells *c, PetscInt i, PetscInt j)
 {
-  const SlipRectangle receiver = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i]};
-  const SlipRectangle source = {c->x[j], c->y[j], c->z[j], c->length[j], c->width[j]};
-  PetscReal entry;
+  const SlipCell receiver = SlipCellsGet(c, i), source = SlipCellsGet(c, j);
+  PetscReal block[2]; /* shear, and normal where the kernel has it */
 
-  SlipKernelBlock(&c->kernel, &receiver, &source, &entry);
-  return receiver.length * receiver.width * entry;
+  SlipKernelBlock(&c->kernel, &receiver, &source, block);
+  return c->length[i] * c->width[i] * block[0];
+}
+
+/* Compression of the centre of cell i for unit slip on cell j [Pa/m]; of kernels that have it */
+PetscReal SlipCellsNormal(const SlipCells *c, PetscInt i, PetscInt j)
+{
+  const SlipCell receiver = SlipCellsGet(c, i), source = SlipCellsGet(c, j);
+  PetscReal block[2];
+
+  SlipKernelBlock(&c->kernel, &receiver, &source, block);
+  return block[1];
 }
 
 PetscReal SlipCellsEntry(const SlipCells *c, PetscReal unit, PetscInt i, PetscInt j)

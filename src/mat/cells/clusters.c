@@ -3,6 +3,20 @@
 #include <slipstep/private/slipmatcells.h>
 #include <stdlib.h>
 
+/* Half of a cell's extent north, east and down */
+static void Reach(const SlipCells *c, PetscInt e, PetscReal half[3])
+{
+  PetscReal d[9];
+
+  half[0] = 0.5 * c->length[e];
+  half[1] = 0;
+  half[2] = 0.5 * c->width[e];
+  if (!c->dip) return;
+  SlipPlaneDirections(c->strike[e], c->dip[e], 0, d);
+  for (int k = 0; k < 3; k++)
+    half[k] = 0.5 * (c->length[e] * PetscAbsReal(d[k]) + c->width[e] * PetscAbsReal(d[3 + k]));
+}
+
 /* The box of the cells themselves, and the coordinate in which their centres spread most. */
 static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node, const PetscReal **coordinate)
 {
@@ -16,12 +30,13 @@ static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node,
     node->top[k] = PETSC_MIN_REAL;
     for (PetscInt i = node->start; i < node->end; i++) {
       const PetscInt e = perm[i];
-      const PetscReal half = k == 0 ? 0.5 * c->length[e] : k == 2 ? 0.5 * c->width[e] : 0;
+      PetscReal half[3];
 
+      Reach(c, e, half);
       low = PetscMin(low, centre[k][e]);
       top = PetscMax(top, centre[k][e]);
-      node->low[k] = PetscMin(node->low[k], centre[k][e] - half);
-      node->top[k] = PetscMax(node->top[k], centre[k][e] + half);
+      node->low[k] = PetscMin(node->low[k], centre[k][e] - half[k]);
+      node->top[k] = PetscMax(node->top[k], centre[k][e] + half[k]);
     }
     if (top - low > widest) {
       widest = top - low;

@@ -64,7 +64,7 @@ PetscReal SlipGridEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
   const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz, dx = (PetscReal)d * a;
   const PetscReal zi = g->depth_top + ((PetscReal)iz + 0.5) * b, zj = g->depth_top + ((PetscReal)jz + 0.5) * b;
   const PetscBool even = SlipKernelIs(k, SLIP_EVEN_DEPTH);
-  SlipRectangle receiver = {dx, 0, zi, a, b}, source = {0, 0, zj, a, b};
+  SlipCell receiver = {{dx, 0, zi, a, b, 0, 90}, 0}, source = {{0, 0, zj, a, b, 0, 90}, 0};
   PetscReal entry, other;
 
   if (even || (k->average && k->type->surface)) {
@@ -75,8 +75,8 @@ PetscReal SlipGridEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
   }
   SlipKernelBlock(k, &receiver, &source, &entry);
   if (iz == jz || k->average) return entry;
-  receiver.z = zj;
-  source.z = zi;
+  receiver.rectangle.z = zj;
+  source.rectangle.z = zi;
   SlipKernelBlock(k, &receiver, &source, &other);
   return 0.5 * (entry + other);
 }

@@ -2,7 +2,7 @@
   Stiffness of type "sliphmat": blocks of cells that are far from each other, against their size, are stored as low-rank
   products found by adaptive cross approximation, the others as they are (Hackbusch 2015, Hierarchical Matrices).
 
-  Only the blocks on and above the diagonal are kept: the others are their transposes. A block is made, kept and applied
+  Of a stiffness, which is symmetric, only the blocks on and above the diagonal are kept: the others are their transposes. A block is made, kept and applied
   by one process, which owns some of its rows or, by symmetry, of its columns: block rows, but for the half that
   symmetry saves. Among these the one with the least storage so far takes it. What the blocks are does not depend on the
   number of processes, so that results agree to rounding.
@@ -27,6 +27,7 @@ typedef struct {
 typedef struct {
   SlipClusterTree tree;
   PetscReal scale, tolerance;
+  PetscBool whole;     /* of normal stress: no block is another one's transpose */
   PetscInt N, nblocks; /* blocks of this process */
   Block *block;
   SlipGather gather;
@@ -43,7 +44,7 @@ typedef struct {
 /* What an entry of a block is computed from. */
 typedef struct {
   const SlipCells *cells;
-  PetscReal unit;
+  PetscReal unit;               /* 0: of normal stress */
   const PetscInt *row, *column; /* cells of the block's rows and columns */
 } EntryContext;
 
@@ -52,6 +53,7 @@ static PetscReal Entry(void *ctx, PetscInt i, PetscInt j)
   const EntryContext *e = (const EntryContext *)ctx;
   const PetscInt a = e->row[i], b = e->column[j];
 
+  if (e->unit == 0) return SlipCellsNormal(e->cells, a, b);
   return SlipCellsEntry(e->cells, e->unit, PetscMin(a, b), PetscMax(a, b));
 }
 
@@ -84,8 +86,8 @@ static PetscErrorCode AddPair(PairList *list, PetscInt a, PetscInt b, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Pairs of clusters (a, b) that cover the upper triangle of a x b when a == b, all of a x b otherwise. */
-static PetscErrorCode Partition(const SlipClusterTree *tree, PetscInt a, PetscInt b, PairList *list)
+/* Pairs of clusters (a, b) that cover all of a x b, or unless whole the upper triangle of it when a == b. */
+static PetscErrorCode Partition(const SlipClusterTree *tree, PetscBool whole, PetscInt a, PetscInt b, PairList *list)
 {
   const SlipCluster *p = &tree->node[a], *q = &tree->node[b];
   const PetscReal smaller = PetscMin(SlipClusterDiameter(p), SlipClusterDiameter(q));
@@ -98,8 +100,8 @@ static PetscErrorCode Partition(const SlipClusterTree *tree, PetscInt a, PetscIn
   }
   for (int i = 0; i < (p->child[0] < 0 ? 1 : 2); i++)
     for (int j = 0; j < (q->child[0] < 0 ? 1 : 2); j++) {
-      if (a == b && j < i) continue;
-      PetscCall(Partition(tree, p->child[0] < 0 ? a : p->child[i], q->child[0] < 0 ? b : q->child[j], list));
+      if (!whole && a == b && j < i) continue;
+      PetscCall(Partition(tree, whole, p->child[0] < 0 ? a : p->child[i], q->child[0] < 0 ? b : q->child[j], list));
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -161,18 +163,19 @@ static PetscErrorCode Gemv(const char *op, PetscInt m, PetscInt n, const PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y += (block and, off the diagonal, its transpose) x; t [rank] */
-static PetscErrorCode BlockApply(const Block *k, const PetscReal x[], PetscReal y[], PetscReal t[])
+/* y += (block and, off the diagonal and unless whole, its transpose) x; t [rank] */
+static PetscErrorCode BlockApply(const Block *k, PetscBool whole, const PetscReal x[], PetscReal y[], PetscReal t[])
 {
   PetscFunctionBegin;
   if (k->rank == 0) PetscFunctionReturn(PETSC_SUCCESS);
   if (k->rank < 0) {
     PetscCall(Gemv("N", k->m, k->n, k->U, x + k->column, 1, y + k->row));
-    if (k->row != k->column) PetscCall(Gemv("T", k->m, k->n, k->U, x + k->row, 1, y + k->column));
+    if (!whole && k->row != k->column) PetscCall(Gemv("T", k->m, k->n, k->U, x + k->row, 1, y + k->column));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Gemv("T", k->n, k->rank, k->V, x + k->column, 0, t));
   PetscCall(Gemv("N", k->m, k->rank, k->U, t, 1, y + k->row));
+  if (whole) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Gemv("T", k->m, k->rank, k->U, x + k->row, 0, t));
   PetscCall(Gemv("N", k->n, k->rank, k->V, t, 1, y + k->column));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -191,7 +194,7 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
   for (PetscInt i = 0; i < h->N; i++) h->x[i] = px[h->row[i]];
   PetscCall(SlipGatherRestore(&h->gather, x, &px));
   PetscCall(PetscArrayzero(h->y, h->N));
-  for (PetscInt b = 0; b < h->nblocks; b++) PetscCall(BlockApply(&h->block[b], h->x, h->y, h->t));
+  for (PetscInt b = 0; b < h->nblocks; b++) PetscCall(BlockApply(&h->block[b], h->whole, h->x, h->y, h->t));
   PetscCall(PetscLogFlops(h->flops));
   for (PetscInt i = 0; i < h->N; i++) h->z[h->row[i]] = h->scale * h->y[i];
   PetscCall(SlipGatherSum(&h->gather, h->z, y));
@@ -227,10 +230,11 @@ static PetscErrorCode HMatView(Mat S, PetscViewer viewer)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
   PetscCall(PetscViewerASCIIPrintf(viewer,
-                                   "hierarchical stiffness: %" PetscInt_FMT
-                                   " cells, relative tolerance %g, %" PetscInt_FMT " blocks of which %" PetscInt_FMT
+                                   "hierarchical %s: %" PetscInt_FMT " cells, relative tolerance %g, %" PetscInt_FMT
+                                   " blocks of which %" PetscInt_FMT
                                    " of low rank, %.1f on average and at most %" PetscInt_FMT "\n",
-                                   h->N, (double)h->tolerance, h->total, h->low, (double)h->mean_rank, h->widest));
+                                   h->whole ? "normal stress" : "stiffness", h->N, (double)h->tolerance, h->total,
+                                   h->low, (double)h->mean_rank, h->widest));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "memory: %.1f MB, %.2f %% of a dense matrix, at most %.1f MB on one process\n", (double)(mega * h->numbers),
     (double)(100 * h->numbers / ((PetscReal)h->N * (PetscReal)h->N)), (double)(mega * h->most)));
@@ -287,7 +291,7 @@ PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[])
 
   PetscFunctionBegin;
   PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &tree));
-  PetscCall(Partition(&tree, 0, 0, &list));
+  PetscCall(Partition(&tree, PETSC_FALSE, 0, 0, &list));
   PetscCall(PetscArrayzero(cost, cells->n));
   for (PetscInt i = 0; i < list.n; i++) {
     const PetscReal half = 0.5 * ExpectedCost(&tree, &list.pair[i]);
@@ -364,13 +368,13 @@ static PetscErrorCode Assign(Mat S, HMat *h, const PairList *list, PetscMPIInt k
 /* The blocks of this process. */
 static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
 {
-  EntryContext entry = {.cells = cells, .unit = SlipCellsUnit(cells)};
+  EntryContext entry = {.cells = cells, .unit = h->whole ? 0 : SlipCellsUnit(cells)};
   PairList list = {0, 0, NULL};
   PetscMPIInt rank, *keeper;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)S), &rank));
-  PetscCall(Partition(&h->tree, 0, 0, &list));
+  PetscCall(Partition(&h->tree, h->whole, 0, 0, &list));
   PetscCall(PetscMalloc1(list.n, &keeper));
   PetscCall(Assign(S, h, &list, keeper));
   for (PetscInt i = 0; i < list.n; i++) h->nblocks += keeper[i] == rank ? 1 : 0;
@@ -389,7 +393,8 @@ static PetscErrorCode CountStorage(MPI_Comm comm, HMat *h)
   PetscFunctionBegin;
   for (PetscInt b = 0; b < h->nblocks; b++) {
     h->numbers += (PetscReal)BlockNumbers(&h->block[b]);
-    h->flops += (h->block[b].row == h->block[b].column ? 2 : 4) * (PetscLogDouble)BlockNumbers(&h->block[b]);
+    h->flops +=
+      (h->whole || h->block[b].row == h->block[b].column ? 2 : 4) * (PetscLogDouble)BlockNumbers(&h->block[b]);
     h->low += h->block[b].rank >= 0 ? 1 : 0;
     h->mean_rank += (PetscReal)PetscMax(h->block[b].rank, 0);
     h->widest = PetscMax(h->widest, h->block[b].rank);
@@ -415,7 +420,7 @@ static PetscErrorCode FillDiagonal(Mat S, HMat *h, const SlipCells *cells)
   for (PetscInt i = h->gather.start; i < h->gather.end; i++) {
     const PetscInt e = SlipCellsAt(cells, i);
 
-    d[i - h->gather.start] = SlipCellsEntry(cells, unit, e, e);
+    d[i - h->gather.start] = h->whole ? SlipCellsNormal(cells, e, e) : SlipCellsEntry(cells, unit, e, e);
   }
   PetscCall(VecRestoreArrayWrite(h->diagonal, &d));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -435,7 +440,7 @@ static PetscErrorCode Allocate(HMat *h, const SlipCells *cells)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, Mat *S)
+static PetscErrorCode Create(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, PetscBool whole, Mat *S)
 {
   const SlipShellOps ops = {.mult = HMatMult,
                             .diagonal = HMatGetDiagonal,
@@ -449,6 +454,7 @@ PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, P
   PetscFunctionBegin;
   PetscCall(PetscNew(&h));
   h->scale = 1;
+  h->whole = whole;
   h->tolerance = tolerance;
   h->N = cells->n;
   PetscCall(SlipShellCreate(comm, nlocal, h->N, "sliphmat", &ops, h, S));
@@ -458,5 +464,19 @@ PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, P
   PetscCall(CountStorage(comm, h));
   PetscCall(SlipGatherCreate(*S, NULL, &h->gather));
   PetscCall(FillDiagonal(*S, h, cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, Mat *S)
+{
+  PetscFunctionBegin;
+  PetscCall(Create(comm, cells, tolerance, PETSC_FALSE, S));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipNormalCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, Mat *Kn)
+{
+  PetscFunctionBegin;
+  PetscCall(Create(comm, cells, tolerance, PETSC_TRUE, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,4 @@
-/* MatCreateSlipCellStiffness() and its table of types. */
+/* MatCreateSlipCellStiffness() and MatCreateSlipCellNormalStiffness(), and the table of types. */
 #include <slipmat.h>
 #include <slipsys.h>
 #include <slipstep/private/slipsys.h>
@@ -36,14 +36,54 @@ static PetscErrorCode StiffnessCreate_Dense(MPI_Comm comm, const SlipCells *c, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode NormalCreate_Dense(MPI_Comm comm, const SlipCells *c, PetscReal tolerance, Mat *Kn)
+{
+  const PetscInt nlocal = c->order ? c->nlocal : PETSC_DECIDE;
+  PetscScalar *a;
+  PetscInt rstart, rend, lda;
+
+  PetscFunctionBegin;
+  (void)tolerance;
+  PetscCall(MatCreateDense(comm, nlocal, nlocal, c->n, c->n, NULL, Kn));
+  PetscCall(MatGetOwnershipRange(*Kn, &rstart, &rend));
+  PetscCall(MatDenseGetLDA(*Kn, &lda));
+  PetscCall(MatDenseGetArrayWrite(*Kn, &a));
+  for (PetscInt j = 0; j < c->n; j++)
+    for (PetscInt i = rstart; i < rend; i++)
+      a[(size_t)j * lda + (i - rstart)] = SlipCellsNormal(c, SlipCellsAt(c, i), SlipCellsAt(c, j));
+  PetscCall(MatDenseRestoreArrayWrite(*Kn, &a));
+  PetscCall(MatAssemblyBegin(*Kn, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*Kn, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* One row per type of storage. */
 static const struct {
   const char *name;
   PetscErrorCode (*create)(MPI_Comm, const SlipCells *, PetscReal, Mat *);
+  PetscErrorCode (*normal)(MPI_Comm, const SlipCells *, PetscReal, Mat *);
 } SlipCellTypes[] = {
-  {"dense", StiffnessCreate_Dense},
-  {"hmat", SlipStiffnessCreate_HMat},
+  {"dense", StiffnessCreate_Dense, NormalCreate_Dense},
+  {"hmat", SlipStiffnessCreate_HMat, SlipNormalCreate_HMat},
 };
+
+/* The row of a type, after "auto" was decided */
+static PetscErrorCode FindType(MPI_Comm comm, const char type[], PetscReal tolerance, PetscInt *row)
+{
+  const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes);
+  PetscBool match = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCheck(tolerance > 0 && tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Tolerance of hierarchical storage must lie in (0, 1), not %g", (double)tolerance);
+  for (*row = 0; *row < ntypes; (*row)++) {
+    PetscCall(PetscStrcmp(type, SlipCellTypes[*row].name, &match));
+    if (match) break;
+  }
+  PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "The stiffness of an irregular mesh cannot be of type \"%s\"; known: dense, hmat, auto", type);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* "dense" or "hmat" in place of "auto". */
 static PetscErrorCode ChooseType(const SlipCells *cells, const char **type)
@@ -107,25 +147,17 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
 PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells, const char *type, PetscReal tolerance,
                                           Mat *S)
 {
-  const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes);
   SlipCells own;
   PetscReal *edges = NULL;
   PetscInt k;
-  PetscBool match = PETSC_FALSE, automatic;
+  PetscBool automatic;
   const char *asked = type;
 
   PetscFunctionBegin;
   PetscCall(SlipMatInitializePackage());
   PetscCall(SlipCellsCheck(comm, cells, "cells"));
-  PetscCheck(tolerance > 0 && tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "Tolerance of hierarchical storage must lie in (0, 1), not %g", (double)tolerance);
   PetscCall(ChooseType(cells, &type));
-  for (k = 0; k < ntypes; k++) {
-    PetscCall(PetscStrcmp(type, SlipCellTypes[k].name, &match));
-    if (match) break;
-  }
-  PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-             "The stiffness of an irregular mesh cannot be of type \"%s\"; known: dense, hmat, auto", type);
+  PetscCall(FindType(comm, type, tolerance, &k));
   PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   own = *cells;
   if (own.kernel.average) PetscCall(SlipCellsEdges(cells, &edges));
@@ -143,5 +175,49 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   PetscCall(SlipCellsCompose(*S, cells));
   PetscCall(MatSetOption(*S, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatSetOption(*S, MAT_SPD, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  MatCreateSlipCellNormalStiffness - what slip on cells does to the normal stress of cells
+
+  Collective
+
+  Input Parameters:
++ comm      - communicator
+. cells     - the cells, the same on every process, with a kernel that has a row of normal stress; not kept
+. type      - "dense" (MATDENSE), "hmat" (hierarchical, O(N log N)) or "auto"
+- tolerance - of "hmat": error of each low-rank block in the Frobenius norm, relative (dimensionless), in (0, 1)
+
+  Output Parameter:
+. Kn - matrix [Pa/m], neither symmetric nor weighted, with the rows of MatCreateSlipCellStiffness()
+
+  Note: entry (i, j) is the rise of normal stress, positive in compression, at the centre of cell i for unit slip on cell j,
+  along its rake: sigma = sigma0 - p + Kn u
+
+  Errors: those of SlipCellsCheck(), PETSC_ERR_SUP for a kernel without normal stress, PETSC_ERR_ARG_UNKNOWN_TYPE,
+  PETSC_ERR_ARG_OUTOFRANGE for the tolerance
+
+  Level: intermediate
+
+.seealso: MatCreateSlipCellStiffness(), MatSlipStiffnessMultBoth(), SlipKernelDipping
+@*/
+PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
+                                                PetscReal tolerance, Mat *Kn)
+{
+  PetscInt k;
+
+  PetscFunctionBegin;
+  PetscCall(SlipMatInitializePackage());
+  PetscCall(SlipCellsCheck(comm, cells, "cells"));
+  PetscCheck(cells->kernel.type->normals == 1, comm, PETSC_ERR_SUP,
+             "Kernel \"%s\" has no row of normal stress, expected one that has, such as SlipKernelDipping",
+             cells->kernel.type->name);
+  PetscCall(ChooseType(cells, &type));
+  PetscCall(FindType(comm, type, tolerance, &k));
+  PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipCellTypes[k].normal(comm, cells, tolerance, Kn));
+  PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipLogProducts(*Kn, SLIP_StiffnessMult));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
