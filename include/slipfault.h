@@ -61,6 +61,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal *mass); /* borrowed */
 /* borrowed arrays of the local cells */
 PETSC_EXTERN PetscErrorCode SlipFaultGetFriction(SlipFault fault, PetscReal t, SlipFrictionCells *friction);
+PETSC_EXTERN PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipFrictionCells *friction);
 PETSC_EXTERN PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar); /* T* = Ly sqrt(rho/G) [s] */
 
 typedef struct {

@@ -78,7 +78,7 @@ PetscErrorCode SlipFaultGetString(SlipFault fault, const char name[], char value
 
 /* Numbers of this process' cells, local [n], as those of all cells, on every process, in the order of the grid or of the
    mesh's file. Collective. */
-static PetscErrorCode GatherAll(SlipFault fault, const PetscReal local[], PetscReal all[])
+PetscErrorCode SlipFaultGatherAll(SlipFault fault, const PetscReal local[], PetscReal all[])
 {
   PetscMPIInt size, rank, *count, *start;
   PetscReal *row;
@@ -133,7 +133,7 @@ PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n,
   PetscCall(CheckSize(fault, n));
   PetscCheck(f >= 0 && fault->fields.cell[f], fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no field \"%s\"",
              name);
-  PetscCall(GatherAll(fault, fault->fields.cell[f], values));
+  PetscCall(SlipFaultGatherAll(fault, fault->fields.cell[f], values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -244,7 +244,7 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
   PetscCall(VecRestoreArrayRead(fault->critical.uc, &u));
   PetscCall(VecRestoreArrayRead(k >= TRACTION ? T : w, &a));
   PetscCall(VecDestroy(&T));
-  PetscCall(GatherAll(fault, local, values));
+  PetscCall(SlipFaultGatherAll(fault, local, values));
   PetscCall(PetscFree(local));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

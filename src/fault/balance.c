@@ -3,7 +3,7 @@
 
       T - K u - eta (v - v_inf) = sigma mu(s, |v|) sign(v),   du/dt = v - v_inf,   ds/dt of the law,
 
-   an explicit problem in (u, s) with one product with K for each right-hand side. The component v of the state vector
+   an explicit problem in (u, s) with one product with K for each right-hand side, and one with Kn where slip changes sigma. The component v of the state vector
    has no rate of its own: after a step it is made that of the balance, for all who read it. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
@@ -179,7 +179,7 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
   if (!traction) PetscCall(FillTraction(fault, &friction));
   PetscCall(SlipLoadDestroy(&fault->known.load)); /* the initial traction has changed */
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
-  if (b->eta > 0 && friction.law->keep && !fault->loads.pressed) {
+  if (b->eta > 0 && friction.law->keep && !fault->loads.pressed && !fault->operators.Kn) {
     PetscCall(PetscMalloc1(friction.law->nkept * fault->mesh.n + 1, &b->kept));
     friction.law->keep(&friction, fault->mesh.n, b->eta, b->kept);
   }
@@ -220,9 +220,14 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(VecStrideGather(w, fault->layout.displacement, b->u, INSERT_VALUES));
-  PetscCall(MatMult(fault->operators.K, b->u, b->force));
+  if (fault->operators.Kn) {
+    PetscCall(MatSlipStiffnessMultBoth(fault->operators.K, fault->operators.Kn, b->u, b->force, fault->coupling.rise));
+    PetscCall(SlipFaultCoupledFriction(fault, t, &friction));
+  } else {
+    PetscCall(MatMult(fault->operators.K, b->u, b->force));
+    PetscCall(SlipFaultGetFriction(fault, t, &friction));
+  }
   PetscCall(SlipArraysGet(F ? 5 : 4, arrays));
   PetscCall(VecGetArrayRead(load->shear, &shear));
   for (PetscInt i = 0; i < fault->mesh.n; i++) tau[i] = shear[i] - force[i] + eta * weight[i] * vinf[i];

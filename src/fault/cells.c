@@ -118,7 +118,7 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 + fault  - the fault
 . name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate", "loading_rate",
            "healing_time", "initial_traction", "stressing_rate", "friction_a", "friction_b", "friction_reference",
-           "initial_rate", "initial_state", "creep", or a parameter that a law of SlipFaultRegisterFrictionLaw() brings
+           "initial_rate", "initial_state", "creep", "rake", or a parameter that a law of SlipFaultRegisterFrictionLaw() brings
 . n      - number of cells, nx nz (of all ranks), or cells of a mesh
 - values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
            rank; copied
@@ -208,5 +208,6 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
              "-%sfault_normal_stress_gradient",
              (double)low, prefix, prefix);
   fault->kind.loaded = any ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipFaultChooseCoupling(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

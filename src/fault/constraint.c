@@ -329,7 +329,7 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
   const SlipArrays arrays[] = {{w, .read = &a}, {q, .write = &b}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, t, &friction));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   SlipFrictionStrength(&friction, fault->mesh.n, 0, fault->layout.block, a + fault->layout.state,
                        a + fault->layout.rate, b, NULL);

@@ -71,6 +71,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscCall(SlipFaultCellsSetUp(fault));
   PetscCall(SlipFaultLoadsSetUp(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
+  PetscCall(SlipFaultCouplingSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
   PetscCall(SlipFaultBalanceSetUp(fault));
   PetscCall(SlipFaultResolutionSetUp(fault));
@@ -150,10 +151,12 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   }
   PetscCall(SlipFaultLoadsDestroy(f));
   PetscCall(SlipFaultBalanceDestroy(f));
+  PetscCall(SlipFaultCouplingDestroy(f));
   PetscCall(SlipFaultMeshDestroy(&f->mesh));
   PetscCall(MatDestroy(&f->operators.B));
   PetscCall(MatDestroy(&f->operators.H));
   PetscCall(MatDestroy(&f->operators.K));
+  PetscCall(MatDestroy(&f->operators.Kn));
   PetscCall(PetscHeaderDestroy(&f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -95,7 +95,8 @@ static PetscErrorCode SlipFaultSwitchFromOptions(SlipFault fault, const SlipFaul
 static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
-  static const SlipFaultRealId grid[] = {FAULT_NX, FAULT_NZ, FAULT_LENGTH_X, FAULT_LENGTH_Z, FAULT_DEPTH_TOP};
+  static const SlipFaultRealId grid[] = {FAULT_NX,        FAULT_NZ,     FAULT_LENGTH_X, FAULT_LENGTH_Z,
+                                         FAULT_DEPTH_TOP, FAULT_STRIKE, FAULT_DIP};
   PetscMPIInt rank;
 
   PetscFunctionBegin;

@@ -255,6 +255,11 @@ static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
 static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
 {
   PetscFunctionBegin;
+  PetscCheck(
+    !fault->kind.coupled, fault->comm, PETSC_ERR_SUP,
+    "slip changes the normal stress of this fault, which only rate-and-state friction without inertia knows so far, "
+    "with an explicit -ts_type: expected -%sfault_normal_coupling no",
+    SlipFaultPrefix(fault));
   PetscCall(SlipFaultConstraintCreate(fault));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
   PetscCall(TSSetType(ts, TSBATHE));

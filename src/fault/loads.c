@@ -269,12 +269,16 @@ PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipF
     for (PetscInt i = 0; i < loads->n; i++) a[i] = loads->weight[i] * (loads->traction[i] + t * loads->rate[i]);
     PetscCall(VecRestoreArrayWrite(out->shear, &a));
   }
-  out->stress = loads->normal;
+  out->stress = out->bare = loads->normal;
   if (loads->pressed) {
-    if (!out->own) PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &out->own));
+    if (!out->own) PetscCall(PetscMalloc1(2 * loads->n + 1, &out->own));
     PetscCall(SlipLoadsPressure(loads, t, out->own));
-    for (PetscInt i = 0; i < loads->n; i++) out->own[i] = PetscMax(loads->normal[i] - out->own[i], 0);
+    for (PetscInt i = 0; i < loads->n; i++) {
+      out->own[loads->n + i] = loads->normal[i] - out->own[i];
+      out->own[i] = PetscMax(out->own[loads->n + i], 0);
+    }
     out->stress = out->own;
+    out->bare = out->own + loads->n;
   }
   out->time = t;
   PetscFunctionReturn(PETSC_SUCCESS);

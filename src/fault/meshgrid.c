@@ -1,5 +1,6 @@
-/* A mesh of the kind "grid": nx times nz equal cells of one vertical plane; row iz nx + ix. */
+/* A mesh of the kind "grid": nx times nz equal cells of one plane; row iz nx + ix. Its upper edge begins at x = y = 0. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 
 static PetscErrorCode Create_Grid(SlipFault fault)
@@ -9,7 +10,7 @@ static PetscErrorCode Create_Grid(SlipFault fault)
   const char *prefix = SlipFaultPrefix(fault);
 
   PetscFunctionBegin;
-  PetscCall(PetscArraycpy(mesh->extent, fault->options.value, FAULT_DEPTH_TOP + 1));
+  PetscCall(PetscArraycpy(mesh->extent, fault->options.value, FAULT_MESH_REALS));
   PetscCheck((PetscReal)fault->layout.block * e[FAULT_NX] * e[FAULT_NZ] < (PetscReal)PETSC_MAX_INT, fault->comm,
              PETSC_ERR_ARG_OUTOFRANGE, "-%sfault_nx %g times -%sfault_nz %g is more than this build's integers hold",
              prefix, (double)e[FAULT_NX], prefix, (double)e[FAULT_NZ]);
@@ -20,8 +21,23 @@ static PetscErrorCode Create_Grid(SlipFault fault)
   mesh->n = PETSC_DECIDE;
   mesh->npoints = (mesh->dims[0] + 1) * (mesh->dims[1] + 1);
   mesh->planes = 1;
+  mesh->dips = e[FAULT_DIP] != 90 ? PETSC_TRUE : PETSC_FALSE;
   mesh->area = e[FAULT_LENGTH_X] * e[FAULT_LENGTH_Z] / (PetscReal)mesh->N;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* along: cells along strike from the corner, down: along dip */
+static void Point(const SlipFaultMesh *mesh, PetscReal along, PetscReal down, PetscReal at[3])
+{
+  const PetscReal *const e = mesh->extent;
+  const PetscReal s = along * e[FAULT_LENGTH_X] / mesh->dims[1], d = down * e[FAULT_LENGTH_Z] / mesh->dims[0];
+  PetscReal strike[2], dip[2];
+
+  SlipDegrees(e[FAULT_STRIKE], &strike[1], &strike[0]);
+  SlipDegrees(e[FAULT_DIP], &dip[1], &dip[0]);
+  at[0] = strike[0] * s - strike[1] * (dip[0] * d);
+  at[1] = strike[1] * s + strike[0] * (dip[0] * d);
+  at[2] = e[FAULT_DEPTH_TOP] + dip[1] * d;
 }
 
 static void Cell_Grid(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *cell)
@@ -29,15 +45,27 @@ static void Cell_Grid(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *ce
   const PetscInt nz = mesh->dims[0], nx = mesh->dims[1];
   const PetscReal *const e = mesh->extent;
 
-  *cell = (SlipFaultCell){
-    {((row % nx) + 0.5) * e[FAULT_LENGTH_X] / nx, 0, e[FAULT_DEPTH_TOP] + ((row / nx) + 0.5) * e[FAULT_LENGTH_Z] / nz},
-    {e[FAULT_LENGTH_X] / nx, e[FAULT_LENGTH_Z] / nz},
-    {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
-    0};
+  *cell = (SlipFaultCell){.size = {e[FAULT_LENGTH_X] / nx, e[FAULT_LENGTH_Z] / nz}};
+  Point(mesh, (PetscReal)(row % nx) + 0.5, (PetscReal)(row / nx) + 0.5, cell->centre);
+  SlipFaultCellDirections(e[FAULT_STRIKE], e[FAULT_DIP], cell);
+}
+
+static PetscErrorCode Stiffness_Dipping(SlipFault fault, const SlipGrid *grid, Mat *K, Mat *Kn)
+{
+  SlipDippingGrid dipping = {.grid = *grid, .dip = fault->mesh.extent[FAULT_DIP]};
+  PetscReal *rake;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(fault->mesh.N, &rake));
+  PetscCall(SlipFaultGatherAll(fault, fault->fields.cell[FIELD_RAKE], rake));
+  dipping.rake = rake;
+  PetscCall(MatCreateSlipDippingStiffness(fault->comm, &dipping, fault->options.text[FAULT_OPERATOR], K, Kn));
+  PetscCall(PetscFree(rake));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Of cells in hierarchical storage, else of the grid */
-static PetscErrorCode Stiffness_Grid(SlipFault fault, Mat *K)
+static PetscErrorCode Stiffness_Grid(SlipFault fault, Mat *K, Mat *Kn)
 {
   const SlipFaultMesh *mesh = &fault->mesh;
   const char *type = fault->options.text[FAULT_OPERATOR];
@@ -49,6 +77,11 @@ static PetscErrorCode Stiffness_Grid(SlipFault fault, Mat *K)
   PetscBool hmat;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultKernel(fault, &grid.kernel));
+  if (fault->kind.dipping) {
+    PetscCall(Stiffness_Dipping(fault, &grid, K, Kn));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscStrcmp(type, "hmat", &hmat));
   if (hmat) {
     PetscReal *column[5];
@@ -65,7 +98,6 @@ static PetscErrorCode Stiffness_Grid(SlipFault fault, Mat *K)
     PetscCall(SlipCellsDestroy(&cells));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipFaultKernel(fault, &grid.kernel));
   PetscCall(MatCreateSlipStiffness(fault->comm, &grid, type, K));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -99,15 +131,13 @@ static PetscErrorCode Write_Grid(const SlipFaultMesh *mesh, SlipH5 *h)
 static PetscErrorCode Corners_Grid(const SlipFaultMesh *mesh, PetscReal points[], PetscInt corners[])
 {
   const PetscInt nz = mesh->dims[0], nx = mesh->dims[1];
-  const PetscReal *const e = mesh->extent;
   PetscReal *p = points;
 
   PetscFunctionBegin;
   for (PetscInt j = 0; j <= nz; j++)
     for (PetscInt i = 0; i <= nx; i++) {
-      *p++ = i * e[FAULT_LENGTH_X] / nx;
-      *p++ = 0;
-      *p++ = e[FAULT_DEPTH_TOP] + j * e[FAULT_LENGTH_Z] / nz;
+      Point(mesh, (PetscReal)i, (PetscReal)j, p);
+      p += 3;
     }
   for (PetscInt row = 0; row < mesh->N; row++) {
     const PetscInt first = row / nx * (nx + 1) + row % nx;

@@ -175,7 +175,7 @@ static void Cell_List(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *ce
                           mesh->plane[row]};
 }
 
-static PetscErrorCode Stiffness_List(SlipFault fault, Mat *K)
+static PetscErrorCode Stiffness_List(SlipFault fault, Mat *K, Mat *Kn)
 {
   const char *type = fault->options.text[FAULT_OPERATOR];
   PetscBool fft;
@@ -186,8 +186,12 @@ static PetscErrorCode Stiffness_List(SlipFault fault, Mat *K)
              "-%sfault_operator fft needs a uniform grid, but -%sfault_mesh %s is an irregular one: expected dense, "
              "hmat or auto",
              SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->options.text[FAULT_MESH]);
+  PetscCall(SlipFaultKernel(fault, &fault->mesh.cells.kernel));
   PetscCall(
     MatCreateSlipCellStiffness(fault->comm, &fault->mesh.cells, type, fault->options.value[FAULT_HMAT_TOLERANCE], K));
+  if (Kn)
+    PetscCall(MatCreateSlipCellNormalStiffness(fault->comm, &fault->mesh.cells, type,
+                                               fault->options.value[FAULT_HMAT_TOLERANCE], Kn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

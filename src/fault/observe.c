@@ -12,7 +12,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
   const SlipArrays arrays[] = {{w, .read = &a}, {ku, .read = &f}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, t, &friction));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal v = a[SlipFaultRateAt(fault, i)], u = a[SlipFaultDisplacementAt(fault, i)],
@@ -92,7 +92,7 @@ static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx
   const SlipArrays arrays[] = {{w, .read = &a}, {x, .read = &b}, {kx, .read = &f}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, t, &friction));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal weight = fault->mesh.weight[i];
@@ -226,7 +226,7 @@ PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation
   if (!fault->friction.law->always_slides || fault->kind.inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
   if (b->stiffest == 0) PetscCall(LargestEigenvalue(fault, &b->stiffest));
   PetscCall(SlipFaultGetLoad(fault, b->time, &of_now));
-  PetscCall(SlipFaultGetFriction(fault, b->time, &friction));
+  PetscCall(SlipFaultGetFrictionOf(fault, b->time, w, &friction));
   PetscCall(SlipArraysGet(3, arrays));
   PetscCall(VecGetArrayRead(of_now->shear, &load));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {

@@ -236,7 +236,7 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
 /* One number for all cells that says what is computed, and not how it is written */
 static PetscBool IsScalar(SlipFault fault, PetscInt id)
 {
-  return SlipFaultFieldOf(id) < 0 && id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.ndim == 1 && id <= FAULT_DEPTH_TOP)
+  return SlipFaultFieldOf(id) < 0 && id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.ndim == 1 && id < FAULT_MESH_REALS)
            ? PETSC_TRUE
            : PETSC_FALSE;
 }

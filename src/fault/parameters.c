@@ -17,9 +17,14 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, "Cells along strike"},
   [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, "Cells in depth"},
   [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, FAULT_MAX_REACH, OPEN, REAL, "Length of the fault along strike"},
-  [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, FAULT_MAX_DEPTH, OPEN, REAL, "Width of the fault in depth"},
+  [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, FAULT_MAX_DEPTH, OPEN, REAL, "Width of the fault along its dip"},
   [FAULT_DEPTH_TOP] = {"depth_top", 0, "m", 0, FAULT_MAX_DEPTH, SHUT, REAL,
                        "Depth of the upper edge; 0 touches the free surface"},
+  [FAULT_STRIKE] = {"strike", 0, "degrees", -360, 360, SHUT, REAL, "Strike, clockwise from north, which is x"},
+  [FAULT_DIP] = {"dip", 90, "degrees", 0, 90, OPEN, REAL, "Dip, to the right of the strike"},
+  [FAULT_RAKE] = {"rake", 0, "degrees", -360, 360, SHUT, REAL,
+                  "Direction of slip, loading and shear stress, in the plane from the strike, up dip positive: 0 "
+                  "left-lateral, 90 thrust, 180 right-lateral, -90 normal"},
   [FAULT_THICKNESS] = {"thickness", (PetscReal)NAN, "m", 0, FAULT_MAX_REACH, OPEN, REAL,
                        "Mobilised thickness Ly (default: length_x)"},
   [FAULT_SHEAR_MODULUS] = {"shear_modulus", 30e9, "Pa", 0, NONE, OPEN, REAL, "Shear modulus G"},
@@ -109,6 +114,10 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|", "Evolution of the state of rate-and-state friction"},
   [FAULT_KERNEL] = {"kernel", "half_space", "|half_space|full_space|",
                     "Elastic medium: with or without the free surface"},
+  [FAULT_NORMAL_COUPLING] =
+    {"normal_coupling", "auto", "|auto|yes|no|",
+     "Slip changes the normal stress, and with it the strength; auto: of dipping faults, and of "
+     "vertical ones with a rake other than 0"},
   [FAULT_INITIAL] =
     {"initial", "auto", "|auto|critical|rest|traction|rate|",
      "Start: at the frictional instability, unstressed, under the shear stress initial_traction, or with "
@@ -203,6 +212,7 @@ static const struct {
   [FIELD_INITIAL_RATE] = {FAULT_INITIAL_RATE, PETSC_TRUE},
   [FIELD_INITIAL_STATE] = {FAULT_INITIAL_STATE, PETSC_TRUE},
   [FIELD_CREEP] = {FAULT_CREEP, PETSC_TRUE},
+  [FIELD_RAKE] = {FAULT_RAKE, PETSC_FALSE},
 };
 
 /* ---- rows of the tables, and behind them those that registered laws bring, which all are fields ---- */
@@ -272,7 +282,7 @@ static PetscErrorCode SlipFaultFindReal(SlipFault fault, const char name[], Pets
 /* Upper bounds are excluded, but for this one. */
 static PetscBool MayBeUpper(const SlipParameter *p)
 {
-  return p == &SlipFaultReals[FAULT_ACCURACY] ? PETSC_TRUE : PETSC_FALSE;
+  return p == &SlipFaultReals[FAULT_ACCURACY] || p == &SlipFaultReals[FAULT_DIP] ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* What a parameter's value, or that of a cell, must be, for example "a number > 0 m"; C's own %g, since PETSc's writes "0."
@@ -371,7 +381,7 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
-  *value = fault->mesh.kind && id <= FAULT_DEPTH_TOP ? fault->mesh.extent[id] : fault->options.value[id];
+  *value = fault->mesh.kind && id < FAULT_MESH_REALS ? fault->mesh.extent[id] : fault->options.value[id];
   if (id >= FAULT_NUM_REALS && isnan(*value)) *value = SlipFaultRealRow(id)->value;
   if (id == FAULT_THICKNESS && isnan(*value)) PetscCall(SlipFaultGetReal(fault, "length_x", value));
   if (id == FAULT_ACCURACY && isnan(*value)) *value = SLIP_FAULT_ACCURACY;
@@ -469,7 +479,7 @@ PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel)
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(text, "cell", &cell));
   PetscCall(PetscStrcmp(text, "whole", &whole));
-  *kernel = (SlipKernel){.type = &SlipKernelStrikeSlip,
+  *kernel = (SlipKernel){.type = fault->kind.dipping ? &SlipKernelDipping : &SlipKernelStrikeSlip,
                          .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
                          .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO],
                          .average = cell    ? SLIP_AVERAGE_CELL

@@ -34,11 +34,26 @@ typedef struct {
 
 /* ---- where they are ---- */
 
+/* How far the point is from a cell's centre along its strike, along its dip and off its plane; of a point without y x is the distance
+   along the strike from the origin, and the depth says where along the dip. */
+static void Offsets(const SlipFaultCell *cell, const Station *s, const PetscReal *y, PetscReal *dx, PetscReal *dz,
+                    PetscReal *off)
+{
+  const PetscReal *strike = cell->direction[0], *dip = cell->direction[1], *normal = cell->direction[2];
+  const PetscReal d[3] = {s->x - cell->centre[0], y ? *y - cell->centre[1] : 0, s->z - cell->centre[2]};
+
+  *off = y ? PetscAbsReal(d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]) : 0;
+  *dx = PetscAbsReal(y ? d[0] * strike[0] + d[1] * strike[1]
+                       : s->x - (cell->centre[0] * strike[0] + cell->centre[1] * strike[1]));
+  *dz = PetscAbsReal(y ? d[0] * dip[0] + d[1] * dip[1] + d[2] * dip[2] : d[2] / dip[2]);
+}
+
 /* The first cell that contains the point, or the nearest one: inside says which. y: NULL when it was not given. planes:
    cells of several planes contain it */
 static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, PetscBool *inside, PetscBool *planes)
 {
   PetscReal least = PETSC_MAX_REAL;
+  PetscInt plane = -1;
   SlipFaultCell cell;
 
   PetscFunctionBegin;
@@ -48,16 +63,15 @@ static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, 
     PetscBool in;
 
     fault->mesh.kind->cell(&fault->mesh, e, &cell);
-    dx = PetscAbsReal(s->x - cell.centre[0]);
-    dz = PetscAbsReal(s->z - cell.centre[2]);
-    off = y ? PetscAbsReal(*y - cell.centre[1]) : 0;
+    Offsets(&cell, s, y, &dx, &dz, &off);
     in = dx <= (0.5 + STATION_EDGE) * cell.size[0] && dz <= (0.5 + STATION_EDGE) * cell.size[1] &&
              off <= STATION_EDGE * cell.size[0]
            ? PETSC_TRUE
            : PETSC_FALSE;
-    if (*inside && in && cell.centre[1] != s->centre[1]) *planes = PETSC_TRUE;
+    if (*inside && in && cell.plane != plane) *planes = PETSC_TRUE;
     if (*inside || (!in && dx * dx + dz * dz + off * off >= least)) continue;
     *inside = in;
+    plane = cell.plane;
     least = dx * dx + dz * dz + off * off;
     s->cell = e;
     PetscCall(PetscArraycpy(s->centre, cell.centre, 3));

@@ -93,6 +93,7 @@ static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
   PetscCall(VecSum(sigma, &mean_stress));
   fault->operators.scaling = mean_slip * fault->options.value[FAULT_SHEAR_MODULUS] / (mean_stress * thickness);
   PetscCall(MatScale(fault->operators.K, fault->operators.scaling));
+  if (fault->operators.Kn) PetscCall(MatScale(fault->operators.Kn, fault->operators.scaling));
   PetscCall(VecScale(x, 1 / fault->operators.scaling));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -234,7 +235,8 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   if (fault->options.text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));
   else
-    PetscCall(fault->mesh.kind->stiffness(fault, &fault->operators.K));
+    PetscCall(
+      fault->mesh.kind->stiffness(fault, &fault->operators.K, fault->kind.coupled ? &fault->operators.Kn : NULL));
   PetscCall(MatSetOptionsPrefix(fault->operators.K, ((PetscObject)fault)->prefix)); /* H and B take it over */
   PetscCall(MatSlipStiffnessSetFromOptions(fault->operators.K));
   PetscCall(MatSlipStiffnessSetCacheDir(fault->operators.K, fault->options.text[FAULT_CACHE_DIR]));

@@ -84,6 +84,8 @@ typedef struct {
 typedef struct {
   PetscBool loaded;                /* some v_inf is not zero */
   const char *initial, *viscosity; /* the choices, "auto" decided */
+  PetscBool dipping;               /* its kernel is that of any direction */
+  PetscBool coupled;               /* slip changes the normal stress */
   PetscBool inertia;               /* likewise; -fault_inertia */
   PetscBool heals;                 /* some healing time is not never */
   PetscBool sequence;              /* by loading, stressing or healing events may follow each other */
@@ -109,6 +111,7 @@ struct _p_SlipFault {
   SlipProblemOps problem; /* what its TS tells controllers */
   SlipFaultSteps steps;
   SlipFaultKnown known;
+  SlipFaultCoupling coupling;
   SlipFaultRun run;
   Vec work[3];
 };
@@ -163,6 +166,13 @@ PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoad **load);
 PETSC_EXTERN PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t);
+/* coupling.c */
+PETSC_INTERN PetscErrorCode SlipFaultChooseCoupling(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultCouplingDestroy(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, SlipFrictionCells *friction);
+PETSC_INTERN PetscErrorCode SlipFaultGatherAll(SlipFault fault, const PetscReal local[],
+                                               PetscReal all[]); /* access.c */
 /* resolution.c */
 PETSC_EXTERN PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultResolutionText(SlipFault fault, char text[], size_t len); /* for views and lines */

@@ -59,6 +59,13 @@ typedef struct {
   SlipFaultMoment moment;
 } SlipFaultMode;
 
+/* coupling.c: the normal stress of the state asked about last, where slip changes it */
+typedef struct {
+  Vec u, rise;       /* its displacement [m] and Kn u [Pa]; NULL where slip does not */
+  PetscReal *stress; /* [n] effective normal stress, at least 0 [Pa] */
+  SlipFaultMoment moment;
+} SlipFaultCoupling;
+
 /* observe.c: what is known of the state asked about last */
 typedef struct {
   SlipFaultLoad load; /* that of the time asked about last */

@@ -31,8 +31,9 @@ typedef struct {
 typedef struct {
   PetscReal time;          /* [s] */
   Vec shear;               /* w (T0 + t dT/dt), w the weights [Pa]; NULL: none at any time */
-  const PetscReal *stress; /* [n] effective normal stress, at least 0 [Pa] */
-  PetscReal *own;          /* where it is not that of the field */
+  const PetscReal *stress; /* [n] effective normal stress before any slip, at least 0 [Pa] */
+  const PetscReal *bare;   /* [n] the same where it may be less than 0 */
+  PetscReal *own;          /* [2][n] both, where they are not that of the field */
 } SlipFaultLoad;
 
 static inline PetscBool SlipLoadsVary(const SlipFaultLoads *loads)

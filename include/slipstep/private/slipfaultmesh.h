@@ -6,7 +6,7 @@
 #include <sliph5.h>
 #include <slipstep/private/slipfaultparameters.h>
 
-/* A cell; x along the strike of all planes, y to its right, z down [m] */
+/* A cell; x north, y east, z down [m]; of vertical planes along x, x along strike and y to its right */
 typedef struct {
   PetscReal centre[3];
   PetscReal size[2];         /* along strike and down dip [m] */
@@ -20,7 +20,7 @@ typedef struct _SlipFaultMesh SlipFaultMesh;
 typedef struct {
   PetscErrorCode (*create)(SlipFault fault); /* all but n, start and weight */
   void (*cell)(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *cell);
-  PetscErrorCode (*stiffness)(SlipFault fault, Mat *K);
+  PetscErrorCode (*stiffness)(SlipFault fault, Mat *K, Mat *Kn); /* Kn: NULL where it is not wanted */
   PetscErrorCode (*write)(const SlipFaultMesh *mesh, SlipH5 *h); /* /mesh of a file */
   PetscErrorCode (*corners)(const SlipFaultMesh *mesh, PetscReal points[],
                             PetscInt corners[]);                                /* [npoints][3], [N][4] */
@@ -28,14 +28,15 @@ typedef struct {
 } SlipFaultMeshKind;
 
 struct _SlipFaultMesh {
-  const SlipFaultMeshKind *kind;         /* NULL before SlipFaultSetUp() */
-  PetscInt N, n, start;                  /* all, of this rank, the first of this rank */
-  PetscInt ndim, dims[2];                /* shape of a number for each cell in files: [nz][nx], or [N] */
-  PetscInt npoints;                      /* corners of all cells, those that cells share counted once */
-  PetscInt planes;                       /* on which the cells are */
-  PetscReal extent[FAULT_DEPTH_TOP + 1]; /* what SlipFaultGetReal() says of FAULT_NX, FAULT_NZ, FAULT_LENGTH_X ... */
-  PetscReal area;                        /* mean of a cell [m^2] */
-  PetscReal unit;                        /* the reciprocal [1/m^2]; 0 where all cells have the same area */
+  const SlipFaultMeshKind *kind;      /* NULL before SlipFaultSetUp() */
+  PetscInt N, n, start;               /* all, of this rank, the first of this rank */
+  PetscInt ndim, dims[2];             /* shape of a number for each cell in files: [nz][nx], or [N] */
+  PetscInt npoints;                   /* corners of all cells, those that cells share counted once */
+  PetscInt planes;                    /* on which the cells are */
+  PetscReal extent[FAULT_MESH_REALS]; /* what SlipFaultGetReal() says of FAULT_NX, FAULT_NZ, FAULT_LENGTH_X ... */
+  PetscReal area;                     /* mean of a cell [m^2] */
+  PetscBool dips;                     /* not all cells are on vertical planes of one strike */
+  PetscReal unit;                     /* the reciprocal [1/m^2]; 0 where all cells have the same area */
   PetscReal *weight; /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
   PetscInt *order;   /* [N] row of each cell; NULL: they are the same */
   PetscInt *plane;   /* [N] of each row; NULL: there is one */
@@ -54,6 +55,8 @@ static inline PetscInt SlipFaultMeshRowOf(const SlipFaultMesh *mesh, PetscInt e)
   return mesh->order ? mesh->order[e] : e;
 }
 
+/* mesh.c: directions of a cell of this strike and dip [deg] */
+PETSC_INTERN void SlipFaultCellDirections(PetscReal strike, PetscReal dip, SlipFaultCell *cell);
 PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshGrid; /* meshgrid.c: the uniform grid of the options */
 PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshList; /* meshlist.c: the cells of -fault_mesh */
 PETSC_INTERN PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, SlipCells *cells, PetscReal *column[5]);

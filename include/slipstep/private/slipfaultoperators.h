@@ -5,6 +5,7 @@
 
 typedef struct {
   Mat K, H, B;       /* stiffness after scaling [Pa/m], viscosity [Pa s/m], stage operator */
+  Mat Kn;            /* what slip does to normal stress, likewise [Pa/m]; NULL: nothing */
   PetscReal mass;    /* rho Ly [kg/m^2] */
   PetscReal tstar;   /* Ly sqrt(rho/G) [s] */
   PetscReal scaling; /* factor that K was multiplied with */

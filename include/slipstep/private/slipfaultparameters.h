@@ -26,6 +26,9 @@ typedef enum {
   FAULT_LENGTH_X,
   FAULT_LENGTH_Z,
   FAULT_DEPTH_TOP,
+  FAULT_STRIKE,
+  FAULT_DIP,
+  FAULT_RAKE,
   FAULT_THICKNESS,
   FAULT_SHEAR_MODULUS,
   FAULT_POISSON_RATIO,
@@ -70,6 +73,8 @@ typedef enum {
   FAULT_NUM_REALS
 } SlipFaultRealId;
 
+/* What a mesh says instead of the options */
+enum { FAULT_MESH_REALS = FAULT_DIP + 1 };
 enum { FAULT_MAX_REALS = FAULT_NUM_REALS + FAULT_MAX_OWN };
 PETSC_EXTERN const SlipParameter SlipFaultReals[FAULT_NUM_REALS];
 PETSC_INTERN const SlipParameter *SlipFaultRealRow(PetscInt id); /* NULL after the last */
@@ -78,6 +83,7 @@ typedef enum {
   FAULT_FRICTION_LAW,
   FAULT_STATE_LAW,
   FAULT_KERNEL,
+  FAULT_NORMAL_COUPLING,
   FAULT_INITIAL,
   FAULT_OPERATOR,
   FAULT_VISCOSITY,
@@ -136,6 +142,7 @@ typedef enum {
   FIELD_INITIAL_RATE,
   FIELD_INITIAL_STATE,
   FIELD_CREEP,
+  FIELD_RAKE,
   FAULT_NUM_FIELDS
 } SlipFaultFieldId;
 enum { FAULT_MAX_FIELDS = FAULT_NUM_FIELDS + FAULT_MAX_OWN };

@@ -1,0 +1,125 @@
+/* Normal stress that changes with slip: sigma = max(sigma0 - p + Kn u, 0), u the displacement relative to the far field, which
+   loading by backslip leaves as it is. */
+#include <slipstep/private/slipfault.h>
+#include <slipelasticity.h>
+
+/* Is every rake the same multiple of 180 degrees, so that the vertical kernel holds? */
+static PetscErrorCode AlongStrike(SlipFault fault, PetscBool *along)
+{
+  const PetscReal *rake = fault->fields.cell[FIELD_RAKE];
+  PetscReal bounds[2] = {PETSC_MIN_REAL, PETSC_MIN_REAL}; /* largest and minus least */
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    bounds[0] = PetscMax(bounds[0], rake[i]);
+    bounds[1] = PetscMax(bounds[1], -rake[i]);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, bounds, 2, MPIU_REAL, MPIU_MAX, fault->comm));
+  *along = bounds[0] == -bounds[1] && bounds[0] == 180 * PetscFloorReal(bounds[0] / 180) ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After the fields are known: which kernel, and whether normal stress follows slip. */
+PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
+{
+  const char *prefix = SlipFaultPrefix(fault), *file = fault->options.text[FAULT_STIFFNESS_FILE];
+  PetscBool along, yes, no;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_NORMAL_COUPLING], "yes", &yes));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_NORMAL_COUPLING], "no", &no));
+  PetscCall(AlongStrike(fault, &along));
+  PetscCheck(
+    !yes || !file[0], fault->comm, PETSC_ERR_ARG_INCOMP,
+    "-%sfault_normal_coupling yes needs a kernel, but -%sfault_stiffness_file %s is given, which says nothing of "
+    "normal stress: expected auto or no",
+    prefix, prefix, file);
+  fault->kind.dipping = !file[0] && (yes || fault->mesh.dips || !along) ? PETSC_TRUE : PETSC_FALSE;
+  fault->kind.coupled = fault->kind.dipping && !no ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After the operators are known. */
+PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
+{
+  SlipFaultCoupling *c = &fault->coupling;
+
+  PetscFunctionBegin;
+  if (!fault->operators.Kn) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(fault->critical.uc, &c->u));
+  PetscCall(VecDuplicate(fault->critical.uc, &c->rise));
+  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultCouplingDestroy(SlipFault fault)
+{
+  SlipFaultCoupling *c = &fault->coupling;
+
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&c->u));
+  PetscCall(VecDestroy(&c->rise));
+  PetscCall(PetscFree(c->stress));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* c->stress at t, of Kn u in c->rise; another one than of the state known before. Collective. */
+PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, SlipFrictionCells *friction)
+{
+  SlipFaultCoupling *c = &fault->coupling;
+  const SlipFaultLoad *load;
+  const PetscReal *rise;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  PetscCall(VecGetArrayRead(c->rise, &rise));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) c->stress[i] = PetscMax(load->bare[i] + rise[i], 0);
+  PetscCall(VecRestoreArrayRead(c->rise, &rise));
+  c->moment = (SlipFaultMoment){0};
+  *friction = SlipFaultCellFriction(fault, c->stress);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultGetFrictionOf - the friction of the cells of this process in a state, whose slip may have changed normal stress
+
+  Collective; after SlipFaultSetUp()
+
+  Input Parameters:
++ fault - the fault
+. t     - time of the state [s]
+- w     - state, of SlipFaultCreateState()
+
+  Output Parameter:
+. friction - as of SlipFaultGetFriction(), with the normal stress sigma0 - p + Kn u, and valid until the fault is asked about another
+             state or time
+
+  Level: advanced
+
+  Note: where slip leaves normal stress alone it is SlipFaultGetFriction(); else a product with Kn, unless the state is the one
+  that was asked about before
+
+.seealso: SlipFaultGetFriction(), SlipFrictionStrength()
+@*/
+PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipFrictionCells *friction)
+{
+  SlipFaultCoupling *c = &fault->coupling;
+  SlipFaultMoment now;
+  PetscBool same;
+
+  PetscFunctionBegin;
+  if (!fault->operators.Kn) {
+    PetscCall(SlipFaultGetFriction(fault, t, friction));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipFaultIsNow(fault, t, w, &c->moment, &now, &same));
+  if (same) {
+    *friction = SlipFaultCellFriction(fault, c->stress);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecStrideGather(w, fault->layout.displacement, c->u, INSERT_VALUES));
+  PetscCall(MatMult(fault->operators.Kn, c->u, c->rise));
+  PetscCall(SlipFaultCoupledFriction(fault, t, friction));
+  c->moment = now;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
