@@ -4,9 +4,10 @@ numbers of cells along strike and in depth.
 
     make_seas.py bp5 OUT.h5 --cell 2000       BP5-QD: 100 km x 40 km
     make_seas.py bp1 OUT.h5 --cell 200        BP1-QD: one long cell along strike, 40 km deep
+    make_seas.py bp3 OUT.h5 --cell 100        BP3-QD: likewise, 40 km along the dip
     make_seas.py bp6 OUT.h5 --cell 100        BP6-QD: likewise, 40 km around the injection, and OUT_pressure.h5 for -fault_pore_pressure
 
-What is the same in all cells is in examples/seas_bp5.opts, seas_bp1.opts and seas_bp6.opts. A cell of BP5 has the parameters of its centre.
+What is the same in all cells is in examples/seas_bp5.opts, seas_bp1.opts, seas_bp3.opts and seas_bp6.opts. A cell of BP5 has the parameters of its centre.
 """
 
 import argparse
@@ -41,7 +42,7 @@ def bp5(cell):
 
 
 def bp1(cell):
-    """a = 0.010 above 15 km, 0.025 below 18 km, linear between."""
+    """a = 0.010 above 15 km, 0.025 below 18 km, linear between: BP1's depth, BP3's distance along the dip."""
     z = centres(DEPTH, cell)[:, None]
     return {"friction_a": (np.interp(z, [15e3, 18e3], [0.010, 0.025]), "1")}
 
@@ -56,7 +57,7 @@ def record():
     return np.unique(np.concatenate([STOP * np.linspace(0, 1, 201) ** 2, STOP + (END - STOP) * np.linspace(0, 1, 301) ** 2]))
 
 
-MAKE = {"bp1": bp1, "bp5": bp5, "bp6": bp6}
+MAKE = {"bp1": bp1, "bp3": bp1, "bp5": bp5, "bp6": bp6}
 
 
 def arguments():
@@ -66,7 +67,7 @@ def arguments():
     parser.add_argument("--cell", type=float, required=True, metavar="M", help="side of the cells, in depth [m]")
     a = parser.parse_args()
     # edges of cells are where the properties of BP5 change
-    unit = 1e3 if a.benchmark == "bp1" else 4e3
+    unit = 1e3 if a.benchmark in ("bp1", "bp3") else 4e3
     if not a.cell > 0 or abs(unit / a.cell - round(unit / a.cell)) > 1e-9:
         parser.error(f"--cell is {a.cell:g} m, expected {unit:g} m or a whole part of it, as {unit / 2:g} or {unit / 4:g}")
     return a

@@ -3,10 +3,11 @@
 
     output/seas.py bp5 RUN.h5 CATALOGUE.h5 [--folder DIR] [--figure OUT.png]
     output/seas.py bp1 RUN.h5 CATALOGUE.h5
+    output/seas.py bp3 RUN.h5 CATALOGUE.h5
     output/seas.py bp6 RUN.h5 CATALOGUE.h5
 
-bp5: fltst_strk*dp*.txt, global.dat, rupture.dat; bp1: fltst_dp*, slip.dat; bp6: fltst_strk*, global.dat, slip.dat. slipstep_seas.py says
-what is in them. examples/seas_bp5.sh, seas_bp1.sh and seas_bp6.sh make the runs.
+bp5: fltst_strk*dp*.txt, global.dat, rupture.dat; bp1 and bp3: fltst_dp*, slip.dat; bp6: fltst_strk*, global.dat, slip.dat. slipstep_seas.py says
+what is in them. examples/seas_bp5.sh, seas_bp1.sh, seas_bp3.sh and seas_bp6.sh make the runs.
 """
 
 import argparse
@@ -26,13 +27,16 @@ from slipstep_fields import KINDS, RUPTURE_RATE
 from slipstep_maps import Span, colour_bar, planes_of
 from slipstep_output import OutputError, Run
 from slipstep_panels import RED, REFERENCE, RUN_STYLES, log_scale, plt, save, use_style
-from slipstep_seas import BENCHMARKS, DAY, FRONT_RATE, ORIGIN, STOP, cycles, first_event, front, name_of, pressure, write_files
+from slipstep_seas import BENCHMARKS, DAY, FRONT_RATE, ORIGIN, STOP, cycles, dip_of, first_event, front, name_of, pressure, stations_of, write_files
 from slipstep_spacetime import Line
 from slipstep_time import YEAR
 
 # Recurrence [years] once cycles repeat, of boundary-element codes, as github.com/thwbecker/interact has found and compared it: BP5 with cells
 # of 1 km, BP1 with cells of 25 to 100 m
 PUBLISHED = {"bp5": (235.4, "other codes: 235.4 years"), "bp1": (78.2, "other codes: 78.2 years")}
+# Intervals [years] of BP3 that repeat in this order, for a dip and 1 (thrust) or -1 (normal): FDRA with cells of 25 m, as
+# github.com/rmskarbek/RSFaultZ has them
+CYCLE = {(60, 1): (63.31, 87.12, 91.12, 97.45), (30, -1): (74.05, 109.75)}
 STEADY = 2  # intervals that the start still shows in: the later ones are averaged
 SNAPSHOTS = (5, 10, 25, 50, 100, 200, 400, 730)  # days, of BP6
 SHOWN = 600 * YEAR  # of BP1's cumulative slip
@@ -86,6 +90,34 @@ def draw_recurrence(axes, events, benchmark):
     axes.set(title="From one event to the next", xlabel="interval", ylabel="years", xlim=(0.5, max(len(years), 1) + 0.5), ylim=(value - reach, value + reach))
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
     axes.legend(loc="best")
+
+
+def draw_cycle(axes, run, events):
+    """BP3: intervals beside those that repeat, from the place in their order that fits best."""
+    years = intervals(events)
+    number = np.arange(1, len(years) + 1)
+    dip, sign = dip_of(run)
+    cycle = np.array(CYCLE.get((round(dip), sign), ()))
+    if len(cycle) and len(years):
+        later = years[STEADY:] if len(years) > STEADY else years
+        shifts = [np.abs(later - cycle[(np.arange(len(later)) + k) % len(cycle)]).mean() for k in range(len(cycle))]
+        first = int(np.argmin(shifts)) - (STEADY if len(years) > STEADY else 0)
+        axes.plot(number, cycle[(np.arange(len(years)) + first) % len(cycle)], color=REFERENCE, linestyle="", marker="_", markersize=22, markeredgewidth=3,
+                  label="FDRA, repeated")
+    axes.plot(number, years, **{**RUN_STYLES[0], "linestyle": "", "markersize": 6}, markeredgewidth=0, label="SlipStep")
+    axes.set(title="From one event to the next", xlabel="interval", ylabel="years", xlim=(0.5, max(len(years), 1) + 0.5))
+    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.legend(loc="best")
+
+
+def draw_normal(axes, run):
+    """BP3: effective normal stress at the stations."""
+    stations = stations_of(run)
+    for station, colour in zip(stations[::2], plt.get_cmap("viridis")(np.linspace(0, 0.92, len(stations[::2])))):
+        along = station["z"] / np.sin(np.radians(dip_of(run)[0])) / 1e3
+        axes.plot(station["time"] / YEAR, station["normal_stress"] / 1e6, color=colour, linewidth=0.8, label=f"{along:g} km")
+    axes.set(title="Normal stress at distances along the dip", xlabel="time (years)", ylabel="MPa", xlim=(0, run.series["time"][-1] / YEAR))
+    axes.legend(fontsize=8, ncols=6, loc="upper left", bbox_to_anchor=(0, -0.16))
 
 
 def draw_front(canvas, axes, run, events):
@@ -166,15 +198,22 @@ def injection_figure(run):
 
 def figure(benchmark, run, events):
     use_style()
-    rows = (2.6, 3.4, 5.0) if benchmark == "bp5" else (2.6, 6.0)
+    rows = {"bp5": (2.6, 3.4, 5.0), "bp3": (2.6, 3.2, 5.0)}.get(benchmark, (2.6, 6.0))
     canvas = plt.figure(figsize=(11, sum(rows)), layout="constrained")
     grid = canvas.add_gridspec(len(rows), 2, height_ratios=rows, width_ratios=(1, 1.5))
     draw_rate(canvas.add_subplot(grid[0, :]), run, events)
-    draw_recurrence(canvas.add_subplot(grid[1, 0]), events, benchmark)
+    if benchmark == "bp3":
+        draw_cycle(canvas.add_subplot(grid[1, 0]), run, events)
+        draw_normal(canvas.add_subplot(grid[1, 1]), run)
+    else:
+        draw_recurrence(canvas.add_subplot(grid[1, 0]), events, benchmark)
     if benchmark == "bp5":
         draw_front(canvas, canvas.add_subplot(grid[1, 1]), run, events)
-    draw_slip(canvas.add_subplot(grid[2, :] if benchmark == "bp5" else grid[1, 1]), benchmark, run, events)
-    canvas.suptitle(f"SEAS {name_of(benchmark, run)}, cells of {np.diff(run.axes[1])[0]:g} m: {run.title}")
+    draw_slip(canvas.add_subplot(grid[1, 1] if benchmark == "bp1" else grid[2, :]), benchmark, run, events)
+    dip, sign = dip_of(run)
+    side = np.diff(run.axes[1])[0] / np.sin(np.radians(dip))
+    what = f", {'thrust' if sign > 0 else 'normal fault'} of {dip:g} degrees" if benchmark == "bp3" else ""
+    canvas.suptitle(f"SEAS {name_of(benchmark, run)}{what}, cells of {side:g} m: {run.title}")
     return canvas
 
 

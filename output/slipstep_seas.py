@@ -1,7 +1,8 @@
 """Files of the benchmarks of SEAS, Sequences of Earthquakes and Aseismic Slip (strike.scec.org/cvws/seas), from the output of a run.
 
 The benchmarks are described by Jiang and Erickson (2020), SEAS Benchmark Problems BP5-QD and BP5-FD, in the supplement of Jiang et al. (2022),
-doi:10.1029/2021JB023519; Erickson and Jiang (2018), SEAS Benchmark Problem BP1-QD; and for BP6-QD by SEAS_BP6_Nov18.pdf (Lambert et al. 2025).
+doi:10.1029/2021JB023519; Erickson and Jiang (2018), SEAS Benchmark Problem BP1-QD; Erickson et al. (2023), BP3-QD, doi:10.1785/0120220066;
+and for BP6-QD by SEAS_BP6_Nov18.pdf (Lambert et al. 2025).
 Files, columns, units and headers are those that public codes write for them: HBI, EQquasi, TriBIE, Thrase.jl.
 
 Lines of a header begin with #, then comes a line with the names of the columns, then rows of numbers: times in s, slips in m, slip rates as
@@ -27,12 +28,13 @@ ALPHA, BETA, PHI, FLUX, STOP = 0.1, 1e-8, 0.1, 1.25e-6, 100 * DAY
 
 COLUMNS = {"t": "Time (s)", "slip": "Slip (m)", "slip_2": "Slip_2 (m)", "slip_3": "Slip_3 (m)", "slip_rate": "Slip rate (log10 m/s)",
            "slip_rate_2": "Slip_rate_2 (log10 m/s)", "slip_rate_3": "Slip_rate_3 (log10 m/s)", "shear_stress": "Shear stress (MPa)",
-           "shear_stress_2": "Shear_stress_2 (MPa)", "shear_stress_3": "Shear_stress_3 (MPa)", "pore_pressure": "Pore pressure (MPa)",
+           "shear_stress_2": "Shear_stress_2 (MPa)", "shear_stress_3": "Shear_stress_3 (MPa)", "pore_pressure": "Pore pressure (MPa)", "normal_stress": "Normal stress (MPa), positive in compression",
            "darcy_vel": "Darcy velocity (m/s)", "state": "State (log10 s)", "max_slip_rate": "Max_slip_rate (log10 m/s)",
            "moment_rate": "Moment_rate (N-m/s)", "moment_density_rate": "Moment density rate (N/s)", "x2": "Position along strike (m)", "x3": "Depth (m)"}
 # Names, and the columns of the files of stations
 BENCHMARKS = {
     "bp1": {"name": "BP1-QD", "station": ("t", "slip", "slip_rate", "shear_stress", "state")},
+    "bp3": {"name": "BP3-QD", "station": ("t", "slip", "slip_rate", "shear_stress", "normal_stress", "state")},
     "bp5": {"name": "BP5-QD", "station": ("t", "slip_2", "slip_3", "slip_rate_2", "slip_rate_3", "shear_stress_2", "shear_stress_3", "state")},
     "bp6": {"name": "BP6-QD-A", "station": ("t", "slip", "slip_rate", "shear_stress", "pore_pressure", "darcy_vel", "state")},
 }
@@ -62,6 +64,13 @@ def name_of(benchmark, run):
     """As the benchmark calls itself: BP6 has a letter for each law of the state."""
     slip = "-fault_state_law slip" in run.run.get("options", "")
     return "BP6-QD-S" if benchmark == "bp6" and slip else BENCHMARKS[benchmark]["name"]
+
+
+def dip_of(run):
+    """Dip [degrees], and 1 where slip is that of a thrust or along strike, -1 of a normal fault."""
+    with run._open() as file:
+        dip = float(_plain(file["parameters"].attrs["dip"]))
+    return dip, -1 if np.mean(run.mesh["rake"]) < 0 else 1
 
 
 def log_rate(rate):
@@ -98,9 +107,9 @@ class Writer:
 
     @property
     def side(self):
-        """Side of a cell, in depth [m]."""
+        """Side of a cell, along the dip [m]."""
         z = self.run.axes[1]
-        return z[1] - z[0]
+        return (z[1] - z[0]) / math.sin(math.radians(dip_of(self.run)[0]))
 
     def write(self, name, columns, rows, location="", notes=(), steps=True, more=()):
         """Rows [n, columns]; more: lines of numbers that come before them."""
@@ -123,7 +132,7 @@ class Writer:
 
     def station(self, station):
         """One file. The traction of a run resists slip: the benchmark's shear stress is its negative. BP5's have x2 and x3 in whole km in
-        their names, BP1's and BP6's the depth in tenths of a km."""
+        their names, BP1's and BP6's the depth in tenths of a km, BP3's the distance along the dip."""
         wanted = BENCHMARKS[self.benchmark]["station"]
         values = {"t": station["time"], "slip": station["slip"], "slip_rate": log_rate(station["slip_rate"]), "shear_stress": -station["traction"] / 1e6,
                   "state": np.log10(station["state"])}
@@ -131,9 +140,13 @@ class Writer:
         values.update({"slip_2": values["slip"], "slip_3": none, "slip_rate_2": values["slip_rate"], "slip_rate_3": none + np.log10(NOTHING),
                        "shear_stress_2": values["shear_stress"], "shear_stress_3": none})
         x, z = station["cell_x"] - ORIGIN["bp5"], station["cell_z"] - (ORIGIN["bp6"] if self.benchmark == "bp6" else 0)
+        if self.benchmark == "bp3":  # thrust slip and its stress are positive there, slip of a normal fault negative
+            dip, sign = dip_of(self.run)
+            z /= math.sin(math.radians(dip))
+            values.update(slip=sign * values["slip"], shear_stress=sign * values["shear_stress"], normal_stress=station["normal_stress"] / 1e6)
         if "pore_pressure" in wanted:
             values.update(pore_pressure=pressure(z, station["time"]) / 1e6, darcy_vel=darcy(z, station["time"]))
-        own = f"x2 = {x:g} m, x3 = {z:g} m" if self.benchmark == "bp5" else f"z = {z:g} m"
+        own = f"x2 = {x:g} m, x3 = {z:g} m" if self.benchmark == "bp5" else f"{'z' if self.benchmark != 'bp3' else 'distance along the dip'} = {z:g} m"
         notes = ["Slip along strike only: component 3 has no slip and no stress, and the rate 1e-30 m/s"] if "slip_3" in wanted else []
         self.write(self.station_name(station), wanted, np.stack([values[column] for column in wanted], axis=1),
                    f"on fault, centre of the cell that has the station: {own}", notes)
@@ -142,6 +155,8 @@ class Writer:
         x, z = station["x"], station["z"]
         if self.benchmark == "bp5":
             return f"fltst_strk{(x - ORIGIN['bp5']) / 1e3:+03.0f}dp{z / 1e3:+03.0f}.txt"
+        if self.benchmark == "bp3":
+            z /= math.sin(math.radians(dip_of(self.run)[0]))
         return f"fltst_strk{(z - ORIGIN['bp6']) / 100:+03.0f}" if self.benchmark == "bp6" else f"fltst_dp{z / 100:03.0f}"
 
     def totals(self):
@@ -165,6 +180,8 @@ class Writer:
         rows = [np.column_stack([slip.times[at], log_rate(rates).reshape(len(at), -1).max(axis=1), slips.reshape(len(at), -1)])
                 for (at, slips), (_, rates) in zip(slip.chunks(), rate.chunks())]
         z = self.run.axes[1] - (ORIGIN["bp6"] if self.benchmark == "bp6" else 0)
+        if self.benchmark == "bp3":
+            z = z / math.sin(math.radians(dip_of(self.run)[0]))
         depths = " ".join(f"{place:.8e}" for place in (0, 0, *z))
         self.write("slip.dat", ("t", "max_slip_rate", "slip"), np.concatenate(rows), "on fault",
                    ["First line of data: 0, 0 and depths (m) of the slips", "Columns from #3 on: slip at these depths"], steps=False, more=[depths])
@@ -192,7 +209,7 @@ def write_files(benchmark, run, events, folder):
     writer = Writer(benchmark, run, events, folder)
     for station in stations_of(run):
         writer.station(station)
-    if benchmark != "bp1":
+    if benchmark not in ("bp1", "bp3"):
         writer.totals()
     if benchmark == "bp5":
         writer.rupture(first_event(events))

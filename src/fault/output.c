@@ -40,7 +40,7 @@ static PetscErrorCode OutputDestroy(void **ctx)
   PetscCall(VecScatterDestroy(&out->gather_w));
   PetscCall(VecScatterDestroy(&out->gather_r));
   {
-    Vec *vecs[] = {&out->w0,     &out->r0,    &out->p0,    &out->pressure,
+    Vec *vecs[] = {&out->w0,     &out->r0,    &out->p0,    &out->n0,          &out->numbers,
                    &out->start0, &out->shown, &out->vinf0, &out->when.entry_u};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));

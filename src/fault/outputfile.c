@@ -12,7 +12,7 @@ static const SlipOutputColumn SeriesColumns[] = {
 };
 enum { SERIES_MOMENT_RATE = PETSC_STATIC_ARRAY_LENGTH(SeriesColumns) - 1 };
 
-enum { OF_REACTION = -1, OF_PRESSURE = -2 };
+enum { OF_REACTION = -1, OF_PRESSURE = -2, OF_NORMAL = -3 };
 static const struct {
   const char *name, *unit;
   PetscInt component; /* of the state's block, or one of the following */
@@ -23,6 +23,7 @@ static const struct {
   [OUTPUT_TRACTION] = {"traction", "Pa", OF_REACTION},
   [OUTPUT_STATE] = {"state", "m", 2},
   [OUTPUT_PORE_PRESSURE] = {"pore_pressure", "Pa", OF_PRESSURE},
+  [OUTPUT_NORMAL_STRESS] = {"normal_stress", "Pa", OF_NORMAL},
 };
 
 static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx)
@@ -71,7 +72,8 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
     }
     PetscCheck(
       same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-      "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction, state or pore_pressure",
+      "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction, state, pore_pressure or "
+      "normal_stress",
       SlipFaultPrefix(fault), names[i]);
   }
   PetscCheck(!out->wanted[OUTPUT_PORE_PRESSURE] || fault->loads.pressed, fault->comm, PETSC_ERR_ARG_INCOMP,
@@ -162,15 +164,16 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
 {
   const SlipFaultMesh *mesh = &out->fault->mesh;
   const PetscReal *w;
-  const PetscReal *p;
+  const PetscReal *p, *normal;
   PetscReal *r, *slip;
   char path[OUTPUT_NUM_FIELDS][64];
   SlipH5Rows series[1 + OUTPUT_NUM_FIELDS] = {{"/fields/time", &time, 1}};
   PetscInt n = 1;
-  const SlipArrays arrays[] = {{out->w0, .read = &w}, {out->r0, .write = &r}, {out->p0, .read = &p}};
+  const SlipArrays arrays[] = {
+    {out->w0, .read = &w}, {out->r0, .write = &r}, {out->p0, .read = &p}, {out->n0, .read = &normal}};
 
   PetscFunctionBegin;
-  PetscCall(SlipArraysGet(3, arrays));
+  PetscCall(SlipArraysGet(4, arrays));
   for (PetscInt e = 0; e < mesh->N && mesh->unit > 0; e++) {
     SlipFaultCell cell;
 
@@ -185,12 +188,13 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
     PetscCall(PetscSNPrintf(path[f], sizeof(path[f]), "/fields/%s", OutputFields[f].name));
     series[n++] = c == OF_REACTION                  ? (SlipH5Rows){path[f], r, 1}
                   : c == OF_PRESSURE                ? (SlipH5Rows){path[f], p, 1}
+                  : c == OF_NORMAL                  ? (SlipH5Rows){path[f], normal, 1}
                   : f == OUTPUT_SLIP && out->start0 ? (SlipH5Rows){path[f], slip, 1}
                                                     : (SlipH5Rows){path[f], w + c, 3};
   }
   PetscCall(SlipH5AppendAll(SlipOutputFile(out->fault->run.file), n, series, 1));
   PetscCall(PetscFree(slip));
-  PetscCall(SlipArraysRestore(3, arrays));
+  PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -330,20 +334,25 @@ static PetscErrorCode ShowState(SlipFaultOutput out, Vec w, Vec *shown)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the pore pressure of a time, gathered */
-static PetscErrorCode GatherPressure(SlipFaultOutput out, PetscReal time)
+/* Collective: the pore pressure of a time (w: NULL), or the effective normal stress of a state, gathered in *x0 */
+static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, Vec *x0)
 {
   SlipFault fault = out->fault;
-  PetscReal *p;
+  SlipFrictionCells friction;
+  PetscReal *x;
 
   PetscFunctionBegin;
-  if (!out->pressure) PetscCall(VecDuplicate(fault->critical.uc, &out->pressure));
-  if (!out->p0) PetscCall(VecDuplicate(out->r0, &out->p0));
-  PetscCall(VecGetArrayWrite(out->pressure, &p));
-  PetscCall(SlipLoadsPressure(&fault->loads, time, p));
-  PetscCall(VecRestoreArrayWrite(out->pressure, &p));
-  PetscCall(VecScatterBegin(out->gather_r, out->pressure, out->p0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(out->gather_r, out->pressure, out->p0, INSERT_VALUES, SCATTER_FORWARD));
+  if (!out->numbers) PetscCall(VecDuplicate(fault->critical.uc, &out->numbers));
+  if (!*x0) PetscCall(VecDuplicate(out->r0, x0));
+  if (w) PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+  PetscCall(VecGetArrayWrite(out->numbers, &x));
+  if (w)
+    PetscCall(PetscArraycpy(x, friction.stress, fault->mesh.n));
+  else
+    PetscCall(SlipLoadsPressure(&fault->loads, time, x));
+  PetscCall(VecRestoreArrayWrite(out->numbers, &x));
+  PetscCall(VecScatterBegin(out->gather_r, out->numbers, *x0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_r, out->numbers, *x0, INSERT_VALUES, SCATTER_FORWARD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -366,7 +375,8 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
     PetscCall(VecScatterBegin(out->gather_r, traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(out->gather_r, traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   }
-  if (out->wanted[OUTPUT_PORE_PRESSURE]) PetscCall(GatherPressure(out, time));
+  if (out->wanted[OUTPUT_PORE_PRESSURE]) PetscCall(GatherNumbers(out, time, NULL, &out->p0));
+  if (out->wanted[OUTPUT_NORMAL_STRESS]) PetscCall(GatherNumbers(out, time, w, &out->n0));
   if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
   fault->run.entries++;
   fault->run.entry_time = time;

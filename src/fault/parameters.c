@@ -154,7 +154,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
   [FAULT_OUTPUT_FIELDS] =
     {"output_fields", "slip_rate,slip,displacement,traction", NULL,
-     "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state, pore_pressure"},
+     "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state, pore_pressure, "
+     "normal_stress (effective)"},
   [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Numbers of /fields in the output"},
   [FAULT_STATIONS] = {"stations", "", NULL,
                       "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, whose cells are written to /stations of "

@@ -10,9 +10,14 @@
 
 static const SlipOutputColumn Columns[] = {
   {"time", "s", PETSC_FALSE},      {"slip", "m", PETSC_FALSE},  {"slip_rate", "m/s", PETSC_FALSE},
-  {"traction", "Pa", PETSC_FALSE}, {"state", "m", PETSC_FALSE},
+  {"traction", "Pa", PETSC_FALSE}, {"state", "m", PETSC_FALSE}, {"normal_stress", "Pa", PETSC_FALSE},
 };
-enum { STATION_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns), STATION_STATE = STATION_COLUMNS - 1 };
+/* The last one where slip changes it only */
+enum {
+  STATION_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns),
+  STATION_NORMAL = STATION_COLUMNS - 1,
+  STATION_STATE = STATION_NORMAL - 1
+};
 
 typedef struct {
   PetscReal x, z;      /* asked for [m] */
@@ -27,7 +32,8 @@ typedef struct {
   Station *station;
   PetscBool known;   /* a checkpoint says where they began */
   PetscReal start;   /* time of the start [s] */
-  PetscReal *row;    /* [5 n] */
+  PetscInt columns;  /* of their tables */
+  PetscReal *row;    /* [columns n] */
   SlipOutput output; /* which has their tables, from this one on; NULL: none, there are no stations */
   PetscInt table;
 } Stations;
@@ -140,6 +146,7 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscCheck(n > 0, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_stations is \"%s\", expected points \"x,z;x,z\" in m",
              prefix, text);
   list->n = n;
+  list->columns = fault->kind.coupled ? STATION_COLUMNS : STATION_COLUMNS - 1;
   PetscCall(PetscCalloc2(n, &list->station, STATION_COLUMNS * n, &list->row));
   for (int k = 0; k < n; k++) PetscCall(ReadStation(fault, point[k], &list->station[k]));
   PetscCall(PetscStrToArrayDestroy(n, point));
@@ -215,7 +222,7 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
     PetscInt table;
 
     PetscCall(PetscSNPrintf(group, sizeof(group), "/stations/%" PetscInt_FMT, k));
-    PetscCall(SlipOutputAddTable(output, group, STATION_COLUMNS, columns, NULL, &table));
+    PetscCall(SlipOutputAddTable(output, group, list->columns, columns, NULL, &table));
     if (!k) list->table = table;
     if (h && !output->resumed) ierr = WritePlace(fault, h, group, &list->station[k]);
     PetscCall(SlipErrorBcast(fault->comm, ierr));
@@ -250,6 +257,7 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
 {
   Stations *list = (Stations *)ctx;
   const PetscReal *a, *r, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
+  SlipFrictionCells friction;
   PetscMPIInt rank;
   Vec traction;
 
@@ -259,13 +267,14 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
   if (!list->n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipFaultStepTraction(fault, time, w, &traction));
-  PetscCall(PetscArrayzero(list->row, STATION_COLUMNS * list->n));
+  if (fault->kind.coupled) PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+  PetscCall(PetscArrayzero(list->row, list->columns * list->n));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(traction, &r));
   for (PetscInt k = 0; k < list->n; k++) {
     const Station *s = &list->station[k];
     const PetscInt i = s->local;
-    PetscReal *row = list->row + STATION_COLUMNS * k;
+    PetscReal *row = list->row + list->columns * k;
 
     if (i < 0) continue;
     row[0] = time;
@@ -273,12 +282,13 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
     row[2] = a[SlipFaultRateAt(fault, i)];
     row[3] = r[i] / fault->mesh.weight[i];
     row[STATION_STATE] = SlipFaultShownState(fault, i, a[SlipFaultStateAt(fault, i)]);
+    if (fault->kind.coupled) row[STATION_NORMAL] = friction.stress[i];
   }
   PetscCall(VecRestoreArrayRead(traction, &r));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  PetscCallMPI(MPI_Reduce(rank ? list->row : MPI_IN_PLACE, list->row, (PetscMPIInt)(STATION_COLUMNS * list->n),
-                          MPIU_REAL, MPIU_SUM, 0, fault->comm));
+  PetscCallMPI(MPI_Reduce(rank ? list->row : MPI_IN_PLACE, list->row, (PetscMPIInt)(list->columns * list->n), MPIU_REAL,
+                          MPIU_SUM, 0, fault->comm));
   PetscCall(SlipOutputAddRows(list->output, list->table, list->n, list->row));
   PetscCall(SlipLogOutputEnd());
   PetscFunctionReturn(PETSC_SUCCESS);

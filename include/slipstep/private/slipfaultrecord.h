@@ -3,8 +3,8 @@
 #include <slipstep/private/slipfaultobservers.h>
 
 /* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
-/* Fields of /fields: components of the state, but traction, the reaction; pore pressure, of the time; and slip of a fault
-   that heals, which is not s */
+/* Fields of /fields: components of the state, but traction, the reaction; pore pressure, of the time; normal stress, of both;
+   and slip of a fault that heals, which is not s */
 typedef enum {
   OUTPUT_SLIP_RATE,
   OUTPUT_DISPLACEMENT,
@@ -12,6 +12,7 @@ typedef enum {
   OUTPUT_TRACTION,
   OUTPUT_STATE,
   OUTPUT_PORE_PRESSURE,
+  OUTPUT_NORMAL_STRESS,
   OUTPUT_NUM_FIELDS
 } SlipOutputFieldId;
 
@@ -32,10 +33,10 @@ typedef struct {
   PetscBool wanted[OUTPUT_NUM_FIELDS];
   PetscBool resumed;        /* goes on in the file of an earlier run */
   PetscInt last_field_step; /* step of the newest entry of /fields */
-  Vec w0, r0, p0;           /* state, reaction and pore pressure gathered on rank 0 */
-  Vec pressure;
-  Vec shown;         /* state as /fields have it, where that is not w */
-  Vec start0, vinf0; /* rank 0, of a fault that heals: displacement of the start [m] and loading rate [m/s] */
+  Vec w0, r0, p0, n0;       /* state, reaction, pore pressure and normal stress gathered on rank 0 */
+  Vec numbers;              /* before they are gathered */
+  Vec shown;                /* state as /fields have it, where that is not w */
+  Vec start0, vinf0;        /* rank 0, of a fault that heals: displacement of the start [m] and loading rate [m/s] */
   VecScatter gather_w, gather_r;
   SlipFaultWhen when;
 } * SlipFaultOutput;
