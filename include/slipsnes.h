@@ -48,6 +48,9 @@ typedef struct {
   PetscErrorCode (*prescribed)(SlipConstraint, Vec mask, void *ctx);
   /* dq_i/d|x_i| as bound gives it, but at the stage's start, for SlipConstraintSetRefuseUnstable(); NULL: that at the end alone counts */
   PetscErrorCode (*start_slope)(SlipConstraint, Vec dq, void *ctx);
+  /* What the bound of a row gains where x changes by dx, besides dq_i/d|x_i|: a_i (C dx)_i, at the x that bound was asked about
+     last; C borrowed, a reduced. NULL: a bound depends on its own x only */
+  PetscErrorCode (*coupling)(SlipConstraint, Mat *C, Vec a, void *ctx);
 } SlipConstraintOps;
 
 PETSC_EXTERN PetscErrorCode SlipSNESInitializePackage(void); /* called by what creates objects; again does nothing */

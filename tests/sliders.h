@@ -176,9 +176,21 @@ static PetscErrorCode SlidersSolveMass(SlipConstraint con, Vec F, Vec k, void *c
 static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal (*entry)(PetscInt, PetscInt, PetscInt),
                                            PetscReal mass, PetscReal eta, Sliders *p)
 {
-  const SlipConstraintOps ops = {
-    SlidersStage,       LinearResidual,   LinearJacobian,    SlidersBound, SlidersReduce, SlidersLift, SlidersSmooth,
-    SlidersAddReaction, SlidersSolveMass, SlidersBoundState, NULL,         NULL,          NULL,        NULL};
+  const SlipConstraintOps ops = {SlidersStage,
+                                 LinearResidual,
+                                 LinearJacobian,
+                                 SlidersBound,
+                                 SlidersReduce,
+                                 SlidersLift,
+                                 SlidersSmooth,
+                                 SlidersAddReaction,
+                                 SlidersSolveMass,
+                                 SlidersBoundState,
+                                 NULL,
+                                 NULL,
+                                 NULL,
+                                 NULL,
+                                 NULL};
   PetscInt first, last;
 
   PetscFunctionBegin;

@@ -223,7 +223,7 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(VecStrideGather(w, fault->layout.displacement, b->u, INSERT_VALUES));
   if (fault->operators.Kn) {
     PetscCall(MatSlipStiffnessMultBoth(fault->operators.K, fault->operators.Kn, b->u, b->force, fault->coupling.rise));
-    PetscCall(SlipFaultCoupledFriction(fault, t, &friction));
+    PetscCall(SlipFaultCoupledFriction(fault, t, 0, &friction));
   } else {
     PetscCall(MatMult(fault->operators.K, b->u, b->force));
     PetscCall(SlipFaultGetFriction(fault, t, &friction));

@@ -127,15 +127,36 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   SlipFault fault = (SlipFault)ctx;
   SlipFrictionCells friction;
   const PetscReal *v, *s0;
-  PetscReal *a, *b = NULL;
+  PetscReal *a, *b = NULL, *factor;
   const SlipArrays arrays[] = {{x, .read = &v}, {fault->stage.s0, .read = &s0}, {q, .write = &a}, {dq, .write = &b}};
 
   PetscFunctionBegin;
   (void)con;
-  PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
+  if (fault->operators.Kn)
+    PetscCall(SlipFaultCoupledBound(fault, x, &friction));
+  else
+    PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(4, arrays));
   SlipFrictionStrength(&friction, fault->mesh.n, fault->stage.theta, 1, s0, v, a, b);
+  if (fault->operators.Kn) {
+    PetscCall(VecGetArrayWrite(fault->coupling.factor, &factor));
+    for (PetscInt i = 0; i < fault->mesh.n; i++)
+      factor[i] = friction.stress[i] > 0 ? fault->stage.theta * a[i] / friction.stress[i] : 0;
+    PetscCall(VecRestoreArrayWrite(fault->coupling.factor, &factor));
+  }
   PetscCall(SlipArraysRestore(4, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* dq_i of the slip of all cells: mu_i w_i theta (Kn dv)_i */
+static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+
+  PetscFunctionBegin;
+  (void)con;
+  *C = fault->operators.Kn;
+  PetscCall(VecCopy(fault->coupling.factor, a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -151,7 +172,10 @@ static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
 
   PetscFunctionBegin;
   (void)con;
-  PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
+  if (fault->operators.Kn) /* the normal stress is that of the stage's end */
+    friction = SlipFaultCellFriction(fault, fault->coupling.stress);
+  else
+    PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
@@ -361,7 +385,8 @@ PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
                                  AtRest,
                                  smooth ? SolveCells : NULL,
                                  smooth ? Prescribed : NULL,
-                                 fault->friction.law->by_rate ? NULL : StartSlope};
+                                 fault->friction.law->by_rate ? NULL : StartSlope,
+                                 fault->operators.Kn ? Coupling : NULL};
 
   PetscFunctionBegin;
   if (!fault->stage.con)

@@ -2,6 +2,7 @@
    loading by backslip leaves as it is. */
 #include <slipstep/private/slipfault.h>
 #include <slipelasticity.h>
+#include <slipstep/private/slipsys.h>
 
 /* Is every rake the same multiple of 180 degrees, so that the vertical kernel holds? */
 static PetscErrorCode AlongStrike(SlipFault fault, PetscBool *along)
@@ -23,7 +24,7 @@ static PetscErrorCode AlongStrike(SlipFault fault, PetscBool *along)
 PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault), *file = fault->options.text[FAULT_STIFFNESS_FILE];
-  PetscBool along, yes, no;
+  PetscBool along, yes, no, critical;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->options.text[FAULT_NORMAL_COUPLING], "yes", &yes));
@@ -36,6 +37,12 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
     prefix, prefix, file);
   fault->kind.dipping = !file[0] && (yes || fault->mesh.dips || !along) ? PETSC_TRUE : PETSC_FALSE;
   fault->kind.coupled = fault->kind.dipping && !no ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
+  PetscCheck(!critical || !fault->kind.coupled, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_initial critical does not know normal stress that slip changes, as of this fault: expected "
+             "traction, rest, "
+             "or -%sfault_normal_coupling no",
+             prefix, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -48,6 +55,9 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
   if (!fault->operators.Kn) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &c->u));
   PetscCall(VecDuplicate(fault->critical.uc, &c->rise));
+  PetscCall(VecDuplicate(fault->critical.uc, &c->drive));
+  PetscCall(VecDuplicate(fault->critical.uc, &c->factor));
+  PetscCall(MatMult(fault->operators.Kn, fault->operators.vinf, c->drive));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -59,22 +69,37 @@ PetscErrorCode SlipFaultCouplingDestroy(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(VecDestroy(&c->u));
   PetscCall(VecDestroy(&c->rise));
+  PetscCall(VecDestroy(&c->drive));
+  PetscCall(VecDestroy(&c->factor));
   PetscCall(PetscFree(c->stress));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* c->stress at t, of Kn u in c->rise; another one than of the state known before. Collective. */
-PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, SlipFrictionCells *friction)
+/* Of a stage with u = u0 + theta x at its end, and what the strength gains there where the rates change. Collective. */
+PetscErrorCode SlipFaultCoupledBound(SlipFault fault, Vec x, SlipFrictionCells *friction)
+{
+  SlipFaultCoupling *c = &fault->coupling;
+
+  PetscFunctionBegin;
+  PetscCall(VecWAXPY(c->u, fault->stage.theta, x, fault->stage.u0));
+  PetscCall(MatMult(fault->operators.Kn, c->u, c->rise));
+  PetscCall(SlipFaultCoupledFriction(fault, fault->stage.time, 0, friction));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* c->stress of Kn u in c->rise, after rest more of rest, at t; another one than of the state known before. Collective. */
+PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal rest, SlipFrictionCells *friction)
 {
   SlipFaultCoupling *c = &fault->coupling;
   const SlipFaultLoad *load;
-  const PetscReal *rise;
+  const PetscReal *rise, *drive;
+  const SlipArrays arrays[] = {{c->rise, .read = &rise}, {c->drive, .read = &drive}};
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(VecGetArrayRead(c->rise, &rise));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) c->stress[i] = PetscMax(load->bare[i] + rise[i], 0);
-  PetscCall(VecRestoreArrayRead(c->rise, &rise));
+  PetscCall(SlipArraysGet(2, arrays));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) c->stress[i] = PetscMax(load->bare[i] + rise[i] - rest * drive[i], 0);
+  PetscCall(SlipArraysRestore(2, arrays));
   c->moment = (SlipFaultMoment){0};
   *friction = SlipFaultCellFriction(fault, c->stress);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -119,7 +144,7 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
   }
   PetscCall(VecStrideGather(w, fault->layout.displacement, c->u, INSERT_VALUES));
   PetscCall(MatMult(fault->operators.Kn, c->u, c->rise));
-  PetscCall(SlipFaultCoupledFriction(fault, t, friction));
+  PetscCall(SlipFaultCoupledFriction(fault, t, 0, friction));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

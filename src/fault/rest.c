@@ -2,7 +2,8 @@
 
    At v = 0 the force on a cell is f(t) = T(t) - K u + H v_inf; as du/dt = -v_inf it changes at the constant rate
    K v_inf + dT/dt. The strength q(t) = mu(s(t)) (sigma - p(t)) changes too when the state s heals or the pressure p
-   does. A cell starts to slip at the first root of |f| - q. */
+   does, and falls at the rate mu Kn v_inf where slip changes normal stress. A cell starts to slip at the first root of
+   |f| - q. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 
@@ -24,6 +25,7 @@ typedef struct {
   const PetscReal *hold;  /* H v_inf [Pa] */
   const PetscReal *drive; /* rate of the force [Pa/s] */
   const PetscReal *shear; /* T(t) [Pa]; NULL: 0 */
+  const PetscReal *clamp; /* Kn v_inf [Pa/s]; NULL: 0 */
 } Rest;
 
 /* K v_inf + w dT/dt, H v_inf and the diagonals of both matrices, once */
@@ -98,7 +100,10 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  PetscCall(SlipFaultGetFriction(fault, r->t + dt, &r->friction));
+  if (r->clamp)
+    PetscCall(SlipFaultCoupledFriction(fault, r->t + dt, dt, &r->friction));
+  else
+    PetscCall(SlipFaultGetFriction(fault, r->t + dt, &r->friction));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal f = PetscAbsReal(Force(r, i) + dt * r->drive[i]), q = Strength(r, i, dt);
     const PetscReal e = f - q;
@@ -114,7 +119,17 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Strengths that do not change: the first cell's root is a quotient. */
+/* When +-(f + d t) meets q - e t; PETSC_MAX_REAL: never */
+static PetscReal CoupledOnset(PetscReal f, PetscReal d, PetscReal q, PetscReal e)
+{
+  PetscReal first = PETSC_MAX_REAL;
+
+  for (int sign = -1; sign < 2; sign += 2)
+    if (sign * d + e > 0) first = PetscMin(first, (q - sign * f) / (sign * d + e));
+  return first;
+}
+
+/* Strengths that do not change, or like the force linearly: the first cell's root is a quotient. */
 static PetscErrorCode LinearOnset(Rest *r, PetscReal limit, PetscReal *rest)
 {
   SlipFault fault = r->fault;
@@ -126,6 +141,8 @@ static PetscErrorCode LinearOnset(Rest *r, PetscReal limit, PetscReal *rest)
 
     if (PetscAbsReal(f) > q)
       *rest = 0;
+    else if (r->clamp)
+      *rest = PetscMin(*rest, CoupledOnset(f, d, q, q > 0 ? r->clamp[i] / r->friction.stress[i] * q : 0));
     else if (d != 0)
       *rest = PetscMin(*rest, ((d > 0 ? q : -q) - f) / d);
   }
@@ -271,7 +288,8 @@ static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
   *r = (Rest){.fault = fault, .t = t};
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipFaultGetFriction(fault, t, &r->friction));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &r->friction));
+  if (fault->operators.Kn) PetscCall(VecGetArrayRead(fault->coupling.drive, &r->clamp));
   PetscCall(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
   PetscCall(MatMult(fault->operators.K, u, ku));
   PetscCall(VecCopy(load->shear ? load->shear : fault->loads.hold, u));
@@ -290,6 +308,7 @@ static PetscErrorCode RestEnd(Vec w, Rest *r)
   const PetscReal *shear = NULL;
 
   PetscFunctionBegin;
+  if (r->clamp) PetscCall(VecRestoreArrayRead(fault->coupling.drive, &r->clamp));
   PetscCall(VecRestoreArrayRead(fault->loads.drive, &r->drive));
   PetscCall(VecRestoreArrayRead(fault->loads.hold, &r->hold));
   PetscCall(VecRestoreArrayRead(fault->work[0], r->shear ? &r->shear : &shear));

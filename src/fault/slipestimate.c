@@ -96,7 +96,7 @@ static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, Petsc
   PetscReal *x;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, t, &friction));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(PetscArrayzero(sum, STEP_SUMS));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(u, &x));
@@ -110,7 +110,7 @@ static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, Petsc
     PetscReal mu, ds, dv, q;
 
     SlipFrictionEvaluate(&friction, i, s, PetscAbsReal(v), &mu, &ds, &dv);
-    q = mu * (weight * fault->fields.cell[FIELD_NORMAL_STRESS][i]);
+    q = mu * (weight * (fault->kind.coupled ? friction.stress[i] : fault->fields.cell[FIELD_NORMAL_STRESS][i]));
     sum[STEP_WORK] += fault->operators.mass * weight * v * b[SlipFaultRateAt(fault, i)] +
                       f[i] * b[SlipFaultDisplacementAt(fault, i)] + q * b[SlipFaultStateAt(fault, i)];
     sum[STEP_RESTRAINT] += (f[i] + q) * s;

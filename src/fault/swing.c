@@ -34,7 +34,7 @@ PetscErrorCode SlipFaultSwing(SlipFault fault, PetscReal t, Vec w, PetscReal *ra
   PetscFunctionBegin;
   *ratio = 0;
   if (!fault->kind.inertia || !fault->friction.law->by_rate) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultGetFriction(fault, t, &friction));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(fault->loads.diagonal[0], &k));
   PetscCall(VecGetArrayRead(fault->loads.diagonal[1], &h));

@@ -50,23 +50,21 @@ static PetscErrorCode LargestDisplacement(SlipFault fault, Vec w, PetscReal *lar
    slip times K/(H + theta K) of the cell. K/H would do for short steps; in long ones the next stage takes most of such an
    error away again. slow: the least of the cells' rates d_c over the time that inertia or radiation take. swing: of cells
    with inertia that weaken with slip, which largest leaves out, the error over the wanted one. */
-static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal tolerance, PetscReal t,
+static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal tolerance, const SlipFrictionCells *friction,
                                 PetscReal displacement, Vec e, PetscReal *largest, PetscReal *slow, PetscReal *swing)
 {
   const PetscBool lasts = (PetscBool)(fault->kind.inertia && !fault->friction.law->by_rate);
-  SlipFrictionCells friction;
   const PetscReal *a, *k, *viscosity;
   const SlipArrays arrays[] = {
     {e, .read = &a}, {fault->loads.diagonal[0], .read = &k}, {fault->loads.diagonal[1], .read = &viscosity}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscBool weakens;
     const PetscReal times =
       fault->kind.inertia ? PetscSqrtReal(k[i] / (fault->operators.mass * fault->mesh.weight[i])) : k[i] / viscosity[i];
-    const PetscReal scale = SlipScale(fault, &friction, i, displacement, &weakens) * times;
+    const PetscReal scale = SlipScale(fault, friction, i, displacement, &weakens) * times;
     PetscReal error = PetscAbsReal(a[SlipFaultRateAt(fault, i)]);
 
     *slow = PetscMin(*slow, scale);
@@ -143,9 +141,9 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   if (!PetscIsNanReal(fault->options.value[FAULT_RATE_TOLERANCE]))
     tolerance = fault->options.value[FAULT_RATE_TOLERANCE];
   PetscCall(SlipFaultRestSetUp(fault));
-  PetscCall(SlipFaultGetFriction(fault, t, &friction));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w1, &friction));
   PetscCall(LargestDisplacement(fault, w1, &displacement));
-  PetscCall(RateError(fault, rtol, tolerance, t, displacement, e, &largest[1], &slow, &largest[5]));
+  PetscCall(RateError(fault, rtol, tolerance, &friction, displacement, e, &largest[1], &slow, &largest[5]));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal error =

@@ -20,7 +20,7 @@ PetscErrorCode SlipConstraintDestroy(SlipConstraint *con)
   if (*con) PetscValidHeaderSpecific(*con, SLIP_CONSTRAINT_CLASSID, 1);
   if (*con && --((PetscObject)*con)->refct == 0) {
     SlipConstraint c = *con;
-    Vec *vecs[] = {&c->x, &c->w, &c->r, &c->g, &c->q, &c->dq, &c->F, &c->mask, &c->slope, &c->rho};
+    Vec *vecs[] = {&c->x, &c->w, &c->r, &c->g, &c->q, &c->dq, &c->F, &c->mask, &c->slope, &c->rho, &c->row, &c->cx};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
     PetscCall(PetscHeaderDestroy(con));

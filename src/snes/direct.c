@@ -55,6 +55,26 @@ static PetscErrorCode SlipSlidingSet(Vec mask, PetscInt *nloc, PetscInt **loc, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The rows of J_ss owned here gain row_i C_ij. */
+static PetscErrorCode SlipPackCoupling(Mat C, Vec row, PetscInt nloc, const PetscInt loc[], PetscInt n,
+                                       const PetscInt glob[], PetscScalar rows[])
+{
+  Mat local;
+  PetscInt lda;
+  const PetscScalar *a, *f;
+
+  PetscFunctionBegin;
+  PetscCall(MatDenseGetLocalMatrix(C, &local));
+  PetscCall(MatDenseGetLDA(local, &lda));
+  PetscCall(MatDenseGetArrayRead(local, &a));
+  PetscCall(VecGetArrayRead(row, &f));
+  for (PetscInt j = 0; j < n; j++)
+    for (PetscInt i = 0; i < nloc; i++) rows[i * n + j] += f[loc[i]] * a[loc[i] + lda * glob[j]];
+  PetscCall(VecRestoreArrayRead(row, &f));
+  PetscCall(MatDenseRestoreArrayRead(local, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The rows of J_ss owned here, n entries each, and their right-hand sides */
 static PetscErrorCode SlipPackRows(Mat dense, PetscReal scale, Vec diagonal, Vec slope, Vec rhs, PetscInt nloc,
                                    const PetscInt loc[], PetscInt n, const PetscInt glob[], PetscInt first,
@@ -97,8 +117,9 @@ static PetscErrorCode SlipSolveSymmetric(PetscInt n, PetscScalar A[], PetscScala
 }
 
 /* LU for a matrix that is known not to be symmetric; A holds it by rows. Its solution shows negative curvature, no
-   more. */
-static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscScalar A[], PetscScalar b[], PetscBool *pd)
+   more; of bounds that are coupled the sign of the determinant says more: positive for a stage short enough, it is
+   negative behind an instability. */
+static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscBool coupled, PetscScalar A[], PetscScalar b[], PetscBool *pd)
 {
   PetscBLASInt nb, one = 1, info, *pivot;
   PetscScalar *rhs;
@@ -112,6 +133,11 @@ static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscScalar A[], PetscScalar 
   PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "getrf: argument %d is wrong", (int)-info);
   if (!info) LAPACKgetrs_("T", &nb, &one, A, &nb, pivot, b, &nb, &info);
   for (PetscInt i = 0; i < n; i++) curvature += PetscRealPart(rhs[i] * b[i]);
+  if (coupled) {
+    curvature = 1.0;
+    for (PetscInt i = 0; i < n; i++)
+      if ((PetscRealPart(A[(size_t)i * n + i]) < 0.0) != (pivot[i] != i + 1)) curvature = -curvature;
+  }
   *pd = info == 0 && curvature >= 0.0 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(PetscFree2(pivot, rhs));
   PetscCall(PetscLogFlops(2.0 * (PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
@@ -119,7 +145,7 @@ static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscScalar A[], PetscScalar 
 }
 
 /* Gather A and b everywhere, factor and solve there */
-static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscBool symmetric, PetscInt n, PetscInt nloc,
+static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscBool symmetric, PetscBool coupled, PetscInt n, PetscInt nloc,
                                       const PetscScalar rows[], const PetscScalar mine[], const PetscMPIInt counts[],
                                       const PetscMPIInt displs[], PetscScalar A[], PetscScalar b[], PetscBool *pd)
 {
@@ -138,14 +164,14 @@ static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscBool symmetric, PetscI
   if (symmetric)
     PetscCall(SlipSolveSymmetric(n, A, b, pd));
   else
-    PetscCall(SlipSolveGeneral(n, A, b, pd));
+    PetscCall(SlipSolveGeneral(n, coupled, A, b, pd));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Solve (B + diag(slope)) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. B is taken for symmetric unless it
    is known not to be (MAT_SYMMETRIC). See slipsnes.h (private). */
-PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, PetscInt max, PetscBool *done,
-                               PetscBool *pd)
+PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec rhs, Vec dx, PetscInt max,
+                               PetscBool *done, PetscBool *pd)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)mask);
   Mat dense;
@@ -162,6 +188,8 @@ PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, Pets
   PetscCall(VecNorm(mask, NORM_1, &sum));
   n = (PetscInt)(sum + 0.5);
   if (n > max) PetscFunctionReturn(PETSC_SUCCESS);
+  if (C) PetscCall(PetscObjectTypeCompareAny((PetscObject)C, &told, MATSEQDENSE, MATMPIDENSE, ""));
+  if (C && !told) PetscFunctionReturn(PETSC_SUCCESS);
   if (!n) {
     PetscCall(VecZeroEntries(dx));
     *done = PETSC_TRUE;
@@ -173,9 +201,10 @@ PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, Pets
   PetscCall(SlipSlidingSet(mask, &nloc, &loc, &counts, &displs, &glob));
   PetscCall(PetscMalloc4(nloc * n, &rows, nloc, &mine, n * n, &A, n, &b));
   PetscCall(SlipPackRows(dense, scale, diagonal, slope, rhs, nloc, loc, n, glob, displs[rank], rows, mine));
+  if (C) PetscCall(SlipPackCoupling(C, row, nloc, loc, n, glob, rows));
   PetscCall(MatIsSymmetricKnown(dense, &told, &symmetric));
-  PetscCall(SlipGatherSolve(comm, !told || symmetric ? PETSC_TRUE : PETSC_FALSE, n, nloc, rows, mine, counts, displs, A,
-                            b, pd));
+  PetscCall(SlipGatherSolve(comm, !C && (!told || symmetric) ? PETSC_TRUE : PETSC_FALSE, C ? PETSC_TRUE : PETSC_FALSE,
+                            n, nloc, rows, mine, counts, displs, A, b, pd));
   if (*pd) {
     PetscCall(VecZeroEntries(dx));
     PetscCall(VecGetArray(dx, &y));

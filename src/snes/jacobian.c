@@ -9,6 +9,8 @@ typedef struct {
   Vec work[2]; /* masked input, product */
   Mat B;       /* the parts once more, borrowed: products and steps by the thousand need not look up names */
   Vec mask, slope;
+  Mat C;   /* borrowed; NULL: symmetric */
+  Vec row; /* its factors, borrowed */
 } SlipJacobian;
 
 /* The context, once the parts are set */
@@ -39,6 +41,10 @@ static PetscErrorCode MatMult_SlipJacobian(Mat J, Vec x, Vec y)
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < n; i++) yy[i] = m[i] != 0.0 ? z[i] + d[i] * xx[i] : xx[i];
   PetscCall(SlipArraysRestore(5, arrays));
+  if (!jac->C) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatMult(jac->C, jac->work[0], jac->work[1]));
+  PetscCall(VecPointwiseMult(jac->work[1], jac->work[1], jac->row));
+  PetscCall(VecAXPY(y, 1.0, jac->work[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -144,6 +150,22 @@ PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope)
   PetscCall(MatAssemblyBegin(J, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(J, MAT_FINAL_ASSEMBLY));
   PetscCall(PetscObjectStateIncrease((PetscObject)J));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y gains row (C (m x)), so that J is not symmetric any more; row is 0 where a cell sticks */
+PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row)
+{
+  SlipJacobian *jac;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(J, &jac));
+  if (C && !jac->C) {
+    PetscCall(MatSetOption(J, MAT_SYMMETRY_ETERNAL, PETSC_FALSE));
+    PetscCall(MatSetOption(J, MAT_SYMMETRIC, PETSC_FALSE));
+  }
+  jac->C = C;
+  jac->row = row;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

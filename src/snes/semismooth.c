@@ -130,7 +130,8 @@ static PetscErrorCode SlipSemismoothCheckStart(SNES snes, SlipConstraint con)
   PetscCall(VecPointwiseMult(rhs, rhs, con->rho));
   PetscCall(VecNorm(rhs, NORM_INFINITY, &change));
   if (change < small_change) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipDirectSolve(con->B, con->mask, slope, rhs, work[SEMISMOOTH_DX], ss->direct_max, &done, &pd));
+  PetscCall(
+    SlipDirectSolve(con->B, con->C, con->row, con->mask, slope, rhs, work[SEMISMOOTH_DX], ss->direct_max, &done, &pd));
   if (!done) PetscCall(SlipSemismoothKrylov(snes, con, con->B, slope, &ok, &pd));
   if (pd) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(snes, "Indefinite Jacobian at the start: the step would go past an instability\n"));
@@ -251,7 +252,8 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
 
   Notes:
   Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
-  "slipstage") solves on the sliding set. The KSP's relative tolerance is chosen in each iteration.
+  "slipstage") solves on the sliding set. Bounds that depend on other rows' x (coupling of SlipConstraintOps), as where slip
+  changes normal stress, make the Jacobian unsymmetric: LU takes the place of Cholesky and gmres that of cg. The KSP's relative tolerance is chosen in each iteration.
 
   Where the operator has an approximation A (MatSlipStageGetApproximation()), each iteration solves the stage with
   G(y) + A (x - y) for G(x), y the last iterate, to a hundredth of its residual, by Newton steps that are not counted as

@@ -35,6 +35,13 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
   PetscFunctionBegin;
   if (!ss->J) PetscCall(MatCreateSlipJacobian(con->B, &ss->J));
   PetscCall(MatSlipJacobianSetParts(ss->J, A, con->mask, slope));
+  if (con->C) {
+    PetscBool cg;
+
+    PetscCall(MatSlipJacobianSetCoupling(ss->J, con->C, con->row));
+    PetscCall(PetscObjectTypeCompare((PetscObject)snes->ksp, KSPCG, &cg));
+    if (cg) PetscCall(KSPSetType(snes->ksp, KSPGMRES));
+  }
   PetscCall(KSPSetOperators(snes->ksp, ss->J, ss->J));
   /* Near quadratic convergence the next residual is of the order of the square of this one: solve so far, or to
      rounding. */
@@ -67,9 +74,10 @@ PetscErrorCode SlipSemismoothDirection(SNES snes, SlipConstraint con, Mat A, Vec
   PetscCall(VecPointwiseMult(xt, con->mask, x));
   PetscCall(VecAYPX(xt, -1.0, x));
   PetscCall(VecNorm(xt, NORM_INFINITY, &moved));
-  if (moved > 0.0)
+  if (moved > 0.0) {
     PetscCall(MatMult(A, xt, rhs));
-  else
+    PetscCall(SlipConstraintAddCoupling(con, xt, rhs));
+  } else
     PetscCall(VecZeroEntries(rhs));
   PetscCall(VecAXPY(rhs, -1.0, con->F));
   PetscCall(VecPointwiseMult(rhs, con->mask, rhs));
@@ -77,7 +85,7 @@ PetscErrorCode SlipSemismoothDirection(SNES snes, SlipConstraint con, Mat A, Vec
   for (*picard = PETSC_FALSE;; *picard = PETSC_TRUE) {
     Vec slope = *picard ? work[SEMISMOOTH_ZERO] : con->slope;
 
-    PetscCall(SlipDirectSolve(A, con->mask, slope, rhs, dx, ss->direct_max, &done, &pd));
+    PetscCall(SlipDirectSolve(A, con->C, con->row, con->mask, slope, rhs, dx, ss->direct_max, &done, &pd));
     if (done) {
       snes->linear_its++;
       ss->n_direct++;

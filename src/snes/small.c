@@ -360,8 +360,8 @@ static PetscErrorCode SmallCheck(const SlipSmall *p)
 @*/
 PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstraint *con)
 {
-  const SlipConstraintOps ops = {Stage,       Residual,  Jacobian,   Bound, Reduce, Lift, Smooth,
-                                 AddReaction, SolveMass, BoundState, NULL,  NULL,   NULL, NULL};
+  const SlipConstraintOps ops = {Stage,     Residual,   Jacobian, Bound, Reduce, Lift, Smooth, AddReaction,
+                                 SolveMass, BoundState, NULL,     NULL,  NULL,   NULL, NULL};
   PetscInt n, m, f;
   Small *s;
   Vec x;

@@ -26,7 +26,7 @@ static PetscErrorCode Direction(SNES snes, SlipConstraint con, Mat A, PetscBool 
   PetscFunctionBegin;
   PetscCall(VecPointwiseMult(rhs, con->mask, con->F));
   PetscCall(VecScale(rhs, -1.0));
-  PetscCall(SlipDirectSolve(A, con->mask, con->slope, rhs, dx, ss->direct_max, &done, &pd));
+  PetscCall(SlipDirectSolve(A, NULL, NULL, con->mask, con->slope, rhs, dx, ss->direct_max, &done, &pd));
   if (done) {
     snes->linear_its++;
     ss->n_direct++;

@@ -12,6 +12,10 @@ PetscErrorCode SlipConstraintSetUpWork(SlipConstraint con)
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(work); i++)
     if (!*work[i]) PetscCall(VecDuplicate(con->x, work[i]));
+  if (con->ops->coupling && !con->row) {
+    PetscCall(VecDuplicate(con->x, &con->row));
+    PetscCall(VecDuplicate(con->x, &con->cx));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -63,6 +67,38 @@ PetscErrorCode SlipConstraintResidual(SlipConstraint con, const SlipStageModel *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* C and the factors of its rows: omega sign a where a cell slides against a bound */
+static PetscErrorCode SlipConstraintCoupling(SlipConstraint con)
+{
+  PetscInt n;
+  const PetscScalar *g, *F, *q, *mask;
+  PetscScalar *row;
+  const SlipArrays arrays[] = {{con->g, .read = &g},
+                               {con->F, .read = &F},
+                               {con->q, .read = &q},
+                               {con->mask, .read = &mask},
+                               {con->row, .write = &row}};
+
+  PetscFunctionBegin;
+  PetscCall((*con->ops->coupling)(con, &con->C, con->row, con->ctx));
+  PetscCall(VecGetLocalSize(con->row, &n));
+  PetscCall(SlipArraysGet(5, arrays));
+  for (PetscInt i = 0; i < n; i++)
+    row[i] = mask[i] != 0.0 && q[i] > 0.0 ? (F[i] > g[i] ? con->omega : -con->omega) * row[i] : 0.0;
+  PetscCall(SlipArraysRestore(5, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipConstraintAddCoupling(SlipConstraint con, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  if (!con->C) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatMult(con->C, x, con->cx));
+  PetscCall(VecPointwiseMult(con->cx, con->cx, con->row));
+  PetscCall(VecAXPY(y, 1.0, con->cx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *model, Vec x)
 {
   PetscInt n;
@@ -83,6 +119,7 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *
   else
     SlipConeNatural(n, con->omega, xx, g, q, dq, rho, F, mask, slope);
   PetscCall(SlipArraysRestore(8, arrays));
+  if (con->ops->coupling) PetscCall(SlipConstraintCoupling(con));
   PetscCall(VecNorm(con->F, NORM_2, &con->merit));
   PetscCall(VecNorm(con->F, NORM_INFINITY, &con->norm));
   con->merit /= con->scale;

@@ -170,7 +170,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
 PETSC_INTERN PetscErrorCode SlipFaultChooseCoupling(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultCouplingDestroy(SlipFault fault);
-PETSC_INTERN PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, SlipFrictionCells *friction);
+PETSC_INTERN PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal rest,
+                                                     SlipFrictionCells *friction);
+PETSC_INTERN PetscErrorCode SlipFaultCoupledBound(SlipFault fault, Vec x, SlipFrictionCells *friction);
 PETSC_INTERN PetscErrorCode SlipFaultGatherAll(SlipFault fault, const PetscReal local[],
                                                PetscReal all[]); /* access.c */
 /* resolution.c */

@@ -25,6 +25,8 @@ struct _p_SlipConstraint {
 
   /* at the last point evaluated */
   Vec g, q, dq, F, mask, slope;
+  Mat C;           /* of bounds that depend on other rows' x, borrowed; NULL: none does */
+  Vec row, cx;     /* its factors in sliding rows: F_i gains row_i (C dx)_i; a product */
   Vec rho;         /* step of the natural map, 1 / diag(B) */
   PetscReal merit; /* 2-norm of F / scale */
   PetscReal norm;  /* max-norm of F / scale */
@@ -44,17 +46,23 @@ PETSC_INTERN PetscErrorCode SlipConstraintJacobian(SlipConstraint, Vec x); /* B;
 PETSC_INTERN PetscErrorCode SlipConstraintResidual(SlipConstraint, const SlipStageModel *, Vec x, Vec g);
 /* g, q, dq, F, mask, slope, merit, norm */
 PETSC_INTERN PetscErrorCode SlipConstraintEvaluate(SlipConstraint, const SlipStageModel *, Vec x);
+/* y_i += row_i (C x)_i, nothing without a coupling */
+PETSC_INTERN PetscErrorCode SlipConstraintAddCoupling(SlipConstraint, Vec x, Vec y);
 PETSC_INTERN PetscErrorCode SlipConstraintFinish(SlipConstraint, Vec x); /* reaction, worst cell */
 PETSC_INTERN PetscErrorCode SlipConstraintQuery(SNES, SlipConstraint *); /* error when the SNES has none */
 PETSC_INTERN PetscErrorCode SlipConstraintReport(SNES, SlipConstraint, PetscInt it, SNESConvergedReason *reason);
 
+/* The coupling of the bounds in a generalised Jacobian; C NULL: none */
+PETSC_INTERN PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row);
+
 /* One self-adaptive projection step from x, evaluated; rho is kept between calls, x1 and g1 are work. */
 PETSC_INTERN PetscErrorCode SlipProjectionStep(SlipConstraint, const SlipStageModel *, Vec x, Vec rho, Vec x1, Vec g1);
 
-/* Dense Cholesky solve on the sliding set: J_ss dx_s = rhs_s. done is false when B's entries are not at hand, pd is
-   false when the matrix is not positive definite (dx then untouched). */
-PETSC_INTERN PetscErrorCode SlipDirectSolve(Mat B, Vec mask, Vec slope, Vec rhs, Vec dx, PetscInt max, PetscBool *done,
-                                            PetscBool *pd);
+/* Dense solve on the sliding set: J_ss dx_s = rhs_s, by Cholesky, with C (NULL: none) and its factors row by LU. done is false
+   when the entries of B or C are not at hand, pd is false when the matrix is not positive definite, with C when its
+   determinant is not positive (dx then untouched). */
+PETSC_INTERN PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec rhs, Vec dx, PetscInt max,
+                                            PetscBool *done, PetscBool *pd);
 
 /* What both types start with. */
 typedef struct {

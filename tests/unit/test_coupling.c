@@ -1,0 +1,268 @@
+/* Normal stress that slip changes, sigma = sigma0 + Kn u: against closed forms of one cell, the balance of each cell, and differences
+   of the bound. */
+#include "unit.h"
+#include "faultstart.h"
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsnes.h>
+#include <slipts.h>
+#include <math.h>
+
+#define MU 0.6
+#define SIGMA 5e7
+
+/* A thrust that breaks the surface, which slip on it loads; more is set before it is set up */
+static SlipFault Thrust(PetscInt nx, PetscInt nz, PetscReal dip, const char law[])
+{
+  SlipFault fault;
+
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"dip", dip}, {"rake", 90}, {"normal_stress", SIGMA}));
+  ok(FaultSetReals(fault, {"normal_stress_gradient", 0}, {"friction_residual", MU}));
+  ok(SlipFaultSetString(fault, "friction_law", law));
+  return fault;
+}
+
+/* K and Kn of a fault with one cell [Pa/m] */
+static void Numbers(SlipFault fault, PetscReal *K, PetscReal *Kn)
+{
+  const PetscScalar *a;
+
+  ok(MatDenseGetArrayRead(fault->operators.K, &a));
+  *K = a[0];
+  ok(MatDenseRestoreArrayRead(fault->operators.K, &a));
+  ok(MatDenseGetArrayRead(fault->operators.Kn, &a));
+  *Kn = a[0];
+  ok(MatDenseRestoreArrayRead(fault->operators.Kn, &a));
+}
+
+/* One cell of constant friction under a traction above its strength, with inertia and no viscosity: M u'' = T - K u - mu (sigma0 + Kn u)
+   swings out to u = 2 (T - mu sigma0)/(K + mu Kn) and sticks there, after half a period. 200 steps of a method of second order:
+   (2 pi/400)^2 and what the step of the stop leaves. Kn is a fifth of K here; without it the slip is another one by as much. */
+static void one_block_swings_by_the_coupled_stiffness(void **state)
+{
+  SlipFault fault = Thrust(1, 1, 30, "constant");
+  PetscReal K, Kn, slip, omega;
+  const PetscReal *a;
+  TS ts;
+  Vec w;
+
+  (void)state;
+  ok(SlipFaultSetReal(fault, "initial_traction", 1.1 * MU * SIGMA));
+  ok(SlipFaultSetString(fault, "initial", "traction"));
+  ok(SlipFaultSetString(fault, "viscosity", "none"));
+  ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
+  ok(SlipFaultSetInertia(fault, PETSC_TRUE));
+  ok(SlipFaultSetUp(fault));
+  Numbers(fault, &K, &Kn);
+  assert_true(PetscAbsReal(Kn) > 0.02 * K);
+  slip = 2 * 0.1 * MU * SIGMA / (K + MU * Kn);
+  omega = PetscSqrtReal((K + MU * Kn) / fault->operators.mass);
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipFaultConfigureTS(fault, ts));
+  SetAdapt(ts, TSADAPTNONE);
+  ok(TSSetTimeStep(ts, PETSC_PI / omega / 200));
+  ok(TSSetMaxTime(ts, 1.5 * PETSC_PI / omega));
+  ok(SlipFaultCreateState(fault, &w));
+  ok(SlipFaultSetInitialState(fault, w));
+  ok(TSSolve(ts, w));
+  ok(VecGetArrayRead(w, &a));
+  assert_true(a[0] == 0);
+  AssertNear(a[1], slip, 1e-3 * slip);
+  ok(VecRestoreArrayRead(w, &a));
+  ok(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+  ok(SlipFaultDestroy(&fault));
+}
+
+/* Loading by backslip: K v t meets mu (sigma0 - Kn v t) - T0. To rounding of a quotient. */
+static void rest_ends_when_force_meets_the_falling_strength(void **state)
+{
+  SlipFault fault = Thrust(1, 1, 30, "constant");
+  const PetscReal v = 1e-9, load = 0.9 * MU * SIGMA;
+  PetscReal K, Kn, rest;
+  Vec w;
+
+  (void)state;
+  ok(FaultSetReals(fault, {"loading_rate", v}, {"initial_traction", load}));
+  ok(SlipFaultSetString(fault, "initial", "traction"));
+  ok(SlipFaultSetUp(fault));
+  Numbers(fault, &K, &Kn);
+  ok(SlipFaultCreateState(fault, &w));
+  ok(VecSet(w, 0));
+  ok(SlipFaultRestTime(fault, 0, w, &rest));
+  /* the viscosity of the loading, H v, is held as well: G/(2 cs) v over 3 MPa is 1e-9 */
+  AssertNear(rest, (MU * SIGMA - load) / (v * (K + MU * Kn)), 1e-8 * rest);
+  ok(VecDestroy(&w));
+  ok(SlipFaultDestroy(&fault));
+}
+
+/* Some slip of each cell, of a millimetre, and rates */
+static Vec State(SlipFault fault, PetscReal rate)
+{
+  PetscReal *a;
+  Vec w;
+
+  ok(SlipFaultCreateState(fault, &w));
+  ok(VecGetArrayWrite(w, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    a[SlipFaultRateAt(fault, i)] = rate * (1.5 + PetscSinReal(1.0 + (PetscReal)i));
+    a[SlipFaultDisplacementAt(fault, i)] = 1e-2 * PetscSinReal(2.0 + 3 * (PetscReal)i);
+    a[SlipFaultStateAt(fault, i)] = 0.5 + 0.1 * (PetscReal)(i % 5);
+  }
+  ok(VecRestoreArrayWrite(w, &a));
+  return w;
+}
+
+/* The rates of a state balance each cell: T - K u - eta (v - v_inf) = (sigma0 + Kn u) mu(s, v), to what the scalar solve leaves
+   of the largest term */
+static void rates_balance_with_the_stress_of_now(void **state)
+{
+  SlipFault fault = Thrust(5, 4, 20, "rate_and_state");
+  const PetscReal *a, *v, *force, *shear, *rise;
+  const SlipFaultLoad *load;
+  SlipFrictionCells friction;
+  Vec w, u, Ku, Knu;
+
+  (void)state;
+  ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+  ok(SlipFaultSetUp(fault));
+  assert_true(fault->kind.coupled);
+  w = State(fault, 1e-9);
+  ok(SlipFaultRates(fault, 0, w, NULL));
+  ok(SlipFaultPutRates(fault, w));
+  ok(MatCreateVecs(fault->operators.K, &u, &Ku));
+  ok(VecDuplicate(u, &Knu));
+  ok(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
+  ok(MatMult(fault->operators.K, u, Ku));
+  ok(MatMult(fault->operators.Kn, u, Knu));
+  ok(SlipFaultGetLoad(fault, 0, &load));
+  ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
+  ok(VecGetArrayRead(w, &a));
+  ok(VecGetArrayRead(Ku, &force));
+  ok(VecGetArrayRead(Knu, &rise));
+  ok(VecGetArrayRead(load->shear, &shear));
+  v = a;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal rate = v[SlipFaultRateAt(fault, i)];
+    PetscReal mu, ds, dv;
+
+    AssertNear(friction.stress[i], SIGMA + rise[i], 1e-13 * SIGMA);
+    assert_true(PetscAbsReal(rise[i]) > 1e-6 * SIGMA);
+    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], PetscAbsReal(rate), &mu, &ds, &dv);
+    AssertNear(shear[i] - force[i] - fault->balance.eta * (rate - 1e-9), (rate < 0 ? -mu : mu) * (SIGMA + rise[i]),
+               1e-10 * SIGMA);
+  }
+  ok(VecRestoreArrayRead(load->shear, &shear));
+  ok(VecRestoreArrayRead(Knu, &rise));
+  ok(VecRestoreArrayRead(Ku, &force));
+  ok(VecRestoreArrayRead(w, &a));
+  ObjectsDestroy(&w, &u, &Ku, &Knu);
+  ok(SlipFaultDestroy(&fault));
+}
+
+/* What the coupling says of the bound against its difference: q is linear in Kn u while sigma > 0, so that a centred difference is
+   exact but for the slip that weakens by the own rate, which moves only one cell here: 1e-6, (dx/x)^2 of it and rounding
+   1e-16/1e-6 of q. */
+static void coupling_is_the_derivative_of_the_bound(void **state)
+{
+  SlipFault fault = Thrust(4, 3, 25, "exponential_slip_weakening");
+  const PetscReal theta = 0.01, h = 1e-4;
+  const SlipConstraintOps *ops;
+  const PetscScalar *p, *m, *a;
+  SlipStage stage = {.t = theta, .theta = theta, .omega = 1};
+  Vec x, q[2], factor;
+  Mat C;
+
+  (void)state;
+  ok(SlipFaultSetReal(fault, "initial_traction", 1e7));
+  ok(SlipFaultSetString(fault, "initial", "traction"));
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultConstraintCreate(fault));
+  ops = fault->stage.con->ops;
+  stage.base = State(fault, 0.1);
+  ok(VecDuplicate(stage.base, &stage.explicit_part));
+  ok(VecZeroEntries(stage.explicit_part));
+  ok((*ops->stage)(fault->stage.con, &stage, fault));
+  ok(MatCreateVecs(fault->operators.K, &x, &factor));
+  ok(VecSet(x, 0.1));
+  for (int k = 0; k < 2; k++) ok(VecDuplicate(x, &q[k]));
+  for (PetscInt j = 0; j < fault->mesh.N; j++) {
+    for (int k = 0; k < 2; k++) {
+      ok(VecSetValue(x, j, 0.1 + (k ? -h : h), INSERT_VALUES));
+      ok((*ops->bound)(fault->stage.con, x, q[k], NULL, fault));
+    }
+    ok(VecSetValue(x, j, 0.1, INSERT_VALUES));
+    ok((*ops->bound)(fault->stage.con, x, factor, NULL, fault));
+    ok((*ops->coupling)(fault->stage.con, &C, factor, fault));
+    ok(MatDenseGetArrayRead(C, &a));
+    ok(VecGetArrayRead(q[0], &p));
+    ok(VecGetArrayRead(q[1], &m));
+    for (PetscInt i = 0; i < fault->mesh.N; i++) {
+      PetscReal gain;
+
+      ok(VecGetValues(factor, 1, &i, &gain));
+      if (i != j) AssertNear((p[i] - m[i]) / (2 * h), gain * a[j * fault->mesh.N + i], 1e-6 * MU * SIGMA / 0.1);
+      if (i != j) assert_true(gain > 0);
+    }
+    ok(VecRestoreArrayRead(q[1], &m));
+    ok(VecRestoreArrayRead(q[0], &p));
+    ok(MatDenseRestoreArrayRead(C, &a));
+  }
+  ObjectsDestroy(&x, &factor, &q[0], &q[1], &stage.base, &stage.explicit_part);
+  ok(SlipFaultDestroy(&fault));
+}
+
+/* Newton iterations of the worst step of a shallow thrust that creeps under a rising stress: friction 0.8, dip 15, to the surface. Steps are
+   so long that the stiffness is all there is, 50 times the viscosity of a cell: what mu Kn changes is not hidden by the rest. */
+static PetscInt Iterations(const char coupled[], PetscInt direct)
+{
+  SlipFault fault = Thrust(12, 8, 15, "constant");
+  PetscInt before, most = 0, last = 0;
+  SNES snes;
+  TS ts;
+  Vec w;
+
+  ok(FaultSetReals(fault, {"friction_residual", 0.8}, {"initial_traction", 0.79 * SIGMA}, {"stressing_rate", 1e3}));
+  ok(SlipFaultSetString(fault, "initial", "traction"));
+  ok(SlipFaultSetString(fault, "normal_coupling", coupled));
+  ok(SlipFaultSetInertia(fault, PETSC_FALSE));
+  ok(SlipFaultSetUp(fault));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipFaultConfigureTS(fault, ts));
+  SetAdapt(ts, TSADAPTNONE);
+  ok(TSSetTimeStep(ts, 100));
+  ok(TSSetMaxTime(ts, 1e6));
+  ok(TSSetMaxSteps(ts, 40));
+  ok(TSGetSNES(ts, &snes));
+  if (!direct) ok(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", "0"));
+  ok(SNESSetFromOptions(snes));
+  if (!direct) ok(PetscOptionsClearValue(NULL, "-snes_slip_direct_max"));
+  ok(SlipFaultCreateState(fault, &w));
+  ok(SlipFaultSetInitialState(fault, w));
+  ok(TSSetSolution(ts, w));
+  for (int k = 0; k < 40; k++) {
+    before = last;
+    ok(TSStep(ts));
+    ok(TSGetSNESIterations(ts, &last));
+    most = PetscMax(most, last - before);
+  }
+  ok(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+  ok(SlipFaultDestroy(&fault));
+  return most;
+}
+
+/* A step has two stages; asked is at most 3 iterations more of each. */
+static void newton_hardly_needs_more(void **state)
+{
+  const PetscInt without = Iterations("no", 1), direct = Iterations("auto", 1), krylov = Iterations("auto", 0);
+
+  (void)state;
+  print_message("iterations of the worst step: %d without, %d by LU, %d by gmres\n", (int)without, (int)direct,
+                (int)krylov);
+  assert_true(direct <= without + 6);
+  assert_true(krylov <= without + 6);
+}
+
+SLIP_TESTS(one_block_swings_by_the_coupled_stiffness, rest_ends_when_force_meets_the_falling_strength,
+           rates_balance_with_the_stress_of_now, coupling_is_the_derivative_of_the_bound, newton_hardly_needs_more)
