@@ -224,6 +224,7 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   if (fault->operators.Kn) {
     PetscCall(MatSlipStiffnessMultBoth(fault->operators.K, fault->operators.Kn, b->u, b->force, fault->coupling.rise));
     PetscCall(SlipFaultCoupledFriction(fault, t, 0, &friction));
+    fault->coupling.balanced = PETSC_TRUE;
   } else {
     PetscCall(MatMult(fault->operators.K, b->u, b->force));
     PetscCall(SlipFaultGetFriction(fault, t, &friction));
@@ -247,6 +248,39 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(PetscLogFlops(120.0 * (PetscLogDouble)fault->mesh.n));
   b->time = t;
   b->known = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* u of the state w, and K u: that of the last right-hand side where its u was the very same. Collective. */
+PetscErrorCode SlipFaultForce(SlipFault fault, Vec w, Vec u, Vec force)
+{
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
+  PetscCall(SlipFaultWasBalanced(fault, u, &same));
+  if (same)
+    PetscCall(VecCopy(fault->balance.force, force));
+  else
+    PetscCall(MatMult(fault->operators.K, u, force));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Was this the displacement of the last right-hand side, bit by bit? Collective. */
+PetscErrorCode SlipFaultWasBalanced(SlipFault fault, Vec u, PetscBool *same)
+{
+  const PetscReal *a, *b;
+  PetscBool here;
+
+  PetscFunctionBegin;
+  *same = PETSC_FALSE;
+  if (!fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArrayRead(u, &a));
+  PetscCall(VecGetArrayRead(fault->balance.u, &b));
+  PetscCall(PetscArraycmp(a, b, fault->mesh.n, &here));
+  PetscCall(VecRestoreArrayRead(fault->balance.u, &b));
+  PetscCall(VecRestoreArrayRead(u, &a));
+  PetscCallMPI(MPI_Allreduce(&here, same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -83,6 +83,7 @@ PetscErrorCode SlipFaultCoupledBound(SlipFault fault, Vec x, SlipFrictionCells *
   PetscFunctionBegin;
   PetscCall(VecWAXPY(c->u, fault->stage.theta, x, fault->stage.u0));
   PetscCall(MatMult(fault->operators.Kn, c->u, c->rise));
+  c->balanced = PETSC_FALSE;
   PetscCall(SlipFaultCoupledFriction(fault, fault->stage.time, 0, friction));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -122,7 +123,7 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
   Level: advanced
 
   Note: where slip leaves normal stress alone it is SlipFaultGetFriction(); else a product with Kn, unless the state is the one
-  that was asked about before
+  that was asked about before, or that of the last right-hand side
 
 .seealso: SlipFaultGetFriction(), SlipFrictionStrength()
 @*/
@@ -143,7 +144,8 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecStrideGather(w, fault->layout.displacement, c->u, INSERT_VALUES));
-  PetscCall(MatMult(fault->operators.Kn, c->u, c->rise));
+  if (c->balanced) PetscCall(SlipFaultWasBalanced(fault, c->u, &c->balanced));
+  if (!c->balanced) PetscCall(MatMult(fault->operators.Kn, c->u, c->rise));
   PetscCall(SlipFaultCoupledFriction(fault, t, 0, friction));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);

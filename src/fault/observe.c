@@ -73,8 +73,7 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
   *sums = c;
   PetscCall(SlipFaultIsNow(fault, t, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
-  PetscCall(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
+  PetscCall(SlipFaultForce(fault, w, fault->work[0], fault->work[1]));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
   PetscCall(SlipFaultAddUp(fault, t, w, fault->work[1], c->sum, &c->max_v));

@@ -34,8 +34,7 @@ PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
   PetscValidHeaderSpecific(w, VEC_CLASSID, 3);
   PetscValidHeaderSpecific(T, VEC_CLASSID, 4);
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
-  PetscCall(MatMult(fault->operators.K, fault->work[0], T));
+  PetscCall(SlipFaultForce(fault, w, fault->work[0], T));
   if (load->shear) PetscCall(VecAXPY(T, -1, load->shear));
   PetscCall(VecGetArray(T, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) a[i] /= -fault->mesh.weight[i];
@@ -51,8 +50,7 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
-  PetscCall(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
+  PetscCall(SlipFaultForce(fault, w, fault->work[0], fault->work[1]));
   PetscCall(VecDot(fault->work[0], fault->work[1], energy));
   if (load->shear) PetscCall(VecDot(fault->work[0], load->shear, &work));
   *energy = (0.5 * *energy - work) * fault->mesh.area;

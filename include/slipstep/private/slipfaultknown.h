@@ -61,10 +61,11 @@ typedef struct {
 
 /* coupling.c: the normal stress of the state asked about last, where slip changes it */
 typedef struct {
-  Vec u, rise;       /* its displacement [m] and Kn u [Pa]; NULL where slip does not */
-  Vec drive;         /* Kn v_inf, by which the stress of a fault at rest falls [Pa/s] */
-  Vec factor;        /* of a stage: theta dq/dsigma at the rates that its bound was asked about last */
-  PetscReal *stress; /* [n] effective normal stress, at least 0 [Pa] */
+  Vec u, rise;        /* its displacement [m] and Kn u [Pa]; NULL where slip does not */
+  Vec drive;          /* Kn v_inf, by which the stress of a fault at rest falls [Pa/s] */
+  Vec factor;         /* of a stage: theta dq/dsigma at the rates that its bound was asked about last */
+  PetscReal *stress;  /* [n] effective normal stress, at least 0 [Pa] */
+  PetscBool balanced; /* rise is that of the last right-hand side */
   SlipFaultMoment moment;
 } SlipFaultCoupling;
 
