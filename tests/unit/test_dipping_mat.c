@@ -111,41 +111,58 @@ static void turned_problems_have_the_same_operators(void **state)
   }
 }
 
-/* Products of hierarchical storage to ten times the tolerance of its blocks, of K and, which is not symmetric, Kn; and both at
-   once. */
-static void hierarchical_is_dense(void **state)
+/* Products of hierarchical storage, of K and of Kn, which is not symmetric, and both at once, to ten times the tolerance of its blocks;
+   share: what it may take of a dense matrix */
+static void Hierarchical(const SlipDippingGrid *grid, PetscReal share)
 {
-  enum { nx = 24, nz = 20, n = nx * nz };
-  static PetscReal rake[n];
-  SlipDippingGrid grid = {.grid = {nx, nz, 2400, 1600, 0, Rock}, .dip = 25, .rake = rake};
+  const PetscInt n = grid->grid.nx * grid->grid.nz;
   Mat K[2], Kn[2];
   Vec u, f[2], c[2];
-  PetscReal distance, size;
+  PetscReal distance, size, most, all;
 
-  (void)state;
-  for (PetscInt e = 0; e < n; e++) rake[e] = 60 + 0.1 * e;
   for (int t = 0; t < 2; t++)
-    ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, t ? "hmat" : "dense", &K[t], &Kn[t]));
+    ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, grid, t ? "hmat" : "dense", &K[t], &Kn[t]));
   ok(MatCreateVecs(K[0], &u, &f[0]));
   ok(VecDuplicate(u, &f[1]));
   for (int t = 0; t < 2; t++) ok(VecDuplicate(u, &c[t]));
-  for (PetscInt i = 0; i < n; i++) ok(VecSetValue(u, i, PetscSinReal(1 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
-  ok(MatMult(K[0], u, f[0]));
-  ok(MatMult(Kn[0], u, c[0]));
-  ok(MatSlipStiffnessMultBoth(K[1], Kn[1], u, f[1], c[1]));
-  ok(VecNorm(f[0], NORM_2, &size));
-  ok(VecAXPY(f[1], -1, f[0]));
-  ok(VecNorm(f[1], NORM_2, &distance));
-  assert_true(distance < 1e-7 * size);
-  ok(VecAXPY(c[1], -1, c[0]));
-  ok(VecNorm(c[1], NORM_2, &distance));
-  assert_true(distance < 1e-7 * size);
+  for (int uniform = 0; uniform < 2; uniform++) {
+    for (PetscInt i = 0; i < n; i++)
+      ok(VecSetValue(u, i, uniform ? 1 : PetscSinReal(1 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
+    ok(MatMult(K[0], u, f[0]));
+    ok(MatMult(Kn[0], u, c[0]));
+    ok(MatSlipStiffnessMultBoth(K[1], Kn[1], u, f[1], c[1]));
+    ok(VecNorm(f[0], NORM_2, &size));
+    ok(VecAXPY(f[1], -1, f[0]));
+    ok(VecNorm(f[1], NORM_2, &distance));
+    assert_true(distance < 1e-7 * size);
+    ok(VecAXPY(c[1], -1, c[0]));
+    ok(VecNorm(c[1], NORM_2, &distance));
+    assert_true(distance < 1e-7 * size);
+  }
+  ok(MatSlipGetMemory(K[1], &most, &all));
+  assert_true(all < share * (PetscReal)sizeof(PetscReal) * (PetscReal)n * (PetscReal)n);
   ObjectsDestroy(&u, &f[0], &f[1]);
   for (int t = 0; t < 2; t++) {
     ok(VecDestroy(&c[t]));
     ok(MatDestroy(&K[t]));
     ok(MatDestroy(&Kn[t]));
   }
+}
+
+/* A plane with rakes that vary, and a fault in plane strain: one column of cells 1e7 m long, which are far from each other all the
+   same. Half of K is kept anyway. */
+static void hierarchical_is_dense(void **state)
+{
+  enum { nx = 24, nz = 20, line = 400 };
+  static PetscReal rake[nx * nz];
+  const SlipDippingGrid plane = {.grid = {nx, nz, 2400, 1600, 0, Rock}, .dip = 25, .rake = rake};
+  const SlipDippingGrid strain = {.grid = {1, line, 1e7, 40e3, 0, Rock}, .dip = 60, .rake = rake};
+
+  (void)state;
+  for (PetscInt e = 0; e < nx * nz; e++) rake[e] = 60 + 0.1 * e;
+  Hierarchical(&plane, 0.6);
+  for (PetscInt e = 0; e < line; e++) rake[e] = 90;
+  Hierarchical(&strain, 0.25);
 }
 
 /* Plane strain: a cell 1e7 m long dips as an edge dislocation of the same half-space. The stress of a full space is

@@ -32,6 +32,7 @@ typedef struct {
   PetscInt start, end;      /* its cells are perm[start, end) */
   PetscInt child[2];        /* indices of nodes; -1 in a leaf */
   PetscReal low[3], top[3]; /* box that holds its cells [m] */
+  PetscReal diameter;       /* of that box; of dipping cells, of the one that holds their centres [m] */
 } SlipCluster;
 
 typedef struct {
@@ -41,5 +42,4 @@ typedef struct {
 } SlipClusterTree;
 PETSC_INTERN PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, SlipClusterTree *tree);
 PETSC_INTERN PetscErrorCode SlipClusterTreeDestroy(SlipClusterTree *tree);
-PETSC_INTERN PetscReal SlipClusterDiameter(const SlipCluster *c);
 PETSC_INTERN PetscReal SlipClusterDistance(const SlipCluster *a, const SlipCluster *b);

@@ -21,7 +21,7 @@ static void Reach(const SlipCells *c, PetscInt e, PetscReal half[3])
 static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node, const PetscReal **coordinate)
 {
   const PetscReal *centre[3] = {c->x, c->y, c->z};
-  PetscReal widest = -1;
+  PetscReal widest = -1, boxed = 0, spread = 0;
 
   for (int k = 0; k < 3; k++) {
     PetscReal low = PETSC_MAX_REAL, top = PETSC_MIN_REAL;
@@ -38,11 +38,15 @@ static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node,
       node->low[k] = PetscMin(node->low[k], centre[k][e] - half[k]);
       node->top[k] = PetscMax(node->top[k], centre[k][e] + half[k]);
     }
+    boxed += PetscSqr(node->top[k] - node->low[k]);
+    spread += PetscSqr(top - low);
     if (top - low > widest) {
       widest = top - low;
       *coordinate = centre[k];
     }
   }
+  /* Far cells see a line of long ones side by side, as those of a fault in plane strain, as what it is along the dip. */
+  node->diameter = PetscSqrtReal(c->dip ? spread : boxed);
 }
 
 /* Where to cut size cells sorted by key: at the widest gap when that is a quarter of their extent, as between two
@@ -112,14 +116,6 @@ PetscErrorCode SlipClusterTreeDestroy(SlipClusterTree *tree)
   PetscCall(PetscFree(tree->perm));
   PetscCall(PetscFree(tree->node));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscReal SlipClusterDiameter(const SlipCluster *c)
-{
-  PetscReal sum = 0;
-
-  for (int k = 0; k < 3; k++) sum += PetscSqr(c->top[k] - c->low[k]);
-  return PetscSqrtReal(sum);
 }
 
 PetscReal SlipClusterDistance(const SlipCluster *a, const SlipCluster *b)

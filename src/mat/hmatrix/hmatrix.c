@@ -90,7 +90,7 @@ static PetscErrorCode AddPair(PairList *list, PetscInt a, PetscInt b, PetscBool 
 static PetscErrorCode Partition(const SlipClusterTree *tree, PetscBool whole, PetscInt a, PetscInt b, PairList *list)
 {
   const SlipCluster *p = &tree->node[a], *q = &tree->node[b];
-  const PetscReal smaller = PetscMin(SlipClusterDiameter(p), SlipClusterDiameter(q));
+  const PetscReal smaller = PetscMin(p->diameter, q->diameter);
   const PetscBool far = a != b && smaller <= HMAT_ADMISSIBLE * SlipClusterDistance(p, q) ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBegin;
