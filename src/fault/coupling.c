@@ -1,6 +1,6 @@
 /* Normal stress that changes with slip: sigma = max(sigma0 - p + Kn u, 0), u the displacement relative to the far field, which
    loading by backslip leaves as it is. */
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultobservers.h>
 #include <slipelasticity.h>
 #include <slipstep/private/slipsys.h>
 
@@ -150,3 +150,116 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* ---- what a run says of it ---- */
+
+/* Least normal stress so far [Pa], and the cells that had none at some time */
+typedef struct {
+  PetscReal least;
+  Vec bare; /* 1 of those */
+  PetscInt cells;
+} Clamping;
+
+static PetscErrorCode CouplingCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
+{
+  Clamping *c;
+
+  PetscFunctionBegin;
+  (void)ts;
+  *wanted = fault->kind.coupled;
+  if (!*wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscNew(&c));
+  *ctx = c;
+  c->least = PETSC_MAX_REAL;
+  PetscCall(VecDuplicate(fault->critical.uc, &c->bare));
+  PetscCall(VecZeroEntries(c->bare));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The lowest number of a cell that has lost its normal stress in this step, once */
+static PetscErrorCode SayBare(SlipFault fault, PetscReal time, PetscInt row, PetscInt cells)
+{
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, fault->comm));
+  PetscCall(PetscPrintf(fault->comm,
+                        "At %.6g s slip has taken the normal stress of %" PetscInt_FMT
+                        " cells, first of cell %" PetscInt_FMT
+                        ": they have no strength while it has none (said once)\n",
+                        (double)time, cells, row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CouplingStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  Clamping *c = (Clamping *)ctx;
+  SlipFrictionCells friction;
+  PetscInt row = PETSC_MAX_INT, cells = 0, before = c->cells;
+  PetscReal *bare;
+
+  PetscFunctionBegin;
+  (void)ts;
+  (void)step;
+  PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+  PetscCall(VecGetArray(c->bare, &bare));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    c->least = PetscMin(c->least, friction.stress[i]);
+    if (friction.stress[i] > 0) continue;
+    row = PetscMin(row, SlipFaultMeshRow(&fault->mesh, i));
+    if (bare[i] == 0) cells++;
+    bare[i] = 1;
+  }
+  PetscCall(VecRestoreArray(c->bare, &bare));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &cells, 1, MPIU_INT, MPI_SUM, fault->comm));
+  c->cells += cells;
+  if (!before && c->cells) PetscCall(SayBare(fault, time, row, c->cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CouplingVisit(SlipFault fault, SlipState state, void *ctx)
+{
+  Clamping *c = (Clamping *)ctx;
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateHas(state, "coupling", &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStateGroup(state, "coupling"));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCall(SlipStateReal(state, "least_normal_stress", 1, &c->least));
+  PetscCall(SlipStateInt(state, "cells_without_stress", 1, &c->cells));
+  PetscCall(SlipStateVec(state, "without_stress", c->bare));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CouplingFinish(SlipFault fault, TS ts, SlipOutput output, void *ctx)
+{
+  Clamping *c = (Clamping *)ctx;
+  PetscReal least;
+
+  PetscFunctionBegin;
+  (void)ts;
+  PetscCallMPI(MPI_Allreduce(&c->least, &least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  if (least == PETSC_MAX_REAL) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipOutputAddResult(output, "least_normal_stress", "least normal stress",
+                                "Pa, effective, as slip has changed it", least));
+  PetscCall(
+    SlipOutputAddResult(output, "cells_without_stress", "cells without it", "at some time", (PetscReal)c->cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CouplingDestroy(void **ctx)
+{
+  Clamping *c = (Clamping *)*ctx;
+
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&c->bare));
+  PetscCall(PetscFree(*ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const SlipFaultObserver SlipFaultCouplingObserver = {.name = "coupling",
+                                                     .create = CouplingCreate,
+                                                     .step = CouplingStep,
+                                                     .visit = CouplingVisit,
+                                                     .finish = CouplingFinish,
+                                                     .destroy = CouplingDestroy};

@@ -6,7 +6,8 @@
 #include <string.h>
 
 /* Ours. A new one is a file with its row, and its name here. */
-#define OBSERVERS(ROW) ROW(Progress) ROW(Output) ROW(Xdmf) ROW(Stations) ROW(Surface) ROW(Catalogue) ROW(Estimate)
+#define OBSERVERS(ROW)                                                                                                 \
+  ROW(Progress) ROW(Output) ROW(Xdmf) ROW(Stations) ROW(Surface) ROW(Catalogue) ROW(Coupling) ROW(Estimate)
 
 #define DECLARE(name) extern const SlipFaultObserver SlipFault##name##Observer;
 #define LIST(name) &SlipFault##name##Observer,
