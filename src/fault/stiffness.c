@@ -161,6 +161,13 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
   PetscCall(PetscStrcmp(type, "hmat", &hmat));
   PetscCall(PetscStrcmp(fault->kind.viscosity, "spectral", &spectral));
   PetscCall(SlipFaultKernel(fault, &kernel));
+  PetscCheck(!fault->kind.dipping || !kernel.average, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_stiffness_average %s is known of vertical planes with the rake 0 only: expected centre", prefix,
+             fault->options.text[FAULT_STIFFNESS_AVERAGE]);
+  PetscCheck(!fault->kind.dipping || !spectral, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_viscosity spectral is known of vertical planes with the rake 0 only: expected sqrtm, lanczos, "
+             "radiation or none",
+             prefix);
   PetscCheck(!file[0] || !kernel.average, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_stiffness_average %s cannot average the entries of -%sfault_stiffness_file %s: expected no "
              "average",
