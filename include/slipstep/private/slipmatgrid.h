@@ -52,6 +52,14 @@ PETSC_INTERN PetscErrorCode SlipTransposedFFTForward(SlipTransposedFFT p, const 
 PETSC_INTERN PetscReal SlipTransposedFFTBytes(SlipTransposedFFT p);
 PETSC_INTERN PetscErrorCode SlipTransposedFFTBackward(SlipTransposedFFT p, PetscReal factor, PetscReal y[]);
 
+/* ---- blocks.c: real blocks of one wavenumber times complex fields ---- */
+PETSC_INTERN PetscErrorCode SlipAllocateLines(size_t count, PetscReal **a); /* free() it */
+PETSC_INTERN size_t SlipSymmetricHalf(PetscInt n, const PetscReal A[], PetscReal half[]);
+PETSC_INTERN void SlipSymmetricProduct(PetscInt n, PetscBool half, const PetscReal A[], PetscReal f[],
+                                       PetscReal column[]); /* column [4][n] */
+PETSC_INTERN void SlipGeneralProduct(PetscInt m, PetscInt n, const PetscReal A[], const PetscReal f[], PetscReal g[],
+                                     PetscReal column[]); /* A [n][m], column [2][m + n] */
+
 /* ---- circulant.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber) ---- */
 typedef struct _n_SlipCirculant *SlipCirculant;
 PETSC_INTERN PetscInt SlipGoodLength(PetscInt n); /* even, at least n, prime factors 2, 3 and 5 */
