@@ -15,7 +15,7 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 
 /* ---- shell.c ---- */
 PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
-/* What a symmetric matrix-free matrix does; scale, info, view and state, for checkpoints, may be NULL. */
+/* What a matrix-free matrix does; scale, info, view and state, for checkpoints, may be NULL. */
 typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
   PetscErrorCode (*diagonal)(Mat, Vec);
@@ -24,6 +24,7 @@ typedef struct {
   PetscErrorCode (*view)(Mat, PetscViewer);
   PetscErrorCode (*destroy)(Mat);
   PetscErrorCode (*state)(Mat, SlipState);
+  PetscBool unsymmetric; /* and without products with the transpose */
 } SlipShellOps;
 PETSC_INTERN PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[],
                                             const SlipShellOps *ops, void *ctx, Mat *A);

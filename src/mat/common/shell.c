@@ -47,7 +47,7 @@ PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char
   PetscCall(MatCreateShell(comm, n, n, N, N, ctx, A));
   PetscCall(MatShellSetManageScalingShifts(*A));
   PetscCall(MatShellSetOperation(*A, MATOP_MULT, SlipMatShellFn(ops->mult)));
-  PetscCall(MatShellSetOperation(*A, MATOP_MULT_TRANSPOSE, SlipMatShellFn(ops->mult)));
+  if (!ops->unsymmetric) PetscCall(MatShellSetOperation(*A, MATOP_MULT_TRANSPOSE, SlipMatShellFn(ops->mult)));
   PetscCall(MatShellSetOperation(*A, MATOP_GET_DIAGONAL, SlipMatShellFn(ops->diagonal)));
   PetscCall(MatShellSetOperation(*A, MATOP_DESTROY, SlipMatShellFn(ops->destroy)));
   if (ops->scale) PetscCall(MatShellSetOperation(*A, MATOP_SCALE, SlipMatShellFn(ops->scale)));
@@ -55,6 +55,7 @@ PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char
   if (ops->view) PetscCall(MatShellSetOperation(*A, MATOP_VIEW, SlipMatShellFn(ops->view)));
   if (ops->state) PetscCall(PetscObjectComposeFunction((PetscObject)*A, SLIP_STATE_METHOD, ops->state));
   PetscCall(SlipShellFinish(*A, type));
+  if (ops->unsymmetric) PetscCall(MatSetOption(*A, MAT_SYMMETRIC, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -447,7 +447,8 @@ static PetscErrorCode Create(MPI_Comm comm, const SlipCells *cells, PetscReal to
                             .scale = HMatScale,
                             .view = HMatView,
                             .info = HMatGetInfo,
-                            .destroy = HMatDestroy};
+                            .destroy = HMatDestroy,
+                            .unsymmetric = whole};
   const PetscInt nlocal = cells->order ? cells->nlocal : PETSC_DECIDE;
   HMat *h;
 
