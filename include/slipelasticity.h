@@ -79,6 +79,12 @@ struct _SlipKernelType {
      average() took, along share of the edge; normal: the cell's extent across the edge [m]. NULL: nothing. */
   PetscReal (*edge)(const SlipKernel *kernel, PetscBool along_strike, PetscReal normal, PetscReal share,
                     PetscReal ratio);
+  /* At points [n][3] of the plane of the source, its own centre and those of cells like it: stress drop along strike, up dip
+     and across, [n][3], for unit slip along strike (component 0) or up dip (1). With the distance along strike, what dip
+     and dip or strike and strike have to do with each other is even, as is what slip up dip does across; the rest is odd.
+     Products by transforms on dipping planes need it; NULL: refused. */
+  PetscErrorCode (*plane)(const SlipKernel *kernel, const SlipDippingRectangle *source, PetscInt component, PetscInt n,
+                          const PetscReal points[], PetscReal traction[]);
 };
 /* Slip along strike on rectangles of parallel vertical planes, by the functions above. */
 PETSC_EXTERN const SlipKernelType SlipKernelStrikeSlip;

@@ -165,6 +165,187 @@ static void hierarchical_is_dense(void **state)
   Hierarchical(&strain, 0.25);
 }
 
+/* What products by transforms rest on: along strike, stress on the plane is even or odd, to 1e-13 of the stress at the
+   centre, as corners of either sign differ by rounding of 1e-16 and cancel ten cells away, where they are 100 times their
+   sum. */
+static void stress_is_even_or_odd_along_strike(void **state)
+{
+  const PetscReal even[2][3] = {{1, -1, -1}, {-1, 1, 1}};
+  const SlipDippingRectangle source = {0, 0, 300, 100, 80, 0, 35};
+  PetscReal points[2][3], traction[2][3], own[3];
+
+  (void)state;
+  for (PetscInt slip = 0; slip < 2; slip++) {
+    ok(SlipKernelDipping.plane(&Rock, &source, slip, 1, &source.x, own));
+    for (PetscInt d = 1; d < 10; d++)
+      for (PetscInt row = -3; row < 4; row++) {
+        for (int side = 0; side < 2; side++) {
+          points[side][0] = side ? -100 * d : 100 * d;
+          points[side][1] = 80 * row * PetscCosReal(35 * PETSC_PI / 180);
+          points[side][2] = 300 + 80 * row * PetscSinReal(35 * PETSC_PI / 180);
+        }
+        ok(SlipKernelDipping.plane(&Rock, &source, slip, 2, points[0], traction[0]));
+        for (int c = 0; c < 3; c++)
+          AssertNear(traction[1][c], even[slip][c] * traction[0][c], 1e-13 * PetscAbsReal(own[slip]));
+      }
+  }
+}
+
+/* The largest difference of two dense matrices over the largest entry of size */
+static PetscReal LargestDifference(Mat a, Mat b, Mat size)
+{
+  PetscReal most[2] = {0, 0};
+  const PetscScalar *pa, *pb, *ps;
+  PetscInt n;
+
+  ok(MatGetSize(a, &n, NULL));
+  ok(MatDenseGetArrayRead(a, &pa));
+  ok(MatDenseGetArrayRead(b, &pb));
+  ok(MatDenseGetArrayRead(size, &ps));
+  for (PetscInt i = 0; i < n * n; i++) {
+    most[0] = PetscMax(most[0], PetscAbsScalar(pa[i] - pb[i]));
+    most[1] = PetscMax(most[1], PetscAbsScalar(ps[i]));
+  }
+  ok(MatDenseRestoreArrayRead(a, &pa));
+  ok(MatDenseRestoreArrayRead(b, &pb));
+  ok(MatDenseRestoreArrayRead(size, &ps));
+  return most[0] / most[1];
+}
+
+/* fft against dense, all entries, the diagonal, and what is asked for without Kn. 1e-12 of K's largest entry: transforms of 2 nx
+   numbers round to some 1e-16 of that, and kernels ten cells away to 1e-14 of themselves, see above. */
+static void CompareTypes(PetscInt nx, PetscInt nz, const PetscReal rake[])
+{
+  const SlipDippingGrid grid = {.grid = {nx, nz, 100 * nx, 80 * nz, 50, Rock}, .dip = 40, .rake = rake};
+  Mat dense[2], fft[2], entries[2], alone;
+  Vec d[2];
+
+  ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "dense", &dense[0], &dense[1]));
+  ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "fft", &fft[0], &fft[1]));
+  ok(MatCreateVecs(fft[0], &d[0], &d[1]));
+  for (int t = 0; t < 2; t++) {
+    PetscReal distance, size;
+
+    ok(MatConvert(fft[t], MATDENSE, MAT_INITIAL_MATRIX, &entries[t]));
+    assert_true(LargestDifference(entries[t], dense[t], dense[0]) < 1e-12);
+    ok(MatGetDiagonal(dense[0], d[0]));
+    ok(VecNorm(d[0], NORM_INFINITY, &size));
+    ok(MatGetDiagonal(dense[t], d[0]));
+    ok(MatGetDiagonal(fft[t], d[1]));
+    ok(VecAXPY(d[1], -1, d[0]));
+    ok(VecNorm(d[1], NORM_INFINITY, &distance));
+    assert_true(distance < 1e-12 * size);
+  }
+  ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "fft", &alone, NULL));
+  ok(MatConvert(alone, MATDENSE, MAT_INPLACE_MATRIX, &alone));
+  assert_true(LargestDifference(alone, dense[0], dense[0]) < 1e-12);
+  for (int t = 0; t < 2; t++) ObjectsDestroy(&dense[t], &fft[t], &entries[t], &d[t]);
+  ok(MatDestroy(&alone));
+}
+
+/* Sizes with a middle and without, one column and one row, rows that vectors of eight take and leave over; rakes that need one
+   component of slip, in both directions, and two */
+static void transforms_are_dense(void **state)
+{
+  const PetscInt sizes[][2] = {{NX, NZ}, {10, 5}, {1, 13}, {12, 1}, {1, 1}, {2, 17}};
+  const PetscReal uniform[] = {0, 90, 37, 180, -90};
+  PetscReal rake[N];
+
+  (void)state;
+  for (size_t s = 0; s < PETSC_STATIC_ARRAY_LENGTH(sizes); s++) {
+    for (size_t r = 0; r < PETSC_STATIC_ARRAY_LENGTH(uniform); r++) {
+      for (PetscInt e = 0; e < N; e++) rake[e] = uniform[r];
+      CompareTypes(sizes[s][0], sizes[s][1], rake);
+    }
+    for (PetscInt e = 0; e < N; e++) rake[e] = e % 3 ? 90 : -90;
+    CompareTypes(sizes[s][0], sizes[s][1], rake);
+    for (PetscInt e = 0; e < N; e++) rake[e] = 17 * e - 300;
+    CompareTypes(sizes[s][0], sizes[s][1], rake);
+  }
+}
+
+/* f and n are scale[0] K u and scale[1] Kn u, to 1e-12 of the former's size as above */
+static void AssertBoth(Mat K, Mat Kn, Mat dense[2], const PetscReal scale[2])
+{
+  PetscReal distance, size;
+  Vec u, f[2], n[2];
+
+  ok(MatCreateVecs(K, &u, &f[0]));
+  VecsDuplicate(u, &f[1], &n[0], &n[1]);
+  for (PetscInt i = 0; i < N; i++) ok(VecSetValue(u, i, PetscSinReal(1 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
+  ok(MatMult(dense[0], u, f[0]));
+  ok(MatMult(dense[1], u, n[0]));
+  ok(VecNorm(f[0], NORM_INFINITY, &size));
+  ok(MatSlipStiffnessMultBoth(K, Kn, u, f[1], n[1]));
+  ok(VecAXPY(f[1], -scale[0], f[0]));
+  ok(VecAXPY(n[1], -scale[1], n[0]));
+  ok(VecNorm(f[1], NORM_INFINITY, &distance));
+  assert_true(distance < 1e-12 * size);
+  ok(VecNorm(n[1], NORM_INFINITY, &distance));
+  assert_true(distance < 1e-12 * size);
+  ObjectsDestroy(&u, &f[0], &f[1], &n[0], &n[1]);
+}
+
+/* Both products at once share transforms with the K of the same call and with no other; each has its own factor, and either
+   can be destroyed first. */
+static void both_at_once(void **state)
+{
+  const PetscReal one[2] = {1, 1}, scaled[2] = {0.5, -3}, half[2] = {1, -3};
+  PetscReal rake[N];
+  Mat K[3], Kn[3], dense[2];
+  Vec x, y;
+
+  (void)state;
+  for (int general = 0; general < 2; general++) {
+    for (PetscInt e = 0; e < N; e++) rake[e] = general ? 5 * e : 90;
+    SlipDippingGrid grid = Grid(30, rake);
+
+    ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "dense", &dense[0], &dense[1]));
+    for (int t = 0; t < 2; t++) ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "fft", &K[t], &Kn[t]));
+    AssertBoth(K[0], Kn[0], dense, one);
+    ok(MatScale(K[0], 0.5));
+    ok(MatScale(Kn[0], -3));
+    AssertBoth(K[0], Kn[0], dense, scaled);
+    AssertBoth(K[1], Kn[0], dense, half);     /* another of its kind */
+    AssertBoth(dense[0], Kn[0], dense, half); /* and of another */
+    ok(MatDestroy(&K[0]));
+    AssertBoth(K[1], Kn[0], dense, half);
+    ok(MatDestroy(&Kn[1]));
+    ok(MatCreateVecs(K[1], &x, &y));
+    ok(VecSet(x, 1));
+    ok(MatMult(K[1], x, y));
+    ObjectsDestroy(&x, &y, &K[1], &Kn[0], &dense[0], &dense[1]);
+  }
+}
+
+/* Blocks of as many numbers as the file says: K's halves of [n nz][n nz], columns from the first row of their eight on, and Kn's
+   [n nz][nz], for period / 2 + 1 wavenumbers. And Kn is not taken for symmetric. */
+static void storage_of_transforms(void **state)
+{
+  PetscReal rake[N], most, all[2][2];
+  PetscBool known, symmetric;
+  Mat K, Kn;
+
+  (void)state;
+  for (int general = 0; general < 2; general++) {
+    for (PetscInt e = 0; e < N; e++) rake[e] = general ? 5 * e : 0;
+    SlipDippingGrid grid = Grid(30, rake);
+
+    ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "fft", &K, &Kn));
+    ok(MatSlipGetMemory(K, &most, &all[general][0]));
+    ok(MatSlipGetMemory(Kn, &most, &all[general][1]));
+    ok(MatIsSymmetricKnown(Kn, &known, &symmetric));
+    assert_true(known && !symmetric);
+    ok(MatIsSymmetricKnown(K, &known, &symmetric));
+    assert_true(known && symmetric);
+    ObjectsDestroy(&K, &Kn);
+  }
+  /* 18 cells with padding are 10 wavenumbers; NZ = 8: halves of 16 columns take 8 * 16 + 8 * 8, of 8 all 64, and waves 2 NZ */
+  AssertNear((all[1][1] - all[0][1]) / sizeof(PetscReal), 10 * NZ * NZ, 0);
+  AssertNear(all[0][1] / sizeof(PetscReal), 10 * (NZ * NZ + 2 * NZ), 0);
+  AssertNear((all[1][0] - all[0][0]) / sizeof(PetscReal), 10 * (192 - 64 + 4 * NZ) + N, 0);
+}
+
 /* Plane strain: a cell 1e7 m long dips as an edge dislocation of the same half-space. The stress of a full space is
    G/(2 pi (1 - nu)) (1/(d - w/2) - 1/(d + w/2)) on the plane; far from the surface the image is below (w/depth)^2. */
 static void long_cells_are_plane_strain(void **state)
@@ -193,10 +374,11 @@ static void what_is_refused(void **state)
   fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "dense", &K, NULL),
         "Dip must lie in (0, 90] degrees, not 95");
   grid.dip = 40;
-  fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "bad", &K, NULL), "known: dense, hmat, auto");
+  fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "bad", &K, NULL), "known: dense, hmat, fft, auto");
   grid.grid.depth_top = -100;
   fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "dense", &K, NULL), "reaches above the surface");
 }
 
 SLIP_TESTS(vertical_is_the_limit, stiffness_is_nearly_symmetric, turned_problems_have_the_same_operators,
-           hierarchical_is_dense, long_cells_are_plane_strain, what_is_refused)
+           hierarchical_is_dense, stress_is_even_or_odd_along_strike, transforms_are_dense, both_at_once,
+           storage_of_transforms, long_cells_are_plane_strain, what_is_refused)

@@ -66,6 +66,7 @@ PETSC_INTERN PetscLogEvent SLIP_Output;  /* gathering and writing */
 PETSC_INTERN PetscErrorCode SlipLogRegister(void); /* all of them; again does nothing */
 PETSC_INTERN PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event);
 PETSC_INTERN PetscErrorCode SlipLogGetProducts(PetscInt *n);
+PETSC_INTERN void SlipLogAddProducts(PetscInt n); /* formed beside MatMult() */
 /* The stage and the event of output, around it. */
 PETSC_INTERN PetscErrorCode SlipLogOutputBegin(void);
 PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);

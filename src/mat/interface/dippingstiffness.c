@@ -53,6 +53,27 @@ static PetscErrorCode CreateOfCells(MPI_Comm comm, const SlipDippingGrid *grid, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode CreateByTransforms(MPI_Comm comm, const SlipDippingGrid *grid, const char type[], Mat *K, Mat *Kn)
+{
+  SlipCells cells;
+
+  PetscFunctionBegin;
+  PetscCall(CellsOf(grid, &cells));
+  PetscCall(SlipCellsCheck(comm, &cells, "cells"));
+  PetscCall(SlipCellsDestroy(&cells));
+  PetscCheck(grid->grid.kernel.type->normals == 1, comm, PETSC_ERR_SUP,
+             "Kernel \"%s\" has no row of normal stress, expected one that has, such as SlipKernelDipping",
+             grid->grid.kernel.type->name);
+  PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipDippingCreate_FFT(comm, grid, K, Kn));
+  PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipLogProducts(*K, SLIP_StiffnessMult));
+  if (Kn) PetscCall(SlipLogProducts(*Kn, SLIP_StiffnessMult));
+  PetscCall(SlipNote(*K, "SlipWhy", "%s as asked", type));
+  PetscCall(MatSetOption(*K, MAT_SPD, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* One row per type. */
 static const struct {
   const char *name;
@@ -60,6 +81,7 @@ static const struct {
 } SlipDippingTypes[] = {
   {"dense", CreateOfCells},
   {"hmat", CreateOfCells},
+  {"fft", CreateByTransforms},
 };
 
 /*@C
@@ -103,7 +125,7 @@ PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGri
     if (match) break;
   }
   PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-             "The stiffness of a dipping grid cannot be of type \"%s\"; known: dense, hmat, auto", type);
+             "The stiffness of a dipping grid cannot be of type \"%s\"; known: dense, hmat, fft, auto", type);
   PetscCall(SlipDippingTypes[k].create(comm, grid, type, K, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -31,7 +31,7 @@ static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(K, &N, NULL));
-  PetscCall(PetscObjectTypeCompare((PetscObject)K, "slipfft", &fft));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)K, &fft, "slipfft", "slipdippingfft", ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)K, "sliphmat", &hmat));
   PetscCall(SlipGridOf(K, &grid));
   if (fft && grid)

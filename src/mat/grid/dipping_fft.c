@@ -1,0 +1,399 @@
+/*
+  Stiffness of a dipping plane and what slip on it does to normal stress, of type "slipdippingfft", exact: products by
+  transforms along strike and a real block per wavenumber (dipping_blocks.c). Rakes differ from cell to cell: they turn slip
+  into components before, and stress into shear along them behind. Where all slip along strike, or all up dip or down, there
+  is one component. Both matrices have one engine, so that products with both transform slip once.
+*/
+#include <slipmat.h>
+#include <slipcompat.h>
+#include <stdlib.h>
+#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipmatgrid.h>
+
+#define TYPE "slipdippingfft"
+
+typedef struct {
+  PetscInt users; /* matrices that it belongs to */
+  PetscInt nx, nz, n;
+  PetscInt component[2]; /* n of them: 0 along strike, 1 up dip */
+  PetscReal *share[2];   /* [rows of cells of this rank] unit slip along its rake has of each */
+  SlipTransposedFFT pencil;
+  SlipGather gather;
+  PetscReal *stiffness;    /* [local wavenumbers] halves of symmetric blocks [n nz][n nz]; NULL once K is destroyed */
+  PetscReal *normal;       /* [local wavenumbers][n nz][nz]; NULL without Kn */
+  PetscReal *waves;        /* [local wavenumbers][n nz] complex, of all components; of one the pencil's own */
+  PetscReal *normal_waves; /* [local wavenumbers][nz] complex */
+  PetscReal *column;       /* of one wavenumber */
+  PetscReal *field, *y;    /* [rows of cells] */
+} Engine;
+
+typedef struct {
+  Engine *engine;
+  PetscBool normal; /* Kn */
+  PetscReal scale;  /* what MatScale() asked for */
+  Vec diagonal;     /* of scale 1 */
+} Dipping;
+
+/* ---- the engine ---- */
+
+static PetscErrorCode EngineDestroy(Engine **engine)
+{
+  Engine *e = *engine;
+
+  PetscFunctionBegin;
+  *engine = NULL;
+  if (!e || --e->users > 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (e->n > 1) fftw_free(e->waves);
+  fftw_free(e->normal_waves);
+  free(e->stiffness);
+  free(e->normal);
+  free(e->column);
+  PetscCall(PetscFree2(e->share[0], e->share[1]));
+  PetscCall(PetscFree2(e->field, e->y));
+  PetscCall(SlipTransposedFFTDestroy(&e->pencil));
+  PetscCall(SlipGatherDestroy(&e->gather));
+  PetscCall(PetscFree(e));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The components that some cell slips along, exactly, and what each cell of this rank's rows has of them */
+static PetscErrorCode SetComponents(Engine *e, const PetscReal rake[])
+{
+  const PetscInt N = e->nx * e->nz, rows = e->pencil->layout.rows * e->nx;
+  PetscBool used[2] = {PETSC_FALSE, PETSC_FALSE};
+  PetscReal part[2];
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < N; i++) {
+    SlipDegrees(rake[i], &part[1], &part[0]);
+    for (int c = 0; c < 2; c++) used[c] = (PetscBool)(used[c] || part[c] != 0);
+  }
+  for (PetscInt c = 0; c < 2; c++)
+    if (used[c]) e->component[e->n++] = c;
+  PetscCall(PetscMalloc2(rows, &e->share[0], e->n > 1 ? rows : 0, &e->share[1]));
+  for (PetscInt i = 0; i < rows; i++) {
+    SlipDegrees(rake[e->pencil->layout.row_start * e->nx + i], &part[1], &part[0]);
+    for (PetscInt c = 0; c < e->n; c++) e->share[c][i] = part[e->component[c]];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode EngineCreate(MPI_Comm comm, const SlipDippingGrid *grid, PetscBool normal, Engine **engine)
+{
+  const PetscInt nx = grid->grid.nx, nz = grid->grid.nz, period = SlipGoodLength(2 * nx - 1);
+  PetscInt rows, nk;
+  Engine *e;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&e));
+  e->nx = nx;
+  e->nz = nz;
+  PetscCall(SlipTransposedFFTCreate(comm, nx, nz, period, &e->pencil));
+  rows = e->pencil->layout.rows * nx;
+  nk = e->pencil->layout.columns;
+  PetscCall(SetComponents(e, grid->rake));
+  PetscCall(SlipDippingBlocks(comm, grid, period, nk, e->n, e->component, &e->stiffness, normal ? &e->normal : NULL));
+  e->waves = e->pencil->by_wave;
+  if (e->n > 1) PetscCall(SlipAllocate((size_t)2 * nk * e->n * nz, &e->waves));
+  if (normal) PetscCall(SlipAllocate((size_t)2 * nk * nz, &e->normal_waves));
+  PetscCall(SlipAllocateLines((size_t)4 * e->n * nz, &e->column));
+  PetscCall(PetscMalloc2(rows, &e->field, rows, &e->y));
+  *engine = e;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* to[k] = i^turns from[k], nz complex numbers each of all local wavenumbers, so many reals apart */
+static void CopyWaves(const Engine *e, int turns, const PetscReal from[], PetscInt from_apart, PetscReal to[],
+                      PetscInt to_apart)
+{
+  const PetscReal cosine = turns == 0, sine = turns;
+
+  for (PetscInt k = 0; k < e->pencil->layout.columns; k++) {
+    const PetscReal *a = from + (size_t)k * from_apart;
+    PetscReal *b = to + (size_t)k * to_apart;
+
+    for (PetscInt i = 0; i < 2 * e->nz; i += 2) {
+      const PetscReal re = a[i], im = a[i + 1];
+
+      b[i] = cosine * re - sine * im;
+      b[i + 1] = cosine * im + sine * re;
+    }
+  }
+}
+
+/* Waves of slip's components. Collective. */
+static PetscErrorCode Forward(Engine *e, Vec u)
+{
+  const PetscInt rows = e->pencil->layout.rows * e->nx, nz = e->nz;
+  const PetscReal *pu;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGatherGet(&e->gather, u, &pu));
+  for (PetscInt c = 0; c < e->n; c++) {
+    for (PetscInt i = 0; i < rows; i++) e->field[i] = e->share[c][i] * pu[i];
+    PetscCall(SlipTransposedFFTForward(e->pencil, e->field));
+    if (e->n > 1) CopyWaves(e, c ? 1 : 0, e->pencil->by_wave, 2 * nz, e->waves + 2 * c * nz, 2 * e->n * nz);
+  }
+  PetscCall(SlipGatherRestore(&e->gather, u, &pu));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Blocks of all wavenumbers, of one matrix or of both while a wavenumber's slip is at hand: shear in place of slip. */
+static void ApplyBlocks(Engine *e, PetscBool shear, PetscBool normal)
+{
+  const PetscInt nz = e->nz, m = e->n * nz;
+  const size_t half = SlipSymmetricHalf(m, NULL, NULL);
+
+  for (PetscInt k = 0; k < e->pencil->layout.columns; k++) {
+    PetscReal *f = e->waves + (size_t)2 * k * m;
+
+    if (normal)
+      SlipGeneralProduct(nz, m, e->normal + (size_t)k * nz * m, f, e->normal_waves + (size_t)2 * k * nz, e->column);
+    if (shear) SlipSymmetricProduct(m, PETSC_TRUE, e->stiffness + k * half, f, e->column);
+  }
+}
+
+/* f = scale times shear along the rakes. Collective. */
+static PetscErrorCode BackwardShear(Engine *e, PetscReal scale, Vec f)
+{
+  const PetscInt rows = e->pencil->layout.rows * e->nx, nz = e->nz;
+
+  PetscFunctionBegin;
+  for (PetscInt c = 0; c < e->n; c++) {
+    if (e->n > 1) CopyWaves(e, c ? -1 : 0, e->waves + 2 * c * nz, 2 * e->n * nz, e->pencil->by_wave, 2 * nz);
+    PetscCall(SlipTransposedFFTBackward(e->pencil, scale, e->field));
+    for (PetscInt i = 0; i < rows; i++) e->y[i] = (c ? e->y[i] : 0) + e->share[c][i] * e->field[i];
+  }
+  PetscCall(SlipGatherPut(&e->gather, e->y, f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* n = scale times compression; slip up dip alone was not turned. Collective. */
+static PetscErrorCode BackwardNormal(Engine *e, PetscReal scale, Vec n)
+{
+  PetscFunctionBegin;
+  CopyWaves(e, e->component[0] == 0 ? -1 : 0, e->normal_waves, 2 * e->nz, e->pencil->by_wave, 2 * e->nz);
+  PetscCall(SlipTransposedFFTBackward(e->pencil, scale, e->y));
+  PetscCall(SlipGatherPut(&e->gather, e->y, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Counted as for radix-2 transforms of pairs of rows, 2.5 P log2 P each */
+static PetscErrorCode LogFlops(const Engine *e, PetscBool shear, PetscBool normal)
+{
+  const PetscLogDouble P = (PetscLogDouble)e->pencil->period, rows = (PetscLogDouble)e->pencil->layout.rows;
+  const PetscLogDouble nk = (PetscLogDouble)e->pencil->layout.columns, nz = (PetscLogDouble)e->nz;
+  const PetscLogDouble n = (PetscLogDouble)e->n, transforms = n * (shear ? 2 : 1) + (normal ? 1 : 0);
+
+  PetscFunctionBegin;
+  PetscCall(PetscLogFlops(2.5 * transforms * rows * P * PetscLog2Real(P) +
+                          4 * nk * nz * nz * n * ((shear ? n : 0) + (normal ? 1 : 0))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the matrices ---- */
+
+static PetscErrorCode DippingMult(Mat A, Vec u, Vec y)
+{
+  Dipping *d;
+  Engine *e;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(A, &d));
+  e = d->engine;
+  PetscCall(Forward(e, u));
+  ApplyBlocks(e, (PetscBool)!d->normal, d->normal);
+  PetscCall(d->normal ? BackwardNormal(e, d->scale, y) : BackwardShear(e, d->scale, y));
+  PetscCall(LogFlops(e, (PetscBool)!d->normal, d->normal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* MatSlipStiffnessMultBoth() of a Kn: of the K that was made with it at once */
+static PetscErrorCode DippingMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
+{
+  Dipping *k, *kn;
+  PetscBool together;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(Kn, &kn));
+  PetscCall(PetscObjectTypeCompare((PetscObject)K, TYPE, &together));
+  if (together) {
+    PetscCall(MatShellGetContext(K, &k));
+    together = (PetscBool)(k->engine == kn->engine && !k->normal);
+  }
+  if (!together) {
+    PetscCall(MatMult(K, u, f));
+    PetscCall(MatMult(Kn, u, n));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscLogEventBegin(SLIP_StiffnessMult, K, u, f, n));
+  PetscCall(Forward(kn->engine, u));
+  ApplyBlocks(kn->engine, PETSC_TRUE, PETSC_TRUE);
+  PetscCall(BackwardShear(kn->engine, k->scale, f));
+  PetscCall(BackwardNormal(kn->engine, kn->scale, n));
+  PetscCall(LogFlops(kn->engine, PETSC_TRUE, PETSC_TRUE));
+  PetscCall(PetscLogEventEnd(SLIP_StiffnessMult, K, u, f, n));
+  SlipLogAddProducts(2);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode DippingGetDiagonal(Mat A, Vec diagonal)
+{
+  Dipping *d;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(A, &d));
+  PetscCall(VecCopy(d->diagonal, diagonal));
+  PetscCall(VecScale(diagonal, d->scale));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode DippingScale(Mat A, PetscScalar a)
+{
+  Dipping *d;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(A, &d));
+  d->scale *= PetscRealPart(a);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Numbers on this process: of the blocks, and of the rest. K has what both need, or Kn once it is alone. */
+static PetscReal BlockNumbers(const Dipping *d)
+{
+  const Engine *e = d->engine;
+  const PetscInt m = e->n * e->nz;
+
+  return (PetscReal)e->pencil->layout.columns *
+         (d->normal ? (PetscReal)e->nz * (PetscReal)m : (PetscReal)SlipSymmetricHalf(m, NULL, NULL));
+}
+
+static PetscErrorCode DippingGetInfo(Mat A, MatInfoType flag, MatInfo *info)
+{
+  PetscReal bytes, rows, nk;
+  const Engine *e;
+  Dipping *d;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(A, &d));
+  e = d->engine;
+  rows = (PetscReal)e->pencil->layout.rows * (PetscReal)e->nx;
+  nk = (PetscReal)e->pencil->layout.columns * (PetscReal)e->nz;
+  bytes = BlockNumbers(d) + (d->normal ? 2 * nk : 0);
+  if (!d->normal || e->users == 1) bytes += (PetscReal)(e->n + 2) * rows + (e->n > 1 ? 4 * nk : 0);
+  bytes *= (PetscReal)sizeof(PetscReal);
+  if (!d->normal || e->users == 1) bytes += SlipTransposedFFTBytes(e->pencil) + SlipGatherBytes(&e->gather);
+  PetscCall(SlipInfoFill(A, bytes, flag, info));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode DippingView(Mat A, PetscViewer viewer)
+{
+  PetscReal numbers[2];
+  const Engine *e;
+  Dipping *d;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(A, &d));
+  e = d->engine;
+  numbers[0] = numbers[1] = BlockNumbers(d);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &numbers[0], 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &numbers[1], 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)A)));
+  PetscCall(PetscViewerASCIIPrintf(viewer,
+                                   "%s of a dipping plane: %" PetscInt_FMT " x %" PetscInt_FMT
+                                   " cells, slip %s, %" PetscInt_FMT " wavenumbers\n",
+                                   d->normal ? "normal stress" : "stiffness", e->nx, e->nz,
+                                   e->n > 1          ? "of any rake"
+                                   : e->component[0] ? "up or down dip"
+                                                     : "along strike",
+                                   e->pencil->period / 2 + 1));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "blocks: %.1f MB, at most %.1f MB on one process\n",
+                                   (double)(1e-6 * sizeof(PetscReal) * numbers[0]),
+                                   (double)(1e-6 * sizeof(PetscReal) * numbers[1])));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Blocks of the one matrix go with it, the rest with the second. */
+static PetscErrorCode DippingDestroy(Mat A)
+{
+  Dipping *d;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(A, &d));
+  if (d->engine) {
+    PetscReal **blocks = d->normal ? &d->engine->normal : &d->engine->stiffness;
+
+    free(*blocks);
+    *blocks = NULL;
+  }
+  PetscCall(VecDestroy(&d->diagonal));
+  PetscCall(EngineDestroy(&d->engine));
+  PetscCall(PetscFree(d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of the cells that this rank owns; what strike and dip have to do with each other is zero there. */
+static PetscErrorCode FillDiagonal(Mat A, const SlipDippingGrid *g, Dipping *d)
+{
+  PetscReal *a, shear[2] = {0, 0}, normal[2] = {0, 0}, part[2];
+  PetscInt start, end, row = -1;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(A, NULL, &d->diagonal));
+  PetscCall(VecGetOwnershipRange(d->diagonal, &start, &end));
+  PetscCall(VecGetArrayWrite(d->diagonal, &a));
+  for (PetscInt i = start; i < end; i++) {
+    if (i / g->grid.nx != row) {
+      row = i / g->grid.nx;
+      PetscCall(SlipDippingOwn(g, row, shear, normal));
+    }
+    SlipDegrees(g->rake[i], &part[1], &part[0]);
+    a[i - start] = d->normal ? part[0] * normal[0] + part[1] * normal[1]
+                             : PetscSqr(part[0]) * shear[0] + PetscSqr(part[1]) * shear[1];
+  }
+  PetscCall(VecRestoreArrayWrite(d->diagonal, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CreateOne(MPI_Comm comm, const SlipDippingGrid *grid, Engine *engine, PetscBool normal, Mat *A)
+{
+  const SlipShellOps ops = {.mult = DippingMult,
+                            .diagonal = DippingGetDiagonal,
+                            .scale = DippingScale,
+                            .view = DippingView,
+                            .info = DippingGetInfo,
+                            .destroy = DippingDestroy,
+                            .unsymmetric = normal};
+  Dipping *d;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&d));
+  d->scale = 1;
+  d->normal = normal;
+  d->engine = engine;
+  engine->users++;
+  PetscCall(SlipShellCreate(comm, PETSC_DECIDE, engine->nx * engine->nz, TYPE, &ops, d, A));
+  PetscCall(FillDiagonal(*A, grid, d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* K, and Kn unless it is NULL, of a grid and a kernel that were checked. Collective. */
+PetscErrorCode SlipDippingCreate_FFT(MPI_Comm comm, const SlipDippingGrid *grid, Mat *K, Mat *Kn)
+{
+  const SlipKernel *kernel = &grid->grid.kernel;
+  Engine *e = NULL;
+
+  PetscFunctionBegin;
+  PetscCheck(
+    kernel->type->plane && kernel->average == SLIP_AVERAGE_CENTRE, comm, PETSC_ERR_SUP,
+    "Kernel \"%s\" has no stress on a whole plane, which type fft needs: expected one that has, at centres, such as "
+    "SlipKernelDipping, or type dense or hmat",
+    kernel->type->name);
+  PetscCall(EngineCreate(comm, grid, Kn ? PETSC_TRUE : PETSC_FALSE, &e));
+  PetscCall(CreateOne(comm, grid, e, PETSC_FALSE, K));
+  PetscCall(SlipGatherCreate(*K, e->pencil, &e->gather));
+  if (!Kn) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CreateOne(comm, grid, e, PETSC_TRUE, Kn));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*Kn, "MatSlipStiffnessMultBoth_C", DippingMultBoth));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
