@@ -24,7 +24,7 @@ typedef struct {
   PetscReal dip;         /* [deg] */
   const PetscReal *rake; /* [nx * nz] of slip and shear stress [deg]; not kept */
 } SlipDippingGrid;
-/* Its stiffness, and unless Kn is NULL what slip does to normal stress: compression at the centre of cell i for unit slip on
+/* type: "dense", "fft", "hmat" or "auto". Its stiffness, and unless Kn is NULL what slip does to normal stress: compression at the centre of cell i for unit slip on
    cell j [Pa/m], not symmetric. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGrid *grid, const char *type,
                                                           Mat *K, Mat *Kn);

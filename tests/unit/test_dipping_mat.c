@@ -368,6 +368,7 @@ static void what_is_refused(void **state)
 {
   PetscReal rake[N] = {0};
   SlipDippingGrid grid = Grid(95, rake);
+  const SlipKernelType slow = {.name = "slow", .components = 1, .normals = 1, .centre = SlipKernelDipping.centre};
   Mat K;
 
   (void)state;
@@ -377,8 +378,42 @@ static void what_is_refused(void **state)
   fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "bad", &K, NULL), "known: dense, hmat, fft, auto");
   grid.grid.depth_top = -100;
   fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "dense", &K, NULL), "reaches above the surface");
+  fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "fft", &K, NULL), "reaches above the surface");
+  grid = Grid(40, rake);
+  grid.grid.kernel.type = &slow;
+  fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "fft", &K, NULL), "Kernel \"slow\" has no stress on a");
+  grid.grid.nz = 0;
+  fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "fft", &K, NULL), "at least one cell each way");
+}
+
+/* "auto": up to 256 cells, deeper than 50 times as many cells as along strike, the rest, and that by a kernel without plane() */
+static void auto_chooses(void **state)
+{
+  static PetscReal rake[17 * 17];
+  const SlipKernelType slow = {.name = "slow", .components = 1, .normals = 1, .centre = SlipKernelDipping.centre};
+  const struct {
+    PetscInt nx, nz;
+    const SlipKernelType *kernel;
+    const char *type;
+  } cases[] = {{16, 16, &SlipKernelDipping, MATSEQDENSE},
+               {2, 140, &SlipKernelDipping, "sliphmat"},
+               {17, 17, &SlipKernelDipping, "slipdippingfft"},
+               {17, 17, &slow, "sliphmat"}};
+  PetscBool same;
+  Mat K;
+
+  (void)state;
+  for (size_t c = 0; c < PETSC_STATIC_ARRAY_LENGTH(cases); c++) {
+    SlipDippingGrid grid = {.grid = {cases[c].nx, cases[c].nz, 1600, 1600, 0, Rock}, .dip = 40, .rake = rake};
+
+    grid.grid.kernel.type = cases[c].kernel;
+    ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "auto", &K, NULL));
+    ok(PetscObjectTypeCompare((PetscObject)K, cases[c].type, &same));
+    assert_true(same);
+    ok(MatDestroy(&K));
+  }
 }
 
 SLIP_TESTS(vertical_is_the_limit, stiffness_is_nearly_symmetric, turned_problems_have_the_same_operators,
            hierarchical_is_dense, stress_is_even_or_odd_along_strike, transforms_are_dense, both_at_once,
-           storage_of_transforms, long_cells_are_plane_strain, what_is_refused)
+           storage_of_transforms, long_cells_are_plane_strain, what_is_refused, auto_chooses)

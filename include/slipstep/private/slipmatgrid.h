@@ -171,4 +171,5 @@ PETSC_INTERN PetscErrorCode SlipDippingBlocks(MPI_Comm comm, const SlipDippingGr
                                               PetscReal **stiffness, PetscReal **normal);
 
 /* ---- dipping_fft.c; Kn may be NULL ---- */
+PETSC_INTERN PetscBool SlipDippingTransforms(const SlipKernel *kernel); /* whether it can be taken for it */
 PETSC_INTERN PetscErrorCode SlipDippingCreate_FFT(MPI_Comm comm, const SlipDippingGrid *grid, Mat *K, Mat *Kn);

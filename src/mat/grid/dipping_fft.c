@@ -377,6 +377,11 @@ static PetscErrorCode CreateOne(MPI_Comm comm, const SlipDippingGrid *grid, Engi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscBool SlipDippingTransforms(const SlipKernel *kernel)
+{
+  return (PetscBool)(kernel->type->plane && kernel->average == SLIP_AVERAGE_CENTRE);
+}
+
 /* K, and Kn unless it is NULL, of a grid and a kernel that were checked. Collective. */
 PetscErrorCode SlipDippingCreate_FFT(MPI_Comm comm, const SlipDippingGrid *grid, Mat *K, Mat *Kn)
 {
@@ -385,7 +390,7 @@ PetscErrorCode SlipDippingCreate_FFT(MPI_Comm comm, const SlipDippingGrid *grid,
 
   PetscFunctionBegin;
   PetscCheck(
-    kernel->type->plane && kernel->average == SLIP_AVERAGE_CENTRE, comm, PETSC_ERR_SUP,
+    SlipDippingTransforms(kernel), comm, PETSC_ERR_SUP,
     "Kernel \"%s\" has no stress on a whole plane, which type fft needs: expected one that has, at centres, such as "
     "SlipKernelDipping, or type dense or hmat",
     kernel->type->name);

@@ -7,6 +7,10 @@
 
 /* Up to this many cells dense products are as fast as others. */
 #define SLIP_DENSE_MAX 256
+/* From so many cells along dip for one along strike on, hierarchical products of slip along dip take less time than blocks of
+   cells along dip; measured, K and Kn: 1.7 and 1.6 ms at 8 x 400 cells, 3.6 and 6.2 ms at 8 x 800, 0.3 and 1.0 ms at 4 x 400,
+   but 13 and 3.7 ms at 20 x 400. */
+#define SLIP_DEEP 50
 
 /* The cells of a grid, along its own strike; cells->x owns all columns. */
 static PetscErrorCode CellsOf(const SlipDippingGrid *d, SlipCells *cells)
@@ -74,6 +78,27 @@ static PetscErrorCode CreateByTransforms(MPI_Comm comm, const SlipDippingGrid *g
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What "auto" is, and why, in words. A kernel's own average or a lack of stress on whole planes is for hierarchical storage. */
+static const char *ChooseType(const SlipDippingGrid *grid, const char **why)
+{
+  const SlipGrid *g = &grid->grid;
+
+  if (g->nx * g->nz <= SLIP_DENSE_MAX) {
+    *why = "at most 256 cells";
+    return "dense";
+  }
+  if (g->nz > SLIP_DEEP * g->nx) {
+    *why = "more than 50 cells along dip for one along strike";
+    return "hmat";
+  }
+  if (!SlipDippingTransforms(&g->kernel)) {
+    *why = "a kernel without the stress on a whole plane";
+    return "hmat";
+  }
+  *why = "more than 256 cells";
+  return "fft";
+}
+
 /* One row per type. */
 static const struct {
   const char *name;
@@ -93,15 +118,25 @@ static const struct {
   Input Parameters:
 + comm - communicator
 . grid - cells, extents [m], dip and rakes [deg], and a kernel that has a row of normal stress, such as SlipKernelDipping
-- type - "dense" (MATDENSE), "hmat" (hierarchical) or "auto"
+- type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact), "hmat" (hierarchical, to 1e-8 of each low-rank
+         block) or "auto"
 
   Output Parameters:
 + K  - symmetric N x N matrix [Pa/m], N = nx * nz, rows distributed by PETSC_DECIDE: the symmetric part of the stress drop
        along its rake at the centre of cell i for unit slip on cell j
 - Kn - compression of the centre of cell i for unit slip on cell j [Pa/m], not symmetric; NULL where it is not wanted
 
+  Notes:
+  Type "fft" keeps about nx + 1 blocks for K, half of nz x nz numbers each, and as many of nz x nz for Kn: 20 and 33 MB at 400 x 100
+  cells. That is where all rakes are 0 or 180 degrees, or all 90 or -90; else slip has two components, and blocks take four
+  times and twice as much. It needs a kernel with plane() of SlipKernelType.
+
+  "auto" is "dense" up to 256 cells, "hmat" for more than 50 cells along dip for one along strike and for kernels without
+  plane(), and otherwise "fft". MatScale(), MatGetDiagonal() and conversion to MATDENSE work on every type. Either matrix may be
+  destroyed first.
+
   Errors: PETSC_ERR_ARG_OUTOFRANGE for a bad grid, those of SlipKernelCheck(), PETSC_ERR_SUP for a kernel without normal
-  stress, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown type
+  stress, or with "fft" without plane(), PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown type
 
   Level: intermediate
 
@@ -111,6 +146,7 @@ PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGri
                                              Mat *Kn)
 {
   const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipDippingTypes);
+  const char *why = NULL;
   PetscBool match;
   PetscInt k;
 
@@ -118,8 +154,14 @@ PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGri
   PetscCall(SlipMatInitializePackage());
   PetscCheck(grid->dip > 0 && grid->dip <= 90, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Dip must lie in (0, 90] degrees, not %g", (double)grid->dip);
+  PetscCheck(grid->grid.nx > 0 && grid->grid.nz > 0 && grid->grid.nx <= PETSC_MAX_INT / grid->grid.nz, comm,
+             PETSC_ERR_ARG_OUTOFRANGE,
+             "Grid must have at least one cell each way and not more than PetscInt counts, not %" PetscInt_FMT
+             " x %" PetscInt_FMT,
+             grid->grid.nx, grid->grid.nz);
+  PetscCall(SlipKernelCheck(comm, &grid->grid.kernel));
   PetscCall(PetscStrcmp(type, "auto", &match));
-  if (match) type = grid->grid.nx * grid->grid.nz > SLIP_DENSE_MAX ? "hmat" : "dense";
+  if (match) type = ChooseType(grid, &why);
   for (k = 0; k < ntypes; k++) {
     PetscCall(PetscStrcmp(type, SlipDippingTypes[k].name, &match));
     if (match) break;
@@ -127,6 +169,7 @@ PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGri
   PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
              "The stiffness of a dipping grid cannot be of type \"%s\"; known: dense, hmat, fft, auto", type);
   PetscCall(SlipDippingTypes[k].create(comm, grid, type, K, Kn));
+  if (why) PetscCall(SlipNote(*K, "SlipWhy", "auto: %s", why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
