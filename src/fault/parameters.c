@@ -162,8 +162,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                       "-fault_output at every accepted step"},
   [FAULT_SURFACE_STATIONS] =
     {"surface_stations", "", NULL,
-     "Points \"x,y;x,y\" [m] of the free surface whose displacement and velocity are written to "
-     "/surface of -fault_output at every accepted step"},
+     "Points \"x,y;x,y\" [m] of the free surface, or a file with a point \"x,y\" or \"x y\" on each line and comments "
+     "after #, whose displacement and velocity are written to /surface of -fault_output at every accepted step"},
   [FAULT_CATALOGUE] = {"catalogue", "", NULL, "HDF5 file to write a row of every event of the run to"},
   [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart"},
   [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to go on from"},

@@ -1,10 +1,14 @@
-/* -fault_surface_stations: points of the free surface whose displacement and velocity are recorded at every accepted step, in the groups
-   /surface/0, /surface/1, ... of the output. What moves a point is the slip of all cells less that of the far field, u - u(start): where
-   plates drag a fault, their own motion of half the loading rate on either side comes on top. A row is a product of a dense matrix,
-   made once, with displacements and slip rates, of which each process has the columns of its cells. */
+/* -fault_surface_stations: points of the free surface, in a list or a file, whose displacement and velocity are recorded at every
+   accepted step, in the groups /surface/0, /surface/1, ... of the output. What moves a point is the slip of all cells along their rakes
+   less that of the far field, u - u(start): where plates drag a fault, their own motion of half the loading rate on either side comes on
+   top. A row is a product of a dense matrix, made once, with displacements and slip rates, of which each process has the columns of its
+   cells. */
 #include <slipstep/private/slipfaultobservers.h>
 #include <slipstep/private/slipmatcells.h>
-#include <slipelasticity.h>
+#include <slipstep/private/slipelasticity.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,37 +28,138 @@ typedef struct {
   PetscInt table;
 } Surface;
 
-static PetscErrorCode ReadPoint(SlipFault fault, const char text[], PetscReal point[2])
+#define POINTS "expected points \"x,y;x,y\" in m, or a file with a point \"x,y\" or \"x y\" on each line"
+enum { LONGEST_LINE = 256 };
+
+/* Two numbers with a comma between, or where it may be so only space, and nothing else */
+static PetscBool ReadPoint(const char text[], PetscBool space, PetscReal point[2])
 {
+  static const char Space[] = " \t\r\n";
   const char *c = text;
-  PetscInt n = 0;
   char *end;
 
+  for (PetscInt k = 0; k < 2; k++) {
+    point[k] = (PetscReal)strtod(c, &end);
+    if (end == c || PetscIsInfOrNanReal(point[k])) return PETSC_FALSE;
+    c = end + strspn(end, Space);
+    if (k == 0 && *c == ',')
+      c++;
+    else if (k == 0 && (!space || c == end))
+      return PETSC_FALSE;
+  }
+  return *c ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* Rank 0: n points of a text file, freed with PetscFree() */
+static PetscErrorCode ReadFile(SlipFault fault, const char name[], PetscInt *n, PetscReal **point)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  FILE *file = fopen(name, "r");
+  char line[LONGEST_LINE];
+  PetscInt room = 0;
+
   PetscFunctionBegin;
-  do {
-    point[n] = (PetscReal)strtod(c, &end);
-    if (end == c || PetscIsInfOrNanReal(point[n])) break;
-    c = end + strspn(end, " ");
-    n++;
-  } while (n < 2 && *c == ',' && c++);
-  PetscCheck(n == 2 && !*c, fault->comm, PETSC_ERR_ARG_WRONG,
-             "-%sfault_surface_stations has the point \"%s\", expected points \"x,y;x,y\" in m", SlipFaultPrefix(fault),
-             text);
+  *n = 0;
+  *point = NULL;
+  PetscCheck(file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s (-%sfault_surface_stations) cannot be read: %s", name,
+             prefix, strerror(errno));
+  for (PetscInt number = 1; fgets(line, LONGEST_LINE, file); number++) {
+    const size_t length = strlen(line), used = strcspn(line, "#");
+    const PetscBool whole = length + 1 < LONGEST_LINE || line[length - 1] == '\n' ? PETSC_TRUE : PETSC_FALSE;
+
+    line[whole ? used : strcspn(line, "\n")] = '\0';
+    if (whole && line[strspn(line, " \t\r\n")] == '\0') continue;
+    if (*n == room) PetscCall(PetscRealloc(2 * (size_t)(room += 64) * sizeof(**point), point));
+    if (whole && ReadPoint(line, PETSC_TRUE, *point + 2 * *n)) {
+      ++*n;
+      continue;
+    }
+    (void)fclose(file);
+    PetscCall(PetscFree(*point));
+    line[strcspn(line, "\r\n")] = '\0';
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+            "%s (-%sfault_surface_stations), line %" PetscInt_FMT
+            ": \"%.60s\", expected a point \"x,y\" or \"x y\" in m, or a comment after #",
+            name, prefix, number, line);
+  }
+  (void)fclose(file);
+  PetscCheck(*n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s (-%sfault_surface_stations) has no points, expected one \"x,y\" or \"x y\" in m on each line", name,
+             prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
+/* Collective: the points of a file, or of a list */
+static PetscErrorCode ReadPoints(SlipFault fault, const char text[], PetscInt *n, PetscReal **points)
 {
-  const PetscReal nu = fault->options.value[FAULT_POISSON_RATIO];
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscBool file = PETSC_FALSE;
+  PetscMPIInt rank;
+  char **point;
+  int count;
 
   PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (!rank) PetscCall(PetscTestFile(text, '\0', &file));
+  PetscCallMPI(MPI_Bcast(&file, 1, MPIU_BOOL, 0, fault->comm));
+  if (file) {
+    if (!rank) ierr = ReadFile(fault, text, n, points);
+    PetscCall(SlipErrorBcast(fault->comm, ierr));
+    PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, fault->comm));
+    if (rank) PetscCall(PetscMalloc1(2 * (size_t)*n, points));
+    PetscCallMPI(MPI_Bcast(*points, (PetscMPIInt)(2 * *n), MPIU_REAL, 0, fault->comm));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscStrToArray(text, ';', &count, &point));
+  PetscCheck(count > 0, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_surface_stations is \"%s\", " POINTS, prefix, text);
+  *n = count;
+  PetscCall(PetscMalloc1(2 * (size_t)count, points));
+  for (int k = 0; k < count; k++)
+    PetscCheck(ReadPoint(point[k], PETSC_FALSE, *points + 2 * k), fault->comm, PETSC_ERR_ARG_WRONG,
+               "-%sfault_surface_stations has the point \"%s\", " POINTS, prefix, point[k]);
+  PetscCall(PetscStrToArrayDestroy(count, point));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static SlipDippingRectangle RectangleOf(const SlipFaultCell *c)
+{
+  const PetscReal *along = c->direction[0], *down = c->direction[1], degrees = 180 / PETSC_PI;
+
+  return (SlipDippingRectangle){c->centre[0],
+                                c->centre[1],
+                                c->centre[2],
+                                c->size[0],
+                                c->size[1],
+                                degrees * PetscAtan2Real(along[1], along[0]),
+                                PetscMin(90, degrees * PetscAtan2Real(down[2], hypot(down[0], down[1])))};
+}
+
+/* For 1 m of slip of a cell along its rake. Strike slip on planes along x has a form of its own. */
+static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
+{
+  const PetscReal nu = fault->options.value[FAULT_POISSON_RATIO], *rake = fault->fields.cell[FIELD_RAKE];
+  PetscReal *point;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(3 * s->n, &point));
+  for (PetscInt k = 0; k < s->n; k++) PetscCall(PetscArraycpy(point + 3 * k, s->point + 2 * k, 2));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal *u = s->matrix + 3 * s->n * i, slip[3] = {0, 0, 0};
+    SlipDippingRectangle rectangle;
     SlipFaultCell c;
 
     fault->mesh.kind->cell(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i), &c);
-    SlipSurfaceDisplacement(nu, &(SlipRectangle){c.centre[0], c.centre[1], c.centre[2], c.size[0], c.size[1]}, s->n,
-                            s->point, s->matrix + 3 * s->n * i);
+    if (c.direction[0][0] == 1 && c.direction[1][2] == 1 && rake[i] == 0) {
+      SlipSurfaceDisplacement(nu, &(SlipRectangle){c.centre[0], c.centre[1], c.centre[2], c.size[0], c.size[1]}, s->n,
+                              s->point, u);
+      continue;
+    }
+    SlipDegrees(rake[i], &slip[1], &slip[0]);
+    rectangle = RectangleOf(&c);
+    PetscCall(SlipDippingDisplacement(nu, PETSC_FALSE, &rectangle, slip, s->n, point, u));
   }
+  PetscCall(PetscFree(point));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -63,8 +168,6 @@ static PetscErrorCode SurfaceCreate(SlipFault fault, TS ts, PetscBool *wanted, v
   const char *text = fault->options.text[FAULT_SURFACE_STATIONS], *prefix = SlipFaultPrefix(fault);
   Surface *s;
   PetscBool half_space;
-  char **point;
-  int n;
 
   PetscFunctionBegin;
   (void)ts;
@@ -78,15 +181,10 @@ static PetscErrorCode SurfaceCreate(SlipFault fault, TS ts, PetscBool *wanted, v
   PetscCheck(strlen(text) + 1 < sizeof(fault->options.text[FAULT_SURFACE_STATIONS]), fault->comm,
              PETSC_ERR_ARG_OUTOFRANGE, "-%sfault_surface_stations is too long, expected less than %d characters",
              prefix, PETSC_MAX_PATH_LEN - 1);
-  PetscCall(PetscStrToArray(text, ';', &n, &point));
-  PetscCheck(n > 0, fault->comm, PETSC_ERR_ARG_WRONG,
-             "-%sfault_surface_stations is \"%s\", expected points \"x,y;x,y\" in m", prefix, text);
   PetscCall(PetscNew(&s));
   *ctx = s;
-  s->n = n;
-  PetscCall(PetscMalloc3(2 * n, &s->point, 3 * n * fault->mesh.n, &s->matrix, SURFACE_NUMBERS * n, &s->row));
-  for (int k = 0; k < n; k++) PetscCall(ReadPoint(fault, point[k], s->point + 2 * k));
-  PetscCall(PetscStrToArrayDestroy(n, point));
+  PetscCall(ReadPoints(fault, text, &s->n, &s->point));
+  PetscCall(PetscMalloc2(3 * s->n * fault->mesh.n, &s->matrix, SURFACE_NUMBERS * s->n, &s->row));
   PetscCall(MakeMatrix(fault, s));
   PetscCall(VecDuplicate(fault->critical.uc, &s->start));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -207,7 +305,8 @@ static PetscErrorCode SurfaceDestroy(void **ctx)
 
   PetscFunctionBegin;
   PetscCall(VecDestroy(&s->start));
-  PetscCall(PetscFree3(s->point, s->matrix, s->row));
+  PetscCall(PetscFree(s->point));
+  PetscCall(PetscFree2(s->matrix, s->row));
   PetscCall(PetscFree(*ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

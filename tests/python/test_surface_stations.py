@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """-fault_surface_stations: points of the free surface move by what slip on every cell makes by Okada's closed form (1985), on grids,
-meshes and ranks, and over a restart."""
+meshes and ranks, and over a restart; on dipping faults as published for SEAS BP3, and turned as the fault is."""
 import os
+import re
 import subprocess
 import sys
 import unittest
@@ -11,9 +12,17 @@ from scripts import SOURCE, FaultTest
 import h5py
 import numpy as np
 
+from slipstep_time import YEAR
+
 GRID = ["-fault_nx", "6", "-fault_nz", "5", "-ts_max_time", "4", "-fault_loading_rate", "1e-3"]
 POINTS = [(1200, 300), (1200, -300), (-4000, 2500), (3700, -0.5)]
 TEXT = ";".join(f"{x},{y}" for x, y in POINTS)
+BP3 = """-fault_nx 1 -fault_nz 200 -fault_length_z 40e3 -fault_dip 60 -fault_rake 90 -fault_shear_modulus 32.03812e9 -fault_density 2670
+    -fault_friction_law rate_and_state -fault_friction_b 0.015 -fault_friction_slip 0.008 -fault_normal_stress 50e6
+    -fault_normal_stress_gradient 0 -fault_loading_rate 1e-9 -fault_initial traction -fault_initial_traction 26.54612e6
+    -fault_initial_rate 1e-9 -fault_parameters fields.h5 -fault_output bp3.h5 -ts_max_time 1.58e9""".split()
+CREEP = """-fault_nx 6 -fault_nz 5 -fault_friction_law rate_and_state -fault_normal_stress 20e6 -fault_friction_b 0.005
+    -fault_normal_stress_gradient 0 -fault_loading_rate 1e-9 -fault_initial_rate 1e-10 -fault_depth_top 100 -ts_max_time 3y""".split()
 # Slip of 1 m times some 40 kernels of at most 1 / 2, each rounded by some ten operations
 ROUNDING = 1e-14
 
@@ -87,9 +96,71 @@ class SurfaceStations(FaultTest):
         message = self.fault(*GRID, "-fault_output", "part.h5", "-fault_restart", "state", "-fault_surface_stations", "1,2", code=1)
         self.assertIn("has other points of the surface than -fault_surface_stations", message)
 
+    def test_bp3(self):
+        """SEAS BP3, thrust of 60 degrees: displacement, horizontal and down, at 50.0307 years, before the first event, as published for the
+        code FDRA with cells of 25 m. What stations give is relative to slip at the plate rate Vp everywhere; to that the benchmark adds the
+        plates' rigid motion, against the hanging wall's half of the slip on the right, with it on the left."""
+        published = {16e3: (-0.400304, -0.418260), -16e3: (-0.031915, 0.527212), 0.0: (-0.303663, 0.227878)}
+        length, depth = 3.9e7, (np.arange(200) + 0.5) * 200
+        with h5py.File(self.path("fields.h5"), "w") as file:
+            file["friction_a"] = np.interp(depth, [15e3, 18e3], [0.010, 0.025])[:, None]
+        self.fault(*BP3, "-fault_length_x", length, "-fault_surface_stations", ";".join(f"{length / 2},{y}" for y in published))
+        time, plates = 50.0307 * YEAR, 1e-9 * 50.0307 * YEAR / 2 * np.array([np.cos(np.pi / 3), np.sin(np.pi / 3)])
+        with h5py.File(self.path("bp3.h5")) as file:
+            for k, (y, wanted) in enumerate(published.items()):
+                found = [np.interp(time, file[f"surface/{k}/time"], file[f"surface/{k}/displacement"][:, c]) for c in range(3)]
+                self.assertEqual(found[0], 0)  # the middle of the strike
+                # 8e-5 m are between cells of 200 m and of 25 m. The fault has an end: 5.3e-4 m (1e7 m / length) down, as slip deficit times
+                # width over half of the length is.
+                np.testing.assert_allclose(np.array(found[1:]) - (1 if y >= 0 else -1) * plates, wanted, rtol=0, atol=2.5e-4)
+
+    def test_strike_and_rake(self):
+        """A fault that is turned turns what it does, and on a vertical one rake 180 is rake 0 with the other sign."""
+        angle = np.radians(35)
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        turned = ";".join(f"{x!r},{y!r}" for x, y in (turn[:2, :2] @ np.transpose(POINTS)).T.tolist())
+
+        def displacements(name, *options, points=TEXT, ranks=1):
+            self.fault(*CREEP, "-fault_output", name, "-fault_surface_stations", points, *options, ranks=ranks)
+            with h5py.File(self.path(name)) as file:
+                return np.array([[file[f"surface/{k}/{what}"][-1] for what in ("displacement", "velocity")] for k in range(len(POINTS))])
+
+        dipping = ["-fault_dip", "50", "-fault_rake", "70"]
+        plain = displacements("plain.h5", *dipping)
+        self.assertGreater(np.abs(plain[:, 0]).max(), 1e-4)
+        # Both runs take the same steps, some hundred; each rounds the products of the stiffness, 1e-16 times a factor of some ten
+        close = {"rtol": 0, "atol": 1e-12 * np.abs(plain[:, 0]).max()}
+        for ranks in (1, 2):
+            found = displacements(f"turned{ranks}.h5", *dipping, "-fault_strike", "35", points=turned, ranks=ranks)
+            np.testing.assert_allclose(found[:, 0], plain[:, 0] @ turn.T, **close)
+        left, right = displacements("left.h5"), displacements("right.h5", "-fault_rake", "180")
+        np.testing.assert_allclose(right, -left, rtol=0, atol=1e-13 * np.abs(left).max())  # two closed forms of the same
+
+    def test_file(self):
+        """A file of points is a list of them."""
+        with open(self.path("points.txt"), "w") as file:
+            file.write("# x y\n\n" + "".join(f" {x}{between}{y} {more}\n" for (x, y), between, more in zip(POINTS, (",", " ", "\t", " , "), ("", "# far", "\r", ""))))
+        for ranks in (1, 2):
+            self.fault(*GRID, "-fault_output", "list.h5", "-fault_surface_stations", TEXT, ranks=ranks)
+            self.fault(*GRID, "-fault_output", "file.h5", "-fault_surface_stations", "points.txt", ranks=ranks)
+            with h5py.File(self.path("list.h5")) as one, h5py.File(self.path("file.h5")) as other:
+                self.assertEqual(len(other["surface"]), len(POINTS))
+                for k in range(len(POINTS)):
+                    self.assertEqual(dict(one[f"surface/{k}"].attrs), dict(other[f"surface/{k}"].attrs))
+                    np.testing.assert_array_equal(one[f"surface/{k}/displacement"], other[f"surface/{k}/displacement"])
+        for content, message in (("1 2\n# 3\n4;5\n", r'line 3: "4;5", expected a point "x,y" or "x y" in m'), ("1 2 3\n", 'line 1: "1 2 3", expected a point'),
+                                 ("1\n", 'line 1: "1", expected a point'), ("1 2\n3,inf", 'line 2: "3,inf", expected a point'),
+                                 ("1 2" + 300 * " ", "line 1: "), ("# nothing\n", "has no points"), ("", "has no points")):
+            with open(self.path("bad.txt"), "w") as file:
+                file.write(content)
+            found = self.fault(*GRID, "-fault_output", "a.h5", "-fault_surface_stations", "bad.txt", code=1)
+            self.assertRegex(found, re.escape("bad.txt (-fault_surface_stations)"))
+            self.assertIn(message, found)
+        self.assertIn("-fault_surface_stations", self.fault(*GRID, "-fault_output", "points.txt", "-fault_surface_stations", "points.txt", code=1))
+
     def test_errors(self):
         self.assertIn("expected -fault_output", self.fault(*GRID, "-fault_surface_stations", "1,1", code=1))
-        for points in ("1", "1,2,3", "1,a", "1,2;;3", ";"):
+        for points in ("1", "1,2,3", "1,a", "1 2", "1,2;;3", ";", "no.txt"):
             self.assertIn("expected points \"x,y;x,y\" in m", self.fault(*GRID, "-fault_output", "a.h5", "-fault_surface_stations", points, code=1))
         self.assertIn("expected -fault_kernel half_space",
                       self.fault(*GRID, "-fault_output", "a.h5", "-fault_surface_stations", "1,1", "-fault_kernel", "full_space", code=1))
