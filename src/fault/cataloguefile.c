@@ -41,6 +41,8 @@ static PetscErrorCode WriteAttributes(SlipFaultCatalogue cat)
   PetscCall(SlipH5WriteAttrInt(h, "/", "version", 1));
   PetscCall(SlipH5WriteAttrString(h, "/", "library_version", SLIPSTEP_VERSION));
   PetscCall(SlipH5WriteAttrReal(h, "/", "shear_modulus", fault->options.value[FAULT_SHEAR_MODULUS]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "poisson_ratio", fault->options.value[FAULT_POISSON_RATIO]));
+  PetscCall(SlipH5WriteAttrString(h, "/", "kernel", fault->options.text[FAULT_KERNEL]));
   PetscCall(SlipH5WriteAttrReal(h, "/", "event_rate", fault->options.value[FAULT_EVENT_RATE]));
   PetscCall(SlipH5WriteAttrInt(h, "/", "weakens", fault->resolution.weakens ? 1 : 0));
   PetscCall(SlipH5WriteAttrReal(h, "/", "fault_area", fault->mesh.area * (PetscReal)fault->mesh.N));
@@ -48,6 +50,8 @@ static PetscErrorCode WriteAttributes(SlipFaultCatalogue cat)
   PetscCall(SlipH5WriteAttrReal(h, "/", "length_x", fault->mesh.extent[FAULT_LENGTH_X]));
   PetscCall(SlipH5WriteAttrReal(h, "/", "length_z", fault->mesh.extent[FAULT_LENGTH_Z]));
   PetscCall(SlipH5WriteAttrReal(h, "/", "depth_top", fault->mesh.extent[FAULT_DEPTH_TOP]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "strike", fault->mesh.extent[FAULT_STRIKE]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "dip", fault->mesh.extent[FAULT_DIP]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -64,6 +68,13 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
     PetscCall(SlipH5CreateSeries(h, Maps[m], ndim, dims, PETSC_FALSE, MapUnits[m]));
   PetscCall(fault->mesh.kind->write(&fault->mesh, h));
+  if (cat->maps) {
+    const PetscReal *rake;
+
+    PetscCall(VecGetArrayRead(cat->map[0], &rake));
+    PetscCall(SlipH5WriteReal(h, "/mesh/rake", ndim, dims, rake, "degrees"));
+    PetscCall(VecRestoreArrayRead(cat->map[0], &rake));
+  }
   PetscCall(SlipH5Live(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -119,6 +130,23 @@ static PetscErrorCode Last(void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective: the direction of the maps' slip, in the place of a map on rank 0 */
+static PetscErrorCode GatherRake(SlipFaultCatalogue cat)
+{
+  PetscReal *a;
+  Vec rake;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(cat->slip, &rake));
+  PetscCall(VecGetArray(rake, &a));
+  PetscCall(PetscArraycpy(a, cat->fault->fields.cell[FIELD_RAKE], cat->fault->mesh.n));
+  PetscCall(VecRestoreArray(rake, &a));
+  PetscCall(VecScatterBegin(cat->gather, rake, cat->map[0], INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(cat->gather, rake, cat->map[0], INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecDestroy(&rake));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: the file, unless it is there */
 PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat)
 {
@@ -126,6 +154,7 @@ PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat)
 
   PetscFunctionBegin;
   if (cat->begun) PetscFunctionReturn(PETSC_SUCCESS);
+  if (cat->maps) PetscCall(GatherRake(cat));
   if (!cat->rank) ierr = cat->resumed ? Continue(cat) : Create(cat);
   PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
   cat->begun = PETSC_TRUE;
