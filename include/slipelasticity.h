@@ -112,6 +112,13 @@ PETSC_EXTERN PetscErrorCode SlipDippingGradient(PetscReal nu, PetscBool full_spa
 PETSC_EXTERN PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space,
                                               const SlipDippingRectangle *source, const PetscReal slip[], PetscInt n,
                                               const PetscReal points[], PetscReal stress[]);
+/* The same of many, slip [ncells][3], and stress [n][6]. */
+PETSC_EXTERN PetscErrorCode SlipRectanglesDisplacement(PetscReal nu, PetscBool full_space, PetscInt ncells,
+                                                       const SlipDippingRectangle cells[], const PetscReal slip[],
+                                                       PetscInt n, const PetscReal points[], PetscReal u[]);
+PETSC_EXTERN PetscErrorCode SlipRectanglesStress(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt ncells,
+                                                 const SlipDippingRectangle cells[], const PetscReal slip[], PetscInt n,
+                                                 const PetscReal points[], PetscReal stress[]);
 /* Tractions [n][3], along the rake, across it and normal, on planes with directions [n][3][3]. */
 PETSC_EXTERN void SlipPlaneDirections(PetscReal strike, PetscReal dip, PetscReal rake, PetscReal directions[]);
 PETSC_EXTERN void SlipStressTraction(PetscInt n, const PetscReal stress[], const PetscReal directions[],

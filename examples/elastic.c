@@ -1,0 +1,190 @@
+static const char help[] =
+  "Displacement, stress and traction at points of an elastic half-space by slip on rectangles of any strike and dip.\n"
+  "  elastic -elastic_input slip.h5 -elastic_output fields.h5 -elastic_receiver 30,60,90\n"
+  "The input has /cells [N,7], x y z of the centre, length, width [m], strike and dip [deg]; /slip [N,3], along "
+  "strike,\n"
+  "up dip and opening [m]; /points [n,3], x y z [m]; x is north, y east, z down. The output has /displacement [n,3] "
+  "[m];\n"
+  "/stress [n,6], xx yy zz xy xz yz, tension positive [Pa]; and with a receiver /traction [n,3], what its foot wall "
+  "does\n"
+  "to its hanging wall along the rake, across it, and normal, positive in compression [Pa]. output/surface.py draws "
+  "them.\n\n";
+
+#include <slipstep.h>
+#include <sliph5.h>
+
+typedef struct {
+  char input[PETSC_MAX_PATH_LEN], output[PETSC_MAX_PATH_LEN];
+  PetscReal shear_modulus, poisson_ratio, receiver[3];
+  PetscBool full_space, stress, traction;
+} Options;
+
+typedef struct {
+  PetscInt ncells, n;
+  PetscReal *cells, *slip, *points; /* [ncells][7], [ncells][3], [n][3] */
+} Input;
+
+static PetscErrorCode ReadOptions(Options *o)
+{
+  PetscInt three = 3;
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  *o = (Options){.shear_modulus = 30e9, .poisson_ratio = 0.25};
+  PetscCall(SlipDeclareOptions("elastic_", "input output shear_modulus poisson_ratio full_space stress receiver"));
+  PetscCall(SlipCheckOptionNames());
+  PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Displacement and stress by slip", NULL);
+  PetscCall(PetscOptionsString("-elastic_input", "HDF5 file of rectangles, their slip, and points", NULL, o->input,
+                               o->input, sizeof(o->input), NULL));
+  PetscCall(
+    PetscOptionsString("-elastic_output", "HDF5 file to write", NULL, o->output, o->output, sizeof(o->output), NULL));
+  PetscCall(SlipCheckFiniteOption(PETSC_COMM_WORLD, "-elastic_shear_modulus"));
+  PetscCall(PetscOptionsReal("-elastic_shear_modulus", "Shear modulus G [Pa]", NULL, o->shear_modulus,
+                             &o->shear_modulus, NULL));
+  PetscCall(SlipCheckFiniteOption(PETSC_COMM_WORLD, "-elastic_poisson_ratio"));
+  PetscCall(
+    PetscOptionsReal("-elastic_poisson_ratio", "Poisson's ratio", NULL, o->poisson_ratio, &o->poisson_ratio, NULL));
+  PetscCall(PetscOptionsBool("-elastic_full_space", "Leave out the free surface z = 0", NULL, o->full_space,
+                             &o->full_space, NULL));
+  PetscCall(PetscOptionsBool("-elastic_stress", "Write the stress", NULL, o->stress, &o->stress, NULL));
+  PetscCall(PetscOptionsRealArray("-elastic_receiver", "Strike, dip and rake [deg] of planes whose traction is written",
+                                  NULL, o->receiver, &three, &set));
+  PetscOptionsEnd();
+  o->traction = set;
+  PetscCheck(!set || (three == 3 && o->receiver[1] >= 0 && o->receiver[1] <= 90), PETSC_COMM_WORLD,
+             PETSC_ERR_ARG_OUTOFRANGE, "-elastic_receiver: expected strike,dip,rake in degrees, the dip in [0, 90]");
+  PetscCheck(o->shear_modulus > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-elastic_shear_modulus is %g, expected a number > 0 Pa", (double)o->shear_modulus);
+  PetscCheck(o->poisson_ratio > -1 && o->poisson_ratio < 0.5, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "-elastic_poisson_ratio is %g, expected a number > -1 and < 0.5", (double)o->poisson_ratio);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0 */
+static PetscErrorCode ReadFile(const Options *o, Input *in)
+{
+  PetscInt dims[2], want[2] = {-1, 7};
+  SlipH5 h;
+
+  PetscFunctionBeginUser;
+  PetscCall(SlipH5OpenReadOption(NULL, "elastic_input", o->input, &h));
+  PetscCall(
+    SlipH5ReadRealSized(&h, "/cells", 2, want, "with the columns x y z length width strike dip", dims, &in->cells));
+  in->ncells = want[0] = dims[0];
+  want[1] = 3;
+  PetscCall(
+    SlipH5ReadRealSized(&h, "/slip", 2, want, "along strike, up dip and opening of the /cells", dims, &in->slip));
+  want[0] = -1;
+  PetscCall(SlipH5ReadRealSized(&h, "/points", 2, want, "with the columns x y z", dims, &in->points));
+  in->n = dims[0];
+  PetscCall(SlipH5Close(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Broadcast(PetscMPIInt rank, PetscInt n, PetscReal **x)
+{
+  PetscFunctionBeginUser;
+  if (rank) PetscCall(PetscMalloc1(n, x));
+  PetscCallMPI(MPI_Bcast(*x, (PetscMPIInt)n, MPIU_REAL, 0, PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Numbers of this process' points, in that of all on rank 0: a dataset of the output */
+static PetscErrorCode Write(SlipH5 *h, const char path[], const char units[], PetscInt n, PetscInt size,
+                            const PetscReal own[], PetscInt nown)
+{
+  const PetscInt dims[2] = {n, size};
+  PetscMPIInt rank, ranks, count = (PetscMPIInt)(size * nown), *counts, *first;
+  PetscReal *all;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &ranks));
+  PetscCall(PetscMalloc3(rank ? 0 : size * n, &all, ranks, &counts, ranks, &first));
+  PetscCallMPI(MPI_Gather(&count, 1, MPI_INT, counts, 1, MPI_INT, 0, PETSC_COMM_WORLD));
+  first[0] = 0;
+  for (PetscMPIInt r = 1; !rank && r < ranks; r++) first[r] = first[r - 1] + counts[r - 1];
+  PetscCallMPI(MPI_Gatherv(own, count, MPIU_REAL, all, counts, first, MPIU_REAL, 0, PETSC_COMM_WORLD));
+  if (!rank) ierr = SlipH5WriteReal(h, path, 2, dims, all, units);
+  PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
+  PetscCall(PetscFree3(all, counts, first));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Compute(const Options *o, const Input *in, SlipH5 *h)
+{
+  const SlipDippingRectangle *cells = (const SlipDippingRectangle *)in->cells; /* seven numbers each */
+  PetscInt own = PETSC_DECIDE, n = in->n, first = 0;
+  const PetscReal *points;
+  PetscReal *u, *stress, *traction, directions[9];
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscSplitOwnership(PETSC_COMM_WORLD, &own, &n));
+  PetscCallMPI(MPI_Exscan(&own, &first, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
+  points = in->points + 3 * first;
+  PetscCall(PetscMalloc3(3 * own, &u, 6 * own, &stress, 3 * own, &traction));
+  PetscCall(SlipRectanglesDisplacement(o->poisson_ratio, o->full_space, in->ncells, cells, in->slip, own, points, u));
+  PetscCall(Write(h, "/displacement", "m", n, 3, u, own));
+  if (o->stress || o->traction) {
+    PetscCall(SlipRectanglesStress(o->shear_modulus, o->poisson_ratio, o->full_space, in->ncells, cells, in->slip, own,
+                                   points, stress));
+    PetscCall(Write(h, "/stress", "Pa", n, 6, stress, own));
+  }
+  if (o->traction) {
+    SlipPlaneDirections(o->receiver[0], o->receiver[1], o->receiver[2], directions);
+    for (PetscInt k = 0; k < own; k++) SlipStressTraction(1, stress + 6 * k, directions, traction + 3 * k);
+    PetscCall(Write(h, "/traction", "Pa", n, 3, traction, own));
+  }
+  PetscCall(PetscFree3(u, stress, traction));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(void)
+{
+  Options o;
+  Input in = {0};
+  SlipH5 h;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscBool only_help, same;
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  PetscCall(ReadOptions(&o));
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(o.input[0] && o.output[0], PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+             "expected -elastic_input and -elastic_output, HDF5 files to read and to write");
+  PetscCall(PetscStrcmp(o.input, o.output, &same));
+  PetscCheck(!same, PETSC_COMM_WORLD, PETSC_ERR_ARG_INCOMP,
+             "%s is read and written: expected two files of -elastic_input and -elastic_output", o.input);
+  PetscCall(SlipCheckUnusedOptions());
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  if (!rank) {
+    ierr = ReadFile(&o, &in);
+    if (!ierr) ierr = SlipH5Create(o.output, &h);
+  }
+  PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
+  PetscCallMPI(MPI_Bcast(&in.ncells, 1, MPIU_INT, 0, PETSC_COMM_WORLD));
+  PetscCallMPI(MPI_Bcast(&in.n, 1, MPIU_INT, 0, PETSC_COMM_WORLD));
+  PetscCall(Broadcast(rank, 7 * in.ncells, &in.cells));
+  PetscCall(Broadcast(rank, 3 * in.ncells, &in.slip));
+  PetscCall(Broadcast(rank, 3 * in.n, &in.points));
+  PetscCall(Compute(&o, &in, &h));
+  if (!rank) ierr = SlipH5Close(&h);
+  PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
+  PetscCall(PetscFree(in.cells));
+  PetscCall(PetscFree(in.slip));
+  PetscCall(PetscFree(in.points));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscFunctionBeginUser;
+  PetscCall(SlipProgramInitialize(&argc, &argv, "elastic", help));
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(Run());
+  PetscCall(PetscFinalize());
+  return 0;
+}

@@ -1,0 +1,217 @@
+#!/usr/bin/env python3
+"""Displacement and stress by the program elastic, against published numbers; and maps of them by surface.py, against what a run records at
+its own points of the ground."""
+
+import csv
+import os
+import subprocess
+import sys
+import unittest
+
+from scripts import BUILD, SOURCE, FaultTest, PictureTest
+
+import h5py
+import numpy as np
+
+from slipstep_catalogue import Catalogue
+from slipstep_output import Run
+from slipstep_surface import Elastic, Source, look_vector, slip_of_event, slip_of_run
+
+ELASTIC = os.path.join(BUILD, "bin", "elastic")
+# DC3D (Okada 1992) in double precision, lambda = mu: depth 10, dip 30, 10 along strike and 8 along dip, unit slip. Rows: displacement and its
+# derivatives along x, y and z; Okada's y points to the left of the strike and his z up.
+DC3D = [((1, 0, 0), (3.00, 1.00, -6.00), [[1.406147270713609e-01, -1.669708433372420e-02, 7.485063667815837e-02],
+                                          [-1.440317225441210e-02, -7.374407949459760e-03, 2.825356697517980e-02],
+                                          [-7.867391061529708e-04, 7.473642128086010e-03, -4.264382186713333e-03],
+                                          [-4.671192005346890e-02, 5.094750031777914e-03, -4.882063345343449e-03]]),
+        ((0, 1, 0), (-2.00, -4.00, -12.00), [[2.955032880741316e-03, 1.834326652701142e-01, -5.771583782856805e-02],
+                                             [-1.942729769894523e-03, 3.888685188564652e-03, -2.708500868986128e-03],
+                                             [-4.121915438935045e-03, 6.794160185865560e-02, -7.002494174521352e-02],
+                                             [7.592653821992374e-03, 3.912635358546211e-01, 3.239447672084607e-02]])]
+SIGN = np.array([1, -1, -1])
+# Its sixteen digits, and corners that cancel to some of the last ones
+DIGITS = 1e-13
+GRID = """-fault_nx 6 -fault_nz 5 -fault_length_x 12e3 -fault_length_z 8e3 -fault_strike 20 -fault_dip 30 -fault_depth_top 500 -fault_friction_law
+    rate_and_state -fault_normal_stress 20e6 -fault_friction_b 0.005 -fault_normal_stress_gradient 0 -fault_loading_rate 1e-9
+    -fault_initial_rate 1e-10 -ts_max_time 3y -fault_output run.h5""".split()
+POINTS = "2000,3000;-4000,2500;1e4,6e3"
+
+
+class SurfaceTest(FaultTest, PictureTest):
+    def write(self, name, cells, slip, points):
+        with h5py.File(self.path(name), "w") as file:
+            file["cells"], file["slip"], file["points"] = np.array(cells, float), np.array(slip, float), np.array(points, float)
+
+    def elastic(self, name, *options, ranks=1):
+        self.fault("-elastic_input", name, "-elastic_output", "out.h5", *options, ranks=ranks, program=ELASTIC)
+        with h5py.File(self.path("out.h5")) as file:
+            return {key: (data[()], data.attrs["units"].decode()) for key, data in file.items()}
+
+
+class Program(SurfaceTest):
+    def test_published(self):
+        """Displacement, and the stress 2 G strain + lambda tr(strain) with lambda = G = 1."""
+        for slip, at, rows in DC3D:
+            self.write("in.h5", [[0, 0, 10, 10, 8, 0, 30]], [slip], [np.array(at) * SIGN])
+            found = self.elastic("in.h5", "-elastic_shear_modulus", "1", "-elastic_stress")
+            u, gradient = np.array(rows[0]) * SIGN, (np.array(rows[1:]) * np.outer(SIGN, SIGN)).T
+            stress = gradient + gradient.T + np.trace(gradient) * np.eye(3)
+            self.assertEqual((found["displacement"][1], found["stress"][1], sorted(found)), ("m", "Pa", ["displacement", "stress"]))
+            np.testing.assert_allclose(found["displacement"][0][0], u, rtol=0, atol=DIGITS)
+            np.testing.assert_allclose(found["stress"][0][0], stress[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], rtol=0, atol=DIGITS)
+
+    def test_sum_ranks_and_receiver(self):
+        """A rectangle is its two halves, on any number of ranks; the traction is that of the stress on the receiver, by hand."""
+        strike, dip, rake = np.radians([50, 40, 70])
+        half = 2.0 * np.array([np.cos(strike), np.sin(strike)])
+        halves = [[*(sign * half), 10, 4, 6, 50, 40] for sign in (1, -1)]
+        points = np.random.default_rng(1).uniform([-20, -20, 0], [20, 20, 4], (7, 3))  # above the rectangle's upper edge, 8.1
+        slip, options = [0.5, 1.5, 0.2], ("-elastic_receiver", "50,40,70", "-elastic_shear_modulus", "3", "-elastic_poisson_ratio", "0.3")
+        self.write("one.h5", [[0, 0, 10, 8, 6, 50, 40]], [slip], points)
+        self.write("two.h5", halves + [[0, 0, 10, 1, 1, 0, 90]], [slip, slip, [0, 0, 0]], points)
+        one = self.elastic("one.h5", *options)
+        for ranks in (1, 2, 4):
+            two = self.elastic("two.h5", *options, ranks=ranks)
+            for key, (data, _) in one.items():  # a sum of two rounds once more
+                np.testing.assert_allclose(two[key][0], data, rtol=0, atol=1e-13 * np.abs(data).max())
+        along = np.array([np.cos(strike), np.sin(strike), 0])
+        right = np.array([-np.sin(strike), np.cos(strike), 0])
+        up = -np.cos(dip) * right - np.sin(dip) * np.array([0, 0, 1])
+        normal = np.sin(dip) * right - np.cos(dip) * np.array([0, 0, 1])  # into the hanging wall, which is above
+        for stress, traction in zip(one["stress"][0], one["traction"][0]):
+            tensor = stress[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
+            directions = [np.cos(rake) * along + np.sin(rake) * up, np.cos(rake) * up - np.sin(rake) * along, normal]
+            np.testing.assert_allclose(traction, [-d @ tensor @ normal for d in directions], rtol=0, atol=1e-13 * np.abs(stress).max())
+
+    def test_errors(self):
+        self.write("in.h5", [[0, 0, 10, 10, 8, 0, 30]], [[1, 0, 0]], [[0, 0, 0]])
+        self.write("high.h5", [[0, 0, 1, 10, 8, 0, 30]], [[1, 0, 0]], [[0, 0, 0]])
+        self.write("slip.h5", [[0, 0, 10, 10, 8, 0, 30]], [[1, 0, 0], [1, 0, 0]], [[0, 0, 0]])
+        files = ["-elastic_input", "in.h5", "-elastic_output", "out.h5"]
+        for message, *options in (("expected -elastic_input and -elastic_output",), ("there is no option -elastic_outptu", "-elastic_outptu", "a"),
+                                  ("cannot read no.h5", "-elastic_input", "no.h5", "-elastic_output", "out.h5"),
+                                  ("-elastic_receiver: expected strike,dip,rake", *files, "-elastic_receiver", "1,2"),
+                                  ("-elastic_receiver: expected strike,dip,rake", *files, "-elastic_receiver", "1,92,3"),
+                                  ("-elastic_poisson_ratio is 0.5", *files, "-elastic_poisson_ratio", "0.5"),
+                                  ("-elastic_shear_modulus is 0", *files, "-elastic_shear_modulus", "0"),
+                                  ("in.h5 is read and written", *files[:3], "in.h5"),
+                                  ("above the ground", "-elastic_input", "high.h5", *files[2:]), ("/slip", "-elastic_input", "slip.h5", *files[2:])):
+            found = self.fault(*options, program=ELASTIC, code=1)
+            self.assertIn(message, found)
+            self.assertEqual(found.count("\n"), 1, found)
+        self.assertFalse(os.path.exists(self.path("out.h5")))
+
+
+class Maps(SurfaceTest):
+    def run_of_grid(self):
+        rake = np.linspace(60, 120, 30).reshape(5, 6)
+        with h5py.File(self.path("rake.h5"), "w") as file:
+            file["rake"] = rake
+        self.fault(*GRID, "-fault_parameters", "rake.h5", "-fault_surface_stations", POINTS)
+        return self.path("run.h5")
+
+    def recorded(self, path):
+        with h5py.File(path) as file:
+            return np.array([file[f"surface/{k}/displacement"][-1] for k in range(len(file["surface"]))])
+
+    def numbers(self, path, *options, name="n.h5"):
+        self.plot("surface", path, "--figure", self.path("a.png"), "--numbers", self.path(name), "--spacing", "2", *options)
+        self.look(self.path("a.png"))
+        return self.path(name)
+
+    def test_what_a_run_records(self):
+        """The points of a run, by the last entry of its fields: the same sums in another order."""
+        path = self.run_of_grid()
+        wanted = self.recorded(path)
+        with h5py.File(self.numbers(path, "--points", "--look", "257", "39")) as file:
+            found, seen = file["points/displacement"][...], file["points/line_of_sight"][...]
+            np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-13 * np.abs(wanted).max())
+            np.testing.assert_allclose(np.column_stack([file["points/x"], file["points/y"]]), [[2e3, 3e3], [-4e3, 2.5e3], [1e4, 6e3]])
+            # satellite in the west by south, 39 degrees from the zenith
+            look = [np.sin(np.radians(39)) * np.cos(np.radians(257)), np.sin(np.radians(39)) * np.sin(np.radians(257)), -np.cos(np.radians(39))]
+            self.assertTrue(look[0] < 0 and look[1] < 0)
+            np.testing.assert_allclose(seen, found @ look, rtol=0, atol=1e-16)
+            self.assertEqual(file["map/displacement"].shape, (len(file["map/x"]), len(file["map/y"]), 3))
+            k = tuple(np.argmin(np.abs(file[f"map/{axis}"][...] - at)) for axis, at in (("x", 2e3), ("y", 3e3)))
+            at = [file[f"map/{axis}"][i] for axis, i in zip("xy", k)]
+            near = Elastic(slip_of_run(Run(path))).displacement(np.array([[*at, 0]]))[0]
+            np.testing.assert_allclose(file["map/displacement"][k], near, rtol=0, atol=1e-13 * np.abs(wanted).max())
+        with open(self.numbers(path, "--points", POINTS, "--components", name="n.csv"), encoding="utf-8") as file:
+            head, *rows = csv.reader(file)
+        self.assertEqual(head, ["x [m]", "y [m]", "displacement_north [m]", "displacement_east [m]", "displacement_down [m]"])
+        np.testing.assert_array_equal(np.array(rows, float)[:, 2:], found)
+
+    def test_windows(self):
+        """Two windows add up to the whole; the outline of a grid is what its cells' free edges are."""
+        path = self.run_of_grid()
+        run = Run(path)
+        end = run.field("displacement")[0][-1]
+        whole, first, second = slip_of_run(run), slip_of_run(run, 0, 0.37 * end), slip_of_run(run, 0.37 * end, end)
+        np.testing.assert_allclose(first.slip + second.slip, whole.slip, rtol=0, atol=1e-15 * np.abs(whole.slip).max() * 4)
+        self.assertGreater(np.abs(first.slip).max(), 0)
+        upper, others = whole.outline()
+        whole.shape = None
+        upper_edges, other_edges = whole.outline()
+        self.assertEqual((len(upper_edges), len(other_edges)), (6, 2 * 5 + 6))
+        np.testing.assert_allclose(upper_edges[[0, -1], [0, 1]], upper[0], atol=1e-9)
+        corners = {tuple(np.round(corner)) for corner in other_edges.reshape(-1, 3)}
+        self.assertTrue({tuple(np.round(corner)) for corner in others.reshape(-1, 3)} <= corners)
+        self.assertAlmostEqual(whole.level(2500.0)[0, 0, 2], 2500)
+
+    def test_mesh(self):
+        """Planes of irregular cells that slip as they weaken."""
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells", "5", "4",
+                        "--ratio", "2", "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True, capture_output=True)
+        self.fault("-fault_mesh", "mesh", "-ts_max_time", "15", "-fault_output", "run.h5", "-fault_surface_stations", POINTS)
+        wanted = self.recorded(self.path("run.h5"))
+        with h5py.File(self.numbers(self.path("run.h5"), "--points", "--components", "--receiver", "30", "70", "20", "--depth", "2")) as file:
+            # two closed forms: that of strike slip, and that of any dip
+            np.testing.assert_allclose(file["points/displacement"], wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
+            np.testing.assert_allclose(file["map/coulomb"], file["map/shear"][...] - 0.4 * file["map/normal"][...], rtol=0, atol=1e-6)
+            self.assertEqual(file["map"].attrs["stress_depth"], 2000)
+
+    def test_event(self):
+        """An event of a catalogue is the window of the run in which it was; slip that relieves a plane lowers its own Coulomb stress."""
+        self.fault("-fault_nx", "6", "-fault_nz", "5", "-fault_output", "run.h5", "-fault_catalogue", "events.h5", "-fault_catalogue_maps", "-ts_max_time", "30")
+        event, catalogue = slip_of_event(Catalogue(self.path("events.h5")), 0), Catalogue(self.path("events.h5"))
+        window = slip_of_run(Run(self.path("run.h5")), catalogue.event["onset"][0], catalogue.event["end"][0])
+        np.testing.assert_array_equal(event.cells, window.cells)
+        # entries are a step apart, and slip within a step is no straight line: a step has at most some hundredths of all slip
+        np.testing.assert_allclose(event.slip, window.slip, rtol=0, atol=0.02 * window.slip.max())
+        self.numbers(self.path("events.h5"), "--event", "1", "--receiver", "0", "90", "0")
+        centre = event.cells[13:14, :3]
+        change, shear, _ = Elastic(event).coulomb(centre, (0, 90, 0), 0.4)
+        self.assertLess(shear[0], 0)
+        self.assertEqual(change[0], shear[0])  # strike slip leaves the normal stress of its own plane
+
+    def test_look(self):
+        np.testing.assert_allclose(look_vector(0, 30), [0.5, 0, -np.sqrt(3) / 2], atol=1e-15)
+        np.testing.assert_allclose(look_vector(90, 0), [0, 0, -1], atol=1e-15)
+
+    def test_errors(self):
+        self.fault("-fault_output", "run.h5", "-fault_kernel", "full_space", "-ts_max_time", "1")
+        path = self.path("run.h5")
+        self.refused("surface", "a run in a full space, which has no ground", path)
+        self.fault("-fault_output", "run.h5", "-ts_max_time", "1")
+        self.refused("surface", "--event is one of a catalogue, but .*run.h5 is none", path, "--event", "1")
+        self.refused("surface", "/fields is from 0 s to 1 s, expected a window within", path, "--window", "0", "2")
+        self.refused("surface", "has no points of -fault_surface_stations", path, "--points")
+        self.refused("surface", '--points: "1,b", expected a point x,y in m', path, "--points", "1,1;1,b")
+        with open(self.path("p.txt"), "w") as file:
+            file.write("# x y\n1 2\n3\n")
+        self.refused("surface", 'p.txt, line 3: "3", expected a point x,y in m', path, "--points", self.path("p.txt"))
+        self.refused("surface", "no such file", self.path("no.h5"))
+        for message, *options in (("--look has the incidence 90", "--look", "0", "90"), ("--receiver has the dip 91", "--receiver", "0", "91", "0"),
+                                  ("--depth is that of planes", "--depth", "3"), ("--window is 2 1", "--window", "2", "1"),
+                                  ("--spacing is 0, expected a number > 0", "--spacing", "0"), ("--ranks is 0, expected a number >= 1", "--ranks", "0"),
+                                  ("--friction is -1, expected a number >= 0", "--friction", "-1"), ("--extent is 1 0 0 1", "--extent", "1", "0", "0", "1"),
+                                  ("--numbers is a.txt", "--numbers", "a.txt"), ("--event is -1", "--event", "-1")):
+            self.refused("surface", message, path, *options, code=2)
+        source = Source("", np.array([[0, 0, 10e3, 1e3, 1e3, 0, 90]]), np.zeros(1), np.ones(1), 30e9, 0.25, "")
+        with unittest.mock.patch.dict(os.environ, {"SLIPSTEP_BUILD": self.path("nowhere"), "PATH": ""}), \
+                unittest.mock.patch("slipstep_surface.HERE", self.path("a/b/c")), self.assertRaisesRegex(Exception, "the program elastic is not there"):
+            Elastic(source)
+
+
+if __name__ == "__main__":
+    unittest.main()
