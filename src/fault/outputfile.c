@@ -10,7 +10,10 @@ static const SlipOutputColumn SeriesColumns[] = {
   {"friction_power", "W/m^2", PETSC_FALSE}, {"loading_power", "W/m^2", PETSC_FALSE},
   {"moment_rate", "N m/s", PETSC_FALSE},
 };
-enum { SERIES_MOMENT_RATE = PETSC_STATIC_ARRAY_LENGTH(SeriesColumns) - 1 };
+enum {
+  SERIES_MOMENT_RATE = PETSC_STATIC_ARRAY_LENGTH(SeriesColumns) - 1,
+  SERIES_FAULTS = SLIP_TABLE_COLUMNS - 1 - SERIES_MOMENT_RATE /* for which a row has room */
+};
 
 enum { OF_REACTION = -1, OF_PRESSURE = -2, OF_NORMAL = -3 };
 static const struct {
@@ -26,23 +29,51 @@ static const struct {
   [OUTPUT_NORMAL_STRESS] = {"normal_stress", "Pa", OF_NORMAL},
 };
 
+/* Faults with a moment rate each: planes, or one that is all of them */
+static PetscInt CountFaults(SlipFault fault)
+{
+  return fault->mesh.plane && fault->mesh.planes <= SERIES_FAULTS ? fault->mesh.planes : 1;
+}
+
+/* G times the sum of area times slip rate [N m/s] of each fault. One has its sum already; several cost a reduction. */
+static PetscErrorCode MomentRates(SlipFault fault, PetscReal t, Vec w, PetscReal rate[])
+{
+  const PetscInt n = CountFaults(fault);
+  const SlipFaultSums *sums;
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  if (n == 1) {
+    PetscCall(SlipFaultGetSums(fault, t, w, &sums));
+    rate[0] = sums->sum[SUM_V];
+  } else {
+    PetscCall(PetscArrayzero(rate, n));
+    PetscCall(VecGetArrayRead(w, &a));
+    for (PetscInt i = 0; i < fault->mesh.n; i++)
+      rate[fault->mesh.plane[SlipFaultMeshRow(&fault->mesh, i)]] +=
+        fault->mesh.weight[i] * a[SlipFaultRateAt(fault, i)];
+    PetscCall(VecRestoreArrayRead(w, &a));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
+  }
+  for (PetscInt k = 0; k < n; k++) rate[k] = fault->options.value[FAULT_SHEAR_MODULUS] * fault->mesh.area * rate[k];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  const SlipFaultSums *sums;
   SlipFaultObservables o;
 
   PetscFunctionBegin;
   (void)ts;
   PetscCall(SlipFaultGetObservables(fault, t, w, r, &o));
-  PetscCall(SlipFaultGetSums(fault, t, w, &sums));
   {
-    const PetscReal moment = fault->options.value[FAULT_SHEAR_MODULUS] * fault->mesh.area * sums->sum[SUM_V];
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
                                 o.sliding_fraction, o.kinetic,       o.elastic,   o.viscous_power,
-                                o.friction_power,   o.loading_power, moment};
+                                o.friction_power,   o.loading_power};
 
-    PetscCall(PetscArraycpy(row, values, PETSC_STATIC_ARRAY_LENGTH(values)));
+    PetscCall(PetscArraycpy(row, values, SERIES_MOMENT_RATE));
+    PetscCall(MomentRates(fault, t, w, row + SERIES_MOMENT_RATE));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -88,8 +119,8 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   fault->run.file->kind.restart = "fault_restart";
   fault->run.file->kind.start = "fields/";
   fault->run.file->sides = SlipFaultOutputSides;
-  fault->run.file->entries[1 + SERIES_MOMENT_RATE] = 1; /* faults: all planes are one */
-  fault->run.file->moving_only = PETSC_TRUE;            /* for friction_power: a product with K less for each row */
+  fault->run.file->entries[1 + SERIES_MOMENT_RATE] = CountFaults(fault);
+  fault->run.file->moving_only = PETSC_TRUE; /* for friction_power: a product with K less for each row */
   PetscCall(SlipOutputAddRun(fault->run.file, "stiffness_scaling_factor", fault->operators.scaling));
   PetscCall(SlipOutputAddRun(fault->run.file, "time_scale", fault->operators.tstar));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 """What the output of an explicit run of rate-and-state friction holds: attempts and what they cost, moment rate and the parameters that
-it is made of, pore pressure; also of a run that goes on from a checkpoint."""
+it is made of, pore pressure; also of planes, and of a run that goes on from a checkpoint."""
+import os
+import subprocess
+import sys
 import unittest
 
-from scripts import FaultTest
+from scripts import SOURCE, FaultTest
 
 import h5py
 import numpy as np
@@ -47,6 +50,33 @@ class Explicit(FaultTest):
             self.assertGreaterEqual(result["products"], result["right_hand_sides"])
             self.assertNotIn("Bathe", said)
             self.assertRegex(said, rf"(?m)^right-hand sides: +{result['right_hand_sides']:.0f}\nproducts with K: +{result['products']:.0f}$")
+
+    def test_moment_of_planes(self):
+        """A column for each of two planes that slip differently, of a mesh in any order, on ranks, and over a restart."""
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells", "5", "4",
+                        "--ratio", "2", "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True, capture_output=True)
+        with h5py.File(self.path("mesh"), "r+") as file:
+            cells = file["cells"][...]
+            cells = cells[np.random.default_rng(1).permutation(len(cells))]
+            file["cells"][...] = cells
+        planes = [np.flatnonzero(cells[:, 1] == y) for y in dict.fromkeys(cells[:, 1])]
+        self.assertEqual(len(planes), 2)
+        with h5py.File(self.path("fields"), "w") as file:
+            file["friction_slip"] = np.where(cells[:, 1] == 0, 0.1, 0.2)
+        more = ["-fault_mesh", "mesh", "-fault_parameters", "fields", "-ts_adapt_type", "heuristic", "-ts_max_time", "15", "-fault_output_interval", "1"]
+        for ranks in (1, 2):
+            super().fault(*more, "-fault_output", "planes.h5", ranks=ranks)
+            with h5py.File(self.path("planes.h5")) as file:
+                v, rate = file["fields/slip_rate"][1:], file["series/moment_rate"][...]
+                area = file["parameters"].attrs["shear_modulus"] * cells[:, 3] * cells[:, 4]
+                for k, plane in enumerate(planes):  # sums of 20 cells
+                    np.testing.assert_allclose(rate[:, k], v[:len(rate), plane] @ area[plane], rtol=1e-13)
+                self.assertEqual(rate.shape[1], 2)
+                self.assertGreater(np.abs(rate[:, 0] - rate[:, 1]).max(), 0.01 * np.abs(rate).max())
+        super().fault(*more, "-fault_output", "part.h5", "-fault_checkpoint", "state", "-ts_max_steps", "9", ranks=2, code=3)
+        super().fault(*more, "-fault_output", "part.h5", "-fault_restart", "state", ranks=2)
+        with h5py.File(self.path("part.h5")) as file:
+            np.testing.assert_array_equal(file["series/moment_rate"], rate)
 
     def test_moment(self):
         """G sum A v of /fields and /parameters, with the sign of the slip; and the counts of a run in two parts."""
