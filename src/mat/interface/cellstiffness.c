@@ -200,7 +200,7 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
 
   Level: intermediate
 
-.seealso: MatCreateSlipCellStiffness(), MatSlipStiffnessMultBoth(), SlipKernelDipping
+.seealso: MatCreateSlipCellStiffness(), MatSlipStiffnessMultBoth(), MatCreateSlipDippingStiffness()
 @*/
 PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
                                                 PetscReal tolerance, Mat *Kn)
