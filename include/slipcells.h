@@ -17,8 +17,8 @@ typedef struct {
   const PetscReal *edges; /* of averages: MatCreateSlipCellStiffness() fills it in its own copy */
 } SlipCells;
 
-/* Refuses cells that are not finite, have no extent, reach above the surface or overlap; source names where they come
-   from in messages, which count rows from 0. */
+/* Refuses cells that are not finite, have no extent, reach above the surface, overlap or cross; source names where they
+   come from in messages, which count rows from 0. */
 PETSC_EXTERN PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *cells, const char source[]);
 
 /* Compact shares of a mesh for the processes, of equal cost, by METIS: what order [n] (PetscFree() it) and nlocal above

@@ -40,6 +40,7 @@ typedef struct {
   PetscInt nnodes;
   SlipCluster *node; /* node[0] is the root */
 } SlipClusterTree;
+PETSC_INTERN void SlipCellsReach(const SlipCells *cells, PetscInt cell, PetscReal half[3]); /* of its box */
 PETSC_INTERN PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, SlipClusterTree *tree);
 PETSC_INTERN PetscErrorCode SlipClusterTreeDestroy(SlipClusterTree *tree);
 PETSC_INTERN PetscReal SlipClusterDistance(const SlipCluster *a, const SlipCluster *b);

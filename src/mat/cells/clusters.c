@@ -4,21 +4,22 @@
 #include <stdlib.h>
 
 /* Half of a cell's extent north, east and down */
-static void Reach(const SlipCells *c, PetscInt e, PetscReal half[3])
+void SlipCellsReach(const SlipCells *c, PetscInt e, PetscReal half[3])
 {
   PetscReal d[9];
 
   half[0] = 0.5 * c->length[e];
   half[1] = 0;
   half[2] = 0.5 * c->width[e];
-  if (!c->dip) return;
-  SlipPlaneDirections(c->strike[e], c->dip[e], 0, d);
+  if (!c->strike && !c->dip) return;
+  SlipPlaneDirections(c->strike ? c->strike[e] : 0, c->dip ? c->dip[e] : 90, 0, d);
   for (int k = 0; k < 3; k++)
     half[k] = 0.5 * (c->length[e] * PetscAbsReal(d[k]) + c->width[e] * PetscAbsReal(d[3 + k]));
 }
 
 /* The box of the cells themselves, and the coordinate in which their centres spread most. */
-static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node, const PetscReal **coordinate)
+static void Bounds(const SlipCells *c, const PetscReal reach[], const PetscInt perm[], SlipCluster *node,
+                   const PetscReal **coordinate)
 {
   const PetscReal *centre[3] = {c->x, c->y, c->z};
   PetscReal widest = -1, boxed = 0, spread = 0;
@@ -30,13 +31,12 @@ static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node,
     node->top[k] = PETSC_MIN_REAL;
     for (PetscInt i = node->start; i < node->end; i++) {
       const PetscInt e = perm[i];
-      PetscReal half[3];
+      const PetscReal half = reach[3 * e + k];
 
-      Reach(c, e, half);
       low = PetscMin(low, centre[k][e]);
       top = PetscMax(top, centre[k][e]);
-      node->low[k] = PetscMin(node->low[k], centre[k][e] - half[k]);
-      node->top[k] = PetscMax(node->top[k], centre[k][e] + half[k]);
+      node->low[k] = PetscMin(node->low[k], centre[k][e] - half);
+      node->top[k] = PetscMax(node->top[k], centre[k][e] + half);
     }
     boxed += PetscSqr(node->top[k] - node->low[k]);
     spread += PetscSqr(top - low);
@@ -76,8 +76,11 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
 {
   const PetscInt n = cells->n;
   SlipCellKey *key;
+  PetscReal *reach; /* three of each cell */
 
   PetscFunctionBegin;
+  PetscCall(PetscMalloc1(3 * (size_t)n, &reach));
+  for (PetscInt i = 0; i < n; i++) SlipCellsReach(cells, i, reach + 3 * i);
   PetscCall(PetscMalloc1(n, &tree->perm));
   PetscCall(PetscMalloc1(2 * n, &tree->node)); /* a binary tree with at most n leaves */
   PetscCall(PetscMalloc1(n, &key));
@@ -90,7 +93,7 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
     PetscInt middle;
     const PetscReal *coordinate = NULL;
 
-    Bounds(cells, tree->perm, node, &coordinate);
+    Bounds(cells, reach, tree->perm, node, &coordinate);
     if (size <= leaf) continue;
     for (PetscInt i = 0; i < size; i++) {
       const PetscInt e = tree->perm[start + i];
@@ -107,6 +110,7 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
     }
   }
   PetscCall(PetscFree(key));
+  PetscCall(PetscFree(reach));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
