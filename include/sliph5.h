@@ -78,6 +78,7 @@ PETSC_EXTERN PetscErrorCode SlipH5CountMembers(SlipH5 *h, const char path[], Pet
 /* Reading: allocates *data (PetscFree). ndim must equal rank of the dataset (<= 4); dims returned. Any HDF5 number
    type. */
 PETSC_EXTERN PetscErrorCode SlipH5GetRank(SlipH5 *h, const char path[], PetscInt *ndim);
+PETSC_EXTERN PetscErrorCode SlipH5GetSize(SlipH5 *h, const char path[], PetscInt dim, PetscInt *size);
 PETSC_EXTERN PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, PetscInt dims[],
                                            PetscReal **data);
 /* Likewise, where the shape is known: want [ndim], -1 for any size; what: of that shape, for messages, or NULL. */

@@ -123,8 +123,9 @@ def event_figure(events, number):
     for plane, axes in zip(layout.planes, block):
         if len(levels):
             plane.contour(axes, plane.values(broke), levels)
-        if plane.y in (None, events.event.get("y", [0] * len(events))[number]):
-            star, = axes.plot(events["x"][number] / 1e3, events["z"][number] / 1e3, marker="*", markersize=14, color="white", markeredgecolor="black")
+        place = plane.centre(events["cell"][number])
+        if place:
+            star, = axes.plot(*place, marker="*", markersize=14, color="white", markeredgecolor="black")
             star.set_clip_on(False)
     colour_bar(layout.canvas, artists[0], norm, "slip (m)", ax=block, location="bottom", shrink=0.7, aspect=35, pad=0.02)
     layout.canvas.suptitle(f"Event {number + 1} at {written(onset)}: M {events['magnitude'][number]:.2f}, "

@@ -28,7 +28,7 @@ class Plane:
     """Cells of one plane: low and high edges along strike and in depth [km], and which of a map's values are theirs."""
 
     def __init__(self, run, y=None, cells=None):
-        self.y, self.cells = y, cells
+        self.cells = cells
         if cells is None:
             x, z = (axis / 1e3 for axis in run.axes)
             x, z = edges(x, z), edges(z, x)
@@ -37,9 +37,19 @@ class Plane:
             self.x, self.z = np.tile(self.x, self.shape[0]), np.repeat(self.z, self.shape[1], axis=1)
         else:
             x, z, length, width = (run.mesh[name][cells] / 1e3 for name in ("x", "z", "length", "width"))
+            if "dip" in run.mesh:  # along each cell's own strike, and in depth
+                strike, dip = (np.radians(run.mesh[name][cells]) for name in ("strike", "dip"))
+                x = x * np.cos(strike) + run.mesh["y"][cells] / 1e3 * np.sin(strike)
+                width = width * np.sin(dip)
             self.shape = None
             self.x, self.z = np.stack([x - length / 2, x + length / 2]), np.stack([z - width / 2, z + width / 2])
-        self.name = "" if y is None else f"plane at y = {y:g} m"
+        self.name = "" if y is None else f"fault {y:g}" if "fault" in run.mesh else f"plane at y = {y:g} m"
+
+    def centre(self, cell):
+        """Along strike and in depth [km] of a cell of the grid or mesh; None where it is of another plane."""
+        own = np.arange(self.x.shape[1]) if self.cells is None else self.cells
+        found = np.flatnonzero(own == cell)
+        return (self.x[:, found[0]].mean(), self.z[:, found[0]].mean()) if len(found) else None
 
     def values(self, maps):
         """Those of its cells, [..., N], from maps [..., Nz, Nx] or [..., N]."""

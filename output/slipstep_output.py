@@ -48,7 +48,8 @@ def open_file(path, writer):
 
 
 class Cells:
-    """What has the cells of a fault in a dict mesh: x, z, and of irregular cells y, length, width [m]."""
+    """What has the cells of a fault in a dict mesh: x, z, and of irregular cells y, length, width [m], where they are not all vertical
+    along x also strike and dip [degrees] and the fault's label."""
 
     @property
     def shape(self):
@@ -63,9 +64,12 @@ class Cells:
     @property
     def planes(self):
         """Of a mesh of irregular cells: offset y across strike [m] of each of its planes and the numbers of their cells, front
-        to back; None on a grid."""
+        to back; of one that names its faults, or whose cells are not all vertical along x, labels of faults in place of
+        offsets; None on a grid."""
         if "length" not in self.mesh:
             return None
+        if "fault" in self.mesh:
+            return [(label, np.flatnonzero(self.mesh["fault"] == label)) for label in np.unique(self.mesh["fault"])]
         return [(y, np.flatnonzero(self.mesh["y"] == y)) for y in np.unique(self.mesh["y"])]
 
 

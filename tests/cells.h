@@ -34,24 +34,34 @@ static inline SlipCells TwoGradedFaults(PetscInt nx, PetscInt nz, PetscInt strid
   return CellsOfColumns(n, data);
 }
 
-/* The file of -fault_mesh; one process */
-static inline PetscErrorCode WriteCells(const char file[], const SlipCells *c)
+/* The file of -fault_mesh, of seven columns where cells have strikes and dips, and with the faults' labels, or NULL; one process */
+static inline PetscErrorCode WriteLabelledCells(const char file[], const SlipCells *c, const PetscReal label[])
 {
-  const PetscInt dims[2] = {c->n, 5};
+  const PetscInt columns = c->dip ? 7 : 5, dims[2] = {c->n, columns};
   PetscReal *rows;
   SlipH5 h;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(5 * c->n, &rows));
+  PetscCall(PetscMalloc1(columns * c->n, &rows));
   for (PetscInt i = 0; i < c->n; i++) {
-    const PetscReal row[5] = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i]};
+    const PetscReal row[7] = {
+      c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], c->dip ? c->strike[i] : 0, c->dip ? c->dip[i] : 90};
 
-    PetscCall(PetscArraycpy(rows + 5 * i, row, 5));
+    PetscCall(PetscArraycpy(rows + columns * i, row, columns));
   }
   PetscCall(SlipH5Create(file, &h));
   PetscCall(SlipH5WriteReal(&h, "/cells", 2, dims, rows, "m"));
-  PetscCall(SlipH5WriteAttrString(&h, "/cells", "columns", "x y z length width"));
+  PetscCall(
+    SlipH5WriteAttrString(&h, "/cells", "columns", c->dip ? "x y z length width strike dip" : "x y z length width"));
+  if (label) PetscCall(SlipH5WriteReal(&h, "/fault", 1, dims, label, NULL));
   PetscCall(SlipH5Close(&h));
   PetscCall(PetscFree(rows));
+  PetscFunctionReturn(0);
+}
+
+static inline PetscErrorCode WriteCells(const char file[], const SlipCells *c)
+{
+  PetscFunctionBeginUser;
+  PetscCall(WriteLabelledCells(file, c, NULL));
   PetscFunctionReturn(0);
 }

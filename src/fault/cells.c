@@ -10,7 +10,7 @@ static void SlipFaultTakeField(SlipFault fault, PetscInt f, const char source[],
   for (PetscInt i = 0; i < fault->mesh.n; i++) fault->fields.cell[f][i] = values[SlipFaultMeshRow(&fault->mesh, i)];
 }
 
-/* What the root of an input file may hold, which one file can be for all of them: fields, cells, stiffness. */
+/* What the root of an input file may hold, which one file can be for all of them: fields, cells and their faults, stiffness. */
 const char *SlipFaultFieldNames(void)
 {
   static char names[FAULT_MAX_NAMES];
@@ -19,7 +19,7 @@ const char *SlipFaultFieldNames(void)
 
   for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++)
     k += (size_t)snprintf(names + k, sizeof(names) - k, "%s ", p->name);
-  (void)snprintf(names + k, sizeof(names) - k, "cells stiffness");
+  (void)snprintf(names + k, sizeof(names) - k, "cells fault stiffness");
   return names;
 }
 

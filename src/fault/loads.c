@@ -159,7 +159,7 @@ static void SourcePressure(const SlipFaultSource *source, PetscInt n, PetscReal 
   }
 }
 
-/* The point [x, y, z], from "x,z", or "x,y,z" where there are planes [m] */
+/* The point [x, y, z], from "x,z" of the one plane, or "x,y,z" where there are several [m] */
 static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal point[3])
 {
   const PetscBool planes = fault->mesh.planes > 1 ? PETSC_TRUE : PETSC_FALSE; /* then x and z alone are no point */
@@ -180,9 +180,15 @@ static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal p
              planes ? "three numbers x,y,z of m, as the mesh has several planes: along strike, across, and depth"
                     : "two numbers x,z of m: along strike, and depth");
   if (planes) PetscFunctionReturn(PETSC_SUCCESS);
-  point[2] = point[1];
+  /* on the plane: x along its strike s, the depth says where along its dip d; both from the foot of the origin, D n */
   fault->mesh.kind->cell(&fault->mesh, 0, &cell);
-  point[1] = cell.centre[1];
+  {
+    const PetscReal *s = cell.direction[0], *d = cell.direction[1], *m = cell.direction[2], *c = cell.centre;
+    const PetscReal x = point[0], z = point[1], D = c[0] * m[0] + c[1] * m[1] + c[2] * m[2];
+    const PetscReal down = (z - D * m[2]) / d[2];
+
+    for (int k = 0; k < 3; k++) point[k] = x * s[k] + D * m[k] + down * d[k];
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

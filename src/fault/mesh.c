@@ -2,18 +2,6 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
 
-void SlipFaultCellDirections(PetscReal strike, PetscReal dip, SlipFaultCell *cell)
-{
-  PetscReal d[9];
-
-  SlipPlaneDirections(strike, dip, 0, d);
-  for (int k = 0; k < 3; k++) {
-    cell->direction[0][k] = d[k];
-    cell->direction[1][k] = 0 - d[3 + k];
-    cell->direction[2][k] = d[6 + k];
-  }
-}
-
 PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
 {
   SlipFaultMesh *mesh = &fault->mesh;
@@ -47,6 +35,7 @@ PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh)
   PetscCall(PetscFree(mesh->weight));
   PetscCall(PetscFree(mesh->order));
   PetscCall(PetscFree(mesh->plane));
+  PetscCall(PetscFree(mesh->label));
   PetscCall(SlipCellsDestroy(&mesh->cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -87,12 +87,13 @@ static PetscErrorCode Stiffness_Grid(SlipFault fault, Mat *K, Mat *Kn)
     PetscReal *column[5];
     SlipCells cells;
 
-    PetscCall(SlipFaultCellsCreate(fault, mesh->N, &cells, column));
-    for (PetscInt e = 0; e < mesh->N; e++) {
-      SlipFaultCell cell;
+    PetscCall(SlipFaultCellsCreate(fault, mesh->N, 5, &cells, column));
+    for (PetscInt e = 0; e < mesh->N; e++) { /* x along the strike, as this kernel has it */
+      const PetscReal value[5] = {((PetscReal)(e % grid.nx) + 0.5) * grid.length_x / grid.nx, 0,
+                                  grid.depth_top + ((PetscReal)(e / grid.nx) + 0.5) * grid.length_z / grid.nz,
+                                  grid.length_x / grid.nx, grid.length_z / grid.nz};
 
-      Cell_Grid(mesh, e, &cell);
-      for (PetscInt k = 0; k < 5; k++) column[k][e] = k < 3 ? cell.centre[k] : cell.size[k - 3];
+      for (PetscInt k = 0; k < 5; k++) column[k][e] = value[k];
     }
     PetscCall(MatCreateSlipCellStiffness(fault->comm, &cells, type, fault->options.value[FAULT_HMAT_TOLERANCE], K));
     PetscCall(SlipCellsDestroy(&cells));
@@ -102,28 +103,30 @@ static PetscErrorCode Stiffness_Grid(SlipFault fault, Mat *K, Mat *Kn)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The two axes */
+/* The two axes: along the strike, and down the dip with the depths there */
 static PetscErrorCode Write_Grid(const SlipFaultMesh *mesh, SlipH5 *h)
 {
   const PetscInt nz = mesh->dims[0], nx = mesh->dims[1];
-  PetscReal *x, *z;
+  const PetscReal *const e = mesh->extent;
+  PetscReal *x, *z, *down;
   SlipFaultCell cell;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc2(nx, &x, nz, &z));
-  for (PetscInt i = 0; i < nx; i++) {
-    Cell_Grid(mesh, i, &cell);
-    x[i] = cell.centre[0];
-  }
+  PetscCall(PetscMalloc3(nx, &x, nz, &z, nz, &down));
+  for (PetscInt i = 0; i < nx; i++) x[i] = ((PetscReal)i + 0.5) * e[FAULT_LENGTH_X] / nx;
   for (PetscInt i = 0; i < nz; i++) {
     Cell_Grid(mesh, i * nx, &cell);
     z[i] = cell.centre[2];
+    down[i] = ((PetscReal)i + 0.5) * e[FAULT_LENGTH_Z] / nz;
   }
   PetscCall(SlipH5WriteReal(h, "/mesh/x", 1, &nx, x, "m"));
   PetscCall(SlipH5WriteReal(h, "/mesh/z", 1, &nz, z, "m"));
+  if (mesh->dips) PetscCall(SlipH5WriteReal(h, "/mesh/down_dip", 1, &nz, down, "m"));
   PetscCall(SlipH5WriteAttrInt(h, "/mesh", "nx", nx));
   PetscCall(SlipH5WriteAttrInt(h, "/mesh", "nz", nz));
-  PetscCall(PetscFree2(x, z));
+  PetscCall(SlipH5WriteAttrReal(h, "/mesh", "strike", e[FAULT_STRIKE]));
+  PetscCall(SlipH5WriteAttrReal(h, "/mesh", "dip", e[FAULT_DIP]));
+  PetscCall(PetscFree3(x, z, down));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,125 +1,131 @@
-/* A mesh of the kind "list": rectangular cells of parallel vertical planes in any order, from -fault_mesh. */
+/* A mesh of the kind "list": rectangular cells of planes of any strike and dip, in any order, from -fault_mesh. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 #include <inttypes.h>
 #include <stdio.h>
 
-#define MESH_DATASET "/cells"
-#define MESH_COLUMNS "x y z length width"
-enum { MESH_NUM_COLUMNS = 5 };
-/* [m] No natural fault ends above this depth, and all do in kilometres: a smaller one, as in a laboratory, says that its
-   units are metres. */
-#define MESH_SHALLOW 100
-
-/* Can rows [n][5] be metres? What no stiffness can be computed for is refused by SlipCellsCheck(). */
-static PetscErrorCode SlipFaultMeshCheckMetres(const SlipH5 *h, PetscInt n, const PetscReal rows[], PetscBool metres)
-{
-  static const char *const name[] = {"x", "y", "z", "length", "width"};
-  static const PetscReal limit[] = {FAULT_MAX_REACH, FAULT_MAX_REACH, FAULT_MAX_DEPTH, FAULT_MAX_REACH,
-                                    FAULT_MAX_DEPTH};
-  PetscReal deepest = 0;
-
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal *row = rows + (size_t)i * MESH_NUM_COLUMNS;
-
-    for (PetscInt k = 0; k < MESH_NUM_COLUMNS; k++)
-      PetscCheck(!(PetscAbsReal(row[k]) > limit[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-                 "%s%s: row %" PetscInt_FMT " of " MESH_DATASET
-                 " has %s = %.6g, expected metres of a fault, at most %.6g",
-                 h->name, h->source, i, name[k], (double)row[k], (double)limit[k]);
-    deepest = PetscMax(deepest, row[2] + 0.5 * row[4]);
-  }
-  PetscCheck(
-    metres || !(deepest < MESH_SHALLOW), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-    "%s%s: the cells reach down to %.6g m, as if they were in kilometres: expected metres. A fault so small says so "
-    "by the attribute units = \"m\" of " MESH_DATASET,
-    h->name, h->source, (double)deepest);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Rank 0: rows [n][5] of the file. */
-static PetscErrorCode SlipFaultMeshRead(SlipFault fault, PetscInt *n, PetscReal **rows)
-{
-  SlipH5 h;
-  const PetscInt want[2] = {-1, MESH_NUM_COLUMNS};
-  PetscInt dims[2];
-  char columns[128] = MESH_COLUMNS;
-  PetscBool has, same, metres = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_mesh", fault->options.text[FAULT_MESH], &h));
-  PetscCall(SlipH5Has(&h, MESH_DATASET, &has));
-  if (has) {
-    PetscCall(SlipH5CheckNames(&h, SlipFaultFieldNames()));
-    PetscCall(SlipH5CheckAttributes(&h, MESH_DATASET, "columns units"));
-    PetscCall(SlipH5CheckUnits(&h, MESH_DATASET, "m", &metres));
-  }
-  PetscCall(SlipH5ReadRealSized(&h, MESH_DATASET, 2, want, "with the columns " MESH_COLUMNS, dims, rows));
-  PetscCheck(dims[0] > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             MESH_DATASET " in %s has no rows, expected one for each cell%s", h.name, h.source);
-  PetscCall(SlipH5HasAttribute(&h, MESH_DATASET, "columns", &has));
-  if (has) PetscCall(SlipH5ReadAttrString(&h, MESH_DATASET, "columns", columns, sizeof(columns)));
-  PetscCall(PetscStrcmp(columns, MESH_COLUMNS, &same));
-  PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s%s: the columns of " MESH_DATASET " are \"%s\", expected \"" MESH_COLUMNS "\"", h.name, h.source,
-             columns);
-  PetscCall(SlipFaultMeshCheckMetres(&h, dims[0], *rows, metres));
-  PetscCall(SlipH5Close(&h));
-  *n = dims[0];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* n cells without numbers, which go into the columns x, y, z, length, width; cells->x owns the memory of all. */
-PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, SlipCells *cells, PetscReal *column[5])
+/* n cells without numbers, which go into the columns x, y, z, length, width and, of seven, strike and dip; cells->x owns the
+   memory of all. */
+PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, PetscInt columns, SlipCells *cells,
+                                    PetscReal *column[])
 {
   PetscReal *data;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(MESH_NUM_COLUMNS * (size_t)n, &data));
-  for (PetscInt k = 0; k < MESH_NUM_COLUMNS; k++) column[k] = data + (size_t)k * n;
+  PetscCall(PetscMalloc1(columns * (size_t)n, &data));
+  for (PetscInt k = 0; k < columns; k++) column[k] = data + (size_t)k * n;
   *cells = (SlipCells){.n = n, .x = column[0], .y = column[1], .z = column[2], .length = column[3], .width = column[4]};
+  if (columns == MESH_COLUMNS) {
+    cells->strike = column[5];
+    cells->dip = column[6];
+  }
   PetscCall(SlipFaultKernel(fault, &cells->kernel));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The extents of all cells; as parameters of a grid, a list counts as one row of n cells. */
+/* What of the directions is not as in the list of five columns: without strikes and dips it is that list, to the bit. */
+static void Directions(SlipFaultMesh *mesh)
+{
+  SlipCells *c = &mesh->cells;
+  PetscBool vertical = PETSC_TRUE, one = PETSC_TRUE, north = PETSC_TRUE;
+
+  mesh->dips = PETSC_FALSE;
+  if (!c->dip) return;
+  for (PetscInt i = 0; i < c->n; i++) {
+    vertical = vertical && c->dip[i] == 90 ? PETSC_TRUE : PETSC_FALSE;
+    one = one && c->strike[i] == c->strike[0] ? PETSC_TRUE : PETSC_FALSE;
+    north = north && c->strike[i] == 0 ? PETSC_TRUE : PETSC_FALSE;
+  }
+  mesh->dips = vertical && one ? PETSC_FALSE : PETSC_TRUE;
+  if (vertical && north) c->strike = c->dip = NULL;
+}
+
+/* Strike and dip of the whole: those of all cells, or their means over the area */
+static void MeanDirection(const SlipCells *c, PetscReal *strike, PetscReal *dip)
+{
+  PetscReal sum[2] = {0, 0}, area = 0, dips = 0;
+  PetscBool one[2] = {PETSC_TRUE, PETSC_TRUE};
+
+  *strike = 0;
+  *dip = 90;
+  if (!c->dip) return;
+  for (PetscInt i = 0; i < c->n; i++) {
+    const PetscReal a = c->length[i] * c->width[i];
+    PetscReal sine, cosine;
+
+    SlipDegrees(c->strike[i], &sine, &cosine);
+    sum[0] += a * cosine;
+    sum[1] += a * sine;
+    dips += a * c->dip[i];
+    area += a;
+    one[0] = one[0] && c->strike[i] == c->strike[0] ? PETSC_TRUE : PETSC_FALSE;
+    one[1] = one[1] && c->dip[i] == c->dip[0] ? PETSC_TRUE : PETSC_FALSE;
+  }
+  /* strikes that cancel, as of a vertical plane that is called 0 here and 180 there, have no mean */
+  *strike = one[0] || PetscHypotReal(sum[0], sum[1]) < 1e-3 * area ? c->strike[0]
+                                                                   : PetscAtan2Real(sum[1], sum[0]) * 180 / PETSC_PI;
+  *dip = one[1] ? c->dip[0] : dips / area;
+}
+
+/* The extents of all cells along the strike of the whole and in depth, the latter as a plane of its dip has it; as parameters
+   of a grid, a list counts as one row of n cells. */
 static void Extents_List(SlipFaultMesh *mesh)
 {
   const SlipCells *c = &mesh->cells;
   PetscReal low[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, top[2] = {PETSC_MIN_REAL, PETSC_MIN_REAL};
+  PetscReal strike, dip, along[2], sine, cosine;
 
+  MeanDirection(c, &strike, &dip);
+  SlipDegrees(strike, &along[1], &along[0]);
   for (PetscInt i = 0; i < c->n; i++) {
-    low[0] = PetscMin(low[0], c->x[i] - 0.5 * c->length[i]);
-    top[0] = PetscMax(top[0], c->x[i] + 0.5 * c->length[i]);
-    low[1] = PetscMin(low[1], c->z[i] - 0.5 * c->width[i]);
-    top[1] = PetscMax(top[1], c->z[i] + 0.5 * c->width[i]);
+    const PetscReal at = c->x[i] * along[0] + c->y[i] * along[1];
+    PetscReal half[2] = {0.5 * c->length[i], 0.5 * c->width[i]};
+
+    if (c->dip) {
+      SlipFaultCell cell;
+      const PetscReal *s = cell.direction[0], *d = cell.direction[1];
+
+      SlipFaultCellDirections(c->strike[i], c->dip[i], &cell);
+      half[0] = half[0] * PetscAbsReal(s[0] * along[0] + s[1] * along[1]) +
+                half[1] * PetscAbsReal(d[0] * along[0] + d[1] * along[1]);
+      half[1] *= d[2];
+    }
+    low[0] = PetscMin(low[0], at - half[0]);
+    top[0] = PetscMax(top[0], at + half[0]);
+    low[1] = PetscMin(low[1], c->z[i] - half[1]);
+    top[1] = PetscMax(top[1], c->z[i] + half[1]);
   }
+  SlipDegrees(dip, &sine, &cosine);
   mesh->extent[FAULT_NX] = (PetscReal)c->n;
   mesh->extent[FAULT_NZ] = 1;
   mesh->extent[FAULT_LENGTH_X] = top[0] - low[0];
-  mesh->extent[FAULT_LENGTH_Z] = top[1] - low[1];
+  mesh->extent[FAULT_LENGTH_Z] = (top[1] - low[1]) / sine;
   mesh->extent[FAULT_DEPTH_TOP] = PetscMax(low[1], 0);
+  mesh->extent[FAULT_STRIKE] = strike;
+  mesh->extent[FAULT_DIP] = dip;
 }
 
-/* Cells of one plane have the very same y, as the file's; planes are numbered as they come. */
-static PetscErrorCode Planes_List(SlipFaultMesh *mesh)
+/* What rank 0 has read, on every rank: columns, and labels, which are the planes' numbers where the file names no faults */
+static PetscErrorCode Take(SlipFault fault, const SlipFaultMeshRows *m)
 {
-  const SlipCells *c = &mesh->cells;
-  PetscInt *first; /* row of each plane */
+  SlipFaultMesh *mesh = &fault->mesh;
+  PetscReal *column[MESH_COLUMNS];
+  PetscInt sizes[3] = {m->n, m->columns, m->label ? 1 : 0};
+  PetscMPIInt rank;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(c->n, &mesh->plane));
-  PetscCall(PetscMalloc1(c->n, &first));
-  mesh->planes = 0;
-  for (PetscInt i = 0; i < c->n; i++) {
-    PetscInt p = 0;
-
-    while (p < mesh->planes && c->y[first[p]] != c->y[i]) p++;
-    if (p == mesh->planes) first[mesh->planes++] = i;
-    mesh->plane[i] = p;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCallMPI(MPI_Bcast(sizes, 3, MPIU_INT, 0, fault->comm));
+  PetscCall(SlipFaultCellsCreate(fault, sizes[0], sizes[1], &mesh->cells, column));
+  for (PetscInt k = 0; k < sizes[1]; k++) {
+    for (PetscInt i = 0; !rank && i < m->n; i++) column[k][i] = m->rows[(size_t)i * m->columns + k];
+    PetscCallMPI(MPI_Bcast(column[k], (PetscMPIInt)sizes[0], MPIU_REAL, 0, fault->comm));
   }
-  PetscCall(PetscFree(first));
+  mesh->labelled = sizes[2] ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscMalloc1(sizes[0], &mesh->label));
+  if (m->label) PetscCall(PetscArraycpy(mesh->label, m->label, m->n));
+  if (mesh->labelled) PetscCallMPI(MPI_Bcast(mesh->label, (PetscMPIInt)sizes[0], MPIU_INT, 0, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -129,37 +135,34 @@ static PetscErrorCode Create_List(SlipFault fault)
   const char *file = fault->options.text[FAULT_MESH];
   const char *prefix = SlipFaultPrefix(fault);
   char source[PETSC_MAX_PATH_LEN + 64];
-  PetscReal *rows = NULL, *column[MESH_NUM_COLUMNS];
+  SlipFaultMeshRows rows = {.n = 0};
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscMPIInt rank;
-  PetscInt n = 0;
 
   PetscFunctionBegin;
   PetscCheck(!fault->options.text[FAULT_STIFFNESS_FILE][0], fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_stiffness_file %s and -%sfault_mesh %s exclude each other", prefix,
              fault->options.text[FAULT_STIFFNESS_FILE], prefix, file);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (!rank) ierr = SlipFaultMeshRead(fault, &n, &rows);
+  if (!rank) ierr = SlipFaultMeshRead(fault, &rows);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
-  PetscCallMPI(MPI_Bcast(&n, 1, MPIU_INT, 0, fault->comm));
-  PetscCall(SlipFaultCellsCreate(fault, n, &mesh->cells, column));
-  for (PetscInt k = 0; k < MESH_NUM_COLUMNS; k++) {
-    for (PetscInt i = 0; !rank && i < n; i++) column[k][i] = rows[(size_t)i * MESH_NUM_COLUMNS + k];
-    PetscCallMPI(MPI_Bcast(column[k], (PetscMPIInt)n, MPIU_REAL, 0, fault->comm));
-  }
-  PetscCall(PetscFree(rows));
+  PetscCall(Take(fault, &rows));
+  PetscCall(PetscFree(rows.rows));
+  PetscCall(PetscFree(rows.label));
   PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", file, prefix));
   PetscCall(SlipCellsCheck(fault->comm, &mesh->cells, source));
+  Directions(mesh);
   Extents_List(mesh);
-  PetscCall(Planes_List(mesh));
+  PetscCall(SlipFaultMeshPlanes(mesh));
+  mesh->N = mesh->cells.n;
+  if (!mesh->labelled) PetscCall(PetscArraycpy(mesh->label, mesh->plane, mesh->N));
   PetscCall(SlipCellsPartition(fault->comm, &mesh->cells, fault->options.text[FAULT_OPERATOR], &mesh->order,
                                &mesh->cells.nlocal));
   mesh->cells.order = mesh->order;
-  mesh->N = n;
   mesh->n = mesh->cells.nlocal;
   mesh->ndim = 1;
-  mesh->dims[0] = mesh->dims[1] = n;
-  mesh->npoints = 4 * n;
+  mesh->dims[0] = mesh->dims[1] = mesh->N;
+  mesh->npoints = 4 * mesh->N;
   mesh->unit = 2 * SlipCellsUnit(&mesh->cells);
   mesh->area = 1 / mesh->unit;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -173,11 +176,42 @@ static void Cell_List(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *ce
                           {c->length[row], c->width[row]},
                           {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
                           mesh->plane[row]};
+  if (c->dip) SlipFaultCellDirections(c->strike[row], c->dip[row], cell);
+}
+
+/* data [2 n]: what the kernel needs besides the file's columns, or in their place. That of vertical planes of one strike has x
+   along it; the other one has the rakes. */
+static PetscErrorCode KernelCells(SlipFault fault, SlipCells *cells, PetscReal data[])
+{
+  const SlipCells *c = &fault->mesh.cells;
+  PetscReal along[2], *x = data, *y = data + c->n;
+
+  PetscFunctionBegin;
+  *cells = *c;
+  PetscCall(SlipFaultKernel(fault, &cells->kernel));
+  if (fault->kind.dipping) {
+    PetscCall(SlipFaultGatherAll(fault, fault->fields.cell[FIELD_RAKE], data));
+    cells->rake = data;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!c->dip) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipDegrees(c->strike[0], &along[1], &along[0]);
+  for (PetscInt i = 0; i < c->n; i++) {
+    x[i] = along[0] * c->x[i] + along[1] * c->y[i];
+    y[i] = along[0] * c->y[i] - along[1] * c->x[i];
+  }
+  cells->x = x;
+  cells->y = y;
+  cells->strike = cells->dip = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Stiffness_List(SlipFault fault, Mat *K, Mat *Kn)
 {
+  const PetscReal tolerance = fault->options.value[FAULT_HMAT_TOLERANCE];
   const char *type = fault->options.text[FAULT_OPERATOR];
+  SlipCells cells;
+  PetscReal *data;
   PetscBool fft;
 
   PetscFunctionBegin;
@@ -186,12 +220,11 @@ static PetscErrorCode Stiffness_List(SlipFault fault, Mat *K, Mat *Kn)
              "-%sfault_operator fft needs a uniform grid, but -%sfault_mesh %s is an irregular one: expected dense, "
              "hmat or auto",
              SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->options.text[FAULT_MESH]);
-  PetscCall(SlipFaultKernel(fault, &fault->mesh.cells.kernel));
-  PetscCall(
-    MatCreateSlipCellStiffness(fault->comm, &fault->mesh.cells, type, fault->options.value[FAULT_HMAT_TOLERANCE], K));
-  if (Kn)
-    PetscCall(MatCreateSlipCellNormalStiffness(fault->comm, &fault->mesh.cells, type,
-                                               fault->options.value[FAULT_HMAT_TOLERANCE], Kn));
+  PetscCall(PetscMalloc1(2 * fault->mesh.N, &data));
+  PetscCall(KernelCells(fault, &cells, data));
+  PetscCall(MatCreateSlipCellStiffness(fault->comm, &cells, type, tolerance, K));
+  if (Kn) PetscCall(MatCreateSlipCellNormalStiffness(fault->comm, &cells, type, tolerance, Kn));
+  PetscCall(PetscFree(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -205,6 +238,11 @@ static PetscErrorCode Write_List(const SlipFaultMesh *mesh, SlipH5 *h)
   PetscCall(SlipH5WriteReal(h, "/mesh/z", 1, &c->n, c->z, "m"));
   PetscCall(SlipH5WriteReal(h, "/mesh/length", 1, &c->n, c->length, "m"));
   PetscCall(SlipH5WriteReal(h, "/mesh/width", 1, &c->n, c->width, "m"));
+  if (c->dip) {
+    PetscCall(SlipH5WriteReal(h, "/mesh/strike", 1, &c->n, c->strike, "degrees"));
+    PetscCall(SlipH5WriteReal(h, "/mesh/dip", 1, &c->n, c->dip, "degrees"));
+  }
+  if (c->dip || mesh->labelled) PetscCall(SlipH5WriteInt(h, "/mesh/fault", 1, &c->n, mesh->label, NULL));
   PetscCall(SlipH5WriteAttrInt(h, "/mesh", "cells", c->n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -231,11 +269,17 @@ static PetscErrorCode Corners_List(const SlipFaultMesh *mesh, PetscReal points[]
 static PetscErrorCode Digest_List(const SlipFaultMesh *mesh, char text[], size_t len)
 {
   const SlipCells *c = &mesh->cells;
-  const PetscReal *const numbers[] = {c->x, c->y, c->z, c->length, c->width};
+  const PetscReal *const numbers[] = {c->x, c->y, c->z, c->length, c->width, c->strike, c->dip};
   uint64_t hash = SLIP_HASH_START;
 
   PetscFunctionBegin;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(numbers); k++) hash = SlipHashReals(hash, numbers[k], (size_t)c->n);
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(numbers) && numbers[k]; k++)
+    hash = SlipHashReals(hash, numbers[k], (size_t)c->n);
+  for (PetscInt i = 0; i < c->n && mesh->labelled; i++) {
+    const PetscReal label = (PetscReal)mesh->label[i];
+
+    hash = SlipHashReals(hash, &label, 1);
+  }
   (void)snprintf(text, len, "of %lld cells, %016" PRIx64, (long long)c->n, hash);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

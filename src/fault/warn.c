@@ -178,10 +178,10 @@ static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
 static PetscErrorCode WarnOfPlanes(SlipFault fault, PetscMPIInt rank)
 {
   PetscFunctionBegin;
-  if (fault->mesh.planes > 1 && !rank)
+  if (fault->mesh.planes > 1 && !fault->kind.coupled && !rank)
     PetscCall(SlipWarning("slip on one plane of -%sfault_mesh %s does not change the normal stress on the others here: "
-                          "only shear stress passes between planes",
-                          SlipFaultPrefix(fault), fault->options.text[FAULT_MESH]));
+                          "only shear stress passes between planes, unless -%sfault_normal_coupling yes",
+                          SlipFaultPrefix(fault), fault->options.text[FAULT_MESH], SlipFaultPrefix(fault)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -155,6 +155,43 @@ PetscErrorCode SlipH5GetRank(SlipH5 *h, const char path[], PetscInt *ndim)
 }
 
 /*@C
+  SlipH5GetSize - size of one dimension of a dataset, where the shape decides what is read
+
+  Not collective.
+
+  Input Parameters:
++ h    - file
+. path - dataset
+- dim  - dimension, from 0
+
+  Output Parameter:
+. size - -1 where the dataset has fewer dimensions, or more than PetscInt holds
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing
+
+.seealso: SlipH5GetRank(), SlipH5ReadRealSized()
+@*/
+PetscErrorCode SlipH5GetSize(SlipH5 *h, const char path[], PetscInt dim, PetscInt *size)
+{
+  hsize_t extent[H5S_MAX_RANK] = {0};
+  hid_t set = H5I_INVALID_HID, space;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenDataset(h, path, &set));
+  space = H5Dget_space(set);
+  *size = -1;
+  if (dim < H5Sget_simple_extent_ndims(space)) {
+    H5Sget_simple_extent_dims(space, extent, NULL);
+    if (extent[dim] <= (hsize_t)PETSC_MAX_INT) *size = (PetscInt)extent[dim];
+  }
+  H5Sclose(space);
+  H5Dclose(set);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
   SlipH5ReadRealSized - read a dataset of numbers whose shape is known, or part of it
 
   Not collective.

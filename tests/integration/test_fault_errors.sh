@@ -131,7 +131,7 @@ expect "not.h5 is not an HDF5 file (-fault_mesh)" -fault_mesh not.h5
 expect "k.h5 has no dataset /cells" -fault_mesh k.h5
 : >empty.txt
 expect "empty.txt (-fault_sweep) has no line of options" -fault_sweep empty.txt
-expect "/cells in narrow.h5 has shape [3, 4], expected [any, 5], with the columns x y z length width (-fault_mesh)" -fault_mesh narrow.h5
+expect "/cells in narrow.h5 has shape [3, 4], expected [any, 5], with the columns x y z length width, or [any, 7], with strike dip besides (-fault_mesh)" -fault_mesh narrow.h5
 expect 'the columns of /cells are "x z y length width"' -fault_mesh columns.h5
 expect "zero.h5 (-fault_mesh): row 3 has length = 0" -fault_mesh zero.h5
 expect "negative.h5 (-fault_mesh): row 3 has width = -5" -fault_mesh negative.h5

@@ -39,7 +39,7 @@ class Reading(PictureTest):
 
     def test_bad_files(self):
         none = {name: (values[:0], unit) for name, (values, unit) in century.columns().items()}
-        for name, message, options in (("a.h5", "dataset /moment is missing; it has area, end, ", {"skip": ("moment",)}),
+        for name, message, options in (("a.h5", "dataset /moment is missing; it has area, cell, end, ", {"skip": ("moment",)}),
                                        ("b.h5", "no event is there$", {"data": none}),
                                        ("d.h5", "no event is there yet", {"data": none, "complete": 0})):
             with self.assertRaisesRegex(OutputError, f"{name}: {message}"):

@@ -101,4 +101,151 @@ static void list(void **state)
   assert_int_equal(0, TempDirRemove(dir));
 }
 
-SLIP_TESTS(grid, list)
+/* Cell k of a plane of strike and dip whose middle is at the place at [m], 2 x 2 cells of 400 m x 300 m */
+static void AddTo(PetscReal column[7][8], PetscInt row, PetscInt k, PetscReal strike, PetscReal dip,
+                  const PetscReal at[3])
+{
+  PetscReal d[9];
+
+  SlipPlaneDirections(strike, dip, 0, d);
+  for (int i = 0; i < 3; i++) column[i][row] = at[i] + (k % 2 ? 200 : -200) * d[i] - (k / 2 ? 150 : -150) * d[3 + i];
+  column[3][row] = 400;
+  column[4][row] = 300;
+  column[5][row] = strike;
+  column[6][row] = dip;
+}
+
+static SlipFault FaultOf(const char file[], const SlipCells *cells, const PetscReal label[])
+{
+  SlipFault fault;
+
+  ok(WriteLabelledCells(file, cells, label));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetString(fault, "mesh", file));
+  ok(SlipFaultSetUp(fault));
+  return fault;
+}
+
+/* Two parallel planes, rows in turn: strikes a turn apart and coordinates of 1e5 m that round make no third one. */
+static void planes(void **state)
+{
+  const PetscReal at[2][3] = {{-1e5, 2e5, 5000}, {-1e5, 203000, 5000}}, label[8] = {7, 7, -3, 7, 7, -3, 7, 7};
+  PetscReal column[7][8], d[9];
+  SlipCells cells = {.n = 8};
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8], first[96], second[96];
+  SlipFault fault;
+
+  (void)state;
+  assert_int_equal(0, TempDirMake("mesh", dir));
+  snprintf(file, sizeof(file), "%s/mesh.h5", dir);
+  for (PetscInt k = 0; k < 8; k++) AddTo(column, k, k / 2, k == 4 ? 340 : -20, 35, at[k % 2]);
+  cells.x = column[0], cells.y = column[1], cells.z = column[2], cells.length = column[3], cells.width = column[4];
+  cells.strike = column[5], cells.dip = column[6];
+  fault = FaultOf(file, &cells, NULL);
+  CheckCorners(&fault->mesh);
+  assert_int_equal(2, fault->mesh.planes);
+  assert_true(fault->mesh.dips && !fault->mesh.labelled);
+  SlipPlaneDirections(-20, 35, 0, d);
+  for (PetscInt k = 0; k < 8; k++) {
+    SlipFaultCell cell;
+
+    fault->mesh.kind->cell(&fault->mesh, k, &cell);
+    assert_true(cell.plane == k % 2 && fault->mesh.label[k] == k % 2);
+    for (int i = 0; i < 3; i++) { /* sines of strikes a turn apart agree to rounding */
+      AssertNear(cell.direction[0][i], d[i], 1e-14);
+      AssertNear(cell.direction[1][i], -d[3 + i], 1e-14);
+      AssertNear(cell.direction[2][i], d[6 + i], 1e-14);
+    }
+  }
+  /* 3000 m apart eastward, which is -sin(20) of that along the strike; 1e-9: of 1e5 m that round */
+  AssertNear(Real(fault, "length_x"), 800 + 3000 * PetscSinReal(20 * PETSC_PI / 180), 1e-9);
+  AssertNear(Real(fault, "length_z"), 600, 1e-9);
+  AssertNear(Real(fault, "depth_top"), 5000 - 300 * PetscSinReal(35 * PETSC_PI / 180), 1e-9);
+  assert_true(Real(fault, "dip") == 35);
+  ok(fault->mesh.kind->digest(&fault->mesh, first, sizeof(first)));
+  ok(SlipFaultDestroy(&fault));
+  /* labels are the file's, and count as another mesh */
+  fault = FaultOf(file, &cells, label);
+  for (PetscInt k = 0; k < 8; k++) assert_int_equal((PetscInt)label[k], fault->mesh.label[k]);
+  ok(fault->mesh.kind->digest(&fault->mesh, second, sizeof(second)));
+  assert_true(strcmp(first, second) != 0);
+  ok(SlipFaultDestroy(&fault));
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
+/* Strike 0 and dip 90 everywhere are the list of five columns, to the bit; a vertical plane of another strike is that plane
+   turned, whose stiffness is the same but for rounding: 1e-12 of its diagonal, at coordinates of a few cells. */
+static void vertical(void **state)
+{
+  PetscReal numbers[5 * N], zero[N], ninety[N], thirty[N], x[N], y[N], norm, error;
+  SlipCells cells = TwoGradedFaults(NX, NZ, 5, numbers);
+  const PetscReal c = PetscCosReal(PETSC_PI / 6), s = PetscSinReal(PETSC_PI / 6);
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8], digest[2][96];
+  SlipFault fault[3];
+  Mat K[3];
+
+  (void)state;
+  assert_int_equal(0, TempDirMake("mesh", dir));
+  snprintf(file, sizeof(file), "%s/mesh.h5", dir);
+  for (PetscInt k = 0; k < N; k++) {
+    zero[k] = 0;
+    thirty[k] = 30;
+    ninety[k] = 90;
+    x[k] = c * cells.x[k] - s * cells.y[k];
+    y[k] = s * cells.x[k] + c * cells.y[k];
+  }
+  fault[0] = FaultOf(file, &cells, NULL);
+  cells.strike = zero;
+  cells.dip = ninety;
+  fault[1] = FaultOf(file, &cells, NULL);
+  cells.strike = thirty;
+  cells.x = x;
+  cells.y = y;
+  fault[2] = FaultOf(file, &cells, NULL);
+  for (int f = 0; f < 3; f++) ok(SlipFaultGetOperators(fault[f], &K[f], NULL, NULL));
+  assert_true(!fault[1]->mesh.dips && !fault[2]->mesh.dips && fault[2]->mesh.planes == 2);
+  for (int f = 0; f < 2; f++) ok(fault[f]->mesh.kind->digest(&fault[f]->mesh, digest[f], sizeof(digest[f])));
+  assert_string_equal(digest[0], digest[1]);
+  AssertNear(Real(fault[2], "length_x"), Real(fault[0], "length_x"), 1e-10);
+  for (int f = 1; f < 3; f++) {
+    Mat difference;
+
+    ok(MatDuplicate(K[f], MAT_COPY_VALUES, &difference));
+    ok(MatAXPY(difference, -1, K[0], SAME_NONZERO_PATTERN));
+    ok(MatNorm(difference, NORM_FROBENIUS, &error));
+    ok(MatNorm(K[0], NORM_FROBENIUS, &norm));
+    assert_true(f == 1 ? error == 0 : error < 1e-12 * norm);
+    ok(MatDestroy(&difference));
+  }
+  for (int f = 0; f < 3; f++) ok(SlipFaultDestroy(&fault[f]));
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
+/* A vertical grid of any strike has the stiffness of that of strike 0, in hierarchical storage too. */
+static void turned_grid(void **state)
+{
+  Mat K[2];
+  SlipFault fault[2];
+  PetscReal norm, error;
+
+  (void)state;
+  for (int f = 0; f < 2; f++) {
+    ok(SlipFaultCreate(PETSC_COMM_SELF, &fault[f]));
+    ok(FaultSetReals(fault[f], {"nx", NX}, {"nz", NZ}, {"strike", f ? 50 : 0}));
+    ok(SlipFaultSetString(fault[f], "operator", f ? "hmat" : "dense"));
+    ok(SlipFaultSetString(fault[f], "viscosity", "radiation"));
+    ok(SlipFaultSetUp(fault[f]));
+    ok(SlipFaultGetOperators(fault[f], &K[f], NULL, NULL));
+    ok(MatConvert(K[f], MATDENSE, MAT_INITIAL_MATRIX, &K[f]));
+  }
+  ok(MatNorm(K[0], NORM_FROBENIUS, &norm));
+  ok(MatAXPY(K[1], -1, K[0], SAME_NONZERO_PATTERN));
+  ok(MatNorm(K[1], NORM_FROBENIUS, &error));
+  assert_true(error < 1e-12 * norm); /* one block, which is stored as it is */
+  for (int f = 0; f < 2; f++) {
+    ok(MatDestroy(&K[f]));
+    ok(SlipFaultDestroy(&fault[f]));
+  }
+}
+
+SLIP_TESTS(grid, list, planes, vertical, turned_grid)

@@ -37,10 +37,13 @@ struct _SlipFaultMesh {
   PetscReal area;                     /* mean of a cell [m^2] */
   PetscBool dips;                     /* not all cells are on vertical planes of one strike */
   PetscReal unit;                     /* the reciprocal [1/m^2]; 0 where all cells have the same area */
-  PetscReal *weight; /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
-  PetscInt *order;   /* [N] row of each cell; NULL: they are the same */
-  PetscInt *plane;   /* [N] of each row; NULL: there is one */
-  SlipCells cells;   /* of a list, in the order of its rows, owned */
+  PetscReal *weight;  /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
+  PetscInt *order;    /* [N] row of each cell; NULL: they are the same */
+  PetscInt *plane;    /* [N] of each row; NULL: there is one */
+  PetscInt *label;    /* [N] the fault of each row, of the file's /fault, by default the plane; NULL: there is one */
+  PetscBool labelled; /* by the file */
+  SlipCells
+    cells; /* of a list, in the order of its rows, owned; strike and dip NULL where they are 0 and 90, rake always */
 };
 
 /* Row of cell i of this process */
@@ -55,11 +58,22 @@ static inline PetscInt SlipFaultMeshRowOf(const SlipFaultMesh *mesh, PetscInt e)
   return mesh->order ? mesh->order[e] : e;
 }
 
-/* mesh.c: directions of a cell of this strike and dip [deg] */
+/* meshcells.c: directions of a cell of this strike and dip [deg] */
 PETSC_INTERN void SlipFaultCellDirections(PetscReal strike, PetscReal dip, SlipFaultCell *cell);
 PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshGrid; /* meshgrid.c: the uniform grid of the options */
 PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshList; /* meshlist.c: the cells of -fault_mesh */
-PETSC_INTERN PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, SlipCells *cells, PetscReal *column[5]);
+PETSC_INTERN PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, PetscInt columns, SlipCells *cells,
+                                                 PetscReal *column[]);
+
+/* meshread.c: what a file of cells holds */
+enum { MESH_VERTICAL_COLUMNS = 5, MESH_COLUMNS = 7 }; /* x y z length width, and strike dip */
+typedef struct {
+  PetscInt n, columns;
+  PetscReal *rows; /* [n][columns] */
+  PetscInt *label; /* [n], NULL without /fault */
+} SlipFaultMeshRows;
+PETSC_INTERN PetscErrorCode SlipFaultMeshRead(SlipFault fault, SlipFaultMeshRows *rows); /* on rank 0 */
+PETSC_INTERN PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh);                    /* meshplanes.c */
 
 PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault); /* cells, their owners and weights; collective */
 PETSC_EXTERN PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh);
