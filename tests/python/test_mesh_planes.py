@@ -1,9 +1,11 @@
 """Meshes of planes of any strike and dip: what a run on them is, and which are refused, by the one error that each must give."""
 
+import os
 import subprocess
+import sys
 import unittest
 
-from scripts import FAULT, FaultTest
+from scripts import FAULT, SOURCE, FaultTest
 
 import h5py
 import numpy as np
@@ -254,6 +256,68 @@ class Input(FaultTest):
                 turned[:, 0], turned[:, 1] = (np.cos(a) * rows[:, 0] - np.sin(a) * rows[:, 1] + 3e5, np.sin(a) * rows[:, 0] + np.cos(a) * rows[:, 1] - 4e5)
                 turned[:, 5] = rows[:, 5] + 77
                 self.assertIn("accepted steps:          1", self.run_of(turned).stdout, "turned and moved")
+
+
+class Generator(FaultTest):
+    """Meshes of examples/make_mesh.py: their shape, and that runs take them."""
+
+    def make(self, *arguments, code=0):
+        done = subprocess.run([sys.executable, os.path.join(SOURCE, "examples/make_mesh.py"), self.path("mesh.h5"), *arguments], capture_output=True,
+                              text=True)
+        self.assertEqual(done.returncode, code, done.stderr)
+        if code:
+            return done.stderr
+        with h5py.File(self.path("mesh.h5")) as file:
+            self.assertEqual(file["cells"].attrs["columns"], COLUMNS)
+            return file["cells"][()], file["fault"][()]
+
+    def accepted(self):
+        self.fault("-fault_mesh", "mesh.h5", *THRUST, "-ts_max_time", 1, "-fault_operator", "hmat")
+
+    def test_dipping(self):
+        rows, label = self.make("dipping", "--cells", "4", "3", "--size", "2000", "1200", "--top", "1000", "--strike", "30", "--dip", "60")
+        # rounding of coordinates of some 1e3 m
+        np.testing.assert_allclose(rows, plane(30, 60, (0, 0, 1000)), atol=1e-9)
+        self.assertEqual(set(label), {0})
+        self.accepted()
+
+    def test_graded(self):
+        rows, _ = self.make("dipping", "--cells", "10", "8", "--size", "5000", "3000", "--strike", "200", "--dip", "35", "--ratio", "3")
+        self.assertAlmostEqual((rows[:, 3] * rows[:, 4]).sum(), 5000 * 3000, delta=1e-6)
+        self.assertAlmostEqual(rows[:, 4].max() / rows[:, 4].min(), 3)
+        self.accepted()
+
+    def test_listric(self):
+        rows, label = self.make("listric", "--cells", "12", "20", "--size", "6000", "8000", "--strike", "-40", "--dip", "70", "--dip-bottom", "15")
+        self.assertAlmostEqual((rows[:, 3] * rows[:, 4]).sum(), 6000 * 8000, delta=1e-6)
+        dips = rows[::12, 6]
+        np.testing.assert_allclose(np.diff(dips), (15 - 70) / 20)
+        self.assertAlmostEqual(dips[0], 70 - 55 / 40)
+        sine = np.sin(np.radians(rows[:, 6]))
+        np.testing.assert_allclose((rows[:, 2] + rows[:, 4] / 2 * sine)[:-12], (rows[:, 2] - rows[:, 4] / 2 * sine)[12:])  # each row begins where one ends
+        self.assertEqual(set(label), {0})
+        self.accepted()
+
+    def test_segmented(self):
+        for dip, most in (("90", 0), ("50", 0.05), ("25", 0.12)):
+            with self.subTest(dip):
+                rows, label = self.make("segmented", "--cells", "8", "10", "--size", "4000", "3000", "--strikes", "0", "30", "-15", "--dip", dip)
+                self.assertEqual(len(rows), 3 * 80)
+                np.testing.assert_array_equal(label, np.repeat([0, 1, 2], 80))
+                # what is missing are triangles at bends: halves of what a row's bend changes by along the way down
+                missing = 1 - (rows[:, 3] * rows[:, 4]).sum() / (3 * 4000 * 3000)
+                self.assertLessEqual(abs(missing), most + 1e-12)
+                self.accepted()
+
+    def test_bad_options(self):
+        for arguments, message in ((("uniform", "--dip", "60"), "--dip is of dipping, listric, segmented meshes, not of a uniform one"),
+                                   (("dipping", "--dip", "0"), "--dip and --dip-bottom must be above 0 and at most 90"),
+                                   (("listric", "--dip-bottom", "95"), "--dip and --dip-bottom must be above 0 and at most 90"),
+                                   (("dipping", "--strikes", "0", "10"), "--strikes is of segmented meshes"),
+                                   (("segmented", "--strikes", "0", "100"), "must turn by less than 90 degrees"),
+                                   (("dipping", "--strike", "400"), "must be from -360 to 360")):
+            self.assertIn(message, self.make(*arguments, code=2))
+        self.assertIn("ends above the lower edge", self.make("segmented", "--size", "500", "9000", "--strikes", "0", "60", "--dip", "30", code=1))
 
 
 if __name__ == "__main__":

@@ -29,7 +29,8 @@ static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, co
   PetscCheck(PetscAbsReal(r->strike) <= 360, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "%s: row %" PetscInt_FMT " has strike = %.6g degrees, expected -360 to 360", source, i, (double)r->strike);
   PetscCheck(r->dip > 0 && r->dip <= 90, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "%s: row %" PetscInt_FMT " has dip = %.6g degrees, expected > 0 and at most 90", source, i, (double)r->dip);
+             "%s: row %" PetscInt_FMT " has dip = %.6g degrees, expected > 0 and at most 90", source, i,
+             (double)r->dip);
   SlipDegrees(r->dip, &sine, &cosine);
   PetscCheck(c->kernel.full_space || r->z - 0.5 * r->width * sine >= -SLIP_TOUCH * PetscMin(r->length, r->width), comm,
              PETSC_ERR_ARG_OUTOFRANGE,
