@@ -34,7 +34,7 @@ from slipstep_time import seconds
 ACROSS = 81  # points of a map along its longer side
 BEYOND = 0.01  # share of a map of stress, infinite along edges of cells, that may be beyond the ends of its colours
 UNITS = ((1.0, "m"), (1e-2, "cm"), (1e-3, "mm"))
-ARROW = 0.16  # of the map's longer side: the longest vector
+ARROW = 0.13  # of the map's longer side: the longest vector
 
 
 def unit_of(size):
@@ -133,9 +133,9 @@ class Picture:
         key = float(f"{length or 1:.1g}")
         reach = max(self.plane.extent[1] - self.plane.extent[0], self.plane.extent[3] - self.plane.extent[2]) / 1e3
         y, x = points[:, 1] / 1e3, points[:, 0] / 1e3
-        arrows = axes.quiver(y, x, u[:, 1] / scale, u[:, 0] / scale, angles="xy", scale_units="xy", scale=(length or 1) / (ARROW * reach), width=0.009,
+        arrows = axes.quiver(y, x, u[:, 1] / scale, u[:, 0] / scale, angles="xy", scale_units="xy", scale=(length or 1) / (ARROW * reach), width=0.006,
                              zorder=6, edgecolor="white", linewidth=0.6)
-        axes.scatter(y, x, c=-u[:, 2] / scale, norm=norm, cmap="RdBu_r", s=34, edgecolor="black", linewidth=0.9, zorder=7)
+        axes.scatter(y, x, c=-u[:, 2] / scale, norm=norm, cmap="RdBu_r", s=20, edgecolor="black", linewidth=0.7, zorder=7)
         box = axes.quiverkey(arrows, 0.12, 0.05, key, f"{key:g} {unit}", labelpos="N", coordinates="axes", zorder=8)
         box.text.set_path_effects([withStroke(linewidth=3, foreground="white")])
 

@@ -67,6 +67,24 @@ class ExamplesTest(PictureTest):
         with h5py.File(self.path("centuries_events.h5")) as file:
             self.assertGreater(file["onset"][-1] / YEAR, stopped)
 
+    def test_thrust(self):
+        """What the largest event does to the network is what the run recorded there from its onset to its end; the hanging wall rises over the
+        foot wall. Recorded are ends of steps, some hundred in an event of which some are half before its onset: 1 % of the largest."""
+        self.example("thrust.sh", CELLS="12 6")
+        self.look(self.path("thrust.png"))
+        points = np.loadtxt(self.path("thrust_points.csv"), delimiter=",", skiprows=1)
+        with h5py.File(self.path("thrust.h5")) as run, h5py.File(self.path("thrust_events.h5")) as file:
+            self.assertEqual(set(file["mesh/rake"][...].ravel()), {90})
+            event = np.argmax(file["moment"][...])
+            when = [file[name][event] for name in ("onset", "end")]
+            groups = [run[f"surface/{k}"] for k in range(len(points))]
+            recorded = np.array([[np.diff(np.interp(when, group["time"], column))[0] for column in group["displacement"][...].T] for group in groups])
+            np.testing.assert_array_equal(points[:, :2], [[group.attrs[axis] for axis in "xy"] for group in groups])
+        np.testing.assert_allclose(points[:, 2:5], recorded, rtol=0, atol=0.01 * np.abs(recorded).max())
+        highest = points[np.argmin(points[:, 4])]
+        self.assertGreater(np.cos(np.radians(20)) * highest[1] - np.sin(np.radians(20)) * highest[0], 0)  # right of the trace
+        self.assertLess(highest[3], 0)  # and pushed up dip, to the west
+
     def test_triggering(self):
         self.example("triggering.sh", CELLS="4 2", YEARS="150")
         self.look(self.path("triggering.png"))
