@@ -110,9 +110,9 @@ class SurfaceStations(FaultTest):
             for k, (y, wanted) in enumerate(published.items()):
                 found = [np.interp(time, file[f"surface/{k}/time"], file[f"surface/{k}/displacement"][:, c]) for c in range(3)]
                 self.assertEqual(found[0], 0)  # the middle of the strike
-                # 8e-5 m are between cells of 200 m and of 25 m. The fault has an end: 5.3e-4 m (1e7 m / length) down, as slip deficit times
-                # width over half of the length is.
-                np.testing.assert_allclose(np.array(found[1:]) - (1 if y >= 0 else -1) * plates, wanted, rtol=0, atol=2.5e-4)
+                # 7e-5 to 1.2e-4 m are between the two codes, with cells of 25 m too. And the fault has an end: 1.4e-4 m down, 5.3e-4 m times
+                # 1e7 m / length, as slip deficit times width over half of the length is.
+                np.testing.assert_allclose(np.array(found[1:]) - (1 if y >= 0 else -1) * plates, wanted, rtol=0, atol=3e-4)
 
     def test_strike_and_rake(self):
         """A fault that is turned turns what it does, and on a vertical one rake 180 is rake 0 with the other sign."""
