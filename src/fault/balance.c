@@ -266,24 +266,6 @@ PetscErrorCode SlipFaultForce(SlipFault fault, Vec w, Vec u, Vec force)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Was this the displacement of the last right-hand side, bit by bit? Collective. */
-PetscErrorCode SlipFaultWasBalanced(SlipFault fault, Vec u, PetscBool *same)
-{
-  const PetscReal *a, *b;
-  PetscBool here;
-
-  PetscFunctionBegin;
-  *same = PETSC_FALSE;
-  if (!fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetArrayRead(u, &a));
-  PetscCall(VecGetArrayRead(fault->balance.u, &b));
-  PetscCall(PetscArraycmp(a, b, fault->mesh.n, &here));
-  PetscCall(VecRestoreArrayRead(fault->balance.u, &b));
-  PetscCall(VecRestoreArrayRead(u, &a));
-  PetscCallMPI(MPI_Allreduce(&here, same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Put b->rate into the state w. */
 PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
 {

@@ -48,20 +48,6 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known, SlipFaultMoment *now,
-                              PetscBool *same)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscObjectGetId((PetscObject)w, &now->id));
-  PetscCall(PetscObjectStateGet((PetscObject)w, &now->state));
-  now->time = SlipLoadsVary(&fault->loads) ? t : 0;
-  now->rates = fault->balance.put;
-  *same = now->id == known->id && now->state == known->state && now->time == known->time && now->rates == known->rates
-            ? PETSC_TRUE
-            : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The sums of the state w of time t, computed (one product with K, two reductions) only when either has changed. */
 PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums)
 {

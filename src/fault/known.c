@@ -1,0 +1,35 @@
+/* Whether what is known of a state is still that of now. */
+#include <slipstep/private/slipfault.h>
+
+/* now: all that what is computed of the state w depends on; *same: it is what was known */
+PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known, SlipFaultMoment *now,
+                              PetscBool *same)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscObjectGetId((PetscObject)w, &now->id));
+  PetscCall(PetscObjectStateGet((PetscObject)w, &now->state));
+  now->time = SlipLoadsVary(&fault->loads) ? t : 0;
+  now->rates = fault->balance.put;
+  *same = now->id == known->id && now->state == known->state && now->time == known->time && now->rates == known->rates
+            ? PETSC_TRUE
+            : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Was this the displacement of the last right-hand side, bit by bit? Collective. */
+PetscErrorCode SlipFaultWasBalanced(SlipFault fault, Vec u, PetscBool *same)
+{
+  const PetscReal *a, *b;
+  PetscBool here;
+
+  PetscFunctionBegin;
+  *same = PETSC_FALSE;
+  if (!fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArrayRead(u, &a));
+  PetscCall(VecGetArrayRead(fault->balance.u, &b));
+  PetscCall(PetscArraycmp(a, b, fault->mesh.n, &here));
+  PetscCall(VecRestoreArrayRead(fault->balance.u, &b));
+  PetscCall(VecRestoreArrayRead(u, &a));
+  PetscCallMPI(MPI_Allreduce(&here, same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
