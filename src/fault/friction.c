@@ -33,3 +33,30 @@ const char *SlipFaultStateUnit(SlipFault fault)
 {
   return SlipFrictionStateUnit(fault->friction.law);
 }
+
+/*@
+  SlipFaultGetFriction - the friction of the cells of this process, for SlipFrictionStrength() and its like
+
+  Collective; after SlipFaultSetUp()
+
+  Input Parameters:
++ fault - the fault
+- t     - time of the effective normal stress [s], which a pore pressure changes
+
+  Output Parameter:
+. friction - law and parameters, borrowed arrays in the order of the state; the effective normal stress [Pa] counts with
+             the weights of the cells, area over mean area, and is valid until the fault is asked about another time
+
+  Level: advanced
+
+.seealso: SlipFaultGetOperators(), SlipFrictionStrength()
+@*/
+PetscErrorCode SlipFaultGetFriction(SlipFault fault, PetscReal t, SlipFrictionCells *friction)
+{
+  const SlipFaultLoad *load;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  *friction = SlipFaultCellFriction(fault, load->stress);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -60,7 +60,7 @@ refuses_hint() { # OPTION: unknown, and near to nothing
   grep -qF "there is no option $1" err.txt || fail "$1: $(cat err.txt)"
   grep -qF "did you mean" err.txt && fail "a hint at another option: $(cat err.txt)"
 }
-for option in -fault_dip -fault_ab -fault_initial_foo -ts_bathe_x; do refuses_hint $option; done
+for option in -fault_wqj -fault_ab -fault_initial_foo -ts_bathe_x; do refuses_hint $option; done
 expect "there is no option -fault_output_time_intervall: did you mean -fault_output_time_interval?" -fault_output_time_intervall 1
 expect "there is no option -ts_adams_max_ordr: did you mean -ts_adams_max_order?" -ts_adams_max_ordr 3
 expect "there is no option -ts_bathe_gama: did you mean -ts_bathe_gamma?" -ts_bathe_gama 0.5
