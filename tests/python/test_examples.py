@@ -89,6 +89,20 @@ class ExamplesTest(PictureTest):
         self.example("triggering.sh", CELLS="4 2", YEARS="150")
         self.look(self.path("triggering.png"))
 
+    def test_step_over(self):
+        """Shear stress alone does not know right from left, normal stress does. Cells of 2 km break the second fault at 500 m in any case, at 20 km in none."""
+        done = self.example("step_over.sh", CELLS="10 5", DISTANCES="500 20000")
+        self.look(self.path("step_over.png"))
+        self.assertIn("to the right (compressional): the rupture jumps 500 m where normal stress follows slip, 500 m by shear stress alone", done.stdout)
+        slips = {}
+        for distance in ("500", "-500", "20000"):
+            for coupling in ("yes", "no"):
+                with h5py.File(self.path(f"step_over_{distance}_{coupling}.h5")) as file:
+                    slips[distance, coupling] = file["fields/slip"][-1]
+        np.testing.assert_allclose(slips["500", "no"], slips["-500", "no"], rtol=0, atol=1e-6)
+        self.assertGreater(np.abs(slips["500", "yes"] - slips["-500", "yes"]).max(), 1e-3)
+        self.assertEqual(slips["20000", "yes"][50:].max(), 0)
+
     def test_seas(self):
         """test_seas.py has what they find."""
         for name, more in (("seas_bp5", {"CELL": "4000", "YEARS": "0.1"}), ("seas_bp1", {"CELL": "200", "YEARS": "200"}),
