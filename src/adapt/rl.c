@@ -442,7 +442,10 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   PetscCall(SlipStateBool(s, "told", &rl->told));
   PetscCall(SlipStateInt(s, "outside_in_a_row", 1, &rl->outside_run));
   if (rl->handed && !rl->heir) PetscCall(TSAdaptRLHeirCreate_Private(adapt, rl->observer.ts));
-  if (rl->handed) PetscCall(SlipStateController(s, "heir", rl->heir));
+  if (rl->handed) {
+    PetscCall(SlipStateController(s, "heir", rl->heir));
+    PetscCall(SlipStateGroup(s, "adapt")); /* what follows has names that the heir's memory has too */
+  }
   PetscCall(SlipPolicyGetHash(rl->policy, &hash));
   PetscCall(SlipStateSame(s, "policy", hash, &same));
   if (!same)

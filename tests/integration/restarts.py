@@ -39,6 +39,10 @@ WEAKENING = f"""-fault_nx {NX} -fault_nz {NZ} -fault_length_x 8000 -fault_length
  -fault_loading_rate 1e-9 -fault_healing_time {YEAR} -fault_parameters weakening.h5 -ts_max_time {10 * YEAR}"""
 # A single event under inertia
 INERTIA = f"-fault_nx {NX} -fault_nz {NZ} -ts_max_time 8"
+# The same on a dipping plane, whose normal stress slip changes
+THRUST = " -fault_dip 35 -fault_rake 90 -fault_stations 1500,1500;6500,2000"
+# Cells of two lengths of weakening, which the policy does not know: it hands over at once
+HANDED = f"-fault_nx {NX} -fault_nz {NZ} -fault_parameters two_lengths.h5 -ts_max_time 15"
 LAST = ["-ts_max_steps", str(STEPS)]  # some of these controllers do not end, with steps of a rounding
 COMMON = "-fault_stations 1500,1500;6500,2500 -fault_catalogue_maps -fault_output_interval 7"
 
@@ -54,11 +58,14 @@ def cases():
         found[f"adams {controller}"] = f"{RATE_STATE} -ts_type adams -ts_adapt_type {controller}"
         found[f"bathe, rate and state, {controller}"] = f"{RATE_STATE} -ts_type bathe -ts_adapt_type {controller}"
         found[f"bathe, weakening, {controller}"] = f"{WEAKENING} -ts_adapt_type {controller}"
+        found[f"adams, thrust, {controller}"] = f"{RATE_STATE}{THRUST} -ts_type adams -ts_adapt_type {controller}"
+        found[f"bathe, weakening, thrust, {controller}"] = f"{WEAKENING}{THRUST} -ts_adapt_type {controller}"
         found[f"bathe, one event, {controller}"] = f"{INERTIA} -ts_adapt_type {controller} -fault_stations 500,500;1500,1500"
+    found["handed over"] = f"{HANDED} -fault_stations 500,500;1500,1500"
     return found
 
 
-QUICK = ("rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic")
+QUICK = ("handed over", "adams, thrust, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic")
 
 
 def write_fields():
@@ -68,6 +75,8 @@ def write_fields():
     with h5py.File("rate_state.h5", "w") as file:
         file["friction_a"] = np.where(inner, 0.012, 0.028)
         file["initial_rate"] = np.where((x < 3) & inner, 3e-9, 1e-9)
+    with h5py.File("two_lengths.h5", "w") as file:
+        file["friction_slip"] = np.where(x < NX / 2, 0.1, 0.2)
     chance = np.random.default_rng(5)
     with h5py.File("weakening.h5", "w") as file:
         file["friction_drop"] = 0.05 + 0.05 * chance.random((NZ, NX))
