@@ -119,7 +119,7 @@ class Run(FaultTest):
         write(self.path("one.h5"), rows)
         write(self.path("two.h5"), np.concatenate([rows, plane(30, 50, (5100, 9200, 600))]))
         pressure = []
-        for mesh, at in (("one", f"{along!r},{point[2]!r}"), ("two", ",".join(repr(float(x)) for x in point))):
+        for mesh, at in (("one", f"{float(along)!r},{float(point[2])!r}"), ("two", ",".join(repr(float(x)) for x in point))):
             self.fault("-fault_mesh", f"{mesh}.h5", *THRUST, *source, "-fault_injection", at, "-fault_output", f"out_{mesh}.h5",
                        "-fault_output_fields", "slip,pore_pressure")
             with h5py.File(self.path(f"out_{mesh}.h5")) as file:
