@@ -85,6 +85,9 @@ struct _SlipKernelType {
      Products by transforms on dipping planes need it; NULL: refused. */
   PetscErrorCode (*plane)(const SlipKernel *kernel, const SlipDippingRectangle *source, PetscInt component, PetscInt n,
                           const PetscReal points[], PetscReal traction[]);
+  /* centre() of n pairs, where many at once take less time than one by one; NULL: they do not */
+  void (*centres)(const SlipKernel *kernel, PetscInt n, const SlipCell receiver[], const SlipCell source[],
+                  PetscReal block[]);
 };
 /* Slip along strike on rectangles of parallel vertical planes, by the functions above. */
 PETSC_EXTERN const SlipKernelType SlipKernelStrikeSlip;

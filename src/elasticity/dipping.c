@@ -180,45 +180,60 @@ static void DeepGradient(const SlipDipping *s, const Derivatives *d, const Petsc
                                       2 * a * (normal[i] * Uz[l] + normal[l] * Uz[i]));
 }
 
+/* A point in the directions of its rectangle or of the image, which has those of the rectangle, mirrored: of a point at -z
+   the image is what the rectangle is of z. */
+static void Place(const SlipDipping *s, const SlipPlatePoints *ground, PetscInt k, PetscBool image, PetscBool gradient,
+                  SlipPlatePoints *p)
+{
+  const PetscReal ty = s->slope[0], tz = s->slope[1], y = ground->t[k];
+  const PetscReal z = image ? ground->q[k] + s->depth : s->depth - ground->q[k];
+
+  p->t[k] = ty * y + tz * z;
+  p->q[k] = tz * y - ty * z;
+  p->move[k] = 0;
+  if (PetscAbsReal(p->q[k]) > p->rounding[k]) return;
+  p->q[k] = 0;
+  /* where displacement has two values, the hanging wall's; along the ground, so that the trace has its limit too */
+  if (gradient || PetscAbsReal(p->x[k]) > p->half_length[k] + p->rounding[k] ||
+      PetscAbsReal(p->t[k]) > p->half_width[k] + p->rounding[k])
+    return;
+  p->q[k] = SLIP_AT_EDGE * p->rounding[k] * tz;
+  p->move[k] = SLIP_AT_EDGE * p->rounding[k] * ty;
+}
+
 /*
   SlipDippingFields_Private - 4 pi times the displacement or its gradient at some points
 */
-void SlipDippingFields_Private(const SlipDipping *s, const SlipPlatePoints *ground, PetscBool gradient, PetscReal out[])
+void SlipDippingFields_Private(const SlipDipping *const source[], SlipPlatePoints *ground, PetscBool gradient,
+                               PetscReal out[])
 {
-  const PetscReal ty = s->slope[0], tz = s->slope[1], m[3] = {1, 1, -1}, down[3] = {0, tz, -ty};
-  const PetscReal by = s->b[1] * ty + s->b[2] * tz, surface = 2 * s->rest * tz;
+  const PetscReal m[3] = {1, 1, -1}, rest = source[0]->rest;
   const PetscInt size = gradient ? 9 : 3, lowest = gradient ? 2 : 1;
-  SlipPlatePoints p = *ground;
+  SlipPlatePoints p;
   SlipPotential v;
   SlipLogPotential f;
 
-  /* the image has the directions of the rectangle, mirrored: of a point at -z it is what the rectangle is of z */
-  for (PetscInt image = 0; image < (s->full_space ? 1 : 2); image++) {
-    const PetscInt highest = image ? lowest + 2 : 3;
-
+  for (PetscInt k = 0; k < ground->n; k++) {
+    ground->half_length[k] = 0.5 * source[k]->length;
+    ground->half_width[k] = 0.5 * source[k]->width;
+    ground->ty[k] = source[k]->slope[0];
+    ground->tz[k] = source[k]->slope[1];
+    ground->lean[k] = ground->ty[k] / (1 + ground->tz[k]);
+  }
+  p = *ground;
+  for (PetscInt image = 0; image < (source[0]->full_space ? 1 : 2); image++) {
+    for (PetscInt k = 0; k < p.n; k++) Place(source[k], ground, k, (PetscBool)image, gradient, &p);
+    SlipPotential_Private(&p, lowest, image ? lowest + 2 : 3, &v);
+    if (image && rest != 0) SlipLogPotential_Private(&p, gradient, &f);
     for (PetscInt k = 0; k < p.n; k++) {
-      const PetscReal y = ground->t[k], z = image ? ground->q[k] + s->depth : s->depth - ground->q[k];
-
-      p.t[k] = ty * y + tz * z;
-      p.q[k] = tz * y - ty * z;
-      p.move[k] = 0;
-      if (PetscAbsReal(p.q[k]) > p.rounding[k]) continue;
-      p.q[k] = 0;
-      /* where displacement has two values, the hanging wall's; along the ground, so that the trace has its limit too */
-      if (gradient || PetscAbsReal(p.x[k]) > 0.5 * s->length + p.rounding[k] ||
-          PetscAbsReal(p.t[k]) > 0.5 * s->width + p.rounding[k])
-        continue;
-      p.q[k] = SLIP_AT_EDGE * p.rounding[k] * tz;
-      p.move[k] = SLIP_AT_EDGE * p.rounding[k] * ty;
-    }
-    SlipPotential_Private(&p, s->length, s->width, lowest, highest, &v);
-    if (image && surface != 0) SlipLogPotential_Private(&p, s->length, s->width, s->slope, gradient, &f);
-    for (PetscInt k = 0; k < p.n; k++) {
+      const SlipDipping *s = source[k];
+      const PetscReal ty = s->slope[0], tz = s->slope[1], down[3] = {0, tz, -ty}, surface = 2 * rest * tz;
+      const PetscReal by = s->b[1] * ty + s->b[2] * tz;
       const PetscReal z = ground->q[k], q = p.q[k], sign = image ? 1 : -1, factor = image ? 2 - s->a : s->a;
       PetscReal *to = out + size * k, u[3], Z[3], g[3][3], deep[3][3];
       Derivatives d;
 
-      DerivativesOf(&v, k, s->b, lowest, highest, &d);
+      DerivativesOf(&v, k, s->b, lowest, image ? lowest + 2 : 3, &d);
       if (gradient) {
         static const int entry[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
 
@@ -226,7 +241,7 @@ void SlipDippingFields_Private(const SlipDipping *s, const SlipPlatePoints *grou
         TurnBoth(s->slope, g);
         for (int i = 0; i < 3; i++)
           for (int l = 0; l < 3; l++) {
-            if (image && surface != 0)
+            if (image && rest != 0)
               g[i][l] += surface * (s->b[0] * f.across_second[entry[i][l]][k] - by * f.along_second[entry[i][l]][k]);
             to[3 * i + l] = image ? to[3 * i + l] + m[i] * g[i][l] : m[i] * m[l] * g[i][l];
           }
@@ -238,7 +253,7 @@ void SlipDippingFields_Private(const SlipDipping *s, const SlipPlatePoints *grou
         Displacement(s, &d, q, sign, factor, u);
         Turn(s->slope, u);
         for (int i = 0; i < 3; i++) {
-          if (image && surface != 0) u[i] += surface * (s->b[0] * f.across[i][k] - by * f.along[i][k]);
+          if (image && rest != 0) u[i] += surface * (s->b[0] * f.across[i][k] - by * f.along[i][k]);
           to[i] = image ? to[i] + m[i] * u[i] : m[i] * u[i];
         }
         if (!image) continue;

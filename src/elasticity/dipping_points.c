@@ -45,26 +45,42 @@ static void DippingOf(PetscReal nu, PetscBool full_space, const SlipDippingRecta
   s->full_space = full_space;
 }
 
-/* Some points along strike, to the right and down. */
+/* Point k along strike, to the right and down. */
+static void PointOf(PetscBool full_space, const SlipDippingRectangle *r, const PetscReal strike[2],
+                    const PetscReal at[3], PetscInt k, SlipPlatePoints *p)
+{
+  const PetscReal own = PetscAbsReal(r->x) + PetscAbsReal(r->y) + PetscAbsReal(r->z) + r->length + r->width;
+  const PetscReal x = at[0] - r->x, y = at[1] - r->y;
+
+  p->x[k] = strike[0] * x + strike[1] * y;
+  p->t[k] = strike[0] * y - strike[1] * x;
+  p->q[k] = full_space || at[2] > 0 ? at[2] : 0;
+  p->rounding[k] = SLIP_ROUNDING * (own + PetscAbsReal(at[0]) + PetscAbsReal(at[1]) + PetscAbsReal(at[2]));
+}
+
+/* Some points, which are in the ground or on it. */
 static PetscErrorCode PointsOf(const SlipDipping *s, const SlipDippingRectangle *r, const PetscReal strike[2],
                                PetscInt n, const PetscReal points[], SlipPlatePoints *p)
 {
-  const PetscReal own = PetscAbsReal(r->x) + PetscAbsReal(r->y) + PetscAbsReal(r->z) + r->length + r->width;
-
   PetscFunctionBegin;
   p->n = n;
   for (PetscInt k = 0; k < n; k++) {
-    const PetscReal *at = points + 3 * k, x = at[0] - r->x, y = at[1] - r->y;
-    const PetscReal small = SLIP_ROUNDING * (own + PetscAbsReal(at[0]) + PetscAbsReal(at[1]) + PetscAbsReal(at[2]));
-
-    PetscCheck(s->full_space || at[2] >= -small, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-               "A point lies %g m above the ground, expected below it", (double)-at[2]);
-    p->x[k] = strike[0] * x + strike[1] * y;
-    p->t[k] = strike[0] * y - strike[1] * x;
-    p->q[k] = s->full_space || at[2] > 0 ? at[2] : 0;
-    p->rounding[k] = small;
+    PointOf(s->full_space, r, strike, points + 3 * k, k, p);
+    PetscCheck(s->full_space || points[3 * k + 2] >= -p->rounding[k], PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "A point lies %g m above the ground, expected below it", (double)-points[3 * k + 2]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* From 4 pi times the displacement or its gradient along strike and to the right */
+static void TurnOut(const PetscReal strike[2], PetscBool gradient, PetscReal v[])
+{
+  const PetscInt size = gradient ? 9 : 3;
+
+  if (gradient)
+    for (int i = 0; i < 3; i++) SlipTurn(strike, v + 3 * i, v + 3 * i + 1);
+  for (int j = 0; j < size / 3; j++) SlipTurn(strike, v + j, v + (gradient ? 3 : 1) + j);
+  for (int i = 0; i < size; i++) v[i] /= 4 * PETSC_PI;
 }
 
 static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
@@ -72,6 +88,7 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
                                              const PetscReal points[], PetscReal out[])
 {
   const PetscInt size = gradient ? 9 : 3;
+  const SlipDipping *all[SLIP_LANES];
   PetscReal strike[2];
   SlipDipping s;
 
@@ -79,19 +96,13 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
   PetscCall(SlipDippingCheck_Private(nu, full_space, source));
   SlipDegrees(source->strike, &strike[1], &strike[0]);
   DippingOf(nu, full_space, source, slip, &s);
+  for (PetscInt k = 0; k < SLIP_LANES; k++) all[k] = &s;
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
     SlipPlatePoints p;
 
     PetscCall(PointsOf(&s, source, strike, PetscMin(SLIP_LANES, n - first), points + 3 * first, &p));
-    SlipDippingFields_Private(&s, &p, gradient, out + size * first);
-    for (PetscInt k = first; k < first + p.n; k++) {
-      PetscReal *v = out + size * k;
-
-      if (gradient)
-        for (int i = 0; i < 3; i++) SlipTurn(strike, v + 3 * i, v + 3 * i + 1);
-      for (int j = 0; j < size / 3; j++) SlipTurn(strike, v + j, v + (gradient ? 3 : 1) + j);
-      for (int i = 0; i < size; i++) v[i] /= 4 * PETSC_PI;
-    }
+    SlipDippingFields_Private(all, &p, gradient, out + size * first);
+    for (PetscInt k = first; k < first + p.n; k++) TurnOut(strike, gradient, out + size * k);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -175,6 +186,16 @@ PetscErrorCode SlipDippingGradient(PetscReal nu, PetscBool full_space, const Sli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static void StressOf(PetscReal G, PetscReal nu, const PetscReal g[9], PetscReal s[6])
+{
+  const PetscReal volume = 2 * nu / (1 - 2 * nu) * (g[0] + g[4] + g[8]);
+
+  for (int i = 0; i < 3; i++) s[i] = G * (2 * g[4 * i] + volume);
+  s[3] = G * (g[1] + g[3]);
+  s[4] = G * (g[2] + g[6]);
+  s[5] = G * (g[5] + g[7]);
+}
+
 /*@
   SlipDippingStress - stress at points by uniform slip on a rectangle of any strike and dip
 
@@ -211,17 +232,63 @@ PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space
     PetscReal gradient[9 * SLIP_LANES];
 
     PetscCall(SlipDippingAll_Private(nu, full_space, source, slip, PETSC_TRUE, count, points + 3 * first, gradient));
-    for (PetscInt k = 0; k < count; k++) {
-      const PetscReal *g = gradient + 9 * k, volume = 2 * nu / (1 - 2 * nu) * (g[0] + g[4] + g[8]);
-      PetscReal *s = stress + 6 * (first + k);
-
-      for (int i = 0; i < 3; i++) s[i] = G * (2 * g[4 * i] + volume);
-      s[3] = G * (g[1] + g[3]);
-      s[4] = G * (g[2] + g[6]);
-      s[5] = G * (g[5] + g[7]);
-    }
+    for (PetscInt k = 0; k < count; k++) StressOf(G, nu, gradient + 9 * k, stress + 6 * (first + k));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  SlipDippingTractions_Private - traction [n][3], along the rake, across it and normal, at the centre of each receiver by slip
+  along the rake of its own source. Cells are not checked: those of a mesh are when it is taken.
+*/
+void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
+                                  const SlipCell receiver[], const SlipCell source[], PetscReal traction[])
+{
+  PetscReal strike[2] = {1, 0}, rake[2] = {1, 0}, directions[9];
+
+  for (PetscInt first = 0; first < n; first += SLIP_LANES) {
+    const PetscInt count = PetscMin(SLIP_LANES, n - first);
+    const SlipDipping *all[SLIP_LANES];
+    PetscReal turn[SLIP_LANES][2], gradient[9 * SLIP_LANES], stress[6];
+    SlipDipping lane[SLIP_LANES];
+    SlipPlatePoints p;
+
+    p.n = count;
+    for (PetscInt k = 0; k < count; k++) {
+      const SlipCell *s = source + first + k;
+      const SlipDippingRectangle *r = &receiver[first + k].rectangle;
+      const PetscReal at[3] = {r->x, r->y, r->z}, slip[3] = {0, 0, 0};
+      const PetscBool again = first + k ? PETSC_TRUE : PETSC_FALSE; /* most are on the plane of the one before */
+
+      if (!again || s->rectangle.strike != s[-1].rectangle.strike)
+        SlipDegrees(s->rectangle.strike, &strike[1], &strike[0]);
+      if (!again || s->rake != s[-1].rake) SlipDegrees(s->rake, &rake[1], &rake[0]);
+      if (k && s->rectangle.dip == s[-1].rectangle.dip) {
+        lane[k] = lane[k - 1];
+        lane[k].depth = s->rectangle.z;
+        lane[k].length = s->rectangle.length;
+        lane[k].width = s->rectangle.width;
+      } else
+        DippingOf(nu, full_space, &s->rectangle, slip, &lane[k]);
+      lane[k].b[0] = rake[0];
+      lane[k].b[1] = rake[1];
+      all[k] = &lane[k];
+      turn[k][0] = strike[0];
+      turn[k][1] = strike[1];
+      PointOf(full_space, &s->rectangle, strike, at, k, &p);
+    }
+    SlipDippingFields_Private(all, &p, PETSC_TRUE, gradient);
+    for (PetscInt k = 0; k < count; k++) {
+      const SlipCell *r = receiver + first + k;
+
+      if (!(first + k) || r->rake != r[-1].rake || r->rectangle.strike != r[-1].rectangle.strike ||
+          r->rectangle.dip != r[-1].rectangle.dip)
+        SlipPlaneDirections(r->rectangle.strike, r->rectangle.dip, r->rake, directions);
+      TurnOut(turn[k], PETSC_TRUE, gradient + 9 * k);
+      StressOf(G, nu, gradient + 9 * k, stress);
+      SlipStressTraction(1, stress, directions, traction + 3 * (first + k));
+    }
+  }
 }
 
 /*@

@@ -22,7 +22,7 @@ typedef struct {
   PetscReal sum, Y, Z, W; /* R + s t and those above */
 } Line;
 
-static inline Line LineOf(PetscReal t, PetscReal s, PetscReal r2, PetscReal R, PetscReal inverse)
+SLIP_WITHIN Line LineOf(PetscReal t, PetscReal s, PetscReal r2, PetscReal R, PetscReal inverse)
 {
   const PetscReal along = s * t, far = R + PetscAbsReal(t), sum = along >= 0 ? far : r2 / far;
   const PetscReal a = 1 / sum, i2 = inverse * inverse;
@@ -35,15 +35,15 @@ static inline Line LineOf(PetscReal t, PetscReal s, PetscReal r2, PetscReal R, P
   return line;
 }
 
-/* A corner of all points: what both of its lines are and how far it is. */
-static inline void CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal half_length, PetscReal half_width,
-                            PetscReal *x, PetscReal *t, PetscReal *R, PetscReal *i1, Line *up, Line *along)
+/* A corner of all points, i and j = +-1: what both of its lines are and how far it is. */
+SLIP_WITHIN void CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal i, PetscReal j, PetscReal *x, PetscReal *t,
+                          PetscReal *R, PetscReal *i1, Line *up, Line *along)
 {
   const PetscReal edge = SLIP_AT_EDGE * p->rounding[k], least = edge * edge, q2 = p->q[k] * p->q[k];
   PetscReal x2, t2, R2, inverse;
 
-  *x = SlipCorner(p->x[k], half_length, p->rounding[k]);
-  *t = SlipCorner(p->t[k], half_width, p->rounding[k]) + p->move[k];
+  *x = SlipCorner(p->x[k], i * p->half_length[k], p->rounding[k]);
+  *t = SlipCorner(p->t[k], j * p->half_width[k], p->rounding[k]) + p->move[k];
   x2 = *x * *x;
   t2 = *t * *t;
   R2 = x2 + t2 + q2;
@@ -55,15 +55,17 @@ static inline void CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal half
 }
 
 /* The loops have no calls and no branches, so that compilers make vector code of them; fourth is a constant. */
-static inline void Rational(const SlipPlatePoints *p, PetscReal sign, PetscReal half_length, PetscReal half_width,
-                            PetscBool fourth, SlipPotential *restrict v)
+SLIP_WITHIN void Rational(const SlipPlatePoints *p, PetscReal i, PetscReal j, PetscBool fourth,
+                          SlipPotential *restrict v)
 {
+  const PetscReal sign = i * j;
+
   for (PetscInt k = 0; k < p->n; k++) {
     const PetscReal q = p->q[k];
     PetscReal x, t, R, i1, i2, i3;
     Line Y, X;
 
-    CornerOf(p, k, half_length, half_width, &x, &t, &R, &i1, &Y, &X);
+    CornerOf(p, k, i, j, &x, &t, &R, &i1, &Y, &X);
     i2 = i1 * i1;
     i1 *= sign;
     i3 = i1 * i2;
@@ -95,15 +97,16 @@ static inline void Rational(const SlipPlatePoints *p, PetscReal sign, PetscReal 
   }
 }
 
-static void First(const SlipPlatePoints *p, PetscReal sign, PetscReal half_length, PetscReal half_width,
-                  SlipPotential *v)
+static void First(const SlipPlatePoints *p, PetscReal i, PetscReal j, SlipPotential *v)
 {
+  const PetscReal sign = i * j;
+
   for (PetscInt k = 0; k < p->n; k++) {
     const PetscReal q = PetscAbsReal(p->q[k]), side = p->q[k] < 0 ? -1 : 1;
     PetscReal x, t, R, inverse;
     Line up, along;
 
-    CornerOf(p, k, half_length, half_width, &x, &t, &R, &inverse, &up, &along);
+    CornerOf(p, k, i, j, &x, &t, &R, &inverse, &up, &along);
     v->first[0][k] += sign * (p->t[k] < 0 ? -1 : 1) * PetscLogReal(up.sum);
     v->first[1][k] += sign * (p->x[k] < 0 ? -1 : 1) * PetscLogReal(along.sum);
     v->first[2][k] -= sign * side * PetscAtan2Real(x * t, q * R);
@@ -113,8 +116,7 @@ static void First(const SlipPlatePoints *p, PetscReal sign, PetscReal half_lengt
 /*
   SlipPotential_Private - derivatives of V: of the orders lowest to 3, or to 4, where lowest is 1 or 2
 */
-void SlipPotential_Private(const SlipPlatePoints *p, PetscReal length, PetscReal width, PetscInt lowest,
-                           PetscInt highest, SlipPotential *v)
+SLIP_WIDE void SlipPotential_Private(const SlipPlatePoints *p, PetscInt lowest, PetscInt highest, SlipPotential *v)
 {
   for (PetscInt k = 0; k < p->n; k++) {
     for (int d = 0; d < 3; d++) v->first[d][k] = 0;
@@ -124,12 +126,10 @@ void SlipPotential_Private(const SlipPlatePoints *p, PetscReal length, PetscReal
   }
   for (int i = -1; i <= 1; i += 2)
     for (int j = -1; j <= 1; j += 2) {
-      const PetscReal half_length = 0.5 * i * length, half_width = 0.5 * j * width;
-
-      if (lowest < 2) First(p, i * j, half_length, half_width, v);
+      if (lowest < 2) First(p, i, j, v);
       if (highest > 3)
-        Rational(p, i * j, half_length, half_width, PETSC_TRUE, v);
+        Rational(p, i, j, PETSC_TRUE, v);
       else
-        Rational(p, i * j, half_length, half_width, PETSC_FALSE, v);
+        Rational(p, i, j, PETSC_FALSE, v);
     }
 }

@@ -55,15 +55,15 @@ typedef struct {
   PetscReal i;      /* 1/R, 0 for a corner itself: without what is infinite there */
 } Corner;
 
-static inline Corner CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal half_length, PetscReal half_width,
-                              PetscReal ty, PetscReal tz)
+SLIP_WITHIN Corner CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal i, PetscReal j)
 {
+  const PetscReal ty = p->ty[k], tz = p->tz[k];
   const PetscReal edge = SLIP_AT_EDGE * p->rounding[k], least = edge * edge;
   Corner c;
   PetscReal r2, R2;
 
-  c.x = SlipCorner(p->x[k], half_length, p->rounding[k]);
-  c.t = SlipCorner(p->t[k], half_width, p->rounding[k]) + p->move[k];
+  c.x = SlipCorner(p->x[k], i * p->half_length[k], p->rounding[k]);
+  c.t = SlipCorner(p->t[k], j * p->half_width[k], p->rounding[k]) + p->move[k];
   c.q = p->q[k];
   c.y = c.t * ty + c.q * tz;
   c.w = c.t * tz - c.q * ty;
@@ -77,13 +77,13 @@ static inline Corner CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal ha
   return c;
 }
 
-static void First(const SlipPlatePoints *p, PetscReal sign, PetscReal half_length, PetscReal half_width, PetscReal ty,
-                  PetscReal tz, SlipLogPotential *l)
+static void First(const SlipPlatePoints *p, PetscReal i, PetscReal j, SlipLogPotential *l)
 {
-  const PetscReal up = 1 + tz, s = ty / up;
+  const PetscReal sign = i * j;
 
   for (PetscInt k = 0; k < p->n; k++) {
-    const Corner c = CornerOf(p, k, half_length, half_width, ty, tz);
+    const PetscReal ty = p->ty[k], tz = p->tz[k], up = 1 + tz, s = p->lean[k];
+    const Corner c = CornerOf(p, k, i, j);
     const PetscReal logarithm = PetscLogReal(c.Rt), sum = c.Rt - s * c.q;
     const PetscReal e = -(c.q + s * c.t) / c.Rt, log_rest = LogRest(ty * e);
     const PetscReal g = c.x / sum, atan_rest = AtanRest(s * g);
@@ -103,16 +103,16 @@ static void First(const SlipPlatePoints *p, PetscReal sign, PetscReal half_lengt
   }
 }
 
-static void Second(const SlipPlatePoints *p, PetscReal sign, PetscReal half_length, PetscReal half_width, PetscReal ty,
-                   PetscReal tz, SlipLogPotential *restrict l)
+SLIP_WIDE static void Second(const SlipPlatePoints *p, PetscReal i, PetscReal j, SlipLogPotential *restrict l)
 {
-  const PetscReal up = 1 + tz, s = ty / up;
+  const PetscReal sign = i * j;
 
   for (PetscInt k = 0; k < p->n; k++) {
-    const Corner c = CornerOf(p, k, half_length, half_width, ty, tz);
-    const PetscReal i = c.i, D = i / c.Rw, Y = i / c.Rt, E = D * (c.y + s * c.R) / c.Rt;
-    const PetscReal B = (c.y * E - tz * c.R * i / (up * c.Rt)) / c.Rw;
-    const PetscReal zz = ty * i + tz * c.q * Y, yz = c.t * D - tz * i + tz * c.q * E;
+    const PetscReal ty = p->ty[k], tz = p->tz[k], up = 1 + tz, s = p->lean[k];
+    const Corner c = CornerOf(p, k, i, j);
+    const PetscReal D = c.i / c.Rw, Y = c.i / c.Rt, E = D * (c.y + s * c.R) / c.Rt;
+    const PetscReal B = (c.y * E - tz * c.R * c.i / (up * c.Rt)) / c.Rw;
+    const PetscReal zz = ty * c.i + tz * c.q * Y, yz = c.t * D - tz * c.i + tz * c.q * E;
     const PetscReal yy = c.y * B - D * (ty * c.R + tz * c.y) + tz * c.t * E;
 
     l->across_second[0][k] -= sign * (yy + zz);
@@ -125,7 +125,7 @@ static void Second(const SlipPlatePoints *p, PetscReal sign, PetscReal half_leng
     l->along_second[1][k] += sign * c.x * B;
     l->along_second[2][k] += sign * c.x * Y;
     l->along_second[3][k] -= sign * (yy + zz);
-    l->along_second[4][k] -= sign * (yz + tz * i - ty * c.q * Y);
+    l->along_second[4][k] -= sign * (yz + tz * c.i - ty * c.q * Y);
     l->along_second[5][k] += sign * c.x * E;
   }
 }
@@ -133,14 +133,12 @@ static void Second(const SlipPlatePoints *p, PetscReal sign, PetscReal half_leng
 /*
   SlipLogPotential_Private - first derivatives of X_xx and X_xy, or the second ones where gradient is true
 */
-void SlipLogPotential_Private(const SlipPlatePoints *p, PetscReal length, PetscReal width, const PetscReal slope[2],
-                              PetscBool gradient, SlipLogPotential *l)
+void SlipLogPotential_Private(const SlipPlatePoints *p, PetscBool gradient, SlipLogPotential *l)
 {
   for (PetscInt k = 0; k < p->n; k++) {
     for (int d = 0; d < 3; d++) l->along[d][k] = l->across[d][k] = 0;
     for (int d = 0; d < 6; d++) l->along_second[d][k] = l->across_second[d][k] = 0;
   }
   for (int i = -1; i <= 1; i += 2)
-    for (int j = -1; j <= 1; j += 2)
-      (*(gradient ? Second : First))(p, i * j, 0.5 * i * length, 0.5 * j * width, slope[0], slope[1], l);
+    for (int j = -1; j <= 1; j += 2) (*(gradient ? Second : First))(p, i, j, l);
 }

@@ -45,4 +45,59 @@ static PetscErrorCode Run(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-SLIP_RANKS(Run)
+/* A plane of dip 40 and a vertical one that ends at it from above, each cell with a rake of its own: hierarchical K and Kn of
+   shares as METIS cuts them against dense ones on any number of ranks. */
+static PetscErrorCode Planes(void)
+{
+  enum { along = 20, down = 16, upper = 8, all = along * (down + upper) };
+  static PetscReal column[8][all];
+  const PetscReal sine = PetscSinReal(40 * PETSC_PI / 180), cosine = PetscCosReal(40 * PETSC_PI / 180);
+  SlipCells cells = {.n = all,
+                     .x = column[0],
+                     .y = column[1],
+                     .z = column[2],
+                     .length = column[3],
+                     .width = column[4],
+                     .strike = column[5],
+                     .dip = column[6],
+                     .rake = column[7],
+                     .kernel = {.type = &SlipKernelDipping, .shear_modulus = 30e9, .poisson_ratio = 0.25}};
+  PetscInt *order;
+  Mat K[2], Kn[2];
+
+  PetscFunctionBeginUser;
+  for (PetscInt e = 0; e < all; e++) {
+    const PetscInt j = e / along;
+    const PetscBool dips = j < down;
+    const PetscReal d = dips ? 50 * (j + 0.5) : 50 * 8, below = dips ? 0 : 50 * (j - down + 0.5);
+    const PetscReal value[8] = {50 * (e % along + 0.5), d * cosine,  600 + d * sine - below, 50, 50, 0,
+                                dips ? 40 : 90,         30 + 0.1 * e};
+
+    for (int k = 0; k < 8; k++) column[k][e] = value[k];
+  }
+  PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, &cells, "hmat", &order, &cells.nlocal));
+  cells.order = order;
+  for (int t = 0; t < 2; t++) {
+    PetscCall(MatCreateSlipCellStiffness(PETSC_COMM_WORLD, &cells, t ? "hmat" : "dense", 1e-6, &K[t]));
+    PetscCall(MatCreateSlipCellNormalStiffness(PETSC_COMM_WORLD, &cells, t ? "hmat" : "dense", 1e-6, &Kn[t]));
+  }
+  PetscCall(Compare("hierarchical stiffness of planes", K[1], K[0], 1e-6));
+  /* ten times that, as slip of either sign changes normal stress by a tenth of what blocks, whose error is relative, hold */
+  PetscCall(Compare("hierarchical normal stress of planes", Kn[1], Kn[0], 1e-5));
+  for (int t = 0; t < 2; t++) {
+    PetscCall(MatDestroy(&K[t]));
+    PetscCall(MatDestroy(&Kn[t]));
+  }
+  PetscCall(PetscFree(order));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Both(void)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Run());
+  PetscCall(Planes());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+SLIP_RANKS(Both)

@@ -42,8 +42,11 @@ static void Surface_Bump(const SlipKernel *k, PetscReal dx, PetscReal depth_sum,
 }
 
 static const PetscReal Width = 100; /* [m] */
-static const SlipKernelType Bumps = {
-  "bump", 1, 0, {SLIP_EVEN_STRIKE, SLIP_EVEN_STRIKE | SLIP_EVEN_DEPTH}, Centre_Bump, NULL, Surface_Bump, NULL, NULL};
+static const SlipKernelType Bumps = {.name = "bump",
+                                     .components = 1,
+                                     .symmetry = {SLIP_EVEN_STRIKE, SLIP_EVEN_STRIKE | SLIP_EVEN_DEPTH},
+                                     .centre = Centre_Bump,
+                                     .surface = Surface_Bump};
 static const SlipKernel Kernel = {&Bumps, G, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE, &Width};
 static PetscReal Columns[5][NX * NZ];
 

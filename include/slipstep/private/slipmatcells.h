@@ -6,6 +6,8 @@
 /* ---- cells.c ---- */
 /* S_ij of MatCreateSlipCellStiffness(); unit is 1 / (2 mean(A)). */
 PETSC_INTERN PetscReal SlipCellsEntry(const SlipCells *cells, PetscReal unit, PetscInt i, PetscInt j);
+PETSC_INTERN void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
+                                   const PetscInt column[], PetscReal a[]);
 PETSC_INTERN SlipCell SlipCellsGet(const SlipCells *cells, PetscInt i);
 PETSC_INTERN PetscReal SlipCellsNormal(const SlipCells *cells, PetscInt i, PetscInt j);
 PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);

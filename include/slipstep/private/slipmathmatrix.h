@@ -3,10 +3,11 @@
 #include <slipstep/private/slipmatcells.h>
 
 /* ---- aca.c: low-rank approximation of a block from some of its entries ---- */
-typedef PetscReal (*SlipEntryFn)(void *ctx, PetscInt i, PetscInt j); /* entry in row i, column j of the block */
+/* entries a [m * n], column-major, of the rows i, i + 1, ... and the columns j, j + 1, ... of the block */
+typedef void (*SlipEntriesFn)(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt n, PetscReal a[]);
 /* U [m * rank] V' [rank * n] (column-major U and V) with an error of about tolerance in the Frobenius norm, relative;
    found is false when the rank would exceed max. U and V are allocated (PetscFree). */
-PETSC_INTERN PetscErrorCode SlipCrossApproximate(SlipEntryFn entry, void *ctx, PetscInt m, PetscInt n,
+PETSC_INTERN PetscErrorCode SlipCrossApproximate(SlipEntriesFn entries, void *ctx, PetscInt m, PetscInt n,
                                                  PetscReal tolerance, PetscInt max, PetscInt *rank, PetscReal **U,
                                                  PetscReal **V, PetscBool *found);
 

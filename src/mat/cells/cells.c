@@ -59,6 +59,55 @@ PetscReal SlipCellsEntry(const SlipCells *c, PetscReal unit, PetscInt i, PetscIn
   return unit * (Force(c, i, j) + Force(c, j, i));
 }
 
+#define CELLS_AT_ONCE 32 /* two calls of a kernel's vectors */
+
+/* One by one; equal bits on both sides of the diagonal */
+static void EntriesSingly(const SlipCells *c, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
+                          const PetscInt column[], PetscReal a[])
+{
+  for (PetscInt j = 0; j < n; j++)
+    for (PetscInt i = 0; i < m; i++) {
+      const PetscInt p = row[i], q = column[j];
+
+      a[(size_t)j * m + i] =
+        unit == 0 ? SlipCellsNormal(c, p, q) : SlipCellsEntry(c, unit, PetscMin(p, q), PetscMax(p, q));
+    }
+}
+
+/* Entries a [m * n], column-major, of the cells of some rows and columns of the stiffness, or where unit is 0 of what slip does to normal
+   stress */
+void SlipCellsEntries(const SlipCells *c, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
+                      const PetscInt column[], PetscReal a[])
+{
+  const size_t all = (size_t)m * n;
+
+  if (c->kernel.average || !c->kernel.type->centres) {
+    EntriesSingly(c, unit, m, row, n, column, a);
+    return;
+  }
+  for (size_t first = 0; first < all; first += CELLS_AT_ONCE) {
+    const PetscInt count = (PetscInt)PetscMin(CELLS_AT_ONCE, all - first);
+    SlipCell receiver[CELLS_AT_ONCE], source[CELLS_AT_ONCE];
+    PetscReal block[2 * CELLS_AT_ONCE], back[2 * CELLS_AT_ONCE];
+
+    for (PetscInt k = 0; k < count; k++) {
+      receiver[k] = SlipCellsGet(c, row[(first + k) % m]);
+      source[k] = SlipCellsGet(c, column[(first + k) / m]);
+    }
+    (*c->kernel.type->centres)(&c->kernel, count, receiver, source, block);
+    if (unit == 0) {
+      for (PetscInt k = 0; k < count; k++) a[first + k] = block[2 * k + 1];
+      continue;
+    }
+    (*c->kernel.type->centres)(&c->kernel, count, source, receiver, back);
+    for (PetscInt k = 0; k < count; k++) {
+      const SlipDippingRectangle *p = &receiver[k].rectangle, *q = &source[k].rectangle;
+
+      a[first + k] = unit * (p->length * p->width * block[2 * k] + q->length * q->width * back[2 * k]);
+    }
+  }
+}
+
 PetscReal SlipCellsUnit(const SlipCells *c)
 {
   PetscReal area = 0;

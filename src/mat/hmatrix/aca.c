@@ -1,5 +1,5 @@
 /*
-  Low-rank approximation of a block of which only entries are known: adaptive cross approximation with partial pivoting
+  Low-rank approximation of a block of which only rows and columns are known: adaptive cross approximation with partial pivoting
   (Bebendorf 2000, Numer. Math. 86), then truncation by the singular values of U V' (QR of both factors).
 
   The pivoting can stop early where a block has parts that decouple, so that its end is confirmed in rows that were not
@@ -13,7 +13,7 @@
 #define CROSS_CHECKS 4 /* rows in which the end is confirmed */
 
 typedef struct {
-  SlipEntryFn entry;
+  SlipEntriesFn entries;
   void *ctx;
   PetscInt m, n, rank, capacity;
   PetscReal *U, *V; /* [m * capacity], [n * capacity] */
@@ -24,7 +24,7 @@ typedef struct {
 /* The residual's row i into v [n]; its largest entry in magnitude is at *j. */
 static void ResidualRow(const Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
 {
-  for (PetscInt k = 0; k < c->n; k++) v[k] = c->entry(c->ctx, i, k);
+  (*c->entries)(c->ctx, i, 1, 0, c->n, v);
   for (PetscInt r = 0; r < c->rank; r++) {
     const PetscReal f = c->U[(size_t)r * c->m + i], *w = c->V + (size_t)r * c->n;
 
@@ -37,7 +37,7 @@ static void ResidualRow(const Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
 
 static void ResidualColumn(const Cross *c, PetscInt j, PetscReal u[])
 {
-  for (PetscInt k = 0; k < c->m; k++) u[k] = c->entry(c->ctx, k, j);
+  (*c->entries)(c->ctx, 0, c->m, j, 1, u);
   for (PetscInt r = 0; r < c->rank; r++) {
     const PetscReal f = c->V[(size_t)r * c->n + j], *w = c->U + (size_t)r * c->m;
 
@@ -213,10 +213,10 @@ static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipCrossApproximate(SlipEntryFn entry, void *ctx, PetscInt m, PetscInt n, PetscReal tolerance,
+PetscErrorCode SlipCrossApproximate(SlipEntriesFn entries, void *ctx, PetscInt m, PetscInt n, PetscReal tolerance,
                                     PetscInt max, PetscInt *rank, PetscReal **U, PetscReal **V, PetscBool *found)
 {
-  Cross c = {.entry = entry, .ctx = ctx, .m = m, .n = n, .capacity = 16};
+  Cross c = {.entries = entries, .ctx = ctx, .m = m, .n = n, .capacity = 16};
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1((size_t)c.capacity * m, &c.U));

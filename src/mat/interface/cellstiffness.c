@@ -7,12 +7,21 @@
 /* Up to this many cells the stiffness is stored densely: its viscosity is then a dense square root as well. */
 #define SLIP_CELLS_DENSE_MAX 3000
 
+/* cell [n] of each row; PetscFree() it */
+static PetscErrorCode CellsOfRows(const SlipCells *c, PetscInt **cell)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(c->n, cell));
+  for (PetscInt i = 0; i < c->n; i++) (*cell)[i] = SlipCellsAt(c, i);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode StiffnessCreate_Dense(MPI_Comm comm, const SlipCells *c, PetscReal tolerance, Mat *S)
 {
   const PetscReal unit = SlipCellsUnit(c);
   const PetscInt nlocal = c->order ? c->nlocal : PETSC_DECIDE;
   PetscScalar *a;
-  PetscInt rstart, rend, lda;
+  PetscInt rstart, rend, lda, *cell;
 
   PetscFunctionBegin;
   (void)tolerance;
@@ -20,14 +29,14 @@ static PetscErrorCode StiffnessCreate_Dense(MPI_Comm comm, const SlipCells *c, P
   PetscCall(MatGetOwnershipRange(*S, &rstart, &rend));
   PetscCall(MatDenseGetLDA(*S, &lda));
   PetscCall(MatDenseGetArrayWrite(*S, &a));
-  for (PetscInt j = 0; j < c->n; j++)
-    for (PetscInt i = rstart; i < rend; i++) {
-      const PetscBool mirrored = (PetscBool)(j >= rstart && j < i);
-      const PetscInt p = SlipCellsAt(c, i), q = SlipCellsAt(c, j);
+  PetscCall(CellsOfRows(c, &cell));
+  for (PetscInt j = 0; j < c->n; j++) { /* those that are not mirrored */
+    const PetscInt end = j < rstart ? rend : PetscMin(j + 1, rend);
 
-      a[(size_t)j * lda + (i - rstart)] =
-        mirrored ? 0 : SlipCellsEntry(c, unit, PetscMin(p, q), PetscMax(p, q)); /* equal bits on both sides */
-    }
+    if (end > rstart)
+      SlipCellsEntries(c, unit, end - rstart, cell + rstart, 1, cell + j, (PetscReal *)a + (size_t)j * lda);
+  }
+  PetscCall(PetscFree(cell));
   for (PetscInt j = rstart; j < rend; j++)
     for (PetscInt i = j + 1; i < rend; i++) a[(size_t)j * lda + (i - rstart)] = a[(size_t)i * lda + (j - rstart)];
   PetscCall(MatDenseRestoreArrayWrite(*S, &a));
@@ -40,7 +49,7 @@ static PetscErrorCode NormalCreate_Dense(MPI_Comm comm, const SlipCells *c, Pets
 {
   const PetscInt nlocal = c->order ? c->nlocal : PETSC_DECIDE;
   PetscScalar *a;
-  PetscInt rstart, rend, lda;
+  PetscInt rstart, rend, lda, *cell;
 
   PetscFunctionBegin;
   (void)tolerance;
@@ -48,9 +57,10 @@ static PetscErrorCode NormalCreate_Dense(MPI_Comm comm, const SlipCells *c, Pets
   PetscCall(MatGetOwnershipRange(*Kn, &rstart, &rend));
   PetscCall(MatDenseGetLDA(*Kn, &lda));
   PetscCall(MatDenseGetArrayWrite(*Kn, &a));
-  for (PetscInt j = 0; j < c->n; j++)
-    for (PetscInt i = rstart; i < rend; i++)
-      a[(size_t)j * lda + (i - rstart)] = SlipCellsNormal(c, SlipCellsAt(c, i), SlipCellsAt(c, j));
+  PetscCall(CellsOfRows(c, &cell));
+  for (PetscInt j = 0; j < c->n && rend > rstart; j++)
+    SlipCellsEntries(c, 0, rend - rstart, cell + rstart, 1, cell + j, (PetscReal *)a + (size_t)j * lda);
+  PetscCall(PetscFree(cell));
   PetscCall(MatDenseRestoreArrayWrite(*Kn, &a));
   PetscCall(MatAssemblyBegin(*Kn, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(*Kn, MAT_FINAL_ASSEMBLY));
