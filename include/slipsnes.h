@@ -42,7 +42,8 @@ typedef struct {
                                 void *ctx);                    /* q(w) at an accepted state, reduced */
   PetscErrorCode (*at_rest)(SlipConstraint, Vec g, void *ctx); /* g = G(0), reduced; NULL: by residual */
   /* A bound that is 0 at x = 0 and smooth: then nothing sticks. Cell by cell D_i x_i + omega q_i(|x_i|) sign(x_i) = f_i from
-     the guess in x; *unstable (of this process) when q falls faster than D x grows. NULL: the reaction is set-valued */
+     the guess in x; *unstable (of this process) when q falls faster than D x grows. With a coupling q depends on other rows as it did
+     at the x that bound was asked about last. NULL: the reaction is set-valued */
   PetscErrorCode (*solve_cells)(SlipConstraint, PetscReal omega, Vec D, Vec f, Vec x, PetscBool *unstable, void *ctx);
   /* of such a bound: mask = 0 where solve_cells prescribes x, 1 elsewhere; NULL: nowhere */
   PetscErrorCode (*prescribed)(SlipConstraint, Vec mask, void *ctx);

@@ -133,6 +133,17 @@ static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* That of the last Bound(), where slip changes normal stress */
+static PetscErrorCode StageFriction(SlipFault fault, SlipFrictionCells *friction)
+{
+  PetscFunctionBegin;
+  if (fault->operators.Kn)
+    *friction = SlipFaultCellFriction(fault, fault->coupling.stress);
+  else
+    PetscCall(SlipFaultGetFriction(fault, fault->stage.time, friction));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* dq_i/d|v_i| of laws that weaken with slip alone, at the state that the stage starts from. Healing, which takes years and which a
    long stage sets against the weakening, does not count: instabilities take seconds. */
 static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
@@ -145,10 +156,7 @@ static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
 
   PetscFunctionBegin;
   (void)con;
-  if (fault->operators.Kn) /* the normal stress is that of the stage's end */
-    friction = SlipFaultCellFriction(fault, fault->coupling.stress);
-  else
-    PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
+  PetscCall(StageFriction(fault, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
@@ -177,7 +185,7 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
 
   PetscFunctionBegin;
   (void)con;
-  PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
+  PetscCall(StageFriction(fault, &friction));
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const SlipFrictionStageCell cell = {.diagonal = d[i], .omega = omega, .theta = fault->stage.theta, .s0 = s0[i]};

@@ -255,11 +255,6 @@ static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
 static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
 {
   PetscFunctionBegin;
-  PetscCheck(
-    !fault->kind.coupled || !fault->friction.law->always_slides, fault->comm, PETSC_ERR_SUP,
-    "slip changes the normal stress of this fault, which friction that always slides knows only without inertia and "
-    "with an explicit -ts_type: expected -%sfault_inertia no without -ts_type bathe, or -%sfault_normal_coupling no",
-    SlipFaultPrefix(fault), SlipFaultPrefix(fault));
   PetscCall(SlipFaultConstraintCreate(fault));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
   PetscCall(TSSetType(ts, TSBATHE));

@@ -7,7 +7,8 @@
    has the Jacobian S' (B + omega Q'(y)), so that its step from y is that of Newton's method in x, (B + omega Q') dx = -F(y),
    followed by the elimination at y + dx. There G is linear: by the step's own equation
      f = D (y + dx) + omega (Q + Q' dx)
-   needs no further product. Every cell is moved to where its own friction balances what the linear step left it, in its own
+   needs no further product. Where bounds depend on the x of other cells too, Q' + R C in place of Q', the linear solve has R C as well,
+   f has omega R C dx more, and the friction that the cells balance is that of the bounds at y + dx. Every cell is moved to where its own friction balances what the linear step left it, in its own
    decade. One product with B an iteration, and those of the linear solve. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
@@ -26,7 +27,7 @@ static PetscErrorCode Direction(SNES snes, SlipConstraint con, Mat A, PetscBool 
   PetscFunctionBegin;
   PetscCall(VecPointwiseMult(rhs, con->mask, con->F));
   PetscCall(VecScale(rhs, -1.0));
-  PetscCall(SlipDirectSolve(A, NULL, NULL, con->mask, con->slope, rhs, dx, ss->direct_max, &done, &pd));
+  PetscCall(SlipDirectSolve(A, con->C, con->row, con->mask, con->slope, rhs, dx, ss->direct_max, &done, &pd));
   if (done) {
     snes->linear_its++;
     ss->n_direct++;
@@ -54,6 +55,7 @@ static PetscErrorCode SetUpLoads(SNES snes, SlipConstraint con, Vec x)
   PetscCall(VecAXPY(rest, -1.0, con->g));
   PetscCall(VecWAXPY(change, 1.0, D, con->slope));
   PetscCall(VecPointwiseMult(change, change, work[SEMISMOOTH_DX]));
+  PetscCall(SlipConstraintAddCoupling(con, work[SEMISMOOTH_DX], change));
   PetscCall(VecAXPY(change, 1.0, con->F));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -66,6 +68,10 @@ static PetscErrorCode MoveTo(SNES snes, SlipConstraint con, PetscReal lambda, Ve
   PetscFunctionBegin;
   *unstable = PETSC_FALSE;
   PetscCall(VecWAXPY(work[SEMISMOOTH_LOAD], lambda, work[SEMISMOOTH_RHS], work[SEMISMOOTH_OFFSET]));
+  if (con->C) { /* the bounds that the linear step leads to */
+    PetscCall(VecWAXPY(x, lambda, work[SEMISMOOTH_DX], work[SEMISMOOTH_XS]));
+    PetscCall((*con->ops->bound)(con, x, con->cx, NULL, con->ctx));
+  }
   PetscCall(VecCopy(work[SEMISMOOTH_XS], x));
   PetscCall(
     (*con->ops->solve_cells)(con, con->omega, work[SEMISMOOTH_RHO], work[SEMISMOOTH_LOAD], x, unstable, con->ctx));
