@@ -28,6 +28,7 @@ typedef struct {
   PetscReal reference;      /* f_0, its steady friction at the rate V_0 */
   PetscReal reference_rate; /* V_0 [m/s] */
   PetscBool slip_law;       /* its state evolves by the slip law, not the aging law */
+  PetscReal shift;          /* s - psi, as normal stress has changed (ratestate.c) */
   const PetscReal *own;     /* parameters of the law's own, in the order of their rows */
   const void *ctx;          /* of the law */
 } SlipFriction;
@@ -86,6 +87,8 @@ struct _n_SlipFrictionCells {
   const PetscReal *a, *b, *reference; /* NULL where no law needs them */
   PetscReal reference_rate;           /* [m/s] */
   PetscBool slip_law;
+  const PetscReal *alpha,
+    *start; /* of Linker and Dieterich (ratestate.c), and the normal stress before any change [Pa]; NULL: none */
   const PetscReal *own; /* [n][nown]; NULL where nown is 0 */
   PetscInt nown;
 };
@@ -106,6 +109,8 @@ PETSC_EXTERN PetscReal SlipFrictionStateAtRest(const SlipFrictionCells *f, Petsc
 PETSC_EXTERN PetscReal SlipFrictionShown(const SlipFrictionCells *f, PetscInt i, PetscReal s);
 PETSC_EXTERN PetscReal SlipFrictionOfShown(const SlipFrictionCells *f, PetscInt i, PetscReal shown);
 PETSC_EXTERN const char *SlipFrictionStateUnit(const SlipFrictionLaw *law);
+PETSC_EXTERN PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscReal theta, PetscReal s0,
+                                              PetscReal v);
 PETSC_EXTERN PetscReal SlipFrictionDirect(const SlipFrictionCells *f, PetscInt i);
 PETSC_EXTERN PetscReal SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v);
 PETSC_EXTERN void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, PetscReal v, PetscReal *fall,
@@ -126,6 +131,7 @@ PETSC_EXTERN void SlipRateAndStateRate(const SlipFriction *p, PetscReal s, Petsc
 PETSC_EXTERN PetscReal SlipRateAndStateSteady(const SlipFriction *p, PetscReal v);
 PETSC_EXTERN PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s,
                                               PetscReal sigma, PetscReal eta, PetscReal tau);
+PETSC_EXTERN PetscReal SlipRateAndStateShift(PetscReal alpha, PetscReal b, PetscReal stress, PetscReal start);
 PETSC_EXTERN PetscReal SlipRateAndStateTheta(const SlipFriction *p, PetscReal s);
 PETSC_EXTERN PetscReal SlipRateAndStateOfTheta(const SlipFriction *p, PetscReal theta);
 PETSC_EXTERN PetscReal SlipRateAndStateDirect(const SlipFriction *p);

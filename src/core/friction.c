@@ -210,6 +210,7 @@ static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
                         .reference = f->reference ? f->reference[i] : 0,
                         .reference_rate = f->reference_rate,
                         .slip_law = f->slip_law,
+                        .shift = f->alpha ? SlipRateAndStateShift(f->alpha[i], f->b[i], f->stress[i], f->start[i]) : 0,
                         .own = f->own ? f->own + f->nown * i : NULL,
                         .ctx = f->law->ctx};
 }
@@ -251,6 +252,23 @@ void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, 
 
   f->law->eval(&p, s, rate, mu, dmu_ds, dmu_dv);
   if (!f->law->always_slides) *mu = p.residual + *mu;
+}
+
+/* dq/dsigma of q = mu sigma at the end of that stage: mu, less what the state's share of the stress takes from it (At()) */
+PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscReal theta, PetscReal s0, PetscReal v)
+{
+  PetscReal mu, dmu_ds, dmu_dv, ds_dv, rate, rate_s, rate_v;
+
+  SlipFrictionStage(f, i, theta, s0, v, &mu, &dmu_ds, &dmu_dv, &ds_dv);
+  if (f->alpha && f->alpha[i] > 0 && f->stress[i] > 0) {
+    const SlipFriction p = At(f, i);
+
+    /* s - shift changes with the shift by -1/(1 - theta f_s), as s = s0 + theta f(s - shift) */
+    f->law->state(&p, StateAdvance(f->law, &p, theta, s0, PetscAbsReal(v), &ds_dv), PetscAbsReal(v), &rate, &rate_s,
+                  &rate_v);
+    mu -= f->alpha[i] / f->b[i] * dmu_ds / (1 - theta * rate_s);
+  }
+  return mu;
 }
 
 /* q = mu sigma w [Pa] at the end of a stage (theta 0: of the state s0), and, unless dq is NULL, dq/d|v|. s0 and v have a

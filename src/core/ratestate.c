@@ -6,7 +6,11 @@
      dpsi/dt = V0/d_c exp(-psi) - V/d_c                    aging law, dtheta/dt = 1 - V theta/d_c
      dpsi/dt = -V/d_c (ln(V/V0) + psi)                     slip law, dtheta/dt = -(V theta/d_c) ln(V theta/d_c)
 
-  and the slip rate at which friction and radiation damping eta V balance a shear stress.
+  where normal stress acts on the state with alpha/b ln(sigma/sigma0) in place of psi (Linker & Dieterich 1992: d psi/dt of the law less
+  alpha/(b sigma) dsigma/dt). The state is s = psi + alpha/b ln(sigma/sigma0), whose rate is that of the law alone, so that nobody needs
+  the rate of sigma; sigma0 is the normal stress before any change.
+
+  And the slip rate at which friction and radiation damping eta V balance a shear stress.
 */
 #include <slipcompat.h>
 #include <slipcore.h>
@@ -19,7 +23,7 @@
 /* ln(V/(2 V0)) + (f0 + b psi)/a, whose exponential is the argument of asinh: the logarithm, as a small a makes it large. */
 static PetscReal Argument(const SlipFriction *p, PetscReal s, PetscReal v)
 {
-  return PetscLogReal(v / (2 * p->reference_rate)) + (p->reference + p->b * s) / p->a;
+  return PetscLogReal(v / (2 * p->reference_rate)) + (p->reference + p->b * (s - p->shift)) / p->a;
 }
 
 /* mu and its derivatives (v >= 0): a SlipFrictionFn */
@@ -29,8 +33,9 @@ void SlipRateAndState(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal
   PetscReal x, small, share;
 
   *mu = *dmu_ds = 0;
-  *dmu_dv =
-    p->a * PetscMin(PetscExpReal(PetscMin((p->reference + p->b * s) / p->a, 700)) / (2 * p->reference_rate), 1e300);
+  *dmu_dv = p->a * PetscMin(PetscExpReal(PetscMin((p->reference + p->b * (s - p->shift)) / p->a, 700)) /
+                              (2 * p->reference_rate),
+                            1e300);
   if (v <= 0) return;
   x = Argument(p, s, v);
   small = PetscExpReal(-PetscAbsReal(x));
@@ -45,11 +50,11 @@ void SlipRateAndState(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal
 void SlipRateAndStateRate(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate, PetscReal *drate_ds,
                           PetscReal *drate_dv)
 {
-  const PetscReal aging = p->reference_rate / p->slip * PetscExpReal(PetscMin(-s, MOST_HEALING));
+  const PetscReal aging = p->reference_rate / p->slip * PetscExpReal(PetscMin(p->shift - s, MOST_HEALING));
   PetscReal excess;
 
   if (p->slip_law) {
-    excess = v > 0 ? PetscLogReal(v / p->reference_rate) + s : 0;
+    excess = v > 0 ? PetscLogReal(v / p->reference_rate) + s - p->shift : 0;
     *rate = -v / p->slip * excess;
     *drate_ds = -v / p->slip;
     *drate_dv = -(excess + 1) / p->slip;
@@ -60,22 +65,31 @@ void SlipRateAndStateRate(const SlipFriction *p, PetscReal s, PetscReal v, Petsc
   *drate_dv = -1 / p->slip;
 }
 
+/* Where nothing is left of the normal stress, this much of it: the strength is 0 there, and psi a number. */
+#define LEAST_STRESS 1e-12
+
+/* s - psi */
+PetscReal SlipRateAndStateShift(PetscReal alpha, PetscReal b, PetscReal stress, PetscReal start)
+{
+  return alpha > 0 ? alpha / b * PetscLogReal(PetscMax(stress / start, LEAST_STRESS)) : 0;
+}
+
 /* theta = d_c/V */
 PetscReal SlipRateAndStateSteady(const SlipFriction *p, PetscReal v)
 {
-  return PetscLogReal(p->reference_rate / v);
+  return PetscLogReal(p->reference_rate / v) + p->shift;
 }
 
 /* theta [s] of psi, as outputs show the state */
 PetscReal SlipRateAndStateTheta(const SlipFriction *p, PetscReal s)
 {
-  return p->slip / p->reference_rate * PetscExpReal(s);
+  return p->slip / p->reference_rate * PetscExpReal(s - p->shift);
 }
 
 /* s = ln(V0 theta/d_c) of theta [s] */
 PetscReal SlipRateAndStateOfTheta(const SlipFriction *p, PetscReal theta)
 {
-  return PetscLogReal(p->reference_rate * theta / p->slip);
+  return PetscLogReal(p->reference_rate * theta / p->slip) + p->shift;
 }
 
 /* dmu/d ln v where friction is much more than a */
@@ -374,9 +388,12 @@ void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[],
       SlipRateAndStateKeep(&part, m, eta, here);
     }
     for (PetscInt i = 0; i < m; i++) state[i] = s[stride * (start + i)];
+    for (PetscInt i = 0; i < m && f->alpha; i++)
+      state[i] -=
+        SlipRateAndStateShift(f->alpha[start + i], f->b[start + i], f->stress[start + i], f->start[start + i]);
     BalanceChunk(m, &c, tau + start, state, v + start);
     for (PetscInt i = start; i < start + m; i++)
-      if (v[i] == PETSC_MAX_REAL) v[i] = BalanceCell(f, i, eta, tau[i], s[stride * i]);
+      if (v[i] == PETSC_MAX_REAL) v[i] = BalanceCell(f, i, eta, tau[i], state[i - start]);
     if (!ds) continue;
     (*(f->slip_law ? SlipChunk : AgingChunk))(m, f->reference_rate, f->slip + start, state, v + start, rate);
     for (PetscInt i = 0; i < m; i++) ds[stride * (start + i)] = rate[i];

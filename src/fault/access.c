@@ -187,6 +187,7 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
   static const char *const names[COUNT] = {"slip_rate", "displacement", "slip", "state", "traction", "stress"};
   const PetscReal *a, *u;
   PetscReal *local, share;
+  SlipFrictionCells friction;
   PetscInt k;
   PetscBool same = PETSC_FALSE;
   Vec T;
@@ -202,6 +203,7 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
   PetscCall(VecDuplicate(fault->critical.uc, &T));
   if (k == STRESS) PetscCall(SlipFaultStress(fault, t, w, T));
   if (k == TRACTION) PetscCall(SlipFaultTraction(fault, t, w, T));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipFaultStartShare(fault, &share));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &local));
   PetscCall(VecGetArrayRead(k >= TRACTION ? T : w, &a));
@@ -212,7 +214,7 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
     else if (k == TRACTION)
       local[i] = a[i] / fault->mesh.weight[i];
     else if (k == STATE)
-      local[i] = SlipFaultShownState(fault, i, a[SlipFaultStateAt(fault, i)]);
+      local[i] = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
     else if (k == SLIP && (fault->kind.heals || fault->friction.law->state))
       local[i] = a[SlipFaultDisplacementAt(fault, i)] - share * u[i] + t * fault->fields.cell[FIELD_LOADING_RATE][i];
     else

@@ -121,10 +121,10 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
     }
     if (!isnan(theta[i])) continue;
     if (!traction)
-      theta[i] = SlipFaultShownState(fault, i, SlipFrictionSteady(friction, i, steady));
+      theta[i] = SlipFrictionShown(friction, i, SlipFrictionSteady(friction, i, steady));
     else
-      theta[i] = SlipFaultShownState(
-        fault, i, SlipFrictionStateOf(friction, i, PetscAbsReal(load[i]) / friction->stress[i], rate[i]));
+      theta[i] = SlipFrictionShown(
+        friction, i, SlipFrictionStateOf(friction, i, PetscAbsReal(load[i]) / friction->stress[i], rate[i]));
     if (!isfinite(theta[i])) bad = 1;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bad, 1, MPIU_INT, MPI_MAX, fault->comm));
@@ -285,10 +285,11 @@ PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
 /* The state of the start */
 PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
 {
-  const SlipFrictionCells friction = SlipFaultCellFriction(fault, NULL);
+  SlipFrictionCells friction;
   PetscReal *a;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction)); /* slip has changed nothing yet */
   PetscCall(VecGetArray(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     a[SlipFaultRateAt(fault, i)] = fault->fields.cell[FIELD_INITIAL_RATE][i];

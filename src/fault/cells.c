@@ -117,8 +117,8 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   Input Parameters:
 + fault  - the fault
 . name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate", "loading_rate",
-           "healing_time", "initial_traction", "stressing_rate", "friction_a", "friction_b", "friction_reference",
-           "initial_rate", "initial_state", "creep", "rake", or a parameter that a law of SlipFaultRegisterFrictionLaw() brings
+           "healing_time", "initial_traction", "stressing_rate", "friction_a", "friction_b", "friction_alpha",
+           "friction_reference", "initial_rate", "initial_state", "creep", "rake", or a parameter that a law of SlipFaultRegisterFrictionLaw() brings
 . n      - number of cells, nx nz (of all ranks), or cells of a mesh
 - values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
            rank; copied

@@ -114,7 +114,9 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   if (fault->operators.Kn) {
     PetscCall(VecGetArrayWrite(fault->coupling.factor, &factor));
     for (PetscInt i = 0; i < fault->mesh.n; i++)
-      factor[i] = friction.stress[i] > 0 ? fault->stage.theta * a[i] / friction.stress[i] : 0;
+      factor[i] = friction.stress[i] > 0 ? fault->stage.theta * fault->mesh.weight[i] *
+                                             SlipFrictionStressGain(&friction, i, fault->stage.theta, s0[i], v[i])
+                                         : 0;
     PetscCall(VecRestoreArrayWrite(fault->coupling.factor, &factor));
   }
   PetscCall(SlipArraysRestore(4, arrays));
@@ -231,7 +233,10 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
     {x, .read = &v}, {fault->stage.u0, .read = &u0}, {fault->stage.s0, .read = &s0}, {w, .write = &a}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
+  if (fault->operators.Kn && fault->friction.follows)
+    PetscCall(SlipFaultCoupledBound(fault, x, &friction));
+  else
+    PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(4, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     a[SlipFaultRateAt(fault, i)] = v[i];
@@ -265,7 +270,10 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipFaultGetFriction(fault, t, &friction));
+  if (fault->friction.follows)
+    PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
+  else
+    PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
   PetscCall(VecStrideGather(w, fault->layout.rate, rel, INSERT_VALUES));
   if (fault->kind.loaded) PetscCall(VecAXPY(rel, -1, fault->operators.vinf));

@@ -73,6 +73,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCouplingSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
+  PetscCall(SlipFaultFollowSetUp(fault));
   PetscCall(SlipFaultBalanceSetUp(fault));
   PetscCall(SlipFaultResolutionSetUp(fault));
   fault->setup = PETSC_TRUE;

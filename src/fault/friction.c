@@ -17,16 +17,33 @@ SlipFrictionCells SlipFaultCellFriction(SlipFault fault, const PetscReal stress[
                              .reference = fault->fields.cell[FIELD_FRICTION_REFERENCE],
                              .reference_rate = fault->options.value[FAULT_FRICTION_REFERENCE_RATE],
                              .slip_law = fault->friction.slip_law,
+                             .alpha = fault->friction.follows ? fault->fields.cell[FIELD_FRICTION_ALPHA] : NULL,
+                             .start = fault->fields.cell[FIELD_NORMAL_STRESS],
                              .own = fault->friction.own,
                              .nown = fault->friction.nown};
 }
 
-/* What outputs call the state of a cell, for example theta [s] of rate-and-state friction */
-PetscReal SlipFaultShownState(SlipFault fault, PetscInt i, PetscReal s)
+/* After the loads are known: does the state follow normal stress? */
+PetscErrorCode SlipFaultFollowSetUp(SlipFault fault)
 {
-  const SlipFrictionCells friction = SlipFaultCellFriction(fault, NULL);
+  const PetscReal *alpha = fault->fields.cell[FIELD_FRICTION_ALPHA], *b = fault->fields.cell[FIELD_FRICTION_B];
+  const PetscReal *start = fault->fields.cell[FIELD_NORMAL_STRESS];
+  PetscInt count[2] = {0, 0};
 
-  return SlipFrictionShown(&friction, i, s);
+  PetscFunctionBegin;
+  if (fault->friction.law->eval != SlipRateAndState) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    if (alpha[i] == 0) continue;
+    count[0]++;
+    if (!(b[i] > 0) || !(start[i] > 0)) count[1]++;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT, MPI_SUM, fault->comm));
+  PetscCheck(!count[1], fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-%sfault_friction_alpha is not 0 in %" PetscInt_FMT
+             " cells without normal stress or without -%sfault_friction_b, expected both to be positive there",
+             SlipFaultPrefix(fault), count[1], SlipFaultPrefix(fault));
+  fault->friction.follows = count[0] && (fault->kind.coupled || fault->loads.pressed) ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 const char *SlipFaultStateUnit(SlipFault fault)

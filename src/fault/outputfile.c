@@ -347,19 +347,21 @@ PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
 }
 
 /* Collective: the state with what outputs call it: w itself, or a copy */
-static PetscErrorCode ShowState(SlipFaultOutput out, Vec w, Vec *shown)
+static PetscErrorCode ShowState(SlipFaultOutput out, PetscReal t, Vec w, Vec *shown)
 {
   SlipFault fault = out->fault;
+  SlipFrictionCells friction;
   PetscReal *a;
 
   PetscFunctionBegin;
   *shown = w;
   if (!out->wanted[OUTPUT_STATE] || !fault->friction.law->state) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   if (!out->shown) PetscCall(VecDuplicate(w, &out->shown));
   PetscCall(VecCopy(w, out->shown));
   PetscCall(VecGetArray(out->shown, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
-    a[SlipFaultStateAt(fault, i)] = SlipFaultShownState(fault, i, a[SlipFaultStateAt(fault, i)]);
+    a[SlipFaultStateAt(fault, i)] = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
   PetscCall(VecRestoreArray(out->shown, &a));
   *shown = out->shown;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -398,7 +400,7 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputBegin(fault->run.file));
   PetscCall(GatherStart(out));
-  PetscCall(ShowState(out, w, &shown));
+  PetscCall(ShowState(out, time, w, &shown));
   PetscCall(VecScatterBegin(out->gather_w, shown, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_w, shown, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   if (out->wanted[OUTPUT_TRACTION]) {

@@ -47,6 +47,11 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_FRICTION_A] = {"friction_a", 0.01, "", 0, NONE, OPEN, REAL, "Direct effect a of rate-and-state friction"},
   [FAULT_FRICTION_B] = {"friction_b", 0.015, "", 0, NONE, SHUT, REAL,
                         "Evolution effect b of rate-and-state friction; its d_c is friction_slip"},
+  [FAULT_FRICTION_ALPHA] =
+    {"friction_alpha", 0, "", 0, NONE, SHUT, REAL,
+     "What normal stress does to the state of rate-and-state friction (Linker and Dieterich "
+     "1992): where it rises from sigma0 to sigma, friction falls at once by alpha ln(sigma/sigma0), "
+     "and the state then evolves; 0: nothing"},
   [FAULT_FRICTION_REFERENCE] = {"friction_reference", 0.6, "", 0, NONE, SHUT, REAL,
                                 "Steady rate-and-state friction f0 at the rate V0"},
   [FAULT_FRICTION_REFERENCE_RATE] = {"friction_reference_rate", 1e-6, "m/s", 0, NONE, OPEN, REAL,
@@ -209,6 +214,7 @@ static const struct {
   [FIELD_STRESSING_RATE] = {FAULT_STRESSING_RATE, PETSC_FALSE},
   [FIELD_FRICTION_A] = {FAULT_FRICTION_A, PETSC_TRUE},
   [FIELD_FRICTION_B] = {FAULT_FRICTION_B, PETSC_TRUE},
+  [FIELD_FRICTION_ALPHA] = {FAULT_FRICTION_ALPHA, PETSC_TRUE},
   [FIELD_FRICTION_REFERENCE] = {FAULT_FRICTION_REFERENCE, PETSC_TRUE},
   [FIELD_INITIAL_RATE] = {FAULT_INITIAL_RATE, PETSC_TRUE},
   [FIELD_INITIAL_STATE] = {FAULT_INITIAL_STATE, PETSC_TRUE},

@@ -267,7 +267,7 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
   if (!list->n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipFaultStepTraction(fault, time, w, &traction));
-  if (fault->kind.coupled) PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+  PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
   PetscCall(PetscArrayzero(list->row, list->columns * list->n));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(traction, &r));
@@ -281,7 +281,7 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
     row[1] = a[SlipFaultDisplacementAt(fault, i)] - s->u0 + vinf[i] * (time - list->start);
     row[2] = a[SlipFaultRateAt(fault, i)];
     row[3] = r[i] / fault->mesh.weight[i];
-    row[STATION_STATE] = SlipFaultShownState(fault, i, a[SlipFaultStateAt(fault, i)]);
+    row[STATION_STATE] = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
     if (fault->kind.coupled) row[STATION_NORMAL] = friction.stress[i];
   }
   PetscCall(VecRestoreArrayRead(traction, &r));

@@ -123,7 +123,7 @@ static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
     SlipFrictionEvaluate(&friction, i, s, rate, &mu, &ds, &dv);
     /* the traction and the state give the rate */
     if (PetscAbsReal(load - mu * friction.stress[i]) > STEADY * dv * rate * friction.stress[i] ||
-        PetscAbsReal(fault->fields.cell[FIELD_INITIAL_STATE][i] / SlipFaultShownState(fault, i, s) - 1) > STEADY)
+        PetscAbsReal(fault->fields.cell[FIELD_INITIAL_STATE][i] / SlipFrictionShown(&friction, i, s) - 1) > STEADY)
       moves = 1;
     else if (SlipFaultRateWeakens(&friction, i, vinf))
       weakens = 1;

@@ -122,6 +122,7 @@ expect "k.h5:/asymmetric: the stiffness is not symmetric" "${mesh[@]}" -fault_st
 expect "k.h5:/indefinite: the stiffness is not positive definite" "${mesh[@]}" -fault_stiffness_file k.h5:/indefinite
 expect "cannot read none.h5: no such file" -fault_parameters none.h5
 expect "k.h5 holds /asymmetric, which nothing reads" "${mesh[@]}" -fault_parameters k.h5
+expect "-fault_friction_alpha is not 0 in 4 cells" "${mesh[@]}" -fault_friction_law rate_and_state -fault_friction_alpha 0.2 -fault_friction_b 0
 expect "is a directory" -fault_output .
 expect '-fault_output_fields has "weather"' -fault_output x.h5 -fault_output_fields slip,weather
 expect "weather" -ts_adapt_type weather

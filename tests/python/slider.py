@@ -9,26 +9,30 @@ STEPS = [2, 4, 6, 8, 10, 12, 14, 16]  # of the midpoint rule: order 16
 
 
 class Slider:
-    def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15, cut_off=np.inf):
+    def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15, cut_off=np.inf,
+                 ramp=0, alpha=0):
         self.K, self.eta, self.sigma, self.a, self.b, self.slip, self.reference, self.V0, self.loading = map(
             Real, (K, eta, sigma, a, b, slip, reference, rate, loading))
         self.law, self.tolerance = law, Real(tolerance)
         self.floor = self.V0 / Real(cut_off)  # V0 theta/d_c of examples/friction_law.c is as if it were larger by that
+        self.ramp, self.alpha = Real(ramp), Real(alpha)  # d sigma/dt [Pa/s], and what it does to the state (Linker & Dieterich 1992)
 
     def change(self, y):
-        """d(ln V, psi, u)/dt; y[2] is slip beyond that of the loading"""
+        """d(ln V, psi, u, sigma)/dt; y[2] is slip beyond that of the loading"""
         V = np.exp(y[0])
         if self.law == "aging":
             state = self.V0 / self.slip * np.exp(-y[1]) - V / self.slip
         else:
             state = -V / self.slip * (y[0] - np.log(self.V0) + y[1])
+        state -= self.alpha / self.b * self.ramp / y[3]
         # sigma mu(V, psi) + eta V = T - K u: mu = a asinh(x), x = V/(2 V0) exp((f0 + b g)/a), g = ln(exp(psi) + floor)
         age = np.exp(y[1])
         x = V / (2 * self.V0) * np.exp((self.reference + self.b * np.log(age + self.floor)) / self.a)
         share = x / np.sqrt(1 + x * x)
-        by_log_rate = self.sigma * self.a * share + self.eta * V
-        return np.array([(-self.K * (V - self.loading) - self.sigma * self.b * share * state * age / (age + self.floor)) / by_log_rate, state,
-                         V - self.loading], dtype=Real)
+        by_log_rate = y[3] * self.a * share + self.eta * V
+        by_stress = self.a * np.log(x + np.sqrt(1 + x * x)) * self.ramp
+        return np.array([(-self.K * (V - self.loading) - by_stress - y[3] * self.b * share * state * age / (age + self.floor)) / by_log_rate,
+                         state, V - self.loading, self.ramp], dtype=Real)
 
     def friction(self, log_rate, psi):
         x = np.exp(log_rate) / (2 * self.V0) * np.exp((self.reference + self.b * np.log(np.exp(psi) + self.floor)) / self.a)
@@ -53,8 +57,8 @@ class Slider:
 
     def run(self, log_rate, psi, end, step=None):
         """(ln V, psi, u) at the end [s]"""
-        y, t, h = np.array([log_rate, psi, 0], dtype=Real), Real(0), Real(step or end / 1e4)
-        end, scale = Real(end), np.array([1, 1, self.slip], dtype=Real)
+        y, t, h = np.array([log_rate, psi, 0, self.sigma], dtype=Real), Real(0), Real(step or end / 1e4)
+        end, scale = Real(end), np.array([1, 1, self.slip, self.sigma], dtype=Real)
         while t < end:
             h = min(h, end - t)
             new, error = self.stride(y, h)
@@ -63,4 +67,4 @@ class Slider:
                 y, t = new, t + h
             h *= min(2, max(Real(0.2), Real(0.8) * size ** (-1 / Real(15)))) if np.isfinite(size) and size > 0 else (
                 Real(0.2) if not np.isfinite(size) else 2)
-        return y
+        return y[:3]

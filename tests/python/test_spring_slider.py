@@ -54,6 +54,29 @@ class SpringSlider(FaultTest):
                         self.assertLess(abs(last["slip"] / float(u + LOADING * end) - 1), bound)
                         self.assertLess(abs(-last["traction"] / float(SIGMA * slider.friction(log_rate, state)) - 1), 1e-11)  # mu is 0.6, and a of it goes with ln V
 
+    def test_normal_stress(self):
+        """A pore pressure takes a third of the normal stress within 2e6 s, and the state follows it, whether the steps are explicit or not;
+        by the equations as Linker and Dieterich (1992) write them, with the rate of the stress. To what tolerances leave: 1e-9 of
+        explicit steps; local errors of 1e-7 of ln V in 400 steps of second order, 4e-5."""
+        end, fall = 2e6, SIGMA / 3
+        with h5py.File(self.path("p.h5"), "w") as file:
+            file["time"] = [0.0, end]
+            file["pressure"] = np.array([0.0, fall]).reshape(2, 1, 1)
+        rates = []
+        for alpha in (0, 0.2):
+            slider = Slider(2 * CRITICAL, ETA, SIGMA, A, B, SLIP, F0, V0, LOADING, ramp=-fall / end, alpha=alpha)
+            psi = np.log(V0 / LOADING)
+            log_rate, state, u = slider.run(np.log(np.longdouble(LOADING)), np.longdouble(psi), end, 1e3)
+            rates.append(float(log_rate))
+            for integrator, bound in ((("-ts_type", "rk", "-ts_rk_type", "8vr", "-ts_rtol", "1e-12"), 1e-9), (("-ts_type", "bathe", "-ts_rtol", "1e-7"), 1e-4)):
+                self.fault(2 * CRITICAL, end, "-fault_initial_rate", repr(LOADING), "-fault_pore_pressure", "p.h5", "-fault_friction_alpha", alpha,
+                           "-ts_adapt_type", "basic", *integrator)
+                last = {key: values[-1] for key, values in self.station().items()}
+                with self.subTest(alpha=alpha, integrator=integrator):
+                    self.assertLess(abs(np.log(last["slip_rate"]) - float(log_rate)), bound)
+                    self.assertLess(abs(np.log(last["state"]) - float(state + np.log(SLIP / V0))), bound)
+        self.assertGreater(abs(rates[0] - rates[1]), 0.1)
+
     def test_steady(self):
         """Steady sliding at the loading rate stays, above the critical stiffness, for 1e4 d_c/v."""
         self.fault(2 * CRITICAL, 1e11, "-fault_initial_rate", repr(LOADING), "-ts_rtol", "1e-6", "-ts_type", "rk", "-ts_adapt_type", "basic")

@@ -180,10 +180,9 @@ static void rates_balance_with_the_stress_of_now(void **state)
 
 /* What the coupling says of the bound against its difference: q is linear in Kn u while sigma > 0, so that a centred difference is
    exact but for the slip that weakens by the own rate, which moves only one cell here: 1e-6, (dx/x)^2 of it and rounding
-   1e-16/1e-6 of q. */
-static void coupling_is_the_derivative_of_the_bound(void **state)
+   1e-16/1e-6 of q. So it is where the state of rate-and-state friction follows normal stress, but for (dsigma/sigma)^2 < 1e-12. */
+static void CheckDerivative(SlipFault fault)
 {
-  SlipFault fault = Thrust(4, 3, 25, "exponential_slip_weakening");
   const PetscReal theta = 0.01, h = 1e-4;
   const SlipConstraintOps *ops;
   const PetscScalar *p, *m, *a;
@@ -191,9 +190,6 @@ static void coupling_is_the_derivative_of_the_bound(void **state)
   Vec x, q[2], factor;
   Mat C;
 
-  (void)state;
-  ok(SlipFaultSetReal(fault, "initial_traction", 1e7));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultConstraintCreate(fault));
   ops = fault->stage.con->ops;
@@ -228,6 +224,18 @@ static void coupling_is_the_derivative_of_the_bound(void **state)
   }
   ObjectsDestroy(&x, &factor, &q[0], &q[1], &stage.base, &stage.explicit_part);
   ok(SlipFaultDestroy(&fault));
+}
+
+static void coupling_is_the_derivative_of_the_bound(void **state)
+{
+  SlipFault weakening = Thrust(4, 3, 25, "exponential_slip_weakening"), smooth = Thrust(4, 3, 25, "rate_and_state");
+
+  (void)state;
+  ok(SlipFaultSetReal(weakening, "initial_traction", 1e7));
+  ok(SlipFaultSetString(weakening, "initial", "traction"));
+  CheckDerivative(weakening);
+  ok(FaultSetReals(smooth, {"loading_rate", 1e-9}, {"friction_alpha", 0.3}));
+  CheckDerivative(smooth);
 }
 
 /* Newton iterations of the worst step of a shallow thrust that creeps under a rising stress: friction 0.8, dip 15, to the surface. Steps are

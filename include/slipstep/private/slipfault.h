@@ -75,6 +75,7 @@ typedef struct {
 typedef struct {
   const SlipFrictionLaw *law;
   PetscBool slip_law; /* -fault_state_law slip */
+  PetscBool follows;  /* the state follows normal stress (-fault_friction_alpha), which changes */
   PetscReal *healing; /* [n] 1/t_h [1/s]; NULL: 0 */
   PetscReal *own;     /* [n][nown] parameters that the law brings */
   PetscInt nown;
@@ -183,6 +184,6 @@ PETSC_EXTERN PetscErrorCode SlipFaultResolutionResult(SlipFault fault, SlipOutpu
 PETSC_EXTERN PetscErrorCode SlipFaultResolutionWarn(SlipFault fault);
 /* warn.c */
 PETSC_EXTERN PetscErrorCode SlipFaultWarn(SlipFault fault);
-PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field);            /* its law reads it */
-PETSC_EXTERN PetscReal SlipFaultShownState(SlipFault fault, PetscInt i, PetscReal s); /* as outputs have it */
+PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field); /* its law reads it */
+PETSC_INTERN PetscErrorCode SlipFaultFollowSetUp(SlipFault fault);         /* friction.c */
 PETSC_EXTERN const char *SlipFaultStateUnit(SlipFault fault);
