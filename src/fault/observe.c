@@ -69,16 +69,18 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x: displacements or rates [n], kx = K x, w: the state in which they weaken the strength */
-static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, PetscReal sum[])
+/* x: displacements or rates [n], kx = K x, nx = Kn x or NULL, w: the state in which they weaken the strength. What they take
+   from the strength by its normal stress acts as stiffness does. */
+static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, Vec nx, PetscReal sum[])
 {
   SlipFrictionCells friction;
-  const PetscReal *a, *b, *f;
-  const SlipArrays arrays[] = {{w, .read = &a}, {x, .read = &b}, {kx, .read = &f}};
+  const PetscReal *a, *b, *f, *rise;
+  const SlipArrays arrays[] = {{w, .read = &a}, {x, .read = &b}, {kx, .read = &f}, {nx, .read = &rise}};
+  const int n = nx ? 4 : 3;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
-  PetscCall(SlipArraysGet(3, arrays));
+  PetscCall(SlipArraysGet(n, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal weight = fault->mesh.weight[i];
     PetscReal mu, ds, dv;
@@ -86,10 +88,11 @@ static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx
     SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], PetscAbsReal(a[SlipFaultRateAt(fault, i)]), &mu,
                          &ds, &dv);
     sum[MODE_STIFFNESS] += b[i] * f[i];
+    if (nx && friction.stress[i] > 0) sum[MODE_STIFFNESS] += PetscAbsReal(b[i]) * mu * weight * rise[i];
     sum[MODE_WEAKENING] -= ds * (weight * friction.stress[i]) * PetscSqr(b[i]);
     sum[MODE_INERTIA] += fault->operators.mass * weight * PetscSqr(b[i]);
   }
-  PetscCall(SlipArraysRestore(3, arrays));
+  PetscCall(SlipArraysRestore(n, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -111,7 +114,8 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
     PetscCall(VecCopy(fault->critical.uc, x));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
   PetscCall(MatMult(fault->operators.K, x, fault->work[1]));
-  PetscCall(AddMode(fault, t, w, x, fault->work[1], c->sum));
+  if (fault->operators.Kn) PetscCall(MatMult(fault->operators.Kn, x, fault->work[2]));
+  PetscCall(AddMode(fault, t, w, x, fault->work[1], fault->operators.Kn ? fault->work[2] : NULL, c->sum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -2,10 +2,13 @@ static const char help[] = "What a policy and classical controllers need for an 
                            "problem that no training has seen.\n"
                            "  dials -problem rupture -policy training/policies/rupture.h5\n"
                            "  dials -problem rupture -cases 8 -seed 3   (classical controllers alone)\n"
+                           "  dials -problem rupture -train_family thrusts.opts   (a user's own faults)\n"
                            "Prints tables in Markdown.\n\n";
 
+#include "cmaes/cmatrain.h"
 #include "common/options.h"
 #include "dials/ladder.h"
+#include "environment/family.h"
 #include "dials/tolerances.h"
 #include <slipcompat.h>
 #include <slipstep.h>
@@ -19,6 +22,7 @@ enum { DIALS = PETSC_STATIC_ARRAY_LENGTH(Dials) };
 
 typedef struct {
   const Problem *problem;
+  Family *family; /* NULL: the problem's own draws */
   PetscInt seed, stream, first, cases;
   PetscReal most; /* solves of a classical run beyond which none is tighter, over the policy's most */
   char policy[PETSC_MAX_PATH_LEN], controllers[256];
@@ -49,9 +53,11 @@ static PetscErrorCode ReadOptions(Options *o)
                                o->policy, sizeof(o->policy), NULL));
   PetscCall(PetscOptionsString("-controllers", "Classical types, and filters of pi and dsp, with commas between", NULL,
                                o->controllers, o->controllers, sizeof(o->controllers), NULL));
+  PetscCall(FamilyOption(PetscOptionsObject, &o->family));
   PetscOptionsEnd();
   for (PetscInt i = 0; ProblemTable[i]; i++)
     if (!strcmp(ProblemTable[i]->name, names[k])) o->problem = ProblemTable[i];
+  PetscCall(CMACheckFamily(o->problem, o->family));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -249,7 +255,7 @@ static PetscErrorCode Run(void)
   PetscCall(ReadOptions(&o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(LadderCreate(o.problem, o.seed, o.stream, o.first, o.cases, o.controllers, &l));
+  PetscCall(LadderCreate(o.problem, o.family, o.seed, o.stream, o.first, o.cases, o.controllers, &l));
   PetscCall(PetscCalloc1(DIALS * l.n, &run));
   if (o.policy[0]) PetscCall(RunPolicy(&o, &l, run));
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
@@ -262,6 +268,7 @@ static PetscErrorCode Run(void)
   PetscCall(LibraryTable(&l, o.problem->name));
   PetscCall(PetscFree(run));
   PetscCall(LadderDestroy(&l));
+  PetscCall(PetscFree(o.family));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -76,6 +76,34 @@ static PetscReal BlockError(PetscReal periods, PetscInt steps, PetscReal *rate)
   return error;
 }
 
+/* Stiffness over inertia of the motion that a policy sees: (K + mu Kn)/M of one block, to rounding */
+static void motion_is_as_stiff_as_the_strength_it_takes(void **state)
+{
+  SlipFault fault = Thrust(1, 1, 30, "constant");
+  PetscReal K, Kn, value;
+  PetscInt component;
+  const PetscInt row = SlipObservationFind("log_growth_time", &component);
+  PetscReal *a;
+  Vec w;
+
+  (void)state;
+  ok(SlipFaultSetReal(fault, "initial_traction", MU * SIGMA));
+  ok(SlipFaultSetString(fault, "initial", "traction"));
+  ok(SlipFaultSetInertia(fault, PETSC_TRUE));
+  ok(SlipFaultSetUp(fault));
+  Numbers(fault, &K, &Kn);
+  ok(SlipFaultCreateState(fault, &w));
+  ok(VecGetArrayWrite(w, &a));
+  a[0] = 0.1;
+  a[1] = a[2] = 0.01;
+  ok(VecRestoreArrayWrite(w, &a));
+  assert_true(row >= 0);
+  ok(SlipFaultObserve(fault, 0, w, 1, &row, &value));
+  AssertNear(fault->known.mode.sum[MODE_STIFFNESS], (K + MU * Kn) * 0.01, 1e-14 * K);
+  ok(VecDestroy(&w));
+  ok(SlipFaultDestroy(&fault));
+}
+
 static void one_block_swings_by_the_coupled_stiffness(void **state)
 {
   PetscReal rate, last = 0;
@@ -342,6 +370,7 @@ static void implicit_steps_of_smooth_friction_follow_explicit_ones(void **state)
   AssertNear(krylov, tight, 1e-8 * PetscAbsReal(exact));
 }
 
-SLIP_TESTS(one_block_swings_by_the_coupled_stiffness, rest_ends_when_force_meets_the_falling_strength,
-           rates_balance_with_the_stress_of_now, coupling_is_the_derivative_of_the_bound, newton_hardly_needs_more,
+SLIP_TESTS(one_block_swings_by_the_coupled_stiffness, motion_is_as_stiff_as_the_strength_it_takes,
+           rest_ends_when_force_meets_the_falling_strength, rates_balance_with_the_stress_of_now,
+           coupling_is_the_derivative_of_the_bound, newton_hardly_needs_more,
            implicit_steps_of_smooth_friction_follow_explicit_ones)

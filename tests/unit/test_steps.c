@@ -33,7 +33,7 @@ static void keeps(const Problem *problem, const char kind[], PetscInt draws, Pet
 {
   Ladder l;
 
-  ok(LadderCreate(problem, 0, STREAM, 0, draws, DIAL_CONTROLLERS, &l));
+  ok(LadderCreate(problem, NULL, 0, STREAM, 0, draws, DIAL_CONTROLLERS, &l));
   for (PetscInt a = 0; a < 2; a++)
     for (PetscInt c = 0; c < l.ncontrollers; c++) {
       PetscReal rtol, kept, loose;
@@ -137,7 +137,7 @@ static void calibrated(void **state)
   (void)state;
   for (PetscInt k = 0; k < 2; k++) {
     spoiled = k ? LadderTolerance(14) : 0;
-    ok(LadderCreate(&problem, 0, STREAM, 0, FACTORS, "any", &l));
+    ok(LadderCreate(&problem, NULL, 0, STREAM, 0, FACTORS, "any", &l));
     for (PetscInt e = 0; e < FACTORS; e++) {
       ok(LadderClimb(&l, e, 0, 5e-4, 0, &cut));
       assert_false(cut);
@@ -166,7 +166,7 @@ static void limited(void **state)
   Ladder l;
 
   (void)state;
-  ok(LadderCreate(&problem, 0, STREAM, 9, 1, "any", &l));
+  ok(LadderCreate(&problem, NULL, 0, STREAM, 9, 1, "any", &l));
   ok(LadderClimb(&l, 0, 0, 5e-4, 40, &cut));
   assert_true(cut);
   assert_int_equal(LadderCheapest(&l, 0, 0.57), (PetscInt)(1 / LadderTolerance(5)));

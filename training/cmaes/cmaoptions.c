@@ -97,6 +97,13 @@ static PetscErrorCode ParseDial(MPI_Comm comm, CMAOptions *o, SlipOptionItems Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode CMACheckFamily(const Problem *problem, const void *family)
+{
+  const PetscBool ruptures = problem == &ProblemRupture ? PETSC_TRUE : PETSC_FALSE;
+
+  return FamilyCheck((const Family *)family, problem->cma->kinds || ruptures ? PETSC_TRUE : PETSC_FALSE, ruptures);
+}
+
 PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *o)
 {
   PetscBool set;
@@ -113,8 +120,7 @@ PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *
     PetscCall(ProblemOption(PetscOptionsObject, PETSC_TRUE, &o->problem));
     PetscCall(PetscOptionsHasName(NULL, NULL, "-train_problem", &given));
     if (family && family->rupture && !given) o->problem = &ProblemRupture;
-    PetscCall(FamilyCheck(family, o->problem->cma->kinds || o->problem == &ProblemRupture ? PETSC_TRUE : PETSC_FALSE,
-                          o->problem == &ProblemRupture ? PETSC_TRUE : PETSC_FALSE));
+    PetscCall(CMACheckFamily(o->problem, family));
     o->family = family;
   }
   PetscCall((*o->problem->cma->setup)(o));

@@ -36,6 +36,8 @@ PETSC_INTERN PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem,
 PETSC_INTERN PetscErrorCode CMAOptionsFree(CMAOptions *o);
 /* All of it, by the options */
 PETSC_INTERN PetscErrorCode CMATrain(MPI_Comm comm, const Problem *problem);
+/* -train_family of this problem; family may be NULL */
+PETSC_INTERN PetscErrorCode CMACheckFamily(const Problem *problem, const void *family);
 /* o: its names and family become the trainer's */
 PETSC_INTERN PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMATrainerRun(CMATrainer *t); /* to the end; writes policy, log and checkpoint */

@@ -12,15 +12,15 @@ PetscReal LadderTolerance(PetscInt rung)
   return PetscPowReal(10, -(PetscReal)rung / LADDER_PER_DECADE);
 }
 
-PetscErrorCode LadderCreate(const Problem *problem, PetscInt seed, PetscInt stream, PetscInt first, PetscInt n,
-                            const char controllers[], Ladder *l)
+PetscErrorCode LadderCreate(const Problem *problem, void *family, PetscInt seed, PetscInt stream, PetscInt first,
+                            PetscInt n, const char controllers[], Ladder *l)
 {
   char **names;
 
   PetscFunctionBegin;
   PetscCheck(problem->cma->classical, PETSC_COMM_SELF, PETSC_ERR_SUP,
              "-train_problem %s has no runs under classical controllers", problem->name);
-  *l = (Ladder){.cma = problem->cma, .n = n, .o = {.problem = problem}};
+  *l = (Ladder){.cma = problem->cma, .n = n, .o = {.problem = problem, .family = family}};
   PetscCall((*l->cma->setup)(&l->o));
   PetscCall(PetscStrToArray(controllers, ',', &l->ncontrollers, &names));
   PetscCheck(l->ncontrollers >= 1 && l->ncontrollers <= LADDER_MAX_CONTROLLERS, PETSC_COMM_SELF,

@@ -26,9 +26,10 @@ typedef struct {
   LadderRun *run;                           /* [n][ncontrollers][LADDER_RUNGS] */
 } Ladder;
 
-/* The problem's episodes first to first + n - 1 of a stream; where it has kinds, every other one is a mesh. None has run. */
-PETSC_INTERN PetscErrorCode LadderCreate(const Problem *problem, PetscInt seed, PetscInt stream, PetscInt first,
-                                         PetscInt n, const char controllers[], Ladder *ladder);
+/* The problem's episodes first to first + n - 1 of a stream; where it has kinds, every other one is a mesh. None has run.
+   family: the Family of the draws, the caller's; NULL: the problem's own */
+PETSC_INTERN PetscErrorCode LadderCreate(const Problem *problem, void *family, PetscInt seed, PetscInt stream,
+                                         PetscInt first, PetscInt n, const char controllers[], Ladder *ladder);
 PETSC_INTERN PetscErrorCode LadderDestroy(Ladder *ladder);
 /* Climbs from the loosest tolerance until errors stay below least, or a run took more than most solves, 0: no limit. cut: that was so;
    tighter tolerances then count as no better than that run. */

@@ -116,7 +116,7 @@ PetscErrorCode TolerancesRun(MPI_Comm comm, PetscInt *failed)
   PetscCall(OptionsSet(comm, &o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(LadderCreate(o.problem, o.seed, o.problem->cma->stream + 3, 0, o.n, o.controllers, &l));
+  PetscCall(LadderCreate(o.problem, NULL, o.seed, o.problem->cma->stream + 3, 0, o.n, o.controllers, &l));
   for (PetscInt e = 0; e < l.n; e++) {
     for (PetscInt c = 0; c < l.ncontrollers; c++)
       PetscCall(LadderClimb(&l, e, c, (PetscReal)SMALL * Accuracies[ACCURACIES - 1], 0, &cut));

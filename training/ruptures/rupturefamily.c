@@ -127,19 +127,26 @@ static void SetStress(const Family *family, const Values *v, Random *random, Cel
   const PetscReal share = Value(family, v, "stress_share", -1), radius = Value(family, v, "patch_radius", 0),
                   excess = Value(family, v, "patch_excess", (PetscReal)EXCESS),
                   at[2] = {RandomUniform(random), RandomUniform(random)};
-  PetscReal low[2], high[2], centre[2];
+  PetscReal low[2], high[2], centre[2], y = c->y[0], least = PETSC_MAX_REAL;
 
   Bounds(c->n, c->x, &low[0], &high[0]);
   Bounds(c->n, c->z, &low[1], &high[1]);
   centre[0] = low[0] + Value(family, v, "patch_x", at[0]) * (high[0] - low[0]);
   centre[1] = low[1] + Value(family, v, "patch_z", at[1]) * (high[1] - low[1]);
+  for (PetscInt i = 0; i < c->n; ++i) { /* of the fault there */
+    const PetscReal away = (PetscReal)hypot((double)(c->x[i] - centre[0]), (double)(c->z[i] - centre[1]));
+
+    if (away < least) y = c->y[i];
+    least = PetscMin(least, away);
+  }
   for (PetscInt i = 0; i < c->n; ++i) {
     const PetscReal residual = c->field[RESIDUAL][i] * c->field[STRESS][i],
                     drop = c->field[DROP][i] * c->field[STRESS][i];
     PetscReal *stress = &c->field[TRACTION][i];
 
     if (share >= 0) *stress = PetscMin(residual + share * drop * (*stress), (PetscReal)FULL * (residual + drop));
-    if (radius > 0 && hypot((double)(c->x[i] - centre[0]), (double)(c->z[i] - centre[1])) < (double)radius)
+    if (radius > 0 && hypot(hypot((double)(c->x[i] - centre[0]), (double)(c->z[i] - centre[1])),
+                            (double)(c->y[i] - y)) < (double)radius)
       *stress = (1 + excess) * (residual + drop);
   }
 }
