@@ -3,7 +3,7 @@
 
     tests/fuzz.py [--count 2000] [--seed 1] [--keep DIR] [KIND ...]
 
-KIND: policy, mesh, parameters, stiffness, cache (read by tests/fuzz.c), checkpoint (by the program fault, where it has
+KIND: policy, mesh, planes, parameters, stiffness, cache (read by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint (by the program fault, where it has
 -fault_restart), catalogue and output (by a run that goes on in them) and zip (by training/import_sb3.py). A mutant is a good file with flipped bits, other numbers, pieces cut out,
 doubled or missing, or a dataset or attribute of another type, rank, size or value, a missing or additional one, links in its
 place. Its number and --seed alone decide what it is. Each must be read within 20 s and 1 GB, and be refused with one message
@@ -26,7 +26,6 @@ import subprocess
 import sys
 import tempfile
 import time
-import zipfile
 
 SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
 sys.path[:0] = [os.path.join(SOURCE, folder) for folder in ("output", "training")]
@@ -36,6 +35,8 @@ need("h5py", "numpy")
 import h5py
 import import_sb3
 import numpy as np
+from fuzz_mutants import mutate_bytes, mutate_hdf5
+from fuzz_zip import make_zip, mutate_zip
 
 BUILD = os.path.abspath(os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build")))
 READER = os.path.join(BUILD, "tests", "fuzz")
@@ -52,164 +53,6 @@ Result = collections.namedtuple("Result", "path end seconds memory text")  # end
 Kind = collections.namedtuple("Kind", "make mutate read checksum")
 
 
-# ---- mutants: of bytes, and of HDF5's objects ----
-
-NUMBERS = [0, 1, 0xFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 1 << 32, 1 << 62, (1 << 63) - 1, 1 << 63, (1 << 64) - 1]
-VALUES = [np.nan, np.inf, -np.inf, 0.0, -0.0, -1.0, 1e308, -1e308, 5e-324, 1e30, 1e-30, 2.0 ** 53]
-SIZES = [0, 1, 2, 3, 7, 100, 10 ** 4, 10 ** 9, 2 ** 31 - 1, 2 ** 31, 2 ** 32 + 6, 2 ** 40, 2 ** 62]
-
-
-def mutate_bytes(rng, content):
-    """Flipped bits, numbers written over others, and pieces cut out, zeroed, doubled or moved."""
-    content = bytearray(content)
-    used = [k for k, byte in enumerate(content) if byte]  # most of a small HDF5 file is empty
-
-    def place():
-        return rng.choice(used) if used and rng.random() < 0.8 else rng.randrange(len(content))
-
-    for _ in range(rng.choice([1, 1, 1, 2, 4, 16])):
-        k, how = min(place(), len(content) - 1), rng.randrange(10)
-        length = rng.choice([1, 2, 4, 8, 64, 512])
-        if how < 4:
-            content[k] ^= 1 << rng.randrange(8)
-        elif how < 6:
-            number = struct.pack("<Q", rng.choice(NUMBERS))[: rng.choice([1, 2, 4, 8])]
-            content[k:k + len(number)] = number[: len(content) - k]
-        elif how == 6:
-            content[k] = rng.randrange(256)
-        elif how == 7:
-            content[k:k + length] = bytes(min(length, len(content) - k))
-        elif how == 8:
-            piece = content[place():][:length]
-            content[k:k + len(piece)] = piece[: len(content) - k]
-        elif rng.random() < 0.5:
-            del content[max(k, 1):]
-        elif rng.random() < 0.5:
-            del content[k:k + length]
-        else:
-            content[k:k] = content[k:k + length]
-        used = [p for p in used if p < len(content)] if len(content) < len(used) else used
-        if not content:
-            break
-    return bytes(content)
-
-
-def objects(file):
-    """Paths of all groups and datasets but the root."""
-    found = []
-    file.visit(found.append)
-    return sorted(found)
-
-
-def other_type(rng, data):
-    """An array of the same shape and another type."""
-    kind = rng.choice(["<f4", "<f2", "<i1", ">f8", "<u8", "?", "S5", "vlen", "compound", "<c16", "opaque", "ragged", "array"])
-    if kind == "vlen":
-        return np.full(data.shape, "text", dtype=h5py.string_dtype())
-    if kind == "ragged":
-        ragged = np.empty(data.shape, dtype=h5py.vlen_dtype("f8"))
-        for k in np.ndindex(data.shape):
-            ragged[k] = np.ones(3)
-        return ragged
-    if kind == "compound":
-        return np.zeros(data.shape, dtype=[("a", "f8"), ("b", "i4")])
-    if kind == "opaque":
-        return np.zeros(data.shape, dtype="V16").astype(h5py.opaque_dtype("V16"))
-    if kind == "array":
-        return np.zeros(data.shape, dtype=[("a", "f8", (3,))])
-    with np.errstate(all="ignore"):
-        return data.astype(kind) if data.dtype.kind in "fiu" or kind == "S5" else np.zeros(data.shape, kind)
-
-
-def mutate_attribute(rng, file, owner):
-    attributes = file[owner].attrs
-    if not len(attributes) or rng.random() < 0.1:
-        attributes[rng.choice(["format", "version", "extra", "checksum", "columns", "x" * 300])] = 1.5
-        return
-    name = rng.choice(sorted(attributes))
-    old = attributes[name]
-    how = rng.randrange(9)
-    del attributes[name]
-    if how == 0:
-        return
-    text = old.decode(errors="replace") if isinstance(old, bytes) else str(old)
-    attributes[name] = [None, rng.choice(VALUES), np.ones((2, 3)), h5py.Empty("f8"), text + "x" * rng.choice([1, 70, 5000, 60000]),
-                        text[:-1] + "\n\x1b", h5py.Empty("S4"), np.array([text.encode()[:9], b"other"]),
-                        rng.choice([0, -1, 2, 2 ** 31, 2 ** 62])][how]
-
-
-def mutate_object(rng, file):
-    """One object or attribute of an open file is another, or gone."""
-    paths = objects(file)
-    path = rng.choice(paths)
-    how = rng.randrange(10)
-    if how < 3:
-        mutate_attribute(rng, file, rng.choice(["/", *paths]))
-        return
-    is_data = isinstance(file[path], h5py.Dataset)
-    data = None
-    if is_data:
-        if (file[path].size or 0) > 10 ** 5:
-            raise ValueError("an earlier mutation has made it gigabytes")
-        data = file[path][()]
-    attributes = dict(file[path].attrs)
-    if how == 3 or not is_data:
-        if rng.random() < 0.5:
-            del file[path]
-            file[path] = rng.choice([h5py.SoftLink("/" + path), h5py.SoftLink("/nothing"), h5py.ExternalLink("none.h5", "/x"),
-                                     file["/"], 1.0, "text", np.ones((1,) * 7)])
-        elif rng.random() < 0.5:
-            del file[path]
-        else:
-            file[path + "x" if not is_data else os.path.dirname(path) + "/" + str(rng.randrange(4)) + "y"] = np.ones(3)
-        return
-    data = np.asarray(data)
-    if how in (4, 5):
-        if data.dtype.kind == "f" and data.size:
-            for _ in range(rng.choice([1, 2, data.size])):
-                data[tuple(rng.randrange(n) for n in data.shape)] = rng.choice(VALUES)
-            file[path][...] = data
-            return
-        data = np.array([rng.choice([b"", b"x" * 4000, b"energy", b"\xff\xfe", b"a\nb"])] * max(data.size, 1), dtype=h5py.string_dtype())
-    elif how == 6:
-        data = other_type(rng, data)
-    elif how == 7:
-        data = rng.choice([data.ravel(), data.reshape((1,) * rng.randrange(7) + data.shape), data[:-1] if data.ndim else data,
-                           data.reshape(data.shape + (1,)), data.ravel()[:1].reshape(()) if data.size else data, data.T])
-    else:
-        shape = list(data.shape) or [1]
-        shape[rng.randrange(len(shape))] = rng.choice(SIZES)
-        if rng.random() < 0.2:
-            shape = [rng.choice(SIZES) for _ in range(rng.randrange(1, 4))]
-        del file[path]
-        dtype = h5py.string_dtype() if data.dtype.kind == "O" else data.dtype
-        file.create_dataset(path, shape, dtype, chunks=tuple(min(max(n, 1), 4) for n in shape), maxshape=(None,) * len(shape),
-                            compression=rng.choice([None, "gzip"]) if dtype != h5py.string_dtype() else None)
-        file[path].attrs.update({name: value for name, value in attributes.items() if not isinstance(value, h5py.Empty)})
-        return
-    del file[path]
-    file[path] = data
-    for name, value in attributes.items():
-        file[path].attrs[name] = value
-
-
-def mutate_hdf5(rng, seed, path):
-    """A mutant of the HDF5 file `seed` as `path`."""
-    shutil.copyfile(seed, path)
-    if rng.random() < 0.45:
-        try:
-            with h5py.File(path, "r+") as file:
-                for _ in range(rng.choice([1, 1, 2])):
-                    mutate_object(rng, file)
-            return
-        except Exception:  # h5py cannot write every mutant; its bytes are mutated then
-            shutil.copyfile(seed, path)
-    with open(seed, "rb") as file:
-        content = file.read()
-    with open(path, "wb") as file:
-        file.write(mutate_bytes(rng, content))
-
-
 # ---- policy, mesh, parameters, stiffness, cache: read by tests/fuzz.c ----
 
 def make_by_reader(kind):
@@ -224,6 +67,16 @@ def make_mesh(folder):
     with h5py.File(path, "w") as file:
         file["cells"] = np.array([[x, 0, z, 500, 400] for z in (200.0, 600.0) for x in (250.0, 750.0, 1250.0)])
         file["cells"].attrs["columns"] = "x y z length width"
+    return path
+
+
+def make_planes(folder):
+    """Two planes of other directions, with names of faults"""
+    path = os.path.join(folder, "seed.h5")
+    with h5py.File(path, "w") as file:
+        file["cells"] = [[x, y, 900, 500, 400, strike, dip] for y, strike, dip in ((0.0, 0, 60), (5e3, 30, 45)) for x in (250.0, 750.0)]
+        file["cells"].attrs["columns"] = "x y z length width strike dip"
+        file["fault"] = [7, 7, 2, 2]
     return path
 
 
@@ -246,10 +99,10 @@ def make_stiffness(folder):
 
 def crash_report(path, kind):
     """Frames of a crash on one mutant: of the reader's standard error, or for the program by gdb where there is one."""
-    if kind in ("checkpoint", "catalogue", "output"):
+    if kind in ("checkpoint", "catalogue", "output", "stations"):
         if not shutil.which("gdb"):
             return ""
-        command = [*RUN, "-fault_restart", path] if kind == "checkpoint" else resumed(kind, path)
+        command = {"checkpoint": restarted, "stations": with_stations}.get(kind, lambda path: resumed(kind, path))(path)
         return subprocess.run(["gdb", "-batch", "-ex", "run", "-ex", "bt", "--args", *command, "-no_signal_handler"],
                               env=ENVIRONMENT, capture_output=True, text=True, errors="replace", timeout=10 * TIMEOUT).stdout
     return subprocess.run([READER, kind], input=path + "\n", env=ENVIRONMENT, capture_output=True, text=True, errors="replace").stderr
@@ -327,10 +180,14 @@ def run_program(path, command):
     return Result(path, end, time.time() - begin, used.ru_maxrss, text)
 
 
+def restarted(path):
+    return [*RUN, "-fault_restart", path]
+
+
 def read_with_program(paths):
     results = []
     for path in paths:
-        result = run_program(path, [*RUN, "-fault_restart", path])
+        result = run_program(path, restarted(path))
         if result.end == "accepted" and not has_checksum_of_seed(path):
             result = result._replace(text="none")  # of what it became: it may differ
         results.append(result)
@@ -343,6 +200,35 @@ def has_checksum_of_seed(path):
         return True  # it is the seed
     with open(path, "rb") as file, open(seed, "rb") as good:
         return file.read(CHECKPOINT_BLOCK) == good.read(CHECKPOINT_BLOCK)
+
+
+# ---- stations: read by the program ----
+
+def make_stations(folder):
+    path = os.path.join(folder, "seed.txt")
+    with open(path, "w") as file:
+        file.write("# east of the fault\n1000,2000\n-1e3 2.5e3  # and west\n\n0,0\n")
+    return path
+
+
+def mutate_file(rng, seed, path):
+    with open(seed, "rb") as file:
+        content = mutate_bytes(rng, file.read())
+    with open(path, "wb") as file:
+        file.write(content)
+
+
+def with_stations(path):
+    return [*RUN, "-ts_max_time", "0.1", "-fault_output", path + ".h5", "-fault_surface_stations", path]
+
+
+def read_stations(paths):
+    results = []
+    for path in paths:
+        results.append(run_program(path, with_stations(path)))
+        for left in glob.glob(glob.escape(path) + ".h5*"):
+            os.remove(left)
+    return results
 
 
 # ---- catalogue, output: gone on with by the program ----
@@ -383,88 +269,6 @@ def read_grown(kind):
 
 
 # ---- zip: read by import_sb3.py ----
-
-def pickled_state(arrays):
-    def text(s):
-        return b"X" + struct.pack("<I", len(s)) + s.encode()
-
-    def numbers(values):
-        return b"(" + b"".join(b"J" + struct.pack("<i", v) for v in values) + b"t"
-
-    items = b""
-    for key, (name, array) in enumerate(arrays.items()):
-        storage = b"(" + text("storage") + b"ctorch\nFloatStorage\n" + text(str(key)) + text("cpu") + b"J" + struct.pack("<i", array.size) + b"tQ"
-        items += text(name) + (b"ctorch._utils\n_rebuild_tensor_v2\n(" + storage + b"K\0" + numbers(array.shape)
-                               + numbers(s // array.itemsize for s in array.strides) + b"\x89ccollections\nOrderedDict\n)RtR")
-    return b"\x80\x02ccollections\nOrderedDict\n)R(" + items + b"u."
-
-
-def zip_parts():
-    """(outer, inner) members of a small TQC policy."""
-    rng = np.random.default_rng(3)
-    arrays = {}
-    for name, n, m in (("actor.latent_pi.0", 6, 5), ("actor.latent_pi.2", 5, 4), ("actor.mu.0", 4, 1)):
-        arrays[name + ".weight"] = rng.normal(0, 0.5, (m, n)).astype("f4")
-        arrays[name + ".bias"] = rng.normal(0, 0.5, m).astype("f4")
-    inner = {"archive/data.pkl": pickled_state(arrays), "archive/byteorder": b"little",
-             **{f"archive/data/{k}": array.tobytes() for k, array in enumerate(arrays.values())}}
-    outer = {"data": b'{"policy_class": {"__module__": "sb3_contrib.tqc.policies"}, "num_timesteps": 321, "seed": 5, "use_sde": true,'
-                     b' "policy_kwargs": {"activation_fn": "<class \'torch.nn.modules.activation.ReLU\'>", "clip_mean": 2.0}}'}
-    return outer, inner
-
-
-def write_zip(path, members, method=zipfile.ZIP_STORED):
-    with zipfile.ZipFile(path, "w", method) as archive:
-        for name, content in members.items():
-            archive.writestr(name, content)
-
-
-def make_zip(folder):
-    path = os.path.join(folder, "seed.zip")
-    outer, inner = zip_parts()
-    write_zip(path + ".pth", inner)
-    with open(path + ".pth", "rb") as file:
-        write_zip(path, {**outer, "policy.pth": file.read()})
-    os.remove(path + ".pth")
-    return path
-
-
-def mutate_members(rng, members):
-    """One member mutated, missing, empty or long, or compressed otherwise."""
-    members = dict(members)
-    name, how = rng.choice(sorted(members)), rng.randrange(8)
-    if how < 5:
-        members[name] = mutate_bytes(rng, members[name])
-    elif how == 5:
-        del members[name]
-    elif how == 6:
-        members[rng.choice(sorted(members))] = members[name]
-    else:
-        members[name] = bytes(rng.choice([0, 1, 1 << 16, 9 << 20, 130 << 20]))
-    return members, rng.choice([zipfile.ZIP_STORED] * 3 + [zipfile.ZIP_DEFLATED] * 3 + [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
-
-
-def mutate_zip(rng, seed, path):
-    outer, inner = zip_parts()
-    where = rng.randrange(3)
-    if where == 0:  # checksums of the zip find nearly all of these
-        with open(seed, "rb") as file:
-            content = mutate_bytes(rng, file.read())
-        with open(path, "wb") as file:
-            file.write(content)
-        return
-    method = zipfile.ZIP_DEFLATED
-    if where == 1:
-        inner, method = mutate_members(rng, inner)
-    write_zip(path + ".pth", inner, method)
-    with open(path + ".pth", "rb") as file:
-        outer["policy.pth"] = file.read()
-    os.remove(path + ".pth")
-    method = zipfile.ZIP_STORED
-    if where == 2:
-        outer, method = mutate_members(rng, outer)
-    write_zip(path, outer, method)
-
 
 def read_zips(paths):
     """Each by a process of its own that has import_sb3.py loaded; what it writes must be a policy."""
@@ -510,6 +314,8 @@ KINDS = {
     **{name: Kind(make, mutate_hdf5, read_by_reader(name), name in ("policy", "cache"))
        for name, make in (("policy", make_by_reader("policy")), ("mesh", make_mesh), ("parameters", make_parameters),
                           ("stiffness", make_stiffness), ("cache", make_by_reader("cache")))},
+    "planes": Kind(make_planes, mutate_hdf5, read_by_reader("mesh"), False),
+    "stations": Kind(make_stations, mutate_file, read_stations, False),
     "checkpoint": Kind(make_checkpoint, mutate_checkpoint, read_with_program, True),
     **{name: Kind(make_grown(name), mutate_hdf5, read_grown(name), False) for name in ("catalogue", "output")},
     "zip": Kind(make_zip, mutate_zip, read_zips, False),
