@@ -23,6 +23,7 @@ typedef struct {
   SlipGrid grid;         /* with a kernel that has a row of normal stress, such as SlipKernelDipping */
   PetscReal dip;         /* [deg] */
   const PetscReal *rake; /* [nx * nz] of slip and shear stress [deg]; not kept */
+  PetscReal tolerance;   /* of "hmat": relative error of each low-rank block, in (0, 1); 0: 1e-8 */
 } SlipDippingGrid;
 /* type: "dense", "fft", "hmat" or "auto". Its stiffness, and unless Kn is NULL what slip does to normal stress: compression at the centre of cell i for unit slip on
    cell j [Pa/m], not symmetric. */

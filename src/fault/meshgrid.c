@@ -52,7 +52,8 @@ static void Cell_Grid(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *ce
 
 static PetscErrorCode Stiffness_Dipping(SlipFault fault, const SlipGrid *grid, Mat *K, Mat *Kn)
 {
-  SlipDippingGrid dipping = {.grid = *grid, .dip = fault->mesh.extent[FAULT_DIP]};
+  SlipDippingGrid dipping = {
+    .grid = *grid, .dip = fault->mesh.extent[FAULT_DIP], .tolerance = fault->options.value[FAULT_HMAT_TOLERANCE]};
   PetscReal *rake;
 
   PetscFunctionBegin;

@@ -46,7 +46,7 @@ static PetscErrorCode CellsOf(const SlipDippingGrid *d, SlipCells *cells)
 
 static PetscErrorCode CreateOfCells(MPI_Comm comm, const SlipDippingGrid *grid, const char type[], Mat *K, Mat *Kn)
 {
-  const PetscReal tolerance = 1e-8;
+  const PetscReal tolerance = grid->tolerance != 0 ? grid->tolerance : (PetscReal)1e-8;
   SlipCells cells;
 
   PetscFunctionBegin;
@@ -118,8 +118,8 @@ static const struct {
   Input Parameters:
 + comm - communicator
 . grid - cells, extents [m], dip and rakes [deg], and a kernel that has a row of normal stress, such as SlipKernelDipping
-- type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact), "hmat" (hierarchical, to 1e-8 of each low-rank
-         block) or "auto"
+- type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact), "hmat" (hierarchical, to the tolerance of
+         grid) or "auto"
 
   Output Parameters:
 + K  - symmetric N x N matrix [Pa/m], N = nx * nz, rows distributed by PETSC_DECIDE: the symmetric part of the stress drop
