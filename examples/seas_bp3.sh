@@ -24,8 +24,10 @@ read -r nx nz <<<"$cells"
 # the benchmark's twelve stations, by their distance along the dip
 stations=$(awk -v dip="$dip" 'BEGIN { s = sin(dip * atan2(0, -1) / 180)
   n = split("0 2500 5000 7500 10000 12500 15000 17500 20000 25000 30000 35000", d)
-  for (i = 1; i <= n; i++) printf "%s5e6,%.9g", (i > 1 ? ";" : ""), d[i] * s }')
+  for (i = 1; i <= n; i++) printf "%s19.5e6,%.9g", (i > 1 ? ";" : ""), d[i] * s }')
+# and those of the ground, by their distance from the trace: on both sides of it, and as far as 32 km
+ground="19.5e6,-32e3;19.5e6,-16e3;19.5e6,-8e3;19.5e6,-1e-3;19.5e6,0;19.5e6,8e3;19.5e6,16e3;19.5e6,32e3"
 "$SLIPSTEP_BUILD/bin/fault" -options_file examples/seas_bp3.opts -fault_dip "$dip" -fault_rake "$rake" -fault_nx "$nx" -fault_nz "$nz" \
-  -fault_parameters "${name}_fields.h5" -fault_stations "$stations" -ts_max_time "$seconds" -fault_output "$name.h5" \
+  -fault_parameters "${name}_fields.h5" -fault_stations "$stations" -fault_surface_stations "$ground" -ts_max_time "$seconds" -fault_output "$name.h5" \
   -fault_catalogue "${name}_events.h5" -fault_output_overwrite "$@"
 "$SLIPSTEP_PYTHON" output/seas.py bp3 "$name.h5" "${name}_events.h5"

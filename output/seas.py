@@ -6,7 +6,7 @@
     output/seas.py bp3 RUN.h5 CATALOGUE.h5
     output/seas.py bp6 RUN.h5 CATALOGUE.h5
 
-bp5: fltst_strk*dp*.txt, global.dat, rupture.dat; bp1 and bp3: fltst_dp*, slip.dat; bp6: fltst_strk*, global.dat, slip.dat. slipstep_seas.py says
+bp5: fltst_strk*dp*.txt, global.dat, rupture.dat; bp1 and bp3: fltst_dp*, slip.dat, and of bp3 srfst_fn*; bp6: fltst_strk*, global.dat, slip.dat. slipstep_seas.py says
 what is in them. examples/seas_bp5.sh, seas_bp1.sh, seas_bp3.sh and seas_bp6.sh make the runs.
 """
 
@@ -27,7 +27,7 @@ from slipstep_fields import KINDS, RUPTURE_RATE
 from slipstep_maps import Span, colour_bar, planes_of
 from slipstep_output import OutputError, Run
 from slipstep_panels import RED, REFERENCE, RUN_STYLES, log_scale, plt, save, use_style
-from slipstep_seas import BENCHMARKS, DAY, FRONT_RATE, ORIGIN, STOP, cycles, dip_of, first_event, front, name_of, pressure, stations_of, write_files
+from slipstep_seas import BENCHMARKS, DAY, FRONT_RATE, ORIGIN, STOP, cycles, dip_of, first_event, front, name_of, pressure, stations_of, surface_of, write_files
 from slipstep_spacetime import Line
 from slipstep_time import YEAR
 
@@ -37,6 +37,9 @@ PUBLISHED = {"bp5": (235.4, "other codes: 235.4 years"), "bp1": (78.2, "other co
 # Intervals [years] of BP3 that repeat in this order, for a dip and 1 (thrust) or -1 (normal): FDRA with cells of 25 m, as
 # github.com/rmskarbek/RSFaultZ has them
 CYCLE = {(60, 1): (63.31, 87.12, 91.12, 97.45), (30, -1): (74.05, 109.75)}
+# Displacement of the ground there [m], to the right and down, by years and km from the trace
+GROUND = {(60, 1): {50.0307: {16: (-0.400304, -0.418260), -16: (-0.031915, 0.527212), 0: (-0.303663, 0.227878)},
+                    150.0728: {16: (-1.183382, -1.256208), -16: (-0.085960, 1.584125)}}}
 STEADY = 2  # intervals that the start still shows in: the later ones are averaged
 SNAPSHOTS = (5, 10, 25, 50, 100, 200, 400, 730)  # days, of BP6
 SHOWN = 600 * YEAR  # of BP1's cumulative slip
@@ -67,6 +70,19 @@ def summary(events):
         yield f"{name.replace('_', ' ')}: {values[0]:.{digits}g} {unit} first, {values[-1]:.{digits}g} {unit} last"
     duration = (events["end"] - events["onset"])[first]
     yield f"above {RUPTURE_RATE:g} m/s for {duration[0]:.0f} s first, {duration[-1]:.0f} s last"
+
+
+def ground_summary(run):
+    """BP3: displacement of the ground before the first event beside others', a line each."""
+    dip, sign = dip_of(run)
+    found = {round(y / 1e3): values for y, values in surface_of(run).items()}
+    for years, places in GROUND.get((round(dip), sign), {}).items():
+        for x, wanted in places.items():
+            if x not in found or found[x][0][-1] < years * YEAR:
+                continue
+            time, displacement, _ = found[x]
+            right, down = (np.interp(years * YEAR, time, displacement[:, k]) for k in (0, 1))
+            yield f"ground at {x:+d} km after {years:g} years: {right:.4f} m to the right, {down:.4f} m down (FDRA: {wanted[0]:.4f}, {wanted[1]:.4f})"
 
 
 def draw_rate(axes, run, events):
@@ -242,7 +258,8 @@ def main():
         save(canvas, target) if target.endswith(".png") else canvas.savefig(target)
     except (OutputError, OSError, ValueError) as error:
         sys.exit(f"seas.py: {error}")
-    for line in injection_summary(run) if injection else summary(events):
+    lines = list(injection_summary(run) if injection else summary(events))
+    for line in lines + (list(ground_summary(run)) if options.benchmark == "bp3" else []):
         print(line)
     print(f"Files: {len(paths)} in {os.path.dirname(paths[0])}")
     print(f"Figure: {target}")

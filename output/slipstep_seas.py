@@ -23,6 +23,7 @@ PAUSE = 3.15576e7  # s: events that begin earlier after the one before belong to
 NEVER = 1e9  # s: the time of cells that do not break
 ORIGIN = {"bp5": 50e3, "bp6": 20e3}  # where BP5's x2 and BP6's z are 0 [m], along strike and in depth
 DAY = 86400.0
+PLATES = 1e-9  # rate of BP3's [m/s]
 # BP6: hydraulic diffusivity [m^2/s], compressibility [1/Pa], porosity, flux [m/s], its end [s]
 ALPHA, BETA, PHI, FLUX, STOP = 0.1, 1e-8, 0.1, 1.25e-6, 100 * DAY
 
@@ -30,7 +31,8 @@ COLUMNS = {"t": "Time (s)", "slip": "Slip (m)", "slip_2": "Slip_2 (m)", "slip_3"
            "slip_rate_2": "Slip_rate_2 (log10 m/s)", "slip_rate_3": "Slip_rate_3 (log10 m/s)", "shear_stress": "Shear stress (MPa)",
            "shear_stress_2": "Shear_stress_2 (MPa)", "shear_stress_3": "Shear_stress_3 (MPa)", "pore_pressure": "Pore pressure (MPa)", "normal_stress": "Normal stress (MPa), positive in compression",
            "darcy_vel": "Darcy velocity (m/s)", "state": "State (log10 s)", "max_slip_rate": "Max_slip_rate (log10 m/s)",
-           "moment_rate": "Moment_rate (N-m/s)", "moment_density_rate": "Moment density rate (N/s)", "x2": "Position along strike (m)", "x3": "Depth (m)"}
+           "disp_1": "Horizontal displacement (m), positive to the right", "disp_2": "Vertical displacement (m), positive down", "vel_1": "Horizontal velocity (m/s)",
+           "vel_2": "Vertical velocity (m/s)", "moment_rate": "Moment_rate (N-m/s)", "moment_density_rate": "Moment density rate (N/s)", "x2": "Position along strike (m)", "x3": "Depth (m)"}
 # Names, and the columns of the files of stations
 BENCHMARKS = {
     "bp1": {"name": "BP1-QD", "station": ("t", "slip", "slip_rate", "shear_stress", "state")},
@@ -93,6 +95,20 @@ def stations_of(run):
                 raise OutputError(f"{run.path}: the state of its stations is not a time: expected a run with -fault_friction_law rate_and_state")
             found.append(station)
     return found
+
+
+def surface_of(run):
+    """Of BP3's stations on the ground, by their distance from the trace [m]: time [s], displacement [n, 2] [m] and velocity [m/s], to the right
+    and down. Plates bring their rigid motion, of half the slip of the fault at depth: against it on the hanging wall, to the right."""
+    dip, sign = dip_of(run)
+    half = sign * 0.5 * np.array([math.cos(math.radians(dip)), math.sin(math.radians(dip))])
+    found = {}
+    with run._open() as file:
+        for station in file.get("surface", {}).values():
+            y, time = float(_plain(station.attrs["y"])), station["time"][...]
+            rigid = (-1 if y >= 0 else 1) * PLATES * half
+            found[y] = time, station["displacement"][:, 1:] + np.outer(time, rigid), station["velocity"][:, 1:] + rigid
+    return dict(sorted(found.items()))
 
 
 class Writer:
@@ -159,6 +175,13 @@ class Writer:
             z /= math.sin(math.radians(dip_of(self.run)[0]))
         return f"fltst_strk{(z - ORIGIN['bp6']) / 100:+03.0f}" if self.benchmark == "bp6" else f"fltst_dp{z / 100:03.0f}"
 
+    def surface(self):
+        """A file for each station on the ground, by its distance from the trace in km; -00 is the foot wall's side of it."""
+        columns = ("t", "disp_1", "disp_2", "vel_1", "vel_2")
+        for y, (time, displacement, velocity) in surface_of(self.run).items():
+            name = f"srfst_fn{'-' if y < 0 else '+'}{abs(y) / 1e3:02.0f}"
+            self.write(name, columns, np.column_stack([time, displacement, velocity]), f"on the ground, {y:g} m to the right of the trace")
+
     def totals(self):
         """global.dat: the moment rate is that of the whole fault, of BP6 over its length along strike."""
         series, fault = self.run.series, self.events.attributes
@@ -209,6 +232,8 @@ def write_files(benchmark, run, events, folder):
     writer = Writer(benchmark, run, events, folder)
     for station in stations_of(run):
         writer.station(station)
+    if benchmark == "bp3":
+        writer.surface()
     if benchmark not in ("bp1", "bp3"):
         writer.totals()
     if benchmark == "bp5":

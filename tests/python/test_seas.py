@@ -168,9 +168,10 @@ class SeasTest(PictureTest):
     def test_bp3(self):
         """The first event of a thrust of 60 degrees, against FDRA with cells of 25 m, and the strength that follows normal stress."""
         dips = [0, 25, 50, 75, 100, 125, 150, 175, 200, 250, 300, 350]  # in tenths of a km, along the dip
-        stations = ";".join(f"5e6,{100 * d * np.sin(np.pi / 3):.9g}" for d in dips)
-        run, events, said = self.run_benchmark("bp3", 200, 240, "-fault_dip", "60", "-fault_rake", "90", "-fault_stations", stations)
-        self.assertIn("Files: 13 in ", said)
+        stations = ";".join(f"19.5e6,{100 * d * np.sin(np.pi / 3):.9g}" for d in dips)
+        run, events, said = self.run_benchmark("bp3", 200, 240, "-fault_dip", "60", "-fault_rake", "90", "-fault_stations", stations,
+                                              "-fault_surface_stations", "19.5e6,-16e3;19.5e6,-1e-3;19.5e6,0;19.5e6,16e3")
+        self.assertIn("Files: 17 in ", said)
         self.look(self.path("run.png"))
         # cells of 200 m, 1.7 in a cohesive zone, are 0.3 % late, of 100 m 0.03 %, of 25 m 0.007 %
         self.assertEqual(len(events), 1)
@@ -189,6 +190,20 @@ class SeasTest(PictureTest):
         years = rows[:, 0] / YEAR - events["onset"][0] / YEAR
         for year, wanted in ((-0.5, 50.7138), (5, 50.2931)):
             self.assertAlmostEqual(np.interp(year, years, rows[:, 4]), wanted, delta=0.02)
+        # before the event the ground is FDRA's, to a millimetre: 0.8 mm by the length of the fault and cells of 200 m
+        for name, year, right, down in (("+16", 50.0307, -0.400304, -0.418260), ("-16", 50.0307, -0.031915, 0.527212), ("+00", 50.0307, -0.303663, 0.227878),
+                                        ("+16", 150.0728, -1.183382, -1.256208), ("-16", 150.0728, -0.085960, 1.584125)):
+            _, names, rows = self.file("srfst_fn" + name)
+            self.assertEqual(names, ["t", "disp_1", "disp_2", "vel_1", "vel_2"])
+            for column, wanted in ((1, right), (2, down)):
+                self.assertAlmostEqual(np.interp(year * YEAR, rows[:, 0], rows[:, column]), wanted, delta=1e-3)
+                rate = np.gradient(rows[:, column], rows[:, 0])
+                quiet = (rows[:, 0] > 10 * YEAR) & (rows[:, 0] < 150 * YEAR)
+                np.testing.assert_allclose(rows[quiet, column + 2], rate[quiet], atol=1e-11)  # a hundredth of the plates' rate
+        hanging, foot = (self.file("srfst_fn" + name)[2] for name in ("+00", "-00"))
+        slip = self.file("fltst_dp000")[2][:, 1]  # of the cell at the surface: the two sides of the trace part by it along the dip
+        np.testing.assert_allclose((foot[:, 1] - hanging[:, 1]) / np.cos(np.pi / 3), slip, atol=1e-6)  # 1e-7 of 7.6 m of the plates
+        self.assertIn("ground at +16 km after 150.073 years: -1.18", said)
 
     def test_bp6(self):
         """The first step, of a hundredth of the 127 years in which a cell slips its d_c, is far too long. What it leads to must not be taken
