@@ -78,7 +78,7 @@ static PetscErrorCode MakePolicy(const char file[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A fault of 3 x 2 cells, set up with one option that names the file; from the instability, which planes that dip have not. */
+/* A fault of 3 x 2 cells, set up with one option that names the file. */
 static PetscErrorCode ReadOfFault(const char option[], const char file[])
 {
   SlipFault fault;
@@ -88,7 +88,6 @@ static PetscErrorCode ReadOfFault(const char option[], const char file[])
   PetscCall(SlipFaultSetReal(fault, "nx", 3));
   PetscCall(SlipFaultSetReal(fault, "nz", 2));
   PetscCall(SlipFaultSetString(fault, option, file));
-  if (!strcmp(option, "mesh")) PetscCall(SlipFaultSetString(fault, "initial", "rest"));
   PetscCall(SlipFaultSetUp(fault));
   PetscCall(SlipFaultDestroy(&fault));
   PetscFunctionReturn(PETSC_SUCCESS);

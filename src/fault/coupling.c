@@ -1,5 +1,6 @@
-/* Normal stress that changes with slip: sigma = max(sigma0 - p + Kn u, 0), u the displacement relative to the far field, which
-   loading by backslip leaves as it is. */
+/* Normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), u the displacement relative to the far field, which
+   loading by backslip leaves as it is, and u0 that of the start, which is not 0 where elastic stress is to be critical there: sigma0
+   is the normal stress before any slip. */
 #include <slipstep/private/slipfaultobservers.h>
 #include <slipelasticity.h>
 #include <slipstep/private/slipsys.h>
@@ -24,7 +25,7 @@ static PetscErrorCode AlongStrike(SlipFault fault, PetscBool *along)
 PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault), *file = fault->options.text[FAULT_STIFFNESS_FILE];
-  PetscBool along, yes, no, critical;
+  PetscBool along, yes, no;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->options.text[FAULT_NORMAL_COUPLING], "yes", &yes));
@@ -37,19 +38,14 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
     prefix, prefix, file);
   fault->kind.dipping = !file[0] && (yes || fault->mesh.dips || !along) ? PETSC_TRUE : PETSC_FALSE;
   fault->kind.coupled = fault->kind.dipping && !no ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
-  PetscCheck(!critical || !fault->kind.coupled, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_initial critical does not know normal stress that slip changes, as of this fault: expected "
-             "traction, rest, "
-             "or -%sfault_normal_coupling no",
-             prefix, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After the operators are known. */
+/* After the operators and the critical state are known. */
 PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
 {
   SlipFaultCoupling *c = &fault->coupling;
+  PetscReal share;
 
   PetscFunctionBegin;
   if (!fault->operators.Kn) PetscFunctionReturn(PETSC_SUCCESS);
@@ -59,6 +55,12 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->critical.uc, &c->factor));
   PetscCall(MatMult(fault->operators.Kn, fault->operators.vinf, c->drive));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
+  PetscCall(SlipFaultStartShare(fault, &share));
+  if (share == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(fault->critical.uc, &c->start));
+  PetscCall(VecCopy(fault->critical.uc, c->u));
+  PetscCall(VecScale(c->u, share));
+  PetscCall(MatMult(fault->operators.Kn, c->u, c->start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -71,6 +73,7 @@ PetscErrorCode SlipFaultCouplingDestroy(SlipFault fault)
   PetscCall(VecDestroy(&c->rise));
   PetscCall(VecDestroy(&c->drive));
   PetscCall(VecDestroy(&c->factor));
+  PetscCall(VecDestroy(&c->start));
   PetscCall(PetscFree(c->stress));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -93,14 +96,16 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
 {
   SlipFaultCoupling *c = &fault->coupling;
   const SlipFaultLoad *load;
-  const PetscReal *rise, *drive;
-  const SlipArrays arrays[] = {{c->rise, .read = &rise}, {c->drive, .read = &drive}};
+  const PetscReal *rise, *drive, *start = NULL;
+  const SlipArrays arrays[] = {{c->rise, .read = &rise}, {c->drive, .read = &drive}, {c->start, .read = &start}};
+  const int n = c->start ? 3 : 2;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) c->stress[i] = PetscMax(load->bare[i] + rise[i] - rest * drive[i], 0);
-  PetscCall(SlipArraysRestore(2, arrays));
+  PetscCall(SlipArraysGet(n, arrays));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    c->stress[i] = PetscMax(load->bare[i] + rise[i] - (start ? start[i] : 0) - rest * drive[i], 0);
+  PetscCall(SlipArraysRestore(n, arrays));
   c->moment = (SlipFaultMoment){0};
   *friction = SlipFaultCellFriction(fault, c->stress);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -117,7 +122,7 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
 - w     - state, of SlipFaultCreateState()
 
   Output Parameter:
-. friction - as of SlipFaultGetFriction(), with the normal stress sigma0 - p + Kn u, and valid until the fault is asked about another
+. friction - as of SlipFaultGetFriction(), with the normal stress sigma0 - p + Kn (u - u0), u0 of the start, and valid until the fault is asked about another
              state or time
 
   Level: advanced

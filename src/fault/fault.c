@@ -71,8 +71,8 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscCall(SlipFaultCellsSetUp(fault));
   PetscCall(SlipFaultLoadsSetUp(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
-  PetscCall(SlipFaultCouplingSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));
+  PetscCall(SlipFaultCouplingSetUp(fault));
   PetscCall(SlipFaultFollowSetUp(fault));
   PetscCall(SlipFaultBalanceSetUp(fault));
   PetscCall(SlipFaultResolutionSetUp(fault));

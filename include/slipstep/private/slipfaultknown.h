@@ -63,6 +63,7 @@ typedef struct {
 typedef struct {
   Vec u, rise;        /* its displacement [m] and Kn u [Pa]; NULL where slip does not */
   Vec drive;          /* Kn v_inf, by which the stress of a fault at rest falls [Pa/s] */
+  Vec start;          /* Kn u of the start, which changes nothing [Pa]; NULL: 0 */
   Vec factor;         /* of a stage: theta dq/dsigma at the rates that its bound was asked about last */
   PetscReal *stress;  /* [n] effective normal stress, at least 0 [Pa] */
   PetscBool balanced; /* rise is that of the last right-hand side */
