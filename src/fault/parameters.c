@@ -475,6 +475,7 @@ const char *SlipFaultGetText(SlipFault fault, PetscInt id)
 {
   if (fault->setup && id == FAULT_INITIAL) return fault->kind.initial;
   if (fault->setup && id == FAULT_VISCOSITY) return fault->kind.viscosity;
+  if (fault->setup && id == FAULT_NORMAL_COUPLING) return fault->kind.coupled ? "yes" : "no";
   return fault->options.text[id];
 }
 

@@ -436,6 +436,8 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
 {
   PetscReal mass, tstar, perturbation, scale;
   const PetscScalar *w;
+  char coupling[8];
+  PetscBool no;
   PetscInt n;
   Mat K, H;
 
@@ -443,6 +445,11 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   PetscCall(PetscMemzero(p, sizeof(*p)));
   PetscCall(VecGetSize(start, &n));
   p->n = n /= 3;
+  PetscCall(SlipFaultGetString(fault, "normal_coupling", coupling, sizeof(coupling)));
+  PetscCall(PetscStrcmp(coupling, "no", &no));
+  PetscCheck(no, PETSC_COMM_SELF, PETSC_ERR_SUP,
+             "training on events does not know normal stress that slip changes, as of a fault that dips: expected "
+             "-fault_normal_coupling no, or ruptures from a given stress (-fault_initial traction)");
   PetscCall(SlipFaultGetOperators(fault, &K, &H, &mass));
   PetscCall(SlipFaultGetFriction(fault, 0, &p->friction));
   PetscCall(SlipFaultGetTimeScale(fault, &tstar));
