@@ -186,7 +186,7 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
   enum { RATE, DISPLACEMENT, SLIP, STATE, TRACTION, STRESS, COUNT };
   static const char *const names[COUNT] = {"slip_rate", "displacement", "slip", "state", "traction", "stress"};
   const PetscReal *a, *u;
-  PetscReal *local, share;
+  PetscReal *local;
   SlipFrictionCells friction;
   PetscInt k;
   PetscBool same = PETSC_FALSE;
@@ -204,7 +204,6 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
   if (k == STRESS) PetscCall(SlipFaultStress(fault, t, w, T));
   if (k == TRACTION) PetscCall(SlipFaultTraction(fault, t, w, T));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
-  PetscCall(SlipFaultStartShare(fault, &share));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &local));
   PetscCall(VecGetArrayRead(k >= TRACTION ? T : w, &a));
   PetscCall(VecGetArrayRead(fault->critical.uc, &u));
@@ -216,7 +215,8 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
     else if (k == STATE)
       local[i] = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
     else if (k == SLIP && (fault->kind.heals || fault->friction.law->state))
-      local[i] = a[SlipFaultDisplacementAt(fault, i)] - share * u[i] + t * fault->fields.cell[FIELD_LOADING_RATE][i];
+      local[i] = a[SlipFaultDisplacementAt(fault, i)] - fault->critical.start_share * u[i] +
+                 t * fault->fields.cell[FIELD_LOADING_RATE][i];
     else
       local[i] = a[k == RATE           ? SlipFaultRateAt(fault, i)
                    : k == DISPLACEMENT ? SlipFaultDisplacementAt(fault, i)

@@ -45,7 +45,6 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
 PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
 {
   SlipFaultCoupling *c = &fault->coupling;
-  PetscReal share;
 
   PetscFunctionBegin;
   if (!fault->operators.Kn) PetscFunctionReturn(PETSC_SUCCESS);
@@ -55,11 +54,10 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->critical.uc, &c->factor));
   PetscCall(MatMult(fault->operators.Kn, fault->operators.vinf, c->drive));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
-  PetscCall(SlipFaultStartShare(fault, &share));
-  if (share == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->critical.start_share == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &c->start));
   PetscCall(VecCopy(fault->critical.uc, c->u));
-  PetscCall(VecScale(c->u, share));
+  PetscCall(VecScale(c->u, fault->critical.start_share));
   PetscCall(MatMult(fault->operators.Kn, c->u, c->start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

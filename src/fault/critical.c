@@ -90,10 +90,13 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
 {
   SlipFrictionCells friction;
   PetscReal mu, ds, dv, sum[4] = {0, 0, 0, 0};
+  PetscBool critical;
   PetscReal *q;
   Vec q0 = fault->work[0];
 
   PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
+  fault->critical.start_share = critical ? -(1 + fault->options.value[FAULT_INITIAL_PERTURBATION]) : 0;
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(VecGetArrayWrite(q0, &q));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {

@@ -46,13 +46,12 @@ static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, Petsc
 {
   SlipFault fault = out->fault;
   const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a;
-  PetscReal sum[2] = {0, 0}, share, end, slip;
+  PetscReal sum[2] = {0, 0}, end, slip;
   PetscBool critical;
   TS ts = out->ts;
 
   PetscFunctionBegin;
   PetscCall(TSGetMaxTime(ts, &end));
-  PetscCall(SlipFaultStartShare(fault, &share));
   PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
   *progress = end > 0 ? PetscMin(PetscMax(time / end, 0), 1) : 1;
   PetscCall(VecGetArrayRead(w, &a));
@@ -65,7 +64,7 @@ static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, Petsc
   slip = PetscAbsReal(sum[1]) / (PetscReal)fault->mesh.N * end + (critical ? fault->critical.drop_slip : 0);
   if (slip > 0)
     *progress = 0.5 * (*progress + PetscMin(PetscAbsReal((sum[0] + sum[1] * time) / (PetscReal)fault->mesh.N -
-                                                         share * fault->critical.mean_uc) /
+                                                         fault->critical.start_share * fault->critical.mean_uc) /
                                               slip,
                                             1));
   PetscFunctionReturn(PETSC_SUCCESS);

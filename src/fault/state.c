@@ -34,17 +34,6 @@ PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The displacement of the start over uc; 0 without stress, or where it is given */
-PetscErrorCode SlipFaultStartShare(SlipFault fault, PetscReal *share)
-{
-  PetscBool critical;
-
-  PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
-  *share = critical ? -(1 + fault->options.value[FAULT_INITIAL_PERTURBATION]) : 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* No cell may start above its strength. */
 static PetscErrorCode CheckTraction(SlipFault fault)
 {
@@ -114,7 +103,6 @@ static PetscErrorCode CheckTraction(SlipFault fault)
 @*/
 PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
 {
-  PetscReal factor;
   PetscBool critical, traction;
   PetscReal *a;
   const PetscReal *uc;
@@ -131,10 +119,10 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   }
   if (traction && !fault->options.initial_unstable) PetscCall(CheckTraction(fault));
   if (!critical) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultStartShare(fault, &factor));
   PetscCall(VecGetArray(w, &a));
   PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) a[SlipFaultDisplacementAt(fault, i)] = factor * uc[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    a[SlipFaultDisplacementAt(fault, i)] = fault->critical.start_share * uc[i];
   PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
   PetscCall(VecRestoreArray(w, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -146,14 +134,14 @@ PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip)
 {
   const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a, *uc;
   const PetscBool state = fault->kind.heals || fault->friction.law->state ? PETSC_TRUE : PETSC_FALSE;
-  PetscReal share, *s;
+  PetscReal *s;
   const SlipArrays arrays[] = {{w, .read = &a}, {fault->critical.uc, .read = &uc}, {slip, .write = &s}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultStartShare(fault, &share));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
-    s[i] = state ? a[SlipFaultDisplacementAt(fault, i)] - share * uc[i] + t * vinf[i] : a[SlipFaultStateAt(fault, i)];
+    s[i] = state ? a[SlipFaultDisplacementAt(fault, i)] - fault->critical.start_share * uc[i] + t * vinf[i]
+                 : a[SlipFaultStateAt(fault, i)];
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

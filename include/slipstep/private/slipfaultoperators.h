@@ -15,16 +15,17 @@ typedef struct {
 
 /* The critical state, and the means by which observations are made dimensionless */
 typedef struct {
-  PetscBool known;     /* else uc and what follows of it is zero: the start is given, and no solve with K needed */
-  Vec uc;              /* K^-1 q(0): displacement at the instability, positive [m] */
-  PetscReal mean_dc;   /* mean d_c [m] */
-  PetscReal mean_uc;   /* mean uc [m] */
-  PetscReal mean_q0;   /* mean strength at the start [Pa] */
-  PetscReal mean_drop; /* mean of q(0) - q after all weakening [Pa] */
-  PetscReal drop_slip; /* mean uc times mean strength drop over mean q0: slip that the drop implies [m] */
-  PetscReal energy;    /* uc' K uc [Pa m], the sum over all cells */
-  PetscReal weakening; /* uc (-dq/ds) uc at the start [Pa m], likewise */
-  PetscReal inertia;   /* uc M uc [kg], likewise, over the mean area */
+  PetscBool known;       /* else uc and what follows of it is zero: the start is given, and no solve with K needed */
+  Vec uc;                /* K^-1 q(0): displacement at the instability, positive [m] */
+  PetscReal start_share; /* displacement of the start over uc; 0 without stress, or where it is given */
+  PetscReal mean_dc;     /* mean d_c [m] */
+  PetscReal mean_uc;     /* mean uc [m] */
+  PetscReal mean_q0;     /* mean strength at the start [Pa] */
+  PetscReal mean_drop;   /* mean of q(0) - q after all weakening [Pa] */
+  PetscReal drop_slip;   /* mean uc times mean strength drop over mean q0: slip that the drop implies [m] */
+  PetscReal energy;      /* uc' K uc [Pa m], the sum over all cells */
+  PetscReal weakening;   /* uc (-dq/ds) uc at the start [Pa m], likewise */
+  PetscReal inertia;     /* uc M uc [kg], likewise, over the mean area */
 } SlipFaultCritical;
 
 /* stiffness.c: K of the mesh or of a file, its scaling, H and B */
