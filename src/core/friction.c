@@ -185,6 +185,10 @@ static PetscReal StateAdvance(const SlipFrictionLaw *law, const SlipFriction *p,
 {
   const PetscReal share = 1 / (1 + theta * p->healing);
 
+  if (theta == 0) { /* a state as it is */
+    *ds = 0;
+    return s0;
+  }
   if (law->state) return OwnStateAdvance(law, p, theta, s0, rate, ds);
   *ds = theta * share;
   return (s0 + theta * rate) * share;

@@ -215,7 +215,10 @@ PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation
   if (!fault->friction.law->always_slides || fault->kind.inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
   if (b->stiffest == 0) PetscCall(LargestEigenvalue(fault, &b->stiffest));
   PetscCall(SlipFaultGetLoad(fault, b->time, &of_now));
-  PetscCall(SlipFaultGetFrictionOf(fault, b->time, w, &friction));
+  if (fault->coupling.balanced) /* the normal stress of that right-hand side too: a product less for each attempt */
+    PetscCall(SlipFaultCoupledFriction(fault, b->time, 0, &friction));
+  else
+    PetscCall(SlipFaultGetFrictionOf(fault, b->time, w, &friction));
   PetscCall(SlipArraysGet(3, arrays));
   PetscCall(VecGetArrayRead(of_now->shear, &load));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -353,7 +356,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
 PetscErrorCode SlipFaultGetObservables(SlipFault fault, PetscReal t, Vec w, Vec r, SlipFaultObservables *obs)
 {
   const SlipFaultSums *s;
-  PetscReal power[3], start;
+  PetscReal power[3];
   const PetscReal N = (PetscReal)fault->mesh.N;
 
   PetscFunctionBegin;
@@ -363,10 +366,9 @@ PetscErrorCode SlipFaultGetObservables(SlipFault fault, PetscReal t, Vec w, Vec 
   obs->mean_slip_rate = s->sum[SUM_V] / N;
   obs->max_slip_rate = s->max_v;
   obs->mean_slip = s->sum[SUM_S] / N;
-  PetscCall(SlipFaultStartShare(fault, &start));
   /* A state that heals is no slip: that is the displacement relative to the start and the far field. */
   if (fault->kind.heals || fault->friction.law->state)
-    obs->mean_slip = (s->sum[SUM_U] + t * s->sum[SUM_VINF]) / N - start * fault->critical.mean_uc;
+    obs->mean_slip = (s->sum[SUM_U] + t * s->sum[SUM_VINF]) / N - fault->critical.start_share * fault->critical.mean_uc;
   obs->mean_displacement = s->sum[SUM_U] / N;
   obs->sliding_fraction = s->sum[SUM_SLIDING] / N;
   obs->kinetic = fault->kind.inertia ? fault->operators.mass * s->sum[SUM_V2] / (2 * N) : 0;

@@ -66,6 +66,7 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
 
   PetscFunctionBegin;
   (void)ts;
+  if (!r && fault->friction.law->always_slides) PetscCall(SlipFaultStepTraction(fault, t, w, &r));
   PetscCall(SlipFaultGetObservables(fault, t, w, r, &o));
   {
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
@@ -175,16 +176,14 @@ static PetscErrorCode SlipOfDisplacement(SlipFaultOutput out, PetscReal time, co
 static PetscErrorCode GatherStart(SlipFaultOutput out)
 {
   SlipFault fault = out->fault;
-  PetscReal share;
 
   PetscFunctionBegin;
   if (!(fault->kind.heals || fault->friction.law->state) || out->start0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultStartShare(fault, &share));
   PetscCall(VecDuplicate(out->r0, &out->start0));
   PetscCall(VecDuplicate(out->r0, &out->vinf0));
   PetscCall(VecScatterBegin(out->gather_r, fault->critical.uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_r, fault->critical.uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScale(out->start0, share));
+  PetscCall(VecScale(out->start0, fault->critical.start_share));
   PetscCall(VecScatterBegin(out->gather_r, fault->operators.vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_r, fault->operators.vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
   PetscFunctionReturn(PETSC_SUCCESS);
