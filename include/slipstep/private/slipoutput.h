@@ -5,7 +5,7 @@
 #include <slipts.h>
 
 /* A group of series with one row per event, kept until SLIP_TABLE_ROWS rows are there. */
-#define SLIP_TABLE_ROWS 64
+#define SLIP_TABLE_ROWS 256
 #define SLIP_TABLE_COLUMNS 32
 typedef struct {
   char group[64];
