@@ -37,7 +37,6 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
 {
   SlipOutput out;
   Vec r = NULL;
-  PetscReal row[SLIP_TABLE_COLUMNS] = {time};
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
@@ -49,8 +48,9 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
   PetscCall(SlipOutputAttemptsStep(out, step, time));
   if (out->started && step != out->last_step) { /* not for the state that TSSolve() starts from */
     PetscCall(SlipOutputReaction(out, time, w, &r));
-    PetscCall((*out->row)(ts, time, w, r, row + 1, out->ctx));
-    if (!out->rank) ierr = SlipOutputRow(out, &out->series, row);
+    out->numbers[0] = time;
+    PetscCall((*out->row)(ts, time, w, r, out->numbers + 1, out->ctx));
+    if (!out->rank) ierr = SlipOutputRow(out, &out->series, out->numbers);
   }
   out->started = PETSC_TRUE;
   out->last_step = step;
@@ -450,7 +450,11 @@ PetscErrorCode SlipOutputDestroy(SlipOutput *output)
   }
   if (out->wanted) PetscCall(SlipErrorBcast(out->comm, ierr));
   PetscCall(VecDestroy(&out->reaction));
+  PetscCall(SlipTableDestroy(&out->steps));
+  PetscCall(SlipTableDestroy(&out->series));
+  for (PetscInt k = 0; k < out->nmore && !out->rank; k++) PetscCall(SlipTableDestroy(&out->more[k]));
   PetscCall(PetscFree(out->more));
+  PetscCall(PetscFree(out->numbers));
   PetscCall(PetscContainerSetPointer(out->box, NULL)); /* the TS, if it is still there, keeps the box */
   PetscCall(PetscContainerDestroy(&out->box));
   PetscCall(PetscFree(*output));

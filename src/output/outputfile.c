@@ -54,7 +54,7 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
 . n       - columns, at most 32; the first is by use time
 . column  - their names and units [n]; the strings are borrowed
 - entries - numbers of a column in a row [n], whose dataset is then [rows, entries], 0 for one number and [rows]; NULL: one
-            each; at most 32 in a row
+            each
 
   Output Parameter:
 . table - its number, for SlipOutputAddRows()
@@ -163,9 +163,12 @@ static PetscErrorCode SlipOutputLast(void *ctx)
 PetscErrorCode SlipOutputBegin(SlipOutput out)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscInt numbers = 0;
 
   PetscFunctionBegin;
   if (!out->wanted || out->begun) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt c = 0; c < out->ncolumns; c++) numbers += PetscMax(out->entries[c], 1);
+  PetscCall(PetscCalloc1(numbers, &out->numbers));
   if (!out->rank) ierr = SlipOutputOpen(out);
   PetscCall(SlipErrorBcast(out->comm, ierr));
   out->begun = PETSC_TRUE;

@@ -12,9 +12,9 @@ typedef struct {
   SlipOutputColumn column[SLIP_TABLE_COLUMNS];
   PetscInt ncolumns, nrows;
   PetscInt entries[SLIP_TABLE_COLUMNS]; /* numbers of a column in a row */
-  PetscInt first[SLIP_TABLE_COLUMNS];   /* of them, in value */
+  PetscInt first[SLIP_TABLE_COLUMNS];   /* of them, in a row */
   PetscInt written;                     /* rows in the file */
-  PetscReal value[SLIP_TABLE_COLUMNS][SLIP_TABLE_ROWS];
+  PetscReal *value;                     /* of SLIP_TABLE_ROWS rows, one column after the other */
 } SlipTable;
 
 /* entries [ncolumns], or NULL: a row has so many numbers in a column, whose dataset is [n, entries]; 0: one, and [n].
@@ -23,6 +23,7 @@ PETSC_INTERN PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char 
                                             const SlipOutputColumn column[], const PetscInt entries[], PetscInt rows);
 PETSC_INTERN PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[]);
 PETSC_INTERN PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h);
+PETSC_INTERN PetscErrorCode SlipTableDestroy(SlipTable *t);
 
 #define SLIP_OUTPUT_NUMBERS 48
 #define SLIP_OUTPUT_NAME 64
@@ -71,7 +72,8 @@ struct _n_SlipOutput {
   SlipOutputColumn column[SLIP_TABLE_COLUMNS]; /* of series */
   PetscInt entries[SLIP_TABLE_COLUMNS];        /* of theirs, see SlipTableCreate() */
   PetscInt ncolumns;
-  SlipH5 file; /* rank 0 */
+  PetscReal *numbers; /* a row of series */
+  SlipH5 file;        /* rank 0 */
   SlipTable steps, series;
   SlipOutputAttempts attempts;
   PetscInt nmore;
