@@ -107,6 +107,8 @@ PETSC_EXTERN PetscErrorCode SlipH5WriteInt(SlipH5 *h, const char path[], PetscIn
 PETSC_EXTERN PetscErrorCode SlipH5WriteStrings(SlipH5 *h, const char path[], PetscInt n, const char *const strings[]);
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrReal(SlipH5 *h, const char path[], const char attr[], PetscReal value);
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], const char attr[], PetscInt value);
+PETSC_EXTERN PetscErrorCode SlipH5WriteAttrInts(SlipH5 *h, const char path[], const char attr[], PetscInt n,
+                                                const PetscInt values[]);
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char attr[], const char value[]);
 /* Extendable datasets: first dimension grows. integer chooses int64 storage, else double; row has prod(dims) entries of
    PetscReal. ndim counts the fixed dimensions (0: a scalar a row). */

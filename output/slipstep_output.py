@@ -84,6 +84,7 @@ class Run(Cells):
     run     dict of attributes: options, versions, ranks, policy, wall time
     complete  whether the run has ended; a file that grows is read up to the rows that all datasets of a group have
     units   dict from "/group/dataset" to its unit
+    faults  labels of the faults that series["moment_rate"] [n, faults] has a column for; of older files and other models none
     """
 
     def __init__(self, path):
@@ -102,6 +103,8 @@ class Run(Cells):
             else:
                 self.result = self._so_far()
             self.field_names = [name for name in file.get("fields", ()) if name != "time"]
+            rates = file["series"].get("moment_rate")
+            self.faults = np.atleast_1d(rates.attrs["faults"]) if rates is not None and "faults" in rates.attrs else np.array([], int)
         self._check_rows("steps", self.steps)
         self._check_rows("series", self.series)
         self.accepted = self.steps["accepted"].astype(bool)

@@ -11,6 +11,7 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
   PetscFunctionBegin;
   mesh->kind = fault->options.text[FAULT_MESH][0] ? &SlipFaultMeshList : &SlipFaultMeshGrid;
   PetscCall(mesh->kind->create(fault));
+  PetscCall(SlipFaultMeshFaults(fault));
   PetscCallMPI(MPI_Comm_size(fault->comm, &size));
   PetscCheck(size <= mesh->N, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "%d processes for %" PetscInt_FMT " cells (-%sfault_nx times -%sfault_nz): expected at most one process "
@@ -36,6 +37,8 @@ PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh)
   PetscCall(PetscFree(mesh->order));
   PetscCall(PetscFree(mesh->plane));
   PetscCall(PetscFree(mesh->label));
+  PetscCall(PetscFree(mesh->labels));
+  PetscCall(PetscFree(mesh->fault));
   PetscCall(SlipCellsDestroy(&mesh->cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -106,7 +106,7 @@ static void Extents_List(SlipFaultMesh *mesh)
   mesh->extent[FAULT_DIP] = dip;
 }
 
-/* What rank 0 has read, on every rank: columns, and labels, which are the planes' numbers where the file names no faults */
+/* What rank 0 has read, on every rank: columns, and labels, unless the file names no faults */
 static PetscErrorCode Take(SlipFault fault, const SlipFaultMeshRows *m)
 {
   SlipFaultMesh *mesh = &fault->mesh;
@@ -155,7 +155,6 @@ static PetscErrorCode Create_List(SlipFault fault)
   Extents_List(mesh);
   PetscCall(SlipFaultMeshPlanes(mesh));
   mesh->N = mesh->cells.n;
-  if (!mesh->labelled) PetscCall(PetscArraycpy(mesh->label, mesh->plane, mesh->N));
   PetscCall(SlipCellsPartition(fault->comm, &mesh->cells, fault->options.text[FAULT_OPERATOR], &mesh->order,
                                &mesh->cells.nlocal));
   mesh->cells.order = mesh->order;

@@ -10,10 +10,7 @@ static const SlipOutputColumn SeriesColumns[] = {
   {"friction_power", "W/m^2", PETSC_FALSE}, {"loading_power", "W/m^2", PETSC_FALSE},
   {"moment_rate", "N m/s", PETSC_FALSE},
 };
-enum {
-  SERIES_MOMENT_RATE = PETSC_STATIC_ARRAY_LENGTH(SeriesColumns) - 1,
-  SERIES_FAULTS = SLIP_TABLE_COLUMNS - 1 - SERIES_MOMENT_RATE /* for which a row has room */
-};
+enum { SERIES_MOMENT_RATE = PETSC_STATIC_ARRAY_LENGTH(SeriesColumns) - 1 };
 
 enum { OF_REACTION = -1, OF_PRESSURE = -2, OF_NORMAL = -3 };
 static const struct {
@@ -29,16 +26,10 @@ static const struct {
   [OUTPUT_NORMAL_STRESS] = {"normal_stress", "Pa", OF_NORMAL},
 };
 
-/* Faults with a moment rate each: planes, or one that is all of them */
-static PetscInt CountFaults(SlipFault fault)
-{
-  return fault->mesh.plane && fault->mesh.planes <= SERIES_FAULTS ? fault->mesh.planes : 1;
-}
-
 /* G times the sum of area times slip rate [N m/s] of each fault. One has its sum already; several cost a reduction. */
 static PetscErrorCode MomentRates(SlipFault fault, PetscReal t, Vec w, PetscReal rate[])
 {
-  const PetscInt n = CountFaults(fault);
+  const PetscInt n = fault->mesh.faults;
   const SlipFaultSums *sums;
   const PetscReal *a;
 
@@ -50,7 +41,7 @@ static PetscErrorCode MomentRates(SlipFault fault, PetscReal t, Vec w, PetscReal
     PetscCall(PetscArrayzero(rate, n));
     PetscCall(VecGetArrayRead(w, &a));
     for (PetscInt i = 0; i < fault->mesh.n; i++)
-      rate[fault->mesh.plane[SlipFaultMeshRow(&fault->mesh, i)]] +=
+      rate[SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i))] +=
         fault->mesh.weight[i] * a[SlipFaultRateAt(fault, i)];
     PetscCall(VecRestoreArrayRead(w, &a));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
@@ -120,7 +111,7 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   fault->run.file->kind.restart = "fault_restart";
   fault->run.file->kind.start = "fields/";
   fault->run.file->sides = SlipFaultOutputSides;
-  fault->run.file->entries[1 + SERIES_MOMENT_RATE] = CountFaults(fault);
+  fault->run.file->entries[1 + SERIES_MOMENT_RATE] = fault->mesh.faults;
   fault->run.file->moving_only = PETSC_TRUE; /* for friction_power: a product with K less for each row */
   PetscCall(SlipOutputAddRun(fault->run.file, "stiffness_scaling_factor", fault->operators.scaling));
   PetscCall(SlipOutputAddRun(fault->run.file, "time_scale", fault->operators.tstar));
@@ -307,6 +298,7 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   PetscFunctionBegin;
   PetscCall(FieldStorage(fault, &storage));
   PetscCall(WriteParameters(fault, h));
+  PetscCall(SlipH5WriteAttrInts(h, "/series/moment_rate", "faults", fault->mesh.faults, fault->mesh.labels));
   PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;

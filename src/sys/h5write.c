@@ -170,10 +170,12 @@ PetscErrorCode SlipH5WriteStrings(SlipH5 *h, const char path[], PetscInt n, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An attribute that exists is replaced; in place when its type stays, which a live file allows. */
-static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char attr[], hid_t file_type, hid_t mem_type,
-                                      const void *value)
+/* n = 0: a scalar. An attribute that exists is replaced; in place when its type stays, which a live file allows: a
+   list does not change its length. */
+static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char attr[], PetscInt n, hid_t file_type,
+                                      hid_t mem_type, const void *value)
 {
+  const hsize_t size = (hsize_t)n;
   hid_t object, space, type, id = -1;
   herr_t err = -1;
   PetscBool has;
@@ -192,7 +194,7 @@ static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char a
     }
     H5Tclose(type);
   }
-  space = H5Screate(H5S_SCALAR);
+  space = n ? H5Screate_simple(1, &size, NULL) : H5Screate(H5S_SCALAR);
   if (id < 0) id = H5Acreate2(object, attr, file_type, space, H5P_DEFAULT, H5P_DEFAULT);
   if (id >= 0) {
     err = H5Awrite(id, mem_type, value);
@@ -224,7 +226,7 @@ static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char a
 PetscErrorCode SlipH5WriteAttrReal(SlipH5 *h, const char path[], const char attr[], PetscReal value)
 {
   PetscFunctionBegin;
-  PetscCall(SlipH5WriteAttr(h, path, attr, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value));
+  PetscCall(SlipH5WriteAttr(h, path, attr, 0, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -246,7 +248,32 @@ PetscErrorCode SlipH5WriteAttrReal(SlipH5 *h, const char path[], const char attr
 PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], const char attr[], PetscInt value)
 {
   PetscFunctionBegin;
-  PetscCall(SlipH5WriteAttr(h, path, attr, H5T_STD_I64LE, SlipH5PetscInt(), &value));
+  PetscCall(SlipH5WriteAttr(h, path, attr, 0, H5T_STD_I64LE, SlipH5PetscInt(), &value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipH5WriteAttrInts - write a list of integers (64 bits) as an attribute; the group is created when it does not exist
+
+  Not collective.
+
+  Input Parameters:
++ h      - file
+. path   - group or dataset
+. attr   - name of the attribute, which must not be there with another length
+. n      - number of integers, 1 to 8000: HDF5 has 64 kB for an attribute
+- values - the integers
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_WRITE
+
+.seealso: SlipH5WriteAttrInt()
+@*/
+PetscErrorCode SlipH5WriteAttrInts(SlipH5 *h, const char path[], const char attr[], PetscInt n, const PetscInt values[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5WriteAttr(h, path, attr, n, H5T_STD_I64LE, SlipH5PetscInt(), values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -273,7 +300,7 @@ PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char at
   PetscFunctionBegin;
   H5Tset_size(type, strlen(value) + 1);
   H5Tset_cset(type, H5T_CSET_UTF8);
-  ierr = SlipH5WriteAttr(h, path, attr, type, type, value);
+  ierr = SlipH5WriteAttr(h, path, attr, 0, type, type, value);
   H5Tclose(type);
   PetscCall(ierr);
   PetscFunctionReturn(PETSC_SUCCESS);

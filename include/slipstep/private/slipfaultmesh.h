@@ -40,8 +40,11 @@ struct _SlipFaultMesh {
   PetscReal *weight;  /* [n] area over the mean area: rows of K, H and B are multiplied by it, and so is the strength */
   PetscInt *order;    /* [N] row of each cell; NULL: they are the same */
   PetscInt *plane;    /* [N] of each row; NULL: there is one */
-  PetscInt *label;    /* [N] the fault of each row, of the file's /fault, by default the plane; NULL: there is one */
+  PetscInt *label;    /* [N] the fault of each row, of the file's /fault, by default the plane; NULL: there is one, 0 */
   PetscBool labelled; /* by the file */
+  PetscInt faults;    /* that have numbers of their own in files */
+  PetscInt *labels;   /* [faults] of each, ascending */
+  PetscInt *fault;    /* [N] which of these each row is of; NULL: there is one */
   SlipCells
     cells; /* of a list, in the order of its rows, owned; strike and dip NULL where they are 0 and 90, rake always */
 };
@@ -50,6 +53,12 @@ struct _SlipFaultMesh {
 static inline PetscInt SlipFaultMeshRow(const SlipFaultMesh *mesh, PetscInt i)
 {
   return mesh->order ? mesh->order[mesh->start + i] : mesh->start + i;
+}
+
+/* Of which fault a row is, from 0, in the order of labels */
+static inline PetscInt SlipFaultMeshFaultOf(const SlipFaultMesh *mesh, PetscInt row)
+{
+  return mesh->fault ? mesh->fault[row] : 0;
 }
 
 /* Row of a cell of any process */
@@ -74,6 +83,7 @@ typedef struct {
 } SlipFaultMeshRows;
 PETSC_INTERN PetscErrorCode SlipFaultMeshRead(SlipFault fault, SlipFaultMeshRows *rows); /* on rank 0 */
 PETSC_INTERN PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh);                    /* meshplanes.c */
+PETSC_INTERN PetscErrorCode SlipFaultMeshFaults(SlipFault fault);                        /* meshfaults.c; collective */
 
 PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault); /* cells, their owners and weights; collective */
 PETSC_EXTERN PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh);
