@@ -32,6 +32,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, Pet
                                                 PetscReal z[]);
 PETSC_EXTERN PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const char name[], PetscInt n,
                                                    PetscReal values[]);
+PETSC_EXTERN PetscErrorCode SlipFaultGetLabels(SlipFault fault, PetscInt size, PetscInt *n, PetscInt label[]);
 PETSC_EXTERN PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char column[], PetscInt size, PetscInt *n,
                                                PetscReal values[]);
 /* Pore pressure p [n] in Pa of the n cells of this process at t [s], in the order of the state */
@@ -81,8 +82,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w,
 
 /* -fault_catalogue: a row an event in a file of its own: /onset, /end, /x, /y, /z, /cell, /area, /mean_slip, /max_slip,
    /direction, /moment, /magnitude, /stress_drop, /peak_slip_rate, /elastic_energy, /kinetic_energy, /dissipated_energy,
-   /radiated_energy, /loading_work, /ledger, /steps [event], /mesh (centres), and /maps/slip, /maps/rupture_time as
-   [event, Nz, Nx], or [event, N] of a mesh; output/README.md says what they are. SlipFaultOutputStart() and
+   /radiated_energy, /loading_work, /ledger, /steps, /fault, /rake [event], of several faults /fault_moment and its like
+   [event, faults], /mesh (centres), and /maps/slip, /maps/rupture_time as [event, Nz, Nx], or [event, N] of a mesh;
+   output/README.md says what they are. SlipFaultOutputStart() and
    SlipFaultOutputFinish() begin and end it.
    -fault_output: attaches monitors that write the file of slipoutput.h, with /parameters (scalars and choices), /mesh (x, z
    of the centres [m], per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction, state,

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The catalogue of a run as CSV: a line of names with units, then a line an event, numbers to their last bit.
+"""The catalogue of a run as CSV: a line of names with units, then a line an event, numbers to their last bit. What has a number
+for each of several faults is a column for each label: "fault_moment 7 [N m]".
 
     output/catalogue_csv.py EVENTS.h5 [OUT.csv]
 
@@ -18,15 +19,27 @@ from slipstep_catalogue import Catalogue
 from slipstep_output import OutputError
 
 # These first, as people read them; all others follow.
-FIRST = ("onset", "end", "magnitude", "x", "y", "z", "mean_slip", "max_slip", "area", "moment", "stress_drop", "peak_slip_rate")
+FIRST = ("onset", "end", "magnitude", "fault", "x", "y", "z", "mean_slip", "max_slip", "rake", "area", "moment", "stress_drop", "peak_slip_rate")
+
+
+def columns(catalogue):
+    """Title and values of each."""
+    names = [name for name in FIRST if name in catalogue.event]
+    names += sorted(name for name in catalogue.event if name not in FIRST)
+    for name in names:
+        unit = "" if catalogue.units[name] == "1" else f" [{catalogue.units[name]}]"
+        values = catalogue.event[name]
+        if values.ndim == 1:
+            yield name + unit, values.tolist()
+        else:
+            yield from ((f"{name} {label}{unit}", own.tolist()) for label, own in zip(catalogue.faults, values.T))
 
 
 def write(catalogue, file):
-    names = [name for name in FIRST if name in catalogue.event]
-    names += sorted(name for name in catalogue.event if name not in FIRST)
+    titles, values = zip(*columns(catalogue))
     writer = csv.writer(file, lineterminator="\n")
-    writer.writerow([name if catalogue.units[name] == "1" else f"{name} [{catalogue.units[name]}]" for name in names])
-    for row in zip(*(catalogue.event[name].tolist() for name in names)):
+    writer.writerow(titles)
+    for row in zip(*values):
         writer.writerow([repr(value) for value in row])
 
 

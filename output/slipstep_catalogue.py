@@ -3,12 +3,14 @@
     from slipstep_catalogue import Catalogue
     catalogue = Catalogue("events.h5")
     catalogue.event["onset"], catalogue.event["magnitude"]   # one value per event
+    catalogue.of_fault("moment", 7)                          # of the fault with this label
     catalogue.map("slip")                                    # [n, Nz, Nx], or [n, N] of a mesh
 """
 
 import os
 
 import h5py
+import numpy as np
 
 from slipstep_output import OutputError, _plain, open_file
 
@@ -16,7 +18,9 @@ from slipstep_output import OutputError, _plain, open_file
 class Catalogue:
     """Everything but the maps is in memory after construction; the file is not kept open.
 
-    event      dict of arrays, one value per event, in the order of the file
+    event      dict of arrays, one value per event, in the order of the file; "fault_moment" and its like [n, faults] where a mesh
+               has several faults
+    faults     labels of the faults in that order; of an older file those of its mesh, or 0
     units      dict of their units
     attributes dict: event_rate [m/s], shear_modulus [Pa], ...
     mesh       dict: x, z cell centres [m]; of irregular cells also y, length, width [m]
@@ -37,7 +41,18 @@ class Catalogue:
             self.event = {name: data[:self.count] for name, data in columns.items()}
             self.units = {name: _plain(data.attrs["units"]) for name, data in columns.items()}
             self.mesh = {name: data[()] for name, data in file["mesh"].items()}
+            self.faults = np.atleast_1d(file.attrs["faults"] if "faults" in file.attrs else np.unique(self.mesh.get("fault", 0)))
         self.complete = bool(self.attributes["complete"])
+
+    def of_fault(self, name, label):
+        """ "moment", "area", "mean_slip", "stress_drop", "onset", "cell" or "dissipated_energy" of one fault in each event."""
+        if label not in self.faults:
+            raise OutputError(f"{self.path}: no fault {label}, expected one of {', '.join(map(str, self.faults))}")
+        if len(self.faults) == 1 and name in self.event:
+            return self.event[name]
+        if f"fault_{name}" not in self.event:
+            raise OutputError(f"{self.path}: no dataset /fault_{name}; it has {', '.join(sorted(self.event))}")
+        return self.event[f"fault_{name}"][:, list(self.faults).index(label)]
 
     def map(self, name):
         """"slip" [m] or "rupture_time" [s] after the onset, NaN where a cell stayed below the rate; with -fault_catalogue_maps."""

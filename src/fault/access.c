@@ -231,6 +231,36 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
 }
 
 /*@C
+  SlipFaultGetLabels - the faults of a mesh by their labels, in the order in which files have their numbers
+
+  Not collective; after SlipFaultSetUp()
+
+  Input Parameters:
++ fault - the fault
+- size  - room in label
+
+  Output Parameters:
++ n     - number of faults
+- label - [n] as far as there is room, ascending: of /fault in the file of -fault_mesh, else the numbers of the planes, as
+          they come in the file, from 0; of a grid, or of more planes than 21, 0 alone; NULL: only n is wanted
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
+
+.seealso: SlipFaultGetEvents(), SlipFaultGetCentres()
+@*/
+PetscErrorCode SlipFaultGetLabels(SlipFault fault, PetscInt size, PetscInt *n, PetscInt label[])
+{
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscAssertPointer(n, 3);
+  *n = fault->mesh.faults;
+  if (label) PetscCall(PetscArraycpy(label, fault->mesh.labels, PetscMin(size, *n)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
   SlipFaultGetEvents - a column of the catalogue of a run
 
   Collective; after SlipFaultOutputFinish()
@@ -241,20 +271,23 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
 - size   - room in values
 
   Output Parameters:
-+ n      - number of events
-- values - [n] as far as there is room, in SI units; the same on every process; NULL: only n is wanted
++ n      - number of events; of a column with a number for each of several faults, "fault_moment" and its like, that of
+           events times faults
+- values - [n], an event after the other, as far as there is room, in SI units; the same on every process; NULL: only n is
+           wanted
 
   Level: intermediate
 
   Errors: PETSC_ERR_ORDER without -fault_catalogue; those of a file that cannot be read, or has no such column
 
-.seealso: SlipFaultOutputFinish(), SlipFaultSetString()
+.seealso: SlipFaultOutputFinish(), SlipFaultSetString(), SlipFaultGetLabels()
 @*/
 PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char column[], PetscInt size, PetscInt *n, PetscReal values[])
 {
   const char *file = fault->options.text[FAULT_CATALOGUE];
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscReal *data = NULL;
+  PetscInt ndim, dims[2] = {0, 1};
   PetscMPIInt rank;
   char path[64];
   SlipH5 h;
@@ -269,9 +302,11 @@ PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char column[], PetscInt
   if (!rank) {
     ierr = SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_catalogue", file, &h);
     if (!ierr) {
-      ierr = SlipH5ReadReal(&h, path, 1, n, &data);
+      ierr = SlipH5GetRank(&h, path, &ndim);
+      if (!ierr) ierr = SlipH5ReadReal(&h, path, ndim == 2 ? 2 : 1, dims, &data);
       PetscCall(SlipH5Close(&h));
     }
+    *n = dims[0] * dims[1];
   }
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, fault->comm));

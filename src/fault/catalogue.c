@@ -18,48 +18,29 @@
    and little of the nine by which rates fall after an event. */
 #define EVENT_OVER 10
 
-/* Of several that are the fastest to this relative difference, the one with the least number counts: rounding, and so the
-   number of ranks, does not choose. */
-#define EVENT_TIE 1e-6
-
-/* ---- sums of a state ---- */
-
-/* M v.v/2 of the whole fault [J] */
-static PetscErrorCode KineticEnergy(SlipFault fault, Vec w, PetscReal *energy)
-{
-  const PetscReal *a;
-  PetscReal sum = 0;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) sum += fault->mesh.weight[i] * PetscSqr(a[SlipFaultRateAt(fault, i)]);
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
-  *energy = fault->kind.inertia ? 0.5 * fault->operators.mass * fault->mesh.area * sum : 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+/* ---- parts of a step ---- */
 
 /* Powers of a state [W]; a product with H */
-static PetscErrorCode Powers(SlipFault fault, PetscReal t, Vec w, PetscReal power[FAULT_NUM_WORKS])
+static PetscErrorCode Powers(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscReal power[])
 {
+  SlipFault fault = cat->fault;
   const PetscReal area = fault->mesh.area;
-  PetscReal sum[3], loading;
+  PetscReal sum[3], loading, *friction = cat->nwork > FAULT_NUM_WORKS ? power + FAULT_NUM_WORKS : NULL;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetPowers(fault, t, w, NULL, sum));
+  PetscCall(SlipFaultGetPowers(fault, t, w, NULL, sum, friction));
   PetscCall(SlipFaultLoadingPower(fault, t, w, &loading));
   power[WORK_RADIATED] = area * sum[0];
   power[WORK_DISSIPATED] = area * sum[2];
   power[WORK_LOADING] = loading - area * sum[1];
+  for (PetscInt k = FAULT_NUM_WORKS; k < cat->nwork; k++) power[k] *= area;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static void AddWork(SlipFaultCatalogue cat, PetscReal time, const PetscReal power[])
 {
-  for (PetscInt k = 0; k < FAULT_NUM_WORKS; k++) cat->event.work[k] += time * power[k];
+  for (PetscInt k = 0; k < cat->nwork; k++) cat->work[k] += time * power[k];
 }
-
-/* ---- parts of a step ---- */
 
 typedef struct {
   PetscReal begin, dt; /* [s] */
@@ -105,6 +86,7 @@ static PetscErrorCode MarkRuptured(SlipFaultCatalogue cat, const Step *step)
                                                                 b[SlipFaultRateAt(fault, i)], rate));
   }
   PetscCall(SlipArraysRestore(3, arrays));
+  PetscCall(SlipCatalogueHypocentres(cat, step->b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,11 +160,11 @@ static PetscErrorCode AddStep(SlipFaultCatalogue cat, TS ts, const Step *step, P
 
   PetscFunctionBegin;
   PetscCall(GetQuadrature(cat, ts, step->b, share, weight, node));
-  if (!cat->power_known) PetscCall(Powers(cat->fault, step->begin, node[0], cat->power));
+  if (!cat->power_known) PetscCall(Powers(cat, step->begin, node[0], cat->power));
   AddWork(cat, step->dt * weight[0], cat->power);
   for (PetscInt k = 1; k < 3; k++) {
     if (weight[k] == 0) continue;
-    PetscCall(Powers(cat->fault, step->begin + share[k] * step->dt, node[k], cat->power));
+    PetscCall(Powers(cat, step->begin + share[k] * step->dt, node[k], cat->power));
     AddWork(cat, step->dt * weight[k], cat->power);
   }
   cat->power_known = PETSC_TRUE;
@@ -199,24 +181,6 @@ static PetscErrorCode AddStep(SlipFaultCatalogue cat, TS ts, const Step *step, P
 
 /* ---- an event ---- */
 
-/* The fastest cell of a state, as the file numbers cells */
-static PetscErrorCode FastestCell(SlipFault fault, Vec w, PetscReal max, PetscInt *cell)
-{
-  const PetscReal *a;
-
-  PetscFunctionBegin;
-  *cell = fault->mesh.N;
-  PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscInt c = SlipFaultMeshRow(&fault->mesh, i);
-
-    if (PetscAbsReal(a[SlipFaultRateAt(fault, i)]) >= max * (1 - EVENT_TIE)) *cell = PetscMin(*cell, c);
-  }
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cell, 1, MPIU_INT, MPI_MIN, fault->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* w: state at the onset; fast, max: the one in which cells were first seen above the rate, and the largest there */
 static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w, Vec fast, PetscReal max)
 {
@@ -229,10 +193,11 @@ static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w,
   cat->power_known = PETSC_FALSE;
   PetscCall(VecStrideGather(w, fault->layout.displacement, cat->u0, INSERT_VALUES));
   PetscCall(SlipFaultStress(fault, onset, w, cat->stress0));
-  PetscCall(SlipFaultElasticEnergy(fault, onset, w, &e->elastic));
-  PetscCall(KineticEnergy(fault, w, &e->kinetic));
+  PetscCall(SlipCatalogueEnergies(fault, onset, w, &e->elastic, &e->kinetic));
   PetscCall(VecSet(cat->rupture, -1));
-  PetscCall(FastestCell(fault, fast, max, &e->cell));
+  PetscCall(PetscArrayzero(cat->work, cat->nwork));
+  for (PetscInt k = 0; k < fault->mesh.faults && cat->hypocentre; k++) cat->hypocentre[k] = -1;
+  PetscCall(SlipCatalogueFastest(fault, fast, 1, NULL, &max, &e->cell));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -240,7 +205,7 @@ static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w,
 static PetscErrorCode Onset(SlipFaultCatalogue cat, const Step *step, PetscReal max)
 {
   SlipFaultEvent *e = &cat->event;
-  PetscReal share, start, power[FAULT_NUM_WORKS];
+  PetscReal share, start;
 
   PetscFunctionBegin;
   PetscCall(FirstCrossing(cat, step->a, step->b, &share));
@@ -249,104 +214,25 @@ static PetscErrorCode Onset(SlipFaultCatalogue cat, const Step *step, PetscReal 
   PetscCall(VecStrideNorm(step->a, cat->fault->layout.rate, NORM_INFINITY, &start));
   e->time[1] = step->begin;
   e->rate[1] = start;
-  PetscCall(Powers(cat->fault, step->begin, step->a, cat->power));
+  PetscCall(Powers(cat, step->begin, step->a, cat->power));
   cat->power_known = PETSC_TRUE;
-  PetscCall(Powers(cat->fault, e->onset, cat->cut, power));
+  PetscCall(Powers(cat, e->onset, cat->cut, cat->cut_power));
   AddWork(cat, -0.5 * share * step->dt, cat->power);
-  AddWork(cat, -0.5 * share * step->dt, power);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Slip of the event up to the state w of time t; sums over the cells: [0] of slip, [1] of area, [2] of slip and [3] of
-   stress drop of those that ruptured, areas over their mean; the largest slip forward and backward */
-static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscReal sum[4], PetscReal largest[2])
-{
-  SlipFault fault = cat->fault;
-  const PetscReal time = t - cat->event.onset, *a, *u0, *stress0, *stress, *rupture, *vinf;
-  PetscReal *slip;
-  const SlipArrays arrays[] = {{w, .read = &a},
-                               {cat->u0, .read = &u0},
-                               {cat->stress0, .read = &stress0},
-                               {cat->stress, .read = &stress},
-                               {cat->rupture, .read = &rupture},
-                               {fault->operators.vinf, .read = &vinf},
-                               {cat->slip, .write = &slip}};
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultStress(fault, t, w, cat->stress));
-  PetscCall(PetscArrayzero(sum, 4));
-  largest[0] = largest[1] = 0;
-  PetscCall(SlipArraysGet(7, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal weight = fault->mesh.weight[i];
-
-    slip[i] = a[SlipFaultDisplacementAt(fault, i)] - u0[i] + vinf[i] * time;
-    sum[0] += weight * slip[i];
-    largest[0] = PetscMax(largest[0], slip[i]);
-    largest[1] = PetscMax(largest[1], -slip[i]);
-    if (rupture[i] < 0) continue;
-    sum[1] += weight;
-    sum[2] += weight * slip[i];
-    sum[3] += weight * (stress0[i] - stress[i]);
-  }
-  PetscCall(SlipArraysRestore(7, arrays));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_REAL, MPIU_SUM, fault->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 2, MPIU_REAL, MPIU_MAX, fault->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The row of the event that ends in the state w; its slip, counted along that of the cells that ruptured, is in cat->slip. */
-static PetscErrorCode FillRow(SlipFaultCatalogue cat, PetscReal end, Vec w, PetscReal row[EVENT_NUM_COLUMNS])
-{
-  SlipFault fault = cat->fault;
-  const SlipFaultEvent *e = &cat->event;
-  const PetscReal area = fault->mesh.area;
-  PetscReal sum[4], largest[2], elastic, kinetic, along;
-  SlipFaultCell cell;
-
-  PetscFunctionBegin;
-  PetscCall(SumUp(cat, end, w, sum, largest));
-  PetscCall(SlipFaultElasticEnergy(fault, end, w, &elastic));
-  PetscCall(KineticEnergy(fault, w, &kinetic));
-  fault->mesh.kind->cell(&fault->mesh, e->cell, &cell);
-  along = sum[2] < 0 ? -1 : 1;
-  PetscCall(VecScale(cat->slip, along));
-  row[EVENT_ONSET] = e->onset;
-  row[EVENT_END] = end;
-  row[EVENT_X] = cell.centre[0];
-  row[EVENT_Y] = cell.centre[1];
-  row[EVENT_Z] = cell.centre[2];
-  row[EVENT_CELL] = (PetscReal)e->cell;
-  row[EVENT_AREA] = area * sum[1];
-  row[EVENT_MEAN_SLIP] = along * sum[2] / sum[1];
-  row[EVENT_MAX_SLIP] = largest[along > 0 ? 0 : 1];
-  row[EVENT_DIRECTION] = along;
-  row[EVENT_MOMENT] = fault->options.value[FAULT_SHEAR_MODULUS] * area * PetscAbsReal(sum[0]);
-  row[EVENT_MAGNITUDE] = SlipEventMagnitude(row[EVENT_MOMENT]);
-  row[EVENT_STRESS_DROP] = along * sum[3] / sum[1];
-  row[EVENT_PEAK_SLIP_RATE] = e->peak;
-  row[EVENT_ELASTIC_ENERGY] = elastic - e->elastic;
-  row[EVENT_KINETIC_ENERGY] = kinetic - e->kinetic;
-  row[EVENT_DISSIPATED_ENERGY] = e->work[WORK_DISSIPATED];
-  row[EVENT_RADIATED_ENERGY] = e->work[WORK_RADIATED];
-  row[EVENT_LOADING_WORK] = e->work[WORK_LOADING];
-  row[EVENT_LEDGER] = (row[EVENT_ELASTIC_ENERGY] + row[EVENT_KINETIC_ENERGY] + e->work[WORK_DISSIPATED] +
-                       e->work[WORK_RADIATED] - e->work[WORK_LOADING]) /
-                      PetscAbsReal(row[EVENT_ELASTIC_ENERGY]);
-  row[EVENT_STEPS] = (PetscReal)e->steps;
+  AddWork(cat, -0.5 * share * step->dt, cat->cut_power);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
 {
-  char when[32], lasted[32], line[256];
+  char when[32], lasted[32], where[32] = "", line[256];
 
   PetscFunctionBegin;
   SlipTimeText(row[EVENT_ONSET], 7, when, sizeof(when));
   SlipTimeText(row[EVENT_END] - row[EVENT_ONSET], 4, lasted, sizeof(lasted));
+  if (fault->mesh.faults > 1) (void)snprintf(where, sizeof(where), "fault %lld  ", (long long)row[EVENT_FAULT]);
   (void)snprintf(
-    line, sizeof(line), "event %lld  t %s  Mw %.2f  x %.4g km  z %.4g km  slip %.3g m  drop %.3g MPa  %s\n",
-    (long long)fault->run.events, when, (double)row[EVENT_MAGNITUDE], (double)row[EVENT_X] / 1e3,
+    line, sizeof(line), "event %lld  t %s  Mw %.2f  %sx %.4g km  z %.4g km  slip %.3g m  drop %.3g MPa  %s\n",
+    (long long)fault->run.events, when, (double)row[EVENT_MAGNITUDE], where, (double)row[EVENT_X] / 1e3,
     (double)row[EVENT_Z] / 1e3, (double)row[EVENT_MEAN_SLIP], (double)row[EVENT_STRESS_DROP] / 1e6, lasted);
   PetscCall(PetscPrintf(fault->comm, "%s", line));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -355,19 +241,18 @@ static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
 /* A step of an event in which the rate is passed again: its row, should the event not go on */
 static PetscErrorCode End(SlipFaultCatalogue cat, const Step *step)
 {
-  SlipFault fault = cat->fault;
-  PetscReal share, end, power[FAULT_NUM_WORKS], work[FAULT_NUM_WORKS];
+  PetscReal share, end;
 
   PetscFunctionBegin;
   PetscCall(FirstCrossing(cat, step->b, step->a, &share));
   end = step->begin + (1 - share) * step->dt;
   PetscCall(Cut(cat, step->b, step->a, share, -share * step->dt));
-  PetscCall(Powers(fault, end, cat->cut, power));
-  PetscCall(PetscArraycpy(work, cat->event.work, FAULT_NUM_WORKS));
+  PetscCall(Powers(cat, end, cat->cut, cat->cut_power));
+  PetscCall(PetscArraycpy(cat->whole, cat->work, cat->nwork));
   AddWork(cat, -0.5 * share * step->dt, cat->power);
-  AddWork(cat, -0.5 * share * step->dt, power);
-  PetscCall(FillRow(cat, end, cat->cut, cat->row));
-  PetscCall(PetscArraycpy(cat->event.work, work, FAULT_NUM_WORKS));
+  AddWork(cat, -0.5 * share * step->dt, cat->cut_power);
+  PetscCall(SlipCatalogueFillRow(cat, end, cat->cut));
+  PetscCall(PetscArraycpy(cat->work, cat->whole, cat->nwork));
   cat->ended = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -376,7 +261,7 @@ static PetscErrorCode End(SlipFaultCatalogue cat, const Step *step)
 static PetscErrorCode Close(SlipFaultCatalogue cat)
 {
   PetscFunctionBegin;
-  PetscCall(SlipCatalogueAdd(cat, cat->row));
+  PetscCall(SlipCatalogueAdd(cat));
   cat->active = cat->ended = cat->power_known = PETSC_FALSE;
   cat->last_end = cat->row[EVENT_END];
   cat->fault->run.events++;
@@ -496,6 +381,15 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDuplicate(fault->critical.uc, vecs[i]));
   }
+  {
+    const PetscInt several = fault->mesh.faults > 1 ? fault->mesh.faults : 0;
+
+    cat->nrow = EVENT_NUM_COLUMNS + (EVENT_ALL_COLUMNS - EVENT_NUM_COLUMNS) * several;
+    cat->nwork = FAULT_NUM_WORKS + several;
+    PetscCall(PetscCalloc5(cat->nrow, &cat->row, cat->nwork, &cat->work, cat->nwork, &cat->power, cat->nwork,
+                           &cat->cut_power, cat->nwork, &cat->whole));
+    if (several) PetscCall(PetscMalloc1(several, &cat->hypocentre));
+  }
   PetscCall(SlipFaultCreateState(fault, &cat->cut));
   if (!bathe) PetscCall(SlipFaultCreateState(fault, &cat->before));
   if (cat->maps) PetscCall(SlipFaultGatherCreate(fault, cat->slip, &cat->gather, &cat->map[0]));
@@ -538,6 +432,9 @@ static PetscErrorCode CatalogueDestroy(void **ctx)
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   }
   PetscCall(VecScatterDestroy(&cat->gather));
+  PetscCall(SlipTableDestroy(&cat->table));
+  PetscCall(PetscFree5(cat->row, cat->work, cat->power, cat->cut_power, cat->whole));
+  PetscCall(PetscFree(cat->hypocentre));
   PetscCall(PetscFree(*ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,8 +4,8 @@
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 
-/* The columns, in the order of the enumeration */
-static const SlipOutputColumn Columns[EVENT_NUM_COLUMNS] = {
+/* The columns, in the order of the enumeration; one fault has EVENT_NUM_COLUMNS of them */
+static const SlipOutputColumn Columns[EVENT_ALL_COLUMNS] = {
   [EVENT_ONSET] = {"onset", "s", PETSC_FALSE},
   [EVENT_END] = {"end", "s", PETSC_FALSE},
   [EVENT_X] = {"x", "m", PETSC_FALSE},
@@ -27,6 +27,15 @@ static const SlipOutputColumn Columns[EVENT_NUM_COLUMNS] = {
   [EVENT_LOADING_WORK] = {"loading_work", "J", PETSC_FALSE},
   [EVENT_LEDGER] = {"ledger", "1", PETSC_FALSE},
   [EVENT_STEPS] = {"steps", "1", PETSC_TRUE},
+  [EVENT_FAULT] = {"fault", "1", PETSC_TRUE},
+  [EVENT_RAKE] = {"rake", "degrees", PETSC_FALSE},
+  [EVENT_FAULT_MOMENT] = {"fault_moment", "N m", PETSC_FALSE},
+  [EVENT_FAULT_AREA] = {"fault_area", "m^2", PETSC_FALSE},
+  [EVENT_FAULT_MEAN_SLIP] = {"fault_mean_slip", "m", PETSC_FALSE},
+  [EVENT_FAULT_STRESS_DROP] = {"fault_stress_drop", "Pa", PETSC_FALSE},
+  [EVENT_FAULT_ONSET] = {"fault_onset", "s", PETSC_FALSE},
+  [EVENT_FAULT_CELL] = {"fault_cell", "1", PETSC_TRUE},
+  [EVENT_FAULT_DISSIPATED_ENERGY] = {"fault_dissipated_energy", "J", PETSC_FALSE},
 };
 
 static const char *const Maps[2] = {"/maps/slip", "/maps/rupture_time"}, *const MapUnits[2] = {"m", "s"};
@@ -46,12 +55,25 @@ static PetscErrorCode WriteAttributes(SlipFaultCatalogue cat)
   PetscCall(SlipH5WriteAttrReal(h, "/", "event_rate", fault->options.value[FAULT_EVENT_RATE]));
   PetscCall(SlipH5WriteAttrInt(h, "/", "weakens", fault->resolution.weakens ? 1 : 0));
   PetscCall(SlipH5WriteAttrReal(h, "/", "fault_area", fault->mesh.area * (PetscReal)fault->mesh.N));
+  PetscCall(SlipH5WriteAttrInts(h, "/", "faults", fault->mesh.faults, fault->mesh.labels));
   if (fault->mesh.ndim == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipH5WriteAttrReal(h, "/", "length_x", fault->mesh.extent[FAULT_LENGTH_X]));
   PetscCall(SlipH5WriteAttrReal(h, "/", "length_z", fault->mesh.extent[FAULT_LENGTH_Z]));
   PetscCall(SlipH5WriteAttrReal(h, "/", "depth_top", fault->mesh.extent[FAULT_DEPTH_TOP]));
   PetscCall(SlipH5WriteAttrReal(h, "/", "strike", fault->mesh.extent[FAULT_STRIKE]));
   PetscCall(SlipH5WriteAttrReal(h, "/", "dip", fault->mesh.extent[FAULT_DIP]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* rows: of the file of an earlier run, -1: it is new */
+static PetscErrorCode CreateTable(SlipFaultCatalogue cat, PetscInt rows)
+{
+  PetscInt entries[EVENT_ALL_COLUMNS] = {0};
+
+  PetscFunctionBegin;
+  for (PetscInt c = EVENT_NUM_COLUMNS; c < EVENT_ALL_COLUMNS; c++) entries[c] = cat->fault->mesh.faults;
+  PetscCall(SlipTableCreate(&cat->table, &cat->file, "", cat->hypocentre ? EVENT_ALL_COLUMNS : EVENT_NUM_COLUMNS,
+                            Columns, entries, rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -64,7 +86,7 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   PetscFunctionBegin;
   PetscCall(SlipH5CreateKind(&cat->kind, fault->options.text[FAULT_CATALOGUE], h));
   PetscCall(WriteAttributes(cat));
-  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, NULL, -1));
+  PetscCall(CreateTable(cat, -1));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
     PetscCall(SlipH5CreateSeries(h, Maps[m], ndim, dims, PETSC_FALSE, MapUnits[m]));
   PetscCall(fault->mesh.kind->write(&fault->mesh, h));
@@ -114,7 +136,7 @@ static PetscErrorCode Continue(SlipFaultCatalogue cat)
   PetscFunctionBegin;
   PetscCall(SlipH5CreateCopy(&cat->kind, NULL, cat->fault->options.text[FAULT_CATALOGUE], h));
   PetscCall(CheckLast(cat));
-  PetscCall(SlipTableCreate(&cat->table, h, "", EVENT_NUM_COLUMNS, Columns, NULL, cat->fault->run.events));
+  PetscCall(CreateTable(cat, cat->fault->run.events));
   for (PetscInt m = 0; m < 2 && cat->maps; m++) PetscCall(SlipH5SetRows(h, Maps[m], cat->fault->run.events));
   PetscCall(SlipH5Live(h));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -184,7 +206,7 @@ static PetscErrorCode WriteMaps(SlipFaultCatalogue cat)
 }
 
 /* Collective: the row of an event, with its maps */
-PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat, const PetscReal row[])
+PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat)
 {
   const Vec from[2] = {cat->slip, cat->rupture};
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -195,7 +217,7 @@ PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat, const PetscReal row[])
     PetscCall(VecScatterBegin(cat->gather, from[m], cat->map[m], INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(cat->gather, from[m], cat->map[m], INSERT_VALUES, SCATTER_FORWARD));
   }
-  if (!cat->rank) ierr = SlipTableAdd(&cat->table, &cat->file, row);
+  if (!cat->rank) ierr = SlipTableAdd(&cat->table, &cat->file, cat->row);
   if (!cat->rank && !ierr && cat->maps) ierr = WriteMaps(cat);
   cat->unflushed = PETSC_TRUE;
   PetscCall(SlipLogOutputEnd());
@@ -272,18 +294,19 @@ static PetscErrorCode VisitEvent(SlipState s, SlipFaultCatalogue cat)
   PetscCall(SlipStateReal(s, "onset", 1, &e->onset));
   PetscCall(SlipStateReal(s, "elastic", 1, &e->elastic));
   PetscCall(SlipStateReal(s, "kinetic", 1, &e->kinetic));
-  PetscCall(SlipStateReal(s, "work", FAULT_NUM_WORKS, e->work));
+  PetscCall(SlipStateReal(s, "work", cat->nwork, cat->work));
   PetscCall(SlipStateReal(s, "peak", 1, &e->peak));
   PetscCall(SlipStateReal(s, "time", 2, e->time));
   PetscCall(SlipStateReal(s, "rate", 2, e->rate));
   PetscCall(SlipStateInt(s, "cell", 1, &e->cell));
   PetscCall(SlipStateInt(s, "steps", 1, &e->steps));
+  if (cat->hypocentre) PetscCall(SlipStateInt(s, "hypocentres", cat->fault->mesh.faults, cat->hypocentre));
   PetscCall(SlipStateVec(s, "displacement", cat->u0));
   PetscCall(SlipStateVec(s, "stress", cat->stress0));
   PetscCall(SlipStateVec(s, "rupture_time", cat->rupture));
   PetscCall(SlipStateBool(s, "ended", &cat->ended));
   if (!cat->ended) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipStateReal(s, "row", EVENT_NUM_COLUMNS, cat->row));
+  PetscCall(SlipStateReal(s, "row", cat->nrow, cat->row));
   PetscCall(SlipStateVec(s, "slip", cat->slip));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

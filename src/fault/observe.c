@@ -300,8 +300,9 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3])
+PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3], PetscReal friction[])
 {
+  const SlipFaultMesh *mesh = &fault->mesh;
   Vec rel = fault->work[0], hv = fault->work[1], q = fault->work[2];
   const PetscReal *a, *f, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   PetscReal *b;
@@ -321,11 +322,18 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   }
   PetscCall(VecRestoreArrayRead(hv, &f));
   PetscCall(VecGetArrayRead(r ? r : q, &f));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    power[2] += r ? -a[SlipFaultRateAt(fault, i)] * f[i] : PetscAbsReal(a[SlipFaultRateAt(fault, i)]) * f[i];
+  if (friction) PetscCall(PetscArrayzero(friction, mesh->faults));
+  for (PetscInt i = 0; i < mesh->n; i++) {
+    const PetscReal v = a[SlipFaultRateAt(fault, i)], share = r ? -v * f[i] : PetscAbsReal(v) * f[i];
+
+    power[2] += share;
+    if (friction) friction[SlipFaultMeshFaultOf(mesh, SlipFaultMeshRow(mesh, i))] += share;
+  }
   PetscCall(VecRestoreArrayRead(r ? r : q, &f));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, power, 3, MPIU_REAL, MPIU_SUM, fault->comm));
+  if (friction)
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, friction, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -362,7 +370,7 @@ PetscErrorCode SlipFaultGetObservables(SlipFault fault, PetscReal t, Vec w, Vec 
   PetscFunctionBegin;
   PetscCheck(fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");
   PetscCall(SlipFaultGetSums(fault, t, w, &s));
-  PetscCall(SlipFaultGetPowers(fault, t, w, r, power));
+  PetscCall(SlipFaultGetPowers(fault, t, w, r, power, NULL));
   obs->mean_slip_rate = s->sum[SUM_V] / N;
   obs->max_slip_rate = s->max_v;
   obs->mean_slip = s->sum[SUM_S] / N;

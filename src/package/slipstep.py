@@ -30,7 +30,10 @@ PETSC_ERR_USER = 83
 PETSC_ERR_ARG_UNKNOWN_TYPE = 86
 FILES = ("output", "catalogue", "checkpoint", "restart", "stations")  # what Fault.solve() writes and reads, and ts.solve() does not
 EVENT = ("onset", "end", "x", "y", "z", "cell", "area", "mean_slip", "max_slip", "direction", "moment", "magnitude", "stress_drop",
-         "peak_slip_rate", "elastic_energy", "kinetic_energy", "dissipated_energy", "radiated_energy", "loading_work", "ledger", "steps")
+         "peak_slip_rate", "elastic_energy", "kinetic_energy", "dissipated_energy", "radiated_energy", "loading_work", "ledger", "steps",
+         "fault", "rake")
+# of several faults, a number for each
+EVENT_OF_FAULTS = ("fault_moment", "fault_area", "fault_mean_slip", "fault_stress_drop", "fault_onset", "fault_cell", "fault_dissipated_energy")
 
 Totals = collections.namedtuple("Totals", "attempts accepted solves newton linear")
 _library = None
@@ -213,13 +216,25 @@ class Fault:
         [nz, nx], on every rank."""
         return self._cells("SlipFaultGetCellValues", float(ts.getTime()), ts.getSolution(), name)
 
-    def events(self):
-        """The catalogue (catalogue="F.h5") after solve(): an array with a row an event and a member for each column."""
+    def labels(self):
+        """Of the faults of a mesh, ascending, the order of what has a number for each fault; after configure()."""
         count = INT(0)
+        call("SlipFaultGetLabels", self, 0, ctypes.byref(count), None)
+        found = np.zeros(count.value, dtype=PETSc.IntType)
+        call("SlipFaultGetLabels", self, found.size, ctypes.byref(count), found)
+        return found
+
+    def events(self):
+        """The catalogue (catalogue="F.h5") after solve(): an array with a row an event and a member for each column; "fault_moment"
+        and its like, of several faults, have a number for each of labels()."""
+        count, faults = INT(0), len(self.labels())
         call("SlipFaultGetEvents", self, EVENT[0], 0, ctypes.byref(count), None)
-        rows = np.zeros(count.value, dtype=[(name, np.float64) for name in EVENT])
-        for name in EVENT:
-            column = np.zeros(count.value)
+        columns = [(name, np.float64) for name in EVENT]
+        if faults > 1:
+            columns += [(name, np.float64, (faults,)) for name in EVENT_OF_FAULTS]
+        rows = np.zeros(count.value, dtype=columns)
+        for name in rows.dtype.names:
+            column = np.zeros(rows[name].shape)
             call("SlipFaultGetEvents", self, name, column.size, ctypes.byref(count), column)
             rows[name] = column
         return rows

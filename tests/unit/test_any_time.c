@@ -194,7 +194,7 @@ static PetscInt Ask(SlipFault fault, int question, PetscReal t, Vec w, PetscBool
     out[FAULT_NUM_SUMS] = sums->max_v;
     return FAULT_NUM_SUMS + 1;
   case POWERS:
-    ok(SlipFaultGetPowers(fault, t, w, NULL, out));
+    ok(SlipFaultGetPowers(fault, t, w, NULL, out, NULL));
     return 3;
   case OBSERVED:
     return Observe(fault, t, w, out);

@@ -54,17 +54,17 @@ PETSC_EXTERN PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, Petsc
 PETSC_EXTERN PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts); /* prints it */
 /* Shape of a field in a file, [Nz, Nx], or [n] for a mesh: number of dimensions */
 
-/* ---- catalogue.c, cataloguefile.c: events, a row each ---- */
+/* ---- catalogue.c, cataloguerow.c, cataloguefile.c: events, a row each ---- */
+/* What is integrated over an event; of several faults what friction dissipates on each comes behind these. */
 typedef enum { WORK_RADIATED, WORK_DISSIPATED, WORK_LOADING, FAULT_NUM_WORKS } SlipFaultWorkId;
 
 /* The event under way */
 typedef struct {
-  PetscReal onset;                 /* [s] */
-  PetscReal elastic, kinetic;      /* energies at the onset [J] */
-  PetscReal work[FAULT_NUM_WORKS]; /* since then [J] */
-  PetscReal peak;                  /* largest slip rate so far [m/s] */
-  PetscReal time[2], rate[2];      /* ends of the last two steps [s], largest slip rates there [m/s] */
-  PetscInt cell;                   /* hypocentre, as the file numbers cells */
+  PetscReal onset;            /* [s] */
+  PetscReal elastic, kinetic; /* energies at the onset [J] */
+  PetscReal peak;             /* largest slip rate so far [m/s] */
+  PetscReal time[2], rate[2]; /* ends of the last two steps [s], largest slip rates there [m/s] */
+  PetscInt cell;              /* hypocentre, as the file numbers cells */
   PetscInt steps;
 } SlipFaultEvent;
 
@@ -90,7 +90,18 @@ typedef enum {
   EVENT_LOADING_WORK,
   EVENT_LEDGER,
   EVENT_STEPS,
-  EVENT_NUM_COLUMNS
+  EVENT_FAULT,
+  EVENT_RAKE,
+  EVENT_NUM_COLUMNS,
+  /* where there are several, a number for each fault */
+  EVENT_FAULT_MOMENT = EVENT_NUM_COLUMNS,
+  EVENT_FAULT_AREA,
+  EVENT_FAULT_MEAN_SLIP,
+  EVENT_FAULT_STRESS_DROP,
+  EVENT_FAULT_ONSET,
+  EVENT_FAULT_CELL,
+  EVENT_FAULT_DISSIPATED_ENERGY,
+  EVENT_ALL_COLUMNS
 } SlipEventColumn;
 
 struct _n_SlipFaultCatalogue {
@@ -99,24 +110,40 @@ struct _n_SlipFaultCatalogue {
   PetscBool maps;           /* slip and rupture time of each cell as well */
   PetscBool begun, resumed; /* the file is there; it is that of an earlier run, cut */
   SlipH5Kind kind;
-  SlipH5 file;                      /* rank 0 */
-  PetscBool unflushed;              /* rows that are not on the disk */
-  SlipTable table;                  /* rank 0: the columns */
-  PetscReal last_end;               /* of the newest row [s] */
-  PetscBool active;                 /* an event is under way */
-  PetscBool ended;                  /* it is slower than its bound, and has this row unless it goes on */
-  PetscReal row[EVENT_NUM_COLUMNS]; /* its slip is in slip */
-  SlipFaultEvent event;             /* and how far it is */
-  Vec u0, stress0;                  /* displacement [m] and shear stress [Pa] at its onset */
-  Vec rupture;                      /* when each cell exceeded the rate, after the onset [s]; -1: not yet */
-  Vec before;                       /* with other integrators than TSBATHE: state of the step before, else NULL */
-  PetscReal time_before;            /* its time [s] */
-  Vec cut, stress, slip;            /* work: state within a step, shear stress [Pa], slip of the event [m] */
-  PetscBool power_known;            /* that of the end of the last step is */
-  PetscReal power[FAULT_NUM_WORKS]; /* [W] */
-  VecScatter gather;                /* maps, on rank 0 */
+  SlipH5 file;          /* rank 0 */
+  PetscBool unflushed;  /* rows that are not on the disk */
+  SlipTable table;      /* rank 0: the columns */
+  PetscReal last_end;   /* of the newest row [s] */
+  PetscBool active;     /* an event is under way */
+  PetscBool ended;      /* it is slower than its bound, and has this row unless it goes on */
+  PetscInt nrow, nwork; /* lengths of the next arrays */
+  PetscReal *row;       /* its slip is in slip; of several faults each one's numbers are a column after the other */
+  SlipFaultEvent event; /* and how far it is */
+  PetscReal *work;      /* since its onset [J] */
+  PetscInt
+    *hypocentre;   /* [faults] of each, as the file numbers cells; -1: it has not broken. NULL: there is one fault */
+  Vec u0, stress0; /* displacement [m] and shear stress [Pa] at its onset */
+  Vec rupture;     /* when each cell exceeded the rate, after the onset [s]; -1: not yet */
+  Vec before;      /* with other integrators than TSBATHE: state of the step before, else NULL */
+  PetscReal time_before; /* its time [s] */
+  Vec cut, stress, slip; /* work: state within a step, shear stress [Pa], slip of the event [m] */
+  PetscBool power_known; /* that of the end of the last step is */
+  PetscReal *power;      /* [nwork] [W] */
+  PetscReal *cut_power;  /* likewise, of the state within a step */
+  PetscReal *whole;      /* work while that of a part of a step is off it */
+  VecScatter gather;     /* maps, on rank 0 */
   Vec map[2];
 };
+
+/* cataloguerow.c: numbers of an event. Energies of a state, elastic and kinetic [J]; the fastest cells of n groups,
+   group NULL: all cells are one, max [n]: how fast those are, cell [n]: N where none is; the row of the event that
+   ends in the state w: its slip, counted along that of the cells that ruptured, is in cat->slip. All collective */
+PETSC_EXTERN PetscErrorCode SlipCatalogueEnergies(SlipFault fault, PetscReal t, Vec w, PetscReal *elastic,
+                                                  PetscReal *kinetic);
+PETSC_EXTERN PetscErrorCode SlipCatalogueFastest(SlipFault fault, Vec w, PetscInt n, const PetscInt group[],
+                                                 const PetscReal max[], PetscInt cell[]);
+PETSC_EXTERN PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, Vec w);
+PETSC_EXTERN PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w);
 
 /* The file; collective */
 PETSC_EXTERN PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat); /* unless it is there */
@@ -124,4 +151,4 @@ PETSC_EXTERN PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat); /* when 
 PETSC_EXTERN PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat);
 PETSC_EXTERN PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete);
 PETSC_EXTERN PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx);
-PETSC_EXTERN PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat, const PetscReal row[]);
+PETSC_EXTERN PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat);
