@@ -28,21 +28,28 @@ from slipstep_spacetime import place
 from slipstep_time import Clock, seconds, written
 
 MANY = 300  # events, beyond which only the largest have stems and circles
+FAULTS = len(RUN_STYLES)  # up to which each has a colour
 CIRCLES = 5  # and so many circles: in a long catalogue the largest events all break the whole fault
 LARGEST = 60
 
 
 def draw_times(axes, events, clock):
-    """A stem and a dot for each event."""
+    """A stem and a dot for each event, in a colour for each of several faults."""
     known = np.isfinite(events["magnitude"])
     order = np.argsort(events["magnitude"][known])[::-1]
     time, magnitude = clock(events["onset"][known][order]), events["magnitude"][known][order]
     bottom = np.floor(2 * magnitude.min() - 0.2) / 2
     many = len(time) > MANY
     stems = slice(None, LARGEST if many else None)
-    axes.vlines(time[stems], bottom, magnitude[stems], color=RUN_STYLES[0]["color"], linewidth=0.8, alpha=0.7)
-    axes.plot(time, magnitude, linestyle="", marker="o", markersize=2 if many else 5, color=RUN_STYLES[0]["color"], markeredgewidth=0,
-              alpha=0.5 if len(time) > 10 * MANY else 1)
+    several = "fault" in events.event and 1 < len(events.faults) <= FAULTS
+    label = events["fault"][known][order] if several else np.zeros(len(time))
+    for style, fault in zip(RUN_STYLES, events.faults if several else [0]):
+        own = label == fault
+        axes.vlines(time[stems][own[stems]], bottom, magnitude[stems][own[stems]], color=style["color"], linewidth=0.8, alpha=0.7)
+        axes.plot(time[own], magnitude[own], linestyle="", marker="o", markersize=2 if many else 5, color=style["color"], markeredgewidth=0,
+                  alpha=0.5 if len(time) > 10 * MANY else 1, label=f"fault {fault}")
+    if several:
+        axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, ncols=len(events.faults))
     axes.set(title="1 event" if len(events) == 1 else f"{len(events)} events", xlabel=clock.label, ylabel="moment magnitude", ylim=(bottom, magnitude.max() + 0.3))
 
 
@@ -108,6 +115,14 @@ def figure(events, lines, years):
     return canvas, max(poor, default=0)
 
 
+def broken_faults(events, number):
+    """In words which faults broke in an event; nothing where there is one, or nobody knows."""
+    if "fault_area" not in events.event:
+        return ""
+    names = [str(label) for label in events.faults[events["fault_area"][number] > 0]]
+    return (f"faults {', '.join(names)}" if len(names) > 1 else f"fault {names[0]}") + ", "
+
+
 def event_figure(events, number):
     """Slip of one event with contours of the time of rupture."""
     slip, broke = events.map_of("slip", number), events.map_of("rupture_time", number)
@@ -128,8 +143,9 @@ def event_figure(events, number):
             star, = axes.plot(*place, marker="*", markersize=14, color="white", markeredgecolor="black")
             star.set_clip_on(False)
     colour_bar(layout.canvas, artists[0], norm, "slip (m)", ax=block, location="bottom", shrink=0.7, aspect=35, pad=0.02)
-    layout.canvas.suptitle(f"Event {number + 1} at {written(onset)}: M {events['magnitude'][number]:.2f}, "
-                           f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, {duration:.3g} s")
+    layout.canvas.suptitle(f"Event {number + 1} at {written(onset)}: M {events['magnitude'][number]:.2f}, {broken_faults(events, number)}"
+                           + (f"rake {events['rake'][number]:.0f}°, " if "rake" in events.event else "")
+                           + f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, {duration:.3g} s")
     return layout.canvas
 
 

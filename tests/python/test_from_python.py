@@ -185,6 +185,30 @@ if PETSc.COMM_WORLD.rank == 0:
                     self.assertEqual(got["events"]["moment"][0], events["moment"][0])
                     self.assertEqual(set(got["events"].dtype.names), {name for name in events if isinstance(events[name], h5py.Dataset)})
 
+    def test_faults_of_a_mesh(self):
+        """Events with a number for each fault, in the order of labels()."""
+        with tempfile.TemporaryDirectory() as folder:
+            mesh, events = os.path.join(folder, "mesh.h5"), os.path.join(folder, "events.h5")
+            with h5py.File(mesh, "w") as file:
+                file["cells"] = [[1500, y, 1500, 3000, 3000] for y in (0.0, 5e3)]
+                file["fault"] = [4, -2]
+            self.run_code(f"""
+slipstep.load()
+fault, ts = slipstep.Fault(mesh={mesh!r}, catalogue={events!r}, thickness=3000.0, loading_rate=1e-9, initial="rest", friction_law="rate_weakening", progress=False), PETSc.TS().create()
+fault.configure(ts)
+ts.setFromOptions()
+assert fault.labels().tolist() == [-2, 4]
+assert fault.solve(ts)
+import h5py
+events = fault.events()
+with h5py.File({events!r}) as file:
+    columns = {{name: file[name][...] for name in file if isinstance(file[name], h5py.Dataset)}}
+assert len(events) == len(columns["end"]) > 0 and set(columns) == set(events.dtype.names), events.dtype
+assert events["fault_moment"].shape == (len(events), 2)
+for name, values in columns.items():
+    assert ((events[name] == values) | (values != values)).all(), name
+""", "-ts_max_time", "4e9")
+
     def test_options_are_not_ignored(self):
         self.run_code("""
 slipstep.load()

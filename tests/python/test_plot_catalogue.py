@@ -13,7 +13,7 @@ from slipstep_events import Events, b_value, completeness
 from slipstep_maps import planes_of
 from slipstep_output import OutputError, Run
 from slipstep_spacetime import Line
-from slipstep_time import YEAR
+from slipstep_time import YEAR, Clock
 
 
 class Reading(PictureTest):
@@ -141,6 +141,25 @@ class Pictures(PictureTest):
         events = century.write_catalogue(self.path("c.h5"))
         run = century.write_run(self.path("run.h5"))
         self.assertEqual(self.plot("plot_catalogue", events, run), f"Figure: {self.path('c.png')}\n")
+        self.look(self.path("c.png"))
+
+    def test_events_of_several_faults(self):
+        """A colour for each fault of the hypocentres, and the faults that broke in the title of an event."""
+        import plot_catalogue
+        path = century.write_catalogue(self.path("c.h5"))
+        with h5py.File(path, "r+") as file:
+            century.put(file, "fault", [7, -3, 7, 7, -3], "1")
+            century.put(file, "rake", [90.0] * 5, "degrees")
+            century.put(file, "fault_area", [[0.0, 4e6]] * 4 + [[2e6, 1e6]], "m^2")
+            file.attrs["faults"] = [-3, 7]
+        events = Events(path)
+        _, axes = plot_catalogue.plt.subplots()
+        plot_catalogue.draw_times(axes, events, Clock(0.0, 110 * YEAR))
+        self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()], ["fault -3", "fault 7"])
+        self.assertEqual([len(line.get_xdata()) for line in axes.lines], [2, 3])
+        self.assertRegex(plot_catalogue.event_figure(events, 0)._suptitle.get_text(), r"M [\d.]+, fault 7, rake 90°, stress drop ")
+        self.assertIn(", faults -3, 7, rake", plot_catalogue.event_figure(events, 4)._suptitle.get_text())
+        self.plot("plot_catalogue", path)
         self.look(self.path("c.png"))
 
     def test_many_events_of_irregular_cells(self):
