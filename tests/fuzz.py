@@ -233,15 +233,19 @@ def read_stations(paths):
 
 # ---- catalogue, output: gone on with by the program ----
 
-EVENTS = [FAULT, *"-fault_nx 1 -fault_nz 1 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law rate_weakening".split()]
+# Two faults of a cell each, for which files have a number each
+EVENTS = [FAULT, *"-fault_thickness 3000 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law rate_weakening".split()]
 EVENTS += ["-fault_catalogue_maps", "-ts_max_time", "4e9"]
 
 
 def make_grown(kind):
-    """The file of a run that was stopped after some events, with the run's checkpoint beside it."""
+    """The file of a run that was stopped after some events, with the run's checkpoint and mesh beside it."""
     def make(folder):
-        path = os.path.join(folder, "seed.h5")
-        subprocess.run([*EVENTS, "-ts_max_time", "2e9", f"-fault_{kind}", path, "-fault_checkpoint", os.path.join(folder, "state")],
+        path, mesh = os.path.join(folder, "seed.h5"), os.path.join(folder, "mesh.h5")
+        with h5py.File(mesh, "w") as file:
+            file["cells"] = [[1500, y, 1500, 3000, 3000] for y in (0.0, 5e3)]
+            file["fault"] = [7, 2]
+        subprocess.run([*EVENTS, "-fault_mesh", mesh, "-ts_max_time", "2e9", f"-fault_{kind}", path, "-fault_checkpoint", os.path.join(folder, "state")],
                        env=ENVIRONMENT, capture_output=True)
         if not os.path.exists(path):
             sys.exit(f"fault -fault_{kind} wrote no file")
@@ -252,9 +256,10 @@ def make_grown(kind):
 def resumed(kind, path):
     """The run that goes on in a copy of `path`."""
     folder = os.path.dirname(path)
-    state = next(name for name in (os.path.join(folder, "state"), os.path.join(os.path.dirname(folder), "state")) if os.path.exists(name))
+    if not os.path.exists(os.path.join(folder, "state")):
+        folder = os.path.dirname(folder)
     shutil.copyfile(path, path + ".copy")
-    return [*EVENTS, f"-fault_{kind}", path + ".copy", "-fault_restart", state]
+    return [*EVENTS, "-fault_mesh", os.path.join(folder, "mesh.h5"), f"-fault_{kind}", path + ".copy", "-fault_restart", os.path.join(folder, "state")]
 
 
 def read_grown(kind):
