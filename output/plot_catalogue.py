@@ -20,7 +20,7 @@ from matplotlib.ticker import MaxNLocator
 from slipstep_cumulative import courses, draw_cumulative, warn
 from slipstep_events import Events
 from slipstep_fields import KINDS
-from slipstep_maps import Span, colour_bar, extent_of, planes_of
+from slipstep_maps import Span, colour_bar, extent_of, frames_of, planes_of
 from slipstep_output import OutputError, Run
 from slipstep_panels import RUN_STYLES, log_scale, plt, use_style
 from slipstep_snapshots import Layout, contours_of
@@ -74,27 +74,49 @@ def draw_frequency(axes, events):
     axes.set_ylim(0.7, 1.6 * len(magnitude))
 
 
-def draw_places(canvas, axes, events):
+def hypocentres(events):
+    """What is drawn in each panel: its limits, title, label downwards, rows of the events that began there, and their places [km]. Vertical planes
+    along x have one panel."""
+    planes = planes_of(events)
+    if not {"dip", "down_dip"} & set(events.mesh) and not events.attributes.get("strike", 0):
+        return [(extent_of(planes), "", planes[0].down_label, np.arange(len(events)), events["x"] / 1e3, events["z"] / 1e3)]
+    found = []
+    for plane, frame in zip(planes, frames_of(events)):
+        places = [plane.centre(cell) for cell in events["cell"]]
+        rows = np.array([k for k, at in enumerate(places) if at], int)
+        x, z = np.array([places[k] for k in rows]).reshape(-1, 2).T
+        found.append((frame, plane.name, plane.down_label, rows, x, z))
+    return found
+
+
+def draw_places(canvas, panels, events):
     """Hypocentres, large events on top, and circles of the ruptured areas around them."""
-    order = np.argsort(events["area"])
-    x, z, radius, magnitude = (column[order] for column in (events["x"] / 1e3, events["z"] / 1e3, np.sqrt(events["area"] / np.pi) / 1e3,
-                                                            events["magnitude"]))
-    many = len(x) > MANY
-    sized = slice(-CIRCLES if many else None, None)
+    radius, magnitude = np.sqrt(events["area"] / np.pi) / 1e3, events["magnitude"]
+    many = len(events) > MANY
+    sized = np.zeros(len(events), bool)
+    sized[np.argsort(events["area"])[-CIRCLES if many else 0:]] = True
     least, most = np.nanmin(magnitude), np.nanmax(magnitude)
     norm = plt.Normalize(least, most) if most > least else plt.Normalize(least - 0.5, least + 0.5)
     colours = plt.get_cmap("viridis_r")
-    circles = EllipseCollection(2 * radius[sized], 2 * radius[sized], np.zeros(len(radius[sized])), units="xy", offsets=np.stack([x, z], axis=1)[sized],
-                                offset_transform=axes.transData, edgecolors=colours(norm(magnitude[sized])), facecolors="none", linewidths=1.2, zorder=4)
-    axes.add_collection(circles)
-    dots = axes.scatter(x, z, c=magnitude, norm=norm, cmap=colours, s=5 if many else 22, linewidth=0, zorder=3)
-    x0, x1, z0, z1 = extent_of(planes_of(events))
-    axes.set(title=f"Hypocentres, circles of {'the largest areas' if many else 'the ruptured area'}", xlabel="along strike (km)", ylabel="depth (km)", aspect="equal", xlim=(x0, x1), ylim=(z1, z0))
-    axes.spines[:].set_visible(True)
-    for axis, ticks in ((axes.xaxis, 6), (axes.yaxis, 5)):
-        axis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
-    axes.grid(False)
-    colour_bar(canvas, dots, norm, "moment magnitude", ax=axes, location="bottom", shrink=0.8, aspect=30, pad=0.02)
+    for axes, (frame, name, down, rows, x, z) in zip(panels, hypocentres(events)):
+        order = np.argsort(events["area"][rows])
+        rows, x, z = rows[order], x[order], z[order]
+        large = rows[sized[rows]]
+        circles = EllipseCollection(2 * radius[large], 2 * radius[large], np.zeros(len(large)), units="xy", offsets=np.stack([x, z], axis=1)[sized[rows]],
+                                    offset_transform=axes.transData, edgecolors=colours(norm(magnitude[large])), facecolors="none", linewidths=1.2, zorder=4)
+        axes.add_collection(circles)
+        dots = axes.scatter(x, z, c=magnitude[rows], norm=norm, cmap=colours, s=5 if many else 22, linewidth=0, zorder=3)
+        x0, x1, z0, z1 = frame
+        axes.set(xlabel="along strike (km)" if axes is panels[-1] else "", ylabel=down, aspect="equal", xlim=(x0, x1), ylim=(z1, z0))
+        if name:
+            axes.set_title(name, fontsize="small", fontweight="normal")
+        axes.spines[:].set_visible(True)
+        for axis, ticks in ((axes.xaxis, 6), (axes.yaxis, 5)):
+            axis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
+        axes.grid(False)
+    title = f"Hypocentres, circles of {'the largest areas' if many else 'the ruptured area'}"
+    panels[0].set_title("\n".join(filter(None, (title, panels[0].get_title(loc="left")))))
+    colour_bar(canvas, dots, norm, "moment magnitude", ax=panels if len(panels) > 1 else panels[0], location="bottom", shrink=0.8, aspect=30, pad=0.02)
 
 
 def figure(events, lines, years):
@@ -108,7 +130,9 @@ def figure(events, lines, years):
     draw_times(top, events, clock)
     top.set_xlim(0, float(clock(clock.span)))
     draw_frequency(canvas.add_subplot(grid[1, 0]), events)
-    draw_places(canvas, canvas.add_subplot(grid[1, 1]), events)
+    heights = [frame[3] - frame[2] for frame, *_ in hypocentres(events)]
+    rows = grid[1, 1].subgridspec(len(heights), 1, height_ratios=heights)
+    draw_places(canvas, [canvas.add_subplot(row) for row in rows] if len(heights) > 1 else [canvas.add_subplot(grid[1, 1])], events)
     pairs = np.stack([events["onset"], events["end"]], axis=1)
     poor = [draw_cumulative(canvas.add_subplot(grid[2 + k, :]), course, pairs) for k, course in enumerate(lines)]
     canvas.suptitle(os.path.basename(events.path) + ("" if events.complete else " (unfinished)"))
@@ -156,7 +180,8 @@ def arguments():
     parser.add_argument("--figure", metavar="PNG", help="file to write, default CATALOGUE with .png; its ending chooses the format")
     parser.add_argument("--event", metavar="N", help="draw this one alone: its number from 1 on, or largest")
     parser.add_argument("--field", metavar="NAME", help="field of the run that is the slip, default slip")
-    parser.add_argument("--along", choices=("strike", "depth"), help="the line of cumulative slip, default strike")
+    parser.add_argument("--along", choices=("strike", "dip", "depth"), help="the line of cumulative slip, default strike; depth is "
+                        "another name of dip")
     parser.add_argument("--at", type=place, metavar="KM", help="where it is in the other direction, or max, or mean over that direction; default the middle")
     parser.add_argument("--every", type=seconds, metavar="T", help="interval of the lines between events: seconds, or a number with s, min, h, d, y, as 5y")
     parser.add_argument("--every-event", type=seconds, metavar="T", help="interval of the lines during events, default 1 s")

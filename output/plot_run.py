@@ -125,7 +125,8 @@ def arguments():
     parser.add_argument("--field", metavar="NAME", help="one of /fields, or stress_drop; default slip_rate, of space-time slip_rate and slip")
     parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="draw only this part of the run; times as of --time")
     parser.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="ends of the colour bar of the field, in its unit")
-    parser.add_argument("--along", choices=("strike", "depth"), help="of space-time: the line, default strike")
+    parser.add_argument("--along", choices=("strike", "dip", "depth"), help="of space-time: the line, default strike; "
+                        "depth is another name of dip")
     parser.add_argument("--at", type=place, metavar="KM", help="of space-time: where the line is in the other direction, or max, or mean "
                         "over that direction; default the middle")
     parser.add_argument("--against", choices=("time", "step"), help="of space-time: default time")

@@ -8,9 +8,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 
 from slipstep_fields import Fields
-from slipstep_maps import planes_of
 from slipstep_snapshots import round_step
-from slipstep_spacetime import Line, along_line
+from slipstep_spacetime import along_line, lines_of
 from slipstep_time import NAMES, SECONDS, unit_of
 
 SOLID, DASHED = "#0062a5", "#d9541e"
@@ -68,7 +67,7 @@ class Course:
 
 
 def draw_cumulative(axes, course, events):
-    """Slip upwards over distance along strike, or to the right over depth; the number of events with too few rows."""
+    """Slip upwards over distance along strike, or to the right over the distance down dip; the number of events with too few rows."""
     line = course.line
     solid, dashed, poor = course.lines(events)
     for values, colour, style, width in ((dashed, DASHED, (0, (4, 2)), 0.7), (solid, SOLID, "solid", 1.0)):
@@ -98,7 +97,7 @@ def plain(interval):
 
 def courses(run, name, along, at, every, every_event):
     """One for each plane of a run."""
-    return [Course(run, Line(plane, along, at), name, every, every_event) for plane in planes_of(run)]
+    return [Course(run, line, name, every, every_event) for line in lines_of(run, along, at)]
 
 
 def warn(program, run, poor, course):

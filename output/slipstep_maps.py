@@ -1,4 +1,4 @@
-"""Maps of a fault: its planes of equal or irregular cells, depth downwards, their colours and contours."""
+"""Maps of a fault: its planes of equal or irregular cells, drawn flat along strike and down dip, their colours and contours."""
 
 import numpy as np
 from matplotlib.collections import Collection, PolyCollection
@@ -7,9 +7,11 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
+from slipstep_cells import mesh_cells
 from slipstep_fields import Fields
 from slipstep_output import OutputError
 from slipstep_panels import plt
+from slipstep_unroll import unroll
 
 DECADES = 13  # of a logarithmic scale at most
 FEW = 0.01  # of all cells, at either end of a scale, are few
@@ -25,28 +27,31 @@ def edges(centres, others):
 
 
 class Plane:
-    """Cells of one plane: low and high edges along strike and in depth [km], and which of a map's values are theirs."""
+    """Cells that are drawn together: low and high edges along strike and down dip [km], which of a map's values are theirs (None: all, of a
+    grid of this shape), what they are called, and whether down dip is the depth."""
 
-    def __init__(self, run, y=None, cells=None):
-        self.cells = cells
-        if cells is None:
-            x, z = (axis / 1e3 for axis in run.axes)
-            x, z = edges(x, z), edges(z, x)
-            self.shape = len(z) - 1, len(x) - 1
-            self.x, self.z = (np.stack([e[:-1], e[1:]]) for e in (x, z))
-            self.x, self.z = np.tile(self.x, self.shape[0]), np.repeat(self.z, self.shape[1], axis=1)
-        else:
-            x, z, length, width = (run.mesh[name][cells] / 1e3 for name in ("x", "z", "length", "width"))
-            if "dip" in run.mesh:  # along each cell's own strike, and in depth
-                strike, dip = (np.radians(run.mesh[name][cells]) for name in ("strike", "dip"))
-                x = x * np.cos(strike) + run.mesh["y"][cells] / 1e3 * np.sin(strike)
-                width = width * np.sin(dip)
-            self.shape = None
-            self.x, self.z = np.stack([x - length / 2, x + length / 2]), np.stack([z - width / 2, z + width / 2])
-        self.name = "" if y is None else f"fault {y:g}" if "fault" in run.mesh else f"plane at y = {y:g} m"
+    def __init__(self, x, z, cells=None, shape=None, name="", vertical=True):
+        self.x, self.z, self.cells, self.shape, self.name, self.vertical = x, z, cells, shape, name, vertical
+
+    @classmethod
+    def of_grid(cls, run):
+        """All of a grid, which down dip begins at its upper edge."""
+        x, z = run.axes[0] / 1e3, run.mesh.get("down_dip", run.axes[1]) / 1e3
+        x, z = edges(x, z), edges(z, x)
+        shape = len(z) - 1, len(x) - 1
+        x, z = (np.stack([e[:-1], e[1:]]) for e in (x, z))
+        return cls(np.tile(x, shape[0]), np.repeat(z, shape[1], axis=1), shape=shape, vertical="down_dip" not in run.mesh)
+
+    @property
+    def down(self):
+        return "depth" if self.vertical else "down dip"
+
+    @property
+    def down_label(self):
+        return f"{self.down} (km)"
 
     def centre(self, cell):
-        """Along strike and in depth [km] of a cell of the grid or mesh; None where it is of another plane."""
+        """Along strike and down dip [km] of a cell of the grid or mesh; None where it is of another plane."""
         own = np.arange(self.x.shape[1]) if self.cells is None else self.cells
         found = np.flatnonzero(own == cell)
         return (self.x[:, found[0]].mean(), self.z[:, found[0]].mean()) if len(found) else None
@@ -68,7 +73,7 @@ class Plane:
             artist = PolyCollection(corners, array=values, norm=norm, cmap=colours, edgecolor="face", linewidth=0.2)
             axes.add_collection(artist)
             artist.show = artist.set_array
-        axes.set(aspect="equal" if 0.1 < np.ptp(self.z) / np.ptp(self.x) < 10 else "auto", ylabel="depth (km)")
+        axes.set(aspect="equal" if 0.1 < np.ptp(self.z) / np.ptp(self.x) < 10 else "auto", ylabel=self.down_label)
         axes.spines[:].set_visible(True)
         axes.grid(False)
         return artist
@@ -107,11 +112,42 @@ class Plane:
         return self.x.min(), self.x.max(), self.z.min(), self.z.max()
 
 
+def span(angles, turn):
+    """Angles in words: one, or from the least to the largest; those that turn may pass 360."""
+    middle = np.degrees(np.angle(np.exp(1j * np.radians(angles)).mean())) if turn else 0.0
+    around = (angles - middle + 180) % 360 - 180 if turn else angles
+    low, high = (f"{round(float(value + middle) % 360 if turn else float(value), 1) % (360 if turn else 1e9):g}" for value in (around.min(), around.max()))
+    return f"{low}°" if low == high else f"{low} to {high}°"
+
+
+def name_of(label, mesh, cells, part):
+    return (f"fault {label:g}{part} (strike {span(mesh['strike'][cells], True)}, "
+            f"dip {span(mesh['dip'][cells], False)})")
+
+
 def planes_of(run):
-    """The planes of a run, front to back; a grid has one."""
+    """The planes of a run, front to back; a grid has one. Of a mesh with strikes and dips its faults, each drawn flat as slipstep_unroll
+    says."""
+    if not hasattr(run, "drawn"):
+        run.drawn = _planes(run)
+    return run.drawn
+
+
+def _planes(run):
     if not run.planes:
-        return [Plane(run)]
-    found = [Plane(run, y, cells) for y, cells in run.planes]
+        return [Plane.of_grid(run)]
+    found, every, mesh = [], mesh_cells(run.mesh), run.mesh
+    for label, cells in run.planes:
+        if "dip" in mesh:
+            parts = unroll(every[cells])
+            for k, (index, s, d) in enumerate(parts):
+                own = cells[index]
+                name = name_of(label, mesh, own, f", part {k + 1}" if len(parts) > 1 else "")
+                found.append(Plane(s / 1e3, d / 1e3, own, name=name, vertical=(mesh["dip"][own] == 90).all()))
+        else:  # vertical, and along x
+            x, z, length, width = (mesh[name][cells] / 1e3 for name in ("x", "z", "length", "width"))
+            name = f"fault {label:g}" if "fault" in mesh else f"plane at y = {label:g} m"
+            found.append(Plane(np.stack([x - length / 2, x + length / 2]), np.stack([z - width / 2, z + width / 2]), cells, name=name))
     if len(found) == 1:
         found[0].name = ""
     return found
@@ -121,6 +157,22 @@ def extent_of(planes):
     """Limits that hold every plane."""
     x0, x1, z0, z1 = np.array([plane.extent for plane in planes]).T
     return x0.min(), x1.max(), z0.min(), z1.max()
+
+
+def beside(run):
+    """Whether the places of all planes are those of one map: there is one, or they are vertical and along x."""
+    return len(planes_of(run)) == 1 or "dip" not in run.mesh
+
+
+def frames_of(run, tall=False):
+    """Limits of the map of each plane: those that hold every plane where x is that of all, else its own, as long as the longest, so that all
+    have one scale; tall: and as wide as the widest."""
+    planes = planes_of(run)
+    if beside(run):
+        return [extent_of(planes)] * len(planes)
+    x0, x1, z0, z1 = np.array([plane.extent for plane in planes]).T
+    z1 = z0 + (z1 - z0).max() if tall else z1
+    return list(zip(x0, x0 + (x1 - x0).max(), z0, z1))
 
 
 def norm_of(kind, low, high, smallest, log=False, wanted=None):
@@ -189,24 +241,24 @@ def colour_bar(canvas, artist, norm, label, extend=None, **place):
 PANEL = 1.6  # width over height of a panel of the overview, about
 
 
-def columns_for(planes):
+def columns_for(frames):
     """How many maps beside each other make those of all planes largest in a panel."""
-    x0, x1, z0, z1 = extent_of(planes)
-    size = {columns: min(PANEL / columns / (x1 - x0), 1 / -(-len(planes) // columns) / (z1 - z0)) for columns in range(1, len(planes) + 1)}
+    x0, x1, z0, z1 = frames[0]
+    size = {columns: min(PANEL / columns / (x1 - x0), 1 / -(-len(frames) // columns) / (z1 - z0)) for columns in range(1, len(frames) + 1)}
     return max(size, key=size.get)
 
 
 def draw_map(axes, run, name, time, label, log=False, wanted=None):
-    """A field over the fault plane, depth downwards, near a time [s]; returns the stored time. Parallel planes of irregular
-    cells lie beside each other or one below the other, as their maps are larger."""
+    """A field over the fault plane, near a time [s]; returns the stored time. Several planes lie beside each other or one below the
+    other, as their maps are larger."""
     fields = Fields(run, name)
     row = int(np.argmin(np.abs(fields.times - time)))
     values = fields.maps([row])[0]
-    planes = planes_of(run)
+    planes, frames = planes_of(run), frames_of(run, tall=True)
     values = np.abs(values) if log else values
     norm = Span().see(values).norm(fields.kind, log, wanted)
     many = len(planes) > 1
-    columns = columns_for(planes) if many else 1
+    columns = columns_for(frames) if many else 1
     height, width = 1 / -(-len(planes) // columns), 0.9 / columns
     if many:
         axes.set_axis_off()
@@ -214,11 +266,11 @@ def draw_map(axes, run, name, time, label, log=False, wanted=None):
         below, column = k + columns >= len(planes), k % columns
         own = axes.inset_axes([0.06 + column * width, 1 - (k // columns + 0.8) * height, 0.9 * width, 0.7 * height]) if many else axes
         artist = plane.draw(own, plane.values(values), norm, fields.kind.colours)
-        plane.frame(own, extent_of(planes))
+        plane.frame(own, frames[k])
         own.set(xlabel="along strike (km)" if below else "", ylabel=own.get_ylabel() if column == 0 else "")
         if many:
             own.set_title(plane.name, fontsize="small", fontweight="normal")
-            own.tick_params(labelbottom=below, labelleft=column == 0)
+            own.tick_params(labelbottom=below or not beside(run), labelleft=column == 0 or not beside(run))
     if not many:
         axes.set_anchor("W")
     colour_bar(axes.figure, artist, norm, label, cax=axes.inset_axes([0.97, 0.1, 0.03, 0.8] if many else [1.04, 0.0, 0.05, 1.0]))

@@ -166,6 +166,12 @@ class Run(Cells):
             raise OutputError(f"{self.path}: datasets of /{name} differ in length: {rows}")
 
     @property
+    def parameters(self):
+        """Attributes of /parameters: what is one number, and choices; of files of before 0.3 none."""
+        with self._open() as file:
+            return {key: _plain(value) for key, value in file["parameters"].attrs.items()} if "parameters" in file else {}
+
+    @property
     def columns(self):
         """Names of the series besides time, with their units."""
         return {name: self.units[f"/series/{name}"] for name in self.series

@@ -3,7 +3,7 @@
 import numpy as np
 
 from slipstep_fields import Fields, event_around, largest_event, rupture_times
-from slipstep_maps import Span, colour_bar, extent_of, planes_of
+from slipstep_maps import Span, beside, colour_bar, frames_of, planes_of
 from slipstep_output import OutputError
 from slipstep_panels import plt, use_style
 from slipstep_time import Clock
@@ -24,20 +24,20 @@ class Layout:
 
     def __init__(self, run, blocks, columns, extra=0):
         use_style()
-        self.planes = planes_of(run)
-        self.extent = extent_of(self.planes)
+        self.planes, self.frames, self.shared = planes_of(run), frames_of(run), beside(run)
         columns = min(columns, blocks)
         self.rows = -(-blocks // columns)
-        ratio = np.clip((self.extent[3] - self.extent[2]) / (self.extent[1] - self.extent[0]), 0.15, 2.0)
-        height = WIDTH / columns * 0.8 * ratio + 0.45
-        self.canvas = plt.figure(figsize=(WIDTH, 1.1 + height * len(self.planes) * self.rows + extra), layout="constrained")
+        ratio = [np.clip((z1 - z0) / (x1 - x0), 0.15, 2.0) for x0, x1, z0, z1 in self.frames]
+        self.heights = [WIDTH / columns * 0.8 * one + 0.45 for one in ratio]
+        self.canvas = plt.figure(figsize=(WIDTH, 1.1 + sum(self.heights) * self.rows + extra), layout="constrained")
         self.canvas.get_layout_engine().set(h_pad=0.06, w_pad=0.06)
         self.columns, self.blocks = columns, blocks
 
     def fill(self, parent):
         """Axes [block][plane] within a figure or part of one; labels only at its rim."""
         many = len(self.planes)
-        grid = parent.subplots(self.rows * many, self.columns, squeeze=False, sharex=True, sharey=True)
+        shared = {"sharex": True, "sharey": True} if self.shared else {"height_ratios": self.heights * self.rows}
+        grid = parent.subplots(self.rows * many, self.columns, squeeze=False, **shared)
         blocks = [[grid[(k // self.columns) * many + p, k % self.columns] for p in range(many)]
                   for k in range(self.rows * self.columns)]
         for block in blocks[self.blocks:]:
@@ -46,17 +46,17 @@ class Layout:
         for k, block in enumerate(blocks[:self.blocks]):
             below = k + self.columns >= self.blocks
             block[-1].set_xlabel("along strike (km)" if below else "")
-            block[-1].tick_params(labelbottom=below)
+            block[-1].tick_params(labelbottom=below or not self.shared)
         return blocks[:self.blocks]
 
     def draw(self, block, values, norm, colours, title, first):
         """One map over the panels of a block; the artists."""
         artists = []
-        for axes, plane in zip(block, self.planes):
+        for axes, plane, frame in zip(block, self.planes, self.frames):
             label = axes.get_xlabel()
             artists.append(plane.draw(axes, plane.values(values), norm, colours))
-            plane.frame(axes, self.extent)
-            axes.set(xlabel=label, ylabel="depth (km)" if first else "")
+            plane.frame(axes, frame)
+            axes.set(xlabel=label, ylabel=plane.down_label if first else "")
             axes.set_title(", ".join(filter(None, (title if axes is block[0] else "", plane.name))), fontsize=10, fontweight="normal")
         return artists
 
@@ -65,7 +65,7 @@ def columns_of(run, count):
     """Panels beside each other, fewer for long faults; four make a square."""
     if count == 4:
         return 2
-    x0, x1, z0, z1 = extent_of(planes_of(run))
+    x0, x1, z0, z1 = max(frames_of(run), key=lambda frame: frame[3] - frame[2])
     return min(count, 3 if (x1 - x0) < 3.5 * (z1 - z0) else 2 if (x1 - x0) < 7 * (z1 - z0) else 1)
 
 
@@ -131,7 +131,7 @@ def curves(run, fields, rows, clock, log, wanted):
     for shade, row, values in zip(shades, rows, np.abs(maps) if log else maps):
         axes.plot((plane.x if across else plane.z).mean(axis=0), np.where(values > 0, values, np.nan) if log else values, color=shade,
                   label=clock.text(fields.times[row]))
-    axes.set(xlabel="along strike (km)" if across else "depth (km)", ylabel=fields.label)
+    axes.set(xlabel="along strike (km)" if across else plane.down_label, ylabel=fields.label)
     if log:
         axes.set_yscale("log")
     elif fields.kind.limits == "zero":

@@ -9,6 +9,7 @@ from slipstep_output import OutputError
 from slipstep_panels import plt, use_style
 from slipstep_time import Clock
 
+SLIVER = 1e-5  # of the smallest cell: corners that are nearer to each other are one
 COLUMNS = 500  # of a picture against time: some dots of it each, so that none is lost in drawing
 
 
@@ -18,17 +19,16 @@ def place(text):
 
 
 class Line:
-    """Intervals along strike, or in depth, and the cells of one plane on each.
+    """Intervals along strike, or down dip, and the cells of one plane on each.
 
-    along  "strike" or "depth"
+    along  "strike", or "dip", also called "depth"
     at     where the line is in the other direction [km], or "max" or "mean" over that direction; None: in the middle
     """
 
     def __init__(self, plane, along="strike", at=None):
-        self.plane, self.along = plane, along
-        here, across = (plane.x, plane.z) if along == "strike" else (plane.z, plane.x)
+        self.plane, self.along = plane, "strike" if along == "strike" else "depth"
+        here, across = self.axes_of(plane, along)
         low, high = across.min(), across.max()
-        self.name = "depth" if along == "strike" else "x ="
         self.at = 0.5 * (low + high) if at is None else at
         self.weight = across[1] - across[0]
         if isinstance(self.at, float):
@@ -39,6 +39,7 @@ class Line:
             chosen = np.ones(here.shape[1], dtype=bool)
         cells = np.flatnonzero(chosen)
         corners = np.unique(np.round(here[:, cells], 9))
+        corners = corners[np.append(True, np.diff(corners) > SLIVER * (here[1] - here[0]).min())]
         middle = 0.5 * (corners[1:] + corners[:-1])
         over = [cells[(here[0, cells] <= m) & (m <= here[1, cells])] for m in middle]
         filled = np.array([len(cells) > 0 for cells in over])
@@ -46,16 +47,22 @@ class Line:
             raise OutputError(f"the line at {self.at} km leaves the cells of the mesh at {middle[~filled][0]:g} km; give another --at")
         self.edges, self.centres, self.over = corners, middle, over
 
+    @staticmethod
+    def axes_of(plane, along):
+        """Edges of cells in the line's direction and in the other one."""
+        return (plane.x, plane.z) if along == "strike" else (plane.z, plane.x)
+
     @property
     def label(self):
-        return "along strike (km)" if self.along == "strike" else "depth (km)"
+        return "along strike (km)" if self.along == "strike" else self.plane.down_label
 
     @property
     def where(self):
         """In words, for titles."""
-        other = "depth" if self.along == "strike" else "strike"
+        other = self.plane.down.replace("down ", "") if self.along == "strike" else "strike"
         if isinstance(self.at, float):
-            place = f"at a depth of {self.at:.3g} km" if self.along == "strike" else f"at {self.at:.3g} km along strike"
+            deep = f"at a depth of {self.at:.3g} km" if self.plane.vertical else f"at {self.at:.3g} km down dip"
+            place = deep if self.along == "strike" else f"at {self.at:.3g} km along strike"
         else:
             place = {"max": f"(largest over {other})", "mean": f"(mean over {other})"}[self.at]
         return ", ".join(filter(None, (place, self.plane.name)))
@@ -70,6 +77,16 @@ class Line:
         else:
             columns = [values[:, cells[0]] for cells in self.over]
         return np.stack(columns, axis=1)
+
+
+def lines_of(run, along, at):
+    """One of each plane; a number leaves out those which do not reach there, unless none does."""
+    planes = planes_of(run)
+    if isinstance(at, float):
+        across = [Line.axes_of(plane, along)[1] for plane in planes]
+        there = [plane for plane, (low, high) in zip(planes, across) if low.min() <= at <= high.max()]
+        planes = there or planes
+    return [Line(plane, along, at) for plane in planes]
 
 
 def along_line(fields, line):
@@ -103,7 +120,7 @@ def draw_time_ticks(axes, fields, clock):
 
 
 def draw_space_time(axes, fields, line, clock, against, log, wanted):
-    """A field on a line: distance upwards (depth downwards), time or steps to the right."""
+    """A field on a line: distance upwards (down dip downwards), time or steps to the right."""
     values = along_line(fields, line)
     values = np.abs(values) if log else values
     norm = Span().see(values).norm(fields.kind, log, wanted)
@@ -133,7 +150,7 @@ def space_time(run, names, along="strike", at=None, against="time", window=None,
     short = [field for field in fields if len(field.times) < 2]
     if short:
         raise OutputError(f"{run.path}: a space-time picture needs two rows of /fields, {short[0].kind.source} has one in this window")
-    lines = [Line(plane, along, at) for plane in planes_of(run)]
+    lines = lines_of(run, along, at)
     count = len(lines) * len(fields)
     canvas, axes = plt.subplots(count, 1, figsize=(11, 1.2 + 3.2 * count), layout="constrained", squeeze=False,
                                 sharex=True)

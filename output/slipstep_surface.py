@@ -14,13 +14,12 @@ import tempfile
 import h5py
 import numpy as np
 
-from slipstep_output import OutputError, _plain, open_file
+from slipstep_cells import cells_of, corners_of, free_edges
+from slipstep_output import OutputError
 from slipstep_time import written
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])  # of a cell, along strike and down dip: from its upper left one
 NO_GROUND = "{}: a run in a full space, which has no ground; expected one with -fault_kernel half_space"
-EDGE = 1e-3  # of its size: how near to its neighbour's a cell's edge is the same one
 
 
 class Source:
@@ -45,24 +44,11 @@ class Source:
     @property
     def corners(self):
         """[N, 4, 3]: upper left, upper right, lower right, lower left, north, east and down [m]."""
-        strike, dip = np.radians(self.cells[:, 5]), np.radians(self.cells[:, 6])
-        along = np.stack([np.cos(strike), np.sin(strike), 0 * strike], axis=1)
-        down = np.stack([-np.sin(strike) * np.cos(dip), np.cos(strike) * np.cos(dip), np.sin(dip)], axis=1)
-        return (self.cells[:, None, :3] + CORNERS[:, :1] * (self.cells[:, 3, None] * along)[:, None]
-                + CORNERS[:, 1:] * (self.cells[:, 4, None] * down)[:, None])
+        return corners_of(self.cells)
 
     def outline(self):
         """Edges that cells do not share [m], [n, 2, 3] each: upper ones, and all others."""
-        corners = self.corners
-        if self.shape:
-            nz, nx = self.shape
-            upper = np.stack([corners[0, 0], corners[nx - 1, 1]])
-            right, lower, left = corners[-1, 2], corners[(nz - 1) * nx, 3], corners[0, 0]
-            return upper[None], np.array([[upper[1], right], [right, lower], [lower, left]])
-        edges = {side: corners[:, (side, (side + 1) % 4)] for side in range(4)}  # upper, right, lower, left
-        free = {side: edges[side][~_touches(edges[side], edges[(side + 2) % 4])] for side in range(4)}
-        return free[0], np.concatenate([free[1], free[2], free[3]])
-
+        return free_edges(self.corners, self.shape)
 
     def level(self, depth):
         """Where cells are at a depth [m]: [n, 2, 3]."""
@@ -74,42 +60,6 @@ class Source:
         return np.stack([lines[0, 0], lines[-1, 1]])[None] if self.shape and len(lines) else lines
 
 
-def _touches(edges, others):
-    """Whether the middle of each edge [n, 2, 3] lies on one of the others."""
-    middle, begin, reach = edges.mean(axis=1), others[:, 0], others[:, 1] - others[:, 0]
-    size = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
-    found = np.empty(len(edges), bool)
-    for k, (at, near) in enumerate(zip(middle, EDGE * size)):
-        share = np.clip(((at - begin) * reach).sum(axis=1) / (reach ** 2).sum(axis=1), 0, 1)
-        found[k] = (((at - begin - share[:, None] * reach) ** 2).sum(axis=1) < near ** 2).any()
-    return found
-
-
-def _grid_cells(of):
-    """[N, 7] of a grid by its extents, as the library has them."""
-    nx, nz = int(of["nx"]), int(of["nz"])
-    strike, dip = np.radians(of["strike"]), np.radians(of["dip"])
-    s, d = np.meshgrid((np.arange(nx) + 0.5) * of["length_x"] / nx, (np.arange(nz) + 0.5) * of["length_z"] / nz)
-    s, d = s.ravel(), d.ravel()
-    right = d * np.cos(dip)
-    columns = (np.cos(strike) * s - np.sin(strike) * right, np.sin(strike) * s + np.cos(strike) * right, of["depth_top"] + d * np.sin(dip),
-               of["length_x"] / nx, of["length_z"] / nz, of["strike"], of["dip"])
-    return np.stack(np.broadcast_arrays(*columns), axis=1)
-
-
-def _cells(path, mesh, of):
-    """[N, 7], and the shape of a grid; of: its extents. Files of before dipping faults know neither strike nor dip."""
-    if "length" in mesh:
-        n = len(mesh["x"])
-        columns = [mesh[name] for name in ("x", "y", "z", "length", "width")]
-        return np.stack(columns + [mesh.get("strike", np.zeros(n)), mesh.get("dip", np.full(n, 90.0))], axis=1).astype(float), None
-    missing = [name for name in ("length_x", "length_z", "depth_top") if name not in of]
-    if missing:
-        raise OutputError(f"{path}: the {missing[0]} of the grid is missing; expected a file of SlipStep 0.3 or later")
-    nz, nx = len(mesh["z"]), len(mesh["x"])
-    return _grid_cells({"strike": 0.0, "dip": 90.0, **of, "nx": nx, "nz": nz}), (nz, nx)
-
-
 def _rake(mesh, n):
     return np.asarray(mesh.get("rake", np.zeros(n)), float).reshape(-1)
 
@@ -118,8 +68,7 @@ def slip_of_run(run, begin=None, end=None, field="displacement"):
     """What slipped between two times [s] of a run, linear between the entries of /fields; by default displacement, relative to the far
     field."""
     run.require_fault("a map of the ground")
-    with open_file(run.path, "") as file:
-        parameters = {name: _plain(value) for name, value in file["parameters"].attrs.items()} if "parameters" in file else {}
+    parameters = run.parameters
     missing = [name for name in ("shear_modulus", "poisson_ratio") if name not in parameters]
     if missing:
         raise OutputError(f"{run.path}: attribute {missing[0]} of /parameters is missing; expected a file of SlipStep 0.3 or later")
@@ -138,7 +87,7 @@ def slip_of_run(run, begin=None, end=None, field="displacement"):
         share = min((time - times[row]) / (times[row + 1] - times[row]), 1.0)
         return maps[row] + share * (maps[row + 1].astype(float) - maps[row])
 
-    cells, shape = _cells(run.path, run.mesh, parameters)
+    cells, shape = cells_of(run.path, run.mesh, parameters)
     what = "slip" if field == "slip" else "slip less that of the far field" if np.any(run.mesh.get("loading_rate", 0.0)) else "slip"
     return Source(run.path, cells, _rake(run.mesh, len(cells)), at(end) - at(begin), parameters["shear_modulus"], parameters["poisson_ratio"],
                   f"{what} from {written(begin)} to {written(end)}", shape)
@@ -151,7 +100,7 @@ def slip_of_event(catalogue, number):
     if catalogue.attributes.get("kernel") == "full_space":
         raise OutputError(NO_GROUND.format(catalogue.path))
     slip = catalogue.map("slip")[number].reshape(-1) * catalogue.event["direction"][number]
-    cells, shape = _cells(catalogue.path, catalogue.mesh, catalogue.attributes)
+    cells, shape = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
     return Source(catalogue.path, cells, _rake(catalogue.mesh, len(cells)), slip, catalogue.attributes["shear_modulus"],
                   catalogue.attributes.get("poisson_ratio", 0.25), f"event {number + 1}, M {catalogue.event['magnitude'][number]:.2f}, "
                   f"at {written(catalogue.event['onset'][number])}", shape)

@@ -92,19 +92,19 @@ class Run(FaultTest):
         self.assertGreater(np.ptp(slip[0]), 1e-3 * slip[0].max())
 
     def test_faults_are_plotted(self):
-        """A panel for each fault, whose cells lie along its strike and in depth; the catalogue's pictures go by it too."""
+        """A panel for each fault, whose cells lie along its strike and down its dip; the catalogue's pictures go by it too."""
         rows = np.concatenate([plane(60, 45, (0, 0, 500)), plane(60, 30, (5000, 0, 500))])
         write(self.path("mesh.h5"), rows, fault=np.repeat([4, 2], 12))
         self.fault("-fault_mesh", "mesh.h5", "-fault_output", "run.h5", "-fault_catalogue", "events.h5", *THRUST)
         from slipstep_maps import planes_of
         from slipstep_output import Run
         planes = planes_of(Run(self.path("run.h5")))
-        self.assertEqual([p.name for p in planes], ["fault 2", "fault 4"])
+        self.assertEqual([p.name for p in planes], ["fault 2 (strike 60°, dip 30°)", "fault 4 (strike 60°, dip 45°)"])
         np.testing.assert_array_equal(planes[1].cells, np.arange(12))
         first = planes[1]  # four cells of 500 m along the strike, and three of 400 m that dip with 45 degrees
         np.testing.assert_allclose((first.x.min(), first.x.max()), (0, 2), atol=1e-12)
-        np.testing.assert_allclose((first.z.min(), first.z.max()), (0.5, 0.5 + 1.2 * np.sqrt(0.5)), rtol=1e-12)
-        np.testing.assert_allclose(first.centre(0), (0.25, 0.5 + 0.2 * np.sqrt(0.5)), rtol=1e-12)
+        np.testing.assert_allclose((first.z.min(), first.z.max()), (0, 1.2), atol=1e-12)
+        np.testing.assert_allclose(first.centre(0), (0.25, 0.2), rtol=1e-12)
         self.assertIsNone(first.centre(12))
         done = self.script("plot_run.py", self.path("run.h5"), "--figure", self.path("run.png"))
         self.assertEqual(done.returncode, 0, done.stderr)

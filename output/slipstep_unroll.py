@@ -1,0 +1,224 @@
+"""A fault of any planes drawn flat: where its cells are along strike and down dip.
+
+1. Cells of one strike, or the opposite one, have the distance along it from the origin. A plane whose upper edge is the lower edge of another
+   one (a listric fault) goes on down dip where that ends. What is joined so is a column; it has the cells of a plane beside each other as
+   they are.
+2. A column whose cells begin where those of another one end (a segmented fault) is put beside it: each row of its cells begins where the row
+   ends that is as far down dip. Segments that dip meet in lines that are not along the dip; so lower rows are shifted against upper ones, and
+   none overlap or leave a gap. Where the cells of a column are in no rows, it is put as a whole where it overlaps with nothing.
+3. The column of the first cell stays in its place. Down dip counts from the upper edge; on faults that are vertical everywhere it is the depth.
+4. What touches nothing, or would lie on other cells, as branches do, is another part, drawn by itself.
+
+    for index, s, d in unroll(cells):        # cells [N, 7]; s, d [2, n]: low and high edges along strike and down dip [m]
+"""
+
+import numpy as np
+
+from slipstep_cells import EDGE, LEFT, RIGHT, corners_of
+
+ANGLE = 1e-6  # degrees that are rounding
+NEAR = 0.6  # of a cell's width: how far apart the middles of ends may be that meet
+CHUNK = 2000  # cells that are compared with all others at once
+
+
+def overlap(s, d, others_s, others_d, slack):
+    """Whether any rectangle [2, n] lies on one of the others by more than rounding."""
+    box = [(max(a.min(), b.min()) + slack, min(a.max(), b.max()) - slack) for a, b in ((s, others_s), (d, others_d))]
+    inside = [(s[1] > box[0][0]) & (s[0] < box[0][1]) & (d[1] > box[1][0]) & (d[0] < box[1][1]),
+              (others_s[1] > box[0][0]) & (others_s[0] < box[0][1]) & (others_d[1] > box[1][0]) & (others_d[0] < box[1][1])]
+    s, d, others_s, others_d = s[:, inside[0]], d[:, inside[0]], others_s[:, inside[1]], others_d[:, inside[1]]
+    for k in range(0, s.shape[1], CHUNK):
+        one = [axis[:, k:k + CHUNK, None] for axis in (s, d)]
+        if ((one[0][0] < others_s[1] - slack) & (one[0][1] > others_s[0] + slack)
+                & (one[1][0] < others_d[1] - slack) & (one[1][1] > others_d[0] + slack)).any():
+            return True
+    return False
+
+
+def groups(values, slack, turn=None):
+    """A number for each value, equal where values follow each other by no more than rounding; turn: the value that is 0 again."""
+    order = np.argsort(values, kind="stable")
+    number = np.empty(len(values), int)
+    number[order] = np.concatenate([[0], np.cumsum(np.diff(values[order]) > slack)])
+    if turn and values[order[0]] + turn - values[order[-1]] <= slack:
+        number[number == number[order[-1]]] = number[order[0]]
+    return number
+
+
+class Column:
+    """Planes of one strike, joined along it: cells, their edges s and d [2, n], and the middles of their left and right ends [n, 2, 3]."""
+
+    def __init__(self, index, s, d, ends):
+        self.index, self.s, self.d, self.ends = index, s, d, ends
+
+    def flip(self):
+        self.s, self.ends = -self.s[::-1], self.ends[:, ::-1]
+
+
+class Strike:
+    """Cells of one strike or its opposite: they are seen from one side, where r is to the right of the strike and z down."""
+
+    def __init__(self, cells, index):
+        own = cells[index]
+        angle = np.radians(own[0, 5])
+        same = np.where(np.cos(np.radians(own[:, 5]) - angle) > 0, 1.0, -1.0)
+        self.index = index
+        s = own[:, 0] * np.cos(angle) + own[:, 1] * np.sin(angle)
+        self.s = np.stack([s - own[:, 3] / 2, s + own[:, 3] / 2])
+        dip = np.radians(own[:, 6])
+        self.down = np.stack([np.where(own[:, 6] == 90, 0.0, same * np.cos(dip)), np.sin(dip)])
+        centre = np.stack([own[:, 1] * np.cos(angle) - own[:, 0] * np.sin(angle), own[:, 2]])
+        self.edges = centre + np.array([-0.5, 0.5])[:, None, None] * own[:, 4] * self.down  # [upper and lower, r and z, n]
+        along = (centre * self.down).sum(axis=0)
+        self.d = np.stack([along - own[:, 4] / 2, along + own[:, 4] / 2])
+        self.slack = EDGE * own[:, 3:5].min()
+        corners = corners_of(own)
+        ends = np.stack([corners[:, (LEFT, 0)].mean(axis=1), corners[:, (RIGHT, RIGHT + 1)].mean(axis=1)], axis=1)
+        self.ends = np.where((same > 0)[:, None, None], ends, ends[:, ::-1])
+
+    def planes(self):
+        """Cells of each plane, in the order of their first ones."""
+        dip = groups(np.degrees(np.arctan2(self.down[1], self.down[0])), ANGLE)
+        number = np.zeros(len(dip), int)
+        for k in np.unique(dip):  # their distances across
+            own = np.flatnonzero(dip == k)
+            normal = np.array([-self.down[1, own[0]], self.down[0, own[0]]])
+            number[own] = number.max() + 1 + groups(normal @ self.edges[0][:, own], self.slack)
+        first = {}
+        for cell, k in enumerate(number):
+            first.setdefault(k, []).append(cell)
+        return [np.array(own) for own in first.values()]
+
+    def lines(self, own):
+        """Lines along strike of the upper and lower edges of cells: r, z, d, and where they are from and to, [5, m] each."""
+        found = []
+        for side in (0, 1):
+            _, which = np.unique(np.round(self.d[side, own] / self.slack), return_inverse=True)
+            first = np.array([np.flatnonzero(which == k)[0] for k in range(which.max() + 1)])
+            reach = [np.array([part[which == k].min() for k in range(which.max() + 1)]) for part in (self.s[0, own], -self.s[1, own])]
+            found.append(np.stack([*self.edges[side][:, own[first]], self.d[side, own[first]], reach[0], -reach[1]]))
+        return found
+
+    def step(self, upper, lower):
+        """What is to be added to d below a common line of lower edges of the one and upper edges of the other, None without one."""
+        if upper[1][1].max() < lower[0][1].min() - self.slack or upper[1][1].min() > lower[0][1].max() + self.slack:
+            return None
+        a, b = upper[1][:, :, None], lower[0][:, None, :]
+        meets = (np.hypot(a[0] - b[0], a[1] - b[1]) < self.slack) & (np.minimum(a[4], b[4]) - np.maximum(a[3], b[3]) > self.slack)
+        where = np.argwhere(meets)
+        return a[2, where[0][0], 0] - b[2, 0, where[0][1]] if len(where) else None
+
+    def columns(self):
+        planes = self.planes()
+        lines = [self.lines(own) for own in planes]
+        left, found = list(range(len(planes))), []
+        while left:
+            inside, shift, queue = [left[0]], {left[0]: 0.0}, [left.pop(0)]
+            while queue:
+                p = queue.pop(0)
+                for q in list(left):
+                    down, up = self.step(lines[p], lines[q]), self.step(lines[q], lines[p])
+                    more = down if down is not None else -up if up is not None else None
+                    if more is None:
+                        continue
+                    d = self.d[:, planes[q]] + shift[p] + more
+                    if any(overlap(self.s[:, planes[q]], d, self.s[:, planes[k]], self.d[:, planes[k]] + shift[k], self.slack) for k in inside):
+                        continue
+                    shift[q] = shift[p] + more
+                    inside.append(q)
+                    queue.append(q)
+                    left.remove(q)
+            own = np.concatenate([planes[k] for k in inside])
+            d = np.concatenate([self.d[:, planes[k]] + shift[k] for k in inside], axis=1)
+            found.append(Column(self.index[own], self.s[:, own], d, self.ends[own]))
+        return found
+
+
+def meeting(column, other, cells):
+    """Where two columns meet: the ends, 0 low and 1 high, of the one and of the other, and what is to be added to the other's d; None where
+    they do not."""
+    wide = NEAR * max(cells[column.index, 4].max(), cells[other.index, 4].max())
+    best = None
+    for side in (1, 0):
+        for facing in (0, 1):
+            a, b = column.ends[:, side], other.ends[:, facing]
+            low, high = np.maximum(a.min(axis=0), b.min(axis=0)) - wide, np.minimum(a.max(axis=0), b.max(axis=0)) + wide
+            near = [np.flatnonzero(((part >= low) & (part <= high)).all(axis=1)) for part in (a, b)]
+            if not all(map(len, near)):
+                continue
+            distance = np.linalg.norm(a[near[0], None] - b[None, near[1]], axis=2)
+            limit = NEAR * np.maximum(cells[column.index[near[0]], 4][:, None], cells[other.index[near[1]], 4])
+            i, j = np.nonzero(distance <= limit)
+            if len(i) and (best is None or len(i) > best[0]):
+                i, j = near[0][i], near[1][j]
+                deeper = (b[j, 2] - a[i, 2]) / np.sin(np.radians(cells[column.index[i], 6]))
+                best = len(i), side, facing, np.median(column.d[:, i].mean(axis=0) + deeper - other.d[:, j].mean(axis=0))
+    return best and best[1:]
+
+
+def row_numbers(d, slack):
+    """The row of each cell, None where cells are in no rows: their intervals down dip are neither the same nor apart."""
+    _, first, number = np.unique(np.round(d[0] / slack), return_index=True, return_inverse=True)
+    low, high = d[:, first]
+    if (np.abs(d - d[:, first][:, number]) > 2 * slack).any() or (high[:-1] > low[1:] + 2 * slack).any():
+        return None
+    return number
+
+
+def put_beside(column, other, side, slack):
+    """The other's s [2, n], with each row moved to where the column ends on this side, 0 low and 1 high."""
+    sign = 1 if side else -1
+    middle, number = np.unique(np.round(other.d.mean(axis=0) / slack), return_inverse=True)
+    middle, end = middle * slack, np.full(len(middle), np.nan)
+    last = np.argsort(-sign * column.s[side])  # a cell further out comes first
+    low, high, farthest = column.d[0, last], column.d[1, last], column.s[side, last]
+    for k, deep in enumerate(middle):
+        there = (low <= deep) & (deep < high)
+        if there.any():
+            end[k] = farthest[there.argmax()]
+    known = np.isfinite(end)
+    if known.any():
+        nearest = np.abs(middle[:, None] - middle[known]).argmin(axis=1)
+        end = np.where(known, end, end[known][nearest])
+    else:
+        end[:] = farthest[0]
+    end, begin, rows = end[number], other.s[1 - side], row_numbers(other.d, slack)
+    if rows is None:
+        return other.s + sign * (sign * (end - begin)).max()
+    shift = np.array([sign * (sign * (end - begin)[rows == k]).max() for k in range(rows.max() + 1)])
+    return other.s + (shift.mean() if np.ptp(shift) < slack else shift[rows])
+
+
+def unroll(cells):
+    """Parts of a fault, [(cells, s [2, n], d [2, n])] in m, from cells [N, 7]; see above."""
+    strike = groups(np.mod(cells[:, 5], 180.0), ANGLE, 180.0)
+    left = [column for k in np.unique(strike) for column in Strike(cells, np.flatnonzero(strike == k)).columns()]
+    left.sort(key=lambda column: column.index.min())
+    slack = EDGE * cells[:, 3:5].min()
+    parts = []
+    while left:
+        inside = [left.pop(0)]
+        queue = list(inside)
+        while queue:
+            column = queue.pop(0)
+            for other in list(left):
+                meets = meeting(column, other, cells)
+                if meets is None:
+                    continue
+                side, facing, deeper = meets
+                kept = other.s, other.d, other.ends
+                if side == facing:
+                    other.flip()
+                other.d = other.d + deeper
+                other.s = put_beside(column, other, side, slack)
+                if any(overlap(other.s, other.d, one.s, one.d, 2 * slack) for one in inside):
+                    other.s, other.d, other.ends = kept
+                    continue
+                inside.append(other)
+                queue.append(other)
+                left.remove(other)
+        index = np.concatenate([column.index for column in inside])
+        order = np.argsort(index)
+        s, d = (np.concatenate([getattr(column, name) for column in inside], axis=1)[:, order] for name in "sd")
+        parts.append((index[order], s, d if (cells[index, 6] == 90).all() else d - d.min()))
+    return parts
