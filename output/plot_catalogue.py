@@ -5,6 +5,7 @@ cumulative slip along a line. Or one event: its slip and when each cell broke.
     output/plot_catalogue.py CATALOGUE.h5 [RUN.h5] [--figure OUT.png]
     output/plot_catalogue.py CATALOGUE.h5 RUN.h5 --along depth --at 10 --every 5y --every-event 1
     output/plot_catalogue.py CATALOGUE.h5 --event 3          or --event largest
+    output/plot_catalogue.py CATALOGUE.h5 --event 3 --view --from 120 30
 """
 
 import argparse
@@ -26,6 +27,7 @@ from slipstep_panels import RUN_STYLES, log_scale, plt, use_style
 from slipstep_snapshots import Layout, contours_of
 from slipstep_spacetime import place
 from slipstep_time import Clock, seconds, written
+from slipstep_view import event_view
 
 MANY = 300  # events, beyond which only the largest have stems and circles
 FAULTS = len(RUN_STYLES)  # up to which each has a colour
@@ -179,6 +181,9 @@ def arguments():
     parser.add_argument("run", metavar="RUN", nargs="?", help="output file of the run, for cumulative slip")
     parser.add_argument("--figure", metavar="PNG", help="file to write, default CATALOGUE with .png; its ending chooses the format")
     parser.add_argument("--event", metavar="N", help="draw this one alone: its number from 1 on, or largest")
+    parser.add_argument("--view", action="store_true", help="with --event: its slip in space, not on maps")
+    parser.add_argument("--from", nargs=2, type=float, metavar=("AZIMUTH", "ELEVATION"), help="with --view: where it is seen from, degrees clockwise from "
+                        "north and above the horizon; default 40 from across the strike, 25")
     parser.add_argument("--field", metavar="NAME", help="field of the run that is the slip, default slip")
     parser.add_argument("--along", choices=("strike", "dip", "depth"), help="the line of cumulative slip, default strike; depth is "
                         "another name of dip")
@@ -195,6 +200,13 @@ def arguments():
             parser.error(f"--{name.replace('_', '-')} is {value:g} s, expected a time > 0")
     if options.event is not None and options.run:
         parser.error("--event draws one event of the catalogue: leave RUN out")
+    viewer = getattr(options, "from")
+    if options.view and options.event is None:
+        parser.error("--view is of one event: expected with --event")
+    if viewer and not options.view:
+        parser.error("--from is of a view: expected with --event and --view")
+    if viewer and not 0 <= viewer[1] <= 90:
+        parser.error(f"--from has the elevation {viewer[1]:g}, expected degrees from 0 to 90")
     if options.event not in (None, "largest") and not options.event.isdigit():
         parser.error(f"--event is {options.event}, expected a number from 1 on, or largest")
     return options
@@ -202,14 +214,15 @@ def arguments():
 
 def main():
     options = arguments()
-    suffix = f"_event_{options.event}" if options.event else ""
+    suffix = (f"_event_{options.event}" if options.event else "") + ("_view" if options.view else "")
     target = options.figure or os.path.splitext(options.catalogue)[0] + suffix + ".png"
     try:
         events = Events(options.catalogue)
         events.warn("plot_catalogue.py")
         if options.event:
             number = int(np.nanargmax(events["moment"])) if options.event == "largest" else int(options.event) - 1
-            event_figure(events, number).savefig(target)
+            canvas = event_view(events, number, KINDS["slip"], getattr(options, "from")) if options.view else event_figure(events, number)
+            canvas.savefig(target)
         else:
             lines = []
             if options.run:

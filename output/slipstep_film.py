@@ -12,9 +12,10 @@ from PIL import Image
 from slipstep_fields import Fields, events
 from slipstep_maps import Span, colour_bar
 from slipstep_output import OutputError
-from slipstep_panels import RED, RUN_STYLES, plt
+from slipstep_panels import RED, RUN_STYLES, plt, use_style
 from slipstep_snapshots import WIDTH, Layout
 from slipstep_time import SECONDS, NAMES, Clock, unit_of
+from slipstep_view import BAR, View, bar
 
 DPI = 100
 EVEN = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"  # numbers of pixels that mp4 needs
@@ -123,8 +124,48 @@ def draw_course(axes, run, fields, rows, clock):
     return at, rates, dot
 
 
-def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=15.0, frames=500):
-    """Write the film; the numbers of its frames and of the stored rows."""
+class Maps:
+    """Maps of all planes."""
+
+    def __init__(self, run):
+        self.layout = Layout(run, 1, 1)
+        self.canvas = self.layout.canvas
+        self.height = min(self.canvas.get_figheight() * 0.8, 7.0)
+
+    def draw(self, part, values, norm, kind, label):
+        """The artists that move."""
+        block = self.layout.fill(part)[0]
+        self.artists = self.layout.draw(block, values, norm, kind.colours, "", True)
+        colour_bar(part, self.artists[0], norm, label, ax=block, aspect=25, pad=0.02, shrink=0.85)
+        return self.artists
+
+    def show(self, values):
+        for plane, artist in zip(self.layout.planes, self.artists):
+            artist.show(plane.values(values))
+
+
+class Scene:
+    """A view of the fault in space."""
+
+    def __init__(self, run, viewer):
+        use_style()
+        self.view = View(run, run.parameters, viewer)
+        self.canvas = plt.figure(layout="constrained")
+        self.height = min(self.view.height(0.8 * WIDTH - BAR), 8.0)
+
+    def draw(self, part, values, norm, kind, label):
+        axes = part.subplots()
+        self.artist = self.view.draw(axes, norm, kind.colours)
+        self.artist.show(values)
+        bar(part, values, norm, kind.colours, label, axes, aspect=25, pad=0.02, shrink=0.7)
+        return [self.artist]
+
+    def show(self, values):
+        self.artist.show(values)
+
+
+def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=15.0, frames=500, view=False, viewer=None):
+    """Write the film, of maps or of a view; the numbers of its frames and of the stored rows."""
     out = writer(path, rate)
     fields = Fields(run, name, window)
     out.colours = fields.kind.colours
@@ -135,14 +176,11 @@ def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=1
         span.see(np.abs(maps) if log else maps)
     norm = span.norm(fields.kind, log, wanted)
     titles = Titles(run, fields, years)
-    layout = Layout(run, 1, 1)
-    canvas = layout.canvas
-    height = min(canvas.get_figheight() * 0.8, 7.0)
-    canvas.set_size_inches(0.8 * WIDTH, height + 1.7)
-    above, below = canvas.subfigures(2, 1, height_ratios=(height, 1.7))
-    block = layout.fill(above)[0]
-    artists = layout.draw(block, fields.maps(rows[:1])[0], norm, fields.kind.colours, "", True)
-    colour_bar(above, artists[0], norm, fields.label, ax=block, aspect=25, pad=0.02, shrink=0.85)
+    shown = Scene(run, viewer) if view else Maps(run)
+    canvas = shown.canvas
+    canvas.set_size_inches(0.8 * WIDTH, shown.height + 1.7)
+    above, below = canvas.subfigures(2, 1, height_ratios=(shown.height, 1.7))
+    artists = shown.draw(above, fields.maps(rows[:1])[0], norm, fields.kind, fields.label)
     title = above.suptitle(titles.text(fields.times[-1]))
     at, rates, dot = draw_course(below.subplots(), run, fields, rows, titles.clock)
     canvas.set_dpi(DPI)
@@ -150,8 +188,7 @@ def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=1
     try:
         with out.saving(canvas, path, DPI):
             for frame, values in enumerate(values for _, maps in fields.chunks(rows) for values in maps):
-                for plane, artist in zip(layout.planes, artists):
-                    artist.show(plane.values(np.abs(values) if log else values))
+                shown.show(np.abs(values) if log else values)
                 title.set_text(titles.text(fields.times[rows[frame]]))
                 dot.set_data(at[frame:frame + 1], np.where(rates > 0, rates, np.nan)[frame:frame + 1])
                 stage.draw()

@@ -269,8 +269,10 @@ def draw_map(axes, run, name, time, label, log=False, wanted=None):
         plane.frame(own, frames[k])
         own.set(xlabel="along strike (km)" if below else "", ylabel=own.get_ylabel() if column == 0 else "")
         if many:
-            own.set_title(plane.name, fontsize="small", fontweight="normal")
+            own.set_title(plane.name.split(" (")[0], fontsize="small", fontweight="normal")
             own.tick_params(labelbottom=below or not beside(run), labelleft=column == 0 or not beside(run))
+            if not beside(run):
+                own.xaxis.set_major_locator(MaxNLocator(4 if columns > 1 else 6, steps=[1, 2, 5, 10]))
     if not many:
         axes.set_anchor("W")
     colour_bar(axes.figure, artist, norm, label, cax=axes.inset_axes([0.97, 0.1, 0.03, 0.8] if many else [1.04, 0.0, 0.05, 1.0]))

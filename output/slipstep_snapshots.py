@@ -28,15 +28,16 @@ class Layout:
         columns = min(columns, blocks)
         self.rows = -(-blocks // columns)
         ratio = [np.clip((z1 - z0) / (x1 - x0), 0.15, 2.0) for x0, x1, z0, z1 in self.frames]
-        self.heights = [WIDTH / columns * 0.8 * one + 0.45 for one in ratio]
-        self.canvas = plt.figure(figsize=(WIDTH, 1.1 + sum(self.heights) * self.rows + extra), layout="constrained")
+        height = sum(WIDTH / columns * 0.8 * one + 0.45 for one in ratio)
+        self.ratio = ratio
+        self.canvas = plt.figure(figsize=(WIDTH, 1.1 + height * self.rows + extra), layout="constrained")
         self.canvas.get_layout_engine().set(h_pad=0.06, w_pad=0.06)
         self.columns, self.blocks = columns, blocks
 
     def fill(self, parent):
         """Axes [block][plane] within a figure or part of one; labels only at its rim."""
         many = len(self.planes)
-        shared = {"sharex": True, "sharey": True} if self.shared else {"height_ratios": self.heights * self.rows}
+        shared = {"sharex": True, "sharey": True} if self.shared else {"height_ratios": self.ratio * self.rows}
         grid = parent.subplots(self.rows * many, self.columns, squeeze=False, **shared)
         blocks = [[grid[(k // self.columns) * many + p, k % self.columns] for p in range(many)]
                   for k in range(self.rows * self.columns)]

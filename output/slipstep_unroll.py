@@ -17,7 +17,7 @@ import numpy as np
 from slipstep_cells import EDGE, LEFT, RIGHT, corners_of
 
 ANGLE = 1e-6  # degrees that are rounding
-NEAR = 0.6  # of a cell's width: how far apart the middles of ends may be that meet
+NEAR = 0.3  # of a cell's smaller side: how far apart ends may be that meet
 CHUNK = 2000  # cells that are compared with all others at once
 
 
@@ -45,14 +45,34 @@ def groups(values, slack, turn=None):
     return number
 
 
-class Column:
-    """Planes of one strike, joined along it: cells, their edges s and d [2, n], and the middles of their left and right ends [n, 2, 3]."""
+def free_ends(s, d, slack):
+    """Whether the low and the high end of each cell [2, n] is none of another one's, next to which it lies."""
+    free, keys = np.ones(s.shape, bool), np.round(s / slack).astype(np.int64)
+    begins = {}
+    for cell, key in enumerate(keys[0]):
+        begins.setdefault(key, []).append(cell)
+    ends = {}
+    for cell, key in enumerate(keys[1]):
+        ends.setdefault(key, []).append(cell)
+    for key, cells in ends.items():
+        others = [cell for near in (key - 1, key, key + 1) for cell in begins.get(near, ())]
+        if others:
+            touch = np.minimum(d[1, cells][:, None], d[1, others]) - np.maximum(d[0, cells][:, None], d[0, others]) > slack
+            free[1, cells] &= ~touch.any(axis=1)
+            free[0, others] &= ~touch.any(axis=0)
+    return free
 
-    def __init__(self, index, s, d, ends):
+
+class Column:
+    """Planes of one strike, joined along it: cells, their edges s and d [2, n], their left and right ends from the upper to the lower corner
+    [n, 2, 2, 3], and whether those are of no neighbours [2, n]."""
+
+    def __init__(self, index, s, d, ends, slack):
         self.index, self.s, self.d, self.ends = index, s, d, ends
+        self.free = free_ends(s, d, slack)
 
     def flip(self):
-        self.s, self.ends = -self.s[::-1], self.ends[:, ::-1]
+        self.s, self.ends, self.free = -self.s[::-1], self.ends[:, ::-1], self.free[::-1]
 
 
 class Strike:
@@ -73,8 +93,8 @@ class Strike:
         self.d = np.stack([along - own[:, 4] / 2, along + own[:, 4] / 2])
         self.slack = EDGE * own[:, 3:5].min()
         corners = corners_of(own)
-        ends = np.stack([corners[:, (LEFT, 0)].mean(axis=1), corners[:, (RIGHT, RIGHT + 1)].mean(axis=1)], axis=1)
-        self.ends = np.where((same > 0)[:, None, None], ends, ends[:, ::-1])
+        ends = np.stack([corners[:, (0, LEFT)], corners[:, (RIGHT, RIGHT + 1)]], axis=1)
+        self.ends = np.where((same > 0)[:, None, None, None], ends, ends[:, ::-1])
 
     def planes(self):
         """Cells of each plane, in the order of their first ones."""
@@ -130,28 +150,37 @@ class Strike:
                     left.remove(q)
             own = np.concatenate([planes[k] for k in inside])
             d = np.concatenate([self.d[:, planes[k]] + shift[k] for k in inside], axis=1)
-            found.append(Column(self.index[own], self.s[:, own], d, self.ends[own]))
+            found.append(Column(self.index[own], self.s[:, own], d, self.ends[own], self.slack))
         return found
+
+
+def distances(points, ends):
+    """Of points [n, 3] from lines [m, 2, 3] between two corners: [n, m]."""
+    reach = ends[:, 1] - ends[:, 0]
+    away = points[:, None] - ends[:, 0]
+    share = np.clip((away * reach).sum(axis=2) / (reach ** 2).sum(axis=1), 0, 1)
+    return np.linalg.norm(away - share[..., None] * reach, axis=2)
 
 
 def meeting(column, other, cells):
     """Where two columns meet: the ends, 0 low and 1 high, of the one and of the other, and what is to be added to the other's d; None where
     they do not."""
-    wide = NEAR * max(cells[column.index, 4].max(), cells[other.index, 4].max())
     best = None
     for side in (1, 0):
         for facing in (0, 1):
-            a, b = column.ends[:, side], other.ends[:, facing]
-            low, high = np.maximum(a.min(axis=0), b.min(axis=0)) - wide, np.minimum(a.max(axis=0), b.max(axis=0)) + wide
-            near = [np.flatnonzero(((part >= low) & (part <= high)).all(axis=1)) for part in (a, b)]
-            if not all(map(len, near)):
+            if np.sum((column.ends[0, side] - column.ends[0, 1 - side]) * (other.ends[0, facing] - other.ends[0, 1 - facing])) >= 0:
+                continue  # they go off in one direction
+            rim = [np.flatnonzero(column.free[side]), np.flatnonzero(other.free[facing])]
+            if not all(map(len, rim)):
                 continue
-            distance = np.linalg.norm(a[near[0], None] - b[None, near[1]], axis=2)
-            limit = NEAR * np.maximum(cells[column.index[near[0]], 4][:, None], cells[other.index[near[1]], 4])
-            i, j = np.nonzero(distance <= limit)
+            a, b = column.ends[rim[0], side], other.ends[rim[1], facing]
+            near = np.minimum(np.minimum(*(distances(b[:, k], a).T for k in (0, 1))), np.minimum(*(distances(a[:, k], b) for k in (0, 1))))
+            own = [cells[one.index[ends], 3:5].min(axis=1) for one, ends in ((column, rim[0]), (other, rim[1]))]
+            i, j = np.nonzero(near <= NEAR * np.maximum(own[0][:, None], own[1]))
             if len(i) and (best is None or len(i) > best[0]):
-                i, j = near[0][i], near[1][j]
-                deeper = (b[j, 2] - a[i, 2]) / np.sin(np.radians(cells[column.index[i], 6]))
+                i, j = rim[0][i], rim[1][j]
+                below = other.ends[j, facing, :, 2].mean(axis=1) - column.ends[i, side, :, 2].mean(axis=1)
+                deeper = below / np.sin(np.radians(cells[column.index[i], 6]))
                 best = len(i), side, facing, np.median(column.d[:, i].mean(axis=0) + deeper - other.d[:, j].mean(axis=0))
     return best and best[1:]
 
@@ -194,31 +223,36 @@ def unroll(cells):
     strike = groups(np.mod(cells[:, 5], 180.0), ANGLE, 180.0)
     left = [column for k in np.unique(strike) for column in Strike(cells, np.flatnonzero(strike == k)).columns()]
     left.sort(key=lambda column: column.index.min())
-    slack = EDGE * cells[:, 3:5].min()
+    slack, wide = EDGE * cells[:, 3:5].min(), NEAR * cells[:, 3:5].min(axis=1).max()
+    for k, column in enumerate(left):
+        column.number = k
+    low, high = (np.array([limit(column.ends.reshape(-1, 3), axis=0) for column in left]) for limit in (np.min, np.max))
     parts = []
     while left:
         inside = [left.pop(0)]
-        queue = list(inside)
+        queue, s, d = list(inside), inside[0].s, inside[0].d
         while queue:
             column = queue.pop(0)
-            for other in list(left):
+            close = ((low <= high[column.number] + wide) & (high >= low[column.number] - wide)).all(axis=1)
+            for other in [one for one in left if close[one.number]]:
                 meets = meeting(column, other, cells)
                 if meets is None:
                     continue
                 side, facing, deeper = meets
-                kept = other.s, other.d, other.ends
+                kept = other.s, other.d, other.ends, other.free
                 if side == facing:
                     other.flip()
                 other.d = other.d + deeper
                 other.s = put_beside(column, other, side, slack)
-                if any(overlap(other.s, other.d, one.s, one.d, 2 * slack) for one in inside):
-                    other.s, other.d, other.ends = kept
+                if overlap(other.s, other.d, s, d, 2 * slack):
+                    other.s, other.d, other.ends, other.free = kept
                     continue
+                s, d = np.concatenate([s, other.s], axis=1), np.concatenate([d, other.d], axis=1)
                 inside.append(other)
                 queue.append(other)
                 left.remove(other)
         index = np.concatenate([column.index for column in inside])
         order = np.argsort(index)
-        s, d = (np.concatenate([getattr(column, name) for column in inside], axis=1)[:, order] for name in "sd")
+        s, d = s[:, order], d[:, order]
         parts.append((index[order], s, d if (cells[index, 6] == 90).all() else d - d.min()))
     return parts

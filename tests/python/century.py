@@ -89,6 +89,7 @@ def write_run(path, cells=None, planes=1, shape=(20, 40), fields=("slip_rate", "
         for name, column in steps.items():
             put(file, f"steps/{name}", column, "s" if name in ("time", "dt", "wall") else "1")
         file.create_group("run").attrs["options"] = "-fault_nx 40"
+        file.create_group("parameters").attrs.update({"length_x": 20000.0, "length_z": 10000.0, "depth_top": 0.0})
         file.create_group("result").attrs.update({"mean_slip": (slip @ area)[-1], "accepted": count, "rejected": 0, "solves": count,
                                                   "newton_iterations": count, "linear_iterations": count, "wall_time_setup": 0.0,
                                                   "wall_time_solve": 1.0})
@@ -108,6 +109,17 @@ def write_mesh(file, cells, irregular, planes):
     for name, column in (("x", x), ("z", z), ("length", length), ("width", width)):
         put(file, f"mesh/{name}", np.tile(column, planes), "m")
     put(file, "mesh/y", np.repeat(2000.0 * np.arange(planes), len(x)), "m")
+
+
+def turn(path, cells, fault):
+    """Gives a run or catalogue of irregular cells other places in space: cells [N, 7] and labels of faults [N]."""
+    with h5py.File(path, "r+") as file:
+        for name in list(file["mesh"]):
+            del file["mesh"][name]
+        for name, column in zip(("x", "y", "z", "length", "width", "strike", "dip"), np.asarray(cells).T):
+            put(file, f"mesh/{name}", column, "degrees" if name in ("strike", "dip") else "m")
+        file["mesh/fault"] = fault
+    return path
 
 
 def columns():
@@ -132,7 +144,8 @@ def write_catalogue(path, data=None, maps=True, skip=(), complete=1):
     """The catalogue, of EVENTS or of columns {name: (values, unit)} of one's own; skip: datasets to leave out."""
     x, z, _, _ = cells = grid()
     with h5py.File(path, "w") as file:
-        file.attrs.update({"format": "slipstep-catalogue", "version": 1, "complete": complete, "event_rate": 1e-3, "shear_modulus": MODULUS})
+        file.attrs.update({"format": "slipstep-catalogue", "version": 1, "complete": complete, "event_rate": 1e-3, "shear_modulus": MODULUS,
+                           "length_x": 20000.0, "length_z": 10000.0, "depth_top": 0.0})
         for name, (values, unit) in (data or columns()).items():
             if name not in skip:
                 put(file, name, values, unit)

@@ -1,0 +1,362 @@
+"""Faults of any planes drawn flat and in space: where cells are in maps, which of them a viewer sees, and films and pictures of them."""
+
+import os
+import sys
+import unittest
+
+from scripts import SOURCE, PictureTest
+
+import century
+import h5py
+import numpy as np
+from PIL import Image
+
+sys.path.insert(0, os.path.join(SOURCE, "examples"))
+import make_mesh
+from plot_catalogue import hypocentres
+from slipstep_cells import corners_of, free_edges
+from slipstep_events import Events
+from slipstep_fields import Fields
+from slipstep_maps import frames_of, planes_of
+from slipstep_output import Run
+from slipstep_snapshots import Layout
+from slipstep_spacetime import Line, lines_of
+from slipstep_unroll import overlap, unroll
+from slipstep_view import View, box_of, cut, screen
+from test_mesh_planes import plane
+
+SIZE = (10000.0, 8000.0)
+
+
+def segments(strikes, dip, cells=(10, 8)):
+    return make_mesh.segmented(cells, SIZE, 0.0, 1.0, strikes, dip)
+
+
+class Unroll(unittest.TestCase):
+    """Coordinates are sums of numbers of up to 4e4 m, in double precision: 1e-6 m."""
+
+    def whole(self, cells):
+        parts = unroll(cells)
+        self.assertEqual(len(parts), 1)
+        index, s, d = parts[0]
+        np.testing.assert_array_equal(index, np.arange(len(cells)))
+        np.testing.assert_allclose(s[1] - s[0], cells[:, 3], rtol=1e-12)
+        np.testing.assert_allclose(d[1] - d[0], cells[:, 4], rtol=1e-9)
+        return s, d
+
+    def filled(self, s, d, rows):
+        """Rows are as deep as given, and cells of each follow each other without gap or overlap."""
+        for low, high in zip(rows[:-1], rows[1:]):
+            own = np.flatnonzero(np.abs(d[0] - low) < 1e-6)
+            np.testing.assert_allclose(d[1, own], high, atol=1e-6)
+            order = own[np.argsort(s[0, own])]
+            np.testing.assert_allclose(s[0, order[1:]], s[1, order[:-1]], atol=1e-6)
+
+    def test_a_listric_fault_goes_on_down_dip(self):
+        """Its rows are as wide as the mesh made them, one below the other; x is that along the strike."""
+        cells = make_mesh.listric((6, 9), SIZE, 500.0, 2.0, 35.0, (80.0, 15.0))
+        s, d = self.whole(cells)
+        down = make_mesh.edges_in_depth(9, SIZE[1], 0, 2.0)
+        self.filled(s, d, down)
+        np.testing.assert_allclose(s[0].reshape(9, 6), np.tile(make_mesh.edges_along_strike(6, SIZE[0], 2.0)[:-1], (9, 1)), atol=1e-6)
+
+    def test_segments_follow_each_other(self):
+        """Vertical ones fill a rectangle in which depth is down; the first keeps its place. Of dipping ones each row is as long as its cells."""
+        cells, _ = segments((10.0, 40.0, -5.0), 90.0)
+        s, d = self.whole(cells)
+        np.testing.assert_allclose(d.mean(axis=0), cells[:, 2], atol=1e-6)
+        self.filled(s, d, np.arange(9) * 1000.0)
+        np.testing.assert_allclose((s.min(), s.max()), (0, 30000), atol=1e-6)
+        cells, segment = segments((10.0, 40.0, -5.0), 50.0)
+        s, d = self.whole(cells)
+        self.filled(s, d, np.arange(9) * 1000.0)
+        own = segment == 0
+        along = cells[:, 0] * np.cos(np.radians(10)) + cells[:, 1] * np.sin(np.radians(10))
+        np.testing.assert_allclose(s.mean(axis=0)[own], along[own], atol=1e-6)
+        for k in (0, 1):
+            self.assertLess(s[:, segment == k].mean(), s[:, segment == k + 1].mean())
+
+    def test_neither_order_nor_opposite_strikes_matter(self):
+        """Cells in another order, and a vertical segment that is described from its other end, as it then is."""
+        cells, segment = segments((0.0, 25.0), 90.0)
+        s, d = self.whole(cells)
+        shuffle = np.append(0, 1 + np.random.default_rng(3).permutation(len(cells) - 1))
+        t, e = self.whole(cells[shuffle])
+        np.testing.assert_allclose((t, e), (s[:, shuffle], d[:, shuffle]), atol=1e-6)
+        cells[segment == 1, 5] += 180
+        t, e = self.whole(cells)
+        np.testing.assert_allclose((t, e), (s, d), atol=1e-6)
+
+    def test_rows_that_do_not_match(self):
+        """Coarse cells beside fine ones, and a segment with cells in no rows: nothing overlaps, and there is one map."""
+        first = plane(0, 90, (0, 0, 0), (4, 6), (1000.0, 500.0))
+        for others in ([plane(20, 90, (4000, 0, 0), (4, 4), (1000.0, 750.0))],
+                       [plane(20, 90, (4000, 0, 0), (1, 3), (1000.0, 1000.0)), plane(20, 90, (4000 + 1000 * np.cos(np.radians(20)), 1000 * np.sin(np.radians(20)), 0), (2, 2), (1000.0, 1500.0))]):
+            cells = np.concatenate([first, *others])
+            s, d = self.whole(cells)
+            np.testing.assert_allclose(d.mean(axis=0), cells[:, 2], atol=1e-6)
+            np.testing.assert_allclose((s.min(), s.max()), (0, 4000 + 1000 * sum(len(set(o[:, 0])) for o in others)), atol=1e-6)
+            self.assertFalse(any(overlap(s[:, [k]], d[:, [k]], s[:, k + 1:], d[:, k + 1:], 1e-3) for k in range(len(cells) - 1)))
+
+    def test_branches_and_what_is_apart_are_parts(self):
+        """A fault that forks: the straight branch is drawn with the trunk, the other one, and a plane far off, by themselves."""
+        trunk, straight, branch = plane(0, 90, (0, 0, 0), (4, 3), (500.0, 500.0)), plane(5, 90, (2000, 0, 0), (4, 3), (500.0, 500.0)), \
+            plane(40, 90, (2000, 0, 0), (4, 3), (500.0, 500.0))
+        far = plane(0, 60, (0, 9000, 0), (4, 3), (500.0, 500.0))
+        parts = unroll(np.concatenate([trunk, straight, branch, far]))
+        self.assertEqual([sorted(set(index // 12)) for index, _, _ in parts], [[0, 1], [2], [3]])
+        up = plane(0, 60, (0, 0, 0), (4, 3), (500.0, 500.0))
+        line = 1500 * np.array([0, np.cos(np.radians(60)), np.sin(np.radians(60))])
+        parts = unroll(np.concatenate([up, plane(0, 30, line, (4, 3), (500.0, 500.0)), plane(0, 80, line, (4, 3), (500.0, 500.0))]))
+        self.assertEqual([sorted(set(index // 12)) for index, _, _ in parts], [[0, 1], [2]])
+        np.testing.assert_allclose(parts[0][2].max(), 3000, atol=1e-6)
+
+    def test_a_fault_that_turns_over(self):
+        """From a dip of 80 degrees to the right of the strike to one of 70 to its left: one map, rows down dip."""
+        top = plane(0, 80, (0, 0, 0), (4, 3), (500.0, 400.0))
+        line = 1200 * np.array([0, np.cos(np.radians(80)), np.sin(np.radians(80))])
+        below = plane(180, 70, line + [2000, 0, 0], (4, 2), (500.0, 300.0))
+        s, d = self.whole(np.concatenate([top, below]))
+        self.filled(s, d, [0, 400, 800, 1200, 1500, 1800])
+        np.testing.assert_allclose(s.mean(axis=0), np.concatenate([top, below])[:, 0], atol=1e-6)
+
+
+class Maps(PictureTest):
+    def run_of(self, cells, fault, along, down):
+        """A run whose values are those of the century at distances along and down [m]."""
+        path = century.write_run(self.path("run.h5"), cells=(along, down, cells[:, 3], cells[:, 4]), step=1.0)
+        return Run(century.turn(path, cells, fault))
+
+    def two(self):
+        """A listric fault of 40 cells, label 7, and a small plane, label 3."""
+        cells = np.concatenate([make_mesh.listric((8, 5), (16000.0, 8000.0), 0.0, 1.0, 350.0, (70.0, 30.0)), plane(80, 45, (3e4, 0, 2000), (4, 3), (1500.0, 1200.0))])
+        return self.run_of(cells, np.repeat([7, 3], [40, 12]), np.arange(52.0) * 300, np.arange(52.0) * 100)
+
+    def test_grids_that_dip(self):
+        """A map of a grid is as long down dip as that is, and says so."""
+        path = century.write_run(self.path("run.h5"), step=1.0)
+        down = (np.arange(20) + 0.5) * 500
+        with h5py.File(path, "r+") as file:
+            file["mesh/z"][...] = 1000 + down * np.sin(np.radians(30))
+            century.put(file, "mesh/down_dip", down, "m")
+        own, = planes_of(Run(path))
+        self.assertEqual((own.down_label, own.vertical), ("down dip (km)", False))
+        np.testing.assert_allclose(own.extent, (0, 20, 0, 10), atol=1e-12)
+        line = Line(own, "dip", 10.0)
+        np.testing.assert_allclose(line.edges, np.arange(21) / 2)
+        self.assertEqual((line.label, line.where, Line(own, "strike", 3.0).where), ("down dip (km)", "at 10 km along strike", "at 3 km down dip"))
+
+    def test_panels_have_names_and_one_scale(self):
+        run = self.two()
+        planes = planes_of(run)
+        self.assertEqual([own.name for own in planes], ["fault 3 (strike 80°, dip 45°)", "fault 7 (strike 350°, dip 34 to 66°)"])
+        np.testing.assert_allclose([own.extent[2:] for own in planes], [(0, 3.6), (0, 8)], atol=1e-9)
+        np.testing.assert_allclose([x1 - x0 for x0, x1, _, _ in frames_of(run)], 16)
+        layout = Layout(run, 1, 1)
+        block = layout.fill(layout.canvas)[0]
+        artists = layout.draw(block, np.arange(52.0), None, "viridis", "now", True)
+        layout.canvas.canvas.draw()
+        scale = []
+        for axes, own, artist in zip(block, planes, artists):
+            np.testing.assert_array_equal(artist.get_array(), own.cells)
+            drawn = np.array([path.vertices[:4] for path in artist.get_paths()])
+            np.testing.assert_allclose(drawn[:, 0].T, (own.x[0], own.z[0]))  # corners of the cells of the map
+            np.testing.assert_allclose(drawn[:, 2].T, (own.x[1], own.z[1]))
+            box = axes.get_window_extent()
+            scale += [box.width / np.ptp(axes.get_xlim()), box.height / np.ptp(axes.get_ylim())]
+            self.assertEqual((axes.get_ylabel(), axes.yaxis_inverted()), ("down dip (km)", True))
+        np.testing.assert_allclose(scale, scale[0], rtol=0.01)  # pixels for a km
+
+    def test_lines_cross_a_bend(self):
+        """Along strike at one distance down dip through both segments of a fault: the cells of one row, in order."""
+        cells, _ = segments((0.0, 30.0), 60.0)
+        run = self.run_of(cells, np.ones(len(cells), int), np.arange(160.0) * 100, np.full(160, 5000.0))
+        line, = lines_of(run, "strike", 2.5)
+        row = [int(own[0]) for own in line.over]
+        self.assertEqual(row, [*range(20, 30), *range(100, 110)])
+        np.testing.assert_allclose(np.diff(line.edges), cells[row, 3] / 1e3, atol=1e-9)
+        slip = Fields(run, "slip")
+        np.testing.assert_array_equal(line.values(slip.maps([5])), slip.maps([5])[:, row])
+
+    def test_lines_leave_out_faults_that_end_before(self):
+        run = self.two()
+        self.assertEqual([line.plane.name[:7] for line in lines_of(run, "strike", 7.0)], ["fault 7"])
+        self.assertEqual(len(lines_of(run, "dip", None)), 2)
+        self.refused("plot_run", "--at is 9 km, expected a number between 0 and 3.6", run.path, "--kind", "space-time", "--at", "9")
+
+    def test_pictures(self):
+        run = self.two().path
+        for k, arguments in enumerate(((), ("--kind", "rupture"), ("--kind", "space-time", "--along", "dip"), ("--time", "50y", "--field", "slip"))):
+            self.plot("plot_run", run, *arguments, "--figure", self.path(f"{k}.png"))
+            self.look(self.path(f"{k}.png"))
+        self.plot("plot_run", run, "--film", self.path("film.gif"), "--frames", "3")
+
+    def test_hypocentres_are_on_their_faults(self):
+        """Of each fault in its own panel, at the middles of their cells on its map."""
+        cells = np.concatenate([plane(60, 45, (0, 0, 500)), plane(150, 30, (9000, 0, 500))])
+        path = century.turn(century.write_catalogue(self.path("c.h5"), maps=False), cells, np.repeat([4, 2], 12))
+        with h5py.File(path, "r+") as file:
+            file["cell"][...] = (0, 11, 12, 14, 23)
+        events = Events(path)
+        (_, name, down, rows, x, z), other = hypocentres(events)
+        self.assertEqual((name[:7], down), ("fault 2", "down dip (km)"))
+        np.testing.assert_array_equal(rows, (2, 3, 4))
+        np.testing.assert_allclose(z, (0.2, 0.2, 1.0), atol=1e-9)
+        np.testing.assert_allclose(np.diff(x), (1, 0.5), atol=1e-9)
+        np.testing.assert_allclose((other[4], other[5]), ((0.25, 1.75), (0.2, 1.0)), atol=1e-9)
+        self.plot("plot_catalogue", path)
+        self.look(self.path("c.png"))
+
+
+class Views(PictureTest):
+    def test_where_the_viewer_is(self):
+        """From the south east is to the right and up is up; from above, with the south below, north is up; from the east north is to the right."""
+        for viewer, right, up in (((180, 0), (0, 1, 0), (0, 0, -1)), ((180, 90), (0, 1, 0), (1, 0, 0)), ((90, 0), (1, 0, 0), (0, 0, -1))):
+            np.testing.assert_allclose(screen(*viewer)[:2], (right, up), atol=1e-12)
+        axes = screen(123, 34)
+        np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+        self.assertGreater(np.linalg.det(axes), 0)  # right, up and to the viewer, as north, east and down, are right-handed
+
+    def test_pieces_fill_their_cells(self):
+        """Areas add up, corners are within, and no side is longer than asked for."""
+        corners = corners_of(np.concatenate([plane(30, 50, (0, 0, 0), (2, 2), (700.0, 300.0)), plane(90, 10, (0, 0, 9000), (1, 1), (90.0, 20.0))]))
+        pieces, of = cut(corners, 110.0)
+        sides = np.linalg.norm(pieces[:, [1, 3]] - pieces[:, :1], axis=2)
+        self.assertLessEqual(sides.max(), 110 + 1e-9)
+        np.testing.assert_allclose(np.bincount(of, sides.prod(axis=1)), [210000] * 4 + [1800], rtol=1e-12)
+        np.testing.assert_array_equal(np.bincount(of), [7 * 3] * 4 + [1])
+        low, high = corners.min(axis=1)[of], corners.max(axis=1)[of]
+        self.assertTrue(((pieces >= low[:, None] - 1e-6) & (pieces <= high[:, None] + 1e-6)).all())
+
+    def crossing(self):
+        """Two planes that cut each other along the line between two rows of either, and a patch in front of both."""
+        return np.concatenate([plane(0, 60, (0, -2500, 0), (4, 20), (2500.0, 500.0)), plane(180, 60, (10000, 2500, 0), (4, 20), (2500.0, 500.0)),
+                               plane(30, 20, (2000, 4000, 3000), (1, 1), (2000.0, 2000.0))])
+
+    def view(self, cells, viewer):
+        path = century.write_run(self.path("run.h5"), cells=(cells[:, 0], cells[:, 2], cells[:, 3], cells[:, 4]), step=2.0)
+        return View(Run(century.turn(path, cells, np.zeros(len(cells), int))), {}, viewer)
+
+    def test_what_is_behind_is_hidden(self):
+        """On lines of sight through random points of all cells the last polygon drawn is of the cell that the line meets first, by the exact
+        intersections with all cells; but within two pieces of where two of these are equally near."""
+        cells = self.crossing()
+        corners = corners_of(cells) / 1e3
+        random = np.random.default_rng(2)
+        for viewer in ((160, 20), (70, 40), (250, 5), (0, 80)):
+            view = self.view(cells, viewer)
+            right, up, near = view.axes
+            polygons, of = view.seen(view.polygons), view.of
+            of_cells = of >= 0
+            checked = 0
+            for _ in range(250):
+                cell = random.integers(len(cells))
+                a, b = random.random(2)
+                target = corners[cell, 0] + a * (corners[cell, 1] - corners[cell, 0]) + b * (corners[cell, 3] - corners[cell, 0])
+                e, f = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
+                # target + t near = corner + p e + q f
+                p, q, t = np.linalg.solve(np.stack([e, f, np.tile(-near, (len(cells), 1))], axis=2), (target - corners[:, 0])[..., None])[..., 0].T
+                t[(p < 0) | (p > 1) | (q < 0) | (q > 1)] = -np.inf
+                first, second = np.sort(t)[[-1, -2]]
+                if first - second < 2 * view.size and np.isfinite(second):
+                    continue
+                at = target @ view.axes[:2].T
+                inside = of_cells & self.contains(polygons, at)
+                if not inside.any():  # on the rim of two polygons
+                    continue
+                self.assertEqual(of[np.flatnonzero(inside)[-1]], t.argmax(), (viewer, cell))
+                checked += 1
+            self.assertGreater(checked, 150)
+
+    @staticmethod
+    def contains(polygons, at):
+        """Convex polygons [n, 4, 2] that hold a point."""
+        sides = np.roll(polygons, -1, axis=1) - polygons
+        to = at - polygons
+        turn = sides[..., 0] * to[..., 1] - sides[..., 1] * to[..., 0]
+        return (turn > 0).all(axis=1) | (turn < 0).all(axis=1)
+
+    def test_outlines_are_the_rims(self):
+        """Upper edges are thick; an edge within a plane is none."""
+        corners = corners_of(plane(0, 60, (0, 0, 0), (4, 3), (500.0, 400.0)))
+        upper, others = free_edges(corners)
+        self.assertEqual((len(upper), len(others)), (4, 3 + 4 + 3))
+        np.testing.assert_allclose(upper[..., 2], 0, atol=1e-9)
+        view = self.view(self.crossing(), (160, 20))
+        self.assertAlmostEqual(np.linalg.norm(view.polygons[view.thick > 0][:, 1] - view.polygons[view.thick > 0][:, 0], axis=1).sum(), 2 * 10 + 2, delta=1e-6)
+
+    def test_drawn_are_the_cells(self):
+        """Polygons are the projected pieces, in the colours of their cells' values; the scale is one in both directions, and the axes end where the
+        box does."""
+        import matplotlib.pyplot as plt
+        cells = self.crossing()
+        view = self.view(cells, (160, 20))
+        axes = plt.figure().subplots()
+        norm = plt.Normalize(0, len(cells))
+        artist = view.draw(axes, norm, "viridis")
+        artist.show(np.arange(len(cells)))
+        own = view.of >= 0
+        np.testing.assert_allclose(artist.get_facecolors()[own], plt.get_cmap("viridis")(norm(view.of[own])))
+        np.testing.assert_allclose(artist.get_facecolors()[~own], [[0, 0, 0, 1]] * (~own).sum())
+        drawn = np.array([path.vertices[:4] for path in artist.get_paths()])
+        np.testing.assert_allclose(drawn, view.polygons @ view.axes[:2].T)
+        self.assertEqual(axes.get_aspect(), 1)
+        # a cell of an area A across the unit vector n is seen as A |n . near|
+        corners = corners_of(cells) / 1e3
+        across = np.abs(np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]) @ view.axes[2])
+        x, y = drawn[own].transpose(2, 0, 1)
+        area = 0.5 * np.abs((x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1))
+        np.testing.assert_allclose(np.bincount(view.of[own], area), across, rtol=1e-9)
+        box = box_of(corners)
+        self.assertEqual(box[0, 2], 0)
+        self.assertTrue(((box[0] <= corners.reshape(-1, 3).min(axis=0)) & (box[1] >= corners.reshape(-1, 3).max(axis=0))).all())
+        plt.close("all")
+
+    def test_numbers_are_along_the_box(self):
+        """Those of north are where points of that coordinate are, on the lower edge of the box before the fault."""
+        import matplotlib.pyplot as plt
+        view = self.view(self.crossing(), (160, 20))
+        axes = plt.figure().subplots()
+        view.draw(axes, plt.Normalize(0, 1), "viridis")
+        said = {text.get_text(): text.xy for text in axes.texts}
+        self.assertTrue({"north (km)", "east (km)", "depth (km)"} <= set(said))
+        low, high = view.box
+        # seen from azimuth 160 the sides at the south and at the east are before the fault
+        np.testing.assert_allclose(said["north (km)"], view.seen(np.array([(low[0] + high[0]) / 2, high[1], high[2]])))
+        np.testing.assert_allclose(said["10"], view.seen(np.array([10, high[1], high[2]])))
+        np.testing.assert_allclose(said["east (km)"], view.seen(np.array([low[0], (low[1] + high[1]) / 2, high[2]])))
+        plt.close("all")
+
+    def test_commands(self):
+        grid = century.write_run(self.path("grid.h5"), shape=(5, 10), step=1.0)
+        self.assertEqual(self.plot("plot_run", grid, "--kind", "view"), f"Figure: {self.path('grid_view.png')}\n")
+        self.look(self.path("grid_view.png"))
+        self.plot("plot_run", grid, "--kind", "view", "--field", "slip", "--time", "50y", "100y", "--from", "20", "60", "--range", "0", "2")
+        self.plot("plot_run", grid, "--kind", "view", "--film", self.path("film.gif"), "--frames", "4", "--from", "100", "10")
+        with Image.open(self.path("film.gif")) as film:
+            self.assertEqual(film.n_frames, 4)
+            first = np.asarray(film.convert("RGB"))
+            film.seek(2)
+            self.assertTrue((first != np.asarray(film.convert("RGB"))).any())
+        events = century.write_catalogue(self.path("c.h5"))
+        self.assertEqual(self.plot("plot_catalogue", events, "--event", "largest", "--view"), f"Figure: {self.path('c_event_largest_view.png')}\n")
+        self.look(self.path("c_event_largest_view.png"))
+
+    def test_bad_input(self):
+        grid = century.write_run(self.path("grid.h5"), shape=(5, 10), step=1.0)
+        events = century.write_catalogue(self.path("c.h5"))
+        for message, arguments in (("--from is not for --kind overview; expected with --kind view", ("--from", "20", "30")),
+                                   ("--from has the elevation 95, expected degrees from 0 to 90", ("--kind", "view", "--from", "20", "95")),
+                                   ("--time is not for --film", ("--kind", "view", "--film", "a.gif", "--time", "3")),
+                                   ("--film writes no other picture: leave --kind out", ("--kind", "rupture", "--film", "a.gif"))):
+            self.refused("plot_run", message, grid, *arguments, code=2)
+        for message, arguments in (("--view is of one event: expected with --event", ("--view",)), ("--from is of a view", ("--event", "1", "--from", "3", "4")),
+                                   ("--from has the elevation -1", ("--event", "1", "--view", "--from", "3", "-1"))):
+            self.refused("plot_catalogue", message, events, *arguments, code=2)
+        with h5py.File(grid, "r+") as file:
+            del file["parameters"]
+        self.refused("plot_run", "grid.h5: the length_x of the grid is missing; expected a file of SlipStep 0.3 or later", grid, "--kind", "view")
+
+
+if __name__ == "__main__":
+    unittest.main()
