@@ -5,8 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A point may be outside of a cell by this part of its size: coordinates of edges are rounded. */
+/* A point may be outside of a cell by this part of its size: coordinates of edges are rounded. Where y is given it may be so far
+   off the plane: who writes metres, or decimetres, seldom meets one that dips. */
 #define STATION_EDGE 1e-9
+#define STATION_OFF 1e-2
 
 static const SlipOutputColumn Columns[] = {
   {"time", "s", PETSC_FALSE},      {"slip", "m", PETSC_FALSE},  {"slip_rate", "m/s", PETSC_FALSE},
@@ -40,46 +42,52 @@ typedef struct {
 
 /* ---- where they are ---- */
 
-/* How far the point is from a cell's centre along its strike, along its dip and off its plane; of a point without y x is the distance
-   along the strike from the origin, and the depth says where along the dip. */
-static void Offsets(const SlipFaultCell *cell, const Station *s, const PetscReal *y, PetscReal *dx, PetscReal *dz,
-                    PetscReal *off)
+/* How far the point is from a cell's centre [3] along its strike, along its dip and off its plane; of a point without y x is the
+   distance along the strike from the origin, and the depth says where along the dip. at [3]: the point on the plane */
+static void Offsets(const SlipFaultCell *cell, const Station *s, const PetscReal *y, PetscReal off[3], PetscReal at[3])
 {
   const PetscReal *strike = cell->direction[0], *dip = cell->direction[1], *normal = cell->direction[2];
   const PetscReal d[3] = {s->x - cell->centre[0], y ? *y - cell->centre[1] : 0, s->z - cell->centre[2]};
 
-  *off = y ? PetscAbsReal(d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]) : 0;
-  *dx = PetscAbsReal(y ? d[0] * strike[0] + d[1] * strike[1]
-                       : s->x - (cell->centre[0] * strike[0] + cell->centre[1] * strike[1]));
-  *dz = PetscAbsReal(y ? d[0] * dip[0] + d[1] * dip[1] + d[2] * dip[2] : d[2] / dip[2]);
+  off[0] = y ? d[0] * strike[0] + d[1] * strike[1] : s->x - (cell->centre[0] * strike[0] + cell->centre[1] * strike[1]);
+  off[1] = y ? d[0] * dip[0] + d[1] * dip[1] + d[2] * dip[2] : d[2] / dip[2];
+  off[2] = y ? PetscAbsReal(d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]) : 0;
+  for (PetscInt k = 0; k < 3; k++) at[k] = cell->centre[k] + off[0] * strike[k] + off[1] * dip[k];
 }
 
-/* The first cell that contains the point, or the nearest one: inside says which. y: NULL when it was not given. planes:
-   cells of several planes contain it */
-static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, PetscBool *inside, PetscBool *planes)
+/* The cell that contains the point, of several the first one of the nearest plane, or else the nearest one: inside says which. y:
+   NULL when it was not given. several: cells of several planes contain it, in different places */
+static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, PetscBool *inside, PetscBool *several)
 {
-  PetscReal least = PETSC_MAX_REAL;
-  PetscInt plane = -1;
+  PetscReal least = PETSC_MAX_REAL, found[3] = {0, 0, 0};
   SlipFaultCell cell;
 
   PetscFunctionBegin;
-  *inside = *planes = PETSC_FALSE;
+  *inside = *several = PETSC_FALSE;
   for (PetscInt e = 0; e < fault->mesh.N; e++) {
-    PetscReal dx, dz, off;
-    PetscBool in;
+    PetscReal off[3], at[3], distance, size;
+    PetscBool in, nearer;
 
     fault->mesh.kind->cell(&fault->mesh, e, &cell);
-    Offsets(&cell, s, y, &dx, &dz, &off);
-    in = dx <= (0.5 + STATION_EDGE) * cell.size[0] && dz <= (0.5 + STATION_EDGE) * cell.size[1] &&
-             off <= STATION_EDGE * cell.size[0]
+    Offsets(&cell, s, y, off, at);
+    size = PetscMin(cell.size[0], cell.size[1]);
+    in = PetscAbsReal(off[0]) <= (0.5 + STATION_EDGE) * cell.size[0] &&
+             PetscAbsReal(off[1]) <= (0.5 + STATION_EDGE) * cell.size[1] && off[2] <= STATION_OFF * size
            ? PETSC_TRUE
            : PETSC_FALSE;
-    if (*inside && in && cell.plane != plane) *planes = PETSC_TRUE;
-    if (*inside || (!in && dx * dx + dz * dz + off * off >= least)) continue;
+    distance = in ? off[2] : PetscSqrtReal(off[0] * off[0] + off[1] * off[1] + off[2] * off[2]);
+    nearer = distance < least - (in ? STATION_EDGE * size : 0) ? PETSC_TRUE : PETSC_FALSE;
+    if (*inside && in && !y) {
+      const PetscReal apart[3] = {at[0] - found[0], at[1] - found[1], at[2] - found[2]};
+
+      if (apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2] > PetscSqr(STATION_OFF * size))
+        *several = PETSC_TRUE;
+    }
+    if (in == *inside ? !nearer : !in) continue;
     *inside = in;
-    plane = cell.plane;
-    least = dx * dx + dz * dz + off * off;
+    least = distance;
     s->cell = e;
+    PetscCall(PetscArraycpy(found, at, 3));
     PetscCall(PetscArraycpy(s->centre, cell.centre, 3));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -98,7 +106,7 @@ static PetscErrorCode ReadStation(SlipFault fault, const char point[], Station *
 {
   const char *prefix = SlipFaultPrefix(fault), *c = point;
   PetscReal number[3];
-  PetscBool inside, planes;
+  PetscBool inside, several;
   PetscInt n = 0;
   char *end;
 
@@ -114,12 +122,12 @@ static PetscErrorCode ReadStation(SlipFault fault, const char point[], Station *
              prefix, point);
   s->x = number[0];
   s->z = number[n - 1];
-  PetscCall(FindCell(fault, n == 3 ? &number[1] : NULL, s, &inside, &planes));
+  PetscCall(FindCell(fault, n == 3 ? &number[1] : NULL, s, &inside, &several));
   PetscCheck(inside, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-%sfault_stations has the point %s outside the fault, expected points in its cells; the centre of the "
              "nearest is at x = %g, y = %g, z = %g m",
              prefix, point, (double)s->centre[0], (double)s->centre[1], (double)s->centre[2]);
-  PetscCheck(!planes, fault->comm, PETSC_ERR_ARG_INCOMP,
+  PetscCheck(!several, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_stations has the point %s, which several planes have: expected x,y,z", prefix, point);
   FindLocal(fault, s);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -75,6 +75,34 @@ class Stations(FaultTest):
         message = self.fault("-fault_mesh", "mesh", "-fault_output", "b.h5", "-fault_stations", "1500,1500", code=1)
         self.assertIn("which several planes have: expected x,y,z", message)
 
+    def test_planes_that_dip(self):
+        """A point in whole metres is on the plane near to it, and one on the edge that two rows share, or two segments, of either; along the strike
+        and in depth it is in a row of a listric fault."""
+        load = ["-fault_friction_law", "rate_and_state", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0", "-fault_rake", "90",
+                "-fault_loading_rate", "1e-9", "-fault_friction_slip", "0.05", "-ts_max_time", "1e6", "-fault_output_overwrite"]
+        make = [sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh"]
+        for kind, options in (("listric", ["--strike", "33", "--dip", "70"]), ("segmented", ["--strikes", "0", "30", "--dip", "90"])):
+            subprocess.run([*make, kind, "--cells", "5", "4", "--size", "5000", "4000", *options], cwd=self.folder.name, check=True, capture_output=True)
+            with h5py.File(self.path("mesh")) as file:
+                cells = file["cells"][...]
+            asked = list(range(len(cells)))
+            points = [",".join(f"{x:.0f}" for x in cell[:3]) for cell in cells]
+            if kind == "listric":
+                along = cells[7, 0] * np.cos(np.radians(33)) + cells[7, 1] * np.sin(np.radians(33))
+                down = np.array([-np.sin(np.radians(33)), np.cos(np.radians(33))]) * np.cos(np.radians(cells[7, 6]))
+                edge = np.append(cells[7, :2] + 500 * down, cells[7, 2] + 500 * np.sin(np.radians(cells[7, 6])))
+                points += [f"{along},{cells[7, 2]}", f"{along},{edge[2]}", ",".join(f"{x!r}" for x in edge.tolist())]
+                asked += [7, 7, 7]
+            else:
+                points += ["5000,0,1500"]  # where the segments meet
+                asked += [9]
+            self.fault(*load, "-fault_mesh", "mesh", "-fault_output", "a.h5", "-fault_stations", ";".join(points))
+            with h5py.File(self.path("a.h5")) as file:
+                self.assertEqual([file[f"stations/{k}"].attrs["cell"] for k in range(len(points))], asked)
+                np.testing.assert_allclose([file[f"stations/{k}/slip_rate"][-1] for k in range(len(points))], file["fields/slip_rate"][-1][asked], rtol=0)
+        message = self.fault(*load, "-fault_mesh", "mesh", "-fault_output", "a.h5", "-fault_stations", "2500,15,1500", code=1)  # 1.5 % of a cell
+        self.assertIn("outside the fault", message)
+
     def test_restart(self):
         """The rows of a run that was stopped and went on are those of the unbroken one, bit by bit."""
         mine = [*GRID, "-fault_stations", "1000,1000;2000,2000"]

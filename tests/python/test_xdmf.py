@@ -121,6 +121,46 @@ class Xdmf(FaultTest):
             self.fault("-fault_mesh", "mesh", "-ts_max_time", "3", "-fault_output", f"{ranks}.h5", ranks=ranks)
             self.compare(f"{ranks}.h5.xdmf2", f"{ranks}.h5", cells[:, :3], cells[:, 3:])
 
+    def test_planes_of_any_direction(self):
+        """A grid that dips, one plane, a listric fault and segments: each cell goes from its upper corner along the strike and down the dip, as the
+        words of geometry.md have it; rows and segments meet in their corners, which asks for no formula of directions."""
+        load = ["-fault_friction_law", "rate_and_state", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0", "-fault_rake", "90",
+                "-fault_loading_rate", "1e-9", "-fault_friction_slip", "0.05", "-ts_max_time", "1e6"]
+        self.fault(*load, "-fault_nx", 4, "-fault_nz", 3, "-fault_length_x", 2000, "-fault_length_z", 1500, "-fault_strike", 110, "-fault_dip", 35,
+                   "-fault_depth_top", 700, "-fault_output", "grid.h5")
+        s, d = (part.ravel() for part in np.meshgrid((np.arange(4) + 0.5) * 500, (np.arange(3) + 0.5) * 500))
+        turn, dip = np.radians(110), np.radians(35)
+        centres = np.column_stack([s * np.cos(turn) - d * np.cos(dip) * np.sin(turn), s * np.sin(turn) + d * np.cos(dip) * np.cos(turn), 700 + d * np.sin(dip)])
+        self.oriented("grid", np.column_stack([centres, np.tile([500, 500, 110, 35], (12, 1))]))
+        for kind, options in (("dipping", ["--strike", "200", "--dip", "50"]), ("listric", ["--strike", "310", "--dip", "75"]),
+                              ("segmented", ["--strikes", "0", "40", "20", "--dip", "60"])):
+            subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", kind, "--cells", "4", "3", "--size", "4000", "2000", *options],
+                           cwd=self.folder.name, check=True, capture_output=True)
+            with h5py.File(self.path("mesh")) as file:
+                cells = file["cells"][...]
+            self.fault(*load, "-fault_mesh", "mesh", "-fault_output", f"{kind}.h5")
+            corners = self.oriented(kind, cells).reshape(-1, 3, 4, 4, 3)  # segment, row, column, corner
+            np.testing.assert_allclose(corners[:, :-1, :, 3, 2], corners[:, 1:, :, 0, 2], atol=1e-3)
+            np.testing.assert_allclose(corners[:, :, :-1, 1:3], corners[:, :, 1:, [0, 3]], atol=1e-3)
+            if kind != "segmented":
+                np.testing.assert_allclose(corners[:, :-1, :, [3, 2]], corners[:, 1:, :, [0, 1]], atol=1e-3)
+            meet = [np.linalg.norm(corners[:-1, :, -1, 1 + k] - corners[1:, :, 0, 3 * k], axis=2) for k in (0, 1)]
+            np.testing.assert_allclose(np.minimum(*meet), 0, atol=1e-3)  # of each row the upper or the lower corner is on the bend
+
+    def oriented(self, name, cells):
+        """Corners of the last entry [N, 4, 3], which are those of cells [N, 7]; to 1e-3 m: vtk has single precision."""
+        turn, dip = np.radians(cells[:, 5]), np.radians(cells[:, 6])
+        along = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+        down = np.column_stack([-np.sin(turn) * np.cos(dip), np.cos(turn) * np.cos(dip), -np.sin(dip)])  # z is upward here
+        for read in READERS:
+            _, entries = read(self.path(f"{name}.h5.xdmf2"))
+            corners, fields = entries[-1]
+            self.assertIn("slip", fields)
+            np.testing.assert_allclose(corners.mean(axis=1), cells[:, :3] * [1, 1, -1], rtol=0, atol=1e-3)
+            for a, b, side in ((0, 1, cells[:, 3:4] * along), (3, 2, cells[:, 3:4] * along), (0, 3, cells[:, 4:5] * down)):
+                np.testing.assert_allclose(corners[:, b] - corners[:, a], side, rtol=0, atol=2e-3)
+        return corners
+
     def test_while_it_goes(self):
         """At every moment FILE.part.xdmf2 can be read, with FILE.part; it grows; a kill leaves both, and a restart goes on. Plain readers,
         as that of vtk, are refused while a flush is written, a moment that comes ten times a second here."""
