@@ -13,6 +13,7 @@ from slipstep_output import OutputError
 from slipstep_panels import plt
 from slipstep_unroll import unroll
 
+DIGITS = 9  # of coordinates of unrolled cells [km], so that edges of a row are equal
 DECADES = 13  # of a logarithmic scale at most
 FEW = 0.01  # of all cells, at either end of a scale, are few
 STRETCHED = 2 / 3  # where those few need a scale longer than the others' by more than half, they are beyond it
@@ -143,7 +144,7 @@ def _planes(run):
             for k, (index, s, d) in enumerate(parts):
                 own = cells[index]
                 name = name_of(label, mesh, own, f", part {k + 1}" if len(parts) > 1 else "")
-                found.append(Plane(s / 1e3, d / 1e3, own, name=name, vertical=(mesh["dip"][own] == 90).all()))
+                found.append(Plane(np.round(s / 1e3, DIGITS), np.round(d / 1e3, DIGITS), own, name=name, vertical=(mesh["dip"][own] == 90).all()))
         else:  # vertical, and along x
             x, z, length, width = (mesh[name][cells] / 1e3 for name in ("x", "z", "length", "width"))
             name = f"fault {label:g}" if "fault" in mesh else f"plane at y = {label:g} m"

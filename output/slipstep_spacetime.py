@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from slipstep_fields import Fields
-from slipstep_maps import Span, colour_bar, colour_map, planes_of
+from slipstep_maps import DIGITS, Span, colour_bar, colour_map, planes_of
 from slipstep_output import OutputError
 from slipstep_panels import plt, use_style
 from slipstep_time import Clock
@@ -30,6 +30,9 @@ class Line:
         here, across = self.axes_of(plane, along)
         low, high = across.min(), across.max()
         self.at = 0.5 * (low + high) if at is None else at
+        edge = np.unique(across)
+        if at is None and np.abs(edge - self.at).min() < 10.0 ** -DIGITS:
+            self.at = float(edge[np.abs(edge - self.at).argmin()])
         self.weight = across[1] - across[0]
         if isinstance(self.at, float):
             if not low <= self.at <= high:

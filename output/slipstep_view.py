@@ -6,10 +6,11 @@ where planes touch or cut each other. The projection is orthographic, and scales
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_rgba
 from matplotlib.ticker import MaxNLocator
 
 from slipstep_cells import cells_of, corners_of, free_edges
-from slipstep_fields import Fields
+from slipstep_fields import Fields, largest_event
 from slipstep_maps import Span, colour_bar, colour_map
 from slipstep_panels import plt, use_style
 from slipstep_snapshots import WIDTH, chosen_rows, clock_of, since
@@ -101,8 +102,8 @@ class View:
         (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
         return x0, x1, y0, y1
 
-    def draw(self, axes, norm, colours):
-        """The artist, whose show() takes values of the cells."""
+    def draw(self, axes, norm, colours, missing=None):
+        """The artist, whose show() takes values of the cells; missing: the colour of those without."""
         self.draw_box(axes)
         artist = PolyCollection(self.seen(self.polygons), zorder=3)
         artist.set_linewidths(np.where(self.of < 0, np.where(self.thick > 0, 1.8, 0.7), 0.25))
@@ -110,7 +111,10 @@ class View:
         black = np.array([0.0, 0.0, 0.0, 1.0])
 
         def show(values):
-            faces = scale.to_rgba(values.ravel())[np.maximum(self.of, 0)]
+            faces = scale.to_rgba(values.ravel())
+            if missing:
+                faces[~np.isfinite(values.ravel())] = to_rgba(missing)
+            faces = faces[np.maximum(self.of, 0)]
             faces[self.of < 0] = black
             artist.set_facecolors(faces)
             artist.set_edgecolors(faces)
@@ -196,6 +200,8 @@ def bar(canvas, values, norm, colours, label, axes, **place):
 def views(run, name, times, window=None, log=False, wanted=None, years=None, viewer=None):
     """A field at several times."""
     use_style()
+    if not times and window is None and name in ("slip_rate", "stress_drop"):
+        window = largest_event(run)
     fields = Fields(run, name, window)
     view = View(run, run.parameters, viewer)
     rows = chosen_rows(fields, times, COUNT)

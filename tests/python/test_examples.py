@@ -13,8 +13,13 @@ import h5py
 import numpy as np
 
 sys.path.insert(0, os.path.join(SOURCE, "examples"))
+import antithetic
 import make_fault
 import triggering
+from slipstep_cells import corners_of, mesh_cells
+from slipstep_events import Events
+from slipstep_output import Run
+from slipstep_surface import Elastic, slip_of_run
 from slipstep_time import YEAR
 
 
@@ -102,6 +107,32 @@ class ExamplesTest(PictureTest):
         np.testing.assert_allclose(slips["500", "no"], slips["-500", "no"], rtol=0, atol=1e-6)
         self.assertGreater(np.abs(slips["500", "yes"] - slips["-500", "yes"]).max(), 1e-3)
         self.assertEqual(slips["20000", "yes"][50:].max(), 0)
+
+    def test_antithetic(self):
+        """The antithetic ends at the main fault, in its middle: lower corners of the one are upper ones of cells of the other, and none goes beyond. Its
+        picture and its numbers are of the run's events, and the change of stress is that of the run: of normal stress on the antithetic between two
+        entries by all slip between. 1e-6 of the largest: elastic sums over cells in another order than the run's matrix."""
+        done = self.example("antithetic.sh", "-fault_output_fields", "slip,displacement,traction,normal_stress", "-fault_progress", "no", CELL="2000", YEARS="120")
+        for picture in ("antithetic.png", "antithetic_surface.png"):
+            self.look(self.path(picture))
+        run, events = Run(self.path("antithetic_yes.h5")), Events(self.path("antithetic_yes_events.h5"))
+        cells, own = mesh_cells(run.mesh), run.mesh["fault"] == antithetic.ANTITHETIC
+        corners = corners_of(cells)
+        self.assertAlmostEqual(corners[own, 3, 2].max(), 8000 * np.sin(np.radians(60)), delta=1e-6)
+        lowest = corners[own][np.abs(corners[own, 3, 2] - corners[own, 3, 2].max()) < 1][:, 3]
+        upper = corners[~own][:, 1]
+        self.assertLess(np.linalg.norm(lowest[:, None] - upper, axis=2).min(axis=1).max(), 1e-6)
+        self.assertGreaterEqual((cells[own, 1] - cells[own, 2] / np.tan(np.radians(60))).min(), 0)  # east of the main fault
+        slip = antithetic.slips(events)
+        area = cells[:, 3] * cells[:, 4]
+        moments = (slip * [area[~own].sum(), area[own].sum()]).sum(axis=1) * 32e9
+        np.testing.assert_allclose(moments, events["moment"], rtol=1e-9)
+        self.assertRegex(done.stdout, rf"(?m)^normal stress follows slip: {antithetic.broke(events)[:, 0].sum()} events of the main fault")
+        times, normal = run.field("normal_stress")
+        begin, end = times[[len(times) // 3, -1]]
+        _, _, expected = Elastic(slip_of_run(run, begin, end)).coulomb(cells[own, :3], (180.0, 60.0, -90.0), 0.6)
+        np.testing.assert_allclose((normal[-1] - normal[len(times) // 3])[own], expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+        self.assertGreater(np.abs(expected).max(), 1e5)
 
     def test_seas(self):
         """test_seas.py has what they find."""

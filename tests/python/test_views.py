@@ -178,6 +178,13 @@ class Maps(PictureTest):
         slip = Fields(run, "slip")
         np.testing.assert_array_equal(line.values(slip.maps([5])), slip.maps([5])[:, row])
 
+    def test_a_line_on_an_edge(self):
+        """Through the middle of an even number of rows, whose edges are known to rounding: the row below it, of every strike."""
+        for strike in (3, 77, 111, 200, 285, 357):
+            run = self.run_of(plane(strike, 57, (12345.6, -7654.3, 100), (6, 8), (700.0, 300.0)), np.ones(48, int), np.arange(48.0), np.arange(48.0))
+            line, = lines_of(run, "strike", None)
+            self.assertEqual([int(own[0]) for own in line.over], [*range(24, 30)])
+
     def test_lines_leave_out_faults_that_end_before(self):
         run = self.two()
         self.assertEqual([line.plane.name[:7] for line in lines_of(run, "strike", 7.0)], ["fault 7"])
