@@ -180,6 +180,52 @@ static void DeepGradient(const SlipDipping *s, const Derivatives *d, const Petsc
                                       2 * a * (normal[i] * Uz[l] + normal[l] * Uz[i]));
 }
 
+/*
+  SlipDippingAdd_Private - what V of the sources makes of 4 pi times the displacement or its gradient, or what V of the images and
+  the part of X in the directions x, y, z add to it
+*/
+void SlipDippingAdd_Private(const SlipDipping *const source[], PetscInt n, const PetscReal q[], const PetscReal z[],
+                            const SlipPotential *v, const PetscReal (*rest)[SLIP_LANES], PetscBool image,
+                            PetscBool gradient, PetscReal out[])
+{
+  static const int entry[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+  const PetscReal m[3] = {1, 1, -1};
+  const PetscInt size = gradient ? 9 : 3, lowest = gradient ? 2 : 1;
+
+  for (PetscInt k = 0; k < n; k++) {
+    const SlipDipping *s = source[k];
+    const PetscReal down[3] = {0, s->slope[1], -s->slope[0]}, sign = image ? 1 : -1, factor = image ? 2 - s->a : s->a;
+    PetscReal *to = out + size * k, u[3], Z[3], g[3][3], deep[3][3];
+    Derivatives d;
+
+    DerivativesOf(v, k, s->b, lowest, image ? lowest + 2 : 3, &d);
+    if (gradient) {
+      Gradient(s, &d, q[k], sign, factor, g);
+      TurnBoth(s->slope, g);
+      for (int i = 0; i < 3; i++)
+        for (int l = 0; l < 3; l++) {
+          if (rest) g[i][l] += rest[entry[i][l]][k];
+          to[3 * i + l] = image ? to[3 * i + l] + m[i] * g[i][l] : m[i] * m[l] * g[i][l];
+        }
+      if (!image) continue;
+      DeepGradient(s, &d, down, q[k], z[k], deep);
+      TurnBoth(s->slope, deep);
+      for (int i = 0; i < 9; i++) to[i] += deep[i / 3][i % 3];
+    } else {
+      Displacement(s, &d, q[k], sign, factor, u);
+      Turn(s->slope, u);
+      for (int i = 0; i < 3; i++) {
+        if (rest) u[i] += rest[i][k];
+        to[i] = image ? to[i] + m[i] * u[i] : m[i] * u[i];
+      }
+      if (!image) continue;
+      Deep(s, &d, down, q[k], z[k], Z);
+      Turn(s->slope, Z);
+      for (int i = 0; i < 3; i++) to[i] += z[k] * Z[i];
+    }
+  }
+}
+
 /* A point in the directions of its rectangle or of the image, which has those of the rectangle, mirrored: of a point at -z
    the image is what the rectangle is of z. */
 static void Place(const SlipDipping *s, const SlipPlatePoints *ground, PetscInt k, PetscBool image, PetscBool gradient,
@@ -201,17 +247,33 @@ static void Place(const SlipDipping *s, const SlipPlatePoints *ground, PetscInt 
   p->move[k] = SLIP_AT_EDGE * p->rounding[k] * ty;
 }
 
+/* 2 (1 - 2 nu) sin(dip) (b_x X_xy - b_y X_xx), its derivatives or theirs */
+static void Rest(const SlipDipping *const source[], const SlipPlatePoints *p, PetscBool gradient,
+                 PetscReal rest[6][SLIP_LANES])
+{
+  SlipLogPotential f;
+
+  SlipLogPotential_Private(p, gradient, &f);
+  for (PetscInt k = 0; k < p->n; k++) {
+    const SlipDipping *s = source[k];
+    const PetscReal surface = 2 * s->rest * s->slope[1], by = s->b[1] * s->slope[0] + s->b[2] * s->slope[1];
+
+    for (int d = 0; d < 3 && !gradient; d++) rest[d][k] = surface * (s->b[0] * f.across[d][k] - by * f.along[d][k]);
+    for (int d = 0; d < 6 && gradient; d++)
+      rest[d][k] = surface * (s->b[0] * f.across_second[d][k] - by * f.along_second[d][k]);
+  }
+}
+
 /*
   SlipDippingFields_Private - 4 pi times the displacement or its gradient at some points
 */
 void SlipDippingFields_Private(const SlipDipping *const source[], SlipPlatePoints *ground, PetscBool gradient,
                                PetscReal out[])
 {
-  const PetscReal m[3] = {1, 1, -1}, rest = source[0]->rest;
-  const PetscInt size = gradient ? 9 : 3, lowest = gradient ? 2 : 1;
+  const PetscInt lowest = gradient ? 2 : 1;
+  PetscReal rest[6][SLIP_LANES];
   SlipPlatePoints p;
   SlipPotential v;
-  SlipLogPotential f;
 
   for (PetscInt k = 0; k < ground->n; k++) {
     ground->half_length[k] = 0.5 * source[k]->length;
@@ -221,46 +283,13 @@ void SlipDippingFields_Private(const SlipDipping *const source[], SlipPlatePoint
     ground->lean[k] = ground->ty[k] / (1 + ground->tz[k]);
   }
   p = *ground;
-  for (PetscInt image = 0; image < (source[0]->full_space ? 1 : 2); image++) {
+  for (int image = 0; image < (source[0]->full_space ? 1 : 2); image++) {
+    const PetscBool surface = (PetscBool)(image && source[0]->rest != 0);
+
     for (PetscInt k = 0; k < p.n; k++) Place(source[k], ground, k, (PetscBool)image, gradient, &p);
     SlipPotential_Private(&p, lowest, image ? lowest + 2 : 3, &v);
-    if (image && rest != 0) SlipLogPotential_Private(&p, gradient, &f);
-    for (PetscInt k = 0; k < p.n; k++) {
-      const SlipDipping *s = source[k];
-      const PetscReal ty = s->slope[0], tz = s->slope[1], down[3] = {0, tz, -ty}, surface = 2 * rest * tz;
-      const PetscReal by = s->b[1] * ty + s->b[2] * tz;
-      const PetscReal z = ground->q[k], q = p.q[k], sign = image ? 1 : -1, factor = image ? 2 - s->a : s->a;
-      PetscReal *to = out + size * k, u[3], Z[3], g[3][3], deep[3][3];
-      Derivatives d;
-
-      DerivativesOf(&v, k, s->b, lowest, image ? lowest + 2 : 3, &d);
-      if (gradient) {
-        static const int entry[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
-
-        Gradient(s, &d, q, sign, factor, g);
-        TurnBoth(s->slope, g);
-        for (int i = 0; i < 3; i++)
-          for (int l = 0; l < 3; l++) {
-            if (image && rest != 0)
-              g[i][l] += surface * (s->b[0] * f.across_second[entry[i][l]][k] - by * f.along_second[entry[i][l]][k]);
-            to[3 * i + l] = image ? to[3 * i + l] + m[i] * g[i][l] : m[i] * m[l] * g[i][l];
-          }
-        if (!image) continue;
-        DeepGradient(s, &d, down, q, z, deep);
-        TurnBoth(s->slope, deep);
-        for (int i = 0; i < 9; i++) to[i] += deep[i / 3][i % 3];
-      } else {
-        Displacement(s, &d, q, sign, factor, u);
-        Turn(s->slope, u);
-        for (int i = 0; i < 3; i++) {
-          if (image && rest != 0) u[i] += surface * (s->b[0] * f.across[i][k] - by * f.along[i][k]);
-          to[i] = image ? to[i] + m[i] * u[i] : m[i] * u[i];
-        }
-        if (!image) continue;
-        Deep(s, &d, down, q, z, Z);
-        Turn(s->slope, Z);
-        for (int i = 0; i < 3; i++) to[i] += z * Z[i];
-      }
-    }
+    if (surface) Rest(source, &p, gradient, rest);
+    SlipDippingAdd_Private(source, p.n, p.q, ground->q, &v, surface ? (const PetscReal(*)[SLIP_LANES])rest : NULL,
+                           (PetscBool)image, gradient, out);
   }
 }

@@ -72,17 +72,6 @@ static PetscErrorCode PointsOf(const SlipDipping *s, const SlipDippingRectangle 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* From 4 pi times the displacement or its gradient along strike and to the right */
-static void TurnOut(const PetscReal strike[2], PetscBool gradient, PetscReal v[])
-{
-  const PetscInt size = gradient ? 9 : 3;
-
-  if (gradient)
-    for (int i = 0; i < 3; i++) SlipTurn(strike, v + 3 * i, v + 3 * i + 1);
-  for (int j = 0; j < size / 3; j++) SlipTurn(strike, v + j, v + (gradient ? 3 : 1) + j);
-  for (int i = 0; i < size; i++) v[i] /= 4 * PETSC_PI;
-}
-
 static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
                                              const PetscReal slip[3], PetscBool gradient, PetscInt n,
                                              const PetscReal points[], PetscReal out[])
@@ -102,7 +91,7 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
 
     PetscCall(PointsOf(&s, source, strike, PetscMin(SLIP_LANES, n - first), points + 3 * first, &p));
     SlipDippingFields_Private(all, &p, gradient, out + size * first);
-    for (PetscInt k = first; k < first + p.n; k++) TurnOut(strike, gradient, out + size * k);
+    for (PetscInt k = first; k < first + p.n; k++) SlipTurnOut(strike, gradient, out + size * k);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -186,16 +175,6 @@ PetscErrorCode SlipDippingGradient(PetscReal nu, PetscBool full_space, const Sli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void StressOf(PetscReal G, PetscReal nu, const PetscReal g[9], PetscReal s[6])
-{
-  const PetscReal volume = 2 * nu / (1 - 2 * nu) * (g[0] + g[4] + g[8]);
-
-  for (int i = 0; i < 3; i++) s[i] = G * (2 * g[4 * i] + volume);
-  s[3] = G * (g[1] + g[3]);
-  s[4] = G * (g[2] + g[6]);
-  s[5] = G * (g[5] + g[7]);
-}
-
 /*@
   SlipDippingStress - stress at points by uniform slip on a rectangle of any strike and dip
 
@@ -232,7 +211,7 @@ PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space
     PetscReal gradient[9 * SLIP_LANES];
 
     PetscCall(SlipDippingAll_Private(nu, full_space, source, slip, PETSC_TRUE, count, points + 3 * first, gradient));
-    for (PetscInt k = 0; k < count; k++) StressOf(G, nu, gradient + 9 * k, stress + 6 * (first + k));
+    for (PetscInt k = 0; k < count; k++) SlipStressOf(G, nu, gradient + 9 * k, stress + 6 * (first + k));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -284,8 +263,8 @@ void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_spac
       if (!(first + k) || r->rake != r[-1].rake || r->rectangle.strike != r[-1].rectangle.strike ||
           r->rectangle.dip != r[-1].rectangle.dip)
         SlipPlaneDirections(r->rectangle.strike, r->rectangle.dip, r->rake, directions);
-      TurnOut(turn[k], PETSC_TRUE, gradient + 9 * k);
-      StressOf(G, nu, gradient + 9 * k, stress);
+      SlipTurnOut(turn[k], PETSC_TRUE, gradient + 9 * k);
+      SlipStressOf(G, nu, gradient + 9 * k, stress);
       SlipStressTraction(1, stress, directions, traction + 3 * (first + k));
     }
   }

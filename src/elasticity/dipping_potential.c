@@ -17,27 +17,9 @@
 */
 #include <slipstep/private/slipdipping.h>
 
-/* A line along which an edge lies: s = +-1 is the side of its middle, r2 the square of the distance from it. */
-typedef struct {
-  PetscReal sum, Y, Z, W; /* R + s t and those above */
-} Line;
-
-SLIP_WITHIN Line LineOf(PetscReal t, PetscReal s, PetscReal r2, PetscReal R, PetscReal inverse)
-{
-  const PetscReal along = s * t, far = R + PetscAbsReal(t), sum = along >= 0 ? far : r2 / far;
-  const PetscReal a = 1 / sum, i2 = inverse * inverse;
-  Line line;
-
-  line.sum = sum;
-  line.Y = s * inverse * a;
-  line.Z = -s * (R + sum) * inverse * i2 * a * a;
-  line.W = s * (3 * sum * (sum + R) + 2 * R * R) * inverse * i2 * i2 * a * a * a;
-  return line;
-}
-
 /* A corner of all points, i and j = +-1: what both of its lines are and how far it is. */
 SLIP_WITHIN void CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal i, PetscReal j, PetscReal *x, PetscReal *t,
-                          PetscReal *R, PetscReal *i1, Line *up, Line *along)
+                          PetscReal *R, PetscReal *i1, SlipLine *up, SlipLine *along)
 {
   const PetscReal edge = SLIP_AT_EDGE * p->rounding[k], least = edge * edge, q2 = p->q[k] * p->q[k];
   PetscReal x2, t2, R2, inverse;
@@ -50,8 +32,8 @@ SLIP_WITHIN void CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal i, Pet
   *R = PetscSqrtReal(R2 > least ? R2 : least);
   inverse = R2 > least ? 1 / *R : 0; /* a corner itself: without what is infinite there */
   *i1 = inverse;
-  *up = LineOf(*t, p->t[k] < 0 ? -1 : 1, x2 + q2 > least ? x2 + q2 : least, *R, inverse);
-  *along = LineOf(*x, p->x[k] < 0 ? -1 : 1, t2 + q2 > least ? t2 + q2 : least, *R, inverse);
+  *up = SlipLineOf(*t, p->t[k] < 0 ? -1 : 1, x2 + q2 > least ? x2 + q2 : least, *R, inverse);
+  *along = SlipLineOf(*x, p->x[k] < 0 ? -1 : 1, t2 + q2 > least ? t2 + q2 : least, *R, inverse);
 }
 
 /* The loops have no calls and no branches, so that compilers make vector code of them; fourth is a constant. */
@@ -63,7 +45,7 @@ SLIP_WITHIN void Rational(const SlipPlatePoints *p, PetscReal i, PetscReal j, Pe
   for (PetscInt k = 0; k < p->n; k++) {
     const PetscReal q = p->q[k];
     PetscReal x, t, R, i1, i2, i3;
-    Line Y, X;
+    SlipLine Y, X;
 
     CornerOf(p, k, i, j, &x, &t, &R, &i1, &Y, &X);
     i2 = i1 * i1;
@@ -104,7 +86,7 @@ static void First(const SlipPlatePoints *p, PetscReal i, PetscReal j, SlipPotent
   for (PetscInt k = 0; k < p->n; k++) {
     const PetscReal q = PetscAbsReal(p->q[k]), side = p->q[k] < 0 ? -1 : 1;
     PetscReal x, t, R, inverse;
-    Line up, along;
+    SlipLine up, along;
 
     CornerOf(p, k, i, j, &x, &t, &R, &inverse, &up, &along);
     v->first[0][k] += sign * (p->t[k] < 0 ? -1 : 1) * PetscLogReal(up.sum);

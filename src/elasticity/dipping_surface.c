@@ -48,33 +48,29 @@ static PetscReal LogRest(PetscReal z)
   return sum;
 }
 
-/* A corner of a point. */
-typedef struct {
-  PetscReal x, y, t, q, w, R;
-  PetscReal Rw, Rt; /* R + w, R + t */
-  PetscReal i;      /* 1/R, 0 for a corner itself: without what is infinite there */
-} Corner;
-
-SLIP_WITHIN Corner CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal i, PetscReal j)
+SLIP_WITHIN SlipLogCorner CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal i, PetscReal j)
 {
-  const PetscReal ty = p->ty[k], tz = p->tz[k];
-  const PetscReal edge = SLIP_AT_EDGE * p->rounding[k], least = edge * edge;
-  Corner c;
-  PetscReal r2, R2;
+  return SlipLogCornerOf(SlipCorner(p->x[k], i * p->half_length[k], p->rounding[k]),
+                         SlipCorner(p->t[k], j * p->half_width[k], p->rounding[k]) + p->move[k], p->q[k], p->ty[k],
+                         p->tz[k], p->rounding[k]);
+}
 
-  c.x = SlipCorner(p->x[k], i * p->half_length[k], p->rounding[k]);
-  c.t = SlipCorner(p->t[k], j * p->half_width[k], p->rounding[k]) + p->move[k];
-  c.q = p->q[k];
-  c.y = c.t * ty + c.q * tz;
-  c.w = c.t * tz - c.q * ty;
-  r2 = c.x * c.x + c.q * c.q;
-  R2 = r2 + c.t * c.t;
-  c.R = PetscSqrtReal(R2 > least ? R2 : least);
-  c.i = R2 > least ? 1 / c.R : 0;
-  c.w = c.w > 0 ? c.w : 0;
-  c.Rw = c.R + c.w;
-  c.Rt = c.t >= 0 ? c.R + c.t : (r2 > least ? r2 : least) / (c.R - c.t);
-  return c;
+/*
+  SlipLogFirst_Private - what a corner adds to the first derivatives of K and N; s = ty / (1 + tz)
+*/
+SlipLogSums SlipLogFirst_Private(const SlipLogCorner *c, PetscReal ty, PetscReal tz, PetscReal s)
+{
+  const PetscReal up = 1 + tz, logarithm = PetscLogReal(c->Rt), sum = c->Rt - s * c->q;
+  const PetscReal e = -(c->q + s * c->t) / c->Rt, log_rest = LogRest(ty * e);
+  const PetscReal g = c->x / sum, atan_rest = AtanRest(s * g);
+  const PetscReal A = -2 / up * g * (1 + s * s * g * g * atan_rest);
+  const PetscReal L = e * (1 + ty * e * log_rest) + s * logarithm;
+  const PetscReal Nx = -c->x * (c->q * (2 * tz - 1) + s * (c->R + (1 + 2 * tz) * c->t)) / (up * c->Rw * sum) +
+                       2 * tz / (up * up) * s * g * g * g * atan_rest;
+  const PetscReal Ny =
+    -c->t / c->Rw + tz * (c->q * e / c->Rw + c->t / (up * c->Rt) - e * e * log_rest) - tz / up * logarithm;
+
+  return (SlipLogSums){{-(Ny + logarithm), Nx, A}, {Nx, Ny, L}};
 }
 
 static void First(const SlipPlatePoints *p, PetscReal i, PetscReal j, SlipLogPotential *l)
@@ -82,24 +78,13 @@ static void First(const SlipPlatePoints *p, PetscReal i, PetscReal j, SlipLogPot
   const PetscReal sign = i * j;
 
   for (PetscInt k = 0; k < p->n; k++) {
-    const PetscReal ty = p->ty[k], tz = p->tz[k], up = 1 + tz, s = p->lean[k];
-    const Corner c = CornerOf(p, k, i, j);
-    const PetscReal logarithm = PetscLogReal(c.Rt), sum = c.Rt - s * c.q;
-    const PetscReal e = -(c.q + s * c.t) / c.Rt, log_rest = LogRest(ty * e);
-    const PetscReal g = c.x / sum, atan_rest = AtanRest(s * g);
-    const PetscReal A = -2 / up * g * (1 + s * s * g * g * atan_rest);
-    const PetscReal L = e * (1 + ty * e * log_rest) + s * logarithm;
-    const PetscReal Nx = -c.x * (c.q * (2 * tz - 1) + s * (c.R + (1 + 2 * tz) * c.t)) / (up * c.Rw * sum) +
-                         2 * tz / (up * up) * s * g * g * g * atan_rest;
-    const PetscReal Ny =
-      -c.t / c.Rw + tz * (c.q * e / c.Rw + c.t / (up * c.Rt) - e * e * log_rest) - tz / up * logarithm;
+    const SlipLogCorner c = CornerOf(p, k, i, j);
+    const SlipLogSums sums = SlipLogFirst_Private(&c, p->ty[k], p->tz[k], p->lean[k]);
 
-    l->along[0][k] -= sign * (Ny + logarithm);
-    l->along[1][k] += sign * Nx;
-    l->along[2][k] += sign * A;
-    l->across[0][k] += sign * Nx;
-    l->across[1][k] += sign * Ny;
-    l->across[2][k] += sign * L;
+    for (int d = 0; d < 3; d++) {
+      l->along[d][k] += sign * sums.K[d];
+      l->across[d][k] += sign * sums.N[d];
+    }
   }
 }
 
@@ -108,25 +93,13 @@ SLIP_WIDE static void Second(const SlipPlatePoints *p, PetscReal i, PetscReal j,
   const PetscReal sign = i * j;
 
   for (PetscInt k = 0; k < p->n; k++) {
-    const PetscReal ty = p->ty[k], tz = p->tz[k], up = 1 + tz, s = p->lean[k];
-    const Corner c = CornerOf(p, k, i, j);
-    const PetscReal D = c.i / c.Rw, Y = c.i / c.Rt, E = D * (c.y + s * c.R) / c.Rt;
-    const PetscReal B = (c.y * E - tz * c.R * c.i / (up * c.Rt)) / c.Rw;
-    const PetscReal zz = ty * c.i + tz * c.q * Y, yz = c.t * D - tz * c.i + tz * c.q * E;
-    const PetscReal yy = c.y * B - D * (ty * c.R + tz * c.y) + tz * c.t * E;
+    const SlipLogCorner c = CornerOf(p, k, i, j);
+    const SlipLogSums sums = SlipLogSecond(&c, p->ty[k], p->tz[k], p->lean[k]);
 
-    l->across_second[0][k] -= sign * (yy + zz);
-    l->across_second[1][k] += sign * yy;
-    l->across_second[2][k] += sign * zz;
-    l->across_second[3][k] += sign * c.x * B;
-    l->across_second[4][k] += sign * c.x * E;
-    l->across_second[5][k] += sign * yz;
-    l->along_second[0][k] -= sign * c.x * (B + Y);
-    l->along_second[1][k] += sign * c.x * B;
-    l->along_second[2][k] += sign * c.x * Y;
-    l->along_second[3][k] -= sign * (yy + zz);
-    l->along_second[4][k] -= sign * (yz + tz * c.i - ty * c.q * Y);
-    l->along_second[5][k] += sign * c.x * E;
+    for (int d = 0; d < 6; d++) {
+      l->along_second[d][k] += sign * sums.K[d];
+      l->across_second[d][k] += sign * sums.N[d];
+    }
   }
 }
 

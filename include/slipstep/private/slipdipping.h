@@ -1,4 +1,5 @@
-/* Private: what the fields of a dipping rectangle are put together from, sums over its corners for some points at once. */
+/* Private: what the fields of a dipping rectangle or triangle are put together from, sums over its corners for some points at
+   once. */
 #pragma once
 #include <slipstep/private/slipelasticity.h>
 
@@ -22,7 +23,7 @@
 /* What of a point's coordinates is rounding, as a share of the largest length. */
 #define SLIP_ROUNDING 1.4210854715202004e-14 /* 2^-46, 64 units in the last place */
 
-/* Derivatives of the potential V, the integral of 1/R over a rectangle, along its strike x, up its dip t and across it
+/* Derivatives of the potential V, the integral of 1/R over a plane area, along its strike x, up its dip t and across it
    q; what is missing follows from d_xx + d_tt + d_qq = 0. Rows of third[] and fourth[]: so many t and q, the rest x. */
 typedef struct {
   PetscReal first[3][SLIP_LANES];  /* x t q */
@@ -56,17 +57,87 @@ SLIP_WITHIN PetscReal SlipCorner(PetscReal centre, PetscReal half, PetscReal rou
   return PetscAbsReal(v) <= rounding ? 0 : v;
 }
 
-/* A rectangle as its fields need it. Components of its own: along strike, up dip, and across it into the hanging wall; of
+/* A line along which an edge lies: s = +-1 is the side of its middle, r2 the square of the distance from it. */
+typedef struct {
+  PetscReal sum, Y, Z, W; /* R + s t, and what dipping_potential.c says */
+} SlipLine;
+
+SLIP_WITHIN SlipLine SlipLineOf(PetscReal t, PetscReal s, PetscReal r2, PetscReal R, PetscReal inverse)
+{
+  const PetscReal along = s * t, far = R + PetscAbsReal(t), sum = along >= 0 ? far : r2 / far;
+  const PetscReal a = 1 / sum, i2 = inverse * inverse;
+  SlipLine line;
+
+  line.sum = sum;
+  line.Y = s * inverse * a;
+  line.Z = -s * (R + sum) * inverse * i2 * a * a;
+  line.W = s * (3 * sum * (sum + R) + 2 * R * R) * inverse * i2 * i2 * a * a * a;
+  return line;
+}
+
+/* A corner of the image of an edge that goes along t, in the vertical plane of y and w: dipping_surface.c. */
+typedef struct {
+  PetscReal x, y, t, q, w, R;
+  PetscReal Rw, Rt; /* R + w, R + t */
+  PetscReal i;      /* 1/R, 0 for a corner itself: without what is infinite there */
+} SlipLogCorner;
+
+SLIP_WITHIN SlipLogCorner SlipLogCornerOf(PetscReal x, PetscReal t, PetscReal q, PetscReal ty, PetscReal tz,
+                                          PetscReal rounding)
+{
+  const PetscReal edge = SLIP_AT_EDGE * rounding, least = edge * edge;
+  SlipLogCorner c;
+  PetscReal r2, R2;
+
+  c.x = x;
+  c.t = t;
+  c.q = q;
+  c.y = c.t * ty + c.q * tz;
+  c.w = c.t * tz - c.q * ty;
+  r2 = c.x * c.x + c.q * c.q;
+  R2 = r2 + c.t * c.t;
+  c.R = PetscSqrtReal(R2 > least ? R2 : least);
+  c.i = R2 > least ? 1 / c.R : 0;
+  c.w = c.w > 0 ? c.w : 0;
+  c.Rw = c.R + c.w;
+  c.Rt = c.t >= 0 ? c.R + c.t : (r2 > least ? r2 : least) / (c.R - c.t);
+  return c;
+}
+
+/* Derivatives at a corner of the integrals of chi_x and chi_y along t; x y w, or xx yy ww xy xw yw */
+typedef struct {
+  PetscReal K[6], N[6];
+} SlipLogSums;
+
+SLIP_WITHIN SlipLogSums SlipLogSecond(const SlipLogCorner *c, PetscReal ty, PetscReal tz, PetscReal s)
+{
+  const PetscReal up = 1 + tz, D = c->i / c->Rw, Y = c->i / c->Rt, E = D * (c->y + s * c->R) / c->Rt;
+  const PetscReal B = (c->y * E - tz * c->R * c->i / (up * c->Rt)) / c->Rw;
+  const PetscReal zz = ty * c->i + tz * c->q * Y, yz = c->t * D - tz * c->i + tz * c->q * E;
+  const PetscReal yy = c->y * B - D * (ty * c->R + tz * c->y) + tz * c->t * E;
+
+  return (SlipLogSums){{-c->x * (B + Y), c->x * B, c->x * Y, -(yy + zz), -(yz + tz * c->i - ty * c->q * Y), c->x * E},
+                       {-(yy + zz), yy, zz, c->x * B, c->x * E, yz}};
+}
+
+/* A plane source as its fields need it. Components of its own: along strike, up dip, and across it into the hanging wall; of
    its image the same, mirrored. */
 typedef struct {
-  PetscReal depth, length, width; /* of the centre; along strike and dip [m] */
+  PetscReal depth, length, width; /* of the centre; of a rectangle, along strike and dip [m] */
   PetscReal slope[2];             /* y (to the right) and z of up dip, of the image: -cos(dip) and sin(dip) */
   PetscReal b[3];                 /* slip */
   PetscReal a, rest;              /* 1/(2 (1 - nu)) and 1 - 2 nu */
   PetscBool full_space;
 } SlipDipping;
 
-/* ---- dipping.c: 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of points with
+/* ---- dipping.c: what a potential adds to 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right
+   and down: of the sources, which comes first, or of their images, with the part of X along strike, to the right and down
+   (xx yy zz xy xz yz) where there is one; q: of the points from the sources or images, z: their depths ---- */
+PETSC_INTERN void SlipDippingAdd_Private(const SlipDipping *const source[], PetscInt n, const PetscReal q[],
+                                         const PetscReal z[], const SlipPotential *v,
+                                         const PetscReal (*rest)[SLIP_LANES], PetscBool image, PetscBool gradient,
+                                         PetscReal out[]);
+/* 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of points with
    x and y (as t) from the centre of their rectangles source[] and the depth (as q), the only numbers that are there yet; below
    the ground or on it. All rectangles are of one rock, with the ground or without. ---- */
 PETSC_INTERN void SlipDippingFields_Private(const SlipDipping *const source[], SlipPlatePoints *points,
@@ -76,11 +147,23 @@ PETSC_INTERN void SlipPotential_Private(const SlipPlatePoints *points, PetscInt 
                                         SlipPotential *v);
 /* ---- dipping_surface.c ---- */
 PETSC_INTERN void SlipLogPotential_Private(const SlipPlatePoints *points, PetscBool gradient, SlipLogPotential *l);
+PETSC_INTERN SlipLogSums SlipLogFirst_Private(const SlipLogCorner *corner, PetscReal ty, PetscReal tz, PetscReal lean);
 
 /* ---- dipping_points.c ---- */
 PETSC_INTERN void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
                                                const SlipCell receiver[], const SlipCell source[],
                                                PetscReal traction[]);
+
+/* G times what a gradient [3][3] is: xx yy zz xy xz yz */
+static inline void SlipStressOf(PetscReal G, PetscReal nu, const PetscReal g[9], PetscReal s[6])
+{
+  const PetscReal volume = 2 * nu / (1 - 2 * nu) * (g[0] + g[4] + g[8]);
+
+  for (int i = 0; i < 3; i++) s[i] = G * (2 * g[4 * i] + volume);
+  s[3] = G * (g[1] + g[3]);
+  s[4] = G * (g[2] + g[6]);
+  s[5] = G * (g[5] + g[7]);
+}
 
 /* From along strike and to the right to north and east; strike: cosine and sine */
 static inline void SlipTurn(const PetscReal strike[2], PetscReal *along, PetscReal *right)
@@ -89,4 +172,15 @@ static inline void SlipTurn(const PetscReal strike[2], PetscReal *along, PetscRe
 
   *along = strike[0] * s - strike[1] * y;
   *right = strike[1] * s + strike[0] * y;
+}
+
+/* From 4 pi times the displacement or its gradient along strike and to the right */
+static inline void SlipTurnOut(const PetscReal strike[2], PetscBool gradient, PetscReal v[])
+{
+  const PetscInt size = gradient ? 9 : 3;
+
+  if (gradient)
+    for (int i = 0; i < 3; i++) SlipTurn(strike, v + 3 * i, v + 3 * i + 1);
+  for (int j = 0; j < size / 3; j++) SlipTurn(strike, v + j, v + (gradient ? 3 : 1) + j);
+  for (int i = 0; i < size; i++) v[i] /= 4 * PETSC_PI;
 }
