@@ -122,6 +122,18 @@ PETSC_EXTERN PetscErrorCode SlipRectanglesDisplacement(PetscReal nu, PetscBool f
 PETSC_EXTERN PetscErrorCode SlipRectanglesStress(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt ncells,
                                                  const SlipDippingRectangle cells[], const PetscReal slip[], PetscInt n,
                                                  const PetscReal points[], PetscReal stress[]);
+/* The same of a triangle with the vertices [3][3], slip [3] along its strike, up its dip and opening. */
+PETSC_EXTERN PetscErrorCode SlipTriangleDisplacement(PetscReal nu, PetscBool full_space, const PetscReal vertices[],
+                                                     const PetscReal slip[], PetscInt n, const PetscReal points[],
+                                                     PetscReal u[]);
+PETSC_EXTERN PetscErrorCode SlipTriangleGradient(PetscReal nu, PetscBool full_space, const PetscReal vertices[],
+                                                 const PetscReal slip[], PetscInt n, const PetscReal points[],
+                                                 PetscReal gradient[]);
+PETSC_EXTERN PetscErrorCode SlipTriangleStress(PetscReal G, PetscReal nu, PetscBool full_space,
+                                               const PetscReal vertices[], const PetscReal slip[], PetscInt n,
+                                               const PetscReal points[], PetscReal stress[]);
+PETSC_EXTERN PetscErrorCode SlipTriangleDirections(const PetscReal vertices[], const PetscReal side[],
+                                                   PetscReal angles[], PetscReal directions[]);
 /* Tractions [n][3], along the rake, across it and normal, on planes with directions [n][3][3]. */
 PETSC_EXTERN void SlipPlaneDirections(PetscReal strike, PetscReal dip, PetscReal rake, PetscReal directions[]);
 PETSC_EXTERN void SlipStressTraction(PetscInt n, const PetscReal stress[], const PetscReal directions[],

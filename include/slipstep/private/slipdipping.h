@@ -1,12 +1,12 @@
-/* Private: what the fields of a dipping rectangle or triangle are put together from, sums over its corners for some points at
-   once. */
+/* Private: what the fields of a dipping rectangle or triangle are put together from, sums over its corners for some
+   points at once. */
 #pragma once
 #include <slipstep/private/slipelasticity.h>
 
 /* So many points at once: what is kept of them fits into the first cache. */
 #define SLIP_LANES 16
-/* Vectors of four where the processor has them, by the loader's choice; without fused products, so with the same bits. What
-   such a function calls in its loops must be within it. */
+/* Vectors of four where the processor has them, by the loader's choice; without fused products, so with the same
+   bits. What such a function calls in its loops must be within it. */
 #if defined(__GNUC__)
   #define SLIP_WITHIN static inline __attribute__((always_inline))
 #else
@@ -18,7 +18,8 @@
 #else
   #define SLIP_WIDE
 #endif
-/* The distance from an edge that a point of the edge is taken to have, as a share of rounding: nothing beside any other length. */
+/* The distance from an edge that a point of the edge is taken to have, as a share of rounding: nothing beside any
+   other length. */
 #define SLIP_AT_EDGE 9.5367431640625e-07 /* 2^-20 */
 /* What of a point's coordinates is rounding, as a share of the largest length. */
 #define SLIP_ROUNDING 1.4210854715202004e-14 /* 2^-46, 64 units in the last place */
@@ -120,8 +121,8 @@ SLIP_WITHIN SlipLogSums SlipLogSecond(const SlipLogCorner *c, PetscReal ty, Pets
                        {-(yy + zz), yy, zz, c->x * B, c->x * E, yz}};
 }
 
-/* A plane source as its fields need it. Components of its own: along strike, up dip, and across it into the hanging wall; of
-   its image the same, mirrored. */
+/* A plane source as its fields need it. Components of its own: along strike, up dip, and across it into the hanging
+   wall; of its image the same, mirrored. */
 typedef struct {
   PetscReal depth, length, width; /* of the centre; of a rectangle, along strike and dip [m] */
   PetscReal slope[2];             /* y (to the right) and z of up dip, of the image: -cos(dip) and sin(dip) */
@@ -130,16 +131,17 @@ typedef struct {
   PetscBool full_space;
 } SlipDipping;
 
-/* ---- dipping.c: what a potential adds to 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right
-   and down: of the sources, which comes first, or of their images, with the part of X along strike, to the right and down
-   (xx yy zz xy xz yz) where there is one; q: of the points from the sources or images, z: their depths ---- */
+/* ---- dipping.c: what a potential adds to 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to
+   the right and down: of the sources, which comes first, or of their images, with the part of X along strike, to the
+   right and down (xx yy zz xy xz yz) where there is one; q: of the points from the sources or images, z: their depths
+   ---- */
 PETSC_INTERN void SlipDippingAdd_Private(const SlipDipping *const source[], PetscInt n, const PetscReal q[],
                                          const PetscReal z[], const SlipPotential *v,
                                          const PetscReal (*rest)[SLIP_LANES], PetscBool image, PetscBool gradient,
                                          PetscReal out[]);
 /* 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of points with
-   x and y (as t) from the centre of their rectangles source[] and the depth (as q), the only numbers that are there yet; below
-   the ground or on it. All rectangles are of one rock, with the ground or without. ---- */
+   x and y (as t) from the centre of their rectangles source[] and the depth (as q), the only numbers that are there
+   yet; below the ground or on it. All rectangles are of one rock, with the ground or without. ---- */
 PETSC_INTERN void SlipDippingFields_Private(const SlipDipping *const source[], SlipPlatePoints *points,
                                             PetscBool gradient, PetscReal out[]);
 /* ---- dipping_potential.c ---- */

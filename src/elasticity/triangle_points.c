@@ -1,0 +1,424 @@
+/*
+  Fields of a triangle at points of the ground, x north, y east, z down: the frames around triangle.c, and what is
+  refused.
+*/
+#include <slipcompat.h>
+#include <slipstep/private/sliptriangle.h>
+
+/* A triangle's height as a share of its longest side, below which it is none. */
+#define FLAT 1e-6
+/* Planes that are horizontal or vertical, and vertical ones that strike north, to this angle [rad], are so exactly to
+   what is chosen there. */
+#define EXACT 1e-9
+
+static PetscReal Dot(const PetscReal a[3], const PetscReal b[3])
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void Cross(const PetscReal a[3], const PetscReal b[3], PetscReal c[3])
+{
+  for (int i = 0; i < 3; i++) c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+static void Unit(PetscReal v[3])
+{
+  const PetscReal size = PetscSqrtReal(Dot(v, v));
+
+  for (int i = 0; i < 3; i++) v[i] /= size;
+}
+
+/* The normal around which the vertices go, as long as twice the area, from the two shorter sides; the longest side's
+   square */
+static PetscReal NormalOf(const PetscReal vertices[9], PetscReal normal[3])
+{
+  PetscReal side[3][3], square[3];
+  int longest = 0;
+
+  for (int k = 0; k < 3; k++) {
+    for (int i = 0; i < 3; i++) side[k][i] = vertices[3 * ((k + 1) % 3) + i] - vertices[3 * k + i];
+    square[k] = Dot(side[k], side[k]);
+    if (square[k] > square[longest]) longest = k;
+  }
+  Cross(side[(longest + 1) % 3], side[(longest + 2) % 3], normal);
+  return square[longest];
+}
+
+static PetscErrorCode SlipTriangleCheck_Private(const PetscReal vertices[9])
+{
+  PetscReal normal[3], longest, height;
+
+  PetscFunctionBegin;
+  for (int i = 0; i < 9; i++)
+    PetscCheck(!PetscIsInfOrNanReal(vertices[i]), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "Coordinate %d of a triangle is %g, expected three vertices, each north, east and down", i,
+               (double)vertices[i]);
+  longest = PetscSqrtReal(NormalOf(vertices, normal));
+  height = longest > 0 ? PetscSqrtReal(Dot(normal, normal)) / longest : 0;
+  PetscCheck(height > FLAT * longest, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "A triangle has a height of %g m on a side of %g m, expected more than %g of the side", (double)height,
+             (double)longest, FLAT);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether a unit normal points into the hanging wall, after Aki & Richards: upward; of a vertical plane to the right
+   of a strike in [0, 180) degrees, which is to the south where it does not strike north. */
+static PetscBool HangingWall(const PetscReal normal[3])
+{
+  if (PetscAbsReal(normal[2]) > EXACT) return (PetscBool)(normal[2] < 0);
+  if (PetscAbsReal(normal[0]) > EXACT) return (PetscBool)(normal[0] < 0);
+  return (PetscBool)(normal[1] > 0);
+}
+
+/*@
+  SlipTriangleDirections - strike, dip and directions of a triangle, after Aki & Richards (1980)
+
+  Not collective, pure
+
+  Input Parameters:
++ vertices - [3][3] north, east and down, in any order [m]
+- side     - [3] any vector that points into the hanging wall, or NULL: above the plane, and for a vertical one to the
+             right of a strike in [0, 180) degrees; dimensionless
+
+  Output Parameters:
++ angles     - [2] strike in [0, 360) and dip [deg]; or NULL
+- directions - [3][3] unit vectors, each north, east and down, dimensionless: along strike, up dip, and across the
+               plane into the hanging wall; right-handed, those of SlipPlaneDirections() at rake 0; or NULL
+
+  Notes:
+  A horizontal triangle has the strike 0: its directions are north, west and up. Horizontal, vertical and striking
+  north are planes to 1e-9 rad.
+
+  Where side is below the plane the dip is more than 90 degrees, and the strike the opposite one, so that neighbours
+  of a surface that turns over have directions that differ by little. Slip along strike and opening are the same
+  numbers for both sides, and slip up dip changes its sign.
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for triangles without an area, and for a side in the plane
+
+  Level: intermediate
+
+.seealso: SlipTriangleStress(), SlipPlaneDirections()
+@*/
+PetscErrorCode SlipTriangleDirections(const PetscReal vertices[], const PetscReal side[], PetscReal angles[],
+                                      PetscReal directions[])
+{
+  PetscReal n[3], strike[3] = {1, 0, 0}, dip, azimuth;
+
+  PetscFunctionBegin;
+  PetscCall(SlipTriangleCheck_Private(vertices));
+  NormalOf(vertices, n);
+  Unit(n);
+  PetscCheck(!side || PetscAbsReal(Dot(side, n)) > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "The side (%g, %g, %g) lies in the plane of a triangle, expected a vector into the hanging wall",
+             (double)side[0], (double)side[1], (double)side[2]);
+  if (side ? Dot(side, n) < 0 : !HangingWall(n))
+    for (int i = 0; i < 3; i++) n[i] = -n[i];
+  if (PetscSqrtReal(n[0] * n[0] + n[1] * n[1]) > EXACT) {
+    strike[0] = n[1];
+    strike[1] = -n[0];
+  } else {
+    for (int i = 0; i < 3; i++) strike[i] = (i == 0) - n[0] * n[i];
+  }
+  Unit(strike);
+  azimuth = PetscAtan2Real(strike[1], strike[0]) * 180 / PETSC_PI;
+  dip = PetscAtan2Real(PetscSqrtReal(n[0] * n[0] + n[1] * n[1]), -n[2]) * 180 / PETSC_PI;
+  if (angles) {
+    angles[0] = azimuth < 0 ? azimuth + 360 : azimuth;
+    if (angles[0] >= 360) angles[0] = 0; /* by rounding */
+    angles[1] = dip;
+  }
+  if (directions) {
+    for (int i = 0; i < 3; i++) {
+      directions[i] = strike[i];
+      directions[6 + i] = n[i];
+    }
+    Cross(n, strike, directions + 3);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Without the slip; normal: into the hanging wall */
+static void TriangleOf(PetscReal nu, PetscBool full_space, const PetscReal vertices[9], const PetscReal normal[3],
+                       SlipTriangle *s)
+{
+  PetscReal own[3], corner[3][3], sine;
+  int order[3] = {0, 1, 2};
+
+  NormalOf(vertices, own);
+  if (Dot(own, normal) < 0) {
+    order[1] = 2;
+    order[2] = 1;
+    for (int i = 0; i < 3; i++) own[i] = -own[i];
+  }
+  Unit(own);
+  s->rounding = 0;
+  for (int i = 0; i < 3; i++) {
+    s->normal[i] = own[i];
+    for (int k = 0; k < 3; k++) {
+      const PetscReal v = vertices[3 * order[k] + i];
+
+      corner[k][i] = i == 2 && !full_space && v < 0 ? 0 : v;
+    }
+    s->middle[i] = (corner[0][i] + corner[1][i] + corner[2][i]) / 3;
+    s->rounding +=
+      PetscMax(PetscAbsReal(corner[0][i]), PetscMax(PetscAbsReal(corner[1][i]), PetscAbsReal(corner[2][i])));
+  }
+  s->rounding *= SLIP_ROUNDING;
+  sine = PetscSqrtReal(own[0] * own[0] + own[1] * own[1]);
+  s->strike[0] = sine > 0 ? own[1] / sine : 1;
+  s->strike[1] = sine > 0 ? -own[0] / sine : 0;
+  s->plane = (SlipDipping){.depth = s->middle[2],
+                           .slope = {own[2], sine},
+                           .a = 1 / (2 * (1 - nu)),
+                           .rest = 1 - 2 * nu,
+                           .full_space = full_space};
+  for (int k = 0; k < 3; k++) {
+    const PetscReal x = corner[k][0] - s->middle[0], y = corner[k][1] - s->middle[1], z = corner[k][2] - s->middle[2];
+
+    s->x[k] = s->strike[0] * x + s->strike[1] * y;
+    s->t[k] = own[2] * (s->strike[0] * y - s->strike[1] * x) - sine * z;
+  }
+  for (int k = 0; k < 3; k++) {
+    const PetscReal x = s->x[(k + 1) % 3] - s->x[k], t = s->t[(k + 1) % 3] - s->t[k];
+
+    s->length[k] = PetscSqrtReal(x * x + t * t);
+    s->along[k] = x / s->length[k];
+    s->up[k] = t / s->length[k];
+  }
+}
+
+/* b: the jump of displacement, hanging wall less foot wall, north, east and down */
+static void SetSlip(SlipTriangle *s, const PetscReal b[3])
+{
+  const PetscReal right = s->strike[0] * b[1] - s->strike[1] * b[0];
+  SlipDipping *plane = &s->plane;
+
+  plane->b[0] = s->strike[0] * b[0] + s->strike[1] * b[1];
+  plane->b[1] = plane->slope[0] * right - plane->slope[1] * b[2];
+  plane->b[2] = plane->slope[1] * right + plane->slope[0] * b[2];
+}
+
+/* Point k along strike, to the right and down. */
+static void PointOf(const SlipTriangle *s, const PetscReal at[3], PetscInt k, SlipTrianglePoints *p)
+{
+  const PetscReal x = at[0] - s->middle[0], y = at[1] - s->middle[1];
+
+  p->x[k] = s->strike[0] * x + s->strike[1] * y;
+  p->t[k] = s->strike[0] * y - s->strike[1] * x;
+  p->q[k] = s->plane.full_space || at[2] > 0 ? at[2] : 0;
+  p->rounding[k] = s->rounding + SLIP_ROUNDING * (PetscAbsReal(at[0]) + PetscAbsReal(at[1]) + PetscAbsReal(at[2]));
+}
+
+/* A triangle that slips, checked */
+static PetscErrorCode SlipTriangleCreate_Private(PetscReal nu, PetscBool full_space, const PetscReal vertices[9],
+                                                 const PetscReal slip[3], SlipTriangle *s)
+{
+  PetscReal directions[9], jump[3], top;
+
+  PetscFunctionBegin;
+  PetscCheck(nu > -1 && nu < 0.5, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "Poisson's ratio must lie in (-1, 0.5), not %g", (double)nu);
+  PetscCall(SlipTriangleDirections(vertices, NULL, NULL, directions));
+  for (int i = 0; i < 3; i++)
+    jump[i] = slip[0] * directions[i] + slip[1] * directions[3 + i] + slip[2] * directions[6 + i];
+  TriangleOf(nu, full_space, vertices, directions + 6, s);
+  SetSlip(s, jump);
+  if (full_space) PetscFunctionReturn(PETSC_SUCCESS);
+  top = PetscMin(vertices[2], PetscMin(vertices[5], vertices[8]));
+  PetscCheck(top >= -SLIP_TOUCH * PetscMin(s->length[0], PetscMin(s->length[1], s->length[2])), PETSC_COMM_SELF,
+             PETSC_ERR_ARG_OUTOFRANGE, "A vertex of a triangle lies %g m above the ground, expected below it",
+             (double)-top);
+  top = PetscMax(vertices[2], PetscMax(vertices[5], vertices[8]));
+  PetscCheck(top > s->rounding, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "A triangle lies on the ground, expected one below it or up to it");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipTriangleAll_Private(PetscReal nu, PetscBool full_space, const PetscReal vertices[9],
+                                              const PetscReal slip[3], PetscBool gradient, PetscInt n,
+                                              const PetscReal points[], PetscReal out[])
+{
+  const PetscInt size = gradient ? 9 : 3;
+  const SlipTriangle *all[SLIP_LANES];
+  SlipTriangle s;
+
+  PetscFunctionBegin;
+  PetscCall(SlipTriangleCreate_Private(nu, full_space, vertices, slip, &s));
+  for (PetscInt k = 0; k < SLIP_LANES; k++) all[k] = &s;
+  for (PetscInt first = 0; first < n; first += SLIP_LANES) {
+    SlipTrianglePoints p;
+
+    p.n = PetscMin(SLIP_LANES, n - first);
+    for (PetscInt k = 0; k < p.n; k++) {
+      const PetscReal *at = points + 3 * (first + k);
+
+      PointOf(&s, at, k, &p);
+      PetscCheck(full_space || at[2] >= -p.rounding[k], PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+                 "A point lies %g m above the ground, expected below it", (double)-at[2]);
+    }
+    SlipTriangleFields_Private(all, &p, gradient, out + size * first);
+    for (PetscInt k = first; k < first + p.n; k++) SlipTurnOut(s.strike, gradient, out + size * k);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipTriangleDisplacement - displacement of points by uniform slip on a triangle
+
+  Not collective, pure
+
+  Input Parameters:
++ nu         - Poisson's ratio, in (-1, 0.5), dimensionless
+. full_space - leave out the free surface z = 0
+. vertices   - [3][3] of the triangle that slips, each north, east and down, in any order; below the free surface or
+               up to it [m]
+. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
+. n          - number of points
+- points     - [n][3] north, east and down [m]; below a free surface or on it
+
+  Output Parameter:
+. u - [n][3] displacement north, east and down, in the unit of slip [m]
+
+  Notes:
+  Strike, dip and hanging wall are those of SlipTriangleDirections() without a side. Lengths may have any one unit.
+  The shear modulus does not matter.
+
+  A point of the triangle itself, to 1e-14 of the coordinates, counts to the hanging wall; one of the trace of a
+  triangle that breaks the surface gets the limit along the ground from there. On an edge across which the triangle
+  slips the displacement has the logarithm of the distance: an edge gets the value at 1e-20 of the coordinates from
+  it. Elsewhere, on extensions of edges and above and below vertices too, there is nothing to be minded.
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a triangle whose height is less than 1e-6 of its longest side,
+  one that lies on the ground, and vertices and points above a free surface
+
+  Reference: the derivation is in the source files dipping.c, triangle_potential.c and triangle_surface.c; Nikkhoo and
+  Walter (2015) have the same fields
+
+  Level: intermediate
+
+.seealso: SlipTriangleStress(), SlipTriangleDirections(), SlipDippingDisplacement()
+@*/
+PetscErrorCode SlipTriangleDisplacement(PetscReal nu, PetscBool full_space, const PetscReal vertices[],
+                                        const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal u[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipTriangleAll_Private(nu, full_space, vertices, slip, PETSC_FALSE, n, points, u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipTriangleGradient - gradient of the displacement of points by uniform slip on a triangle
+
+  Not collective, pure
+
+  Input Parameters:
++ nu         - Poisson's ratio, in (-1, 0.5), dimensionless
+. full_space - leave out the free surface z = 0
+. vertices   - [3][3] of the triangle that slips, each north, east and down, in any order; below the free surface or
+               up to it [m]
+. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
+. n          - number of points
+- points     - [n][3] north, east and down [m]; below a free surface or on it
+
+  Output Parameter:
+. gradient - [n][3][3] derivative of the displacement i along j, both north, east and down, dimensionless
+
+  Notes:
+  On an edge of the triangle, to 1e-14 of the coordinates, the gradient is infinite: what goes with 1 / distance, and
+  changes its sign around the edge, is left out, and the rest is returned. Next to it values are as large as they are.
+
+  Far away, at the distance d from a triangle of the side a, edges cancel to 1e-14 (d/a)^2 of the value, more where it
+  is flat.
+
+  Errors: as of SlipTriangleDisplacement()
+
+  Level: intermediate
+
+.seealso: SlipTriangleDisplacement(), SlipTriangleStress(), SlipDippingGradient()
+@*/
+PetscErrorCode SlipTriangleGradient(PetscReal nu, PetscBool full_space, const PetscReal vertices[],
+                                    const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal gradient[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipTriangleAll_Private(nu, full_space, vertices, slip, PETSC_TRUE, n, points, gradient));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipTriangleStress - stress at points by uniform slip on a triangle
+
+  Not collective, pure
+
+  Input Parameters:
++ G          - shear modulus [Pa]
+. nu         - Poisson's ratio, in (-1, 0.5), dimensionless
+. full_space - leave out the free surface z = 0
+. vertices   - [3][3] of the triangle that slips, each north, east and down, in any order; below the free surface or
+               up to it [m]
+. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
+. n          - number of points
+- points     - [n][3] north, east and down [m]; below a free surface or on it
+
+  Output Parameter:
+. stress - [n][6] xx, yy, zz, xy, xz, yz with x north, y east, z down; tension is positive [Pa]
+
+  Note: on an edge of the triangle, where stress is infinite, what is left without the infinite part, as
+  SlipTriangleGradient() says
+
+  Errors: as of SlipTriangleDisplacement()
+
+  Level: intermediate
+
+.seealso: SlipTriangleGradient(), SlipTriangleDirections(), SlipStressTraction(), SlipDippingStress()
+@*/
+PetscErrorCode SlipTriangleStress(PetscReal G, PetscReal nu, PetscBool full_space, const PetscReal vertices[],
+                                  const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal stress[])
+{
+  PetscFunctionBegin;
+  for (PetscInt first = 0; first < n; first += SLIP_LANES) {
+    const PetscInt count = PetscMin(SLIP_LANES, n - first);
+    PetscReal gradient[9 * SLIP_LANES];
+
+    PetscCall(SlipTriangleAll_Private(nu, full_space, vertices, slip, PETSC_TRUE, count, points + 3 * first, gradient));
+    for (PetscInt k = 0; k < count; k++) SlipStressOf(G, nu, gradient + 9 * k, stress + 6 * (first + k));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  SlipTriangleTractions - traction [n][3] along the directions of each receiver, at its centroid, by unit slip along
+  the first direction of its own source
+*/
+void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
+                           const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
+                           PetscReal traction[])
+{
+  for (PetscInt first = 0; first < n; first += SLIP_LANES) {
+    const SlipTriangle *all[SLIP_LANES];
+    PetscReal gradient[9 * SLIP_LANES], stress[6];
+    SlipTriangle lane[SLIP_LANES];
+    SlipTrianglePoints p;
+
+    p.n = PetscMin(SLIP_LANES, n - first);
+    for (PetscInt k = 0; k < p.n; k++) {
+      const SlipTriangleCell *s = source[first + k];
+      const PetscReal *v = receiver[first + k]->vertices;
+      const PetscReal at[3] = {(v[0] + v[3] + v[6]) / 3, (v[1] + v[4] + v[7]) / 3, (v[2] + v[5] + v[8]) / 3};
+
+      if (k && s == source[first + k - 1])
+        all[k] = all[k - 1];
+      else {
+        TriangleOf(nu, full_space, s->vertices, s->directions + 6, &lane[k]);
+        SetSlip(&lane[k], s->directions);
+        all[k] = &lane[k];
+      }
+      PointOf(all[k], at, k, &p);
+    }
+    SlipTriangleFields_Private(all, &p, PETSC_TRUE, gradient);
+    for (PetscInt k = 0; k < p.n; k++) {
+      SlipTurnOut(all[k]->strike, PETSC_TRUE, gradient + 9 * k);
+      SlipStressOf(G, nu, gradient + 9 * k, stress);
+      SlipStressTraction(1, stress, receiver[first + k]->directions, traction + 3 * (first + k));
+    }
+  }
+}
