@@ -5,6 +5,85 @@
 #include <slipcompat.h>
 #include <slipstep/private/sliptriangle.h>
 
+/*
+  SlipTriangleOf_Private - a triangle without its slip; normal: into the hanging wall
+*/
+void SlipTriangleOf_Private(PetscReal nu, PetscBool full_space, const PetscReal vertices[9], const PetscReal normal[3],
+                            SlipTriangle *s)
+{
+  PetscReal own[3], corner[3][3], sine;
+  int order[3] = {0, 1, 2};
+
+  SlipTriangleNormal(vertices, own);
+  if (SlipDot(own, normal) < 0) {
+    order[1] = 2;
+    order[2] = 1;
+    for (int i = 0; i < 3; i++) own[i] = -own[i];
+  }
+  SlipUnit(own);
+  s->rounding = 0;
+  for (int i = 0; i < 3; i++) {
+    s->normal[i] = own[i];
+    for (int k = 0; k < 3; k++) {
+      const PetscReal v = vertices[3 * order[k] + i];
+
+      corner[k][i] = i == 2 && !full_space && v < 0 ? 0 : v;
+    }
+    s->middle[i] = (corner[0][i] + corner[1][i] + corner[2][i]) / 3;
+    s->rounding +=
+      PetscMax(PetscAbsReal(corner[0][i]), PetscMax(PetscAbsReal(corner[1][i]), PetscAbsReal(corner[2][i])));
+  }
+  s->rounding *= SLIP_ROUNDING;
+  sine = PetscSqrtReal(own[0] * own[0] + own[1] * own[1]);
+  s->strike[0] = sine > 0 ? own[1] / sine : 1;
+  s->strike[1] = sine > 0 ? -own[0] / sine : 0;
+  s->plane = (SlipDipping){.depth = s->middle[2],
+                           .slope = {own[2], sine},
+                           .a = 1 / (2 * (1 - nu)),
+                           .rest = 1 - 2 * nu,
+                           .full_space = full_space};
+  s->image_only = PETSC_FALSE;
+  for (int k = 0; k < 3; k++) {
+    const PetscReal x = corner[k][0] - s->middle[0], y = corner[k][1] - s->middle[1], z = corner[k][2] - s->middle[2];
+
+    s->x[k] = s->strike[0] * x + s->strike[1] * y;
+    s->t[k] = own[2] * (s->strike[0] * y - s->strike[1] * x) - sine * z;
+  }
+  for (int k = 0; k < 3; k++) {
+    const PetscReal x = s->x[(k + 1) % 3] - s->x[k], t = s->t[(k + 1) % 3] - s->t[k];
+
+    s->length[k] = PetscSqrtReal(x * x + t * t);
+    s->along[k] = x / s->length[k];
+    s->up[k] = t / s->length[k];
+  }
+}
+
+/*
+  SlipTriangleSetSlip_Private - b: the jump of displacement, hanging wall less foot wall, north, east and down
+*/
+void SlipTriangleSetSlip_Private(SlipTriangle *s, const PetscReal b[3])
+{
+  const PetscReal right = s->strike[0] * b[1] - s->strike[1] * b[0];
+  SlipDipping *plane = &s->plane;
+
+  plane->b[0] = s->strike[0] * b[0] + s->strike[1] * b[1];
+  plane->b[1] = plane->slope[0] * right - plane->slope[1] * b[2];
+  plane->b[2] = plane->slope[1] * right + plane->slope[0] * b[2];
+}
+
+/*
+  SlipTrianglePointOf_Private - point k along strike, to the right and down
+*/
+void SlipTrianglePointOf_Private(const SlipTriangle *s, const PetscReal at[3], PetscInt k, SlipTrianglePoints *p)
+{
+  const PetscReal x = at[0] - s->middle[0], y = at[1] - s->middle[1];
+
+  p->x[k] = s->strike[0] * x + s->strike[1] * y;
+  p->t[k] = s->strike[0] * y - s->strike[1] * x;
+  p->q[k] = s->plane.full_space || at[2] > 0 ? at[2] : 0;
+  p->rounding[k] = s->rounding + SLIP_ROUNDING * (PetscAbsReal(at[0]) + PetscAbsReal(at[1]) + PetscAbsReal(at[2]));
+}
+
 /* A triangle as one of the points sees it; the image of an edge that is horizontal to rounding is. */
 static void Lane(const SlipTriangle *s, PetscInt k, SlipTriangleEdges *e)
 {
@@ -73,7 +152,8 @@ void SlipTriangleFields_Private(const SlipTriangle *const source[], SlipTriangle
     plane[k] = &source[k]->plane;
     Lane(source[k], k, &e);
   }
-  for (int image = 0; image < (plane[0]->full_space ? 1 : 2); image++) {
+  for (PetscInt k = 0; source[0]->image_only && k < (gradient ? 9 : 3) * p.n; k++) out[k] = 0;
+  for (int image = source[0]->image_only ? 1 : 0; image < (plane[0]->full_space ? 1 : 2); image++) {
     const PetscBool surface = (PetscBool)(image && plane[0]->rest != 0);
 
     Place(source, &e, ground, (PetscBool)image, gradient, &p);

@@ -11,39 +11,6 @@
    what is chosen there. */
 #define EXACT 1e-9
 
-static PetscReal Dot(const PetscReal a[3], const PetscReal b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void Cross(const PetscReal a[3], const PetscReal b[3], PetscReal c[3])
-{
-  for (int i = 0; i < 3; i++) c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
-
-static void Unit(PetscReal v[3])
-{
-  const PetscReal size = PetscSqrtReal(Dot(v, v));
-
-  for (int i = 0; i < 3; i++) v[i] /= size;
-}
-
-/* The normal around which the vertices go, as long as twice the area, from the two shorter sides; the longest side's
-   square */
-static PetscReal NormalOf(const PetscReal vertices[9], PetscReal normal[3])
-{
-  PetscReal side[3][3], square[3];
-  int longest = 0;
-
-  for (int k = 0; k < 3; k++) {
-    for (int i = 0; i < 3; i++) side[k][i] = vertices[3 * ((k + 1) % 3) + i] - vertices[3 * k + i];
-    square[k] = Dot(side[k], side[k]);
-    if (square[k] > square[longest]) longest = k;
-  }
-  Cross(side[(longest + 1) % 3], side[(longest + 2) % 3], normal);
-  return square[longest];
-}
-
 static PetscErrorCode SlipTriangleCheck_Private(const PetscReal vertices[9])
 {
   PetscReal normal[3], longest, height;
@@ -53,8 +20,8 @@ static PetscErrorCode SlipTriangleCheck_Private(const PetscReal vertices[9])
     PetscCheck(!PetscIsInfOrNanReal(vertices[i]), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
                "Coordinate %d of a triangle is %g, expected three vertices, each north, east and down", i,
                (double)vertices[i]);
-  longest = PetscSqrtReal(NormalOf(vertices, normal));
-  height = longest > 0 ? PetscSqrtReal(Dot(normal, normal)) / longest : 0;
+  longest = PetscSqrtReal(SlipTriangleNormal(vertices, normal));
+  height = longest > 0 ? PetscSqrtReal(SlipDot(normal, normal)) / longest : 0;
   PetscCheck(height > FLAT * longest, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "A triangle has a height of %g m on a side of %g m, expected more than %g of the side", (double)height,
              (double)longest, FLAT);
@@ -106,12 +73,12 @@ PetscErrorCode SlipTriangleDirections(const PetscReal vertices[], const PetscRea
 
   PetscFunctionBegin;
   PetscCall(SlipTriangleCheck_Private(vertices));
-  NormalOf(vertices, n);
-  Unit(n);
-  PetscCheck(!side || PetscAbsReal(Dot(side, n)) > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+  SlipTriangleNormal(vertices, n);
+  SlipUnit(n);
+  PetscCheck(!side || PetscAbsReal(SlipDot(side, n)) > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "The side (%g, %g, %g) lies in the plane of a triangle, expected a vector into the hanging wall",
              (double)side[0], (double)side[1], (double)side[2]);
-  if (side ? Dot(side, n) < 0 : !HangingWall(n))
+  if (side ? SlipDot(side, n) < 0 : !HangingWall(n))
     for (int i = 0; i < 3; i++) n[i] = -n[i];
   if (PetscSqrtReal(n[0] * n[0] + n[1] * n[1]) > EXACT) {
     strike[0] = n[1];
@@ -119,7 +86,7 @@ PetscErrorCode SlipTriangleDirections(const PetscReal vertices[], const PetscRea
   } else {
     for (int i = 0; i < 3; i++) strike[i] = (i == 0) - n[0] * n[i];
   }
-  Unit(strike);
+  SlipUnit(strike);
   azimuth = PetscAtan2Real(strike[1], strike[0]) * 180 / PETSC_PI;
   dip = PetscAtan2Real(PetscSqrtReal(n[0] * n[0] + n[1] * n[1]), -n[2]) * 180 / PETSC_PI;
   if (angles) {
@@ -132,81 +99,9 @@ PetscErrorCode SlipTriangleDirections(const PetscReal vertices[], const PetscRea
       directions[i] = strike[i];
       directions[6 + i] = n[i];
     }
-    Cross(n, strike, directions + 3);
+    SlipCross(n, strike, directions + 3);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Without the slip; normal: into the hanging wall */
-static void TriangleOf(PetscReal nu, PetscBool full_space, const PetscReal vertices[9], const PetscReal normal[3],
-                       SlipTriangle *s)
-{
-  PetscReal own[3], corner[3][3], sine;
-  int order[3] = {0, 1, 2};
-
-  NormalOf(vertices, own);
-  if (Dot(own, normal) < 0) {
-    order[1] = 2;
-    order[2] = 1;
-    for (int i = 0; i < 3; i++) own[i] = -own[i];
-  }
-  Unit(own);
-  s->rounding = 0;
-  for (int i = 0; i < 3; i++) {
-    s->normal[i] = own[i];
-    for (int k = 0; k < 3; k++) {
-      const PetscReal v = vertices[3 * order[k] + i];
-
-      corner[k][i] = i == 2 && !full_space && v < 0 ? 0 : v;
-    }
-    s->middle[i] = (corner[0][i] + corner[1][i] + corner[2][i]) / 3;
-    s->rounding +=
-      PetscMax(PetscAbsReal(corner[0][i]), PetscMax(PetscAbsReal(corner[1][i]), PetscAbsReal(corner[2][i])));
-  }
-  s->rounding *= SLIP_ROUNDING;
-  sine = PetscSqrtReal(own[0] * own[0] + own[1] * own[1]);
-  s->strike[0] = sine > 0 ? own[1] / sine : 1;
-  s->strike[1] = sine > 0 ? -own[0] / sine : 0;
-  s->plane = (SlipDipping){.depth = s->middle[2],
-                           .slope = {own[2], sine},
-                           .a = 1 / (2 * (1 - nu)),
-                           .rest = 1 - 2 * nu,
-                           .full_space = full_space};
-  for (int k = 0; k < 3; k++) {
-    const PetscReal x = corner[k][0] - s->middle[0], y = corner[k][1] - s->middle[1], z = corner[k][2] - s->middle[2];
-
-    s->x[k] = s->strike[0] * x + s->strike[1] * y;
-    s->t[k] = own[2] * (s->strike[0] * y - s->strike[1] * x) - sine * z;
-  }
-  for (int k = 0; k < 3; k++) {
-    const PetscReal x = s->x[(k + 1) % 3] - s->x[k], t = s->t[(k + 1) % 3] - s->t[k];
-
-    s->length[k] = PetscSqrtReal(x * x + t * t);
-    s->along[k] = x / s->length[k];
-    s->up[k] = t / s->length[k];
-  }
-}
-
-/* b: the jump of displacement, hanging wall less foot wall, north, east and down */
-static void SetSlip(SlipTriangle *s, const PetscReal b[3])
-{
-  const PetscReal right = s->strike[0] * b[1] - s->strike[1] * b[0];
-  SlipDipping *plane = &s->plane;
-
-  plane->b[0] = s->strike[0] * b[0] + s->strike[1] * b[1];
-  plane->b[1] = plane->slope[0] * right - plane->slope[1] * b[2];
-  plane->b[2] = plane->slope[1] * right + plane->slope[0] * b[2];
-}
-
-/* Point k along strike, to the right and down. */
-static void PointOf(const SlipTriangle *s, const PetscReal at[3], PetscInt k, SlipTrianglePoints *p)
-{
-  const PetscReal x = at[0] - s->middle[0], y = at[1] - s->middle[1];
-
-  p->x[k] = s->strike[0] * x + s->strike[1] * y;
-  p->t[k] = s->strike[0] * y - s->strike[1] * x;
-  p->q[k] = s->plane.full_space || at[2] > 0 ? at[2] : 0;
-  p->rounding[k] = s->rounding + SLIP_ROUNDING * (PetscAbsReal(at[0]) + PetscAbsReal(at[1]) + PetscAbsReal(at[2]));
 }
 
 /* A triangle that slips, checked */
@@ -221,8 +116,8 @@ static PetscErrorCode SlipTriangleCreate_Private(PetscReal nu, PetscBool full_sp
   PetscCall(SlipTriangleDirections(vertices, NULL, NULL, directions));
   for (int i = 0; i < 3; i++)
     jump[i] = slip[0] * directions[i] + slip[1] * directions[3 + i] + slip[2] * directions[6 + i];
-  TriangleOf(nu, full_space, vertices, directions + 6, s);
-  SetSlip(s, jump);
+  SlipTriangleOf_Private(nu, full_space, vertices, directions + 6, s);
+  SlipTriangleSetSlip_Private(s, jump);
   if (full_space) PetscFunctionReturn(PETSC_SUCCESS);
   top = PetscMin(vertices[2], PetscMin(vertices[5], vertices[8]));
   PetscCheck(top >= -SLIP_TOUCH * PetscMin(s->length[0], PetscMin(s->length[1], s->length[2])), PETSC_COMM_SELF,
@@ -252,7 +147,7 @@ static PetscErrorCode SlipTriangleAll_Private(PetscReal nu, PetscBool full_space
     for (PetscInt k = 0; k < p.n; k++) {
       const PetscReal *at = points + 3 * (first + k);
 
-      PointOf(&s, at, k, &p);
+      SlipTrianglePointOf_Private(&s, at, k, &p);
       PetscCheck(full_space || at[2] >= -p.rounding[k], PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
                  "A point lies %g m above the ground, expected below it", (double)-at[2]);
     }
@@ -408,11 +303,11 @@ void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, Pets
       if (k && s == source[first + k - 1])
         all[k] = all[k - 1];
       else {
-        TriangleOf(nu, full_space, s->vertices, s->directions + 6, &lane[k]);
-        SetSlip(&lane[k], s->directions);
+        SlipTriangleOf_Private(nu, full_space, s->vertices, s->directions + 6, &lane[k]);
+        SlipTriangleSetSlip_Private(&lane[k], s->directions);
         all[k] = &lane[k];
       }
-      PointOf(all[k], at, k, &p);
+      SlipTrianglePointOf_Private(all[k], at, k, &p);
     }
     SlipTriangleFields_Private(all, &p, PETSC_TRUE, gradient);
     for (PetscInt k = 0; k < p.n; k++) {

@@ -47,7 +47,8 @@ SLIP_WITHIN Image ImageOf(const SlipTriangleEdges *e, const SlipTrianglePoints *
 }
 
 /* v times grad (b_xi K - b_eta N), xi along the edge and eta across it, horizontally turned to x and y */
-static void First(const SlipTriangleEdges *e, const SlipTrianglePoints *p, PetscInt edge, PetscReal sum[6][SLIP_LANES])
+static void EdgeFirst(const SlipTriangleEdges *e, const SlipTrianglePoints *p, PetscInt edge,
+                      PetscReal sum[6][SLIP_LANES])
 {
   for (PetscInt k = 0; k < p->n; k++) {
     const Image image = ImageOf(e, p, edge, k);
@@ -69,8 +70,8 @@ static void First(const SlipTriangleEdges *e, const SlipTrianglePoints *p, Petsc
   }
 }
 
-SLIP_WIDE static void Second(const SlipTriangleEdges *e, const SlipTrianglePoints *p, PetscInt edge,
-                             PetscReal sum[restrict 6][SLIP_LANES])
+SLIP_WIDE static void EdgeSecond(const SlipTriangleEdges *e, const SlipTrianglePoints *p, PetscInt edge,
+                                 PetscReal sum[restrict 6][SLIP_LANES])
 {
   for (PetscInt k = 0; k < p->n; k++) {
     const Image image = ImageOf(e, p, edge, k);
@@ -107,5 +108,5 @@ void SlipTriangleLog_Private(const SlipTriangleEdges *e, const SlipTrianglePoint
 {
   for (int d = 0; d < 6; d++)
     for (PetscInt k = 0; k < p->n; k++) sum[d][k] = 0;
-  for (int edge = 0; edge < 3; edge++) (*(gradient ? Second : First))(e, p, edge, sum);
+  for (int edge = 0; edge < 3; edge++) (*(gradient ? EdgeSecond : EdgeFirst))(e, p, edge, sum);
 }

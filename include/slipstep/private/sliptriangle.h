@@ -10,6 +10,7 @@ typedef struct {
   PetscReal x[3], t[3], length[3]; /* vertices from the middle, and of the edges [m] */
   PetscReal along[3], up[3];       /* directions of the edges along strike and up dip */
   PetscReal rounding;              /* of the triangle's coordinates [m] */
+  PetscBool image_only;            /* of all sources of a call: only what the free surface adds */
 } SlipTriangle;
 
 /* Those of some points. The images of edges: horizontal direction along strike and to the right, and of the edge the
@@ -33,6 +34,11 @@ typedef struct {
    points with x and y (as t) from the middle of their triangles source[] and the depth (as q) ---- */
 PETSC_INTERN void SlipTriangleFields_Private(const SlipTriangle *const source[], SlipTrianglePoints *ground,
                                              PetscBool gradient, PetscReal out[]);
+PETSC_INTERN void SlipTriangleOf_Private(PetscReal nu, PetscBool full_space, const PetscReal vertices[9],
+                                         const PetscReal normal[3], SlipTriangle *triangle);
+PETSC_INTERN void SlipTriangleSetSlip_Private(SlipTriangle *triangle, const PetscReal b[3]);
+PETSC_INTERN void SlipTrianglePointOf_Private(const SlipTriangle *triangle, const PetscReal at[3], PetscInt k,
+                                              SlipTrianglePoints *p);
 /* ---- triangle_potential.c ---- */
 PETSC_INTERN void SlipTrianglePotential_Private(const SlipTriangleEdges *e, const SlipTrianglePoints *p,
                                                 PetscInt lowest, PetscInt highest, SlipPotential *v);
@@ -50,6 +56,56 @@ typedef struct {
 PETSC_EXTERN void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
                                         const SlipTriangleCell *const receiver[],
                                         const SlipTriangleCell *const source[], PetscReal traction[]);
+
+/* ---- triangle_loops.c: a triangle as an outline, around its normal; slips are those of the normal's side, north,
+   east and down ---- */
+typedef struct {
+  PetscReal vertices[9]; /* [m] */
+  PetscReal area, least; /* and the least height [m] */
+} SlipTriangleLoop;
+PETSC_EXTERN void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, PetscInt na, const PetscReal a[][3],
+                                    const SlipTriangleLoop *B, PetscInt nb, const PetscReal b[][3], PetscReal core,
+                                    PetscReal force[]);
+PETSC_EXTERN PetscReal SlipTriangleLoopEdge(PetscReal nu, const SlipTriangleLoop *loop, const PetscReal slip[3],
+                                            PetscInt edge, PetscReal share, PetscReal ratio);
+/* ---- triangle_average.c ---- */
+PETSC_EXTERN void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const SlipTriangleCell *receiver,
+                                      const SlipTriangleCell *source, PetscReal core, PetscReal average[2]);
+PETSC_EXTERN PetscReal SlipTriangleAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k,
+                                               PetscReal share, PetscReal ratio);
+
+static inline PetscReal SlipDot(const PetscReal a[3], const PetscReal b[3])
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline void SlipCross(const PetscReal a[3], const PetscReal b[3], PetscReal c[3])
+{
+  for (int i = 0; i < 3; i++) c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+static inline void SlipUnit(PetscReal v[3])
+{
+  const PetscReal size = PetscSqrtReal(SlipDot(v, v));
+
+  for (int i = 0; i < 3; i++) v[i] /= size;
+}
+
+/* The normal around which the vertices go, as long as twice the area, from the two shorter sides; the longest side's
+   square */
+static inline PetscReal SlipTriangleNormal(const PetscReal vertices[9], PetscReal normal[3])
+{
+  PetscReal side[3][3], square[3];
+  int longest = 0;
+
+  for (int k = 0; k < 3; k++) {
+    for (int i = 0; i < 3; i++) side[k][i] = vertices[3 * ((k + 1) % 3) + i] - vertices[3 * k + i];
+    square[k] = SlipDot(side[k], side[k]);
+    if (square[k] > square[longest]) longest = k;
+  }
+  SlipCross(side[(longest + 1) % 3], side[(longest + 2) % 3], normal);
+  return square[longest];
+}
 
 /* An edge's distances from a point along its normal outward and along itself from its end; those of rounding are 0. */
 SLIP_WITHIN PetscReal SlipEdgeAcross(const SlipTriangleEdges *e, const SlipTrianglePoints *p, PetscInt edge, PetscInt k)
