@@ -84,7 +84,7 @@ void SlipTrianglePointOf_Private(const SlipTriangle *s, const PetscReal at[3], P
   p->rounding[k] = s->rounding + SLIP_ROUNDING * (PetscAbsReal(at[0]) + PetscAbsReal(at[1]) + PetscAbsReal(at[2]));
 }
 
-/* A triangle as one of the points sees it; the image of an edge that is horizontal to rounding is. */
+/* A triangle as one of the points sees it */
 static void Lane(const SlipTriangle *s, PetscInt k, SlipTriangleEdges *e)
 {
   const SlipDipping *plane = &s->plane;
@@ -104,7 +104,7 @@ static void Lane(const SlipTriangle *s, PetscInt k, SlipTriangleEdges *e)
     e->hx[i][k] = flat > 0 ? s->along[i] / flat : 1;
     e->hy[i][k] = flat > 0 ? y / flat : 0;
     e->flat[i][k] = flat;
-    e->steep[i][k] = PetscAbsReal(z) * s->length[i] > s->rounding ? z : 0;
+    e->steep[i][k] = z;
   }
 }
 
@@ -130,8 +130,8 @@ static void Place(const SlipTriangle *const source[], const SlipTriangleEdges *e
     p->q[k] = 0;
     /* where displacement has two values, the hanging wall's; along the ground, so that the trace has its limit too */
     if (gradient || !Inside(e, p, k)) continue;
-    p->q[k] = e->tz[k] > 0 ? tiny * e->tz[k] : tiny;
-    p->move[k] = e->tz[k] > 0 ? tiny * e->ty[k] : 0;
+    p->q[k] = tiny * e->tz[k];
+    p->move[k] = tiny * e->ty[k];
   }
 }
 

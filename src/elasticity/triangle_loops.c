@@ -27,8 +27,9 @@
 #include <slipcompat.h>
 #include <slipstep/private/sliptriangle.h>
 
-/* Edges whose angle is less are parallel. The parallelogram loses 1e-16 over the angle, this no more than the angle. */
-#define PARALLEL 1e-8
+/* Edges whose angle is less are parallel. The parallelogram loses 1e-16 over the angle of terms that are a thousand times
+   the force a few sides away, this about the angle: 1e-6 of such a force at the worst, 1e-8 of a cell's own. */
+#define PARALLEL 2e-7
 
 /* Two edges: from the second's start to the first's, directions, lengths; and their integrals. */
 typedef struct {

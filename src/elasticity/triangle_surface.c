@@ -28,7 +28,7 @@ typedef struct {
 SLIP_WITHIN Image ImageOf(const SlipTriangleEdges *e, const SlipTrianglePoints *p, PetscInt edge, PetscInt k)
 {
   const PetscReal hx = e->hx[edge][k], hy = e->hy[edge][k], flat = e->flat[edge][k], steep = e->steep[edge][k];
-  const PetscReal dx = p->x[k] - e->x[edge][k], dt = p->t[k] - e->t[edge][k], q = p->q[k], move = p->move[k];
+  const PetscReal dx = p->x[k] - e->x[edge][k], dt = p->t[k] - e->t[edge][k], q = p->q[k];
   const PetscReal y = dt * e->ty[k] + q * e->tz[k], w = dt * e->tz[k] - q * e->ty[k];
   const PetscReal across = y * hx - dx * hy, other = (dx * hx + y * hy) * steep - w * flat;
   const PetscReal down = steep < 0 ? -1 : 1;
@@ -38,9 +38,8 @@ SLIP_WITHIN Image ImageOf(const SlipTriangleEdges *e, const SlipTrianglePoints *
   image.sign = down * (start + end) < 0 && PetscAbsReal(steep) < STEEP ? -down : down;
   image.ty = image.sign * flat;
   image.tz = image.sign * steep;
-  image.x = (PetscAbsReal(across) <= p->rounding[k] ? 0 : across) + move * e->ty[k] * hx;
-  image.q = image.sign *
-            ((PetscAbsReal(other) <= p->rounding[k] ? 0 : other) + move * (e->ty[k] * hy * steep - e->tz[k] * flat));
+  image.x = PetscAbsReal(across) <= p->rounding[k] ? 0 : across;
+  image.q = PetscAbsReal(other) <= p->rounding[k] ? 0 : image.sign * other;
   image.t[0] = image.sign * start;
   image.t[1] = image.sign * end;
   return image;

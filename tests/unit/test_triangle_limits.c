@@ -278,4 +278,29 @@ static void above_vertices(void **state)
   }
 }
 
-SLIP_TESTS(parts, orders, turned, units, near_special_planes, extensions, above_vertices)
+/* Nearly horizontal edges next to the ground, and points of the ground on their extensions, where the logarithm of an
+   edge that is taken downward is of a small number: displacement is that of two parts to rounding, and the surface
+   has no traction */
+static void shallow_edges(void **state)
+{
+  (void)state;
+  for (int trial = 0; trial < 800; trial++) {
+    const PetscReal h = pow(10, -1 - trial % 8), x = Random(0.5, 1.5);
+    const PetscReal at[3] = {trial % 3 ? -Random(0.3, 3) : x + Random(0.3, 3), h * Random(-2, 2), 0};
+    PetscReal v[3][3] = {
+      {0, 0, h * Random(0.5, 1)}, {x, 0, h * Random(1.2, 2)}, {Random(0, 1), Random(0.5, 1), Random(0.1, 1)}};
+    PetscReal part[2][3][3], slip[3], u[3], half[2][3], stress[6], most = 0;
+
+    AnySlip(slip);
+    for (int k = 0; k < 9; k++) part[0][k / 3][k % 3] = part[1][k / 3][k % 3] = v[k / 3][k % 3];
+    for (int i = 0; i < 3; i++) part[0][1][i] = part[1][0][i] = 0.5 * (v[0][i] + v[1][i]);
+    ok(SlipTriangleDisplacement(0.25, PETSC_FALSE, v[0], slip, 1, at, u));
+    for (int k = 0; k < 2; k++) ok(SlipTriangleDisplacement(0.25, PETSC_FALSE, part[k][0], slip, 1, at, half[k]));
+    for (int i = 0; i < 3; i++) AssertNear(half[0][i] + half[1][i], u[i], 3e-15);
+    ok(SlipTriangleStress(1, 0.25, PETSC_FALSE, v[0], slip, 1, at, stress));
+    for (int i = 0; i < 6; i++) most = PetscMax(most, PetscAbsReal(stress[i]));
+    for (int i = 0; i < 3; i++) AssertNear(stress[i ? 3 + i : 2], 0, 1e-12 * most);
+  }
+}
+
+SLIP_TESTS(parts, orders, turned, units, near_special_planes, extensions, above_vertices, shallow_edges)

@@ -223,6 +223,18 @@ static void input(void **state)
   wrong[5] = -0.5;
   fails(SlipTriangleDisplacement(0.25, PETSC_FALSE, wrong, slip, 1, at[0], one), "0.5 m above the ground");
   ok(SlipTriangleDisplacement(0.25, PETSC_TRUE, wrong, slip, 1, at[0], one));
+  memcpy(wrong, v, sizeof(wrong));
+  wrong[5] = 0;
+  ok(SlipTriangleDisplacement(0.25, PETSC_FALSE, wrong, slip, 1, at[0], u[0]));
+  wrong[5] = -1e-6; /* a vertex that is above the ground by rounding of its file is on it */
+  ok(SlipTriangleDisplacement(0.25, PETSC_FALSE, wrong, slip, 1, at[0], u[1]));
+  for (int i = 0; i < 3; i++) AssertNear(u[1][i], u[0][i], 1e-5);
+  at[2][0] = wrong[3];
+  at[2][1] = wrong[4];
+  at[2][2] = 0;
+  ok(SlipTriangleStress(1, 0.25, PETSC_FALSE, wrong, slip, 1, at[2], s[0]));
+  for (int i = 0; i < 3; i++)
+    AssertNear(s[0][i ? 3 + i : 2], 0, 1e-6 * (PetscAbsReal(s[0][0]) + PetscAbsReal(s[0][1])));
   wrong[2] = wrong[5] = wrong[8] = 0;
   fails(SlipTriangleDisplacement(0.25, PETSC_FALSE, wrong, slip, 1, at[0], one), "lies on the ground");
   memcpy(wrong, v, sizeof(wrong));
